@@ -20,7 +20,12 @@ Floats = NDArray[np.float64]
 ARM = aa.Arm.from_catalogue("kuka_iiwa14_r820")
 OFFSET = aa.OffsetArm.from_catalogue("franka_fr3")
 A = 5.0
-rng = np.random.default_rng(7)
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    """Return the same draws for every test, whatever ran before."""
+    return np.random.default_rng(7)
 
 
 def ramp(v: float, a: float, j: float) -> float:
@@ -56,7 +61,7 @@ def kept(found: aa.Trajectory, velocity: Floats, a: float, j: float | None) -> N
     assert np.abs(found.qd[[0, -1]]).max() < 1e-9
 
 
-def pair(arm: aa.Arm | aa.OffsetArm, size: float) -> Floats:
+def pair(rng: np.random.Generator, arm: aa.Arm | aa.OffsetArm, size: float) -> Floats:
     first, last = (
         rng.uniform(arm.lower * 0.9, arm.upper * 0.9, (2, 7))
         if arm is ARM
@@ -70,11 +75,11 @@ def pair(arm: aa.Arm | aa.OffsetArm, size: float) -> Floats:
 @pytest.mark.parametrize("j", [None, 50.0, 500.0])
 @pytest.mark.parametrize("n", [2, 60])
 def test_from_posture_to_posture_takes_what_its_slowest_joint_needs(
-    arm: aa.Arm | aa.OffsetArm, size: float, j: float | None, n: int
+    rng: np.random.Generator, arm: aa.Arm | aa.OffsetArm, size: float, j: float | None, n: int
 ) -> None:
     """Beside the closed form that users write by hand, with rows between or without."""
     for _ in range(3):
-        ends = pair(arm, size)
+        ends = pair(rng, arm, size)
         q = ends[0] + np.linspace(0, 1, n)[:, None] * (ends[1] - ends[0])
         path = aa.JointPath.from_joints(arm, q, between="joints")
         found = aa.retime(path, acceleration=A, jerk=j)
@@ -84,7 +89,7 @@ def test_from_posture_to_posture_takes_what_its_slowest_joint_needs(
         kept(found, arm.velocity, A, j)
 
 
-def test_joints_go_straight_and_the_tool_where_they_take_it() -> None:
+def test_joints_go_straight_and_the_tool_where_they_take_it(rng: np.random.Generator) -> None:
     q = np.cumsum(rng.normal(0, 0.3, (6, 7)), axis=0) * [1, 0.5, 1, 0.5, 1, 0.5, 1]
     rows = np.sort(np.append(rng.uniform(0, 1, 4), [0.0, 1.0]))
     path = aa.JointPath.from_joints(ARM, q, s=rows, between="joints")
@@ -120,7 +125,7 @@ def test_corners_are_stops_or_rounded_within_the_tolerance() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("j", [None, 200.0])
-def test_a_larger_tolerance_is_made_use_of(j: float | None) -> None:
+def test_a_larger_tolerance_is_made_use_of(rng: np.random.Generator, j: float | None) -> None:
     """Beside a motion that stops at every corner, and beside a smaller tolerance."""
     walk = np.array([0, 0.5, 0, -1.2, 0, 0.7, 0]) + np.cumsum(rng.normal(0, 0.12, (7, 7)), axis=0)
     path = aa.JointPath.from_joints(ARM, walk, between="joints")
@@ -137,7 +142,9 @@ def test_a_larger_tolerance_is_made_use_of(j: float | None) -> None:
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
-def test_a_tolerance_that_is_too_small_to_be_used_is_a_stop(tolerance: float) -> None:
+def test_a_tolerance_that_is_too_small_to_be_used_is_a_stop(
+    rng: np.random.Generator, tolerance: float
+) -> None:
     walk = np.array([0, 0.5, 0, -1.2, 0, 0.7, 0]) + np.cumsum(rng.normal(0, 0.1, (20, 7)), axis=0)
     path = aa.JointPath.from_joints(ARM, walk, between="joints")
     nodes = np.linspace(0, 1, 20)
@@ -170,7 +177,9 @@ def test_a_singular_home_is_left_within_the_tolerance(end: str) -> None:
 
 
 @pytest.mark.parametrize("j", [None, 50.0])
-def test_a_spline_is_met_and_takes_as_long_however_many_rows_it_has(j: float | None) -> None:
+def test_a_spline_is_met_and_takes_as_long_however_many_rows_it_has(
+    rng: np.random.Generator, j: float | None
+) -> None:
     """Straight ways between the rows of the same motion take several times as long."""
     knots = np.array([0, 0.5, 0, -1.2, 0, 0.7, 0]) + rng.normal(0, 0.25, (6, 7))
     smooth = CubicSpline(np.linspace(0, 1, 6), knots)
@@ -182,9 +191,9 @@ def test_a_spline_is_met_and_takes_as_long_however_many_rows_it_has(j: float | N
         found.append(aa.retime(path, acceleration=A, jerk=j))
         kept(found[-1], ARM.velocity, A, j)
     assert np.ptp([each.duration for each in found]) < 0.02 * found[-1].duration
-    few = smooth(np.linspace(0, 1, 160))
+    few = smooth(np.linspace(0, 1, 20))
     straight = aa.retime(aa.JointPath.from_joints(ARM, few, between="joints"), acceleration=A, jerk=j)
-    assert straight.duration > 1.5 * found[1].duration
+    assert straight.duration > 1.5 * found[0].duration
 
 
 def test_a_spline_of_straight_rows_is_the_straight_way() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import warnings
 from itertools import pairwise
 from types import SimpleNamespace
@@ -433,7 +434,7 @@ def swing(n: int) -> aa.JointPath:
     return aa.JointPath.from_joints(ARM, Q + 0.15 * np.sin(np.linspace(0, 2 * np.pi, n))[:, None] * way)
 
 
-@pytest.mark.parametrize("rows", [400, 2000])
+@pytest.mark.parametrize("rows", [400, 1200])
 def test_corners_closer_than_a_cycle_count_as_acceleration(rows: int) -> None:
     """Over a time w velocities change by a (w + cycle) at most, however many corners fall in it."""
     path, cycle = swing(rows), 1e-3
@@ -508,7 +509,7 @@ def test_it_turns_at_more_corners_than_a_grid_has_intervals(
 
 def test_as_many_rows_as_there_may_be_are_timed_as_few() -> None:
     durations = [
-        aa.retime(swing(n), velocity=3.0, acceleration=1.0, tolerance=1e-4).duration for n in (200, 4000)
+        aa.retime(swing(n), velocity=3.0, acceleration=1.0, tolerance=1e-4).duration for n in (200, 2000)
     ]
     assert durations[0] == pytest.approx(durations[1], rel=0.02)
 
@@ -543,20 +544,21 @@ def test_a_tool_speed_is_held_round_a_blended_corner(blend: float, jerk: float) 
     assert speed.min() >= 0.99 * 0.03 and speed.max() <= 0.03 * (1 + 1e-6)
 
 
-@pytest.mark.parametrize("noise", [0.0, 1.5e-5])
-@pytest.mark.parametrize("row", [0, 2, 4])
 @pytest.mark.parametrize("asked", [{}, {"jerk": 50.0}, {"jerk": 50.0, "tolerance": 0.0}])
-def test_a_row_that_is_repeated_is_no_stop(row: int, noise: float, asked: dict[str, float]) -> None:
+def test_a_row_that_is_repeated_is_no_stop(asked: dict[str, float]) -> None:
     """With jerk a stop costs 5 %. Rounded corners bend much: the worst place, which slows all, differs."""
     differs = 5e-3 if asked == {"jerk": 50.0} else 1e-3
     q = Q + np.radians([[0, 0, 0], [10, 0, 0], [20, 2, 2], [30, 6, 6], [40, 12, 12]]) @ np.eye(7)[[0, 1, 3]]
-    repeated = np.insert(q, row, q[row] - noise, axis=0)
-    both = [
-        aa.retime(aa.JointPath.from_joints(ARM, rows), velocity=1.0, acceleration=5.0, **asked)
-        for rows in (q, repeated)
-    ]
-    assert both[1].duration == pytest.approx(both[0].duration, rel=differs)
-    np.testing.assert_allclose(both[1].q[[0, -1]], repeated[[0, -1]], atol=1e-12)
+
+    def timed(rows: Array) -> aa.Trajectory:
+        return aa.retime(aa.JointPath.from_joints(ARM, rows), velocity=1.0, acceleration=5.0, **asked)
+
+    once = timed(q).duration
+    for row, noise in itertools.product([0, 2, 4], [0.0, 1.5e-5]):
+        repeated = np.insert(q, row, q[row] - noise, axis=0)
+        found = timed(repeated)
+        assert found.duration == pytest.approx(once, rel=differs)
+        np.testing.assert_allclose(found.q[[0, -1]], repeated[[0, -1]], atol=1e-12)
 
 
 @pytest.mark.parametrize("rest", [Q, np.zeros(7)])

@@ -31,8 +31,8 @@ WITHIN, SHARES = np.array([0.06, 0.5, 0.94]), np.array([0.25, 0.5, 0.25])
 """Where in an interval of the spline bounds are asked for, and what of it each stands for."""
 AT_REST = 9
 """Places in the first interval, and in the last, at which they are asked for: a start may be all jerk."""
-CALM = 4
-"""Knots over which a first guess is made calm."""
+CALM = (0, 1, 2, 4, 8)
+"""Knots over which first guesses are made calm, of which the fastest is taken."""
 TOLERANCE, MATTERS = 1e-6, 0.5
 """Within which share HiGHS keeps a bound; what share of it must be used for it to be in a program."""
 GROWTH = 4.0
@@ -41,8 +41,11 @@ ROUNDS, GAIN = 30, 1e-3
 """Most linear programs in a sequence, and the gain in time at which it ends."""
 LOOSE = 2.0
 """By what factor ds/dt may exceed what is reached at most: bounds at a grid are not exact between."""
+NEWTON = 2
+"""Steps of Newton's method that bring the r of an s from 1e-6 to rounding."""
 PIECES = 4
 """Pieces of s(t) in an interval of the spline."""
+NONE = np.empty(0)
 
 
 def fastest(g: Grid, acceleration: Floats, most: Floats) -> Timing:
@@ -141,22 +144,28 @@ class _Course(NamedTuple):
         return composed(of_s(np.clip(self.s(r), self.first, np.nextafter(self.last, 0))), *self.rates(r))
 
     def r(self, s: Floats) -> Floats:
-        """Return the r of rising s, to about 1e-6."""
+        """Return the r of rising s, on the same side of a node as s."""
         table = np.linspace(0, 1, 20_001)
-        return np.interp(s, self.s(table), table)
+        r = np.interp(s, self.s(table), table)
+        for _ in range(NEWTON):
+            rate = self.rates(r)[0]
+            r = np.where(rate > 0, r - (self.s(r) - s) / np.where(rate > 0, rate, 1.0), r)
+        return np.clip(r, 0.0, 1.0)
 
 
 class Smooth(NamedTuple):
-    """A timing that bounds the jerk too, and dr/dt at places r (N,) that lie close."""
+    """A timing that bounds the jerk too, of a spline of y = (dr/dt)²; places r (N,) where it is looked at."""
 
     timing: Timing
+    knots: Floats
+    coefficients: Floats
     places: Floats
     speed: Floats
 
 
 def smooth(
     derivatives: Callable[[Floats], Floats], g: Grid, bounds: tuple[Floats, Floats, Floats],
-    most: Callable[[Floats], Floats], knots: int, before: Smooth | None = None,
+    most: Callable[[Floats], Floats], knots: int, before: Smooth | None = None, broken: Floats = NONE,
 ) -> Smooth:  # fmt: skip
     """Return a fast timing from rest to rest, without a stop between, that bounds the jerk too.
 
@@ -172,7 +181,9 @@ def smooth(
     knots : int
         Intervals of the spline of y, where the motion does not slow down often.
     before : Smooth, optional
-        What was found with fewer: the knots are put where its speed changes.
+        What was found with fewer: the knots are put where its speed changes ...
+    broken : ndarray, shape (K,), optional
+        ... or stay, and bounds are also asked for at these s, where it breaks them.
 
     Raises
     ------
@@ -182,6 +193,30 @@ def smooth(
     """
     course = _Course(float(g.s[0]), float(g.s[-1]))
     _, acceleration, jerk = bounds
+    stay = before if len(broken) else None
+    if stay is not None:
+        ends, places = stay.knots, np.union1d(stay.places, course.r(broken))
+    else:
+        ends, places = _spread_knots(course, derivatives, g, bounds, most, knots, before)
+    fast, bent, (q1, q2, q3) = _reach(course, derivatives, bounds, most, places)
+    spline = _Spline(ends, places)
+    turned = [_rows(spline, (q2, q1 / 2), joint) / a for joint, a in _bounded(acceleration)]
+    jolted = [_rows(spline, (q3, 1.5 * q2, q1 / 2), joint) / j for joint, j in _bounded(jerk)]
+    if stay is not None:
+        guesses = [stay.coefficients]
+    else:
+        guesses = [spline.shape(np.minimum(fast, bent) ** 2, calm) for calm in CALM]
+        if before is not None:
+            guesses.append(spline.shape(np.minimum(fast, _speed_at(places, before)) ** 2, 0))
+    best = _Programs(spline, guesses, fast**2, turned, jolted).best()
+    return Smooth(spline.timing(course, best), ends, best, places, np.sqrt(spline.values @ best))
+
+
+def _spread_knots(
+    course: _Course, derivatives: Callable[[Floats], Floats], g: Grid, bounds: tuple[Floats, Floats, Floats],
+    most: Callable[[Floats], Floats], knots: int, before: Smooth | None,
+) -> tuple[Floats, Floats]:  # fmt: skip
+    """Return knots where the speed changes, from 0 to 1, and the places where bounds are asked for."""
     count = min(knots, max(FEWEST, len(g.s)))
     places = np.union1d(_within(np.linspace(0.0, 1.0, count + 1)), course.r(_within(g.s)))
     fast, bent, _ = _reach(course, derivatives, bounds, most, places)
@@ -190,18 +225,15 @@ def smooth(
     if before is None:
         ends = _spread(places, [places, _spent(places, speed)], count)
     else:
-        speed = np.interp(places, before.places, before.speed)
+        speed = _speed_at(places, before)
         caps = _changes(most(course.s(places)))
         ends = _spread(places, [places, _spent(places, speed), caps, _changes(speed)], count)
     first, last = np.linspace([0.0, ends[-2]], [ends[1], 1.0], AT_REST).T
-    places = np.unique(np.concatenate([places, _within(ends), first, last]))
-    fast, bent, (q1, q2, q3) = _reach(course, derivatives, bounds, most, places)
-    spline = _Spline(ends, places)
-    turned = [_rows(spline, (q2, q1 / 2), joint) / a for joint, a in _bounded(acceleration)]
-    jolted = [_rows(spline, (q3, 1.5 * q2, q1 / 2), joint) / j for joint, j in _bounded(jerk)]
-    unit = spline.shape(np.minimum(fast, bent) ** 2)
-    best = unit * _Programs(spline, unit, fast**2, turned, jolted).best()
-    return Smooth(spline.timing(course, best), places, np.sqrt(spline.values @ best))
+    return ends, np.unique(np.concatenate([places, _within(ends), first, last]))
+
+
+def _speed_at(places: Floats, before: Smooth) -> Floats:
+    return np.asarray(np.interp(places, before.places, before.speed))
 
 
 def _reach(
@@ -281,20 +313,26 @@ class _Spline:
         self.values = self.orders[0]
 
     def order(self, at: Floats, order: int) -> Any:
-        """Return the values, or derivatives, of all B-splines at places, (N, K)."""
-        basis = needed("scipy.interpolate").BSpline
-        if order == 0:
-            return basis.design_matrix(at, self._knots, 3).tocsr()
-        values = basis(self._knots, np.eye(self.count), 3).derivative(order)(at)
-        return needed("scipy.sparse").csr_matrix(values)
+        """Return the values, or derivatives, of all B-splines at places, (N, K).
 
-    def shape(self, reach: Floats) -> Floats:
-        """Return coefficients of the form of `reach` (at the places), below it and without steep slopes."""
+        Of degree d on knots t, those of degree d - 1: d (c[i + 1] - c[i]) / (t[i + d + 1] - t[i + 1]).
+        """
+        sparse, knots = needed("scipy.sparse"), self._knots
+        change = sparse.identity(self.count, format="csr")
+        for degree in range(3, 3 - order, -1):
+            share = degree / (knots[degree + 1 : -1] - knots[1 : -degree - 1])
+            change = sparse.diags([-share, share], [0, 1], shape=(len(share), len(share) + 1)) @ change
+            knots = knots[1:-1]
+        values = needed("scipy.interpolate").BSpline.design_matrix(at, knots, 3 - order)
+        return (values.tocsr() @ change).tocsr()
+
+    def shape(self, reach: Floats, calm: int) -> Floats:
+        """Return coefficients of the form of `reach` (at the places), below it over `calm` knots around."""
         middles = np.convolve(self._knots[1:-1], np.ones(3) / 3, mode="valid")
         low = np.log(np.interp(middles, self._places, reach))
-        padded = np.pad(low, 2 * CALM, mode="edge")
-        eroded = np.min(np.lib.stride_tricks.sliding_window_view(padded, 2 * CALM + 1), axis=1)
-        return np.exp(np.convolve(eroded, np.ones(2 * CALM + 1) / (2 * CALM + 1), mode="valid"))
+        padded = np.pad(low, 2 * calm, mode="edge")
+        eroded = np.min(np.lib.stride_tricks.sliding_window_view(padded, 2 * calm + 1), axis=1)
+        return np.exp(np.convolve(eroded, np.ones(2 * calm + 1) / (2 * calm + 1), mode="valid"))
 
     def timing(self, course: _Course, coefficients: Floats) -> Timing:
         """Return s(t) through the spline's s, ds/dt and d²s/dt² at many r."""
@@ -327,17 +365,19 @@ class _Programs:
     """
 
     def __init__(
-        self, spline: _Spline, unit: Floats, most: Floats, turned: list[Any], jolted: list[Any]
+        self, spline: _Spline, guesses: list[Floats], most: Floats, turned: list[Any], jolted: list[Any]
     ) -> None:
         stack = needed("scipy.sparse").vstack
-        units = _diagonal(unit)
         turns, jolts = stack(turned).tocsr(), stack(jolted).tocsr()
-        self._linear = stack([_diagonal(1 / most) @ spline.values, turns, -turns]).tocsr() @ units
-        self._jolted = stack([jolts, -jolts]).tocsr() @ units
-        self._y = stack([spline.values] * (2 * len(jolted))).tocsr() @ units
-        width = np.diff(spline.ends)
-        self._weights = np.outer(width, SHARES).reshape(-1)
-        self._values = spline.order(_within(spline.ends), 0) @ units
+        self._linear = stack([_diagonal(1 / most) @ spline.values, turns, -turns]).tocsr()
+        self._jolted = stack([jolts, -jolts]).tocsr()
+        self._y = stack([spline.values] * (2 * len(jolted))).tocsr()
+        self._weights = np.outer(np.diff(spline.ends), SHARES).reshape(-1)
+        self._values = spline.order(_within(spline.ends), 0)
+        self._unit = min((self._kept(guess) for guess in guesses), key=self._time)
+        units = _diagonal(self._unit)
+        self._linear, self._jolted = self._linear @ units, self._jolted @ units
+        self._y, self._values = self._y @ units, self._values @ units
         self._asked = np.empty(0, dtype=int)  # the rows of the program in their order, linear ones first
         self._is_asked = np.zeros(self._linear.shape[0] + self._jolted.shape[0], dtype=bool)
         self._basis: Basis | None = None
@@ -345,15 +385,18 @@ class _Programs:
     def _time(self, z: Floats) -> float:
         return float(np.sum(self._weights / np.sqrt(self._values @ z)))
 
+    def _kept(self, z: Floats) -> Floats:
+        """Return z times what keeps the bounds, which are all homogeneous."""
+        linear, jolted = self._shares(z)
+        return np.asarray(z * ((1 - TOLERANCE) / max(linear.max(), jolted.max() ** (2 / 3))))
+
     def _shares(self, z: Floats) -> tuple[Floats, Floats]:
         """Return what shares of their bounds are used: of velocity and acceleration, and of jerk."""
         return self._linear @ z, (self._jolted @ z) * np.sqrt(self._y @ z)
 
     def best(self) -> Floats:
-        """Return the z at which the sequence ends."""
-        z = np.ones(self._values.shape[1])
-        linear, jolted = self._shares(z)
-        z *= (1 - TOLERANCE) / max(linear.max(), jolted.max() ** (2 / 3))  # all bounds are homogeneous
+        """Return the coefficients at which the sequence ends."""
+        z = np.ones(len(self._unit))
         time = self._time(z)
         for _ in range(ROUNDS):
             self._ask(z, MATTERS)
@@ -366,7 +409,7 @@ class _Programs:
                 z, time = z + shares[k] * (found - z), times[k]
             if gain < GAIN:
                 break
-        return z
+        return self._unit * z
 
     def _ask(self, z: Floats, most: float) -> Any:
         """Add the rows of which z uses more than that, and return them, (K,)."""

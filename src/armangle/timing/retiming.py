@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -15,7 +16,7 @@ from ..motion.curves import JointLines, JointSpline, repeated
 from ..motion.joint_path import Between, JointPath
 from ..motion.options import Bound, joint_bound
 from ..motion.paths import NO_DEVIATION, Deviation
-from .fastest import fastest, needed_knots, smooth
+from .fastest import NONE, fastest, needed_knots, smooth
 from .grid import Grid, corners, grid
 from .motion import BESIDE, RESTS, Motion, Part, just_before, steep_ends, tool_derivatives
 from .rounding import rounded
@@ -29,7 +30,7 @@ WITH_JERK, LEAST_WITH_JERK = 200, 2
 """The same where bounds are asked for at several places in each ..."""
 AT_SPEED, LEAST_AT_SPEED = 640, 24
 """... and where a tool speed is to be held as well, which shows what is coarse."""
-KNOTS, KNOTS_AT_SPEED, ATTEMPTS = (80, 120), (80, 240), 4
+KNOTS, KNOTS_AT_SPEED, ATTEMPTS = (80, 120), (80, 240), 6
 """Intervals of a spline of the speed with jerk bounded: more in a second attempt, where it changes, and in
 those after it, of which there are some where bounds are exceeded between the places that were looked at."""
 FULL_PARTS, LEAST_IN_PART = 8, 40
@@ -44,8 +45,6 @@ DENSE = 100
 FINER, MOST_FINER = 4, 6
 OVER, OVER_WITH_JERK = 1.001, 1.005
 """Where bounds are exceeded between grid points by more than this, the grid is made finer there."""
-WORTH = 1.01
-"""By what the last attempt has to have gained, and still be slowed down, for another to be worth its time."""
 SLOW = 0.5
 """Share of the speed beside corners below which they slow the motion down, and a point is put between."""
 AT_CAP, LOST, GAIN = 0.9, 0.02, 1.005
@@ -277,7 +276,7 @@ def _part_kept(part: Part, full: float, b: _Bounds, jerk: Floats) -> Timing:
     """
     count, least = (WITH_JERK, LEAST_WITH_JERK) if b.tool_speed is None else (AT_SPEED, LEAST_AT_SPEED)
     least = max(LEAST_WITH_JERK, min(least, count // (len(part.breaks) - 1)))
-    more, found, before = np.empty(0), [], None
+    found, before, more, broken = [], None, NONE, NONE
     few, many = KNOTS if b.tool_speed is None else KNOTS_AT_SPEED
     for attempt in range(ATTEMPTS if full == 1 else 1):
         g = grid(part, max(int(full * count), LEAST_IN_PART), least, more)
@@ -287,16 +286,21 @@ def _part_kept(part: Part, full: float, b: _Bounds, jerk: Floats) -> Timing:
         else:
             bounds = b.velocity, b.acceleration, jerk
             knots = many if attempt else few
-            before = smooth(part.derivatives, g, bounds, lambda s: _at_tool_speed(part, s, b), knots, before)
+            most = partial(_at_tool_speed, part, b=b)
+            before = smooth(part.derivatives, g, bounds, most, knots, before, broken)
             timing = before.timing
         if not np.isfinite(timing.t).all():
             _raise_for_leaps(part.whole, timing.of_part(part.first, part.last), b.velocity)
         s, factor = _excess(part, g, timing, b)
         found.append(timing.slower(float(factor.max())))
         gain = found[-2].duration / found[-1].duration if attempt else np.inf
-        if before is None or (attempt and min(gain, factor.max()) < WORTH):
+        bad = s[factor > OVER_WITH_JERK]
+        if before is None or (attempt and not len(bad)) or (len(broken) and gain < 1):
             break
-        more = np.union1d(more, _finer(g.s, s[factor > OVER_WITH_JERK]))
+        if attempt:
+            broken = bad
+        else:
+            more = _finer(g.s, bad)
         count = max(count, needed_knots(before.speed))
     return min(found, key=lambda timing: timing.duration)
 
