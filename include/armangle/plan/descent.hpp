@@ -42,7 +42,8 @@ inline constexpr std::size_t most_points = 20000;  // of a curve: beyond, an int
 namespace detail {
 
 using SeriesInS = Jet<double, 1>;
-using SeriesInPhi = Jet<SeriesInS, 3>;
+template <int K>
+using SeriesInPhi = Jet<SeriesInS, K>;
 
 /// Where the objective is integrated: all of it that phi does not change.
 struct GaussPoint {
@@ -73,14 +74,17 @@ inline double gauss_weight(std::size_t n, std::size_t k) noexcept {
     return weight[n - 1][k];
 }
 
-/// s sin + c cos + k as a series in phi.
-inline SeriesInPhi series(const Harmonic<SeriesInS>& f, const SinCos<double>& phi) noexcept {
+/// s sin + c cos + k as a series in phi, K = 1 or 3.
+template <int K>
+SeriesInPhi<K> series(const Harmonic<SeriesInS>& f, const SinCos<double>& phi) noexcept {
     const SinCos<SeriesInS> at{SeriesInS(phi.sin), SeriesInS(phi.cos)};
-    SeriesInPhi out;
+    SeriesInPhi<K> out;
     out.coefficient[0] = f.at(at);
     out.coefficient[1] = f.slope(at);
-    out.coefficient[2] = SeriesInS(-0.5) * (out.coefficient[0] - f.k);
-    out.coefficient[3] = SeriesInS(-1.0 / 6.0) * out.coefficient[1];
+    if constexpr (K == 3) {
+        out.coefficient[2] = SeriesInS(-0.5) * (out.coefficient[0] - f.k);
+        out.coefficient[3] = SeriesInS(-1.0 / 6.0) * out.coefficient[1];
+    }
     return out;
 }
 
@@ -180,7 +184,14 @@ public:
     bool stand(const Quadrature& quadrature, std::vector<double> control) {
         quadrature_ = &quadrature;
         control_ = std::move(control);
-        return assemble(control_, here_);
+        return assemble<2>(control_, here_);
+    }
+
+    /// The objective of a curve whose breaks are those of the quadrature; infinite where it leaves the
+    /// limits.
+    double glance(const Quadrature& quadrature, const std::vector<double>& control) {
+        quadrature_ = &quadrature;
+        return assemble<0>(control, there_) ? there_.energy : infinity;
     }
 
     double energy() const noexcept { return here_.energy; }
@@ -199,14 +210,14 @@ public:
         for (const double wall : descent_rule::soft) {
             if (!(wall > asked_wall_)) continue;
             wall_ = wall;
-            assemble(control_, here_);
+            assemble<2>(control_, here_);
             go_down(descent_rule::rough, work);
         }
         wall_ = asked_wall_;
-        if (assemble(control_, here_)) go_down(done, work);
+        if (assemble<2>(control_, here_)) go_down(done, work);
         if (here_.energy <= least) return;
         control_ = stopped;
-        assemble(control_, here_);
+        assemble<2>(control_, here_);
         std::copy(here_.q, here_.q + joints, ends_.q);
     }
 
@@ -292,7 +303,7 @@ private:
     struct Rates {
         double r[joints], phi[joints], phi_phi[joints], by_phi[joints], by_phi_2[joints];
     };
-    void add_duration(const Rates& rates, double weight, Integrand& f, double& duration) const noexcept;
+    void bend_duration(const Rates& rates, double n, double weight, Integrand& f) const noexcept;
 
     const Task& task_;
     const Objective& objective_;
@@ -312,18 +323,18 @@ private:
             max(max(max(w.travel, w.duration), max(w.limits, w.singularities)), task_.wish ? w.psi : 0.0);
         return heaviest > 0 ? heaviest : 1.0;
     }
+    template <int Order>
     bool assemble(const std::vector<double>& control, Assembly& out) const;
+    template <int Order>
     bool integrand(const detail::GaussPoint& p, double phi, double v, const double* predicted_from, double ds,
                    double* q, double* rate, Integrand& f, Terms& terms) const noexcept;
     bool solve(double damping);
     bool advance();
 };
 
-/// The pace N and its derivatives: with x_j = slowness_j r_j its slope by r_j is slowness_j (x_j / N)^7.
-inline void Descent::add_duration(const Rates& rates, double weight, Integrand& f,
-                                  double& duration) const noexcept {
+/// Derivatives of the pace n: with x_j = slowness_j r_j its slope by r_j is slowness_j (x_j / n)^7.
+inline void Descent::bend_duration(const Rates& rates, double n, double weight, Integrand& f) const noexcept {
     const double* slowness = objective_.slowness;
-    const double n = pace(slowness, rates.r);
     double by_phi = 0, by_v = 0, phi_phi = 0, phi_v = 0, v_v = 0, bent = 0, bent_v = 0;
     for (int j = 0; j < joints; ++j) {
         const double share = slowness[j] * rates.r[j] / n, cubed = share * share * share;
@@ -337,48 +348,44 @@ inline void Descent::add_duration(const Rates& rates, double weight, Integrand& 
         phi_v += curved * rates.phi[j] * rates.by_phi[j];
         v_v += curved * rates.by_phi[j] * rates.by_phi[j];
     }
-    f.value += weight * n;
     f.phi += weight * by_phi;
     f.v += weight * by_v;
     f.phi_phi += weight * (phi_phi - 7 / n * by_phi * by_phi + bent);
     f.phi_v += weight * (phi_v - 7 / n * by_phi * by_v + bent_v);
     f.v_v += weight * (v_v - 7 / n * by_v * by_v);
-    duration += n;
 }
 
 /// Objective and derivatives at one point; false beyond a limit. q, rate: joints of the point before (its
 /// place ds ahead), replaced by those of this one; the first point's (ds = 0) are lifted next to q, and into
-/// the limits where no end is asked: a joint of less than a turn may begin on its other side.
-inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v, const double* before,
-                               double ds, double* q, double* rate, Integrand& f,
-                               Terms& terms) const noexcept {
-    using detail::SeriesInPhi;
-    SeriesInPhi theta[joints];
+/// the limits where no end is asked: a joint of less than a turn may begin on its other side. Order: of the
+/// derivatives, 2, or 0 for the value alone.
+template <int Order>
+bool Descent::integrand(const detail::GaussPoint& p, double phi, double v, const double* before, double ds,
+                        double* q, double* rate, Integrand& f, Terms& terms) const noexcept {
+    using Series = detail::SeriesInPhi<Order + 1>;
+    Series theta[joints];
     const SinCos<double> at = sin_cos(phi);
     for (int i = 0; i < pivots; ++i) {
         const Pivot<detail::SeriesInS>& pivot = p.functions.pivot[i];
-        const SeriesInPhi g(pivot.g), u = detail::series(pivot.U, at), w = detail::series(pivot.V, at);
+        const Series g(pivot.g), u = detail::series<Order + 1>(pivot.U, at),
+                                 w = detail::series<Order + 1>(pivot.V, at);
         theta[pivot_joint[i]] = atan2(g * u, g * w);
         if (i % 2) continue;
         const Hinge<detail::SeriesInS>& hinge = p.functions.hinge[i / 2];
         theta[hinge_joint[i / 2]] =
-            atan2(SeriesInPhi(hinge.g) * sqrt(u * u + w * w), detail::series(hinge.H, at));
+            atan2(Series(hinge.g) * sqrt(u * u + w * w), detail::series<Order + 1>(hinge.H, at));
     }
-    theta[3] = SeriesInPhi(0.0);
+    theta[3] = Series(0.0);
     theta[3].coefficient[0].coefficient[0] = p.theta_4;
     theta[3].coefficient[0].coefficient[1] = p.theta_4_rate;
-    using Curved = Jet<double, 2>;  // in phi
+    using Curved = Jet<double, Order>;  // in phi
     Curved joint[joints];
     Rates rates;
     double travel = 0;
     for (int j = 0; j < joints; ++j) {
         const double sign = task_.arm.sign[j];
         const auto& c = theta[j].coefficient;
-        const double by_phi = sign * c[1].value(), by_phi_2 = 2 * sign * c[2].value(),
-                     by_phi_3 = 6 * sign * c[3].value();
-        const double r = sign * c[0].coefficient[1] + by_phi * v;  // dq/ds
-        const double r_phi = sign * c[1].coefficient[1] + by_phi_2 * v;
-        const double r_phi_phi = 2 * sign * c[2].coefficient[1] + by_phi_3 * v;
+        const double by_phi = sign * c[1].value(), r = sign * c[0].coefficient[1] + by_phi * v;  // dq/ds
         const double near = before[j] + (ds > 0 ? 0.5 * ds * (rate[j] + r) : 0.0);
         const double value = c[0].value();
         q[j] =
@@ -387,19 +394,24 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
                 : lift(to_q(task_.arm, j, value), near);
         rate[j] = r;
         rates.r[j] = r;
-        rates.phi[j] = r_phi;
-        rates.phi_phi[j] = r_phi_phi;
-        rates.by_phi[j] = by_phi;
-        rates.by_phi_2[j] = by_phi_2;
         travel += r * r;
-        f.phi += r * r_phi;
-        f.v += r * by_phi;
-        f.phi_phi += r_phi * r_phi + r * r_phi_phi;
-        f.phi_v += by_phi * r_phi + r * by_phi_2;
-        f.v_v += by_phi * by_phi;
         joint[j].coefficient[0] = q[j];
-        joint[j].coefficient[1] = by_phi;
-        joint[j].coefficient[2] = 0.5 * by_phi_2;
+        if constexpr (Order == 2) {
+            const double by_phi_2 = 2 * sign * c[2].value(), by_phi_3 = 6 * sign * c[3].value();
+            const double r_phi = sign * c[1].coefficient[1] + by_phi_2 * v;
+            const double r_phi_phi = 2 * sign * c[2].coefficient[1] + by_phi_3 * v;
+            rates.phi[j] = r_phi;
+            rates.phi_phi[j] = r_phi_phi;
+            rates.by_phi[j] = by_phi;
+            rates.by_phi_2[j] = by_phi_2;
+            f.phi += r * r_phi;
+            f.v += r * by_phi;
+            f.phi_phi += r_phi * r_phi + r * r_phi_phi;
+            f.phi_v += by_phi * r_phi + r * by_phi_2;
+            f.v_v += by_phi * by_phi;
+            joint[j].coefficient[1] = by_phi;
+            joint[j].coefficient[2] = 0.5 * by_phi_2;
+        }
     }
     const double twice = 2 * objective_.travel;
     f.phi *= twice;
@@ -410,9 +422,10 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
     f.value = objective_.travel * travel;
     terms.travel += p.weight * travel;
     if (objective_.duration > 0) {
-        double duration = 0;
-        add_duration(rates, objective_.duration * task_.length, f, duration);
-        terms.duration += p.weight * task_.length * duration;
+        const double n = pace(objective_.slowness, rates.r), weight = objective_.duration * task_.length;
+        f.value += weight * n;
+        if constexpr (Order == 2) bend_duration(rates, n, weight, f);
+        terms.duration += p.weight * task_.length * n;
     }
     bool inside = true;
     const double scale = task_.margin_scale();
@@ -426,8 +439,10 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
     }
     const auto add = [&](const Curved& sum) {
         f.value += scale * sum.value();
-        f.phi += scale * sum.coefficient[1];
-        f.phi_phi += scale * 2 * sum.coefficient[2];
+        if constexpr (Order == 2) {
+            f.phi += scale * sum.coefficient[1];
+            f.phi_phi += scale * 2 * sum.coefficient[2];
+        }
     };
     const auto wall = [this](const Curved& distance) {
         const Curved held = max(distance, Curved(descent_rule::tiny));
@@ -454,7 +469,7 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
             open = true;
             if (!(distance < descent_rule::before)) continue;
             Curved off(distance);
-            off.coefficient[1] = distance == here - arc.lower ? 1.0 : -1.0;
+            if constexpr (Order == 2) off.coefficient[1] = distance == here - arc.lower ? 1.0 : -1.0;
             add(wall(off));
         }
     }
@@ -462,15 +477,19 @@ inline bool Descent::integrand(const detail::GaussPoint& p, double phi, double v
     return inside && f.value < infinity;
 }
 
-/// Energy, gradient, and the band of second derivatives at these control values; false where a value is none.
-inline bool Descent::assemble(const std::vector<double>& control, Assembly& out) const {
+/// Energy, and with Order 2 gradient and the band of second derivatives, at these control values; false where
+/// a value is none.
+template <int Order>
+bool Descent::assemble(const std::vector<double>& control, Assembly& out) const {
     const std::size_t n = control.size();
     out.energy = 0;
     out.terms = {};
     out.margin = infinity;
-    out.gradient.assign(n, 0.0);
-    out.interior.assign(n - 3, {});
-    out.band.assign(n, {});
+    if constexpr (Order == 2) {
+        out.gradient.assign(n, 0.0);
+        out.interior.assign(n - 3, {});
+        out.band.assign(n, {});
+    }
     double q[joints], rate[joints] = {}, last = 0;
     for (int j = 0; j < joints; ++j) q[j] = ends_.q[j];
     bool first = true;
@@ -482,7 +501,7 @@ inline bool Descent::assemble(const std::vector<double>& control, Assembly& out)
             v += p.slope[a] * c[a];
         }
         Integrand f;
-        if (!integrand(p, phi, v, q, first ? 0.0 : p.s - last, q, rate, f, out.terms)) {
+        if (!integrand<Order>(p, phi, v, q, first ? 0.0 : p.s - last, q, rate, f, out.terms)) {
             out.energy = infinity;
             return false;
         }
@@ -490,6 +509,7 @@ inline bool Descent::assemble(const std::vector<double>& control, Assembly& out)
         first = false;
         last = p.s;
         out.energy += p.weight * f.value;
+        if constexpr (Order == 0) continue;
         out.margin = min(out.margin, f.margin);
         Interior& inside = out.interior[p.cell];
         inside.most = max(inside.most, f.value);
@@ -552,7 +572,8 @@ inline bool Descent::advance() {
     for (int half = 0; half < 5; ++half, share *= 0.5) {
         tried_ = control_;
         for (std::size_t i = 0; i < tried_.size(); ++i) tried_[i] += share * step_[i];
-        if (!assemble(tried_, there_) || !(there_.energy <= here_.energy + 1e-4 * share * slope_)) continue;
+        if (!assemble<2>(tried_, there_) || !(there_.energy <= here_.energy + 1e-4 * share * slope_))
+            continue;
         control_.swap(tried_);
         std::swap(here_, there_);
         std::copy(here_.q, here_.q + joints, ends_.q);

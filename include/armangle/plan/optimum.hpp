@@ -195,8 +195,8 @@ private:
         std::vector<Start> out;
         for (const Start& x : curves) {
             Descent descent(task_, objective_, ends_);
-            if (descent.stand(q, spline(q.breaks, s_, curves_[x.curve]).control))
-                out.push_back({descent.energy(), x.curve});
+            const double energy = descent.glance(q, spline(q.breaks, s_, curves_[x.curve]).control);
+            if (energy < infinity) out.push_back({energy, x.curve});
         }
         std::stable_sort(out.begin(), out.end(),
                          [](const Start& a, const Start& b) { return a.energy < b.energy; });
