@@ -96,7 +96,7 @@ def test_both_ends_given_fix_the_roll_at_both() -> None:
 
 
 def test_where_no_roll_that_stays_holds_one_that_turns_is_found() -> None:
-    """A frame that turns three times about the wire, as a screw does: no joint can follow, and none has to."""
+    """A frame that turns three times about the wire, as a screw does: no joint can follow or has to."""
     arm = ARMS[1]
     first = arm.forward(np.radians([20, 10, 10, 80, 5, 5, 10]))[0]
     path = aa.Screw(first, first[:3, 3], first[:3, 2], 6 * np.pi, advance=0.03)
