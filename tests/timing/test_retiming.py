@@ -15,6 +15,7 @@ from support.strategies import CATALOGUE, Array
 
 import armangle as aa
 from armangle.motion.joint_path import Between
+from armangle.timing.fastest import _Course
 
 need("scipy")
 need("highspy")
@@ -653,3 +654,14 @@ def test_no_bound_on_velocity_warns_of_nothing() -> None:
         warnings.simplefilter("error")
         free = aa.retime(path, velocity=np.inf, jerk=50.0)
     assert free.duration <= aa.retime(path, velocity=1.0, jerk=50.0).duration * 1.001
+
+
+def test_a_place_lies_on_the_side_of_a_node_that_it_is_asked_for() -> None:
+    """Third derivatives jump at nodes: the r of an s just beside one must not be that of one beyond."""
+    course = _Course(0.2, 0.7)
+    s = np.linspace(0.2, 0.7, 4001)
+    r = course.r(s)
+    assert (np.diff(r) > 0).all() and r[0] == 0 and r[-1] == 1
+    assert np.abs(course.s(r) - s).max() < 1e-13
+    near = 0.2 + np.logspace(-14, -8, 50)  # where s is flat no r is told by its s
+    assert np.abs(course.r(near) - np.cbrt((near - 0.2) / 5)).max() < 5.1e-5

@@ -146,11 +146,14 @@ class _Course(NamedTuple):
     def r(self, s: Floats) -> Floats:
         """Return the r of rising s, on the same side of a node as s."""
         table = np.linspace(0, 1, 20_001)
-        r = np.interp(s, self.s(table), table)
+        known = self.s(table)
+        r = np.interp(s, known, table)
+        cell = np.clip(np.searchsorted(known, s) - 1, 0, len(table) - 2)
         for _ in range(NEWTON):
             rate = self.rates(r)[0]
-            r = np.where(rate > 0, r - (self.s(r) - s) / np.where(rate > 0, rate, 1.0), r)
-        return np.clip(r, 0.0, 1.0)
+            step = (self.s(r) - s) / np.where(rate > 0, rate, np.inf)
+            r = np.clip(r - step, table[cell], table[cell + 1])  # at the ends, where s is flat, it goes far
+        return np.asarray(r)
 
 
 class Smooth(NamedTuple):
