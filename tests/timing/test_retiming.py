@@ -510,7 +510,7 @@ def test_it_turns_at_more_corners_than_a_grid_has_intervals(
 
 def test_as_many_rows_as_there_may_be_are_timed_as_few() -> None:
     durations = [
-        aa.retime(swing(n), velocity=3.0, acceleration=1.0, tolerance=1e-4).duration for n in (200, 2000)
+        aa.retime(swing(n), velocity=3.0, acceleration=1.0, tolerance=1e-4).duration for n in (200, 4000)
     ]
     assert durations[0] == pytest.approx(durations[1], rel=0.02)
 

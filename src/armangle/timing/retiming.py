@@ -31,8 +31,8 @@ WITH_JERK, LEAST_WITH_JERK = 200, 2
 AT_SPEED, LEAST_AT_SPEED = 640, 24
 """... and where a tool speed is to be held as well, which shows what is coarse."""
 KNOTS, KNOTS_AT_SPEED, ATTEMPTS = (80, 120), (80, 240), 6
-"""Intervals of a spline of the speed with jerk bounded: more in a second attempt, where it changes, and in
-those after it, of which there are some where bounds are exceeded between the places that were looked at."""
+"""Intervals of a spline of the speed with jerk bounded: more in a second attempt, where it changes. They
+stay in those after it, which follow where bounds are exceeded between the places that were looked at."""
 FULL_PARTS, LEAST_IN_PART = 8, 40
 """Parts between corners up to which each has as many, and least in each of more parts."""
 FEW_STOPS, MOST_STOPS = 8, 300
@@ -270,7 +270,7 @@ def _kept_with_jerk(path: Motion, b: _Bounds, jerk: Floats) -> tuple[Grid, Timin
 
 
 def _part_kept(part: Part, full: float, b: _Bounds, jerk: Floats) -> Timing:
-    """Return the timing of a part between two corners: the fastest of those with more and more knots.
+    """Return the timing of a part between two corners: the fastest of several attempts.
 
     `full` is the share of the grid that it gets; less than 1 where there are many, with one attempt each.
     """
