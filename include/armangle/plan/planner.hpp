@@ -1353,14 +1353,16 @@ private:
 }  // namespace detail
 
 namespace plan_rule {
-inline constexpr double of_duration[] = {0, 0.01, 0.1, 1};  // shares of its weight that are tried
+/// What is tried where duration is weighed: its weight times the first, beside a weight of travel that is at
+/// least this times the second.
+inline constexpr double hurries[][2] = {{0, 0}, {1, 0}, {1, 0.1}, {1, 1}};
 }  // namespace plan_rule
 
 /// Plans the path of n segments, from s = 0 to 1. rows: parameters that shall be sections.
 ///
-/// Where the objective weighs duration, plans of less weight on it, and of none, are made too, and the proven
-/// one of least duration is taken: what is weighed (pace) sees no accelerations between, so that more weight
-/// might cost time.
+/// Where the objective weighs duration, a plan of no weight on it, and such of more weight on travel, are made
+/// too, and the proven one of least duration is taken: what is weighed (pace) sees no accelerations between,
+/// so that it alone might cost time, and even joint motion is often the faster.
 inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
                  std::size_t row_count, const PlanOptions& options) {
     const auto planned = [&](const PlanOptions& asked) {
@@ -1369,11 +1371,12 @@ inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const d
     if (!(options.objective.duration > 0)) return planned(options);
     Plan best;
     double least = infinity;
-    for (const double share : plan_rule::of_duration) {
+    for (const auto& [hurry, calm] : plan_rule::hurries) {
         PlanOptions asked = options;
-        asked.objective.duration *= share;
+        asked.objective.travel = max(asked.objective.travel, calm * asked.objective.duration);
+        asked.objective.duration *= hurry;
         Plan now = planned(asked);
-        const bool first = share == plan_rule::of_duration[0];
+        const bool first = hurry == 0;
         if (!first && !(now.ok && now.proof.certified())) continue;
         const bool proven = now.ok && now.proof.certified();
         const double time =

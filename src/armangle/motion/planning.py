@@ -74,9 +74,9 @@ class Objective:
         Weight, >= 0, of the time (s) that joint speeds need: at each s that of the joint that needs longest,
         as the norm of order 8 of |dq/ds| / u over the joints. u is the arm's velocity, or √(a ℓ) if less:
         what an acceleration a comes to over the ℓ rad that the path turns the arm.
-        Times ℓ, so that a path is weighed as its parts are. Plans of 0, 0.01 and 0.1 of this weight are made
-        too, and the one that velocities and accelerations let pass fastest is taken: it is never
-        slower than the plan of weight 0. `retime` says what time it takes.
+        Times ℓ, so that a path is weighed as its parts are. A plan of weight 0, and plans whose travel weighs
+        at least 0.1 and 1 times this weight, are made too, and the one that velocities and accelerations let
+        pass fastest is taken: it is never slower than the plan of weight 0. `retime` says what time it takes.
     acceleration : float, array_like of shape (7,), optional
         Joint accelerations of `duration`, rad/s², > 0: those that `retime` will be given. None: the arm's
         own; arms in the catalogue state none, and then speeds alone count.
