@@ -264,6 +264,37 @@ def test_a_posture_of_no_arm_angle_and_a_repeated_row_are_no_obstacles(between: 
     assert np.abs(found.q[-1] - q[-1]).max() < 1e-9
 
 
+@pytest.mark.parametrize("seed", [4, 10])
+def test_acceleration_does_not_leap_at_stops_between_short_and_long_ways(seed: int) -> None:
+    """Where s changes 5000 times as fast before a stop as after it, and where a corner is of 1e-7 rad."""
+    rng = np.random.default_rng(seed)
+    sizes = 10 ** rng.uniform(-7, -0.5, (int(rng.integers(5, 45)), 1))
+    rows = np.clip(np.cumsum(0.4 * rng.normal(size=(len(sizes), 7)) * sizes, axis=0), -1.5, 1.5)
+    rows += np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    motion = aa.JointPath.from_joints(ARM, np.clip(rows, ARM.lower, ARM.upper), between="joints")
+    found = aa.retime(motion, acceleration=9.73, jerk=2.0, tolerance=1e-5)
+    stops = found.timing.t[1:-1, None] + np.linspace(-1e-6, 1e-6, 41)
+    changes = np.diff(found.at(np.clip(stops, 0.0, found.duration)).qdd, axis=1)
+    assert np.abs(changes).max() <= 2.0 * 5.1e-8 + 1e-7
+
+
+@pytest.mark.parametrize("between", ["joints", "spline", "tool"])
+def test_several_rows_in_turn_that_repeat_one_are_no_stop(between: Between) -> None:
+    first = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    middle, last = first + np.array([0.2, 0.1, -0.3, 0.2, 0.1, -0.2, 0.4]), first + 0.1
+    for repeats in ([3e-9, 8e-10], [1e-5, 1.5e-5]):
+        near = [middle + shift for shift in repeats]
+        for ends in ([], [last]):
+            rows, plain = np.array([first, middle, *near, *ends]), np.array([first, middle, *ends])
+            durations = [
+                aa.retime(
+                    aa.JointPath.from_joints(ARM, q, between=between), acceleration=A, jerk=20.0
+                ).duration
+                for q in (rows, plain)
+            ]
+            assert abs(durations[0] / durations[1] - 1) < 1e-3
+
+
 def test_rows_that_are_no_motion_are_said() -> None:
     rest = np.array([0, 0.5, 0, -1.2, 0, 0.6, 0.0])
     with pytest.raises(aa.InputError, match="between is 'line', wanted"):

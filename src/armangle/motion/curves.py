@@ -267,7 +267,12 @@ def repeated(q: Floats) -> NDArray[np.bool_]:
     steps = np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0)
     beside = np.pad(steps, 1, constant_values=np.inf)
     small = np.minimum(beside[:-2], beside[2:]) >= APART * steps  # beside longer ones
-    return np.asarray((steps <= RESTS) | ((steps <= REPEATS) & small))
+    found = np.asarray((steps <= RESTS) | ((steps <= REPEATS) & small))
+    edges = np.diff((beside <= REPEATS).astype(int))  # several in a row count as one
+    for first, last in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True):
+        way = steps[first:last].sum()
+        found[first:last] |= way <= REPEATS and min(beside[first], beside[last + 1]) >= APART * way
+    return found
 
 
 def _placed(arm: Arm | OffsetArm, q: Floats) -> Placed:

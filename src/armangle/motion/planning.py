@@ -62,7 +62,8 @@ class Objective:
     ----------
     limits, singularities : float
         Weights, >= 0, of (0.2 / d - 0.2 / enough)² for every distance d (rad) to a joint limit or to a
-        singularity (θ2, θ6 at 0 or π) below `enough`. Limits hold whatever the weight.
+        singularity (θ2, θ6 at 0 or π) below `enough`; joint 4's are left out, for the path decides them, and
+        no arm angle. Limits hold whatever the weight.
     travel : float
         Weight, >= 0, of Σ (dq/ds)²: joint motion, even and without detours.
     enough : float

@@ -10,8 +10,8 @@ from .._arrays import JOINTS, Floats
 from ..errors import PathError
 from .motion import Motion, Part, breaks, just_before
 
-SMOOTH = 1e-6
-"""Share of the greatest |q'| of a path by which it may jump at a break that is no corner: rounding."""
+SMOOTH, NOTHING = 1e-6, 1e-9
+"""Shares of |q'| there, and of the greatest of a path, by which it may jump where no corner is: rounding."""
 
 MANY = 1600
 """Intervals from which on there are no more than `count` asks for."""
@@ -83,5 +83,6 @@ def composed(d: Floats, first: Floats, second: Floats, third: Floats) -> Floats:
 
 def corners(g: Grid) -> Floats:
     """Return q' after - q' before, (N + 1, 7), with 0 where the two differ by rounding."""
-    jump = g.after[:, 0] - g.before[:, 0]
-    return np.where(np.abs(jump) > SMOOTH * np.abs(g.after[:, 0]).max(), jump, 0.0)
+    after, before = g.after[:, 0], g.before[:, 0]
+    rate = np.maximum(np.abs(after), np.abs(before)).max(axis=1, keepdims=True)
+    return np.where(np.abs(after - before) > SMOOTH * rate + NOTHING * rate.max(), after - before, 0.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,8 +35,12 @@ class Timing:
         return float(self.t[-1])
 
     def at(self, t: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return s, ds/dt and d²s/dt² at times (N,); s = 1 and ds/dt = 0 at the end."""
+        """Return s, ds/dt and d²s/dt² at times (N,); s = 1 and ds/dt = 0 at the end.
+
+        s stays below that of the next piece, which may begin at a corner: there joints leave at another rate.
+        """
         s, speed, acceleration, _ = self._orders(t)
+        s = np.minimum(s, np.nextafter(np.append(self.coefficients[1:, 0], 1.0)[self._piece(t)], 0.0))
         over = t >= self.t[-1]  # the last pieces take less than a digit of t where no joint moves
         s, speed = np.where(over, 1.0, np.clip(s, 0.0, 1.0)), np.where(over, 0.0, np.maximum(speed, 0.0))
         return s, speed, acceleration
@@ -47,13 +51,16 @@ class Timing:
 
     def _orders(self, t: Floats) -> tuple[Floats, ...]:
         """Return s and its first three derivatives, by Taylor's shift of the polynomials."""
-        k = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.coefficients) - 1)
+        k = self._piece(t)
         x, c = t - self.t[k], self.coefficients[k].T
         found = []
         for _ in range(4):
             found.append(sum(each * x**power for power, each in enumerate(c)))
             c = c[1:] * np.arange(1, len(c))[:, None]
         return tuple(np.asarray(each) for each in found)
+
+    def _piece(self, t: Floats) -> Any:
+        return np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.coefficients) - 1)
 
     def rests(self) -> Floats:
         """Return the s within pieces in which s never moves, (N,): its speed is 0 at both ends of them."""
