@@ -1360,9 +1360,9 @@ inline constexpr double hurries[][2] = {{0, 0}, {1, 0}, {1, 0.1}, {1, 1}};
 
 /// Plans the path of n segments, from s = 0 to 1. rows: parameters that shall be sections.
 ///
-/// Where the objective weighs duration, a plan of no weight on it, and such of more weight on travel, are made
-/// too, and the proven one of least duration is taken: what is weighed (pace) sees no accelerations between,
-/// so that it alone might cost time, and even joint motion is often the faster.
+/// Where the objective weighs duration, a plan of no weight on it, and such of more weight on travel, are
+/// made too, and the proven one of least duration is taken: what is weighed (pace) sees no accelerations
+/// between, so that it alone might cost time, and even joint motion is often the faster.
 inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
                  std::size_t row_count, const PlanOptions& options) {
     const auto planned = [&](const PlanOptions& asked) {
