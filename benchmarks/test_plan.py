@@ -23,10 +23,37 @@ def line(count: int) -> np.ndarray:
     return poses
 
 
-def test_250_poses_all_branches(benchmark: Any) -> None:
+def waves(arm: aa.Arm, number: int) -> list[np.ndarray]:
+    """Waves about random lines of 0.2 m, in reach all along, each as 250 poses."""
+    rng = np.random.default_rng(0)
+    low, high = np.maximum(arm.lower, -2.9), np.minimum(arm.upper, 2.9)
+    s = np.linspace(0, 1, 250)[:, None]
+    found: list[np.ndarray] = []
+    while len(found) < number:
+        way = rng.normal(size=3)
+        way /= np.linalg.norm(way)
+        pose = arm.forward((low + high) / 2 + 0.35 * (high - low) * rng.uniform(-1, 1, 7))[0]
+        poses = np.repeat(pose[None], len(s), axis=0)
+        poses[:, :3, 3] += 0.2 * s * way + 0.05 * np.sin(2 * np.pi * s) * np.cross(way, [0, 0, 1])
+        if arm.solve(poses).ok.all():
+            found.append(poses)
+    return found
+
+
+@pytest.mark.parametrize("threads", [1, 0])
+def test_250_poses_all_branches(benchmark: Any, threads: int) -> None:
     """Goal: 50 ms, planned and certified."""
-    path = benchmark(aa.plan, ARM, line(250))
+    path = benchmark(aa.plan, ARM, line(250), threads=threads)
     assert path.certified
+
+
+@pytest.mark.parametrize("threads", [1, 0])
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "realman_rm75_b", "openarm_v10"])
+def test_20_waves_of_250_poses(benchmark: Any, name: str, threads: int) -> None:
+    """Goal: 1 s, 50 ms each."""
+    arm = aa.Arm.from_catalogue(name)
+    paths = waves(arm, 20)
+    benchmark.pedantic(lambda: [aa.plan(arm, each, threads=threads) for each in paths], rounds=3)
 
 
 def test_100_000_poses(benchmark: Any) -> None:

@@ -201,7 +201,7 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
                      unsigned branches, Floats weights, double singularity_margin, double limit_margin,
                      Wish wish, Floats wished, const std::vector<const SceneHandle*>& scenes,
                      Ints allowed_count, Floats allowed_psi, nb::object allowed_at, double held_q_7,
-                     const SceneHandle* true_scene) {
+                     const SceneHandle* true_scene, int threads) {
     const Buffer g(segments), r(rows), w(weights);
     Buffer from, to;
     PlanOptions options;
@@ -230,6 +230,7 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
     options.singularity_margin = singularity_margin;
     options.limit_margin = limit_margin;
     options.held_q_7 = held_q_7;
+    options.threads = threads;
     std::vector<const Scene*> views;
     for (const SceneHandle* scene : scenes) views.push_back(&scene->view);
     options.scenes = {views.data(), static_cast<int>(views.size())};
@@ -519,7 +520,7 @@ void bind_planning_of(nb::class_<Handle>& arm) {
     arm.def("plan_path", &plan_path<Handle>, "segments"_a, "rows"_a, "start"_a.none(), "goal"_a.none(),
             "branches"_a, "weights"_a, "singularity_margin"_a, "limit_margin"_a, "wish"_a, "wished"_a.none(),
             "scenes"_a, "allowed_count"_a.none(), "allowed_psi"_a.none(), "allowed_at"_a.none(), "held_q_7"_a,
-            "true_scene"_a.none());
+            "true_scene"_a.none(), "threads"_a);
     arm.def("curve_at", &curve_at<Handle>, "segments"_a, "stretches"_a, "plane"_a, "gc"_a, "roll_free"_a,
             "shifts"_a, "base"_a.none(), "s"_a, "q"_a, "psi"_a, "branch"_a, "pose"_a, "margin"_a,
             "residual"_a);

@@ -29,6 +29,7 @@ CALLS: dict[str, Callable[[], Any]] = {
     "resolve": lambda: aa.resolve(ARM, POSE, PSI, GC).psi,
     "step": lambda: aa.step(ARM, Q[0], POSE[0]).q,
     "follow": lambda: aa.follow(ARM, LINE, start=Q[0]).q,
+    "plan": lambda: aa.plan(ARM, LINE[:60]).q,
     "catalogue": lambda: aa.Arm.from_catalogue("kuka_iiwa7_r800").upper,
 }
 
@@ -67,3 +68,40 @@ def test_the_first_problem_is_reported_whichever_thread_meets_one(threads: int) 
         ARM.inverse(poses, PSI, GC, threads=threads)
     with pytest.raises(aa.NotFiniteError, match=r"pose\[70\]"):
         ARM.feasible(poses, GC, threads=threads)
+
+
+def wavy(first: np.ndarray, shift: list[float]) -> np.ndarray:
+    """Return 250 poses of one orientation along a wave."""
+    s = np.linspace(0.0, 1.0, 250)[:, None]
+    poses = np.repeat(first[None], len(s), axis=0)
+    poses[:, :3, 3] += s * shift + 0.05 * np.sin(2 * np.pi * s) * [1.0, 0.0, 0.3]
+    return poses
+
+
+NARROW = aa.Arm.from_catalogue("rokae_xmate_er3_pro")
+WINDING = NARROW.with_(
+    lower=np.where(np.arange(7) % 2, NARROW.lower, -7.48),
+    upper=np.where(np.arange(7) % 2, NARROW.upper, 11.35),
+)
+FAR = np.array([2.303, -0.209, 1.144, 0.315, 1.567, -1.238, 1.788])
+"""From here the first branches take most of what a plan may try: it is not the same who looks first."""
+
+
+@pytest.mark.parametrize("arm, q, shift, given", [
+    (ARM, Q[1], [0.1, 0.05, -0.1], {}),
+    (ARM, Q[1], [0.1, 0.05, -0.1], {"start": Q[1]}),
+    (ARM, Q[2], [0.6, 0.4, 0.9], {}),
+    (ARM, Q[1], [0.1, 0.05, -0.1], {"objective": aa.Objective(duration=10, acceleration=5.0)}),
+    (WINDING, FAR, [0.003, 0.187, -0.022], {"start": FAR}),
+    (WINDING, FAR, [0.003, 0.187, -0.022], {"allowed": lambda pose: aa.ArcSet([[-2.0, 2.5]])}),
+], ids=["free", "from a start", "no way", "fast", "winding", "allowed by a function"])  # fmt: skip
+def test_a_plan_is_the_same_by_one_thread_and_by_many(
+    arm: aa.Arm, q: np.ndarray, shift: list[float], given: dict[str, Any]
+) -> None:
+    poses = wavy(arm.forward(q)[0], shift)
+    alone = aa.plan(arm, poses, threads=1, **given)
+    for threads in (0, 2, 3, 8):
+        many = aa.plan(arm, poses, threads=threads, **given)
+        assert np.array_equal(many.q, alone.q, equal_nan=True)
+        assert repr(many.diagnosis) == repr(alone.diagnosis)
+        assert np.array_equal(many.uncertified, alone.uncertified)

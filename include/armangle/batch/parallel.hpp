@@ -1,7 +1,9 @@
-// Threads: a range of elements split into one part each.
+// Threads: a range of elements split into one part each, or element by element as each is done with its last.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
+#include <exception>
 #include <thread>
 
 #include "../numbers/arrays.hpp"
@@ -24,6 +26,24 @@ void parallel(std::size_t n, int threads, const Work& work) {
         pool[t] = std::thread([&work, n, count, t] { work(n * t / count, n * (t + 1) / count, t); });
     work(0, n / count, 0);
     for (std::size_t t = 1; t < count; ++t) pool[t].join();
+}
+
+/// work(k) for every k in [0, n), each by the thread that is free first: for few elements of unequal work,
+/// which may throw. What one throws is thrown here, and those not yet begun are left out.
+template <class Work>
+void in_turn(std::size_t n, int threads, const Work& work) {
+    std::atomic<std::size_t> next{0};
+    std::exception_ptr thrown[most_threads];
+    parallel(n, threads, [&](std::size_t, std::size_t, std::size_t thread) {
+        try {
+            for (std::size_t k = next++; k < n; k = next++) work(k);
+        } catch (...) {
+            thrown[thread] = std::current_exception();
+            next = n;
+        }
+    });
+    for (const std::exception_ptr& one : thrown)
+        if (one) std::rethrow_exception(one);
 }
 
 /// The problem with the lowest index of all threads.

@@ -10,6 +10,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <optional>
 #include <utility>
 
@@ -20,6 +21,7 @@
 #include "optimum.hpp"
 #include "relax.hpp"
 #include "shadow.hpp"
+#include "../batch/parallel.hpp"
 #include "../scene/proximity.hpp"
 #include "../scene/straight_move.hpp"
 
@@ -39,6 +41,7 @@ struct PlanOptions {
     const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
     JointBounds bounds = {};                                  // where the objective weighs duration
     double held_q_7 = 0;  // of an arm whose roll is free (with_free_roll): there joint 7 stays
+    int threads = 0;      // that look at branches; 0: one for each core
 };
 
 /// A plan with its proof, or the report of why there is none.
@@ -50,6 +53,7 @@ struct Plan {
     Proof proof;
     double start_gap = 0, goal_gap = 0;  // rad: how far start and goal lie from their poses' postures
     std::vector<BranchReport> branches;  // of the branches asked, best first
+    double tried = 0;                    // share of the links that may be tried
 };
 
 namespace plan_rule {
@@ -63,6 +67,8 @@ inline constexpr int thirds = 8;                    // by which the neighbours o
 /// to draw what it found: some ten times what an arm without turns takes, some 2 s for 250 poses.
 inline constexpr long long links = 300000;
 inline constexpr long long least_sections = 250;  // a short path may try as many as this one
+inline constexpr long long at_once = 4;           // share of them that a branch may try beside the others
+inline constexpr std::size_t alone = 16;  // sections asked below which a thread costs more than it saves
 inline constexpr double beside =
     0.2;  // of phi: where the posture nearest to a start beside its pose is sought (rad)
 inline constexpr double beside_singular = 0.02;  // |sin| of theta_2, theta_6 of an end that is led (rad)
@@ -124,8 +130,7 @@ public:
     }
 
     Plan run() {
-        for (int gc = 0; gc < configurations; ++gc)
-            if (options_.branches >> gc & 1u) plan_.branches.push_back(survey(gc));
+        survey_all();
         std::stable_sort(plan_.branches.begin(), plan_.branches.end(),
                          [](const BranchReport& a, const BranchReport& b) { return before(a, b); });
         plan_.plane = task_.plane;
@@ -140,30 +145,28 @@ public:
 
 private:
     /// The tube of a branch: with sections in shadows of obstacles that those of `base` do not see.
-    Tube tube_on(int gc, const std::vector<double>& base) {
+    Tube tube_on(int gc, const std::vector<double>& base) const {
         if (!task_.scenes) return tube(task_, gc, base);
         std::vector<double> all = base;
-        const std::vector<double>& more = shadows(gc & 2);
+        const std::vector<double>& more = shadows_[gc & 2 ? 1 : 0];
         all.insert(all.end(), more.begin(), more.end());
         tidy(all);
         return tube(task_, gc, all);
     }
 
     /// Parameters in the shadows of obstacles between those of `base_`, on one side of the elbow.
-    const std::vector<double>& shadows(int elbow) {
-        std::optional<std::vector<double>>& found = shadows_[elbow ? 1 : 0];
-        if (found) return *found;
-        found.emplace();
+    std::vector<double> shadows(int elbow) const {
+        std::vector<double> found;
         for (int k = 0; k < task_.scenes.count; ++k) {
             const double begin = task_.scenes.begin(k), end = task_.scenes.begin(k + 1);
             std::vector<double> within{begin};
             for (const double s : base_)
                 if (s > begin && s < end) within.push_back(s);
             within.push_back(end);
-            for (const double s : Shadows(task_, task_.scenes[k], elbow).find(within)) found->push_back(s);
-            if (k) found->push_back(begin);
+            for (const double s : Shadows(task_, task_.scenes[k], elbow).find(within)) found.push_back(s);
+            if (k) found.push_back(begin);
         }
-        return *found;
+        return found;
     }
 
     /// The proof of a curve.
@@ -344,20 +347,70 @@ private:
         return out;
     }
 
-    /// Whether a branch has a way, how good, and if not, why.
-    BranchReport survey(int gc) {
-        BranchReport out;
+    /// What is known of a branch before its curve is drawn.
+    struct Surveyed {
+        BranchReport report;
+        std::vector<Optimum> coarse;  // on few knots, the best first
+        int spread = 0;               // the windings that its way was found with
+        double start_gap = 0, goal_gap = 0;
+        long long links = 0, most = 0;  // that it tried, and with those that are not counted
+    };
+
+    /// Surveys all branches that are asked. The links that may be tried are shared, the first branch first:
+    /// so threads look at branches with a share of them each, and what one of them finds counts where it
+    /// would have found the same in its turn; else it is looked at again.
+    void survey_all() {
+        std::vector<int> asked;
+        for (int gc = 0; gc < configurations; ++gc)
+            if (options_.branches >> gc & 1u) asked.push_back(gc);
+        for (const int elbow : {0, 2})
+            if (task_.scenes &&
+                std::any_of(asked.begin(), asked.end(), [=](int gc) { return (gc & 2) == elbow; }))
+                shadows_[elbow / 2] = shadows(elbow);
+        std::vector<std::optional<Surveyed>> found(asked.size());
+        const bool of_user = options_.allowed && !options_.allowed_everywhere;  // is asked by one thread
+        if (options_.threads != 1 && asked.size() > 1 && base_.size() >= plan_rule::alone && !of_user) {
+            const long long share = links_ / plan_rule::at_once;
+            std::atomic<bool> spent{false};
+            in_turn(asked.size(), options_.threads, [&](std::size_t k) {
+                if (spent) return;
+                Surveyed now = survey(asked[k], share);
+                if (now.most > share)
+                    spent = true;
+                else
+                    found[k] = std::move(now);
+            });
+        }
+        for (std::size_t k = 0; k < asked.size(); ++k) {
+            if (!found[k] || found[k]->most > links_) found[k] = survey(asked[k], links_);
+            Surveyed& one = *found[k];
+            links_ -= one.links;
+            plan_.tried += static_cast<double>(one.links) / static_cast<double>(allowance());
+            plan_.start_gap = max(plan_.start_gap, one.start_gap);  // 0 but in the branch of the start
+            plan_.goal_gap = max(plan_.goal_gap, one.goal_gap);
+            const auto gc = static_cast<std::size_t>(asked[k]);
+            coarse_[gc] = std::move(one.coarse);
+            spread_[gc] = one.spread;
+            plan_.branches.push_back(std::move(one.report));
+        }
+    }
+
+    /// Whether a branch has a way, how good, and if not, why. allowed: links that may be tried.
+    Surveyed survey(int gc, const long long allowed) const {
+        Surveyed found;
+        BranchReport& out = found.report;
         out.gc = gc;
         const Tube t = tube_on(gc, base_);
         const Ends fixed = ends(t);
-        plan_.start_gap = max(plan_.start_gap, fixed.start.gap);  // 0 but in the branch of the start
-        plan_.goal_gap = max(plan_.goal_gap, fixed.goal.gap);
+        found.start_gap = fixed.start.gap;
+        found.goal_gap = fixed.goal.gap;
+        long long left = allowed;
         if (!fixed.held()) refuse_end(fixed, out);
         const bool refused = !fixed.held() && !out.elsewhere && out.status != Status::OUTSIDE;
         out.sections = static_cast<unsigned>(t.sections.size());
         Way way;
         if (fixed.starts) {
-            way = widest(t, fixed);
+            way = widest(t, fixed, left, found.spread);
             if (way.reached) out.reached = t.sections[way.reached - 1].s;
         }
         if (const std::size_t at = first_empty(t); at < t.sections.size() && !refused) {
@@ -374,21 +427,23 @@ private:
         } else if (fixed.held()) {
             const FixedEnds ends = fixed_ends(fixed, way.rows[0].q);
             Way cheap;
-            long long links = links_;  // those of the others are not spent on it
+            long long uncounted = left;  // those of the others are not spent on it
             if (options_.start || options_.goal)
-                cheap = search(t, fixed.start, fixed.goal, spread_[gc], links)
+                cheap = search(t, fixed.start, fixed.goal, found.spread, uncounted)
                             .run(min(way.margin, plan_rule::cheap));
-            std::vector<Optimum>& coarse = coarse_[static_cast<std::size_t>(gc)] =
-                coarse_optima(task_, options_.objective, t, way, cheap, ends);
-            if (coarse.empty())
-                coarse.push_back(as_it_is(task_, options_.objective, gc, ends, along(t, way, base_)));
-            const Optimum& best = coarse.front();
+            found.most = allowed - uncounted;
+            found.coarse = coarse_optima(task_, options_.objective, t, way, cheap, ends);
+            if (found.coarse.empty())
+                found.coarse.push_back(as_it_is(task_, options_.objective, gc, ends, along(t, way, base_)));
+            const Optimum& best = found.coarse.front();
             out.margin = best.found() ? best.margin : way.margin;
             out.cost = best.found() ? best.terms.weighed(options_.objective) : infinity;
             out.stationarity = best.stationarity;
             out.elbow_margin = least_elbow_margin(t, way);
         }
-        return out;
+        found.links = allowed - left;
+        found.most = max(found.most, found.links);
+        return found;
     }
 
     /// Which end a branch cannot have, and why.
@@ -438,17 +493,18 @@ private:
         }
     }
 
-    /// The best way with as few windings at a free start as give `enough` margin, or with all that are tried.
-    Way widest(const Tube& t, const Ends& fixed) {
+    /// The best way with as few windings at a free start as give `enough` margin, or with all that are tried;
+    /// which, as `found`. links: how many more may be tried, counted down.
+    Way widest(const Tube& t, const Ends& fixed, long long& links, int& found) const {
         Way best;
         const int first = loose_ && !fixed.start.given && !fixed.goal.given ? any_winding : 0;
         for (int spread = first; spread <= candidate_rule::windings; ++spread) {
-            Way way = search(t, fixed.start, fixed.goal, spread, links_).run(-infinity);
+            Way way = search(t, fixed.start, fixed.goal, spread, links).run(-infinity);
             if (spread == any_winding && way.whole && !is_inside(way)) continue;
             const bool more = way.more && !way.given_up, spent = way.given_up;
             if (best.rows.empty() || better(way, best)) {
                 best = std::move(way);
-                spread_[t.gc] = spread;
+                found = spread;
             }
             best.given_up = spent && !best.whole;
             if (!more || spread == any_winding || (best.whole && winds_well(best))) break;
@@ -1343,7 +1399,7 @@ private:
     long long links_;  // that may still be tried
     static constexpr int any_winding = -1;
     int spread_[configurations] = {};  // of each branch: the windings that its way was found with
-    std::optional<std::vector<double>> shadows_[2];  // of each side of the elbow
+    std::vector<double> shadows_[2];   // of each side of the elbow that is asked
     Task task_;
     std::optional<Task> loose_;
     bool touching_ = false;  // an end that is asked, see touches()
@@ -1353,36 +1409,40 @@ private:
 }  // namespace detail
 
 namespace plan_rule {
-/// What is tried where duration is weighed: its weight times the first, beside a weight of travel that is at
-/// least this times the second.
-inline constexpr double hurries[][2] = {{0, 0}, {1, 0}, {1, 0.1}, {1, 1}};
+/// What is tried where duration is weighed, besides a plan without: its weight beside a weight of travel that
+/// is at least this share of it.
+inline constexpr double calm[] = {0, 0.1, 1};
+inline constexpr double hurried = 0.4;  // share of the links of one plan that all of these may try
 }  // namespace plan_rule
 
 /// Plans the path of n segments, from s = 0 to 1. rows: parameters that shall be sections.
 ///
 /// Where the objective weighs duration, a plan of no weight on it, and such of more weight on travel, are
 /// made too, and the proven one of least duration is taken: what is weighed (pace) sees no accelerations
-/// between, so that it alone might cost time, and even joint motion is often the faster.
+/// between, so that it alone might cost time, and even joint motion is often the faster. Where the search is
+/// so large that all together would take long, there are fewer of them.
 inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
                  std::size_t row_count, const PlanOptions& options) {
-    const auto planned = [&](const PlanOptions& asked) {
-        return detail::Planner(arm, segments, n, rows, row_count, asked).run();
+    PlanOptions asked = options;
+    const auto planned = [&] { return detail::Planner(arm, segments, n, rows, row_count, asked).run(); };
+    const auto takes = [&](const Plan& x) {
+        const bool proven = x.ok && x.proof.certified();
+        return proven ? duration({arm, x.plane, x.gc, {segments, n}, x.stretches}, options.bounds) : infinity;
     };
-    if (!(options.objective.duration > 0)) return planned(options);
-    Plan best;
-    double least = infinity;
-    for (const auto& [hurry, calm] : plan_rule::hurries) {
-        PlanOptions asked = options;
-        asked.objective.travel = max(asked.objective.travel, calm * asked.objective.duration);
-        asked.objective.duration *= hurry;
-        Plan now = planned(asked);
-        const bool first = hurry == 0;
-        if (!first && !(now.ok && now.proof.certified())) continue;
-        const bool proven = now.ok && now.proof.certified();
-        const double time =
-            proven ? duration({arm, now.plane, now.gc, {segments, n}, now.stretches}, options.bounds)
-                   : infinity;
-        if (!first && !(time < least)) continue;
+    const double weight = options.objective.duration;
+    asked.objective.duration = 0;
+    Plan best = planned();
+    if (!(weight > 0) || !best.ok) return best;
+    asked.objective.duration = weight;
+    double least = takes(best), tried = best.tried;
+    const double each = best.tried;
+    for (const double calm : plan_rule::calm) {
+        if (tried + each > plan_rule::hurried) break;
+        asked.objective.travel = max(options.objective.travel, calm * weight);
+        Plan now = planned();
+        tried += now.tried;
+        const double time = takes(now);
+        if (!(time < least)) continue;
         best = std::move(now);
         least = time;
     }

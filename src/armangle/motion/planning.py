@@ -17,6 +17,7 @@ from .._arrays import (
     as_floats,
     as_number,
     as_poses,
+    as_threads,
     check_turns,
     one_posture,
     warn,
@@ -77,7 +78,8 @@ class Objective:
         what an acceleration a comes to over the ℓ rad that the path turns the arm.
         Times ℓ, so that a path is weighed as its parts are. A plan of weight 0, and plans whose travel weighs
         at least 0.1 and 1 times this weight, are made too, and the one that velocities and accelerations let
-        pass fastest is taken: it is never slower than the plan of weight 0. `retime` says what time it takes.
+        pass fastest is taken: it is never slower than the plan of weight 0. Where windings make the search
+        large there are fewer of them. `retime` says what time it takes.
     acceleration : float, array_like of shape (7,), optional
         Joint accelerations of `duration`, rad/s², > 0: those that `retime` will be given. None: the arm's
         own; arms in the catalogue state none, and then speeds alone count.
@@ -140,6 +142,7 @@ def plan(
     scene: Scene | Callable[[float], Scene] | None = None,
     obstacle_speed: float | None = None,
     roll: Roll = "pose",
+    threads: int = 0,
 ) -> JointPath:
     """Return a motion along the whole path, certified between its rows; or one that says why there is none.
 
@@ -206,6 +209,9 @@ def plan(
         rates up to half a turn are tried. Each has exact arcs and its own certificate; between them nothing
         is asked. That takes the time of up to 144 plans. Where no roll holds the path, what is said is of
         the one that comes furthest.
+    threads : int
+        That look at global configurations beside one another; 0: one for each core. The plan is the same,
+        bit for bit. With a function as `allowed` there is one.
 
     Returns
     -------
@@ -239,6 +245,7 @@ def plan(
     rows = _rows(whole, samples)
     singular = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
     kept = _limit_margin(arm, limit_margin)
+    workers = as_threads(threads)
     first = None if start is None else one_posture("start", start)
     last = None if goal is None else one_posture("goal", goal)
     for name, joints in (("start", first), ("goal", last)):
@@ -253,7 +260,7 @@ def plan(
             return plan(
                 arm, turned, start=start, goal=goal, gc=gc, psi=psi, objective=objective, samples=count,
                 singularity_margin=singularity_margin, limit_margin=limit_margin, allowed=allowed,
-                scene=scene, obstacle_speed=obstacle_speed,
+                scene=scene, obstacle_speed=obstacle_speed, threads=threads,
             )  # fmt: skip
 
         return best_planned(arm, whole, first, last, planned_rolled)
@@ -270,7 +277,7 @@ def plan(
     def planned(along: list[Ready], first: Floats | None, last: Floats | None) -> Any:
         return handle.plan_path(
             whole._segments, rows, first, last, _branches(gc), weights, singular, kept, *wished,
-            [each.handle for each in along], *asked, last_joint, truth,
+            [each.handle for each in along], *asked, last_joint, truth, workers,
         )  # fmt: skip
 
     ready = along[0] if along else None
