@@ -353,7 +353,8 @@ private:
         std::vector<Optimum> coarse;  // on few knots, the best first
         int spread = 0;               // the windings that its way was found with
         double start_gap = 0, goal_gap = 0;
-        long long links = 0, most = 0;  // that it tried, and with those that are not counted
+        long long links = 0;  // that it tried ...
+        long long most = 0;   // ... and with those that are not counted
     };
 
     /// Surveys all branches that are asked. The links that may be tried are shared, the first branch first:
