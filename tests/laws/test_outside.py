@@ -225,3 +225,23 @@ def test_explain_names_nothing_where_the_margin_leaves_no_posture(arm: aa.Arm) -
     stiff = arm.with_(lower=lower, upper=upper)
     said = stiff.explain(stiff.forward(0.5 * (lower + upper) + 0.05)[0], singularity_margin=0.2)
     assert not said.ok and said.instead is None and "nearest pose" not in said.explain()
+
+
+@pytest.mark.parametrize(
+    "name, position, turn, least",
+    [
+        ("iit_icub_right", (0.0713, 0.3475, 0.3039), (0.0932, -2.1678, -0.8565), 0.1236),
+        ("openloong_right", (-0.0698, -0.7922, 0.4175), (0.7008, 1.4311, 0.4528), 0.0318),
+        ("fourier_gr2t2v2_left", (-0.1128, 0.6229, 0.4876), (0.5174, -0.0763, 1.9854), 0.1345),
+    ],
+)
+def test_a_start_that_is_far_at_first_may_lead_nearest(
+    name: str, position: tuple[float, ...], turn: tuple[float, ...], least: float
+) -> None:
+    """Least squares from random joints find these gaps; of the nearest 16 starts none leads there."""
+    pose = np.eye(4)
+    pose[:3, :3] = streams.rotation(np.array([turn]))[0]
+    pose[:3, 3] = position
+    found = aa.Arm.from_catalogue(name).solve(pose, outside="nearest")
+    assert found.status == aa.Status.LIMITS
+    assert found.gap <= least

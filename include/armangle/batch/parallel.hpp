@@ -33,10 +33,14 @@ void parallel(std::size_t n, int threads, const Work& work) {
 template <class Work>
 void in_turn(std::size_t n, int threads, const Work& work) {
     std::atomic<std::size_t> next{0};
+    const auto take = [&] {
+        for (std::size_t k = next++; k < n; k = next++) work(k);
+    };
+#ifdef __cpp_exceptions
     std::exception_ptr thrown[most_threads];
     parallel(n, threads, [&](std::size_t, std::size_t, std::size_t thread) {
         try {
-            for (std::size_t k = next++; k < n; k = next++) work(k);
+            take();
         } catch (...) {
             thrown[thread] = std::current_exception();
             next = n;
@@ -44,6 +48,9 @@ void in_turn(std::size_t n, int threads, const Work& work) {
     });
     for (const std::exception_ptr& one : thrown)
         if (one) std::rethrow_exception(one);
+#else
+    parallel(n, threads, [&](std::size_t, std::size_t, std::size_t) { take(); });
+#endif
 }
 
 /// The problem with the lowest index of all threads.

@@ -16,17 +16,20 @@ namespace outside_rule {
 inline constexpr double straight = 1e-7;  // rad off straight that joint 4 keeps: 1e-15 of the reach
 inline constexpr double inside = 1e-9;    // rad: so much more than a margin, which rounding would break
 inline constexpr int psis = 16;           // arm angles of a branch
-inline constexpr int kept = 16;           // starts that are followed
-inline constexpr int rounds = 30;         // of Gauss-Newton
+inline constexpr int kept = 16;           // starts that are followed: the nearest, ...
+inline constexpr int scouted = 8;         // ... and those that are nearest after a few rounds
+inline constexpr int few = 3;             // of Gauss-Newton
+inline constexpr int rounds = 30;         // the same to the end
 inline constexpr double same = 1e-9;      // m: starts that end this near one another end equally well
 }  // namespace outside_rule
 
 namespace detail {
 
 /// The starts with the least distances, in no order.
+template <int Kept>
 struct Starts {
-    Joints at[outside_rule::kept];
-    double distance[outside_rule::kept];
+    Joints at[Kept];
+    double distance[Kept];
 
     Starts() noexcept {
         for (double& d : distance) d = infinity;
@@ -34,7 +37,7 @@ struct Starts {
 
     void offer(const Joints& q, double off) noexcept {
         int worst = 0;
-        for (int i = 1; i < outside_rule::kept; ++i)
+        for (int i = 1; i < Kept; ++i)
             if (distance[i] > distance[worst]) worst = i;
         if (!(off < distance[worst])) return;
         at[worst] = q;
@@ -66,7 +69,8 @@ inline bool limits_about(const Arm& arm, const Joints& q, double margin, Limits&
 inline Nearest least_relaxation(const Arm& arm, double margin, const Pose<double>& asked,
                                 const Pose<double> (&drawn)[2], const NearestOptions& options,
                                 double length) noexcept {
-    Starts starts;
+    Starts<outside_rule::kept> starts;
+    Starts<outside_rule::scouted> scouts;
     Limits about;
     const auto offer = [&](Joints q) {
         Twist rest;
@@ -74,6 +78,8 @@ inline Nearest least_relaxation(const Arm& arm, double margin, const Pose<double
         if (!limits_about(arm, q, margin, about)) return;
         for (int j = 0; j < joints; ++j) q.q[j] = min(max(q.q[j], about.lower[j]), about.upper[j]);
         starts.offer(q, distance(arm, q.q, asked, length, rest));
+        const Relaxed soon = relaxed(arm, about, q, asked, length, outside_rule::few);
+        scouts.offer(soon.at, soon.distance);
     };
     Joints seed{};
     for (int j = 0; j < joints; ++j) seed.q[j] = options.near ? options.near[j] : arm.joint_middle[j];
@@ -89,18 +95,20 @@ inline Nearest least_relaxation(const Arm& arm, double margin, const Pose<double
     Nearest best{};
     best.gc = -1;
     double least = infinity, move = infinity;
-    for (int i = 0; i < outside_rule::kept; ++i) {
-        if (!(starts.distance[i] < infinity)) continue;
-        limits_about(arm, starts.at[i], margin, about);
-        const Relaxed end = relaxed(arm, about, starts.at[i], asked, length, outside_rule::rounds);
+    const auto follow = [&](const Joints& q, double off) {
+        if (!(off < infinity)) return;
+        limits_about(arm, q, margin, about);
+        const Relaxed end = relaxed(arm, about, q, asked, length, outside_rule::rounds);
         const double moved = largest_move(end.at.q, seed.q);
         const bool better = end.distance < least - outside_rule::same;
         const bool as_good = end.distance < least + outside_rule::same && moved < move;
-        if (!better && !as_good) continue;
+        if (!better && !as_good) return;
         least = min(least, end.distance);
         move = moved;
         for (int j = 0; j < joint_slots; ++j) best.q[j] = end.at.q[j];
-    }
+    };
+    for (int i = 0; i < outside_rule::kept; ++i) follow(starts.at[i], starts.distance[i]);
+    for (int i = 0; i < outside_rule::scouted; ++i) follow(scouts.at[i], scouts.distance[i]);
     if (!(least < infinity)) return best;
     const Posture at = forward(arm, best.q);
     best.psi = at.psi;

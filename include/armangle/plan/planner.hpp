@@ -443,7 +443,7 @@ private:
             out.elbow_margin = least_elbow_margin(t, way);
         }
         found.links = allowed - left;
-        found.most = max(found.most, found.links);
+        found.most = std::max(found.most, found.links);
         return found;
     }
 
