@@ -264,6 +264,25 @@ def test_a_posture_of_no_arm_angle_and_a_repeated_row_are_no_obstacles(between: 
     assert np.abs(found.q[-1] - q[-1]).max() < 1e-9
 
 
+def test_a_leap_in_what_is_not_proven_is_rounded_or_refused() -> None:
+    """From θ2 = θ6 = 0 a plan may leap by micro-radians within 1e-7 of s, which its rows do not show."""
+    arm = aa.Arm.from_catalogue("fourier_gr2t2d_left").with_reference("stereographic")
+    start = np.array(
+        [-0.27671417359821815, 1.5707963267948966, 0.27787009012862063, -0.319458937234933,
+         -0.1669592159454496, 0.6108652381980153, 0.5275642719229428]
+    )  # fmt: skip
+    axis = [-1.3587816162432897, -0.4821619858014781, 0.14599538682914573]
+    point = [0.1355545622029429, 0.8116207841885943, 0.5182057825746922]
+    screw = aa.Screw(arm.forward(start, undefined="nan")[0], point, axis, 0.02053303265870824)
+    path = aa.plan(arm, screw, start=start, samples=87)
+    assert path.ok and not path.certified
+    assert path.uncertified[-1, 1] < 1e-6
+    with pytest.raises(aa.PathError, match="not proven, joint 5 leaps"):
+        aa.retime(path, acceleration=A)
+    for given in ({"tolerance": 1e-4}, {"jerk": 100.0}):
+        kept(aa.retime(path, acceleration=A, **given), arm.velocity, A, given.get("jerk"))
+
+
 @pytest.mark.parametrize("seed", [4, 10])
 def test_acceleration_does_not_leap_at_stops_between_short_and_long_ways(seed: int) -> None:
     """Where s changes 5000 times as fast before a stop as after it, and where a corner is of 1e-7 rad."""

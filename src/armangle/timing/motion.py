@@ -68,11 +68,21 @@ def _close_breaks(motion: Motion) -> tuple[Floats, Floats]:
 
 
 def steep_ends(motion: Motion) -> tuple[bool, bool]:
-    """Return whether joints have no finite speed along the path at its beginning, and at its end."""
+    """Return whether joints have no finite speed along the path at its beginning, and at its end.
+
+    Or none that is proven: beside an end at which branches meet a plan may be uncertified, and leap.
+    """
     every = breaks(motion)
     near = (every[every <= BESIDE], every[every >= 1.0 - BESIDE])
     first, last = (bool(np.isfinite(motion.derivatives(s)).all()) for s in near)
-    return not first, not last
+    open_ = unproven_ends(motion)
+    return not first or bool((open_[:, 1] <= BESIDE).any()), not last or bool((open_[:, 1] > BESIDE).any())
+
+
+def unproven_ends(motion: Motion) -> Floats:
+    """Return the ranges of s, (K, 2), at an end of a path that is proven but for these."""
+    open_ = np.reshape(getattr(motion, "uncertified", np.empty((0, 2))), (-1, 2))
+    return np.asarray(open_[(open_[:, 1] <= BESIDE) | (open_[:, 0] >= 1.0 - BESIDE)])
 
 
 class Part:

@@ -18,7 +18,7 @@ from ..motion.options import Bound, joint_bound
 from ..motion.paths import NO_DEVIATION, Deviation
 from .fastest import NONE, fastest, needed_knots, smooth
 from .grid import Grid, corners, grid
-from .motion import BESIDE, RESTS, Motion, Part, just_before, steep_ends, tool_derivatives
+from .motion import BESIDE, RESTS, Motion, Part, just_before, steep_ends, tool_derivatives, unproven_ends
 from .rounding import rounded
 from .straight import is_straight, straight
 from .tool_speed import HELD, HELD_WITH_JERK, not_held, speed_lost
@@ -55,6 +55,9 @@ LEAP, STILL = 1.01, 3e-5
 """Share of a bound on velocity, and rad, beyond which a way of joints is a leap; rows are joined to 1e-5."""
 LOOKED, MOST_LOOKS = 1e-3, 24
 """Rad that joints move between two looks at most, and how often a time between two is halved."""
+LOOKED_BESIDE, JUMP = 200, 4.0
+"""Times, at least, that are looked at about a range that is not proven. What a velocity may change by in a
+cycle there, of what its acceleration allows: 2 at a corner, more where joints leave as the root of s."""
 MOST_TOLERANCE = 1.0
 MOST_ROWS = 4_000_000
 """Rows of a trajectory: an hour at 1 kHz."""
@@ -123,8 +126,8 @@ def retime(
         Bounds, rad/s³, > 0.
     tolerance : float, optional
         How far the tool may leave the path, m, at a corner, or beside a singular end that joints have no
-        finite speed at; a radian counts as 0.2 m. 0: never, the motion then stops at every corner. 0.1 mm
-        with `jerk` unless given, 0 without.
+        finite speed at, or no proven one; a radian counts as 0.2 m. 0: never, the motion then stops at every
+        corner. 0.1 mm with `jerk` unless given, 0 without.
     tool_speed : float, optional
         Constant speed of the tool's origin, m/s, > 0, between a ramp at either end; with `jerk` it is held
         to 1 %. Where joints cannot follow, the tool slows down; ``speed_lost`` of the result says where
@@ -156,6 +159,7 @@ def retime(
     step = as_number("sample", sample, 0.0, _MOST_SPEED, low_open=True)
     path, g, timing, off = min(_ways(path, bounds), key=lambda way: way.timing.duration)
     _raise_for_leaps(path, timing, bounds.velocity)
+    _raise_for_unproven(path, timing, bounds)
     if not timing.duration <= MOST_ROWS * step:
         raise InputError(
             f"the motion takes {timing.duration:.3g} s, more than {MOST_ROWS} rows of sample = {step:g} s: "
@@ -327,10 +331,30 @@ def _raise_for_leaps(path: Motion, timing: Timing, velocity: Floats) -> None:
         begin, end = np.concatenate([begin[far], middle]), np.concatenate([middle, end[far]])
 
 
+def _raise_for_unproven(path: Motion, timing: Timing, b: _Bounds) -> None:
+    """Raise where a velocity jumps in a range of s that is not proven, by more than a cycle lets it."""
+    step = max(b.cycle, CYCLE)
+    for low, high in unproven_ends(path).tolist():
+        dense = np.linspace(0.0, timing.duration, CHECKED)
+        dense = np.union1d(dense, np.geomspace(step / CHECKED, timing.duration / 2, CHECKED))
+        dense = np.union1d(dense, timing.duration - dense)
+        t = np.interp([low, high], timing.at(dense)[0], dense)
+        count = int(np.clip(4 * np.ptp(t) / step, LOOKED_BESIDE, CHECKED))
+        middle = np.linspace(t[0] - step, t[1] + step, count)
+        before, here, after = (
+            path.at(timing.at(np.clip(middle + shift, 0.0, timing.duration))[0]).q
+            for shift in (-step, 0.0, step)
+        )
+        jump = np.abs(after - 2 * here + before).max(axis=0) / step
+        joint = int(np.argmax(jump / b.acceleration))
+        if jump[joint] > JUMP * b.acceleration[joint] * step:
+            _raise_leap(f"between s = {low:.6g} and {high:.6g}, which is not proven, joint {joint + 1} leaps")
+
+
 def _raise_leap(where: str) -> None:
     raise PathError(
         f"no timing is found: {where}: from row to row, or beside a posture where branches meet or the arm "
-        "is stretched; leave that out, or plan the path"
+        "is stretched; at an end tolerance= may round that; else leave it out, or plan the path"
     )
 
 
