@@ -53,7 +53,6 @@ struct Plan {
     Proof proof;
     double start_gap = 0, goal_gap = 0;  // rad: how far start and goal lie from their poses' postures
     std::vector<BranchReport> branches;  // of the branches asked, best first
-    double tried = 0;                    // share of the links that may be tried
 };
 
 namespace plan_rule {
@@ -386,7 +385,6 @@ private:
             if (!found[k] || found[k]->most > links_) found[k] = survey(asked[k], links_);
             Surveyed& one = *found[k];
             links_ -= one.links;
-            plan_.tried += static_cast<double>(one.links) / static_cast<double>(allowance());
             plan_.start_gap = max(plan_.start_gap, one.start_gap);  // 0 but in the branch of the start
             plan_.goal_gap = max(plan_.goal_gap, one.goal_gap);
             const auto gc = static_cast<std::size_t>(asked[k]);
@@ -1413,15 +1411,13 @@ namespace plan_rule {
 /// What is tried where duration is weighed, besides a plan without: its weight beside a weight of travel that
 /// is at least this share of it.
 inline constexpr double calm[] = {0, 0.1, 1};
-inline constexpr double hurried = 0.4;  // share of the links of one plan that all of these may try
 }  // namespace plan_rule
 
 /// Plans the path of n segments, from s = 0 to 1. rows: parameters that shall be sections.
 ///
 /// Where the objective weighs duration, a plan of no weight on it, and such of more weight on travel, are
 /// made too, and the proven one of least duration is taken: what is weighed (pace) sees no accelerations
-/// between, so that it alone might cost time, and even joint motion is often the faster. Where the search is
-/// so large that all together would take long, there are fewer of them.
+/// between, so that it alone might cost time, and even joint motion is often the faster.
 inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
                  std::size_t row_count, const PlanOptions& options) {
     PlanOptions asked = options;
@@ -1435,13 +1431,10 @@ inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const d
     Plan best = planned();
     if (!(weight > 0) || !best.ok) return best;
     asked.objective.duration = weight;
-    double least = takes(best), tried = best.tried;
-    const double each = best.tried;
+    double least = takes(best);
     for (const double calm : plan_rule::calm) {
-        if (tried + each > plan_rule::hurried) break;
         asked.objective.travel = max(options.objective.travel, calm * weight);
         Plan now = planned();
-        tried += now.tried;
         const double time = takes(now);
         if (!(time < least)) continue;
         best = std::move(now);

@@ -78,8 +78,8 @@ class Objective:
         what an acceleration a comes to over the ℓ rad that the path turns the arm.
         Times ℓ, so that a path is weighed as its parts are. A plan of weight 0, and plans whose travel weighs
         at least 0.1 and 1 times this weight, are made too, and the one that velocities and accelerations let
-        pass fastest is taken: it is never slower than the plan of weight 0. Where windings make the search
-        large there are fewer of them. Jerk is not weighed. `retime` says what time it takes.
+        pass fastest is taken: it is never slower than the plan of weight 0. Jerk is not weighed.
+        `retime` says what time it takes.
     acceleration : float, array_like of shape (7,), optional
         Joint accelerations of `duration`, rad/s², > 0: those that `retime` will be given. None: the arm's
         own; arms in the catalogue state none, and then speeds alone count.
