@@ -97,3 +97,38 @@ def test_a_step_to_the_pose_of_a_home_posture_moves_nothing(name: str, asked: di
         if np.abs(np.sin(q[[1, 5]])).max() > 0:
             now = aa.step(arm, q, arm.forward(q, undefined="nan")[0], **asked)
             assert now.status == aa.Status.OK and np.abs(now.q - q).max() < 1e-7
+
+
+@pytest.mark.parametrize("policy", [aa.Hold(), aa.Repulsion()], ids=["hold", "repulsion"])
+def test_where_an_arc_closes_no_leap_leads_to_another_branch(policy: Any) -> None:
+    """Joint 1 stands at its limit beside θ2 = 0: another branch is 0.1 rad away, however dense the poses."""
+    arm = ARMS["realman_rm75_b"]
+    start = np.array([1.75, 0.43, 1.91, 1.35, -0.04, -1.73, -1.15])
+    first = np.asarray(arm.forward(start)[0])
+    last = first.copy()
+    last[:3, 3] += [0.24, -0.3, 0.01]
+    path = aa.follow(arm, aa.Line(first, last).pose(np.linspace(0, 1, 4000)), start=start, policy=policy)
+    reached = int(np.argmax(path.status != aa.Status.OK))
+    assert 3000 < reached < 3200
+    assert path.status[reached] == aa.Status.LIMITS
+    assert np.abs(np.diff(path.q[:reached], axis=0)).max() < 0.05
+    assert aa.plan(arm, aa.Line(first, last), start=start).certified
+
+
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "yaskawa_sia30d", "realman_rm75_b"])
+def test_a_change_of_branch_keeps_the_tool_as_near_to_its_way_as_it_moves(name: str) -> None:
+    whole = ARMS[name]
+    changes = 0
+    for q, poses in lines(whole, 400, 60, 11, 0.03):
+        room = np.array([0.2, 9, 9, 9, 0.2, 9, 9])  # to the limits of joints that turn beside a hinge
+        arm = whole.with_(lower=np.maximum(whole.lower, q - room), upper=np.minimum(whole.upper, q + room))
+        path = aa.follow(arm, poses, start=q, policy=aa.Hold())
+        rows = path.q[path.status == aa.Status.OK]
+        for k in np.flatnonzero(np.diff(path.gc[: len(rows)])):
+            here, middle, there = arm.forward(np.stack([rows[k], (rows[k] + rows[k + 1]) / 2, rows[k + 1]]))[
+                0
+            ]
+            way = np.linalg.norm(there[:3, 3] - here[:3, 3])
+            assert np.linalg.norm(middle[:3, 3] - (here[:3, 3] + there[:3, 3]) / 2) <= way + 1e-9
+            changes += 1
+    assert changes > 0

@@ -457,6 +457,8 @@ private:
             if (met && bounded(b).leads_to(*b.asked)) of[i] = Status::CLEARANCE;
             const bool speed = of[i] == Status::VELOCITY_LIMIT || of[i] == Status::ACCELERATION_LIMIT;
             if (shut && speed) of[i] = Status::JOINT_JUMP;  // no speed leads to a branch without arcs
+            const bool leapt = i > 0 && b.status == Status::OK && bounded(b).leads_to(*b.arcs);
+            if (leapt) of[i] = Status::JOINT_JUMP;  // a step that is none of those that pass
         }
         for (const Status why : order)
             for (int i = 0; i < count_; ++i)
@@ -477,6 +479,18 @@ private:
         return least < infinity;
     }
 
+    /// Whether joints that go straight to another branch keep the tool as near to its way as it moves: to
+    /// pass from one branch to another is a motion then, however short the step, and else a leap.
+    bool passes(const Joints& to) const noexcept {
+        double middle[joint_slots] = {};
+        for (int j = 0; j < joints; ++j) middle[j] = 0.5 * (q_now_[j] + to.q[j]);
+        const auto tool = [&](const double* q) { return user_pose(arm_, chain(arm_, q).flange); };
+        const Pose<double> here = user_pose(arm_, now_.flange);
+        const Twist way = difference(here, tool(to.q));
+        const Twist off = difference(moved_by(here, way * 0.5), tool(middle));
+        return size(off, step_rule::length) <= size(way, step_rule::length) + tolerance::angle;
+    }
+
     /// The posture of one branch, if its joints move less than `least`.
     bool take(const Branch& b, double psi, const ArcSet* ahead, double& least, Step& out) const noexcept {
         if (b.status != Status::OK) return false;
@@ -486,6 +500,7 @@ private:
         const Joints to = step.at(found);
         const double move = largest_move(to.q, q_now_);
         if (!(move < least)) return false;
+        if (&b != &branch_[0] && !passes(to)) return false;
         least = move;
         for (int j = 0; j < joint_slots; ++j) out.q[j] = to.q[j];
         out.psi = found;
