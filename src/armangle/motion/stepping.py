@@ -174,8 +174,8 @@ def step(
     Feasible arcs at the new pose, next arm angle by the policy, closed-form inverse, and the checks that make
     the motion continuous: q is lifted next to `q_now`; a joint whose turns are used up, or a joint that would
     move more than `max_joint_step`, is a status, and the posture stays. Where θ₂ or θ₆ passes 0, two branches
-    meet and the joints go on into the other one, if going straight there they keep the tool as near to its way
-    as it moves; through a straight elbow where nothing else is a step.
+    meet and the joints go on into the other one, if on the straight way there they keep the tool as near to
+    its own way as it moves; through a straight elbow where nothing else is a step.
 
     With bounds the arm angle is the nearest to the policy's wish whose joints keep them. **What is returned
     with OK or PARTIAL keeps them**, judged by the joints themselves: ``v = (q - q_now) / dt`` has
