@@ -153,8 +153,8 @@ def test_start_or_goal_in_another_branch_or_outside_is_said() -> None:
         said = f"the {which} lies outside the limits, 0.573° beyond the upper one of joint 7."
         assert late.explain().splitlines()[:2] == [
             f"GC {own.gc}: {said}",
-            f"GC {', '.join(str(k) for k in range(8) if k != own.gc)}: another global configuration than the "
-            "one given.",
+            f"GC {', '.join(str(k) for k in range(8) if k != own.gc)}: another global configuration than "
+            "that of the start or goal.",
         ]
         margin = aa.plan(IIWA, pose[None], singularity_margin=0.7, **{which: q})
         assert f"the {which} lies nearer to a singular posture" in margin.explain().splitlines()[0]

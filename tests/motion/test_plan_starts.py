@@ -157,6 +157,23 @@ def test_every_line_from_a_home_posture(home: np.ndarray, tilt: float) -> None:
         assert np.abs(np.diff(result.q, axis=0)).max() < most
 
 
+def test_a_way_from_home_is_found_however_many_rows_are_asked() -> None:
+    """An OpenArm begins with θ2 and θ6 both singular: its joints leave that as the root of s."""
+    arm = aa.Arm.from_catalogue("openarm_v10")
+    rng = np.random.default_rng(3)
+    for elbow in (90, 60):
+        start = np.radians([0, 0, 0, elbow, 0, 0, 0])
+        first = np.asarray(arm.forward(start)[0])
+        for _ in range(4):
+            last = first.copy()
+            way = rng.normal(size=3)
+            last[:3, 3] += 0.08 * way / np.linalg.norm(way)
+            found = [aa.plan(arm, aa.Line(first, last), start=start, samples=n) for n in (2, 7, 50, 200, 333)]
+            assert all(path.ok and path.q[0] == pytest.approx(start, abs=1e-9) for path in found)
+            ends = np.array([path.q[-1] for path in found])
+            assert np.ptp(ends, axis=0).max() < 0.01
+
+
 STRAIGHT = {
     "aldebaran_romeo_left": (0.15137640446, 0.46824608777, 2.0809154347, -0.32950646557, -0.13521416816,
                              -0.44923353052),

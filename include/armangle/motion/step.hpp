@@ -27,9 +27,11 @@ inline constexpr double length =
 inline constexpr int halvings = 40;  // of the way out of a blocked arc, to what the bounds leave of it
 inline constexpr double straight = 0.05;   // |sin| of theta_2, theta_4, theta_6 below which joints are asked
 inline constexpr double stretched = 1e-5;  // of the elbow's bend below which it has no side (rad)
-inline constexpr double sweep = 2.0;    // of the move to the posture beside: what carrying psi may cost ...
-inline constexpr double shut = 0.2;     // ... up to this |sin| of theta_2, theta_6
-inline constexpr double drift = 0.01;   // rad: and what a policy may move a joint there beside that
+inline constexpr double sweep = 2.0;   // of the move to the posture beside: what carrying psi may cost ...
+inline constexpr double calm = 0.1;    // ... up to this |sin| of theta_2, theta_6; more beyond it ...
+inline constexpr double awake = 0.16;  // ... and all from this one on
+inline constexpr double drift = 0.01;  // rad that a policy may move a joint there besides; more beyond it ...
+inline constexpr double shut = 0.2;    // ... and what a step may from this one on
 inline constexpr double turning = 0.3;  // share of the accelerations with which psi is slowed beside a hinge
 inline constexpr double far = 1.0;      // rad that a joint has to its own branch: others may be nearer
 }  // namespace step_rule
@@ -248,6 +250,35 @@ inline bool may_sweep(double theta_2, double theta_6, const StepOptions& options
     return bend <= step_rule::shut && !asked;
 }
 
+/// Whether joints that go straight to a posture of another branch keep the tool as near to its way as it
+/// moves: to pass from branch to branch is a motion then, however short the step, and else a leap.
+template <class AnyArm>
+bool passes(const AnyArm& arm, const double* q_now, const double* q) noexcept {
+    double middle[joint_slots] = {};
+    for (int j = 0; j < joints; ++j) middle[j] = 0.5 * (q_now[j] + q[j]);
+    const Pose<double> here = tool_pose(arm, q_now);
+    const Twist way = difference(here, tool_pose(arm, q));
+    const Twist off = difference(moved_by(here, way * 0.5), tool_pose(arm, middle));
+    return size(off, step_rule::length) <= size(way, step_rule::length) + tolerance::angle;
+}
+
+/// How far joints may move beside theta_2 = 0, theta_6 = 0 where psi is carried, rad; the posture beside them
+/// is `least` away. It grows with the bend of the hinge.
+inline double calm_move(double theta_2, double theta_6, double least) noexcept {
+    const double bend = min(abs(std::sin(theta_2)), abs(std::sin(theta_6)));
+    const double share = (bend - step_rule::calm) / (step_rule::awake - step_rule::calm);
+    return step_rule::sweep * least / (1.0 - min(max(share, 0.0), 1.0)) + tolerance::angle;
+}
+
+/// How far a policy may move joints there besides, of what a step may (rad): it grows with the bend, so that
+/// a policy that had to give way is caught up with in many steps, and not in one.
+inline double calm_drift(double theta_2, double theta_6, double longest) noexcept {
+    const double bend = min(abs(std::sin(theta_2)), abs(std::sin(theta_6)));
+    const double share = (bend - step_rule::calm) / (step_rule::shut - step_rule::calm);
+    const double growth = max(longest / step_rule::drift, 1.0);
+    return step_rule::drift * std::pow(growth, min(max(share, 0.0), 1.0));
+}
+
 /// Whether a policy wants another psi where that has to leave theta_2 = 0 or theta_6 = 0 first.
 inline bool may_leave(const Chain& now, const Policy& policy) noexcept {
     return (policy.rule == Rule::towards || policy.rule == Rule::centre) && is_singular(now);
@@ -325,12 +356,15 @@ private:
         if (!settle_from(now_.theta[3], pose, side, why, out)) return false;
         const bool apart = limits_.margin > 0 && out.gc != index(own.motion->gc);  // the margin parts the two
         if (apart || (limits_.margin > 0 && !contains(*own.arcs, out.psi))) return false;
-        const double most = step_rule::sweep * largest_move(out.q, q_now_) + tolerance::angle;
+        const double least = largest_move(out.q, q_now_);
         const BoundedStep step = bounded(own);
-        if (largest_move(step.at(psi).q, q_now_) > most) return true;
-        if (largest_move(step.at(own.wish).q, q_now_) <= most + step_rule::drift) return false;
+        const double carried = largest_move(step.at(psi).q, q_now_);
+        if (carried > calm_move(now_.theta[1], now_.theta[5], least)) return true;
+        const double most = max(step_rule::sweep * least, carried) +
+                            calm_drift(now_.theta[1], now_.theta[5], options_.max_joint_step);
+        if (largest_move(step.at(own.wish).q, q_now_) <= most) return false;
         StepOptions slower = options_;
-        slower.max_joint_step = min(options_.max_joint_step, most + step_rule::drift);
+        slower.max_joint_step = min(options_.max_joint_step, most);
         StepAside aside(arm_, limits_, q_now_, now_, slower);
         aside.branch_[0] = own;
         return aside.exact(psi, out);
@@ -479,18 +513,6 @@ private:
         return least < infinity;
     }
 
-    /// Whether joints that go straight to another branch keep the tool as near to its way as it moves: to
-    /// pass from one branch to another is a motion then, however short the step, and else a leap.
-    bool passes(const Joints& to) const noexcept {
-        double middle[joint_slots] = {};
-        for (int j = 0; j < joints; ++j) middle[j] = 0.5 * (q_now_[j] + to.q[j]);
-        const auto tool = [&](const double* q) { return user_pose(arm_, chain(arm_, q).flange); };
-        const Pose<double> here = user_pose(arm_, now_.flange);
-        const Twist way = difference(here, tool(to.q));
-        const Twist off = difference(moved_by(here, way * 0.5), tool(middle));
-        return size(off, step_rule::length) <= size(way, step_rule::length) + tolerance::angle;
-    }
-
     /// The posture of one branch, if its joints move less than `least`.
     bool take(const Branch& b, double psi, const ArcSet* ahead, double& least, Step& out) const noexcept {
         if (b.status != Status::OK) return false;
@@ -500,7 +522,7 @@ private:
         const Joints to = step.at(found);
         const double move = largest_move(to.q, q_now_);
         if (!(move < least)) return false;
-        if (&b != &branch_[0] && !passes(to)) return false;
+        if (&b != &branch_[0] && !passes(arm_, q_now_, to.q)) return false;
         least = move;
         for (int j = 0; j < joint_slots; ++j) out.q[j] = to.q[j];
         out.psi = found;

@@ -136,7 +136,8 @@ struct NearStep {
             asked.metric = metric;
             out = nearest_posture(arm, margin, pose, asked, options.scene);
             if (out.status != Status::OK && out.status != Status::UNPROVEN) return false;
-            if (largest_move(out.q, q_now) <= max_joint_step) return true;
+            const bool leaps = out.gc != index(gc) && !passes(arm, q_now, out.q);
+            if (largest_move(out.q, q_now) <= max_joint_step && !leaps) return true;
         }
         return false;
     }
@@ -153,14 +154,17 @@ struct NearStep {
         if (!settled_step(branches, options, out)) return max_joint_step;
         const bool apart = margin > 0 && out.gc != index(gc);  // the margin parts the two
         if (apart || (margin > 0 && !contains(open, out.psi))) return max_joint_step;
-        const double most = step_rule::sweep * largest_move(out.q, q_now) + tolerance::angle;
+        const double least = largest_move(out.q, q_now);
         const NearStep any{arm, pose, on, gc, q_now, here, pi};
         Lifted carried;
-        const bool kept = any.at(psi, carried) == Status::OK && largest_move(carried.q, here) <= most;
+        const bool kept = any.at(psi, carried) == Status::OK &&
+                          largest_move(carried.q, here) <= calm_move(theta[1], theta[5], least);
         const bool bound =
             options.bounds && !detail::keeps(arm.nominal, *options.bounds, q_now, out.q, max_joint_step);
         if (!kept && !bound) out.status = Status::OK;
-        return kept ? min(max_joint_step, most + step_rule::drift) : max_joint_step;
+        if (!kept) return max_joint_step;
+        const double most = max(step_rule::sweep * least, largest_move(carried.q, here));
+        return min(max_joint_step, most + calm_drift(theta[1], theta[5], max_joint_step));
     }
 
     /// Why no step within bounds leads to these arcs.

@@ -93,7 +93,7 @@ private:
             Step other;
             if ((flip & ~bits) != 0 || !take(own_ ^ flip, now_.free, options_.allowed, other)) continue;
             const double move = largest_move(other.q, q_now_);
-            if (!(move < least)) continue;
+            if (!(move < least) || !passes(arm_, q_now_, other.q)) continue;
             least = move;
             out = other;
         }

@@ -57,6 +57,7 @@ struct Plan {
 
 namespace plan_rule {
 inline constexpr int rounds = 4;                    // of new sections where a proof saw a violation
+inline constexpr int crossing_rounds = 10;          // the same of a way through branches
 inline constexpr double cheap = 0.02;               // margin that the way of least cost keeps at least (rad)
 inline constexpr int samples = 5;                   // of an empty range, to explain it
 inline constexpr std::size_t sections_looked = 33;  // of a range that obstacles shut, for where it is worst
@@ -1064,7 +1065,13 @@ private:
 
     /// Sections of all branches passed, and some close to an end that is fixed.
     std::vector<double> crossing_sections(const CrossingTask& asked) {
-        std::vector<double> out = base_;
+        std::vector<double> out;  // the same way is found however few rows are asked
+        for (std::size_t k = 0; k + 1 < base_.size(); ++k) {
+            const double gap = base_[k + 1] - base_[k], parts = std::ceil(gap / crossing_rule::longest);
+            for (double i = 0; i < parts; ++i) out.push_back(base_[k] + gap * i / parts);
+        }
+        out.push_back(1.0);
+        const double first = out[1], last = 1.0 - out[out.size() - 2];
         if (base_.size() <= plan_rule::least_sections)
             for (const int gc : asked.branches) {
                 const Tube t = tube_on(gc, base_);
@@ -1072,8 +1079,8 @@ private:
                 for (const Section& x : t.sections) out.push_back(x.s);
             }
         for (const double share : crossing_rule::beside) {
-            if (asked.start.given) out.push_back(share * base_[1]);
-            if (asked.goal.given) out.push_back(1.0 - share * (1.0 - base_[base_.size() - 2]));
+            if (asked.start.given) out.push_back(share * first);
+            if (asked.goal.given) out.push_back(1.0 - share * last);
         }
         const bool from_shut = asked.start.given && hinge_sine(asked.start.q) <= tolerance::one_axis,
                    to_shut = asked.goal.given && hinge_sine(asked.goal.q) <= tolerance::one_axis;
@@ -1126,7 +1133,7 @@ private:
     }
 
     bool draw_crossing(CrossingTask& asked, Plan& out) {
-        for (int round = 0; round < plan_rule::rounds; ++round) {
+        for (int round = 0; round < plan_rule::crossing_rounds; ++round) {
             if (!draw_crossing_once(asked, out)) return false;
             const bool held = !leaps(asked.start, out, false) && !leaps(asked.goal, out, true);
             if (held && (out.proof.certified() || out.proof.violated.empty())) return true;

@@ -1878,7 +1878,7 @@ class Arm(FrozenValue):
         if chosen("roll", roll, ROLLS) == "pose":
             return ask(self, pose, near, weight)
         if beyond:
-            raise InputError("roll is 'free', which does not go with outside='nearest': that keeps the roll asked")
+            raise InputError("roll is 'free', which does not go with outside='nearest': that keeps a roll")
         check_free_roll(self, scene)
         by_margin = near is None or chosen("prefer", prefer, PREFER) == "margin"
         kind = chosen("metric", metric, _METRICS)

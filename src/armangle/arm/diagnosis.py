@@ -347,7 +347,8 @@ class Diagnosis:
                 lines.setdefault(reason, []).append(branch)
         head = [f"GC {_numbers(alike)}: {self._line(alike)}" for alike in lines.values()]
         if others:
-            head.append(f"GC {', '.join(map(str, others))}: not the branch of the start or of the goal.")
+            which = ", ".join(map(str, others))
+            head.append(f"GC {which}: another global configuration than that of the start or goal.")
         if self.path and not self.ok:
             head.append(f"The path can be followed up to s = {self.reached:.4g}.")
         if self.note:

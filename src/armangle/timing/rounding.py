@@ -30,8 +30,10 @@ ROUNDS, NEAREST = 60, 1e-4
 """How often postures come nearer to the corners at most, or more are put between; to what share of the first
 distance.
 """
-SOME_PARTS, MOST_PARTS = 4, 64
-"""Into how many parts a way between them is divided, before and after they have come that near."""
+SOME_PARTS = 4
+"""Into how many parts a way between them is divided, before they have come that near."""
+LEAST = 1e-6
+"""Of s, between postures that are put where the tool is off still, as where joints hurry."""
 SHRINK = 0.5, 0.95
 """By what postures come nearer in a round: least and most."""
 APART = 3.0
@@ -141,9 +143,9 @@ def rounded(
     reach[1:-1] = np.minimum(np.minimum(room[:-1], room[1:]), LONGEST) / 2
     reach[[0, -1]] = np.where(steep, np.minimum(room[[0, -1]], LONGEST) / 2, 0.0)
     cut = np.flatnonzero(reach)
-    least, parts = NEAREST * reach[cut], np.ceil(room / LONGEST).astype(int)
+    least, parts, put = NEAREST * reach[cut], np.ceil(room / LONGEST).astype(int), np.empty(0)
     for _ in range(ROUNDS):
-        nodes = _nodes(corners, reach, parts)
+        nodes = np.union1d(_nodes(corners, reach, parts), put)
         found = Rounded(motion, nodes)
         if KEPT < (beyond := found.passed()).max() <= PUT * tolerance:
             found = Rounded(motion, nodes, INSIDE * beyond.max(axis=0))
@@ -156,7 +158,8 @@ def rounded(
         at = np.maximum(np.searchsorted(nodes, corners[cut]) - 1, 0)
         nearer = bad[at] & (reach[cut] > least)
         between = np.unique(np.searchsorted(corners, nodes[:-1][bad], side="right") - 1)
-        some, more = (between[parts[between] < most] for most in (SOME_PARTS, MOST_PARTS))
+        some = between[parts[between] < SOME_PARTS]
+        wide = bad & (np.diff(nodes) > LEAST)
         if nearer.any():
             share = np.where(passed, SHRINK[0], np.clip(tolerance / np.maximum(off, tolerance), *SHRINK))
             reach[cut] *= np.where(nearer, share[at], 1.0)
@@ -164,8 +167,8 @@ def rounded(
             parts[some] *= 2
         elif (reach[cut] > least).any():
             reach[cut] *= SHRINK[0]
-        elif len(more):
-            parts[more] *= 2
+        elif wide.any():
+            put = np.union1d(put, (nodes[:-1] + np.diff(nodes) / 2)[wide])
         else:
             break
     if beyond.max() > MOST_PASSED:
