@@ -132,3 +132,19 @@ def test_a_change_of_branch_keeps_the_tool_as_near_to_its_way_as_it_moves(name: 
             assert np.linalg.norm(middle[:3, 3] - (here[:3, 3] + there[:3, 3]) / 2) <= way + 1e-9
             changes += 1
     assert changes > 0
+
+
+@pytest.mark.parametrize("rows", [991, 9901])
+def test_a_policy_that_gave_way_is_caught_up_with_in_many_steps(rows: int) -> None:
+    """θ2 opens from 0 along the line, until the policy may move joints: not all at once."""
+    arm = aa.Arm.from_catalogue("yaskawa_sia20d")
+    start = np.array(
+        [0.6186745594880452, -1e-9, -1.2360950786998193, -1.277975394339605, -2.4791962343738163,
+         -0.8306789911966053, 3.058743402669175]
+    )  # fmt: skip
+    first = np.asarray(arm.forward(start)[0])
+    last = first.copy()
+    last[:3, 3] = 0.25114361926582446, -0.21158061396582242, 1.2044138098743973
+    path = aa.follow(arm, aa.Line(first, last).pose(np.linspace(0, 1, rows)), start=start)
+    assert path.ok
+    assert np.abs(np.diff(path.q, axis=0)).max() < 0.03

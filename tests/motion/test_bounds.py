@@ -609,3 +609,68 @@ def test_from_a_gap_it_arrives(
         assert found.status == aa.Status.PARTIAL
         q = found.q
         assert count < 150
+
+
+@pytest.mark.parametrize("acceleration", [None, 5.0])
+@pytest.mark.parametrize(
+    ("name", "start", "policy"),
+    [
+        (
+            "openarm_v10", [3.489658503988659, 1e-6, 1.5112962073658585, 1e-6, 0.8930656181869097,
+                            -0.7853981633974483, 1.5707963267938965], aa.Hold(),
+        ),
+        (
+            "kuka_iiwa7_r800", [2.5606969084343962, -0.07242817031731574, 2.9670597283903602, 0.0,
+                                0.8264076974840608, -1e-9, 3.0543261909900767], aa.Repulsion(),
+        ),
+        (
+            "realman_rm75_b", [3.100001457514768, 0.01, -2.9657917332225066, 1e-6, -1.8976230024129936,
+                               -2.2329916982940654, 1.4884981084189866], aa.Hold(),
+        ),
+    ],
+)  # fmt: skip
+def test_what_the_arm_stands_in_is_held(
+    name: str, start: list[float], policy: aa.Hold | aa.Repulsion, acceleration: float | None
+) -> None:
+    """The elbow is straight and a joint at its limit: psi has too few digits to tell that this is held."""
+    arm, q = aa.Arm.from_catalogue(name), np.array(start)
+    pose = arm.forward(q)[0]
+    bounds: dict[str, Any] = {} if acceleration is None else {"acceleration": acceleration}
+    for _ in range(50):
+        found = aa.step(
+            arm, q, pose, dt=0.01, velocity=np.full(7, 2.0), velocity_now=np.zeros(7), policy=policy, **bounds
+        )
+        assert found.status == aa.Status.OK
+        assert np.abs(found.q - start).max() < 1e-9
+        q = found.q
+
+
+@pytest.mark.parametrize(
+    ("name", "start", "target", "policy"),
+    [
+        (
+            "openarm_v10", [0.009186315559322145, 0.0, 1.5707953267948966, 0.01, -0.7550404489518361,
+                            -0.6969802137039489, -1.542174968919984],
+            [1.5256, 0.0, 1.5707963267948966, 1.9062, 0.8483, -0.7853, 0.0414], aa.Repulsion(rate=2.0),
+        ),
+        (
+            "openarm_v10", [-1.2918998039496403, 0.05, -1.0431160571417677, 1.0899526204505743,
+                            -0.8312266510922368, -0.6084025341896545, -0.6997627598601996],
+            [-1.39626340, 0.0, -1.57085, 2.22867734, -1.00615693, 0.0353403917, -0.602748429],
+            aa.Towards(direction="up"),
+        ),
+    ],
+)  # fmt: skip
+def test_beside_a_hinge_at_0_it_arrives_with_a_joint_at_its_limit(
+    name: str, start: list[float], target: list[float], policy: aa.Repulsion | aa.Towards
+) -> None:
+    """Joints 1 and 3 share one turn where θ2 is 0, and the one that stands at its limit cannot."""
+    arm = aa.Arm.from_catalogue(name)
+    pose, q, velocity = arm.forward(np.clip(target, arm.lower, arm.upper))[0], np.array(start), np.zeros(7)
+    for _ in range(800):
+        found = aa.step(
+            arm, q, pose, dt=0.05, velocity=np.full(7, 2.0), acceleration=10.0, velocity_now=velocity,
+            policy=policy,
+        )  # fmt: skip
+        q, velocity = found.q, found.velocity
+    np.testing.assert_allclose(arm.forward(q)[0], pose, atol=1e-9)

@@ -133,6 +133,21 @@ inline double braked(const Arm& arm, const Bounds& b, const double* q_now, int i
     return v > 0 ? min(move, max(room, 0.0)) : max(move, min(room, 0.0));
 }
 
+/// Lets joints h - 1 and h + 1, between which hinge h is 0 (or pi: flipped), share the turn that q asks of
+/// them alike, as far as a box of moves from q_now lets them: v + eps u = wanted, u and v being their moves.
+inline void share_turn(const Arm& arm, int h, bool flipped, const double* q_now, const MoveBox& box,
+                       Joints& q) noexcept {
+    const int a = h - 1, b = h + 1;
+    const double eps = arm.sign[a] * arm.sign[b] * (flipped ? -1.0 : 1.0);
+    const bool nothing = arm.roll_free && b == joints - 1;
+    const double wanted = nothing ? 0.0 : wrap((q.q[b] - q_now[b]) + eps * (q.q[a] - q_now[a]));
+    const double from = max(min(eps * box.lower[a], eps * box.upper[a]), wanted - box.upper[b]),
+                 to = min(max(eps * box.lower[a], eps * box.upper[a]), wanted - box.lower[b]);
+    const double half = min(max(0.5 * wanted, from), to);
+    q.q[a] = q_now[a] + eps * half;
+    q.q[b] = q_now[b] + (wanted - half);
+}
+
 /// The joints q of a step that goes k d dt (k in 1/s, d in rad), each as far as the bounds allow it; a joint
 /// that they leave no move brakes.
 inline void go(const Arm& arm, const Bounds& b, const double* q_now, double max_joint_step,
@@ -172,7 +187,9 @@ struct BoundedStep {
         const Directions<double> d = directions(motion, sin_cos(psi));
         Joints q = joints_near(arm, d, q_now);
         for (const int h : hinge_joint)
-            if (abs(d.y[h]) <= tolerance::one_axis) share(h, d.x[h] < 0, q);
+            if (abs(d.y[h]) <= tolerance::one_axis)
+                detail::share_turn(arm, h, d.x[h] < 0, q_now,
+                                   detail::move_box(arm, bounds, q_now, largest_step, {}), q);
         return q;
     }
 
@@ -211,22 +228,6 @@ struct BoundedStep {
         if (leads(whole, {.limits = false, .turns = false})) return Status::LIMITS;
         return leads(arcs, {.largest_step = false, .acceleration = false}) ? Status::JOINT_JUMP
                                                                            : Status::VELOCITY_LIMIT;
-    }
-
-private:
-    /// Joints h - 1 and h + 1, between which hinge h is 0, or pi: v + eps u = wanted, u and v being their
-    /// moves.
-    void share(int h, bool flipped, Joints& q) const noexcept {
-        const int a = h - 1, b = h + 1;
-        const double eps = arm.sign[a] * arm.sign[b] * (flipped ? -1.0 : 1.0);
-        const bool nothing = arm.roll_free && b == joints - 1;
-        const double wanted = nothing ? 0.0 : wrap((q.q[b] - q_now[b]) + eps * (q.q[a] - q_now[a]));
-        const MoveBox box = detail::move_box(arm, bounds, q_now, largest_step, {});
-        const double from = max(min(eps * box.lower[a], eps * box.upper[a]), wanted - box.upper[b]),
-                     to = min(max(eps * box.lower[a], eps * box.upper[a]), wanted - box.lower[b]);
-        const double half = min(max(0.5 * wanted, from), to);
-        q.q[a] = q_now[a] + eps * half;
-        q.q[b] = q_now[b] + (wanted - half);
     }
 };
 

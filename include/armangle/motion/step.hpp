@@ -28,10 +28,10 @@ inline constexpr int halvings = 40;  // of the way out of a blocked arc, to what
 inline constexpr double straight = 0.05;   // |sin| of theta_2, theta_4, theta_6 below which joints are asked
 inline constexpr double stretched = 1e-5;  // of the elbow's bend below which it has no side (rad)
 inline constexpr double sweep = 2.0;   // of the move to the posture beside: what carrying psi may cost ...
-inline constexpr double calm = 0.1;    // ... up to this |sin| of theta_2, theta_6; more beyond it ...
-inline constexpr double awake = 0.16;  // ... and all from this one on
+inline constexpr double calm = 0.15;   // ... up to this |sin| of theta_2, theta_6; more beyond it ...
+inline constexpr double awake = 0.21;  // ... and all from this one on
 inline constexpr double drift = 0.01;  // rad that a policy may move a joint there besides; more beyond it ...
-inline constexpr double shut = 0.2;    // ... and what a step may from this one on
+inline constexpr double shut = 0.25;   // ... and what a step may from this one on
 inline constexpr double turning = 0.3;  // share of the accelerations with which psi is slowed beside a hinge
 inline constexpr double far = 1.0;      // rad that a joint has to its own branch: others may be nearer
 }  // namespace step_rule
@@ -304,6 +304,7 @@ public:
         if (calm(pose, psi, out)) return finished(Status::OK, Status::OK, out);
         if (!own && !may_leave(now_, options_.policy) && plain(out)) return out;
         if (leave(pose, psi, out) || exact(psi, out)) return finished(Status::OK, Status::OK, out);
+        if (stand(pose, out)) return finished(Status::OK, Status::OK, out);
         Status why = refusal();
         if (settle(pose, why, out) || turn_elbow(psi, why, out)) return finished(Status::OK, Status::OK, out);
         const bool blocked = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED;
@@ -368,6 +369,20 @@ private:
         StepAside aside(arm_, limits_, q_now_, now_, slower);
         aside.branch_[0] = own;
         return aside.exact(psi, out);
+    }
+
+    /// The joints as they are, where they hold the pose: beside a singular posture psi may have too few
+    /// digits to tell.
+    bool stand(const Pose<double>& pose, Step& out) const noexcept {
+        const double length = arm_.size, most = settled_rule::meets * length;
+        if (limits_.margin > 0 || !(limit_margin(arm_.limits, q_now_) >= -tolerance::angle)) return false;
+        if (!(size(difference(user_pose(arm_, now_.flange), pose), length) <= most)) return false;
+        if (options_.bounds && !keeps(arm_, bounds_, q_now_, q_now_, options_.max_joint_step)) return false;
+        if (options_.scene && !is_clear(arm_, *options_.scene, q_now_)) return false;
+        for (int j = 0; j < joints; ++j) out.q[j] = q_now_[j];
+        place(out);
+        if (options_.gc >= 0 && options_.gc != out.gc) return false;
+        return !options_.allowed || contains(*options_.allowed, out.psi);
     }
 
     /// Where theta_2 or theta_6 is 0 and the tool at its pose though the policy wants another psi: the pivots
@@ -670,8 +685,18 @@ private:
         return false;
     }
 
+    /// The joints at psi within the limits, next to the present ones where there are several turns of them.
     Joints within_limits(const Branch& b, double psi) const noexcept {
-        return joints_within_limits(arm_, directions(*b.motion, sin_cos(psi)), q_now_);
+        const Directions<double> d = directions(*b.motion, sin_cos(psi));
+        Joints q = joints_within_limits(arm_, d, q_now_);
+        MoveBox box;
+        for (int j = 0; j < joints; ++j) {
+            box.lower[j] = arm_.limits.lower[j] - q_now_[j];
+            box.upper[j] = arm_.limits.upper[j] - q_now_[j];
+        }
+        for (const int h : hinge_joint)
+            if (abs(d.y[h]) <= tolerance::one_axis) share_turn(arm_, h, d.x[h] < 0, q_now_, box, q);
+        return q;
     }
 
     /// The posture of these branches that is nearest to the joints.
@@ -709,7 +734,9 @@ private:
             to = held;
         }
         if (own.status != Status::OK) return least < infinity;
-        if (contains(*own.arcs, psi) && !(least > step_rule::far)) return true;
+        // beside a hinge at 0 an arc may hold psi but for rounding, and joints there be beyond a limit
+        const bool within = limit_margin(arm_.limits, to.q) >= -tolerance::angle;
+        if (within && contains(*own.arcs, psi) && !(least > step_rule::far)) return true;
         Nearest found = nearest_of(pose, 1u << index(own.motion->gc));
         const bool may_change = options_.gc < 0 && !(limits_.margin > 0);
         if (may_change && !(largest_move(found.q, q_now_) <= step_rule::far))

@@ -160,7 +160,7 @@ class Branch:
             case Verdict.OK:
                 if not path:
                     return f"solved within all limits{' and clear of the scene' if self.scene else ''}."
-                least = math.degrees(min(self.margin, self.elbow_margin))
+                least = max(math.degrees(min(self.margin, self.elbow_margin)), 0.0)
                 if self.through:
                     others = ", ".join(map(str, self.through))
                     way = f"the whole path is possible, passing through GC {others}"

@@ -87,6 +87,8 @@ def _policy(args: argparse.Namespace) -> Policy:
         raise InputError(f"--{name} does not go with --policy {args.policy}")
     if "K" in given and "rate" in given:
         raise InputError("--K and --rate are one and the same per pose and per second: give one")
+    if "rate" in given and args.dt is None:
+        raise InputError("--rate is per second: give the time from pose to pose by --dt")
     policy: Policy = made(outside=args.outside, **wish(given))
     return policy
 

@@ -40,6 +40,8 @@ HELP = """\
 Plan a whole file of poses at once: the best global configuration and arm
 angle, proven to keep the limits between the poses too, and clear of obstacles;
 or the reason why not."""
+_FAR = np.radians(11.5)
+"""A joint that moves by more from row to row takes the tool visibly off its path."""
 EXAMPLE = """\
   armangle plan path.csv --robot kuka_iiwa7_r800 -o joints.csv"""
 
@@ -149,6 +151,7 @@ def _summary(path: JointPath) -> dict[str, Any]:
         "certified": path.certified,
         "uncertified": path.uncertified,
         "margin": float(path.margin[solved].min()) if solved.any() else float("nan"),
+        "largest_step": float(np.abs(np.diff(path.q[solved], axis=0)).max(initial=0.0)),
         "branches": [asdict(branch) for branch in ranking],
         "explanation": path.explain(),
     }
@@ -160,6 +163,7 @@ def _show(path: JointPath, facts: dict[str, Any]) -> None:
         ["reached", str(facts["reached"]), plural(facts["reached"], "pose")],
         ["global configuration", str(facts["gc"]), ""],
         ["least margin to a limit", degrees(facts["margin"]), "deg"],
+        ["largest joint step", degrees(facts["largest_step"]), "deg"],
         ["proven between the poses", "yes" if path.certified else "no", ""],
     ]
     show(table(["", "", ""], rows, left=(0, 2)).split("\n", 1)[1])
@@ -167,3 +171,5 @@ def _show(path: JointPath, facts: dict[str, Any]) -> None:
         show(paint(paragraph(path.explain()), "green"))
         for low, high in np.asarray(facts["uncertified"]):
             show(f"not proven from s = {low:.6g} to {high:.6g}")
+        if facts["largest_step"] > _FAR:
+            note("armangle: joints go far from row to row, and the tool off its path: --step 1 adds rows")
