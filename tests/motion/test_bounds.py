@@ -646,31 +646,35 @@ def test_what_the_arm_stands_in_is_held(
 
 
 @pytest.mark.parametrize(
-    ("name", "start", "target", "policy"),
+    ("start", "pose", "dt", "speed", "policy"),
     [
         (
-            "openarm_v10", [0.009186315559322145, 0.0, 1.5707953267948966, 0.01, -0.7550404489518361,
-                            -0.6969802137039489, -1.542174968919984],
-            [1.5256, 0.0, 1.5707963267948966, 1.9062, 0.8483, -0.7853, 0.0414], aa.Repulsion(rate=2.0),
+            [-1.2918998039496403, 0.05, -1.0431160571417677, 1.0899526204505743, -0.8312266510922368,
+             -0.6084025341896545, -0.6997627598601996],
+            [[0.5981416563084545, 0.5736987397419346, -0.55955010053354, -0.1565611024339508],
+             [0.8012348880951171, -0.4418683284769322, 0.4034538813646579, -0.038737997837950774],
+             [-0.01578648433895854, -0.6896536350281333, -0.7239672994028791, 0.19629073868897265]],
+            0.1, True, aa.Towards(direction="up"),
         ),
         (
-            "openarm_v10", [-1.2918998039496403, 0.05, -1.0431160571417677, 1.0899526204505743,
-                            -0.8312266510922368, -0.6084025341896545, -0.6997627598601996],
-            [-1.39626340, 0.0, -1.57085, 2.22867734, -1.00615693, 0.0353403917, -0.602748429],
-            aa.Towards(direction="up"),
+            [0.8060040088566904, -0.7786608470823865, -0.26292701652509787, 0.0, 0.4652765525873672,
+             0.5372230373852276, -1.0333535008803723],
+            [[-0.5205208019934618, 0.8221855162909758, -0.23036725351799633, -0.04335139754942785],
+             [-0.758835165722632, -0.3217563714374724, 0.5662526191569419, -0.18206099414312452],
+             [0.3914425704427009, 0.46955704046486607, 0.7913841670165498, 0.46277514529105557]],
+            0.03, 3.0, aa.Repulsion(rate=2.0),
         ),
     ],
 )  # fmt: skip
 def test_beside_a_hinge_at_0_it_arrives_with_a_joint_at_its_limit(
-    name: str, start: list[float], target: list[float], policy: aa.Repulsion | aa.Towards
+    start: list[float], pose: list[list[float]], dt: float, speed: Any, policy: aa.Repulsion | aa.Towards
 ) -> None:
     """Joints 1 and 3 share one turn where θ2 is 0, and the one that stands at its limit cannot."""
-    arm = aa.Arm.from_catalogue(name)
-    pose, q, velocity = arm.forward(np.clip(target, arm.lower, arm.upper))[0], np.array(start), np.zeros(7)
-    for _ in range(800):
+    arm, q, velocity = aa.Arm.from_catalogue("openarm_v10"), np.array(start), np.zeros(7)
+    target = np.vstack([pose, [0, 0, 0, 1]])
+    for _ in range(int(30 / dt)):
         found = aa.step(
-            arm, q, pose, dt=0.05, velocity=np.full(7, 2.0), acceleration=10.0, velocity_now=velocity,
-            policy=policy,
-        )  # fmt: skip
+            arm, q, target, dt=dt, velocity=speed, acceleration=10.0, velocity_now=velocity, policy=policy
+        )
         q, velocity = found.q, found.velocity
-    np.testing.assert_allclose(arm.forward(q)[0], pose, atol=1e-9)
+    np.testing.assert_allclose(arm.forward(q)[0], target, atol=1e-9)
