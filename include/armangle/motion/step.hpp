@@ -375,6 +375,7 @@ private:
     /// digits to tell.
     bool stand(const Pose<double>& pose, Step& out) const noexcept {
         const double length = arm_.size, most = settled_rule::meets * length;
+        if (!(arm_.upper_arm > 0 && arm_.forearm > 0)) return false;  // such an arm has no elbow
         if (limits_.margin > 0 || !(limit_margin(arm_.limits, q_now_) >= -tolerance::angle)) return false;
         if (!(size(difference(user_pose(arm_, now_.flange), pose), length) <= most)) return false;
         if (options_.bounds && !keeps(arm_, bounds_, q_now_, q_now_, options_.max_joint_step)) return false;
