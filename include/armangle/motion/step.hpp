@@ -241,10 +241,15 @@ ARMANGLE_INLINE Step stepped(const Lifted& to, const double* q_now, double dt, d
     return out;
 }
 
+/// How far the hinge of the two, theta_2 and theta_6, is off straight that is so by less: its |sin|.
+inline double hinge_bend(double theta_2, double theta_6) noexcept {
+    return min(abs(std::sin(theta_2)), abs(std::sin(theta_6)));
+}
+
 /// Whether joints next to theta_2 = 0 or theta_6 = 0 may sweep round although psi hardly moves, unasked: to
 /// hold psi is to ask for it, to hold the elbow is not.
 inline bool may_sweep(double theta_2, double theta_6, const StepOptions& options) noexcept {
-    const double bend = min(abs(std::sin(theta_2)), abs(std::sin(theta_6)));
+    const double bend = hinge_bend(theta_2, theta_6);
     const Rule rule = options.policy.rule;
     const bool asked = rule != Rule::repulsion && !(rule == Rule::hold && options.carry == Carry::elbow);
     return bend <= step_rule::shut && !asked;
@@ -264,16 +269,14 @@ bool passes(const AnyArm& arm, const double* q_now, const double* q) noexcept {
 
 /// How far joints may move beside theta_2 = 0, theta_6 = 0 where psi is carried, rad; the posture beside them
 /// is `least` away. It grows with the bend of the hinge.
-inline double calm_move(double theta_2, double theta_6, double least) noexcept {
-    const double bend = min(abs(std::sin(theta_2)), abs(std::sin(theta_6)));
+inline double calm_move(double bend, double least) noexcept {
     const double share = (bend - step_rule::calm) / (step_rule::awake - step_rule::calm);
     return step_rule::sweep * least / (1.0 - min(max(share, 0.0), 1.0)) + tolerance::angle;
 }
 
 /// How far a policy may move joints there besides, of what a step may (rad): it grows with the bend, so that
 /// a policy that had to give way is caught up with in many steps, and not in one.
-inline double calm_drift(double theta_2, double theta_6, double longest) noexcept {
-    const double bend = min(abs(std::sin(theta_2)), abs(std::sin(theta_6)));
+inline double calm_drift(double bend, double longest) noexcept {
     const double share = (bend - step_rule::calm) / (step_rule::shut - step_rule::calm);
     const double growth = max(longest / step_rule::drift, 1.0);
     return step_rule::drift * std::pow(growth, min(max(share, 0.0), 1.0));
@@ -352,17 +355,21 @@ private:
         const Branch& own = branch_[0];
         if (own.status != Status::OK) return false;
         if (!may_sweep(now_.theta[1], now_.theta[5], options_)) return false;
-        const int side = index(own.motion->gc) & 2;
-        Status why = Status::OK;
-        if (!settle_from(now_.theta[3], pose, side, why, out)) return false;
-        const bool apart = limits_.margin > 0 && out.gc != index(own.motion->gc);  // the margin parts the two
-        if (apart || (limits_.margin > 0 && !contains(*own.arcs, out.psi))) return false;
-        const double least = largest_move(out.q, q_now_);
+        const double bend = hinge_bend(now_.theta[1], now_.theta[5]);
         const BoundedStep step = bounded(own);
         const double carried = largest_move(step.at(psi).q, q_now_);
-        if (carried > calm_move(now_.theta[1], now_.theta[5], least)) return true;
-        const double most = max(step_rule::sweep * least, carried) +
-                            calm_drift(now_.theta[1], now_.theta[5], options_.max_joint_step);
+        double least = 0;
+        if (bend < step_rule::awake) {
+            const int side = index(own.motion->gc) & 2;
+            Status why = Status::OK;
+            if (!settle_from(now_.theta[3], pose, side, why, out)) return false;
+            const bool apart = limits_.margin > 0 && out.gc != index(own.motion->gc);  // by the margin
+            if (apart || (limits_.margin > 0 && !contains(*own.arcs, out.psi))) return false;
+            least = largest_move(out.q, q_now_);
+            if (carried > calm_move(bend, least)) return true;
+        }
+        const double most =
+            max(step_rule::sweep * least, carried) + calm_drift(bend, options_.max_joint_step);
         if (largest_move(step.at(own.wish).q, q_now_) <= most) return false;
         StepOptions slower = options_;
         slower.max_joint_step = min(options_.max_joint_step, most);

@@ -158,13 +158,13 @@ struct NearStep {
         const NearStep any{arm, pose, on, gc, q_now, here, pi};
         Lifted carried;
         const bool kept = any.at(psi, carried) == Status::OK &&
-                          largest_move(carried.q, here) <= calm_move(theta[1], theta[5], least);
+                          largest_move(carried.q, here) <= calm_move(hinge_bend(theta[1], theta[5]), least);
         const bool bound =
             options.bounds && !detail::keeps(arm.nominal, *options.bounds, q_now, out.q, max_joint_step);
         if (!kept && !bound) out.status = Status::OK;
         if (!kept) return max_joint_step;
         const double most = max(step_rule::sweep * least, largest_move(carried.q, here));
-        return min(max_joint_step, most + calm_drift(theta[1], theta[5], max_joint_step));
+        return min(max_joint_step, most + calm_drift(hinge_bend(theta[1], theta[5]), max_joint_step));
     }
 
     /// Why no step within bounds leads to these arcs.
