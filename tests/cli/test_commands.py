@@ -590,6 +590,22 @@ def test_plan_puts_rows_between_and_rounds_corners(capsys: Capture, line: Path, 
     assert "--step is 1e-09 deg, wanted at least 6e-05 deg" in " ".join(capsys.readouterr().err.split())
 
 
+def test_plan_says_when_rows_lie_far_apart(capsys: Capture, tmp_path: Path) -> None:
+    """Joints that go straight over tens of degrees take the tool off a line between."""
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    first = np.asarray(arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0])
+    last = first.copy()
+    last[1, 3] -= 0.4
+    aa.save(np.stack([first, last]), tmp_path / "two.csv")
+    asked = ["plan", str(tmp_path / "two.csv"), "--robot", "kuka_iiwa7_r800"]
+    assert main(asked) == 0
+    said = capsys.readouterr()
+    assert "largest joint step" in said.out
+    assert "--step 1 adds rows" in " ".join(said.err.split())
+    assert main([*asked, "--step", "1"]) == 0
+    assert "adds rows" not in capsys.readouterr().err
+
+
 def test_plan_with_a_wish(capsys: Capture, line: Path, tmp_path: Path) -> None:
     to, arm = tmp_path / "planned.npz", aa.Arm.from_catalogue(ROBOT[1])
     for words, wish in (

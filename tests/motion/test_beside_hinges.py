@@ -148,3 +148,16 @@ def test_a_policy_that_gave_way_is_caught_up_with_in_many_steps(rows: int) -> No
     path = aa.follow(arm, aa.Line(first, last).pose(np.linspace(0, 1, rows)), start=start)
     assert path.ok
     assert np.abs(np.diff(path.q, axis=0)).max() < 0.03
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_a_policy_acts_where_a_hinge_is_open_and_the_pose_stands(name: str) -> None:
+    arm = ARMS[name]
+    rng = generator(4)
+    moved = 0
+    for sine in np.linspace(0.16, 0.26, 40):
+        q = rng.uniform(-0.6, 0.6, 7)
+        q[[1, 3, 5]] = np.arcsin(sine), -1.2, 0.8
+        found = aa.step(arm, q, arm.forward(q)[0], policy=RULE)
+        moved += bool(found.status == aa.Status.OK and np.abs(found.q - q).max() > 1e-6)
+    assert moved > 30

@@ -241,7 +241,7 @@ ARMANGLE_INLINE Step stepped(const Lifted& to, const double* q_now, double dt, d
     return out;
 }
 
-/// How far the hinge of the two, theta_2 and theta_6, is off straight that is so by less: its |sin|.
+/// |sin| of that of theta_2 and theta_6 which is nearer to straight.
 inline double hinge_bend(double theta_2, double theta_6) noexcept {
     return min(abs(std::sin(theta_2)), abs(std::sin(theta_6)));
 }
@@ -270,8 +270,9 @@ bool passes(const AnyArm& arm, const double* q_now, const double* q) noexcept {
 /// How far joints may move beside theta_2 = 0, theta_6 = 0 where psi is carried, rad; the posture beside them
 /// is `least` away. It grows with the bend of the hinge.
 inline double calm_move(double bend, double least) noexcept {
+    if (bend >= step_rule::awake) return infinity;
     const double share = (bend - step_rule::calm) / (step_rule::awake - step_rule::calm);
-    return step_rule::sweep * least / (1.0 - min(max(share, 0.0), 1.0)) + tolerance::angle;
+    return step_rule::sweep * least / (1.0 - max(share, 0.0)) + tolerance::angle;
 }
 
 /// How far a policy may move joints there besides, of what a step may (rad): it grows with the bend, so that

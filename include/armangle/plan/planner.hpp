@@ -1067,8 +1067,9 @@ private:
     std::vector<double> crossing_sections(const CrossingTask& asked) {
         std::vector<double> out;  // the same way is found however few rows are asked
         for (std::size_t k = 0; k + 1 < base_.size(); ++k) {
-            const double gap = base_[k + 1] - base_[k], parts = std::ceil(gap / crossing_rule::longest);
-            for (double i = 0; i < parts; ++i) out.push_back(base_[k] + gap * i / parts);
+            const double gap = base_[k + 1] - base_[k];
+            const int parts = static_cast<int>(std::ceil(gap / crossing_rule::longest));
+            for (int i = 0; i < parts; ++i) out.push_back(base_[k] + gap * i / parts);
         }
         out.push_back(1.0);
         const double first = out[1], last = 1.0 - out[out.size() - 2];

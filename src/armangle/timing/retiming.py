@@ -208,12 +208,6 @@ def _ways(path: Motion, b: _Bounds) -> list[_Way]:
     nodes = np.union1d([0.0, 1.0], inner.s(first.s[bends]) if isinstance(inner, Part) else first.s[bends])
     asked = b.tolerance > 0 and (many > 0 or any(steep))
     without = rounded(path, nodes, b.tolerance, steep) if asked else None
-    if without is None and any(steep):
-        where = " and ".join(f"s = {s}" for s, is_so in zip((0, 1), steep, strict=True) if is_so)
-        raise PathError(
-            f"no timing is found: the path begins or ends at a singular posture, at {where}, and no smooth "
-            f"curve stays within {1e3 * b.tolerance:.3g} mm of it: give a larger tolerance="
-        )
     if without is None:
         return [_Way(path, *_kept(path, b), NO_DEVIATION)]
     smoothed, off = without

@@ -32,7 +32,7 @@ distance.
 """
 SOME_PARTS = 4
 """Into how many parts a way between them is divided, before they have come that near."""
-LEAST = 1e-6
+CLOSEST = 1e-6
 """Of s, between postures that are put where the tool is off still, as where joints hurry."""
 SHRINK = 0.5, 0.95
 """By what postures come nearer in a round: least and most."""
@@ -159,7 +159,7 @@ def rounded(
         nearer = bad[at] & (reach[cut] > least)
         between = np.unique(np.searchsorted(corners, nodes[:-1][bad], side="right") - 1)
         some = between[parts[between] < SOME_PARTS]
-        wide = bad & (np.diff(nodes) > LEAST)
+        wide = bad & (np.diff(nodes) > CLOSEST)
         if nearer.any():
             share = np.where(passed, SHRINK[0], np.clip(tolerance / np.maximum(off, tolerance), *SHRINK))
             reach[cut] *= np.where(nearer, share[at], 1.0)
