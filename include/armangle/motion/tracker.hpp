@@ -104,12 +104,15 @@ inline constexpr double turned = 0.05;      // rad from the goal's posture at wh
 inline constexpr double irregular = 0.7;    // sine of theta_2, theta_6 below which psi is turned less ...
 inline constexpr double shut = 0.05;        // ... and joints go on by the least way, ...
 inline constexpr double roomy = 0.15;       // ... rad off limits
-inline constexpr double worth = 0.005;      // m that another start of the relaxation must gain
-inline constexpr double strayed = 0.1;      // m: a hand this far from where it was makes a way to it void
-inline constexpr double gain = 1e-4;        // m nearer to a hand at rest, for which more time is given
-inline constexpr double calm = 1e-3;        // rad of the elbow's margin above that at rest, which is none
-inline constexpr double led = 0.02;  // rad nearer to a hint for which an arm leaves theta_2, theta_6 = 0
-inline constexpr int turns = 8;      // to postures that are tried for a hand
+inline constexpr double remote = 1.0;       // rad: a posture from which a joint is farther is not beside it
+inline constexpr double near = 0.1;   // rad within which a posture that is nearer to the hand is gone to ...
+inline constexpr double pays = 1e-3;  // ... and m that it has to be nearer for each rad, where it is not
+inline constexpr double worth = 0.005;  // m that another start of the relaxation must gain
+inline constexpr double strayed = 0.1;  // m: a hand this far from where it was makes a way to it void
+inline constexpr double gain = 1e-4;    // m nearer to a hand at rest, for which more time is given
+inline constexpr double calm = 1e-3;    // rad of the elbow's margin above that at rest, which is none
+inline constexpr double led = 0.02;     // rad nearer to a hint for which an arm leaves theta_2, theta_6 = 0
+inline constexpr int turns = 8;         // to postures that are tried for a hand
 inline constexpr int ways = 2, most_ways = 600;  // round an obstacle that are tried in a tick, and in all
 inline constexpr int rounds = 6, starts = 16;    // of the relaxation in one tick
 }  // namespace track_rule
@@ -155,6 +158,7 @@ public:
         }
         q_.q[joints] = 0;
         margin_ = options_.still_margin;
+        least_bend_ = bend_to_keep();
         relaxing_ = false;
         stood_ = q_;
         forget();
@@ -168,6 +172,8 @@ public:
         escaping_ = options_.scene && nearest_pair(0.0).room < 0;
         goal_pose_ = user_pose(arm_, chain(arm_, q_.q).flange);
         hand_.start(hand);
+        before_ = hand;
+        hinted_ = {};
     }
 
     const double* q() const noexcept { return q_.q; }
@@ -198,8 +204,9 @@ public:
         t.gc = configuration(arm_, t.now.theta);
         hand_.tick(valid ? command.pose : nullptr, t.dt);
         see(command);
-        t.rests = is_singular(t.now) && size(difference(user_pose(arm_, t.now.flange), wanted_),
-                                             options_.length) <= track_rule::exact;
+        t.there =
+            size(difference(user_pose(arm_, t.now.flange), wanted_), options_.length) <= track_rule::exact;
+        t.rests = t.there && is_singular(t.now);
         if (command.reconfigure >= 0 && command.reconfigure < configurations &&
             command.reconfigure != index(t.gc)) {
             rest();
@@ -260,7 +267,8 @@ private:
         double lower[joints] = {}, upper[joints] = {};  // rad/s: what the next velocity may be
         Guard<Body>* guard = nullptr;                   // where there are obstacles
         const Towards* elbow = nullptr;
-        bool rests = false;  // theta_2 or theta_6 is 0, and the tool at the hand
+        bool there = false;  // the tool is at the hand ...
+        bool rests = false;  // ... and theta_2 or theta_6 is 0
     };
 
     /// Where to go: a pose that the arm can take, and a posture of it.
@@ -338,13 +346,32 @@ private:
     /// How fast the hand goes on: one that does not move leads nowhere, wherever the joints seem to lead it.
     Twist heading() const noexcept { return fixed_ ? Twist{} : speed_; }
 
+    /// How far the joint that has to move farthest is from a posture, rad.
+    double farthest_move(const Joints& to) const noexcept {
+        double farthest = 0;
+        for (int j = 0; j < joints; ++j) farthest = max(farthest, abs(to.q[j] - q_.q[j]));
+        return farthest;
+    }
+
     // -- bounds
+
+    /// rad off straight that joint 4 has to keep from here on, where its limits leave its margin: a start may
+    /// be nearer.
+    double bend_to_keep() const noexcept {
+        Limits limits = arm_.limits;
+        const double side = detail::elbow_bend(arm_, q_.q[3]) < 0 ? -1.0 : 1.0;
+        const bool has_margin = keep_on_side(arm_, 3, q_.q[3], side, options_.still_margin, limits);
+        return has_margin ? min(bent(), options_.still_margin) : options_.still_margin;
+    }
+
+    /// rad off straight.
+    double bent() const noexcept { return abs(detail::elbow_bend(arm_, q_.q[3])); }
 
     /// The velocities that keep the bounds and from which every joint can still brake. A joint outside its
     /// limits has to go in, as fast as one that came to rest there.
     void box(Tick& t) const noexcept {
         const Limits& limits = t.limits =
-            elbow_turns(t) ? arm_.limits : on_one_side(arm_, q_.q[3], options_.still_margin);
+            elbow_turns(t) ? arm_.limits : on_one_side(arm_, q_.q[3], least_bend_);
         for (int j = 0; j < joints; ++j) {
             const double a = options_.acceleration[j], most = options_.velocity[j];
             const double change = max(a * t.dt - track_rule::rounding / t.dt, 0.0);
@@ -420,11 +447,43 @@ private:
             }
         }
         goal.settled = posture && is_beside(t) && goal.blocked == Status::OK && settle(t, goal);
-        if (posture)
+        if (posture && !is_beside_hand(t, c, goal))
             relaxing_ = false;
         else
-            relax(t, one_side(elbow_side(t), margin), goal);
-        return in_branch && exact(t, goal, next);
+            relax(t, elbow_turns(t) ? one_side(elbow_side(t), margin) : t.limits, goal);
+        if (!in_branch) return false;
+        if (fixed_ && is_at_rest() && !t.elbow && stays_there(t, goal, next)) return true;
+        return exact(t, goal, next) || stays_there(t, goal, next);
+    }
+
+    bool is_at_rest() const noexcept {
+        double fastest = 0;
+        for (int j = 0; j < joints; ++j) fastest = max(fastest, abs(v_[j]));
+        return !(fastest > 0);
+    }
+
+    /// Whether the tool is at the hand already, and the joints can stay: limits may end just here, and leave
+    /// an arc of no width.
+    bool stays_there(const Tick& t, Goal& goal, Joints& next) const noexcept {
+        if (!t.there || goal.gap > 0 || goal.blocked != Status::OK || !taken(t, q_.q, next)) return false;
+        goal = Goal{};
+        goal.pose = wanted_;
+        goal.at = q_;
+        goal.gc = index(t.gc);
+        goal.psi = arm_angle(triad(arm_, t.now.flange), t.now.z3);
+        return true;
+    }
+
+    /// Whether the elbow's margin alone keeps the goal from the hand, and its posture is far, while one
+    /// beside the joints is about as near to the hand: limits may leave joint 4 no way to its margin but that
+    /// of a joint all round.
+    bool is_beside_hand(const Tick& t, const Circle<double>& c, const Goal& goal) const noexcept {
+        if (!(goal.gap > 0) || turning_to_ >= 0 || goal.blocked != Status::OK) return false;
+        const ReachShell all = reach_shell(arm_, on_one_side(arm_, q_.q[3], 0.0));
+        if (max(c.distance - all.outer, all.inner - c.distance) > track_rule::worth) return false;
+        if (farthest_move(goal.at) <= track_rule::remote) return false;
+        const Relaxed beside = relaxed(arm_, t.limits, q_, wanted_, options_.length, track_rule::rounds);
+        return beside.distance <= size(difference(goal.pose, wanted_), options_.length) + track_rule::worth;
     }
 
     /// Where theta_2 or theta_6 is 0, and the tool at the hand, psi says little of the joints beside that
@@ -789,7 +848,11 @@ private:
             least = off;
             from = one;
         }
-        relaxed_ = relaxed(arm_, limits, from, wanted, options_.length, track_rule::rounds).at;
+        const Relaxed found = relaxed(arm_, limits, from, wanted, options_.length, track_rule::rounds);
+        const double here = detail::distance(arm_, q_.q, wanted, options_.length, rest),
+                     way = farthest_move(found.at);
+        const bool pays = way <= track_rule::near || here - found.distance > track_rule::pays * way;
+        relaxed_ = pays ? found.at : q_;
         relaxing_ = true;
         goal.at = relaxed_;
         const Chain there = chain(arm_, relaxed_.q);
@@ -1149,6 +1212,7 @@ private:
             out.velocity[j] = v_[j];
             fastest |= abs(v_[j]) >= options_.velocity[j] * (1.0 - track_rule::exact);
         }
+        least_bend_ = max(least_bend_, bent() < options_.still_margin ? 0.0 : options_.still_margin);
         const Chain now = chain(arm_, q_.q);
         const Pose<double> tool = user_pose(arm_, now.flange);
         out.distance = size(difference(tool, wanted_), options_.length);
@@ -1201,8 +1265,9 @@ private:
     LimitTable plain_, clear_;
     Joints q_{}, relaxed_{};
     double v_[joints] = {};
-    double margin_ = 0;  // rad off straight that joint 4 keeps while the hand is so fast
-    double ahead_ = 0;   // the same, in time for the hand
+    double margin_ = 0;      // rad off straight that joint 4 keeps while the hand is so fast
+    double least_bend_ = 0;  // rad off straight that joint 4 has to keep
+    double ahead_ = 0;       // the same, in time for the hand
     Crossing crossing_;
     int turning_to_ = -1;                    // the branch whose posture is gone to joint by joint; -1: none
     bool asked_ = false;                     // for by the operator

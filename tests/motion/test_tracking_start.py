@@ -1,0 +1,103 @@
+"""A tracker that starts on the hand stays there: its elbow about straight, joints at their limits."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from support import calibrated, draw
+from support.ticks import DT
+
+import armangle as aa
+
+Array = NDArray[np.float64]
+
+SPEED = 2.0  # rad/s
+LENGTH = 0.2  # m that a radian counts as
+BENT = 0.06  # rad off straight: the elbow's margin at rest, and a little more
+OFF = 0.01  # m
+TREMBLE = 3e-5  # m
+MARGIN = 0.025  # m that an elbow's margin costs which grows with a hand that trembles
+TICKS = 500
+STARTS = draw.count(6, 60)
+
+
+def straight(arm: aa.Arm | aa.OffsetArm, rng: np.random.Generator) -> Array:
+    """A posture with a nearly straight elbow, half of the other joints at a limit, and hinges about 0."""
+    lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
+    q = rng.uniform(lower, upper)
+    off = rng.choice([0.0, 0.0, 0.0, 1e-12, 1e-9, 1e-6, 1e-3], size=7)
+    ends = np.where(rng.random(7) < 0.5, arm.lower + off, arm.upper - off)
+    q = np.where((rng.random(7) < 0.5) & np.isfinite(ends), ends, q)
+    for hinge, about in ((1, 0.2), (3, 1.0), (5, 0.2)):
+        if rng.random() > about:
+            continue
+        bend = rng.choice([rng.uniform(-BENT, BENT), 10 ** rng.uniform(-9, -2)])
+        q[hinge] = arm.signs[hinge] * (bend - arm.offsets[hinge])
+    return np.clip(q, arm.lower, arm.upper)
+
+
+def off_hand(arm: aa.Arm | aa.OffsetArm, q: Array, hand: Array) -> Array:
+    """How far the tools of rows are from a hand, m."""
+    tools = arm.forward(q)[0]
+    cosine = 0.5 * (np.einsum("nij,ij->n", tools[:, :3, :3], hand[:3, :3]) - 1)
+    turn = np.arccos(np.clip(cosine, -1, 1))
+    return np.hypot(np.linalg.norm(tools[:, :3, 3] - hand[:3, 3], axis=-1), LENGTH * turn)
+
+
+@pytest.mark.parametrize("name", [*aa.catalogue(), *aa.offset_catalogue()])
+def test_a_hand_at_the_tool_is_not_left(name: str) -> None:
+    """A joint at its limit turned all round, the tool half a metre off, to bend the elbow by 3 degrees."""
+    offset = name in aa.offset_catalogue()
+    arm = aa.OffsetArm.from_catalogue(name) if offset else aa.Arm.from_catalogue(name)
+    rng = draw.generator(*name.encode(), 1)
+    for _ in range(STARTS):
+        start = straight(arm, rng)
+        hand = arm.forward(start)[0]
+        tracker = aa.Tracker(arm, DT, velocity=SPEED)
+        tracker.start(start)
+        rows = tracker.run(np.repeat(hand[None], TICKS, axis=0))
+        assert off_hand(arm, rows, hand).max() <= OFF
+
+
+@pytest.mark.parametrize("name", ["kuka_iiwa14_r820", "yaskawa_sia20d", "openarm_v10", "barrett_wam7"])
+def test_nor_by_a_calibrated_arm(name: str) -> None:
+    arm = calibrated.calibrated(name, 1.0, 2.0)
+    rng = draw.generator(*name.encode(), 2)
+    for _ in range(STARTS):
+        start = straight(arm, rng)
+        hand = arm.forward(start)[0]
+        tracker = aa.Tracker(arm, DT, velocity=SPEED)
+        tracker.start(start)
+        rows = tracker.run(np.repeat(hand[None], TICKS, axis=0))
+        assert off_hand(arm, rows, hand).max() <= OFF
+
+
+@pytest.mark.parametrize("name", aa.catalogue())
+def test_nor_is_one_that_trembles(name: str) -> None:
+    arm = aa.Arm.from_catalogue(name)
+    rng = draw.generator(*name.encode(), 3)
+    for _ in range(STARTS):
+        start = straight(arm, rng)
+        hand = arm.forward(start)[0]
+        tracker = aa.Tracker(arm, DT, velocity=SPEED)
+        tracker.start(start)
+        hands = np.repeat(hand[None], TICKS, axis=0)
+        hands[:, :3, 3] += rng.normal(0, TREMBLE, (TICKS, 3))
+        assert off_hand(arm, tracker.run(hands), hand).max() <= MARGIN
+
+
+@pytest.mark.parametrize("name", ["kuka_iiwa14_r820", "realman_rm75_b", "openarm_v10", "franka_fr3"])
+def test_an_arm_at_rest_on_the_hand_does_not_stir(name: str) -> None:
+    """No joint moves for a hand that does not."""
+    offset = name in aa.offset_catalogue()
+    arm = aa.OffsetArm.from_catalogue(name) if offset else aa.Arm.from_catalogue(name)
+    rng = draw.generator(*name.encode(), 4)
+    start = rng.uniform(arm.lower, arm.upper)
+    hand = arm.forward(start)[0]
+    tracker = aa.Tracker(arm, DT, velocity=SPEED)
+    tracker.start(start)
+    for _ in range(50):
+        now = tracker.step(hand)
+        assert now.status == aa.Tracking.FOLLOWING
+    assert np.abs(now.q - start).max() == 0
