@@ -101,3 +101,16 @@ def test_an_arm_at_rest_on_the_hand_does_not_stir(name: str) -> None:
         now = tracker.step(hand)
         assert now.status == aa.Tracking.FOLLOWING
     assert np.abs(now.q - start).max() == 0
+
+
+def test_a_hand_that_is_reached_late_is_not_given_up_on_arrival() -> None:
+    """The time without progress before a turn counted where the turn ended, on the hand."""
+    arm = aa.Arm.from_catalogue("rokae_ar5_right")
+    first, last = arm.lower, arm.upper
+    start = [first[0], 1.761, first[2], -0.0361, 0.604, first[5], -0.759]
+    there = np.array([last[0], -0.001, last[2], 0.0087, last[4], 1.0462, first[6]])
+    tracker = aa.Tracker(arm, 0.01, velocity=SPEED)
+    tracker.start(start)
+    hand = arm.forward(there)[0]
+    tracker.run(np.repeat(hand[None], 7000, axis=0))
+    assert tracker.step(hand).status == aa.Tracking.FOLLOWING

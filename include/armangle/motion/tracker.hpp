@@ -236,7 +236,7 @@ public:
         } else if (there) {
             fixed_ ? meet() : forget();
             rest();
-            given_up_ = fixed_ && creeps();
+            given_up_ = fixed_ && creeps(goal);
         } else if (turning_to_ >= 0) {
             turn(t, goal, next);
         } else {
@@ -1126,9 +1126,10 @@ private:
     void meet() noexcept { nearest_ = stood_for_ = 0; }
 
     /// Whether the tool is at its goal, which is not the hand, and comes no nearer to the hand.
-    bool creeps() const noexcept {
+    bool creeps(const Goal& goal) const noexcept {
         const bool calm = margin_ - options_.still_margin < track_rule::calm;
-        return calm && closest_ > track_rule::exact && idle_ >= track_rule::patience;
+        const bool is_hand = size(difference(goal.pose, wanted_), options_.length) <= track_rule::exact;
+        return calm && !is_hand && closest_ > track_rule::exact && idle_ >= track_rule::patience;
     }
 
     /// The tool is where it is wanted, or on a new way there.
