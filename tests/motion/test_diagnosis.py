@@ -183,8 +183,24 @@ def test_sentences() -> None:
         "GC 1: no arm angle keeps all limits from s = 0 to 0: joint 4 is the reason.",
         "The path can be followed up to s = 0.1.",
     ]
+    at_once = aa.Branch(gc=0, verdict=aa.Verdict.DEAD_END)
+    assert at_once.explain().endswith("leads on. Plan without start=, and go where that begins.")
     with pytest.raises(KeyError):
         aa.Diagnosis((dead,))[5]
+
+
+def test_an_openarm_that_hangs_straight_is_told_how_to_begin() -> None:
+    """Joints 1, 3 and 5 share an axis there, and the elbow bends along it only after a turn on the spot."""
+    arm = aa.Arm.from_catalogue("openarm_v10")
+    pose = arm.forward(np.zeros(7))[0]
+    up = pose.copy()
+    up[2, 3] -= 0.1
+    refused = aa.plan(arm, aa.Line(pose, up), start=np.zeros(7), samples=30)
+    assert not refused.ok
+    assert "Plan without start=" in refused.explain()
+    free = aa.plan(arm, aa.Line(pose, up), samples=30)
+    assert free.ok
+    np.testing.assert_allclose(arm.forward(free.at(0.0).q)[0], pose, atol=1e-9)
 
 
 def test_branches_that_the_same_limits_shut_share_a_line() -> None:

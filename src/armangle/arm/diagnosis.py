@@ -185,7 +185,8 @@ class Branch:
                     ahead = f"{ahead} beside {self.touching[0]} ({self.touching[1]})"
                 if self.through:
                     ahead = f"{ahead}, after a change to GC {', '.join(map(str, self.through))}"
-                return f"{ahead}: no arm angle that the start leads to leads on."
+                otherwise = "" if self.s_from > 0 else " Plan without start=, and go where that begins."
+                return f"{ahead}: no arm angle that the start leads to leads on.{otherwise}"
             case Verdict.START if self.turns:
                 otherwise = "Or plan without start=, and go where that begins."
                 return f"the start {self._shut('leave only after turning')} {otherwise}"
