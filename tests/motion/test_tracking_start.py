@@ -87,6 +87,22 @@ def test_nor_is_one_that_trembles(name: str) -> None:
         assert off_hand(arm, tracker.run(hands), hand).max() <= MARGIN
 
 
+@pytest.mark.parametrize("name", ["kuka_iiwa14_r820", "realman_rm75_b", "openarm_v10"])
+@pytest.mark.parametrize("bend", [0.08, 0.15, 0.25])
+def test_a_hand_that_trembles_near_the_reach_is_not_drawn_back(name: str, bend: float) -> None:
+    """Noise was taken for speed, and the elbow kept the margin of a fast hand, 8 mm away."""
+    arm = aa.Arm.from_catalogue(name)
+    start = 0.5 * (np.maximum(arm.lower, -2.0) + np.minimum(arm.upper, 2.0)) + 0.3
+    start[3] = arm.signs[3] * (bend - arm.offsets[3])
+    hand = arm.forward(start)[0]
+    hands = np.repeat(hand[None], 1500, axis=0)
+    hands[:, :3, 3] += np.random.default_rng(0).normal(0, 1e-4, (1500, 3))
+    tracker = aa.Tracker(arm, DT)
+    tracker.start(start)
+    rows = tracker.run(hands)
+    assert np.sqrt((off_hand(arm, rows[750:], hand) ** 2).mean()) <= 1e-3
+
+
 @pytest.mark.parametrize("name", ["kuka_iiwa14_r820", "realman_rm75_b", "openarm_v10", "franka_fr3"])
 def test_an_arm_at_rest_on_the_hand_does_not_stir(name: str) -> None:
     """No joint moves for a hand that does not."""

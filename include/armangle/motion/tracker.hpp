@@ -88,6 +88,7 @@ inline constexpr double damping = 2e-3;     // the same in addition, of a tool t
 inline constexpr double late = 0.0015;      // m from the hand at which all of it is added
 inline constexpr double preview = 0.15;     // s ahead for which psi is chosen
 inline constexpr double fast = 0.1;         // m/s of the wrist at which the elbow's margin is full
+inline constexpr double trembling = 0.05;   // s over which its velocity is averaged for that
 inline constexpr double growing = 0.1;      // s over which that margin grows
 inline constexpr double shrinking = 2.0;    // s over which it shrinks
 inline constexpr double seam = 2e-6;        // rad between limits a whole turn apart
@@ -158,6 +159,7 @@ public:
         }
         q_.q[joints] = 0;
         margin_ = options_.still_margin;
+        wrist_speed_ = {};
         least_bend_ = bend_to_keep();
         relaxing_ = false;
         stood_ = q_;
@@ -682,14 +684,15 @@ private:
             arm_.base.rotation * from_base + arm_.base.position - wanted_.position;
         const Vec3<double> speed =
             arm_.base_inverse.rotation * (hand.linear + cross(hand.angular, arm_to_hand));
-        const double share = min(norm(speed) / track_rule::fast, 1.0);
+        wrist_speed_ = wrist_speed_ + (speed - wrist_speed_) * -std::expm1(-t.dt / track_rule::trembling);
+        const double share = min(norm(wrist_speed_) / track_rule::fast, 1.0);
         const double wanted =
             options_.still_margin + share * max(options_.elbow_margin - options_.still_margin, 0.0);
         const double lasting = wanted > margin_ ? track_rule::growing : track_rule::shrinking;
         margin_ += (wanted - margin_) * -std::expm1(-t.dt / lasting);
         if (abs(wanted - margin_) < track_rule::negligible) margin_ = wanted;
         const double side = detail::elbow_bend(arm_, q_.q[3]) < 0 ? -1.0 : 1.0;
-        ahead_ = bend_ahead(arm_, wrist, speed, side * arm_.sign[3] * v_[3], options_.velocity[3],
+        ahead_ = bend_ahead(arm_, wrist, wrist_speed_, side * arm_.sign[3] * v_[3], options_.velocity[3],
                             options_.acceleration[3]);
     }
 
@@ -1266,9 +1269,10 @@ private:
     LimitTable plain_, clear_;
     Joints q_{}, relaxed_{};
     double v_[joints] = {};
-    double margin_ = 0;      // rad off straight that joint 4 keeps while the hand is so fast
-    double least_bend_ = 0;  // rad off straight that joint 4 has to keep
-    double ahead_ = 0;       // the same, in time for the hand
+    Vec3<double> wrist_speed_{};  // m/s: of the hand's wrist, averaged
+    double margin_ = 0;           // rad off straight that joint 4 keeps while the hand is so fast
+    double least_bend_ = 0;       // rad off straight that joint 4 has to keep
+    double ahead_ = 0;            // the same, in time for the hand
     Crossing crossing_;
     int turning_to_ = -1;                    // the branch whose posture is gone to joint by joint; -1: none
     bool asked_ = false;                     // for by the operator
