@@ -106,8 +106,10 @@ inline constexpr double irregular = 0.7;    // sine of theta_2, theta_6 below wh
 inline constexpr double shut = 0.05;        // ... and joints go on by the least way, ...
 inline constexpr double roomy = 0.15;       // ... rad off limits
 inline constexpr double remote = 1.0;       // rad: a posture from which a joint is farther is not beside it
-inline constexpr double near = 0.1;   // rad within which a posture that is nearer to the hand is gone to ...
-inline constexpr double pays = 1e-3;  // ... and m that it has to be nearer for each rad, where it is not
+inline constexpr double near = 0.1;    // rad within which a posture that is nearer to the hand is gone to ...
+inline constexpr double pays = 1e-3;   // ... and m that it has to be nearer for each rad, where it is not
+inline constexpr double level = 0.01;  // rad off straight within which joint 4 has no side of its own ...
+inline constexpr double scant = 0.6;   // ... at a start, where limits leave it less than that
 inline constexpr double worth = 0.005;  // m that another start of the relaxation must gain
 inline constexpr double strayed = 0.1;  // m: a hand this far from where it was makes a way to it void
 inline constexpr double gain = 1e-4;    // m nearer to a hand at rest, for which more time is given
@@ -160,6 +162,7 @@ public:
         q_.q[joints] = 0;
         margin_ = options_.still_margin;
         wrist_speed_ = {};
+        side_ = side_to_keep();
         least_bend_ = bend_to_keep();
         relaxing_ = false;
         stood_ = q_;
@@ -168,7 +171,7 @@ public:
         barred_ = 0;
         draw_ = 1;
         arrived_ = given_up_ = false;
-        home_ = index(configuration(arm_, chain(arm_, q_.q).theta));
+        home_ = index(branch(chain(arm_, q_.q)));
         astray_ = 0;
         rest();
         escaping_ = options_.scene && nearest_pair(0.0).room < 0;
@@ -203,7 +206,7 @@ public:
         Tick t{seconds(command.dt), chain(arm_, q_.q)};
         const bool misled = command.elbow && !says_something(*command.elbow);
         t.elbow = misled ? nullptr : command.elbow;
-        t.gc = configuration(arm_, t.now.theta);
+        t.gc = branch(t.now);
         hand_.tick(valid ? command.pose : nullptr, t.dt);
         see(command);
         t.there =
@@ -246,7 +249,8 @@ public:
         }
         goal_pose_ = goal.pose;
         Tracked out = finish(t, goal, next, valid, misled);
-        if (turning_to_ < 0 && goal.why == Status::OK && out.distance <= track_rule::worth) home_ = out.gc;
+        if (turning_to_ < 0 && goal.why == Status::OK && out.distance <= track_rule::worth)
+            home_ = index(branch(chain(arm_, q_.q)));
         if (refused && out.why != Status::BAD_INPUT) out.why = Status::LIMITS;
         return out;
     }
@@ -357,23 +361,46 @@ private:
 
     // -- bounds
 
+    /// rad off straight, on the side that joint 4 is kept on.
+    double bent() const noexcept { return side_ * detail::elbow_bend(arm_, q_.q[3]); }
+
+    /// The side of the stretched arm (+1, -1) that joint 4 stands on; where it is about straight, and has
+    /// little room there, the other one.
+    double side_to_keep() const noexcept {
+        const double bend = detail::elbow_bend(arm_, q_.q[3]), own = bend < 0 ? -1.0 : 1.0;
+        const double straight = q_.q[3] - arm_.sign[3] * bend;
+        const double above = arm_.limits.upper[3] - straight, below = straight - arm_.limits.lower[3];
+        const bool up = arm_.sign[3] * own > 0;
+        const double room = up ? above : below, other = up ? below : above;
+        return abs(bend) <= track_rule::level && room < track_rule::scant && room < other ? -own : own;
+    }
+
     /// rad off straight that joint 4 has to keep from here on, where its limits leave its margin: a start may
     /// be nearer.
     double bend_to_keep() const noexcept {
         Limits limits = arm_.limits;
-        const double side = detail::elbow_bend(arm_, q_.q[3]) < 0 ? -1.0 : 1.0;
-        const bool has_margin = keep_on_side(arm_, 3, q_.q[3], side, options_.still_margin, limits);
-        return has_margin ? min(bent(), options_.still_margin) : options_.still_margin;
+        const bool has_margin = keep_on_side(arm_, 3, q_.q[3], side_, options_.still_margin, limits);
+        return has_margin ? min(max(bent(), 0.0), options_.still_margin) : options_.still_margin;
     }
 
-    /// rad off straight.
-    double bent() const noexcept { return abs(detail::elbow_bend(arm_, q_.q[3])); }
+    /// The branch of a posture; about the stretched arm that of the side which joint 4 is kept on.
+    Configuration<double> branch(const Chain& now) const noexcept {
+        Configuration<double> out = configuration(arm_, now.theta);
+        out.elbow = side_;
+        return out;
+    }
+
+    /// The limits with joint 4 on a side of the stretched arm, where they leave that.
+    Limits kept_on(double side, double margin) const noexcept {
+        Limits out = arm_.limits;
+        keep_on_side(arm_, 3, q_.q[3], side, margin, out);
+        return out;
+    }
 
     /// The velocities that keep the bounds and from which every joint can still brake. A joint outside its
     /// limits has to go in, as fast as one that came to rest there.
     void box(Tick& t) const noexcept {
-        const Limits& limits = t.limits =
-            elbow_turns(t) ? arm_.limits : on_one_side(arm_, q_.q[3], least_bend_);
+        const Limits& limits = t.limits = elbow_turns(t) ? arm_.limits : kept_on(side_, least_bend_);
         for (int j = 0; j < joints; ++j) {
             const double a = options_.acceleration[j], most = options_.velocity[j];
             const double change = max(a * t.dt - track_rule::rounding / t.dt, 0.0);
@@ -455,7 +482,7 @@ private:
             relax(t, elbow_turns(t) ? one_side(elbow_side(t), margin) : t.limits, goal);
         if (!in_branch) return false;
         if (fixed_ && is_at_rest() && !t.elbow && stays_there(t, goal, next)) return true;
-        return exact(t, goal, next) || stays_there(t, goal, next);
+        return exact(t, goal, next) || (!(goal.gap > 0) && stays_there(t, goal, next));
     }
 
     bool is_at_rest() const noexcept {
@@ -467,7 +494,7 @@ private:
     /// Whether the tool is at the hand already, and the joints can stay: limits may end just here, and leave
     /// an arc of no width.
     bool stays_there(const Tick& t, Goal& goal, Joints& next) const noexcept {
-        if (!t.there || goal.gap > 0 || goal.blocked != Status::OK || !taken(t, q_.q, next)) return false;
+        if (!t.there || goal.blocked != Status::OK || !taken(t, q_.q, next)) return false;
         goal = Goal{};
         goal.pose = wanted_;
         goal.at = q_;
@@ -481,7 +508,7 @@ private:
     /// of a joint all round.
     bool is_beside_hand(const Tick& t, const Circle<double>& c, const Goal& goal) const noexcept {
         if (!(goal.gap > 0) || turning_to_ >= 0 || goal.blocked != Status::OK) return false;
-        const ReachShell all = reach_shell(arm_, on_one_side(arm_, q_.q[3], 0.0));
+        const ReachShell all = reach_shell(arm_, kept_on(side_, 0.0));
         if (max(c.distance - all.outer, all.inner - c.distance) > track_rule::worth) return false;
         if (farthest_move(goal.at) <= track_rule::remote) return false;
         const Relaxed beside = relaxed(arm_, t.limits, q_, wanted_, options_.length, track_rule::rounds);
@@ -656,18 +683,14 @@ private:
         return turning_to_ >= 0 && configuration(turning_to_).elbow != t.gc.elbow;
     }
 
-    /// A value of joint 4 on the side of the stretched arm where the goal is.
-    double elbow_side(const Tick& t) const noexcept {
-        if (!elbow_turns(t)) return q_.q[3];
-        return q_.q[3] - 2.0 * arm_.sign[3] * detail::elbow_bend(arm_, q_.q[3]);
-    }
+    /// The side of the stretched arm where the goal is.
+    double elbow_side(const Tick& t) const noexcept { return elbow_turns(t) ? -side_ : side_; }
 
     /// The limits with joint 4 on its side of the stretched arm, that far off straight where its own limits
     /// leave that, and else as far as at rest; off folded always as at rest.
-    Limits one_side(double q_4, double margin) const noexcept {
-        const double side = detail::elbow_bend(arm_, q_4) < 0 ? -1.0 : 1.0;
-        Limits out = on_one_side(arm_, q_4, options_.still_margin), narrow = out;
-        keep_on_side(arm_, 3, q_4, side, margin, narrow);
+    Limits one_side(double side, double margin) const noexcept {
+        Limits out = kept_on(side, options_.still_margin), narrow = out;
+        keep_on_side(arm_, 3, q_.q[3], side, margin, narrow);
         if (arm_.sign[3] * side > 0) {
             out.lower[3] = narrow.lower[3];
         } else {
@@ -691,15 +714,14 @@ private:
         const double lasting = wanted > margin_ ? track_rule::growing : track_rule::shrinking;
         margin_ += (wanted - margin_) * -std::expm1(-t.dt / lasting);
         if (abs(wanted - margin_) < track_rule::negligible) margin_ = wanted;
-        const double side = detail::elbow_bend(arm_, q_.q[3]) < 0 ? -1.0 : 1.0;
-        ahead_ = bend_ahead(arm_, wrist, wrist_speed_, side * arm_.sign[3] * v_[3], options_.velocity[3],
+        ahead_ = bend_ahead(arm_, wrist, wrist_speed_, side_ * arm_.sign[3] * v_[3], options_.velocity[3],
                             options_.acceleration[3]);
     }
 
     Status reason(const Circle<double>& c) const noexcept {
         if (is_folded(c)) return Status::FOLDED;
         if (is_unreachable(c)) return Status::UNREACHABLE;
-        const ReachShell limits = reach_shell(arm_, on_one_side(arm_, q_.q[3], 0.0));
+        const ReachShell limits = reach_shell(arm_, kept_on(side_, 0.0));
         const bool beyond = c.distance < limits.inner || c.distance > limits.outer;
         return beyond ? Status::ELBOW_LIMIT : Status::ELBOW_MARGIN;
     }
@@ -1216,7 +1238,9 @@ private:
             out.velocity[j] = v_[j];
             fastest |= abs(v_[j]) >= options_.velocity[j] * (1.0 - track_rule::exact);
         }
-        least_bend_ = max(least_bend_, bent() < options_.still_margin ? 0.0 : options_.still_margin);
+        const double bend = detail::elbow_bend(arm_, q_.q[3]);
+        if (abs(bend) > track_rule::level) side_ = bend < 0 ? -1.0 : 1.0;
+        if (bent() >= options_.still_margin) least_bend_ = options_.still_margin;
         const Chain now = chain(arm_, q_.q);
         const Pose<double> tool = user_pose(arm_, now.flange);
         out.distance = size(difference(tool, wanted_), options_.length);
@@ -1271,6 +1295,7 @@ private:
     double v_[joints] = {};
     Vec3<double> wrist_speed_{};  // m/s: of the hand's wrist, averaged
     double margin_ = 0;           // rad off straight that joint 4 keeps while the hand is so fast
+    double side_ = 1;             // of the stretched arm, on which joint 4 is kept
     double least_bend_ = 0;       // rad off straight that joint 4 has to keep
     double ahead_ = 0;            // the same, in time for the hand
     Crossing crossing_;
