@@ -157,3 +157,17 @@ def test_a_hand_that_is_reached_late_is_not_given_up_on_arrival() -> None:
     hand = arm.forward(there)[0]
     tracker.run(np.repeat(hand[None], 7000, axis=0))
     assert tracker.step(hand).status == aa.Tracking.FOLLOWING
+
+
+@pytest.mark.parametrize("dt", [0.004, 0.01])
+def test_no_turn_goes_to_a_posture_beyond_a_limit(dt: float) -> None:
+    """Beside θ6 = 0 an arm angle says little of joints 5 and 7: turns went to a joint 7 beyond its limit."""
+    arm = aa.Arm.from_catalogue("human_arm_right")
+    first, last = arm.lower, arm.upper
+    start = np.array([last[0], 1.9391, 1.3635, 1.7979, 2.2446, first[5], last[6]])
+    hand = arm.forward([3.0955, 1.9631, 1.2745, 1.7149, 2.3287, first[5], 0.7282])[0]
+    tracker = aa.Tracker(arm, dt, velocity=SPEED)
+    tracker.start(start)
+    ticks = [tracker.step(hand) for _ in range(round(3 / dt))]
+    assert all(tick.status != aa.Tracking.TURNING for tick in ticks)
+    assert ticks[-1].status == aa.Tracking.FOLLOWING

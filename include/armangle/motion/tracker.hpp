@@ -91,6 +91,7 @@ inline constexpr double fast = 0.1;         // m/s of the wrist at which the elb
 inline constexpr double trembling = 0.05;   // s over which its velocity is averaged for that
 inline constexpr double growing = 0.1;      // s over which that margin grows
 inline constexpr double shrinking = 2.0;    // s over which it shrinks
+inline constexpr double beyond = 1e-6;      // rad out of limits at which a posture is none
 inline constexpr double seam = 2e-6;        // rad between limits a whole turn apart
 inline constexpr double negligible = 1e-4;  // rad of that margin
 inline constexpr double crossing = 0.3;     // rad of theta_2, theta_6 within which both branches are weighed
@@ -766,6 +767,7 @@ private:
         const double psi = choose_psi(t, m, avoid, goal);
         if (is_nan(psi)) return;
         const Joints at = joints_within_limits(arm_, directions(m, sin_cos(psi)), q_.q);
+        if (!within_limits(arm_.limits, at.q, track_rule::beyond)) return;  // psi says little at a hinge at 0
         double cost = 0;
         for (int j = 0; j < joints; ++j) cost += (at.q[j] - q_.q[j]) * (at.q[j] - q_.q[j]);
         if (!(cost < least)) return;
