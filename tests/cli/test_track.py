@@ -157,7 +157,10 @@ def test_times_of_the_file_say_how_fast_it_came_and_what_was_lost(hand: Path, ca
     assert sum(facts["status"].values()) == 220 and facts["status"]["HELD"] == 20
     assert main([*words, "--rate", "100"]) == 0
     said = capsys.readouterr()
-    assert "by the file" not in said.err and sum(json.loads(said.out)["status"].values()) == 200
+    assert "the column t, 4.38 s, is left out" in " ".join(said.err.split())
+    assert sum(json.loads(said.out)["status"].values()) == 200
+    assert main([*words, "--rate", "45.5"]) == 0  # as long as t says
+    assert "left out" not in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -283,6 +283,21 @@ def test_a_leap_in_what_is_not_proven_is_rounded_or_refused() -> None:
         kept(aa.retime(path, acceleration=A, **given), arm.velocity, A, given.get("jerk"))
 
 
+def test_a_home_posture_that_is_not_proven_farther_is_left_within_the_tolerance() -> None:
+    """An OpenArm with both hinges at 0: 1.5e-5 of s are not proven, and psi says little of joints there."""
+    arm = aa.Arm.from_catalogue("openarm_v10")
+    start = np.radians([0.0, 0.0, 0.0, 90.0, 0.0, 0.0, 0.0])
+    first = arm.forward(start)[0]
+    last = first.copy()
+    last[1, 3] += 0.1
+    path = aa.plan(arm, aa.Line(first, last), start=start)
+    assert path.ok
+    with pytest.raises(aa.PathError, match="tolerance= or jerk= rounds that"):
+        aa.retime(path, acceleration=A)
+    for given in ({"tolerance": 1e-4}, {"jerk": 100.0}):
+        kept(aa.retime(path, acceleration=A, **given), arm.velocity, A, given.get("jerk"))
+
+
 @pytest.mark.parametrize("seed", [4, 10])
 def test_acceleration_does_not_leap_at_stops_between_short_and_long_ways(seed: int) -> None:
     """Where s changes 5000 times as fast before a stop as after it, and where a corner is of 1e-7 rad."""

@@ -17,6 +17,8 @@ STEP = 1e-6
 """Of s, for a difference."""
 BESIDE = 1e-6
 """Of s: how near to an end joints that have no finite speed count as at it."""
+AT_END = 1e-3
+"""Of s: how far from an end a range that is not proven may reach to belong to it."""
 CLOSE = 1e-9
 """Breaks nearer to the next one than this are that one."""
 
@@ -75,14 +77,21 @@ def steep_ends(motion: Motion) -> tuple[bool, bool]:
     every = breaks(motion)
     near = (every[every <= BESIDE], every[every >= 1.0 - BESIDE])
     first, last = (bool(np.isfinite(motion.derivatives(s)).all()) for s in near)
+    begin, end = beside_ends(motion)
+    return not first or begin > 0, not last or end > 0
+
+
+def beside_ends(motion: Motion) -> tuple[float, float]:
+    """Return how much of s is not proven at the beginning and at the end of a path, 0 where all is."""
     open_ = unproven_ends(motion)
-    return not first or bool((open_[:, 1] <= BESIDE).any()), not last or bool((open_[:, 1] > BESIDE).any())
+    at_end = open_[:, 0] > AT_END
+    return float(open_[~at_end, 1].max(initial=0.0)), float((1.0 - open_[at_end, 0]).max(initial=0.0))
 
 
 def unproven_ends(motion: Motion) -> Floats:
     """Return the ranges of s, (K, 2), at an end of a path that is proven but for these."""
     open_ = np.reshape(getattr(motion, "uncertified", np.empty((0, 2))), (-1, 2))
-    return np.asarray(open_[(open_[:, 1] <= BESIDE) | (open_[:, 0] >= 1.0 - BESIDE)])
+    return np.asarray(open_[(open_[:, 1] <= AT_END) | (open_[:, 0] >= 1.0 - AT_END)])
 
 
 class Part:

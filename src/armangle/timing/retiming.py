@@ -18,7 +18,17 @@ from ..motion.options import Bound, joint_bound
 from ..motion.paths import NO_DEVIATION, Deviation
 from .fastest import NONE, fastest, needed_knots, smooth
 from .grid import Grid, corners, grid
-from .motion import BESIDE, RESTS, Motion, Part, just_before, steep_ends, tool_derivatives, unproven_ends
+from .motion import (
+    BESIDE,
+    RESTS,
+    Motion,
+    Part,
+    beside_ends,
+    just_before,
+    steep_ends,
+    tool_derivatives,
+    unproven_ends,
+)
 from .rounding import rounded
 from .straight import is_straight, straight
 from .tool_speed import HELD, HELD_WITH_JERK, not_held, speed_lost
@@ -201,7 +211,8 @@ class _Way(NamedTuple):
 def _ways(path: Motion, b: _Bounds) -> list[_Way]:
     """Return timings of the path with its corners, if these are few or none is to be rounded, and without."""
     steep = steep_ends(path) if b.tolerance > 0 else (False, False)
-    inner = Part(path, BESIDE * steep[0], 1.0 - BESIDE * steep[1]) if any(steep) else path
+    left = np.where(steep, np.maximum(BESIDE, beside_ends(path)), 0.0)
+    inner = Part(path, float(left[0]), 1.0 - float(left[1])) if any(steep) else path
     first = grid(inner, GRID, 1, np.empty(0))
     bends = corners(first).any(axis=1)
     many = np.count_nonzero(bends)

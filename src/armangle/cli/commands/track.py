@@ -42,6 +42,7 @@ EXAMPLE = """\
 _RATE = 250.0
 _ACCELERATION = 10.0  # rad/s^2, as `Tracker`
 _MM = 1e3
+_OTHER = 0.01  # of a time: a difference that is said
 _SLOWEST, _MOST_TICKS = 1.0, 10_000_000  # s between two rows, and how many: else t is not in s
 
 
@@ -119,9 +120,15 @@ def run(args: argparse.Namespace) -> int:
 
 def _ticks(frames: Floats, args: argparse.Namespace) -> tuple[Floats, float]:
     """Return the pose of each tick, NaN where none came, and ticks per second: by the file, or --rate."""
-    times = sample_times(args.path) if args.rate is None else None
+    times = sample_times(args.path)
+    if args.rate is not None:
+        lasts = (len(frames) - 1) / args.rate
+        if times is not None and len(times) > 1 and abs(np.ptp(times) - lasts) > _OTHER * lasts:
+            said = f"--rate makes each row a tick, {lasts:.3g} s in all: the column t, {np.ptp(times):.3g} s"
+            note(f"{said}, is left out")
+        return frames, args.rate
     if times is None or len(times) < 2:
-        return frames, _RATE if args.rate is None else args.rate
+        return frames, _RATE
     steps = np.diff(times)
     rises = steps > 0
     if not rises.all():
