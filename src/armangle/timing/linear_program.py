@@ -83,8 +83,8 @@ class LinearProgram:
             self._solver.clearSolver()  # from nothing: the basis may have led astray
             if not self._is_solved():  # never for want of a timing: a slow one keeps all bounds
                 raise PathError(
-                    "no timing is found: the linear programs of the path are too badly scaled; where it begins "
-                    "or ends with hinges at 0, tolerance= or jerk= rounds that"
+                    "no timing is found: the linear programs of the path are too badly scaled; where it "
+                    "begins or ends with hinges at 0, tolerance= or jerk= rounds that"
                 )
         z = np.array(self._solver.getSolution().col_value)
         return np.asarray(np.clip(z, self._lowest, self._highest))
