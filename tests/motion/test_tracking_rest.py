@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support import draw
-from support.ticks import DT, check_bounds
+from support.ticks import DT, check_bounds, named
 
 import armangle as aa
 
@@ -47,10 +47,6 @@ ENDLESS = {
         [1.5873, 0.8128, 2.3681, -2.2606, 1.2055, 1.4876, -2.5573],
     ),
 }
-
-
-def named(name: str) -> aa.Arm | aa.OffsetArm:
-    return aa.OffsetArm.from_catalogue(name) if name in aa.offset_catalogue() else aa.Arm.from_catalogue(name)
 
 
 def at_rest(arm: aa.Arm | aa.OffsetArm, start: Array, hand: Array) -> aa.Tracked:

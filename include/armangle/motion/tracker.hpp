@@ -486,6 +486,7 @@ private:
         return exact(t, goal, next) || (!(goal.gap > 0) && stays_there(t, goal, next));
     }
 
+    /// Whether no joint moved in the tick before.
     bool is_at_rest() const noexcept {
         double fastest = 0;
         for (int j = 0; j < joints; ++j) fastest = max(fastest, abs(v_[j]));
