@@ -181,6 +181,15 @@ def test_times_that_are_none_are_refused(hand: Path, times: list[object], why: s
     assert main([*words, "--rate", "50"]) == 0
 
 
+def test_with_a_rate_any_column_t_will_do(hand: Path, capsys: Capture) -> None:
+    lines = hand.read_text().splitlines()[:5]
+    hand.write_text("\n".join([f"t,{lines[0]}", *(f"noon,{line}" for line in lines[1:])]))
+    words = ["track", str(hand), *ROBOT, "--start", DEGREES]
+    assert main(words) == 2
+    assert "t is 'noon', wanted a number" in capsys.readouterr().err
+    assert main([*words, "--rate", "50"]) == 0
+
+
 def test_millimetres_are_asked_about(hand: Path, capsys: Capture) -> None:
     poses = aa.load_poses(hand)
     poses[:, :3, 3] *= 1e3

@@ -10,7 +10,7 @@ import numpy as np
 from ..._arrays import Floats, in_millimetres
 from ...arm.arm import Arm
 from ...arm.offset import OffsetArm
-from ...errors import InputError, PathError
+from ...errors import FileFormatError, InputError, PathError
 from ...files.tables import sample_times
 from ...files.trajectories import TrajectoryTable
 from ...motion.joint_path import even_parameters
@@ -118,15 +118,24 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
+def _say_other_time(path: str, lasts: float) -> None:
+    """Say so where rows take `lasts` seconds, and by their column t another time."""
+    try:
+        times = sample_times(path)
+    except FileFormatError:  # whatever t is, it is left out
+        return
+    if times is None or len(times) < 2 or not abs(times[-1] - times[0] - lasts) > _OTHER * lasts:
+        return
+    said = f"--rate makes each row a tick, {lasts:.3g} s in all: the column t, {times[-1] - times[0]:.3g} s"
+    note(f"{said}, is left out")
+
+
 def _ticks(frames: Floats, args: argparse.Namespace) -> tuple[Floats, float]:
     """Return the pose of each tick, NaN where none came, and ticks per second: by the file, or --rate."""
-    times = sample_times(args.path)
     if args.rate is not None:
-        lasts = (len(frames) - 1) / args.rate
-        if times is not None and len(times) > 1 and abs(np.ptp(times) - lasts) > _OTHER * lasts:
-            said = f"--rate makes each row a tick, {lasts:.3g} s in all: the column t, {np.ptp(times):.3g} s"
-            note(f"{said}, is left out")
+        _say_other_time(args.path, (len(frames) - 1) / args.rate)
         return frames, args.rate
+    times = sample_times(args.path)
     if times is None or len(times) < 2:
         return frames, _RATE
     steps = np.diff(times)
