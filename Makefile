@@ -1,4 +1,5 @@
-# One door to every task. PYTHON is an interpreter with what the task needs: pip install '.[test]'.
+# One door to every task. `demo` and `check` make the environment .venv; the others use it, or PYTHON, an interpreter
+# with what the task needs: pip install '.[test]'.
 PYTHON ?= $(if $(wildcard .venv/bin/python),.venv/bin/python,python3)
 SECONDS ?= 600
 COUNT ?= 10000000
@@ -10,12 +11,20 @@ PARALLEL = -n auto --dist loadfile
 LOWEST = numpy==1.26.0 pytest==8.0.0 hypothesis==6.100.0 matplotlib==3.8.0
 FUZZERS = inverse feasible step plan nearest
 
-.PHONY: help ci lint tidy format test check laws nearest offset plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest touching near
+.PHONY: help demo check ci lint tidy format test laws nearest offset plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest touching near
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-12s %s\n", $$1, $$2}' Makefile
 
-ci:  ## what the continuous integration runs: a fresh clone, README's commands
+demo:  ## from a fresh clone to pictures: the environment .venv, the build, and which file to open
+	tools/environment plot
+	.venv/bin/armangle demo -o demo
+
+check:  ## from a fresh clone to all tests: the environment .venv, the build, and which ten tests took longest
+	tools/environment test
+	.venv/bin/python -m pytest $(PARALLEL) --durations=10
+
+ci:  ## what the continuous integration runs: `make check` in a fresh clone
 	.ci/run
 
 lint:  ## style and types
@@ -31,9 +40,6 @@ format:  ## clang-format over C++, in the version that the test extra names
 
 test:  ## the quick tests, against the installed package: without compilers, browser, pages and what is marked slow
 	$(PYTHON) -m pytest $(PARALLEL) -m 'not slow' --ignore=tests/package --ignore=tests/viewer/test_browser.py
-
-check:  ## all tests, and which ten took longest
-	$(PYTHON) -m pytest $(PARALLEL) --durations=10
 
 laws:  ## inverse, arcs and tracker with EXAMPLES=5000 random examples a law, and SEED= that of the day
 	ARMANGLE_LAWS_COUNT=$(EXAMPLES) ARMANGLE_LAWS_SEED=$(SEED) $(PYTHON) -m pytest $(PARALLEL) \

@@ -6,6 +6,7 @@ import os
 import platform
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ import pytest
 from support.needs import need_tool
 
 ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 TEXT = (ROOT / "Makefile").read_text(encoding="utf-8")
 HELP = dict(re.findall(r"^([a-z-]+):.*?## (.*)$", TEXT, re.MULTILINE))
 FOLDERS = (
@@ -142,8 +144,62 @@ def test_the_benchmark_in_cpp_has_the_flags_of_the_library(level: str, tmp_path:
         subprocess.run([need_tool("g++"), *flags, empty, "-o", tmp_path / "empty"], check=True)
 
 
-@pytest.mark.parametrize(("number", "line"), [("1", "armangle demo -o demo"), ("2", "pytest")])
-def test_the_blocks_of_the_readme_are_found(number: str, line: str) -> None:
-    command = [ROOT / "tools" / "readme-block", number]
-    run = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert line in run.stdout.splitlines()[-1]
+@pytest.mark.parametrize("command", ["make demo", "make check"])
+def test_the_first_screen_of_the_readme_prints_the_commands(command: str) -> None:
+    first = README.split("\n## ")[0]
+    assert re.search(rf"^{command}\b", re.search(r"^```sh\n(.*?)^```", first, re.M | re.S)[1], re.M)
+
+
+def test_the_continuous_integration_runs_the_command_of_the_readme_and_skips_nothing() -> None:
+    run = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    asked = re.search(r"^command=\$\((grep .*)\)$", run, re.M)[1]
+    found = subprocess.run(shlex.split(asked), cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert found.strip() == "make check" and run.splitlines()[-1] == "$command"
+    assert {"export ARMANGLE_NO_SKIP=1", "export ARMANGLE_LEVELS=all"} <= set(run.splitlines())
+
+
+@pytest.mark.parametrize(("target", "extra"), [("demo", "plot"), ("check", "test")])
+def test_a_command_makes_its_environment_first(target: str, extra: str) -> None:
+    first, then = commands(target).splitlines()
+    assert first == f"tools/environment {extra}" and then.startswith(".venv/bin/")
+
+
+@pytest.fixture
+def clone(tmp_path: Path) -> Path:
+    """A folder with the script that makes an environment, and a `pip` that says what it was asked for."""
+    (tmp_path / "tools").mkdir()
+    (tmp_path / ".venv" / "bin").mkdir(parents=True)
+    shutil.copy(ROOT / "tools" / "environment", tmp_path / "tools")
+    return tmp_path
+
+
+def environment(clone: Path, pip: str) -> subprocess.CompletedProcess[str]:
+    script = clone / ".venv" / "bin" / "pip"
+    script.write_text(f"#!/bin/sh\n{pip}\n", encoding="utf-8")
+    script.chmod(0o755)
+    return subprocess.run([clone / "tools" / "environment", "plot"], capture_output=True, text=True)
+
+
+def test_an_environment_that_is_there_is_kept_and_the_log_is_one_line(clone: Path) -> None:
+    done = environment(clone, 'echo "$@" > asked; echo noise')
+    assert done.returncode == 0 and "noise" not in done.stdout + done.stderr
+    assert (clone / "asked").read_text(encoding="utf-8").split()[::2] == ["install", ".[plot]"]
+
+
+def test_an_install_that_fails_says_why_and_fails(clone: Path) -> None:
+    done = environment(clone, "echo no compiler; exit 3")
+    assert done.returncode == 1
+    assert "no compiler" in done.stderr and "build/install-plot.log" in done.stderr
+    assert "no compiler" in (clone / "build" / "install-plot.log").read_text(encoding="utf-8")
+
+
+def test_a_python_that_is_too_old_is_named_before_any_work(clone: Path, tmp_path: Path) -> None:
+    old = tmp_path / "python3.10"
+    old.write_text("#!/bin/sh\nexit 1\n", encoding="utf-8")
+    old.chmod(0o755)
+    done = subprocess.run(
+        [clone / "tools" / "environment", "plot"],
+        env={**os.environ, "PYTHON": str(old)}, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 1 and str(old) in done.stderr and "3.11" in done.stderr
+    assert not (clone / "build" / "install-plot.log").exists()

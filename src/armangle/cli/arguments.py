@@ -27,7 +27,8 @@ from ..models.offset import offset_catalogue
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows
 from ..scenes.scene import Scene
 from ..scenes.shapes import Ball, Capsule, Shape
-from .screen import called, note, progress
+from .messages import note
+from .screen import called, progress
 
 DEGREE = math.pi / 180
 _THINNEST = 1e-3  # m: no arm's links and no hand are as thin

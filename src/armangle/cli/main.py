@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Any, NoReturn, Protocol, cast
 
 from ..errors import (
     ArmangleError,
@@ -22,7 +22,7 @@ from ..errors import (
     UnreachableError,
     needed,
 )
-from .tables import paragraph
+from .messages import keep_whole, note
 
 COMMANDS = {
     "demo": "see it work: an arm close to its limits goes along a line, five ways",
@@ -57,6 +57,15 @@ Exit status: 0 ok, 1 no solution (with the reason), 2 bad input.
 'armangle COMMAND --help' shows a command's options and an example."""
 
 
+class _Parser(argparse.ArgumentParser):
+    """Says what is wrong with the words as every other message is said."""
+
+    def error(self, message: str) -> NoReturn:
+        self.print_usage(sys.stderr)
+        note(f"{self.prog}: error: {message}")
+        self.exit(BAD_INPUT)
+
+
 class Command(Protocol):
     """What the module of a command holds."""
 
@@ -83,8 +92,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     int
         0 ok, 1 no solution, 2 bad input; 130 when interrupted.
     """
+    words = list(sys.argv[1:] if argv is None else argv)
+    keep_whole(words)
     try:
-        status = _run(list(sys.argv[1:] if argv is None else argv))
+        status = _run(words)
         sys.stdout.flush()
         return status
     except SystemExit as stop:  # argparse has said what it had to
@@ -104,7 +115,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _complain(error: Exception, status: int) -> int:
-    print(paragraph(f"armangle: {_in_options(str(error))}"), file=sys.stderr)
+    note(f"armangle: {_in_options(str(error))}")
     return status
 
 
@@ -127,7 +138,7 @@ def _run(words: list[str]) -> int:
         hint = f"did you mean {near[0]!r}?" if near else f"the commands are {', '.join(COMMANDS)}"
         top.error(f"there is no command {name!r}; {hint}")
     command = _command(name)
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog=f"armangle {name}",
         description=command.HELP,
         epilog=f"example:\n{command.EXAMPLE}",
@@ -150,7 +161,7 @@ def _warn_as_notes() -> None:
     def remark(message: Warning | str, *_: object) -> None:
         if str(message) not in said:
             said.add(str(message))
-            print(paragraph(f"armangle: {message}"), file=sys.stderr)
+            note(f"armangle: {message}")
 
     warnings.simplefilter("always", UserWarning)
     warnings.showwarning = cast("Any", remark)
@@ -167,7 +178,7 @@ def _formatter(prog: str) -> argparse.HelpFormatter:
 def _top_parser() -> argparse.ArgumentParser:
     width = max(map(len, COMMANDS))
     listed = "\n".join(f"  {name:{width}}  {line}" for name, line in COMMANDS.items())
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="armangle",
         usage="armangle [-h] [--version] [--cmake-dir] [--print-completion SHELL] COMMAND ...",
         description="Exact inverse kinematics for 7-axis S-R-S arms.",

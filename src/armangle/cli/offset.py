@@ -12,18 +12,8 @@ from ..errors import InputError
 from ..poses import COLUMNS, rows_from_poses
 from ..status import STATUSES
 from .arguments import joints
-from .screen import (
-    called,
-    degrees,
-    fixed,
-    note,
-    progress,
-    show,
-    show_joints,
-    show_json,
-    show_many,
-    violations,
-)
+from .messages import note
+from .screen import called, degrees, fixed, progress, show, show_joints, show_json, show_many, violations
 from .tables import paint
 
 _NOT_IK = ("kuka", "psi", "explain", "all", "scene", "body", "hand", "clearance", "seed", "output")

@@ -8,7 +8,8 @@ from typing import Any
 
 from ..errors import InputError
 from ..files.replacing import replacing
-from .screen import note, progress
+from .messages import note
+from .screen import progress
 
 _DOTS = 150
 

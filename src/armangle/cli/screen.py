@@ -25,7 +25,8 @@ from ..files.trajectories import TrajectoryTable
 from ..motion.joint_path import JointPath
 from ..status import Status
 from ..timing.trajectory import Trajectory
-from .tables import WIDTH, colourful, paint, paragraph, plain_text, table
+from .messages import note
+from .tables import WIDTH, colourful, paint, plain_text, table
 
 _PATIENCE = 0.5
 _IN_ASCII = str.maketrans("█·", "#.")
@@ -43,11 +44,6 @@ def show(text: str = "") -> None:
     except UnicodeEncodeError:
         text = text.translate(_IN_ASCII).encode(encoding, "replace").decode(encoding)
     print(text)
-
-
-def note(text: str) -> None:
-    """Print a remark to stderr."""
-    print(paragraph(text), file=sys.stderr)
 
 
 def show_json(value: Any) -> None:

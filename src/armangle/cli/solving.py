@@ -15,11 +15,11 @@ from ..motion.joint_path import JointPath, even_parameters
 from ..scenes.scene import Scene
 from ..status import STATUSES, Status
 from .arguments import joints
+from .messages import note, paragraph
 from .screen import (
     counted,
     degrees,
     left_out,
-    note,
     progress,
     show,
     show_json,
@@ -28,7 +28,7 @@ from .screen import (
     unsolved_text,
     write,
 )
-from .tables import paragraph, table
+from .tables import table
 
 
 def solve(arm: Arm, pose: Floats, scene: Scene | None, args: argparse.Namespace) -> int:

@@ -10,7 +10,6 @@ from typing import TextIO
 
 WIDTH = 80
 _GAP = "  "
-_HELD = "\u2011"  # a hyphen at which no line is broken
 _COLOURS = {"bold": 1, "dim": 2, "red": 31, "green": 32, "yellow": 33}
 _ESCAPE = re.compile(r"\x1b\[[0-9;]*m")
 
@@ -64,16 +63,3 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[str]], *, left: Itera
 def _padded(cell: str, width: int, left: bool) -> str:
     space = " " * (width - len(plain_text(cell)))
     return cell + space if left else space + cell
-
-
-def paragraph(text: str) -> str:
-    """Return text filled to 80 columns, line by line; options stay whole.
-
-    >>> len(paragraph("word " * 40).splitlines())
-    3
-    >>> paragraph("word " * 13 + "--angle-tolerance").splitlines()[1]
-    '--angle-tolerance'
-    """
-    whole = re.sub(r"--\w[\w-]*", lambda option: option[0].replace("-", _HELD), text)
-    lines = [textwrap.fill(line, WIDTH, break_long_words=False) for line in whole.splitlines()]
-    return "\n".join(lines).replace(_HELD, "-")

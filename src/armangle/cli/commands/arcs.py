@@ -24,7 +24,8 @@ from ..arguments import (
     the_arm,
     with_body,
 )
-from ..screen import degrees, left_out, note, show, show_json, signs_text, unsolved_text
+from ..messages import note
+from ..screen import degrees, left_out, show, show_json, signs_text, unsolved_text
 from ..tables import paint, table
 
 HELP = """\

@@ -16,8 +16,9 @@ from ...models.mjcf import is_mjcf
 from ...scenes.ready import LinkPair, link_pairs
 from ...scenes.shapes import Capsule
 from ..arguments import add_json
-from ..screen import note, show, show_json
-from ..tables import paragraph, table
+from ..messages import note, paragraph
+from ..screen import show, show_json
+from ..tables import table
 
 HELP = """\
 Balls and capsules that provably contain the collision shapes of a URDF or MJCF,

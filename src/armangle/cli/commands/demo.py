@@ -14,8 +14,9 @@ from ...files.tables import save
 from ...motion.options import MAX_JOINT_STEP
 from .. import paper_example
 from ..arguments import add_json
-from ..screen import degrees, note, progress, show, show_json, signs_text
-from ..tables import paint, paragraph, table
+from ..messages import note, paragraph
+from ..screen import degrees, progress, show, show_json, signs_text
+from ..tables import paint, table
 
 HELP = """\
 See it work: a KUKA iiwa 7 starts close to its joint limits and carries its tool

@@ -14,19 +14,9 @@ from ...errors import InputError
 from ...files.tables import load_joints
 from ...poses import COLUMNS, rows_from_poses
 from ..arguments import add_arm, add_json, add_output, any_arm, is_file, joints
+from ..messages import note
 from ..offset import place_offset
-from ..screen import (
-    degrees,
-    fixed,
-    head_and_tail,
-    note,
-    progress,
-    show,
-    show_json,
-    signs_text,
-    violations,
-    write,
-)
+from ..screen import degrees, fixed, head_and_tail, progress, show, show_json, signs_text, violations, write
 from ..tables import paint, table
 
 HELP = "Joints to pose, arm angle psi and global configuration gc."

@@ -30,7 +30,8 @@ from ..arguments import (
     number,
     wish,
 )
-from ..screen import counted, degrees, note, plural, progress, show, show_json, violations, write
+from ..messages import note
+from ..screen import counted, degrees, plural, progress, show, show_json, violations, write
 from ..tables import paint, table
 
 _POLICIES: dict[str, tuple[Any, tuple[str, ...]]] = {  # and which options each takes

@@ -29,11 +29,11 @@ from ..arguments import (
     poses,
     with_body,
 )
+from ..messages import note
 from ..offset import solve_offset
 from ..screen import (
     degrees,
     joint_margins,
-    note,
     progress,
     show,
     show_json,

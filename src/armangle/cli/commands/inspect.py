@@ -19,8 +19,9 @@ from ...models.offset import COMMANDS
 from ...models.urdf import urdf_candidates
 from ...poses import COLUMNS, rows_from_poses
 from ..arguments import add_import, add_json, arm_of_file, offset_arm_of_file
-from ..screen import degrees, note, show, show_json
-from ..tables import paint, paragraph, table
+from ..messages import note, paragraph
+from ..screen import degrees, show, show_json
+from ..tables import paint, table
 
 HELP = """\
 Read a URDF, or an MJCF (needs the package mujoco), between two links: is the

@@ -12,7 +12,8 @@ from ...files.tables import load_poses
 from ...poses import COLUMNS, rows_from_poses
 from ...reach.placement import Placement, place
 from ..arguments import add_arm, add_json, add_singularity_margin, number, the_arm
-from ..screen import counted, degrees, note, progress, show, show_json
+from ..messages import note
+from ..screen import counted, degrees, progress, show, show_json
 from ..tables import table
 
 HELP = """\

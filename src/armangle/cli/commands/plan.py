@@ -33,8 +33,9 @@ from ..arguments import (
     wish,
     with_body,
 )
-from ..screen import counted, degrees, note, plural, progress, show, show_json, write
-from ..tables import paint, paragraph, table
+from ..messages import note, paragraph
+from ..screen import counted, degrees, plural, progress, show, show_json, write
+from ..tables import paint, table
 
 HELP = """\
 Plan a whole file of poses at once: the best global configuration and arm

@@ -23,9 +23,10 @@ from ..arguments import (
     the_arm,
     with_body,
 )
+from ..messages import note
 from ..motions import motion_of
 from ..pictures import drawing, write_picture
-from ..screen import note, progress, show_json
+from ..screen import progress, show_json
 
 HELP = """\
 Draw a picture into a file:

@@ -10,7 +10,8 @@ from ...errors import InputError
 from ...reach.reach_map import ReachMap, reach_map
 from ...reach.store import FIELDS, USUAL
 from ..arguments import DEGREE, add_arm, add_json, add_singularity_margin, angle, number, the_arm
-from ..screen import counted, note, show, show_json
+from ..messages import note
+from ..screen import counted, show, show_json
 
 HELP = """\
 Make a map of what an arm reaches, in a Zarr store: a grid over the four numbers

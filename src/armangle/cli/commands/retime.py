@@ -15,9 +15,10 @@ from ...motion.joint_path import BETWEEN
 from ...timing.retiming import retime
 from ...timing.trajectory import Trajectory
 from ..arguments import add_arm, add_json, add_output, any_arm, joint_bounds, number
+from ..messages import note
 from ..motions import motion_of
 from ..pictures import add_picture, draw
-from ..screen import degrees, note, progress, show, show_json, write
+from ..screen import degrees, progress, show, show_json, write
 from ..tables import paint, table
 
 HELP = """\

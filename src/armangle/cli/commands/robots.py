@@ -14,8 +14,9 @@ from ...models.catalogue import CatalogueEntry, catalogue, load_robot
 from ...models.description import ELBOW_OFFSETS
 from ...models.offset import offset_catalogue, offset_source
 from ..arguments import add_json
+from ..messages import paragraph
 from ..screen import degrees, show, show_json
-from ..tables import paint, paragraph, table
+from ..tables import paint, table
 
 HELP = "List the arms of the catalogue, all or by words, or what is known of one."
 EXAMPLE = "  armangle robots\n  armangle robots yaskawa\n  armangle robots kuka_iiwa7_r800"

@@ -28,8 +28,9 @@ from ..arguments import (
     number,
     some_poses,
 )
+from ..messages import note
 from ..pictures import add_picture, draw
-from ..screen import counted, degrees, fixed, note, plural, progress, show, show_json, violations, write
+from ..screen import counted, degrees, fixed, plural, progress, show, show_json, violations, write
 from ..tables import table
 
 HELP = """\

@@ -17,8 +17,9 @@ from ...reach.voxels import ORIENTATIONS, voxels_of
 from ...scenes.scene import Scene
 from .. import paper_example
 from ..arguments import add_arm, add_json, add_scene, joints, number, the_arm, with_body
+from ..messages import note
 from ..motions import motion_of, motions_along
-from ..screen import note, progress, show, show_json, violations
+from ..screen import progress, show, show_json, violations
 
 HELP = """\
 Show the arm in the browser: drag the tool, turn the elbow, see which joint
