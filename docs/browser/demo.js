@@ -3,6 +3,8 @@
 'use strict';
 
 const CIRCLE_POINTS = 72, MOST_ARCS = 16;
+// The legend of armangle/colours.py.
+const FREE = '#A6DBA0', OBSTACLE = '#404040', LIMIT = '#D55E00';
 
 /** The core behind two arrays of doubles; see Asked and Told of demo.cpp. */
 function loadCore(code) {
@@ -71,13 +73,13 @@ function armangleDemo(element, core) {
       g.fillStyle = style;
       g.fill();
     };
-    line(answer.circle, '#9aa7b5', 1.5, true);
+    line(answer.circle, LIMIT, 2, true);
     answer.circle.forEach((p, k) => {
       const psi = 2 * Math.PI * k / CIRCLE_POINTS;
-      if (inside(answer.clear, psi)) spot(p, 3, '#2e8b57');
-      else if (inside(answer.within, psi)) spot(p, 3, '#d08770');
+      if (inside(answer.clear, psi)) spot(p, 5, FREE);
+      else if (inside(answer.within, psi)) spot(p, 2, OBSTACLE);
     });
-    spot(core.asked.subarray(18, 21), eye.scale * core.asked[21], 'rgba(208, 135, 112, 0.55)');
+    spot(core.asked.subarray(18, 21), eye.scale * core.asked[21], 'rgba(64, 64, 64, 0.45)');
     g.lineCap = 'round';
     line(answer.arm, answer.allowed ? '#34495e' : '#b03a2e', 9, false);
     answer.arm.forEach(p => spot(p, 6, '#eceff4'));
@@ -94,9 +96,9 @@ function armangleDemo(element, core) {
       g.lineWidth = width;
       g.stroke();
     });
-    ring([[0, 2 * Math.PI]], '#c0392b', 6);
-    ring(answer.within, '#d08770', 10);
-    ring(answer.clear, '#2e8b57', 14);
+    ring([[0, 2 * Math.PI]], LIMIT, 4);
+    ring(answer.within, OBSTACLE, 8);
+    ring(answer.clear, FREE, 16);
     g.beginPath();
     g.arc(middle + radius * Math.cos(answer.psi), middle - radius * Math.sin(answer.psi), 9, 0, 2 * Math.PI);
     g.fillStyle = '#1f77b4';

@@ -61,8 +61,6 @@ def draw() -> plt.Figure:
     words |= {f"blocked by joint {j}": f"joint {j} beyond its limit" for j in range(1, 8)}
     drawn = dict(zip(names, handles, strict=True))
     shown = [(drawn[name], text) for name, text in words.items() if name in drawn]
-    for line, _ in shown:
-        line.set(linewidth=4)
     figure.legend(
         *zip(*shown, strict=True),
         title="The circle of the elbow\nwhile the tool stands still:",

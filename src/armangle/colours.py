@@ -1,4 +1,4 @@
-"""Colours of joints and arcs, and angles as they are drawn: what pictures and the viewer share."""
+"""Colours of joints and intervals, and angles as they are drawn: what pictures and the viewer share."""
 
 from __future__ import annotations
 
@@ -13,10 +13,14 @@ ORANGE, SKY, GREEN, YELLOW = "#E69F00", "#56B4E9", "#009E73", "#F0E442"
 BLUE, VERMILION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
 JOINT_COLOURS = (ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE)
 CURVES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
-FREE = "#F4F4F4"
-PALE = "#D9D9D9"
+# One legend for every picture of the arm angle: the circle, the strip, the maps, the README and the viewer.
+# A free interval is a light, wide band. What blocks it is darker and narrower, in the colour of the joint or
+# the obstacle.
+FREE = "#A6DBA0"
+OBSTACLE = "#404040"
+PALE = "#D9D9D9"  # not proven; lines of a grid
 MID = "#7F7F7F"
-DARK = "#404040"
+FREE_WIDTH, BLOCKED_WIDTH = 7.0, 3.0  # of a line, points
 
 FULL_TURN = 360.0
 

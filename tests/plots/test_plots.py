@@ -16,7 +16,8 @@ import armangle as aa
 matplotlib = need("matplotlib")
 matplotlib.use("Agg")
 plt = need("matplotlib.pyplot")
-from armangle import plots  # noqa: E402 - after the backend is chosen
+from armangle import colours, plots  # noqa: E402 - after the backend is chosen
+from armangle.viewer.scene import segment_colours  # noqa: E402
 
 IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 WAM = aa.Arm.from_catalogue("barrett_wam7")
@@ -80,6 +81,30 @@ def test_stick_figure_colours_the_circle_as_the_arcs_say() -> None:
     ends = IIWA.frames(IIWA.inverse(POSE, blocked, GC))[:, 3, :3, 3]
     np.testing.assert_allclose(piece[[0, -1]], ends, atol=2e-3)
     assert len(plots.stick_figure(IIWA, PAPER_Q, elbow_circle=False).lines) == 3
+
+
+def test_free_is_lighter_and_wider_than_whatever_blocks() -> None:
+    """One legend for the circle, the strip, the maps, the viewer and the page: they never look alike."""
+
+    def light(colour: str) -> float:
+        """Relative luminance (IEC 61966-2-1 and ITU-R BT.709), 0 to 1."""
+        rgb = np.array(matplotlib.colors.to_rgb(colour))
+        linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+        return float(linear @ [0.2126, 0.7152, 0.0722])
+
+    assert light(colours.FREE) > 0.6 > light(colours.OBSTACLE) + 0.5
+    for joint in set(colours.JOINT_COLOURS) - {colours.YELLOW}:  # joint 4 blocks a whole circle or nothing
+        assert light(colours.FREE) > light(joint) + 0.15
+    assert colours.FREE_WIDTH >= 2 * colours.BLOCKED_WIDTH
+    lines = {line.get_label(): line for line in plots.stick_figure(IIWA, PAPER_Q).lines}
+    free, blocked = lines["feasible"], lines["blocked by joint 1"]
+    assert free.get_color() == colours.FREE and free.get_linewidth() >= 2 * blocked.get_linewidth()
+    shown = segment_colours(np.arange(9))[:, 0].astype(int)  # 0: free, 1 to 7: joints, 8: an obstacle
+    assert (np.abs(shown[1:] - shown[0]).max(axis=1) > 60).all()
+    page = Path(__file__).parents[2] / "docs" / "browser" / "demo.js"
+    if not page.exists():
+        pytest.skip("the pages are not here")
+    assert f"FREE = '{colours.FREE}', OBSTACLE = '{colours.OBSTACLE}'" in page.read_text(encoding="utf-8")
 
 
 def test_virtual_arm_shows_both_elbows_and_psi() -> None:

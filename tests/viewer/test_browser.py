@@ -319,6 +319,46 @@ def test_the_gizmo_drags_the_arm(viewer: Viewer, page: Any, folder: Path) -> Non
     page.screenshot(path=folder / "7_dragged.png")
 
 
+PHONE = {"width": 390, "height": 844}
+_WHOLE = "b => [...b.querySelectorAll('*')].every(e => e.scrollWidth <= e.clientWidth)"
+
+
+def test_a_phone_shows_the_whole_arm_and_tells_the_branches_apart(browser: Any, folder: Path) -> None:
+    viewer = Viewer(ViewerState(FULL, _START), port=0)
+    page = browser.new_page(viewport=PHONE)
+    page.set_default_timeout(4e3 * PATIENCE)
+    try:
+        page.goto(viewer.url)
+        page.wait_for_selector("canvas")
+        page.locator("[data-panel=reasons]").wait_for()
+        page.get_by_role("alert").get_by_role("button").dispatch_event("click")
+        covered = page.get_by_text(f"armangle: {FULL.name}").bounding_box()["y"]
+        until(lambda: picture(page).std() * 255 > 5, "the canvas is not blank")
+        client = next(iter(viewer._server.get_clients().values()))
+        at = _on_screen(client.camera, viewer.state.arm.frames(viewer.state.q)[:, :3, 3])
+        assert (at[:, 0] > 0).all() and (at[:, 0] < PHONE["width"]).all()
+        assert (at[:, 1] > 0).all() and (at[:, 1] < covered).all()
+        page.get_by_role("button", name="GC 7", exact=False).scroll_into_view_if_needed()
+        page.screenshot(path=folder / "14_phone.png")
+        for gc in range(8):
+            button = page.get_by_role("button", name=f"GC {gc}", exact=False)
+            assert button.evaluate(_WHOLE), f"the name of GC {gc} is cut"
+    finally:
+        page.close()
+        viewer.stop()
+
+
+def _on_screen(camera: Any, points: np.ndarray) -> np.ndarray:
+    """Return where a camera sees points (n, 3), px from the upper left."""
+    forward = camera.look_at - camera.position
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, camera.up_direction)
+    right /= np.linalg.norm(right)
+    seen = (points - camera.position) @ np.stack([right, np.cross(forward, right), forward], axis=1)
+    scale = PHONE["height"] / 2 / np.tan(camera.fov / 2)
+    return seen[:, :2] / seen[:, 2:] * scale + [PHONE["width"] / 2, PHONE["height"] / 2]
+
+
 BODY_ARM = FULL.with_body(aa.Body.bones(upper_arm=0.06, forearm=0.05))
 APART = 560
 """px: to the right of it is nothing of the arm."""

@@ -187,7 +187,7 @@ def draw_overview(runs: list[Run], file: BinaryIO) -> None:
         panel.plot(_BEFORE, value, "o", color=BLACK, ms=6, zorder=5, clip_on=False, label="start")
         panel.set_xlim(-_ROOM * (1.0 - _BEFORE), 1.0)
         panel.set_xlabel("share of the line")
-    left.set_title("Arm angles: white is free, colours are blocked by a joint", fontsize=10)
+    left.set_title("Arm angles: light green is free, other colours are blocked by a joint", fontsize=10)
     right.set_title("Distance to the nearest joint limit", fontsize=10)
     right.set_ylabel("least margin (deg)")
     right.set_ylim(bottom=0.0)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .._arrays import JOINTS, Floats, one_posture
 from ..arm.arm import Arm
 from ..arm.skeleton import blockers, elbow_points, first_blocker, skeleton, unproven
-from ..colours import BLACK, BLUE, GREEN, JOINT_COLOURS, MID, PALE, VERMILION
+from ..colours import BLACK, BLOCKED_WIDTH, BLUE, FREE, FREE_WIDTH, GREEN, JOINT_COLOURS, MID, PALE, VERMILION
 from .space import draw_sticks, extent, finish_space
 from .style import check_drawn, space_axes
 
@@ -117,8 +117,8 @@ def stick_figure(
     q : array_like, shape (7,)
         Joint values, rad.
     elbow_circle : bool
-        Whether to draw the circle: black where feasible, else in the colour of the lowest joint that blocks;
-        pale where it is not proven of an arm with a chain of its own.
+        Whether to draw the circle: a light, wide band where feasible, else a line in the colour of the lowest
+        joint that blocks; pale grey where a calibrated arm has no proof.
     singularity_margin : float
         As in `Arm.feasible`, rad.
     ax : matplotlib 3-D axes, optional
@@ -161,9 +161,12 @@ def _coloured_circle(space: Any, arm: Arm, pose: Floats, gc: int, margin: float)
     open_ = unproven(arm, pose, gc, middles, singularity_margin=margin)
     who = np.where((who == 0) & open_, _UNPROVEN, who)
     drawn = {
-        0: ("feasible", BLACK, 2.0),
-        _UNPROVEN: ("not proven", PALE, 2.0),
-        **{k + 1: (f"blocked by joint {k + 1}", colour, 3.0) for k, colour in enumerate(JOINT_COLOURS)},
+        0: ("feasible", FREE, FREE_WIDTH),
+        _UNPROVEN: ("not proven", PALE, BLOCKED_WIDTH),
+        **{
+            k + 1: (f"blocked by joint {k + 1}", colour, BLOCKED_WIDTH)
+            for k, colour in enumerate(JOINT_COLOURS)
+        },
     }
     seen: set[int] = set()
     cuts = [0, *(np.flatnonzero(np.diff(who)) + 1).tolist(), len(who)]

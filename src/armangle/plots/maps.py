@@ -13,7 +13,7 @@ from .._core import Wanted
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm
 from ..arm.configuration import gc_signs
-from ..colours import BLACK, DARK, FULL_TURN, JOINT_COLOURS, MID, PALE, unjoined, wrapped_degrees
+from ..colours import BLACK, FREE, FULL_TURN, JOINT_COLOURS, MID, OBSTACLE, PALE, unjoined, wrapped_degrees
 from ..errors import ConfigurationError, ShapeError
 from ..motion.joint_path import JointPath
 from ..scenes.scene import Scene
@@ -23,7 +23,7 @@ from .style import ARM_ANGLE, angle_ticks, check_drawn, grid_axes
 _SEAM = 0.4  # pt
 _FULL = np.array([[[-np.pi, np.pi]]])
 _SIDES = ("left", "center", "right")  # of a name: it stays within its panel
-_ISLAND: dict[str, Any] = {"hatch": "....", "edgecolors": DARK, "linewidths": 0.0}
+_ISLAND: dict[str, Any] = {"hatch": "....", "edgecolors": OBSTACLE, "linewidths": 0.0}
 _NOT_KNOWN: dict[str, Any] = {"facecolor": "white", "edgecolor": MID, "hatch": "///", "lw": 0}
 
 
@@ -37,8 +37,8 @@ def feasible_map(
 ) -> Any:
     """Draw which arm angles are feasible along a path, and which joint or obstacle forbids the others.
 
-    White is feasible; the rest has the colour of the lowest joint that blocks. What an obstacle blocks is
-    dark where no joint does, and dotted where one does too, with the obstacle's name. Pale is what is not
+    Light green is feasible; the rest has the colour of the lowest joint that blocks. What an obstacle blocks
+    is dark where no joint does, and dotted where one does too, with the obstacle's name. Pale is what is not
     proven of an arm with a chain of its own. Each column is exact for the pose it stands on; a row of a path
     whose pose is NaN, not known, is hatched.
 
@@ -118,7 +118,7 @@ def _map_panel(
     clear = None if scene is None else arm.clear(poses[posed], gc, scene)
     unproven = arm._left_out(poses[posed], gc, margin, Wanted.JOINTS)
     if clear is not None:
-        _cells(panel, (~clear).intervals, sides[posed], DARK)
+        _cells(panel, (~clear).intervals, sides[posed], OBSTACLE)
     _cells(panel, arm._left_out(poses[posed], gc, margin).intervals, sides[posed], PALE)
     for joint in range(JOINTS, 0, -1):
         blocked = (~each[:, joint - 1])._less(unproven[:, joint - 1])
@@ -134,6 +134,7 @@ def _map_panel(
     panel.set_title(f"GC {gc} ({signs})", fontsize=9)
     panel.set_xlim(edges[0], edges[-1])
     panel.set_ylim(-180, 180)
+    panel.set_facecolor(FREE)
     angle_ticks(panel.yaxis)
 
 
@@ -195,14 +196,14 @@ def _map_legend(figure: Any, curve: bool, whole: bool, obstacles: bool, chain: b
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    handles: list[Any] = [Patch(fc="white", ec=BLACK, lw=0.6, label="feasible")]
+    handles: list[Any] = [Patch(fc=FREE, ec=BLACK, lw=0.6, label="feasible")]
     handles += [Patch(fc=colour, label=f"joint {k + 1} blocks") for k, colour in enumerate(JOINT_COLOURS)]
     handles.append(Patch(fc=MID, label="out of reach"))
     if chain:
         handles.append(Patch(fc=PALE, label="not proven"))
     if obstacles:
-        handles.append(Patch(fc=DARK, label="an obstacle blocks"))
-        handles.append(Patch(fc="white", ec=DARK, lw=0, hatch="....", label="an obstacle too"))
+        handles.append(Patch(fc=OBSTACLE, label="an obstacle blocks"))
+        handles.append(Patch(fc="white", ec=OBSTACLE, lw=0, hatch="....", label="an obstacle too"))
     if not whole:
         handles.append(Patch(label="not solved, pose not known", **_NOT_KNOWN))
     if curve:

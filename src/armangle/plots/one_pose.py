@@ -13,7 +13,7 @@ from .._arrays import JOINTS, one_pose
 from .._core import Wanted
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm
-from ..colours import BLACK, DARK, FREE, JOINT_COLOURS, MID, PALE, VERMILION, pieces, unjoined
+from ..colours import BLACK, FREE, JOINT_COLOURS, MID, OBSTACLE, PALE, VERMILION, pieces, unjoined
 from ..errors import InputError
 from ..scenes.scene import Scene
 from ..status import Status
@@ -94,7 +94,7 @@ def circle(
             loose = arm.with_(lower=-np.inf, upper=np.inf)
             calm = loose._arcs(frame, gc, 0.0, 0.0, 0.0, Wanted.SOFT, (), 1, scene)
         open_clear = arm._left_out(frame, gc, wanted=Wanted.CLEAR)
-        blocked[DARK] = (~clear)._less(open_clear)
+        blocked[OBSTACLE] = (~clear)._less(open_clear)
         _obstacle_ring(polar, clear, calm, open_clear)
     if allowed is not None:
         blocked[MID] = ~allowed
@@ -138,7 +138,7 @@ def _obstacle_ring(polar: Any, clear: ArcSet, calm: ArcSet, unproven: ArcSet) ->
     _arcs(polar, calm, base, _WIDTH, FREE, PALE)
     _arcs(polar, clear & ~calm, base, _WIDTH, MID, PALE)
     blocked = ~clear
-    _arcs(polar, blocked._less(unproven), base, _WIDTH, DARK, BLACK)
+    _arcs(polar, blocked._less(unproven), base, _WIDTH, OBSTACLE, BLACK)
     _arcs(polar, unproven, base, _WIDTH, FREE, MID, UNPROVEN)
     every = [*blocked.ends] if not blocked.is_full else [()]
     for (lower, upper), ends in zip(blocked, every, strict=True):
@@ -204,7 +204,7 @@ def _circle_legend(polar: Any, user: bool, scene: Scene | None, chain: bool, *, 
     if chain:
         handles.append(Patch(fc=FREE, ec=MID, lw=0.6, hatch=UNPROVEN, label="not proven"))
     if scene is not None:
-        handles.append(Patch(fc=DARK, label=f"an obstacle blocks (ring {JOINTS + 1})"))
+        handles.append(Patch(fc=OBSTACLE, label=f"an obstacle blocks (ring {JOINTS + 1})"))
     if scene is not None and scene.soft > 0:
         handles.append(Patch(fc=MID, label="within the soft clearance"))
     if user:
@@ -262,7 +262,7 @@ def clearance_profile(
     near = arm.clearance(frame, angles, gc, scene)
     panel = grid_axes(ax, 1, 1, (6.4, 4.0))[0]
     for lower, upper in pieces((~arm.clear(frame, gc, scene)).intervals):
-        panel.axvspan(lower, upper, color=DARK, alpha=0.22, lw=0)
+        panel.axvspan(lower, upper, color=OBSTACLE, alpha=0.22, lw=0)
     names = list(dict.fromkeys(np.asarray(near.obstacle).tolist()))
     for k, name in enumerate(names):
         shown = np.where(near.obstacle == name, near.distance, np.nan)

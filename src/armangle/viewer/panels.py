@@ -13,7 +13,17 @@ from numpy.typing import NDArray
 from .._arrays import JOINTS, Floats
 from .._core import Wanted
 from ..arm.skeleton import blockers, first_blocker, unproven
-from ..colours import BLACK, DARK, FREE, JOINT_COLOURS, MID, PALE, pieces, unjoined, wrapped_degrees
+from ..colours import (
+    BLACK,
+    FREE,
+    JOINT_COLOURS,
+    MID,
+    OBSTACLE,
+    PALE,
+    pieces,
+    unjoined,
+    wrapped_degrees,
+)
 from ..motion.joint_path import JointPath
 from ..scenes.scene import Scene
 from ..status import Status
@@ -22,8 +32,9 @@ from .state import ViewerState, degrees_text
 _FRAME = "padding:0 0.9em 0.5em;font:12px/1.35 system-ui,sans-serif"
 _REFUSED = "color:#B04A00"
 _MAP_WIDTH, _MAP_HEIGHT = 200, 180
-_LOST, _OBSTACLE, _UNPROVEN = JOINTS + 1, JOINTS + 2, JOINTS + 3
-_PALETTE = ("#FFFFFF", *JOINT_COLOURS, MID, DARK, PALE)
+_BUTTON = 76  # px: the name of a branch, and the room around it
+_LOST, _BY_OBSTACLE, _NOT_PROVEN = JOINTS + 1, JOINTS + 2, JOINTS + 3
+_PALETTE = (FREE, *JOINT_COLOURS, MID, OBSTACLE, PALE)
 
 
 def status_panel(state: ViewerState) -> str:
@@ -65,16 +76,16 @@ def arcs_panel(state: ViewerState) -> str:
         bars += [_bar(low, high, JOINT_COLOURS[joint - 1]) for low, high in blocked]
     at = (np.degrees(state.psi) + 180) / 3.6
     listed = [(f"joint {joint}", JOINT_COLOURS[joint - 1]) for joint in sorted(blocking)]
-    listed += [(name, DARK) for name in _blocking_obstacles(state)]
+    listed += [(name, OBSTACLE) for name in _blocking_obstacles(state)]
     open_key = f"; {_key('not proven', PALE)}" if unproven_bars else ""
     keys = " ".join(_key(name, colour) for name, colour in listed)
-    said = f"blocked by {keys}" if keys else "no joint blocks" + (", nor an obstacle" if state.scene else "")
+    said = f"blocked by {keys}" if keys else "nothing blocks"
     return (
         f'<div style="{_FRAME}" data-panel="arcs">'
         f'<div style="position:relative;height:14px;background:{FREE};border:1px solid {MID}">'
         f"{''.join(bars)}{_marker(at)}</div>"
         f'<div style="display:flex;justify-content:space-between"><span>−180°</span><span>0°</span>'
-        f"<span>180°</span></div>{said}{open_key}</div>"
+        f"<span>180°</span></div>{_key('free', FREE)}; {said}{open_key}</div>"
     )
 
 
@@ -88,7 +99,7 @@ def _obstacle_bars(state: ViewerState) -> list[str]:
     if state.scene is None:
         return []
     blocked = ~state.arm.clear(state.pose, state.gc, state.scene)
-    return [_bar(low, high, DARK) for low, high in pieces(blocked.intervals)]
+    return [_bar(low, high, OBSTACLE) for low, high in pieces(blocked.intervals)]
 
 
 def _blocking_obstacles(state: ViewerState) -> list[str]:
@@ -136,13 +147,14 @@ def note_panel(text: str) -> str:
 
 
 def row_style(name: str, count: int, gap: int) -> str:
-    """Return what puts the buttons after it side by side, `count` in a row; viser stacks them.
+    """Return what puts the buttons after it side by side, at most `count` in a row; viser stacks them.
 
     `gap` is the room to each side of a button, px.
     """
     beside = f'div:has(> [data-row="{name}"]) ~ div:has(> button)'
+    width = f"max({100 / count}%,{_BUTTON}px)"  # on a phone fewer stand in a row, and their names stay whole
     return (
-        f'<style data-row="{name}">{beside}{{display:inline-block;box-sizing:border-box;width:{100 / count}%;'
+        f'<style data-row="{name}">{beside}{{display:inline-block;box-sizing:border-box;width:{width};'
         f"margin:0!important;padding:0 {gap}px 6px!important}}"
         f"{beside} button{{padding:0;font-size:12px}}</style>"
     )
@@ -163,10 +175,10 @@ def map_image(motion: JointPath, scene: Scene | None = None) -> str:
     blocked = first_blocker(blockers(motion.srs_arm, poses[:, None], gc[:, None], psi[None, :]))
     lost = np.isin(motion.srs_arm.feasible(poses, gc).status, (Status.UNREACHABLE, Status.FOLDED))
     left_out = unproven(motion.srs_arm, poses[:, None], gc[:, None], psi[None, :])
-    blocked = np.where((blocked == 0) & left_out, _UNPROVEN, blocked)
+    blocked = np.where((blocked == 0) & left_out, _NOT_PROVEN, blocked)
     if scene is not None:
         clear = motion.srs_arm.clear(poses[:, None], gc[:, None], scene).contains(psi[None, :])
-        blocked = np.where((blocked == 0) & np.logical_not(clear), _OBSTACLE, blocked)
+        blocked = np.where((blocked == 0) & np.logical_not(clear), _BY_OBSTACLE, blocked)
     cells[posed] = np.where(lost[:, None], _LOST, blocked)
     return "data:image/png;base64," + base64.b64encode(png(cells.T.astype(np.uint8), _PALETTE)).decode()
 
@@ -193,7 +205,7 @@ def map_panel(motion: JointPath, image: str, row: int) -> str:
     dot = wrapped_degrees(motion.psi[row : row + 1])[0]
     place = f'<circle cx="{at:.2f}" cy="{(180 - dot) / 3.6:.2f}" r="1.6"/>' if np.isfinite(dot) else ""
     return (
-        f'<div style="{_FRAME}" data-panel="map">ψ over the path: white is feasible, colours block'
+        f'<div style="{_FRAME}" data-panel="map">ψ over the path: {_key("free", FREE)}, other colours block'
         f'<div style="position:relative;height:150px;border:1px solid {MID}">'
         f'<img src="{image}" alt="feasible map" style="position:absolute;width:100%;height:100%;'
         f'image-rendering:pixelated"><svg viewBox="0 0 100 100" preserveAspectRatio="none" '

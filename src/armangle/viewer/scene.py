@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Floats
-from ..colours import DARK as OBSTACLE_COLOUR
-from ..colours import JOINT_COLOURS, PALE
+from ..colours import FREE, JOINT_COLOURS, OBSTACLE, PALE
 from ..poses import rows_from_poses
 from ..reach.voxels import Voxels
 from .solids import Solid
@@ -17,19 +16,19 @@ from .state import ViewerState
 from .surfaces import lowest
 from .surroundings import Surroundings
 
-_FREE_RGB = (40, 40, 40)
+_ELBOW_RGB = (20, 20, 20)
 _GHOST_RGB = (150, 160, 190)
 _REFUSED_RGB = (214, 48, 39)
 _TARGET_OPACITY = 0.35
 _AXIS_LENGTH, _AXIS_RADIUS = 0.1, 0.006
 _HAND = 7  # the DH frame that carries flange and tool
 _TOOL = f"/arm/{_HAND}/tool"
-_BLOCKED_BY = (*JOINT_COLOURS, OBSTACLE_COLOUR, PALE)
-_COLOURS = np.array([_FREE_RGB, *(tuple(bytes.fromhex(colour[1:])) for colour in _BLOCKED_BY)])
+_COLOURS = np.array([tuple(bytes.fromhex(colour[1:])) for colour in (FREE, *JOINT_COLOURS, OBSTACLE, PALE)])
 _EYE = 1.2 * np.array([0.95, -1.15, 0.75])
 _PANEL_SIDE = np.array([0.41, 0.34, 0.0])  # to the right as the eye sees it: the panel covers that side
+_PANEL_SHARE = 0.6  # of the height of a window that is taller than wide: what the panel covers
 _GIZMO = 0.22
-_LINE, _GHOST_LINE = 0.012, 0.02
+_LINE, _FREE_LINE, _GHOST_LINE = 0.012, 0.03, 0.02
 _GRID_CELL, _BELOW = 0.1, 0.002  # m
 _FEW_RGB, _ALL_RGB = (60, 20, 90), (250, 230, 40)
 _POINT = 0.25  # of a voxel's edge: what lies behind is seen too
@@ -67,10 +66,13 @@ class Scene:
         self._gap = api.add_line_segments(
             "/gap", none, _REFUSED_RGB, thickness=_LINE * self._size, visible=False
         )
-        self._circle = api.add_line_segments(
-            "/circle", none, np.zeros((1, 2, 3), dtype=np.uint8), thickness=_LINE * self._size
+        self._free, self._blocked = (
+            api.add_line_segments(
+                f"/circle/{name}", none, np.zeros((1, 2, 3), dtype=np.uint8), thickness=width * self._size
+            )
+            for name, width in (("free", _FREE_LINE), ("blocked", _LINE))
         )
-        self._elbow = api.add_icosphere("/elbow", radius=0.035 * self._size, color=_FREE_RGB)
+        self._elbow = api.add_icosphere("/elbow", radius=0.035 * self._size, color=_ELBOW_RGB)
         self._ghosts = api.add_line_segments(
             "/ghosts", none, _GHOST_RGB, thickness=_GHOST_LINE * self._size, visible=False
         )
@@ -87,6 +89,7 @@ class Scene:
         centre += _PANEL_SIDE * size
         camera = server.initial_camera
         camera.position, camera.look_at, camera.up = centre + _EYE * size, centre, (0.0, 0.0, 1.0)
+        server.on_client_connect(lambda client: self._fit(client.camera))
         floor = base.copy()  # below the obstacles too: it hides what lies under it
         shapes = () if state.scene is None else state.scene.shapes
         below = min([floor[2], *(lowest(shape) - _BELOW for shape in shapes)])
@@ -94,6 +97,21 @@ class Scene:
         server.scene.add_grid(
             "/floor", width=3 * size, height=3 * size, cell_size=_GRID_CELL, position=floor, plane="xy"
         )
+
+    def _fit(self, camera: Any) -> None:
+        """Show the whole arm above the panel if the window is taller than wide, as on a phone."""
+        if camera.aspect >= 1.0:
+            return
+        arm = self._state.arm
+        height = (1.0 + _GIZMO) * (self._size + arm.d_bs)  # room for the gizmo on top
+        half = np.tan(camera.fov / 2)
+        distance = height / (2 * half * min(1.0 - _PANEL_SHARE, camera.aspect))
+        eye = _EYE / np.linalg.norm(_EYE)
+        right = np.cross([0.0, 0.0, 1.0], eye)
+        up = np.cross(eye, right / np.linalg.norm(right))
+        middle = arm.base[:3, 3] + np.array([0.0, 0.0, 0.5 * height])
+        centre = middle - _PANEL_SHARE * half * distance * up
+        camera.position, camera.look_at = centre + distance * eye, centre
 
     def _add_target(self, api: Any, solids: list[Solid]) -> Any:
         """Return the node of the pose that was not reached: axes, and the hand as a ghost."""
@@ -140,8 +158,11 @@ class Scene:
             return
         self._circle_of = key
         circle = self._state.elbow_circle()
-        self._circle.points = circle.segments.astype(np.float32)
-        self._circle.colors = segment_colours(circle.blocker)
+        for node, shown in ((self._free, circle.blocker == 0), (self._blocked, circle.blocker != 0)):
+            node.visible = bool(shown.any())
+            if node.visible:
+                node.points = circle.segments[shown].astype(np.float32)
+                node.colors = segment_colours(circle.blocker[shown])
 
     def _update_ghosts(self) -> None:
         figures = list(self._state.ghosts().values()) if self.show_ghosts else []
@@ -170,7 +191,7 @@ def share_colours(share: Floats) -> NDArray[np.uint8]:
 
 
 def segment_colours(blocker: NDArray[np.int64]) -> NDArray[np.uint8]:
-    """Return the RGB (n, 2, 3) of circle pieces: dark where feasible, else as what blocks.
+    """Return the RGB (n, 2, 3) of circle pieces: light where feasible, else as what blocks.
 
     The browser takes the colours of line ends as linear light, not as sRGB.
     """
