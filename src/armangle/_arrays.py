@@ -240,6 +240,21 @@ def as_gc(value: ArrayLike) -> Ints:
     return index if all(stride % 8 == 0 for stride in index.strides) else index.copy()
 
 
+def number_in(text: str) -> float:
+    """Return the number that a word of a file states, as other programs read it.
+
+    Python alone takes 1_000, and digits of every script.
+
+    Raises
+    ------
+    ValueError
+        It is none.
+    """
+    if "_" in text or not text.isascii():
+        raise ValueError(f"could not convert string to float: {text!r:.50}")
+    return float(text)
+
+
 def as_number(name: str, value: float, low: float, high: float, *, low_open: bool = False) -> float:
     """Return `value` as a float within [low, high] (low excluded where `low_open`)."""
     wanted = f"a number in {'(' if low_open else '['}{low:g}, {high:g}]"

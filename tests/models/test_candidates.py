@@ -79,6 +79,31 @@ WHOLE = {
     "gripper of one hinge": (robot(arm("a", "foot", rest=HINGED)), [("foot", "a_7")]),
     "hand": (robot(arm("a", "foot", rest=FINGERS)), [("foot", "a_7")]),
     "mimic": (robot(arm("a", "foot", rest=MIMIC)), [("foot", "a_7")]),
+    "head on link 1": (robot(arm("a", "foot") + under("revolute", "head", "a_1", "neck")), [("foot", "a_7")]),
+    "head of two joints on link 1": (
+        robot(
+            arm("a", "foot"),
+            under("revolute", "pan", "a_1", "neck"),
+            under("revolute", "tilt", "pan", "neck_tilt"),
+        ),
+        [("foot", "a_7")],
+    ),
+    "arm of six with a hand of two fingers": (
+        robot(arm("a", "foot", 6), under("revolute", "f", "a_6", "f1"), under("revolute", "g", "a_6", "g1")),
+        [],
+    ),
+    "arm of six with a finger that another mimics": (
+        robot(
+            arm("a", "foot", 6),
+            under("revolute", "f", "a_6", "f1"),
+            MIMIC.replace("a_7", "a_6").replace("a_j1", "f1"),
+        ),
+        [],
+    ),
+    "arm of six with a finger that turns and one that slides": (
+        robot(arm("a", "foot", 6), under("revolute", "f", "a_6", "f1"), under("prismatic", "g", "a_6", "g1")),
+        [],
+    ),
     "arm of six": (robot(under("revolute"), arm("a", "torso", 6), arm("b", "torso", 6)), []),
     "arm of five on two joints": (
         robot(under("revolute"), under("revolute", "chest", "torso", "pitch"), arm("a", "chest", 5)),
@@ -111,6 +136,79 @@ def test_exact_chains_come_first_then_near_ones_with_their_residual() -> None:
         r"near S-R-S: off by 12 mm, 0 deg; nearest arm within 2\d\.\d+ mm", found[1].verdict()
     )
     assert read_urdf(text).tip == "a_7"  # the only one that is S-R-S
+
+
+def bent(*lengths: tuple[int, float]) -> list[list[float]]:
+    """Return the places of a straight arm whose joints are beside it by lengths, m."""
+    places = [list(place) for place in STRAIGHT]
+    for joint, length in lengths:
+        places[joint][0] = length
+    return places
+
+
+@pytest.mark.parametrize(
+    ("other", "said"),
+    [(bent((1, 0.02), (6, 0.01)), "near S-R-S"), (bent((1, 0.2), (6, 0.1)), "not S-R-S")],
+)
+def test_the_arm_that_was_not_taken_is_noted(other: list[list[float]], said: str) -> None:
+    text = robot(under("revolute"), arm("a", "torso"), arm("b", "torso", places=other))
+    arm_a = Arm.from_urdf(text)
+    assert arm_a.import_report is not None and arm_a.import_report.tip == "a_7"
+    (note,) = [note for note in arm_a.import_report.notes if "'b_7'" in note]
+    assert said in note and "'a_7'" in note
+    named = Arm.from_urdf(text, tip="a_7").import_report
+    assert named is not None and not any("b_7" in note for note in named.notes)
+
+
+def test_the_lowest_link_above_several_tips_is_taken_with_a_note() -> None:
+    hand = fixed("flange", "a_7") + fixed("tool0", "a_7")
+    report = Arm.from_urdf(robot(arm("a", "foot", rest=hand))).import_report
+    assert report is not None and report.tip == "a_7"
+    assert len([note for note in report.notes if "'flange', 'tool0'" in note and "'a_7'" in note]) == 1
+
+
+@pytest.mark.parametrize("places", [STRAIGHT, bent((1, 0.02), (6, 0.01))])
+@pytest.mark.parametrize("fingers", [1, 2])
+def test_a_tip_behind_fingers_is_told_the_tip_that_works(
+    places: Sequence[Sequence[float]], fingers: int
+) -> None:
+    hand = under("revolute", "f1", "a_7", "grasp") + "".join(
+        under("revolute", f"f{i + 1}", f"f{i}", f"knuckle{i}") for i in range(1, fingers)
+    )
+    with pytest.raises(UrdfError, match=rf"{7 + fingers} rotating joints lead to 'f{fingers}'.* to 'a_7' \("):
+        Arm.from_urdf(robot(arm("a", "foot", places=places, rest=hand)), tip=f"f{fingers}")
+
+
+def test_of_eight_joints_without_an_arm_in_them_both_runs_are_offered() -> None:
+    text = robot(arm("a", "foot", places=bent((1, 0.2), (5, 0.2)), rest=HINGED))
+    for ends in ({}, {"tip": "jaw"}):
+        with pytest.raises(UrdfError, match=r"name .*candidates: 'foot' to 'a_7' .*; 'a_1' to 'jaw' "):
+            Arm.from_urdf(text, **ends)
+
+
+@pytest.mark.parametrize(
+    ("inside", "said"),
+    [
+        (LIMIT + '<mimic joint="a_j3"/>', "of the 7 from 'foot' to 'a_7' joint 'a_j5' mimics joint 'a_j3'"),
+        ("hinge", "of the 7 from 'foot' to 'a_7' joint 'a_j5' has unknown type 'hinge'"),
+        ("prismatic", "the longest run has 4, from 'foot' to 'a_4': a_j1, a_j2, a_j3, a_j4"),
+    ],
+)
+def test_a_joint_that_breaks_the_only_chain_is_named(inside: str, said: str) -> None:
+    text = robot(arm("a", "foot"))
+    at = text.index('name="a_j5"')
+    if inside in ("hinge", "prismatic"):
+        text = text[:at] + text[at:].replace('type="revolute"', f'type="{inside}"', 1)
+    else:
+        text = text[:at] + text[at:].replace(LIMIT, inside, 1)
+    with pytest.raises(UrdfError, match=re.escape(said)):
+        Arm.from_urdf(text)
+
+
+def test_a_link_that_is_not_there_is_said_where_it_breaks_the_chain() -> None:
+    text = robot(arm("a", "foot")).replace('<link name="a_4"/>', "")
+    with pytest.raises(UrdfError, match="names a link 'a_4' that is not there"):
+        Arm.from_urdf(text)
 
 
 def test_two_exact_arms_have_to_be_named() -> None:

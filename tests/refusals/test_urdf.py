@@ -100,7 +100,7 @@ REFUSED = {
     "unknown": (simple_urdf(j3=joint_xml("j3", "l2", "l3", "hinge")), "has unknown type 'hinge'"),
     "mimic": (
         simple_urdf(j3=joint_xml("j3", "l2", "l3", "revolute", LIMIT + '<mimic joint="j1"/>')),
-        "joint 'j3' on the path mimics another joint",
+        "joint 'j3' on the path mimics joint 'j1'",
     ),
     "no limits": (
         simple_urdf(j3=joint_xml("j3", "l2", "l3")),

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from .._arrays import JOINTS, TURN, Floats
+from .._arrays import JOINTS, TURN, Floats, number_in
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.offset import OffsetArm
 from ..arm.roll import ROLLS
@@ -309,7 +309,7 @@ def _read(
 def number(text: str) -> float:
     """Return a finite number, for argparse."""
     try:
-        value = float(text)
+        value = number_in(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text.strip()!r} is not a number") from None
     if not math.isfinite(value):

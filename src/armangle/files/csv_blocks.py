@@ -11,7 +11,7 @@ from typing import Any, NoReturn, TextIO
 
 import numpy as np
 
-from .._arrays import Floats, PathLike
+from .._arrays import Floats, PathLike, number_in
 from ..errors import FileFormatError
 
 BLOCK = 8192
@@ -142,7 +142,7 @@ class CsvFile:
                 if self.lost:
                     cells = tuple(cell if cell.strip() else "nan" for cell in cells)
                 try:
-                    numbers[:, k] = [_number(cell) for cell in cells]
+                    numbers[:, k] = [number_in(cell) for cell in cells]
                 except ValueError:
                     self._fail_at_word(name, cells, lines)
         words = {name: [c.strip() for c in columns[self.at[name]]] for name in self.words if name in self.at}
@@ -151,17 +151,11 @@ class CsvFile:
     def _fail_at_word(self, name: str, cells: Sequence[str], lines: list[int]) -> NoReturn:
         for cell, line in zip(cells, lines, strict=True):
             try:
-                _number(cell)
+                number_in(cell)
             except ValueError:
                 what = f"is {cell.strip()!r}" if cell.strip() else "is empty"
                 self.fail(f"{name} {what}, wanted a number", line, name)
         raise AssertionError(name)
-
-
-def _number(cell: str) -> float:
-    if "_" in cell:  # Python reads 1_000; no other program does
-        raise ValueError
-    return float(cell)
 
 
 def _hint(names: list[str], missing: list[str], known: Collection[str]) -> str:

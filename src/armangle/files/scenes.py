@@ -12,7 +12,7 @@ from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
-from .._arrays import Floats
+from .._arrays import Floats, number_in
 from ..errors import ArmangleError, SceneError, Words
 from ..models.body import Body
 from ..models.cover import Rod, cover_cylinder, cover_mesh, merged, open_edges
@@ -255,7 +255,7 @@ class _Moveit:
     def numbers(self, count: int) -> Floats:
         words = self.lines[self.at].split() if self.at < len(self.lines) else []
         try:
-            values = np.array([float(word) for word in words])
+            values = np.array([number_in(word) for word in words])
         except ValueError:
             self.fail(f"{count} numbers")
         if len(values) != count or not np.isfinite(values).all():

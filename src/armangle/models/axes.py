@@ -24,6 +24,7 @@ NEAR_LENGTH = 30e-3  # m: axes that miss by no more, and are square within
 NEAR_ANGLE = math.radians(2.0)  # no more, are near
 
 _PARALLEL_SINE = 1e-9
+_ROUNDED = 1e-9  # of a bound: a length that a file writes as a difference is off by some roundings
 _NO_LENGTH = 4e-5  # m; each of a link's two lengths may be taken as zero up to half of it
 _CENTRES = {"shoulder": (0, 1, 2), "wrist": (4, 5, 6)}
 
@@ -119,6 +120,11 @@ class Reason:
     sentence: str
     size: float
     is_length: bool
+
+
+def exceeds(value: float, most: float) -> bool:
+    """Return whether a value is above a bound by more than rounding."""
+    return value > most + _ROUNDED * abs(most) if math.isfinite(most) else value > most
 
 
 def above(value: float) -> str:

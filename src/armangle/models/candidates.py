@@ -23,6 +23,7 @@ from .offset import offset_end
 
 _MOST_NAMES = 20
 _MOST_TIPS = 4
+_OTHER = 3  # rank of a chain that is neither S-R-S nor near it, nor one with an offset
 _MOST_JOINTS = 300  # of a tree in which every run of seven joints is measured; a robot has fewer
 
 
@@ -57,12 +58,16 @@ class RigidBody:
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """A joint between two rigid bodies, by their numbers; it rotates, or moves otherwise."""
+    """A joint between two rigid bodies, by their numbers; it rotates, or moves otherwise.
+
+    `bound` says, as a verb with its object, what keeps one that would rotate from moving on its own.
+    """
 
     name: str
     rotates: bool
     above: int
     below: int
+    bound: str = ""
 
 
 @dataclass(eq=False)
@@ -89,22 +94,45 @@ class Tree:
         """Return the body that a link belongs to."""
         return next(number for number, body in enumerate(self.bodies) if link in body.links)
 
-    def way_up(self, body: int) -> list[int]:
-        """Return at most seven joints from a body upwards, in order from base to tip, all rotating."""
-        over, way = self.over, list[int]()
-        while len(way) < JOINTS and body in over and self.joints[over[body]].rotates:
-            way.append(over[body])
+    @cached_property
+    def depth(self) -> list[int]:
+        """How many joints of any kind, one after another, lie under each body at most."""
+        depth = [0] * len(self.bodies)
+        order = [body for body in range(len(self.bodies)) if body not in self.over]
+        for body in order:
+            order += [self.joints[number].below for number in self.under[body]]
+        for body in reversed(order):
+            depth[body] = max(
+                (1 + depth[self.joints[number].below] for number in self.under[body]), default=0
+            )
+        return depth
+
+    def run_up(self, body: int, *, bound: bool = False) -> list[int]:
+        """Return all joints that rotate, one after another, from a body upwards, in order from base to tip.
+
+        With ``bound`` those too that would rotate, were they not bound.
+        """
+        over, run = self.over, list[int]()
+        while body in over and (self.joints[over[body]].rotates or (bound and self.joints[over[body]].bound)):
+            run.append(over[body])
             body = self.joints[over[body]].above
-        return way[::-1]
+        return run[::-1]
 
     def may_begin(self, body: int) -> bool:
         """Return whether an arm may begin at a body: the root, a branching, or what a lift carries."""
         root = body not in self.over
         return root or len(self.under[body]) > 1 or not self.joints[self.over[body]].rotates
 
-    def branches(self, body: int) -> bool:
-        """Return whether more than one joint that rotates begins at a body."""
-        return sum(self.joints[number].rotates for number in self.under[body]) > 1
+    def goes_on(self, joint: int) -> bool:
+        """Return whether an arm goes on with a joint: nothing beside it has as many joints one after another.
+
+        A head beside an arm has fewer; of the fingers of a hand none is the next axis of the arm.
+        """
+        depth = self.depth[self.joints[joint].below]
+        beside = [
+            self.joints[other].below for other in self.under[self.joints[joint].above] if other != joint
+        ]
+        return all(self.depth[body] < depth for body in beside)
 
     def may_end(self, body: int) -> bool:
         """Return whether an arm may end at a body: a leaf, a branching, or before a sliding joint."""
@@ -114,7 +142,7 @@ class Tree:
     def base_above(self, tip: str) -> str:
         """Return the base of the seven rotating joints above a link; the root link where there are fewer."""
         body = self.body_of(tip)
-        way = self.way_up(body)
+        way = self.run_up(body)[-JOINTS:]
         if len(way) == JOINTS and self.bodies[self.joints[way[0]].above].links:
             return self.bodies[self.joints[way[0]].above].links[0]
         while body in self.over:
@@ -124,7 +152,7 @@ class Tree:
     def instead_of(self, base: str, tip: str) -> str:
         """Return what to do where more than an arm lies between base and tip, from "; " on; else nothing."""
         near = self.base_above(tip)
-        if near == base or len(self.way_up(self.body_of(tip))) < JOINTS:
+        if near == base or len(self.run_up(self.body_of(tip))) < JOINTS:
             return ""
         return (
             f"; base={near!r} leaves the last {JOINTS}: then arm.with_(base=T @ arm.base) puts the arm into "
@@ -187,7 +215,7 @@ class Candidate:
             return 0
         if self.offset:
             return 2 if self.offset_residual else 1
-        return 2 if self.nearness is not None and self.nearness.near else 3
+        return 2 if self.nearness is not None and self.nearness.near else _OTHER
 
     def __str__(self) -> str:
         """Both ends, the other tips there are, and the verdict, in one line."""
@@ -224,9 +252,10 @@ def find_candidates(
     """Return every chain of seven rotating joints: S-R-S, with one offset more, near, others in file order.
 
     A chain begins at the root, where the tree branches, after a joint that does not rotate, or at ``base``;
-    it ends at a leaf, where the tree branches, or before a joint that does not rotate; in
-    between the tree does not branch. One that is S-R-S, or has an offset wrist or shoulder, may run anywhere,
-    one that is near may begin or end anywhere.
+    it ends at a leaf, where the tree branches, or before a joint that does not rotate; where the tree
+    branches in between, it goes on with the deepest branch (`Tree.goes_on`). One that is S-R-S, or has an
+    offset wrist or shoulder, may run anywhere. One that is near may begin or end anywhere, and so may all
+    where there is no other.
 
     Parameters
     ----------
@@ -239,27 +268,39 @@ def find_candidates(
     """
     wanted = None if base is None else tree.body_of(base)
     anywhere = len(tree.joints) <= _MOST_JOINTS
-    found = []
+    found, rest = [], []
     for joint in tree.joints:
-        way = tree.way_up(joint.below)
+        way = tree.run_up(joint.below)[-JOINTS:]
         if len(way) < JOINTS:
             continue
         start = tree.joints[way[0]].above
-        first, last = tree.bodies[start], tree.bodies[joint.below]
         begins, stops = wanted == start or tree.may_begin(start), tree.may_end(joint.below)
-        whole = begins and stops and not any(tree.branches(tree.joints[number].below) for number in way[:-1])
-        if not first.links or not last.links or wanted not in (None, start) or not (whole or anywhere):
+        straight = all(tree.goes_on(number) for number in way[1:])
+        whole = begins and stops and straight
+        named = tree.bodies[start].links and tree.bodies[joint.below].links
+        finger = not tree.goes_on(way[-1])
+        if not named or finger or wanted not in (None, start) or not (whole or anywhere):
             continue
-        ends = (base or first.links[0], last.parting)
-        how = _nearness(chain, ends)
-        offset, off_by = ("", math.nan) if how is None or how.srs else offset_end(chain(*ends))
-        exact = how is not None and (how.srs or off_by == 0)
-        near = how is not None and (how.near or bool(offset))
-        if whole or exact or (near and (begins or stops)):
-            off = _residual(chain(*ends)) if how is not None and how.near else math.nan
-            names = tuple(tree.joints[number].name for number in way)
-            found.append(Candidate(*ends, tuple(last.ends), names, how, off, offset, off_by))
-    return sorted(found, key=Candidate.rank)
+        one = _candidate(tree, chain, way, base)
+        exact = one.rank() == 0 or (one.offset != "" and one.offset_residual == 0)
+        if whole or exact or (one.rank() < _OTHER and (begins or stops)):
+            found.append(one)
+        elif straight and (begins or stops):
+            rest.append(one)
+    return sorted(found or rest, key=Candidate.rank)
+
+
+def _candidate(
+    tree: Tree, chain: Callable[[str, str], Chain], way: Sequence[int], base: str | None = None
+) -> Candidate:
+    """Return seven joints of a tree, measured."""
+    first, last = tree.bodies[tree.joints[way[0]].above], tree.bodies[tree.joints[way[-1]].below]
+    ends = (base or first.links[0], last.parting)
+    how = _nearness(chain, ends)
+    offset, off_by = ("", math.nan) if how is None or how.srs else offset_end(chain(*ends))
+    off = _residual(chain(*ends)) if how is not None and how.near else math.nan
+    names = tuple(tree.joints[number].name for number in way)
+    return Candidate(*ends, tuple(last.ends), names, how, off, offset, off_by)
 
 
 def _nearness(chain: Callable[[str, str], Chain], ends: tuple[str, str]) -> Nearness | None:
@@ -283,8 +324,10 @@ def guess(
     fail: Callable[[str], NoReturn],
     *,
     offset: bool = False,
-) -> tuple[str, str]:
-    """Return base and tip, the missing ones guessed; ``fail`` is told why it cannot be done.
+) -> tuple[str, str, tuple[str, ...]]:
+    """Return base and tip, the missing ones guessed, and notes of what else could have been meant.
+
+    ``fail`` is told why it cannot be done.
 
     Parameters
     ----------
@@ -298,18 +341,73 @@ def guess(
         Whether an arm with an offset wrist or shoulder is looked for, in place of one that is S-R-S.
     """
     if tip is not None:
-        return tree.base_above(tip), tip
+        return _base_of(tree, chain, tip, fail), tip, ()
     found = find_candidates(tree, chain, base)
     if not found:
         where = f" begins at {base!r}" if base else " is found"
         others = find_candidates(tree, chain) if base else []
-        choices = f"; the file has {_lines(others)}" if others else ""
+        choices = f"; the file has {_lines(others)}" if others else _why_none(tree)
         fail(f"no chain of {JOINTS} rotating joints{where}, walking up from every joint{choices}")
-    exact = [one for one in found if one.rank() == int(offset)]
-    chosen = exact if len(exact) == 1 else found
-    if len(chosen) > 1 or len(chosen[0].ends) > 1:
-        fail(f"base and tip are not unique, name them; candidates: {_lines(chosen)}")
-    return chosen[0].base, chosen[0].tip
+    one = chosen(found, int(offset))
+    if one is None:
+        fail(f"base and tip are not unique, name them; candidates: {_lines(found)}")
+    return one.base, one.tip, _taken(one, found)
+
+
+def chosen(found: Sequence[Candidate], rank: int) -> Candidate | None:
+    """Return the only candidate, or the only one of a rank; None where there are more or none."""
+    best = [one for one in found if one.rank() == rank]
+    alone = best if len(best) == 1 else found
+    return alone[0] if len(alone) == 1 else None
+
+
+def _taken(one: Candidate, found: Sequence[Candidate]) -> tuple[str, ...]:
+    """Return notes of the tips and the chains that were not taken."""
+    others = [other for other in found if other is not one]
+    notes = []
+    if len(one.ends) > 1:
+        ends = listed(list(map(repr, one.ends)), _MOST_TIPS)
+        notes.append(f"the tip is {one.tip!r}, the lowest link above {ends}: tip= names another")
+    if others:
+        notes.append(f"of {len(found)} chains that to {one.tip!r} is taken, not {_lines(others)}")
+    return tuple(notes)
+
+
+def _base_of(
+    tree: Tree, chain: Callable[[str, str], Chain], tip: str, fail: Callable[[str], NoReturn]
+) -> str:
+    """Return the base of the seven rotating joints that lead to a tip.
+
+    Where more lead to it, those next to it need not be the arm: the last may be of a finger.
+    """
+    run = tree.run_up(tree.body_of(tip))
+    if len(run) <= JOINTS:
+        return tree.base_above(tip)
+    ways = [run[at : at + JOINTS] for at in range(len(run) - JOINTS + 1)]
+    ways = [way for way in ways if tree.bodies[tree.joints[way[0]].above].links]
+    measured = [_candidate(tree, chain, way) for way in ways]
+    last, best = measured[-1], min(one.rank() for one in measured)
+    if last.rank() == best and (best < _OTHER or tree.may_begin(tree.joints[ways[-1][0]].above)):
+        return last.base
+    better = [one for one in measured if one.rank() == best]
+    leads = f"{len(run)} rotating joints lead to {tip!r}, wanted {JOINTS}"
+    fail(f"{leads}: name base and tip; candidates: {_lines(better)}")
+
+
+def _why_none(tree: Tree) -> str:
+    """Return what keeps the longest run of joints from being an arm, from ": " on, if any joint rotates."""
+    runs = [tree.run_up(joint.below, bound=True) for joint in tree.joints]
+    run = max(runs, key=len, default=[])
+    if not run:
+        return ""
+    first, last = tree.bodies[tree.joints[run[0]].above], tree.bodies[tree.joints[run[-1]].below]
+    ends = f"from {first.parting!r} to {last.parting!r}"
+    bound = [f"joint {tree.joints[number].name!r} {tree.joints[number].bound}"
+             for number in run if tree.joints[number].bound]  # fmt: skip
+    if bound and len(run) >= JOINTS:
+        return f": of the {len(run)} {ends} {listed(bound, _MOST_TIPS)}"
+    names = listed([tree.joints[number].name for number in run], JOINTS)
+    return f": the longest run has {len(run)}, {ends}: {names}"
 
 
 def _lines(candidates: Sequence[Candidate]) -> str:

@@ -11,11 +11,15 @@ from .chain import Chain
 from .description import ImportReport
 
 NOT_EXACT = "not quite the arm of its file:"
-NO_RANGE = "all limits are 0 to 0"
+NOT_USED = "NOT used"
+NO_RANGE = "limits leave no range"
+ALL_WITHOUT = "all limits are 0 to 0"
+LIKE_RADIANS = "limits look like rad where degrees are read"
 LIKE_DEGREES = "limits look like degrees where rad are wanted"
 LIKE_MILLIMETRES = "lengths look like mm where m are wanted"
 _SUSPICIOUS_VELOCITY = 10.0  # rad/s
 LONGEST_LINK = 10.0  # m: the link of no arm of this kind is as long
+_SMALL_LIMIT = math.radians(2.0 * math.pi)  # rad: a full turn in rad, read as degrees
 _SUSPICIOUS_LIMIT = 20.0  # rad: no arm turns a joint three times, but many files state degrees
 
 
@@ -44,7 +48,7 @@ def warn_of(notes: Iterable[str]) -> None:
     its file, limits that nobody can mean.
     """
     for note in notes:
-        if note.startswith((NOT_EXACT, NO_RANGE, LIKE_DEGREES)):
+        if note.startswith((NOT_EXACT, NO_RANGE, ALL_WITHOUT, LIKE_DEGREES, LIKE_RADIANS)):
             warnings.warn(note, UserWarning, stacklevel=4)
 
 
@@ -54,14 +58,19 @@ def import_notes(chain: Chain) -> tuple[str, ...]:
 
 
 def _limit_notes(chain: Chain) -> tuple[str, ...]:
-    """Return a note where the limits are an exporter's default, or look like degrees."""
-    ends = [(joint.lower, joint.upper) for joint in chain.joints]
-    if all(lower == upper == 0.0 for lower, upper in ends):
-        return (f"{NO_RANGE}, so that no joint may move: state the true ones",)
-    names = [joint.name for joint in chain.joints]
-    return degrees_notes(
-        names, [joint.lower for joint in chain.joints], [joint.upper for joint in chain.joints]
-    )
+    """Return notes where limits are an exporter's default, leave no range, or look like another unit's."""
+    still = [joint.name for joint in chain.joints if joint.lower == joint.upper]
+    if len(still) == len(chain.joints) and not any(joint.upper for joint in chain.joints):
+        return (f"{ALL_WITHOUT}, so that no joint may move: state the true ones",)
+    notes = []
+    if still:
+        notes.append(f"{NO_RANGE} to joint {', '.join(map(repr, still))}: state the true ones")
+    lower, upper = [joint.lower for joint in chain.joints], [joint.upper for joint in chain.joints]
+    most = max((abs(end) for end in (*lower, *upper) if math.isfinite(end)), default=0.0)
+    if 0.0 < most <= _SMALL_LIMIT:
+        missing = 'in an MJCF, is <compiler angle="radian"/> missing?'
+        notes.append(f"{LIKE_RADIANS}: none is beyond {math.degrees(most):.3g} deg; {missing}")
+    return (*notes, *degrees_notes([joint.name for joint in chain.joints], lower, upper))
 
 
 def degrees_notes(names: Iterable[str], lower: Iterable[float], upper: Iterable[float]) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .._arrays import Floats
+from .._arrays import Floats, number_in
 from ..arm.arm import Arm
 from ..errors import InputError, NotFiniteError
 from ..models.chain import from_rpy, to_rpy
@@ -63,7 +63,7 @@ def _three(name: str, text: str, wanted: str) -> Floats:
     """Return three finite numbers."""
     words = text.replace(",", " ").split()
     try:
-        values = np.array([float(word) for word in words])
+        values = np.array([number_in(word) for word in words])
     except ValueError:
         raise InputError(f"{name} is {text.strip()!r}, wanted three numbers {wanted}") from None
     if len(values) != 3:

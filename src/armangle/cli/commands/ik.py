@@ -8,7 +8,7 @@ from dataclasses import asdict
 import numpy as np
 
 from ... import kuka
-from ..._arrays import CONFIGURATIONS, Floats
+from ..._arrays import CONFIGURATIONS, Floats, number_in
 from ...arm.arm import Arm
 from ...arm.offset import OffsetArm
 from ...arm.question import METRICS
@@ -148,7 +148,7 @@ def _kuka(arm: Arm, args: argparse.Namespace) -> int:
     if len(words) not in (8, 9):
         raise InputError(f"--kuka holds {len(words)} numbers, wanted X,Y,Z,A,B,C,E1,Status or these and Turn")
     try:
-        values = np.array([float(word) for word in words[:7]])
+        values = np.array([number_in(word) for word in words[:7]])
         codes = [int(word) for word in words[7:]]
     except ValueError:
         raise InputError(f"--kuka is {args.kuka!r}, wanted numbers; Status and Turn are integers") from None

@@ -11,6 +11,7 @@ from ...arm.arm import Arm
 from ...arm.offset import OffsetArm
 from ...errors import FileFormatError, InputError, NotSRSError
 from ...files.replacing import replacing
+from ...models.candidates import chosen
 from ...models.catalogue import robot_toml
 from ...models.description import ImportReport
 from ...models.detect import ANGLE_TOLERANCE, LENGTH_TOLERANCE
@@ -121,18 +122,20 @@ def _inspect_chain(arm: Arm, report: ImportReport, args: argparse.Namespace) -> 
 
 
 def _links(args: argparse.Namespace) -> tuple[str | None, str | None]:
-    """Return base and tip, the missing ones guessed; all choices are listed where there are several."""
+    """Return base and tip, the missing ones left to the reader where it finds an arm; else the choices."""
     if args.tip is not None:
         return args.base, args.tip
     find = mjcf_candidates if is_mjcf(args.file) else urdf_candidates
     found = find(args.file, args.base)
-    best = [one for one in found if one.rank() == found[0].rank() <= 1]
-    chosen = best if len(best) == 1 else found
-    if len(chosen) > 1 or (chosen and len(chosen[0].ends) > 1):
+    best = found[0].rank() if found else 0
+    if not found or chosen(found, 0) is not None:
+        return args.base, None
+    one = chosen(found, best) if best == 1 else None  # with an offset, of which an Arm knows nothing
+    if one is None:
         lines = [f"  --base {one.base} --tip {one.tip}  {one.verdict()}{one.other_tips()}" for one in found]
         message = "name base and tip; chains of seven rotating joints:\n" + "\n".join(lines)
         raise FileFormatError(message, source=args.file)
-    return (chosen[0].base, chosen[0].tip) if chosen else (args.base, args.tip)
+    return one.base, one.tip
 
 
 def _kind(report: ImportReport) -> str:

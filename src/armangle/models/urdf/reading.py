@@ -11,16 +11,20 @@ from __future__ import annotations
 import math
 import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 
-from ..._arrays import JOINTS, check_source
+from ..._arrays import JOINTS, check_source, number_in
 from ...errors import InputError, UrdfError
+from ..axes import exceeds
 from ..candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, moved_base, unknown
 from ..chain import Chain, FloatArray, Joint, rigid_inverse
+from ..report import NOT_USED
+from .encoding import decoded
 from .origin import origin
 from .tags import JointElement, RobotElement, parse_robot
 
@@ -30,7 +34,7 @@ Step = tuple[JointElement, bool]
 MAX_BYTES = 32 * 2**20
 MAX_LENGTH = 100.0
 HUGE_LIMIT = 1e6  # rad: more than the largest angle that the core takes
-_NOT_USED = "NOT used"
+_CONTINUOUS = "is continuous, which means no limits"
 _MOVING = ("revolute", "continuous")
 _REFUSED = ("prismatic", "floating", "planar")
 _CONTINUOUS_LIMITS = ("ignore", "use")
@@ -72,13 +76,47 @@ def chain_along(
             joints.append(Joint(element.name, frame, axis, lower, upper, velocity))
             frame = np.eye(4)
         frame = frame if downward else frame @ rigid_inverse(placed)
+    notes += _closer(robot, [element for element, _ in steps if element.kind != "fixed"], joints)
     name = robot.name or "arm"
     return Chain(name, base, tip, tuple(joints), frame, robot.source, (*notes, *robot.notes))
 
 
+def _closer(robot: RobotElement, elements: Sequence[JointElement], joints: Sequence[Joint]) -> list[str]:
+    """Return notes of what else the file states of limits, speeds and accelerations, and is not used."""
+    soft, commands, more = [], [], []
+    for element, joint in zip(elements, joints, strict=True):
+        safety = element.parts.get("safety_controller")
+        limits = safety.attributes if safety else {}
+        soft += _narrower(joint, limits.get("soft_lower_limit", ""), limits.get("soft_upper_limit", ""))
+        ends = robot.commands.get(joint.name, {})
+        commands += _narrower(joint, ends.get("min", ""), ends.get("max", ""))
+        stated = element.parts["limit"].attributes if "limit" in element.parts else {}
+        more += [key for key in ("acceleration", "deceleration", "jerk") if key in stated and key not in more]
+    notes = [f"soft limits (safety_controller) are {NOT_USED}: joint {', '.join(soft)}"] if soft else []
+    notes += (
+        [f"limits of commands (ros2_control) are {NOT_USED}: joint {', '.join(commands)}"] if commands else []
+    )
+    return notes + ([f"<limit {'= '.join(more)}=> is {NOT_USED}"] if more else [])
+
+
+def _narrower(joint: Joint, lower: str, upper: str) -> list[str]:
+    """Return limits that another part of the file states as text, where they are closer than the joint's."""
+    try:
+        low, high = number_in(lower or "-inf"), number_in(upper or "inf")
+    except ValueError:
+        low, high = math.inf, -math.inf
+    closer = exceeds(low, joint.lower) or exceeds(joint.upper, high)
+    return [f"{joint.name!r} {lower.strip() or '-inf':.20} to {upper.strip() or 'inf':.20}"] if closer else []
+
+
 def _checked_origin(robot: RobotElement, joint: JointElement) -> FloatArray:
     """Return the frame (4, 4) of a joint in its parent link; identity where not given."""
-    frame = origin(lambda key: robot.numbers(joint, "origin", key, 3))
+    try:
+        frame = origin(lambda key, count: robot.numbers(joint, "origin", key, count))
+    except UrdfError:
+        raise
+    except ValueError as error:
+        robot.fail(f"joint {joint.name!r}: <origin> {error}", joint.parts["origin"])
     farthest = np.abs(frame[:3, 3]).max()
     if farthest > MAX_LENGTH:
         robot.fail(
@@ -112,6 +150,9 @@ def _limits(
             robot.fail(f"revolute joint {joint.name!r} has no limits (lower, upper)", joint)
         return -math.inf, math.inf
     lower, upper = (_number(robot, joint, key) or 0.0 for key in ("lower", "upper"))
+    if not continuous and len(given.keys() & {"lower", "upper"}) == 1:
+        missing = "upper" if "lower" in given else "lower"
+        notes.append(f"joint {joint.name!r} states no {missing} limit, which is 0 in a URDF")
     if lower > upper:
         robot.fail(
             f"joint {joint.name!r}: lower limit {lower:g} is above upper limit {upper:g}",
@@ -122,11 +163,10 @@ def _limits(
         what = (
             "used all the same"
             if used
-            else f"{_NOT_USED} (continuous_limits='use', on the command line --continuous-limits use)"
+            else f"{NOT_USED} (continuous_limits='use', on the command line --continuous-limits use)"
         )
         notes.append(
-            f"joint {joint.name!r} is continuous, which means no limits, but states "
-            f"{lower:g} to {upper:g} rad: they are {what}"
+            f"joint {joint.name!r} {_CONTINUOUS}, but states {lower:g} to {upper:g} rad: they are {what}"
         )
     if continuous and not (lower < upper and continuous_limits == "use"):
         return -math.inf, math.inf
@@ -194,12 +234,13 @@ def read_urdf(
         raise InputError(f"continuous_limits is {continuous_limits!r}, wanted one of {_CONTINUOUS_LIMITS}")
     robot = _load(source)
     above = _parents(robot)
+    guessed: tuple[str, ...] = ()
     for role, link in (("base", base), ("tip", tip)):
         if link is not None and link not in robot.links:
             robot.fail(unknown("link", link, role, list(robot.links)))
     if base is None or tip is None:
         tree, reader = _tree(robot, above), _Reader(robot, above)
-        base, tip = guess(tree, reader, base, tip, robot.fail, offset=offset)
+        base, tip, guessed = guess(tree, reader, base, tip, _failing(robot), offset=offset)
     steps = _path(robot, above, base, tip)
     moving = [joint for joint, _ in steps if joint.kind != "fixed"]
     for joint in moving:
@@ -215,8 +256,9 @@ def read_urdf(
     lift = _lift(robot, above, base)
     if lift is not None and lift not in moving:
         chain = replace(chain, notes=(*chain.notes, moved_base(lift.name, base)))
+    chain = replace(chain, notes=(*guessed, *chain.notes))
     for line in chain.notes:
-        if _NOT_USED in line:
+        if _CONTINUOUS in line and NOT_USED in line:
             warnings.warn(line, UserWarning, stacklevel=3)
     return chain
 
@@ -228,13 +270,13 @@ def _lift(robot: RobotElement, above: dict[str, JointElement], link: str) -> Joi
     return above.get(link)
 
 
-def read_text(source: Source) -> tuple[bytes, Path]:
-    """Return the bytes of a URDF that `read_urdf` has read, from its first tag on, and its folder."""
+def read_text(source: Source) -> tuple[str | bytes, Path]:
+    """Return the text of a URDF that `read_urdf` has read, from its first tag on, and its folder."""
     if isinstance(source, bytes):
-        return source.removeprefix(_UTF8_MARK).lstrip(), Path()
+        return decoded(source.removeprefix(_UTF8_MARK).lstrip())[0], Path()
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
-        return source.lstrip("\ufeff \t\r\n").encode(), Path()
-    return Path(source).read_bytes().removeprefix(_UTF8_MARK).lstrip(), Path(source).parent
+        return source.lstrip("\ufeff \t\r\n"), Path()
+    return decoded(Path(source).read_bytes().removeprefix(_UTF8_MARK).lstrip())[0], Path(source).parent
 
 
 def urdf_candidates(source: Source, base: str | None = None) -> list[Candidate]:
@@ -326,6 +368,12 @@ def _ends(robot: RobotElement, joint: JointElement) -> tuple[str, str]:
     return names[0], names[1]
 
 
+def _failing(robot: RobotElement) -> Callable[[str], NoReturn]:
+    """Return what refuses a file in which something leads nowhere, and says what was left out of it."""
+    lost = "".join(f"; {note}" for note in robot.notes if "that is not there" in note)
+    return lambda message: robot.fail(message + lost)
+
+
 def _way_up(robot: RobotElement, link: str, above: dict[str, JointElement]) -> list[str]:
     """Return the links from ``link`` to its root, both included."""
     way = {link: None}
@@ -342,8 +390,7 @@ def _path(robot: RobotElement, above: dict[str, JointElement], base: str, tip: s
     """Return the joints from base to tip, each with True where it is walked parent to child."""
     up, down = (_way_up(robot, link, above) for link in (base, tip))
     if up[-1] != down[-1]:
-        lost = "".join(f"; {note}" for note in robot.notes if "that is not there" in note)
-        robot.fail(f"no path from {base!r} to {tip!r}: their roots are {up[-1]!r} and {down[-1]!r}{lost}")
+        _failing(robot)(f"no path from {base!r} to {tip!r}: their roots are {up[-1]!r} and {down[-1]!r}")
     while up and down and up[-1] == down[-1]:
         up.pop()
         down.pop()
@@ -374,18 +421,23 @@ def _tree(robot: RobotElement, above: dict[str, JointElement]) -> Tree:
         robot.refuse_expression(joint)
         if joint.kind != "fixed":
             ends = (body_of[_ends(robot, joint)[0]], body_of[child])
-            tree.joints.append(TreeJoint(joint.name, _rotates(joint), *ends))
+            bound = _bound(joint)
+            tree.joints.append(TreeJoint(joint.name, joint.kind in _MOVING and not bound, *ends, bound))
     return tree
 
 
-def _rotates(joint: JointElement) -> bool:
-    return joint.kind in _MOVING and "mimic" not in joint.parts
+def _bound(joint: JointElement) -> str:
+    """Return what keeps a joint that is meant to rotate from doing so on its own, if anything."""
+    if joint.kind not in (*_MOVING, *_REFUSED, "fixed"):
+        return f"has unknown type {joint.kind!r}"
+    if joint.kind in _MOVING and "mimic" in joint.parts:
+        return f"mimics joint {joint.parts['mimic'].attributes.get('joint', '')!r}"
+    return ""
 
 
 def _refuse_unless_rotating(robot: RobotElement, joint: JointElement) -> None:
     """Refuse a joint on the path that is not a free rotation, of those that may be meant as one."""
     robot.refuse_expression(joint)
-    if joint.kind not in _MOVING:
-        robot.fail(f"joint {joint.name!r} on the path has unknown type {joint.kind!r}", joint)
-    if "mimic" in joint.parts:
-        robot.fail(f"joint {joint.name!r} on the path mimics another joint", joint)
+    bound = _bound(joint)
+    if bound:
+        robot.fail(f"joint {joint.name!r} on the path {bound}", joint)

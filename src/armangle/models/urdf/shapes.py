@@ -27,13 +27,13 @@ class PlacedElement(NamedTuple):
 
 
 def placed_elements(
-    text: bytes, chain: Chain, rest: Floats, tag: str, left: list[str] | None = None
+    text: str | bytes, chain: Chain, rest: Floats, tag: str, left: list[str] | None = None
 ) -> Iterator[PlacedElement]:
     """Return the elements of all links that move with the base or with one of the chain's joints alone.
 
     Parameters
     ----------
-    text : bytes
+    text : str or bytes
         A URDF that `read_urdf` has read: XML without entities.
     chain : Chain
         What it read.
@@ -68,7 +68,12 @@ def placed_elements(
 def origin_of(element: Any) -> Floats:
     """Return the pose (4, 4) of an element's <origin>."""
     part = element.find("origin")
-    return origin(lambda key: None if part is None else numbers_of(part.get(key), 3, 0.0))
+
+    def read(key: str, count: int) -> Floats | None:
+        text = None if part is None else part.get(key)
+        return None if text is None else numbers_of(text, count)
+
+    return origin(read)
 
 
 def numbers_of(text: str | None, count: int, default: float | None = None) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NoReturn
@@ -10,11 +11,16 @@ from xml.parsers import expat
 import numpy as np
 from numpy.typing import NDArray
 
+from ..._arrays import number_in
 from ...errors import UrdfError
+from ..report import NOT_USED
+from .encoding import decoded
 
-_JOINT_PARTS = ("parent", "child", "origin", "axis", "limit", "mimic")
+_JOINT_PARTS = ("parent", "child", "origin", "axis", "limit", "mimic", "safety_controller")
+_COMMAND = ["robot", "ros2_control", "joint", "command_interface", "param"]
 _ROBOT_DEPTH, _PART_DEPTH, _DETAIL_DEPTH = 1, 2, 3
 _XACRO = "xacro:"
+_SPACE = re.compile("[ \t\r\n]+")
 _DEFINITIONS = ("xacro:property", "xacro:arg", "xacro:macro")
 _CONDITIONS = ("xacro:if", "xacro:unless")
 
@@ -40,12 +46,16 @@ class JointElement(Element):
 
 @dataclass
 class RobotElement:
-    """The ``<robot>``: its name, its links, its joints in file order, and what was left out of it."""
+    """The ``<robot>``: its name, its links, its joints in file order, and what was left out of it.
+
+    `commands` has the text of "min" and "max", of the position commands that ros2_control takes for a joint.
+    """
 
     source: str
     name: str = ""
     links: dict[str, Element] = field(default_factory=dict)
     joints: dict[str, JointElement] = field(default_factory=dict)
+    commands: dict[str, dict[str, str]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
     def fail(self, message: str, at: Element | None = None) -> NoReturn:
@@ -96,7 +106,7 @@ def numbers_in(text: str, count: int, *, infinite: bool = False) -> NDArray[np.f
         They are none, or another count; the message says what the text is or has.
     """
     try:
-        values = np.array([float(word) for word in text.split()])
+        values = np.array([number_in(word) for word in _SPACE.split(text.strip(" \t\r\n"))])
     except ValueError:
         raise ValueError(f"is not {count} number{'s' * (count > 1)}") from None
     if values.size != count:
@@ -123,6 +133,7 @@ class _Reader:
         self.parser.StartDoctypeDeclHandler = self._refuse_doctype
         self.parser.StartElementHandler = self._start
         self.parser.EndElementHandler = self._end
+        self.parser.CharacterDataHandler = self._text
 
     def _here(self) -> Element:
         parser = self.parser
@@ -148,7 +159,21 @@ class _Reader:
         elif depth == _PART_DEPTH and tag in ("link", "joint"):
             self._start_part(tag, element)
         elif depth == _DETAIL_DEPTH and self.joint and tag in _JOINT_PARTS:
-            self.joint.parts[tag] = element
+            if tag in self.joint.parts:
+                what = f"joint {self.joint.name!r} has more than one <{tag}>: the first one is taken"
+                self.robot.notes += [] if what in self.robot.notes else [what]
+            self.joint.parts.setdefault(tag, element)
+        elif depth == _PART_DEPTH and "joint" in tag.lower():
+            self.robot.notes.append(f"<{tag}> in line {element.line} is no joint of a URDF: {NOT_USED}")
+
+    def _text(self, text: str) -> None:
+        """Keep what ros2_control states of a joint's position commands."""
+        if self.open != _COMMAND or self.began[3].attributes.get("name") != "position":
+            return
+        joint, end = self.began[2].attributes.get("name", ""), self.began[4].attributes.get("name", "")
+        if end in ("min", "max"):
+            ends = self.robot.commands.setdefault(joint, {})
+            ends[end] = ends.get(end, "") + text
 
     def _in_xacro(self) -> bool:
         """Return whether tags of xacro alone lie between the robot and the present tag, and none defines."""
@@ -228,6 +253,9 @@ def parse_robot(text: str | bytes, source: str, skipped: int = 0) -> RobotElemen
         Not XML, a DOCTYPE, xacro that makes links or joints, not a robot, a name missing or twice.
     """
     reader = _Reader(source, skipped)
+    if isinstance(text, bytes):
+        text, note = decoded(text)
+        reader.robot.notes += [note] if note else []
     parse: Callable[[str | bytes, bool], int] = reader.parser.Parse
     try:
         parse(text, True)

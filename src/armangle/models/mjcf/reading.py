@@ -7,29 +7,27 @@ axes mean is the business of :mod:`armangle.models.detect`.
 
 from __future__ import annotations
 
+import math
 import os
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NoReturn
 from xml.parsers import expat
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .._arrays import JOINTS, check_source
-from ..errors import FileFormatError, SceneError, needed
-from .candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, moved_base, unknown
-from .chain import Chain, FloatArray, Joint, rotation_about, translation
+from ..._arrays import JOINTS, check_source
+from ...errors import FileFormatError, needed
+from ..axes import exceeds
+from ..candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, moved_base, unknown
+from ..chain import Chain, FloatArray, Joint, rotation_about, translation
+from ..report import NOT_USED
+from .bare import strip
 
 _KINDS = ("free", "ball", "slide", "hinge")
 _HINGE = 3
 _PIECE = 4096
-_SHAPES = (
-    "actuators", "sensors", "keys", "tendons", "pairs", "excludes", "tuples", "skins",
-    "flexes", "geoms", "cameras", "lights", "meshes", "hfields", "materials", "textures", "plugins",
-)  # fmt: skip
-_COLLIDING = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
-_LEAST_MASS = 1e-3  # kg, and kg m^2: bodies whose mass came from their shapes
 
 
 def read_mjcf(
@@ -86,89 +84,6 @@ def is_mjcf(path: str | os.PathLike[str]) -> bool:
     return tags[:1] == ["mujoco"]
 
 
-class PlacedGeom(NamedTuple):
-    """One geom: its body, the DH frame 0..7 that carries it, its pose in the base, its kind and size (m)."""
-
-    name: str
-    body: str
-    frame: int
-    place: FloatArray
-    kind: str
-    size: tuple[float, ...]
-    vertices: FloatArray
-    faces: NDArray[np.int64]
-
-
-def mjcf_geoms(
-    source: str | os.PathLike[str], base: str | None = None, tip: str | None = None
-) -> tuple[Chain, FloatArray, list[PlacedGeom], list[str]]:
-    """Return a chain, its joints (7,) at the model's reference position, geoms that collide, and notes.
-
-    Geoms of bodies that move with the base or with one of the seven hinges alone, where the model is at its
-    reference position; a mesh is its convex hull, as MuJoCo collides it.
-    """
-    chain = read_mjcf(source, base, tip)
-    mujoco: Any = needed("mujoco", "reading MJCF needs", "mujoco")
-    text = isinstance(source, str) and source.lstrip().startswith("<")
-    try:
-        load = getattr(mujoco.MjModel, "from_xml_string" if text else "from_xml_path")
-        model = load(str(source))
-    except ValueError as error:
-        raise SceneError(chain.source, "geoms", str(error).strip(), "a model that mujoco compiles") from None
-    moving = {joint.name: i + 1 for i, joint in enumerate(chain.joints)}
-    start = next(i for i in range(model.nbody) if (model.body(i).name or f"body_{i}") == chain.base)
-    frame_of: dict[int, int | None] = {start: 0}
-    place_of = {start: np.eye(4)}
-    left = []
-    for body in range(start + 1, model.nbody):
-        above = int(model.body_parentid[body])
-        if frame_of.get(above) is None:
-            continue
-        place_of[body] = place_of[above] @ _frame(model.body_pos[body], model.body_quat[body])
-        frame = frame_of[above]
-        first = int(model.body_jntadr[body])
-        for joint in range(first, first + int(model.body_jntnum[body])):
-            frame = moving.get(model.joint(joint).name or f"joint_{joint}") if frame is not None else None
-        frame_of[body] = frame
-        if frame is None:
-            left.append(model.body(body).name or f"body_{body}")
-    kinds = {int(getattr(mujoco.mjtGeom, f"mjGEOM_{kind.upper()}")): kind for kind in _COLLIDING}
-    geoms = []
-    for geom in range(model.ngeom):
-        frame = frame_of.get(int(model.geom_bodyid[geom]))
-        if frame is None or not (model.geom_contype[geom] or model.geom_conaffinity[geom]):
-            continue
-        place = place_of[int(model.geom_bodyid[geom])] @ _frame(model.geom_pos[geom], model.geom_quat[geom])
-        kind = kinds.get(int(model.geom_type[geom]), "unknown")
-        owner = int(model.geom_bodyid[geom])
-        link = str(model.body(owner).name) or f"body_{owner}"
-        shape = (
-            _hull(model, int(model.geom_dataid[geom])) if kind == "mesh" else (np.empty((0, 3)), _NO_FACES)
-        )
-        name = model.geom(geom).name or f"geom_{geom}"
-        size = tuple(float(x) for x in model.geom_size[geom])
-        geoms.append(PlacedGeom(name, link, frame, place, kind, size, *shape))
-    notes = [f"not covered, since they move by joints of their own: {', '.join(left)}"] if left else []
-    q = [float(model.qpos0[model.joint(name).qposadr[0]]) for name in moving]
-    return chain, np.array(q), geoms, notes
-
-
-_NO_FACES = np.empty((0, 3), dtype=np.int64)
-
-
-def _hull(model: Any, mesh: int) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return corners and triangles of a mesh's convex hull, from the graph that MuJoCo keeps of it."""
-    first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-    vertices = np.array(model.mesh_vert[first : first + count], dtype=np.float64)
-    at = int(model.mesh_graphadr[mesh])
-    if at < 0:
-        at = int(model.mesh_faceadr[mesh])
-        return vertices, np.array(model.mesh_face[at : at + int(model.mesh_facenum[mesh])], dtype=np.int64)
-    corners, faces = int(model.mesh_graph[at]), int(model.mesh_graph[at + 1])
-    begin = at + 2 + 3 * corners + 3 * faces
-    return vertices, np.array(model.mesh_graph[begin : begin + 3 * faces], dtype=np.int64).reshape(-1, 3)
-
-
 class _Model:
     """A compiled MuJoCo model without shapes, asked for its tree alone."""
 
@@ -182,7 +97,8 @@ class _Model:
         load = getattr(self.mujoco.MjSpec, "from_string" if text else "from_file")
         try:
             spec: Any = load(str(source))
-            self.model: Any = _bare(spec, self.mujoco.mjtEq.mjEQ_JOINT).compile()
+            self.unused = strip(spec, self.mujoco)
+            self.model: Any = spec.compile()
         except ValueError as error:
             self.fail(f"mujoco refuses it: {str(error).strip()}")
 
@@ -224,7 +140,7 @@ class _Model:
 
     def tree(self) -> Tree:
         """Return the rigid bodies of the model and the joints between them."""
-        tree, body_of, free = Tree(), dict[int, int](), set(range(self.model.njnt)) - self.coupled()
+        tree, body_of, held = Tree(), dict[int, int](), self.held()
         carried = [0] * self.model.nbody
         for body in range(1, self.model.nbody):
             carried[int(self.model.body_parentid[body])] += not self.joints(body)
@@ -233,44 +149,92 @@ class _Model:
             joints = self.joints(body)
             for joint in joints:
                 tree.bodies.append(RigidBody())
-                rotates = joint in free and int(self.model.jnt_type[joint]) == _HINGE
+                hinge, bound = int(self.model.jnt_type[joint]) == _HINGE, held.get(joint, "")
                 above = under if under is not None and joint == joints[0] else len(tree.bodies) - 2
-                tree.joints.append(TreeJoint(self.name("joint", joint), rotates, above, len(tree.bodies) - 1))
+                ends = above, len(tree.bodies) - 1
+                tree.joints.append(TreeJoint(self.name("joint", joint), hinge and not bound, *ends, bound))
             if not body:
                 tree.bodies.append(RigidBody())
             body_of[body] = len(tree.bodies) - 1 if joints or under is None else under
             tree.bodies[body_of[body]].add(self.name("body", body), carried[body])
         return tree
 
-    def coupled(self) -> set[int]:
-        """Return the joints that an equality moves with another."""
-        equal = self.model.eq_type == self.mujoco.mjtEq.mjEQ_JOINT
-        return {int(joint) for joint in self.model.eq_obj1id[equal]}
+    def held(self) -> dict[int, str]:
+        """Return what keeps joints from moving on their own: an equality that is switched on."""
+        held = dict[int, str]()
+        for joint, other in self.equalities(self.mujoco.mjtEq.mjEQ_JOINT):
+            alone = "is held still by an equality"
+            held[joint] = alone if other < 0 else f"is coupled to joint {self.name('joint', other)!r}"
+        return held
+
+    def equalities(self, kind: Any) -> Iterator[tuple[int, int]]:
+        """Yield both joints or bodies of the equalities of a kind that are switched on; -1 for none."""
+        model = self.model
+        for number in np.flatnonzero((model.eq_type == kind) & (np.asarray(model.eq_active0) != 0)):
+            ends = int(model.eq_obj1id[number]), int(model.eq_obj2id[number])
+            of_sites = int(model.eq_objtype[number]) == int(self.mujoco.mjtObj.mjOBJ_SITE)
+            yield (int(model.site_bodyid[ends[0]]), int(model.site_bodyid[ends[1]])) if of_sites else ends
+
+    def notes(self, chain: Sequence[int]) -> Iterator[str]:
+        """Yield what bounds the hinges of a chain in the model, and is not used."""
+        names = [self.name("joint", index) for index in chain]
+        free = [name for name, index in zip(names, chain, strict=True)
+                if not self.model.jnt_limited[index] and self.model.jnt_range[index].any()]  # fmt: skip
+        if free:
+            yield f"a range is stated, but limited is false, and so it is {NOT_USED}: joint {', '.join(free)}"
+        servos = []
+        for name, index in zip(names, chain, strict=True):
+            low, high = self.unused.servos.get(name, (-math.inf, math.inf))
+            limits = self.model.jnt_range[index] if self.model.jnt_limited[index] else (-math.inf, math.inf)
+            if exceeds(low, limits[0]) or exceeds(limits[1], high):
+                servos.append(f"{name!r} {low:.4g} to {high:.4g} rad")
+        if servos:
+            yield f"servos whose ctrlrange is narrower than the limits, {NOT_USED}: joint {', '.join(servos)}"
+        tendons = [name or "without a name" for name, bound in self.unused.tendons
+                   if bound is None or not bound.isdisjoint(names)]  # fmt: skip
+        if tendons:
+            yield f"limits and equalities of tendons are {NOT_USED}: {', '.join(tendons)}"
+        for word in ("connect", "weld"):
+            for ends in self.equalities(getattr(self.mujoco.mjtEq, f"mjEQ_{word.upper()}")):
+                tied = [name for name, index in zip(names, chain, strict=True) if index in self.across(*ends)]
+                if tied:
+                    yield f"an equality ({word}) binds joint {', '.join(map(repr, tied))}: {NOT_USED}"
+
+    def across(self, first: int, second: int) -> set[int]:
+        """Return the joints between two bodies."""
+        ways = [
+            {joint for body in self.path(0, end) for joint in self.joints(body)} for end in (first, second)
+        ]
+        return ways[0] ^ ways[1]
 
     def between(self, base: str, tip: str) -> Chain:
         """Return the chain between two bodies, or a body and a site."""
         start = self.body(base, "base")
         site = None if self.find("body", tip) is not None else self.find("site", tip)
         end = self.body(tip, "tip") if site is None else int(self.model.site_bodyid[site])
-        frame, joints = np.eye(4), list[Joint]()
+        frame, joints, held = np.eye(4), list[Joint](), self.held()
         for body in self.path(start, end):
-            frame = frame @ _frame(self.model.body_pos[body], self.model.body_quat[body])
+            frame = frame @ frame_of(self.model.body_pos[body], self.model.body_quat[body])
             for index in self.joints(body):
+                if index in held:
+                    self.fail(f"joint {self.name('joint', index)!r} on the path {held[index]}")
                 joints.append(self.hinge(index, frame))
                 frame = translation(-self.model.jnt_pos[index])
         if site is not None:
-            frame = frame @ _frame(self.model.site_pos[site], self.model.site_quat[site])
+            frame = frame @ frame_of(self.model.site_pos[site], self.model.site_quat[site])
         name = self.model.names.split(b"\0", 1)[0].decode() or "arm"
-        return Chain(name, base, tip, tuple(joints), frame, self.source)
+        hinges = [index for body in self.path(start, end) for index in self.joints(body)]
+        return Chain(name, base, tip, tuple(joints), frame, self.source, tuple(self.notes(hinges)))
 
     def chain(self, base: str | None, tip: str | None, offset: bool = False) -> Chain:
         """Return the chain of seven hinges from base to tip, the missing ones guessed."""
+        guessed: tuple[str, ...] = ()
         if base is not None:
             self.body(base, "base")
         if tip is None:
-            base, tip = guess(self.tree(), self.between, base, None, self.fail, offset=offset)
+            base, tip, guessed = guess(self.tree(), self.between, base, None, self.fail, offset=offset)
         elif base is None:
-            base = self.tree().base_above(self.body_above(tip))
+            base = guess(self.tree(), self.between, None, self.body_above(tip), self.fail)[0]
         chain = self.between(base, tip)
         if len(chain.joints) != JOINTS:
             names = ", ".join(joint.name for joint in chain.joints) or "none"
@@ -278,7 +242,8 @@ class _Model:
             found = f"{len(chain.joints)} hinges from {base!r} to {tip!r}"
             self.fail(f"{found}, wanted {JOINTS}: {names}{instead}")
         lift = self.lift(self.body(base, "base"))
-        return chain if lift is None else replace(chain, notes=(*chain.notes, moved_base(lift, base)))
+        moved = () if lift is None else (moved_base(lift, base),)
+        return replace(chain, notes=(*guessed, *chain.notes, *moved))
 
     def lift(self, body: int) -> str | None:
         """Return the name of the nearest joint that moves a body, None where it stands still."""
@@ -301,8 +266,6 @@ class _Model:
         kind = int(model.jnt_type[index])
         if kind != _HINGE:
             self.fail(f"joint {name!r} on the path is {_KINDS[kind]}, wanted hinge")
-        if index in self.coupled():
-            self.fail(f"joint {name!r} on the path is coupled to another joint")
         axis = np.array(model.jnt_axis[index], dtype=np.float64)
         back = rotation_about(axis, -np.float64(model.qpos0[model.jnt_qposadr[index]]))
         limited = bool(model.jnt_limited[index])
@@ -311,26 +274,7 @@ class _Model:
         return Joint(name, origin, axis, float(lower), float(upper))
 
 
-def _bare(spec: Any, joint_equality: Any) -> Any:
-    """Return a specification freed of all that is no body, joint or site."""
-    unwanted = [equality for equality in spec.equalities if equality.type != joint_equality]
-    for kind in _SHAPES:
-        unwanted += getattr(spec, kind)
-    for element in unwanted:
-        if hasattr(spec, "delete"):
-            spec.delete(element)
-        else:  # mujoco of early 2025
-            element.delete()
-    for site in spec.sites:
-        site.material = ""
-    spec.compiler.boundmass = max(spec.compiler.boundmass, _LEAST_MASS)
-    spec.compiler.boundinertia = max(spec.compiler.boundinertia, _LEAST_MASS)
-    spec.compiler.balanceinertia = True
-    spec.compiler.fusestatic = False
-    return spec
-
-
-def _frame(position: FloatArray, quaternion: FloatArray) -> FloatArray:
+def frame_of(position: FloatArray, quaternion: FloatArray) -> FloatArray:
     """Return the frame (4, 4) of a shift (3,), m, and a unit quaternion (w, x, y, z)."""
     sine = float(np.linalg.norm(quaternion[1:]))
     axis = quaternion[1:] / sine if sine else np.array([0.0, 0.0, 1.0])
