@@ -1,7 +1,8 @@
 """Known robots: one TOML file each, read when asked for.
 
 Lengths are metres. Angles and speeds are degrees, under keys that end in ``_deg``. Every file says
-in words where its numbers come from, which frame is the tip, and which numbers not to trust.
+in words where its numbers come from and with which revision of it they were compared, which frame is
+the tip, and which numbers not to trust.
 """
 
 from __future__ import annotations
@@ -48,6 +49,8 @@ class CatalogueEntry:
         Maker and type.
     source : str
         Where the numbers come from, in words.
+    revision : str
+        The commit or release of the source with which the numbers were compared; empty if they were not.
     tip : str
         Which frame the tip is.
     description : ArmDescription
@@ -59,6 +62,7 @@ class CatalogueEntry:
     name: str
     title: str
     source: str
+    revision: str
     tip: str
     description: ArmDescription
     lengths_trusted: bool
@@ -251,6 +255,7 @@ class _Reader:
     def entry(self, name: str) -> CatalogueEntry:
         self.refuse_unknown_keys()
         title, source, tip = (self.words(key) for key in _WORDS)
+        revision = self.words("revision") if "revision" in self.table else ""
         doubts = {key: self.doubt(key) for key in _DOUBTS}
         values: dict[str, Any] = {key: self.number(key) for key in LENGTHS}
         values |= {key: self.number(key) for key in ELBOW_OFFSETS if key in self.table}
@@ -263,7 +268,7 @@ class _Reader:
         values["notes"] = tuple(f"{key} not trusted: {why}" for key, why in doubts.items() if why)
         self.check_limits(values["lower"], values["upper"])
         arm, trusted = ArmDescription(**values, name=name), [not doubts[key] for key in _DOUBTS]
-        return CatalogueEntry(name, title, source, tip, arm, *trusted)
+        return CatalogueEntry(name, title, source, revision, tip, arm, *trusted)
 
     def fail(self, key: str, message: str) -> NoReturn:
         """Raise at the line of a key."""
@@ -274,7 +279,7 @@ class _Reader:
     def refuse_unknown_keys(self) -> None:
         known = {*_WORDS, *LENGTHS, *ELBOW_OFFSETS, *_ANGLES, *_OPTIONAL_ANGLES, *FRAMES}
         known |= {f"{key}_{what}" for key in _DOUBTS for what in ("trusted", "reason")}
-        known |= {"signs", "joint_names"}
+        known |= {"signs", "joint_names", "revision"}
         for key in self.table.keys() - known:
             near = get_close_matches(key, known, n=1)
             self.fail(key, f"is not a key{f'; did you mean {near[0]}?' if near else ''}")

@@ -57,8 +57,9 @@ def load_offset_robot(name: str) -> OffsetDescription:
 
 
 def offset_source(name: str) -> str:
-    """Return where the numbers of an arm of `offset_catalogue` come from, in words."""
-    return str(_tables()[name]["source"])
+    """Return where the numbers of an arm of `offset_catalogue` come from and in which revision, in words."""
+    table = _tables()[name]
+    return f"{table['source']}; revision: {table.get('revision', 'not checked')}"
 
 
 def _tables() -> dict[str, Any]:

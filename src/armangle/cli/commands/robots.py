@@ -87,6 +87,7 @@ def _show_one(entry: CatalogueEntry) -> None:
     d = entry.description
     show(paint(entry.name, "bold"))
     show(paragraph(f"{entry.title}. Source: {entry.source}."))
+    show(paragraph(f"Revision of the source: {entry.revision or 'not checked'}."))
     show(paragraph(f"Tip: {entry.tip}."))
     for line in d.notes:
         show(paragraph(f"Note: {line}"))
@@ -117,6 +118,7 @@ def _show_offset(name: str, *, as_json: bool) -> None:
 def _facts(entry: CatalogueEntry) -> dict[str, Any]:
     d = entry.description
     keys = (*_LENGTHS, *_JOINTS, "notes", "base", "tool")
-    facts = {"name": entry.name, "title": entry.title, "source": entry.source, "tip": entry.tip}
+    facts = {"name": entry.name, "title": entry.title, "source": entry.source}
+    facts |= {"revision": entry.revision, "tip": entry.tip}
     trust = {f"{what}_trusted": getattr(entry, f"{what}_trusted") for what in _DOUBTS}
     return facts | {key: getattr(d, key) for key in keys} | trust | {"reach": _arm(entry).reach}
