@@ -7,11 +7,12 @@ PATHS ?= 1000
 CASES ?= 200000
 EXAMPLES ?= 5000
 SEED ?= $(shell date +%Y%m%d)
+MUTANTS ?= 50
 PARALLEL = -n auto --dist loadfile
 LOWEST = numpy==1.26.0 pytest==8.0.0 hypothesis==6.100.0 matplotlib==3.8.0
 FUZZERS = inverse feasible step plan nearest
 
-.PHONY: help demo check ci lint tidy format test laws nearest offset plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest touching near
+.PHONY: help demo check ci lint tidy format test laws nearest offset plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest touching near mutants
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-12s %s\n", $$1, $$2}' Makefile
@@ -60,6 +61,9 @@ plans:  ## plans beside the naive and beside brute force, on PATHS=1000 paths ea
 
 touching:  ## arcs and solutions among obstacles against distances, on COUNT=10000000 arm angles, and against coal
 	$(PYTHON) tests/scenes/long_clear.py $(COUNT) $(SEED)
+
+mutants:  ## MUTANTS=50 random faults in src/armangle, always the same: each must fail a test (hours)
+	$(PYTHON) tools/mutants.py $(MUTANTS) 42
 
 docs:  ## the pages, warnings as errors
 	$(PYTHON) -m sphinx -W --keep-going -b html docs docs/_build/html

@@ -86,7 +86,8 @@ def test_run_is_step_in_a_loop(arm: aa.Arm) -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_a_smooth_hand_inside_is_followed_exactly(arm: aa.Arm, seed: int) -> None:
     stream = streams.stream(arm, "inside", seed, seconds=20.0, noise=False)
-    q = tracker_at(arm, streams.posture(arm)).run(stream.true)
+    velocity = streams.VELOCITY.get(arm.name)
+    q = tracker_at(arm, streams.posture(arm), velocity=velocity).run(stream.true)
     metres, radians = streams.errors(arm, q, stream.true)
     ok = streams.judged(arm, stream.true, DT)
     assert ((metres + radians)[ok] < 1e-8).mean() > 0.9

@@ -17,6 +17,8 @@ POSTURES = {
     "realman_rm75_b": [0.0, 40.0, 20.0, -80.0, 0.0, 60.0, 0.0],
     "openarm_v10": None,
 }
+VELOCITY = {"realman_rm75_b": np.radians([179.9, 179.9, 224.6, 224.6, 224.6, 224.6, 224.6])}
+"""Joint speeds of arms whose hands in `stream` are faster than the catalogue's, rad/s."""
 NOISE = 0.4e-3, np.radians(0.08)
 HAND_RATE = 90.0
 OUTLIERS, OUTLIER = 12, 0.3
