@@ -6,6 +6,8 @@
 
 #include "armangle.hpp"
 
+#include "names/begin.hpp"
+
 namespace armangle {
 
 /// The pose of a frame of KDL.
@@ -62,3 +64,5 @@ private:
 };
 
 }  // namespace armangle
+
+#include "names/end.hpp"

@@ -12,6 +12,8 @@
 
 #include "armangle.hpp"
 
+#include "names/begin.hpp"
+
 namespace armangle::kuka {
 
 /// Bits of Status: the wrist behind axis 1 (overhead), A4 < 0, A6 < 0.
@@ -254,3 +256,5 @@ inline armangle::Status e1_arcs(const Arm& arm, const Pose<double>& pose, int wa
 }
 
 }  // namespace armangle::kuka
+
+#include "names/end.hpp"

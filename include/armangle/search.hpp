@@ -9,6 +9,8 @@
 
 #include "limits/nearest_outside.hpp"
 
+#include "names/begin.hpp"
+
 namespace armangle {
 
 /// What a search is asked besides the pose.
@@ -242,3 +244,5 @@ inline Found search(const Arm& arm, const Pose<double>& pose, const SearchOption
 }
 
 }  // namespace armangle
+
+#include "names/end.hpp"

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include "names/begin.hpp"
+
 namespace armangle {
 
 /// What a question was answered; the sentence of each is in `sentence`.
@@ -75,3 +77,5 @@ constexpr const char* sentence(Status status) noexcept {
 }
 
 }  // namespace armangle
+
+#include "names/end.hpp"

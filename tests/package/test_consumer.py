@@ -25,7 +25,18 @@ OPTIONAL = {"kdl.hpp"}
 COMPILERS = ("g++", "clang++")
 X86 = platform.machine() in ("x86_64", "AMD64")
 LEVELS = ("x86-64", "x86-64-v3", "x86-64-v4") if X86 else ("native",)
-STRICT = ["-std=c++20", "-Wall", "-Wextra", "-Wconversion", "-Werror"]
+WARNINGS = ["-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-Wsign-conversion", "-Wold-style-cast"]
+STRICT = ["-std=c++20", *WARNINGS, "-Werror"]
+UMBRELLAS = ("armangle.hpp", "plan.hpp", "offset.hpp", "search.hpp", "kuka.hpp")
+# Plain words that <windows.h>, <X11/Xlib.h>, <curses.h> and their like define away.
+FOREIGN_MACROS = """
+    near far small hyper min max NEAR FAR IN OUT OPTIONAL ERROR TRUE FALSE CONST VOID BOOL interface pascal cdecl
+    DELETE STRICT PURE IGNORE INFINITE ABSOLUTE RELATIVE NO_ERROR DIFFERENCE TRANSPARENT OPAQUE ALTERNATE WINDING
+    DOMAIN OVERFLOW UNDERFLOW SING PLOSS TLOSS DrawText GetObject SendMessage CreateWindow Yield
+    Bool Status None Success Always Never True False Complex Convex Nonconvex Opposite Above Below Unsorted Full
+    Expose FocusIn FocusOut KeyPress GrayScale CurrentTime BadValue BadMatch InputOutput StaticColor Button1
+    OK ERR MIN MAX check verify require signals slots emit foreach unix linux major minor nil YES NO
+""".split()
 BARE = ["-fno-exceptions", "-fno-rtti"]
 START_DEG = [-5.4101, -26.4986, -48.1542, -61.6500, 152.6198, 114.4466, 8.1812]
 
@@ -52,11 +63,25 @@ def compiler(request: pytest.FixtureRequest) -> str:
     return need_tool(request.param)
 
 
-@pytest.mark.parametrize("header", [h for h in HEADERS if h not in OPTIONAL])
-def test_each_header_compiles_alone(header: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("header", [h for h in HEADERS if h not in OPTIONAL and "names" not in h])
+def test_each_header_compiles_alone_behind_foreign_macros(header: str, tmp_path: Path) -> None:
+    """It leaves the macros as they are, but for `min` and `max`, which the standard library removes itself."""
     source = tmp_path / "alone.cpp"
-    source.write_text(f"#include <armangle/{header}>\n#include <armangle/{header}>\n")
+    lines = [f"#undef {word}\n#define {word} )) macro ((" for word in FOREIGN_MACROS]
+    lines += [f"#include <armangle/{header}>"] * 2
+    lines += [f"#ifndef {word}\n#error {word}\n#endif" for word in FOREIGN_MACROS if word not in ("min", "max")]
+    source.write_text("\n".join(lines) + "\n")
     run(need_tool("g++"), *STRICT, *BARE, f"-I{INCLUDE}", "-fsyntax-only", source)
+
+
+@pytest.mark.parametrize("header", UMBRELLAS)
+def test_an_older_standard_is_one_error_that_names_the_one_needed(header: str, compiler: str) -> None:
+    command = [compiler, "-std=c++17", f"-I{INCLUDE}", "-fsyntax-only", "-x", "c++", "-"]
+    program = f"#include <armangle/{header}>\narmangle::Arm arm;\n"
+    done = subprocess.run(command, input=program, capture_output=True, text=True)
+    assert done.returncode != 0
+    (error,) = [line for line in done.stderr.splitlines() if "error:" in line]
+    assert "armangle needs C++20" in error
 
 
 def test_headers_and_examples_are_clean_under_strict_warnings(compiler: str) -> None:

@@ -9,6 +9,8 @@
 #include "../numbers/lane.hpp"
 #include "limits.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// From what psi is measured: the half-plane through the axis of joint 1, that of a vector of the user's, or
@@ -145,3 +147,5 @@ ARMANGLE_INLINE Pose<T> user_pose(const Arm& arm, Pose<T> flange) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -3,6 +3,8 @@
 
 #include "joint_map.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 inline constexpr int configurations = 8;
@@ -42,3 +44,5 @@ inline int shared_signs(const double* theta) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

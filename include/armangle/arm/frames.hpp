@@ -3,6 +3,8 @@
 
 #include "joint_map.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// A posture in the base frame of the DH rows.
@@ -113,3 +115,5 @@ inline Vec3<double> elbow_position(const Arm& arm, const double* q) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

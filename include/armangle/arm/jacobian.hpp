@@ -3,6 +3,8 @@
 
 #include "frames.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// Six rows, seven columns: rows 0-2 linear velocity of the tool's origin, rows 3-5 angular velocity, per
@@ -40,3 +42,5 @@ inline Jacobian jacobian(const Arm& arm, const double* q) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -4,6 +4,8 @@
 
 #include "arm.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// theta of a joint value q.
@@ -69,3 +71,5 @@ inline double bend(const Arm& arm, int hinge, double q) noexcept {
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

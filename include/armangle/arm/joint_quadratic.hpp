@@ -10,6 +10,8 @@
 
 #include "limits.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// The cost 1/2 x' H x - g' x of a move x of the joints.
@@ -150,3 +152,5 @@ inline void minimise(const JointQuadratic& p, const double* lower, const double*
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

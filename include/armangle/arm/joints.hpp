@@ -4,6 +4,8 @@
 #include "../numbers/lane.hpp"
 #include "../numbers/tolerances.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 inline constexpr int joints = 7;
@@ -40,3 +42,5 @@ inline double largest_move(const double* a, const double* b) noexcept {
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

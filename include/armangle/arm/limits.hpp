@@ -5,6 +5,8 @@
 
 #include "joints.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// rad; +-infinity: no limit. The last slot stays without one.
@@ -67,3 +69,5 @@ inline bool within_limits(const Limits& limits, const double* q, double slack) n
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

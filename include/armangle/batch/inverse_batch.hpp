@@ -4,6 +4,8 @@
 #include "../circle/inverse.hpp"
 #include "../numbers/arrays.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// What a batch does where limits or reach are not kept: nothing, report a problem, or write NaN.
@@ -165,3 +167,5 @@ inline void inverse_range(const Arm& arm, const InverseBatch& b, std::size_t beg
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

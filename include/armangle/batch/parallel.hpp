@@ -8,6 +8,8 @@
 
 #include "../numbers/arrays.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 inline constexpr std::size_t most_threads = 64;
@@ -63,3 +65,5 @@ inline Outcome first_problem(const Outcome* outcomes, std::size_t count) noexcep
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

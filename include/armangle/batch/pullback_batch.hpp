@@ -4,6 +4,8 @@
 #include "../circle/pose_gradient.hpp"
 #include "inverse_batch.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace detail {
@@ -113,3 +115,5 @@ inline void pullback_range(const Arm& arm, const PullbackBatch& b, std::size_t b
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -11,6 +11,8 @@
 #include "elbow.hpp"
 #include "reference_plane.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// The axis S->W and the zero of psi on the circle around it, in the frame of the base.
@@ -108,3 +110,5 @@ inline double arm_angle(const Triad<double>& c, const Vec3<double>& z3) noexcept
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -20,6 +20,8 @@
 #include "../numbers/dual.hpp"
 #include "inverse.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// How the joints of a posture answer to motions of its pose, in the base frame of the DH rows.
@@ -233,3 +235,5 @@ inline void psi_gradient(const Arm& arm, const double* q, double (&out)[joints])
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -3,6 +3,8 @@
 
 #include "../arm/joint_map.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// The triangle S-E-W. Without GC: eta and kappa are in [0, pi].
@@ -102,3 +104,5 @@ inline double wrist_distance(const Arm& arm, double bend) noexcept {
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

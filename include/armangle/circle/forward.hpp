@@ -9,6 +9,8 @@
 #include "../arm/frames.hpp"
 #include "circle.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// What forward kinematics says of a posture.
@@ -30,3 +32,5 @@ inline Posture forward(const Arm& arm, const double* q) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

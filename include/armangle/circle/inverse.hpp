@@ -9,6 +9,8 @@
 #include "../status.hpp"
 #include "self_motion.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// Joint i's angle is atan2(y[i], x[i]); the eighth slot is 0.
@@ -184,3 +186,5 @@ inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double psi, int
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -4,6 +4,8 @@
 
 #include "inverse.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// s sin(psi) + c cos(psi) + k
@@ -249,3 +251,5 @@ inline Profile profile(const Hinge<double>& h) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

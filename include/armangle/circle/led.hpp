@@ -16,6 +16,8 @@
 
 #include "joint_function.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// What vanishes at the arm angles at which a joint (1..7, but 4) stands at theta; a pivot also half a turn
@@ -98,3 +100,5 @@ inline void keep_shares(const Arm& arm, const SelfMotion<double>& m, const SinCo
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -6,6 +6,8 @@
 #include "../numbers/rotations.hpp"
 #include "circle.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// A pose, and how far (m) it is from the one asked for.
@@ -65,3 +67,5 @@ inline Pose<double> within_rounding(const Arm& arm, const Pose<double>& pose, do
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

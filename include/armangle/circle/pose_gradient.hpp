@@ -10,6 +10,8 @@
 #include "derivatives.hpp"
 #include "forward.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// Why a gradient does not exist: psi jumps, theta_2 or theta_6 is 0 or pi, the elbow is stretched or folded,
@@ -149,3 +151,5 @@ inline void inverse_pushforward(const Arm& arm, const Pose<double>& pose, double
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -13,6 +13,8 @@
 
 #include "../arm/arm.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace detail {
@@ -116,3 +118,5 @@ ARMANGLE_INLINE Vec3<T> reference_turn(const Arm& arm, const Vec3<T>& w, const V
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

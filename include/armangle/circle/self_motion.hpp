@@ -9,6 +9,8 @@
 #include "../arm/configuration.hpp"
 #include "circle.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// One pose in one branch: all that its postures share, whatever psi. Eq. (12)-(15).
@@ -63,3 +65,5 @@ ARMANGLE_INLINE auto wrist_singular(const SelfMotion<T>& m) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -9,6 +9,8 @@
 
 #include "circle.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// A zero of the arm angle: `side` carried from `pole` to the wrist's direction the shortest way.
@@ -30,3 +32,5 @@ Circle<T> circle(const Arm& arm, const Pose<T>& flange, const SmoothPlane& plane
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -11,6 +11,8 @@
 
 #include "self_motion.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// What a wish speaks of.
@@ -55,3 +57,5 @@ inline WishedPsi psi_towards(const Arm& arm, const SelfMotion<double>& m, const 
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

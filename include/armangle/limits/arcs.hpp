@@ -15,6 +15,8 @@
 #include "../numbers/angles.hpp"
 #include "../numbers/tolerances.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// An opaque mark of an end: who made it.
@@ -356,3 +358,5 @@ inline double nearest(const ArcSet& set, double psi) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

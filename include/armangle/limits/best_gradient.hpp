@@ -9,6 +9,8 @@
 #include "../circle/derivatives.hpp"
 #include "nearest.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace detail {
@@ -68,11 +70,11 @@ inline void best_gradient(const Arm& arm, const Pose<double>& pose, const Neares
     if (best.status != Status::OK) return;
     Derivatives d = inverse_derivative(arm, pose, best.psi, best.gc);
     if (d.status != Status::OK) return;
-    struct Side {
+    struct End {
         int joint;
         double sign, distance;
     };
-    Side side[2 * joints];
+    End side[2 * joints];
     int count = 0;
     double least = infinity;
     for (int j = 0; j < joints; ++j) {
@@ -82,12 +84,12 @@ inline void best_gradient(const Arm& arm, const Pose<double>& pose, const Neares
         side[count++] = {j, -1.0, upper - best.q[j]};
         least = min(least, min(best.q[j] - lower, upper - best.q[j]));
     }
-    const auto slope = [&](const Side& s, int k) { return s.sign * d.entry[s.joint][k]; };
+    const auto slope = [&](const End& s, int k) { return s.sign * d.entry[s.joint][k]; };
     constexpr int psi = joints - 1;
     // of those that are least, the one that grows most with psi, and the one that shrinks most
-    const Side *rising = nullptr, *falling = nullptr, *flattest = nullptr;
+    const End *rising = nullptr, *falling = nullptr, *flattest = nullptr;
     for (int i = 0; i < count; ++i) {
-        const Side& s = side[i];
+        const End& s = side[i];
         const double now = slope(s, psi), steepness = abs(now) < infinity ? abs(now) : 0.0;
         // psi is known to the tolerance, and a steep joint is as near as that leaves it
         if (s.distance > least + tolerance::angle * (1.0 + steepness)) continue;
@@ -115,3 +117,5 @@ inline void best_gradient(const Arm& arm, const Pose<double>& pose, const Neares
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -6,6 +6,8 @@
 
 #include "turn_arcs.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// A pose's weight comes (positive) or goes (negative) at a yaw of the sweep, in (-pi, pi].
@@ -86,3 +88,5 @@ inline BestYaw best_yaw(const YawEvent* events, int count, double before) noexce
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -12,6 +12,8 @@
 
 #include "boundaries.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// Arcs that limits block; Psi is the rest. A list, not a set: they may overlap or touch.
@@ -222,3 +224,5 @@ inline bool lies_within(const Blocked& blocked, double psi, double depth) noexce
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

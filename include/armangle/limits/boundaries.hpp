@@ -13,6 +13,8 @@
 #include "../circle/joint_function.hpp"
 #include "limit_table.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace detail {
@@ -192,3 +194,5 @@ ARMANGLE_INLINE void boundaries(const LimitTable& t, const JointFunctions<double
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

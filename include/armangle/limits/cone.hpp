@@ -3,6 +3,8 @@
 
 #include "../arm/joint_map.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// The directions from angle `lower` to `upper`: where a joint that does not move with psi may be.
@@ -37,3 +39,5 @@ inline Cone cone(const ThetaRange& range) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

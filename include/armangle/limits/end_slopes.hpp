@@ -7,6 +7,8 @@
 #include "../circle/derivatives.hpp"
 #include "freedom.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// dpsi by the twist (v, omega) of each end of a set of arcs: lower, upper. NaN where an end does not move
@@ -52,3 +54,5 @@ inline void freedom_gradient(const Arm& arm, const Pose<double>& pose, const Lim
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -8,6 +8,8 @@
 #include "blocked.hpp"
 #include "../status.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace detail {
@@ -355,3 +357,5 @@ inline void block_sides(const LimitTable& t, const SelfMotion<double>& m, unsign
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

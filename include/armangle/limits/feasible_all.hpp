@@ -7,6 +7,8 @@
 
 #include "nearest.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace detail {
@@ -135,3 +137,5 @@ inline void feasible_all(const Arm& arm, const Pose<double>& pose, const LimitTa
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -4,6 +4,8 @@
 
 #include "feasible_all.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// Freedom of one pose over all branches.
@@ -352,3 +354,5 @@ inline bool is_reachable(const Arm& arm, const Pose<double>& pose, const LimitTa
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -14,6 +14,8 @@
 #include "../circle/joint_function.hpp"
 #include "../numbers/enclosure.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 using Boxes = Lane<8>;
@@ -96,3 +98,5 @@ inline SideBoxes side_boxes(const JointFunctions<double>& f, int side, const Sin
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

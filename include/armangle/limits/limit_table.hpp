@@ -9,6 +9,8 @@
 #include "arcs.hpp"
 #include "cone.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// What made an end of an arc.
@@ -191,3 +193,5 @@ inline LimitTable limit_table(const Arm& arm, double margin = 0.0, double psi_ma
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -21,6 +21,8 @@
 #include "joint_boxes.hpp"
 #include "settled.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// What "nearest" means: the root of sum w d^2, the largest sqrt(w) |d|, or the largest least distance to a
@@ -1802,3 +1804,5 @@ inline void nearest_postures(const Arm& arm, const LimitTable& limits, const Pos
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

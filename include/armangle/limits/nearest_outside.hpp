@@ -10,6 +10,8 @@
 #include "nearest.hpp"
 #include "relaxed.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace outside_rule {
@@ -151,3 +153,5 @@ inline Nearest nearest_outside(const Arm& arm, const LimitTable& limits, const P
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -10,6 +10,8 @@
 #include "../numbers/interval.hpp"
 #include "reduced_pose.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// What is known of all poses of a cell: nothing, that some azimuth and roll holds each, that none does any.
@@ -151,3 +153,5 @@ inline Proven proven_cell(const ReducedArm& arm, const ReducedPose& middle, cons
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -13,6 +13,8 @@
 
 #include "turn_arcs.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// A pose in the coordinates that an S-R-S arm sees; azimuth and roll turn it about axes 1 and 7.
@@ -278,3 +280,5 @@ private:
 };
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -14,6 +14,8 @@
 #include "../numbers/twist.hpp"
 #include "feasible.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// Distances of the wrist from the shoulder (m).
@@ -192,3 +194,5 @@ inline Relaxed relaxed(const Arm& arm, const Limits& limits, const Joints& start
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -10,6 +10,8 @@
 
 #include "relaxed.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace settled_rule {
@@ -207,3 +209,5 @@ inline bool same_pose(double size, const Pose<double>& pose, const Pose<double>&
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

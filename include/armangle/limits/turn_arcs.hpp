@@ -12,6 +12,8 @@
 
 #include "freedom.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// What is turned: the base about axis 1, or the tool about axis 7.
@@ -74,8 +76,8 @@ inline Swings swings(const Pivot<double>& p, const Hinge<double>& h, double lowe
     }
     for (int k = walk.count; k < Walk::capacity; ++k) walk.psi[k] = upper;
     const SinCos<Lanes> at = sin_cos(Lanes::load(walk.psi));
-    const auto over = [&at](const Harmonic<double>& h) {
-        return mul_add(Lanes(h.s), at.sin, mul_add(Lanes(h.c), at.cos, Lanes(h.k)));
+    const auto over = [&at](const Harmonic<double>& wave) {
+        return mul_add(Lanes(wave.s), at.sin, mul_add(Lanes(wave.c), at.cos, Lanes(wave.k)));
     };
     double theta[Walk::capacity];
     atan2(Lanes(p.g) * over(p.U), Lanes(p.g) * over(p.V)).store(theta);
@@ -218,3 +220,5 @@ inline Status turn_arcs(const Arm& arm, const Pose<double>& pose, const LimitTab
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

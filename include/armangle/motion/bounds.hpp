@@ -8,6 +8,8 @@
 #include "../limits/feasible.hpp"
 #include "resolution.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// Speeds are difference quotients, (q - q_now) / dt; an acceleration is a change of them from step to step,
@@ -232,3 +234,5 @@ struct BoundedStep {
 };
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

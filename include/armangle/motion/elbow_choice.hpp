@@ -19,6 +19,8 @@
 #include "../limits/relaxed.hpp"
 #include "hand_filter.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace elbow_rule {
@@ -220,3 +222,5 @@ inline double bend_ahead(const Arm& arm, const Vec3<double>& wrist, const Vec3<d
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -7,6 +7,8 @@
 #include "lookahead.hpp"
 #include "step.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// What to do with a pose that is not reached by its step: end there; keep what the step led to and go on; or
@@ -153,3 +155,5 @@ inline void follow(const Arm& arm, const LimitTable& limits, const double* start
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

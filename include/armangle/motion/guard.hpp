@@ -14,6 +14,8 @@
 #include "../arm/joint_quadratic.hpp"
 #include "../scene/straight_move.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace guard_rule {
@@ -87,17 +89,17 @@ public:
             pressed = 0;
             for (int i = 0; i < count_; ++i) {
                 const NearPair& pair = near_[i];
-                const double least =
+                const double slowest =
                     -max((pair.room - guard_rule::standoff) / lasting_, -guard_rule::retreat);
                 double now = 0;
                 for (int j = 0; j < joints; ++j) now += pair.rate[j] * v[j];
-                changed |= minded[i] != (now < least);
-                minded[i] = now < least;
+                changed |= minded[i] != (now < slowest);
+                minded[i] = now < slowest;
                 if (!minded[i]) continue;
-                if (least - now > pressed) blocking_ = pair.pair;
-                pressed = max(pressed, least - now);
+                if (slowest - now > pressed) blocking_ = pair.pair;
+                pressed = max(pressed, slowest - now);
                 for (int j = 0; j < joints; ++j) {
-                    with.g[j] += guard_rule::weight * most * least * pair.rate[j];
+                    with.g[j] += guard_rule::weight * most * slowest * pair.rate[j];
                     for (int k = 0; k < joints; ++k)
                         with.H[j][k] += guard_rule::weight * most * pair.rate[j] * pair.rate[k];
                 }
@@ -175,3 +177,5 @@ private:
 };
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

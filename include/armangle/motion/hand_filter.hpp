@@ -17,6 +17,8 @@
 
 #include "../numbers/twist.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// How samples of a hand are smoothed, and which of them are believed.
@@ -245,3 +247,5 @@ private:
 };
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -18,6 +18,8 @@
 #include "../limits/arcs.hpp"
 #include "../limits/limit_table.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace leaving_rule {
@@ -169,3 +171,5 @@ inline bool has_arrived(const Leaving& way, const double* lower, const double* u
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

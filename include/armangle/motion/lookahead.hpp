@@ -14,6 +14,8 @@
 #include "../scene/clear.hpp"
 #include "bounds.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// One of the poses ahead: what psi means there, its arcs, and those of them from which the rest can be
@@ -42,15 +44,15 @@ struct Links {
     double most[joints];  // rad: what a step may move
     double share;         // of it, that links use
 
-    /// The part of `within` on section `to` whose joints are at most `share` of a step from q. A joint does
+    /// The part of `within` on section `to` whose joints are at most `part` of a step from q. A joint does
     /// not go round behind its limits; one that has more than a turn may, unless its turns are known.
-    void reach(const double* q, bool turns_known, double share, const AheadSection& to, const ArcSet& within,
+    void reach(const double* q, bool turns_known, double part, const AheadSection& to, const ArcSet& within,
                ArcSet& out) const noexcept {
         MoveBox box;
         for (int i = 0; i < joints; ++i) {
             const bool clip = turns_known || arm.limits.upper[i] - arm.limits.lower[i] < two_pi;
-            box.lower[i] = max(-share * most[i], clip ? arm.limits.lower[i] - q[i] : -infinity);
-            box.upper[i] = min(share * most[i], clip ? arm.limits.upper[i] - q[i] : infinity);
+            box.lower[i] = max(-part * most[i], clip ? arm.limits.lower[i] - q[i] : -infinity);
+            box.upper[i] = min(part * most[i], clip ? arm.limits.upper[i] - q[i] : infinity);
         }
         ArcSet all;
         window(arm, to.motion, to.functions, q, box, all);
@@ -315,3 +317,5 @@ private:
 };
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

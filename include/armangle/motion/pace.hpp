@@ -11,6 +11,8 @@
 
 #include "../arm/limits.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace approach_rule {
@@ -35,3 +37,5 @@ inline double pace(const double (&d)[joints], double dt, const double* velocity,
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -8,6 +8,8 @@
 #include "../limits/arcs.hpp"
 #include "../status.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// How the next psi is chosen on its arc.
@@ -110,3 +112,5 @@ inline Resolution resolve(const Policy& policy, const ArcSet& arcs, const ArcSet
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -19,6 +19,8 @@
 #include "../scene/straight_move.hpp"
 #include "resolution.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace step_rule {
@@ -880,3 +882,5 @@ inline double position_error(const Arm& arm, const Chain& now, const Pose<double
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -22,6 +22,8 @@
 #include "hand_filter.hpp"
 #include "leaving.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// What a tick did.
@@ -1331,3 +1333,5 @@ private:
 };
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -20,6 +20,8 @@
 #include "clear_proof.hpp"
 #include "corrected_curve.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace near_rule {
@@ -274,3 +276,5 @@ inline Proof certify(const CorrectedCurve& curve, const Limits& limits, double m
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -11,6 +11,8 @@
 #include "../scene/straight_move.hpp"
 #include "feasible.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace near_rule {
@@ -243,3 +245,5 @@ inline void feasible(const NearArm& arm, const Scene& scene, const Pose<double>&
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -19,6 +19,8 @@
 #include "../plan/lead_shift.hpp"
 #include "inverse.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace detail {
@@ -284,3 +286,5 @@ inline LeadShifts lead_shifts(const NearArm& arm, const Curve& curve, const doub
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

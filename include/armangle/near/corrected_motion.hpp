@@ -16,6 +16,8 @@
 #include "../limits/limit_table.hpp"
 #include "inverse.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// A ball of poses: how far the wrist (m) and the turn (rad) may be from the centre.
@@ -501,3 +503,5 @@ inline Coarse<T> coarse_about(const NearArm& arm, const Triad<T>& on, const deta
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

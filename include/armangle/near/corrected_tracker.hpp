@@ -11,6 +11,8 @@
 #include "../motion/tracker.hpp"
 #include "clear_proof.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace near_rule {
@@ -121,3 +123,5 @@ private:
 };
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

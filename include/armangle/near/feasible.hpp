@@ -20,6 +20,8 @@
 #include "meeting_share.hpp"
 #include "posture_trail.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace near_rule {
@@ -909,3 +911,5 @@ inline void feasible(const NearArm& arm, const Pose<double>& pose, int gc, const
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

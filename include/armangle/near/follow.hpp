@@ -4,6 +4,8 @@
 #include "../motion/follow.hpp"
 #include "step.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// Follows n poses (16 doubles each, row-major) from `start`. `allowed` is null, one set, or one a pose;
@@ -31,3 +33,5 @@ inline void follow(const NearArm& arm, double margin, const double* start, const
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -6,6 +6,8 @@
 #include "../circle/forward.hpp"
 #include "near_arm.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace detail {
@@ -108,3 +110,5 @@ inline Posture forward(const NearArm& arm, const double* q) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

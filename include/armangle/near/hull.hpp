@@ -14,6 +14,8 @@
 
 #include "inverse.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace near_rule {
@@ -316,3 +318,5 @@ inline auto prove_hull(const NearArm& arm, const Pose<T>& pose, const detail::Ps
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -10,6 +10,8 @@
 #include "../numbers/rotations.hpp"
 #include "forward.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace near_rule {
@@ -56,7 +58,7 @@ struct PsiPlane {
     /// The normal at psi = 0 of a wrist p = S->W (m), w = p / |p|: the one whose z_3 has this psi.
     Vec3<T> normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) const noexcept {
         const Vec3<T> in_plane = w - across * dot(across, w);
-        const Vec3<T> along = in_plane * (T(1.0) / norm(in_plane)), z = cross(across, along);
+        const Vec3<T> upright = in_plane * (T(1.0) / norm(in_plane)), z = cross(across, upright);
         if (arm.d_4 == 0) return z;
         const T distance = norm(p), tilt = arm.d_4 / distance;  // z_3 leans by it along w
         const T a = tilt / norm(in_plane), b = sqrt(max(T(1.0) - a * a, T(0.0)));
@@ -614,3 +616,5 @@ inline Inverse self_motion_rate(const NearArm& arm, const Pose<double>& pose, do
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

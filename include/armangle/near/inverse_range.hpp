@@ -4,6 +4,8 @@
 #include "../batch/inverse_batch.hpp"
 #include "inverse.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace detail {
@@ -87,3 +89,5 @@ inline void inverse_range(const NearArm& arm, const InverseBatch& b, std::size_t
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -18,6 +18,8 @@
 
 #include "inverse.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace near_rule {
@@ -105,3 +107,5 @@ inline bool is_alone(const Arm& nominal, double share, const double (&theta)[joi
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -10,6 +10,8 @@
 #include "../arm/frames.hpp"
 #include "../numbers/rotations.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// How far a link is from the nominal one: m, and rad.
@@ -194,3 +196,5 @@ inline NearArm with_base(const NearArm& arm, const Pose<double>& base) noexcept 
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

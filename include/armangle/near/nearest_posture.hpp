@@ -16,6 +16,8 @@
 #include "../limits/settled.hpp"
 #include "clear_proof.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace near_rule {
@@ -740,3 +742,5 @@ inline void nearest_postures(const NearArm& arm, double margin, const Pose<doubl
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

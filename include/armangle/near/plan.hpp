@@ -10,6 +10,8 @@
 #include "../plan/planner.hpp"
 #include "certify.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace near_rule {
@@ -202,3 +204,5 @@ inline NearPlan plan(const NearArm& arm, const Segment* segments, std::size_t n,
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -7,6 +7,8 @@
 #include "clear_proof.hpp"
 #include "nearest_posture.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace near_rule {
@@ -318,3 +320,5 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -6,6 +6,8 @@
 
 #include "lane.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// x modulo a turn, in (-pi, pi].
@@ -128,3 +130,5 @@ ARMANGLE_INLINE SinCos<double> sin_cos(double x) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -6,6 +6,8 @@
 
 #include "linalg.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// An array of elements `stride` doubles (or integers) apart; stride 0 repeats one element.
@@ -93,3 +95,5 @@ inline Problem check_pose(const double* m, double& value) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -6,6 +6,8 @@
 
 #include "angles.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// A value and its partials by eight variables.
@@ -67,3 +69,5 @@ ARMANGLE_INLINE Dual atan2(const Dual& y, const Dual& x) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -8,6 +8,8 @@
 
 #include "scalar.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// A middle, and how far from it values go at most.
@@ -52,3 +54,5 @@ ARMANGLE_INLINE Enclosure<T> reciprocal(const Enclosure<T>& a) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -9,6 +9,8 @@
 
 #include "angles.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// What is known of a comparison: whether it can hold, and whether it can fail, for members of the intervals.
@@ -170,3 +172,5 @@ inline SinCos<Interval> sin_cos(const Interval& x) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -8,6 +8,8 @@
 
 #include "angles.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// coefficient[k] = f^(k) / k!
@@ -155,3 +157,5 @@ Jet<T, K> atan2(const Jet<T, K>& y, const Jet<T, K>& x) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -12,6 +12,8 @@
 #include "registers.hpp"
 #endif
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 #if !defined(__CUDACC__)
@@ -197,7 +199,8 @@ ARMANGLE_INLINE Lane<N> abs(const Lane<N>& x) noexcept {
     using Values = typename Lane<N>::Values;
     using Mask = typename Lane<N>::Mask;
     Lane<N> out;
-    for (int i = 0; i < out.registers; ++i) out.part[i] = (Values)((Mask)x.part[i] & INT64_MAX);
+    for (int i = 0; i < out.registers; ++i)
+        out.part[i] = reinterpret_cast<Values>(reinterpret_cast<Mask>(x.part[i]) & INT64_MAX);
     return out;
 }
 
@@ -208,7 +211,8 @@ ARMANGLE_INLINE Lane<N> copysign(const Lane<N>& magnitude, const Lane<N>& sign_o
     using Mask = typename Lane<N>::Mask;
     Lane<N> out;
     for (int i = 0; i < out.registers; ++i)
-        out.part[i] = (Values)(((Mask)magnitude.part[i] & INT64_MAX) | ((Mask)sign_of.part[i] & INT64_MIN));
+        out.part[i] = reinterpret_cast<Values>((reinterpret_cast<Mask>(magnitude.part[i]) & INT64_MAX) |
+                                               (reinterpret_cast<Mask>(sign_of.part[i]) & INT64_MIN));
     return out;
 }
 
@@ -241,3 +245,5 @@ ARMANGLE_INLINE double least(const Lane<8>& x) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

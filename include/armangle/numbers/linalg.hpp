@@ -4,6 +4,8 @@
 #include "scalar.hpp"
 #include "tolerances.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// A vector of three scalars.
@@ -137,3 +139,5 @@ ARMANGLE_INLINE bool is_rigid(const Pose<double>& p) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

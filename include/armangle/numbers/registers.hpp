@@ -12,6 +12,8 @@
 #include <arm_neon.h>
 #endif
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 #if defined(__AVX512F__)
@@ -38,10 +40,12 @@ using Mask2 = Vector<2>::Mask;
 ARMANGLE_INLINE Values2 register_sqrt(Values2 x) noexcept { return _mm_sqrt_pd(x); }
 /// The decisions of a register as bits, the first the lowest.
 ARMANGLE_INLINE unsigned register_bits(Mask2 mask) noexcept {
-    return static_cast<unsigned>(_mm_movemask_pd((__m128d)mask));
+    return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(mask)));
 }
 #elif defined(__aarch64__)
-ARMANGLE_INLINE Values2 register_sqrt(Values2 x) noexcept { return (Values2)vsqrtq_f64((float64x2_t)x); }
+ARMANGLE_INLINE Values2 register_sqrt(Values2 x) noexcept {
+    return reinterpret_cast<Values2>(vsqrtq_f64(reinterpret_cast<float64x2_t>(x)));
+}
 #else
 ARMANGLE_INLINE Values2 register_sqrt(Values2 x) noexcept {
     return Values2{std::sqrt(x[0]), std::sqrt(x[1])};
@@ -58,7 +62,9 @@ ARMANGLE_INLINE Values2 register_mul_add(Values2 a, Values2 b, Values2 c) noexce
 #if defined(__x86_64__) && defined(__FMA__)
     return _mm_fmadd_pd(a, b, c);
 #elif defined(__aarch64__)
-    return (Values2)vfmaq_f64((float64x2_t)c, (float64x2_t)a, (float64x2_t)b);
+    return reinterpret_cast<Values2>(vfmaq_f64(reinterpret_cast<float64x2_t>(c),
+                                               reinterpret_cast<float64x2_t>(a),
+                                               reinterpret_cast<float64x2_t>(b)));
 #else
     return a * b + c;
 #endif
@@ -70,7 +76,7 @@ using Mask4 = Vector<4>::Mask;
 
 ARMANGLE_INLINE Values4 register_sqrt(Values4 x) noexcept { return _mm256_sqrt_pd(x); }
 ARMANGLE_INLINE unsigned register_bits(Mask4 mask) noexcept {
-    return static_cast<unsigned>(_mm256_movemask_pd((__m256d)mask));
+    return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(mask)));
 }
 ARMANGLE_INLINE Values4 register_mul_add(Values4 a, Values4 b, Values4 c) noexcept {
 #if defined(__FMA__)
@@ -88,7 +94,7 @@ using Mask8 = Vector<8>::Mask;
 // the plain form of the root trips -Wmaybe-uninitialized in g++ 12
 ARMANGLE_INLINE Values8 register_sqrt(Values8 x) noexcept { return _mm512_mask_sqrt_pd(x, 0xff, x); }
 ARMANGLE_INLINE unsigned register_bits(Mask8 mask) noexcept {
-    return _cvtmask8_u32(_mm512_movepi64_mask((__m512i)mask));
+    return _cvtmask8_u32(_mm512_movepi64_mask(reinterpret_cast<__m512i>(mask)));
 }
 ARMANGLE_INLINE Values8 register_mul_add(Values8 a, Values8 b, Values8 c) noexcept {
     return _mm512_fmadd_pd(a, b, c);
@@ -112,3 +118,5 @@ ARMANGLE_INLINE typename Vector<W>::Values assemble(const double* v) noexcept {
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

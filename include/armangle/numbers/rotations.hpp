@@ -4,6 +4,8 @@
 #include "angles.hpp"
 #include "linalg.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace detail {
@@ -90,3 +92,5 @@ ARMANGLE_INLINE Pose<T> turned_about_z(const Pose<T>& from, const SinCos<T>& ang
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -27,6 +27,8 @@
 #define ARMANGLE_SELDOM [[gnu::noinline, gnu::cold]]
 #endif
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 inline constexpr double pi = 3.14159265358979323846;
@@ -103,3 +105,5 @@ ARMANGLE_INLINE T ceil(T x) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -4,6 +4,8 @@
 // turn_rule, plan_rule, proof).
 #pragma once
 
+#include "../names/begin.hpp"
+
 namespace armangle::tolerance {
 
 /// A direction whose terms are of size one is known to this, some units in the last place.
@@ -60,3 +62,5 @@ inline constexpr double farthest = 1e9;
 inline constexpr double length = 1e3;
 
 }  // namespace armangle::tolerance
+
+#include "../names/end.hpp"

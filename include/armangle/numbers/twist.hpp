@@ -3,6 +3,8 @@
 
 #include "rotations.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// The vector along the axis of a rotation, as long as its angle (rad), in [0, pi].
@@ -59,3 +61,5 @@ inline double size(const Twist& t, double length) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

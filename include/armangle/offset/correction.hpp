@@ -9,6 +9,8 @@
 #include "../near/corrected_tracker.hpp"
 #include "offset_posture.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace offset_rule {
@@ -45,3 +47,5 @@ inline Towards seen_hint(const OffsetArm& arm, const Pose<double>& seen, Towards
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -14,6 +14,8 @@
 #include "../numbers/jet.hpp"
 #include "offset_posture.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace offset_rule {
@@ -312,7 +314,7 @@ inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, con
     }
     const ThetaRanges ranges(arm.rest, in_order, 0.0, configuration(gc));
     OffsetJudge judge(arm, exact, gc, ranges);
-    Pieces pieces;
+    Pieces inside;
     Cell stack[offset_rule::depth + 2];
     for (int k = 0; k < offset_rule::cells; ++k) {
         int top = 0;
@@ -323,7 +325,7 @@ inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, con
             OffsetCells::Over over;
             Piece piece;
             const Known known = judge.look(cell.lower, cell.upper, over, piece);
-            if (known == Known::inside) pieces.add(piece);
+            if (known == Known::inside) inside.add(piece);
             if (known != Known::open) continue;
             const double middle = 0.5 * (cell.lower + cell.upper), half = middle - cell.lower;
             if (half < offset_rule::narrowest || top > offset_rule::depth || judge.looks() >= most) {
@@ -334,7 +336,7 @@ inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, con
             stack[top++] = {cell.lower, middle};
         }
     }
-    pieces.finish(out.arcs, out.unproven);
+    inside.finish(out.arcs, out.unproven);
     out.status = out.arcs.empty() ? judge.refusal() : Status::OK;
     if (out.arcs.empty() && out.unproven > offset_rule::hidden) out.status = Status::NEAR_SINGULAR;
 }
@@ -345,3 +347,5 @@ inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, Pro
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -15,6 +15,8 @@
 #include "../limits/settled.hpp"
 #include "feasible.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// On any status but OK the numbers are NaN and gc is -1.
@@ -498,3 +500,5 @@ inline OffsetNearest nearest(const OffsetArm& arm, const Pose<double>& pose, con
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

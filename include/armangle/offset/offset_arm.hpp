@@ -12,6 +12,8 @@
 #include "../circle/elbow.hpp"
 #include "../circle/inverse.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// An arm whose free joint, 7 (1 of a mirrored one), takes the place of psi. make_offset_arm is the only
@@ -85,3 +87,5 @@ inline Pose<double> tool_pose(const OffsetArm& arm, const double* q) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -13,6 +13,8 @@
 #include "../plan/curve.hpp"
 #include "offset_posture.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// A view: the arm, the path and the rows belong to others.
@@ -28,8 +30,8 @@ struct OffsetCurve {
         const std::size_t row = row_before(x);
         const double share = (x - s[row]) / (s[row + 1] - s[row]);
         double near[joints];
-        for (int j = 0; j < joints; ++j)
-            near[j] = between(q[joints * row + j], q[joints * (row + 1) + j], share);
+        const double *before = q + joints * row, *after = before + joints;
+        for (int j = 0; j < joints; ++j) near[j] = between(before[j], after[j], share);
         PlacedPosture out;
         out.pose = pose_at(segment(x), x);
         out.psi = between(free[row], free[row + 1], share);
@@ -77,3 +79,5 @@ private:
 };
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

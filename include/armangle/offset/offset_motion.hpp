@@ -13,6 +13,8 @@
 
 #include "offset_arm.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// Signs of theta_2, theta_4 - delta and cos theta_5, with the index of configuration().
@@ -143,3 +145,5 @@ Directions<T> directions(const OffsetMotion<U>& m, const OffsetWrist<T>& wrist, 
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

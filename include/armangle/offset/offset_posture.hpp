@@ -6,6 +6,8 @@
 #include "../numbers/rotations.hpp"
 #include "offset_motion.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// What forward kinematics says of a posture: `free` is the free joint's value (rad, robot coordinates) as an
@@ -123,3 +125,5 @@ inline Inverse inverse(const OffsetArm& arm, const Pose<double>& pose, double fr
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -9,6 +9,8 @@
 #include "../motion/follow.hpp"
 #include "nearest.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace detail {
@@ -193,3 +195,5 @@ inline void follow(const OffsetArm& arm, const double* start, const double* pose
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

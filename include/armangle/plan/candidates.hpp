@@ -10,6 +10,8 @@
 
 #include "objective.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// One posture: q lies within the limits, in one of the windings that they leave.
@@ -318,3 +320,5 @@ private:
 };
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

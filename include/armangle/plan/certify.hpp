@@ -27,6 +27,8 @@
 #include "../numbers/interval.hpp"
 #include "../arm/joint_map.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace proof {
@@ -157,11 +159,11 @@ struct Claim {
             const double whole = turn(j, 0.0);
             for (const bool negative : {false, true})
                 hinge[h][negative] = half_turn(range, whole, negative ? -1.0 : 1.0);
-            double &l = hinge_lower[h] = range.lower - whole + proof::slack,
-                   &u = hinge_upper[h] = range.upper - whole - proof::slack;
-            if (u - l < two_pi - 4 * proof::slack) continue;
-            l = max(l, -proof::sector);
-            u = min(u, proof::sector);
+            double &low = hinge_lower[h] = range.lower - whole + proof::slack,
+                   &high = hinge_upper[h] = range.upper - whole - proof::slack;
+            if (high - low < two_pi - 4 * proof::slack) continue;
+            low = max(low, -proof::sector);
+            high = min(high, proof::sector);
         }
         elbow = half_turn(claimed_range(3), turn(3, arm.delta_angle), configuration(c.gc).elbow);
         for (int j = 0; j < joints; ++j) locked[j] = stands_still(c, limits, j);
@@ -557,3 +559,5 @@ inline Proof certify(const Curve& curve, const Limits& limits, double margin, co
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

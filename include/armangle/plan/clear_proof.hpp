@@ -25,6 +25,8 @@
 #include "../scene/scene_frames.hpp"
 #include "curve.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace clear_proof {
@@ -363,3 +365,5 @@ private:
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

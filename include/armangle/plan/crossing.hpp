@@ -18,6 +18,8 @@
 #include "certify.hpp"
 #include "way.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace crossing_rule {
@@ -739,3 +741,5 @@ private:
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -21,6 +21,8 @@
 #include "path.hpp"
 #include "../circle/smooth_plane.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// phi on one stretch [start, end] of s: c0 + c1 t + c2 t^2 + c3 t^3, t in [0, 1]; a stretch lies within one
@@ -396,3 +398,5 @@ inline void lift_stretches(const Curve& curve, std::span<Stretch> stretches, con
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

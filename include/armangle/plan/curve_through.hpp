@@ -12,6 +12,8 @@
 #include "path_rows.hpp"
 #include "tube.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace through_rule {
@@ -151,3 +153,5 @@ private:
 };
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

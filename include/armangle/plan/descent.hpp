@@ -15,6 +15,8 @@
 #include "curve.hpp"
 #include "objective.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace descent_rule {
@@ -583,3 +585,5 @@ inline bool Descent::advance() {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

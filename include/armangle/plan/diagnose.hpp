@@ -8,6 +8,8 @@
 #include "../limits/feasible_all.hpp"
 #include "tube.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// What became of one branch.
@@ -275,3 +277,5 @@ inline BranchReport diagnose(const Task& task, double s, int gc) {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -16,6 +16,8 @@
 
 #include "curve.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace duration_rule {
@@ -121,3 +123,5 @@ inline double duration(const Curve& curve, const JointBounds& bounds) {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

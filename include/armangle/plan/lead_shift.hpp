@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// c0 + ... + c5 t^5, t in [0, 1]. Doubles alone, so that it travels as an array.
@@ -26,3 +28,5 @@ using LeadShifts = std::vector<LeadShift>;
 inline constexpr std::size_t lead_shift_width = sizeof(LeadShift) / sizeof(double);
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -11,6 +11,8 @@
 #include "../numbers/jet.hpp"
 #include "tube.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// What a plan weighs; the terms are integrals over s from 0 to 1, and a weight multiplies its term:
@@ -154,3 +156,5 @@ inline double elbow_margin(const Task& task, const Objective& objective, double 
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

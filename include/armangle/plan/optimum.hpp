@@ -10,6 +10,8 @@
 #include "descent.hpp"
 #include "way.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace optimum_rule {
@@ -312,3 +314,5 @@ inline std::vector<Optimum> fine_optima(const Task& task, const Objective& objec
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

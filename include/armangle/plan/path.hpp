@@ -25,6 +25,8 @@
 #include "../numbers/rotations.hpp"
 #include "../numbers/tolerances.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// How a point and a frame move over t in [0, 1], from where they are.
@@ -381,3 +383,5 @@ inline double gap(const Segment& before, const Segment& after) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// Where, the lifted arm angle (or the free joint of an arm with an offset), joints, and branches.
@@ -15,3 +17,5 @@ struct PathRows {
 };
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

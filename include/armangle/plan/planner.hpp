@@ -25,6 +25,8 @@
 #include "../scene/proximity.hpp"
 #include "../scene/straight_move.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// What a plan is asked besides the path.
@@ -1452,3 +1454,5 @@ inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const d
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

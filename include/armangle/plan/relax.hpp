@@ -11,6 +11,8 @@
 
 #include "way.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace relax_rule {
@@ -199,3 +201,5 @@ inline void relax(const Task& task, const Tube& tube, const Objective& objective
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

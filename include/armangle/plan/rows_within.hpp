@@ -17,6 +17,8 @@
 #include "../numbers/scalar.hpp"
 #include "path_rows.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// The limit that is passed most behind a row, although rows were put between.
@@ -196,3 +198,5 @@ PassedLimit keep_within(const Limits& limits, const Draw& draw, const Solve& sol
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

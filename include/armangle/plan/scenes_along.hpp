@@ -9,6 +9,8 @@
 
 #include "../scene/scene.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// None, one, or `count` scenes, each of an even part of [0, 1].
@@ -35,3 +37,5 @@ private:
 };
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

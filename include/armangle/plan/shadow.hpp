@@ -13,6 +13,8 @@
 #include "clear_proof.hpp"
 #include "tube.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace shadow_rule {
@@ -46,7 +48,7 @@ inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noe
         }
     }
     const double amplitude = 2.0 * extent(as_solid(rod)).off_axis * extent(solid).off_axis;
-    struct Piece {
+    struct Slice {
         double a, F_a, b, F_b;
         double lowest(double A) const noexcept { return least_between(F_a, F_b, A, b - a); }
     };
@@ -54,7 +56,7 @@ inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noe
         const SinCos<double> turn = sin_cos(psi);
         return of(nearest(turned_by(rod.begin, turn), turned_by(rod.end, turn), solid).distance);
     };
-    Piece piece[shadow_rule::queries + shadow_rule::starts];
+    Slice piece[shadow_rule::queries + shadow_rule::starts];
     int count = 0;
     const double width = two_pi / shadow_rule::starts, first = at(0.0);
     double best = first, before = first;
@@ -70,7 +72,7 @@ inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noe
             if (piece[i].lowest(amplitude) < piece[low].lowest(amplitude)) low = i;
         const double least = piece[low].lowest(amplitude);
         if (query == shadow_rule::queries || best - least < shadow_rule::settled) return max(least, 0.0);
-        const Piece old = piece[low];
+        const Slice old = piece[low];
         const double middle = 0.5 * (old.a + old.b), here = at(middle);
         best = min(best, here);
         piece[low] = {old.a, old.F_a, middle, here};
@@ -258,3 +260,5 @@ private:
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -21,6 +21,8 @@
 #include "wish_along.hpp"
 #include "../circle/smooth_plane.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// The plane whose singular direction stays farthest from the given directions of the wrist.
@@ -433,3 +435,5 @@ inline std::vector<std::size_t> knots(const Tube& t, const std::vector<double>& 
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

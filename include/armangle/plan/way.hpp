@@ -16,6 +16,8 @@
 
 #include "candidates.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace link_rule {
@@ -332,3 +334,5 @@ private:
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -11,6 +11,8 @@
 #include "../circle/towards.hpp"
 #include "../numbers/angles.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// A wish along a path: psi at s evenly from 0 to 1, straight between; or one point or direction for the
@@ -40,3 +42,5 @@ inline double wished_angle(const Arm& arm, const WishAlong& wish, const Pose<dou
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

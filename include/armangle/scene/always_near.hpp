@@ -10,6 +10,8 @@
 #include "never_nearer.hpp"
 #include "scene.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace detail {
@@ -95,3 +97,5 @@ inline OwnDistance always_near(const Arm& arm, const Scene& scene) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

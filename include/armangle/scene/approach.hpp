@@ -3,6 +3,8 @@
 
 #include "../numbers/linalg.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// Two points, one of each core, and their distance (m; of a half-space negative behind its plane). Of a hull
@@ -24,3 +26,5 @@ inline Approach nearer(const Approach& a, const Approach& b) noexcept {
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

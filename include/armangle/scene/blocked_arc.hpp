@@ -16,6 +16,8 @@
 
 #include "solids.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// |psi - centre| < half is blocked; half 0: nothing, pi: everything.
@@ -141,3 +143,5 @@ inline int planar_rods(Vec3<double> a, Vec3<double> b, PlanarRod (&out)[2]) noex
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -10,6 +10,8 @@
 #include "scene.hpp"
 #include "witnesses.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace detail {
@@ -585,3 +587,5 @@ inline Status keep_clear(const Arm& arm, const Scene& scene, const SelfMotion<do
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -13,6 +13,8 @@
 
 #include "approach.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// Points and the frame that they are given in; points within the hull of the others change nothing.
@@ -179,3 +181,5 @@ inline Approach nearest(const ConvexHull& first, const ConvexHull& second) noexc
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -6,6 +6,8 @@
 
 #include "../limits/arcs.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// The arcs of psi that something blocks.
@@ -103,3 +105,5 @@ inline void cover(Covered& set, double centre, double half, Tag tag) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

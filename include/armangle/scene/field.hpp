@@ -20,6 +20,8 @@
 #include "../numbers/lane.hpp"
 #include "approach.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// Values (m) at nodes, the last axis running fastest, and their spacing (m); the first node is the origin.
@@ -332,3 +334,5 @@ inline Approach box_field(const Pose<double>& frame, const Vec3<double>& half, c
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -10,6 +10,8 @@
 
 #include "../numbers/scalar.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// The least value of that bound; lower bounds of F at the ends suffice. Infinite A: -infinity.
@@ -20,3 +22,5 @@ inline double least_between(double F_a, double F_b, double A, double h) noexcept
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -24,6 +24,8 @@
 #include "least_between.hpp"
 #include "swing.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace moving_rule {
@@ -240,3 +242,5 @@ private:
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -11,6 +11,8 @@
 #include "../arm/frames.hpp"
 #include "solids.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// What is proven of no pair, m.
@@ -115,3 +117,5 @@ inline double never_nearer(const Arm& arm, const Rod& a, int i, const Rod& b, in
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

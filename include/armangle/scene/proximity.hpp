@@ -3,6 +3,8 @@
 
 #include "clear.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// The nearest pair of a posture.
@@ -281,3 +283,5 @@ inline Widest widest(const Arm& arm, const Scene& scene, const SelfMotion<double
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

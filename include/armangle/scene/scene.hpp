@@ -15,6 +15,8 @@
 #include "../limits/limit_table.hpp"
 #include "solids.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// A rod of link 3 or 4, in that link's DH frame.
@@ -278,3 +280,5 @@ inline PlaneFrames<T> plane_frames(const Arm& arm, const Triad<T>& c, const Elbo
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

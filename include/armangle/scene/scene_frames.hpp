@@ -10,6 +10,8 @@
 #include "../numbers/rotations.hpp"
 #include "scene.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace detail {
@@ -101,3 +103,5 @@ void balls_near(const Scene& scene, int block, const Rod& rod, double reach, con
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -16,6 +16,8 @@
 #include "field.hpp"
 #include "convex_hull.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// A segment thickened by a radius (m): a capsule, or a sphere where both ends are one point.
@@ -257,3 +259,5 @@ inline Approach nearest(const Solid& first, const Solid& second) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -22,6 +22,8 @@
 #include "proximity.hpp"
 #include "scene_frames.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace straight_rule {
@@ -553,3 +555,5 @@ bool is_clear(const AnyArm& arm, const Scene& scene, const double* q) noexcept {
 }
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

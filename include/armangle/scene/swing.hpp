@@ -15,6 +15,8 @@
 #include "blocked_arc.hpp"
 #include "scene.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 /// At most over a stretch: m / rad, m / rad^2 of a point, and m from the stretch's nearer end.
@@ -170,3 +172,5 @@ private:
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

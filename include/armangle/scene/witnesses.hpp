@@ -18,6 +18,8 @@
 #include "blocked_arc.hpp"
 #include "least_between.hpp"
 
+#include "../names/begin.hpp"
+
 namespace armangle {
 
 namespace witness_rule {
@@ -171,3 +173,5 @@ private:
 }  // namespace detail
 
 }  // namespace armangle
+
+#include "../names/end.hpp"

@@ -8,6 +8,8 @@
 
 #include "../scalar.hpp"
 
+#include "../../names/begin.hpp"
+
 namespace armangle {
 
 inline constexpr int register_width = 2;
@@ -155,5 +157,7 @@ ARMANGLE_INLINE Lane<N> copysign(const Lane<N>& magnitude, const Lane<N>& sign_o
 }
 
 }  // namespace armangle
+
+#include "../../names/end.hpp"
 
 #endif
