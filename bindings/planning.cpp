@@ -402,7 +402,7 @@ auto between(const SrsArm& arm, std::span<const Segment> path, const PathRows& r
 }
 auto between(const OffsetArm& arm, std::span<const Segment> path, const PathRows& rows) {
     return [&arm, path, rows](double s) {
-        return OffsetCurve{arm, path, rows.s, rows.psi, rows.q.data(), rows.gc[0]}.at(s);
+        return OffsetCurve{arm, path, rows.s, rows.psi, rows.q.data()}.at(s);
     };
 }
 template <class SrsArm>
@@ -431,30 +431,28 @@ nb::object rows_within(const Handle& self, Floats segments, Floats s, Floats q, 
                           as_array(kept, 1), passed.excess, passed.joint, passed.row);
 }
 
-/// A path's rows (s, free, q) in one branch of an arm with an offset, held while they are asked.
+/// A path's rows (s, free, q) of an arm with an offset, held while they are asked.
 class OffsetRows {
 public:
-    OffsetRows(Floats segments, Floats s, Floats free, Floats q, int gc)
-        : segments_(segments), s_(s), free_(free), q_(q), gc_(gc) {}
+    OffsetRows(Floats segments, Floats s, Floats free, Floats q)
+        : segments_(segments), s_(s), free_(free), q_(q) {}
     OffsetCurve curve(const OffsetArm& arm) const noexcept {
         const auto n = static_cast<std::size_t>(s_.shape(0));
         return {arm,
                 {as_segments(segments_), static_cast<std::size_t>(segments_.shape(0))},
                 {s_.data<double>(), n},
                 {free_.data<double>(), n},
-                q_.data<double>(),
-                gc_};
+                q_.data<double>()};
     }
 
 private:
     const Buffer segments_, s_, free_, q_;
-    const int gc_;
 };
 
 /// The same of an arm with an offset, between its rows: q, free, branch, pose, margin, residual at s.
-void rows_at(const OffsetHandle& self, Floats segments, Floats rows_s, Floats free, Floats rows_q, int gc,
-             Floats s, Floats q, Floats psi, Floats branch, Floats pose, Floats margin, Floats residual) {
-    const OffsetRows rows(segments, rows_s, free, rows_q, gc);
+void rows_at(const OffsetHandle& self, Floats segments, Floats rows_s, Floats free, Floats rows_q, Floats s,
+             Floats q, Floats psi, Floats branch, Floats pose, Floats margin, Floats residual) {
+    const OffsetRows rows(segments, rows_s, free, rows_q);
     const OffsetCurve curve = rows.curve(self.arm);
     const Buffer at(s), q_out(q, true), psi_out(psi, true), branch_out(branch, true), pose_out(pose, true),
         margin_out(margin, true), residual_out(residual, true);
@@ -471,8 +469,8 @@ void rows_at(const OffsetHandle& self, Floats segments, Floats rows_s, Floats fr
 
 /// Their q', q'', q''' at s: (3, 7) each.
 void rows_derivatives(const OffsetHandle& self, Floats segments, Floats rows_s, Floats free, Floats rows_q,
-                      int gc, Floats s, Floats out) {
-    const OffsetRows rows(segments, rows_s, free, rows_q, gc);
+                      Floats s, Floats out) {
+    const OffsetRows rows(segments, rows_s, free, rows_q);
     const OffsetCurve curve = rows.curve(self.arm);
     const Buffer at(s), to(out, true);
     for (Py_ssize_t i = 0; i < at.shape(0); ++i)
@@ -536,11 +534,11 @@ void bind_near_planning(nb::class_<NearArmHandle>& arm) { bind_planning_of(arm);
 
 void bind_offset_rows(nb::class_<OffsetHandle>& arm) {
     using namespace nb::literals;
-    arm.def("rows_at", &rows_at, "segments"_a, "rows_s"_a, "free"_a, "rows_q"_a, "gc"_a, "s"_a, "q"_a,
-            "psi"_a, "branch"_a, "pose"_a, "margin"_a, "residual"_a);
+    arm.def("rows_at", &rows_at, "segments"_a, "rows_s"_a, "free"_a, "rows_q"_a, "s"_a, "q"_a, "psi"_a,
+            "branch"_a, "pose"_a, "margin"_a, "residual"_a);
     arm.def("rows_within", &rows_within<OffsetHandle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
-    arm.def("rows_derivatives", &rows_derivatives, "segments"_a, "rows_s"_a, "free"_a, "rows_q"_a, "gc"_a,
-            "s"_a, "out"_a);
+    arm.def("rows_derivatives", &rows_derivatives, "segments"_a, "rows_s"_a, "free"_a, "rows_q"_a, "s"_a,
+            "out"_a);
 }
 
 void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {

@@ -6,6 +6,7 @@ Messages say what is wrong, where, which value, and what was wanted.
 from __future__ import annotations
 
 import importlib
+import importlib.util
 from typing import Any
 
 
@@ -136,6 +137,11 @@ class OutputError(ArmangleError, OSError):
 
 class PortError(ArmangleError, OSError):
     """The viewer cannot serve at the port it was given."""
+
+
+def has_package(package: str) -> bool:
+    """Return whether a package of an extra is there."""
+    return importlib.util.find_spec(package) is not None
 
 
 def needed(package: str, purpose: str, extra: str) -> Any:

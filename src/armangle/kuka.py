@@ -38,6 +38,7 @@ from ._arrays import (
     chosen,
 )
 from ._core import ANGLE_TOLERANCE
+from ._values import by_content
 from .arm.arcs import ArcSet
 from .arm.arm import Arm
 from .errors import ConfigurationError, InputError, NoSolutionError, UnreachableError
@@ -63,6 +64,7 @@ _A1, _A2, _A3, _A4, _A5, _A6, _A7 = range(JOINTS)
 _UNSOLVED = ("raise", "nan")
 
 
+@by_content
 class KukaFrame(NamedTuple):
     """A posture as the controller names it.
 

@@ -99,8 +99,8 @@ def test_what_does_not_join_is_refused() -> None:
     far[:, 0, 3] += 3.0
     with pytest.raises(aa.PathError, match=r"path 0 is not solved"):
         aa.join([aa.follow(ARM, far, start=Q)])
-    with pytest.raises(aa.InputError, match=r"path 0 has 1 rows"):
-        aa.join([aa.follow(ARM, first.poses[:1], start=Q)])
+    with pytest.raises(aa.InputError, match=r"path 1 has no rows"):
+        aa.join([first, aa.follow(ARM, first.poses[:0], start=Q)])
 
 
 def test_what_stands_about_stays_known() -> None:

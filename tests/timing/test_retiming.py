@@ -364,8 +364,8 @@ def test_any_arm_and_line_within_two_thousandths(seed: int) -> None:
 def test_what_cannot_be_timed_is_refused() -> None:
     with pytest.raises(aa.PathError, match="solved"):
         aa.retime(aa.follow(ARM, shifted(5, 0, 0)[None], start=Q))
-    with pytest.raises(aa.InputError, match="no joint moves along the path: there is nothing to time"):
-        aa.retime(aa.follow(ARM, shifted(0, 0, 0)[None], start=Q))
+    with pytest.raises(aa.PathError, match="the path has no rows"):
+        aa.retime(aa.follow(ARM, np.empty((0, 4, 4)), start=Q))
     with pytest.raises(aa.InputError, match=r"of joints JointPath.from_joints\(arm, q\)"):
         aa.retime(np.zeros((5, 7)))  # type: ignore[arg-type]  # wrong on purpose
     with pytest.raises(aa.InputError, match="path is 3, wanted a JointPath"):
@@ -432,7 +432,8 @@ def test_retime_says_which_argument_to_give(word: str) -> None:
 def swing(n: int) -> aa.JointPath:
     """One smooth swing of all joints, in n rows."""
     way = np.array([1, 0.5, -0.3, 0.4, 0.2, -0.6, 0.8])
-    return aa.JointPath.from_joints(ARM, Q + 0.15 * np.sin(np.linspace(0, 2 * np.pi, n))[:, None] * way)
+    q = Q + 0.15 * np.sin(np.linspace(0, 2 * np.pi, n))[:, None] * way
+    return aa.JointPath.from_joints(ARM, q, between="tool")
 
 
 @pytest.mark.parametrize("rows", [400, 1200])
@@ -563,9 +564,15 @@ def test_a_row_that_is_repeated_is_no_stop(asked: dict[str, float]) -> None:
 
 
 @pytest.mark.parametrize("rest", [Q, np.zeros(7)])
-def test_joints_that_rest_have_nothing_to_time(rest: Array) -> None:
-    with pytest.raises(aa.InputError, match="nothing to time"):
-        aa.retime(aa.JointPath.from_joints(ARM, [rest] * 3))
+@pytest.mark.parametrize("between", ["tool", "joints", "spline"])
+@pytest.mark.parametrize("jerk", [None, JERK])
+def test_joints_that_rest_take_no_time(rest: Array, between: Between, jerk: Array | None) -> None:
+    for count in (1, 3):
+        path = aa.JointPath.from_joints(ARM, [rest] * count, between=between)
+        motion = aa.retime(path, jerk=jerk, tool_speed=0.1)
+        assert motion.duration == 0 and len(motion) == 1 and np.array_equal(motion.q, [rest])
+        here = motion.at([0.0, 0.0])
+        assert np.array_equal(here.q, [rest] * 2) and not here.qd.any() and not here.qdd.any()
 
 
 @pytest.mark.parametrize("n", range(12))

@@ -67,3 +67,13 @@ def test_yaml_is_a_joint_trajectory_message(tmp_path: Path) -> None:
         assert when["sec"] + 1e-9 * when["nanosec"] == pytest.approx(t, abs=1e-9)
     with pytest.raises(aa.InputError, match=r"joints cannot be saved as \.yaml, which is for trajectories"):
         aa.save(LINE, tmp_path / "b.yaml")
+
+
+def test_speeds_that_are_not_trusted_are_said_where_they_are_used() -> None:
+    doubtful = aa.Arm.from_catalogue("rainbow_rby1_right")
+    rows = np.linspace(doubtful.lower, doubtful.upper, 12)[5:7]
+    path = aa.JointPath.from_joints(doubtful, rows, between="joints")
+    own, given = (aa.retime(path, acceleration=1.0, **how) for how in ({}, {"velocity": 0.5}))
+    assert len(own.notes) == 1 and own.notes[0] in doubtful.notes and own.notes[0] in own.explain()
+    assert given.notes == () and "trusted" not in given.explain()
+    assert aa.retime(LINE).notes == ()

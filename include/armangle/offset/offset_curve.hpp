@@ -1,21 +1,41 @@
-// What the joints of an arm with an offset do between the rows of a path: the free joint moves evenly from
-// row to row, and the others follow in closed form, with their derivatives by Taylor arithmetic.
+// What the joints of an arm with an offset do between the rows of a path: one joint leads evenly from row to
+// row, and the others follow by Newton's method, with their derivatives on Taylor coefficients.
 //
-//     free |    o--.             o  a row: s, joints, the free joint's value
-//          |  .'    `o--o        -  straight in between; the tool is on its path at every s
-//          | o
-//          +------------- s
+//     q of the   |    o--.             o  a row: s and joints
+//     joint that |  .'    `o--o        -  straight in between; the tool is on its path at every s
+//     leads      | o
+//                +------------- s
+//
+// Which joint leads is asked for between every two rows: the one that the self-motion there moves fastest. So
+// branches are no borders: at theta_2 = 0 joint 1 or 3 leads, and at a fold the free joint does not.
 #pragma once
 
 #include <algorithm>
 #include <span>
 
-#include "../plan/curve.hpp"
+#include "../near/corrected_curve.hpp"
 #include "offset_posture.hpp"
 
 #include "../names/begin.hpp"
 
 namespace armangle {
+
+/// The pose of the tool at joint values on any scalar.
+template <class T>
+Pose<T> tool_pose(const OffsetArm& arm, const T* q) noexcept {
+    SinCos<T> angle[joints];
+    for (int j = 0; j < joints; ++j)
+        angle[j] = sin_cos(to_theta(q[j], T(arm.own.sign[j]), T(arm.own.offset[j])));
+    const int row = arm.mirrored ? 1 : 6;
+    Vec3<T> shift{};
+    Pose<T> flange{};
+    detail::walk(arm.own, angle, [&](int i, const Pose<T>& frame) noexcept {
+        if (i == row) shift = frame.rotation.x * T(arm.mirrored ? -arm.a_6 : arm.a_6);
+        if (i == joints) flange = frame;
+    });
+    flange.position = flange.position + shift;
+    return user_pose(arm.own, flange);
+}
 
 /// A view: the arm, the path and the rows belong to others.
 struct OffsetCurve {
@@ -23,59 +43,129 @@ struct OffsetCurve {
     std::span<const Segment> segments;
     std::span<const double> s, free;  // of the rows, two or more; s rises, free is lifted
     const double* q;                  // (n, 7)
-    int gc;                           // of all rows
 
-    /// The posture at s, on the turns next to the rows'; NaN where there is none.
+    /// The posture at s next to the straight way from row to row; NaN where there is none.
     PlacedPosture at(double x) const noexcept {
-        const std::size_t row = row_before(x);
-        const double share = (x - s[row]) / (s[row + 1] - s[row]);
-        double near[joints];
-        const double *before = q + joints * row, *after = before + joints;
-        for (int j = 0; j < joints; ++j) near[j] = between(before[j], after[j], share);
+        const Gap gap = gap_at(x);
+        const double share = (x - gap.start) / gap.length;
         PlacedPosture out;
         out.pose = pose_at(segment(x), x);
-        out.psi = between(free[row], free[row + 1], share);
-        out.gc = gc;
-        const Inverse found = inverse(arm, out.pose, out.psi, gc, near);
-        std::copy(found.q, found.q + joint_slots, out.q);
+        for (int j = 0; j < joints; ++j) out.q[j] = gap.from[j] + share * (gap.to[j] - gap.from[j]);
+        out.q[joints] = 0.0;
+        if (!solve(out.pose, gap.lead, out.q)) std::fill(out.q, out.q + joints, not_a_number);
+        const OffsetPosture here = forward(arm, out.q);
+        out.gc = here.gc;
+        out.psi = lift(here.free, free[gap.row] + share * (free[gap.row + 1] - free[gap.row]));
         return out;
     }
 
     /// q', q'', q''' with respect to s: three rows of seven, at a row those of what follows. NaN where there
-    /// is no posture, or joints 1 and 3 turn about one axis, or 5 about the line to the shoulder.
+    /// is no posture, or the arm is stretched.
     void derivatives(double x, double* out) const noexcept {
         using J = Jet<double, 3>;
         std::fill(out, out + 3 * joints, not_a_number);
+        const Gap gap = gap_at(x);
         const PlacedPosture here = at(x);
-        if (!is_finite(here.q)) return;
-        const std::size_t row = row_before(x);
-        const J now = J::variable(x);
-        const J share = (now - J(s[row])) / J(s[row + 1] - s[row]);
-        const J value = J(free[row]) + share * J(free[row + 1] - free[row]);
-        const J theta_7 = to_theta(value, J(arm.rest.sign[6]), J(arm.rest.offset[6]));
-        const OffsetMotion<J> m = offset_motion(arm, pose_at(segment(x), now), gc);
-        const SinCos<J> free_angle = sin_cos(theta_7);
-        const OffsetWrist<J> wrist = offset_wrist(arm, m, free_angle);
-        if (!(abs(wrist.g.value()) > tolerance::folded * arm.rest.reach)) return;
-        const Directions<J> d = directions(m, wrist, free_angle, sqrt(wrist.inside));
-        if (!(abs(d.y[1].value()) > tolerance::one_axis)) return;
-        for (int j = 0; j < joints; ++j) {
-            const J theta = j == 6 ? theta_7 : atan2(d.y[j], d.x[j]);
-            for (int k = 1; k <= 3; ++k)
-                out[(k - 1) * joints + robot_joint(arm, j)] =
-                    arm.rest.sign[j] * theta.coefficient[k] * (k == 3 ? 6.0 : k);
+        detail::InverseSlope<double> back;
+        if (!is_finite(here.q) || !detail::eliminate(equations(here.pose, gap.lead, here.q), back)) return;
+        const Pose<J> wanted = pose_at(segment(x), J::variable(x));
+        J series[joints];
+        for (int j = 0; j < joints; ++j) series[j] = J(here.q[j]);
+        const double rate = (gap.to[gap.lead] - gap.from[gap.lead]) / gap.length;
+        for (int k = 1; k <= 3; ++k) {  // one coefficient after the other: the equations are linear in it
+            const auto left = rest(tool_pose(arm, series), wanted);
+            const Row order{coefficient(left.wrist, k), coefficient(left.turn, k), k == 1 ? rate : 0.0};
+            for (int j = 0; j < joints; ++j) series[j].coefficient[k] = back.times(j, order);
         }
+        for (int j = 0; j < joints; ++j)
+            for (int k = 1; k <= 3; ++k)
+                out[(k - 1) * joints + j] = series[j].coefficient[k] * (k == 3 ? 6.0 : k);
     }
 
 private:
+    template <class T>
+    using Equations = detail::SevenEquations<T>;
+    using Row = Equations<double>::Row;
+
+    /// Two rows beside each other, and the joint (0..6) that leads from one to the next.
+    struct Gap {
+        std::size_t row;
+        const double *from, *to;  // (7,)
+        double start, length;     // of s
+        int lead;
+    };
+
+    Gap gap_at(double x) const noexcept {
+        const auto after = std::upper_bound(s.begin(), s.end(), x) - s.begin();
+        const auto last = std::ssize(s) - 2;
+        const auto row = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(after - 1, 0, last));
+        const double *from = q + joints * row, *to = from + joints;
+        return {row, from, to, s[row], s[row + 1] - s[row], leader(from, to)};
+    }
     const Segment& segment(double x) const noexcept {
         return segments[segment_index(segments.data(), segments.size(), x)];
     }
-    std::size_t row_before(double x) const noexcept {
-        const auto after = std::upper_bound(s.begin(), s.end(), x) - s.begin();
-        return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(after - 1, 0, std::ssize(s) - 2));
+    static Vec3<double> coefficient(const Vec3<Jet<double, 3>>& v, int k) noexcept {
+        return {v.x.coefficient[k], v.y.coefficient[k], v.z.coefficient[k]};
     }
-    static double between(double a, double b, double share) noexcept { return a + share * (b - a); }
+
+    /// From one pose to the next: lengths as shares of the reach, and the turn, exact where it vanishes.
+    template <class T>
+    typename Equations<T>::Row rest(const Pose<T>& from, const Pose<T>& to) const noexcept {
+        const Vec3<T> twice = cross(from.rotation.x, to.rotation.x) + cross(from.rotation.y, to.rotation.y) +
+                              cross(from.rotation.z, to.rotation.z);
+        return {(to.position - from.position) * T(1.0 / arm.rest.reach), twice * T(0.5), T(0.0)};
+    }
+    /// What joints `at` leave of a pose, and their Jacobian with a row for the joint that leads.
+    Equations<double> equations(const Pose<double>& pose, int lead, const double* at) const noexcept {
+        const Jacobian J = jacobian(arm, at);
+        const double per_reach = 1.0 / arm.rest.reach;
+        Equations<double> out;
+        out.left = rest(tool_pose(arm, at), pose);
+        for (int j = 0; j < joints; ++j) {
+            const auto& e = J.entry;
+            out.column[j].wrist = Vec3<double>{e[0][j], e[1][j], e[2][j]} * per_reach;
+            out.column[j].turn = {e[3][j], e[4][j], e[5][j]};
+            out.column[j].psi = j == lead ? 1.0 : 0.0;
+        }
+        return out;
+    }
+    /// The joint that the self-motion moves fastest half way between two rows; 6 where the arm is stretched.
+    int leader(const double* from, const double* to) const noexcept {
+        double middle[joint_slots] = {};
+        for (int j = 0; j < joints; ++j) middle[j] = from[j] + 0.5 * (to[j] - from[j]);
+        const Pose<double> here = tool_pose(arm, middle);
+        for (int first = 0; first < joints; ++first) {
+            detail::InverseSlope<double> back;
+            if (!detail::eliminate(equations(here, first, middle), back)) continue;
+            int most = first;
+            for (int j = 0; j < joints; ++j)
+                if (abs(back.row[j].psi) > abs(back.row[most].psi)) most = j;
+            return most;
+        }
+        return joints - 1;
+    }
+    /// Newton's method from joints `at`, of which one stays.
+    bool solve(const Pose<double>& pose, int lead, double* at) const noexcept {
+        double before = infinity;
+        for (int round = 0;; ++round) {
+            const Equations<double> now = equations(pose, lead, at);
+            const double left = now.size();
+            const bool solved = left <= near_rule::residual;
+            if (left <= near_rule::settled || (solved && !(left < before))) return true;
+            detail::InverseSlope<double> back;
+            if (round == near_rule::newton_steps || !(left < infinity) || !detail::eliminate(now, back))
+                return solved;
+            before = left;
+            double step[joints], longest = 0;
+            for (int j = 0; j < joints; ++j) {
+                step[j] = back.times(j, now.left);
+                longest = max(longest, abs(step[j]));
+            }
+            const double share = longest > near_rule::largest_step ? near_rule::largest_step / longest : 1.0;
+            for (int j = 0; j < joints; ++j) at[j] += share * step[j];
+        }
+    }
 };
 
 }  // namespace armangle

@@ -2138,7 +2138,8 @@ class Arm(FrozenValue):
             raise ConfigurationError(f"gc is {gc!r}, wanted an integer from 0 to 7")
         if isinstance(joint, bool) or not isinstance(joint, (int, np.integer)) or not 1 <= joint <= JOINTS:
             raise InputError(f"joint is {joint!r}, wanted an integer from 1 to 7")
-        return JointFunction(self._handle.joint_function(frame, int(index), int(joint) - 1), int(joint))
+        found = self._handle.joint_function(frame, int(index), int(joint) - 1)
+        return JointFunction(found, (self, frame, int(index)), int(joint))
 
 
 def _rebuilt(arguments: dict[str, Any]) -> Arm:

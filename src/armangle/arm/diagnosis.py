@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from .. import _core
 from .._arrays import MILLIMETRES, Floats, frozen, in_millimetres, millimetres
+from .._values import by_content
 from ..scenes.ready import Ready
 from ..status import STATUSES, Status
 from .solution import Solution
@@ -52,7 +53,8 @@ class Opening:
     extra: float
 
 
-@dataclass(frozen=True)
+@by_content
+@dataclass(frozen=True, eq=False)
 class Branch:
     """What was found out about one branch.
 
@@ -270,7 +272,8 @@ def _wider(opening: Opening) -> str:
     return f"{math.degrees(opening.extra):.3g}° more of {limit}"
 
 
-@dataclass(frozen=True, repr=False)
+@by_content
+@dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
     """Findings for each branch asked, best first.
 

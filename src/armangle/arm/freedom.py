@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Floats
+from .._values import by_content
 from ..status import Status
 
 
+@by_content
 class Freedom(NamedTuple):
     """Which branches hold a pose, and over how much of their circles.
 

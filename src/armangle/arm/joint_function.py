@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._arrays import Floats, as_floats, check_angles
+from .._values import by_content
 
 Kind = Literal["stationary", "monotonic", "singular", "constant"]
 _KINDS: dict[_core.Case, Kind] = {
@@ -19,6 +20,7 @@ _KINDS: dict[_core.Case, Kind] = {
 }
 
 
+@by_content
 class JointFunction:
     """q_i(ψ) at a fixed pose and global configuration; made by `Arm.joint_function`.
 
@@ -28,14 +30,18 @@ class JointFunction:
         The joint i, 1..7.
     """
 
-    __slots__ = ("_handle", "joint")
+    __slots__ = ("_handle", "_of", "joint")
 
     joint: int
+    _of: tuple[Any, ...]
     _handle: _core.JointFunction
 
-    def __init__(self, handle: _core.JointFunction, joint: int) -> None:
-        self._handle = handle
-        self.joint = joint
+    def __init__(self, handle: _core.JointFunction, of: tuple[Any, ...], joint: int) -> None:
+        self._handle, self._of, self.joint = handle, of, joint
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        arm, *of = self._of
+        return arm.joint_function, (*of, self.joint)
 
     def value(self, psi: ArrayLike) -> Floats | np.float64:
         """Return the joint value, as `Arm.inverse` gives it without a seed.

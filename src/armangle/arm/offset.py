@@ -31,6 +31,7 @@ from .._arrays import (
     frozen,
     named,
 )
+from .._values import by_content
 from ..errors import ConfigurationError, InputError, NoSolutionError, UnknownRobotError, UnreachableError
 from ..models.catalogue import catalogue
 from ..models.chain import Chain, chain_of
@@ -94,6 +95,7 @@ _KEYWORDS = {
 _names_keywords = names_keywords("OffsetArm", _KEYWORDS)
 
 
+@by_content
 class OffsetSolution(NamedTuple):
     """The posture of an `OffsetArm` that is nearest to given joints, and why there is none.
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import JOINTS, Floats, Ints, frozen
+from .._values import by_content
 from ..errors import InputError, NoSolutionError, UnreachableError
 from ..status import SOLVED, STATUSES, Status
 
@@ -27,6 +28,7 @@ _HINTS = {
 """What tells more about a status, asked as `solve` was."""
 
 
+@by_content
 class Solution(NamedTuple):
     """A posture of a pose, what it costs, and why there is none.
 
@@ -136,6 +138,7 @@ class Solution(NamedTuple):
         )
 
 
+@by_content
 class Solutions:
     """The nearest posture of each branch and arc of a pose, by rising distance.
 

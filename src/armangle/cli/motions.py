@@ -15,7 +15,7 @@ from ..motion.joint_path import Between, JointPath
 from ..scenes.scene import Scene
 
 
-def motion_of(arm: Arm | OffsetArm, table: JointTable, between: Between = "tool") -> JointPath:
+def motion_of(arm: Arm | OffsetArm, table: JointTable, between: Between | None = "tool") -> JointPath:
     """Return the rows of a joint file as a motion of an arm, those without joints included."""
     return JointPath.from_joints(arm, table.q, s=table.s, status=table.status, between=between)
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from .._arrays import JOINTS, Floats, Ints, PathLike, as_poses, frozen
+from .._values import by_content
 from ..arm.solution import Solution, Solutions
 from ..errors import FileFormatError, InputError, ShapeError
 from ..motion.joint_path import JointPath, even_parameters
@@ -32,6 +33,7 @@ _HEADINGS = {"q": JOINT_COLUMNS, "pose": COLUMNS}
 _FEW_DIGITS = 5e-3  # what a quaternion's length is off whose numbers have three digits, and more
 
 
+@by_content
 @dataclass(frozen=True, eq=False)
 class JointTable:
     """A joint file: rows of joint values with what is known of them; arrays are read-only.

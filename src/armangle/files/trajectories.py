@@ -12,6 +12,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from .._arrays import JOINTS, Floats, PathLike, frozen
+from .._values import by_content
 from ..errors import FileFormatError
 from .archive_blocks import number_block, read_blocks
 from .csv_blocks import CsvFile
@@ -23,6 +24,7 @@ _TIME = re.compile(r"\{sec: (\d{1,18}), nanosec: (\d{1,9})\}")
 _NANO = 1e-9
 
 
+@by_content
 @dataclass(frozen=True, eq=False, repr=False)
 class TrajectoryTable:
     """A trajectory file: rows in time; arrays are read-only.

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from .._arrays import JOINTS, Floats, Ints
+from .._values import by_content
 from ..arm.arm import Arm
 from ..arm.offset import OffsetArm
 from ..arm.roll import Roll
@@ -23,6 +24,9 @@ REPEATS = 2e-5
 """rad: rows nearer than a teach pendant's last digit, 0.001 degrees, are one ..."""
 APART = 50
 """... where the rows beside them are so many times as far apart."""
+_LOOKS = 9  # between two rows of different branches
+_ELBOW = 2  # of a branch's bits
+_ROUND = 0.5  # rad: a joint that leaves the straight way from row to row by more goes round
 _SHIFT = 8  # numbers of a shift: where it begins and ends, and six coefficients
 
 
@@ -42,6 +46,7 @@ class Placed(NamedTuple):
         return cls(*(np.empty((n, *shape)) for shape in ((JOINTS,), (), (), (4, 4), (), ())))
 
 
+@by_content
 @dataclass(frozen=True, eq=False)
 class Curve:
     """Segments of the path, stretches of the angle, the plane that it is measured from, and the branch.
@@ -101,9 +106,10 @@ class Curve:
         return self.segments, self.stretches, self.plane, self.gc, free, self.shifts, self.base
 
 
+@by_content
 @dataclass(frozen=True, eq=False)
 class OffsetCurve:
-    """Rows of an `OffsetArm`, between which its free joint moves evenly.
+    """Rows of an `OffsetArm`, between which the joint moves evenly that its self-motion moves fastest.
 
     Parameters
     ----------
@@ -114,7 +120,7 @@ class OffsetCurve:
     q : ndarray, shape (n, 7)
         Joints, rad.
     gc : int
-        Global configuration of all rows.
+        Global configuration of the first row.
     """
 
     segments: Floats
@@ -150,9 +156,24 @@ class OffsetCurve:
         handle.rows_derivatives(*self._columns, s, out)
         return out
 
+    def torn(self, handle: Any, gc: Ints) -> int:
+        """Return the first row, of branches gc (n,), behind which nothing leads to that of the next; or -1.
+
+        Branches meet at θ2 = 0 and at a fold, which joints pass as straight as elsewhere; not at the elbow.
+        """
+        over = np.flatnonzero(np.diff(gc))
+        share = np.linspace(0.0, 1.0, _LOOKS + 2)[1:-1]
+        for row in over.tolist():
+            s = self.s[row] + (self.s[row + 1] - self.s[row]) * share
+            straight = self.q[row] + (self.q[row + 1] - self.q[row]) * share[:, None]
+            off = np.abs(self.at(handle, s).q - straight).max()
+            if (gc[row] ^ gc[row + 1]) & _ELBOW or not off <= _ROUND:
+                return row
+        return -1
+
     @property
-    def _columns(self) -> tuple[Floats, Floats, Floats, Floats, int]:
-        return self.segments, self.s, self.free, self.q, self.gc
+    def _columns(self) -> tuple[Floats, Floats, Floats, Floats]:
+        return self.segments, self.s, self.free, self.q
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,13 +215,18 @@ class _JointRows:
         return True
 
 
+@by_content
 @dataclass(frozen=True, eq=False)
 class JointLines(_JointRows):
     """Rows of joints, between which every joint moves evenly."""
 
+    def joints(self, s: Floats) -> Floats:
+        """Return joints at s (N,), (N, 7) rad."""
+        return np.stack([np.interp(s, self.s, joint) for joint in self.q.T], axis=-1)
+
     def at(self, handle: Any, s: Floats) -> Placed:
         """Return the rows at s (N,); psi is in (-π, π], NaN where there is none."""
-        return _placed(self.arm, np.stack([np.interp(s, self.s, joint) for joint in self.q.T], axis=-1))
+        return _placed(self.arm, self.joints(s))
 
     def derivatives(self, handle: Any, s: Floats) -> Floats:
         """Return q', q'', q''' with respect to s, shape (N, 3, 7); at a row of what follows it."""
@@ -210,6 +236,7 @@ class JointLines(_JointRows):
         return out
 
 
+@by_content
 @dataclass(frozen=True, eq=False)
 class JointSpline(_JointRows):
     """A cubic spline through rows of joints: twice differentiable, "not a knot" at its ends.
@@ -229,8 +256,8 @@ class JointSpline(_JointRows):
         return np.arange(len(self.q)) if repeats.all() else np.append(0, np.flatnonzero(~repeats) + 1)
 
     @cached_property
-    def _own(self) -> Floats:
-        """The s of all rows without the rests."""
+    def own(self) -> Floats:
+        """The s of all rows without the rests, shape (n,)."""
         moves = np.isin(np.arange(1, len(self.s)), self.moving)
         return np.append(0.0, np.cumsum(np.diff(self.s) * moves))
 
@@ -238,17 +265,21 @@ class JointSpline(_JointRows):
     def spline(self) -> Any:
         """The spline of SciPy, over s without the rests."""
         interpolate = needed("scipy.interpolate", "a spline through joints needs", "time")
-        return interpolate.CubicSpline(self._own[self.moving], self.q[self.moving])
+        return interpolate.CubicSpline(self.own[self.moving], self.q[self.moving])
+
+    def joints(self, s: Floats) -> Floats:
+        """Return joints at s (N,), (N, 7) rad."""
+        return np.asarray(self.spline(np.interp(s, self.s, self.own)))
 
     def at(self, handle: Any, s: Floats) -> Placed:
         """Return the rows at s (N,); psi is in (-π, π], NaN where there is none."""
-        return _placed(self.arm, self.spline(np.interp(s, self.s, self._own)))
+        return _placed(self.arm, self.joints(s))
 
     def derivatives(self, handle: Any, s: Floats) -> Floats:
         """Return q', q'', q''' with respect to s, shape (N, 3, 7); the last at a row of what follows it."""
         row = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
-        own = np.interp(s, self.s, self._own)
-        moves = (np.diff(self._own) > 0)[row, None, None]
+        own = np.interp(s, self.s, self.own)
+        moves = (np.diff(self.own) > 0)[row, None, None]
         return np.where(moves, np.stack([self.spline(own, order) for order in (1, 2, 3)], axis=1), 0.0)
 
     def passed(self, lower: Floats, upper: Floats) -> Floats:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .._arrays import Floats, Ints
+from .._values import by_content
 from ..errors import InputError, PathError
 from ..scenes.scene import Scene
 from .curves import AnyCurve, Placed
@@ -21,6 +22,7 @@ SAME_JOINTS = 1e-6
 _TURN = 2 * np.pi
 
 
+@by_content
 @dataclass(frozen=True, eq=False)
 class JoinedCurve:
     """Curves one after the other, each over its part of s.
@@ -102,7 +104,7 @@ def join(paths: Sequence[JointPath]) -> JointPath:
     ----------
     paths : sequence of JointPath
         Of one arm, all solved. Each begins with the joints and the pose that the one before it ends with,
-        within 1e-6 rad and m. s is shared out by their rows.
+        within 1e-6 rad and m. s is shared out by their rows; paths of one row add nothing to others.
 
     Returns
     -------
@@ -135,8 +137,8 @@ def join(paths: Sequence[JointPath]) -> JointPath:
     for k, path in enumerate(paths):
         if path.arm != first.arm:
             raise InputError(f"paths: path {k} is of another arm than path 0")
-        if len(path) < 2:
-            raise InputError(f"paths: path {k} has {len(path)} rows, wanted 2 or more")
+        if len(path) == 0:
+            raise InputError(f"paths: path {k} has no rows, wanted one at least")
         if not path.ok:
             raise PathError(f"paths: path {k} is not solved: {path.explain()}")
     for k, (before, after) in enumerate(pairwise(paths), start=1):
@@ -146,7 +148,7 @@ def join(paths: Sequence[JointPath]) -> JointPath:
             raise InputError(
                 f"paths: path {k} begins {joint:.3g} rad and {pose:.3g} m from where path {k - 1} ends"
             )
-    return _joined(paths)
+    return _joined([path for path in paths if len(path) > 1] or paths[:1])
 
 
 def _scenes(paths: Sequence[JointPath]) -> tuple[Scene, ...]:
@@ -162,10 +164,12 @@ def _scenes(paths: Sequence[JointPath]) -> tuple[Scene, ...]:
 
 
 def _joined(paths: Sequence[JointPath]) -> JointPath:
+    curves = [path._drawn for path in paths]
+    if len(paths) == 1:
+        return paths[0]
     counts = np.array([len(path) - 1 for path in paths])
     ends = np.concatenate([[0.0], np.cumsum(counts)]) / counts.sum()
     ends[-1] = 1.0
-    curves = [path._curve() for path in paths]
     spans = list(zip(ends[:-1], np.diff(ends), strict=True))
     segments = np.concatenate([curve.segments for curve in curves])
     bounds = [low + width * curve.segments[:, :2] for (low, width), curve in zip(spans, curves, strict=True)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -10,12 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._arrays import JOINTS, Floats, Ints, as_floats, as_number, chosen, frozen
+from .._values import by_content
 from ..arm.arm import Arm
 from ..arm.diagnosis import Diagnosis
 from ..arm.joint_map import to_theta
 from ..arm.near import edge_of_reach
 from ..arm.offset import OffsetArm, as_srs
-from ..errors import InputError, PathError, ShapeError, UnreachableError
+from ..errors import InputError, PathError, ShapeError, UnreachableError, has_package
 from ..scenes.scene import Scene
 from ..status import SOLVED, STATUSES, Status
 from .curves import ORDERS, AnyCurve, Curve, JointLines, JointSpline, OffsetCurve
@@ -34,14 +36,24 @@ _MOST_ROWS = 10_000_000
 _SHUT = 1e-9  # sine of a hinge that is 0 but for rounding
 _ENDLESS = 1e9  # rad per unit of s: rounding of a speed that has no end
 _READ = 1e-6  # rad: of digits that a file leaves out
+_FEWEST_SMOOTH = 8  # every other row of so many makes a cubic spline
+_SMOOTH = 0.25
+"""What a spline may miss of what straight lines miss: 0.6 at a corner, on a curve the square of the step."""
 _TURN = 2 * np.pi
 Between = Literal["tool", "joints", "spline"]
 BETWEEN = ("tool", "joints", "spline")
+SAID = {
+    "tool": "Between its rows the tool goes straight.",
+    "joints": "Between its rows every joint goes straight.",
+    "spline": "Between its rows joints are on a spline.",
+}
+"""What a motion does between its rows, in words."""
 _OF_A_JOINT = (Status.JOINT_JUMP, Status.LIMITS, Status.WINDING_EXHAUSTED)
 """Outcomes of a step that one joint shows best."""
 _OUT_OF_REACH = (Status.UNREACHABLE, Status.FOLDED, Status.ELBOW_LIMIT, Status.ELBOW_MARGIN, Status.LIMITS)
 
 
+@by_content
 class PathPoint(NamedTuple):
     """Where a path is at s: ``q (..., 7)`` rad, ``psi (...)`` rad, ``gc (...)``, ``pose (..., 4, 4)`` m.
 
@@ -94,6 +106,59 @@ def _outside(q: Floats, beyond: Floats, verb: str) -> str:
     return f"Joint {joint + 1} {verb} {np.degrees(beyond[joint]):.4g} deg outside its limits.{unit}"
 
 
+def _unwrapped(arm: Arm | OffsetArm, q: Floats) -> Floats:
+    """Return rows of joints (n, 7) in which those without limits go the shorter way to the next."""
+    out = np.array(q, order="C")
+    free = np.isinf(arm.lower) & np.isinf(arm.upper)
+    out[:, free] = np.unwrap(out[:, free], axis=0)
+    return out
+
+
+def _raise_where_wrapped(arm: Arm | OffsetArm, q: Floats) -> None:
+    """Raise where a joint goes by more than half a turn in a row, and could go the shorter way.
+
+    Values that leave the one turn of an encoder, [-π, π] or [0, 2π], do not wrap.
+    """
+    steps = np.diff(q, axis=0)
+    low, high = q.min(axis=0) + _READ, q.max(axis=0) - _READ
+    in_a_turn = ((low >= -np.pi) & (high <= np.pi)) | ((low >= 0) & (high <= _TURN))
+    shorter = q[1:] - _TURN * np.round(steps / _TURN)
+    inside = (shorter >= arm.lower - _READ) & (shorter <= arm.upper + _READ)
+    wrapped = np.argwhere((np.abs(steps) > np.pi) & inside & in_a_turn)
+    if not len(wrapped):
+        return
+    row, joint = wrapped[0].tolist()
+    raise PathError(
+        f"from row {row} to row {row + 1} joint {joint + 1} goes from {q[row, joint]:.6g} to "
+        f"{q[row + 1, joint]:.6g} rad, more than half a turn, and a turn less would do: where its values "
+        f"wrap, q[:, {joint}] = np.unwrap(q[:, {joint}]); where it is to go so far, give rows between"
+    )
+
+
+def _smooth(path: JointPath) -> JointSpline | None:
+    """Return the spline through rows that are smooth, None where they are not, or it would pass a limit.
+
+    They are where a spline through every other row misses the rows left out by far less than straight lines.
+    """
+    kept = path._apart()
+    if not has_package("scipy") or len(kept) < _FEWEST_SMOOTH:
+        return None
+    rows = path._rows_of_joints(kept)
+    curve = JointSpline(*rows, rests=True)
+    own, q = curve.own[curve.moving], rows[2][curve.moving]
+    if len(own) < _FEWEST_SMOOTH:
+        return None
+    missed = np.zeros(2)
+    for first in (0, 1):
+        some, others = np.arange(first, len(own), 2), np.arange(first + 1, len(own) - 1, 2)
+        for k, kind in enumerate((JointSpline, JointLines)):
+            half = kind(rows[0], (own[some] - own[first]) / np.ptp(own[some]), q[some], *rows[3:])
+            at = (own[others] - own[first]) / np.ptp(own[some])
+            missed[k] = max(missed[k], np.abs(half.joints(at) - q[others])[at < 1].max())
+    beyond = curve.passed(path.arm.lower, path.arm.upper).max()
+    return curve if missed[0] <= _SMOOTH * missed[1] + _READ and beyond <= MOST_PASSED else None
+
+
 def _raise_where_torn(gc: Ints, row: int) -> None:
     """Raise where no joint leads on from a row to the next; below 0: nowhere."""
     if row < 0:
@@ -107,6 +172,7 @@ def _raise_where_torn(gc: Ints, row: int) -> None:
     raise PathError(f"the path has no values between its rows: behind row {row} {over}")
 
 
+@by_content
 @dataclass(frozen=True, eq=False, repr=False)
 class JointPath:
     """A motion along poses: one row a pose. Arrays are read-only; rows not reached are NaN, gc -1.
@@ -179,7 +245,7 @@ class JointPath:
     @classmethod
     def from_joints(
         cls, arm: Arm | OffsetArm, q: ArrayLike, *, s: ArrayLike | None = None,
-        status: ArrayLike | None = None, between: Between = "tool",
+        status: ArrayLike | None = None, between: Between | None = None,
     ) -> JointPath:  # fmt: skip
         """Return joint values of a file or a teach pendant as a motion, for `at` and `retime`.
 
@@ -187,14 +253,18 @@ class JointPath:
         ----------
         arm : Arm or OffsetArm
         q : array_like, shape (N, 7)
-            Joint values, rad; NaN in rows without.
+            Joint values, rad; NaN in rows without. A joint without limits goes the shorter way from row to
+            row: turns by which encoders wrap, as at ±π, are undone.
         s : array_like, shape (N,), optional
             Path parameters from 0 to 1, none below the one before; even unless given.
         status : array_like of int, shape (N,), optional
             `Status` of each row, OK unless given; LIMITS where joints of an OK row are outside them,
             NOT_REACHED where there are none.
-        between : "tool", "joints" or "spline"
-            How it goes from row to row. "tool": the tool goes straight, as in a motion of `follow`.
+        between : "tool", "joints" or "spline", optional
+            How it goes from row to row. By default "spline" where rows are smooth, which is tried: there a
+            spline through every other row meets the rows between them far better than straight lines do
+            (and it keeps the limits, and SciPy is there); else "tool". ``between`` of the result says which.
+            "tool": the tool goes straight, as in a motion of `follow`.
             "joints": every joint goes straight, as from one taught posture to the next (PTP), or along what a
             planner in joint space found. "spline": joints are on a cubic spline through the rows, twice
             differentiable, as rows of a smooth motion are; where rows repeat joints rest. It needs SciPy: pip
@@ -209,11 +279,13 @@ class JointPath:
         Raises
         ------
         PathError
-            If no row has joints, or a spline through them passes a limit.
+            If no row has joints, a spline through them passes a limit, or a joint with limits wraps: where it
+            goes by more than half a turn in one row, and its limits leave the shorter way too.
         InputError, ShapeError
             If an array has a wrong shape, or s falls.
         """
-        chosen("between", between, BETWEEN)
+        if between is not None:
+            chosen("between", between, BETWEEN)
         rows_given = as_floats("q", q, (JOINTS,)).reshape(-1, JOINTS)
         n = len(rows_given)
         known = np.isfinite(rows_given).all(axis=1)
@@ -224,7 +296,7 @@ class JointPath:
             ends = f" from {at[0]:.6g} to {at[-1]:.6g}" if len(at) else ""
             raise InputError(f"s holds {len(at)} numbers{ends}, wanted {n} from 0 to 1 that do not fall")
         rows, poses = blank_rows(n), np.full((n, 4, 4), np.nan)
-        joints = np.ascontiguousarray(rows_given[known])
+        joints = _unwrapped(arm, rows_given[known])
         if isinstance(arm, OffsetArm):
             poses[known], rows["psi"][known], rows["gc"][known] = arm.forward(joints)
         else:
@@ -245,7 +317,19 @@ class JointPath:
         defined = np.isfinite(rows["psi"])
         rows["psi"][defined] = np.unwrap(rows["psi"][defined])
         found = cls(arm=arm, s=at, poses=poses, **rows)
-        return found if between == "tool" or not found.ok else replace(found, curve=found._led(between))
+        if not found.ok:
+            return found
+        _raise_where_wrapped(arm, joints)
+        if between is None:
+            smooth = _smooth(found)
+            return found if smooth is None else replace(found, curve=smooth)
+        return found if between == "tool" else replace(found, curve=found._led(between))
+
+    @property
+    def between(self) -> Between:
+        """What goes from row to row: the tool along its path, the joints straight, or they on a spline."""
+        kinds: dict[type, Between] = {JointLines: "joints", JointSpline: "spline"}
+        return kinds.get(type(self.curve), "tool")
 
     @property
     def ok(self) -> bool:
@@ -329,7 +413,7 @@ class JointPath:
             its rows, whatever the elbow does.
         """
         at = checked_parameters(s)
-        curve = self._curve()
+        curve = self._drawn
         flat = at.reshape(-1)
         inside = flat <= curve.end
         q, psi = np.full((at.size, JOINTS), np.nan), np.full(at.size, np.nan)
@@ -373,7 +457,7 @@ class JointPath:
         """
         most = as_number("step (rad)", step, LEAST_STEP, _TURN)
         self.raise_for_status()
-        curve = self._curve()
+        curve = self._drawn
         way = float(np.nansum(np.abs(np.diff(self.q, axis=0)).max(axis=1, initial=0.0)))
         if way / most > _MOST_ROWS:
             raise InputError(f"joints go {way:.3g} rad: more than {_MOST_ROWS} rows of step = {most:g} rad")
@@ -426,7 +510,7 @@ class JointPath:
             As `at`.
         """
         at = checked_parameters(s)
-        curve = self._curve()
+        curve = self._drawn
         flat = at.reshape(-1)
         inside = flat <= curve.end
         out = np.full((at.size, ORDERS, JOINTS), np.nan)
@@ -435,7 +519,9 @@ class JointPath:
         out[~finite] = np.nan
         return out.reshape(*at.shape, ORDERS, JOINTS)
 
-    def _curve(self) -> AnyCurve:
+    @cached_property
+    def _drawn(self) -> AnyCurve:
+        """What joints do between the rows: the curve that was given, or the one through them."""
         if self.curve is not None:
             return self.curve
         if self.diagnosis is not None or not self.ok or len(self) == 0:
@@ -460,16 +546,12 @@ class JointPath:
         curve, torn = self._through(segments, s[:, 0], q, psi[:, 0], gc[:, 0].astype(np.int64))
         if torn >= 0:
             _raise_where_torn(every, int(np.searchsorted(self.s, s[torn, 0], side="right")) - 1)
-        object.__setattr__(self, "curve", curve)
         return curve
 
     def _led(self, between: Between) -> JointLines | JointSpline:
         """Return the curve in the joints through the rows."""
         kept = self._apart()
-        s, q = self.s[kept], self.q[kept]
-        if len(kept) == 1:
-            s, q = np.array([0.0, 1.0]), np.repeat(q, 2, axis=0)
-        rows = self.arm, s, q, int(self.gc[0]), self._straight(kept)
+        rows = self._rows_of_joints(kept)
         if between == "joints":
             return JointLines(*rows)
         curve = JointSpline(*rows, rests=True)
@@ -482,6 +564,13 @@ class JointPath:
                 "between='joints'"
             )
         return curve
+
+    def _rows_of_joints(self, kept: Ints) -> tuple[Arm | OffsetArm, Floats, Floats, int, Floats]:
+        """Return what a curve through the joints of these rows is made of."""
+        s, q = self.s[kept], self.q[kept]
+        if len(kept) == 1:
+            s, q = np.array([0.0, 1.0]), np.repeat(q, 2, axis=0)
+        return self.arm, s, q, int(self.gc[0]), self._straight(kept)
 
     def _branches(self) -> Ints:
         """Return the branch of each row; with θ2 or θ6 at 0, where it is of two, that of rows about it."""
@@ -502,8 +591,8 @@ class JointPath:
         And the row behind which nothing leads on to the branch of the next, or -1.
         """
         if isinstance(self.arm, OffsetArm):
-            over = np.flatnonzero(np.diff(gc))
-            return OffsetCurve(segments, s, psi, q, int(gc[0])), int(over[0]) if len(over) else -1
+            between = OffsetCurve(segments, s, psi, q, int(gc[0]))
+            return between, between.torn(self.arm._handle, gc)
         plane, stretches, torn = self.arm._handle.curve_through(segments, s, q, psi, gc)
         return Curve(segments, stretches, plane, int(gc[0])), torn
 
@@ -545,7 +634,8 @@ class JointPath:
                 return "There is no pose."
             count = "The one pose is" if one else f"All {len(self)} poses are"
             clear = " and clear of the scene" if self.scenes else ""
-            return f"{count} solved within all limits{clear}{proven}.{self._rounded()}{self._unproven()}"
+            led = "" if self.between == "tool" else f" {SAID[self.between]}"
+            return f"{count} solved within all limits{clear}{proven}.{led}{self._rounded()}{self._unproven()}"
         done = int(np.isin(self.status, SOLVED).sum())
         sentence = STATUSES[self.status[at]].sentence
         if one:

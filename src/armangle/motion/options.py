@@ -197,14 +197,25 @@ def step_bounds(
         if np.isfinite(hardest).any():
             raise InputError("a bound on acceleration needs velocity_now, the velocities before the step")
         velocity_now = np.zeros(JOINTS)
-    now = as_floats("velocity_now", velocity_now, (JOINTS,))
-    if now.ndim != 1:
-        raise ShapeError(f"velocity_now has shape {now.shape}, wanted ({JOINTS},)")
-    if not np.isfinite(now).all():
-        raise NotFiniteError("velocity_now is not finite, wanted 7 numbers in rad/s")
+    now = finite_seven("velocity_now", velocity_now)
     if dt is None:
         raise InputError("bounds on velocity and acceleration need dt, the time of a step in s")
     return np.concatenate([[as_seconds(dt)], fastest, hardest, now])
+
+
+def finite_seven(name: str, value: ArrayLike) -> Floats:
+    """Return seven joint velocities, finite, rad/s.
+
+    Raises
+    ------
+    InputError, NotFiniteError, ShapeError
+    """
+    speeds = as_floats(name, value, (JOINTS,))
+    if speeds.ndim != 1:
+        raise ShapeError(f"{name} has shape {speeds.shape}, wanted ({JOINTS},)")
+    if not np.isfinite(speeds).all():
+        raise NotFiniteError(f"{name} is not finite, wanted 7 numbers in rad/s")
+    return speeds
 
 
 def without_last(bounds: Floats) -> Floats:

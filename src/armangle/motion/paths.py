@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._arrays import Floats, about_z, as_floats, as_number, as_poses, chosen, frozen, one_pose, warn
+from .._values import by_content
 from ..errors import InputError, NotFiniteError, ShapeError
 
 LineOrientation = Literal["shortest", "fixed"]
@@ -117,6 +118,7 @@ class Deviation(NamedTuple):
 NO_DEVIATION = Deviation(0.0, 0.0)
 
 
+@by_content
 class Chain(Path):
     """Segments as the core writes them: the tool's way along joint paths, or along a path that is rolled."""
 
@@ -153,6 +155,7 @@ def checked_parameters(s: ArrayLike) -> Floats:
     return at
 
 
+@by_content
 @dataclass(frozen=True, eq=False)
 class Line(Path):
     """A straight line at constant speed.
@@ -182,6 +185,7 @@ class Line(Path):
         self._set(start=start, end=end, _segments=out)
 
 
+@by_content
 @dataclass(frozen=True, eq=False)
 class CircularArc(Path):
     """A circular arc from one pose over a point to another, at constant speed.
@@ -226,6 +230,7 @@ class CircularArc(Path):
         self._set(start=start, via=via, end=end, _segments=out)
 
 
+@by_content
 @dataclass(frozen=True, eq=False)
 class Screw(Path):
     """A turn of the tool about a fixed axis with an advance along it, at constant speed.
@@ -270,6 +275,7 @@ class Screw(Path):
         self._set(start=start, point=point, direction=direction, angle=angle, advance=advance, _segments=out)
 
 
+@by_content
 @dataclass(frozen=True, eq=False, repr=False)
 class Waypoints(Path):
     """Through given poses: straight and by the shortest rotation from each to the next, evenly between.
@@ -305,6 +311,7 @@ class Waypoints(Path):
         return f"<Waypoints of {len(self)} poses>"
 
 
+@by_content
 @dataclass(frozen=True, eq=False, repr=False)
 class Segments(Path):
     """Paths one after the other; with `blend`, their corners are rounded.

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._arrays import JOINTS, Floats, as_floats, as_poses, broadcast, check_angles, check_turns, one_posture
+from .._values import by_content
 from ..arm.allowed import Allowed, allowed_arcs, one_allowed
 from ..arm.arm import Arm
 from ..arm.offset import OffsetArm
@@ -38,6 +39,7 @@ _DEFAULT_RULE = core_policy(DEFAULT_POLICY, None)
 _JUMP = Status.JOINT_JUMP
 
 
+@by_content
 class Resolution(NamedTuple):
     """The next arm angle: ``psi`` in (-π, π], rad, shape (...), and its status (codes for a batch)."""
 
@@ -45,6 +47,7 @@ class Resolution(NamedTuple):
     status: NDArray[np.int8] | Status
 
 
+@by_content
 class Step(NamedTuple):
     """What a step leads to.
 

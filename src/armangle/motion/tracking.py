@@ -22,6 +22,7 @@ from .._arrays import (
     one_posture,
 )
 from .._core import Wish
+from .._values import by_content
 from ..arm.arm import Arm
 from ..arm.keywords import names_keywords
 from ..arm.offset import OffsetArm
@@ -69,6 +70,7 @@ _KEYWORDS = {
 }
 
 
+@by_content
 class Tracked(NamedTuple):
     """What a tick leads to.
 

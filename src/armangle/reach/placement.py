@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from .._arrays import Floats, as_floats, as_number, as_poses, as_threads, frozen
 from .._core import LENGTH_LIMIT
+from .._values import by_content
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.near import unsupported
 from ..errors import InputError, NotFiniteError, ShapeError
@@ -18,7 +19,8 @@ from ..status import STATUSES, Status
 _UPRIGHT = 1e-6  # rad: how far axis 1 may lean; a base that is turned about z then moves no pose by more
 
 
-@dataclass(frozen=True)
+@by_content
+@dataclass(frozen=True, eq=False)
 class Placement:
     """What a robot reaches from each base position, at the best yaw there.
 

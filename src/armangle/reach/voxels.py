@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .._arrays import Floats, as_number, as_threads, frozen
+from .._values import by_content
 from ..arm.arm import MOST_MARGIN, Arm
 from ..errors import InputError
 from ..poses import pose
@@ -19,6 +20,7 @@ _AT_ONCE = 200_000  # poses, 128 bytes each
 _FIRST, _SECOND = np.sqrt(2.0), 1.533751168755204288118041
 
 
+@by_content
 @dataclass(frozen=True, eq=False, repr=False)
 class Voxels:
     """Places of the tool, and the share of orientations that it can have there.

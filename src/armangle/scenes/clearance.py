@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Floats, Ints, frozen
+from .._values import by_content
 from .ready import Ready
 
 
+@by_content
 class Clearance(NamedTuple):
     """The nearest pair of obstacle and link at postures.
 
@@ -45,6 +47,7 @@ def clearance_of(ready: Ready, numbers: Floats, pairs: Ints) -> Clearance:
     )
 
 
+@by_content
 class Widest(NamedTuple):
     """The arm angles that keep all limits and clear of a scene, and of them the one farthest from it.
 

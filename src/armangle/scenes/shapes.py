@@ -282,7 +282,7 @@ class _Points:
         return same and np.array_equal(self.points, other.points)
 
     def __hash__(self) -> int:
-        return hash((len(self.points), self.points[0].tobytes(), self.radius, self.name))
+        return hash((len(self.points), (self.points[0] + 0.0).tobytes(), self.radius, self.name))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return partial(type(self), name=self.name), (self.points, self.radius)
@@ -453,7 +453,9 @@ class Field:
         return same and np.array_equal(self.distance, other.distance)
 
     def __hash__(self) -> int:
-        return hash((self.distance.shape, self.distance[0].tobytes(), self.origin, self.spacing, self.name))
+        return hash(
+            (self.distance.shape, (self.distance[0] + 0.0).tobytes(), self.origin, self.spacing, self.name)
+        )
 
     def __reduce__(self) -> tuple[Any, ...]:
         return partial(Field, name=self.name), (self.distance, self.origin, self.spacing)

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._arrays import JOINTS, Floats
+from ..errors import PathError
 from .grid import Grid, composed
 from .linear_program import Basis, LinearProgram, needed
 from .trajectory import Timing, from_speeds, through
@@ -39,6 +40,8 @@ GROWTH = 4.0
 """By what factor y may grow or shrink in one program."""
 ROUNDS, GAIN = 30, 1e-3
 """Most linear programs in a sequence, and the gain in time at which it ends."""
+MET = 1e-6
+"""Share by which a speed at an end may be missed: what HiGHS leaves."""
 LOOSE = 2.0
 """By what factor ds/dt may exceed what is reached at most: bounds at a grid are not exact between."""
 NEWTON = 2
@@ -48,8 +51,12 @@ PIECES = 4
 NONE = np.empty(0)
 
 
-def fastest(g: Grid, acceleration: Floats, most: Floats) -> Timing:
-    """Return the fastest timing from rest to rest, without a stop between.
+class TooFast(PathError):
+    """No timing brakes joints from the speed at the beginning, or brings them up to that at the end."""
+
+
+def fastest(g: Grid, acceleration: Floats, most: Floats, ends: tuple[float, float] = (0.0, 0.0)) -> Timing:
+    """Return the fastest timing from one speed to another, without a stop between.
 
     Parameters
     ----------
@@ -59,22 +66,24 @@ def fastest(g: Grid, acceleration: Floats, most: Floats) -> Timing:
         rad/s².
     most : ndarray, shape (N + 1,)
         Greatest ds/dt at each s, 1/s.
+    ends : two floats
+        ds/dt where it begins and ends, 1/s.
 
     Raises
     ------
     MissingExtraError
     PathError
-        If there is none.
+        If there is none, as where such a speed cannot be braked.
     """
-    return from_speeds(g.s, np.sqrt(_squares(g, acceleration, most)))
+    return from_speeds(g.s, np.sqrt(_squares(g, acceleration, most, ends)))
 
 
-def _squares(g: Grid, acceleration: Floats, most: Floats) -> Floats:
+def _squares(g: Grid, acceleration: Floats, most: Floats, ends: tuple[float, float]) -> Floats:
     """Return y at the grid points, straight between them: the acceleration of s is constant there."""
     sparse = needed("scipy.sparse")
     n = len(g.s)
     step = np.diff(g.s)
-    unit = _limited(most, g, acceleration) ** 2
+    unit = _limited(most, g, acceleration, ends) ** 2
     first, second = np.arange(n - 1), np.arange(1, n)
     rows = []
     for joint in np.flatnonzero(np.isfinite(acceleration)):
@@ -83,35 +92,52 @@ def _squares(g: Grid, acceleration: Floats, most: Floats) -> Floats:
             slope = side[:, 0, joint] / (2 * step)
             bend = sparse.csr_matrix((side[:, 1, joint], (first, at)), shape=(n - 1, n))
             turn = sparse.csr_matrix((g.turns[:, joint], (first, at)), shape=(n - 1, n))
-            ends = np.concatenate([-slope, slope]), (np.tile(first, 2), np.concatenate([first, second]))
-            here = (bend + sparse.csr_matrix(ends, shape=(n - 1, n))) / acceleration[joint]
+            entries = np.concatenate([-slope, slope]), (np.tile(first, 2), np.concatenate([first, second]))
+            here = (bend + sparse.csr_matrix(entries, shape=(n - 1, n))) / acceleration[joint]
             rows += [here, (here + turn / acceleration[joint])[turned]]
     matrix = sparse.vstack(rows) @ sparse.diags(unit)
-    highest = np.ones(n)
-    highest[[0, -1]] = 0.0
+    lowest, highest = np.zeros(n), np.ones(n)
+    highest[[0, -1]] = np.square(ends) / unit[[0, -1]]
     both = sparse.vstack([matrix, -matrix]).tocsr()
-    return np.asarray(unit * LinearProgram(-np.ones(n), both, np.zeros(n), highest).solved())
+    if not any(ends):
+        return np.asarray(unit * LinearProgram(-np.ones(n), both, lowest, highest).solved())
+    at_ends = np.zeros(n)
+    at_ends[[0, -1]] = -1.0
+    reached = LinearProgram(at_ends, both, lowest, highest).solved()[[0, -1]]
+    if (short := reached < (1 - MET) * highest[[0, -1]]).any():
+        end = int(np.argmax(short))
+        share = np.sqrt(reached[end] / highest[[0, -1]][end])
+        raise TooFast(
+            f"no timing is found: joints cannot {('be braked', 'be brought up')[end]} within their bounds "
+            f"{('from the velocities of start=', 'to the velocities of goal=')[end]} on the path: "
+            f"{100 * share:.3g} % of them can; where it has corners, jerk= or tolerance= rounds them"
+        )
+    lowest[[0, -1]] = highest[[0, -1]] = reached
+    return np.asarray(unit * LinearProgram(-np.ones(n), both, lowest, highest).solved())
 
 
-def _limited(most: Floats, g: Grid, acceleration: Floats) -> Floats:
+def _limited(most: Floats, g: Grid, acceleration: Floats, ends: tuple[float, float]) -> Floats:
     """Return greatest ds/dt of the size of what is reached: HiGHS fails on programs of many sizes.
 
-    A joint that has come L rad from rest, or comes to rest in them, is no faster than √(2 a L). Where no
+    A joint that has come L rad from a speed v, or comes to it in L, is no faster than √(v² + 2 a L). Where no
     joint moves s has no speed of its own, and gets an upper end.
     """
     step = np.diff(g.s)[:, None]
     rate = np.maximum(np.abs(g.after[:, 0]), np.abs(g.before[:, 0]))
     moves = np.maximum(rate[:-1], rate[1:]) * step
     moved, left = np.cumsum(moves, axis=0), np.cumsum(moves[::-1], axis=0)[::-1]
-    come = np.minimum(moved[:-1], left[1:])
+    first, last = ((speed * rate[at]) ** 2 for speed, at in zip(ends, (0, -1), strict=True))
     reached = np.full(len(g.s), np.inf)
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-        speeds = np.where(rate[1:-1] > 0, np.sqrt(2 * acceleration * come) / rate[1:-1], np.inf)
+        come = np.minimum(first + 2 * acceleration * moved[:-1], last + 2 * acceleration * left[1:])
+        speeds = np.where(rate[1:-1] > 0, np.sqrt(come) / rate[1:-1], np.inf)
     reached[1:-1] = LOOSE * np.min(speeds, axis=1)
     slow = 2 * np.sqrt(np.max(moved[-1] / acceleration))
     cruise = float(np.sum(step[:, 0] * np.minimum(1 / np.maximum(most[1:], 1e-300), 1e300)))
     upper = float(g.s[-1] - g.s[0]) / (LEAST_MEAN * max(cruise, slow))
-    return np.asarray(np.minimum(np.minimum(most, reached), upper))
+    found = np.minimum(np.minimum(most, reached), upper)
+    found[[0, -1]] = np.maximum(found[[0, -1]], ends)
+    return np.asarray(found)
 
 
 class _Course(NamedTuple):

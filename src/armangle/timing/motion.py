@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import Floats
+from .._values import by_content
 from ..arm.arm import Arm
 from ..arm.offset import OffsetArm
 
@@ -60,9 +61,7 @@ def _close_breaks(motion: Motion) -> tuple[Floats, Floats]:
     if hasattr(motion, "breaks"):
         return np.asarray(rows.breaks), np.asarray(rows.breaks)
     path = motion.path.breaks if motion.path is not None else rows.s
-    curve = getattr(motion, "curve", None)
-    knots = curve.knots if curve is not None else np.empty(0)
-    ends = np.unique(np.concatenate([[0.0, 1.0], path, knots]))
+    ends = np.unique(np.concatenate([[0.0, 1.0], path, rows._drawn.knots]))
     apart = np.diff(ends) > CLOSE
     first, last = ends[np.append(True, apart)], ends[np.append(apart, True)]
     first[0], last[0] = 0.0, 0.0
@@ -94,6 +93,7 @@ def unproven_ends(motion: Motion) -> Floats:
     return np.asarray(open_[(open_[:, 1] <= AT_END) | (open_[:, 0] >= 1.0 - AT_END)])
 
 
+@by_content
 class Part:
     """A part of a motion as one of its own, over r in [0, 1].
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
@@ -10,13 +11,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import JOINTS, Floats, as_number, warn
+from ..arm.arm import Arm
 from ..arm.keywords import names_keywords
+from ..arm.offset import OffsetArm
 from ..errors import InputError, PathError
-from ..motion.curves import JointLines, JointSpline, repeated
-from ..motion.joint_path import Between, JointPath
-from ..motion.options import Bound, joint_bound
+from ..motion.curves import repeated
+from ..motion.joint_path import JointPath
+from ..motion.options import Bound, finite_seven, joint_bound
 from ..motion.paths import NO_DEVIATION, Deviation
-from .fastest import NONE, fastest, needed_knots, smooth
+from .fastest import NONE, TooFast, fastest, needed_knots, smooth
 from .grid import Grid, corners, grid
 from .motion import (
     BESIDE,
@@ -32,7 +35,7 @@ from .motion import (
 from .rounding import rounded
 from .straight import is_straight, straight
 from .tool_speed import HELD, HELD_WITH_JERK, not_held, speed_lost
-from .trajectory import Timing, Trajectory, joined, sampled
+from .trajectory import Timing, Trajectory, joined, resting, sampled
 
 GRID, LEAST_BETWEEN_BREAKS = 400, 4
 """Intervals of s that are looked at, and least between two breaks, unless these are as many."""
@@ -47,6 +50,8 @@ FULL_PARTS, LEAST_IN_PART = 8, 40
 """Parts between corners up to which each has as many, and least in each of more parts."""
 FEW_STOPS, MOST_STOPS = 8, 300
 """Corners up to which stopping at each of them is tried too, and where it may be faster."""
+ALONG = 1e-4
+"""Share of the velocities of an end by which they may be off the path's direction, or above a bound."""
 TOLERANCE = 1e-4
 """What a tool may be off where corners are rounded, unless said otherwise, m."""
 CYCLE = 1e-3
@@ -81,6 +86,7 @@ _LEAST_BOUND = 1e-12
 _ROWS = "sample= is the time between the rows, s; at(t) of the result gives any"
 _KEYWORDS = {
     "dt": _ROWS,
+    "velocity_now": "start= are the joint velocities at the beginning, goal= those at the end, rad/s",
     "samples": _ROWS,
     "speed": "tool_speed= is the tool's, m/s, velocity= the joints', rad/s",
     "duration": "it is as short as velocity= and acceleration= let it be",
@@ -94,12 +100,24 @@ class _Bounds(NamedTuple):
     tool_speed: float | None
     cycle: float
     tolerance: float
+    ends: tuple[float, float]  # ds/dt
+
+    @property
+    def moving(self) -> bool:
+        """Whether the motion begins or ends while it moves."""
+        return any(self.ends)
+
+    def within(self, share: float) -> _Bounds:
+        """Return bounds that are kept by a share of time: slower by it the motion would keep these."""
+        return self._replace(velocity=self.velocity / share, acceleration=self.acceleration / share**2)
 
 
 @names_keywords(None, _KEYWORDS)
 def retime(
     path: Motion,
     *,
+    start: ArrayLike | None = None,
+    goal: ArrayLike | None = None,
     velocity: Bound = True,
     acceleration: Bound = True,
     jerk: ArrayLike | None = None,
@@ -108,7 +126,7 @@ def retime(
     cycle: float = CYCLE,
     sample: float = 0.01,
 ) -> Trajectory:
-    """Return a trajectory along a joint path that keeps joint velocities and accelerations, rest to rest.
+    """Return a trajectory along a joint path that keeps joint velocities and accelerations.
 
     Every posture lies on the Cartesian path: only s(t) is chosen. It is time-optimal, from dq/ds and d²q/ds²
     in closed form; with `jerk` nearly so, from d³q/ds³ too.
@@ -124,11 +142,17 @@ def retime(
 
     A row of joints that repeats the one before it is left out, for it is no stop: one within 2e-5 rad of it,
     or several in a row, where the rows beside them are 50 times as far apart, and any within 1e-9 rad.
+    Where no joint moves at all the trajectory has one row, at rest, and takes 0 s.
 
     Parameters
     ----------
     path : JointPath
         From `plan`, `follow` or `JointPath.from_joints`; it must be ok.
+    start, goal : array_like, shape (7,), optional
+        Joint velocities with which it begins and ends, rad/s, along the path; at rest by default. They are
+        met to 1e-6 of them, as those of a motion that this one goes on from: ``start=other.at(t).qd``.
+        Where only that brakes it, as behind a motion that brakes as hard as it may, bounds are exceeded by
+        up to 0.4 %.
     velocity, acceleration : float, array_like of shape (7,), or True
         Bounds, rad/s and rad/s², > 0; a number for all joints; True: the arm's own.
         An infinite velocity is none; accelerations are finite.
@@ -160,13 +184,20 @@ def retime(
     MissingExtraError
         Without scipy: pip install 'armangle[time]'.
     InputError, ShapeError, NotFiniteError
-        If a number is out of range, or the arm states no velocity or acceleration.
+        If a number is out of range, the arm states no velocity or acceleration, or velocities of `start` or
+        `goal` break a bound or do not lead along the path.
 
     Source: Verscheure et al. (2009); Debrouwere et al. (2013).
     """
     bounds = _checked(path, velocity, acceleration, jerk, tolerance, tool_speed, cycle)
-    path = _without_repeats(path)
+    velocities = _end_velocities(path, start, goal, bounds)
     step = as_number("sample", sample, 0.0, _MOST_SPEED, low_open=True)
+    notes = _not_trusted(path.arm) if velocity is True else ()
+    if _stands(path):
+        q = path.q[-1] if isinstance(path, JointPath) else np.asarray(path.at(1.0).q)
+        return replace(resting(path, q, bounds.tool_speed), notes=notes)
+    path = _without_repeats(path)
+    bounds = bounds._replace(ends=_end_speeds(path, velocities))
     path, g, timing, off = min(_ways(path, bounds), key=lambda way: way.timing.duration)
     _raise_for_leaps(path, timing, bounds.velocity)
     _raise_for_unproven(path, timing, bounds)
@@ -181,7 +212,14 @@ def retime(
         given = bounds.tool_speed, bounds.velocity, bounds.acceleration, jump
         share = HELD if bounds.jerk is None else HELD_WITH_JERK
         lost = speed_lost(path, g, *given) or not_held(path, timing, bounds.tool_speed, share)
-    return sampled(path, timing, step, bounds.tool_speed, lost, off)
+    return replace(sampled(path, timing, step, bounds.tool_speed, lost, off), notes=notes)
+
+
+def _not_trusted(arm: Arm | OffsetArm) -> tuple[str, ...]:
+    """Return the notes that say which of the arm's speeds are not trusted, and why."""
+    report = arm.import_report
+    every = (*arm.notes, *(() if report is None else report.notes))
+    return tuple(note for note in every if note.startswith("velocity") and "not trusted" in note)
 
 
 def _without_repeats(path: Motion) -> Motion:
@@ -196,9 +234,8 @@ def _without_repeats(path: Motion) -> Motion:
     q = path.q[kept]
     q[-1] = path.q[-1]
     s = None if np.ptp(np.diff(own)) <= RESTS else own / own[-1]
-    between: dict[type, Between] = {JointLines: "joints", JointSpline: "spline"}
-    how = between.get(type(path.curve), "tool")
-    return _without_repeats(JointPath.from_joints(path.arm, q, s=s, status=path.status[kept], between=how))
+    again = JointPath.from_joints(path.arm, q, s=s, status=path.status[kept], between=path.between)
+    return _without_repeats(again)
 
 
 class _Way(NamedTuple):
@@ -243,6 +280,16 @@ def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
     """Return the timing that keeps the bounds, between the points of the grid too, and the grid."""
     if b.jerk is not None:
         return _kept_with_jerk(path, b, b.jerk)
+    if not b.moving:
+        return _kept_on_grids(path, b)
+    try:  # it cannot be slowed down as a whole: that would slow its ends down too
+        return _kept_on_grids(path, b.within(OVER))
+    except TooFast:  # as in the middle of another motion that brakes as hard as it may
+        return _kept_on_grids(path, b.within(1 / OVER))
+
+
+def _kept_on_grids(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
+    """Return what `_kept` does without a bound on jerk."""
     more, takes = np.empty(0), np.inf
     for attempt in range(MOST_FINER):
         g, caps = _between_stops(path, b, more)
@@ -260,6 +307,14 @@ def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
         if not len(bad):
             break
         more = np.union1d(more, _finer(g.s, bad))
+    if b.moving and factor.max() <= OVER:
+        return g, timing
+    if b.moving:
+        raise PathError(
+            "no timing is found that keeps the bounds from start= to goal=: beside s = "
+            f"{s[factor.argmax()]:.6g} they are exceeded by {100 * (float(factor.max()) - 1):.2g} %: ask for "
+            "less, or plan the path"
+        )
     return g, timing.slower(max(float(factor.max()), 1.0))
 
 
@@ -352,6 +407,8 @@ def _raise_for_unproven(path: Motion, timing: Timing, b: _Bounds) -> None:
         t = np.interp([low, high], timing.at(dense)[0], dense)
         count = int(np.clip(4 * np.ptp(t) / step, LOOKED_BESIDE, CHECKED))
         middle = np.linspace(t[0] - step, t[1] + step, count)
+        if b.moving:  # beyond the ends nothing is known
+            middle = np.clip(middle, step, max(timing.duration - step, step))
         before, here, after = (
             path.at(timing.at(np.clip(middle + shift, 0.0, timing.duration))[0]).q
             for shift in (-step, 0.0, step)
@@ -375,7 +432,7 @@ def _slack(g: Grid, caps: Floats, timing: Timing, b: _Bounds) -> Floats:
     Between two points of the grid s has one acceleration. Beside a stop, where it rises from rest to a cap,
     that may be far less than joints allow.
     """
-    step, spent, speed = np.diff(g.s), np.diff(timing.t), np.append(timing.coefficients[:, 1], 0.0)
+    step, spent, speed = np.diff(g.s), np.diff(timing.t), timing.speeds()
     y, rise = speed**2, np.diff(speed**2)[:, None] / (2 * step[:, None])
     needed = [
         np.abs(side[:, 1] * y[at, None] + side[:, 0] * rise + turn * y[at, None])
@@ -407,15 +464,14 @@ def _checked(
         raise InputError(f"path is {path!r:.100}, wanted a JointPath")
     if isinstance(path, JointPath):
         path.raise_for_status()
+        if len(path) == 0:
+            raise PathError("the path has no rows, wanted one at least: there is no posture to hold")
     v = joint_bound(path.arm, "velocity", velocity, path.arm.velocity)
     a = joint_bound(path.arm, "acceleration", acceleration, path.arm.acceleration)
     if np.isinf(a).any():
         raise InputError(
             "a timing needs a bound on the acceleration of every joint: acceleration=, in rad/s²"
         )
-    stands = isinstance(path, JointPath) and path.curve is None and np.ptp(path.q, axis=0).max() <= RESTS
-    if stands or not _moves(path):
-        raise InputError("no joint moves along the path: there is nothing to time")
     j = None if jerk is None else joint_bound(path.arm, "jerk", jerk, np.full(7, np.inf))
     if j is not None and not np.isfinite(j).any():
         j = None  # no bound
@@ -430,13 +486,60 @@ def _checked(
             warn(f"tool_speed is {speed:g}, wanted m/s: was this mm/s?")
     given = (TOLERANCE if j is not None else 0.0) if tolerance is None else tolerance
     off = as_number("tolerance (m)", given, 0.0, MOST_TOLERANCE)
-    return _Bounds(v, a, j, speed, as_number("cycle", cycle, 0.0, 1.0), off)
+    return _Bounds(v, a, j, speed, as_number("cycle", cycle, 0.0, 1.0), off, (0.0, 0.0))
 
 
-def _moves(path: Motion) -> bool:
-    """Return whether some joint moves along the path, as fast as it may."""
+def _end_velocities(path: Motion, start: ArrayLike | None, goal: ArrayLike | None, b: _Bounds) -> Floats:
+    """Return the joint velocities at both ends of a path, (2, 7), which the bounds and the path allow."""
+    out = np.zeros((2, JOINTS))
+    for k, (name, value) in enumerate({"start": start, "goal": goal}.items()):
+        if value is None:
+            continue
+        out[k] = speeds = finite_seven(name, value)
+        if not speeds.any():
+            continue
+        if b.jerk is not None:
+            raise InputError(f"{name} is a motion, and jerk= bounds motions from rest to rest: leave it out")
+        over = np.abs(speeds) > b.velocity * (1 + ALONG)
+        if over.any():
+            joint = int(np.argmax(over))
+            raise InputError(
+                f"{name}[{joint}] is {speeds[joint]:g} rad/s, above the bound of joint {joint + 1}, "
+                f"{b.velocity[joint]:g} rad/s"
+            )
+        rate = _rates(path)[k]
+        if not np.isfinite(rate).all() or not rate.any():
+            raise InputError(f"{name} is a motion, and joints have no speed along the path at that end")
+        off = np.abs(speeds - rate * max(float(rate @ speeds / (rate @ rate)), 0.0))
+        if off.max() > ALONG * np.abs(speeds).max():
+            joint = int(np.argmax(off))
+            raise InputError(
+                f"{name} does not lead along the path: of {speeds.round(4).tolist()} rad/s that of joint "
+                f"{joint + 1} is {off[joint]:.3g} rad/s off; there the path's velocities are in the ratio "
+                f"{(rate / np.abs(rate).max()).round(4).tolist()}"
+            )
+    return out
+
+
+def _rates(path: Motion) -> Floats:
+    """Return dq/ds at both ends of a path, (2, 7)."""
+    return np.stack([path.derivatives(0.0)[0], path.derivatives(just_before(path, np.ones(1)))[0, 0]])
+
+
+def _end_speeds(path: Motion, given: Floats) -> tuple[float, float]:
+    """Return ds/dt at both ends of a path, of joint velocities (2, 7) there."""
+    if not given.any():
+        return 0.0, 0.0
+    first, last = (float(v @ rate / (rate @ rate)) for v, rate in zip(given, _rates(path), strict=True))
+    return first, last
+
+
+def _stands(path: Motion) -> bool:
+    """Return whether no joint moves along the path."""
+    if isinstance(path, JointPath) and path.curve is None and np.ptp(path.q, axis=0).max() <= RESTS:
+        return True
     slopes = path.derivatives(np.linspace(0.0, 1.0, GRID + 1))[:, 0]
-    return bool(not np.isfinite(slopes).all() or np.abs(slopes).max() > RESTS)
+    return bool(np.isfinite(slopes).all() and np.abs(slopes).max() <= RESTS)
 
 
 def _timed(g: Grid, caps: Floats, b: _Bounds) -> Timing:
@@ -446,7 +549,8 @@ def _timed(g: Grid, caps: Floats, b: _Bounds) -> Timing:
     for first, last in pairwise(stops.tolist()):
         part, most = g.between(first, last), caps[first : last + 1].copy()
         most[[0, -1]] = np.where(most[[0, -1]] > 0, most[[0, -1]], most[1:-1].max())
-        pieces.append(fastest(part, b.acceleration, most))
+        ends = b.ends[0] if first == 0 else 0.0, b.ends[1] if last == len(caps) - 1 else 0.0
+        pieces.append(fastest(part, b.acceleration, most, ends))
     return joined(pieces)
 
 

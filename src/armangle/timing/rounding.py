@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import Floats
+from .._values import by_content
 from ..arm.arm import Arm
 from ..arm.offset import OffsetArm
 from ..errors import PathError
@@ -49,6 +50,7 @@ LONGEST = 1 / 8
 _ROOT_8 = np.sqrt(8.0)  # of |R - S| to 2 sin(half the angle)
 
 
+@by_content
 class Rounded:
     """A cubic spline through postures of a joint path: twice differentiable, without corners.
 
@@ -82,6 +84,11 @@ class Rounded:
     def path(self) -> Any:
         """Where the tool would go with corners."""
         return self._motion.path
+
+    @property
+    def between(self) -> str:
+        """What goes from row to row, of `JointPath.between`."""
+        return str(getattr(self._motion, "between", "tool"))
 
     @property
     def leads_the_tool(self) -> bool:

@@ -9,11 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import Floats, as_floats, frozen
+from .._values import by_content
 from ..errors import InputError
+from ..motion.joint_path import SAID
 from ..motion.paths import NO_DEVIATION, Deviation
 from .motion import Motion
 
 
+@by_content
 @dataclass(frozen=True, eq=False)
 class Timing:
     """s(t) by pieces: polynomials of the time since the beginning of each.
@@ -24,10 +27,13 @@ class Timing:
         Where pieces begin, and the end, s.
     coefficients : ndarray, shape (K, 6)
         s = sum over k of ``coefficients[:, k] x**k``, x the time since the piece began.
+    end_speed : float
+        ds/dt at the end, 1/s.
     """
 
     t: Floats
     coefficients: Floats
+    end_speed: float = 0.0
 
     @property
     def duration(self) -> float:
@@ -35,14 +41,15 @@ class Timing:
         return float(self.t[-1])
 
     def at(self, t: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return s, ds/dt and d²s/dt² at times (N,); s = 1 and ds/dt = 0 at the end.
+        """Return s, ds/dt and d²s/dt² at times (N,); s = 1 and ds/dt is `end_speed` at the end.
 
         s stays below that of the next piece, which may begin at a corner: there joints leave at another rate.
         """
         s, speed, acceleration, _ = self._orders(t)
         s = np.minimum(s, np.nextafter(np.append(self.coefficients[1:, 0], 1.0)[self._piece(t)], 0.0))
         over = t >= self.t[-1]  # the last pieces take less than a digit of t where no joint moves
-        s, speed = np.where(over, 1.0, np.clip(s, 0.0, 1.0)), np.where(over, 0.0, np.maximum(speed, 0.0))
+        s = np.where(over, 1.0, np.clip(s, 0.0, 1.0))
+        speed = np.where(over, self.end_speed, np.maximum(speed, 0.0))
         return s, speed, acceleration
 
     def jerk_at(self, t: Floats) -> Floats:
@@ -62,9 +69,13 @@ class Timing:
     def _piece(self, t: Floats) -> Any:
         return np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.coefficients) - 1)
 
+    def speeds(self) -> Floats:
+        """Return ds/dt where pieces begin, and at the end, (K + 1,)."""
+        return np.append(self.coefficients[:, 1], self.end_speed)
+
     def rests(self) -> Floats:
         """Return the s within pieces in which s never moves, (N,): its speed is 0 at both ends of them."""
-        begin, speed = self.coefficients[:, 0], np.append(self.coefficients[:, 1], 0.0)
+        begin, speed = self.coefficients[:, 0], self.speeds()
         k = np.flatnonzero((speed[:-1] == 0) & (speed[1:] == 0))
         return np.asarray((begin[k] + np.append(begin[1:], 1.0)[k]) / 2)
 
@@ -72,11 +83,13 @@ class Timing:
         """Return the timing over s from `first` to `last` where this one is over 0 to 1."""
         coefficients = self.coefficients * (last - first)
         coefficients[:, 0] += first
-        return Timing(self.t, coefficients)
+        return Timing(self.t, coefficients, self.end_speed * (last - first))
 
     def slower(self, factor: float) -> Timing:
         """Return the same motion that takes `factor` times as long."""
-        return Timing(self.t * factor, self.coefficients / factor ** np.arange(_TERMS))
+        return Timing(
+            self.t * factor, self.coefficients / factor ** np.arange(_TERMS), self.end_speed / factor
+        )
 
 
 _TERMS = 6
@@ -90,7 +103,7 @@ def from_speeds(s: Floats, speed: Floats) -> Timing:
     coefficients = np.zeros((len(step), _TERMS))
     coefficients[:, 0], coefficients[:, 1] = s[:-1], speed[:-1]
     coefficients[:, 2] = np.diff(speed**2) / (4 * step)
-    return Timing(np.concatenate([[0.0], np.cumsum(duration)]), coefficients)
+    return Timing(np.concatenate([[0.0], np.cumsum(duration)]), coefficients, float(speed[-1]))
 
 
 def through(t: Floats, s: Floats, speed: Floats, acceleration: Floats) -> Timing:
@@ -108,7 +121,7 @@ def through(t: Floats, s: Floats, speed: Floats, acceleration: Floats) -> Timing
         7 * slope - 15 * left - 2 * bend,
         6 * left - 3 * slope + bend,
     ]
-    return Timing(t, np.stack(terms, axis=1) / h[:, None] ** np.arange(_TERMS))
+    return Timing(t, np.stack(terms, axis=1) / h[:, None] ** np.arange(_TERMS), float(speed[-1]))
 
 
 def of_jerks(s: float, durations: Floats, jerks: Floats) -> Timing:
@@ -132,12 +145,14 @@ def joined(pieces: list[Timing]) -> Timing:
     """Return timings one after the other."""
     begins = np.concatenate([[0.0], np.cumsum([piece.duration for piece in pieces])])
     t = np.concatenate([p.t[:-1] + b for p, b in zip(pieces, begins[:-1], strict=True)])
-    return Timing(np.append(t, begins[-1]), np.concatenate([piece.coefficients for piece in pieces]))
+    coefficients = np.concatenate([piece.coefficients for piece in pieces])
+    return Timing(np.append(t, begins[-1]), coefficients, pieces[-1].end_speed)
 
 
 _SLACK = 1e-12
 
 
+@by_content
 class TrajectoryPoint(NamedTuple):
     """Where a trajectory is at t: ``s (...)``, ``q, qd, qdd (..., 7)`` in rad, rad/s, rad/s²."""
 
@@ -184,6 +199,7 @@ class SpeedLoss:
         return f"At s = {self.s:.6g} joint {self.joint} would need a {self.bound} of {share}."
 
 
+@by_content
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory:
     """A motion in time along a joint path. Arrays are read-only.
@@ -210,6 +226,8 @@ class Trajectory:
         Where it cannot be held, first.
     deviation : Deviation
         By how much the tool is off the path where corners were rounded, m and rad.
+    notes : tuple of str
+        What not to trust of the bounds that were kept: the arm's notes on its speeds, where these were taken.
     """
 
     path: Motion
@@ -222,6 +240,7 @@ class Trajectory:
     tool_speed: float | None = None
     speed_lost: SpeedLoss | None = None
     deviation: Deviation = NO_DEVIATION
+    notes: tuple[str, ...] = ()
     _arrays: tuple[str, ...] = field(default=("t", "s", "q", "qd", "qdd"), init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -260,16 +279,32 @@ class Trajectory:
         bad = ~((times >= -_SLACK) & (times <= self.duration + _SLACK))
         if bad.any():
             raise InputError(f"t holds {times[bad].flat[0]:g}, wanted times from 0 to {self.duration:g} s")
-        s, qd, qdd = motion_at(self.path, self.timing, times.reshape(-1))
-        q = np.asarray(self.path.at(s).q)
+        if self.duration > 0:
+            s, qd, qdd = motion_at(self.path, self.timing, times.reshape(-1))
+            q = np.asarray(self.path.at(s).q)
+        else:
+            s, q, qd, qdd = (
+                np.repeat(row, times.size, axis=0) for row in (self.s, self.q, self.qd, self.qdd)
+            )
         rows = (times.shape, (*times.shape, 7))
         return TrajectoryPoint(
             s.reshape(rows[0])[()], q.reshape(rows[1]), qd.reshape(rows[1]), qdd.reshape(rows[1])
         )
 
     def explain(self) -> str:
-        """Return in words how long the motion takes, and whether a tool speed that was asked for is held."""
+        """Return in words how long the motion takes, and whether a tool speed that was asked for is held.
+
+        And what goes between rows of joints as it is told, and which of the arm's speeds are not trusted.
+        """
+        return " ".join([self._explained(), *(f"Note: {note}." for note in self.notes)])
+
+    def _explained(self) -> str:
+        if self.duration == 0:
+            return "No joint moves along the path: 0 s, at rest."
         text = f"{self.duration:.6g} s along the path."
+        between = getattr(self.path, "between", None)
+        if between is not None and self.path.path is None:
+            text += f" {SAID[between]}"
         if max(self.deviation) > 0:
             position, rotation = 1e3 * self.deviation.position, np.degrees(self.deviation.rotation)
             text += f" Corners are rounded by at most {position:.3g} mm and {rotation:.3g} deg."
@@ -300,3 +335,10 @@ def sampled(
     t = np.append(np.arange(count) * step, timing.duration)
     s, qd, qdd = motion_at(path, timing, t)
     return Trajectory(path, t, s, np.asarray(path.at(s).q), qd, qdd, timing, tool_speed, lost, off)
+
+
+def resting(path: Motion, q: Floats, tool_speed: float | None) -> Trajectory:
+    """Return the trajectory of a path along which no joint moves from q (7,): one row at rest, 0 s."""
+    timing = Timing(np.zeros(2), np.eye(1, _TERMS))  # s = 1
+    still = np.zeros((1, len(q)))
+    return Trajectory(path, np.zeros(1), np.ones(1), q[None].copy(), still, still.copy(), timing, tool_speed)

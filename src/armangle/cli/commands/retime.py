@@ -15,7 +15,6 @@ from ...motion.joint_path import BETWEEN
 from ...timing.retiming import retime
 from ...timing.trajectory import Trajectory
 from ..arguments import add_arm, add_json, add_output, any_arm, joint_bounds, number
-from ..messages import note
 from ..motions import motion_of
 from ..pictures import add_picture, draw
 from ..screen import degrees, progress, show, show_json, write
@@ -37,9 +36,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_arm(parser)
     parser.add_argument(
         "--between", choices=BETWEEN,
-        help="from row to row: the tool goes straight (default), or every joint does, as from one taught "
-        "posture to another (PTP), or joints are on a spline through the rows, as those of a smooth motion: "
-        "of plan --blend",
+        help="from row to row: the tool goes straight, or every joint does, as from one taught posture to "
+        "another (PTP), or joints are on a spline through the rows, as those of a smooth motion: of plan "
+        "--blend; default: spline where rows are smooth, else tool",
     )  # fmt: skip
     bounds = parser.add_argument_group("bounds")
     bounds.add_argument("--velocity", metavar="V", help="of the joints, deg/s; default: the arm's own")
@@ -72,12 +71,7 @@ def run(args: argparse.Namespace) -> int:
     )
     with progress(f"reading {args.joints}"):
         rows = load_joints(args.joints)
-        if args.between is None and not np.isfinite(rows.psi).any():
-            note(
-                "armangle: from row to row the tool is taken to go straight; if joints do: --between joints; "
-                "if rows are of a smooth motion: --between spline"
-            )
-        path = motion_of(arm, rows, args.between or "tool")
+        path = motion_of(arm, rows, args.between)
     with progress("timing"):
         found = retime(
             path, velocity=velocity, acceleration=acceleration, jerk=jerk, tolerance=args.tolerance,

@@ -1,0 +1,138 @@
+"""Public values compare by content with a bool, copy and pickle; a hash is of the content."""
+
+from __future__ import annotations
+
+import copy
+import inspect
+import pickle
+from enum import Enum
+from typing import Any
+
+import numpy as np
+import pytest
+
+import armangle as aa
+from armangle import kuka
+
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.05, forearm=0.05))
+FRANKA = aa.OffsetArm.from_catalogue("franka_fr3")
+Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+FRANKA_Q = np.array([0.1, -0.6, 0.2, -2.2, 0.1, 1.9, 0.7])
+POSE, PSI, GC = ARM.forward(Q)
+SCENE = aa.Scene([aa.Ball([0.6, 0.6, 0.3], 0.1, name="ball")], clearance=0.01)
+
+
+def made(k: int) -> dict[str, Any]:
+    """One of every public value, of other content for another k."""
+    q = Q + 0.01 * k
+    pose, psi, gc = ARM.forward(q)
+    end = pose.copy()
+    end[2, 3] -= 0.01
+    via = pose[:3, 3] + [0.01, 0.01, 0.0]
+    path = aa.follow(ARM, aa.Line(pose, end), start=q, samples=6)
+    table = aa.JointTable(path.s, path.q, path.psi, path.gc, path.status, path.margin)
+    tracker = aa.Tracker(ARM, dt=0.01)
+    tracker.start(q)
+    grid = np.stack([pose, end])
+    arcs = ARM.feasible(pose, gc)
+    seen = pose.copy()
+    seen[0, 3] += 9.0 * k
+    return {
+        "ArcEnd": aa.ArcEnd(4, "lower", 0.1 + k),
+        "ArcSet": arcs,
+        "Arm": ARM.with_(name=str(k)),
+        "Ball": aa.Ball([1, 2, k], 0.1),
+        "Body": aa.Body.bones(upper_arm=0.05 + 0.01 * k, forearm=0.05),
+        "Box": aa.Box(pose, [1, 2, 3]),
+        "Branch": ARM.explain(seen).branches[0],
+        "Capsule": aa.Capsule([0, 0, 0], [0, 1, k], 0.1),
+        "Centre": aa.Centre(K=0.1 + 0.1 * k),
+        "ChainDeviation": aa.ChainDeviation(position_rms=k),
+        "CircularArc": aa.CircularArc(pose, via, end),
+        "Clearance": ARM.clearance(grid, psi, gc, SCENE),
+        "Cloud": aa.Cloud([[1, 2, k]], 0.1),
+        "Deviation": aa.Deviation(0.1, k),
+        "Diagnosis": ARM.explain(seen),
+        "Field": aa.Field(np.full((2, 2, 2), k), [0, 0, 0], 0.1),
+        "Freedom": ARM.freedom(np.stack([pose, POSE])),
+        "HalfSpace": aa.HalfSpace([0, 0, 1], k),
+        "HandFilter": aa.HandFilter(omega=10.0 + k),
+        "Hold": aa.Hold("stop" if k else "nearest"),
+        "Hull": aa.Hull([[1, 2, k]], 0.1),
+        "JointFunction": ARM.joint_function(pose, gc, 4),
+        "JointPath": path,
+        "JointTable": table,
+        "KukaFrame": kuka.to_frame(ARM, q),
+        "Line": aa.Line(pose, end),
+        "Objective": aa.Objective(duration=1.0 + k),
+        "OffsetArm": FRANKA.with_(name=str(k)),
+        "OffsetSolution": FRANKA.solve(FRANKA.forward(FRANKA_Q + 0.01 * k)[0], near=FRANKA_Q),
+        "Opening": aa.Opening(1, "lower", 0.1 + k),
+        "PathPoint": path.at([0.2, 0.4]),
+        "Placement": aa.place(ARM, grid, x=[0.0, 0.1], y=[0.0, 0.1]),
+        "Repulsion": aa.Repulsion(0.1 + 0.1 * k),
+        "Resolution": aa.resolve(ARM, grid, psi, gc),
+        "Scene": aa.Scene([aa.Ball([1, 2, k], 0.1)]),
+        "Screw": aa.Screw(pose, [0, 0, 0], [0, 0, 1], 0.1),
+        "Segments": aa.Segments([aa.Line(pose, end)]),
+        "Solution": ARM.solve(grid, near=q),
+        "Solutions": ARM.solutions(pose, near=q),
+        "SpeedLoss": aa.SpeedLoss(0.1 * k, 1, "velocity", 2.0),
+        "Step": aa.step(ARM, q, end),
+        "Towards": aa.Towards(psi=0.1 + 0.1 * k),
+        "Tracked": tracker.step(end),
+        "Trajectory": aa.retime(path, acceleration=3.0),
+        "TrajectoryPoint": aa.retime(path, acceleration=3.0).at([0.0, 0.01]),
+        "TrajectoryTable": aa.TrajectoryTable(path.s, path.s, path.q, path.q, path.q),
+        "Voxels": aa.Voxels(pose[None, :3, 3], np.array([0.5]), 0.1, 8),
+        "Waypoints": aa.Waypoints(grid),
+        "Widest": ARM.widest(pose, gc, SCENE),
+    }
+
+
+ONE, SAME, OTHER = made(0), made(0), made(1)
+NAMES = list(ONE)
+ELSEWHERE = {"Path", "Tracker", "ImportReport", "ReachMap"}
+"""Bases, what has a state, and what files alone make."""
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_value_is_its_content(name: str) -> None:
+    one, other = ONE[name], OTHER[name]
+    twins = [SAME[name], copy.copy(one), copy.deepcopy(one), pickle.loads(pickle.dumps(one))]
+    for twin in twins:
+        assert (one == twin) is True and (one != twin) is False
+    assert (one == other) is False and (one != other) is True
+    for stranger in (None, 3, "x", (), [1.0]):
+        assert (one == stranger) is False
+    try:
+        hashes = {hash(each) for each in (one, *twins)}
+    except TypeError:
+        return
+    assert len(hashes) == 1
+
+
+def test_every_public_value_is_asked() -> None:
+    public = {
+        name
+        for name in aa.__all__
+        if inspect.isclass(kind := getattr(aa, name)) and not issubclass(kind, (Exception, Enum))
+    }
+    assert public - set(NAMES) == ELSEWHERE
+
+
+def test_numbers_that_are_missing_on_both_sides_are_the_same() -> None:
+    far = POSE.copy()
+    far[0, 3] += 9.0
+    none = ARM.solve(far)
+    assert np.isnan(none.q).all() and (none == ARM.solve(far)) is True
+    assert (none == pickle.loads(pickle.dumps(none))) is True and (none == ARM.solve(POSE)) is False
+
+
+def test_a_result_is_that_of_its_path_whether_it_was_asked_between_its_rows_or_not() -> None:
+    asked, fresh = (aa.follow(ARM, np.stack([POSE, POSE]), start=Q) for _ in range(2))
+    asked.at(0.5)
+    assert asked == fresh and pickle.loads(pickle.dumps(asked)) == fresh
+    rows = np.stack([Q, Q + 0.1])
+    lines, tool = (aa.JointPath.from_joints(ARM, rows, between=how) for how in ("joints", "tool"))
+    assert lines != tool and lines == aa.JointPath.from_joints(ARM, rows, between="joints")

@@ -1,0 +1,176 @@
+"""Whatever gives a motion, all that takes one takes it: timed, saved, drawn, joined, copied, continued."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.calibrated import calibrated
+from support.needs import need
+from support.strategies import Array
+
+import armangle as aa
+
+need("scipy")
+need("highspy")
+need("matplotlib").use("Agg")
+plt = need("matplotlib.pyplot")
+
+ARMS: dict[str, aa.Arm | aa.OffsetArm] = {
+    "exact": aa.Arm.from_catalogue("kuka_iiwa7_r800"),
+    "calibrated": calibrated("kuka_iiwa7_r800", 1.0, 1.0),
+    "offset wrist": aa.OffsetArm.from_catalogue("franka_fr3"),
+    "offset shoulder": aa.OffsetArm.from_catalogue("willow_garage_pr2_left"),
+}
+READY = {
+    "exact": [0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5],
+    "calibrated": [0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5],
+    "offset wrist": [0.1, -0.6, 0.2, -2.2, 0.1, 1.9, 0.7],
+    "offset shoulder": [0.4, 0.5, 0.6, -1.3, 0.4, -0.8, 0.3],
+}
+SHIFT = np.array([0.01, 0.02, -0.03])
+SWING = np.array([0.02, 0.15, -0.03, 0.05, 0.02, 0.04, -0.02])
+ROWS = 15
+Motions = dict[str, Callable[[Path], aa.JointPath]]
+
+
+def through(arm: aa.Arm | aa.OffsetArm, q: Array, joint: int, angle: float = 0.0) -> Array | None:
+    """Rows that pass an angle of a joint's theta, evenly in all joints; None where limits forbid it."""
+    rows = arm.rows if isinstance(arm, aa.OffsetArm) else arm
+    middle = q.copy()
+    middle[joint - 1] = rows.signs[joint - 1] * (angle - rows.offsets[joint - 1])
+    way = 0.3 * SWING
+    way[joint - 1] = 0.1
+    found = middle + np.linspace(-0.97, 1.0, ROWS)[:, None] * way
+    return found if arm.within_limits(found).all() else None
+
+
+def motions(arm: aa.Arm | aa.OffsetArm, start: list[float]) -> Motions:
+    """Every function that returns a motion, with motions of every kind."""
+    q = np.array(start)
+    a = arm.forward(q)[0]
+    b = a.copy()
+    b[:3, 3] += SHIFT
+    rows = q + np.linspace(0.0, 1.0, ROWS)[:, None] * SWING
+    hold: Any = {"start": q, "policy": aa.Hold()}
+    given: dict[str, Array] = {
+        "smooth rows": q + np.sin(np.linspace(0.0, 2.0, ROWS))[:, None] * SWING,
+        "rows with a corner": np.concatenate([rows, rows[-2::-1]]),
+        "one row": q[None],
+        "two equal rows": np.stack([q, q]),
+        "fifty equal rows": np.repeat(q[None], 50, axis=0),
+    }
+    for joint, angle in ((2, 0.0), (6, 0.0), (5, 0.5 * np.pi)):
+        passing = through(arm, q, joint, angle)
+        if passing is not None:
+            given[f"through theta_{joint} = {angle:.3g}"] = passing
+
+    def again(path: aa.JointPath, folder: Path) -> aa.JointPath:
+        aa.save(path, folder / "again.csv")
+        table = aa.load_joints(folder / "again.csv")
+        return aa.JointPath.from_joints(arm, table.q, s=table.s, status=table.status)
+
+    out: Motions = {
+        "follow a line": lambda _: aa.follow(arm, aa.Line(a, b), samples=ROWS, **hold),
+        "follow a line of no length": lambda _: aa.follow(arm, aa.Line(a, a), samples=5, **hold),
+        "follow one pose": lambda _: aa.follow(arm, a[None], **hold),
+        "join there and back": lambda _: aa.join(
+            [
+                aa.follow(arm, aa.Line(a, b), samples=ROWS, **hold),
+                aa.follow(arm, aa.Line(b, b), start=aa.follow(arm, aa.Line(a, b), samples=ROWS, **hold).q[-1],
+                          policy=aa.Hold(), samples=3),
+            ]
+        ),
+        "finer": lambda _: aa.JointPath.from_joints(arm, rows, between="tool").finer(0.005),
+        "read again": lambda folder: again(aa.follow(arm, aa.Line(a, b), samples=ROWS, **hold), folder),
+    }  # fmt: skip
+    if isinstance(arm, aa.Arm):
+        out["plan a line"] = lambda _: aa.plan(arm, aa.Line(a, b), start=q)
+        out["plan to where it is"] = lambda _: aa.plan(arm, aa.Line(a, a), start=q)
+    for name, each in given.items():
+        for between in ("tool", "joints", "spline", None):
+            key = f"{name}, {between}"
+            out[key] = lambda _, e=each, how=between: aa.JointPath.from_joints(arm, e, between=how)  # type: ignore[misc]
+        if "through" in name:
+            out[f"follow {name}"] = lambda _, e=each: aa.follow(  # type: ignore[misc]
+                arm, arm.forward(e)[0], start=e[0], policy=aa.Hold()
+            )
+    return out
+
+
+def takers(path: aa.JointPath, folder: Path) -> Iterator[str]:
+    """Hand a motion to every function that takes one; the name of each before its turn."""
+    arm, still = path.arm, np.ptp(path.q, axis=0).max() <= 1e-9
+    yield "at"
+    s = np.linspace(0.0, 1.0, 41)
+    here = path.at(s)
+    assert np.isfinite(here.q).all()
+    np.testing.assert_allclose(here.q[[0, -1]], path.q[[0, -1]], rtol=0, atol=1e-6)
+    tool = (
+        arm.forward(here.q)[0] if isinstance(arm, aa.OffsetArm) else arm.forward(here.q, undefined="nan")[0]
+    )
+    if path.between == "tool":
+        np.testing.assert_allclose(tool, here.pose, rtol=0, atol=1e-9)
+    yield "derivatives"
+    assert np.isfinite(path.derivatives(s[1:-1])).all()
+    yield "finer"
+    assert np.abs(np.diff(path.finer(0.05).q, axis=0)).max(initial=0.0) <= 0.05 + 1e-6
+    yield "retime"
+    for jerk in (None, 100.0):
+        motion = aa.retime(path, acceleration=5.0, jerk=jerk)
+        assert (motion.duration == 0) == still and not np.abs(motion.qd[[0, -1]]).max() > 1e-9
+        np.testing.assert_allclose(motion.at(motion.t).q, motion.q, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(motion.q[[0, -1]], path.q[[0, -1]], rtol=0, atol=1e-6)
+        assert motion.explain()
+    yield "save and load a trajectory"
+    for ending in ("csv", "npz", "json", "yaml"):
+        aa.save(motion, folder / f"motion.{ending}")
+        np.testing.assert_allclose(aa.load_trajectory(folder / f"motion.{ending}").q, motion.q, atol=1e-12)
+    yield "save and load rows"
+    for ending in ("csv", "npz", "json"):
+        aa.save(path, folder / f"rows.{ending}")
+        np.testing.assert_allclose(aa.load_joints(folder / f"rows.{ending}").q, path.q, atol=1e-12)
+    yield "draw"
+    aa.plots.path(path)
+    aa.plots.path(motion)
+    aa.plots.trajectory(motion)
+    plt.close("all")
+    yield "copy"
+    for value in (path, motion):
+        for other in (copy.deepcopy(value), pickle.loads(pickle.dumps(value))):
+            assert (other == value) is True and (other != value) is False
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(path)).at(s).q, here.q)
+    yield "explain"
+    assert path.explain()
+    yield "join"
+    there = aa.JointPath.from_joints(arm, path.q[-1:] + np.array([[0.0], [0.01]]), between="joints")
+    both = aa.join([path, there])
+    np.testing.assert_allclose(both.at([0.0, 1.0]).q, [path.q[0], there.q[-1]], rtol=0, atol=1e-6)
+    yield "continue"
+    pose = path.poses[-1].copy()
+    pose[0, 3] -= 1e-3
+    assert aa.follow(arm, pose[None], start=path.q[-1]).ok
+    tracker = aa.Tracker(arm, dt=0.01)
+    tracker.start(path.q[-1])
+    assert np.isfinite(tracker.step(pose).q).all()
+
+
+MOTIONS = {kind: motions(ARMS[kind], READY[kind]) for kind in ARMS}
+ALL = [pytest.param(kind, name, id=f"{kind}: {name}") for kind in ARMS for name in MOTIONS[kind]]
+
+
+@pytest.mark.parametrize(("kind", "name"), ALL)
+def test_what_gives_a_motion_gives_it_to_all_that_take_one(kind: str, name: str, tmp_path: Path) -> None:
+    path = MOTIONS[kind][name](tmp_path)
+    assert path.ok, path.explain()
+    step = "made"
+    try:
+        for taker in takers(path, tmp_path):
+            step = taker
+    except aa.ArmangleError as error:
+        pytest.fail(f"{step}: {error}")
