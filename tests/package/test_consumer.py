@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -29,14 +30,18 @@ WARNINGS = ["-Wall", "-Wextra", "-Wshadow", "-Wconversion", "-Wsign-conversion",
 STRICT = ["-std=c++20", *WARNINGS, "-Werror"]
 UMBRELLAS = ("armangle.hpp", "plan.hpp", "offset.hpp", "search.hpp", "kuka.hpp")
 # Plain words that <windows.h>, <X11/Xlib.h>, <curses.h> and their like define away.
-FOREIGN_MACROS = """
-    near far small hyper min max NEAR FAR IN OUT OPTIONAL ERROR TRUE FALSE CONST VOID BOOL interface pascal cdecl
-    DELETE STRICT PURE IGNORE INFINITE ABSOLUTE RELATIVE NO_ERROR DIFFERENCE TRANSPARENT OPAQUE ALTERNATE WINDING
-    DOMAIN OVERFLOW UNDERFLOW SING PLOSS TLOSS DrawText GetObject SendMessage CreateWindow Yield
-    Bool Status None Success Always Never True False Complex Convex Nonconvex Opposite Above Below Unsorted Full
-    Expose FocusIn FocusOut KeyPress GrayScale CurrentTime BadValue BadMatch InputOutput StaticColor Button1
-    OK ERR MIN MAX check verify require signals slots emit foreach unix linux major minor nil YES NO
-""".split()
+FOREIGN_MACROS = re.findall(
+    r"\w+",
+    """
+    near far small hyper min max NEAR FAR IN OUT OPTIONAL ERROR TRUE FALSE CONST VOID BOOL interface
+    pascal cdecl DELETE STRICT PURE IGNORE INFINITE ABSOLUTE RELATIVE NO_ERROR DIFFERENCE TRANSPARENT
+    OPAQUE ALTERNATE WINDING DOMAIN OVERFLOW UNDERFLOW SING PLOSS TLOSS DrawText GetObject SendMessage
+    CreateWindow Yield Bool Status None Success Always Never True False Complex Convex Nonconvex
+    Opposite Above Below Unsorted Full Expose FocusIn FocusOut KeyPress GrayScale CurrentTime BadValue
+    BadMatch InputOutput StaticColor Button1 OK ERR MIN MAX check verify require signals slots emit
+    foreach unix linux major minor nil YES NO
+    """,
+)
 BARE = ["-fno-exceptions", "-fno-rtti"]
 START_DEG = [-5.4101, -26.4986, -48.1542, -61.6500, 152.6198, 114.4466, 8.1812]
 
@@ -65,11 +70,13 @@ def compiler(request: pytest.FixtureRequest) -> str:
 
 @pytest.mark.parametrize("header", [h for h in HEADERS if h not in OPTIONAL and "names" not in h])
 def test_each_header_compiles_alone_behind_foreign_macros(header: str, tmp_path: Path) -> None:
-    """It leaves the macros as they are, but for `min` and `max`, which the standard library removes itself."""
+    """It leaves the macros as they are; `min` and `max` the standard library removes itself."""
     source = tmp_path / "alone.cpp"
     lines = [f"#undef {word}\n#define {word} )) macro ((" for word in FOREIGN_MACROS]
     lines += [f"#include <armangle/{header}>"] * 2
-    lines += [f"#ifndef {word}\n#error {word}\n#endif" for word in FOREIGN_MACROS if word not in ("min", "max")]
+    lines += [
+        f"#ifndef {word}\n#error {word}\n#endif" for word in FOREIGN_MACROS if word not in ("min", "max")
+    ]
     source.write_text("\n".join(lines) + "\n")
     run(need_tool("g++"), *STRICT, *BARE, f"-I{INCLUDE}", "-fsyntax-only", source)
 
@@ -102,6 +109,42 @@ def test_fast_math_is_refused(tmp_path: Path) -> None:
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode != 0
     assert "armangle needs IEEE arithmetic" in done.stderr
+
+
+# -- the pages ------------------------------------------------------------------------------------------
+
+
+FENCE = re.compile(r"^```cpp\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+LISTINGS = [
+    (page, number, code)
+    for page in ("README.md", "docs/howto/cpp.md")
+    for number, code in enumerate(FENCE.findall((ROOT / page).read_text(encoding="utf-8")))
+]
+
+
+@pytest.mark.parametrize(("page", "number", "code"), LISTINGS, ids=[f"{p}-{n}" for p, n, _ in LISTINGS])
+def test_a_listing_compiles_as_printed(
+    page: str, number: int, code: str, compiler: str, tmp_path: Path
+) -> None:
+    """A whole program runs too; ROS is a stand-in, and KDL the library itself."""
+    if "kdl.hpp" in code and not Path("/usr/include/kdl/chainiksolver.hpp").is_file():
+        missing("orocos-kdl is not installed (Debian: liborocos-kdl-dev)")
+    source = tmp_path / "listing.cpp"
+    source.write_text(code)
+    standin = ROOT / "tests" / "package" / "ros_standin"
+    system = ["-isystem", standin, "-isystem", "/usr/include/eigen3"]
+    if "int main" not in code:
+        run(compiler, *STRICT, f"-I{INCLUDE}", *system, "-fsyntax-only", source)
+        return
+    run(compiler, *STRICT, f"-I{INCLUDE}", *system, source, "-o", tmp_path / "listing")
+    assert run(tmp_path / "listing")
+
+
+def test_the_pages_in_cpp_name_the_header() -> None:
+    assert {page for page, _, code in LISTINGS if "#include <armangle/armangle.hpp>" in code} == {
+        "README.md",
+        "docs/howto/cpp.md",
+    }
 
 
 # -- where a project finds the package -----------------------------------------------------------------

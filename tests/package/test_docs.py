@@ -66,7 +66,9 @@ def missing_headers(text: str) -> list[str]:
     ]
     named = set(re.findall(r"(?<![\w./])(?:\w+/)*\w+\.hpp\b", text))
     return sorted(
-        n for n in named if not any(h.endswith("/" + n) for h in headers) and not n.startswith("kdl/")
+        n
+        for n in named
+        if not any(h.endswith("/" + n) for h in headers) and not n.startswith(("kdl/", "rclcpp/"))
     )
 
 
