@@ -13,6 +13,7 @@
 #include "collected.hpp"
 #include "refusal.hpp"
 #include "scene_handle.hpp"
+#include "watch.hpp"
 
 namespace binding {
 
@@ -61,7 +62,7 @@ void collect_branches(const Request& r, const Pose<double>& pose, Collected& to)
 }
 
 Problem collect_pose(const Request& r, const double* m, long long gc, Collected& to, double& value) {
-    const Problem problem = check_pose(m, value);
+    const Problem problem = check_pose(r.self.arm, m, value);
     if (problem != Problem::none) return problem;
     if (gc < 0 || gc >= configurations) {
         value = static_cast<double>(gc);
@@ -104,10 +105,12 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
 /// The sets of elements [begin, end), up to the first problem. Its arguments are copies: what one thread
 /// writes to must not lie on a cache line that another reads.
 [[gnu::noinline]] void collect_range(Request request, Grid<2> grid, const double* poses, const long long* gc,
-                                     std::size_t begin, std::size_t end, Collected& to, Outcome& outcome) {
+                                     std::size_t begin, std::size_t end, std::size_t thread, Watch& watch,
+                                     Collected& to, Outcome& outcome) {
     grid.for_runs(
         begin, end, [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
             for (std::size_t i = 0; i < count; ++i) {
+                if (flat + i > begin && watch.ended(thread, flat + i - begin)) return;
                 const auto k = static_cast<Py_ssize_t>(i);
                 double value = 0;
                 const Problem problem =
@@ -131,16 +134,13 @@ ArcColumns feasible_many(const ArmHandle& self, Floats pose, Ints gc, double mar
     whole.reserve(grid.size() * sets);
     std::vector<Collected> parts(most_threads);
     Outcome outcomes[most_threads];
-    {
-        nb::gil_scoped_release release;
-        parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
-            Collected mine;
-            mine.borrow(whole, begin * sets, (end - begin) * sets);
-            collect_range(request, grid, p.data<double>(), g.data<long long>(), begin, end, mine,
-                          outcomes[thread]);
-            parts[thread] = std::move(mine);
-        });
-    }
+    watched(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread, Watch& watch) {
+        Collected mine;
+        mine.borrow(whole, begin * sets, (end - begin) * sets);
+        collect_range(request, grid, p.data<double>(), g.data<long long>(), begin, end, thread, watch, mine,
+                      outcomes[thread]);
+        parts[thread] = std::move(mine);
+    });
     refuse(first_problem(outcomes, most_threads), p, 2, "pose");
     join(parts, whole);
     return whole.release();
@@ -180,15 +180,17 @@ ArcColumns near_feasible_many(const NearArmHandle& self, Floats pose, Ints gc, d
             lost.data<double>()[flat * sets + k] = found.unproven;
         }
     };
-    const auto collect = [&](std::size_t begin, std::size_t end, Collected& to, Outcome& outcome) {
+    const auto collect = [&](std::size_t begin, std::size_t end, std::size_t thread, Watch& watch,
+                             Collected& to, Outcome& outcome) {
         grid.for_runs(begin, end,
                       [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
                           for (std::size_t i = 0; i < count; ++i) {
+                              if (flat + i > begin && watch.ended(thread, flat + i - begin)) return;
                               const auto k = static_cast<Py_ssize_t>(i);
                               double value = 0;
                               const double* m = p.data<double>() + at[0] + k * step[0];
                               const long long branch = g.data<long long>()[at[1] + k * step[1]];
-                              Problem problem = check_pose(m, value);
+                              Problem problem = check_pose(self.arm, m, value);
                               if (problem == Problem::none && (branch < 0 || branch >= configurations)) {
                                   problem = Problem::gc_range;
                                   value = static_cast<double>(branch);
@@ -198,15 +200,12 @@ ArcColumns near_feasible_many(const NearArmHandle& self, Floats pose, Ints gc, d
                           }
                       });
     };
-    {
-        nb::gil_scoped_release release;
-        parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
-            Collected mine;
-            mine.borrow(whole, begin * sets, (end - begin) * sets);
-            collect(begin, end, mine, outcomes[thread]);
-            parts[thread] = std::move(mine);
-        });
-    }
+    watched(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread, Watch& watch) {
+        Collected mine;
+        mine.borrow(whole, begin * sets, (end - begin) * sets);
+        collect(begin, end, thread, watch, mine, outcomes[thread]);
+        parts[thread] = std::move(mine);
+    });
     refuse(first_problem(outcomes, most_threads), p, 2, "pose");
     join(parts, whole);
     return whole.release();
@@ -270,7 +269,7 @@ struct JointFunctionHandle {
 JointFunctionHandle joint_function(const ArmHandle& self, Floats pose, long long gc, int joint) {
     const Buffer m(pose);
     double value = 0;
-    const Problem problem = check_pose(m.data<double>(), value);
+    const Problem problem = check_pose(self.arm, m.data<double>(), value);
     refuse_one(problem, "pose", value);
     const SelfMotion<double> motion =
         self_motion(self.arm, load_pose(m.data<double>()), static_cast<int>(gc));

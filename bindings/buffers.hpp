@@ -286,11 +286,20 @@ public:
     /// strides, count).
     template <class Run>
     void for_runs(std::size_t begin, std::size_t end, const Run& run) const {
+        for_runs(begin, end, run, [](std::size_t) { return false; }, end - begin);
+    }
+
+    /// The same in pieces of some elements, until ended(elements done) is true.
+    template <class Run, class Ended>
+    void for_runs(std::size_t begin, std::size_t end, const Run& run, const Ended& ended,
+                  std::size_t piece = 1024) const {
         const std::size_t row = ndim_ ? static_cast<std::size_t>(shape_[ndim_ - 1]) : 1;
         static constexpr Py_ssize_t none[N] = {};
         const Py_ssize_t* strides = ndim_ ? stride_[ndim_ - 1] : none;
         for (std::size_t i = begin; i < end;) {
-            const std::size_t in_row = i % row, count = end - i < row - in_row ? end - i : row - in_row;
+            if (i > begin && ended(i - begin)) return;
+            const std::size_t in_row = i % row, left = end - i < row - in_row ? end - i : row - in_row;
+            const std::size_t count = left < piece ? left : piece;
             Py_ssize_t offset[N] = {};
             std::size_t rest = i;
             for (int d = ndim_ - 1; d >= 0; --d) {

@@ -3,6 +3,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "buffers.hpp"
+#include "watch.hpp"
 
 namespace binding {
 
@@ -112,7 +113,20 @@ void bind_status(nb::module_& m) {
             "The outcome as one sentence.");
 }
 
+/// Makes a function (done, total), or None, that of this thread, and returns the one before.
+nb::object exchange_progress(nb::object function) {
+    PyObject*& held = progress_of_this_thread();
+    nb::object before = held ? nb::steal(held) : nb::none();
+    held = function.is_none() ? nullptr : function.release().ptr();
+    return before;
+}
+
 }  // namespace
+
+PyObject*& progress_of_this_thread() noexcept {
+    static thread_local PyObject* function = nullptr;
+    return function;
+}
 
 }  // namespace binding
 
@@ -134,6 +148,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     m.attr("ARC_CAPACITY") = armangle::ArcSet::capacity;
     m.attr("MOST_MARGIN") = armangle::most_margin;
     m.attr("MAX_JOINT_STEP") = armangle::StepOptions{}.max_joint_step;
+    m.def("exchange_progress", &binding::exchange_progress, nb::arg("function").none());
     binding::bind_status(m);
     binding::bind_refusal(m);
     nb::enum_<armangle::Reference>(m, "Reference")

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "refusal.hpp"
+#include "watch.hpp"
 
 namespace binding {
 
@@ -11,23 +12,21 @@ void for_each(const char* argument, const Buffer* const (&buffers)[N], const int
               const One& one) {
     const Grid<N> grid(buffers, inner);
     armangle::Outcome outcomes[armangle::most_threads];
-    {
-        nb::gil_scoped_release release;
-        armangle::parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
-            grid.for_runs(
-                begin, end,
-                [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
-                    for (std::size_t i = 0; i < count; ++i) {
-                        Py_ssize_t here[N];
-                        for (int k = 0; k < N; ++k) here[k] = at[k] + static_cast<Py_ssize_t>(i) * step[k];
-                        double value = 0;
-                        const armangle::Problem problem = one(here, value);
-                        if (problem != armangle::Problem::none)
-                            outcomes[thread].report(problem, flat + i, value);
-                    }
-                });
-        });
-    }
+    watched(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread, Watch& watch) {
+        grid.for_runs(begin, end,
+                      [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
+                          for (std::size_t i = 0; i < count; ++i) {
+                              if (flat + i > begin && watch.ended(thread, flat + i - begin)) return;
+                              Py_ssize_t here[N];
+                              for (int k = 0; k < N; ++k)
+                                  here[k] = at[k] + static_cast<Py_ssize_t>(i) * step[k];
+                              double value = 0;
+                              const armangle::Problem problem = one(here, value);
+                              if (problem != armangle::Problem::none)
+                                  outcomes[thread].report(problem, flat + i, value);
+                          }
+                      });
+    });
     refuse(armangle::first_problem(outcomes, armangle::most_threads), *buffers[0], inner[0], argument);
 }
 
@@ -38,20 +37,42 @@ void for_each_run(const char* argument, const Buffer* const (&buffers)[N], const
                   const Run& run) {
     const Grid<N> grid(buffers, inner);
     armangle::Outcome outcomes[armangle::most_threads];
-    {
-        nb::gil_scoped_release release;
-        armangle::parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
-            grid.for_runs(
-                begin, end,
-                [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
-                    armangle::Outcome here;
-                    run(at, step, count, here);
-                    if (here.problem != armangle::Problem::none)
-                        outcomes[thread].report(here.problem, flat + here.index, here.value);
-                });
-        });
-    }
+    watched(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread, Watch& watch) {
+        grid.for_runs(
+            begin, end,
+            [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
+                armangle::Outcome here;
+                run(at, step, count, here);
+                if (here.problem != armangle::Problem::none)
+                    outcomes[thread].report(here.problem, flat + here.index, here.value);
+            },
+            [&](std::size_t done) { return watch.ended(thread, done); });
+    });
     refuse(armangle::first_problem(outcomes, armangle::most_threads), *buffers[0], inner[0], argument);
+}
+
+/// Refuses poses (..., 4, 4) that an arm cannot be asked for: those that are none, or not in m.
+template <class Handle>
+void check_poses(const Handle& self, Floats poses, const char* argument) {
+    const Buffer p(poses);
+    for_each<1>(argument, {&p}, {2}, 1, [&](const Py_ssize_t* at, double& value) {
+        return check_pose(self.arm, p.data<double>() + at[0], value);
+    });
+}
+
+/// Refuses joints (..., 7) that an arm cannot have: those that are no numbers, or not in rad.
+template <class Handle>
+void check_joint_rows(const Handle& self, Floats q, const char* argument) {
+    const Buffer rows(q);
+    for_each<1>(argument, {&rows}, {1}, 1, [&](const Py_ssize_t* at, double& value) {
+        return check_joints(self.arm, rows.data<double>() + at[0], value);
+    });
+}
+
+template <class Handle>
+void bind_checks(nb::class_<Handle>& arm) {
+    arm.def("check_poses", &check_poses<Handle>, nb::arg("poses"), nb::arg("argument"));
+    arm.def("check_joints", &check_joint_rows<Handle>, nb::arg("q"), nb::arg("argument"));
 }
 
 /// Poses, arm angles and branches of a run, the first three buffers of a grid.
@@ -67,23 +88,13 @@ inline armangle::InverseBatch asked_batch(const Buffer& pose, const Buffer& psi,
     return b;
 }
 
-/// Whether seven joints are numbers that can be used, and which is not.
-inline armangle::Problem check_joints(const double* q, double& value) noexcept {
-    for (int j = 0; j < armangle::joints; ++j)
-        if (!(std::fabs(q[j]) <= armangle::tolerance::largest_angle)) {
-            value = q[j];
-            return armangle::Problem::joints_not_finite;
-        }
-    return armangle::Problem::none;
-}
-
-/// Applies one(q, out) to each row of joints; `rank` axes of the output belong to one row.
-template <class Out, class One>
-void for_each_joints(Floats q, nb::handle out, int rank, int threads, const One& one) {
+/// Applies one(q, out) to each row of joints of an arm; `rank` axes of the output belong to one row.
+template <class Out, class AnyArm, class One>
+void for_each_joints(const AnyArm& arm, Floats q, nb::handle out, int rank, int threads, const One& one) {
     const Buffer in(q), to(out, true);
     for_each<2>("q", {&in, &to}, {1, rank}, threads, [&](const Py_ssize_t* at, double& value) {
         const double* joint = in.data<double>() + at[0];
-        const armangle::Problem problem = check_joints(joint, value);
+        const armangle::Problem problem = check_joints(arm, joint, value);
         if (problem == armangle::Problem::none) one(joint, to.data<Out>() + at[1]);
         return problem;
     });

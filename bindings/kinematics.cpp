@@ -20,7 +20,8 @@ nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_ob
     if (gc < 0 || gc >= configurations) return nb::none();
     double m[16];
     const Arm& arm = self.arm;
-    if (!SmallMatrix().read_pose(arm, pose, m) || check_pose(m, value) != Problem::none) return nb::none();
+    if (!SmallMatrix().read_pose(arm, pose, m) || check_pose(arm, m, value) != Problem::none)
+        return nb::none();
     const SelfMotion<double> motion = self_motion(arm, load_pose(m), static_cast<int>(gc));
     if (is_folded(motion.circle) || is_unreachable(motion.circle)) return nb::none();
     const Joints q = joints_within_limits(arm, directions(motion, sin_cos(psi)), nullptr);
@@ -39,7 +40,7 @@ nb::object near_inverse_one(const NearArmHandle& self, nb::handle pose, nb::hand
         return nb::none();
     if (!SmallMatrix().read_pose(nominal(self.arm), pose, m)) return nb::none();
     double value;
-    if (check_pose(m, value) != Problem::none) return nb::none();
+    if (check_pose(self.arm, m, value) != Problem::none) return nb::none();
     const Inverse found = inverse(self.arm, load_pose(m), psi, static_cast<int>(gc));
     if (found.status != Status::OK) return nb::none();
     nb::object out = new_array7();
@@ -56,27 +57,25 @@ void inverse_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats s
     if (!seed.is_none()) s.get(seed);
     const Grid<5> grid({&p, &a, &g, s.held() ? &s : nullptr, &q}, {2, 0, 0, 1, 1});
     Outcome outcomes[most_threads];
-    {
-        nb::gil_scoped_release release;
-        parallel(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
-            grid.for_runs(
-                begin, end,
-                [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
-                    InverseBatch b;
-                    b.pose = {p.data<double>() + at[0], step[0]};
-                    b.psi = {a.data<double>() + at[1], step[1]};
-                    b.gc = {g.data<long long>() + at[2], step[2]};
-                    b.seed = {s.held() ? s.data<double>() + at[3] : nullptr, step[3]};
-                    b.out = {q.data<double>() + at[4], step[4]};
-                    b.limits = limits;
-                    b.unreachable = unreachable;
-                    Outcome here;
-                    inverse_range(self.arm, b, 0, count, here);
-                    if (here.problem != Problem::none)
-                        outcomes[thread].report(here.problem, flat + here.index, here.value);
-                });
-        });
-    }
+    watched(grid.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread, Watch& watch) {
+        grid.for_runs(
+            begin, end,
+            [&](std::size_t flat, const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count) {
+                InverseBatch b;
+                b.pose = {p.data<double>() + at[0], step[0]};
+                b.psi = {a.data<double>() + at[1], step[1]};
+                b.gc = {g.data<long long>() + at[2], step[2]};
+                b.seed = {s.held() ? s.data<double>() + at[3] : nullptr, step[3]};
+                b.out = {q.data<double>() + at[4], step[4]};
+                b.limits = limits;
+                b.unreachable = unreachable;
+                Outcome here;
+                inverse_range(self.arm, b, 0, count, here);
+                if (here.problem != Problem::none)
+                    outcomes[thread].report(here.problem, flat + here.index, here.value);
+            },
+            [&](std::size_t done) { return watch.ended(thread, done); });
+    });
     const Outcome found = first_problem(outcomes, most_threads);
     const bool of_branch = all_branches && !is_in_one_value(found.problem);
     refuse(found, p, 2, of_branch ? "branch" : "pose", "seed");
@@ -87,7 +86,7 @@ void inverse_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats s
 template <class Handle>
 nb::object forward_one(const Handle& self, nb::handle q) {
     double joint[joints], value;
-    if (!SmallMatrix().read(q, 1, joints, joint) || check_joints(joint, value) != Problem::none)
+    if (!SmallMatrix().read(q, 1, joints, joint) || check_joints(self.arm, joint, value) != Problem::none)
         return nb::none();
     const Posture posture = forward(self.arm, joint);
     if (std::isnan(posture.psi)) return nb::none();
@@ -102,7 +101,7 @@ void forward_many(const Handle& self, Floats q, Floats pose, Floats psi, Ints gc
     const Buffer in(q), p(pose, true), a(psi, true), g(gc, true);
     for_each<4>("q", {&in, &p, &a, &g}, {1, 2, 0, 0}, threads, [&](const Py_ssize_t* at, double& value) {
         const double* joint = in.data<double>() + at[0];
-        const Problem problem = check_joints(joint, value);
+        const Problem problem = check_joints(self.arm, joint, value);
         if (problem != Problem::none) return problem;
         const Posture posture = forward(self.arm, joint);
         store_pose(posture.pose, p.data<double>() + at[1]);
@@ -114,7 +113,7 @@ void forward_many(const Handle& self, Floats q, Floats pose, Floats psi, Ints gc
 
 template <class Handle>
 void frames_many(const Handle& self, Floats q, Floats out, int threads) {
-    for_each_joints<double>(q, out, 3, threads, [&](const double* joint, double* to) {
+    for_each_joints<double>(self.arm, q, out, 3, threads, [&](const double* joint, double* to) {
         Pose<double> frame[joints + 1];
         frames(self.arm, joint, frame);
         for (int i = 0; i <= joints; ++i) store_pose(frame[i], to + 16 * i);
@@ -123,7 +122,7 @@ void frames_many(const Handle& self, Floats q, Floats out, int threads) {
 
 template <class Handle>
 void elbow_many(const Handle& self, Floats q, Floats out, int threads) {
-    for_each_joints<double>(q, out, 1, threads, [&](const double* joint, double* to) {
+    for_each_joints<double>(self.arm, q, out, 1, threads, [&](const double* joint, double* to) {
         const Vec3<double> elbow = elbow_position(self.arm, joint);
         to[0] = elbow.x;
         to[1] = elbow.y;
@@ -136,7 +135,7 @@ void psi_towards_many(const ArmHandle& self, Floats pose, Ints gc, Wish wish, Fl
     const Buffer p(pose), g(gc), t(target), to(out, true);
     for_each<4>("pose", {&p, &g, &t, &to}, {2, 0, 1, 0}, threads, [&](const Py_ssize_t* at, double& value) {
         const double* m = p.data<double>() + at[0];
-        const Problem problem = check_pose(m, value);
+        const Problem problem = check_pose(self.arm, m, value);
         if (problem != Problem::none) return problem;
         const long long branch = g.data<long long>()[at[1]];
         if (branch < 0 || branch >= configurations) {
@@ -159,14 +158,14 @@ void psi_towards_many(const ArmHandle& self, Floats pose, Ints gc, Wish wish, Fl
 
 template <class Handle>
 void jacobian_many(const Handle& self, Floats q, Floats out, int threads) {
-    for_each_joints<double>(q, out, 2, threads, [&](const double* joint, double* to) {
+    for_each_joints<double>(self.arm, q, out, 2, threads, [&](const double* joint, double* to) {
         const Jacobian j = jacobian(self.arm, joint);
         std::memcpy(to, j.entry, sizeof(j.entry));
     });
 }
 
 void psi_gradient_many(const ArmHandle& self, Floats q, Floats out, int threads) {
-    for_each_joints<double>(q, out, 1, threads, [&](const double* joint, double* to) {
+    for_each_joints<double>(self.arm, q, out, 1, threads, [&](const double* joint, double* to) {
         double gradient[joints];
         psi_gradient(self.arm, joint, gradient);
         std::memcpy(to, gradient, sizeof(gradient));
@@ -175,7 +174,7 @@ void psi_gradient_many(const ArmHandle& self, Floats q, Floats out, int threads)
 
 template <class Handle>
 void limit_margin_many(const Handle& self, Floats q, Floats out) {
-    for_each_joints<double>(q, out, 0, 1, [&](const double* joint, double* to) {
+    for_each_joints<double>(self.arm, q, out, 0, 1, [&](const double* joint, double* to) {
         *to = limit_margin(nominal(self.arm).limits, joint);
     });
 }
@@ -233,7 +232,7 @@ void forward_pullback_many(const ArmHandle& self, Floats q, Floats by_pose, Floa
     const Buffer in(q), p(by_pose), a(by_psi), to(by_q, true);
     for_each<4>("q", {&in, &p, &a, &to}, {1, 2, 0, 1}, 1, [&](const Py_ssize_t* at, double& value) {
         const double* joint = in.data<double>() + at[0];
-        const Problem problem = check_joints(joint, value);
+        const Problem problem = check_joints(self.arm, joint, value);
         if (problem != Problem::none) return problem;
         double gradient[joints];
         const Hindrance why =
@@ -258,7 +257,7 @@ void pose_gradient_many(Floats pose, Floats by_twist, Floats by_pose) {
 
 template <class Handle>
 void limit_margin_gradient_many(const Handle& self, Floats q, Floats out) {
-    for_each_joints<double>(q, out, 1, 1, [&](const double* joint, double* to) {
+    for_each_joints<double>(self.arm, q, out, 1, 1, [&](const double* joint, double* to) {
         double slope[joints];
         limit_margin_gradient(nominal(self.arm).limits, joint, slope);
         std::memcpy(to, slope, sizeof(slope));
@@ -301,6 +300,7 @@ void settle_many(const Handle& self, Floats poses, double precision) {
 template <class Handle>
 void bind_both(nb::class_<Handle>& arm) {
     using namespace nb::literals;
+    bind_checks(arm);
     arm.def("inverse_many", &inverse_many<Handle>, "pose"_a, "psi"_a, "gc"_a, "seed"_a.none(), "out"_a,
             "limits"_a, "unreachable"_a, "threads"_a, "all_branches"_a = false);
     arm.def("forward_one", &forward_one<Handle>, "q"_a.none());

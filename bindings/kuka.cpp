@@ -14,7 +14,7 @@ namespace {
 
 /// codes: Status and Turn of each q.
 void kuka_codes(const ArmHandle& self, Floats q, Ints codes, int threads) {
-    for_each_joints<long long>(q, codes, 1, threads, [&](const double* joint, long long* code) {
+    for_each_joints<long long>(self.arm, q, codes, 1, threads, [&](const double* joint, long long* code) {
         code[0] = kuka::status(self.arm, joint);
         code[1] = kuka::turn(joint);
     });
@@ -30,11 +30,12 @@ void kuka_inverse(const ArmHandle& self, Floats pose, Floats e1, Ints status, Fl
     for_each<6>("pose", {buffers[0], buffers[1], buffers[2], buffers[3], buffers[4], buffers[5]},
                 {2, 0, 0, 1, 1, 0}, threads, [&](const Py_ssize_t* at, double& value) {
                     const double* m = p.data<double>() + at[0];
-                    const Problem problem = check_pose(m, value);
+                    Problem problem = check_pose(self.arm, m, value);
+                    const double* from = near.held() ? near.data<double>() + at[3] : nullptr;
+                    if (problem == Problem::none && from) problem = check_joints(self.arm, from, value);
                     if (problem != Problem::none) return problem;
                     const Inverse found = kuka::inverse(self.arm, load_pose(m), e.data<double>()[at[1]],
-                                                        static_cast<int>(s.data<long long>()[at[2]]),
-                                                        near.held() ? near.data<double>() + at[3] : nullptr);
+                                                        static_cast<int>(s.data<long long>()[at[2]]), from);
                     std::memcpy(q.data<double>() + at[4], found.q, joints * sizeof(double));
                     code.data<long long>()[at[5]] = static_cast<long long>(found.status);
                     return Problem::none;
@@ -59,7 +60,7 @@ ArcColumns kuka_e1_arcs(const ArmHandle& self, Floats pose, Ints status) {
     for (std::size_t i = 0; i < n; ++i) {
         double value = 0;
         const double* m = p.data<double>() + 16 * i;
-        const Problem problem = check_pose(m, value);
+        const Problem problem = check_pose(self.arm, m, value);
         if (problem != Problem::none) {
             outcome.report(problem, i, value);
             break;

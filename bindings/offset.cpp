@@ -13,7 +13,7 @@ void offset_forward(const OffsetHandle& self, Floats q, Floats pose, Floats free
     const Buffer in(q), p(pose, true), f(free, true), g(gc, true);
     for_each<4>("q", {&in, &p, &f, &g}, {1, 2, 0, 0}, threads, [&](const Py_ssize_t* at, double& value) {
         const double* joint = in.data<double>() + at[0];
-        const Problem problem = check_joints(joint, value);
+        const Problem problem = check_joints(self.arm, joint, value);
         if (problem != Problem::none) return problem;
         const OffsetPosture found = forward(self.arm, joint);
         store_pose(found.pose, p.data<double>() + at[1]);
@@ -25,7 +25,7 @@ void offset_forward(const OffsetHandle& self, Floats q, Floats pose, Floats free
 
 /// The Jacobian (n, 6, 7) of the rows of q.
 void offset_jacobian(const OffsetHandle& self, Floats q, Floats out, int threads) {
-    for_each_joints<double>(q, out, 2, threads, [&](const double* joint, double* to) {
+    for_each_joints<double>(self.arm, q, out, 2, threads, [&](const double* joint, double* to) {
         const Jacobian found = jacobian(self.arm, joint);
         std::memcpy(to, found.entry, sizeof(found.entry));
     });
@@ -33,7 +33,7 @@ void offset_jacobian(const OffsetHandle& self, Floats q, Floats out, int threads
 
 /// The DH frames (n, 8, 4, 4) of the rows of q.
 void offset_frames(const OffsetHandle& self, Floats q, Floats out, int threads) {
-    for_each_joints<double>(q, out, 3, threads, [&](const double* joint, double* to) {
+    for_each_joints<double>(self.arm, q, out, 3, threads, [&](const double* joint, double* to) {
         Pose<double> frame[joints + 1];
         frames(self.arm, joint, frame);
         for (int i = 0; i <= joints; ++i) store_pose(frame[i], to + 16 * i);
@@ -62,11 +62,12 @@ void offset_inverse(const OffsetHandle& self, Floats pose, Floats free, Ints gc,
     for_each<6>("pose", {&p, &f, &g, by, &q, &code}, {2, 0, 0, 1, 1, 0}, threads,
                 [&](const Py_ssize_t* at, double& value) {
                     const double* m = p.data<double>() + at[0];
-                    const Problem problem = check_pose(m, value);
+                    Problem problem = check_pose(self.arm, m, value);
+                    const double* from = by ? by->data<double>() + at[3] : nullptr;
+                    if (problem == Problem::none && from) problem = check_joints(self.arm, from, value);
                     if (problem != Problem::none) return problem;
                     Inverse found = inverse(self.arm, load_pose(m), f.data<double>()[at[1]],
-                                            static_cast<int>(g.data<long long>()[at[2]]),
-                                            by ? by->data<double>() + at[3] : nullptr);
+                                            static_cast<int>(g.data<long long>()[at[2]]), from);
                     code.data<long long>()[at[5]] = static_cast<long long>(found.status);
                     const Problem outside = enforce_limits(self, limits, found, value);
                     std::memcpy(q.data<double>() + at[4], found.q, joints * sizeof(double));
@@ -83,7 +84,7 @@ void offset_feasible(const OffsetHandle& self, Floats pose, Ints gc, Floats ends
     for_each<8>("pose", {&p, &g, &e, &j, &s, &v, &c, &u}, {2, 0, 2, 2, 2, 2, 1, 0}, threads,
                 [&](const Py_ssize_t* at, double& value) {
                     const double* m = p.data<double>() + at[0];
-                    const Problem problem = check_pose(m, value);
+                    const Problem problem = check_pose(self.arm, m, value);
                     if (problem != Problem::none) return problem;
                     const Pose<double> frame = load_pose(m);
                     const int branch = static_cast<int>(g.data<long long>()[at[1]]);
@@ -122,9 +123,9 @@ void offset_nearest(const OffsetHandle& self, Floats pose, Floats near, Floats w
     for_each<5>(
         "pose", {&p, by, &q, &n, &c}, {2, 1, 1, 1, 1}, threads, [&](const Py_ssize_t* at, double& value) {
             const double* m = p.data<double>() + at[0];
-            Problem problem = check_pose(m, value);
+            Problem problem = check_pose(self.arm, m, value);
             const double* from = by ? by->data<double>() + at[1] : nullptr;
-            if (problem == Problem::none && from) problem = check_joints(from, value);
+            if (problem == Problem::none && from) problem = check_joints(self.arm, from, value);
             if (problem != Problem::none) return problem;
             const OffsetNearest found =
                 nearest(self.arm, load_pose(m), from, w.data<double>(), static_cast<unsigned>(branches));
@@ -144,6 +145,7 @@ void bind_offset(nb::module_& m) {
     nb::class_<OffsetHandle> arm(m, "OffsetArm");
     bind_offset_stepping(arm);
     bind_offset_rows(arm);
+    bind_checks(arm);
     arm.def(nb::init<Floats, Floats, Floats, Floats, double, bool>(), "lengths"_a, "joint_rows"_a, "base"_a,
             "tool"_a, "offset"_a, "mirrored"_a)
         .def("forward_many", &offset_forward, "q"_a, "pose"_a, "free"_a, "gc"_a, "threads"_a)

@@ -14,6 +14,7 @@
 #include "offset_handle.hpp"
 #include "refusal.hpp"
 #include "scene_handle.hpp"
+#include "watch.hpp"
 
 namespace binding {
 
@@ -181,6 +182,9 @@ private:
     std::exception_ptr raised_;
 };
 
+/// Ends a plan at its next checkpoint.
+struct Interrupted {};
+
 NearPlan planned(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
                  std::size_t row_count, const PlanOptions& options, const Scene*) {
     return {plan(arm, segments, n, rows, row_count, options), {}, {}};
@@ -244,12 +248,17 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
         options.allowed = [&asked](double s, ArcSet& arcs) { asked.at(s, arcs); };
     }
     NearPlan out;
-    {
+    Watch watch;
+    options.checkpoint = [&watch] {
+        if (watch.ended()) throw Interrupted{};
+    };
+    try {
         nb::gil_scoped_release release;
         out =
             planned(self.arm, as_segments(g), static_cast<std::size_t>(g.shape(0)), r.data<double>(),
                     static_cast<std::size_t>(r.shape(0)), options, true_scene ? &true_scene->view : nullptr);
-    }
+    } catch (const Interrupted&) {}
+    watch.raise();
     asked.raise();
     nb::object stretches = new_array(nb::make_tuple(out.stretches.size(), stretch_width));
     if (!out.stretches.empty())

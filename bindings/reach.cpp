@@ -8,6 +8,7 @@
 
 #include "collected.hpp"
 #include "elements.hpp"
+#include "watch.hpp"
 
 namespace binding {
 
@@ -25,7 +26,7 @@ void reachable_many(const ArmHandle& self, Floats pose, double margin, Ints out,
     const LimitTable limits = table(self, margin);
     for_each<2>("pose", {&in, &to}, {2, 0}, threads, [&](const Py_ssize_t* at, double& value) {
         const double* m = in.data<double>() + at[0];
-        const Problem problem = check_pose(m, value);
+        const Problem problem = check_pose(self.arm, m, value);
         if (problem != Problem::none) return problem;
         to.data<long long>()[at[1]] = is_reachable(self.arm, load_pose(m), limits);
         return Problem::none;
@@ -38,7 +39,7 @@ void freedom_many(const ArmHandle& self, Floats pose, double margin, Floats widt
     const LimitTable limits = table(self, margin);
     for_each<3>("pose", {&in, &wide, &code}, {2, 1, 1}, threads, [&](const Py_ssize_t* at, double& value) {
         const double* m = in.data<double>() + at[0];
-        const Problem problem = check_pose(m, value);
+        const Problem problem = check_pose(self.arm, m, value);
         if (problem != Problem::none) return problem;
         const Freedom f = freedom(self.arm, load_pose(m), limits);
         double* to = wide.data<double>() + at[1];
@@ -57,7 +58,7 @@ void freedom_gradient_many(const ArmHandle& self, Floats pose, double margin, Fl
     const LimitTable limits = table(self, margin);
     for_each<2>("pose", {&in, &to}, {2, 1}, threads, [&](const Py_ssize_t* at, double& value) {
         const double* m = in.data<double>() + at[0];
-        const Problem problem = check_pose(m, value);
+        const Problem problem = check_pose(self.arm, m, value);
         if (problem != Problem::none) return problem;
         double slope[6];
         freedom_gradient(self.arm, load_pose(m), limits, slope);
@@ -67,11 +68,11 @@ void freedom_gradient_many(const ArmHandle& self, Floats pose, double margin, Fl
 }
 
 [[gnu::noinline]] void turns_range(const ArmHandle& self, const LimitTable& limits, Turned turned,
-                                   const double* poses, std::size_t begin, std::size_t end, Collected& to,
-                                   Outcome& outcome) {
-    for (std::size_t i = begin; i < end; ++i) {
+                                   const double* poses, std::size_t begin, std::size_t end,
+                                   std::size_t thread, Watch& watch, Collected& to, Outcome& outcome) {
+    for (std::size_t i = begin; i < end && !(i > begin && watch.ended(thread, i - begin)); ++i) {
         double value = 0;
-        const Problem problem = check_pose(poses + 16 * i, value);
+        const Problem problem = check_pose(self.arm, poses + 16 * i, value);
         if (problem != Problem::none) return outcome.report(problem, i, value);
         ArcSet set;
         const Status status = turn_arcs(self.arm, load_pose(poses + 16 * i), limits, turned, set);
@@ -88,15 +89,13 @@ ArcColumns turns_many(const ArmHandle& self, Floats pose, Turned turned, double 
     whole.reserve(n);
     std::vector<Collected> parts(most_threads);
     Outcome outcomes[most_threads];
-    {
-        nb::gil_scoped_release release;
-        parallel(n, threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
-            Collected mine;
-            mine.borrow(whole, begin, end - begin);
-            turns_range(self, limits, turned, p.data<double>(), begin, end, mine, outcomes[thread]);
-            parts[thread] = std::move(mine);
-        });
-    }
+    watched(n, threads, [&](std::size_t begin, std::size_t end, std::size_t thread, Watch& watch) {
+        Collected mine;
+        mine.borrow(whole, begin, end - begin);
+        turns_range(self, limits, turned, p.data<double>(), begin, end, thread, watch, mine,
+                    outcomes[thread]);
+        parts[thread] = std::move(mine);
+    });
     refuse(first_problem(outcomes, most_threads), p, 2, "pose");
     join(parts, whole);
     return whole.release();
@@ -128,6 +127,19 @@ BestYaw place_at(const ArmHandle& self, const LimitTable& limits, const std::vec
     return best_yaw(events.data(), static_cast<int>(events.size()), always + at_seam);
 }
 
+/// What is wrong with a pose that an arm takes from one of several base positions (k, 3).
+Problem check_placed(const Arm& arm, const double* m, const Buffer& positions, double& value) noexcept {
+    Problem problem = check_pose(m, value);
+    for (Py_ssize_t i = 0; problem == Problem::none && i < positions.shape(0); ++i) {
+        double seen[16];
+        std::copy(m, m + 16, seen);
+        for (int k = 0; k < 3; ++k) seen[4 * k + 3] -= positions.data<double>()[3 * i + k];
+        if (check_pose(arm, seen, value) == Problem::none) return Problem::none;
+        problem = i + 1 < positions.shape(0) ? Problem::none : Problem::pose_in_millimetres;
+    }
+    return problem;
+}
+
 /// For each base position (k, 3): yaw, stretch and weight reached, (k, 3).
 void place_many(const ArmHandle& self, Floats pose, Floats weight, Floats position, double margin, Floats out,
                 int threads) {
@@ -138,15 +150,14 @@ void place_many(const ArmHandle& self, Floats pose, Floats weight, Floats positi
     Outcome outcome;
     for (std::size_t i = 0; i < n; ++i) {
         double value = 0;
-        const Problem problem = check_pose(p.data<double>() + 16 * i, value);
+        const Problem problem = check_placed(self.arm, p.data<double>() + 16 * i, at, value);
         if (problem != Problem::none) outcome.report(problem, i, value);
         poses[i] = load_pose(p.data<double>() + 16 * i);
     }
     refuse(outcome, p, 2, "poses");
-    nb::gil_scoped_release release;
-    parallel(k, threads, [&](std::size_t begin, std::size_t end, std::size_t) {
+    watched(k, threads, [&](std::size_t begin, std::size_t end, std::size_t thread, Watch& watch) {
         std::vector<YawEvent> events;
-        for (std::size_t i = begin; i < end; ++i) {
+        for (std::size_t i = begin; i < end && !(i > begin && watch.ended(thread, i - begin)); ++i) {
             const double* x = at.data<double>() + 3 * i;
             const BestYaw best = place_at(self, limits, poses, w.data<double>(), {x[0], x[1], x[2]}, events);
             double* row = to.data<double>() + 3 * i;
@@ -238,15 +249,14 @@ void map_cells(const ArmHandle& self, Floats places, Floats tilt, Floats turn, F
     const CellColumns out{
         to_gc.data<std::uint8_t>(), to_freedom.data<float>(), yaw ? to_yaw.data<std::uint8_t>() : nullptr,
         roll ? to_roll.data<std::uint8_t>() : nullptr, proven ? to_proven.data<std::uint8_t>() : nullptr};
-    nb::gil_scoped_release release;
     const ReducedArm arm = reduced_arm(self.arm, margin);
-    parallel(static_cast<std::size_t>(at.shape(0)), threads,
-             [&](std::size_t begin, std::size_t end, std::size_t) {
-                 for (std::size_t i = begin; i < end; ++i) {
-                     const double* place = at.data<double>() + 2 * i;
-                     place_cells(arm, place[0], place[1], directions, half, out.at(i * directions.cells()));
-                 }
-             });
+    watched(static_cast<std::size_t>(at.shape(0)), threads,
+            [&](std::size_t begin, std::size_t end, std::size_t thread, Watch& watch) {
+                for (std::size_t i = begin; i < end && !(i > begin && watch.ended(thread, i - begin)); ++i) {
+                    const double* place = at.data<double>() + 2 * i;
+                    place_cells(arm, place[0], place[1], directions, half, out.at(i * directions.cells()));
+                }
+            });
 }
 
 /// Poses (n, 4, 4) of reduced coordinates (n, 6): r, height, tilt, turn, azimuth, roll.
@@ -263,7 +273,7 @@ void reduced_of_poses(const ArmHandle& self, Floats pose, Floats out) {
     const Buffer in(pose), to(out, true);
     for_each<2>("pose", {&in, &to}, {2, 1}, 1, [&](const Py_ssize_t* at, double& value) {
         const double* m = in.data<double>() + at[0];
-        const Problem problem = check_pose(m, value);
+        const Problem problem = check_pose(self.arm, m, value);
         if (problem != Problem::none) return problem;
         const ReducedPose p = reduced_pose(self.arm, load_pose(m));
         const double six[] = {p.r, p.height, p.tilt, p.turn, p.azimuth, p.roll};

@@ -19,8 +19,8 @@ struct Refusal {
 inline bool is_in_one_value(armangle::Problem problem) noexcept {
     using armangle::Problem;
     for (const Problem one : {Problem::pose_not_finite, Problem::pose_last_row, Problem::pose_not_rotation,
-                              Problem::pose_reflection, Problem::pose_too_far, Problem::not_unit,
-                              Problem::unreachable, Problem::folded})
+                              Problem::pose_reflection, Problem::pose_too_far, Problem::pose_in_millimetres,
+                              Problem::not_unit, Problem::unreachable, Problem::folded})
         if (problem == one) return true;
     return false;
 }
@@ -31,7 +31,8 @@ inline bool is_in_one_value(armangle::Problem problem) noexcept {
 inline void refuse(const armangle::Outcome& found, const Buffer& lead, int inner, const char* argument,
                    const char* joint_argument = nullptr) {
     if (found.problem == armangle::Problem::none) return;
-    const bool joints = joint_argument && found.problem == armangle::Problem::joints_not_finite;
+    const bool joints = joint_argument && (found.problem == armangle::Problem::joints_not_finite ||
+                                           found.problem == armangle::Problem::joints_in_degrees);
     Refusal refusal{found.problem, joints ? joint_argument : argument, {}, found.value};
     auto rest = static_cast<Py_ssize_t>(found.index);
     for (int d = lead.ndim() - inner - 1; d >= 0; --d) {

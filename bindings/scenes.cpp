@@ -367,7 +367,7 @@ void proximity_many(const ArmHandle& self, const SceneHandle& scene, Floats pose
     for_each<5>(
         "pose", {&p, &a, &g, &to, &who}, {2, 0, 0, 1, 0}, threads, [&](const Py_ssize_t* at, double& value) {
             const double* m = p.data<double>() + at[0];
-            const Problem problem = check_pose(m, value);
+            const Problem problem = check_pose(self.arm, m, value);
             if (problem != Problem::none) return problem;
             const long long branch = g.data<long long>()[at[2]];
             value = static_cast<double>(branch);
@@ -388,7 +388,7 @@ void near_proximity_many(const NearArmHandle& self, const SceneHandle& scene, Fl
     for_each<5>("pose", {&p, &a, &g, &to, &who}, {2, 0, 0, 1, 0}, threads,
                 [&](const Py_ssize_t* at, double& value) {
                     const double* m = p.data<double>() + at[0];
-                    const Problem problem = check_pose(m, value);
+                    const Problem problem = check_pose(self.arm, m, value);
                     if (problem != Problem::none) return problem;
                     const long long branch = g.data<long long>()[at[2]];
                     value = static_cast<double>(branch);
@@ -415,7 +415,7 @@ void widest_many(const ArmHandle& self, const SceneHandle& scene, Floats pose, I
     for_each<6>("pose", {&p, &g, &a, &to, &who, &code}, {2, 0, 0, 1, 0, 0}, threads,
                 [&](const Py_ssize_t* at, double& value) {
                     const double* m = p.data<double>() + at[0];
-                    const Problem problem = check_pose(m, value);
+                    const Problem problem = check_pose(self.arm, m, value);
                     if (problem != Problem::none) return problem;
                     const long long branch = g.data<long long>()[at[1]];
                     value = static_cast<double>(branch);
@@ -439,7 +439,7 @@ void near_widest_many(const NearArmHandle& self, const SceneHandle& scene, Float
     for_each<6>("pose", {&p, &g, &a, &to, &who, &code}, {2, 0, 0, 1, 0, 0}, threads,
                 [&](const Py_ssize_t* at, double& value) {
                     const double* m = p.data<double>() + at[0];
-                    const Problem problem = check_pose(m, value);
+                    const Problem problem = check_pose(self.arm, m, value);
                     if (problem != Problem::none) return problem;
                     const long long branch = g.data<long long>()[at[1]];
                     value = static_cast<double>(branch);

@@ -6,6 +6,7 @@
 #include "elements.hpp"
 #include "refusal.hpp"
 #include "scene_handle.hpp"
+#include "watch.hpp"
 
 namespace binding {
 
@@ -82,11 +83,10 @@ public:
         const double* m = pose_.data<double>() + 16 * i;
         const double* near = near_.held() ? near_.data<double>() + joints * i : nullptr;
         double value = 0;
-        const Problem problem = check_pose(m, value);
+        const Problem problem = check_pose(arm_.arm, m, value);
         if (problem != Problem::none) return outcome.report(problem, i, value);
-        for (int j = 0; near && j < joints; ++j)
-            if (!(std::fabs(near[j]) <= tolerance::largest_angle))
-                return outcome.report(Problem::joints_not_finite, i, near[j]);
+        const Problem seed = near ? check_joints(arm_.arm, near, value) : Problem::none;
+        if (seed != Problem::none) return outcome.report(seed, i, value);
         const std::size_t own = allowed_.size() > 1 ? i : 0;
         const ArcSet* allowed = allowed_.empty() ? nullptr : &allowed_[own];
         const Pose<double> pose = load_pose(m);
@@ -135,24 +135,21 @@ void solve_many(const Handle& self, Floats pose, Floats near, const SolveOptions
     const Buffer q_out(q, true), psi_out(psi, true), gc_out(gc, true), distance_out(distance, true);
     const Buffer status_out(status, true), margin_out(margin, true), gap_out(gap, true);
     Outcome outcomes[most_threads];
-    {
-        nb::gil_scoped_release release;
-        parallel(work.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
-            for (std::size_t i = begin; i < end; ++i)
-                work.one(i, outcomes[thread],
-                         [&](const auto& arm, const auto& limits, const Pose<double>& at,
-                             const NearestOptions& o) noexcept {
-                             const Nearest found = answer(arm, limits, at, o, options.length);
-                             std::memcpy(q_out.data<double>() + joints * i, found.q, joints * sizeof(double));
-                             psi_out.data<double>()[i] = found.psi;
-                             gc_out.data<long long>()[i] = found.gc;
-                             distance_out.data<double>()[i] = found.distance;
-                             status_out.data<std::int8_t>()[i] = static_cast<std::int8_t>(found.status);
-                             margin_out.data<double>()[i] = found.margin;
-                             gap_out.data<double>()[i] = found.gap;
-                         });
-        });
-    }
+    watched(work.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread, Watch& watch) {
+        for (std::size_t i = begin; i < end && !(i > begin && watch.ended(thread, i - begin)); ++i)
+            work.one(i, outcomes[thread],
+                     [&](const auto& arm, const auto& limits, const Pose<double>& at,
+                         const NearestOptions& o) noexcept {
+                         const Nearest found = answer(arm, limits, at, o, options.length);
+                         std::memcpy(q_out.data<double>() + joints * i, found.q, joints * sizeof(double));
+                         psi_out.data<double>()[i] = found.psi;
+                         gc_out.data<long long>()[i] = found.gc;
+                         distance_out.data<double>()[i] = found.distance;
+                         status_out.data<std::int8_t>()[i] = static_cast<std::int8_t>(found.status);
+                         margin_out.data<double>()[i] = found.margin;
+                         gap_out.data<double>()[i] = found.gap;
+                     });
+    });
     refuse(first_problem(outcomes, most_threads), work.pose(), 2, "pose", "near");
 }
 
@@ -176,20 +173,18 @@ void best_gradient_many(const ArmHandle& self, Floats pose, Floats q, Floats psi
 }
 
 /// A named tuple `kind` of (q, psi, gc, distance, status of `statuses`, margin, gap, pose), or None where
-/// pose or near is no small matrix, or near more than a turn outside the limits: the general way then
-/// converts it, or says what is wrong. near may be None.
+/// pose or near is no small matrix: the general way then converts it, or says what is wrong. near may be
+/// None.
 template <class Handle>
 nb::object solve_one(const Handle& self, nb::handle pose, nb::handle near, Metric metric, nb::handle kind,
                      nb::handle statuses) {
     double q[joints], m[16], value = 0;
     if (!SmallMatrix().read_pose(nominal(self.arm), pose, m)) return nb::none();
     if (!near.is_none() && !SmallMatrix().read(near, 1, joints, q)) return nb::none();
-    const Problem problem = check_pose(m, value);
+    Problem problem = check_pose(self.arm, m, value);
     refuse_one(problem, "pose", value);
-    for (int j = 0; !near.is_none() && j < joints; ++j)
-        if (!(std::fabs(q[j]) <= tolerance::largest_angle))
-            refuse_one(Problem::joints_not_finite, "near", q[j]);
-    if (!near.is_none() && limit_margin(nominal(self.arm).limits, q) < -two_pi) return nb::none();
+    if (!near.is_none()) problem = check_joints(self.arm, q, value);
+    refuse_one(problem, "near", value);
     NearestOptions options;
     options.metric = metric;
     options.near = near.is_none() ? nullptr : q;
@@ -217,22 +212,18 @@ nb::typed<nb::tuple, Ints, Floats, Floats, Ints, Floats, Floats, Codes> solution
     std::vector<std::int8_t> status(work.size());
     std::vector<double> q, psi, distance, margin;
     Outcome outcomes[most_threads];
-    {
-        nb::gil_scoped_release release;
-        parallel(work.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread) {
-            for (std::size_t i = begin; i < end; ++i)
-                work.one(i, outcomes[thread],
-                         [&](const auto& arm, const auto& limits, const Pose<double>& at,
-                             const NearestOptions& o) {
-                             Nearests found;
-                             nearest_postures(arm, limits, at, o, found);
-                             count[i] = found.count;
-                             status[i] = static_cast<std::int8_t>(found.status);
-                             parts[thread].insert(parts[thread].end(), found.found,
-                                                  found.found + found.count);
-                         });
-        });
-    }
+    watched(work.size(), threads, [&](std::size_t begin, std::size_t end, std::size_t thread, Watch& watch) {
+        for (std::size_t i = begin; i < end && !(i > begin && watch.ended(thread, i - begin)); ++i)
+            work.one(
+                i, outcomes[thread],
+                [&](const auto& arm, const auto& limits, const Pose<double>& at, const NearestOptions& o) {
+                    Nearests found;
+                    nearest_postures(arm, limits, at, o, found);
+                    count[i] = found.count;
+                    status[i] = static_cast<std::int8_t>(found.status);
+                    parts[thread].insert(parts[thread].end(), found.found, found.found + found.count);
+                });
+    });
     refuse(first_problem(outcomes, most_threads), work.pose(), 2, "pose", "near");
     for (const std::vector<Nearest>& part : parts)
         for (const Nearest& one : part) {

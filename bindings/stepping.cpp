@@ -9,6 +9,7 @@
 #include "offset_handle.hpp"
 #include "refusal.hpp"
 #include "scene_handle.hpp"
+#include "watch.hpp"
 
 namespace binding {
 
@@ -150,11 +151,10 @@ nb::object step_one(const Handle& self, nb::handle q_now, nb::handle pose, const
     if (!SmallMatrix().read(q_now, 1, joints, q) || !matrix.read(pose, 4, 4, m)) return nb::none();
     if (!read_options(gc, carry, max_joint_step, singularity_margin, dt, outside, options, margin))
         return nb::none();
-    const Problem problem = check_pose(m, value);
+    Problem problem = check_pose(self.arm, m, value);
     refuse_one(problem, "pose", value);
-    for (int j = 0; j < joints; ++j)
-        if (!(std::fabs(q[j]) <= tolerance::largest_angle))
-            refuse_one(Problem::joints_not_finite, "q_now", q[j]);
+    problem = check_joints(self.arm, q, value);
+    refuse_one(problem, "q_now", value);
     ArcSet allowed;
     if (!allowed_count.is_none()) {
         allowed = ArcArrays(allowed_count, allowed_psi).load(0, 0);
@@ -244,19 +244,30 @@ void follow_all(const Handle& self, Floats start, Floats poses, const FollowOpti
     Outcome outcome;
     for (std::size_t i = 0; i < n && outcome.problem == Problem::none; ++i) {
         double value = 0;
-        const Problem problem = check_pose(p.data<double>() + 16 * i, value);
+        const Problem problem = check_pose(self.arm, p.data<double>() + 16 * i, value);
         if (problem != Problem::none) outcome.report(problem, i, value);
     }
     refuse(outcome, p, 2, "pose");
+    double value = 0;
+    const Problem begin = check_joints(self.arm, s.data<double>(), value);
+    refuse_one(begin, "start", value);
     std::vector<ArcSet> sets;
     if (!allowed_count.is_none()) {
         const ArcArrays arrays(allowed_count, allowed_psi);
         for (std::size_t i = 0; i < arrays.sets(); ++i)
             sets.push_back(arrays.load(static_cast<long long>(i), 0));
     }
-    const FollowRows rows{q_out.data<double>(),      psi_out.data<double>(),
-                          margin_out.data<double>(), residual_out.data<double>(),
-                          gc_out.data<long long>(),  status_out.data<std::int8_t>()};
+    Watch watch(n);
+    const FollowRows rows{q_out.data<double>(),
+                          psi_out.data<double>(),
+                          margin_out.data<double>(),
+                          residual_out.data<double>(),
+                          gc_out.data<long long>(),
+                          status_out.data<std::int8_t>(),
+                          [](void* who, std::size_t row) noexcept {
+                              return row > 0 && static_cast<Watch*>(who)->ended(0, row);
+                          },
+                          &watch};
     const Strided<const ArcSet> allowed{sets.empty() ? nullptr : sets.data(), sets.size() > 1 ? 1 : 0};
     StepOptions options = wanted.step;
     const GivenBounds given(bounds, options);
@@ -264,6 +275,7 @@ void follow_all(const Handle& self, Floats start, Floats poses, const FollowOpti
     for (const SceneHandle* scene : scenes) views.push_back(&scene->view);
     const Scenes about{views.empty() ? nullptr : views.data(), views.size() > 1 ? 1 : 0};
     run(self, s.data<double>(), p, wanted, options, allowed, about, rows);
+    watch.raise();
 }
 
 template <class Handle>

@@ -1,7 +1,9 @@
 // The tracker: a posture every tick.
+#include "armangle/arm/check_joints.hpp"
 #include "offset_handle.hpp"
 #include "refusal.hpp"
 #include "scene_handle.hpp"
+#include "watch.hpp"
 
 namespace binding {
 
@@ -89,12 +91,16 @@ nb::object ticked(Loop& self, const Command& command, nb::handle names) {
 class HandGiven {
 public:
     /// False where it is no small matrix: the general way then converts it, or says what is wrong.
-    bool read(nb::handle pose, Command& command) noexcept {
+    /// Throws where it was hardly meant in m.
+    template <class AnyArm>
+    bool read(const AnyArm& arm, nb::handle pose, Command& command) {
         double m[16], value = 0;
         if (pose.is_none()) return true;
         if (!SmallMatrix().read(pose, 4, 4, m)) return false;
         wanted_ = load_pose(m);
-        if (check_pose(m, value) == Problem::none) command.pose = &wanted_;
+        const Problem problem = check_pose(arm, m, value);
+        if (problem == Problem::none) command.pose = &wanted_;
+        if (problem == Problem::pose_in_millimetres) refuse_one(problem, "pose", value);
         return true;
     }
 
@@ -108,7 +114,7 @@ template <class Loop>
 nb::object track_hand(Loop& self, nb::handle pose, nb::handle names) {
     HandGiven hand;
     Command command;
-    return hand.read(pose, command) ? ticked(self, command, names) : nb::none();
+    return hand.read(self.arm(), pose, command) ? ticked(self, command, names) : nb::none();
 }
 
 /// Any tick; None where pose or elbow is no small matrix.
@@ -118,7 +124,7 @@ nb::object track_one(Loop& self, nb::handle pose, nb::handle names, nb::handle e
     HandGiven hand;
     Command command;
     double point[3]{};
-    if (!hand.read(pose, command)) return nb::none();
+    if (!hand.read(self.arm(), pose, command)) return nb::none();
     if (!elbow.is_none() && !SmallMatrix().read(elbow, 1, 3, point)) return nb::none();
     const Towards hint{wish, 0.0, {point[0], point[1], point[2]}};
     if (!elbow.is_none()) command.elbow = &hint;
@@ -135,23 +141,34 @@ nb::tuple nearest_of(const Loop& self, double reach) {
     return nb::make_tuple(nearest.room, nearest.core, pair_number(nearest.pair));
 }
 
-/// Ticks over poses (n, 4, 4); writes q (n, 7).
+/// Ticks over poses (n, 4, 4); writes q (n, 7). A run that is ended leaves the tracker where it was.
 template <class Loop>
 void track_many(Loop& self, Floats poses, Floats q) {
     const Buffer in(poses), out(q, true);
     const Py_ssize_t n = in.shape(0);
     if (!in.is_array('d', {n, 4, 4}) || !out.is_array('d', {n, joints}))
         throw std::invalid_argument("poses (n, 4, 4) and joints (n, 7) were expected");
-    nb::gil_scoped_release release;
+    Outcome outcome;
     for (Py_ssize_t i = 0; i < n; ++i) {
-        const double* m = in.data<double>() + 16 * i;
-        const Pose<double> wanted = load_pose(m);
-        Command command;
         double value = 0;
-        if (check_pose(m, value) == Problem::none) command.pose = &wanted;
-        const Tracked now = self.step(command);
-        std::memcpy(out.data<double>() + joints * i, now.q, joints * sizeof(double));
+        const Problem problem = check_pose(self.arm(), in.data<double>() + 16 * i, value);
+        if (problem == Problem::pose_in_millimetres)
+            outcome.report(problem, static_cast<std::size_t>(i), value);
     }
+    refuse(outcome, in, 2, "poses");
+    Loop moved = self;
+    watched(static_cast<std::size_t>(n), 1, [&](std::size_t, std::size_t end, std::size_t, Watch& watch) {
+        for (std::size_t i = 0; i < end && !(i > 0 && watch.ended(0, i)); ++i) {
+            const double* m = in.data<double>() + 16 * i;
+            const Pose<double> wanted = load_pose(m);
+            Command command;
+            double value = 0;
+            if (check_pose(m, value) == Problem::none) command.pose = &wanted;
+            const Tracked now = moved.step(command);
+            std::memcpy(out.data<double>() + joints * i, now.q, joints * sizeof(double));
+        }
+    });
+    self = moved;
 }
 
 /// The poses (n, 4, 4) that a hand's filter (omega, patience, jump, turn) makes of samples, every dt s.

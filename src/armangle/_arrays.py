@@ -25,11 +25,13 @@ from .errors import (
     NotRotationError,
     ShapeError,
     UnreachableError,
+    shortened,
 )
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Shape = tuple[int, ...]
+AnyHandle = _core.Arm | _core.NearArm | _core.OffsetArm
 
 PathLike = str | os.PathLike[str]
 AnyEnum = TypeVar("AnyEnum", bound=Enum)
@@ -38,7 +40,6 @@ AnyArray = TypeVar("AnyArray", bound=NDArray[Any])
 JOINTS: int = _core.JOINTS
 CONFIGURATIONS: int = _core.CONFIGURATIONS
 MILLIMETRES = 1e3
-FAR = 20.0  # m: a pose this far beyond the reach was hardly meant in m
 MOST_THREADS = 1024
 TURN = 2 * np.pi
 
@@ -95,11 +96,6 @@ def millimetres(length: float) -> str:
     """Return a length in m as words: 0.01234 is 12.34 mm, 800 are 800000 mm."""
     shown = f"{length * MILLIMETRES:.4g}"
     return f"{length * MILLIMETRES:.0f} mm" if "e+" in shown else f"{shown} mm"
-
-
-def in_millimetres(excess: float) -> str:
-    """Return what a pose `excess` m beyond the reach lets suspect, or ''."""
-    return ": positions are in m, were these in mm?" if excess > FAR else ""
 
 
 def _plain(value: Any) -> bool:
@@ -193,12 +189,14 @@ def one_pose(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Float
     return frozen(pose)
 
 
-def one_posture(name: str, value: ArrayLike) -> Floats:
-    """Return a read-only copy (7,) of one posture, finite and no batch; rad."""
+def one_posture(name: str, value: ArrayLike, arm: AnyHandle | None = None) -> Floats:
+    """Return a read-only copy (7,) of one posture, finite and no batch; rad, which those of `arm` must be."""
     joints = np.array(as_floats(name, value, (JOINTS,)), order="C")
     if joints.ndim != 1:
         raise ShapeError(f"{name} has shape {joints.shape}, wanted ({JOINTS},)")
     check_angles(name, joints)
+    if arm is not None:
+        arm.check_joints(joints, name)
     return frozen(joints)
 
 
@@ -274,20 +272,6 @@ def check_angles(name: str, angles: Floats) -> None:
         index = tuple(int(i) for i in np.argwhere(bad)[0])
         value = float(angles[index])
         raise _bad_angle(f"{name}{list(index) if index else ''} is {value}", value)
-
-
-def check_turns(name: str, angles: Floats, lower: ArrayLike, upper: ArrayLike, whose: str = "its") -> None:
-    """Raise where an angle is more than a turn outside its limits: it was hardly meant in rad."""
-    known = np.where(np.isfinite(angles), angles, np.clip(0.0, lower, upper))  # others are refused elsewhere
-    outside = np.maximum(lower - known, known - upper)
-    if not (outside > TURN).any():
-        return
-    at = np.unravel_index(int(np.argmax(outside)), outside.shape)
-    where = [int(i) for i in at] or ""
-    raise InputError(
-        f"{name}{where} is {angles[at]:g}, {outside[at]:.4g} rad outside {whose} limits. "
-        "Joints are in rad: were these degrees?"
-    )
 
 
 def _bad_angle(what: str, value: float) -> ArmangleError:
@@ -377,12 +361,22 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
             return NotRotationError(f"the rotation of {where} is a reflection: its determinant is -1")
         case Problem.POSE_TOO_FAR:
             return InputError(f"{where} lies {value:.3g} m away, wanted at most {_core.FARTHEST:g} m")
+        case Problem.POSE_IN_MILLIMETRES:
+            return InputError(
+                f"{where} lies {value:.6g} m away, far beyond all lengths of the arm. "
+                "Positions are in m: was this in mm?"
+            )
         case Problem.PSI_NOT_FINITE:
             return _bad_angle(f"psi{at} is {value}", value)
         case Problem.GC_RANGE:
             return ConfigurationError(f"gc{at} is {int(value)}, wanted an integer from 0 to 7")
         case Problem.JOINTS_NOT_FINITE:
             return _bad_angle(f"{where} holds {value}", value)
+        case Problem.JOINTS_IN_DEGREES:
+            return InputError(
+                f"{where} holds {value:g}, more than a turn outside the limits of its joint. "
+                "Joints are in rad: were these degrees?"
+            )
         case Problem.JOINT_LIMIT:
             return LimitError(f"joint {int(value)} of the solution of {where} is outside its limits")
         case Problem.FOLDED:
@@ -404,9 +398,7 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
                 f"within {_core.UNIT_TOLERANCE:g}"
             )
         case Problem.UNREACHABLE:
-            return UnreachableError(
-                f"{where} is out of reach by {value * MILLIMETRES:.6g} mm{in_millimetres(value)}"
-            )
+            return UnreachableError(f"{where} is out of reach by {value * MILLIMETRES:.6g} mm")
         case Problem.NEAR_SINGULAR | Problem.NO_CONVERGENCE:
             rest = " and keeps the other rows" if branch else ""
             return NoSolutionError(
@@ -439,4 +431,4 @@ def warn(text: str) -> None:
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("armangle"):
         level, frame = level + 1, frame.f_back
-    warnings.warn(text, UserWarning, stacklevel=level)
+    warnings.warn(shortened(text), UserWarning, stacklevel=level)

@@ -36,6 +36,8 @@ MOST_MARGIN: float = 1.5
 
 MAX_JOINT_STEP: float = 0.2
 
+def exchange_progress(function: object | None) -> Any: ...
+
 class Status(enum.IntEnum):
     OK = 0
 
@@ -100,29 +102,33 @@ class Problem(enum.Enum):
 
     POSE_TOO_FAR = 5
 
-    PSI_NOT_FINITE = 6
+    POSE_IN_MILLIMETRES = 6
 
-    GC_RANGE = 7
+    PSI_NOT_FINITE = 7
 
-    JOINTS_NOT_FINITE = 8
+    GC_RANGE = 8
 
-    UNREACHABLE = 9
+    JOINTS_NOT_FINITE = 9
 
-    FOLDED = 10
+    JOINTS_IN_DEGREES = 10
 
-    JOINT_LIMIT = 11
+    UNREACHABLE = 11
 
-    STILL = 12
+    FOLDED = 12
 
-    ON_AXIS = 13
+    JOINT_LIMIT = 13
 
-    NOT_UNIT = 14
+    STILL = 14
 
-    NEAR_SINGULAR = 15
+    ON_AXIS = 15
 
-    NO_CONVERGENCE = 16
+    NOT_UNIT = 16
 
-    NO_DERIVATIVE = 17
+    NEAR_SINGULAR = 17
+
+    NO_CONVERGENCE = 18
+
+    NO_DERIVATIVE = 19
 
 def on_refusal(function: Callable[[Problem, str, tuple[int, ...], float], object]) -> None: ...
 
@@ -172,6 +178,10 @@ class Arm:
     def widest_many(self, scene: Scene, pose: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], margin: float, psi: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64], pair: numpy.typing.NDArray[numpy.int64], status: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
 
     def inverse_one(self, pose: object | None, psi: object | None, gc: object | None) -> Any: ...
+
+    def check_poses(self, poses: numpy.typing.NDArray[numpy.float64], argument: str) -> None: ...
+
+    def check_joints(self, q: numpy.typing.NDArray[numpy.float64], argument: str) -> None: ...
 
     def inverse_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], seed: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64], limits: Enforce, unreachable: Enforce, threads: int, all_branches: bool = False) -> None: ...
 
@@ -291,6 +301,10 @@ class NearArm:
     def deviations(self) -> list[list[float]]: ...
 
     def inverse_one(self, pose: object | None, psi: object | None, gc: object | None) -> Any: ...
+
+    def check_poses(self, poses: numpy.typing.NDArray[numpy.float64], argument: str) -> None: ...
+
+    def check_joints(self, q: numpy.typing.NDArray[numpy.float64], argument: str) -> None: ...
 
     def inverse_many(self, pose: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], seed: numpy.typing.NDArray[numpy.float64] | None, out: numpy.typing.NDArray[numpy.float64], limits: Enforce, unreachable: Enforce, threads: int, all_branches: bool = False) -> None: ...
 
@@ -642,6 +656,10 @@ class OffsetArm:
     def rows_within(self, segments: numpy.typing.NDArray[numpy.float64], s: numpy.typing.NDArray[numpy.float64], q: numpy.typing.NDArray[numpy.float64], psi: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64]) -> Any: ...
 
     def rows_derivatives(self, segments: numpy.typing.NDArray[numpy.float64], rows_s: numpy.typing.NDArray[numpy.float64], free: numpy.typing.NDArray[numpy.float64], rows_q: numpy.typing.NDArray[numpy.float64], gc: int, s: numpy.typing.NDArray[numpy.float64], out: numpy.typing.NDArray[numpy.float64]) -> None: ...
+
+    def check_poses(self, poses: numpy.typing.NDArray[numpy.float64], argument: str) -> None: ...
+
+    def check_joints(self, q: numpy.typing.NDArray[numpy.float64], argument: str) -> None: ...
 
     def forward_many(self, q: numpy.typing.NDArray[numpy.float64], pose: numpy.typing.NDArray[numpy.float64], free: numpy.typing.NDArray[numpy.float64], gc: numpy.typing.NDArray[numpy.int64], threads: int) -> None: ...
 

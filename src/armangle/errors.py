@@ -9,9 +9,30 @@ import importlib
 import importlib.util
 from typing import Any
 
+_LONGEST = 4000  # characters of a message
+_MIDDLE = " ... ({} characters) ... "
+
+
+def shortened(text: str, longest: int = _LONGEST) -> str:
+    """Return a text, its middle left out where it is longer than so many characters.
+
+    >>> shortened("abcdefghij" * 4, 34)
+    'abcdefgh ... (32 characters) ... j'
+    """
+    if len(text) <= longest:
+        return text
+    middle = _MIDDLE.format(len(text) - longest)
+    middle = _MIDDLE.format(len(text) - longest + len(middle))
+    kept = max(longest - len(middle), 0)
+    tail = kept // 4
+    return text[: kept - tail] + middle + text[len(text) - tail :]
+
 
 class ArmangleError(Exception):
-    """Base of every error raised by armangle."""
+    """Base of every error raised by armangle; a message of many thousand characters loses its middle."""
+
+    def __init__(self, *arguments: object) -> None:
+        super().__init__(*(shortened(x) if isinstance(x, str) else x for x in arguments))
 
 
 class InputError(ArmangleError, ValueError):
@@ -108,7 +129,8 @@ class FileFormatError(InputError):
         line: int | None = None,
         column: int | None = None,
     ) -> None:
-        where = [str(part) for part in (source, line, column) if part is not None]
+        shown = source if source is None or source.isprintable() else repr(source)
+        where = [str(part) for part in (shown, line, column) if part is not None]
         super().__init__(f"{':'.join(where)}: {message}" if where else message)
         self.source = source
         self.line = line

@@ -34,7 +34,6 @@ from ._arrays import (
     as_threads,
     broadcast,
     check_angles,
-    check_turns,
     chosen,
 )
 from ._core import ANGLE_TOLERANCE
@@ -144,8 +143,7 @@ def to_e1(arm: Arm, q: ArrayLike) -> Floats | np.float64:
     ShapeError, NotFiniteError, InputError
     """
     joints = as_floats("q", q, (JOINTS,))
-    check_angles("q", joints)
-    _checked(arm)
+    _checked(arm)._handle.check_joints(joints, "q")
     return joints[..., 2].copy()[()]
 
 
@@ -196,14 +194,16 @@ def from_e1(
     values, near = as_floats("e1", e1), None if seed is None else as_floats("seed", seed, (JOINTS,))
     check_angles("e1", values)
     own = _checked(arm)
-    check_turns("e1", values, own.lower[_A3], own.upper[_A3], "A3's")
+    joints = np.zeros((*values.shape, JOINTS))
+    joints[..., _A3] = values
+    own._handle.check_joints(joints, "e1")
     given = [
         ("pose", as_poses("pose", pose, own._handle), 2),
         ("e1", values, 0),
         ("status", _bits("status", status, _STATUSES), 0),
     ]
     if near is not None:
-        check_angles("seed", near)
+        own._handle.check_joints(near, "seed")
         given.append(("seed", near, 1))
     batch, arrays = broadcast(given)
     out, codes = np.empty((*batch, JOINTS)), np.empty(batch, np.int64)

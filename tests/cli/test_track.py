@@ -195,4 +195,4 @@ def test_millimetres_are_asked_about(hand: Path, capsys: Capture) -> None:
     poses[:, :3, 3] *= 1e3
     aa.save(poses, hand)
     assert main(["track", str(hand), *ROBOT, "--start", DEGREES]) == 2
-    assert "were these in mm?" in " ".join(capsys.readouterr().err.split())
+    assert "was this in mm?" in " ".join(capsys.readouterr().err.split())

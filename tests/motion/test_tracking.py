@@ -507,7 +507,7 @@ def test_bad_input_is_refused() -> None:
         tracker.step(np.eye(4), reconfigure=8)
     with pytest.raises(aa.ShapeError, match=r"poses has shape \(4, 4\), wanted \(n, 4, 4\)"):
         tracker.run(np.eye(4))
-    with pytest.raises(aa.InputError, match=r"q\[3\] is -80, .* outside its limits.*were these degrees"):
+    with pytest.raises(aa.InputError, match=r"q holds -80, .* outside the limits.*were these degrees"):
         tracker.start([0.0, 1.0, 0.0, -80.0, 0.0, 10.0, 0.0])
     with pytest.raises(aa.NotFiniteError, match="q"):
         tracker.start(np.full(7, np.nan))

@@ -208,7 +208,7 @@ BAD: dict[str, list[Any]] = {
     "elbow": ["nonsense", object(), 0.1, [1.0, 2.0], [[0.0, 0.0, 1.0]], [1j] * 3], "omega": [*POSITIVE, None],
     "patience": [*NUMBER, -1.0, None], "jump": [*POSITIVE, None], "turn": [*POSITIVE, None],
     "blend": [*NUMBER, None, -0.1, INF, [0.1] * 5, [[0.1]]], "detours": ["nonsense", None, 0, 1.0],
-    "step": [*POSITIVE, None, INF],
+    "step": [*POSITIVE, None, INF], "progress": ["nonsense", object(), 1.0, 1],
     "paths": ["nonsense", None, 0.5, [], [POSE], [aa.Line(POSE, POSE), 1], aa.Line(POSE, POSE)],
     "weight": ["nonsense", object(), Q[:6], changed(Q, NAN), Q + 1j, -np.ones(7), np.zeros(7)],
 }  # fmt: skip
@@ -270,7 +270,6 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("reach_map", "singularity_margin"): MARGIN,
     ("reach_map", "part"): ["nonsense", object(), 1, (1,), (0, 3), (4, 3), (1.0, 3), (True, 3)],
     ("reach_map", "scheduler"): ["nonsense", object(), 1.0, {"a": 1}],
-    ("reach_map", "progress"): ["nonsense", object(), 1.0],
     ("Objective", "limits"): WEIGHT,
     ("plan", "start"): [v for v in JOINTS if v is not None],
     ("plan", "gc"): [*INDEX, [], [8], ["x"]],
@@ -348,6 +347,86 @@ def test_nonsense_raises_an_error_that_names_the_argument(name: str, parameter: 
         function(**arguments)
     assert parameter in str(raised.value), str(raised.value)
     assert len(str(raised.value)) < 600
+
+
+# -- units -----------------------------------------------------------------------------------------------
+
+OF_JOINTS = {"q", "q_now", "start", "seed", "near", "goal"}
+OF_POSES = {"pose", "poses", "path"}
+WITHOUT_ARM = {
+    *((name, "pose") for name in ("nearest_rotation", "Box")),
+    *((name, "poses") for name in ("HandFilter.smooth", "Waypoints")),
+    *((name, "start") for name in ("Line", "CircularArc", "Screw")),
+    *((name, "path") for name in ("reach_map", "ReachMap", "retime")),
+}
+"""What no arm is asked, and so nobody knows how long and how far; files; a motion that is one already."""
+
+
+def doors() -> Iterator[tuple[str, str, bool]]:
+    for name, (function, _) in FUNCTIONS.items():
+        for parameter in inspect.signature(function).parameters:
+            if parameter in OF_JOINTS | OF_POSES and (name, parameter) not in WITHOUT_ARM:
+                yield name, parameter, parameter in OF_JOINTS
+
+
+def in_other_units(value: Any, of_joints: bool) -> Any:
+    """Return joints in degrees, or poses in mm."""
+    if of_joints:
+        return np.degrees(value)
+    out = np.array(value)
+    out[..., :3, 3] *= 1e3
+    return out
+
+
+@pytest.mark.parametrize(("name", "parameter", "of_joints"), list(doors()))
+@pytest.mark.parametrize("batch", [False, True])
+def test_every_door_asks_for_the_units(name: str, parameter: str, of_joints: bool, batch: bool) -> None:
+    function, good = FUNCTIONS[name]
+    if not good:
+        good = {p: GOOD[p] for p in inspect.signature(function).parameters if p in GOOD}
+    right = good.get(parameter, Q if of_joints else POSE)
+    if batch and np.ndim(right) < 3 and not of_joints and parameter == "pose":
+        right = np.stack([right, right])
+    if batch and of_joints and np.ndim(right) == 1:
+        right = np.stack([right, right])
+    wrong = np.array(in_other_units(right, of_joints))
+    if batch and len(wrong) > 1 and np.ndim(wrong) > (1 if of_joints else 2):
+        wrong[0] = right[0]  # the other alone
+    try:
+        function(**{**good, parameter: right})
+    except aa.ShapeError:  # a door for one
+        return
+    wanted = "were these degrees" if of_joints else "was this in mm"
+    with pytest.raises(aa.InputError, match=wanted) as raised:
+        function(**{**good, parameter: wrong})
+    assert str(raised.value).startswith(parameter.removesuffix("s"))
+
+
+KUKA_DOORS: dict[str, Callable[[], Any]] = {
+    "status": lambda: aa.kuka.status(ARM, np.degrees(Q)),
+    "turn": lambda: aa.kuka.turn(ARM, np.degrees(Q)),
+    "to_e1": lambda: aa.kuka.to_e1(ARM, np.degrees(Q)),
+    "to_frame": lambda: aa.kuka.to_frame(ARM, np.degrees(Q)),
+    "from_e1, seed": lambda: aa.kuka.from_e1(ARM, POSE, 0.1, 2, seed=np.degrees(Q)),
+    "from_e1, e1": lambda: aa.kuka.from_e1(ARM, POSE, 57.0, 2),
+    "from_e1, pose": lambda: aa.kuka.from_e1(ARM, in_other_units(POSE, False), 0.1, 2),
+    "e1_arcs": lambda: aa.kuka.e1_arcs(ARM, in_other_units(POSE, False), 2),
+}
+
+
+@pytest.mark.parametrize("door", KUKA_DOORS)
+def test_every_door_of_kuka_asks_for_the_units(door: str) -> None:
+    with pytest.raises(aa.InputError, match=r"were these degrees\?|was this in mm\?"):
+        KUKA_DOORS[door]()
+
+
+def test_a_far_pose_and_a_joint_just_outside_are_no_mistake() -> None:
+    """A pose of 30 lengths of the arm is unreachable, and joints a turn outside their limits are outside."""
+    far = POSE.copy()
+    far[:3, 3] *= 30 * ARM.reach / np.linalg.norm(far[:3, 3])
+    assert ARM.solve(far).status == aa.Status.UNREACHABLE
+    assert not ARM.within_limits(ARM.upper + 6.2)
+    assert np.isfinite(ARM.forward(ARM.lower - 6.2)[0]).all()
 
 
 @pytest.mark.parametrize(

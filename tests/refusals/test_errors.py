@@ -198,7 +198,7 @@ OF_FRANKA = np.array([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
     ],
 )
 def test_degrees_are_suspected_where_joints_are_beyond_a_turn(call: Callable[[], Any]) -> None:
-    with pytest.raises(aa.InputError, match=r"rad outside (its|A3's) limits.*were these degrees\?"):
+    with pytest.raises(aa.InputError, match=r"more than a turn outside the limits.*were these degrees\?"):
         call()
 
 

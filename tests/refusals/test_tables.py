@@ -74,7 +74,7 @@ def test_what_is_wrong_with_files(tmp_path: Path, name: str) -> None:
 def test_files_that_cannot_be_read(tmp_path: Path, ending: str) -> None:
     with pytest.raises(aa.FileFormatError, match="no such file"):
         aa.load_poses(tmp_path / f"absent{ending}")
-    with pytest.raises(aa.FileFormatError, match="cannot be read: Is a directory"):
+    with pytest.raises(aa.FileFormatError, match="cannot be read: a folder, wanted a file"):
         (tmp_path / f"d{ending}").mkdir()
         aa.load_joints(tmp_path / f"d{ending}")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -59,6 +60,40 @@ def test_it_serves_this_machine_alone_and_prints_nothing(capsys: pytest.CaptureF
         viewer.stop()
     viewer.wait()
     assert capsys.readouterr().out == ""
+
+
+OWN, OTHER = "http://127.0.0.1:{port}", "https://example.org"
+PAGES = {
+    "its own": (OWN, "127.0.0.1", True),
+    "this machine under its other name": ("http://localhost:{port}", "127.0.0.1", True),
+    "another site": (OTHER, "127.0.0.1", False),
+    "another site whose name leads here": ("http://example.org:{port}", "example.org", False),
+    "a page without a site": ("null", "127.0.0.1", False),
+    "no page": (None, "127.0.0.1", True),
+}
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_only_its_own_pages_may_talk_to_it(page: str) -> None:
+    need("viser")
+    from websockets.exceptions import InvalidStatus
+    from websockets.sync.client import connect
+
+    origin, host, expected = PAGES[page]
+    viewer = Viewer(_paper(), port=0)
+    try:
+        port = int(viewer.url.rpartition(":")[2])
+        end = socket.create_connection(("127.0.0.1", port))
+        given: Any = {} if origin is None else {"origin": origin.format(port=port)}
+        try:
+            with connect(f"ws://{host}:{port}", sock=end, **given):
+                opened = True
+        except InvalidStatus as refused:
+            opened = False
+            assert refused.response.status_code == 403
+        assert opened == expected
+    finally:
+        viewer.stop()
 
 
 def test_a_hand_that_is_faster_than_the_arm_is_not_pulled_back() -> None:

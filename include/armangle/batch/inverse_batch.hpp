@@ -1,6 +1,7 @@
 // The inverse over arrays: each block of poses is checked, solved as lanes and stored in one pass.
 #pragma once
 
+#include "../arm/check_joints.hpp"
 #include "../circle/inverse.hpp"
 #include "../numbers/arrays.hpp"
 
@@ -26,7 +27,7 @@ using Batch = Lane<register_width>;
 
 /// Element-wise check, on the slow path: a lane saw that something is wrong.
 inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t i, double& value) noexcept {
-    const Problem pose = check_pose(b.pose.at(i), value);
+    const Problem pose = check_pose(arm, b.pose.at(i), value);
     if (pose != Problem::none) return pose;
     if (!(abs(*b.psi.at(i)) <= tolerance::largest_angle)) {
         value = *b.psi.at(i);
@@ -37,12 +38,10 @@ inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t 
         value = static_cast<double>(gc);
         return Problem::gc_range;
     }
-    if (b.seed.data)
-        for (int j = 0; j < joints; ++j)
-            if (!(abs(b.seed.at(i)[j]) <= tolerance::largest_angle)) {
-                value = b.seed.at(i)[j];
-                return Problem::joints_not_finite;
-            }
+    if (b.seed.data) {
+        const Problem seed = check_joints(arm, b.seed.at(i), value);
+        if (seed != Problem::none) return seed;
+    }
     const Circle<double> c = circle(arm, flange_pose(arm, load_pose(b.pose.at(i))));
     if (is_unreachable(c)) {
         value = c.triangle.excess;
@@ -60,13 +59,15 @@ struct LaneInput {
     Batch near[joints];
 };
 
-/// The value that each joint shall be near, and a seed that is not finite as a bad lane.
+/// The value that each joint shall be near, and a seed that is not finite or not in rad as a bad lane.
 inline void load_seed(const Arm& arm, const InverseBatch& b, const std::size_t* at, LaneInput& in) noexcept {
     for (int j = 0; j < joints; ++j) {
         in.near[j] = Batch(arm.joint_middle[j]);
         if (!b.seed.data) continue;
         for (int k = 0; k < register_width; ++k) in.near[j].set(k, b.seed.at(at[k])[j]);
-        in.bad = select(abs(in.near[j]) <= Batch(tolerance::largest_angle), in.bad, Batch(1.0));
+        const auto within = (in.near[j] >= Batch(arm.limits.lower[j] - two_pi)) &
+                            (in.near[j] <= Batch(arm.limits.upper[j] + two_pi));
+        in.bad = select(within & (abs(in.near[j]) <= Batch(tolerance::largest_angle)), in.bad, Batch(1.0));
     }
 }
 

@@ -20,6 +20,8 @@ struct FollowRows {
     double *q, *psi, *margin, *residual;
     long long* gc;
     std::int8_t* status;
+    bool (*ended)(void* who, std::size_t row) noexcept = nullptr;  // asked before each row: whether to end
+    void* who = nullptr;
 };
 
 namespace detail {
@@ -62,6 +64,7 @@ void follow_rows(const double* poses, std::size_t n, StepOptions options, OnFail
     double psi = 0;
     bool stopped = false, begun = false;
     for (std::size_t i = 0; i < n; ++i) {
+        if (rows.ended && rows.ended(rows.who, i)) return;
         if (stopped) {
             open_row(rows, i, Status::NOT_REACHED);
             continue;

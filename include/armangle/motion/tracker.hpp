@@ -185,6 +185,7 @@ public:
     }
 
     const double* q() const noexcept { return q_.q; }
+    const Arm& arm() const noexcept { return arm_; }
     /// The nearest pair of the present posture, of those nearer than `reach` (m) more than the clearance;
     /// where room is left to rounding: joints from the end of an arc may touch by that.
     NearestPair nearest_pair(double reach) const noexcept {

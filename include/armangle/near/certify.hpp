@@ -14,6 +14,7 @@
 // Analysis (1966); A. Neumaier, Interval Methods (1990), chapter 5.
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "../plan/certify.hpp"
@@ -63,8 +64,10 @@ public:
         budget_ = static_cast<long long>(curve.curve.stretches.size() + 8) * near_rule::pieces;
     }
 
-    Proof run() {
+    /// checkpoint() is called between the stretches.
+    Proof run(const std::function<void()>& checkpoint) {
         for (const Stretch& x : curve_.curve.stretches) {
+            if (checkpoint) checkpoint();
             if (!also_proven(x) || !prove(x, x.start, x.end, 0)) {
                 known_ = false;
                 leave(x.start, x.end);
@@ -267,9 +270,10 @@ private:
 /// the nominal arm's, holds; and that nothing touches in a scene of the true arm. `excess`: how far (rad) a
 /// joint that was looked at is beyond its limits; `short_of`: how much (m) of the clearance is lacking there.
 inline Proof certify(const CorrectedCurve& curve, const Limits& limits, double margin, const Proof& also,
-                     const Scene* scene, double& excess, double& short_of) {
+                     const Scene* scene, double& excess, double& short_of,
+                     const std::function<void()>& checkpoint = {}) {
     detail::TubeProver prover(curve, limits, margin, also, scene);
-    Proof out = prover.run();
+    Proof out = prover.run(checkpoint);
     excess = prover.excess();
     short_of = prover.short_of();
     return out;

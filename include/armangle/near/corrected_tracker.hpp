@@ -71,6 +71,7 @@ public:
     }
 
     const double* q() const noexcept { return tracker_.q(); }
+    const AnyArm& arm() const noexcept { return arm_; }
     /// As Tracker, of the body.
     NearestPair nearest_pair(double reach) const noexcept { return tracker_.nearest_pair(reach); }
 

@@ -29,11 +29,13 @@ enum class Problem : int {
     pose_last_row,      // a 4x4 pose ends with 0 0 0 1
     pose_not_rotation,  // value: largest entry of |R^T R - I|
     pose_reflection,
-    pose_too_far,    // value: m, beyond tolerance::farthest
-    psi_not_finite,  // or beyond tolerance::largest_angle; of joints too
-    gc_range,        // value: the gc
+    pose_too_far,         // value: m, beyond tolerance::farthest
+    pose_in_millimetres,  // value: m, far beyond all lengths of the arm
+    psi_not_finite,       // or beyond tolerance::largest_angle; of joints too
+    gc_range,             // value: the gc
     joints_not_finite,
-    unreachable,  // value: m beyond the reach, or inside the inner reach
+    joints_in_degrees,  // value: what lies more than a turn outside its limits
+    unreachable,        // value: m beyond the reach, or inside the inner reach
     folded,
     joint_limit,     // value: joint 1..7
     still,           // psi does not move the elbow

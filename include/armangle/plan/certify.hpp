@@ -20,6 +20,8 @@
 // by distances (clear_proof.hpp).
 #pragma once
 
+#include <functional>
+
 #include "clear_proof.hpp"
 #include "scenes_along.hpp"
 #include "curve.hpp"
@@ -64,6 +66,7 @@ struct AlsoKept {
     ScenesAlong scenes = {};          // that nothing touches
     const ArcSet* allowed = nullptr;  // that psi stays in one of these arcs
     bool touching = false;            // but for rounding: an end that was asked touches by no more
+    const std::function<void()>* checkpoint = nullptr;  // called between pieces of the proof
 };
 
 /// Stretches of s, and the places where a limit is seen to be broken, or something touches.
@@ -381,6 +384,7 @@ public:
         const bool possible = claim_.possible();
         const Stretch* before = nullptr;
         for (const Stretch& x : curve_.stretches) {
+            if (kept_.checkpoint && *kept_.checkpoint) (*kept_.checkpoint)();
             const Segment& g = curve_.segment(x);
             const bool within = x.start >= g.start - proof::join && x.end <= g.end + proof::join;
             const bool joined = !before || largest_move(before->q_end, x.q) <= proof::gap;

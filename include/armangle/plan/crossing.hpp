@@ -305,6 +305,7 @@ private:
                 } else {
                     links -= static_cast<long long>(before.size());
                     if (links < 0) return false;
+                    task_.pass_checkpoint();
                     const double ds = s - asked_.sections[k - 1];
                     for (const EightBlocks& eight : eights) link(x, branch[k][i], eight, layers[k - 1], ds);
                 }

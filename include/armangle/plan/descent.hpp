@@ -268,6 +268,7 @@ private:
     bool go_down(double done, long long& work) {
         double damping = 1e-3;
         for (int round = 0; round < descent_rule::rounds && damping < 1e9 && work > 0; ++round) {
+            task_.pass_checkpoint();
             work -= static_cast<long long>(quadrature_->breaks.size());
             if (!solve(damping)) {
                 damping *= 10;

@@ -44,6 +44,7 @@ struct PlanOptions {
     JointBounds bounds = {};                                  // where the objective weighs duration
     double held_q_7 = 0;  // of an arm whose roll is free (with_free_roll): there joint 7 stays
     int threads = 0;      // that look at branches; 0: one for each core
+    std::function<void()> checkpoint = {};  // every thread calls it between pieces of work: throws to end
 };
 
 /// A plan with its proof, or the report of why there is none.
@@ -127,6 +128,7 @@ public:
         task_.scenes = options.scenes;
         task_.allowed = options.allowed;
         task_.allowed_everywhere = options.allowed_everywhere;
+        task_.checkpoint = options.checkpoint;
         loosen();
         touching_ = touches();
     }
@@ -174,7 +176,7 @@ private:
     /// The proof of a curve.
     Proof proven(const Curve& drawn) const {
         return certify(drawn, task_.limits, options_.singularity_margin,
-                       {task_.scenes, task_.allowed_everywhere, touching_});
+                       {task_.scenes, task_.allowed_everywhere, touching_, &task_.checkpoint});
     }
 
     /// Whether the start or the goal touches, and no more: joints that come from where an obstacle ends an
@@ -375,14 +377,15 @@ private:
         if (options_.threads != 1 && asked.size() > 1 && base_.size() >= plan_rule::alone && !of_user) {
             const long long share = links_ / plan_rule::at_once;
             std::atomic<bool> spent{false};
-            in_turn(asked.size(), options_.threads, [&](std::size_t k) {
+            const auto look = [&](std::size_t k) {
                 if (spent) return;
                 Surveyed now = survey(asked[k], share);
                 if (now.most > share)
                     spent = true;
                 else
                     found[k] = std::move(now);
-            });
+            };
+            in_turn(asked.size(), options_.threads, look, [this] { task_.pass_checkpoint(); });
         }
         for (std::size_t k = 0; k < asked.size(); ++k) {
             if (!found[k] || found[k]->most > links_) found[k] = survey(asked[k], links_);

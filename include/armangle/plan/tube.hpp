@@ -69,6 +69,11 @@ struct Task {
     std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs of the user's own; none: all psi
     const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
     double held_theta_7 = 0;                                  // of an arm whose roll is free: joint 7 stays
+    std::function<void()> checkpoint = {};  // called between pieces of work; what it throws ends the plan
+
+    void pass_checkpoint() const {
+        if (checkpoint) checkpoint();
+    }
 
     /// By what the cost of margins is multiplied: on long paths and on short ones it grows as joint travel
     /// does, so that a short one is no occasion to swing away from a limit.
@@ -207,6 +212,7 @@ struct SolvedSection {
 
 /// The section of a branch at s: its arcs, or why it has none.
 inline SolvedSection solve_section(const Task& task, int gc, double s) {
+    task.pass_checkpoint();
     SolvedSection out;
     Section& x = out.section;
     x.s = s;

@@ -190,6 +190,7 @@ private:
         for (const Candidate& x : next_.postures.all) {
             if (k) links_ -= static_cast<long long>(here_.postures.groups.size());
             if (links_ < 0) return false;
+            task_.pass_checkpoint();
             const Link link = reached_by(k, x);
             alive = alive || link.label.alive();
             next_.links.push_back(link);

@@ -37,6 +37,7 @@ from .._arrays import (
     output,
 )
 from .._core import Turned, Wanted
+from .._progress import Progress, as_progress, progressing
 from ..errors import ConfigurationError, InputError, LimitError, NotFiniteError, SceneError, ShapeError
 from ..models.axes import rotation_angle
 from ..models.body import Body
@@ -1264,6 +1265,7 @@ class Arm(FrozenValue):
         paper_discriminant: float = 1e-3,
         scene: Scene | None = None,
         threads: int = 1,
+        progress: Progress | bool | None = None,
     ) -> ArcSet:
         """Return the arm angles that keep all joints within their limits, Ψ_all.
 
@@ -1284,6 +1286,8 @@ class Arm(FrozenValue):
             Obstacles that links keep clear of too; the arm needs a body. Ends that they make name them.
         threads : int
             Threads for a batch; 0 for all cores.
+        progress : function (done, total) or bool
+            Told some times a second how many poses of a batch are done; True draws a bar on stderr.
 
         Returns
         -------
@@ -1299,7 +1303,7 @@ class Arm(FrozenValue):
         Source: Faria et al. (2018), Eqs. (25), (31), (32), (35).
         """
         margins = singularity_margin, paper_margin, paper_discriminant
-        return self._arcs(pose, gc, *margins, Wanted.BRANCH, (), threads, scene)
+        return self._arcs(pose, gc, *margins, Wanted.BRANCH, (), threads, scene, progress)
 
     def feasible_all(
         self,
@@ -1308,6 +1312,7 @@ class Arm(FrozenValue):
         singularity_margin: float = 0.0,
         scene: Scene | None = None,
         threads: int = 1,
+        progress: Progress | bool | None = None,
     ) -> ArcSet:
         """Return the feasible arm angles of all eight global configurations; entry k is GC k, always.
 
@@ -1321,6 +1326,8 @@ class Arm(FrozenValue):
             As in `feasible`.
         threads : int
             Threads for a batch; 0 for all cores.
+        progress : function (done, total) or bool
+            Told some times a second how many poses of a batch are done; True draws a bar on stderr.
 
         Returns
         -------
@@ -1333,8 +1340,8 @@ class Arm(FrozenValue):
 
         Source: Faria et al. (2018), Eqs. (2), (25).
         """
-        sets = (CONFIGURATIONS,)
-        return self._arcs(pose, 0, singularity_margin, 0.0, 0.0, Wanted.BRANCHES, sets, threads, scene)
+        margins = singularity_margin, 0.0, 0.0
+        return self._arcs(pose, 0, *margins, Wanted.BRANCHES, (CONFIGURATIONS,), threads, scene, progress)
 
     def joint_feasible(
         self, pose: ArrayLike, gc: ArrayLike, *, singularity_margin: float = 0.0, threads: int = 1
@@ -1496,27 +1503,30 @@ class Arm(FrozenValue):
     def _arcs(
         self, pose: ArrayLike, gc: ArrayLike, margin: float, paper: float, threshold: float,
         wanted: Wanted, sets: Shape, threads: int, scene: Scene | None = None,
+        progress: Progress | bool | None = None,
     ) -> ArcSet:  # fmt: skip
         """Return the sets of each pose, of shape (*batch, *sets)."""
         if self.chain is not None:
-            return self._proven_arcs(pose, gc, margin, paper, wanted, sets, threads, scene)
+            return self._proven_arcs(pose, gc, margin, paper, wanted, sets, threads, scene, progress)
         ready = self._scene(scene)
         handle = None if ready is None else ready.handle
-        of_one = self._handle.feasible_one(pose, gc, margin, paper, threshold, wanted, threads, handle)
-        if of_one is not None:
-            return ArcSet._of_one(sets, of_one, ready)
+        if progress is None:
+            of_one = self._handle.feasible_one(pose, gc, margin, paper, threshold, wanted, threads, handle)
+            if of_one is not None:
+                return ArcSet._of_one(sets, of_one, ready)
         margin = as_number("singularity_margin", margin, 0.0, MOST_MARGIN)
         paper = as_number("paper_margin", paper, 0.0, MOST_MARGIN)
         threshold = as_number("paper_discriminant", threshold, 0.0, np.inf)
         batch, (poses, branches) = self._branches(pose, gc)
-        columns = self._handle.feasible_many(
-            poses, branches, margin, paper, threshold, wanted, as_threads(threads), handle
-        )
+        with progressing(as_progress(progress)):
+            columns = self._handle.feasible_many(
+                poses, branches, margin, paper, threshold, wanted, as_threads(threads), handle
+            )
         return ArcSet._from_core((*batch, *sets), columns, ready)
 
     def _proven_arcs(
         self, pose: ArrayLike, gc: ArrayLike, margin: float, paper: float, wanted: Wanted, sets: Shape,
-        threads: int, scene: Scene | None,
+        threads: int, scene: Scene | None, progress: Progress | bool | None,
     ) -> ArcSet:  # fmt: skip
         """Return the sets of the true chain."""
         ready = self._scene(scene)
@@ -1527,9 +1537,10 @@ class Arm(FrozenValue):
         unproven = np.zeros((*batch, *sets)).reshape(-1)
         handle = cast(NearHandle, self._handle)
         obstacles = None if ready is None else ready.handle
-        columns = handle.feasible_many(
-            poses, branches, margin, wanted, unproven, as_threads(threads), obstacles
-        )
+        with progressing(as_progress(progress)):
+            columns = handle.feasible_many(
+                poses, branches, margin, wanted, unproven, as_threads(threads), obstacles
+            )
         return ArcSet._from_core((*batch, *sets), columns, ready, unproven)
 
     def _left_out(
@@ -1766,6 +1777,7 @@ class Arm(FrozenValue):
         length: float = 0.2,
         roll: Roll = "pose",
         threads: int = 1,
+        progress: Progress | bool | None = None,
     ) -> Solution:
         """Return the posture of a pose that is nearest to a seed, of all there are.
 
@@ -1821,6 +1833,8 @@ class Arm(FrozenValue):
             Not with ``outside="nearest"``.
         threads : int
             Threads for a batch; 0 for all cores.
+        progress : function (done, total) or bool
+            Told some times a second how many poses of a batch are done; True draws a bar on stderr.
 
         Returns
         -------
@@ -1849,7 +1863,7 @@ class Arm(FrozenValue):
         ('UNREACHABLE', 1.767)
         """
         plain = weight is None and gc is None and allowed is None and singularity_margin == 0.0
-        plain = plain and isinstance(threads, int) and threads == 1
+        plain = plain and isinstance(threads, int) and threads == 1 and progress is None
         plain = plain and scene is None and outside == "refuse" and isinstance(roll, str) and roll == "pose"
         if plain and prefer == "near" and near is not None and isinstance(metric, str) and metric in _METRICS:
             one = self._handle.solve_one(pose, near, _METRICS[metric], Solution, STATUSES)
@@ -1873,6 +1887,7 @@ class Arm(FrozenValue):
                 singularity_margin,
                 threads,
                 beyond,
+                progress,
             ).solve()
 
         if chosen("roll", roll, ROLLS) == "pose":
@@ -1898,6 +1913,7 @@ class Arm(FrozenValue):
         scene: Scene | None = None,
         singularity_margin: float = 0.0,
         threads: int = 1,
+        progress: Progress | bool | None = None,
     ) -> Solutions:
         """Return one posture for each branch and arc of a pose: the nearest there, by rising distance.
 
@@ -1913,7 +1929,7 @@ class Arm(FrozenValue):
             The seed, rad.
         weight : array_like, shape (7,) or scalar, optional
             Weights of the joints.
-        metric, prefer, gc, allowed, scene, singularity_margin, threads
+        metric, prefer, gc, allowed, scene, singularity_margin, threads, progress
             As in `solve`.
 
         Returns
@@ -1935,7 +1951,18 @@ class Arm(FrozenValue):
         [(2, 0.0), (0, 2.95)]
         """
         asked = Question(
-            self, pose, near, metric, weight, prefer, gc, allowed, scene, singularity_margin, threads
+            self,
+            pose,
+            near,
+            metric,
+            weight,
+            prefer,
+            gc,
+            allowed,
+            scene,
+            singularity_margin,
+            threads,
+            progress=progress,
         )
         return asked.solutions()
 
@@ -1949,6 +1976,7 @@ class Arm(FrozenValue):
         scene: Scene | None = None,
         singularity_margin: float = 0.0,
         threads: int = 1,
+        progress: Progress | bool | None = None,
     ) -> Solution:
         """Return the posture of a pose that keeps the largest least distance from the joint limits.
 
@@ -1959,7 +1987,7 @@ class Arm(FrozenValue):
         ----------
         pose : array_like, shape (..., 4, 4)
             Tool frame, position in m.
-        gc, allowed, scene, singularity_margin, threads
+        gc, allowed, scene, singularity_margin, threads, progress
             As in `solve`.
 
         Returns
@@ -1980,7 +2008,18 @@ class Arm(FrozenValue):
         51.2
         """
         asked = Question(
-            self, pose, None, "l2", None, "margin", gc, allowed, scene, singularity_margin, threads
+            self,
+            pose,
+            None,
+            "l2",
+            None,
+            "margin",
+            gc,
+            allowed,
+            scene,
+            singularity_margin,
+            threads,
+            progress=progress,
         )
         return asked.solve()
 

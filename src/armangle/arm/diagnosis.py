@@ -8,7 +8,7 @@ from enum import IntEnum
 from typing import TYPE_CHECKING, Any, Literal
 
 from .. import _core
-from .._arrays import MILLIMETRES, Floats, frozen, in_millimetres, millimetres
+from .._arrays import MILLIMETRES, Floats, frozen, millimetres
 from .._values import by_content
 from ..scenes.ready import Ready
 from ..status import STATUSES, Status
@@ -171,8 +171,7 @@ class Branch:
             case Verdict.UNREACHABLE:
                 if self.status == Status.FOLDED:
                     return f"the wrist lies on the shoulder{where}; no arm angle is defined there."
-                far = f"{millimetres(self.excess)}{in_millimetres(self.excess) or '.'}"
-                return f"the wrist is out of reach{where}, by up to {far}"
+                return f"the wrist is out of reach{where}, by up to {millimetres(self.excess)}."
             case Verdict.IMPOSSIBLE if self.status in (Status.CLEARANCE, Status.POSE_BLOCKED):
                 return self._blocked(where, path)
             case Verdict.IMPOSSIBLE if self.status == Status.NOT_ALLOWED:
@@ -384,8 +383,7 @@ class Diagnosis:
 
         drawn = millimetres(self.nearest_gap)
         if self.nearest is not None and self.nearest_gap > 0:
-            hint = in_millimetres(self.nearest_gap) or "."
-            out.append(place.format("reach, in the same orientation,", drawn, at(self.nearest), hint))
+            out.append(place.format("reach, in the same orientation,", drawn, at(self.nearest), "."))
         if self.instead is None:
             return out
         moved, turned = millimetres(self.instead_moved), math.degrees(self.instead_turned)

@@ -26,11 +26,11 @@ from .._arrays import (
     as_threads,
     broadcast,
     check_angles,
-    check_turns,
     chosen,
     frozen,
     named,
 )
+from .._progress import Progress, as_progress, progressing
 from .._values import by_content
 from ..errors import ConfigurationError, InputError, NoSolutionError, UnknownRobotError, UnreachableError
 from ..models.catalogue import catalogue
@@ -617,7 +617,7 @@ class OffsetArm(FrozenValue):
         ]  # fmt: skip
         if seed is not None:
             seeds = as_floats("seed", seed, (JOINTS,))
-            check_angles("seed", seeds)
+            self._handle.check_joints(seeds, "seed")
             named.append(("seed", seeds, 1))
         batch, (poses, values, branches, *near) = broadcast(named)
         q, codes = np.empty((*batch, JOINTS)), np.empty(batch, dtype=np.int64)
@@ -739,7 +739,14 @@ class OffsetArm(FrozenValue):
     # -- which values of the free joint --------------------------------------------------------------
 
     @_names_keywords
-    def feasible(self, pose: ArrayLike, gc: ArrayLike, *, threads: int = 1) -> ArcSet:
+    def feasible(
+        self,
+        pose: ArrayLike,
+        gc: ArrayLike,
+        *,
+        threads: int = 1,
+        progress: Progress | bool | None = None,
+    ) -> ArcSet:
         """Return the values of the free joint with which a branch holds the pose within all limits.
 
         Each arc is proven by interval arithmetic on the closed form; an end is a joint at its limit, or the
@@ -755,6 +762,8 @@ class OffsetArm(FrozenValue):
             Branch 0..7.
         threads : int
             Threads for a batch; 0 for all cores.
+        progress : function (done, total) or bool
+            Told some times a second how many poses of a batch are done; True draws a bar on stderr.
 
         Returns
         -------
@@ -773,9 +782,10 @@ class OffsetArm(FrozenValue):
         ends, values, unproven = np.empty(shape), np.empty(shape), np.empty(batch)
         joint, side = np.empty(shape, dtype=np.int64), np.empty(shape, dtype=np.int64)
         codes = np.empty((*batch, 2), dtype=np.int64)
-        self._handle.feasible_many(
-            poses, branches, ends, joint, side, values, codes, unproven, as_threads(threads)
-        )
+        with progressing(as_progress(progress)):
+            self._handle.feasible_many(
+                poses, branches, ends, joint, side, values, codes, unproven, as_threads(threads)
+            )
         count = codes[..., 0].reshape(-1)
         kept = np.arange(most) < count[:, None]
         columns = [array.reshape(-1, most, 2)[kept] for array in (ends, joint, side, values)]
@@ -787,10 +797,13 @@ class OffsetArm(FrozenValue):
         )
 
     @_names_keywords
-    def feasible_all(self, pose: ArrayLike, *, threads: int = 1) -> ArcSet:
+    def feasible_all(
+        self, pose: ArrayLike, *, threads: int = 1, progress: Progress | bool | None = None
+    ) -> ArcSet:
         """Return the arcs of all eight branches of each pose, of shape (..., 8); otherwise as `feasible`."""
         poses = as_poses("pose", pose)
-        return self.feasible(poses[..., None, :, :], np.arange(CONFIGURATIONS), threads=threads)
+        branches = np.arange(CONFIGURATIONS)
+        return self.feasible(poses[..., None, :, :], branches, threads=threads, progress=progress)
 
     @_names_keywords
     def solve(
@@ -801,6 +814,7 @@ class OffsetArm(FrozenValue):
         weight: ArrayLike | None = None,
         gc: int | Iterable[int] | None = None,
         threads: int = 1,
+        progress: Progress | bool | None = None,
     ) -> OffsetSolution:
         """Return, of all postures of a pose within the limits, the one nearest to given joints.
 
@@ -820,6 +834,8 @@ class OffsetArm(FrozenValue):
             Branches that may be used; all by default.
         threads : int
             Threads for a batch; 0 for all cores.
+        progress : function (done, total) or bool
+            Told some times a second how many poses of a batch are done; True draws a bar on stderr.
 
         Returns
         -------
@@ -840,16 +856,16 @@ class OffsetArm(FrozenValue):
         named: list[tuple[str, NDArray[Any], int]] = [("pose", as_poses("pose", pose), 2)]
         if near is not None:
             seed = as_floats("near", near, (JOINTS,))
-            check_angles("near", seed)
-            check_turns("near", seed, self.lower, self.upper)
+            self._handle.check_joints(seed, "near")
             named.append(("near", seed, 1))
         batch, (poses, *seeds) = broadcast(named)
         q, numbers = np.empty((*batch, JOINTS)), np.empty((*batch, 3))
         codes = np.empty((*batch, 2), dtype=np.int64)
         by = seeds[0] if seeds else None
-        self._handle.nearest_many(
-            poses, by, weights_of(weight), branch_bits(gc), q, numbers, codes, as_threads(threads)
-        )
+        with progressing(as_progress(progress)):
+            self._handle.nearest_many(
+                poses, by, weights_of(weight), branch_bits(gc), q, numbers, codes, as_threads(threads)
+            )
         status = codes[..., 1].astype(np.int8)
         return OffsetSolution(
             frozen(q), numbers[..., 0][()], codes[..., 0][()], numbers[..., 1][()],

@@ -19,9 +19,9 @@ from .._arrays import (
     as_poses,
     as_threads,
     broadcast,
-    check_turns,
     chosen,
 )
+from .._progress import Progress, as_progress, progressing
 from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
 from ..scenes.ready import Ready
 from ..scenes.scene import Scene
@@ -56,12 +56,11 @@ class Question:
     def __init__(
         self, arm: Answering, pose: ArrayLike, near: ArrayLike | None, metric: str, weight: ArrayLike | None,
         prefer: str, gc: int | Iterable[int] | None, allowed: Allowed | None, scene: Scene | None,
-        singularity_margin: float, threads: int, length: float = 0.0,
+        singularity_margin: float, threads: int, length: float = 0.0, progress: Progress | bool | None = None,
     ) -> None:  # fmt: skip
         named = [("pose", as_poses("pose", pose, arm._handle), 2)]
         if near is not None:
             seed = as_floats("near", near, (JOINTS,))
-            check_turns("near", seed, arm.lower, arm.upper)
             named.append(("near", seed, 1))
         self.batch, arrays = broadcast(named)
         self.poses: Floats = np.ascontiguousarray(arrays[0])
@@ -73,6 +72,7 @@ class Question:
         self.options = _core.SolveOptions(kind, weights_of(weight), branch_bits(gc), margin, length)
         self.arm, self.handle = arm, arm._handle
         self.threads = as_threads(threads)
+        self.progress = as_progress(progress)
         ready = arm._scene(scene)
         self.scene = None if ready is None else ready.handle
         self.allowed: tuple[Any, Any] = (None, None)
@@ -89,21 +89,11 @@ class Question:
         q = np.empty((*self.batch, JOINTS))
         psi, distance, margin, gap = (np.empty(self.batch) for _ in range(4))
         gc, status = np.empty(self.batch, np.int64), np.empty(self.batch, np.int8)
-        self.handle.solve_many(
-            self.poses,
-            self.near,
-            self.options,
-            *self.allowed,
-            q,
-            psi,
-            gc,
-            distance,
-            status,
-            margin,
-            gap,
-            self.threads,
-            self.scene,
-        )
+        with progressing(self.progress):
+            self.handle.solve_many(
+                self.poses, self.near, self.options, *self.allowed, q, psi, gc, distance, status, margin, gap,
+                self.threads, self.scene,
+            )  # fmt: skip
         unsolved = ~np.isin(status, SOLVED)
         pose, beside = self.poses.copy(), unsolved & np.isfinite(gap)
         pose[unsolved] = np.nan
@@ -114,9 +104,10 @@ class Question:
 
     def solutions(self) -> Solutions:
         """Return the nearest posture of each branch and arc of each pose."""
-        columns = self.handle.solutions_many(
-            self.poses, self.near, self.options, *self.allowed, self.threads, self.scene
-        )
+        with progressing(self.progress):
+            columns = self.handle.solutions_many(
+                self.poses, self.near, self.options, *self.allowed, self.threads, self.scene
+            )
         return Solutions(self.batch, columns, self.poses)
 
 

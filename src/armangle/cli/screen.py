@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from .._arrays import Floats
+from .._progress import bar, progressing
 from ..arm.arm import Arm
 from ..arm.configuration import gc_signs
 from ..arm.near import edge_of_reach
@@ -192,25 +193,30 @@ def write(value: JointPath | Trajectory | TrajectoryTable | Floats, file: str) -
 
 @contextmanager
 def progress(what: str) -> Iterator[None]:
-    """Show on a terminal what is going on and for how long, once it takes more than half a second."""
+    """Show on a terminal what is going on and for how long, once it takes more than half a second.
+
+    Calls of the core that tell how far they are get a bar.
+    """
     if not sys.stderr.isatty():
         yield
         return
-    done = threading.Event()
-    ticker = threading.Thread(target=_tick, args=(what, done), daemon=True)
+    over, share = threading.Event(), list[tuple[int, int]]()
+    ticker = threading.Thread(target=_tick, args=(what, over, share), daemon=True)
     ticker.start()
     try:
-        yield
+        with progressing(lambda done, total: share.__setitem__(slice(None), [(done, total)])):
+            yield
     finally:
-        done.set()
+        over.set()
         ticker.join()
 
 
-def _tick(what: str, done: threading.Event) -> None:
+def _tick(what: str, over: threading.Event, share: list[tuple[int, int]]) -> None:
     start = time.monotonic()
-    if done.wait(_PATIENCE):
+    if over.wait(_PATIENCE):
         return
-    while not done.wait(_BLINK):
-        line = f"{what} ... {time.monotonic() - start:.1f} s"
-        print(f"\r{line[: WIDTH - 1]}", end="", file=sys.stderr, flush=True)
+    while not over.wait(_BLINK):
+        seconds = time.monotonic() - start
+        line = f"{what} {bar(*share[0], seconds)}" if share else f"{what} ... {seconds:.1f} s"
+        print(f"\r{line[: WIDTH - 1]:{WIDTH - 1}}", end="", file=sys.stderr, flush=True)
     print(f"\r{' ' * (WIDTH - 1)}\r", end="", file=sys.stderr, flush=True)

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import io
 import json
-import os
 import zipfile
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO, NoReturn
 
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from .. import _opening
 from .._arrays import Floats, PathLike
 from ..errors import FileFormatError
 
@@ -37,16 +38,7 @@ def read_blocks(path: PathLike) -> dict[str, NDArray[Any]]:
     FileFormatError
         If there is no such file, or it is not of its kind.
     """
-    try:
-        return _read_npz(path) if Path(path).suffix.lower() == ".npz" else _read_json(path)
-    except FileFormatError:
-        raise
-    except FileNotFoundError:
-        raise FileFormatError("no such file", source=str(path)) from None
-    except OSError as error:
-        raise FileFormatError(f"cannot be read: {error.strerror or error}", source=str(path)) from error
-    except ValueError as error:  # a name that no file can have
-        raise FileFormatError(f"cannot be read: {error}", source=repr(str(path))) from None
+    return _read_npz(path) if Path(path).suffix.lower() == ".npz" else _read_json(path)
 
 
 def number_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str, width: int) -> Floats:
@@ -89,31 +81,34 @@ def word_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str) ->
 
 
 def _read_npz(path: PathLike) -> dict[str, NDArray[Any]]:
-    with Path(path).open("rb") as file:
+    with _opening.open_file(path, _opening.NUMBERS, partial(_fail, path)) as file:
         try:
-            return _members(file)
-        except OSError:
-            raise
+            return members_of(file)
         except Exception as error:  # junk makes zipfile, zlib and numpy raise almost anything
             _fail(path, f"not NPZ: {error or type(error).__name__}")
 
 
-def _members(file: BinaryIO) -> dict[str, NDArray[Any]]:
-    """Return the arrays of an archive; nothing is unpacked that its bytes cannot hold."""
+def members_of(file: BinaryIO) -> dict[str, NDArray[Any]]:
+    """Return the arrays of an archive; nothing is unpacked that its bytes cannot hold, or that is too long.
+
+    Junk makes zipfile, zlib and numpy raise almost anything.
+    """
     blocks = {}
     with zipfile.ZipFile(file) as archive:
         members = [member for member in archive.infolist() if member.filename.endswith(_MEMBER)]
-        if sum(member.compress_size for member in members) > os.fstat(file.fileno()).st_size:
+        if sum(member.file_size for member in members) > _opening.NUMBERS:
+            raise ValueError(f"it unpacks to more than {_opening.NUMBERS // _opening.MIB} MiB")
+        if sum(member.compress_size for member in members) > file.seek(0, io.SEEK_END):
             raise ValueError("its members are longer than the file")
         for member in members:
             most = _MOST_PER_BYTE * member.compress_size
             if member.compress_type not in _METHODS or member.file_size > most:
                 raise ValueError(f"{member.filename} is not packed as NPZ is")
-            blocks[member.filename.removesuffix(_MEMBER)] = _array(archive.read(member), member.filename)
+            blocks[member.filename.removesuffix(_MEMBER)] = array_of(archive.read(member), member.filename)
     return blocks
 
 
-def _array(data: bytes, name: str) -> NDArray[Any]:
+def array_of(data: bytes, name: str) -> NDArray[Any]:
     """Return the array of the bytes of an .npy file; it lies within those bytes."""
     head = io.BytesIO(data)
     version = npy.read_magic(head)
@@ -127,15 +122,13 @@ def _array(data: bytes, name: str) -> NDArray[Any]:
 
 
 def _read_json(path: PathLike) -> dict[str, NDArray[Any]]:
-    data = Path(path).read_bytes()
+    text = _opening.read_text(path, _opening.TEXT, partial(_fail, path))
     try:
-        table = json.loads(data.decode("utf-8-sig"))
+        table = json.loads(text)
     except json.JSONDecodeError as error:
         raise FileFormatError(
             f"not JSON: {error.msg}", source=str(path), line=error.lineno, column=error.colno
         ) from None
-    except UnicodeDecodeError as error:
-        _fail(path, f"not UTF-8 text: {error.reason}")
     except RecursionError:
         _fail(path, "nested too deeply, wanted an object of named columns")
     except ValueError:  # more digits than Python reads

@@ -10,9 +10,11 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from .. import _opening
 from .._arrays import Floats
 from ..errors import SceneError
 from ..scenes.shapes import Cloud
+from .archive_blocks import array_of, members_of
 
 PathLike = str | os.PathLike[str]
 
@@ -59,10 +61,8 @@ def load_cloud(path: PathLike, radius: float, *, name: str | None = None) -> Clo
     kind = Path(path).suffix.lower()
     if kind not in _ENDINGS:
         _fail(path, f"a file ending in {', '.join(_ENDINGS)}")
-    try:
-        data = Path(path).read_bytes()
-    except (OSError, ValueError) as error:
-        _fail(path, f"a file that can be read ({getattr(error, 'strerror', None) or error})")
+    most = _opening.TEXT if kind == ".csv" else _opening.NUMBERS
+    data = _opening.read_bytes(path, most, lambda why: _fail(path, f"a file that can be read ({why})"))
     try:
         points = {".npz": _npz, ".npy": _npy, ".csv": _csv, ".ply": _ply, ".pcd": _pcd}[kind](data)
     except SceneError:
@@ -84,17 +84,16 @@ def _fail(path: PathLike, wanted: str) -> NoReturn:
 def _npy(data: bytes) -> Floats:
     if not data.startswith(b"\x93NUMPY"):
         raise ValueError("it has no header of NPY")
-    return np.asarray(np.load(io.BytesIO(data), allow_pickle=False))
+    return array_of(data, "it")
 
 
 def _npz(data: bytes) -> Floats:
     if not zipfile.is_zipfile(io.BytesIO(data)):
         raise ValueError("it is no NPZ: not a zip archive")
-    with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
-        names = list(arrays)
-        if "points" not in names and len(names) != 1:
-            raise ValueError(f"it holds {', '.join(names) or 'nothing'}, wanted points")
-        return np.asarray(arrays["points" if "points" in names else names[0]])
+    arrays = members_of(io.BytesIO(data))
+    if "points" not in arrays and len(arrays) != 1:
+        raise ValueError(f"it holds {', '.join(arrays) or 'nothing'}, wanted points")
+    return arrays["points"] if "points" in arrays else next(iter(arrays.values()))
 
 
 def _csv(data: bytes) -> Floats:
@@ -157,6 +156,8 @@ def _pcd(data: bytes) -> Floats:
 
 
 def _columns_of_text(body: bytes, count: int, names: list[str]) -> Floats:
+    if len(body) > _opening.TEXT:
+        raise ValueError(f"more than {_opening.TEXT // _opening.MIB} MiB of text; write it as binary")
     columns = [names.index(axis) for axis in _AXES]
     points = np.loadtxt(io.BytesIO(body), usecols=columns, max_rows=count, ndmin=2)
     if len(points) != count:

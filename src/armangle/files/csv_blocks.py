@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
 import numpy as np
 
+from .. import _opening
 from .._arrays import Floats, PathLike, number_in
 from ..errors import FileFormatError
 
 BLOCK = 8192
 """Rows held as text at one time."""
+
+_LONGEST_ROW = 2**16  # characters
+_MOST_COLUMNS = 1024
 
 _SEPARATORS = {";": "semicolons", "\t": "tabs"}
 
@@ -27,6 +31,32 @@ class CsvBlock:
     numbers: Floats
     words: dict[str, list[str]]
     lines: list[int]
+
+
+class RowLines:
+    """The lines of a file for csv.reader, which sets `taken` to 0 after each row: no row is without end."""
+
+    def __init__(self, file: TextIO) -> None:
+        self.file = file
+        self.taken = 0
+
+    def __iter__(self) -> RowLines:
+        return self
+
+    def __next__(self) -> str:
+        line = self.file.readline(_LONGEST_ROW + 1)
+        self.taken += len(line)
+        if self.taken > _LONGEST_ROW:
+            raise csv.Error(f"a row of more than {_LONGEST_ROW} characters")
+        if not line:
+            raise StopIteration
+        return line
+
+
+def open_text(path: PathLike, fail: _opening.Fail) -> TextIO:
+    """Return a file of numbers in a text, opened to be read line by line."""
+    file = _opening.open_file(path, _opening.NUMBERS, fail)
+    return io.TextIOWrapper(file, encoding="utf-8-sig", newline="")
 
 
 class CsvFile:
@@ -75,28 +105,23 @@ class CsvFile:
     def blocks(self) -> Iterator[CsvBlock]:
         """Yield the rows, at most `BLOCK` at a time."""
         try:
-            with self._open() as file:
-                yield from self._blocks(csv.reader(file, strict=True))
-        except FileNotFoundError:
-            self.fail("no such file")
+            with open_text(self.path, self.fail) as file:
+                yield from self._blocks(file)
         except UnicodeDecodeError as error:
             self.fail(f"not UTF-8 text: {error.reason}")
         except OSError as error:
             self.fail(f"cannot be read: {error.strerror}")
 
-    def _open(self) -> TextIO:
-        try:
-            return Path(self.path).open(encoding="utf-8-sig", newline="")
-        except ValueError as error:  # a name that no file can have
-            raise FileFormatError(f"cannot be read: {error}", source=repr(str(self.path))) from None
-
-    def _blocks(self, reader: Any) -> Iterator[CsvBlock]:
+    def _blocks(self, file: TextIO) -> Iterator[CsvBlock]:
+        lines_of_row = RowLines(file)
+        reader: Any = csv.reader(lines_of_row, strict=True)
         width = 0
         rows: list[list[str]] = []
         lines: list[int] = []
         blank: int | None = None
         try:
             for row in reader:
+                lines_of_row.taken = 0
                 holds = bool("".join(row).strip())
                 if not holds and (len(row) < 2 or not width):
                     continue
@@ -123,6 +148,8 @@ class CsvFile:
             yield self._block(rows, lines)
 
     def _header(self, row: list[str], line: int) -> int:
+        if len(row) > _MOST_COLUMNS:
+            self.fail(f"{len(row)} columns, wanted at most {_MOST_COLUMNS}", line)
         names = [name.strip() for name in row]
         for name in (*self.numbers, *self.words):
             if names.count(name) > 1:

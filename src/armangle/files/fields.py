@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import os
-import zipfile
 from pathlib import Path
 from typing import NoReturn
 
-import numpy as np
-
-from ..errors import SceneError
+from ..errors import FileFormatError, SceneError
 from ..scenes.shapes import Field
+from .archive_blocks import read_blocks
 
 PathLike = str | os.PathLike[str]
 
@@ -48,12 +46,9 @@ def load_field(path: PathLike, *, name: str | None = None) -> Field:
     if Path(path).suffix.lower() != ".npz":
         _fail(path, "a file ending in .npz")
     try:
-        if Path(path).is_file() and not zipfile.is_zipfile(path):
-            raise ValueError("not a zip archive")
-        with np.load(path, allow_pickle=False) as arrays:
-            held = {key: np.asarray(arrays[key]) for key in _ARRAYS if key in arrays}
-    except Exception as error:  # as many ways to fail as there are broken files
-        _fail(path, f"an NPZ file that can be read ({getattr(error, 'strerror', None) or error})")
+        held = read_blocks(path)
+    except FileFormatError as error:
+        _fail(path, f"an NPZ file that can be read ({error})")
     for key in _ARRAYS:
         if key not in held:
             _fail(path, f"arrays {', '.join(_ARRAYS)}: it holds no {key}")

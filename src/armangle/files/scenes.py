@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import tomllib
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
+from .. import _opening
 from .._arrays import Floats, number_in
 from ..errors import ArmangleError, SceneError, Words
 from ..models.body import Body
@@ -74,7 +74,7 @@ def load_scene(path: PathLike) -> Scene:
     ('lamp',)
     """
     if Path(path).suffix.lower() == ".scene":
-        objects = _Moveit(_text(path), str(path)).shapes()
+        objects = _Moveit(_text(path, _opening.DESCRIPTION), str(path)).shapes()
         if not objects:
             raise SceneError(str(path), "objects", None, "at least one object: nothing would stand about")
         return _said_of(str(path), Scene, objects)
@@ -144,18 +144,19 @@ def body_toml(body: Body) -> str:
     return "\n".join(lines).lstrip() + "\n"
 
 
-def _text(path: PathLike) -> str:
-    try:
-        return Path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        why = getattr(error, "strerror", None) or str(error)
-        raise SceneError("file", "path", str(path), f"a text file that can be read ({why})") from None
+def _text(path: PathLike, most: int) -> str:
+    def fail(why: str) -> NoReturn:
+        raise SceneError("file", "path", str(path), f"a text file that can be read ({why})")
+
+    return _opening.read_text(path, most, fail)
 
 
 def _toml(path: PathLike) -> dict[str, Any]:
     try:
-        return tomllib.loads(_text(path))
-    except tomllib.TOMLDecodeError as error:
+        return _opening.parse_toml(_text(path, _opening.TABLES))
+    except SceneError:
+        raise
+    except ValueError as error:
         raise SceneError("file", "path", str(path), f"TOML ({error})") from None
 
 

@@ -6,16 +6,18 @@ import csv
 import json
 import re
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
 import numpy as np
 
+from .. import _opening
 from .._arrays import JOINTS, Floats, PathLike, frozen
 from .._values import by_content
 from ..errors import FileFormatError
 from .archive_blocks import number_block, read_blocks
-from .csv_blocks import CsvFile
+from .csv_blocks import CsvFile, RowLines, open_text
 
 RATES = {name: tuple(f"{name}{i}" for i in range(1, JOINTS + 1)) for name in ("q", "qd", "qdd")}
 _NUMBERS = ("t", *(name for names in RATES.values() for name in names))
@@ -109,9 +111,9 @@ def holds_trajectory(path: PathLike) -> bool:
     if Path(path).suffix.lower() in (".npz", ".json"):
         return {"t", "qd", "qdd"} <= read_blocks(path).keys()
     try:
-        with Path(path).open(encoding="utf-8-sig", newline="") as file:
-            header = next((row for row in csv.reader(file) if "".join(row).strip()), [])
-    except (OSError, ValueError, csv.Error):
+        with open_text(path, partial(_refuse, path)) as file:
+            header = next((row for row in csv.reader(RowLines(file)) if "".join(row).strip()), [])
+    except (FileFormatError, OSError, UnicodeDecodeError, csv.Error):
         return False
     return set(_NUMBERS) <= {name.strip() for name in header}
 
@@ -149,16 +151,17 @@ def _from_message(path: PathLike) -> TrajectoryTable:
     """Read the message line by line in the one form that `save` writes: no YAML library is needed."""
     names: tuple[str, ...] = ()
     columns: dict[str, list[Any]] = {"t": [], "q": [], "qd": [], "qdd": []}
-    for number, line in enumerate(_lines(path), 1):
-        key, _, text = line.removeprefix("- ").strip().partition(": ")
+    text = _opening.read_text(path, _opening.TEXT, partial(_refuse, path))
+    for number, line in enumerate(text.splitlines(), 1):
+        key, _, value = line.removeprefix("- ").strip().partition(": ")
         if key == "joint_names":
-            names = tuple(_list(path, number, text, str))
+            names = tuple(_list(path, number, value, str))
         elif key in _MESSAGE:
-            columns[_MESSAGE[key]].append(_list(path, number, text, float))
+            columns[_MESSAGE[key]].append(_list(path, number, value, float))
         elif key == "time_from_start":
-            time = _TIME.fullmatch(text)
+            time = _TIME.fullmatch(value)
             if time is None:
-                _refuse(path, f"time_from_start is {text!r:.60}, wanted {{sec: .., nanosec: ..}}", number)
+                _refuse(path, f"time_from_start is {value!r:.60}, wanted {{sec: .., nanosec: ..}}", number)
             columns["t"].append(int(time[1]) + int(time[2]) * _NANO)
     if len({len(column) for column in columns.values()}) != 1 or not names:
         _refuse(path, "no JointTrajectory as armangle.save writes it")
@@ -168,17 +171,6 @@ def _from_message(path: PathLike) -> TrajectoryTable:
     if fault is not None:
         _refuse(path, f"point {fault[0]}: {fault[1]}")
     return TrajectoryTable(t, np.full(len(t), np.nan), q, qd, qdd, names)
-
-
-def _lines(path: PathLike) -> list[str]:
-    try:
-        return Path(path).read_text(encoding="utf-8").splitlines()
-    except FileNotFoundError:
-        _refuse(path, "no such file")
-    except UnicodeDecodeError as error:
-        _refuse(path, f"not UTF-8 text: {error.reason}")
-    except (OSError, ValueError) as error:
-        _refuse(path, f"cannot be read: {error}")
 
 
 def _list(path: PathLike, line: int, text: str, kind: type) -> list[Any]:

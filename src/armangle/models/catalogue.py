@@ -19,6 +19,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from .. import _opening
 from .._arrays import JOINTS
 from ..errors import FileFormatError, InputError, UnknownRobotError
 from .description import ELBOW_OFFSETS, FRAMES, LENGTHS, ArmDescription
@@ -33,7 +34,6 @@ _DOUBTS = ("lengths", "limits", "velocity")
 _TOML_PLACE = re.compile(r"\s*\(at line (\d+), column (\d+)\)")
 _SHORT, _LONG = 6, 10  # decimals
 _SAME = 1e-12  # m or rad: numbers of an import differ by as much from those that were meant
-_MOST_BYTES = 16384  # the longest of the catalogue has not 1024
 _LARGEST = 1e9  # no length in m and no angle in degrees is beyond
 
 
@@ -148,35 +148,23 @@ def read_robot(path: str | os.PathLike[str]) -> CatalogueEntry:
         With file and line: no such file, not TOML, a key missing, unknown or of the wrong kind.
     """
     path = Path(path)
-    text = _toml_of(path)
+
+    def fail(why: str) -> NoReturn:
+        raise FileFormatError(why, source=str(path))
+
+    text = _opening.read_text(path, _opening.TABLES, fail)
     try:
-        return _Reader(str(path), text, tomllib.loads(text)).entry(path.stem)
+        table = _opening.parse_toml(text)
     except tomllib.TOMLDecodeError as error:
         raise _toml_error(str(error), str(path)) from None
-    except FileFormatError:
-        raise
-    except RecursionError:
-        raise FileFormatError("nested too deeply, wanted plain keys", source=str(path)) from None
-    except ValueError:  # more digits than Python reads, or writes into a message
-        raise FileFormatError("holds a whole number that is too long", source=str(path)) from None
-
-
-def _toml_of(path: Path) -> str:
-    """Return the text of a file, not of a long one: reading a dotted key takes the square of its parts."""
+    except ValueError as error:
+        fail(str(error))
     try:
-        with path.open("rb") as file:
-            data = file.read(_MOST_BYTES + 1)
-        if len(data) > _MOST_BYTES:
-            raise FileFormatError(f"longer than {_MOST_BYTES} bytes, no robot is", source=str(path))
-        return data.decode("utf-8").replace("\r\n", "\n")
+        return _Reader(str(path), text, table).entry(path.stem)
     except FileFormatError:
         raise
-    except FileNotFoundError:
-        raise FileFormatError("no such file", source=str(path)) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileFormatError(f"cannot be read: {error}", source=str(path)) from error
-    except ValueError as error:  # a name that no file can have
-        raise FileFormatError(f"cannot be read: {error}", source=repr(str(path))) from None
+    except ValueError:  # more digits than Python writes into a message
+        fail("holds a whole number that is too long")
 
 
 def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._arrays import JOINTS, Floats, about_z, as_poses, chosen, named, one_posture
+from .._progress import Progress, as_progress, progressing
 from ..arm.allowed import Allowed, allowed_arcs
 from ..arm.arm import Arm
 from ..arm.offset import OffsetArm
@@ -63,6 +64,7 @@ def follow(
     lookahead: int = 0,
     blend: ArrayLike = 0.0,
     samples: int | None = None,
+    progress: Progress | bool | None = None,
 ) -> JointPath:
     """Return the motion along a sequence of poses: `step` in a loop, bit for bit, in C++.
 
@@ -140,7 +142,7 @@ def follow(
 
         return best_followed(arm, path or Waypoints(frames), joints, followed)
     failing = _ON_FAIL[chosen("on_fail", on_fail, _ON_FAIL)]
-    native = core_policy(policy, dt)
+    native, told = core_policy(policy, dt), as_progress(progress)
     branch, kept, most, margin, time, beyond = checked_options(
         gc, carry, max_joint_step, singularity_margin, dt, outside
     )
@@ -170,14 +172,16 @@ def follow(
     rows = blank_rows(n)
     columns = tuple(rows[name] for name in ("q", "psi", "gc", "status", "margin", "residual"))
     if isinstance(arm, OffsetArm):
-        arm._handle.follow_all(joints, frames, options, count, psi, None, columns, [])
+        with progressing(told):
+            arm._handle.follow_all(joints, frames, options, count, psi, None, columns, [])
         return JointPath(arm=arm, s=s, poses=frames, start=joints, path=path, **rows)
     scenes = scenes_at(scene, s.tolist())
     about = [each.handle for each in ready_each(arm, scenes)]
     free = None if laddered else free_roll(arm, roll, "start", joints, scene)
     if free is not None and bounds is not None:
         bounds = without_last(bounds)
-    (free or arm._handle).follow_all(joints, frames, options, count, psi, bounds, columns, about)
+    with progressing(told):
+        (free or arm._handle).follow_all(joints, frames, options, count, psi, bounds, columns, about)
     held = frames.copy()
     if free is not None:
         path, done = None, np.isfinite(rows["q"][:, 0])

@@ -18,7 +18,6 @@ from .._arrays import (
     as_number,
     as_poses,
     as_threads,
-    check_turns,
     one_posture,
     warn,
 )
@@ -246,11 +245,9 @@ def plan(
     singular = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
     kept = _limit_margin(arm, limit_margin)
     workers = as_threads(threads)
-    first = None if start is None else one_posture("start", start)
-    last = None if goal is None else one_posture("goal", goal)
-    for name, joints in (("start", first), ("goal", last)):
-        if joints is not None:
-            check_turns(name, joints, arm.lower, arm.upper)
+    first = None if start is None else one_posture("start", start, arm._handle)
+    last = None if goal is None else one_posture("goal", goal, arm._handle)
+    arm._handle.check_poses(whole.pose(rows), "path")
     if is_laddered(arm, roll):
 
         def planned_rolled(turned: Path) -> JointPath:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, as_floats, as_poses, broadcast, check_angles, check_turns, one_posture
+from .._arrays import JOINTS, Floats, as_floats, as_poses, broadcast, check_angles, one_posture
 from .._values import by_content
 from ..arm.allowed import Allowed, allowed_arcs, one_allowed
 from ..arm.arm import Arm
@@ -291,7 +291,7 @@ def step(
             carry=carry, singularity_margin=singularity_margin,
         )  # fmt: skip
         rest = *arcs, None, Step, STATUSES, None
-        return _in_rad(arm, q_now, _asked(arm._handle.step_one, handle, q_now, pose, native, given, rest))
+        return _asked(arm._handle.step_one, handle, q_now, pose, native, given, rest)
     bounds = None
     if arm.chain is not None:
         check_chain(outside)
@@ -306,7 +306,7 @@ def step(
         core_step = core_step if free is None else free.step_one
         bounds = bounds if bounds is None else without_last(bounds)
     others = (*arcs, bounds, Step, STATUSES, about)
-    now = _in_rad(arm, q_now, _asked(core_step, handle, q_now, pose, native, given, others))
+    now = _asked(core_step, handle, q_now, pose, native, given, others)
     return now if roll == "pose" else now._replace(margin=_least(arm, now))
 
 
@@ -327,13 +327,6 @@ def _asked(
         )
     joints, frame = np.ascontiguousarray(joints), np.ascontiguousarray(frame)
     return cast("Step", core_step(joints, frame, native, *options, *rest))
-
-
-def _in_rad(arm: Arm | OffsetArm, q_now: ArrayLike, now: Step) -> Step:
-    """Return the step; raise where it jumps from joints that were hardly meant in rad."""
-    if now.status == Status.JOINT_JUMP:
-        check_turns("q_now", one_posture("q_now", q_now), arm.lower, arm.upper)
-    return now
 
 
 def _least(arm: Arm, now: Step) -> float:

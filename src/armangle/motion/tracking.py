@@ -17,11 +17,11 @@ from .._arrays import (
     as_floats,
     as_number,
     as_poses,
-    check_turns,
     chosen,
     one_posture,
 )
 from .._core import Wish
+from .._progress import Progress, as_progress, progressing
 from .._values import by_content
 from ..arm.arm import Arm
 from ..arm.keywords import names_keywords
@@ -335,8 +335,7 @@ class Tracker:
             If links touch, or, where they may escape, are so deep that nobody knows the way out.
         """
         chosen("outside", outside, ("refuse", "escape"))
-        joints = one_posture("q", q)
-        check_turns("q", joints, self._arm.lower, self._arm.upper)
+        joints = one_posture("q", q, self._arm._handle)
         self._core.start(joints)
         self._started = False
         self._check_clear(escaping=outside == "escape")
@@ -433,8 +432,11 @@ class Tracker:
         converted: Tracked = self._core.step_one(frame, self._names, hint, wish, time, branch)
         return converted
 
-    def run(self, poses: ArrayLike) -> Floats:
+    def run(self, poses: ArrayLike, *, progress: Progress | bool | None = None) -> Floats:
         """Return the joints (n, 7), rad, of a tick for each of the poses (n, 4, 4): a whole stream.
+
+        ``progress`` is told some times a second how many are done, as (done, total); True draws a bar. A run
+        that Ctrl-C ends leaves the tracker where it was before.
 
         Raises
         ------
@@ -453,7 +455,8 @@ class Tracker:
         if stream.ndim != 3:
             raise ShapeError(f"poses has shape {stream.shape}, wanted (n, 4, 4)")
         out = np.empty((len(stream), JOINTS))
-        self._core.run(stream, out)
+        with progressing(as_progress(progress)):
+            self._core.run(stream, out)
         return out
 
     def __repr__(self) -> str:

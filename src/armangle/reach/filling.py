@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from typing import Any
 
+from .._progress import Progress
 from ..errors import InputError, OutputError, needed
 from .store import Store
-
-Progress = Callable[[int, int], None]
-"""Told how many tiles are done, of how many."""
 
 _VAIN_ROUNDS = 10  # of a cluster, in which no tile was finished, before it is given up
 

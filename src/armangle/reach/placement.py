@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from .._arrays import Floats, as_floats, as_number, as_poses, as_threads, frozen
 from .._core import LENGTH_LIMIT
+from .._progress import Progress, as_progress, progressing
 from .._values import by_content
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.near import unsupported
@@ -120,6 +121,7 @@ def place(
     weight: ArrayLike | None = None,
     singularity_margin: float = 0.0,
     threads: int = 0,
+    progress: Progress | bool | None = None,
 ) -> Placement:
     """Return how much of a set of poses an arm holds from each base position, at the exactly best yaw.
 
@@ -143,6 +145,8 @@ def place(
         As in `Arm.feasible`, rad.
     threads : int
         Threads over the positions; 0 for all cores.
+    progress : function (done, total) or bool
+        Told some times a second how many positions are done; True draws a bar on stderr.
 
     Returns
     -------
@@ -185,7 +189,8 @@ def place(
     at[:, 0], at[:, 1], at[:, 2] = np.repeat(along, len(across)), np.tile(across, len(along)), height
     rows = np.empty((len(at), 3))
     flat = np.ascontiguousarray(wanted)
-    arm._handle.place_many(flat, weights, at, margin, rows, as_threads(threads))
+    with progressing(as_progress(progress)):
+        arm._handle.place_many(flat, weights, at, margin, rows, as_threads(threads))
     yaw, stretch, reached = (frozen(np.ascontiguousarray(c).reshape(len(along), -1)) for c in rows.T)
     return Placement(
         arm,

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import Floats, PathLike, as_floats, as_number, as_poses, as_threads
+from .._progress import Progress, as_progress
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.freedom import Freedom
 from ..arm.near import unsupported
 from ..errors import InputError, needed
-from .filling import Progress, check_scheduler, fill_here, fill_on_cluster
+from .filling import check_scheduler, fill_here, fill_on_cluster
 from .grid import Grid
 from .map_values import MapValues
 from .store import FIELDS, USUAL, Store, address, make_store
@@ -112,7 +113,7 @@ class ReachMap:
         threads: int = 0,
         part: tuple[int, int] | None = None,
         scheduler: Any = None,
-        progress: Progress | None = None,
+        progress: Progress | bool | None = None,
     ) -> ReachMap:
         """Make the tiles that are missing, and return the map: `reach_map` without its arguments.
 
@@ -129,26 +130,26 @@ class ReachMap:
         first, of = _checked_run(threads, part, scheduler, progress)
         tiles = [tile for tile in self._store.missing() if tile % of == first - 1]
         if scheduler is None:
-            fill_here(self._store, tiles, threads, progress)
+            fill_here(self._store, tiles, threads, as_progress(progress))
         else:
-            fill_on_cluster(self._store, tiles, scheduler, progress)
+            fill_on_cluster(self._store, tiles, scheduler, as_progress(progress))
         return self
 
-    def verify(self, progress: Progress | None = None) -> tuple[int, ...]:
+    def verify(self, progress: Progress | bool | None = None) -> tuple[int, ...]:
         """Return the tiles whose values are not those that were written, by their check sums.
 
         They lose their marks, so that they are ``missing`` and the next run makes them again.
 
         Parameters
         ----------
-        progress : function (done, of), optional
-            Told after each tile.
+        progress : function (done, total) or bool
+            Told after each tile; True draws a bar on stderr.
         """
-        wrong = []
+        told, wrong = as_progress(progress), []
         for tile, broken in self._store.broken():
             wrong += [tile] if broken else []
-            if progress is not None:
-                progress(tile + 1, self.tiles)
+            if told is not None:
+                told(tile + 1, self.tiles)
         return tuple(wrong)
 
     def values(self, field: str) -> MapValues:
@@ -370,7 +371,7 @@ def reach_map(
     threads: int = 0,
     part: tuple[int, int] | None = None,
     scheduler: Any = None,
-    progress: Progress | None = None,
+    progress: Progress | bool | None = None,
 ) -> ReachMap:
     """Make a map of what an arm reaches, or go on with one: what is there already is not made again.
 
@@ -397,8 +398,8 @@ def reach_map(
         ``(i, n)``, 1 <= i <= n: the i-th of n shares alone, for the task i of a batch system's array.
     scheduler : distributed.Client or str, optional
         A Dask cluster, or the address of its scheduler, that makes the tiles; extra ``cluster``.
-    progress : function (done, of), optional
-        Told after each tile.
+    progress : function (done, total) or bool
+        Told after each tile; True draws a bar on stderr.
 
     Returns
     -------
@@ -461,14 +462,13 @@ def _names(fields: Iterable[str]) -> tuple[str, ...]:
 
 
 def _checked_run(
-    threads: int, part: tuple[int, int] | None, scheduler: Any, progress: Progress | None
+    threads: int, part: tuple[int, int] | None, scheduler: Any, progress: Progress | bool | None
 ) -> tuple[int, int]:
     """Return which share of how many is asked, counted from 1; raise where a run is not usable as asked."""
     as_threads(threads)
+    as_progress(progress)
     if scheduler is not None:
         check_scheduler(scheduler)
-    if progress is not None and not callable(progress):
-        raise InputError(f"progress is {progress!r:.50}, wanted a function of two numbers")
     if part is None:
         return 1, 1
     whole = isinstance(part, (tuple, list)) and len(part) == 2

@@ -21,6 +21,7 @@ from ..poses import poses_from_rows
 from ..reach.voxels import Voxels
 from .controls import Controls
 from .meshes import solids_of
+from .origin import checked_origins
 from .scene import Scene
 from .state import ViewerState
 
@@ -86,7 +87,7 @@ class Viewer:
         self._stopped = threading.Event()
         self._held = False
         self._held_box: str | None = None
-        with _quiet():
+        with _quiet(), checked_origins():
             self._server = viser.ViserServer(host=host, port=chosen, verbose=False)
         bound = self._server.get_port()
         if port and bound != port:  # taken since it was tried

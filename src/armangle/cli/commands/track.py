@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._arrays import Floats, in_millimetres
+from ..._arrays import Floats
 from ...arm.arm import Arm
 from ...arm.offset import OffsetArm
 from ...errors import FileFormatError, InputError, PathError
@@ -90,9 +90,6 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f"--rate is {args.rate:g}, wanted ticks per second, more than 0")
     frames, rate = _ticks(some_poses(args.path, lost=True), args)
     first_seen = frames[np.isfinite(frames).all(axis=(1, 2)).argmax()]
-    hint = in_millimetres(float(np.linalg.norm(first_seen[:3, 3])))
-    if hint:
-        raise InputError(f"the first pose is {np.linalg.norm(first_seen[:3, 3]):.4g} m away{hint}")
     tracker = Tracker(
         arm, 1 / rate, velocity, acceleration, filter=HandFilter() if args.filter else None, scene=scene
     )

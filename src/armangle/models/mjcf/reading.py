@@ -11,12 +11,13 @@ import math
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
+from functools import partial
 from typing import Any, NoReturn
 from xml.parsers import expat
 
 import numpy as np
 
+from ... import _opening
 from ..._arrays import JOINTS, check_source
 from ...errors import FileFormatError, needed
 from ..axes import exceeds
@@ -76,12 +77,16 @@ def is_mjcf(path: str | os.PathLike[str]) -> bool:
     parser = expat.ParserCreate()
     parser.StartElementHandler = lambda tag, _: tags.append(tag)
     try:
-        with Path(path).open("rb") as file:
+        with _opening.open_file(path, _opening.DESCRIPTION, partial(_refuse, str(path))) as file:
             while not tags and (piece := file.read(_PIECE)):
                 parser.Parse(piece)
-    except (OSError, ValueError, LookupError, expat.ExpatError):
+    except (FileFormatError, OSError, LookupError, expat.ExpatError):
         return False  # who reads it as URDF says what is wrong
     return tags[:1] == ["mujoco"]
+
+
+def _refuse(source: str, message: str) -> NoReturn:
+    raise FileFormatError(message, source=source)
 
 
 class _Model:
@@ -92,8 +97,8 @@ class _Model:
         check_source(source)
         text = isinstance(source, str) and source.lstrip().startswith("<")
         self.source = "XML text" if text else str(source)
-        if not text and not Path(source).is_file():
-            self.fail("no such file")
+        if not text:
+            _opening.check_file(source, _opening.DESCRIPTION, self.fail)
         load = getattr(self.mujoco.MjSpec, "from_string" if text else "from_file")
         try:
             spec: Any = load(str(source))
@@ -103,7 +108,7 @@ class _Model:
             self.fail(f"mujoco refuses it: {str(error).strip()}")
 
     def fail(self, message: str) -> NoReturn:
-        raise FileFormatError(message, source=self.source)
+        _refuse(self.source, message)
 
     def name(self, kind: str, index: int) -> str:
         """Return the name of a body, joint or site; its number where it has none."""

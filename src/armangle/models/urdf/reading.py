@@ -18,6 +18,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from ... import _opening
 from ..._arrays import JOINTS, check_source, number_in
 from ...errors import InputError, UrdfError
 from ..axes import exceeds
@@ -31,7 +32,7 @@ from .tags import JointElement, RobotElement, parse_robot
 Source = str | bytes | os.PathLike[str]
 Step = tuple[JointElement, bool]
 
-MAX_BYTES = 32 * 2**20
+MAX_BYTES = _opening.DESCRIPTION
 MAX_LENGTH = 100.0
 HUGE_LIMIT = 1e6  # rad: more than the largest angle that the core takes
 _CONTINUOUS = "is continuous, which means no limits"
@@ -276,7 +277,7 @@ def read_text(source: Source) -> tuple[str | bytes, Path]:
         return decoded(source.removeprefix(_UTF8_MARK).lstrip())[0], Path()
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
         return source.lstrip("\ufeff \t\r\n"), Path()
-    return decoded(Path(source).read_bytes().removeprefix(_UTF8_MARK).lstrip())[0], Path(source).parent
+    return decoded(_bytes_of(source).removeprefix(_UTF8_MARK).lstrip())[0], Path(source).parent
 
 
 def urdf_candidates(source: Source, base: str | None = None) -> list[Candidate]:
@@ -309,25 +310,22 @@ def _load(source: Source) -> RobotElement:
         return _parse(source, "XML text")
     if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
         return _parse(source, "XML text")
-    path = Path(source)
-    try:
-        if path.stat().st_size > MAX_BYTES:
-            raise UrdfError(_too_large(path.stat().st_size), source=str(path))
-        return _parse(path.read_bytes(), str(path))
-    except FileNotFoundError:
-        raise UrdfError("no such file", source=str(path)) from None
-    except UrdfError:
-        raise
-    except ValueError as error:  # a name that no file can have
-        raise UrdfError(f"cannot be read: {error}", source=repr(str(path))) from None
-    except OSError as error:
-        raise UrdfError(f"cannot be read: {error.strerror}", source=str(path)) from error
+    return _parse(_bytes_of(source), str(Path(source)))
+
+
+def _bytes_of(path: str | os.PathLike[str]) -> bytes:
+    """Return what is in a file."""
+
+    def fail(why: str) -> NoReturn:
+        raise UrdfError(why, source=str(Path(path)))
+
+    return _opening.read_bytes(path, MAX_BYTES, fail)
 
 
 def _parse(text: str | bytes, source: str) -> RobotElement:
     """Return the links and joints of a document; blank lines before it count, but do not harm."""
     if len(text) > MAX_BYTES:
-        raise UrdfError(_too_large(len(text)), source=source)
+        raise UrdfError(_opening.too_long(len(text), MAX_BYTES), source=source)
     if isinstance(text, str):
         document: str | bytes = text.lstrip("\ufeff \t\r\n")
     else:
@@ -335,10 +333,6 @@ def _parse(text: str | bytes, source: str) -> RobotElement:
     blank = text[: len(text) - len(document)]
     skipped = blank.count("\n") if isinstance(blank, str) else blank.count(b"\n")
     return parse_robot(document, source, skipped)
-
-
-def _too_large(size: int) -> str:
-    return f"{size / 2**20:.0f} MiB is absurd for a robot, wanted at most {MAX_BYTES >> 20} MiB"
 
 
 def _parents(robot: RobotElement) -> dict[str, JointElement]:

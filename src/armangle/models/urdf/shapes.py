@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 from xml.etree import ElementTree
 
 import numpy as np
 
 from ..._arrays import Floats
+from ..._opening import NUMBERS, check_file
 from ..chain import Chain, rigid_inverse
 from .origin import origin
 from .tags import numbers_in
@@ -100,6 +101,10 @@ def mesh_file(name: str, folder: Path) -> Path:
     ValueError
         There is none.
     """
+
+    def fail(why: str) -> NoReturn:
+        raise ValueError(f"{name}: {why}")
+
     scheme, _, rest = name.rpartition("://")
     if scheme == "file":
         places = [Path(rest)]
@@ -112,6 +117,7 @@ def mesh_file(name: str, folder: Path) -> Path:
     else:
         places = [folder / name]
     for place in places:
-        if place.is_file():
+        if place.exists():
+            check_file(place, NUMBERS, fail)
             return place
-    raise ValueError(f"{name}: no such file")
+    fail("no such file")

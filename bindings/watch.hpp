@@ -1,0 +1,110 @@
+// Long calls with an eye on Python: Ctrl-C ends them, and who asked is told how far they are.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "armangle/batch/parallel.hpp"
+#include "buffers.hpp"
+
+namespace binding {
+
+/// The function (done, total) of the Python call that runs in this thread; null: nobody asked.
+PyObject*& progress_of_this_thread() noexcept;
+
+/// One call of the core. All its threads ask `ended()` between pieces of work. The thread that called, which
+/// alone may run Python's signal handlers, looks at the clock after pieces of some 0.1 ms together, and asks
+/// Python every 0.05 s.
+class Watch {
+public:
+    explicit Watch(std::size_t total = 0) noexcept
+        : total_(total), progress_(total ? progress_of_this_thread() : nullptr) {}
+    Watch(const Watch&) = delete;
+    Watch& operator=(const Watch&) = delete;
+
+    /// Whether to end, of the thread that has done so many of its elements.
+    bool ended(std::size_t thread, std::size_t done) noexcept {
+        done_[thread].count.store(done, std::memory_order_relaxed);
+        if (thread == 0 && --left_ == 0) look();  // parallel() gives the calling thread this number
+        return ended_.load(std::memory_order_relaxed);
+    }
+    /// The same of a thread that has no number.
+    bool ended() noexcept {
+        if (std::this_thread::get_id() == caller_ && --left_ == 0) look();
+        return ended_.load(std::memory_order_relaxed);
+    }
+
+    /// Asks Python now; of the calling thread alone.
+    void ask() noexcept {
+        asked_ = Clock::now();
+        const nb::gil_scoped_acquire held;
+        if (PyErr_CheckSignals() != 0 || !told()) ended_.store(true, std::memory_order_relaxed);
+    }
+
+    /// Throws what ended the call, with the interpreter's lock held.
+    void raise() {
+        if (ended_.load(std::memory_order_relaxed)) throw nb::python_error();
+        if (progress_ && !told(total_)) throw nb::python_error();
+    }
+
+private:
+    using Clock = std::chrono::steady_clock;
+    static constexpr auto piece = std::chrono::microseconds(100);
+    static constexpr auto patience = std::chrono::milliseconds(50);
+    static constexpr unsigned longest_stride = 4096;
+
+    /// As many pieces until the next look as take some 0.1 ms, or one where they became slow.
+    void look() noexcept {
+        const Clock::time_point now = Clock::now();
+        stride_ = now - looked_ < piece ? (stride_ < longest_stride ? 2 * stride_ : stride_) : 1;
+        left_ = stride_;
+        looked_ = now;
+        if (now - asked_ < patience || ended_.load(std::memory_order_relaxed)) return;
+        ask();
+        looked_ = Clock::now();
+    }
+
+    bool told() noexcept {
+        if (!progress_) return true;
+        std::size_t done = 0;
+        for (const Count& one : done_) done += one.count.load(std::memory_order_relaxed);
+        return told(done < total_ ? done : total_);
+    }
+    bool told(std::size_t done) noexcept {
+        progress_of_this_thread() = nullptr;  // what it calls has none of its own
+        PyObject* said = PyObject_CallFunction(progress_, "nn", static_cast<Py_ssize_t>(done),
+                                               static_cast<Py_ssize_t>(total_));
+        progress_of_this_thread() = progress_;
+        Py_XDECREF(said);
+        return said != nullptr;
+    }
+
+    struct alignas(64) Count {  // on a line of its own: threads write without waiting for one another
+        std::atomic<std::size_t> count{0};
+    };
+    const std::thread::id caller_ = std::this_thread::get_id();
+    const std::size_t total_;
+    PyObject* const progress_;
+    std::atomic<bool> ended_{false};
+    Count done_[armangle::most_threads];
+    Clock::time_point looked_ = Clock::now(), asked_ = looked_;
+    unsigned stride_ = 1, left_ = 1;
+};
+
+/// parallel(n, threads, work) with the interpreter's lock released, watched; work(begin, end, thread, watch)
+/// asks watch.ended between its elements. Throws what a signal's handler raised.
+template <class Work>
+void watched(std::size_t n, int threads, const Work& work) {
+    Watch watch(n);
+    {
+        const nb::gil_scoped_release release;
+        armangle::parallel(
+            n, threads,
+            [&](std::size_t begin, std::size_t end, std::size_t thread) { work(begin, end, thread, watch); },
+            [&] { watch.ask(); });
+    }
+    watch.raise();
+}
+
+}  // namespace binding

@@ -1,0 +1,152 @@
+"""Ctrl-C ends every long call at once and harms nothing; and long calls say how far they are."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import armangle as aa
+
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+FR3 = aa.OffsetArm.from_catalogue("franka_fr3")
+RNG = np.random.default_rng(42)
+Q = RNG.uniform(0.8 * ARM.lower, 0.8 * ARM.upper, (7, 7))
+POSE = ARM.forward(Q)[0]
+POSES = POSE.repeat(3000, axis=0)
+FR3_Q = RNG.uniform(0.8 * FR3.lower, 0.8 * FR3.upper, (7, 7))
+FR3_POSES = FR3.forward(FR3_Q)[0].repeat(2000, axis=0)
+TICKS = POSE[:1].repeat(300_000, axis=0)
+
+
+def tracker() -> aa.Tracker:
+    out = aa.Tracker(ARM)
+    out.start(Q[0])
+    return out
+
+
+TRACKER = tracker()
+LONG: dict[str, Callable[..., Any]] = {
+    "solve": lambda **more: ARM.solve(POSES, **more),
+    "solve in threads": lambda **more: ARM.solve(POSES, threads=3, **more),
+    "solutions": lambda **more: ARM.solutions(POSES, **more),
+    "best": lambda **more: ARM.best(POSES, **more),
+    "feasible": lambda **more: ARM.feasible(POSES.repeat(10, axis=0), 0, **more),
+    "feasible_all": lambda **more: ARM.feasible_all(POSES.repeat(3, axis=0), **more),
+    "offset solve": lambda **more: FR3.solve(FR3_POSES, **more),
+    "offset feasible": lambda **more: FR3.feasible(FR3_POSES, 0, **more),
+    "follow": lambda **more: aa.follow(ARM, TICKS, start=Q[0], **more),
+    "run": lambda **more: TRACKER.run(TICKS, **more),
+    "place": lambda **more: aa.place(ARM, POSE, np.linspace(-1, 1, 300), np.linspace(-1, 1, 300), **more),
+}
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_a_signal_ends_a_batch_before_all_is_done(name: str) -> None:
+    told: list[tuple[int, int]] = []
+    begun = threading.Event()
+
+    def interrupt() -> None:
+        begun.wait()
+        os.kill(os.getpid(), signal.SIGINT)
+
+    def tell(done: int, total: int) -> None:
+        told.append((done, total))
+        begun.set()
+
+    before = TRACKER.q.copy()
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        LONG[name](progress=tell)
+        begun.set()  # where nothing was told the signal comes now
+        thread.join()
+    thread.join()
+    assert told and told[-1][0] < told[-1][1]
+    assert np.array_equal(TRACKER.q, before)
+    assert np.array_equal(ARM.solve(POSE, near=Q).q, ARM.solve(POSE, near=Q).q)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_signal_ends_a_plan(threads: int) -> None:
+    main = threading.get_ident()
+    s = np.linspace(0.0, 1.0, 60_000)[:, None]
+    path = np.repeat(POSE[:1], len(s), axis=0)
+    path[:, :3, 3] += 0.05 * np.sin(2 * np.pi * s) * [1.0, 0.0, 0.3]
+
+    def interrupt() -> None:
+        while not any(name == "plan" for name in names(sys._current_frames()[main])):
+            pass
+        threading.Event().wait(0.3)  # until the core plans
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        aa.plan(ARM, path, threads=threads)
+    thread.join()
+    assert np.isfinite(aa.plan(ARM, path[:10]).q).all()
+
+
+def names(frame: Any) -> list[str]:
+    """Return the functions that a thread is in."""
+    out = []
+    while frame is not None:
+        out.append(frame.f_code.co_name)
+        frame = frame.f_back
+    return out
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_what_progress_raises_ends_a_call(name: str) -> None:
+    def refuse(done: int, total: int) -> None:
+        raise ZeroDivisionError
+
+    before = TRACKER.q.copy()
+    with pytest.raises(ZeroDivisionError):
+        LONG[name](progress=refuse)
+    assert np.array_equal(TRACKER.q, before)
+
+
+SHORT: dict[str, Callable[..., Any]] = {
+    "solve": lambda **more: ARM.solve(POSE, near=Q, **more).q,
+    "solve one": lambda **more: ARM.solve(POSE[0], near=Q[0], **more).q,
+    "solutions": lambda **more: ARM.solutions(POSE, near=Q, **more).q,
+    "best": lambda **more: ARM.best(POSE, **more).q,
+    "feasible": lambda **more: ARM.feasible(POSE, 0, **more).intervals,
+    "feasible_all": lambda **more: ARM.feasible_all(POSE, **more).intervals,
+    "offset solve": lambda **more: FR3.solve(FR3_POSES[:5], **more).q,
+    "offset feasible_all": lambda **more: FR3.feasible_all(FR3_POSES[:5], **more).intervals,
+    "follow": lambda **more: aa.follow(ARM, TICKS[:50], start=Q[0], **more).q,
+    "run": lambda **more: tracker().run(TICKS[:50], **more),
+    "place": lambda **more: aa.place(ARM, POSE, [0.0, 0.1], [0.0], **more).reached,
+}
+
+
+@pytest.mark.parametrize("name", SHORT)
+def test_the_end_is_told_and_the_answer_is_the_same(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    told: list[tuple[int, int]] = []
+    found = SHORT[name](progress=lambda done, total: told.append((done, total)))
+    assert np.array_equal(found, SHORT[name](), equal_nan=True)
+    assert told and told[-1][0] == told[-1][1] > 0
+    assert np.array_equal(SHORT[name](progress=True), found, equal_nan=True)
+    assert "100 %" in capsys.readouterr().err
+    assert np.array_equal(SHORT[name](progress=False), found, equal_nan=True)
+    assert capsys.readouterr().err == ""
+
+
+def test_what_progress_calls_tells_nothing() -> None:
+    told: list[tuple[int, int]] = []
+
+    def tell(done: int, total: int) -> None:
+        told.append((done, total))
+        ARM.feasible(POSE[:3], 0)
+
+    ARM.solve(POSE, near=Q, progress=tell)
+    assert {total for _, total in told} == {len(POSE)}
