@@ -12,14 +12,14 @@ using namespace armangle;
 namespace {
 
 /// Numbers in a row, as Python gives the options: dt, length, still_margin, elbow_margin,
-/// singularity_margin, omega, patience, jump, turn, soft_clearance, detours; then seven velocities and seven
-/// accelerations.
+/// singularity_margin, omega, patience, jump, turn, soft_clearance, detours; then seven velocities, seven
+/// accelerations and seven jerks.
 constexpr int option_count = 11;
 
 TrackerOptions options_of(Floats numbers) {
     const Buffer given(numbers);
-    if (!given.is_array('d', {option_count + 2 * joints}))
-        throw std::invalid_argument("25 numbers were expected");
+    if (!given.is_array('d', {option_count + 3 * joints}))
+        throw std::invalid_argument("32 numbers were expected");
     const double* x = given.data<double>();
     TrackerOptions o;
     o.dt = x[0];
@@ -33,6 +33,7 @@ TrackerOptions options_of(Floats numbers) {
     for (int j = 0; j < joints; ++j) {
         o.velocity[j] = x[option_count + j];
         o.acceleration[j] = x[option_count + joints + j];
+        o.jerk[j] = x[option_count + 2 * joints + j];
     }
     return o;
 }
@@ -62,6 +63,23 @@ void start_tracker(Loop& self, Floats q) {
     const Buffer given(q);
     if (!given.is_array('d', {joints})) throw std::invalid_argument("7 joint values were expected");
     self.start(given.data<double>());
+}
+
+/// Writes what a tracker is saved as to `numbers`, which has saved_size.
+template <class Loop>
+void save_tracker(const Loop& self, Floats numbers) {
+    const Buffer out(numbers, true);
+    if (!out.is_array('d', {saved_size(self)}))
+        throw std::invalid_argument("saved_size numbers were expected");
+    save(self, out.data<double>());
+}
+
+template <class Loop>
+void restore_tracker(Loop& self, Floats numbers) {
+    const Buffer in(numbers);
+    if (!in.is_array('d', {saved_size(self)}))
+        throw std::invalid_argument("saved_size numbers were expected");
+    restore(self, in.data<double>());
 }
 
 nb::object at(nb::handle values, int index) {
@@ -196,6 +214,9 @@ template <class Loop>
 void bind_loop(nb::class_<Loop>& tracker) {
     using namespace nb::literals;
     tracker.def_prop_ro("q", [](const Loop& self) { return joint_array(self.q()); })
+        .def_prop_ro("saved_size", [](const Loop& self) { return saved_size(self); })
+        .def("save", &save_tracker<Loop>, "numbers"_a)
+        .def("restore", &restore_tracker<Loop>, "numbers"_a)
         .def("start", &start_tracker<Loop>, "q"_a)
         .def("step_hand", &track_hand<Loop>, "pose"_a.none(), "names"_a)
         .def("step_one", &track_one<Loop>, "pose"_a.none(), "names"_a, "elbow"_a.none(), "wish"_a, "dt"_a,

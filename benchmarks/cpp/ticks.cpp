@@ -3,7 +3,7 @@
 // its speeds and 10 rad/s^2, the hand filtered. The same ticks are run several times, and each counts as its
 // least, so that what other programs did is left out.
 //   <hands> <median> <p99> <p99.9> <worst>   (us of CPU time)
-// Usage: ticks [seconds of each hand, 20 by default] [runs, 5 by default]
+// Usage: ticks [seconds of each hand, 20 by default] [runs, 5 by default] [jerk, rad/s^3, none by default]
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -108,12 +108,14 @@ void print(const char* name, std::vector<double> us) {
 int main(int argc, char** argv) {
     const double seconds = argc > 1 ? std::atof(argv[1]) : 20.0;
     const int runs = argc > 2 ? std::atoi(argv[2]) : 5;
+    const double jerk = argc > 3 ? std::atof(argv[3]) : infinity;
     const Arm arm = example::iiwa7();
     constexpr double speed[joints] = {98, 98, 100, 130, 140, 180, 180};
     TrackerOptions options;
     for (int j = 0; j < joints; ++j) {
         options.velocity[j] = speed[j] * example::degree;
         options.acceleration[j] = 10.0;
+        options.jerk[j] = jerk;
     }
     const double q[joint_slots] = {0.0, 0.7, 0.35, -1.4, 0.0, 1.05, 0.0};
     const Pose<double> start = forward(arm, q).pose;

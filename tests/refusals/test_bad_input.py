@@ -243,7 +243,7 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     # a number stands for all joints, and a sample that is no pose is one that did not come
     **{
         ("Tracker", name): ["nonsense", object(), Q[:6], changed(Q, NAN), Q + 1j, -Q, -1.0]
-        for name in ("velocity", "acceleration")
+        for name in ("velocity", "acceleration", "jerk")
     },
     **{
         (name, "poses"): [*WORDS, 0.1, POSE[:3], POSE, POSE.astype(complex)]

@@ -8,11 +8,16 @@
 // T): its move lies on the line that was proven for it, however long this tick is. So what was proven once
 // holds for ever, and nothing has to be foreseen.
 //
+// With bounds on jerk the joints cannot change direction at once. The braking is then that of one rate for
+// all joints (jerk.hpp), whose ways lie in a triangle: the straight move to its end, and what the triangle is
+// beside it.
+//
 // Near obstacles the least squares of a tick are told what to mind (NearPair): room' >= -room / tau.
 #pragma once
 
 #include "../arm/joint_quadratic.hpp"
 #include "../scene/straight_move.hpp"
+#include "jerk.hpp"
 
 #include "../names/begin.hpp"
 
@@ -29,23 +34,31 @@ inline constexpr double weight =
 inline constexpr int rounds = 8;  // of the least squares, in which pairs are taken in and let go
 inline constexpr int tries = 5;   // of velocities between the one wished and braking
 inline constexpr double cautious = 0.9;  // share of what was proven that is tried next
+inline constexpr double finer = 0.8;     // of a rate of stopping, the next one that is tried ...
+inline constexpr int rates = 40;         // ... of at most so many
 }  // namespace guard_rule
 
 /// What keeps a tick, and braking after it, clear of a scene: of an Arm, or a NearArm.
 template <class AnyArm>
 class Guard {
 public:
-    Guard(const AnyArm& arm, const Scene& scene, const double* acceleration) noexcept
-        : move_(arm, scene), size_(nominal(arm).size), acceleration_(acceleration) {}
+    /// `bounds` are those of joints with bounds on jerk, null where there are none.
+    Guard(const AnyArm& arm, const Scene& scene, const double* acceleration,
+          const JerkBounds* bounds) noexcept
+        : move_(arm, scene), size_(nominal(arm).size), acceleration_(acceleration), bounds_(bounds) {}
 
-    /// Where the tick begins, and how fast; `limits` are those that braking has to keep.
-    void begin(const double* q, const double* v, double dt, const Limits& limits) noexcept {
+    /// Where the tick begins, and how fast; `limits` are those that braking has to keep. `rate` is that by
+    /// which the joints can stop, with bounds on jerk.
+    void begin(const double* q, const double* v, const double* a, double dt, const Limits& limits,
+               double rate) noexcept {
         q_ = q;
         before_ = v;
+        changing_ = a;
+        rate_ = next_rate_ = rate;
         dt_ = dt;
         limits_ = limits;
         blocking_ = 0;
-        const double stop = braking(v);
+        const double stop = bounds_ ? 4.0 / rate : braking(v);
         double sum = 0;
         for (int j = 0; j < joints; ++j) sum += abs(v[j]);
         lasting_ = max(dt + 0.5 * (stop + dt), guard_rule::ticks * dt);
@@ -53,15 +66,19 @@ public:
         count_ = move_.near(q, reach, near_);
     }
 
+    /// The rate by which the joints can stop after the tick.
+    double rate() const noexcept { return next_rate_; }
+
     /// Whether the arm may go with v for a tick.
     bool allows(const double (&v)[joints]) noexcept { return !(share(v) < 1.0); }
 
     /// v, or as much of it as is proven; `whole` false where something was taken off.
     bool restrain(double (&v)[joints]) noexcept {
         double braked[joints], wished[joints], part = 1.0;
-        const double stop = braking(before_), slower = stop > dt_ ? 1.0 - dt_ / stop : 0.0;
+        const double stop = bounds_ ? 0.0 : braking(before_), slower = stop > dt_ ? 1.0 - dt_ / stop : 0.0;
         for (int j = 0; j < joints; ++j) {
-            braked[j] = before_[j] * slower;
+            braked[j] =
+                bounds_ ? stopping_velocity(before_[j], changing_[j], rate_, dt_) : before_[j] * slower;
             wished[j] = v[j];
         }
         for (int trial = 0; trial < guard_rule::tries; ++trial) {
@@ -71,6 +88,7 @@ public:
             part *= trial + 2 < guard_rule::tries ? max(min(guard_rule::cautious * free, 0.5), 0.1) : 0.02;
         }
         for (int j = 0; j < joints; ++j) v[j] = braked[j];
+        next_rate_ = rate_;
         return false;
     }
 
@@ -136,6 +154,7 @@ private:
     /// takes, and no more. (Else it would be all of them that brake, until they stand.)
     void narrow(const double* least, const double* greatest, double (&lower)[joints],
                 double (&upper)[joints]) const noexcept {
+        if (bounds_) return narrow_at_rate(least, greatest, lower, upper);
         double longest = braking(before_) + dt_, down[joints], up[joints];  // s of braking; rad to the limits
         for (int j = 0; j < joints; ++j) {
             down[j] = max(q_[j] - limits_.lower[j], 0.0);
@@ -152,15 +171,62 @@ private:
         }
     }
 
+    /// The same where all joints stop at the present rate r: v dt + 2 v / r + a / r^2 is within the limits.
+    void narrow_at_rate(const double* least, const double* greatest, double (&lower)[joints],
+                        double (&upper)[joints]) const noexcept {
+        const double along = 1.0 / (rate_ * rate_ * dt_), lasting = dt_ + 2.0 / rate_ + along;
+        for (int j = 0; j < joints; ++j) {
+            const double down = max(q_[j] - limits_.lower[j], 0.0), up = max(limits_.upper[j] - q_[j], 0.0),
+                         before = along * before_[j];
+            upper[j] = max(min(greatest[j], (up + before) / lasting), least[j]);
+            lower[j] = min(max(least[j], (before - down) / lasting), upper[j]);
+        }
+    }
+
+    /// The greatest rate, of some, by which all joints can stop with v and a; 0 where there is none.
+    double stopping_rate(const double (&v)[joints], const double (&a)[joints]) const noexcept {
+        double rate = min(1.0 / dt_, 2.0 * rate_);
+        for (int trial = 0; trial < guard_rule::rates; ++trial, rate *= guard_rule::finer) {
+            bool all = true;
+            for (int j = 0; j < joints && all; ++j) all = stops_at(bounds_[j], v[j], a[j], rate);
+            if (all) return rate;
+        }
+        return 0;
+    }
+
+    bool is_within(int j, double move) const noexcept {
+        const double least = min(limits_.lower[j], q_[j]), most = max(limits_.upper[j], q_[j]);
+        return q_[j] + move >= least - tolerance::bound && q_[j] + move <= most + tolerance::bound;
+    }
+
+    /// As `share`, of joints that stop at one rate.
+    double share_at_rate(const double (&v)[joints]) noexcept {
+        double a[joints], d[joints], corner[joints], off[joints], along = 0, square = 0;
+        for (int j = 0; j < joints; ++j) a[j] = (v[j] - before_[j]) / dt_;
+        const double rate = stopping_rate(v, a);
+        if (!(rate > 0)) return 0.5;
+        for (int j = 0; j < joints; ++j) {
+            corner[j] = v[j] * (dt_ + 1.0 / rate);
+            d[j] = v[j] * (dt_ + 2.0 / rate) + a[j] / (rate * rate);
+            if (!is_within(j, corner[j]) || !is_within(j, d[j])) return 0.5;
+            along += corner[j] * d[j];
+            square += d[j] * d[j];
+        }
+        const double part = square > 0 ? min(max(along / square, 0.0), 1.0) : 0.0;
+        for (int j = 0; j < joints; ++j) off[j] = abs(corner[j] - part * d[j]);
+        const double out = move_.proven(q_, d, blocking_, straight_rule::looks, off);
+        if (!(out < 1.0)) next_rate_ = rate;
+        return out;
+    }
+
     /// The share of a tick with v, and of braking after it, that is proven.
     double share(const double (&v)[joints]) noexcept {
+        if (bounds_) return share_at_rate(v);
         const double lasting = dt_ + 0.5 * braking(v);
         double d[joints];
         for (int j = 0; j < joints; ++j) {
             d[j] = v[j] * lasting;
-            const double least = min(limits_.lower[j], q_[j]), most = max(limits_.upper[j], q_[j]);
-            if (!(q_[j] + d[j] >= least - tolerance::bound && q_[j] + d[j] <= most + tolerance::bound))
-                return 0.5;
+            if (!is_within(j, d[j])) return 0.5;
         }
         return move_.proven(q_, d, blocking_);
     }
@@ -168,8 +234,10 @@ private:
     StraightMove<AnyArm> move_;
     double size_;
     const double* acceleration_;
-    const double *q_ = nullptr, *before_ = nullptr;
-    double dt_ = 0, lasting_ = 0;  // s
+    const JerkBounds* bounds_;
+    const double *q_ = nullptr, *before_ = nullptr, *changing_ = nullptr;
+    double rate_ = 0, next_rate_ = 0;  // 1/s
+    double dt_ = 0, lasting_ = 0;      // s
     Limits limits_{};
     NearPair near_[straight_rule::most_near];
     int count_ = 0;

@@ -72,6 +72,14 @@ public:
     bool held() const noexcept { return held_; }
     Pose<double> predicted(double ahead) const noexcept { return moved_by(shown_, shown_velocity_ * ahead); }
 
+    /// What a tick leaves to the next (saved.hpp).
+    template <class Visit>
+    void each_number(Visit& visit) {
+        visit.all(pose_, sample_, suspect_, told_, shown_, velocity_, shown_velocity_, acceleration_,
+                  measured_, drift_, changes_, settling_, age_, since_, period_, changed_, between_,
+                  suspected_, held_);
+    }
+
 private:
     bool is_plain() const noexcept { return !(options_.omega < infinity); }
 

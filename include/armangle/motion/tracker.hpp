@@ -20,7 +20,9 @@
 #include "elbow_choice.hpp"
 #include "guard.hpp"
 #include "hand_filter.hpp"
+#include "jerk.hpp"
 #include "leaving.hpp"
+#include "saved.hpp"
 
 #include "../names/begin.hpp"
 
@@ -38,11 +40,13 @@ enum class Tracking : std::uint8_t {
 
 /// The bounds of a tracker, and what it keeps clear of.
 struct TrackerOptions {
-    double dt = 0.004;                // s
-    double velocity[joints];          // rad/s; infinite: no bound
-    double acceleration[joints];      // rad/s^2; infinite: no bound
-    double length = 0.2;              // m that a radian counts as
-    double still_margin = 0.05;       // rad off straight that joint 4 keeps at rest
+    double dt = 0.004;            // s
+    double velocity[joints];      // rad/s; infinite: no bound
+    double acceleration[joints];  // rad/s^2; infinite: no bound
+    double jerk[joints] = {infinity, infinity, infinity, infinity,
+                           infinity, infinity, infinity};  // rad/s^3; infinite: no bound
+    double length = 0.2;                                   // m that a radian counts as
+    double still_margin = 0.05;                            // rad off straight that joint 4 keeps at rest
     double elbow_margin = 0.35;       // rad off straight that it keeps while the hand is fast
     double singularity_margin = 0.0;  // rad off theta_2, theta_6 = 0 where arcs allow it
     double soft_clearance = 0.02;     // m more than the scene's that the elbow keeps where arcs allow it
@@ -135,6 +139,10 @@ public:
         : Tracker(arm, options, arm, options.scene) {}
     Tracker(const Arm& arm, const TrackerOptions& options, const Body& body, const Scene* about) noexcept
         : arm_(arm), body_(body), about_(about), options_(options), hand_(options.hand) {
+        for (int j = 0; j < joints; ++j) {
+            bound_[j] = jerk_bounds(options.velocity[j], options.acceleration[j], options.jerk[j]);
+            has_jerk_ |= bound_[j].has_jerk();
+        }
         Limits soft = arm.limits;
         for (int j = 0; j < joints; ++j) {
             const double room = min(track_rule::soft, 0.1 * (soft.upper[j] - soft.lower[j]));
@@ -160,9 +168,10 @@ public:
     void start(const double* q, const Pose<double>& hand) noexcept {
         for (int j = 0; j < joints; ++j) {
             q_.q[j] = q[j];
-            v_[j] = 0;
+            v_[j] = a_[j] = 0;
         }
         q_.q[joints] = 0;
+        stopping_rate_ = 1.0 / options_.dt;
         margin_ = options_.still_margin;
         wrist_speed_ = {};
         side_ = side_to_keep();
@@ -186,6 +195,19 @@ public:
 
     const double* q() const noexcept { return q_.q; }
     const Arm& arm() const noexcept { return arm_; }
+
+    /// What a tick leaves to the next (saved.hpp).
+    template <class Visit>
+    void each_number(Visit& visit) {
+        hand_.each_number(visit);
+        visit.all(q_, relaxed_, v_, a_, stopping_rate_, wrist_speed_, margin_, side_, least_bend_, ahead_,
+                  asked_, astray_, stood_, stood_for_, nearest_, waited_, hinted_, before_, fixed_, arrived_,
+                  given_up_, closest_, idle_, relaxing_, searching_, tried_, tried_for_, leg_, sought_,
+                  barred_, draw_, escaping_, goal_pose_);
+        visit.within(turning_to_, -1, configurations - 1);
+        visit.within(home_, 0, configurations - 1);
+        visit.within(legs_, 0, 2);
+    }
     /// The nearest pair of the present posture, of those nearer than `reach` (m) more than the clearance;
     /// where room is left to rounding: joints from the end of an arc may touch by that.
     NearestPair nearest_pair(double reach) const noexcept {
@@ -229,8 +251,8 @@ public:
         std::optional<Guard<Body>> guard;
         box(t);
         if (options_.scene) {
-            guard.emplace(body_, *about_, options_.acceleration);
-            guard->begin(q_.q, v_, t.dt, t.limits);
+            guard.emplace(body_, *about_, options_.acceleration, has_jerk_ ? bound_ : nullptr);
+            guard->begin(q_.q, v_, a_, t.dt, t.limits, stopping_rate_);
             t.guard = &*guard;
         }
         Goal goal;
@@ -252,6 +274,7 @@ public:
             approach(t, goal, next);
         }
         goal_pose_ = goal.pose;
+        if (t.guard) stopping_rate_ = t.guard->rate();
         Tracked out = finish(t, goal, next, valid, misled);
         if (turning_to_ < 0 && goal.why == Status::OK && out.distance <= track_rule::worth)
             home_ = index(branch(chain(arm_, q_.q)));
@@ -406,6 +429,10 @@ private:
     void box(Tick& t) const noexcept {
         const Limits& limits = t.limits = elbow_turns(t) ? arm_.limits : kept_on(side_, least_bend_);
         for (int j = 0; j < joints; ++j) {
+            if (bound_[j].has_jerk()) {
+                box_of_jerk(t, j);
+                continue;
+            }
             const double a = options_.acceleration[j], most = options_.velocity[j];
             const double change = max(a * t.dt - track_rule::rounding / t.dt, 0.0);
             const double down = fastest(q_.q[j] - limits.lower[j], a, t.dt),
@@ -424,6 +451,47 @@ private:
         }
     }
 
+    /// The same of a joint whose jerk is bounded. One that cannot stop within a limit, which it then was
+    /// never within, stops as soon as it can.
+    void box_of_jerk(Tick& t, int j) const noexcept {
+        const JerkBounds& b = bound_[j];
+        const double v = v_[j], a = a_[j], dt = t.dt, change = b.jerk * dt;
+        double& lower = t.lower[j];
+        double& upper = t.upper[j];
+        lower = v + max(a - change, -b.acceleration) * dt;
+        upper = v + min(a + change, b.acceleration) * dt;
+        upper = max(min(upper, fastest_easing(b, v, dt)), lower);
+        lower = min(max(lower, -fastest_easing(b, -v, dt)), upper);
+        const auto fastest_up = [&](double room) {
+            const double way = max(room - track_rule::rounding, detail::stopping(b, v, a).way);
+            return fastest_stopping(b, v, way, dt, lower, upper);
+        };
+        const auto fastest_down = [&](double room) {
+            const double way = max(room - track_rule::rounding, detail::stopping(b, -v, -a).way);
+            return -fastest_stopping(b, -v, way, dt, -upper, -lower);
+        };
+        const double down = fastest_down(q_.q[j] - t.limits.lower[j]),
+                     up = fastest_up(t.limits.upper[j] - q_.q[j]);
+        const double over = q_.q[j] - arm_.limits.upper[j], under = arm_.limits.lower[j] - q_.q[j];
+        const double in_down = over > 0 ? fastest_down(over) : up,
+                     in_up = under > 0 ? fastest_up(under) : down;
+        upper = min(up, in_down);
+        lower = min(max(down, in_up), upper);
+    }
+
+    /// A velocity that each joint goes on to `wish` with, `ahead` (rad/s^2) being how that goes on to change:
+    /// a joint whose jerk is bounded does not overshoot it.
+    void ease(const Tick& t, const double (&ahead)[joints], double (&v)[joints]) const noexcept {
+        for (int j = 0; j < joints; ++j) {
+            const JerkBounds& b = bound_[j];
+            if (!b.has_jerk()) continue;
+            const double on = min(max(ahead[j], -b.acceleration), b.acceleration);
+            const double left = v[j] - v_[j] - on * t.dt;
+            const double a = on + copysign(detail::easing(abs(left), b.jerk, t.dt), left);
+            v[j] = min(max(v_[j] + a * t.dt, t.lower[j]), t.upper[j]);
+        }
+    }
+
     /// The largest v with v dt + v^2 / 2a <= room.
     static double fastest(double room, double a, double dt) noexcept {
         if (!(room > 0)) return 0.0;
@@ -431,31 +499,50 @@ private:
         return 2.0 * room / (dt + sqrt(dt * dt + 2.0 * room / a));
     }
 
-    /// The factor k, in 1/s, of an approach k d over moves d with which every joint can stop there.
-    double pace(const double (&d)[joints], double dt) const noexcept {
-        double k = 1.0 / (track_rule::ticks * dt);
+    /// The factor k, in 1/s, of an approach k d over moves d with which every joint can stop there, and how
+    /// k |d| falls with |d|: as this power of it.
+    struct Pace {
+        double k, power;
+
+        void at_most(double other, double its_power) noexcept {
+            if (!(other < k)) return;
+            k = other;
+            power = its_power;
+        }
+    };
+
+    Pace pace(const double (&d)[joints], double dt) const noexcept {
+        Pace out{1.0 / (track_rule::ticks * dt), 1.0};
         for (int j = 0; j < joints; ++j) {
             const double way = abs(d[j]);
             if (!(way > 0)) continue;
-            k = min(k, sqrt(2.0 * track_rule::braking * options_.acceleration[j] / way));
-            k = min(k, options_.velocity[j] / way);
+            brake(out, j, way, track_rule::braking * options_.acceleration[j]);
+            out.at_most(options_.velocity[j] / way, 0.0);
         }
-        return k;
+        return out;
     }
 
     /// The same for the moves of a part of the tool's way, whose speeds the box bounds: a joint that reaches
     /// its greatest speed before it has to brake is in nobody's way. It brakes against a goal that itself
     /// speeds up by `gain`, rad/s^2: one that runs away leaves more to brake with, one that slows down less.
-    double pace(const double (&d)[joints], const double (&gain)[joints], double share,
-                double dt) const noexcept {
-        double k = 1.0 / (track_rule::ticks * dt);
+    Pace pace(const double (&d)[joints], const double (&gain)[joints], double share,
+              double dt) const noexcept {
+        Pace out{1.0 / (track_rule::ticks * dt), 1.0};
         for (int j = 0; j < joints; ++j) {
             const double way = abs(d[j]), a = options_.acceleration[j], v = options_.velocity[j];
             const double away = d[j] > 0 ? gain[j] : -gain[j];
-            const double brake = min(max(share * a + away, track_rule::assured * a), a);
-            if (way > 0 && 2.0 * brake * way < v * v) k = min(k, sqrt(2.0 * brake / way));
+            const double hard = min(max(share * a + away, track_rule::assured * a), a);
+            if (way > 0 && 2.0 * hard * way < v * v) brake(out, j, way, hard);
         }
-        return k;
+        return out;
+    }
+
+    /// A joint comes to rest over its way by `hard` (rad/s^2), and in the end with v^3 = j way^2, which takes
+    /// a jerk of 2/9 j, and of j where k begins to be constant.
+    void brake(Pace& out, int j, double way, double hard) const noexcept {
+        out.at_most(sqrt(2.0 * hard / way), 0.5);
+        if (bound_[j].has_jerk())
+            out.at_most(std::cbrt(track_rule::braking * bound_[j].jerk / way), 2.0 / 3.0);
     }
 
     // -- the goal
@@ -536,7 +623,7 @@ private:
         }
         const Leaving way = t.elbow ? way_on(t, c, goal.psi) : Leaving{};
         if (way.gc >= 0 && has_arrived(way, lower, upper) && taken(t, way.to.q, next)) return true;
-        const double share = way.gc < 0 ? 0.0 : share_within(way, pace(way.d, t.dt) * t.dt, lower, upper);
+        const double share = way.gc < 0 ? 0.0 : share_within(way, pace(way.d, t.dt).k * t.dt, lower, upper);
         Joints wanted = q_;
         for (int j = 0; j < joints; ++j) wanted.q[j] += min(max(share * way.d[j], lower[j]), upper[j]);
         const Pose<double> there = user_pose(arm_, chain(arm_, wanted.q).flange);
@@ -951,12 +1038,14 @@ private:
         const double held = psi_carried(arm_, m, f, t.now.z3, q_.q, options_.velocity),
                      way = wrap(wish - held);
         const Joints slope = rate(arm_, f, sin_cos(held));
-        double most = infinity, hardest = infinity;
+        double most = infinity, hardest = infinity, jerk = infinity;
         for (int j = 0; j < joints; ++j) {
             most = min(most, 0.5 * options_.velocity[j] / abs(slope.q[j]));
             hardest = min(hardest, track_rule::turning * options_.acceleration[j] / abs(slope.q[j]));
+            jerk = min(jerk, track_rule::turning * options_.jerk[j] / abs(slope.q[j]));
         }
         double speed = min(most, sqrt(2.0 * hardest * abs(way)));
+        if (jerk < infinity) speed = min(speed, std::cbrt(jerk * way * way));
         if (t.elbow || is_nearly_singular(t.now))
             speed = min(speed, speed_beside(arm_, m, f, t.now, held, way, q_.q, v_, options_.velocity,
                                             options_.acceleration, track_rule::turning));
@@ -994,36 +1083,59 @@ private:
         JointQuadratic p = equations(acceleration_, length);
         const Unbounded free(p);
         free.minimise(p.g, gain);
-        const auto at_pace = [&](const Twist& move, double share) {
+        const auto pace_of = [&](const Twist& move, double share) {
             double d[joints];
             free.minimise(equations(move, length).g, d);
-            return move * pace(d, gain, share, t.dt);
+            return pace(d, gain, share, t.dt);
         };
-        const auto position_at_pace = [&](const Twist& move, double share) {
+        const auto pace_of_position = [&](const Twist& move, double share) {
             const JointQuadratic alone = equations(move, track_rule::aside * length);
             double d[joints];
             Unbounded(alone).minimise(alone.g, d);
-            return move * pace(d, gain, share, t.dt);
+            return pace(d, gain, share, t.dt);
         };
         // A hand that stands is met soonest if all joints arrive together. One that goes on is nearer all the
         // while if position does not wait for the joints that turn the tool.
-        const Twist nearer = fixed_ ? at_pace(rest, track_rule::braking)
-                                    : position_at_pace({rest.linear, {}}, track_rule::direct) +
-                                          at_pace({{}, rest.angular}, track_rule::braking);
+        const Pace turning = pace_of(fixed_ ? rest : Twist{{}, rest.angular}, track_rule::braking),
+                   moving = fixed_ ? turning : pace_of_position({rest.linear, {}}, track_rule::direct);
+        const Twist nearer{rest.linear * moving.k, rest.angular * turning.k};
         for (int j = 0; j < joints; ++j) way[j] = goal.at.q[j] - q_.q[j];
         p = equations(lead + nearer, length);
-        const double k = pace(way, t.dt);
+        const double k = pace(way, t.dt).k;
         for (int j = 0; j < joints; ++j) p.g[j] += damping * k * way[j];
         free.minimise(p.g, v);
-        least_squares(t, p, v);
+        if (has_jerk_) {  // on what is nearer, which falls as the tool comes nearer
+            const Twist closing = twist(J, v_) - lead;
+            double falls[joints];
+            free.minimise(equations({closing.linear * (moving.power * moving.k),
+                                     closing.angular * (turning.power * turning.k)},
+                                    length)
+                              .g,
+                          falls);
+            for (int j = 0; j < joints; ++j) gain[j] -= falls[j];
+        }
+        least_squares(t, p, gain, v);
         watch(t, goal, size(rest + lead * t.dt, options_.length));
         go(t, v, next);
     }
 
+    /// How fast joints with velocities v move the tool.
+    static Twist twist(const Jacobian& J, const double (&v)[joints]) noexcept {
+        double rows[6] = {};
+        for (int i = 0; i < 6; ++i)
+            for (int j = 0; j < joints; ++j) rows[i] += J.entry[i][j] * v[j];
+        return {{rows[0], rows[1], rows[2]}, {rows[3], rows[4], rows[5]}};
+    }
+
     /// The least of p in the box, clear of obstacles.
-    void least_squares(const Tick& t, const JointQuadratic& p, double (&v)[joints]) const noexcept {
-        if (!t.guard) return minimise(p, t.lower, t.upper, v);
+    void least_squares(const Tick& t, const JointQuadratic& p, const double (&ahead)[joints],
+                       double (&v)[joints]) const noexcept {
+        if (!t.guard) {
+            minimise(p, t.lower, t.upper, v);
+            return ease(t, ahead, v);
+        }
         t.guard->minimise(p, t.lower, t.upper, v);
+        ease(t, ahead, v);
         t.guard->restrain(v);
     }
 
@@ -1140,8 +1252,8 @@ private:
     bool has_stalled(const Tick& t) noexcept {
         constexpr double lasting = track_rule::stall;
         for (int j = 0; j < joints; ++j) {
-            const double possible =
-                0.25 * min(options_.velocity[j], lasting * options_.acceleration[j]);  // from rest
+            const double possible = 0.25 * min(min(options_.velocity[j], lasting * options_.acceleration[j]),
+                                               0.5 * lasting * lasting * options_.jerk[j]);  // from rest
             const double slowest = min(track_rule::standing, possible);
             if (abs(q_.q[j] - stood_.q[j]) <= slowest * lasting) continue;
             stood_ = q_;
@@ -1177,13 +1289,14 @@ private:
             leg_[legs_++] = goal.at;
             sought_ = hand_.pose();
         }
-        double way[joints], v[joints], longest = 0;
+        double way[joints], v[joints], slowing[joints], longest = 0;
         const Joints& to = leg_[legs_ - 1];
         for (int j = 0; j < joints; ++j) {
             way[j] = to.q[j] - q_.q[j];
             longest = max(longest, abs(way[j]));
         }
-        const double k = pace(way, t.dt);
+        const Pace at = pace(way, t.dt);
+        const double k = at.k;
         if (longest < track_rule::turned) {
             if (legs_ > 1) {
                 --legs_;
@@ -1191,14 +1304,18 @@ private:
                 rest();
             }
         }
-        for (int j = 0; j < joints; ++j) v[j] = min(max(k * way[j], t.lower[j]), t.upper[j]);
+        for (int j = 0; j < joints; ++j) {
+            v[j] = min(max(k * way[j], t.lower[j]), t.upper[j]);
+            slowing[j] = -at.power * k * v_[j];
+        }
+        ease(t, slowing, v);
         if (t.guard) {
             JointQuadratic p{};
             for (int j = 0; j < joints; ++j) {
                 p.H[j][j] = 1.0;
                 p.g[j] = k * way[j];
             }
-            least_squares(t, p, v);
+            least_squares(t, p, slowing, v);
         }
         if (has_stalled(t)) {  // an obstacle is in the way all the same
             if (t.guard) tried_ += track_rule::most_ways / (asked_ ? 1 : track_rule::turns);
@@ -1212,7 +1329,9 @@ private:
     /// Comes to rest, and stays: all that was tried for a hand that does not move led nowhere.
     void stand(const Tick& t, Joints& next) noexcept {
         double v[joints];
+        const double none[joints] = {};
         for (int j = 0; j < joints; ++j) v[j] = min(max(0.0, t.lower[j]), t.upper[j]);
+        ease(t, none, v);
         if (t.guard) t.guard->restrain(v);
         go(t, v, next);
     }
@@ -1232,6 +1351,15 @@ private:
 
     // -- the answer
 
+    /// Takes the velocity of joint j. One whose jerk is bounded keeps the one that was wanted: what rounding
+    /// adds to a row, over dt^2, would take it out of the states from which it can stop.
+    void go_on(const Tick& t, int j, double v) noexcept {
+        const double wanted = min(max(v, t.lower[j]), t.upper[j]);
+        if (bound_[j].has_jerk() && abs(wanted - v) * t.dt <= track_rule::rounding) v = wanted;
+        a_[j] = (v - v_[j]) / t.dt;
+        v_[j] = v;
+    }
+
     Tracked finish(const Tick& t, const Goal& goal, const Joints& next, bool valid, bool misled) noexcept {
         Tracked out{};
         bool fastest = false, outside = false;
@@ -1239,9 +1367,10 @@ private:
             const double to =
                 min(max(next.q[j], min(arm_.limits.lower[j], q_.q[j])), max(arm_.limits.upper[j], q_.q[j]));
             outside |= to < arm_.limits.lower[j] || to > arm_.limits.upper[j];
-            v_[j] = (to - q_.q[j]) / t.dt;
+            const double v = (to - q_.q[j]) / t.dt;
             q_.q[j] = out.q[j] = to;
-            out.velocity[j] = v_[j];
+            out.velocity[j] = v;
+            go_on(t, j, v);
             fastest |= abs(v_[j]) >= options_.velocity[j] * (1.0 - track_rule::exact);
         }
         const double bend = detail::elbow_bend(arm_, q_.q[3]);
@@ -1298,7 +1427,11 @@ private:
     Twist speed_, acceleration_;             // of it
     LimitTable plain_, clear_;
     Joints q_{}, relaxed_{};
+    JerkBounds bound_[joints] = {};
+    bool has_jerk_ = false;  // one of them
     double v_[joints] = {};
+    double a_[joints] = {};       // rad/s^2
+    double stopping_rate_ = 1;    // 1/s: by which all joints can stop clear of obstacles
     Vec3<double> wrist_speed_{};  // m/s: of the hand's wrist, averaged
     double margin_ = 0;           // rad off straight that joint 4 keeps while the hand is so fast
     double side_ = 1;             // of the stretched arm, on which joint 4 is kept

@@ -75,6 +75,13 @@ public:
     /// As Tracker, of the body.
     NearestPair nearest_pair(double reach) const noexcept { return tracker_.nearest_pair(reach); }
 
+    /// As Tracker.
+    template <class Visit>
+    void each_number(Visit& visit) {
+        visit(drift_);
+        tracker_.each_number(visit);
+    }
+
     Tracked step(const Command& command) noexcept {
         const Inner before = tracker_;
         const double time = command.dt > 0 && command.dt < infinity ? command.dt : dt_;

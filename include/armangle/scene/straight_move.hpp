@@ -93,10 +93,15 @@ public:
     StraightMove(const AnyArm& arm, const Scene& scene) noexcept : arm_(arm), scene_(scene) {}
 
     /// The share of the move d (rad) from q that is proven to touch nothing; 1: all of it. A pair that
-    /// touches already may come no nearer. `blocking` is the pair that ended the proof.
-    double proven(const double* q, const double (&d)[joints], Tag& blocking,
-                  int looks = straight_rule::looks) noexcept {
-        double done = 0;
+    /// touches already may come no nearer. `blocking` is the pair that ended the proof. With `off` the joints
+    /// may be beside the move by that much each (rad).
+    double proven(const double* q, const double (&d)[joints], Tag& blocking, int looks = straight_rule::looks,
+                  const double* off = nullptr) noexcept {
+        double done = 0, spread[joints + 1] = {};
+        for (int j = 0; off && j < joints; ++j) spread[j + 1] = spread[j] + off[j];
+        const auto beside = [&](int link, const Vec3<double>& p) {
+            return off ? levers(arm_, at_, link, p, [&](int k) { return spread[k]; }) : 0.0;
+        };
         Tag last = 0;
         for (int look = 0; look < looks; ++look) {
             double at[joints];
@@ -106,10 +111,11 @@ public:
             double share = 1.0 - done;
             Tag nearest = 0;
             const auto way = [&](int link, const Vec3<double>& p, double radius) {
-                return (1.0 - done) * (shift(link, p) + sum_[link] * radius);
+                return (1.0 - done) * (shift(link, p) + sum_[link] * radius) + beside(link, p) +
+                       spread[link] * radius;
             };
             for_near(way, [&](const Meeting& m) {
-                const double free = free_share(m, d);
+                const double free = off ? free_beside(m, d, more_of(m, beside)) : free_share(m, d);
                 if (!(free < share)) return;
                 share = free;
                 nearest = m.pair;
@@ -145,13 +151,7 @@ public:
         Nearness out = Nearness::clear;
         double least = infinity;
         for_near(way, [&](Meeting m) {
-            double more = 0;
-            for (const Core* core : {&m.a, &m.b}) {
-                double own = 0;
-                for (int i = 0; i < core->count; ++i) own = max(own, room(core->link, core->corner[i]));
-                more += own;
-            }
-            const double deep = m.apart - m.R;
+            const double more = more_of(m, room), deep = m.apart - m.R;
             if (farthest(m, d) + more < m.R - 2.0 * straight_rule::slack) out = Nearness::touching;
             m.R += more;
             const bool keeps = m.apart > m.R && free_share(m, d) >= 1.0 && free_share(m, back) >= 1.0;
@@ -344,6 +344,27 @@ private:
         }
         const double away = m.apart + abs(dot(m.n, v));
         return (m.flat ? away : hypot(away, norm(v))) + 0.5 * bends;
+    }
+
+    /// How much nearer (m) the cores of a meeting come at most if its points go as far as room(link, point).
+    template <class Room>
+    static double more_of(const Meeting& m, const Room& room) noexcept {
+        double more = 0;
+        for (const Core* core : {&m.a, &m.b}) {
+            double own = 0;
+            for (int i = 0; i < core->count; ++i) own = max(own, room(core->link, core->corner[i]));
+            more += own;
+        }
+        return more;
+    }
+
+    /// As free_share, of a meeting whose cores may be nearer by `more`. What touches already may not, but for
+    /// rounding.
+    double free_beside(Meeting m, const double (&d)[joints], double more) const noexcept {
+        const bool touches = !(m.apart > m.R);
+        if (touches && more > straight_rule::slack) return 0.0;
+        if (!touches) m.R += more;
+        return touches || m.apart > m.R ? free_share(m, d) : 0.0;
     }
 
     /// The share of the move d over which a meeting is proven not to touch.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,7 +30,7 @@ from ..arm.wish import DIRECTIONS, Direction
 from ..errors import ConfigurationError, InputError, SceneError, ShapeError
 from ..scenes.scene import Scene
 from ..status import STATUSES, Named, Status
-from .options import LONGEST_STEP, Bound, as_seconds, joint_bound
+from .options import LONGEST_STEP, Bound, as_seconds, joint_bound, positive
 
 
 class _Tracking(Named):
@@ -182,7 +182,11 @@ class Tracker:
     the hand, as near as was found.
 
     The joints returned keep, judged by themselves, ``|v| <= velocity`` and ``|v - v before| <=
-    acceleration·dt`` with ``v = (q - q before) / dt``, and can always brake before their limits.
+    acceleration·dt`` with ``v = (q - q before) / dt``, and can always brake before their limits. With `jerk`
+    they keep ``|a - a before| <= jerk·dt`` too, ``a = (v - v before) / dt``, to rounding.
+
+    A tracker can be copied and pickled while it runs: the copy goes on like the original. Trackers of equal
+    arms, options and states are equal.
 
     With a `scene` nothing ever touches, in ticks and between them: a tick is taken only if it *and* braking
     after it are proven to keep the scene's clearance. The elbow goes round what stands in its way while the
@@ -201,6 +205,9 @@ class Tracker:
     acceleration : array_like, shape (7,), a number, True or None
         Greatest joint accelerations, rad/s², > 0. Arms in the catalogue state none, so that the default is a
         cautious 10 rad/s² for every joint.
+    jerk : array_like, shape (7,), a number or None
+        Greatest joint jerks, rad/s³, > 0; None: no bound. What is calmer is also later: a bound below
+        acceleration / 0.1 s makes an arm that takes a tenth of a second to begin to brake.
     filter : HandFilter, optional
         For samples with noise or outliers, or slower than the loop. None: samples are taken as they come.
     length : float
@@ -248,6 +255,7 @@ class Tracker:
         acceleration: Bound = 10.0,
         filter: HandFilter | None = None,
         *,
+        jerk: ArrayLike | None = None,
         length: float = 0.2,
         elbow_margin: float = 0.35,
         singularity_margin: float = 0.0,
@@ -276,9 +284,14 @@ class Tracker:
         ]
         fastest = joint_bound(arm, "velocity", _each("velocity", velocity), arm.velocity)
         hardest = joint_bound(arm, "acceleration", _each("acceleration", acceleration), arm.acceleration)
-        given = np.concatenate([numbers, fastest, hardest])
+        sharpest = np.full(JOINTS, np.inf) if jerk is None else positive("jerk", jerk)
+        given = np.concatenate([numbers, fastest, hardest, sharpest])
         if isinstance(arm, OffsetArm) and scene is not None:
             raise InputError("scene= is not made for an OffsetArm, whose free joint takes the place of psi")
+        self._make(arm, given, scene)
+
+    def _make(self, arm: Arm | OffsetArm, given: Floats, scene: Scene | None) -> None:
+        """Make the loop of checked numbers."""
         ready = None if isinstance(arm, OffsetArm) else arm._scene(scene)
         self._name_pair = None if ready is None else ready.names.pair
         self._core: _core.Tracker | _core.NearTracker | _core.OffsetTracker
@@ -293,7 +306,9 @@ class Tracker:
                 None if ready is None else ready.handle,
             )  # fmt: skip
         self._arm = arm
-        self._dt = numbers[0]
+        self._given = given
+        self._scene = scene
+        self._dt = float(given[0])
         self._names = Tracked, _TRACKINGS, STATUSES, self._name_pair
         self._started = False
 
@@ -459,8 +474,41 @@ class Tracker:
             self._core.run(stream, out)
         return out
 
+    def _saved(self) -> Floats:
+        """Return what one tick leaves to the next."""
+        out = np.empty(self._core.saved_size)
+        self._core.save(out)
+        return out
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuilt, (type(self), self._arm, self._given, self._scene, self._started, self._saved())
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Tracker):
+            return NotImplemented
+        return (
+            (type(self), self._started, self._scene) == (type(other), other._started, other._scene)
+            and self._arm == other._arm
+            and np.array_equal(self._given, other._given)
+            and np.array_equal(self._saved(), other._saved(), equal_nan=True)
+        )
+
+    __hash__ = None  # type: ignore[assignment]  # it changes with every tick
+
     def __repr__(self) -> str:
         return f"<Tracker of {self._arm.name or 'an arm'}, dt = {self._dt:g} s>"
+
+
+def _rebuilt(
+    kind: type[Tracker], arm: Arm | OffsetArm, given: Floats, scene: Scene | None, started: bool,
+    saved: Floats,
+) -> Tracker:  # fmt: skip
+    """Return the tracker that a copy or a pickle was made of."""
+    tracker = kind.__new__(kind)
+    tracker._make(arm, given, scene)
+    tracker._core.restore(saved)
+    tracker._started = started
+    return tracker
 
 
 def _each(name: str, bound: Bound) -> Bound:

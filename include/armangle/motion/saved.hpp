@@ -1,0 +1,93 @@
+// The numbers that a running loop is saved as, in the order in which its members are visited.
+//
+// A class has `each_number(visit)`, which calls visit(member) for all that one control cycle leaves to the
+// next: written and read by one list.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "../circle/towards.hpp"
+#include "../circle/inverse.hpp"
+#include "../numbers/twist.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+/// Hands members to one(double&), number by number; what it leaves there is taken.
+template <class One>
+class EachNumber {
+public:
+    explicit EachNumber(const One& one) noexcept : one_(one) {}
+
+    void operator()(double& x) { one_(x); }
+    void operator()(bool& x) {
+        double value = x ? 1.0 : 0.0;
+        one_(value);
+        x = value == 1.0;
+    }
+    void operator()(int& x) { within(x, -largest, largest); }
+    /// A whole number that has to be in a range.
+    void within(int& x, int least, int most) {
+        double value = x;
+        one_(value);
+        if (value >= least && value <= most) x = static_cast<int>(value);
+    }
+    void operator()(std::uint32_t& x) {
+        double value = x;
+        one_(value);
+        if (value >= 0 && value <= UINT32_MAX) x = static_cast<std::uint32_t>(value);
+    }
+    void operator()(Vec3<double>& v) { all(v.x, v.y, v.z); }
+    void operator()(Pose<double>& p) { all(p.position, p.rotation.x, p.rotation.y, p.rotation.z); }
+    void operator()(Twist& t) { all(t.linear, t.angular); }
+    void operator()(Joints& q) { (*this)(q.q); }
+    void operator()(Towards& hint) {
+        int wish = static_cast<int>(hint.wish);
+        all(wish, hint.psi, hint.target);
+        hint.wish = wish == static_cast<int>(Wish::point)       ? Wish::point
+                    : wish == static_cast<int>(Wish::direction) ? Wish::direction
+                                                                : Wish::psi;
+    }
+    template <class T, std::size_t n>
+    void operator()(T (&values)[n]) {
+        for (T& value : values) (*this)(value);
+    }
+
+    template <class... T>
+    void all(T&... members) {
+        ((*this)(members), ...);
+    }
+
+private:
+    static constexpr int largest = 2147483647;
+    One one_;
+};
+
+/// How many numbers a loop is saved as.
+template <class Loop>
+int saved_size(Loop loop) noexcept {
+    int n = 0;
+    EachNumber visit([&n](double&) { ++n; });
+    loop.each_number(visit);
+    return n;
+}
+
+/// Writes them; `numbers` has room for saved_size(loop).
+template <class Loop>
+void save(Loop loop, double* numbers) noexcept {
+    EachNumber visit([&numbers](double& x) { *numbers++ = x; });
+    loop.each_number(visit);
+}
+
+/// Puts a loop of the same arm and options where it was when the numbers were saved.
+template <class Loop>
+void restore(Loop& loop, const double* numbers) noexcept {
+    EachNumber visit([&numbers](double& x) { x = *numbers++; });
+    loop.each_number(visit);
+}
+
+}  // namespace armangle
+
+#include "../names/end.hpp"
