@@ -13,7 +13,7 @@ from support.draw import SEED, count
 import armangle as aa
 from armangle.models.chain import Chain, chain_of
 from armangle.models.description import OffsetDescription
-from armangle.models.offset import describe_offset_chain
+from armangle.models.one_offset import describe_offset_chain
 
 CATALOGUE = aa.offset_catalogue()
 

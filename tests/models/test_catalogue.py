@@ -16,12 +16,8 @@ from armangle.models.catalogue import CatalogueEntry, catalogue, load_robot, rea
 from armangle.models.chain import chain_of
 from armangle.models.description import ArmDescription
 from armangle.models.detect import describe_chain
-from armangle.models.offset import (
-    describe_offset_chain,
-    load_offset_robot,
-    offset_catalogue,
-    offset_source,
-)
+from armangle.models.offset import load_offset_robot, offset_catalogue, offset_source
+from armangle.models.one_offset import describe_offset_chain
 from armangle.models.urdf import read_urdf, write_urdf
 from armangle.models.urdf.writing import write_chain
 

@@ -343,7 +343,7 @@ class Arm(FrozenValue):
             Limits of a continuous joint, which by the rules of URDF has none, though some files state them.
             Where they are ignored, a warning and a note of ``import_report`` say so.
         exact : bool
-            False: keep the file's own chain where it is only nearly S-R-S (axes within 30 mm and 2 deg, or
+            False: keep the file's own chain where it is only nearly S-R-S (axes within 50 mm and 2 deg, or
             the tolerances where they are larger). Poses and joints are then the file's own to rounding; psi
             and gc are those of the S-R-S arm fitted to it. See `deviation`, and docs: howto/calibrated.
 

@@ -11,8 +11,8 @@ import numpy as np
 from .. import _core
 from .._arrays import MILLIMETRES, Floats
 from ..errors import InputError, UnreachableError
+from ..models.axes import MAX_ANGLE, MAX_LENGTH
 from ..models.description import ELBOW_OFFSETS, LENGTHS
-from ..models.detect import MAX_ANGLE, MAX_LENGTH
 from .deviation import ChainDeviation
 from .joint_map import to_theta
 
@@ -51,7 +51,7 @@ def unsupported(what: str, instead: str = NOMINAL) -> InputError:
 def check_near(name: str, handle: NearHandle) -> None:
     """Raise where a link of a chain is not near the nominal one."""
     off = np.array(handle.deviations)
-    if (off <= _MOST_OFF).all():
+    if (off <= _MOST_OFF * (1.0 + 1e-9)).all():
         return
     at = int(np.argmax((off / _MOST_OFF).max(axis=1)))
     length, angle = off[at, 0] * MILLIMETRES, math.degrees(off[at, 1])

@@ -33,18 +33,18 @@ from .._arrays import (
 from .._progress import Progress, as_progress, progressing
 from .._values import by_content
 from ..errors import ConfigurationError, InputError, NoSolutionError, UnknownRobotError, UnreachableError
+from ..models.axes import MAX_ANGLE, MAX_LENGTH
 from ..models.catalogue import catalogue
 from ..models.chain import Chain, chain_of
 from ..models.description import ImportReport, OffsetDescription
-from ..models.detect import MAX_ANGLE, MAX_LENGTH
 from ..models.mjcf import read_mjcf
 from ..models.offset import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
-    describe_offset_chain,
     load_offset_robot,
     offset_catalogue,
 )
+from ..models.one_offset import describe_offset_chain
 from ..models.report import warn_of
 from ..models.urdf import Source, read_urdf
 from ..models.urdf.writing import write_chain

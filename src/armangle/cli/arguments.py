@@ -19,9 +19,9 @@ from ..errors import InputError, NotSRSError, SceneError, ShapeError, UnknownRob
 from ..files.scenes import load_body, load_scene
 from ..files.sheets import ending
 from ..files.tables import load_poses
+from ..models.axes import MAX_ANGLE, MAX_LENGTH
 from ..models.body import BARE, Body
 from ..models.catalogue import read_robot
-from ..models.detect import MAX_ANGLE, MAX_LENGTH
 from ..models.mjcf import is_mjcf
 from ..models.offset import offset_catalogue
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows

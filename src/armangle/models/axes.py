@@ -20,8 +20,9 @@ from .chain import Chain, FloatArray
 UPPER_ARM, FOREARM = 2, 3
 
 SRS_LENGTH, SRS_ANGLE = 2e-5, 1e-5  # m, rad: axes that miss by no more are those of an S-R-S arm
-NEAR_LENGTH = 30e-3  # m: axes that miss by no more, and are square within
+NEAR_LENGTH = 50e-3  # m: axes that miss by no more, and are square within
 NEAR_ANGLE = math.radians(2.0)  # no more, are near
+MAX_LENGTH, MAX_ANGLE = 0.1, 0.1  # m, rad: the largest tolerances, and how far an own chain may be off
 
 _PARALLEL_SINE = 1e-9
 _ROUNDED = 1e-9  # of a bound: a length that a file writes as a difference is off by some roundings
@@ -164,10 +165,10 @@ def reasons_against(axes: Axes, angle: float, length: float) -> list[Reason]:
     reasons = [
         Reason(_square_sentence(i, axes), axes.squareness_error(i) * axes.extent(), False)
         for i in range(6)
-        if axes.squareness_error(i) > angle
+        if exceeds(axes.squareness_error(i), angle)
     ]
     for where, members in _CENTRES.items():
-        misses = sorted((-miss, what) for what, miss in axes.misses(where).items() if miss > length)
+        misses = sorted((-miss, what) for what, miss in axes.misses(where).items() if exceeds(miss, length))
         if misses:
             worst = -misses[0][0]
             names = "axes {}, {} and {}".format(*(i + 1 for i in members))

@@ -9,14 +9,13 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _core
 from .._arrays import JOINTS, Floats
 from ..errors import ArmangleError, SceneError, needed
 from ..scenes.ready import TOO_LARGE
 from .chain import Chain, chain_of, rigid_inverse, rotation_about
 from .cover import Rod, cover_box, cover_cylinder, cover_mesh, merged, open_edges
-from .description import ELBOW_OFFSETS, LENGTHS, ArmDescription
-from .detect import describe_chain
+from .description import ArmDescription
+from .detect import chain_core, describe_chain
 from .mjcf import mjcf_geoms
 from .urdf import Source, read_urdf
 from .urdf.reading import read_text
@@ -48,11 +47,8 @@ def link_frames(arm: ArmDescription, q: Floats) -> Floats:
     Of an arm with a chain of its own those of the true links.
     """
     if arm.chain is not None:
-        lengths = np.array([getattr(arm, name) for name in (*LENGTHS, *ELBOW_OFFSETS)])
-        joints = np.concatenate([arm.signs, arm.offsets, arm.lower, arm.upper]).astype(np.float64)
-        base = _core.Reference.BASE, np.array([0.0, 0.0, 1.0])  # an arm angle is not asked
         out = np.empty((JOINTS + 1, 4, 4))
-        _core.NearArm(lengths, joints, arm.base, arm.tool, *base, arm.chain).frames_many(q, out, 1)
+        chain_core(arm).frames_many(q, out, 1)
         return out
     chain = chain_of(arm)
     frame, frames = np.eye(4), []

@@ -24,16 +24,21 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .. import _core
 from .._arrays import JOINTS
 from ..errors import InputError, NotSRSError
 from .axes import (
+    MAX_ANGLE,
+    MAX_LENGTH,
     NEAR_ANGLE,
     NEAR_LENGTH,
     ROUNDING,
     SRS_ANGLE,
     SRS_LENGTH,
     Axes,
+    above,
     cross,
+    exceeds,
     millimetres,
     reasons_against,
     rotation_angle,
@@ -41,16 +46,14 @@ from .axes import (
     worst_difference,
 )
 from .chain import Chain, FloatArray, chain_of, links_of, rigid_inverse
-from .description import ArmDescription, ImportReport
+from .description import ELBOW_OFFSETS, LENGTHS, ArmDescription, ImportReport
 from .fit import fit
-from .offset import KEEPS_CHAIN, offset_hint
+from .offset import offset_hint
 from .report import NOT_EXACT, import_notes, import_report
 
 ANGLE_TOLERANCE = SRS_ANGLE
 LENGTH_TOLERANCE = SRS_LENGTH
 ZERO_LENGTH = 2e-5
-MAX_ANGLE = 0.1
-MAX_LENGTH = 0.1
 
 _NOISE = 1e-12
 _LENGTH_DIGITS = 12
@@ -114,9 +117,9 @@ def describe_chain(
     """
     _check_tolerances(angle, length)
     axes = Axes(*chain.lines())
-    if not exact:
-        angle, length = max(angle, NEAR_ANGLE), max(length, NEAR_LENGTH)
-    _refuse_unless_srs(chain, axes, angle, length, of_body)
+    most = (angle, length) if exact else (max(angle, NEAR_ANGLE), max(length, NEAR_LENGTH))
+    if reasons := reasons_against(axes, *most):
+        raise _refusal(chain, nearness(axes), [reason.sentence for reason in reasons], angle, length, of_body)
     snaps = not reasons_against(axes, ANGLE_TOLERANCE, LENGTH_TOLERANCE)
     arm = _snapped(chain) if snaps else fitted_arm(chain)
     notes = import_notes(chain)
@@ -197,36 +200,82 @@ def _check_tolerances(angle: float, length: float) -> None:
             raise InputError(f"tolerance {name} is {value}, wanted 0 to {most}")
 
 
-def _refuse_unless_srs(chain: Chain, axes: Axes, angle: float, length: float, of_body: bool) -> None:
-    """Raise :class:`NotSRSError` unless the axes are S-R-S within the tolerances."""
-    reasons = reasons_against(axes, angle, length)
-    if not reasons:
-        return
-    sentences = tuple(reason.sentence for reason in reasons)
-    found = nearness(axes)
+def _refusal(
+    chain: Chain, found: Nearness, reasons: list[str], angle: float, length: float, of_body: bool
+) -> NotSRSError:
+    """Return the error of a chain that tolerances do not take: why, then each door that takes it."""
     what = f"{chain.name!r} ({chain.base} to {chain.tip}) is not S-R-S"
-    doors = [] if of_body else [offset_hint(chain)]
-    if found.near:  # what to do comes first: the reasons are long
+    if found.near:
         what += f", but near it: nothing is off by more than {_misses(found, angle, length)}"
-        doors += [KEEPS_CHAIN] if of_body else [KEEPS_CHAIN, _fitted_sentence(chain, found, angle, length)]
-    doors = [door for door in doors if door]
-    if not doors:
-        raise NotSRSError(f"{what}: {'; '.join(sentences)}.", sentences, found.near)
-    lines = [f"{what}.", *doors, f"The reasons: {'; '.join(sentences)}."]
-    raise NotSRSError("\n".join(lines), sentences, found.near)
+    if of_body:
+        doors = [own_chain_door(chain)] if found.near else []
+    else:
+        doors = [offset_hint(chain), own_chain_door(chain), _fitted_sentence(chain, found, angle, length)]
+        if "tolerance" in doors[0]:  # what keeps every pose comes first
+            doors[:2] = doors[1::-1]
+    said = [f"{what}: {'; '.join(reasons)}.", *(door.removesuffix(".") + "." for door in doors if door)]
+    return NotSRSError("\n".join(said), tuple(reasons), found.near)
+
+
+def own_chain_door(chain: Chain, takes: str = "") -> str:
+    """Say how a chain is taken as it is, beside an S-R-S arm; empty where it is too far from one."""
+    found = nearness(Axes(*chain.lines()))
+    if not found.near and not _within_most(chain, found):
+        return ""
+    wide = exceeds(found.miss, NEAR_LENGTH), exceeds(found.tilt, NEAR_ANGLE)
+    python, options = "exact=False", "--inexact"
+    if wide[0]:
+        python, options = (
+            f"{python}, length_tolerance={above(found.miss)}",
+            (f"{options} --length-tolerance {above(1e3 * found.miss)}"),
+        )
+    if wide[1]:
+        python, options = (
+            f"{python}, angle_tolerance={above(found.tilt)}",
+            (f"{options} --angle-tolerance {above(math.degrees(found.tilt))}"),
+        )
+    how = f"{python} (on the command line {options})"
+    return (
+        f"{takes}{how}: as it is, with the chain of the file, 0 mm off at the tip"
+        if takes
+        else (f"{how} takes it as it is, with the chain of the file, 0 mm off at the tip")
+    )
+
+
+def _within_most(chain: Chain, found: Nearness) -> bool:
+    """Return whether the largest tolerances take a chain, and the core keeps it beside its fitted arm."""
+    axes = Axes(*chain.lines())
+    if found.srs or reasons_against(axes, MAX_ANGLE, MAX_LENGTH):
+        return False
+    if exceeds(float(above(found.miss)), MAX_LENGTH) or exceeds(float(above(found.tilt)), MAX_ANGLE):
+        return False
+    off = chain_core(replace(fitted_arm(chain), chain=links_of(chain))).deviations
+    return all(length <= MAX_LENGTH and angle <= MAX_ANGLE for length, angle in off)
+
+
+def chain_core(arm: ArmDescription) -> _core.NearArm:
+    """Return the core's arm of a description with a chain of its own."""
+    lengths = np.array([getattr(arm, name) for name in (*LENGTHS, *ELBOW_OFFSETS)])
+    joints = np.concatenate([arm.signs, arm.offsets, arm.lower, arm.upper]).astype(np.float64)
+    base = _core.Reference.BASE, np.array([0.0, 0.0, 1.0])  # an arm angle is not asked
+    assert arm.chain is not None
+    return _core.NearArm(lengths, joints, arm.base, arm.tool, *base, arm.chain)
 
 
 def _misses(found: Nearness, angle: float, length: float) -> str:
     """Say by how much axes are off that are beyond the tolerances."""
-    off = [f"{millimetres(found.miss)}"] if found.miss > length else []
-    off += [f"{np.degrees(found.tilt):.4g} deg"] if found.tilt > angle else []
+    off = [f"{millimetres(found.miss)}"] if exceeds(found.miss, length) else []
+    off += [f"{np.degrees(found.tilt):.4g} deg"] if exceeds(found.tilt, angle) else []
     return " and ".join(off)
 
 
 def _fitted_sentence(chain: Chain, found: Nearness, angle: float, length: float) -> str:
-    """Say which tolerances take the fitted arm, and by how much that misses the chain."""
+    """Say which tolerances take the fitted arm, if any, and by how much that misses the chain."""
+    if not found.near and not _within_most(chain, found):
+        return ""
     wanted = tolerances(
-        found.miss if found.miss > length else None, found.tilt if found.tilt > angle else None
+        found.miss if exceeds(found.miss, length) else None,
+        found.tilt if exceeds(found.tilt, angle) else None,
     )
     off = _differs(residual(chain, fitted_arm(chain)))
     return (

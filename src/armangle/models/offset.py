@@ -12,27 +12,24 @@ import numpy as np
 
 from ..errors import NotSRSError, UnknownRobotError
 from .axes import (
+    MAX_ANGLE,
+    MAX_LENGTH,
     NEAR_ANGLE,
     NEAR_LENGTH,
-    SRS_ANGLE,
-    SRS_LENGTH,
-    Axes,
     above,
+    exceeds,
     millimetres,
-    reasons_against,
     rotation_angle,
     tolerances,
     worst_difference,
 )
 from .chain import Chain, FloatArray, chain_of, rigid_inverse
-from .description import ImportReport, OffsetDescription
-from .report import NOT_EXACT, import_notes, import_report
+from .description import OffsetDescription
 
 ANGLE_TOLERANCE = 5e-5  # rad: what files that write right angles to five digits are off by
 LENGTH_TOLERANCE = 2e-5  # m
 _SINES = (-1.0, 1.0, 1.0, -1.0, -1.0, 1.0)  # of the twists alpha_1 ... alpha_6 between neighbouring axes
 COMMANDS = "ik, fk, follow, track and retime"  # of the command line, which take such an arm
-KEEPS_CHAIN = "exact=False (on the command line --inexact) takes it as it is, with the chain of the file."
 _POSTURES = np.random.default_rng(5).uniform(-np.pi, np.pi, (8, 7))  # at which an exact arm is told
 _AS_WRITTEN = {field.name for field in fields(OffsetDescription)} - {"name", "offsets"}  # keys of the tables
 _SQUARE = 0.2  # neighbouring axes further than this from square, as a cosine, are of another kind of arm
@@ -66,62 +63,6 @@ def _tables() -> dict[str, Any]:
     return tomllib.loads(files(__package__).joinpath("offset_arms.toml").read_text(encoding="utf-8"))
 
 
-def describe_offset_chain(
-    chain: Chain, *, angle: float, length: float
-) -> tuple[OffsetDescription, ImportReport]:
-    """Return the numbers of a chain whose axes are those of an S-R-S arm but for a_1 or a_6.
-
-    The Denavit-Hartenberg rows are read off neighbouring axes, and accepted where their forward kinematics
-    is that of the chain within `length` (m) and `angle` (rad). To fit them to a calibrated chain in the mean
-    square would better its positions by some hundredths.
-    """
-    if len(chain.joints) != 7:
-        raise NotSRSError(f"{chain.source}: the chain has {len(chain.joints)} rotating joints, wanted 7")
-    whole = _read(chain)
-    found = _with_one_offset(whole)
-    off_whole, off = _off(chain, whole), _off(chain, found)
-    if _without_offset(whole, off_whole, length, angle):
-        raise NotSRSError(
-            f"{chain.source}: has no offset at wrist or shoulder beyond the length tolerance, "
-            f"{millimetres(length)}: {_of_an_arm(chain)}"
-        )
-    if min(abs(whole.a_1), abs(whole.a_6)) > length and _within(off_whole, length, angle):
-        raise NotSRSError(
-            f"{chain.source}: offsets at both ends, {millimetres(abs(whole.a_1))} between axes 1 and 2 and "
-            f"{millimetres(abs(whole.a_6))} between axes 6 and 7: there is no closed form for both"
-        )
-    if not _within(off, length, angle):
-        advice = ""
-        if _within(off, NEAR_LENGTH, NEAR_ANGLE):
-            taken = not _without_offset(whole, off_whole, *_rounded_up(off))
-            advice = f"; with {_tolerances(off)} it is taken" if taken else f"; {_of_an_arm(chain)}"
-        raise NotSRSError(
-            f"{chain.source}: not an arm with one offset wrist or shoulder: its rows miss "
-            f"its forward kinematics by up to {_differs(off)}{advice}"
-        )
-    notes = import_notes(chain)
-    if not _within(off, LENGTH_TOLERANCE, ANGLE_TOLERANCE):
-        kind = f"{NOT_EXACT} S-R-S but for {_kind(found)}"
-        notes = (*notes, f"{kind}, it differs by up to {_differs(off)} at the tip")
-    found = replace(found, notes=notes)
-    return found, import_report(chain, off, notes)
-
-
-def _without_offset(found: OffsetDescription, off: tuple[float, float], length: float, angle: float) -> bool:
-    """Return whether tolerances leave nothing of the offsets, so that the arm is an `Arm`."""
-    return max(abs(found.a_1), abs(found.a_6)) <= length and _within(off, length, angle)
-
-
-def _of_an_arm(chain: Chain) -> str:
-    """Say which door takes a chain that has no offset."""
-    axes = Axes(*chain.lines())
-    if not reasons_against(axes, SRS_ANGLE, SRS_LENGTH):
-        return "it is S-R-S, for armangle.Arm"
-    if not reasons_against(axes, NEAR_ANGLE, NEAR_LENGTH):
-        return "it is nearly S-R-S: armangle.Arm takes it with exact=False (on the command line --inexact)"
-    return "armangle.Arm.from_urdf says how far it is from S-R-S"
-
-
 def offset_hint(chain: Chain) -> str:
     """Return which arm a chain is that has one offset wrist or shoulder, or nearly; else nothing."""
     try:
@@ -135,9 +76,9 @@ def offset_hint(chain: Chain) -> str:
     if _within(off, LENGTH_TOLERANCE, ANGLE_TOLERANCE):
         return (
             f"armangle.OffsetArm takes it, from the same file (on the command line {COMMANDS}): "
-            f"it is S-R-S but for {_kind(found)}."
+            f"it is S-R-S but for {_kind(found)}, and differs by up to {_differs(off)} at the tip."
         )
-    if not _within(off, NEAR_LENGTH, NEAR_ANGLE):
+    if not _within(_rounded_up(off), MAX_LENGTH, MAX_ANGLE):
         return ""
     return (
         f"armangle.OffsetArm takes it as S-R-S but for {_kind(found)} (on the command line {COMMANDS}), "
@@ -175,7 +116,7 @@ def _off(chain: Chain, found: OffsetDescription) -> tuple[float, float]:
 
 
 def _within(off: tuple[float, float], length: float, angle: float) -> bool:
-    return off[0] <= length and off[1] <= angle
+    return not exceeds(off[0], length) and not exceeds(off[1], angle)
 
 
 def _kind(found: OffsetDescription) -> str:

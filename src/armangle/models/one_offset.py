@@ -1,0 +1,80 @@
+"""The arm with an offset wrist or shoulder that a chain of joints is, or why it is none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..errors import NotSRSError
+from .axes import MAX_ANGLE, MAX_LENGTH, SRS_ANGLE, SRS_LENGTH, Axes, millimetres, reasons_against
+from .chain import Chain
+from .description import ImportReport, OffsetDescription
+from .detect import own_chain_door
+from .offset import (
+    ANGLE_TOLERANCE,
+    LENGTH_TOLERANCE,
+    _differs,
+    _kind,
+    _off,
+    _read,
+    _rounded_up,
+    _tolerances,
+    _with_one_offset,
+    _within,
+)
+from .report import NOT_EXACT, import_notes, import_report
+
+
+def describe_offset_chain(
+    chain: Chain, *, angle: float, length: float
+) -> tuple[OffsetDescription, ImportReport]:
+    """Return the numbers of a chain whose axes are those of an S-R-S arm but for a_1 or a_6.
+
+    The Denavit-Hartenberg rows are read off neighbouring axes, and accepted where their forward kinematics
+    is that of the chain within `length` (m) and `angle` (rad). To fit them to a calibrated chain in the mean
+    square would better its positions by some hundredths.
+    """
+    if len(chain.joints) != 7:
+        raise NotSRSError(f"{chain.source}: the chain has {len(chain.joints)} rotating joints, wanted 7")
+    whole = _read(chain)
+    found = _with_one_offset(whole)
+    off_whole, off = _off(chain, whole), _off(chain, found)
+    if _without_offset(whole, off_whole, length, angle):
+        raise NotSRSError(
+            f"{chain.source}: has no offset at wrist or shoulder beyond the length tolerance, "
+            f"{millimetres(length)}: {_of_an_arm(chain)}"
+        )
+    if min(abs(whole.a_1), abs(whole.a_6)) > length and _within(off_whole, length, angle):
+        raise NotSRSError(
+            f"{chain.source}: offsets at both ends, {millimetres(abs(whole.a_1))} between axes 1 and 2 and "
+            f"{millimetres(abs(whole.a_6))} between axes 6 and 7: there is no closed form for both"
+            + (f"; {door}" if (door := _of_an_arm(chain)) else "")
+        )
+    if not _within(off, length, angle):
+        doors = [_of_an_arm(chain)]
+        if _within(_rounded_up(off), MAX_LENGTH, MAX_ANGLE):
+            taken = not _without_offset(whole, off_whole, *_rounded_up(off))
+            doors[:0] = [f"with {_tolerances(off)} it is taken"] if taken else []
+        advice = "; ".join(["", *(door for door in doors if door)])
+        raise NotSRSError(
+            f"{chain.source}: not an arm with one offset wrist or shoulder: its rows miss "
+            f"its forward kinematics by up to {_differs(off)}{advice}"
+        )
+    notes = import_notes(chain)
+    if not _within(off, LENGTH_TOLERANCE, ANGLE_TOLERANCE):
+        kind = f"{NOT_EXACT} S-R-S but for {_kind(found)}"
+        notes = (*notes, f"{kind}, it differs by up to {_differs(off)} at the tip")
+    found = replace(found, notes=notes)
+    return found, import_report(chain, off, notes)
+
+
+def _without_offset(found: OffsetDescription, off: tuple[float, float], length: float, angle: float) -> bool:
+    """Return whether tolerances leave nothing of the offsets, so that the arm is an `Arm`."""
+    return max(abs(found.a_1), abs(found.a_6)) <= length and _within(off, length, angle)
+
+
+def _of_an_arm(chain: Chain) -> str:
+    """Say which door of an `Arm` takes a chain; empty where none does."""
+    axes = Axes(*chain.lines())
+    if not reasons_against(axes, SRS_ANGLE, SRS_LENGTH):
+        return "it is S-R-S, for armangle.Arm"
+    return own_chain_door(chain, "armangle.Arm takes it with ")
