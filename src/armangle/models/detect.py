@@ -247,7 +247,8 @@ def _within_most(chain: Chain, found: Nearness) -> bool:
     axes = Axes(*chain.lines())
     if found.srs or reasons_against(axes, MAX_ANGLE, MAX_LENGTH):
         return False
-    if exceeds(float(above(found.miss)), MAX_LENGTH) or exceeds(float(above(found.tilt)), MAX_ANGLE):
+    misses = (found.miss, MAX_LENGTH), (found.tilt, MAX_ANGLE)
+    if any(value and exceeds(float(above(value)), most) for value, most in misses):
         return False
     off = chain_core(replace(fitted_arm(chain), chain=links_of(chain))).deviations
     return all(length <= MAX_LENGTH and angle <= MAX_ANGLE for length, angle in off)
