@@ -46,15 +46,15 @@ def describe_offset_chain(
     if min(abs(whole.a_1), abs(whole.a_6)) > length and _within(off_whole, length, angle):
         raise NotSRSError(
             f"{chain.source}: offsets at both ends, {millimetres(abs(whole.a_1))} between axes 1 and 2 and "
-            f"{millimetres(abs(whole.a_6))} between axes 6 and 7: there is no closed form for both"
-            + (f"; {door}" if (door := _of_an_arm(chain)) else "")
+            f"{millimetres(abs(whole.a_6))} between axes 6 and 7: there is no closed form for both; "
+            f"{_of_an_arm(chain)}"
         )
     if not _within(off, length, angle):
         doors = [_of_an_arm(chain)]
         if _within(_rounded_up(off), MAX_LENGTH, MAX_ANGLE):
             taken = not _without_offset(whole, off_whole, *_rounded_up(off))
             doors[:0] = [f"with {_tolerances(off)} it is taken"] if taken else []
-        advice = "; ".join(["", *(door for door in doors if door)])
+        advice = "; ".join(["", *doors])
         raise NotSRSError(
             f"{chain.source}: not an arm with one offset wrist or shoulder: its rows miss "
             f"its forward kinematics by up to {_differs(off)}{advice}"
@@ -77,4 +77,5 @@ def _of_an_arm(chain: Chain) -> str:
     axes = Axes(*chain.lines())
     if not reasons_against(axes, SRS_ANGLE, SRS_LENGTH):
         return "it is S-R-S, for armangle.Arm"
-    return own_chain_door(chain, "armangle.Arm takes it with ")
+    door = own_chain_door(chain, "armangle.Arm takes it with ")
+    return door or "armangle.Arm.from_urdf says how far it is from S-R-S"
