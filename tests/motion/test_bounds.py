@@ -678,3 +678,45 @@ def test_beside_a_hinge_at_0_it_arrives_with_a_joint_at_its_limit(
         )
         q, velocity = found.q, found.velocity
     np.testing.assert_allclose(arm.forward(q)[0], target, atol=1e-9)
+
+
+def _one_sided() -> list[tuple[aa.Arm, float]]:
+    """Arms of the catalogue whose joint 4 has room on one side of the straight elbow alone, and that side."""
+    out = []
+    for name in aa.catalogue():
+        arm = aa.Arm.from_catalogue(name)
+        straight = float(arm.signs[3] * (arm.delta - arm.offsets[3]))
+        above, below = float(arm.upper[3]) - straight, straight - float(arm.lower[3])
+        if 0 <= min(above, below) < 0.01 < max(above, below) and arm.a_3 == arm.a_4 == 0:
+            out.append((arm, 1.0 if above > below else -1.0))
+    return out
+
+
+@pytest.mark.parametrize(("arm", "side"), _one_sided(), ids=lambda value: getattr(value, "name", ""))
+@pytest.mark.parametrize("acceleration", [np.inf, 8.0])
+def test_a_straight_elbow_bends_to_the_side_that_its_limits_leave(
+    arm: aa.Arm, side: float, acceleration: float
+) -> None:
+    """From exactly straight, and from 1e-4 rad on the side without room if the limits allow that."""
+    rng = np.random.default_rng(8)
+    reached = 0
+    straight = float(arm.signs[3] * (arm.delta - arm.offsets[3]))
+    for off in (0.0, -1e-4 * side):
+        start = np.clip(rng.uniform(-0.3, 0.3, 7), arm.lower + 0.01, arm.upper - 0.01)
+        start[3] = straight + off
+        if not arm.within_limits(start):
+            continue
+        goal = start + rng.uniform(-0.01, 0.01, 7)
+        goal[3] = straight + 0.02 * side
+        pose, q, v = arm.forward(goal)[0], start, np.zeros(7)
+        for _ in range(3000):
+            taken = aa.step(arm, q, pose, velocity=0.6, acceleration=acceleration, velocity_now=v, dt=1e-3)
+            assert taken.status in (aa.Status.OK, aa.Status.PARTIAL), taken.status
+            assert arm.within_limits(taken.q)
+            still = np.abs(taken.q - q).max() < 1e-9
+            q, v = taken.q, taken.velocity
+            if taken.status == aa.Status.OK and still:
+                break
+        np.testing.assert_allclose(arm.forward(q)[0], pose, atol=1e-6)
+        reached += 1
+    assert reached

@@ -130,6 +130,25 @@ inline Step step_to(const Arm& arm, const double* q_now, const double* q, double
     return out;
 }
 
+/// The pose in the branch that the joints are in, or in `gc` if it is 0 or more.
+/// An elbow that is about straight goes to its other side if the limits of joint 4 leave the pose there
+/// alone.
+inline SelfMotion<double> motion_from(const Arm& arm, const double* q_now, const Chain& now,
+                                      const Pose<double>& pose, int gc) noexcept {
+    Configuration<double> branch = gc < 0 ? configuration(arm, now.theta) : configuration(gc);
+    const SelfMotion<double> own = self_motion(arm, pose, branch);
+    const double bent = elbow_bend(arm, q_now[3]);
+    if (gc >= 0 || !(abs(bent) <= step_rule::straight)) [[likely]]
+        return own;
+    branch.elbow = -branch.elbow;
+    const SelfMotion<double> other = self_motion(arm, pose, branch);
+    const auto keeps = [&](const SelfMotion<double>& m) {
+        const double q_4 = lift(to_q(arm, 3, atan2(m.elbow.theta_4.sin, m.elbow.theta_4.cos)), q_now[3]);
+        return q_4 >= arm.limits.lower[3] - tolerance::angle && q_4 <= arm.limits.upper[3] + tolerance::angle;
+    };
+    return !keeps(own) && keeps(other) ? other : own;
+}
+
 /// No step, and why: the present posture, psi on the circle of the pose.
 [[gnu::noinline]] inline Step stayed(const Arm& arm, const double* q_now, const Chain& now,
                                      const Circle<double>& c, double dt, Status why) noexcept {
@@ -330,13 +349,9 @@ public:
     }
 
 private:
-    Configuration<double> branch() const noexcept {
-        return options_.gc < 0 ? configuration(arm_, now_.theta) : configuration(options_.gc);
-    }
-
     /// The pose in the branch of the joints, and the psi that they carry to it.
     Branch begin(const Pose<double>& pose, double& psi, BranchParts& parts) const noexcept {
-        parts.motion = self_motion(arm_, pose, branch());
+        parts.motion = motion_from(arm_, q_now_, now_, pose, options_.gc);
         psi = carried_psi(arm_, now_, parts.motion.circle, options_.carry);
         return look(arm_, limits_, psi, options_, parts);
     }
@@ -482,7 +497,7 @@ private:
     bool turn_elbow(double psi, Status& why, Step& out) const noexcept {
         const double straight = arm_.delta_angle;
         if (options_.gc >= 0 || limits_.margin > 0 || !crosses(3, straight, infinity)) return false;
-        Configuration<double> gc = branch();
+        Configuration<double> gc = branch_[0].motion->gc;
         gc.elbow = -gc.elbow;
         const SelfMotion<double> beyond = self_motion(arm_, branch_[0].motion->circle, gc);
         const auto is_there = [&](const StepOptions& options, Step& found) {
@@ -851,8 +866,7 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
     if (!is_rigid(pose) || !is_finite(here)) return detail::refused(arm, q_now, options.dt);
     if (options.bounds || options.allowed || options.scene)
         return detail::step_aside(arm, limits, q_now, now, pose, options);
-    const SelfMotion<double> m =
-        self_motion(arm, pose, options.gc < 0 ? configuration(arm, now.theta) : configuration(options.gc));
+    const SelfMotion<double> m = detail::motion_from(arm, q_now, now, pose, options.gc);
     const double psi = detail::carried_psi(arm, now, m.circle, options.carry);
     const JointFunctions<double> f = joint_functions(m);
     ArcSet arcs;
