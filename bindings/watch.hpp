@@ -1,6 +1,7 @@
 // Long calls with an eye on Python: Ctrl-C ends them, and who asked is told how far they are.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -57,7 +58,7 @@ private:
     /// As many pieces until the next look as take some 0.1 ms, or one where they became slow.
     void look() noexcept {
         const Clock::time_point now = Clock::now();
-        stride_ = now - looked_ < piece ? (stride_ < longest_stride ? 2 * stride_ : stride_) : 1;
+        stride_ = now - looked_ < piece ? std::min(2 * stride_, longest_stride) : 1u;
         left_ = stride_;
         looked_ = now;
         if (now - asked_ < patience || ended_.load(std::memory_order_relaxed)) return;

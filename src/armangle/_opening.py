@@ -67,7 +67,7 @@ def check_file(path: PathLike, most: int, fail: Fail) -> None:
     open_file(path, most, fail).close()
 
 
-def read_bytes(path: PathLike, most: int, fail: Fail) -> bytes:
+def bytes_of(path: PathLike, most: int, fail: Fail) -> bytes:
     """Return what is in a file, which may grow while it is read; errors as of `open_file`."""
     with open_file(path, most, fail) as file:
         try:
@@ -79,10 +79,10 @@ def read_bytes(path: PathLike, most: int, fail: Fail) -> bytes:
     return data
 
 
-def read_text(path: PathLike, most: int, fail: Fail) -> str:
+def text_of(path: PathLike, most: int, fail: Fail) -> str:
     """Return the text of a file in UTF-8; errors as of `open_file`."""
     try:
-        return read_bytes(path, most, fail).decode("utf-8-sig").replace("\r\n", "\n")
+        return bytes_of(path, most, fail).decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
         fail(f"not UTF-8 text: {error.reason}")
 

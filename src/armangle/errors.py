@@ -17,7 +17,7 @@ def shortened(text: str, longest: int = _LONGEST) -> str:
     """Return a text, its middle left out where it is longer than so many characters.
 
     >>> shortened("abcdefghij" * 4, 34)
-    'abcdefgh ... (32 characters) ... j'
+    'abcdefg ... (30 characters) ... ij'
     """
     if len(text) <= longest:
         return text

@@ -104,10 +104,10 @@ def test_a_file_that_grows_is_read_as_far_as_the_bound(
         raise aa.InputError(why)
 
     (tmp_path / "a").write_bytes(bytes(10))
-    assert _opening.read_bytes(tmp_path / "a", 10, fail) == bytes(10)
+    assert _opening.bytes_of(tmp_path / "a", 10, fail) == bytes(10)
     monkeypatch.setattr(os, "fstat", lambda _: os.stat_result([0] * 10))  # as of files of the kernel's own
     with pytest.raises(aa.InputError):
-        _opening.read_bytes(tmp_path / "a", 9, fail)
+        _opening.bytes_of(tmp_path / "a", 9, fail)
     assert said == ["10 bytes, wanted at most 9 bytes"]
 
 

@@ -358,8 +358,9 @@ WITHOUT_ARM = {
     *((name, "poses") for name in ("HandFilter.smooth", "Waypoints")),
     *((name, "start") for name in ("Line", "CircularArc", "Screw")),
     *((name, "path") for name in ("reach_map", "ReachMap", "retime")),
+    *(("retime", name) for name in ("start", "goal")),
 }
-"""What no arm is asked, and so nobody knows how long and how far; files; a motion that is one already."""
+"""What no arm is asked, and so nobody knows how long and how far; files; a motion, and its velocities."""
 
 
 def doors() -> Iterator[tuple[str, str, bool]]:

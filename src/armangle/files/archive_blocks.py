@@ -122,7 +122,7 @@ def array_of(data: bytes, name: str) -> NDArray[Any]:
 
 
 def _read_json(path: PathLike) -> dict[str, NDArray[Any]]:
-    text = _opening.read_text(path, _opening.TEXT, partial(_fail, path))
+    text = _opening.text_of(path, _opening.TEXT, partial(_fail, path))
     try:
         table = json.loads(text)
     except json.JSONDecodeError as error:

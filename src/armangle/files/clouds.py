@@ -62,7 +62,7 @@ def load_cloud(path: PathLike, radius: float, *, name: str | None = None) -> Clo
     if kind not in _ENDINGS:
         _fail(path, f"a file ending in {', '.join(_ENDINGS)}")
     most = _opening.TEXT if kind == ".csv" else _opening.NUMBERS
-    data = _opening.read_bytes(path, most, lambda why: _fail(path, f"a file that can be read ({why})"))
+    data = _opening.bytes_of(path, most, lambda why: _fail(path, f"a file that can be read ({why})"))
     try:
         points = {".npz": _npz, ".npy": _npy, ".csv": _csv, ".ply": _ply, ".pcd": _pcd}[kind](data)
     except SceneError:

@@ -148,7 +148,7 @@ def _text(path: PathLike, most: int) -> str:
     def fail(why: str) -> NoReturn:
         raise SceneError("file", "path", str(path), f"a text file that can be read ({why})")
 
-    return _opening.read_text(path, most, fail)
+    return _opening.text_of(path, most, fail)
 
 
 def _toml(path: PathLike) -> dict[str, Any]:

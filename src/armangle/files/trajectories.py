@@ -151,7 +151,7 @@ def _from_message(path: PathLike) -> TrajectoryTable:
     """Read the message line by line in the one form that `save` writes: no YAML library is needed."""
     names: tuple[str, ...] = ()
     columns: dict[str, list[Any]] = {"t": [], "q": [], "qd": [], "qdd": []}
-    text = _opening.read_text(path, _opening.TEXT, partial(_refuse, path))
+    text = _opening.text_of(path, _opening.TEXT, partial(_refuse, path))
     for number, line in enumerate(text.splitlines(), 1):
         key, _, value = line.removeprefix("- ").strip().partition(": ")
         if key == "joint_names":

@@ -152,7 +152,7 @@ def read_robot(path: str | os.PathLike[str]) -> CatalogueEntry:
     def fail(why: str) -> NoReturn:
         raise FileFormatError(why, source=str(path))
 
-    text = _opening.read_text(path, _opening.TABLES, fail)
+    text = _opening.text_of(path, _opening.TABLES, fail)
     try:
         table = _opening.parse_toml(text)
     except tomllib.TOMLDecodeError as error:

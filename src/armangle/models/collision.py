@@ -18,7 +18,7 @@ from .description import ArmDescription
 from .detect import chain_core, describe_chain
 from .mjcf import mjcf_geoms
 from .urdf import Source, read_urdf
-from .urdf.reading import read_text
+from .urdf.reading import urdf_text
 from .urdf.shapes import mesh_file, numbers_of, origin_of, placed_elements
 
 _POSTURES = 200
@@ -65,7 +65,7 @@ def cover_urdf(
     """Return rods that contain every <collision> of the links from base to tip."""
     chain = read_urdf(source, base=base, tip=tip)
     arm = describe_chain(chain, exact=exact, of_body=True)[0]
-    text, folder = read_text(source)
+    text, folder = urdf_text(source)
     out, left = Covered(), list[str]()
     rest = link_frames(arm, np.zeros(JOINTS))
     try:

@@ -13,7 +13,7 @@ import numpy as np
 from .._arrays import JOINTS, Floats
 from ..arm.arm import Arm
 from ..models.urdf import read_urdf
-from ..models.urdf.reading import read_text
+from ..models.urdf.reading import urdf_text
 from ..models.urdf.shapes import mesh_file, numbers_of, origin_of, placed_elements
 from .solids import DARK, GREY, Solid, capsules
 
@@ -60,7 +60,7 @@ def _visuals(arm: Arm, urdf: Path, base: str | None, tip: str | None) -> _Looks:
     chain = read_urdf(urdf, base=base, tip=tip)  # refuses what is no XML, and entities
     looks, seen = _Looks(), Counter[str]()
     for link, frame, local, visual in placed_elements(
-        read_text(urdf)[0], chain, arm.frames(np.zeros(JOINTS)), "visual"
+        urdf_text(urdf)[0], chain, arm.frames(np.zeros(JOINTS)), "visual"
     ):
         _read_visual(looks, visual, f"{link}_{seen[link]}", frame, local, urdf.parent)
         seen[link] += 1

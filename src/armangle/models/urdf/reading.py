@@ -271,7 +271,7 @@ def _lift(robot: RobotElement, above: dict[str, JointElement], link: str) -> Joi
     return above.get(link)
 
 
-def read_text(source: Source) -> tuple[str | bytes, Path]:
+def urdf_text(source: Source) -> tuple[str | bytes, Path]:
     """Return the text of a URDF that `read_urdf` has read, from its first tag on, and its folder."""
     if isinstance(source, bytes):
         return decoded(source.removeprefix(_UTF8_MARK).lstrip())[0], Path()
@@ -319,7 +319,7 @@ def _bytes_of(path: str | os.PathLike[str]) -> bytes:
     def fail(why: str) -> NoReturn:
         raise UrdfError(why, source=str(Path(path)))
 
-    return _opening.read_bytes(path, MAX_BYTES, fail)
+    return _opening.bytes_of(path, MAX_BYTES, fail)
 
 
 def _parse(text: str | bytes, source: str) -> RobotElement:
