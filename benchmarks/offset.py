@@ -70,7 +70,8 @@ def main() -> None:
     rows: list[tuple[str, Callable[[], object], int]] = [
         ("inverse at a value of joint 7, batch", lambda: arm.inverse(pose, free, gc), INVERSE),
         ("`Arm.inverse` of an iiwa 7, batch", lambda: iiwa.inverse(other, psi, branch), INVERSE),
-        ("arcs of one branch", lambda: arm.feasible(pose[:ARCS], gc[:ARCS]), ARCS),
+        ("intervals of one branch", lambda: arm.feasible(pose[:ARCS], gc[:ARCS]), ARCS),
+        ("intervals of all branches", lambda: arm.feasible_all(pose[:ARCS]), ARCS),
         ("`solve` near a posture", lambda: arm.solve(pose[few], near[few]), SOLVES),
         ("`solve` for the middles of the ranges", lambda: arm.solve(pose[few]), SOLVES),
         ("`follow`, free joint held, a pose", lambda: aa.follow(arm, poses, start=start, policy=held), STEPS),

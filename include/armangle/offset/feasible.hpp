@@ -1,297 +1,583 @@
-// Feasible arcs of the free joint: where a posture of a branch exists and keeps the limits, proven.
+// Feasible intervals of the free joint: where a posture of a branch exists and keeps the limits, exact.
 //
-//     |--inside--|--?--|--outside--|--fold|   no posture
-//                   ^ root                ^ cos theta_5 = 0
+//     |--inside--|--------outside--------|--inside--|
+//                ^ a root of a limit's form          ^ fold, reach
 //
-// A cell of the free joint is enclosed by the closed form itself, run on Jet<Interval, 1>: values and slopes
-// of all joints over the cell, rounding included, and by the mean value form about its middle. A limit that a
-// joint passes once is an end, found as a root; what is open is halved. What stays open is left out and
-// counted.
+// Every limit is a root of a form in theta_7 (limit_forms.hpp), shared by both wrists and both shoulders.
+// Between two neighbouring roots nothing changes: one evaluation there decides. An end is then found on the
+// true joint value. Roots that stay undecided, tangencies, are pieces that interval cells judge (cells.hpp);
+// what those leave open too is left out and counted.
 #pragma once
 
-#include "../near/feasible.hpp"
-#include "../numbers/interval.hpp"
-#include "../numbers/jet.hpp"
-#include "offset_posture.hpp"
+#include <algorithm>
+
+#include "cells.hpp"
+#include "limit_forms.hpp"
 
 #include "../names/begin.hpp"
 
 namespace armangle {
 
-namespace offset_rule {
-inline constexpr int cells = 24;           // of the circle, to begin with
-inline constexpr double narrowest = 1e-9;  // rad: half width of a cell that is given up
-inline constexpr int most_cells = 12000;   // below each of those, before the rest of it is given up
-inline constexpr int depth = 32;           // halvings of a cell; narrowest is reached before
-inline constexpr int root_steps = 60;
-inline constexpr double hidden = 1e-6;     // rad: of circle that is not proven and may hide an arc
-inline constexpr double rounding = 4e-15;  // rad: of an angle computed in double
-}  // namespace offset_rule
+/// How the feasible intervals are found.
+struct OffsetArcsTuning {
+    TrigRootsTuning roots;
+    /// Cells that all branches of a pose may take for their undecided pieces.
+    int looks = 300;
+    /// Half width (rad) of a cell that is given up.
+    double narrowest = 1e-9;
+    /// Roots nearer to each other than this (rad) are one place: an arc between them would be one angle.
+    double one_place = tolerance::angle;
+    /// A place of more than one root that is wider than this (rad) is undecided.
+    double widest_place = 4e-9;
+    /// How far (rad) beside a place its end is looked for before the next root.
+    double beside = 1e-11;
+    /// Steps of regula falsi to an end, and every how many one bisects.
+    int end_steps = 40;
+    int bisected = 4;
+    /// Looks at eight values each for a value that is feasible by itself.
+    int alone_looks = 10;
+    /// Unproven circle (rad) that may hide an arc.
+    double hidden = 1e-6;
+};
 
 namespace detail {
 
-/// What a joint does over a cell: its value at the middle, by how much it is off it, and its slope.
-struct JointOver {
-    double middle;   // rad, theta
-    Interval off;    // theta - middle over the cell
-    Interval slope;  // d theta / d free
-};
-
-/// The self-motion of a pose and branch, evaluated at a value of the free joint or over a cell of them.
-class OffsetCells {
+/// The arcs of one pose within limits, branch by branch.
+class OffsetArcs {
 public:
-    OffsetCells(const OffsetArm& arm, const Pose<double>& pose, int gc) noexcept
-        : arm_(arm), motion_(offset_motion(arm, pose, gc)) {}
+    /// Limits in the robot's order.
+    OffsetArcs(const OffsetArm& arm, const Pose<double>& pose, const Limits& limits,
+               const OffsetArcsTuning& tuning) noexcept
+        : arm_(arm),
+          exact_{orthonormal(pose.rotation), pose.position},
+          tuning_(tuning),
+          ranges_(arm.rest, in_order(arm, limits), 0.0, configuration(0)),
+          forms_(arm, offset_motion(arm, exact_, 0)),
+          kappa_(forms_.kappa()),
+          looks_(tuning.looks) {}
 
-    /// g^2 - t^2 of a value within reach; -infinity beyond it.
-    double inside(double free) const noexcept {
-        const OffsetWrist<double> wrist = offset_wrist(arm_, motion_, sin_cos(to_theta(arm_.rest, 6, free)));
-        return wrist.excess <= 0 ? wrist.inside : -infinity;
-    }
-
-    /// theta of all joints at a value of the free joint that has a posture.
-    void at(double free, double* theta) const noexcept {
-        const SinCos<double> theta_7 = sin_cos(to_theta(arm_.rest, 6, free));
-        const OffsetWrist<double> wrist = offset_wrist(arm_, motion_, theta_7);
-        angles(directions(motion_, wrist, theta_7, sqrt(max(wrist.inside, 0.0)))).store(theta);
-    }
-    /// The same with two derivatives by the free joint.
-    void at(double free, Jet<double, 2> (&theta)[joints]) const noexcept {
-        using Curve = Jet<double, 2>;
-        const SinCos<Curve> theta_7 =
-            sin_cos(Curve(arm_.rest.sign[6]) * Curve::variable(free) + Curve(arm_.rest.offset[6]));
-        const OffsetWrist<Curve> wrist = offset_wrist(arm_, motion_, theta_7);
-        const Directions<Curve> d = directions(motion_, wrist, theta_7, sqrt(max(wrist.inside, Curve(0.0))));
-        for (int j = 0; j < joints; ++j) theta[j] = atan2(d.y[j], d.x[j]);
-    }
-
-    /// What is known of postures over a cell.
-    struct Over {
-        Known exists;   // inside: at every value of the cell; outside: at none
-        bool beyond;    // out of reach all over the cell
-        Interval fold;  // slope of g^2 - t^2 over the cell
-        JointOver joint[joints];
-    };
-
-    /// A cell looked at as far as the wrist.
-    struct Begun {
-        double middle, half;
-        SinCos<Jet<Interval, 1>> theta_7;
-        OffsetWrist<Jet<Interval, 1>> wrist;
-    };
-
-    /// Whether there are postures over the cell [middle - half, middle + half], and joints 4 and 7.
-    void begin(double middle, double half, Begun& begun, Over& out) const noexcept {
-        using Cell = Jet<Interval, 1>;
-        const Cell free = Cell::variable({below(middle - half), above(middle + half)});
-        const double sign = arm_.rest.sign[6];
-        begun = {middle, half, sin_cos(Cell(sign) * free + Cell(arm_.rest.offset[6])), {}};
-        begun.wrist = offset_wrist(arm_, motion_, begun.theta_7);
-        const OffsetWrist<Cell>& wrist = begun.wrist;
-        const OffsetWrist<double> here = offset_wrist(arm_, motion_, sin_cos(to_theta(arm_.rest, 6, middle)));
-        const double rounding = offset_rule::rounding * arm_.rest.size;
-        const Interval reach = mean_value(wrist.excess, here.excess, half, rounding);
-        const Interval inside = mean_value(wrist.inside, here.inside, half, rounding * arm_.rest.size);
-        out.fold = wrist.inside.coefficient[1];
-        out.exists = Known::open;
-        out.beyond = reach.lo > 0;
-        if (reach.lo > 0 || inside.hi < 0) out.exists = Known::outside;
-        if (reach.hi <= 0 && inside.lo > 0) out.exists = Known::inside;
-        if (out.exists == Known::outside) return;
-        out.joint[3] = enclosed(wrist.theta_4.sin, wrist.theta_4.cos);
-        out.joint[6] = enclosed(begun.theta_7.sin, begun.theta_7.cos);
-    }
-
-    /// All joints over a cell that is not outside. Where exists is open they hold for the postures that there
-    /// are.
-    void finish(const Begun& begun, Over& out) const noexcept {
-        using Cell = Jet<Interval, 1>;
-        const Directions<Cell> d = directions(motion_, begun.wrist, begun.theta_7, sqrt(begun.wrist.inside));
-        if (out.exists != Known::inside) {  // no posture need be at the middle of the cell
-            for (int j = 0; j < joints; ++j) out.joint[j] = enclosed(d.y[j], d.x[j]);
-            return;
+    /// The arcs of branch gc (0..7), of as many branches still to be found.
+    void find(int gc, int branches, ProvenArcs& out) noexcept {
+        make_empty(out.arcs);
+        make_empty(out.open);
+        Branch branch(offset_motion(arm_, exact_, gc), gc);
+        const int share = looks_ / branches;
+        branch.looks = share;
+        const bool bent_up = branch.motion.branch.elbow > 0;
+        Circle& circle = circle_[bent_up];
+        if (!circle.made) make_circle(branch.motion.branch.elbow, circle);
+        judge_segments(circle, branch);
+        if (circle.count == 0) {
+            if (branch.inside[0]) add(-pi, pi, 0, 0, branch.pieces);
+        } else {
+            find_ends(circle, branch);
+            for (int i = 0; i < circle.count; ++i) {
+                if (undecided(circle.place[i]))
+                    judge_place(circle.place[i].lower, circle.place[i].upper, branch);
+                if (branch.inside[i])
+                    add(branch.lower[i], branch.upper[i], branch.lower_tag[i], branch.upper_tag[i],
+                        branch.pieces);
+            }
         }
-        double theta[joint_slots];
-        at(begun.middle, theta);
-        for (int j = 0; j < joints; ++j)
-            out.joint[j] = joint_over(d.y[j], d.x[j], theta[j], sin_cos(theta[j]), begun.half);
+        looks_ -= share - branch.looks;
+        double beyond = 0;
+        out.unproven = branch.unproven;
+        branch.pieces.finish(out.arcs, out.unproven);
+        branch.open.finish(out.open, beyond);
+        if (beyond > 0) make_full(out.open);
+        out.status = Status::OK;
+        if (!out.arcs.empty()) return;
+        out.status = out.unproven > tuning_.hidden ? Status::NEAR_SINGULAR : refusal(circle, branch);
     }
 
 private:
-    /// What a function encloses over a cell, by its values and by its value at the middle and its slope.
-    static Interval mean_value(const Jet<Interval, 1>& over, double middle, double half,
-                               double rounding) noexcept {
-        const Interval slope = over.coefficient[1];
-        if (!slope.bounded() || !(abs(middle) < infinity)) return over.value();
-        const double reach = above(half * greater(abs(slope.lo), abs(slope.hi))) + rounding;
-        return meet(over.value(), {middle - reach, middle + reach});
+    static constexpr int most_places = 256, most_forms = 2 * ThetaRanges::capacity + 3, most_cells = 1024;
+
+    /// Where a verdict may change: roots of one or more forms. A root of a locked joint counts twice, and so
+    /// does what may be more than one root.
+    struct Place {
+        double lower, upper;  // lower in [-pi, pi)
+        int roots;
+    };
+    /// The circle as one elbow sees it: places, and behind each a segment up to the next, which may hold
+    /// postures or not. Without a place the circle is one segment.
+    struct Circle {
+        bool made = false, within_reach = false;
+        int count = 0;
+        Place place[most_places];
+        bool possible[most_places];
+        double length[most_places];  // of the segments
+
+        int before(int i) const noexcept { return i > 0 ? i - 1 : count - 1; }
+        int behind(int i) const noexcept { return i + 1 < count ? i + 1 : 0; }
+    };
+    /// What is found of one branch; ends are those of the segments inside.
+    struct Branch {
+        Branch(const OffsetMotion<>& m, int index) noexcept : motion(m), gc(index) {}
+        OffsetMotion<> motion;
+        int gc, looks = 0;
+        bool exists = false;
+        double unproven = 0;
+        bool inside[most_places];
+        double lower[most_places], upper[most_places];
+        Tag lower_tag[most_places], upper_tag[most_places];
+        Pieces pieces, open;
+    };
+    struct Limit {
+        BentForm form;
+        bool locked;
+    };
+    /// By how much eight postures keep the limits: the least of the joints (rad), of g^2 - t^2 and of the
+    /// reach (shares of the arm's), which of them it is, and where there is a posture.
+    struct Margin {
+        Eight least, which;
+        Eight asked;  // by how much the limit that was asked for is kept
+        LaneMask<8> exists;
+    };
+    /// An end to be found between a value that is inside and one that is not.
+    struct End {
+        double inside, outside, far_inside, far_outside;
+        int segment;
+        bool is_lower;
+    };
+
+    static Limits in_order(const OffsetArm& arm, const Limits& limits) noexcept {
+        Limits out;
+        for (int j = 0; j < joints; ++j) {
+            out.lower[j] = limits.lower[robot_joint(arm, j)];
+            out.upper[j] = limits.upper[robot_joint(arm, j)];
+        }
+        return out;
+    }
+    static bool locked(const ThetaRanges::One& range) noexcept { return 2.0 * range.half < tolerance::angle; }
+    bool undecided(const Place& place) const noexcept {
+        return place.roots > 1 && place.upper - place.lower > tuning_.widest_place;
     }
 
-    /// A joint about the middle of what its direction encloses.
-    static JointOver enclosed(const Jet<Interval, 1>& y, const Jet<Interval, 1>& x) noexcept {
-        const double down = y.value().middle(), along = x.value().middle(), size = hypot(down, along);
-        const bool known = size > 0 && size < infinity;
-        const SinCos<double> about = known ? SinCos<double>{down / size, along / size} : SinCos<double>{0, 1};
-        return joint_over(y, x, atan2(about.sin, about.cos), about, infinity);
+    // -- places
+
+    /// Finds where the verdicts of an elbow's branches may change.
+    void make_circle(double elbow, Circle& circle) noexcept {
+        circle.made = true;
+        circle.count = 0;
+        bool full = false;
+        const auto put = [&](const RootEnclosure& root, int roots) {
+            if (circle.count == most_places) join(circle);
+            if (circle.count == most_places) {
+                full = true;
+                return;
+            }
+            const double turn = root.lower >= pi ? -two_pi : root.lower < -pi ? two_pi : 0.0;
+            circle.place[circle.count++] = {root.lower + turn, root.upper + turn, root.settled ? roots : 2};
+        };
+        const auto roots_of = [&](const BentForm& form, double lower, double upper, int roots) {
+            trig_roots(form, kappa_, elbow, lower, upper, tuning_.roots,
+                       [&](const RootEnclosure& root) { put(root, roots); });
+        };
+        for (const double end : {1.0, -1.0}) roots_of(forms_.bend(end), -pi, pi, 1);
+        for (int i = 0; i < ranges_.count; ++i) {
+            const ThetaRanges::One& range = ranges_.one[i];
+            if (range.joint != 3 && range.joint != 6) continue;
+            for (const double side : {-1.0, 1.0}) {
+                if (side > 0 && locked(range)) continue;
+                const double limit = range.middle + side * range.half;
+                if (range.joint == 6) {
+                    const double at = wrap(limit);
+                    put({at - tolerance::rounding, at + tolerance::rounding, true}, 1 + locked(range));
+                } else if (elbow * wrap(limit - arm_.rest.delta_angle) > -tolerance::angle) {
+                    roots_of(forms_.bend(sin_cos(limit - arm_.rest.delta_angle).cos), -pi, pi,
+                             1 + locked(range));
+                }
+            }
+        }
+        join(circle);
+        measure_segments(circle);
+        const int segments = circle.count > 0 ? circle.count : 1;
+        double lower[most_places], upper[most_places];
+        int pieces = 0;
+        for (int i = 0; i < segments; ++i) {
+            const double from = circle.count > 0 ? circle.place[i].upper : -pi;
+            const double middle = from + 0.5 * circle.length[i];
+            circle.within_reach = circle.within_reach || abs(kappa_at(middle)) <= 1.0;
+            if (!possible(elbow, middle)) continue;
+            lower[pieces] = from;
+            upper[pieces++] = from + circle.length[i];
+        }
+        if (pieces > 0 && limits_ == 0) find_limits();
+        for (int i = 0; i < pieces && !full; ++i)
+            for (int k = 0; k < limits_; ++k)
+                roots_of(limit_[k].form, lower[i], upper[i], 1 + limit_[k].locked);
+        if (full) {  // all of it is undecided
+            circle.count = 1;
+            circle.place[0] = {-pi, pi, 2};
+        }
+        join(circle);
+        measure_segments(circle);
+        for (int i = 0; i < (circle.count > 0 ? circle.count : 1); ++i) {
+            const double middle = middle_of(circle, i);
+            circle.possible[i] = false;
+            for (int k = 0; k < pieces && !full; ++k) {
+                const double at = lift(middle, 0.5 * (lower[k] + upper[k]));
+                circle.possible[i] = circle.possible[i] || (at >= lower[k] && at <= upper[k]);
+            }
+        }
     }
 
-    static JointOver joint_over(const Jet<Interval, 1>& y, const Jet<Interval, 1>& x, double theta,
-                                const SinCos<double>& about, double half) noexcept {
-        using offset_rule::rounding;
-        const Interval along = x.value() * Interval(about.cos) + y.value() * Interval(about.sin);
-        const Interval across = y.value() * Interval(about.cos) - x.value() * Interval(about.sin);
-        JointOver out{theta, Interval::whole(), Interval::whole()};
-        if (!(along.lo > 0) || !along.bounded() || !across.bounded()) return out;
-        const Interval tangent = across / along;
-        out.off = {atan2(tangent.lo, 1.0) - rounding, atan2(tangent.hi, 1.0) + rounding};
-        const Interval size = square(x.value()) + square(y.value());
-        out.slope = (x.value() * y.coefficient[1] - y.value() * x.coefficient[1]) / size;
-        if (!out.slope.bounded() || !(half < infinity)) return out;
-        const double reach = above(half * greater(abs(out.slope.lo), abs(out.slope.hi))) + 2.0 * rounding;
-        out.off = meet(out.off, {-reach, reach});
+    /// Sorts places, and makes one of those that are nearer to each other than an arc may be short.
+    void join(Circle& circle) const noexcept {
+        std::sort(circle.place, circle.place + circle.count,
+                  [](const Place& a, const Place& b) { return a.lower < b.lower; });
+        int kept = 0;
+        for (int i = 1; i < circle.count; ++i) {
+            Place &last = circle.place[kept], &next = circle.place[i];
+            if (next.lower - last.upper < tuning_.one_place) {
+                last.upper = max(last.upper, next.upper);
+                last.roots += next.roots;
+            } else {
+                circle.place[++kept] = next;
+            }
+        }
+        circle.count = circle.count > 0 ? kept + 1 : 0;
+        if (circle.count < 2) return;
+        Place &first = circle.place[0], &last = circle.place[circle.count - 1];
+        if (first.lower + two_pi - last.upper >= tuning_.one_place) return;
+        last.upper = max(last.upper, first.upper + two_pi);
+        last.roots += first.roots;
+        std::move(circle.place + 1, circle.place + circle.count, circle.place);
+        --circle.count;
+    }
+
+    static void measure_segments(Circle& circle) noexcept {
+        if (circle.count == 0) circle.length[0] = two_pi;
+        for (int i = 0; i < circle.count; ++i) {
+            const int next = circle.behind(i);
+            const double end = circle.place[next].lower + (next <= i ? two_pi : 0.0);
+            circle.length[i] = max(end - circle.place[i].upper, 0.0);
+        }
+    }
+    static double middle_of(const Circle& circle, int i) noexcept {
+        return circle.count > 0 ? circle.place[i].upper + 0.5 * circle.length[i] : 0.0;
+    }
+
+    double kappa_at(double x) const noexcept {
+        const SinCos<double> at = sin_cos(x);
+        return kappa_.c[0] + kappa_.c[1] * at.cos + kappa_.s[1] * at.sin;
+    }
+
+    /// Whether reach and joints 4 and 7 leave a value.
+    bool possible(double elbow, double x) const noexcept {
+        const double kappa = kappa_at(x);
+        if (!(abs(kappa) <= 1.0)) return false;
+        const double bend = elbow * atan2(sqrt((1.0 - kappa) * (1.0 + kappa)), kappa);
+        for (int i = 0; i < ranges_.count; ++i) {
+            const ThetaRanges::One& range = ranges_.one[i];
+            const double at = range.joint == 3 ? arm_.rest.delta_angle + bend : x;
+            if ((range.joint == 3 || range.joint == 6) && !(abs(wrap(at - range.middle)) <= range.half))
+                return false;
+        }
+        return true;
+    }
+
+    /// The forms of the limits of joints 1, 2, 3, 5 and 6, of the folds, and of what has no axis 5.
+    void find_limits() noexcept {
+        const auto put = [this](const BentForm& form, bool is_locked) {
+            limit_[limits_++] = {form, is_locked};
+        };
+        put(forms_.theta_5(1.0), false);
+        put(forms_.theta_5(-1.0), false);
+        put(forms_.across(), false);
+        for (int i = 0; i < ranges_.count; ++i) {
+            const ThetaRanges::One& range = ranges_.one[i];
+            double cosine = not_a_number;
+            for (const double side : {-1.0, 1.0}) {
+                const double limit = range.middle + side * range.half;
+                const SinCos<double> angle = sin_cos(limit);
+                if (side > 0 && (locked(range) || (range.joint == 1 && angle.cos == cosine))) continue;
+                cosine = angle.cos;
+                if (range.joint == 0) put(forms_.theta_1(limit), locked(range));
+                if (range.joint == 1) put(forms_.theta_2(limit), locked(range));
+                if (range.joint == 2) put(forms_.theta_3(limit), locked(range));
+                if (range.joint == 4) put(forms_.theta_5(angle.sin), locked(range));
+                if (range.joint == 5) put(forms_.theta_6(limit), locked(range));
+            }
+        }
+    }
+
+    // -- verdicts
+
+    /// Limits have numbers: 2 i and 2 i + 1 are the lower and the upper end of range i, then come fold and
+    /// reach.
+    Margin margin(const OffsetMotion<>& motion, const Eight& x,
+                  const Eight& asked = Eight(0.0)) const noexcept {
+        const SinCos<Eight> theta_7 = sin_cos(x);
+        const OffsetWrist<Eight> wrist = offset_wrist(arm_, motion, theta_7);
+        const double reach = 1.0 / arm_.rest.reach;
+        const Eight of_reach = wrist.excess * Eight(-reach), of_fold = wrist.inside * Eight(reach * reach);
+        const Eight fold(2.0 * ranges_.count);
+        Margin out{min(of_reach, of_fold), select(of_reach < of_fold, fold + Eight(1.0), fold),
+                   select(asked > fold, of_reach, of_fold),
+                   (wrist.excess <= Eight(0.0)) & (wrist.inside >= Eight(0.0))};
+        if (!any(out.exists)) return out;
+        const Directions<Eight> d = directions(motion, wrist, theta_7, sqrt(max(wrist.inside, Eight(0.0))));
+        for (int i = 0; i < ranges_.count; ++i) {
+            const ThetaRanges::One& range = ranges_.one[i];
+            const Eight off = wrap(atan2(d.y[range.joint], d.x[range.joint]) - Eight(range.middle));
+            const Eight low(2.0 * i), high(2.0 * i + 1.0), half(range.half);
+            const Eight room = half - abs(off);
+            const Eight kept = select(room <= half, room, Eight(-1.0));  // NaN keeps nothing
+            const auto less = kept < out.least;
+            out.which = select(less, select(off < Eight(0.0), low, high), out.which);
+            out.least = select(less, kept, out.least);
+            out.asked = select(asked == low, half + off, select(asked == high, half - off, out.asked));
+        }
         return out;
     }
 
-    const OffsetArm& arm_;
-    OffsetMotion<> motion_;
-};
-
-/// Judges cells of the free joint by the limits: a cell is outside, or a piece of it is proven to be inside
-/// and the rest to be outside, or it is open.
-class OffsetJudge {
-public:
-    OffsetJudge(const OffsetArm& arm, const Pose<double>& pose, int gc, const ThetaRanges& ranges) noexcept
-        : cells(arm, pose, gc), ranges_(ranges) {}
-
-    const OffsetCells cells;
-
-    /// Judges [lower, upper]. Known::inside: `piece` is what keeps the limits there, perhaps nothing.
-    Known look(double lower, double upper, OffsetCells::Over& cell, Piece& piece) noexcept {
-        ++looks_;
-        piece = {lower, upper, 0, 0};
-        OffsetCells::Begun begun;
-        cells.begin(0.5 * (lower + upper), 0.5 * (upper - lower), begun, cell);
-        if (cell.exists == Known::outside) {
-            if (!cell.beyond) within_reach_ = true;
-            return Known::outside;
-        }
-        within_reach_ = true;
-        for (int i = 0; i < ranges_.count; ++i) {  // before the other joints are computed
-            const int j = ranges_.one[i].joint;
-            if ((j == 3 || j == 6) && found(ranges_.one[i], cell.joint[j]) == Known::outside)
-                return broken(cell);
-        }
-        cells.finish(begun, cell);
-        unsigned open = 0;
-        for (int i = 0; i < ranges_.count; ++i) {
-            const Known kept = found(ranges_.one[i], cell.joint[ranges_.one[i].joint]);
-            if (kept == Known::outside) return broken(cell);
-            if (kept == Known::open) open |= 1u << i;
-        }
-        if (cell.exists == Known::open) {
-            if (open != 0 || !cut_at_fold(cell.fold, piece)) return Known::open;
-            exists_ = exists_ || piece.upper > piece.lower;
-            return Known::inside;
-        }
-        exists_ = true;
-        for (int i = 0; i < ranges_.count; ++i)
-            if (open >> i & 1u && !cut(ranges_.one[i], cell.joint[ranges_.one[i].joint], piece))
-                return Known::open;
-        return Known::inside;
+    Tag tag_of(double which) const noexcept {
+        const int i = static_cast<int>(which) / 2;
+        const bool second = static_cast<int>(which) % 2 != 0;
+        if (i < ranges_.count) return second ? ranges_.one[i].high : ranges_.one[i].low;
+        return make_tag(second ? 4 : 5, Side::near_singular);
     }
 
-    /// How many cells were looked at.
-    int looks() const noexcept { return looks_; }
-    /// Why there is nothing, of a circle that was looked at whole.
-    Status refusal() const noexcept {
-        if (exists_) return Status::LIMITS;
-        return within_reach_ ? Status::NO_POSTURE : Status::UNREACHABLE;
-    }
-
-private:
-    /// Whether a joint keeps a range over a cell.
-    static Known found(const ThetaRanges::One& range, const JointOver& joint) noexcept {
-        const double about = wrap(joint.middle - range.middle);
-        const double from = about + joint.off.lo, to = about + joint.off.hi;
-        if (from >= -range.half && to <= range.half) return Known::inside;
-        const bool turned_round = !(to < two_pi - range.half && from > range.half - two_pi);
-        return !turned_round && (from > range.half || to < -range.half) ? Known::outside : Known::open;
-    }
-
-    /// A cell on which a limit is broken throughout.
-    Known broken(const OffsetCells::Over& cell) noexcept {
-        exists_ = exists_ || cell.exists == Known::inside;
-        return Known::outside;
-    }
-
-    /// Cuts a piece to where g^2 - t^2 is not negative: it rises or falls over the whole cell.
-    bool cut_at_fold(const Interval& slope, Piece& piece) const noexcept {
-        if (!(slope.lo > 0 || slope.hi < 0)) return false;
-        const auto gap = [this](double free) noexcept { return cells.inside(free); };
-        if (!(gap(piece.lower) > -infinity && gap(piece.upper) > -infinity)) return false;
-        const Tag fold = make_tag(5, Side::near_singular);
-        keep_positive(gap, fold, piece);
-        return true;
-    }
-
-    /// Cuts a piece to where a joint keeps its range; false where its slope does not say.
-    bool cut(const ThetaRanges::One& range, const JointOver& joint, Piece& piece) const noexcept {
-        if (!(joint.slope.lo > 0 || joint.slope.hi < 0)) return false;
-        const double about = wrap(joint.middle - range.middle);
-        const double from = about + joint.off.lo, to = about + joint.off.hi;
-        if (!(to < two_pi - range.half && from > range.half - two_pi))
-            return false;  // it may come in from behind
-        const auto room = [this, j = range.joint](double limit, double side) noexcept {
-            return [this, j, limit, side](double free) noexcept {
-                double theta[joint_slots];
-                cells.at(free, theta);
-                return side * wrap(theta[j] - limit);
-            };
+    /// Whether each segment is inside, by its middle.
+    void judge_segments(const Circle& circle, Branch& branch) const noexcept {
+        const int n = circle.count > 0 ? circle.count : 1;
+        int asked[8], count = 0;
+        double x[8];
+        const auto judge = [&] {
+            for (int i = count; i < 8; ++i) x[i] = x[0];
+            const Margin at = margin(branch.motion, Eight::load(x));
+            const unsigned kept = bits(at.least >= Eight(0.0));
+            branch.exists = branch.exists || any(at.exists);
+            for (int i = 0; i < count; ++i) branch.inside[asked[i]] = (kept >> i & 1u) != 0;
+            count = 0;
         };
-        if (from < -range.half) keep_positive(room(range.middle - range.half, 1.0), range.low, piece);
-        if (to > range.half) keep_positive(room(range.middle + range.half, -1.0), range.high, piece);
-        return true;
-    }
-
-    /// Cuts a piece to where a function that rises or falls all over it is not negative, up to rounding: of a
-    /// locked joint one value is left.
-    template <class F>
-    static void keep_positive(const F& f, Tag tag, Piece& piece) noexcept {
-        const double a = f(piece.lower), b = f(piece.upper);
-        const bool kept_a = a >= -tolerance::isolated, kept_b = b >= -tolerance::isolated;
-        if (kept_a && kept_b) return;
-        if (!kept_a && !kept_b) {
-            piece.upper = piece.lower;
-            piece.lower_tag = 0;
-            piece.upper_tag = 0;
-            return;
+        for (int i = 0; i < n; ++i) {
+            branch.inside[i] = false;
+            if (!circle.possible[i]) continue;
+            asked[count] = i;
+            x[count++] = middle_of(circle, i);
+            if (count == 8) judge();
         }
-        const double kept = kept_a ? piece.lower : piece.upper;
-        const bool within = kept_a ? a > 0 : b > 0;
-        const double at = within ? root(f, piece.lower, a, piece.upper, b) : kept;
-        (kept_a ? piece.upper : piece.lower) = at;
-        (kept_a ? piece.upper_tag : piece.lower_tag) = tag;
+        if (count > 0) judge();
     }
 
-    /// The root of f in [a, b], whose ends have values of two signs: regula falsi (Illinois).
-    template <class F>
-    static double root(const F& f, double a, double fa, double b, double fb) noexcept {
-        for (int pass = 0; pass < offset_rule::root_steps && b - a > 1e-15 * (1.0 + abs(a)); ++pass) {
-            double at = (a * fb - b * fa) / (fb - fa);
-            if (!(at > a && at < b)) at = 0.5 * (a + b);
-            const double now = f(at);
-            if (now == 0) return at;
-            const bool upper = (now < 0) == (fb < 0);
-            (upper ? b : a) = at;
-            (upper ? fb : fa) = now;
-            (upper ? fa : fb) *= 0.5;
+    // -- ends
+
+    /// The ends of the segments that are inside, and places that are feasible by themselves.
+    void find_ends(const Circle& circle, Branch& branch) noexcept {
+        End end[8];
+        int count = 0;
+        const auto ask = [&](int segment, bool is_lower) {
+            const int place = is_lower ? segment : circle.behind(segment);
+            const int beyond = is_lower ? circle.before(segment) : place;
+            const double toward = is_lower ? 1.0 : -1.0, inner = circle.length[segment],
+                         outer = circle.length[beyond];
+            const double at_in = is_lower ? circle.place[place].upper : circle.place[segment].upper + inner;
+            const double at_out = at_in - toward * (circle.place[place].upper - circle.place[place].lower);
+            end[count++] = {at_in + toward * min(tuning_.beside, 0.25 * inner),
+                            at_out - toward * min(tuning_.beside, 0.25 * outer),
+                            at_in + toward * 0.5 * inner,
+                            at_out - toward * 0.5 * outer,
+                            segment,
+                            is_lower};
+            if (count < 8) return;
+            settle_ends(end, count, branch);
+            count = 0;
+        };
+        for (int i = 0; i < circle.count; ++i) {
+            const Place& place = circle.place[i];
+            const int before = circle.before(i);
+            const bool in_before = branch.inside[before], in_behind = branch.inside[i];
+            if (in_behind) {
+                branch.lower[i] = place.upper;
+                branch.lower_tag[i] = 0;
+            }
+            if (in_before) {
+                branch.upper[before] = (before >= i ? place.lower + two_pi : place.lower);
+                branch.upper_tag[before] = 0;
+            }
+            if (undecided(place)) continue;
+            if (in_before && in_behind) branch.lower[i] = place.lower;
+            if (!in_before && in_behind) ask(i, true);
+            if (in_before && !in_behind) ask(before, false);
+            if (!in_before && !in_behind && place.roots > 1) find_alone(place, branch);
         }
-        return 0.5 * (a + b);
+        if (count > 0) settle_ends(end, count, branch);
     }
 
-    const ThetaRanges& ranges_;
-    int looks_ = 0;
-    bool exists_ = false, within_reach_ = false;
+    /// Finds eight ends by regula falsi (Illinois) on the limit that is broken beyond each.
+    void settle_ends(const End* end, int count, Branch& branch) const noexcept {
+        double in[8], out[8];
+        for (int i = 0; i < 8; ++i) {
+            in[i] = end[i < count ? i : 0].inside;
+            out[i] = end[i < count ? i : 0].outside;
+        }
+        const Eight zero(0.0), half(0.5);
+        Margin beyond = margin(branch.motion, Eight::load(out));
+        Margin here = margin(branch.motion, Eight::load(in), beyond.which);
+        const auto between = (here.least >= zero) & (beyond.least < zero);
+        if (!all(between)) {  // beside other roots: between the middles of the segments
+            for (int i = 0; i < count; ++i) {
+                if (between[i]) continue;
+                in[i] = end[i].far_inside;
+                out[i] = end[i].far_outside;
+            }
+            beyond = margin(branch.motion, Eight::load(out));
+            here = margin(branch.motion, Eight::load(in), beyond.which);
+        }
+        Eight a = Eight::load(in), b = Eight::load(out), at = a;
+        Eight f_a = here.asked, f_b = beyond.least, which = beyond.which;
+        const Eight still(4.0 * tolerance::rounding);
+        auto going = !(a == b);
+        for (int step = 1; step <= tuning_.end_steps && any(going); ++step) {
+            const Eight to = (a * f_b - b * f_a) / (f_b - f_a);
+            auto falsi = ((to > a) & (to < b)) | ((to < a) & (to > b));
+            if (step % tuning_.bisected == 0) falsi = falsi & !falsi;
+            const Eight before = at;
+            at = select(going, select(falsi, to, half * (a + b)), at);
+            const Margin now = margin(branch.motion, at, which);
+            const auto inside = (now.least >= zero) & going, outside = (now.least < zero) & going;
+            const auto changed = outside & !(now.which == which);
+            f_b = select(outside, now.least, select(inside, half * f_b, f_b));
+            f_a = select(inside, now.asked, select(outside, half * f_a, f_a));
+            a = select(inside, at, a);
+            b = select(outside, at, b);
+            which = select(outside, now.which, which);
+            if (any(changed)) f_a = select(changed, margin(branch.motion, a, which).asked, f_a);
+            going = going & (abs(at - before) > still) & (abs(a - b) > still) & !(now.least == zero);
+        }
+        for (int i = 0; i < count; ++i) {
+            const int k = end[i].segment;
+            (end[i].is_lower ? branch.lower : branch.upper)[k] = at[i];
+            (end[i].is_lower ? branch.lower_tag : branch.upper_tag)[k] = tag_of(which[i]);
+        }
+    }
+
+    /// Keeps a value that is feasible by itself: where two limits meet, or of a locked joint.
+    void find_alone(const Place& place, Branch& branch) const noexcept {
+        double lower = place.lower - tuning_.beside, upper = place.upper + tuning_.beside;
+        double best = -infinity, value = lower;
+        Margin at;
+        for (int pass = 0; pass < tuning_.alone_looks; ++pass) {
+            double x[8];
+            for (int i = 0; i < 8; ++i) x[i] = lower + (upper - lower) * (i + 1) / 9.0;
+            at = margin(branch.motion, Eight::load(x));
+            int most = 0;
+            for (int i = 1; i < 8; ++i)
+                if (at.least[i] > at.least[most]) most = i;
+            if (at.least[most] > best) {
+                best = at.least[most];
+                value = x[most];
+            }
+            if (best < -1e-3 || best >= 0) break;
+            const double step = (upper - lower) / 9.0;
+            lower = value - step;
+            upper = value + step;
+        }
+        if (!(best >= -tolerance::isolated)) return;
+        branch.exists = true;
+        const Tag tag = tag_of(at.which[0]);
+        add(value, value, tag, tag, branch.pieces);
+    }
+
+    // -- what is undecided
+
+    /// Judges an undecided place by interval cells, as far as looks are left.
+    void judge_place(double lower, double upper, Branch& branch) noexcept {
+        struct Cell {
+            double lower, upper;
+        };
+        const double p = to_q(lower, arm_.rest.sign[6], arm_.rest.offset[6]),
+                     q = to_q(upper, arm_.rest.sign[6], arm_.rest.offset[6]);
+        OffsetJudge judge(arm_, exact_, branch.gc, ranges_);
+        Cell queue[most_cells];  // the widest first
+        int first = 0, last = 0;
+        queue[last++] = {min(p, q), max(p, q)};
+        while (first < last) {
+            const Cell cell = queue[first++];
+            const double middle = 0.5 * (cell.lower + cell.upper), half = middle - cell.lower;
+            OffsetCells::Over over;
+            Piece piece;
+            Known known = Known::open;
+            const bool spent = branch.looks <= 0 || last + 2 > most_cells;
+            if (!spent) {
+                --branch.looks;
+                known = judge.look(cell.lower, cell.upper, over, piece);
+            }
+            if (known == Known::inside) add_free(piece, branch.pieces);
+            if (known != Known::open) continue;
+            if (spent || half < tuning_.narrowest) {
+                branch.unproven += cell.upper - cell.lower;
+                add_free({cell.lower, cell.upper, 0, 0}, branch.open);
+                continue;
+            }
+            queue[last++] = {cell.lower, middle};
+            queue[last++] = {middle, cell.upper};
+        }
+        branch.exists = branch.exists || judge.refusal() == Status::LIMITS;
+    }
+
+    /// Why a branch holds nothing.
+    Status refusal(const Circle& circle, const Branch& branch) noexcept {
+        if (branch.exists) return Status::LIMITS;
+        if (!circle.within_reach) return Status::UNREACHABLE;
+        // limits of joints 4 and 7 may hide the postures that there are
+        const double elbow = branch.motion.branch.elbow;
+        double place[64] = {-pi, pi};
+        int count = 2;
+        const auto put = [&](const RootEnclosure& root) {
+            if (count < 64) place[count++] = 0.5 * (root.lower + root.upper);
+        };
+        for (const double end : {1.0, -1.0}) {
+            trig_roots(forms_.bend(end), kappa_, elbow, -pi, pi, tuning_.roots, put);
+            trig_roots(forms_.theta_5(end), kappa_, elbow, -pi, pi, tuning_.roots, put);
+        }
+        std::sort(place, place + count);
+        for (int first = 0; first + 1 < count; first += 8) {
+            double x[8];
+            for (int i = 0; i < 8; ++i) {
+                const int k = std::min(first + i, count - 2);
+                x[i] = 0.5 * (place[k] + place[k + 1]);
+            }
+            if (any(margin(branch.motion, Eight::load(x)).exists)) return Status::LIMITS;
+        }
+        return Status::NO_POSTURE;
+    }
+
+    // -- pieces
+
+    /// Adds a piece of theta_7, of any lift, as one of the free joint.
+    void add(double lower, double upper, Tag lower_tag, Tag upper_tag, Pieces& pieces) const noexcept {
+        const double sign = arm_.rest.sign[6], p = to_q(lower, sign, arm_.rest.offset[6]),
+                     q = to_q(upper, sign, arm_.rest.offset[6]);
+        if (sign > 0)
+            add_free({p, q, lower_tag, upper_tag}, pieces);
+        else
+            add_free({q, p, upper_tag, lower_tag}, pieces);
+    }
+    /// Adds a piece of the free joint, of any lift.
+    static void add_free(Piece piece, Pieces& pieces) noexcept {
+        const double start = wrap(piece.lower) >= pi ? -pi : wrap(piece.lower), by = start - piece.lower;
+        piece.lower = start;
+        piece.upper += by;
+        if (!(piece.upper > pi)) return pieces.add(piece);
+        pieces.add({-pi, piece.upper - two_pi, 0, piece.upper_tag});
+        piece.upper = pi;
+        piece.upper_tag = 0;
+        pieces.add(piece);
+    }
+
+    const OffsetArm& arm_;
+    const Pose<double> exact_;
+    const OffsetArcsTuning& tuning_;
+    const ThetaRanges ranges_;
+    const LimitForms forms_;
+    const TrigPolynomial kappa_;
+    int limits_ = 0, looks_;
+    Limit limit_[most_forms];
+    Circle circle_[2];
 };
 
 }  // namespace detail
@@ -299,51 +585,20 @@ private:
 /// The values of the free joint at which branch gc holds a pose within limits of the joints, in the robot's
 /// order.
 inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, const Limits& limits,
-                     ProvenArcs& out) noexcept {
-    using namespace detail;
-    struct Cell {
-        double lower, upper;
-    };
-    make_empty(out.arcs);
-    out.unproven = 0;
-    const Pose<double> exact{orthonormal(pose.rotation), pose.position};
-    Limits in_order;
-    for (int j = 0; j < joints; ++j) {
-        in_order.lower[j] = limits.lower[robot_joint(arm, j)];
-        in_order.upper[j] = limits.upper[robot_joint(arm, j)];
-    }
-    const ThetaRanges ranges(arm.rest, in_order, 0.0, configuration(gc));
-    OffsetJudge judge(arm, exact, gc, ranges);
-    Pieces inside;
-    Cell stack[offset_rule::depth + 2];
-    for (int k = 0; k < offset_rule::cells; ++k) {
-        int top = 0;
-        stack[top++] = {-pi + two_pi * k / offset_rule::cells, -pi + two_pi * (k + 1) / offset_rule::cells};
-        const int most = judge.looks() + offset_rule::most_cells;
-        while (top > 0) {
-            const Cell cell = stack[--top];
-            OffsetCells::Over over;
-            Piece piece;
-            const Known known = judge.look(cell.lower, cell.upper, over, piece);
-            if (known == Known::inside) inside.add(piece);
-            if (known != Known::open) continue;
-            const double middle = 0.5 * (cell.lower + cell.upper), half = middle - cell.lower;
-            if (half < offset_rule::narrowest || top > offset_rule::depth || judge.looks() >= most) {
-                out.unproven += cell.upper - cell.lower;
-                continue;
-            }
-            stack[top++] = {middle, cell.upper};
-            stack[top++] = {cell.lower, middle};
-        }
-    }
-    inside.finish(out.arcs, out.unproven);
-    out.status = out.arcs.empty() ? judge.refusal() : Status::OK;
-    if (out.arcs.empty() && out.unproven > offset_rule::hidden) out.status = Status::NEAR_SINGULAR;
+                     ProvenArcs& out, const OffsetArcsTuning& tuning = {}) noexcept {
+    detail::OffsetArcs(arm, pose, limits, tuning).find(gc, 1, out);
 }
 
 /// The same within the arm's own limits.
 inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, ProvenArcs& out) noexcept {
     feasible(arm, pose, gc, arm.own.limits, out);
+}
+
+/// The same of all branches, which share the roots.
+inline void feasible_all(const OffsetArm& arm, const Pose<double>& pose, const Limits& limits,
+                         ProvenArcs (&out)[configurations], const OffsetArcsTuning& tuning = {}) noexcept {
+    detail::OffsetArcs all(arm, pose, limits, tuning);
+    for (int gc = 0; gc < configurations; ++gc) all.find(gc, configurations - gc, out[gc]);
 }
 
 }  // namespace armangle

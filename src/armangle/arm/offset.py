@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import fields
 from inspect import Parameter, Signature, signature
 from typing import Any, Literal, NamedTuple, Never, final
@@ -93,6 +93,11 @@ _KEYWORDS = {
     "psi": "free is its place",
 }
 _names_keywords = names_keywords("OffsetArm", _KEYWORDS)
+
+_Numbers = NDArray[np.float64]
+_Codes = NDArray[np.int64]
+_ArcColumns = tuple[_Numbers, _Codes, _Codes, _Numbers, _Codes, _Numbers]
+"""Ends, joints, sides, values, codes and what is unproven, as the core fills them."""
 
 
 @by_content
@@ -749,10 +754,11 @@ class OffsetArm(FrozenValue):
     ) -> ArcSet:
         """Return the values of the free joint with which a branch holds the pose within all limits.
 
-        Each arc is proven by interval arithmetic on the closed form; an end is a joint at its limit, or the
-        fold where two branches meet and the free joint turns back (``side`` "singular", of joint 5, or 3 of
-        an offset shoulder). What could not be proven, beside such places, is left out and counted in
-        ``ArcSet.unproven``.
+        Every limit is a root of a trigonometric polynomial of the free joint; between roots one evaluation
+        decides. An end is a joint at its limit, or a place where two branches meet and the free joint turns
+        back (``side`` "singular"): a fold, of joint 5 (3 of an offset shoulder), or the end of the reach, of
+        joint 4. Where limits touch within rounding interval arithmetic decides; what it cannot prove either
+        is left out and counted in ``ArcSet.unproven``.
 
         Parameters
         ----------
@@ -777,15 +783,26 @@ class OffsetArm(FrozenValue):
         batch, (poses, branches) = broadcast(
             [("pose", as_poses("pose", pose), 2), ("gc", _checked_gc(gc), 0)]
         )
+        return self._arc_set(
+            batch,
+            lambda columns: self._handle.feasible_many(poses, branches, *columns, as_threads(threads)),
+            progress,
+        )
+
+    @staticmethod
+    def _arc_set(
+        batch: tuple[int, ...],
+        fill: Callable[[_ArcColumns], None],
+        progress: Progress | bool | None,
+    ) -> ArcSet:
+        """Return the set whose columns the core fills."""
         most = _core.ARC_CAPACITY
         shape = (*batch, most, 2)
         ends, values, unproven = np.empty(shape), np.empty(shape), np.empty(batch)
         joint, side = np.empty(shape, dtype=np.int64), np.empty(shape, dtype=np.int64)
         codes = np.empty((*batch, 2), dtype=np.int64)
         with progressing(as_progress(progress)):
-            self._handle.feasible_many(
-                poses, branches, ends, joint, side, values, codes, unproven, as_threads(threads)
-            )
+            fill((ends, joint, side, values, codes, unproven))
         count = codes[..., 0].reshape(-1)
         kept = np.arange(most) < count[:, None]
         columns = [array.reshape(-1, most, 2)[kept] for array in (ends, joint, side, values)]
@@ -800,10 +817,16 @@ class OffsetArm(FrozenValue):
     def feasible_all(
         self, pose: ArrayLike, *, threads: int = 1, progress: Progress | bool | None = None
     ) -> ArcSet:
-        """Return the arcs of all eight branches of each pose, of shape (..., 8); otherwise as `feasible`."""
+        """Return the arcs of all eight branches of each pose, of shape (..., 8); otherwise as `feasible`.
+
+        The branches share their ends, so that all of them cost little more than one.
+        """
         poses = as_poses("pose", pose)
-        branches = np.arange(CONFIGURATIONS)
-        return self.feasible(poses[..., None, :, :], branches, threads=threads, progress=progress)
+        return self._arc_set(
+            (*poses.shape[:-2], CONFIGURATIONS),
+            lambda columns: self._handle.feasible_all_many(poses, *columns, as_threads(threads)),
+            progress,
+        )
 
     @_names_keywords
     def solve(

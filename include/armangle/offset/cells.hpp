@@ -1,0 +1,300 @@
+// Cells of the free joint: what the joints of a posture do over a cell, enclosed, and whether they keep
+// limits.
+//
+//     |--inside--|--?--|--outside--|--fold|   no posture
+//                   ^ root                ^ cos theta_5 = 0
+//
+// A cell is enclosed by the closed form itself, run on Jet<Interval, 1>: values and slopes of all joints over
+// the cell, rounding included, and by the mean value form about its middle. A limit that a joint passes once
+// is an end, found as a root.
+#pragma once
+
+#include "../near/feasible.hpp"
+#include "../numbers/interval.hpp"
+#include "../numbers/jet.hpp"
+#include "offset_posture.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+namespace offset_rule {
+inline constexpr int cells = 24;  // of the circle, to begin with
+inline constexpr int depth = 32;  // halvings of a cell; narrowest is reached before
+inline constexpr int root_steps = 60;
+inline constexpr double rounding = 4e-15;  // rad: of an angle computed in double
+}  // namespace offset_rule
+
+namespace detail {
+
+/// What a joint does over a cell: its value at the middle, by how much it is off it, and its slope.
+struct JointOver {
+    double middle;   // rad, theta
+    Interval off;    // theta - middle over the cell
+    Interval slope;  // d theta / d free
+};
+
+/// The self-motion of a pose and branch, evaluated at a value of the free joint or over a cell of them.
+class OffsetCells {
+public:
+    OffsetCells(const OffsetArm& arm, const Pose<double>& pose, int gc) noexcept
+        : arm_(arm), motion_(offset_motion(arm, pose, gc)) {}
+
+    /// g^2 - t^2 of a value within reach; -infinity beyond it.
+    double inside(double free) const noexcept {
+        const OffsetWrist<double> wrist = offset_wrist(arm_, motion_, sin_cos(to_theta(arm_.rest, 6, free)));
+        return wrist.excess <= 0 ? wrist.inside : -infinity;
+    }
+
+    /// theta of all joints at a value of the free joint that has a posture.
+    void at(double free, double* theta) const noexcept {
+        const SinCos<double> theta_7 = sin_cos(to_theta(arm_.rest, 6, free));
+        const OffsetWrist<double> wrist = offset_wrist(arm_, motion_, theta_7);
+        angles(directions(motion_, wrist, theta_7, sqrt(max(wrist.inside, 0.0)))).store(theta);
+    }
+    /// The same with two derivatives by the free joint.
+    void at(double free, Jet<double, 2> (&theta)[joints]) const noexcept {
+        using Curve = Jet<double, 2>;
+        const SinCos<Curve> theta_7 =
+            sin_cos(Curve(arm_.rest.sign[6]) * Curve::variable(free) + Curve(arm_.rest.offset[6]));
+        const OffsetWrist<Curve> wrist = offset_wrist(arm_, motion_, theta_7);
+        const Directions<Curve> d = directions(motion_, wrist, theta_7, sqrt(max(wrist.inside, Curve(0.0))));
+        for (int j = 0; j < joints; ++j) theta[j] = atan2(d.y[j], d.x[j]);
+    }
+
+    /// What is known of postures over a cell.
+    struct Over {
+        Known exists;   // inside: at every value of the cell; outside: at none
+        bool beyond;    // out of reach all over the cell
+        Interval fold;  // slope of g^2 - t^2 over the cell
+        JointOver joint[joints];
+    };
+
+    /// A cell looked at as far as the wrist.
+    struct Begun {
+        double middle, half;
+        SinCos<Jet<Interval, 1>> theta_7;
+        OffsetWrist<Jet<Interval, 1>> wrist;
+    };
+
+    /// Whether there are postures over the cell [middle - half, middle + half], and joints 4 and 7.
+    void begin(double middle, double half, Begun& begun, Over& out) const noexcept {
+        using Cell = Jet<Interval, 1>;
+        const Cell free = Cell::variable({below(middle - half), above(middle + half)});
+        const double sign = arm_.rest.sign[6];
+        begun = {middle, half, sin_cos(Cell(sign) * free + Cell(arm_.rest.offset[6])), {}};
+        begun.wrist = offset_wrist(arm_, motion_, begun.theta_7);
+        const OffsetWrist<Cell>& wrist = begun.wrist;
+        const OffsetWrist<double> here = offset_wrist(arm_, motion_, sin_cos(to_theta(arm_.rest, 6, middle)));
+        const double rounding = offset_rule::rounding * arm_.rest.size;
+        const Interval reach = mean_value(wrist.excess, here.excess, half, rounding);
+        const Interval inside = mean_value(wrist.inside, here.inside, half, rounding * arm_.rest.size);
+        out.fold = wrist.inside.coefficient[1];
+        out.exists = Known::open;
+        out.beyond = reach.lo > 0;
+        if (reach.lo > 0 || inside.hi < 0) out.exists = Known::outside;
+        if (reach.hi <= 0 && inside.lo > 0) out.exists = Known::inside;
+        if (out.exists == Known::outside) return;
+        out.joint[3] = enclosed(wrist.theta_4.sin, wrist.theta_4.cos);
+        out.joint[6] = enclosed(begun.theta_7.sin, begun.theta_7.cos);
+    }
+
+    /// All joints over a cell that is not outside. Where exists is open they hold for the postures that there
+    /// are.
+    void finish(const Begun& begun, Over& out) const noexcept {
+        using Cell = Jet<Interval, 1>;
+        const Directions<Cell> d = directions(motion_, begun.wrist, begun.theta_7, sqrt(begun.wrist.inside));
+        if (out.exists != Known::inside) {  // no posture need be at the middle of the cell
+            for (int j = 0; j < joints; ++j) out.joint[j] = enclosed(d.y[j], d.x[j]);
+            return;
+        }
+        double theta[joint_slots];
+        at(begun.middle, theta);
+        for (int j = 0; j < joints; ++j)
+            out.joint[j] = joint_over(d.y[j], d.x[j], theta[j], sin_cos(theta[j]), begun.half);
+    }
+
+private:
+    /// What a function encloses over a cell, by its values and by its value at the middle and its slope.
+    static Interval mean_value(const Jet<Interval, 1>& over, double middle, double half,
+                               double rounding) noexcept {
+        const Interval slope = over.coefficient[1];
+        if (!slope.bounded() || !(abs(middle) < infinity)) return over.value();
+        const double reach = above(half * greater(abs(slope.lo), abs(slope.hi))) + rounding;
+        return meet(over.value(), {middle - reach, middle + reach});
+    }
+
+    /// A joint about the middle of what its direction encloses.
+    static JointOver enclosed(const Jet<Interval, 1>& y, const Jet<Interval, 1>& x) noexcept {
+        const double down = y.value().middle(), along = x.value().middle(), size = hypot(down, along);
+        const bool known = size > 0 && size < infinity;
+        const SinCos<double> about = known ? SinCos<double>{down / size, along / size} : SinCos<double>{0, 1};
+        return joint_over(y, x, atan2(about.sin, about.cos), about, infinity);
+    }
+
+    static JointOver joint_over(const Jet<Interval, 1>& y, const Jet<Interval, 1>& x, double theta,
+                                const SinCos<double>& about, double half) noexcept {
+        using offset_rule::rounding;
+        const Interval along = x.value() * Interval(about.cos) + y.value() * Interval(about.sin);
+        const Interval across = y.value() * Interval(about.cos) - x.value() * Interval(about.sin);
+        JointOver out{theta, Interval::whole(), Interval::whole()};
+        if (!(along.lo > 0) || !along.bounded() || !across.bounded()) return out;
+        const Interval tangent = across / along;
+        out.off = {atan2(tangent.lo, 1.0) - rounding, atan2(tangent.hi, 1.0) + rounding};
+        const Interval size = square(x.value()) + square(y.value());
+        out.slope = (x.value() * y.coefficient[1] - y.value() * x.coefficient[1]) / size;
+        if (!out.slope.bounded() || !(half < infinity)) return out;
+        const double reach = above(half * greater(abs(out.slope.lo), abs(out.slope.hi))) + 2.0 * rounding;
+        out.off = meet(out.off, {-reach, reach});
+        return out;
+    }
+
+    const OffsetArm& arm_;
+    OffsetMotion<> motion_;
+};
+
+/// Judges cells of the free joint by the limits: a cell is outside, or a piece of it is proven to be inside
+/// and the rest to be outside, or it is open.
+class OffsetJudge {
+public:
+    OffsetJudge(const OffsetArm& arm, const Pose<double>& pose, int gc, const ThetaRanges& ranges) noexcept
+        : cells(arm, pose, gc), ranges_(ranges) {}
+
+    const OffsetCells cells;
+
+    /// Judges [lower, upper]. Known::inside: `piece` is what keeps the limits there, perhaps nothing.
+    Known look(double lower, double upper, OffsetCells::Over& cell, Piece& piece) noexcept {
+        ++looks_;
+        piece = {lower, upper, 0, 0};
+        OffsetCells::Begun begun;
+        cells.begin(0.5 * (lower + upper), 0.5 * (upper - lower), begun, cell);
+        if (cell.exists == Known::outside) {
+            if (!cell.beyond) within_reach_ = true;
+            return Known::outside;
+        }
+        within_reach_ = true;
+        for (int i = 0; i < ranges_.count; ++i) {  // before the other joints are computed
+            const int j = ranges_.one[i].joint;
+            if ((j == 3 || j == 6) && found(ranges_.one[i], cell.joint[j]) == Known::outside)
+                return broken(cell);
+        }
+        cells.finish(begun, cell);
+        unsigned open = 0;
+        for (int i = 0; i < ranges_.count; ++i) {
+            const Known kept = found(ranges_.one[i], cell.joint[ranges_.one[i].joint]);
+            if (kept == Known::outside) return broken(cell);
+            if (kept == Known::open) open |= 1u << i;
+        }
+        if (cell.exists == Known::open) {
+            if (open != 0 || !cut_at_fold(cell.fold, piece)) return Known::open;
+            exists_ = exists_ || piece.upper > piece.lower;
+            return Known::inside;
+        }
+        exists_ = true;
+        for (int i = 0; i < ranges_.count; ++i)
+            if (open >> i & 1u && !cut(ranges_.one[i], cell.joint[ranges_.one[i].joint], piece))
+                return Known::open;
+        return Known::inside;
+    }
+
+    /// How many cells were looked at.
+    int looks() const noexcept { return looks_; }
+    /// Why there is nothing, of a circle that was looked at whole.
+    Status refusal() const noexcept {
+        if (exists_) return Status::LIMITS;
+        return within_reach_ ? Status::NO_POSTURE : Status::UNREACHABLE;
+    }
+
+private:
+    /// Whether a joint keeps a range over a cell.
+    static Known found(const ThetaRanges::One& range, const JointOver& joint) noexcept {
+        const double about = wrap(joint.middle - range.middle);
+        const double from = about + joint.off.lo, to = about + joint.off.hi;
+        if (from >= -range.half && to <= range.half) return Known::inside;
+        const bool turned_round = !(to < two_pi - range.half && from > range.half - two_pi);
+        return !turned_round && (from > range.half || to < -range.half) ? Known::outside : Known::open;
+    }
+
+    /// A cell on which a limit is broken throughout.
+    Known broken(const OffsetCells::Over& cell) noexcept {
+        exists_ = exists_ || cell.exists == Known::inside;
+        return Known::outside;
+    }
+
+    /// Cuts a piece to where g^2 - t^2 is not negative: it rises or falls over the whole cell.
+    bool cut_at_fold(const Interval& slope, Piece& piece) const noexcept {
+        if (!(slope.lo > 0 || slope.hi < 0)) return false;
+        const auto gap = [this](double free) noexcept { return cells.inside(free); };
+        if (!(gap(piece.lower) > -infinity && gap(piece.upper) > -infinity)) return false;
+        const Tag fold = make_tag(5, Side::near_singular);
+        keep_positive(gap, 0.0, fold, piece);
+        return true;
+    }
+
+    /// Cuts a piece to where a joint keeps its range; false where its slope does not say.
+    bool cut(const ThetaRanges::One& range, const JointOver& joint, Piece& piece) const noexcept {
+        if (!(joint.slope.lo > 0 || joint.slope.hi < 0)) return false;
+        const double about = wrap(joint.middle - range.middle);
+        const double from = about + joint.off.lo, to = about + joint.off.hi;
+        if (!(to < two_pi - range.half && from > range.half - two_pi))
+            return false;  // it may come in from behind
+        const auto room = [this, j = range.joint](double limit, double side) noexcept {
+            return [this, j, limit, side](double free) noexcept {
+                double theta[joint_slots];
+                cells.at(free, theta);
+                return side * wrap(theta[j] - limit);
+            };
+        };
+        if (from < -range.half)
+            keep_positive(room(range.middle - range.half, 1.0), tolerance::isolated, range.low, piece);
+        if (to > range.half)
+            keep_positive(room(range.middle + range.half, -1.0), tolerance::isolated, range.high, piece);
+        return true;
+    }
+
+    /// Cuts a piece to where a function that rises or falls all over it is not negative; at an end of the
+    /// piece up to `slack`: of a locked joint one value is left.
+    template <class F>
+    static void keep_positive(const F& f, double slack, Tag tag, Piece& piece) noexcept {
+        const double a = f(piece.lower), b = f(piece.upper);
+        const bool kept_a = a >= -slack, kept_b = b >= -slack;
+        if (kept_a && kept_b) return;
+        if (!kept_a && !kept_b) {
+            piece.upper = piece.lower;
+            piece.lower_tag = 0;
+            piece.upper_tag = 0;
+            return;
+        }
+        const double kept = kept_a ? piece.lower : piece.upper;
+        const bool within = kept_a ? a > 0 : b > 0;
+        const double at = within ? root(f, piece.lower, a, piece.upper, b) : kept;
+        (kept_a ? piece.upper : piece.lower) = at;
+        (kept_a ? piece.upper_tag : piece.lower_tag) = tag;
+    }
+
+    /// The root of f in [a, b], whose ends have values of two signs: regula falsi (Illinois).
+    template <class F>
+    static double root(const F& f, double a, double fa, double b, double fb) noexcept {
+        for (int pass = 0; pass < offset_rule::root_steps && b - a > 1e-15 * (1.0 + abs(a)); ++pass) {
+            double at = (a * fb - b * fa) / (fb - fa);
+            if (!(at > a && at < b)) at = 0.5 * (a + b);
+            const double now = f(at);
+            if (now == 0) return at;
+            const bool upper = (now < 0) == (fb < 0);
+            (upper ? b : a) = at;
+            (upper ? fb : fa) = now;
+            (upper ? fa : fb) *= 0.5;
+        }
+        return 0.5 * (a + b);
+    }
+
+    const ThetaRanges& ranges_;
+    int looks_ = 0;
+    bool exists_ = false, within_reach_ = false;
+};
+
+}  // namespace detail
+
+}  // namespace armangle
+
+#include "../names/end.hpp"

@@ -1,0 +1,370 @@
+// Roots of F0(x) + elbow sigma(x) F1(x) on a piece of the circle: F0, F1 trigonometric polynomials, sigma the
+// sine of the elbow's bend. Every root in the piece lies in one of the enclosures that are given.
+//
+//     sigma = sqrt(1 - kappa^2) >= 0,   kappa = k0 + kc cos x + ks sin x,   |kappa| <= 1 on the piece
+//
+// G is the whole function. A cell of half width h about m holds no root if |G(m)| > |G'(m)| h + B h^2/2, and
+// one at most if |G'(m)| > B h, where B bounds |G''| on the cell. Beside sigma = 0, where G has no second
+// derivative, the slope of sigma itself is bounded from below. All else is halved, down to `undecided`
+// enclosures: tangencies. Eight cells are looked at together.
+#pragma once
+
+#include <algorithm>
+
+#include "../numbers/rounded.hpp"
+#include "../numbers/lane.hpp"
+#include "../numbers/angles.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+/// How far the isolation of roots goes.
+struct TrigRootsTuning {
+    /// A piece is cut into cells no wider than a turn by this many times the degree.
+    int cells = 8;
+    /// Half width (rad) of a cell that is left undecided: as near, two limits are one place.
+    double narrowest = 2.5e-10;
+    /// Rounds of eight cells for one function on one piece; the cells left then are undecided.
+    int rounds = 256;
+    /// Newton's steps towards a root that is alone, at most.
+    int newton = 8;
+};
+
+/// c[0] + sum c[k] cos kx + s[k] sin kx, computed within `error`; its error includes that of x, 1e-15 rad.
+struct TrigPolynomial {
+    static constexpr int most = 4;
+    int degree = 0;
+    double c[most + 1] = {}, s[most + 1] = {};
+    double error = 0;
+
+    /// A bound of the k-th derivative.
+    double slope_bound(int order) const noexcept {
+        double sum = order == 0 ? abs(c[0]) : 0.0;
+        for (int k = 1; k <= degree; ++k) {
+            double power = 1;
+            for (int i = 0; i < order; ++i) power *= k;
+            sum += power * (abs(c[k]) + abs(s[k]));
+        }
+        return sum;
+    }
+};
+
+/// F0 + elbow sigma F1.
+struct BentForm {
+    TrigPolynomial even, odd;  // F0, F1
+    bool bent = true;          // whether there is an F1
+};
+
+/// A piece of the circle that may hold roots: one if it is settled, of a function that rises or falls there.
+struct RootEnclosure {
+    double lower, upper;
+    bool settled;
+};
+
+namespace detail {
+
+using Eight = Lane<8>;
+
+/// A trigonometric polynomial and its derivatives at eight places.
+template <int Order>
+struct Derivatives {
+    Eight of[Order + 1];
+};
+
+/// The same of several polynomials at once: cosines and sines of the multiples are computed once.
+template <int Order, int Count>
+ARMANGLE_INLINE void derivatives(const TrigPolynomial* const (&p)[Count], int degree, const Eight& x,
+                                 Derivatives<Order> (&out)[Count]) noexcept {
+    const SinCos<Eight> one = sin_cos(x);
+    for (int i = 0; i < Count; ++i) {
+        out[i].of[0] = Eight(p[i]->c[0]);
+        for (int order = 1; order <= Order; ++order) out[i].of[order] = Eight(0.0);
+    }
+    Eight c = one.cos, s = one.sin;
+    for (int k = 1; k <= degree; ++k) {
+        const double times = k;
+        for (int i = 0; i < Count; ++i) {
+            if (k > p[i]->degree) continue;
+            const Eight a(p[i]->c[k]), b(p[i]->s[k]);
+            const Eight here = mul_add(a, c, b * s);
+            out[i].of[0] = out[i].of[0] + here;
+            if constexpr (Order >= 1)
+                out[i].of[1] = mul_add(Eight(times), mul_add(b, c, -(a * s)), out[i].of[1]);
+            if constexpr (Order >= 2) out[i].of[2] = mul_add(Eight(-times * times), here, out[i].of[2]);
+        }
+        if (k == degree) break;
+        const Eight next = mul_add(c, one.cos, -(s * one.sin));
+        s = mul_add(s, one.cos, c * one.sin);
+        c = next;
+    }
+}
+
+/// The search for the roots of one function.
+class TrigRoots {
+public:
+    TrigRoots(const BentForm& form, const TrigPolynomial& kappa, double elbow,
+              const TrigRootsTuning& tuning) noexcept
+        : form_(form),
+          kappa_(kappa),
+          elbow_(elbow),
+          tuning_(tuning),
+          degree_(form.bent ? std::max({form.even.degree, form.odd.degree, 1}) : form.even.degree),
+          even_2_(form.even.slope_bound(2)),
+          even_3_(form.even.slope_bound(3)),
+          odd_1_(form.odd.slope_bound(1)),
+          odd_2_(form.odd.slope_bound(2)),
+          kappa_1_(kappa.slope_bound(1)),
+          square_2_(2.0 * kappa_1_ * (kappa_1_ + 1.0)) {}
+
+    /// give(enclosure) of all that may be roots in [lower, upper], in no order.
+    template <class Give>
+    void run(double lower, double upper, const Give& give) noexcept {
+        const double widest = two_pi / (tuning_.cells * std::max(degree_, 1));
+        const int n = static_cast<int>(min(std::ceil((upper - lower) / widest), 64.0));
+        for (int i = n - 1; i >= 0; --i)
+            cell_[count_++] = {lower + (upper - lower) * i / n, lower + (upper - lower) * (i + 1) / n};
+        for (int round = 0; count_ > 0;) {
+            for (; count_ > 0; ++round) {
+                if (round >= tuning_.rounds || count_ > capacity - 16) {
+                    while (count_ > 0) give(undecided(cell_[--count_]));
+                    break;
+                }
+                look(give);
+            }
+            for (int i = 0; i < alone_count_; i += 8) refine(i, give);
+            alone_count_ = 0;
+        }
+    }
+
+private:
+    struct Cell {
+        double lower, upper;
+    };
+    /// A cell on which the function rises or falls, the least of its slope and the most of its bend.
+    struct Alone {
+        double lower, upper, start, slope, bend;
+    };
+    static RootEnclosure undecided(const Cell& cell) noexcept { return {cell.lower, cell.upper, false}; }
+
+    /// What is wrong at most with G, where sigma is known between two numbers.
+    ARMANGLE_INLINE Eight error(const Eight& odd, const Eight& least, const Eight& most) const noexcept {
+        if (!form_.bent) return Eight(form_.even.error);
+        // of sigma = sqrt(1 - kappa^2): e / sigma, and never more than sqrt(2 e)
+        const double e = 1.5 * kappa_.error + 1e-15;
+        const Eight of_sigma =
+            min(Eight(e) / max(least, Eight(1e-30)), Eight(std::sqrt(2.0 * e))) + Eight(1e-15) * most;
+        return Eight(form_.even.error) + most * Eight(form_.odd.error) + odd * of_sigma;
+    }
+
+    /// Looks at eight cells: drops them, halves them, or leaves them to be refined.
+    template <class Give>
+    void look(const Give& give) noexcept {
+        const int n = count_ < 8 ? count_ : 8;
+        double from[8], to[8];
+        count_ -= n;
+        for (int i = 0; i < 8; ++i) {
+            const Cell& one = cell_[count_ + (i < n ? i : 0)];
+            from[i] = one.lower;
+            to[i] = one.upper;
+        }
+        const Eight a = Eight::load(from), b = Eight::load(to);
+        const Eight m = Eight(0.5) * (a + b), h = Eight(0.5 + 1e-9) * (b - a) + Eight(1e-15);
+        const TrigPolynomial* const of[] = {&form_.even, &form_.odd, &kappa_};
+        const Eight zero(0.0), half(0.5);
+        Eight g0, g1, curve, wrong, least_slope;
+        LaneMask<8> none, alone, flat;
+        unsigned straight = 255u;
+        if (!form_.bent) {
+            Derivatives<2> d[1];
+            const TrigPolynomial* const even[] = {&form_.even};
+            derivatives<2>(even, degree_, m, d);
+            g0 = d[0].of[0];
+            g1 = d[0].of[1];
+            curve = abs(d[0].of[2]) + Eight(even_3_) * h;
+            wrong = Eight(form_.even.error);
+            none = abs(g0) > abs(g1) * h + half * curve * h * h + wrong;
+            least_slope = abs(g1) - curve * h - Eight(degree_) * wrong;
+            alone = least_slope > zero;
+            flat = abs(g0) + abs(g1) * h + half * curve * h * h <= wrong + wrong;
+        } else {
+            Derivatives<2> d[3];
+            derivatives<2>(of, degree_, m, d);
+            const Eight *f = d[0].of, *g = d[1].of, *k = d[2].of;
+            const Eight odd_0 = abs(g[0]) + (abs(g[1]) + half * Eight(odd_2_) * h) * h;
+            const Eight odd_1 = min(abs(g[1]) + Eight(odd_2_) * h, Eight(odd_1_));
+            const Eight square = (Eight(1.0) - k[0]) * (Eight(1.0) + k[0]);  // sigma^2
+            const Eight square_1 = Eight(-2.0) * k[0] * k[1];
+            const Eight bend = abs(square_1) * h + Eight(0.5 * square_2_) * h * h;
+            const Eight low = square - bend, sure = Eight(4.0 * kappa_.error + 1e-14);
+            const auto smooth = low > sure;
+            const Eight most = sqrt(max(square + bend, zero) + sure);
+            const Eight least = sqrt(select(smooth, low - sure, Eight(1.0)));
+            const Eight sigma = sqrt(max(square, zero));
+            const Eight sigma_1 = square_1 / (Eight(2.0) * select(smooth, sigma, Eight(1.0)));
+            const Eight slope = (abs(square_1) + Eight(square_2_) * h) / (Eight(2.0) * least);
+            const Eight turn = (Eight(0.5 * square_2_) + slope * slope) / least;
+            const Eight side(elbow_);
+            const Eight even_1 = abs(f[1]) + Eight(even_2_) * h;
+            // smooth: by the second derivative
+            g0 = f[0] + side * sigma * g[0];
+            g1 = f[1] + side * (sigma_1 * g[0] + sigma * g[1]);
+            curve = abs(f[2]) + Eight(even_3_) * h + turn * odd_0 + Eight(2.0) * slope * odd_1 +
+                    most * Eight(odd_2_);
+            wrong = error(odd_0, select(smooth, least, zero), most);
+            const Eight rise = abs(g1) * h + half * curve * h * h;
+            const Eight wrong_1 = Eight(degree_) * wrong + slope * (Eight(form_.odd.error) + wrong / least);
+            // beside sigma = 0: by the values of sigma alone, and by its slope
+            const Eight rough = even_1 * h + most * odd_0;
+            const Eight odd_least = abs(g[0]) - (abs(g[1]) + half * Eight(odd_2_) * h) * h;
+            const Eight steep = abs(square_1) - Eight(square_2_) * h;
+            const Eight steepest = max(steep, zero) * max(odd_least, zero) / (Eight(2.0) * most) - even_1 -
+                                   most * odd_1 - Eight(degree_) * wrong;
+            none =
+                (smooth & (abs(g0) > rise + wrong)) | (abs(f[0]) > rough + wrong) | (square + bend < -sure);
+            least_slope = select(smooth, abs(g1) - curve * h - wrong_1, steepest);
+            alone = least_slope > zero;
+            flat = (smooth & (abs(g0) + rise <= wrong + wrong)) | (abs(f[0]) + rough <= wrong + wrong);
+            g1 = select(smooth, g1, zero);
+            straight = bits(smooth);
+        }
+        const unsigned dropped = bits(none), single = bits(alone), level = bits(flat);
+        for (int i = 0; i < n; ++i) {
+            if (dropped >> i & 1u) continue;
+            const Cell cell{from[i], to[i]};
+            const double middle = 0.5 * (cell.lower + cell.upper);
+            if (single >> i & 1u && alone_count_ < most_alone) {
+                const double step = g1[i] != 0 ? -g0[i] / g1[i] : 0.0;
+                alone_[alone_count_++] = {cell.lower, cell.upper,
+                                          min(max(middle + step, cell.lower), cell.upper), least_slope[i],
+                                          straight >> i & 1u ? curve[i] : infinity};
+                continue;
+            }
+            if (level >> i & 1u || 0.5 * (cell.upper - cell.lower) < tuning_.narrowest) {
+                give(undecided(cell));
+                continue;
+            }
+            halve(cell);
+        }
+    }
+
+    void halve(const Cell& cell) noexcept {
+        const double middle = 0.5 * (cell.lower + cell.upper);
+        cell_[count_++] = {middle, cell.upper};
+        cell_[count_++] = {cell.lower, middle};
+    }
+
+    /// G and its slope, and what may be wrong with G.
+    struct Value {
+        Eight g, slope, wrong;
+    };
+    Value value(const Eight& x) const noexcept {
+        if (!form_.bent) {
+            Derivatives<1> d[1];
+            const TrigPolynomial* const even[] = {&form_.even};
+            derivatives<1>(even, degree_, x, d);
+            return {d[0].of[0], d[0].of[1], Eight(form_.even.error)};
+        }
+        const TrigPolynomial* const of[] = {&form_.even, &form_.odd, &kappa_};
+        Derivatives<1> d[3];
+        derivatives<1>(of, degree_, x, d);
+        const Eight *f = d[0].of, *g = d[1].of, *k = d[2].of;
+        const Eight square = max((Eight(1.0) - k[0]) * (Eight(1.0) + k[0]), Eight(0.0));
+        const Eight sigma = sqrt(square), side(elbow_);
+        const Eight sigma_1 = -(k[0] * k[1]) / max(sigma, Eight(1e-12));
+        return {f[0] + side * sigma * g[0], f[1] + side * (sigma_1 * g[0] + sigma * g[1]),
+                error(abs(g[0]), sigma, sigma)};
+    }
+
+    /// Finds the roots of eight cells that hold one at most: Newton's method within what the signs leave.
+    template <class Give>
+    void refine(int first, const Give& give) noexcept {
+        const int n = alone_count_ - first < 8 ? alone_count_ - first : 8;
+        double lower[8], upper[8], start[8], slope[8], bend[8];
+        for (int i = 0; i < 8; ++i) {
+            const Alone& one = alone_[first + (i < n ? i : 0)];
+            lower[i] = one.lower;
+            upper[i] = one.upper;
+            start[i] = one.start;
+            slope[i] = one.slope;
+            bend[i] = one.bend;
+        }
+        Eight a = Eight::load(lower), b = Eight::load(upper), x = Eight::load(start);
+        const Eight least = Eight::load(slope), most = Eight::load(bend);
+        const Value at_a = value(a), at_b = value(b);
+        const auto sure_a = abs(at_a.g) > at_a.wrong, sure_b = abs(at_b.g) > at_b.wrong;
+        const auto negative_a = at_a.g < Eight(0.0), negative_b = at_b.g < Eight(0.0);
+        const unsigned at_end = bits(!(sure_a & sure_b)) & ((1u << n) - 1u);
+        const unsigned unlike = (bits(negative_a) ^ bits(negative_b)) & ((1u << n) - 1u) & ~at_end;
+        for_each_bit(at_end, [&](int i) {  // beside an end of its cell, where the sign is not certain
+            const double reach_a = sure_a[i] ? 0.0 : near(at_a, least, most)[i],
+                         reach_b = sure_b[i] ? 0.0 : near(at_b, least, most)[i];
+            if (is_rough(lower[i], upper[i], bend[i], max(reach_a, reach_b)))
+                return halve({lower[i], upper[i]});
+            if (!sure_a[i]) give_root(lower[i], min(lower[i] + reach_a, upper[i]), give);
+            if (!sure_b[i]) give_root(max(upper[i] - reach_b, lower[i]), upper[i], give);
+        });
+        if (unlike == 0) return;
+        const Eight sign = select(negative_a, Eight(-1.0), Eight(1.0));
+        Value now = value(x);
+        for (int pass = 0; pass < tuning_.newton; ++pass) {
+            const auto going = abs(now.g) > now.wrong;
+            if ((bits(going) & unlike) == 0) break;
+            const auto lower_side = now.g * sign > Eight(0.0);
+            a = select(lower_side, x, a);
+            b = select(lower_side, b, x);
+            const Eight to = x - now.g / now.slope;
+            const auto kept = (to > a) & (to < b);
+            x = select(going, select(kept, to, Eight(0.5) * (a + b)), x);
+            now = value(x);
+        }
+        const Eight wide = near(now, least, most);
+        const Eight from = max(x - wide, Eight::load(lower)), to = min(x + wide, Eight::load(upper));
+        for_each_bit(unlike, [&](int i) {
+            if (is_rough(lower[i], upper[i], bend[i], wide[i])) return halve({lower[i], upper[i]});
+            give_root(from[i], to[i], give);
+        });
+    }
+
+    /// Whether half a cell would tell more about its root: beside sigma = 0, where its slope is steeper.
+    bool is_rough(double lower, double upper, double bend, double reach) const noexcept {
+        return bend == infinity && min(reach, 0.25 * (upper - lower)) > tuning_.narrowest;
+    }
+
+    /// How far a root is at most from a place: by the slope there, as long as it cannot halve on the way, or
+    /// by the least of the cell.
+    static Eight near(const Value& at, const Eight& least, const Eight& bend) noexcept {
+        const Eight size = abs(at.g) + at.wrong, half = Eight(0.5) * abs(at.slope), by = size / half;
+        return select(bend * by <= half, by, size / least) + Eight(1e-15);
+    }
+
+    template <class Give>
+    void give_root(double lower, double upper, const Give& give) const noexcept {
+        give({lower - 1e-15, upper + 1e-15, true});
+    }
+
+    static constexpr int capacity = 512, most_alone = 128;
+    const BentForm& form_;
+    const TrigPolynomial& kappa_;
+    const double elbow_;
+    const TrigRootsTuning& tuning_;
+    const int degree_;
+    const double even_2_, even_3_, odd_1_, odd_2_, kappa_1_, square_2_;
+    int count_ = 0, alone_count_ = 0;
+    Cell cell_[capacity];
+    Alone alone_[most_alone];
+};
+
+}  // namespace detail
+
+/// give(enclosure) of all roots of form in [lower, upper], on which |kappa| <= 1 up to rounding; `elbow` is 1
+/// or -1.
+template <class Give>
+void trig_roots(const BentForm& form, const TrigPolynomial& kappa, double elbow, double lower, double upper,
+                const TrigRootsTuning& tuning, const Give& give) noexcept {
+    detail::TrigRoots(form, kappa, elbow, tuning).run(lower, upper, give);
+}
+
+}  // namespace armangle
+
+#include "../names/end.hpp"
