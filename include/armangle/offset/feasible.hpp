@@ -22,7 +22,7 @@ namespace armangle {
 struct OffsetArcsTuning {
     TrigRootsTuning roots;
     /// Cells that all branches of a pose may take for their undecided pieces.
-    int looks = 300;
+    int looks = 1200;
     /// Half width (rad) of a cell that is given up.
     double narrowest = 1e-9;
     /// Roots nearer to each other than this (rad) are one place: an arc between them would be one angle.

@@ -6,8 +6,8 @@
 //     leads      | o
 //                +------------- s
 //
-// Which joint leads is asked for between every two rows: the one that the self-motion there moves fastest. So
-// branches are no borders: at theta_2 = 0 joint 1 or 3 leads, and at a fold the free joint does not.
+// The free joint leads between two rows of one branch. Between rows of two branches it is the joint that the
+// self-motion there moves fastest: at theta_2 = 0 joint 1 or 3, and at a fold another than the free joint.
 #pragma once
 
 #include <algorithm>
@@ -130,8 +130,10 @@ private:
         }
         return out;
     }
-    /// The joint that the self-motion moves fastest half way between two rows; 6 where the arm is stretched.
+    /// The free joint between rows of one branch, or the joint that the self-motion moves fastest half way
+    /// between two rows; the last joint if the arm is stretched.
     int leader(const double* from, const double* to) const noexcept {
+        if (forward(arm, from).gc == forward(arm, to).gc) return arm.mirrored ? 0 : joints - 1;
         double middle[joint_slots] = {};
         for (int j = 0; j < joints; ++j) middle[j] = from[j] + 0.5 * (to[j] - from[j]);
         const Pose<double> here = tool_pose(arm, middle);

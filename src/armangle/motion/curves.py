@@ -109,7 +109,7 @@ class Curve:
 @by_content
 @dataclass(frozen=True, eq=False)
 class OffsetCurve:
-    """Rows of an `OffsetArm`, between which the joint moves evenly that its self-motion moves fastest.
+    """Rows of an `OffsetArm`, between which the free joint moves evenly; see offset_curve.hpp.
 
     Parameters
     ----------
