@@ -61,7 +61,9 @@ def _close_breaks(motion: Motion) -> tuple[Floats, Floats]:
     if hasattr(motion, "breaks"):
         return np.asarray(rows.breaks), np.asarray(rows.breaks)
     path = motion.path.breaks if motion.path is not None else rows.s
-    ends = np.unique(np.concatenate([[0.0, 1.0], path, rows._drawn.knots]))
+    curve = getattr(motion, "_drawn", None)
+    knots = curve.knots if curve is not None else np.empty(0)
+    ends = np.unique(np.concatenate([[0.0, 1.0], path, knots]))
     apart = np.diff(ends) > CLOSE
     first, last = ends[np.append(True, apart)], ends[np.append(apart, True)]
     first[0], last[0] = 0.0, 0.0
