@@ -145,6 +145,7 @@ def test_the_trajectory_is_drawn_and_corners_may_be_kept(joints: Path, capsys: C
     need("matplotlib")
     picture = joints.with_suffix(".svg")
     words = ["retime", str(joints), *ROBOT, "--acceleration", "300", "--jerk", "3000", "--json"]
+    words += ["--between", "tool"]
     assert main([*words, "--plot", str(picture)]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert 0 < facts["deviation"]["position"] <= 1e-4

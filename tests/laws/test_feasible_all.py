@@ -19,7 +19,7 @@ def test_feasible_all_is_feasible_of_each(name: str, margin: float) -> None:
     q = rng.uniform(np.maximum(arm.lower, -bound), np.minimum(arm.upper, bound), (POSES, 7))
     q[: POSES // 10, 1] = -arm.offsets[1] * arm.signs[1]  # theta_2 = 0
     pose, _, _ = arm.forward(q)
-    pose[-1, :3, 3] += 10.0  # out of reach
+    pose[-1, :3, 3] += 10.0 * arm.reach  # out of reach
     together = arm.feasible_all(pose, singularity_margin=margin)
     one_by_one = arm.feasible(pose[:, None], np.arange(8), singularity_margin=margin)
     assert together.shape == (POSES, 8)

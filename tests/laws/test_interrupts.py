@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -45,6 +45,14 @@ LONG: dict[str, Callable[..., Any]] = {
     "run": lambda **more: TRACKER.run(TICKS, **more),
     "place": lambda **more: aa.place(ARM, POSE, np.linspace(-1, 1, 300), np.linspace(-1, 1, 300), **more),
 }
+
+
+@pytest.fixture(autouse=True)
+def _listening() -> Iterator[None]:
+    """A process in the background of a shell is started with the signal ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.parametrize("name", LONG)

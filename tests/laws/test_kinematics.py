@@ -187,11 +187,11 @@ def test_a_range_beyond_half_a_turn_is_no_full_turn() -> None:
 
 
 def test_outside_every_winding_the_nearest_to_the_range_is_returned() -> None:
-    narrow = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, lower=[6.5] + 6 * [-3], upper=[7.0] + 6 * [3])
+    narrow = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, lower=[3.2] + 6 * [-3], upper=[3.7] + 6 * [3])
     for angle, wanted in ((1.0, 1.0 + 2 * np.pi), (0.0, 2 * np.pi), (-2.9, -2.9 + 4 * np.pi - 2 * np.pi)):
         q = np.array([angle, 0.5, 0.2, 0.9, 0.1, 0.7, 0.3])
         back = narrow.inverse(*narrow.forward(q))
-        low, high = 6.5 - back[0], back[0] - 7.0
+        low, high = 3.2 - back[0], back[0] - 3.7
         for turn in (-2 * np.pi, 2 * np.pi):
             assert max(low, high) <= max(low - turn, high + turn) + JOINT
         assert abs(np.sin((back[0] - wanted) / 2)) <= JOINT

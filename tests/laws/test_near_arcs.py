@@ -29,6 +29,7 @@ def walk(arm: aa.Arm, q: Array) -> tuple[Array, Array, Array]:
 def every_posture(arm: aa.Arm, pose: Array, psi: float, gc: int, starts: Array) -> list[Array]:
     """All postures of (pose, psi, gc) that Newton finds from many starts; its row of psi are differences."""
     found: list[Array] = []
+    loose = arm.nominal.with_(lower=-np.inf, upper=np.inf)  # joints may go round on the way
     for start in starts:
         q = start.copy()
         for _ in range(25):
@@ -50,7 +51,7 @@ def every_posture(arm: aa.Arm, pose: Array, psi: float, gc: int, starts: Array) 
             q = q + step * min(1.0, 0.5 / max(np.abs(step).max(), 1e-300))
         else:
             continue
-        if arm.nominal.forward(q)[2] != gc:
+        if loose.forward(q)[2] != gc:
             continue
         if all(circle_gap(q, other).max() > 1e-6 for other in found):
             found.append(q)
@@ -59,7 +60,7 @@ def every_posture(arm: aa.Arm, pose: Array, psi: float, gc: int, starts: Array) 
 
 def psi_of(arm: aa.Arm, pose: Array, q: Array) -> float:
     """The arm angle at q: the nominal elbow axis about the wrist of a pose, from its reference plane."""
-    nominal = arm.nominal
+    nominal = arm.nominal.with_(lower=-np.inf, upper=np.inf)
     flange = np.linalg.inv(arm.base) @ pose @ np.linalg.inv(arm.tool)
     p = flange[:3, 3] - arm.d_wf * flange[:3, 2] - [0.0, 0.0, arm.d_bs]
     w = p / np.linalg.norm(p)

@@ -235,7 +235,7 @@ BAD = [
     ('<geometry><box size="100 200 300"/></geometry>', "wanted a shape in metres"),
     ('<geometry><sphere radius="-1"/></geometry>', r"radius is -1.0, wanted a length > 0"),
     ('<geometry><sphere radius="nan"/></geometry>', "is not finite"),
-    ('<geometry><cylinder radius="0.1"/></geometry>', "wanted 1"),
+    ('<geometry><cylinder radius="0.1"/></geometry>', "not 1 number"),
     ('<geometry><cone radius="0.1"/></geometry>', "unknown geometry <cone>"),
     ("<geometry/>", "collision is None, wanted a <geometry> with a shape"),
 ]
