@@ -46,17 +46,17 @@ class Mutant:
 def faults_of(node: ast.AST) -> Iterator[Callable[[ast.AST], ast.AST]]:
     """Yield functions that change a copy of a node for the worse and return it."""
     if isinstance(node, ast.Compare) and type(node.ops[0]) in SWAPPED:
-        yield lambda n: _with(n, ops=[SWAPPED[type(n.ops[0])](), *n.ops[1:]])  # type: ignore[attr-defined]
+        yield lambda n: _with(n, ops=[SWAPPED[type(n.ops[0])](), *n.ops[1:]])  # type: ignore[attr-defined]  # the test above tells the kind of node
     if isinstance(node, (ast.BinOp, ast.BoolOp, ast.AugAssign)) and type(node.op) in SWAPPED:
-        yield lambda n: _with(n, op=SWAPPED[type(n.op)]())  # type: ignore[attr-defined]
+        yield lambda n: _with(n, op=SWAPPED[type(n.op)]())  # type: ignore[attr-defined]  # the test above tells the kind of node
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.Not, ast.USub)):
-        yield lambda n: n.operand  # type: ignore[attr-defined]
+        yield lambda n: n.operand  # type: ignore[attr-defined]  # the test above tells the kind of node
     if isinstance(node, ast.Constant) and isinstance(node.value, bool):
-        yield lambda n: _with(n, value=not n.value)  # type: ignore[attr-defined]
+        yield lambda n: _with(n, value=not n.value)  # type: ignore[attr-defined]  # the test above tells the kind of node
     elif isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
-        yield lambda n: _with(n, value=n.value + 1)  # type: ignore[attr-defined]
+        yield lambda n: _with(n, value=n.value + 1)  # type: ignore[attr-defined]  # the test above tells the kind of node
     if isinstance(node, (ast.If, ast.IfExp)):
-        yield lambda n: _with(n, test=ast.UnaryOp(ast.Not(), n.test))  # type: ignore[attr-defined]
+        yield lambda n: _with(n, test=ast.UnaryOp(ast.Not(), n.test))  # type: ignore[attr-defined]  # the test above tells the kind of node
 
 
 def _with(node: ast.AST, **changed: object) -> ast.AST:
@@ -107,7 +107,7 @@ def _mutant(path: Path, place: int, kind: int) -> Mutant:
         getattr(parent, field)[index] = faulty
     text = ast.unparse(ast.fix_missing_locations(tree))
     said = [ast.unparse(one).splitlines()[0] for one in (node, faulty)]
-    return Mutant(path.relative_to(SOURCES), node.lineno, *said, text)  # type: ignore[attr-defined]
+    return Mutant(path.relative_to(SOURCES), node.lineno, *said, text)  # type: ignore[attr-defined]  # the test above tells the kind of node
 
 
 def tests_of(file: Path) -> list[Path]:

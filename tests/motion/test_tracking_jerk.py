@@ -192,7 +192,7 @@ def test_no_bound_on_jerk_is_none() -> None:
     stream = streams.stream(arm, "glitch", 1, seconds=3.0)
     rows = []
     for options in ({}, {"jerk": None}, {"jerk": np.full(7, np.inf)}):
-        tracker = aa.Tracker(arm, DT, **options)  # type: ignore[arg-type]
+        tracker = aa.Tracker(arm, DT, **options)  # type: ignore[arg-type]  # keywords by name
         tracker.start(streams.posture(arm))
         rows.append(tracker.run(stream.samples))
     assert np.array_equal(rows[0], rows[1])
@@ -203,7 +203,7 @@ def test_no_bound_on_jerk_is_none() -> None:
 def test_jerk_alone_bounds_too(missing: str) -> None:
     arm = ARMS["iiwa 14"]
     rng = np.random.default_rng([draw.SEED, len(missing)])
-    tracker = aa.Tracker(arm, DT, jerk=300.0, **{missing: None})  # type: ignore[arg-type]
+    tracker = aa.Tracker(arm, DT, jerk=300.0, **{missing: None})  # type: ignore[arg-type]  # keywords by name
     tracker.start(streams.posture(arm))
     q = [tracker.q[None]]
     for _ in range(10):

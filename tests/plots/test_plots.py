@@ -17,7 +17,7 @@ matplotlib = need("matplotlib")
 matplotlib.use("Agg")
 plt = need("matplotlib.pyplot")
 from armangle import colours, plots  # noqa: E402 - after the backend is chosen
-from armangle.viewer.scene import segment_colours  # noqa: E402
+from armangle.viewer.scene import segment_colours  # noqa: E402 - after the backend is chosen
 
 IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 WAM = aa.Arm.from_catalogue("barrett_wam7")

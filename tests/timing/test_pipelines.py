@@ -95,9 +95,9 @@ def motions(arm: aa.Arm | aa.OffsetArm, start: list[float]) -> Motions:
     for name, each in given.items():
         for between in ("tool", "joints", "spline", None):
             key = f"{name}, {between}"
-            out[key] = lambda _, e=each, how=between: aa.JointPath.from_joints(arm, e, between=how)  # type: ignore[misc]
+            out[key] = lambda _, e=each, how=between: aa.JointPath.from_joints(arm, e, between=how)  # type: ignore[misc]  # defaults bind the loop's values
         if "through" in name:
-            out[f"follow {name}"] = lambda _, e=each: aa.follow(  # type: ignore[misc]
+            out[f"follow {name}"] = lambda _, e=each: aa.follow(  # type: ignore[misc]  # defaults bind the loop's values
                 arm, arm.forward(e)[0], start=e[0], policy=aa.Hold()
             )
     return out

@@ -6,8 +6,8 @@
 //     leads      | o
 //                +------------- s
 //
-// The free joint leads between two rows of one branch. Between rows of two branches it is the joint that the
-// self-motion there moves fastest: at theta_2 = 0 joint 1 or 3, and at a fold another than the free joint.
+// The free joint leads. Where the self-motion moves another joint much faster, that one does: at theta_2 = 0
+// joint 1 or 3, and at a fold another than the free joint. So branches are no borders.
 #pragma once
 
 #include <algorithm>
@@ -83,6 +83,9 @@ struct OffsetCurve {
     }
 
 private:
+    /// Times as fast as the free joint that the self-motion moves a joint which leads instead.
+    static constexpr double fast = 10.0;
+
     template <class T>
     using Equations = detail::SevenEquations<T>;
     using Row = Equations<double>::Row;
@@ -130,20 +133,22 @@ private:
         }
         return out;
     }
-    /// The free joint between rows of one branch, or the joint that the self-motion moves fastest half way
-    /// between two rows; the last joint if the arm is stretched.
+    /// The free joint, or the joint that the self-motion moves fastest half way between two rows if that is
+    /// more than `fast` times as fast; the last joint if the arm is stretched.
     int leader(const double* from, const double* to) const noexcept {
-        if (forward(arm, from).gc == forward(arm, to).gc) return arm.mirrored ? 0 : joints - 1;
         double middle[joint_slots] = {};
         for (int j = 0; j < joints; ++j) middle[j] = from[j] + 0.5 * (to[j] - from[j]);
         const Pose<double> here = tool_pose(arm, middle);
+        const int own = arm.mirrored ? 0 : joints - 1;
         for (int first = 0; first < joints; ++first) {
+            const int lead = (own + first) % joints;
             detail::InverseSlope<double> back;
-            if (!detail::eliminate(equations(here, first, middle), back)) continue;
-            int most = first;
+            if (!detail::eliminate(equations(here, lead, middle), back)) continue;
+            int most = lead;
             for (int j = 0; j < joints; ++j)
                 if (abs(back.row[j].psi) > abs(back.row[most].psi)) most = j;
-            return most;
+            const bool leads = lead == own && abs(back.row[most].psi) <= fast;
+            return leads ? own : most;
         }
         return joints - 1;
     }
