@@ -46,9 +46,9 @@ public:
     void operator()(Towards& hint) {
         int wish = static_cast<int>(hint.wish);
         all(wish, hint.psi, hint.target);
-        hint.wish = wish == static_cast<int>(Wish::point)       ? Wish::point
-                    : wish == static_cast<int>(Wish::direction) ? Wish::direction
-                                                                : Wish::psi;
+        hint.wish = Wish::psi;
+        for (const Wish named : {Wish::point, Wish::direction})
+            if (wish == static_cast<int>(named)) hint.wish = named;
     }
     template <class T, std::size_t n>
     void operator()(T (&values)[n]) {

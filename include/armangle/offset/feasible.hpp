@@ -167,7 +167,8 @@ private:
                 full = true;
                 return;
             }
-            const double turn = root.lower >= pi ? -two_pi : root.lower < -pi ? two_pi : 0.0;
+            double turn = root.lower >= pi ? -two_pi : 0.0;
+            if (root.lower < -pi) turn = two_pi;
             circle.place[circle.count++] = {root.lower + turn, root.upper + turn, root.settled ? roots : 2};
         };
         const auto roots_of = [&](const BentForm& form, double lower, double upper, int roots) {

@@ -126,10 +126,10 @@ public:
     BentForm theta_6(double at) const noexcept {
         const SinCos<Number> angle = direction(at);
         const Number straight = in_kappa(-arm_.a_3, arm_.d_se), odd = in_sigma(-arm_.a_3, arm_.d_se);
-        return {
+        const auto even =
             linear(Number(arm_.d_ew) + straight * kappa_[0] - angle.sin * a_6_ - angle.cos * along_z_,
-                   straight * kappa_[1] + angle.sin * along_x_, straight * kappa_[2] - angle.sin * along_y_),
-            linear(odd, 0.0, 0.0), bends_};
+                   straight * kappa_[1] + angle.sin * along_x_, straight * kappa_[2] - angle.sin * along_y_);
+        return {even, linear(odd, 0.0, 0.0), bends_};
     }
 
     /// theta_1 = at or at + pi: N = k n, m = -s4 w.n, n = (-sin, cos, 0), k = a_3 + a_4 c4 - d_ew s4.
