@@ -271,7 +271,7 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("reach_map", "part"): ["nonsense", object(), 1, (1,), (0, 3), (4, 3), (1.0, 3), (True, 3)],
     ("reach_map", "scheduler"): ["nonsense", object(), 1.0, {"a": 1}],
     ("Objective", "limits"): WEIGHT,
-    ("plan", "start"): [v for v in JOINTS if v is not None],
+    **{(name, "start"): [v for v in JOINTS if v is not None] for name in ("plan", "retime")},
     ("plan", "gc"): [*INDEX, [], [8], ["x"]],
     ("plan", "psi"): ["nonsense", object(), NAN, INF, 1j, [], np.zeros((2, 2)), [0.0, NAN], lambda s: 1.0],
     ("Objective", "psi"): WEIGHT,
