@@ -37,7 +37,7 @@ tidy:  ## clang-tidy over the headers (pip install clang-tidy)
 format:  ## clang-format over C++, in the version that the test extra names
 	PATH=$(dir $(abspath $(PYTHON))):$$PATH clang-format -i include/armangle/*.hpp include/armangle/*/*.hpp include/armangle/*/*/*.hpp bindings/*.[ch]pp examples/cpp/*.[ch]pp fuzz/*.[ch]pp \
 	    tests/package/consumer/*.cpp tests/package/cpp/*.cpp contrib/moveit/src/*.cpp docs/browser/*.cpp \
-	    tests/package/moveit_standin/*/*.hpp tests/package/moveit_standin/*/*/*.hpp benchmarks/cpp/*.[ch]pp
+	    tests/package/ros_standin/*/*.hpp tests/package/moveit_standin/*/*.hpp tests/package/moveit_standin/*/*/*.hpp benchmarks/cpp/*.[ch]pp
 
 test:  ## the quick tests, against the installed package: without compilers, browser, pages and what is marked slow
 	$(PYTHON) -m pytest $(PARALLEL) -m 'not slow' --ignore=tests/package --ignore=tests/viewer/test_browser.py
