@@ -242,7 +242,7 @@ def test_a_name_begins_with_its_folder_s_only_where_its_type_does(root: Path) ->
 # Headers named after a subject, not after the one thing they define; fronts and adapters.
 SUBJECTS = {
     "scalar", "registers", "linalg", "angles", "arrays", "joints", "joint_map", "reference_plane", "path",
-    "armangle", "plan", "kdl", "version", "offset", "begin", "end",
+    "armangle", "plan", "kdl", "version", "offset", "begin", "end", "jerk", "saved",
 }  # fmt: skip
 
 

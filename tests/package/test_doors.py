@@ -40,8 +40,14 @@ print(len(q), q[0, 0])
 
 def commands(target: str, *settings: str) -> str:
     """What make would run for a target."""
-    command = [need_tool("make"), "-n", "-B", f"PYTHON={sys.executable}", *settings, target]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    return make("-n", "-B", f"PYTHON={sys.executable}", *settings, target)
+
+
+def make(*words: str) -> str:
+    """What make prints, also where a make runs this test."""
+    alone = {name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")}
+    command = [need_tool("make"), *words]
+    return subprocess.run(command, cwd=ROOT, env=alone, capture_output=True, text=True, check=True).stdout
 
 
 def named_files(text: str) -> set[str]:
@@ -54,8 +60,7 @@ def test_every_target_has_its_line_of_help() -> None:
     phony = set(re.search(r"^\.PHONY: (.*)$", TEXT, re.MULTILINE)[1].split())
     assert phony == set(HELP)
     assert set(re.findall(r"^([a-z-]+):", TEXT, re.MULTILINE)) == phony
-    shown = subprocess.run([need_tool("make"), "help"], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert [line.split()[0] for line in shown.stdout.splitlines()] == list(HELP)
+    assert [line.split()[0] for line in make("help").splitlines()] == list(HELP)
 
 
 @pytest.mark.parametrize("target", HELP)

@@ -199,7 +199,7 @@ def test_a_field_is_written_and_read(tmp_path: Path) -> None:
     np.savez(tmp_path / "less.npz", distance=distance, spacing=0.05)
     np.savez(tmp_path / "more.npz", distance=distance, origin=[0, 0, 0], spacing=[0.05, 0.05, 0.05])
     for name, wanted in (
-        ("none.npz", "No such file"), ("seen.npy", "ending in .npz"), ("broken.npz", "can be read"),
+        ("none.npz", "no such file"), ("seen.npy", "ending in .npz"), ("broken.npz", "can be read"),
         ("less.npz", "it holds no origin"), ("more.npz", "one number as spacing"),
     ):  # fmt: skip
         with pytest.raises(aa.errors.SceneError, match=wanted):
