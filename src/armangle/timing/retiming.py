@@ -33,7 +33,7 @@ from .motion import (
     unproven_ends,
 )
 from .rounding import rounded
-from .straight import is_straight, straight
+from .straight import SLOWEST, is_straight, straight
 from .tool_speed import HELD, HELD_WITH_JERK, not_held, speed_lost
 from .trajectory import Timing, Trajectory, joined, resting, sampled
 
@@ -78,7 +78,6 @@ MOST_ROWS = 4_000_000
 """Rows of a trajectory: an hour at 1 kHz."""
 _MOST_SPEED = 1e6
 _FAST_TOOL = 10.0  # m/s: no tool of such an arm is as fast
-_SLOWEST = 1e-12
 _LEAST_BOUND = 1e-12
 """Of speeds, accelerations and jerks: times from less are no numbers."""
 
@@ -363,7 +362,7 @@ def _part_kept(part: Part, full: float, b: _Bounds, jerk: Floats) -> Timing:
         if not np.isfinite(timing.t).all():
             _raise_for_leaps(part.whole, timing.of_part(part.first, part.last), b.velocity)
         s, factor = _excess(part, g, timing, b)
-        found.append(timing.slower(float(factor.max())))
+        found.append(timing.slower(float(factor.max()) or 1.0))  # 0 where nothing moves
         gain = found[-2].duration / found[-1].duration if attempt else np.inf
         bad = s[factor > OVER_WITH_JERK]
         if before is None or (attempt and not len(bad)) or (len(broken) and gain < 1):
@@ -442,7 +441,7 @@ def _slack(g: Grid, caps: Floats, timing: Timing, b: _Bounds) -> Floats:
     used = np.max(np.max(needed, axis=0) / b.acceleration, axis=1)
     most = np.maximum(caps[:-1], caps[1:])
     slow = np.minimum(speed[:-1], speed[1:]) < AT_CAP * most
-    lost = spent - step / np.maximum(most, _SLOWEST)
+    lost = spent - step / np.maximum(most, SLOWEST)
     slack = (used < AT_CAP) & slow & (lost * len(step) > LOST * timing.duration)
     return np.asarray((g.s[:-1] + step / 2)[slack])
 
@@ -558,7 +557,7 @@ def _speed_caps(path: Motion, g: Grid, b: _Bounds) -> Floats:
     """Return the greatest ds/dt at every grid point that velocities and the tool's speed allow, (N + 1,)."""
     fastest_joint = np.maximum(np.abs(g.after[:, 0]), np.abs(g.before[:, 0]))
     with np.errstate(divide="ignore", over="ignore"):
-        caps = np.min(b.velocity / np.maximum(fastest_joint, _SLOWEST), axis=1)
+        caps = np.min(b.velocity / np.maximum(fastest_joint, SLOWEST), axis=1)
     for s in (g.s, just_before(path, g.s)):
         caps = np.minimum(caps, _at_tool_speed(path, s, b))
     return np.asarray(caps)
@@ -579,7 +578,7 @@ def _at_tool_speed(path: Motion, s: Floats, b: _Bounds) -> Floats:
     if b.tool_speed is None:
         return np.full(len(s), np.inf)
     return np.asarray(
-        b.tool_speed / np.maximum(np.linalg.norm(tool_derivatives(path, s)[0], axis=1), _SLOWEST)
+        b.tool_speed / np.maximum(np.linalg.norm(tool_derivatives(path, s)[0], axis=1), SLOWEST)
     )
 
 

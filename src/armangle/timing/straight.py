@@ -16,6 +16,8 @@ from .trajectory import Timing, of_jerks
 
 SAME = 1e-9
 """Share by which derivatives and speeds may differ on a straight way: rounding."""
+SLOWEST = 1e-12
+"""A rate dq/ds, rad, below which a joint counts as moving so fast: a way on which none moves is over at once."""
 _SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 
 
@@ -41,10 +43,9 @@ def straight(g: Grid, acceleration: Floats, jerk: Floats, most: Floats) -> Timin
         Greatest ds/dt at each s, 1/s.
     """
     way = float(g.s[-1] - g.s[0])
-    rate = np.abs(g.after[0, 0])
-    moves = rate > 0
-    a = float((acceleration[moves] / rate[moves]).min())
-    j = float((jerk[moves] / rate[moves]).min())
+    rate = np.maximum(np.abs(g.after[0, 0]), SLOWEST)
+    a = float((acceleration / rate).min())
+    j = float((jerk / rate).min())
     v = min(float(most[1:-1].min(initial=most[0])), _peak(way, a, j))
     bend = min(a / j, np.sqrt(v / j))
     hold = max(v / a - a / j, 0.0)
