@@ -43,5 +43,5 @@ origin = next(i for i in range(at, len(lines)) if "<origin" in lines[i])
 lines[origin] = lines[origin].replace('xyz="0 ', 'xyz="0.088 ', 1).replace('xyz="0.0 ', 'xyz="0.088 ', 1)
 try:
     aa.Arm.from_urdf("\n".join(lines))
-except aa.NotSRSError as error:
+except aa.ModelError as error:
     print(error)

@@ -16,6 +16,7 @@ from typing import Any
 # Which module a name comes from; __init__.pyi says the same to type checkers.
 _NAMES = {
     "_core": "ISA __version__",
+    "_threads": "set_threads threads",
     "arm.arcs": "ArcEnd ArcSet",
     "arm.arm": "Arm nearest_rotation",
     "arm.configuration": "gc_index gc_signs",
@@ -23,11 +24,9 @@ _NAMES = {
     "arm.diagnosis": "Branch Diagnosis Opening Verdict",
     "arm.freedom": "Freedom",
     "arm.joint_function": "JointFunction",
-    "arm.offset": "OffsetArm OffsetSolution",
     "arm.solution": "Solution Solutions",
-    "errors": "ArmangleError ConfigurationError FileFormatError InputError LimitError MissingExtraError "
-    "NoSolutionError NotFiniteError NotRotationError NotSRSError OutputError PathError PolicyError "
-    "PortError SceneError ShapeError UnknownRobotError UnreachableError UrdfError",
+    "errors": "ArmangleError CollisionError InputError LimitError MissingExtraError ModelError "
+    "NoSolutionError OutputError PathError SceneError UnreachableError UnsupportedError",
     "files.clouds": "load_cloud",
     "files.fields": "load_field",
     "files.scenes": "load_body load_scene",
@@ -37,7 +36,6 @@ _NAMES = {
     "models.catalogue": "catalogue",
     "models.description": "ImportReport",
     "models.dh": "dh_chain",
-    "models.offset": "offset_catalogue",
     "motion.following": "follow",
     "motion.joining": "join",
     "motion.joint_path": "JointPath PathPoint",
@@ -50,7 +48,7 @@ _NAMES = {
     "reach.placement": "Placement place",
     "reach.reach_map": "ReachMap reach_map",
     "reach.voxels": "Voxels",
-    "scenes.clearance": "Clearance Widest",
+    "scenes.clearance": "Clearance",
     "scenes.scene": "Scene",
     "scenes.shapes": "Ball Box Capsule Cloud Field HalfSpace Hull",
     "status": "Status",
@@ -58,7 +56,7 @@ _NAMES = {
     "timing.trajectory": "SpeedLoss Trajectory TrajectoryPoint",
 }
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
-_MODULES = ("errors", "jax", "kuka", "plots", "torch", "viewer")
+_MODULES = ("errors", "gradients", "jax", "kuka", "plots", "torch", "viewer")
 
 __all__ = tuple(sorted(_HOME))
 

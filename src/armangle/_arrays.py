@@ -16,15 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from ._core import Problem
 from .errors import (
-    ArmangleError,
-    ConfigurationError,
-    InputError,
-    LimitError,
-    NoSolutionError,
-    NotFiniteError,
-    NotRotationError,
-    ShapeError,
-    UnreachableError,
+    ArmangleError, InputError, LimitError, NoSolutionError, UnreachableError,
     shortened,
 )
 
@@ -51,7 +43,7 @@ def as_floats(name: str, value: ArrayLike, tail: Shape = (), meaning: str = "") 
     """
     array = _numbers(name, value, tail, meaning)
     if array.ndim < len(tail) or array.shape[array.ndim - len(tail) :] != tail:
-        raise ShapeError(f"{name} has shape {array.shape}, wanted {shape_text(tail)}{meaning}")
+        raise InputError(f"{name} has shape {array.shape}, wanted {shape_text(tail)}{meaning}")
     return _aligned(array.astype(np.float64, copy=False), tail)
 
 
@@ -63,7 +55,7 @@ def as_poses(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Float
     """
     array = _numbers(name, matrix_of(value), (4, 4))
     if array.shape[-2:] != (4, 4):
-        raise ShapeError(f"{name} has shape {array.shape}, wanted (..., 4, 4){looks_like(name, array.shape)}")
+        raise InputError(f"{name} has shape {array.shape}, wanted (..., 4, 4){looks_like(name, array.shape)}")
     poses = _aligned(array.astype(np.float64, copy=False), (4, 4))
     if arm is not None and array.dtype.kind == "f" and array.dtype.itemsize < poses.itemsize:
         arm.settle_many(poses, float(np.finfo(array.dtype).eps))
@@ -184,7 +176,7 @@ def one_pose(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Float
     """Return a read-only copy (4, 4) of one rigid transform; positions in m; `arm` as in `as_poses`."""
     pose = np.array(as_poses(name, value, arm), order="C")
     if pose.ndim != 2:
-        raise ShapeError(f"{name} has shape {pose.shape}, wanted (4, 4)")
+        raise InputError(f"{name} has shape {pose.shape}, wanted (4, 4)")
     _core.check_transforms(pose, name)
     return frozen(pose)
 
@@ -193,7 +185,7 @@ def one_posture(name: str, value: ArrayLike, arm: AnyHandle | None = None) -> Fl
     """Return a read-only copy (7,) of one posture, finite and no batch; rad, which those of `arm` must be."""
     joints = np.array(as_floats(name, value, (JOINTS,)), order="C")
     if joints.ndim != 1:
-        raise ShapeError(f"{name} has shape {joints.shape}, wanted ({JOINTS},)")
+        raise InputError(f"{name} has shape {joints.shape}, wanted ({JOINTS},)")
     check_angles(name, joints)
     if arm is not None:
         arm.check_joints(joints, name)
@@ -206,7 +198,7 @@ def one_or_seven(name: str, value: ArrayLike) -> Floats:
     if numbers.ndim == 0:
         return np.full(JOINTS, float(numbers))
     if numbers.shape != (JOINTS,):
-        raise ShapeError(f"{name} has shape {numbers.shape}, wanted ({JOINTS},), or a number for all joints")
+        raise InputError(f"{name} has shape {numbers.shape}, wanted ({JOINTS},), or a number for all joints")
     return numbers
 
 
@@ -233,7 +225,7 @@ def as_gc(value: ArrayLike) -> Ints:
     """Return `value` as int64; the range 0..7 is checked where it is used."""
     array = np.asarray(value)
     if array.dtype.kind not in "iu" and array.size:  # no numbers at all have no kind
-        raise ConfigurationError(f"gc has type {array.dtype}, wanted integers from 0 to 7")
+        raise InputError(f"gc has type {array.dtype}, wanted integers from 0 to 7")
     index: Ints = array.astype(np.int64, copy=False)
     return index if all(stride % 8 == 0 for stride in index.strides) else index.copy()
 
@@ -277,7 +269,7 @@ def check_angles(name: str, angles: Floats) -> None:
 def _bad_angle(what: str, value: float) -> ArmangleError:
     if np.isfinite(value):
         return InputError(f"{what}, wanted an angle in rad within ±{_core.LARGEST_ANGLE:g}")
-    return NotFiniteError(f"{what}, wanted finite angles in rad")
+    return InputError(f"{what}, wanted finite angles in rad")
 
 
 def shape_text(tail: Shape) -> str:
@@ -294,7 +286,7 @@ def broadcast(named: Sequence[tuple[str, NDArray[Any], int]]) -> tuple[Shape, li
         batch = np.broadcast_shapes(*shapes)
     except ValueError:
         listed = ", ".join(f"{name} {shape}" for (name, _, _), shape in zip(named, shapes, strict=True))
-        raise ShapeError(f"batch shapes do not broadcast: {listed}") from None
+        raise InputError(f"batch shapes do not broadcast: {listed}") from None
     out = []
     for _, array, inner in named:
         tail = array.shape[array.ndim - inner :]
@@ -308,7 +300,7 @@ def output(out: Floats | None, shape: Shape) -> Floats:
         return np.empty(shape)
     ok = isinstance(out, np.ndarray) and out.dtype == np.float64 and out.shape == shape
     if not (ok and out.flags.c_contiguous and out.flags.writeable):
-        raise ShapeError(f"out is no writable C-contiguous float64 array of shape {shape}")
+        raise InputError(f"out is no writable C-contiguous float64 array of shape {shape}")
     return out
 
 
@@ -349,16 +341,16 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
     where = f"{name}{at}{branch}"
     match problem:
         case Problem.POSE_NOT_FINITE:
-            return NotFiniteError(f"{where} holds {value}, wanted finite numbers")
+            return InputError(f"{where} holds {value}, wanted finite numbers")
         case Problem.POSE_LAST_ROW:
-            return NotRotationError(f"{where} has {value:g} in its last row, wanted 0 0 0 1")
+            return InputError(f"{where} has {value:g} in its last row, wanted 0 0 0 1")
         case Problem.POSE_NOT_ROTATION:
-            return NotRotationError(
+            return InputError(
                 f"the rotation of {where} is not orthonormal: |RᵀR - I| is {value:.3g}, wanted at "
                 f"most {_core.ROTATION_TOLERANCE:g}; armangle.nearest_rotation(pose) gives the nearest one"
             )
         case Problem.POSE_REFLECTION:
-            return NotRotationError(f"the rotation of {where} is a reflection: its determinant is -1")
+            return InputError(f"the rotation of {where} is a reflection: its determinant is -1")
         case Problem.POSE_TOO_FAR:
             return InputError(f"{where} lies {value:.3g} m away, wanted at most {_core.FARTHEST:g} m")
         case Problem.POSE_IN_MILLIMETRES:
@@ -369,7 +361,7 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
         case Problem.PSI_NOT_FINITE:
             return _bad_angle(f"psi{at} is {value}", value)
         case Problem.GC_RANGE:
-            return ConfigurationError(f"gc{at} is {int(value)}, wanted an integer from 0 to 7")
+            return InputError(f"gc{at} is {int(value)}, wanted an integer from 0 to 7")
         case Problem.JOINTS_NOT_FINITE:
             return _bad_angle(f"{where} holds {value}", value)
         case Problem.JOINTS_IN_DEGREES:

@@ -80,7 +80,7 @@ class Kept:
 
         Raises
         ------
-        ShapeError, InputError
+        InputError
             And what `inverse` raises of a pose.
         """
         return self._freedom(pose, as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN))
@@ -100,7 +100,7 @@ class Kept:
 
         Raises
         ------
-        ShapeError, InputError
+        InputError
             And what `forward` raises of joints.
         """
         return self._limit_margin(q)

@@ -39,48 +39,56 @@ class InputError(ArmangleError, ValueError):
     """An argument is not usable as given."""
 
 
-class ShapeError(InputError):
-    """An array has the wrong shape, or two shapes do not broadcast."""
-
-
-class NotFiniteError(InputError):
-    """A number is NaN or infinite where a finite one is needed."""
-
-
-class NotRotationError(InputError):
-    """A 3x3 block is not a rotation matrix."""
-
-
-class LimitError(InputError):
-    """Joint limits are malformed, or a joint value lies outside them."""
-
-
-class NoSolutionError(ArmangleError):
-    """A pose within reach has no posture that limits, margins and the caller allow."""
-
-
-class UnreachableError(ArmangleError):
-    """A pose lies outside the reach of the arm."""
-
-
-class ConfigurationError(InputError):
-    """A global configuration index is not an integer from 0 to 7."""
-
-
-class UnknownRobotError(InputError):
-    """The catalogue has no robot of this name."""
-
-
-class NotSRSError(InputError):
-    """An arm is not spherical-rotational-spherical; ``reasons`` lists why, most telling first."""
+class ModelError(InputError):
+    """A file does not say what it should: a robot, scene, table or map. The message begins with file, line and
+    column; ``reasons`` lists why an arm is not one that armangle solves, most telling first.
+    """
 
     reasons: tuple[str, ...]
     near: bool
+    source: str | None
+    line: int | None
+    column: int | None
 
-    def __init__(self, message: str, reasons: tuple[str, ...] = (), near: bool = False) -> None:
-        super().__init__(message)
-        self.reasons = reasons
-        self.near = near
+    def __init__(
+        self,
+        message: str,
+        reasons: tuple[str, ...] = (),
+        near: bool = False,
+        *,
+        source: str | None = None,
+        line: int | None = None,
+        column: int | None = None,
+    ) -> None:
+        shown = source if source is None or source.isprintable() else repr(source)
+        where = [str(part) for part in (shown, line, column) if part is not None]
+        super().__init__(f"{':'.join(where)}: {message}" if where else message)
+        self.reasons, self.near = reasons, near
+        self.source, self.line, self.column = source, line, column
+
+
+class UnsupportedError(ArmangleError, NotImplementedError):
+    """A function is not made for this kind of arm; the message says what to use."""
+
+
+class NoSolutionError(ArmangleError):
+    """There is no answer in geometry: base of the four below."""
+
+
+class UnreachableError(NoSolutionError):
+    """A pose lies outside the reach of the arm."""
+
+
+class LimitError(NoSolutionError):
+    """Joint limits or margins leave no solution, or joint values lie outside the limits."""
+
+
+class CollisionError(NoSolutionError):
+    """Obstacles leave no solution."""
+
+
+class PathError(NoSolutionError):
+    """A path is not solved at every pose; the message says where and why it fails."""
 
 
 class Words(str):
@@ -114,51 +122,12 @@ def _remade(kind: type[SceneError], message: str, attributes: dict[str, Any]) ->
     return new
 
 
-class FileFormatError(InputError):
-    """A file does not say what it should; the message begins with file, line and column."""
-
-    source: str | None
-    line: int | None
-    column: int | None
-
-    def __init__(
-        self,
-        message: str,
-        *,
-        source: str | None = None,
-        line: int | None = None,
-        column: int | None = None,
-    ) -> None:
-        shown = source if source is None or source.isprintable() else repr(source)
-        where = [str(part) for part in (shown, line, column) if part is not None]
-        super().__init__(f"{':'.join(where)}: {message}" if where else message)
-        self.source = source
-        self.line = line
-        self.column = column
-
-
-class UrdfError(FileFormatError):
-    """A robot description cannot be read as a chain of seven joints."""
-
-
-class PolicyError(InputError):
-    """A redundancy policy has parameters outside their range."""
-
-
-class PathError(ArmangleError):
-    """A path is not solved at every pose; the message says where and why it fails."""
-
-
 class MissingExtraError(ArmangleError, ImportError):
     """An optional package is needed; the message names the extra to install."""
 
 
 class OutputError(ArmangleError, OSError):
-    """A result cannot be written where it was asked to go."""
-
-
-class PortError(ArmangleError, OSError):
-    """The viewer cannot serve at the port it was given."""
+    """A result cannot be written where it was asked to go, or the viewer cannot serve at its port."""
 
 
 def has_package(package: str) -> bool:

@@ -34,7 +34,7 @@ import numpy as np
 from . import _core
 from ._arrays import JOINTS, shape_text
 from ._kept import Kept
-from .errors import ConfigurationError, InputError, MissingExtraError, ShapeError, needed
+from .errors import InputError, MissingExtraError, needed
 
 __all__ = ["Kinematics"]
 
@@ -87,7 +87,7 @@ class Kinematics(Kept):
 
         Raises
         ------
-        ShapeError, InputError
+        InputError
         """
         pose, psi, gc = _forward(self._key, _array("q", q, (JOINTS,)))
         return pose, psi, gc
@@ -111,17 +111,17 @@ class Kinematics(Kept):
 
         Raises
         ------
-        ShapeError, InputError, ConfigurationError
+        InputError
         """
         poses = _array("pose", pose, (4, 4))
         angles, branches = _array("psi", psi, ()).astype(poses.dtype), jnp.asarray(gc)
         if not jnp.issubdtype(branches.dtype, jnp.integer):
-            raise ConfigurationError(f"gc has type {branches.dtype}, wanted integers from 0 to 7")
+            raise InputError(f"gc has type {branches.dtype}, wanted integers from 0 to 7")
         try:
             batch = jnp.broadcast_shapes(poses.shape[:-2], angles.shape, branches.shape)
         except ValueError:
             shapes = f"pose {poses.shape[:-2]}, psi {angles.shape}, gc {branches.shape}"
-            raise ShapeError(f"batch shapes do not broadcast: {shapes}") from None
+            raise InputError(f"batch shapes do not broadcast: {shapes}") from None
         return _inverse(
             self._key,
             jnp.broadcast_to(poses, (*batch, 4, 4)),
@@ -147,7 +147,7 @@ def _array(name: str, value: Any, tail: tuple[int, ...]) -> Array:
     if array.dtype not in (np.float32, np.float64):
         raise InputError(f"{name} has type {array.dtype}, wanted float32 or float64")
     if array.ndim < len(tail) or array.shape[array.ndim - len(tail) :] != tail:
-        raise ShapeError(f"{name} has shape {array.shape}, wanted {shape_text(tail)}")
+        raise InputError(f"{name} has shape {array.shape}, wanted {shape_text(tail)}")
     return array
 
 

@@ -40,7 +40,7 @@ from ._core import ANGLE_TOLERANCE
 from ._values import by_content
 from .arm.arcs import ArcSet
 from .arm.arm import Arm
-from .errors import ConfigurationError, InputError, NoSolutionError, UnreachableError
+from .errors import InputError, NoSolutionError, UnreachableError
 from .poses import pose as _pose
 from .status import STATUSES, Status
 
@@ -112,7 +112,7 @@ def status(arm: Arm, q: ArrayLike, *, threads: int = 1) -> Ints | np.int64:
 
     Raises
     ------
-    ShapeError, NotFiniteError, InputError
+    InputError
     """
     return _codes(arm, q, threads)[..., 0][()]
 
@@ -140,7 +140,7 @@ def to_e1(arm: Arm, q: ArrayLike) -> Floats | np.float64:
 
     Raises
     ------
-    ShapeError, NotFiniteError, InputError
+    InputError
     """
     joints = as_floats("q", q, (JOINTS,))
     _checked(arm)._handle.check_joints(joints, "q")
@@ -185,7 +185,7 @@ def from_e1(
 
     Raises
     ------
-    ShapeError, NotFiniteError, NotRotationError, ConfigurationError, InputError
+    InputError
     UnreachableError
         If the pose is out of reach.
     NoSolutionError
@@ -243,7 +243,7 @@ def e1_arcs(arm: Arm, pose: ArrayLike, status: ArrayLike) -> ArcSet:
 
     Raises
     ------
-    ShapeError, NotFiniteError, NotRotationError, ConfigurationError, InputError
+    InputError
     """
     named = [
         ("pose", as_poses("pose", pose, _checked(arm)._handle), 2),
@@ -269,7 +269,7 @@ def to_frame(arm: Arm, q: ArrayLike) -> KukaFrame:
 
     Raises
     ------
-    ShapeError, NotFiniteError, InputError
+    InputError
     """
     joints = as_floats("q", q, (JOINTS,))
     if joints.ndim != 1:
@@ -295,9 +295,9 @@ def from_frame(arm: Arm, frame: KukaFrame, *, seed: ArrayLike | None = None) -> 
 
     Raises
     ------
-    ShapeError, NotFiniteError, NotRotationError, UnreachableError, NoSolutionError
+    InputError, UnreachableError, NoSolutionError
         As `from_e1`.
-    ConfigurationError
+    InputError
         If the posture has another Turn: the tool or base is not that of the frame, or A6 is 0 (A2 and A4 are)
         and no share of A5 and A7 (A1 and A5) has these signs within their limits.
     """
@@ -319,13 +319,13 @@ def from_frame(arm: Arm, frame: KukaFrame, *, seed: ArrayLike | None = None) -> 
     if differ and set(differ) <= set(open_axes):
         where = [f"A{i + 1}" for i in ([_A2, _A4] if upright else []) + ([_A6] if wrist else [])]
         what = [f"A{i + 1}" for i in open_axes]
-        raise ConfigurationError(
+        raise InputError(
             f"turn is {bits}, but {_listed(where)} {'is' if len(where) == 1 else 'are'} 0, where "
             f"{_listed(what)} turn one axis: within their limits no share of it has these signs"
         )
     if differ:
         wrong = ", ".join(f"A{i + 1}" for i in differ)
-        raise ConfigurationError(
+        raise InputError(
             f"turn is {bits}, but pose, E1 and Status give {own}: {wrong} differ; is tool or base another?"
         )
     return q
@@ -347,7 +347,7 @@ def pose(xyz: ArrayLike, abc: ArrayLike) -> Floats:
 
     Raises
     ------
-    ShapeError, NotFiniteError, InputError
+    InputError
     """
     angles = as_floats("abc", abc, (3,))
     check_angles("abc", angles)
@@ -363,7 +363,7 @@ def abc(pose: ArrayLike) -> Floats:
 
     Raises
     ------
-    ShapeError, NotFiniteError
+    InputError
     """
     frames = as_poses("pose", pose)
     r = frames[..., :3, :3]
@@ -398,10 +398,10 @@ def _bits(name: str, value: ArrayLike, count: int) -> Ints:
     except ValueError:
         given = np.asarray(object())
     if given.dtype.kind not in "iu":
-        raise ConfigurationError(f"{name} is {_short(value)}, wanted integers from 0 to {count - 1}")
+        raise InputError(f"{name} is {_short(value)}, wanted integers from 0 to {count - 1}")
     if given.size and ((given < 0) | (given >= count)).any():
         wrong = given[(given < 0) | (given >= count)].flat[0]
-        raise ConfigurationError(f"{name} is {wrong}, wanted integers from 0 to {count - 1}")
+        raise InputError(f"{name} is {wrong}, wanted integers from 0 to {count - 1}")
     return given.astype(np.int64)
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from . import _core
 from ._arrays import Floats, as_floats, as_poses, broadcast, frozen, looks_like, one_pose
 from ._core import Orientation
-from .errors import InputError, NotFiniteError
+from .errors import InputError
 
 ROUNDING = 4e-15  # of a rotation that is as exact as double precision makes it
 
@@ -70,7 +70,7 @@ def pose(
     InputError
         If two orientations are given, or one without a name of those above; if a quaternion is not unit, or
         angles look like degrees.
-    ShapeError, NotFiniteError, NotRotationError
+    InputError
 
     Examples
     --------
@@ -89,7 +89,7 @@ def pose(
     places = as_floats("xyz", xyz, (3,), _instead_of_positions(xyz) or ": positions, m")
     if not np.isfinite(places).all():
         at = [int(i) for i in np.argwhere(~np.isfinite(places))[0]]
-        raise NotFiniteError(f"xyz{at} is {places[tuple(at)]}, wanted finite numbers in m")
+        raise InputError(f"xyz{at} is {places[tuple(at)]}, wanted finite numbers in m")
     if not given:
         turns = np.eye(4)
     for name, value in given.items():
@@ -148,7 +148,7 @@ def nearest_rotation(pose: ArrayLike) -> Floats:
 
     Raises
     ------
-    ShapeError, NotFiniteError
+    InputError
         If the shape is not (..., 4, 4), or a number is not finite.
 
     Examples
@@ -158,7 +158,7 @@ def nearest_rotation(pose: ArrayLike) -> Floats:
     """
     out = as_poses("pose", pose).copy()
     if not np.isfinite(out).all():
-        raise NotFiniteError("pose holds NaN or infinity, wanted finite numbers")
+        raise InputError("pose holds NaN or infinity, wanted finite numbers")
     u, _, vt = np.linalg.svd(out[..., :3, :3])
     flip = np.ones((*out.shape[:-2], 3))
     flip[..., 2] = np.linalg.det(u @ vt)

@@ -23,17 +23,14 @@ class Named(IntEnum):
 class _Outcome(Named):
     """What became of a pose: an int that prints as its name; ``sentence`` says it in words.
 
-    It is true where the pose is solved, OK or UNPROVEN, although OK is the number 0: ``if step.status:`` is
-    what it reads as.
+    It has no truth value, since OK is the number 0: every result has ``.ok``.
 
     >>> f"{Status.LIMITS}: {Status.LIMITS:d}"
     'LIMITS: 5'
-    >>> bool(Status.OK), bool(Status.LIMITS)
-    (True, False)
     """
 
     def __bool__(self) -> bool:
-        return _core.Status(self.value).solved
+        raise TypeError(f"a Status has no truth value: ask .ok of the result, or compare, status == {self!s}")
 
     @property
     def sentence(self) -> str:
@@ -49,5 +46,5 @@ else:  # names, numbers and sentences stand in the core alone; this one prints, 
     Status.__doc__ = f"What became of a pose: an int that prints as its name.\n\n{_SAID}"
 
 STATUSES = tuple(Status)
-SOLVED = tuple(status for status in STATUSES if status)
+SOLVED = tuple(status for status in STATUSES if _core.Status(status.value).solved)
 """Of a posture that holds the pose within all limits."""

@@ -30,7 +30,7 @@ import numpy as np
 from . import _core
 from ._arrays import as_floats, as_poses, chosen, shape_text
 from ._kept import Kept, kept
-from .errors import ConfigurationError, InputError, MissingExtraError, ShapeError, needed
+from .errors import InputError, MissingExtraError, needed
 
 __all__ = ["Kinematics"]
 
@@ -77,7 +77,7 @@ class Kinematics(Kept):
 
         Raises
         ------
-        ShapeError, InputError, NotFiniteError, UnreachableError
+        InputError, UnreachableError
         """
         nan = chosen("undefined", undefined, _UNREACHABLE) == "nan"
         pose, psi, gc = torch.ops.armangle.forward(_joints(q), self._key, nan)
@@ -110,20 +110,20 @@ class Kinematics(Kept):
 
         Raises
         ------
-        ShapeError, InputError, NotFiniteError, NotRotationError, ConfigurationError, UnreachableError
+        InputError, UnreachableError
         """
         nan = chosen("unreachable", unreachable, _UNREACHABLE) == "nan"
         poses, angles = _tensor("pose", pose, (4, 4)), _tensor("psi", psi, (), of=pose)
         branches = torch.as_tensor(gc)
         if branches.is_floating_point() or branches.is_complex() or branches.dtype == torch.bool:
-            raise ConfigurationError(f"gc has type {branches.dtype}, wanted integers from 0 to 7")
+            raise InputError(f"gc has type {branches.dtype}, wanted integers from 0 to 7")
         if poses.shape[:-2] == angles.shape == branches.shape and branches.dtype == torch.int64:
             return torch.ops.armangle.inverse(poses, angles, branches, self._key, nan)
         try:
             batch = torch.broadcast_shapes(poses.shape[:-2], angles.shape, branches.shape)
         except RuntimeError:
             shapes = f"pose {tuple(poses.shape[:-2])}, psi {tuple(angles.shape)}, gc {tuple(branches.shape)}"
-            raise ShapeError(f"batch shapes do not broadcast: {shapes}") from None
+            raise InputError(f"batch shapes do not broadcast: {shapes}") from None
         given = poses.expand(*batch, 4, 4), angles.expand(batch), branches.to(torch.int64).expand(batch)
         return torch.ops.armangle.inverse(*given, self._key, nan)
 
@@ -145,7 +145,7 @@ def _tensor(name: str, value: Tensor, tail: tuple[int, ...], of: Tensor = None) 
     if value.device.type != "cpu":
         raise InputError(f"{name} is a tensor on {value.device}, wanted numbers in memory: {name}.cpu()")
     if value.ndim < len(tail) or tuple(value.shape[value.ndim - len(tail) :]) != tail:
-        raise ShapeError(f"{name} has shape {tuple(value.shape)}, wanted {shape_text(tail)}")
+        raise InputError(f"{name} has shape {tuple(value.shape)}, wanted {shape_text(tail)}")
     return value
 
 

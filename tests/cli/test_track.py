@@ -133,7 +133,7 @@ def test_samples_that_did_not_come_are_held(hand: Path, cells: str, capsys: Capt
     assert said["status"]["HELD"] == 10
     lost = aa.load_poses(hand, lost=True)
     assert np.isnan(lost[49:59]).all() and np.isfinite(np.delete(lost, np.s_[49:59], axis=0)).all()
-    with pytest.raises(aa.FileFormatError, match=r":51.*(a row of empty cells|x is nan|x is empty)"):
+    with pytest.raises(aa.ModelError, match=r":51.*(a row of empty cells|x is nan|x is empty)"):
         aa.load_poses(hand)
     assert main(["follow", str(hand), *ROBOT, "--start", DEGREES, "-o", str(hand.with_suffix(".npz"))]) == 2
 

@@ -223,11 +223,11 @@ def test_unwritable_places(tmp_path: Path) -> None:
         (np.eye(4), "p.txt", aa.InputError, r"ending '\.txt' is not known, wanted one of \.csv, "),
         (np.eye(4), "p", aa.InputError, r"p: ending '' is not known"),
         (3.0, "p.csv", aa.InputError, r"a float cannot be saved, wanted a path or poses \(N, 4, 4\)"),
-        (np.eye(3), "p.csv", aa.ShapeError, r"poses has shape \(3, 3\), wanted \(\.\.\., 4, 4\)"),
-        (np.zeros((2, 2, 4, 4)), "p.csv", aa.ShapeError, r"poses has shape \(2, 2, 4, 4\), wanted"),
-        (np.full((4, 4), np.nan), "p.csv", aa.NotFiniteError, r"pose\[0\] holds nan, wanted finite"),
-        ([np.eye(4), 2 * np.eye(4)], "p.csv", aa.NotRotationError, r"pose\[1\]"),
-        (np.diag([1.0, 1, -1, 1]), "p.csv", aa.NotRotationError, r"pose\[0\] is a reflection"),
+        (np.eye(3), "p.csv", aa.InputError, r"poses has shape \(3, 3\), wanted \(\.\.\., 4, 4\)"),
+        (np.zeros((2, 2, 4, 4)), "p.csv", aa.InputError, r"poses has shape \(2, 2, 4, 4\), wanted"),
+        (np.full((4, 4), np.nan), "p.csv", aa.InputError, r"pose\[0\] holds nan, wanted finite"),
+        ([np.eye(4), 2 * np.eye(4)], "p.csv", aa.InputError, r"pose\[1\]"),
+        (np.diag([1.0, 1, -1, 1]), "p.csv", aa.InputError, r"pose\[0\] is a reflection"),
     ],
 )
 def test_what_cannot_be_saved(tmp_path: Path, value: object, name: str, error: type, message: str) -> None:

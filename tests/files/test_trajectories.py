@@ -56,7 +56,7 @@ def test_load_joints_of_joints_alone_has_none_and_of_yaml_says_who_reads_it(tmp_
     path.write_text("t,q1,q2,q3,q4,q5,q6,q7\n0,1,2,3,4,5,6,7\n")
     assert aa.load_joints(path).trajectory is None
     aa.save(table(), tmp_path / "a.yaml")
-    with pytest.raises(aa.FileFormatError, match="a trajectory, which load_trajectory reads"):
+    with pytest.raises(aa.ModelError, match="a trajectory, which load_trajectory reads"):
         aa.load_joints(tmp_path / "a.yaml")
     with pytest.raises(aa.InputError, match="a trajectory without joint names cannot be saved as"):
         aa.save(table(names=()), tmp_path / "b.yaml")
@@ -78,7 +78,7 @@ def row(t: str, rest: str = "0") -> str:
 )
 def test_a_csv_that_is_no_trajectory(tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "a.csv").write_text(text)
-    with pytest.raises(aa.FileFormatError, match=re.escape(message.removeprefix("line 3: "))) as raised:
+    with pytest.raises(aa.ModelError, match=re.escape(message.removeprefix("line 3: "))) as raised:
         aa.load_trajectory(tmp_path / "a.csv")
     assert not message.startswith("line") or raised.value.line == 3
 
@@ -97,7 +97,7 @@ def test_a_json_that_is_no_trajectory(tmp_path: Path, change: dict[str, object],
     good = {"t": [0.0, 1.0], **{name: [[0.0] * 7] * 2 for name in ("q", "qd", "qdd")}}
     blocks = {name: value for name, value in (good | change).items() if value is not None}
     (tmp_path / "a.json").write_text(json.dumps(blocks))
-    with pytest.raises(aa.FileFormatError, match=re.escape(message)):
+    with pytest.raises(aa.ModelError, match=re.escape(message)):
         aa.load_trajectory(tmp_path / "a.json")
 
 
@@ -116,7 +116,7 @@ def test_a_yaml_that_is_no_trajectory(tmp_path: Path, old: str, new: str, messag
     path = tmp_path / "a.yaml"
     aa.save(table(3), path)
     path.write_text(path.read_text().replace(old, new))
-    with pytest.raises(aa.FileFormatError, match=re.escape(message)):
+    with pytest.raises(aa.ModelError, match=re.escape(message)):
         aa.load_trajectory(path)
 
 
@@ -124,14 +124,14 @@ def test_a_yaml_with_an_endless_integer(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
     aa.save(table(3), path)
     path.write_text(re.sub(r"(positions: \[)[^,]*", r"\g<1>" + 400 * "9", path.read_text()))
-    with pytest.raises(aa.FileFormatError, match="q1 is inf, wanted a finite number"):
+    with pytest.raises(aa.ModelError, match="q1 is inf, wanted a finite number"):
         aa.load_trajectory(path)
 
 
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     for ending in ("csv", "npz", "json", "yaml"):
-        with pytest.raises(aa.FileFormatError, match="no such file"):
+        with pytest.raises(aa.ModelError, match="no such file"):
             aa.load_trajectory(tmp_path / f"none.{ending}")
     (tmp_path / "a.yaml").write_bytes(b"\xff\xfe")
-    with pytest.raises(aa.FileFormatError, match="not UTF-8"):
+    with pytest.raises(aa.ModelError, match="not UTF-8"):
         aa.load_trajectory(tmp_path / "a.yaml")

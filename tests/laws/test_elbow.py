@@ -159,5 +159,5 @@ def test_a_wish_is_one_of_two_and_a_vector() -> None:
         IIWA.psi_towards(POSE, GC, "up")
     with pytest.raises(aa.InputError, match="point holds 5000, wanted m within ±1000"):
         IIWA.psi_towards(POSE, GC, [0, 0, 5000.0])
-    with pytest.raises(aa.ShapeError, match=r"pose \(3,\), gc \(\), point or direction \(2,\)"):
+    with pytest.raises(aa.InputError, match=r"pose \(3,\), gc \(\), point or direction \(2,\)"):
         IIWA.psi_towards(np.stack([POSE] * 3), GC, np.zeros((2, 3)))

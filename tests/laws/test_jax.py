@@ -172,13 +172,13 @@ def test_what_cannot_be_taken_is_said() -> None:
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     kinematics = aa.jax.Kinematics(arm)
     for call, error, words in (
-        (lambda: kinematics.forward(np.zeros(6)), aa.ShapeError, r"q has shape \(6,\)"),
+        (lambda: kinematics.forward(np.zeros(6)), aa.InputError, r"q has shape \(6,\)"),
         (lambda: kinematics.forward("here"), aa.InputError, "q is not an array of real numbers"),
         (lambda: kinematics.forward(np.zeros(7, complex)), aa.InputError, "q has type complex128"),
-        (lambda: kinematics.inverse(np.eye(4), 0.0, 0.5), aa.ConfigurationError, "gc has type float64"),
+        (lambda: kinematics.inverse(np.eye(4), 0.0, 0.5), aa.InputError, "gc has type float64"),
         (
             lambda: kinematics.inverse(np.zeros((3, 4, 4)), np.zeros(2), 0),
-            aa.ShapeError, "do not broadcast",
+            aa.InputError, "do not broadcast",
         ),
         (lambda: kinematics.freedom(np.eye(4), singularity_margin=-1), aa.InputError, "singularity_margin"),
         (lambda: aa.jax.Kinematics(None), aa.InputError, "arm is NoneType, wanted an Arm"),

@@ -95,7 +95,7 @@ def test_a_frame_taught_on_a_robot() -> None:
     assert np.allclose(again.pose, frame.pose, rtol=0, atol=1e-12)
     assert np.allclose(kuka.abc(frame.pose), TAUGHT_ABC, rtol=0, atol=1e-12)
     with pytest.raises(
-        aa.ConfigurationError, match=r"turn is 77, but pose, E1 and Status give 76: A1 differ"
+        aa.InputError, match=r"turn is 77, but pose, E1 and Status give 76: A1 differ"
     ):
         kuka.from_frame(arm, frame._replace(turn=77))
 
@@ -135,7 +135,7 @@ def test_a_frame_with_a6_at_zero_is_read(name: str) -> None:
     # 0.05 rad between them, or a turn less: A5 and A7 cannot both be negative
     frame = kuka.to_frame(arm, [0.1, 0.4, 0.2, -1.2, -0.5, 0.0, 0.55])
     with pytest.raises(
-        aa.ConfigurationError, match=r"turn is 88, but A6 is 0, where A5 and A7 turn one axis"
+        aa.InputError, match=r"turn is 88, but A6 is 0, where A5 and A7 turn one axis"
     ):
         kuka.from_frame(arm, frame._replace(turn=88))
 
@@ -155,7 +155,7 @@ def test_a_frame_of_an_upright_arm_is_read(name: str) -> None:
             assert not any(differ >> j & 1 for j in range(7) if abs(q[j]) > 1e-9)
         assert np.allclose(found, q, rtol=0, atol=1e-6)
     frame = kuka.to_frame(arm, [-0.05, 0.0, 0.2, 0.0, -0.05, 0.8, 0.55])
-    with pytest.raises(aa.ConfigurationError, match="but A2 and A4 are 0, where A1 and A5 turn one axis"):
+    with pytest.raises(aa.InputError, match="but A2 and A4 are 0, where A1 and A5 turn one axis"):
         kuka.from_frame(arm, frame._replace(turn=0))
 
 

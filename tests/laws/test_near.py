@@ -206,7 +206,7 @@ def test_noise_does_not_choose_the_senses_of_axes(name: str) -> None:
 
 def test_a_file_that_is_nearly_srs_keeps_its_chain() -> None:
     made = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
-    with pytest.raises(aa.NotSRSError, match="not S-R-S, but near it"):
+    with pytest.raises(aa.ModelError, match="not S-R-S, but near it"):
         aa.Arm.from_urdf(made.to_urdf())
     read = aa.Arm.from_urdf(made.to_urdf(), exact=False)
     q = postures(made, 50, 9)

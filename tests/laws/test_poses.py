@@ -101,7 +101,7 @@ def test_what_is_no_position_is_told_what_it_looks_like() -> None:
         (2,): "positions, m",
     }
     for shape, words in looks.items():
-        with pytest.raises(aa.ShapeError, match=rf"xyz has shape .*, wanted \(..., 3\): {words}"):
+        with pytest.raises(aa.InputError, match=rf"xyz has shape .*, wanted \(..., 3\): {words}"):
             aa.pose(np.zeros(shape))
 
 

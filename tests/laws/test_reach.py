@@ -160,7 +160,7 @@ def test_every_function_takes_a_float32_pose_at_its_reach() -> None:
     assert pose.dtype == np.float32  # as it came
     skew = pose.copy()
     skew[0, 0] += 1e-3
-    with pytest.raises(aa.NotRotationError, match="not orthonormal"):
+    with pytest.raises(aa.InputError, match="not orthonormal"):
         arm.inverse(skew, angle, branch)
 
 

@@ -64,9 +64,9 @@ def test_the_number_of_threads_does_not_change_a_bit(threads: int) -> None:
 def test_the_first_problem_is_reported_whichever_thread_meets_one(threads: int) -> None:
     poses = POSE.copy()
     poses[[70, 190, 299], 0, 3] = np.nan
-    with pytest.raises(aa.NotFiniteError, match=r"pose\[70\]"):
+    with pytest.raises(aa.InputError, match=r"pose\[70\]"):
         ARM.inverse(poses, PSI, GC, threads=threads)
-    with pytest.raises(aa.NotFiniteError, match=r"pose\[70\]"):
+    with pytest.raises(aa.InputError, match=r"pose\[70\]"):
         ARM.feasible(poses, GC, threads=threads)
 
 

@@ -11,7 +11,7 @@ import pytest
 from support.chain import RandomArm, joint_xml, pose_error, random_frame, rpy, urdf_forward
 
 from armangle import Arm, OffsetArm
-from armangle.errors import UrdfError
+from armangle.errors import ModelError
 from armangle.models.candidates import Candidate, listed
 from armangle.models.urdf import read_urdf, urdf_candidates
 
@@ -175,14 +175,14 @@ def test_a_tip_behind_fingers_is_told_the_tip_that_works(
     hand = under("revolute", "f1", "a_7", "grasp") + "".join(
         under("revolute", f"f{i + 1}", f"f{i}", f"knuckle{i}") for i in range(1, fingers)
     )
-    with pytest.raises(UrdfError, match=rf"{7 + fingers} rotating joints lead to 'f{fingers}'.* to 'a_7' \("):
+    with pytest.raises(ModelError, match=rf"{7 + fingers} rotating joints lead to 'f{fingers}'.* to 'a_7' \("):
         Arm.from_urdf(robot(arm("a", "foot", places=places, rest=hand)), tip=f"f{fingers}")
 
 
 def test_of_eight_joints_without_an_arm_in_them_both_runs_are_offered() -> None:
     text = robot(arm("a", "foot", places=bent((1, 0.2), (5, 0.2)), rest=HINGED))
     for ends in ({}, {"tip": "jaw"}):
-        with pytest.raises(UrdfError, match=r"name .*candidates: 'foot' to 'a_7' .*; 'a_1' to 'jaw' "):
+        with pytest.raises(ModelError, match=r"name .*candidates: 'foot' to 'a_7' .*; 'a_1' to 'jaw' "):
             Arm.from_urdf(text, **ends)
 
 
@@ -201,20 +201,20 @@ def test_a_joint_that_breaks_the_only_chain_is_named(inside: str, said: str) -> 
         text = text[:at] + text[at:].replace('type="revolute"', f'type="{inside}"', 1)
     else:
         text = text[:at] + text[at:].replace(LIMIT, inside, 1)
-    with pytest.raises(UrdfError, match=re.escape(said)):
+    with pytest.raises(ModelError, match=re.escape(said)):
         Arm.from_urdf(text)
 
 
 def test_a_link_that_is_not_there_is_said_where_it_breaks_the_chain() -> None:
     text = robot(arm("a", "foot")).replace('<link name="a_4"/>', "")
-    with pytest.raises(UrdfError, match="names a link 'a_4' that is not there"):
+    with pytest.raises(ModelError, match="names a link 'a_4' that is not there"):
         Arm.from_urdf(text)
 
 
 def test_two_exact_arms_have_to_be_named() -> None:
     text = robot(under("revolute"), arm("a", "torso"), arm("b", "torso"))
     with pytest.raises(
-        UrdfError, match="not unique, name them; candidates: 'torso' to 'a_7' \\(S-R-S\\); 'tor"
+        ModelError, match="not unique, name them; candidates: 'torso' to 'a_7' \\(S-R-S\\); 'tor"
     ):
         read_urdf(text)
     assert (read_urdf(text, tip="b_7").base, read_urdf(text, base="torso", tip="a_7").tip) == ("torso", "a_7")
@@ -225,7 +225,7 @@ def test_a_base_asks_for_the_chains_from_there() -> None:
     assert [one.base for one in urdf_candidates(text, "chest")] == ["chest"]
     assert read_urdf(text, base="chest").tip == "a_7"
     message = "begins at 'a_1', walking up from every joint; the file has 'torso' to 'a_7' (S-R-S)"
-    with pytest.raises(UrdfError, match=re.escape(message)):
+    with pytest.raises(ModelError, match=re.escape(message)):
         read_urdf(text, base="a_1")
 
 
@@ -267,7 +267,7 @@ def test_a_chain_that_cannot_be_read_is_offered_as_such() -> None:
     text = robot(arm("a", "foot")).replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', 1)
     (found,) = urdf_candidates(text)
     assert (found.verdict(), found.rank()) == ("cannot be read", 3)
-    with pytest.raises(UrdfError, match="joint 'a_j2' has a zero axis"):
+    with pytest.raises(ModelError, match="joint 'a_j2' has a zero axis"):
         read_urdf(text)
 
 
@@ -275,7 +275,7 @@ def test_long_lists_of_names_are_cut() -> None:
     assert listed(["a", "b"]) == "a, b"
     assert listed([f"link_{i}" for i in range(300)], 3) == "link_0, link_1, link_2, and 297 more"
     many = robot(*(fixed(f"part_{i}", "foot") for i in range(300)))
-    with pytest.raises(UrdfError, match="and 281 more") as caught:
+    with pytest.raises(ModelError, match="and 281 more") as caught:
         read_urdf(many, tip="nowhere")
     assert len(str(caught.value)) < 400
 
@@ -310,7 +310,7 @@ def test_chains_of_offset_arms_are_called_what_they_are(one: OffsetArm, end: str
     verdicts = [found.verdict() for found in urdf_candidates(text)]
     assert verdicts == [f"offset {end}, for armangle.OffsetArm"] * 2
     for kind in (Arm, OffsetArm):
-        with pytest.raises(UrdfError, match=f"not unique, name them; candidates: .*offset {end}"):
+        with pytest.raises(ModelError, match=f"not unique, name them; candidates: .*offset {end}"):
             kind.from_urdf(text)
     assert OffsetArm.from_urdf(text, tip="r_tip").joint_names[0] == f"r_{one.joint_names[0]}"
 

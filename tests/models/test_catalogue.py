@@ -11,7 +11,7 @@ import pytest
 from support.chain import dh_forward, pose_error, shift, urdf_forward
 from support.needs import model
 
-from armangle.errors import FileFormatError, UnknownRobotError
+from armangle.errors import ModelError, InputError
 from armangle.models.catalogue import CatalogueEntry, catalogue, load_robot, read_robot, robot_toml
 from armangle.models.chain import chain_of
 from armangle.models.description import ArmDescription
@@ -323,18 +323,18 @@ def test_the_least_a_file_needs(tmp_path):
 def test_malformed_file_is_refused_with_its_line(old, new, message, tmp_path):
     path = tmp_path / "arm.toml"
     path.write_text(PLAIN.replace(old, new, 1))
-    with pytest.raises(FileFormatError, match=re.escape(message)) as caught:
+    with pytest.raises(ModelError, match=re.escape(message)) as caught:
         read_robot(path)
     assert str(caught.value).startswith(str(path))
 
 
 def test_unreadable_file_is_refused(tmp_path):
-    with pytest.raises(FileFormatError, match=r"nowhere\.toml: no such file"):
+    with pytest.raises(ModelError, match=r"nowhere\.toml: no such file"):
         read_robot(tmp_path / "nowhere.toml")
-    with pytest.raises(FileFormatError, match="cannot be read: "):
+    with pytest.raises(ModelError, match="cannot be read: "):
         read_robot(tmp_path)
     (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
-    with pytest.raises(FileFormatError, match="not UTF-8 text"):
+    with pytest.raises(ModelError, match="not UTF-8 text"):
         read_robot(tmp_path / "bytes.toml")
 
 
@@ -352,7 +352,7 @@ def test_unreadable_file_is_refused(tmp_path):
     ],
 )
 def test_unknown_name_lists_near_ones(name, message):
-    with pytest.raises(UnknownRobotError, match=re.escape(message)):
+    with pytest.raises(InputError, match=re.escape(message)):
         load_robot(name)
 
 

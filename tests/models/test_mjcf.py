@@ -12,7 +12,7 @@ import pytest
 from support.chain import RandomArm, dh_forward, pose_error
 from support.needs import need
 
-from armangle.errors import FileFormatError, MissingExtraError
+from armangle.errors import ModelError, MissingExtraError
 from armangle.models.detect import describe_chain
 from armangle.models.mjcf import mjcf_candidates, read_mjcf
 
@@ -180,7 +180,7 @@ def test_candidates_end_at_the_last_fixed_body(mujoco, world, found):
     ],
 )
 def test_refusals_name_what_is_wrong(mujoco, world, ends, message):
-    with pytest.raises(FileFormatError, match=re.escape(message)) as caught:
+    with pytest.raises(ModelError, match=re.escape(message)) as caught:
         read_mjcf(model_of(world), *ends)
     assert str(caught.value).startswith("XML text: ")
 
@@ -194,7 +194,7 @@ def test_a_joint_is_bound_by_an_equality_that_is_switched_on(mujoco, partner, sa
         return model_of(tower(7), rest)
 
     for ends in ((None, None), (None, "b7"), ("world", "b7")):
-        with pytest.raises(FileFormatError, match=f"joint 'h3' (on the path )?{said}"):
+        with pytest.raises(ModelError, match=f"joint 'h3' (on the path )?{said}"):
             read_mjcf(text("true"), *ends)
         assert read_mjcf(text("false"), *ends).notes == ()
 
@@ -307,9 +307,9 @@ def test_arms_that_are_attached_are_read(mujoco, tmp_path):
 
 
 def test_unreadable_models_are_refused(mujoco, tmp_path):
-    with pytest.raises(FileFormatError, match=r"nowhere\.xml: no such file"):
+    with pytest.raises(ModelError, match=r"nowhere\.xml: no such file"):
         read_mjcf(tmp_path / "nowhere.xml")
-    with pytest.raises(FileFormatError, match="mujoco refuses it: "):
+    with pytest.raises(ModelError, match="mujoco refuses it: "):
         read_mjcf("<mujoco><nonsense/></mujoco>")
     path = tmp_path / "arm.xml"
     path.write_text(model_of(tower(7)))

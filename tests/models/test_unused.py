@@ -9,7 +9,7 @@ import pytest
 from support.chain import joint_xml, simple_urdf
 
 from armangle import Arm, Body
-from armangle.errors import UrdfError
+from armangle.errors import ModelError
 from armangle.models.urdf import read_urdf
 
 SOFT = '<safety_controller soft_lower_limit="{}" soft_upper_limit="{}" k_velocity="1"/>'
@@ -83,7 +83,7 @@ def test_a_quaternion_places_a_joint_as_its_angles_do() -> None:
     ],
 )
 def test_origins_that_mean_nothing_are_refused(origin: str, said: str) -> None:
-    with pytest.raises(UrdfError, match=re.escape(said)):
+    with pytest.raises(ModelError, match=re.escape(said)):
         read_urdf(with_joint(NARROW + f"<origin {origin}/>"), "l0", "l7")
 
 
@@ -142,5 +142,5 @@ def test_names_in_another_encoding_stay_apart_and_shapes_are_found() -> None:
 
 
 def test_an_encoding_that_does_not_exist_is_named() -> None:
-    with pytest.raises(UrdfError, match="unknown encoding"):
+    with pytest.raises(ModelError, match="unknown encoding"):
         read_urdf(b'<?xml version="1.0" encoding="klingon"?>' + simple_urdf().encode())

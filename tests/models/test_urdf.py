@@ -18,7 +18,7 @@ from support.chain import (
 )
 from support.needs import MODELS, model, need, no_models
 
-from armangle.errors import LimitError, ShapeError
+from armangle.errors import LimitError, InputError
 from armangle.models.chain import chain_of
 from armangle.models.description import ArmDescription
 from armangle.models.detect import describe_chain
@@ -238,7 +238,7 @@ def test_a_limit_on_one_side_cannot_be_written():
     ],
 )
 def test_a_description_has_its_shapes(change, message):
-    with pytest.raises(ShapeError, match=message):
+    with pytest.raises(InputError, match=message):
         described(**change)
 
 

@@ -229,9 +229,9 @@ def test_branches_that_the_same_limits_shut_share_a_line() -> None:
 
 
 def test_explain_refuses_bad_input() -> None:
-    with pytest.raises(aa.ShapeError, match=r"pose has shape \(1, 4, 4\), wanted \(4, 4\)"):
+    with pytest.raises(aa.InputError, match=r"pose has shape \(1, 4, 4\), wanted \(4, 4\)"):
         IIWA.explain(np.eye(4)[None])
-    with pytest.raises(aa.NotRotationError, match="the rotation of pose is not orthonormal"):
+    with pytest.raises(aa.InputError, match="the rotation of pose is not orthonormal"):
         IIWA.explain(np.diag([2.0, 1.0, 1.0, 1.0]))
 
 

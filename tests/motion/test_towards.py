@@ -181,5 +181,5 @@ def test_a_wish_in_degrees_is_asked_about() -> None:
 
 
 def test_a_point_is_told_its_name() -> None:
-    with pytest.raises(aa.PolicyError, match=r"wanted rad, or point= or direction= for the elbow"):
+    with pytest.raises(aa.InputError, match=r"wanted rad, or point= or direction= for the elbow"):
         aa.Towards([0.1, 0.2, 0.3])  # type: ignore[arg-type]  # wrong on purpose

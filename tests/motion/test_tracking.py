@@ -495,21 +495,21 @@ def test_bad_input_is_refused() -> None:
         with pytest.raises(aa.InputError, match=r"has not begun: call start\(q\) first"):
             early()
     tracker.start(np.zeros(7))
-    with pytest.raises(aa.ShapeError, match=r"pose has shape \(2, 4, 4\), wanted \(4, 4\); run takes"):
+    with pytest.raises(aa.InputError, match=r"pose has shape \(2, 4, 4\), wanted \(4, 4\); run takes"):
         tracker.step(np.tile(np.eye(4), (2, 1, 1)))
-    with pytest.raises(aa.ShapeError, match=r"elbow has shape \(2, 3\), wanted \(3,\)"):
+    with pytest.raises(aa.InputError, match=r"elbow has shape \(2, 3\), wanted \(3,\)"):
         tracker.step(np.eye(4), np.zeros((2, 3)))
     with pytest.raises(aa.InputError, match="elbow and elbow_direction are given"):
         tracker.step(np.eye(4), np.zeros(3), elbow_direction="up")
     with pytest.raises(aa.InputError, match="elbow_direction is 'sideways'"):
         tracker.step(np.eye(4), elbow_direction="sideways")
-    with pytest.raises(aa.ConfigurationError, match="reconfigure is 8, wanted an integer from 0 to 7"):
+    with pytest.raises(aa.InputError, match="reconfigure is 8, wanted an integer from 0 to 7"):
         tracker.step(np.eye(4), reconfigure=8)
-    with pytest.raises(aa.ShapeError, match=r"poses has shape \(4, 4\), wanted \(n, 4, 4\)"):
+    with pytest.raises(aa.InputError, match=r"poses has shape \(4, 4\), wanted \(n, 4, 4\)"):
         tracker.run(np.eye(4))
     with pytest.raises(aa.InputError, match=r"q holds -80, .* outside the limits.*were these degrees"):
         tracker.start([0.0, 1.0, 0.0, -80.0, 0.0, 10.0, 0.0])
-    with pytest.raises(aa.NotFiniteError, match="q"):
+    with pytest.raises(aa.InputError, match="q"):
         tracker.start(np.full(7, np.nan))
 
 

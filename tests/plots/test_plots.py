@@ -440,9 +440,9 @@ def test_feasible_map_of_poses_alone_greys_what_is_out_of_reach() -> None:
 
 
 def test_feasible_map_refuses_what_is_no_path() -> None:
-    with pytest.raises(aa.ShapeError, match="poses has shape"):
+    with pytest.raises(aa.InputError, match="poses has shape"):
         plots.feasible_map((IIWA, POSE))
-    with pytest.raises(aa.ConfigurationError, match="gc is 8"):
+    with pytest.raises(aa.InputError, match="gc is 8"):
         plots.feasible_map(_path(count=3), gc=8)
 
 
@@ -460,9 +460,9 @@ def test_axes_of_the_wrong_kind_are_refused(draw: object, message: str) -> None:
 
 
 def test_shapes_are_checked() -> None:
-    with pytest.raises(aa.ShapeError, match=r"pose has shape \(2, 4, 4\)"):
+    with pytest.raises(aa.InputError, match=r"pose has shape \(2, 4, 4\)"):
         plots.circle(IIWA, np.stack([POSE, POSE]), GC)
-    with pytest.raises(aa.ShapeError, match=r"q has shape \(2, 7\)"):
+    with pytest.raises(aa.InputError, match=r"q has shape \(2, 7\)"):
         plots.stick_figure(IIWA, np.zeros((2, 7)))
 
 

@@ -76,7 +76,7 @@ def test_threads_change_nothing(name: str) -> None:
 def test_a_pose_that_is_none_is_refused_before_any_work(name: str) -> None:
     poses = grasps(np.random.default_rng(4), 3)
     poses[1, 0, 3] = np.nan
-    with pytest.raises(aa.NotFiniteError, match=r"poses\[1\]"):
+    with pytest.raises(aa.InputError, match=r"poses\[1\]"):
         aa.place(aa.Arm.from_catalogue(name), poses, [0.0], [0.0])
 
 

@@ -285,7 +285,7 @@ def test_a_damaged_map_says_so_when_it_is_read(
     file.write_bytes(bytes(bits))
     for read in (lambda: found.values("freedom")[:], lambda: np.asarray(found.values("freedom")),
                  lambda: found.section("freedom")):  # fmt: skip
-        with pytest.raises(aa.FileFormatError, match=rf"tile {tile} of field 'freedom' is damaged.*verify"):
+        with pytest.raises(aa.ModelError, match=rf"tile {tile} of field 'freedom' is damaged.*verify"):
             read()
     assert found.values("gc")[0, 0].shape == found.shape[2:]  # another field, and other tiles, can be read
     with pytest.raises(IndexError):
@@ -300,7 +300,7 @@ def test_a_map_without_its_description_is_refused(wound: tuple[str, bytes], tmp_
     place = tmp_path / "a.zarr"
     made("openarm_v10", place, spacing=0.3, tilt=1.0)
     (place / wound[0]).write_bytes(wound[1])
-    with pytest.raises(aa.FileFormatError):
+    with pytest.raises(aa.ModelError):
         aa.ReachMap(place).section("gc")
 
 
@@ -454,7 +454,7 @@ def test_xarray_opens_it(tmp_path: Path) -> None:
 
 
 def test_what_is_no_map(tmp_path: Path) -> None:
-    with pytest.raises(aa.FileFormatError, match="there is no reach map"):
+    with pytest.raises(aa.ModelError, match="there is no reach map"):
         aa.ReachMap(tmp_path / "none.zarr")
     file = tmp_path / "file"
     file.write_text("x")
@@ -468,7 +468,7 @@ def test_what_is_no_map(tmp_path: Path) -> None:
     (tmp_path / "a.zarr" / "zarr.json").write_text(
         '{"zarr_format": 3, "node_type": "group", "attributes": {"a": 1}}'
     )
-    with pytest.raises(aa.FileFormatError, match="format is None, wanted 1"):
+    with pytest.raises(aa.ModelError, match="format is None, wanted 1"):
         made("openarm_v10", tmp_path / "a.zarr")
 
 
@@ -493,6 +493,6 @@ def test_an_object_store_by_its_address(tmp_path: Path, monkeypatch: pytest.Monk
     assert np.array_equal(found.values("gc"), here.values("gc"))
     with pytest.raises(aa.InputError, match="is a map with grid that differs in spacing"):
         aa.reach_map(arm, place, spacing=0.2, tilt=0.6)
-    with pytest.raises(aa.FileFormatError, match="there is no reach map"):
+    with pytest.raises(aa.ModelError, match="there is no reach map"):
         aa.ReachMap(f"memory://{tmp_path.name}/none.zarr")
     files.rm(f"/{tmp_path.name}", recursive=True)

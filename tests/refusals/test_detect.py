@@ -9,7 +9,7 @@ import pytest
 from support.chain import broken_chain, dh_forward, pose_error, shift, turn, urdf_forward
 from support.needs import model
 
-from armangle.errors import InputError, NotSRSError
+from armangle.errors import InputError, ModelError
 from armangle.models.detect import describe_chain
 from armangle.models.urdf import read_urdf
 
@@ -32,7 +32,7 @@ REFUSED = {
 @pytest.mark.parametrize("name", REFUSED)
 def test_real_file_is_refused_with_its_numbers(name):
     pieces, near = REFUSED[name]
-    with pytest.raises(NotSRSError) as caught:
+    with pytest.raises(ModelError) as caught:
         describe_chain(read_urdf(model(name)))
     message = str(caught.value)
     places = [message.index(piece) for piece in pieces]
@@ -70,12 +70,12 @@ def test_raised_tolerance_takes_a_near_arm_and_says_how_near(name, length):
     ],
 )  # fmt: skip
 def test_each_refusal_has_its_sentence(joint, frame, sentence):
-    with pytest.raises(NotSRSError, match=r"(?s)^'broken' \(a to b\) is not S-R-S.*" + sentence):
+    with pytest.raises(ModelError, match=r"(?s)^'broken' \(a to b\) is not S-R-S.*" + sentence):
         describe_chain(broken_chain(joint, frame))
 
 
 def test_the_reasons_come_first_and_then_each_door_with_its_error():
-    with pytest.raises(NotSRSError) as caught:
+    with pytest.raises(ModelError) as caught:
         describe_chain(read_urdf(model("kinova_gen3_7dof")))
     said = str(caught.value)
     what, keeps, fitted = said.splitlines()
@@ -87,11 +87,11 @@ def test_the_reasons_come_first_and_then_each_door_with_its_error():
 
 def test_reasons_are_ranked_whatever_their_kind():
     frame = turn(X, 0.2) @ shift(0.001, 0, 0)
-    with pytest.raises(NotSRSError) as caught:
+    with pytest.raises(ModelError) as caught:
         describe_chain(broken_chain(6, frame))
     assert caught.value.reasons[0].startswith("neighbours are not orthogonal: axes 6 and 7")
     assert not caught.value.near
-    with pytest.raises(NotSRSError) as caught:
+    with pytest.raises(ModelError) as caught:
         describe_chain(broken_chain(6, shift(0.06, 0, 0) @ turn(X, 1e-4)))
     assert "wrist point by 60" in caught.value.reasons[0]
     assert len(caught.value.reasons) == 2
@@ -99,7 +99,7 @@ def test_reasons_are_ranked_whatever_their_kind():
 
 @pytest.mark.parametrize("millimetre, near", [(0.03, True), (49.0, True), (50.0, True), (51.0, False)])
 def test_near_means_at_most_fifty_millimetres(millimetre, near):
-    with pytest.raises(NotSRSError) as caught:
+    with pytest.raises(ModelError) as caught:
         describe_chain(broken_chain(2, shift(0, 1e-3 * millimetre, 0)))
     assert caught.value.near is near
     assert ("but near it" in str(caught.value)) is near

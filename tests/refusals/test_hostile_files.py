@@ -62,7 +62,7 @@ JSON = {
 def test_json_of_junk(tmp_path: Path, text: str, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "p.json"
     file.write_text(text)
-    with pytest.raises(aa.FileFormatError, match=f"p\\.json: .*{JSON[text]}"):
+    with pytest.raises(aa.ModelError, match=f"p\\.json: .*{JSON[text]}"):
         aa.load_poses(file)
     assert main(["plan", str(file), *ROBOT]) == 2
     assert "p.json:" in capsys.readouterr().err
@@ -90,7 +90,7 @@ MEMBERS = {
 def test_npz_of_junk(tmp_path: Path, what: str, capsys: pytest.CaptureFixture[str]) -> None:
     member, message = MEMBERS[what]
     file = npz(tmp_path / "p.npz", member)
-    with pytest.raises(aa.FileFormatError, match=rf"p\.npz: .*{message}"):
+    with pytest.raises(aa.ModelError, match=rf"p\.npz: .*{message}"):
         aa.load_poses(file)
     assert main(["plan", str(file), *ROBOT]) == 2
     assert "p.npz:" in capsys.readouterr().err
@@ -98,17 +98,17 @@ def test_npz_of_junk(tmp_path: Path, what: str, capsys: pytest.CaptureFixture[st
 
 def test_an_npy_file_is_no_npz(tmp_path: Path) -> None:
     (tmp_path / "p.npz").write_bytes(bytes_of(np.eye(7)))
-    with pytest.raises(aa.FileFormatError, match=r"p\.npz: not NPZ: File is not a zip file"):
+    with pytest.raises(aa.ModelError, match=r"p\.npz: not NPZ: File is not a zip file"):
         aa.load_poses(tmp_path / "p.npz")
 
 
 def test_nothing_is_unpacked_that_the_bytes_cannot_hold(tmp_path: Path) -> None:
     file = npz(tmp_path / "p.npz", bytes_of(np.zeros((100_000, 7))), compression=zipfile.ZIP_BZIP2)
     tracemalloc.start()
-    with pytest.raises(aa.FileFormatError, match=r"pose\.npy is not packed as NPZ is"):
+    with pytest.raises(aa.ModelError, match=r"pose\.npy is not packed as NPZ is"):
         aa.load_poses(file)
     npz(file, npy(SHAPE % MANY))
-    with pytest.raises(aa.FileFormatError, match="not NPZ"):
+    with pytest.raises(aa.ModelError, match="not NPZ"):
         aa.load_poses(file)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
@@ -121,7 +121,7 @@ def test_members_that_lie_over_one_another(tmp_path: Path) -> None:
         archive.writestr("pose.npy", bytes(4000))
         again = copy(archive.filelist[0])
         archive.filelist.append(again)  # twice in the directory, once in the file
-    with pytest.raises(aa.FileFormatError, match="not NPZ: its members are longer than the file"):
+    with pytest.raises(aa.ModelError, match="not NPZ: its members are longer than the file"):
         aa.load_poses(file)
 
 
@@ -145,7 +145,7 @@ def test_a_flipped_byte_is_refused_or_does_not_matter(
     (tmp_path / f"bad{ending}").write_bytes(data)
     try:
         poses = aa.load_poses(tmp_path / f"bad{ending}")
-    except aa.FileFormatError:
+    except aa.ModelError:
         return
     assert poses.shape[1:] == (4, 4) and np.isfinite(poses).all()
 
@@ -167,7 +167,7 @@ ROWS = {
 @pytest.mark.parametrize("text", ROWS)
 def test_rows_that_contradict_themselves(tmp_path: Path, text: str) -> None:
     (tmp_path / "j.csv").write_text(text)
-    with pytest.raises(aa.FileFormatError, match=r"j\.csv" + ROWS[text]):
+    with pytest.raises(aa.ModelError, match=r"j\.csv" + ROWS[text]):
         aa.load_joints(tmp_path / "j.csv")
 
 
@@ -191,7 +191,7 @@ BLOCKS = {
 def test_blocks_that_contradict_themselves(tmp_path: Path, what: str) -> None:
     blocks, message = BLOCKS[what]
     np.savez(tmp_path / "j.npz", **blocks)
-    with pytest.raises(aa.FileFormatError, match=rf"j\.npz: {message}"):
+    with pytest.raises(aa.ModelError, match=rf"j\.npz: {message}"):
         aa.load_joints(tmp_path / "j.npz")
 
 
@@ -220,7 +220,7 @@ TOML = {
 def test_toml_of_junk(tmp_path: Path, text: str, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "r.toml"
     file.write_text(text)
-    with pytest.raises(aa.FileFormatError, match=rf"r\.toml: {TOML[text]}"):
+    with pytest.raises(aa.ModelError, match=rf"r\.toml: {TOML[text]}"):
         read_robot(file)
     assert main(["fk", "--robot", str(file), *["0"] * 7]) == 2
     assert "r.toml:" in capsys.readouterr().err
@@ -233,11 +233,11 @@ def test_toml_of_junk(tmp_path: Path, text: str, capsys: pytest.CaptureFixture[s
 def test_a_name_that_no_file_can_have(ending: str) -> None:
     name = f"a\0b{ending}"
     for load in (aa.load_joints, aa.load_poses):
-        with pytest.raises(aa.FileFormatError, match=r"'a\\x00b\.\w+': cannot be read: embedded null"):
+        with pytest.raises(aa.ModelError, match=r"'a\\x00b\.\w+': cannot be read: embedded null"):
             load(name)
     with pytest.raises(aa.OutputError, match=r"'a\\x00b\.\w+': cannot be written: "):
         aa.save(POSES, name)
-    with pytest.raises(aa.FileFormatError, match=r"'a\\x00b\.toml': cannot be read: embedded null"):
+    with pytest.raises(aa.ModelError, match=r"'a\\x00b\.toml': cannot be read: embedded null"):
         read_robot("a\0b.toml")
 
 

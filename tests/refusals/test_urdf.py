@@ -10,7 +10,7 @@ from support.chain import LIMIT, joint_xml, simple_urdf
 
 import armangle as aa
 import armangle.models.urdf.reading
-from armangle.errors import UrdfError
+from armangle.errors import ModelError
 from armangle.models.urdf import read_urdf, urdf_candidates
 
 BOMB = '<!DOCTYPE x [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;">]>' + simple_urdf()
@@ -152,7 +152,7 @@ REFUSED = {
 def test_a_type_that_is_an_expression_is_refused_with_its_line_where_links_are_guessed():
     text = simple_urdf(j3=joint_xml("j3", "l2", "l3", "${t}", LIMIT))
     for ask in (read_urdf, urdf_candidates):
-        with pytest.raises(UrdfError, match=r"joint 'j3': <joint type='.{4}'> is an expression") as caught:
+        with pytest.raises(ModelError, match=r"joint 'j3': <joint type='.{4}'> is an expression") as caught:
             ask(text)
         assert caught.value.line == 1 + text[: text.index('name="j3"')].count("\n")
     off_the_path = simple_urdf(joint_xml("finger", "l7", "f", "${t}") + '<link name="f"/>')
@@ -173,7 +173,7 @@ def test_what_is_neither_path_nor_text_is_refused_by_name(source):
 def test_bad_text_is_refused_with_the_name(case):
     text, message = REFUSED[case]
     last = "l8" if case in ("eight", "lift") else "l7"
-    with pytest.raises(UrdfError, match=re.escape(message)) as caught:
+    with pytest.raises(ModelError, match=re.escape(message)) as caught:
         read_urdf(text, "l0", last)
     assert str(caught.value).startswith("XML text:")
     assert caught.value.source == "XML text"
@@ -195,12 +195,12 @@ def test_bad_text_is_refused_with_the_name(case):
 )
 def test_bad_ends_are_refused_with_the_choices(base, tip, message):
     text = simple_urdf(links='<link name="island"/>')
-    with pytest.raises(UrdfError, match=re.escape(message)):
+    with pytest.raises(ModelError, match=re.escape(message)):
         read_urdf(text, base, tip)
 
 
 def test_no_arm_at_all_is_said():
-    with pytest.raises(UrdfError, match="no chain of 7 rotating joints is found, walking up from"):
+    with pytest.raises(ModelError, match="no chain of 7 rotating joints is found, walking up from"):
         read_urdf('<robot><link name="alone"/></robot>')
 
 
@@ -208,27 +208,27 @@ def test_no_arm_at_all_is_said():
 def test_a_loop_is_refused(ends):
     text = '<robot><link name="a"/><link name="b"/>'
     text += joint_xml("one", "a", "b", "fixed") + joint_xml("two", "b", "a", "fixed") + "</robot>"
-    with pytest.raises(UrdfError, match="closes a loop at link 'a'"):
+    with pytest.raises(ModelError, match="closes a loop at link 'a'"):
         read_urdf(text, *ends)
 
 
 def test_the_place_in_the_file_is_named(tmp_path):
     path = tmp_path / "arm.urdf"
     path.write_text("<robot>\n <link name='a'/>\n  <link/>\n</robot>")
-    with pytest.raises(UrdfError) as caught:
+    with pytest.raises(ModelError) as caught:
         read_urdf(path)
     assert str(caught.value) == f"{path}:3:3: a <link> has no name"
     assert (caught.value.line, caught.value.column) == (3, 3)
 
 
 def test_bad_paths_are_refused(tmp_path, monkeypatch):
-    with pytest.raises(UrdfError, match=r"nowhere\.urdf: no such file"):
+    with pytest.raises(ModelError, match=r"nowhere\.urdf: no such file"):
         read_urdf(tmp_path / "nowhere.urdf")
-    with pytest.raises(UrdfError, match="cannot be read: a folder, wanted a file"):
+    with pytest.raises(ModelError, match="cannot be read: a folder, wanted a file"):
         read_urdf(tmp_path)
     monkeypatch.setattr(armangle.models.urdf.reading, "MAX_BYTES", 2**20)
     path = tmp_path / "large.urdf"
     path.write_bytes(b"<" * 3 * 2**20)
     for source in (path, path.read_bytes()):
-        with pytest.raises(UrdfError, match="3 MiB, wanted at most 1 MiB"):
+        with pytest.raises(ModelError, match="3 MiB, wanted at most 1 MiB"):
             read_urdf(source)

@@ -213,7 +213,7 @@ def test_joints_that_are_known_are_a_motion() -> None:
     for wrong in (given.s[::-1], given.s[:-1], 2 * given.s):
         with pytest.raises(aa.InputError, match="s holds"):
             aa.JointPath.from_joints(arm, given.q, s=wrong)
-    with pytest.raises(aa.ShapeError, match="status has shape"):
+    with pytest.raises(aa.InputError, match="status has shape"):
         aa.JointPath.from_joints(arm, given.q, status=given.status[1:])
 
 

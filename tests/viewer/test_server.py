@@ -34,11 +34,11 @@ def test_a_busy_port_is_refused_by_its_number() -> None:
         other.bind(("127.0.0.1", 0))
         other.listen()
         port = other.getsockname()[1]
-        with pytest.raises(aa.PortError, match=f"port {port} of .* is taken"):
+        with pytest.raises(aa.OutputError, match=f"port {port} of .* is taken"):
             Viewer(_paper(), port=port)
-    with pytest.raises(aa.PortError, match="port is 70000"):
+    with pytest.raises(aa.OutputError, match="port is 70000"):
         Viewer(_paper(), port=70000)
-    with pytest.raises(aa.PortError, match=r"192\.0\.2\.1 cannot be had"):
+    with pytest.raises(aa.OutputError, match=r"192\.0\.2\.1 cannot be had"):
         Viewer(_paper(), port=8080, host="192.0.2.1")
 
 

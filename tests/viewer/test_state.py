@@ -73,9 +73,9 @@ def test_an_arm_without_limits_begins_too() -> None:
 @pytest.mark.parametrize(
     ("start", "error", "message"),
     [
-        (np.zeros(6), aa.ShapeError, "q has shape"),
-        (np.zeros((2, 7)), aa.ShapeError, "q has shape"),
-        (np.full(7, np.nan), aa.NotFiniteError, "wanted finite angles"),
+        (np.zeros(6), aa.InputError, "q has shape"),
+        (np.zeros((2, 7)), aa.InputError, "q has shape"),
+        (np.full(7, np.nan), aa.InputError, "wanted finite angles"),
         ([0, 3, 0, 0, 0, 0, 0], aa.LimitError, "joint 2 is 3 rad, outside its limits"),
     ],
 )
@@ -85,7 +85,7 @@ def test_a_start_that_is_no_posture_is_refused(start: object, error: type, messa
 
 
 def test_a_policy_that_needs_time_is_refused() -> None:
-    with pytest.raises(aa.PolicyError, match="dt is missing"):
+    with pytest.raises(aa.InputError, match="dt is missing"):
         ViewerState(IIWA, policy=aa.Repulsion(rate=2.0))
 
 
@@ -113,7 +113,7 @@ def test_a_joint_stops_at_its_limit_and_says_so() -> None:
     assert state.q[3] == IIWA.lower[3]
     with pytest.raises(aa.InputError, match="joint is 8"):
         state.set_joint(8, 0.0)
-    with pytest.raises(aa.NotFiniteError, match="joint 2 is nan"):
+    with pytest.raises(aa.InputError, match="joint 2 is nan"):
         state.set_joint(2, np.nan)
 
 
@@ -156,7 +156,7 @@ def test_set_psi_stops_at_the_limit_and_names_the_joint() -> None:
     assert np.degrees(state.psi) == pytest.approx(42.70, abs=0.01)
     assert state.arm.within_limits(state.q, tol=1e-9)
     assert "blocked by joint 1." in state.set_psi(np.radians(-30.0)).text
-    with pytest.raises(aa.NotFiniteError, match="psi is nan"):
+    with pytest.raises(aa.InputError, match="psi is nan"):
         state.set_psi(np.nan)
 
 
@@ -175,7 +175,7 @@ def test_set_pose_goes_there_continuously_and_within_limits() -> None:
 def test_set_pose_accepts_the_rounding_of_a_browser() -> None:
     state = _paper()
     assert state.set_pose(PAPER_POSES[20].astype(np.float32)).ok
-    with pytest.raises(aa.ShapeError, match="pose has shape"):
+    with pytest.raises(aa.InputError, match="pose has shape"):
         state.set_pose(PAPER_POSES[:2])
 
 
@@ -295,7 +295,7 @@ def test_reasons_agree_with_the_arcs() -> None:
             assert answer.ok == (state.gc == gc)
             if not answer.ok:
                 assert answer.text.startswith(f"GC {gc}: ")
-    with pytest.raises(aa.ConfigurationError, match="gc is 8"):
+    with pytest.raises(aa.InputError, match="gc is 8"):
         state.set_gc(8)
 
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _core
 from .._arrays import Floats, Ints, Shape, as_floats, check_angles, frozen
 from .._core import SetOperation, Side
-from ..errors import InputError, ShapeError
+from ..errors import InputError
 from ..scenes.ready import PairNames, Ready
 from ..status import STATUSES, Status
 
@@ -123,7 +123,7 @@ class ArcSet:
 
     Raises
     ------
-    ShapeError, NotFiniteError, InputError
+    InputError
         If the shape is not (k, 2), a number is not finite, an upper end lies below its lower one,
         or there are more than 16 arcs.
 
@@ -156,7 +156,7 @@ class ArcSet:
     def __init__(self, intervals: ArrayLike = ()) -> None:
         psi = as_floats("intervals", np.empty((0, 2)) if _is_nothing(intervals) else intervals, (2,))
         if psi.ndim != 2:
-            raise ShapeError(f"intervals has shape {psi.shape}, wanted (k, 2)")
+            raise InputError(f"intervals has shape {psi.shape}, wanted (k, 2)")
         check_angles("intervals", psi)
         if (psi[:, 1] < psi[:, 0]).any():
             at = int(np.argmax(psi[:, 1] < psi[:, 0]))
@@ -382,7 +382,7 @@ class ArcSet:
 
         Raises
         ------
-        NotFiniteError, ShapeError
+        InputError
             If an angle is not finite, or the shapes do not broadcast.
         """
         inside: NDArray[np.bool_] = self._query(psi, False) != 0
@@ -404,7 +404,7 @@ class ArcSet:
 
         Raises
         ------
-        NotFiniteError, ShapeError
+        InputError
             If an angle is not finite, or the shapes do not broadcast.
         """
         return self._query(psi, True)[()]
@@ -424,7 +424,7 @@ class ArcSet:
         try:
             index, angles = np.broadcast_arrays(index, angles)
         except ValueError:
-            raise ShapeError(
+            raise InputError(
                 f"psi of shape {angles.shape} does not broadcast with arcs of shape {self.shape}"
             ) from None
         return index.shape, index.ravel(), np.ascontiguousarray(angles).ravel()
@@ -444,7 +444,7 @@ class ArcSet:
 
     def _need_one(self, what: str) -> None:
         if self.shape:
-            raise ShapeError(f"{what} needs arcs of one pose; these have shape {self.shape}: index them")
+            raise InputError(f"{what} needs arcs of one pose; these have shape {self.shape}: index them")
 
     def __getitem__(self, key: Any) -> ArcSet:
         picked = np.arange(len(self._count)).reshape(self.shape)[key]
@@ -480,7 +480,7 @@ class ArcSet:
         try:
             a, b = np.broadcast_arrays(a, b)
         except ValueError:
-            raise ShapeError(f"arcs of shapes {self.shape} and {other.shape} do not broadcast") from None
+            raise InputError(f"arcs of shapes {self.shape} and {other.shape} do not broadcast") from None
         index_a, index_b = a.ravel(), b.ravel()
         together = int((self._count[index_a] + other._count[index_b]).max(initial=0))
         if operation != SetOperation.COMPLEMENT and together > _core.ARC_CAPACITY:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import CONFIGURATIONS, Ints, as_gc
-from ..errors import ConfigurationError, ShapeError
+from ..errors import InputError
 
 _BITS = np.array([1, 2, 4], dtype=np.int64)
 
@@ -26,7 +26,7 @@ def gc_signs(gc: ArrayLike) -> Ints:
 
     Raises
     ------
-    ConfigurationError
+    InputError
         If an index is no integer from 0 to 7.
 
     Source: Faria et al. (2018), Eq. (2).
@@ -38,7 +38,7 @@ def gc_signs(gc: ArrayLike) -> Ints:
     """
     index = as_gc(gc)
     if np.any((index < 0) | (index >= CONFIGURATIONS)):
-        raise ConfigurationError(f"gc is {gc!r}, wanted integers from 0 to 7")
+        raise InputError(f"gc is {gc!r}, wanted integers from 0 to 7")
     return np.where(index[..., None] & _BITS, -1, 1)
 
 
@@ -57,7 +57,7 @@ def gc_index(signs: ArrayLike) -> Ints | np.int64:
 
     Raises
     ------
-    ShapeError, ConfigurationError
+    InputError
         If the last axis is not 3, or an entry is neither +1 nor -1.
 
     Source: Faria et al. (2018), Eq. (2).
@@ -69,10 +69,10 @@ def gc_index(signs: ArrayLike) -> Ints | np.int64:
     """
     array = np.asarray(signs)
     if array.dtype.kind not in "fiu":
-        raise ConfigurationError(f"signs is {signs!r}, wanted +1 or -1 in every entry")
+        raise InputError(f"signs is {signs!r}, wanted +1 or -1 in every entry")
     if array.ndim == 0 or array.shape[-1] != 3:
-        raise ShapeError(f"signs has shape {array.shape}, wanted (..., 3)")
+        raise InputError(f"signs has shape {array.shape}, wanted (..., 3)")
     if not np.all(np.abs(array) == 1):
-        raise ConfigurationError(f"signs is {signs!r}, wanted +1 or -1 in every entry")
+        raise InputError(f"signs is {signs!r}, wanted +1 or -1 in every entry")
     index: Ints = ((array < 0) * _BITS).sum(axis=-1, dtype=np.int64)
     return index[()]

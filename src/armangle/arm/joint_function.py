@@ -58,7 +58,7 @@ class JointFunction:
 
         Raises
         ------
-        NotFiniteError
+        InputError
 
         Source: Faria et al. (2018), Eqs. (26), (27).
         """
@@ -79,7 +79,7 @@ class JointFunction:
 
         Raises
         ------
-        NotFiniteError
+        InputError
 
         Source: Faria et al. (2018), Eqs. (28), (29), (33).
         """

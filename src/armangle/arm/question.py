@@ -17,25 +17,24 @@ from .._arrays import (
     as_gc,
     as_number,
     as_poses,
-    as_threads,
     broadcast,
     chosen,
 )
 from .._progress import Progress, as_progress, progressing
-from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
+from .._threads import thread_count
+from ..errors import InputError
 from ..scenes.ready import Ready
-from ..scenes.scene import Scene
 from ..status import SOLVED
 from .allowed import Allowed, allowed_arcs
 from .solution import Solution, Solutions
 
 MetricName = Literal["l2", "max"]
-Prefer = Literal["near", "margin"]
-Beyond = Literal["refuse", "nearest"]
+Prefer = Literal["seed", "margin", "clearance"]
+Fallback = Literal["nearest_pose"] | None
 
 METRICS: dict[str, Any] = {"l2": _core.Metric.L2, "max": _core.Metric.MAX}
-PREFER = ("near", "margin")
-_BEYOND = ("refuse", "nearest")
+PREFER = ("seed", "margin", "clearance")
+_FALLBACK = ("nearest_pose",)
 _LONGEST = 1e3  # m, of what a radian counts as
 
 
@@ -46,40 +45,39 @@ class Answering(Protocol):
     upper: Floats
     _handle: _core.Arm
 
-    def forward(self, q: Floats, *, undefined: Any) -> tuple[Floats, Any, Any]: ...
-    def _scene(self, scene: Scene | None) -> Ready | None: ...
+    singularity_margin: float
+    _ready: Ready | None
+
+    def forward(self, q: Floats, *, on_error: Any) -> tuple[Floats, Any, Any]: ...
 
 
 class Question:
     """A batch of poses and what is wanted of their postures."""
 
     def __init__(
-        self, arm: Answering, pose: ArrayLike, near: ArrayLike | None, metric: str, weight: ArrayLike | None,
-        prefer: str, gc: int | Iterable[int] | None, allowed: Allowed | None, scene: Scene | None,
-        singularity_margin: float, threads: int, length: float = 0.0, progress: Progress | bool | None = None,
+        self, arm: Answering, pose: ArrayLike, seed: ArrayLike | None, metric: str, weight: ArrayLike | None,
+        prefer: str, gc: int | Iterable[int] | None, allowed: Allowed | None, length: float = 0.0,
+        progress: Progress | bool | None = None,
     ) -> None:  # fmt: skip
         named = [("pose", as_poses("pose", pose, arm._handle), 2)]
-        if near is not None:
-            seed = as_floats("near", near, (JOINTS,))
-            named.append(("near", seed, 1))
+        if seed is not None:
+            named.append(("seed", as_floats("seed", seed, (JOINTS,)), 1))
         self.batch, arrays = broadcast(named)
         self.poses: Floats = np.ascontiguousarray(arrays[0])
         kind = METRICS[chosen("metric", metric, METRICS)]
-        margin = as_number("singularity_margin", singularity_margin, 0.0, _core.MOST_MARGIN)
-        if chosen("prefer", prefer, PREFER) == "margin" or near is None:
+        if chosen("prefer", prefer, PREFER) == "margin" or seed is None:
             kind = _core.Metric.MARGIN
-        self.near = np.ascontiguousarray(arrays[1]).reshape(-1, JOINTS) if near is not None else None
-        self.options = _core.SolveOptions(kind, weights_of(weight), branch_bits(gc), margin, length)
+        self.near = np.ascontiguousarray(arrays[1]).reshape(-1, JOINTS) if seed is not None else None
+        self.options = _core.SolveOptions(kind, weights_of(weight), branch_bits(gc), arm.singularity_margin, length)
         self.arm, self.handle = arm, arm._handle
-        self.threads = as_threads(threads)
+        self.threads = thread_count()
         self.progress = as_progress(progress)
-        ready = arm._scene(scene)
-        self.scene = None if ready is None else ready.handle
+        self.scene = None if arm._ready is None else arm._ready.handle
         self.allowed: tuple[Any, Any] = (None, None)
         if allowed is not None:
             arcs = allowed_arcs(allowed, arrays[0])
             if arcs.shape not in ((), self.batch):
-                raise ShapeError(
+                raise InputError(
                     f"allowed has shape {arcs.shape}, wanted () or that of the poses, {self.batch}"
                 )
             self.allowed = (arcs._count, arcs._psi)
@@ -98,7 +96,7 @@ class Question:
         pose, beside = self.poses.copy(), unsolved & np.isfinite(gap)
         pose[unsolved] = np.nan
         if beside.any():
-            pose[beside] = self.arm.forward(q[beside], undefined="nan")[0]
+            pose[beside] = self.arm.forward(q[beside], on_error="nan")[0]
         every = Solution(q, psi, gc, distance, status, margin, gap, pose)
         return every if self.batch else every.row(())
 
@@ -111,16 +109,48 @@ class Question:
         return Solutions(self.batch, columns, self.poses)
 
 
-def relaxing_length(outside: Beyond, length: float, *narrowed: object) -> float:
-    """Return how many metres a radian counts as where a pose has no posture; 0 where none is sought."""
+def relaxing_length(fallback: Fallback, length: float, *narrowed: object) -> float:
+    """Return how many metres a radian counts as where a pose has no solution; 0 where none is sought."""
     metres = as_number("length", length, 0.0, _LONGEST, low_open=True)
-    if chosen("outside", outside, _BEYOND) == "refuse":
+    if fallback is None:
         return 0.0
+    chosen("fallback", fallback, _FALLBACK)
     if any(one is not None for one in narrowed):
         raise InputError(
-            "outside is 'nearest', which takes all branches and arm angles: not with gc, allowed or scene"
+            "fallback is 'nearest_pose', which takes all branches and arm angles: not with gc, allowed or "
+            "obstacles"
         )
     return metres
+
+
+def widest_solution(arm: Any, pose: ArrayLike, seed: ArrayLike | None, gc: Any) -> Solution:
+    """Return the solution of each pose that is farthest from the obstacles of the arm's scene."""
+    if arm.scene is None:
+        raise InputError("prefer is 'clearance', which needs obstacles: arm.with_(scene=...)")
+    bits = branch_bits(gc)
+    branches = np.array([k for k in range(CONFIGURATIONS) if bits >> k & 1])
+    poses = as_poses("pose", pose, arm._handle)
+    found = arm._widest(poses[..., None, :, :], branches, arm.scene)
+    distance = np.where(np.asarray(found.arcs.measure) > 0, np.asarray(found.nearest.distance), -np.inf)
+    best = distance.argmax(axis=-1)[..., None]
+
+    def taken(column: Any) -> Any:
+        return np.take_along_axis(np.asarray(column), best, axis=-1)[..., 0]
+
+    ok, psi, branch = np.isfinite(taken(distance)), taken(found.psi), branches[best[..., 0]]
+    q = arm.inverse(poses, np.where(ok, psi, 0.0), branch, seed=seed, on_error="nan")
+    ok &= np.isfinite(q[..., 0])
+    q = np.where(ok[..., None], q, np.nan)
+    none = arm.solve(poses, gc=gc)  # the reason where there is none
+    apart = np.full(ok.shape, np.nan) if seed is None else np.linalg.norm(q - np.asarray(seed), axis=-1)
+    margin = np.full(ok.shape, np.nan)
+    margin[ok] = arm.limit_margin(q[ok])
+    every = Solution(
+        q, np.where(ok, psi, np.nan), np.where(ok, branch, -1), apart,
+        np.where(ok, np.int8(0), none.status).astype(np.int8), margin, np.where(ok, 0.0, np.nan),
+        np.where(ok[..., None, None], poses, np.nan),
+    )  # fmt: skip
+    return every if ok.ndim else every.row(())
 
 
 def weights_of(weight: ArrayLike | None) -> Floats:
@@ -129,10 +159,10 @@ def weights_of(weight: ArrayLike | None) -> Floats:
         return np.ones(JOINTS)
     given = as_floats("weight", weight)
     if given.shape not in ((), (JOINTS,)):
-        raise ShapeError(f"weight has shape {given.shape}, wanted ({JOINTS},) or one number")
+        raise InputError(f"weight has shape {given.shape}, wanted ({JOINTS},) or one number")
     weights = np.ascontiguousarray(np.broadcast_to(given, (JOINTS,)))
     if not np.isfinite(weights).all():
-        raise NotFiniteError(f"weight is {weights.tolist()}, wanted finite numbers")
+        raise InputError(f"weight is {weights.tolist()}, wanted finite numbers")
     if (weights < 0).any() or not weights.any():
         raise InputError(f"weight is {weights.tolist()}, wanted numbers >= 0, at least one of them positive")
     return weights
@@ -144,8 +174,8 @@ def branch_bits(gc: int | Iterable[int] | None) -> int:
         return (1 << CONFIGURATIONS) - 1
     given = [*gc] if isinstance(gc, Iterable) else [gc]
     if not given:
-        raise ConfigurationError("gc holds nothing: wanted integers from 0 to 7, or None for all of them")
+        raise InputError("gc holds nothing: wanted integers from 0 to 7, or None for all of them")
     wanted = as_gc(given)
     if wanted.ndim != 1 or not wanted.size or ((wanted < 0) | (wanted >= CONFIGURATIONS)).any():
-        raise ConfigurationError(f"gc is {gc!r}, wanted an integer from 0 to 7, or several of them")
+        raise InputError(f"gc is {gc!r}, wanted an integer from 0 to 7, or several of them")
     return int(np.bitwise_or.reduce(1 << wanted))

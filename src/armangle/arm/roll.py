@@ -50,7 +50,7 @@ def check_free_roll(arm: Rolled, scene: object) -> None:
     if turning is not None:
         raise InputError(
             f"roll is 'free', and {turning}, which is not round about that axis, would turn with it: "
-            "not with scene"
+            "not with obstacles"
         )
 
 
@@ -101,7 +101,7 @@ def solve_free(
     extra = np.sqrt(weights[_LAST]) * np.abs(last - seed)
     apart = np.hypot(found.distance, extra) if metric == "l2" else np.maximum(found.distance, extra)
     pose, solved = np.array(found.pose), np.isfinite(q[..., 0])
-    pose[solved] = arm.forward(q[solved], undefined="nan")[0]
+    pose[solved] = arm.forward(q[solved], on_error="nan")[0]
     if q.ndim > 1:
         return found._replace(q=q, margin=margin, distance=apart, pose=pose)
     return found._replace(q=q, margin=float(margin), distance=float(apart), pose=pose)

@@ -29,7 +29,7 @@ def skeleton(arm: Arm, q: ArrayLike) -> Floats:
 
     Raises
     ------
-    ShapeError, NotFiniteError
+    InputError
     """
     frames = arm.frames(q)
     points = frames[..., [0, 1, 3, 3, 4, 5, 7, 7], :3, 3]

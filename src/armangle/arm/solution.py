@@ -10,20 +10,18 @@ from numpy.typing import NDArray
 
 from .._arrays import JOINTS, Floats, Ints, frozen
 from .._values import by_content
-from ..errors import InputError, NoSolutionError, UnreachableError
+from ..errors import CollisionError, InputError, LimitError, NoSolutionError, UnreachableError
 from ..status import SOLVED, STATUSES, Status
 
-_OUT_OF_REACH = (Status.UNREACHABLE, Status.FOLDED)
+_KINDS: dict[Status, type[NoSolutionError]] = {
+    **dict.fromkeys((Status.UNREACHABLE, Status.FOLDED, Status.NO_POSTURE), UnreachableError),
+    **dict.fromkeys((Status.ELBOW_LIMIT, Status.ELBOW_MARGIN, Status.LIMITS, Status.NEAR_SINGULAR), LimitError),
+    **dict.fromkeys((Status.CLEARANCE, Status.POSE_BLOCKED), CollisionError),
+}
 _MORE = "says by how much, and what would help (arm.nominal.explain of an arm with its own chain)."
 _HINT = f"arm.explain(pose) {_MORE}"
-_IN_SCENE = f"arm.explain(pose, scene=...) {_MORE}"
-_WITH_MARGIN = f"arm.explain(pose, singularity_margin=...) {_MORE}"
 _HINTS = {
-    Status.NOT_ALLOWED: "arm.feasible_all(pose) has the arm angles of every branch that limits leave.",
-    Status.CLEARANCE: _IN_SCENE,
-    Status.POSE_BLOCKED: _IN_SCENE,
-    Status.NEAR_SINGULAR: _WITH_MARGIN,
-    Status.ELBOW_MARGIN: _WITH_MARGIN,
+    Status.NOT_ALLOWED: "arm.feasible(pose) has the arm angles of every branch that limits leave.",
 }
 """What tells more about a status, asked as `solve` was."""
 
@@ -38,7 +36,7 @@ class Solution(NamedTuple):
     q holds, and ``gap (...)`` by which it is off the one asked, ``sqrt(|dp|² + (length·angle)²)``, m. Where
     the status is OK, the pose is the one asked and the gap 0. So it is where it is UNPROVEN: of an arm with a
     chain of its own, beside singularities, where it is not proven that no posture is nearer. Else the numbers
-    are NaN and gc is -1; with ``outside="nearest"`` they are those of the nearest pose.
+    are NaN and gc is -1; with ``fallback="nearest_pose"`` they are those of the nearest pose.
 
     It is a tuple of these eight, so that ``q, psi, *_ = solution``; of a batch too: `row` gives one pose's.
     """
@@ -106,10 +104,9 @@ class Solution(NamedTuple):
 
         Raises
         ------
-        UnreachableError
-            If a wrist is out of reach, or lies on the shoulder.
-        NoSolutionError
-            If limits, margins or what the caller allows leave no posture.
+        UnreachableError, LimitError, CollisionError, NoSolutionError
+            If there is no solution because of the reach, limits and margins, obstacles, or what the caller
+            allows.
         """
         codes = np.asarray(self.status)
         bad = np.argwhere(~np.isin(codes, SOLVED))
@@ -119,8 +116,7 @@ class Solution(NamedTuple):
         status = STATUSES[int(codes[at])]
         where = f"pose{list(at)}: " if at else ""
         more = f" ({len(bad)} of {codes.size} poses have none)" if at else ""
-        kind = UnreachableError if status in _OUT_OF_REACH else NoSolutionError
-        raise kind(f"{where}{status.sentence}{more} {_HINTS.get(status, _HINT)}")
+        raise _KINDS.get(status, NoSolutionError)(f"{where}{status.sentence}{more} {_HINTS.get(status, _HINT)}")
 
     def __repr__(self) -> str:
         """Return the fields of one pose to six digits; of a batch how many poses have a posture."""

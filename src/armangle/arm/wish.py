@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from .. import _core
 from .._arrays import Floats, as_floats, chosen
 from .._core import Wish
-from ..errors import InputError, NotFiniteError
+from ..errors import InputError
 
 DIRECTIONS = {
     "up": (0.0, 0.0, 1.0),
@@ -30,7 +30,7 @@ def as_wish(point: ArrayLike | None, direction: Direction | None) -> tuple[Wish,
 
     Raises
     ------
-    ShapeError, NotFiniteError
+    InputError
     InputError
         If not exactly one is given, the direction has no length, or the point is no place in metres.
     """
@@ -57,5 +57,5 @@ def as_wish(point: ArrayLike | None, direction: Direction | None) -> tuple[Wish,
 def _finite(name: str, value: Any) -> Floats:
     vectors = as_floats(name, value, (3,))
     if not np.isfinite(vectors).all():
-        raise NotFiniteError(f"{name} is {vectors.tolist()!s:.100}, wanted finite numbers")
+        raise InputError(f"{name} is {vectors.tolist()!s:.100}, wanted finite numbers")
     return vectors

@@ -15,7 +15,7 @@ from .._arrays import JOINTS, TURN, Floats, number_in
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.offset import OffsetArm
 from ..arm.roll import ROLLS
-from ..errors import InputError, NotSRSError, SceneError, ShapeError, UnknownRobotError
+from ..errors import InputError, ModelError, SceneError
 from ..files.scenes import load_body, load_scene
 from ..files.sheets import ending
 from ..files.tables import load_poses
@@ -230,7 +230,7 @@ def _tool(args: argparse.Namespace) -> Floats:
     """Return the frame of --tool in the tip's, (4, 4)."""
     given = len(args.tool.replace(",", " ").split())
     if given not in (len(_PLACE), len(COLUMNS)):
-        raise ShapeError(f"--tool has {given} numbers, wanted x,y,z or {','.join(COLUMNS)}")
+        raise InputError(f"--tool has {given} numbers, wanted x,y,z or {','.join(COLUMNS)}")
     turned = "" if given == len(COLUMNS) else ",1,0,0,0"
     tool = pose("--tool", args.tool + turned)
     if np.abs(tool[:3, 3]).max() > _LONGEST:
@@ -256,14 +256,14 @@ def any_arm(args: argparse.Namespace) -> Arm | OffsetArm:
     """Return the arm that --robot or --urdf names, be it one with an offset wrist or shoulder."""
     try:
         return the_arm(args)
-    except (NotSRSError, UnknownRobotError):
+    except (ModelError, InputError):
         if args.urdf is None and args.robot in offset_catalogue():
             return _tooled(OffsetArm.from_catalogue(args.robot), args)
         if args.urdf is None:
             raise
         try:
             return _tooled(offset_arm_of_file(args.urdf, args.base, args.tip, args), args)
-        except NotSRSError:
+        except ModelError:
             pass
         raise
 
@@ -357,7 +357,7 @@ def numbers(name: str, text: str, wanted: str, count: int) -> Floats:
         except argparse.ArgumentTypeError as error:
             raise InputError(f"{name}: {error}, wanted {wanted}") from None
     if len(values) != count:
-        raise ShapeError(f"{name} has {len(values)} numbers, wanted {count}: {wanted}")
+        raise InputError(f"{name} has {len(values)} numbers, wanted {count}: {wanted}")
     return np.array(values)
 
 
@@ -409,7 +409,7 @@ def some_poses(path: str, *, lost: bool = False) -> Floats:
 
     Raises
     ------
-    InputError, FileFormatError
+    InputError, ModelError
     """
     with progress(f"reading {path}"):
         frames = load_poses(path, lost=lost)

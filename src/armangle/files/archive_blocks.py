@@ -1,6 +1,6 @@
 """Blocks of NPZ and JSON files: named arrays, taken from files that may hold anything.
 
-Whatever the bytes are, the answer is arrays or a FileFormatError, and the memory that is asked for stays
+Whatever the bytes are, the answer is arrays or a ModelError, and the memory that is asked for stays
 within what a file of that length can hold.
 """
 
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from .. import _opening
 from .._arrays import Floats, PathLike
-from ..errors import FileFormatError
+from ..errors import ModelError
 
 _NUMBERS = "fiu"
 _WORDS = "U"
@@ -35,7 +35,7 @@ def read_blocks(path: PathLike) -> dict[str, NDArray[Any]]:
 
     Raises
     ------
-    FileFormatError
+    ModelError
         If there is no such file, or it is not of its kind.
     """
     return _read_npz(path) if Path(path).suffix.lower() == ".npz" else _read_json(path)
@@ -46,7 +46,7 @@ def number_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str, 
 
     Raises
     ------
-    FileFormatError
+    ModelError
         If it is missing, holds anything but real numbers, or has another shape.
     """
     if name not in blocks:
@@ -68,7 +68,7 @@ def word_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str) ->
 
     Raises
     ------
-    FileFormatError
+    ModelError
         If it holds anything but words.
     """
     block = blocks[name]
@@ -126,7 +126,7 @@ def _read_json(path: PathLike) -> dict[str, NDArray[Any]]:
     try:
         table = json.loads(text)
     except json.JSONDecodeError as error:
-        raise FileFormatError(
+        raise ModelError(
             f"not JSON: {error.msg}", source=str(path), line=error.lineno, column=error.colno
         ) from None
     except RecursionError:
@@ -161,4 +161,4 @@ def _column(value: Any, path: PathLike, name: str) -> NDArray[Any]:
 
 
 def _fail(path: PathLike, message: str) -> NoReturn:
-    raise FileFormatError(message, source=str(path))
+    raise ModelError(message, source=str(path))

@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import _opening
 from .._arrays import Floats, PathLike, number_in
-from ..errors import FileFormatError
+from ..errors import ModelError
 
 BLOCK = 8192
 """Rows held as text at one time."""
@@ -77,7 +77,7 @@ class CsvFile:
 
     Raises
     ------
-    FileFormatError
+    ModelError
         With file, line and column (the number of the field, from 1).
     """
 
@@ -100,7 +100,7 @@ class CsvFile:
     def fail(self, message: str, line: int | None = None, name: str | None = None) -> NoReturn:
         """Raise for a line and the column of a name."""
         column = None if name is None else self.at[name] + 1
-        raise FileFormatError(message, source=str(self.path), line=line, column=column)
+        raise ModelError(message, source=str(self.path), line=line, column=column)
 
     def blocks(self) -> Iterator[CsvBlock]:
         """Yield the rows, at most `BLOCK` at a time."""

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import NoReturn
 
-from ..errors import FileFormatError, SceneError
+from ..errors import ModelError, SceneError
 from ..scenes.shapes import Field
 from .archive_blocks import read_blocks
 
@@ -47,7 +47,7 @@ def load_field(path: PathLike, *, name: str | None = None) -> Field:
         _fail(path, "a file ending in .npz")
     try:
         held = read_blocks(path)
-    except FileFormatError as error:
+    except ModelError as error:
         _fail(path, f"an NPZ file that can be read ({error})")
     for key in _ARRAYS:
         if key not in held:

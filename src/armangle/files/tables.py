@@ -17,7 +17,7 @@ from .. import _core
 from .._arrays import JOINTS, Floats, Ints, PathLike, as_poses, frozen
 from .._values import by_content
 from ..arm.solution import Solution, Solutions
-from ..errors import FileFormatError, InputError, ShapeError
+from ..errors import ModelError, InputError
 from ..motion.joint_path import JointPath, even_parameters
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows, rows_from_poses
 from ..status import STATUSES, Status
@@ -101,7 +101,7 @@ def save(value: Any, path: PathLike) -> None:
 
     Raises
     ------
-    InputError, ShapeError, NotFiniteError, NotRotationError
+    InputError
         If the ending is unknown, or the value cannot be saved.
     OutputError
         If the file cannot be written.
@@ -127,13 +127,13 @@ def sheet_of(value: Any) -> Sheet:
     if not isinstance(value, (np.ndarray, list, tuple)):
         raise InputError(f"a {type(value).__name__} cannot be saved, wanted a path or poses (N, 4, 4)")
     if np.shape(value)[-1:] == (JOINTS,):
-        raise ShapeError(
+        raise InputError(
             f"an array {np.shape(value)} may be joints or poses: joints are saved as a JointPath or "
             "a Solution, seven numbers of a pose by armangle.pose(p[:3], wxyz=p[3:])"
         )
     poses = as_poses("poses", value)
     if poses.ndim > 3:
-        raise ShapeError(f"poses has shape {poses.shape}, wanted (4, 4) or (N, 4, 4)")
+        raise InputError(f"poses has shape {poses.shape}, wanted (4, 4) or (N, 4, 4)")
     frames = poses.reshape(-1, 4, 4)
     _core.check_transforms(np.ascontiguousarray(frames), "pose")
     return Sheet("poses", {"pose": rows_from_poses(frames)}, _HEADINGS)
@@ -199,7 +199,7 @@ def load_poses(path: PathLike, *, lost: bool = False) -> Floats:
 
     Raises
     ------
-    FileFormatError
+    ModelError
         With file, line and column: a missing column, a word or NaN for a number, a quaternion whose
         length is not 1 within 1e-6.
 
@@ -215,7 +215,7 @@ def load_poses(path: PathLike, *, lost: bool = False) -> Floats:
         rows = number_block(read_blocks(path), path, "pose", len(COLUMNS))
         fault = _pose_fault(rows, lost)
         if fault is not None:
-            raise FileFormatError(f"pose[{fault[0]}]: {fault[2]}", source=str(path))
+            raise ModelError(f"pose[{fault[0]}]: {fault[2]}", source=str(path))
         return _poses_or_lost(rows)
     file = CsvFile(path, COLUMNS, lost=lost)
     parts = [_pose_rows(file, block, lost) for block in file.blocks()]
@@ -232,7 +232,7 @@ def sample_times(path: PathLike) -> Floats | None:
 
     Raises
     ------
-    FileFormatError
+    ModelError
     """
     if Path(path).suffix.lower() in (".npz", ".json"):
         return None
@@ -295,7 +295,7 @@ def load_joints(path: PathLike) -> JointTable:
 
     Raises
     ------
-    FileFormatError
+    ModelError
         With file, line and column: a missing column, a word for a number, an unknown status, an s that is
         not finite, a gc that is not a whole number from 0 to 7 (or -1), a row with status OK that lacks a
         joint, or lacks the psi or gc that other such rows have.
@@ -309,7 +309,7 @@ def load_joints(path: PathLike) -> JointTable:
     [[0.0, 0.5, 0.0, -1.0, 0.0, 1.0, 0.0]]
     """
     if Path(path).suffix.lower() == ".yaml":
-        raise FileFormatError("a trajectory, which load_trajectory reads", source=str(path))
+        raise ModelError("a trajectory, which load_trajectory reads", source=str(path))
     table = _joints_of(path)
     return replace(table, trajectory=load_trajectory(path)) if holds_trajectory(path) else table
 
@@ -343,14 +343,14 @@ def _joints_from_blocks(path: PathLike) -> JointTable:
     words = word_block(blocks, path, "status") if "status" in blocks else None
     for name, column in zip((*OPTIONAL, "status"), (*columns, words), strict=True):
         if column is not None and len(column) != len(q):
-            raise FileFormatError(f"{name} has {len(column)} rows and q has {len(q)}", source=str(path))
+            raise ModelError(f"{name} has {len(column)} rows and q has {len(q)}", source=str(path))
     numbers = np.column_stack([q, *columns])
     fault = row_fault(numbers, words, blocks)
     if fault is None:
         status = codes(numbers, words)
         fault = unsaid_fault(numbers, status) if words is not None else None
     if fault is not None:
-        raise FileFormatError(f"row {fault[0]}: {fault[2]}", source=str(path))
+        raise ModelError(f"row {fault[0]}: {fault[2]}", source=str(path))
     return _joint_table(numbers, status)
 
 

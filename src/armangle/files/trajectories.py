@@ -15,7 +15,7 @@ import numpy as np
 from .. import _opening
 from .._arrays import JOINTS, Floats, PathLike, frozen
 from .._values import by_content
-from ..errors import FileFormatError
+from ..errors import ModelError
 from .archive_blocks import number_block, read_blocks
 from .csv_blocks import CsvFile, RowLines, open_text
 
@@ -84,7 +84,7 @@ def load_trajectory(path: PathLike) -> TrajectoryTable:
 
     Raises
     ------
-    FileFormatError
+    ModelError
         With file and line, or row: a missing column, a word, NaN or infinity for a number, a time that does
         not rise.
 
@@ -113,7 +113,7 @@ def holds_trajectory(path: PathLike) -> bool:
     try:
         with open_text(path, partial(_refuse, path)) as file:
             header = next((row for row in csv.reader(RowLines(file)) if "".join(row).strip()), [])
-    except (FileFormatError, OSError, UnicodeDecodeError, csv.Error):
+    except (ModelError, OSError, UnicodeDecodeError, csv.Error):
         return False
     return set(_NUMBERS) <= {name.strip() for name in header}
 
@@ -202,4 +202,4 @@ def _fault(columns: dict[str, Floats]) -> tuple[int, str] | None:
 
 
 def _refuse(path: PathLike, message: str, line: int | None = None) -> NoReturn:
-    raise FileFormatError(message, source=str(path), line=line)
+    raise ModelError(message, source=str(path), line=line)

@@ -144,7 +144,7 @@ class Body:
         ------
         SceneError
             Naming link and mesh: not found, not closed, far larger than the arm (in mm?), or no shape at all.
-        UrdfError, NotSRSError
+        ModelError
             As `Arm.from_urdf`.
         """
         from .collision import cover_urdf
@@ -185,7 +185,7 @@ class Body:
         Raises
         ------
         SceneError
-        MissingExtraError, FileFormatError, NotSRSError
+        MissingExtraError, ModelError
             As `Arm.from_mjcf`.
         """
         from .collision import cover_mjcf

@@ -15,7 +15,7 @@ from functools import cached_property
 from typing import NoReturn
 
 from .._arrays import JOINTS
-from ..errors import FileFormatError
+from ..errors import ModelError
 from .axes import Axes, millimetres
 from .chain import Chain
 from .detect import Nearness, fitted_arm, nearness, residual
@@ -307,7 +307,7 @@ def _nearness(chain: Callable[[str, str], Chain], ends: tuple[str, str]) -> Near
     """Return how near to S-R-S a chain is, None where it cannot be read."""
     try:
         return nearness(Axes(*chain(*ends).lines()))
-    except FileFormatError:
+    except ModelError:
         return None
 
 

@@ -21,9 +21,9 @@ import numpy as np
 
 from .. import _opening
 from .._arrays import JOINTS
-from ..errors import FileFormatError, InputError, UnknownRobotError
+from ..errors import ModelError, InputError
 from .description import ELBOW_OFFSETS, FRAMES, LENGTHS, ArmDescription
-from .offset import COMMANDS, offset_catalogue
+from .offset import offset_catalogue
 
 ROBOTS = Path(__file__).with_name("robots")
 
@@ -81,16 +81,25 @@ def catalogue(search: str = "") -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        Names for ``Arm.from_catalogue``; the maker comes first, an arm of a pair ends with its side. Franka's
-        arms and the like are no S-R-S arms: see `offset_catalogue`.
+        Names for ``Arm.load``; the maker comes first, an arm of a pair ends with its side.
 
-    >>> "kuka_iiwa7_r800" in catalogue()
-    True
+    >>> "kuka_iiwa7_r800" in catalogue(), "franka_fr3" in catalogue()
+    (True, True)
     >>> catalogue("kuka iiwa")
     ('kuka_iiwa14_r820', 'kuka_iiwa7_r800')
     """
     words = _words(search)
-    return tuple(sorted(path.stem for path in ROBOTS.glob("*.toml") if all(w in path.stem for w in words)))
+    return tuple(n for n in sorted((*srs_catalogue(), *offset_catalogue())) if all(w in n for w in words))
+
+
+def srs_catalogue() -> tuple[str, ...]:
+    """Return the names of those that are S-R-S arms, sorted."""
+    return tuple(sorted(path.stem for path in ROBOTS.glob("*.toml")))
+
+
+def is_file_or_text(source: str) -> bool:
+    """Return whether a string is XML text or looks like a path, and not like a name of the catalogue."""
+    return source not in catalogue() and ("<" in source or "/" in source or "." in source or "\\" in source)
 
 
 def _words(text: str) -> list[str]:
@@ -102,24 +111,19 @@ def load_robot(name: str) -> CatalogueEntry:
 
     Raises
     ------
-    UnknownRobotError
+    InputError
         With the names that are near.
 
     >>> load_robot("kuka_iiwa7_r800").description.d_bs
     0.34
     """
-    known = catalogue()
-    if name in offset_catalogue():
-        raise UnknownRobotError(
-            f"{name!r} has an offset wrist or shoulder and is no S-R-S arm: "
-            f"armangle.OffsetArm.from_catalogue({name!r}), on the command line {COMMANDS}"
-        )
+    known = srs_catalogue()
     if name not in known:
         near = _near(str(name), (*known, *offset_catalogue()))
         hint = (
             f"did you mean {' or '.join(map(repr, near))}?" if near else f"it has {', '.join(_makers(known))}"
         )
-        raise UnknownRobotError(f"the catalogue has no robot {name!r}; {hint}")
+        raise InputError(f"the catalogue has no robot {name!r}; {hint}")
     return read_robot(ROBOTS / f"{name}.toml")
 
 
@@ -144,13 +148,13 @@ def read_robot(path: str | os.PathLike[str]) -> CatalogueEntry:
 
     Raises
     ------
-    FileFormatError
+    ModelError
         With file and line: no such file, not TOML, a key missing, unknown or of the wrong kind.
     """
     path = Path(path)
 
     def fail(why: str) -> NoReturn:
-        raise FileFormatError(why, source=str(path))
+        raise ModelError(why, source=str(path))
 
     text = _opening.text_of(path, _opening.TABLES, fail)
     try:
@@ -161,7 +165,7 @@ def read_robot(path: str | os.PathLike[str]) -> CatalogueEntry:
         fail(str(error))
     try:
         return _Reader(str(path), text, table).entry(path.stem)
-    except FileFormatError:
+    except ModelError:
         raise
     except ValueError:  # more digits than Python writes into a message
         fail("holds a whole number that is too long")
@@ -205,12 +209,12 @@ def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str
     return "\n".join(lines) + "\n"
 
 
-def _toml_error(message: str, source: str) -> FileFormatError:
+def _toml_error(message: str, source: str) -> ModelError:
     """Return the error of a file that is not TOML, its place taken out of the message."""
     place = _TOML_PLACE.search(message)
     line, column = (int(place[1]), int(place[2])) if place else (None, None)
     message = f"not TOML: {_TOML_PLACE.sub('', message)}"
-    return FileFormatError(message, source=source, line=line, column=column)
+    return ModelError(message, source=source, line=line, column=column)
 
 
 def _toml_text(value: str) -> str:
@@ -262,7 +266,7 @@ class _Reader:
         """Raise at the line of a key."""
         found = re.search(rf"^\s*{re.escape(key)}\s*=", self.text, re.MULTILINE)
         line = self.text.count("\n", 0, found.end()) + 1 if found else None
-        raise FileFormatError(f"{key} {message}", source=self.source, line=line)
+        raise ModelError(f"{key} {message}", source=self.source, line=line)
 
     def refuse_unknown_keys(self) -> None:
         known = {*_WORDS, *LENGTHS, *ELBOW_OFFSETS, *_ANGLES, *_OPTIONAL_ANGLES, *FRAMES}

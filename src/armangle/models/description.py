@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import JOINTS, frozen
-from ..errors import ShapeError
+from ..errors import InputError
 from ..scenes.ready import Shaped
 from ..scenes.shapes import Shape
 
@@ -98,13 +98,13 @@ class ArmDescription:
         for name in (*JOINT_ROWS, "joint_names"):
             values = getattr(self, name)
             if len(values) != JOINTS:
-                raise ShapeError(f"{name} has {len(values)} entries, wanted {JOINTS}")
+                raise InputError(f"{name} has {len(values)} entries, wanted {JOINTS}")
             row = values.tolist() if isinstance(values, np.ndarray) else values
             object.__setattr__(self, name, tuple(row))
         for name in FRAMES:
             frame = np.array(getattr(self, name), dtype=np.float64)
             if frame.shape != (4, 4):
-                raise ShapeError(f"{name} has shape {frame.shape}, wanted (4, 4)")
+                raise InputError(f"{name} has shape {frame.shape}, wanted (4, 4)")
             object.__setattr__(self, name, frozen(frame))
         if self.chain is not None:
             object.__setattr__(self, "chain", frozen(np.array(self.chain, dtype=np.float64)))

@@ -26,7 +26,7 @@ import numpy as np
 
 from .. import _core
 from .._arrays import JOINTS
-from ..errors import InputError, NotSRSError
+from ..errors import InputError, ModelError
 from .axes import (
     MAX_ANGLE,
     MAX_LENGTH,
@@ -112,7 +112,7 @@ def describe_chain(
 
     Raises
     ------
-    NotSRSError
+    ModelError
         With all the reasons.
     """
     _check_tolerances(angle, length)
@@ -202,7 +202,7 @@ def _check_tolerances(angle: float, length: float) -> None:
 
 def _refusal(
     chain: Chain, found: Nearness, reasons: list[str], angle: float, length: float, of_body: bool
-) -> NotSRSError:
+) -> ModelError:
     """Return the error of a chain that tolerances do not take: why, then each door that takes it."""
     what = f"{chain.name!r} ({chain.base} to {chain.tip}) is not S-R-S"
     if found.near:
@@ -214,7 +214,7 @@ def _refusal(
         if "tolerance" in doors[0]:  # what keeps every pose comes first
             doors[:2] = doors[1::-1]
     said = [f"{what}: {'; '.join(reasons)}.", *(door.removesuffix(".") + "." for door in doors if door)]
-    return NotSRSError("\n".join(said), tuple(reasons), found.near)
+    return ModelError("\n".join(said), tuple(reasons), found.near)
 
 
 def own_chain_door(chain: Chain, takes: str = "") -> str:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import JOINTS, as_flag, as_floats
-from ..errors import InputError, NotFiniteError, ShapeError
+from ..errors import InputError
 from ..poses import as_transform
 from .chain import FloatArray, rotation_about, translation
 from .report import LONGEST_LINK
@@ -41,7 +41,7 @@ def dh_chain(
 
     Raises
     ------
-    ShapeError, NotFiniteError, NotRotationError, InputError
+    InputError
 
     Examples
     --------
@@ -54,9 +54,9 @@ def dh_chain(
     """
     table = as_floats("rows", rows, (JOINTS, 4))
     if table.ndim != 2:
-        raise ShapeError(f"rows has shape {table.shape}, wanted {(JOINTS, 4)}")
+        raise InputError(f"rows has shape {table.shape}, wanted {(JOINTS, 4)}")
     if not np.isfinite(table).all():
-        raise NotFiniteError(f"rows holds {table[~np.isfinite(table)][0]}, wanted finite numbers")
+        raise InputError(f"rows holds {table[~np.isfinite(table)][0]}, wanted finite numbers")
     _refuse_other_units(table)
     craig = as_flag("modified", modified)
     links = np.array([np.eye(4)] * (JOINTS + 1))

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import NotSRSError, UnknownRobotError
+from ..errors import ModelError, InputError
 from .axes import (
     MAX_ANGLE,
     MAX_LENGTH,
@@ -44,7 +44,7 @@ def load_offset_robot(name: str) -> OffsetDescription:
     """Return the numbers of an arm of `offset_catalogue`."""
     known = _tables()
     if name not in known:
-        raise UnknownRobotError(f"there is no offset arm {name!r}; there are: {', '.join(sorted(known))}")
+        raise InputError(f"there is no offset arm {name!r}; there are: {', '.join(sorted(known))}")
     table = known[name]
     given: dict[str, Any] = {
         key: tuple(x) if isinstance(x, list) else x for key, x in table.items() if key in _AS_WRITTEN
@@ -67,7 +67,7 @@ def offset_hint(chain: Chain) -> str:
     """Return which arm a chain is that has one offset wrist or shoulder, or nearly; else nothing."""
     try:
         whole = _read(chain)
-    except NotSRSError:
+    except ModelError:
         return ""
     found = _with_one_offset(whole)
     off = _off(chain, found)
@@ -92,7 +92,7 @@ def offset_end(chain: Chain) -> tuple[str, float]:
     """
     try:
         found = _with_one_offset(_read(chain))
-    except NotSRSError:
+    except ModelError:
         return "", math.nan
     end, offset = ("shoulder", found.a_1) if found.a_1 else ("wrist", found.a_6)
     apart = chain_of(found).forward(_POSTURES) - chain.forward(_POSTURES)
@@ -147,7 +147,7 @@ def _read(chain: Chain) -> OffsetDescription:
     feet = np.empty((6, 2, 3))  # of the common normal of axes i and i + 1, on the one and on the other
     for i in range(6):
         if abs(axes[i] @ axes[i + 1]) > _SQUARE:
-            raise NotSRSError(
+            raise ModelError(
                 f"{chain.source}: axes {i + 1} and {i + 2} are not square: "
                 "not an arm with one offset wrist or shoulder"
             )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..errors import NotSRSError
+from ..errors import ModelError
 from .axes import MAX_ANGLE, MAX_LENGTH, SRS_ANGLE, SRS_LENGTH, Axes, millimetres, reasons_against
 from .chain import Chain
 from .description import ImportReport, OffsetDescription
@@ -25,7 +25,7 @@ from .report import NOT_EXACT, import_notes, import_report
 
 
 def describe_offset_chain(
-    chain: Chain, *, angle: float, length: float
+    chain: Chain, *, angle: float = ANGLE_TOLERANCE, length: float = LENGTH_TOLERANCE
 ) -> tuple[OffsetDescription, ImportReport]:
     """Return the numbers of a chain whose axes are those of an S-R-S arm but for a_1 or a_6.
 
@@ -34,17 +34,17 @@ def describe_offset_chain(
     square would better its positions by some hundredths.
     """
     if len(chain.joints) != 7:
-        raise NotSRSError(f"{chain.source}: the chain has {len(chain.joints)} rotating joints, wanted 7")
+        raise ModelError(f"{chain.source}: the chain has {len(chain.joints)} rotating joints, wanted 7")
     whole = _read(chain)
     found = _with_one_offset(whole)
     off_whole, off = _off(chain, whole), _off(chain, found)
     if _without_offset(whole, off_whole, length, angle):
-        raise NotSRSError(
+        raise ModelError(
             f"{chain.source}: has no offset at wrist or shoulder beyond the length tolerance, "
             f"{millimetres(length)}: {_of_an_arm(chain)}"
         )
     if min(abs(whole.a_1), abs(whole.a_6)) > length and _within(off_whole, length, angle):
-        raise NotSRSError(
+        raise ModelError(
             f"{chain.source}: offsets at both ends, {millimetres(abs(whole.a_1))} between axes 1 and 2 and "
             f"{millimetres(abs(whole.a_6))} between axes 6 and 7: there is no closed form for both; "
             f"{_of_an_arm(chain)}"
@@ -55,7 +55,7 @@ def describe_offset_chain(
             taken = not _without_offset(whole, off_whole, *_rounded_up(off))
             doors[:0] = [f"with {_tolerances(off)} it is taken"] if taken else []
         advice = "; ".join(["", *doors])
-        raise NotSRSError(
+        raise ModelError(
             f"{chain.source}: not an arm with one offset wrist or shoulder: its rows miss "
             f"its forward kinematics by up to {_differs(off)}{advice}"
         )

@@ -15,7 +15,7 @@ from ..arm.allowed import Allowed, allowed_arcs
 from ..arm.arm import Arm
 from ..arm.offset import OffsetArm
 from ..arm.roll import Roll, last_margin
-from ..errors import InputError, ShapeError
+from ..errors import InputError
 from ..scenes.moving import Scenes, ready_each, scenes_at
 from .joint_path import JointPath, blank_rows, even_parameters
 from .options import (
@@ -120,7 +120,7 @@ def follow(
 
     Raises
     ------
-    ShapeError, NotFiniteError, NotRotationError, ConfigurationError, PolicyError, InputError
+    InputError
 
     Source: Faria et al. (2018), Fig. 10, Eq. (36).
     """
@@ -167,7 +167,7 @@ def follow(
     if allowed is not None and n:
         arcs = allowed_arcs(allowed, frames)
         if arcs.shape not in ((), (n,)):
-            raise ShapeError(f"allowed has shape {arcs.shape}, wanted () or ({n},)")
+            raise InputError(f"allowed has shape {arcs.shape}, wanted () or ({n},)")
         count, psi = arcs._count, arcs._psi
     rows = blank_rows(n)
     columns = tuple(rows[name] for name in ("q", "psi", "gc", "status", "margin", "residual"))
@@ -198,7 +198,7 @@ def _sampled(
     if path is None:
         frames = np.ascontiguousarray(as_poses("poses", cast("ArrayLike", poses), handle))
         if frames.ndim != 3:
-            raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4)")
+            raise InputError(f"poses has shape {frames.shape}, wanted (N, 4, 4)")
         if not np.any(blend) and samples is None:
             return None, even_parameters(len(frames)), frames
         points = Waypoints(frames)

@@ -17,7 +17,7 @@ from ..arm.diagnosis import Diagnosis
 from ..arm.joint_map import to_theta
 from ..arm.near import edge_of_reach
 from ..arm.offset import OffsetArm, as_srs
-from ..errors import InputError, PathError, ShapeError, UnreachableError, has_package
+from ..errors import InputError, PathError, UnreachableError, has_package
 from ..scenes.scene import Scene
 from ..status import SOLVED, STATUSES, Status
 from .curves import ORDERS, AnyCurve, Curve, JointLines, JointSpline, OffsetCurve
@@ -281,7 +281,7 @@ class JointPath:
         PathError
             If no row has joints, a spline through them passes a limit, or a joint with limits wraps: where it
             goes by more than half a turn in one row, and its limits leave the shorter way too.
-        InputError, ShapeError
+        InputError
             If an array has a wrong shape, or s falls.
         """
         if between is not None:
@@ -308,7 +308,7 @@ class JointPath:
         else:
             given = np.asarray(status)
             if given.shape != (n,):
-                raise ShapeError(f"status has shape {given.shape}, wanted ({n},)")
+                raise InputError(f"status has shape {given.shape}, wanted ({n},)")
             rows["status"] = given.astype(np.int8)
             beyond = np.isin(given[known], SOLVED) & ~arm.within_limits(joints, _READ)
             rows["status"][np.flatnonzero(known)[beyond]] = Status.LIMITS

@@ -24,7 +24,7 @@ from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.near import unsupported
 from ..arm.offset import OffsetArm
 from ..arm.roll import ROLLS, Roll, check_free_roll, is_along_axis_7, last_margin
-from ..errors import ConfigurationError, InputError, NotFiniteError, ShapeError
+from ..errors import InputError
 from .policies import POLICIES, Policy, Towards
 
 Carry = Literal["psi", "elbow"]
@@ -51,7 +51,7 @@ def checked_options(
     if gc is not None:
         wanted = as_gc(gc)
         if wanted.ndim or not 0 <= wanted < CONFIGURATIONS:
-            raise ConfigurationError(f"gc is {gc!r}, wanted an integer from 0 to 7")
+            raise InputError(f"gc is {gc!r}, wanted an integer from 0 to 7")
         gc = int(wanted)
     if max_joint_step is not None:
         max_joint_step = as_number("max_joint_step", max_joint_step, 0.0, np.inf, low_open=True)
@@ -66,7 +66,7 @@ def as_seconds(dt: float) -> float:
 
     Raises
     ------
-    InputError, NotFiniteError
+    InputError
     """
     if isinstance(dt, bool):
         raise InputError(f"dt is {dt}, wanted a time in s")
@@ -126,9 +126,9 @@ def joint_bound(arm: Arm | OffsetArm, name: str, value: Bound, stated: Floats) -
     ------
     InputError
         If it is negative or 0, or the arm states none.
-    NotFiniteError
+    InputError
         If it is NaN.
-    ShapeError
+    InputError
     """
     if value is None or value is False:
         return np.full(JOINTS, np.inf)
@@ -147,11 +147,11 @@ def positive(name: str, value: ArrayLike) -> Floats:
 
     Raises
     ------
-    InputError, NotFiniteError, ShapeError
+    InputError
     """
     bound = one_or_seven(name, value)
     if np.isnan(bound).any():
-        raise NotFiniteError(f"{name} holds nan, wanted numbers > 0")
+        raise InputError(f"{name} holds nan, wanted numbers > 0")
     if not (bound > 0).all():
         raise InputError(f"{name} holds {bound.min():g}, wanted numbers > 0")
     suspicious, unit = _LIKE_DEGREES.get(name, (np.inf, ""))
@@ -208,13 +208,13 @@ def finite_seven(name: str, value: ArrayLike) -> Floats:
 
     Raises
     ------
-    InputError, NotFiniteError, ShapeError
+    InputError
     """
     speeds = as_floats(name, value, (JOINTS,))
     if speeds.ndim != 1:
-        raise ShapeError(f"{name} has shape {speeds.shape}, wanted ({JOINTS},)")
+        raise InputError(f"{name} has shape {speeds.shape}, wanted ({JOINTS},)")
     if not np.isfinite(speeds).all():
-        raise NotFiniteError(f"{name} is not finite, wanted 7 numbers in rad/s")
+        raise InputError(f"{name} is not finite, wanted 7 numbers in rad/s")
     return speeds
 
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from .. import _core
 from .._arrays import Floats, about_z, as_floats, as_number, as_poses, chosen, frozen, one_pose, warn
 from .._values import by_content
-from ..errors import InputError, NotFiniteError, ShapeError
+from ..errors import InputError
 
 LineOrientation = Literal["shortest", "fixed"]
 ArcOrientation = Literal["shortest", "fixed", "carried"]
@@ -28,9 +28,9 @@ RADIAN: float = _core.RADIAN
 def _vector(name: str, value: ArrayLike) -> Floats:
     vector = np.array(as_floats(name, value, (3,)), order="C")
     if vector.ndim != 1:
-        raise ShapeError(f"{name} has shape {vector.shape}, wanted (3,)")
+        raise InputError(f"{name} has shape {vector.shape}, wanted (3,)")
     if not np.isfinite(vector).all():
-        raise NotFiniteError(f"{name} is {vector.tolist()}, wanted finite numbers")
+        raise InputError(f"{name} is {vector.tolist()}, wanted finite numbers")
     return frozen(vector)
 
 
@@ -169,7 +169,7 @@ class Line(Path):
 
     Raises
     ------
-    ShapeError, NotFiniteError, NotRotationError, InputError
+    InputError
     """
 
     start: ArrayLike
@@ -203,7 +203,7 @@ class CircularArc(Path):
 
     Raises
     ------
-    ShapeError, NotFiniteError, NotRotationError
+    InputError
     InputError
         If the three points lie on a line.
     """
@@ -250,7 +250,7 @@ class Screw(Path):
 
     Raises
     ------
-    ShapeError, NotFiniteError, NotRotationError
+    InputError
     InputError
         If the direction vanishes, or a number is out of range.
     """
@@ -289,7 +289,7 @@ class Waypoints(Path):
 
     Raises
     ------
-    ShapeError, NotFiniteError, NotRotationError
+    InputError
     """
 
     poses: ArrayLike
@@ -298,7 +298,7 @@ class Waypoints(Path):
     def __post_init__(self) -> None:
         poses = np.ascontiguousarray(as_poses("poses", self.poses)).copy()
         if poses.ndim != 3 or len(poses) == 0:
-            raise ShapeError(f"poses has shape {poses.shape}, wanted (N, 4, 4) with N of 1 or more")
+            raise InputError(f"poses has shape {poses.shape}, wanted (N, 4, 4) with N of 1 or more")
         _core.check_transforms(poses, "pose")
         out = np.empty((max(len(poses) - 1, 1), _core.SEGMENT_WIDTH))
         _core.path_waypoints(poses, np.linspace(0, 1, max(len(poses), 2)), out)
@@ -376,7 +376,7 @@ class Segments(Path):
             )
         corners = len(given) - 1
         if np.ndim(radius) and len(radius) != corners:
-            raise ShapeError(
+            raise InputError(
                 f"blend has shape {radius.shape}, wanted one number, or one for each of {corners} corners"
             )
         reach = np.append(np.broadcast_to(radius, corners), 0.0)
@@ -395,7 +395,7 @@ def as_blend(blend: ArrayLike) -> Floats:
     """Return radii of blends, shape () or (corners,), m."""
     radius = as_floats("blend (m)", blend)
     if radius.ndim > 1:
-        raise ShapeError(f"blend has shape {radius.shape}, wanted one number, or one for each corner")
+        raise InputError(f"blend has shape {radius.shape}, wanted one number, or one for each corner")
     for value in radius.reshape(-1).tolist():
         as_number("blend (m)", value, 0.0, _core.LENGTH_LIMIT)
     return radius

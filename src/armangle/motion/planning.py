@@ -29,7 +29,7 @@ from ..arm.diagnosis import Diagnosis, Verdict, branch_of
 from ..arm.keywords import names_keywords
 from ..arm.near import unsupported
 from ..arm.roll import Roll, last_margin
-from ..errors import ConfigurationError, InputError, NotFiniteError, SceneError, ShapeError
+from ..errors import InputError, SceneError
 from ..scenes.moving import ready_each, scenes_at
 from ..scenes.ready import Ready
 from ..scenes.scene import Scene, no_scene
@@ -219,7 +219,7 @@ def plan(
 
     Raises
     ------
-    ShapeError, NotFiniteError, NotRotationError, ConfigurationError
+    InputError
     InputError
         If a number is out of range, or `start` (`goal`) belongs to another pose. With ``roll="free"`` about
         axis 7: if start and goal have joint 7 at different places. If the objective
@@ -234,7 +234,7 @@ def plan(
     if whole is None:
         frames = as_poses("path", cast("ArrayLike", path), arm._handle)
         if frames.ndim != 3:
-            raise ShapeError(f"path has shape {frames.shape}, wanted a Path, or poses (N, 4, 4)")
+            raise InputError(f"path has shape {frames.shape}, wanted a Path, or poses (N, 4, 4)")
         if len(frames) == 0:
             return _empty(arm)
         points = Waypoints(frames)
@@ -418,12 +418,12 @@ def _wished(psi: Any) -> tuple[Wish, Floats | None]:
     if callable(psi):
         psi = psi(even_parameters(_WISHES))
         if np.shape(psi) != (_WISHES,):
-            raise ShapeError(f"psi of {_WISHES} s has shape {np.shape(psi)}, wanted ({_WISHES},)")
+            raise InputError(f"psi of {_WISHES} s has shape {np.shape(psi)}, wanted ({_WISHES},)")
     angles = np.atleast_1d(as_floats("psi", psi))
     if angles.ndim != 1 or not angles.size:
-        raise ShapeError(f"psi has shape {angles.shape}, wanted one number or (n,)")
+        raise InputError(f"psi has shape {angles.shape}, wanted one number or (n,)")
     if not np.isfinite(angles).all():
-        raise NotFiniteError(f"psi holds {angles[~np.isfinite(angles)][0]}, wanted finite numbers")
+        raise InputError(f"psi holds {angles[~np.isfinite(angles)][0]}, wanted finite numbers")
     if angles.size == 1 and abs(angles[0]) > TURN:
         warn(f"psi is {angles[0]:g}, wanted rad: were these degrees?")
     if np.abs(angles).max() > LARGEST_ANGLE:
@@ -540,10 +540,10 @@ def _branches(gc: int | Iterable[int] | None) -> int:
     for value in values:
         whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
         if not whole or not 0 <= value < CONFIGURATIONS:
-            raise ConfigurationError(f"gc is {gc!r:.100}, wanted integers from 0 to 7")
+            raise InputError(f"gc is {gc!r:.100}, wanted integers from 0 to 7")
         mask |= 1 << int(value)
     if not mask:
-        raise ConfigurationError("gc is empty, wanted integers from 0 to 7")
+        raise InputError("gc is empty, wanted integers from 0 to 7")
     return mask
 
 

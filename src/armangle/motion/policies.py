@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from .. import _core
 from .._arrays import TURN, Floats, named, warn
 from ..arm.wish import Direction, as_wish
-from ..errors import PolicyError, ShapeError
+from ..errors import InputError
 
 Outside = Literal["nearest", "stop", "escape"]
 _LONGEST = 1e9  # s, of a step
@@ -21,20 +21,20 @@ _OUTSIDE = named(_core.Outside)
 
 def _check_outside(outside: str) -> None:
     if not isinstance(outside, str) or outside not in _OUTSIDE:
-        raise PolicyError(f"outside is {outside!r}, wanted 'nearest', 'stop' or 'escape'")
+        raise InputError(f"outside is {outside!r}, wanted 'nearest', 'stop' or 'escape'")
 
 
 def _check_number(name: str, value: float, low: float, high: float, low_open: bool) -> None:
     real = isinstance(value, Real) and not isinstance(value, bool)
     if not real or not low <= value <= high or (low_open and value == low):
         bracket = "(" if low_open else "["
-        raise PolicyError(f"{name} is {value!r}, wanted a number in {bracket}{low:g}, {high:g}]")
+        raise InputError(f"{name} is {value!r}, wanted a number in {bracket}{low:g}, {high:g}]")
 
 
 def _gain(rate: float, dt: float | None) -> float:
     """Return K per step of a rate (1/s), over a step of dt (s)."""
     if dt is None:
-        raise PolicyError("dt is missing: a policy with rate= needs the time of a step in s")
+        raise InputError("dt is missing: a policy with rate= needs the time of a step in s")
     _check_number("dt", dt, 0.0, _LONGEST, True)
     return float(_core.gain(rate, dt))
 
@@ -90,7 +90,7 @@ class Repulsion(_Rated):
 
     Raises
     ------
-    PolicyError
+    InputError
         If a parameter is out of range.
 
     Source: Faria et al. (2018), Eq. (36).
@@ -123,7 +123,7 @@ class Hold(_Rule):
 
     Raises
     ------
-    PolicyError
+    InputError
         If `outside` is neither.
     """
 
@@ -155,7 +155,7 @@ class Centre(_Rated):
 
     Raises
     ------
-    PolicyError
+    InputError
         If a parameter is out of range.
     """
 
@@ -200,9 +200,9 @@ class Towards(_Rated):
 
     Raises
     ------
-    PolicyError
+    InputError
         If not exactly one wish is given, or a number is out of range.
-    ShapeError, NotFiniteError, InputError
+    InputError
         If the point or the direction is none.
 
     Examples
@@ -224,7 +224,7 @@ class Towards(_Rated):
         given = [name for name in ("psi", "point", "direction") if getattr(self, name) is not None]
         if len(given) != 1:
             these = " and ".join(given) or "no wish"
-            raise PolicyError(f"{these} given, wanted one of psi, point, direction")
+            raise InputError(f"{these} given, wanted one of psi, point, direction")
         self._check_strength()
         object.__setattr__(self, "_wish", self._checked_wish())
         object.__setattr__(self, "_fixed", self._of_gain(self.K))
@@ -232,10 +232,10 @@ class Towards(_Rated):
     def _checked_wish(self) -> tuple[_core.Wish, float, Floats]:
         """Return the wish as the core takes it; point and direction are kept as tuples, or as the word."""
         if isinstance(self.psi, str):
-            raise PolicyError(f"psi is {self.psi!r}, wanted rad, or direction={self.psi!r} for the elbow")
+            raise InputError(f"psi is {self.psi!r}, wanted rad, or direction={self.psi!r} for the elbow")
         given: object = self.psi
         if isinstance(given, (list, tuple, np.ndarray)) and len(given) == 3:
-            raise PolicyError(f"psi is {self.psi!r}, wanted rad, or point= or direction= for the elbow")
+            raise InputError(f"psi is {self.psi!r}, wanted rad, or point= or direction= for the elbow")
         if self.psi is not None:
             _check_number("psi", self.psi, -_core.LARGEST_ANGLE, _core.LARGEST_ANGLE, False)
             if abs(self.psi) > 2 * TURN:
@@ -244,7 +244,7 @@ class Towards(_Rated):
         kind, target = as_wish(self.point, self.direction)
         name = kind.name.lower()
         if target.ndim != 1:
-            raise ShapeError(f"{name} has shape {target.shape}, wanted (3,)")
+            raise InputError(f"{name} has shape {target.shape}, wanted (3,)")
         value = getattr(self, name)
         if not isinstance(value, str):
             object.__setattr__(self, name, tuple(np.asarray(value, dtype=float).tolist()))

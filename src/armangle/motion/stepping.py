@@ -15,7 +15,7 @@ from ..arm.allowed import Allowed, allowed_arcs, one_allowed
 from ..arm.arm import Arm
 from ..arm.offset import OffsetArm
 from ..arm.roll import Roll, last_margin
-from ..errors import ShapeError
+from ..errors import InputError
 from ..scenes.scene import Scene
 from ..status import STATUSES, Status
 from .options import (
@@ -115,7 +115,7 @@ def resolve(
     Raises
     ------
     ArmangleError
-        As `Arm.feasible`; `PolicyError` where dt is missing.
+        As `Arm.feasible`; `InputError` where dt is missing.
 
     Source: Faria et al. (2018), Eq. (36).
 
@@ -253,7 +253,7 @@ def step(
 
     Raises
     ------
-    ShapeError, NotFiniteError, NotRotationError, ConfigurationError, PolicyError, InputError
+    InputError
 
     Source: Faria et al. (2018), Fig. 10, Eq. (36).
 
@@ -321,7 +321,7 @@ def _asked(
     options = checked_options(*given)
     joints, frame = as_floats("q_now", q_now, (JOINTS,)), as_poses("pose", pose, handle)
     if joints.ndim != 1 or frame.ndim != 2:
-        raise ShapeError(
+        raise InputError(
             f"q_now has shape {joints.shape} and pose {frame.shape}, wanted (7,) and (4, 4); "
             "follow takes sequences"
         )

@@ -27,7 +27,7 @@ from ..arm.arm import Arm
 from ..arm.keywords import names_keywords
 from ..arm.offset import OffsetArm
 from ..arm.wish import DIRECTIONS, Direction
-from ..errors import ConfigurationError, InputError, SceneError, ShapeError
+from ..errors import InputError, SceneError
 from ..scenes.scene import Scene
 from ..status import STATUSES, Named, Status
 from .options import LONGEST_STEP, Bound, as_seconds, joint_bound, positive
@@ -149,7 +149,7 @@ class HandFilter:
 
         Raises
         ------
-        ShapeError, InputError
+        InputError
 
         Examples
         --------
@@ -158,7 +158,7 @@ class HandFilter:
         """
         samples = np.ascontiguousarray(as_poses("poses", poses))
         if samples.ndim != 3:
-            raise ShapeError(f"poses has shape {samples.shape}, wanted (n, 4, 4)")
+            raise InputError(f"poses has shape {samples.shape}, wanted (n, 4, 4)")
         out = np.empty_like(samples)
         time = as_seconds(dt)
         _core.smooth_hand(self.omega, self.patience, self.jump, self.turn, samples, time, out)
@@ -231,7 +231,7 @@ class Tracker:
 
     Raises
     ------
-    InputError, NotFiniteError, ShapeError, SceneError
+    InputError, SceneError
 
     Examples
     --------
@@ -343,7 +343,7 @@ class Tracker:
 
         Raises
         ------
-        ShapeError, NotFiniteError
+        InputError
         InputError
             Also if a joint is more than a turn outside its limits.
         SceneError
@@ -412,7 +412,7 @@ class Tracker:
 
         Raises
         ------
-        ShapeError, InputError, ConfigurationError
+        InputError
 
         Examples
         --------
@@ -438,12 +438,12 @@ class Tracker:
             return plain
         frame = None if pose is None else np.ascontiguousarray(as_poses("pose", pose))
         if frame is not None and frame.ndim != 2:
-            raise ShapeError(f"pose has shape {frame.shape}, wanted (4, 4); run takes sequences")
+            raise InputError(f"pose has shape {frame.shape}, wanted (4, 4); run takes sequences")
         if hint is not None:
             name = "elbow" if wish == Wish.POINT else "elbow_direction"
             hint = np.ascontiguousarray(as_floats(name, hint, (_POINT,)))
             if hint.ndim != 1:
-                raise ShapeError(f"{name} has shape {hint.shape}, wanted (3,)")
+                raise InputError(f"{name} has shape {hint.shape}, wanted (3,)")
         converted: Tracked = self._core.step_one(frame, self._names, hint, wish, time, branch)
         return converted
 
@@ -455,7 +455,7 @@ class Tracker:
 
         Raises
         ------
-        ShapeError, InputError
+        InputError
 
         Examples
         --------
@@ -468,7 +468,7 @@ class Tracker:
         self._check_started()
         stream = np.ascontiguousarray(as_poses("poses", poses))
         if stream.ndim != 3:
-            raise ShapeError(f"poses has shape {stream.shape}, wanted (n, 4, 4)")
+            raise InputError(f"poses has shape {stream.shape}, wanted (n, 4, 4)")
         out = np.empty((len(stream), JOINTS))
         with progressing(as_progress(progress)):
             self._core.run(stream, out)
@@ -532,5 +532,5 @@ def _hint(elbow: ArrayLike | None, direction: Direction | None) -> tuple[ArrayLi
 def _branch(reconfigure: int) -> int:
     index = np.asarray(reconfigure)
     if index.dtype.kind not in "iu" or index.ndim or not 0 <= index < CONFIGURATIONS:
-        raise ConfigurationError(f"reconfigure is {reconfigure!r:.50}, wanted an integer from 0 to 7")
+        raise InputError(f"reconfigure is {reconfigure!r:.50}, wanted an integer from 0 to 7")
     return int(index)

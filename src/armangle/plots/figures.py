@@ -45,7 +45,7 @@ def arm_frames(arm: Arm, q: ArrayLike | None = None, *, ax: Any = None) -> Any:
     ------
     MissingExtraError
         Without matplotlib.
-    ShapeError, NotFiniteError
+    InputError
 
     Source: Faria et al. (2018), Fig. 1, Table 1.
     """
@@ -132,7 +132,7 @@ def stick_figure(
     ------
     MissingExtraError
         Without matplotlib.
-    ShapeError, NotFiniteError
+    InputError
     UnreachableError
         If the arm is folded, so that there is no circle.
     """

@@ -14,7 +14,7 @@ from ..arm.arcs import ArcSet
 from ..arm.arm import Arm
 from ..arm.configuration import gc_signs
 from ..colours import BLACK, FREE, FULL_TURN, JOINT_COLOURS, MID, OBSTACLE, PALE, unjoined, wrapped_degrees
-from ..errors import ConfigurationError, ShapeError
+from ..errors import InputError
 from ..motion.joint_path import JointPath
 from ..scenes.scene import Scene
 from ..status import Status
@@ -63,7 +63,7 @@ def feasible_map(
     ------
     MissingExtraError
         Without matplotlib.
-    ShapeError, ConfigurationError
+    InputError
         If the poses are not (N, 4, 4), or gc is not in 0..7.
     SceneError
         As `Arm.clear`.
@@ -73,12 +73,12 @@ def feasible_map(
     check_drawn(arm)
     frames = as_poses("poses", poses)
     if frames.ndim != 3 or not len(frames):
-        raise ShapeError(f"poses has shape {frames.shape}, wanted (N, 4, 4) with N > 0")
+        raise InputError(f"poses has shape {frames.shape}, wanted (N, 4, 4) with N > 0")
     s = curve.s if curve is not None else np.linspace(0.0, 1.0, len(frames))
     posed = np.asarray(np.isfinite(frames).all(axis=(1, 2)) | (curve is None))  # poses alone must be whole
     wanted = range(CONFIGURATIONS) if gc is None else np.atleast_1d(gc).tolist()
     if any(not isinstance(index, int) or not 0 <= index < CONFIGURATIONS for index in wanted):
-        raise ConfigurationError(f"gc is {gc!r}, wanted integers from 0 to 7")
+        raise InputError(f"gc is {gc!r}, wanted integers from 0 to 7")
     one = len(wanted) == 1
     panels = grid_axes(ax, len(wanted), min(4, len(wanted)), (6.4, 4.2) if one else (3.0, 2.6),
                        sharex=True, sharey=True)  # fmt: skip

@@ -63,7 +63,7 @@ def repulsion(
     ------
     MissingExtraError
         Without matplotlib.
-    InputError, PolicyError
+    InputError
         If the arc is empty or a whole turn, or dt is missing.
 
     Source: Faria et al. (2018), Fig. 12, Eq. (36).

@@ -57,7 +57,7 @@ def trajectory(
     ------
     MissingExtraError
         Without matplotlib.
-    InputError, ShapeError, NotFiniteError
+    InputError
         If it is no trajectory, a file's arm is missing, or a bound is none.
     """
     if not isinstance(trajectory, Timed):
@@ -126,7 +126,7 @@ def tracking(
     ------
     MissingExtraError
         Without matplotlib.
-    InputError, ShapeError, NotFiniteError
+    InputError
         If there is no tick, or a number is none.
     """
     if not isinstance(ticks, (list, tuple)) or not ticks or not all(isinstance(t, Tracked) for t in ticks):

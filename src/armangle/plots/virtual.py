@@ -46,7 +46,7 @@ def virtual_arm(arm: Arm, q: ArrayLike, *, ax: Any = None) -> Any:
     ------
     MissingExtraError
         Without matplotlib.
-    ShapeError, NotFiniteError
+    InputError
     UnreachableError
         If the arm is folded, so that there is no arm angle.
 
@@ -125,7 +125,7 @@ def virtual_plane(arm: Arm, q: ArrayLike, *, ax: Axes | None = None) -> Axes:
     ------
     MissingExtraError
         Without matplotlib.
-    ShapeError, NotFiniteError
+    InputError
     UnreachableError
         If the arm is folded, so that there is no virtual arm.
 

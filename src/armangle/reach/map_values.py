@@ -50,7 +50,7 @@ class MapValues:
 
         Raises
         ------
-        FileFormatError
+        ModelError
             If one of these is damaged.
         IndexError
             If there are no such cells.

@@ -13,7 +13,7 @@ from .._progress import Progress, as_progress, progressing
 from .._values import by_content
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.near import unsupported
-from ..errors import InputError, NotFiniteError, ShapeError
+from ..errors import InputError
 from ..poses import as_transform
 from ..status import STATUSES, Status
 
@@ -90,7 +90,7 @@ class Placement:
 
         Raises
         ------
-        ShapeError, NotFiniteError, NotRotationError
+        InputError
         """
         there = self.arm.with_(base=self.best() if base is None else as_transform("base", base))
         if not len(self.poses):
@@ -156,7 +156,7 @@ def place(
 
     Raises
     ------
-    ShapeError, NotFiniteError, NotRotationError, InputError
+    InputError
         If an argument is not usable, or axis 1 leans.
 
     Examples
@@ -180,7 +180,7 @@ def place(
         )
     wanted = as_poses("poses", np.empty((0, 4, 4)) if _is_empty(poses) else poses, arm._handle)
     if wanted.ndim != 3:
-        raise ShapeError(f"poses has shape {wanted.shape}, wanted (n, 4, 4)")
+        raise InputError(f"poses has shape {wanted.shape}, wanted (n, 4, 4)")
     along, across = _line("x", x), _line("y", y)
     height = as_number("z", z, -LENGTH_LIMIT, LENGTH_LIMIT)
     margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
@@ -215,9 +215,9 @@ def _line(name: str, values: ArrayLike) -> Floats:
     """Return positions along an axis, at least one, finite and not beyond any workshop."""
     out = np.array(as_floats(name, values))
     if out.ndim != 1 or not len(out):
-        raise ShapeError(f"{name} has shape {out.shape}, wanted (n,) with n >= 1")
+        raise InputError(f"{name} has shape {out.shape}, wanted (n,) with n >= 1")
     if not np.isfinite(out).all():
-        raise NotFiniteError(f"{name} is {out[~np.isfinite(out)][0]}, wanted finite numbers")
+        raise InputError(f"{name} is {out[~np.isfinite(out)][0]}, wanted finite numbers")
     if (np.abs(out) > LENGTH_LIMIT).any():
         raise InputError(f"{name} reaches {np.abs(out).max():g} m, wanted metres within {LENGTH_LIMIT:g}")
     return out
@@ -229,9 +229,9 @@ def _weights(weight: ArrayLike | None, count: int) -> Floats:
         return np.ones(count)
     out = np.array(as_floats("weight", weight))
     if out.shape != (count,):
-        raise ShapeError(f"weight has shape {out.shape}, wanted ({count},), one for each pose")
+        raise InputError(f"weight has shape {out.shape}, wanted ({count},), one for each pose")
     if not np.isfinite(out).all():
-        raise NotFiniteError("weight holds a number that is not finite, wanted finite ones")
+        raise InputError("weight holds a number that is not finite, wanted finite ones")
     if (out < 0).any():
         raise InputError(f"weight[{int(np.argmax(out < 0))}] is {out.min():g}, wanted weights >= 0")
     return out

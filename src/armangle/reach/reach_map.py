@@ -53,7 +53,7 @@ class ReachMap:
 
     Raises
     ------
-    FileFormatError
+    ModelError
         If there is no map.
     MissingExtraError
         Without zarr: ``pip install 'armangle[reach]'``.
@@ -163,7 +163,7 @@ class ReachMap:
         Returns
         -------
         MapValues
-            Of `shape`; its ``array`` is the Zarr array. Reading a damaged tile raises `FileFormatError`.
+            Of `shape`; its ``array`` is the Zarr array. Reading a damaged tile raises `ModelError`.
         """
         return MapValues(self._store, _checked_field(field, self.fields))
 
@@ -185,7 +185,7 @@ class ReachMap:
 
         Raises
         ------
-        FileFormatError
+        ModelError
             If a tile is damaged: `verify` unmarks it, `resume` makes it again.
         """
         name = _checked_field(field, self.fields)
@@ -231,7 +231,7 @@ class ReachMap:
 
         Raises
         ------
-        ShapeError, InputError
+        InputError
         """
         numbers = as_floats("coordinates", coordinates, (_COORDINATES,))
         if not np.isfinite(numbers).all() or not (np.hypot(numbers[..., 0], numbers[..., 1]) > 0).all():
@@ -257,7 +257,7 @@ class ReachMap:
 
         Raises
         ------
-        ShapeError, NotFiniteError, NotRotationError
+        InputError
         """
         poses = as_poses("pose", pose, self.arm._handle)
         out = np.empty((*poses.shape[:-2], _COORDINATES))

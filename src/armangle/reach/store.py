@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from .._arrays import PathLike
 from .._core import ISA, __version__
 from ..arm.arm import Arm
-from ..errors import FileFormatError, InputError, MissingExtraError, OutputError, needed
+from ..errors import ModelError, InputError, MissingExtraError, OutputError, needed
 from ..models.description import ArmDescription
 from .grid import AXES, Grid
 
@@ -51,7 +51,7 @@ class Store:
 
         Raises
         ------
-        FileFormatError
+        ModelError
             If there is no map.
         MissingExtraError
             Without zarr.
@@ -59,10 +59,10 @@ class Store:
         self.place = address(place)
         group = _group(self.place)
         if group is None or not group.attrs:
-            raise FileFormatError("there is no reach map", source=self.place)
+            raise ModelError("there is no reach map", source=self.place)
         self.facts: dict[str, Any] = dict(group.attrs)
         if self.facts.get("format") != _FORMAT:
-            raise FileFormatError(
+            raise ModelError(
                 f"format is {self.facts.get('format')!r}, wanted {_FORMAT}: no reach map of this version",
                 source=self.place,
             )
@@ -72,7 +72,7 @@ class Store:
             self.fields: tuple[str, ...] = tuple(self.facts["fields"])
             self.margin = float(self.facts["singularity_margin"])
         except (KeyError, TypeError, ValueError) as error:
-            raise FileFormatError(f"zarr.json says no map: {error}", source=self.place) from None
+            raise ModelError(f"zarr.json says no map: {error}", source=self.place) from None
 
     @cached_property
     def arm(self) -> Arm:
@@ -87,7 +87,7 @@ class Store:
                 return {name: self._group[name] for name in self.fields}
             except Exception as error:  # no file, or one that is no array
                 what = "a field's own zarr.json cannot be read: remove the folder and make the map again"
-                raise FileFormatError(f"{what} ({error})", source=self.place) from error
+                raise ModelError(f"{what} ({error})", source=self.place) from error
 
     @cached_property
     def _marks(self) -> Any:
@@ -119,7 +119,7 @@ class Store:
 
         Raises
         ------
-        FileFormatError
+        ModelError
             If one of its files is damaged.
         """
         return {name: self.read_field(name, tile) for name in self.fields}
@@ -129,7 +129,7 @@ class Store:
 
         Raises
         ------
-        FileFormatError
+        ModelError
             If the file is damaged.
         """
         with self.reading(f"tile {tile} of field {name!r}"):
@@ -141,7 +141,7 @@ class Store:
 
         Raises
         ------
-        FileFormatError
+        ModelError
         """
         for tile in range(self.grid.tiles):
             self.read_field(name, tile)
@@ -173,7 +173,7 @@ class Store:
                 continue
             try:
                 wrong = _check_sum(self.read(tile).values()) != mark
-            except FileFormatError:
+            except ModelError:
                 wrong = True
             if wrong:
                 with self.writing():
@@ -210,7 +210,7 @@ class Store:
             yield
         except Exception as error:  # whatever zarr, a codec or the file system says of a wounded file
             advice = "verify() names what is damaged and resume() makes it again, as do --verify and --resume"
-            raise FileFormatError(
+            raise ModelError(
                 f"{what} is damaged, {error}: {advice} of armangle reach", source=self.place
             ) from error
 
@@ -331,7 +331,7 @@ def _group(place: str) -> Any:
     except FileNotFoundError:
         return None
     except Exception as error:
-        raise FileFormatError(f"no Zarr group: {error}", source=place) from error
+        raise ModelError(f"no Zarr group: {error}", source=place) from error
 
 
 def _zarr_store(place: str) -> Any:

@@ -157,7 +157,7 @@ class Box:
 
     Raises
     ------
-    SceneError, ShapeError, NotFiniteError, NotRotationError
+    SceneError, InputError
 
     Examples
     --------

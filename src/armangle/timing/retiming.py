@@ -182,7 +182,7 @@ def retime(
         If the path is not ok, passes a joint limit between two rows, or no timing keeps the bounds.
     MissingExtraError
         Without scipy: pip install 'armangle[time]'.
-    InputError, ShapeError, NotFiniteError
+    InputError
         If a number is out of range, the arm states no velocity or acceleration, or velocities of `start` or
         `goal` break a bound or do not lead along the path.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._arrays import Floats, number_in
 from ..arm.arm import Arm
-from ..errors import InputError, NotFiniteError
+from ..errors import InputError
 from ..models.chain import from_rpy, to_rpy
 
 _FAR = 10.0  # times the reach: nobody means that
@@ -38,7 +38,7 @@ def pose_of_text(xyz: str, rpy: str, arm: Arm) -> Floats:
 
     Raises
     ------
-    InputError, NotFiniteError
+    InputError
         If a text is not three finite numbers, or the position is that far.
 
     Examples
@@ -69,5 +69,5 @@ def _three(name: str, text: str, wanted: str) -> Floats:
     if len(values) != 3:
         raise InputError(f"{name} has {len(values)} numbers, wanted three {wanted}")
     if not np.isfinite(values).all():
-        raise NotFiniteError(f"{name} is {text.strip()!r}, wanted three finite numbers {wanted}")
+        raise InputError(f"{name} is {text.strip()!r}, wanted three finite numbers {wanted}")
     return values

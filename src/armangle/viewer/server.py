@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from .._arrays import Floats
-from ..errors import PortError, needed
+from ..errors import OutputError, needed
 from ..motion.joint_path import JointPath
 from ..poses import poses_from_rows
 from ..reach.voxels import Voxels
@@ -60,7 +60,7 @@ class Viewer:
     ------
     MissingExtraError
         Without viser.
-    PortError
+    OutputError
         If the port is taken or not allowed.
     InputError
         If a motion is of another arm, or has no solved row.
@@ -193,13 +193,13 @@ def _viser() -> Any:
 def _checked_port(host: str, port: int) -> int:
     """Return the port, or say that it cannot be had; 0 lets the system choose."""
     if not 0 <= port <= 65535:
-        raise PortError(f"port is {port}, wanted an integer from 0 to 65535")
+        raise OutputError(f"port is {port}, wanted an integer from 0 to 65535")
     try:
         _bind(host, port)
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
             raise _taken(host, port) from None
-        raise PortError(f"port {port} of {host} cannot be had: {error.strerror or error}") from None
+        raise OutputError(f"port {port} of {host} cannot be had: {error.strerror or error}") from None
     return port
 
 
@@ -208,13 +208,13 @@ def _free_port(host: str) -> int:
     for port in range(FIRST_PORT, FIRST_PORT + _PORTS_TRIED):
         try:
             return _checked_port(host, port)
-        except PortError as error:
+        except OutputError as error:
             refused = error
     raise refused
 
 
-def _taken(host: str, port: int) -> PortError:
-    return PortError(f"port {port} of {host} is taken by another program; name another, or 0 for any")
+def _taken(host: str, port: int) -> OutputError:
+    return OutputError(f"port {port} of {host} is taken by another program; name another, or 0 for any")
 
 
 def _bind(host: str, port: int) -> None:

@@ -15,13 +15,7 @@ from ..arm.arm import Arm, nearest_rotation
 from ..arm.configuration import gc_signs
 from ..arm.skeleton import blockers, elbow_points, first_blocker, skeleton, unproven
 from ..errors import (
-    ConfigurationError,
-    InputError,
-    LimitError,
-    NotFiniteError,
-    SceneError,
-    ShapeError,
-    UnreachableError,
+    InputError, LimitError, SceneError, UnreachableError,
 )
 from ..motion.following import follow
 from ..motion.joint_path import JointPath
@@ -108,11 +102,11 @@ class ViewerState:
 
     Raises
     ------
-    ShapeError, NotFiniteError
+    InputError
         If start is not seven finite numbers.
     LimitError
         If start is outside the limits.
-    PolicyError
+    InputError
         If the policy has a rate: a hand gives no time.
     SceneError
         If there is a scene and the arm has no body, or the scene names what is not there.
@@ -186,7 +180,7 @@ class ViewerState:
 
         Raises
         ------
-        ShapeError, NotFiniteError, LimitError
+        InputError, LimitError
         """
         self._take(self._checked(q))
         return self._say(True, "")
@@ -201,13 +195,13 @@ class ViewerState:
 
         Raises
         ------
-        InputError, NotFiniteError
+        InputError
             If there is no such joint, or the value is not finite.
         """
         if joint not in range(1, JOINTS + 1):
             raise InputError(f"joint is {joint!r}, wanted an integer from 1 to {JOINTS}")
         if not np.isfinite(value):
-            raise NotFiniteError(f"joint {joint} is {value}, wanted a finite angle in rad")
+            raise InputError(f"joint {joint} is {value}, wanted a finite angle in rad")
         q = self.q.copy()
         q[joint - 1] = np.clip(value, self.arm.lower[joint - 1], self.arm.upper[joint - 1])
         try:
@@ -235,11 +229,11 @@ class ViewerState:
 
         Raises
         ------
-        ShapeError, NotFiniteError
+        InputError
         """
         wanted = nearest_rotation(pose)
         if wanted.ndim != 2:
-            raise ShapeError(f"pose has shape {wanted.shape}, wanted (4, 4)")
+            raise InputError(f"pose has shape {wanted.shape}, wanted (4, 4)")
         if self.policy is None:
             return self._track(wanted)
         path = follow(
@@ -284,7 +278,7 @@ class ViewerState:
         """Turn the elbow to an arm angle (rad), or to the nearest that is feasible; the tool stays."""
         angle = float(psi)
         if not np.isfinite(angle):
-            raise NotFiniteError(f"psi is {angle}, wanted a finite angle in rad")
+            raise InputError(f"psi is {angle}, wanted a finite angle in rad")
         if self.arcs.is_empty:
             return self._say(False, self.arcs.status.sentence)  # type: ignore[union-attr]  # of one pose: a Status
         if angle in self.arcs:
@@ -308,11 +302,11 @@ class ViewerState:
 
         Raises
         ------
-        ConfigurationError
+        InputError
             If gc is not an integer from 0 to 7.
         """
         if gc not in range(CONFIGURATIONS):
-            raise ConfigurationError(f"gc is {gc!r}, wanted an integer from 0 to 7")
+            raise InputError(f"gc is {gc!r}, wanted an integer from 0 to 7")
         reason = self.reason(gc)
         if reason is not None:
             return self._say(False, f"GC {gc}: {reason}")
@@ -339,7 +333,7 @@ class ViewerState:
         ------
         InputError
             If the scene has no such box.
-        ShapeError, NotFiniteError
+        InputError
         """
         place = nearest_rotation(pose)
         boxes = dict(self.boxes)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...arm.arm import Arm
 from ...arm.offset import OffsetArm
-from ...errors import FileFormatError, InputError, NotSRSError
+from ...errors import ModelError, InputError
 from ...files.replacing import replacing
 from ...models.candidates import chosen
 from ...models.catalogue import robot_toml
@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     base, tip = _links(args)
     try:
         arm = arm_of_file(args.file, base, tip, args, show_notes=False)
-    except NotSRSError as error:
+    except ModelError as error:
         offset = None if error.near else _offset_arm(args, base, tip)
         if offset is not None:
             return _inspect_offset(offset, args)
@@ -81,7 +81,7 @@ def _offset_arm(args: argparse.Namespace, base: str | None, tip: str | None) -> 
     """Return the arm with an offset wrist or shoulder, None where it is no such arm."""
     try:
         return offset_arm_of_file(args.file, base, tip, args, show_notes=False)
-    except NotSRSError:
+    except ModelError:
         return None
 
 
@@ -134,7 +134,7 @@ def _links(args: argparse.Namespace) -> tuple[str | None, str | None]:
     if one is None:
         lines = [f"  --base {one.base} --tip {one.tip}  {one.verdict()}{one.other_tips()}" for one in found]
         message = "name base and tip; chains of seven rotating joints:\n" + "\n".join(lines)
-        raise FileFormatError(message, source=args.file)
+        raise ModelError(message, source=args.file)
     return one.base, one.tip
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..._arrays import CONFIGURATIONS, Floats
 from ...arm.arm import Arm
-from ...errors import FileFormatError, InputError
+from ...errors import ModelError, InputError
 from ...files.tables import load_joints, load_poses
 from ...motion.joint_path import JointPath
 from ...scenes.scene import Scene
@@ -135,10 +135,10 @@ def _motion_or_poses(arm: Arm, file: str) -> JointPath | tuple[Arm, Floats]:
     """Return the motion of a joint file, or the poses of a pose file: whichever it is."""
     try:
         return _motion(arm, file)
-    except FileFormatError as no_joints:
+    except ModelError as no_joints:
         try:
             return arm, load_poses(file)
-        except FileFormatError as no_poses:
-            raise FileFormatError(
+        except ModelError as no_poses:
+            raise ModelError(
                 f"neither joints ({no_joints}) nor poses ({no_poses})", source=file
             ) from None

@@ -10,7 +10,7 @@ import numpy as np
 from ..._arrays import Floats
 from ...arm.arm import Arm
 from ...arm.offset import OffsetArm
-from ...errors import FileFormatError, InputError, PathError
+from ...errors import ModelError, InputError, PathError
 from ...files.tables import sample_times
 from ...files.trajectories import TrajectoryTable
 from ...motion.joint_path import even_parameters
@@ -120,7 +120,7 @@ def _say_other_time(path: str, lasts: float) -> None:
     """Say so where rows take `lasts` seconds, and by their column t another time."""
     try:
         times = sample_times(path)
-    except FileFormatError:  # whatever t is, it is left out
+    except ModelError:  # whatever t is, it is left out
         return
     if times is None or len(times) < 2 or not abs(times[-1] - times[0] - lasts) > _OTHER * lasts:
         return

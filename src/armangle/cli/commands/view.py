@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..._arrays import Floats
 from ...arm.arm import Arm
-from ...errors import FileFormatError, InputError
+from ...errors import ModelError, InputError
 from ...files.tables import load_joints, load_poses
 from ...models.mjcf import is_mjcf
 from ...motion.following import follow
@@ -117,9 +117,9 @@ def _runs(arm: Arm, file: str | None, start: Floats | None, scene: Scene | None)
     with progress(f"reading {file}"):
         try:
             return {Path(file).name: motion_of(arm, load_joints(file))}
-        except FileFormatError as no_joints:
+        except ModelError as no_joints:
             try:
                 return motions_along(arm, load_poses(file), start, scene)
-            except FileFormatError as no_poses:
+            except ModelError as no_poses:
                 message = f"neither joints ({no_joints}) nor poses ({no_poses})"
-                raise FileFormatError(message, source=file) from None
+                raise ModelError(message, source=file) from None

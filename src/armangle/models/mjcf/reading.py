@@ -19,7 +19,7 @@ import numpy as np
 
 from ... import _opening
 from ..._arrays import JOINTS, check_source
-from ...errors import FileFormatError, needed
+from ...errors import ModelError, needed
 from ..axes import exceeds
 from ..candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, moved_base, unknown
 from ..chain import Chain, FloatArray, Joint, rotation_about, translation
@@ -57,7 +57,7 @@ def read_mjcf(
     ------
     MissingExtraError
         Without the ``mujoco`` package.
-    FileFormatError
+    ModelError
         The model cannot be read, has no such body, or no seven hinges between.
     """
     return _Model(source).chain(base, tip, offset)
@@ -71,22 +71,25 @@ def mjcf_candidates(source: str | os.PathLike[str], base: str | None = None) -> 
     return find_candidates(model.tree(), model.between, base)
 
 
-def is_mjcf(path: str | os.PathLike[str]) -> bool:
-    """Return whether a file is a MuJoCo model: its outer element is ``<mujoco>``."""
+def is_mjcf(source: object) -> bool:
+    """Return whether a file, or an XML text, is a MuJoCo model: its outer element is ``<mujoco>``."""
     tags: list[str] = []
     parser = expat.ParserCreate()
     parser.StartElementHandler = lambda tag, _: tags.append(tag)
     try:
-        with _opening.open_file(path, _opening.DESCRIPTION, partial(_refuse, str(path))) as file:
-            while not tags and (piece := file.read(_PIECE)):
-                parser.Parse(piece)
-    except (FileFormatError, OSError, LookupError, expat.ExpatError):
-        return False  # who reads it as URDF says what is wrong
+        if isinstance(source, bytes) or (isinstance(source, str) and source.lstrip().startswith("<")):
+            parser.Parse(source.lstrip())
+        else:
+            with _opening.open_file(source, _opening.DESCRIPTION, partial(_refuse, str(source))) as file:
+                while not tags and (piece := file.read(_PIECE)):
+                    parser.Parse(piece)
+    except (ModelError, OSError, LookupError, ValueError, TypeError, expat.ExpatError):
+        pass  # what reads it as URDF says what is wrong
     return tags[:1] == ["mujoco"]
 
 
 def _refuse(source: str, message: str) -> NoReturn:
-    raise FileFormatError(message, source=source)
+    raise ModelError(message, source=source)
 
 
 class _Model:

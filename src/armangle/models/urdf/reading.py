@@ -20,7 +20,7 @@ import numpy as np
 
 from ... import _opening
 from ..._arrays import JOINTS, check_source, number_in
-from ...errors import InputError, UrdfError
+from ...errors import InputError, ModelError
 from ..axes import exceeds
 from ..candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, moved_base, unknown
 from ..chain import Chain, FloatArray, Joint, rigid_inverse
@@ -60,7 +60,7 @@ def chain_along(
 
     Raises
     ------
-    UrdfError
+    ModelError
         A zero axis, missing or reversed limits, a number that is none or absurd.
     """
     joints: list[Joint] = []
@@ -114,7 +114,7 @@ def _checked_origin(robot: RobotElement, joint: JointElement) -> FloatArray:
     """Return the frame (4, 4) of a joint in its parent link; identity where not given."""
     try:
         frame = origin(lambda key, count: robot.numbers(joint, "origin", key, count))
-    except UrdfError:
+    except ModelError:
         raise
     except ValueError as error:
         robot.fail(f"joint {joint.name!r}: <origin> {error}", joint.parts["origin"])
@@ -228,7 +228,7 @@ def read_urdf(
 
     Raises
     ------
-    UrdfError
+    ModelError
         With file, line and column, and the name of the link or joint.
     """
     if continuous_limits not in _CONTINUOUS_LIMITS:
@@ -317,7 +317,7 @@ def _bytes_of(path: str | os.PathLike[str]) -> bytes:
     """Return what is in a file."""
 
     def fail(why: str) -> NoReturn:
-        raise UrdfError(why, source=str(Path(path)))
+        raise ModelError(why, source=str(Path(path)))
 
     return _opening.bytes_of(path, MAX_BYTES, fail)
 
@@ -325,7 +325,7 @@ def _bytes_of(path: str | os.PathLike[str]) -> bytes:
 def _parse(text: str | bytes, source: str) -> RobotElement:
     """Return the links and joints of a document; blank lines before it count, but do not harm."""
     if len(text) > MAX_BYTES:
-        raise UrdfError(_opening.too_long(len(text), MAX_BYTES), source=source)
+        raise ModelError(_opening.too_long(len(text), MAX_BYTES), source=source)
     if isinstance(text, str):
         document: str | bytes = text.lstrip("\ufeff \t\r\n")
     else:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._arrays import number_in
-from ...errors import UrdfError
+from ...errors import ModelError
 from ..report import NOT_USED
 from .encoding import decoded
 
@@ -59,18 +59,18 @@ class RobotElement:
     notes: list[str] = field(default_factory=list)
 
     def fail(self, message: str, at: Element | None = None) -> NoReturn:
-        """Raise :class:`UrdfError` at an element of this file."""
+        """Raise :class:`ModelError` at an element of this file."""
         line, column = (at.line, at.column) if at else (None, None)
-        raise UrdfError(message, source=self.source, line=line, column=column)
+        raise ModelError(message, source=self.source, line=line, column=column)
 
     def refuse_xacro(self, joint: JointElement) -> None:
-        """Raise :class:`UrdfError` where a joint holds a tag of xacro."""
+        """Raise :class:`ModelError` where a joint holds a tag of xacro."""
         if joint.xacro is not None:
             tag, at = joint.xacro
             self.fail(f"joint {joint.name!r} holds <{tag}>: {_NOT_URDF}", at)
 
     def refuse_expression(self, joint: JointElement) -> None:
-        """Raise :class:`UrdfError` where the type of a joint is an expression of xacro."""
+        """Raise :class:`ModelError` where the type of a joint is an expression of xacro."""
         if is_expression(joint.kind):
             what = f"joint {joint.name!r}: <joint type={joint.kind!r}>"
             self.fail(f"{what} is an expression of xacro; {XACRO_ADVICE}", joint)
@@ -249,7 +249,7 @@ def parse_robot(text: str | bytes, source: str, skipped: int = 0) -> RobotElemen
 
     Raises
     ------
-    UrdfError
+    ModelError
         Not XML, a DOCTYPE, xacro that makes links or joints, not a robot, a name missing or twice.
     """
     reader = _Reader(source, skipped)
@@ -261,11 +261,11 @@ def parse_robot(text: str | bytes, source: str, skipped: int = 0) -> RobotElemen
         parse(text, True)
     except expat.ExpatError as error:
         message = f"not XML: {expat.ErrorString(error.code)}"
-        raise UrdfError(
+        raise ModelError(
             message, source=source, line=error.lineno + skipped, column=error.offset + 1
         ) from None
-    except UrdfError:
+    except ModelError:
         raise
     except (LookupError, ValueError) as error:  # an encoding that does not exist, text that has none
-        raise UrdfError(f"not XML: {error}", source=source) from None
+        raise ModelError(f"not XML: {error}", source=source) from None
     return reader.finish()

@@ -1,0 +1,64 @@
+"""How many threads batches use: one number for all calls of the library."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+from ._arrays import as_threads
+
+_always: int | None = None
+_here: ContextVar[int | None] = ContextVar("armangle_threads", default=None)
+
+
+def set_threads(n: int) -> None:
+    """Set how many threads every call uses from now on. Results are the same to the bit, whatever it is.
+
+    Until it is set, batches of queries use one thread; `plan`, `place` and `reach_map` use all cores.
+
+    Parameters
+    ----------
+    n : int
+        1 or more, or 0 for all cores.
+
+    Raises
+    ------
+    InputError
+    """
+    global _always  # noqa: PLW0603  # one number for the process
+    _always = as_threads(n)
+
+
+@contextmanager
+def threads(n: int) -> Iterator[None]:
+    """Use so many threads in this block, and in this thread or task alone.
+
+    Parameters
+    ----------
+    n : int
+        1 or more, or 0 for all cores.
+
+    Raises
+    ------
+    InputError
+
+    Examples
+    --------
+    >>> import armangle as aa
+    >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    >>> with aa.threads(2):
+    ...     pose, psi, gc = arm.forward([[0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]] * 100)
+    """
+    token = _here.set(as_threads(n))
+    try:
+        yield
+    finally:
+        _here.reset(token)
+
+
+def thread_count(unset: int = 1) -> int:
+    """Return the number of threads to use; `unset` if the user has set none."""
+    here = _here.get()
+    chosen = _always if here is None else here
+    return unset if chosen is None else chosen

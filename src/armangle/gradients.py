@@ -1,0 +1,259 @@
+"""Derivatives of what an arm answers: by the pose, by the arm angle and by the joints.
+
+The derivative of `Arm.forward` is `Arm.jacobian` with `psi` as a seventh row; that of `Arm.inverse` by psi is
+`Arm.self_motion`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_gc, as_poses, chosen, one_pose
+from ._threads import thread_count
+from .arm.arcs import ArcSet
+from .arm.arm import ON_ERROR, Arm, OnError
+from .arm.joint_function import JointFunction
+from .errors import InputError
+
+__all__ = ["feasible", "freedom", "inverse", "joint_function", "limit_margin", "margin", "psi"]
+
+
+def inverse(
+    arm: Arm,
+    pose: ArrayLike,
+    psi: ArrayLike,
+    gc: ArrayLike,
+    *,
+    on_error: OnError = "raise",
+) -> Floats:
+    """Return how the joints of `inverse` move with the pose and with the arm angle.
+
+    Parameters
+    ----------
+    arm : Arm
+    pose : array_like, shape (..., 4, 4)
+        Tool frame, position in m.
+    psi : array_like, shape (...)
+        Arm angle, rad.
+    gc : array_like of int, shape (...)
+        Global configuration 0..7.
+    on_error : "raise" or "nan"
+        What to do where the geometry has no answer.
+
+    Returns
+    -------
+    ndarray, shape (..., 7, 7)
+        dq: columns 0-2 by the velocity of the tool's origin (rad/m), 3-5 by the angular velocity
+        (rad/rad), both in the frame that poses are given in, and column 6 by psi, which is `Arm.self_motion`.
+        The inverse of `jacobian` with `psi` as a seventh row. Infinite where a derivative does
+        not exist: joints 1-3 (5-7) where θ2 (θ6) is 0 or π; columns 0-5 of all joints where the elbow is
+        stretched or folded, and of all but joint 4 where psi jumps (the wrist over the base axis).
+
+    Raises
+    ------
+    As `inverse`.
+
+    Examples
+    --------
+    >>> import armangle as aa
+    >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    >>> q = [0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]
+    >>> both = np.vstack([arm.jacobian(q), aa.gradients.psi(arm, q)])
+    >>> slopes = aa.gradients.inverse(arm, *arm.forward(q))
+    >>> bool(np.allclose(slopes @ both, np.eye(7), rtol=0, atol=1e-12))
+    True
+    """
+    batch, (poses, angles, branches) = arm._postures(pose, psi, gc)
+    out = np.empty((*batch, JOINTS, JOINTS))
+    nan = chosen("on_error", on_error, ON_ERROR) == "nan"
+    arm._handle.inverse_derivative_many(poses, angles, branches, out, nan, thread_count())
+    return out
+
+
+def psi(arm: Arm, q: ArrayLike) -> Floats:
+    """Return how the arm angle moves with the joints.
+
+    Parameters
+    ----------
+    arm : Arm
+    q : array_like, shape (..., 7)
+        Joint values, rad.
+
+    Returns
+    -------
+    ndarray, shape (..., 7)
+        dψ/dq, rad/rad, of the arm's own reference plane; inf where ψ does not exist, or jumps: for
+        the psi of the base axis where the wrist lies on it.
+
+    Raises
+    ------
+    InputError
+    """
+    return arm._of_joints(arm._handle.psi_gradient_many, q, (JOINTS,))
+
+
+def feasible(arm: Arm, pose: ArrayLike, gc: int) -> tuple[ArcSet, Floats]:
+    """Return the feasible arcs of one pose, and how their ends move with it.
+
+    Parameters
+    ----------
+    arm : Arm
+    pose : array_like, shape (4, 4)
+        Tool frame, position in m.
+    gc : int
+        Global configuration 0..7.
+
+    Returns
+    -------
+    ArcSet, ndarray of shape (k, 2, 6)
+        The arcs of `feasible`; for the lower and upper end of each, dψ by the velocity of the tool's
+        origin (rad/m) and by its angular velocity (rad/rad). NaN where an end does not move smoothly:
+        the full circle has no end, a jump none, and where a joint only touches its limit an arc is born.
+
+    Raises
+    ------
+    InputError
+    """
+    frame = one_pose("pose", pose, arm._handle)
+    branch = as_gc(gc)
+    if branch.ndim:
+        raise InputError(f"gc has shape {branch.shape}, wanted one integer")
+    arcs = arm.feasible(frame, branch[()])
+    out = np.full((int(arcs.count), 2, 6), np.nan)
+    arm._handle.end_slopes_one(frame, int(branch), arm.singularity_margin, out)
+    return arcs, out
+
+
+def limit_margin(arm: Arm, q: ArrayLike) -> Floats:
+    """Return how `limit_margin` moves with the joints.
+
+    Parameters
+    ----------
+    arm : Arm
+    q : array_like, shape (..., 7)
+        Joint values, rad.
+
+    Returns
+    -------
+    ndarray, shape (..., 7)
+        rad/rad: +1 or -1 at the joint whose limit is nearest, the first of several; 0 elsewhere, and
+        without limits.
+
+    Raises
+    ------
+    InputError
+    """
+    joints = as_floats("q", q, (JOINTS,))
+    out = np.empty(joints.shape)
+    arm._handle.limit_margin_gradient_many(joints, out)
+    return out
+
+
+def freedom(arm: Arm, pose: ArrayLike) -> Floats:
+    """Return how the total of `freedom` moves with the pose.
+
+    Parameters
+    ----------
+    arm : Arm
+    pose : array_like, shape (..., 4, 4)
+        Tool frame, position in m.
+
+    Returns
+    -------
+    ndarray, shape (..., 6)
+        By the velocity of the tool's origin (rad/m) and by its angular velocity (rad/rad), in the frame
+        that poses are given in: the ends of `feasible`, upper less lower, of all branches. 0
+        where a pose is not held, or on whole circles alone; NaN where an end does not move smoothly.
+
+    Raises
+    ------
+    InputError
+    """
+    poses = as_poses("pose", pose, arm._handle)
+    out = np.empty((*poses.shape[:-2], 6))
+    arm._handle.freedom_gradient_many(poses, arm.singularity_margin, out, thread_count())
+    return out
+
+
+def margin(arm: Arm, pose: ArrayLike, *, gc: int | Iterable[int] | None = None) -> Floats:
+    """Return how the margin of ``solve(pose, prefer="margin")`` moves with the pose.
+
+    At that solution a joint is nearest to a limit whose distance psi cannot make larger, or two joints
+    are as near and psi moves them opposite ways; the gradient is theirs, psi following. The margin has a
+    kink where two branches or arm angles are as good, or a third joint comes as near: there the gradient
+    is that of one side, which a step may leave for the other.
+
+    Parameters
+    ----------
+    arm : Arm
+    pose : array_like, shape (..., 4, 4)
+        Tool frame, position in m.
+    gc : int or iterable of int, optional
+        As in `solve`.
+
+    Returns
+    -------
+    ndarray, shape (..., 6)
+        By the velocity of the tool's origin (rad/m) and by its angular velocity (rad/rad), in the frame
+        that poses are given in. NaN where the pose is not held, or a joint that decides has no
+        derivative (`inverse`); and where that solution has θ2 or θ6 at 0 or π, unless joint
+        4 alone decides: two joints share a turn there as at no pose near by, so that the margin leaps.
+
+    Raises
+    ------
+    As `Arm.solve`.
+
+    Examples
+    --------
+    >>> import armangle as aa
+    >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    >>> pose = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]
+    >>> slope, higher = aa.gradients.margin(arm, pose), pose.copy()
+    >>> higher[2, 3] += 1e-6
+    >>> before, after = (arm.solve(x, prefer="margin").margin for x in (pose, higher))
+    >>> bool(abs(after - before - 1e-6 * slope[2]) < 1e-10)
+    True
+    """
+    gradient_many = arm._handle.best_gradient_many
+    best = arm.solve(pose, prefer="margin", gc=gc)
+    poses = as_poses("pose", pose, arm._handle)
+    out = np.empty((*poses.shape[:-2], 6))
+    given = poses, np.asarray(best.q), np.asarray(best.psi), np.asarray(best.gc, dtype=np.int64)
+    gradient_many(*given, out, thread_count())
+    return out
+
+
+def joint_function(arm: Arm, pose: ArrayLike, gc: int, joint: int) -> JointFunction:
+    """Return one joint as a function of the arm angle, at a fixed pose and global configuration.
+
+    Parameters
+    ----------
+    arm : Arm
+    pose : array_like, shape (4, 4)
+        Tool frame, position in m.
+    gc : int
+        Global configuration 0..7.
+    joint : int
+        Joint 1..7.
+
+    Returns
+    -------
+    JointFunction
+
+    Raises
+    ------
+    InputError, UnreachableError
+
+    Source: Faria et al. (2018), Eqs. (26)-(31), (33), (34).
+    """
+    frame = one_pose("pose", pose, arm._handle)
+    index = as_gc(gc)
+    if index.ndim or not 0 <= index < CONFIGURATIONS:
+        raise InputError(f"gc is {gc!r}, wanted an integer from 0 to 7")
+    if isinstance(joint, bool) or not isinstance(joint, (int, np.integer)) or not 1 <= joint <= JOINTS:
+        raise InputError(f"joint is {joint!r}, wanted an integer from 1 to 7")
+    found = arm._handle.joint_function(frame, int(index), int(joint) - 1)
+    return JointFunction(found, (arm, frame, int(index)), int(joint))
