@@ -26,7 +26,7 @@ def set_threads(n: int) -> None:
     ------
     InputError
     """
-    global _always  # noqa: PLW0603  # one number for the process
+    global _always  # one number for the process
     _always = as_threads(n)
 
 

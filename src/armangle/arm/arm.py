@@ -38,7 +38,7 @@ from .._arrays import (
 from .._core import Turned, Wanted
 from .._progress import Progress, as_progress, progressing
 from .._threads import thread_count
-from ..errors import ModelError, UnsupportedError, InputError, LimitError, SceneError
+from ..errors import InputError, ModelError, SceneError
 from ..models.axes import MAX_ANGLE, MAX_LENGTH, rotation_angle
 from ..models.body import Body
 from ..models.catalogue import catalogue, is_file_or_text, load_robot
@@ -71,7 +71,6 @@ from .deviation import ChainDeviation, deviation_of
 from .diagnosis import Branch, Diagnosis, Verdict, branch_of
 from .freedom import Freedom
 from .frozen_value import FrozenValue
-from .joint_function import JointFunction
 from .keywords import names_keywords
 from .near import NearHandle, check_kept_chain, check_near, leaves_out, moved_ends, unsupported
 from .question import METRICS as _METRICS
@@ -118,7 +117,9 @@ _KEYWORDS = {
     "elbow": "psi_towards(pose, gc, point) says which psi brings it there, the policy Towards leads it",
 }
 _names_keywords = names_keywords("Arm", _KEYWORDS)
-_NEAREST = "solve(pose, seed=q) finds the nearest solution of all, solutions(pose, seed=q) one for each interval"
+_NEAREST = (
+    "solve(pose, seed=q) finds the nearest solution of all, solutions(pose, seed=q) one for each interval"
+)
 _ELSEWHERE = {
     **dict.fromkeys(("ik", "inverse_kinematics", "nearest", "closest", "ikine", "ik_LM"), _NEAREST),
     **dict.fromkeys(("fk", "forward_kinematics", "fkine"), "forward(q) gives pose, psi and gc"),
@@ -311,7 +312,8 @@ class Arm(FrozenValue):
 
     def __new__(cls, *_: Never, **numbers: Any) -> Arm:
         """Return an arm of the kind that its numbers ask for."""
-        return object.__new__(_offset_kind() if numbers.get("a_1") or numbers.get("a_6") else cls)
+        kind = _offset_kind() if cls is Arm and (numbers.get("a_1") or numbers.get("a_6")) else cls
+        return cast(Arm, object.__new__(kind))
 
     def __init__(self, *unnamed: Never, **numbers: Unpack[ArmArguments]) -> None:
         if unnamed:
@@ -319,10 +321,10 @@ class Arm(FrozenValue):
                 f"Arm takes keywords alone, but {len(unnamed)} values came without: "
                 "wanted Arm(d_bs=..., d_se=..., d_ew=..., d_wf=..., ...)"
             )
-        given = dict(numbers)
+        given: dict[str, Any] = dict(numbers)
         report, scene = given.pop("report", None), given.pop("scene", None)
         for name in ("a_1", "a_6"):  # else `__new__` makes another kind
-            given.pop(name, None)  # type: ignore[misc]
+            given.pop(name, None)
         margin = as_number("singularity_margin (rad)", given.pop("singularity_margin", 0.0), 0.0, MOST_MARGIN)
         values = _checked(given)
         lengths = np.array([values[name] for name in (*LENGTHS, *ELBOW_OFFSETS)])
@@ -382,7 +384,8 @@ class Arm(FrozenValue):
                 source = text()
         if isinstance(source, str) and base is tip is None and not is_file_or_text(source):
             return cls.from_catalogue(source)
-        return (cls.from_mjcf if is_mjcf(source) else cls.from_urdf)(source, base, tip)
+        door: Callable[..., Arm] = cls.from_mjcf if is_mjcf(source) else cls.from_urdf
+        return door(source, base, tip)
 
     @classmethod
     def from_catalogue(cls, name: str) -> Arm:
@@ -403,7 +406,7 @@ class Arm(FrozenValue):
             If there is none of this name; the message lists similar names.
         """
         if name in offset_catalogue():
-            return _offset_kind()._of(load_offset_robot(name))
+            return cast(Arm, _offset_kind()._of(load_offset_robot(name)))
         return cls._from_description(load_robot(name).description)
 
     @classmethod
@@ -505,7 +508,7 @@ class Arm(FrozenValue):
         """
         idealised = chosen("fit", fit, _FITS) == "srs"
         most = (MAX_ANGLE, MAX_LENGTH) if idealised else (None, None)
-        given = {
+        given: dict[str, Any] = {
             name: value if value is not None else default
             for name, value, default in zip(("angle", "length"), (angle, length), most, strict=True)
             if value is not None or default is not None
@@ -518,7 +521,7 @@ class Arm(FrozenValue):
             refused = error
         try:
             found, report = _told(describe_offset_chain(read(True), **given))
-            return _offset_kind()._of(found, report=report)
+            return cast(Arm, _offset_kind()._of(found, report=report))
         except ModelError:
             pass
         try:
@@ -563,6 +566,8 @@ class Arm(FrozenValue):
         InputError, LimitError
             As `Arm`.
         """
+        if changes.keys() <= {"scene", "singularity_margin"}:
+            return self._keeping(**{**{name: getattr(self, name) for name in _KEPT[1:]}, **changes})
         kept = self._numbers()
         if self.chain is not None and "chain" not in changes:
             check_kept_chain(changes)
@@ -573,6 +578,16 @@ class Arm(FrozenValue):
         if self.chain is None and changes.get("chain") is not None:
             return self._with_chain(numbers, [end for end in FRAMES if end not in changes])
         return Arm(**numbers)
+
+    def _keeping(self, scene: Scene | None, singularity_margin: float) -> Arm:
+        """Return the arm itself that keeps another scene and margin."""
+        margin = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
+        new = cast(Arm, object.__new__(type(self)))
+        new._fill({name: getattr(self, name) for name in Arm.__slots__})
+        new._fill({"scene": scene, "singularity_margin": margin})
+        if scene is not self.scene:
+            new._fill({"_ready": None if scene is None else make_ready(new, scene, self._ready)})
+        return new
 
     def _with_chain(self, numbers: dict[str, Any], ends: list[str]) -> Arm:
         """Return a copy with a chain of its own, which must not leave out the base or tool that the arm has.
@@ -719,7 +734,7 @@ class Arm(FrozenValue):
     @property
     def nominal(self) -> Arm:
         """The S-R-S arm that lends psi and gc: the arm itself, or the one beside its own chain."""
-        return self if self.chain is None else self.with_(chain=None)
+        return self if self.chain is None else self.with_(chain=None, scene=None)
 
     @property
     def deviation(self) -> ChainDeviation:
@@ -836,7 +851,13 @@ class Arm(FrozenValue):
         return self._inverse(pose, psi, gc, seed, _beyond(keep, nan), nan, out)
 
     def _every_branch(
-        self, pose: ArrayLike, psi: ArrayLike, seed: ArrayLike | None, keep: bool, nan: bool, out: Floats | None
+        self,
+        pose: ArrayLike,
+        psi: ArrayLike,
+        seed: ArrayLike | None,
+        keep: bool,
+        nan: bool,
+        out: Floats | None,
     ) -> Floats:
         """Return the configurations of all eight branches, NaN in rows without one."""
         poses = as_poses("pose", pose, self._handle)[..., None, :, :]
@@ -880,9 +901,7 @@ class Arm(FrozenValue):
         """Return poses and branches, and what goes with them, of one batch shape."""
         return broadcast([("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0), *more])
 
-    def _of_joints(
-        self, one: Callable[[Floats, Floats, int], None], q: ArrayLike, row: Shape
-    ) -> Floats:
+    def _of_joints(self, one: Callable[[Floats, Floats, int], None], q: ArrayLike, row: Shape) -> Floats:
         """Return what the core says of each q: rows of this shape."""
         joints = as_floats("q", q, (JOINTS,))
         out = np.empty((*joints.shape[:-1], *row))
@@ -1148,10 +1167,9 @@ class Arm(FrozenValue):
         Source: Faria et al. (2018), Eqs. (2), (25), (31), (32), (35).
         """
         if as_flag("per_joint", per_joint):
-            poses, branches, sets = pose, gc, (JOINTS,)
             if gc is None:
-                poses, branches = as_poses("pose", pose, self._handle)[..., None, :, :], _GC_ORDER
-            return self._arcs(poses, branches, Wanted.JOINTS, sets, None, progress)
+                pose, gc = as_poses("pose", pose, self._handle)[..., None, :, :], _GC_ORDER
+            return self._arcs(pose, gc, Wanted.JOINTS, (JOINTS,), None, progress)
         if gc is None:
             return self._arcs(pose, 0, Wanted.BRANCHES, (CONFIGURATIONS,), self.scene, progress)
         return self._arcs(pose, gc, Wanted.BRANCH, (), self.scene, progress)
@@ -1476,7 +1494,8 @@ class Arm(FrozenValue):
         >>> nearest.status.name, nearest.ok, round(nearest.gap, 3)
         ('UNREACHABLE', False, 1.767)
         """
-        plain = weight is gc is allowed is self.scene is fallback is progress is None
+        plain = weight is None and gc is None and allowed is None and self.scene is None
+        plain = plain and fallback is None and progress is None
         plain = plain and self.singularity_margin == 0.0 and isinstance(roll, str) and roll == "pose"
         if plain and prefer == "seed" and seed is not None and isinstance(metric, str) and metric in _METRICS:
             one = None if thread_count() != 1 else (
@@ -1627,6 +1646,11 @@ class Arm(FrozenValue):
         )
 
 
+def _beyond(keep: bool, nan: bool) -> _core.Enforce:
+    """Return what is done where joints have no turn within their limits."""
+    return _core.Enforce.IGNORE if not keep else _core.Enforce.NAN if nan else _core.Enforce.RAISE
+
+
 def _told(found: tuple[AnyDescription, ImportReport]) -> tuple[AnyDescription, ImportReport]:
     """Return what was found in a file, with a warning of its notes."""
     warn_of(found[1].notes)
@@ -1635,7 +1659,7 @@ def _told(found: tuple[AnyDescription, ImportReport]) -> tuple[AnyDescription, I
 
 def _offset_kind() -> Any:
     """Return the class of an arm with an offset wrist or shoulder, which is one of this module's."""
-    from .offset import OffsetArm  # noqa: PLC0415  # that module needs this one
+    from .offset import OffsetArm  # that module needs this one
 
     return OffsetArm
 

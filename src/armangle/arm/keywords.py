@@ -33,34 +33,12 @@ def names_keywords(
         def asked(*args: _Asked.args, **keywords: _Asked.kwargs) -> _Answer:
             for name in keywords:
                 if name in hints and name not in known:
-                    raise InputError(f"{called(door)} takes no {name}=: {hints[name]}")
-            if "scene" in known and any(isinstance(given, Scene) for given in args):
-                raise InputError(f"{called(door)} takes a scene by its name: scene=")
+                    raise InputError(f"{called(door)} takes no {name}=: {hints[name].format(name=name)}")
+            if any(isinstance(given, Scene) for given in args):
+                raise InputError(
+                    f"{called(door)} takes no scene: arm.with_(scene=...) is an arm that keeps it"
+                )
             return door(*args, **keywords)
-
-        return asked
-
-    return decorated
-
-
-def says_order(hint: str) -> Callable[[Callable[_Asked, _Answer]], Callable[_Asked, _Answer]]:
-    """Return a decorator of methods: arguments that do not fit are refused with those that do, and a hint."""
-
-    def decorated(door: Callable[_Asked, _Answer]) -> Callable[_Asked, _Answer]:
-        known = signature(door)
-        order = ", ".join(name for name, p in known.parameters.items() if p.default is p.empty)
-
-        @wraps(door)
-        def asked(*args: _Asked.args, **keywords: _Asked.kwargs) -> _Answer:
-            try:
-                return door(*args, **keywords)
-            except TypeError:
-                try:
-                    known.bind(*args, **keywords)
-                except TypeError as error:
-                    wanted = order.removeprefix("self, ")
-                    raise InputError(f"{door.__name__}({wanted}): {error}; {hint}") from None
-                raise
 
         return asked
 

@@ -74,6 +74,7 @@ class OffsetArm(Arm):
     a_6: float
     _free_joint: Literal[1, 7]
     _rows: Arm
+    _handle: Any  # a _core.OffsetArm
 
     def __init__(self, *unnamed: Never, a_1: float = 0.0, a_6: float = 0.0, **numbers: Any) -> None:
         for name in _NO_FIELDS:
@@ -103,6 +104,9 @@ class OffsetArm(Arm):
     def _of(cls, found: OffsetDescription, **more: Any) -> Arm:
         numbers = {f.name: getattr(found, f.name) for f in fields(found) if f.name not in _NO_FIELDS}
         return Arm(**numbers, **more)
+
+    def _keeping(self, scene: Any, singularity_margin: float) -> Arm:
+        return Arm(**{**self._numbers(), "scene": scene, "singularity_margin": singularity_margin})
 
     def to_urdf(self) -> str:
         """Return a kinematic URDF (joints and limits, no geometry) that imports back to this arm."""
@@ -266,7 +270,9 @@ class OffsetArm(Arm):
         if gc is None:
             batch = (*poses.shape[:-2], CONFIGURATIONS)
             return self._arc_set(
-                batch, lambda columns: self._handle.feasible_all_many(poses, *columns, thread_count()), progress
+                batch,
+                lambda columns: self._handle.feasible_all_many(poses, *columns, thread_count()),
+                progress,
             )
         batch, (poses, branches) = broadcast([("pose", poses, 2), ("gc", _checked_gc(gc), 0)])
         return self._arc_set(
@@ -306,7 +312,7 @@ class OffsetArm(Arm):
         bits = (held * (1 << np.arange(CONFIGURATIONS))).sum(axis=-1).astype(np.uint8)
         codes = np.where(held.any(axis=-1), np.int8(0), self.solve(pose).status).astype(np.int8)
         return Freedom(
-            bits[()], np.asarray(arcs.measure).sum(axis=-1)[()], np.asarray(arcs.widest).max(axis=-1)[()],
+            bits[()], np.asarray(arcs.measure).sum(axis=-1)[()], _longest(arcs)[()],
             np.asarray(arcs.count).sum(axis=-1).astype(np.uint8)[()],
             codes if codes.ndim else STATUSES[int(codes)],
         )  # fmt: skip
@@ -382,6 +388,14 @@ class OffsetArm(Arm):
     def psi_towards(self, *_: Any, **__: Any) -> Never:
         """Raise `UnsupportedError`."""
         raise unsupported("psi_towards")
+
+
+def _longest(arcs: ArcSet) -> Floats:
+    """Return how long the longest interval of each pose is, of sets (..., 8)."""
+    count, psi = np.asarray(arcs.count), arcs._psi
+    length = np.zeros(count.size)
+    np.maximum.at(length, np.repeat(np.arange(count.size), count.ravel()), psi[:, 1] - psi[:, 0])
+    return np.asarray(length.reshape(count.shape).max(axis=-1))
 
 
 def as_srs(arm: Arm, what: str) -> Arm:

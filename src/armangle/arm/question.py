@@ -68,7 +68,9 @@ class Question:
         if chosen("prefer", prefer, PREFER) == "margin" or seed is None:
             kind = _core.Metric.MARGIN
         self.near = np.ascontiguousarray(arrays[1]).reshape(-1, JOINTS) if seed is not None else None
-        self.options = _core.SolveOptions(kind, weights_of(weight), branch_bits(gc), arm.singularity_margin, length)
+        self.options = _core.SolveOptions(
+            kind, weights_of(weight), branch_bits(gc), arm.singularity_margin, length
+        )
         self.arm, self.handle = arm, arm._handle
         self.threads = thread_count()
         self.progress = as_progress(progress)

@@ -15,7 +15,9 @@ from ..status import SOLVED, STATUSES, Status
 
 _KINDS: dict[Status, type[NoSolutionError]] = {
     **dict.fromkeys((Status.UNREACHABLE, Status.FOLDED, Status.NO_POSTURE), UnreachableError),
-    **dict.fromkeys((Status.ELBOW_LIMIT, Status.ELBOW_MARGIN, Status.LIMITS, Status.NEAR_SINGULAR), LimitError),
+    **dict.fromkeys(
+        (Status.ELBOW_LIMIT, Status.ELBOW_MARGIN, Status.LIMITS, Status.NEAR_SINGULAR), LimitError
+    ),
     **dict.fromkeys((Status.CLEARANCE, Status.POSE_BLOCKED), CollisionError),
 }
 _MORE = "says by how much, and what would help (arm.nominal.explain of an arm with its own chain)."
@@ -116,7 +118,9 @@ class Solution(NamedTuple):
         status = STATUSES[int(codes[at])]
         where = f"pose{list(at)}: " if at else ""
         more = f" ({len(bad)} of {codes.size} poses have none)" if at else ""
-        raise _KINDS.get(status, NoSolutionError)(f"{where}{status.sentence}{more} {_HINTS.get(status, _HINT)}")
+        raise _KINDS.get(status, NoSolutionError)(
+            f"{where}{status.sentence}{more} {_HINTS.get(status, _HINT)}"
+        )
 
     def __repr__(self) -> str:
         """Return the fields of one pose to six digits; of a batch how many poses have a posture."""

@@ -109,7 +109,7 @@ class Curve:
 @by_content
 @dataclass(frozen=True, eq=False)
 class OffsetCurve:
-    """Rows of an `OffsetArm`, between which the free joint moves evenly; see offset_curve.hpp.
+    """Rows of an arm with an offset wrist or shoulder, between which the free joint moves evenly; see offset_curve.hpp.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ class _JointRows:
 
     Parameters
     ----------
-    arm : Arm or OffsetArm
+    arm : Arm
     s : ndarray, shape (n,)
         Where the rows are, rising from 0 to 1; n is 2 or more.
     q : ndarray, shape (n, 7)
@@ -193,7 +193,7 @@ class _JointRows:
         Straight ways from pose to pose of the rows: the tool itself goes where the joints take it.
     """
 
-    arm: Arm | OffsetArm
+    arm: Arm
     s: Floats
     q: Floats
     gc: int
@@ -306,12 +306,12 @@ def repeated(q: Floats) -> NDArray[np.bool_]:
     return found
 
 
-def _placed(arm: Arm | OffsetArm, q: Floats) -> Placed:
+def _placed(arm: Arm, q: Floats) -> Placed:
     """Return rows (N,) of joints that lead the tool."""
     if isinstance(arm, OffsetArm):
         pose, psi, gc = arm.forward(q)
     else:
-        pose, psi, gc = arm.forward(q, undefined="nan")
+        pose, psi, gc = arm.forward(q, on_error="nan")
     margin = np.asarray(arm.limit_margin(q))
     return Placed(q, np.asarray(psi), np.asarray(gc, dtype=np.float64), pose, margin, np.zeros(len(q)))
 

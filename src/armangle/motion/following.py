@@ -14,22 +14,24 @@ from .._progress import Progress, as_progress, progressing
 from ..arm.allowed import Allowed, allowed_arcs
 from ..arm.arm import Arm
 from ..arm.offset import OffsetArm
+from ..arm.question import Fallback
 from ..arm.roll import Roll, last_margin
 from ..errors import InputError
 from ..scenes.moving import Scenes, ready_each, scenes_at
+from ..scenes.scene import Scene, no_scene
 from .joint_path import JointPath, blank_rows, even_parameters
 from .options import (
     CARRIES,
     Bound,
     Carry,
-    Outside,
-    check_any_arm,
+    check_arm,
     check_chain,
     check_offset,
     checked_options,
     core_policy,
     free_roll,
     no_bounds,
+    outside_of,
     step_bounds,
     without_last,
 )
@@ -43,7 +45,7 @@ _ON_FAIL = named(_core.OnFail)
 
 
 def follow(
-    arm: Arm | OffsetArm,
+    arm: Arm,
     poses: Path | Sequence[Path] | ArrayLike,
     *,
     start: ArrayLike,
@@ -54,12 +56,11 @@ def follow(
     max_joint_step: float | None = None,
     allowed: Allowed | None = None,
     scene: Scenes | None = None,
-    singularity_margin: float = 0.0,
     on_fail: OnFail = "stop",
     velocity: Bound = None,
     acceleration: Bound = None,
     velocity_now: ArrayLike | None = None,
-    outside: Outside = "refuse",
+    fallback: Fallback = None,
     roll: Roll = "pose",
     lookahead: int = 0,
     blend: ArrayLike = 0.0,
@@ -81,13 +82,13 @@ def follow(
 
     Parameters
     ----------
-    arm : Arm or OffsetArm
+    arm : Arm
     poses : array_like of shape (N, 4, 4), Line, CircularArc, Screw, or a list of them
         Tool frames, position in m. The first is stepped to from `start`. A path is followed at `samples`
         poses, evenly in s, and where its pieces join.
     start : array_like, shape (7,)
         Joints before the first pose, rad.
-    gc, policy, dt, carry, max_joint_step, singularity_margin, outside
+    gc, policy, dt, carry, max_joint_step, fallback
         As in `step`; `dt` is the time from pose to pose.
     roll : "pose" or "free"
         As in `step`: joint 7 stays where `start` has it, and `JointPath.poses` are those that are held. Where
@@ -96,10 +97,10 @@ def follow(
         the one on which joints travel least.
     allowed : ArcSet of shape () or (N,), or function (4, 4) -> ArcSet, optional
         Arcs of the user's own, intersected.
-    scene : Scene, sequence of N Scenes, or function s -> Scene, optional
-        As in `step`; with `lookahead` the poses ahead are asked too. Obstacles that move are one scene a
-        pose, or a function of s in [0, 1], asked once a pose before anything moves: each row keeps clear of
-        what stands about then, and the poses ahead of what will.
+    scene : sequence of N Scenes, or function s -> Scene, optional
+        Obstacles that move, in place of the arm's own: one scene a pose, or a function of s in [0, 1], called
+        once a pose before anything moves. Each row keeps clear of the obstacles at its time, and with
+        `lookahead` the poses ahead of those at theirs.
     on_fail : "stop", "hold" or "skip"
         What to do with a pose that its step does not reach: end there (rows behind are NaN, NOT_REACHED);
         keep what the step led to, with bounds as far as they allow (PARTIAL), else the posture as it was, and
@@ -124,19 +125,23 @@ def follow(
 
     Source: Faria et al. (2018), Fig. 10, Eq. (36).
     """
-    check_any_arm(arm)
+    check_arm(arm)
+    if isinstance(scene, Scene):
+        raise no_scene(
+            scene, "obstacles that move: arm.with_(scene=...) keeps clear of those that stand", "follow"
+        )
     path, s, frames = _sampled(None if isinstance(arm, OffsetArm) else arm._handle, poses, blend, samples)
     joints = one_posture("start", start)
-    laddered = isinstance(arm, Arm) and is_laddered(arm, roll)
-    if isinstance(arm, Arm) and laddered and len(frames):
+    laddered = not isinstance(arm, OffsetArm) and is_laddered(arm, roll)
+    if laddered and len(frames):
 
         def followed(rung: Rung) -> JointPath:
             turned = frames @ about_z(rung[0] + rung[1] * s) if path is None else rolled(path, *rung)
             return follow(
                 arm, turned, start=joints, gc=gc, policy=policy, dt=dt, carry=carry,
                 max_joint_step=max_joint_step, allowed=allowed, scene=scene,
-                singularity_margin=singularity_margin, on_fail=on_fail, velocity=velocity,
-                acceleration=acceleration, velocity_now=velocity_now, outside=outside, lookahead=lookahead,
+                on_fail=on_fail, velocity=velocity, acceleration=acceleration, velocity_now=velocity_now,
+                fallback=fallback, lookahead=lookahead,
                 samples=None if path is None else samples,
             )  # fmt: skip
 
@@ -144,16 +149,16 @@ def follow(
     failing = _ON_FAIL[chosen("on_fail", on_fail, _ON_FAIL)]
     native, told = core_policy(policy, dt), as_progress(progress)
     branch, kept, most, margin, time, beyond = checked_options(
-        gc, carry, max_joint_step, singularity_margin, dt, outside
+        gc, carry, max_joint_step, arm.singularity_margin, dt, outside_of(fallback)
     )
     window = _window(lookahead, len(frames))
     if isinstance(arm, OffsetArm):
         check_offset(
-            policy, scene=scene, velocity=velocity, acceleration=acceleration, outside=outside, roll=roll,
-            carry=carry, singularity_margin=singularity_margin, lookahead=lookahead,
+            policy, scene=scene, velocity=velocity, acceleration=acceleration, fallback=fallback, roll=roll,
+            carry=carry, lookahead=lookahead,
         )  # fmt: skip
     elif arm.chain is not None:
-        check_chain(outside, lookahead)
+        check_chain(fallback, lookahead)
     options = _core.FollowOptions(
         native, branch, CARRIES[kept], most, margin, time, beyond == "nearest",
         on_fail=failing, lookahead=window,
@@ -175,9 +180,9 @@ def follow(
         with progressing(told):
             arm._handle.follow_all(joints, frames, options, count, psi, None, columns, [])
         return JointPath(arm=arm, s=s, poses=frames, start=joints, path=path, **rows)
-    scenes = scenes_at(scene, s.tolist())
+    scenes = scenes_at(arm.scene if scene is None else scene, s.tolist())
     about = [each.handle for each in ready_each(arm, scenes)]
-    free = None if laddered else free_roll(arm, roll, "start", joints, scene)
+    free = None if laddered else free_roll(arm, roll, "start", joints, scenes or None)
     if free is not None and bounds is not None:
         bounds = without_last(bounds)
     with progressing(told):
@@ -186,7 +191,7 @@ def follow(
     if free is not None:
         path, done = None, np.isfinite(rows["q"][:, 0])
         rows["margin"] = np.minimum(rows["margin"], last_margin(arm, rows["q"]))
-        held[done] = arm.forward(rows["q"][done], undefined="nan")[0]
+        held[done] = arm.forward(rows["q"][done], on_error="nan")[0]
     return JointPath(arm=arm, s=s, poses=held, start=joints, path=path, scenes=tuple(scenes), **rows)
 
 

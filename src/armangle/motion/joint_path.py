@@ -80,7 +80,7 @@ def even_parameters(n: int) -> Floats:
     return np.linspace(0.0, 1.0, n) if n != 1 else np.zeros(1)
 
 
-def rows_between(arm: Arm | OffsetArm, curve: AnyCurve, rows: Floats, step: float) -> Floats:
+def rows_between(arm: Arm, curve: AnyCurve, rows: Floats, step: float) -> Floats:
     """Return s of rows with as many between as it takes for no joint to move more than `step` in one, rad.
 
     A leap, as at a singular end, is left between two rows that lie within `FINEST` of each other.
@@ -106,7 +106,7 @@ def _outside(q: Floats, beyond: Floats, verb: str) -> str:
     return f"Joint {joint + 1} {verb} {np.degrees(beyond[joint]):.4g} deg outside its limits.{unit}"
 
 
-def _unwrapped(arm: Arm | OffsetArm, q: Floats) -> Floats:
+def _unwrapped(arm: Arm, q: Floats) -> Floats:
     """Return rows of joints (n, 7) in which those without limits go the shorter way to the next."""
     out = np.array(q, order="C")
     free = np.isinf(arm.lower) & np.isinf(arm.upper)
@@ -114,7 +114,7 @@ def _unwrapped(arm: Arm | OffsetArm, q: Floats) -> Floats:
     return out
 
 
-def _raise_where_wrapped(arm: Arm | OffsetArm, q: Floats) -> None:
+def _raise_where_wrapped(arm: Arm, q: Floats) -> None:
     """Raise where a joint goes by more than half a turn in a row, and could go the shorter way.
 
     Values that leave the one turn of an encoder, [-π, π] or [0, 2π], do not wrap.
@@ -179,7 +179,7 @@ class JointPath:
 
     Parameters
     ----------
-    arm : Arm or OffsetArm
+    arm : Arm
         The arm that moves.
     s : ndarray, shape (N,)
         Path parameter in [0, 1].
@@ -214,7 +214,7 @@ class JointPath:
         What stood about when it was made: nothing, one scene, or one a row.
     """
 
-    arm: Arm | OffsetArm
+    arm: Arm
     s: Floats
     poses: Floats
     q: Floats
@@ -244,14 +244,14 @@ class JointPath:
 
     @classmethod
     def from_joints(
-        cls, arm: Arm | OffsetArm, q: ArrayLike, *, s: ArrayLike | None = None,
+        cls, arm: Arm, q: ArrayLike, *, s: ArrayLike | None = None,
         status: ArrayLike | None = None, between: Between | None = None,
     ) -> JointPath:  # fmt: skip
         """Return joint values of a file or a teach pendant as a motion, for `at` and `retime`.
 
         Parameters
         ----------
-        arm : Arm or OffsetArm
+        arm : Arm
         q : array_like, shape (N, 7)
             Joint values, rad; NaN in rows without. A joint without limits goes the shorter way from row to
             row: turns by which encoders wrap, as at ±π, are undone.
@@ -300,7 +300,7 @@ class JointPath:
         if isinstance(arm, OffsetArm):
             poses[known], rows["psi"][known], rows["gc"][known] = arm.forward(joints)
         else:
-            poses[known], rows["psi"][known], rows["gc"][known] = arm.forward(joints, undefined="nan")
+            poses[known], rows["psi"][known], rows["gc"][known] = arm.forward(joints, on_error="nan")
         rows["q"][known], rows["margin"][known] = joints, arm.limit_margin(joints)
         rows["residual"][known] = 0.0
         if status is None:
@@ -370,7 +370,7 @@ class JointPath:
         known = np.flatnonzero(np.isfinite(self.psi) & np.isfinite(self.poses).all(axis=(1, 2)))
         for k in known.tolist() if self.scenes else ():
             scene = self.scenes[k if len(self.scenes) > 1 else 0]
-            near = self.srs_arm.clearance(self.poses[k], self.psi[k], self.gc[k], scene)
+            near = self.srs_arm.clearance(self.q[k], scene)
             apart[k], names[k] = near.distance, (str(near.obstacle), str(near.link))
         return apart, names
 
@@ -383,7 +383,7 @@ class JointPath:
         InputError
             If it is an `OffsetArm`.
         """
-        return as_srs(self.arm)
+        return as_srs(self.arm, "what needs the arm angle or the links")
 
     def at(self, s: ArrayLike) -> PathPoint:
         """Return the motion at any s: the closed-form inverse at the pose and the arm angle there.
@@ -565,7 +565,7 @@ class JointPath:
             )
         return curve
 
-    def _rows_of_joints(self, kept: Ints) -> tuple[Arm | OffsetArm, Floats, Floats, int, Floats]:
+    def _rows_of_joints(self, kept: Ints) -> tuple[Arm, Floats, Floats, int, Floats]:
         """Return what a curve through the joints of these rows is made of."""
         s, q = self.s[kept], self.q[kept]
         if len(kept) == 1:
@@ -699,10 +699,10 @@ class JointPath:
         if isinstance(self.arm, OffsetArm):
             _, psi, gc = self.arm.forward(before)
         else:
-            _, psi, gc = self.arm.forward(before, undefined="nan")
+            _, psi, gc = self.arm.forward(before, on_error="nan")
         if not np.isfinite(psi):
             return ""
-        held = self.arm.inverse(self.poses[at], psi, gc, seed=before, unreachable="nan")
+        held = self.arm.inverse(self.poses[at], psi, gc, seed=before, limits=False, on_error="nan")
         if not np.isfinite(held).all():
             return ""
         return self._held(at, before, held)
@@ -731,7 +731,7 @@ class JointPath:
     @property
     def _redundancy(self) -> str:
         """What moves the elbow, in words."""
-        return f"joint {self.arm.free_joint}" if isinstance(self.arm, OffsetArm) else "the arm angle"
+        return f"joint {self.arm._free_joint}" if isinstance(self.arm, OffsetArm) else "the arm angle"
 
     def _beyond(self, q: Floats) -> Floats:
         """Return how far each joint of q is outside its limits, rad; negative within them."""

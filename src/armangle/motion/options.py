@@ -20,16 +20,16 @@ from .._arrays import (
     one_or_seven,
     warn,
 )
-from ..arm.arm import MOST_MARGIN, Arm
+from ..arm.arm import Arm
 from ..arm.near import unsupported
-from ..arm.offset import OffsetArm
+from ..arm.offset import unsupported as offset_lacks
+from ..arm.question import Fallback
 from ..arm.roll import ROLLS, Roll, check_free_roll, is_along_axis_7, last_margin
 from ..errors import InputError
 from .policies import POLICIES, Policy, Towards
 
 Carry = Literal["psi", "elbow"]
-Outside = Literal["refuse", "nearest"]
-Options = tuple[int | None, Carry, float | None, float, float | None, Outside]
+Options = tuple[int | None, Carry, float | None, float, float | None, str]
 
 MAX_JOINT_STEP: float = _core.MAX_JOINT_STEP
 LONGEST_STEP: float = _core.LONGEST_STEP
@@ -39,12 +39,10 @@ _LIKE_DEGREES = {"velocity": (40.0, "rad/s"), "acceleration": (200.0, "rad/s²")
 """Finite bounds above these are hardly meant in rad: no joint of an arm of this kind is so fast."""
 
 CARRIES = named(_core.Carry)
-_OUTSIDE: dict[str, Outside] = {"refuse": "refuse", "nearest": "nearest"}
 
 
 def checked_options(
-    gc: int | None, carry: Carry, max_joint_step: float | None, singularity_margin: float,
-    dt: float | None, outside: Outside,
+    gc: int | None, carry: Carry, max_joint_step: float | None, margin: float, dt: float | None, outside: str
 ) -> Options:  # fmt: skip
     """Return options of any numeric type as those the core reads, or raise."""
     kept: Carry = "elbow" if chosen("carry", carry, CARRIES) == "elbow" else "psi"
@@ -55,10 +53,17 @@ def checked_options(
         gc = int(wanted)
     if max_joint_step is not None:
         max_joint_step = as_number("max_joint_step", max_joint_step, 0.0, np.inf, low_open=True)
-    margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
     if dt is not None:
         dt = as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
-    return gc, kept, max_joint_step, margin, dt, _OUTSIDE[chosen("outside", outside, _OUTSIDE)]
+    return gc, kept, max_joint_step, margin, dt, outside
+
+
+def outside_of(fallback: Fallback) -> str:
+    """Return what the core is told of a pose out of reach."""
+    if fallback is None:
+        return "refuse"
+    chosen("fallback", fallback, ("nearest_pose",))
+    return "nearest"
 
 
 def as_seconds(dt: float) -> float:
@@ -99,10 +104,10 @@ def free_roll(arm: Arm, roll: Roll, name: str, joints: Floats, scene: object) ->
     return arm._handle.with_free_roll()
 
 
-def check_chain(outside: Outside, lookahead: int = 0) -> None:
+def check_chain(fallback: Fallback, lookahead: int = 0) -> None:
     """Raise for what a step of an arm with a chain of its own cannot be asked."""
-    if outside != "refuse":
-        raise unsupported("outside=", "Tracker, which goes as near as it can")
+    if fallback is not None:
+        raise unsupported("fallback=", "Tracker, which goes as near as it can")
     if lookahead:
         raise unsupported("lookahead=", "plan, which sees the whole path")
 
@@ -119,7 +124,7 @@ Bound = ArrayLike | bool | None
 _UNBOUNDED = np.concatenate([[1.0], np.full(2 * JOINTS, np.inf), np.zeros(JOINTS)])
 
 
-def joint_bound(arm: Arm | OffsetArm, name: str, value: Bound, stated: Floats) -> Floats:
+def joint_bound(arm: Arm, name: str, value: Bound, stated: Floats) -> Floats:
     """Return a bound as (7,), infinite where there is none; True: what the arm states; a number: for all.
 
     Raises
@@ -163,28 +168,19 @@ def positive(name: str, value: ArrayLike) -> Floats:
 
 def check_arm(arm: object) -> None:
     """Raise where it is no `Arm`."""
-    if isinstance(arm, OffsetArm):
-        raise InputError("arm is an OffsetArm, wanted an Arm: step, follow and Tracker take both")
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
 
 
-def check_any_arm(arm: object) -> None:
-    """Raise where it is neither an `Arm` nor an `OffsetArm`."""
-    if not isinstance(arm, (Arm, OffsetArm)):
-        raise InputError(f"arm is {type(arm).__name__}, wanted an Arm or an OffsetArm")
-
-
 def check_offset(policy: Policy, **asked: Any) -> None:
     """Raise for what a step of an arm with an offset wrist or shoulder cannot be asked."""
-    plain = {"carry": "psi", "outside": "refuse", "roll": "pose", "singularity_margin": 0.0, "lookahead": 0}
+    plain = {"carry": "psi", "roll": "pose", "lookahead": 0}
     if isinstance(policy, Towards) and policy.psi is None:
         asked["a policy Towards a point or direction"] = policy
     for name, value in asked.items():
         if value is None or value is False or (np.isscalar(value) and value == plain.get(name)):
             continue
-        what = f"{name}=" if name.isidentifier() else name
-        raise InputError(f"{what} is not made for an OffsetArm, whose free joint takes the place of psi")
+        raise offset_lacks(f"{name}=" if name.isidentifier() else name)
 
 
 def step_bounds(

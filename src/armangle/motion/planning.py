@@ -17,11 +17,11 @@ from .._arrays import (
     as_floats,
     as_number,
     as_poses,
-    as_threads,
     one_posture,
     warn,
 )
 from .._core import ANGLE_TOLERANCE, LARGEST_ANGLE, Wish
+from .._threads import thread_count
 from ..arm.allowed import Allowed, one_allowed
 from ..arm.arcs import ArcSet
 from ..arm.arm import MOST_MARGIN, Arm
@@ -135,13 +135,11 @@ def plan(
     psi: ArrayLike | Callable[[Floats], ArrayLike] | Towards | None = None,
     objective: Objective = _DEFAULT_OBJECTIVE,
     samples: int | None = None,
-    singularity_margin: float = 0.0,
     limit_margin: float = 0.0,
     allowed: Allowed | None = None,
-    scene: Scene | Callable[[float], Scene] | None = None,
+    scene: Callable[[float], Scene] | None = None,
     obstacle_speed: float | None = None,
     roll: Roll = "pose",
-    threads: int = 0,
 ) -> JointPath:
     """Return a motion along the whole path, certified between its rows; or one that says why there is none.
 
@@ -181,18 +179,15 @@ def plan(
         Rows of the result, evenly in s, 2 to 10^7. Without it the rows are at exactly the poses given
         (`JointPath.finer` adds rows between), or 200 for any other path and where corners are rounded, and
         more between where a joint would move more than 0.2 rad from one to the next.
-    singularity_margin : float
-        As in `Arm.feasible`, rad.
     limit_margin : float
         Distance kept from every finite joint limit, rad.
     allowed : ArcSet of shape (), or function (4, 4) -> ArcSet, optional
         Arcs of psi of the user's own. A set is the same for the whole path, and ``certified`` covers it. A
         function of the pose is asked wherever the search looks: nothing is known of it between.
-    scene : Scene, or function s -> Scene, optional
-        Obstacles that links keep clear of. The arm needs a body (`Arm.with_body`) or a hand. A function of s
-        in [0, 1] says where obstacles that move are; it needs `obstacle_speed`, and the obstacles have the
-        same names at every s. Where the whole path can keep the scene's ``soft`` too, it does; else the plan
-        is one for ``clearance`` alone.
+    scene : function s -> Scene, optional
+        Obstacles that move, in place of the arm's own: where they are at s in [0, 1]; it needs
+        `obstacle_speed`, and the obstacles have the same names at every s. If the whole path can keep a
+        scene's ``soft`` too, it does; otherwise the plan is one for ``clearance`` alone.
     obstacle_speed : float, optional
         Most that any point of an obstacle moves, m per unit of s (its way, if evenly, along the whole path),
         >= 0. With it ``certified`` covers all s of a scene that moves: the path is cut into even parts, and
@@ -242,9 +237,7 @@ def plan(
     if not isinstance(objective, Objective):
         raise InputError(f"objective is {objective!r:.100}, wanted an Objective")
     rows = _rows(whole, samples)
-    singular = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
     kept = _limit_margin(arm, limit_margin)
-    workers = as_threads(threads)
     first = None if start is None else one_posture("start", start, arm._handle)
     last = None if goal is None else one_posture("goal", goal, arm._handle)
     arm._handle.check_poses(whole.pose(rows), "path")
@@ -256,25 +249,24 @@ def plan(
             )
             return plan(
                 arm, turned, start=start, goal=goal, gc=gc, psi=psi, objective=objective, samples=count,
-                singularity_margin=singularity_margin, limit_margin=limit_margin, allowed=allowed,
-                scene=scene, obstacle_speed=obstacle_speed, threads=threads,
+                limit_margin=limit_margin, allowed=allowed, scene=scene, obstacle_speed=obstacle_speed,
             )  # fmt: skip
 
         return best_planned(arm, whole, first, last, planned_rolled)
     weights = _weights(arm, objective)
     if arm.chain is not None and callable(scene):
         raise unsupported("plan with a scene that moves", "follow, which takes one for each row")
-    standing, more = _standing(scene, obstacle_speed)
+    standing, more = _standing(arm.scene, scene, obstacle_speed)
     along, truth = ready_each(arm.nominal, _kept_off(standing, more)), None
     if arm.chain is not None and along:
-        truth = arm._needed(cast(Scene, scene)).handle
-    handle, last_joint = _with_roll(arm, roll, first, last, scene, kept)
+        truth = arm._needed(arm.scene).handle
+    handle, last_joint = _with_roll(arm, roll, first, last, scene or arm.scene, kept)
     wished, asked = _wished(psi), _asked(allowed, whole)
 
     def planned(along: list[Ready], first: Floats | None, last: Floats | None) -> Any:
         return handle.plan_path(
-            whole._segments, rows, first, last, _branches(gc), weights, singular, kept, *wished,
-            [each.handle for each in along], *asked, last_joint, truth, workers,
+            whole._segments, rows, first, last, _branches(gc), weights, arm.singularity_margin, kept, *wished,
+            [each.handle for each in along], *asked, last_joint, truth, thread_count(0),
         )  # fmt: skip
 
     ready = along[0] if along else None
@@ -317,7 +309,7 @@ def plan(
     if curve is not None and samples is None and not isinstance(whole, Waypoints):
         led = rows <= curve.end
         rows = np.append(rows_between(arm, curve, rows[led], ROW_STEP), rows[~led])
-    beside = tuple(scenes_at(scene, rows.tolist()))
+    beside = tuple(scenes_at(scene or arm.scene, rows.tolist()))
     return _result(arm, whole, rows, curve, diagnosis, ok, open_, beside)
 
 
@@ -328,21 +320,22 @@ def _taken(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
     """
     if q is None or not arm.within_limits(q):
         return q
-    nearest = arm.solve(pose, near=q)
+    nearest = arm.with_(scene=None, singularity_margin=0.0).solve(pose, seed=q)
     away = np.abs(nearest.q - q).max()
     return nearest.q if ANGLE_TOLERANCE < away <= START_GAP else q
 
 
 def _standing(
-    scene: Scene | Callable[[float], Scene] | None, speed: float | None
+    still: Scene | None, scene: Callable[[float], Scene] | None, speed: float | None
 ) -> tuple[list[Scene], float]:
     """Return what stands about, each for an even part of the path, and how far it moves from there, m."""
-    if not (scene is None or isinstance(scene, Scene) or callable(scene)):
-        raise no_scene(scene, "an armangle.Scene, or a function of s with obstacle_speed", "plan")
-    if scene is None or not callable(scene):
+    if scene is None:
         if speed is not None:
             raise InputError("obstacle_speed is of a scene that moves, and scene is no function of s")
-        return scenes_at(scene, []), 0.0
+        return scenes_at(still, []), 0.0
+    if not callable(scene):
+        wanted = "a function of s, with obstacle_speed; obstacles that stand: arm.with_(scene=...)"
+        raise no_scene(scene, wanted, "plan")
     if speed is None:
         raise InputError(
             "scene is a function of s, and nothing is known of it between the s asked: nothing could be "

@@ -51,10 +51,10 @@ def ladder(arm: Arm, path: Path, start: Floats | None, goal: Floats | None) -> l
         return [(float(roll), rate) for rate, roll in product(rates, _STEP * np.arange(LADDER))]
     about = np.round(undone / _STEP) + np.arange(-(LADDER // 2), LADDER // 2 + 1)
     every = np.append(_STEP * about, [0.0, undone])
-    begins = None if start is None else _roll(first, arm.forward(start, undefined="nan")[0])
+    begins = None if start is None else _roll(first, arm.forward(start, on_error="nan")[0])
     if goal is None and begins is not None:
         return [(begins, float(rate)) for rate in _by_size(every)]
-    ends = _roll(last, arm.forward(cast(Floats, goal), undefined="nan")[0])
+    ends = _roll(last, arm.forward(cast(Floats, goal), on_error="nan")[0])
     if begins is None:
         return [(ends - float(rate), float(rate)) for rate in _by_size(every)]
     turns = ends - begins + 2 * np.pi * np.arange(-1, 2)

@@ -13,22 +13,21 @@ from .._arrays import JOINTS, Floats, as_floats, as_poses, broadcast, check_angl
 from .._values import by_content
 from ..arm.allowed import Allowed, allowed_arcs, one_allowed
 from ..arm.arm import Arm
-from ..arm.offset import OffsetArm
+from ..arm.offset import OffsetArm, as_srs
+from ..arm.question import Fallback
 from ..arm.roll import Roll, last_margin
 from ..errors import InputError
-from ..scenes.scene import Scene
 from ..status import STATUSES, Status
 from .options import (
     Bound,
     Carry,
-    Outside,
-    check_any_arm,
     check_arm,
     check_chain,
     check_offset,
     checked_options,
     core_policy,
     free_roll,
+    outside_of,
     step_bounds,
     without_last,
 )
@@ -79,8 +78,6 @@ def resolve(
     policy: Policy = DEFAULT_POLICY,
     dt: float | None = None,
     allowed: Allowed | None = None,
-    scene: Scene | None = None,
-    singularity_margin: float = 0.0,
 ) -> Resolution:
     """Return the next arm angle at a pose, from the present one and the feasible arcs.
 
@@ -101,10 +98,6 @@ def resolve(
         Time of the step, s; needed by a policy with ``rate=``.
     allowed : ArcSet or function (4, 4) -> ArcSet, optional
         Arcs of the user's own, intersected: task-space obstacles (the paper's section 6).
-    scene : Scene, optional
-        As in `step`; its ``soft`` too.
-    singularity_margin : float
-        As in `Arm.feasible`, rad.
 
     Returns
     -------
@@ -127,10 +120,11 @@ def resolve(
     'OK'
     """
     check_arm(arm)
+    as_srs(arm, "resolve")
     angles = as_floats("psi", psi)
     check_angles("psi", angles)
-    arcs = own = arm.feasible(pose, gc, singularity_margin=singularity_margin, scene=scene)
-    kept = arm._keeps_soft(pose, gc, scene, singularity_margin)
+    arcs = own = arm.feasible(pose, gc)
+    kept = arm._keeps_soft(pose, gc, arm.scene)
     if allowed is not None:
         poses = np.broadcast_to(as_poses("pose", pose, arm._handle), (*arcs.shape, 4, 4))
         arcs = own & allowed_arcs(allowed, poses)
@@ -138,7 +132,7 @@ def resolve(
     native = core_policy(policy, dt)
     named = [("arcs", index, 0), ("psi", angles, 0)]
     if isinstance(policy, Towards) and policy.psi is None:
-        wanted = arm.psi_towards(pose, gc, policy.point, direction=policy.direction, undefined="nan")
+        wanted = arm.psi_towards(pose, gc, policy.point, direction=policy.direction, on_error="nan")
         named.append(("pose", np.asarray(wanted), 0))
     shape, arrays = broadcast(named)
     out, code = np.empty(shape), np.empty(shape, dtype=np.int8)
@@ -154,7 +148,7 @@ def resolve(
 
 
 def step(
-    arm: Arm | OffsetArm,
+    arm: Arm,
     q_now: ArrayLike,
     pose: ArrayLike,
     *,
@@ -164,12 +158,10 @@ def step(
     carry: Carry = "psi",
     max_joint_step: float | None = None,
     allowed: Allowed | None = None,
-    scene: Scene | None = None,
-    singularity_margin: float = 0.0,
     velocity: Bound = None,
     acceleration: Bound = None,
     velocity_now: ArrayLike | None = None,
-    outside: Outside = "refuse",
+    fallback: Fallback = None,
     roll: Roll = "pose",
 ) -> Step:
     """Return the joints for the next pose of a control loop: one pass of the paper's figure 10.
@@ -188,15 +180,15 @@ def step(
     Where no arm angle does, ``why`` is the first condition without which one would: NOT_ALLOWED, CLEARANCE,
     ACCELERATION_LIMIT, VELOCITY_LIMIT, WINDING_EXHAUSTED, LIMITS, and JOINT_JUMP if none is. With bounds the
     step then goes as far towards a posture of the pose as they allow, all joints along one straight line, and
-    the steps that follow come to rest on the pose: PARTIAL. Without bounds nothing moves, nor with a `scene`,
+    the steps that follow come to rest on the pose: PARTIAL. Without bounds nothing moves, nor with obstacles,
     for nobody knows whether that line is clear.
 
-    Of an `OffsetArm` psi is the value of the free joint, and branches meet at θ₂ = 0, at the stretched elbow
-    and at the fold; scenes, bounds, margins, ``carry``, ``roll`` and ``outside`` are not offered.
+    For an arm with an offset wrist or shoulder psi is the value of joint 7 or 1, and branches meet at θ₂ = 0, at
+    the stretched elbow and at the fold; bounds, ``carry``, ``roll`` and ``fallback`` are not offered.
 
     Parameters
     ----------
-    arm : Arm or OffsetArm
+    arm : Arm
     q_now : array_like, shape (7,)
         Present joints, rad.
     pose : array_like, shape (4, 4)
@@ -204,7 +196,7 @@ def step(
     gc : int, optional
         Global configuration 0..7 of the new posture. By default that of `q_now`, or one that meets it within
         the step at θ₂ = 0 or θ₆ = 0; the other side of the elbow where one step takes it through straight
-        and its own side has no posture within the step, unless a `singularity_margin` parts the two.
+        and its own side has no posture within the step, unless the arm's `singularity_margin` parts the two.
     policy : Repulsion, Hold, Centre or Towards
         Beside θ2 = 0 or θ6 = 0, where joints next to that hinge would sweep round, `Repulsion` gives way
         to the posture next to `q_now`.
@@ -221,12 +213,6 @@ def step(
         NOT_ALLOWED.
     allowed : ArcSet or function (4, 4) -> ArcSet, optional
         Arcs of the user's own, intersected.
-    scene : Scene, optional
-        Obstacles that links keep clear of: their arcs are taken off those within the limits. The arm needs a
-        body (`Arm.with_body`). Between two poses nothing is proven.
-    singularity_margin : float
-        As in `Arm.feasible`, rad. One above the bands of `Arm.deviation` keeps an arm with a chain of its own
-        out of them.
     velocity : float, array_like of shape (7,), or True, optional
         Greatest joint speeds, rad/s, > 0; a number for all joints; True: the arm's own, ``arm.velocity``.
         Needs `dt`.
@@ -234,11 +220,11 @@ def step(
         Greatest joint accelerations, rad/s², > 0; True: ``arm.acceleration``. Needs `dt` and `velocity_now`.
     velocity_now : array_like, shape (7,), optional
         Joint velocities of the step before, rad/s.
-    outside : "refuse" or "nearest"
-        Where no arm angle of the pose is within reach and limits: say so; or go on to the nearest pose,
+    fallback : None or "nearest_pose"
+        If no arm angle of the pose is within reach and limits: say so; or go on to the nearest pose,
         PARTIAL. That is the pose of the same orientation with its wrist drawn into what joint 4 reaches;
         where limits forbid that too, one from which no small move of the joints comes nearer
-        (``sqrt(|dp|² + (0.2 m · angle)²)``). `singularity_margin` is kept on the way, on the sides of the
+        (``sqrt(|dp|² + (0.2 m · angle)²)``). The arm's `singularity_margin` is kept on the way, on the sides of the
         singularities on which the joints are.
     roll : "pose" or "free"
         "free": joint 7 stays where it is, and the pose is held with the roll about axis 7 that this makes:
@@ -271,38 +257,44 @@ def step(
     ('PARTIAL', 'VELOCITY_LIMIT')
     """
     native = _DEFAULT_RULE if policy is DEFAULT_POLICY else core_policy(policy, dt)
-    bare = allowed is None and scene is None and velocity is None and acceleration is None
-    if bare and type(arm) is Arm and arm.chain is None and isinstance(roll, str) and roll == "pose":
+    outside = outside_of(fallback)
+    bare = allowed is None and velocity is None and acceleration is None
+    if (
+        bare
+        and type(arm) is Arm
+        and arm.scene is None
+        and arm.chain is None
+        and isinstance(roll, str)
+        and roll == "pose"
+    ):
         plain: Step | None = arm._handle.step_one(
-            q_now, pose, native, gc, carry, max_joint_step, singularity_margin, dt, outside,
+            q_now, pose, native, gc, carry, max_joint_step, arm.singularity_margin, dt, outside,
             None, None, None, Step, STATUSES, None,
         )  # fmt: skip
         if plain is not None and plain.status is not _JUMP:
             return plain
-    check_any_arm(arm)
-    given = gc, carry, max_joint_step, singularity_margin, dt, outside
+    check_arm(arm)
+    given = gc, carry, max_joint_step, arm.singularity_margin, dt, outside
     handle = None if isinstance(arm, OffsetArm) else arm._handle
     arcs = None, None
     if allowed is not None:
         arcs = one_allowed(allowed, as_poses("pose", pose, handle))
     if isinstance(arm, OffsetArm):
         check_offset(
-            policy, scene=scene, velocity=velocity, acceleration=acceleration, outside=outside, roll=roll,
-            carry=carry, singularity_margin=singularity_margin,
+            policy, velocity=velocity, acceleration=acceleration, fallback=fallback, roll=roll, carry=carry
         )  # fmt: skip
         rest = *arcs, None, Step, STATUSES, None
         return _asked(arm._handle.step_one, handle, q_now, pose, native, given, rest)
     bounds = None
     if arm.chain is not None:
-        check_chain(outside)
+        check_chain(fallback)
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
-    ready = arm._scene(scene)
-    about = None if ready is None else ready.handle
+    about = None if arm._ready is None else arm._ready.handle
     core_step = arm._handle.step_one
     if not isinstance(roll, str) or roll != "pose":
         joints = one_posture("q_now", q_now)
-        free = free_roll(arm, roll, "q_now", joints, scene)
+        free = free_roll(arm, roll, "q_now", joints, arm.scene)
         core_step = core_step if free is None else free.step_one
         bounds = bounds if bounds is None else without_last(bounds)
     others = (*arcs, bounds, Step, STATUSES, about)

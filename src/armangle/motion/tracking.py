@@ -28,7 +28,6 @@ from ..arm.keywords import names_keywords
 from ..arm.offset import OffsetArm
 from ..arm.wish import DIRECTIONS, Direction
 from ..errors import InputError, SceneError
-from ..scenes.scene import Scene
 from ..status import STATUSES, Named, Status
 from .options import LONGEST_STEP, Bound, as_seconds, joint_bound, positive
 
@@ -188,7 +187,7 @@ class Tracker:
     A tracker can be copied and pickled while it runs: the copy goes on like the original. Trackers of equal
     arms, options and states are equal.
 
-    With a `scene` nothing ever touches, in ticks and between them: a tick is taken only if it *and* braking
+    With obstacles nothing ever touches, in ticks and between them: a tick is taken only if it *and* braking
     after it are proven to keep the scene's clearance. The elbow goes round what stands in its way while the
     tool follows; where the tool itself is in the way it slides along as near to the hand as it can, and
     ``pair`` names the two that block. Where the arm stands at an obstacle though another posture of its
@@ -197,7 +196,9 @@ class Tracker:
 
     Parameters
     ----------
-    arm : Arm or OffsetArm
+    arm : Arm
+        Its `scene` is what links and gripper keep clear of; its `singularity_margin` is how far from
+        theta_2 = 0 and theta_6 = 0 the arm angle is chosen if that is possible.
     dt : float
         Time of a tick, s. What looks like ms is warned of, as are bounds that look like degrees.
     velocity : array_like, shape (7,), a number, True or None
@@ -215,11 +216,6 @@ class Tracker:
     elbow_margin : float
         How far off straight joint 4 stays while the hand moves, rad; at rest it may come within 0.05 rad. It
         bends further, up to 0.8 rad, in time for a hand that comes in faster than joint 4 could follow.
-    singularity_margin : float
-        How far off theta_2 = 0 and theta_6 = 0 the arm angle is chosen where that is possible, rad; 0: the
-        arm passes through them.
-    scene : Scene, optional
-        Obstacles that links, and what is held, keep clear of. The arm needs a body (`Arm.with_body`).
     soft_clearance : float
         How much farther than the scene's clearance the arm angle keeps links off obstacles where that is
         possible, m.
@@ -249,7 +245,7 @@ class Tracker:
     @names_keywords(None, _KEYWORDS)
     def __init__(
         self,
-        arm: Arm | OffsetArm,
+        arm: Arm,
         dt: float = 0.004,
         velocity: Bound = True,
         acceleration: Bound = 10.0,
@@ -258,13 +254,11 @@ class Tracker:
         jerk: ArrayLike | None = None,
         length: float = 0.2,
         elbow_margin: float = 0.35,
-        singularity_margin: float = 0.0,
-        scene: Scene | None = None,
         soft_clearance: float = 0.02,
         detours: bool = True,
     ) -> None:
-        if not isinstance(arm, (Arm, OffsetArm)):
-            raise InputError(f"arm is {arm!r:.50}, wanted an Arm or an OffsetArm")
+        if not isinstance(arm, Arm):
+            raise InputError(f"arm is {arm!r:.50}, wanted an Arm")
         if filter is not None and not isinstance(filter, HandFilter):
             raise InputError(f"filter is {filter!r:.50}, wanted a HandFilter or None")
         hand = filter or _AS_THEY_COME
@@ -274,7 +268,7 @@ class Tracker:
             as_number("length", length, 0.0, _LONGEST, low_open=True),
             still,
             as_number("elbow_margin", elbow_margin, still, _MOST_MARGIN),
-            as_number("singularity_margin", singularity_margin, 0.0, _MOST_MARGIN),
+            arm.singularity_margin,
             hand.omega,
             hand.patience,
             hand.jump,
@@ -286,13 +280,11 @@ class Tracker:
         hardest = joint_bound(arm, "acceleration", _each("acceleration", acceleration), arm.acceleration)
         sharpest = np.full(JOINTS, np.inf) if jerk is None else positive("jerk", jerk)
         given = np.concatenate([numbers, fastest, hardest, sharpest])
-        if isinstance(arm, OffsetArm) and scene is not None:
-            raise InputError("scene= is not made for an OffsetArm, whose free joint takes the place of psi")
-        self._make(arm, given, scene)
+        self._make(arm, given)
 
-    def _make(self, arm: Arm | OffsetArm, given: Floats, scene: Scene | None) -> None:
+    def _make(self, arm: Arm, given: Floats) -> None:
         """Make the loop of checked numbers."""
-        ready = None if isinstance(arm, OffsetArm) else arm._scene(scene)
+        ready = arm._ready
         self._name_pair = None if ready is None else ready.names.pair
         self._core: _core.Tracker | _core.NearTracker | _core.OffsetTracker
         if isinstance(arm, OffsetArm):
@@ -300,20 +292,19 @@ class Tracker:
         elif arm.chain is None:
             self._core = _core.Tracker(arm._handle, given, None if ready is None else ready.handle)
         else:
-            of_nominal = arm.nominal._scene(scene)
+            of_nominal = None if arm.scene is None else arm.nominal._needed(arm.scene)
             self._core = _core.NearTracker(
                 cast(_core.NearArm, arm._handle), given, None if of_nominal is None else of_nominal.handle,
                 None if ready is None else ready.handle,
             )  # fmt: skip
         self._arm = arm
         self._given = given
-        self._scene = scene
         self._dt = float(given[0])
         self._names = Tracked, _TRACKINGS, STATUSES, self._name_pair
         self._started = False
 
     @property
-    def arm(self) -> Arm | OffsetArm:
+    def arm(self) -> Arm:
         """The arm that is moved."""
         return self._arm
 
@@ -481,13 +472,13 @@ class Tracker:
         return out
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _rebuilt, (type(self), self._arm, self._given, self._scene, self._started, self._saved())
+        return _rebuilt, (type(self), self._arm, self._given, self._started, self._saved())
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Tracker):
             return NotImplemented
         return (
-            (type(self), self._started, self._scene) == (type(other), other._started, other._scene)
+            (type(self), self._started) == (type(other), other._started)
             and self._arm == other._arm
             and np.array_equal(self._given, other._given)
             and np.array_equal(self._saved(), other._saved(), equal_nan=True)
@@ -499,13 +490,10 @@ class Tracker:
         return f"<Tracker of {self._arm.name or 'an arm'}, dt = {self._dt:g} s>"
 
 
-def _rebuilt(
-    kind: type[Tracker], arm: Arm | OffsetArm, given: Floats, scene: Scene | None, started: bool,
-    saved: Floats,
-) -> Tracker:  # fmt: skip
+def _rebuilt(kind: type[Tracker], arm: Arm, given: Floats, started: bool, saved: Floats) -> Tracker:
     """Return the tracker that a copy or a pickle was made of."""
     tracker = kind.__new__(kind)
-    tracker._make(arm, given, scene)
+    tracker._make(arm, given)
     tracker._core.restore(saved)
     tracker._started = started
     return tracker

@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Protocol
 
 from ..errors import SceneError
-from .ready import Ready
+from .ready import Built, Ready, make_ready
 from .scene import Scene, no_scene
 from .shapes import SHAPES
 
 Scenes = Scene | Sequence[Scene] | Callable[[float], Scene]
-
-
-class Asked(Protocol):
-    """What is asked of an arm."""
-
-    def _scene(self, scene: Scene | None) -> Ready | None: ...
 
 
 def scenes_at(scene: Scenes | None, s: Sequence[float]) -> list[Scene]:
@@ -48,6 +41,10 @@ def scenes_at(scene: Scenes | None, s: Sequence[float]) -> list[Scene]:
     return every
 
 
-def ready_each(arm: Asked, scenes: Iterable[Scene]) -> list[Ready]:
-    """Return scenes made ready for an arm."""
-    return [ready for ready in map(arm._scene, scenes) if ready is not None]
+def ready_each(arm: Built, scenes: Iterable[Scene]) -> list[Ready]:
+    """Return scenes made ready for an arm; what is known of its own links is found once."""
+    last, out = arm._ready, []
+    for scene in scenes:
+        last = arm._ready if scene is arm.scene and arm._ready is not None else make_ready(arm, scene, last)
+        out.append(last)
+    return out

@@ -90,7 +90,9 @@ class Built(Protocol):
     a_4: float
     d_4: float
     hand: tuple[Shape, ...]
+    scene: Scene | None
     _handle: _core.Arm
+    _ready: Ready | None
 
     @property
     def chain(self) -> object:

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from .._arrays import Floats
 from .._values import by_content
 from ..arm.arm import Arm
-from ..arm.offset import OffsetArm
 
 RESTS = 1e-9
 """The tool rests where it moves by less per unit of s, m."""
@@ -29,7 +28,7 @@ class Motion(Protocol):
     """What is timed: a `JointPath`, or anything that gives q and its derivatives over s in [0, 1]."""
 
     @property
-    def arm(self) -> Arm | OffsetArm:
+    def arm(self) -> Arm:
         """The arm that moves."""
 
     @property
@@ -114,7 +113,7 @@ class Part:
         self.breaks = np.concatenate([[0.0], (inner - first) / self._width, [1.0]])
 
     @property
-    def arm(self) -> Arm | OffsetArm:
+    def arm(self) -> Arm:
         """The arm that moves."""
         return self.whole.arm
 

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from .._arrays import JOINTS, Floats, as_number, warn
 from ..arm.arm import Arm
 from ..arm.keywords import names_keywords
-from ..arm.offset import OffsetArm
 from ..errors import InputError, PathError
 from ..motion.curves import repeated
 from ..motion.joint_path import JointPath
@@ -214,9 +213,9 @@ def retime(
     return replace(sampled(path, timing, step, bounds.tool_speed, lost, off), notes=notes)
 
 
-def _not_trusted(arm: Arm | OffsetArm) -> tuple[str, ...]:
+def _not_trusted(arm: Arm) -> tuple[str, ...]:
     """Return the notes that say which of the arm's speeds are not trusted, and why."""
-    report = arm.import_report
+    report = arm.report
     every = (*arm.notes, *(() if report is None else report.notes))
     return tuple(note for note in every if note.startswith("velocity") and "not trusted" in note)
 

@@ -76,7 +76,7 @@ class Rounded:
         self._curve = JointSpline(motion.arm, breaks, q, 0, np.empty((0, 0)))
 
     @property
-    def arm(self) -> Arm | OffsetArm:
+    def arm(self) -> Arm:
         """The arm that moves."""
         return self._motion.arm
 
@@ -106,7 +106,7 @@ class Rounded:
     def _tool(self, q: Floats) -> Floats:
         if isinstance(self.arm, OffsetArm):
             return np.asarray(self.arm.forward(q)[0])
-        return np.asarray(self.arm.forward(q, undefined="nan")[0])
+        return np.asarray(self.arm.forward(q, on_error="nan")[0])
 
     def deviations(self) -> tuple[Floats, Floats]:
         """Return by how much the tool is off between each two nodes at most, m and rad, (K - 1,) each."""
