@@ -41,7 +41,7 @@ def makers(most: int) -> dict[str, Maker]:
     start, path = workloads.path_poses(most)
     return {
         "forward": lambda n: lambda: robot.forward(q[:n]),
-        "inverse": lambda n: lambda: robot.inverse(pose[:n], psi[:n], gc[:n]),
+        "inverse": lambda n: lambda: robot.inverse(pose[:n], psi[:n], gc[:n], limits=False),
         "feasible": lambda n: lambda: robot.feasible(pose[:n], gc[:n]),
         "follow": lambda n: lambda: aa.follow(robot, path[:n], start=start),
     }

@@ -60,7 +60,7 @@ def prepare(kind: str, count: int) -> tuple[int, Callable[[], object]]:
         return q.nbytes, lambda: robot.forward(q)
     pose, psi, gc = (np.asarray(part) for part in robot.forward(q))
     if kind == "inverse":
-        return pose.nbytes + psi.nbytes + gc.nbytes, lambda: robot.inverse(pose, psi, gc)
+        return pose.nbytes + psi.nbytes + gc.nbytes, lambda: robot.inverse(pose, psi, gc, limits=False)
     return pose.nbytes + gc.nbytes, lambda: robot.feasible(pose, gc)
 
 

@@ -57,7 +57,7 @@ def drawn(arm: aa.Arm, count: int) -> Floats:
 def works(arm: aa.Arm) -> list[Work]:
     """Return what is timed, and of how many poses each is."""
     q = drawn(arm, INVERSE)
-    pose, psi, gc = arm.forward(q, undefined="nan")
+    pose, psi, gc = arm.forward(q, on_error="nan")
     start = np.array([0.1, 0.6, 0.2, -1.4, 0.3, 0.9, 0.5])
     poses, few = along(arm, start), slice(0, ARCS)
 
@@ -67,7 +67,7 @@ def works(arm: aa.Arm) -> list[Work]:
             at = aa.step(arm, at, target).q
 
     return [
-        ("inverse, batch", lambda: arm.inverse(pose, psi, gc, unreachable="nan"), len(q)),
+        ("inverse, batch", lambda: arm.inverse(pose, psi, gc, on_error="nan", limits=False), len(q)),
         (ARC_ROW, lambda: arm.feasible(pose[few], gc[few]), ARCS),
         ("`step`, one at a time", steps, STEPS),
         ("`solve` near a posture", lambda: arm.solve(pose[:SOLVES], q[:SOLVES] + 0.03), SOLVES),
@@ -89,7 +89,7 @@ def farthest_from_merging(arm: aa.Arm, pose: Floats, gc: NDArray[np.int64]) -> f
     psi = np.linspace(-np.pi, np.pi, 2000)
     farthest = 0.0
     for one, branch in zip(pose, gc, strict=True):
-        theta = arm.signs * arm.inverse(one, psi, branch, unreachable="nan") + arm.offsets
+        theta = arm.signs * arm.inverse(one, psi, branch, on_error="nan", limits=False) + arm.offsets
         theta[:, 3] -= arm.delta
         sines = np.abs(np.sin(theta[np.isfinite(theta).all(axis=1), 1:6:2]))
         farthest = max(farthest, float(np.arcsin(sines.min(initial=0.0 if sines.size == 0 else 1.0))))
@@ -98,7 +98,7 @@ def farthest_from_merging(arm: aa.Arm, pose: Floats, gc: NDArray[np.int64]) -> f
 
 def of_arcs(arm: aa.Arm) -> tuple[float, str]:
     """Return the median time of the arcs of a pose, each asked a hundred times, and what is proven."""
-    pose, _, gc = arm.forward(drawn(arm, ARCS), undefined="nan")
+    pose, _, gc = arm.forward(drawn(arm, ARCS), on_error="nan")
     same = [np.repeat(one[None], 100, axis=0) for one in pose]
     taken = [microseconds(lambda k=k: arm.feasible(same[k], gc[k]), 100) for k in range(ARCS)]
     left = np.asarray(arm.feasible(pose, gc).unproven) if arm.chain is not None else np.zeros(ARCS)
@@ -118,7 +118,7 @@ def main() -> None:
     args = parser.parse_args()
     arms = {EXACT: workloads.arm()}
     arms |= {f"{mm} mm, {mrad} mrad": calibrated("kuka_iiwa7_r800", mm, mrad) for mm, mrad in CLASSES}
-    arms |= {Path(file).stem: aa.Arm.from_urdf(file, exact=False) for file in args.urdf}
+    arms |= {Path(file).stem: aa.Arm.from_urdf(file) for file in args.urdf}
     every = {name: works(arm) for name, arm in arms.items()}
     times: dict[tuple[str, str], list[float]] = {}
     for _ in range(args.rounds):

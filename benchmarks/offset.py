@@ -29,7 +29,7 @@ STEP = 1e-3  # m: of the tool, from one step to the next
 Floats = workloads.Floats
 
 
-def along(arm: aa.OffsetArm, count: int) -> tuple[Floats, Floats]:
+def along(arm: aa.Arm, count: int) -> tuple[Floats, Floats]:
     """Return a start and poses on a line, there and back."""
     start = np.array([0.1, -0.5, 0.2, -2.0, 0.3, 2.0, 0.5])
     pose = arm.forward(start)[0]
@@ -39,10 +39,10 @@ def along(arm: aa.OffsetArm, count: int) -> tuple[Floats, Floats]:
     return start, poses
 
 
-def naive(arm: aa.OffsetArm, pose: Floats, near: Floats, grid: int) -> float:
+def naive(arm: aa.Arm, pose: Floats, near: Floats, grid: int) -> float:
     """Return the distance of the nearest posture of a grid of joint 7 in all branches, inf without one."""
     free = np.linspace(-np.pi, np.pi, grid, endpoint=False)
-    q = arm.inverse(pose, free, np.arange(8)[:, None], seed=near, limits="nan", unreachable="nan")
+    q = arm.inverse(pose, free, np.arange(8)[:, None], seed=near, on_error="nan")
     return float(np.sqrt(np.nanmin(((q - near) ** 2).sum(-1), initial=np.inf)))
 
 
@@ -60,7 +60,7 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help="put the table into benchmarks/README.md")
     args = parser.parse_args()
     rng = np.random.default_rng(2021)
-    arm, iiwa = aa.OffsetArm.from_catalogue("franka_fr3"), workloads.arm()
+    arm, iiwa = aa.Arm.from_catalogue("franka_fr3"), workloads.arm()
     q, p = rng.uniform(arm.lower, arm.upper, (INVERSE, 7)), workloads.postures(INVERSE)
     pose, free, gc = arm.forward(q)
     other, psi, branch = iiwa.forward(p)
@@ -68,10 +68,14 @@ def main() -> None:
     start, poses = along(arm, STEPS)
     few, held = slice(0, SOLVES), aa.Hold()
     rows: list[tuple[str, Callable[[], object], int]] = [
-        ("inverse at a value of joint 7, batch", lambda: arm.inverse(pose, free, gc), INVERSE),
-        ("`Arm.inverse` of an iiwa 7, batch", lambda: iiwa.inverse(other, psi, branch), INVERSE),
+        ("inverse at a value of joint 7, batch", lambda: arm.inverse(pose, free, gc, limits=False), INVERSE),
+        (
+            "`Arm.inverse` of an iiwa 7, batch",
+            lambda: iiwa.inverse(other, psi, branch, limits=False),
+            INVERSE,
+        ),
         ("intervals of one branch", lambda: arm.feasible(pose[:ARCS], gc[:ARCS]), ARCS),
-        ("intervals of all branches", lambda: arm.feasible_all(pose[:ARCS]), ARCS),
+        ("intervals of all branches", lambda: arm.feasible(pose[:ARCS]), ARCS),
         ("`solve` near a posture", lambda: arm.solve(pose[few], near[few]), SOLVES),
         ("`solve` for the middles of the ranges", lambda: arm.solve(pose[few]), SOLVES),
         ("`follow`, free joint held, a pose", lambda: aa.follow(arm, poses, start=start, policy=held), STEPS),

@@ -22,6 +22,7 @@ import numpy as np
 import report
 import workloads
 from goals import goal_row, measure
+from support.threads import in_threads
 from workloads import Floats, Workload
 from yardstick import Yardstick
 
@@ -77,7 +78,7 @@ def placing(arm: aa.Arm, poses: Floats, name: str) -> Workload:
     line = np.linspace(-0.3, 0.3, 10)
     pairs = len(line) ** 2 * len(poses)
     work = f"place, a pose from a position, {name}"
-    return Workload(work, pairs, lambda: aa.place(arm, poses, line, line, threads=1), {"": 2.5})
+    return Workload(work, pairs, lambda: in_threads(1, lambda: aa.place(arm, poses, line, line)), {"": 2.5})
 
 
 def rows() -> list[Workload]:
@@ -119,7 +120,9 @@ def make(spacing: float, degrees: float, threads: int, how: str, place: str) -> 
     elif how == "dask":
         seconds, cells = by_one_worker(arm, spacing, degrees, place)
     else:
-        found = aa.reach_map(arm, place, spacing=spacing, tilt=np.radians(degrees), threads=threads)
+        found = in_threads(
+            threads, lambda: aa.reach_map(arm, place, spacing=spacing, tilt=np.radians(degrees))
+        )
         seconds, cells = time.perf_counter() - started, int(np.prod(found.shape))
     disk = sum(file.stat().st_size for file in Path(place).rglob("*") if file.is_file())
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024

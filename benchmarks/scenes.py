@@ -69,7 +69,7 @@ def room(count: int) -> aa.Scene:
 def naive(arm: aa.Arm, pose: workloads.Floats, gc: int, ball: aa.Ball) -> np.ndarray:
     """Return which of 360 arm angles keep the ball off both bones."""
     psi = np.linspace(-np.pi, np.pi, GRID, endpoint=False)
-    at = arm.frames(arm.inverse(pose, psi, gc))[:, :, :3, 3]
+    at = arm.frames(arm.inverse(pose, psi, gc, limits=False))[:, :, :3, 3]
     free = np.ones(GRID, dtype=bool)
     for begin, end, radius in ((at[:, 1], at[:, 3], 0.09), (at[:, 3], at[:, 5], 0.08)):
         along = end - begin
@@ -94,7 +94,7 @@ def coal_grid(
     request, result = coal.DistanceRequest(), coal.DistanceResult()
 
     def work() -> np.ndarray:
-        at = arm.frames(arm.inverse(pose, psi, gc))[:, :, :3, 3]
+        at = arm.frames(arm.inverse(pose, psi, gc, limits=False))[:, :, :3, 3]
         least = np.full(GRID, np.inf)
         for k in range(GRID):
             for bone, first in bones:
@@ -105,7 +105,7 @@ def coal_grid(
                 turn = np.column_stack([side, np.cross(along, side), along])
                 place = coal.Transform3s(turn, 0.5 * (begin + end))
                 for sphere, there in spheres:
-                    result.clear()
+                    result._clear()
                     least[k] = min(least[k], coal.distance(bone, place, sphere, there, request, result))
         return least
 
@@ -123,11 +123,11 @@ def steps(arm: aa.Arm, scene: aa.Scene | None) -> Callable[[], object]:
     """Return steps of half a millimetre from postures that are clear of what stands about."""
     among = obstacles(64, "balls")
     poses, psi, gc = arm.forward(workloads.postures(4 * STEPS))
-    free = arm.clear(poses, gc, among).contains(psi)
-    q = arm.inverse(poses, psi, gc, seed=workloads.postures(4 * STEPS))[free][:STEPS]
+    free = arm._clear(poses, gc, among).contains(psi)
+    q = arm.inverse(poses, psi, gc, seed=workloads.postures(4 * STEPS), limits=False)[free][:STEPS]
     ahead = arm.forward(q)[0]
     ahead[:, 2, 3] += 0.0005
-    return lambda: [aa.step(arm, at, to, scene=scene) for at, to in zip(q, ahead, strict=True)]
+    return lambda: [aa.step(arm.with_(scene=scene), at, to) for at, to in zip(q, ahead, strict=True)]
 
 
 def certificates(arm: aa.Arm, scene: aa.Scene) -> list[tuple[Callable[[], object], Callable[[], object]]]:
@@ -137,7 +137,7 @@ def certificates(arm: aa.Arm, scene: aa.Scene) -> list[tuple[Callable[[], object
     for pose in arm.forward(workloads.postures(40 * PATHS))[0]:
         there = pose.copy()
         there[:3, 3] += rng.normal(size=3) * 0.06
-        path = aa.plan(arm, aa.Line(pose, there), scene=scene)
+        path = aa.plan(arm.with_(scene=scene), aa.Line(pose, there))
         if not path.certified:
             continue
         made: Any = path.curve
@@ -164,24 +164,24 @@ def main() -> None:
     for name, body in (("2 bones", BONES), ("16 spheres", SPHERES)):
         for kind, counts in (("balls", (8, 64, 1024)), ("capsules", (8,)), ("boxes", (8,))):
             for count in counts:
-                robot, scene = arm.with_body(body), obstacles(count, kind)
+                robot, scene = arm.with_(body=body), obstacles(count, kind)
                 rows.append(
-                    (f"{name} x {count} {kind}", lambda r=robot, s=scene: r.clear(pose, gc, s), POSES)
+                    (f"{name} x {count} {kind}", lambda r=robot, s=scene: r._clear(pose, gc, s), POSES)
                 )
     for name, body in (("2 bones", BONES), ("16 spheres", SPHERES)):
         for count in (10_000, 100_000, 1_000_000):
-            robot, scene = arm.with_body(body), room(count)
+            robot, scene = arm.with_(body=body), room(count)
             few_poses, few_gc = pose[:CLOUD_POSES], gc[:CLOUD_POSES]
-            robot.clear(few_poses[0], 0, scene)  # sorts the points once
+            robot._clear(few_poses[0], 0, scene)  # sorts the points once
             rows.append(
                 (
                     f"{name} x cloud of {count}",
-                    lambda r=robot, s=scene, p=few_poses, g=few_gc: r.clear(p, g, s),
+                    lambda r=robot, s=scene, p=few_poses, g=few_gc: r._clear(p, g, s),
                     CLOUD_POSES,
                 )
             )
-    robot, ball = arm.with_body(BONES), obstacles(1, "balls")
-    rows.append(("one ball, exact", lambda: robot.clear(pose, gc, ball), POSES))
+    robot, ball = arm.with_(body=BONES), obstacles(1, "balls")
+    rows.append(("one ball, exact", lambda: robot._clear(pose, gc, ball), POSES))
     few = range(NAIVE_POSES)
 
     def grid() -> object:
@@ -202,7 +202,7 @@ def main() -> None:
         exact = next(ns for (name, _, _), ns in zip(rows, times, strict=True) if name == "2 bones x 64 balls")
         print(f"2 bones x 64 balls, coal on a grid of {GRID}: {one / 1e6:.0f} ms, exact x {one / exact:.0f}")
     for name, body in (("2 bones", BONES), ("16 spheres", SPHERES)):
-        robot = arm.with_body(body)
+        robot = arm.with_(body=body)
         beside(f"step, {name}", [(steps(robot, None), steps(robot, among))], STEPS, rounds)
         beside(f"certificate of a plan, {name}", certificates(robot, among), 1, rounds)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from support.threads import in_threads
 
 import armangle as aa
 
@@ -61,11 +62,11 @@ def batches(threads: int = 1) -> list[Workload]:
     return [
         Workload(
             f"inverse, batch of {INVERSE_BATCH:,}", INVERSE_BATCH,
-            lambda: robot.inverse(pose, psi, gc, threads=threads), {"avx512": 0.25, "avx2": 0.45},
+            lambda: in_threads(threads, lambda: robot.inverse(pose, psi, gc, limits=False)), {"avx512": 0.25, "avx2": 0.45},
         ),
         Workload(
             f"feasible, batch of {FEASIBLE_BATCH:,}, one GC a pose", FEASIBLE_BATCH,
-            lambda: robot.feasible(few, few_gc, threads=threads), {"": 2.0},
+            lambda: in_threads(threads, lambda: robot.feasible(few, few_gc)), {"": 2.0},
         ),
     ]  # fmt: skip
 
@@ -75,7 +76,9 @@ def batch_into_array() -> Workload:
     robot = arm()
     pose, psi, gc = robot.forward(postures(INVERSE_BATCH))
     out = np.empty((INVERSE_BATCH, 7))
-    return Workload("the same with out=", INVERSE_BATCH, lambda: robot.inverse(pose, psi, gc, out=out), {})
+    return Workload(
+        "the same with out=", INVERSE_BATCH, lambda: robot.inverse(pose, psi, gc, out=out, limits=False), {}
+    )
 
 
 def follow() -> Workload:
@@ -147,7 +150,7 @@ def solving() -> list[Workload]:
 
     def naive() -> None:
         for frame, seed in arguments[:NAIVE_POSES]:
-            found = robot.inverse(frame, angles, branches, seed=seed)
+            found = robot.inverse(frame, angles, branches, seed=seed, limits=False)
             far = np.linalg.norm(found - seed, axis=-1)
             far[~robot.within_limits(found)] = np.inf
             found[np.unravel_index(np.argmin(far), far.shape)]
@@ -179,7 +182,7 @@ def other_calls() -> list[Workload]:
 
     def feasible_all() -> None:
         for frame, _ in arguments:
-            robot.feasible_all(frame)
+            robot.feasible(frame)
 
     return [
         Workload("one arm.forward call", SINGLE_CALLS, forward, {"": 8.0}),

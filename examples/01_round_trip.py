@@ -17,7 +17,7 @@ q = np.radians([-5.4101, -26.4986, -48.1542, -61.6500, 152.6198, 114.4466, 8.181
 pose, psi, gc = arm.forward(q)
 print(f"psi = {np.degrees(psi):.4f} deg, gc = {gc}")
 
-again = arm.inverse(pose, psi, gc)
+again = arm.inverse(pose, psi, gc, limits=False)
 print(f"largest difference of a joint: {np.abs(again - q).max():.1e} rad")
 assert np.allclose(again, q, atol=1e-9)
 
@@ -25,7 +25,7 @@ assert np.allclose(again, q, atol=1e-9)
 # The other arm angles of the same pose and configuration: the tool stays, the elbow moves.
 
 angles = np.linspace(-np.pi, np.pi, 9)
-postures = arm.inverse(pose, angles, gc)  # (9, 7)
+postures = arm.inverse(pose, angles, gc, limits=False)  # (9, 7)
 assert np.allclose(arm.forward(postures)[0], pose)
 for angle, posture in zip(angles, postures, strict=True):
     print(f"psi {np.degrees(angle):7.1f}:", np.degrees(posture).round(1), arm.within_limits(posture))
@@ -33,7 +33,7 @@ for angle, posture in zip(angles, postures, strict=True):
 # %%
 # The eight configurations of this pose and arm angle. Row k is always gc = k.
 
-for k, posture in enumerate(arm.inverse_all(pose, psi)):
+for k, posture in enumerate(arm.inverse(pose, psi, limits=False)):
     print(k, aa.gc_signs(k), np.degrees(posture).round(1), arm.within_limits(posture))
 
 # %%

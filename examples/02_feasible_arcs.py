@@ -25,19 +25,19 @@ for (lower, upper), ends in zip(arcs, arcs.ends, strict=True):
 
 for interval, ends in zip(arcs, arcs.ends, strict=True):
     for at, end in zip(interval, ends, strict=True):
-        assert abs(arm.inverse(pose, at, gc)[end.joint - 1] - end.value) < 1e-11
+        assert abs(arm.inverse(pose, at, gc, limits=False)[end.joint - 1] - end.value) < 1e-11
 
 # %%
 # A set can be asked, and it is a value: intersect, unite, complement.
 
 print(psi in arcs, arcs.nearest(0.6), np.degrees(arcs.measure).round(2))
-each = arm.joint_feasible(pose, gc)
+each = arm.feasible(pose, gc, per_joint=True)
 print("arcs of joint 5 alone:", each[4])
 
 # %%
 # A margin from singular postures narrows the arcs; its ends say "singular".
 
-careful = arm.feasible(pose, gc, singularity_margin=np.radians(10.0))
+careful = arm.with_(singularity_margin=np.radians(10.0)).feasible(pose, gc)
 print([(end.joint, end.side) for ends in careful.ends for end in ends])
 
 plots.circle(arm, pose, gc, psi=psi)

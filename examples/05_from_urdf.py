@@ -25,12 +25,12 @@ file.write_text(text)
 # Base and tip may be left out where the file leaves one choice. Joint values mean what they mean in the file.
 
 arm = aa.Arm.from_urdf(file)
-report = arm.import_report
+report = arm.report
 print(f"{report.base} to {report.tip}: lengths {arm.d_bs, arm.d_se, arm.d_ew, arm.d_wf} m, signs {arm.signs}")
 print(f"worst difference from the file's own kinematics: {report.residual_position:.1e} m")
 
 q = np.radians([20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0])
-assert np.allclose(arm.inverse(*arm.forward(q)), q)
+assert np.allclose(arm.inverse(*arm.forward(q), limits=False), q)
 plots.arm_frames(arm, q)
 plt.show()
 

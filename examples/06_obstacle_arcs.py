@@ -12,7 +12,7 @@ import numpy as np
 import armangle as aa
 from armangle import plots
 
-arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
 start = np.radians([20.0, 45.0, 10.0, -80.0, 10.0, 60.0, 0.0])
 first, psi, gc = arm.forward(start)
 beside = arm.elbow(start)[:2] + np.array([-0.04, 0.18])  # a pole behind the elbow, on the side it moves to
@@ -26,18 +26,20 @@ poses = np.tile(first, (200, 1, 1))
 poses[:, 1, 3] += np.linspace(0.0, 0.18, 200)
 policy = aa.Repulsion(K=0.1, alpha=20)
 free = aa.follow(arm, poses, start=start, policy=policy)
-kept = aa.follow(arm, poses, start=start, policy=policy, scene=scene)
+kept = aa.follow(arm.with_(scene=scene), poses, start=start, policy=policy)
 for name, path in (("free", free), ("kept", kept)):
-    near = arm.clearance(poses, path.psi, path.gc, scene)
+    near = arm.clearance(arm.inverse(poses, path.psi, path.gc, limits=False), scene)
     at = int(np.argmin(near.distance))
     print(f"{name}: least distance {1e3 * near.distance[at]:.1f} mm, {near.link[at]} to {near.obstacle[at]}")
 assert kept.ok
-assert (arm.clearance(poses, kept.psi, kept.gc, scene).distance > 0.005 - 1e-9).all()
+assert (
+    arm.clearance(arm.inverse(poses, kept.psi, kept.gc, limits=False), scene).distance > 0.005 - 1e-9
+).all()
 
 # %%
 # What is left of the circle at the end, and who ends it.
 
-last = arm.feasible(poses[-1], gc, scene=scene)
+last = arm.with_(scene=scene).feasible(poses[-1], gc)
 for end in last.ends[0]:
     print(f"{end.obstacle} touches {end.link}" if end.obstacle else f"joint {end.joint}, {end.side} limit")
 plots.circle(arm, poses[-1], gc, psi=float(kept.psi[-1]), scene=scene)

@@ -17,7 +17,7 @@ def make(problem: Problem) -> dict[str, Any]:
     psi_list, gc_list = psi.tolist(), gc.tolist()
 
     def inverse(i: int, pose: Floats, seed: Floats) -> Floats:
-        return arm.inverse(pose, psi_list[i], gc_list[i])
+        return arm.inverse(pose, psi_list[i], gc_list[i], limits=False)
 
     def step(i: int, pose: Floats, seed: Floats) -> Floats | None:
         now = aa.step(arm, seed, pose, max_joint_step=10.0)
@@ -29,17 +29,19 @@ def make(problem: Problem) -> dict[str, Any]:
         if now is not None:
             return now
         _, angle, branch = arm.forward(seed)
-        every = arm.feasible_all(pose)
+        every = arm.feasible(pose)
         found = np.flatnonzero(~every.is_empty)
         if len(found) == 0:
             return None
         branch = branch if branch in found else found[0]
-        return arm.inverse(pose, every[branch].nearest(angle), branch)
+        return arm.inverse(pose, every[branch].nearest(angle), branch, limits=False)
 
     return {
         "inverse at a given arm angle and GC": Solver(inverse, seeds=("none",)),
-        "inverse at given arm angles and GCs, batch": Batch(lambda poses: arm.inverse(poses, psi, gc)),
+        "inverse at given arm angles and GCs, batch": Batch(
+            lambda poses: arm.inverse(poses, psi, gc, limits=False)
+        ),
         "step from the seed": Solver(step, seeds=("near",)),
         "step from the seed, else any branch": Solver(anywhere),
-        "arcs of all 8 GC": Arcs(lambda pose: arm.feasible_all(pose).intervals),
+        "arcs of all 8 GC": Arcs(lambda pose: arm.feasible(pose).intervals),
     }

@@ -102,7 +102,7 @@ def arm_angle() -> Figure:
 
 
 def _elbow_circle(ax: Any, pose: Array, gc: int, psi: float) -> None:
-    real, virtual = ARM.inverse(pose, psi, gc), ARM.inverse(pose, 0.0, gc)
+    real, virtual = ARM.inverse(pose, psi, gc, limits=False), ARM.inverse(pose, 0.0, gc, limits=False)
     points = draw_arm(ax, real, width=4.5)
     elbow_0 = ARM.frames(virtual)[3, :3, 3]
     shoulder, wrist = points[1], points[3]
@@ -134,7 +134,7 @@ def configurations() -> Figure:
     figure = Figure(figsize=(8.2, 5.0))
     figure.subplots_adjust(left=0, right=1, top=0.95, bottom=0.04, wspace=0.0, hspace=0.12)
     pose, psi, _ = ARM.forward(BENT)
-    for gc, q in enumerate(ARM.inverse_all(pose, psi)):
+    for gc, q in enumerate(ARM.inverse(pose, psi, limits=False)):
         ax = box_axes(figure, 241 + gc, np.array([-0.1, -0.25, 0.0]), np.array([0.6, 0.35, 1.0]), (18, -70))
         draw_arm(ax, q, width=3.2, colour=BLACK if ARM.within_limits(q) else VERMILION)
         draw_frame(ax, pose, 0.14)

@@ -54,7 +54,7 @@ def map_of_a_plan() -> Figure:
     return figure
 
 
-BODIED = ARM.with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+BODIED = ARM.with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
 CELL = aa.Scene(
     [
         aa.Ball([0.28, 0.26, 0.6], 0.05, name="lamp"),
@@ -80,7 +80,7 @@ def map_of_a_scene() -> Figure:
     poses = np.tile(pose, (200, 1, 1))
     poses[:, 1, 3] += np.linspace(0.0, 0.1, 200)
     figure = Figure(figsize=(8.0, 3.6), layout="constrained")
-    planned = aa.plan(BODIED, poses, scene=CELL)
+    planned = aa.plan(BODIED.with_(scene=CELL), poses)
     plots.feasible_map(planned, gc=int(gc), scene=CELL, ax=figure.add_subplot())
     return figure
 

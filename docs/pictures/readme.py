@@ -40,7 +40,7 @@ def draw() -> plt.Figure:
     space = figure.add_axes((-0.17, -0.24, 0.92, 1.38), projection="3d", computed_zorder=False)
     pose, _, gc = ARM.forward(POSTURE)
     for psi in OTHERS:
-        _links(space, ARM.inverse(pose, psi, int(gc)), PALE, 5)
+        _links(space, ARM.inverse(pose, psi, int(gc), limits=False), PALE, 5)
     plots.stick_figure(ARM, POSTURE, ax=space)
     handles, names = space.get_legend_handles_labels()
     space.get_legend().remove()

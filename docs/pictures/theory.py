@@ -94,8 +94,8 @@ def triad() -> Figure:
     ax = box_axes(figure, 111, np.array([-0.3, -0.35, 0.15]), np.array([0.65, 0.45, 0.95]), (22, -112))
     pose, _, _ = ARM.forward(BENT)
     psi = np.radians(50.0)
-    real, virtual = (ARM.frames(ARM.inverse(pose, angle, 2)) for angle in (psi, 0.0))
-    points = draw_arm(ax, ARM.inverse(pose, psi, 2), colour=GREY, width=4)
+    real, virtual = (ARM.frames(ARM.inverse(pose, angle, 2, limits=False)) for angle in (psi, 0.0))
+    points = draw_arm(ax, ARM.inverse(pose, psi, 2, limits=False), colour=GREY, width=4)
     shoulder, wrist = points[1], points[3]
     w, z = (wrist - shoulder) / np.linalg.norm(wrist - shoulder), virtual[3][:3, 2]
     e = np.cross(w, z)
@@ -117,7 +117,7 @@ def triad() -> Figure:
 
 def _direction(pose: Array, gc: int) -> tuple[Array, Array]:
     """Direction (V, U) of joint 1 on the circle of a pose: the horizontal part of the upper arm's axis."""
-    q = ARM.inverse(pose, PSI, gc)
+    q = ARM.inverse(pose, PSI, gc, limits=False)
     size = np.abs(np.sin(q[:, 1]))
     return size * np.cos(q[:, 0]), size * np.sin(q[:, 0])
 
@@ -133,7 +133,7 @@ def three_cases() -> Figure:
         top.plot(0, 0, "+", color=VERMILION, ms=12, mew=2)
         top.set(aspect="equal", title=name, xlabel="V", ylabel="U" if column == 0 else "")
         top.title.set_fontsize(9)
-        function = ARM.joint_function(pose, 2, 1)
+        function = aa.gradients.joint_function(ARM, pose, 2, 1)
         value = np.unwrap(np.arctan2(u, v)) if column == 1 else np.arctan2(u, v)
         value[1:][np.abs(np.diff(value)) > 1.0] = np.nan
         below.plot(np.degrees(PSI), np.degrees(value), color=BLUE, lw=1.6)
@@ -166,7 +166,7 @@ def cone() -> Figure:
         v, u = _direction(pose, 2)
         size = 1.05
         ax.add_patch(Wedge((0, 0), 2 * size, low, high, color=SKY, alpha=0.35, lw=0))
-        arcs = arm.joint_feasible(pose, 2)[0]
+        arcs = arm.feasible(pose, 2, per_joint=True)[0]
         inside = arcs.contains(PSI)
         ax.plot(v, u, color=VERMILION, lw=1.2)
         ax.plot(np.where(inside, v, np.nan), np.where(inside, u, np.nan), color=BLUE, lw=3.0)
@@ -232,7 +232,7 @@ def passing_the_axis() -> tuple[Array, Array]:
     poses[:, 0, 3] = np.linspace(-0.02, 0.02, 81)
     poses[:, 1, 3] = 1e-4
     poses[:, 2, 3] = 1.05
-    return poses, FREE.inverse(poses[0], np.radians(30.0), 2)
+    return poses, FREE.inverse(poses[0], np.radians(30.0), 2, limits=False)
 
 
 def repulsion() -> Figure:

@@ -16,7 +16,11 @@ from numpy.typing import ArrayLike, NDArray
 from . import _core
 from ._core import Problem
 from .errors import (
-    ArmangleError, InputError, LimitError, NoSolutionError, UnreachableError,
+    ArmangleError,
+    InputError,
+    LimitError,
+    NoSolutionError,
+    UnreachableError,
     shortened,
 )
 

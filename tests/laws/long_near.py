@@ -13,13 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
+from armangle.models.catalogue import srs_catalogue
+
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from support.near_law import Verdict, cases, judge
 
-import armangle as aa
-
-BATCH, ANGLES = len(aa.catalogue()), 150
+BATCH, ANGLES = len(srs_catalogue()), 150
 
 
 def main(seconds: float, seed: int) -> int:

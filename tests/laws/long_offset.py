@@ -22,6 +22,7 @@ from laws.test_offset import random_arm
 from support.delicate import delicate_offset
 
 import armangle as aa
+from armangle.models.offset import offset_catalogue
 
 POSTURES_AN_ARM, SETS_AN_ARM, VALUES, QUESTIONS_AN_ARM, GRID = 500, 48, 365, 4, 4001
 NEAR_AN_END = 1e-7  # rad: nearer to an end than this rounding decides
@@ -44,30 +45,30 @@ class Counts:
     delicate: Counter[str] = field(default_factory=Counter)
 
 
-def an_arm(rng: np.random.Generator, k: int) -> aa.OffsetArm:
+def an_arm(rng: np.random.Generator, k: int) -> aa.Arm:
     return random_arm(rng, mirrored=bool(k % 2), widest=6.0 if k % 3 else 14.0)
 
 
-def look_at_postures(arm: aa.OffsetArm, rng: np.random.Generator, counts: Counts) -> None:
+def look_at_postures(arm: aa.Arm, rng: np.random.Generator, counts: Counts) -> None:
     """Forward, inverse, forward."""
     q = rng.uniform(arm.lower, arm.upper, (POSTURES_AN_ARM, 7))
     pose, free, gc = arm.forward(q)
-    again = arm.inverse(pose, free, gc, seed=q, unreachable="nan")
+    again = arm.inverse(pose, free, gc, seed=q, on_error="nan", limits=False)
     met = np.isfinite(again[:, 0])
     counts.postures += len(q)
     counts.lost += int((~met).sum())
     counts.off = max(counts.off, float(np.abs(arm.forward(again[met])[0] - pose[met]).max()))
 
 
-def look_at_arcs(arm: aa.OffsetArm, rng: np.random.Generator, counts: Counts) -> None:
+def look_at_arcs(arm: aa.Arm, rng: np.random.Generator, counts: Counts) -> None:
     """Each value of the free joint that is drawn, judged by the arcs and by the inverse."""
     poses = arm.forward(rng.uniform(arm.lower, arm.upper, (SETS_AN_ARM // 8, 7)))[0]
-    sets = arm.feasible_all(poses)
+    sets = arm.feasible(poses)
     counts.sets += SETS_AN_ARM
     counts.unproven += int((sets.unproven > NEAR_AN_END).sum())
     counts.widest = max(counts.widest, float(sets.unproven.max()))
     free = rng.uniform(-np.pi, np.pi, (SETS_AN_ARM // 8, 8, VALUES))
-    q = arm.inverse(poses[:, None, None], free, np.arange(8)[:, None], unreachable="nan", limits="nan")
+    q = arm.inverse(poses[:, None, None], free, np.arange(8)[:, None], on_error="nan")
     inside = np.isfinite(q[..., 0])
     said = np.moveaxis(np.array([sets.contains(free[..., k]) for k in range(VALUES)]), 0, -1)
     counts.values += free.size
@@ -78,7 +79,7 @@ def look_at_arcs(arm: aa.OffsetArm, rng: np.random.Generator, counts: Counts) ->
         counts.misjudged += int(decided)
 
 
-def look_at_nearest(arm: aa.OffsetArm, rng: np.random.Generator, counts: Counts) -> None:
+def look_at_nearest(arm: aa.Arm, rng: np.random.Generator, counts: Counts) -> None:
     """The nearest posture beside a grid."""
     q = rng.uniform(arm.lower, arm.upper, (QUESTIONS_AN_ARM, 7))
     near = np.where(
@@ -90,15 +91,13 @@ def look_at_nearest(arm: aa.OffsetArm, rng: np.random.Generator, counts: Counts)
     found = arm.solve(poses, near)
     free = np.linspace(-np.pi, np.pi, GRID)
     for i in range(QUESTIONS_AN_ARM):
-        grid = arm.inverse(
-            poses[i], free, np.arange(8)[:, None], seed=near[i], unreachable="nan", limits="nan"
-        )
+        grid = arm.inverse(poses[i], free, np.arange(8)[:, None], seed=near[i], on_error="nan")
         least = np.sqrt(np.nanmin(((grid - near[i]) ** 2).sum(-1), initial=np.inf))
         counts.questions += 1
         counts.farther += int(not found.distance[i] <= least + 1e-9)
 
 
-def look_beside_straight(arm: aa.OffsetArm, number: int, seed: int, counts: Counts) -> None:
+def look_beside_straight(arm: aa.Arm, number: int, seed: int, counts: Counts) -> None:
     """The nearest posture where joints are beside straight."""
     for k in range(QUESTIONS_AN_ARM):
         case = delicate_offset(QUESTIONS_AN_ARM * number + k, seed, arm)
@@ -111,7 +110,7 @@ def look_beside_straight(arm: aa.OffsetArm, number: int, seed: int, counts: Coun
 def main(cases: int, seed: int) -> int:
     """Print the counts; return how many cases were wrong."""
     rng, counts, k = np.random.default_rng(seed), Counts(), 0
-    catalogue = [aa.OffsetArm.from_catalogue(name) for name in aa.offset_catalogue()]
+    catalogue = [aa.Arm.from_catalogue(name) for name in offset_catalogue()]
     while min(counts.postures / cases, 20 * counts.sets / cases, 125 * counts.questions / cases) < 1:
         arm = an_arm(rng, k)
         if counts.postures < cases:

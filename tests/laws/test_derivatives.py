@@ -11,6 +11,7 @@ from support import draw
 from support.gradients import calm, moved
 
 import armangle as aa
+from armangle.models.catalogue import srs_catalogue
 
 NAMES = (
     "kuka_iiwa7_r800", "openarm_v10", "barrett_wam7", "yaskawa_sia10d", "yaskawa_sia5d", "human_arm_left",
@@ -37,15 +38,15 @@ def arms() -> list[aa.Arm]:
         aa.pose([0.05, 0.02, 0.1], rpy=[0.3, 0.2, 0.1]),
         aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]),
     )
-    own = [aa.Arm.from_catalogue(name) for name in aa.catalogue()]
+    own = [aa.Arm.from_catalogue(name) for name in srs_catalogue()]
     mounted = own[0].with_(tool=tool, base=base)
     lengths = {"d_bs": 0.3, "d_se": 0.4, "d_ew": 0.35, "d_wf": 0.1, "a_3": 0.05, "a_4": -0.03, "d_4": 0.04}
     gap = aa.Arm(**lengths, signs=[1, -1] * 3 + [1], offsets=np.linspace(-0.6, 0.6, 7), base=base, tool=tool)
     return [
         *(arm for arm in own if arm.chain is None),
         mounted,
-        mounted.with_reference("stereographic"),
-        mounted.with_reference([0.2, 0.5, 0.8]),
+        mounted.with_(reference="stereographic"),
+        mounted.with_(reference=[0.2, 0.5, 0.8]),
         gap,
     ]
 
@@ -59,8 +60,8 @@ def joints_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> np.ndarray:
 def test_it_is_the_inverse_of_jacobian_and_psi_gradient(arm: aa.Arm) -> None:
     q = joints_of(arm, draw.generator(17, 3), draw.count(400))
     pose, psi, gc = arm.forward(q)
-    inverse = arm.inverse_derivative(pose, psi, gc)
-    both = np.concatenate([arm.jacobian(q), arm.psi_gradient(q)[:, None]], axis=1)
+    inverse = aa.gradients.inverse(arm, pose, psi, gc)
+    both = np.concatenate([arm.jacobian(q), aa.gradients.psi(arm, q)[:, None]], axis=1)
     size = np.abs(inverse).max(axis=(1, 2))
     assert (
         np.abs(inverse @ both - np.eye(7)).max(axis=(1, 2)) <= 1e-12 * size * np.abs(both).max((1, 2))
@@ -74,10 +75,10 @@ def test_it_is_the_limit_of_differences() -> None:
         q = joints_of(arm, rng, 60)
         pose, psi, gc = arm.forward(q)
         branches |= set(gc)
-        slope = arm.inverse_derivative(pose, psi, gc)
+        slope = aa.gradients.inverse(arm, pose, psi, gc)
 
         def joints(h: float, at: np.ndarray, arm: aa.Arm = arm, of: tuple = (pose, psi, gc, q)) -> np.ndarray:
-            return arm.inverse(moved(of[0], h * at[:6]), of[1] + h * at[6], of[2], seed=of[3])
+            return arm.inverse(moved(of[0], h * at[:6]), of[1] + h * at[6], of[2], seed=of[3], limits=False)
 
         for k, twist in enumerate(np.eye(7)):
             found = slope_of(functools.partial(joints, at=twist))
@@ -94,7 +95,7 @@ def test_ends_of_arcs_and_their_sum_move_as_said(name: str) -> None:
         twist, known, total = rng.normal(size=6), True, 0.0
         places = [step / 2**k * way for k in range(3) for way in (1, -1)]
         for gc in range(8):
-            arcs, slopes = arm.feasible_derivative(pose, gc)
+            arcs, slopes = aa.gradients.feasible(arm, pose, gc)
             assert slopes.shape == (int(arcs.count), 2, 6) and arcs == arm.feasible(pose, gc)
             near = {h: arm.feasible(moved(pose, h * twist), gc) for h in places}
             alike = all(
@@ -115,7 +116,7 @@ def test_ends_of_arcs_and_their_sum_move_as_said(name: str) -> None:
             assert (np.abs(said - found)[calm] <= 1e-7 * np.maximum(1, said[calm] ** 2)).all()
             checked += int(calm.sum())
         if known:
-            assert arm.freedom_gradient(pose) @ twist == pytest.approx(total, rel=1e-12, abs=1e-12)
+            assert aa.gradients.freedom(arm, pose) @ twist == pytest.approx(total, rel=1e-12, abs=1e-12)
             found = slope_of(lambda h, at=pose, by=twist: arm.freedom(moved(at, h * by)).total, step)
             assert abs(total - found) <= 1e-6 * max(1.0, abs(total))
             sums += 1
@@ -127,12 +128,12 @@ def test_a_batch_is_its_elements_to_the_bit_wherever_they_are() -> None:
     for arm in arms():
         q = rng.uniform(-2, 2, (41, 7))
         q[rng.random((41, 7)) < 0.1] = 0.0  # singular postures between the others
-        pose, psi, gc = arm.forward(q, undefined="nan")
+        pose, psi, gc = arm.forward(q, on_error="nan")
         psi = np.nan_to_num(psi)
         pose[7] = aa.pose([9.0, 0.0, 0.0])
-        many = arm.inverse_derivative(pose, psi, gc, unreachable="nan")
+        many = aa.gradients.inverse(arm, pose, psi, gc, on_error="nan")
         assert np.isnan(many[7]).all()
-        one = [arm.inverse_derivative(*given, unreachable="nan") for given in zip(pose, psi, gc, strict=True)]
+        one = [aa.gradients.inverse(arm, *given, on_error="nan") for given in zip(pose, psi, gc, strict=True)]
         assert np.array_equal(many, one, equal_nan=True)
 
 
@@ -141,10 +142,10 @@ def test_the_best_margin_moves_as_said(name: str) -> None:
     arm, rng = aa.Arm.from_catalogue(name), draw.generator(17, 9)
     pose = arm.forward(rng.uniform(arm.lower, arm.upper, (draw.count(60), 7)))[0]
     twist = rng.normal(size=(len(pose), 6))
-    said = (arm.best_gradient(pose) * twist).sum(-1)
+    said = (aa.gradients.margin(arm, pose) * twist).sum(-1)
 
     def difference(step: float) -> np.ndarray:
-        ends = [arm.best(moved(pose, way * step * twist)).margin for way in (1, -1)]
+        ends = [arm.solve(moved(pose, way * step * twist), prefer="margin").margin for way in (1, -1)]
         return (ends[0] - ends[1]) / (2 * step)
 
     coarse, fine = difference(4e-5), difference(2e-5)
@@ -153,21 +154,21 @@ def test_the_best_margin_moves_as_said(name: str) -> None:
     assert smooth.mean() > 0.8
     assert (np.abs(said - limit) < 1e-7 * (1 + np.abs(limit)))[smooth].all()
     # a joint that cannot be relieved, and two that balance, are both among them
-    best = arm.best(pose)
+    best = arm.solve(pose, prefer="margin")
     off = np.sort(np.minimum(best.q - arm.lower, arm.upper - best.q), axis=-1)
     assert 0.1 < (off[:, 1] - off[:, 0] < 1e-9).mean() < 0.9
 
 
 def test_the_best_margin_of_what_is_not_held_has_no_gradient() -> None:
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-    assert np.isnan(arm.best_gradient(aa.pose([9.0, 0, 0]))).all()
-    assert arm.best_gradient(np.empty((0, 4, 4))).shape == (0, 6)
+    assert np.isnan(aa.gradients.margin(arm, aa.pose([9.0, 0, 0]))).all()
+    assert aa.gradients.margin(arm, np.empty((0, 4, 4))).shape == (0, 6)
     pose = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]
-    assert np.isfinite(arm.best_gradient(pose, gc=[1, 3])).all()
+    assert np.isfinite(aa.gradients.margin(arm, pose, gc=[1, 3])).all()
     locked = arm.with_(
         lower=[*arm.lower[:2], 0.2, *arm.lower[3:]], upper=[*arm.upper[:2], 0.2, *arm.upper[3:]]
     )
-    assert np.abs(locked.best_gradient(pose)).max() < 1e-9  # joint 3 stays on both of its limits
+    assert np.abs(aa.gradients.margin(locked, pose)).max() < 1e-9  # joint 3 stays on both of its limits
 
 
 def test_where_the_best_posture_is_singular_the_gradient_is_true_or_none() -> None:
@@ -181,18 +182,18 @@ def test_where_the_best_posture_is_singular_the_gradient_is_true_or_none() -> No
         q[[[1], [5], [1, 5]][k % 3]] = 0.0
         if not arm.within_limits(q) or abs(q[3]) < 0.3:
             continue
-        pose = arm.forward(q, undefined="nan")[0]
-        best = arm.best(pose)
+        pose = arm.forward(q, on_error="nan")[0]
+        best = arm.solve(pose, prefer="margin")
         if np.abs(np.sin(best.q[[1, 5]])).min() > 1e-9:
             continue
         singular += 1
-        slope = arm.best_gradient(pose)
+        slope = aa.gradients.margin(arm, pose)
         if np.isnan(slope).any():
             none += 1
             continue
         for twist in rng.normal(size=(6, 6)):
             for way in (1, -1):
-                found = arm.best(moved(pose, way * step * twist)).margin - best.margin
+                found = arm.solve(moved(pose, way * step * twist), prefer="margin").margin - best.margin
                 assert abs(way * found / step - slope @ twist) < 1e-3 * (1 + np.abs(slope).max())
     assert singular > 15 and 0 < none < singular
 
@@ -205,24 +206,24 @@ def test_where_psi_jumps_there_is_no_derivative() -> None:
     bent[2] = np.pi
     pose, psi, gc = arm.forward(bent)
     assert np.hypot(*pose[:2, 3] - 0.126 * pose[:2, 2]) < 1e-9
-    assert np.isinf(arm.psi_gradient(bent)).all()
-    slope = arm.inverse_derivative(pose, psi, gc)
+    assert np.isinf(aa.gradients.psi(arm, bent)).all()
+    slope = aa.gradients.inverse(arm, pose, psi, gc)
     turning = [0, 1, 2, 4, 5, 6]
     assert (
         np.isinf(slope[turning, :6]).all() and np.isfinite(slope[3]).all() and np.isfinite(slope[:, 6]).all()
     )
-    other = arm.with_reference([0.2, 0.5, 0.8])
-    assert np.isfinite(other.inverse_derivative(*other.forward(bent))).all()
+    other = arm.with_(reference=[0.2, 0.5, 0.8])
+    assert np.isfinite(aa.gradients.inverse(other, *other.forward(bent))).all()
 
 
 def test_where_a_derivative_does_not_exist_it_is_infinite() -> None:
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     home = [0.0, 0.0, 0.0, -1.5, 0.0, 1.0, 0.0]
-    slope = arm.inverse_derivative(*arm.forward(home))
+    slope = aa.gradients.inverse(arm, *arm.forward(home))
     assert np.isinf(slope[:3]).all() and np.isfinite(slope[3:]).all()
     straight = [0.3, 0.5, 0.2, 0.0, 0.1, 0.7, 0.4]
-    assert np.isinf(arm.inverse_derivative(*arm.forward(straight))[:, :6]).all()
+    assert np.isinf(aa.gradients.inverse(arm, *arm.forward(straight))[:, :6]).all()
     with pytest.raises(aa.UnreachableError):
-        arm.inverse_derivative(aa.pose([9.0, 0, 0]), 0.0, 0)
-    assert arm.inverse_derivative(np.empty((0, 4, 4)), 0.0, 0).shape == (0, 7, 7)
-    assert arm.psi_gradient(np.zeros((3, 0, 7))).shape == (3, 0, 7)
+        aa.gradients.inverse(arm, aa.pose([9.0, 0, 0]), 0.0, 0)
+    assert aa.gradients.inverse(arm, np.empty((0, 4, 4)), 0.0, 0).shape == (0, 7, 7)
+    assert aa.gradients.psi(arm, np.zeros((3, 0, 7))).shape == (3, 0, 7)

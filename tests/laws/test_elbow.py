@@ -10,6 +10,7 @@ import pytest
 from support import draw
 from support.laws import gap
 from support.strategies import REGIMES, Array, arms, postures
+from support.threads import in_threads
 
 import armangle as aa
 
@@ -52,7 +53,7 @@ def test_the_elbow_is_a_link_from_shoulder_and_wrist(arm: aa.Arm, regime: str) -
 
 def distances(arm: aa.Arm, pose: Array, gc: Array, psi: Array, point: Array) -> Array:
     """Of the elbow from a point, m; psi (..., k)."""
-    elbow = arm.elbow(arm.inverse(pose[..., None, :, :], psi, gc[..., None]))
+    elbow = arm.elbow(arm.inverse(pose[..., None, :, :], psi, gc[..., None], limits=False))
     return np.asarray(np.linalg.norm(elbow - point[..., None, :], axis=-1))
 
 
@@ -63,7 +64,7 @@ def test_no_arm_angle_brings_the_elbow_nearer(arm: aa.Arm, regime: str) -> None:
     pose, _, gc = arm.forward(postures(arm, regime, draw.count(40), 2))
     rng = draw.generator(3)
     point = arm.base[:3, 3] + rng.uniform(-1, 1, (len(gc), 3))
-    psi = arm.psi_towards(pose, gc, point, undefined="nan")
+    psi = arm.psi_towards(pose, gc, point, on_error="nan")
     defined = ~np.isnan(psi)
     assert defined.any() or regime in ("at_reach", "folded")
     pose, gc, point, psi = pose[defined], gc[defined], point[defined], psi[defined]
@@ -85,7 +86,7 @@ def test_no_arm_angle_brings_the_elbow_farther_along(arm: aa.Arm, word: str) -> 
     assert np.array_equal(psi, arm.psi_towards(pose, gc, direction=3.0 * along))
 
     def height(angles: Array) -> Array:
-        return np.asarray(arm.elbow(arm.inverse(pose[:, None], angles, gc[:, None])) @ along)
+        return np.asarray(arm.elbow(arm.inverse(pose[:, None], angles, gc[:, None], limits=False)) @ along)
 
     best = height(psi[:, None])
     assert (best >= height(PSI + psi[:, None]) - 1e-14).all()
@@ -108,7 +109,7 @@ def test_batches_broadcast_and_agree_with_single_calls() -> None:
     psi = IIWA.psi_towards(pose, gc, points)
     assert psi.shape == (4, 2, 3)
     assert psi[3, 1, 2] == IIWA.psi_towards(pose[1, 2], gc[1, 2], points[3, 0, 0])
-    assert np.array_equal(psi, IIWA.psi_towards(pose, gc, points, threads=0))
+    assert np.array_equal(psi, in_threads(0, lambda: IIWA.psi_towards(pose, gc, points)))
     assert isinstance(IIWA.psi_towards(POSE, GC, direction="up"), np.float64)
     assert IIWA.elbow(Q).shape == (3,) and IIWA.elbow(np.zeros((0, 2, 7))).shape == (0, 2, 3)
     assert IIWA.psi_towards(np.zeros((0, 4, 4)), 0, direction="up").shape == (0,)
@@ -116,7 +117,7 @@ def test_batches_broadcast_and_agree_with_single_calls() -> None:
 
 def test_both_elbows_of_a_pose_go_to_the_same_place() -> None:
     psi = IIWA.psi_towards(POSE, [GC, GC ^ 2], direction="up")
-    elbows = IIWA.elbow(IIWA.inverse(POSE, psi, [GC, GC ^ 2]))
+    elbows = IIWA.elbow(IIWA.inverse(POSE, psi, [GC, GC ^ 2], limits=False))
     assert gap(elbows[0], elbows[1]) <= 1e-14
 
 
@@ -144,7 +145,7 @@ def test_where_every_arm_angle_is_alike_it_is_said(pose: Array, wish: dict[str, 
     poses = np.stack([POSE, pose])
     with pytest.raises(aa.UnreachableError, match=re.escape(message)):
         IIWA.psi_towards(poses, 0, **wish)
-    assert np.isnan(IIWA.psi_towards(poses, 0, **wish, undefined="nan")).tolist() == [False, True]
+    assert np.isnan(IIWA.psi_towards(poses, 0, **wish, on_error="nan")).tolist() == [False, True]
 
 
 def test_a_wish_is_one_of_two_and_a_vector() -> None:

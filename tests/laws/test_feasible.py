@@ -20,6 +20,7 @@ from support.strategies import (
     postures,
     unlimited,
 )
+from support.threads import in_threads
 
 import armangle as aa
 
@@ -65,7 +66,7 @@ def test_poses_that_are_singular_for_every_psi(bend: list[float]) -> None:
         theta[:, [1, 3, 5]] = np.array(bend) + np.array([0, arm.delta, 0])
         q = joint_values(arm, theta)
         free = unlimited(arm)
-        pose, psi, gc = free.forward(q, undefined="nan")
+        pose, psi, gc = free.forward(q, on_error="nan")
         known = ~np.isnan(psi)
         for _ in range(40):
             width = rng.choice([1e-3, 0.5, 2, 3.5, 6], 7)
@@ -77,7 +78,7 @@ def test_poses_that_are_singular_for_every_psi(bend: list[float]) -> None:
 
 def limit_ends(case: Case) -> list[tuple[float, str]]:
     """(excess over the bound, what it is) of every end of each joint's arcs of a case."""
-    arcs = case.arm.joint_feasible(case.pose, case.gc)
+    arcs = case.arm.feasible(case.pose, case.gc, per_joint=True)
     found = [
         (p, psi, end)
         for p, rows in enumerate(arcs.ends)
@@ -90,7 +91,7 @@ def limit_ends(case: Case) -> list[tuple[float, str]]:
     at, psi, ends = (list(column) for column in zip(*found, strict=True))
     joint = np.array([end.joint for end in ends]) - 1
     free, row = unlimited(case.arm), np.arange(len(joint))
-    q = free.inverse(case.pose[at], psi, case.gc[at])
+    q = free.inverse(case.pose[at], psi, case.gc[at], limits=False)
     slope = np.abs(free.self_motion(case.pose[at], psi, case.gc[at]))[row, joint]
     sine = np.abs(np.sin(bends(case.arm, q)))[row, BEND_OF[joint]]
     jump = np.array([end.side == "singular" for end in ends])
@@ -110,7 +111,7 @@ def test_every_end_is_on_the_limit_that_made_it() -> None:
 
 def test_an_end_names_its_limit() -> None:
     for case in cases(seed=12, count=20):
-        each = case.arm.joint_feasible(case.pose, case.gc)
+        each = case.arm.feasible(case.pose, case.gc, per_joint=True)
         for rows in each.ends:
             for j, pairs in enumerate(rows):
                 for end in (end for pair in pairs for end in pair if end.side != "singular"):
@@ -126,8 +127,8 @@ def test_the_singularity_margin_keeps_the_bends(margin: float) -> None:
         for regime in ("uniform", "near_singular", "singular"):
             pose, _, gc = free.forward(postures(arm, regime, draw.count(30), 5))
             psi = rng.uniform(-np.pi, np.pi, (len(pose), 60))
-            arcs = free.feasible(pose, gc, singularity_margin=margin)
-            sines = np.abs(np.sin(bends(arm, free.inverse(pose[:, None], psi, gc[:, None]))))
+            arcs = free.with_(singularity_margin=margin).feasible(pose, gc)
+            sines = np.abs(np.sin(bends(arm, free.inverse(pose[:, None], psi, gc[:, None], limits=False))))
             clear = (np.abs(sines - np.sin(margin)) > 1e-9).all(-1)
             kept = (sines >= np.sin(margin)).all(-1)
             assert np.array_equal(members(arcs, psi)[clear], kept[clear])
@@ -140,7 +141,11 @@ def test_the_ends_of_a_margin_say_singular() -> None:
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     pose, _, gc = arm.forward(np.radians([10, 3, 20, 70, 90, 60, 10.0]))
     margin = 0.08
-    ends = [end for pair in unlimited(arm).feasible(pose, gc, singularity_margin=margin).ends for end in pair]
+    ends = [
+        end
+        for pair in unlimited(arm).with_(singularity_margin=margin).feasible(pose, gc).ends
+        for end in pair
+    ]
     assert {end.side for end in ends} == {"singular"}
     assert 2 in {end.joint for end in ends}
     assert gap([end.value for end in ends if end.joint == 2], margin) <= JOINT
@@ -175,23 +180,23 @@ def test_the_statuses_of_empty_arcs() -> None:
     arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
     q = np.array([0.1, 0.5, 0.2, 1.2, 0.3, 0.8, 0.4])
     pose, _, gc = arm.forward(q)
-    far, folded = pose.copy(), arm.forward(np.where(np.arange(7) == 3, np.pi, q), undefined="nan")[0]
+    far, folded = pose.copy(), arm.forward(np.where(np.arange(7) == 3, np.pi, q), on_error="nan")[0]
     far[0, 3] += 2
     assert arm.feasible(far, gc).status is aa.Status.UNREACHABLE
     assert arm.feasible(folded, gc).status is aa.Status.FOLDED
     elbow = arm.with_(lower=[*3 * [-3], 1.3, *3 * [-3]], upper=3 * np.ones(7))
     assert elbow.feasible(pose, gc).status is aa.Status.ELBOW_LIMIT
-    assert arm.feasible(pose, gc, singularity_margin=1.4).status is aa.Status.ELBOW_MARGIN
+    assert arm.with_(singularity_margin=1.4).feasible(pose, gc).status is aa.Status.ELBOW_MARGIN
     boxed = arm.with_(lower=np.full(7, 2.0), upper=np.full(7, 2.01)).with_(lower=[*3 * [2], 1.1, *3 * [2]])
     assert boxed.feasible(pose, gc).status is aa.Status.LIMITS
     assert arm.feasible(pose, gc).status is aa.Status.OK
-    each = elbow.joint_feasible(pose, gc)
+    each = elbow.feasible(pose, gc, per_joint=True)
     assert [aa.Status(code).name for code in each.status] == [*3 * ["OK"], "ELBOW_LIMIT", *3 * ["OK"]]
 
 
 def test_the_arcs_of_all_joints_are_the_intersection_of_each() -> None:
     for case in cases(seed=7, count=60):
-        each = case.arm.joint_feasible(case.pose, case.gc)
+        each = case.arm.feasible(case.pose, case.gc, per_joint=True)
         together = each[:, 0]
         for j in range(1, 7):
             together = together & each[:, j]
@@ -205,7 +210,7 @@ def test_batches_and_threads_are_their_elements() -> None:
     batch = case.arm.feasible(case.pose, gc)
     assert batch.shape == (8, len(case.pose))
     for threads in (0, 2, 5, 99):
-        again = case.arm.feasible(case.pose, gc, threads=threads)
+        again = in_threads(threads, lambda: case.arm.feasible(case.pose, gc))
         assert again == batch
         assert again.ends == batch.ends
     for i, j in np.ndindex(*batch.shape):
@@ -219,7 +224,10 @@ def test_batches_and_threads_are_their_elements() -> None:
 def test_empty_batches(shape: tuple[int, ...]) -> None:
     arm = arms()[0]
     pose, gc = np.empty((*shape, 4, 4)), np.empty(shape, dtype=np.int64)
-    for arcs, wanted in ((arm.feasible(pose, gc), shape), (arm.joint_feasible(pose, gc), (*shape, 7))):
+    for arcs, wanted in (
+        (arm.feasible(pose, gc), shape),
+        (arm.feasible(pose, gc, per_joint=True), (*shape, 7)),
+    ):
         assert (
             arcs.shape
             == arcs.count.shape
@@ -251,24 +259,24 @@ def test_a_locked_joint_leaves_isolated_psi(joint: int, half_range: float) -> No
             lower[joint], upper[joint] = q[joint] - half_range, q[joint] + half_range
             locked = arm.with_(lower=lower, upper=upper)
             pose, psi, gc = locked.forward(q)
-            arcs, alone = locked.feasible(pose, gc), locked.joint_feasible(pose, gc)[joint]
+            arcs, alone = locked.feasible(pose, gc), locked.feasible(pose, gc, per_joint=True)[joint]
             assert arcs.status is aa.Status.OK
             # where the joint turns back at its locked value, two psi are one: rounding parts them by its root
             for found in (arcs, alone):
                 gap = circle_gap(found.nearest(psi), psi)
                 assert psi in found or gap * max(gap, rate(locked, pose, psi, gc, joint)) <= 1e-12
             assert alone.count in (1, 2)
-            assert locked.feasible_all(pose)[int(gc)] == arcs
+            assert locked.feasible(pose)[int(gc)] == arcs
             assert (alone & arcs).count == arcs.count
             assert aa.step(locked, q, pose).status is aa.Status.OK
-            assert locked.solve(pose, near=q).status is aa.Status.OK
+            assert locked.solve(pose, seed=q).status is aa.Status.OK
             if half_range > 0:
                 continue
             assert arcs.measure == 0.0
             assert arcs.nearest(psi + 0.1) in arcs
             for at, ends in zip(arcs.intervals[:, 0], arcs.ends, strict=True):
                 assert {end.joint for end in ends} == {joint + 1}
-                off = circle_gap(locked.inverse(pose, at, gc, seed=q)[joint], q[joint])
+                off = circle_gap(locked.inverse(pose, at, gc, seed=q, limits=False)[joint], q[joint])
                 assert off <= 1e-12 + 16 * EPS * rate(locked, pose, at, gc, joint)
 
 
@@ -282,15 +290,15 @@ def test_a_joint_locked_where_it_stops_turning_leaves_its_psi() -> None:
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     pose, _, gc = arm.forward([0.3, 0.6, -0.2, -1.3, 0.4, 0.9, 0.1])
     for joint in (0, 5):
-        turning = arm.joint_function(pose, gc, joint + 1)
+        turning = aa.gradients.joint_function(arm, pose, gc, joint + 1)
         for psi in turning.stationary:
-            q = arm.inverse(pose, psi, gc)
+            q = arm.inverse(pose, psi, gc, limits=False)
             lower, upper = np.full(7, -np.pi), np.full(7, np.pi)
             lower[joint] = upper[joint] = q[joint]
             found = arm.with_(lower=lower, upper=upper).feasible(pose, gc)
             assert found.count >= 1
             assert circle_gap(found.intervals, psi).max() <= 1e-7
-            assert abs(arm.inverse(pose, found.intervals[0, 0], gc)[joint] - q[joint]) <= 1e-12
+            assert abs(arm.inverse(pose, found.intervals[0, 0], gc, limits=False)[joint] - q[joint]) <= 1e-12
 
 
 @pytest.mark.slow
@@ -309,7 +317,7 @@ def test_a_posture_amid_its_limits_beside_a_singular_one_has_arcs(off: float, wi
                 boxed = arm.with_(lower=q - width, upper=q + width)
                 pose, psi, gc = boxed.forward(q)
                 assert psi in boxed.feasible(pose, gc)
-                assert psi in boxed.feasible_all(pose)[int(gc)]
+                assert psi in boxed.feasible(pose)[int(gc)]
 
 
 def test_where_two_joints_are_one_axis_their_sum_must_fit() -> None:
@@ -345,7 +353,7 @@ def mended(arm: aa.Arm) -> MendedArm:
 def same_arcs(arm: aa.Arm, pose: Array, gc: int, margin: float) -> str | None:
     """What the second implementation says otherwise, or None."""
     status, arcs = mended_arcs.feasible(mended(arm), pose, gc, margin)
-    mine = arm.feasible(pose, gc, singularity_margin=margin)
+    mine = arm.with_(singularity_margin=margin).feasible(pose, gc)
     theirs = aa.ArcSet(arcs)
     apart = (mine & ~theirs).measure + (theirs & ~mine).measure
     if mine.status.name == status and apart <= 1e-6:
@@ -368,7 +376,9 @@ def test_a_second_implementation_finds_the_same_arcs(margin: float) -> None:
         if case.arm.d_4 != 0:
             continue
         regular = (
-            np.abs(np.sin(bends(case.arm, unlimited(case.arm).inverse(case.pose, 0.3, case.gc)))).min(-1)
+            np.abs(
+                np.sin(bends(case.arm, unlimited(case.arm).inverse(case.pose, 0.3, case.gc, limits=False)))
+            ).min(-1)
             > 1e-3
         )
         said += [

@@ -49,13 +49,13 @@ def test_no_roll_of_a_ladder_has_a_nearer_posture(metric: str, weight: np.ndarra
     angles = np.arange(60) * (2 * np.pi / 60)
     found_some = lost_some = 0
     for arm in arms(rng):
-        poses = arm.forward(near_limits(arm, rng, 12), undefined="nan")[0]
+        poses = arm.forward(near_limits(arm, rng, 12), on_error="nan")[0]
         near = np.clip(near_limits(arm, rng, 12), arm.lower, arm.upper)
-        free = arm.solve(poses, near=near, metric=metric, weight=weight, roll="free")
-        ladder = arm.solve(rolled(poses[:, None], angles), near=near[:, None], metric=metric, weight=weight)
+        free = arm.solve(poses, seed=near, metric=metric, weight=weight, roll="free")
+        ladder = arm.solve(rolled(poses[:, None], angles), seed=near[:, None], metric=metric, weight=weight)
         nearest = np.where(ladder.ok, ladder.distance, np.inf).min(axis=1)
         assert (np.where(free.ok, free.distance, np.inf) <= nearest + 1e-9).all()
-        assert np.array_equal(free.ok, ~arm.feasible_roll(poses).is_empty)
+        assert np.array_equal(free.ok, ~arm.feasible_turns(poses, about="tool").is_empty)
         held, _, gc = arm.forward(free.q[free.ok])
         same_but_for_roll(held, poses[free.ok])
         assert np.array_equal(gc, free.gc[free.ok])
@@ -74,7 +74,7 @@ def test_the_best_margin_over_all_rolls() -> None:
     rng = draw.generator(16, 31)
     angles = np.arange(48) * (2 * np.pi / 48)
     for arm in arms(rng)[:4]:
-        poses = arm.forward(near_limits(arm, rng, 8), undefined="nan")[0]
+        poses = arm.forward(near_limits(arm, rng, 8), on_error="nan")[0]
         free = arm.solve(poses, roll="free")
         ladder = arm.solve(rolled(poses[:, None], angles))
         most = np.where(ladder.ok, ladder.margin, -np.inf).max(axis=1)
@@ -87,19 +87,19 @@ def test_one_pose_is_a_row_of_its_batch_and_another_axis_goes_by_a_ladder() -> N
     q = np.clip(near_limits(arm, rng, 6), arm.lower, arm.upper)
     poses = arm.forward(q)[0]
     near = q + rng.uniform(-0.3, 0.3, q.shape)
-    free, plain = arm.solve(poses, near=near, roll="free"), arm.solve(poses, near=near)
+    free, plain = arm.solve(poses, seed=near, roll="free"), arm.solve(poses, seed=near)
     assert free.ok.all() and (free.distance <= plain.distance + 1e-12).all()
     assert (free.distance < plain.distance - 1e-3).any()
     same_but_for_roll(arm.forward(free.q)[0], poses)
     for k in range(6):
-        one = arm.solve(poses[k], near=near[k], roll="free")
+        one = arm.solve(poses[k], seed=near[k], roll="free")
         assert isinstance(one.status, aa.Status) and np.array_equal(one.q, free.q[k])
     straight = along_axis_7(arm)
     poses = straight.forward(q)[0]
-    batch = straight.solve(poses, near=near, roll="free")
-    one = straight.solve(poses[2], near=near[2], roll="free")
+    batch = straight.solve(poses, seed=near, roll="free")
+    one = straight.solve(poses[2], seed=near[2], roll="free")
     assert np.array_equal(one.q, batch.q[2]) and isinstance(one.margin, float)
-    far = straight.solve(aa.pose([9.0, 0.0, 0.0]), near=near[0], roll="free")
+    far = straight.solve(aa.pose([9.0, 0.0, 0.0]), seed=near[0], roll="free")
     assert not far.ok and far.status is aa.Status.UNREACHABLE and np.isnan(far.q).all()
 
 
@@ -160,28 +160,28 @@ def test_what_a_free_roll_is_not_for() -> None:
     with pytest.raises(aa.InputError, match="joint 7 of start stands outside its limits"):
         aa.follow(arm, pose[None], start=outside, roll="free")
     with pytest.raises(aa.InputError, match="does not go with outside='nearest'"):
-        arm.solve(pose, near=q, roll="free", outside="nearest")
+        arm.solve(pose, seed=q, roll="free", fallback="nearest_pose")
     with pytest.raises(aa.InputError, match="wanted one of the others positive"):
-        arm.solve(pose, near=q, roll="free", weight=[0, 0, 0, 0, 0, 0, 1])
+        arm.solve(pose, seed=q, roll="free", weight=[0, 0, 0, 0, 0, 0, 1])
     scene = aa.Scene([aa.Ball([0.0, 0.9, 0.5], 0.1)])
-    bones = arm.with_body(aa.Body.bones(upper_arm=0.05, forearm=0.05))
+    bones = arm.with_(body=aa.Body.bones(upper_arm=0.05, forearm=0.05))
     flange = aa.Body({4: [aa.Ball([0, 0, 0.1], 0.05)], 7: [aa.Ball([0.1, 0, 0.0], 0.03, name="plug")]})
     for name, holding in (
-        ("hand", bones.with_hand([aa.Ball([0.01, 0, 0.1], 0.05)])),
-        ("plate", bones.with_hand([aa.Box(aa.pose([0, 0, 0.1]), [0.1, 0.1, 0.1], name="plate")])),
-        ("plug", arm.with_body(flange)),
+        ("hand", bones.with_(hand=[aa.Ball([0.01, 0, 0.1], 0.05)])),
+        ("plate", bones.with_(hand=[aa.Box(aa.pose([0, 0, 0.1]), [0.1, 0.1, 0.1], name="plate")])),
+        ("plug", arm.with_(body=flange)),
     ):
         with pytest.raises(aa.InputError, match=f"{name}, which .* would turn with it: not with scene"):
-            holding.solve(pose, near=q, roll="free", scene=scene)
+            holding.with_(scene=scene).solve(pose, seed=q, roll="free")
         with pytest.raises(aa.InputError, match=f"{name}, which"):
-            aa.follow(holding, pose[None], start=q, roll="free", scene=scene)
+            aa.follow(holding.with_(scene=scene), pose[None], start=q, roll="free")
 
 
 def test_a_hand_that_is_round_about_the_axis_keeps_clear_whatever_the_roll() -> None:
     arm = (
         aa.Arm.from_catalogue("kuka_iiwa7_r800")
-        .with_body(aa.Body({4: [aa.Capsule([0, 0, 0], [0, 0, 0.4], 0.06)], 7: [aa.Ball([0, 0, 0], 0.05)]}))
-        .with_hand([aa.Capsule([0, 0, 0], [0, 0, 0.15], 0.03, name="drill")])
+        .with_(body=aa.Body({4: [aa.Capsule([0, 0, 0], [0, 0, 0.4], 0.06)], 7: [aa.Ball([0, 0, 0], 0.05)]}))
+        .with_(hand=[aa.Capsule([0, 0, 0], [0, 0, 0.15], 0.03, name="drill")])
     )
     rng, seen, touched = np.random.default_rng(8), 0, 0
     for _ in range(40):
@@ -189,16 +189,16 @@ def test_a_hand_that_is_round_about_the_axis_keeps_clear_whatever_the_roll() -> 
         pose = arm.forward(q)[0]
         beside = arm.elbow(q) + rng.normal(size=3) * 0.15
         scene = aa.Scene([aa.Ball(beside, 0.06, name="lamp")], clearance=0.01)
-        found = arm.solve(pose, near=q, roll="free", scene=scene)
+        found = arm.with_(scene=scene).solve(pose, seed=q, roll="free")
         if not found.ok:
             continue
         seen += 1
-        touched += arm.clearance(pose, *arm.forward(q)[1:], scene).distance < 0.01
+        touched += arm.clearance(arm.inverse(pose, arm.forward(q)[1:], scene, limits=False)).distance < 0.01
         at, psi, gc = arm.forward(found.q)
-        assert arm.clearance(at, psi, gc, scene).distance >= 0.01 - 1e-9
-        now = aa.step(arm, found.q, pose, scene=scene, roll="free")
-        path = aa.follow(arm, pose[None], start=found.q, scene=scene, roll="free")
+        assert arm.clearance(arm.inverse(at, psi, gc, limits=False), scene).distance >= 0.01 - 1e-9
+        now = aa.step(arm.with_(scene=scene), found.q, pose, roll="free")
+        path = aa.follow(arm.with_(scene=scene), pose[None], start=found.q, roll="free")
         for joints in ([now.q] if now.status == aa.Status.OK else []) + ([path.q[0]] if path.ok else []):
             at, psi, gc = arm.forward(joints)
-            assert arm.clearance(at, psi, gc, scene).distance >= 0.01 - 1e-9
+            assert arm.clearance(arm.inverse(at, psi, gc, limits=False), scene).distance >= 0.01 - 1e-9
     assert seen > 20 and touched > 2

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.threads import in_threads
 
 import armangle as aa
 
 ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-FR3 = aa.OffsetArm.from_catalogue("franka_fr3")
+FR3 = aa.Arm.from_catalogue("franka_fr3")
 RNG = np.random.default_rng(42)
 Q = RNG.uniform(0.8 * ARM.lower, 0.8 * ARM.upper, (7, 7))
 POSE = ARM.forward(Q)[0]
@@ -34,11 +35,11 @@ def tracker() -> aa.Tracker:
 TRACKER = tracker()
 LONG: dict[str, Callable[..., Any]] = {
     "solve": lambda **more: ARM.solve(POSES, **more),
-    "solve in threads": lambda **more: ARM.solve(POSES, threads=3, **more),
+    "solve in threads": lambda **more: in_threads(3, lambda: ARM.solve(POSES, **more)),
     "solutions": lambda **more: ARM.solutions(POSES, **more),
-    "best": lambda **more: ARM.best(POSES, **more),
+    "best": lambda **more: ARM.solve(POSES, **more, prefer="margin"),
     "feasible": lambda **more: ARM.feasible(POSES.repeat(10, axis=0), 0, **more),
-    "feasible_all": lambda **more: ARM.feasible_all(POSES.repeat(3, axis=0), **more),
+    "feasible_all": lambda **more: ARM.feasible(POSES.repeat(3, axis=0), **more),
     "offset solve": lambda **more: FR3.solve(FR3_POSES, **more),
     "offset feasible": lambda **more: FR3.feasible(FR3_POSES, 0, **more),
     "follow": lambda **more: aa.follow(ARM, TICKS, start=Q[0], **more),
@@ -78,7 +79,7 @@ def test_a_signal_ends_a_batch_before_all_is_done(name: str) -> None:
     thread.join()
     assert told and told[-1][0] < told[-1][1]
     assert np.array_equal(TRACKER.q, before)
-    assert np.array_equal(ARM.solve(POSE, near=Q).q, ARM.solve(POSE, near=Q).q)
+    assert np.array_equal(ARM.solve(POSE, seed=Q).q, ARM.solve(POSE, seed=Q).q)
 
 
 @pytest.mark.parametrize("threads", [1, 2])
@@ -97,7 +98,7 @@ def test_a_signal_ends_a_plan(threads: int) -> None:
     thread = threading.Thread(target=interrupt)
     thread.start()
     with pytest.raises(KeyboardInterrupt):
-        aa.plan(ARM, path, threads=threads)
+        in_threads(threads, lambda: aa.plan(ARM, path))
     thread.join()
     assert np.isfinite(aa.plan(ARM, path[:10]).q).all()
 
@@ -123,14 +124,14 @@ def test_what_progress_raises_ends_a_call(name: str) -> None:
 
 
 SHORT: dict[str, Callable[..., Any]] = {
-    "solve": lambda **more: ARM.solve(POSE, near=Q, **more).q,
-    "solve one": lambda **more: ARM.solve(POSE[0], near=Q[0], **more).q,
-    "solutions": lambda **more: ARM.solutions(POSE, near=Q, **more).q,
-    "best": lambda **more: ARM.best(POSE, **more).q,
+    "solve": lambda **more: ARM.solve(POSE, seed=Q, **more).q,
+    "solve one": lambda **more: ARM.solve(POSE[0], seed=Q[0], **more).q,
+    "solutions": lambda **more: ARM.solutions(POSE, seed=Q, **more).q,
+    "best": lambda **more: ARM.solve(POSE, **more, prefer="margin").q,
     "feasible": lambda **more: ARM.feasible(POSE, 0, **more).intervals,
-    "feasible_all": lambda **more: ARM.feasible_all(POSE, **more).intervals,
+    "feasible_all": lambda **more: ARM.feasible(POSE, **more).intervals,
     "offset solve": lambda **more: FR3.solve(FR3_POSES[:5], **more).q,
-    "offset feasible_all": lambda **more: FR3.feasible_all(FR3_POSES[:5], **more).intervals,
+    "offset feasible_all": lambda **more: FR3.feasible(FR3_POSES[:5], **more).intervals,
     "follow": lambda **more: aa.follow(ARM, TICKS[:50], start=Q[0], **more).q,
     "run": lambda **more: tracker().run(TICKS[:50], **more),
     "place": lambda **more: aa.place(ARM, POSE, [0.0, 0.1], [0.0], **more).reached,
@@ -156,5 +157,5 @@ def test_what_progress_calls_tells_nothing() -> None:
         told.append((done, total))
         ARM.feasible(POSE[:3], 0)
 
-    ARM.solve(POSE, near=Q, progress=tell)
+    ARM.solve(POSE, seed=Q, progress=tell)
     assert {total for _, total in told} == {len(POSE)}

@@ -7,6 +7,7 @@ import pytest
 from support import draw
 from support.laws import JOINT, POSE, gap, is_regular
 from support.strategies import REGIMES, Array, arms, bends, finite_limits, joint_values, postures, unlimited
+from support.threads import in_threads
 
 import armangle as aa
 
@@ -28,8 +29,8 @@ def sample(arm: aa.Arm, regime: str, seed: int = 0, n: int = N) -> tuple[Array, 
 @any_regime
 def test_the_pose_is_kept(arm: aa.Arm, regime: str) -> None:
     q, pose, psi, gc = sample(arm, regime)
-    back = arm.inverse(pose, psi, gc, seed=q)
-    assert gap(arm.forward(back, undefined="nan")[0], pose) <= POSE
+    back = arm.inverse(pose, psi, gc, seed=q, limits=False)
+    assert gap(arm.forward(back, on_error="nan")[0], pose) <= POSE
 
 
 @any_arm
@@ -37,8 +38,8 @@ def test_the_pose_is_kept(arm: aa.Arm, regime: str) -> None:
 def test_every_psi_and_gc_gives_the_pose(arm: aa.Arm, regime: str) -> None:
     _, pose, _, _ = sample(arm, regime, seed=1)
     rng = draw.generator(5)
-    rows = arm.inverse_all(pose, rng.uniform(-10, 10, len(pose)))
-    assert gap(arm.forward(rows, undefined="nan")[0], pose[:, None]) <= POSE
+    rows = arm.inverse(pose, rng.uniform(-10, 10, len(pose)), limits=False)
+    assert gap(arm.forward(rows, on_error="nan")[0], pose[:, None]) <= POSE
 
 
 @pytest.mark.core
@@ -48,7 +49,7 @@ def test_joints_come_back(arm: aa.Arm, regime: str) -> None:
     free = unlimited(arm)
     q, pose, psi, gc = sample(free, regime, seed=2)
     regular = is_regular(arm, q, pose)
-    assert gap(free.inverse(pose, psi, gc, seed=q)[regular], q[regular]) <= JOINT
+    assert gap(free.inverse(pose, psi, gc, seed=q, limits=False)[regular], q[regular]) <= JOINT
 
 
 @any_arm
@@ -57,7 +58,7 @@ def test_joints_within_limits_come_back_within_limits(arm: aa.Arm, regime: str) 
     q, pose, psi, gc = sample(arm, regime, seed=3)
     regular = is_regular(arm, q, pose)
     assert regular.any()
-    back = arm.inverse(pose, psi, gc, seed=q)[regular]
+    back = arm.inverse(pose, psi, gc, seed=q, limits=False)[regular]
     assert gap(back, q[regular]) <= JOINT
     assert arm.within_limits(back, tol=JOINT).all()
 
@@ -65,9 +66,9 @@ def test_joints_within_limits_come_back_within_limits(arm: aa.Arm, regime: str) 
 @any_arm
 def test_rows_of_inverse_all_are_the_configurations(arm: aa.Arm) -> None:
     q, pose, psi, _ = sample(arm, "uniform", seed=4)
-    rows = arm.inverse_all(pose, psi)
+    rows = arm.inverse(pose, psi, limits=False)
     for gc in range(8):
-        assert np.array_equal(rows[:, gc], arm.inverse(pose, psi, gc))
+        assert np.array_equal(rows[:, gc], arm.inverse(pose, psi, gc, limits=False))
     regular = is_regular(arm, q, pose)  # else rounding may turn the sign of a bend that is 0
     _, psi_again, gc_again = arm.forward(rows[regular])
     assert np.array_equal(gc_again, np.broadcast_to(np.arange(8), gc_again.shape))
@@ -99,9 +100,9 @@ def test_the_jacobian_is_the_difference_quotient(arm: aa.Arm, regime: str) -> No
     jacobian = arm.jacobian(q)
     for j in range(7):
         e = step * np.eye(7)[j]
-        ahead, behind = (arm.forward(q + s * e, undefined="nan")[0] for s in (1, -1))
+        ahead, behind = (arm.forward(q + s * e, on_error="nan")[0] for s in (1, -1))
         linear = (ahead - behind)[:, :3, 3] / (2 * step)
-        here = arm.forward(q, undefined="nan")[0][:, :3, :3]
+        here = arm.forward(q, on_error="nan")[0][:, :3, :3]
         turn = (ahead - behind)[:, :3, :3] / (2 * step) @ here.swapaxes(1, 2)
         angular = np.stack([turn[:, 2, 1], turn[:, 0, 2], turn[:, 1, 0]], axis=-1)
         assert gap(jacobian[:, :, j], np.concatenate([linear, angular], axis=-1)) <= 1e-8
@@ -112,7 +113,7 @@ def test_the_jacobian_is_the_difference_quotient(arm: aa.Arm, regime: str) -> No
 def test_self_motion_leaves_the_tool(arm: aa.Arm, regime: str) -> None:
     _, pose, psi, gc = sample(arm, regime, seed=7)
     rate = arm.self_motion(pose, psi, gc)
-    posture = arm.inverse(pose, psi, gc)
+    posture = arm.inverse(pose, psi, gc, limits=False)
     finite = np.where(np.isfinite(rate), rate, 0.0)
     moved = np.abs(np.einsum("nij,nj->ni", arm.jacobian(posture), finite)).max(axis=-1)
     long = arm.reach + np.linalg.norm(arm.tool[:3, 3]) + np.linalg.norm(arm.base[:3, 3])
@@ -133,8 +134,8 @@ def test_self_motion_is_the_difference_quotient(arm: aa.Arm, regime: str) -> Non
     regular = np.abs(np.sin(bends(arm, q)))[:, [0, 2]].min(-1) > 1e-2
     pose, psi, gc = pose[regular], psi[regular], gc[regular]
     step = 1e-5
-    here = free.inverse(pose, psi, gc)
-    ahead, behind = (free.inverse(pose, psi + s * step, gc, seed=here) for s in (1, -1))
+    here = free.inverse(pose, psi, gc, limits=False)
+    ahead, behind = (free.inverse(pose, psi + s * step, gc, seed=here, limits=False) for s in (1, -1))
     assert gap((ahead - behind) / (2 * step), free.self_motion(pose, psi, gc)) <= 1e-3
 
 
@@ -143,7 +144,7 @@ def test_self_motion_where_it_does_not_exist() -> None:
     straight = arm.forward(np.zeros(7))  # on the whole circle: a convention, finite
     rate = arm.self_motion(*straight)
     assert np.isfinite(rate).all()
-    assert gap(arm.jacobian(arm.inverse(*straight)) @ rate, np.zeros(6)) <= 1e-12
+    assert gap(arm.jacobian(arm.inverse(*straight, limits=False)) @ rate, np.zeros(6)) <= 1e-12
     at = arm.forward([0.3, 0.0, 0.2, -1.0, 0.4, 0.7, 0.0])  # theta_2 = 0 at one psi only
     rate = arm.self_motion(*at)
     assert np.isinf(rate[:3]).all() or np.abs(rate[:3]).max() > 1e6
@@ -163,7 +164,7 @@ def test_a_seed_chooses_the_winding(arm: aa.Arm) -> None:
     pose, psi, gc = wide.forward(q)
     regular = is_regular(arm, q, pose)
     seed = q + rng.uniform(-3, 3, q.shape)
-    assert gap(wide.inverse(pose, psi, gc, seed=seed)[regular], q[regular]) <= JOINT
+    assert gap(wide.inverse(pose, psi, gc, seed=seed, limits=False)[regular], q[regular]) <= JOINT
 
 
 @any_arm
@@ -171,26 +172,28 @@ def test_without_a_seed_the_middle_of_the_range_is_near(arm: aa.Arm) -> None:
     wide = _wide(arm)
     _, pose, psi, gc = sample(arm, "uniform", seed=10)
     middle = (wide.lower + wide.upper) / 2
-    assert np.array_equal(wide.inverse(pose, psi, gc), wide.inverse(pose, psi, gc, seed=middle))
-    assert (np.abs(wide.inverse(pose, psi, gc) - middle) <= np.pi + JOINT).all()
-    free = unlimited(arm).inverse(pose, psi, gc)
+    assert np.array_equal(
+        wide.inverse(pose, psi, gc, limits=False), wide.inverse(pose, psi, gc, seed=middle, limits=False)
+    )
+    assert (np.abs(wide.inverse(pose, psi, gc, limits=False) - middle) <= np.pi + JOINT).all()
+    free = unlimited(arm).inverse(pose, psi, gc, limits=False)
     assert (np.abs(free) <= np.pi + JOINT).all()
-    assert gap(np.sin(free - wide.inverse(pose, psi, gc)), np.zeros((N, 7))) <= JOINT
+    assert gap(np.sin(free - wide.inverse(pose, psi, gc, limits=False)), np.zeros((N, 7))) <= JOINT
 
 
 def test_a_range_beyond_half_a_turn_is_no_full_turn() -> None:
     arm = aa.Arm.from_catalogue("barrett_wam7")  # joint 5: -260.7 to 71.62 degrees
     q = np.radians([10, 20, 30, 90, -200, 40, 50.0])
     pose, psi, gc = arm.forward(q)
-    assert gap(arm.inverse(pose, psi, gc), q) <= JOINT
-    assert gap(unlimited(arm).inverse(pose, psi, gc)[4] - q[4], 2 * np.pi) <= JOINT
+    assert gap(arm.inverse(pose, psi, gc, limits=False), q) <= JOINT
+    assert gap(unlimited(arm).inverse(pose, psi, gc, limits=False)[4] - q[4], 2 * np.pi) <= JOINT
 
 
 def test_outside_every_winding_the_nearest_to_the_range_is_returned() -> None:
     narrow = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, lower=[3.2] + 6 * [-3], upper=[3.7] + 6 * [3])
     for angle, wanted in ((1.0, 1.0 + 2 * np.pi), (0.0, 2 * np.pi), (-2.9, -2.9 + 4 * np.pi - 2 * np.pi)):
         q = np.array([angle, 0.5, 0.2, 0.9, 0.1, 0.7, 0.3])
-        back = narrow.inverse(*narrow.forward(q))
+        back = narrow.inverse(*narrow.forward(q), limits=False)
         low, high = 3.2 - back[0], back[0] - 3.7
         for turn in (-2 * np.pi, 2 * np.pi):
             assert max(low, high) <= max(low - turn, high + turn) + JOINT
@@ -200,10 +203,10 @@ def test_outside_every_winding_the_nearest_to_the_range_is_returned() -> None:
 def answers(arm: aa.Arm, q: Array, pose: Array, psi: Array, gc: Array) -> list[Array]:
     """Everything else that an arm says of postures."""
     return [
-        arm.inverse(pose, psi, gc),
-        arm.inverse(pose, psi, gc, seed=q),
+        arm.inverse(pose, psi, gc, limits=False),
+        arm.inverse(pose, psi, gc, seed=q, limits=False),
         arm.jacobian(q),
-        arm.inverse_all(pose, psi),
+        arm.inverse(pose, psi, limits=False),
         arm.self_motion(pose, psi, gc),
         arm.limit_margin(q),
         arm.within_limits(q),
@@ -241,32 +244,34 @@ def test_arguments_broadcast() -> None:
     arm = arms()[0]
     q, pose, _, _ = sample(arm, "uniform", seed=12, n=4)
     psi, gc = np.linspace(-9, 9, 5)[:, None, None], np.array([[1], [6]])
-    out = arm.inverse(pose, psi, gc, seed=q[0])
+    out = arm.inverse(pose, psi, gc, seed=q[0], limits=False)
     assert out.shape == (5, 2, 4, 7)
     for i, j, k in np.ndindex(5, 2, 4):
-        assert np.array_equal(out[i, j, k], arm.inverse(pose[k], psi[i, 0, 0], gc[j, 0], seed=q[0]))
+        assert np.array_equal(
+            out[i, j, k], arm.inverse(pose[k], psi[i, 0, 0], gc[j, 0], seed=q[0], limits=False)
+        )
 
 
 def test_strided_and_reversed_arrays_are_their_copies() -> None:
     arm = arms()[3]
     q, pose, psi, gc = sample(arm, "uniform", seed=13, n=40)
-    plain = arm.inverse(pose, psi, gc)
-    assert np.array_equal(arm.inverse(pose[::-2], psi[::-2], gc[::-2]), plain[::-2])
+    plain = arm.inverse(pose, psi, gc, limits=False)
+    assert np.array_equal(arm.inverse(pose[::-2], psi[::-2], gc[::-2], limits=False), plain[::-2])
     turned = np.asfortranarray(pose)
-    assert np.array_equal(arm.inverse(turned, psi, gc), plain)
+    assert np.array_equal(arm.inverse(turned, psi, gc, limits=False), plain)
     assert np.array_equal(arm.forward(np.asfortranarray(q))[0], pose)
-    assert np.array_equal(arm.inverse(pose.tolist(), psi.tolist(), gc.tolist()), plain)
-    assert np.array_equal(arm.inverse(pose.astype(">f8"), psi, gc.astype(np.uint8)), plain)
+    assert np.array_equal(arm.inverse(pose.tolist(), psi.tolist(), gc.tolist(), limits=False), plain)
+    assert np.array_equal(arm.inverse(pose.astype(">f8"), psi, gc.astype(np.uint8), limits=False), plain)
 
 
 def test_out_is_written_and_returned() -> None:
     arm = arms()[3]
     _, pose, psi, gc = sample(arm, "uniform", seed=14, n=40)
     out = np.empty((40, 7))
-    assert arm.inverse(pose, psi, gc, out=out) is out
-    assert np.array_equal(out, arm.inverse(pose, psi, gc))
+    assert arm.inverse(pose, psi, gc, out=out, limits=False) is out
+    assert np.array_equal(out, arm.inverse(pose, psi, gc, limits=False))
     one = np.empty(7)
-    assert arm.inverse(pose[0], psi[0], gc[0], out=one) is one
+    assert arm.inverse(pose[0], psi[0], gc[0], out=one, limits=False) is one
     assert np.array_equal(one, out[0])
 
 
@@ -274,20 +279,25 @@ def test_threads_change_no_bit() -> None:
     arm = arms()[5]
     q, pose, psi, gc = sample(arm, "near_singular", seed=15, n=1003)
     for threads in (0, 2, 3, 7, 100):
-        again = arm.forward(q, threads=threads)
+        again = in_threads(threads, lambda: arm.forward(q))
         assert all(np.array_equal(a, b) for a, b in zip(again, (pose, psi, gc), strict=True))
-        assert np.array_equal(arm.inverse(pose, psi, gc, threads=threads), arm.inverse(pose, psi, gc))
-        assert np.array_equal(arm.jacobian(q, threads=threads), arm.jacobian(q))
-        assert np.array_equal(arm.self_motion(pose, psi, gc, threads=threads), arm.self_motion(pose, psi, gc))
+        assert np.array_equal(
+            in_threads(threads, lambda: arm.inverse(pose, psi, gc, limits=False)),
+            arm.inverse(pose, psi, gc, limits=False),
+        )
+        assert np.array_equal(in_threads(threads, lambda: arm.jacobian(q)), arm.jacobian(q))
+        assert np.array_equal(
+            in_threads(threads, lambda: arm.self_motion(pose, psi, gc)), arm.self_motion(pose, psi, gc)
+        )
 
 
 def test_a_wrist_on_the_shoulder_has_no_arm_angle() -> None:
     arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
     q = joint_values(arm, np.array([0.1, 0.2, 0.3, np.pi, 0.5, 0.6, 0.7]))
-    pose, psi, _ = arm.forward(q, undefined="nan")
+    pose, psi, _ = arm.forward(q, on_error="nan")
     assert np.isnan(psi)
     with pytest.raises(aa.UnreachableError, match="lies on the shoulder: the arm is folded"):
         arm.forward(q)
     with pytest.raises(aa.UnreachableError, match="lies on the shoulder: the arm is folded"):
-        arm.inverse(pose, 0.0, 0)
-    assert np.isnan(arm.inverse(pose, 0.0, 0, unreachable="nan")).all()
+        arm.inverse(pose, 0.0, 0, limits=False)
+    assert np.isnan(arm.inverse(pose, 0.0, 0, on_error="nan", limits=False)).all()

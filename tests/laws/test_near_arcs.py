@@ -87,7 +87,7 @@ def test_every_psi_of_an_arc_keeps_the_limits_and_every_other_breaks_one(arm: aa
     decided = 0
     for i in range(n):
         angles = rng.uniform(-np.pi, np.pi, 60)
-        joints = arm.inverse(pose[i], angles, gc[i], unreachable="nan")
+        joints = arm.inverse(pose[i], angles, gc[i], on_error="nan", limits=False)
         held = arcs[i].contains(angles)
         for angle, row, inside in zip(angles, joints, held, strict=True):
             if not np.isfinite(row[0]):
@@ -116,7 +116,7 @@ def test_ends_are_the_true_joints_at_their_limits(arm: aa.Arm) -> None:
                 if end.joint is None:
                     assert end.side == "unproven" and arcs.unproven > 0.0
                     continue
-                at = arm.inverse(pose[i], psi, gc[i], unreachable="nan")[end.joint - 1]
+                at = arm.inverse(pose[i], psi, gc[i], on_error="nan", limits=False)[end.joint - 1]
                 if np.isfinite(at):
                     assert circle_gap(at, end.value) <= 1e-10
                     met += 1
@@ -134,7 +134,7 @@ def test_against_newton_from_dense_starts(name: str) -> None:
         arcs = arm.feasible(pose, gc)
         for psi in rng.uniform(-np.pi, np.pi, 5):
             starts = rng.uniform(-np.pi, np.pi, (12, 7))
-            near = arm.nominal.inverse(pose, psi, gc, unreachable="nan")
+            near = arm.nominal.inverse(pose, psi, gc, on_error="nan", limits=False)
             starts = np.vstack([starts, near[None]]) if np.isfinite(near).all() else starts
             margins = [within(arm, found) for found in every_posture(arm, pose, psi, int(gc), starts)]
             if not margins or min(abs(m) for m in margins) <= CLEAR:
@@ -172,7 +172,7 @@ def test_the_naive_way_keeps_the_nominal_arcs_and_breaks_limits() -> None:
         for k, arcs in enumerate((arm.nominal.feasible(pose[i], gc[i]), arm.feasible(pose[i], gc[i]))):
             for lower, upper in arcs.intervals:
                 inside = np.linspace(lower + 1e-6, upper - 1e-6, 40)
-                joints = arm.inverse(pose[i], inside, gc[i], unreachable="nan")
+                joints = arm.inverse(pose[i], inside, gc[i], on_error="nan", limits=False)
                 broken[k] += sum(within(arm, row) < -CLEAR for row in joints if np.isfinite(row[0]))
     assert broken[0] > 0 and broken[1] == 0
 
@@ -185,14 +185,14 @@ def test_an_arc_ends_where_its_branch_does() -> None:
     for branch in range(8):
         arcs = arm.feasible(pose, branch)
         for lower, upper in arcs.intervals:
-            joints = arm.inverse(pose, np.linspace(lower, upper, 200), branch, unreachable="nan")
+            joints = arm.inverse(pose, np.linspace(lower, upper, 200), branch, on_error="nan", limits=False)
             assert np.isfinite(joints[1:-1]).all(), (branch, lower, upper)
 
 
 def test_shapes_joints_and_branches() -> None:
     arm = ARMS["openarm_v10 1.0 mm"]
     pose, _, gc = arm.forward(postures(arm, 3, 28))
-    one, all_gc, each = arm.feasible(pose, gc), arm.feasible_all(pose), arm.joint_feasible(pose, gc)
+    one, all_gc, each = arm.feasible(pose, gc), arm.feasible(pose), arm.feasible(pose, gc, per_joint=True)
     assert one.shape == (3,) and all_gc.shape == (3, 8) and each.shape == (3, 7)
     assert one.unproven.shape == (3,) and aa.ArcSet([[0.0, 1.0]]).unproven == 0.0
     for i in range(3):
@@ -203,11 +203,11 @@ def test_shapes_joints_and_branches() -> None:
                 together = together & each[i, joint]
             assert abs(together.measure - one[i].measure) <= 1e-8
     wide = arm.feasible(pose[0], gc[0])
-    kept = arm.feasible(pose[0], gc[0], singularity_margin=0.3)
+    kept = arm.with_(singularity_margin=0.3).feasible(pose[0], gc[0])
     assert kept.measure <= wide.measure
     for psi in np.linspace(-3, 3, 40):
         if psi in kept:
-            theta = arm.signs * arm.inverse(pose[0], psi, gc[0]) + arm.offsets
+            theta = arm.signs * arm.inverse(pose[0], psi, gc[0], limits=False) + arm.offsets
             theta[3] -= arm.delta
             assert (np.abs(np.sin(theta[1:6:2])) >= np.sin(0.3) - 1e-9).all()
 
@@ -227,10 +227,10 @@ def test_a_joint_goes_through_the_gap_of_a_range_of_nearly_a_turn() -> None:
         ):
             if ends[1].joint is None or ends[1].joint != next_ends[0].joint or after - before > 0.1:
                 continue
-            inside = wide.inverse(pose[i], np.linspace(before, after, 7)[1:-1], gc[i])
+            inside = wide.inverse(pose[i], np.linspace(before, after, 7)[1:-1], gc[i], limits=False)
             assert all(within(wide, row) < 0 for row in inside)
             for end, at in ((ends[1], before), (next_ends[0], after)):
-                joint = wide.inverse(pose[i], at, gc[i])[end.joint - 1]
+                joint = wide.inverse(pose[i], at, gc[i], limits=False)[end.joint - 1]
                 assert circle_gap(joint, end.value) <= 1e-10
             gaps += ends[1].side != next_ends[0].side  # through it, and not back out of it
     assert gaps > 10
@@ -258,7 +258,7 @@ def test_reasons_of_empty_sets() -> None:
     lower, upper = arm.lower.copy(), arm.upper.copy()
     lower[3], upper[3] = 0.5, 1.0
     assert arm.with_(lower=lower, upper=upper).feasible(pose, 2).status == aa.Status.ELBOW_LIMIT
-    assert arm.feasible(pose, gc, singularity_margin=1.4).status == aa.Status.ELBOW_MARGIN
+    assert arm.with_(singularity_margin=1.4).feasible(pose, gc).status == aa.Status.ELBOW_MARGIN
     lower, upper = arm.lower.copy(), arm.upper.copy()
     lower[0], upper[0] = 3.0, 3.1
     assert arm.with_(lower=lower, upper=upper).feasible(pose, gc).status == aa.Status.LIMITS

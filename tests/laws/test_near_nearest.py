@@ -9,6 +9,7 @@ import pytest
 from support.calibrated import ARMS, calibrated, postures
 from support.draw import count, generator
 from support.nearest import Case, brute_force
+from support.threads import in_threads
 
 import armangle as aa
 from armangle.arm.question import MetricName
@@ -65,14 +66,17 @@ def test_without_deviation_the_answers_are_those_of_the_exact_arm() -> None:
         a, b = (arm.solve(pose, seeds, metric=metric) for arm in (exact, near))
         assert np.abs(a.distance - b.distance).max() <= 1e-9
         assert (a.gc == b.gc).all() and (a.status == b.status).all()
-    assert np.abs(exact.best(pose).margin - near.best(pose).margin).max() <= 1e-9
+    assert (
+        np.abs(exact.solve(pose, prefer="margin").margin - near.solve(pose, prefer="margin").margin).max()
+        <= 1e-9
+    )
 
 
 def test_solutions_are_one_for_each_branch_and_proven_arc() -> None:
     arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     pose = arm.forward(q)[0]
-    found, arcs = arm.solutions(pose, q), arm.feasible_all(pose)
+    found, arcs = arm.solutions(pose, q), arm.feasible(pose)
     assert len(found) == int(np.sum(arcs.count))
     distances = [one.distance for one in found]
     assert distances == sorted(distances) and found[0].distance <= 1e-12
@@ -100,7 +104,7 @@ def test_where_branches_merge_nothing_known_is_nearer_or_the_answer_says_so(
     arm = calibrated("kuka_iiwa7_r800", mm, mm)
     q = beside_singular(arm, count(45), 36)
     near = q + generator(37).normal(0, 0.02, q.shape)
-    pose = arm.forward(q, undefined="nan")[0]
+    pose = arm.forward(q, on_error="nan")[0]
     found = arm.solve(pose, near, metric=metric)
     off = np.abs(q - near).max(axis=1) if metric == "max" else np.linalg.norm(q - near, axis=1)
     farther = found.distance > off + 1e-9
@@ -108,7 +112,7 @@ def test_where_branches_merge_nothing_known_is_nearer_or_the_answer_says_so(
     assert not (proven & farther).any(), np.flatnonzero(proven & farther)
     assert set(found.status.tolist()) == {aa.Status.OK, aa.Status.UNPROVEN}
     assert found.ok.all() and found.raise_for_status() is found and np.array_equal(found.pose, pose)
-    assert np.abs(arm.forward(found.q, undefined="nan")[0] - pose).max() <= 1e-12
+    assert np.abs(arm.forward(found.q, on_error="nan")[0] - pose).max() <= 1e-12
     assert arm.within_limits(found.q).all()
     if metric == "l2":  # joints settled from the seed find what arm angles do not
         assert farther.mean() < 0.1
@@ -117,7 +121,7 @@ def test_where_branches_merge_nothing_known_is_nearer_or_the_answer_says_so(
 def test_an_answer_that_is_not_proven_is_an_answer() -> None:
     arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
     q = beside_singular(arm, 9, 38)
-    pose, near = arm.forward(q, undefined="nan")[0], q + 0.01
+    pose, near = arm.forward(q, on_error="nan")[0], q + 0.01
     every = arm.solve(pose, near)
     at = int(np.flatnonzero(every.status == aa.Status.UNPROVEN)[0])
     one = arm.solve(pose[at], near[at])
@@ -133,13 +137,13 @@ def test_what_is_asked_is_kept() -> None:
     assert np.array_equal(arm.solve(pose, q).q, q)  # a posture of the pose is its own nearest
     near = q + 0.1
     whole = arm.solve(pose, near)
-    assert np.array_equal(arm.solve(pose, near, threads=2).q, whole.q)
+    assert np.array_equal(in_threads(2, lambda: arm.solve(pose, near)).q, whole.q)
     for i in range(len(q)):
         one = arm.solve(pose[i], near[i])
         assert np.array_equal(one.q, whole.q[i]) and one.psi == whole.psi[i]
         kept = arm.solve(pose[i], near[i], gc=int(one.gc), allowed=aa.ArcSet([[0.5, 1.0]]))
         assert (0.5 <= kept.psi <= 1.0 and kept.distance >= one.distance) if kept.ok else True
-        off = arm.solve(pose[i], near[i], singularity_margin=0.2)
+        off = arm.with_(singularity_margin=0.2).solve(pose[i], near[i])
         if off.ok:
             theta = arm.signs * off.q + arm.offsets
             theta[3] -= arm.delta
@@ -148,7 +152,7 @@ def test_what_is_asked_is_kept() -> None:
     far[0, 3] += 5.0
     assert arm.solve(far, near[0]).status == aa.Status.UNREACHABLE
     with pytest.raises(aa.InputError, match="outside='nearest' is not made for an arm with a chain"):
-        arm.solve(far, near[0], outside="nearest")
+        arm.solve(far, near[0], fallback="nearest_pose")
 
 
 @pytest.mark.parametrize("name", ["yaskawa_sia30d", "human_arm_right"])

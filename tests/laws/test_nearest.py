@@ -14,6 +14,7 @@ from support import draw
 from support.delicate import Delicate, delicate
 from support.nearest import Case, brute_force, cases, cost_of, least_beside, narrowed
 from support.strategies import REGIMES, arms, postures, unlimited
+from support.threads import in_threads
 
 import armangle as aa
 
@@ -33,7 +34,7 @@ def test_no_grid_finds_a_nearer_posture(case: Case) -> None:
         return
     assert cost_of(case, found) <= best + ROUNDING
     assert case.arm.within_limits(found.q, 1e-9)
-    back = case.arm.forward(found.q, undefined="nan")[0]
+    back = case.arm.forward(found.q, on_error="nan")[0]
     assert np.abs(back - case.pose).max() <= 1e-12
     each = case.solutions()
     assert abs(cost_of(case, each[0]) - cost_of(case, found)) <= 1e-9 or cost_of(case, found) < cost_of(
@@ -110,7 +111,7 @@ def test_each_arc_has_its_own_nearest(case: Case) -> None:
         low, up = home.intervals[int(np.argmin(gaps))]
         psi = np.append(low + share * (up - low), [low, up])
         seed = None if case.prefer == "margin" else case.near
-        q = case.arm.inverse(case.pose, psi, one.gc, seed=seed, unreachable="nan")
+        q = case.arm.inverse(case.pose, psi, one.gc, seed=seed, on_error="nan", limits=False)
         assert cost_of(case, one) <= case.costs(q).min() + ROUNDING
 
 
@@ -134,7 +135,11 @@ def test_a_solution_is_within_its_limits_to_the_last_bit() -> None:
     at_limit = 0
     for arm, q, near in beside_singular():
         pose = arm.forward(q)[0]
-        answers = [arm.solve(pose, near), arm.solve(pose, near, metric="max"), arm.best(pose)]
+        answers = [
+            arm.solve(pose, near),
+            arm.solve(pose, near, metric="max"),
+            arm.solve(pose, prefer="margin"),
+        ]
         rows = [(found.q, pose, found.margin) for found in answers]
         each = arm.solutions(pose, near)
         kept = np.isfinite(each.psi)
@@ -174,7 +179,7 @@ def test_a_range_that_lacks_a_little_of_a_turn_is_searched_to_its_ends(short: fl
         q = rng.uniform(lower, upper)
         q[6] = rng.choice([lower[6], upper[6]])
         near = q + rng.normal(0, 0.03, 7)
-        assert arm.solve(arm.forward(q)[0], near=near).distance <= np.linalg.norm(near - q) + 1e-9
+        assert arm.solve(arm.forward(q)[0], seed=near).distance <= np.linalg.norm(near - q) + 1e-9
 
 
 def test_the_largest_move_is_least_beside_a_straight_shoulder_too() -> None:
@@ -183,7 +188,7 @@ def test_the_largest_move_is_least_beside_a_straight_shoulder_too() -> None:
                   -2.9855662015803905, -1.382548777719722, 1.9356327605673815])  # fmt: skip
     near = np.array([-1.3594072918104831, -0.011944006249915337, 2.097723471995181, 0.009180830960009694,
                      -3.001466202935918, -1.382994096715567, 1.9078911888529748])  # fmt: skip
-    assert arm.solve(arm.forward(q)[0], near=near, metric="max").distance <= np.abs(near - q).max() + 1e-9
+    assert arm.solve(arm.forward(q)[0], seed=near, metric="max").distance <= np.abs(near - q).max() + 1e-9
 
 
 def test_a_posture_beside_the_seed_is_found_where_two_or_three_hinges_are_straight() -> None:
@@ -197,7 +202,7 @@ def test_a_posture_beside_the_seed_is_found_where_two_or_three_hinges_are_straig
                     q = rng.uniform(arm.lower, arm.upper)
                     q[straight] = off * rng.uniform(-3, 3, len(straight))
                     near = q + noise * rng.normal(size=7)
-                    found = arm.solve(arm.forward(q, undefined="nan")[0], near=near)
+                    found = arm.solve(arm.forward(q, on_error="nan")[0], seed=near)
                     assert found.ok, (q.tolist(), near.tolist())
                     farther.append(found.distance - np.linalg.norm(near - q))
     assert np.mean(np.array(farther) > 1e-6) <= 0.02
@@ -243,7 +248,7 @@ def test_the_margin_of_an_elbow_beside_straight_is_no_rounding(off: float) -> No
     arm = aa.Arm.from_catalogue("human_arm_left")
     q = np.array([0.3, -0.5, 0.2, 0.0, 0.4, 0.1, 0.2])
     q[3] = arm.lower[3] + off if abs(arm.lower[3]) < 1e-12 else arm.upper[3] - off
-    best = arm.best(arm.forward(q)[0])
+    best = arm.solve(arm.forward(q)[0], prefer="margin")
     assert best.margin >= off - 1e-10
 
 
@@ -256,7 +261,7 @@ def test_what_limits_lock_is_at_its_limit() -> None:
         lower[joint] = upper[joint] = q[joint]
         arm = IIWA.with_(lower=lower, upper=upper)
         pose = arm.forward(q)[0]
-        for found in arm.solutions(pose, near=q + 0.1):
+        for found in arm.solutions(pose, seed=q + 0.1):
             assert found.q[joint] == q[joint] and arm.within_limits(found.q, tol=0.0)
             assert np.abs(arm.forward(found.q)[0] - pose).max() <= 1e-11
 
@@ -316,7 +321,7 @@ def test_nearer_than_rounding_the_pose_decides(seed: int, number: int) -> None:
 def test_a_posture_is_its_own_nearest(arm: aa.Arm, regime: str) -> None:
     q = postures(arm, regime, 40)
     q = q[arm.within_limits(q, tol=0.0)]
-    found = arm.solve(arm.forward(q)[0], near=q)
+    found = arm.solve(arm.forward(q)[0], seed=q)
     assert np.array_equal(found.q, q) and not np.any(found.distance)
 
 
@@ -325,10 +330,10 @@ def test_a_solution_is_the_inverse_at_its_psi(arm: aa.Arm) -> None:
     q = postures(arm, "uniform", 30)
     near = q + draw.generator(3).normal(0, 0.3, q.shape)
     pose = arm.forward(q)[0]
-    found = arm.solve(pose, near=near)
+    found = arm.solve(pose, seed=near)
     assert found.ok.all()
     assert (found.distance <= np.linalg.norm(q - near, axis=-1) + 1e-12).all()
-    again = arm.inverse(pose, found.psi, found.gc, seed=near)
+    again = arm.inverse(pose, found.psi, found.gc, seed=near, limits=False)
     assert np.array_equal(again, found.q)
     assert np.abs(arm.forward(found.q)[0] - pose).max() <= 1e-13
     assert np.abs(np.linalg.norm(found.q - near, axis=-1) - found.distance).max() <= 1e-12
@@ -339,20 +344,20 @@ def test_a_small_move_of_the_tool_is_a_small_move_of_the_joints() -> None:
     q = q[(np.abs(q[:, 1]) > 0.3) & (np.abs(q[:, 5]) > 0.3) & (np.abs(q[:, 3]) > 0.3)]
     pose = IIWA.forward(q)[0]
     pose[:, :3, 3] += 1e-5
-    found = IIWA.solve(pose, near=q)
+    found = IIWA.solve(pose, seed=q)
     assert np.nanmax(np.where(found.ok, found.distance, 0)) < 1e-3
 
 
 def test_batches_threads_and_calls_give_the_same_bits() -> None:
     q = postures(IIWA, "uniform", 64).reshape(4, 16, 7)
     pose, near = IIWA.forward(q)[0], q[::-1, ::-1]
-    whole = IIWA.solve(pose, near=near)
+    whole = IIWA.solve(pose, seed=near)
     for threads in (2, 5):
-        for a, b in zip(whole, IIWA.solve(pose, near=near, threads=threads), strict=True):
+        for a, b in zip(whole, in_threads(threads, lambda: IIWA.solve(pose, seed=near)), strict=True):
             assert np.array_equal(a, b, equal_nan=True)
-    one = IIWA.solve(pose[1, 3], near=near[1, 3])
+    one = IIWA.solve(pose[1, 3], seed=near[1, 3])
     assert np.array_equal(one.q, whole.q[1, 3]) and one.psi == whole.psi[1, 3] and one.gc == whole.gc[1, 3]
-    slow = IIWA.solve(pose[1, 3], near=near[1, 3], weight=1.0)
+    slow = IIWA.solve(pose[1, 3], seed=near[1, 3], weight=1.0)
     assert np.array_equal(one.q, slow.q) and one[1:7] == slow[1:7]
     assert np.array_equal(one.pose, pose[1, 3]) and np.array_equal(one.pose, slow.pose) and one.gap == 0.0
 
@@ -364,7 +369,7 @@ def test_of_postures_as_near_it_is_always_the_same(what: str, least: int) -> Non
 
     def ask(pose: NDArray[np.float64], near: NDArray[np.float64]) -> aa.Solution:
         if what == "best":
-            return IIWA.best(pose)
+            return IIWA.solve(pose, prefer="margin")
         return IIWA.solve(pose, near, metric="max" if what == "max" else "l2")
 
     ties = 0
@@ -390,19 +395,19 @@ def test_of_postures_as_near_it_is_always_the_same(what: str, least: int) -> Non
 def test_weights_choose_who_moves() -> None:
     pose = IIWA.forward(Q)[0]
     near = Q + 0.4
-    free = IIWA.solve(pose, near=near)
+    free = IIWA.solve(pose, seed=near)
     for joint in (0, 2, 4, 6):
         weight = np.ones(7)
         weight[joint] = 1e4
-        held = IIWA.solve(pose, near=near, weight=weight)
+        held = IIWA.solve(pose, seed=near, weight=weight)
         assert abs(held.q[joint] - near[joint]) <= abs(free.q[joint] - near[joint]) + 1e-12
 
 
 def test_the_largest_move_is_the_least_there_is() -> None:
     q = postures(IIWA, "uniform", 50)
     pose, near = IIWA.forward(q)[0], q[::-1]
-    largest = IIWA.solve(pose, near=near, metric="max")
-    other = IIWA.solve(pose, near=near)
+    largest = IIWA.solve(pose, seed=near, metric="max")
+    other = IIWA.solve(pose, seed=near)
     assert np.abs(np.abs(largest.q - near).max(axis=-1) - largest.distance).max() <= 1e-12
     assert (largest.distance <= np.abs(other.q - near).max(axis=-1) + 1e-12).all()
 
@@ -410,24 +415,24 @@ def test_the_largest_move_is_the_least_there_is() -> None:
 def test_branches_and_arcs_that_are_not_allowed_are_not_used() -> None:
     pose = IIWA.forward(Q)[0]
     for gc in range(8):
-        found = IIWA.solve(pose, near=Q, gc=gc)
+        found = IIWA.solve(pose, seed=Q, gc=gc)
         assert found.gc == gc if found.ok else IIWA.feasible(pose, gc).is_empty
-    pair = IIWA.solve(pose, near=Q, gc=[1, 7])
-    assert pair.distance == min(IIWA.solve(pose, near=Q, gc=gc).distance for gc in (1, 7))
+    pair = IIWA.solve(pose, seed=Q, gc=[1, 7])
+    assert pair.distance == min(IIWA.solve(pose, seed=Q, gc=gc).distance for gc in (1, 7))
     window = aa.ArcSet([[0.5, 0.6]])
-    inside = IIWA.solve(pose, near=Q, allowed=window)
+    inside = IIWA.solve(pose, seed=Q, allowed=window)
     assert inside.psi in window and inside.distance > 0
-    by_function = IIWA.solve(pose, near=Q, allowed=lambda _: window)
+    by_function = IIWA.solve(pose, seed=Q, allowed=lambda _: window)
     assert np.array_equal(inside.q, by_function.q)
-    assert IIWA.solve(pose, near=Q, allowed=aa.ArcSet([])).status == aa.Status.NOT_ALLOWED
-    margin = IIWA.solve(pose, near=np.zeros(7), singularity_margin=0.3)
+    assert IIWA.solve(pose, seed=Q, allowed=aa.ArcSet([])).status == aa.Status.NOT_ALLOWED
+    margin = IIWA.with_(singularity_margin=0.3).solve(pose, seed=np.zeros(7))
     assert np.abs(np.sin(margin.q[[1, 5]])).min() >= np.sin(0.3) - 1e-9
 
 
 def test_solutions_are_one_for_each_branch_and_arc() -> None:
     pose = IIWA.forward(Q)[0]
-    found = IIWA.solutions(pose, near=Q)
-    arcs = IIWA.feasible_all(pose)
+    found = IIWA.solutions(pose, seed=Q)
+    arcs = IIWA.feasible(pose)
     assert len(found) == found.count == arcs.count.sum()
     distances = [one.distance for one in found]
     assert distances == sorted(distances)
@@ -437,9 +442,9 @@ def test_solutions_are_one_for_each_branch_and_arc() -> None:
         assert sorted(
             sum(lo - 1e-9 <= p + t <= up + 1e-9 for p in here for t in (0, 2 * np.pi)) for lo, up in intervals
         ) == [1] * len(intervals)
-    nearest = IIWA.solve(pose, near=Q)
+    nearest = IIWA.solve(pose, seed=Q)
     assert np.abs(found[0].q - nearest.q).max() <= 1e-12 and found[0].gc == nearest.gc
-    batch = IIWA.solutions(np.stack([pose, pose + np.eye(4, k=3) * 3]), near=Q)
+    batch = IIWA.solutions(np.stack([pose, pose + np.eye(4, k=3) * 3]), seed=Q)
     assert batch.count.tolist() == [len(found), 0] and batch.q.shape == (2, len(found), 7)
     assert np.isnan(batch.q[1]).all() and (batch.gc[1] == -1).all()
     assert batch.status.tolist() == [aa.Status.OK, aa.Status.UNREACHABLE]
@@ -450,16 +455,16 @@ def test_solutions_are_one_for_each_branch_and_arc() -> None:
 def test_best_keeps_the_largest_margin() -> None:
     q = postures(IIWA, "uniform", 100)
     pose = IIWA.forward(q)[0]
-    best = IIWA.best(pose)
+    best = IIWA.solve(pose, prefer="margin")
     assert (best.margin >= IIWA.limit_margin(q) - 1e-12).all()
-    same = IIWA.solve(pose, near=q, prefer="margin")
+    same = IIWA.solve(pose, seed=q, prefer="margin")
     assert np.array_equal(best.q, same.q) and np.isnan(best.distance).all()
     assert np.array_equal(IIWA.solve(pose).q, best.q)
 
 
 def test_joints_without_limits_do_not_count_for_the_margin() -> None:
     free = unlimited(IIWA)
-    found = free.best(free.forward(Q)[0])
+    found = free.solve(free.forward(Q)[0], prefer="margin")
     assert found.ok and found.margin == np.inf
 
 
@@ -480,7 +485,7 @@ def test_a_locked_joint_that_hardly_turns_hides_no_posture() -> None:
         arm = arms()[number % len(arms())]
         q = drawn(arm, rng, 300)
         pose, psi, gc = arm.forward(q)
-        moved = [arm.inverse(pose, psi + step, gc, seed=q) for step in (1e-4, -1e-4)]
+        moved = [arm.inverse(pose, psi + step, gc, seed=q, limits=False) for step in (1e-4, -1e-4)]
         rate = np.abs(moved[0] - moved[1]) / 2e-4
         rate[:, 3] = np.inf
         slowest = int(rate.min(axis=1).argmin())
@@ -490,7 +495,7 @@ def test_a_locked_joint_that_hardly_turns_hides_no_posture() -> None:
         lower[[slow, other, at_limit]] = posture[[slow, other, at_limit]]
         upper[[slow, other]] = posture[[slow, other]]
         near = np.clip(drawn(arm, rng), lower - 6.2, upper + 6.2)  # farther a seed is refused as in degrees
-        if not arm.with_(lower=lower, upper=upper).solve(pose[slowest], near=near).ok:
+        if not arm.with_(lower=lower, upper=upper).solve(pose[slowest], seed=near).ok:
             none.append((number, arm.name, rate[slowest, slow]))
     assert not none
 
@@ -509,7 +514,7 @@ def test_two_turns_that_end_at_one_psi_are_there_together(metric: Literal["l2", 
         arm = IIWA.with_(lower=lower, upper=upper)
         pose, near = arm.forward(q)[0], q + rng.normal(0, 0.1, 7)
         off = np.abs(q - near)
-        found = arm.solve(pose, near=near, metric=metric)
+        found = arm.solve(pose, seed=near, metric=metric)
         assert found.distance <= (off.max() if metric == "max" else np.linalg.norm(off)) + 1e-9
         alone += int(np.abs(found.q - q).max() < 1e-9)
     assert alone >= 5
@@ -528,7 +533,7 @@ def test_a_posture_on_a_limit_beside_straight_is_not_sought_a_turn_away() -> Non
         lower, upper = q - 3.0, q + 3.0
         lower[at_limit], upper[at_limit] = np.sort([q[at_limit], q[at_limit] + side])
         boxed, near = arm.with_(lower=lower, upper=upper), q + rng.normal(0, 0.1, 7)
-        found = boxed.solve(boxed.forward(q)[0], near=near)
+        found = boxed.solve(boxed.forward(q)[0], seed=near)
         if not found.distance <= np.linalg.norm(q - near) + 1e-6:
             farther.append((number, arm.name, found.distance))
     assert not farther
@@ -546,7 +551,7 @@ def test_an_elbow_locked_straight_is_straight_for_an_arm_far_from_the_origin() -
         base[:3, 3] = rng.uniform(-2000, 2000, 3)
         arm = IIWA.with_(lower=lower, upper=upper, base=base)
         pose = base @ IIWA.forward(q)[0]
-        found = arm.solve(pose, near=q + 0.1)
+        found = arm.solve(pose, seed=q + 0.1)
         assert found.ok and np.abs(arm.forward(found.q)[0] - pose).max() < 1e-11
 
 
@@ -564,7 +569,7 @@ def test_a_margin_of_singularities_that_locked_joints_break_leaves_no_posture() 
         def bends(joints: NDArray[np.float64], arm: aa.Arm = arm, straight: NDArray[np.float64] = straight):
             return np.abs(np.sin((arm.signs * joints + arm.offsets)[[1, 3, 5]] - straight))
 
-        found = boxed.solve(boxed.forward(q)[0], near=q, singularity_margin=0.3)
+        found = boxed.with_(singularity_margin=0.3).solve(boxed.forward(q)[0], seed=q)
         assert not found.ok or bends(found.q).min() >= np.sin(0.3) - 1e-9
         kept += int(found.ok)
         broken += int(bends(q)[held[[1, 3, 5]]].min(initial=1.0) < np.sin(0.3))
@@ -586,7 +591,7 @@ def test_the_first_of_the_solutions_is_what_solve_returns(kind: str) -> None:
             q = np.clip(q, arm.lower, arm.upper)
             pose, near = arm.forward(q)[0], q if kind == "own" else drawn(arm, rng)
         for metric in ("l2", "max"):
-            found, each = arm.solve(pose, near=near, metric=metric), arm.solutions(pose, near, metric=metric)
+            found, each = arm.solve(pose, seed=near, metric=metric), arm.solutions(pose, near, metric=metric)
             assert found.ok == (len(each) > 0)
             if found.ok:
                 assert np.array_equal(each[0].q, found.q) and each[0][1:5] == found[1:5]
@@ -606,8 +611,8 @@ def test_a_joint_with_one_limit_never_decides_the_margin() -> None:
         lower[one_sided], upper[one_sided] = -np.inf, np.inf
         free = IIWA.with_(lower=lower, upper=upper)
         pose = arm.forward(q)[0]
-        best = arm.best(pose)
-        assert best.margin == pytest.approx(free.best(pose).margin, abs=1e-12)
+        best = arm.solve(pose, prefer="margin")
+        assert best.margin == pytest.approx(free.solve(pose, prefer="margin").margin, abs=1e-12)
         assert best.margin == arm.limit_margin(best.q)
         assert np.abs(arm.forward(best.q)[0] - pose).max() < 1e-12
 
@@ -616,10 +621,10 @@ def test_two_joints_on_one_axis_share_the_turn() -> None:
     """theta_2 = 0: only q_1 + q_3 is fixed by the pose; the nearest posture shares the difference alike."""
     straight = np.array([0.3, 0.0, 0.5, -1.2, 0.3, 0.8, 0.5])
     near = straight + np.array([0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    found = IIWA.solve(IIWA.forward(straight)[0], near=near)
+    found = IIWA.solve(IIWA.forward(straight)[0], seed=near)
     assert found.q[:3] == pytest.approx([0.4, 0.0, 0.4], abs=1e-9)
     assert found.distance == pytest.approx(np.sqrt(2) * 0.1, abs=1e-9)
-    weighted = IIWA.solve(IIWA.forward(straight)[0], near=near, weight=[1, 1, 3, 1, 1, 1, 1])
+    weighted = IIWA.solve(IIWA.forward(straight)[0], seed=near, weight=[1, 1, 3, 1, 1, 1, 1])
     assert weighted.q[[0, 2]] == pytest.approx([0.35, 0.45], abs=1e-9)
 
 
@@ -627,7 +632,7 @@ def test_the_candle_is_solved_where_all_joints_are_one_axis() -> None:
     """The arm straight up: only the sum of joints 1, 3, 5 and 7 is fixed by the pose."""
     pose = IIWA.forward(np.zeros(7))[0]
     near = np.array([0.4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    found = IIWA.solve(pose, near=near)
+    found = IIWA.solve(pose, seed=near)
     assert found.q == pytest.approx([0.3, 0, -0.1, 0, -0.1, 0, -0.1], abs=1e-8)
     assert np.abs(IIWA.forward(found.q)[0] - pose).max() < 1e-14
 
@@ -638,13 +643,13 @@ def test_a_locked_joint_keeps_its_single_arm_angles() -> None:
     lower[2] = upper[2] = Q[2]
     locked = IIWA.with_(lower=lower, upper=upper)
     pose = IIWA.forward(Q)[0]
-    found = locked.solve(pose, near=Q + 0.05)
+    found = locked.solve(pose, seed=Q + 0.05)
     assert found.ok and found.q == pytest.approx(Q, abs=1e-9)
     for metric in ("l2", "max"):
         far = Q + np.array([0.3, 0.0, 1.0, 2.5, 0.0, 0.0, 0.0])  # the elbow costs most
-        first = locked.solutions(pose, near=far, metric=metric)[0]
-        assert locked.solve(pose, near=far, metric=metric).distance == first.distance
-    each = locked.solutions(pose, near=Q)
+        first = locked.solutions(pose, seed=far, metric=metric)[0]
+        assert locked.solve(pose, seed=far, metric=metric).distance == first.distance
+    each = locked.solutions(pose, seed=Q)
     assert len(each) > 1 and all(one.q[2] == pytest.approx(Q[2], abs=1e-9) for one in each)
     assert all(np.abs(IIWA.forward(one.q)[0] - pose).max() < 1e-12 for one in each)
 
@@ -653,24 +658,24 @@ def test_no_posture_says_why() -> None:
     pose = IIWA.forward(Q)[0]
     far = pose.copy()
     far[0, 3] += 3
-    out_of_reach = IIWA.solve(far, near=Q)
+    out_of_reach = IIWA.solve(far, seed=Q)
     assert out_of_reach.status == aa.Status.UNREACHABLE and not out_of_reach.ok
     assert np.isnan(out_of_reach.q).all() and out_of_reach.gc == -1
     with pytest.raises(aa.UnreachableError, match="out of reach"):
         out_of_reach.raise_for_status()
-    narrow = IIWA.with_(lower=Q + 0.1, upper=Q + 0.2).solve(pose, near=Q)
+    narrow = IIWA.with_(lower=Q + 0.1, upper=Q + 0.2).solve(pose, seed=Q)
     assert narrow.status in (aa.Status.LIMITS, aa.Status.ELBOW_LIMIT)
     with pytest.raises(aa.NoSolutionError, match="limits") as refusal:
         narrow.raise_for_status()
     assert "step" not in str(refusal.value)  # nobody asked for one
-    both = IIWA.solve(np.stack([pose, far]), near=Q)
+    both = IIWA.solve(np.stack([pose, far]), seed=Q)
     assert both.ok.tolist() == [True, False]
     with pytest.raises(aa.UnreachableError, match=r"pose\[1\]: .* \(1 of 2 poses have none\)"):
         both.raise_for_status()
-    assert IIWA.solve(pose, near=Q).raise_for_status().ok
+    assert IIWA.solve(pose, seed=Q).raise_for_status().ok
     for found, told in (
-        (IIWA.solve(pose, near=Q, allowed=aa.ArcSet([])), r"arm\.feasible_all\(pose\) has"),
-        (IIWA.solve(pose, near=Q, singularity_margin=1.5), r"arm\.explain\(pose, singularity_margin="),
+        (IIWA.solve(pose, seed=Q, allowed=aa.ArcSet([])), r"arm\.feasible_all\(pose\) has"),
+        (IIWA.with_(singularity_margin=1.5).solve(pose, seed=Q), r"arm\.explain\(pose, singularity_margin="),
     ):
         with pytest.raises(aa.NoSolutionError, match=told):
             found.raise_for_status()
@@ -680,13 +685,13 @@ def test_a_row_of_a_batch_is_what_one_pose_gives() -> None:
     seeds = Q + 0.3 * np.sin(np.arange(42.0)).reshape(2, 3, 7)
     poses = IIWA.forward(seeds)[0]
     poses[1, 2, 0, 3] += 3
-    batch = IIWA.solve(poses, near=Q)
+    batch = IIWA.solve(poses, seed=Q)
     for at in np.ndindex(2, 3):
-        row, one = batch.row(at), IIWA.solve(poses[at], near=Q)
+        row, one = batch.row(at), IIWA.solve(poses[at], seed=Q)
         assert [type(field) for field in row] == [type(field) for field in one]
         for mine, theirs in zip(row, one, strict=True):
             assert np.array_equal(mine, theirs, equal_nan=True)
-    assert IIWA.solve(poses[0], near=Q).row(-1).gc == batch.row((0, 2)).gc
+    assert IIWA.solve(poses[0], seed=Q).row(-1).gc == batch.row((0, 2)).gc
     assert repr(batch.row((1, 2))) == "<Solution: none, UNREACHABLE>"
     for bad in (0, (0, 3), (2, 0), (0, 1, 0), 1.0, (0, True), "0"):
         with pytest.raises(
@@ -717,9 +722,9 @@ def test_bad_questions_are_refused(arguments: dict[str, object], error: type[Exc
 
 def test_empty_batches_are_answered() -> None:
     none = np.empty((0, 4, 4))
-    assert IIWA.solve(none, near=Q).q.shape == (0, 7)
-    assert IIWA.solutions(none, near=Q).q.shape == (0, 0, 7)
-    assert IIWA.best(np.empty((3, 0, 4, 4))).psi.shape == (3, 0)
+    assert IIWA.solve(none, seed=Q).q.shape == (0, 7)
+    assert IIWA.solutions(none, seed=Q).q.shape == (0, 0, 7)
+    assert IIWA.solve(np.empty((3, 0, 4, 4)), prefer="margin").psi.shape == (3, 0)
 
 
 @pytest.mark.parametrize("ending", ["csv", "npz", "json"])
@@ -727,7 +732,7 @@ def test_solutions_are_saved_as_joint_rows(ending: str, tmp_path: Path) -> None:
     pose = IIWA.forward(Q)[0]
     far = pose + 3 * np.eye(4, k=3)
     file = tmp_path / f"joints.{ending}"
-    for value in (IIWA.solve(pose, near=Q), IIWA.solve(np.stack([pose, far]), near=Q), IIWA.solutions(pose)):
+    for value in (IIWA.solve(pose, seed=Q), IIWA.solve(np.stack([pose, far]), seed=Q), IIWA.solutions(pose)):
         aa.save(value, file)
         rows = aa.load_joints(file)
         assert np.array_equal(rows.q, np.reshape(value.q, (-1, 7)), equal_nan=True)
@@ -739,10 +744,10 @@ def test_solutions_are_saved_as_joint_rows(ending: str, tmp_path: Path) -> None:
 def test_a_bad_pose_is_named_with_its_value() -> None:
     pose = IIWA.forward(Q)[0]
     with pytest.raises(aa.InputError, match=r"\|RᵀR - I\| is 0\.00138"):
-        IIWA.solve(np.round(pose, 3), near=Q)
+        IIWA.solve(np.round(pose, 3), seed=Q)
     pose[0, 3] = np.nan
     with pytest.raises(aa.InputError, match="pose holds nan"):
-        IIWA.solve(pose, near=Q)
+        IIWA.solve(pose, seed=Q)
 
 
 @pytest.mark.parametrize("room", [3e-5, 1e-9, 0.0])
@@ -754,10 +759,10 @@ def test_a_cost_that_is_flat_at_a_limit_is_soon_settled(room: float) -> None:
     lower[0], upper[1] = q[0] - room, 2.9
     arm = IIWA.with_(lower=lower, upper=upper)
     pose, _, gc = arm.forward(q)
-    best = arm.best(pose, gc=gc)
+    best = arm.solve(pose, gc=gc, prefer="margin")
     assert best.ok and abs(best.margin - room) < 1e-12
     near = np.array(q) + 1e-6 * np.eye(7)[0]
-    nearest = arm.solve(arm.forward(q)[0], near=near, weight=np.eye(7)[0])
+    nearest = arm.solve(arm.forward(q)[0], seed=near, weight=np.eye(7)[0])
     assert nearest.ok and nearest.distance < 1.1e-6
 
 
@@ -784,7 +789,7 @@ def test_solutions_are_postures_or_none(name: str, q: list[float], locked: list[
     lower, upper = arm.lower.copy(), arm.upper.copy()
     lower[locked] = upper[locked] = there[locked]
     held = arm.with_(lower=lower, upper=upper)
-    found = held.solutions(held.forward(there)[0], near=there)
+    found = held.solutions(held.forward(there)[0], seed=there)
     assert np.isfinite(found.q).all() and (found.gc >= 0).all()
     assert (found.status == aa.Status.OK) == (len(found) > 0)
     everyone = held.solutions(held.forward(there)[0])
@@ -802,7 +807,7 @@ def test_solve_says_which_function_takes_what_it_does_not(word: str) -> None:
         arm.solutions(pose, roll="free")
     for word in ("near", "metric", "weight", "prefer", "outside", "roll"):
         with pytest.raises(aa.InputError, match=f"best of an Arm takes no {word}=: .*solve"):
-            arm.best(pose, **{word: 0.1})
+            arm.solve(pose, **{word: 0.1}, prefer="margin")
     with pytest.raises(aa.InputError, match=r"solve of an Arm takes no elbow=: psi_towards\("):
         arm.solve(pose, elbow="up")
     with pytest.raises(TypeError, match="unexpected"):
@@ -815,7 +820,7 @@ def test_solutions_as_far_as_each_other_stand_by_branch_and_arc(metric: Any) -> 
     q = np.zeros((40, 7))
     q[:, 1:6:2] = np.random.default_rng(3).uniform(-1.5, 1.5, (40, 3))  # in a plane: each has its mirror
     poses, ties = arm.forward(q)[0], 0
-    batch = arm.solutions(poses, near, metric=metric, threads=0)
+    batch = in_threads(0, lambda: arm.solutions(poses, near, metric=metric))
     for k, pose in enumerate(poses):
         found = arm.solutions(pose, near, metric=metric)
         assert np.array_equal(found.q, batch.q[k, : len(found)])
@@ -828,6 +833,6 @@ def test_solutions_as_far_as_each_other_stand_by_branch_and_arc(metric: Any) -> 
 def test_the_hint_of_psi_is_an_answer() -> None:
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     pose = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]
-    found = arm.solve(pose, near=np.zeros(7), allowed=aa.ArcSet([(0.5, 0.5)]))
+    found = arm.solve(pose, seed=np.zeros(7), allowed=aa.ArcSet([(0.5, 0.5)]))
     assert found.ok
     assert abs(found.psi - 0.5) < 1e-12

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support import draw, streams
+from support.threads import in_threads
 
 import armangle as aa
 
@@ -82,7 +83,7 @@ def test_a_pose_with_a_posture_is_solved_as_ever(arm: aa.Arm) -> None:
     q = rng.uniform(arm.lower, arm.upper, (100, 7))
     poses, seeds = arm.forward(q)[0], q + 0.1 * rng.normal(size=q.shape)
     for plain, other in zip(
-        arm.solve(poses, near=seeds), arm.solve(poses, near=seeds, outside="nearest"), strict=True
+        arm.solve(poses, seed=seeds), arm.solve(poses, seed=seeds, fallback="nearest_pose"), strict=True
     ):
         assert np.array_equal(plain, other)
 
@@ -93,7 +94,7 @@ def test_no_search_from_many_starts_comes_nearer(arm: aa.Arm, kind: str) -> None
     """Within 1 mm in 99 %: of the distance, or of the position where the orientation is held."""
     rng = np.random.default_rng([draw.SEED, len(kind)])
     poses = outside(arm, rng, kind)[:SEARCHED]
-    found = arm.solve(poses, outside="nearest")
+    found = arm.solve(poses, fallback="nearest_pose")
     assert np.array_equal(found.status, arm.solve(poses).status)
     assert (arm.limit_margin(found.q) >= -1e-9).all()
     moves, turns = apart(arm, found.q, poses)
@@ -111,7 +112,7 @@ def test_no_search_from_many_starts_comes_nearer(arm: aa.Arm, kind: str) -> None
 def test_a_wrist_out_of_reach_is_drawn_along_its_ray(arm: aa.Arm) -> None:
     rng = np.random.default_rng(draw.SEED)
     poses = outside(arm, rng, "reach")
-    found = arm.solve(poses, outside="nearest")
+    found = arm.solve(poses, fallback="nearest_pose")
     moves, turns = apart(arm, found.q, poses)
     held = np.linalg.norm(turns, axis=1) < 1e-7
     shoulder = (arm.base @ np.array([0, 0, arm.d_bs, 1.0]))[:3]
@@ -131,10 +132,12 @@ def test_batches_threads_and_seeds(arm: aa.Arm) -> None:
     rng = np.random.default_rng(2)
     poses = np.concatenate([outside(arm, rng, "reach")[:4], outside(arm, rng, "limits")[:4]])
     seeds = rng.uniform(arm.lower, arm.upper, (8, 7))
-    many = arm.solve(poses.reshape(2, 4, 4, 4), near=seeds.reshape(2, 4, 7), outside="nearest", threads=2)
+    many = in_threads(
+        2, lambda: arm.solve(poses.reshape(2, 4, 4, 4), seed=seeds.reshape(2, 4, 7), fallback="nearest_pose")
+    )
     assert many.q.shape == (2, 4, 7)
     for i in range(8):
-        one = arm.solve(poses[i], near=seeds[i], outside="nearest")
+        one = arm.solve(poses[i], seed=seeds[i], fallback="nearest_pose")
         assert np.array_equal(one.q, many.q.reshape(8, 7)[i])
         assert one.distance == pytest.approx(np.linalg.norm(one.q - seeds[i]))
         stretched = abs(one.q[3]) < 1e-6  # of either branch
@@ -147,8 +150,8 @@ def test_never_worse_than_the_pose_within_reach_and_a_clamp(arm: aa.Arm) -> None
     """The naive way: the nearest pose within reach, its posture nearest the limits, joints clamped."""
     rng = np.random.default_rng(draw.SEED)
     poses = outside(arm, rng, "limits")
-    found = arm.solve(poses, outside="nearest")
-    naive = [np.clip(arm.inverse(pose, psi, gc), arm.lower, arm.upper)
+    found = arm.solve(poses, fallback="nearest_pose")
+    naive = [np.clip(arm.inverse(pose, psi, gc, limits=False), arm.lower, arm.upper)
              for pose in poses for psi in (0.0, 2.0) for gc in range(8)]  # fmt: skip
     theirs = distances(arm, np.array(naive), np.repeat(poses, 16, axis=0), LENGTH).reshape(-1, 16).min(1)
     assert (distances(arm, found.q, poses, LENGTH) <= theirs + 1e-9).all()
@@ -158,11 +161,11 @@ def test_what_narrows_the_choice_is_refused(arm: aa.Arm) -> None:
     pose = np.eye(4)
     for narrowed in ({"gc": 2}, {"allowed": aa.ArcSet([[0.0, 1.0]])}):
         with pytest.raises(aa.InputError, match="outside is 'nearest', which takes all branches"):
-            arm.solve(pose, outside="nearest", **narrowed)  # type: ignore[arg-type]  # any of them
+            arm.solve(pose, fallback="nearest_pose", **narrowed)  # type: ignore[arg-type]  # any of them
     with pytest.raises(aa.InputError, match="outside is 'far'"):
-        arm.solve(pose, outside="far")  # type: ignore[arg-type]  # no such word
+        arm.solve(pose, fallback="far")  # type: ignore[arg-type]  # no such word
     with pytest.raises(aa.InputError, match="length is 0"):
-        arm.solve(pose, outside="nearest", length=0.0)
+        arm.solve(pose, fallback="nearest_pose", length=0.0)
 
 
 @pytest.mark.parametrize("kind", ["reach", "limits"])
@@ -170,8 +173,8 @@ def test_the_singularity_margin_holds_beside_the_pose_too(arm: aa.Arm, kind: str
     margin = 0.2
     rng = np.random.default_rng([draw.SEED, 3])
     poses = outside(arm, rng, kind)
-    found = arm.solve(poses, outside="nearest", singularity_margin=margin)
-    free = arm.solve(poses, outside="nearest")
+    found = arm.with_(singularity_margin=margin).solve(poses, fallback="nearest_pose")
+    free = arm.solve(poses, fallback="nearest_pose")
     assert np.isfinite(found.q).all()
     theta = arm.signs * found.q + arm.offsets - np.where(np.arange(7) == 3, arm.delta, 0.0)
     assert (np.abs(np.sin(theta[:, [1, 3, 5]])) >= np.sin(margin) - 1e-12).all()
@@ -184,11 +187,11 @@ def test_a_pose_that_only_the_margin_forbids_gets_its_nearest_neighbour(arm: aa.
     straight = arm.signs * (np.array([0, 0, 0, arm.delta, 0, 0, 0]) - arm.offsets)
     q = np.array([0.3, 0.7, 0.2, straight[3] + 0.02 * arm.signs[3], 0.1, 0.8, 0.1])
     pose = arm.forward(q)[0]
-    found = arm.solve(pose, near=q, outside="nearest", singularity_margin=0.1)
+    found = arm.with_(singularity_margin=0.1).solve(pose, seed=q, fallback="nearest_pose")
     assert found.status is aa.Status.ELBOW_MARGIN
     assert 0 < found.gap < 0.01
     assert abs(np.sin(arm.signs[3] * (found.q[3] - straight[3]))) >= np.sin(0.1)
-    none = arm.solve(pose, near=q, outside="nearest", singularity_margin=1.5)
+    none = arm.with_(singularity_margin=1.5).solve(pose, seed=q, fallback="nearest_pose")
     assert none.status is aa.Status.ELBOW_MARGIN  # which limits may leave nothing of
 
 
@@ -197,10 +200,10 @@ def test_explain_names_what_solve_finds(arm: aa.Arm, kind: str) -> None:
     rng = np.random.default_rng([draw.SEED, 4])
     poses = outside(arm, rng, kind)
     for margin in (0.0, 0.2):
-        found = arm.solve(poses, outside="nearest", singularity_margin=margin)
+        found = arm.with_(singularity_margin=margin).solve(poses, fallback="nearest_pose")
         moves, turns = (np.linalg.norm(x, axis=1) for x in apart(arm, found.q, poses))
         for i, pose in enumerate(poses):
-            said = arm.explain(pose, singularity_margin=margin)
+            said = arm.with_(singularity_margin=margin).explain(pose)
             row = found.row(i)
             assert said.instead is not None and not said.ok
             assert all(np.array_equal(a, b, equal_nan=True) for a, b in zip(said.instead, row, strict=True))
@@ -223,7 +226,7 @@ def test_explain_names_nothing_where_the_margin_leaves_no_posture(arm: aa.Arm) -
     straight = -arm.signs[5] * arm.offsets[5]
     lower[5], upper[5] = straight - 0.1, straight + 0.1
     stiff = arm.with_(lower=lower, upper=upper)
-    said = stiff.explain(stiff.forward(0.5 * (lower + upper) + 0.05)[0], singularity_margin=0.2)
+    said = stiff.with_(singularity_margin=0.2).explain(stiff.forward(0.5 * (lower + upper) + 0.05)[0])
     assert not said.ok and said.instead is None and "nearest pose" not in said.explain()
 
 
@@ -242,6 +245,6 @@ def test_a_start_that_is_far_at_first_may_lead_nearest(
     pose = np.eye(4)
     pose[:3, :3] = streams.rotation(np.array([turn]))[0]
     pose[:3, 3] = position
-    found = aa.Arm.from_catalogue(name).solve(pose, outside="nearest")
+    found = aa.Arm.from_catalogue(name).solve(pose, fallback="nearest_pose")
     assert found.status == aa.Status.LIMITS
     assert found.gap <= least

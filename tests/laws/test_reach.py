@@ -53,7 +53,7 @@ def test_no_pose_of_that_orientation_within_reach_is_nearer(arm: aa.Arm) -> None
         moved = np.linalg.norm(found.nearest[:3, 3] - pose[:3, 3])
         assert abs(moved - found.nearest_gap) <= 1e-13 * size(arm)
         assert (found.nearest[:3, :3] == pose[:3, :3]).all()
-        arm.inverse(found.nearest, 0.3, 2)  # within reach: raises if it were not
+        arm.inverse(found.nearest, 0.3, 2, limits=False)  # within reach: raises if it were not
         if found.nearest_gap == 0:
             assert (found.nearest == pose).all()
             continue
@@ -62,7 +62,7 @@ def test_no_pose_of_that_orientation_within_reach_is_nearer(arm: aa.Arm) -> None
         tries *= np.minimum(1, 0.999 * found.nearest_gap / np.linalg.norm(tries, axis=1, keepdims=True))
         near = np.repeat(pose[None], 200, axis=0)
         near[:, :3, 3] += tries
-        assert np.isnan(arm.inverse(near, 0.3, 2, unreachable="nan")).all()
+        assert np.isnan(arm.inverse(near, 0.3, 2, on_error="nan", limits=False)).all()
     assert beyond >= 10
 
 
@@ -107,7 +107,7 @@ def rounded(arm: aa.Arm, count: int) -> tuple[Array, Array, Array]:
         at == 1, arm.delta, np.where(at == 2, arm.delta + np.pi, arm.signs[3] * q[:, 3] + arm.offsets[3])
     )
     q[:, 3] = arm.signs[3] * (theta - arm.offsets[3])
-    pose, psi, gc = arm.forward(q, undefined="nan")
+    pose, psi, gc = arm.forward(q, on_error="nan")
     some = np.isfinite(psi)
     return pose[some].astype(np.float32), psi[some], gc[some]
 
@@ -116,15 +116,17 @@ def test_a_hundred_thousand_float32_poses_are_solved_to_their_own_rounding() -> 
     arms = [placed(NAMES[0]), aa.Arm.from_catalogue(NAMES[0]), placed(NAMES[2]), unequal()]
     for arm in arms:
         poses, psi, gc = rounded(arm, 25_000)
-        plain = arm.inverse(poses.astype(np.float64), psi, gc, unreachable="nan")
+        plain = arm.inverse(poses.astype(np.float64), psi, gc, on_error="nan", limits=False)
         assert np.isnan(plain).any()  # else nothing is tested here
-        q = arm.inverse(poses, psi, gc)
+        q = arm.inverse(poses, psi, gc, limits=False)
         assert np.isfinite(q).all()
-        back = arm.forward(q, undefined="nan")[0]
+        back = arm.forward(q, on_error="nan")[0]
         off = np.linalg.norm(back[:, :3, 3] - poses[:, :3, 3], axis=1)
         assert off.max() <= 3 * EPS * size(arm)
         assert np.abs(back[:, :3, :3] - poses[:, :3, :3]).max() <= 3 * EPS
-        assert (arm.inverse(poses[17], psi[17], gc[17]) == q[17]).all()  # one alone is one of many
+        assert (
+            arm.inverse(poses[17], psi[17], gc[17], limits=False) == q[17]
+        ).all()  # one alone is one of many
 
 
 def test_one_float32_pose_is_read_as_it_comes_and_is_one_of_many() -> None:
@@ -144,14 +146,14 @@ def test_one_float32_pose_is_read_as_it_comes_and_is_one_of_many() -> None:
 def test_every_function_takes_a_float32_pose_at_its_reach() -> None:
     arm = aa.Arm.from_catalogue(NAMES[0]).with_(lower=np.full(7, -6.0), upper=np.full(7, 6.0))
     poses, psi, gc = rounded(arm, 4000)
-    out = np.isnan(arm.inverse(poses.astype(np.float64), psi, gc, unreachable="nan")).any(axis=1)
+    out = np.isnan(arm.inverse(poses.astype(np.float64), psi, gc, on_error="nan", limits=False)).any(axis=1)
     pose, angle, branch = poses[out][0], float(psi[out][0]), int(gc[out][0])
-    q = arm.inverse(pose, angle, branch)
-    assert np.isfinite(arm.inverse_all(pose, angle)).all()
+    q = arm.inverse(pose, angle, branch, limits=False)
+    assert np.isfinite(arm.inverse(pose, angle, limits=False)).all()
     assert arm.self_motion(pose, angle, branch).shape == (7,)
-    for arcs in (arm.feasible(pose, branch), arm.feasible_all(pose), arm.joint_feasible(pose, branch)):
+    for arcs in (arm.feasible(pose, branch), arm.feasible(pose), arm.feasible(pose, branch, per_joint=True)):
         assert (np.asarray(arcs.status) != aa.Status.UNREACHABLE).all()
-    assert np.isfinite(arm.joint_function(pose, branch, 1).value(0.2))
+    assert np.isfinite(aa.gradients.joint_function(arm, pose, branch, 1).value(0.2))
     assert aa.step(arm, q, pose).status is aa.Status.OK
     assert aa.resolve(arm, pose, angle, branch).status is aa.Status.OK
     assert aa.follow(arm, pose[None], start=q).ok
@@ -161,14 +163,14 @@ def test_every_function_takes_a_float32_pose_at_its_reach() -> None:
     skew = pose.copy()
     skew[0, 0] += 1e-3
     with pytest.raises(aa.InputError, match="not orthonormal"):
-        arm.inverse(skew, angle, branch)
+        arm.inverse(skew, angle, branch, limits=False)
 
 
 def test_what_is_farther_than_rounding_is_out_of_reach_in_float32_too() -> None:
     arm = aa.Arm.from_catalogue(NAMES[0])
     far = aa.pose([arm.reach + arm.d_wf + 1e-4, 0, arm.d_bs], rpy=[0, np.pi / 2, 0])
     with pytest.raises(aa.UnreachableError, match=re.escape("pose is out of reach by 0.1")):
-        arm.inverse(far.astype(np.float32), 0.0, 0)
+        arm.inverse(far.astype(np.float32), 0.0, 0, limits=False)
     assert aa.step(arm, np.zeros(7), far.astype(np.float32)).status is aa.Status.UNREACHABLE
 
 
@@ -186,7 +188,7 @@ def test_a_float32_pose_keeps_joint_4_on_its_limit(name: str) -> None:
     """No psi moves joint 4, which the rounding of the pose puts 1e-7 rad beyond in one of two."""
     arm = aa.Arm.from_catalogue(name)
     q, poses = on_elbow_limits(arm, 60)
-    found = arm.solve(poses, near=q)
+    found = arm.solve(poses, seed=q)
     assert found.ok.all() and arm.reachable(poses).all()
     assert found.distance.max() <= 1e-3 and arm.within_limits(found.q).all()
     assert np.abs(arm.forward(found.q)[0] - poses).max() <= 3 * EPS * max(size(arm), 1.0)
@@ -201,5 +203,5 @@ def test_a_float32_pose_beside_straight_is_not_made_straight_for_a_limit_there()
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     arm = arm.with_(lower=[*arm.lower[:3], 0.0, *arm.lower[4:]])
     q = np.array([0.1, 0.4, 0.2, 1e-3, 0.3, 0.8, 0.5])
-    found = arm.solve(arm.forward(q)[0].astype(np.float32), near=q)
+    found = arm.solve(arm.forward(q)[0].astype(np.float32), seed=q)
     assert 5e-4 < found.q[3] < 2e-3

@@ -26,11 +26,11 @@ Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 @any_regime
 @any_reference
 def test_the_round_trip_holds(arm: aa.Arm, regime: str, reference: Any) -> None:
-    other = unlimited(arm).with_reference(reference)
+    other = unlimited(arm).with_(reference=reference)
     q = postures(arm, regime, draw.count(60), 1)
     pose, psi, gc = other.forward(q)
-    back = other.inverse(pose, psi, gc, seed=q)
-    assert gap(other.forward(back, undefined="nan")[0], pose) <= POSE
+    back = other.inverse(pose, psi, gc, seed=q, limits=False)
+    assert gap(other.forward(back, on_error="nan")[0], pose) <= POSE
     regular = is_regular(arm, q, pose)
     assert gap(back[regular], q[regular]) <= JOINT
     assert np.array_equal(pose, arm.forward(q)[0]) and np.array_equal(gc, arm.forward(q)[2])
@@ -39,13 +39,13 @@ def test_the_round_trip_holds(arm: aa.Arm, regime: str, reference: Any) -> None:
 @any_arm
 @any_reference
 def test_one_angle_of_the_pose_turns_one_psi_into_the_other(arm: aa.Arm, reference: Any) -> None:
-    free, other = unlimited(arm), unlimited(arm).with_reference(reference)
+    free, other = unlimited(arm), unlimited(arm).with_(reference=reference)
     q = postures(arm, "uniform", draw.count(60), 2)
     pose, psi, _ = free.forward(q)
     shift = other.forward(q)[1] - psi
     angles = draw.generator(1).uniform(-np.pi, np.pi, len(q))
-    there = free.inverse_all(pose, angles)
-    here = other.inverse_all(pose, angles + shift)
+    there = free.inverse(pose, angles, limits=False)
+    here = other.inverse(pose, angles + shift, limits=False)
     clear = is_regular(arm, there, pose[:, None]).all(axis=-1)
     assert clear.any()
     assert circle_gap(there[clear], here[clear]).max(initial=0) <= JOINT
@@ -55,7 +55,7 @@ def test_one_angle_of_the_pose_turns_one_psi_into_the_other(arm: aa.Arm, referen
 @any_arm
 @any_reference
 def test_feasible_sets_are_the_same_postures(arm: aa.Arm, reference: Any) -> None:
-    other = arm.with_reference(reference)
+    other = arm.with_(reference=reference)
     q = postures(arm, "uniform", draw.count(40), 3)
     pose, psi, gc = arm.forward(q)
     shift = other.forward(q)[1] - psi
@@ -72,7 +72,7 @@ def test_feasible_sets_are_the_same_postures(arm: aa.Arm, reference: Any) -> Non
 
 @any_arm
 def test_the_axis_of_joint_1_as_a_vector_is_the_base(arm: aa.Arm) -> None:
-    other = arm.with_reference(arm.base[:3, 2])
+    other = arm.with_(reference=arm.base[:3, 2])
     q = postures(arm, "uniform", draw.count(60), 4)
     regular = is_regular(arm, q, arm.forward(q)[0])
     assert circle_gap(other.forward(q)[1], arm.forward(q)[1])[regular].max() <= 1e-9
@@ -80,7 +80,7 @@ def test_the_axis_of_joint_1_as_a_vector_is_the_base(arm: aa.Arm) -> None:
 
 @any_reference
 def test_a_step_that_carries_the_elbow_does_not_depend_on_the_reference(reference: Any) -> None:
-    other = IIWA.with_reference(reference)
+    other = IIWA.with_(reference=reference)
     poses = np.repeat(IIWA.forward(Q)[0][None], 30, axis=0)
     poses[:, 2, 3] += np.linspace(0, 0.05, 30)
     for policy in (aa.Repulsion(), aa.Centre(K=0.1), aa.Towards(direction="up", K=0.2)):
@@ -90,8 +90,8 @@ def test_a_step_that_carries_the_elbow_does_not_depend_on_the_reference(referenc
         assert circle_gap(two.psi, other.forward(two.q)[1]).max() <= 1e-9
     path = aa.plan(other, poses)
     assert path.ok and circle_gap(path.psi, other.forward(path.q)[1]).max() <= 1e-9
-    found = other.solve(poses[3], near=Q)
-    assert gap(found.q, IIWA.solve(poses[3], near=Q).q) <= 1e-9
+    found = other.solve(poses[3], seed=Q)
+    assert gap(found.q, IIWA.solve(poses[3], seed=Q).q) <= 1e-9
     assert circle_gap(found.psi, other.forward(found.q)[1]) <= 1e-9
     shift = other.forward(found.q)[1] - IIWA.forward(found.q)[1]
     up = [a.psi_towards(poses[3], found.gc, direction="up") for a in (IIWA, other)]
@@ -101,7 +101,7 @@ def test_a_step_that_carries_the_elbow_does_not_depend_on_the_reference(referenc
 @any_reference
 def test_arcs_and_wishes_that_are_given_turn_with_the_reference(reference: Any) -> None:
     """What is allowed and wished, told by the other's numbers, is the same posture."""
-    other, rng = IIWA.with_reference(reference), draw.generator(7)
+    other, rng = IIWA.with_(reference=reference), draw.generator(7)
     found = 0
     for q, near in zip(postures(IIWA, "uniform", 40, 5), postures(IIWA, "uniform", 40, 6), strict=True):
         pose, psi, gc = IIWA.forward(q)
@@ -116,7 +116,7 @@ def test_arcs_and_wishes_that_are_given_turn_with_the_reference(reference: Any) 
                 (
                     arm.solve(pose, near, gc=gc, allowed=allowed).q,
                     arm.solve(pose, near, gc=gc, allowed=allowed, metric="max").distance,
-                    arm.best(pose).margin,
+                    arm.solve(pose, prefer="margin").margin,
                     arm.solutions(pose, near).distance,
                     aa.step(arm, q, pose, policy=to, max_joint_step=10.0).q,
                 )
@@ -138,30 +138,30 @@ def around(height: float, radius: float) -> Array:
 
 def elbow_spread(arm: aa.Arm, poses: Array) -> float:
     """How far apart the elbows of psi = 0.3 are, m."""
-    elbows = arm.elbow(arm.inverse(poses, 0.3, 0))
+    elbows = arm.elbow(arm.inverse(poses, 0.3, 0, limits=False))
     return float(np.ptp(elbows, axis=0).max())
 
 
 def test_stereographic_is_singular_below_the_shoulder_alone() -> None:
-    other = IIWA.with_reference("stereographic")
+    other = IIWA.with_(reference="stereographic")
     assert elbow_spread(other, around(0.6, 1e-6)) <= 1e-5 < 0.1 < elbow_spread(IIWA, around(0.6, 1e-6))
     assert elbow_spread(other, around(-0.6, 1e-6)) > 0.1
     # straight above, both are the convention's
     above = around(0.6, 0.0)[0]
-    assert gap(other.inverse(above, 0.3, 0), IIWA.inverse(above, 0.3, 0)) <= 1e-12
+    assert gap(other.inverse(above, 0.3, 0, limits=False), IIWA.inverse(above, 0.3, 0, limits=False)) <= 1e-12
     for height in (0.6, -0.6):
         for radius in (0.0, 1e-9, 1e-7, 1e-5, 1e-3):
             poses = around(height, radius)
-            assert gap(other.forward(other.inverse(poses, 1.1, 0))[0], poses) <= POSE
+            assert gap(other.forward(other.inverse(poses, 1.1, 0, limits=False))[0], poses) <= POSE
 
 
 def test_it_is_part_of_the_arm() -> None:
     for reference in ("stereographic", (0.5, 1.0, -0.25)):
-        other = IIWA.with_reference(reference)
+        other = IIWA.with_(reference=reference)
         assert other.reference == reference and other != IIWA
         assert eval(repr(other), {"Arm": aa.Arm}).reference == reference
-        assert other.with_reference("base") == IIWA
-    assert IIWA.with_reference([0, 0, 8]).reference == (0.0, 0.0, 1.0)
+        assert other.with_(reference="base") == IIWA
+    assert IIWA.with_(reference=[0, 0, 8]).reference == (0.0, 0.0, 1.0)
     assert IIWA.reference == "base" and "reference" not in repr(IIWA)
 
 
@@ -176,4 +176,4 @@ def test_it_is_part_of_the_arm() -> None:
 )
 def test_a_reference_is_a_word_or_a_vector(reference: Any, message: str) -> None:
     with pytest.raises(aa.InputError, match=message):
-        IIWA.with_reference(reference)
+        IIWA.with_(reference=reference)

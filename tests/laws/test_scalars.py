@@ -12,30 +12,30 @@ import armangle as aa
 ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 POSE, PSI, GC = ARM.forward(Q)
-BONY = ARM.with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+BONY = ARM.with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
 SCENE = aa.Scene([aa.Ball([0.4, 0.2, 0.4], 0.05, name="lamp")])
 LINE = aa.Line(POSE, POSE @ aa.pose([0, 0, 0.1]))
-OFFSET = aa.OffsetArm.from_catalogue("franka_fr3")
+OFFSET = aa.Arm.from_catalogue("franka_fr3")
 TRACKER = aa.Tracker(ARM)
 TRACKER.start(Q)
 PLAN = aa.plan(ARM, LINE, start=Q)
 TIMED = aa.retime(PLAN, acceleration=5.0)
 RESULTS = {
     "forward": (POSE, PSI, GC),
-    "solve": ARM.solve(POSE, near=Q),
-    "solutions": ARM.solutions(POSE, near=Q),
-    "best": ARM.best(POSE),
+    "solve": ARM.solve(POSE, seed=Q),
+    "solutions": ARM.solutions(POSE, seed=Q),
+    "best": ARM.solve(POSE, prefer="margin"),
     "feasible": ARM.feasible(POSE, GC),
-    "feasible_derivative": ARM.feasible_derivative(POSE, GC),
-    "joint_function": ARM.joint_function(POSE, GC, 3),
+    "feasible_derivative": aa.gradients.feasible(ARM, POSE, GC),
+    "joint_function": aa.gradients.joint_function(ARM, POSE, GC, 3),
     "freedom": ARM.freedom(POSE),
     "reachable": ARM.reachable(POSE),
-    "feasible_yaw": ARM.feasible_yaw(POSE),
-    "feasible_roll": ARM.feasible_roll(POSE),
+    "feasible_yaw": ARM.feasible_turns(POSE, about="base"),
+    "feasible_roll": ARM.feasible_turns(POSE, about="tool"),
     "within_limits": ARM.within_limits(Q),
     "psi_towards": ARM.psi_towards(POSE, GC, direction="up"),
-    "clearance": BONY.clearance(POSE, PSI, GC, SCENE),
-    "widest": BONY.widest(POSE, GC, SCENE),
+    "clearance": BONY.clearance(BONY.inverse(POSE, PSI, GC, limits=False), SCENE),
+    "widest": BONY._widest(POSE, GC, SCENE),
     "explain": ARM.explain(POSE),
     "step": aa.step(ARM, Q, POSE),
     "resolve": aa.resolve(ARM, POSE, PSI, GC),

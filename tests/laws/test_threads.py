@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.threads import in_threads
 
 import armangle as aa
 
@@ -20,12 +21,14 @@ LINE = np.repeat(POSE[:1], COUNT, axis=0)
 LINE[:, 0, 3] += np.linspace(0, 0.02, COUNT)
 CALLS: dict[str, Callable[[], Any]] = {
     "forward": lambda: ARM.forward(Q)[0],
-    "inverse": lambda: ARM.inverse(POSE, PSI, GC),
-    "inverse, one by one": lambda: np.array([ARM.inverse(*each) for each in zip(POSE, PSI, GC, strict=True)]),
+    "inverse": lambda: ARM.inverse(POSE, PSI, GC, limits=False),
+    "inverse, one by one": lambda: np.array(
+        [ARM.inverse(*each, limits=False) for each in zip(POSE, PSI, GC, strict=True)]
+    ),
     "jacobian": lambda: ARM.jacobian(Q),
     "feasible": lambda: ARM.feasible(POSE, GC).intervals,
     "arc algebra": lambda: (~ARM.feasible(POSE, GC) | aa.ArcSet([[0.0, 0.1]])).intervals,
-    "joint function": lambda: ARM.joint_function(POSE[0], int(GC[0]), 3).value(PSI),
+    "joint function": lambda: aa.gradients.joint_function(ARM, POSE[0], int(GC[0]), 3).value(PSI),
     "resolve": lambda: aa.resolve(ARM, POSE, PSI, GC).psi,
     "step": lambda: aa.step(ARM, Q[0], POSE[0]).q,
     "follow": lambda: aa.follow(ARM, LINE, start=Q[0]).q,
@@ -53,11 +56,16 @@ def test_different_calls_at_once_do_not_disturb_each_other() -> None:
 
 @pytest.mark.parametrize("threads", [0, 2, 3, 7, 64])
 def test_the_number_of_threads_does_not_change_a_bit(threads: int) -> None:
-    assert np.array_equal(ARM.forward(Q, threads=threads)[1], PSI)
-    assert np.array_equal(ARM.inverse(POSE, PSI, GC, threads=threads), ARM.inverse(POSE, PSI, GC))
-    assert np.array_equal(ARM.jacobian(Q, threads=threads), ARM.jacobian(Q))
-    assert ARM.feasible(POSE, GC, threads=threads) == ARM.feasible(POSE, GC)
-    assert ARM.joint_feasible(POSE, GC, threads=threads) == ARM.joint_feasible(POSE, GC)
+    assert np.array_equal(in_threads(threads, lambda: ARM.forward(Q))[1], PSI)
+    assert np.array_equal(
+        in_threads(threads, lambda: ARM.inverse(POSE, PSI, GC, limits=False)),
+        ARM.inverse(POSE, PSI, GC, limits=False),
+    )
+    assert np.array_equal(in_threads(threads, lambda: ARM.jacobian(Q)), ARM.jacobian(Q))
+    assert in_threads(threads, lambda: ARM.feasible(POSE, GC)) == ARM.feasible(POSE, GC)
+    assert in_threads(threads, lambda: ARM.feasible(POSE, GC, per_joint=True)) == ARM.feasible(
+        POSE, GC, per_joint=True
+    )
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
@@ -65,9 +73,9 @@ def test_the_first_problem_is_reported_whichever_thread_meets_one(threads: int) 
     poses = POSE.copy()
     poses[[70, 190, 299], 0, 3] = np.nan
     with pytest.raises(aa.InputError, match=r"pose\[70\]"):
-        ARM.inverse(poses, PSI, GC, threads=threads)
+        in_threads(threads, lambda: ARM.inverse(poses, PSI, GC, limits=False))
     with pytest.raises(aa.InputError, match=r"pose\[70\]"):
-        ARM.feasible(poses, GC, threads=threads)
+        in_threads(threads, lambda: ARM.feasible(poses, GC))
 
 
 def wavy(first: np.ndarray, shift: list[float]) -> np.ndarray:
@@ -99,9 +107,9 @@ def test_a_plan_is_the_same_by_one_thread_and_by_many(
     arm: aa.Arm, q: np.ndarray, shift: list[float], given: dict[str, Any]
 ) -> None:
     poses = wavy(arm.forward(q)[0], shift)
-    alone = aa.plan(arm, poses, threads=1, **given)
+    alone = in_threads(1, lambda: aa.plan(arm, poses, **given))
     for threads in (0, 2, 3, 8):
-        many = aa.plan(arm, poses, threads=threads, **given)
+        many = in_threads(threads, lambda: aa.plan(arm, poses, **given))
         assert np.array_equal(many.q, alone.q, equal_nan=True)
         assert repr(many.diagnosis) == repr(alone.diagnosis)
         assert np.array_equal(many.uncertified, alone.uncertified)

@@ -7,8 +7,10 @@ import pytest
 from support import draw
 from support.maps import ARMS
 from support.planned_arms import random_arm
+from support.threads import in_threads
 
 import armangle as aa
+from armangle.models.catalogue import srs_catalogue
 
 NARROW = ["openarm_v10", "human_arm_left", "yaskawa_sia5d", "kuka_iiwa7_r800", "barrett_wam7"]
 Poses = np.ndarray
@@ -33,7 +35,7 @@ def poses_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> Poses:
     q = rng.uniform(lower - 0.3, upper + 0.3, (count, 7))
     for joint in (1, 5):
         q[rng.random(count) < 0.1, joint] = -arm.offsets[joint] * arm.signs[joint]
-    return arm.forward(q, undefined="nan")[0]
+    return arm.forward(q, on_error="nan")[0]
 
 
 SINGULAR = [(), (1,), (3,), (5,), (1, 3), (3, 5), (1, 5), (1, 3, 5)]
@@ -74,7 +76,7 @@ def test_freedom_is_the_sum_of_feasible_all() -> None:
     for arm in arms(rng):
         poses = poses_of(arm, rng, 60)
         poses[-1, :3, 3] += 10.0
-        arcs = arm.feasible_all(poses)
+        arcs = arm.feasible(poses)
         has = arm.freedom(poses)
         assert np.allclose(has.total, arcs.measure.sum(axis=-1), rtol=0, atol=1e-12)
         assert np.array_equal((~arcs.is_empty) @ (1 << np.arange(8)), has.gc)
@@ -89,44 +91,44 @@ def test_a_branch_that_freedom_adds_is_one_that_solve_finds(name: str) -> None:
     arm = aa.Arm.from_catalogue(name)
     rng = draw.generator(16, 2)
     poses = poses_of(arm, rng, draw.count(200))
-    has, arcs = arm.freedom(poses), arm.feasible_all(poses)
+    has, arcs = arm.freedom(poses), arm.feasible(poses)
     alone = (has.gc != 0) & arcs.is_empty.all(axis=-1)
     assert arm.solve(poses[alone]).ok.all() if alone.any() else True
     assert np.array_equal(arm.solve(poses).ok | (has.gc == 0), np.ones(len(poses), bool))
 
 
-@pytest.mark.parametrize("name", aa.catalogue())
+@pytest.mark.parametrize("name", srs_catalogue())
 def test_freedom_agrees_with_arcs_and_postures_where_joints_are_one_axis(name: str) -> None:
     arm = aa.Arm.from_catalogue(name)
     q = postures_of(arm, draw.generator(16, 5), draw.count(40))
-    theta, poses = arm.signs * q + arm.offsets, arm.forward(q, undefined="nan")[0]
-    has, arcs = arm.freedom(poses), arm.feasible_all(poses)
+    theta, poses = arm.signs * q + arm.offsets, arm.forward(q, on_error="nan")[0]
+    has, arcs = arm.freedom(poses), arm.feasible(poses)
     assert np.abs(has.total - arcs.measure.sum(axis=-1)).max() < 1e-12
     assert np.array_equal(has.arcs, arcs.count.sum(axis=-1))
     bits = (~arcs.is_empty) @ (1 << np.arange(8))
     assert not (bits & ~has.gc).any()
     assert np.array_equal(arm.reachable(poses), has.gc != 0)
-    for turns in (arm.feasible_yaw(poses), arm.feasible_roll(poses)):
+    for turns in (arm.feasible_turns(poses, about="base"), arm.feasible_turns(poses, about="tool")):
         assert turns.contains(0.0)[has.gc != 0].all()
     shown = np.zeros(has.gc.shape, np.uint8)
     for gc in range(8):  # a branch without arcs holds a pose by a share of a turn: the posture is shown
         found = arm.solve(poses, gc=gc)
         shown |= found.ok.astype(np.uint8) << np.uint8(gc)
         assert arm.within_limits(found.q[found.ok], 1e-10).all()
-        back = arm.forward(found.q[found.ok], undefined="nan")[0]
+        back = arm.forward(found.q[found.ok], on_error="nan")[0]
         assert np.abs(back - poses[found.ok]).max(initial=0.0) < 1e-9
     # with both hinges at 0 at one arm angle a posture is one of four branches at once: one may be shown
     assert not (shown & ~has.gc).any() and np.array_equal(shown != 0, has.gc != 0)
     assert (shown == has.gc)[(np.abs(theta[:, [1, 5]]) > 1e-12).any(axis=-1)].all()
 
 
-@pytest.mark.parametrize("name", aa.catalogue())
+@pytest.mark.parametrize("name", srs_catalogue())
 def test_a_posture_at_its_limits_holds_its_pose(name: str) -> None:
     # beside a singular posture rounding moves a joint by more than the 1e-11 rad of an isolated arm angle
     arm = aa.Arm.from_catalogue(name)
     rng = draw.generator(16, 6)
     q = np.concatenate([plain_postures_of(arm, rng, draw.count(300)), postures_of(arm, rng, 10)])
-    pose, psi, gc = arm.forward(q, undefined="nan")
+    pose, psi, gc = arm.forward(q, on_error="nan")
     known = np.isfinite(psi)
     pose, psi, gc, q = pose[known], psi[known], gc[known], q[known]
     bends = np.sin((arm.signs * q + arm.offsets - [0, 0, 0, arm.delta, 0, 0, 0])[:, [1, 3, 5]])
@@ -145,7 +147,9 @@ def test_a_turn_is_in_the_arcs_where_the_turned_pose_is_reachable(of_base: bool)
     checked = 0
     for arm in arms(rng):
         for pose in poses_of(arm, rng, 12):
-            arcs = arm.feasible_yaw(pose) if of_base else arm.feasible_roll(pose)
+            arcs = (
+                arm.feasible_turns(pose, about="base") if of_base else arm.feasible_turns(pose, about="tool")
+            )
             angle = rng.uniform(-np.pi, np.pi, 120)
             ends = arcs.intervals[~np.isnan(arcs.intervals)].ravel()
             if len(ends) and not arcs.is_full:
@@ -169,7 +173,10 @@ def test_a_turn_is_in_the_arcs_where_the_turned_pose_is_reachable(of_base: bool)
 def test_ends_name_the_joint_that_turns_and_its_limit() -> None:
     arm = aa.Arm.from_catalogue("openarm_v10")
     pose = aa.pose([0.1, 0.3, 0.2])
-    for arcs, joint in ((arm.feasible_yaw(pose), 1), (arm.feasible_roll(pose), 7)):
+    for arcs, joint in (
+        (arm.feasible_turns(pose, about="base"), 1),
+        (arm.feasible_turns(pose, about="tool"), 7),
+    ):
         assert not arcs.is_full and arcs.count > 0
         for pair in arcs.ends:
             assert [end.joint for end in pair] == [joint, joint]
@@ -184,7 +191,7 @@ def test_where_the_arm_is_straight_along_its_base_axis_joints_1_and_3_share_the_
         upper=np.radians([20, 120, 30, 120, 170, 120, 175]),
     )
     candle = arm.forward(np.zeros(7))[0]
-    turns = arm.feasible_yaw(candle)
+    turns = arm.feasible_turns(candle, about="base")
     # 50 degrees either way by joints 1 and 3 alone; wrist and arm angle give more
     assert turns.contains(np.radians([-49.9, 0.0, 49.9])).all()
     for angle in np.radians([-49.9, 30.0, 49.9]):
@@ -194,14 +201,14 @@ def test_where_the_arm_is_straight_along_its_base_axis_joints_1_and_3_share_the_
 def test_no_pose_is_no_turn_and_batches_are_their_poses() -> None:
     arm = aa.Arm.from_catalogue("openarm_v10")
     poses = poses_of(arm, draw.generator(16, 4), 20).reshape(4, 5, 4, 4)
-    turns = arm.feasible_yaw(poses)
+    turns = arm.feasible_turns(poses, about="base")
     assert turns.shape == (4, 5)
-    assert turns[2, 3] == arm.feasible_yaw(poses[2, 3])
-    assert arm.feasible_yaw(poses, threads=2) == turns
-    assert arm.feasible_roll(np.empty((0, 4, 4))).shape == (0,)
+    assert turns[2, 3] == arm.feasible_turns(poses[2, 3], about="base")
+    assert in_threads(2, lambda: arm.feasible_turns(poses, about="base")) == turns
+    assert arm.feasible_turns(np.empty((0, 4, 4)), about="tool").shape == (0,)
     assert arm.reachable(np.empty((0, 4, 4))).shape == (0,)
     assert arm.freedom(np.empty((0, 4, 4))).gc.shape == (0,)
-    far = arm.feasible_yaw(aa.pose([9.0, 0.0, 0.0]))
+    far = arm.feasible_turns(aa.pose([9.0, 0.0, 0.0]), about="base")
     assert far.is_empty and far.status is aa.Status.UNREACHABLE
     one = arm.freedom(poses[0, 0])
     assert isinstance(one.status, aa.Status) and one.gc.shape == ()
@@ -216,6 +223,8 @@ def test_locked_joints_leave_single_turns() -> None:
         lower[joints] = upper[joints] = q[joints]
         locked = arm.with_(lower=lower, upper=upper)
         assert locked.reachable(pose)
-        assert 0.0 in locked.feasible_yaw(pose) and 0.0 in locked.feasible_roll(pose)
+        assert 0.0 in locked.feasible_turns(pose, about="base") and 0.0 in locked.feasible_turns(
+            pose, about="tool"
+        )
         found = aa.place(locked, pose[None], [0.0], [0.0])
         assert found.reached.item() == 1.0 and found.missed() == ()

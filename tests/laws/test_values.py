@@ -14,8 +14,8 @@ import pytest
 import armangle as aa
 from armangle import kuka
 
-ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.05, forearm=0.05))
-FRANKA = aa.OffsetArm.from_catalogue("franka_fr3")
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=aa.Body.bones(upper_arm=0.05, forearm=0.05))
+FRANKA = aa.Arm.from_catalogue("franka_fr3")
 Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 FRANKA_Q = np.array([0.1, -0.6, 0.2, -2.2, 0.1, 1.9, 0.7])
 POSE, PSI, GC = ARM.forward(Q)
@@ -49,7 +49,7 @@ def made(k: int) -> dict[str, Any]:
         "Centre": aa.Centre(K=0.1 + 0.1 * k),
         "ChainDeviation": aa.ChainDeviation(position_rms=k),
         "CircularArc": aa.CircularArc(pose, via, end),
-        "Clearance": ARM.clearance(grid, psi, gc, SCENE),
+        "Clearance": ARM.clearance(ARM.inverse(grid, psi, gc, limits=False), SCENE),
         "Cloud": aa.Cloud([[1, 2, k]], 0.1),
         "Deviation": aa.Deviation(0.1, k),
         "Diagnosis": ARM.explain(seen),
@@ -59,14 +59,14 @@ def made(k: int) -> dict[str, Any]:
         "HandFilter": aa.HandFilter(omega=10.0 + k),
         "Hold": aa.Hold("stop" if k else "nearest"),
         "Hull": aa.Hull([[1, 2, k]], 0.1),
-        "JointFunction": ARM.joint_function(pose, gc, 4),
+        "JointFunction": aa.gradients.joint_function(ARM, pose, gc, 4),
         "JointPath": path,
         "JointTable": table,
         "KukaFrame": kuka.to_frame(ARM, q),
         "Line": aa.Line(pose, end),
         "Objective": aa.Objective(duration=1.0 + k),
         "OffsetArm": FRANKA.with_(name=str(k)),
-        "OffsetSolution": FRANKA.solve(FRANKA.forward(FRANKA_Q + 0.01 * k)[0], near=FRANKA_Q),
+        "OffsetSolution": FRANKA.solve(FRANKA.forward(FRANKA_Q + 0.01 * k)[0], seed=FRANKA_Q),
         "Opening": aa.Opening(1, "lower", 0.1 + k),
         "PathPoint": path.at([0.2, 0.4]),
         "Placement": aa.place(ARM, grid, x=[0.0, 0.1], y=[0.0, 0.1]),
@@ -75,8 +75,8 @@ def made(k: int) -> dict[str, Any]:
         "Scene": aa.Scene([aa.Ball([1, 2, k], 0.1)]),
         "Screw": aa.Screw(pose, [0, 0, 0], [0, 0, 1], 0.1),
         "Segments": aa.Segments([aa.Line(pose, end)]),
-        "Solution": ARM.solve(grid, near=q),
-        "Solutions": ARM.solutions(pose, near=q),
+        "Solution": ARM.solve(grid, seed=q),
+        "Solutions": ARM.solutions(pose, seed=q),
         "SpeedLoss": aa.SpeedLoss(0.1 * k, 1, "velocity", 2.0),
         "Step": aa.step(ARM, q, end),
         "Towards": aa.Towards(psi=0.1 + 0.1 * k),
@@ -86,7 +86,7 @@ def made(k: int) -> dict[str, Any]:
         "TrajectoryTable": aa.TrajectoryTable(path.s, path.s, path.q, path.q, path.q),
         "Voxels": aa.Voxels(pose[None, :3, 3], np.array([0.5]), 0.1, 8),
         "Waypoints": aa.Waypoints(grid),
-        "Widest": ARM.widest(pose, gc, SCENE),
+        "Widest": ARM._widest(pose, gc, SCENE),
     }
 
 

@@ -153,16 +153,16 @@ def bent(*lengths: tuple[int, float]) -> list[list[float]]:
 def test_the_arm_that_was_not_taken_is_noted(other: list[list[float]], said: str) -> None:
     text = robot(under("revolute"), arm("a", "torso"), arm("b", "torso", places=other))
     arm_a = Arm.from_urdf(text)
-    assert arm_a.import_report is not None and arm_a.import_report.tip == "a_7"
-    (note,) = [note for note in arm_a.import_report.notes if "'b_7'" in note]
+    assert arm_a.report is not None and arm_a.report.tip == "a_7"
+    (note,) = [note for note in arm_a.report.notes if "'b_7'" in note]
     assert said in note and "'a_7'" in note
-    named = Arm.from_urdf(text, tip="a_7").import_report
+    named = Arm.from_urdf(text, tip="a_7").report
     assert named is not None and not any("b_7" in note for note in named.notes)
 
 
 def test_the_lowest_link_above_several_tips_is_taken_with_a_note() -> None:
     hand = fixed("flange", "a_7") + fixed("tool0", "a_7")
-    report = Arm.from_urdf(robot(arm("a", "foot", rest=hand))).import_report
+    report = Arm.from_urdf(robot(arm("a", "foot", rest=hand))).report
     assert report is not None and report.tip == "a_7"
     assert len([note for note in report.notes if "'flange', 'tool0'" in note and "'a_7'" in note]) == 1
 
@@ -175,7 +175,9 @@ def test_a_tip_behind_fingers_is_told_the_tip_that_works(
     hand = under("revolute", "f1", "a_7", "grasp") + "".join(
         under("revolute", f"f{i + 1}", f"f{i}", f"knuckle{i}") for i in range(1, fingers)
     )
-    with pytest.raises(ModelError, match=rf"{7 + fingers} rotating joints lead to 'f{fingers}'.* to 'a_7' \("):
+    with pytest.raises(
+        ModelError, match=rf"{7 + fingers} rotating joints lead to 'f{fingers}'.* to 'a_7' \("
+    ):
         Arm.from_urdf(robot(arm("a", "foot", places=places, rest=hand)), tip=f"f{fingers}")
 
 

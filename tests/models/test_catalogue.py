@@ -11,7 +11,7 @@ import pytest
 from support.chain import dh_forward, pose_error, shift, urdf_forward
 from support.needs import model
 
-from armangle.errors import ModelError, InputError
+from armangle.errors import InputError, ModelError
 from armangle.models.catalogue import CatalogueEntry, catalogue, load_robot, read_robot, robot_toml
 from armangle.models.chain import chain_of
 from armangle.models.description import ArmDescription

@@ -217,10 +217,10 @@ def test_a_mesh_is_read_and_its_link_named(tmp_path: Path) -> None:
     body = aa.Body.from_urdf(path, shapes=4)
     assert [frame for frame, _ in body.links] == [3] and 1 < len(body.links[0][1]) <= 4
     link = links_of(ARM.to_urdf())[3]
-    arm = aa.Arm.from_urdf(path).with_body(body)
+    arm = aa.Arm.from_urdf(path).with_(body=body)
     assert {shape.name for shape in body.links[0][1]} == {link}
     pose, psi, gc = arm.forward(np.full(7, 0.4))
-    near = arm.clearance(pose, psi, gc, aa.Scene([aa.Ball([0, 0, 3], 0.1)]))
+    near = arm.clearance(arm.inverse(pose, psi, gc, limits=False), aa.Scene([aa.Ball([0, 0, 3], 0.1)]))
     assert near.link == link
 
 
@@ -282,9 +282,9 @@ def test_covers_that_always_meet_are_let_touch_and_said(tmp_path: Path) -> None:
     names = links_of(ARM.to_urdf())
     assert (names[3], names[5]) in body.ignore and (names[1], names[7]) not in body.ignore
     assert "not asked about each other" in body.notes[0]
-    arm = aa.Arm.from_urdf(path).with_body(body)
+    arm = aa.Arm.from_urdf(path).with_(body=body)
     pose, _, gc = arm.forward([0.3, 0.7, 0.2, -1.3, 0.4, 0.8, 0.1])
-    assert arm.clear(pose, gc, aa.Scene()).status == aa.Status.OK
+    assert arm._clear(pose, gc, aa.Scene()).status == aa.Status.OK
 
 
 def test_geoms_of_a_model_are_covered_where_they_are() -> None:

@@ -64,7 +64,7 @@ def test_an_arm_says_that_its_limits_are_not_used():
         arm = aa.Arm.from_urdf(text)
     assert caught[0].filename == __file__
     assert len(arm.notes) == 7 and np.isinf(arm.lower).all()
-    assert "note: joint 'joint_7' is continuous" in str(arm.import_report)
+    assert "note: joint 'joint_7' is continuous" in str(arm.report)
     used = aa.Arm.from_urdf(text, continuous_limits="use")
     assert (used.lower == -1).all() and (used.upper == 1).all()
     with pytest.raises(InputError, match="continuous_limits is 'yes', wanted one of"):
@@ -309,7 +309,7 @@ READ = (
 @pytest.mark.parametrize("name", READ)
 def test_each_case_is_read_and_met(name):
     arm = aa.Arm.from_urdf(case(name))
-    report = arm.import_report
+    report = arm.report
     assert report is not None and report.residual_position <= 1e-9
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (100, 7))
     chain = read_urdf(case(name), report.base, report.tip)
@@ -337,19 +337,19 @@ def test_mjcf_needs_no_meshes():
 # arms with an offset wrist or shoulder: the same options, notes and report
 
 
-FR3 = aa.OffsetArm.from_catalogue("franka_fr3")
+FR3 = aa.Arm.from_catalogue("franka_fr3")
 
 
 def test_an_offset_arm_takes_limits_of_continuous_joints_as_asked():
     text = FR3.to_urdf().replace('type="revolute"', 'type="continuous"')
     with pytest.warns(UserWarning, match="joint 'joint_1' is continuous, .* NOT used") as caught:
-        arm = aa.OffsetArm.from_urdf(text)
+        arm = aa.Arm.from_urdf(text)
     assert caught[0].filename == __file__
     assert np.isinf(arm.lower).all() and len(arm.notes) == 7
-    used = aa.OffsetArm.from_urdf(text, continuous_limits="use")
+    used = aa.Arm.from_urdf(text, continuous_limits="use")
     np.testing.assert_allclose([used.lower, used.upper], [FR3.lower, FR3.upper], rtol=0, atol=1e-9)
     with pytest.raises(InputError, match="continuous_limits is 'yes', wanted one of"):
-        aa.OffsetArm.from_urdf(text, continuous_limits="yes")
+        aa.Arm.from_urdf(text, continuous_limits="yes")
 
 
 def test_an_offset_arm_has_the_notes_that_an_arm_has():
@@ -364,18 +364,18 @@ def test_an_offset_arm_has_the_notes_that_an_arm_has():
     ):  # fmt: skip
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            arm = aa.OffsetArm.from_urdf(changed)
+            arm = aa.Arm.from_urdf(changed)
         assert [str(one.message) for one in caught] == [note for note in arm.notes if "0 to 0" in note]
-        assert arm.import_report is not None and arm.import_report.notes == arm.notes
+        assert arm.report is not None and arm.report.notes == arm.notes
         assert len(arm.notes) == count and all(what in note for note in arm.notes)
-        assert arm.with_(name="mine").import_report == arm.import_report
-    report = aa.OffsetArm.from_urdf(text).import_report
+        assert arm.with_(name="mine").report == arm.report
+    report = aa.Arm.from_urdf(text).report
     assert report is not None and report.residual_position <= 1e-9
     assert report.wrist_miss == pytest.approx(FR3.a_6, abs=1e-9)
-    assert FR3.import_report is None and FR3.reach == FR3.rows.reach and FR3.d_se == FR3.rows.d_se
+    assert FR3.report is None and FR3.reach == FR3.rows.reach and FR3.d_se == FR3.rows.d_se
 
 
-def calibrated(arm: aa.OffsetArm, seed: int = 0) -> Chain:
+def calibrated(arm: aa.Arm, seed: int = 0) -> Chain:
     """Return its chain with frames that are off by some 0.5 mm and 1 mrad."""
     rng, chain = np.random.default_rng(seed), read_urdf(arm.to_urdf())
     joints = list(chain.joints)
@@ -394,13 +394,13 @@ def test_a_calibrated_offset_arm_is_refused_with_tolerances_that_take_it(seed: i
     with pytest.raises(ModelError, match=r"armangle\.OffsetArm takes it as S-R-S but for an offset wrist"):
         aa.Arm.from_urdf(text)
     with pytest.raises(ModelError) as caught:
-        aa.OffsetArm.from_urdf(text)
+        aa.Arm.from_urdf(text)
     length, angle = re.findall(r"(?:length|angle)_tolerance=(\S+)", str(caught.value))[:2]
     tolerances = {"length_tolerance": float(length), "angle_tolerance": float(angle)}
     with pytest.warns(UserWarning, match="not quite the arm of its file: .* at the tip") as warned:
-        arm = aa.OffsetArm.from_urdf(text, **tolerances)
+        arm = aa.Arm.from_urdf(text, **tolerances)
     assert warned[0].filename == __file__
-    report = arm.import_report
+    report = arm.report
     assert report is not None and report.notes == (str(warned[0].message),) == arm.notes
     assert 1e-4 < report.residual_position <= float(length) < 5e-3
     q = np.random.default_rng(1).uniform(-np.pi, np.pi, (500, 7))
@@ -423,16 +423,16 @@ DOORS = {"gen3": (0.01175, 0.0), "tilted": (0.013, 4e-4), "a hair": (0.0009, 0.0
 def test_each_door_that_a_refusal_of_an_offset_arm_names_takes_the_file(name: str) -> None:
     text = beside(*DOORS[name])
     with pytest.raises(ModelError) as caught:
-        aa.OffsetArm.from_urdf(text)
+        aa.Arm.from_urdf(text)
     message = str(caught.value)
     advised = dict(re.findall(r"(\w+_tolerance)=([^ )]+)", message))
     assert ("armangle.Arm takes it with exact=False" in message) is (name != "far")
     assert not advised  # what takes the offset leaves no offset arm
     if name != "far":
-        assert aa.Arm.from_urdf(text, exact=False).chain is not None
+        assert aa.Arm.from_urdf(text).chain is not None
     loose = {"length_tolerance": 0.1, "angle_tolerance": 0.1}
     with pytest.raises(ModelError) as caught:
-        aa.OffsetArm.from_urdf(text, **loose)
+        aa.Arm.from_urdf(text, **loose)
     assert "it is S-R-S" not in str(caught.value)
     assert ("armangle.Arm takes it with exact=False" in str(caught.value)) is (name != "far")
 
@@ -465,7 +465,7 @@ def test_every_door_that_a_refusal_names_takes_the_file_with_the_error_that_it_n
         given = {key: float(value) for key, value in re.findall(r"(\w+_tolerance)=([^ ,)]+)", door)}
         millimetres = re.search(r"(?:up to )?(\S+) mm (?:off|and \S+ (?:deg|rad)) at the tip", door)
         assert millimetres is not None, door
-        kind = aa.OffsetArm if "OffsetArm" in door else aa.Arm
+        kind = aa.Arm if "OffsetArm" in door else aa.Arm
         exact = {"exact": False} if door.startswith("exact=False") else {}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)
@@ -477,8 +477,8 @@ def test_every_door_that_a_refusal_names_takes_the_file_with_the_error_that_it_n
 def test_a_real_file_is_not_sent_in_a_circle() -> None:
     for file in (model("kinova_gen3_7dof"), case("15_tilt_0.02_deg_and_13_mm.urdf")):
         with pytest.raises(ModelError, match=r"armangle\.Arm takes it with exact=False .*--inexact\)"):
-            aa.OffsetArm.from_urdf(file)
-        assert aa.Arm.from_urdf(file, exact=False).chain is not None
+            aa.Arm.from_urdf(file)
+        assert aa.Arm.from_urdf(file).chain is not None
 
 
 def test_an_arm_that_is_not_quite_that_of_its_file_is_warned_of() -> None:
@@ -486,13 +486,13 @@ def test_an_arm_that_is_not_quite_that_of_its_file_is_warned_of() -> None:
     with pytest.warns(UserWarning, match="not quite the arm of its file: the S-R-S arm fitted") as caught:
         arm = aa.Arm.from_urdf(text, length_tolerance=0.013)
     assert len(caught) == 1 and caught[0].filename == __file__
-    report = arm.import_report
+    report = arm.report
     assert report is not None and str(caught[0].message) in report.notes and arm.notes == report.notes
     assert f"{1e3 * report.residual_position:.4g} mm" in str(caught[0].message)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        aa.Arm.from_urdf(text, exact=False)
-        assert aa.Arm.from_urdf(beside(1e-5)).import_report.residual_position > 1e-6
+        aa.Arm.from_urdf(text)
+        assert aa.Arm.from_urdf(beside(1e-5)).report.residual_position > 1e-6
 
 
 def test_a_joint_that_moves_the_base_is_noted() -> None:
@@ -504,9 +504,9 @@ def test_a_joint_that_moves_the_base_is_noted() -> None:
     lifted = text.replace("</robot>", f"{lift}</robot>")
     note = "joint 'lift' moves the base 'base': no part of the arm"
     for base in (None, "base"):
-        assert aa.Arm.from_urdf(lifted, base).import_report.notes == (note,)
-    assert aa.Arm.from_urdf(text).import_report.notes == ()
-    assert aa.OffsetArm.from_urdf(FR3.to_urdf().replace("</robot>", f"{lift}</robot>")).notes == (note,)
+        assert aa.Arm.from_urdf(lifted, base).report.notes == (note,)
+    assert aa.Arm.from_urdf(text).report.notes == ()
+    assert aa.Arm.from_urdf(FR3.to_urdf().replace("</robot>", f"{lift}</robot>")).notes == (note,)
 
 
 def test_a_joint_that_moves_the_base_of_a_model_is_noted() -> None:
@@ -530,15 +530,15 @@ def test_limits_of_a_file_that_cannot_be_meant_are_warned_of() -> None:
     none = re.sub(r'(lower|upper)="[^"]*"', r'\1="0"', PLAIN.with_(lower=-1, upper=1).to_urdf())
     degrees = none.replace('lower="0"', 'lower="-170"').replace('upper="0"', 'upper="170"')
     for text, said in ((none, "all limits are 0 to 0"), (degrees, "limits look like degrees")):
-        for door in (aa.Arm.from_urdf, lambda text: aa.Arm.from_urdf(text, exact=False)):
+        for door in (aa.Arm.from_urdf, lambda text: aa.Arm.from_urdf(text)):
             with pytest.warns(UserWarning, match=said) as caught:
                 arm = door(text)
             assert len(caught) == 1 and caught[0].filename == __file__ and str(caught[0].message) in arm.notes
 
 
 def test_an_offset_arm_says_what_takes_a_file_that_is_nearly_one():
-    assert aa.OffsetArm.from_urdf(FR3.to_urdf(), exact=True).a_6 == pytest.approx(FR3.a_6)
-    for door in (aa.OffsetArm.from_urdf, aa.OffsetArm.from_mjcf):
+    assert aa.Arm.from_urdf(FR3.to_urdf()).a_6 == pytest.approx(FR3.a_6)
+    for door in (aa.Arm.from_urdf, aa.Arm.from_mjcf):
         with pytest.raises(
             InputError, match=r"exact=False .* armangle\.Arm alone: .* length_tolerance= and angle_to"
         ):

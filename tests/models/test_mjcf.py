@@ -12,7 +12,7 @@ import pytest
 from support.chain import RandomArm, dh_forward, pose_error
 from support.needs import need
 
-from armangle.errors import ModelError, MissingExtraError
+from armangle.errors import MissingExtraError, ModelError
 from armangle.models.detect import describe_chain
 from armangle.models.mjcf import mjcf_candidates, read_mjcf
 

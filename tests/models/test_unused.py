@@ -97,8 +97,8 @@ def test_joints_without_range_are_named(still: list[str]) -> None:
         text = text[:at] + text[at:].replace('lower="-2.0" upper="2.0"', 'lower="0" upper="0"', 1)
     with pytest.warns(UserWarning, match="limits"):
         arm = Arm.from_urdf(text)
-    assert arm.import_report is not None
-    (note,) = arm.import_report.notes
+    assert arm.report is not None
+    (note,) = arm.report.notes
     assert all(f"'joint_{name[1]}'" in note for name in still)
 
 
@@ -113,7 +113,7 @@ def test_limits_of_rad_that_are_read_as_degrees_are_noted() -> None:
         upper=np.radians([2.4] * 7),
     )
     with pytest.warns(UserWarning, match="look like rad"):
-        report = Arm.from_urdf(arm.to_urdf()).import_report
+        report = Arm.from_urdf(arm.to_urdf()).report
     assert report is not None and len(report.notes) == 1
 
 

@@ -7,6 +7,7 @@ import pytest
 from support.draw import count, generator
 
 import armangle as aa
+from armangle.models.catalogue import srs_catalogue
 
 NAMES = ("kuka_iiwa7_r800", "kuka_iiwa14_r820", "realman_rm75_b", "openarm_v10")
 ARMS = {name: aa.Arm.from_catalogue(name) for name in NAMES}
@@ -44,7 +45,7 @@ def test_the_arm_angle_of_a_corner_is_feasible_beside_wider_arcs() -> None:
             continue
         off = np.angle(np.exp(1j * (arcs.nearest(psi) - psi)))
         assert abs(off) < 1e-6, (arm.name, q.tolist())  # where a joint turns back psi has half the digits
-        every = arm.feasible_all(pose)[gc]
+        every = arm.feasible(pose)[gc]
         np.testing.assert_array_equal(every.intervals, arcs.intervals)
         widths = np.diff(arcs.intervals, axis=1)
         beside += bool(widths.min() < 1e-9 < widths.max())
@@ -58,7 +59,7 @@ def test_the_pose_that_the_arm_stands_in_is_held() -> None:
             step = aa.step(arm, q, pose, **wish)
             assert step.status == aa.Status.OK, (arm.name, q.tolist(), wish, step.why.name)
         assert aa.follow(arm, [pose, pose], start=q).ok
-        assert arm.solve(pose, near=q).q.tolist() == q.tolist()
+        assert arm.solve(pose, seed=q).q.tolist() == q.tolist()
 
 
 @pytest.mark.parametrize("text", BESIDE_STRAIGHT)
@@ -144,14 +145,14 @@ def test_a_joint_that_turns_back_at_its_limit_is_held_too(name: str, text: str) 
     if name == "openarm_v10":
         arcs = arm.feasible(pose, gc)
         assert len(arcs) == 2 and abs(arcs.nearest(psi) - psi) < 1e-6
-        assert arm.freedom(pose).arcs == arm.feasible_all(pose).count.sum()
+        assert arm.freedom(pose).arcs == arm.feasible(pose).count.sum()
     assert aa.step(arm, q, pose).status == aa.Status.OK
     assert aa.follow(arm, [pose, pose], start=q).ok
 
 
 def test_the_arm_holds_what_it_stands_in_whatever_the_catalogue() -> None:
     rng = generator(4)
-    for name in aa.catalogue():
+    for name in srs_catalogue():
         arm = aa.Arm.from_catalogue(name)
         lower, upper = np.maximum(arm.lower, -20), np.minimum(arm.upper, 20)
         for joints in (1, 2, 3):

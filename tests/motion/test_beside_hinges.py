@@ -32,7 +32,7 @@ def starts(arm: Any, n: int, seed: int, open_: float = 0.0) -> Any:
 
 def lines(arm: Any, rows: int, n: int, seed: int, open_: float = 0.0) -> Any:
     for q, shift in starts(arm, n, seed, open_):
-        first = np.asarray(arm.forward(q, undefined="nan")[0])
+        first = np.asarray(arm.forward(q, on_error="nan")[0])
         last = first.copy()
         last[:3, 3] += shift
         yield q, aa.Line(first, last).pose(np.linspace(0, 1, rows))
@@ -48,7 +48,7 @@ def lines(arm: Any, rows: int, n: int, seed: int, open_: float = 0.0) -> Any:
 def test_a_followed_line_steps_hardly_farther_than_the_nearest_postures(
     name: str, rows: int, open_: float, asked: dict[str, Any]
 ) -> None:
-    arm = ARMS[name].with_body(BODY)
+    arm = ARMS[name].with_(body=BODY)
     compared = 0
     for q, poses in lines(arm, rows, 12, 5, open_):
         path = aa.follow(arm, poses, start=q, **asked)
@@ -59,7 +59,7 @@ def test_a_followed_line_steps_hardly_farther_than_the_nearest_postures(
             continue
         now = q
         for i, pose in enumerate(poses[:last]):
-            beside = arm.solve(pose, near=now)
+            beside = arm.solve(pose, seed=now)
             least = np.abs(beside.q - now).max()
             if np.abs(np.sin(beside.q[[1, 5]])).min() < asked.get("singularity_margin", 0.0):
                 break  # that goes through the margin
@@ -92,10 +92,10 @@ def test_a_pose_that_stands_lets_the_policy_go_on() -> None:
 )
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "yaskawa_sia30d"])
 def test_a_step_to_the_pose_of_a_home_posture_moves_nothing(name: str, asked: dict[str, Any]) -> None:
-    arm = ARMS[name].with_body(BODY)
+    arm = ARMS[name].with_(body=BODY)
     for q, _ in starts(arm, 40, 5):
         if np.abs(np.sin(q[[1, 5]])).max() > 0:
-            now = aa.step(arm, q, arm.forward(q, undefined="nan")[0], **asked)
+            now = aa.step(arm, q, arm.forward(q, on_error="nan")[0], **asked)
             assert now.status == aa.Status.OK and np.abs(now.q - q).max() < 1e-7
 
 

@@ -11,6 +11,7 @@ from support import draw
 from support.strategies import REGIMES, Array, arms, postures
 
 import armangle as aa
+from armangle.models.catalogue import srs_catalogue
 
 IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 HOME = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
@@ -23,7 +24,7 @@ each_regime = pytest.mark.parametrize("regime", REGIMES)
 
 def moved(arm: aa.Arm, q: Array, move: Array) -> Array:
     """The pose of the posture that a move of the joints leads to."""
-    return np.asarray(arm.forward(q + move, undefined="nan")[0])
+    return np.asarray(arm.forward(q + move, on_error="nan")[0])
 
 
 def line(q: Array, shift: tuple[float, float, float], n: int) -> Array:
@@ -86,12 +87,12 @@ def test_what_can_keep_the_bounds_is_found(arm: aa.Arm) -> None:
         hardest = rng.uniform(2, 20, 7)
         velocity = np.clip(now + rng.uniform(-0.95, 0.95, 7) * hardest * dt, -1.45, 1.45)
         witness = q + velocity * dt
-        same_side = arm.forward(q, undefined="nan")[2] == arm.forward(witness, undefined="nan")[2]
+        same_side = arm.forward(q, on_error="nan")[2] == arm.forward(witness, on_error="nan")[2]
         inside = bool(arm.within_limits(witness, tol=-1e-6))
         if not (same_side and inside and brakes(arm, witness, velocity, 0.95 * hardest, dt)):
             continue
         tried += 1
-        pose = arm.forward(witness, undefined="nan")[0]
+        pose = arm.forward(witness, on_error="nan")[0]
         found = aa.step(
             arm, q, pose, dt=dt, velocity=SPEED, acceleration=hardest, velocity_now=now,
             policy=aa.Repulsion(K=1.0),
@@ -114,7 +115,7 @@ def test_the_nearest_arm_angle_to_the_wish_is_taken() -> None:
         if found.status != aa.Status.OK or found.gc != gc:
             continue
         near = circle * 0.05 + found.psi
-        all_q = IIWA.inverse(np.broadcast_to(pose, (len(near), 4, 4)), near, gc)
+        all_q = IIWA.inverse(np.broadcast_to(pose, (len(near), 4, 4)), near, gc, limits=False)
         turned = (all_q - q + np.pi) % (2 * np.pi) - np.pi
         kept = near[np.all(np.abs(turned) <= SPEED * dt, axis=1) & IIWA.within_limits(all_q)]
         away = np.abs((kept - wish + np.pi) % (2 * np.pi) - np.pi)
@@ -152,7 +153,7 @@ def test_follow_is_step_in_a_loop_bit_for_bit(on_fail: Any, hardest: float | Non
     options: dict[str, Any] = {"dt": dt, "velocity": SPEED, "policy": aa.Repulsion(K=0.3, alpha=3.0)}
     if hardest is not None:
         options["acceleration"] = np.full(7, hardest)
-    start = (IIWA.inverse(poses[1], *IIWA.forward(HOME)[1:], seed=HOME) - HOME) / dt
+    start = (IIWA.inverse(poses[1], *IIWA.forward(HOME)[1:], seed=HOME, limits=False) - HOME) / dt
     path = aa.follow(IIWA, poses, start=HOME, velocity_now=start, on_fail=on_fail, **options)
     assert not path.ok
     q, velocity, stopped = HOME, start, False
@@ -305,7 +306,7 @@ def test_a_hostile_stream_breaks_no_bound(name: str, acceleration: float | None,
             pose = arm.forward(rng.uniform(low, high))[0].copy()
             pose[:3, 3] += rng.choice([0.0, 0.02, 1.0]) * rng.normal(size=3)
         bounds = {} if acceleration is None else {"acceleration": acceleration, "velocity_now": velocity}
-        now = aa.step(arm, q, pose, dt=dt, velocity=fastest, outside=outside, **bounds)
+        now = aa.step(arm, q, pose, dt=dt, velocity=fastest, fallback=outside, **bounds)
         assert np.all(np.abs(now.velocity) <= fastest)
         if acceleration is not None:
             assert np.abs(now.velocity - velocity).max() <= acceleration * dt * (1 + 1e-9)
@@ -389,7 +390,7 @@ def test_with_the_elbow_carried_it_comes_to_rest_on_the_pose(name: str, seed: in
 def test_a_branch_that_is_asked_is_kept_on_the_way_to_the_nearest_pose(acceleration: float | None) -> None:
     """Which side the elbow is on is open where the arm is stretched."""
     short = 0
-    for seed, name in enumerate(aa.catalogue()):
+    for seed, name in enumerate(srs_catalogue()):
         arm, rng = aa.Arm.from_catalogue(name), np.random.default_rng(seed)
         low, high = np.clip(arm.lower, -3, 3), np.clip(arm.upper, -3, 3)
         q, target = low + (high - low) * rng.uniform(0.05, 0.95, (2, 7))
@@ -397,7 +398,7 @@ def test_a_branch_that_is_asked_is_kept_on_the_way_to_the_nearest_pose(accelerat
         pose[:3, 3] *= 1.3
         for _ in range(500):
             bounds = {} if acceleration is None else {"acceleration": acceleration, "velocity_now": velocity}
-            now = aa.step(arm, q, pose, gc=gc, outside="nearest", dt=0.02, velocity=1.5, **bounds)
+            now = aa.step(arm, q, pose, gc=gc, fallback="nearest_pose", dt=0.02, velocity=1.5, **bounds)
             velocity, moved, q = now.velocity, np.abs(now.q - q).max(), now.q
             assert (int(arm.forward(q)[2]) ^ gc) & 5 == 0, name
             if now.status == aa.Status.OK or moved < 1e-10:
@@ -420,7 +421,12 @@ def test_on_its_way_to_the_nearest_pose_it_keeps_the_singularity_margin(bounds: 
         pose[:3, 3] *= 1.5
         for _ in range(60):
             now = aa.step(
-                IIWA, q, pose, policy=aa.Hold(), singularity_margin=margin, outside="nearest", **bounds
+                IIWA.with_(singularity_margin=margin),
+                q,
+                pose,
+                policy=aa.Hold(),
+                fallback="nearest_pose",
+                **bounds,
             )
             beyond += now.status is aa.Status.PARTIAL
             assert np.abs(np.sin(now.q[[1, 3, 5]])).min() >= np.sin(margin) - 1e-12
@@ -434,11 +440,11 @@ def test_beyond_its_limits_it_comes_as_near_as_small_moves_lead() -> None:
     rolled = IIWA.forward(q)[0] @ aa.pose([0, 0, 0], rpy=[0, 0, np.radians(100)])
     tight = IIWA.with_(lower=q - 0.2, upper=q + np.array([0.2] * 6 + [0.05]))
     assert aa.step(tight, q, rolled).status is aa.Status.LIMITS
-    now = aa.step(tight, q, rolled, outside="nearest")
+    now = aa.step(tight, q, rolled, fallback="nearest_pose")
     assert (now.status, now.why) == (aa.Status.PARTIAL, aa.Status.LIMITS)
     for _ in range(20):
-        now = aa.step(tight, now.q, rolled, outside="nearest")
-    again = aa.step(tight, now.q, rolled, outside="nearest")
+        now = aa.step(tight, now.q, rolled, fallback="nearest_pose")
+    again = aa.step(tight, now.q, rolled, fallback="nearest_pose")
     assert np.abs(again.q - now.q).max() <= 1e-9  # at rest there
 
     def distance(joints: Array) -> float:
@@ -566,9 +572,9 @@ def test_a_hand_that_comes_back_elsewhere_is_gone_to_at_once() -> None:
     poses = np.tile(arm.forward(q)[0], (len(t), 1, 1))
     ways = [0.1 * np.cos(t) - 0.1, 0.3 * np.sin(t) * np.minimum(1, t), -0.1 * (1 - np.cos(0.7 * t))]
     poses[:, :3, 3] += np.stack(ways, axis=1)
-    gap = [k for k, pose in enumerate(poses) if not arm.solve(pose, near=q).ok]
+    gap = [k for k, pose in enumerate(poses) if not arm.solve(pose, seed=q).ok]
     path = aa.follow(arm, poses, start=q, on_fail="hold", dt=0.02, velocity=True, acceleration=10.0)
-    off = np.linalg.norm((arm.forward(path.q, undefined="nan")[0] - poses)[:, :3, 3], axis=1)
+    off = np.linalg.norm((arm.forward(path.q, on_error="nan")[0] - poses)[:, :3, 3], axis=1)
     assert len(gap) > 50 and off.max() < 0.45
     assert off[: gap[0]].max() < 0.02 and off[gap[-1] + 60 :].max() < 0.02
 
@@ -683,7 +689,7 @@ def test_beside_a_hinge_at_0_it_arrives_with_a_joint_at_its_limit(
 def _one_sided() -> list[tuple[aa.Arm, float]]:
     """Arms of the catalogue whose joint 4 has room on one side of the straight elbow alone, and that side."""
     out = []
-    for name in aa.catalogue():
+    for name in srs_catalogue():
         arm = aa.Arm.from_catalogue(name)
         straight = float(arm.signs[3] * (arm.delta - arm.offsets[3]))
         above, below = float(arm.upper[3]) - straight, straight - float(arm.lower[3])

@@ -8,20 +8,20 @@ import pytest
 import armangle as aa
 
 IIWA = aa.Arm.from_catalogue("kuka_iiwa14_r820")
-ARM = IIWA.with_body(aa.Body.bones(upper_arm=0.08, forearm=0.07)).with_hand(
-    [aa.Capsule([0, 0, 0.02], [0, 0, 0.08], 0.04, name="gripper")]
+ARM = IIWA.with_(body=aa.Body.bones(upper_arm=0.08, forearm=0.07)).with_(
+    hand=[aa.Capsule([0, 0, 0.02], [0, 0, 0.08], 0.04, name="gripper")]
 )
 TABLE = aa.Box(aa.pose([0.6, 0, -0.05]), [1.2, 1.6, 0.1], name="table")
 WALL = aa.Box(aa.pose([0.55, -0.25, 0.2]), [0.5, 0.04, 0.4], name="wall")
 SCENE = aa.Scene([TABLE, WALL], clearance=0.02)
 HAND = aa.pose([0.5, 0, 0.3], rpy=[np.pi, 0, 0])
-START = ARM.solve(HAND, near=np.radians([0, 40, 0, -90, 0, 50, 0]), scene=SCENE).q
+START = ARM.with_(scene=SCENE).solve(HAND, seed=np.radians([0, 40, 0, -90, 0, 50, 0])).q
 DT = 0.004
 
 
 def behind_the_wall(detours: bool) -> tuple[set[aa.Tracking], float, aa.Tracked]:
     """A hand that goes through the wall and rests: statuses, how high the tool came, and the last tick."""
-    tracker = aa.Tracker(ARM, DT, scene=SCENE, detours=detours)
+    tracker = aa.Tracker(ARM.with_(scene=SCENE), DT, detours=detours)
     tracker.start(START)
     seen, highest = set(), 0.0
     for k in range(round(12.0 / DT)):

@@ -51,7 +51,7 @@ def common(sets: aa.ArcSet, joints: Sequence[int]) -> aa.ArcSet:
 
 def test_the_blocking_joints_block_and_no_fewer_do() -> None:
     for arm, pose, branch in CASES:
-        sets = arm.joint_feasible(pose, branch.gc)
+        sets = arm.feasible(pose, branch.gc, per_joint=True)
         assert branch.blocking
         assert common(sets, branch.blocking).is_empty
         for joint in branch.blocking:
@@ -156,7 +156,7 @@ def test_start_or_goal_in_another_branch_or_outside_is_said() -> None:
             f"GC {', '.join(str(k) for k in range(8) if k != own.gc)}: another global configuration than "
             "that of the start or goal.",
         ]
-        margin = aa.plan(IIWA, pose[None], singularity_margin=0.7, **{which: q})
+        margin = aa.plan(IIWA.with_(singularity_margin=0.7), pose[None], **{which: q})
         assert f"the {which} lies nearer to a singular posture" in margin.explain().splitlines()[0]
 
 
@@ -267,7 +267,7 @@ def test_an_elbow_within_the_margin_is_the_reason_whatever_other_joints_are() ->
     arm = aa.Arm.from_catalogue("fourier_gr2t2_right")
     q = np.array([-2.9791830040839286, -0.7969960236974973, -1.2181440680162838, 0.09554176151753335,
                   -1.7617132525291346, 0.6732222893259334, 0.6440776346441188])  # fmt: skip
-    told = arm.explain(arm.forward(q)[0], singularity_margin=0.3)
+    told = arm.with_(singularity_margin=0.3).explain(arm.forward(q)[0])
     assert not told.ok
     for branch in told.branches:
         if branch.status in (aa.Status.ELBOW_LIMIT, aa.Status.ELBOW_MARGIN):

@@ -49,7 +49,9 @@ def test_no_joint_moves_farther_and_the_rows_stay(kind: str, step: float) -> Non
 
 def test_an_arm_angle_that_turns_round_is_lifted_on() -> None:
     arm = ARM.with_(lower=np.full(7, -20.0), upper=np.full(7, 20.0))
-    q = arm.inverse(np.repeat(arm.forward(Q)[0][None], 40, axis=0), np.linspace(0, 3 * np.pi, 40), 2)
+    q = arm.inverse(
+        np.repeat(arm.forward(Q)[0][None], 40, axis=0), np.linspace(0, 3 * np.pi, 40), 2, limits=False
+    )
     path = aa.JointPath.from_joints(arm, np.unwrap(q, axis=0))
     found = path.finer(0.05)
     assert np.ptp(found.psi) == pytest.approx(3 * np.pi, abs=1e-6)
@@ -57,9 +59,9 @@ def test_an_arm_angle_that_turns_round_is_lifted_on() -> None:
 
 
 def test_a_scene_that_moves_stands_from_row_to_row() -> None:
-    arm = ARM.with_body(aa.Body.bones(upper_arm=0.05, forearm=0.05))
+    arm = ARM.with_(body=aa.Body.bones(upper_arm=0.05, forearm=0.05))
     scenes = [aa.Scene([aa.Ball([2.0 + k, 0, 0], 0.1, name="ball")]) for k in range(len(SHIFTS))]
-    path = aa.follow(arm, corners(), start=Q, max_joint_step=2.0, scene=scenes)
+    path = aa.follow(arm.with_(scene=scenes), corners(), start=Q, max_joint_step=2.0)
     found = path.finer()
     rows = np.searchsorted(found.s, path.s)
     assert len(found.scenes) == len(found) > len(path)

@@ -105,13 +105,13 @@ def test_what_does_not_join_is_refused() -> None:
 
 def test_what_stands_about_stays_known() -> None:
     """One scene, or one a row; nothing where of one of the paths nothing is known."""
-    arm = ARM.with_body(aa.Body.bones(upper_arm=0.06, forearm=0.05))
+    arm = ARM.with_(body=aa.Body.bones(upper_arm=0.06, forearm=0.05))
     scene, other = (aa.Scene([aa.Ball([0, place, 0.3], 0.05, name="post")]) for place in (-0.9, 0.9))
     a, b = arm.forward(Q)[0], arm.forward(Q)[0]
     b[1, 3] -= 0.1
-    first = aa.plan(arm, aa.Line(a, b), start=Q, samples=20, scene=scene)
+    first = aa.plan(arm.with_(scene=scene), aa.Line(a, b), start=Q, samples=20)
     back = {
-        key: aa.plan(arm, aa.Line(b, a), start=first.q[-1], samples=20, scene=key)
+        key: aa.plan(arm.with_(scene=key), aa.Line(b, a), start=first.q[-1], samples=20)
         for key in (scene, other, None)
     }
     both = aa.join([first, back[scene]])

@@ -44,7 +44,7 @@ def way(arm: aa.Arm, poses: Array, q: Array, step: Array, grid: int) -> int:
     psi = np.linspace(-np.pi, np.pi, grid, endpoint=False)
     before = q[None]
     for k, pose in enumerate(poses):
-        here = arm.inverse(np.broadcast_to(pose, (grid, 4, 4)), psi, gc, unreachable="nan")
+        here = arm.inverse(np.broadcast_to(pose, (grid, 4, 4)), psi, gc, on_error="nan", limits=False)
         here = here[np.all((here >= arm.lower) & (here <= arm.upper), axis=1)]
         before = here[(np.abs(here[:, None] - before) <= step).all(axis=2).any(axis=1)]
         if len(before) == 0:

@@ -23,7 +23,7 @@ def lines(arm: aa.Arm, n: int, *seed: int) -> list[tuple[Array, aa.Line]]:
     """Random postures and lines that begin there, of up to some decimetres."""
     out = []
     for q, shift in zip(postures(arm, n, *seed), generator(*seed, 1).normal(size=(n, 3)), strict=True):
-        pose, psi, _ = arm.forward(q, undefined="nan")
+        pose, psi, _ = arm.forward(q, on_error="nan")
         if np.isfinite(psi):
             end = pose.copy()
             end[:3, 3] += 0.05 * shift
@@ -85,7 +85,7 @@ def test_limits_beside_the_nominal_joints_are_kept_by_the_true_ones() -> None:
         limits[side][joint] = ends[side]
         tight = arm.with_(**limits)
         naive, path = (aa.plan(one, line, objective=careless, gc=2) for one in (tight.nominal, tight))
-        true = tight.inverse(naive.poses, naive.psi, naive.gc, seed=naive.q)
+        true = tight.inverse(naive.poses, naive.psi, naive.gc, seed=naive.q, limits=False)
         assert path.certified and margins(tight, path.at(DENSE).q).min() >= 0.0
         moved += int(margins(tight, true).min() < 0.0)
     assert moved == 4
@@ -103,7 +103,7 @@ def test_start_goal_margins_and_wishes_are_of_the_true_joints() -> None:
     assert again.certified and gap(again.q[-1], path.q[-1]) <= 1e-9
     with pytest.raises(aa.InputError, match="start belongs to another pose"):
         aa.plan(arm, line, start=START + 0.1)
-    kept = aa.plan(arm, line, limit_margin=0.3, singularity_margin=0.2)
+    kept = aa.plan(arm.with_(singularity_margin=0.2), line, limit_margin=0.3)
     assert kept.certified
     q = kept.at(DENSE).q
     theta = arm.signs * q + arm.offsets
@@ -131,7 +131,7 @@ def test_beside_a_straight_elbow_a_plan_begins_at_the_start(mm: float, mrad: flo
     for _ in range(30):
         q = rng.uniform(arm.lower, arm.upper) * 0.8
         q[3] = rng.choice([-1, 1]) * rng.uniform(0.005, 0.15)
-        pose = arm.forward(q, undefined="nan")[0]
+        pose = arm.forward(q, on_error="nan")[0]
         away = pose.copy()
         away[:3, 3] *= 0.95
         line = aa.Line(pose, away) if end == "start" else aa.Line(away, pose)
@@ -169,7 +169,7 @@ def test_a_start_on_a_limit_is_within_the_limits(name: str) -> None:
         away[joint] = q[joint] + 0.1 * np.sign(0.5 * (arm.lower + arm.upper) - q)[joint]
         if not (np.abs(q - np.clip(q, arm.lower, arm.upper)).max() == 0 and arm.within_limits(away)):
             continue
-        pose, goal = (arm.forward(x, undefined="nan")[0] for x in (q, away))
+        pose, goal = (arm.forward(x, on_error="nan")[0] for x in (q, away))
         path = aa.plan(arm, aa.Line(pose, goal), start=q)
         assert "outside the limits" not in path.explain()
         if path.ok:
@@ -190,7 +190,7 @@ HOMES = {
 def test_every_line_from_a_home_posture_is_certified(name: str) -> None:
     arm = calibrated(name, 1.0, 1.0, seed=1)
     q = np.radians(HOMES[name])
-    pose = arm.forward(q, undefined="nan")[0]
+    pose = arm.forward(q, on_error="nan")[0]
     for direction in itertools.product((-1, 0, 1), repeat=3):
         if np.abs(direction).sum() not in (1, 3):
             continue
@@ -270,7 +270,10 @@ def test_without_deviation_the_plan_is_the_exact_one() -> None:
 
     arm = exact.with_(chain=links_of(chain_of(exact._description())))
     for _, line in lines(exact, 6, 33):
-        a, b = aa.plan(exact, line, singularity_margin=0.05), aa.plan(arm, line, singularity_margin=0.05)
+        a, b = (
+            aa.plan(exact.with_(singularity_margin=0.05), line),
+            aa.plan(arm.with_(singularity_margin=0.05), line),
+        )
         assert a.ok == b.ok and a.certified == b.certified
         if a.ok:
             assert gap(a.q, b.q) <= 1e-10 and gap(a.at(DENSE).q, b.at(DENSE).q) <= 1e-10

@@ -180,9 +180,9 @@ def test_what_a_chain_cannot_be_asked_is_refused_by_name() -> None:
     pose = arm.forward(q)[0]
     refusal = "outside=.* is not made for an arm with a chain"
     with pytest.raises(aa.InputError, match=refusal):
-        aa.step(arm, q, pose, outside="nearest")
+        aa.step(arm, q, pose, fallback="nearest_pose")
     with pytest.raises(aa.InputError, match=refusal):
-        aa.follow(arm, pose[None], start=q, outside="nearest")
+        aa.follow(arm, pose[None], start=q, fallback="nearest_pose")
     with pytest.raises(aa.InputError, match="lookahead= is not made for"):
         aa.follow(arm, pose[None], start=q, lookahead=1)
 
@@ -209,15 +209,15 @@ def test_a_step_goes_through_where_branches_meet(name: str, joint: int) -> None:
     tries = 120
     for k in range(tries):
         q, there = crossing(arm, joint, rng)
-        pose = arm.forward(there, undefined="nan")[0]
+        pose = arm.forward(there, on_error="nan")[0]
         now = aa.step(arm, q, pose, policy=POLICIES[k % 3])
         if now.status != aa.Status.OK:
             lost += 1
             assert now.q.tolist() == q.tolist()
             continue
-        assert gap(arm.forward(now.q, undefined="nan")[0], pose) <= POSE
+        assert gap(arm.forward(now.q, on_error="nan")[0], pose) <= POSE
         assert arm.limit_margin(now.q) >= -1e-9 and np.abs(now.q - q).max() <= 0.2
-        own = aa.step(arm, q, pose, gc=int(arm.forward(q, undefined="nan")[2]))
+        own = aa.step(arm, q, pose, gc=int(arm.forward(q, on_error="nan")[2]))
         elsewhere += int(own.status != aa.Status.OK)
     assert lost <= 2, f"{lost} of {tries} refused"
     assert elsewhere > 3  # its own branch alone would not do
@@ -227,14 +227,14 @@ def test_a_home_posture_is_left_and_come_back_to() -> None:
     """[0, 0, 0, -90, 0, 90, 0] degrees: theta_2 is 0, the shoulder's branches are one posture or none."""
     arm = calibrated("kuka_iiwa7_r800", 0.5, 0.5)
     home = np.radians([0.0, 0.0, 0.0, -90.0, 0.0, 90.0, 0.0])
-    first = arm.forward(home, undefined="nan")[0]
+    first = arm.forward(home, on_error="nan")[0]
     for direction in np.vstack([np.eye(3), -np.eye(3)]):
         s = 0.1 * np.sin(np.linspace(0.0, np.pi, 200))
         poses = np.repeat(first[None], 200, axis=0)
         poses[:, :3, 3] += s[:, None] * direction
         path = aa.follow(arm, poses, start=home, policy=aa.Hold())
         assert path.ok, (direction, path.explain())
-        assert gap(arm.forward(path.q, undefined="nan")[0], poses) <= POSE
+        assert gap(arm.forward(path.q, on_error="nan")[0], poses) <= POSE
 
 
 @pytest.mark.parametrize("joint", [1, 5])
@@ -243,7 +243,7 @@ def test_bounds_are_kept_where_a_step_goes_through(joint: int) -> None:
     arrived = partly = 0
     for _ in range(20):
         q, there = crossing(arm, joint, rng)
-        pose, speed = arm.forward(there, undefined="nan")[0], np.zeros(7)
+        pose, speed = arm.forward(there, on_error="nan")[0], np.zeros(7)
         for _ in range(60):
             now = aa.step(
                 arm, q, pose, policy=aa.Hold(), velocity=3.0, acceleration=20.0, dt=0.01, velocity_now=speed
@@ -252,7 +252,7 @@ def test_bounds_are_kept_where_a_step_goes_through(joint: int) -> None:
             assert np.abs(speed).max() <= 3.0 * (1 + 1e-9)
             assert np.abs(speed - before).max() <= 20.0 * 0.01 * (1 + 1e-9)
             partly += int(now.status == aa.Status.PARTIAL)
-        arrived += int(gap(arm.forward(q, undefined="nan")[0], pose) <= POSE)
+        arrived += int(gap(arm.forward(q, on_error="nan")[0], pose) <= POSE)
     assert arrived >= 19 and partly > 20, (arrived, partly)
 
 

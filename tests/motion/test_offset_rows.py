@@ -21,7 +21,7 @@ POLICIES: list[Any] = [aa.Hold(), aa.Centre(K=0.2)]
 
 def followed(name: str, policy: Any = POLICIES[0], count: int = 25) -> aa.JointPath:
     """Return a motion of 8 cm that turns the tool by 0.2 rad, in one branch."""
-    arm = aa.OffsetArm.from_catalogue(name)
+    arm = aa.Arm.from_catalogue(name)
     first = arm.forward(READY[name])[0]
     s = np.linspace(0.0, 1.0, count)[:, None]
     poses = first @ aa.pose(s * [0.03, 0.05, -0.06], rotvec=s * [0.1, 0.1, -0.15])
@@ -99,7 +99,7 @@ def test_a_single_row_stays() -> None:
 
 def test_a_fold_is_passed_as_any_place() -> None:
     """At theta_5 = 90 degrees of a Franka joint 7 turns back, and the arm goes on in another branch."""
-    arm = aa.OffsetArm.from_catalogue("franka_fr3")
+    arm = aa.Arm.from_catalogue("franka_fr3")
     q = np.array([-0.937, -0.727, 0.392, -2.388, -1.564, 2.566, -0.122])
     poses = np.repeat(arm.forward(q)[0][None], 30, axis=0)
     poses[:, :3, 3] += np.linspace(0.0, 1.0, 30)[:, None] * [-0.048, -0.004, 0.01]
@@ -112,10 +112,10 @@ def test_a_fold_is_passed_as_any_place() -> None:
 @pytest.mark.parametrize("name", ARMS)
 def test_theta_2_and_theta_6_at_0_are_passed_as_any_place(name: str) -> None:
     """Joints go straight through; rows are on both sides of where branches meet."""
-    arm = aa.OffsetArm.from_catalogue(name).with_(lower=np.full(7, -4.0), upper=np.full(7, 4.0))
+    arm = aa.Arm.from_catalogue(name).with_(lower=np.full(7, -4.0), upper=np.full(7, 4.0))
     for joint in (2, 6):
         middle = np.array(READY[name])
-        middle[joint - 1] = -arm.rows.signs[joint - 1] * arm.rows.offsets[joint - 1]
+        middle[joint - 1] = -arm._rows.signs[joint - 1] * arm._rows.offsets[joint - 1]
         way = np.array([0.05, 0.03, -0.06, 0.04, 0.05, 0.04, -0.05])
         way[joint - 1] = 0.2
         q = middle + np.linspace(-0.48, 0.52, 20)[:, None] * way

@@ -9,9 +9,9 @@ import pytest
 
 import armangle as aa
 
-FR3 = aa.OffsetArm.from_catalogue("franka_fr3")
-XARM = aa.OffsetArm.from_catalogue("ufactory_xarm7")
-MIRRORED = aa.OffsetArm(
+FR3 = aa.Arm.from_catalogue("franka_fr3")
+XARM = aa.Arm.from_catalogue("ufactory_xarm7")
+MIRRORED = aa.Arm(
     a_1=0.117, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, a_3=0.03, a_4=-0.02, signs=[1, -1, 1, 1, -1, 1, 1],
     offsets=[0.3] * 7, lower=[-2.6] * 7, upper=[2.6] * 7, tool=aa.pose([0.0, 0.1, 0.2], rpy=[0.3, -0.2, 0.1]),
     name="shoulder",
@@ -21,7 +21,7 @@ READY = np.array([0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 
 STEP = 0.2
 
 
-def motion(arm: aa.OffsetArm, rng: np.random.Generator, count: int, share: float = 1.0) -> tuple[Any, Any]:
+def motion(arm: aa.Arm, rng: np.random.Generator, count: int, share: float = 1.0) -> tuple[Any, Any]:
     """Return poses of a smooth motion within the limits, and its joints."""
     middle, half = 0.5 * (arm.lower + arm.upper), 0.45 * np.minimum(arm.upper - arm.lower, 4.0)
     phase, rate = rng.uniform(-np.pi, np.pi, 7), rng.uniform(0.5, 1.5, 7)
@@ -30,7 +30,7 @@ def motion(arm: aa.OffsetArm, rng: np.random.Generator, count: int, share: float
     return arm.forward(q)[0], q
 
 
-def holds(arm: aa.OffsetArm, path: aa.JointPath) -> None:
+def holds(arm: aa.Arm, path: aa.JointPath) -> None:
     """Every row that is OK holds its pose within the limits, next to the row before."""
     ok = path.status == aa.Status.OK
     pose = arm.forward(path.q[ok])[0]
@@ -46,7 +46,7 @@ def holds(arm: aa.OffsetArm, path: aa.JointPath) -> None:
 @pytest.mark.parametrize(
     "policy", [aa.Hold(), aa.Repulsion(), aa.Centre(K=0.2)], ids=lambda p: type(p).__name__
 )
-def test_a_motion_is_followed_until_no_posture_is_one_step_away(arm: aa.OffsetArm, policy: Any) -> None:
+def test_a_motion_is_followed_until_no_posture_is_one_step_away(arm: aa.Arm, policy: Any) -> None:
     done, count = 0, 60
     grid = np.linspace(-np.pi, np.pi, 1001)
     for seed in range(8):
@@ -61,15 +61,13 @@ def test_a_motion_is_followed_until_no_posture_is_one_step_away(arm: aa.OffsetAr
         if k is None:
             continue
         before = path.q[k - 1] if k else q[0]
-        beside = arm.inverse(
-            poses[k], grid, np.arange(8)[:, None], seed=before, unreachable="nan", limits="nan"
-        )
+        beside = arm.inverse(poses[k], grid, np.arange(8)[:, None], seed=before, on_error="nan")
         assert not (np.abs(beside - before).max(axis=-1) <= STEP - 1e-3).any()
     assert done >= 0.4 * 8 * count
 
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
-def test_a_loop_of_steps_is_follow(arm: aa.OffsetArm) -> None:
+def test_a_loop_of_steps_is_follow(arm: aa.Arm) -> None:
     poses, q = motion(arm, np.random.default_rng(3), 40)
     path = aa.follow(arm, poses, start=q[0], on_fail="hold")
     now = q[0]
@@ -106,7 +104,7 @@ def test_a_home_posture_with_joints_1_and_3_on_one_axis_steps_on() -> None:
 
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
-def test_where_a_step_refuses_a_dense_search_finds_no_posture_one_step_away(arm: aa.OffsetArm) -> None:
+def test_where_a_step_refuses_a_dense_search_finds_no_posture_one_step_away(arm: aa.Arm) -> None:
     rng = np.random.default_rng(7)
     free = np.linspace(-np.pi, np.pi, 2001)
     refused = 0
@@ -120,7 +118,7 @@ def test_where_a_step_refuses_a_dense_search_finds_no_posture_one_step_away(arm:
             continue
         refused += 1
         np.testing.assert_array_equal(now.q, q)
-        grid = arm.inverse(pose, free, np.arange(8)[:, None], seed=q, unreachable="nan", limits="nan")
+        grid = arm.inverse(pose, free, np.arange(8)[:, None], seed=q, on_error="nan")
         assert not (np.abs(grid - q).max(axis=-1) <= STEP - 1e-3).any()
     assert refused
 

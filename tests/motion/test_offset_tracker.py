@@ -15,7 +15,7 @@ def run(tracker: aa.Tracker, poses: Any) -> list[aa.Tracked]:
     return [tracker.step(pose) for pose in poses]
 
 
-def keeps_bounds(arm: aa.OffsetArm, q0: Any, ticks: list[aa.Tracked], dt: float, hardest: float) -> None:
+def keeps_bounds(arm: aa.Arm, q0: Any, ticks: list[aa.Tracked], dt: float, hardest: float) -> None:
     """Speeds, accelerations and limits of the joints as they were returned."""
     q = np.vstack([q0, *(now.q for now in ticks)])
     v = np.vstack([np.zeros(7), np.diff(q, axis=0) / dt])
@@ -25,7 +25,7 @@ def keeps_bounds(arm: aa.OffsetArm, q0: Any, ticks: list[aa.Tracked], dt: float,
 
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
-def test_a_slow_hand_is_followed_exactly_and_bounds_are_kept(arm: aa.OffsetArm) -> None:
+def test_a_slow_hand_is_followed_exactly_and_bounds_are_kept(arm: aa.Arm) -> None:
     arm = arm.with_(velocity=np.minimum(arm.velocity, 3.0))
     following = late = nearest = total = 0
     for seed in range(4):

@@ -105,8 +105,10 @@ def test_over_the_base_axis_the_joints_hardly_move(offset: float) -> None:
     check_whole(result)
     assert np.abs(np.diff(result.q, axis=0)).max() < 0.005
     assert np.abs(np.diff(result.psi)).max() > 1.0  # the paper's psi turns there all the same
-    np.testing.assert_allclose(IIWA.inverse(result.poses, result.psi, result.gc), result.q, atol=1e-9)
-    aside = IIWA.inverse(poses[0], result.psi[0] + 1.0, result.gc[0])
+    np.testing.assert_allclose(
+        IIWA.inverse(result.poses, result.psi, result.gc, limits=False), result.q, atol=1e-9
+    )
+    aside = IIWA.inverse(poses[0], result.psi[0] + 1.0, result.gc[0], limits=False)
     stepped = aa.follow(IIWA, poses, start=aside)
     assert stepped.ok
     assert np.abs(np.diff(stepped.q, axis=0)).max() < 0.03  # where psi cannot be held, the elbow is
@@ -203,7 +205,7 @@ def test_margins_asked_are_kept_between_the_rows() -> None:
     last = first.copy()
     last[:3, 3] += [0.05, -0.35, 0.1]
     margin = np.radians(8)
-    result = aa.plan(IIWA, aa.Line(first, last), limit_margin=margin, singularity_margin=margin)
+    result = aa.plan(IIWA.with_(singularity_margin=margin), aa.Line(first, last), limit_margin=margin)
     assert result.certified
     assert margins(IIWA, result.at(DENSE).q).min() > margin
 
@@ -211,7 +213,7 @@ def test_margins_asked_are_kept_between_the_rows() -> None:
 def test_start_and_goal_are_met_with_their_windings() -> None:
     q0 = np.array([0.2, 0.6, 0.1, -1.3, 0.2, 0.9, -4.0])
     pose, psi, gc = TURNING.forward(q0)
-    q1 = TURNING.inverse(pose, psi + 0.8, gc, seed=q0)
+    q1 = TURNING.inverse(pose, psi + 0.8, gc, seed=q0, limits=False)
     result = aa.plan(TURNING, np.stack([pose, pose]), start=q0, goal=q1)
     assert result.certified
     np.testing.assert_allclose(result.q, [q0, q1], atol=1e-9)
@@ -342,7 +344,7 @@ def test_a_singular_start_is_held_or_refused(q: tuple[float, ...], shift: tuple[
 def test_what_is_not_proven_is_said() -> None:
     """An arm stretched straight up is left infinitely fast, by joints that share their turn: not proven."""
     start = np.zeros(7)
-    first = IIWA.forward(start, undefined="nan")[0]
+    first = IIWA.forward(start, on_error="nan")[0]
     last = IIWA.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]
     result = aa.plan(IIWA, aa.Line(first, last), start=start)
     assert result.ok and not result.certified

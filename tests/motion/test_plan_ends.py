@@ -18,7 +18,7 @@ DENSE = np.linspace(0, 1, 5001)
 
 def pose_of(q: np.ndarray) -> np.ndarray:
     """The tool's pose, also where no arm angle is."""
-    return np.asarray(IIWA.forward(q, undefined="nan")[0])
+    return np.asarray(IIWA.forward(q, on_error="nan")[0])
 
 
 def plan_to(end: np.ndarray, fixed: bool, back: bool) -> aa.JointPath:
@@ -69,7 +69,7 @@ def test_a_limit_just_inside_what_a_stretched_end_needs_is_not_certified(back: b
 
 def test_a_margin_asked_is_not_proven_at_a_stretched_end() -> None:
     line = aa.Line(pose_of(AMID), pose_of(STRETCHED))
-    assert not aa.plan(IIWA, line, singularity_margin=1e-3).certified
+    assert not aa.plan(IIWA.with_(singularity_margin=1e-3), line).certified
 
 
 def test_a_path_that_goes_beyond_the_reach_is_refused() -> None:
@@ -159,7 +159,7 @@ def test_a_goal_that_the_start_does_not_lead_to_says_what_it_does() -> None:
     home = np.radians([0, 0, 0, -90, 0, 90, 0])
     line = aa.Line(IIWA.forward(home)[0], aa.pose([0.5, -0.15, 0.4], rpy=[np.pi, 0, np.pi]))
     assert aa.plan(IIWA, line, start=home).ok
-    other = next(s for s in IIWA.solutions(line.end, near=home) if s.gc not in (2, 3))
+    other = next(s for s in IIWA.solutions(line.end, seed=home) if s.gc not in (2, 3))
     refused = aa.plan(IIWA, line, start=home, goal=other.q)
     assert not refused.ok
     assert refused.explain().endswith("to another posture of the last pose: plan without goal=.")

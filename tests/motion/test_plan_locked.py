@@ -77,7 +77,7 @@ def test_a_singularity_margin_is_kept_with_a_locked_joint(joint: int) -> None:
             continue
         arm, line, start = case
         asked += 1
-        path = aa.plan(arm, line, start=start, singularity_margin=0.01)
+        path = aa.plan(arm.with_(singularity_margin=0.01), line, start=start)
         if not path.certified:
             continue
         dense = path.at(np.linspace(0, 1, 2001)).q

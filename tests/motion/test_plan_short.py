@@ -23,7 +23,7 @@ def case(arm: aa.Arm, hinge: float, length: float, rng: np.random.Generator) -> 
     room = 0.1 * (arm.upper - arm.lower)
     q = rng.uniform(arm.lower + room, arm.upper - room)
     q[joint] = arm.signs[joint] * (hinge * rng.choice([-1, 1]) - arm.offsets[joint])
-    first = arm.forward(q, undefined="nan")[0]
+    first = arm.forward(q, on_error="nan")[0]
     last, way = first.copy(), rng.normal(size=3)
     last[:3, 3] += length * way / np.linalg.norm(way)
     return q, aa.Line(first, last)
@@ -35,7 +35,7 @@ def least_motion(arm: aa.Arm, q: np.ndarray, path: aa.Line) -> np.ndarray | None
     for pose in path.pose(np.linspace(0, 1, ROWS))[1:]:
         now = rows[-1]
         for _ in range(20):
-            here = arm.forward(now, undefined="nan")[0]
+            here = arm.forward(now, on_error="nan")[0]
             turn = 0.5 * np.cross(here[:3, :3].T, pose[:3, :3].T).sum(axis=0)
             off = np.concatenate([pose[:3, 3] - here[:3, 3], turn])
             if np.abs(off).max() < 1e-13:

@@ -332,7 +332,9 @@ def test_a_crossing_has_derivatives_and_times() -> None:
 
 
 def test_a_singularity_margin_leaves_no_crossing() -> None:
-    refused = aa.plan(IIWA, line(HOMES[0], np.array([0.1, 0, 0])), start=HOMES[0], singularity_margin=0.01)
+    refused = aa.plan(
+        IIWA.with_(singularity_margin=0.01), line(HOMES[0], np.array([0.1, 0, 0])), start=HOMES[0]
+    )
     assert not refused.ok
 
 
@@ -426,7 +428,7 @@ def test_a_plan_from_home_that_fails_says_how_far_it_leads() -> None:
     assert plan.diagnosis.reached > 0.95 * steps.s[steps.first_failure]
     done = plan.status == aa.Status.OK
     assert done.sum() > 0.9 * steps.first_failure
-    assert np.abs(arm.forward(plan.q[done], undefined="nan")[0] - plan.poses[done]).max() < 1e-9
+    assert np.abs(arm.forward(plan.q[done], on_error="nan")[0] - plan.poses[done]).max() < 1e-9
     assert arm.within_limits(plan.q[done]).all()
 
 
@@ -452,7 +454,7 @@ def test_a_plan_that_fails_behind_a_change_of_branch_says_how_far_it_leads(
     assert f"after a change to GC {branch.through[0]}" in plan.explain()
     done = plan.status == aa.Status.OK
     assert plan.diagnosis.reached - 0.01 < plan.s[done].max() <= plan.diagnosis.reached
-    assert np.abs(arm.forward(plan.q[done], undefined="nan")[0] - plan.poses[done]).max() < 1e-9
+    assert np.abs(arm.forward(plan.q[done], on_error="nan")[0] - plan.poses[done]).max() < 1e-9
     assert arm.within_limits(plan.q[done]).all()
     steps = aa.follow(arm, plan.poses, start=start)
     assert not steps.ok and plan.diagnosis.reached > 0.95 * plan.s[steps.first_failure]

@@ -27,7 +27,7 @@ def moves(arm: aa.Arm, q: Array, pose: Array) -> tuple[Array, Array]:
     """The largest move of a joint for each psi and branch on q's side of the stretched elbow, and the joints
     there, lifted next to q."""
     gc = arm.forward(q)[2] ^ np.array([0, 1, 4, 5])
-    there = arm.inverse(pose, PSI, gc[:, None]).reshape(-1, 7)
+    there = arm.inverse(pose, PSI, gc[:, None], limits=False).reshape(-1, 7)
     near = there + TURN * np.round((q - there) / TURN)
     return np.abs(near - q).max(axis=1), near
 

@@ -144,13 +144,17 @@ def test_a_followed_path_comes_as_far_as_with_its_own_roll(arm: aa.Arm) -> None:
 
 def test_obstacles_see_each_roll_of_the_ladder() -> None:
     hand = [aa.Capsule([0.0, 0.0, -0.1], [0.12, 0.0, -0.1], 0.02, name="cable")]
-    arm = IIWA.with_(tool=TORCH).with_hand(hand)
+    arm = IIWA.with_(tool=TORCH).with_(hand=hand)
     first = arm.forward(POSTURE)[0]
     beside = first @ np.array([0.1, 0.0, -0.1, 1.0])
     scene = aa.Scene([aa.Ball(beside[:3], 0.02, name="post")], clearance=0.005)
-    assert not arm.solve(first, near=POSTURE, scene=scene).ok
-    found = arm.solve(first, near=POSTURE, scene=scene, roll="free")
-    assert found.ok and arm.clearance(found.pose, found.psi, found.gc, scene).distance >= 0.005 - 1e-9
+    assert not arm.with_(scene=scene).solve(first, seed=POSTURE).ok
+    found = arm.with_(scene=scene).solve(first, seed=POSTURE, roll="free")
+    assert (
+        found.ok
+        and arm.clearance(arm.inverse(found.pose, found.psi, found.gc, limits=False), scene).distance
+        >= 0.005 - 1e-9
+    )
 
 
 def test_a_step_says_who_takes_such_a_tool() -> None:
@@ -164,7 +168,7 @@ def test_a_calibrated_arm_has_the_ladder_for_any_tool() -> None:
     for armed in (arm, arm.with_(tool=TORCH)):
         pose = armed.forward(POSTURE)[0]
         asked = rolled(pose, 1.0)
-        free, plain = (armed.solve(asked, near=POSTURE, roll=roll) for roll in ("free", "pose"))
+        free, plain = (armed.solve(asked, seed=POSTURE, roll=roll) for roll in ("free", "pose"))
         assert free.ok and not plain.distance <= free.distance
         np.testing.assert_allclose(armed.forward(free.q)[0], free.pose, atol=1e-11)
         np.testing.assert_allclose(free.pose[:3, 2:], asked[:3, 2:], atol=1e-11)
@@ -181,15 +185,15 @@ def test_no_roll_of_a_fine_scan_has_a_nearer_posture() -> None:
     rng = generator(16, 53)
     q, near = rng.uniform(arm.lower, arm.upper, (2, count(20), 7))
     poses = arm.forward(q)[0]
-    free = arm.solve(poses, near=near, roll="free")
+    free = arm.solve(poses, seed=near, roll="free")
     turned = poses[:, None] @ np.array(
         [rolled(np.eye(4), angle) for angle in np.radians(np.arange(0, 360, 0.5))]
     )
-    scanned = np.nanmin(arm.solve(turned, near=near[:, None]).distance, axis=1)
+    scanned = np.nanmin(arm.solve(turned, seed=near[:, None]).distance, axis=1)
     assert free.ok.all() and (free.distance <= scanned + 1e-9).all()
     np.testing.assert_allclose(arm.forward(free.q)[0], free.pose, atol=1e-11)
     np.testing.assert_allclose(free.pose[:, :3, 2:], poses[:, :3, 2:], atol=1e-11)
-    one = arm.solve(poses[3], near=near[3], roll="free")
+    one = arm.solve(poses[3], seed=near[3], roll="free")
     assert one.q.tolist() == free.q[3].tolist()
 
 
@@ -198,8 +202,8 @@ def test_a_posture_that_one_roll_alone_leaves_is_found() -> None:
     arm = IIWA.with_(tool=aa.pose([0.08, 0.0, 0.25], rpy=[0.0, np.pi / 4, 0.0]))
     q = [-0.2302, -0.7394, 2.4932, 0.0261, -1.4955, 1.3209, -0.0056]
     asked = rolled(arm.forward(q)[0], 2.6429)
-    assert arm.solve(asked, near=q, roll="free").ok
-    assert not arm.solve(aa.pose([3.0, 0.0, 0.0]), near=q, roll="free").ok
+    assert arm.solve(asked, seed=q, roll="free").ok
+    assert not arm.solve(aa.pose([3.0, 0.0, 0.0]), seed=q, roll="free").ok
 
 
 def test_of_rolls_that_all_fail_the_furthest_is_told_of() -> None:

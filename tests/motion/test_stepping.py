@@ -171,7 +171,7 @@ def beside_the_axis(offset: float) -> tuple[Array, Array]:
     poses = np.repeat(pose[None], 121, axis=0)
     poses[:, 0, 3] += np.linspace(-0.03, 0.03, 121) - wrist[0]
     poses[:, 1, 3] += offset - wrist[1]
-    starts = IIWA.inverse(poses[0], np.linspace(-3, 3, 61), 2)
+    starts = IIWA.inverse(poses[0], np.linspace(-3, 3, 61), 2, limits=False)
     clearest = np.abs(np.sin(bends(IIWA, starts))).min(axis=-1).argmax()
     return starts[clearest], poses
 
@@ -192,7 +192,7 @@ def test_a_policy_that_asks_for_too_much_is_shortened(policy: aa.Repulsion) -> N
 def test_a_shortened_step_goes_as_far_as_it_may() -> None:
     pose, _, gc = IIWA.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     near_the_end = IIWA.feasible(pose, gc).intervals[0, 0] + 0.05
-    q = IIWA.inverse(pose, near_the_end, gc)
+    q = IIWA.inverse(pose, near_the_end, gc, limits=False)
     wish = aa.resolve(IIWA, pose, near_the_end, gc).psi
     now = aa.step(IIWA, q, pose)
     assert now.status is Status.OK
@@ -486,7 +486,7 @@ def test_a_gc_can_be_asked_for() -> None:
 
 
 def test_the_singularity_margin_is_kept_along_a_path() -> None:
-    path = aa.follow(IIWA, line(IIWA, START, SHIFT, 60), start=START, singularity_margin=0.3)
+    path = aa.follow(IIWA.with_(singularity_margin=0.3), line(IIWA, START, SHIFT, 60), start=START)
     assert path.ok
     assert np.abs(np.sin(path.q[:, [1, 3, 5]])).min() >= np.sin(0.3) - 1e-9
 
@@ -528,7 +528,7 @@ def test_a_failed_path_says_by_how_much() -> None:
     away = IIWA.forward(START + np.eye(7)[0])[0]
     path = aa.follow(IIWA, [away, pose], start=START)
     assert path.explain().endswith("Begin at arm.solve(poses[0], near=start).q.")
-    assert aa.follow(IIWA, [away], start=IIWA.solve(away, near=START).q).ok
+    assert aa.follow(IIWA, [away], start=IIWA.solve(away, seed=START).q).ok
     path = aa.follow(IIWA, [pose, away], start=START)
     assert path.first_failure == 1 and "Begin at" not in path.explain()
 
@@ -537,7 +537,7 @@ def test_poses_in_millimetres_are_suspected() -> None:
     pose = IIWA.forward(START)[0].copy()
     pose[:3, 3] *= 1000
     for call in (
-        lambda: IIWA.inverse(pose, 0.0, 0), lambda: IIWA.explain(pose), lambda: IIWA.solve(pose),
+        lambda: IIWA.inverse(pose, 0.0, 0, limits=False), lambda: IIWA.explain(pose), lambda: IIWA.solve(pose),
         lambda: aa.follow(IIWA, [pose], start=START),
     ):  # fmt: skip
         with pytest.raises(aa.InputError, match=r"^pose.* m away, .*was this in mm\?"):

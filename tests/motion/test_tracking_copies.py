@@ -22,7 +22,7 @@ WAYS: dict[str, Callable[[aa.Tracker], aa.Tracker]] = {
 EVERY_WAY = pytest.mark.parametrize("way", WAYS)
 
 
-def go_on_alike(one: aa.Tracker, other: aa.Tracker, arm: aa.Arm | aa.OffsetArm, seed: int) -> None:
+def go_on_alike(one: aa.Tracker, other: aa.Tracker, arm: aa.Arm, seed: int) -> None:
     rng = np.random.default_rng(seed)
     for _ in range(6):
         pose = command(arm, rng)
@@ -62,7 +62,7 @@ def test_among_obstacles_too(way: str) -> None:
     rng = np.random.default_rng(8)
     arm = with_body("kuka_iiwa14_r820")
     start = streams.posture(arm)
-    tracker = aa.Tracker(arm, scene=cluttered(arm, start, rng), jerk=500.0)
+    tracker = aa.Tracker(arm.with_(scene=cluttered(arm, start, rng)), jerk=500.0)
     tracker.start(start)
     tracker.run(np.repeat(command(arm, rng)[None], 60, axis=0))
     other = WAYS[way](tracker)

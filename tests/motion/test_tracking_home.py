@@ -30,7 +30,7 @@ def by_hand(arm: aa.Arm, q: Array, poses: Array) -> Array:
     for pose in poses:
         q = rows[-1].copy()
         for _ in range(2):
-            here, J = arm.forward(q, undefined="nan")[0], arm.jacobian(q)
+            here, J = arm.forward(q, on_error="nan")[0], arm.jacobian(q)
             turn = 0.5 * sum(np.cross(here[:3, i], pose[:3, i]) for i in range(3))
             off = np.concatenate([pose[:3, 3] - here[:3, 3], turn])
             q = q + J.T @ np.linalg.solve(J @ J.T + 1e-6 * np.eye(6), off)
@@ -43,7 +43,7 @@ def by_hand(arm: aa.Arm, q: Array, poses: Array) -> Array:
 def test_from_home_joints_go_the_least_way(name: str, home: list[float], way: list[float]) -> None:
     """Pivots turned against each other, by 66° where 4° do, at a speed of 180°/s."""
     arm, q = aa.Arm.from_catalogue(name), np.radians(home)
-    poses = hands(arm.forward(q, undefined="nan")[0], np.array(way))
+    poses = hands(arm.forward(q, on_error="nan")[0], np.array(way))
     tracker = aa.Tracker(arm, 1 / RATE)
     tracker.start(q)
     ticks = [tracker.step(pose) for pose in poses]

@@ -24,7 +24,7 @@ GRIP = 0.03  # m
 
 def with_body(name: str) -> aa.Arm:
     grip = aa.Ball([0.0, 0.0, 0.12], GRIP, name="grip")
-    return aa.Arm.from_catalogue(name).with_body(BODY).with_hand([grip])
+    return aa.Arm.from_catalogue(name).with_(body=BODY).with_(hand=[grip])
 
 
 @pytest.fixture(params=ARMS)
@@ -35,7 +35,7 @@ def arm(request: pytest.FixtureRequest) -> aa.Arm:
 def distance(arm: aa.Arm, scene: aa.Scene, q: Array) -> Array:
     """Return the clearance of postures by the arm angle: another way than a tick's."""
     pose, psi, gc = arm.forward(q)
-    return np.asarray(arm.clearance(pose, psi, gc, scene).distance)
+    return np.asarray(arm.clearance(arm.inverse(pose, psi, gc, limits=False), scene).distance)
 
 
 def shape(rng: np.random.Generator, at: Array, name: str) -> aa.Ball | aa.Capsule | aa.Box:
@@ -71,7 +71,7 @@ def between(q: Array, parts: int = 4) -> Array:
 
 
 def started(arm: aa.Arm, scene: aa.Scene, start: Array, **options: object) -> aa.Tracker:
-    tracker = aa.Tracker(arm, DT, scene=scene, **options)  # type: ignore[arg-type]  # any options
+    tracker = aa.Tracker(arm.with_(scene=scene), DT, **options)  # type: ignore[arg-type]  # any options
     tracker.start(start)
     return tracker
 
@@ -110,7 +110,7 @@ def test_hulls_that_stand_and_hulls_that_are_held_touch_nothing(corners: int) ->
     plain = with_body("kuka_iiwa14_r820")
     start = streams.posture(plain)
     held = aa.Hull([0.0, 0.0, 0.1] + 0.05 * rng.normal(size=(corners, 3)), 0.005, name="tool")
-    arm = plain.with_hand([held])
+    arm = plain.with_(hand=[held])
     middle = arm.forward(start)[0][:3, 3]
     standing: list[aa.Hull] = []
     nearest: list[float] = []
@@ -318,7 +318,7 @@ def test_a_start_that_touches_is_refused_or_led_out() -> None:
     arm = with_body("kuka_iiwa14_r820")
     start = streams.posture(arm)
     scene, tool = wall(arm, start, -0.01)
-    tracker = aa.Tracker(arm, DT, scene=scene)
+    tracker = aa.Tracker(arm.with_(scene=scene), DT)
     with pytest.raises(aa.SceneError, match=r"'grip' is 0\.02 m nearer to 'wall' than the clearance"):
         tracker.start(start)
     with pytest.raises(aa.InputError, match="has not begun"):
@@ -337,7 +337,7 @@ def test_a_start_that_touches_is_refused_or_led_out() -> None:
     assert not returning[-1]
     deep, _ = wall(arm, start, -0.2)
     with pytest.raises(aa.SceneError, match="nearer to 'wall'"):
-        aa.Tracker(arm, DT, scene=deep).start(start)
+        aa.Tracker(arm.with_(scene=deep), DT).start(start)
 
 
 def test_a_solution_that_ends_at_an_obstacle_is_begun_from() -> None:
@@ -346,10 +346,10 @@ def test_a_solution_that_ends_at_an_obstacle_is_begun_from() -> None:
     while met < 8:
         q, near = (streams.posture(arm) + rng.uniform(-0.6, 0.6, (2, 7))).clip(arm.lower, arm.upper)
         pose = arm.forward(q)[0]
-        free = arm.solve(pose, near=near)
+        free = arm.solve(pose, seed=near)
         post = aa.Ball(arm.elbow(free.q) + 0.06 * rng.normal(size=3), 0.04, name="post")
         scene = aa.Scene([post], clearance=CLEARANCE)
-        found = arm.solve(pose, near=near, scene=scene)
+        found = arm.with_(scene=scene).solve(pose, seed=near)
         if found.status != aa.Status.OK or abs(distance(arm, scene, found.q) - CLEARANCE) > 1e-9:
             continue
         met += 1
@@ -364,7 +364,7 @@ def test_a_solution_that_ends_at_an_obstacle_is_begun_from() -> None:
 def test_a_scene_needs_a_body_and_an_arm_of_exact_geometry() -> None:
     plain = aa.Arm.from_catalogue("kuka_iiwa14_r820")
     with pytest.raises(aa.SceneError, match="body"):
-        aa.Tracker(plain, scene=aa.Scene([aa.Ball([1.0, 0.0, 0.0], 0.1)]))
+        aa.Tracker(plain.with_(scene=aa.Scene([aa.Ball([1.0, 0.0, 0.0], 0.1)])))
     with pytest.raises(aa.InputError, match="soft_clearance is -1"):
         aa.Tracker(plain, soft_clearance=-1.0)
 

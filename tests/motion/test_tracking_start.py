@@ -9,6 +9,8 @@ from support import calibrated, draw
 from support.ticks import DT, named
 
 import armangle as aa
+from armangle.models.catalogue import srs_catalogue
+from armangle.models.offset import offset_catalogue
 
 Array = NDArray[np.float64]
 
@@ -22,7 +24,7 @@ TICKS = 500
 STARTS = draw.count(6, 60)
 
 
-def straight(arm: aa.Arm | aa.OffsetArm, rng: np.random.Generator) -> Array:
+def straight(arm: aa.Arm, rng: np.random.Generator) -> Array:
     """A posture with a nearly straight elbow, half of the other joints at a limit, and hinges about 0."""
     lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
     q = rng.uniform(lower, upper)
@@ -37,7 +39,7 @@ def straight(arm: aa.Arm | aa.OffsetArm, rng: np.random.Generator) -> Array:
     return np.clip(q, arm.lower, arm.upper)
 
 
-def off_hand(arm: aa.Arm | aa.OffsetArm, q: Array, hand: Array) -> Array:
+def off_hand(arm: aa.Arm, q: Array, hand: Array) -> Array:
     """How far the tools of rows are from a hand, m."""
     tools = arm.forward(q)[0]
     cosine = 0.5 * (np.einsum("nij,ij->n", tools[:, :3, :3], hand[:3, :3]) - 1)
@@ -45,7 +47,7 @@ def off_hand(arm: aa.Arm | aa.OffsetArm, q: Array, hand: Array) -> Array:
     return np.hypot(np.linalg.norm(tools[:, :3, 3] - hand[:3, 3], axis=-1), LENGTH * turn)
 
 
-def farthest(arm: aa.Arm | aa.OffsetArm, rng: np.random.Generator, tremble: float = 0.0) -> float:
+def farthest(arm: aa.Arm, rng: np.random.Generator, tremble: float = 0.0) -> float:
     """How far tools come from hands that stand at them, or tremble, m."""
     out = 0.0
     for _ in range(STARTS):
@@ -60,7 +62,7 @@ def farthest(arm: aa.Arm | aa.OffsetArm, rng: np.random.Generator, tremble: floa
     return out
 
 
-@pytest.mark.parametrize("name", [*aa.catalogue(), *aa.offset_catalogue()])
+@pytest.mark.parametrize("name", [*srs_catalogue(), *offset_catalogue()])
 def test_a_hand_at_the_tool_is_not_left(name: str) -> None:
     """A joint at its limit turned all round, the tool half a metre off, to bend the elbow by 3 degrees."""
     assert farthest(named(name), draw.generator(*name.encode(), 1)) <= OFF
@@ -71,7 +73,7 @@ def test_nor_by_a_calibrated_arm(name: str) -> None:
     assert farthest(calibrated.calibrated(name, 1.0, 2.0), draw.generator(*name.encode(), 2)) <= OFF
 
 
-@pytest.mark.parametrize("name", aa.catalogue())
+@pytest.mark.parametrize("name", srs_catalogue())
 def test_nor_is_one_that_trembles(name: str) -> None:
     assert farthest(named(name), draw.generator(*name.encode(), 3), TREMBLE) <= MARGIN
 

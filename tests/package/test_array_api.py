@@ -44,7 +44,7 @@ def asked(count: int) -> tuple[Any, Any, Any]:
 @pytest.mark.parametrize("library", ["numpy", "torch", "jax"])
 def test_the_joints_are_those_of_the_core(inverse: Any, library: str) -> None:
     pose, psi, gc = asked(200)
-    wanted, tolerance = arm().inverse(pose, psi, gc), 1e-11
+    wanted, tolerance = arm().inverse(pose, psi, gc, limits=False), 1e-11
     if library == "torch":
         pose, psi, gc = (need("torch").from_numpy(value) for value in (pose, psi, gc))
     if library == "jax":  # in its own float32

@@ -22,14 +22,14 @@ def test_both_have_one_forward_and_one_jacobian(tmp_path: Path) -> None:
         pose = ARM.forward(q)[0]
         assert np.allclose(chain.eval(q), pose, rtol=0, atol=1e-12)
         assert np.allclose(chain.jacob0(q), ARM.jacobian(q), rtol=0, atol=1e-12)
-        found = ARM.solve(pose, near=q)
+        found = ARM.solve(pose, seed=q)
         assert found.ok and np.allclose(found.q, q, rtol=0, atol=1e-9)
 
 
 def test_a_pose_of_its_kind_is_taken() -> None:
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     frame = need("spatialmath").SE3(ARM.forward(q)[0])
-    assert np.allclose(ARM.solve(frame, near=q).q, q, rtol=0, atol=1e-9)
+    assert np.allclose(ARM.solve(frame, seed=q).q, q, rtol=0, atol=1e-9)
 
 
 def test_its_answer_is_no_nearer_than_ours(tmp_path: Path) -> None:
@@ -41,7 +41,7 @@ def test_its_answer_is_no_nearer_than_ours(tmp_path: Path) -> None:
         goal = ARM.forward(rng.uniform(ARM.lower, ARM.upper))[0]
         near = rng.uniform(ARM.lower, ARM.upper)
         answer = chain.ik_LM(goal, q0=near, joint_limits=True)
-        mine = ARM.solve(goal, near=near)
+        mine = ARM.solve(goal, seed=near)
         assert mine.ok
         if not answer.success:
             continue

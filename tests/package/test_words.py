@@ -52,7 +52,7 @@ def test_a_solution_is_shown_on_one_line() -> None:
     q = [0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]
     pose = arm.forward(q)[0]
     far = pose + np.array([[0, 0, 0, 9.0], [0] * 4, [0] * 4, [0] * 4])
-    found = arm.solve(pose, near=q)
+    found = arm.solve(pose, seed=q)
     assert repr(found) == str(found)
     assert repr(found).startswith("Solution(q=[0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5], psi=")
     assert ", gc=2, distance=0, status=OK, margin=" in repr(found)
@@ -73,7 +73,7 @@ def test_an_import_report_reads_in_mm_and_degrees() -> None:
     assert lines[4].endswith(" 0.250000 deg") and lines[5].endswith(" 2.000000 mm")
     assert lines[-1] == "note: mind the gap" and repr(report).startswith("ImportReport(source=")
     arm = aa.Arm.from_urdf(aa.Arm(**LENGTHS).to_urdf())
-    assert "position agrees with the file within" in str(arm.import_report)
+    assert "position agrees with the file within" in str(arm.report)
 
 
 @pytest.mark.parametrize(
@@ -118,7 +118,12 @@ def test_no_repr_of_many_rows_floods_the_screen() -> None:
     pose = arm.forward(q)[0]
     path = aa.plan(arm, aa.Line(pose, pose + 0.05 * np.eye(4, k=3)), start=q)
     arcs = arm.feasible(np.repeat(pose[None], 1000, axis=0), 2)
-    for value in (path, arcs, arm.joint_function(pose, 2, 1), path.path and aa.Waypoints(path.poses)):
+    for value in (
+        path,
+        arcs,
+        aa.gradients.joint_function(arm, pose, 2, 1),
+        path.path and aa.Waypoints(path.poses),
+    ):
         assert len(repr(value)) < 100
 
 

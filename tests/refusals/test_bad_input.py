@@ -21,7 +21,7 @@ ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 POSE, PSI, GC = ARM.forward(Q)
 TWO = ARM.forward(np.stack([Q, Q + 0.01]))[0]
-FR3 = aa.OffsetArm.from_catalogue("franka_fr3")
+FR3 = aa.Arm.from_catalogue("franka_fr3")
 NAN, INF = float("nan"), float("inf")
 
 
@@ -112,8 +112,8 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "JointPath.finer": (aa.plan(ARM, POSE[None]).finer, {}),
     "ArcSet.contains": (aa.ArcSet([[0.0, 1.0]]).contains, {"psi": 0.1}),
     "ArcSet.nearest": (aa.ArcSet([[0.0, 1.0]]).nearest, {"psi": 0.1}),
-    "JointFunction.value": (ARM.joint_function(POSE, GC, 1).value, {"psi": 0.1}),
-    "JointFunction.derivative": (ARM.joint_function(POSE, GC, 1).derivative, {"psi": 0.1}),
+    "JointFunction.value": (aa.gradients.joint_function(ARM, POSE, GC, 1).value, {"psi": 0.1}),
+    "JointFunction.derivative": (aa.gradients.joint_function(ARM, POSE, GC, 1).derivative, {"psi": 0.1}),
     **{f"Arm.{name}": (getattr(ARM, name), {}) for name in METHODS},
     "Ball": (aa.Ball, {"center": [0.0, 0.0, 1.0], "radius": 0.1}),
     "Capsule": (aa.Capsule, {"begin": [0.0] * 3, "end": [0.0, 0.0, 1.0], "radius": 0.1}),
@@ -125,7 +125,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Scene": (aa.Scene, {}),
     "Body": (aa.Body, {"links": {3: [BALL]}}),
     "Body.bones": (aa.Body.bones, {"upper_arm": 0.1, "forearm": 0.1}),
-    "OffsetArm": (aa.OffsetArm, {"a_6": 0.088, "d_bs": 0.34, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.126}),
+    "OffsetArm": (aa.Arm, {"a_6": 0.088, "d_bs": 0.34, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.126}),
     "OffsetArm.forward": (FR3.forward, {"q": Q}),
     "OffsetArm.jacobian": (FR3.jacobian, {"q": Q}),
     "OffsetArm.inverse": (FR3.inverse, {"pose": POSE, "free": 0.1, "gc": 0, "unreachable": "nan"}),
@@ -141,11 +141,11 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Arm.with_body": (ARM.with_body, {"body": BODY}),
     "Arm.with_hand": (ARM.with_hand, {"shapes": [BALL]}),
     **{
-        f"Arm.{name}": (getattr(ARM.with_body(BODY), name), {"pose": POSE, "gc": GC, "scene": SCENE})
+        f"Arm.{name}": (getattr(ARM.with_(body=BODY), name), {"pose": POSE, "gc": GC, "scene": SCENE})
         for name in ("clear", "widest", "feasible")
     },
-    "Arm.clearance": (ARM.with_body(BODY).clearance, {"pose": POSE, "psi": PSI, "gc": GC, "scene": SCENE}),
-    "Arm.feasible_all": (ARM.with_body(BODY).feasible_all, {"pose": POSE, "scene": SCENE}),
+    "Arm.clearance": (ARM.with_(body=BODY).clearance, {"pose": POSE, "psi": PSI, "gc": GC, "scene": SCENE}),
+    "Arm.feasible_all": (ARM.with_(body=BODY).feasible_all, {"pose": POSE, "scene": SCENE}),
     "Arm.psi_towards": (ARM.psi_towards, {"pose": POSE, "gc": GC, "point": [0.0, 0.0, 1.0]}),
     "Arm.psi_towards along": (ARM.psi_towards, {"pose": POSE, "gc": GC, "direction": "up"}),
 }

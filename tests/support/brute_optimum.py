@@ -48,7 +48,7 @@ def shares(case: Case) -> np.ndarray:
 
 def search(case: Case) -> Best | None:
     """The best way on the grid in all branches, or in that of the start; None where there is none."""
-    arm = case.arm.with_reference("stereographic")
+    arm = case.arm.with_(reference="stereographic")
     branches = range(8) if case.start is None else [int(arm.forward(case.start)[2])]
     found = [way for gc in branches if (way := _in_branch(case, arm, gc)) is not None]
     return min(found, key=lambda way: way.cost, default=None)
@@ -60,7 +60,7 @@ def _in_branch(case: Case, arm: aa.Arm, gc: int) -> Best | None:
     weight, own = case.objective.travel * STEPS, shares(case)
     back: list[np.ndarray] = []
     for k, pose in enumerate(poses):
-        q = arm.inverse(pose, grid, gc, unreachable="nan")
+        q = arm.inverse(pose, grid, gc, on_error="nan", limits=False)
         if k == 0 and case.start is not None:
             q = np.broadcast_to(case.start, q.shape)
         if not np.isfinite(q).all():
@@ -93,12 +93,12 @@ def _in_branch(case: Case, arm: aa.Arm, gc: int) -> Best | None:
 
 def descend(case: Case, way: Best) -> np.ndarray:
     """The joints (SAMPLES, 7) of the way after Gauss-Newton steps on psi at the steps."""
-    arm, weight, own = case.arm.with_reference("stereographic"), case.objective.travel * STEPS, shares(case)
+    arm, weight, own = case.arm.with_(reference="stereographic"), case.objective.travel * STEPS, shares(case)
     s, probe, fixed = np.linspace(0, 1, STEPS + 1), 1e-4, case.start is not None
     poses, psi, damping = case.path.pose(s), way.psi, 1e-3
 
     def joints(angles: np.ndarray) -> np.ndarray:
-        q = arm.inverse(poses, angles, way.gc)
+        q = arm.inverse(poses, angles, way.gc, limits=False)
         if case.start is not None:
             q[0] = case.start
         return np.unwrap(q, axis=0) if fixed else q
@@ -135,4 +135,6 @@ def descend(case: Case, way: Best) -> np.ndarray:
             damping *= 10
         if not gain > 1e-7 * energy:
             break
-    return np.unwrap(arm.inverse(case.path.pose(EVEN), CubicSpline(s, psi)(EVEN), way.gc), axis=0)
+    return np.unwrap(
+        arm.inverse(case.path.pose(EVEN), CubicSpline(s, psi)(EVEN), way.gc, limits=False), axis=0
+    )

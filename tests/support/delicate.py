@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 
 import armangle as aa
+from armangle.models.catalogue import srs_catalogue
 
 from .strategies import Array
 
@@ -39,7 +40,7 @@ class Delicate:
 
     def solve(self) -> aa.Solution:
         if self.metric == "best":
-            return self.arm.best(self.pose)
+            return self.arm.solve(self.pose, prefer="margin")
         return self.arm.solve(self.pose, self.near, metric="max" if self.metric == "max" else "l2")
 
     def excess(self, found: aa.Solution) -> float:
@@ -55,7 +56,7 @@ class Delicate:
         if not found.ok:
             return {"none": np.inf}
         beyond = float(np.maximum(self.arm.lower - found.q, found.q - self.arm.upper).max())
-        missed = float(np.abs(self.arm.forward(found.q, undefined="nan")[0] - self.pose).max())
+        missed = float(np.abs(self.arm.forward(found.q, on_error="nan")[0] - self.pose).max())
         out = {"beyond": beyond} if beyond > 0 else {}
         if missed > 1e-12:
             out["missed"] = missed
@@ -65,7 +66,7 @@ class Delicate:
 
 @cache
 def _catalogue() -> list[aa.Arm]:
-    return [aa.Arm.from_catalogue(name) for name in aa.catalogue()]
+    return [aa.Arm.from_catalogue(name) for name in srs_catalogue()]
 
 
 def delicate(number: int, seed: int) -> Delicate:
@@ -94,7 +95,7 @@ def delicate(number: int, seed: int) -> Delicate:
     beside = q + rng.normal(0, 10.0 ** -rng.uniform(0, 6), 7)
     near = (q, beside, rng.uniform(low, high))[int(rng.integers(3))]
     near = np.clip(near, lower - 6.2, upper + 6.2)
-    pose = arm.forward(q, undefined="nan")[0]
+    pose = arm.forward(q, on_error="nan")[0]
     return Delicate(number, arm, q, pose, near, METRICS[int(rng.integers(4))], kind, hinges)
 
 
@@ -103,7 +104,7 @@ class DelicateOffset:
     """A posture `q` within the limits of an offset arm, its pose, and a seed."""
 
     number: int
-    arm: aa.OffsetArm
+    arm: aa.Arm
     q: Array
     pose: Array
     near: Array
@@ -111,7 +112,7 @@ class DelicateOffset:
 
     def __str__(self) -> str:
         beside = "".join(str(hinge + 1) for hinge in self.hinges)
-        return f"{self.number}-{self.arm.rows.name}-{beside or 'regular'}"
+        return f"{self.number}-{self.arm._rows.name}-{beside or 'regular'}"
 
     def faults(self) -> dict[str, float]:
         """Return what is wrong with the solution, and by how much (rad; of the pose: m)."""
@@ -125,7 +126,7 @@ class DelicateOffset:
         return {name: value for name, (value, most) in wrong.items() if value > most}
 
 
-def delicate_offset(number: int, seed: int, arm: aa.OffsetArm) -> DelicateOffset:
+def delicate_offset(number: int, seed: int, arm: aa.Arm) -> DelicateOffset:
     """Return such a question of an offset arm: theta_2 and the elbow beside straight, theta_5 beside a fold.
 
     The seed is the posture, one beside it, or one anywhere.
@@ -134,10 +135,10 @@ def delicate_offset(number: int, seed: int, arm: aa.OffsetArm) -> DelicateOffset
     low, high = np.maximum(arm.lower, -4.0), np.minimum(arm.upper, 4.0)  # of a joint without limits, any
     q = rng.uniform(low, high)
     hinges = OFFSET_HINGES[int(rng.integers(len(OFFSET_HINGES)))]
-    zero = {1: 0.0, 3: arm.rows.delta, 4: np.pi / 2}
+    zero = {1: 0.0, 3: arm._rows.delta, 4: np.pi / 2}
     for hinge in hinges:
-        joint = hinge if arm.free_joint == 7 else 6 - hinge
-        straight = arm.rows.signs[joint] * (zero[hinge] - arm.rows.offsets[joint])
+        joint = hinge if arm._free_joint == 7 else 6 - hinge
+        straight = arm._rows.signs[joint] * (zero[hinge] - arm._rows.offsets[joint])
         q[joint] = straight + rng.choice(OFF)
     q = np.clip(q, arm.lower, arm.upper)
     beside = q + rng.normal(0, 10.0 ** -rng.uniform(0, 6), 7)

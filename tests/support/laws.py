@@ -73,7 +73,7 @@ class Truth:
 def truth(arm: aa.Arm, pose: Array, gc: Array, psi: Array) -> Truth:
     """The joints at psi (P, K) of poses (P, 4, 4), each against its limits, whatever the winding."""
     free = unlimited(arm)
-    q = free.inverse(pose[:, None], psi, gc[:, None])
+    q = free.inverse(pose[:, None], psi, gc[:, None], limits=False)
     width = arm.upper - arm.lower
     turning = ~(width < TURN)
     with np.errstate(invalid="ignore"):
@@ -114,7 +114,7 @@ def classify(arm: aa.Arm, pose: Array, gc: Array, psi: Array) -> Verdict:
     """
     real = truth(arm, pose, gc, psi)
     clear = real.is_clear(JOINT)
-    each = arm.joint_feasible(pose, gc)
+    each = arm.feasible(pose, gc, per_joint=True)
     said = np.stack([members(each[:, j], psi) for j in range(JOINT_COUNT)], axis=-1)
     together = members(arm.feasible(pose, gc), psi)[..., None]
     doubts = np.concatenate([(said != real.inside) & clear,

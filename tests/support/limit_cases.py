@@ -39,7 +39,7 @@ def tangent(arm: aa.Arm, pose: Array, gc: int, rng: np.random.Generator) -> tupl
     """
     lower, upper = np.empty(7), np.empty(7)
     for j in range(7):
-        function = arm.joint_function(pose, gc, j + 1)
+        function = aa.gradients.joint_function(arm, pose, gc, j + 1)
         special = np.concatenate([function.stationary, function.singular])
         if len(special) == 0 or rng.random() < 0.4:
             special = rng.uniform(-np.pi, np.pi, 2)
@@ -63,7 +63,7 @@ def limits(arm: aa.Arm, pose: Array, gc: int, rng: np.random.Generator) -> tuple
 
 def angles(arm: aa.Arm, pose: Array, gc: Array, rng: np.random.Generator) -> Array:
     """Arm angles (P, K): a third anywhere, the others 1e-12 to 0.3 rad beside an end of some joint's arcs."""
-    ends = arm.joint_feasible(pose, gc).intervals.reshape(len(pose), -1)
+    ends = arm.feasible(pose, gc, per_joint=True).intervals.reshape(len(pose), -1)
     ends = np.concatenate([ends, np.full((len(pose), 1), np.nan)], axis=1)
     anywhere = rng.uniform(-np.pi, np.pi, (len(pose), ANGLES))
     chosen = np.take_along_axis(ends, rng.integers(0, ends.shape[1], anywhere.shape), axis=1)

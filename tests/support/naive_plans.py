@@ -36,9 +36,8 @@ class Case:
     def plan(self, samples: int | None = None) -> aa.JointPath:
         """Return the plan."""
         return aa.plan(
-            self.arm, self.path, start=self.start, goal=self.goal, objective=self.objective,
-            limit_margin=self.limit_margin, singularity_margin=self.singularity_margin,
-            samples=samples,
+            self.arm.with_(singularity_margin=self.singularity_margin), self.path, start=self.start, goal=self.goal, objective=self.objective,
+            limit_margin=self.limit_margin, samples=samples,
         )  # fmt: skip
 
     def cost(self, q: np.ndarray) -> float:
@@ -74,14 +73,14 @@ class Case:
         poses = self.path.pose(EVEN)
         first = self.start
         for reference in ("base axis", "stereographic"):
-            seen = self.arm if reference == "base axis" else self.arm.with_reference("stereographic")
+            seen = self.arm if reference == "base axis" else self.arm.with_(reference="stereographic")
             if first is None:
                 angles, branches = np.linspace(-np.pi, np.pi, 9)[1:], range(8)
             else:
                 angles, branches = np.array([seen.forward(first)[1]]), [int(seen.forward(first)[2])]
             for gc in branches:
                 for psi in angles:
-                    q = seen.inverse(poses, float(psi), gc, seed=first, unreachable="nan")
+                    q = seen.inverse(poses, float(psi), gc, seed=first, on_error="nan", limits=False)
                     q = np.unwrap(q, axis=0)
                     near = (self.arm.lower + self.arm.upper) / 2 if first is None else first
                     if np.isfinite(near).all():

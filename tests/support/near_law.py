@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 import armangle as aa
+from armangle.models.catalogue import srs_catalogue
 from armangle.models.chain import chain_of, links_of
 from support.calibrated import Array, off
 from support.laws import circle_gap, members
@@ -164,7 +165,7 @@ def beside_singular(arm: aa.Arm, psi: Array, q: Array) -> tuple[Array, Array]:
 
 def cases(seed: int, count: int) -> Iterator[Case]:
     """`count` cases over all arms of the catalogue, reproducible from the seed."""
-    names = aa.catalogue()
+    names = srs_catalogue()
     for k in range(count):
         one = drawn(seed, k, names[(seed * count + k) % len(names)])
         if one is not None:
@@ -178,7 +179,7 @@ def drawn(seed: int, number: int, name: str) -> Case | None:
     exact = aa.Arm.from_catalogue(name)
     arm = exact.with_(chain=off(links_of(chain_of(exact._description())), mm, mrad, rng))
     lower, upper = (np.clip(limit, -np.pi, np.pi) for limit in (arm.lower, arm.upper))
-    pose, psi, gc = arm.forward(rng.uniform(lower, upper), undefined="nan")
+    pose, psi, gc = arm.forward(rng.uniform(lower, upper), on_error="nan")
     if not np.isfinite(psi):
         return None
     branch = int(gc if rng.random() < 0.7 else rng.integers(8))
@@ -194,7 +195,7 @@ def misleading(arm: aa.Arm, pose: Array, gc: int, rng: np.random.Generator) -> d
         return {}
     lower, upper = box(rng)
     if kind < 0.7:
-        on = arm.inverse(pose, rng.uniform(-np.pi, np.pi), gc, unreachable="nan")
+        on = arm.inverse(pose, rng.uniform(-np.pi, np.pi), gc, on_error="nan", limits=False)
         if np.isfinite(on).all():
             near, far = rng.choice(NUDGES, 7), 10 ** rng.uniform(-2, 0.8, 7)
             side = rng.random(7) < 0.5
@@ -214,7 +215,7 @@ def judge(case: Case, rng: np.random.Generator, angles: int) -> Verdict:
         beside = beside + rng.choice([-1, 1], angles) * 10 ** rng.uniform(-12, -0.5, angles)
         psi = np.where(rng.random(angles) < 1 / 3, psi, wrapped(beside))
     held = members(arm.feasible(pose[None], [gc]), psi[None])[0]
-    q = arm.inverse(pose, psi, gc, unreachable="nan")
+    q = arm.inverse(pose, psi, gc, on_error="nan", limits=False)
     true = is_posture(arm, pose, psi, gc, q)
     out.samples = angles
     edge = np.concatenate([arcs.intervals.reshape(-1), [np.inf]])

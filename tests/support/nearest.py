@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import armangle as aa
+from armangle.models.catalogue import srs_catalogue
 
 from .strategies import Array, generated_arm
 
@@ -62,7 +63,7 @@ class Case:
 
     def arcs(self) -> aa.ArcSet:
         """Return the arm angles that may be used in each branch, of shape (8,)."""
-        arcs = self.arm.feasible_all(self.pose, singularity_margin=self.singularity_margin)
+        arcs = self.arm.with_(singularity_margin=self.singularity_margin).feasible(self.pose)
         return arcs if self.allowed is None else arcs & self.allowed
 
     def costs(self, q: Array) -> Array:
@@ -100,7 +101,7 @@ def _arm(rng: np.random.Generator, number: int) -> aa.Arm:
     if number % 6 == 0:
         return aa.Arm.from_catalogue("kuka_iiwa7_r800")
     if number % 6 == 1:
-        return aa.Arm.from_catalogue(str(rng.choice(aa.catalogue())))
+        return aa.Arm.from_catalogue(str(rng.choice(srs_catalogue())))
     arm = generated_arm(int(rng.integers(1 << 30)))
     if number % 6 > 3:
         return arm
@@ -124,7 +125,7 @@ def cases(count: int, seed: int) -> list[Case]:
         q[singular] = straight[singular]
         if rng.random() < 0.25:
             near = q + rng.normal(0, 0.05, 7)
-        pose = arm.forward(q, undefined="nan")[0]
+        pose = arm.forward(q, on_error="nan")[0]
         weight = rng.uniform(0, 2, 7) if rng.random() < 0.3 else np.ones(7)
         metric: Any = str(rng.choice(["l2", "l2", "max"]))
         prefer: Any = str(rng.choice(["near", "near", "near", "margin"]))
@@ -154,7 +155,7 @@ def brute_force(case: Case, grid: int) -> float:
     seed = middle if case.prefer == "margin" else case.near
 
     def at(gc: NDArray[np.int64], angle: Array) -> Array:
-        return case.costs(arm.inverse(case.pose, angle, gc, seed=seed, unreachable="nan"))
+        return case.costs(arm.inverse(case.pose, angle, gc, seed=seed, on_error="nan", limits=False))
 
     on_grid = np.where(arcs[gc][:, None].contains(psi), at(gc[:, None], psi), np.inf)
     least = on_grid.min()

@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 import armangle as aa
+from armangle.models.catalogue import srs_catalogue
 from support import draw
 
 Array = NDArray[np.float64]
 
 TURN = 2 * np.pi
 REGIMES = ("uniform", "near_singular", "singular", "on_limit", "at_reach", "folded")
-CATALOGUE = aa.catalogue()
+CATALOGUE = srs_catalogue()
 
 
 def frame(rng: np.random.Generator) -> Array:
@@ -138,4 +139,4 @@ def postures(arm: aa.Arm, regime: str, n: int, seed: int = 0) -> Array:
     """Joint values of a regime, shape (m, 7) with m <= n: those where the arm angle exists."""
     rng = draw.generator(seed, REGIMES.index(regime))
     q = _MAKERS[regime](arm, n, rng)
-    return q[~np.isnan(arm.forward(q, undefined="nan")[1])]
+    return q[~np.isnan(arm.forward(q, on_error="nan")[1])]

@@ -15,8 +15,8 @@ DT = 0.004
 HARDEST = 10.0
 
 
-def named(name: str) -> aa.Arm | aa.OffsetArm:
-    return aa.OffsetArm.from_catalogue(name) if name in aa.offset_catalogue() else aa.Arm.from_catalogue(name)
+def named(name: str) -> aa.Arm:
+    return aa.Arm.from_catalogue(name)
 
 
 def settled(tracker: aa.Tracker, pose: Array, seconds: float) -> aa.Tracked:

@@ -18,7 +18,7 @@ from armangle.timing.motion import breaks
 
 Floats = NDArray[np.float64]
 ARM = aa.Arm.from_catalogue("kuka_iiwa14_r820")
-OFFSET = aa.OffsetArm.from_catalogue("franka_fr3")
+OFFSET = aa.Arm.from_catalogue("franka_fr3")
 A = 5.0
 
 
@@ -61,7 +61,7 @@ def kept(found: aa.Trajectory, velocity: Floats, a: float, j: float | None) -> N
     assert np.abs(found.qd[[0, -1]]).max() < 1e-9
 
 
-def pair(rng: np.random.Generator, arm: aa.Arm | aa.OffsetArm, size: float) -> Floats:
+def pair(rng: np.random.Generator, arm: aa.Arm, size: float) -> Floats:
     first, last = (
         rng.uniform(arm.lower * 0.9, arm.upper * 0.9, (2, 7))
         if arm is ARM
@@ -75,7 +75,7 @@ def pair(rng: np.random.Generator, arm: aa.Arm | aa.OffsetArm, size: float) -> F
 @pytest.mark.parametrize("j", [None, 50.0, 500.0])
 @pytest.mark.parametrize("n", [2, 60])
 def test_from_posture_to_posture_takes_what_its_slowest_joint_needs(
-    rng: np.random.Generator, arm: aa.Arm | aa.OffsetArm, size: float, j: float | None, n: int
+    rng: np.random.Generator, arm: aa.Arm, size: float, j: float | None, n: int
 ) -> None:
     """Beside the closed form that users write by hand, with rows between or without."""
     for _ in range(3):
@@ -266,14 +266,14 @@ def test_a_posture_of_no_arm_angle_and_a_repeated_row_are_no_obstacles(between: 
 
 def test_a_leap_in_what_is_not_proven_is_rounded_or_refused() -> None:
     """From θ2 = θ6 = 0 a plan may leap by micro-radians within 1e-7 of s, which its rows do not show."""
-    arm = aa.Arm.from_catalogue("fourier_gr2t2d_left").with_reference("stereographic")
+    arm = aa.Arm.from_catalogue("fourier_gr2t2d_left").with_(reference="stereographic")
     start = np.array(
         [-0.27671417359821815, 1.5707963267948966, 0.27787009012862063, -0.319458937234933,
          -0.1669592159454496, 0.6108652381980153, 0.5275642719229428]
     )  # fmt: skip
     axis = [-1.3587816162432897, -0.4821619858014781, 0.14599538682914573]
     point = [0.1355545622029429, 0.8116207841885943, 0.5182057825746922]
-    screw = aa.Screw(arm.forward(start, undefined="nan")[0], point, axis, 0.02053303265870824)
+    screw = aa.Screw(arm.forward(start, on_error="nan")[0], point, axis, 0.02053303265870824)
     path = aa.plan(arm, screw, start=start, samples=87)
     assert path.ok and not path.certified
     assert path.uncertified[-1, 1] < 1e-6

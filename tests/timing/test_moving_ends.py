@@ -16,7 +16,7 @@ need("highspy")
 
 A = 4.0
 ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-FRANKA = aa.OffsetArm.from_catalogue("franka_fr3")
+FRANKA = aa.Arm.from_catalogue("franka_fr3")
 Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 READY = np.array([0.1, -0.6, 0.2, -2.2, 0.1, 1.9, 0.7])
 

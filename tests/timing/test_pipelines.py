@@ -21,11 +21,11 @@ need("highspy")
 need("matplotlib").use("Agg")
 plt = need("matplotlib.pyplot")
 
-ARMS: dict[str, aa.Arm | aa.OffsetArm] = {
+ARMS: dict[str, aa.Arm] = {
     "exact": aa.Arm.from_catalogue("kuka_iiwa7_r800"),
     "calibrated": calibrated("kuka_iiwa7_r800", 1.0, 1.0),
-    "offset wrist": aa.OffsetArm.from_catalogue("franka_fr3"),
-    "offset shoulder": aa.OffsetArm.from_catalogue("willow_garage_pr2_left"),
+    "offset wrist": aa.Arm.from_catalogue("franka_fr3"),
+    "offset shoulder": aa.Arm.from_catalogue("willow_garage_pr2_left"),
 }
 READY = {
     "exact": [0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5],
@@ -39,9 +39,9 @@ ROWS = 15
 Motions = dict[str, Callable[[Path], aa.JointPath]]
 
 
-def through(arm: aa.Arm | aa.OffsetArm, q: Array, joint: int, angle: float = 0.0) -> Array | None:
+def through(arm: aa.Arm, q: Array, joint: int, angle: float = 0.0) -> Array | None:
     """Rows that pass an angle of a joint's theta, evenly in all joints; None where limits forbid it."""
-    rows = arm.rows if isinstance(arm, aa.OffsetArm) else arm
+    rows = arm._rows if arm.kind.startswith("offset") else arm
     middle = q.copy()
     middle[joint - 1] = rows.signs[joint - 1] * (angle - rows.offsets[joint - 1])
     way = 0.3 * SWING
@@ -50,7 +50,7 @@ def through(arm: aa.Arm | aa.OffsetArm, q: Array, joint: int, angle: float = 0.0
     return found if arm.within_limits(found).all() else None
 
 
-def motions(arm: aa.Arm | aa.OffsetArm, start: list[float]) -> Motions:
+def motions(arm: aa.Arm, start: list[float]) -> Motions:
     """Every function that returns a motion, with motions of every kind."""
     q = np.array(start)
     a = arm.forward(q)[0]
@@ -89,7 +89,7 @@ def motions(arm: aa.Arm | aa.OffsetArm, start: list[float]) -> Motions:
         "finer": lambda _: aa.JointPath.from_joints(arm, rows, between="tool").finer(0.005),
         "read again": lambda folder: again(aa.follow(arm, aa.Line(a, b), samples=ROWS, **hold), folder),
     }  # fmt: skip
-    if isinstance(arm, aa.Arm):
+    if not arm.kind.startswith("offset"):
         out["plan a line"] = lambda _: aa.plan(arm, aa.Line(a, b), start=q)
         out["plan to where it is"] = lambda _: aa.plan(arm, aa.Line(a, a), start=q)
     for name, each in given.items():
@@ -111,9 +111,7 @@ def takers(path: aa.JointPath, folder: Path) -> Iterator[str]:
     here = path.at(s)
     assert np.isfinite(here.q).all()
     np.testing.assert_allclose(here.q[[0, -1]], path.q[[0, -1]], rtol=0, atol=1e-6)
-    tool = (
-        arm.forward(here.q)[0] if isinstance(arm, aa.OffsetArm) else arm.forward(here.q, undefined="nan")[0]
-    )
+    tool = arm.forward(here.q, on_error="nan")[0]
     if path.between == "tool":
         np.testing.assert_allclose(tool, here.pose, rtol=0, atol=1e-9)
     yield "derivatives"

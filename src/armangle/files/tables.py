@@ -17,7 +17,7 @@ from .. import _core
 from .._arrays import JOINTS, Floats, Ints, PathLike, as_poses, frozen
 from .._values import by_content
 from ..arm.solution import Solution, Solutions
-from ..errors import ModelError, InputError
+from ..errors import InputError, ModelError
 from ..motion.joint_path import JointPath, even_parameters
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows, rows_from_poses
 from ..status import STATUSES, Status

@@ -21,7 +21,7 @@ import numpy as np
 
 from .. import _opening
 from .._arrays import JOINTS
-from ..errors import ModelError, InputError
+from ..errors import InputError, ModelError
 from .description import ELBOW_OFFSETS, FRAMES, LENGTHS, ArmDescription
 from .offset import offset_catalogue
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ModelError, InputError
+from ..errors import InputError, ModelError
 from .axes import (
     MAX_ANGLE,
     MAX_LENGTH,

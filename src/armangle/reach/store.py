@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from .._arrays import PathLike
 from .._core import ISA, __version__
 from ..arm.arm import Arm
-from ..errors import ModelError, InputError, MissingExtraError, OutputError, needed
+from ..errors import InputError, MissingExtraError, ModelError, OutputError, needed
 from ..models.description import ArmDescription
 from .grid import AXES, Grid
 

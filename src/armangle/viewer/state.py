@@ -15,7 +15,10 @@ from ..arm.arm import Arm, nearest_rotation
 from ..arm.configuration import gc_signs
 from ..arm.skeleton import blockers, elbow_points, first_blocker, skeleton, unproven
 from ..errors import (
-    InputError, LimitError, SceneError, UnreachableError,
+    InputError,
+    LimitError,
+    SceneError,
+    UnreachableError,
 )
 from ..motion.following import follow
 from ..motion.joint_path import JointPath

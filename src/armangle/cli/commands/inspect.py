@@ -9,7 +9,7 @@ import numpy as np
 
 from ...arm.arm import Arm
 from ...arm.offset import OffsetArm
-from ...errors import ModelError, InputError
+from ...errors import InputError, ModelError
 from ...files.replacing import replacing
 from ...models.candidates import chosen
 from ...models.catalogue import robot_toml

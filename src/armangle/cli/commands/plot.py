@@ -7,7 +7,7 @@ from typing import Any
 
 from ..._arrays import CONFIGURATIONS, Floats
 from ...arm.arm import Arm
-from ...errors import ModelError, InputError
+from ...errors import InputError, ModelError
 from ...files.tables import load_joints, load_poses
 from ...motion.joint_path import JointPath
 from ...scenes.scene import Scene

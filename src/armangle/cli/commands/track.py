@@ -10,7 +10,7 @@ import numpy as np
 from ..._arrays import Floats
 from ...arm.arm import Arm
 from ...arm.offset import OffsetArm
-from ...errors import ModelError, InputError, PathError
+from ...errors import InputError, ModelError, PathError
 from ...files.tables import sample_times
 from ...files.trajectories import TrajectoryTable
 from ...motion.joint_path import even_parameters

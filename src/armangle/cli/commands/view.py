@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..._arrays import Floats
 from ...arm.arm import Arm
-from ...errors import ModelError, InputError
+from ...errors import InputError, ModelError
 from ...files.tables import load_joints, load_poses
 from ...models.mjcf import is_mjcf
 from ...motion.following import follow

@@ -1,0 +1,16 @@
+"""A call with so many threads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar
+
+import armangle as aa
+
+Answer = TypeVar("Answer")
+
+
+def in_threads(n: int, call: Callable[[], Answer]) -> Answer:
+    """Return what a call returns with so many threads."""
+    with aa.threads(n):
+        return call()
