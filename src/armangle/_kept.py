@@ -11,9 +11,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ._arrays import as_number
-from .arm.arm import MOST_MARGIN, Arm
-from .arm.near import NearHandle, unsupported
+from .arm.arm import Arm
+from .arm.near import unsupported
+from .arm.offset import as_srs
 from .errors import InputError
 
 Array: TypeAlias = (
@@ -31,9 +31,9 @@ def keep(arm: Arm, asked: str) -> int:
     """
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
-    if isinstance(arm._handle, NearHandle):
+    if as_srs(arm, asked).chain is not None:
         raise unsupported(asked)
-    lengths = [arm.d_bs, arm.d_se, arm.d_ew, arm.d_wf, arm.a_3, arm.a_4, arm.d_4]
+    lengths = [arm.d_bs, arm.d_se, arm.d_ew, arm.d_wf, arm.a_3, arm.a_4, arm.d_4, arm.singularity_margin]
     parts = [lengths, arm.signs, arm.offsets, arm.lower, arm.upper, arm.base.ravel(), arm.tool.ravel()]
     numbers = np.concatenate([np.asarray(part, dtype=np.float64) for part in parts])
     digest = hashlib.sha256(numbers.tobytes() + repr(arm.reference).encode()).digest()
@@ -62,28 +62,26 @@ class Kept:
     def __post_init__(self) -> None:
         object.__setattr__(self, "_key", keep(self.arm, type(self).__module__))
 
-    def freedom(self, pose: Array, *, singularity_margin: float = 0.0) -> Array:
+    def freedom(self, pose: Array) -> Array:
         """Return over how much of their circles all branches together hold a pose: `Freedom.total`.
 
         Parameters
         ----------
         pose : array, shape (..., 4, 4)
             Tool frame, position in m.
-        singularity_margin : float
-            As in `Arm.feasible`, rad.
 
         Returns
         -------
         array, shape (...)
             rad. Its gradient is 0 where a pose is not held, since how far it is from being held is not in it,
-            and NaN where an end of an arc does not move smoothly, as in `Arm.freedom_gradient`.
+            and NaN where an end of an arc does not move smoothly, as in `armangle.gradients.freedom`.
 
         Raises
         ------
         InputError
             And what `inverse` raises of a pose.
         """
-        return self._freedom(pose, as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN))
+        return self._freedom(pose)
 
     def limit_margin(self, q: Array) -> Array:
         """Return the least distance of a joint to one of its limits.
@@ -105,7 +103,7 @@ class Kept:
         """
         return self._limit_margin(q)
 
-    def _freedom(self, pose: Array, margin: float) -> Array:
+    def _freedom(self, pose: Array) -> Array:
         raise NotImplementedError
 
     def _limit_margin(self, q: Array) -> Array:

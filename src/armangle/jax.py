@@ -107,7 +107,8 @@ class Kinematics(Kept):
         Returns
         -------
         Array, shape (..., 7)
-            Joint values, rad, in the dtype of `pose`; NaN out of reach.
+            Joint values, rad, in the dtype of `pose`; NaN out of reach. Limits are not enforced:
+            `limit_margin` says.
 
         Raises
         ------
@@ -129,8 +130,8 @@ class Kinematics(Kept):
             jnp.broadcast_to(branches.astype(jnp.int32), batch),
         )
 
-    def _freedom(self, pose: Array, margin: float) -> Array:
-        return _freedom((self._key, margin), _array("pose", pose, (4, 4)))
+    def _freedom(self, pose: Array) -> Array:
+        return _freedom((self._key, self.arm.singularity_margin), _array("pose", pose, (4, 4)))
 
     def _limit_margin(self, q: Array) -> Array:
         return _limit_margin(self._key, _array("q", q, (JOINTS,)))

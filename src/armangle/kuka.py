@@ -20,7 +20,7 @@ Examples
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,15 +31,16 @@ from ._arrays import (
     Ints,
     as_floats,
     as_poses,
-    as_threads,
     broadcast,
     check_angles,
     chosen,
 )
 from ._core import ANGLE_TOLERANCE
+from ._threads import thread_count
 from ._values import by_content
 from .arm.arcs import ArcSet
-from .arm.arm import Arm
+from .arm.arm import ON_ERROR, Arm, OnError
+from .arm.offset import as_srs
 from .errors import InputError, NoSolutionError, UnreachableError
 from .poses import pose as _pose
 from .status import STATUSES, Status
@@ -60,7 +61,6 @@ __all__ = [
 
 _STATUSES, _TURNS = 8, 1 << JOINTS
 _A1, _A2, _A3, _A4, _A5, _A6, _A7 = range(JOINTS)
-_UNSOLVED = ("raise", "nan")
 
 
 @by_content
@@ -80,7 +80,7 @@ def _checked(arm: Arm) -> Arm:
     """Return the arm, if it is built as these controllers expect."""
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
-    if not arm._handle.is_kuka:
+    if not as_srs(arm, "kuka")._handle.is_kuka:
         raise InputError(
             f"arm {arm.name or ''} has elbow offsets (a_3, a_4, d_4) or zero offsets of joints: E1, Status "
             "and Turn are known for arms without them, as iiwa, Med and LBR 4"
@@ -88,14 +88,14 @@ def _checked(arm: Arm) -> Arm:
     return arm
 
 
-def _codes(arm: Arm, q: ArrayLike, threads: int) -> Ints:
+def _codes(arm: Arm, q: ArrayLike) -> Ints:
     joints = as_floats("q", q, (JOINTS,))
     out = np.empty((*joints.shape[:-1], 2), np.int64)
-    _checked(arm)._handle.kuka_codes(joints, out, as_threads(threads))
+    _checked(arm)._handle.kuka_codes(joints, out, thread_count())
     return out
 
 
-def status(arm: Arm, q: ArrayLike, *, threads: int = 1) -> Ints | np.int64:
+def status(arm: Arm, q: ArrayLike) -> Ints | np.int64:
     """Return the Status of joints: +1 wrist behind axis 1, +2 A4 < 0, +4 A6 < 0.
 
     Parameters
@@ -103,8 +103,6 @@ def status(arm: Arm, q: ArrayLike, *, threads: int = 1) -> Ints | np.int64:
     arm : Arm
     q : array_like, shape (..., 7)
         Joint values, rad.
-    threads : int
-        Threads for a batch; 0 for all cores.
 
     Returns
     -------
@@ -114,15 +112,15 @@ def status(arm: Arm, q: ArrayLike, *, threads: int = 1) -> Ints | np.int64:
     ------
     InputError
     """
-    return _codes(arm, q, threads)[..., 0][()]
+    return _codes(arm, q)[..., 0][()]
 
 
-def turn(arm: Arm, q: ArrayLike, *, threads: int = 1) -> Ints | np.int64:
+def turn(arm: Arm, q: ArrayLike) -> Ints | np.int64:
     """Return the Turn of joints: bit i - 1 is set where axis i is negative.
 
     Parameters, errors and shape as `status`.
     """
-    return _codes(arm, q, threads)[..., 1][()]
+    return _codes(arm, q)[..., 1][()]
 
 
 def to_e1(arm: Arm, q: ArrayLike) -> Floats | np.float64:
@@ -154,8 +152,7 @@ def from_e1(
     status: ArrayLike,
     *,
     seed: ArrayLike | None = None,
-    unreachable: Literal["raise", "nan"] = "raise",
-    threads: int = 1,
+    on_error: OnError = "raise",
 ) -> Floats:
     """Return the joints of a pose with A3 at E1 and the given Status: closed form, and unique.
 
@@ -172,10 +169,8 @@ def from_e1(
         Of joints of more than a turn, the winding nearest to it; how A1 is wound where A2 is 0; A5 where A6
         is 0, and A1 where A2 and A4 are, if all then keep their limits: A5 and A7, A1 and A5 turn one axis
         there. Without a seed that A5 or A1 is the middle of its range.
-    unreachable : "raise" or "nan"
+    on_error : "raise" or "nan"
         Where there is no such posture.
-    threads : int
-        Threads for a batch; 0 for all cores.
 
     Returns
     -------
@@ -208,8 +203,8 @@ def from_e1(
     batch, arrays = broadcast(given)
     out, codes = np.empty((*batch, JOINTS)), np.empty(batch, np.int64)
     wound = arrays[3] if near is not None else None
-    arm._handle.kuka_inverse(arrays[0], arrays[1], arrays[2], wound, out, codes, as_threads(threads))
-    if chosen("unreachable", unreachable, _UNSOLVED) == "raise" and (codes != Status.OK).any():
+    arm._handle.kuka_inverse(arrays[0], arrays[1], arrays[2], wound, out, codes, thread_count())
+    if chosen("on_error", on_error, ON_ERROR) == "raise" and (codes != Status.OK).any():
         at = tuple(int(i) for i in np.argwhere(codes != Status.OK)[0])
         why = STATUSES[int(codes[at])]
         where = f"pose{list(at)}: " if at else ""
@@ -274,8 +269,8 @@ def to_frame(arm: Arm, q: ArrayLike) -> KukaFrame:
     joints = as_floats("q", q, (JOINTS,))
     if joints.ndim != 1:
         raise InputError(f"q has shape {joints.shape}, wanted ({JOINTS},): a frame is one posture")
-    codes = _codes(arm, joints, 1)
-    tool = arm.forward(joints, undefined="nan")[0]
+    codes = _codes(arm, joints)
+    tool = arm.forward(joints, on_error="nan")[0]
     return KukaFrame(tool, float(joints[2]), int(codes[0]), int(codes[1]))
 
 
@@ -296,9 +291,7 @@ def from_frame(arm: Arm, frame: KukaFrame, *, seed: ArrayLike | None = None) -> 
     Raises
     ------
     InputError, UnreachableError, NoSolutionError
-        As `from_e1`.
-    InputError
-        If the posture has another Turn: the tool or base is not that of the frame, or A6 is 0 (A2 and A4 are)
+        As `from_e1`; InputError too if the posture has another Turn: the tool or base is not that of the frame, or A6 is 0 (A2 and A4 are)
         and no share of A5 and A7 (A1 and A5) has these signs within their limits.
     """
     try:

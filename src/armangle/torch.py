@@ -23,25 +23,23 @@ tensor(-0.0864, dtype=torch.float64)
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from . import _core
+from . import _core, gradients
 from ._arrays import as_floats, as_poses, chosen, shape_text
 from ._kept import Kept, kept
+from .arm.arm import ON_ERROR, OnError
 from .errors import InputError, MissingExtraError, needed
 
 __all__ = ["Kinematics"]
 
 Tensor: TypeAlias = Any  # torch.Tensor, which type checkers know only where torch is installed
-Unreachable = Literal["raise", "nan"]
 
 torch = needed("torch", "armangle.torch needs", "torch")
 if not hasattr(torch.library, "custom_op"):
     raise MissingExtraError(f"armangle.torch needs torch 2.4 or newer, this is {torch.__version__}")
-
-_UNREACHABLE = ("raise", "nan")
 
 
 @dataclass(frozen=True)
@@ -55,14 +53,14 @@ class Kinematics(Kept):
         process lives, since compiled functions may ask for it.
     """
 
-    def forward(self, q: Tensor, *, undefined: Unreachable = "raise") -> tuple[Tensor, Tensor, Tensor]:
+    def forward(self, q: Tensor, *, on_error: OnError = "raise") -> tuple[Tensor, Tensor, Tensor]:
         """Return pose, arm angle and global configuration of joint values, as `Arm.forward`.
 
         Parameters
         ----------
         q : Tensor, shape (..., 7)
             Joint values, rad.
-        undefined : "raise" or "nan"
+        on_error : "raise" or "nan"
             What to do where the arm angle does not exist, or where its gradient is asked and does not exist
             since it jumps. The gradient of the pose exists everywhere.
 
@@ -79,13 +77,11 @@ class Kinematics(Kept):
         ------
         InputError, UnreachableError
         """
-        nan = chosen("undefined", undefined, _UNREACHABLE) == "nan"
+        nan = chosen("on_error", on_error, ON_ERROR) == "nan"
         pose, psi, gc = torch.ops.armangle.forward(_joints(q), self._key, nan)
         return pose, psi, gc
 
-    def inverse(
-        self, pose: Tensor, psi: Tensor, gc: Tensor | int, *, unreachable: Unreachable = "raise"
-    ) -> Tensor:
+    def inverse(self, pose: Tensor, psi: Tensor, gc: Tensor | int, *, on_error: OnError = "raise") -> Tensor:
         """Return the one posture that a pose, an arm angle and a global configuration define.
 
         Parameters
@@ -96,7 +92,7 @@ class Kinematics(Kept):
             Arm angle, rad.
         gc : Tensor of integers, shape (...), or int
             Global configuration 0..7.
-        unreachable : "raise" or "nan"
+        on_error : "raise" or "nan"
             What to do where the geometry has no answer, or where a gradient is asked that does not exist:
             that of joints 1-3 (5-7) where θ2 (θ6) is 0 or π, and by the pose that of all joints where the
             elbow is stretched or folded and of all but joint 4 where psi jumps. "raise" raises
@@ -105,14 +101,14 @@ class Kinematics(Kept):
         Returns
         -------
         Tensor, shape (..., 7)
-            Joint values, rad, in the dtype of `pose`. A joint or an element that the loss leaves out counts
-            nothing, whatever its gradient.
+            Joint values, rad, in the dtype of `pose`; limits are not enforced, `limit_margin` says. A joint
+            or an element that the loss leaves out counts nothing, whatever its gradient.
 
         Raises
         ------
         InputError, UnreachableError
         """
-        nan = chosen("unreachable", unreachable, _UNREACHABLE) == "nan"
+        nan = chosen("on_error", on_error, ON_ERROR) == "nan"
         poses, angles = _tensor("pose", pose, (4, 4)), _tensor("psi", psi, (), of=pose)
         branches = torch.as_tensor(gc)
         if branches.is_floating_point() or branches.is_complex() or branches.dtype == torch.bool:
@@ -127,8 +123,8 @@ class Kinematics(Kept):
         given = poses.expand(*batch, 4, 4), angles.expand(batch), branches.to(torch.int64).expand(batch)
         return torch.ops.armangle.inverse(*given, self._key, nan)
 
-    def _freedom(self, pose: Tensor, margin: float) -> Tensor:
-        return torch.ops.armangle.freedom(_tensor("pose", pose, (4, 4)), self._key, margin)
+    def _freedom(self, pose: Tensor) -> Tensor:
+        return torch.ops.armangle.freedom(_tensor("pose", pose, (4, 4)), self._key)
 
     def _limit_margin(self, q: Tensor) -> Tensor:
         return torch.ops.armangle.limit_margin(_joints(q), self._key)
@@ -169,8 +165,12 @@ def _as(dtype: Any, array: Any) -> Tensor:
     return torch.as_tensor(array).to(dtype).contiguous()
 
 
+def _how(nan: bool) -> OnError:
+    return "nan" if nan else "raise"
+
+
 def _forward(q: Tensor, arm: int, nan: bool) -> tuple[Tensor, Tensor, Tensor]:
-    pose, psi, gc = kept(arm).forward(_given(q), undefined="nan" if nan else "raise")
+    pose, psi, gc = kept(arm).forward(_given(q), on_error=_how(nan))
     return _as(q.dtype, pose), _as(q.dtype, psi), torch.as_tensor(gc)
 
 
@@ -181,8 +181,8 @@ def _forward_pullback(q: Tensor, by_pose: Tensor, by_psi: Tensor, arm: int, nan:
 
 
 def _inverse(pose: Tensor, psi: Tensor, gc: Tensor, arm: int, nan: bool) -> Tensor:
-    how: Unreachable = "nan" if nan else "raise"
-    return _as(pose.dtype, kept(arm).inverse(_given(pose), _given(psi), _given(gc), unreachable=how))
+    given = _given(pose), _given(psi), _given(gc)
+    return _as(pose.dtype, kept(arm).inverse(*given, limits=False, on_error=_how(nan)))
 
 
 def _inverse_pullback(
@@ -196,14 +196,14 @@ def _inverse_pullback(
     return _as(pose.dtype, by_pose), _as(psi.dtype, by_psi)
 
 
-def _freedom(pose: Tensor, arm: int, margin: float) -> Tensor:
-    return _as(pose.dtype, kept(arm).freedom(_given(pose), singularity_margin=margin).total)
+def _freedom(pose: Tensor, arm: int) -> Tensor:
+    return _as(pose.dtype, kept(arm).freedom(_given(pose)).total)
 
 
-def _freedom_pullback(pose: Tensor, by_total: Tensor, arm: int, margin: float) -> Tensor:
+def _freedom_pullback(pose: Tensor, by_total: Tensor, arm: int) -> Tensor:
     known, poses = kept(arm), as_poses("pose", _given(pose), kept(arm)._handle)
     steepness = _double(by_total)[..., None]
-    slope = known.freedom_gradient(poses, singularity_margin=margin)
+    slope = gradients.freedom(known, poses)
     by_pose = np.empty(poses.shape)
     _core.pose_gradient_many(poses, np.where(steepness == 0, 0.0, steepness * slope), by_pose)
     return _as(pose.dtype, by_pose)
@@ -214,7 +214,7 @@ def _limit_margin(q: Tensor, arm: int) -> Tensor:
 
 
 def _limit_margin_gradient(q: Tensor, arm: int) -> Tensor:
-    return _as(q.dtype, kept(arm).limit_margin_gradient(_given(q)))
+    return _as(q.dtype, gradients.limit_margin(kept(arm), _given(q)))
 
 
 def _define(name: str, schema: str, function: Any, shapes: Any) -> Any:
@@ -261,7 +261,7 @@ _to_q = _define(
 _to_pose = _define(
     "forward", "(Tensor q, int arm, bool nan) -> (Tensor, Tensor, Tensor)", _forward, _forward_shapes
 )
-_to_total = _define("freedom", "(Tensor pose, int arm, float margin) -> Tensor", _freedom, _tail(2))
+_to_total = _define("freedom", "(Tensor pose, int arm) -> Tensor", _freedom, _tail(2))
 _to_margin = _define("limit_margin", "(Tensor q, int arm) -> Tensor", _limit_margin, _tail(1))
 _define(
     "inverse_pullback",
@@ -273,7 +273,7 @@ _define(
     _forward_pullback, _like(0),
 )  # fmt: skip
 _define(
-    "freedom_pullback", "(Tensor pose, Tensor by_total, int arm, float margin) -> Tensor",
+    "freedom_pullback", "(Tensor pose, Tensor by_total, int arm) -> Tensor",
     _freedom_pullback, _like(0),
 )  # fmt: skip
 _define("limit_margin_gradient", "(Tensor q, int arm) -> Tensor", _limit_margin_gradient, _like(0))
@@ -304,13 +304,13 @@ def _inverse_backward(ctx: Any, by_q: Tensor) -> Any:
 
 
 def _save_freedom(ctx: Any, inputs: Any, output: Any) -> None:
-    pose, ctx.arm, ctx.margin = inputs
+    pose, ctx.arm = inputs
     ctx.save_for_backward(pose)
 
 
 def _freedom_backward(ctx: Any, by_total: Tensor) -> Any:
     (pose,) = ctx.saved_tensors
-    return torch.ops.armangle.freedom_pullback(pose, by_total, ctx.arm, ctx.margin), None, None
+    return torch.ops.armangle.freedom_pullback(pose, by_total, ctx.arm), None
 
 
 def _save_limit_margin(ctx: Any, inputs: Any, output: Any) -> None:

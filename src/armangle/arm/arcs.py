@@ -112,7 +112,7 @@ class ArcSet:
     locked joint leaves one or two); `lower` is in [-π, π), `upper` in
     [lower, lower + 2π]. The full circle is the one arc [-π, π] without ends. Values are frozen.
 
-    Made by `Arm.feasible`, `Arm.joint_feasible`, by `ArcSet(intervals)` or by the operators
+    Made by `Arm.feasible`, by `ArcSet(intervals)` or by the operators
     ``&`` (both), ``|`` (either), ``~`` (closure of the complement).
 
     Parameters
@@ -307,7 +307,7 @@ class ArcSet:
     def coarse(self) -> NDArray[np.bool_] | np.bool_:
         """Whether obstacles leave more arcs than a set holds, bool of the set's shape.
 
-        The narrowest are left out then: what a set holds is clear, and is not all that is (`Arm.clear`).
+        The narrowest are left out then: what a set holds is clear, and is not all that is.
         """
         coarse: NDArray[np.bool_] = (_coarse_of(self) != 0).reshape(self.shape)
         return coarse[()]

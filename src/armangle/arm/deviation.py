@@ -71,8 +71,8 @@ class Chained(Protocol):
     def nominal(self) -> Chained:
         """The exact arm that its arm angle is that of."""
 
-    def forward(self, q: Floats, *, undefined: Any) -> tuple[Floats, Any, Any]: ...
-    def inverse(self, pose: Floats, psi: Any, gc: Any, *, unreachable: Any) -> Floats: ...
+    def forward(self, q: Floats, *, on_error: Any) -> tuple[Floats, Any, Any]: ...
+    def inverse(self, pose: Floats, psi: Any, gc: Any, *, limits: bool, on_error: Any) -> Floats: ...
     def within_limits(self, q: Floats, tol: float) -> Any: ...
 
 
@@ -83,7 +83,7 @@ def deviation_of(arm: Chained) -> ChainDeviation:
         return ChainDeviation()
     rng = np.random.default_rng(_SEED)
     q = _postures(arm, rng, _POSTURES)
-    true, near = arm.forward(q, undefined="nan")[0], arm.nominal.forward(q, undefined="nan")[0]
+    true, near = arm.forward(q, on_error="nan")[0], arm.nominal.forward(q, on_error="nan")[0]
     position = np.linalg.norm((true - near)[:, :3, 3], axis=-1)
     chord = np.linalg.norm((true - near)[:, :3, :3], axis=(-2, -1)) / np.sqrt(8.0)
     rotation = 2.0 * np.arcsin(np.minimum(chord, 1.0))
@@ -119,9 +119,9 @@ def _band(arm: Chained, rng: np.random.Generator, joint: int) -> float:
     if not counts.any():
         return 0.0
     q, angle = q[counts], angle[counts]
-    pose, psi, gc = arm.forward(q, undefined="nan")
+    pose, psi, gc = arm.forward(q, on_error="nan")
     known = np.nan_to_num(psi)  # of no posture that is given back
-    again = arm.inverse(pose, known, gc, unreachable="nan")  # a seed would be given back
+    again = arm.inverse(pose, known, gc, limits=False, on_error="nan")  # a seed would be given back
     off = np.abs((again - q + np.pi) % (2 * np.pi) - np.pi)
     lost = np.isfinite(psi) & ~(off.max(axis=1) < _AGAIN)
     return float(np.abs(angle[lost]).max(initial=0.0))

@@ -288,9 +288,10 @@ class Diagnosis:
     nearest_gap : float
         How far that is, m; NaN for a path.
     instead : Solution or None
-        Of one pose that no branch holds within its limits: ``solve(pose, outside="nearest")``, the posture of
-        the nearest pose that the arm can take within them, whatever the scene. None where a branch holds the
-        pose, though a scene may block it, and where the singularity margin leaves no posture at all.
+        Of one pose that no branch holds within its limits: ``solve(pose, fallback="nearest_pose")``, the
+        posture of the nearest pose that the arm can take within them, whatever the scene. None where a branch
+        holds the pose, though a scene may block it, and where the singularity margin leaves no posture at
+        all.
     instead_moved, instead_turned : float
         How far the pose of that is from the one asked, m and rad; NaN without it.
     note : str

@@ -22,7 +22,7 @@ _KINDS: dict[_core.Case, Kind] = {
 
 @by_content
 class JointFunction:
-    """q_i(ψ) at a fixed pose and global configuration; made by `Arm.joint_function`.
+    """q_i(ψ) at a fixed pose and global configuration; made by `armangle.gradients.joint_function`.
 
     Attributes
     ----------
@@ -40,8 +40,7 @@ class JointFunction:
         self._handle, self._of, self.joint = handle, of, joint
 
     def __reduce__(self) -> tuple[Any, ...]:
-        arm, *of = self._of
-        return arm.joint_function, (*of, self.joint)
+        return _remade, (*self._of, self.joint)
 
     def value(self, psi: ArrayLike) -> Floats | np.float64:
         """Return the joint value, as `Arm.inverse` gives it without a seed.
@@ -109,3 +108,7 @@ class JointFunction:
 
     def __repr__(self) -> str:
         return f"<JointFunction of joint {self.joint}, {self.kind}>"
+
+
+def _remade(arm: Any, pose: Floats, gc: int, joint: int) -> JointFunction:
+    return JointFunction(arm._handle.joint_function(pose, gc, joint - 1), (arm, pose, gc), joint)

@@ -81,7 +81,7 @@ class _Reaching(Protocol):
     def deviation(self) -> ChainDeviation:
         """In which bands branches merge."""
 
-    def inverse(self, pose: Floats, psi: Any, gc: Any) -> Floats: ...
+    def inverse(self, pose: Floats, psi: Any, gc: Any, *, limits: bool) -> Floats: ...
 
 
 def edge_of_reach(arm: _Reaching, pose: Floats) -> str:
@@ -92,7 +92,7 @@ def edge_of_reach(arm: _Reaching, pose: Floats) -> str:
         return ""
     nominal = arm.nominal
     try:
-        q = nominal.inverse(pose, 0.0, 0)
+        q = nominal.inverse(pose, 0.0, 0, limits=False)
     except UnreachableError as error:
         return f" It is at the edge of reach, or beyond: of the S-R-S arm beside the chain the {error}."
     bend = abs(float(to_theta(nominal._handle, q)[_ELBOW]) - nominal.delta) % (2 * math.pi)

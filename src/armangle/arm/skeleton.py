@@ -62,17 +62,15 @@ def elbow_points(arm: Arm, pose: ArrayLike, gc: int, psi: ArrayLike) -> Floats:
         If the pose is out of reach of an arm without a chain of its own.
     """
     if arm.chain is None:
-        return arm.elbow(arm.inverse(pose, psi, gc))
-    q = arm.inverse(pose, psi, gc, unreachable="nan")
+        return arm.elbow(arm.inverse(pose, psi, gc, limits=False))
+    q = arm.inverse(pose, psi, gc, limits=False, on_error="nan")
     known = np.isfinite(q).all(axis=-1)
     points = np.full((*known.shape, 3), np.nan)
     points[known] = arm.elbow(q[known])
     return points
 
 
-def blockers(
-    arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike, *, singularity_margin: float = 0.0
-) -> NDArray[np.bool_]:
+def blockers(arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike) -> NDArray[np.bool_]:
     """Return which joints forbid arm angles.
 
     Parameters
@@ -82,8 +80,6 @@ def blockers(
     gc : array_like of int, shape (...)
     psi : array_like, shape (...)
         Arm angles, rad, broadcasting with poses and gc.
-    singularity_margin : float
-        As in `Arm.feasible`, rad.
 
     Returns
     -------
@@ -96,20 +92,23 @@ def blockers(
     ArmangleError
         As `Arm.feasible`.
     """
-    each = arm.joint_feasible(poses, gc, singularity_margin=singularity_margin)
+    each = arm.feasible(poses, gc, per_joint=True)
     angles = as_floats("psi", psi)[..., None]
     blocked = np.logical_not(each.contains(angles))
     if arm.chain is None:
         return blocked
-    return blocked & ~arm._left_out(poses, gc, singularity_margin, Wanted.JOINTS).contains(angles)
+    return blocked & ~arm._left_out(poses, gc, Wanted.JOINTS).contains(angles)
 
 
-def unproven(
-    arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike, *, singularity_margin: float = 0.0
-) -> NDArray[np.bool_]:
+def unproven(arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike) -> NDArray[np.bool_]:
     """Return where arm angles are proven neither feasible nor blocked; arguments are those of `blockers`."""
-    left_out = arm._left_out(poses, gc, singularity_margin)
+    left_out = arm._left_out(poses, gc)
     return np.asarray(left_out.contains(as_floats("psi", psi)), dtype=np.bool_)
+
+
+def alike(one: Arm, other: Arm) -> bool:
+    """Return whether two arms are the same but for what they are to keep clear of, and at which margin."""
+    return one.with_(scene=None, singularity_margin=0.0) == other.with_(scene=None, singularity_margin=0.0)
 
 
 def first_blocker(blocked: NDArray[np.bool_]) -> NDArray[np.int64]:

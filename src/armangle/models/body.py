@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 MOST_SHAPES = 32
 BARE = "nothing covers what is beyond the wrist, the flange and the tool"
-_BARE = f"{BARE}: arm.with_hand does"
+_BARE = f"{BARE}: arm.with_(hand=...) does"
 _THICKNESS = (
     0.24  # of the mean of both bones: 96 mm of an iiwa 7, whose links lie within 95 mm of axes 2 to 5
 )
@@ -63,7 +63,8 @@ class Body:
     notes : tuple of str
         What was left out of the file that the body was read from, or why it is not trusted.
     trusted : bool
-        Whether its shapes are given or read; False where radii are guessed from lengths (`Arm.with_body`).
+        Whether its shapes are given or read; False where radii are guessed from lengths
+        (``Arm(body="guessed")``).
 
     Raises
     ------
@@ -217,7 +218,7 @@ class Body:
         -------
         Body
             Its links are called "upper_arm" and "forearm". Nothing covers what is beyond the wrist, the
-            flange and the tool, as its note says: `arm.with_hand` does.
+            flange and the tool, as its note says: ``arm.with_(hand=...)`` does.
 
         Raises
         ------

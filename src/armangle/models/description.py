@@ -57,14 +57,14 @@ class ArmDescription:
     joint_names : tuple of 7 str
         Names of the joints in the source.
     reference : "base", "stereographic" or tuple of 3 float
-        From what the arm angle is measured: `Arm.with_reference`.
+        From what the arm angle is measured, as `Arm` takes it.
     chain : ndarray of shape (8, 4, 4), optional
         The arm's own chain where it is only nearly S-R-S: its tip is ``chain[0] Rz(q_1) chain[1] ...
         Rz(q_7) chain[7]``. The other numbers are then those of the nominal arm; read-only.
     body : Body or None
-        What the links look like: `Arm.with_body`.
+        What the links look like.
     hand : tuple of Ball, Capsule, Box or Hull
-        What is fixed to the tool, in its frame: `Arm.with_hand`.
+        What is fixed to the tool, in its frame.
     notes : tuple of str
         What a user should know of these numbers; two arms that differ in these alone are equal.
 

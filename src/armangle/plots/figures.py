@@ -106,7 +106,6 @@ def stick_figure(
     q: ArrayLike,
     *,
     elbow_circle: bool = True,
-    singularity_margin: float = 0.0,
     ax: Any = None,
 ) -> Any:
     """Draw the arm as a stick figure, with its elbow circle coloured by what blocks it.
@@ -119,8 +118,6 @@ def stick_figure(
     elbow_circle : bool
         Whether to draw the circle: a light, wide band where feasible, else a line in the colour of the lowest
         joint that blocks; pale grey where a calibrated arm has no proof.
-    singularity_margin : float
-        As in `Arm.feasible`, rad.
     ax : matplotlib 3-D axes, optional
         Where to draw; a new figure by default.
 
@@ -144,7 +141,7 @@ def stick_figure(
     shown = points
     if elbow_circle:
         pose, psi, gc = arm.forward(joints)
-        circle = _coloured_circle(space, arm, pose, int(gc), singularity_margin)
+        circle = _coloured_circle(space, arm, pose, int(gc))
         shown = np.vstack([points, circle[np.isfinite(circle).all(axis=1)]])
         space.plot(*points[3:4].T, "o", color=BLACK, ms=9, mfc="white", mew=2, label="elbow")
         space.set_title(f"{arm.name}: GC {gc}, ψ = {np.degrees(psi):.1f}°".replace("-", "−"), fontsize=10)
@@ -152,13 +149,13 @@ def stick_figure(
     return space
 
 
-def _coloured_circle(space: Any, arm: Arm, pose: Floats, gc: int, margin: float) -> Floats:
+def _coloured_circle(space: Any, arm: Arm, pose: Floats, gc: int) -> Floats:
     """Draw the elbow circle in pieces of one colour each; return its points."""
     psi = np.linspace(-np.pi, np.pi, _SAMPLES)
     circle = elbow_points(arm, pose, gc, psi)
     middles = 0.5 * (psi[1:] + psi[:-1])
-    who = first_blocker(blockers(arm, pose, gc, middles[:, None], singularity_margin=margin)[:, 0])
-    open_ = unproven(arm, pose, gc, middles, singularity_margin=margin)
+    who = first_blocker(blockers(arm, pose, gc, middles[:, None])[:, 0])
+    open_ = unproven(arm, pose, gc, middles)
     who = np.where((who == 0) & open_, _UNPROVEN, who)
     drawn = {
         0: ("feasible", FREE, FREE_WIDTH),

@@ -16,7 +16,6 @@ from ..arm.configuration import gc_signs
 from ..colours import BLACK, FREE, FULL_TURN, JOINT_COLOURS, MID, OBSTACLE, PALE, unjoined, wrapped_degrees
 from ..errors import InputError
 from ..motion.joint_path import JointPath
-from ..scenes.scene import Scene
 from ..status import Status
 from .style import ARM_ANGLE, angle_ticks, check_drawn, grid_axes
 
@@ -31,16 +30,14 @@ def feasible_map(
     motion: JointPath | tuple[Arm, ArrayLike],
     *,
     gc: int | Sequence[int] | None = None,
-    scene: Scene | None = None,
-    singularity_margin: float = 0.0,
     ax: Any = None,
 ) -> Any:
     """Draw which arm angles are feasible along a path, and which joint or obstacle forbids the others.
 
-    Light green is feasible; the rest has the colour of the lowest joint that blocks. What an obstacle blocks
-    is dark where no joint does, and dotted where one does too, with the obstacle's name. Pale is what is not
-    proven of an arm with a chain of its own. Each column is exact for the pose it stands on; a row of a path
-    whose pose is NaN, not known, is hatched.
+    Light green is feasible; the rest has the colour of the lowest joint that blocks. What the arm's `scene`
+    blocks is dark where no joint does, and dotted where one does too, with the obstacle's name. Pale is what
+    is not proven of an arm with a chain of its own. Each column is exact for the pose it stands on; a row of
+    a path whose pose is NaN, not known, is hatched.
 
     Parameters
     ----------
@@ -48,10 +45,6 @@ def feasible_map(
         A path, whose curve is drawn where its global configuration is the panel's; or poses alone.
     gc : int or sequence of int, optional
         Global configurations 0..7, one panel each; all eight by default.
-    scene : Scene, optional
-        Obstacles, as in `Arm.feasible`.
-    singularity_margin : float
-        As in `Arm.feasible`, rad.
     ax : axes or array of axes, optional
         As many as global configurations; a new figure, with a legend, by default.
 
@@ -65,8 +58,6 @@ def feasible_map(
         Without matplotlib.
     InputError
         If the poses are not (N, 4, 4), or gc is not in 0..7.
-    SceneError
-        As `Arm.clear`.
     """
     curve = motion if isinstance(motion, JointPath) else None
     arm, poses = (motion.srs_arm, motion.poses) if isinstance(motion, JointPath) else motion
@@ -83,7 +74,7 @@ def feasible_map(
     panels = grid_axes(ax, len(wanted), min(4, len(wanted)), (6.4, 4.2) if one else (3.0, 2.6),
                        sharex=True, sharey=True)  # fmt: skip
     for panel, index in zip(panels, wanted, strict=True):
-        _map_panel(panel, arm, s, frames, posed, index, singularity_margin, scene)
+        _map_panel(panel, arm, s, frames, posed, index)
         if curve is not None:
             _draw_curve(panel, curve, index)
     for k, panel in enumerate(panels):
@@ -93,7 +84,8 @@ def feasible_map(
             panel.set_xlabel("path parameter s")
     if ax is None:
         _map_legend(
-            panels[0].figure, curve is not None, bool(posed.all()), scene is not None, arm.chain is not None,
+            panels[0].figure, curve is not None, bool(posed.all()), arm.scene is not None,
+            arm.chain is not None,
             4 if one else 5,
         )  # fmt: skip
     return panels[0] if one else panels
@@ -106,20 +98,18 @@ def _map_panel(
     poses: Floats,
     posed: NDArray[np.bool_],
     gc: int,
-    margin: float,
-    scene: Scene | None,
 ) -> None:
     """Draw one region: each joint's blocked arcs as cells, the lowest joint on top; hatched where no pose."""
     edges = np.concatenate([s[:1], 0.5 * (s[1:] + s[:-1]), s[-1:]])
     if len(s) == 1:
         edges = s[0] + np.array([-0.5, 0.5])
     sides = np.stack([edges[:-1], edges[1:]], axis=1)
-    each = arm.joint_feasible(poses[posed], gc, singularity_margin=margin)
-    clear = None if scene is None else arm.clear(poses[posed], gc, scene)
-    unproven = arm._left_out(poses[posed], gc, margin, Wanted.JOINTS)
+    each = arm.feasible(poses[posed], gc, per_joint=True)
+    clear = None if arm.scene is None else arm._clear(poses[posed], gc, arm.scene)
+    unproven = arm._left_out(poses[posed], gc, Wanted.JOINTS)
     if clear is not None:
         _cells(panel, (~clear).intervals, sides[posed], OBSTACLE)
-    _cells(panel, arm._left_out(poses[posed], gc, margin).intervals, sides[posed], PALE)
+    _cells(panel, arm._left_out(poses[posed], gc).intervals, sides[posed], PALE)
     for joint in range(JOINTS, 0, -1):
         blocked = (~each[:, joint - 1])._less(unproven[:, joint - 1])
         _cells(panel, blocked.intervals, sides[posed], JOINT_COLOURS[joint - 1])

@@ -11,7 +11,7 @@ from .. import _core
 from .._arrays import JOINTS, Floats
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm
-from ..arm.offset import OffsetArm
+from ..arm.skeleton import alike
 from ..colours import CURVES, PALE, VERMILION
 from ..errors import InputError
 from ..files.tables import JointTable
@@ -116,10 +116,10 @@ def _policy_text(policy: Policy) -> str:
     return "hold"
 
 
-def path(paths: Paths, *, arm: Arm | OffsetArm | None = None, ax: Any = None) -> Any:
+def path(paths: Paths, *, arm: Arm | None = None, ax: Any = None) -> Any:
     """Draw arm angle and joints along a path, or over time, with the joints' limits.
 
-    Of an `OffsetArm` the value of its free joint is drawn in place of the arm angle.
+    Of an arm with an offset wrist or shoulder the arm angle is the value of joint 7 or 1.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def path(paths: Paths, *, arm: Arm | OffsetArm | None = None, ax: Any = None) ->
         One motion, or several of the same arm to compare: all with times, or all without. A `JointPath` is
         drawn over its path parameter s, a `Trajectory` over its time in s. What `load_joints` and
         `load_trajectory` read is drawn alike.
-    arm : Arm or OffsetArm, optional
+    arm : Arm, optional
         Whose joints those of a file are, which does not say; needed for such.
     ax : array of 8 axes, optional
         For the arm angle and joints 1..7; a new figure, with a legend, by default.
@@ -158,7 +158,7 @@ def path(paths: Paths, *, arm: Arm | OffsetArm | None = None, ax: Any = None) ->
         if at is not None:
             panels[0].axvline(x[at], color=colour, lw=1.2, ls=":", label=f"{name} fails".strip())
     first = next(iter(named.values()))
-    panels[0].set_ylabel(f"free, q{arm.free_joint} (deg)" if isinstance(arm, OffsetArm) else "ψ (deg)")
+    panels[0].set_ylabel("ψ (deg)" if arm.redundancy == "arm_angle" else f"ψ, {arm.redundancy} (deg)")
     for joint, panel in enumerate(panels[1:], start=1):
         panel.set_ylabel(f"q{joint} (deg)")
         _limits(panel, np.degrees(arm.lower[joint - 1]), np.degrees(arm.upper[joint - 1]))
@@ -177,7 +177,7 @@ def path(paths: Paths, *, arm: Arm | OffsetArm | None = None, ax: Any = None) ->
     return panels
 
 
-def _named(paths: Paths, arm: Arm | OffsetArm | None) -> tuple[dict[str, Shown], Arm | OffsetArm]:
+def _named(paths: Paths, arm: Arm | None) -> tuple[dict[str, Shown], Arm]:
     """Return the motions by name, and the one arm that they are of."""
     named: dict[str, Shown]
     if isinstance(paths, Shown):
@@ -193,14 +193,14 @@ def _named(paths: Paths, arm: Arm | OffsetArm | None) -> tuple[dict[str, Shown],
             raise InputError(f"{name} is a {type(motion).__name__}, wanted a JointPath or a Trajectory")
     arms = [arm_of(name or "paths", motion, arm) for name, motion in named.items()]
     first, *others = named.values()
-    if any(other != arms[0] for other in arms):
+    if not all(alike(other, arms[0]) for other in arms):
         raise InputError("paths are of different arms, wanted one arm: its limits are drawn")
     if any(isinstance(motion, Timed) != isinstance(first, Timed) for motion in others):
         raise InputError("some paths have times and some have not, wanted all Trajectory or all JointPath")
     return named, arms[0]
 
 
-def arm_of(name: str, motion: Shown, given: Arm | OffsetArm | None) -> Arm | OffsetArm:
+def arm_of(name: str, motion: Shown, given: Arm | None) -> Arm:
     """Return the arm of a motion called `name`: its own, or that given for what a file holds."""
     if isinstance(motion, JointPath):
         return motion.arm
@@ -217,16 +217,13 @@ def _abscissa(motion: Shown) -> Floats:
     return motion.t if isinstance(motion, Timed) else motion.s
 
 
-def _arm_angle(motion: Shown, arm: Arm | OffsetArm) -> Floats:
+def _arm_angle(motion: Shown, arm: Arm) -> Floats:
     """Return arm angle, or value of the free joint, at each row, rad, without jumps by whole turns."""
     if isinstance(motion, JointPath):
         return motion.psi
     solved = np.isfinite(motion.q).all(axis=1)
     psi = np.full(len(motion.q), np.nan)
-    if isinstance(arm, OffsetArm):
-        psi[solved] = arm.forward(motion.q[solved])[1]
-    else:
-        psi[solved] = arm.forward(motion.q[solved], undefined="nan")[1]
+    psi[solved] = arm.forward(motion.q[solved], on_error="nan")[1]
     defined = np.isfinite(psi)
     psi[defined] = np.unwrap(psi[defined])
     return psi

@@ -15,6 +15,7 @@ from ..arm.arcs import ArcSet
 from ..arm.arm import Arm
 from ..colours import BLACK, FREE, JOINT_COLOURS, MID, OBSTACLE, PALE, VERMILION, pieces, unjoined
 from ..errors import InputError
+from ..gradients import joint_function
 from ..scenes.scene import Scene
 from ..status import Status
 from .style import ARM_ANGLE, UNPROVEN, angle_ticks, check_drawn, grid_axes, polar_axes
@@ -34,8 +35,6 @@ def circle(
     *,
     psi: float | None = None,
     allowed: ArcSet | None = None,
-    scene: Scene | None = None,
-    singularity_margin: float = 0.0,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw the redundancy circle: a ring for each joint's Ψ_i, and Ψ_all outside.
@@ -43,6 +42,10 @@ def circle(
     Blocked pieces bear the colour of the joint that blocks; in the outer ring a piece that several joints
     block is split among them. Hatched is what is not proven of an arm with a chain of its own. ψ = 0 is at
     the top, positive counterclockwise.
+
+    The arm's `scene` has a ring of its own, where each blocked arc bears the names of the obstacles that end
+    it, and is dark in the outer ring. Where it has a soft clearance, what keeps the hard one alone is paler
+    in its ring.
 
     Parameters
     ----------
@@ -55,12 +58,6 @@ def circle(
         Arm angle to mark, rad.
     allowed : ArcSet of shape (), optional
         Arcs of the user's own; what they forbid is grey in the outer ring.
-    scene : Scene, optional
-        Obstacles, as in `Arm.feasible`: a ring of their own, where each blocked arc bears the names of those
-        that end it, and dark in the outer ring. Where the scene has a soft clearance, what keeps the hard one
-        alone is paler in their ring.
-    singularity_margin : float
-        As in `Arm.feasible`, rad.
     ax : matplotlib polar axes, optional
         Where to draw; a new figure by default.
 
@@ -79,27 +76,27 @@ def circle(
     """
     check_drawn(arm)
     frame = one_pose("pose", pose)
-    each = arm.joint_feasible(frame, gc, singularity_margin=singularity_margin)
-    open_each = arm._left_out(frame, gc, singularity_margin, Wanted.JOINTS)
+    each, scene = arm.feasible(frame, gc, per_joint=True), arm.scene
+    open_each = arm._left_out(frame, gc, Wanted.JOINTS)
     polar = polar_axes(ax)
     for joint in range(1, JOINTS + 1):
         _ring(polar, each[joint - 1], open_each[joint - 1], joint)
     outer = _INNER + (JOINTS + (scene is not None)) * _STEP + 0.35
-    every = arm.feasible(frame, gc, singularity_margin=singularity_margin, scene=scene)
+    every = arm.feasible(frame, gc)
     blocks = ((~each[i])._less(open_each[i]) for i in range(JOINTS))
     blocked = dict(zip(JOINT_COLOURS, blocks, strict=True))
     if scene is not None:
-        clear = calm = arm.clear(frame, gc, scene)
+        clear = calm = arm._clear(frame, gc, scene)
         if scene.soft > 0:
-            loose = arm.with_(lower=-np.inf, upper=np.inf)
-            calm = loose._arcs(frame, gc, 0.0, 0.0, 0.0, Wanted.SOFT, (), 1, scene)
-        open_clear = arm._left_out(frame, gc, wanted=Wanted.CLEAR)
+            loose = arm.with_(lower=-np.inf, upper=np.inf, singularity_margin=0.0)
+            calm = loose._arcs(frame, gc, Wanted.SOFT, (), scene)
+        open_clear = arm._left_out(frame, gc, Wanted.CLEAR)
         blocked[OBSTACLE] = (~clear)._less(open_clear)
         _obstacle_ring(polar, clear, calm, open_clear)
     if allowed is not None:
         blocked[MID] = ~allowed
     _outer_ring(polar, blocked, outer)
-    open_all = arm._left_out(frame, gc, singularity_margin)
+    open_all = arm._left_out(frame, gc)
     _arcs(polar, open_all, outer, _ALL_WIDTH, FREE, MID, UNPROVEN)
     feasible = every if allowed is None else every & allowed
     _arcs(polar, feasible, outer, _ALL_WIDTH, FREE, BLACK)
@@ -167,7 +164,7 @@ def _mark_singular(polar: Any, arm: Arm, pose: Any, gc: int, every: ArcSet) -> N
     if every.status in (Status.UNREACHABLE, Status.FOLDED) or arm.chain is not None:
         return
     for joint in range(1, JOINTS + 1):
-        for angle in arm.joint_function(pose, gc, joint).singular:
+        for angle in joint_function(arm, pose, gc, joint).singular:
             polar.plot([angle], [_INNER + (joint - 0.58) * _STEP], "x", color=BLACK, ms=7, mew=2)
 
 
@@ -222,7 +219,7 @@ def _circle_legend(polar: Any, user: bool, scene: Scene | None, chain: bool, *, 
 
 
 def clearance_profile(
-    arm: Arm, pose: ArrayLike, gc: int, scene: Scene, *, psi: float | None = None, ax: Axes | None = None
+    arm: Arm, pose: ArrayLike, gc: int, *, psi: float | None = None, ax: Axes | None = None
 ) -> Axes:
     """Draw the distance between links and obstacles over the arm angle.
 
@@ -232,12 +229,11 @@ def clearance_profile(
     Parameters
     ----------
     arm : Arm
-        With a body or a hand.
+        With a scene.
     pose : array_like, shape (4, 4)
         Tool frame, position in m.
     gc : int
         Global configuration 0..7.
-    scene : Scene
     psi : float, optional
         Arm angle to mark, rad.
     ax : matplotlib axes, optional
@@ -259,9 +255,12 @@ def clearance_profile(
     check_drawn(arm)
     frame = one_pose("pose", pose)
     angles = np.linspace(-np.pi, np.pi, _SAMPLES)
-    near = arm.clearance(frame, angles, gc, scene)
+    q = arm.inverse(frame, angles, gc, limits=False, on_error="raise" if arm.chain is None else "nan")
+    known = np.isfinite(q).all(axis=-1)
+    near, angles, scene = arm.clearance(q[known]), angles[known], arm.scene
+    assert scene is not None  # else `clearance` has raised
     panel = grid_axes(ax, 1, 1, (6.4, 4.0))[0]
-    for lower, upper in pieces((~arm.clear(frame, gc, scene)).intervals):
+    for lower, upper in pieces((~arm._clear(frame, gc, scene)).intervals):
         panel.axvspan(lower, upper, color=OBSTACLE, alpha=0.22, lw=0)
     names = list(dict.fromkeys(np.asarray(near.obstacle).tolist()))
     for k, name in enumerate(names):
@@ -314,21 +313,21 @@ def joint_profiles(
     UnreachableError
         If the pose is out of reach.
     ArmangleError
-        As `Arm.joint_function`.
+        As `armangle.gradients.joint_function`.
 
     Source: Faria et al. (2018), Figs. 5-9, Eqs. (26)-(35).
     """
     check_drawn(arm)
     if not joints:
         raise InputError("joints is empty, wanted joints 1..7")
-    kind = _TrueJoint if arm.chain is not None else Arm.joint_function
+    kind = _TrueJoint if arm.chain is not None else joint_function
     functions = [kind(arm, pose, gc, joint) for joint in joints]
     panels = grid_axes(ax, len(functions), min(3, len(functions)), (3.7, 2.7), sharex=True)
     angles = np.linspace(-np.pi, np.pi, _SAMPLES)
-    unproven = arm._left_out(pose, gc, wanted=Wanted.JOINTS)
+    each, unproven = arm.feasible(pose, gc, per_joint=True), arm._left_out(pose, gc, Wanted.JOINTS)
     for panel, function in zip(panels, functions, strict=True):
         at = function.joint - 1
-        _profile(panel, arm, function, angles, (~arm.joint_feasible(pose, gc)[at])._less(unproven[at]))
+        _profile(panel, arm, function, angles, (~each[at])._less(unproven[at]))
         for lower, upper in pieces(unproven[at].intervals):
             panel.axvspan(lower, upper, fc="none", ec=MID, hatch=UNPROVEN, lw=0)
         if psi is not None:
@@ -352,7 +351,7 @@ class _TrueJoint:
     def value(self, psi: Any) -> Any:
         """Return the joint's value, rad, NaN where there is no posture."""
         poses = np.broadcast_to(self.pose, (len(psi), 4, 4))
-        return self.arm.inverse(poses, psi, self.gc, unreachable="nan")[:, self.joint - 1]
+        return self.arm.inverse(poses, psi, self.gc, limits=False, on_error="nan")[:, self.joint - 1]
 
 
 def _profile(panel: Any, arm: Arm, function: Any, angles: Any, blocked: ArcSet) -> None:

@@ -84,7 +84,8 @@ def voxels(found: Voxels, arm: Arm | None = None, *, ax: Any = None) -> Any:
     MissingExtraError
         Without matplotlib.
     """
-    check_drawn(arm)
+    if arm is not None:
+        check_drawn(arm)
     space = space_axes(ax)
     shown = space.scatter(
         *found.position.T, c=found.share, s=_LARGEST * found.share, cmap="viridis", vmin=0.0, alpha=0.5, lw=0

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..arm.offset import OffsetArm
+from ..arm.arm import Arm
+from ..arm.offset import unsupported
 from ..colours import FULL_TURN
 from ..errors import InputError, needed
 
@@ -17,13 +18,10 @@ ARM_ANGLE = "arm angle ψ (deg)"
 UNPROVEN = "////"  # the hatch of what is not proven of an arm with a chain of its own
 
 
-def check_drawn(arm: object) -> None:
-    """Raise where it is an `OffsetArm`, which has no arm angle to be drawn."""
-    if isinstance(arm, OffsetArm):
-        raise InputError(
-            "arm is an OffsetArm, wanted an Arm: of an OffsetArm plots.path and plots.tracking draw what "
-            "follow and Tracker return"
-        )
+def check_drawn(arm: Arm) -> None:
+    """Raise where an arm has no arm angle to be drawn."""
+    if arm.redundancy != "arm_angle":
+        raise unsupported("this plot", "plots.path and plots.tracking draw what follow and Tracker return")
 
 
 def pyplot() -> Any:

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from .._arrays import JOINTS, Floats, as_number
 from ..arm.arm import Arm
-from ..arm.offset import OffsetArm
 from ..colours import BLUE, CURVES, GREEN, MID, ORANGE, SKY, VERMILION
 from ..errors import InputError
 from ..files.trajectories import TrajectoryTable
@@ -33,7 +32,7 @@ ROOM = 0.08
 
 
 def trajectory(
-    trajectory: Trajectory | TrajectoryTable, *, arm: Arm | OffsetArm | None = None, velocity: Bound = None,
+    trajectory: Trajectory | TrajectoryTable, *, arm: Arm | None = None, velocity: Bound = None,
     acceleration: Bound = None, ax: Any = None,
 ) -> Any:  # fmt: skip
     """Draw joint values, velocities and accelerations over time, with their limits.
@@ -42,7 +41,7 @@ def trajectory(
     ----------
     trajectory : Trajectory or TrajectoryTable
         As `retime` returns it, or as `load_trajectory` reads it.
-    arm : Arm or OffsetArm, optional
+    arm : Arm, optional
         Whose joints those of a file are, which does not say; needed for such.
     velocity, acceleration : float, array_like of shape (7,), or True, optional
         Bounds to draw, rad/s and rad/s²; those of the arm by default, where it states any.

@@ -55,7 +55,7 @@ def virtual_arm(arm: Arm, q: ArrayLike, *, ax: Any = None) -> Any:
     check_drawn(arm)
     joints = one_posture("q", q)
     pose, psi, gc = arm.forward(joints)
-    real, virtual = skeleton(arm, joints), skeleton(arm, arm.inverse(pose, 0.0, gc))
+    real, virtual = skeleton(arm, joints), skeleton(arm, arm.inverse(pose, 0.0, gc, limits=False))
     space = space_axes(ax)
     shoulder, wrist, elbow = real[1], real[5], virtual[3]
     axis = (wrist - shoulder) / np.linalg.norm(wrist - shoulder)
@@ -134,7 +134,7 @@ def virtual_plane(arm: Arm, q: ArrayLike, *, ax: Axes | None = None) -> Axes:
     check_drawn(arm)
     joints = one_posture("q", q)
     pose, _, gc = arm.forward(joints)
-    virtual = arm.inverse(pose, 0.0, gc)
+    virtual = arm.inverse(pose, 0.0, gc, limits=False)
     base = arm.frames(virtual)[0]
     points = (skeleton(arm, virtual)[1:6] - base[:3, 3]) @ base[:3, :3]
     theta = to_theta(arm._handle, virtual)

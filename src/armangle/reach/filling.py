@@ -9,6 +9,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from typing import Any
 
 from .._progress import Progress
+from .._threads import thread_count
 from ..errors import InputError, OutputError, needed
 from .store import Store
 
@@ -20,10 +21,10 @@ def fill_tile(place: str, tile: int) -> None:
     Store(place).fill(tile)
 
 
-def fill_here(store: Store, tiles: Sequence[int], threads: int, progress: Progress | None) -> None:
-    """Make tiles in threads of this process (0: one for each core), each writing what it made."""
+def fill_here(store: Store, tiles: Sequence[int], progress: Progress | None) -> None:
+    """Make tiles in threads of this process, by default one for each core, each writing what it made."""
     began, done = time.time(), 0
-    pool = ThreadPoolExecutor(threads or os.cpu_count() or 1)
+    pool = ThreadPoolExecutor(thread_count(0) or os.cpu_count() or 1)
     try:
         for future in as_completed([pool.submit(store.fill, tile) for tile in tiles]):
             future.result()

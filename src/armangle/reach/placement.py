@@ -7,12 +7,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Floats, as_floats, as_number, as_poses, as_threads, frozen
+from .._arrays import Floats, as_floats, as_number, as_poses, frozen
 from .._core import LENGTH_LIMIT
 from .._progress import Progress, as_progress, progressing
+from .._threads import thread_count
 from .._values import by_content
-from ..arm.arm import MOST_MARGIN, Arm
+from ..arm.arm import Arm
 from ..arm.near import unsupported
+from ..arm.offset import as_srs
 from ..errors import InputError
 from ..poses import as_transform
 from ..status import STATUSES, Status
@@ -28,15 +30,13 @@ class Placement:
     Attributes
     ----------
     arm : Arm
-        The arm that was placed.
+        The arm that was placed: closer to a singularity than its margin a pose does not count as held.
     poses : ndarray, shape (n, 4, 4)
         The poses it should hold, in the world.
     weight : ndarray, shape (n,)
         What each of them counts.
     x, y : ndarray, shapes (nx,), (ny,)
         Base positions, m; `z` is the height of all.
-    singularity_margin : float
-        As in `Arm.feasible`, rad: closer to a singularity a pose does not count as held.
     reached : ndarray, shape (nx, ny)
         Sum of the weights of the poses held at the best yaw.
     yaw : ndarray, shape (nx, ny)
@@ -51,7 +51,6 @@ class Placement:
     x: Floats = field(repr=False)
     y: Floats = field(repr=False)
     z: float
-    singularity_margin: float
     reached: Floats = field(repr=False)
     yaw: Floats = field(repr=False)
     stretch: Floats = field(repr=False)
@@ -95,7 +94,7 @@ class Placement:
         there = self.arm.with_(base=self.best() if base is None else as_transform("base", base))
         if not len(self.poses):
             return ()
-        has = there.freedom(self.poses, singularity_margin=self.singularity_margin)
+        has = there.freedom(self.poses)
         codes = np.asarray(has.status)
         return tuple((int(k), STATUSES[int(codes[k])]) for k in np.flatnonzero(codes != Status.OK))
 
@@ -119,19 +118,18 @@ def place(
     *,
     z: float = 0.0,
     weight: ArrayLike | None = None,
-    singularity_margin: float = 0.0,
-    threads: int = 0,
     progress: Progress | bool | None = None,
 ) -> Placement:
     """Return how much of a set of poses an arm holds from each base position, at the exactly best yaw.
 
-    The yaw is not scanned: each pose gives exact arcs of yaw (`Arm.feasible_yaw`), and one sweep over all
+    The yaw is not scanned: each pose gives exact arcs of yaw (`Arm.feasible_turns`), and one sweep over all
     their ends finds the yaw that holds the greatest weight, so that no scan can find more.
 
     Parameters
     ----------
     arm : Arm
-        Its axis 1 must be upright, or hang straight down; of ``arm.base`` the rotation is kept.
+        Its axis 1 must be upright, or hang straight down; of ``arm.base`` the rotation is kept. Its `scene`
+        is not asked.
     poses : array_like, shape (n, 4, 4)
         Tool frames in the world, position in m; n may be 0.
     x, y : array_like, shapes (nx,), (ny,)
@@ -141,10 +139,6 @@ def place(
         heights ``max((place(arm, poses, x, y, z=z) for z in heights), key=lambda p: p.reached.max())``.
     weight : array_like, shape (n,), optional
         What each pose counts, >= 0; 1 by default.
-    singularity_margin : float
-        As in `Arm.feasible`, rad.
-    threads : int
-        Threads over the positions; 0 for all cores.
     progress : function (done, total) or bool
         Told some times a second how many positions are done; True draws a bar on stderr.
 
@@ -170,7 +164,7 @@ def place(
     """
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
-    if arm.chain is not None:
+    if as_srs(arm, "place").chain is not None:
         raise unsupported("place")
     lean = float(np.arccos(min(1.0, abs(float(arm.base[2, 2])))))
     if np.hypot(arm.base[0, 2], arm.base[1, 2]) > _UPRIGHT:
@@ -183,14 +177,13 @@ def place(
         raise InputError(f"poses has shape {wanted.shape}, wanted (n, 4, 4)")
     along, across = _line("x", x), _line("y", y)
     height = as_number("z", z, -LENGTH_LIMIT, LENGTH_LIMIT)
-    margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
     weights = _weights(weight, len(wanted))
     at = np.empty((len(along) * len(across), 3))
     at[:, 0], at[:, 1], at[:, 2] = np.repeat(along, len(across)), np.tile(across, len(along)), height
     rows = np.empty((len(at), 3))
     flat = np.ascontiguousarray(wanted)
     with progressing(as_progress(progress)):
-        arm._handle.place_many(flat, weights, at, margin, rows, as_threads(threads))
+        arm._handle.place_many(flat, weights, at, arm.singularity_margin, rows, thread_count(0))
     yaw, stretch, reached = (frozen(np.ascontiguousarray(c).reshape(len(along), -1)) for c in rows.T)
     return Placement(
         arm,
@@ -199,7 +192,6 @@ def place(
         frozen(along),
         frozen(across),
         height,
-        margin,
         reached,
         yaw,
         stretch,

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Floats, PathLike, as_floats, as_number, as_poses, as_threads
+from .._arrays import Floats, PathLike, as_floats, as_number, as_poses
 from .._progress import Progress, as_progress
-from ..arm.arm import MOST_MARGIN, Arm
+from ..arm.arm import Arm
 from ..arm.freedom import Freedom
 from ..arm.near import unsupported
+from ..arm.offset import as_srs
 from ..errors import InputError, needed
 from .filling import check_scheduler, fill_here, fill_on_cluster
 from .grid import Grid
@@ -69,18 +70,13 @@ class ReachMap:
 
     @property
     def arm(self) -> Arm:
-        """The arm, without body and hand."""
+        """The arm, without body, hand and scene, and with the `singularity_margin` of the map."""
         return self._store.arm
 
     @property
     def fields(self) -> tuple[str, ...]:
         """What it holds of a cell."""
         return self._store.fields
-
-    @property
-    def singularity_margin(self) -> float:
-        """As in `Arm.feasible`, rad."""
-        return self._store.margin
 
     @property
     def spacing(self) -> float:
@@ -110,7 +106,6 @@ class ReachMap:
     def resume(
         self,
         *,
-        threads: int = 0,
         part: tuple[int, int] | None = None,
         scheduler: Any = None,
         progress: Progress | bool | None = None,
@@ -119,7 +114,7 @@ class ReachMap:
 
         Parameters
         ----------
-        threads, part, scheduler, progress
+        part, scheduler, progress
             As in `reach_map`.
 
         Raises
@@ -127,10 +122,10 @@ class ReachMap:
         InputError, OutputError, MissingExtraError
             As `reach_map`.
         """
-        first, of = _checked_run(threads, part, scheduler, progress)
+        first, of = _checked_run(part, scheduler, progress)
         tiles = [tile for tile in self._store.missing() if tile % of == first - 1]
         if scheduler is None:
-            fill_here(self._store, tiles, threads, as_progress(progress))
+            fill_here(self._store, tiles, as_progress(progress))
         else:
             fill_on_cluster(self._store, tiles, scheduler, as_progress(progress))
         return self
@@ -200,22 +195,20 @@ class ReachMap:
             out[window] = np.einsum("rzij,i->rz", values, weight, dtype=np.float64)
         return out / 255.0 if name in ("yaw", "roll") else out
 
-    def at(self, pose: ArrayLike, *, threads: int = 1) -> Freedom:
+    def at(self, pose: ArrayLike) -> Freedom:
         """Return how much freedom a pose has: by closed form, exactly, and never from the table.
 
         Parameters
         ----------
         pose : array_like, shape (..., 4, 4)
             Tool frame, position in m.
-        threads : int
-            Threads for a batch; 0 for all cores.
 
         Returns
         -------
         Freedom
             What `Arm.freedom` says, with the map's margin and all limits.
         """
-        return self.arm.freedom(pose, singularity_margin=self.singularity_margin, threads=threads)
+        return self.arm.freedom(pose)
 
     def pose(self, coordinates: ArrayLike) -> Floats:
         """Return poses of the tool by the numbers of the map.
@@ -264,7 +257,7 @@ class ReachMap:
         self.arm._handle.reduced_of_poses(poses, out)
         return out
 
-    def voxels(self, spacing: float = 0.1, *, orientations: int = ORIENTATIONS, threads: int = 0) -> Voxels:
+    def voxels(self, spacing: float = 0.1, *, orientations: int = ORIENTATIONS) -> Voxels:
         """Return where in space the tool can be, and with which share of all orientations.
 
         By closed form, with all limits, the arm's tool and its base: not from the table, whose numbers are
@@ -276,8 +269,6 @@ class ReachMap:
             Edge of a voxel, m.
         orientations : int
             How many to ask at each, spread evenly over all rotations.
-        threads : int
-            0 for all cores.
 
         Returns
         -------
@@ -287,7 +278,7 @@ class ReachMap:
         ------
         InputError
         """
-        return voxels_of(self.arm, spacing, orientations, self.singularity_margin, threads)
+        return voxels_of(self.arm, spacing, orientations)
 
     def sample(self, n: int, seed: int = 0) -> Floats:
         """Return poses drawn from all those that the arm holds, each as likely as any other.
@@ -340,7 +331,7 @@ class ReachMap:
             angles = 2 * np.pi * drawn[:, 3:] - np.pi
             tilt = np.arccos(1 - 2 * drawn[:, 2])
             poses = self.pose(np.column_stack([beside, distance * height, tilt, angles]))
-            yield poses[np.asarray(arm.reachable(poses, singularity_margin=self.singularity_margin))]
+            yield poses[np.asarray(arm.reachable(poses))]
 
     def to_xarray(self) -> Any:
         """Return the map as an xarray Dataset, whose values are read when they are used.
@@ -367,8 +358,6 @@ def reach_map(
     spacing: float = 0.02,
     tilt: float = math.radians(5.0),
     fields: Iterable[str] = USUAL,
-    singularity_margin: float = 0.0,
-    threads: int = 0,
     part: tuple[int, int] | None = None,
     scheduler: Any = None,
     progress: Progress | bool | None = None,
@@ -381,6 +370,7 @@ def reach_map(
     Parameters
     ----------
     arm : Arm
+        Its `scene` is not asked.
     path : str or path
         A folder that is made, or an address that fsspec knows.
     spacing : float
@@ -390,10 +380,6 @@ def reach_map(
     fields : of "gc", "freedom", "yaw", "roll", "proven"
         What to hold of each cell: see `ReachMap`. What is proven takes ten to a hundred times as long, and is
         much of the map only where cells are small: 10 mm and 1°.
-    singularity_margin : float
-        As in `Arm.feasible`, rad.
-    threads : int
-        Of this process; 0 for one a core. A cluster's workers have one each.
     part : (int, int), optional
         ``(i, n)``, 1 <= i <= n: the i-th of n shares alone, for the task i of a batch system's array.
     scheduler : distributed.Client or str, optional
@@ -426,19 +412,18 @@ def reach_map(
     """
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
-    if arm.chain is not None:
+    if as_srs(arm, "reach_map").chain is not None:
         raise unsupported("reach_map")
     gap = as_number("spacing", spacing, _LEAST_SPACING, arm.reach)
     angle = as_number("tilt", tilt, _LEAST_ANGLE, _MOST_ANGLE)
-    margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
     names = _names(fields)
-    _checked_run(threads, part, scheduler, progress)  # before anything is written
+    _checked_run(part, scheduler, progress)  # before anything is written
     grid = Grid.of(arm.reach, gap, angle)
     address(path)
     if grid.cells > _MOST_CELLS:
         raise InputError(f"spacing and tilt make {grid.cells:.3g} cells, wanted at most {_MOST_CELLS:.0e}")
-    place = make_store(arm, path, grid, names, margin).place
-    return ReachMap(place).resume(threads=threads, part=part, scheduler=scheduler, progress=progress)
+    place = make_store(arm, path, grid, names).place
+    return ReachMap(place).resume(part=part, scheduler=scheduler, progress=progress)
 
 
 def _checked_field(name: str, known: tuple[str, ...]) -> str:
@@ -462,10 +447,9 @@ def _names(fields: Iterable[str]) -> tuple[str, ...]:
 
 
 def _checked_run(
-    threads: int, part: tuple[int, int] | None, scheduler: Any, progress: Progress | bool | None
+    part: tuple[int, int] | None, scheduler: Any, progress: Progress | bool | None
 ) -> tuple[int, int]:
     """Return which share of how many is asked, counted from 1; raise where a run is not usable as asked."""
-    as_threads(threads)
     as_progress(progress)
     if scheduler is not None:
         check_scheduler(scheduler)

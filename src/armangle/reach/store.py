@@ -70,14 +70,15 @@ class Store:
         try:
             self.grid = Grid(**self.facts["grid"])
             self.fields: tuple[str, ...] = tuple(self.facts["fields"])
-            self.margin = float(self.facts["singularity_margin"])
+            float(self.facts["singularity_margin"])
         except (KeyError, TypeError, ValueError) as error:
             raise ModelError(f"zarr.json says no map: {error}", source=self.place) from None
 
     @cached_property
     def arm(self) -> Arm:
-        """The arm, without body and hand."""
-        return Arm(**{name: _from_json(value) for name, value in self.facts["arm"].items()})
+        """The arm, without body, hand and scene."""
+        numbers = {name: _from_json(value) for name, value in self.facts["arm"].items()}
+        return Arm(**numbers, singularity_margin=self.facts["singularity_margin"])
 
     @cached_property
     def arrays(self) -> dict[str, Any]:
@@ -94,7 +95,7 @@ class Store:
         return self._group[_MARK]
 
     # -- tiles -------------------------------------------------------------------------------------------
-    def computed(self, tile: int, threads: int = 1) -> Tile:
+    def computed(self, tile: int) -> Tile:
         """Return the values of a tile, of its shape."""
         grid = self.grid
         places = grid.places(tile)
@@ -102,8 +103,8 @@ class Store:
         made: Tile = {"gc": np.empty(cells, np.uint8), "freedom": np.empty(cells, np.float32)}
         made |= {name: np.empty(cells, np.uint8) for name in _MORE if name in self.fields}
         self.arm._handle.map_cells(
-            places, grid.axes["tilt"], grid.axes["turn"], grid.steps, self.margin, made["gc"],
-            made["freedom"], made.get("yaw"), made.get("roll"), made.get("proven"), threads,
+            places, grid.axes["tilt"], grid.axes["turn"], grid.steps, self.arm.singularity_margin,
+            made["gc"], made["freedom"], made.get("yaw"), made.get("roll"), made.get("proven"), 1,
         )  # fmt: skip
         return {name: made[name].astype(FIELDS[name], copy=False).reshape(grid.tile) for name in self.fields}
 
@@ -231,9 +232,7 @@ def address(place: PathLike) -> str:
     return text if "://" in text else str(Path(text).absolute())
 
 
-def make_store(
-    arm: Arm, place: PathLike, grid: Grid, names: tuple[str, ...], singularity_margin: float
-) -> Store:
+def make_store(arm: Arm, place: PathLike, grid: Grid, names: tuple[str, ...]) -> Store:
     """Return the store of a map, made if there is none.
 
     Raises
@@ -245,7 +244,7 @@ def make_store(
     """
     facts: dict[str, Any] = {
         "format": _FORMAT, "armangle": __version__, "isa": ISA, "arm": _to_json(arm), "grid": asdict(grid),
-        "fields": list(names), "singularity_margin": singularity_margin,
+        "fields": list(names), "singularity_margin": arm.singularity_margin,
     }  # fmt: skip
     where = address(place)
     try:

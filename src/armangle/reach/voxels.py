@@ -6,9 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._arrays import Floats, as_number, as_threads, frozen
+from .._arrays import Floats, as_number, frozen
+from .._threads import thread_count, threads
 from .._values import by_content
-from ..arm.arm import MOST_MARGIN, Arm
+from ..arm.arm import Arm
 from ..errors import InputError
 from ..poses import pose
 
@@ -47,15 +48,13 @@ class Voxels:
         return f"<{len(self.share)} Voxels of {self.spacing:g} m, {self.orientations} orientations each>"
 
 
-def voxels_of(arm: Arm, spacing: float, orientations: int, singularity_margin: float, threads: int) -> Voxels:
+def voxels_of(arm: Arm, spacing: float, orientations: int) -> Voxels:
     """Return the voxels of an arm: each orientation at each place asked of `Arm.reachable`."""
     edge = as_number("spacing", spacing, _LEAST, _MOST)
     whole = isinstance(orientations, (int, np.integer)) and not isinstance(orientations, bool)
     if not whole or not 1 <= orientations <= _MOST_ORIENTATIONS:
         wanted = f"an integer from 1 to {_MOST_ORIENTATIONS}"
         raise InputError(f"orientations is {orientations!r:.50}, wanted {wanted}")
-    margin = as_number("singularity_margin", singularity_margin, 0.0, MOST_MARGIN)
-    workers = as_threads(threads)
     shoulder = (arm.base @ [0.0, 0.0, arm.d_bs, 1.0])[:3]
     radius = arm.reach + float(np.linalg.norm(arm.tool[:3, 3] + [0.0, 0.0, arm.d_wf]))
     half = int(radius / edge) + 1
@@ -72,7 +71,8 @@ def voxels_of(arm: Arm, spacing: float, orientations: int, singularity_margin: f
         some = places[first : first + step]
         poses = np.broadcast_to(turned, (len(some), *turned.shape)).copy()
         poses[..., :3, 3] = some[:, None]
-        held = arm.reachable(poses, singularity_margin=margin, threads=workers)
+        with threads(thread_count(0)):
+            held = arm.reachable(poses)
         share[first : first + step] = np.asarray(held).mean(axis=1)
     some_held = share > 0
     return Voxels(frozen(places[some_held]), frozen(share[some_held]), edge, int(orientations))

@@ -117,7 +117,7 @@ def make_ready(arm: Built, scene: Scene, last: Ready | None = None) -> Ready:
     if not isinstance(scene, Scene):
         raise no_scene(scene, "an armangle.Scene")
     if arm.body is None and not arm.hand:
-        how = "arm.with_body(Body.bones(upper_arm=0.09, forearm=0.08))"
+        how = "arm.with_(body=Body.bones(upper_arm=0.09, forearm=0.08))"
         raise SceneError("arm", "body", None, f"a body: {how}")
     _refuse_millimetres(arm, scene)
     mine = _sorted_links(arm)

@@ -373,11 +373,11 @@ class Field:
 
     Between nodes a distance can be smaller than at them by how far they are, and that is taken off: of the
     truth up to about a spacing. So the arm keeps off by that much more, and never by less. Arcs
-    (`Arm.clear`), distances (`Arm.clearance`) and `Arm.widest` are of that one surface: a distance at an arm
-    angle that is left is at most a hundredth of a spacing below the scene's clearance, at one that is not at
-    most a quarter above; ends of arcs are where it is met. All that the field
-    tells of lies within the grid; the space outside is free. Let the grid reach beyond the obstacle by the
-    radius of the links and `clearance`: farther outside it can only tell how far its border is.
+    (`Arm.feasible`), distances (`Arm.clearance`) and ``solve(prefer="clearance")`` are of that one surface: a
+    distance at an arm angle that is left is at most a hundredth of a spacing below the scene's clearance, at
+    one that is not at most a quarter above; ends of arcs are where it is met. All that the field tells of
+    lies within the grid; the space outside is free. Let the grid reach beyond the obstacle by the radius of
+    the links and `clearance`: farther outside it can only tell how far its border is.
 
     Parameters
     ----------

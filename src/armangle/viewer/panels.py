@@ -64,8 +64,8 @@ def arcs_panel(state: ViewerState) -> str:
 
     Dark is what an obstacle blocks, pale what is not proven of an arm with a chain of its own.
     """
-    each = state.arm.joint_feasible(state.pose, state.gc)
-    left_out = state.arm._left_out(state.pose, state.gc, wanted=Wanted.JOINTS)
+    each = state.arm.feasible(state.pose, state.gc, per_joint=True)
+    left_out = state.arm._left_out(state.pose, state.gc, Wanted.JOINTS)
     unproven_bars = pieces(state.arm._left_out(state.pose, state.gc).intervals)
     bars, blocking = _obstacle_bars(state), []
     bars += [_bar(low, high, PALE) for low, high in unproven_bars]
@@ -98,7 +98,7 @@ def _obstacle_bars(state: ViewerState) -> list[str]:
     """Return the bars of what the scene blocks."""
     if state.scene is None:
         return []
-    blocked = ~state.arm.clear(state.pose, state.gc, state.scene)
+    blocked = ~state.arm._clear(state.pose, state.gc, state.scene)
     return [_bar(low, high, OBSTACLE) for low, high in pieces(blocked.intervals)]
 
 
@@ -106,7 +106,7 @@ def _blocking_obstacles(state: ViewerState) -> list[str]:
     """Return the names of obstacles, or own links, at which arcs of the scene end, or that block them all."""
     if state.scene is None:
         return []
-    clear = state.arm.clear(state.pose, state.gc, state.scene)
+    clear = state.arm._clear(state.pose, state.gc, state.scene)
     names = [end.obstacle for pair in clear.ends for end in pair if end.obstacle is not None]
     return list(dict.fromkeys(names or (clear.blocking or ())[:1]))
 
@@ -177,7 +177,7 @@ def map_image(motion: JointPath, scene: Scene | None = None) -> str:
     left_out = unproven(motion.srs_arm, poses[:, None], gc[:, None], psi[None, :])
     blocked = np.where((blocked == 0) & left_out, _NOT_PROVEN, blocked)
     if scene is not None:
-        clear = motion.srs_arm.clear(poses[:, None], gc[:, None], scene).contains(psi[None, :])
+        clear = motion.srs_arm._clear(poses[:, None], gc[:, None], scene).contains(psi[None, :])
         blocked = np.where((blocked == 0) & np.logical_not(clear), _BY_OBSTACLE, blocked)
     cells[posed] = np.where(lost[:, None], _LOST, blocked)
     return "data:image/png;base64," + base64.b64encode(png(cells.T.astype(np.uint8), _PALETTE)).decode()

@@ -13,13 +13,9 @@ from .._arrays import CONFIGURATIONS, JOINTS, Floats, one_posture
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm, nearest_rotation
 from ..arm.configuration import gc_signs
-from ..arm.skeleton import blockers, elbow_points, first_blocker, skeleton, unproven
-from ..errors import (
-    InputError,
-    LimitError,
-    SceneError,
-    UnreachableError,
-)
+from ..arm.offset import as_srs
+from ..arm.skeleton import alike, blockers, elbow_points, first_blocker, skeleton, unproven
+from ..errors import InputError, LimitError, SceneError, UnreachableError
 from ..motion.following import follow
 from ..motion.joint_path import JointPath
 from ..motion.options import core_policy
@@ -80,14 +76,13 @@ class ViewerState:
     Parameters
     ----------
     arm : Arm
+        Neither a dragged tool nor a turned elbow leads into its `scene`; joints that are turned one by one,
+        and boxes that are moved, may, and `touching` says so.
     start : array_like, shape (7,), optional
         Joints to begin with and to reset to, rad, within the limits; `opening_posture` by default.
     policy : Repulsion, Hold, Centre or Towards, optional
         How the arm angle moves while the tool does. By default the arm is moved as a `Tracker` follows a
         hand: to the nearest pose where the target cannot be met, the elbow with little motion.
-    scene : Scene, optional
-        What stands about; the arm needs a body. Neither a dragged tool nor a turned elbow leads into it;
-        joints that are turned one by one, and boxes that are moved, may, and `touching` says so.
 
     Attributes
     ----------
@@ -106,19 +101,16 @@ class ViewerState:
     Raises
     ------
     InputError
-        If start is not seven finite numbers.
+        If start is not seven finite numbers, or the policy has a rate: a hand gives no time.
     LimitError
         If start is outside the limits.
-    InputError
-        If the policy has a rate: a hand gives no time.
-    SceneError
-        If there is a scene and the arm has no body, or the scene names what is not there.
+    UnsupportedError
+        If the arm has an offset wrist or shoulder.
     """
 
     arm: Arm
     start: ArrayLike | None = None
     policy: Policy | None = None
-    scene: Scene | None = None
 
     q: Floats = field(init=False)
     pose: Floats = field(init=False)
@@ -131,13 +123,13 @@ class ViewerState:
     row: int = field(init=False, default=0)
     nearest: Clearance | None = field(init=False, default=None)
     _home: Floats = field(init=False)
-    _home_scene: Scene | None = field(init=False)
+    _home_arm: Arm = field(init=False)
     _home_row: int = field(init=False, default=0)
 
     def __post_init__(self) -> None:
         if self.policy is not None:
             core_policy(self.policy, None)  # refuses a rate
-        self._home_scene = self.scene
+        self._home_arm = as_srs(self.arm, "the viewer")
         self._home = opening_posture(self.arm) if self.start is None else self._checked(self.start)
         self.reset()
 
@@ -161,10 +153,10 @@ class ViewerState:
         """Find the arcs of the posture, and what is nearest to it."""
         self.arcs = self._arcs(self.gc)
         if self.scene is not None:
-            self.nearest = self.arm.clearance(self.pose, self.psi, self.gc, self.scene)
+            self.nearest = self.arm.clearance(self.q)
 
     def _arcs(self, gc: int) -> ArcSet:
-        return self.arm.feasible(self.pose, gc, scene=self.scene)
+        return self.arm.feasible(self.pose, gc)
 
     def _say(self, ok: bool, text: str) -> Answer:
         self.message = text
@@ -174,7 +166,7 @@ class ViewerState:
 
     def reset(self) -> Answer:
         """Go back to where it began: the first pose of the motion if any, else `start`, boxes too."""
-        self.row, self.scene = self._home_row, self._home_scene
+        self.row, self.arm = self._home_row, self._home_arm
         self._take(self._home)
         return self._say(True, "")
 
@@ -242,7 +234,6 @@ class ViewerState:
         path = follow(
             self.arm, ways_between(self.pose, wanted), start=self.q, policy=self.policy,
             carry="psi" if isinstance(self.policy, Hold) else "elbow", max_joint_step=_LARGEST_MOVE,
-            scene=self.scene,
         )  # fmt: skip
         solved = np.flatnonzero(path.status == Status.OK)
         if len(solved):
@@ -256,7 +247,7 @@ class ViewerState:
 
     def _track(self, wanted: Floats) -> Answer:
         """Take the posture in which a tracker comes to rest that follows a hand at `wanted`."""
-        tracker = Tracker(self.arm, _TICK, _FASTEST, _HARDEST, scene=self.scene)
+        tracker = Tracker(self.arm, _TICK, _FASTEST, _HARDEST)
         try:
             tracker.start(self.q, outside="escape")
         except SceneError:
@@ -291,14 +282,18 @@ class ViewerState:
         left_out = not who and bool(unproven(self.arm, self.pose, self.gc, angle))
         blocking = f"joint{'s' * (len(who) > 1)} {', '.join(who)}"
         if not who and not left_out and self.scene is not None:
-            near = self.arm.clearance(self.pose, angle, self.gc, self.scene)
+            near = self.arm.clearance(self._at(angle, self.gc))
             blocking = f"{near.obstacle}, which {near.link} would touch"
         self._turn_to(float(self.arcs.nearest(angle)))
         why = "left out: nothing is proven there" if left_out else f"blocked by {blocking}"
         return self._say(False, f"ψ = {degrees_text(angle)} is {why}.")
 
     def _turn_to(self, psi: float) -> None:
-        self._take(self.arm.inverse(self.pose, psi, self.gc, seed=self.q))
+        self._take(self._at(psi, self.gc))
+
+    def _at(self, psi: float, gc: int) -> Floats:
+        """Return the joints of the tool's pose at an arm angle."""
+        return self.arm.inverse(self.pose, psi, gc, seed=self.q, limits=False)
 
     def set_gc(self, gc: int) -> Answer:
         """Jump to another global configuration at the same pose and the nearest feasible arm angle.
@@ -313,8 +308,7 @@ class ViewerState:
         reason = self.reason(gc)
         if reason is not None:
             return self._say(False, f"GC {gc}: {reason}")
-        psi = self._arcs(gc).nearest(self.psi)
-        self._take(self.arm.inverse(self.pose, psi, gc, seed=self.q))
+        self._take(self._at(float(self._arcs(gc).nearest(self.psi)), gc))
         return self._say(True, "")
 
     def move_box(self, name: str, pose: ArrayLike) -> Answer:
@@ -335,8 +329,7 @@ class ViewerState:
         Raises
         ------
         InputError
-            If the scene has no such box.
-        InputError
+            If the scene has no such box, or it is no pose.
         """
         place = nearest_rotation(pose)
         boxes = dict(self.boxes)
@@ -364,9 +357,14 @@ class ViewerState:
         return self._take_scene(replace(self.scene, clearance=clearance))
 
     def _take_scene(self, scene: Scene) -> Answer:
-        self.scene = scene
+        self.arm = self.arm.with_(scene=scene)
         self._look()
         return self._say(self.touching is None, self.touching or "")
+
+    @property
+    def scene(self) -> Scene | None:
+        """What stands about."""
+        return self.arm.scene
 
     @property
     def boxes(self) -> list[tuple[str, Box]]:
@@ -403,11 +401,11 @@ class ViewerState:
 
     def _why(self, pose: Floats, gc: int, status: Status) -> str:
         if self.scene is not None and status in (Status.CLEARANCE, Status.POSE_BLOCKED):
-            pair = self.arm.clear(pose, gc, self.scene).blocking
+            pair = self.arm._clear(pose, gc, self.scene).blocking
             return status.sentence if pair is None else f"{pair[1]} meets {pair[0]} at every ψ."
         if status != Status.LIMITS:
             return status.sentence
-        each = self.arm.joint_feasible(pose, gc)
+        each = self.arm.feasible(pose, gc, per_joint=True)
         alone = [str(j + 1) for j in range(JOINTS) if bool(each[j].is_empty)]
         if alone:
             return f"Joint {alone[0]} is outside its limits at every ψ."
@@ -422,7 +420,7 @@ class ViewerState:
         who = first_blocker(blockers(self.arm, self.pose, self.gc, middle))
         who = np.where((who == 0) & unproven(self.arm, self.pose, self.gc, middle), UNPROVEN, who)
         if self.scene is not None:
-            clear = self.arm.clear(self.pose, self.gc, self.scene).contains(middle)
+            clear = self.arm._clear(self.pose, self.gc, self.scene).contains(middle)
             who = np.where((who == 0) & np.logical_not(clear), OBSTACLE, who)
         segments = np.stack([points[:-1], points[1:]], axis=1)
         whole = np.isfinite(segments).all(axis=(1, 2))
@@ -435,7 +433,7 @@ class ViewerState:
         for gc in range(CONFIGURATIONS):
             arcs = self._arcs(gc)
             if gc != self.gc and not arcs.is_empty:
-                out[gc] = skeleton(self.arm, self.arm.inverse(self.pose, arcs.nearest(self.psi), gc))
+                out[gc] = skeleton(self.arm, self._at(float(arcs.nearest(self.psi)), gc))
         return out
 
     def export(self) -> str:
@@ -467,7 +465,7 @@ class ViewerState:
 
     def check_motion(self, motion: JointPath) -> None:
         """Raise `InputError` if a motion is another arm's, or no row of it is solved."""
-        if motion.arm != self.arm:
+        if not alike(motion.arm, self.arm):
             raise InputError(f"the motion is of {motion.arm.name!r}, wanted one of {self.arm.name!r}")
         if not np.isfinite(motion.q).all(axis=1).any():
             raise InputError("the motion has no solved row, wanted at least one")

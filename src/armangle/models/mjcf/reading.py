@@ -71,7 +71,7 @@ def mjcf_candidates(source: str | os.PathLike[str], base: str | None = None) -> 
     return find_candidates(model.tree(), model.between, base)
 
 
-def is_mjcf(source: object) -> bool:
+def is_mjcf(source: str | bytes | os.PathLike[str]) -> bool:
     """Return whether a file, or an XML text, is a MuJoCo model: its outer element is ``<mujoco>``."""
     tags: list[str] = []
     parser = expat.ParserCreate()
