@@ -291,8 +291,9 @@ def from_frame(arm: Arm, frame: KukaFrame, *, seed: ArrayLike | None = None) -> 
     Raises
     ------
     InputError, UnreachableError, NoSolutionError
-        As `from_e1`; InputError too if the posture has another Turn: the tool or base is not that of the frame, or A6 is 0 (A2 and A4 are)
-        and no share of A5 and A7 (A1 and A5) has these signs within their limits.
+        As `from_e1`; InputError too if the posture has another Turn: the tool or base is not that of the
+        frame, or A6 is 0 (A2 and A4 are) and no share of A5 and A7 (A1 and A5) has these signs within their
+        limits.
     """
     try:
         tool, e1, wanted, turns = frame

@@ -17,7 +17,7 @@ from ..errors import InputError
 from ..files.tables import JointTable
 from ..files.trajectories import TrajectoryTable
 from ..motion.joint_path import JointPath
-from ..motion.options import check_any_arm, core_policy
+from ..motion.options import check_arm, core_policy
 from ..motion.policies import Centre, Policy, Repulsion, Towards
 from ..timing.trajectory import Trajectory
 from .style import flat_axes, grid_axes, outer_legend
@@ -208,7 +208,7 @@ def arm_of(name: str, motion: Shown, given: Arm | None) -> Arm:
         return motion.path.arm
     if given is None:
         raise InputError(f"{name} is a {type(motion).__name__}, which does not say its arm: wanted arm= too")
-    check_any_arm(given)
+    check_arm(given)
     return given
 
 

@@ -12,7 +12,7 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, NoReturn, cast
+from typing import Any, NoReturn
 from xml.parsers import expat
 
 import numpy as np
@@ -80,7 +80,7 @@ def is_mjcf(source: str | bytes | os.PathLike[str]) -> bool:
         if isinstance(source, bytes) or (isinstance(source, str) and source.lstrip().startswith("<")):
             parser.Parse(source.lstrip())
         else:
-            with _opening.open_file(cast("str | os.PathLike[str]", source), _opening.DESCRIPTION, partial(_refuse, str(source))) as file:
+            with _opening.open_file(source, _opening.DESCRIPTION, partial(_refuse, str(source))) as file:
                 while not tags and (piece := file.read(_PIECE)):
                     parser.Parse(piece)
     except (ModelError, OSError, LookupError, ValueError, TypeError, expat.ExpatError):
