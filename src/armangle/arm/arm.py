@@ -183,7 +183,7 @@ def _signature() -> Signature:
 
 
 class Arm(FrozenValue):
-    """A 7-axis arm: with spherical shoulder, elbow and spherical wrist (S-R-S), or nearly, or with one offset.
+    """A 7-axis arm with one redundant joint: S-R-S, nearly S-R-S, or with an offset wrist or shoulder.
 
     The tip's pose is ``base @ DH(theta) @ tool`` with ``theta_i = signs_i q_i + offsets_i`` and the
     classic DH rows of the paper's Table 1, to which the elbow's offsets a_3, a_4, d_4 are added.
@@ -431,11 +431,11 @@ class Arm(FrozenValue):
             Names of the two links; guessed where the file leaves one choice of seven rotating joints, or one
             that armangle solves.
         fit : "own" or "srs"
-            "own": the arm has the file's own kinematics. If its axes are exactly those of an S-R-S arm, or of
-            one with an offset wrist or shoulder, the closed form is exact. Otherwise its own chain is kept, up
-            to 50 mm and 2 degrees from S-R-S: poses and joints are then the file's to rounding, and psi and gc
-            are those of the S-R-S arm fitted to it (`nominal`, `deviation`). "srs": the S-R-S arm fitted to
-            the file, whose tip is off by what a warning and ``report`` say.
+            "own": the arm has the file's own kinematics. If its axes are exactly those of an S-R-S arm, or
+            of one with an offset wrist or shoulder, the closed form is exact. Otherwise its own chain is
+            kept, up to 50 mm and 2 degrees from S-R-S: poses and joints are then the file's to rounding, and
+            psi and gc are those of the S-R-S arm fitted to it (`nominal`, `deviation`). "srs": the S-R-S arm
+            fitted to the file, whose tip is off by what a warning and ``report`` say.
         angle_tolerance, length_tolerance : float, optional
             How far axes may be from exact and count as such, rad, m: 1e-5 and 2e-5 by default, the largest
             that are allowed with ``fit="srs"``.
@@ -582,7 +582,7 @@ class Arm(FrozenValue):
     def _keeping(self, scene: Scene | None, singularity_margin: float) -> Arm:
         """Return the arm itself that keeps another scene and margin."""
         margin = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
-        new = cast(Arm, object.__new__(type(self)))
+        new = object.__new__(type(self))
         new._fill({name: getattr(self, name) for name in Arm.__slots__})
         new._fill({"scene": scene, "singularity_margin": margin})
         if scene is not self.scene:
@@ -1157,8 +1157,8 @@ class Arm(FrozenValue):
         -------
         ArcSet, shape (...), (..., 8), (..., 7) or (..., 8, 7)
             Empty with the reason in ``status`` if there is none; never raises on geometry. For an own chain
-            every arm angle in it is proven, and ``unproven`` says how much is proven neither way. Ends that an
-            obstacle makes name it.
+            every arm angle in it is proven, and ``unproven`` says how much is proven neither way. An end
+            made by an obstacle names it.
 
         Raises
         ------
@@ -1219,7 +1219,7 @@ class Arm(FrozenValue):
         return self._arcs(pose, gc, Wanted.CLEAR, (), scene)
 
     def clearance(self, q: ArrayLike, scene: Scene | None = None) -> Clearance:
-        """Return how near a configuration comes to the obstacles, and which pair of obstacle and link is nearest.
+        """Return the distance to the obstacles, and the nearest pair of obstacle and link.
 
         Parameters
         ----------
@@ -1328,7 +1328,7 @@ class Arm(FrozenValue):
     def _keeps_soft(
         self, pose: ArrayLike, gc: ArrayLike, scene: Scene | None
     ) -> tuple[NDArray[np.int64] | None, Floats | None]:
-        """Return numbers and ends of the intervals on which links keep a scene's soft clearance; None without."""
+        """Return numbers and ends of the intervals that keep a scene's soft clearance; None without."""
         if scene is None or scene.soft == 0.0:
             return None, None
         arcs = self._arcs(pose, gc, Wanted.SOFT, (), scene)
@@ -1590,8 +1590,8 @@ class Arm(FrozenValue):
         -------
         Diagnosis
             ``branches[k]`` is that of GC k; ``explain()`` says it in words. A branch that the limits leave
-            open and the arm's `scene` blocks names the pair that blocks it, and by how much. For a pose beyond
-            all limits ``instead`` is what ``solve(pose, fallback="nearest_pose")`` finds.
+            open and the arm's `scene` blocks names the pair that blocks it, and by how much. For a pose
+            beyond all limits ``instead`` is what ``solve(pose, fallback="nearest_pose")`` finds.
 
         Raises
         ------

@@ -183,8 +183,8 @@ class OffsetArm(Arm):
         on_error: OnError = "raise",
         out: Floats | None = None,
     ) -> Floats:
-        """See `Arm.inverse`. UNREACHABLE: at this value of the free joint the wrist is out of reach, or axis 5
-        cannot be square to axis 6; `feasible` gives the values that have a solution.
+        """See `Arm.inverse`. UNREACHABLE: at this value of the free joint the wrist is out of reach, or axis
+        5 cannot be square to axis 6; `feasible` gives the values that have a solution.
         """
         if psi is None:
             raise InputError(
@@ -235,7 +235,7 @@ class OffsetArm(Arm):
         raise UnreachableError(f"{where}: {STATUSES[code].sentence}")
 
     def frames(self, q: ArrayLike) -> Floats:
-        """See `Arm.frames`: frame 1 is beside the shoulder of an offset shoulder, frame 6 of an offset wrist."""
+        """See `Arm.frames`: the offset lies along x of frame 6, or 1."""
         return self._of_joints(self._handle.frames_many, q, (JOINTS + 1, 4, 4))
 
     def elbow(self, q: ArrayLike) -> Floats:
@@ -261,8 +261,8 @@ class OffsetArm(Arm):
         Every limit is a root of a trigonometric polynomial of the free joint; between roots one evaluation
         decides. An end is a joint at its limit, or a place where two branches meet and the free joint turns
         back (``side`` "singular"): a fold, of joint 5 (3 of an offset shoulder), or the end of the reach, of
-        joint 4. If limits touch within rounding, interval arithmetic decides; what it cannot prove is left out
-        and counted in ``unproven``.
+        joint 4. If limits touch within rounding, interval arithmetic decides; what it cannot prove is left
+        out and counted in ``unproven``.
         """
         if as_flag("per_joint", per_joint):
             raise unsupported("per_joint=True")
@@ -276,8 +276,10 @@ class OffsetArm(Arm):
             )
         batch, (poses, branches) = broadcast([("pose", poses, 2), ("gc", _checked_gc(gc), 0)])
         return self._arc_set(
-            batch, lambda columns: self._handle.feasible_many(poses, branches, *columns, thread_count()), progress
-        )  # fmt: skip
+            batch,
+            lambda columns: self._handle.feasible_many(poses, branches, *columns, thread_count()),
+            progress,
+        )
 
     @staticmethod
     def _arc_set(
@@ -332,8 +334,8 @@ class OffsetArm(Arm):
         roll: str = "pose",
         progress: Progress | bool | None = None,
     ) -> Solution:
-        """See `Arm.solve`. Branch and bound over all branches, values of the free joint and turns: the nearest
-        of all, not of a grid. Without a seed the nearest to the middles of the ranges.
+        """See `Arm.solve`. Branch and bound over all branches, values of the free joint and turns: the
+        nearest of all, not of a grid. Without a seed the nearest to the middles of the ranges.
         """
         asked = {
             "metric='max'": chosen("metric", metric, METRICS) != "l2",

@@ -109,7 +109,7 @@ class Curve:
 @by_content
 @dataclass(frozen=True, eq=False)
 class OffsetCurve:
-    """Rows of an arm with an offset wrist or shoulder, between which the free joint moves evenly; see offset_curve.hpp.
+    """Rows of an arm with an offset wrist or shoulder: between two the free joint moves evenly.
 
     Parameters
     ----------

@@ -183,8 +183,8 @@ def step(
     the steps that follow come to rest on the pose: PARTIAL. Without bounds nothing moves, nor with obstacles,
     for nobody knows whether that line is clear.
 
-    For an arm with an offset wrist or shoulder psi is the value of joint 7 or 1, and branches meet at θ₂ = 0, at
-    the stretched elbow and at the fold; bounds, ``carry``, ``roll`` and ``fallback`` are not offered.
+    For an arm with an offset wrist or shoulder psi is the value of joint 7 or 1, and branches meet at θ₂ = 0,
+    at the stretched elbow and at the fold; bounds, ``carry``, ``roll`` and ``fallback`` are not offered.
 
     Parameters
     ----------
@@ -224,8 +224,8 @@ def step(
         If no arm angle of the pose is within reach and limits: say so; or go on to the nearest pose,
         PARTIAL. That is the pose of the same orientation with its wrist drawn into what joint 4 reaches;
         where limits forbid that too, one from which no small move of the joints comes nearer
-        (``sqrt(|dp|² + (0.2 m · angle)²)``). The arm's `singularity_margin` is kept on the way, on the sides of the
-        singularities on which the joints are.
+        (``sqrt(|dp|² + (0.2 m · angle)²)``). The arm's `singularity_margin` is kept on the way, on the sides
+        of the singularities on which the joints are.
     roll : "pose" or "free"
         "free": joint 7 stays where it is, and the pose is held with the roll about axis 7 that this makes:
         drills, welding torches, suction cups. Of all rolls it is the one that moves joint 7 least, and none
