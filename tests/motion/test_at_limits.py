@@ -55,7 +55,7 @@ def test_the_arm_angle_of_a_corner_is_feasible_beside_wider_arcs() -> None:
 def test_the_pose_that_the_arm_stands_in_is_held() -> None:
     for arm, q in drawn(2, 1000):
         pose = arm.forward(q)[0]
-        for wish in ({}, {"velocity": 1.0, "dt": 0.01}, {"outside": "nearest"}):
+        for wish in ({}, {"velocity": 1.0, "dt": 0.01}, {"fallback": "nearest_pose"}):
             step = aa.step(arm, q, pose, **wish)
             assert step.status == aa.Status.OK, (arm.name, q.tolist(), wish, step.why.name)
         assert aa.follow(arm, [pose, pose], start=q).ok

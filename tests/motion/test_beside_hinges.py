@@ -41,17 +41,17 @@ def lines(arm: Any, rows: int, n: int, seed: int, open_: float = 0.0) -> Any:
 @pytest.mark.parametrize("name", ARMS)
 @pytest.mark.parametrize("rows", [30, 300])
 @pytest.mark.parametrize(
-    ("open_", "asked"),
+    ("open_", "kept"),
     [(0.0, {}), (0.0, {"scene": FLOOR}), (0.05, {"singularity_margin": 0.02})],
     ids=["alone", "scene", "margin"],
 )
 def test_a_followed_line_steps_hardly_farther_than_the_nearest_postures(
-    name: str, rows: int, open_: float, asked: dict[str, Any]
+    name: str, rows: int, open_: float, kept: dict[str, Any]
 ) -> None:
     arm = ARMS[name].with_(body=BODY)
     compared = 0
     for q, poses in lines(arm, rows, 12, 5, open_):
-        path = aa.follow(arm, poses, start=q, **asked)
+        path = aa.follow(arm.with_(**kept), poses, start=q)
         # while the hinge that was 0 is about 0 still
         sine = np.abs(np.sin(path.q[:, [1, 5]])).min(axis=1)
         last = int(np.argmax(np.append(sine, 1.0) > 0.15))
@@ -61,7 +61,7 @@ def test_a_followed_line_steps_hardly_farther_than_the_nearest_postures(
         for i, pose in enumerate(poses[:last]):
             beside = arm.solve(pose, seed=now)
             least = np.abs(beside.q - now).max()
-            if np.abs(np.sin(beside.q[[1, 5]])).min() < asked.get("singularity_margin", 0.0):
+            if np.abs(np.sin(beside.q[[1, 5]])).min() < kept.get("singularity_margin", 0.0):
                 break  # that goes through the margin
             assert np.abs(path.q[i] - now).max() <= 1.1 * SWEEP * least + DRIFT + 1e-9
             now = path.q[i]
@@ -87,12 +87,13 @@ def test_a_pose_that_stands_lets_the_policy_go_on() -> None:
     assert abs(settled.psi - path.psi[-1]) < 1e-6
 
 
-@pytest.mark.parametrize(
-    "asked", [{}, {"policy": aa.Hold()}, {"scene": FLOOR}, {"velocity": 1.0, "dt": 0.01}]
-)
+@pytest.mark.parametrize("asked", [{}, {"policy": aa.Hold()}, {"velocity": 1.0, "dt": 0.01}])
+@pytest.mark.parametrize("scene", [None, FLOOR], ids=["alone", "scene"])
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "yaskawa_sia30d"])
-def test_a_step_to_the_pose_of_a_home_posture_moves_nothing(name: str, asked: dict[str, Any]) -> None:
-    arm = ARMS[name].with_(body=BODY)
+def test_a_step_to_the_pose_of_a_home_posture_moves_nothing(
+    name: str, scene: aa.Scene | None, asked: dict[str, Any]
+) -> None:
+    arm = ARMS[name].with_(body=BODY, scene=scene)
     for q, _ in starts(arm, 40, 5):
         if np.abs(np.sin(q[[1, 5]])).max() > 0:
             now = aa.step(arm, q, arm.forward(q, on_error="nan")[0], **asked)

@@ -8,8 +8,9 @@ import pytest
 import armangle as aa
 
 IIWA = aa.Arm.from_catalogue("kuka_iiwa14_r820")
-ARM = IIWA.with_(body=aa.Body.bones(upper_arm=0.08, forearm=0.07)).with_(
-    hand=[aa.Capsule([0, 0, 0.02], [0, 0, 0.08], 0.04, name="gripper")]
+ARM = IIWA.with_(
+    body=aa.Body.bones(upper_arm=0.08, forearm=0.07),
+    hand=[aa.Capsule([0, 0, 0.02], [0, 0, 0.08], 0.04, name="gripper")],
 )
 TABLE = aa.Box(aa.pose([0.6, 0, -0.05]), [1.2, 1.6, 0.1], name="table")
 WALL = aa.Box(aa.pose([0.55, -0.25, 0.2]), [0.5, 0.04, 0.4], name="wall")

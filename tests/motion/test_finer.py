@@ -61,7 +61,7 @@ def test_an_arm_angle_that_turns_round_is_lifted_on() -> None:
 def test_a_scene_that_moves_stands_from_row_to_row() -> None:
     arm = ARM.with_(body=aa.Body.bones(upper_arm=0.05, forearm=0.05))
     scenes = [aa.Scene([aa.Ball([2.0 + k, 0, 0], 0.1, name="ball")]) for k in range(len(SHIFTS))]
-    path = aa.follow(arm.with_(scene=scenes), corners(), start=Q, max_joint_step=2.0)
+    path = aa.follow(arm, corners(), start=Q, max_joint_step=2.0, scene=scenes)
     found = path.finer()
     rows = np.searchsorted(found.s, path.s)
     assert len(found.scenes) == len(found) > len(path)

@@ -178,7 +178,7 @@ def test_what_a_chain_cannot_be_asked_is_refused_by_name() -> None:
     arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     pose = arm.forward(q)[0]
-    refusal = "outside=.* is not made for an arm with a chain"
+    refusal = "fallback=.* is not made for an arm with a chain"
     with pytest.raises(aa.InputError, match=refusal):
         aa.step(arm, q, pose, fallback="nearest_pose")
     with pytest.raises(aa.InputError, match=refusal):

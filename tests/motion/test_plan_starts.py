@@ -405,7 +405,7 @@ def test_joints_that_share_a_turn_all_along_hold_the_tool_between_rows(samples: 
 
 @pytest.mark.parametrize(
     ("word", "instead"),
-    [("policy", "psi= is a wish"), ("near", "start= are"), ("dt", "retime"), ("velocity", "retime")],
+    [("policy", "psi= is a wish"), ("seed", "start= are"), ("dt", "retime"), ("velocity", "retime")],
 )
 def test_plan_says_which_argument_to_give(word: str, instead: str) -> None:
     with pytest.raises(aa.InputError, match=f"plan takes no {word}=: .*{instead}"):

@@ -78,7 +78,7 @@ def test_a_weight_of_0_is_no_wish() -> None:
 
 @pytest.mark.parametrize("tool", [None, aa.pose([0.0, 0.05, 0.1], rpy=[0.2, 0.1, 0.0])])
 def test_a_wish_is_of_the_arms_own_reference_base_and_tool(tool: np.ndarray | None) -> None:
-    arm = IIWA.with_(base=aa.pose([0.1, 0.2, 0.3], rpy=[0.3, 0.2, 0.1])).with_(reference="stereographic")
+    arm = IIWA.with_(base=aa.pose([0.1, 0.2, 0.3], rpy=[0.3, 0.2, 0.1]), reference="stereographic")
     arm = arm if tool is None else arm.with_tool(tool)
     path, psi = line(arm, POSTURE, np.array([0.05, -0.1, 0.1])), float(arm.forward(POSTURE)[1])
     assert off(aa.plan(arm, path, gc=2, psi=psi, objective=KEEN), np.full(len(EVEN), psi)) < 1e-5

@@ -347,8 +347,8 @@ def test_a_step_to_a_near_posture_beyond_the_straight_elbow_is_found(name: str, 
         assert np.abs(arm.forward(now.q)[0] - arm.forward(near)[0]).max() <= 1e-9
         if (now.q[3] - straight) * off < 0 and abs(off) > 1e-3:  # only where its own side has none
             turned += 1
-            for kept in ({"gc": int(arm.forward(q)[2])}, {"singularity_margin": 1e-4}):
-                held = aa.step(arm, q, arm.forward(near)[0], **bounds, **kept)
+            for kept, gc in ((arm, int(arm.forward(q)[2])), (arm.with_(singularity_margin=1e-4), None)):
+                held = aa.step(kept, q, arm.forward(near)[0], **bounds, gc=gc)
                 assert held.status is not Status.OK or (held.q[3] - straight) * off > 0
     assert turned > 0
 
@@ -527,7 +527,7 @@ def test_a_failed_path_says_by_how_much() -> None:
         aa.follow(IIWA, [pose], start=np.degrees(START))
     away = IIWA.forward(START + np.eye(7)[0])[0]
     path = aa.follow(IIWA, [away, pose], start=START)
-    assert path.explain().endswith("Begin at arm.solve(poses[0], near=start).q.")
+    assert path.explain().endswith("Begin at arm.solve(poses[0], seed=start).q.")
     assert aa.follow(IIWA, [away], start=IIWA.solve(away, seed=START).q).ok
     path = aa.follow(IIWA, [pose, away], start=START)
     assert path.first_failure == 1 and "Begin at" not in path.explain()
@@ -537,7 +537,7 @@ def test_poses_in_millimetres_are_suspected() -> None:
     pose = IIWA.forward(START)[0].copy()
     pose[:3, 3] *= 1000
     for call in (
-        lambda: IIWA.inverse(pose, 0.0, 0, limits=False), lambda: IIWA.explain(pose), lambda: IIWA.solve(pose),
+        lambda: IIWA.inverse(pose, 0.0, 0), lambda: IIWA.explain(pose), lambda: IIWA.solve(pose),
         lambda: aa.follow(IIWA, [pose], start=START),
     ):  # fmt: skip
         with pytest.raises(aa.InputError, match=r"^pose.* m away, .*was this in mm\?"):

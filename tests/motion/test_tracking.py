@@ -511,7 +511,7 @@ def test_bad_input_is_refused() -> None:
         tracker.start(np.full(7, np.nan))
 
 
-@pytest.mark.parametrize("word", ["policy", "psi", "start", "near", "q0", "rate", "max_joint_step"])
+@pytest.mark.parametrize("word", ["policy", "psi", "start", "seed", "q0", "rate", "max_joint_step"])
 def test_a_tracker_says_which_argument_to_give(word: str) -> None:
     with pytest.raises(aa.InputError, match=f"Tracker takes no {word}=: "):
         aa.Tracker(aa.Arm.from_catalogue("kuka_iiwa14_r820"), 0.004, **{word: 0.1})

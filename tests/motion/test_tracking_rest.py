@@ -58,7 +58,7 @@ def at_rest(arm: aa.Arm, start: Array, hand: Array) -> aa.Tracked:
     tracker.start(start)
     ticks = round((SECONDS + 7.0 / (arm.velocity.min() if known else 3.0)) / DT)
     q = tracker.run(np.repeat(hand[None], ticks, axis=0))
-    least = 1e-7 if arm.kind.startswith("offset") else 1e-9  # rad in 2 s; the correction settles geometrically
+    least = 1e-7 if arm.kind.startswith("offset") else 1e-9  # rad in 2 s; a correction settles geometrically
     assert np.abs(np.diff(q[-500:], axis=0)).sum() < least
     if known:
         check_bounds(arm, np.concatenate([start[None], q]), np.full(ticks, DT))

@@ -47,6 +47,8 @@ _INSTEAD = {
     "self_motion": "the null space of jacobian(q) is the same, up to its length",
     "feasible_turns": "solve(poses).ok of a batch of turned poses says which of them can be held",
     "clearance": "frames(q) gives the poses of its links",
+    "plan": "follow leads it from pose to pose",
+    "resolve": "step chooses the next value of the free joint, and the joints",
     "psi_towards": "elbow(arm.inverse(pose, psi, gc)) says where a value of the free joint brings the elbow",
 }
 _ArcColumns = tuple[Floats, Ints, Ints, Floats, Ints, Floats]

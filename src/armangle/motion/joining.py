@@ -11,6 +11,7 @@ import numpy as np
 
 from .._arrays import Floats, Ints
 from .._values import by_content
+from ..arm.arm import Arm
 from ..errors import InputError, PathError
 from ..scenes.scene import Scene
 from .curves import AnyCurve, Placed
@@ -103,8 +104,9 @@ def join(paths: Sequence[JointPath]) -> JointPath:
     Parameters
     ----------
     paths : sequence of JointPath
-        Of one arm, all solved. Each begins with the joints and the pose that the one before it ends with,
-        within 1e-6 rad and m. s is shared out by their rows; paths of one row add nothing to others.
+        Of one arm, whatever obstacles and margin it keeps, all solved. Each begins with the joints and the
+        pose that the one before it ends with, within 1e-6 rad and m. s is shared out by their rows; paths of
+        one row add nothing to others.
 
     Returns
     -------
@@ -135,7 +137,7 @@ def join(paths: Sequence[JointPath]) -> JointPath:
         raise InputError(f"paths is {paths!r:.100}, wanted a list of JointPath")
     first = paths[0]
     for k, path in enumerate(paths):
-        if path.arm != first.arm:
+        if path.arm != first.arm and _bare(path.arm) != _bare(first.arm):
             raise InputError(f"paths: path {k} is of another arm than path 0")
         if len(path) == 0:
             raise InputError(f"paths: path {k} has no rows, wanted one at least")
@@ -149,6 +151,11 @@ def join(paths: Sequence[JointPath]) -> JointPath:
                 f"paths: path {k} begins {joint:.3g} rad and {pose:.3g} m from where path {k - 1} ends"
             )
     return _joined([path for path in paths if len(path) > 1] or paths[:1])
+
+
+def _bare(arm: Arm) -> Arm:
+    """Return the arm alone, whatever it keeps."""
+    return arm.with_(scene=None, singularity_margin=0.0)
 
 
 def _scenes(paths: Sequence[JointPath]) -> tuple[Scene, ...]:
@@ -188,8 +195,9 @@ def _joined(paths: Sequence[JointPath]) -> JointPath:
     open_ = [low + width * path.uncertified for path, (low, width), _ in parts if not path.certified]
     s[-1] = 1.0
     off = greatest(path.deviation for path in paths)
+    arm = paths[0].arm if all(path.arm == paths[0].arm for path in paths) else _bare(paths[0].arm)
     return JointPath(
-        arm=paths[0].arm, s=s, psi=psi, **columns, certified=not open_,
+        arm=arm, s=s, psi=psi, **columns, certified=not open_,
         uncertified=np.concatenate(open_) if open_ else np.empty((0, 2)), path=Chain(segments, off),
         curve=JoinedCurve(curves, ends, turns, segments), start=paths[0].start, scenes=_scenes(paths),
     )  # fmt: skip

@@ -25,7 +25,7 @@ from .paths import Deviation, Path, checked_parameters, deviation_of
 
 MOST_PASSED = 1e-6
 """By how much a joint may pass a limit between two rows, rad, where no arm angle takes it back."""
-BEGIN = "arm.solve(poses[0], near=start).q"
+BEGIN = "arm.solve(poses[0], seed=start).q"
 """Where a path may begin whose first pose is too far from the start."""
 ROW_STEP = 0.2
 """Most that a joint moves from row to row where rows are added, rad."""

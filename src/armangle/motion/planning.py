@@ -28,6 +28,7 @@ from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.diagnosis import Diagnosis, Verdict, branch_of
 from ..arm.keywords import names_keywords
 from ..arm.near import unsupported
+from ..arm.offset import as_srs
 from ..arm.roll import Roll, last_margin
 from ..errors import InputError, SceneError
 from ..scenes.moving import ready_each, scenes_at
@@ -112,7 +113,6 @@ _START = "start= are the joints that it begins with"
 _TIMES = "retime(path, velocity=, acceleration=) gives it times; Objective(duration=) weighs them"
 _KEYWORDS = {
     "policy": "psi= is a wish for the arm angle, and objective= weighs it; follow(poses, policy=) does",
-    "near": _START,
     "seed": _START,
     "q0": _START,
     "dt": "samples= is the number of rows; retime(path, sample=) gives them times",
@@ -203,9 +203,6 @@ def plan(
         rates up to half a turn are tried. Each has exact arcs and its own certificate; between them nothing
         is asked. That takes the time of up to 144 plans. Where no roll holds the path, what is said is of
         the one that comes furthest.
-    threads : int
-        That look at global configurations beside one another; 0: one for each core. The plan is the same,
-        bit for bit. With a function as `allowed` there is one.
 
     Returns
     -------
@@ -214,7 +211,6 @@ def plan(
 
     Raises
     ------
-    InputError
     InputError
         If a number is out of range, or `start` (`goal`) belongs to another pose. With ``roll="free"`` about
         axis 7: if start and goal have joint 7 at different places. If the objective
@@ -225,6 +221,7 @@ def plan(
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
     check_arm(arm)
+    as_srs(arm, "plan")
     whole = as_path(path, blend)
     if whole is None:
         frames = as_poses("path", cast("ArrayLike", path), arm._handle)
