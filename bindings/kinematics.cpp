@@ -9,9 +9,19 @@ using namespace armangle;
 
 namespace {
 
-/// One plain inverse: a small (4,4) matrix, float psi, integer gc. None where anything is not plain: the
-/// general call then says what.
-nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_object, nb::handle gc_object) {
+/// Joints as a new array; None if they have to be within their limits and are not.
+nb::object joints_of(const double* q, const Limits& limits, bool keep) {
+    if (keep && !(limit_margin(limits, q) >= -tolerance::angle)) return nb::none();
+    nb::object out = new_array7();
+    const Buffer to(out, true);
+    std::memcpy(to.data<double>(), q, joints * sizeof(double));
+    return out;
+}
+
+/// One plain inverse: a small (4,4) matrix, float psi, integer gc. None where anything is not plain, or the
+/// limits are to be kept and are not: the general call then says what.
+nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_object, nb::handle gc_object,
+                       bool limits) {
     double psi, value;
     long long gc;
     if (!as_double(psi_object, psi) || !as_index(gc_object, gc) ||
@@ -24,16 +34,13 @@ nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_ob
         return nb::none();
     const SelfMotion<double> motion = self_motion(arm, load_pose(m), static_cast<int>(gc));
     if (is_folded(motion.circle) || is_unreachable(motion.circle)) return nb::none();
-    const Joints q = joints_within_limits(arm, directions(motion, sin_cos(psi)), nullptr);
-    nb::object out = new_array7();
-    const Buffer to(out, true);
-    std::memcpy(to.data<double>(), q.q, joints * sizeof(double));
-    return out;
+    return joints_of(joints_within_limits(arm, directions(motion, sin_cos(psi)), nullptr).q, arm.limits,
+                     limits);
 }
 
 /// One plain inverse of a nearly S-R-S arm.
 nb::object near_inverse_one(const NearArmHandle& self, nb::handle pose, nb::handle psi_object,
-                            nb::handle gc_object) {
+                            nb::handle gc_object, bool limits) {
     double psi, m[16];
     long long gc;
     if (!as_double(psi_object, psi) || !as_index(gc_object, gc) || gc < 0 || gc >= configurations)
@@ -43,10 +50,7 @@ nb::object near_inverse_one(const NearArmHandle& self, nb::handle pose, nb::hand
     if (check_pose(self.arm, m, value) != Problem::none) return nb::none();
     const Inverse found = inverse(self.arm, load_pose(m), psi, static_cast<int>(gc));
     if (found.status != Status::OK) return nb::none();
-    nb::object out = new_array7();
-    const Buffer to(out, true);
-    std::memcpy(to.data<double>(), found.q, joints * sizeof(double));
-    return out;
+    return joints_of(found.q, nominal(self.arm).limits, limits);
 }
 
 template <class Handle>
@@ -323,7 +327,7 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("IGNORE", Enforce::ignore)
         .value("RAISE", Enforce::raise)
         .value("NAN", Enforce::nan);
-    arm.def("inverse_one", &inverse_one, "pose"_a.none(), "psi"_a.none(), "gc"_a.none());
+    arm.def("inverse_one", &inverse_one, "pose"_a.none(), "psi"_a.none(), "gc"_a.none(), "limits"_a = false);
     bind_both(arm);
     nb::enum_<Wish>(m, "Wish")
         .value("PSI", Wish::psi)
@@ -345,7 +349,8 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
 
 void bind_near_kinematics(nb::class_<NearArmHandle>& arm) {
     using namespace nb::literals;
-    arm.def("inverse_one", &near_inverse_one, "pose"_a.none(), "psi"_a.none(), "gc"_a.none());
+    arm.def("inverse_one", &near_inverse_one, "pose"_a.none(), "psi"_a.none(), "gc"_a.none(),
+            "limits"_a = false);
     bind_both(arm);
     arm.def("self_motion_many", &near_self_motion_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
 }

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from . import _core
 
@@ -46,5 +49,11 @@ else:  # names, numbers and sentences stand in the core alone; this one prints, 
     Status.__doc__ = f"What became of a pose: an int that prints as its name.\n\n{_SAID}"
 
 STATUSES = tuple(Status)
+_IS_SOLVED = np.array([_core.Status(status.value).solved for status in STATUSES])
 SOLVED = tuple(status for status in STATUSES if _core.Status(status.value).solved)
 """Of a posture that holds the pose within all limits."""
+
+
+def is_solved(status: Status | NDArray[np.integer[Any]]) -> NDArray[np.bool_]:
+    """Return which of the codes are those of `SOLVED`, (...)."""
+    return np.asarray(_IS_SOLVED[status])

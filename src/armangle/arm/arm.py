@@ -834,8 +834,9 @@ class Arm(FrozenValue):
 
         Source: Faria et al. (2018), Eqs. (12)-(24), in a form that holds the pose in every case.
         """
-        if limits is False and on_error == "raise" and gc is not None and seed is out is None:
-            plain: Floats | None = self._handle.inverse_one(pose, psi, gc) if thread_count() == 1 else None
+        known = type(limits) is bool and isinstance(on_error, str) and on_error in ON_ERROR
+        if known and gc is not None and seed is None and out is None and thread_count() == 1:
+            plain: Floats | None = self._handle.inverse_one(pose, psi, gc, limits)
             if plain is not None:
                 return plain
         if psi is None:

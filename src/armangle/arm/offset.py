@@ -32,7 +32,7 @@ from ..errors import InputError, LimitError, UnreachableError, UnsupportedError
 from ..models.chain import chain_of
 from ..models.description import OffsetDescription
 from ..models.urdf.writing import write_chain
-from ..status import SOLVED, STATUSES, Status
+from ..status import STATUSES, Status, is_solved
 from .arcs import ArcSet
 from .arm import ON_ERROR, Arm, OnError
 from .freedom import Freedom
@@ -362,7 +362,7 @@ class OffsetArm(Arm):
             self._handle.nearest_many(
                 poses, by, weights_of(weight), branch_bits(gc), q, numbers, codes, thread_count()
             )
-        status, found = codes[..., 1].astype(np.int8), np.isin(codes[..., 1], SOLVED)
+        status, found = codes[..., 1].astype(np.int8), is_solved(codes[..., 1])
         every = Solution(
             frozen(q), numbers[..., 0], codes[..., 0], numbers[..., 1], status, numbers[..., 2],
             np.where(found, 0.0, np.nan), np.where(found[..., None, None], poses, np.nan),

@@ -24,7 +24,7 @@ from .._progress import Progress, as_progress, progressing
 from .._threads import thread_count
 from ..errors import InputError
 from ..scenes.ready import Ready
-from ..status import SOLVED
+from ..status import is_solved
 from .allowed import Allowed, allowed_arcs
 from .solution import Solution, Solutions
 
@@ -94,7 +94,7 @@ class Question:
                 self.poses, self.near, self.options, *self.allowed, q, psi, gc, distance, status, margin, gap,
                 self.threads, self.scene,
             )  # fmt: skip
-        unsolved = ~np.isin(status, SOLVED)
+        unsolved = ~is_solved(status)
         pose, beside = self.poses.copy(), unsolved & np.isfinite(gap)
         pose[unsolved] = np.nan
         if beside.any():

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .._arrays import JOINTS, Floats, Ints, frozen
 from .._values import by_content
 from ..errors import CollisionError, InputError, LimitError, NoSolutionError, UnreachableError
-from ..status import SOLVED, STATUSES, Status
+from ..status import STATUSES, Status, is_solved
 
 _KINDS: dict[Status, type[NoSolutionError]] = {
     **dict.fromkeys((Status.UNREACHABLE, Status.FOLDED, Status.NO_POSTURE), UnreachableError),
@@ -55,7 +55,7 @@ class Solution(NamedTuple):
     @property
     def ok(self) -> bool | NDArray[np.bool_]:
         """Whether there is a posture, shape (...)."""
-        found = np.isin(np.asarray(self.status), SOLVED)
+        found = is_solved(self.status)
         return found if found.ndim else bool(found)
 
     def row(self, index: int | tuple[int, ...]) -> Solution:
@@ -111,7 +111,7 @@ class Solution(NamedTuple):
             allows.
         """
         codes = np.asarray(self.status)
-        bad = np.argwhere(~np.isin(codes, SOLVED))
+        bad = np.argwhere(~is_solved(codes))
         if not len(bad):
             return self
         at = tuple(int(i) for i in bad[0])
@@ -126,7 +126,7 @@ class Solution(NamedTuple):
         """Return the fields of one pose to six digits; of a batch how many poses have a posture."""
         codes = np.asarray(self.status)
         if codes.ndim:
-            found = int(np.isin(codes, SOLVED).sum())
+            found = int(is_solved(codes).sum())
             return f"<Solution of a batch {codes.shape}: {found} of {codes.size} poses have a posture>"
         if not np.isfinite(self.q).all():
             return f"<Solution: none, {self.status}>"
