@@ -34,17 +34,15 @@ def rows(count: int) -> dict[str, Callable[[], object]]:
     leaves = [tensor.clone().requires_grad_() for tensor in tensors[:2]]
     arrays = [jax.numpy.asarray(value) for value in (pose, psi, gc.astype(np.int32))]
     value = jax.jit(in_jax.inverse)
-    both = jax.jit(
-        jax.value_and_grad(lambda p, a, g: in_jax.inverse(p, a, g, limits=False).sum(), argnums=(0, 1))
-    )
+    both = jax.jit(jax.value_and_grad(lambda p, a, g: in_jax.inverse(p, a, g).sum(), argnums=(0, 1)))
 
     def backward() -> object:
-        return torch.autograd.grad(in_torch.inverse(*leaves, tensors[2], limits=False).sum(), leaves)
+        return torch.autograd.grad(in_torch.inverse(*leaves, tensors[2]).sum(), leaves)
 
     return {
         "NumPy inverse": lambda: arm.inverse(pose, psi, gc, limits=False),
-        "NumPy inverse_derivative": lambda: aa.gradients.inverse(arm, pose, psi, gc),
-        "torch, value": lambda: in_torch.inverse(*tensors, limits=False),
+        "NumPy gradients.inverse": lambda: aa.gradients.inverse(arm, pose, psi, gc),
+        "torch, value": lambda: in_torch.inverse(*tensors),
         "torch, value and gradient": backward,
         "jax, value": lambda: jax.block_until_ready(value(*arrays)),
         "jax, value and gradient": lambda: jax.block_until_ready(both(*arrays)),

@@ -15,6 +15,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import machine
@@ -67,9 +69,8 @@ def cells_of(name: str, arm: aa.Arm, fields: tuple[str, ...], goal: float) -> Wo
     return Workload(f"a cell of a map, {', '.join(fields)}, {name}", gc.size, work, goals)
 
 
-def asked(what: str, arm: aa.Arm, poses: Floats, name: str, goal: float) -> Workload:
+def asked(what: str, ask: Callable[[Floats], object], poses: Floats, name: str, goal: float) -> Workload:
     """Return a question of `Arm` over poses."""
-    ask = getattr(arm, what)
     return Workload(f"{what}, {name}", len(poses), lambda: ask(poses), {"": goal})
 
 
@@ -88,11 +89,11 @@ def rows() -> list[Workload]:
         arm = aa.Arm.from_catalogue(catalogued)
         poses = in_the_ball(arm, POSES)
         out += [
-            asked("freedom", arm, poses, name, 3.0),
-            asked("reachable", arm, poses, name, REACHABLE_GOAL[name]),
-            asked("feasible_yaw", arm, poses, name, 3.0),
-            asked("feasible_roll", arm, poses, name, 3.0),
-            asked("best", arm, poses[:MARGIN_POSES], name, 25.0),
+            asked("freedom", arm.freedom, poses, name, 3.0),
+            asked("reachable", arm.reachable, poses, name, REACHABLE_GOAL[name]),
+            asked("turns about the base", partial(arm.feasible_turns, about="base"), poses, name, 3.0),
+            asked("turns about the tool", partial(arm.feasible_turns, about="tool"), poses, name, 3.0),
+            asked("best", partial(arm.solve, prefer="margin"), poses[:MARGIN_POSES], name, 25.0),
             placing(arm, poses[:PLACED], name),
             cells_of(name, arm, ("gc", "freedom"), 1.0),
             cells_of(name, arm, USUAL, 0.0),

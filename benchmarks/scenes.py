@@ -105,7 +105,7 @@ def coal_grid(
                 turn = np.column_stack([side, np.cross(along, side), along])
                 place = coal.Transform3s(turn, 0.5 * (begin + end))
                 for sphere, there in spheres:
-                    result._clear()
+                    result.clear()
                     least[k] = min(least[k], coal.distance(bone, place, sphere, there, request, result))
         return least
 

@@ -44,7 +44,7 @@ def waves(arm: aa.Arm, number: int) -> list[np.ndarray]:
 @pytest.mark.parametrize("threads", [1, 0])
 def test_250_poses_all_branches(benchmark: Any, threads: int) -> None:
     """Goal: 50 ms, planned and certified."""
-    path = benchmark(aa.plan, ARM, line(250), threads=threads)
+    path = benchmark(lambda: in_threads(threads, lambda: aa.plan(ARM, line(250))))
     assert path.certified
 
 

@@ -17,7 +17,7 @@ q = np.radians([-5.4101, -26.4986, -48.1542, -61.6500, 152.6198, 114.4466, 8.181
 pose, psi, gc = arm.forward(q)
 print(f"psi = {np.degrees(psi):.4f} deg, gc = {gc}")
 
-again = arm.inverse(pose, psi, gc, limits=False)
+again = arm.inverse(pose, psi, gc)
 print(f"largest difference of a joint: {np.abs(again - q).max():.1e} rad")
 assert np.allclose(again, q, atol=1e-9)
 

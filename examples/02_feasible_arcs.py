@@ -25,7 +25,7 @@ for (lower, upper), ends in zip(arcs, arcs.ends, strict=True):
 
 for interval, ends in zip(arcs, arcs.ends, strict=True):
     for at, end in zip(interval, ends, strict=True):
-        assert abs(arm.inverse(pose, at, gc, limits=False)[end.joint - 1] - end.value) < 1e-11
+        assert abs(arm.inverse(pose, at, gc)[end.joint - 1] - end.value) < 1e-11
 
 # %%
 # A set can be asked, and it is a value: intersect, unite, complement.

@@ -2,8 +2,8 @@
 06. Obstacles as arcs
 =====================
 
-An obstacle that a link must not touch blocks arcs of the arm angle, exactly. ``scene=`` takes them off the
-feasible arcs, and ``Repulsion`` then keeps away from the obstacle as it does from joint limits.
+An obstacle that a link must not touch blocks arcs of the arm angle, exactly. An arm with a scene takes them off
+its feasible arcs, and ``Repulsion`` then keeps away from the obstacle as it does from joint limits.
 """
 
 import matplotlib.pyplot as plt
@@ -18,29 +18,28 @@ first, psi, gc = arm.forward(start)
 beside = arm.elbow(start)[:2] + np.array([-0.04, 0.18])  # a pole behind the elbow, on the side it moves to
 pole = aa.Capsule([*beside, 0.0], [*beside, 1.2], 0.04, name="pole")
 scene = aa.Scene([pole, aa.HalfSpace([0, 0, 1], 0.0, name="floor")], clearance=0.005)
+guarded = arm.with_(scene=scene)
 
 # %%
-# The tool moves 18 cm to the side, with and without ``scene=``.
+# The tool moves 18 cm to the side, with and without the scene.
 
 poses = np.tile(first, (200, 1, 1))
 poses[:, 1, 3] += np.linspace(0.0, 0.18, 200)
 policy = aa.Repulsion(K=0.1, alpha=20)
 free = aa.follow(arm, poses, start=start, policy=policy)
-kept = aa.follow(arm.with_(scene=scene), poses, start=start, policy=policy)
+kept = aa.follow(guarded, poses, start=start, policy=policy)
 for name, path in (("free", free), ("kept", kept)):
-    near = arm.clearance(arm.inverse(poses, path.psi, path.gc, limits=False), scene)
+    near = guarded.clearance(path.q)
     at = int(np.argmin(near.distance))
     print(f"{name}: least distance {1e3 * near.distance[at]:.1f} mm, {near.link[at]} to {near.obstacle[at]}")
 assert kept.ok
-assert (
-    arm.clearance(arm.inverse(poses, kept.psi, kept.gc, limits=False), scene).distance > 0.005 - 1e-9
-).all()
+assert (guarded.clearance(kept.q).distance > 0.005 - 1e-9).all()
 
 # %%
 # What is left of the circle at the end, and who ends it.
 
-last = arm.with_(scene=scene).feasible(poses[-1], gc)
+last = guarded.feasible(poses[-1], gc)
 for end in last.ends[0]:
     print(f"{end.obstacle} touches {end.link}" if end.obstacle else f"joint {end.joint}, {end.side} limit")
-plots.circle(arm, poses[-1], gc, psi=float(kept.psi[-1]), scene=scene)
+plots.circle(guarded, poses[-1], gc, psi=float(kept.psi[-1]))
 plt.show()

@@ -7,7 +7,6 @@ Every function takes leading axes, and broadcasts as NumPy does.
 
 import matplotlib.pyplot as plt
 import numpy as np
-from support.threads import in_threads
 
 import armangle as aa
 
@@ -15,8 +14,9 @@ arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 rng = np.random.default_rng(7)
 q = rng.uniform(arm.lower, arm.upper, (10_000, 7))
 
-pose, psi, gc = in_threads(0, lambda: arm.forward(q))  # (10000, 4, 4), (10000,), (10000,); 0: all cores
-again = in_threads(0, lambda: arm.inverse(pose, psi, gc, limits=False))
+with aa.threads(0):  # all cores
+    pose, psi, gc = arm.forward(q)  # (10000, 4, 4), (10000,), (10000,)
+    again = arm.inverse(pose, psi, gc)
 print("largest pose error:", f"{np.abs(arm.forward(again)[0] - pose).max():.1e}")
 
 # %%
@@ -40,9 +40,9 @@ plt.show()
 
 far = pose[:5].copy()
 far[::2, 0, 3] += 2.0
-print(np.isnan(arm.inverse(far, 0.0, 0, on_error="nan", limits=False)).all(axis=-1))
+print(np.isnan(arm.inverse(far, 0.0, 0, on_error="nan")).all(axis=-1))
 
 # %%
 # An element's result does not depend on its neighbours, its place or the number of threads, bit for bit.
 
-assert np.array_equal(again[123], arm.inverse(pose[123], psi[123], gc[123], limits=False))
+assert np.array_equal(again[123], arm.inverse(pose[123], psi[123], gc[123]))

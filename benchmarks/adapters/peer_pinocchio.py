@@ -28,9 +28,7 @@ def make(problem: Problem) -> dict[str, Any]:
                 error = pin.log6(between).vector
                 if np.abs(error).max() < TOLERANCE:
                     return q
-                jacobian = -pin.Jlog6(between.inverse(limits=False)) @ pin.computeFrameJacobian(
-                    model, data, q, tip
-                )
+                jacobian = -pin.Jlog6(between.inverse()) @ pin.computeFrameJacobian(model, data, q, tip)
                 move = -jacobian.T @ np.linalg.solve(jacobian @ jacobian.T + DAMPING, error)
                 q = np.clip(q + move, problem.lower, problem.upper)
             return None

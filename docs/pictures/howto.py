@@ -70,7 +70,7 @@ def distance_of_a_scene() -> Figure:
     """How near the links come to the scene of the page on obstacles, over psi."""
     pose, psi, gc = BODIED.forward(BESIDE)
     figure = Figure(figsize=(8.0, 3.4), layout="constrained")
-    plots.clearance_profile(BODIED, pose, int(gc), CELL, psi=float(psi), ax=figure.add_subplot())
+    plots.clearance_profile(BODIED.with_(scene=CELL), pose, int(gc), psi=float(psi), ax=figure.add_subplot())
     return figure
 
 
@@ -81,7 +81,7 @@ def map_of_a_scene() -> Figure:
     poses[:, 1, 3] += np.linspace(0.0, 0.1, 200)
     figure = Figure(figsize=(8.0, 3.6), layout="constrained")
     planned = aa.plan(BODIED.with_(scene=CELL), poses)
-    plots.feasible_map(planned, gc=int(gc), scene=CELL, ax=figure.add_subplot())
+    plots.feasible_map(planned, gc=int(gc), ax=figure.add_subplot())
     return figure
 
 
