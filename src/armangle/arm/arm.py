@@ -836,7 +836,7 @@ class Arm(FrozenValue):
         """
         known = type(limits) is bool and isinstance(on_error, str) and on_error in ON_ERROR
         if known and gc is not None and seed is None and out is None and thread_count() == 1:
-            plain: Floats | None = None if limits else self._handle.inverse_one(pose, psi, gc)
+            plain: Floats | None = self._handle.inverse_one(pose, psi, gc, limits)
             if plain is not None:
                 return plain
         if psi is None:
