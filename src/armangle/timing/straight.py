@@ -17,7 +17,7 @@ from .trajectory import Timing, of_jerks
 SAME = 1e-9
 """Share by which derivatives and speeds may differ on a straight way: rounding."""
 SLOWEST = 1e-12
-"""A rate dq/ds, rad, below which a joint counts as moving so fast: a way on which none moves is over at once."""
+"""A rate dq/ds, rad, below which a joint counts as moving so fast: where none moves a way is over at once."""
 _SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 
 
