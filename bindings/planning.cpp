@@ -7,6 +7,7 @@
 
 #include <nanobind/stl/vector.h>
 
+#include <bitset>
 #include <exception>
 #include <map>
 
@@ -248,10 +249,12 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
         options.allowed = [&asked](double s, ArcSet& arcs) { asked.at(s, arcs); };
     }
     NearPlan out;
-    Watch watch;
+    const std::size_t plans = options.objective.duration > 0 ? 1 + std::size(plan_rule::calm) : 1;
+    Watch watch(plans * (std::bitset<configurations>(branches).count() + 1));
     options.checkpoint = [&watch] {
         if (watch.ended()) throw Interrupted{};
     };
+    options.advanced = [&watch] { watch.advance(); };
     try {
         nb::gil_scoped_release release;
         out =

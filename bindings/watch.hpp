@@ -36,6 +36,9 @@ public:
         return ended_.load(std::memory_order_relaxed);
     }
 
+    /// One element more is done, of whatever thread.
+    void advance() noexcept { done_[0].count.fetch_add(1, std::memory_order_relaxed); }
+
     /// Asks Python now; of the calling thread alone.
     void ask() noexcept {
         asked_ = Clock::now();

@@ -13,6 +13,8 @@ from .errors import InputError
 Progress = Callable[[int, int], object]
 """Told how many elements are done, and of how many."""
 
+PARTS = 1000
+"""What calls count in that are made of unequal parts."""
 _WIDTH = 30
 
 
@@ -63,3 +65,33 @@ def progressing(progress: Progress | None) -> Iterator[None]:
         yield
     finally:
         _core.exchange_progress(before)
+
+
+@contextmanager
+def in_parts(progress: Progress | None) -> Iterator[Progress]:
+    """Let the parts of this block tell how far the whole is: in thousandths that never fall, 1000 at its end.
+
+    Who asked in this thread is told where there is no `progress`; calls of the core in the block tell nobody.
+    """
+    asked = _core.exchange_progress(None)
+    whole: Progress | None = asked if progress is None else progress
+    most = -1
+
+    def tell(done: int, total: int) -> None:
+        nonlocal most
+        share = min(PARTS * done // total, PARTS - 1)
+        if whole is not None and share > most:
+            most = share
+            whole(share, PARTS)
+
+    try:
+        yield tell
+        if whole is not None:
+            whole(PARTS, PARTS)
+    finally:
+        _core.exchange_progress(asked)
+
+
+def part(progress: Progress, k: int, of: int) -> Progress:
+    """Return what part k of `of` equal ones tells."""
+    return lambda done, total: progress(k * total + done, of * total)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import sys
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -14,6 +13,7 @@ import pytest
 from support.threads import in_threads
 
 import armangle as aa
+from armangle._progress import progressing
 
 ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 FR3 = aa.Arm.from_catalogue("franka_fr3")
@@ -24,6 +24,15 @@ POSES = POSE.repeat(3000, axis=0)
 FR3_Q = RNG.uniform(0.8 * FR3.lower, 0.8 * FR3.upper, (7, 7))
 FR3_POSES = FR3.forward(FR3_Q)[0].repeat(2000, axis=0)
 TICKS = POSE[:1].repeat(300_000, axis=0)
+
+
+PLANNED = np.repeat(POSE[:1], 60_000, axis=0)
+PLANNED[:, :3, 3] += 0.05 * np.sin(np.linspace(0.0, 2 * np.pi, len(PLANNED)))[:, None] * [1.0, 0.0, 0.3]
+TILTED = ARM.with_(tool=aa.pose([0.0, 0.05, 0.1], rpy=[0.5, 0.0, 0.0]))
+WAY = TILTED.forward(Q[:1])[0].repeat(6, axis=0)
+WAY[:, 0, 3] += np.linspace(0.0, 0.02, len(WAY))
+ROWS = aa.JointPath.from_joints(ARM, 0.5 * Q, between="joints")
+SOME_ROWS = aa.JointPath.from_joints(ARM, 0.5 * Q[:2], between="joints")
 
 
 def tracker() -> aa.Tracker:
@@ -45,6 +54,12 @@ LONG: dict[str, Callable[..., Any]] = {
     "follow": lambda **more: aa.follow(ARM, TICKS, start=Q[0], **more),
     "run": lambda **more: TRACKER.run(TICKS, **more),
     "place": lambda **more: aa.place(ARM, POSE, np.linspace(-1, 1, 300), np.linspace(-1, 1, 300), **more),
+    "plan": lambda **more: in_threads(1, lambda: aa.plan(ARM, PLANNED, **more)),
+    "plan in threads": lambda **more: in_threads(2, lambda: aa.plan(ARM, PLANNED, **more)),
+    "plan of rolls": lambda **more: aa.plan(TILTED, WAY, roll="free", **more),
+    "follow of rolls": lambda **more: aa.follow(TILTED, WAY, start=Q[0], roll="free", **more),
+    "retime": lambda **more: aa.retime(ROWS, acceleration=5.0, **more),
+    "retime with jerk": lambda **more: aa.retime(ROWS, acceleration=5.0, jerk=50.0, **more),
 }
 
 
@@ -82,36 +97,6 @@ def test_a_signal_ends_a_batch_before_all_is_done(name: str) -> None:
     assert np.array_equal(ARM.solve(POSE, seed=Q).q, ARM.solve(POSE, seed=Q).q)
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-def test_a_signal_ends_a_plan(threads: int) -> None:
-    main = threading.get_ident()
-    s = np.linspace(0.0, 1.0, 60_000)[:, None]
-    path = np.repeat(POSE[:1], len(s), axis=0)
-    path[:, :3, 3] += 0.05 * np.sin(2 * np.pi * s) * [1.0, 0.0, 0.3]
-
-    def interrupt() -> None:
-        while not any(name == "plan" for name in names(sys._current_frames()[main])):
-            pass
-        threading.Event().wait(0.3)  # until the core plans
-        os.kill(os.getpid(), signal.SIGINT)
-
-    thread = threading.Thread(target=interrupt)
-    thread.start()
-    with pytest.raises(KeyboardInterrupt):
-        in_threads(threads, lambda: aa.plan(ARM, path))
-    thread.join()
-    assert np.isfinite(aa.plan(ARM, path[:10]).q).all()
-
-
-def names(frame: Any) -> list[str]:
-    """Return the functions that a thread is in."""
-    out = []
-    while frame is not None:
-        out.append(frame.f_code.co_name)
-        frame = frame.f_back
-    return out
-
-
 @pytest.mark.parametrize("name", LONG)
 def test_what_progress_raises_ends_a_call(name: str) -> None:
     def refuse(done: int, total: int) -> None:
@@ -135,6 +120,14 @@ SHORT: dict[str, Callable[..., Any]] = {
     "follow": lambda **more: aa.follow(ARM, TICKS[:50], start=Q[0], **more).q,
     "run": lambda **more: tracker().run(TICKS[:50], **more),
     "place": lambda **more: aa.place(ARM, POSE, [0.0, 0.1], [0.0], **more).reached,
+    "plan": lambda **more: aa.plan(ARM, PLANNED[:50], **more).q,
+    "plan a short one": lambda **more: (
+        aa.plan(ARM, PLANNED[:50], objective=aa.Objective(duration=1.0), **more).q
+    ),
+    "plan of rolls": lambda **more: aa.plan(TILTED, WAY, roll="free", **more).q,
+    "follow of rolls": lambda **more: aa.follow(TILTED, WAY, start=Q[0], roll="free", **more).q,
+    "retime": lambda **more: aa.retime(ROWS, acceleration=5.0, **more).q,
+    "retime with jerk": lambda **more: aa.retime(SOME_ROWS, acceleration=5.0, jerk=50.0, **more).q,
 }
 
 
@@ -143,11 +136,20 @@ def test_the_end_is_told_and_the_answer_is_the_same(name: str, capsys: pytest.Ca
     told: list[tuple[int, int]] = []
     found = SHORT[name](progress=lambda done, total: told.append((done, total)))
     assert np.array_equal(found, SHORT[name](), equal_nan=True)
-    assert told and told[-1][0] == told[-1][1] > 0
+    assert told == sorted(told) and told[-1][0] == told[-1][1] > 0
     assert np.array_equal(SHORT[name](progress=True), found, equal_nan=True)
     assert "100 %" in capsys.readouterr().err
     assert np.array_equal(SHORT[name](progress=False), found, equal_nan=True)
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("name", [name for name in SHORT if name.startswith(("plan", "retime", "follow of"))])
+def test_who_asked_in_this_thread_is_told_of_the_whole_call(name: str) -> None:
+    """As the command line does: shares never fall, and the end is told once."""
+    told: list[tuple[int, int]] = []
+    with progressing(lambda done, total: told.append((done, total))):
+        SHORT[name]()
+    assert told == sorted(told) and [done == total for done, total in told].count(True) == 1
 
 
 def test_what_progress_calls_tells_nothing() -> None:

@@ -9,6 +9,7 @@ from support.draw import count, generator
 from support.planned_arms import IIWA
 
 import armangle as aa
+from armangle._progress import Progress
 from armangle.motion.rolling import best_planned, ladder
 
 TORCH = aa.pose([0.05, 0.0, 0.2], rpy=[0.0, np.radians(45), 0.0])
@@ -216,15 +217,16 @@ def test_a_tool_that_stands_takes_the_first_roll_that_costs_nothing() -> None:
     pose = arm.forward(POSTURE)[0]
     path = aa.Line(pose, pose)
     tried: list[aa.JointPath] = []
+    told: list[int] = []
 
-    def planned(turned: aa.Path) -> aa.JointPath:
-        tried.append(aa.plan(arm, turned, samples=5))
+    def planned(turned: aa.Path, tell: Progress) -> aa.JointPath:
+        tried.append(aa.plan(arm, turned, samples=5, progress=tell))
         return tried[-1]
 
-    best = best_planned(arm, path, None, None, planned)
+    best = best_planned(arm, path, None, None, planned, lambda done, total: told.append(done))
     assert best.certified and best is tried[-1] and cost(best) < 1e-24
     assert all(not plan.certified or cost(plan) > 1e-24 for plan in tried[:-1])
-    assert len(tried) < len(ladder(arm, path, None, None))
+    assert len(tried) < len(ladder(arm, path, None, None)) and told == sorted(told) and told
     result = aa.plan(arm, path, roll="free")
     assert result.certified
     np.testing.assert_allclose(result.q[0], best.q[0], atol=1e-12)

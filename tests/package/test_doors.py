@@ -45,9 +45,8 @@ def commands(target: str, *settings: str) -> str:
 
 def make(*words: str) -> str:
     """What make prints, also where a make runs this test."""
-    alone = {
-        name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")
-    }
+    of_make = ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")
+    alone = {name: value for name, value in os.environ.items() if name not in of_make}
     command = [need_tool("make"), *words]
     return subprocess.run(command, cwd=ROOT, env=alone, capture_output=True, text=True, check=True).stdout
 

@@ -45,6 +45,7 @@ struct PlanOptions {
     double held_q_7 = 0;  // of an arm whose roll is free (with_free_roll): there joint 7 stays
     int threads = 0;      // that look at branches; 0: one for each core
     std::function<void()> checkpoint = {};  // every thread calls it between pieces of work: throws to end
+    std::function<void()> advanced = {};    // any thread calls it: a branch is surveyed, the choice is proven
 };
 
 /// A plan with its proof, or the report of why there is none.
@@ -139,6 +140,7 @@ public:
                          [](const BranchReport& a, const BranchReport& b) { return before(a, b); });
         plan_.plane = task_.plane;
         choose();
+        advance();
         cross();
         std::stable_sort(plan_.branches.begin(), plan_.branches.end(),
                          [this](const BranchReport& a, const BranchReport& b) {
@@ -148,6 +150,10 @@ public:
     }
 
 private:
+    void advance() const {
+        if (options_.advanced) options_.advanced();
+    }
+
     /// The tube of a branch: with sections in shadows of obstacles that those of `base` do not see.
     Tube tube_on(int gc, const std::vector<double>& base) const {
         if (!task_.scenes) return tube(task_, gc, base);
@@ -380,6 +386,7 @@ private:
             const auto look = [&](std::size_t k) {
                 if (spent) return;
                 Surveyed now = survey(asked[k], share);
+                advance();
                 if (now.most > share)
                     spent = true;
                 else
@@ -388,7 +395,9 @@ private:
             in_turn(asked.size(), options_.threads, look, [this] { task_.pass_checkpoint(); });
         }
         for (std::size_t k = 0; k < asked.size(); ++k) {
-            if (!found[k] || found[k]->most > links_) found[k] = survey(asked[k], links_);
+            const bool unseen = !found[k];
+            if (unseen || found[k]->most > links_) found[k] = survey(asked[k], links_);
+            if (unseen) advance();
             Surveyed& one = *found[k];
             links_ -= one.links;
             plan_.start_gap = max(plan_.start_gap, one.start_gap);  // 0 but in the branch of the start

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._arrays import JOINTS, Floats, about_z, as_poses, chosen, named, one_posture
-from .._progress import Progress, as_progress, progressing
+from .._progress import Progress, as_progress, in_parts, progressing
 from ..arm.allowed import Allowed, allowed_arcs
 from ..arm.arm import Arm
 from ..arm.offset import OffsetArm
@@ -132,22 +132,23 @@ def follow(
         )
     path, s, frames = _sampled(None if isinstance(arm, OffsetArm) else arm._handle, poses, blend, samples)
     joints = one_posture("start", start)
-    laddered = not isinstance(arm, OffsetArm) and is_laddered(arm, roll)
+    laddered, told = not isinstance(arm, OffsetArm) and is_laddered(arm, roll), as_progress(progress)
     if laddered and len(frames):
 
-        def followed(rung: Rung) -> JointPath:
+        def followed(rung: Rung, tell: Progress) -> JointPath:
             turned = frames @ about_z(rung[0] + rung[1] * s) if path is None else rolled(path, *rung)
             return follow(
                 arm, turned, start=joints, gc=gc, policy=policy, dt=dt, carry=carry,
                 max_joint_step=max_joint_step, allowed=allowed, scene=scene,
                 on_fail=on_fail, velocity=velocity, acceleration=acceleration, velocity_now=velocity_now,
                 fallback=fallback, lookahead=lookahead,
-                samples=None if path is None else samples,
+                samples=None if path is None else samples, progress=tell,
             )  # fmt: skip
 
-        return best_followed(arm, path or Waypoints(frames), joints, followed)
+        with in_parts(told) as tell:
+            return best_followed(arm, path or Waypoints(frames), joints, followed, tell)
     failing = _ON_FAIL[chosen("on_fail", on_fail, _ON_FAIL)]
-    native, told = core_policy(policy, dt), as_progress(progress)
+    native = core_policy(policy, dt)
     branch, kept, most, margin, time, beyond = checked_options(
         gc, carry, max_joint_step, arm.singularity_margin, dt, outside_of(fallback)
     )

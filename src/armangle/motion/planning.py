@@ -21,6 +21,7 @@ from .._arrays import (
     warn,
 )
 from .._core import ANGLE_TOLERANCE, LARGEST_ANGLE, Wish
+from .._progress import Progress, as_progress, in_parts, part, progressing
 from .._threads import thread_count
 from ..arm.allowed import Allowed, one_allowed
 from ..arm.arcs import ArcSet
@@ -140,6 +141,7 @@ def plan(
     scene: Callable[[float], Scene] | None = None,
     obstacle_speed: float | None = None,
     roll: Roll = "pose",
+    progress: Progress | bool | None = None,
 ) -> JointPath:
     """Return a motion along the whole path, certified between its rows; or one that says why there is none.
 
@@ -203,6 +205,9 @@ def plan(
         rates up to half a turn are tried. Each has exact arcs and its own certificate; between them nothing
         is asked. That takes the time of up to 144 plans. Where no roll holds the path, what is said is of
         the one that comes furthest.
+    progress : function (done, total), or bool, optional
+        Told some times a second how many thousandths are done: branches searched, choices proven, rolls
+        tried; True: a bar on stderr.
 
     Returns
     -------
@@ -222,92 +227,98 @@ def plan(
     """
     check_arm(arm)
     as_srs(arm, "plan")
-    whole = as_path(path, blend)
-    if whole is None:
-        frames = as_poses("path", cast("ArrayLike", path), arm._handle)
-        if frames.ndim != 3:
-            raise InputError(f"path has shape {frames.shape}, wanted a Path, or poses (N, 4, 4)")
-        if len(frames) == 0:
-            return _empty(arm)
-        points = Waypoints(frames)
-        whole = as_path(points, blend) or points
-    if not isinstance(objective, Objective):
-        raise InputError(f"objective is {objective!r:.100}, wanted an Objective")
-    rows = _rows(whole, samples)
-    kept = _limit_margin(arm, limit_margin)
-    first = None if start is None else one_posture("start", start, arm._handle)
-    last = None if goal is None else one_posture("goal", goal, arm._handle)
-    arm._handle.check_poses(whole.pose(rows), "path")
-    if is_laddered(arm, roll):
+    with in_parts(as_progress(progress)) as tell:
+        whole = as_path(path, blend)
+        if whole is None:
+            frames = as_poses("path", cast("ArrayLike", path), arm._handle)
+            if frames.ndim != 3:
+                raise InputError(f"path has shape {frames.shape}, wanted a Path, or poses (N, 4, 4)")
+            if len(frames) == 0:
+                return _empty(arm)
+            points = Waypoints(frames)
+            whole = as_path(points, blend) or points
+        if not isinstance(objective, Objective):
+            raise InputError(f"objective is {objective!r:.100}, wanted an Objective")
+        rows = _rows(whole, samples)
+        kept = _limit_margin(arm, limit_margin)
+        first = None if start is None else one_posture("start", start, arm._handle)
+        last = None if goal is None else one_posture("goal", goal, arm._handle)
+        arm._handle.check_poses(whole.pose(rows), "path")
+        if is_laddered(arm, roll):
 
-        def planned_rolled(turned: Path) -> JointPath:
-            count = (
-                len(rows) if samples is None and isinstance(whole, Waypoints) and len(rows) > 1 else samples
-            )
-            return plan(
-                arm, turned, start=start, goal=goal, gc=gc, psi=psi, objective=objective, samples=count,
-                limit_margin=limit_margin, allowed=allowed, scene=scene, obstacle_speed=obstacle_speed,
-            )  # fmt: skip
+            def planned_rolled(turned: Path, tell: Progress) -> JointPath:
+                count = (
+                    len(rows)
+                    if samples is None and isinstance(whole, Waypoints) and len(rows) > 1
+                    else samples
+                )
+                return plan(
+                    arm, turned, start=start, goal=goal, gc=gc, psi=psi, objective=objective, samples=count,
+                    limit_margin=limit_margin, allowed=allowed, scene=scene, obstacle_speed=obstacle_speed,
+                    progress=tell,
+                )  # fmt: skip
 
-        return best_planned(arm, whole, first, last, planned_rolled)
-    weights = _weights(arm, objective)
-    if arm.chain is not None and callable(scene):
-        raise unsupported("plan with a scene that moves", "follow, which takes one for each row")
-    standing, more = _standing(arm.scene, scene, obstacle_speed)
-    along, truth = ready_each(arm.nominal, _kept_off(standing, more)), None
-    if arm.chain is not None and along:
-        truth = arm._needed(arm.scene).handle
-    handle, last_joint = _with_roll(arm, roll, first, last, scene or arm.scene, kept)
-    wished, asked = _wished(psi), _asked(allowed, whole)
+            return best_planned(arm, whole, first, last, planned_rolled, tell)
+        weights = _weights(arm, objective)
+        if arm.chain is not None and callable(scene):
+            raise unsupported("plan with a scene that moves", "follow, which takes one for each row")
+        standing, more = _standing(arm.scene, scene, obstacle_speed)
+        along, truth = ready_each(arm.nominal, _kept_off(standing, more)), None
+        if arm.chain is not None and along:
+            truth = arm._needed(arm.scene).handle
+        handle, last_joint = _with_roll(arm, roll, first, last, scene or arm.scene, kept)
+        wished, asked = _wished(psi), _asked(allowed, whole)
+        calm = ready_each(arm.nominal, _kept_off(standing, more, soft=True))
 
-    def planned(along: list[Ready], first: Floats | None, last: Floats | None) -> Any:
-        return handle.plan_path(
-            whole._segments, rows, first, last, _branches(gc), weights, arm.singularity_margin, kept, *wished,
-            [each.handle for each in along], *asked, last_joint, truth, thread_count(0),
-        )  # fmt: skip
+        def planned(along: list[Ready], first: Floats | None, last: Floats | None, tell: Progress) -> Any:
+            with progressing(tell):
+                return handle.plan_path(
+                    whole._segments, rows, first, last, _branches(gc), weights,
+                    arm.singularity_margin, kept, *wished,
+                    [each.handle for each in along], *asked, last_joint, truth, thread_count(0),
+                )  # fmt: skip
 
-    ready = along[0] if along else None
-    calm = ready_each(arm.nominal, _kept_off(standing, more, soft=True))
-    found = planned(calm or along, first, last)
-    if calm and not (found[0] and len(found[4]) == 0):
-        found = planned(along, first, last)
-    if roll == "pose" and not (found[0] and max(found[5], found[6]) <= START_GAP):
-        held = [_taken(arm, whole.pose(s), q) for s, q in ((0.0, first), (1.0, last))]
-        if any(q is not each for q, each in zip((first, last), held, strict=True)):
-            again = planned(along, *held)
-            if again[0] or max(again[5], again[6]) <= START_GAP:
-                found, (first, last) = again, held
-    ok, branch, plane, stretches, open_, start_gap, goal_gap, reports, *chain = found
-    for name, joints, gap in (("start", first, start_gap), ("goal", last, goal_gap)):
-        if gap > START_GAP:
-            _check_within(arm, name, joints)
-            off, most = (f"{angle:.3g} rad ({np.degrees(angle):.3g} deg)" for angle in (gap, START_GAP))
-            way = "begin it with a Line from" if name == "start" else "end it with a Line to"
-            raise InputError(
-                f"{name} belongs to another pose than the path's: a joint is {off} off, wanted at most "
-                f"{most}; {way} arm.forward({name})[0]"
-            )
-    branches = tuple(branch_of(report, ready) for report in reports)
-    ends = (Verdict.START, Verdict.GOAL)
-    said = ok or any(branch.status == Status.LIMITS and branch.verdict in ends for branch in branches)
-    note = "" if said else _outside(arm, start=first, goal=last)
-    ended = any(branch.verdict in ends and not branch.elsewhere for branch in branches)
-    if (
-        not ok
-        and not note
-        and ended
-        and first is not None
-        and last is not None
-        and planned(along, first, None)[0]
-    ):
-        note = "A path leads from the start to another posture of the last pose: plan without goal=."
-    diagnosis = Diagnosis(branches, note=note)
-    curve = Curve(whole._segments, stretches, plane, branch, roll, *chain) if len(stretches) else None
-    if curve is not None and samples is None and not isinstance(whole, Waypoints):
-        led = rows <= curve.end
-        rows = np.append(rows_between(arm, curve, rows[led], ROW_STEP), rows[~led])
-    beside = tuple(scenes_at(scene or arm.scene, rows.tolist()))
-    return _result(arm, whole, rows, curve, diagnosis, ok, open_, beside)
+        ready = along[0] if along else None
+        found = planned(calm or along, first, last, part(tell, 0, 1 + bool(calm)))
+        if calm and not (found[0] and len(found[4]) == 0):
+            found = planned(along, first, last, part(tell, 1, 2))
+        if roll == "pose" and not (found[0] and max(found[5], found[6]) <= START_GAP):
+            held = [_taken(arm, whole.pose(s), q) for s, q in ((0.0, first), (1.0, last))]
+            if any(q is not each for q, each in zip((first, last), held, strict=True)):
+                again = planned(along, held[0], held[1], tell)
+                if again[0] or max(again[5], again[6]) <= START_GAP:
+                    found, (first, last) = again, held
+        ok, branch, plane, stretches, open_, start_gap, goal_gap, reports, *chain = found
+        for name, joints, gap in (("start", first, start_gap), ("goal", last, goal_gap)):
+            if gap > START_GAP:
+                _check_within(arm, name, joints)
+                off, most = (f"{angle:.3g} rad ({np.degrees(angle):.3g} deg)" for angle in (gap, START_GAP))
+                way = "begin it with a Line from" if name == "start" else "end it with a Line to"
+                raise InputError(
+                    f"{name} belongs to another pose than the path's: a joint is {off} off, wanted at most "
+                    f"{most}; {way} arm.forward({name})[0]"
+                )
+        branches = tuple(branch_of(report, ready) for report in reports)
+        ends = (Verdict.START, Verdict.GOAL)
+        said = ok or any(branch.status == Status.LIMITS and branch.verdict in ends for branch in branches)
+        note = "" if said else _outside(arm, start=first, goal=last)
+        ended = any(branch.verdict in ends and not branch.elsewhere for branch in branches)
+        if (
+            not ok
+            and not note
+            and ended
+            and first is not None
+            and last is not None
+            and planned(along, first, None, tell)[0]
+        ):
+            note = "A path leads from the start to another posture of the last pose: plan without goal=."
+        diagnosis = Diagnosis(branches, note=note)
+        curve = Curve(whole._segments, stretches, plane, branch, roll, *chain) if len(stretches) else None
+        if curve is not None and samples is None and not isinstance(whole, Waypoints):
+            led = rows <= curve.end
+            rows = np.append(rows_between(arm, curve, rows[led], ROW_STEP), rows[~led])
+        beside = tuple(scenes_at(scene or arm.scene, rows.tolist()))
+        return _result(arm, whole, rows, curve, diagnosis, ok, open_, beside)
 
 
 def _taken(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:

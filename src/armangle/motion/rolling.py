@@ -14,6 +14,7 @@ from typing import cast
 import numpy as np
 
 from .._arrays import Floats, chosen
+from .._progress import Progress, part
 from ..arm.arm import Arm
 from ..arm.roll import LADDER, ROLLS, Roll, is_along_axis_7
 from ..status import Status
@@ -87,19 +88,21 @@ def _roll(frame: Floats, held: Floats) -> float:
 
 
 def best_planned(
-    arm: Arm, path: Path, start: Floats | None, goal: Floats | None, planned: Callable[[Path], JointPath]
-) -> JointPath:
+    arm: Arm, path: Path, start: Floats | None, goal: Floats | None,
+    planned: Callable[[Path, Progress], JointPath], tell: Progress,
+) -> JointPath:  # fmt: skip
     """Return the plan of the rung that costs least; where none holds, of the one that comes furthest."""
     rungs = ladder(arm, path, start, goal)
     held, furthest = _held(arm, path, rungs)
     every: list[JointPath] = []
-    for rung in held or [furthest]:
-        every.append(planned(rolled(path, *rung)))
+    tried = held or [furthest]
+    for k, rung in enumerate(tried):
+        every.append(planned(rolled(path, *rung), part(tell, k, len(tried))))
         if _worth(every[-1]) <= _NOTHING:
             break
     if start is None and goal is None and not any(result.ok for result in every):
         for rung in _held(arm, path, _growing())[0][:LADDER]:
-            result = planned(rolled(path, *rung))
+            result = planned(rolled(path, *rung), tell)
             if result.ok:
                 return result
     best = min(every, key=_worth)
@@ -129,9 +132,12 @@ def _held(arm: Arm, path: Path, rungs: list[Rung]) -> tuple[list[Rung], Rung]:
     return [rungs[k] for k in order.tolist() if branches[k].all()], rungs[int(come.argmax())]
 
 
-def best_followed(arm: Arm, path: Path, start: Floats, followed: Callable[[Rung], JointPath]) -> JointPath:
+def best_followed(
+    arm: Arm, path: Path, start: Floats, followed: Callable[[Rung, Progress], JointPath], tell: Progress
+) -> JointPath:
     """Return the rung that is followed furthest, and of those the one on which the joints travel least."""
-    results = [followed(rung) for rung in ladder(arm, path, start, None)]
+    rungs = ladder(arm, path, start, None)
+    results = [followed(rung, part(tell, k, len(rungs))) for k, rung in enumerate(rungs)]
 
     def worth(result: JointPath) -> tuple[int, float]:
         done = int((result.status == Status.OK).sum())

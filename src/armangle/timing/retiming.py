@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import JOINTS, Floats, as_number, warn
+from .._progress import Progress, as_progress, in_parts, part
 from ..arm.arm import Arm
 from ..arm.keywords import names_keywords
 from ..errors import InputError, PathError
@@ -123,6 +124,7 @@ def retime(
     tool_speed: float | None = None,
     cycle: float = CYCLE,
     sample: float = 0.01,
+    progress: Progress | bool | None = None,
 ) -> Trajectory:
     """Return a trajectory along a joint path that keeps joint velocities and accelerations.
 
@@ -169,6 +171,8 @@ def retime(
         cycle, 1 ms by default. 0, or with `jerk`: the motion stops at every corner that is not rounded.
     sample : float
         Time between the rows of the result, s, > 0.
+    progress : function (done, total), or bool, optional
+        Told how many thousandths are done, of attempts at parts between corners; True: a bar on stderr.
 
     Returns
     -------
@@ -190,27 +194,30 @@ def retime(
     bounds = _checked(path, velocity, acceleration, jerk, tolerance, tool_speed, cycle)
     velocities = _end_velocities(path, start, goal, bounds)
     step = as_number("sample", sample, 0.0, _MOST_SPEED, low_open=True)
+    told = as_progress(progress)
     notes = _not_trusted(path.arm) if velocity is True else ()
-    if _stands(path):
-        q = path.q[-1] if isinstance(path, JointPath) else np.asarray(path.at(1.0).q)
-        return replace(resting(path, q, bounds.tool_speed), notes=notes)
-    path = _without_repeats(path)
-    bounds = bounds._replace(ends=_end_speeds(path, velocities))
-    path, g, timing, off = min(_ways(path, bounds), key=lambda way: way.timing.duration)
-    _raise_for_leaps(path, timing, bounds.velocity)
-    _raise_for_unproven(path, timing, bounds)
-    if not timing.duration <= MOST_ROWS * step:
-        raise InputError(
-            f"the motion takes {timing.duration:.3g} s, more than {MOST_ROWS} rows of sample = {step:g} s: "
-            "wanted a larger sample, or bounds in rad/s, rad/s², rad/s³ and a tool_speed in m/s"
-        )
-    lost = None
-    if bounds.tool_speed is not None:
-        jump = bounds.acceleration * (bounds.cycle if bounds.jerk is None else 0.0)
-        given = bounds.tool_speed, bounds.velocity, bounds.acceleration, jump
-        share = HELD if bounds.jerk is None else HELD_WITH_JERK
-        lost = speed_lost(path, g, *given) or not_held(path, timing, bounds.tool_speed, share)
-    return replace(sampled(path, timing, step, bounds.tool_speed, lost, off), notes=notes)
+    with in_parts(told) as tell:
+        if _stands(path):
+            q = path.q[-1] if isinstance(path, JointPath) else np.asarray(path.at(1.0).q)
+            return replace(resting(path, q, bounds.tool_speed), notes=notes)
+        path = _without_repeats(path)
+        bounds = bounds._replace(ends=_end_speeds(path, velocities))
+        path, g, timing, off = min(_ways(path, bounds, tell), key=lambda way: way.timing.duration)
+        _raise_for_leaps(path, timing, bounds.velocity)
+        _raise_for_unproven(path, timing, bounds)
+        if not timing.duration <= MOST_ROWS * step:
+            raise InputError(
+                f"the motion takes {timing.duration:.3g} s, more than {MOST_ROWS} rows of sample = "
+                f"{step:g} s: wanted a larger sample, or bounds in rad/s, rad/s², rad/s³ and a "
+                "tool_speed in m/s"
+            )
+        lost = None
+        if bounds.tool_speed is not None:
+            jump = bounds.acceleration * (bounds.cycle if bounds.jerk is None else 0.0)
+            given = bounds.tool_speed, bounds.velocity, bounds.acceleration, jump
+            share = HELD if bounds.jerk is None else HELD_WITH_JERK
+            lost = speed_lost(path, g, *given) or not_held(path, timing, bounds.tool_speed, share)
+        return replace(sampled(path, timing, step, bounds.tool_speed, lost, off), notes=notes)
 
 
 def _not_trusted(arm: Arm) -> tuple[str, ...]:
@@ -243,7 +250,7 @@ class _Way(NamedTuple):
     deviation: Deviation
 
 
-def _ways(path: Motion, b: _Bounds) -> list[_Way]:
+def _ways(path: Motion, b: _Bounds, tell: Progress) -> list[_Way]:
     """Return timings of the path with its corners, if these are few or none is to be rounded, and without."""
     steep = steep_ends(path) if b.tolerance > 0 else (False, False)
     left = np.where(steep, np.maximum(BESIDE, beside_ends(path)), 0.0)
@@ -255,15 +262,15 @@ def _ways(path: Motion, b: _Bounds) -> list[_Way]:
     asked = b.tolerance > 0 and (many > 0 or any(steep))
     without = rounded(path, nodes, b.tolerance, steep) if asked else None
     if without is None:
-        return [_Way(path, *_kept(path, b), NO_DEVIATION)]
+        return [_Way(path, *_kept(path, b, tell), NO_DEVIATION)]
     smoothed, off = without
-    found = _Way(smoothed, *_kept(smoothed, b), off)
+    found = _Way(smoothed, *_kept(smoothed, b, part(tell, 0, 2)), off)
     if any(steep):
         return [found]
     stops = many <= FEW_STOPS or (
         many <= MOST_STOPS and _least_with_stops(path, first, b) < found.timing.duration
     )
-    return [found, _Way(path, *_kept(path, b), NO_DEVIATION)] if stops else [found]
+    return [found, _Way(path, *_kept(path, b, part(tell, 1, 2)), NO_DEVIATION)] if stops else [found]
 
 
 def _least_with_stops(path: Motion, g: Grid, b: _Bounds) -> float:
@@ -274,22 +281,23 @@ def _least_with_stops(path: Motion, g: Grid, b: _Bounds) -> float:
     return float(np.maximum(least, ways / b.velocity).max(axis=1).sum())
 
 
-def _kept(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
+def _kept(path: Motion, b: _Bounds, tell: Progress) -> tuple[Grid, Timing]:
     """Return the timing that keeps the bounds, between the points of the grid too, and the grid."""
     if b.jerk is not None:
-        return _kept_with_jerk(path, b, b.jerk)
+        return _kept_with_jerk(path, b, b.jerk, tell)
     if not b.moving:
-        return _kept_on_grids(path, b)
+        return _kept_on_grids(path, b, tell)
     try:  # it cannot be slowed down as a whole: that would slow its ends down too
-        return _kept_on_grids(path, b.within(OVER))
+        return _kept_on_grids(path, b.within(OVER), tell)
     except TooFast:  # as in the middle of another motion that brakes as hard as it may
-        return _kept_on_grids(path, b.within(1 / OVER))
+        return _kept_on_grids(path, b.within(1 / OVER), tell)
 
 
-def _kept_on_grids(path: Motion, b: _Bounds) -> tuple[Grid, Timing]:
+def _kept_on_grids(path: Motion, b: _Bounds, tell: Progress) -> tuple[Grid, Timing]:
     """Return what `_kept` does without a bound on jerk."""
     more, takes = np.empty(0), np.inf
     for attempt in range(MOST_FINER):
+        tell(attempt, MOST_FINER)
         g, caps = _between_stops(path, b, more)
         g = g.with_dense(DENSE * b.cycle * caps)
         timing = _timed(g, caps, b)
@@ -329,38 +337,41 @@ def _between_stops(path: Motion, b: _Bounds, more: Floats) -> tuple[Grid, Floats
     return g, np.minimum(caps, _corner_caps(g, b))
 
 
-def _kept_with_jerk(path: Motion, b: _Bounds, jerk: Floats) -> tuple[Grid, Timing]:
+def _kept_with_jerk(path: Motion, b: _Bounds, jerk: Floats, tell: Progress) -> tuple[Grid, Timing]:
     """Return what `_kept` does: every part between two corners is timed, and slowed down, for itself."""
     g = grid(path, GRID, 1, np.empty(0))
     ends = np.union1d([0.0, 1.0], g.s[corners(g).any(axis=1)])
-    parts = [Part(path, first, last) for first, last in pairwise(ends.tolist())]
-    full = min(1.0, FULL_PARTS / len(parts))
-    return g, joined([_part_kept(part, full, b, jerk).of_part(part.first, part.last) for part in parts])
+    ways = [Part(path, first, last) for first, last in pairwise(ends.tolist())]
+    full = min(1.0, FULL_PARTS / len(ways))
+    timings = [_part_kept(way, full, b, jerk, part(tell, k, len(ways))) for k, way in enumerate(ways)]
+    return g, joined([each.of_part(way.first, way.last) for each, way in zip(timings, ways, strict=True)])
 
 
-def _part_kept(part: Part, full: float, b: _Bounds, jerk: Floats) -> Timing:
+def _part_kept(way: Part, full: float, b: _Bounds, jerk: Floats, tell: Progress) -> Timing:
     """Return the timing of a part between two corners: the fastest of several attempts.
 
     `full` is the share of the grid that it gets; less than 1 where there are many, with one attempt each.
     """
     count, least = (WITH_JERK, LEAST_WITH_JERK) if b.tool_speed is None else (AT_SPEED, LEAST_AT_SPEED)
-    least = max(LEAST_WITH_JERK, min(least, count // (len(part.breaks) - 1)))
+    least = max(LEAST_WITH_JERK, min(least, count // (len(way.breaks) - 1)))
     found, before, more, broken = [], None, NONE, NONE
     few, many = KNOTS if b.tool_speed is None else KNOTS_AT_SPEED
-    for attempt in range(ATTEMPTS if full == 1 else 1):
-        g = grid(part, max(int(full * count), LEAST_IN_PART), least, more)
-        caps = np.minimum(_speed_caps(part, g, b), _corner_caps(g, b))
+    attempts = ATTEMPTS if full == 1 else 1
+    for attempt in range(attempts):
+        tell(attempt, attempts)
+        g = grid(way, max(int(full * count), LEAST_IN_PART), least, more)
+        caps = np.minimum(_speed_caps(way, g, b), _corner_caps(g, b))
         if is_straight(g, caps):
             timing = straight(g, b.acceleration, jerk, caps)
         else:
             bounds = b.velocity, b.acceleration, jerk
             knots = many if attempt else few
-            most = partial(_at_tool_speed, part, b=b)
-            before = smooth(part.derivatives, g, bounds, most, knots, before, broken)
+            most = partial(_at_tool_speed, way, b=b)
+            before = smooth(way.derivatives, g, bounds, most, knots, before, broken)
             timing = before.timing
         if not np.isfinite(timing.t).all():
-            _raise_for_leaps(part.whole, timing.of_part(part.first, part.last), b.velocity)
-        s, factor = _excess(part, g, timing, b)
+            _raise_for_leaps(way.whole, timing.of_part(way.first, way.last), b.velocity)
+        s, factor = _excess(way, g, timing, b)
         found.append(timing.slower(float(factor.max()) or 1.0))  # 0 where nothing moves
         gain = found[-2].duration / found[-1].duration if attempt else np.inf
         bad = s[factor > OVER_WITH_JERK]
