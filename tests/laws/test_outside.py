@@ -1,4 +1,4 @@
-"""Where a pose has no posture: `solve(outside="nearest")` finds that of the nearest pose the arm can take."""
+"""Where a pose has no posture: `solve(fallback="nearest_pose")` finds that of the nearest pose the arm can take."""
 
 from __future__ import annotations
 
