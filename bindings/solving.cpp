@@ -150,7 +150,7 @@ void solve_many(const Handle& self, Floats pose, Floats near, const SolveOptions
                          gap_out.data<double>()[i] = found.gap;
                      });
     });
-    refuse(first_problem(outcomes, most_threads), work.pose(), 2, "pose", "near");
+    refuse(first_problem(outcomes, most_threads), work.pose(), 2, "pose", "seed");
 }
 
 /// Gradients (n, 6) of the margin of the best postures q (n, 7), psi, gc (n,) of poses (n, 4, 4); NaN where q
@@ -184,7 +184,7 @@ nb::object solve_one(const Handle& self, nb::handle pose, nb::handle near, Metri
     Problem problem = check_pose(self.arm, m, value);
     refuse_one(problem, "pose", value);
     if (!near.is_none()) problem = check_joints(self.arm, q, value);
-    refuse_one(problem, "near", value);
+    refuse_one(problem, "seed", value);
     NearestOptions options;
     options.metric = metric;
     options.near = near.is_none() ? nullptr : q;
@@ -224,7 +224,7 @@ nb::typed<nb::tuple, Ints, Floats, Floats, Ints, Floats, Floats, Codes> solution
                     parts[thread].insert(parts[thread].end(), found.found, found.found + found.count);
                 });
     });
-    refuse(first_problem(outcomes, most_threads), work.pose(), 2, "pose", "near");
+    refuse(first_problem(outcomes, most_threads), work.pose(), 2, "pose", "seed");
     for (const std::vector<Nearest>& part : parts)
         for (const Nearest& one : part) {
             q.insert(q.end(), one.q, one.q + joints);

@@ -396,15 +396,14 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
         case Problem.UNREACHABLE:
             return UnreachableError(f"{where} is out of reach by {value * MILLIMETRES:.6g} mm")
         case Problem.NEAR_SINGULAR | Problem.NO_CONVERGENCE:
-            rest = " and keeps the other rows" if branch else ""
             return NoSolutionError(
-                f'{where}: {_core.Status[problem.name].sentence} unreachable="nan" gives NaN there{rest}; '
-                "solve(pose, near=q) finds a posture if there is one."
+                f'{where}: {_core.Status[problem.name].sentence} on_error="nan" gives NaN there; '
+                "solve(pose, seed=q) finds a posture if there is one."
             )
         case Problem.NO_DERIVATIVE:
             return UnreachableError(
                 f"there is no gradient at {where}, {_HINDRANCES[int(value)]}: leave that element out of what "
-                'is differentiated, or take NaN for it with unreachable="nan" (forward: undefined="nan")'
+                'is differentiated, or take NaN for it with on_error="nan"'
             )
     return ArmangleError(problem.name)
 

@@ -148,7 +148,7 @@ def limit_margin(arm: Arm, q: ArrayLike) -> Floats:
     """
     joints = as_floats("q", q, (JOINTS,))
     out = np.empty(joints.shape)
-    arm._handle.limit_margin_gradient_many(joints, out)
+    getattr(arm, "_rows", arm)._handle.limit_margin_gradient_many(joints, out)  # limits alone are asked
     return out
 
 

@@ -32,10 +32,10 @@ READERS: dict[str, tuple[Callable[[Path], Any], tuple[str, ...]]] = {
     "field": (aa.load_field, (".npz",)),
     "robot": (read_robot, (".toml",)),
     "URDF": (aa.Arm.from_urdf, (".urdf",)),
-    "URDF, offset": (aa.OffsetArm.from_urdf, (".urdf",)),
+    "URDF, offset": (aa.Arm.from_urdf, (".urdf",)),
     "URDF, body": (aa.Body.from_urdf, (".urdf",)),
     "MJCF": (aa.Arm.from_mjcf, (".xml",)),
-    "MJCF, offset": (aa.OffsetArm.from_mjcf, (".xml",)),
+    "MJCF, offset": (aa.Arm.from_mjcf, (".xml",)),
     "MJCF, body": (aa.Body.from_mjcf, (".xml",)),
     "mesh": (lambda path: mesh_file(path.name, path.parent), (".stl", ".obj")),
 }

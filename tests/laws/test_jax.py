@@ -31,10 +31,13 @@ def test_the_numbers_are_those_of_arm(name: str) -> None:
     pose, psi, gc = jax.jit(kinematics.forward)(q)
     for found, wanted in zip((pose, psi, gc), arm.forward(q), strict=True):
         assert np.array_equal(found, wanted)
-    assert np.array_equal(jax.jit(kinematics.inverse)(pose, psi, gc), arm.inverse(*arm.forward(q)))
+    assert np.array_equal(
+        jax.jit(kinematics.inverse)(pose, psi, gc), arm.inverse(*arm.forward(q), limits=False)
+    )
     assert np.array_equal(kinematics.freedom(pose), arm.freedom(np.array(pose)).total)
-    drawn = kinematics.freedom(pose, singularity_margin=0.1)
-    assert np.array_equal(drawn, arm.freedom(np.array(pose), singularity_margin=0.1).total)
+    near = arm.with_(singularity_margin=0.1)
+    drawn = aa.jax.Kinematics(near).freedom(pose)
+    assert np.array_equal(drawn, near.freedom(np.array(pose)).total)
     assert np.array_equal(kinematics.limit_margin(q), arm.limit_margin(q))
 
 
@@ -46,7 +49,9 @@ def test_float32_is_computed_in_float64() -> None:
     assert pose.dtype == np.float32
     found = kinematics.inverse(pose, psi, gc)
     assert found.dtype == np.float32
-    assert np.array_equal(found, arm.inverse(np.array(pose), np.array(psi), np.array(gc)).astype(np.float32))
+    assert np.array_equal(
+        found, arm.inverse(np.array(pose), np.array(psi), np.array(gc), limits=False).astype(np.float32)
+    )
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -56,7 +61,9 @@ def test_derivatives_are_the_limit_of_differences(name: str) -> None:
     pose, psi, gc = arm.forward(q)
     twist = rng.normal(size=(len(q), 7))
     ahead, behind = (
-        arm.inverse(moved(pose, way * step * twist[:, :6]), psi + way * step * twist[:, 6], gc, seed=q)
+        arm.inverse(
+            moved(pose, way * step * twist[:, :6]), psi + way * step * twist[:, 6], gc, seed=q, limits=False
+        )
         for way in (1, -1)
     )
     along_pose = change(pose, twist[:, :6])
@@ -83,9 +90,9 @@ def test_derivatives_of_freedom_and_of_the_limit_margin_are_those_of_arm() -> No
     kinematics, twist = aa.jax.Kinematics(arm), draw.generator(17, 33).normal(size=6)
     pose = arm.forward(q)[0]
     _, along = jax.jvp(kinematics.freedom, (pose,), (change(pose, twist),))
-    assert np.allclose(along, arm.freedom_gradient(pose) @ twist, rtol=1e-10, atol=1e-10, equal_nan=True)
+    assert np.allclose(along, aa.gradients.freedom(arm, pose) @ twist, rtol=1e-10, atol=1e-10, equal_nan=True)
     slope = jax.vmap(jax.grad(kinematics.limit_margin))(q)
-    assert np.array_equal(slope, arm.limit_margin_gradient(q))
+    assert np.array_equal(slope, aa.gradients.limit_margin(arm, q))
 
 
 @pytest.mark.slow
@@ -94,7 +101,7 @@ def test_all_ways_to_a_derivative_agree(name: str) -> None:
     arm, q = postures(name, 12, 17, 34)
     kinematics = aa.jax.Kinematics(arm)
     pose, psi, gc = arm.forward(q)
-    slope = arm.inverse_derivative(pose, psi, gc)
+    slope = aa.gradients.inverse(arm, pose, psi, gc)
     ahead = jax.vmap(jax.jacfwd(kinematics.inverse, argnums=1))(pose, psi, gc)
     back = jax.vmap(jax.jacrev(kinematics.inverse, argnums=1))(pose, psi, gc)
     assert np.allclose(ahead, slope[..., 6], rtol=1e-12, atol=1e-12)
@@ -131,7 +138,7 @@ def test_vmap_and_scan_are_the_batch() -> None:
     arm, q = postures("openarm_v10", 50, 17, 31)
     kinematics = aa.jax.Kinematics(arm)
     pose, psi, gc = arm.forward(q)
-    wanted = arm.inverse(pose, psi, gc[0])
+    wanted = arm.inverse(pose, psi, gc[0], limits=False)
     assert np.array_equal(jax.vmap(lambda p, a: kinematics.inverse(p, a, gc[0]))(pose, psi), wanted)
     assert np.array_equal(jax.vmap(kinematics.inverse, in_axes=(0, 0, None))(pose, psi, gc[0]), wanted)
 
@@ -139,10 +146,13 @@ def test_vmap_and_scan_are_the_batch() -> None:
         return psi_now + 0.01, kinematics.inverse(frame, psi_now, gc[0])
 
     _, along = jax.jit(lambda frames: jax.lax.scan(walked, 0.2, frames))(pose)
-    assert np.allclose(along, arm.inverse(pose, 0.2 + 0.01 * np.arange(len(q)), gc[0]), rtol=0, atol=1e-12)
+    assert np.allclose(
+        along, arm.inverse(pose, 0.2 + 0.01 * np.arange(len(q)), gc[0], limits=False), rtol=0, atol=1e-12
+    )
     steep = jax.grad(lambda a: jax.lax.scan(walked, a, pose)[1].sum())(0.2)
     difference = [
-        arm.inverse(pose, 0.2 + way * 1e-6 + 0.01 * np.arange(len(q)), gc[0]).sum() for way in (1, -1)
+        arm.inverse(pose, 0.2 + way * 1e-6 + 0.01 * np.arange(len(q)), gc[0], limits=False).sum()
+        for way in (1, -1)
     ]
     assert np.isclose(steep, (difference[0] - difference[1]) / 2e-6, rtol=1e-5)
 
@@ -180,7 +190,6 @@ def test_what_cannot_be_taken_is_said() -> None:
             lambda: kinematics.inverse(np.zeros((3, 4, 4)), np.zeros(2), 0),
             aa.InputError, "do not broadcast",
         ),
-        (lambda: kinematics.freedom(np.eye(4), singularity_margin=-1), aa.InputError, "singularity_margin"),
         (lambda: aa.jax.Kinematics(None), aa.InputError, "arm is NoneType, wanted an Arm"),
     ):  # fmt: skip
         with pytest.raises(error, match=words):

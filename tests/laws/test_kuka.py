@@ -10,8 +10,9 @@ from support import draw
 
 import armangle as aa
 from armangle import kuka
+from armangle.models.catalogue import srs_catalogue
 
-KUKAS = [name for name in aa.catalogue() if name.startswith("kuka_")]
+KUKAS = [name for name in srs_catalogue() if name.startswith("kuka_")]
 # A frame taught on an iiwa 7 with a media flange (wrist to flange 0.152 m), of the public project
 # WerthersEchte/LegoArmCode: mm, rad, and the joints that the same project shows for it, degrees.
 TAUGHT_XYZ = np.array([452.42385876038577, 348.36217544715095, 283.1412480812374]) / 1e3
@@ -76,7 +77,7 @@ def joints_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> np.ndarray:
 def test_pose_e1_and_status_give_the_joints_back(name: str) -> None:
     arm = aa.Arm.from_catalogue(name)
     q = joints_of(arm, draw.generator(17, 1), draw.count(2000))
-    pose = arm.forward(q, undefined="nan")[0]
+    pose = arm.forward(q, on_error="nan")[0]
     back = kuka.from_e1(arm, pose, kuka.to_e1(arm, q), kuka.status(arm, q), seed=q)
     assert np.abs(back - q).max() < 1e-6  # beside A2 = A4 = 0 no better than the pose's own rounding
     calm = (np.abs(np.sin(q[:, [1, 3, 5]])) > 1e-2).all(axis=1)
@@ -94,9 +95,7 @@ def test_a_frame_taught_on_a_robot() -> None:
     assert (again.status, again.turn) == (TAUGHT_STATUS, TAUGHT_TURN)
     assert np.allclose(again.pose, frame.pose, rtol=0, atol=1e-12)
     assert np.allclose(kuka.abc(frame.pose), TAUGHT_ABC, rtol=0, atol=1e-12)
-    with pytest.raises(
-        aa.InputError, match=r"turn is 77, but pose, E1 and Status give 76: A1 differ"
-    ):
+    with pytest.raises(aa.InputError, match=r"turn is 77, but pose, E1 and Status give 76: A1 differ"):
         kuka.from_frame(arm, frame._replace(turn=77))
 
 
@@ -127,16 +126,14 @@ def test_a_frame_with_a6_at_zero_is_read(name: str) -> None:
         for seed in (None, q):
             found = kuka.from_frame(arm, frame, seed=seed)
             assert arm.within_limits(found, tol=1e-9)
-            assert np.allclose(arm.forward(found, undefined="nan")[0], frame.pose, rtol=0, atol=1e-8)
+            assert np.allclose(arm.forward(found, on_error="nan")[0], frame.pose, rtol=0, atol=1e-8)
             differ = int(kuka.turn(arm, found)) ^ frame.turn
             assert kuka.status(arm, found) == frame.status
             assert not any(differ >> j & 1 for j in range(7) if j in (4, 6) or abs(q[j]) > 1e-9)
         assert np.allclose(found, q, rtol=0, atol=1e-6)  # the seed says how A5 and A7 share their turn
     # 0.05 rad between them, or a turn less: A5 and A7 cannot both be negative
     frame = kuka.to_frame(arm, [0.1, 0.4, 0.2, -1.2, -0.5, 0.0, 0.55])
-    with pytest.raises(
-        aa.InputError, match=r"turn is 88, but A6 is 0, where A5 and A7 turn one axis"
-    ):
+    with pytest.raises(aa.InputError, match=r"turn is 88, but A6 is 0, where A5 and A7 turn one axis"):
         kuka.from_frame(arm, frame._replace(turn=88))
 
 
@@ -150,7 +147,7 @@ def test_a_frame_of_an_upright_arm_is_read(name: str) -> None:
         for seed in (None, q):
             found = kuka.from_frame(arm, frame, seed=seed)
             assert arm.within_limits(found, tol=1e-9)
-            assert np.allclose(arm.forward(found, undefined="nan")[0], frame.pose, rtol=0, atol=1e-8)
+            assert np.allclose(arm.forward(found, on_error="nan")[0], frame.pose, rtol=0, atol=1e-8)
             differ = int(kuka.turn(arm, found)) ^ frame.turn
             assert not any(differ >> j & 1 for j in range(7) if abs(q[j]) > 1e-9)
         assert np.allclose(found, q, rtol=0, atol=1e-6)
@@ -164,7 +161,7 @@ def test_e1_arcs_are_where_the_posture_keeps_its_limits(name: str) -> None:
     arm = aa.Arm.from_catalogue(name)
     rng = draw.generator(17, 2)
     q = joints_of(arm, rng, draw.count(80))
-    pose, status = arm.forward(q, undefined="nan")[0], kuka.status(arm, q)
+    pose, status = arm.forward(q, on_error="nan")[0], kuka.status(arm, q)
     arcs = kuka.e1_arcs(arm, pose, status)
     assert arcs.contains(kuka.to_e1(arm, q)).all()
     for k in range(len(q)):
@@ -174,7 +171,7 @@ def test_e1_arcs_are_where_the_posture_keeps_its_limits(name: str) -> None:
             e1 = np.concatenate(
                 [e1, rng.choice(ends, 20) + rng.choice([-1, 1], 20) * 10.0 ** rng.uniform(-5, -1, 20)]
             )
-        found = kuka.from_e1(arm, pose[k], e1, status[k], unreachable="nan")
+        found = kuka.from_e1(arm, pose[k], e1, status[k], on_error="nan")
         solved = ~np.isnan(found).any(axis=-1)
         holds = np.zeros(len(e1), bool)
         holds[solved] = arm.within_limits(found[solved], tol=1e-9)
@@ -188,7 +185,7 @@ def test_batches_broadcast_and_none_is_found_is_said() -> None:
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     pose = arm.forward(q)[0]
     e1 = np.linspace(-3, 3, 25)
-    many = kuka.from_e1(arm, pose, e1[:, None], np.arange(8), unreachable="nan")
+    many = kuka.from_e1(arm, pose, e1[:, None], np.arange(8), on_error="nan")
     assert many.shape == (25, 8, 7)
     known = ~np.isnan(many[..., 0])
     assert known.any() and np.allclose(many[..., 2][known], np.broadcast_to(e1[:, None], known.shape)[known])
@@ -208,7 +205,7 @@ def test_batches_broadcast_and_none_is_found_is_said() -> None:
     (lambda arm, p: kuka.from_e1(arm, p, 0.0, 1.5), "status is 1.5"),
     (lambda arm, p: kuka.from_e1(arm, p[:3], 0.0, 0), "pose"),
     (lambda arm, p: kuka.from_e1(arm, p, 0.0, 0, seed=[0.0]), "seed"),
-    (lambda arm, p: kuka.from_e1(arm, p, 0.0, 0, unreachable="x"), "unreachable"),
+    (lambda arm, p: kuka.from_e1(arm, p, 0.0, 0, on_error="x"), "on_error"),
     (lambda arm, p: kuka.e1_arcs(arm, p, "x"), "status"),
     (lambda arm, p: kuka.from_frame(arm, 3), "frame"),
     (lambda arm, p: kuka.from_frame(arm, kuka.KukaFrame(p, 0.1, 0, 128)), "turn is 128"),

@@ -79,7 +79,7 @@ arms = pytest.mark.parametrize("arm", ARMS, ids=["iiwa7", *(f"arm{k}" for k in r
 def test_inverse_gives_back_the_pose_in_every_regime(arm: Arm) -> None:
     for q in postures(arm, 1):
         pose, psi, gc = mended.forward(arm, q)
-        found = mended.inverse(arm, pose, psi, gc, seed=q, limits=False)
+        found = mended.inverse(arm, pose, psi, gc, seed=q)
         assert np.abs(pose_of(arm, found) - pose).max() < 1e-14
 
 
@@ -87,9 +87,9 @@ def test_inverse_gives_back_the_pose_in_every_regime(arm: Arm) -> None:
 def test_inverse_gives_back_the_joints_of_plain_postures(arm: Arm) -> None:
     for q in postures(arm, 2)[:4]:
         pose, psi, gc = mended.forward(arm, q)
-        assert mended.inverse(arm, pose, psi, gc, seed=q, limits=False) == pytest.approx(q, abs=1e-11)
+        assert mended.inverse(arm, pose, psi, gc, seed=q) == pytest.approx(q, abs=1e-11)
         for other in range(8):
-            found = mended.forward(arm, mended.inverse(arm, pose, psi, other, limits=False))
+            found = mended.forward(arm, mended.inverse(arm, pose, psi, other))
             assert found[0] == pytest.approx(pose, abs=1e-14)
             assert abs(wrap(found[1] - psi)) < 1e-11
             assert found[2] == other
@@ -102,7 +102,7 @@ def test_self_motion_keeps_the_tool_still_and_is_the_slope_of_the_inverse(arm: A
         motion = mended_joints.self_motion(arm, pose, psi, gc)
         scale = max(1.0, float(np.abs(motion).max()))
         assert np.abs(jacobian(arm, q) @ motion).max() < 1e-11 * scale
-        ends = [mended.inverse(arm, pose, psi + h, gc, seed=q, limits=False) for h in (-1e-5, 1e-5)]
+        ends = [mended.inverse(arm, pose, psi + h, gc, seed=q) for h in (-1e-5, 1e-5)]
         assert (ends[1] - ends[0]) / 2e-5 == pytest.approx(motion, rel=1e-4, abs=1e-6)
 
 
@@ -318,11 +318,11 @@ def test_elbow_is_carried_past_the_base_axis_where_psi_is_not() -> None:
     poses[:, :3, :3] = rotation
     poses[:, :3, 3] = 0.126 * rotation[:, 2] + [1e-4, 0.0, 0.9]
     poses[:, 1, 3] += np.linspace(-0.01, 0.01, 41)
-    held = [mended.inverse(IIWA, pose, 0.5, 2, limits=False) for pose in poses]
+    held = [mended.inverse(IIWA, pose, 0.5, 2) for pose in poses]
     carried = held[:1]
     for pose in poses[1:]:
         psi = mended_arcs.carried_by_elbow(IIWA, carried[-1], pose)
-        carried.append(mended.inverse(IIWA, pose, psi, 2, seed=carried[-1], limits=False))
+        carried.append(mended.inverse(IIWA, pose, psi, 2, seed=carried[-1]))
     jumps = [np.degrees(np.abs(wrap(np.diff(path, axis=0))).max()) for path in (held, carried)]
     assert jumps[0] == pytest.approx(79, abs=1)
     assert jumps[1] < 1

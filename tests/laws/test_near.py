@@ -95,18 +95,14 @@ def test_all_branches_meet_the_pose(arm: aa.Arm) -> None:
         assert (gc_at == gc).all()
 
 
-def test_a_branch_without_a_certain_posture_is_named_with_what_keeps_the_others() -> None:
+def test_a_branch_without_a_certain_posture_is_nan_beside_the_others() -> None:
     arm = calibrated("kuka_iiwa7_r800", 2.0, 5.0)
     pose, psi, _ = arm.forward([0.1, 0.4, 0.2, -0.01, 0.3, 0.8, 0.5])  # nearly stretched
     rows = arm.inverse(pose, psi, on_error="nan", limits=False)
     lost = int(np.flatnonzero(np.isnan(rows[:, 0]))[0])
     assert np.isfinite(rows).any()
-    said = rf"gc {lost}: Branches meet here, .* unreachable=\"nan\" gives NaN there and keeps the other rows"
-    with pytest.raises(aa.NoSolutionError, match="^pose, " + said):
-        arm.inverse(pose, psi, limits=False)
-    with pytest.raises(aa.NoSolutionError, match=r"^pose\[0\], " + said):
-        arm.inverse(np.stack([pose, pose]), psi, limits=False)
-    with pytest.raises(aa.NoSolutionError, match=r'^pose: Branches meet .* unreachable="nan" gives NaN'):
+    assert np.array_equal(arm.inverse(pose, psi, limits=False), rows, equal_nan=True)
+    with pytest.raises(aa.NoSolutionError, match=r'^pose: Branches meet .* on_error="nan" gives NaN'):
         arm.inverse(pose, psi, lost, limits=False)
     far = np.stack([pose, pose])
     far[1, :3, 3] += 3.0
@@ -209,7 +205,7 @@ def test_noise_does_not_choose_the_senses_of_axes(name: str) -> None:
 def test_a_file_that_is_nearly_srs_keeps_its_chain() -> None:
     made = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
     with pytest.raises(aa.ModelError, match="not S-R-S, but near it"):
-        aa.Arm.from_urdf(made.to_urdf())
+        aa.Arm.from_urdf(made.to_urdf(), fit="srs", angle_tolerance=1e-5, length_tolerance=2e-5)
     read = aa.Arm.from_urdf(made.to_urdf())
     q = postures(made, 50, 9)
     assert gap(read.forward(q)[0], made.forward(q)[0]) <= POSE
@@ -325,13 +321,13 @@ def test_a_chain_with_the_tool_and_base_of_its_arm_is_taken() -> None:
 
 @pytest.mark.parametrize(("name", "ask"), [
     ("explain", lambda arm, pose, q: arm.explain(pose)),
-    ("joint_function", lambda arm, pose, q: aa.gradients.joint_function(arm, pose, 0, 1)),
-    ("feasible_yaw", lambda arm, pose, q: arm.feasible_turns(pose, about="base")),
-    ("feasible_roll", lambda arm, pose, q: arm.feasible_turns(pose, about="tool")),
-    ("feasible_derivative", lambda arm, pose, q: aa.gradients.feasible(arm, pose, 0)),
-    ("inverse_derivative", lambda arm, pose, q: aa.gradients.inverse(arm, pose, 0.0, 0)),
-    ("psi_gradient", lambda arm, pose, q: aa.gradients.psi(arm, q)),
-    ("best_gradient", lambda arm, pose, q: aa.gradients.margin(arm, pose)),
+    ("gradients.joint_function", lambda arm, pose, q: aa.gradients.joint_function(arm, pose, 0, 1)),
+    ("feasible_turns", lambda arm, pose, q: arm.feasible_turns(pose, about="base")),
+    ("gradients.feasible", lambda arm, pose, q: aa.gradients.feasible(arm, pose, 0)),
+    ("gradients.inverse", lambda arm, pose, q: aa.gradients.inverse(arm, pose, 0.0, 0)),
+    ("gradients.psi", lambda arm, pose, q: aa.gradients.psi(arm, q)),
+    ("gradients.margin", lambda arm, pose, q: aa.gradients.margin(arm, pose)),
+    ("gradients.freedom", lambda arm, pose, q: aa.gradients.freedom(arm, pose)),
     ("freedom", lambda arm, pose, q: arm.freedom(pose)),
     ("place", lambda arm, pose, q: aa.place(arm, pose[None], [0.0], [0.0])),
     ("aa.kuka", lambda arm, pose, q: aa.kuka.to_e1(arm, q)),
@@ -340,7 +336,7 @@ def test_what_is_not_made_for_a_chain_is_refused_by_name(name: str, ask: object)
     arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     refusal = rf"\b{name}\b.* is not made for an arm with a chain of its own: use arm\."
-    with pytest.raises(aa.InputError, match=refusal):
+    with pytest.raises(aa.UnsupportedError, match=refusal):
         ask(arm, arm.forward(q)[0], q)
 
 

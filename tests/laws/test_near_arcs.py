@@ -262,5 +262,3 @@ def test_reasons_of_empty_sets() -> None:
     lower, upper = arm.lower.copy(), arm.upper.copy()
     lower[0], upper[0] = 3.0, 3.1
     assert arm.with_(lower=lower, upper=upper).feasible(pose, gc).status == aa.Status.LIMITS
-    with pytest.raises(aa.InputError, match="paper_margin= is not made for an arm with a chain"):
-        arm.feasible(pose, gc, paper_margin=0.1)

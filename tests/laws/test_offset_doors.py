@@ -1,8 +1,9 @@
-"""Doors of an `OffsetArm` beside the kinematics: copies, frames, what leads from `Arm` to it."""
+"""Doors of arms with an offset beside the kinematics: copies, frames, files, what is not made for them."""
 
 from __future__ import annotations
 
 import pickle
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -70,15 +71,13 @@ def test_a_copy_with_changes_keeps_the_rest() -> None:
     assert arm.name == "mine" and arm.a_6 == FR3.a_6 and (arm.acceleration == 10.0).all()
     np.testing.assert_array_equal(arm.lower, FR3.lower + 0.1)
     np.testing.assert_array_equal(arm.velocity, FR3.velocity)
-    assert pickle.loads(pickle.dumps(arm)) == arm and eval(repr(arm), {"OffsetArm": aa.Arm}) == arm
-    assert repr(FR3) == "OffsetArm.from_catalogue('franka_fr3')"
+    assert pickle.loads(pickle.dumps(arm)) == arm and eval(repr(arm), {"Arm": aa.Arm}) == arm
+    assert repr(FR3) == "Arm.from_catalogue('franka_fr3')"
     assert "a_6 88, d_bs 333" in str(FR3) and "a_1 117" in str(MIRRORED)
-    with pytest.raises(aa.InputError, match="chain"):
-        FR3.with_(chain=np.tile(np.eye(4), (8, 1, 1)))
     hand = aa.pose([0.0, 0.0, 0.1034], rpy=[0.0, 0.0, -np.pi / 4])
     np.testing.assert_allclose(FR3.with_tool(hand).forward(Q)[0], FR3.forward(Q)[0] @ hand, atol=1e-15)
     other = FR3.with_(a_1=0.1, a_6=0.0)
-    assert other._free_joint == 1 and other.forward(Q)[1] == Q[0]
+    assert other.redundancy == "joint_1" and other.forward(Q)[1] == Q[0]
 
 
 def test_limits_are_asked_of_the_arm_itself() -> None:
@@ -87,29 +86,27 @@ def test_limits_are_asked_of_the_arm_itself() -> None:
 
 
 @pytest.mark.parametrize("arm", [FR3, MIRRORED], ids=lambda arm: arm.name)
-def test_a_file_leads_from_the_wrong_door_to_the_right_one(arm: aa.Arm) -> None:
-    text = arm.to_urdf()
-    with pytest.raises(aa.ModelError, match=r"armangle\.OffsetArm takes .* S-R-S but for an offset"):
-        aa.Arm.from_urdf(text)
-    read = aa.Arm.from_urdf(text)
-    q = joints(arm, 20)
-    np.testing.assert_allclose(read.forward(q)[0], arm.forward(q)[0], atol=1e-9)
-    assert (read.rows.d_se, read.rows.d_ew) == (arm._rows.d_se, arm._rows.d_ew)
-    assert read._free_joint == arm._free_joint
-
-
-def test_an_srs_file_leads_back() -> None:
-    iiwa = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-    with pytest.raises(aa.ModelError, match=r"armangle\.Arm"):
-        aa.Arm.from_urdf(iiwa.to_urdf())
-    with pytest.raises(aa.InputError, match=r"Arm\.from_catalogue\('kuka_iiwa7_r800'\)"):
-        aa.Arm.from_catalogue("kuka_iiwa7_r800")
+def test_a_file_is_read_back_by_the_door_of_any_arm(arm: aa.Arm) -> None:
+    for read in (aa.Arm.from_urdf(arm.to_urdf()), aa.Arm.load(arm.to_urdf())):
+        q = joints(arm, 20)
+        np.testing.assert_allclose(read.forward(q)[0], arm.forward(q)[0], atol=1e-9)
+        assert (read.d_se, read.d_ew, read.kind, read.redundancy) == (
+            arm.d_se,
+            arm.d_ew,
+            arm.kind,
+            arm.redundancy,
+        )
+        assert read.report is not None
 
 
 @pytest.mark.parametrize("name", offset_catalogue())
-def test_the_catalogue_of_arms_names_the_other_door(name: str) -> None:
-    with pytest.raises(aa.InputError, match=rf"OffsetArm\.from_catalogue\('{name}'\)"):
-        aa.Arm.from_catalogue(name)
+def test_the_doors_of_the_catalogue_are_those_of_any_arm(name: str) -> None:
+    arm = aa.Arm.from_catalogue(name)
+    assert name in aa.catalogue() and aa.Arm.load(name) == arm and eval(repr(arm), {"Arm": aa.Arm}) == arm
+    assert (arm.kind, arm.redundancy) in {("offset_wrist", "joint_7"), ("offset_shoulder", "joint_1")}
+    q = joints(arm.with_(lower=np.maximum(arm.lower, -3.0), upper=np.minimum(arm.upper, 3.0)), 20)
+    psi = arm.forward(q)[1]
+    np.testing.assert_allclose(psi, q[:, 6 if arm.redundancy == "joint_7" else 0], rtol=0, atol=1e-12)
 
 
 def test_a_word_of_the_name_is_enough_for_the_hint() -> None:
@@ -117,29 +114,66 @@ def test_a_word_of_the_name_is_enough_for_the_hint() -> None:
         aa.Arm.from_catalogue("franka")
 
 
-def test_what_an_arm_alone_has_is_answered_with_what_there_is() -> None:
-    alone = [name for name in dir(aa.Arm) if not name.startswith("_") and not hasattr(FR3, name)]
-    assert {"solutions", "best", "explain", "reachable", "clear", "clearance", "psi_towards"} <= {*alone}
-    for name in alone:
-        with pytest.raises(AttributeError, match=f"an OffsetArm has no {name}: ") as caught:
-            getattr(FR3, name)
-        assert caught.type is AttributeError  # a traceback names no class that nobody can import
-    with pytest.raises(AttributeError, match="no attribute 'postures'"):
+POSE, PSI, GC = FR3.forward(Q)
+LACKING: dict[str, Callable[[aa.Arm], object]] = {
+    "solutions": lambda arm: arm.solutions(POSE),
+    "explain": lambda arm: arm.explain(POSE),
+    "self_motion": lambda arm: arm.self_motion(POSE, PSI, GC),
+    "feasible_turns": lambda arm: arm.feasible_turns(POSE, about="base"),
+    "clearance": lambda arm: arm.clearance(Q),
+    "psi_towards": lambda arm: arm.psi_towards(POSE, GC, direction="up"),
+    "gradients.inverse": lambda arm: aa.gradients.inverse(arm, POSE, PSI, GC),
+    "gradients.psi": lambda arm: aa.gradients.psi(arm, Q),
+    "gradients.feasible": lambda arm: aa.gradients.feasible(arm, POSE, int(GC)),
+    "gradients.freedom": lambda arm: aa.gradients.freedom(arm, POSE),
+    "gradients.margin": lambda arm: aa.gradients.margin(arm, POSE),
+    "gradients.joint_function": lambda arm: aa.gradients.joint_function(arm, POSE, int(GC), 1),
+    "per_joint": lambda arm: arm.feasible(POSE, per_joint=True),
+    "metric": lambda arm: arm.solve(POSE, Q, metric="max"),
+    "prefer": lambda arm: arm.solve(POSE, Q, prefer="margin"),
+    "allowed": lambda arm: arm.solve(POSE, Q, allowed=aa.ArcSet([(0.0, 1.0)])),
+    "fallback": lambda arm: arm.solve(POSE, Q, fallback="nearest_pose"),
+    "roll": lambda arm: arm.solve(POSE, Q, roll="free"),
+    "d_4": lambda arm: arm.with_(d_4=0.01),
+    "chain": lambda arm: arm.with_(chain=np.tile(np.eye(4), (8, 1, 1))),
+    "reference": lambda arm: arm.with_(reference="stereographic"),
+    "body": lambda arm: arm.with_(body="guessed"),
+    "hand": lambda arm: arm.with_(hand=[aa.Ball([0.0, 0.0, 0.1], 0.05)]),
+    "scene": lambda arm: arm.with_(scene=aa.Scene([])),
+    "singularity_margin": lambda arm: arm.with_(singularity_margin=0.1),
+}
+
+
+@pytest.mark.parametrize("arm", [FR3, MIRRORED], ids=lambda arm: arm.name)
+@pytest.mark.parametrize("what", LACKING)
+def test_what_is_not_made_for_it_is_refused_by_name(arm: aa.Arm, what: str) -> None:
+    with pytest.raises(aa.UnsupportedError, match=what):
+        LACKING[what](arm)
+
+
+@pytest.mark.parametrize("arm", [FR3, MIRRORED], ids=lambda arm: arm.name)
+def test_the_slope_of_its_limit_margin_is_that_of_its_joints(arm: aa.Arm) -> None:
+    for q in joints(arm, 20):
+        ahead, behind = (arm.limit_margin(q + s * 1e-7 * np.eye(7)) for s in (1, -1))
+        np.testing.assert_allclose(aa.gradients.limit_margin(arm, q), (ahead - behind) / 2e-7, atol=1e-6)
+
+
+def test_out_is_written_where_it_fits() -> None:
+    out = np.empty(7)
+    assert FR3.inverse(POSE, PSI, GC, out=out) is out
+    np.testing.assert_array_equal(out, FR3.inverse(POSE, PSI, GC))
+    with pytest.raises(aa.InputError, match="out"):
+        FR3.inverse(POSE, PSI, GC, out=np.empty((3, 7)))
+
+
+def test_a_name_or_keyword_that_there_is_not_is_said() -> None:
+    with pytest.raises(AttributeError, match="'Arm' object has no attribute 'postures'"):
         FR3.postures  # noqa: B018 - the name alone is asked
-    with pytest.raises(TypeError, match=r"OffsetArm\(\) got an unexpected keyword argument 'd_sw'"):
+    with pytest.raises(TypeError, match=r"Arm\(\) got an unexpected keyword argument 'd_sw'"):
         FR3.with_(d_sw=0.1)
-    with pytest.raises(TypeError, match=r"OffsetArm\(\) missing 3 required keyword-only arguments: 'd_se'"):
+    with pytest.raises(TypeError, match=r"Arm\(\) missing 3 required keyword-only arguments: 'd_se'"):
         aa.Arm(a_6=0.088, d_bs=0.3)
-
-
-@pytest.mark.parametrize("word", ["metric", "outside", "roll", "scene", "prefer", "singularity_margin"])
-def test_a_keyword_of_an_arm_alone_is_refused_by_name(word: str) -> None:
-    pose, free, gc = FR3.forward([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
-    with pytest.raises(aa.InputError, match=f"solve of an OffsetArm takes no {word}=: "):
-        FR3.solve(pose, **{word: 1})
-    with pytest.raises(aa.InputError, match=f"feasible of an OffsetArm takes no {word}=: "):
-        FR3.feasible(pose, gc, **{word: 1})
-    with pytest.raises(aa.InputError, match="inverse of an OffsetArm takes no psi=: free is its place"):
-        FR3.inverse(pose, psi=free, gc=gc, limits=False)
+    with pytest.raises(aa.InputError, match="solve of an Arm takes no near=: "):
+        FR3.solve(POSE, near=Q)
     with pytest.raises(TypeError, match="unexpected keyword argument 'nonsense'"):
-        FR3.solve(pose, nonsense=1)
+        FR3.solve(POSE, nonsense=1)

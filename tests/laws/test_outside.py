@@ -1,4 +1,4 @@
-"""Where a pose has no posture: `solve(outside="nearest")` finds that of the nearest pose the arm can take."""
+"""Where a pose has no posture: `fallback="nearest_pose"` finds that of the nearest pose the arm can take."""
 
 from __future__ import annotations
 
@@ -160,9 +160,9 @@ def test_never_worse_than_the_pose_within_reach_and_a_clamp(arm: aa.Arm) -> None
 def test_what_narrows_the_choice_is_refused(arm: aa.Arm) -> None:
     pose = np.eye(4)
     for narrowed in ({"gc": 2}, {"allowed": aa.ArcSet([[0.0, 1.0]])}):
-        with pytest.raises(aa.InputError, match="outside is 'nearest', which takes all branches"):
+        with pytest.raises(aa.InputError, match="fallback is 'nearest_pose', which takes all branches"):
             arm.solve(pose, fallback="nearest_pose", **narrowed)  # type: ignore[arg-type]  # any of them
-    with pytest.raises(aa.InputError, match="outside is 'far'"):
+    with pytest.raises(aa.InputError, match="fallback is 'far'"):
         arm.solve(pose, fallback="far")  # type: ignore[arg-type]  # no such word
     with pytest.raises(aa.InputError, match="length is 0"):
         arm.solve(pose, fallback="nearest_pose", length=0.0)

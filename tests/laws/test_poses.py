@@ -171,9 +171,10 @@ def outcomes(pose: Any) -> list[Any]:
     """What every function says that takes a pose."""
     resolved, stepped = aa.resolve(ARM, pose, PSI, GC), aa.step(ARM, Q, pose)
     return [
-        ARM.inverse(pose, PSI, GC, limits=False), ARM.inverse(pose, PSI, limits=False), ARM.self_motion(pose, PSI, GC),
+        ARM.inverse(pose, PSI, GC), ARM.inverse(pose, PSI), ARM.self_motion(pose, PSI, GC),
         ARM.feasible(pose, GC).intervals, ARM.feasible(pose).intervals,
-        ARM.feasible(pose, GC, per_joint=True).intervals, aa.gradients.joint_function(ARM, pose, GC, 1).value(0.3),
+        ARM.feasible(pose, GC, per_joint=True).intervals,
+        aa.gradients.joint_function(ARM, pose, GC, 1).value(0.3),
         aa.nearest_rotation(pose), resolved.psi, stepped.q, aa.follow(ARM, [pose, pose], start=Q).q,
         aa.plan(ARM, [pose, pose]).q, aa.Line(pose, pose).pose(0.5), ARM.with_tool(pose).tool,
         ARM.explain(pose).explain(), aa.follow(ARM, [POSE], start=Q, allowed=None).q,

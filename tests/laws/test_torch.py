@@ -22,7 +22,9 @@ def test_the_numbers_are_those_of_arm(name: str) -> None:
     pose, psi, gc = kinematics.forward(joints)
     for found, wanted in zip((pose, psi, gc), arm.forward(q), strict=True):
         assert np.array_equal(found.numpy(), wanted)
-    assert np.array_equal(kinematics.inverse(pose, psi, gc).numpy(), arm.inverse(*arm.forward(q)))
+    assert np.array_equal(
+        kinematics.inverse(pose, psi, gc).numpy(), arm.inverse(*arm.forward(q), limits=False)
+    )
     assert np.array_equal(kinematics.freedom(pose).numpy(), arm.freedom(pose.numpy()).total)
     assert np.array_equal(kinematics.limit_margin(joints).numpy(), arm.limit_margin(q))
     single = kinematics.inverse(pose.float(), psi.float(), gc)
@@ -40,7 +42,9 @@ def test_gradients_are_the_limit_of_differences(name: str) -> None:
     found = kinematics.inverse(*given, torch.from_numpy(gc))
     (torch.from_numpy(weight) * found).sum().backward()
     ahead, behind = (
-        arm.inverse(moved(pose, way * step * twist[:, :6]), psi + way * step * twist[:, 6], gc, seed=q)
+        arm.inverse(
+            moved(pose, way * step * twist[:, :6]), psi + way * step * twist[:, 6], gc, seed=q, limits=False
+        )
         for way in (1, -1)
     )
     difference = (weight * (ahead - behind)).sum(-1) / (2 * step)
@@ -89,7 +93,7 @@ def test_a_masked_element_out_of_reach_leaves_the_gradient_of_the_others() -> No
     near, _, gc = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     poses = torch.from_numpy(np.stack([near, aa.pose([9.0, 0.0, 0.0])])).requires_grad_()
     psi = torch.zeros(2, dtype=torch.float64)
-    q = kinematics.inverse(poses, psi, int(gc), unreachable="nan")
+    q = kinematics.inverse(poses, psi, int(gc), on_error="nan")
     assert q[1].isnan().all()
     q[0].sum().backward()
     assert poses.grad.isfinite().all() and poses.grad[0].any() and not poses.grad[1].any()
@@ -103,9 +107,9 @@ def test_a_gradient_that_does_not_exist_is_refused_or_nan() -> None:
     calm, stretched = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]), [0.3, 0.5, 0.2, 0.0, 0.1, 0.7, 0.4]
     pose, psi, gc = (torch.from_numpy(v) for v in arm.forward(np.stack([calm, HOME, stretched])))
 
-    def gradients(weight: np.ndarray, unreachable: str = "raise") -> list[np.ndarray]:
+    def gradients(weight: np.ndarray, on_error: str = "raise") -> list[np.ndarray]:
         given = [value.clone().requires_grad_() for value in (pose, psi)]
-        found = kinematics.inverse(*given, gc, unreachable=unreachable)
+        found = kinematics.inverse(*given, gc, on_error=on_error)
         return [g.numpy() for g in torch.autograd.grad((found * torch.from_numpy(weight)).sum(), given)]
 
     weight = np.zeros((3, 7))
@@ -133,7 +137,7 @@ def test_forward_has_its_gradient_at_the_candle() -> None:
     assert np.allclose(by_pose, kinematics.arm.jacobian(np.zeros(7))[:3].sum(axis=0), rtol=0, atol=1e-15)
     with pytest.raises(aa.UnreachableError, match="no gradient at q, where the wrist lies so that its arm"):
         psi.backward()
-    _, psi, _ = kinematics.forward(q, undefined="nan")
+    _, psi, _ = kinematics.forward(q, on_error="nan")
     psi.backward()
     assert q.grad.isnan().all()
 
@@ -149,7 +153,7 @@ def test_opcheck_passes() -> None:
     for operator, arguments in (
         (OPERATORS.forward, (joints, key, False)),
         (OPERATORS.inverse, (pose, psi, gc, key, False)),
-        (OPERATORS.freedom, (pose, key, 0.0)),
+        (OPERATORS.freedom, (pose, key)),
         (OPERATORS.limit_margin, (joints, key)),
     ):
         assert set(torch.library.opcheck(operator.default, arguments).values()) == {"SUCCESS"}
@@ -207,8 +211,7 @@ def test_what_cannot_be_taken_is_said() -> None:
             lambda: kinematics.inverse(pose.expand(3, 4, 4), torch.zeros(2).double(), 0),
             aa.InputError, "do not broadcast",
         ),
-        (lambda: kinematics.inverse(pose, 0.0, 0, unreachable="no"), aa.InputError, "unreachable is 'no'"),
-        (lambda: kinematics.freedom(pose, singularity_margin=-1.0), aa.InputError, "singularity_margin"),
+        (lambda: kinematics.inverse(pose, 0.0, 0, on_error="no"), aa.InputError, "on_error is 'no'"),
         (lambda: aa.torch.Kinematics("iiwa"), aa.InputError, "arm is str, wanted an Arm"),
         (lambda: OPERATORS.limit_margin(torch.zeros(7), 1), aa.InputError, "does not know the arm"),
     ):  # fmt: skip

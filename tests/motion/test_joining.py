@@ -120,4 +120,5 @@ def test_what_stands_about_stays_known() -> None:
     assert both.clearance.min() == min(first.clearance.min(), back[scene].clearance.min())
     mixed = aa.join([first, back[other]])
     assert mixed.scenes == (scene,) * len(first) + (other,) * (len(mixed) - len(first))
+    assert both.arm == first.arm and mixed.arm == arm
     assert aa.join([first, back[None]]).scenes == ()

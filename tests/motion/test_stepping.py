@@ -548,13 +548,6 @@ def test_poses_in_millimetres_are_suspected() -> None:
         IIWA.solve(pose).raise_for_status()
 
 
-@pytest.mark.parametrize("status", Status, ids=lambda s: s.name)
-def test_every_status_is_one_sentence(status: Status) -> None:
-    assert status.sentence.endswith(".")
-    assert status.sentence[0].isupper()
-    assert status.sentence.count(". ") == 0
-
-
 def test_present_joints_in_degrees_are_asked_about() -> None:
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])

@@ -52,7 +52,7 @@ def test_hostile_ticks_keep_the_bounds_judged_by_the_joints_alone(arm: aa.Arm) -
     q, dt = hostile_steps(arm, TICKS, draw.SEED)
     check_bounds(arm, q, dt)
     bend = arm.signs[3] * q[:, 3] + arm.offsets[3]
-    bend = np.mod(bend - arm._handle.delta + np.pi, 2 * np.pi) - np.pi
+    bend = np.mod(bend - arm.delta + np.pi, 2 * np.pi) - np.pi
     assert (np.sign(bend) == np.sign(bend[0])).all(), "the elbow went through straight"
 
 

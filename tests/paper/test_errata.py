@@ -93,8 +93,8 @@ def test_eqs_8_to_11_have_no_arm_angle_on_a_straight_arm() -> None:
     along = np.array([0.0, 0.0, 0.4])
     assert not paper.sew_normal(np.zeros(3), along, 2 * along).any()
     pose, psi, gc = mended.forward(ARM, STRAIGHT)
-    assert np.abs(mended.inverse(ARM, pose, psi, gc, limits=False) - STRAIGHT).max() < 1e-7
-    assert pose_error(mended.inverse(ARM, pose, psi, gc, limits=False), pose) < 1e-14
+    assert np.abs(mended.inverse(ARM, pose, psi, gc) - STRAIGHT).max() < 1e-7
+    assert pose_error(mended.inverse(ARM, pose, psi, gc), pose) < 1e-14
 
 
 def test_eq_15_needs_the_transpose_in_c_s() -> None:
@@ -118,8 +118,8 @@ def test_eqs_19_and_24_lose_the_pose_near_a_singular_posture(joint: int) -> None
         for q in np.random.default_rng(19).uniform(-2.0, 2.0, (40, 7)):
             q[joint - 1] = tilt
             pose, psi, gc = mended.forward(ARM, q)
-            printed = paper.inverse(pose, psi, mended.gc_signs(gc), IIWA7, limits=False)
-            holds = mended.inverse(ARM, pose, psi, gc, limits=False)
+            printed = paper.inverse(pose, psi, mended.gc_signs(gc), IIWA7)
+            holds = mended.inverse(ARM, pose, psi, gc)
             errors.append((pose_error(printed, pose), pose_error(holds, pose)))
         worst[tilt] = (max(e[0] for e in errors), max(e[1] for e in errors))
     assert worst[1e-3][0] < 1e-11

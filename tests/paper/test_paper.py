@@ -45,7 +45,7 @@ def matrices(theta: Array) -> tuple[limits.Matrices, limits.Matrices]:
 def slope(theta: Array, joint: int, psi: float) -> float:
     """Central difference of theta_i(psi) by the inverse kinematics, rad per rad."""
     pose, step = paper.chain_transforms(theta, IIWA7)[7], 1e-5
-    ends = [paper.inverse(pose, psi + h, signs_of(theta), IIWA7, limits=False) for h in (-step, step)]
+    ends = [paper.inverse(pose, psi + h, signs_of(theta), IIWA7) for h in (-step, step)]
     return float(wrap(ends[1] - ends[0])[joint - 1] / (2 * step))
 
 
@@ -150,7 +150,7 @@ def test_eqs_15_and_20_trace_both_rotations_over_the_circle(theta: Array) -> Non
     assert close(shoulder, ring.shoulder)
     assert close(wrist, ring.wrist)
     for psi in (-2.0, 0.0, 1.3):
-        chain = paper.chain_transforms(paper.inverse(pose, psi, signs_of(theta), IIWA7, limits=False), IIWA7)
+        chain = paper.chain_transforms(paper.inverse(pose, psi, signs_of(theta), IIWA7), IIWA7)
         terms = np.array([np.sin(psi), np.cos(psi), 1.0])
         assert close(np.tensordot(terms, shoulder, 1), chain[3][:3, :3])
         assert close(np.tensordot(terms, wrist, 1), chain[4][:3, :3].T @ chain[7][:3, :3])
@@ -184,7 +184,7 @@ def test_eqs_17_to_19_and_22_to_24_recover_each_joint(theta: Array) -> None:
 def test_section_4_inverts_section_3_in_all_eight_configurations(theta: Array) -> None:
     pose, psi, _ = mended.forward(ARM, theta)
     for gc in range(8):
-        solution = paper.inverse(pose, psi, mended.gc_signs(gc), IIWA7, limits=False)
+        solution = paper.inverse(pose, psi, mended.gc_signs(gc), IIWA7)
         assert close(solution, mended.model_solution(mended.circle(ARM, pose, gc), psi), 1e-9)
         found_pose, found_psi, found_gc = mended.forward(ARM, solution)
         assert close(found_pose, pose)
@@ -209,7 +209,7 @@ def test_eqs_26_and_27_are_the_inverse_joint_by_joint(theta: Array, joint: int) 
             value = limits.pivot_angle(*limits.pivot_coefficients(joint, *matrices(theta)), gc_k, psi)
         else:
             value = limits.hinge_angle(limits.hinge_coefficients(joint, *matrices(theta)), gc_k, psi)
-        assert close(value, paper.inverse(pose, psi, signs, IIWA7, limits=False)[joint - 1])
+        assert close(value, paper.inverse(pose, psi, signs, IIWA7)[joint - 1])
 
 
 @postures

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.maps import ARMS
+from support.threads import in_threads
 
 import armangle as aa
 
@@ -68,7 +69,7 @@ def test_no_pose_all_out_of_reach_and_one(name: str) -> None:
 def test_threads_change_nothing(name: str) -> None:
     arm = aa.Arm.from_catalogue(name)
     poses = grasps(np.random.default_rng(2), 40)
-    a, b = (aa.place(arm, poses, np.linspace(0, 0.3, 4), [0.1], threads=n) for n in (1, 3))
+    a, b = (in_threads(n, lambda: aa.place(arm, poses, np.linspace(0, 0.3, 4), [0.1])) for n in (1, 3))
     assert np.array_equal(a.yaw, b.yaw) and np.array_equal(a.reached, b.reached)
 
 

@@ -43,26 +43,26 @@ def check_cells(arm: aa.Arm, found: aa.ReachMap, rng: np.random.Generator, count
     """Compare random cells with the closed form of poses there; how many of them are held."""
     index, poses = cells_of(found, rng, count)
     gc, freedom, yaw, roll = (np.asarray(found.values(name)[:])[index] for name in found.fields)
-    margin = found.singularity_margin
-    has = freed(arm, 1, 7).freedom(poses, singularity_margin=margin)
+    margin = found.arm.singularity_margin
+    has = freed(arm, 1, 7).with_(singularity_margin=margin).freedom(poses)
     assert np.array_equal(gc, has.gc)
     assert np.allclose(freedom, has.total, rtol=2.0**-11, atol=1e-6)
     for share, turns in (
-        (yaw, freed(arm, 7).feasible_yaw(poses, singularity_margin=margin)),
-        (roll, freed(arm, 1).feasible_roll(poses, singularity_margin=margin)),
+        (yaw, freed(arm, 7).with_(singularity_margin=margin).feasible_turns(poses, about="base")),
+        (roll, freed(arm, 1).with_(singularity_margin=margin).feasible_turns(poses, about="tool")),
     ):
         exact = turns.measure / (2 * np.pi)
         assert (share / 255 <= exact + 1e-12).all()  # never rounded up
         assert (share / 255 > exact - 1 / 255 - 1e-9).all()
         assert np.array_equal(share == 255, turns.is_full)
-    held = arm.freedom(poses, singularity_margin=margin).gc
+    held = arm.with_(singularity_margin=margin).freedom(poses).gc
     assert (held & ~gc == 0).all()  # what is held with all limits is held at some azimuth and roll
     return int((gc != 0).sum())
 
 
 @pytest.mark.parametrize("name", ARMS)
 def test_cells_are_what_the_closed_form_says_at_their_middles(name: str, tmp_path: Path) -> None:
-    found = made(name, tmp_path / "a.zarr", singularity_margin=0.05)
+    found = made(name, tmp_path / "a.zarr", margin=0.05)
     assert found.missing == () and found.verify() == ()
     assert (
         check_cells(aa.Arm.from_catalogue(name), found, draw.generator(16, 20, ARMS.index(name)), 1500) > 200
@@ -76,7 +76,8 @@ def test_cells_of_random_arms_with_base_tool_signs_offsets(tmp_path: Path) -> No
         base, tool = np.eye(4), aa.pose([0.05, 0.02, 0.1], rpy=[0.3, 0.2, 0.1])
         base[:3, 3] = 0.1, 0.2, 0.3
         arm = random_arm(rng).with_(base=base, tool=tool)
-        found = aa.reach_map(arm, tmp_path / f"{k}.zarr", spacing=arm.reach / 4, tilt=0.5, threads=1)
+        with aa.threads(1):
+            found = aa.reach_map(arm, tmp_path / f"{k}.zarr", spacing=arm.reach / 4, tilt=0.5)
         assert found.arm == arm
         held += check_cells(arm, found, rng, 300)
     assert held > 200
@@ -291,7 +292,8 @@ def test_a_damaged_map_says_so_when_it_is_read(
     with pytest.raises(IndexError):
         found.values("gc")[10**6]
     assert found.verify() == (tile,)
-    found.resume(threads=1)
+    with aa.threads(1):
+        found.resume()
     assert np.array_equal(found.values("freedom"), whole)
 
 
@@ -388,7 +390,7 @@ def test_a_map_of_something_else_is_refused(name: str, tmp_path: Path) -> None:
     for changes, said in (
         ({"spacing": 0.04}, "grid that differs in spacing"),
         ({"tilt": 0.3}, "grid that differs in tilts, turns"),
-        ({"singularity_margin": 0.1}, "singularity_margin 0.0, not 0.1"),
+        ({"margin": 0.1}, "singularity_margin 0.0, not 0.1"),
         ({"fields": ("gc",)}, "fields"),
     ):
         with pytest.raises(aa.InputError, match=said):

@@ -41,7 +41,7 @@ def test_the_share_of_orientations_at_a_point(name: str) -> None:
     some = np.arange(0, ORIENTATIONS, 8)
     found = np.zeros(len(some), bool)
     for gc in range(8):
-        q = arm.inverse(poses[some, None], psi, gc, unreachable="nan")
+        q = arm.inverse(poses[some, None], psi, gc, on_error="nan", limits=False)
         found |= (np.isfinite(q[..., 0]) & arm.within_limits(np.nan_to_num(q, nan=99.0))).any(axis=1)
     assert not (found & ~held[some]).any()
     thin = arm.freedom(poses[some][held[some] & ~found])  # between two angles of the grid

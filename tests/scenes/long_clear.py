@@ -110,7 +110,7 @@ class Question:
     """One arm with a body, a pose and a scene, asked in all branches."""
 
     def __init__(self, rng: np.random.Generator) -> None:
-        self.arm = ARMS[rng.integers(len(ARMS))].with_body(list(BODIES.values())[rng.integers(len(BODIES))])
+        self.arm = ARMS[rng.integers(len(ARMS))].with_(body=list(BODIES.values())[rng.integers(len(BODIES))])
         self.pose = posed(self.arm, rng, 0)[0]
         self.kept = float(rng.choice([0.0, 0.015]))
         shapes = scene_of(self.arm, rng, 4)
@@ -128,12 +128,12 @@ class Question:
 
     def arcs(self, rng: np.random.Generator) -> tuple[int, int]:
         """Compare the arcs of all branches; return how many arm angles were asked, and how many are wrong."""
-        every = self.arm.feasible_all(self.pose, scene=self.asked)
-        clear = [self.arm.clear(self.pose, gc, self.asked) for gc in range(8)]
-        ones = [self.arm.feasible(self.pose, gc, scene=self.asked) for gc in range(8)]
+        every = self.arm.with_(scene=self.asked).feasible(self.pose)
+        clear = [self.arm._clear(self.pose, gc, self.asked) for gc in range(8)]
+        ones = [self.arm.with_(scene=self.asked).feasible(self.pose, gc) for gc in range(8)]
         angles = [asked_of(np.append(ends_of(clear[k]), ends_of(every[k])), rng, AT_ONCE) for k in range(8)]
         gcs, wrong = np.repeat(range(8), [len(psi) for psi in angles]), 0
-        q = self.arm.inverse(self.pose, np.concatenate(angles), gcs)
+        q = self.arm.inverse(self.pose, np.concatenate(angles), gcs, limits=False)
         left, out = self.least(q), beyond(self.arm, unwound(self.arm, q, np.abs))
         unsure = np.abs(left) <= ROUNDING
         sides = unsure | (np.abs(out) <= TURNING)
@@ -176,12 +176,12 @@ class Question:
         inmost = unwound(arm, tried, lambda t: -np.minimum(t - arm.lower[:, None], arm.upper[:, None] - t))
         metrics: list[tuple[Literal["l2", "max"], float]] = [("l2", 2), ("max", np.inf)]
         for metric, order in metrics:
-            found = arm.solve(self.pose, near, scene=self.asked, metric=metric)
+            found = arm.with_(scene=self.asked).solve(self.pose, near, metric=metric)
             far = np.linalg.norm(nearest - near, ord=order, axis=-1)
             self._counted(counts, f"solve {metric} near {near.tolist()}", found, far < found.distance - COST)
-        found = arm.best(self.pose, scene=self.asked)
+        found = arm.with_(scene=self.asked).solve(self.pose, prefer="margin")
         self._counted(counts, "best", found, arm.limit_margin(inmost) > found.margin + COST)
-        several = list(arm.solutions(self.pose, near, scene=self.asked))
+        several = list(arm.with_(scene=self.asked).solutions(self.pose, near))
         for found in several:
             self._counted(counts, "solutions", found, False)
         if set(self.clear_gc) - {int(found.gc) for found in several}:
@@ -221,16 +221,16 @@ def coals(samples: int, rng: np.random.Generator, coal: Any) -> int:
     request = exact_request(coal)
     ignore = [(f"link_{i}", f"link_{j}") for i in range(1, 7) for j in range(i + 1, 7)]
     while done < samples:
-        arm = ARMS[rng.integers(4)].with_body(BODY)
+        arm = ARMS[rng.integers(4)].with_(body=BODY)
         pose, gc = posed(arm, rng, int(rng.integers(8)))
         shapes = [s for s in scene_of(arm, rng, 3) if getattr(s, "radius", 1.0) > 0 or isinstance(s, aa.Box)]
         shapes = [aa.Box(s.pose, s.size) if isinstance(s, aa.Box) else s for s in shapes]
-        arcs = arm.clear(pose, gc, aa.Scene(shapes, ignore=ignore))
+        arcs = arm._clear(pose, gc, aa.Scene(shapes, ignore=ignore))
         limits = ends_of(arcs)
         psi = asked_of(limits, rng, 50)
         others = [placed(coal, np.eye(4), shape) for shape in shapes]
         near = from_ends(psi, limits) <= BESIDE
-        frames = arm.frames(arm.inverse(pose, psi, gc))
+        frames = arm.frames(arm.inverse(pose, psi, gc, limits=False))
         for angle, at, beside in zip(psi, frames, near, strict=True):
             mine = [placed(coal, at[link], shape) for link, listed in BODY.links for shape in listed]
             pairs = [(*one, *other) for one in mine for other in others]

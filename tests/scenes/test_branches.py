@@ -15,7 +15,7 @@ def drawn(name: str, rng: np.random.Generator, swings: bool) -> tuple[aa.Arm, aa
     """An arm with shapes off the axes of links 1, 2, 5 and 6, or with bones alone; balls about it; a pose."""
     arm = aa.Arm.from_catalogue(name)
     balls = {k: [aa.Ball(rng.normal(size=3) * 0.08, 0.05)] for k in (1, 2, 5, 6)}
-    arm = arm.with_body(aa.Body(balls) if swings else aa.Body.bones(upper_arm=0.06, forearm=0.06))
+    arm = arm.with_(body=aa.Body(balls) if swings else aa.Body.bones(upper_arm=0.06, forearm=0.06))
     shoulder = arm.frames(np.zeros(7))[1, :3, 3]
     scene = aa.Scene([aa.Ball(shoulder + rng.normal(size=3) * 0.25, 0.08) for _ in range(3)])
     return arm, scene, arm.forward(rng.uniform(arm.lower, arm.upper).clip(-2.8, 2.8))[0]
@@ -27,11 +27,11 @@ def test_all_branches_are_those_asked_one_by_one(name: str, swings: bool) -> Non
     rng, differ = generator(41, len(name)), 0
     for _ in range(count(12)):
         arm, scene, pose = drawn(name, rng, swings)
-        every = arm.feasible_all(pose, scene=scene)
-        clear = [arm.clear(pose, gc, scene) for gc in range(8)]
+        every = arm.with_(scene=scene).feasible(pose)
+        clear = [arm._clear(pose, gc, scene) for gc in range(8)]
         differ += len({str(arcs.intervals) for arcs in clear}) > 2
         for gc in range(8):
-            one = arm.feasible(pose, gc, scene=scene)
+            one = arm.with_(scene=scene).feasible(pose, gc)
             assert every[gc].status is one.status
             assert every[gc].ends or one.ends or every[gc].is_full == one.is_full
             assert np.allclose(every[gc].intervals, one.intervals, rtol=0, atol=1e-9)
@@ -44,13 +44,15 @@ def test_no_solution_touches_and_none_is_missed(name: str) -> None:
     for _ in range(count(25)):
         arm, scene, pose = drawn(name, rng, True)
         near = rng.uniform(arm.lower, arm.upper).clip(-2.8, 2.8)
-        told = [arm.solve(pose, near=near, scene=scene)]
-        room = max(arm.feasible(pose, gc, scene=scene).measure for gc in range(8))
+        told = [arm.with_(scene=scene).solve(pose, seed=near)]
+        room = max(arm.with_(scene=scene).feasible(pose, gc).measure for gc in range(8))
         assert told[0].status is aa.Status.OK or room < 1e-6
-        told += list(arm.solutions(pose, near=near, scene=scene)) if told[0].status is aa.Status.OK else []
+        told += (
+            list(arm.with_(scene=scene).solutions(pose, seed=near)) if told[0].status is aa.Status.OK else []
+        )
         for solution in told:
             if solution.status is aa.Status.OK:
                 _, psi, gc = arm.forward(solution.q)
-                assert arm.clearance(pose, psi, gc, scene).distance >= -1e-9
+                assert arm.clearance(arm.inverse(pose, psi, gc, limits=False), scene).distance >= -1e-9
                 found += 1
     assert found > 10

@@ -56,7 +56,7 @@ def turns_at(path: aa.JointPath, arm: aa.Arm, shapes: list[Any], ignore: Any, ap
 @pytest.mark.parametrize("kind", ["ball", "capsule", "box", "hull"])
 def test_what_swings_against_what_stands(kind: str) -> None:
     rng, done = generator(1, len(kind)), 0
-    arm = BARE.with_body(SWINGING)
+    arm = BARE.with_(body=SWINGING)
     while done < count(3):
         path = curve(rng, arm)
         if path is None:
@@ -71,7 +71,7 @@ def test_what_swings_against_what_stands(kind: str) -> None:
         scene = aa.Scene([shape], ignore=PAIRS)
         if kind == "hull":  # its distances are those of arms of a body without own pairs
             rows = path.at(DENSE)
-            apart = arm.clearance(rows.pose, rows.psi, rows.gc, scene).distance
+            apart = arm.clearance(arm.inverse(rows.pose, rows.psi, rows.gc, limits=False), scene).distance
         else:
             apart = distances(arm, q, scene)[0].min(axis=-1)
         if apart.min() > MISS:
@@ -86,7 +86,7 @@ def test_own_links_against_each_other() -> None:
         5: [aa.Capsule([0.06, -0.1, 0.02], [0.05, -0.04, 0.03], 0.03, name="five")],
         6: [aa.Ball([0.06, 0.05, 0.05], 0.03, name="six")],
     })  # fmt: skip
-    arm, rng, seen = BARE.with_body(body), generator(2), set()
+    arm, rng, seen = BARE.with_(body=body), generator(2), set()
     for _ in range(count(4)):
         path = curve(rng, arm)
         if path is None:
@@ -103,7 +103,7 @@ def test_own_links_against_each_other() -> None:
 def test_the_hand_against_what_stands_and_against_the_upper_arm() -> None:
     rod = aa.Capsule([0.02, 0, 0.05], [-0.3, 0.05, 0.1], 0.02, name="rod")
     upper = aa.Body({3: [aa.Capsule([0.02, -0.35, 0], [0, -0.05, 0], 0.06, name="upper")]})
-    arm, rng, done = BARE.with_body(upper).with_hand([rod]), generator(3), 0
+    arm, rng, done = BARE.with_(body=upper).with_(hand=[rod]), generator(3), 0
     while done < count(4):
         path = curve(rng, arm)
         if path is None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.draw import count, generator
+from support.threads import in_threads
 from support.touching import distances
 
 import armangle as aa
@@ -32,7 +33,7 @@ OFFSET = aa.Arm(
     base=aa.pose([0.4, -0.2, 0.7], rpy=[0.3, 1.2, -0.5]), tool=aa.pose([0.02, 0.05, 0.1], rpy=[0.4, 0, 1]),
 )  # fmt: skip
 CATALOGUE = ("kuka_iiwa7_r800", "barrett_wam7", "yaskawa_sia5d", "openarm_v10")
-TURNED = OFFSET.with_reference("stereographic").with_(name="another zero")
+TURNED = OFFSET.with_(reference="stereographic").with_(name="another zero")
 ARMS = [*map(aa.Arm.from_catalogue, CATALOGUE), OFFSET, TURNED]
 BODIES = {"bones": BONES, "spheres": SPHERES, "swinging": SWINGING}
 
@@ -68,17 +69,17 @@ def posed(arm: aa.Arm, rng: np.random.Generator, gc: int) -> tuple[Any, int]:
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
 def test_a_psi_is_clear_if_and_only_if_no_link_touches(arm: aa.Arm, body: str) -> None:
     rng = generator(1, len(arm.name))
-    arm = arm.with_body(BODIES[body])
+    arm = arm.with_(body=BODIES[body])
     for k in range(count(12)):
         pose, gc = posed(arm, rng, k % 8)
         kept = float(rng.choice([0.0, 0.015]))
         scene = aa.Scene([obstacle(arm, rng, (k + j) % 4) for j in range(1 + k % 3)], clearance=kept)
-        arcs = arm.clear(pose, gc, scene)
+        arcs = arm._clear(pose, gc, scene)
         psi = rng.uniform(-np.pi, np.pi, 60)
         limits = arcs.intervals.ravel() if arcs.ends else np.empty(0)
         beside = [limits + sign * 10 ** rng.uniform(-8.9, -3) for sign in (-1, 1)]
         psi = np.concatenate([psi, *beside])
-        least = distances(arm, arm.inverse(pose, psi, gc), scene)[0].min(axis=-1)
+        least = distances(arm, arm.inverse(pose, psi, gc, limits=False), scene)[0].min(axis=-1)
         near = np.array([np.min(np.abs(np.angle(np.exp(1j * (limits - x)))), initial=9.0) for x in psi])
         wrong = (arcs.contains(psi) != (least >= kept)) & (near > 1e-9) & (np.abs(least - kept) > 1e-14)
         assert not wrong.any(), (k, psi[wrong], least[wrong] - kept)
@@ -91,13 +92,13 @@ def test_an_end_is_where_the_named_pair_is_as_near_as_is_asked(arm: aa.Arm) -> N
     checked = 0
     for k in range(count(16)):
         body = [BONES, SPHERES, SWINGING][k % 3]
-        arm = arm.with_body(body)
+        arm = arm.with_(body=body)
         pose, gc = posed(arm, rng, k % 8)
         scene = aa.Scene([obstacle(arm, rng, (k + j) % 4) for j in range(3)], clearance=0.01)
-        arcs = arm.clear(pose, gc, scene)
+        arcs = arm._clear(pose, gc, scene)
         for (lower, upper), pair in zip(arcs, arcs.ends, strict=True):
             for psi, end in zip((lower, upper), pair, strict=False):
-                apart, names = distances(arm, arm.inverse(pose, psi, gc), scene)
+                apart, names = distances(arm, arm.inverse(pose, psi, gc, limits=False), scene)
                 assert abs(apart.min() - 0.01) < 1e-12
                 told = {(end.obstacle, end.link), (end.link, end.obstacle)}
                 mine = [apart[i] for i, name in enumerate(names) if name in told]
@@ -108,25 +109,25 @@ def test_an_end_is_where_the_named_pair_is_as_near_as_is_asked(arm: aa.Arm) -> N
 
 
 def test_without_the_obstacle_that_an_end_names_the_end_moves() -> None:
-    rng, arm = generator(3), ARMS[0].with_body(BONES)
+    rng, arm = generator(3), ARMS[0].with_(body=BONES)
     moved = 0
     for k in range(30):
         pose, gc = posed(arm, rng, k % 8)
         scene = aa.Scene([obstacle(arm, rng, 0) for _ in range(3)])
-        arcs = arm.clear(pose, gc, scene)
+        arcs = arm._clear(pose, gc, scene)
         for (lower, _), pair in zip(arcs, arcs.ends, strict=True):
             for end in pair[:1]:
                 left = [s for s, name in zip(scene.shapes, scene.names, strict=True) if name != end.obstacle]
-                assert arm.clear(pose, gc, aa.Scene(left)).contains(lower - 1e-7)
+                assert arm._clear(pose, gc, aa.Scene(left)).contains(lower - 1e-7)
                 moved += 1
     assert moved > 10
 
 
 def test_links_three_and_four_know_the_sign_of_the_elbow_alone() -> None:
-    rng, arm = generator(4), ARMS[2].with_body(SPHERES)
+    rng, arm = generator(4), ARMS[2].with_(body=SPHERES)
     pose = posed(arm, rng, 0)[0]
     scene = aa.Scene([obstacle(arm, rng, k % 4) for k in range(6)])
-    of_all = [arm.clear(pose, gc, scene) for gc in range(8)]
+    of_all = [arm._clear(pose, gc, scene) for gc in range(8)]
     for gc in range(8):
         assert of_all[gc] == of_all[gc & 2]
     assert of_all[0] != of_all[2]
@@ -142,7 +143,7 @@ def test_a_ball_on_a_joints_axis_is_of_both_links() -> None:
         for _ in range(20):
             pose, gc = posed(arm, rng, 0)
             scene = aa.Scene([obstacle(arm, rng, 0)])
-            a, b = (arm.with_body(aa.Body(body)).clear(pose, gc, scene) for body in (first, second))
+            a, b = (arm.with_(body=aa.Body(body))._clear(pose, gc, scene) for body in (first, second))
             assert np.allclose(a.intervals, b.intervals, rtol=0, atol=1e-12)
 
 
@@ -157,7 +158,7 @@ def test_a_ball_on_the_first_or_last_axis_blocks_the_pose_with_either_link(links
         other = aa.Ball(place + rng.normal(size=3) * 0.06, 0.02, name="lamp")
         for link, frame in zip(links, frames, strict=True):
             ball = aa.Ball(np.round(frame[:3, :3].T @ (place - frame[:3, 3]), 12), 0.05)  # on the axis
-            told.append(arm.with_body(aa.Body({link: [ball]})).clear(pose, gc, aa.Scene([other])))
+            told.append(arm.with_(body=aa.Body({link: [ball]}))._clear(pose, gc, aa.Scene([other])))
         assert told[0].status == told[1].status and told[0].is_full == told[1].is_full, k
         if told[0].is_empty:
             assert [one.blocking for one in told] == [("lamp", f"link_{link}") for link in links]
@@ -172,8 +173,8 @@ def test_a_ball_moves_with_the_link_that_it_is_of() -> None:
         pose, _ = posed(OFFSET, rng, 0)
         scene = aa.Scene([obstacle(OFFSET, rng, k % 4) for _ in range(3)])
         for link in differ:
-            on = OFFSET.with_body(aa.Body({link: [aa.Ball([0.06, 0.05, 0.07], 0.05)]}))
-            of_all = [on.clear(pose, gc, scene) for gc in range(8)]
+            on = OFFSET.with_(body=aa.Body({link: [aa.Ball([0.06, 0.05, 0.07], 0.05)]}))
+            of_all = [on._clear(pose, gc, scene) for gc in range(8)]
             flipped = 1 if link in (1, 2) else 4
             differ[link] += of_all[0] != of_all[flipped]
             for gc in range(8):  # the other end of the arm decides nothing
@@ -186,60 +187,60 @@ def test_a_ball_moves_with_the_link_that_it_is_of() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("near", [0.0, 1e-9, 1e-6, 1e-3])
 def test_links_that_swing_fast_beside_a_singular_posture(near: float) -> None:
-    arm = ARMS[0].with_body(SWINGING)
+    arm = ARMS[0].with_(body=SWINGING)
     rng = generator(12)
     for k in range(6):
         pose, psi, gc = arm.forward([0.4 * k, near, 0.3, -1.2, 0.4, 0.9, 0.1])
         scene = aa.Scene([aa.Ball(shoulder(arm) + rng.normal(size=3) * 0.12, 0.03) for _ in range(3)])
-        arcs = arm.clear(pose, gc, scene)
+        arcs = arm._clear(pose, gc, scene)
         asked = np.concatenate([psi + np.geomspace(1e-7, 1, 30), psi - np.geomspace(1e-7, 1, 30)])
-        least = distances(arm, arm.inverse(pose, asked, gc), scene)[0].min(axis=-1)
+        least = distances(arm, arm.inverse(pose, asked, gc, limits=False), scene)[0].min(axis=-1)
         wrong = (arcs.contains(asked) != (least >= 0)) & (np.abs(least) > 1e-8)
         assert not wrong.any(), (near, k, asked[wrong] - psi, least[wrong])
 
 
 def test_arcs_shrink_as_the_clearance_grows() -> None:
-    rng, arm = generator(6), ARMS[1].with_body(BONES)
+    rng, arm = generator(6), ARMS[1].with_(body=BONES)
     for k in range(20):
         pose, gc = posed(arm, rng, k % 8)
         shapes = [obstacle(arm, rng, (k + j) % 4) for j in range(2)]
-        wide, narrow = (arm.clear(pose, gc, aa.Scene(shapes, clearance=c)) for c in (0.01, 0.03))
+        wide, narrow = (arm._clear(pose, gc, aa.Scene(shapes, clearance=c)) for c in (0.01, 0.03))
         assert (narrow & ~wide).measure < 1e-9
 
 
 def test_a_scene_is_the_common_part_of_its_shapes() -> None:
-    rng, arm = generator(7), ARMS[3].with_body(BONES)
+    rng, arm = generator(7), ARMS[3].with_(body=BONES)
     for k in range(20):
         pose, gc = posed(arm, rng, k % 8)
         shapes = [obstacle(arm, rng, (k + j) % 4) for j in range(3)]
-        one, two, three = (arm.clear(pose, gc, aa.Scene([shape])) for shape in shapes)
+        one, two, three = (arm._clear(pose, gc, aa.Scene([shape])) for shape in shapes)
         both = one & two & three
-        whole = arm.clear(pose, gc, aa.Scene(shapes))
+        whole = arm._clear(pose, gc, aa.Scene(shapes))
         assert np.allclose(both.intervals, whole.intervals, rtol=0, atol=1e-12)
 
 
 def test_scene_and_base_moved_together_change_nothing() -> None:
-    rng, arm = generator(8), ARMS[1].with_body(BONES)
+    rng, arm = generator(8), ARMS[1].with_(body=BONES)
     shift = aa.pose([0.3, -0.1, 0.2], rpy=[0.4, -0.3, 1.0])
     there = arm.with_(base=shift @ arm.base)
     for k in range(10):
         pose, gc = posed(arm, rng, k % 8)
         box = obstacle(arm, rng, 2)
         moved = aa.Box(shift @ np.array(box.pose), box.size, box.radius)
-        a, b = arm.clear(pose, gc, aa.Scene([box])), there.clear(shift @ pose, gc, aa.Scene([moved]))
+        a, b = arm._clear(pose, gc, aa.Scene([box])), there._clear(shift @ pose, gc, aa.Scene([moved]))
         assert np.allclose(a.intervals, b.intervals, rtol=0, atol=1e-9)
 
 
 def circle_of_a_ball(arm: aa.Arm, pose: Any, gc: int) -> tuple[Any, Any, Any]:
     """Shoulder, unit direction to the wrist, and elbow at psi = 0."""
-    frames = arm.frames(arm.inverse(pose, 0.0, gc))
+    frames = arm.frames(arm.inverse(pose, 0.0, gc, limits=False))
     along = frames[5, :3, 3] - frames[1, :3, 3]
     return frames[1, :3, 3], along / np.linalg.norm(along), frames[3, :3, 3]
 
 
 @pytest.mark.parametrize("side", [-1, 1])
 def test_tangent_from_both_sides(side: int) -> None:
-    arm = ARMS[0].with_body(aa.Body({3: [aa.Ball([0, 0, 0], 0.05, name="elbow")]}))
+    arm = ARMS[0].with_(body=aa.Body({3: [aa.Ball([0, 0, 0], 0.05, name="elbow")]}))
     pose = arm.forward([0.3, 0.7, 0.2, -1.3, 0.4, 0.8, 0.1])[0]
     start, along, elbow = circle_of_a_ball(arm, pose, 0)
     foot = start + along * ((elbow - start) @ along)
@@ -247,12 +248,12 @@ def test_tangent_from_both_sides(side: int) -> None:
     radius = float(np.linalg.norm(elbow - foot))
     least, greatest = 0.1, 2 * radius + 0.1
     centre = foot + across * (radius + 0.1)
-    beside = arm.clear(pose, 0, aa.Scene([aa.Ball(centre, least * (1 + side * 1e-13) - 0.05)]))
+    beside = arm._clear(pose, 0, aa.Scene([aa.Ball(centre, least * (1 + side * 1e-13) - 0.05)]))
     assert bool(beside.is_full) == (side < 0)
-    around = arm.clear(pose, 0, aa.Scene([aa.Ball(centre, greatest * (1 + side * 1e-13) - 0.05, name="b")]))
+    around = arm._clear(pose, 0, aa.Scene([aa.Ball(centre, greatest * (1 + side * 1e-13) - 0.05, name="b")]))
     assert bool(around.is_empty) == (side > 0)
     assert around.blocking == (("b", "elbow") if side > 0 else None)
-    on_axis = arm.clear(pose, 0, aa.Scene([aa.Ball(foot, radius * (1 + side * 1e-12) - 0.05)]))
+    on_axis = arm._clear(pose, 0, aa.Scene([aa.Ball(foot, radius * (1 + side * 1e-12) - 0.05)]))
     assert bool(on_axis.is_empty) == (side > 0) and bool(on_axis.is_full) == (side < 0)
 
 
@@ -275,9 +276,9 @@ def test_segments_of_the_arm_plane_in_exact_places(ends: Any) -> None:  # fmt: s
     start, along, elbow = circle_of_a_ball(bare, pose, 0)
     across = (elbow - start) - along * ((elbow - start) @ along)
     across /= np.linalg.norm(across)
-    frame = bare.frames(bare.inverse(pose, 0.0, 0))[4]
+    frame = bare.frames(bare.inverse(pose, 0.0, 0, limits=False))[4]
     begin, end = ((start + along * w + across * r - frame[:3, 3]) @ frame[:3, :3] for w, r in ends)
-    arm = bare.with_body(aa.Body({4: [aa.Capsule(begin, end, 0.05)]}))
+    arm = bare.with_(body=aa.Body({4: [aa.Capsule(begin, end, 0.05)]}))
     beside = np.cross(along, across)
     seen = 0
     for w in (0.0, 0.2, 0.3, 0.55):
@@ -287,9 +288,11 @@ def test_segments_of_the_arm_plane_in_exact_places(ends: Any) -> None:  # fmt: s
                 aa.Ball(at, 0.03), aa.Ball(at, 0.0), aa.Capsule(at, at + 0.1 * along, 0.02),
                 aa.Box(aa.pose(at), [0.05, 0.0, 0.1], 0.01),
             ):  # fmt: skip
-                arcs = arm.clear(pose, 0, aa.Scene([shape]))
+                arcs = arm._clear(pose, 0, aa.Scene([shape]))
                 psi = np.linspace(-np.pi, np.pi, 73)
-                least = distances(arm, arm.inverse(pose, psi, 0), aa.Scene([shape]))[0].min(axis=-1)
+                least = distances(arm, arm.inverse(pose, psi, 0, limits=False), aa.Scene([shape]))[0].min(
+                    axis=-1
+                )
                 wrong = (arcs.contains(psi) != (least >= 0)) & (np.abs(least) > 1e-9)
                 assert not wrong.any(), (shape, psi[wrong], least[wrong])
                 seen += not bool(arcs.is_full)
@@ -297,7 +300,7 @@ def test_segments_of_the_arm_plane_in_exact_places(ends: Any) -> None:  # fmt: s
 
 
 def test_a_world_seen_in_a_mirror_has_mirrored_arcs() -> None:
-    rng, arm, some = generator(13), ARMS[0].with_body(aa.Body.bones(upper_arm=0.07, forearm=0.06)), 0
+    rng, arm, some = generator(13), ARMS[0].with_(body=aa.Body.bones(upper_arm=0.07, forearm=0.06)), 0
     mirror, turned = np.array([1.0, -1.0, 1.0]), np.array([-1, 1, -1, 1, -1, 1, -1])
     for k in range(30):
         q = rng.uniform(-1.5, 1.5, 7)
@@ -313,7 +316,7 @@ def test_a_world_seen_in_a_mirror_has_mirrored_arcs() -> None:
                 seen.append(aa.Capsule(shape.begin * mirror, shape.end * mirror, shape.radius))
             else:
                 seen.append(aa.HalfSpace(shape.normal * mirror, shape.offset))
-        arcs, mirrored = arm.clear(pose, gc, aa.Scene(shapes)), arm.clear(there, gc, aa.Scene(seen))
+        arcs, mirrored = arm._clear(pose, gc, aa.Scene(shapes)), arm._clear(there, gc, aa.Scene(seen))
         assert arcs.status == mirrored.status and arcs.count == mirrored.count
         for psi in rng.uniform(-np.pi, np.pi, 50):
             assert arcs.contains(psi) == mirrored.contains(-psi)
@@ -323,7 +326,7 @@ def test_a_world_seen_in_a_mirror_has_mirrored_arcs() -> None:
 
 
 def test_a_box_without_extent_is_what_is_left_of_it() -> None:
-    rng, arm = generator(14), ARMS[1].with_body(SPHERES)
+    rng, arm = generator(14), ARMS[1].with_(body=SPHERES)
     for k in range(count(10)):
         pose, gc = posed(arm, rng, k % 8)
         frame = aa.pose(obstacle(arm, rng, 0).center, rpy=rng.uniform(-3, 3, 3))
@@ -332,13 +335,13 @@ def test_a_box_without_extent_is_what_is_left_of_it() -> None:
         for box, same in ((aa.Box(frame, [0, 0, 0], 0.05), aa.Ball(frame[:3, 3], 0.05)),
                           (aa.Box(frame, [0.2, 0, 0], 0.05), aa.Capsule(*end, 0.05)),
                           (aa.Box(frame, [0.2, 0.2, 0], 0.05), aa.Hull(plate, 0.05))):  # fmt: skip
-            one, other = arm.clear(pose, gc, aa.Scene([box])), arm.clear(pose, gc, aa.Scene([same]))
+            one, other = arm._clear(pose, gc, aa.Scene([box])), arm._clear(pose, gc, aa.Scene([same]))
             assert one.status == other.status and one.count == other.count
             assert np.allclose(one.intervals, other.intervals, rtol=0, atol=1e-9)
 
 
 def test_a_straight_arm_has_all_or_nothing() -> None:
-    arm = ARMS[0].with_body(aa.Body.bones(upper_arm=0.05, forearm=0.05))
+    arm = ARMS[0].with_(body=aa.Body.bones(upper_arm=0.05, forearm=0.05))
     pose, _, gc = arm.forward([0.3, 0.7, 0.2, 0.0, 0.4, 0.8, 0.1])
     start, along, _ = circle_of_a_ball(arm, pose, int(gc))
     beside = np.cross(along, [0, 0, 1.0])
@@ -346,15 +349,15 @@ def test_a_straight_arm_has_all_or_nothing() -> None:
     for distance, full in ((0.101, True), (0.099, False)):
         for share in (0.0, 0.3, 0.5, 0.9):
             scene = aa.Scene([aa.Ball(start + along * share * 0.8 + beside * distance, 0.05)])
-            arcs = arm.clear(pose, gc, scene)
+            arcs = arm._clear(pose, gc, scene)
             assert bool(arcs.is_full) == full and bool(arcs.is_empty) != full
-    assert arm.clear(pose, gc, scene).status == aa.Status.CLEARANCE
+    assert arm._clear(pose, gc, scene).status == aa.Status.CLEARANCE
 
 
 def test_a_needle_and_a_near_miss() -> None:
-    arm = ARMS[0].with_body(aa.Body.bones(upper_arm=0.05, forearm=0.04))
+    arm = ARMS[0].with_(body=aa.Body.bones(upper_arm=0.05, forearm=0.04))
     pose, _, gc = arm.forward([0.3, 0.7, 0.2, -1.3, 0.4, 0.8, 0.1])
-    frames = arm.frames(arm.inverse(pose, 0.4, gc))
+    frames = arm.frames(arm.inverse(pose, 0.4, gc, limits=False))
     side = frames[4, :3, 0]
     middle = (frames[4, :3, 3] + frames[5, :3, 3]) / 2
     for radius in (0.0, 0.001):
@@ -366,56 +369,56 @@ def test_a_needle_and_a_near_miss() -> None:
                 aa.Capsule(touch, touch + 0.1 * side, radius),
                 aa.Box(plate, [0.2, 0, 0], radius),
             ):
-                arcs = arm.clear(pose, gc, aa.Scene([shape]))
+                arcs = arm._clear(pose, gc, aa.Scene([shape]))
                 assert bool(arcs.contains(0.4)) == (gap > 0), (shape, gap)
 
 
 def test_more_gaps_than_a_set_holds_leave_the_widest() -> None:
-    arm = ARMS[0].with_body(aa.Body({3: [aa.Ball([0, 0, 0], 0.002)]}))
+    arm = ARMS[0].with_(body=aa.Body({3: [aa.Ball([0, 0, 0], 0.002)]}))
     pose = arm.forward([0.3, 0.7, 0.2, -1.3, 0.4, 0.8, 0.1])[0]
-    places = arm.elbow(arm.inverse(pose, np.linspace(-3, 3, 100), 0))
+    places = arm.elbow(arm.inverse(pose, np.linspace(-3, 3, 100), 0, limits=False))
     scene = aa.Scene([aa.Ball(place, 0.002) for place in places])
-    arcs = arm.clear(pose, 0, scene)
+    arcs = arm._clear(pose, 0, scene)
     assert 1 < arcs.count <= 16 and arcs.coarse
     assert (arcs & ~aa.ArcSet([[0, 1]])).coarse and pickle.loads(pickle.dumps(arcs)).coarse
     few = aa.Scene(scene.shapes[:5])
-    assert not arm.clear(pose, 0, few).coarse and not arm.feasible(pose, 0).coarse
-    told = [arm.clear(np.stack([pose] * 3), 0, each).coarse.tolist() for each in (scene, few)]
-    assert told == [[True] * 3, [False] * 3] and arm.clear(np.stack([pose] * 2), 0, scene)[1].coarse
+    assert not arm._clear(pose, 0, few).coarse and not arm.feasible(pose, 0).coarse
+    told = [arm._clear(np.stack([pose] * 3), 0, each).coarse.tolist() for each in (scene, few)]
+    assert told == [[True] * 3, [False] * 3] and arm._clear(np.stack([pose] * 2), 0, scene)[1].coarse
     psi = np.linspace(-np.pi, np.pi, 3000)
     inside = arcs.contains(psi)
     assert inside.any()
-    assert distances(arm, arm.inverse(pose, psi[inside], 0), scene)[0].min() > -1e-9
+    assert distances(arm, arm.inverse(pose, psi[inside], 0, limits=False), scene)[0].min() > -1e-9
 
 
 @pytest.mark.core
 def test_feasible_with_a_scene_is_both() -> None:
-    rng, arm = generator(9), ARMS[0].with_body(BONES)
+    rng, arm = generator(9), ARMS[0].with_(body=BONES)
     scene = aa.Scene([obstacle(arm, rng, k % 4) for k in range(4)])
     poses = np.stack([posed(arm, rng, 0)[0] for _ in range(20)])
     gc = np.arange(20) % 8
-    both = arm.feasible(poses, gc, scene=scene)
-    apart = arm.feasible(poses, gc) & arm.clear(poses, gc, scene)
+    both = arm.with_(scene=scene).feasible(poses, gc)
+    apart = arm.feasible(poses, gc) & arm._clear(poses, gc, scene)
     assert both == apart
     assert repr(both.ends) == repr(apart.ends)
-    every = arm.feasible_all(poses, scene=scene, threads=2)
+    every = in_threads(2, lambda: arm.with_(scene=scene).feasible(poses))
     for k in range(20):
         assert every[k, gc[k]] == both[k]
-        one = arm.feasible(poses[k], int(gc[k]), scene=scene)
+        one = arm.with_(scene=scene).feasible(poses[k], int(gc[k]))
         assert one == both[k] and repr(one.ends) == repr(both[k].ends) and one.status == both.status[k]
 
 
 def test_a_hand_that_meets_an_obstacle_blocks_the_pose() -> None:
-    arm = ARMS[0].with_body(BONES).with_hand([aa.Box(aa.pose([0, 0, 0.1]), [0.1, 0.1, 0.2], name="part")])
+    arm = ARMS[0].with_(body=BONES).with_(hand=[aa.Box(aa.pose([0, 0, 0.1]), [0.1, 0.1, 0.2], name="part")])
     pose, _, gc = arm.forward([0.0, 0.6, 0.0, -1.4, 0.0, 0.9, 0.0])
     tip = moved_tip(pose, 0.2)
     for depth in (1e-9, -1e-9):
         scene = aa.Scene([aa.HalfSpace([0, 0, 1], tip + depth, name="table")])
-        arcs = arm.clear(pose, gc, scene)
+        arcs = arm._clear(pose, gc, scene)
         assert (arcs.status == aa.Status.POSE_BLOCKED) == (depth > 0)
         assert arcs.blocking == (("table", "part") if depth > 0 else None)
     free = aa.Scene([aa.HalfSpace([0, 0, 1], tip + 0.01, name="table")], ignore=[("table", "part")])
-    assert arm.clear(pose, gc, free).status != aa.Status.POSE_BLOCKED
+    assert arm._clear(pose, gc, free).status != aa.Status.POSE_BLOCKED
 
 
 def moved_tip(pose: Any, length: float) -> float:
@@ -430,14 +433,14 @@ def test_what_the_hand_carries_blocks_the_upper_arm_and_not_its_own_link() -> No
         3: [aa.Capsule([0, -0.4, 0], [0, 0, 0], 0.08, name="upper")],
         6: [aa.Ball([0, 0, 0.02], 0.05, name="wrist")], 7: [aa.Ball([0, 0, 0], 0.05)],
     })  # fmt: skip
-    arm = ARMS[0].with_body(body).with_hand([rod])
+    arm = ARMS[0].with_(body=body).with_(hand=[rod])
     rng, seen = generator(10), set()
     for k in range(300):
         pose, gc = posed(arm, rng, k % 8)
-        arcs = arm.clear(pose, gc, aa.Scene())
+        arcs = arm._clear(pose, gc, aa.Scene())
         seen |= {(end.obstacle, end.link) for pair in arcs.ends for end in pair}
         for (lower, _), _pair in zip(arcs, arcs.ends, strict=True):
-            near = arm.clearance(pose, lower, gc, aa.Scene())
+            near = arm.clearance(arm.inverse(pose, lower, gc, limits=False), aa.Scene())
             assert abs(near.distance) < 1e-12 or arcs.is_full
     assert ("rod", "upper") in seen
     assert all(link == "upper" for _, link in seen)
@@ -445,15 +448,15 @@ def test_what_the_hand_carries_blocks_the_upper_arm_and_not_its_own_link() -> No
 
 def test_base_and_table_may_touch_where_the_scene_says_so() -> None:
     body = aa.Body({0: [aa.Capsule([0, 0, 0.02], [0, 0, 0.15], 0.08)], 3: [aa.Ball([0, -0.2, 0], 0.08)]})
-    arm = ARMS[0].with_body(body)
+    arm = ARMS[0].with_(body=body)
     pose, _, gc = arm.forward([0.0, 0.6, 0.0, -1.4, 0.0, 0.9, 0.0])
     table = aa.HalfSpace([0, 0, 1], 0.0, name="table")
-    blocked = arm.clear(pose, gc, aa.Scene([table]))
+    blocked = arm._clear(pose, gc, aa.Scene([table]))
     assert blocked.status == aa.Status.POSE_BLOCKED and blocked.blocking == ("table", "link_0")
-    assert arm.clear(pose, gc, aa.Scene([table], ignore=[("table", "link_0")])).status == aa.Status.OK
+    assert arm._clear(pose, gc, aa.Scene([table], ignore=[("table", "link_0")])).status == aa.Status.OK
 
 
 def test_out_of_reach_is_said() -> None:
-    arm = ARMS[0].with_body(BONES)
+    arm = ARMS[0].with_(body=BONES)
     far = aa.pose([3.0, 0, 0])
-    assert arm.clear(far, 0, aa.Scene([aa.Ball([0, 0, 1], 0.1)])).status == aa.Status.UNREACHABLE
+    assert arm._clear(far, 0, aa.Scene([aa.Ball([0, 0, 1], 0.1)])).status == aa.Status.UNREACHABLE

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.draw import count, generator
+from support.threads import in_threads
 from support.touching import distances
 
 import armangle as aa
 
 BONES = aa.Body.bones(upper_arm=0.05, forearm=0.04, plates=True)
-ARM = aa.Arm.from_catalogue("barrett_wam7").with_body(BONES)
+ARM = aa.Arm.from_catalogue("barrett_wam7").with_(body=BONES)
 WRITTEN = ARM.with_(base=aa.pose([0.2, 0.1, -0.3], rpy=[0.1, 0.4, 0.2]))
 
 
@@ -32,14 +33,16 @@ def test_the_nearest_pair_is_that_of_all_distances() -> None:
         scene = aa.Scene(shapes(rng))
         q = rng.uniform(-1.5, 1.5, 7)
         pose, psi, gc = WRITTEN.forward(q)
-        apart, names = distances(WRITTEN, WRITTEN.inverse(pose, psi, gc), scene)
-        near = WRITTEN.clearance(pose, psi, gc, scene)
+        apart, names = distances(WRITTEN, WRITTEN.inverse(pose, psi, gc, limits=False), scene)
+        near = WRITTEN.clearance(WRITTEN.inverse(pose, psi, gc, limits=False), scene)
         assert abs(near.distance - apart.min()) < 1e-9
         assert (near.obstacle, near.link) == names[int(np.argmin(apart))]
         if near.distance > 0:
             assert abs(np.linalg.norm(near.points[0] - near.points[1]) - near.distance) < 1e-12
         step = 1e-6
-        before, after = (WRITTEN.clearance(pose, psi + s, gc, scene) for s in (-step, step))
+        before, after = (
+            WRITTEN.clearance(WRITTEN.inverse(pose, psi + s, gc, limits=False), scene) for s in (-step, step)
+        )
         if before.obstacle == after.obstacle and before.link == after.link and near.distance > 0:
             assert abs((after.distance - before.distance) / (2 * step) - near.psi_rate) < 1e-5
 
@@ -53,16 +56,18 @@ def test_what_swings_is_as_near_as_its_distances_say() -> None:
         6: [aa.Ball([0.04, 0.05, 0.05], 0.04, name="six")],
     })  # fmt: skip
     rng, seen = generator(7), set()
-    arm = WRITTEN.with_body(body)
+    arm = WRITTEN.with_(body=body)
     for _ in range(count(60)):
         scene = aa.Scene([s for s in shapes(rng) if not isinstance(s, aa.HalfSpace)])
         pose, psi, gc = arm.forward(rng.uniform(-1.5, 1.5, 7))
-        apart, names = distances(arm, arm.inverse(pose, psi, gc), scene)
-        near = arm.clearance(pose, psi, gc, scene)
+        apart, names = distances(arm, arm.inverse(pose, psi, gc, limits=False), scene)
+        near = arm.clearance(arm.inverse(pose, psi, gc, limits=False), scene)
         assert abs(near.distance - apart.min()) < 1e-9
         assert {near.obstacle, near.link} == set(names[int(np.argmin(apart))])
         seen |= {near.link, near.obstacle}
-        before, after = (arm.clearance(pose, psi + s, gc, scene) for s in (-1e-6, 1e-6))
+        before, after = (
+            arm.clearance(arm.inverse(pose, psi + s, gc, limits=False), scene) for s in (-1e-6, 1e-6)
+        )
         if {before.link, after.link} == {near.link} and before.obstacle == after.obstacle:
             slope = (after.distance - before.distance) / 2e-6
             assert near.distance < 0 or abs(slope - near.psi_rate) < 1e-4 * max(1, abs(slope))
@@ -73,26 +78,26 @@ def test_a_batch_is_each_of_its_poses() -> None:
     rng = generator(2)
     scene = aa.Scene(shapes(rng))
     poses, psi, gc = WRITTEN.forward(rng.uniform(-1.5, 1.5, (2, 5, 7)))
-    many = WRITTEN.clearance(poses, psi, gc, scene, threads=2)
+    many = in_threads(2, lambda: WRITTEN.clearance(WRITTEN.inverse(poses, psi, gc, limits=False), scene))
     assert many.distance.shape == (2, 5) and many.points.shape == (2, 5, 2, 3)
     for at in np.ndindex(2, 5):
-        one = WRITTEN.clearance(poses[at], psi[at], gc[at], scene)
+        one = WRITTEN.clearance(WRITTEN.inverse(poses[at], psi[at], gc[at], limits=False), scene)
         assert one == aa.Clearance(*(column[at] for column in many))
 
 
 def test_without_obstacles_nothing_is_near() -> None:
     pose, psi, gc = ARM.forward(np.full(7, 0.3))
-    near = ARM.clearance(pose, psi, gc, aa.Scene())
+    near = ARM.clearance(ARM.inverse(pose, psi, gc, limits=False), aa.Scene())
     assert near.distance == np.inf and near.obstacle is None and near.link is None
     assert np.isnan(near.points).all()
-    assert ARM.clear(pose, gc, aa.Scene()).is_full
+    assert ARM._clear(pose, gc, aa.Scene()).is_full
 
 
 def test_where_nothing_is_reached_nothing_is_near() -> None:
     near, gc = ARM.forward(np.full(7, 0.3))[::2]
     far = near.copy()
     far[0, 3] += 5.0
-    found = ARM.widest(np.stack([far, near]), gc, aa.Scene([aa.Ball([1.0, 1.0, 1.0], 0.1)]))
+    found = ARM._widest(np.stack([far, near]), gc, aa.Scene([aa.Ball([1.0, 1.0, 1.0], 0.1)]))
     assert found.nearest.obstacle.tolist() == [None, "ball_0"]
     for value in (found.psi, found.nearest.distance, found.nearest.psi_rate, found.nearest.points):
         rows = np.isfinite(value).reshape(2, -1)
@@ -105,63 +110,70 @@ def test_no_arm_angle_is_wider(seed: int) -> None:
     scene = aa.Scene(shapes(rng), clearance=0.01)
     span = np.maximum(WRITTEN.lower, -1.5), np.minimum(WRITTEN.upper, 1.5)
     pose, _, gc = WRITTEN.forward(rng.uniform(*span))
-    found = WRITTEN.widest(pose, gc, scene)
+    found = WRITTEN._widest(pose, gc, scene)
     own = WRITTEN.feasible(pose, gc)
     grid = np.linspace(-np.pi, np.pi, 2001)
     grid = grid[own.contains(grid)]
-    every = WRITTEN.clearance(np.broadcast_to(pose, (len(grid), 4, 4)), grid, gc, scene).distance
+    every = WRITTEN.clearance(
+        WRITTEN.inverse(np.broadcast_to(pose, (len(grid), 4, 4)), grid, gc, limits=False), scene
+    ).distance
     assert own.contains(found.psi)
     assert found.nearest.distance >= every.max() - 1e-9
-    assert found.arcs == WRITTEN.feasible(pose, gc, scene=scene)
+    assert found.arcs == WRITTEN.with_(scene=scene).feasible(pose, gc)
     assert (found.nearest.distance < 0.01) == bool(found.arcs.is_empty)
 
 
 def test_a_refusal_says_by_how_much() -> None:
-    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.05, forearm=0.05))
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=aa.Body.bones(upper_arm=0.05, forearm=0.05))
     pose, _, gc = arm.forward([0.3, 0.7, 0.2, -1.3, 0.4, 0.8, 0.1])
     start = arm.frames(np.zeros(7))[1, :3, 3]
     scene = aa.Scene([aa.Ball(start + np.array([0, 0.08, 0]), 0.05, name="post")])
-    assert arm.clear(pose, gc, scene).status == aa.Status.CLEARANCE
-    assert arm.clear(pose, gc, scene).blocking == ("post", "upper_arm")
-    found = arm.widest(pose, gc, scene)
+    assert arm._clear(pose, gc, scene).status == aa.Status.CLEARANCE
+    assert arm._clear(pose, gc, scene).blocking == ("post", "upper_arm")
+    found = arm._widest(pose, gc, scene)
     assert found.nearest.distance == pytest.approx(-0.02, abs=1e-9)
 
 
 def test_limits_that_leave_nothing_leave_no_widest() -> None:
     pose, _, gc = ARM.forward(np.full(7, 0.3))
     narrow = ARM.with_(lower=np.full(7, 2.0), upper=np.full(7, 2.1))
-    found = narrow.widest(pose, gc, aa.Scene([aa.Ball([0, 0, 1], 0.1)]))
+    found = narrow._widest(pose, gc, aa.Scene([aa.Ball([0, 0, 1], 0.1)]))
     assert np.isnan(found.psi) and np.isnan(found.nearest.distance) and found.nearest.obstacle is None
 
 
 def test_the_widest_beside_a_box_that_no_needle_of_a_link_is_proven_clear_of() -> None:
-    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.05, forearm=0.045))
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=aa.Body.bones(upper_arm=0.05, forearm=0.045))
     pose, _, gc = arm.forward([-1.92, 1.64, -2.01, 1.33, -1.72, 1.315, -0.55])
     frame = aa.pose([-0.0755, -0.3947, 0.3366], rotvec=[1, 0, 0])
     scene = aa.Scene([aa.Box(frame, (0.1, 0.2, 0.05))])
-    found = arm.widest(pose, gc, scene)
-    arcs = arm.feasible(pose, gc, scene=scene)
+    found = arm._widest(pose, gc, scene)
+    arcs = arm.with_(scene=scene).feasible(pose, gc)
     psi = np.linspace(-np.pi, np.pi, 721)
-    sampled = max(float(arm.clearance(pose, p, gc, scene).distance) for p in psi[arcs.contains(psi)])
+    sampled = max(
+        float(arm.clearance(arm.inverse(pose, p, gc, limits=False), scene).distance)
+        for p in psi[arcs.contains(psi)]
+    )
     assert found.psi in arcs and found.nearest.distance >= sampled - 1e-9
 
 
 def test_a_pair_that_rests_does_not_decide_between_arm_angles() -> None:
-    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
     pose, _, gc = arm.forward(np.radians([20, 45, 10, -80, 10, 60, 0]))
     floor = aa.Scene([aa.HalfSpace([0, 0, 1], 0.0)])
-    shoulder = arm.widest(pose, gc, floor).nearest  # all that is near is at rest
+    shoulder = arm._widest(pose, gc, floor).nearest  # all that is near is at rest
     assert shoulder.link == "upper_arm" and shoulder.distance == pytest.approx(0.34 - 0.09, abs=1e-12)
-    arm = arm.with_hand([aa.Capsule([0, 0, 0], [0, 0, 0.15], 0.03, name="drill")])
+    arm = arm.with_(hand=[aa.Capsule([0, 0, 0], [0, 0, 0.15], 0.03, name="drill")])
     lamp = aa.Ball([0.28, 0.26, 0.6], 0.05, name="lamp")
     scene, lamp_alone = aa.Scene([lamp]), aa.Scene([lamp], ignore=[("drill", "forearm")])
     rest = 0.126 - 0.08 - 0.03  # from the wrist to the flange, less both radii
-    found = arm.widest(pose, gc, scene)
-    assert arm.clearance(pose, found.psi, gc, scene).distance == pytest.approx(rest, abs=2e-9)
+    found = arm._widest(pose, gc, scene)
+    assert arm.clearance(arm.inverse(pose, found.psi, gc, limits=False), scene).distance == pytest.approx(
+        rest, abs=2e-9
+    )
     assert (found.nearest.obstacle, found.nearest.link) == ("lamp", "forearm")
     grid = np.linspace(-np.pi, np.pi, 4001)
     grid = grid[arm.feasible(pose, gc).contains(grid)]
     poses = np.broadcast_to(pose, (len(grid), 4, 4))
-    resting = arm.clearance(poses, grid, gc, scene).distance > rest - 1e-9
-    apart = arm.clearance(poses, grid, gc, lamp_alone).distance
+    resting = arm.clearance(arm.inverse(poses, grid, gc, limits=False), scene).distance > rest - 1e-9
+    apart = arm.clearance(arm.inverse(poses, grid, gc, limits=False), lamp_alone).distance
     assert found.nearest.distance >= apart[resting].max() - 1e-9 > rest + 0.1

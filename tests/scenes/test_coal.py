@@ -64,18 +64,18 @@ def obstacle(rng: np.random.Generator, arm: aa.Arm, kind: int) -> Any:
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "barrett_wam7", "yaskawa_sia5d", "openarm_v10"])
 def test_no_arm_angle_is_judged_other_than_by_coal(name: str) -> None:
     coal = need("coal")
-    arm, rng = aa.Arm.from_catalogue(name).with_body(BODY), generator(1, len(name))
+    arm, rng = aa.Arm.from_catalogue(name).with_(body=BODY), generator(1, len(name))
     request, asked, free = exact_request(coal), 0, 0
     ignore = [(f"link_{i}", f"link_{j}") for i in range(1, 7) for j in range(i + 1, 7)]
     for k in range(count(6)):
         scene = aa.Scene([obstacle(rng, arm, (k + j) % 3) for j in range(3)], ignore=ignore)
         pose = arm.forward(rng.uniform(np.maximum(arm.lower, -2.5), np.minimum(arm.upper, 2.5)))[0]
-        arcs = arm.clear(pose, k % 8, scene)
+        arcs = arm._clear(pose, k % 8, scene)
         psi = rng.uniform(-np.pi, np.pi, 24)
         limits = arcs.intervals.ravel() if arcs.ends else np.empty(0)
         psi = np.concatenate([psi, limits + 1e-6, limits - 1e-6])
         obstacles = [placed(coal, np.eye(4), shape) for shape in scene.shapes]
-        for angle, frames in zip(psi, arm.frames(arm.inverse(pose, psi, k % 8)), strict=True):
+        for angle, frames in zip(psi, arm.frames(arm.inverse(pose, psi, k % 8, limits=False)), strict=True):
             least = np.inf
             for link, shapes in BODY.links:
                 for mine in (placed(coal, frames[link], shape) for shape in shapes):

@@ -21,7 +21,7 @@ BODY = aa.Body({
     4: [aa.Capsule([0, 0, 0], [0, 0, 0.4], 0.05), aa.Capsule([0.02, 0.05, 0.1], [0.03, -0.06, 0.18], 0.03)],
     5: [aa.Capsule([0.06, -0.1, 0.02], [0.05, -0.04, 0.03], 0.04)],
 })  # fmt: skip
-ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(BODY)
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=BODY)
 TURNED = ARM.with_(base=aa.pose([0.2, 0.1, -0.3], rpy=[0.1, 0.4, 0.2]))
 
 
@@ -57,7 +57,7 @@ def test_what_a_field_leaves_lies_between_the_balls_and_larger_balls(noise: floa
         ignore = [(f"link_{i}", f"link_{j}") for i, j in ((1, 3), (1, 4), (1, 5), (3, 5))]
         shapes = [[aa.Ball(c, r) for c in centres] for r in (0.05, 0.05 + LOST * spacing + noise)]
         truth, kept, found = (
-            arm.clear(pose, gc, aa.Scene(listed, ignore=ignore)) for listed in (*shapes, [field])
+            arm._clear(pose, gc, aa.Scene(listed, ignore=ignore)) for listed in (*shapes, [field])
         )
         assert (found & ~truth).measure < 1e-9, k
         assert (kept & ~found).measure < 1e-5, k
@@ -72,8 +72,10 @@ def test_the_nearest_of_a_field_is_a_lower_bound_with_a_direction() -> None:
         nodes = grid(centre - 0.45, [0.9] * 3, 0.02)
         field = aa.Field(np.linalg.norm(nodes - centre, axis=-1) - 0.1, centre - 0.45, 0.02)
         pose, psi, gc = ARM.forward(rng.uniform(-1.5, 1.5, 7))
-        ball = ARM.clearance(pose, psi, gc, aa.Scene([aa.Ball(centre, 0.1, name="seen")]))
-        near = ARM.clearance(pose, psi, gc, aa.Scene([field]))
+        ball = ARM.clearance(
+            ARM.inverse(pose, psi, gc, limits=False), aa.Scene([aa.Ball(centre, 0.1, name="seen")])
+        )
+        near = ARM.clearance(ARM.inverse(pose, psi, gc, limits=False), aa.Scene([field]))
         if ball.obstacle != "seen":
             continue
         assert ball.distance - LOST * 0.02 <= near.distance <= ball.distance + 1e-12
@@ -92,17 +94,22 @@ def test_arcs_distances_and_the_widest_arm_angle_are_of_one_surface(noise: float
         field = of_balls(shoulder + rng.normal(size=(1 + k % 3, 3)) * 0.25, 0.05, spacing, rng, noise)
         scene = aa.Scene([field], clearance=float(rng.choice([0.0, 0.02])), ignore=ignore)
         pose, _, gc = arm.forward(rng.uniform(-1.8, 1.8, 7))
-        arcs, own = arm.clear(pose, gc, scene), arm.feasible(pose, gc)
+        arcs, own = arm._clear(pose, gc, scene), arm.feasible(pose, gc)
         limits = np.empty(0) if arcs.is_full else arcs.intervals.ravel()
         beside = limits + rng.choice([-1, 1], (9, len(limits))) * 10 ** rng.uniform(-5, -2, (9, len(limits)))
         psi = np.concatenate([rng.uniform(-np.pi, np.pi, 400), beside.ravel()])
         poses = np.tile(pose, (len(psi), 1, 1))
-        over = np.asarray(arm.clearance(poses, psi, np.full(len(psi), gc), scene).distance) - scene.clearance
+        over = (
+            np.asarray(
+                arm.clearance(arm.inverse(poses, psi, np.full(len(psi), gc), limits=False), scene).distance
+            )
+            - scene.clearance
+        )
         within = arcs.contains(psi)
         assert over[within].min(initial=1.0) > -0.01 * spacing - 1e-6, k
         assert over[~within].max(initial=-1.0) < 0.25 * spacing + 1e-6, k
         ends += len(limits)
-        widest = arm.widest(pose, gc, scene)
+        widest = arm._widest(pose, gc, scene)
         allowed = over[own.contains(psi)]
         if np.isfinite(widest.psi) and len(allowed):
             told = widest.nearest.distance - scene.clearance
@@ -120,8 +127,8 @@ def test_arcs_and_distances_of_a_coarse_field_that_was_cut_off_agree() -> None:
         scene = aa.Scene([aa.Field(np.zeros((2, 2, 2)), origin, spacing)])
         pose, _, gc = ARM.forward(rng.uniform(-1.8, 1.8, 7))
         psi = np.linspace(-np.pi, np.pi, 181)
-        free = ARM.clear(pose, gc, scene).contains(psi)
-        over = ARM.clearance(np.tile(pose, (181, 1, 1)), psi, gc, scene).distance
+        free = ARM._clear(pose, gc, scene).contains(psi)
+        over = ARM.clearance(ARM.inverse(np.tile(pose, (181, 1, 1)), psi, gc, limits=False), scene).distance
         assert over[free].min(initial=1.0) > -0.01 * spacing - 1e-6
         assert over[~free].max(initial=-1.0) < 0.25 * spacing + 1e-6
         near += 0 < free.sum() < len(psi)
@@ -134,8 +141,9 @@ def test_what_a_noisy_node_forgets_its_neighbours_tell() -> None:
     told = np.linalg.norm(nodes - [0.4, 0.0, 0.5], axis=-1) - 0.05
     holes = np.where(generator(8).random(told.shape) < 0.2, -1.0, told)
     pose, psi, gc = ARM.forward(np.radians([20, 45, 10, -80, 10, 60, 0]))
-    whole, less = (ARM.clearance(pose, psi, gc, aa.Scene([aa.Field(field, [0.2, -0.2, 0.3], 0.02)]))
-                   for field in (told, holes))  # fmt: skip
+    q = ARM.inverse(pose, psi, gc, limits=False)
+    fields = (aa.Field(field, [0.2, -0.2, 0.3], 0.02) for field in (told, holes))
+    whole, less = (ARM.clearance(q, aa.Scene([field])) for field in fields)
     assert whole.distance - 0.04 < less.distance <= whole.distance
 
 
@@ -145,7 +153,10 @@ def test_outside_its_grid_a_field_is_free() -> None:
     rng = generator(3)
     for _ in range(30):
         pose, psi, gc = ARM.forward(rng.uniform(-1.5, 1.5, 7))
-        one, other = (ARM.clearance(pose, psi, gc, aa.Scene([shape])) for shape in (field, box))
+        one, other = (
+            ARM.clearance(ARM.inverse(pose, psi, gc, limits=False), aa.Scene([shape]))
+            for shape in (field, box)
+        )
         if one.distance > 0.01:
             assert other.distance - 0.004 < one.distance <= other.distance + 1e-12
 
@@ -163,10 +174,10 @@ def test_what_the_hand_holds_keeps_off_a_field() -> None:
             aa.Hull(corners),
             aa.Ball([0, 0, 0.05], 0.04),
         ]
-        arm = ARM.with_body(None).with_hand([held[k % 3]])
-        near = arm.clear(pose, gc, aa.Scene([field]))
-        truth = arm.clear(pose, gc, aa.Scene([aa.Ball(centre, 0.05)]))
-        wider = arm.clear(pose, gc, aa.Scene([aa.Ball(centre, 0.05 + 0.02)]))
+        arm = ARM.with_(body=None).with_(hand=[held[k % 3]])
+        near = arm._clear(pose, gc, aa.Scene([field]))
+        truth = arm._clear(pose, gc, aa.Scene([aa.Ball(centre, 0.05)]))
+        wider = arm._clear(pose, gc, aa.Scene([aa.Ball(centre, 0.05 + 0.02)]))
         touches = [each.status == aa.Status.POSE_BLOCKED for each in (truth, near, wider)]
         assert touches == sorted(touches), (k, touches)
         blocked += touches[0]
@@ -174,7 +185,7 @@ def test_what_the_hand_holds_keeps_off_a_field() -> None:
 
 
 def test_a_plan_round_a_field_is_proven_and_clear_of_the_truth() -> None:
-    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.07, forearm=0.06))
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=aa.Body.bones(upper_arm=0.07, forearm=0.06))
     q = np.radians([20, 45, 10, -80, 10, 60, 0])
     pose, _, _ = arm.forward(q)
     centre = arm.frames(q)[3, :3, 3] + [0.02, 0.2, 0.0]
@@ -182,11 +193,11 @@ def test_a_plan_round_a_field_is_proven_and_clear_of_the_truth() -> None:
     field = aa.Field(np.linalg.norm(nodes - centre, axis=-1) - 0.06, centre - 0.3, 0.02, name="seen")
     poses = np.tile(pose, (60, 1, 1))
     poses[:, 1, 3] += np.linspace(0, 0.1, 60)
-    path = aa.plan(arm, poses, start=q, scene=aa.Scene([field]))
+    path = aa.plan(arm.with_(scene=aa.Scene([field])), poses, start=q)
     assert path.ok and path.certified
     rows = path.at(np.linspace(0, 1, 2001))
     truth = aa.Scene([aa.Ball(centre, 0.06)])
-    assert arm.clearance(rows.pose, rows.psi, rows.gc, truth).distance.min() > 0
+    assert arm.clearance(arm.inverse(rows.pose, rows.psi, rows.gc, limits=False), truth).distance.min() > 0
 
 
 def test_a_field_is_written_and_read(tmp_path: Path) -> None:

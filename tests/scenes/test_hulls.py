@@ -45,18 +45,20 @@ def of_box(frame: Floats, size: Floats) -> Floats:
 def test_a_box_by_its_corners_is_the_box(body: aa.Body) -> None:
     rng, blocked = generator(1), 0
     for k in range(count(60)):
-        arm = ARMS[k % 3].with_body(body)
+        arm = ARMS[k % 3].with_(body=body)
         frame, radius = place(arm, rng), float(rng.choice([0.0, 0.03]))
         size = rng.uniform(0, 0.3, 3) * (rng.random(3) > 0.2)  # a plate, a rod, a point among them
         corners = rng.permutation(of_box(frame, size))
         box, hull = aa.Scene([aa.Box(frame, size, radius)]), aa.Scene([aa.Hull(corners, radius)])
         pose, psi, gc = posed(arm, rng)
-        one, other = arm.clear(pose, gc, box), arm.clear(pose, gc, hull)
+        one, other = arm._clear(pose, gc, box), arm._clear(pose, gc, hull)
         assert one.count == other.count and one.status == other.status
         assert np.allclose(one.intervals, other.intervals, rtol=0, atol=1e-9)
         blocked += one.count > 0 and not one.is_full
         asked = psi + np.linspace(-3, 3, 20)
-        near, same = (arm.clearance(pose, asked, gc, scene) for scene in (box, hull))
+        near, same = (
+            arm.clearance(arm.inverse(pose, asked, gc, limits=False), scene) for scene in (box, hull)
+        )
         assert np.allclose(near.distance, same.distance, rtol=0, atol=1e-12)
         apart = near.distance > 0
         assert np.allclose(near.psi_rate[apart], same.psi_rate[apart], rtol=0, atol=1e-6)
@@ -64,7 +66,7 @@ def test_a_box_by_its_corners_is_the_box(body: aa.Body) -> None:
 
 
 def test_one_point_is_a_ball_and_two_are_a_capsule() -> None:
-    rng, arm = generator(2), ARMS[1].with_body(BONES)
+    rng, arm = generator(2), ARMS[1].with_(body=BONES)
     for _ in range(20):
         a, b = place(arm, rng)[:3, 3], place(arm, rng)[:3, 3]
         pose, _, gc = posed(arm, rng)
@@ -72,7 +74,7 @@ def test_one_point_is_a_ball_and_two_are_a_capsule() -> None:
             (aa.Ball(a, 0.06), aa.Hull([a], 0.06)),
             (aa.Capsule(a, b, 0.03), aa.Hull([b, a, (a + b) / 2], 0.03)),
         ):
-            one, other = (arm.clear(pose, gc, aa.Scene([shape])) for shape in (round_shape, hull))
+            one, other = (arm._clear(pose, gc, aa.Scene([shape])) for shape in (round_shape, hull))
             assert np.allclose(one.intervals, other.intervals, rtol=0, atol=1e-9)
 
 
@@ -122,16 +124,16 @@ def least(begin: Floats, end: Floats, corners: Floats) -> Floats:
 def test_arcs_of_a_hull_are_what_its_triangles_say() -> None:
     rng, ends = generator(3), 0
     for k in range(count(6)):
-        arm = ARMS[k % 3].with_body(aa.Body.bones(upper_arm=0.06, forearm=0.05))
+        arm = ARMS[k % 3].with_(body=aa.Body.bones(upper_arm=0.06, forearm=0.05))
         pose, psi, gc = posed(arm, rng)
-        elbow = arm.elbow(arm.inverse(pose, psi + 1.0, gc))  # on the way of the links
+        elbow = arm.elbow(arm.inverse(pose, psi + 1.0, gc, limits=False))  # on the way of the links
         corners = elbow + rng.normal(size=3) * 0.05 + rng.normal(size=(5, 3)) * 0.12
         middle = rng.dirichlet(np.ones(5), size=3) @ corners  # points within change nothing
         scene = aa.Scene([aa.Hull(np.concatenate([middle, corners]), name="wedge")], clearance=0.01)
-        arcs = arm.clear(pose, gc, scene)
+        arcs = arm._clear(pose, gc, scene)
         limits = np.empty(0) if arcs.is_full else arcs.intervals.ravel()
         psi = np.concatenate([rng.uniform(-np.pi, np.pi, 12), limits, limits - 1e-6, limits + 1e-6])
-        frames = arm.frames(arm.inverse(pose, psi, gc))
+        frames = arm.frames(arm.inverse(pose, psi, gc, limits=False))
         upper = frames[:, 3, :3, :3] @ [-arm.a_3, -arm.d_se, 0] + frames[:, 3, :3, 3]
         foot = frames[:, 3, :3, :3] @ [-arm.a_3, 0, 0] + frames[:, 3, :3, 3]
         wrist = frames[:, 4, :3, :3] @ [0, 0, arm.d_ew] + frames[:, 4, :3, 3]
@@ -148,12 +150,12 @@ def test_arcs_of_a_hull_are_what_its_triangles_say() -> None:
 
 def test_a_hull_in_the_hand_is_the_box_of_its_corners() -> None:
     rng, blocked = generator(4), set()
-    arm = ARMS[0].with_body(BONES)
+    arm = ARMS[0].with_(body=BONES)
     for k in range(60):
         size, radius = rng.uniform(0.05, 0.4, 3), float(rng.choice([0.0, 0.02]))
         frame = np.asarray(aa.pose([0, 0, 0.2], rpy=rng.uniform(-3, 3, 3)))
-        box = arm.with_hand([aa.Box(frame, size, radius, name="part")])
-        hull = arm.with_hand([aa.Hull(of_box(frame, size), radius, name="part")])
+        box = arm.with_(hand=[aa.Box(frame, size, radius, name="part")])
+        hull = arm.with_(hand=[aa.Hull(of_box(frame, size), radius, name="part")])
         pose, psi, gc = posed(arm, rng)
         there = place(arm, rng)
         there[:3, 3] = pose[:3, 3] + rng.normal(size=3) * 0.3
@@ -163,10 +165,12 @@ def test_a_hull_in_the_hand_is_the_box_of_its_corners() -> None:
             aa.Hull(of_box(there, np.array([0.1, 0.2, 0.05]))),
         ][k % 5]  # fmt: skip
         scene = aa.Scene([shape])
-        one, other = box.clear(pose, gc, scene), hull.clear(pose, gc, scene)
+        one, other = box._clear(pose, gc, scene), hull._clear(pose, gc, scene)
         assert one.status == other.status and one.count == other.count
         assert np.allclose(one.intervals, other.intervals, rtol=0, atol=1e-9)
-        near, same = (each.clearance(pose, psi, gc, scene).distance for each in (box, hull))
+        near, same = (
+            each.clearance(each.inverse(pose, psi, gc, limits=False), scene).distance for each in (box, hull)
+        )
         assert abs(near - same) < 1e-12
         blocked.add((one.status.name, k % 5))
     assert len(blocked) > 6
@@ -176,20 +180,20 @@ def test_what_the_hand_holds_may_not_lie_within_an_obstacle_however_sharp_both_a
     corners = CUBE * 0.1
     pose, psi, gc = ARMS[0].forward([0, 0.6, 0, -1.4, 0, 0.9, 0])
     for held in (aa.Box(np.eye(4), [0.1, 0.1, 0.1], name="part"), aa.Hull(corners, name="part")):
-        arm = ARMS[0].with_hand([held])
+        arm = ARMS[0].with_(hand=[held])
         middle = pose[:3, 3]
         for shape in (
             aa.Box(aa.pose(middle), [0.3, 0.3, 0.3], name="case"), aa.Hull(3 * corners + middle, name="case"),
             aa.Box(aa.pose(middle), [0.01, 0.01, 0.01], name="case"), aa.Hull([middle], name="case"),
             aa.Ball(middle, 0.0, name="case"), aa.Capsule(middle, middle + 0.4, 0.0, name="case"),
         ):  # fmt: skip
-            arcs = arm.clear(pose, gc, aa.Scene([shape]))
+            arcs = arm._clear(pose, gc, aa.Scene([shape]))
             assert arcs.status == aa.Status.POSE_BLOCKED and arcs.blocking == ("case", "part"), shape
-            assert arm.clearance(pose, psi, gc, aa.Scene([shape])).distance == 0
+            assert arm.clearance(arm.inverse(pose, psi, gc, limits=False), aa.Scene([shape])).distance == 0
 
 
 def test_a_plan_round_a_hull_is_proven_and_clear_between_its_rows() -> None:
-    arm = ARMS[0].with_body(BONES)
+    arm = ARMS[0].with_(body=BONES)
     q = np.radians([20, 45, 10, -80, 10, 60, 0])
     pose, _, _ = arm.forward(q)
     from_elbow = np.array([[0.0, 0.0, -0.2], [0.15, 0.02, -0.18], [0.0, 0.02, -0.1], [0.05, 0.02, -0.3]])
@@ -197,10 +201,12 @@ def test_a_plan_round_a_hull_is_proven_and_clear_between_its_rows() -> None:
     scene = aa.Scene([aa.Hull(corners, name="wedge")], clearance=0.005)
     poses = np.tile(pose, (60, 1, 1))
     poses[:, 1, 3] += np.linspace(0, 0.12, 60)
-    path = aa.plan(arm, poses, start=q, scene=scene)
+    path = aa.plan(arm.with_(scene=scene), poses, start=q)
     assert path.ok and path.certified
     rows = path.at(np.linspace(0, 1, 2001))
-    assert arm.clearance(rows.pose, rows.psi, rows.gc, scene).distance.min() >= 0.005
+    assert (
+        arm.clearance(arm.inverse(rows.pose, rows.psi, rows.gc, limits=False), scene).distance.min() >= 0.005
+    )
     touching = aa.Scene([aa.Hull(corners + np.array([0, 0, 0.1]), name="wedge")])
-    refused = aa.plan(arm, poses, start=q, scene=touching)
+    refused = aa.plan(arm.with_(scene=touching), poses, start=q)
     assert not refused.ok and not refused.certified and "wedge" in refused.explain()

@@ -9,7 +9,7 @@ from support.touching import distances
 
 import armangle as aa
 
-ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.06, forearm=0.05))
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=aa.Body.bones(upper_arm=0.06, forearm=0.05))
 Q = np.radians([20, 45, 10, -80, 10, 60, 0])
 POSE, PSI, GC = ARM.forward(Q)
 LINE = np.tile(POSE, (200, 1, 1))
@@ -23,19 +23,19 @@ def least(q: np.ndarray, scene: aa.Scene) -> float:
 
 
 def test_a_motion_goes_round_what_holding_psi_touches() -> None:
-    held = ARM.inverse(LINE, PSI, GC)
+    held = ARM.inverse(LINE, PSI, GC, limits=False)
     assert least(held, LAMP) < 0.0
-    path = aa.follow(ARM, LINE, start=Q, scene=LAMP)
+    path = aa.follow(ARM.with_(scene=LAMP), LINE, start=Q)
     assert path.ok and least(path.q, LAMP) >= 0.01 - 1e-9
     assert path.explain() == f"All {len(LINE)} poses are solved within all limits and clear of the scene."
     assert least(aa.follow(ARM, LINE, start=Q, policy=aa.Hold()).q, LAMP) < 0.0
 
 
 def test_follow_is_step_in_a_loop_bit_for_bit() -> None:
-    path = aa.follow(ARM, LINE[:50], start=Q, scene=LAMP)
+    path = aa.follow(ARM.with_(scene=LAMP), LINE[:50], start=Q)
     q = Q
     for k in range(50):
-        now = aa.step(ARM, q, LINE[k], scene=LAMP)
+        now = aa.step(ARM.with_(scene=LAMP), q, LINE[k])
         assert now.status == aa.Status.OK
         q = now.q
         assert np.array_equal(q, path.q[k])
@@ -43,35 +43,35 @@ def test_follow_is_step_in_a_loop_bit_for_bit() -> None:
 
 def test_a_scene_is_what_its_arcs_are_as_allowed() -> None:
     for pose in LINE[::20]:
-        arcs = ARM.clear(pose, GC, LAMP)
-        by_scene, by_arcs = aa.step(ARM, Q, pose, scene=LAMP), aa.step(ARM, Q, pose, allowed=arcs)
+        arcs = ARM._clear(pose, GC, LAMP)
+        by_scene, by_arcs = aa.step(ARM.with_(scene=LAMP), Q, pose), aa.step(ARM, Q, pose, allowed=arcs)
         assert np.array_equal(by_scene.q, by_arcs.q)
-        found = aa.resolve(ARM, pose, PSI, GC, scene=LAMP), aa.resolve(ARM, pose, PSI, GC, allowed=arcs)
+        found = aa.resolve(ARM.with_(scene=LAMP), pose, PSI, GC), aa.resolve(ARM, pose, PSI, GC, allowed=arcs)
         assert found[0] == found[1]
-    both = aa.step(ARM, Q, POSE, scene=LAMP, allowed=aa.ArcSet([[PSI - 0.2, PSI + 0.2]]))
+    both = aa.step(ARM.with_(scene=LAMP), Q, POSE, allowed=aa.ArcSet([[PSI - 0.2, PSI + 0.2]]))
     assert both.status == aa.Status.OK
 
 
 def test_where_nothing_is_clear_the_status_says_so_and_nothing_moves() -> None:
     around = aa.Scene([aa.Ball([0, 0, 0.34], 0.2, name="cage")])
-    now = aa.step(ARM, Q, POSE, scene=around)
+    now = aa.step(ARM.with_(scene=around), Q, POSE)
     assert now.status == aa.Status.CLEARANCE and np.array_equal(now.q, Q)
-    assert aa.follow(ARM, LINE[:3], start=Q, scene=around).status.tolist() == [15, 11, 11]
-    blocked = ARM.with_hand([aa.Ball([0, 0, 0], 0.1)])
+    assert aa.follow(ARM.with_(scene=around), LINE[:3], start=Q).status.tolist() == [15, 11, 11]
+    blocked = ARM.with_(hand=[aa.Ball([0, 0, 0], 0.1)])
     floor = aa.Scene([aa.HalfSpace([0, 0, 1], POSE[2, 3])])
-    assert aa.step(blocked, Q, POSE, scene=floor).status == aa.Status.POSE_BLOCKED
+    assert aa.step(blocked.with_(scene=floor), Q, POSE).status == aa.Status.POSE_BLOCKED
 
 
 def test_an_obstacle_on_the_elbow_is_left_at_once_or_the_status_says_clearance() -> None:
     elbow = ARM.elbow(Q)
     small = aa.Scene([aa.Ball(elbow + np.array([0.0, 0.0, 0.05]), 0.001)])
     large = aa.Scene([aa.Ball(elbow + np.array([0.0, 0.0, 0.05]), 0.2)])
-    assert not ARM.clear(POSE, GC, small).contains(PSI)
-    out = aa.step(ARM, Q, POSE, scene=small, max_joint_step=0.5)
+    assert not ARM._clear(POSE, GC, small).contains(PSI)
+    out = aa.step(ARM.with_(scene=small), Q, POSE, max_joint_step=0.5)
     assert out.status == aa.Status.OK and least(out.q, small) > -1e-9
-    assert aa.step(ARM, Q, POSE, scene=large).status == aa.Status.CLEARANCE
+    assert aa.step(ARM.with_(scene=large), Q, POSE).status == aa.Status.CLEARANCE
     stop = aa.Repulsion(outside="stop")
-    assert aa.step(ARM, Q, POSE, scene=small, policy=stop).status == aa.Status.OUTSIDE
+    assert aa.step(ARM.with_(scene=small), Q, POSE, policy=stop).status == aa.Status.OUTSIDE
 
 
 def test_lookahead_goes_round_a_dead_end_made_by_obstacles() -> None:
@@ -80,7 +80,7 @@ def test_lookahead_goes_round_a_dead_end_made_by_obstacles() -> None:
     places = [[0.2763, 0.1045, 0.4830], [0.2085, 0.2854, 0.4624], [0.3333, 0.2607, 0.4953]]
     pocket = aa.Scene([aa.Ball(p, r) for p, r in zip(places, (0.0172, 0.0497, 0.0158), strict=True)])
     near, far = (
-        aa.follow(ARM, line, start=Q, scene=pocket, policy=aa.Hold(), max_joint_step=0.02, lookahead=n)
+        aa.follow(ARM.with_(scene=pocket), line, start=Q, policy=aa.Hold(), max_joint_step=0.02, lookahead=n)
         for n in (0, 150)
     )
     assert not near.ok and near.status[-1] == aa.Status.NOT_REACHED
@@ -97,36 +97,36 @@ def test_a_solution_is_clear_and_no_clear_posture_is_nearer() -> None:
         pose = ARM.forward(rng.uniform(ARM.lower, ARM.upper) * 0.7)[0]
         places = rng.normal(size=(4, 3)) * 0.3 + [0, 0, 0.4]
         scene = aa.Scene([aa.Ball(place, 0.06) for place in places])
-        q = ARM.inverse_all(np.broadcast_to(pose, (721, 4, 4)), grid, seed=near).reshape(-1, 7)
+        q = ARM.inverse(np.broadcast_to(pose, (721, 4, 4)), grid, seed=near, limits=False).reshape(-1, 7)
         q = q[ARM.within_limits(q)]
         q = q[distances(ARM, q, scene)[0].min(axis=-1) > 0] if len(q) else q
         for metric in ("l2", "max"):
-            found = ARM.solve(pose, near=near, metric=metric, scene=scene)
+            found = ARM.with_(scene=scene).solve(pose, seed=near, metric=metric)
             if found.status != aa.Status.OK:
                 assert not len(q)
                 continue
             assert least(found.q, scene) > -1e-9
             cost = np.linalg.norm(q - near, axis=-1) if metric == "l2" else np.abs(q - near).max(axis=-1)
             assert found.distance <= cost.min(initial=np.inf) + 1e-9
-            every = ARM.solutions(pose, near=near, metric=metric, scene=scene)
+            every = ARM.with_(scene=scene).solutions(pose, seed=near, metric=metric)
             assert every[0].distance == found.distance
             assert all(least(one.q, scene) > -1e-9 for one in every)
-            assert ARM.best(pose, scene=scene).margin >= found.margin - 1e-9
+            assert ARM.with_(scene=scene).solve(pose, prefer="margin").margin >= found.margin - 1e-9
 
 
 def test_a_seed_that_touches_is_no_solution() -> None:
     on = aa.Scene([aa.Ball(ARM.elbow(Q), 0.05)])
-    assert np.array_equal(ARM.solve(POSE, near=Q).q, Q)
-    away = ARM.solve(POSE, near=Q, scene=on)
+    assert np.array_equal(ARM.solve(POSE, seed=Q).q, Q)
+    away = ARM.with_(scene=on).solve(POSE, seed=Q)
     assert away.status == aa.Status.OK and away.distance > 0.1 and least(away.q, on) > -1e-9
     free = aa.Scene([aa.Ball([2.0, 0, 0], 0.05)])
-    assert np.array_equal(ARM.solve(POSE, near=Q, scene=free).q, Q)
+    assert np.array_equal(ARM.with_(scene=free).solve(POSE, seed=Q).q, Q)
 
 
 def test_why_there_is_no_solution() -> None:
     around = aa.Scene([aa.Ball([0, 0.09, 0.34], 0.06, name="post")], clearance=0.005)
-    assert ARM.solve(POSE, near=Q, scene=around).status == aa.Status.CLEARANCE
-    why = ARM.explain(POSE, scene=around)
+    assert ARM.with_(scene=around).solve(POSE, seed=Q).status == aa.Status.CLEARANCE
+    why = ARM.with_(scene=around).explain(POSE)
     assert not why.ok
     branch = why[int(GC)]
     assert branch.status == aa.Status.CLEARANCE and branch.touching == ("post", "upper_arm")
@@ -135,18 +135,19 @@ def test_why_there_is_no_solution() -> None:
         "within the limits upper_arm comes 35 mm too near to post, whatever the arm angle." in why.explain()
     )
     assert why.instead is None and "nearest pose" not in why.explain()  # the pose is within the limits
-    hand = ARM.with_hand([aa.Ball([0, 0, 0], 0.1, name="grip")])
+    hand = ARM.with_(hand=[aa.Ball([0, 0, 0], 0.1, name="grip")])
     floor = aa.Scene([aa.HalfSpace([0, 0, 1], POSE[2, 3], name="floor")])
-    assert hand.solve(POSE, near=Q, scene=floor).status == aa.Status.POSE_BLOCKED
+    assert hand.with_(scene=floor).solve(POSE, seed=Q).status == aa.Status.POSE_BLOCKED
     assert (
-        "grip meets floor at this pose, whatever the arm angle." in hand.explain(POSE, scene=floor).explain()
+        "grip meets floor at this pose, whatever the arm angle."
+        in hand.with_(scene=floor).explain(POSE).explain()
     )
-    beside = ARM.explain(POSE, scene=LAMP)
+    beside = ARM.with_(scene=LAMP).explain(POSE)
     assert beside.ok and "solved within all limits and clear of the scene." in beside.explain()
     with pytest.raises(
         aa.NoSolutionError, match="No arm angle keeps clear of the obstacles within all limits"
     ):
-        ARM.solve(POSE, near=Q, scene=around).raise_for_status()
+        ARM.with_(scene=around).solve(POSE, seed=Q).raise_for_status()
 
 
 @pytest.mark.parametrize("bounded", [False, True])
@@ -161,12 +162,14 @@ def test_escape_leads_out_and_never_nearer(bounded: bool) -> None:
         elbow = ARM.elbow(q) + rng.normal(size=3) * 0.04
         beside = elbow + rng.normal(size=3) * 0.1
         scene = aa.Scene([aa.Ball(elbow, 0.05, name="post"), aa.Ball(beside, 0.04)])
-        arcs = ARM.feasible(pose, gc, scene=scene)
+        arcs = ARM.with_(scene=scene).feasible(pose, gc)
         if arcs.status != aa.Status.OK or arcs.contains(psi):
             continue
         tried += 1
-        assert aa.step(ARM, q, pose, scene=scene, **how).status == aa.Status.CLEARANCE  # refuses by itself
-        path = aa.follow(ARM, np.tile(pose, (300, 1, 1)), start=q, scene=scene, policy=out, **how)
+        assert (
+            aa.step(ARM.with_(scene=scene), q, pose, **how).status == aa.Status.CLEARANCE
+        )  # refuses by itself
+        path = aa.follow(ARM.with_(scene=scene), np.tile(pose, (300, 1, 1)), start=q, policy=out, **how)
         done = np.isfinite(path.psi)
         inside = done & (path.status == aa.Status.CLEARANCE)
         gaps = distances(ARM, path.q[inside], scene)[0].min(axis=-1)
@@ -184,11 +187,11 @@ def test_escape_leads_out_and_never_nearer(bounded: bool) -> None:
 def test_an_escape_is_reported_and_where_there_is_no_way_out_nothing_moves() -> None:
     on = aa.Scene([aa.Ball(ARM.elbow(Q), 0.05, name="post")])
     out = aa.Hold(outside="escape")
-    now = aa.step(ARM, Q, POSE, scene=on, policy=out, max_joint_step=0.02)
+    now = aa.step(ARM.with_(scene=on), Q, POSE, policy=out, max_joint_step=0.02)
     assert now.status == aa.Status.CLEARANCE and now.why == aa.Status.OK
     assert 0.019 < np.abs(now.q - Q).max() <= 0.02 and least(now.q, on) > least(Q, on)
-    assert np.array_equal(aa.step(ARM, Q, POSE, scene=on, max_joint_step=0.02).q, Q)
+    assert np.array_equal(aa.step(ARM.with_(scene=on), Q, POSE, max_joint_step=0.02).q, Q)
     cage = aa.Scene([aa.Ball([0, 0, 0.34], 0.2, name="cage")])
-    held = aa.step(ARM, Q, POSE, scene=cage, policy=out)
+    held = aa.step(ARM.with_(scene=cage), Q, POSE, policy=out)
     assert held.status == held.why == aa.Status.CLEARANCE and np.array_equal(held.q, Q)
     assert aa.step(ARM, Q, POSE, policy=out).q == pytest.approx(aa.step(ARM, Q, POSE, policy=aa.Hold()).q)

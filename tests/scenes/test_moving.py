@@ -9,7 +9,7 @@ import pytest
 
 import armangle as aa
 
-ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.07, forearm=0.06))
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=aa.Body.bones(upper_arm=0.07, forearm=0.06))
 Q = np.radians([20, 45, 10, -80, 10, 60, 0])
 POSE, PSI, GC = ARM.forward(Q)
 ELBOW = ARM.elbow(Q)
@@ -29,7 +29,7 @@ def least(path: aa.JointPath, s: Any) -> float:
     """The nearest that a ball comes to the links of a motion, each s with the scene of its own."""
     rows = path.at(s)
     return min(
-        float(ARM.clearance(pose, psi, gc, passing(float(at))).distance)
+        float(ARM.clearance(ARM.inverse(pose, psi, gc, limits=False), passing(float(at))).distance)
         for at, pose, psi, gc in zip(s, rows.pose, rows.psi, rows.gc, strict=True)
     )
 
@@ -39,16 +39,16 @@ def test_follow_is_step_in_a_loop_with_the_scene_of_each_pose_bit_for_bit() -> N
     assert path.ok
     q = Q
     for at, pose in enumerate(POSES):
-        now = aa.step(ARM, q, pose, scene=passing(S[at]))
+        now = aa.step(ARM.with_(scene=passing(S[at])), q, pose)
         np.testing.assert_array_equal(path.q[at], now.q)
         q = now.q
     same = aa.follow(ARM, POSES, start=Q, scene=[passing(s) for s in S])
     np.testing.assert_array_equal(path.q, same.q)
-    apart = [ARM.clearance(p, a, g, passing(s)).distance for p, a, g, s in
+    apart = [ARM.clearance(ARM.inverse(p, a, g, limits=False), passing(s)).distance for p, a, g, s in
              zip(POSES, path.psi, path.gc, S, strict=True)]  # fmt: skip
     assert min(apart) >= 0.01 - 1e-12
-    alone = aa.follow(ARM, POSES, start=Q, scene=passing(0.0))
-    touched = [ARM.clearance(p, a, g, passing(s)).distance for p, a, g, s in
+    alone = aa.follow(ARM.with_(scene=passing(0.0)), POSES, start=Q)
+    touched = [ARM.clearance(ARM.inverse(p, a, g, limits=False), passing(s)).distance for p, a, g, s in
                zip(POSES, alone.psi, alone.gc, S, strict=True)]  # fmt: skip
     assert min(touched) < 0.0, "the ball is in the way of who does not see it move"
 
@@ -58,7 +58,7 @@ def test_looking_ahead_sees_where_obstacles_will_be() -> None:
 
     def closing(s: float) -> aa.Scene:
         """Two balls shut the arc about the elbow from both sides, the one from beyond it later."""
-        ball = ARM.elbow(ARM.inverse(POSE, PSI + 0.9 - 1.2 * s, GC))
+        ball = ARM.elbow(ARM.inverse(POSE, PSI + 0.9 - 1.2 * s, GC, limits=False))
         return aa.Scene([aa.Ball(ball, 0.05, name="ball")])
 
     blind = aa.follow(ARM, poses, start=Q, scene=closing, policy=aa.Hold(outside="stop"))
@@ -66,14 +66,14 @@ def test_looking_ahead_sees_where_obstacles_will_be() -> None:
     seen = aa.follow(ARM, poses, start=Q, scene=closing, policy=aa.Hold(), lookahead=20, max_joint_step=0.1)
     assert seen.ok, seen.explain()
     for s, psi, gc in zip(np.linspace(0, 1, 40), seen.psi, seen.gc, strict=True):
-        assert ARM.clearance(POSE, psi, gc, closing(s)).distance >= -1e-12
+        assert ARM.clearance(ARM.inverse(POSE, psi, gc, limits=False), closing(s)).distance >= -1e-12
 
 
 def test_a_plan_among_what_moves_is_certified_and_never_touches_between_its_rows() -> None:
     path = aa.plan(ARM, POSES, start=Q, scene=passing, obstacle_speed=WAY)
     assert path.ok and path.certified, path.explain()
     assert least(path, np.linspace(0.0, 1.0, 2001)) >= 0.01
-    still = aa.plan(ARM, POSES, start=Q, scene=passing(0.0))
+    still = aa.plan(ARM.with_(scene=passing(0.0)), POSES, start=Q)
     assert still.ok and least(still, np.linspace(0.0, 1.0, 201)) < 0.0, "else nothing is in the way"
 
 
@@ -92,7 +92,7 @@ def test_a_plan_asks_for_the_scene_of_each_part_once() -> None:
 @pytest.mark.slow
 def test_no_way_among_what_moves_is_proven_or_explained() -> None:
     """A start from which a way through several branches is sought too, among a dozen of obstacles."""
-    arm = ARM.with_body(aa.Body.bones(upper_arm=0.06, forearm=0.05))
+    arm = ARM.with_(body=aa.Body.bones(upper_arm=0.06, forearm=0.05))
     rng = np.random.default_rng([5, 2])
     q = rng.uniform(arm.lower, arm.upper) * 0.7
     begin = arm.forward(q)[0]
@@ -130,7 +130,7 @@ def test_what_moves_and_shuts_the_way_is_named() -> None:
 
 
 def test_a_scene_that_stands_as_a_function_is_that_scene() -> None:
-    one = aa.plan(ARM, POSES, start=Q, scene=passing(0.2))
+    one = aa.plan(ARM.with_(scene=passing(0.2)), POSES, start=Q)
     other = aa.plan(ARM, POSES, start=Q, scene=lambda s: passing(0.2), obstacle_speed=0.0)
     np.testing.assert_array_equal(one.q, other.q)
     assert one.certified == other.certified
@@ -140,12 +140,14 @@ def test_a_plan_keeps_the_soft_clearance_where_the_whole_path_can() -> None:
     s = np.linspace(0.0, 1.0, 501)
     shape = passing(0.45).shapes
     for soft, kept in ((0.03, True), (0.6, False)):
-        path = aa.plan(ARM, POSES, start=None, scene=aa.Scene(shape, clearance=0.01, soft=soft))
+        path = aa.plan(ARM.with_(scene=aa.Scene(shape, clearance=0.01, soft=soft)), POSES, start=None)
         assert path.ok and path.certified
         rows = path.at(s)
-        apart = ARM.clearance(rows.pose, rows.psi, rows.gc, aa.Scene(shape)).distance.min()
+        apart = ARM.clearance(
+            ARM.inverse(rows.pose, rows.psi, rows.gc, limits=False), aa.Scene(shape)
+        ).distance.min()
         assert apart >= 0.01 and (apart >= 0.01 + soft) == kept
-    hard = aa.plan(ARM, POSES, scene=aa.Scene(shape, clearance=0.01))
+    hard = aa.plan(ARM.with_(scene=aa.Scene(shape, clearance=0.01)), POSES)
     np.testing.assert_array_equal(path.q, hard.q)
 
 
@@ -177,15 +179,15 @@ def test_a_follow_needs_a_scene_for_each_pose() -> None:
 
 def test_a_motion_says_how_near_it_came_and_to_what() -> None:
     path = aa.follow(ARM, POSES, start=Q, scene=passing)
-    apart = [ARM.clearance(p, a, g, passing(s)) for p, a, g, s in
+    apart = [ARM.clearance(ARM.inverse(p, a, g, limits=False), passing(s)) for p, a, g, s in
              zip(POSES, path.psi, path.gc, S, strict=True)]  # fmt: skip
     np.testing.assert_array_equal(path.clearance, [near.distance for near in apart])
     at = int(np.argmin(path.clearance))
     assert path.closest == (S[at], "ball", apart[at].link)
     planned = aa.plan(ARM, POSES, start=Q, scene=passing, obstacle_speed=WAY)
     assert planned.clearance.min() >= 0.01 and planned.closest is not None and planned.closest[1] == "ball"
-    still = aa.plan(ARM, POSES, start=Q, scene=passing(0.0))
-    one = ARM.clearance(still.poses, still.psi, still.gc, passing(0.0)).distance
+    still = aa.plan(ARM.with_(scene=passing(0.0)), POSES, start=Q)
+    one = ARM.clearance(ARM.inverse(still.poses, still.psi, still.gc, limits=False), passing(0.0)).distance
     np.testing.assert_allclose(still.clearance, one, rtol=0, atol=1e-12)
     alone = aa.follow(ARM, POSES, start=Q)
     assert np.isnan(alone.clearance).all() and alone.closest is None

@@ -57,7 +57,7 @@ def obstacles(arm: aa.Arm, rng: np.random.Generator, how_many: int) -> list[Any]
 def questions(arm: aa.Arm, body: aa.Body, seed: int) -> Any:
     """Poses of random postures, and scenes about them."""
     rng = generator(seed, len(arm.name))
-    arm = arm.with_body(body)
+    arm = arm.with_(body=body)
     span = np.maximum(arm.lower, -3.0), np.minimum(arm.upper, 3.0)
     for k in range(count(9)):
         q = rng.uniform(*span)
@@ -67,7 +67,7 @@ def questions(arm: aa.Arm, body: aa.Body, seed: int) -> Any:
 
 def apart_at(arm: aa.Arm, pose: Any, psi: Any, gc: int, scene: aa.Scene) -> Any:
     """The least distance at each arm angle, m; NaN where there is no posture."""
-    q = arm.inverse(np.broadcast_to(pose, (len(psi), 4, 4)), psi, gc, unreachable="nan")
+    q = arm.inverse(np.broadcast_to(pose, (len(psi), 4, 4)), psi, gc, on_error="nan", limits=False)
     there, out = np.isfinite(q[:, 0]), np.full(len(psi), np.nan)
     out[there] = distances(arm, q[there], scene)[0].min(axis=-1)
     return out
@@ -85,7 +85,7 @@ def away(arcs: aa.ArcSet, psi: Any) -> Any:
 def test_what_is_clear_is_clear_and_what_is_left_out_touches(arm: aa.Arm, body: str) -> None:
     asked = lost = 0
     for made, _, pose, _, gc, scene, rng in questions(arm, BODIES[body], 1):
-        own, arcs = made.feasible(pose, gc), made.feasible(pose, gc, scene=scene)
+        own, arcs = made.feasible(pose, gc), made.with_(scene=scene).feasible(pose, gc)
         psi = np.concatenate([rng.uniform(-np.pi, np.pi, 300), arcs.intervals.ravel() if arcs.ends else []])
         inside = arcs.contains(psi)
         assert not (inside & ~own.contains(psi)).any()
@@ -120,13 +120,16 @@ def test_without_deviation_the_arcs_are_those_of_the_exact_arm() -> None:
     same = calibrated("barrett_wam7", 0.0, 0.0)
     for body in BODIES.values():
         for arm, _, pose, psi, gc, scene, _ in questions(same, body, 2):
-            plain = exact.with_body(body)
+            plain = exact.with_(body=body)
             for found, wanted in (
-                (arm.clear(pose, gc, scene), plain.clear(pose, gc, scene)),
-                (arm.feasible(pose, gc, scene=scene), plain.feasible(pose, gc, scene=scene)),
+                (arm._clear(pose, gc, scene), plain._clear(pose, gc, scene)),
+                (arm.with_(scene=scene).feasible(pose, gc), plain.with_(scene=scene).feasible(pose, gc)),
             ):
                 assert _apart(found, wanted) <= found.unproven + 1e-5
-            near, there = arm.clearance(pose, psi, gc, scene), plain.clearance(pose, psi, gc, scene)
+            near, there = (
+                arm.clearance(arm.inverse(pose, psi, gc, limits=False), scene),
+                plain.clearance(plain.inverse(pose, psi, gc, limits=False), scene),
+            )
             assert abs(near.distance - there.distance) < 1e-9
             assert {near.obstacle, near.link} == {there.obstacle, there.link}
 
@@ -141,12 +144,15 @@ def test_distances_are_those_of_the_true_links(arm: aa.Arm) -> None:
     for body in BODIES.values():
         for made, q, pose, psi, gc, scene, _ in questions(arm, body, 3):
             apart, names = distances(made, q, scene)
-            near = made.clearance(pose, psi, gc, scene)
+            near = made.clearance(made.inverse(pose, psi, gc, limits=False), scene)
             assert abs(near.distance - apart.min()) < 1e-8
             assert {near.obstacle, near.link} == set(names[int(np.argmin(apart))])
             if near.distance > 0:
                 assert abs(np.linalg.norm(near.points[0] - near.points[1]) - near.distance) < 1e-9
-            beside = [made.clearance(pose, psi + step, gc, scene) for step in (-1e-6, 1e-6)]
+            beside = [
+                made.clearance(made.inverse(pose, psi + step, gc, limits=False), scene)
+                for step in (-1e-6, 1e-6)
+            ]
             pair = near.obstacle, near.link
             if near.distance > 0 and all((one.obstacle, one.link) == pair for one in beside):
                 slope = (beside[1].distance - beside[0].distance) / 2e-6
@@ -157,7 +163,7 @@ def test_distances_are_those_of_the_true_links(arm: aa.Arm) -> None:
 @EVERY
 def test_no_arm_angle_is_wider(arm: aa.Arm) -> None:
     for made, _, pose, _, gc, scene, _ in questions(arm, BONES, 7):
-        found = made.widest(pose, gc, scene)
+        found = made._widest(pose, gc, scene)
         own = made.feasible(pose, gc)
         if own.is_empty:
             assert np.isnan(found.psi)
@@ -168,9 +174,9 @@ def test_no_arm_angle_is_wider(arm: aa.Arm) -> None:
         if np.isnan(found.psi):  # the cores of links are inside something at every psi
             assert np.nanmax(every) < -0.99 * THINNEST and found.arcs.is_empty
             continue
-        assert own.contains(found.psi) and found.arcs == made.feasible(pose, gc, scene=scene)
+        assert own.contains(found.psi) and found.arcs == made.with_(scene=scene).feasible(pose, gc)
         assert found.nearest.distance >= np.nanmax(every) - 1e-6 - own.unproven
-        at = distances(made, made.inverse(pose, found.psi, gc), scene)[0].min()
+        at = distances(made, made.inverse(pose, found.psi, gc, limits=False), scene)[0].min()
         assert abs(at - found.nearest.distance) < 1e-8
 
 
@@ -179,8 +185,8 @@ def test_no_arm_angle_is_wider(arm: aa.Arm) -> None:
 def test_solve_step_and_follow_keep_clear(arm: aa.Arm) -> None:
     refused = 0
     for made, q, pose, _, _, scene, _ in questions(arm, BONES, 4):
-        found = made.solve(pose, near=q, scene=scene)
-        every = made.feasible_all(pose, scene=scene)
+        found = made.with_(scene=scene).solve(pose, seed=q)
+        every = made.with_(scene=scene).feasible(pose)
         if not found.ok:
             assert np.all(every.is_empty)
             refused += 1
@@ -188,14 +194,14 @@ def test_solve_step_and_follow_keep_clear(arm: aa.Arm) -> None:
         assert every[found.gc].contains(found.psi)
         assert distances(made, found.q, scene)[0].min() >= scene.clearance - 1e-9
         assert np.abs(made.forward(found.q)[0] - pose).max() < 1e-11
-        many = made.solutions(pose, near=q, scene=scene)
+        many = made.with_(scene=scene).solutions(pose, seed=q)
         assert abs(many[0].distance - found.distance) < 1e-9
         ahead = pose.copy()
         ahead[2, 3] += 1e-3
-        taken = aa.step(made, found.q, ahead, scene=scene, dt=0.1)
+        taken = aa.step(made.with_(scene=scene), found.q, ahead, dt=0.1)
         if taken.status is aa.Status.OK:
             assert distances(made, taken.q, scene)[0].min() >= scene.clearance - 1e-9
-            path = aa.follow(made, np.stack([pose, ahead]), start=found.q, scene=scene)
+            path = aa.follow(made.with_(scene=scene), np.stack([pose, ahead]), start=found.q)
             assert path.ok
             assert (distances(made, path.q, scene)[0].min(axis=-1) >= scene.clearance - 1e-9).all()
     assert refused < count(9)
@@ -205,11 +211,11 @@ def test_solve_step_and_follow_keep_clear(arm: aa.Arm) -> None:
 def test_a_certified_plan_touches_nothing_between_its_rows(name: str) -> None:
     certified = 0
     for made, q, pose, _, _, scene, rng in questions(ARMS[name], BONES, 6):
-        found = made.solve(pose, near=q, scene=scene)
+        found = made.with_(scene=scene).solve(pose, seed=q)
         if not found.ok:
             continue
         ahead = aa.pose(0.05 * rng.normal(size=3)) @ pose
-        path = aa.plan(made, aa.Line(pose, ahead), scene=scene)
+        path = aa.plan(made.with_(scene=scene), aa.Line(pose, ahead))
         if not path.ok:
             continue
         s = np.linspace(0.0, 1.0, 1001)
@@ -228,25 +234,27 @@ def test_the_naive_way_keeps_the_nominal_links_clear_and_touches() -> None:
     short = [0.0]
     asked = [each for seed in range(5, 13) for each in questions(ARMS["openarm_v10 2.0 mm"], BONES, seed)]
     for arm, _, pose, _, gc, scene, _ in asked:
-        apart = apart_at(arm, pose, _obstacle_psi(arm.nominal.feasible(pose, gc, scene=scene)), gc, scene)
+        apart = apart_at(
+            arm, pose, _obstacle_psi(arm.nominal.with_(scene=scene).feasible(pose, gc)), gc, scene
+        )
         short += (scene.clearance - apart[np.isfinite(apart)]).tolist()
-        kept = apart_at(arm, pose, _obstacle_psi(arm.feasible(pose, gc, scene=scene)), gc, scene)
+        kept = apart_at(arm, pose, _obstacle_psi(arm.with_(scene=scene).feasible(pose, gc)), gc, scene)
         assert (np.abs(kept - scene.clearance) < 1e-6).all()
     assert max(short) > 1e-4
 
 
 def test_what_the_arm_angle_does_not_move_blocks_the_pose() -> None:
-    arm = ARMS["kuka_iiwa7_r800 1.0 mm"].with_body(BONES).with_hand([aa.Ball([0, 0, 0.05], 0.05)])
+    arm = ARMS["kuka_iiwa7_r800 1.0 mm"].with_(body=BONES).with_(hand=[aa.Ball([0, 0, 0.05], 0.05)])
     pose, psi, gc = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     at_hand = aa.Scene([aa.Ball((pose @ [0, 0, 0.05, 1])[:3], 0.02, name="cup")])
-    arcs = arm.feasible(pose, gc, scene=at_hand)
+    arcs = arm.with_(scene=at_hand).feasible(pose, gc)
     assert arcs.is_empty and arcs.status is aa.Status.POSE_BLOCKED and arcs.blocking == ("cup", "hand")
-    assert arm.solve(pose, scene=at_hand).status is aa.Status.POSE_BLOCKED
-    assert arm.clearance(pose, psi, gc, at_hand).distance == pytest.approx(-0.07)
+    assert arm.with_(scene=at_hand).solve(pose).status is aa.Status.POSE_BLOCKED
+    assert arm.clearance(arm.inverse(pose, psi, gc, limits=False), at_hand).distance == pytest.approx(-0.07)
     around = aa.Scene([aa.Ball(arm.frames([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[3, :3, 3], 1.0, name="all")])
-    assert arm.clear(pose, gc, around).status is aa.Status.POSE_BLOCKED
-    assert arm.with_hand([]).clear(pose, gc, around).status is aa.Status.CLEARANCE
-    assert arm.clear(pose, gc, aa.Scene()) == arm.with_(lower=[-9] * 7, upper=[9] * 7).feasible(pose, gc)
+    assert arm._clear(pose, gc, around).status is aa.Status.POSE_BLOCKED
+    assert arm.with_(hand=[])._clear(pose, gc, around).status is aa.Status.CLEARANCE
+    assert arm._clear(pose, gc, aa.Scene()) == arm.with_(lower=[-9] * 7, upper=[9] * 7).feasible(pose, gc)
 
 
 HOME = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
@@ -255,7 +263,7 @@ HOME = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800 0.1 mm", "kuka_iiwa7_r800 2.0 mm"])
 def test_a_tracker_never_touches_with_the_true_links(name: str) -> None:
     """A hand drags the tool along and then through a ball; the nominal arm's tracker touches it."""
-    arm, touched, stood, followed = ARMS[name].with_body(BONES), 0, 0, 0
+    arm, touched, stood, followed = ARMS[name].with_(body=BONES), 0, 0, 0
     pose, wrist = arm.forward(HOME)[0], arm.frames(HOME)[5, :3, 3]
     for way in np.array([[0, 1, 0], [0, -1, 0], [0.6, 0.8, 0], [0.6, -0.8, 0]]):
         ball = aa.Ball(wrist + 0.28 * way, 0.1, name="ball")
@@ -263,7 +271,7 @@ def test_a_tracker_never_touches_with_the_true_links(name: str) -> None:
         hands = np.repeat(pose[None], 700, axis=0)
         hands[:, :3, 3] += 0.15 * 0.004 * np.arange(700)[:, None] * way
         trackers = [
-            aa.Tracker(one, dt=0.004, velocity=2.0, acceleration=20.0, scene=scene)
+            aa.Tracker(one.with_(scene=scene), dt=0.004, velocity=2.0, acceleration=20.0)
             for one in (arm, arm.nominal)
         ]
         for tracker in trackers:
@@ -284,9 +292,9 @@ def test_a_tracker_never_touches_with_the_true_links(name: str) -> None:
 
 
 def test_a_tracker_refuses_to_start_where_the_true_links_touch() -> None:
-    arm = ARMS["kuka_iiwa7_r800 1.0 mm"].with_body(BONES)
+    arm = ARMS["kuka_iiwa7_r800 1.0 mm"].with_(body=BONES)
     beside_elbow = arm.frames(HOME)[3, :3, 3] + np.array([0.0, 0.0, 0.12])
-    tracker = aa.Tracker(arm, scene=aa.Scene([aa.Ball(beside_elbow, 0.06, name="lamp")]))
+    tracker = aa.Tracker(arm.with_(scene=aa.Scene([aa.Ball(beside_elbow, 0.06, name="lamp")])))
     with pytest.raises(aa.SceneError, match="lamp"):
         tracker.start(HOME)
     tracker.start(HOME, outside="escape")

@@ -50,7 +50,7 @@ def distances(arm: aa.Arm, q: Floats) -> Floats:
 @pytest.mark.parametrize("name", NAMES)
 def test_no_posture_brings_shapes_nearer_than_is_proven(name: str) -> None:
     rng = generator(31, len(name))
-    arm = aa.Arm.from_catalogue(name).with_body(body_of(rng))
+    arm = aa.Arm.from_catalogue(name).with_(body=body_of(rng))
     _, proven = never_nearer(arm)
     met = distances(arm, rng.uniform(-np.pi, np.pi, (count(400), 7)))
     known = proven > -np.inf
@@ -62,7 +62,7 @@ def test_no_posture_brings_shapes_nearer_than_is_proven(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_arcs_are_the_same_bit_for_bit_without_the_proof(name: str) -> None:
     rng = generator(32, len(name))
-    arm = aa.Arm.from_catalogue(name).with_body(body_of(rng))
+    arm = aa.Arm.from_catalogue(name).with_(body=body_of(rng))
     blocked = 0
     for clearance in (0.0, 0.03):
         scene = aa.Scene([aa.Ball([0.3, 0.1, 0.6], 0.1)], clearance=clearance)
@@ -70,9 +70,9 @@ def test_arcs_are_the_same_bit_for_bit_without_the_proof(name: str) -> None:
         asked = make_ready(arm, scene, ready._replace(apart=np.full_like(ready.apart, -np.inf)))
         assert (ready.apart > clearance).any()
         pose, _, gc = arm.forward(rng.uniform(-2, 2, (count(40), 7)))
-        arcs = arm.clear(pose, gc, scene)
+        arcs = arm._clear(pose, gc, scene)
         object.__setattr__(arm, "_ready", (scene, asked))
-        whole = arm.clear(pose, gc, scene)
+        whole = arm._clear(pose, gc, scene)
         for k in range(len(gc)):
             assert arcs[k].status is whole[k].status
             assert str(arcs[k].ends) == str(whole[k].ends)  # their values are NaN
@@ -87,7 +87,7 @@ def test_pairs_say_which_are_proven_which_are_asked_and_which_are_let_touch() ->
         3: [aa.Ball([0, 0, 0], 0.05)],
         5: [aa.Ball([0, 0, 0.05], 0.05)],
     }
-    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body(balls, ignore=[("link_3", "link_5")]))
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=aa.Body(balls, ignore=[("link_3", "link_5")]))
     pairs = {pair.links: pair for pair in link_pairs(arm)}
     assert list(pairs) == [("link_1", "link_3"), ("link_1", "link_5"), ("link_3", "link_5")]
     near = pairs["link_1", "link_3"].apart
@@ -99,7 +99,7 @@ def test_pairs_say_which_are_proven_which_are_asked_and_which_are_let_touch() ->
 def test_shapes_that_are_always_near_are_so_in_all_postures() -> None:
     rng, seen = generator(33), 0
     for name in NAMES * 3:
-        arm = aa.Arm.from_catalogue(name).with_body(body_of(rng))
+        arm = aa.Arm.from_catalogue(name).with_(body=body_of(rng))
         scene = aa.Scene(clearance=float(rng.uniform(0.0, 0.1)))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -118,12 +118,12 @@ def test_shapes_that_are_always_near_are_so_in_all_postures() -> None:
 
 
 def test_a_hand_that_overlaps_the_forearm_is_named() -> None:
-    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
     hand = [aa.Capsule([0, 0, 0], [0, 0, 0.15], 0.06, name="drill")]
     q = np.radians([20, 45, 10, -80, 10, 60, 0])
     pose, _, gc = arm.forward(q)
     with pytest.warns(UserWarning, match=r"drill and forearm of this arm overlap by at least 14 mm, in"):
-        assert arm.with_hand(hand).clear(pose, gc, aa.Scene()).is_empty
+        assert arm.with_(hand=hand)._clear(pose, gc, aa.Scene()).is_empty
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert not arm.with_hand(hand).clear(pose, gc, aa.Scene(ignore=[("drill", "forearm")])).is_empty
+        assert not arm.with_(hand=hand)._clear(pose, gc, aa.Scene(ignore=[("drill", "forearm")])).is_empty

@@ -12,7 +12,7 @@ from support.draw import count, generator
 import armangle as aa
 
 Floats = NDArray[np.float64]
-ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_body(aa.Body.bones(upper_arm=0.07, forearm=0.06))
+ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=aa.Body.bones(upper_arm=0.07, forearm=0.06))
 HARD, SOFT = 0.01, 0.04
 
 
@@ -30,7 +30,7 @@ def cases(seed: int) -> Any:
         q = rng.uniform(ARM.lower, ARM.upper) * 0.7
         shapes = balls(rng, 3)
         pose, psi, gc = ARM.forward(q)
-        near = ARM.clearance(pose, psi, gc, aa.Scene(shapes))
+        near = ARM.clearance(ARM.inverse(pose, psi, gc, limits=False), aa.Scene(shapes))
         if HARD < near.distance < 0.08:
             found += 1
             yield q, pose, gc, shapes
@@ -42,12 +42,12 @@ def test_resolve_is_the_step_s_arm_angle_with_a_soft_clearance_too(policy: Any) 
     for q, pose, gc, shapes in cases(5):
         scene = aa.Scene(shapes, clearance=HARD, soft=SOFT)
         psi = float(ARM.forward(q)[1])
-        found = aa.resolve(ARM, np.stack([pose, pose]), psi, gc, policy=policy, scene=scene)
-        taken = aa.step(ARM, q, pose, gc=gc, policy=policy, scene=scene, max_joint_step=3.0)
+        found = aa.resolve(ARM.with_(scene=scene), np.stack([pose, pose]), psi, gc, policy=policy)
+        taken = aa.step(ARM.with_(scene=scene), q, pose, gc=gc, policy=policy, max_joint_step=3.0)
         beside = np.abs(np.sin(q[[1, 5]])).min() < 0.25  # there a step keeps near the present posture
         if taken.status == aa.Status.OK and not beside:
             assert abs(np.angle(np.exp(1j * (found.psi - taken.psi)))).max() < 1e-12
-        hard = aa.resolve(ARM, pose, psi, gc, policy=policy, scene=aa.Scene(shapes, clearance=HARD))
+        hard = aa.resolve(ARM.with_(scene=aa.Scene(shapes, clearance=HARD)), pose, psi, gc, policy=policy)
         differ += abs(hard.psi - found.psi[0]) > 1e-6
     assert differ > 1
 
@@ -58,14 +58,14 @@ def test_it_is_reached_where_the_arc_holds_it_and_the_hard_one_is_never_left(pol
     for q, pose, gc, shapes in cases(1):
         scene = aa.Scene(shapes, clearance=HARD, soft=SOFT)
         poses = np.tile(pose, (150, 1, 1))
-        path = aa.follow(ARM, poses, start=q, scene=scene, policy=policy, max_joint_step=0.05)
+        path = aa.follow(ARM.with_(scene=scene), poses, start=q, policy=policy, max_joint_step=0.05)
         assert path.ok, path.explain()
-        apart = ARM.clearance(poses, path.psi, path.gc, scene).distance
+        apart = ARM.clearance(ARM.inverse(poses, path.psi, path.gc, limits=False), scene).distance
         assert apart.min() >= HARD - 1e-12
         assert np.abs(np.diff(path.q, axis=0)).max() <= 0.05 + 1e-12
         psi = float(ARM.forward(q)[1])
-        hard = ARM.feasible(pose, gc, scene=aa.Scene(shapes, clearance=HARD))
-        soft = ARM.feasible(pose, gc, scene=aa.Scene(shapes, clearance=HARD + SOFT))
+        hard = ARM.with_(scene=aa.Scene(shapes, clearance=HARD)).feasible(pose, gc)
+        soft = ARM.with_(scene=aa.Scene(shapes, clearance=HARD + SOFT)).feasible(pose, gc)
         here = [arc for arc in hard if psi in aa.ArcSet([arc])] if not hard.is_full else list(hard)
         both = aa.ArcSet(np.array(here[:1])) & soft
         if both.count:
@@ -79,7 +79,7 @@ def test_it_is_reached_where_the_arc_holds_it_and_the_hard_one_is_never_left(pol
 def test_without_room_it_is_as_if_there_were_none() -> None:
     for q, pose, gc, shapes in cases(2):
         plain, wide = (aa.Scene(shapes, clearance=HARD, soft=soft) for soft in (0.0, 2.0))
-        one, other = (aa.step(ARM, q, pose, scene=scene, gc=gc) for scene in (plain, wide))
+        one, other = (aa.step(ARM.with_(scene=scene), q, pose, gc=gc) for scene in (plain, wide))
         assert (one.q == other.q).all() and one.status == other.status
 
 
@@ -88,7 +88,7 @@ def test_none_at_all_is_the_same_to_the_bit() -> None:
         poses = np.tile(pose, (10, 1, 1))
         poses[:, 0, 3] += np.linspace(0, 0.01, 10)
         one, other = (
-            aa.follow(ARM, poses, start=q, scene=aa.Scene(shapes, clearance=HARD, **soft))
+            aa.follow(ARM.with_(scene=aa.Scene(shapes, clearance=HARD, **soft)), poses, start=q)
             for soft in ({}, {"soft": 0.0})
         )
         assert np.array_equal(one.q, other.q, equal_nan=True)
@@ -101,10 +101,13 @@ def test_along_a_path_the_hard_clearance_is_kept_and_more_is_kept_than_without(l
         poses = np.tile(pose, (80, 1, 1))
         poses[:, 2, 3] += np.linspace(0, 0.08, 80)
         scenes = [aa.Scene(shapes, clearance=HARD, soft=soft) for soft in (0.0, SOFT)]
-        paths = [aa.follow(ARM, poses, start=q, scene=scene, lookahead=lookahead) for scene in scenes]
+        paths = [aa.follow(ARM.with_(scene=scene), poses, start=q, lookahead=lookahead) for scene in scenes]
         if not all(path.ok for path in paths):
             continue
-        apart = [ARM.clearance(path.poses, path.psi, path.gc, aa.Scene(shapes)).distance for path in paths]
+        apart = [
+            ARM.clearance(ARM.inverse(path.poses, path.psi, path.gc, limits=False), aa.Scene(shapes)).distance
+            for path in paths
+        ]
         assert min(one.min() for one in apart) >= HARD - 1e-12
         gained.append(float((apart[1] >= HARD + SOFT).mean() - (apart[0] >= HARD + SOFT).mean()))
     assert len(gained) > 3 and np.mean(gained) >= 0 and max(gained) > 0, gained
@@ -115,10 +118,13 @@ def test_the_policy_goes_on_from_the_soft_end_so_that_repulsion_is_no_nearer_tha
         poses = np.tile(pose, (100, 1, 1))
         poses[:, 1, 3] += np.linspace(0, 0.05, 100)
         scenes = [aa.Scene(shapes, clearance=HARD, soft=soft) for soft in (0.0, SOFT)]
-        paths = [aa.follow(ARM, poses, start=q, scene=scene) for scene in scenes]
+        paths = [aa.follow(ARM.with_(scene=scene), poses, start=q) for scene in scenes]
         if all(path.ok for path in paths):
             ends = [(path.psi[-1], path.gc[-1]) for path in paths]
-            last = [ARM.clearance(poses[-1], psi, gc, scenes[0]).distance for psi, gc in ends]
+            last = [
+                ARM.clearance(ARM.inverse(poses[-1], psi, gc, limits=False), scenes[0]).distance
+                for psi, gc in ends
+            ]
             assert last[1] >= min(last[0] - 0.01, HARD + SOFT - 1e-9), last
 
 

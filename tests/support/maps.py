@@ -33,8 +33,9 @@ if {cluster}:
     client = distributed.Client(distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=60
     ))
-how = dict(scheduler=client) if client else dict(threads={threads})
-aa.reach_map(aa.Arm.from_catalogue(sys.argv[1]), sys.argv[2], spacing={spacing}, tilt={tilt}, **how)
+aa.set_threads({threads})
+arm = aa.Arm.from_catalogue(sys.argv[1])
+aa.reach_map(arm, sys.argv[2], spacing={spacing}, tilt={tilt}, scheduler=client)
 if {peak}:
     lines = dict(line.split(":", 1) for line in open("/proc/self/status"))  # ru_maxrss is the parent's too
     print(int(lines["VmHWM"].split()[0]) / 1024)
@@ -46,9 +47,12 @@ def small_tiles(monkeypatch: pytest.MonkeyPatch, cells: int = CELLS) -> None:
     monkeypatch.setattr(grid, "_CELLS", cells)
 
 
-def made(name: str, place: Path, *, spacing: float = 0.05, tilt: float = 0.2, **options: Any) -> aa.ReachMap:
+def made(
+    name: str, place: Path, *, spacing: float = 0.05, tilt: float = 0.2, margin: float = 0.0, **options: Any
+) -> aa.ReachMap:
     """A map of a few tiles."""
-    return aa.reach_map(aa.Arm.from_catalogue(name), place, spacing=spacing, tilt=tilt, **options)
+    arm = aa.Arm.from_catalogue(name).with_(singularity_margin=margin)
+    return aa.reach_map(arm, place, spacing=spacing, tilt=tilt, **options)
 
 
 def process(

@@ -36,7 +36,8 @@ class Case:
     def plan(self, samples: int | None = None) -> aa.JointPath:
         """Return the plan."""
         return aa.plan(
-            self.arm.with_(singularity_margin=self.singularity_margin), self.path, start=self.start, goal=self.goal, objective=self.objective,
+            self.arm.with_(singularity_margin=self.singularity_margin), self.path,
+            start=self.start, goal=self.goal, objective=self.objective,
             limit_margin=self.limit_margin, samples=samples,
         )  # fmt: skip
 

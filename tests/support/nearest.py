@@ -28,7 +28,7 @@ class Case:
     near: Array
     weight: Array
     metric: Literal["l2", "max"]
-    prefer: Literal["near", "margin"]
+    prefer: Literal["seed", "margin"]
     gc: tuple[int, ...] = tuple(range(8))
     allowed: aa.ArcSet | None = None
     singularity_margin: float = 0.0
@@ -52,18 +52,22 @@ class Case:
     def _asked(self) -> dict[str, Any]:
         return {
             "metric": self.metric, "weight": self.weight, "prefer": self.prefer, "gc": self.gc,
-            "allowed": self.allowed, "singularity_margin": self.singularity_margin,
+            "allowed": self.allowed,
         }  # fmt: skip
 
+    def keeping(self) -> aa.Arm:
+        """Return the arm that keeps the margin of singularities."""
+        return self.arm.with_(singularity_margin=self.singularity_margin)
+
     def solve(self) -> aa.Solution:
-        return self.arm.solve(self.pose, self.near, **self._asked())
+        return self.keeping().solve(self.pose, self.near, **self._asked())
 
     def solutions(self) -> aa.Solutions:
-        return self.arm.solutions(self.pose, self.near, **self._asked())
+        return self.keeping().solutions(self.pose, self.near, **self._asked())
 
     def arcs(self) -> aa.ArcSet:
         """Return the arm angles that may be used in each branch, of shape (8,)."""
-        arcs = self.arm.with_(singularity_margin=self.singularity_margin).feasible(self.pose)
+        arcs = self.keeping().feasible(self.pose)
         return arcs if self.allowed is None else arcs & self.allowed
 
     def costs(self, q: Array) -> Array:
@@ -128,7 +132,7 @@ def cases(count: int, seed: int) -> list[Case]:
         pose = arm.forward(q, on_error="nan")[0]
         weight = rng.uniform(0, 2, 7) if rng.random() < 0.3 else np.ones(7)
         metric: Any = str(rng.choice(["l2", "l2", "max"]))
-        prefer: Any = str(rng.choice(["near", "near", "near", "margin"]))
+        prefer: Any = str(rng.choice(["seed", "seed", "seed", "margin"]))
         out.append(Case(number, arm, pose, near, weight, metric, prefer, straight=tuple(singular)))
     return out
 

@@ -359,7 +359,7 @@ def _on_screen(camera: Any, points: np.ndarray) -> np.ndarray:
     return seen[:, :2] / seen[:, 2:] * scale + [PHONE["width"] / 2, PHONE["height"] / 2]
 
 
-BODY_ARM = FULL.with_body(aa.Body.bones(upper_arm=0.06, forearm=0.05))
+BODY_ARM = FULL.with_(body=aa.Body.bones(upper_arm=0.06, forearm=0.05))
 APART = 560
 """px: to the right of it is nothing of the arm."""
 
@@ -368,7 +368,7 @@ def test_a_box_is_dragged_and_what_touches_is_red(browser: Any, folder: Path) ->
     elbow = BODY_ARM.elbow(_START)
     crate = aa.Box(aa.pose([0.5, 0.4, 0.5]), [0.12, 0.12, 0.12], name="crate")
     scene = aa.Scene([crate, aa.Ball(elbow + np.array([0, 0, 0.5]), 0.08, name="lamp")], clearance=0.01)
-    viewer = Viewer(ViewerState(BODY_ARM, _START, scene=scene), port=0)
+    viewer = Viewer(ViewerState(BODY_ARM.with_(scene=scene), _START), port=0)
     page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
     page.set_default_timeout(4e3 * PATIENCE)  # the first picture
     try:

@@ -12,6 +12,7 @@ import armangle as aa
 from armangle.cli import paper_example
 from armangle.cli.motions import motion_of, motions_along
 from armangle.files.tables import load_joints, save
+from armangle.models.catalogue import srs_catalogue
 from armangle.viewer import ViewerState
 from armangle.viewer.controls import slider_range
 from armangle.viewer.entry import pose_of_text, text_of_pose
@@ -40,7 +41,7 @@ def _well_inside(arm: aa.Arm) -> None:
     np.testing.assert_array_equal(opening_posture(arm), q)
 
 
-@pytest.mark.parametrize("name", aa.catalogue())
+@pytest.mark.parametrize("name", srs_catalogue())
 def test_every_arm_begins_bent_and_well_inside_its_limits(name: str) -> None:
     state = ViewerState(aa.Arm.from_catalogue(name))
     _well_inside(state.arm)
@@ -447,7 +448,7 @@ def test_export_is_json_of_the_posture_and_reset_goes_home() -> None:
     assert facts["gc_signs"] == [-1, -1, 1]
     np.testing.assert_array_equal(facts["q"], state.q)
     np.testing.assert_allclose(
-        PAPER_ARM.inverse(facts["pose"], facts["psi"], facts["gc"]), state.q, atol=1e-9
+        PAPER_ARM.inverse(facts["pose"], facts["psi"], facts["gc"], limits=False), state.q, atol=1e-9
     )
     assert facts["margin"] == pytest.approx(PAPER_ARM.limit_margin(state.q))
     assert state.reset().ok

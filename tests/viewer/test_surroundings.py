@@ -19,8 +19,8 @@ from armangle.viewer.surroundings import TOUCHED_RGB
 Q = np.radians([20, 45, 10, -80, 10, 60, 0])
 ARM = (
     aa.Arm.from_catalogue("kuka_iiwa7_r800")
-    .with_body(aa.Body.bones(upper_arm=0.09, forearm=0.08))
-    .with_hand([aa.Capsule([0, 0, 0], [0, 0, 0.1], 0.02, name="drill")])
+    .with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
+    .with_(hand=[aa.Capsule([0, 0, 0], [0, 0, 0.1], 0.02, name="drill")])
 )
 OVER = ARM.elbow(Q) + np.array([0.0, 0.0, 0.13])
 LAMP = aa.Ball([0.28, 0.26, 0.6], 0.05, name="lamp")
@@ -29,7 +29,7 @@ SCENE = aa.Scene([LAMP, CRATE, aa.HalfSpace([0, 0, 1], 0.0, name="floor")], clea
 
 
 def _state(**options: Any) -> ViewerState:
-    return ViewerState(ARM, Q, scene=SCENE, **options)
+    return ViewerState(ARM.with_(scene=SCENE), Q, **options)
 
 
 def _least(state: ViewerState) -> float:
@@ -39,7 +39,7 @@ def _least(state: ViewerState) -> float:
 
 def test_its_arcs_are_those_of_limits_and_scene() -> None:
     state = _state()
-    assert state.arcs == ARM.feasible(state.pose, state.gc, scene=SCENE)
+    assert state.arcs == ARM.with_(scene=SCENE).feasible(state.pose, state.gc)
     assert state.nearest is not None and state.nearest.obstacle == "lamp"
     assert state.touching is None
     assert "lamp" in arcs_panel(state) and "from forearm to lamp" in status_panel(state)
@@ -47,9 +47,9 @@ def test_its_arcs_are_those_of_limits_and_scene() -> None:
 
 def test_an_arm_without_a_body_is_refused_and_names_that_are_not_there() -> None:
     with pytest.raises(aa.errors.SceneError, match="wanted a body"):
-        ViewerState(ARM.with_body(None).with_hand([]), Q, scene=SCENE)
+        ViewerState(ARM.with_(body=None).with_(hand=[]).with_(scene=SCENE), Q)
     with pytest.raises(aa.errors.SceneError, match="'sofa'"):
-        ViewerState(ARM, Q, scene=aa.Scene([LAMP], ignore=[("sofa", "forearm")]))
+        ViewerState(ARM.with_(scene=aa.Scene([LAMP], ignore=[("sofa", "forearm")])), Q)
 
 
 def test_an_elbow_that_is_turned_stops_at_an_obstacle_and_names_it() -> None:
@@ -79,7 +79,7 @@ def test_a_box_that_is_moved_changes_the_arcs_and_touches() -> None:
     assert state.arcs != before
     moved = aa.Scene([LAMP, aa.Box(aa.pose(OVER), CRATE.size, 0.01, name="crate"),
                       SCENE.shapes[2]], clearance=0.005)  # fmt: skip
-    assert state.arcs == ARM.feasible(state.pose, state.gc, scene=moved)
+    assert state.arcs == ARM.with_(scene=moved).feasible(state.pose, state.gc)
     assert _least(state) < 0.005 and state.touching is not None
     np.testing.assert_array_equal(state.q, Q)
     assert state.set_psi(state.psi).ok is False and _least(state) >= 0.005 - 1e-9
@@ -119,20 +119,20 @@ def test_the_circle_and_the_reasons_know_obstacles() -> None:
     psi = np.linspace(-np.pi, np.pi, len(circle.blocker) + 1)
     middle = 0.5 * (psi[1:] + psi[:-1])
     own = ARM.feasible(state.pose, state.gc).contains(middle)
-    clear = ARM.clear(state.pose, state.gc, SCENE).contains(middle)
+    clear = ARM._clear(state.pose, state.gc, SCENE).contains(middle)
     np.testing.assert_array_equal(circle.blocker == OBSTACLE, own & ~clear)
     assert (circle.blocker == OBSTACLE).any()
     np.testing.assert_array_equal((circle.blocker == 0), own & clear)
     assert len({tuple(c) for c in segment_colours(np.arange(OBSTACLE + 1))[:, 0].tolist()}) == OBSTACLE + 1
     post = aa.Scene([aa.Ball([0, 0.12, 0.34], 0.06, name="post")])
-    blocked = ViewerState(ARM, Q, scene=post)
+    blocked = ViewerState(ARM.with_(scene=post), Q)
     assert blocked.reason(blocked.gc) == "upper_arm meets post at every ψ."
     assert blocked.touching is not None
 
 
 def test_the_map_of_a_motion_shows_what_obstacles_alone_block() -> None:
     poses = np.tile(ARM.forward(Q)[0], (20, 1, 1))
-    motion = aa.follow(ARM, poses, start=Q, scene=SCENE)
+    motion = aa.follow(ARM.with_(scene=SCENE), poses, start=Q)
     assert map_image(motion, SCENE) != map_image(motion)
     assert map_image(motion, aa.Scene()) == map_image(motion)
 
@@ -193,7 +193,7 @@ def test_what_touches_is_red_and_says_how_near() -> None:
     need("viser")
     cloud = aa.Cloud([OVER + 0.4], 0.01, name="seen")
     scene = aa.Scene([*SCENE.shapes, cloud], clearance=0.005)
-    viewer = Viewer(ViewerState(ARM, Q, scene=scene), port=0)
+    viewer = Viewer(ViewerState(ARM.with_(scene=scene), Q), port=0)
     try:
         shown = viewer.scene.surroundings
         assert shown is not None and set(shown.handles) == {"crate"}

@@ -116,7 +116,7 @@ _KEYWORDS = {
     "threads": "armangle.set_threads(n) is for all calls",
     "elbow": "psi_towards(pose, gc, point) says which psi brings it there, the policy Towards leads it",
 }
-_names_keywords = names_keywords("Arm", _KEYWORDS)
+names_keywords_of_arm = names_keywords("Arm", _KEYWORDS)
 _NEAREST = (
     "solve(pose, seed=q) finds the nearest solution of all, solutions(pose, seed=q) one for each interval"
 )
@@ -302,7 +302,7 @@ class Arm(FrozenValue):
 
         def __getattr__(self, name: str) -> Never:
             """Raise what a name of another library is called here."""
-            told = f"{type(self).__name__!r} object has no attribute {name!r}"
+            told = f"'Arm' object has no attribute {name!r}"
             if name in _ELSEWHERE:
                 told += f": {_ELSEWHERE[name].format(name=name)}"
             raise AttributeError(told, name=name, obj=self)
@@ -1409,7 +1409,7 @@ class Arm(FrozenValue):
         status = codes[..., 2].astype(np.int8) if batch else STATUSES[int(codes[2])]
         return Freedom(gc, widths[..., 0][()], widths[..., 1][()], arcs, status)
 
-    @_names_keywords
+    @names_keywords_of_arm
     def solve(
         self,
         pose: ArrayLike,
@@ -1526,7 +1526,7 @@ class Arm(FrozenValue):
         kind = chosen("metric", metric, _METRICS)
         return solve_free(self, pose, seed, weights_of(weight), by_margin, kind, ask)
 
-    @_names_keywords
+    @names_keywords_of_arm
     def solutions(
         self,
         pose: ArrayLike,

@@ -20,7 +20,7 @@ class Freedom(NamedTuple):
     ``widest (...)`` measure of all feasible arcs and of the longest one, rad; ``arcs (...)`` uint8, how many
     there are; ``status (...)`` a `Status`, of a batch its codes as int8: OK, or what stands in the way in the
     branch that comes nearest to holding the pose. ``total``, ``widest`` and ``arcs`` are those of
-    `Arm.feasible_all`. A bit says that the branch has a posture: one held at isolated arm angles alone, or,
+    `Arm.feasible`. A bit says that the branch has a posture: one held at isolated arm angles alone, or,
     where two joints are one axis for every arm angle, by another share of their turn than `Arm.inverse`
     takes, has its bit set, and no length.
     """

@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import _core
 from .._arrays import MILLIMETRES, Floats
-from ..errors import InputError, UnreachableError
+from ..errors import InputError, UnreachableError, UnsupportedError
 from ..models.axes import MAX_ANGLE, MAX_LENGTH
 from ..models.description import ELBOW_OFFSETS, LENGTHS
 from .deviation import ChainDeviation
@@ -23,12 +23,21 @@ _ASKED = {
     "feasible_one": "feasible",
     "feasible_many": "feasible",
     "psi_towards_many": "psi_towards",
-    "joint_function": "joint_function",
+    "joint_function": "gradients.joint_function",
     "explain_pose": "explain",
-    "turns_many": "feasible_yaw or feasible_roll",
-    "end_slopes_one": "feasible_derivative",
+    "turns_many": "feasible_turns",
+    "end_slopes_one": "gradients.feasible",
+    "inverse_derivative_many": "gradients.inverse",
+    "psi_gradient_many": "gradients.psi",
+    "best_gradient_many": "gradients.margin",
+    "freedom_gradient_many": "gradients.freedom",
     "is_kuka": "aa.kuka",
 }
+
+
+def asked_of(name: str) -> str:
+    """Return what asks a core arm for this."""
+    return _ASKED.get(name, name.removesuffix("_many"))
 
 
 class NearHandle(_core.NearArm):
@@ -37,15 +46,15 @@ class NearHandle(_core.NearArm):
     def __getattr__(self, name: str) -> Never:
         if name.startswith("__"):
             raise AttributeError(name)
-        raise unsupported(_ASKED.get(name, name.removesuffix("_many")))
+        raise unsupported(asked_of(name))
 
 
 NOMINAL = "arm.nominal, the S-R-S arm beside it, whose joints miss the true poses by arm.deviation"
 
 
-def unsupported(what: str, instead: str = NOMINAL) -> InputError:
+def unsupported(what: str, instead: str = NOMINAL) -> UnsupportedError:
     """Return the error of a function that has no answer for an arm with a chain."""
-    return InputError(f"{what} is not made for an arm with a chain of its own: use {instead}")
+    return UnsupportedError(f"{what} is not made for an arm with a chain of its own: use {instead}")
 
 
 def check_near(name: str, handle: NearHandle) -> None:

@@ -25,6 +25,7 @@ from .._arrays import (
     check_angles,
     chosen,
     frozen,
+    output,
 )
 from .._progress import Progress, as_progress, progressing
 from .._threads import thread_count
@@ -34,8 +35,9 @@ from ..models.description import OffsetDescription
 from ..models.urdf.writing import write_chain
 from ..status import STATUSES, Status, is_solved
 from .arcs import ArcSet
-from .arm import ON_ERROR, Arm, OnError
+from .arm import ON_ERROR, Arm, OnError, names_keywords_of_arm
 from .freedom import Freedom
+from .near import asked_of
 from .question import METRICS, PREFER, branch_bits, weights_of
 from .roll import ROLLS
 from .solution import Solution
@@ -63,6 +65,15 @@ def unsupported(what: str, instead: str = "") -> UnsupportedError:
     )
 
 
+class OffsetHandle(_core.OffsetArm):
+    """A core arm with an offset; what is not made for it is refused by name."""
+
+    def __getattr__(self, name: str) -> Never:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        raise unsupported(asked_of(name))
+
+
 class OffsetArm(Arm):
     """An `Arm` that is S-R-S but for one offset: between axes 6 and 7, or between axes 1 and 2.
 
@@ -76,11 +87,12 @@ class OffsetArm(Arm):
     a_6: float
     _free_joint: Literal[1, 7]
     _rows: Arm
-    _handle: Any  # a _core.OffsetArm
+    _handle: Any  # an OffsetHandle
 
     def __init__(self, *unnamed: Never, a_1: float = 0.0, a_6: float = 0.0, **numbers: Any) -> None:
         for name in _NO_FIELDS:
-            if numbers.pop(name, None) not in (None, 0.0, "base", ()):
+            given = numbers.pop(name, None)
+            if isinstance(given, np.ndarray) or given not in (None, 0.0, "base", (), []):
                 raise unsupported(f"{name}=")
         if numbers.get("singularity_margin"):
             raise unsupported("singularity_margin=", "with_(lower=..., upper=...) is the margin that it has")
@@ -95,7 +107,7 @@ class OffsetArm(Arm):
         mirrored = offsets["a_1"] != 0.0
         lengths = np.array([rows.d_bs, rows.d_se, rows.d_ew, rows.d_wf, rows.a_3, rows.a_4])
         joints = np.array([rows.signs, rows.offsets, rows.lower, rows.upper], dtype=np.float64)
-        handle = _core.OffsetArm(
+        handle = OffsetHandle(
             lengths, joints, rows.base, rows.tool, offsets["a_1"] if mirrored else offsets["a_6"], mirrored
         )
         kept = {name: getattr(rows, name) for name in Arm.__slots__ if not name.startswith("_")}
@@ -217,10 +229,11 @@ class OffsetArm(Arm):
         missing = np.isnan(q[..., 0])
         if not nan and (missing.all(axis=-1).any() if gc is None else missing.any()):
             self._raise(codes, missing, one_of_eight=gc is None)
-        if out is not None:
-            out[...] = q
-            return out
-        return q
+        if out is None:
+            return q
+        result = output(out, q.shape)
+        result[...] = q
+        return result
 
     def _raise(self, codes: Ints, missing: NDArray[np.bool_], *, one_of_eight: bool) -> None:
         """Raise why the first pose without a solution has none."""
@@ -321,6 +334,7 @@ class OffsetArm(Arm):
             codes if codes.ndim else STATUSES[int(codes)],
         )  # fmt: skip
 
+    @names_keywords_of_arm
     def solve(
         self,
         pose: ArrayLike,

@@ -20,8 +20,10 @@ _KINDS: dict[Status, type[NoSolutionError]] = {
     ),
     **dict.fromkeys((Status.CLEARANCE, Status.POSE_BLOCKED), CollisionError),
 }
-_MORE = "says by how much, and what would help (arm.nominal.explain of an arm with its own chain)."
-_HINT = f"arm.explain(pose) {_MORE}"
+_HINT = (
+    "arm.explain(pose) says by how much, and what would help (arm.nominal.explain of an arm with its own "
+    "chain, arm.feasible of one with an offset wrist or shoulder)."
+)
 _HINTS = {
     Status.NOT_ALLOWED: "arm.feasible(pose) has the arm angles of every branch that limits leave.",
 }
@@ -83,7 +85,7 @@ class Solution(NamedTuple):
         >>> import armangle as aa
         >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
         >>> q = np.array([[0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5], [0.2, 0.5, 0.1, -1.1, 0.2, 0.7, 0.4]])
-        >>> two = arm.solve(arm.forward(q)[0], near=q)
+        >>> two = arm.solve(arm.forward(q)[0], seed=q)
         >>> two.row(1).gc, len(two)
         (2, 8)
         """
