@@ -217,6 +217,7 @@ void bind_loop(nb::class_<Loop>& tracker) {
         .def_prop_ro("saved_size", [](const Loop& self) { return saved_size(self); })
         .def("save", &save_tracker<Loop>, "numbers"_a)
         .def("restore", &restore_tracker<Loop>, "numbers"_a)
+        .def("look_again", &Loop::look_again)
         .def("start", &start_tracker<Loop>, "q"_a)
         .def("step_hand", &track_hand<Loop>, "pose"_a.none(), "names"_a)
         .def("step_one", &track_one<Loop>, "pose"_a.none(), "names"_a, "elbow"_a.none(), "wish"_a, "dt"_a,

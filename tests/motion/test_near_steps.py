@@ -10,7 +10,6 @@ from support.laws import POSE, circle_gap, gap
 
 import armangle as aa
 from armangle.arm.near import edge_of_reach
-from armangle.models.chain import chain_of, links_of
 
 EVERY = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
 POLICIES = (aa.Repulsion(), aa.Hold(), aa.Centre(0.2), aa.Towards(psi=0.5, K=0.3))
@@ -77,7 +76,7 @@ def test_follow_is_step_in_a_loop(arm: aa.Arm) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_without_deviation_it_is_the_exact_step(name: str) -> None:
     arm = aa.Arm.from_catalogue(name)
-    near = arm.with_(chain=links_of(chain_of(arm._description())))
+    near = calibrated(name, 0.0, 0.0)
     rng = generator(45)
     compared = 0
     for i, q in enumerate(postures(arm, 12, 46)):
@@ -179,11 +178,11 @@ def test_what_a_chain_cannot_be_asked_is_refused_by_name() -> None:
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     pose = arm.forward(q)[0]
     refusal = "fallback=.* is not made for an arm with a chain"
-    with pytest.raises(aa.InputError, match=refusal):
+    with pytest.raises(aa.UnsupportedError, match=refusal):
         aa.step(arm, q, pose, fallback="nearest_pose")
-    with pytest.raises(aa.InputError, match=refusal):
+    with pytest.raises(aa.UnsupportedError, match=refusal):
         aa.follow(arm, pose[None], start=q, fallback="nearest_pose")
-    with pytest.raises(aa.InputError, match="lookahead= is not made for"):
+    with pytest.raises(aa.UnsupportedError, match="lookahead= is not made for"):
         aa.follow(arm, pose[None], start=q, lookahead=1)
 
 

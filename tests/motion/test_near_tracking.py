@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support import streams
-from support.calibrated import ARMS, Array
+from support.calibrated import ARMS, Array, calibrated
 from support.draw import generator
 
 import armangle as aa
-from armangle.models.chain import chain_of, links_of
 
 DT = 0.004
 FASTEST, HARDEST = 2.0, 20.0
@@ -92,8 +91,7 @@ def test_a_hand_that_stands_is_reached_and_a_far_one_approached() -> None:
 
 
 def test_without_deviation_it_is_the_exact_arms_tracker() -> None:
-    exact = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-    near = exact.with_(chain=links_of(chain_of(exact._description())))
+    exact, near = aa.Arm.from_catalogue("kuka_iiwa7_r800"), calibrated("kuka_iiwa7_r800", 0.0, 0.0)
     start = streams.posture(exact)
     hands = waved(exact.forward(start)[0], 300, 0.1)[1:]  # the first stands where both tools are, to rounding
     one, other = tracker_at(exact, start), tracker_at(near, start)

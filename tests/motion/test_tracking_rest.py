@@ -9,14 +9,12 @@ from support import draw
 from support.ticks import DT, check_bounds, named
 
 import armangle as aa
-from armangle.models.catalogue import srs_catalogue
-from armangle.models.offset import offset_catalogue
 
 Array = NDArray[np.float64]
 
 STILL = 0.05  # rad off straight, and off folded, that joint 4 keeps at rest
 SECONDS = 45.0
-HANDS = draw.count(2, len(srs_catalogue()))
+HANDS = draw.count(2, len(aa.catalogue()))
 
 # Starts, and postures whose tool is where the hand is, that made the arm turn for ever.
 ENDLESS = {
@@ -75,7 +73,7 @@ def test_what_turned_for_ever_comes_to_rest(name: str) -> None:
     at_rest(arm, start, arm.forward(there)[0])
 
 
-@pytest.mark.parametrize("name", [*srs_catalogue(), *offset_catalogue()])
+@pytest.mark.parametrize("name", aa.catalogue())
 def test_every_constant_hand_brings_the_arm_to_rest(name: str) -> None:
     arm = named(name)
     rng = draw.generator(*name.encode())

@@ -10,7 +10,6 @@ from support.ticks import DT, named
 
 import armangle as aa
 from armangle.models.catalogue import srs_catalogue
-from armangle.models.offset import offset_catalogue
 
 Array = NDArray[np.float64]
 
@@ -62,7 +61,7 @@ def farthest(arm: aa.Arm, rng: np.random.Generator, tremble: float = 0.0) -> flo
     return out
 
 
-@pytest.mark.parametrize("name", [*srs_catalogue(), *offset_catalogue()])
+@pytest.mark.parametrize("name", aa.catalogue())
 def test_a_hand_at_the_tool_is_not_left(name: str) -> None:
     """A joint at its limit turned all round, the tool half a metre off, to bend the elbow by 3 degrees."""
     assert farthest(named(name), draw.generator(*name.encode(), 1)) <= OFF

@@ -215,6 +215,14 @@ public:
         out.room += straight_rule::rounded;
         return out;
     }
+    /// Among other obstacles than when it was saved: the next tick takes the hand for one that has moved, so
+    /// that an arm at rest gives way. A way that was found is gone on with, as ticks are proven themselves.
+    void look_again() noexcept {
+        tried_ = 0;
+        barred_ = 0;
+        hinted_.target.x = infinity;
+        escaping_ = options_.scene && nearest_pair(0.0).room < 0;
+    }
     /// The hand as it is believed, in the frame that poses are given in.
     const Pose<double>& hand() const noexcept { return hand_.pose(); }
 

@@ -76,6 +76,8 @@ public:
     NearestPair nearest_pair(double reach) const noexcept { return tracker_.nearest_pair(reach); }
 
     /// As Tracker.
+    void look_again() noexcept { tracker_.look_again(); }
+    /// As Tracker.
     template <class Visit>
     void each_number(Visit& visit) {
         visit(drift_);

@@ -13,7 +13,6 @@ from .. import _core
 from .._arrays import JOINTS, Floats, Ints
 from .._values import by_content
 from ..arm.arm import Arm
-from ..arm.offset import OffsetArm
 from ..arm.roll import Roll
 from ..errors import needed
 
@@ -308,10 +307,7 @@ def repeated(q: Floats) -> NDArray[np.bool_]:
 
 def _placed(arm: Arm, q: Floats) -> Placed:
     """Return rows (N,) of joints that lead the tool."""
-    if isinstance(arm, OffsetArm):
-        pose, psi, gc = arm.forward(q)
-    else:
-        pose, psi, gc = arm.forward(q, on_error="nan")
+    pose, psi, gc = arm.forward(q, on_error="nan")
     margin = np.asarray(arm.limit_margin(q))
     return Placed(q, np.asarray(psi), np.asarray(gc, dtype=np.float64), pose, margin, np.zeros(len(q)))
 

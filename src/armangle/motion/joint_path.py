@@ -188,7 +188,7 @@ class JointPath:
     q : ndarray, shape (N, 7)
         Joint values, rad, lifted continuously over ±π.
     psi : ndarray, shape (N,)
-        Arm angle, or the value of an `OffsetArm`'s free joint, rad, lifted continuously.
+        Arm angle, or the value of the free joint, rad, lifted continuously.
     gc : ndarray of int64, shape (N,)
         Global configuration of each row.
     status : ndarray of int8, shape (N,)
@@ -297,10 +297,7 @@ class JointPath:
             raise InputError(f"s holds {len(at)} numbers{ends}, wanted {n} from 0 to 1 that do not fall")
         rows, poses = blank_rows(n), np.full((n, 4, 4), np.nan)
         joints = _unwrapped(arm, rows_given[known])
-        if isinstance(arm, OffsetArm):
-            poses[known], rows["psi"][known], rows["gc"][known] = arm.forward(joints)
-        else:
-            poses[known], rows["psi"][known], rows["gc"][known] = arm.forward(joints, on_error="nan")
+        poses[known], rows["psi"][known], rows["gc"][known] = arm.forward(joints, on_error="nan")
         rows["q"][known], rows["margin"][known] = joints, arm.limit_margin(joints)
         rows["residual"][known] = 0.0
         if status is None:
@@ -376,12 +373,12 @@ class JointPath:
 
     @property
     def srs_arm(self) -> Arm:
-        """The arm, where it is an `Arm`.
+        """The arm, where it has no offset wrist or shoulder.
 
         Raises
         ------
-        InputError
-            If it is an `OffsetArm`.
+        UnsupportedError
+            If it has one.
         """
         return as_srs(self.arm, "what needs the arm angle or the links")
 
@@ -391,7 +388,7 @@ class JointPath:
         Always on the path, to 1e-12; an interpolation of joints only where `from_joints` was asked for one,
         with psi in (-π, π], or NaN where there is none. Where the path has neither `path` nor
         `curve` (from `follow`) the tool goes straight and by the shortest rotation from pose to pose, and the
-        elbow turns evenly, or the free joint of an `OffsetArm` does; q is NaN where that has no posture.
+        elbow turns evenly, or the free joint does; q is NaN where that has no posture.
         Where that would pass a limit the elbow turns so that it is kept, to 1e-6 rad.
 
         Parameters
@@ -681,13 +678,14 @@ class JointPath:
             return f" {_outside(self.q[at], self._beyond(self.q[at]), 'is')}"
         if not np.isfinite(self.poses[at]).all():
             return ""
-        if self.status[at] == Status.UNREACHABLE and isinstance(self.arm, Arm):
+        offset = isinstance(self.arm, OffsetArm)
+        if self.status[at] == Status.UNREACHABLE and not offset:
             try:
-                self.arm.inverse(self.poses[at], 0.0, 0)
+                self.arm.inverse(self.poses[at], 0.0, 0, limits=False)
             except UnreachableError as error:
                 said = str(error).capitalize()
                 return f" {said}{'' if said.endswith('?') else '.'}"
-        if self.status[at] == Status.NEAR_SINGULAR and isinstance(self.arm, Arm):
+        if self.status[at] == Status.NEAR_SINGULAR and not offset:
             return edge_of_reach(self.arm, self.poses[at])
         solved = np.flatnonzero(np.isin(self.status[:at], SOLVED))
         before = self.q[solved[-1]] if len(solved) else self.start
@@ -696,10 +694,7 @@ class JointPath:
         outside = self._beyond(before)
         if outside.max() > 0:
             return f" {_outside(before, outside, 'starts')}"
-        if isinstance(self.arm, OffsetArm):
-            _, psi, gc = self.arm.forward(before)
-        else:
-            _, psi, gc = self.arm.forward(before, on_error="nan")
+        _, psi, gc = self.arm.forward(before, on_error="nan")
         if not np.isfinite(psi):
             return ""
         held = self.arm.inverse(self.poses[at], psi, gc, seed=before, limits=False, on_error="nan")

@@ -28,6 +28,7 @@ from ..arm.keywords import names_keywords
 from ..arm.offset import OffsetArm
 from ..arm.wish import DIRECTIONS, Direction
 from ..errors import InputError, SceneError
+from ..scenes.scene import Scene
 from ..status import STATUSES, Named, Status
 from .options import LONGEST_STEP, Bound, as_seconds, joint_bound, positive
 
@@ -62,7 +63,7 @@ _KEYWORDS = {
     "policy": "the arm angle is its own choice; step(pose, elbow=) or elbow_direction= hints at another",
     "psi": "step(pose, elbow=) or elbow_direction= hints at an arm angle",
     "start": _START,
-    "near": _START,
+    "seed": _START,
     "q0": _START,
     "rate": "dt= is the time of a tick, s",
     "max_joint_step": "velocity= bounds the joints, rad/s",
@@ -183,6 +184,8 @@ class Tracker:
     The joints returned keep, judged by themselves, ``|v| <= velocity`` and ``|v - v before| <=
     acceleration·dt`` with ``v = (q - q before) / dt``, and can always brake before their limits. With `jerk`
     they keep ``|a - a before| <= jerk·dt`` too, ``a = (v - v before) / dt``, to rounding.
+
+    Obstacles that move are set as they move: ``tracker.scene = ...``, between ticks.
 
     A tracker can be copied and pickled while it runs: the copy goes on like the original. Trackers of equal
     arms, options and states are equal.
@@ -309,6 +312,27 @@ class Tracker:
         return self._arm
 
     @property
+    def scene(self) -> Scene | None:
+        """What links and gripper keep clear of; it may be set while the tracker runs: obstacles that move.
+
+        Each tick, and braking after it, is proven clear of the scene that is set then; an arm that rests
+        gives way. Nothing is known of where obstacles go next: let the clearance be greater by what they may
+        move while the arm brakes. Links that are nearer than it are no error: they are led out, at about
+        5 cm/s, none of them coming any nearer (RETURNING), or stay if they are too deep for that.
+        """
+        return self._arm.scene
+
+    @scene.setter
+    def scene(self, scene: Scene | None) -> None:
+        if scene == self._arm.scene:
+            return
+        arm, started, saved = self._arm.with_(scene=scene), self._started, self._saved()
+        self._make(arm, self._given)
+        self._core.restore(saved)
+        self._core.look_again()
+        self._started = started
+
+    @property
     def dt(self) -> float:
         """Time of a tick, s."""
         return self._dt
@@ -334,7 +358,6 @@ class Tracker:
 
         Raises
         ------
-        InputError
         InputError
             Also if a joint is more than a turn outside its limits.
         SceneError

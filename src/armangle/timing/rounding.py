@@ -18,7 +18,6 @@ from numpy.typing import ArrayLike
 from .._arrays import Floats
 from .._values import by_content
 from ..arm.arm import Arm
-from ..arm.offset import OffsetArm
 from ..errors import PathError
 from ..motion.curves import JointSpline
 from ..motion.joint_path import MOST_PASSED
@@ -104,8 +103,6 @@ class Rounded:
         return self._curve.derivatives(None, np.asarray(s))
 
     def _tool(self, q: Floats) -> Floats:
-        if isinstance(self.arm, OffsetArm):
-            return np.asarray(self.arm.forward(q)[0])
         return np.asarray(self.arm.forward(q, on_error="nan")[0])
 
     def deviations(self) -> tuple[Floats, Floats]:
