@@ -151,3 +151,6 @@ def test_a_scene_that_does_not_fit_changes_nothing() -> None:
     with pytest.raises(aa.SceneError):
         bare.scene = "a scene"  # type: ignore[assignment]  # as a user may
     assert bare.scene is None and bare == begun(bare.arm, None)
+    offset = aa.Tracker(aa.Arm.from_catalogue("franka_fr3"))
+    with pytest.raises(aa.UnsupportedError, match="scene= is not made for"):
+        offset.scene = FAR
