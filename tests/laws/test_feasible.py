@@ -23,6 +23,8 @@ from support.strategies import (
 from support.threads import in_threads
 
 import armangle as aa
+from armangle._core import Wanted
+from armangle.models.catalogue import srs_catalogue
 
 END = 1e-11
 """A joint at the end of an arc is this near to the limit that made the end, rad."""
@@ -141,30 +143,30 @@ def test_the_ends_of_a_margin_say_singular() -> None:
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     pose, _, gc = arm.forward(np.radians([10, 3, 20, 70, 90, 60, 10.0]))
     margin = 0.08
-    ends = [
-        end
-        for pair in unlimited(arm).with_(singularity_margin=margin).feasible(pose, gc).ends
-        for end in pair
-    ]
+    kept = unlimited(arm).with_(singularity_margin=margin)
+    ends = [end for pair in kept.feasible(pose, gc).ends for end in pair]
     assert {end.side for end in ends} == {"singular"}
     assert 2 in {end.joint for end in ends}
     assert gap([end.value for end in ends if end.joint == 2], margin) <= JOINT
+
+
+def avoiding(arm: aa.Arm, pose: Array, gc: int, width: float, discriminant: float = 1e-3) -> aa.ArcSet:
+    """The arcs that the paper's own avoidance of singularities leaves."""
+    return arm._arcs(pose, gc, Wanted.BRANCH, (), None, paper=(width, discriminant))
 
 
 def test_the_margin_of_the_paper_removes_arcs_around_singular_psi() -> None:
     arm = unlimited(aa.Arm.from_catalogue("kuka_iiwa7_r800"))
     pose, psi, gc = arm.forward(np.radians([10, 0, 20, 70, 30, 60, 10.0]))
     width = 0.1
-    arcs = arm.feasible(pose, gc, paper_margin=width)
+    arcs = avoiding(arm, pose, gc, width)
     assert abs((~arcs).measure - 2 * width) <= JOINT
     assert psi not in arcs
     assert abs(circle_gap(arcs.nearest(psi), psi) - width) <= 1e-6
     assert {end.side for pair in arcs.ends for end in pair} == {"singular"}
-    assert (
-        arm.feasible(pose, gc, paper_margin=width, paper_discriminant=0.0).measure >= TURN - 2 * width - JOINT
-    )
+    assert avoiding(arm, pose, gc, width, 0.0).measure >= TURN - 2 * width - JOINT
     elsewhere = arm.forward(np.radians([10, 40, 20, 70, 30, 60, 10.0]))
-    assert arm.feasible(elsewhere[0], elsewhere[2], paper_margin=width).is_full
+    assert avoiding(arm, elsewhere[0], elsewhere[2], width).is_full
 
 
 def test_infinite_limits_and_a_full_turn_are_the_full_circle() -> None:
@@ -228,14 +230,9 @@ def test_empty_batches(shape: tuple[int, ...]) -> None:
         (arm.feasible(pose, gc), shape),
         (arm.feasible(pose, gc, per_joint=True), (*shape, 7)),
     ):
-        assert (
-            arcs.shape
-            == arcs.count.shape
-            == arcs.measure.shape
-            == arcs.is_full.shape
-            == arcs.status.shape
-            == wanted
-        )
+        assert {arcs.shape, arcs.count.shape, arcs.measure.shape, arcs.is_full.shape, arcs.status.shape} == {
+            wanted
+        }
         assert arcs.intervals.shape == (*wanted, 0, 2)
         assert len(arcs.ends) == shape[0]
         assert all(len(row) == wanted[1] for row in arcs.ends)
@@ -333,20 +330,8 @@ def test_where_two_joints_are_one_axis_their_sum_must_fit() -> None:
 
 def mended(arm: aa.Arm) -> MendedArm:
     """The same arm for the second implementation."""
-    names = (
-        "d_bs",
-        "d_se",
-        "d_ew",
-        "d_wf",
-        "a_3",
-        "a_4",
-        "signs",
-        "offsets",
-        "lower",
-        "upper",
-        "base",
-        "tool",
-    )
+    lengths = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4")
+    names = (*lengths, "signs", "offsets", "lower", "upper", "base", "tool")
     return MendedArm(**{name: getattr(arm, name) for name in names})
 
 
@@ -375,12 +360,8 @@ def test_a_second_implementation_finds_the_same_arcs(margin: float) -> None:
     for case in cases(seed=10, count=30):
         if case.arm.d_4 != 0:
             continue
-        regular = (
-            np.abs(
-                np.sin(bends(case.arm, unlimited(case.arm).inverse(case.pose, 0.3, case.gc, limits=False)))
-            ).min(-1)
-            > 1e-3
-        )
+        q = unlimited(case.arm).inverse(case.pose, 0.3, case.gc)
+        regular = np.abs(np.sin(bends(case.arm, q))).min(-1) > 1e-3
         said += [
             same_arcs(case.arm, pose, int(gc), margin)
             for pose, gc in zip(case.pose[regular][:2], case.gc[regular][:2], strict=True)
@@ -397,3 +378,21 @@ def test_arcs_do_not_depend_on_base_and_tool() -> None:
     assert np.array_equal(gc, gc_moved)
     assert circle_gap(psi, psi_moved).max() <= JOINT
     assert np.abs(arm.feasible(pose, gc).measure - moved.feasible(pose_moved, gc).measure).max() <= 1e-7
+
+
+@pytest.mark.parametrize("name", srs_catalogue())
+@pytest.mark.parametrize("margin", [0.0, 0.1])
+def test_all_branches_at_once_are_the_branches_one_by_one(name: str, margin: float) -> None:
+    arm, count = aa.Arm.from_catalogue(name).with_(singularity_margin=margin), 300
+    q = np.random.default_rng(7).uniform(
+        np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), (count, 7)
+    )
+    q[: count // 10, 1] = -arm.offsets[1] * arm.signs[1]  # theta_2 = 0
+    pose, _, _ = arm.forward(q)
+    pose[-1, :3, 3] += 10.0 * arm.reach  # out of reach
+    together, one_by_one = arm.feasible(pose), arm.feasible(pose[:, None], np.arange(8))
+    assert together.shape == (count, 8) and arm.feasible(pose[0]).shape == (8,)
+    assert together == one_by_one
+    assert np.array_equal(together.status, one_by_one.status)
+    assert together[3].ends == one_by_one[3].ends
+    assert together[-1, 0].status is aa.Status.UNREACHABLE

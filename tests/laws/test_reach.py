@@ -124,9 +124,8 @@ def test_a_hundred_thousand_float32_poses_are_solved_to_their_own_rounding() -> 
         off = np.linalg.norm(back[:, :3, 3] - poses[:, :3, 3], axis=1)
         assert off.max() <= 3 * EPS * size(arm)
         assert np.abs(back[:, :3, :3] - poses[:, :3, :3]).max() <= 3 * EPS
-        assert (
-            arm.inverse(poses[17], psi[17], gc[17], limits=False) == q[17]
-        ).all()  # one alone is one of many
+        one = arm.inverse(poses[17], psi[17], gc[17], limits=False)
+        assert np.array_equal(one, q[17])  # one alone is one of many
 
 
 def test_one_float32_pose_is_read_as_it_comes_and_is_one_of_many() -> None:

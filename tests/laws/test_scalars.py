@@ -16,6 +16,7 @@ BONY = ARM.with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
 SCENE = aa.Scene([aa.Ball([0.4, 0.2, 0.4], 0.05, name="lamp")])
 LINE = aa.Line(POSE, POSE @ aa.pose([0, 0, 0.1]))
 OFFSET = aa.Arm.from_catalogue("franka_fr3")
+OFFSET_Q = np.array([0, 0.1, 0, -1.5, 0, 1.6, 0.7])
 TRACKER = aa.Tracker(ARM)
 TRACKER.start(Q)
 PLAN = aa.plan(ARM, LINE, start=Q)
@@ -24,18 +25,17 @@ RESULTS = {
     "forward": (POSE, PSI, GC),
     "solve": ARM.solve(POSE, seed=Q),
     "solutions": ARM.solutions(POSE, seed=Q),
-    "best": ARM.solve(POSE, prefer="margin"),
+    "farthest from limits": ARM.solve(POSE, prefer="margin"),
     "feasible": ARM.feasible(POSE, GC),
-    "feasible_derivative": aa.gradients.feasible(ARM, POSE, GC),
-    "joint_function": aa.gradients.joint_function(ARM, POSE, GC, 3),
+    "gradients.feasible": aa.gradients.feasible(ARM, POSE, GC),
+    "gradients.joint_function": aa.gradients.joint_function(ARM, POSE, GC, 3),
     "freedom": ARM.freedom(POSE),
     "reachable": ARM.reachable(POSE),
-    "feasible_yaw": ARM.feasible_turns(POSE, about="base"),
-    "feasible_roll": ARM.feasible_turns(POSE, about="tool"),
+    "feasible_turns": ARM.feasible_turns(POSE, about="base"),
     "within_limits": ARM.within_limits(Q),
     "psi_towards": ARM.psi_towards(POSE, GC, direction="up"),
-    "clearance": BONY.clearance(BONY.inverse(POSE, PSI, GC, limits=False), SCENE),
-    "widest": BONY._widest(POSE, GC, SCENE),
+    "clearance": BONY.clearance(Q, SCENE),
+    "farthest from obstacles": BONY.with_(scene=SCENE).solve(POSE, prefer="clearance"),
     "explain": ARM.explain(POSE),
     "step": aa.step(ARM, Q, POSE),
     "resolve": aa.resolve(ARM, POSE, PSI, GC),
@@ -51,7 +51,9 @@ RESULTS = {
     "status": aa.kuka.status(ARM, Q),
     "turn": aa.kuka.turn(ARM, Q),
     "to_frame": aa.kuka.to_frame(ARM, Q),
-    "offset forward": OFFSET.forward([0, 0.1, 0, -1.5, 0, 1.6, 0.7]),
+    "offset forward": OFFSET.forward(OFFSET_Q),
+    "offset solve": OFFSET.solve(OFFSET.forward(OFFSET_Q)[0], seed=OFFSET_Q),
+    "offset freedom": OFFSET.freedom(OFFSET.forward(OFFSET_Q)[0]),
 }
 
 

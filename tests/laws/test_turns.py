@@ -147,9 +147,7 @@ def test_a_turn_is_in_the_arcs_where_the_turned_pose_is_reachable(of_base: bool)
     checked = 0
     for arm in arms(rng):
         for pose in poses_of(arm, rng, 12):
-            arcs = (
-                arm.feasible_turns(pose, about="base") if of_base else arm.feasible_turns(pose, about="tool")
-            )
+            arcs = arm.feasible_turns(pose, about="base" if of_base else "tool")
             angle = rng.uniform(-np.pi, np.pi, 120)
             ends = arcs.intervals[~np.isnan(arcs.intervals)].ravel()
             if len(ends) and not arcs.is_full:
@@ -223,8 +221,7 @@ def test_locked_joints_leave_single_turns() -> None:
         lower[joints] = upper[joints] = q[joints]
         locked = arm.with_(lower=lower, upper=upper)
         assert locked.reachable(pose)
-        assert 0.0 in locked.feasible_turns(pose, about="base") and 0.0 in locked.feasible_turns(
-            pose, about="tool"
-        )
+        assert 0.0 in locked.feasible_turns(pose, about="base")
+        assert 0.0 in locked.feasible_turns(pose, about="tool")
         found = aa.place(locked, pose[None], [0.0], [0.0])
         assert found.reached.item() == 1.0 and found.missed() == ()

@@ -49,7 +49,7 @@ def made(k: int) -> dict[str, Any]:
         "Centre": aa.Centre(K=0.1 + 0.1 * k),
         "ChainDeviation": aa.ChainDeviation(position_rms=k),
         "CircularArc": aa.CircularArc(pose, via, end),
-        "Clearance": ARM.clearance(ARM.inverse(grid, psi, gc, limits=False), SCENE),
+        "Clearance": ARM.clearance(np.stack([q, Q]), SCENE),
         "Cloud": aa.Cloud([[1, 2, k]], 0.1),
         "Deviation": aa.Deviation(0.1, k),
         "Diagnosis": ARM.explain(seen),
@@ -65,8 +65,10 @@ def made(k: int) -> dict[str, Any]:
         "KukaFrame": kuka.to_frame(ARM, q),
         "Line": aa.Line(pose, end),
         "Objective": aa.Objective(duration=1.0 + k),
-        "OffsetArm": FRANKA.with_(name=str(k)),
-        "OffsetSolution": FRANKA.solve(FRANKA.forward(FRANKA_Q + 0.01 * k)[0], seed=FRANKA_Q),
+        "Arm with an offset": FRANKA.with_(name=str(k)),
+        "Solution of an arm with an offset": FRANKA.solve(
+            FRANKA.forward(FRANKA_Q + 0.01 * k)[0], seed=FRANKA_Q
+        ),
         "Opening": aa.Opening(1, "lower", 0.1 + k),
         "PathPoint": path.at([0.2, 0.4]),
         "Placement": aa.place(ARM, grid, x=[0.0, 0.1], y=[0.0, 0.1]),
