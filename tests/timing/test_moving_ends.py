@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.calibrated import calibrated
 from support.draw import generator
 from support.needs import need
 
@@ -59,6 +60,57 @@ def test_it_begins_and_ends_as_asked_within_every_bound(name: str, speeds: tuple
     assert found.duration < aa.retime(path, acceleration=A).duration
 
 
+JERK = 40.0
+CALIBRATED = calibrated("kuka_iiwa14_r820", 1.0, 1.0)
+JERKED = PATHS | {"calibrated": aa.plan(CALIBRATED, line(CALIBRATED, Q), start=Q)}
+
+
+@pytest.mark.parametrize("name", JERKED)
+def test_the_jerk_is_bounded_from_and_to_a_motion(name: str) -> None:
+    """Any velocities along the path at both ends: within every bound at 10 001 times, and exact ends."""
+    path, rng = JERKED[name], generator(42, 7, len(name))
+    start, goal = (v * way for v, way in zip(rng.uniform(0.0, 0.35, 2), ends(path), strict=True))
+    found = aa.retime(path, acceleration=A, jerk=JERK, start=start, goal=goal)
+    keeps(found)
+    np.testing.assert_allclose(found.qd[[0, -1]], [start, goal], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found.q[[0, -1]], path.q[[0, -1]], rtol=0, atol=1e-9)
+
+
+def keeps(found: aa.Trajectory) -> None:
+    """Look at all bounds at 10 001 times; jerks as differences of accelerations too."""
+    t = np.linspace(0.0, found.duration, 10_001)
+    at = found.at(t)
+    assert (np.abs(at.qd) <= 1.001 * found.path.arm.velocity).all()
+    assert np.abs(at.qdd).max() <= 1.002 * A
+    assert np.abs(np.diff(at.qdd, axis=0)).max() <= 1.003 * JERK * t[1]
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_a_motion_with_bounded_jerk_goes_on_where_another_one_is(seed: int) -> None:
+    """Both halves take what the whole takes, from and to its velocities and accelerations."""
+    rng = generator(42, 8, seed)
+    q = Q + np.linspace(0.0, 1.0, 2)[:, None] * rng.uniform(-0.6, 0.6, 7)
+    bounds: Any = {"acceleration": A, "jerk": JERK}
+    whole = aa.retime(aa.JointPath.from_joints(ARM, q, between="joints"), **bounds)
+    here = whole.at(rng.uniform(0.2, 0.8) * whole.duration)
+    now = here.qd, here.qdd
+    rest = aa.retime(aa.JointPath.from_joints(ARM, [here.q, q[1]], between="joints"), start=now, **bounds)
+    before = aa.retime(aa.JointPath.from_joints(ARM, [q[0], here.q], between="joints"), goal=now, **bounds)
+    assert before.duration + rest.duration == pytest.approx(whole.duration, rel=5e-3)
+    for found, row in ((rest, 0), (before, -1)):
+        keeps(found)
+        np.testing.assert_allclose(found.qd[row], here.qd, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(found.qdd[row], here.qdd, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 5e-3])
+def test_rounded_corners_leave_the_ends_as_they_are(tolerance: float) -> None:
+    path = PATHS["followed"]
+    start, goal = (0.2 * way for way in ends(path))
+    found = aa.retime(path, acceleration=A, start=start, goal=goal, tolerance=tolerance)
+    np.testing.assert_allclose(found.qd[[0, -1]], [start, goal], rtol=0, atol=1e-9)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_motion_goes_on_where_another_one_is(seed: int) -> None:
     """Two halves, timed one after the other from the speed in the middle, take what the whole takes."""
@@ -90,8 +142,18 @@ def test_what_cannot_be_braked_or_leads_elsewhere_is_said() -> None:
         aa.retime(path, start=-0.1 * way, **bounds)
     with pytest.raises(aa.InputError, match=r"goal\[0\] is .* above the bound of joint 1, 0.1 rad/s"):
         aa.retime(path, goal=way, velocity=0.1, acceleration=A)
-    with pytest.raises(aa.InputError, match="jerk= bounds motions from rest to rest"):
-        aa.retime(path, start=0.1 * way, jerk=50.0, **bounds)
+    with pytest.raises(aa.InputError, match="start has accelerations, which may jump without jerk="):
+        aa.retime(path, start=[0.1 * way, 0.1 * way], **bounds)
+    with pytest.raises(aa.InputError, match="goal has accelerations and no velocity"):
+        aa.retime(path, goal=[0.0 * way, 0.1 * way], jerk=50.0, **bounds)
+    with pytest.raises(aa.InputError, match=r"start\[1\]\[0\] is .* above the bound of joint 1"):
+        aa.retime(path, start=[0.1 * way, 1.1 * A * way], jerk=50.0, **bounds)
+    with pytest.raises(aa.InputError, match="start does not lead along the path: of the accelerations"):
+        aa.retime(path, start=[0.1 * way, A * np.eye(7)[0]], jerk=50.0, **bounds)
+    with pytest.raises(aa.PathError, match="cannot be braked"):
+        aa.retime(path, start=1.05 * most * way, jerk=50.0, **bounds)
+    with pytest.raises(aa.PathError, match="accelerations and jerks would have to be"):
+        aa.retime(path, start=[0.98 * most * way, 0.0 * way], jerk=20.0, **bounds)
     with pytest.raises(aa.InputError, match="start"):
         aa.retime(path, start=way[:6], **bounds)
     with pytest.raises(aa.InputError, match="goal is not finite"):

@@ -244,9 +244,12 @@ class JointSpline(_JointRows):
     ----------
     rests : bool
         Whether joints rest where rows repeat; else such rows are as others.
+    slopes : two ndarrays of shape (7,), or None
+        q' at the ends; None: as the two rows next to that end make it.
     """
 
     rests: bool = False
+    slopes: tuple[Floats | None, Floats | None] = (None, None)
 
     @cached_property
     def moving(self) -> Ints:
@@ -264,7 +267,8 @@ class JointSpline(_JointRows):
     def spline(self) -> Any:
         """The spline of SciPy, over s without the rests."""
         interpolate = needed("scipy.interpolate", "a spline through joints needs", "time")
-        return interpolate.CubicSpline(self.own[self.moving], self.q[self.moving])
+        ends = tuple("not-a-knot" if slope is None else (1, slope) for slope in self.slopes)
+        return interpolate.CubicSpline(self.own[self.moving], self.q[self.moving], bc_type=ends)
 
     def joints(self, s: Floats) -> Floats:
         """Return joints at s (N,), (N, 7) rad."""

@@ -36,6 +36,10 @@ CALM = (0, 1, 2, 4, 8)
 """Knots over which first guesses are made calm, of which the fastest is taken."""
 TOLERANCE, MATTERS = 1e-6, 0.5
 """Within which share HiGHS keeps a bound; what share of it must be used for it to be in a program."""
+SLACKS = 1.5
+"""Share of its slack by which a row of jerk may exceed its bound: the tangent of 1 / √y stands for it."""
+MOST_SLACK = 1e6
+"""Greatest slack of a program that is to be brought within its bounds."""
 GROWTH = 4.0
 """By what factor y may grow or shrink in one program."""
 ROUNDS, GAIN = 30, 1e-3
@@ -140,30 +144,61 @@ def _limited(most: Floats, g: Grid, acceleration: Floats, ends: tuple[float, flo
     return np.asarray(found)
 
 
-class _Course(NamedTuple):
-    """A piece of s from rest to rest over r in [0, 1], s = first + (last - first) (10 r³ - 15 r⁴ + 6 r⁵).
+class End(NamedTuple):
+    """How s moves at an end of a motion: ds/dt, 1/s, and d²s/dt², 1/s²; NaN: as may be."""
 
-    s leaves rest as r³, so that dr/dt need not vanish at the ends however small the jerk.
+    speed: float = 0.0
+    acceleration: float = np.nan
+
+
+REST = End(), End()
+
+
+class _Course(NamedTuple):
+    """A piece of s over r in [0, 1]; s = first + (last - first) (10 r³ - 15 r⁴ + 6 r⁵) from rest to rest.
+
+    s leaves rest as r³, so that dr/dt need not vanish at the ends however small the jerk; at an end at which
+    it moves ds/dr is not 0, and d²s/dr² is.
     """
 
     first: float
     last: float
+    ends: tuple[End, End] = REST
+
+    def _shape(self, r: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return s and its three derivatives for a length of 1."""
+        left, (starts, arrives) = 1 - r, (end.speed > 0 for end in self.ends)
+        if starts and arrives:
+            return r, np.ones_like(r), np.zeros_like(r), np.zeros_like(r)
+        if starts:
+            return 2 * r - 2 * r**3 + r**4, 2 * left**2 * (1 + 2 * r), -12 * r * left, 24 * r - 12
+        if arrives:
+            return r**3 * (2 - r), 2 * r**2 * (1 + 2 * left), 12 * r * left, 12 - 24 * r
+        return (
+            r**3 * (10 - 15 * r + 6 * r**2),
+            30 * (r * left) ** 2,
+            60 * r * left * (1 - 2 * r),
+            60 * (1 - 6 * r * left),
+        )
 
     def s(self, r: Floats) -> Floats:
         """Return s at r, between the ends."""
-        return np.clip(
-            self.first + (self.last - self.first) * r**3 * (10 - 15 * r + 6 * r**2), self.first, self.last
-        )
+        return np.clip(self.first + (self.last - self.first) * self._shape(r)[0], self.first, self.last)
 
     def rates(self, r: Floats) -> tuple[Floats, Floats, Floats]:
         """Return ds/dr, d²s/dr², d³s/dr³."""
-        length = self.last - self.first
-        left = 1 - r
-        return (
-            length * 30 * (r * left) ** 2,
-            length * 60 * r * left * (1 - 2 * r),
-            length * 60 * (1 - 6 * r * left),
-        )
+        first, second, third = ((self.last - self.first) * each for each in self._shape(r)[1:])
+        return first, second, third
+
+    def squares(self) -> list[tuple[float, float]]:
+        """Return y and dy/dr at the ends where it moves, at which d²s/dr² is 0; NaN for what is free."""
+        rate = self.rates(np.array([0.0, 1.0]))[0]
+        return [
+            ((end.speed / rate[k]) ** 2, 2 * end.acceleration / rate[k])
+            if end.speed > 0
+            else (np.nan, np.nan)
+            for k, end in enumerate(self.ends)
+        ]
 
     def derivatives(self, of_s: Callable[[Floats], Floats], r: Floats) -> Floats:
         """Return q', q'', q''' with respect to r, (N, 3, 7)."""
@@ -190,13 +225,15 @@ class Smooth(NamedTuple):
     coefficients: Floats
     places: Floats
     speed: Floats
+    over: float  # by which y is too large for the bounds, at least 1; more only where an end asks it
 
 
 def smooth(
     derivatives: Callable[[Floats], Floats], g: Grid, bounds: tuple[Floats, Floats, Floats],
-    most: Callable[[Floats], Floats], knots: int, before: Smooth | None = None, broken: Floats = NONE,
+    most: Callable[[Floats], Floats], knots: int, ends: tuple[End, End] = REST,
+    rough: Timing | None = None, before: Smooth | None = None, broken: Floats = NONE,
 ) -> Smooth:  # fmt: skip
-    """Return a fast timing from rest to rest, without a stop between, that bounds the jerk too.
+    """Return a fast timing from one end to the other, without a stop between, that bounds the jerk too.
 
     Parameters
     ----------
@@ -209,6 +246,10 @@ def smooth(
         Greatest ds/dt, (N,), 1/s.
     knots : int
         Intervals of the spline of y, where the motion does not slow down often.
+    ends : two End
+        How it begins and ends.
+    rough : Timing, optional
+        From one end to the other without a bound on jerk; needed where it moves at one.
     before : Smooth, optional
         What was found with fewer: the knots are put where its speed changes ...
     broken : ndarray, shape (K,), optional
@@ -220,25 +261,39 @@ def smooth(
     PathError
         If there is none.
     """
-    course = _Course(float(g.s[0]), float(g.s[-1]))
+    course = _Course(float(g.s[0]), float(g.s[-1]), ends)
     _, acceleration, jerk = bounds
     stay = before if len(broken) else None
     if stay is not None:
-        ends, places = stay.knots, np.union1d(stay.places, course.r(broken))
+        cells, places = stay.knots, np.union1d(stay.places, course.r(broken))
     else:
-        ends, places = _spread_knots(course, derivatives, g, bounds, most, knots, before)
+        cells, places = _spread_knots(course, derivatives, g, bounds, most, knots, before)
     fast, bent, (q1, q2, q3) = _reach(course, derivatives, bounds, most, places)
-    spline = _Spline(ends, places)
+    spline = _Spline(cells, places)
+    held = spline.held(course.squares())
     turned = [_rows(spline, (q2, q1 / 2), joint) / a for joint, a in _bounded(acceleration)]
     jolted = [_rows(spline, (q3, 1.5 * q2, q1 / 2), joint) / j for joint, j in _bounded(jerk)]
+    reach = np.minimum(fast, bent)
+    if rough is not None:
+        reach = np.minimum(reach, _speed_of(rough, course, places))
     if stay is not None:
         guesses = [stay.coefficients]
     else:
-        guesses = [spline.shape(np.minimum(fast, bent) ** 2, calm) for calm in CALM]
+        guesses = [spline.shape(reach**2, calm) for calm in CALM]
         if before is not None:
             guesses.append(spline.shape(np.minimum(fast, _speed_at(places, before)) ** 2, 0))
-    best = _Programs(spline, guesses, fast**2, turned, jolted).best()
-    return Smooth(spline.timing(course, best), ends, best, places, np.sqrt(spline.values @ best))
+    programs = _Programs(spline, guesses, fast**2, turned, jolted, held)
+    best = programs.best()
+    speed = np.sqrt(spline.values @ best)
+    return Smooth(spline.timing(course, best), cells, best, places, speed, programs.over)
+
+
+def _speed_of(timing: Timing, course: _Course, places: Floats) -> Floats:
+    """Return dr/dt of a timing over s at places; infinite where s rests with r."""
+    s = np.append(timing.coefficients[:, 0], 1.0)
+    speed = np.sqrt(np.interp(course.s(places), s, timing.speeds() ** 2))
+    rate = course.rates(places)[0]
+    return np.where(rate > 0, speed / np.where(rate > 0, rate, 1.0), np.inf)
 
 
 def _spread_knots(
@@ -257,8 +312,19 @@ def _spread_knots(
         speed = _speed_at(places, before)
         caps = _changes(most(course.s(places)))
         ends = _spread(places, [places, _spent(places, speed), caps, _changes(speed)], count)
+    ends = _fine_ends(ends, course.squares())
     first, last = np.linspace([0.0, ends[-2]], [ends[1], 1.0], AT_REST).T
     return ends, np.unique(np.concatenate([places, _within(ends), first, last]))
+
+
+def _fine_ends(knots: Floats, squares: list[tuple[float, float]]) -> Floats:
+    """Return knots so near to an end where y falls that a spline of positive coefficients falls as fast."""
+    (first, slope), (last, rise) = squares
+    while first + slope * knots[1] / 3 < first / 2:
+        knots = np.insert(knots, 1, knots[1] / 2)
+    while last - rise * (1 - knots[-2]) / 3 < last / 2:
+        knots = np.insert(knots, -1, (1 + knots[-2]) / 2)
+    return knots
 
 
 def _speed_at(places: Floats, before: Smooth) -> Floats:
@@ -355,6 +421,14 @@ class _Spline:
         values = needed("scipy.interpolate").BSpline.design_matrix(at, knots, 3 - order)
         return (values.tocsr() @ change).tocsr()
 
+    def held(self, squares: list[tuple[float, float]]) -> Floats:
+        """Return coefficients (K,) that make y and dy/dr at both ends, where these are numbers; NaN: free."""
+        (first, slope), (last, rise) = squares
+        out = np.full(self.count, np.nan)
+        out[:2] = first, first + slope * self.ends[1] / 3
+        out[-2:] = last - rise * (1 - self.ends[-2]) / 3, last
+        return out
+
     def shape(self, reach: Floats, calm: int) -> Floats:
         """Return coefficients of the form of `reach` (at the places), below it over `calm` knots around."""
         middles = np.convolve(self._knots[1:-1], np.ones(3) / 3, mode="valid")
@@ -394,8 +468,9 @@ class _Programs:
     """
 
     def __init__(
-        self, spline: _Spline, guesses: list[Floats], most: Floats, turned: list[Any], jolted: list[Any]
-    ) -> None:
+        self, spline: _Spline, guesses: list[Floats], most: Floats, turned: list[Any], jolted: list[Any],
+        held: Floats,
+    ) -> None:  # fmt: skip
         stack = needed("scipy.sparse").vstack
         turns, jolts = stack(turned).tocsr(), stack(jolted).tocsr()
         self._linear = stack([_diagonal(1 / most) @ spline.values, turns, -turns]).tocsr()
@@ -403,7 +478,12 @@ class _Programs:
         self._y = stack([spline.values] * (2 * len(jolted))).tocsr()
         self._weights = np.outer(np.diff(spline.ends), SHARES).reshape(-1)
         self._values = spline.order(_within(spline.ends), 0)
-        self._unit = min((self._kept(guess) for guess in guesses), key=self._time)
+        self._free, self.over = np.isnan(held), 1.0
+        if self._free.all():
+            self._unit = min((self._kept(guess) for guess in guesses), key=self._time)
+        else:
+            each = [np.where(self._free, guess, held) for guess in guesses]
+            self._unit = min(each, key=lambda guess: max(map(np.max, self._shares(guess))))
         units = _diagonal(self._unit)
         self._linear, self._jolted = self._linear @ units, self._jolted @ units
         self._y, self._values = self._y @ units, self._values @ units
@@ -426,6 +506,8 @@ class _Programs:
     def best(self) -> Floats:
         """Return the coefficients at which the sequence ends."""
         z = np.ones(len(self._unit))
+        if not self._free.all():
+            z = self._brought_within(z)
         time = self._time(z)
         for _ in range(ROUNDS):
             self._ask(z, MATTERS)
@@ -440,6 +522,41 @@ class _Programs:
                 break
         return self._unit * z
 
+    def _brought_within(self, z: Floats) -> Floats:
+        """Return coefficients that keep the bounds, or these enlarged by as little as is found.
+
+        Those of the ends cannot be scaled: programs in which every row has one slack, which is the cost.
+        """
+        cost, slack, basis = np.append(np.zeros(len(z)), 1.0), np.inf, None
+        stack = needed("scipy.sparse").hstack
+
+        def elastic(rows: Any) -> Any:
+            return stack([rows, np.full((rows.shape[0], 1), -1.0)]).tocsr()
+
+        for _ in range(ROUNDS):
+            self._ask(z, 1.0)
+            low, high = self._room(z)
+            rows = elastic(self._rows(z, self._asked))
+            program = LinearProgram(cost, rows, np.append(low, 0.0), np.append(high, MOST_SLACK), basis)
+            while True:
+                found = program.solved()
+                new = self._ask(found[:-1], 1 + SLACKS * found[-1] + 10 * TOLERANCE)
+                if not len(new):
+                    break
+                program.add(elastic(self._rows(z, new)))
+            basis = program.basis
+            z, before, slack = found[:-1], slack, found[-1]
+            if slack <= TOLERANCE or slack > (1 - GAIN) * before:
+                break
+        linear, jolted = self._shares(z)
+        self.over = max(float(linear.max()), float(jolted.max()) ** (2 / 3), 1.0)
+        self._linear, self._jolted = self._linear / self.over, self._jolted / self.over**1.5
+        return z
+
+    def _room(self, z: Floats) -> tuple[Floats, Floats]:
+        """Return by how much coefficients may change in one program: least and greatest."""
+        return np.where(self._free, z / GROWTH, z), np.where(self._free, GROWTH * z, z)
+
     def _ask(self, z: Floats, most: float) -> Any:
         """Add the rows of which z uses more than that, and return them, (K,)."""
         new = np.flatnonzero((np.concatenate(self._shares(z)) > most) & ~self._is_asked)
@@ -451,7 +568,7 @@ class _Programs:
         """Return the best z where 1 / √y is replaced by its tangent at the z before."""
         y = self._values @ z
         cost = -(self._values.T @ (self._weights * y**-1.5))
-        program = LinearProgram(cost, self._rows(z, self._asked), z / GROWTH, GROWTH * z, self._basis)
+        program = LinearProgram(cost, self._rows(z, self._asked), *self._room(z), self._basis)
         while True:
             found = program.solved()
             new = self._ask(found, 1 + 10 * TOLERANCE)

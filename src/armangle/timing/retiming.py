@@ -19,7 +19,7 @@ from ..motion.curves import repeated
 from ..motion.joint_path import JointPath
 from ..motion.options import Bound, finite_seven, joint_bound
 from ..motion.paths import NO_DEVIATION, Deviation
-from .fastest import NONE, TooFast, fastest, needed_knots, smooth
+from .fastest import NONE, REST, End, TooFast, fastest, needed_knots, smooth
 from .grid import Grid, corners, grid
 from .motion import (
     BESIDE,
@@ -86,6 +86,7 @@ _ROWS = "sample= is the time between the rows, s; at(t) of the result gives any"
 _KEYWORDS = {
     "dt": _ROWS,
     "velocity_now": "start= are the joint velocities at the beginning, goal= those at the end, rad/s",
+    "acceleration_now": "start=(velocities, accelerations) are those at the beginning, rad/s and rad/s²",
     "samples": _ROWS,
     "speed": "tool_speed= is the tool's, m/s, velocity= the joints', rad/s",
     "duration": "it is as short as velocity= and acceleration= let it be",
@@ -99,16 +100,22 @@ class _Bounds(NamedTuple):
     tool_speed: float | None
     cycle: float
     tolerance: float
-    ends: tuple[float, float]  # ds/dt
+    ends: tuple[End, End]
 
     @property
     def moving(self) -> bool:
         """Whether the motion begins or ends while it moves."""
-        return any(self.ends)
+        return any(end.speed for end in self.ends)
 
     def within(self, share: float) -> _Bounds:
         """Return bounds that are kept by a share of time: slower by it the motion would keep these."""
         return self._replace(velocity=self.velocity / share, acceleration=self.acceleration / share**2)
+
+    def of_part(self, way: Part, ends: tuple[End, End]) -> _Bounds:
+        """Return the bounds of a part of a motion, with its ends as they are over the whole's s."""
+        width = way.last - way.first
+        first, last = (End(end.speed / width, end.acceleration / width) for end in ends)
+        return self._replace(ends=(first, last))
 
 
 @names_keywords(None, _KEYWORDS)
@@ -148,11 +155,13 @@ def retime(
     ----------
     path : JointPath
         From `plan`, `follow` or `JointPath.from_joints`; it must be ok.
-    start, goal : array_like, shape (7,), optional
+    start, goal : array_like, shape (7,) or (2, 7), optional
         Joint velocities with which it begins and ends, rad/s, along the path; at rest by default. They are
         met to 1e-6 of them, as those of a motion that this one goes on from: ``start=other.at(t).qd``.
-        Where only that brakes it, as behind a motion that brakes as hard as it may, bounds are exceeded by
-        up to 0.4 %.
+        With `jerk` accelerations (rad/s²) may follow them, ``start=(at.qd, at.qdd)``; else any that the
+        bounds allow are taken. On the path they have one free number: they are met to what the jerk changes
+        in 1 ms. Where only that brakes it, as behind a motion that brakes as hard as it may, bounds are
+        exceeded by up to 0.4 %.
     velocity, acceleration : float, array_like of shape (7,), or True
         Bounds, rad/s and rad/s², > 0; a number for all joints; True: the arm's own.
         An infinite velocity is none; accelerations are finite.
@@ -182,26 +191,26 @@ def retime(
     Raises
     ------
     PathError
-        If the path is not ok, passes a joint limit between two rows, or no timing keeps the bounds.
+        If the path is not ok, passes a joint limit between two rows, or no timing keeps the bounds, as where
+        they cannot brake `start`.
     MissingExtraError
         Without scipy: pip install 'armangle[time]'.
     InputError
-        If a number is out of range, the arm states no velocity or acceleration, or velocities of `start` or
-        `goal` break a bound or do not lead along the path.
+        If a number is out of range, the arm states no velocity or acceleration, or `start` or `goal` breaks a
+        bound or does not lead along the path.
 
     Source: Verscheure et al. (2009); Debrouwere et al. (2013).
     """
     bounds = _checked(path, velocity, acceleration, jerk, tolerance, tool_speed, cycle)
-    velocities = _end_velocities(path, start, goal, bounds)
     step = as_number("sample", sample, 0.0, _MOST_SPEED, low_open=True)
     told = as_progress(progress)
     notes = _not_trusted(path.arm) if velocity is True else ()
+    path = _without_repeats(path)
+    bounds = bounds._replace(ends=_ends(path, start, goal, bounds))
     with in_parts(told) as tell:
         if _stands(path):
             q = path.q[-1] if isinstance(path, JointPath) else np.asarray(path.at(1.0).q)
             return replace(resting(path, q, bounds.tool_speed), notes=notes)
-        path = _without_repeats(path)
-        bounds = bounds._replace(ends=_end_speeds(path, velocities))
         path, g, timing, off = min(_ways(path, bounds, tell), key=lambda way: way.timing.duration)
         _raise_for_leaps(path, timing, bounds.velocity)
         _raise_for_unproven(path, timing, bounds)
@@ -260,17 +269,32 @@ def _ways(path: Motion, b: _Bounds, tell: Progress) -> list[_Way]:
     many = np.count_nonzero(bends)
     nodes = np.union1d([0.0, 1.0], inner.s(first.s[bends]) if isinstance(inner, Part) else first.s[bends])
     asked = b.tolerance > 0 and (many > 0 or any(steep))
-    without = rounded(path, nodes, b.tolerance, steep) if asked else None
+    slopes = [
+        path.derivatives(s)[0] if end.speed else None for s, end in zip(_places(path), b.ends, strict=True)
+    ]
+    without = rounded(path, nodes, b.tolerance, steep, (slopes[0], slopes[1])) if asked else None
     if without is None:
         return [_Way(path, *_kept(path, b, tell), NO_DEVIATION)]
     smoothed, off = without
-    found = _Way(smoothed, *_kept(smoothed, b, part(tell, 0, 2)), off)
+    failed, found = None, list[_Way]()
+    try:
+        found.append(_Way(smoothed, *_kept(smoothed, b, part(tell, 0, 2)), off))
+    except PathError as error:  # where it moves at an end; with stops it may not have to
+        if any(steep) or not b.moving:
+            raise
+        failed = error
     if any(steep):
-        return [found]
-    stops = many <= FEW_STOPS or (
-        many <= MOST_STOPS and _least_with_stops(path, first, b) < found.timing.duration
-    )
-    return [found, _Way(path, *_kept(path, b, part(tell, 1, 2)), NO_DEVIATION)] if stops else [found]
+        return found
+    least = found[0].timing.duration if found else np.inf
+    if many <= FEW_STOPS or (many <= MOST_STOPS and _least_with_stops(path, first, b) < least):
+        try:
+            found.append(_Way(path, *_kept(path, b, part(tell, 1, 2)), NO_DEVIATION))
+        except PathError:
+            if not b.moving:
+                raise
+    if not found and failed is not None:
+        raise failed
+    return found
 
 
 def _least_with_stops(path: Motion, g: Grid, b: _Bounds) -> float:
@@ -316,12 +340,18 @@ def _kept_on_grids(path: Motion, b: _Bounds, tell: Progress) -> tuple[Grid, Timi
     if b.moving and factor.max() <= OVER:
         return g, timing
     if b.moving:
-        raise PathError(
-            "no timing is found that keeps the bounds from start= to goal=: beside s = "
-            f"{s[factor.argmax()]:.6g} they are exceeded by {100 * (float(factor.max()) - 1):.2g} %: ask for "
-            "less, or plan the path"
-        )
+        raise _exceeded(s, factor)
     return g, timing.slower(max(float(factor.max()), 1.0))
+
+
+def _exceeded(s: Floats, factor: Floats) -> PathError:
+    """Return the error of a motion that moves at an end and has to take `factor` (N,) times as long."""
+    most = float(factor.max())
+    return PathError(
+        "no timing is found that keeps the bounds from start= to goal=: beside s = "
+        f"{s[factor.argmax()]:.6g} velocities, accelerations and jerks would have to be {most:.4g}, "
+        f"{most**2:.4g} and {most**3:.4g} times what they may be: ask for less, or plan the path"
+    )
 
 
 def _between_stops(path: Motion, b: _Bounds, more: Floats) -> tuple[Grid, Floats]:
@@ -343,7 +373,10 @@ def _kept_with_jerk(path: Motion, b: _Bounds, jerk: Floats, tell: Progress) -> t
     ends = np.union1d([0.0, 1.0], g.s[corners(g).any(axis=1)])
     ways = [Part(path, first, last) for first, last in pairwise(ends.tolist())]
     full = min(1.0, FULL_PARTS / len(ways))
-    timings = [_part_kept(way, full, b, jerk, part(tell, k, len(ways))) for k, way in enumerate(ways)]
+    timings = []
+    for k, way in enumerate(ways):
+        inside = b.ends[0] if k == 0 else End(), b.ends[1] if k + 1 == len(ways) else End()
+        timings.append(_part_kept(way, full, b.of_part(way, inside), jerk, part(tell, k, len(ways))))
     return g, joined([each.of_part(way.first, way.last) for each, way in zip(timings, ways, strict=True)])
 
 
@@ -354,27 +387,37 @@ def _part_kept(way: Part, full: float, b: _Bounds, jerk: Floats, tell: Progress)
     """
     count, least = (WITH_JERK, LEAST_WITH_JERK) if b.tool_speed is None else (AT_SPEED, LEAST_AT_SPEED)
     least = max(LEAST_WITH_JERK, min(least, count // (len(way.breaks) - 1)))
-    found, before, more, broken = [], None, NONE, NONE
+    found, before, more, broken, gain = list[Timing](), None, NONE, NONE, np.inf
+    share, over = (OVER_WITH_JERK, OVER) if b.moving else (1.0, OVER_WITH_JERK)
+    asked, rough = (b.velocity / share, b.acceleration / share**2, jerk / share**3), None
     few, many = KNOTS if b.tool_speed is None else KNOTS_AT_SPEED
     attempts = ATTEMPTS if full == 1 else 1
     for attempt in range(attempts):
         tell(attempt, attempts)
         g = grid(way, max(int(full * count), LEAST_IN_PART), least, more)
         caps = np.minimum(_speed_caps(way, g, b), _corner_caps(g, b))
-        if is_straight(g, caps):
+        if b.moving and not attempt:
+            caps[[0, -1]] = np.where(caps[[0, -1]] > 0, caps[[0, -1]], caps[1:-1].max())
+            speeds = b.ends[0].speed, b.ends[1].speed
+            rough = fastest(g, b.acceleration * OVER**2, caps * OVER, speeds)
+        if is_straight(g, caps) and not b.moving:
             timing = straight(g, b.acceleration, jerk, caps)
         else:
-            bounds = b.velocity, b.acceleration, jerk
             knots = many if attempt else few
             most = partial(_at_tool_speed, way, b=b)
-            before = smooth(way.derivatives, g, bounds, most, knots, before, broken)
+            before = smooth(way.derivatives, g, asked, most, knots, b.ends, rough, before, broken)
             timing = before.timing
         if not np.isfinite(timing.t).all():
             _raise_for_leaps(way.whole, timing.of_part(way.first, way.last), b.velocity)
         s, factor = _excess(way, g, timing, b)
-        found.append(timing.slower(float(factor.max()) or 1.0))  # 0 where nothing moves
-        gain = found[-2].duration / found[-1].duration if attempt else np.inf
-        bad = s[factor > OVER_WITH_JERK]
+        bad = s[factor > over]
+        if not b.moving:
+            timing = timing.slower(float(factor.max()) or 1.0)  # 0 where nothing moves
+        if not (b.moving and len(bad)):
+            gain = found[-1].duration / timing.duration if found else np.inf
+            found.append(timing)
+        if b.moving and before is not None and before.over > (share * OVER) ** 2:
+            break
         if before is None or (attempt and not len(bad)) or (len(broken) and gain < 1):
             break
         if attempt:
@@ -382,6 +425,8 @@ def _part_kept(way: Part, full: float, b: _Bounds, jerk: Floats, tell: Progress)
         else:
             more = _finer(g.s, bad)
         count = max(count, needed_knots(before.speed))
+    if not found:
+        raise _exceeded(way.s(s), factor)
     return min(found, key=lambda timing: timing.duration)
 
 
@@ -495,52 +540,72 @@ def _checked(
             warn(f"tool_speed is {speed:g}, wanted m/s: was this mm/s?")
     given = (TOLERANCE if j is not None else 0.0) if tolerance is None else tolerance
     off = as_number("tolerance (m)", given, 0.0, MOST_TOLERANCE)
-    return _Bounds(v, a, j, speed, as_number("cycle", cycle, 0.0, 1.0), off, (0.0, 0.0))
+    return _Bounds(v, a, j, speed, as_number("cycle", cycle, 0.0, 1.0), off, REST)
 
 
-def _end_velocities(path: Motion, start: ArrayLike | None, goal: ArrayLike | None, b: _Bounds) -> Floats:
-    """Return the joint velocities at both ends of a path, (2, 7), which the bounds and the path allow."""
-    out = np.zeros((2, JOINTS))
-    for k, (name, value) in enumerate({"start": start, "goal": goal}.items()):
-        if value is None:
-            continue
-        out[k] = speeds = finite_seven(name, value)
-        if not speeds.any():
-            continue
-        if b.jerk is not None:
-            raise InputError(f"{name} is a motion, and jerk= bounds motions from rest to rest: leave it out")
-        over = np.abs(speeds) > b.velocity * (1 + ALONG)
-        if over.any():
-            joint = int(np.argmax(over))
-            raise InputError(
-                f"{name}[{joint}] is {speeds[joint]:g} rad/s, above the bound of joint {joint + 1}, "
-                f"{b.velocity[joint]:g} rad/s"
-            )
-        rate = _rates(path)[k]
-        if not np.isfinite(rate).all() or not rate.any():
-            raise InputError(f"{name} is a motion, and joints have no speed along the path at that end")
-        off = np.abs(speeds - rate * max(float(rate @ speeds / (rate @ rate)), 0.0))
-        if off.max() > ALONG * np.abs(speeds).max():
-            joint = int(np.argmax(off))
-            raise InputError(
-                f"{name} does not lead along the path: of {speeds.round(4).tolist()} rad/s that of joint "
-                f"{joint + 1} is {off[joint]:.3g} rad/s off; there the path's velocities are in the ratio "
-                f"{(rate / np.abs(rate).max()).round(4).tolist()}"
-            )
-    return out
-
-
-def _rates(path: Motion) -> Floats:
-    """Return dq/ds at both ends of a path, (2, 7)."""
-    return np.stack([path.derivatives(0.0)[0], path.derivatives(just_before(path, np.ones(1)))[0, 0]])
-
-
-def _end_speeds(path: Motion, given: Floats) -> tuple[float, float]:
-    """Return ds/dt at both ends of a path, of joint velocities (2, 7) there."""
-    if not given.any():
-        return 0.0, 0.0
-    first, last = (float(v @ rate / (rate @ rate)) for v, rate in zip(given, _rates(path), strict=True))
+def _ends(path: Motion, start: ArrayLike | None, goal: ArrayLike | None, b: _Bounds) -> tuple[End, End]:
+    """Return how s moves at both ends of a path, which the bounds and the path allow."""
+    given = zip(("start", "goal"), (start, goal), _places(path), strict=True)
+    first, last = (End() if value is None else _end(path, name, value, s, b) for name, value, s in given)
     return first, last
+
+
+def _places(path: Motion) -> tuple[float, float]:
+    """Return the s of the ends of a path, the last one on the side of what is before it."""
+    return 0.0, float(just_before(path, np.ones(1))[0])
+
+
+def _end(path: Motion, name: str, value: ArrayLike, s: float, b: _Bounds) -> End:
+    """Return how s moves at an end where joints have velocities, or these and accelerations (2, 7)."""
+    with_acceleration = np.ndim(value) == 2 and np.shape(value)[0] == 2
+    rows = [finite_seven(name, row) for row in (np.asarray(value) if with_acceleration else [value])]
+    speeds, accelerations = rows[0], rows[-1] if with_acceleration else None
+    if accelerations is not None and b.jerk is None:
+        raise InputError(
+            f"{name} has accelerations, which may jump without jerk=: give velocities alone, or jerk="
+        )
+    if not speeds.any():
+        if accelerations is not None and accelerations.any():
+            raise InputError(
+                f"{name} has accelerations and no velocity: a motion from or to rest has neither"
+            )
+        return End()
+    _check_below(name, speeds, b.velocity, "rad/s")
+    first, second, _ = path.derivatives(s)
+    if not np.isfinite(first).all() or not first.any():
+        raise InputError(f"{name} is a motion, and joints have no speed along the path at that end")
+    speed = max(float(first @ speeds / (first @ first)), 0.0)
+    _check_along(name, "velocities", speeds, first * speed, ALONG * np.abs(speeds).max(), "rad/s")
+    if accelerations is None or b.jerk is None:
+        return End(speed)
+    _check_below(f"{name}[1]", accelerations, b.acceleration, "rad/s²")
+    bent = second * speed**2
+    bend = float(first @ (accelerations - bent) / (first @ first))
+    room = ALONG * np.abs(accelerations).max() + b.jerk * CYCLE
+    _check_along(name, "accelerations", accelerations, bent + first * bend, room, "rad/s²")
+    return End(speed, bend)
+
+
+def _check_below(name: str, given: Floats, bound: Floats, unit: str) -> None:
+    over = np.abs(given) > bound * (1 + ALONG)
+    if over.any():
+        joint = int(np.argmax(over))
+        raise InputError(
+            f"{name}[{joint}] is {given[joint]:g} {unit}, above the bound of joint {joint + 1}, "
+            f"{bound[joint]:g} {unit}"
+        )
+
+
+def _check_along(name: str, what: str, given: Floats, there: Floats, room: ArrayLike, unit: str) -> None:
+    """Refuse what is farther than `room` from what the path lets the joints do at an end."""
+    off = np.abs(given - there)
+    if (off > room).any():
+        joint = int(np.argmax(off - room))
+        raise InputError(
+            f"{name} does not lead along the path: of the {what} {given.round(4).tolist()} {unit} that of "
+            f"joint {joint + 1} is {off[joint]:.3g} {unit} off; the nearest there are "
+            f"{there.round(4).tolist()}"
+        )
 
 
 def _stands(path: Motion) -> bool:
@@ -558,7 +623,7 @@ def _timed(g: Grid, caps: Floats, b: _Bounds) -> Timing:
     for first, last in pairwise(stops.tolist()):
         part, most = g.between(first, last), caps[first : last + 1].copy()
         most[[0, -1]] = np.where(most[[0, -1]] > 0, most[[0, -1]], most[1:-1].max())
-        ends = b.ends[0] if first == 0 else 0.0, b.ends[1] if last == len(caps) - 1 else 0.0
+        ends = b.ends[0].speed if first == 0 else 0.0, b.ends[1].speed if last == len(caps) - 1 else 0.0
         pieces.append(fastest(part, b.acceleration, most, ends))
     return joined(pieces)
 

@@ -46,6 +46,7 @@ PUT = 1.0
 """Share of the tolerance (m, for rad) that they may be put inside by; else nodes come nearer first."""
 LONGEST = 1 / 8
 """Of s, between nodes."""
+Slopes = tuple[Floats | None, Floats | None]
 _ROOT_8 = np.sqrt(8.0)  # of |R - S| to 2 sin(half the angle)
 
 
@@ -64,15 +65,19 @@ class Rounded:
         The s of the postures, from 0 to 1.
     inside : ndarray, shape (7,)
         How far inside the limits all but the first and the last posture are put, rad.
+    slopes : two ndarrays of shape (7,), or None
+        q' at the ends, as of `JointSpline`.
     """
 
-    def __init__(self, motion: Motion, breaks: Floats, inside: ArrayLike = 0.0) -> None:
+    def __init__(
+        self, motion: Motion, breaks: Floats, inside: ArrayLike = 0.0, slopes: Slopes = (None, None)
+    ) -> None:
         self._motion, self.breaks = motion, breaks
         q = np.array(motion.at(breaks).q)
         self._low = np.minimum(motion.arm.lower, q.min(axis=0))  # a path may begin outside its limits
         self._high = np.maximum(motion.arm.upper, q.max(axis=0))
         q[1:-1] = np.clip(q[1:-1], self._low + inside, self._high - inside)
-        self._curve = JointSpline(motion.arm, breaks, q, 0, np.empty((0, 0)))
+        self._curve = JointSpline(motion.arm, breaks, q, 0, np.empty((0, 0)), slopes=slopes)
 
     @property
     def arm(self) -> Arm:
@@ -119,7 +124,11 @@ class Rounded:
 
 
 def rounded(
-    motion: Motion, corners: Floats, tolerance: float, steep: tuple[bool, bool] = (False, False)
+    motion: Motion,
+    corners: Floats,
+    tolerance: float,
+    steep: tuple[bool, bool] = (False, False),
+    slopes: Slopes = (None, None),
 ) -> tuple[Motion, Deviation] | None:
     """Return the motion without corners, and by how much at most the tool is off; None if that is too far.
 
@@ -133,6 +142,8 @@ def rounded(
     steep : two bools
         Whether joints have no finite speed along the path at its beginning, and at its end: as at a corner,
         the curve goes straight on to the posture next to it.
+    slopes : two ndarrays of shape (7,), or None
+        q' at an end at which the motion moves, which then is that of the curve too.
 
     Raises
     ------
@@ -150,9 +161,9 @@ def rounded(
     least, parts, put = NEAREST * reach[cut], np.ceil(room / LONGEST).astype(int), np.empty(0)
     for _ in range(ROUNDS):
         nodes = np.union1d(_nodes(corners, reach, parts), put)
-        found = Rounded(motion, nodes)
+        found = Rounded(motion, nodes, slopes=slopes)
         if KEPT < (beyond := found.passed()).max() <= PUT * tolerance:
-            found = Rounded(motion, nodes, INSIDE * beyond.max(axis=0))
+            found = Rounded(motion, nodes, INSIDE * beyond.max(axis=0), slopes)
             beyond = found.passed()
         position, rotation = found.deviations()
         off, passed = np.hypot(position, RADIAN * rotation), np.asarray((beyond > KEPT).any(axis=1))
