@@ -57,7 +57,7 @@ def joints_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name or "own")
-def test_it_is_the_inverse_of_jacobian_and_psi_gradient(arm: aa.Arm) -> None:
+def test_it_is_the_inverse_of_jacobian_and_the_gradient_of_psi(arm: aa.Arm) -> None:
     q = joints_of(arm, draw.generator(17, 3), draw.count(400))
     pose, psi, gc = arm.forward(q)
     inverse = aa.gradients.inverse(arm, pose, psi, gc)

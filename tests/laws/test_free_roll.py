@@ -64,7 +64,7 @@ def test_no_roll_of_a_ladder_has_a_nearer_posture(metric: str, weight: np.ndarra
         apart = (free.q - near)[free.ok] * np.sqrt(1.0 if weight is None else weight)
         size = np.linalg.norm(apart, axis=1) if metric == "l2" else np.abs(apart).max(axis=1)
         assert np.allclose(free.distance[free.ok], size, atol=1e-9)
-        # and the roll that it took is one that feasible_roll has
+        # and the roll that it took is one that feasible_turns has
         assert arm.reachable(held).all()
         found_some, lost_some = found_some + int(free.ok.sum()), lost_some + int((~free.ok).sum())
     assert found_some > 40 and lost_some > 5

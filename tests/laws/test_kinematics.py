@@ -64,7 +64,7 @@ def test_joints_within_limits_come_back_within_limits(arm: aa.Arm, regime: str) 
 
 
 @any_arm
-def test_rows_of_inverse_all_are_the_configurations(arm: aa.Arm) -> None:
+def test_rows_without_gc_are_the_configurations(arm: aa.Arm) -> None:
     q, pose, psi, _ = sample(arm, "uniform", seed=4)
     rows = arm.inverse(pose, psi, limits=False)
     for gc in range(8):

@@ -1,4 +1,4 @@
-"""Laws of solve, solutions and best on nearly S-R-S arms: no dense grid of the true inverse finds better."""
+"""Laws of solve and solutions on nearly S-R-S arms: no dense grid of the true inverse finds better."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Laws of solve, solutions and best: nothing that a dense grid, then polished, finds is nearer."""
+"""Laws of solve and solutions: nothing that a dense grid, then polished, finds is nearer."""
 
 from __future__ import annotations
 

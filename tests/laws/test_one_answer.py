@@ -21,13 +21,13 @@ DOORS: dict[str, Callable[[aa.Arm, Array, Array], object]] = {
     "reachable": lambda arm, pose, near: arm.reachable(pose),
     "freedom": lambda arm, pose, near: arm.freedom(pose).gc != 0,
     "explain": lambda arm, pose, near: arm.explain(pose).ok,
-    "feasible_all": lambda arm, pose, near: not np.all(arm.feasible(pose).is_empty),
-    "feasible_yaw": lambda arm, pose, near: arm.feasible_turns(pose, about="base").contains(0.0),
-    "feasible_roll": lambda arm, pose, near: arm.feasible_turns(pose, about="tool").contains(0.0),
+    "feasible": lambda arm, pose, near: not np.all(arm.feasible(pose).is_empty),
+    "turns of the base": lambda arm, pose, near: arm.feasible_turns(pose, about="base").contains(0.0),
+    "turns of the tool": lambda arm, pose, near: arm.feasible_turns(pose, about="tool").contains(0.0),
     "solve": lambda arm, pose, near: arm.solve(pose).ok,
     "solve near": lambda arm, pose, near: arm.solve(pose, seed=near).ok,
     "solve max": lambda arm, pose, near: arm.solve(pose, seed=near, metric="max").ok,
-    "best": lambda arm, pose, near: arm.solve(pose, prefer="margin").ok,
+    "farthest from limits": lambda arm, pose, near: arm.solve(pose, prefer="margin").ok,
     "solutions": lambda arm, pose, near: len(arm.solutions(pose, seed=near)) > 0,
 }
 
@@ -68,7 +68,7 @@ def test_a_pose_that_a_posture_within_the_limits_has_is_held(locks: int) -> None
         said = answers(boxed, pose, near)
         if not all(said.values()):
             missed.append(i)
-        if len({said[name] for name in ("reachable", "freedom", "feasible_all", "solve", "solve near")}) > 1:
+        if len({said[name] for name in ("reachable", "freedom", "feasible", "solve", "solve near")}) > 1:
             split.append((i, arm.name, said))
     assert split == []
     assert len(missed) <= 0.02 * count * (locks > 0)
@@ -81,7 +81,7 @@ def test_delicate_poses_are_held_by_every_door() -> None:
         case = delicate(number, 7)
         said = answers(case.arm, case.pose, case.near)
         missed += not all(said.values())
-        assert said["reachable"] == said["freedom"] == said["feasible_all"] == said["solve"], str(case)
+        assert said["reachable"] == said["freedom"] == said["feasible"] == said["solve"], str(case)
     assert missed <= 0.01 * count
 
 
@@ -96,8 +96,7 @@ def test_a_lock_beside_the_posture_is_refused_by_every_door(shift: float) -> Non
         boxed = arm.with_(lower=lower, upper=upper)
         pose = boxed.forward(q)[0]
         said = {
-            name: bool(DOORS[name](boxed, pose, q))
-            for name in ("reachable", "freedom", "feasible_all", "solve")
+            name: bool(DOORS[name](boxed, pose, q)) for name in ("reachable", "freedom", "feasible", "solve")
         }
         assert len(set(said.values())) == 1, (arm.name, said)
 

@@ -71,7 +71,7 @@ def arms(rng: np.random.Generator) -> list[aa.Arm]:
     return [*own, *(random_arm(rng).with_(base=base, tool=tool) for _ in range(6))]
 
 
-def test_freedom_is_the_sum_of_feasible_all() -> None:
+def test_freedom_is_the_sum_of_feasible() -> None:
     rng = draw.generator(16, 1)
     for arm in arms(rng):
         poses = poses_of(arm, rng, 60)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.chain import RandomArm, joint_xml, pose_error, random_frame, rpy, urdf_forward
 
-from armangle import Arm, OffsetArm
+from armangle import Arm
 from armangle.errors import ModelError
 from armangle.models.candidates import Candidate, listed
 from armangle.models.urdf import read_urdf, urdf_candidates
@@ -294,8 +294,8 @@ def test_a_body_with_many_ends_names_the_link_where_they_part() -> None:
 # arms with an offset wrist or shoulder
 
 
-FR3 = OffsetArm.from_catalogue("franka_fr3")
-SHOULDER = OffsetArm(a_1=0.117, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, lower=[-2] * 7, upper=[2] * 7)
+FR3 = Arm.from_catalogue("franka_fr3")
+SHOULDER = Arm(a_1=0.117, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, lower=[-2] * 7, upper=[2] * 7)
 
 
 def inside(text: str, name: str, base: str) -> str:
@@ -307,21 +307,20 @@ def inside(text: str, name: str, base: str) -> str:
 
 
 @pytest.mark.parametrize(("one", "end"), [(FR3, "wrist"), (SHOULDER, "shoulder")])
-def test_chains_of_offset_arms_are_called_what_they_are(one: OffsetArm, end: str) -> None:
+def test_chains_of_offset_arms_are_called_what_they_are(one: Arm, end: str) -> None:
     text = robot(inside(one.to_urdf(), "l", "foot"), inside(one.to_urdf(), "r", "foot"))
     verdicts = [found.verdict() for found in urdf_candidates(text)]
-    assert verdicts == [f"offset {end}, for armangle.OffsetArm"] * 2
-    for kind in (Arm, OffsetArm):
-        with pytest.raises(ModelError, match=f"not unique, name them; candidates: .*offset {end}"):
-            kind.from_urdf(text)
-    assert OffsetArm.from_urdf(text, tip="r_tip").joint_names[0] == f"r_{one.joint_names[0]}"
+    assert verdicts == [f"offset {end}"] * 2
+    with pytest.raises(ModelError, match=f"not unique, name them; candidates: .*offset {end}"):
+        Arm.from_urdf(text)
+    assert Arm.from_urdf(text, tip="r_tip").joint_names[0] == f"r_{one.joint_names[0]}"
 
 
-def test_each_kind_of_arm_takes_its_own_chain_of_a_file() -> None:
+def test_an_exact_arm_of_a_file_comes_before_one_with_an_offset() -> None:
     text = robot(inside(FR3.to_urdf(), "l", "foot"), arm("a", "foot"))
     assert [found.rank() for found in urdf_candidates(text)] == [0, 1]
     assert Arm.from_urdf(text).joint_names[0] == "a_j1"
-    assert OffsetArm.from_urdf(text).joint_names[0] == "l_joint_1"
+    assert Arm.from_urdf(text, tip="l_tip").joint_names[0] == "l_joint_1"
 
 
 def test_a_calibrated_offset_arm_is_near_one_with_its_residual() -> None:
@@ -330,11 +329,11 @@ def test_a_calibrated_offset_arm_is_near_one_with_its_residual() -> None:
     pair = robot(inside(text, "l", "foot"), inside(text, "r", "foot"), arm("a", "foot"))
     found = urdf_candidates(pair)
     assert [one.rank() for one in found] == [0, 2, 2]
-    said = re.fullmatch(r"near an offset wrist: within (\S+) mm, for armangle.OffsetArm", found[1].verdict())
+    said = re.fullmatch(r"near an offset wrist: within (\S+) mm", found[1].verdict())
     assert said is not None and 0.5 <= float(said[1]) < 2
     hinged = robot(inside(text, "l", "foot"), under("revolute", "jaw", "l_tip", "jaw_hinge"))
     with pytest.warns(UserWarning, match="not quite the arm of its file"):
-        read = OffsetArm.from_urdf(hinged, length_tolerance=2e-3, angle_tolerance=1e-3)
+        read = Arm.from_urdf(hinged, length_tolerance=2e-3, angle_tolerance=1e-3)
     assert read.joint_names[0] == "l_joint_1"
 
 
@@ -345,7 +344,7 @@ def test_an_offset_arm_stands_between_hinges(waists: int, gripper: bool) -> None
     parts = [under("revolute", below, above, f"{below}_j") for above, below in pairwise(links)]
     jaw = [under("revolute", "jaw", "l_tip", "jaw_hinge")] if gripper else []
     text = robot(*parts, inside(FR3.to_urdf(), "l", links[-1]), *jaw)
-    read = OffsetArm.from_urdf(text)
+    read = Arm.from_urdf(text)
     assert read.joint_names == tuple(f"l_{name}" for name in FR3.joint_names)
     q = np.array([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
     np.testing.assert_allclose(read.forward(q)[0], FR3.forward(q)[0], rtol=0, atol=1e-9)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import warnings
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -229,11 +230,11 @@ def test_near_is_said_with_the_residual_and_with_tolerances_that_work(off):
 
 @pytest.mark.parametrize("joint", [1, 6])
 def test_an_offset_arm_is_named_only_where_there_is_one(joint):
-    """Along the axis between two others no offset of an OffsetArm is what misses."""
+    """Along the axis between two others no offset wrist or shoulder is what misses."""
     for off, named in ((shift(0.012, 0, 0), True), (shift(0, 0.012, 0), False)):
         with pytest.raises(ModelError) as caught:
             describe_chain(broken_chain(joint, off))
-        assert caught.value.near and ("OffsetArm" in str(caught.value)) is named
+        assert caught.value.near and ("but for an offset" in str(caught.value)) is named
 
 
 @pytest.mark.slow
@@ -391,9 +392,7 @@ def calibrated(arm: aa.Arm, seed: int = 0) -> Chain:
 def test_a_calibrated_offset_arm_is_refused_with_tolerances_that_take_it(seed: int) -> None:
     chain = calibrated(FR3, seed)
     text = write_chain(chain, "calibrated")
-    with pytest.raises(ModelError, match=r"armangle\.OffsetArm takes it as S-R-S but for an offset wrist"):
-        aa.Arm.from_urdf(text)
-    with pytest.raises(ModelError) as caught:
+    with pytest.raises(ModelError, match="takes it as S-R-S but for an offset wrist") as caught:
         aa.Arm.from_urdf(text)
     length, angle = re.findall(r"(?:length|angle)_tolerance=(\S+)", str(caught.value))[:2]
     tolerances = {"length_tolerance": float(length), "angle_tolerance": float(angle)}
@@ -423,18 +422,13 @@ DOORS = {"gen3": (0.01175, 0.0), "tilted": (0.013, 4e-4), "a hair": (0.0009, 0.0
 def test_each_door_that_a_refusal_of_an_offset_arm_names_takes_the_file(name: str) -> None:
     text = beside(*DOORS[name])
     with pytest.raises(ModelError) as caught:
-        aa.Arm.from_urdf(text)
-    message = str(caught.value)
-    advised = dict(re.findall(r"(\w+_tolerance)=([^ )]+)", message))
-    assert ("armangle.Arm takes it with exact=False" in message) is (name != "far")
-    assert not advised  # what takes the offset leaves no offset arm
+        aa.Arm.from_urdf(text, fit="srs", length_tolerance=1e-4)
+    assert ('fit="own" takes it as it is' in str(caught.value)) is (name != "far")
     if name != "far":
         assert aa.Arm.from_urdf(text).chain is not None
-    loose = {"length_tolerance": 0.1, "angle_tolerance": 0.1}
-    with pytest.raises(ModelError) as caught:
-        aa.Arm.from_urdf(text, **loose)
-    assert "it is S-R-S" not in str(caught.value)
-    assert ("armangle.Arm takes it with exact=False" in str(caught.value)) is (name != "far")
+    else:
+        with pytest.raises(ModelError):
+            aa.Arm.from_urdf(text)
 
 
 ODD = {
@@ -456,28 +450,26 @@ def test_every_door_that_a_refusal_names_takes_the_file_with_the_error_that_it_n
     chain = replace(chain, joints=tuple(replace(j, lower=-3.0, upper=3.0) for j in joints))
     text = write_chain(chain, "odd")
     with pytest.raises(ModelError) as caught:
-        aa.Arm.from_urdf(text)
+        aa.Arm.from_urdf(text, fit="srs", length_tolerance=1e-4)
     why, *doors = str(caught.value).splitlines()
     assert all(reason in why for reason in caught.value.reasons)
-    assert any(door.startswith("exact=False") for door in doors) is (name != "beyond")
+    assert bool(doors) is (name != "beyond")
     q = np.random.default_rng(1).uniform(-3, 3, (300, 7))
     for door in doors:
         given = {key: float(value) for key, value in re.findall(r"(\w+_tolerance)=([^ ,)]+)", door)}
-        millimetres = re.search(r"(?:up to )?(\S+) mm (?:off|and \S+ (?:deg|rad)) at the tip", door)
-        assert millimetres is not None, door
-        kind = aa.Arm if "OffsetArm" in door else aa.Arm
-        exact = {"exact": False} if door.startswith("exact=False") else {}
+        off = re.search(r"up to (\S+) mm and \S+ (?:deg|rad) at the tip", door)
+        fit: Literal["own", "srs"] = "own" if 'fit="own"' in door else "srs"
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)
-            arm = kind.from_urdf(text, **given, **exact)
+            arm = aa.Arm.from_urdf(text, **given, fit=fit)
         apart = np.linalg.norm((arm.forward(q)[0] - chain.forward(q))[:, :3, 3], axis=-1)
-        assert 1e3 * apart.max() <= 1.01 * float(millimetres[1]) + 1e-9, door
+        assert 1e3 * apart.max() <= 1.01 * (0.0 if off is None else float(off[1])) + 1e-9, door
 
 
 def test_a_real_file_is_not_sent_in_a_circle() -> None:
     for file in (model("kinova_gen3_7dof"), case("15_tilt_0.02_deg_and_13_mm.urdf")):
-        with pytest.raises(ModelError, match=r"armangle\.Arm takes it with exact=False .*--inexact\)"):
-            aa.Arm.from_urdf(file)
+        with pytest.raises(ModelError, match='fit="own" takes it as it is'):
+            aa.Arm.from_urdf(file, fit="srs", length_tolerance=1e-4)
         assert aa.Arm.from_urdf(file).chain is not None
 
 
@@ -534,12 +526,3 @@ def test_limits_of_a_file_that_cannot_be_meant_are_warned_of() -> None:
             with pytest.warns(UserWarning, match=said) as caught:
                 arm = door(text)
             assert len(caught) == 1 and caught[0].filename == __file__ and str(caught[0].message) in arm.notes
-
-
-def test_an_offset_arm_says_what_takes_a_file_that_is_nearly_one():
-    assert aa.Arm.from_urdf(FR3.to_urdf()).a_6 == pytest.approx(FR3.a_6)
-    for door in (aa.Arm.from_urdf, aa.Arm.from_mjcf):
-        with pytest.raises(
-            InputError, match=r"exact=False .* armangle\.Arm alone: .* length_tolerance= and angle_to"
-        ):
-            door(FR3.to_urdf(), exact=False)

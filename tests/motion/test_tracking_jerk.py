@@ -19,9 +19,8 @@ from support.ticks import DT, HARDEST, hostile, moved, random_rotation, settled
 import armangle as aa
 
 Array = NDArray[np.float64]
-AnyArm = aa.Arm
 
-ARMS: dict[str, AnyArm] = {
+ARMS: dict[str, aa.Arm] = {
     "iiwa 14": aa.Arm.from_catalogue("kuka_iiwa14_r820"),
     "OpenArm": aa.Arm.from_catalogue("openarm_v10"),
     "iiwa 7, 2 mm": CALIBRATED["kuka_iiwa7_r800 2.0 mm"],
@@ -31,11 +30,11 @@ JERKS = (20.0, 300.0, 5000.0)
 TICKS = 60_000 if draw.COUNT else 4_000
 
 
-def start_of(arm: AnyArm) -> Array:
+def start_of(arm: aa.Arm) -> Array:
     return np.array(READY) if arm.kind.startswith("offset") else streams.posture(arm)
 
 
-def command(arm: AnyArm, rng: np.random.Generator) -> Array:
+def command(arm: aa.Arm, rng: np.random.Generator) -> Array:
     if not arm.kind.startswith("offset"):
         return hostile(arm, rng)
     pose = arm.forward(rng.uniform(arm.lower, arm.upper))[0].copy()
@@ -62,7 +61,7 @@ def differences(q: Array, dt: Array) -> tuple[Array, Array, Array, Array, Array,
     return v, a, j, v_off, a_off, (a_off + np.concatenate([a_off[:1], a_off[:-1]])) / step
 
 
-def check_jerk(arm: AnyArm, q: Array, dt: Array, jerk: object, hardest: object = HARDEST) -> None:
+def check_jerk(arm: aa.Arm, q: Array, dt: Array, jerk: object, hardest: object = HARDEST) -> None:
     v, a, j, v_off, a_off, j_off = differences(q, dt)
     assert np.isfinite(q).all()
     assert (q >= arm.lower).all()

@@ -71,7 +71,7 @@ def test_what_swings_against_what_stands(kind: str) -> None:
         scene = aa.Scene([shape], ignore=PAIRS)
         if kind == "hull":  # its distances are those of arms of a body without own pairs
             rows = path.at(DENSE)
-            apart = arm.clearance(arm.inverse(rows.pose, rows.psi, rows.gc, limits=False), scene).distance
+            apart = arm.clearance(rows.q, scene).distance
         else:
             apart = distances(arm, q, scene)[0].min(axis=-1)
         if apart.min() > MISS:

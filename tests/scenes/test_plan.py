@@ -71,10 +71,7 @@ def test_a_certified_plan_never_touches_and_is_there_wherever_holding_psi_is() -
         found = aa.plan(ARM.with_(scene=scene), path)
         if found.ok:
             assert found.certified and least(ARM, found.at(DENSE).q, scene) >= 0.002, k
-            assert (
-                ARM.clearance(ARM.inverse(found.poses, found.psi, found.gc, limits=False), scene).distance
-                >= 0.002
-            ).all()
+            assert (ARM.clearance(found.q, scene).distance >= 0.002).all()
             continue
         poses = path.pose(DENSE[::20])
         for gc in range(8):

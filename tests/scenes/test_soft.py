@@ -104,10 +104,7 @@ def test_along_a_path_the_hard_clearance_is_kept_and_more_is_kept_than_without(l
         paths = [aa.follow(ARM.with_(scene=scene), poses, start=q, lookahead=lookahead) for scene in scenes]
         if not all(path.ok for path in paths):
             continue
-        apart = [
-            ARM.clearance(ARM.inverse(path.poses, path.psi, path.gc, limits=False), aa.Scene(shapes)).distance
-            for path in paths
-        ]
+        apart = [ARM.clearance(path.q, aa.Scene(shapes)).distance for path in paths]
         assert min(one.min() for one in apart) >= HARD - 1e-12
         gained.append(float((apart[1] >= HARD + SOFT).mean() - (apart[0] >= HARD + SOFT).mean()))
     assert len(gained) > 3 and np.mean(gained) >= 0 and max(gained) > 0, gained

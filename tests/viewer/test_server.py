@@ -193,7 +193,7 @@ def test_voxels_are_points_coloured_by_their_share() -> None:
     need("viser")
     from armangle.reach.voxels import voxels_of
 
-    found = voxels_of(PAPER_ARM, 0.3, 20, 0.0, 1)
+    found = voxels_of(PAPER_ARM, 0.3, 20)
     shown = Viewer(_paper(), port=0)
     try:
         shown.show_voxels(found)

@@ -111,7 +111,6 @@ class Body:
         *,
         shapes: int = 6,
         hulls: bool = False,
-        exact: bool = True,
     ) -> Body:
         """Return balls and capsules that contain every ``<collision>`` of the links from base to tip.
 
@@ -130,9 +129,6 @@ class Body:
         hulls : bool
             Meshes that are not closed stand for their convex hull; else they are refused. Needs the extra
             ``time``.
-        exact : bool
-            False: the links of a file that is only nearly S-R-S, for the arm of
-            ``Arm.from_urdf(..., exact=False)``, whose frames they are fixed to.
 
         Returns
         -------
@@ -151,8 +147,7 @@ class Body:
         from .collision import cover_urdf
 
         most, flag = _most_shapes(shapes), _flag("Body.from_urdf", "hulls", hulls)
-        whole = _flag("Body.from_urdf", "exact", exact)
-        return cls._from_covered(cover_urdf(source, base, tip, most, flag, whole))
+        return cls._from_covered(cover_urdf(source, base, tip, most, flag))
 
     @classmethod
     def from_mjcf(
@@ -162,7 +157,6 @@ class Body:
         tip: str | None = None,
         *,
         shapes: int = 6,
-        exact: bool = True,
     ) -> Body:
         """Return balls and capsules that contain every colliding geom of a MuJoCo model's bodies.
 
@@ -176,8 +170,6 @@ class Body:
             As of `Arm.from_mjcf`.
         shapes : int
             At most so many for one box, cylinder, ellipsoid or mesh, 1 to 32.
-        exact : bool
-            As in `from_urdf`.
 
         Returns
         -------
@@ -191,8 +183,7 @@ class Body:
         """
         from .collision import cover_mjcf
 
-        whole = _flag("Body.from_mjcf", "exact", exact)
-        return cls._from_covered(cover_mjcf(source, base, tip, _most_shapes(shapes), whole))
+        return cls._from_covered(cover_mjcf(source, base, tip, _most_shapes(shapes)))
 
     @classmethod
     def _from_covered(cls, covered: Covered) -> Body:

@@ -202,7 +202,7 @@ class Candidate:
         special = ""
         if self.offset:
             nearly = f"near an offset {self.offset}: within {millimetres(self.offset_residual)}"
-            special = f"{nearly if self.offset_residual else f'offset {self.offset}'}, for armangle.OffsetArm"
+            special = nearly if self.offset_residual else f"offset {self.offset}"
         if not self.nearness.near:
             return special or "not S-R-S"
         off = f"off by {millimetres(self.nearness.miss)}, {round(math.degrees(self.nearness.tilt), 4):g} deg"

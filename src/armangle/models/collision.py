@@ -15,7 +15,7 @@ from ..scenes.ready import TOO_LARGE
 from .chain import Chain, chain_of, rigid_inverse, rotation_about
 from .cover import Rod, cover_box, cover_cylinder, cover_mesh, merged, open_edges
 from .description import ArmDescription
-from .detect import chain_core, describe_chain
+from .detect import chain_core, own_arm
 from .mjcf import mjcf_geoms
 from .urdf import Source, read_urdf
 from .urdf.reading import urdf_text
@@ -59,12 +59,10 @@ def link_frames(arm: ArmDescription, q: Floats) -> Floats:
     return np.array([*frames, frame @ chain.tip_origin @ rigid_inverse(arm.tool)])
 
 
-def cover_urdf(
-    source: Source, base: str | None, tip: str | None, shapes: int, hulls: bool, exact: bool
-) -> Covered:
+def cover_urdf(source: Source, base: str | None, tip: str | None, shapes: int, hulls: bool) -> Covered:
     """Return rods that contain every <collision> of the links from base to tip."""
     chain = read_urdf(source, base=base, tip=tip)
-    arm = describe_chain(chain, exact=exact, of_body=True)[0]
+    arm = own_arm(chain)
     text, folder = urdf_text(source)
     out, left = Covered(), list[str]()
     rest = link_frames(arm, np.zeros(JOINTS))
@@ -172,10 +170,10 @@ def _refuse_unless_sized(where: str, name: str, extent: float, size: float) -> N
         raise SceneError(where, name, f"{extent:.4g} m across", wanted)
 
 
-def cover_mjcf(source: Any, base: str | None, tip: str | None, shapes: int, exact: bool) -> Covered:
+def cover_mjcf(source: Any, base: str | None, tip: str | None, shapes: int) -> Covered:
     """Return rods that contain every colliding geom of the bodies from base to tip."""
     chain, q, geoms, notes = mjcf_geoms(source, base, tip)
-    arm = describe_chain(chain, exact=exact, of_body=True)[0]
+    arm = own_arm(chain)
     rest = link_frames(arm, q)
     out = Covered(notes=notes)
     zero = np.zeros(3)

@@ -135,6 +135,14 @@ def describe_chain(
     return arm, import_report(chain, off, arm.notes)
 
 
+def own_arm(chain: Chain) -> ArmDescription:
+    """Return the S-R-S arm of a chain for a `Body`: with the chain itself if that is only nearly S-R-S."""
+    try:
+        return describe_chain(chain, of_body=True)[0]
+    except ModelError:
+        return describe_chain(chain, exact=False, of_body=True)[0]
+
+
 def _chain_notes(chain: Chain, arm: ArmDescription) -> tuple[str, ...]:
     """Return a note of how far a kept chain is from the arm that lends it psi and gc."""
     off = residual(chain, arm)
@@ -207,39 +215,11 @@ def _refusal(
     what = f"{chain.name!r} ({chain.base} to {chain.tip}) is not S-R-S"
     if found.near:
         what += f", but near it: nothing is off by more than {_misses(found, angle, length)}"
-    if of_body:
-        doors = [own_chain_door(chain)] if found.near else []
-    else:
-        doors = [offset_hint(chain), own_chain_door(chain), _fitted_sentence(chain, found, angle, length)]
-        if "tolerance" in doors[0]:  # what keeps every pose comes first
-            doors[:2] = doors[1::-1]
-    said = [f"{what}: {'; '.join(reasons)}.", *(door.removesuffix(".") + "." for door in doors if door)]
+    own = 'fit="own" takes it as it is, with the chain of the file' if found.near else ""
+    doors = [own, offset_hint(chain), _fitted_sentence(chain, found, angle, length)]
+    doors = [] if of_body else [door for door in doors if door]
+    said = [f"{what}: {'; '.join(reasons)}.", *(door.removesuffix(".") + "." for door in doors)]
     return ModelError("\n".join(said), tuple(reasons), found.near)
-
-
-def own_chain_door(chain: Chain, takes: str = "") -> str:
-    """Say how a chain is taken as it is, beside an S-R-S arm; empty where it is too far from one."""
-    found = nearness(Axes(*chain.lines()))
-    if not found.near and not _within_most(chain, found):
-        return ""
-    wide = exceeds(found.miss, NEAR_LENGTH), exceeds(found.tilt, NEAR_ANGLE)
-    python, options = "exact=False", "--inexact"
-    if wide[0]:
-        python, options = (
-            f"{python}, length_tolerance={above(found.miss)}",
-            (f"{options} --length-tolerance {above(1e3 * found.miss)}"),
-        )
-    if wide[1]:
-        python, options = (
-            f"{python}, angle_tolerance={above(found.tilt)}",
-            (f"{options} --angle-tolerance {above(math.degrees(found.tilt))}"),
-        )
-    how = f"{python} (on the command line {options})"
-    return (
-        f"{takes}{how}: as it is, with the chain of the file, 0 mm off at the tip"
-        if takes
-        else (f"{how} takes it as it is, with the chain of the file, 0 mm off at the tip")
-    )
 
 
 def _within_most(chain: Chain, found: Nearness) -> bool:

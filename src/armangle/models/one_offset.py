@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..errors import ModelError
-from .axes import MAX_ANGLE, MAX_LENGTH, SRS_ANGLE, SRS_LENGTH, Axes, millimetres, reasons_against
+from .axes import millimetres
 from .chain import Chain
 from .description import ImportReport, OffsetDescription
-from .detect import own_chain_door
 from .offset import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
@@ -16,8 +15,6 @@ from .offset import (
     _kind,
     _off,
     _read,
-    _rounded_up,
-    _tolerances,
     _with_one_offset,
     _within,
 )
@@ -40,24 +37,17 @@ def describe_offset_chain(
     off_whole, off = _off(chain, whole), _off(chain, found)
     if _without_offset(whole, off_whole, length, angle):
         raise ModelError(
-            f"{chain.source}: has no offset at wrist or shoulder beyond the length tolerance, "
-            f"{millimetres(length)}: {_of_an_arm(chain)}"
+            f"{chain.source}: no offset at wrist or shoulder beyond length_tolerance, {millimetres(length)}"
         )
     if min(abs(whole.a_1), abs(whole.a_6)) > length and _within(off_whole, length, angle):
         raise ModelError(
             f"{chain.source}: offsets at both ends, {millimetres(abs(whole.a_1))} between axes 1 and 2 and "
-            f"{millimetres(abs(whole.a_6))} between axes 6 and 7: there is no closed form for both; "
-            f"{_of_an_arm(chain)}"
+            f"{millimetres(abs(whole.a_6))} between axes 6 and 7: there is no closed form for both"
         )
     if not _within(off, length, angle):
-        doors = [_of_an_arm(chain)]
-        if _within(_rounded_up(off), MAX_LENGTH, MAX_ANGLE):
-            taken = not _without_offset(whole, off_whole, *_rounded_up(off))
-            doors[:0] = [f"with {_tolerances(off)} it is taken"] if taken else []
-        advice = "; ".join(["", *doors])
         raise ModelError(
             f"{chain.source}: not an arm with one offset wrist or shoulder: its rows miss "
-            f"its forward kinematics by up to {_differs(off)}{advice}"
+            f"its forward kinematics by up to {_differs(off)}"
         )
     notes = import_notes(chain)
     if not _within(off, LENGTH_TOLERANCE, ANGLE_TOLERANCE):
@@ -70,12 +60,3 @@ def describe_offset_chain(
 def _without_offset(found: OffsetDescription, off: tuple[float, float], length: float, angle: float) -> bool:
     """Return whether tolerances leave nothing of the offsets, so that the arm is an `Arm`."""
     return max(abs(found.a_1), abs(found.a_6)) <= length and _within(off, length, angle)
-
-
-def _of_an_arm(chain: Chain) -> str:
-    """Say which door of an `Arm` takes a chain; empty where none does."""
-    axes = Axes(*chain.lines())
-    if not reasons_against(axes, SRS_ANGLE, SRS_LENGTH):
-        return "it is S-R-S, for armangle.Arm"
-    door = own_chain_door(chain, "armangle.Arm takes it with ")
-    return door or "armangle.Arm.from_urdf says how far it is from S-R-S"
