@@ -7,7 +7,6 @@ from numpy.typing import ArrayLike
 
 from .._arrays import CONFIGURATIONS, as_floats
 from ..arm.arm import Arm
-from ..arm.offset import OffsetArm
 from ..errors import PathError
 from ..files.tables import JointTable
 from ..motion.following import follow
@@ -15,7 +14,7 @@ from ..motion.joint_path import Between, JointPath
 from ..scenes.scene import Scene
 
 
-def motion_of(arm: Arm | OffsetArm, table: JointTable, between: Between | None = "tool") -> JointPath:
+def motion_of(arm: Arm, table: JointTable, between: Between | None = "tool") -> JointPath:
     """Return the rows of a joint file as a motion of an arm, those without joints included."""
     return JointPath.from_joints(arm, table.q, s=table.s, status=table.status, between=between)
 
@@ -47,14 +46,14 @@ def motions_along(
     """
     frames = as_floats("poses", poses, (4, 4)).reshape(-1, 4, 4)
     if start is not None:
-        return {"from the start": follow(arm, frames, start=start, scene=scene)}
+        return {"from the start": follow(arm.with_(scene=scene), frames, start=start)}
     found = {}
     for gc in range(CONFIGURATIONS) if len(frames) else ():
-        arcs = arm.feasible(frames[0], gc, scene=scene)
+        arcs = arm.with_(scene=scene).feasible(frames[0], gc)
         if not arcs.is_empty:
             lower, upper = arcs.intervals[np.diff(arcs.intervals, axis=1)[:, 0].argmax()]
-            q = arm.inverse(frames[0], 0.5 * (lower + upper), gc)
-            found[f"GC {gc}"] = follow(arm, frames, start=q, scene=scene)
+            q = arm.inverse(frames[0], 0.5 * (lower + upper), gc, limits=False)
+            found[f"GC {gc}"] = follow(arm.with_(scene=scene), frames, start=q)
     if not found:
         raise PathError("no global configuration has a solution at the first pose")
     return dict(sorted(found.items(), key=lambda entry: not entry[1].ok))

@@ -192,7 +192,7 @@ def draw_overview(runs: list[Run], file: BinaryIO) -> None:
     right.set_ylabel("least margin (deg)")
     right.set_ylim(bottom=0.0)
     right.grid(lw=0.4, alpha=0.5)
-    blocked = ~arm.joint_feasible(first.path.poses, gc).is_full.all(axis=0)
+    blocked = ~arm.feasible(first.path.poses, gc, per_joint=True).is_full.all(axis=0)
     keys = [Patch(fc=JOINT_COLOURS[k], label=f"joint {k + 1} blocks") for k in np.flatnonzero(blocked)]
     figure.legend(handles=[*right.get_legend_handles_labels()[0], *keys], loc="outside lower center", ncols=3,
                   frameon=False)  # fmt: skip
