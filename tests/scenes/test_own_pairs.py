@@ -70,9 +70,10 @@ def test_arcs_are_the_same_bit_for_bit_without_the_proof(name: str) -> None:
         asked = make_ready(arm, scene, ready._replace(apart=np.full_like(ready.apart, -np.inf)))
         assert (ready.apart > clearance).any()
         pose, _, gc = arm.forward(rng.uniform(-2, 2, (count(40), 7)))
-        arcs = arm._clear(pose, gc, scene)
-        object.__setattr__(arm, "_ready", (scene, asked))
-        whole = arm._clear(pose, gc, scene)
+        own = arm.with_(scene=scene)
+        arcs = own._clear(pose, gc, scene)
+        object.__setattr__(own, "_ready", asked)
+        whole = own._clear(pose, gc, scene)
         for k in range(len(gc)):
             assert arcs[k].status is whole[k].status
             assert str(arcs[k].ends) == str(whole[k].ends)  # their values are NaN
