@@ -39,7 +39,7 @@ from .._core import Turned, Wanted
 from .._progress import Progress, as_progress, progressing
 from .._threads import thread_count
 from ..errors import InputError, ModelError, SceneError
-from ..models.axes import MAX_ANGLE, MAX_LENGTH, rotation_angle
+from ..models.axes import MAX_ANGLE, MAX_LENGTH, NEAR_LENGTH, rotation_angle
 from ..models.body import Body
 from ..models.catalogue import catalogue, is_file_or_text, load_robot
 from ..models.chain import Chain
@@ -437,8 +437,9 @@ class Arm(FrozenValue):
             psi and gc are those of the S-R-S arm fitted to it (`nominal`, `deviation`). "srs": the S-R-S arm
             fitted to the file, whose tip is off by what a warning and ``report`` say.
         angle_tolerance, length_tolerance : float, optional
-            How far axes may be from exact and count as such, rad, m: 1e-5 and 2e-5 by default, the largest
-            that are allowed with ``fit="srs"``.
+            With "own": how far from S-R-S an own chain may be, if more than 2 degrees and 50 mm; or, if it is
+            farther, how far an arm with an offset wrist or shoulder may be from the file, which a warning
+            says. With "srs": how far the axes may be from S-R-S, 0.1 rad and 100 mm by default. Rad, m.
         continuous_limits : {"ignore", "use"}
             Limits of a continuous joint, which by the rules of URDF has none, though some files state them.
             If they are ignored, a warning and a note of ``report`` say so.
@@ -513,21 +514,29 @@ class Arm(FrozenValue):
             for name, value, default in zip(("angle", "length"), (angle, length), most, strict=True)
             if value is not None or default is not None
         }
-        try:
+        if idealised:
             return cls._from_description(*_told(describe_chain(read(False), **given)))
-        except ModelError as error:
-            if idealised:
-                raise
-            refused = error
-        try:
-            found, report = _told(describe_offset_chain(read(True), **given))
-            return cast(Arm, _offset_kind()._of(found, report=report))
-        except ModelError:
-            pass
-        try:
-            return cls._from_description(*_told(describe_chain(read(False), exact=False, **given)))
-        except ModelError:
-            raise refused from None
+        kinds: list[Callable[[], Arm]] = [
+            lambda: cls._from_description(*_told(describe_chain(read(False)))),
+            lambda: cls._offset(*describe_offset_chain(read(True)), least=NEAR_LENGTH),
+            lambda: cls._from_description(*_told(describe_chain(read(False), exact=False, **given))),
+            lambda: cls._offset(*describe_offset_chain(read(True), **given)),
+        ]
+        refused: list[ModelError] = []
+        for kind in kinds:
+            try:
+                return kind()
+            except ModelError as error:
+                refused.append(error)
+        raise refused[0]
+
+    @classmethod
+    def _offset(cls, found: OffsetDescription, report: ImportReport, least: float = 0.0) -> Arm:
+        """Return an arm with an offset wrist or shoulder; an offset below `least`, m, is one of an own chain."""
+        if max(abs(found.a_1), abs(found.a_6)) <= least:
+            raise ModelError(f"{report.source}: the offset is small enough for an own chain")
+        warn_of(report.notes)
+        return cast(Arm, _offset_kind()._of(found, report=report))
 
     @classmethod
     def _from_description(cls, description: ArmDescription, report: ImportReport | None = None) -> Arm:
