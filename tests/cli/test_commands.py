@@ -429,6 +429,7 @@ def test_inspect_shows_the_chain_that_a_near_file_keeps(capsys: Capture, tmp_pat
     assert "the S-R-S arm fitted to it" in text and "branches merge within" in text and "--robot" not in text
     said = json.loads(out(capsys, "inspect", file, "--inexact", "--json"))
     assert said["near"] and not said["srs"] and said["deviation"]["position_max"] > 1e-4
+    assert 0.5 < said["proven_share"] <= 1 and f"at {100 * said['proven_share']:.3g} % of 50" in text
     assert main(["inspect", file, "--inexact", "-o", str(tmp_path / "x.toml")]) == 2
     assert "-o writes exact S-R-S arms" in " ".join(capsys.readouterr().err.split())
     assert not (tmp_path / "x.toml").exists()

@@ -49,6 +49,16 @@ def test_forward_is_the_chain_walked_link_by_link(arm: aa.Arm) -> None:
 
 
 @EVERY
+def test_the_proven_share_is_that_of_other_poses_too(arm: aa.Arm) -> None:
+    """Of 50 poses and of 400 others: no farther apart than chance lets them be, by four deviations."""
+    left_out = arm.feasible_all(arm.forward(postures(arm, 400, 43))[0]).unproven
+    share = float(np.mean(~left_out.any(axis=-1)))
+    by_chance = np.sqrt(share * (1.0 - share) * (1 / 50 + 1 / 400))
+    assert abs(arm.proven_share - share) <= 4.0 * by_chance + 1 / 50
+    assert arm.nominal.proven_share == 1.0
+
+
+@EVERY
 def test_the_inverse_meets_the_true_pose_or_says_why_not(arm: aa.Arm) -> None:
     q = postures(arm, count(400), 2)
     pose, psi, gc = arm.forward(q)
