@@ -51,6 +51,16 @@ def test_forward_is_the_chain_walked_link_by_link(arm: aa.Arm) -> None:
 
 
 @EVERY
+def test_the_proven_share_is_that_of_other_poses_too(arm: aa.Arm) -> None:
+    """Of 50 poses and of 400 others: no farther apart than chance lets them be, by four deviations."""
+    left_out = arm.feasible(arm.forward(postures(arm, 400, 43))[0]).unproven
+    share = float(np.mean(~left_out.any(axis=-1)))
+    by_chance = np.sqrt(share * (1.0 - share) * (1 / 50 + 1 / 400))
+    assert abs(arm.proven_share - share) <= 4.0 * by_chance + 1 / 50
+    assert arm.nominal.proven_share == 1.0
+
+
+@EVERY
 def test_the_inverse_meets_the_true_pose_or_says_why_not(arm: aa.Arm) -> None:
     q = postures(arm, count(400), 2)
     pose, psi, gc = arm.forward(q)
@@ -110,7 +120,7 @@ def test_a_branch_without_a_certain_posture_is_nan_beside_the_others() -> None:
         arm.nominal.inverse(far, psi, limits=False)
     tight = arm.nominal.with_(lower=-0.05, upper=0.05)
     with pytest.raises(aa.LimitError, match=r"of the solution of pose, gc 0 is outside its limits"):
-        tight.inverse(tight.forward([0.1, 0.4, 0.2, -1.0, 0.3, 0.8, 0.5])[0], 0.1)
+        tight.inverse(tight.forward([0.1, 0.4, 0.2, -1.0, 0.3, 0.8, 0.5])[0], 0.1, limits=False)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -324,7 +334,7 @@ def test_a_chain_with_the_tool_and_base_of_its_arm_is_taken() -> None:
     ("gradients.joint_function", lambda arm, pose, q: aa.gradients.joint_function(arm, pose, 0, 1)),
     ("feasible_turns", lambda arm, pose, q: arm.feasible_turns(pose, about="base")),
     ("gradients.feasible", lambda arm, pose, q: aa.gradients.feasible(arm, pose, 0)),
-    ("gradients.inverse", lambda arm, pose, q: aa.gradients.inverse(arm, pose, 0.0, 0)),
+    ("gradients.inverse", lambda arm, pose, q: aa.gradients.inverse(arm, pose, 0.0, 0, limits=False)),
     ("gradients.psi", lambda arm, pose, q: aa.gradients.psi(arm, q)),
     ("gradients.margin", lambda arm, pose, q: aa.gradients.margin(arm, pose)),
     ("gradients.freedom", lambda arm, pose, q: aa.gradients.freedom(arm, pose)),

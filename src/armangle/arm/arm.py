@@ -67,7 +67,7 @@ from ..scenes.shapes import Shape as SceneShape
 from ..status import STATUSES, Status
 from .allowed import Allowed
 from .arcs import ArcSet
-from .deviation import ChainDeviation, deviation_of
+from .deviation import ChainDeviation, deviation_of, proven_share_of
 from .diagnosis import Branch, Diagnosis, Verdict, branch_of
 from .freedom import Freedom
 from .frozen_value import FrozenValue
@@ -752,6 +752,15 @@ class Arm(FrozenValue):
         Measured at the first use over random postures within the limits; all zero without a chain.
         """
         return deviation_of(self)
+
+    @property
+    def proven_share(self) -> float:
+        """At what share of poses, 0 to 1, the feasible intervals of all branches are proven throughout.
+
+        Measured at the first use, at the poses of 50 random postures within the limits; 1 without a chain.
+        At the others `feasible` leaves out what is not proven, and says how much in ``unproven``.
+        """
+        return proven_share_of(self)
 
     # -- kinematics ----------------------------------------------------------------------------------
 
@@ -1740,7 +1749,7 @@ def _complete(given: dict[str, Any]) -> dict[str, Any]:
     if missing and given.get("chain") is not None:
         raise InputError(
             f"a chain needs the S-R-S arm beside it, which lends psi and gc, and {', '.join(missing)} are "
-            "not given: arm.with_(chain=...) of the data sheet's arm, or Arm.from_urdf(..., exact=False), "
+            "not given: arm.with_(chain=...) of the data sheet's arm, or Arm.from_urdf(file), "
             "which fits one"
         )
     if missing:

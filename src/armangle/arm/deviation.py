@@ -15,6 +15,8 @@ from .joint_map import to_q, to_theta
 _SEED = 5
 _POSTURES = 1000
 _IN_BAND = 1500
+LOOKED_AT = 50
+"""Random postures at whose poses it is looked how much is proven."""
 _WIDEST = np.radians(20.0)
 _NARROWEST = 1e-5  # of the widest
 _AGAIN = 1e-6  # rad: joints that the inverse gives back
@@ -74,6 +76,7 @@ class Chained(Protocol):
     def forward(self, q: Floats, *, on_error: Any) -> tuple[Floats, Any, Any]: ...
     def inverse(self, pose: Floats, psi: Any, gc: Any, *, limits: bool, on_error: Any) -> Floats: ...
     def within_limits(self, q: Floats, tol: float) -> Any: ...
+    def feasible(self, pose: Floats) -> Any: ...
 
 
 @lru_cache(maxsize=64)
@@ -95,6 +98,16 @@ def deviation_of(arm: Chained) -> ChainDeviation:
         float(rotation.max()),
         (first, second, third),
     )
+
+
+@lru_cache(maxsize=64)
+def proven_share_of(arm: Chained) -> float:
+    """Return at what share of the poses of random postures the intervals of all branches are proven."""
+    if arm.chain is None:
+        return 1.0
+    q = _postures(arm, np.random.default_rng(_SEED), LOOKED_AT)
+    left_out = arm.feasible(arm.forward(q, on_error="nan")[0]).unproven
+    return float(np.mean(~left_out.any(axis=-1)))
 
 
 def _postures(arm: Chained, rng: np.random.Generator, count: int) -> Floats:
