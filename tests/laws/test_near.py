@@ -120,7 +120,7 @@ def test_a_branch_without_a_certain_posture_is_nan_beside_the_others() -> None:
         arm.nominal.inverse(far, psi, limits=False)
     tight = arm.nominal.with_(lower=-0.05, upper=0.05)
     with pytest.raises(aa.LimitError, match=r"of the solution of pose, gc 0 is outside its limits"):
-        tight.inverse(tight.forward([0.1, 0.4, 0.2, -1.0, 0.3, 0.8, 0.5])[0], 0.1, limits=False)
+        tight.inverse(tight.forward([0.1, 0.4, 0.2, -1.0, 0.3, 0.8, 0.5])[0], 0.1)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -334,7 +334,7 @@ def test_a_chain_with_the_tool_and_base_of_its_arm_is_taken() -> None:
     ("gradients.joint_function", lambda arm, pose, q: aa.gradients.joint_function(arm, pose, 0, 1)),
     ("feasible_turns", lambda arm, pose, q: arm.feasible_turns(pose, about="base")),
     ("gradients.feasible", lambda arm, pose, q: aa.gradients.feasible(arm, pose, 0)),
-    ("gradients.inverse", lambda arm, pose, q: aa.gradients.inverse(arm, pose, 0.0, 0, limits=False)),
+    ("gradients.inverse", lambda arm, pose, q: aa.gradients.inverse(arm, pose, 0.0, 0)),
     ("gradients.psi", lambda arm, pose, q: aa.gradients.psi(arm, q)),
     ("gradients.margin", lambda arm, pose, q: aa.gradients.margin(arm, pose)),
     ("gradients.freedom", lambda arm, pose, q: aa.gradients.freedom(arm, pose)),
