@@ -12,7 +12,14 @@ from support.chain import dh_forward, pose_error, shift, urdf_forward
 from support.needs import model
 
 from armangle.errors import InputError, ModelError
-from armangle.models.catalogue import CatalogueEntry, catalogue, load_robot, read_robot, robot_toml
+from armangle.models.catalogue import (
+    CatalogueEntry,
+    catalogue,
+    load_robot,
+    read_robot,
+    robot_toml,
+    srs_catalogue,
+)
 from armangle.models.chain import chain_of
 from armangle.models.description import ArmDescription
 from armangle.models.detect import describe_chain
@@ -88,13 +95,14 @@ LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf")
 
 
 def test_names_are_those_of_the_known_robots():
-    assert catalogue() == tuple(sorted([*EXACT_ARMS, *OFFSET_ARMS]))
+    assert srs_catalogue() == tuple(sorted([*EXACT_ARMS, *OFFSET_ARMS]))
+    assert catalogue() == tuple(sorted([*srs_catalogue(), *SPECIAL_ARMS]))
 
 
 def test_words_find_names():
     assert len(catalogue()) >= 35
     assert catalogue("") == catalogue()
-    assert catalogue("Yaskawa") == ("yaskawa_sia10d", "yaskawa_sia20d", "yaskawa_sia30d", "yaskawa_sia5d")
+    assert catalogue("Yaskawa") == tuple(f"yaskawa_sia{model}d" for model in ("10", "20", "30", "50", "5"))
     assert catalogue("right rainbow") == ("rainbow_rby1_leader_right", "rainbow_rby1_right")
     assert catalogue("sia-5") == ("yaskawa_sia5d",)
     assert catalogue("no such arm") == ()
@@ -116,7 +124,7 @@ def test_offset_arm_has_its_numbers(name):
     assert lengths == pytest.approx([*OFFSET_ARMS[name], 0.0][:7], abs=5e-6)
 
 
-@pytest.mark.parametrize("name", catalogue())
+@pytest.mark.parametrize("name", srs_catalogue())
 def test_entry_says_what_it_is(name):
     entry = load_robot(name)
     assert isinstance(entry, CatalogueEntry)
@@ -136,7 +144,7 @@ def test_doubtful_numbers_are_marked():
     assert not load_robot("human_arm_right").velocity_trusted
     note = "velocity not trusted: several exceed 10 rad/s"
     assert load_robot("openarm_v10").description.notes == (note,)
-    for name in catalogue():
+    for name in srs_catalogue():
         entry = load_robot(name)
         speeds = [speed for speed in entry.description.velocity if math.isfinite(speed)]
         assert max(speeds, default=0.0) < 10.0 or not entry.velocity_trusted
@@ -156,7 +164,7 @@ def test_entry_is_the_arm_of_its_file(name):
         assert turned <= rotation
 
 
-@pytest.mark.parametrize("name", catalogue())
+@pytest.mark.parametrize("name", srs_catalogue())
 def test_entry_was_compared_with_a_revision_of_its_source_or_is_not_trusted(name):
     entry = load_robot(name)
     assert bool(entry.revision) == bool(re.search(r"\b[0-9a-f]{8}\b|release \d+\.\d+\.\d+$", entry.revision))
@@ -201,7 +209,7 @@ def test_entry_has_the_limits_of_its_file(name):
         assert all(own <= its * (1 + 1e-3) for own, its in zip(arm.velocity, speeds, strict=True))
 
 
-@pytest.mark.parametrize("name", catalogue())
+@pytest.mark.parametrize("name", srs_catalogue())
 def test_entry_goes_through_urdf_unchanged(name):
     arm = load_robot(name).description
     again, report = describe_chain(read_urdf(write_urdf(arm)))
@@ -217,7 +225,7 @@ def test_entry_goes_through_urdf_unchanged(name):
     assert report.residual_position <= 1e-9
 
 
-@pytest.mark.parametrize("name", catalogue())
+@pytest.mark.parametrize("name", srs_catalogue())
 def test_written_toml_reads_back(name, tmp_path):
     arm = load_robot(name).description
     again = toml_trip(arm, tmp_path / f"{name}.toml")

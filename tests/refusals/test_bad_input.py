@@ -62,13 +62,18 @@ def started(tracker: aa.Tracker) -> aa.Tracker:
     return tracker
 
 
-METHODS = ("forward", "inverse", "inverse_all", "jacobian", "self_motion", "limit_margin", "within_limits",
-           "joint_feasible", "joint_function", "explain", "solve",
-           "solutions", "best", "elbow", "with_reference", "reachable", "freedom", "feasible_yaw",
-           "feasible_roll", "inverse_derivative", "psi_gradient", "feasible_derivative",
-           "limit_margin_gradient", "freedom_gradient", "best_gradient")  # fmt: skip
-SOLVING = ("solve", "solutions", "best", "best_gradient")
-SCENES = ("clear", "clearance", "widest", "feasible", "feasible_all")
+def in_threads(n: Any) -> None:
+    """Enter a block with so many threads."""
+    with aa.threads(n):
+        pass
+
+
+METHODS = ("forward", "inverse", "jacobian", "self_motion", "limit_margin", "within_limits", "explain",
+           "solve", "solutions", "elbow", "frames", "reachable", "freedom", "feasible",
+           "feasible_turns", "with_tool")  # fmt: skip
+OF_OFFSET = ("forward", "inverse", "jacobian", "frames", "elbow", "limit_margin", "within_limits", "feasible",
+             "solve", "reachable", "freedom", "with_tool")  # fmt: skip
+GRADIENTS = ("inverse", "psi", "feasible", "limit_margin", "freedom", "margin", "joint_function")
 BALL = aa.Ball([0.4, 0.0, 0.5], 0.1, name="lamp")
 SCENE, BODY = aa.Scene([BALL]), aa.Body.bones(upper_arm=0.09, forearm=0.08)
 FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
@@ -115,6 +120,9 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "JointFunction.value": (aa.gradients.joint_function(ARM, POSE, GC, 1).value, {"psi": 0.1}),
     "JointFunction.derivative": (aa.gradients.joint_function(ARM, POSE, GC, 1).derivative, {"psi": 0.1}),
     **{f"Arm.{name}": (getattr(ARM, name), {}) for name in METHODS},
+    **{f"gradients.{name}": (getattr(aa.gradients, name), {}) for name in GRADIENTS},
+    "set_threads": (aa.set_threads, {"n": 1}),
+    "threads": (in_threads, {"n": 1}),
     "Ball": (aa.Ball, {"center": [0.0, 0.0, 1.0], "radius": 0.1}),
     "Capsule": (aa.Capsule, {"begin": [0.0] * 3, "end": [0.0, 0.0, 1.0], "radius": 0.1}),
     "Box": (aa.Box, {"pose": POSE, "size": [0.1, 0.2, 0.3]}),
@@ -125,27 +133,9 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Scene": (aa.Scene, {}),
     "Body": (aa.Body, {"links": {3: [BALL]}}),
     "Body.bones": (aa.Body.bones, {"upper_arm": 0.1, "forearm": 0.1}),
-    "OffsetArm": (aa.Arm, {"a_6": 0.088, "d_bs": 0.34, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.126}),
-    "OffsetArm.forward": (FR3.forward, {"q": Q}),
-    "OffsetArm.jacobian": (FR3.jacobian, {"q": Q}),
-    "OffsetArm.inverse": (FR3.inverse, {"pose": POSE, "free": 0.1, "gc": 0, "unreachable": "nan"}),
-    "OffsetArm.inverse_all": (FR3.inverse_all, {"pose": POSE, "free": 0.1}),
-    "OffsetArm.frames": (FR3.frames, {"q": Q}),
-    "OffsetArm.elbow": (FR3.elbow, {"q": Q}),
-    "OffsetArm.limit_margin": (FR3.limit_margin, {"q": Q}),
-    "OffsetArm.within_limits": (FR3.within_limits, {"q": Q}),
-    "OffsetArm.with_tool": (FR3.with_tool, {"tool": np.eye(4)}),
-    "OffsetArm.feasible": (FR3.feasible, {"pose": POSE, "gc": 0}),
-    "OffsetArm.feasible_all": (FR3.feasible_all, {"pose": POSE}),
-    "OffsetArm.solve": (FR3.solve, {"pose": POSE}),
-    "Arm.with_body": (ARM.with_body, {"body": BODY}),
-    "Arm.with_hand": (ARM.with_hand, {"shapes": [BALL]}),
-    **{
-        f"Arm.{name}": (getattr(ARM.with_(body=BODY), name), {"pose": POSE, "gc": GC, "scene": SCENE})
-        for name in ("clear", "widest", "feasible")
-    },
-    "Arm.clearance": (ARM.with_(body=BODY).clearance, {"pose": POSE, "psi": PSI, "gc": GC, "scene": SCENE}),
-    "Arm.feasible_all": (ARM.with_(body=BODY).feasible_all, {"pose": POSE, "scene": SCENE}),
+    "offset arm": (aa.Arm, {"a_6": 0.088, "d_bs": 0.34, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.126}),
+    **{f"offset arm, {name}": (getattr(FR3, name), {}) for name in OF_OFFSET},
+    "Arm.clearance": (ARM.with_(body=BODY).clearance, {"q": Q, "scene": SCENE}),
     "Arm.psi_towards": (ARM.psi_towards, {"pose": POSE, "gc": GC, "point": [0.0, 0.0, 1.0]}),
     "Arm.psi_towards along": (ARM.psi_towards, {"pose": POSE, "gc": GC, "direction": "up"}),
 }
@@ -155,13 +145,14 @@ PLACES: list[Any] = [*VECTORS, [0.0, 0.0, 1e4]]
 ALONG: list[Any] = [*VECTORS, "north", [0.0, 0.0, 0.0]]
 WEIGHT: list[Any] = [*NUMBER, None, -1.0, INF]
 VECTOR: list[Any] = ["nonsense", object(), None, [NAN, 0.0], [1j], [1e4], [[0.0]], []]
-GOOD = {"q": Q, "pose": POSE, "psi": PSI, "gc": GC, "joint": 1, "near": Q}
+GOOD = {"arm": ARM, "q": Q, "pose": POSE, "psi": PSI, "gc": GC, "joint": 1, "seed": Q, "about": "base",
+        "tool": np.eye(4)}  # fmt: skip
 BAD: dict[str, list[Any]] = {
     "q": JOINTS, "q_now": JOINTS, "start": JOINTS, "seed": [v for v in JOINTS if v is not None],
     "pose": POSES, "poses": [*POSES, POSE], "psi": ANGLES, "gc": INDEX, "joint": [*INDEX, 0, None],
-    "threads": THREADS, "limits": CHOICE, "unreachable": CHOICE, "undefined": CHOICE, "carry": CHOICE,
-    "on_fail": CHOICE, "outside": CHOICE, "singularity_margin": MARGIN, "paper_margin": MARGIN,
-    "paper_discriminant": [*NUMBER, -1.0], "policy": POLICY, "allowed": ALLOWED, "max_joint_step": POSITIVE,
+    "n": THREADS, "limits": [*CHOICE, None], "per_joint": [*CHOICE, None], "on_error": CHOICE,
+    "carry": CHOICE, "about": [*CHOICE, None], "fallback": CHOICE,
+    "on_fail": CHOICE, "outside": CHOICE, "singularity_margin": MARGIN, "policy": POLICY, "allowed": ALLOWED, "max_joint_step": POSITIVE,
     "tol": NUMBER, "out": [Q[:6].copy(), Q.astype(np.float32), "x", Q.tolist(), np.zeros((7, 2))[:, 0]],
     "d_bs": [*NUMBER, None, INF, 1e4], "d_wf": [*NUMBER, None, INF, 1e4], "a_3": [*NUMBER, INF],
     "a_4": [*NUMBER, INF], "d_4": [*NUMBER, INF],
@@ -198,9 +189,9 @@ BAD: dict[str, list[Any]] = {
     "orientation": [*CHOICE, None, []], "via": POINTS, "point": POINTS,
     "direction": [*POINTS, [0.0, 0.0, 0.0]], "angle": [*NUMBER, None, INF, 1e4],
     "advance": [*NUMBER, None, INF, 1e4], "s": [*ANGLES, -0.1, 1.1],
-    "order": ["nonsense", None, 0, 4, 1.5, NAN], "near": [v for v in JOINTS if v is not None],
+    "order": ["nonsense", None, 0, 4, 1.5, NAN],
     "x": [*VECTOR, 0.1], "y": [*VECTOR, 0.1], "z": [*NUMBER, None, INF, 1e4],
-    "a_1": [*NUMBER, None, INF, 1e6], "a_6": [*NUMBER, None, INF, 1e6], "free": ANGLES,
+    "a_1": [*NUMBER, None, INF, 1e6], "a_6": [*NUMBER, None, INF, 1e6],
     "metric": CHOICE, "prefer": CHOICE, "filter": ["nonsense", 0.5, object(), aa.HandFilter],
     "length": [*POSITIVE, None, INF], "elbow_margin": MARGIN, "reconfigure": INDEX,
     "soft_clearance": [*NUMBER, None, INF, -1.0], "obstacle_speed": [*NUMBER, INF, -1.0],
@@ -258,16 +249,14 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ],
     ("place", "poses"): [*WORDS, 0.1, POSE[:3], POSE, changed(TWO, NAN), TWO.astype(complex)],
     ("place", "weight"): ["nonsense", object(), 1.0, [1.0], [NAN, 1.0], [-1.0, 1.0]],
-    ("place", "singularity_margin"): MARGIN,
     **{(name, "path"): [None, object(), 1.0, {"a": 1}, "", "a\0b"] for name in ("reach_map", "ReachMap")},
-    **{(name, "roll"): CHOICE for name in ("step", "follow", "plan", "Arm.solve")},
+    **{(name, "roll"): CHOICE for name in ("step", "follow", "plan", "Arm.solve", "offset arm, solve")},
     ("Field", "distance"): [None, "x", [], [[]], [0.0] * 3, np.full((2, 2, 2), NAN), [[["x"] * 2] * 2] * 2],
     ("Field", "origin"): POINTS,
     ("Field", "spacing"): [*POSITIVE, None, INF],
     ("reach_map", "spacing"): [*WORDS, NAN, INF, 0.0, -1.0, 1e-9, 1j],
     ("reach_map", "tilt"): [*WORDS, NAN, INF, 0.0, -1.0, 1e-9, 3.0, 1j],
     ("reach_map", "fields"): [None, object(), 1.0, (), ("gc", "nonsense"), [1j]],
-    ("reach_map", "singularity_margin"): MARGIN,
     ("reach_map", "part"): ["nonsense", object(), 1, (1,), (0, 3), (4, 3), (1.0, 3), (True, 3)],
     ("reach_map", "scheduler"): ["nonsense", object(), 1.0, {"a": 1}],
     ("Objective", "limits"): WEIGHT,
@@ -277,19 +266,20 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
     ("Objective", "psi"): WEIGHT,
     ("Objective", "duration"): WEIGHT,
     **{(name, "start"): POSES for name in ("Line", "CircularArc", "Screw")},
-    **{(f"Arm.{name}", "gc"): [*INDEX, None] for name in (*METHODS, *SCENES)},
-    **{(f"Arm.{name}", "gc"): [*INDEX, [], [8], ["x"]] for name in SOLVING},
-    **{(name, "gc"): [*INDEX, None] for name in ("gc_signs", "resolve")},
-    **{(f"OffsetArm.{name}", "gc"): [*INDEX, None] for name in ("inverse", "feasible")},
-    ("OffsetArm.solve", "gc"): [*INDEX, [], [8], ["x"]],
+    **{
+        (name, "gc"): [*INDEX, [], [8], ["x"]]
+        for name in ("Arm.solve", "Arm.solutions", "gradients.margin", "offset arm, solve")
+    },
+    **{(name, "gc"): [*INDEX, None] for name in ("gc_signs", "resolve", "Arm.self_motion", "gradients.inverse",
+                                                 "gradients.feasible", "gradients.joint_function")},
 }
 NEEDS: dict[str, dict[str, Any]] = {
     "samples": {"path": aa.Line(POSE, POSE)}, "dt": {"policy": aa.Repulsion(rate=1.0)},
-    "paper_discriminant": {"paper_margin": 0.1}, "velocity_now": {"velocity": np.ones(7), "dt": 0.1},
+    "velocity_now": {"velocity": np.ones(7), "dt": 0.1},
 }  # fmt: skip
-FREE = {"arm", "name", "joint_names", "notes", "import_report"}
+FREE = {"arm", "name", "joint_names", "notes", "report"}
 """Values of other kinds, with tests of their own."""
-OTHERS = {"catalogue", "offset_catalogue", "save", "load_poses", "load_joints", "load_trajectory"}
+OTHERS = {"catalogue", "save", "load_poses", "load_joints", "load_trajectory"}
 OTHERS |= {"load_scene", "load_body", "load_cloud", "load_field"}
 """Files and names: test_io_refusals, test_catalogue, files/test_scenes."""
 
@@ -317,8 +307,7 @@ def test_every_public_function_and_argument_is_in_the_matrix() -> None:
         "JointTable",
     }
     results |= {"Opening", "Path", "PathPoint", "Resolution", "Solution", "Solutions", "SpeedLoss", "Step"}
-    results |= {"OffsetSolution"}
-    results |= {"Clearance", "Widest", "Freedom", "Placement", "Tracked", "Trajectory", "TrajectoryPoint"}
+    results |= {"Clearance", "Freedom", "Placement", "Tracked", "Trajectory", "TrajectoryPoint"}
     results |= {"TrajectoryTable", "Voxels"}
     public = {name: getattr(aa, name) for name in aa.__all__}
     faults = {n for n, v in public.items() if isinstance(v, type) and issubclass(v, Exception)}
@@ -351,7 +340,7 @@ def test_nonsense_raises_an_error_that_names_the_argument(name: str, parameter: 
 
 # -- units -----------------------------------------------------------------------------------------------
 
-OF_JOINTS = {"q", "q_now", "start", "seed", "near", "goal"}
+OF_JOINTS = {"q", "q_now", "start", "seed", "goal"}
 OF_POSES = {"pose", "poses", "path"}
 WITHOUT_ARM = {
     *((name, "pose") for name in ("nearest_rotation", "Box")),

@@ -324,7 +324,7 @@ class Arm(FrozenValue):
         given: dict[str, Any] = dict(numbers)
         report, scene = given.pop("report", None), given.pop("scene", None)
         for name in ("a_1", "a_6"):  # else `__new__` makes another kind
-            given.pop(name, None)
+            as_number(f"{name} (m)", given.pop(name, 0.0), 0.0, 0.0)
         margin = as_number("singularity_margin (rad)", given.pop("singularity_margin", 0.0), 0.0, MOST_MARGIN)
         values = _checked(given)
         lengths = np.array([values[name] for name in (*LENGTHS, *ELBOW_OFFSETS)])

@@ -363,6 +363,7 @@ class OffsetArm(Arm):
         for what, given in asked.items():
             if given:
                 raise unsupported(f"solve({what})")
+        as_number("length (m)", length, 0.0, np.inf, low_open=True)
         named: list[tuple[str, NDArray[Any], int]] = [("pose", as_poses("pose", pose), 2)]
         if seed is not None:
             joints = as_floats("seed", seed, (JOINTS,))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, as_floats, as_poses, broadcast, check_angles, one_posture
+from .._arrays import JOINTS, Floats, as_floats, as_gc, as_poses, broadcast, check_angles, one_posture
 from .._values import by_content
 from ..arm.allowed import Allowed, allowed_arcs, one_allowed
 from ..arm.arm import Arm
@@ -123,8 +123,9 @@ def resolve(
     as_srs(arm, "resolve")
     angles = as_floats("psi", psi)
     check_angles("psi", angles)
-    arcs = own = arm.feasible(pose, gc)
-    kept = arm._keeps_soft(pose, gc, arm.scene)
+    branch = as_gc(gc)
+    arcs = own = arm.feasible(pose, branch)
+    kept = arm._keeps_soft(pose, branch, arm.scene)
     if allowed is not None:
         poses = np.broadcast_to(as_poses("pose", pose, arm._handle), (*arcs.shape, 4, 4))
         arcs = own & allowed_arcs(allowed, poses)
