@@ -152,7 +152,8 @@ BAD: dict[str, list[Any]] = {
     "pose": POSES, "poses": [*POSES, POSE], "psi": ANGLES, "gc": INDEX, "joint": [*INDEX, 0, None],
     "n": THREADS, "limits": [*CHOICE, None], "per_joint": [*CHOICE, None], "on_error": CHOICE,
     "carry": CHOICE, "about": [*CHOICE, None], "fallback": CHOICE,
-    "on_fail": CHOICE, "outside": CHOICE, "singularity_margin": MARGIN, "policy": POLICY, "allowed": ALLOWED, "max_joint_step": POSITIVE,
+    "on_fail": CHOICE, "outside": CHOICE, "singularity_margin": MARGIN, "policy": POLICY,
+    "allowed": ALLOWED, "max_joint_step": POSITIVE,
     "tol": NUMBER, "out": [Q[:6].copy(), Q.astype(np.float32), "x", Q.tolist(), np.zeros((7, 2))[:, 0]],
     "d_bs": [*NUMBER, None, INF, 1e4], "d_wf": [*NUMBER, None, INF, 1e4], "a_3": [*NUMBER, INF],
     "a_4": [*NUMBER, INF], "d_4": [*NUMBER, INF],
@@ -270,8 +271,17 @@ BAD_HERE: dict[tuple[str, str], list[Any]] = {
         (name, "gc"): [*INDEX, [], [8], ["x"]]
         for name in ("Arm.solve", "Arm.solutions", "gradients.margin", "offset arm, solve")
     },
-    **{(name, "gc"): [*INDEX, None] for name in ("gc_signs", "resolve", "Arm.self_motion", "gradients.inverse",
-                                                 "gradients.feasible", "gradients.joint_function")},
+    **{
+        (name, "gc"): [*INDEX, None]
+        for name in (
+            "gc_signs",
+            "resolve",
+            "Arm.self_motion",
+            "gradients.inverse",
+            "gradients.feasible",
+            "gradients.joint_function",
+        )
+    },
 }
 NEEDS: dict[str, dict[str, Any]] = {
     "samples": {"path": aa.Line(POSE, POSE)}, "dt": {"policy": aa.Repulsion(rate=1.0)},

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import MISSING, Field, fields, replace
 from inspect import Parameter, Signature
@@ -34,6 +33,7 @@ from .._arrays import (
     one_or_seven,
     one_pose,
     output,
+    warn,
 )
 from .._core import Turned, Wanted
 from .._progress import Progress, as_progress, progressing
@@ -384,8 +384,9 @@ class Arm(FrozenValue):
                 source = text()
         if isinstance(source, str) and base is tip is None and not is_file_or_text(source):
             return cls.from_catalogue(source)
-        door: Callable[..., Arm] = cls.from_mjcf if is_mjcf(source) else cls.from_urdf
-        return door(source, base, tip)
+        if not is_mjcf(source):
+            return cls.from_urdf(source, base, tip)
+        return cls.from_mjcf(source.decode() if isinstance(source, bytes) else source, base, tip)
 
     @classmethod
     def from_catalogue(cls, name: str) -> Arm:
@@ -1733,7 +1734,7 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
     for what, found in of_units.items():
         kept = tuple(note for note in notes if not note.startswith(what))
         if found and len(kept) == len(notes):  # a copy of an arm that was warned of is not again
-            warnings.warn(found[0], UserWarning, stacklevel=4)
+            warn(found[0])
         notes = (*kept, *found)
     values["notes"] = notes
     values["signs"] = frozen(values["signs"].astype(np.int64))

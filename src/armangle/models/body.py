@@ -114,6 +114,7 @@ class Body:
     ) -> Body:
         """Return balls and capsules that contain every ``<collision>`` of the links from base to tip.
 
+        They are fixed to the frames of the arm that `Arm.from_urdf` makes of the file.
         Boxes, cylinders and closed meshes lie within them with all that is inside: each piece of the surface
         lies within one of them, and they are convex (docs: theory/scene). Needs the extra ``view`` where the
         file has meshes.

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterable, Mapping
 
+from .._arrays import warn
 from .axes import POSTURES, Axes
 from .chain import Chain
 from .description import ImportReport
 
 NOT_EXACT = "not quite the arm of its file:"
 NOT_USED = "NOT used"
+CONTINUOUS = "is continuous, which means no limits"
 NO_RANGE = "limits leave no range"
 ALL_WITHOUT = "all limits are 0 to 0"
 LIKE_RADIANS = "limits look like rad where degrees are read"
@@ -44,12 +45,13 @@ def import_report(chain: Chain, residual: tuple[float, float], notes: tuple[str,
 
 
 def warn_of(notes: Iterable[str]) -> None:
-    """Warn whoever called the door that calls this of what nobody may miss: an arm that is not quite that of
-    its file, limits that nobody can mean.
+    """Warn of what nobody may miss: an arm that is not quite that of its file, limits that nobody can
+    mean, limits that are meant and not used.
     """
     for note in notes:
-        if note.startswith((NOT_EXACT, NO_RANGE, ALL_WITHOUT, LIKE_DEGREES, LIKE_RADIANS)):
-            warnings.warn(note, UserWarning, stacklevel=4)
+        meant = CONTINUOUS in note and NOT_USED in note
+        if meant or note.startswith((NOT_EXACT, NO_RANGE, ALL_WITHOUT, LIKE_DEGREES, LIKE_RADIANS)):
+            warn(note)
 
 
 def import_notes(chain: Chain) -> tuple[str, ...]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 import os
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -24,7 +23,7 @@ from ...errors import InputError, ModelError
 from ..axes import exceeds
 from ..candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, moved_base, unknown
 from ..chain import Chain, FloatArray, Joint, rigid_inverse
-from ..report import NOT_USED
+from ..report import CONTINUOUS, NOT_USED
 from .encoding import decoded
 from .origin import origin
 from .tags import JointElement, RobotElement, parse_robot
@@ -35,7 +34,6 @@ Step = tuple[JointElement, bool]
 MAX_BYTES = _opening.DESCRIPTION
 MAX_LENGTH = 100.0
 HUGE_LIMIT = 1e6  # rad: more than the largest angle that the core takes
-_CONTINUOUS = "is continuous, which means no limits"
 _MOVING = ("revolute", "continuous")
 _REFUSED = ("prismatic", "floating", "planar")
 _CONTINUOUS_LIMITS = ("ignore", "use")
@@ -163,7 +161,7 @@ def _limits(
         used = continuous_limits == "use"
         what = "used all the same" if used else f"{NOT_USED} (continuous_limits='use')"
         notes.append(
-            f"joint {joint.name!r} {_CONTINUOUS}, but states {lower:g} to {upper:g} rad: they are {what}"
+            f"joint {joint.name!r} {CONTINUOUS}, but states {lower:g} to {upper:g} rad: they are {what}"
         )
     if continuous and not (lower < upper and continuous_limits == "use"):
         return -math.inf, math.inf
@@ -254,9 +252,6 @@ def read_urdf(
     if lift is not None and lift not in moving:
         chain = replace(chain, notes=(*chain.notes, moved_base(lift.name, base)))
     chain = replace(chain, notes=(*guessed, *chain.notes))
-    for line in chain.notes:
-        if _CONTINUOUS in line and NOT_USED in line:
-            warnings.warn(line, UserWarning, stacklevel=3)
     return chain
 
 
