@@ -81,7 +81,7 @@ def test_every_field_is_in_the_docstring(name: str) -> None:
 
 def test_fields_are_found() -> None:
     found = {name: fields(getattr(aa, name)) for name in VALUES}
-    assert {"d_bs", "import_report"} <= found["Arm"] and "x" in found["Placement"]
+    assert {"d_bs", "report"} <= found["Arm"] and "x" in found["Placement"]
     assert sum(map(len, found.values())) > 100
 
 

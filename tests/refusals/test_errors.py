@@ -287,7 +287,7 @@ def test_plan_says_which_function_takes_what_it_does_not(word: str) -> None:
 
 
 def test_a_pose_alone_has_no_inverse_and_is_told_what_has() -> None:
-    pose, psi, gc = ARM.forward(Q)
+    pose, _, gc = ARM.forward(Q)
     for given in ((), (None, gc)):
         with pytest.raises(aa.InputError, match=r"inverse takes a pose and psi.*solve\(pose, seed=q\)"):
             ARM.inverse(pose, *given, limits=False)

@@ -533,7 +533,7 @@ class Arm(FrozenValue):
 
     @classmethod
     def _offset(cls, found: OffsetDescription, report: ImportReport, least: float = 0.0) -> Arm:
-        """Return an arm with an offset wrist or shoulder; an offset below `least`, m, is one of an own chain."""
+        """Return an arm with an offset wrist or shoulder; one below `least` (m) belongs to an own chain."""
         if max(abs(found.a_1), abs(found.a_6)) <= least:
             raise ModelError(f"{report.source}: the offset is small enough for an own chain")
         warn_of(report.notes)
