@@ -2,8 +2,8 @@
 06. Obstacles as arcs
 =====================
 
-An obstacle that a link must not touch blocks arcs of the arm angle, exactly. An arm with a scene takes them off
-its feasible arcs, and ``Repulsion`` then keeps away from the obstacle as it does from joint limits.
+An obstacle that a link must not touch blocks arcs of the arm angle, exactly. An arm with a scene takes them
+off its feasible arcs, and ``Repulsion`` then keeps away from the obstacle as it does from joint limits.
 """
 
 import matplotlib.pyplot as plt

@@ -716,8 +716,9 @@ class Arm(FrozenValue):
 
     @property
     def kind(self) -> str:
-        """What the arm is: "srs", "srs_chain" (its own chain, nearly S-R-S), "offset_wrist" or
-        "offset_shoulder".
+        """What the arm is.
+
+        "srs", "srs_chain" (its own chain, nearly S-R-S), "offset_wrist" or "offset_shoulder".
         """
         return "srs" if self.chain is None else "srs_chain"
 
