@@ -104,7 +104,8 @@ def test_words_find_names():
     assert catalogue("") == catalogue()
     assert catalogue("Yaskawa") == tuple(f"yaskawa_sia{model}d" for model in ("10", "20", "30", "50", "5"))
     assert catalogue("right rainbow") == ("rainbow_rby1_leader_right", "rainbow_rby1_right")
-    assert catalogue("sia-5") == ("yaskawa_sia5d",)
+    assert catalogue("sia-5") == ("yaskawa_sia50d", "yaskawa_sia5d")
+    assert catalogue("openarm 10") == ("openarm_v10",)
     assert catalogue("no such arm") == ()
 
 

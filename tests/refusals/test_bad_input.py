@@ -135,6 +135,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Body.bones": (aa.Body.bones, {"upper_arm": 0.1, "forearm": 0.1}),
     "offset arm": (aa.Arm, {"a_6": 0.088, "d_bs": 0.34, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.126}),
     **{f"offset arm, {name}": (getattr(FR3, name), {}) for name in OF_OFFSET},
+    "offset arm, inverse": (FR3.inverse, {"pose": POSE, "psi": 0.1, "gc": 0, "on_error": "nan"}),
     "Arm.clearance": (ARM.with_(body=BODY).clearance, {"q": Q, "scene": SCENE}),
     "Arm.psi_towards": (ARM.psi_towards, {"pose": POSE, "gc": GC, "point": [0.0, 0.0, 1.0]}),
     "Arm.psi_towards along": (ARM.psi_towards, {"pose": POSE, "gc": GC, "direction": "up"}),

@@ -38,7 +38,7 @@ from .arcs import ArcSet
 from .arm import ON_ERROR, Arm, OnError, names_keywords_of_arm
 from .freedom import Freedom
 from .near import asked_of
-from .question import METRICS, PREFER, branch_bits, weights_of
+from .question import METRICS, PREFER, branch_bits, relaxing_length, weights_of
 from .roll import ROLLS
 from .solution import Solution
 
@@ -363,7 +363,7 @@ class OffsetArm(Arm):
         for what, given in asked.items():
             if given:
                 raise unsupported(f"solve({what})")
-        as_number("length (m)", length, 0.0, np.inf, low_open=True)
+        relaxing_length(None, length)
         named: list[tuple[str, NDArray[Any], int]] = [("pose", as_poses("pose", pose), 2)]
         if seed is not None:
             joints = as_floats("seed", seed, (JOINTS,))
