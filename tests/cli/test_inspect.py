@@ -91,8 +91,8 @@ def test_a_file_is_fitted_only_where_asked(cli: Cli) -> None:
     told = cli(f"inspect near.urdf --joints {Q} --json")
     assert np.allclose(told.facts["matrix"], exact, rtol=0, atol=1e-12) and "own chain is kept" in told.err
     for file, fit, kind in (
-        ("near.urdf", "srs", "srs_fitted"), ("near.urdf", "chain,20,1", "srs_chain"),
-        ("bent.urdf", "offset,5,1", "offset_wrist"),
+        ("near.urdf", "srs", "srs_fitted"), ("near.urdf", "own,20,1", "srs_chain"),
+        ("bent.urdf", "own,5,1", "offset_wrist"),
     ):  # fmt: skip
         facts = cli(f"inspect {file} --fit {fit} --json").facts
         assert facts["kind"] == kind and facts["residual_position"] < 0.02

@@ -111,7 +111,7 @@ def test_ik_and_follow_keep_clear(tmp_path: Path, cell: str, capsys: pytest.Capt
     words = ["ik", *ROBOT, "--pose", str(poses), "--seed", Q, "--scene", cell, "--body", "90,80", "--json"]
     assert main(words) == 0
     found = json.loads(capsys.readouterr().out)
-    assert arm().clearance(pose, found["psi"][0], found["gc"][0], scene).distance > -1e-9
+    assert arm().clearance(found["q"][0], scene).distance > -1e-9
     words = [
         "plan",
         str(poses),
@@ -128,8 +128,7 @@ def test_ik_and_follow_keep_clear(tmp_path: Path, cell: str, capsys: pytest.Capt
     out = tmp_path / "out.csv"
     assert main([*words, "-o", str(out)]) == 0
     for row in aa.load_joints(out).q:
-        at, angle, branch = arm().forward(row)
-        assert arm().clearance(at, angle, branch, scene).distance > -1e-9
+        assert arm().clearance(row, scene).distance > -1e-9
 
 
 def test_plan_keeps_clear_and_is_proven(
@@ -146,8 +145,7 @@ def test_plan_keeps_clear_and_is_proven(
     assert json.loads(capsys.readouterr().out)["certified"]
     scene = aa.load_scene(cell)
     for row in aa.load_joints(out).q:
-        at, angle, branch = arm().forward(row)
-        assert arm().clearance(at, angle, branch, scene).distance > -1e-9
+        assert arm().clearance(row, scene).distance > -1e-9
     assert main([*words, "--roll", "free"]) == 0
     assert np.abs(aa.load_joints(out).q[:, 6] - q[6]).max() < 1e-6
 

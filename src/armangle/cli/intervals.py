@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -34,8 +35,12 @@ def draw_map(what: JointPath | tuple[Arm, Floats], scene: Scene | None, args: ar
     """Draw the feasible intervals along a motion, or along poses."""
     if args.plot is None or args.intervals:
         raise InputError("--intervals of a file is a picture: --plot FILE, without a joint")
-    margin = args.singularity_margin
-    draw("feasible_map", args.plot, what, gc=args.gc, singularity_margin=margin, scene=scene)
+    keeping = {"scene": scene, "singularity_margin": args.singularity_margin}
+    if isinstance(what, JointPath):
+        what = replace(what, arm=what.arm.with_(**keeping))
+    else:
+        what = what[0].with_(**keeping), what[1]
+    draw("feasible_map", args.plot, what, gc=args.gc)
     if args.json:
         show_json({"plot": args.plot})
     if isinstance(what, JointPath) and not what.ok:
@@ -72,8 +77,8 @@ def show_intervals(asked: Asked, args: argparse.Namespace) -> int:
         known = "proven" if unproven else "feasible"
         note(f"armangle: no {known} arm angle. {_why(arm, frame, found)}")
     if args.plot is not None:
-        kept = {"singularity_margin": margin, "scene": asked.scene}
-        draw("circle", args.plot, srs(arm, "--plot"), frame, asked.gc, psi=asked.psi, **kept)
+        keeping = srs(arm, "--plot").with_(scene=asked.scene, singularity_margin=margin)
+        draw("circle", args.plot, keeping, frame, asked.gc, psi=asked.psi)
     return int(none)
 
 

@@ -144,7 +144,7 @@ def run(args: argparse.Namespace) -> int:
         if scene is None:
             draw("joint_profiles", args.plot, srs(arm, "--plot"), asked.frame, gc, psi=psi)
         else:
-            draw("clearance_profile", args.plot, arm, asked.frame, gc, scene, psi=psi)
+            draw("clearance_profile", args.plot, arm.with_(scene=scene), asked.frame, gc, psi=psi)
     return status
 
 

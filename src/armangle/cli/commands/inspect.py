@@ -102,6 +102,8 @@ def run(args: argparse.Namespace) -> int:
     try:
         arm = any_arm(args, quiet=args.joints is None)
     except ModelError as error:
+        if not error.reasons:  # a file that cannot be read
+            raise
         if args.json:
             show_json({"kind": None, "near": error.near, "reasons": error.reasons})
         note(f"armangle: {error}")

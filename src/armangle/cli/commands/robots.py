@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...arm.arm import Arm
-from ...models.catalogue import CatalogueEntry, catalogue, load_robot
+from ...models.catalogue import CatalogueEntry, catalogue, load_robot, srs_catalogue
 from ...models.description import ELBOW_OFFSETS
 from ...models.offset import offset_catalogue, offset_source
 from ..arguments import add
@@ -37,7 +37,8 @@ def run(args: argparse.Namespace) -> int:
     if search in offset_catalogue():
         _show_offset(search, as_json=args.json)
         return 0
-    names = (search,) if search in catalogue() else catalogue(search)
+    known = srs_catalogue()
+    names = (search,) if search in known else tuple(name for name in catalogue(search) if name in known)
     if len(names) < 2:
         entry = load_robot(names[0] if names else search)
         if args.json:
