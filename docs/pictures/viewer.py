@@ -11,7 +11,7 @@ from pathlib import Path
 
 from playwright.sync_api import sync_playwright
 
-SERVE = (sys.executable, "-u", "-m", "armangle", "view", "--demo", "--port", "0")
+SERVE = (sys.executable, "-u", "-m", "armangle", "view", "--address", ":0")
 TARGET = Path(__file__).parents[1] / "_static" / "viewer.png"
 FLAGS = (
     "--headless",

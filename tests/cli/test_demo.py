@@ -51,7 +51,7 @@ def test_the_table(capsys: pytest.CaptureFixture[str]) -> None:
     text = capsys.readouterr().out
     assert "psi 58.5882 deg, GC 3" in text
     assert text.index("straight line") < text.index("the paper")  # plain words first
-    assert "armangle demo -o demo" in text and "armangle view --demo" in text
+    assert "armangle demo -o demo" in text and "\n  armangle view\n" in text
     assert max(map(len, text.splitlines())) <= 80
     assert "which bounds no step of a joint, so nor does the demo" in " ".join(text.split())
     rows = [line.split() for line in text.splitlines() if line[:5].strip().isdigit()]

@@ -57,7 +57,10 @@ def status(screen: Screen, words: Sequence[str]) -> int:
 
 
 @pytest.mark.parametrize("name", NAMES.values(), ids=NAMES)
-@pytest.mark.parametrize("words", [["track"], ["plan"], ["fk"], ["follow", "--start", GOOD]])
+@pytest.mark.parametrize(
+    "words",
+    [["track"], ["plan"], ["place", "--x=0,1", "--y=0,1"], ["plan", "--policy", "hold", "--start", GOOD]],
+)
 def test_the_name_of_a_file_is_never_broken(words: list[str], name: str, screen: Screen) -> None:
     assert status(screen, [*words, f"no such folder/{name}", *ROBOT]) == 2
     assert repr(f"no such folder/{name}")[1:-1] in screen.text
@@ -79,9 +82,9 @@ def test_a_pipe_gets_one_line_a_message_and_a_terminal_lines_that_fit(screen: Sc
     assert (len(lines) > 1 and max(map(len, lines)) <= WIDTH) if screen.terminal else len(lines) == 1
 
 
-@pytest.mark.parametrize(
-    "words", [["follow", "x.csv", *ROBOT, "--policy", "y" * 99], ["nonsense" * 20], ["fk", *ROBOT, "1,2"]]
-)
+@pytest.mark.parametrize("words", [
+    ["plan", "x.csv", *ROBOT, "--gc", "y" * 99], ["nonsense" * 20], ["ik", *ROBOT, "--pose", "1,2"],
+])  # fmt: skip
 def test_every_error_is_said_in_the_same_way(words: list[str], screen: Screen) -> None:
     assert status(screen, words) == 2
     said = screen.text[screen.text.rindex("armangle") :]

@@ -25,7 +25,7 @@ def grasps(tmp_path: Path) -> str:
 
 
 def test_the_best_bases_are_listed(grasps: str, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["place", grasps, *ROBOT, "--x", "-0.2,0.2", "--y", "-0.2,0.2", "--step", "0.1", "--rows", "3"]
+    words = ["place", grasps, *ROBOT, "--x", "-0.2,0.2", "--y", "-0.2,0.2", "--step", "0.1"]
     assert main(words) == 0
     shown = capsys.readouterr().out
     assert "best yaw deg" in shown and "not held from the first of these:" in shown
@@ -54,7 +54,6 @@ def test_nothing_in_reach_is_status_1(grasps: str, capsys: pytest.CaptureFixture
     (("--x", "1,0"), "wanted FROM <= TO"),
     (("--step", "0"), "--step is 0, wanted metres above 0"),
     (("--step", "1e-7"), "positions along --x, wanted at most"),
-    (("--rows", "0"), "--rows is 0"),
 ])  # fmt: skip
 def test_bad_input(
     words: tuple[str, ...], said: str, grasps: str, capsys: pytest.CaptureFixture[str]

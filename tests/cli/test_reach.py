@@ -45,8 +45,8 @@ def test_parts_then_the_rest_then_a_look(
 
 @pytest.mark.parametrize(("words", "said"), [
     (("none.zarr",), "there is no reach map"),
-    (("none.zarr", "--spacing", "0.1"), "--spacing goes with --robot or --urdf"),
-    (("none.zarr", "--singularity-margin", "1"), "--singularity-margin goes with"),
+    (("none.zarr", "--spacing", "0.1"), "--spacing does not go with"),
+    (("none.zarr", "--singularity-margin", "1"), "--singularity-margin does not go with"),
     (("none.zarr", "--robot", "openarm_v10", "--verify"), "takes no arm"),
     (("a.zarr", "--robot", "openarm_v10", "--part", "4/3"), "wanted (i, n) with 1 <= i <= n"),
     (("a.zarr", "--robot", "openarm_v10", "--part", "x"), "--part is 'x', wanted I/N"),

@@ -51,9 +51,9 @@ def test_a_joint_file_becomes_a_trajectory_within_its_bounds(
     assert facts["rows"] == len(found)
 
 
-@pytest.mark.parametrize("door", ["follow", "plan"])
+@pytest.mark.parametrize("door", [[], ["--policy", "repulsion"]])
 def test_a_motion_from_home_keeps_its_bounds_from_its_file(
-    door: str, tmp_path: Path, capsys: Capture
+    door: list[str], tmp_path: Path, capsys: Capture
 ) -> None:
     """Home is θ2 = 0: its row is of two branches, and between rows joint 1 would go round."""
     need("scipy")
@@ -62,7 +62,7 @@ def test_a_motion_from_home_keeps_its_bounds_from_its_file(
     poses[:, :3, 3] += np.linspace(0, 1, 60)[:, None] * np.array([0.0, 0.2, 0.05])
     path, joints, out = (str(tmp_path / name) for name in ("path.csv", "joints.csv", "out.csv"))
     aa.save(poses, path)
-    assert main([door, path, *ROBOT, "--start", "0,0,0,-90,0,90,0", "-o", joints]) == 0
+    assert main(["plan", *door, path, *ROBOT, "--start", "0,0,0,-90,0,90,0", "-o", joints]) == 0
     assert main(["retime", joints, *ROBOT, "--acceleration", "300", "--sample", "0.002", "-o", out]) == 0
     found = aa.load_trajectory(out)
     assert found.t[-1] < 2.0
@@ -80,12 +80,12 @@ def test_units_that_are_mistaken_are_asked_about(joints: Path, capsys: Capture) 
     rad = ",".join(f"{x:g}" for x in START)
     poses = joints.with_name("poses.csv")
     aa.save(ARM.forward(START)[0], poses)
-    main(["follow", str(poses), *ROBOT, "--start", rad])
+    main(["plan", str(poses), "--policy", "repulsion", *ROBOT, "--start", rad])
     assert "--start is in degrees, the largest is 1.2: were these rad?" in capsys.readouterr().err
-    main(["follow", str(poses), *ROBOT, "--start", "1,2,3,4,5,6,0"])
+    main(["plan", str(poses), "--policy", "repulsion", *ROBOT, "--start", "1,2,3,4,5,6,0"])
     assert "were these rad" not in capsys.readouterr().err
-    assert main(["fk", "0,0,0,0,0,0,0", "--robot", "arm.urdf"]) == 2
-    assert "--urdf arm.urdf" in capsys.readouterr().err
+    assert main(["inspect", "arm.urdf"]) == 2
+    assert "arm.urdf: no such file" in capsys.readouterr().err
 
 
 def test_seven_bounds_and_the_jerk(joints: Path, capsys: Capture) -> None:

@@ -39,7 +39,7 @@ def test_what_is_written_is_what_a_tracker_does(hand: Path, ending: str, capsys:
     to = hand.with_suffix(f".out.{ending}")
     words = ["track", str(hand), *ROBOT, "--start", DEGREES, "--rate", "100"]
     assert main([*words, "-o", str(to)]) == 0
-    assert "distance from the hand, rms" in capsys.readouterr().out
+    assert "distance from the target, rms" in capsys.readouterr().out
     assert main([*words, "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     ticks = ran(hand)
@@ -80,7 +80,7 @@ def test_it_starts_far_from_limits_and_draws(hand: Path, capsys: Capture) -> Non
 @pytest.mark.parametrize(
     ("words", "status", "message"),
     [
-        (("--rate", "0"), 2, "--rate is 0, wanted ticks per second"),
+        (("--rate", "0"), 2, "--rate is 0, wanted cycles per second"),
         (("--start", "0,0,0,-200,0,0,0"), 2, "--start is outside the limits"),
         (("--velocity", "1,2"), 2, "--velocity has 2 numbers, wanted 7"),
         (("--plot", "x.bmp2"), 2, "x.bmp2: unknown ending"),
@@ -98,7 +98,7 @@ def test_a_first_pose_that_no_posture_holds_needs_a_start(hand: Path, capsys: Ca
     poses[:, 0, 3] += 3.0
     aa.save(poses, hand)
     assert main(["track", str(hand), *ROBOT]) == 1
-    assert "no posture holds the first pose" in " ".join(capsys.readouterr().err.split())
+    assert "no joints hold the first pose" in " ".join(capsys.readouterr().err.split())
     assert main(["track", str(hand), *ROBOT, "--start", DEGREES]) == 0
     aa.save(np.empty((0, 4, 4)), hand)
     assert main(["track", str(hand), *ROBOT]) == 2
@@ -135,7 +135,8 @@ def test_samples_that_did_not_come_are_held(hand: Path, cells: str, capsys: Capt
     assert np.isnan(lost[49:59]).all() and np.isfinite(np.delete(lost, np.s_[49:59], axis=0)).all()
     with pytest.raises(aa.FileFormatError, match=r":51.*(a row of empty cells|x is nan|x is empty)"):
         aa.load_poses(hand)
-    assert main(["follow", str(hand), *ROBOT, "--start", DEGREES, "-o", str(hand.with_suffix(".npz"))]) == 2
+    words = ["plan", str(hand), *ROBOT, "--start", DEGREES, "--policy", "hold"]
+    assert main([*words, "-o", str(hand.with_suffix(".npz"))]) == 2
 
 
 def test_empty_rows_at_the_end_of_a_file_are_no_samples(hand: Path) -> None:
@@ -153,7 +154,7 @@ def test_times_of_the_file_say_how_fast_it_came_and_what_was_lost(hand: Path, ca
     assert main(words) == 0
     said = capsys.readouterr()
     facts = json.loads(said.out)
-    assert "50 ticks a second, by the file's t, 20 ticks without a row" in " ".join(said.err.split())
+    assert "50 cycles a second, by the file's t, 20 cycles without a row" in " ".join(said.err.split())
     assert sum(facts["status"].values()) == 220 and facts["status"]["HELD"] == 20
     assert main([*words, "--rate", "100"]) == 0
     said = capsys.readouterr()

@@ -222,7 +222,7 @@ def test_toml_of_junk(tmp_path: Path, text: str, capsys: pytest.CaptureFixture[s
     file.write_text(text)
     with pytest.raises(aa.FileFormatError, match=rf"r\.toml: {TOML[text]}"):
         read_robot(file)
-    assert main(["fk", "--robot", str(file), *["0"] * 7]) == 2
+    assert main(["inspect", str(file), "--joints", ",".join("0" * 7)]) == 2
     assert "r.toml:" in capsys.readouterr().err
 
 
@@ -255,7 +255,7 @@ def test_a_device_is_not_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[
     link = tmp_path / "x.csv"
     link.symlink_to(os.devnull)
     before = Path(os.devnull).stat()
-    assert main(["fk", *ROBOT, *["0"] * 7, "-o", str(link)]) == 2
+    assert main(["inspect", ROBOT[1], "--joints", ",".join("0" * 7), "-o", str(link)]) == 2
     assert "it is a pipe or a device, wanted a regular file" in " ".join(capsys.readouterr().err.split())
     after = Path(os.devnull).stat()
     assert (after.st_ino, after.st_mode, after.st_rdev) == (before.st_ino, before.st_mode, before.st_rdev)

@@ -17,6 +17,7 @@ from ..errors import (
     ArmangleError,
     MissingExtraError,
     NoSolutionError,
+    NotSRSError,
     OutputError,
     PathError,
     UnreachableError,
@@ -25,36 +26,34 @@ from ..errors import (
 from .messages import keep_whole, note
 
 COMMANDS = {
-    "demo": "see it work: an arm close to its limits goes along a line, five ways",
+    "demo": "show a KUKA iiwa that moves along a line close to its joint limits",
     "robots": "list the arms of the catalogue",
-    "inspect": "read an arm from URDF or MJCF: is it S-R-S, and how exactly",
-    "body": "balls and capsules that contain a robot's collision shapes",
-    "fk": "joints to pose, arm angle and global configuration",
-    "ik": "a pose to joints: the nearest, all, or those of an arm angle and branch",
-    "arcs": "the arm angles that keep all joints within their limits",
-    "follow": "step along a file of poses",
-    "plan": "plan a whole file of poses, proven between them, or say why not",
-    "place": "where to put the robot for a file of poses, with the best yaw",
-    "reach": "make, resume, verify a map of what an arm reaches",
-    "retime": "times for a joint file: a trajectory within the joints' bounds",
-    "track": "follow a stream of poses as a tracker would: error, speeds, statuses",
-    "plot": "draw the circle, the joints, a motion or a feasible map into a file",
+    "inspect": "show an arm, its pose at given joints, and its collision model",
+    "ik": "joints of a pose: the nearest, all, or the feasible intervals",
+    "plan": "plan a file of poses, proven between them, or step along it",
+    "retime": "give a joint file times within the bounds of the joints",
+    "track": "follow a stream of poses as a teleoperated arm does",
+    "reach": "make, resume and verify a map of the reachable poses",
+    "place": "find base positions for a file of poses",
     "view": "show the arm in the browser and move it by hand",
 }
-"""Every command with one line of help; its module is ``_NAME.py`` beside this one."""
+"""Every command with one line of help; its module is ``commands/NAME.py``."""
 
 SHELLS = ("bash", "zsh", "tcsh")
 OK, NO_SOLUTION, BAD_INPUT = 0, 1, 2
 _INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-\.?\d")
 
-_FITTED = "the S-R-S arm fitted to the file: --length-tolerance and --angle-tolerance in place of --inexact"
+_INSPECT = "armangle inspect FILE {} -o arm.urdf"  # reads a file otherwise, for --robot arm.urdf
+_FITTED = f"the S-R-S arm fitted to the file: {_INSPECT.format('--fit srs')}"
+_DOORS = f"On the command line: {_INSPECT.format('--fit srs')}, or --fit chain, or --fit offset,MM,DEG."
+_LIMITS = {"continuous_limits='use'": _INSPECT.format("--continuous-limits use")}
 
 _EPILOG = """\
-Degrees and metres in arguments and on screen, mm where an option says so;
-radians in files and --json.
+Arguments and the screen use degrees and metres, and mm if an option says so.
+Files and --json use radians.
 Exit status: 0 ok, 1 no solution (with the reason), 2 bad input.
-'armangle COMMAND --help' shows a command's options and an example."""
+'armangle COMMAND --help' shows the options of a command and an example."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -115,29 +114,39 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _complain(error: Exception, status: int) -> int:
-    note(f"armangle: {_in_options(str(error))}")
-    return status
-
-
-def _in_options(message: str) -> str:
-    """Return a message whose way out is an attribute of Python with what there is of the command line."""
+    """Print an error, with the way out of the command line in place of that of Python."""
     from ..arm.near import NOMINAL
 
-    return message.replace(NOMINAL, _FITTED)
+    doors = f"\n{_DOORS}" if isinstance(error, NotSRSError) and "tolerance" in str(error) else ""
+    note(f"armangle: {str(error).replace(NOMINAL, _FITTED)}{doors}")
+    return status
 
 
 def _run(words: list[str]) -> int:
     top = _top_parser()
-    if not words or words[0].startswith("-"):
-        top.parse_args(words)
+    asked = top.parse_args(words)
+    if asked.command is None:
         top.print_help()
         return BAD_INPUT
-    name, *rest = words
+    name, rest = asked.command, asked.words
     if name not in COMMANDS:
         near = get_close_matches(name, COMMANDS, n=1)
         hint = f"did you mean {near[0]!r}?" if near else f"the commands are {', '.join(COMMANDS)}"
         top.error(f"there is no command {name!r}; {hint}")
     command = _command(name)
+    parser = command_parser(name, command)
+    # A leading blank tells argparse that -0.1,0.2 is a value and no option; numbers may begin with one.
+    values = [f" {word}" if _NEGATIVE.match(word) else word for word in rest]
+    args = parser.parse_intermixed_args(values)  # files and options in any order
+    args.threads = asked.threads
+    with warnings.catch_warnings():
+        _warn_as_notes()
+        return command.run(args)
+
+
+def command_parser(name: str, command: Command | None = None) -> argparse.ArgumentParser:
+    """Return the parser of a command."""
+    command = _command(name) if command is None else command
     parser = _Parser(
         prog=f"armangle {name}",
         description=command.HELP,
@@ -146,12 +155,7 @@ def _run(words: list[str]) -> int:
         allow_abbrev=False,
     )
     command.configure(parser)
-    # A leading blank tells argparse that -0.1,0.2 is a value and no option; numbers may begin with one.
-    values = [f" {word}" if _NEGATIVE.match(word) else word for word in rest]
-    args = parser.parse_intermixed_args(values)  # files and options in any order
-    with warnings.catch_warnings():
-        _warn_as_notes()
-        return command.run(args)
+    return parser
 
 
 def _warn_as_notes() -> None:
@@ -159,6 +163,8 @@ def _warn_as_notes() -> None:
     said = set[str]()
 
     def remark(message: Warning | str, *_: object) -> None:
+        for python, option in _LIMITS.items():
+            message = str(message).replace(python, option)
         if str(message) not in said:
             said.add(str(message))
             note(f"armangle: {message}")
@@ -180,8 +186,9 @@ def _top_parser() -> argparse.ArgumentParser:
     listed = "\n".join(f"  {name:{width}}  {line}" for name, line in COMMANDS.items())
     parser = _Parser(
         prog="armangle",
-        usage="armangle [-h] [--version] [--cmake-dir] [--print-completion SHELL] COMMAND ...",
-        description="Exact inverse kinematics for 7-axis S-R-S arms.",
+        usage="armangle [-h] [--version] [--cmake-dir] [--print-completion SHELL]\n"
+        "                [--threads N] COMMAND ...",
+        description="Exact inverse kinematics for redundant 7-axis arms.",
         epilog=f"commands:\n{listed}\n\n{_EPILOG}",
         formatter_class=_formatter,
         allow_abbrev=False,
@@ -194,6 +201,9 @@ def _top_parser() -> argparse.ArgumentParser:
         "--print-completion", action=_Completion, choices=SHELLS, metavar="SHELL",
         help="print completions for bash, zsh or tcsh and exit (extra: completion)",
     )  # fmt: skip
+    parser.add_argument("--threads", type=int, default=0, metavar="N", help="threads; 0: all cores (default)")
+    parser.add_argument("command", nargs="?", help=argparse.SUPPRESS)
+    parser.add_argument("words", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
     return parser
 
 

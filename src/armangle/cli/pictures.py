@@ -1,8 +1,7 @@
-"""Pictures into files: what ``plot`` and commands with ``--plot`` share."""
+"""Pictures in files, for the commands with ``--plot``."""
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 from typing import Any
 
@@ -14,25 +13,13 @@ from .screen import progress
 _DOTS = 150
 
 
-def add_picture(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add --plot for a picture of what the command found."""
-    parser.add_argument("--plot", metavar="FILE", help=f"draw {what}: .png, .svg or .pdf")
-
-
-def drawing() -> Any:
-    """Return pyplot, set to draw into files: no display is needed."""
+def draw(name: str, output: str, *values: Any, **options: Any) -> None:
+    """Draw by a function of `plots` into a file: no display is needed."""
+    from .. import plots
     from ..plots.style import pyplot
 
-    found = pyplot()
-    found.switch_backend("Agg")
-    return found
-
-
-def draw(name: str, output: str, *values: Any, **options: Any) -> None:
-    """Draw by a function of `plots` into a file."""
-    plt = drawing()
-    from .. import plots
-
+    plt = pyplot()
+    plt.switch_backend("Agg")
     with progress(f"drawing {output}"):
         write_picture(getattr(plots, name)(*values, **options), output)
     plt.close("all")

@@ -130,8 +130,20 @@ def violations(arm: Arm | OffsetArm, q: Floats) -> str:
     return ", ".join(found)
 
 
-def unsolved_text(arm: Arm, pose: Floats, gc: int, status: Status) -> str:
-    """Return in words why a pose (4, 4) has no solution: the millimetres where it is out of reach."""
+def redundancy_name(arm: Arm | OffsetArm) -> str:
+    """Return what is called psi on screen: the arm angle, or the redundant joint of an arm with an offset."""
+    return f"joint {arm.free_joint}" if isinstance(arm, OffsetArm) else "psi"
+
+
+def redundancy(arm: Arm | OffsetArm) -> str:
+    """Return what psi is of an arm: "arm_angle", "joint_1" or "joint_7"."""
+    return f"joint_{arm.free_joint}" if isinstance(arm, OffsetArm) else "arm_angle"
+
+
+def unsolved_text(arm: Arm | OffsetArm, pose: Floats, gc: int, status: Status) -> str:
+    """Return in words why a pose (4, 4) has no solution: by how many millimetres it is out of reach."""
+    if isinstance(arm, OffsetArm):
+        return status.sentence
     if status == Status.UNREACHABLE:
         try:
             arm.inverse(pose, 0.0, gc)
@@ -160,14 +172,11 @@ def head_and_tail(rows: Sequence[Sequence[str]]) -> list[Sequence[str]]:
     return [*rows[:_SHOWN], ["..."] * len(rows[0]), *rows[-_SHOWN:]]
 
 
-def show_posture(arm: Arm, q: Floats, psi: float, gc: int) -> None:
-    """Print a posture joint by joint, with limits and margins."""
-    show(f"{paint('psi', 'bold')} {degrees(psi)} deg, {paint('gc', 'bold')} {gc} ({signs_text(gc)})\n")
-    show_joints(arm, q)
-
-
-def show_joints(arm: Arm | OffsetArm, q: Floats) -> None:
-    """Print joints with limits and margins."""
+def show_configuration(arm: Arm | OffsetArm, q: Floats, psi: float, gc: int) -> None:
+    """Print joints with limits and margins, their arm angle and their branch."""
+    angle = f"{paint(redundancy_name(arm), 'bold')} {degrees(psi)} deg"
+    signs = "" if isinstance(arm, OffsetArm) else f" ({signs_text(gc)})"
+    show(f"{angle}, {paint('gc', 'bold')} {gc}{signs}\n")
     margins = joint_margins(arm, q)
     rows = [
         [str(i + 1), arm.joint_names[i], degrees(q[i]), degrees(arm.lower[i], 2), degrees(arm.upper[i], 2),
@@ -178,7 +187,7 @@ def show_joints(arm: Arm | OffsetArm, q: Floats) -> None:
 
 
 def show_many(q: Floats, outcomes: Iterable[str]) -> None:
-    """Print postures (N, 7) and what came out of each, a row a pose."""
+    """Print joints (N, 7) and the status of each, a row a pose."""
     pairs = enumerate(zip(q, outcomes, strict=True))
     rows = [[str(i), *(degrees(v, 2) for v in joints), name] for i, (joints, name) in pairs]
     show(table(["row", *(f"q{i}" for i in range(1, 8)), "deg"], head_and_tail(rows), left=(8,)))

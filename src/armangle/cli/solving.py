@@ -1,131 +1,275 @@
-"""`armangle ik` without an arm angle: the nearest posture of each pose, or one for each branch and arc."""
+"""`armangle ik`: the nearest solution of each pose, all solutions, or that of an arm angle."""
 
 from __future__ import annotations
 
 import argparse
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from .._arrays import CONFIGURATIONS, Floats, millimetres
+from .._arrays import CONFIGURATIONS, Floats, Ints, millimetres
 from ..arm.arm import Arm
+from ..arm.offset import OffsetArm
 from ..arm.solution import Solution
-from ..errors import InputError
-from ..motion.joint_path import JointPath, even_parameters
+from ..motion.joint_path import JointPath, blank_rows, even_parameters
 from ..scenes.scene import Scene
 from ..status import STATUSES, Status
-from .arguments import joints
+from .arguments import refuse
+from .loading import AnyArm, srs
 from .messages import note, paragraph
 from .screen import (
     counted,
     degrees,
+    joint_margins,
     left_out,
     progress,
+    redundancy,
     show,
+    show_configuration,
     show_json,
     show_many,
-    show_posture,
     unsolved_text,
+    violations,
     write,
 )
-from .tables import table
+from .tables import paint, table
+
+_NAMES = np.array([status.name for status in STATUSES])
+_COLUMNS = [f"q{i}" for i in range(1, 8)]
+Found = tuple[float, int] | None
 
 
-def solve(arm: Arm, pose: Floats, scene: Scene | None, args: argparse.Namespace) -> int:
-    """Print what is nearest to --near, or to the middle of the ranges; status 1 where there is no posture."""
-    _check(args, pose.ndim == 2)
-    if args.near is None:
-        near, name = np.array(arm._handle.joint_middle), "the middle of the joint ranges"
-    else:
-        near, name = joints("--near", args.near, arm), "--near"
-    if args.all:
-        return _all(arm, pose, near, name, scene, args)
-    single, frames = pose.ndim == 2, pose.reshape(-1, 4, 4)
+@dataclass(frozen=True)
+class Asked:
+    """What `armangle ik` is asked: poses (4, 4) or (N, 4, 4) of an arm, and what is chosen of them."""
+
+    arm: AnyArm
+    frame: Floats
+    seed: Floats | None
+    scene: Scene | None
+    gc: int | None
+    psi: float | None
+
+    @property
+    def frames(self) -> Floats:
+        """All poses, (N, 4, 4)."""
+        return self.frame.reshape(-1, 4, 4)
+
+    @property
+    def pick(self) -> Any:
+        """What takes the one result from those of all, or keeps them all."""
+        return 0 if self.frame.ndim == 2 else slice(None)
+
+
+def forward(arm: AnyArm, q: Floats) -> tuple[Floats, Floats, Ints]:
+    """Return poses, arm angles (NaN if undefined) and branches of joints."""
+    pose, psi, gc = arm.forward(q) if isinstance(arm, OffsetArm) else arm.forward(q, undefined="nan")
+    return pose, np.asarray(psi), np.asarray(gc)
+
+
+def solve(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
+    """Print the solution nearest to --seed, or to the middle of the ranges; status 1 if there is none."""
+    arm, frames = asked.arm, asked.frames
+    seed, name = _seed(asked)
     with progress("solving"):
-        found = arm.solve(
-            frames, near, metric=args.metric, gc=args.gc, scene=scene, outside=args.outside, roll=args.roll
-        )
+        found = _nearest(asked, seed, args)
     if args.output is not None:
         write(_path(arm, frames, found), args.output)
-    names = np.array([status.name for status in STATUSES])[found.status]
+    names, ok = _NAMES[np.asarray(found.status)], np.asarray(found.ok)
+    metric = args.metric or "l2"
     if args.json:
-        pick = 0 if single else slice(None)
-        values = {key: getattr(found, key)[pick] for key in ("q", "psi", "gc", "distance", "margin", "gap")}
-        show_json(values | {"status": names[pick], "near": near, "metric": args.metric})
-    elif not single:
+        values = {
+            key: getattr(found, key)[asked.pick] for key in ("q", "psi", "gc", "distance", "margin", "gap")
+        }
+        facts = {"status": names[asked.pick], "seed": seed, "metric": metric}
+        show_json(values | facts | {"redundancy": redundancy(arm)})
+    elif asked.frame.ndim == 3:
         show(f"nearest to {name}\n")
         show_many(found.q, names)
         unproven = int((names == Status.UNPROVEN.name).sum())
         if unproven:
             show(paragraph(f"\nUNPROVEN, {counted(unproven, 'pose')}: {Status.UNPROVEN.sentence}"))
     elif np.isfinite(found.q).all():
-        one = found.row(0)
-        show_posture(arm, one.q, float(one.psi), int(one.gc))
-        show(f"\nnearest to {name}:\n{_far(args.metric, float(one.distance))}")
-        if one.status == Status.UNPROVEN:
-            show(paragraph(f"UNPROVEN: {Status.UNPROVEN.sentence}"))
-        if not one.ok:
-            off = millimetres(float(one.gap))
-            show("\nof the nearest pose that can be held:")
-            show(f"{off} from the one asked; a radian counts as 200 mm")
-    if np.all(found.ok):
-        return 0
-    failed = np.flatnonzero(~np.asarray(found.ok))
-    where = "" if single else f"{len(failed)} of {len(frames)} poses fail; pose {failed[0]}: "
+        _show_one(arm, found, name, metric)
+    if ok.all():
+        return 0, (float(np.ravel(found.psi)[0]), int(np.ravel(found.gc)[0])) if len(frames) else None
+    failed = np.flatnonzero(~ok)
+    where = "" if asked.frame.ndim == 2 else f"{len(failed)} of {len(frames)} poses fail; pose {failed[0]}: "
     why = STATUSES[int(np.ravel(found.status)[failed[0]])]
-    note(f"armangle: {where}{unsolved_text(arm, frames[failed[0]], args.gc or 0, why)}")
-    return 1
+    note(f"armangle: {where}{unsolved_text(arm, frames[failed[0]], asked.gc or 0, why)}")
+    return 1, None
 
 
-def _all(
-    arm: Arm, pose: Floats, near: Floats, name: str, scene: Scene | None, args: argparse.Namespace
-) -> int:
-    """Print one posture for each branch and arc, the nearest first."""
-    found = arm.solutions(pose, near, metric=args.metric, gc=args.gc, scene=scene)
-    asked = [*range(CONFIGURATIONS)] if args.gc is None else [args.gc]
-    every = arm.feasible_all(pose, scene=scene)[asked]
+def _seed(asked: Asked) -> tuple[Floats, str]:
+    """Return the joints to be near to, and what they are called."""
+    if asked.seed is not None:
+        return asked.seed, "--seed"
+    if isinstance(asked.arm, OffsetArm):
+        middle = 0.5 * (asked.arm.lower + asked.arm.upper)
+        return np.where(np.isfinite(middle), middle, 0.0), "the middle of the joint ranges"
+    middle = np.array(asked.arm._handle.joint_middle)
+    return middle, "the middle of the joint ranges"
+
+
+def _nearest(asked: Asked, seed: Floats, args: argparse.Namespace) -> Solution:
+    """Return the nearest solution of each pose."""
+    arm, frames = asked.arm, asked.frames
+    if isinstance(arm, OffsetArm):
+        refuse(args, ("metric", "fallback", "roll", "singularity-margin"), f"{arm.name}, which has an offset")
+        found: Any = arm.solve(frames, seed, gc=asked.gc)
+        gap = np.where(found.ok, 0.0, np.nan)
+        return Solution(
+            found.q, found.free, found.gc, found.distance, found.status, found.margin, gap, frames
+        )
+    return arm.solve(
+        frames, seed, metric=args.metric or "l2", gc=asked.gc, scene=asked.scene, roll=args.roll,
+        outside="refuse" if args.fallback is None else "nearest", singularity_margin=args.singularity_margin,
+    )  # fmt: skip
+
+
+def _show_one(arm: AnyArm, found: Solution, name: str, metric: str) -> None:
+    """Print the one solution of a batch of one."""
+    psi, gc, distance = (float(np.ravel(value)[0]) for value in (found.psi, found.gc, found.distance))
+    show_configuration(arm, found.q[0], psi, int(gc))
+    off = degrees(distance, 2)
+    far = (
+        f"no joint is further than {off} deg from it"
+        if metric == "max"
+        else f"{off} deg from it (root of the sum of squares)"
+    )
+    show(f"\nnearest to {name}:\n{far}")
+    if np.ravel(found.status)[0] == Status.UNPROVEN:
+        show(paragraph(f"UNPROVEN: {Status.UNPROVEN.sentence}"))
+    if not np.all(found.ok):
+        off = millimetres(float(np.ravel(found.gap)[0]))
+        said = f"This is the nearest reachable pose, {off} from the one asked; a radian counts as 200 mm."
+        show(paragraph(f"\n{said}"))
+
+
+def _path(arm: AnyArm, frames: Floats, found: Solution) -> JointPath:
+    """Return one row a pose, each with its status."""
+    residual, ok = np.full(len(frames), np.nan), np.asarray(found.ok)
+    residual[ok] = _off(arm, found.q[ok], frames[ok])
+    rows: dict[str, Any] = {key: getattr(found, key) for key in ("q", "psi", "gc", "status", "margin")}
+    return JointPath(arm=arm, s=even_parameters(len(frames)), poses=frames, residual=residual, **rows)
+
+
+def _off(arm: AnyArm, q: Floats, frames: Floats) -> Floats:
+    """Return how far joints are from the positions of poses, m."""
+    return np.asarray(np.linalg.norm(forward(arm, q)[0][:, :3, 3] - frames[:, :3, 3], axis=1))
+
+
+def solve_all(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
+    """Print one solution for each branch and interval, the nearest first."""
+    arm, frame = srs(asked.arm, "--all"), asked.frame
+    seed, name = _seed(asked)
+    metric: Any = args.metric or "l2"
+    kept: dict[str, Any] = {"scene": asked.scene, "singularity_margin": args.singularity_margin}
+    found = arm.solutions(frame, seed, metric=metric, gc=asked.gc, **kept)
+    branches = [*range(CONFIGURATIONS)] if asked.gc is None else [asked.gc]
+    every = arm.feasible_all(frame, **kept)[branches]
     if args.json:
         columns = {key: getattr(found, key) for key in ("q", "psi", "gc", "distance", "margin", "status")}
-        show_json(columns | {"unproven": every.unproven, "near": near, "metric": args.metric})
+        show_json(columns | {"unproven": every.unproven, "seed": seed, "metric": metric})
     elif len(found):
-        show(f"one posture for each branch and arc, nearest to {name}; all in degrees\n")
+        show(f"one solution for each branch and interval, nearest to {name}; all in degrees\n")
         rows = [
             [str(one.gc), degrees(float(one.psi), 0), *(degrees(v, 1) for v in one.q),
              degrees(float(one.distance), 1), degrees(float(one.margin), 1)]
             for one in found
         ]  # fmt: skip
-        show(table(["gc", "psi", *(f"q{i}" for i in range(1, 8)), args.metric, "margin"], rows))
-    named = zip([f"gc {gc}" for gc in asked], np.ravel(every.unproven).tolist(), strict=True)
+        show(table(["gc", "psi", *_COLUMNS, metric, "margin"], rows))
+    named = zip([f"gc {gc}" for gc in branches], np.ravel(every.unproven).tolist(), strict=True)
     unproven = left_out(named)
     if unproven:
         note(f"armangle: {unproven}")
-    if len(found):
-        return 0
-    assert isinstance(found.status, Status)
-    note(f"armangle: {unsolved_text(arm, pose, args.gc or 0, found.status)}")
-    return 1
+    if not len(found):
+        assert isinstance(found.status, Status)
+        note(f"armangle: {unsolved_text(arm, frame, asked.gc or 0, found.status)}")
+    return 0 if len(found) else 1, None
 
 
-def _check(args: argparse.Namespace, single: bool) -> None:
-    """Raise where options do not go together."""
-    if args.seed is not None:
-        raise InputError("--seed goes with --psi; without an arm angle wanted --near")
-    if args.all and (not single or args.output is not None):
-        raise InputError("--all takes one pose and prints it; leave it out for a file of poses or for -o")
-    if args.all and args.roll != "pose":
-        raise InputError("--all lists the postures of the pose as it is: it goes without --roll free")
+def solve_at_psi(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
+    """Print the solution that an arm angle and a branch define, or with --all those of all branches."""
+    if args.all:
+        return _every_branch(asked, args.psi, args.json), None
+    arm, psi, gc = asked.arm, args.psi, args.gc
+    with progress("solving"):
+        path = _rows(asked, psi, gc)
+    if args.output is not None:
+        write(path, args.output)
+    if args.json:
+        values = {key: getattr(path, key)[asked.pick] for key in ("q", "psi", "gc", "margin")}
+        show_json(values | {"status": _NAMES[path.status][asked.pick], "redundancy": redundancy(arm)})
+    elif asked.frame.ndim == 3:
+        show_many(path.q, _NAMES[path.status])
+    elif path.ok:
+        show_configuration(arm, path.q[0], psi, gc)
+    if not path.ok:
+        note(f"armangle: {_reason(asked, path, psi, gc)}")
+    return 0 if path.ok else 1, (psi, gc) if path.ok else None
 
 
-def _far(metric: str, distance: float) -> str:
-    if metric == "max":
-        return f"no joint is further than {degrees(distance, 2)} deg from it"
-    return f"{degrees(distance, 2)} deg from it (root of the sum of squares)"
-
-
-def _path(arm: Arm, frames: Floats, found: Solution) -> JointPath:
+def _rows(asked: Asked, psi: float, gc: int) -> JointPath:
     """Return one row a pose, each with its status."""
-    residual, ok = np.full(len(frames), np.nan), np.asarray(found.ok)
-    reached = arm.forward(found.q[ok], undefined="nan")[0]
-    residual[ok] = np.linalg.norm(reached[:, :3, 3] - frames[ok, :3, 3], axis=1)
-    rows: dict[str, Any] = {key: getattr(found, key) for key in ("q", "psi", "gc", "status", "margin")}
-    return JointPath(arm=arm, s=even_parameters(len(frames)), poses=frames, residual=residual, **rows)
+    arm, frames = asked.arm, asked.frames
+    q = arm.inverse(frames, psi, gc, seed=asked.seed, limits="nan", unreachable="nan")
+    solved = np.isfinite(q).all(axis=1)
+    # A pose that has a solution at no arm angle says why; another has one at another arm angle: OUTSIDE.
+    rows = blank_rows(len(frames))
+    why = np.asarray(arm.feasible(frames[~solved], gc).status)
+    rows["status"][~solved] = np.where(why == Status.OK, Status.OUTSIDE, why)
+    if isinstance(arm, Arm) and arm.chain is not None:
+        held = np.isfinite(arm.inverse(frames, psi, gc, seed=asked.seed, unreachable="nan")).all(axis=1)
+        rows["status"][~held & (rows["status"] == Status.OUTSIDE)] = Status.NEAR_SINGULAR
+    if solved.any():
+        rows["q"][solved], rows["psi"][solved], rows["gc"][solved] = q[solved], psi, gc
+        rows["status"][solved], rows["margin"][solved] = Status.OK, arm.limit_margin(q[solved])
+        rows["residual"][solved] = _off(arm, q[solved], frames[solved])
+    return JointPath(arm=arm, s=even_parameters(len(frames)), poses=frames, **rows)
+
+
+def _reason(asked: Asked, path: JointPath, psi: float, gc: int) -> str:
+    """Return in words why the first pose without a solution has none."""
+    arm, at = asked.arm, path.first_failure or 0
+    failed = int((path.status != Status.OK).sum())
+    where = "" if len(path) == 1 else f"{failed} of {len(path)} poses fail; pose {at}: "
+    if path.status[at] != Status.OUTSIDE:
+        return where + unsolved_text(arm, path.poses[at], gc, STATUSES[path.status[at]])
+    q = arm.inverse(path.poses[at], psi, gc, seed=asked.seed, unreachable="nan")
+    found = arm.feasible(path.poses[at], gc)
+    intervals = ", ".join(f"[{degrees(low, 2)}, {degrees(high, 2)}]" for low, high in found)
+    outside = violations(arm, q) or "no joints reach the pose with it"
+    not_feasible = f"psi {degrees(psi, 2)} deg is not feasible: {outside}"
+    return f"{where}{not_feasible}. Feasible with gc {gc}: {intervals} deg."
+
+
+def _every_branch(asked: Asked, psi: float, as_json: bool) -> int:
+    """Print the solutions of all eight branches, those outside their limits with what they violate."""
+    arm, pose = asked.arm, asked.frame
+    q8 = arm.inverse_all(pose, psi, seed=asked.seed, unreachable="nan")
+    known = np.isfinite(q8[:, 0])  # near singularities some branches of an own chain may have no solution
+    if not known.any():
+        why = Status(int(arm.feasible(pose, 0).status))
+        note(f"armangle: {unsolved_text(arm, pose, 0, Status.NEAR_SINGULAR if why == Status.OK else why)}")
+        return 1
+    within = known.copy()
+    within[known] = arm.within_limits(q8[known])
+    if as_json:
+        show_json({"q": q8, "psi": psi, "gc": np.arange(CONFIGURATIONS), "within_limits": within})
+    else:
+        show(f"{paint('psi', 'bold')} {degrees(psi)} deg; * outside its limits, all in degrees\n")
+        rows = []
+        for gc, q in enumerate(q8):
+            outside = joint_margins(arm, q) < 0
+            cells = [degrees(v, 2) + ("*" if bad else " ") for v, bad in zip(q, outside, strict=True)]
+            cells = [paint(cell, "red") if bad else cell for cell, bad in zip(cells, outside, strict=True)]
+            rows.append([str(gc), *cells])
+        show(table(["gc", *(f"{name} " for name in _COLUMNS)], rows))
+    if not known.all():
+        listed = ", ".join(map(str, np.flatnonzero(~known)))
+        note(f"armangle: gc {listed}: {Status.NEAR_SINGULAR.sentence}")
+    if not np.any(within):
+        note("armangle: no global configuration is within the limits at this arm angle")
+    return 0 if np.any(within) else 1

@@ -88,7 +88,7 @@ def load_scene(path: PathLike) -> Scene:
 
 
 def load_body(path: PathLike) -> Body:
-    """Return the body of a TOML file, such as ``armangle body -o`` writes.
+    """Return the body of a TOML file, such as ``armangle inspect --body -o`` writes.
 
     Tables ``[[ball]]`` and ``[[capsule]]`` as of `load_scene`, each with ``link``, its DH frame 0..7, and
     ``ignore``; or ``[bones]`` with ``upper_arm`` and ``forearm``, radii in m.

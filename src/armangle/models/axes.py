@@ -140,12 +140,11 @@ def millimetres(length: float) -> str:
 
 
 def tolerances(length: float | None, angle: float | None) -> str:
-    """Return tolerances (m, rad; None for one that is not needed) as arguments and as options."""
-    given = [] if length is None else [("length", length, 1e3 * length)]
-    given += [] if angle is None else [("angle", angle, math.degrees(angle))]
-    python = " and ".join(f"{name}_tolerance={above(value)}" for name, value, _ in given)
-    options = " ".join(f"--{name}-tolerance {above(shown)}" for name, _, shown in given)
-    return f"{python} (on the command line {options})"
+    """Return tolerances (m, rad; None for one that is not needed) as arguments."""
+    given = {"length": length, "angle": angle}
+    return " and ".join(
+        f"{name}_tolerance={above(value)}" for name, value in given.items() if value is not None
+    )
 
 
 def reasons_against(axes: Axes, angle: float, length: float) -> list[Reason]:

@@ -23,7 +23,7 @@ from .. import _opening
 from .._arrays import JOINTS
 from ..errors import FileFormatError, InputError, UnknownRobotError
 from .description import ELBOW_OFFSETS, FRAMES, LENGTHS, ArmDescription
-from .offset import COMMANDS, offset_catalogue
+from .offset import offset_catalogue
 
 ROBOTS = Path(__file__).with_name("robots")
 
@@ -112,7 +112,7 @@ def load_robot(name: str) -> CatalogueEntry:
     if name in offset_catalogue():
         raise UnknownRobotError(
             f"{name!r} has an offset wrist or shoulder and is no S-R-S arm: "
-            f"armangle.OffsetArm.from_catalogue({name!r}), on the command line {COMMANDS}"
+            f"armangle.OffsetArm.from_catalogue({name!r})"
         )
     if name not in known:
         near = _near(str(name), (*known, *offset_catalogue()))

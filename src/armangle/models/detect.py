@@ -222,19 +222,11 @@ def own_chain_door(chain: Chain, takes: str = "") -> str:
     found = nearness(Axes(*chain.lines()))
     if not found.near and not _within_most(chain, found):
         return ""
-    wide = exceeds(found.miss, NEAR_LENGTH), exceeds(found.tilt, NEAR_ANGLE)
-    python, options = "exact=False", "--inexact"
-    if wide[0]:
-        python, options = (
-            f"{python}, length_tolerance={above(found.miss)}",
-            (f"{options} --length-tolerance {above(1e3 * found.miss)}"),
-        )
-    if wide[1]:
-        python, options = (
-            f"{python}, angle_tolerance={above(found.tilt)}",
-            (f"{options} --angle-tolerance {above(math.degrees(found.tilt))}"),
-        )
-    how = f"{python} (on the command line {options})"
+    how = "exact=False"
+    if exceeds(found.miss, NEAR_LENGTH):
+        how = f"{how}, length_tolerance={above(found.miss)}"
+    if exceeds(found.tilt, NEAR_ANGLE):
+        how = f"{how}, angle_tolerance={above(found.tilt)}"
     return (
         f"{takes}{how}: as it is, with the chain of the file, 0 mm off at the tip"
         if takes

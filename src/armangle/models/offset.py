@@ -29,7 +29,6 @@ from .description import OffsetDescription
 ANGLE_TOLERANCE = 5e-5  # rad: what files that write right angles to five digits are off by
 LENGTH_TOLERANCE = 2e-5  # m
 _SINES = (-1.0, 1.0, 1.0, -1.0, -1.0, 1.0)  # of the twists alpha_1 ... alpha_6 between neighbouring axes
-COMMANDS = "ik, fk, follow, track and retime"  # of the command line, which take such an arm
 _POSTURES = np.random.default_rng(5).uniform(-np.pi, np.pi, (8, 7))  # at which an exact arm is told
 _AS_WRITTEN = {field.name for field in fields(OffsetDescription)} - {"name", "offsets"}  # keys of the tables
 _SQUARE = 0.2  # neighbouring axes further than this from square, as a cosine, are of another kind of arm
@@ -75,13 +74,13 @@ def offset_hint(chain: Chain) -> str:
         return ""  # what takes the error takes the offset too, and leaves an S-R-S arm
     if _within(off, LENGTH_TOLERANCE, ANGLE_TOLERANCE):
         return (
-            f"armangle.OffsetArm takes it, from the same file (on the command line {COMMANDS}): "
+            f"armangle.OffsetArm takes it, from the same file: "
             f"it is S-R-S but for {_kind(found)}, and differs by up to {_differs(off)} at the tip."
         )
     if not _within(_rounded_up(off), MAX_LENGTH, MAX_ANGLE):
         return ""
     return (
-        f"armangle.OffsetArm takes it as S-R-S but for {_kind(found)} (on the command line {COMMANDS}), "
+        f"armangle.OffsetArm takes it as S-R-S but for {_kind(found)}, "
         f"with {_tolerances(off)}: that arm differs by up to {_differs(off)} at the tip."
     )
 

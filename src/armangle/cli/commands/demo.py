@@ -13,7 +13,7 @@ from ...files.replacing import replacing
 from ...files.tables import save
 from ...motion.options import MAX_JOINT_STEP
 from .. import paper_example
-from ..arguments import add_json
+from ..arguments import add
 from ..messages import note, paragraph
 from ..screen import degrees, progress, show, show_json, signs_text
 from ..tables import paint, table
@@ -32,7 +32,7 @@ It is the example of the paper that armangle began with, which bounds no step of
 demo; step and follow shorten what the policy asks for to {limit} deg."""
 _OVERVIEW = "overview.png"
 _VIEW = """\
-  armangle view --demo
+  armangle view
       the same in the browser: play it, drag the tool, turn the elbow"""
 _PLAN = """\
   armangle plan {folder}/poses.csv --robot kuka_iiwa7_r800 -o joints.csv
@@ -47,7 +47,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", metavar="DIR", help="write a joint CSV and a picture a run there, and poses.csv"
     )
-    add_json(parser)
+    add(parser, "json")
 
 
 def run(args: argparse.Namespace) -> int:

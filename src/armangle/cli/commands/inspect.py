@@ -1,36 +1,60 @@
-"""``armangle inspect``: what a robot description holds, as an S-R-S arm, or one with an offset."""
+"""``armangle inspect``: an arm, the pose of its joints, and its collision model."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from dataclasses import asdict
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from ... import kuka
+from ..._arrays import Floats, Ints
 from ...arm.arm import Arm
 from ...arm.deviation import LOOKED_AT
 from ...arm.offset import OffsetArm
-from ...errors import FileFormatError, InputError, NotSRSError
+from ...errors import InputError, NotSRSError
 from ...files.replacing import replacing
-from ...models.candidates import chosen
+from ...files.scenes import body_toml
+from ...files.sheets import ending
+from ...files.tables import load_joints
+from ...models.axes import exceeds
 from ...models.catalogue import robot_toml
-from ...models.description import ImportReport
 from ...models.detect import ANGLE_TOLERANCE, LENGTH_TOLERANCE
-from ...models.mjcf import is_mjcf, mjcf_candidates
-from ...models.offset import COMMANDS
-from ...models.urdf import urdf_candidates
 from ...poses import COLUMNS, rows_from_poses
-from ..arguments import add_import, add_json, arm_of_file, offset_arm_of_file
+from ...scenes.ready import LinkPair, link_pairs
+from ...scenes.shapes import Capsule
+from ..arguments import add, is_file, joints, refuse, some_joints
+from ..loading import AnyArm, any_arm, body_of_file, is_description, links_of, srs
 from ..messages import note, paragraph
-from ..screen import degrees, progress, show, show_json
+from ..motions import motion_of
+from ..pictures import draw
+from ..screen import (
+    degrees,
+    fixed,
+    head_and_tail,
+    progress,
+    redundancy,
+    redundancy_name,
+    show,
+    show_json,
+    signs_text,
+    violations,
+    write,
+)
+from ..solving import forward
 from ..tables import paint, table
 
 HELP = """\
-Read a URDF, or an MJCF (needs the package mujoco), between two links: is the
-arm S-R-S, or but for an offset wrist or shoulder, how exactly, and which
-numbers describe it. Base and tip are guessed, or their choices listed, S-R-S
-ones first, where left out."""
-EXAMPLE = "  armangle inspect robot.urdf --base link_0 --tip link_ee -o robot.toml"
+Show an arm of the catalogue or of a file (URDF, MJCF, TOML): its kind, its
+numbers, and how exactly they describe the file. --joints shows the pose, the
+arm angle and the branch of joints. --body shows balls and capsules that contain
+the collision shapes of a file."""
+EXAMPLE = """\
+  armangle inspect robot.urdf --links link_0,link_ee -o robot.toml
+  armangle inspect kuka_iiwa7_r800 --joints 10,20,30,-40,50,60,70"""
 
 _LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4")
 _SAME = 1e-12  # m, and of a rotation's entries
@@ -38,137 +62,274 @@ _SAME = 1e-12  # m, and of a rotation's entries
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
-    parser.add_argument("file", metavar="FILE", help="a URDF or MJCF")
-    parser.add_argument("--base", metavar="LINK", help="first link")
-    parser.add_argument("--tip", metavar="LINK", help="last link")
-    add_import(parser)
-    parser.add_argument("-o", "--output", metavar="FILE.toml", help="write the numbers, for --robot")
-    add_json(parser)
+    parser.add_argument("robot", metavar="ARM", help="a name of the catalogue, or a URDF, MJCF or TOML")
+    add(parser, "links", "tool", "joints")
+    parser.add_argument(
+        "--fit", metavar="KIND[,MM,DEG]",
+        help="read a file as the nearest S-R-S arm (srs) or arm with one offset (offset), or with "
+        "its own chain (chain); MM and DEG bound the deviation (default: exact, else its own chain)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--continuous-limits",
+        choices=("ignore", "use"),
+        help="limits of continuous joints of a URDF (default ignore)",
+    )
+    parser.add_argument(
+        "--kuka",
+        action="store_true",
+        help="with --joints, also the KUKA frame: X..C (mm, deg), E1, Status, Turn",
+    )
+    parser.add_argument(
+        "--body", nargs="?", const="6", metavar="N[,hulls]",
+        help="collision model of the file, at most N shapes for each of its own; hulls: an open "
+        "mesh stands for its convex hull",
+    )  # fmt: skip
+    parser.add_argument(
+        "-o", "--output", metavar="FILE",
+        help="write the arm (.urdf, or .toml if S-R-S), the poses of --joints, or the --body (.toml)",
+    )  # fmt: skip
+    add(parser, "plot", help="with a joint FILE, draw the arm angle and the joints: .png, .svg or .pdf")
+    add(parser, "json")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the import report and the numbers; status 1 where the arm is neither S-R-S nor an OffsetArm."""
-    base, tip = _links(args)
+    """Print what is asked of the arm; status 1 if it is of no kind, or joints are outside their limits."""
+    if args.joints is None:
+        refuse(args, ("kuka", "plot"), "the arm alone: give --joints")
+    if args.body is not None:
+        refuse(args, ("joints", "tool", "fit"), "--body")
+        return _body(args)
     try:
-        arm = arm_of_file(args.file, base, tip, args, show_notes=False)
+        arm = any_arm(args, quiet=args.joints is None)
     except NotSRSError as error:
-        offset = None if error.near else _offset_arm(args, base, tip)
-        if offset is not None:
-            return _inspect_offset(offset, args)
         if args.json:
-            show_json({"srs": False, "base": base, "tip": tip, "near": error.near, "reasons": error.reasons})
+            show_json({"kind": None, "near": error.near, "reasons": error.reasons})
         note(f"armangle: {error}")
         return 1
-    report = arm.import_report
-    assert report is not None  # every import reports
-    source = f"{report.source}, {report.base} to {report.tip}"
-    if arm.chain is not None:
-        return _inspect_chain(arm, report, args)
-    text = robot_toml(arm._description(), title=arm.name, source=source, tip=report.tip)
-    if args.json:
-        show_json({"srs": True, **asdict(report), "reach": arm.reach, "toml": text})
-    else:
-        _show(arm, report, _kind(report), (*_LENGTHS, "d_4"))
-        if args.output is None:
-            show(f"\n{paint('As a file for --robot FILE.toml:', 'bold')}\n\n{text.rstrip()}")
+    return _describe(arm, args) if args.joints is None else _place(arm, args)
+
+
+# -- the arm ---------------------------------------------------------------------------------------------
+
+
+def _describe(arm: AnyArm, args: argparse.Namespace) -> int:
+    """Print the numbers of the arm."""
+    kind, report = _kind(arm), arm.import_report
+    offset = "a_1" if kind == "offset_shoulder" else "a_6" if kind == "offset_wrist" else "d_4"
+    text = _toml(arm) if kind in ("srs", "srs_fitted") else None
+    chain: dict[str, Any] = {}
+    if isinstance(arm, Arm) and arm.chain is not None:
+        with progress("proving intervals"):
+            chain = {"deviation": asdict(arm.deviation), "proven_share": arm.proven_share}
     if args.output is not None:
-        with replacing(args.output) as file:
-            file.write(text.encode())
-        note(f"wrote {args.output}")
-    return 0
-
-
-def _offset_arm(args: argparse.Namespace, base: str | None, tip: str | None) -> OffsetArm | None:
-    """Return the arm with an offset wrist or shoulder, None where it is no such arm."""
-    try:
-        return offset_arm_of_file(args.file, base, tip, args, show_notes=False)
-    except NotSRSError:
-        return None
-
-
-def _inspect_offset(arm: OffsetArm, args: argparse.Namespace) -> int:
-    """Show an arm with an offset wrist or shoulder; a robot file holds S-R-S arms alone."""
-    if args.output is not None:
-        raise InputError("-o writes S-R-S arms, and this one has an offset wrist or shoulder: use its file")
-    report = arm.import_report
-    assert report is not None  # every import reports
-    end, name = ("shoulder", "a_1") if arm.a_1 else ("wrist", "a_6")
+        _write_arm(arm, text, args.output)
     if args.json:
-        values = {key: getattr(arm, key) for key in (*_LENGTHS, name, "lower", "upper", "signs", "offsets")}
-        show_json({"srs": False, "offset": end, **asdict(report), "reach": arm.reach, **values, "toml": None})
-    else:
-        _show(arm, report, f"S-R-S but for an offset {end}", (*_LENGTHS, name))
-        show()
-        show(
-            paragraph(
-                f"for armangle.OffsetArm, and for {COMMANDS}: joint {arm.free_joint} takes the place of psi"
-            )
-        )
-    return 0
-
-
-def _inspect_chain(arm: Arm, report: ImportReport, args: argparse.Namespace) -> int:
-    """Show an arm that keeps the chain of its file; a robot file holds exact arms alone."""
-    if args.output is not None:
-        raise InputError(
-            "-o writes exact S-R-S arms, and --inexact keeps the chain of the file: use the file"
-        )
-    with progress("proving intervals"):
-        share = arm.proven_share
-    if args.json:
-        near = {**asdict(report), "deviation": asdict(arm.deviation), "reach": arm.reach, "toml": None}
-        show_json({"srs": False, "near": True, "proven_share": share, **near})
-    else:
-        _show(arm, report, _kind(report), (*_LENGTHS, "d_4"))
-        show(paragraph(f"the chain of the file, from that arm: {arm.deviation}"))
-        show(
-            paragraph(
-                f"at {100 * share:.3g} % of {LOOKED_AT} random poses all feasible intervals are proven; "
-                "at the others what is not proven is left out"
-            )
-        )
-    return 0
-
-
-def _links(args: argparse.Namespace) -> tuple[str | None, str | None]:
-    """Return base and tip, the missing ones left to the reader where it finds an arm; else the choices."""
-    if args.tip is not None:
-        return args.base, args.tip
-    find = mjcf_candidates if is_mjcf(args.file) else urdf_candidates
-    found = find(args.file, args.base)
-    best = found[0].rank() if found else 0
-    if not found or chosen(found, 0) is not None:
-        return args.base, None
-    one = chosen(found, best) if best == 1 else None  # with an offset, of which an Arm knows nothing
-    if one is None:
-        lines = [f"  --base {one.base} --tip {one.tip}  {one.verdict()}{one.other_tips()}" for one in found]
-        message = "name base and tip; chains of seven rotating joints:\n" + "\n".join(lines)
-        raise FileFormatError(message, source=args.file)
-    return one.base, one.tip
-
-
-def _kind(report: ImportReport) -> str:
-    """Return what an arm is beside its file."""
-    miss = max(report.shoulder_miss, report.wrist_miss)
-    exact = miss <= LENGTH_TOLERANCE and report.angle_miss <= ANGLE_TOLERANCE
-    return "S-R-S" if exact else "the S-R-S arm fitted to it"
-
-
-def _show(arm: Arm | OffsetArm, report: ImportReport, kind: str, lengths: tuple[str, ...]) -> None:
-    show(paint(f"{arm.name}: {kind}", "bold"))
-    for line in str(report).splitlines():
+        numbers = {
+            name: getattr(arm, name)
+            for name in (*_LENGTHS, offset, "lower", "upper", "signs", "offsets", "reach")
+        }
+        facts = {"kind": kind, "redundancy": redundancy(arm), **({} if report is None else asdict(report))}
+        show_json(facts | numbers | chain | {"toml": text})
+        return 0
+    show(paint(f"{arm.name}: {_KINDS[kind]}", "bold"))
+    for line in () if report is None else str(report).splitlines():
         show(paint(paragraph(line), "bold") if line.startswith("note: ") else paragraph(line))
     show()
-    show(paragraph(f"lengths mm: {', '.join(f'{name} {getattr(arm, name) * 1e3:.6g}' for name in lengths)}"))
+    lengths = ", ".join(f"{name} {getattr(arm, name) * 1e3:.6g}" for name in (*_LENGTHS, offset))
+    show(paragraph(f"lengths mm: {lengths}"))
     show(f"reach mm, shoulder to wrist: {arm.reach * 1e3:.6g}")
     for name, frame in (("base", arm.base), ("tool", arm.tool)):
         row = ",".join(f"{value:.6g}" for value in rows_from_poses(frame[None])[0].round(6) + 0.0)
         same = np.allclose(frame, np.eye(4), rtol=0, atol=_SAME)
         show(paragraph(f"{name} {','.join(COLUMNS)}: {'identity' if same else row}"))
     show()
-    joints = [
+    rows = [
         [str(i + 1), name, degrees(arm.lower[i], 2), degrees(arm.upper[i], 2), f"{arm.signs[i]:+d}",
          degrees(arm.offsets[i], 2)]
-        for i, name in enumerate(report.joint_names)
+        for i, name in enumerate(arm.joint_names)
     ]  # fmt: skip
-    show(table(["joint", "name", "lower deg", "upper deg", "sign", "zero deg"], joints, left=(1,)))
+    show(table(["joint", "name", "lower deg", "upper deg", "sign", "zero deg"], rows, left=(1,)))
+    if isinstance(arm, OffsetArm):
+        show(paragraph(f"\n{redundancy_name(arm)} is the redundancy: psi is its value."))
+    elif arm.chain is not None:
+        show(paragraph(f"the chain of the file, from that arm: {arm.deviation}"))
+        share = f"{100 * chain['proven_share']:.3g} % of {LOOKED_AT} random poses"
+        show(
+            paragraph(f"At {share} all feasible intervals are proven. Elsewhere unproven parts are left out.")
+        )
+    elif args.output is None and is_description(args.robot):
+        show(f"\n{paint('As a file for --robot FILE.toml:', 'bold')}\n\n{(text or '').rstrip()}")
+    return 0
+
+
+_KINDS = {
+    "srs": "S-R-S",
+    "srs_fitted": "the S-R-S arm fitted to it",
+    "srs_chain": "its own chain, near the S-R-S arm fitted to it",
+    "offset_wrist": "S-R-S but for an offset wrist",
+    "offset_shoulder": "S-R-S but for an offset shoulder",
+}
+
+
+def _kind(arm: AnyArm) -> str:
+    """Return the kind of an arm, a key of `_KINDS`."""
+    if isinstance(arm, OffsetArm):
+        return "offset_shoulder" if arm.a_1 else "offset_wrist"
+    report = arm.import_report
+    if arm.chain is not None or report is None:
+        return "srs" if arm.chain is None else "srs_chain"
+    miss = max(report.shoulder_miss, report.wrist_miss)
+    fitted = exceeds(miss, LENGTH_TOLERANCE) or exceeds(report.angle_miss, ANGLE_TOLERANCE)
+    return "srs_fitted" if fitted else "srs"
+
+
+def _toml(arm: AnyArm) -> str:
+    report = arm.import_report
+    source = "" if report is None else f"{report.source}, {report.base} to {report.tip}"
+    tip = "" if report is None else report.tip
+    return robot_toml(srs(arm, "TOML")._description(), title=arm.name, source=source, tip=tip)
+
+
+def _write_arm(arm: AnyArm, text: str | None, file: str) -> None:
+    """Write the arm by the ending of the file."""
+    suffix = Path(file).suffix.lower()
+    if suffix not in (".toml", ".urdf"):
+        raise InputError(f"{file}: unknown ending, wanted .toml or .urdf for an arm")
+    if suffix == ".toml" and text is None:
+        raise InputError(
+            f"-o {file}: TOML holds exact S-R-S arms, and this is {_KINDS[_kind(arm)]}: write .urdf"
+        )
+    _write(arm.to_urdf() if suffix == ".urdf" else text or "", file)
+
+
+def _write(text: str, file: str) -> None:
+    with replacing(file) as out:
+        out.write(text.encode())
+    note(f"wrote {file}")
+
+
+# -- the pose of joints ----------------------------------------------------------------------------------
+
+
+def _place(arm: AnyArm, args: argparse.Namespace) -> int:
+    """Print the pose of joints; status 1 if they are outside their limits."""
+    many = is_file(args.joints)
+    if args.plot is not None and not many:
+        raise InputError("--plot draws a motion: give --joints FILE")
+    if args.output is not None:
+        ending(args.output)
+    if args.plot is not None:
+        return _draw(arm, args)
+    q = some_joints(args.joints) if many else joints("--joints", args.joints)
+    with progress("placing the tool"):
+        pose, psi, gc = forward(arm, q)
+    within = np.atleast_1d(arm.within_limits(q))
+    frames = [kuka.to_frame(srs(arm, "--kuka"), row) for row in np.atleast_2d(q)] if args.kuka else []
+    if args.output is not None:
+        write(pose, args.output)
+    if args.json:
+        seven = rows_from_poses(pose.reshape(-1, 4, 4)).reshape(*np.shape(psi), len(COLUMNS))
+        facts = {"pose": seven, "matrix": pose, "psi": psi, "gc": gc, "redundancy": redundancy(arm)}
+        codes = [{"e1": f.e1, "status": f.status, "turn": f.turn, "abc": kuka.abc(f.pose)} for f in frames]
+        facts |= {"within_limits": within if many else bool(within[0])}
+        show_json(facts | ({"kuka": codes if many else codes[0]} if codes else {}))
+    elif many:
+        _show_many(arm, pose, psi, gc, np.asarray(arm.limit_margin(q)))
+    else:
+        _show_one(arm, q, pose, float(psi), int(gc))
+    for frame in frames if not args.json else ():
+        show(f"{paint('KUKA', 'bold')}    {kuka.text(frame)}")
+    if not within.all():
+        first = int(np.argmin(within))
+        where = f"row {first}: " if many else ""
+        note(f"armangle: outside its limits: {where}{violations(arm, np.atleast_2d(q)[first])}")
+    return 0 if within.all() else 1
+
+
+def _draw(arm: AnyArm, args: argparse.Namespace) -> int:
+    """Draw the motion of a joint file, which may have rows without joints."""
+    refuse(args, ("output", "kuka"), "--plot")
+    path = motion_of(arm, load_joints(args.joints))
+    draw("path", args.plot, path)
+    if args.json:
+        show_json({"plot": args.plot})
+    if not path.ok:
+        note(f"armangle: {args.joints}: {path.explain()}")
+    return 0
+
+
+def _show_one(arm: AnyArm, q: Floats, pose: Floats, psi: float, gc: int) -> None:
+    show(paint("pose (m)", "bold"))
+    for line in pose:
+        show(" ".join(f"{fixed(value, 6):>10}" for value in line))
+    show(f"\n{paint(','.join(COLUMNS), 'bold')}")
+    show(",".join(fixed(value, 7) for value in rows_from_poses(pose[None])[0]))
+    angle = "not defined: the wrist lies on the shoulder" if np.isnan(psi) else f"{degrees(psi)} deg"
+    signs = "" if isinstance(arm, OffsetArm) else f" ({signs_text(gc)})"
+    show(f"\n{paint(f'{redundancy_name(arm):7}', 'bold')} {angle}")
+    show(f"{paint('gc', 'bold')}      {gc}{signs}")
+    show(f"{paint('margin', 'bold')}  {degrees(float(arm.limit_margin(q)))} deg to the nearest limit")
+
+
+def _show_many(arm: AnyArm, pose: Floats, psi: Floats, gc: Ints, margin: Floats) -> None:
+    rows = [
+        [str(i), *(fixed(v, 4) for v in pose[i, :3, 3]), degrees(psi[i]), str(gc[i]), degrees(margin[i])]
+        for i in range(len(psi))
+    ]
+    headings = ["row", "x m", "y m", "z m", f"{redundancy_name(arm)} deg", "gc", "margin deg"]
+    show(table(headings, head_and_tail(rows)))
+
+
+# -- the collision model ---------------------------------------------------------------------------------
+
+
+def _body(args: argparse.Namespace) -> int:
+    """Print the collision model of a file."""
+    if not is_description(args.robot):
+        raise InputError(f"--body reads the collision shapes of a URDF or MJCF, and {args.robot} is none")
+    shapes, _, hulls = args.body.partition(",")
+    if not shapes.isdecimal() or hulls not in ("", "hulls"):
+        raise InputError(f"--body is {args.body!r}, wanted N or N,hulls")
+    arm = srs(any_arm(args), "--body")
+    options: dict[str, Any] = {"shapes": int(shapes)} | ({"hulls": True} if hulls else {})
+    body = body_of_file(args.robot, links_of(args), exact=arm.chain is None, **options)
+    pairs = link_pairs(arm.with_body(body))
+    facts = [_facts(frame, shape) for frame, shapes in body.links for shape in shapes]
+    if args.json:
+        own = [{"links": pair.links, "apart": pair.apart, "ignored": pair.ignored} for pair in pairs]
+        show_json({"shapes": facts, "pairs": own, "ignore": body.ignore, "notes": body.notes})
+    else:
+        rows = [
+            [str(row["link"]), row["name"], row["kind"], f"{1e3 * row['radius']:.1f}",
+             f"{1e3 * row['length']:.1f}", f"{1e3 * row['volume']:.2f}"]
+            for row in facts
+        ]  # fmt: skip
+        show(table(["frame", "link", "shape", "radius mm", "length mm", "litres"], rows, left=(1, 2)))
+        show(f"\n{len(facts)} shapes, {1e3 * sum(row['volume'] for row in facts):.1f} litres")
+        for line in [*_said(pairs), *body.notes]:
+            show(paragraph(line))
+    if args.output is not None:
+        _write(body_toml(body), args.output)
+    return 0
+
+
+def _said(pairs: list[LinkPair]) -> Iterator[str]:
+    """Return what is known of pairs of links: those that never collide, with proof, and those checked."""
+    never = [pair for pair in pairs if pair.apart is not None and not pair.ignored]
+    checked = [pair for pair in pairs if pair.apart is None and not pair.ignored]
+    yield "Neighbouring links are not checked against each other."
+    if never:
+        listed = ", ".join(f"{' and '.join(p.links)} ({1e3 * (p.apart or 0.0):.0f} mm)" for p in never)
+        yield f"Never collide, proven for all joint values, with the proven distance: {listed}"
+    if checked:
+        yield f"Checked against each other: {', '.join(' and '.join(pair.links) for pair in checked)}"
+
+
+def _facts(frame: int, shape: Any) -> dict[str, Any]:
+    capsule = isinstance(shape, Capsule)
+    length = float(np.linalg.norm(np.subtract(shape.end, shape.begin))) if capsule else 0.0
+    volume = np.pi * shape.radius**2 * (length + 4 / 3 * shape.radius)
+    return {
+        "link": frame, "name": shape.name, "kind": "capsule" if capsule else "ball",
+        "radius": shape.radius, "length": length, "volume": float(volume),
+    }  # fmt: skip

@@ -11,19 +11,20 @@ from ...errors import InputError
 from ...files.tables import load_poses
 from ...poses import COLUMNS, rows_from_poses
 from ...reach.placement import Placement, place
-from ..arguments import add_arm, add_json, add_singularity_margin, number, the_arm
+from ..arguments import add, add_arm, number
+from ..loading import any_arm, srs
 from ..messages import note
 from ..screen import counted, degrees, progress, show, show_json
 from ..tables import table
 
 HELP = """\
-Where to put a robot so that it holds the poses of a file: base positions on a
-grid, each with its exactly best yaw."""
+Find base positions for a file of poses: positions on a grid, each with the
+exact best yaw of the base."""
 EXAMPLE = """\
   armangle place grasps.csv --robot openarm_v10 \\
       --x -0.5,0.5 --y -0.5,0.5 --step 0.05"""
 
-_ROWS = 10
+_ROWS = 10  # best positions shown
 _MOST = 1_000_000  # positions
 
 
@@ -38,22 +39,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--step", type=number, default=0.05, metavar="M", help="between positions (default 0.05)"
     )
     parser.add_argument("--z", type=number, default=0.0, metavar="M", help="height of the base (default 0)")
-    parser.add_argument(
-        "--rows", type=int, default=_ROWS, metavar="N", help=f"best positions shown ({_ROWS})"
-    )
     add_arm(parser)
-    add_singularity_margin(parser)
-    add_json(parser)
+    add(parser, "singularity-margin", "json")
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the best bases; status 1 where nothing is reached from any."""
-    arm = the_arm(args)
+    arm = srs(any_arm(args), "place")
     x, y = _line("--x", args.x, args.step), _line("--y", args.y, args.step)
     if len(x) * len(y) > _MOST:
         raise InputError(f"--step {args.step:g} makes {len(x) * len(y)} positions, wanted at most {_MOST}")
-    if args.rows < 1:
-        raise InputError(f"--rows is {args.rows}, wanted 1 or more")
     with progress(f"reading {args.path}"):
         poses = load_poses(args.path)
     with progress(f"placing at {counted(len(x) * len(y), 'position')}"):
@@ -61,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         show_json(_facts(found))
     else:
-        _show(found, args.rows)
+        _show(found)
     if found.reached.max() > 0:
         return 0
     note("armangle: no pose can be held from any of these positions")
@@ -84,8 +79,8 @@ def _line(option: str, text: str, step: float) -> Floats:
     return np.array([first + step * k for k in range(count)])
 
 
-def _show(found: Placement, rows: int) -> None:
-    order = np.lexsort((-found.stretch.ravel(), -found.reached.ravel()))[:rows]
+def _show(found: Placement) -> None:
+    order = np.lexsort((-found.stretch.ravel(), -found.reached.ravel()))[:_ROWS]
     lines = []
     for k in order[found.reached.ravel()[order] > 0]:
         i, j = np.unravel_index(int(k), found.reached.shape)

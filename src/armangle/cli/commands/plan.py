@@ -1,4 +1,4 @@
-"""``armangle plan``: a whole file of poses at once."""
+"""``armangle plan``: a whole file of poses at once, or step by step with --policy."""
 
 from __future__ import annotations
 
@@ -8,169 +8,275 @@ from typing import Any
 
 import numpy as np
 
-from ..._arrays import CONFIGURATIONS, Floats
+from ..._arrays import Floats
 from ...arm.arm import Arm
 from ...errors import InputError
-from ...motion.joint_path import LEAST_STEP, JointPath
+from ...files.tables import load_poses
+from ...motion.following import follow
+from ...motion.joint_path import BEGIN, LEAST_STEP, JointPath
 from ...motion.planning import Objective, plan
-from ...motion.policies import Towards
-from ...status import Status
+from ...motion.policies import Centre, Hold, Policy, Repulsion, Towards
+from ...scenes.scene import Scene
+from ...status import STATUSES, Status
 from ..arguments import (
+    DEGREE,
+    add,
     add_arm,
-    add_json,
-    add_output,
-    add_roll,
     add_scene,
-    add_singularity_margin,
-    add_wish,
-    angle_up_to,
+    angle,
     joint_bounds,
     joints,
-    length_up_to,
     number,
+    numbers,
+    refuse,
     some_poses,
-    the_arm,
-    wish,
-    with_body,
+    within,
 )
+from ..loading import AnyArm, srs, with_scene
 from ..messages import note, paragraph
-from ..screen import counted, degrees, plural, progress, show, show_json, write
+from ..pictures import draw
+from ..screen import (
+    counted,
+    degrees,
+    plural,
+    progress,
+    redundancy,
+    redundancy_name,
+    show,
+    show_json,
+    violations,
+    write,
+)
 from ..tables import paint, table
 
 HELP = """\
-Plan a whole file of poses at once: the best global configuration and arm
-angle, proven to keep the limits between the poses too, and clear of obstacles;
-or the reason why not."""
-_FAR = np.radians(11.5)
-"""A joint that moves by more from row to row takes the tool visibly off its path."""
+Plan a whole file of poses at once: the best global configuration and arm angle,
+collision-free, with the limits proven between the poses too; or the reason why
+not. With --policy: step along the poses from --start instead."""
 EXAMPLE = """\
-  armangle plan path.csv --robot kuka_iiwa7_r800 -o joints.csv"""
+  armangle plan path.csv --robot kuka_iiwa7_r800 -o joints.csv
+  armangle plan path.csv --robot kuka_iiwa7_r800 --policy repulsion,alpha=20 \\
+      --start -5.4101,-26.4986,-48.1542,-61.65,152.6198,114.4466,8.1812"""
+
+_FAR = np.radians(11.5)
+"""If a joint moves more than this from row to row, the tool leaves its path visibly."""
+_BEGIN = "the joints that armangle ik --pose (the first) --seed (the start) prints"
+_POLICIES: dict[str, tuple[Any, tuple[str, ...]]] = {  # and the settings of each
+    "repulsion": (Repulsion, ("K", "alpha", "rate", "outside")),
+    "hold": (Hold, ("outside",)),
+    "centre": (Centre, ("K", "rate", "outside")),
+    "towards": (Towards, ("K", "rate", "outside")),
+}
+_CHOICES = {"outside": ("nearest", "stop"), "carry": ("psi", "elbow"), "on_fail": ("stop", "hold", "skip")}
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument("path", metavar="PATH", help="poses with the columns x,y,z,qw,qx,qy,qz")
-    parser.add_argument("--start", metavar="Q", help="q1,..,q7 in degrees at the first pose")
-    parser.add_argument("--goal", metavar="Q", help="the same at the last pose")
-    add_output(parser, "joints")
+    add(parser, "start")
+    parser.add_argument("--goal", metavar="Q", help="q1,..,q7 in degrees: the joints at the last pose")
+    add(parser, "gc")
+    add(parser, "psi", type=None, metavar="WISH", help="wish of the arm angle: DEG, or the elbow up, down, "
+        "left, ..., direction:x,y,z, or point:x,y,z (m)")  # fmt: skip
     parser.add_argument(
-        "--gc", type=int, choices=range(CONFIGURATIONS), help="default: the best of all eight"
+        "--policy", metavar="NAME[,KEY=VALUE]",
+        help="step along the poses: repulsion, hold, centre, or towards (--psi); keys: K (strength per pose, "
+        "0.1), alpha (20), rate (K per second) and dt (s), outside=nearest or stop, carry=psi or elbow, "
+        "on_fail=stop, hold or skip",
+    )  # fmt: skip
+    add(parser, "roll", "singularity-margin")
+    parser.add_argument(
+        "--limit-margin", type=within(180.0, DEGREE, "deg"), metavar="DEG",
+        help="distance to every joint limit (default 0)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--samples", type=int, metavar="N", help="number of rows, evenly along the path (default: the poses)"
     )
+    parser.add_argument(
+        "--step", type=within(360.0, DEGREE, "deg", positive=True), metavar="DEG",
+        help="largest move of a joint from row to row: adds rows; with --policy a larger move fails",
+    )  # fmt: skip
+    parser.add_argument(
+        "--blend", type=within(1e3, 1e-3, "mm"), metavar="MM",
+        help="round the corners at the poses, from this far before to this far after; writes 200 rows, and "
+        "more if a joint moved more than 11.5 deg",
+    )  # fmt: skip
+    parser.add_argument(
+        "--duration", type=number, metavar="WEIGHT",
+        help="weight of the duration against joint travel and margins, say 100 (default 0)",
+    )  # fmt: skip
+    add(parser, "acceleration")
     add_arm(parser)
-    add_singularity_margin(parser)
-    parser.add_argument(
-        "--limit-margin", type=angle_up_to(np.pi), default=0.0, metavar="DEG",
-        help="kept from every limit (default 0)",
-    )  # fmt: skip
-    add_roll(parser)
-    parser.add_argument(
-        "--samples", type=int, metavar="N",
-        help="rows of joints, evenly along the path, at least 2 (default: one for each pose of the file)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--step", type=angle_up_to(2 * np.pi, positive=True), metavar="DEG",
-        help="add rows between, until no joint moves more than this from one to the next",
-    )  # fmt: skip
-    parser.add_argument(
-        "--blend", type=length_up_to(1.0), default=0.0, metavar="MM",
-        help="round the corners at the poses, from this far before to this far behind; the rows are 200 "
-        "then, and more where a joint would move more than 11.5 deg",
-    )  # fmt: skip
-    parser.add_argument(
-        "--duration", type=number, default=0.0, metavar="WEIGHT",
-        help="of the time it takes beside joint travel and margins, say 100 (default 0)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--acceleration", metavar="A",
-        help="of the joints, deg/s^2, that --duration counts with; default: the arm's own, if it states one",
-    )  # fmt: skip
     add_scene(parser)
-    add_wish(parser.add_argument_group("what is wished of the arm angle"))
-    add_json(parser)
+    add(parser, "output")
+    add(parser, "plot", help="draw the arm angle and the joints along the path: .png, .svg or .pdf")
+    add(parser, "json")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the joints and print a summary; status 1 and the explanation where there is no way."""
-    arm, scene = with_body(the_arm(args), args)
-    start = None if args.start is None else joints("--start", args.start, arm)
-    goal = None if args.goal is None else joints("--goal", args.goal, arm)
-    _check_limit_margin(arm, args.limit_margin)
-    if args.step is not None and args.step < LEAST_STEP:
-        least = f"{np.degrees(LEAST_STEP):.1g} deg"
-        raise InputError(f"--step is {np.degrees(args.step):g} deg, wanted at least {least}")
-    objective = Objective(duration=args.duration, acceleration=_acceleration(arm, args))
-    given = {name: getattr(args, name) for name in ("psi", "point", "direction")}
-    given = {name: value for name, value in given.items() if value is not None}
-    wished = Towards(**wish(given)) if given else None
-    frames = some_poses(args.path)
-    with progress(f"planning {counted(len(frames), 'pose')}"):
-        path = plan(
-            arm, frames, blend=args.blend, start=start, goal=goal, gc=args.gc,
-            singularity_margin=args.singularity_margin, limit_margin=args.limit_margin, psi=wished,
-            scene=scene, roll=args.roll, objective=objective, samples=args.samples,
-        )  # fmt: skip
-    if args.step is not None and path.ok:
-        path = path.finer(args.step)
+    """Write the joints and print a summary; status 1 and the reason if a pose has no joints."""
+    arm, scene = with_scene(args)
+    path, facts = (_plan if args.policy is None else _step)(arm, scene, args)
     if args.output is not None:
         write(path, args.output)
-    facts = _summary(path)
+    if args.plot is not None:
+        draw("path", args.plot, path)
     if args.json:
-        show_json(facts | {"output": args.output})
+        show_json(facts | {"redundancy": redundancy(arm), "output": args.output, "plot": args.plot})
     else:
         _show(path, facts)
     if not path.ok:
-        note(f"armangle: {path.explain()}")
+        note(f"armangle: {path.explain().replace(BEGIN, _BEGIN)}")
     return 0 if path.ok else 1
 
 
-def _acceleration(arm: Arm, args: argparse.Namespace) -> Floats | None:
-    """Return what duration counts with, and say so where that is speeds alone."""
-    if args.acceleration is not None:
-        if not args.duration > 0:
-            raise InputError("--acceleration is of --duration, which is not given")
-        return joint_bounds("--acceleration", args.acceleration, "deg/s^2", arm.acceleration)
-    if args.duration > 0 and np.isinf(arm.acceleration).all():
-        note("armangle: the arm states no accelerations: duration is of speeds alone without --acceleration")
-    return None
-
-
-def _check_limit_margin(arm: Arm, margin: float) -> None:
-    """Refuse in degrees what `plan` would refuse in radians."""
+def _plan(arm: AnyArm, scene: Scene | None, args: argparse.Namespace) -> tuple[JointPath, dict[str, Any]]:
+    """Return the planned path, and what is said of it."""
+    arm = srs(arm, "plan without --policy")
+    start = None if args.start is None else joints("--start", args.start, arm)
+    goal = None if args.goal is None else joints("--goal", args.goal, arm)
+    margin = args.limit_margin or 0.0
     narrowest = float((arm.upper - arm.lower).min())
     if 2 * margin > narrowest:
         most = f"{degrees(narrowest / 2, 2)}: half of the narrowest range"
         raise InputError(f"--limit-margin is {degrees(margin, 2)} deg, wanted at most {most}")
-
-
-def _summary(path: JointPath) -> dict[str, Any]:
-    solved = path.status == Status.OK
+    if args.step is not None and args.step < LEAST_STEP:
+        least = f"{np.degrees(LEAST_STEP):.1g} deg"
+        raise InputError(f"--step is {np.degrees(args.step):g} deg, wanted at least {least}")
+    objective = Objective(duration=args.duration or 0.0, acceleration=_acceleration(arm, args))
+    wished = None if args.psi is None else Towards(**_wish(args.psi))
+    frames = some_poses(args.path)
+    with progress(f"planning {counted(len(frames), 'pose')}"):
+        path = plan(
+            arm, frames, blend=args.blend or 0.0, start=start, goal=goal, gc=args.gc, psi=wished, scene=scene,
+            singularity_margin=args.singularity_margin, limit_margin=margin, roll=args.roll,
+            objective=objective, samples=args.samples,
+        )  # fmt: skip
+    if args.step is not None and path.ok:
+        path = path.finer(args.step)
     ranking = path.diagnosis.branches if path.diagnosis is not None else ()
+    proven = {"certified": path.certified, "uncertified": path.uncertified}
+    return path, _facts(path, path.q[:1]) | proven | {"branches": [asdict(branch) for branch in ranking]}
+
+
+def _step(arm: AnyArm, scene: Scene | None, args: argparse.Namespace) -> tuple[JointPath, dict[str, Any]]:
+    """Return the path of --policy, and what is said of it."""
+    refuse(args, ("goal", "limit-margin", "samples", "blend", "duration", "acceleration"), "--policy")
+    if args.start is None:
+        raise InputError("--policy needs --start, the joints before the first pose")
+    start = joints("--start", args.start)
+    if not arm.within_limits(start):
+        raise InputError(f"--start is outside the limits: {violations(arm, start)}")
+    policy, options = _policy(args)
+    with progress(f"reading {args.path}"):
+        frames = load_poses(args.path)
+    with progress(f"stepping along {counted(len(frames), 'pose')}"):
+        path = follow(
+            arm, frames, start=start, gc=args.gc, policy=policy, singularity_margin=args.singularity_margin,
+            max_joint_step=args.step, scene=scene, roll=args.roll, **options,
+        )  # fmt: skip
+    return path, _facts(path, start[None]) | {"policy": repr(policy)}
+
+
+def _policy(args: argparse.Namespace) -> tuple[Policy, dict[str, Any]]:
+    """Return the policy of --policy, and the options of stepping that it holds."""
+    name, *settings = args.policy.split(",")
+    if name not in _POLICIES:
+        raise InputError(f"--policy is {name!r}, wanted one of {', '.join(_POLICIES)}")
+    made, takes = _POLICIES[name]
+    keys = (*takes, "dt", "carry", "on_fail")
+    given: dict[str, Any] = {}
+    for setting in settings:
+        key, _, value = setting.partition("=")
+        if key not in keys:
+            raise InputError(f"--policy {name} has no {key!r}, wanted one of {', '.join(keys)}")
+        given[key] = _setting(key, value)
+    if "K" in given and "rate" in given:
+        raise InputError("--policy: K per pose and rate per second are the same: give one")
+    if "rate" in given and "dt" not in given:
+        raise InputError("--policy: rate is per second: give the time from pose to pose, dt")
+    if name != "towards":
+        refuse(args, ("psi",), f"--policy {name}")
+    elif args.psi is None:
+        raise InputError("--policy towards needs a wish of the arm angle: --psi")
+    wish = {} if args.psi is None else _wish(args.psi)
+    policy: Policy = made(**{key: value for key, value in given.items() if key in takes}, **wish)
+    return policy, {key: value for key, value in given.items() if key not in takes}
+
+
+def _setting(key: str, text: str) -> Any:
+    """Return the value of a setting of --policy."""
+    if key in _CHOICES:
+        if text not in _CHOICES[key]:
+            raise InputError(f"--policy: {key} is {text!r}, wanted {' or '.join(_CHOICES[key])}")
+        return text
+    try:
+        return number(text)
+    except argparse.ArgumentTypeError as error:
+        raise InputError(f"--policy: {key}: {error}") from None
+
+
+def _wish(text: str) -> dict[str, Any]:
+    """Return a wish of the arm angle: psi in rad, a direction or a point."""
+    kind, colon, value = text.strip().partition(":")
+    if colon:
+        if kind not in ("direction", "point"):
+            raise InputError(f"--psi is {text!r}, wanted DEG, up, down, ..., direction:x,y,z or point:x,y,z")
+        return {kind: numbers(f"--psi {kind}", value, "x,y,z", 3)}
+    try:
+        return {"psi": angle(text)}
+    except argparse.ArgumentTypeError:
+        return {"direction": kind}
+
+
+def _acceleration(arm: Arm, args: argparse.Namespace) -> Floats | None:
+    """Return the bounds that --duration counts with, and say so if it counts with speeds alone."""
+    if args.acceleration is not None:
+        if not args.duration:
+            raise InputError("--acceleration goes with --duration")
+        return joint_bounds("--acceleration", args.acceleration, "deg/s^2", arm.acceleration)
+    if args.duration and np.isinf(arm.acceleration).all():
+        note(
+            "armangle: the arm states no accelerations: --duration counts with speeds, or give --acceleration"
+        )
+    return None
+
+
+def _facts(path: JointPath, start: Floats) -> dict[str, Any]:
+    """Return what is said of every path."""
+    solved = path.status == Status.OK
+    psi = path.psi[solved]
+    moved = np.abs(np.diff(np.vstack([start, path.q[solved]]), axis=0))
     return {
         "poses": len(path),
-        "reached": int(solved.sum()),
+        "status": {s.name: int((path.status == s).sum()) for s in STATUSES if (path.status == s).any()},
         "gc": int(path.gc[0]) if len(path) else -1,
-        "certified": path.certified,
-        "uncertified": path.uncertified,
+        "psi": psi[[0, -1]] if len(psi) else np.full(2, np.nan),
         "margin": float(path.margin[solved].min()) if solved.any() else float("nan"),
-        "largest_step": float(np.abs(np.diff(path.q[solved], axis=0)).max(initial=0.0)),
-        "branches": [asdict(branch) for branch in ranking],
+        "largest_step": float(moved.max(initial=0.0)),
+        "first_failure": path.first_failure,
         "explanation": path.explain(),
     }
 
 
 def _show(path: JointPath, facts: dict[str, Any]) -> None:
+    planned = "certified" in facts
+    first, last = facts["psi"]
     rows = [
         ["poses", str(len(path)), ""],
-        ["reached", str(facts["reached"]), plural(facts["reached"], "pose")],
         ["global configuration", str(facts["gc"]), ""],
+        [f"{redundancy_name(path.arm)} first", degrees(first), "deg"],
+        [f"{redundancy_name(path.arm)} last", degrees(last), "deg"],
         ["least margin to a limit", degrees(facts["margin"]), "deg"],
         ["largest joint step", degrees(facts["largest_step"]), "deg"],
-        ["proven between the poses", "yes" if path.certified else "no", ""],
+        *([["proven between the poses", "yes" if facts["certified"] else "no", ""]] if planned else []),
+        *([name, str(count), plural(count, "pose")] for name, count in facts["status"].items()),
     ]
     show(table(["", "", ""], rows, left=(0, 2)).split("\n", 1)[1])
-    if path.ok:
-        show(paint(paragraph(path.explain()), "green"))
-        for low, high in np.asarray(facts["uncertified"]):
-            show(f"not proven from s = {low:.6g} to {high:.6g}")
-        if facts["largest_step"] > _FAR:
-            note("armangle: joints go far from row to row, and the tool off its path: --step 1 adds rows")
+    if not path.ok:
+        return
+    show(paint(paragraph(facts["explanation"]), "green"))
+    for low, high in np.asarray(facts["uncertified"]) if planned else ():
+        show(f"not proven from s = {low:.6g} to {high:.6g}")
+    if planned and facts["largest_step"] > _FAR:
+        note("armangle: joints move far from row to row, and the tool leaves its path: --step 1 adds rows")

@@ -9,15 +9,17 @@ import time
 from ...errors import InputError
 from ...reach.reach_map import ReachMap, reach_map
 from ...reach.store import FIELDS, USUAL
-from ..arguments import DEGREE, add_arm, add_json, add_singularity_margin, angle, number, the_arm
+from ..arguments import DEGREE, add, add_arm, angle, number, refuse
+from ..loading import any_arm, srs
 from ..messages import note
+from ..pictures import draw
 from ..screen import counted, show, show_json
 
 HELP = """\
-Make a map of what an arm reaches, in a Zarr store: a grid over the four numbers
-of a pose that joints 2 to 6 see. The same command goes on where one was killed.
-Without an arm: go on with FILE (--resume, --part, --scheduler), check its
-values (--verify), or say what is in it."""
+Make a map of the reachable poses, in a Zarr store: a grid over the four numbers
+of a pose that joints 2 to 6 depend on. The same command resumes an interrupted
+map. Without an arm: resume FILE (--resume, --part, --scheduler), check its
+values (--verify), or show its contents."""
 EXAMPLE = """\
   armangle reach iiwa.zarr --robot kuka_iiwa7_r800 --spacing 0.02 --angle 5
   armangle reach iiwa.zarr --part 17/200      # one task of a batch system
@@ -32,24 +34,22 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("store", metavar="FILE", help="folder of the map, or an address that fsspec knows")
     parser.add_argument("--spacing", type=number, metavar="M", help=f"of the wrist (default {_SPACING:g})")
     parser.add_argument("--angle", type=angle, metavar="DEG", help=f"of axis 7 (default {_ANGLE:g})")
-    parser.add_argument(
-        "--fields",
-        metavar="NAMES",
-        help=f"of a cell, by commas, of {','.join(FIELDS)} (default all but proven)",
-    )
-    parser.add_argument("--part", metavar="I/N", help="make the I-th of N shares alone")
-    parser.add_argument("--threads", type=int, default=0, metavar="N", help="0 for all cores (default)")
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster that makes it")
-    parser.add_argument("--resume", action="store_true", help="without an arm: make what is missing")
+    parser.add_argument("--part", metavar="I/N", help="make only the I-th of N shares")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of a Dask cluster that makes the map")
+    parser.add_argument("--resume", action="store_true", help="without an arm: make the missing tiles")
     parser.add_argument("--verify", action="store_true", help="compare all values with their check sums")
+    parser.add_argument(
+        "--fields", metavar="NAMES", help=f"fields, by commas: {','.join(FIELDS)} (default: all but proven)"
+    )
+    add(parser, "singularity-margin")
     add_arm(parser, required=False)
-    add_singularity_margin(parser)
-    add_json(parser)
+    add(parser, "plot", help="draw the share of directions that are reached: .png, .svg or .pdf")
+    add(parser, "json")
 
 
 def run(args: argparse.Namespace) -> int:
     """Make, verify or show a map; status 1 where tiles are missing or wrong."""
-    made = args.robot is not None or args.urdf is not None
+    made = args.robot is not None
     if args.verify:
         if made:
             raise InputError("--verify checks a map that is there, and takes no arm")
@@ -63,6 +63,8 @@ def run(args: argparse.Namespace) -> int:
         _check_alone(args)
         found = ReachMap(args.store)
     missing = found.missing
+    if args.plot is not None:
+        draw("reach", args.plot, found)
     if args.json:
         show_json(_facts(found, missing))
     else:
@@ -73,19 +75,19 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check_alone(args: argparse.Namespace) -> None:
-    """Refuse what a map that is there knows by itself."""
-    for option in ("spacing", "angle", "fields"):
-        if getattr(args, option) is not None:
-            raise InputError(f"--{option} goes with --robot or --urdf: {args.store} has its own")
-    if args.singularity_margin:
-        raise InputError(f"--singularity-margin goes with --robot or --urdf: {args.store} has its own")
+    """Refuse what the map already defines."""
+    refuse(
+        args,
+        ("spacing", "angle", "fields", "links", "tool", "singularity-margin"),
+        f"{args.store} without --robot: the map has its own",
+    )
 
 
 def _make(args: argparse.Namespace) -> ReachMap:
     names = USUAL if args.fields is None else tuple(args.fields.split(","))
     with _Meter(args.store) as meter:
         return reach_map(
-            the_arm(args),
+            srs(any_arm(args), "reach"),
             args.store,
             spacing=_SPACING if args.spacing is None else args.spacing,
             tilt=_ANGLE * DEGREE if args.angle is None else args.angle,

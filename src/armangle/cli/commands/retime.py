@@ -7,22 +7,21 @@ import argparse
 import numpy as np
 
 from ..._arrays import JOINTS
-from ...arm.arm import Arm
-from ...arm.offset import OffsetArm
 from ...errors import InputError
 from ...files.tables import load_joints
 from ...motion.joint_path import BETWEEN
 from ...timing.retiming import retime
 from ...timing.trajectory import Trajectory
-from ..arguments import add_arm, add_json, add_output, any_arm, joint_bounds, number
+from ..arguments import add, add_arm, joint_bounds, number
+from ..loading import AnyArm, any_arm
 from ..motions import motion_of
-from ..pictures import add_picture, draw
+from ..pictures import draw
 from ..screen import degrees, progress, show, show_json, write
 from ..tables import paint, table
 
 HELP = """\
-Give a joint file times: as fast as the bounds on the joints allow, from rest
-to rest. Bounds are one number, or seven."""
+Give a joint file times: as fast as the bounds of the joints allow, from rest to
+rest. A bound is one number, or seven."""
 EXAMPLE = """\
   armangle retime joints.csv --robot kuka_iiwa7_r800 --acceleration 300 \\
       -o motion.yaml"""
@@ -30,33 +29,26 @@ EXAMPLE = """\
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
-    parser.add_argument("joints", metavar="JOINTS", help="the columns q1..q7, as plan and follow write them")
-    add_output(parser, "trajectory", more=", .yaml (ROS)")
-    add_picture(parser, "joints, velocities and accelerations over time")
-    add_arm(parser)
+    parser.add_argument("joints", metavar="JOINTS", help="the columns q1..q7, as plan writes them")
+    add(parser, "velocity", "acceleration")
+    parser.add_argument("--jerk", metavar="J", help="bound of the joints, deg/s^3; rounds corners")
     parser.add_argument(
         "--between", choices=BETWEEN,
-        help="from row to row: the tool goes straight, or every joint does, as from one taught posture to "
-        "another (PTP), or joints are on a spline through the rows, as those of a smooth motion: of plan "
-        "--blend; default: spline where rows are smooth, else tool",
+        help="motion from row to row: the tool is straight, or the joints are (PTP), or they follow a spline "
+        "(default: spline if rows are smooth, else tool)",
     )  # fmt: skip
-    bounds = parser.add_argument_group("bounds")
-    bounds.add_argument("--velocity", metavar="V", help="of the joints, deg/s; default: the arm's own")
-    bounds.add_argument(
-        "--acceleration", metavar="A", help="deg/s^2; default: the arm's own, if it states one"
-    )
-    bounds.add_argument("--jerk", metavar="J", help="deg/s^3; corners are rounded then")
-    bounds.add_argument(
-        "--tolerance",
-        type=number,
-        metavar="M",
-        help="what the tool may be off there, m (default 0.0001 with --jerk)",
-    )
-    bounds.add_argument("--tool-speed", type=number, metavar="V", help="constant speed of the tool, m/s")
     parser.add_argument(
-        "--sample", type=number, default=0.01, metavar="S", help="time between rows (default 0.01)"
+        "--tolerance", type=number, metavar="M",
+        help="deviation of the tool at a rounded corner, m (default 0.0001 with --jerk)",
+    )  # fmt: skip
+    parser.add_argument("--tool-speed", type=number, metavar="V", help="constant speed of the tool, m/s")
+    parser.add_argument(
+        "--sample", type=number, default=0.01, metavar="S", help="s between rows (default 0.01)"
     )
-    add_json(parser)
+    add_arm(parser)
+    add(parser, "output", help="write the trajectory: .csv, .npz, .json, .yaml (ROS)")
+    add(parser, "plot", help="draw joints, velocities and accelerations over time: .png, .svg or .pdf")
+    add(parser, "json")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -90,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _show(arm: Arm | OffsetArm, found: Trajectory) -> None:
+def _show(arm: AnyArm, found: Trajectory) -> None:
     rows = [
         [str(i + 1), arm.joint_names[i], degrees(np.abs(found.qd[:, i]).max(), 2),
          degrees(np.abs(found.qdd[:, i]).max(), 2)]

@@ -13,12 +13,12 @@ from ...arm.offset import OffsetArm
 from ...models.catalogue import CatalogueEntry, catalogue, load_robot
 from ...models.description import ELBOW_OFFSETS
 from ...models.offset import offset_catalogue, offset_source
-from ..arguments import add_json
+from ..arguments import add
 from ..messages import paragraph
 from ..screen import degrees, show, show_json
 from ..tables import paint, table
 
-HELP = "List the arms of the catalogue, all or by words, or what is known of one."
+HELP = "List the arms of the catalogue, all or by words, or show one with its source."
 EXAMPLE = "  armangle robots\n  armangle robots yaskawa\n  armangle robots kuka_iiwa7_r800"
 
 _LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4", "d_4")
@@ -29,7 +29,7 @@ _DOUBTS = ("lengths", "limits", "velocity")
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument("name", nargs="*", metavar="NAME", help="one arm, or words to search for")
-    add_json(parser)
+    add(parser, "json")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -64,11 +64,7 @@ def _show_all(entries: Sequence[CatalogueEntry]) -> None:
         rows.append([entry.name, f"{_arm(entry).reach * 1e3:.0f}", _offset(entry), _doubtful(entry)])
     show(table(["name", "reach mm", "elbow", "not trusted"], rows, left=(0, 2, 3)))
     show(f"\n{len(entries)} arms; reach: greatest distance of the wrist from the shoulder")
-    show(
-        paragraph(
-            f"with an offset wrist or shoulder, for armangle.OffsetArm: {', '.join(offset_catalogue())}"
-        )
-    )
+    show(paragraph(f"with an offset wrist or shoulder: {', '.join(offset_catalogue())}"))
 
 
 def _arm(entry: CatalogueEntry) -> Arm:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from ..._arrays import Floats
-from ...arm.arm import Arm
 from ...arm.offset import OffsetArm
 from ...errors import FileFormatError, InputError, PathError
 from ...files.tables import sample_times
@@ -17,26 +16,17 @@ from ...motion.joint_path import even_parameters
 from ...motion.tracking import HandFilter, Tracked, Tracker, Tracking
 from ...scenes.scene import Scene
 from ...status import Status
-from ..arguments import (
-    add_arm,
-    add_json,
-    add_output,
-    add_scene,
-    any_arm_and_scene,
-    joint_bounds,
-    joints,
-    number,
-    some_poses,
-)
+from ..arguments import add, add_arm, add_scene, joint_bounds, joints, number, some_poses
+from ..loading import AnyArm, with_scene
 from ..messages import note
-from ..pictures import add_picture, draw
+from ..pictures import draw
 from ..screen import counted, degrees, fixed, plural, progress, show, show_json, violations, write
 from ..tables import table
 
 HELP = """\
-Follow a file of poses as the tracker of a teleoperated arm would, one pose a
-tick: how far the tool is from the hand, how fast joints are, what became of
-each tick, and what kept the tool from the hand."""
+Follow a file of poses as the tracker of a teleoperated arm does, one pose in
+each control cycle. Shows the distance from the target, the speeds of the
+joints, and the status of the cycles with the reason."""
 EXAMPLE = """\
   armangle track hand.csv --robot kuka_iiwa7_r800 --rate 90 --plot hand.png"""
 
@@ -50,44 +40,35 @@ _SLOWEST, _MOST_TICKS = 1.0, 10_000_000  # s between two rows, and how many: els
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
     parser.add_argument(
-        "path",
-        metavar="POSES",
-        help="poses with the columns x,y,z,qw,qx,qy,qz, one a tick, or when a column t (s) says; "
-        "empty cells or nan: a sample that did not come",
-    )
+        "path", metavar="POSES",
+        help="poses with the columns x,y,z,qw,qx,qy,qz, one for each cycle, or at times of a column t (s); "
+        "empty cells or nan are a lost sample",
+    )  # fmt: skip
+    add(parser, "start", help="q1,..,q7 in degrees (default: far from limits at the first pose)")
     parser.add_argument(
-        "--start",
-        metavar="Q",
-        help="q1,..,q7 in degrees; default: those farthest from limits at pose 1, or of an offset wrist or "
-        "shoulder nearest to the middle of the ranges",
+        "--rate", type=number, metavar="HZ",
+        help=f"cycles per second, one row each (default: by the column t; without it {_RATE:g})",
+    )  # fmt: skip
+    add(parser, "velocity")
+    add(
+        parser, "acceleration", help=f"bound of the joints, deg/s^2 (default {np.degrees(_ACCELERATION):.0f})"
     )
-    parser.add_argument(
-        "--rate",
-        type=number,
-        metavar="HZ",
-        help=f"ticks per second, a row each (default: as the column t says; without it {_RATE:g})",
-    )
-    add_output(parser, "trajectory", more=", .yaml (ROS)")
-    add_picture(parser, "distance, speeds and statuses over time")
+    parser.add_argument("--filter", action="store_true", help="smooth the target and reject outliers")
     add_arm(parser)
     add_scene(parser)
-    bounds = parser.add_argument_group("bounds")
-    bounds.add_argument("--velocity", metavar="V", help="of the joints, deg/s; default: the arm's own")
-    bounds.add_argument(
-        "--acceleration", metavar="A", help=f"deg/s^2; default {np.degrees(_ACCELERATION):.0f}"
-    )
-    parser.add_argument("--filter", action="store_true", help="smooth the hand, hold outliers back")
-    add_json(parser)
+    add(parser, "output", help="write the trajectory: .csv, .npz, .json, .yaml (ROS)")
+    add(parser, "plot", help="draw distance, speeds and statuses over time: .png, .svg or .pdf")
+    add(parser, "json")
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print what became of the ticks, and write them."""
-    arm, scene = any_arm_and_scene(args)
+    """Print a summary of the control cycles, and write them."""
+    arm, scene = with_scene(args)
     velocity = joint_bounds("--velocity", args.velocity, "deg/s", arm.velocity)
     stated = np.full(len(velocity), _ACCELERATION)
     acceleration = joint_bounds("--acceleration", args.acceleration, "deg/s^2", stated)
     if args.rate is not None and not args.rate > 0:
-        raise InputError(f"--rate is {args.rate:g}, wanted ticks per second, more than 0")
+        raise InputError(f"--rate is {args.rate:g}, wanted cycles per second, more than 0")
     frames, rate = _ticks(some_poses(args.path, lost=True), args)
     first_seen = frames[np.isfinite(frames).all(axis=(1, 2)).argmax()]
     tracker = Tracker(
@@ -101,13 +82,8 @@ def run(args: argparse.Namespace) -> int:
     if args.output is not None:
         write(_rows(arm, first, ticks, tracker.dt), args.output)
     if args.plot is not None:
-        draw(
-            "tracking",
-            args.plot,
-            ticks,
-            tracker.dt,
-            velocity=velocity if np.isfinite(velocity).all() else None,
-        )
+        shown = velocity if np.isfinite(velocity).all() else None
+        draw("tracking", args.plot, ticks, tracker.dt, velocity=shown)
     facts = _summary(ticks, first, tracker.dt)
     if args.json:
         show_json(facts | {"output": args.output, "plot": args.plot})
@@ -124,7 +100,7 @@ def _say_other_time(path: str, lasts: float) -> None:
         return
     if times is None or len(times) < 2 or not abs(times[-1] - times[0] - lasts) > _OTHER * lasts:
         return
-    said = f"--rate makes each row a tick, {lasts:.3g} s in all: the column t, {times[-1] - times[0]:.3g} s"
+    said = f"--rate makes each row a cycle, {lasts:.3g} s in all: the column t, {times[-1] - times[0]:.3g} s"
     note(f"{said}, is left out")
 
 
@@ -141,7 +117,7 @@ def _ticks(frames: Floats, args: argparse.Namespace) -> tuple[Floats, float]:
     if not rises.all():
         row = int(np.argmin(rises)) + 1
         raise InputError(
-            f"{args.path}: t does not rise from row {row} to {row + 1}; with --rate each row is a tick"
+            f"{args.path}: t does not rise from row {row} to {row + 1}; with --rate each row is a cycle"
         )
     step = float(np.median(steps))
     at = np.round((times - times[0]) / step)
@@ -152,12 +128,12 @@ def _ticks(frames: Floats, args: argparse.Namespace) -> tuple[Floats, float]:
     placed = np.full((int(at[-1]) + 1, 4, 4), np.nan)
     placed[at.astype(int)] = frames
     empty = len(placed) - len(np.unique(at))
-    lost = f", {counted(empty, 'tick')} without a row" if empty else ""
-    note(f"armangle: {1 / step:.6g} ticks a second, by the file's t{lost}")
+    lost = f", {counted(empty, 'cycle')} without a row" if empty else ""
+    note(f"armangle: {1 / step:.6g} cycles a second, by the file's t{lost}")
     return placed, 1 / step
 
 
-def _start(arm: Arm | OffsetArm, text: str | None, frame: Floats, scene: Scene | None) -> Floats:
+def _start(arm: AnyArm, text: str | None, frame: Floats, scene: Scene | None) -> Floats:
     """Return the joints given, or the best at the first pose."""
     if text is not None:
         q = joints("--start", text)
@@ -167,12 +143,12 @@ def _start(arm: Arm | OffsetArm, text: str | None, frame: Floats, scene: Scene |
     if isinstance(arm, OffsetArm):
         found = arm.solve(frame)
         if not found.ok:
-            raise PathError(f"no posture holds the first pose: {Status(int(found.status)).sentence}")
+            raise PathError(f"no joints hold the first pose: {Status(int(found.status)).sentence}")
         return np.asarray(found.q)
     best = arm.best(frame, scene=scene)
     if not best.ok:
         why = arm.explain(frame, scene=scene).explain()
-        raise PathError(f"no posture holds the first pose: {why.rstrip('.')}; give --start")
+        raise PathError(f"no joints hold the first pose: {why.rstrip('.')}; give --start")
     return np.asarray(best.q)
 
 
@@ -182,7 +158,7 @@ def _rates(ticks: list[Tracked], dt: float) -> tuple[Floats, Floats]:
     return qd, np.diff(qd, axis=0, prepend=np.zeros((1, qd.shape[1]))) / dt
 
 
-def _rows(arm: Arm | OffsetArm, first: Floats, ticks: list[Tracked], dt: float) -> TrajectoryTable:
+def _rows(arm: AnyArm, first: Floats, ticks: list[Tracked], dt: float) -> TrajectoryTable:
     qd, qdd = _rates(ticks, dt)
     q = np.stack([first, *(tick.q for tick in ticks)])
     rest = np.zeros((1, q.shape[1]))
@@ -202,11 +178,7 @@ def _summary(ticks: list[Tracked], first: Floats, dt: float) -> dict[str, Any]:
         "start": first,
         "status": {s.name: int((status == s).sum()) for s in Tracking},
         "reasons": _reasons(ticks, dt),
-        "distance": {
-            "rms": float(np.sqrt(np.mean(away**2))),
-            "max": float(away.max()),
-            "last": float(away[-1]),
-        },
+        "distance": {"rms": np.sqrt(np.mean(away**2)), "max": away.max(), "last": away[-1]},
         "gap": float(max(tick.gap for tick in ticks)),
         "fastest": np.abs(qd).max(axis=0),
         "hardest": np.abs(qdd).max(axis=0),
@@ -214,47 +186,37 @@ def _summary(ticks: list[Tracked], first: Floats, dt: float) -> dict[str, Any]:
 
 
 def _reasons(ticks: list[Tracked], dt: float) -> list[dict[str, Any]]:
-    """Return what kept the tool from the hand, and between what and what, the most frequent first."""
+    """Return what kept the tool from the target, and which link and obstacle, the most frequent first."""
     found: dict[tuple[str, str, tuple[str, str] | None], list[int]] = {}
     for i, tick in enumerate(ticks):
         if tick.status != Tracking.FOLLOWING:
             found.setdefault((tick.status.name, tick.why.name, tick.pair), []).append(i)
     return [
         {
-            "status": status,
-            "why": why,
-            "obstacle": pair[0] if pair else None,
-            "link": pair[1] if pair else None,
-            "ticks": len(at),
-            "first": at[0] * dt,
-            "last": at[-1] * dt,
+            "status": status, "why": why, "obstacle": pair[0] if pair else None,
+            "link": pair[1] if pair else None, "ticks": len(at), "first": at[0] * dt, "last": at[-1] * dt,
         }
         for (status, why, pair), at in sorted(found.items(), key=lambda one: -len(one[1]))
-    ]
+    ]  # fmt: skip
 
 
-def _show(arm: Arm | OffsetArm, facts: dict[str, Any]) -> None:
+def _show(arm: AnyArm, facts: dict[str, Any]) -> None:
     away = facts["distance"]
     rows = [
-        ["ticks", str(facts["ticks"]), f"of {facts['dt']:.4g} s"],
-        *([name, str(count), plural(count, "tick")] for name, count in facts["status"].items()),
-        ["distance from the hand, rms", fixed(_MM * away["rms"], 3), "mm"],
+        ["cycles", str(facts["ticks"]), f"of {facts['dt']:.4g} s"],
+        *([name, str(count), plural(count, "cycle")] for name, count in facts["status"].items()),
+        ["distance from the target, rms", fixed(_MM * away["rms"], 3), "mm"],
         ["largest", fixed(_MM * away["max"], 3), "mm"],
-        ["hand beyond reach by", fixed(_MM * facts["gap"], 1), "mm"],
+        ["target beyond reach by", fixed(_MM * facts["gap"], 1), "mm"],
     ]
     show(table(["", "", ""], rows, left=(0, 2)).split("\n", 1)[1])
     reasons = [
-        [
-            one["status"],
-            f"{one['why']}: {one['link']} at {one['obstacle']}" if one["obstacle"] else one["why"],
-            str(one["ticks"]),
-            fixed(one["first"], 2),
-            fixed(one["last"], 2),
-        ]
+        [one["status"], one["why"] + (f": {one['link']} at {one['obstacle']}" if one["obstacle"] else ""),
+         str(one["ticks"]), fixed(one["first"], 2), fixed(one["last"], 2)]
         for one in facts["reasons"]
-    ]
+    ]  # fmt: skip
     if reasons:
-        show(table(["not on the hand", "why", "ticks", "from s", "to s"], reasons, left=(0, 1)))
+        show(table(["not on the target", "why", "cycles", "from s", "to s"], reasons, left=(0, 1)))
     speeds = [
         [str(j + 1), arm.joint_names[j], degrees(facts["fastest"][j], 2), degrees(facts["hardest"][j], 1)]
         for j in range(len(facts["fastest"]))

@@ -16,50 +16,65 @@ from ...motion.joint_path import JointPath
 from ...reach.voxels import ORIENTATIONS, voxels_of
 from ...scenes.scene import Scene
 from .. import paper_example
-from ..arguments import add_arm, add_json, add_scene, joints, number, the_arm, with_body
+from ..arguments import ARM, SCENE, add, add_arm, add_scene, given, joints, number
+from ..loading import is_description, links_of, srs, with_scene
 from ..messages import note
 from ..motions import motion_of, motions_along
 from ..screen import progress, show, show_json, violations
 
 HELP = """\
 Show the arm in the browser: drag the tool, turn the elbow, see which joint
-blocks which arm angle, play a motion. Serves this machine alone, unless --host
-says otherwise, until Ctrl+C."""
-EXAMPLE = "  armangle view --demo"
+blocks which arm angle, play a motion of a FILE. Without --robot: a line that
+begins near the joint limits, five ways. Serves this machine alone, unless
+--address says otherwise, until Ctrl+C."""
+EXAMPLE = """\
+  armangle view
+  armangle view joints.csv --robot kuka_iiwa7_r800"""
+
+_HOST = "127.0.0.1"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments."""
-    parser.add_argument("--path", metavar="FILE", help="a motion to play: joints, or poses to step along")
     parser.add_argument(
-        "--demo", action="store_true", help="play a line that begins near the limits, five ways"
+        "path", nargs="?", metavar="FILE", help="a motion to play: joints, or poses to step along"
     )
-    parser.add_argument("--start", metavar="Q", help="first joints q1,..,q7 in degrees")
+    add(parser, "start")
     parser.add_argument(
-        "--voxels", type=number, metavar="M", help="show where the tool can be, on a grid so far apart"
+        "--voxels", type=number, metavar="M", help="show the reachable positions, on a grid of this width"
     )
-    parser.add_argument("--port", type=int, help="default: the first free one from 8080 on; 0: any")
-    parser.add_argument("--host", default="127.0.0.1", help="address to serve at (default 127.0.0.1)")
+    parser.add_argument(
+        "--address", default="", metavar="HOST:PORT",
+        help=f"address to serve at (default {_HOST}: the first free port from 8080 on; port 0: any)",
+    )  # fmt: skip
     add_arm(parser, required=False)
     add_scene(parser)
-    add_json(parser)
+    add(parser, "json")
 
 
 def run(args: argparse.Namespace) -> int:
     """Serve until interrupted."""
-    _check(args)
+    host, port = _address(args.address)
+    if args.robot is None:
+        for option in ("path", *given(args, ("start", *ARM, *SCENE))):
+            if option != "path" or args.path is not None:
+                raise InputError(
+                    f"--{option} needs --robot: without it view shows the demo".replace("--path", "a FILE")
+                )
     from ... import viewer
 
-    arm, scene = (paper_example.example()[0], None) if args.demo else with_body(the_arm(args), args)
+    arm, scene = (paper_example.example()[0], None) if args.robot is None else with_scene(args)
+    arm = srs(arm, "view")
     start = _start(arm, args.start)
-    runs = _demo() if args.demo else _runs(arm, args.path, start, scene)
-    meshes = None if args.urdf is None or is_mjcf(args.urdf) else Path(args.urdf)
+    runs = _demo() if args.robot is None else _runs(arm, args.path, start, scene)
+    described = args.robot is not None and is_description(args.robot)
+    base, tip = links_of(args)
     shown = viewer.Viewer(
-        viewer.ViewerState(arm, start, scene=scene), runs, port=args.port, host=args.host,
-        urdf=meshes, base=args.base, tip=args.tip,
+        viewer.ViewerState(arm, start, scene=scene), runs, port=port, host=host, base=base, tip=tip,
+        urdf=Path(args.robot) if described and not is_mjcf(args.robot) else None,
     )  # fmt: skip
     if args.voxels is not None:
-        with progress("asking where the tool can be"):
+        with progress("finding reachable positions"):
             shown.show_voxels(voxels_of(arm, args.voxels, ORIENTATIONS, 0.0, 0))
     if shown.note:
         note(f"armangle: {shown.note}")
@@ -87,16 +102,12 @@ def _start(arm: Arm, text: str | None) -> Floats | None:
     return start
 
 
-def _check(args: argparse.Namespace) -> None:
-    named = args.robot is not None or args.urdf is not None
-    if args.demo and (
-        named or not all(value is None for value in (args.path, args.start, args.scene, args.body))
-    ):
-        raise InputError(
-            "--demo brings its own arm, start and path: leave out --robot, --urdf, --path, --start, --scene"
-        )
-    if not args.demo and not named:
-        raise InputError("view needs --robot NAME, --urdf FILE or --demo")
+def _address(text: str) -> tuple[str, int | None]:
+    """Return host and port of HOST:PORT, HOST or :PORT."""
+    host, colon, port = text.rpartition(":") if ":" in text else (text, "", "")
+    if colon and not port.isdecimal():
+        raise InputError(f"--address is {text!r}, wanted HOST:PORT")
+    return host or _HOST, int(port) if colon else None
 
 
 def _demo() -> dict[str, JointPath]:

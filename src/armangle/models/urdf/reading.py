@@ -161,11 +161,7 @@ def _limits(
         )
     if continuous and lower < upper:
         used = continuous_limits == "use"
-        what = (
-            "used all the same"
-            if used
-            else f"{NOT_USED} (continuous_limits='use', on the command line --continuous-limits use)"
-        )
+        what = "used all the same" if used else f"{NOT_USED} (continuous_limits='use')"
         notes.append(
             f"joint {joint.name!r} {_CONTINUOUS}, but states {lower:g} to {upper:g} rad: they are {what}"
         )

@@ -1,0 +1,230 @@
+"""The arm of --robot and the scene of --scene: every call of the library that reads them."""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from .._arrays import Floats
+from ..arm.arm import Arm
+from ..arm.offset import OffsetArm
+from ..errors import FileFormatError, InputError, NotSRSError, SceneError, ShapeError
+from ..files.scenes import load_body, load_scene
+from ..models.axes import MAX_ANGLE, MAX_LENGTH
+from ..models.body import BARE, Body
+from ..models.candidates import chosen
+from ..models.catalogue import read_robot
+from ..models.mjcf import is_mjcf, mjcf_candidates
+from ..models.offset import offset_catalogue
+from ..models.urdf import urdf_candidates
+from ..poses import COLUMNS
+from ..scenes.scene import Scene
+from ..scenes.shapes import Ball, Capsule, Shape
+from .arguments import DEGREE, SCENE, given, numbers, pose, refuse
+from .messages import note
+from .screen import called
+
+AnyArm = Arm | OffsetArm
+_Kind = TypeVar("_Kind", Arm, OffsetArm)
+_THINNEST = 1e-3  # m: links and grippers are thicker.
+_LONGEST = 5.0  # m: tools are shorter.
+_DESCRIPTIONS = (".urdf", ".xml", ".mjcf", ".xacro")
+_FITS = ("srs", "offset", "chain")
+
+
+def any_arm(args: argparse.Namespace, *, quiet: bool = False) -> AnyArm:
+    """Return the arm of --robot, of any kind, with the tool of --tool."""
+    arm = _bare_arm(args, quiet=quiet)
+    return arm if args.tool is None else arm.with_tool(_tool(args.tool))
+
+
+def with_scene(args: argparse.Namespace) -> tuple[AnyArm, Scene | None]:
+    """Return the arm with its collision model and tool geometry, and the scene of --scene."""
+    arm = any_arm(args)
+    if args.scene is None:
+        for option in given(args, SCENE):
+            raise InputError(f"--{option} goes with --scene")
+        return arm, None
+    arm = srs(arm, "--scene")
+    scene = load_scene(args.scene)
+    if args.clearance is not None:
+        kept = args.clearance / 1e3
+        scene = Scene(scene.shapes, clearance=kept, soft=scene.soft, ignore=scene.ignore)
+    if args.gripper is not None:
+        arm = arm.with_hand(_gripper(args))
+    arm = _with_body(arm, args)
+    for line in () if arm.body is None else arm.body.notes:
+        if not line.startswith(BARE):
+            note(f"armangle: {line}")
+        elif args.gripper is None:
+            note(f"armangle: {BARE}: --gripper does")
+    try:
+        arm._scene(scene)
+    except SceneError as error:
+        raise InputError(f"{args.scene}: {error}") from None
+    return arm, scene
+
+
+def srs(arm: AnyArm, option: str) -> Arm:
+    """Return an arm that has an arm angle; the error of another kind names the option."""
+    if isinstance(arm, OffsetArm):
+        raise InputError(f"{option} does not go with {called(arm)}")
+    return arm
+
+
+def is_description(text: str) -> bool:
+    """Return whether a word names a URDF or MJCF rather than an arm of the catalogue or a TOML file."""
+    suffix = Path(text).suffix.lower()
+    return suffix in _DESCRIPTIONS or (suffix != ".toml" and Path(text).is_file())
+
+
+def links_of(args: argparse.Namespace) -> tuple[str | None, str | None]:
+    """Return base and tip of --links, None if they are to be guessed."""
+    if args.links is None:
+        return None, None
+    base, comma, tip = args.links.partition(",")
+    if not comma or "," in tip:
+        raise InputError(f"--links is {args.links!r}, wanted BASE,TIP; one of them may be empty")
+    return base or None, tip or None
+
+
+def body_of_file(file: str, links: tuple[str | None, str | None], *, exact: bool, **options: Any) -> Body:
+    """Return balls and capsules that contain the collision shapes of a URDF or MJCF."""
+    read = Body.from_mjcf if is_mjcf(file) else Body.from_urdf
+    return read(file, *links, exact=exact, **options)
+
+
+def _bare_arm(args: argparse.Namespace, *, quiet: bool) -> AnyArm:
+    """Return the arm that --robot names, as the file or the catalogue has it."""
+    name = args.robot
+    if is_description(name):
+        return _of_file(name, args, quiet)
+    refuse(args, ("links", "fit", "continuous-limits"), f"{name}: it is for a URDF or MJCF file")
+    if Path(name).suffix.lower() == ".toml":
+        return Arm._from_description(read_robot(name).description)
+    return OffsetArm.from_catalogue(name) if name in offset_catalogue() else Arm.from_catalogue(name)
+
+
+def _of_file(file: str, args: argparse.Namespace, quiet: bool) -> AnyArm:
+    """Return the arm of a file: exact if it is, else as --fit says, else with the chain of the file."""
+    base, tip = _named_links(file, *links_of(args))
+    options: dict[str, Any] = {"base": base, "tip": tip}
+    limits = getattr(args, "continuous_limits", None)
+    if not is_mjcf(file):
+        options["continuous_limits"] = limits or "ignore"
+    elif limits is not None:
+        raise InputError(f"--continuous-limits does not go with {file}: it is for a URDF")
+    if getattr(args, "fit", None) is not None:
+        kind, tolerances = _fit(args.fit)
+        return _read(OffsetArm if kind == "offset" else Arm, file, options | tolerances, quiet)
+    try:
+        return _read(Arm, file, options, quiet)
+    except NotSRSError as error:
+        try:
+            return _read(OffsetArm, file, options, quiet)
+        except NotSRSError:
+            if not error.near:
+                raise error from None
+    arm = _read(Arm, file, options | {"exact": False}, quiet)
+    if not quiet:
+        note(f"armangle: {file} is nearly S-R-S, and its own chain is kept: {arm.deviation}")
+    return arm
+
+
+def _fit(text: str) -> tuple[str, dict[str, Any]]:
+    """Return the kind of --fit, and what the library is told of it."""
+    kind, comma, given = text.partition(",")
+    if kind not in _FITS:
+        raise InputError(f"--fit is {text!r}, wanted one of {', '.join(_FITS)}, also with ,MM,DEG")
+    length, tilt = MAX_LENGTH, MAX_ANGLE
+    if comma:
+        off = numbers("--fit", given, "KIND,MM,DEG", 2)
+        length, tilt = off[0] / 1e3, off[1] * DEGREE
+        if not (0 <= length <= MAX_LENGTH and 0 <= tilt <= MAX_ANGLE):
+            most = f"{1e3 * MAX_LENGTH:g} mm and {MAX_ANGLE / DEGREE:.4g} deg"
+            raise InputError(f"--fit is {text!r}, wanted 0 to {most}")
+    own = {"exact": False} if kind == "chain" else {}
+    return kind, {"length_tolerance": length, "angle_tolerance": tilt, **own}
+
+
+def _read(kind: type[_Kind], file: str, options: dict[str, Any], quiet: bool) -> _Kind:
+    """Return the arm of a file, and pass on what its reader warns of."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        arm: _Kind = (kind.from_mjcf if is_mjcf(file) else kind.from_urdf)(file, **options)
+    for warning in () if quiet else caught:
+        warnings.warn(warning.message, stacklevel=2)
+    return arm
+
+
+def _named_links(file: str, base: str | None, tip: str | None) -> tuple[str | None, str | None]:
+    """Return base and tip, those of the one arm with an offset if there is no S-R-S arm; else the choices."""
+    if tip is not None:
+        return base, tip
+    found = (mjcf_candidates if is_mjcf(file) else urdf_candidates)(file, base)
+    best = found[0].rank() if found else 0
+    if not found or chosen(found, 0) is not None:
+        return base, None
+    one = chosen(found, best) if best == 1 else None
+    if one is None:
+        lines = [f"  --links {one.base},{one.tip}  {one.verdict()}{one.other_tips()}" for one in found]
+        message = "name base and tip; chains of seven rotating joints:\n" + "\n".join(lines)
+        raise FileFormatError(message, source=file)
+    return one.base, one.tip
+
+
+def _tool(text: str) -> Floats:
+    """Return the frame of --tool in the tip's, (4, 4)."""
+    count = len(text.replace(",", " ").split())
+    if count not in (3, len(COLUMNS)):
+        raise ShapeError(f"--tool has {count} numbers, wanted x,y,z or {','.join(COLUMNS)}")
+    tool = pose("--tool", text if count == len(COLUMNS) else f"{text},1,0,0,0")
+    if np.abs(tool[:3, 3]).max() > _LONGEST:
+        raise InputError(f"--tool is {text}, a place in m: was this in mm?")
+    return tool
+
+
+def _with_body(arm: Arm, args: argparse.Namespace) -> Arm:
+    """Return the arm with the collision model of --body, or of the file of --robot."""
+    own = is_description(args.robot)
+    text = args.robot if args.body is None and own else args.body
+    if text is None:
+        raise InputError(
+            "--scene needs the shape of the arm's links: --body 90,80 (radii of the bones in mm), or guessed"
+        )
+    if text == "guessed":
+        return arm.with_body()
+    if Path(text).suffix.lower() == ".toml":
+        return arm.with_body(load_body(text))
+    if not Path(text).is_file():
+        upper_arm, forearm = _radii("--body", text, "UPPER,FOREARM in mm, or a file", 2)
+        return arm.with_body(Body.bones(upper_arm=upper_arm, forearm=forearm))
+    links = links_of(args) if own else (None, None)
+    return arm.with_body(body_of_file(text, links, exact=arm.chain is None))
+
+
+def _gripper(args: argparse.Namespace) -> tuple[Shape, ...]:
+    """Return the shapes of --gripper, in the tool frame."""
+    text = args.gripper
+    if Path(text).suffix.lower() == ".toml":
+        held = load_scene(text)
+        if held.clearance or held.soft or held.ignore:
+            raise InputError(f"{text}: clearance, soft and ignore are of the scene, not of a gripper")
+        return held.shapes
+    (radius,) = _radii("--gripper", text, "a RADIUS in mm, or gripper.toml", 1)
+    if args.tool is None:
+        return (Ball([0.0, 0.0, 0.0], radius),)
+    tool = _tool(args.tool)
+    return (Capsule(-tool[:3, :3].T @ tool[:3, 3], [0.0, 0.0, 0.0], radius),)
+
+
+def _radii(option: str, text: str, wanted: str, count: int) -> list[float]:
+    """Return radii given in mm, m."""
+    radii = numbers(option, text, wanted, count) / 1e3
+    if 0 < np.max(radii) < _THINNEST:
+        raise InputError(f"{option} is {text}, in mm: was this in m?")
+    return [float(radius) for radius in radii]

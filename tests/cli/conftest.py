@@ -1,0 +1,81 @@
+"""A command line as one string, run in a folder of its own with the files that commands read."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+import armangle as aa
+from armangle.cli import main
+from armangle.cli.tables import WIDTH
+
+START = np.radians([-5.4101, -26.4986, -48.1542, -61.65, 152.6198, 114.4466, 8.1812])
+NAMES = {
+    "R": "--robot kuka_iiwa7_r800",
+    "Q": "-5.4101,-26.4986,-48.1542,-61.65,152.6198,114.4466,8.1812",
+    "POSE": "--pose -0.117424,-0.146412,1.020287,0.425538,-0.432663,0.352360,0.712434",
+    "FAR": "--pose 2,0,0,1,0,0,0",
+    "FR3": "--robot franka_fr3",
+    "QF": "10,20,10,-110,15,110,30",
+    "PF": "--pose 0.4,0.1,0.5,0,1,0,0",
+}
+
+
+class Ran(NamedTuple):
+    """What a command line did."""
+
+    status: int
+    out: str
+    err: str
+
+    @property
+    def text(self) -> str:
+        """All that was printed, each run of blanks as one."""
+        return " ".join(f"{self.out} {self.err}".split())
+
+    @property
+    def facts(self) -> Any:
+        """What --json printed."""
+        return json.loads(self.out)
+
+
+Cli = Callable[..., Ran]
+
+
+@pytest.fixture
+def cli(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Cli:
+    """Run a command line, with the names of `NAMES` in braces, and check the width of its lines."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(line: str) -> Ran:
+        status = main(shlex.split(line.format(**NAMES)))
+        out, err = capsys.readouterr()
+        wide = (
+            [
+                row
+                for row in out.splitlines()
+                if " " in row.strip() and " = " not in row and not row.startswith("KUKA")
+            ]
+            if "--json" not in line
+            else []
+        )
+        assert max(map(len, wide), default=0) <= WIDTH
+        return Ran(status, out, err)
+
+    return run
+
+
+@pytest.fixture
+def line(tmp_path: Path) -> np.ndarray[Any, Any]:
+    """Write line.csv: 21 poses, 0.05 m along the tool's z axis from the paper's start; and return them."""
+    pose = aa.Arm.from_catalogue("kuka_iiwa7_r800").forward(START)[0]
+    poses = np.repeat(pose[None], 21, axis=0)
+    poses[:, :3, 3] += np.linspace(0, 0.05, 21)[:, None] * pose[:3, 2]
+    aa.save(poses, tmp_path / "line.csv")
+    return aa.load_poses(tmp_path / "line.csv")
