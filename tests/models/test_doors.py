@@ -213,10 +213,11 @@ def test_near_is_said_with_the_residual_and_with_tolerances_that_work(off):
     assert caught.value.near is near is ("is not S-R-S, but near it: nothing is off by more than" in message)
     if not near:
         return
-    lengths, angles = (re.findall(rf"--{name}-tolerance ([^ )]+)", message) for name in ("length", "angle"))
+    (fitted,) = (line for line in message.splitlines() if line.startswith("With "))
+    lengths, angles = (re.findall(rf"{name}_tolerance=(\S+)", fitted) for name in ("length", "angle"))
     assert bool(angles) is ("deg" in off) and (lengths or "mm" not in off)
     length, angle = (float(values[0]) if values else 0.0 for values in (lengths, angles))
-    arm, report = describe_chain(chain, length=max(length / 1e3, 2e-5), angle=max(np.radians(angle), 1e-5))
+    arm, report = describe_chain(chain, length=max(length, 2e-5), angle=max(angle, 1e-5))
     said = re.search(r"differs from it by up to (\S+) mm and (\S+) deg at the tip", message)
     assert said is not None
     assert float(said[1]) == pytest.approx(1e3 * report.residual_position, rel=1e-3)
@@ -462,7 +463,7 @@ def test_every_door_that_a_refusal_names_takes_the_file_with_the_error_that_it_n
     assert any(door.startswith("exact=False") for door in doors) is (name != "beyond")
     q = np.random.default_rng(1).uniform(-3, 3, (300, 7))
     for door in doors:
-        given = {key: float(value) for key, value in re.findall(r"(\w+_tolerance)=([^ ,)]+)", door)}
+        given = {key: float(value) for key, value in re.findall(r"(\w+_tolerance)=([^ ,:)]+)", door)}
         millimetres = re.search(r"(?:up to )?(\S+) mm (?:off|and \S+ (?:deg|rad)) at the tip", door)
         assert millimetres is not None, door
         kind = aa.OffsetArm if "OffsetArm" in door else aa.Arm
