@@ -103,8 +103,8 @@ BAD = {
     "ik {FR3} {PF} --intervals 3": "--intervals of a joint does not go with franka_fr3",
     f"ik {{FR3}} {{PF}} {CELL}": "--scene does not go with franka_fr3",
     "plan poses.csv {FR3}": "plan without --policy does not go with franka_fr3",
-    "plan poses.csv {FR3} --start {QF} --policy hold,carry=elbow": "carry= is not made for an arm with an offset",
-    "plan poses.csv {FR3} --start {QF} --policy hold --roll free": "roll= is not made for an arm with an offset",
+    "plan poses.csv {FR3} --start {QF} --policy hold,carry=elbow": "carry= is not made for an arm",
+    "plan poses.csv {FR3} --start {QF} --policy hold --roll free": "roll= is not made for an arm",
     "place poses.csv {FR3} --x 0,1 --y 0,1": "place does not go with franka_fr3",
     "view {FR3}": "view does not go with franka_fr3",
     f"ik {{R}} --intervals --joints {{Q}} {CELL.split(' --body')[0]}": "--scene needs the shape of the arm's links",  # noqa: E501

@@ -39,7 +39,7 @@ from .._core import Turned, Wanted
 from .._progress import Progress, as_progress, progressing
 from .._threads import thread_count
 from ..errors import InputError, ModelError, SceneError
-from ..models.axes import MAX_ANGLE, MAX_LENGTH, NEAR_LENGTH, rotation_angle
+from ..models.axes import MAX_ANGLE, MAX_LENGTH, NEAR_LENGTH, Axes, rotation_angle
 from ..models.body import Body
 from ..models.catalogue import catalogue, is_file_or_text, load_robot
 from ..models.chain import Chain
@@ -52,7 +52,7 @@ from ..models.description import (
     ImportReport,
     OffsetDescription,
 )
-from ..models.detect import describe_chain
+from ..models.detect import describe_chain, nearness
 from ..models.mjcf import is_mjcf, read_mjcf
 from ..models.offset import load_offset_robot, offset_catalogue
 from ..models.one_offset import describe_offset_chain
@@ -515,27 +515,36 @@ class Arm(FrozenValue):
             for name, value, default in zip(("angle", "length"), (angle, length), most, strict=True)
             if value is not None or default is not None
         }
+        try:
+            chain = read(False)
+        except ModelError as error:  # there may be an arm with an offset in it
+            if idealised:
+                raise
+            return cls._of_offset(read, given) or _raised(error)
         if idealised:
-            return cls._from_description(*_told(describe_chain(read(False), **given)))
-        kinds: list[Callable[[], Arm]] = [
-            lambda: cls._from_description(*_told(describe_chain(read(False)))),
-            lambda: cls._offset(*describe_offset_chain(read(True)), least=NEAR_LENGTH),
-            lambda: cls._from_description(*_told(describe_chain(read(False), exact=False, **given))),
-            lambda: cls._offset(*describe_offset_chain(read(True), **given)),
-        ]
-        refused: list[ModelError] = []
-        for kind in kinds:
-            try:
-                return kind()
-            except ModelError as error:
-                refused.append(error)
-        raise refused[0]
+            return cls._from_description(*_told(describe_chain(chain, **given)))
+        found = nearness(Axes(*chain.lines()))
+        if found.srs:
+            return cls._from_description(*_told(describe_chain(chain)))
+        own = {**given, "exact": False}
+        return (
+            cls._of_offset(read, {}, least=NEAR_LENGTH)
+            or (found.near and cls._from_description(*_told(describe_chain(chain, **own))))
+            or (given and cls._of_offset(read, given))
+            or cls._from_description(*_told(describe_chain(chain, **(own if given else {}))))
+        )
 
     @classmethod
-    def _offset(cls, found: OffsetDescription, report: ImportReport, least: float = 0.0) -> Arm:
-        """Return an arm with an offset wrist or shoulder; one below `least` (m) belongs to an own chain."""
+    def _of_offset(
+        cls, read: Callable[[bool], Chain], given: dict[str, float], least: float = 0.0
+    ) -> Arm | None:
+        """Return the arm of a file if it has an offset wrist or shoulder, of more than `least`, m."""
+        try:
+            found, report = describe_offset_chain(read(True), **given)
+        except ModelError:
+            return None
         if max(abs(found.a_1), abs(found.a_6)) <= least:
-            raise ModelError(f"{report.source}: the offset is small enough for an own chain")
+            return None
         warn_of(report.notes)
         return cast(Arm, _offset_kind()._of(found, report=report))
 
@@ -1670,6 +1679,10 @@ class Arm(FrozenValue):
 def _beyond(keep: bool, nan: bool) -> _core.Enforce:
     """Return what is done where joints have no turn within their limits."""
     return _core.Enforce.IGNORE if not keep else _core.Enforce.NAN if nan else _core.Enforce.RAISE
+
+
+def _raised(error: ModelError) -> Never:
+    raise error
 
 
 def _told(found: tuple[AnyDescription, ImportReport]) -> tuple[AnyDescription, ImportReport]:

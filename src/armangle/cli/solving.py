@@ -159,12 +159,12 @@ def _off(arm: Arm, q: Floats, frames: Floats) -> Floats:
 def solve_all(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
     """Print one solution for each branch and interval, the nearest first."""
     arm, frame = srs(asked.arm, "--all"), asked.frame
+    arm = arm.with_(scene=asked.scene, singularity_margin=args.singularity_margin)
     seed, name = _seed(asked)
     metric: Any = args.metric or "l2"
-    kept: dict[str, Any] = {"scene": asked.scene, "singularity_margin": args.singularity_margin}
-    found = arm.solutions(frame, seed, metric=metric, gc=asked.gc, **kept)
+    found = arm.solutions(frame, seed, metric=metric, gc=asked.gc)
     branches = [*range(CONFIGURATIONS)] if asked.gc is None else [asked.gc]
-    every = arm.feasible(frame, **kept)[branches]
+    every = arm.feasible(frame)[branches]
     if args.json:
         columns = {key: getattr(found, key) for key in ("q", "psi", "gc", "distance", "margin", "status")}
         show_json(columns | {"unproven": every.unproven, "seed": seed, "metric": metric})

@@ -149,8 +149,8 @@ def _plan(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[Join
     with progress(f"planning {counted(len(frames), 'pose')}"):
         path = plan(
             arm.with_(scene=scene, singularity_margin=args.singularity_margin), frames,
-            blend=args.blend or 0.0, start=start, goal=goal, gc=args.gc, psi=wished, limit_margin=margin, roll=args.roll,
-            objective=objective, samples=args.samples,
+            blend=args.blend or 0.0, start=start, goal=goal, gc=args.gc, psi=wished, limit_margin=margin,
+            roll=args.roll, objective=objective, samples=args.samples,
         )  # fmt: skip
     if args.step is not None and path.ok:
         path = path.finer(args.step)
