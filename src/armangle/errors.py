@@ -40,8 +40,10 @@ class InputError(ArmangleError, ValueError):
 
 
 class ModelError(InputError):
-    """A file does not say what it should: a robot, scene, table or map. The message begins with file, line
-    and column; ``reasons`` lists why an arm is not one that armangle solves, most telling first.
+    """A file does not say what it should: a robot, scene, table or map.
+
+    The message begins with file, line and column; ``reasons`` lists why an arm is not one that armangle
+    solves, most telling first.
     """
 
     reasons: tuple[str, ...]

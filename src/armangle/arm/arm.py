@@ -1691,11 +1691,13 @@ def _told(found: tuple[AnyDescription, ImportReport]) -> tuple[AnyDescription, I
     return found
 
 
-def _offset_kind() -> Any:
-    """Return the class of an arm with an offset wrist or shoulder, which is one of this module's."""
-    from .offset import OffsetArm  # that module needs this one
+KINDS: list[Any] = []
+"""The class of an arm with an offset wrist or shoulder, which adds itself when the folder is imported."""
 
-    return OffsetArm
+
+def _offset_kind() -> Any:
+    """Return the class of an arm with an offset wrist or shoulder."""
+    return KINDS[0]
 
 
 def _rebuilt(arguments: dict[str, Any]) -> Arm:

@@ -35,7 +35,7 @@ from ..models.description import OffsetDescription
 from ..models.urdf.writing import write_chain
 from ..status import STATUSES, Status, is_solved
 from .arcs import ArcSet
-from .arm import ON_ERROR, Arm, OnError, names_keywords_of_arm
+from .arm import KINDS, ON_ERROR, Arm, OnError, names_keywords_of_arm
 from .freedom import Freedom
 from .near import asked_of
 from .question import METRICS, PREFER, branch_bits, relaxing_length, weights_of
@@ -407,6 +407,9 @@ class OffsetArm(Arm):
     def psi_towards(self, *_: Any, **__: Any) -> Never:
         """Raise `UnsupportedError`."""
         raise unsupported("psi_towards")
+
+
+KINDS.append(OffsetArm)
 
 
 def _longest(arcs: ArcSet) -> Floats:
