@@ -240,9 +240,7 @@ def test_a_collision_model_is_shown_and_written(arm: aa.Arm, cli: Cli) -> None:
     assert "1 shape" in ran.out and "litres" in ran.out and "wrote body.toml" in ran.err
     assert aa.load_body("body.toml") == aa.Body.from_urdf("robot.urdf", shapes=4)
     facts = cli("inspect robot.urdf --body --json").facts
-    assert len(facts["shapes"]) == sum(
-        len(shapes) for _, shapes in aa.Body.from_urdf("robot.urdf").links
-    )
+    assert len(facts["shapes"]) == sum(len(shapes) for _, shapes in aa.Body.from_urdf("robot.urdf").links)
     for more in ("", "--body body.toml"):
         assert cli(f"ik --intervals --robot robot.urdf --joints {Q} --scene cell.toml {more}").status in (
             0,
