@@ -58,9 +58,9 @@ def readers(folder: Path) -> list[tuple[str, bytes, Callable[[bytes], object]]]:
     q = np.linspace(0.1, 0.7, 7) * np.linspace(0.9, 1.1, 12)[:, None]
     poses, joints = folder / "poses.csv", folder / "joints.csv"
     blocks = [folder / f"joints{ending}" for ending in (".npz", ".json")]
-    aa.save(arm.forward(q)[0], poses)
+    aa.io.save(arm.forward(q)[0], poses)
     for path in (joints, *blocks):
-        aa.save(aa.follow(arm, arm.forward(q)[0], start=q[0]), path)
+        aa.io.save(aa.follow(arm, arm.forward(q)[0], start=q[0]), path)
 
     def from_file(name: str, read: Callable[[Path], object]) -> Callable[[bytes], object]:
         def run(text: bytes) -> object:
@@ -72,9 +72,12 @@ def readers(folder: Path) -> list[tuple[str, bytes, Callable[[bytes], object]]]:
 
     return [
         ("urdf", arm.to_urdf().encode(), lambda text: aa.Arm.from_urdf(text)),
-        ("poses.csv", poses.read_bytes(), from_file("in.csv", aa.load_poses)),
-        ("joints.csv", joints.read_bytes(), from_file("in.csv", aa.load_joints)),
-        *((path.name, path.read_bytes(), from_file(f"in{path.suffix}", aa.load_joints)) for path in blocks),
+        ("poses.csv", poses.read_bytes(), from_file("in.csv", aa.io.load_poses)),
+        ("joints.csv", joints.read_bytes(), from_file("in.csv", aa.io.load_joints)),
+        *(
+            (path.name, path.read_bytes(), from_file(f"in{path.suffix}", aa.io.load_joints))
+            for path in blocks
+        ),
         ("toml", toml.read_bytes(), from_file("in.toml", _catalogue.read_robot)),
     ]
 

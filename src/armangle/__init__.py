@@ -15,48 +15,36 @@ from typing import Any
 
 # Which module a name comes from; __init__.pyi says the same to type checkers.
 _NAMES = {
-    "_core": "ISA __version__",
+    "_core": "__version__",
     "_threads": "set_threads threads",
-    "arm.arcs": "ArcEnd ArcSet",
+    "arm.arcs": "ArcSet",
     "arm.arm": "Arm nearest_rotation",
     "arm.configuration": "gc_index gc_signs",
-    "arm.deviation": "ChainDeviation",
-    "arm.diagnosis": "Branch Diagnosis Opening Verdict",
-    "arm.freedom": "Freedom",
-    "arm.joint_function": "JointFunction",
-    "arm.solution": "Solution Solutions",
+    "arm.solution": "Solution",
     "errors": "ArmangleError CollisionError InputError LimitError MissingExtraError ModelError "
     "NoSolutionError OutputError PathError SceneError UnreachableError UnsupportedError",
-    "files.clouds": "load_cloud",
-    "files.fields": "load_field",
-    "files.scenes": "load_body load_scene",
-    "files.tables": "JointTable load_joints load_poses save",
-    "files.trajectories": "TrajectoryTable load_trajectory",
     "models.body": "Body",
     "models.catalogue": "catalogue",
-    "models.description": "ImportReport",
     "models.dh": "dh_chain",
     "motion.following": "follow",
     "motion.joining": "join",
-    "motion.joint_path": "JointPath PathPoint",
-    "motion.paths": "CircularArc Deviation Line Path Screw Segments Waypoints",
+    "motion.joint_path": "JointPath",
+    "motion.paths": "CircularArc Line Path Screw Segments Waypoints",
     "motion.planning": "Objective plan",
     "motion.policies": "Centre Hold Repulsion Towards",
-    "motion.stepping": "Resolution Step resolve step",
-    "motion.tracking": "HandFilter Tracked Tracker Tracking",
+    "motion.stepping": "resolve step",
+    "motion.tracking": "HandFilter Tracker Tracking",
     "poses": "pose",
-    "reach.placement": "Placement place",
+    "reach.placement": "place",
     "reach.reach_map": "ReachMap reach_map",
-    "reach.voxels": "Voxels",
-    "scenes.clearance": "Clearance",
     "scenes.scene": "Scene",
     "scenes.shapes": "Ball Box Capsule Cloud Field HalfSpace Hull",
     "status": "Status",
     "timing.retiming": "retime",
-    "timing.trajectory": "SpeedLoss Trajectory TrajectoryPoint",
+    "timing.trajectory": "Trajectory",
 }
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
-_MODULES = ("errors", "gradients", "jax", "kuka", "plots", "torch", "viewer")
+_MODULES = ("errors", "gradients", "io", "jax", "kuka", "plots", "torch", "types", "viewer")
 
 __all__ = tuple(sorted(_HOME))
 

@@ -77,5 +77,5 @@ def line(tmp_path: Path) -> np.ndarray[Any, Any]:
     pose = aa.Arm.from_catalogue("kuka_iiwa7_r800").forward(START)[0]
     poses = np.repeat(pose[None], 21, axis=0)
     poses[:, :3, 3] += np.linspace(0, 0.05, 21)[:, None] * pose[:3, 2]
-    aa.save(poses, tmp_path / "line.csv")
-    return aa.load_poses(tmp_path / "line.csv")
+    aa.io.save(poses, tmp_path / "line.csv")
+    return aa.io.load_poses(tmp_path / "line.csv")

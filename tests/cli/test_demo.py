@@ -70,9 +70,9 @@ def test_the_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert {run["name"] for run in facts["runs"]} == NAMES
     assert {file.name for file in folder.iterdir()} == {Path(file).name for file in facts["files"]}
     for name in NAMES:
-        assert len(aa.load_joints(folder / f"{name}.csv")) == 251
+        assert len(aa.io.load_joints(folder / f"{name}.csv")) == 251
         assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
-    assert len(aa.load_poses(folder / "poses.csv")) == 251
+    assert len(aa.io.load_poses(folder / "poses.csv")) == 251
     assert (folder / "overview.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -88,7 +88,7 @@ def test_what_to_open_and_to_try_is_said_and_works(
     (planned,) = [line.split() for line in text.splitlines() if line.startswith("  armangle plan")]
     planned[-1] = str(tmp_path / planned[-1])
     assert main(planned[1:]) == 0
-    assert aa.load_joints(tmp_path / "joints.csv").status.max() == aa.Status.OK
+    assert aa.io.load_joints(tmp_path / "joints.csv").status.max() == aa.Status.OK
 
 
 def test_the_curves_begin_where_the_dots_are(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -112,17 +112,17 @@ def test_an_arm_with_an_offset_is_asked_alike(source: str, cli: Cli) -> None:
 def test_a_file_of_poses(line: Rows, cli: Cli) -> None:
     ran = cli("ik {R} --pose line.csv --seed {Q} -o q.csv")
     assert ran.out.startswith("nearest to --seed") and ran.out.count("OK") == 20  # and one row is the gap
-    back = aa.load_joints("q.csv")
+    back = aa.io.load_joints("q.csv")
     assert np.abs(back.q - ARM.solve(line, seed=START).q).max() < 1e-6 and (back.status == aa.Status.OK).all()
     assert len(cli("ik {R} --pose line.csv --psi 90 --gc 3 -o q.csv").out.splitlines()) == 22
-    assert np.allclose(aa.load_joints("q.csv").psi, np.pi / 2)
+    assert np.allclose(aa.io.load_joints("q.csv").psi, np.pi / 2)
     ran = cli("ik {R} --pose line.csv --psi 35 --gc 3 -o q.csv")
     assert ran.status == 1 and "21 of 21 poses fail; pose 0: psi 35.00 deg is not feasible" in ran.text
-    assert (aa.load_joints("q.csv").status == aa.Status.OUTSIDE).all()
+    assert (aa.io.load_joints("q.csv").status == aa.Status.OUTSIDE).all()
     line[4, 0, 3] += 3
-    aa.save(line, "far.csv")
+    aa.io.save(line, "far.csv")
     assert "1 of 21 poses fail; pose 4: pose is out of reach" in cli("ik {R} --pose far.csv").text
-    aa.save(line[4:5], "one.csv")
+    aa.io.save(line[4:5], "one.csv")
     assert cli("ik {R} --pose one.csv --psi 0 --gc 0").err.startswith("armangle: pose is out of reach")
 
 
@@ -163,7 +163,7 @@ def test_what_is_not_proven_is_said(cli: Cli) -> None:
     assert cli(f"{words} --all --json").facts["unproven"] == pytest.approx(
         arm.feasible(pose).unproven.tolist()
     )
-    aa.save(arm.forward(np.array([q, START]))[0], "two.csv")
+    aa.io.save(arm.forward(np.array([q, START]))[0], "two.csv")
     assert "UNPROVEN, 1 pose:" in cli(f"ik --robot own.urdf --pose two.csv --seed {seed}").text
 
 

@@ -210,10 +210,10 @@ def test_the_poses_of_a_joint_file(line: np.ndarray[Any, Any], cli: Cli) -> None
     cli("ik {R} --pose line.csv --psi 90 --gc 3 -o q.csv")
     ran = cli("inspect kuka_iiwa7_r800 --joints q.csv -o again.npz")
     assert ran.status == 0 and "90.0000" in ran.out and ran.err == "wrote again.npz\n"
-    assert np.abs(aa.load_poses("again.npz") - line).max() < 1e-12
+    assert np.abs(aa.io.load_poses("again.npz") - line).max() < 1e-12
     Path("none.csv").write_text("q1,q2,q3,q4,q5,q6,q7\n")
     assert cli("inspect kuka_iiwa7_r800 --joints none.csv -o none.npz").status == 0
-    assert aa.load_poses("none.npz").shape == (0, 4, 4)
+    assert aa.io.load_poses("none.npz").shape == (0, 4, 4)
     Path("gap.csv").write_text("q1,q2,q3,q4,q5,q6,q7\n0,0,0,nan,0,0,0\n")
     assert "row 0 has no joint values" in cli("inspect kuka_iiwa7_r800 --joints gap.csv").text
 
@@ -238,7 +238,7 @@ def test_a_collision_model_is_shown_and_written(arm: aa.Arm, cli: Cli) -> None:
     Path("cell.toml").write_text('[[ball]]\nname = "lamp"\ncenter = [0.28, 0.26, 0.6]\nradius = 0.05\n')
     ran = cli("inspect robot.urdf --body 4 -o body.toml")
     assert "1 shape" in ran.out and "litres" in ran.out and "wrote body.toml" in ran.err
-    assert aa.load_body("body.toml") == aa.Body.from_urdf("robot.urdf", shapes=4)
+    assert aa.io.load_body("body.toml") == aa.Body.from_urdf("robot.urdf", shapes=4)
     facts = cli("inspect robot.urdf --body --json").facts
     assert len(facts["shapes"]) == sum(len(shapes) for _, shapes in aa.Body.from_urdf("robot.urdf").links)
     for more in ("", "--body body.toml"):

@@ -62,8 +62,8 @@ BAD = {
     "inspect kuka_iiwa": "no robot 'kuka_iiwa'; did you mean 'kuka_iiwa7_r800'",
     "inspect no.toml": "no.toml: no such file",
     "inspect no.urdf": "no.urdf: no such file",
-    "inspect kuka_iiwa7_r800 --joints {Q} -o a.txt": "ending '.txt' is not known, wanted one of .csv, .npz, .json",  # noqa: E501
-    "inspect kuka_iiwa7_r800 --joints {Q} -o no/a.csv": "no/a.csv: cannot be written: No such file or directory",  # noqa: E501
+    "inspect kuka_iiwa7_r800 --joints {Q} -o a.txt": "ending '.txt' is not known, wanted one of .csv, .npz, .json",  # noqa: E501  # a row of the table
+    "inspect kuka_iiwa7_r800 --joints {Q} -o no/a.csv": "no/a.csv: cannot be written: No such file or directory",  # noqa: E501  # a row of the table
     "inspect franka_fr3 --joints {QF} --kuka": "--kuka does not go with franka_fr3",
     "inspect kuka_iiwa7_r800 --tool 0,0": "--tool has 2 numbers, wanted x,y,z or x,y,z,qw,qx,qy,qz",
     "inspect kuka_iiwa7_r800 --tool 0,0,150": "--tool is 0,0,150, a place in m: was this in mm?",
@@ -89,7 +89,7 @@ BAD = {
     "ik {R} {FAR} --explain --psi 3": "--psi does not go with --explain",
     "ik {R} {POSE} --intervals --seed {Q}": "--seed does not go with --intervals",
     "ik {R} {POSE} --intervals 8": "argument --intervals: '8' is no joint, wanted 1..7 or joints",
-    "ik {R} {POSE} --intervals --singularity-margin 100": "--singularity-margin: 100 deg, wanted 0 to 85.94 deg",  # noqa: E501
+    "ik {R} {POSE} --intervals --singularity-margin 100": "--singularity-margin: 100 deg, wanted 0 to 85.94 deg",  # noqa: E501  # a row of the table
     "ik {R} {POSE} --intervals --plot a.png": "--plot needs --gc",
     "ik {R} --intervals --pose poses.csv": "--intervals of a file is a picture: --plot FILE",
     "ik {R} --intervals --pose words.csv --plot a.png": "words.csv",
@@ -107,7 +107,7 @@ BAD = {
     "plan poses.csv {FR3} --start {QF} --policy hold --roll free": "roll= is not made for an arm",
     "place poses.csv {FR3} --x 0,1 --y 0,1": "place does not go with franka_fr3",
     "view {FR3}": "view does not go with franka_fr3",
-    f"ik {{R}} --intervals --joints {{Q}} {CELL.split(' --body')[0]}": "--scene needs the shape of the arm's links",  # noqa: E501
+    f"ik {{R}} --intervals --joints {{Q}} {CELL.split(' --body')[0]}": "--scene needs the shape of the arm's links",  # noqa: E501  # a row of the table
     "ik {R} {POSE} --body 90,80": "--body goes with --scene",
     "ik {R} {POSE} --clearance 20": "--clearance goes with --scene",
     "ik {R} {POSE} --gripper 30": "--gripper goes with --scene",
@@ -206,7 +206,7 @@ def test_files_and_options_go_in_any_order(parts: tuple[str, ...], cli: Cli) -> 
         0,
         0,
     ]
-    aa.save(aa.Arm.from_catalogue("kuka_iiwa7_r800").forward(q)[0], "p.csv")
+    aa.io.save(aa.Arm.from_catalogue("kuka_iiwa7_r800").forward(q)[0], "p.csv")
     np.savetxt("j.csv", q, delimiter=",", header=",".join(f"q{i}" for i in range(1, 8)), comments="")
     ran = [cli(" ".join([parts[0], *rest])) for rest in permutations(parts[1:])]
     assert {(one.status, one.out) for one in ran} == {(0, ran[0].out)}

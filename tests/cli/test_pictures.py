@@ -24,9 +24,9 @@ Capture = pytest.CaptureFixture[str]
 def files(tmp_path: Path) -> Path:
     """A folder with poses.csv and joints.csv, the paper's line in 20 poses."""
     arm, start, poses = paper_example.example()
-    aa.save(poses[::13], tmp_path / "poses.csv")
+    aa.io.save(poses[::13], tmp_path / "poses.csv")
     (tmp_path / "cell.toml").write_text("[[ball]]\nname = 'lamp'\ncenter = [0.9, 0.9, 0.6]\nradius = 0.05\n")
-    aa.save(aa.follow(arm, poses[::13], start=start, max_joint_step=np.inf), tmp_path / "joints.csv")
+    aa.io.save(aa.follow(arm, poses[::13], start=start, max_joint_step=np.inf), tmp_path / "joints.csv")
     return tmp_path
 
 
@@ -65,7 +65,7 @@ def test_rows_that_are_not_solved_are_gaps_in_the_picture(
     arm, start, poses = paper_example.example()
     poses = poses[::13].copy()
     poses[8:11, 2, 3] += 9.0
-    aa.save(aa.follow(arm, poses, start=start, max_joint_step=np.inf, on_fail=on_fail), files / "gap.csv")
+    aa.io.save(aa.follow(arm, poses, start=start, max_joint_step=np.inf, on_fail=on_fail), files / "gap.csv")
     drawn: dict[str, Any] = {}
     for name in ("path", "feasible_map"):
         plot = getattr(plots, name)

@@ -20,7 +20,7 @@ def grasps(tmp_path: Path) -> str:
     rng = np.random.default_rng(5)
     turns = np.stack([np.zeros(12), np.full(12, np.pi), rng.uniform(-3, 3, 12)], axis=-1)
     file = tmp_path / "grasps.csv"
-    aa.save(aa.pose(rng.uniform([-0.3, -0.3, 0.2], [0.3, 0.3, 0.3], (12, 3)), rpy=turns), file)
+    aa.io.save(aa.pose(rng.uniform([-0.3, -0.3, 0.2], [0.3, 0.3, 0.3], (12, 3)), rpy=turns), file)
     return str(file)
 
 
@@ -33,7 +33,7 @@ def test_the_best_bases_are_listed(grasps: str, capsys: pytest.CaptureFixture[st
     facts = json.loads(capsys.readouterr().out)
     found = aa.place(
         aa.Arm.from_catalogue("openarm_v10"),
-        aa.load_poses(grasps),
+        aa.io.load_poses(grasps),
         np.linspace(-0.2, 0.2, 5),
         np.linspace(-0.2, 0.2, 5),
     )

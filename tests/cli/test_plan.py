@@ -36,18 +36,18 @@ def test_what_is_written_is_the_plan_of_python(words: str, line: Rows, cli: Cli)
     ran = cli(f"plan line.csv {{R}} -o q.npz --json {words}")
     path = aa.plan(ARM, line, **PLANS[words])
     assert ran.status == 0 and ran.facts["certified"] is path.certified is True
-    np.testing.assert_array_equal(aa.load_joints("q.npz").q, path.q)
+    np.testing.assert_array_equal(aa.io.load_joints("q.npz").q, path.q)
 
 
 def test_rows_are_added_until_no_joint_moves_more(line: Rows, cli: Cli) -> None:
     first, last = line[0], line[0].copy()
     last[1, 3] -= 0.2
-    aa.save(np.stack([first, last]), "two.csv")
+    aa.io.save(np.stack([first, last]), "two.csv")
     ran = cli("plan two.csv {R}")
     assert "largest joint step" in ran.out and "--step 1 adds rows" in ran.text
     ran = cli("plan two.csv {R} --step 2 -o q.npz")
     assert "adds rows" not in ran.text
-    found = aa.load_joints("q.npz").q
+    found = aa.io.load_joints("q.npz").q
     assert np.abs(np.diff(found, axis=0)).max() <= np.radians(2) + 1e-12 and len(found) > 2
     assert np.array_equal(found, aa.plan(ARM, np.stack([first, last])).finer(np.radians(2)).q)
 
@@ -75,18 +75,18 @@ def test_a_policy_steps_as_follow_does(words: str, line: Rows, cli: Cli) -> None
     ran = cli(f"plan line.csv {{R}} --start {{Q}} -o q.npz --json --policy {words}")
     path = aa.follow(ARM, line, start=START, policy=policy, **options)
     assert ran.facts["policy"] == repr(policy) and ran.facts["status"] == {"OK": 21}
-    np.testing.assert_array_equal(aa.load_joints("q.npz").q, path.q)
+    np.testing.assert_array_equal(aa.io.load_joints("q.npz").q, path.q)
 
 
 def test_an_arm_with_an_offset_is_stepped_alike(cli: Cli) -> None:
     start = np.radians([10, 20, 10, -110, 15, 110, 30])
     poses = np.repeat(FR3.forward(start)[0][None], 41, axis=0)
     poses[:, 1, 3] += np.linspace(0.0, 0.1, 41)
-    aa.save(poses, "line.csv")
+    aa.io.save(poses, "line.csv")
     ran = cli("plan line.csv {FR3} --start {QF} --policy hold -o q.csv")
     assert ran.status == 0 and "joint 7 first 30.0000 deg" in ran.text
     path = aa.follow(FR3, poses, start=start, policy=aa.Hold())
-    np.testing.assert_allclose(aa.load_joints("q.csv").q, path.q, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(aa.io.load_joints("q.csv").q, path.q, rtol=0, atol=1e-9)
     found = cli("retime q.csv {FR3} --acceleration 200 --json").facts["duration"]
     assert found == pytest.approx(aa.retime(path, acceleration=np.radians(200)).duration, rel=1e-3)
     facts = cli("track line.csv {FR3} --rate 50 --start {QF} --json").facts
@@ -101,16 +101,16 @@ def test_where_there_is_no_way_the_reason_is_said(line: Rows, cli: Cli) -> None:
     ran = cli("plan line.csv {R} --start {Q} --policy repulsion --step 0.01 -o q.csv --json")
     assert ran.status == 1 and ran.facts["status"] == {"OK": 1, "JOINT_JUMP": 1, "NOT_REACHED": 19}
     assert "pose 1 (s = 0.05) is the first that is not." in ran.text
-    assert aa.load_joints("q.csv").status[1] == aa.Status.JOINT_JUMP
+    assert aa.io.load_joints("q.csv").status[1] == aa.Status.JOINT_JUMP
     line[-1, 0, 3] += 3.0
-    aa.save(line, "far.csv")
+    aa.io.save(line, "far.csv")
     for words in ("", "--start {Q} --policy hold,on_fail=skip"):
         ran = cli(f"plan far.csv {{R}} {words}")
         assert ran.status == 1 and "out of reach" in ran.text
-    aa.save(line[:1], "one.csv")
+    aa.io.save(line[:1], "one.csv")
     ran = cli("plan one.csv {R} --start {Q} --policy hold")
     assert "1 pose" in ran.text and "The one pose is solved within all limits." in ran.text
     Path("none.csv").write_text("x,y,z,qw,qx,qy,qz\n")
     assert cli("plan none.csv {R} --start {Q} --policy hold -o none.npz").status == 0
-    assert aa.load_joints("none.npz").q.shape == (0, 7)
+    assert aa.io.load_joints("none.npz").q.shape == (0, 7)
     assert "the arm states no accelerations" in cli("plan line.csv {R} --duration 100").err

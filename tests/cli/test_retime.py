@@ -25,7 +25,7 @@ def joints(tmp_path: Path) -> Path:
     """A joint file of 11 rows along 0.1 m."""
     poses = np.repeat(ARM.forward(START)[0][None], 11, axis=0)
     poses[:, 2, 3] -= np.linspace(0, 0.1, 11)
-    aa.save(aa.follow(ARM, poses, start=START), tmp_path / "joints.csv")
+    aa.io.save(aa.follow(ARM, poses, start=START), tmp_path / "joints.csv")
     return tmp_path / "joints.csv"
 
 
@@ -40,10 +40,10 @@ def test_a_joint_file_becomes_a_trajectory_within_its_bounds(
     said = capsys.readouterr()
     assert said.err.startswith("wrote ")
     assert "fastest deg/s" in said.out
-    found = aa.load_trajectory(to)
+    found = aa.io.load_trajectory(to)
     assert np.degrees(np.abs(found.qd)).max() <= 60 * 1.002
     assert np.degrees(np.abs(found.qdd)).max() <= 300 * 1.002
-    given = aa.load_joints(joints).q
+    given = aa.io.load_joints(joints).q
     assert np.abs(found.q[[0, -1]] - given[[0, -1]]).max() < 1e-9
     assert main([*words[:-2], "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
@@ -61,10 +61,10 @@ def test_a_motion_from_home_keeps_its_bounds_from_its_file(
     poses = np.repeat(ARM.forward(home)[0][None], 60, axis=0)
     poses[:, :3, 3] += np.linspace(0, 1, 60)[:, None] * np.array([0.0, 0.2, 0.05])
     path, joints, out = (str(tmp_path / name) for name in ("path.csv", "joints.csv", "out.csv"))
-    aa.save(poses, path)
+    aa.io.save(poses, path)
     assert main(["plan", *door, path, *ROBOT, "--start", "0,0,0,-90,0,90,0", "-o", joints]) == 0
     assert main(["retime", joints, *ROBOT, "--acceleration", "300", "--sample", "0.002", "-o", out]) == 0
-    found = aa.load_trajectory(out)
+    found = aa.io.load_trajectory(out)
     assert found.t[-1] < 2.0
     fastest = np.abs(np.diff(found.q, axis=0)).max(axis=0) / 0.002
     assert (fastest <= ARM.velocity * 1.002).all()
@@ -79,7 +79,7 @@ def test_units_that_are_mistaken_are_asked_about(joints: Path, capsys: Capture) 
     assert "tool_speed is 200, wanted m/s: was this mm/s?" in capsys.readouterr().err
     rad = ",".join(f"{x:g}" for x in START)
     poses = joints.with_name("poses.csv")
-    aa.save(ARM.forward(START)[0], poses)
+    aa.io.save(ARM.forward(START)[0], poses)
     main(["plan", str(poses), "--policy", "repulsion", *ROBOT, "--start", rad])
     assert "--start is in degrees, the largest is 1.2: were these rad?" in capsys.readouterr().err
     main(["plan", str(poses), "--policy", "repulsion", *ROBOT, "--start", "1,2,3,4,5,6,0"])
@@ -113,7 +113,7 @@ def test_bounds_that_are_none(joints: Path, words: tuple[str, ...], message: str
 
 
 def test_plan_says_degrees_of_a_start_that_is_off(joints: Path, capsys: Capture) -> None:
-    aa.save(ARM.forward(aa.load_joints(joints).q)[0], joints.with_name("poses.csv"))
+    aa.io.save(ARM.forward(aa.io.load_joints(joints).q)[0], joints.with_name("poses.csv"))
     words = ["plan", str(joints.with_name("poses.csv")), *ROBOT, "--start", "0,0,0,-60,0,60,0"]
     assert main(words) == 2
     said = " ".join(capsys.readouterr().err.split())

@@ -34,7 +34,7 @@ def test_arcs_name_the_obstacle_and_the_link(cell: str, capsys: pytest.CaptureFi
     assert main([*words, "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)[0]
     pose, _, gc = arm().forward(np.radians([float(x) for x in Q.split(",")]))
-    wanted = arm().with_(scene=aa.load_scene(cell)).feasible(pose, gc)
+    wanted = arm().with_(scene=aa.io.load_scene(cell)).feasible(pose, gc)
     assert np.allclose(facts["intervals"], wanted.intervals, rtol=0, atol=1e-12)
     assert {"obstacle", "link"} <= set(facts["ends"][0][1]) | set(facts["ends"][0][0])
 
@@ -57,7 +57,7 @@ def test_a_clearance_is_that_of_the_scene(cell: str, capsys: pytest.CaptureFixtu
     assert main(words) == 0
     facts = json.loads(capsys.readouterr().out)[0]
     pose, _, gc = arm().forward(np.radians([float(x) for x in Q.split(",")]))
-    lamp = aa.load_scene(cell).shapes[0]
+    lamp = aa.io.load_scene(cell).shapes[0]
     wanted = arm().with_(scene=aa.Scene([lamp], clearance=0.02)).feasible(pose, gc).intervals
     assert np.allclose(facts["intervals"], wanted, rtol=0, atol=1e-12)
     assert np.abs(wanted - arm().with_(scene=aa.Scene([lamp])).feasible(pose, gc).intervals).max() > 0.01
@@ -79,14 +79,14 @@ def test_a_hand_is_kept_off_too(tmp_path: Path, hand: str, capsys: pytest.Captur
         )
     tooled = arm().with_tool(aa.pose([0, 0, 0.12], rpy=[np.pi / 2, 0, 0]))
     drill = aa.Capsule([0, -0.12, 0], [0, 0, 0], 0.03)
-    scene = aa.load_scene(table)
+    scene = aa.io.load_scene(table)
     q = np.radians([0, 40, 0, -100, 0, 40, 0])
     low = tooled.forward(q)[0]
     for rise in (-0.05, 0.05):
         pose = low.copy()
         pose[2, 3] = 0.2 + 0.03 + rise / 10
         file = tmp_path / "pose.csv"
-        aa.save(pose[None], file)
+        aa.io.save(pose[None], file)
         near = ",".join(str(x) for x in np.degrees(q))
         words = ["ik", *ROBOT, "--tool", TOOL, "--pose", str(file), "--seed", near, "--scene", str(table)]
         status = main([*words, "--body", "90,80", "--gripper", hand, "--json"])
@@ -105,9 +105,9 @@ def test_a_hand_is_kept_off_too(tmp_path: Path, hand: str, capsys: pytest.Captur
 def test_ik_and_follow_keep_clear(tmp_path: Path, cell: str, capsys: pytest.CaptureFixture[str]) -> None:
     q = np.radians([float(x) for x in Q.split(",")])
     pose = arm().forward(q)[0]
-    scene = aa.load_scene(cell)
+    scene = aa.io.load_scene(cell)
     poses = tmp_path / "poses.csv"
-    aa.save(np.tile(pose, (3, 1, 1)), poses)
+    aa.io.save(np.tile(pose, (3, 1, 1)), poses)
     words = ["ik", *ROBOT, "--pose", str(poses), "--seed", Q, "--scene", cell, "--body", "90,80", "--json"]
     assert main(words) == 0
     found = json.loads(capsys.readouterr().out)
@@ -127,7 +127,7 @@ def test_ik_and_follow_keep_clear(tmp_path: Path, cell: str, capsys: pytest.Capt
     ]
     out = tmp_path / "out.csv"
     assert main([*words, "-o", str(out)]) == 0
-    for row in aa.load_joints(out).q:
+    for row in aa.io.load_joints(out).q:
         assert arm().clearance(row, scene).distance > -1e-9
 
 
@@ -139,15 +139,15 @@ def test_plan_keeps_clear_and_is_proven(
     last = first.copy()
     last[:3, 3] += [0.0, 0.05, 0.03]
     poses, out = tmp_path / "poses.csv", tmp_path / "out.csv"
-    aa.save(aa.Line(first, last).pose(np.linspace(0, 1, 20)), poses)
+    aa.io.save(aa.Line(first, last).pose(np.linspace(0, 1, 20)), poses)
     words = ["plan", str(poses), *ROBOT, "--start", Q, "--json", "-o", str(out)]
     assert main([*words, "--scene", cell, "--body", "90,80"]) == 0
     assert json.loads(capsys.readouterr().out)["certified"]
-    scene = aa.load_scene(cell)
-    for row in aa.load_joints(out).q:
+    scene = aa.io.load_scene(cell)
+    for row in aa.io.load_joints(out).q:
         assert arm().clearance(row, scene).distance > -1e-9
     assert main([*words, "--roll", "free"]) == 0
-    assert np.abs(aa.load_joints(out).q[:, 6] - q[6]).max() < 1e-6
+    assert np.abs(aa.io.load_joints(out).q[:, 6] - q[6]).max() < 1e-6
 
 
 def test_a_refusal_names_who_blocks(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -155,12 +155,12 @@ def test_a_refusal_names_who_blocks(tmp_path: Path, capsys: pytest.CaptureFixtur
     post.write_text('[[ball]]\nname = "post"\ncenter = [0, 0.12, 0.34]\nradius = 0.06\n')
     pose = arm().forward(np.radians([float(x) for x in Q.split(",")]))[0]
     poses = tmp_path / "poses.csv"
-    aa.save(pose[None], poses)
+    aa.io.save(pose[None], poses)
     words = ["ik", "--intervals", *ROBOT, "--joints", Q, "--scene", str(post), "--body", "90,80"]
     assert main(words) == 1
     assert "No arm angle keeps clear" in capsys.readouterr().err
     shown = capsys.readouterr()
-    text = ",".join(f"{x:.17g}" for x in aa.load_poses(poses)[0][:3, 3])
+    text = ",".join(f"{x:.17g}" for x in aa.io.load_poses(poses)[0][:3, 3])
     assert main(
         ["ik", *ROBOT, "--pose", f"{text},0,1,0,0", "--explain", "--scene", str(post), "--body", "90,80"]
     )

@@ -24,14 +24,14 @@ def hand(tmp_path: Path) -> Path:
     """A file of 200 poses that go out of reach and come back."""
     poses = np.repeat(ARM.forward(START)[0][None], 200, axis=0)
     poses[:, :2, 3] += np.sin(np.linspace(0, np.pi, 200))[:, None] ** 2 * np.array([0.7, 0.2])
-    aa.save(poses, tmp_path / "hand.csv")
+    aa.io.save(poses, tmp_path / "hand.csv")
     return tmp_path / "hand.csv"
 
 
-def ran(hand: Path, **options: object) -> list[aa.Tracked]:
+def ran(hand: Path, **options: object) -> list[aa.types.Tracked]:
     tracker = aa.Tracker(ARM, dt=1 / 100, **options)  # type: ignore[arg-type]  # any options
     tracker.start(START)
-    return [tracker.step(pose) for pose in aa.load_poses(hand)]
+    return [tracker.step(pose) for pose in aa.io.load_poses(hand)]
 
 
 @pytest.mark.parametrize("ending", ["csv", "npz", "json", "yaml"])
@@ -43,7 +43,7 @@ def test_what_is_written_is_what_a_tracker_does(hand: Path, ending: str, capsys:
     assert main([*words, "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     ticks = ran(hand)
-    found = aa.load_trajectory(to)
+    found = aa.io.load_trajectory(to)
     assert len(found) == len(ticks) + 1
     np.testing.assert_allclose(found.q, np.stack([START, *(tick.q for tick in ticks)]), atol=1e-12)
     np.testing.assert_allclose(np.diff(found.q, axis=0) / 0.01, found.qd[1:], atol=1e-9)
@@ -72,7 +72,7 @@ def test_it_starts_far_from_limits_and_draws(hand: Path, capsys: Capture) -> Non
     picture = hand.with_suffix(".png")
     assert main(["track", str(hand), *ROBOT, "--json", "--plot", str(picture)]) == 0
     facts = json.loads(capsys.readouterr().out)
-    np.testing.assert_allclose(facts["start"], ARM.solve(aa.load_poses(hand)[0], prefer="margin").q)
+    np.testing.assert_allclose(facts["start"], ARM.solve(aa.io.load_poses(hand)[0], prefer="margin").q)
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert facts["plot"] == str(picture)
 
@@ -94,13 +94,13 @@ def test_what_it_refuses(
 
 
 def test_a_first_pose_that_no_posture_holds_needs_a_start(hand: Path, capsys: Capture) -> None:
-    poses = aa.load_poses(hand).copy()
+    poses = aa.io.load_poses(hand).copy()
     poses[:, 0, 3] += 3.0
-    aa.save(poses, hand)
+    aa.io.save(poses, hand)
     assert main(["track", str(hand), *ROBOT]) == 1
     assert "no joints hold the first pose" in " ".join(capsys.readouterr().err.split())
     assert main(["track", str(hand), *ROBOT, "--start", DEGREES]) == 0
-    aa.save(np.empty((0, 4, 4)), hand)
+    aa.io.save(np.empty((0, 4, 4)), hand)
     assert main(["track", str(hand), *ROBOT]) == 2
 
 
@@ -131,17 +131,17 @@ def test_samples_that_did_not_come_are_held(hand: Path, cells: str, capsys: Capt
     said = json.loads(capsys.readouterr().out)
     assert said["ticks"] == 200
     assert said["status"]["HELD"] == 10
-    lost = aa.load_poses(hand, lost=True)
+    lost = aa.io.load_poses(hand, lost=True)
     assert np.isnan(lost[49:59]).all() and np.isfinite(np.delete(lost, np.s_[49:59], axis=0)).all()
     with pytest.raises(aa.ModelError, match=r":51.*(a row of empty cells|x is nan|x is empty)"):
-        aa.load_poses(hand)
+        aa.io.load_poses(hand)
     words = ["plan", str(hand), *ROBOT, "--start", DEGREES, "--policy", "hold"]
     assert main([*words, "-o", str(hand.with_suffix(".npz"))]) == 2
 
 
 def test_empty_rows_at_the_end_of_a_file_are_no_samples(hand: Path) -> None:
     hand.write_text(hand.read_text() + ",,,,,,\n,,,,,,\n\n")
-    assert len(aa.load_poses(hand)) == 200
+    assert len(aa.io.load_poses(hand)) == 200
 
 
 def test_times_of_the_file_say_how_fast_it_came_and_what_was_lost(hand: Path, capsys: Capture) -> None:
@@ -192,8 +192,8 @@ def test_with_a_rate_any_column_t_will_do(hand: Path, capsys: Capture) -> None:
 
 
 def test_millimetres_are_asked_about(hand: Path, capsys: Capture) -> None:
-    poses = aa.load_poses(hand)
+    poses = aa.io.load_poses(hand)
     poses[:, :3, 3] *= 1e3
-    aa.save(poses, hand)
+    aa.io.save(poses, hand)
     assert main(["track", str(hand), *ROBOT, "--start", DEGREES]) == 2
     assert "was this in mm?" in " ".join(capsys.readouterr().err.split())

@@ -27,7 +27,7 @@ k = 0
 while True:
     k += 1
     poses[:, 0, 3] = k
-    aa.save(poses, sys.argv[1])
+    aa.io.save(poses, sys.argv[1])
 """
 
 
@@ -42,7 +42,7 @@ def start(path: Path) -> subprocess.Popen[bytes]:
 def is_whole(path: Path) -> bool:
     """Whether the file holds all rows of one write."""
     if path.suffix == ".csv":
-        numbers = aa.load_poses(path)[:, 0, 3]
+        numbers = aa.io.load_poses(path)[:, 0, 3]
     elif path.suffix == ".npz":
         numbers = np.load(path)["pose"][:, 0]
     else:
@@ -62,7 +62,7 @@ def test_kill_9_at_any_time_leaves_a_whole_file_or_none(ending: str, tmp_path: P
         assert process.stdout is not None
         process.stdout.close()
         assert not path.exists() or is_whole(path)
-    aa.save(np.repeat(np.eye(4)[None], ROWS, axis=0), path)  # what was left behind is in nobody's way
+    aa.io.save(np.repeat(np.eye(4)[None], ROWS, axis=0), path)  # what was left behind is in nobody's way
     assert is_whole(path)
 
 
@@ -72,7 +72,7 @@ def test_writers_of_one_file_at_once_leave_one_of_their_files(tmp_path: Path) ->
     def write(k: int) -> None:
         poses = np.repeat(np.eye(4)[None], ROWS, axis=0)
         poses[:, 0, 3] = k
-        aa.save(poses, path)
+        aa.io.save(poses, path)
 
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(write, range(40)))

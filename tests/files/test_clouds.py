@@ -43,7 +43,7 @@ def texts() -> dict[str, bytes]:
 def test_every_kind_of_file_holds_the_same_points(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     path.write_bytes(texts()[name])
-    assert aa.load_cloud(path, 0.01, name="seen") == aa.Cloud(POINTS, 0.01, name="seen")
+    assert aa.io.load_cloud(path, 0.01, name="seen") == aa.Cloud(POINTS, 0.01, name="seen")
 
 
 def test_arrays_are_read_and_what_is_not_seen_is_left_out(tmp_path: Path) -> None:
@@ -52,7 +52,7 @@ def test_arrays_are_read_and_what_is_not_seen_is_left_out(tmp_path: Path) -> Non
     np.savez(tmp_path / "b.npz", seen)
     np.savez(tmp_path / "c.npz", points=seen, colours=np.zeros(3))
     for name in ("a.npy", "b.npz", "c.npz"):
-        assert aa.load_cloud(tmp_path / name, 0.02) == aa.Cloud(POINTS, 0.02)
+        assert aa.io.load_cloud(tmp_path / name, 0.02) == aa.Cloud(POINTS, 0.02)
 
 
 def wrong() -> dict[str, tuple[bytes, str]]:
@@ -80,22 +80,22 @@ def test_a_broken_file_is_refused_by_name(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     path.write_bytes(data)
     with pytest.raises(aa.SceneError, match=why) as caught:
-        aa.load_cloud(path, 0.01)
+        aa.io.load_cloud(path, 0.01)
     assert name in str(caught.value)
 
 
 def test_a_file_that_is_not_there_and_objects_are_refused(tmp_path: Path) -> None:
     with pytest.raises(aa.SceneError, match="that can be read"):
-        aa.load_cloud(tmp_path / "no.npy", 0.01)
+        aa.io.load_cloud(tmp_path / "no.npy", 0.01)
     np.save(tmp_path / "o.npy", np.array([{}], dtype=object), allow_pickle=True)
     with pytest.raises(aa.SceneError, match="points x, y, z"):
-        aa.load_cloud(tmp_path / "o.npy", 0.01)
+        aa.io.load_cloud(tmp_path / "o.npy", 0.01)
 
 
 def test_a_scene_file_names_its_clouds(tmp_path: Path) -> None:
     np.save(tmp_path / "seen.npy", POINTS)
     (tmp_path / "cell.toml").write_text('[[cloud]]\nfile = "seen.npy"\nradius = 0.02\nname = "seen"\n')
-    assert aa.load_scene(tmp_path / "cell.toml").shapes == (aa.Cloud(POINTS, 0.02, name="seen"),)
+    assert aa.io.load_scene(tmp_path / "cell.toml").shapes == (aa.Cloud(POINTS, 0.02, name="seen"),)
     (tmp_path / "cell.toml").write_text('[[cloud]]\nfile = "none.npy"\nradius = 0.02\n')
     with pytest.raises(aa.SceneError, match=r"none\.npy"):
-        aa.load_scene(tmp_path / "cell.toml")
+        aa.io.load_scene(tmp_path / "cell.toml")

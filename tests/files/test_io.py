@@ -72,8 +72,8 @@ def test_half_turns_keep_their_digits(axis: list[float], short: float) -> None:
 @pytest.mark.parametrize("n", [0, 1, 10000])
 def test_poses_come_back(tmp_path: Path, ending: str, n: int) -> None:
     poses = random_poses(n)
-    aa.save(poses, tmp_path / f"p{ending}")
-    back = aa.load_poses(tmp_path / f"p{ending}")
+    aa.io.save(poses, tmp_path / f"p{ending}")
+    back = aa.io.load_poses(tmp_path / f"p{ending}")
     assert back.shape == (n, 4, 4)
     assert np.abs(back - poses).max(initial=0) < 4e-15
     assert np.array_equal(back[:, :3, 3], poses[:, :3, 3])
@@ -82,12 +82,12 @@ def test_poses_come_back(tmp_path: Path, ending: str, n: int) -> None:
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_motion_comes_back_bit_for_bit(tmp_path: Path, ending: str, path: aa.JointPath) -> None:
     assert not path.ok and path.first_failure
-    aa.save(path, tmp_path / f"m{ending}")
-    back = aa.load_joints(tmp_path / f"m{ending}")
+    aa.io.save(path, tmp_path / f"m{ending}")
+    back = aa.io.load_joints(tmp_path / f"m{ending}")
     for name in ("s", "q", "psi", "gc", "status", "margin"):
         mine, theirs = getattr(path, name), getattr(back, name)
         assert mine.dtype == theirs.dtype and np.array_equal(mine, theirs, equal_nan=True), name
-    aa.save(back, tmp_path / f"again{ending}")
+    aa.io.save(back, tmp_path / f"again{ending}")
     if ending != ".npz":
         assert (tmp_path / f"again{ending}").read_bytes() == (tmp_path / f"m{ending}").read_bytes()
     assert repr(back) == "<JointTable of 40 rows>" and len(back) == 40
@@ -98,25 +98,25 @@ def test_an_empty_motion_and_infinite_margins_come_back(tmp_path: Path, ending: 
     arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
     for n in (0, 3):
         poses = np.repeat(arm.forward(START)[0][None], n, axis=0)
-        aa.save(aa.follow(arm, poses, start=START), tmp_path / f"m{ending}")
-        back = aa.load_joints(tmp_path / f"m{ending}")
+        aa.io.save(aa.follow(arm, poses, start=START), tmp_path / f"m{ending}")
+        back = aa.io.load_joints(tmp_path / f"m{ending}")
         assert back.q.shape == (n, 7) and np.array_equal(back.margin, np.full(n, np.inf))
 
 
 def test_joint_columns_are_as_documented(tmp_path: Path, path: aa.JointPath) -> None:
-    aa.save(path, tmp_path / "m.csv")
+    aa.io.save(path, tmp_path / "m.csv")
     lines = (tmp_path / "m.csv").read_text().splitlines()
     assert lines[0] == "s,q1,q2,q3,q4,q5,q6,q7,psi,gc,status,margin"
     assert len(lines) == 41 and lines[1].split(",")[10] == "OK"
     assert lines[-1].endswith("nan,-1,NOT_REACHED,nan")
-    aa.save(path, tmp_path / "m.json")
+    aa.io.save(path, tmp_path / "m.json")
     table = json.loads((tmp_path / "m.json").read_text())
     assert table["kind"] == "joints" and table["q"][-1] == [None] * 7
 
 
 def test_joints_alone_are_a_joint_file(tmp_path: Path) -> None:
     (tmp_path / "j.csv").write_text("q7,q6,q5,q4,q3,q2,q1,note\n7,6,5,4,3,2,1,a\nnan,6,5,4,3,2,1,b\n")
-    back = aa.load_joints(tmp_path / "j.csv")
+    back = aa.io.load_joints(tmp_path / "j.csv")
     assert back.q[0].tolist() == [1, 2, 3, 4, 5, 6, 7]
     assert back.s.tolist() == [0, 1] and back.gc.tolist() == [-1, -1]
     assert back.status.tolist() == [aa.Status.OK, aa.Status.NOT_REACHED] and np.isnan(back.psi).all()
@@ -125,18 +125,18 @@ def test_joints_alone_are_a_joint_file(tmp_path: Path) -> None:
 def test_columns_in_any_order_with_others_between(tmp_path: Path) -> None:
     text = '\ufefft, qz,qy,note,qx,qw,z,y,x\r\n\r\n0,0,0,"a, b",0,1,3,2,1\r\n'
     (tmp_path / "p.csv").write_text(text, encoding="utf-8", newline="")
-    pose = aa.load_poses(tmp_path / "p.csv")
+    pose = aa.io.load_poses(tmp_path / "p.csv")
     assert pose[0, :3, 3].tolist() == [1, 2, 3] and np.array_equal(pose[0, :3, :3], np.eye(3))
 
 
 def test_one_pose_is_a_row(tmp_path: Path) -> None:
-    aa.save(np.eye(4), tmp_path / "p.csv")
+    aa.io.save(np.eye(4), tmp_path / "p.csv")
     assert (tmp_path / "p.csv").read_text() == HEADER + "0.0,0.0,0.0,1.0,0.0,0.0,0.0\n"
 
 
 def test_a_quaternion_of_six_digits_is_made_unit(tmp_path: Path) -> None:
     (tmp_path / "p.csv").write_text(HEADER + "0,0,0,0.707107,0.707107,0,0\n")
-    r = aa.load_poses(tmp_path / "p.csv")[0, :3, :3]
+    r = aa.io.load_poses(tmp_path / "p.csv")[0, :3, :3]
     assert np.abs(r @ r.T - np.eye(3)).max() < 1e-15
 
 
@@ -147,7 +147,7 @@ def test_reading_holds_little_more_than_the_result(tmp_path: Path) -> None:
         file.write(HEADER)
         file.writelines(f"{i / n!r},0.123456789012,0.3,1.0,0.0,0.0,0.0\n" for i in range(n))
     tracemalloc.start()
-    poses = aa.load_poses(tmp_path / "p.csv")
+    poses = aa.io.load_poses(tmp_path / "p.csv")
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     rows, block = n * 7 * 8, 8192 * 7 * 200
@@ -192,7 +192,7 @@ def test_a_full_disk_is_an_output_error(tmp_path: Path, monkeypatch: pytest.Monk
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(aa.OutputError, match=r"p\.csv: cannot be written: No space left on device"):
-        aa.save(np.eye(4), tmp_path / "p.csv")
+        aa.io.save(np.eye(4), tmp_path / "p.csv")
     assert names(tmp_path) == []
 
 
@@ -200,7 +200,7 @@ def test_a_link_is_written_through_and_the_mode_kept(tmp_path: Path) -> None:
     (tmp_path / "real.csv").write_text("old")
     (tmp_path / "real.csv").chmod(0o640)
     (tmp_path / "link.csv").symlink_to("real.csv")
-    aa.save(np.eye(4), tmp_path / "link.csv")
+    aa.io.save(np.eye(4), tmp_path / "link.csv")
     assert (tmp_path / "link.csv").is_symlink()
     assert (tmp_path / "real.csv").read_text().startswith("x,y,z")
     assert (tmp_path / "real.csv").stat().st_mode & 0o777 == 0o640
@@ -208,13 +208,13 @@ def test_a_link_is_written_through_and_the_mode_kept(tmp_path: Path) -> None:
 
 def test_unwritable_places(tmp_path: Path) -> None:
     with pytest.raises(aa.OutputError, match=r"no/p\.csv: cannot be written: No such file or directory"):
-        aa.save(np.eye(4), tmp_path / "no" / "p.csv")
+        aa.io.save(np.eye(4), tmp_path / "no" / "p.csv")
     (tmp_path / "d.csv").mkdir()
     with pytest.raises(aa.OutputError, match=r"d\.csv: cannot be written: it is a folder"):
-        aa.save(np.eye(4), tmp_path / "d.csv")
+        aa.io.save(np.eye(4), tmp_path / "d.csv")
     (tmp_path / "f").write_text("")
     with pytest.raises(aa.OutputError, match=r"f/p\.csv: cannot be written: Not a directory"):
-        aa.save(np.eye(4), tmp_path / "f" / "p.csv")
+        aa.io.save(np.eye(4), tmp_path / "f" / "p.csv")
 
 
 @pytest.mark.parametrize(
@@ -232,5 +232,5 @@ def test_unwritable_places(tmp_path: Path) -> None:
 )
 def test_what_cannot_be_saved(tmp_path: Path, value: object, name: str, error: type, message: str) -> None:
     with pytest.raises(error, match=message):
-        aa.save(value, tmp_path / name)
+        aa.io.save(value, tmp_path / name)
     assert names(tmp_path) == []

@@ -22,14 +22,14 @@ from armangle.models.mjcf import is_mjcf
 from armangle.models.urdf.shapes import mesh_file
 
 READERS: dict[str, tuple[Callable[[Path], Any], tuple[str, ...]]] = {
-    "poses": (aa.load_poses, (".csv", ".npz", ".json")),
-    "joints": (aa.load_joints, (".csv", ".npz", ".json")),
-    "trajectory": (aa.load_trajectory, (".csv", ".npz", ".json", ".yaml")),
+    "poses": (aa.io.load_poses, (".csv", ".npz", ".json")),
+    "joints": (aa.io.load_joints, (".csv", ".npz", ".json")),
+    "trajectory": (aa.io.load_trajectory, (".csv", ".npz", ".json", ".yaml")),
     "times": (sample_times, (".csv",)),
-    "scene": (aa.load_scene, (".toml", ".scene")),
-    "body": (aa.load_body, (".toml",)),
-    "cloud": (lambda path: aa.load_cloud(path, 0.01), (".npz", ".npy", ".csv", ".ply", ".pcd")),
-    "field": (aa.load_field, (".npz",)),
+    "scene": (aa.io.load_scene, (".toml", ".scene")),
+    "body": (aa.io.load_body, (".toml",)),
+    "cloud": (lambda path: aa.io.load_cloud(path, 0.01), (".npz", ".npy", ".csv", ".ply", ".pcd")),
+    "field": (aa.io.load_field, (".npz",)),
     "robot": (read_robot, (".toml",)),
     "URDF": (aa.Arm.from_urdf, (".urdf",)),
     "URDF, offset": (aa.Arm.from_urdf, (".urdf",)),
@@ -126,7 +126,7 @@ BOMBS = {
 
 
 @pytest.mark.parametrize("bomb", BOMBS)
-@pytest.mark.parametrize("load", [aa.load_scene, aa.load_body, read_robot])
+@pytest.mark.parametrize("load", [aa.io.load_scene, aa.io.load_body, read_robot])
 def test_toml_that_would_take_all_memory(tmp_path: Path, load: Callable[[Path], Any], bomb: str) -> None:
     (tmp_path / "it.toml").write_text(BOMBS[bomb])
     with pytest.raises(aa.InputError, match=r"it\.toml"):
@@ -155,7 +155,7 @@ def test_a_header_of_many_columns_is_refused(tmp_path: Path, capsys: pytest.Capt
     path = tmp_path / "wide.csv"
     for columns in (2_000, 1_000_000):
         path.write_text(",".join(f"c{i}" for i in range(columns)) + "\n")
-        for load in (aa.load_poses, aa.load_joints, aa.load_trajectory):
+        for load in (aa.io.load_poses, aa.io.load_joints, aa.io.load_trajectory):
             with pytest.raises(aa.ModelError) as raised:
                 load(path)
             assert len(str(raised.value)) < 1000
@@ -167,7 +167,7 @@ def test_a_header_of_many_columns_is_refused(tmp_path: Path, capsys: pytest.Capt
 def test_a_row_without_end_is_refused(tmp_path: Path, cell: str) -> None:
     (tmp_path / "long.csv").write_text(f"x,y,z,qw,qx,qy,qz\n{cell},0,0,1,0,0,0\n")
     with pytest.raises(aa.ModelError, match="a row of more than 65536 characters"):
-        aa.load_poses(tmp_path / "long.csv")
+        aa.io.load_poses(tmp_path / "long.csv")
 
 
 def test_an_archive_that_unpacks_to_more_than_memory_holds(
@@ -176,7 +176,7 @@ def test_an_archive_that_unpacks_to_more_than_memory_holds(
     with zipfile.ZipFile(tmp_path / "bomb.npz", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("points.npy", bytes(2**20))
     monkeypatch.setattr(_opening, "NUMBERS", 2**19)
-    for load in (aa.load_poses, lambda path: aa.load_cloud(path, 0.01), aa.load_field):
+    for load in (aa.io.load_poses, lambda path: aa.io.load_cloud(path, 0.01), aa.io.load_field):
         with pytest.raises(aa.InputError, match="it unpacks to more than"):
             load(tmp_path / "bomb.npz")
 
@@ -189,7 +189,7 @@ def test_a_cloud_cannot_ask_for_more_memory_than_its_file_has(tmp_path: Path) ->
         archive.writestr("points.npy", data)
     for name in ("it.npy", "it.npz"):
         with pytest.raises(aa.SceneError, match=name):
-            aa.load_cloud(tmp_path / name, 0.01)
+            aa.io.load_cloud(tmp_path / name, 0.01)
 
 
 # -- messages --------------------------------------------------------------------------------------------

@@ -93,7 +93,7 @@ def file(tmp_path: Path, text: str, name: str = "cell.toml") -> Path:
 
 
 def test_a_scene_is_what_its_tables_say(tmp_path: Path) -> None:
-    scene = aa.load_scene(file(tmp_path, CELL))
+    scene = aa.io.load_scene(file(tmp_path, CELL))
     box = aa.Box(aa.pose([0.5, 0, 0.2], rpy=[0, 0, 0.3]), [1, 2, 0.04], 0.01, name="table")
     assert set(scene.shapes) == {
         aa.Ball([0.4, 0, 0.5], 0.1, name="lamp"), aa.Capsule([0, 0, 1], [0, 1, 1], 0.05), box,
@@ -103,7 +103,7 @@ def test_a_scene_is_what_its_tables_say(tmp_path: Path) -> None:
 
 
 def test_the_scenes_of_moveit_are_read(tmp_path: Path) -> None:
-    scene = aa.load_scene(file(tmp_path, MOVEIT, "cell.scene"))
+    scene = aa.io.load_scene(file(tmp_path, MOVEIT, "cell.scene"))
     shelf = scene.shapes[0]
     assert isinstance(shelf, aa.Box) and shelf.name == "shelf" and shelf.size == (0.4, 0.2, 0.1)
     turned = aa.pose([0.5, 0.1, 0.2], rpy=[0, 0, np.pi / 2])
@@ -115,7 +115,7 @@ def test_the_scenes_of_moveit_are_read(tmp_path: Path) -> None:
     for end in ends:  # the cylinder's rims
         near = [np.linalg.norm(end - _nearest(post, end)) - post.radius for post in posts[:-1]]
         assert min(near) < 1e-8
-    old = aa.load_scene(file(tmp_path, OLD, "old.scene")).shapes
+    old = aa.io.load_scene(file(tmp_path, OLD, "old.scene")).shapes
     assert old == (aa.Box(aa.pose([1, 2, 3]), [0.1, 0.2, 0.3], name="box"),)
 
 
@@ -131,9 +131,9 @@ def test_a_body_comes_back_from_its_text(tmp_path: Path) -> None:
         {3: [aa.Ball([0, 0.1, 0.2], 0.1, name='a "b"')], 6: [aa.Capsule([0, 0, 0], [0, 0, 0.1], 0.05)]},
         ignore=[("a", "link_6")],
     )
-    assert aa.load_body(file(tmp_path, body_toml(body))) == body
+    assert aa.io.load_body(file(tmp_path, body_toml(body))) == body
     bones = file(tmp_path, "[bones]\nupper_arm = 0.09\nforearm = 0.08", "bones.toml")
-    assert aa.load_body(bones) == aa.Body.bones(upper_arm=0.09, forearm=0.08)
+    assert aa.io.load_body(bones) == aa.Body.bones(upper_arm=0.09, forearm=0.08)
 
 
 WRONG = [
@@ -159,7 +159,7 @@ WRONG = [
 def test_what_is_wrong_with_a_scene_is_said(tmp_path: Path, text: str, why: str) -> None:
     (tmp_path / "cell.npz").write_bytes(bytes(50))
     with pytest.raises(aa.SceneError, match=why):
-        aa.load_scene(file(tmp_path, text))
+        aa.io.load_scene(file(tmp_path, text))
 
 
 WRONG_TEXT = [
@@ -174,7 +174,7 @@ WRONG_TEXT = [
 @pytest.mark.parametrize(("text", "why"), WRONG_TEXT, ids=[str(k) for k in range(len(WRONG_TEXT))])
 def test_what_is_wrong_with_a_scene_of_moveit_is_said(tmp_path: Path, text: str, why: str) -> None:
     with pytest.raises(aa.SceneError, match=why):
-        aa.load_scene(file(tmp_path, text, "cell.scene"))
+        aa.io.load_scene(file(tmp_path, text, "cell.scene"))
 
 
 WRONG_BODY = [
@@ -189,10 +189,10 @@ WRONG_BODY = [
 @pytest.mark.parametrize(("text", "why"), WRONG_BODY, ids=[str(k) for k in range(len(WRONG_BODY))])
 def test_what_is_wrong_with_a_body_is_said(tmp_path: Path, text: str, why: str) -> None:
     with pytest.raises(aa.SceneError, match=why):
-        aa.load_body(file(tmp_path, text))
+        aa.io.load_body(file(tmp_path, text))
 
 
-@pytest.mark.parametrize("load", [aa.load_scene, aa.load_body])
+@pytest.mark.parametrize("load", [aa.io.load_scene, aa.io.load_body])
 def test_a_file_that_is_not_there_is_refused(tmp_path: Path, load: Any) -> None:
     with pytest.raises(aa.SceneError, match=r"no\.toml', wanted a text file that can be read"):
         load(tmp_path / "no.toml")
@@ -205,7 +205,7 @@ def test_hulls_and_fields_are_read(tmp_path: Path) -> None:
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
     np.savetxt(tmp_path / "corners.csv", corners, delimiter=",")
     np.savez(tmp_path / "seen.npz", distance=np.ones((2, 3, 4)), origin=[0, 0, 1], spacing=0.5)
-    scene = aa.load_scene(file(tmp_path, SHAPES))
+    scene = aa.io.load_scene(file(tmp_path, SHAPES))
     assert scene.shapes == (
         aa.Hull(corners, 0.01, name="wedge"), aa.Hull(corners),
         aa.Field(np.ones((2, 3, 4)), [0, 0, 1], 0.5, name="seen"),
@@ -218,22 +218,22 @@ def test_hulls_and_fields_are_read(tmp_path: Path) -> None:
         ("[[hull]]\npoints = [[0, 0, 0]]\ncolour = 3", "one of"),
     ):  # fmt: skip
         with pytest.raises(aa.errors.SceneError, match=wanted):
-            aa.load_scene(file(tmp_path, text))
+            aa.io.load_scene(file(tmp_path, text))
 
 
 def test_a_file_without_obstacles_is_refused_unless_it_says_so(tmp_path: Path) -> None:
-    assert aa.load_scene(file(tmp_path, "obstacles = []\nclearance = 0.1")) == aa.Scene(clearance=0.1)
+    assert aa.io.load_scene(file(tmp_path, "obstacles = []\nclearance = 0.1")) == aa.Scene(clearance=0.1)
     for text in ("", "clearance = 0.1", "# nothing"):
         with pytest.raises(
             aa.errors.SceneError, match=r"cell.toml: obstacles is missing, wanted a table \[\[ball"
         ):
-            aa.load_scene(file(tmp_path, text))
+            aa.io.load_scene(file(tmp_path, text))
     ball = "[[ball]]\ncenter = [0, 0, 0]\nradius = 1"
     for text in (f"obstacles = []\n{ball}", "obstacles = [1]", "obstacles = 0"):
         with pytest.raises(
             aa.errors.SceneError, match=r"cell.toml: obstacles is .*, wanted \[\], and no table"
         ):
-            aa.load_scene(file(tmp_path, text))
+            aa.io.load_scene(file(tmp_path, text))
     for text in ("", "(noname)+", "(noname)+\n."):
         with pytest.raises(aa.errors.SceneError, match=r"cell.scene: objects is None, wanted at least one"):
-            aa.load_scene(file(tmp_path, text, "cell.scene"))
+            aa.io.load_scene(file(tmp_path, text, "cell.scene"))

@@ -26,8 +26,8 @@ def table(rows: int = 50, names: tuple[str, ...] = JOINTS) -> TrajectoryTable:
 @pytest.mark.parametrize("ending", ["csv", "npz", "json", "yaml"])
 def test_what_is_saved_comes_back(tmp_path: Path, ending: str) -> None:
     saved = table()
-    aa.save(saved, tmp_path / f"a.{ending}")
-    found = aa.load_trajectory(tmp_path / f"a.{ending}")
+    aa.io.save(saved, tmp_path / f"a.{ending}")
+    found = aa.io.load_trajectory(tmp_path / f"a.{ending}")
     for name in ("q", "qd", "qdd"):
         assert np.array_equal(getattr(found, name), getattr(saved, name))
     assert np.allclose(found.t, saved.t, rtol=0, atol=1e-15 if ending == "yaml" else 0)
@@ -43,8 +43,8 @@ def test_what_is_saved_comes_back(tmp_path: Path, ending: str) -> None:
 @pytest.mark.parametrize("ending", ["csv", "npz", "json"])
 def test_load_joints_of_a_trajectory_has_its_times(tmp_path: Path, ending: str) -> None:
     saved = table()
-    aa.save(saved, tmp_path / f"a.{ending}")
-    found = aa.load_joints(tmp_path / f"a.{ending}")
+    aa.io.save(saved, tmp_path / f"a.{ending}")
+    found = aa.io.load_joints(tmp_path / f"a.{ending}")
     assert np.array_equal(found.q, saved.q)
     assert found.trajectory is not None
     assert np.array_equal(found.trajectory.t, saved.t)
@@ -54,12 +54,12 @@ def test_load_joints_of_a_trajectory_has_its_times(tmp_path: Path, ending: str) 
 def test_load_joints_of_joints_alone_has_none_and_of_yaml_says_who_reads_it(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text("t,q1,q2,q3,q4,q5,q6,q7\n0,1,2,3,4,5,6,7\n")
-    assert aa.load_joints(path).trajectory is None
-    aa.save(table(), tmp_path / "a.yaml")
+    assert aa.io.load_joints(path).trajectory is None
+    aa.io.save(table(), tmp_path / "a.yaml")
     with pytest.raises(aa.ModelError, match="a trajectory, which load_trajectory reads"):
-        aa.load_joints(tmp_path / "a.yaml")
+        aa.io.load_joints(tmp_path / "a.yaml")
     with pytest.raises(aa.InputError, match="a trajectory without joint names cannot be saved as"):
-        aa.save(table(names=()), tmp_path / "b.yaml")
+        aa.io.save(table(names=()), tmp_path / "b.yaml")
 
 
 def row(t: str, rest: str = "0") -> str:
@@ -79,7 +79,7 @@ def row(t: str, rest: str = "0") -> str:
 def test_a_csv_that_is_no_trajectory(tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "a.csv").write_text(text)
     with pytest.raises(aa.ModelError, match=re.escape(message.removeprefix("line 3: "))) as raised:
-        aa.load_trajectory(tmp_path / "a.csv")
+        aa.io.load_trajectory(tmp_path / "a.csv")
     assert not message.startswith("line") or raised.value.line == 3
 
 
@@ -98,7 +98,7 @@ def test_a_json_that_is_no_trajectory(tmp_path: Path, change: dict[str, object],
     blocks = {name: value for name, value in (good | change).items() if value is not None}
     (tmp_path / "a.json").write_text(json.dumps(blocks))
     with pytest.raises(aa.ModelError, match=re.escape(message)):
-        aa.load_trajectory(tmp_path / "a.json")
+        aa.io.load_trajectory(tmp_path / "a.json")
 
 
 @pytest.mark.parametrize(
@@ -107,31 +107,31 @@ def test_a_json_that_is_no_trajectory(tmp_path: Path, change: dict[str, object],
         ("positions: [", "positions: [1, ", "is no list of 7 numbers"),
         ("velocities: [", 'velocities: ["a", ', "is no list of 7 numbers"),
         ("time_from_start: {sec", "time_from_start: {second", "wanted {sec: .., nanosec: ..}"),
-        ("positions", "places", "no JointTrajectory as armangle.save writes it"),
-        ("joint_names", "names", "no JointTrajectory as armangle.save writes it"),
+        ("positions", "places", "no JointTrajectory as armangle.io.save writes it"),
+        ("joint_names", "names", "no JointTrajectory as armangle.io.save writes it"),
         ("joint_names: [", "joint_names: [1, ", "is no list of 7 words"),
     ],
 )
 def test_a_yaml_that_is_no_trajectory(tmp_path: Path, old: str, new: str, message: str) -> None:
     path = tmp_path / "a.yaml"
-    aa.save(table(3), path)
+    aa.io.save(table(3), path)
     path.write_text(path.read_text().replace(old, new))
     with pytest.raises(aa.ModelError, match=re.escape(message)):
-        aa.load_trajectory(path)
+        aa.io.load_trajectory(path)
 
 
 def test_a_yaml_with_an_endless_integer(tmp_path: Path) -> None:
     path = tmp_path / "a.yaml"
-    aa.save(table(3), path)
+    aa.io.save(table(3), path)
     path.write_text(re.sub(r"(positions: \[)[^,]*", r"\g<1>" + 400 * "9", path.read_text()))
     with pytest.raises(aa.ModelError, match="q1 is inf, wanted a finite number"):
-        aa.load_trajectory(path)
+        aa.io.load_trajectory(path)
 
 
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     for ending in ("csv", "npz", "json", "yaml"):
         with pytest.raises(aa.ModelError, match="no such file"):
-            aa.load_trajectory(tmp_path / f"none.{ending}")
+            aa.io.load_trajectory(tmp_path / f"none.{ending}")
     (tmp_path / "a.yaml").write_bytes(b"\xff\xfe")
     with pytest.raises(aa.ModelError, match="not UTF-8"):
-        aa.load_trajectory(tmp_path / "a.yaml")
+        aa.io.load_trajectory(tmp_path / "a.yaml")

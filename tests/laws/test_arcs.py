@@ -195,7 +195,7 @@ def test_the_ends_are_carried_through() -> None:
     arcs = arm.feasible(pose, gc)
     first = arcs.intervals[0]
     own = aa.ArcSet([[first[0] - 1e-3, first[0] + 0.1]])
-    assert (arcs & own).ends == [(arcs.ends[0][0], aa.ArcEnd(None, "user", np.nan))] or (
+    assert (arcs & own).ends == [(arcs.ends[0][0], aa.types.ArcEnd(None, "user", np.nan))] or (
         (arcs & own).ends[0][0] == arcs.ends[0][0] and (arcs & own).ends[0][1].side == "user"
     )
     turned = [end for pair in (~arcs).ends for end in pair]

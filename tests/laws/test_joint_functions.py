@@ -14,7 +14,7 @@ import armangle as aa
 PSI = np.linspace(-np.pi, np.pi, 181)[1:]
 
 
-def functions(regime: str, count: int = 3) -> Iterator[tuple[aa.Arm, Array, int, aa.JointFunction]]:
+def functions(regime: str, count: int = 3) -> Iterator[tuple[aa.Arm, Array, int, aa.types.JointFunction]]:
     """Every joint's function at poses of a regime, for every second arm without limits."""
     for arm in arms()[::2]:
         free = unlimited(arm)

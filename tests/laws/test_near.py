@@ -138,7 +138,7 @@ def test_without_deviation_it_is_the_exact_arm(name: str) -> None:
     assert gap(arm.jacobian(q), near.jacobian(q)) <= 1e-12
     assert gap(arm.self_motion(pose, psi, gc), near.self_motion(pose, psi, gc)) <= 1e-9
     assert near.deviation.position_max <= 1e-12 and near.deviation.bands == (0.0, 0.0, 0.0)
-    assert arm.deviation == aa.ChainDeviation()
+    assert arm.deviation == aa.types.ChainDeviation()
 
 
 @EVERY

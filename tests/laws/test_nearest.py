@@ -733,12 +733,12 @@ def test_solutions_are_saved_as_joint_rows(ending: str, tmp_path: Path) -> None:
     far = pose + 3 * np.eye(4, k=3)
     file = tmp_path / f"joints.{ending}"
     for value in (IIWA.solve(pose, seed=Q), IIWA.solve(np.stack([pose, far]), seed=Q), IIWA.solutions(pose)):
-        aa.save(value, file)
-        rows = aa.load_joints(file)
+        aa.io.save(value, file)
+        rows = aa.io.load_joints(file)
         assert np.array_equal(rows.q, np.reshape(value.q, (-1, 7)), equal_nan=True)
         assert np.array_equal(rows.gc, np.ravel(value.gc))
     with pytest.raises(aa.InputError, match="may be joints or poses: joints are saved as a JointPath or"):
-        aa.save(Q, file)
+        aa.io.save(Q, file)
 
 
 def test_a_bad_pose_is_named_with_its_value() -> None:

@@ -30,7 +30,7 @@ def made(k: int) -> dict[str, Any]:
     end[2, 3] -= 0.01
     via = pose[:3, 3] + [0.01, 0.01, 0.0]
     path = aa.follow(ARM, aa.Line(pose, end), start=q, samples=6)
-    table = aa.JointTable(path.s, path.q, path.psi, path.gc, path.status, path.margin)
+    table = aa.io.JointTable(path.s, path.q, path.psi, path.gc, path.status, path.margin)
     tracker = aa.Tracker(ARM, dt=0.01)
     tracker.start(q)
     grid = np.stack([pose, end])
@@ -38,7 +38,7 @@ def made(k: int) -> dict[str, Any]:
     seen = pose.copy()
     seen[0, 3] += 9.0 * k
     return {
-        "ArcEnd": aa.ArcEnd(4, "lower", 0.1 + k),
+        "ArcEnd": aa.types.ArcEnd(4, "lower", 0.1 + k),
         "ArcSet": arcs,
         "Arm": ARM.with_(name=str(k)),
         "Ball": aa.Ball([1, 2, k], 0.1),
@@ -47,11 +47,11 @@ def made(k: int) -> dict[str, Any]:
         "Branch": ARM.explain(seen).branches[0],
         "Capsule": aa.Capsule([0, 0, 0], [0, 1, k], 0.1),
         "Centre": aa.Centre(K=0.1 + 0.1 * k),
-        "ChainDeviation": aa.ChainDeviation(position_rms=k),
+        "ChainDeviation": aa.types.ChainDeviation(position_rms=k),
         "CircularArc": aa.CircularArc(pose, via, end),
         "Clearance": ARM.clearance(np.stack([q, Q]), SCENE),
         "Cloud": aa.Cloud([[1, 2, k]], 0.1),
-        "Deviation": aa.Deviation(0.1, k),
+        "Deviation": aa.types.Deviation(0.1, k),
         "Diagnosis": ARM.explain(seen),
         "Field": aa.Field(np.full((2, 2, 2), k), [0, 0, 0], 0.1),
         "Freedom": ARM.freedom(np.stack([pose, POSE])),
@@ -69,7 +69,7 @@ def made(k: int) -> dict[str, Any]:
         "Solution of an arm with an offset": FRANKA.solve(
             FRANKA.forward(FRANKA_Q + 0.01 * k)[0], seed=FRANKA_Q
         ),
-        "Opening": aa.Opening(1, "lower", 0.1 + k),
+        "Opening": aa.types.Opening(1, "lower", 0.1 + k),
         "PathPoint": path.at([0.2, 0.4]),
         "Placement": aa.place(ARM, grid, x=[0.0, 0.1], y=[0.0, 0.1]),
         "Repulsion": aa.Repulsion(0.1 + 0.1 * k),
@@ -79,14 +79,14 @@ def made(k: int) -> dict[str, Any]:
         "Segments": aa.Segments([aa.Line(pose, end)]),
         "Solution": ARM.solve(grid, seed=q),
         "Solutions": ARM.solutions(pose, seed=q),
-        "SpeedLoss": aa.SpeedLoss(0.1 * k, 1, "velocity", 2.0),
+        "SpeedLoss": aa.types.SpeedLoss(0.1 * k, 1, "velocity", 2.0),
         "Step": aa.step(ARM, q, end),
         "Towards": aa.Towards(psi=0.1 + 0.1 * k),
         "Tracked": tracker.step(end),
         "Trajectory": aa.retime(path, acceleration=3.0),
         "TrajectoryPoint": aa.retime(path, acceleration=3.0).at([0.0, 0.01]),
-        "TrajectoryTable": aa.TrajectoryTable(path.s, path.s, path.q, path.q, path.q),
-        "Voxels": aa.Voxels(pose[None, :3, 3], np.array([0.5]), 0.1, 8),
+        "TrajectoryTable": aa.io.TrajectoryTable(path.s, path.s, path.q, path.q, path.q),
+        "Voxels": aa.types.Voxels(pose[None, :3, 3], np.array([0.5]), 0.1, 8),
         "Waypoints": aa.Waypoints(grid),
         "Widest": ARM._widest(pose, gc, SCENE),
     }

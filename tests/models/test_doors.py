@@ -547,7 +547,7 @@ def test_an_offset_arm_is_not_idealised():
     with pytest.warns(UserWarning, match="not quite the arm of its file: .* at the tip"):
         assert aa.Arm.from_urdf(FR3.to_urdf(), fit="srs").kind == "srs"
     with pytest.raises(InputError, match="fit is 'exact', wanted"):
-        aa.Arm.from_urdf(FR3.to_urdf(), fit="exact")  # type: ignore[arg-type]
+        aa.Arm.from_urdf(FR3.to_urdf(), fit="exact")  # type: ignore[arg-type]  # wrong on purpose
 
 
 # every door leads to the same arm, whatever its kind
@@ -639,4 +639,4 @@ def test_what_is_no_arm_is_told_at_the_door(tmp_path: Path) -> None:
             aa.Arm.load(missing)
     for nothing in (3, None, object()):
         with pytest.raises(InputError):
-            aa.Arm.load(nothing)  # type: ignore[arg-type]
+            aa.Arm.load(nothing)  # type: ignore[arg-type]  # wrong on purpose

@@ -242,7 +242,7 @@ def test_a_joint_too_fast_to_brake_before_its_limit_brakes() -> None:
 # -- as far as it can --------------------------------------------------------------------------------
 
 
-def run(pose: Array, q: Array, dt: float, ticks: int, **options: Any) -> tuple[list[aa.Step], Array]:
+def run(pose: Array, q: Array, dt: float, ticks: int, **options: Any) -> tuple[list[aa.types.Step], Array]:
     """Steps towards a pose that stands still, and the largest acceleration, rad/s²."""
     steps, velocity, hardest = [], np.zeros(7), 0.0
     for _ in range(ticks):
@@ -255,7 +255,7 @@ def run(pose: Array, q: Array, dt: float, ticks: int, **options: Any) -> tuple[l
     return steps, np.array(hardest)
 
 
-def off(now: aa.Step, pose: Array) -> float:
+def off(now: aa.types.Step, pose: Array) -> float:
     return float(np.abs(IIWA.forward(now.q)[0] - pose).max())
 
 

@@ -20,7 +20,7 @@ START = ARM.with_(scene=SCENE).solve(HAND, seed=np.radians([0, 40, 0, -90, 0, 50
 DT = 0.004
 
 
-def behind_the_wall(detours: bool) -> tuple[set[aa.Tracking], float, aa.Tracked]:
+def behind_the_wall(detours: bool) -> tuple[set[aa.Tracking], float, aa.types.Tracked]:
     """A hand that goes through the wall and rests: statuses, how high the tool came, and the last tick."""
     tracker = aa.Tracker(ARM.with_(scene=SCENE), DT, detours=detours)
     tracker.start(START)

@@ -11,9 +11,9 @@ from support.planned_arms import IIWA, TURNING, random_arm
 import armangle as aa
 
 
-def refused_poses(count: int) -> list[tuple[aa.Arm, np.ndarray, aa.Branch]]:
+def refused_poses(count: int) -> list[tuple[aa.Arm, np.ndarray, aa.types.Branch]]:
     """Poses within reach that some branch cannot hold."""
-    out: list[tuple[aa.Arm, np.ndarray, aa.Branch]] = []
+    out: list[tuple[aa.Arm, np.ndarray, aa.types.Branch]] = []
     seed = 0
     while len(out) < count:
         rng = np.random.default_rng(seed)
@@ -21,7 +21,9 @@ def refused_poses(count: int) -> list[tuple[aa.Arm, np.ndarray, aa.Branch]]:
         arm = random_arm(rng)
         free = arm.with_(lower=None, upper=None)
         pose = free.forward(rng.uniform(-2.5, 2.5, 7))[0]
-        out.extend((arm, pose, b) for b in arm.explain(pose).branches if b.verdict == aa.Verdict.IMPOSSIBLE)
+        out.extend(
+            (arm, pose, b) for b in arm.explain(pose).branches if b.verdict == aa.types.Verdict.IMPOSSIBLE
+        )
     return out[:count]
 
 
@@ -90,7 +92,7 @@ def test_out_of_reach_says_by_how_much_and_from_where() -> None:
     path = aa.Line(pose, far, "fixed")
     result = aa.plan(IIWA, path)
     branch = result.diagnosis[2]
-    assert branch.verdict == aa.Verdict.UNREACHABLE
+    assert branch.verdict == aa.types.Verdict.UNREACHABLE
     wrist = path.pose([branch.s_from, 1.0])[:, :3] @ [0, 0, -0.126, 1.0] - [0, 0, 0.34]
     distance = np.linalg.norm(wrist, axis=1)
     assert abs(distance[0] - 0.8) < 1e-4
@@ -115,7 +117,7 @@ def test_an_impossible_place_of_a_path_has_no_feasible_arc() -> None:
         path = aa.Line(arm.forward(q)[0], arm.forward(rng.uniform(arm.lower, arm.upper))[0])
         result = aa.plan(arm, path, start=q)
         branch = result.diagnosis[int(arm.forward(q)[2])]
-        if branch.verdict != aa.Verdict.IMPOSSIBLE:
+        if branch.verdict != aa.types.Verdict.IMPOSSIBLE:
             continue
         found += 1
         middle = 0.5 * (branch.s_from + branch.s_to)
@@ -129,7 +131,7 @@ def test_a_dead_end_is_named_with_where_it_closes() -> None:
     path = aa.Screw(pose, pose[:3, 3], pose[:3, 2], 2.2 * 2 * np.pi)
     result = aa.plan(TURNING, path, gc=2)
     branch = result.diagnosis[2]
-    assert branch.verdict == aa.Verdict.DEAD_END
+    assert branch.verdict == aa.types.Verdict.DEAD_END
     assert 0 < branch.s_from <= branch.s_to < 1
     assert branch.nearest_psi in TURNING.feasible(path.pose(branch.s_to), 2)
     assert result.diagnosis.reached == branch.reached == branch.s_from
@@ -141,11 +143,13 @@ def test_start_or_goal_in_another_branch_or_outside_is_said() -> None:
     pose = IIWA.forward(q)[0]
     for which in ("start", "goal"):
         other = aa.plan(IIWA, pose[None], gc=0, **{which: q})
-        assert other.diagnosis[0].verdict == aa.Verdict[which.upper()] and other.diagnosis[0].elsewhere
+        assert other.diagnosis[0].verdict == aa.types.Verdict[which.upper()] and other.diagnosis[0].elsewhere
         outside = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, IIWA.upper[6] + 0.01])
         late = aa.plan(IIWA, IIWA.forward(outside)[0][None], **{which: outside})
         own = late.diagnosis.branches[0]
-        assert not late.ok and own.verdict == aa.Verdict[which.upper()] and own.status == aa.Status.LIMITS
+        assert (
+            not late.ok and own.verdict == aa.types.Verdict[which.upper()] and own.status == aa.Status.LIMITS
+        )
         assert [(o.joint, o.side) for o in own.openings] == [(7, "upper")]
         assert own.openings[0].extra == pytest.approx(0.01)
         assert [branch.elsewhere for branch in late.diagnosis.branches] == [False] + 7 * [True]
@@ -155,7 +159,7 @@ def test_start_or_goal_in_another_branch_or_outside_is_said() -> None:
 
 def test_a_branch_that_was_not_asked_for_is_no_key() -> None:
     with pytest.raises(KeyError):
-        aa.Diagnosis((aa.Branch(gc=0, verdict=aa.Verdict.DEAD_END),))[5]
+        aa.types.Diagnosis((aa.types.Branch(gc=0, verdict=aa.types.Verdict.DEAD_END),))[5]
 
 
 def test_an_openarm_that_hangs_straight_is_told_how_to_begin() -> None:
@@ -195,7 +199,7 @@ def test_an_opening_of_a_path_opens_all_of_it_and_is_hardly_more_than_it_takes()
         refused = aa.plan(arm, line, samples=2).diagnosis
         assert refused is not None
         for branch in refused.branches:
-            if branch.verdict != aa.Verdict.IMPOSSIBLE or not branch.openings:
+            if branch.verdict != aa.types.Verdict.IMPOSSIBLE or not branch.openings:
                 continue
             seen += 1
             opening = branch.openings[0]

@@ -80,8 +80,8 @@ def test_rounded_corners_are_said_joined_and_with_free_roll(roll: Any) -> None:
 def test_it_is_saved_and_timed_as_one(tmp_path: Path) -> None:
     need("scipy")
     whole = aa.join(three())
-    aa.save(whole, tmp_path / "whole.csv")
-    np.testing.assert_array_equal(aa.load_joints(tmp_path / "whole.csv").q, whole.q)
+    aa.io.save(whole, tmp_path / "whole.csv")
+    np.testing.assert_array_equal(aa.io.load_joints(tmp_path / "whole.csv").q, whole.q)
     timed = aa.retime(whole, acceleration=5.0)
     at = timed.at(np.linspace(0, timed.duration, 3000))
     assert np.abs(at.qdd).max() <= 5.0 * (1 + 1e-3)

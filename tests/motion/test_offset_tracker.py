@@ -11,11 +11,11 @@ from motion.test_offset_steps import ARMS, FR3, READY, motion
 import armangle as aa
 
 
-def run(tracker: aa.Tracker, poses: Any) -> list[aa.Tracked]:
+def run(tracker: aa.Tracker, poses: Any) -> list[aa.types.Tracked]:
     return [tracker.step(pose) for pose in poses]
 
 
-def keeps_bounds(arm: aa.Arm, q0: Any, ticks: list[aa.Tracked], dt: float, hardest: float) -> None:
+def keeps_bounds(arm: aa.Arm, q0: Any, ticks: list[aa.types.Tracked], dt: float, hardest: float) -> None:
     """Speeds, accelerations and limits of the joints as they were returned."""
     q = np.vstack([q0, *(now.q for now in ticks)])
     v = np.vstack([np.zeros(7), np.diff(q, axis=0) / dt])

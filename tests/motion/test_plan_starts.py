@@ -449,7 +449,7 @@ def test_a_plan_that_fails_behind_a_change_of_branch_says_how_far_it_leads(
     plan = aa.plan(arm, path, start=start)
     assert not plan.ok and plan.diagnosis is not None
     branch = next(branch for branch in plan.diagnosis.branches if not branch.elsewhere)
-    assert branch.verdict == aa.Verdict.DEAD_END and branch.through
+    assert branch.verdict == aa.types.Verdict.DEAD_END and branch.through
     assert branch.s_from == branch.reached == plan.diagnosis.reached
     assert f"after a change to GC {branch.through[0]}" in plan.explain()
     done = plan.status == aa.Status.OK

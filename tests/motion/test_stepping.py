@@ -38,9 +38,9 @@ def line(arm: aa.Arm, q: Array, shift: Array, count: int) -> Array:
     return poses
 
 
-def stepped(arm: aa.Arm, poses: Array, q: Array, on_fail: str, **options: object) -> list[aa.Step]:
+def stepped(arm: aa.Arm, poses: Array, q: Array, on_fail: str, **options: object) -> list[aa.types.Step]:
     """`step` in a loop, as follow promises to be."""
-    out: list[aa.Step] = []
+    out: list[aa.types.Step] = []
     for pose in poses:
         now = aa.step(arm, q, pose, **options)
         out.append(now)
@@ -79,7 +79,7 @@ def test_follow_is_step_in_a_loop_bit_for_bit(policy: aa.Repulsion, carry: str, 
 def test_a_step_is_a_named_tuple_like_any_other() -> None:
     now = aa.step(IIWA, START, IIWA.forward(START)[0])
     again = pickle.loads(pickle.dumps(now))
-    assert type(again) is aa.Step and again[1:5] == now[1:5] and (again.q == now.q).all()
+    assert type(again) is aa.types.Step and again[1:5] == now[1:5] and (again.q == now.q).all()
     assert now._fields == ("q", "psi", "gc", "status", "margin", "velocity", "why")
     assert now._replace(gc=7).gc == 7
     with pytest.raises(TypeError, match="unhashable"):

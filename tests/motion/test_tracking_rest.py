@@ -49,7 +49,7 @@ ENDLESS = {
 }
 
 
-def at_rest(arm: aa.Arm, start: Array, hand: Array) -> aa.Tracked:
+def at_rest(arm: aa.Arm, start: Array, hand: Array) -> aa.types.Tracked:
     """What is said after a while of a constant hand, the arm being at rest then."""
     known = np.isfinite(arm.velocity).all()
     tracker = aa.Tracker(arm, DT, velocity=True if known else 3.0)

@@ -26,13 +26,16 @@ ROOT = Path(__file__).parents[2]
 SCOPE = {cls.__name__: cls for cls in (aa.Arm, aa.ArcSet, aa.Repulsion, aa.Hold, aa.Centre, aa.Towards)}
 POLICIES = [aa.Repulsion(0.2, 7), aa.Repulsion(rate=2.0), aa.Hold("stop"), aa.Centre(0.3)]
 POLICIES += [aa.Towards(psi=0.2), aa.Towards(point=[1, 2, 3], rate=1.0), aa.Towards(direction="up")]
-NAMES = [name for name in aa.__all__ if not isinstance(getattr(aa, name), str)]
+PUBLIC = {name: getattr(aa, name) for name in aa.__all__}
+for module in (aa.io, aa.types, aa.gradients):
+    PUBLIC |= {name: getattr(module, name) for name in module.__all__ if name not in PUBLIC}
+NAMES = [name for name, value in PUBLIC.items() if not isinstance(value, str)]
 
 
 def members() -> Iterator[tuple[str, Any]]:
     """Public names, and the public functions and properties of public classes."""
     for name in NAMES:
-        value = getattr(aa, name)
+        value = PUBLIC[name]
         yield name, value
         if inspect.isclass(value) and not issubclass(value, Exception):
             for key, member in vars(value).items():
@@ -67,20 +70,20 @@ def fields(value: type) -> set[str]:
 VALUES = [
     name
     for name in NAMES
-    if inspect.isclass(getattr(aa, name)) and not issubclass(getattr(aa, name), (Exception, enum.Enum))
+    if inspect.isclass(PUBLIC[name]) and not issubclass(PUBLIC[name], (Exception, enum.Enum))
 ]
 
 
 @pytest.mark.parametrize("name", VALUES)
 def test_every_field_is_in_the_docstring(name: str) -> None:
-    value = getattr(aa, name)
+    value = PUBLIC[name]
     text = f"{value.__doc__} {value.__init__.__doc__}"
     missing = {field for field in fields(value) if not re.search(rf"\b{field}\b", text)}
     assert not missing, f"{name} does not say what {sorted(missing)} are"
 
 
 def test_fields_are_found() -> None:
-    found = {name: fields(getattr(aa, name)) for name in VALUES}
+    found = {name: fields(PUBLIC[name]) for name in VALUES}
     assert {"d_bs", "report"} <= found["Arm"] and "x" in found["Placement"]
     assert sum(map(len, found.values())) > 100
 

@@ -64,7 +64,7 @@ def test_a_solution_is_shown_on_one_line() -> None:
 
 
 def test_an_import_report_reads_in_mm_and_degrees() -> None:
-    report = aa.ImportReport(
+    report = aa.types.ImportReport(
         source="arm.urdf", base="link_0", tip="link_7", joint_names=tuple("abcdefg"),
         shoulder_miss=1.5e-6, wrist_miss=0.0, angle_miss=np.radians(0.25),
         residual_position=2e-3, residual_rotation=0.0, postures=10, notes=("mind the gap",),

@@ -46,12 +46,12 @@ def test_a_trajectory_is_drawn_with_its_rates_and_limits(timed: aa.Trajectory) -
 
 
 def test_what_files_hold_is_drawn_as_what_was_saved(timed: aa.Trajectory, tmp_path: Path) -> None:
-    aa.save(timed, tmp_path / "motion.npz")
-    aa.save(timed.path, tmp_path / "joints.npz")
-    saved = aa.load_trajectory(tmp_path / "motion.npz")
+    aa.io.save(timed, tmp_path / "motion.npz")
+    aa.io.save(timed.path, tmp_path / "joints.npz")
+    saved = aa.io.load_trajectory(tmp_path / "motion.npz")
     pairs = [
         (plots.path(timed), plots.path(saved, arm=ARM)),
-        (plots.path(timed.path), plots.path(aa.load_joints(tmp_path / "joints.npz"), arm=ARM)),
+        (plots.path(timed.path), plots.path(aa.io.load_joints(tmp_path / "joints.npz"), arm=ARM)),
         (plots.trajectory(timed), plots.trajectory(saved, arm=ARM)),
     ]
     for panels, again in pairs:
@@ -74,7 +74,7 @@ def test_what_is_no_trajectory_is_refused(timed: aa.Trajectory) -> None:
         plots.trajectory(timed, ax=plots.trajectory(timed)[:3])
 
 
-def ticks(far: float) -> list[aa.Tracked]:
+def ticks(far: float) -> list[aa.types.Tracked]:
     """What a tracker makes of a hand that goes away and comes back."""
     tracker = aa.Tracker(ARM, dt=0.01)
     tracker.start(Q)

@@ -63,7 +63,7 @@ def test_json_of_junk(tmp_path: Path, text: str, capsys: pytest.CaptureFixture[s
     file = tmp_path / "p.json"
     file.write_text(text)
     with pytest.raises(aa.ModelError, match=f"p\\.json: .*{JSON[text]}"):
-        aa.load_poses(file)
+        aa.io.load_poses(file)
     assert main(["plan", str(file), *ROBOT]) == 2
     assert "p.json:" in capsys.readouterr().err
 
@@ -91,7 +91,7 @@ def test_npz_of_junk(tmp_path: Path, what: str, capsys: pytest.CaptureFixture[st
     member, message = MEMBERS[what]
     file = npz(tmp_path / "p.npz", member)
     with pytest.raises(aa.ModelError, match=rf"p\.npz: .*{message}"):
-        aa.load_poses(file)
+        aa.io.load_poses(file)
     assert main(["plan", str(file), *ROBOT]) == 2
     assert "p.npz:" in capsys.readouterr().err
 
@@ -99,17 +99,17 @@ def test_npz_of_junk(tmp_path: Path, what: str, capsys: pytest.CaptureFixture[st
 def test_an_npy_file_is_no_npz(tmp_path: Path) -> None:
     (tmp_path / "p.npz").write_bytes(bytes_of(np.eye(7)))
     with pytest.raises(aa.ModelError, match=r"p\.npz: not NPZ: File is not a zip file"):
-        aa.load_poses(tmp_path / "p.npz")
+        aa.io.load_poses(tmp_path / "p.npz")
 
 
 def test_nothing_is_unpacked_that_the_bytes_cannot_hold(tmp_path: Path) -> None:
     file = npz(tmp_path / "p.npz", bytes_of(np.zeros((100_000, 7))), compression=zipfile.ZIP_BZIP2)
     tracemalloc.start()
     with pytest.raises(aa.ModelError, match=r"pose\.npy is not packed as NPZ is"):
-        aa.load_poses(file)
+        aa.io.load_poses(file)
     npz(file, npy(SHAPE % MANY))
     with pytest.raises(aa.ModelError, match="not NPZ"):
-        aa.load_poses(file)
+        aa.io.load_poses(file)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert peak < 1_000_000
@@ -122,14 +122,14 @@ def test_members_that_lie_over_one_another(tmp_path: Path) -> None:
         again = copy(archive.filelist[0])
         archive.filelist.append(again)  # twice in the directory, once in the file
     with pytest.raises(aa.ModelError, match="not NPZ: its members are longer than the file"):
-        aa.load_poses(file)
+        aa.io.load_poses(file)
 
 
 def test_arrays_in_any_order_of_bytes_are_read(tmp_path: Path) -> None:
     q = np.asfortranarray(np.arange(21).reshape(3, 7))
     for dtype in (">f8", "<f4", ">i2", "u8"):
         np.savez(tmp_path / "q.npz", q=q.astype(dtype), other=np.zeros(2, complex))
-        assert np.array_equal(aa.load_joints(tmp_path / "q.npz").q, q)
+        assert np.array_equal(aa.io.load_joints(tmp_path / "q.npz").q, q)
 
 
 @settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -139,12 +139,12 @@ def test_a_flipped_byte_is_refused_or_does_not_matter(
 ) -> None:
     good = tmp_path / f"good{ending}"
     if not good.exists():
-        aa.save(POSES, good)
+        aa.io.save(POSES, good)
     data = bytearray(good.read_bytes())
     data[int(at * len(data))] ^= mask
     (tmp_path / f"bad{ending}").write_bytes(data)
     try:
-        poses = aa.load_poses(tmp_path / f"bad{ending}")
+        poses = aa.io.load_poses(tmp_path / f"bad{ending}")
     except aa.ModelError:
         return
     assert poses.shape[1:] == (4, 4) and np.isfinite(poses).all()
@@ -168,7 +168,7 @@ ROWS = {
 def test_rows_that_contradict_themselves(tmp_path: Path, text: str) -> None:
     (tmp_path / "j.csv").write_text(text)
     with pytest.raises(aa.ModelError, match=r"j\.csv" + ROWS[text]):
-        aa.load_joints(tmp_path / "j.csv")
+        aa.io.load_joints(tmp_path / "j.csv")
 
 
 BLOCKS = {
@@ -192,15 +192,15 @@ def test_blocks_that_contradict_themselves(tmp_path: Path, what: str) -> None:
     blocks, message = BLOCKS[what]
     np.savez(tmp_path / "j.npz", **blocks)
     with pytest.raises(aa.ModelError, match=rf"j\.npz: {message}"):
-        aa.load_joints(tmp_path / "j.npz")
+        aa.io.load_joints(tmp_path / "j.npz")
 
 
 @pytest.mark.parametrize("ending", [".csv", ".npz", ".json"])
 def test_a_table_that_knows_no_arm_angle_comes_back(tmp_path: Path, ending: str) -> None:
     (tmp_path / "j.csv").write_text("q1,q2,q3,q4,q5,q6,q7\n0,0,0,0,0,0,0\nnan,0,0,0,0,0,0\n")
-    table = aa.load_joints(tmp_path / "j.csv")
-    aa.save(table, tmp_path / f"again{ending}")
-    again = aa.load_joints(tmp_path / f"again{ending}")
+    table = aa.io.load_joints(tmp_path / "j.csv")
+    aa.io.save(table, tmp_path / f"again{ending}")
+    again = aa.io.load_joints(tmp_path / f"again{ending}")
     for name in ("s", "q", "psi", "gc", "status", "margin"):
         assert np.array_equal(getattr(again, name), getattr(table, name), equal_nan=True)
 
@@ -232,11 +232,11 @@ def test_toml_of_junk(tmp_path: Path, text: str, capsys: pytest.CaptureFixture[s
 @pytest.mark.parametrize("ending", [".csv", ".npz", ".json"])
 def test_a_name_that_no_file_can_have(ending: str) -> None:
     name = f"a\0b{ending}"
-    for load in (aa.load_joints, aa.load_poses):
+    for load in (aa.io.load_joints, aa.io.load_poses):
         with pytest.raises(aa.ModelError, match=r"'a\\x00b\.\w+': cannot be read: embedded null"):
             load(name)
     with pytest.raises(aa.OutputError, match=r"'a\\x00b\.\w+': cannot be written: "):
-        aa.save(POSES, name)
+        aa.io.save(POSES, name)
     with pytest.raises(aa.ModelError, match=r"'a\\x00b\.toml': cannot be read: embedded null"):
         read_robot("a\0b.toml")
 
@@ -246,7 +246,7 @@ def test_a_pipe_is_not_replaced(tmp_path: Path) -> None:
     (tmp_path / "link.csv").symlink_to("pipe.csv")
     for name in ("pipe.csv", "link.csv"):
         with pytest.raises(aa.OutputError, match=rf"{name}: cannot be written: it is a pipe or a device"):
-            aa.save(POSES, tmp_path / name)
+            aa.io.save(POSES, tmp_path / name)
     assert stat.S_ISFIFO((tmp_path / "pipe.csv").stat().st_mode)
     assert len(list(tmp_path.iterdir())) == 2
 
@@ -266,5 +266,5 @@ def test_a_read_only_file_is_not_replaced(tmp_path: Path) -> None:
     file.write_text("old")
     file.chmod(0o444)
     with pytest.raises(aa.OutputError, match=r"p\.csv: cannot be written: it is read-only"):
-        aa.save(POSES, file)
+        aa.io.save(POSES, file)
     assert file.read_text() == "old" and list(tmp_path.iterdir()) == [file]

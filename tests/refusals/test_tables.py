@@ -38,13 +38,13 @@ BAD_POSES = {
 def test_what_is_wrong_with_poses(tmp_path: Path, text: str) -> None:
     (tmp_path / "p.csv").write_text(text)
     with pytest.raises(aa.ModelError, match=r"p\.csv" + BAD_POSES[text]):
-        aa.load_poses(tmp_path / "p.csv")
+        aa.io.load_poses(tmp_path / "p.csv")
 
 
 def test_a_fault_far_down_is_found(tmp_path: Path) -> None:
     (tmp_path / "p.csv").write_text(HEADER + GOOD * 20000 + "0,0,0,1,0,x,0\n" + GOOD)
     with pytest.raises(aa.ModelError, match=r"p\.csv:20002:6: qy is 'x'") as caught:
-        aa.load_poses(tmp_path / "p.csv")
+        aa.io.load_poses(tmp_path / "p.csv")
     assert (caught.value.line, caught.value.column) == (20002, 6)
 
 
@@ -67,16 +67,16 @@ def test_what_is_wrong_with_files(tmp_path: Path, name: str) -> None:
     data, message = BAD_FILES[name]
     (tmp_path / name).write_bytes(data)
     with pytest.raises(aa.ModelError, match=message):
-        aa.load_poses(tmp_path / name)
+        aa.io.load_poses(tmp_path / name)
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_files_that_cannot_be_read(tmp_path: Path, ending: str) -> None:
     with pytest.raises(aa.ModelError, match="no such file"):
-        aa.load_poses(tmp_path / f"absent{ending}")
+        aa.io.load_poses(tmp_path / f"absent{ending}")
     with pytest.raises(aa.ModelError, match="cannot be read: a folder, wanted a file"):
         (tmp_path / f"d{ending}").mkdir()
-        aa.load_joints(tmp_path / f"d{ending}")
+        aa.io.load_joints(tmp_path / f"d{ending}")
 
 
 Q = "q1,q2,q3,q4,q5,q6,q7"
@@ -93,14 +93,14 @@ BAD_JOINTS = {
 def test_what_is_wrong_with_joints(tmp_path: Path, text: str) -> None:
     (tmp_path / "j.csv").write_text(text)
     with pytest.raises(aa.ModelError, match=r"j\.csv" + BAD_JOINTS[text]):
-        aa.load_joints(tmp_path / "j.csv")
+        aa.io.load_joints(tmp_path / "j.csv")
 
 
 def test_what_is_wrong_with_joint_blocks(tmp_path: Path) -> None:
     file = tmp_path / "j.json"
     file.write_text(json.dumps({"q": [[0] * 7], "psi": [0, 0]}))
     with pytest.raises(aa.ModelError, match=r"j\.json: psi has 2 rows and q has 1"):
-        aa.load_joints(file)
+        aa.io.load_joints(file)
     file.write_text(json.dumps({"q": [[0] * 7], "status": ["BAD"]}))
     with pytest.raises(aa.ModelError, match=r"j\.json: row 0: status is 'BAD'"):
-        aa.load_joints(file)
+        aa.io.load_joints(file)

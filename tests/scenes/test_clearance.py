@@ -82,7 +82,7 @@ def test_a_batch_is_each_of_its_poses() -> None:
     assert many.distance.shape == (2, 5) and many.points.shape == (2, 5, 2, 3)
     for at in np.ndindex(2, 5):
         one = WRITTEN.clearance(WRITTEN.inverse(poses[at], psi[at], gc[at], limits=False), scene)
-        assert one == aa.Clearance(*(column[at] for column in many))
+        assert one == aa.types.Clearance(*(column[at] for column in many))
 
 
 def test_without_obstacles_nothing_is_near() -> None:

@@ -203,7 +203,7 @@ def test_a_plan_round_a_field_is_proven_and_clear_of_the_truth() -> None:
 def test_a_field_is_written_and_read(tmp_path: Path) -> None:
     distance = np.arange(24.0).reshape(2, 3, 4) * 1e-3
     np.savez(tmp_path / "seen.npz", distance=distance, origin=[0.1, 0.2, 0.3], spacing=0.05)
-    field = aa.load_field(tmp_path / "seen.npz", name="seen")
+    field = aa.io.load_field(tmp_path / "seen.npz", name="seen")
     assert field == aa.Field(distance, [0.1, 0.2, 0.3], 0.05, name="seen")
     assert field != aa.Field(distance, [0.1, 0.2, 0.3], 0.06, name="seen")
     (tmp_path / "broken.npz").write_bytes(b"nothing")
@@ -214,4 +214,4 @@ def test_a_field_is_written_and_read(tmp_path: Path) -> None:
         ("less.npz", "it holds no origin"), ("more.npz", "one number as spacing"),
     ):  # fmt: skip
         with pytest.raises(aa.errors.SceneError, match=wanted):
-            aa.load_field(tmp_path / name)
+            aa.io.load_field(tmp_path / name)

@@ -123,7 +123,7 @@ def test_what_blocks_every_psi_for_a_thousandth_of_the_way_is_found() -> None:
         found = aa.plan(THIN.with_(scene=scene), aa.Line(LINE[0], LINE[-1]))
         assert not found.ok and found.diagnosis is not None
         for branch in found.diagnosis.branches:
-            assert branch.verdict == aa.Verdict.IMPOSSIBLE and branch.touching == ("needle", "forearm")
+            assert branch.verdict == aa.types.Verdict.IMPOSSIBLE and branch.touching == ("needle", "forearm")
             assert abs(branch.s_from - s) < 0.01 and branch.reached < s
         assert "too near to needle from s = " in found.diagnosis.explain()
 
@@ -133,7 +133,7 @@ def test_a_scene_that_blocks_the_start_says_so() -> None:
     found = aa.plan(ARM.with_(scene=scene), LINE, start=Q)
     assert not found.ok and np.isnan(found.q).all() and found.diagnosis is not None
     branch = found.diagnosis[int(GC)]
-    assert branch.verdict == aa.Verdict.START and branch.status == aa.Status.CLEARANCE
+    assert branch.verdict == aa.types.Verdict.START and branch.status == aa.Status.CLEARANCE
     assert branch.touching == ("post", "upper_arm") and branch.short == pytest.approx(0.11)
     said = f"GC {int(GC)}: the start is blocked: upper_arm comes 110 mm too near to post."
     assert found.explain().splitlines()[0] == said and found.status[0] == aa.Status.CLEARANCE
@@ -175,7 +175,7 @@ def test_the_reason_for_a_range_says_by_how_much_it_is_shut_at_its_worst() -> No
         found = aa.plan(ARM.with_(scene=scene), path)
         assert found.diagnosis is not None
         for branch in found.diagnosis.branches:
-            if branch.verdict != aa.Verdict.IMPOSSIBLE or branch.status != aa.Status.CLEARANCE:
+            if branch.verdict != aa.types.Verdict.IMPOSSIBLE or branch.status != aa.Status.CLEARANCE:
                 continue
             poses = path.pose(np.linspace(branch.s_from, branch.s_to, 41))
             short = 0.0

@@ -129,6 +129,6 @@ def test_a_scene_file_says_it(tmp_path: Any) -> None:
     text = "clearance = 0.01\nsoft = 0.04\n[[ball]]\ncenter = [0, 0, 1]\nradius = 0.1"
     (tmp_path / "cell.toml").write_text(text)
     wanted = aa.Scene([aa.Ball([0, 0, 1], 0.1)], clearance=0.01, soft=0.04)
-    assert aa.load_scene(tmp_path / "cell.toml") == wanted
+    assert aa.io.load_scene(tmp_path / "cell.toml") == wanted
     with pytest.raises(aa.errors.SceneError, match=r"Scene: soft is -0\.1"):
         aa.Scene(soft=-0.1)

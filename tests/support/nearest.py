@@ -62,7 +62,7 @@ class Case:
     def solve(self) -> aa.Solution:
         return self.keeping().solve(self.pose, self.near, **self._asked())
 
-    def solutions(self) -> aa.Solutions:
+    def solutions(self) -> aa.types.Solutions:
         return self.keeping().solutions(self.pose, self.near, **self._asked())
 
     def arcs(self) -> aa.ArcSet:

@@ -19,7 +19,7 @@ def named(name: str) -> aa.Arm:
     return aa.Arm.from_catalogue(name)
 
 
-def settled(tracker: aa.Tracker, pose: Array, seconds: float) -> aa.Tracked:
+def settled(tracker: aa.Tracker, pose: Array, seconds: float) -> aa.types.Tracked:
     for _ in range(round(seconds / DT)):
         now = tracker.step(pose)
     return now

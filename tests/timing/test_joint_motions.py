@@ -362,6 +362,6 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert found[""] == found["spline"] and found["tool"] > 1.5 * least
     own = tmp_path / "own.csv"
     arm = ARM
-    aa.save(aa.plan(arm, aa.Line(arm.forward(rows[0])[0], arm.forward(rows[5])[0]), start=rows[0]), own)
+    aa.io.save(aa.plan(arm, aa.Line(arm.forward(rows[0])[0], arm.forward(rows[5])[0]), start=rows[0]), own)
     assert main(["retime", str(own), *words[2:]]) == 0
     assert "--between" not in capsys.readouterr().err

@@ -70,8 +70,8 @@ def motions(arm: aa.Arm, start: list[float]) -> Motions:
             given[f"through theta_{joint} = {angle:.3g}"] = passing
 
     def again(path: aa.JointPath, folder: Path) -> aa.JointPath:
-        aa.save(path, folder / "again.csv")
-        table = aa.load_joints(folder / "again.csv")
+        aa.io.save(path, folder / "again.csv")
+        table = aa.io.load_joints(folder / "again.csv")
         return aa.JointPath.from_joints(arm, table.q, s=table.s, status=table.status)
 
     out: Motions = {
@@ -126,12 +126,12 @@ def takers(path: aa.JointPath, folder: Path) -> Iterator[str]:
         assert motion.explain()
     yield "save and load a trajectory"
     for ending in ("csv", "npz", "json", "yaml"):
-        aa.save(motion, folder / f"motion.{ending}")
-        np.testing.assert_allclose(aa.load_trajectory(folder / f"motion.{ending}").q, motion.q, atol=1e-12)
+        aa.io.save(motion, folder / f"motion.{ending}")
+        np.testing.assert_allclose(aa.io.load_trajectory(folder / f"motion.{ending}").q, motion.q, atol=1e-12)
     yield "save and load rows"
     for ending in ("csv", "npz", "json"):
-        aa.save(path, folder / f"rows.{ending}")
-        np.testing.assert_allclose(aa.load_joints(folder / f"rows.{ending}").q, path.q, atol=1e-12)
+        aa.io.save(path, folder / f"rows.{ending}")
+        np.testing.assert_allclose(aa.io.load_joints(folder / f"rows.{ending}").q, path.q, atol=1e-12)
     yield "draw"
     aa.plots.path(path)
     aa.plots.path(motion)

@@ -40,20 +40,20 @@ def test_a_trajectory_is_frozen_and_says_what_it_is() -> None:
 def test_files(tmp_path: Path) -> None:
     found = aa.retime(LINE, sample=0.05)
     for ending in ("csv", "npz", "json", "yaml"):
-        aa.save(found, tmp_path / f"a.{ending}")
+        aa.io.save(found, tmp_path / f"a.{ending}")
     rows = list(csv.DictReader((tmp_path / "a.csv").open()))
     assert list(rows[0]) == ["t", "s", *(f"{n}{i}" for n in ("q", "qd", "qdd") for i in range(1, 8))]
     assert float(rows[3]["qd4"]) == found.qd[3, 3]
     with np.load(tmp_path / "a.npz") as blocks:
         assert np.array_equal(blocks["qdd"], found.qdd)
     assert json.loads((tmp_path / "a.json").read_text())["t"] == found.t.tolist()
-    assert np.array_equal(aa.load_joints(tmp_path / "a.csv").q, found.q)
+    assert np.array_equal(aa.io.load_joints(tmp_path / "a.csv").q, found.q)
 
 
 def test_yaml_is_a_joint_trajectory_message(tmp_path: Path) -> None:
     yaml = need("yaml")
     found = aa.retime(LINE, sample=0.05)
-    aa.save(found, tmp_path / "a.yaml")
+    aa.io.save(found, tmp_path / "a.yaml")
     message = yaml.safe_load((tmp_path / "a.yaml").read_text())
     assert set(message) == {"header", "joint_names", "points"}
     assert message["joint_names"] == list(ARM.joint_names)
@@ -66,7 +66,7 @@ def test_yaml_is_a_joint_trajectory_message(tmp_path: Path) -> None:
         when = point["time_from_start"]
         assert when["sec"] + 1e-9 * when["nanosec"] == pytest.approx(t, abs=1e-9)
     with pytest.raises(aa.InputError, match=r"joints cannot be saved as \.yaml, which is for trajectories"):
-        aa.save(LINE, tmp_path / "b.yaml")
+        aa.io.save(LINE, tmp_path / "b.yaml")
 
 
 def test_speeds_that_are_not_trusted_are_said_where_they_are_used() -> None:

@@ -85,8 +85,8 @@ def test_the_map_of_a_file_with_rows_that_are_not_solved(tmp_path: Path) -> None
     poses = PAPER_POSES.copy()
     poses[100:110, 2, 3] += 9.0
     motion = aa.follow(PAPER_ARM, poses, start=PAPER_Q, on_fail="skip")
-    aa.save(motion, tmp_path / "gap.csv")
-    again = motion_of(PAPER_ARM, aa.load_joints(tmp_path / "gap.csv"))
+    aa.io.save(motion, tmp_path / "gap.csv")
+    again = motion_of(PAPER_ARM, aa.io.load_joints(tmp_path / "gap.csv"))
     assert map_image(again) == map_image(motion)  # both have the colour of what is out of reach there
 
 

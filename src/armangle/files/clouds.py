@@ -55,7 +55,7 @@ def load_cloud(path: PathLike, radius: float, *, name: str | None = None) -> Clo
     >>> from tempfile import mkdtemp
     >>> file = Path(mkdtemp()) / "seen.npz"
     >>> np.savez(file, points=np.ones((20, 3)))
-    >>> aa.load_cloud(file, 0.01)
+    >>> aa.io.load_cloud(file, 0.01)
     Cloud(<20 points>, radius=0.01, name=None)
     """
     kind = Path(path).suffix.lower()

@@ -40,7 +40,7 @@ def load_field(path: PathLike, *, name: str | None = None) -> Field:
     >>> from tempfile import mkdtemp
     >>> file = Path(mkdtemp()) / "seen.npz"
     >>> np.savez(file, distance=np.full((5, 6, 7), 0.3), origin=[0.2, 0.0, 0.1], spacing=0.05)
-    >>> aa.load_field(file, name="seen")
+    >>> aa.io.load_field(file, name="seen")
     Field(<5 x 6 x 7 nodes>, origin=(0.2, 0.0, 0.1), spacing=0.05, name='seen')
     """
     if Path(path).suffix.lower() != ".npz":

@@ -70,7 +70,7 @@ def load_scene(path: PathLike) -> Scene:
     >>> from tempfile import mkdtemp
     >>> file = Path(mkdtemp()) / "cell.toml"
     >>> _ = file.write_text('[[ball]]\\nname = "lamp"\\ncenter = [0.4, 0, 0.5]\\nradius = 0.1')
-    >>> aa.load_scene(file).names
+    >>> aa.io.load_scene(file).names
     ('lamp',)
     """
     if Path(path).suffix.lower() == ".scene":

@@ -164,7 +164,7 @@ def _from_message(path: PathLike) -> TrajectoryTable:
                 _refuse(path, f"time_from_start is {value!r:.60}, wanted {{sec: .., nanosec: ..}}", number)
             columns["t"].append(int(time[1]) + int(time[2]) * _NANO)
     if len({len(column) for column in columns.values()}) != 1 or not names:
-        _refuse(path, "no JointTrajectory as armangle.save writes it")
+        _refuse(path, "no JointTrajectory as armangle.io.save writes it")
     t = np.array(columns["t"], dtype=np.float64)
     q, qd, qdd = (np.array(columns[name], dtype=np.float64).reshape(-1, JOINTS) for name in RATES)
     fault = _fault({"t": t, "q": q, "qd": qd, "qdd": qdd})
