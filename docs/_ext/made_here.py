@@ -90,8 +90,12 @@ def list_the_rest(app: Sphinx) -> None:
 
     page = (Path(app.srcdir) / "api.md").read_text(encoding="utf-8")
     errors = vars(armangle.errors).values()
-    names = [f"armangle.{name}" for name in armangle.__all__ if f"armangle.{name}\n" not in page]
-    objects = {name: getattr(armangle, name.removeprefix("armangle.")) for name in names}
+    objects = {
+        f"{module.__name__}.{name}": getattr(module, name)
+        for module in (armangle, armangle.io, armangle.types)
+        for name in module.__all__
+        if f"{module.__name__}.{name}\n" not in page
+    }
     objects |= {f"armangle.plots.{name}": getattr(plots, name) for name in plots.__all__}
     lines = ["```{eval-rst}"]
     for name, value in objects.items():

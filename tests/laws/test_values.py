@@ -117,8 +117,9 @@ def test_a_value_is_its_content(name: str) -> None:
 def test_every_public_value_is_asked() -> None:
     public = {
         name
-        for name in aa.__all__
-        if inspect.isclass(kind := getattr(aa, name)) and not issubclass(kind, (Exception, Enum))
+        for module in (aa, aa.io, aa.types)
+        for name in module.__all__
+        if inspect.isclass(kind := getattr(module, name)) and not issubclass(kind, (Exception, Enum))
     }
     assert public - set(NAMES) == ELSEWHERE
 
@@ -138,3 +139,22 @@ def test_a_result_is_that_of_its_path_whether_it_was_asked_between_its_rows_or_n
     rows = np.stack([Q, Q + 0.1])
     lines, tool = (aa.JointPath.from_joints(ARM, rows, between=how) for how in ("joints", "tool"))
     assert lines != tool and lines == aa.JointPath.from_joints(ARM, rows, between="joints")
+
+
+def test_every_result_says_whether_it_worked() -> None:
+    arm = aa.Arm.load("kuka_iiwa7_r800")
+    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    pose, psi, gc = arm.forward(q)
+    far = pose.copy()
+    far[0, 3] += 3.0
+    for here, wanted in ((pose, True), (far, False)):
+        results = [
+            arm.solve(here, seed=q), arm.solutions(here, seed=q), arm.feasible(here, gc), arm.freedom(here),
+            arm.explain(here), aa.resolve(arm, here, psi, gc), aa.step(arm, q, here),
+            aa.follow(arm, here[None], start=q),
+            aa.Tracker(arm, dt=0.01).start(q).step(here),
+        ]  # fmt: skip
+        assert [bool(result.ok) for result in results] == [wanted] * len(results)
+    both = np.stack([pose, far])
+    batches = [arm.solve(both), arm.solutions(both), arm.feasible(both, gc), arm.freedom(both)]
+    assert all(result.ok.tolist() == [True, False] for result in batches)

@@ -172,17 +172,18 @@ def test_pages_build_without_a_warning(site: Path) -> None:
 
 def public_members() -> Iterator[str]:
     """Every public name, and every public method and property of the public classes, by its full name."""
-    for name in armangle.__all__:
-        value = getattr(armangle, name)
-        if inspect.isclass(value) and issubclass(value, Exception):
-            yield f"armangle.errors.{name}"
-            continue
-        yield f"armangle.{name}"
-        own = [c for c in getattr(value, "__mro__", ()) if c is value or c.__name__.startswith("_")]
-        for key, member in (pair for cls in own for pair in vars(cls).items()):
-            public = inspect.isroutine(member) or isinstance(member, property | classmethod)
-            if public and not key.startswith("_"):
-                yield f"armangle.{name}.{key}"
+    for module in (armangle, armangle.io, armangle.types, armangle.gradients):
+        for name in module.__all__:
+            value = getattr(module, name)
+            if inspect.isclass(value) and issubclass(value, Exception):
+                yield f"armangle.errors.{name}"
+                continue
+            yield f"{module.__name__}.{name}"
+            own = [c for c in getattr(value, "__mro__", ()) if c is value or c.__name__.startswith("_")]
+            for key, member in (pair for cls in own for pair in vars(cls).items()):
+                public = inspect.isroutine(member) or isinstance(member, property | classmethod)
+                if public and not key.startswith("_"):
+                    yield f"{module.__name__}.{name}.{key}"
 
 
 def test_the_api_page_has_every_public_member_and_no_other(site: Path) -> None:
@@ -190,7 +191,8 @@ def test_the_api_page_has_every_public_member_and_no_other(site: Path) -> None:
     names = {line.split()[0] for line in listed if " py:" in line and " api.html" in line}
     wanted = set(public_members())
     assert len(wanted) > 100 and wanted <= names
-    homes = {name for name in names if f"armangle.{name.rpartition('.')[2]}" in wanted}  # where it is written
+    last = {name.rpartition(".")[2] for name in wanted}
+    homes = {name for name in names if name.rpartition(".")[2] in last}  # where it is written
     drawn = vars(armangle.plots)
     plots = {f"armangle.plots.{name}" for name in armangle.plots.__all__ if callable(drawn[name])}
     kuka = {"armangle.kuka", *(f"armangle.kuka.{name}" for name in armangle.kuka.__all__)}
@@ -201,7 +203,10 @@ def test_the_api_page_has_every_public_member_and_no_other(site: Path) -> None:
         for library in ("torch", "jax")
         for name in ("", ".Kinematics", *(f".Kinematics.{function}" for function in functions))
     }
-    assert names == wanted | homes | plots | kuka | fields | bridges | {"armangle.errors"}
+    assert names == wanted | homes | plots | kuka | fields | bridges | {
+        "armangle.errors",
+        "armangle.gradients",
+    }
 
 
 def test_the_api_page_shows_the_arguments_of_an_arm(site: Path) -> None:

@@ -316,6 +316,11 @@ class ArcSet:
         return self._names[code] if code >= 0 else None
 
     @property
+    def ok(self) -> NDArray[np.bool_] | np.bool_:
+        """Whether there is an interval, bool of the set's shape."""
+        return ~self.is_empty
+
+    @property
     def is_empty(self) -> NDArray[np.bool_] | np.bool_:
         """Whether there is no arc, bool of the set's shape."""
         empty: NDArray[np.bool_] = (self._count == 0).reshape(self.shape)

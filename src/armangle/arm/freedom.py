@@ -30,3 +30,9 @@ class Freedom(NamedTuple):
     widest: np.float64 | Floats
     arcs: np.uint8 | NDArray[np.uint8]
     status: Status | NDArray[np.int8]
+
+    @property
+    def ok(self) -> bool | NDArray[np.bool_]:
+        """Whether any branch holds the pose, shape (...)."""
+        held = np.asarray(self.gc) != 0
+        return held if held.ndim else bool(held)

@@ -183,6 +183,12 @@ class Solutions:
         self.count: int | Ints = frozen(counts) if shape else int(counts)
         self.status: Status | NDArray[np.int8] = frozen(codes) if shape else STATUSES[int(codes)]
 
+    @property
+    def ok(self) -> bool | NDArray[np.bool_]:
+        """Whether there is a solution, shape (...)."""
+        found = np.asarray(self.count) > 0
+        return found if found.ndim else bool(found)
+
     def __len__(self) -> int:
         """Return how many postures one pose has."""
         return self._one("len()")

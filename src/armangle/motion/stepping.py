@@ -17,7 +17,7 @@ from ..arm.offset import OffsetArm, as_srs
 from ..arm.question import Fallback
 from ..arm.roll import Roll, last_margin
 from ..errors import InputError
-from ..status import STATUSES, Status
+from ..status import STATUSES, Status, is_solved
 from .options import (
     Bound,
     Carry,
@@ -45,6 +45,12 @@ class Resolution(NamedTuple):
     psi: Floats | np.float64
     status: NDArray[np.int8] | Status
 
+    @property
+    def ok(self) -> bool | NDArray[np.bool_]:
+        """Whether there is a next arm angle, shape (...)."""
+        found = is_solved(self.status)
+        return found if found.ndim else bool(found)
+
 
 @by_content
 class Step(NamedTuple):
@@ -67,6 +73,11 @@ class Step(NamedTuple):
     margin: float
     velocity: Floats
     why: Status
+
+    @property
+    def ok(self) -> bool:
+        """Whether the joints hold the pose: the status is OK, or UNPROVEN for an own chain."""
+        return bool(is_solved(self.status))
 
 
 def resolve(

@@ -94,6 +94,11 @@ class Tracked(NamedTuple):
     why: Status
     pair: tuple[str, str] | None = None
 
+    @property
+    def ok(self) -> bool:
+        """Whether the tool follows the target: the status is FOLLOWING."""
+        return self.status == Tracking.FOLLOWING
+
 
 @dataclass(frozen=True)
 class HandFilter:
@@ -236,7 +241,7 @@ class Tracker:
     --------
     >>> arm = Arm.from_catalogue("kuka_iiwa14_r820")
     >>> tracker = Tracker(arm, dt=0.004)
-    >>> tracker.start([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    >>> _ = tracker.start([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     >>> pose = arm.forward(tracker.q)[0].copy()
     >>> pose[2, 3] += 0.01
     >>> for _ in range(100):
@@ -343,7 +348,7 @@ class Tracker:
         self._check_started()
         return np.array(self._core.q)
 
-    def start(self, q: ArrayLike, *, outside: Literal["refuse", "escape"] = "refuse") -> None:
+    def start(self, q: ArrayLike, *, outside: Literal["refuse", "escape"] = "refuse") -> Tracker:
         """Begin at rest at the joints `q` (7,), rad.
 
         Joints outside their limits are led into them within the bounds on speed and acceleration, and until
@@ -355,6 +360,11 @@ class Tracker:
         outside : "refuse" or "escape"
             Where links are nearer to obstacles than the clearance of the scene: say so before anything
             moves; or lead them out, slowly, none of them coming any nearer, the status being RETURNING.
+
+        Returns
+        -------
+        Tracker
+            Itself, so that ``Tracker(arm, dt=0.01).start(q).step(pose)`` is one control cycle.
 
         Raises
         ------
@@ -369,6 +379,7 @@ class Tracker:
         self._started = False
         self._check_clear(escaping=outside == "escape")
         self._started = True
+        return self
 
     def _check_clear(self, escaping: bool) -> None:
         """Refuse a start at which something touches."""
@@ -432,7 +443,7 @@ class Tracker:
         --------
         >>> arm = Arm.from_catalogue("kuka_iiwa14_r820")
         >>> tracker = Tracker(arm)
-        >>> tracker.start([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+        >>> _ = tracker.start([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
         >>> far = arm.forward(tracker.q)[0].copy()
         >>> far[0, 3] += 5.0
         >>> tracker.step(far).why.name
@@ -475,7 +486,7 @@ class Tracker:
         --------
         >>> arm = Arm.from_catalogue("kuka_iiwa14_r820")
         >>> tracker = Tracker(arm)
-        >>> tracker.start([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+        >>> _ = tracker.start([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
         >>> tracker.run(np.repeat(arm.forward(tracker.q)[0][None], 5, axis=0)).shape
         (5, 7)
         """

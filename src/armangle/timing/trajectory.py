@@ -253,6 +253,11 @@ class Trajectory:
         return len(self.t)
 
     @property
+    def ok(self) -> bool:
+        """True: `retime` raises `PathError` if there is no timing."""
+        return True
+
+    @property
     def duration(self) -> float:
         """How long the motion takes, s."""
         return self.timing.duration
