@@ -74,7 +74,7 @@ def main() -> None:
         ratio = seconds / least["NumPy inverse"]
         each = 1e9 * seconds / options.count
         print(f"{name:26} {each:8.1f} ns a pose {ratio:8.2f} {each / length:8.2f} yd")
-    print(f"{aa._core.ISA}, 1 yd = {length:.1f} ns")
+    print(f"{aa.ISA}, 1 yd = {length:.1f} ns")
 
 
 if __name__ == "__main__":

@@ -89,7 +89,7 @@ def measure_threads(yard: Yardstick, rounds: int) -> list[tuple[str, float]]:
 
 def goal_row(row: Workload, ns: float, yd: float) -> list[str]:
     """Return one line of the table."""
-    goal = row.goals.get(aa._core.ISA, row.goals.get(""))
+    goal = row.goals.get(aa.ISA, row.goals.get(""))
     verdict = "" if goal is None else ("yes" if yd <= goal else "no")
     return [row.name, f"{ns:.1f}", f"{yd:.2f}", "" if goal is None else f"≤ {goal}", verdict]
 
@@ -107,8 +107,7 @@ def text(rounds: int) -> str:
     ]
     return "\n".join(
         [
-            f"{machine.describe()}.\n"
-            f"Level {aa._core.ISA}, 1 yd = {length:.1f} ns, medians of {rounds} rounds.",
+            f"{machine.describe()}.\nLevel {aa.ISA}, 1 yd = {length:.1f} ns, medians of {rounds} rounds.",
             "",
             report.table(["through Python, one thread", "ns", "yd", "goal, yd", "reached"], lines),
             "",
@@ -132,7 +131,7 @@ def main() -> None:
     result = text(options.rounds)
     print(result)
     if options.write:
-        report.write(f"python {aa._core.ISA}", result)
+        report.write(f"python {aa.ISA}", result)
 
 
 if __name__ == "__main__":

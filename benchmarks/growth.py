@@ -99,7 +99,7 @@ def text(most: int, write: bool) -> str:
     rows = [[f"{n:,}", *(f"{ns[name][i]:.1f}" for name in ns)] for i, n in enumerate(counts)]
     return "\n".join(
         [
-            f"{machine.describe()}.\nLevel {aa._core.ISA}, one thread, 1 yd = {length:.1f} ns.",
+            f"{machine.describe()}.\nLevel {aa.ISA}, one thread, 1 yd = {length:.1f} ns.",
             "",
             report.table(["poses in one call", *(f"{name}, ns a pose" for name in ns)], rows),
         ]

@@ -208,8 +208,7 @@ def main() -> None:
     length = np.median([yard.ns() for _ in range(options.rounds)])
     result = "\n".join(
         [
-            f"{machine.describe()}, load {os.getloadavg()[0]:.1f}.\n"
-            f"Level {aa._core.ISA}, 1 yd = {length:.1f} ns.",
+            f"{machine.describe()}, load {os.getloadavg()[0]:.1f}.\nLevel {aa.ISA}, 1 yd = {length:.1f} ns.",
             "",
             report.table(["through Python, one thread", "ns", "yd", "goal, yd", "reached"], lines),
             *(["", maps()] if options.maps else []),
@@ -217,7 +216,7 @@ def main() -> None:
     )
     print(result)
     if options.write:
-        report.write(f"reach {aa._core.ISA}", result)
+        report.write(f"reach {aa.ISA}", result)
 
 
 if __name__ == "__main__":

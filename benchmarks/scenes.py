@@ -141,7 +141,7 @@ def certificates(arm: aa.Arm, scene: aa.Scene) -> list[tuple[Callable[[], object
         if not path.certified:
             continue
         made: Any = path.curve
-        curve, handle = (made.segments, made.stretches, made.plane, made.gc, 0.0), arm._scene(scene).handle
+        curve, handle = (made.segments, made.stretches, made.plane, made.gc, 0.0), arm._needed(scene).handle
         proofs.append(
             (
                 lambda c=curve: arm._handle.certify_curve(*c),

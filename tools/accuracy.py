@@ -138,7 +138,7 @@ def report(count: int, sample: int) -> str:
     heads = list(spread)
     return PAGE_TEXT.format(
         command=f"python tools/accuracy.py --count {count} --sample {sample} --write",
-        machine=f"{platform.machine()},\n{platform.system()}, instruction set {aa._core.ISA}",
+        machine=f"{platform.machine()},\n{platform.system()}, instruction set {aa.ISA}",
         date=datetime.date.today().isoformat(),
         version=aa.__version__,
         heads=" | ".join(f"{h}: max | p99.9" for h in heads),

@@ -15,7 +15,7 @@ from typing import Any
 
 # Which module a name comes from; __init__.pyi says the same to type checkers.
 _NAMES = {
-    "_core": "__version__",
+    "_core": "ISA __version__",
     "_threads": "set_threads threads",
     "arm.arcs": "ArcSet",
     "arm.arm": "Arm nearest_rotation",

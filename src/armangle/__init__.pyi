@@ -9,7 +9,10 @@ from . import plots as plots
 from . import torch as torch
 from . import types as types
 from . import viewer as viewer
-from ._core import __version__ as __version__
+from ._core import (
+    ISA as ISA,
+    __version__ as __version__,
+)
 from ._threads import (
     set_threads as set_threads,
     threads as threads,

@@ -41,7 +41,7 @@ def test_only_pictures_import_matplotlib() -> None:
 
 def test_python_m_runs_it() -> None:
     done = subprocess.run([sys.executable, "-m", "armangle", "--version"], capture_output=True, text=True)
-    assert done.returncode == 0 and done.stdout == f"armangle {aa.__version__} ({aa._core.ISA})\n"
+    assert done.returncode == 0 and done.stdout == f"armangle {aa.__version__} ({aa.ISA})\n"
 
 
 # -- help ------------------------------------------------------------------------------------------------

@@ -213,10 +213,10 @@ def test_near_is_said_with_the_residual_and_with_tolerances_that_work(off):
     assert caught.value.near is near is ("is not S-R-S, but near it: nothing is off by more than" in message)
     if not near:
         return
-    lengths, angles = (re.findall(rf"--{name}-tolerance ([^ )]+)", message) for name in ("length", "angle"))
+    lengths, angles = (re.findall(rf"{name}_tolerance=([^ )]+)", message) for name in ("length", "angle"))
     assert bool(angles) is ("deg" in off) and (lengths or "mm" not in off)
     length, angle = (float(values[0]) if values else 0.0 for values in (lengths, angles))
-    arm, report = describe_chain(chain, length=max(length / 1e3, 2e-5), angle=max(np.radians(angle), 1e-5))
+    arm, report = describe_chain(chain, length=max(length, 2e-5), angle=max(angle, 1e-5))
     said = re.search(r"differs from it by up to (\S+) mm and (\S+) deg at the tip", message)
     assert said is not None
     assert float(said[1]) == pytest.approx(1e3 * report.residual_position, rel=1e-3)

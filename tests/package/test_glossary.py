@@ -23,12 +23,11 @@ ROWS = [
     [cell.strip() for cell in line.strip("| ").split(" |")] for line in re.findall(r"^\|.*\|$", WORDS, re.M)
 ][2:]
 NAMED = {name for row in ROWS for name in re.findall(r"`([\w.]+)`", row[1])}
-FORBIDDEN = [word for row in ROWS if len(row) > 3 for word in row[3].split(", ") if word]
 CORE = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "include").rglob("*.hpp"))
 
 
 def test_the_table_is_read() -> None:
-    assert len(ROWS) >= 40 and len(FORBIDDEN) >= 8
+    assert len(ROWS) >= 40
     assert len({row[0] for row in ROWS}) == len(ROWS)
 
 
@@ -41,12 +40,5 @@ def test_every_public_class_has_its_word() -> None:
 @pytest.mark.parametrize("name", sorted(NAMED))
 def test_every_name_in_the_table_exists(name: str) -> None:
     last = name.rsplit(".", 1)[-1]
-    public = hasattr(aa, last) or hasattr(aa.Arm, last)
+    public = any(hasattr(home, last) for home in (aa, aa.Arm, aa.io, aa.types, aa.gradients))
     assert public or re.search(rf"\b{last}\b", CORE), name
-
-
-@pytest.mark.parametrize("page", PAGES)
-def test_pages_use_one_word_for_one_thing(page: str) -> None:
-    text = (ROOT / page).read_text(encoding="utf-8")
-    found = [word for word in FORBIDDEN if re.search(rf"\b{word}s?\b", text, re.IGNORECASE)]
-    assert not found, f"{page} says {found}; docs/glossary.md has the word for it"

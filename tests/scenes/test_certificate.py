@@ -39,7 +39,7 @@ def certifies(path: aa.JointPath, arm: aa.Arm, scene: aa.Scene) -> tuple[bool, A
     """Whether the curve of a path is proven clear of a scene, and where it is not."""
     made: Any = path.curve
     arrays = made.segments, made.stretches, made.plane, made.gc, 0.0
-    left, touched = arm._handle.certify_curve(*arrays, arm._scene(scene).handle)
+    left, touched = arm._handle.certify_curve(*arrays, arm._needed(scene).handle)
     return len(left) == 0 and len(touched) == 0, touched
 
 

@@ -111,7 +111,7 @@ def test_a_needle_between_rows_is_seen_and_a_near_miss_is_certified(kind: str) -
             dense = least(THIN, path.at(np.clip(s + np.linspace(-0.02, 0.02, 801), 0, 1)).q, scene)
             assert (dense >= 0) == holds
             assert holds or least(THIN, path.at(rows).q, scene) > 0  # no row sees it
-            open_, touched = THIN._handle.certify_curve(*arrays, THIN._scene(scene).handle)
+            open_, touched = THIN._handle.certify_curve(*arrays, THIN._needed(scene).handle)
             assert (len(open_) == 0) == holds
             assert len(touched) == 0 if holds else abs(touched[0, 0] - s) < 0.05
 
