@@ -82,7 +82,7 @@ def test_the_reasons_come_first_and_then_each_door_with_its_error():
     near = "is not S-R-S, but near it: nothing is off by more than 11.75 mm"
     assert what.endswith(f"{near}: {'; '.join(caught.value.reasons)}.")
     assert keeps.startswith('fit="own"')
-    assert fitted.startswith("With length_tolerance=0.0118") and "up to 15.47 mm" in fitted
+    assert fitted.startswith('fit="srs" with length_tolerance=0.0118') and "up to 15.47 mm" in fitted
 
 
 def test_reasons_are_ranked_whatever_their_kind():

@@ -47,6 +47,43 @@ def test_the_nearest_pair_is_that_of_all_distances() -> None:
             assert abs((after.distance - before.distance) / (2 * step) - near.psi_rate) < 1e-5
 
 
+def test_no_grid_is_farther_from_the_obstacles() -> None:
+    """`solve(prefer="clearance")`: of all branches and arm angles; one, a batch, and without obstacles."""
+    rng, poses, seeds = generator(4), [], []
+    arm = WRITTEN.with_(scene=aa.Scene(shapes(rng), clearance=0.001))
+    while len(poses) < count(6):
+        q = rng.uniform(arm.lower, arm.upper) * 0.6
+        if arm.clearance(q).distance > 0.002:
+            poses.append(arm.forward(q)[0])
+            seeds.append(q)
+    batch = arm.solve(np.stack(poses), seeds, prefer="clearance")
+    for k, (pose, q) in enumerate(zip(poses, seeds, strict=True)):
+        found = arm.solve(pose, q, prefer="clearance")
+        assert found.ok and found == batch.row(k) and arm.within_limits(found.q)
+        np.testing.assert_allclose(arm.forward(found.q)[0], pose, rtol=0, atol=1e-9)
+        assert found.distance == pytest.approx(np.linalg.norm(found.q - q), abs=1e-12)
+        best = arm.clearance(found.q).distance
+        intervals = arm.feasible(pose)
+        for gc in range(8):
+            psi = np.linspace(-np.pi, np.pi, 181)
+            psi = psi[intervals[gc].contains(psi)]
+            if len(psi):
+                room = arm.clearance(arm.inverse(pose, psi, gc, limits=False)).distance
+                assert room.max() <= best + 1e-6
+        assert arm.solve(pose, gc=found.gc, prefer="clearance").gc == found.gc
+    far = poses[0].copy()
+    far[0, 3] += 5.0
+    none = arm.solve(far, prefer="clearance")
+    assert (none.ok, none.status, none.gc) == (False, aa.Status.UNREACHABLE, -1) and np.isnan(none.q).all()
+    bare = WRITTEN.with_(scene=aa.Scene([]))
+    assert bare.solve(poses[0], prefer="clearance").ok
+    for wrong in ({"weight": 1.0}, {"metric": "max"}, {"roll": "free"}, {"allowed": aa.ArcSet([(0.0, 1.0)])}):
+        with pytest.raises(aa.InputError):
+            arm.solve(poses[0], prefer="clearance", **wrong)
+    with pytest.raises(aa.InputError):
+        WRITTEN.solve(poses[0], prefer="clearance")
+
+
 @pytest.mark.slow
 def test_what_swings_is_as_near_as_its_distances_say() -> None:
     body = aa.Body({

@@ -312,8 +312,9 @@ class Arm(FrozenValue):
 
     def __new__(cls, *_: Never, **numbers: Any) -> Arm:
         """Return an arm of the kind that its numbers ask for."""
-        kind = _offset_kind() if cls is Arm and (numbers.get("a_1") or numbers.get("a_6")) else cls
-        return cast(Arm, object.__new__(kind))
+        given = [numbers.get(name, 0.0) for name in ("a_1", "a_6")]
+        plain = all(isinstance(x, (int, float)) and x == 0 for x in given)
+        return cast(Arm, object.__new__(cls if plain or cls is not Arm else _offset_kind()))
 
     def __init__(self, *unnamed: Never, **numbers: Unpack[ArmArguments]) -> None:
         if unnamed:
@@ -1477,7 +1478,8 @@ class Arm(FrozenValue):
             Weights of the joints, >= 0, at least one positive; 1 by default.
         prefer : "seed", "margin" or "clearance"
             "seed": nearest to the seed. "margin": the largest distance to the nearest joint limit.
-            "clearance": the largest distance to the obstacles of the arm's `scene`.
+            "clearance": the largest distance to the obstacles of the arm's `scene`, of all branches and arm
+            angles; not with `metric`, `weight`, `allowed`, ``fallback`` or ``roll="free"``.
         gc : int or several of them, optional
             Global configurations that may be used; all by default.
         allowed : ArcSet or function (4, 4) -> ArcSet, optional
@@ -1543,8 +1545,8 @@ class Arm(FrozenValue):
             ).solve()  # fmt: skip
 
         if chosen("prefer", prefer, PREFER) == "clearance":
-            if beyond or roll != "pose" or allowed is not None:
-                raise InputError("prefer is 'clearance', which does not go with fallback, roll or allowed")
+            if beyond or roll != "pose" or any(x is not None for x in (allowed, weight)) or metric != "l2":
+                raise InputError("prefer is 'clearance', which does not go with the other wishes but gc")
             return widest_solution(self, pose, seed, gc)
         if chosen("roll", roll, ROLLS) == "pose":
             return ask(self, pose, seed, weight)

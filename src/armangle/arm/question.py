@@ -126,33 +126,37 @@ def relaxing_length(fallback: Fallback, length: float, *narrowed: object) -> flo
 
 
 def widest_solution(arm: Any, pose: ArrayLike, seed: ArrayLike | None, gc: Any) -> Solution:
-    """Return the solution of each pose that is farthest from the obstacles of the arm's scene."""
+    """Return the solution of each pose that is farthest from the obstacles of the arm's scene.
+
+    If that is found nowhere, but a solution is, as at an isolated arm angle, it is that of `Arm.solve`.
+    """
     if arm.scene is None:
         raise InputError("prefer is 'clearance', which needs obstacles: arm.with_(scene=...)")
     bits = branch_bits(gc)
     branches = np.array([k for k in range(CONFIGURATIONS) if bits >> k & 1])
+    other = arm.solve(pose, seed, gc=gc)
     poses = as_poses("pose", pose, arm._handle)
+    poses = np.broadcast_to(poses, (*np.shape(other.status), 4, 4))
     found = arm._widest(poses[..., None, :, :], branches, arm.scene)
-    distance = np.where(np.asarray(found.arcs.measure) > 0, np.asarray(found.nearest.distance), -np.inf)
-    best = distance.argmax(axis=-1)[..., None]
+    room, psi = np.asarray(found.nearest.distance), np.asarray(found.psi)
+    room = np.where((np.asarray(found.arcs.count) > 0) & np.isfinite(psi), room, -np.inf)
+    best = room.argmax(axis=-1)[..., None]
 
     def taken(column: Any) -> Any:
-        return np.take_along_axis(np.asarray(column), best, axis=-1)[..., 0]
+        return np.take_along_axis(column, best, axis=-1)[..., 0]
 
-    ok, psi, branch = np.isfinite(taken(distance)), taken(found.psi), branches[best[..., 0]]
-    q = arm.inverse(poses, np.where(ok, psi, 0.0), branch, seed=seed, on_error="nan")
-    ok &= np.isfinite(q[..., 0])
-    q = np.where(ok[..., None], q, np.nan)
-    none = arm.solve(poses, gc=gc)  # the reason where there is none
+    ok, branch = np.asarray(taken(room) > -np.inf), branches[best[..., 0]]
+    q = arm.inverse(poses, np.where(ok, taken(psi), 0.0), branch, seed=seed, on_error="nan")
+    ok = np.asarray(ok & np.isfinite(q[..., 0]))
     apart = np.full(ok.shape, np.nan) if seed is None else np.linalg.norm(q - np.asarray(seed), axis=-1)
-    margin = np.full(ok.shape, np.nan)
-    margin[ok] = arm.limit_margin(q[ok])
-    every = Solution(
-        q, np.where(ok, psi, np.nan), np.where(ok, branch, -1), apart,
-        np.where(ok, np.int8(0), none.status).astype(np.int8), margin, np.where(ok, 0.0, np.nan),
-        np.where(ok[..., None, None], poses, np.nan),
-    )  # fmt: skip
-    return every if ok.ndim else every.row(())
+    margin = arm.limit_margin(np.where(ok[..., None], q, 0.0))
+    mine = q, taken(psi), branch, apart, np.int8(0), margin, 0.0, poses
+    columns = []
+    for column, its in zip(mine, other, strict=True):
+        its = np.asarray(its)
+        columns.append(np.where(ok[(..., *[None] * (its.ndim - ok.ndim))], column, its))
+    every = Solution(*columns)
+    return every._replace(status=columns[4].astype(np.int8)) if ok.ndim else every.row(())
 
 
 def weights_of(weight: ArrayLike | None) -> Floats:

@@ -260,7 +260,8 @@ def _fitted_sentence(chain: Chain, found: Nearness, angle: float, length: float)
     )
     off = _differs(residual(chain, fitted_arm(chain)))
     return (
-        f"With {wanted} the S-R-S arm fitted to it is taken, which differs from it by up to {off} at the tip."
+        f'fit="srs" with {wanted} takes the S-R-S arm fitted to it, which differs from it by up to {off} at '
+        "the tip."
     )
 
 
