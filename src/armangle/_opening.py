@@ -48,7 +48,10 @@ def open_file(path: PathLike, most: int, fail: Fail) -> BinaryIO:
     """Return a regular file of at most `most` bytes, opened to be read; `fail` is told why there is none.
 
     Devices, pipes and sockets are refused without being read: they may have no end, and may never answer.
+    So is a number, which Python would take for a file that is open already.
     """
+    if not isinstance(path, (str, bytes, os.PathLike)):
+        fail(f"is {path!r:.50}, wanted the path of a file")
     try:
         file = open(path, "rb", opener=_open)  # noqa: SIM115 - with an opener; who asks closes it
     except FileNotFoundError:

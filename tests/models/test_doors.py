@@ -637,6 +637,6 @@ def test_what_is_no_arm_is_told_at_the_door(tmp_path: Path) -> None:
     for missing in (tmp_path / "none.urdf", str(tmp_path / "none.urdf"), "none.urdf"):
         with pytest.raises(ModelError, match=r"none\.urdf: no such file"):
             aa.Arm.load(missing)
-    for nothing in (3, None, object()):
-        with pytest.raises(InputError):
+    for nothing in (0, 3, None, object()):  # 0 is the standard input, were it opened
+        with pytest.raises(InputError, match=r"^source is .*, wanted the path of a file"):
             aa.Arm.load(nothing)  # type: ignore[arg-type]  # wrong on purpose

@@ -27,6 +27,7 @@ from .._arrays import (
     as_poses,
     broadcast,
     check_angles,
+    check_source,
     chosen,
     frozen,
     named,
@@ -383,6 +384,7 @@ class Arm(FrozenValue):
             text = getattr(source, method, None)
             if callable(text):
                 source = text()
+        check_source(source, bytes)
         if isinstance(source, str) and base is tip is None and not is_file_or_text(source):
             return cls.from_catalogue(source)
         if not is_mjcf(source):
