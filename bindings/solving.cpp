@@ -172,6 +172,27 @@ void best_gradient_many(const ArmHandle& self, Floats pose, Floats q, Floats psi
                 });
 }
 
+/// Derivatives (n, 7, 13) of the solutions q (n, 7), psi, gc (n,) of poses (n, 4, 4) by twist and seed;
+/// `near` (n, 7) holds the seeds, and anything of the margin. NaN where q is.
+void solution_derivative_many(const ArmHandle& self, Floats pose, Floats near, const SolveOptions& options,
+                              Floats q, Floats psi, Ints gc, Floats out, int threads) {
+    const Buffer p(pose), seed(near), joint(q), a(psi), g(gc), to(out, true);
+    for_each<6>("pose", {&p, &seed, &joint, &a, &g, &to}, {2, 1, 1, 0, 0, 2}, threads,
+                [&](const Py_ssize_t* at, double&) {
+                    Nearest best{};
+                    std::memcpy(best.q, joint.data<double>() + at[2], joints * sizeof(double));
+                    best.psi = a.data<double>()[at[3]];
+                    best.gc = static_cast<int>(g.data<long long>()[at[4]]);
+                    best.status = std::isnan(best.q[0]) ? Status::UNREACHABLE : Status::OK;
+                    const NearestOptions asked =
+                        nearest_options(options, seed.data<double>() + at[1], nullptr);
+                    const SolutionDerivative found = solution_derivative(
+                        self.arm, options.margin, load_pose(p.data<double>() + at[0]), best, asked);
+                    std::memcpy(to.data<double>() + at[5], found.entry, sizeof(found.entry));
+                    return Problem::none;
+                });
+}
+
 /// A named tuple `kind` of (q, psi, gc, distance, status of `statuses`, margin, gap, pose), or None where
 /// pose or near is no small matrix: the general way then converts it, or says what is wrong. near may be
 /// None.
@@ -263,6 +284,8 @@ void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {
     nb::class_<SolveOptions>(m, "SolveOptions")
         .def("__init__", &make_solve_options, "metric"_a, "weight"_a, "branches"_a, "margin"_a, "length"_a);
     bind_solving_of(arm);
+    arm.def("solution_derivative_many", &solution_derivative_many, "pose"_a, "near"_a, "options"_a, "q"_a,
+            "psi"_a, "gc"_a, "out"_a, "threads"_a);
     arm.def("best_gradient_many", &best_gradient_many, "pose"_a, "q"_a, "psi"_a, "gc"_a, "out"_a,
             "threads"_a);
 }

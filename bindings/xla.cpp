@@ -48,6 +48,7 @@ constexpr std::size_t pose_size = 16;
 struct Block {
     const ArmHandle* self;
     const LimitTable* limits;
+    double margin;  // rad: to singularities, in the limits too
     std::size_t count;
     const double* in;   // q, or the pose
     const double* psi;  // of the inverse
@@ -199,6 +200,53 @@ struct InversePullTask : Plain {
     }
 };
 
+/// The solution that is nearest to a seed, or that with the largest margin, whose seed is not looked at.
+template <Metric metric>
+struct SolveTask : Plain {
+    static constexpr std::size_t input = pose_size, change = joints, output = joints;
+    static constexpr bool gives_psi = true, gives_branch = true;
+
+    static NearestOptions options(const double* seed) {
+        NearestOptions out;
+        out.metric = metric;
+        out.near = seed;
+        return out;
+    }
+
+    static void run(Block& b) {
+        for (std::size_t i = 0; i < b.count; ++i) {
+            b.out_psi[i] = not_a_number;
+            b.out_gc[i] = -1;
+        }
+        each_pose(b, output, [&b](std::size_t i, const Pose<double>& pose, double* to) {
+            const double* seed = b.change + joints * i;
+            if (!is_finite(seed)) return no_numbers(to, output);
+            const Nearest found = nearest_posture(b.self->arm, *b.limits, pose, options(seed));
+            std::memcpy(to, found.q, output * sizeof(double));
+            b.out_psi[i] = found.psi;
+            b.out_gc[i] = found.gc;
+        });
+    }
+};
+
+/// How the joints of that solution move with the twist of the pose and with the seed: (7, 13). It is sought
+/// again, since results of float32 have lost the digits that tell a joint at its limit.
+template <Metric metric>
+struct SolveDerivativeTask : Plain {
+    static constexpr std::size_t input = pose_size, change = joints;
+    static constexpr std::size_t output = joints * SolutionDerivative::columns;
+    static void run(Block& b) {
+        each_pose(b, output, [&b](std::size_t i, const Pose<double>& pose, double* to) {
+            const double* seed = b.change + joints * i;
+            if (!is_finite(seed)) return no_numbers(to, output);
+            const NearestOptions asked = SolveTask<metric>::options(seed);
+            const Nearest found = nearest_posture(b.self->arm, *b.limits, pose, asked);
+            const SolutionDerivative slopes = solution_derivative(b.self->arm, b.margin, pose, found, asked);
+            std::memcpy(to, slopes.entry, sizeof(slopes.entry));
+        });
+    }
+};
+
 struct FreedomTask : Plain {
     static constexpr std::size_t input = pose_size, output = 1;
     static void run(Block& b) {
@@ -325,6 +373,7 @@ Outcome over(const xla::Call& call, const ArmHandle& self, const LimitTable& lim
     Block b{};
     b.self = &self;
     b.limits = &limits;
+    b.margin = attribute<double>(call, "margin");
     for (std::size_t first = 0; first < n; first += most_elements) {
         b.count = n - first < most_elements ? n - first : most_elements;
         b.in = read<T>(argument(call, 0), first * Task::input, b.count * Task::input, in);
@@ -409,6 +458,10 @@ nb::typed<nb::dict, nb::str, nb::object> xla_targets() {
     targets["inverse"] = target_of<InverseTask>();
     targets["inverse_push"] = target_of<InversePushTask>();
     targets["inverse_pull"] = target_of<InversePullTask>();
+    targets["solve"] = target_of<SolveTask<Metric::l2>>();
+    targets["solve_margin"] = target_of<SolveTask<Metric::margin>>();
+    targets["solve_derivative"] = target_of<SolveDerivativeTask<Metric::l2>>();
+    targets["solve_margin_derivative"] = target_of<SolveDerivativeTask<Metric::margin>>();
     targets["freedom"] = target_of<FreedomTask>();
     targets["freedom_gradient"] = target_of<FreedomGradientTask>();
     targets["limit_margin"] = target_of<LimitMarginTask>();

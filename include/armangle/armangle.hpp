@@ -35,6 +35,7 @@
 #include "limits/reduced_pose.hpp"
 #include "limits/proven_cell.hpp"
 #include "limits/best_gradient.hpp"
+#include "limits/solution_derivative.hpp"
 #include "limits/relaxed.hpp"
 #include "limits/settled.hpp"
 #include "limits/nearest_outside.hpp"

@@ -11,10 +11,11 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from ._arrays import chosen
 from .arm.arm import Arm
 from .arm.near import unsupported
 from .arm.offset import as_srs
-from .errors import InputError
+from .errors import InputError, UnsupportedError
 
 Array: TypeAlias = (
     Any  # a torch.Tensor or a jax.Array, which type checkers know only where they are installed
@@ -50,6 +51,13 @@ def kept(key: int) -> Arm:
             "this process does not know the arm of a compiled function: make its Kinematics first"
         )
     return arm
+
+
+def is_widest(arm: Arm, seed: Array | None, prefer: str) -> bool:
+    """Return whether `solve` asks for the largest margin, not for the solution nearest to a seed."""
+    if arm.scene is not None:
+        raise UnsupportedError("solve is not made for an arm with a scene here: use Arm.solve")
+    return chosen("prefer", prefer, ("seed", "margin")) == "margin" or seed is None
 
 
 @dataclass(frozen=True)

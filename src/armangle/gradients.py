@@ -11,14 +11,16 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from . import _core
 from ._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_gc, as_poses, chosen, one_pose
 from ._threads import thread_count
 from .arm.arcs import ArcSet
 from .arm.arm import ON_ERROR, Arm, OnError
 from .arm.joint_function import JointFunction
-from .errors import InputError
+from .arm.question import METRICS, Prefer, branch_bits, weights_of
+from .errors import InputError, UnsupportedError
 
-__all__ = ["feasible", "freedom", "inverse", "joint_function", "limit_margin", "margin", "psi"]
+__all__ = ["feasible", "freedom", "inverse", "joint_function", "limit_margin", "margin", "psi", "solve"]
 
 
 def inverse(
@@ -223,6 +225,74 @@ def margin(arm: Arm, pose: ArrayLike, *, gc: int | Iterable[int] | None = None) 
     out = np.empty((*poses.shape[:-2], 6))
     given = poses, np.asarray(best.q), np.asarray(best.psi), np.asarray(best.gc, dtype=np.int64)
     gradient_many(*given, out, thread_count())
+    return out
+
+
+def solve(
+    arm: Arm,
+    pose: ArrayLike,
+    seed: ArrayLike | None = None,
+    *,
+    weight: ArrayLike | None = None,
+    prefer: Prefer = "seed",
+    gc: int | Iterable[int] | None = None,
+) -> Floats:
+    """Return how the joints of the solution of ``arm.solve`` move with the pose and with the seed.
+
+    The derivative follows one solution. The solution jumps where another branch, arm angle or turn is as
+    good, and its slope changes where a joint reaches a limit: there the derivative is that of the solution
+    that `solve` returns.
+
+    Parameters
+    ----------
+    arm : Arm
+        Without a `scene`.
+    pose : array_like, shape (..., 4, 4)
+        Tool frame, position in m.
+    seed, weight, gc
+        As in `Arm.solve`.
+    prefer : "seed" or "margin"
+        As in `Arm.solve`. The solution with the largest margin does not depend on the seed.
+
+    Returns
+    -------
+    ndarray, shape (..., 7, 13)
+        Row j is joint j + 1: columns 0-2 by the velocity of the tool's origin (rad/m), 3-5 by the angular
+        velocity (rad/rad), both in the frame that poses are given in, and 6-12 by the joints of the seed
+        (rad/rad). NaN where there is no solution, at a shoulder, elbow or wrist singularity, and where
+        nothing fixes the arm angle, as where joint 4 alone decides the largest margin.
+
+    Raises
+    ------
+    As `Arm.solve`, and UnsupportedError for an arm with a scene.
+
+    Examples
+    --------
+    >>> import armangle as aa
+    >>> arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    >>> seed = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    >>> pose, higher = arm.forward(seed + 0.1)[0], arm.forward(seed + 0.1)[0]
+    >>> higher[2, 3] += 1e-6
+    >>> slope = aa.gradients.solve(arm, pose, seed)[:, 2]
+    >>> moved = arm.solve(higher, seed).q - arm.solve(pose, seed).q
+    >>> bool(np.abs(moved - 1e-6 * slope).max() < 1e-10)
+    True
+    """
+    derivative_many = arm._handle.solution_derivative_many
+    if chosen("prefer", prefer, ("seed", "margin")) == "seed" and seed is None:
+        prefer = "margin"
+    if arm.scene is not None:
+        raise UnsupportedError(
+            "gradients.solve is not made for an arm with a scene: use arm.with_(scene=None)"
+        )
+    found = arm.solve(pose, seed, weight=weight, prefer=prefer, gc=gc)
+    poses = as_poses("pose", pose, arm._handle)
+    near = np.zeros(JOINTS) if seed is None else as_floats("seed", seed, (JOINTS,))
+    metric = METRICS["l2"] if prefer == "seed" else _core.Metric.MARGIN
+    options = _core.SolveOptions(metric, weights_of(weight), branch_bits(gc), arm.singularity_margin, 0.0)
+    out = np.empty((*np.shape(found.psi), JOINTS, 6 + JOINTS))
+    given = np.asarray(found.q), np.asarray(found.psi), np.asarray(found.gc, dtype=np.int64)
+    derivative_many(poses, near, options, *given, out, thread_count())
     return out
 
 

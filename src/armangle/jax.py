@@ -27,13 +27,13 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from . import _core
 from ._arrays import JOINTS, shape_text
-from ._kept import Kept
+from ._kept import Kept, is_widest
 from .errors import InputError, MissingExtraError, needed
 
 __all__ = ["Kinematics"]
@@ -129,6 +129,54 @@ class Kinematics(Kept):
             jnp.broadcast_to(angles, batch),
             jnp.broadcast_to(branches.astype(jnp.int32), batch),
         )
+
+    def solve(
+        self, pose: Array, seed: Array | None = None, *, prefer: Literal["seed", "margin"] = "seed"
+    ) -> tuple[Array, Array, Array, Array]:
+        """Return the solution that `Arm.solve` finds, with the derivative of its joints.
+
+        The derivative follows one solution. The solution jumps where another branch, arm angle or turn is as
+        good, and its slope changes where a joint reaches a limit: there the derivative is that of the
+        solution returned. It is NaN at a shoulder, elbow or wrist singularity, and where nothing fixes the
+        arm angle, as where joint 4 alone decides the largest margin.
+
+        Parameters
+        ----------
+        pose : Array, shape (..., 4, 4)
+            Tool frame, position in m.
+        seed : Array, shape (..., 7), optional
+            Present joint values, rad. Without it `prefer` is "margin".
+        prefer : "seed" or "margin"
+            Nearest to the seed, or the largest distance to the nearest joint limit.
+
+        Returns
+        -------
+        q : Array, shape (..., 7)
+            Joint values, rad, within the limits; NaN where there is no solution.
+        psi : Array, shape (...)
+            Arm angle, rad; it has no derivative (that of ``forward(q)`` has).
+        gc : Array of int32, shape (...)
+            Global configuration 0..7, -1 where there is no solution.
+        ok : Array of bool, shape (...)
+            Whether there is a solution.
+
+        Raises
+        ------
+        InputError, UnsupportedError
+            UnsupportedError for an arm with a scene.
+        """
+        widest = is_widest(self.arm, seed, prefer)
+        poses = _array("pose", pose, (4, 4))
+        seeds = jnp.zeros(JOINTS, poses.dtype) if widest else _array("seed", seed, (JOINTS,))
+        try:
+            batch = jnp.broadcast_shapes(poses.shape[:-2], seeds.shape[:-1])
+        except ValueError:
+            shapes = f"pose {poses.shape[:-2]}, seed {seeds.shape[:-1]}"
+            raise InputError(f"batch shapes do not broadcast: {shapes}") from None
+        what = (self._key, self.arm.singularity_margin, "solve_margin" if widest else "solve")
+        given = jnp.broadcast_to(poses, (*batch, 4, 4)), jnp.broadcast_to(seeds, (*batch, JOINTS))
+        q, psi, gc = _solve(what, given[0], given[1].astype(poses.dtype))
+        return q, psi, gc, gc >= 0
 
     def _freedom(self, pose: Array) -> Array:
         return _freedom((self._key, self.arm.singularity_margin), _array("pose", pose, (4, 4)))
@@ -267,6 +315,25 @@ def _inverse_jvp(key: int, given: Any, changes: Any) -> Any:
     return _inverse(key, *given), dq
 
 
+def _solve_value(what: tuple[int, float, str], pose: Array, seed: Array) -> Any:
+    key, margin, name = what
+    batch = pose.shape[:-2]
+    shapes = (((*batch, JOINTS), pose.dtype), (batch, pose.dtype), (batch, np.int32))
+    return _call(name, key, shapes, pose, seed, margin=margin)
+
+
+def _solve_jvp(what: tuple[int, float, str], given: Any, changes: Any) -> Any:
+    (pose, seed), (moved, dseed) = given, changes
+    key, margin, name = what
+    q, psi, gc = _solve(what, pose, seed)
+    shapes = [((*psi.shape, JOINTS, 6 + JOINTS), pose.dtype)]
+    slope = _call(f"{name}_derivative", key, shapes, pose, seed, margin=margin)
+    change = jnp.concatenate([_twist(pose, moved), dseed], axis=-1)
+    rows = jnp.broadcast_to(change[..., None, :], slope.shape)
+    (dq,) = _product_map(slope, rows)
+    return (q, psi, gc), (dq, jnp.zeros_like(psi), np.zeros(gc.shape, jax.dtypes.float0))
+
+
 def _freedom_value(what: tuple[int, float], pose: Array) -> Any:
     key, margin = what
     return _call("freedom", key, [(pose.shape[:-2], pose.dtype)], pose, margin=margin)
@@ -293,6 +360,8 @@ _forward = jax.custom_jvp(_forward_value, nondiff_argnums=(0,))
 _forward.defjvp(_forward_jvp)
 _inverse = jax.custom_jvp(_inverse_value, nondiff_argnums=(0,))
 _inverse.defjvp(_inverse_jvp)
+_solve = jax.custom_jvp(_solve_value, nondiff_argnums=(0,))
+_solve.defjvp(_solve_jvp)
 _freedom = jax.custom_jvp(_freedom_value, nondiff_argnums=(0,))
 _freedom.defjvp(_freedom_jvp)
 _limit_margin = jax.custom_jvp(_limit_margin_value, nondiff_argnums=(0,))

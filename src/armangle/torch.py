@@ -23,13 +23,13 @@ tensor(-0.0864, dtype=torch.float64)
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from . import _core, gradients
-from ._arrays import as_floats, as_poses, chosen, shape_text
-from ._kept import Kept, kept
+from ._arrays import JOINTS, as_floats, as_poses, chosen, shape_text
+from ._kept import Kept, is_widest, kept
 from .arm.arm import ON_ERROR, OnError
 from .errors import InputError, MissingExtraError, needed
 
@@ -123,6 +123,53 @@ class Kinematics(Kept):
         given = poses.expand(*batch, 4, 4), angles.expand(batch), branches.to(torch.int64).expand(batch)
         return torch.ops.armangle.inverse(*given, self._key, nan)
 
+    def solve(
+        self, pose: Tensor, seed: Tensor | None = None, *, prefer: Literal["seed", "margin"] = "seed"
+    ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """Return the solution that `Arm.solve` finds, with the gradient of its joints.
+
+        The gradient follows one solution. The solution jumps where another branch, arm angle or turn is as
+        good, and its slope changes where a joint reaches a limit: there the gradient is that of the solution
+        returned. It is NaN at a shoulder, elbow or wrist singularity, and where nothing fixes the arm angle,
+        as where joint 4 alone decides the largest margin.
+
+        Parameters
+        ----------
+        pose : Tensor, shape (..., 4, 4)
+            Tool frame, position in m.
+        seed : Tensor, shape (..., 7), optional
+            Present joint values, rad. Without it `prefer` is "margin".
+        prefer : "seed" or "margin"
+            Nearest to the seed, or the largest distance to the nearest joint limit.
+
+        Returns
+        -------
+        q : Tensor, shape (..., 7)
+            Joint values, rad, within the limits; NaN where there is no solution.
+        psi : Tensor, shape (...)
+            Arm angle, rad; it has no gradient (that of ``forward(q)`` has).
+        gc : Tensor of int64, shape (...)
+            Global configuration 0..7, -1 where there is no solution.
+        ok : Tensor of bool, shape (...)
+            Whether there is a solution.
+
+        Raises
+        ------
+        InputError, UnsupportedError
+            UnsupportedError for an arm with a scene.
+        """
+        widest = is_widest(self.arm, seed, prefer)
+        poses = _tensor("pose", pose, (4, 4))
+        seeds = poses.new_zeros(JOINTS) if widest else _joints(seed)
+        try:
+            batch = torch.broadcast_shapes(poses.shape[:-2], seeds.shape[:-1])
+        except RuntimeError:
+            shapes = f"pose {tuple(poses.shape[:-2])}, seed {tuple(seeds.shape[:-1])}"
+            raise InputError(f"batch shapes do not broadcast: {shapes}") from None
+        given = poses.expand(*batch, 4, 4), seeds.expand(*batch, JOINTS)
+        q, psi, gc = torch.ops.armangle.solve(*given, self._key, widest)
+        return q, psi, gc, gc >= 0
+
     def _freedom(self, pose: Tensor) -> Tensor:
         return torch.ops.armangle.freedom(_tensor("pose", pose, (4, 4)), self._key)
 
@@ -209,6 +256,24 @@ def _freedom_pullback(pose: Tensor, by_total: Tensor, arm: int) -> Tensor:
     return _as(pose.dtype, by_pose)
 
 
+def _solve(pose: Tensor, seed: Tensor, arm: int, widest: bool) -> tuple[Tensor, Tensor, Tensor]:
+    found = kept(arm).solve(_given(pose), None if widest else _given(seed))
+    q, psi, gc = (np.asarray(column) for column in (found.q, found.psi, found.gc))
+    return _as(pose.dtype, q), _as(pose.dtype, psi), torch.as_tensor(gc)
+
+
+def _solve_pullback(
+    pose: Tensor, seed: Tensor, by_q: Tensor, arm: int, widest: bool
+) -> tuple[Tensor, Tensor]:
+    known, change = kept(arm), _double(by_q, 1)[..., None]
+    poses = as_poses("pose", _given(pose), known._handle)
+    slopes = gradients.solve(known, poses, None if widest else _given(seed))
+    by = np.where(change == 0, 0.0, change * slopes).sum(-2)
+    by_pose = np.empty(poses.shape)
+    _core.pose_gradient_many(poses, np.ascontiguousarray(by[..., :6]), by_pose)
+    return _as(pose.dtype, by_pose), _as(seed.dtype, by[..., 6:])
+
+
 def _limit_margin(q: Tensor, arm: int) -> Tensor:
     return _as(q.dtype, kept(arm).limit_margin(_given(q)))
 
@@ -255,6 +320,19 @@ def _pulled_shapes(pose: Tensor, psi: Tensor, *_: Any) -> Any:
     return _like(0)(pose), _like(0)(psi)
 
 
+def _solved_shapes(pose: Tensor, *_: Any) -> Any:
+    batch = pose.shape[:-2]
+    return pose.new_empty((*batch, JOINTS)), pose.new_empty(batch), pose.new_empty(batch, dtype=torch.int64)
+
+
+_to_solution = _define(
+    "solve", "(Tensor pose, Tensor seed, int arm, bool widest) -> (Tensor, Tensor, Tensor)",
+    _solve, _solved_shapes,
+)  # fmt: skip
+_define(
+    "solve_pullback", "(Tensor pose, Tensor seed, Tensor by_q, int arm, bool widest) -> (Tensor, Tensor)",
+    _solve_pullback, _pulled_shapes,
+)  # fmt: skip
 _to_q = _define(
     "inverse", "(Tensor pose, Tensor psi, Tensor gc, int arm, bool nan) -> Tensor", _inverse, _tail(2, 7)
 )
@@ -303,6 +381,17 @@ def _inverse_backward(ctx: Any, by_q: Tensor) -> Any:
     return by_pose, by_psi, None, None, None
 
 
+def _save_solve(ctx: Any, inputs: Any, output: Any) -> None:
+    pose, seed, ctx.arm, ctx.widest = inputs
+    ctx.save_for_backward(pose, seed)
+    ctx.mark_non_differentiable(output[1], output[2])
+
+
+def _solve_backward(ctx: Any, by_q: Tensor, *_: Tensor) -> Any:
+    by_pose, by_seed = torch.ops.armangle.solve_pullback(*ctx.saved_tensors, by_q, ctx.arm, ctx.widest)
+    return by_pose, by_seed, None, None
+
+
 def _save_freedom(ctx: Any, inputs: Any, output: Any) -> None:
     pose, ctx.arm = inputs
     ctx.save_for_backward(pose)
@@ -324,6 +413,7 @@ def _limit_margin_backward(ctx: Any, by_margin: Tensor) -> Any:
 
 
 _to_pose.register_autograd(_forward_backward, setup_context=_save_forward)
+_to_solution.register_autograd(_solve_backward, setup_context=_save_solve)
 _to_q.register_autograd(_inverse_backward, setup_context=_save_inverse)
 _to_total.register_autograd(_freedom_backward, setup_context=_save_freedom)
 _to_margin.register_autograd(_limit_margin_backward, setup_context=_save_limit_margin)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 from support import draw
-from support.gradients import calm, moved
+from support.gradients import HOME, calm, moved, postures
 
 import armangle as aa
 from armangle.models.catalogue import srs_catalogue
@@ -157,6 +158,45 @@ def test_the_best_margin_moves_as_said(name: str) -> None:
     best = arm.solve(pose, prefer="margin")
     off = np.sort(np.minimum(best.q - arm.lower, arm.upper - best.q), axis=-1)
     assert 0.1 < (off[:, 1] - off[:, 0] < 1e-9).mean() < 0.9
+
+
+@pytest.mark.parametrize(("prefer", "step", "off"), [("seed", 1e-6, 1e-5), ("margin", 1e-4, 1e-2)])
+@pytest.mark.parametrize("name", NAMES[:4])
+def test_the_solution_moves_as_said(name: str, prefer: Any, step: float, off: float) -> None:
+    """The largest margin is known to half of the digits, so that its differences need a longer step."""
+    free, q = postures(name, 150, 17, 41)
+    rng, asked = draw.generator(17, 42), {"weight": [1, 2, 3, 1, 0.5, 1, 2], "prefer": prefer}
+    pose = free.forward(q)[0]
+    seed, turn = q + rng.normal(size=q.shape), rng.normal(size=q.shape)
+    twist = rng.normal(size=(len(q), 6))
+    for arm in (free, free.with_(singularity_margin=0.3)):
+        slopes = aa.gradients.solve(arm, pose, seed, **asked)
+        assert slopes.shape == (len(q), 7, 13)
+        said = (slopes @ np.concatenate([twist, turn], axis=-1)[..., None])[..., 0]
+        ahead, behind = (
+            arm.solve(moved(pose, way * twist), seed + way * turn, **asked) for way in (step, -step)
+        )
+        difference = (ahead.q - behind.q) / (2 * step)
+        held = np.abs(difference).max(axis=-1) < 30  # neither a jump nor beside a singularity
+        known = held & np.isfinite(said).all(axis=-1)
+        assert known.sum() > 0.5 * held.sum() and (prefer == "margin" or known.sum() > 0.98 * held.sum())
+        wrong = np.abs(said - difference)[known].max(axis=-1) > off * (1 + np.abs(difference[known]).max(-1))
+        assert wrong.mean() < 0.03  # a step may cross a kink
+        # the joints keep the pose, and follow its twist
+        columns, found = slopes[known], arm.solve(pose[known], seed[known], **asked)
+        kept, size = arm.jacobian(found.q) @ columns, np.abs(columns).max()
+        assert np.abs(kept[..., :6] - np.eye(6)).max() < 1e-9 * size
+        assert np.abs(kept[..., 6:]).max() < 1e-9 * size
+        assert prefer == "seed" or not columns[..., 6:].any()
+
+
+def test_a_solution_without_a_derivative_has_none() -> None:
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    far, singular = aa.pose([9.0, 0, 0]), arm.forward(HOME)[0]
+    assert np.isnan(aa.gradients.solve(arm, [far, singular], HOME)).all(axis=(1, 2)).all()
+    body = aa.Body.bones(upper_arm=0.09, forearm=0.08)
+    with pytest.raises(aa.UnsupportedError, match="scene"):
+        aa.gradients.solve(arm.with_(body=body, scene=aa.Scene([aa.Ball([1.0, 0, 0], 0.1)])), singular, HOME)
 
 
 def test_the_best_margin_of_what_is_not_held_has_no_gradient() -> None:

@@ -95,6 +95,36 @@ def test_derivatives_of_freedom_and_of_the_limit_margin_are_those_of_arm() -> No
     assert np.array_equal(slope, aa.gradients.limit_margin(arm, q))
 
 
+@pytest.mark.parametrize("prefer", ["seed", "margin"])
+def test_derivatives_go_through_solve(prefer: str) -> None:
+    arm, q = postures("kuka_iiwa7_r800", 30, 17, 35)
+    rng, pose = draw.generator(17, 36), arm.forward(q)[0]
+    seed, twist, turn = q + rng.normal(size=q.shape), rng.normal(size=(len(q), 6)), rng.normal(size=q.shape)
+    for near in (arm, arm.with_(singularity_margin=0.3)):
+        kinematics = aa.jax.Kinematics(near)
+
+        def answer(poses: object, seeds: object, kinematics: object = kinematics) -> object:
+            return kinematics.solve(poses, seeds, prefer=prefer)[0]
+
+        wanted = near.solve(pose, seed, prefer=prefer)
+        found, psi, gc, ok = jax.jit(lambda p, s, k=kinematics: k.solve(p, s, prefer=prefer))(pose, seed)
+        for one, other in zip(
+            (found, psi, gc, ok), (wanted.q, wanted.psi, wanted.gc, wanted.ok), strict=True
+        ):
+            assert np.array_equal(one, other, equal_nan=one.dtype.kind == "f")
+        slopes = aa.gradients.solve(near, pose, seed, prefer=prefer)
+        _, along = jax.jvp(answer, (pose, seed), (change(pose, twist), turn))
+        said = (slopes @ np.concatenate([twist, turn], axis=-1)[..., None])[..., 0]
+        assert np.allclose(along, said, rtol=1e-9, atol=1e-9, equal_nan=True)
+        known = np.isfinite(slopes).all(axis=(1, 2))
+        by_seed = jax.grad(lambda s, f=answer, k=known: f(pose, s)[k].sum())(seed)
+        assert np.allclose(by_seed[known], slopes[known].sum(-2)[:, 6:], rtol=1e-9, atol=1e-9)
+    jax.config.update("jax_enable_x64", False)
+    single = jax.vmap(jax.jacrev(lambda s, p: aa.jax.Kinematics(arm).solve(p, s)[0]))(seed, pose)
+    assert single.dtype == np.float32
+    assert np.allclose(single, aa.gradients.solve(arm, pose, seed)[..., 6:], rtol=0, atol=1e-3)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_all_ways_to_a_derivative_agree(name: str) -> None:

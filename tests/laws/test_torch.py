@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from support import draw
@@ -87,6 +89,46 @@ def test_gradients_of_freedom_and_of_the_limit_margin() -> None:
     assert np.array_equal(joints.grad.numpy(), wanted)
 
 
+@pytest.mark.parametrize("prefer", ["seed", "margin"])
+def test_gradients_go_through_solve(prefer: str) -> None:
+    arm, q = postures("kuka_iiwa7_r800", 30, 17, 24)
+    kinematics, rng = aa.torch.Kinematics(arm), draw.generator(17, 25)
+    seed, weight = q + rng.normal(size=q.shape), torch.from_numpy(rng.normal(size=q.shape))
+    pose = arm.forward(q)[0]
+    given = [torch.from_numpy(value).requires_grad_() for value in (pose, seed)]
+    found, psi, gc, ok = kinematics.solve(*given, prefer=prefer)
+    wanted = arm.solve(pose, seed, prefer=prefer)
+    for one, other in zip(
+        (found.detach(), psi, gc, ok), (wanted.q, wanted.psi, wanted.gc, wanted.ok), strict=True
+    ):
+        assert np.array_equal(one.numpy(), other)
+    slopes = aa.gradients.solve(arm, pose, seed, prefer=prefer)
+    known = torch.from_numpy(np.isfinite(slopes).all(axis=(1, 2)))
+    assert known.sum() > 0.3 * len(q)
+    (weight * found)[known].sum().backward()
+    twist = rng.normal(size=(len(q), 6))
+    said = (given[0].grad.numpy() * change(pose, twist)).sum((-1, -2))
+    row = (weight.numpy()[..., None] * slopes).sum(-2)[known]
+    assert np.allclose(said[known], (row[:, :6] * twist[known]).sum(-1), rtol=1e-9, atol=1e-9)
+    if prefer == "margin":
+        assert given[1].grad is None  # the seed is not asked
+    else:
+        assert np.allclose(given[1].grad.numpy()[known], row[:, 6:], rtol=1e-12, atol=1e-12)
+    assert not given[0].grad[~known].any()
+
+
+def test_gradcheck_of_solve() -> None:
+    kinematics = aa.torch.Kinematics(aa.Arm.from_catalogue("kuka_iiwa7_r800"))
+    start = torch.tensor([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5], dtype=torch.float64)
+    seed = (start + 0.2).requires_grad_()
+    change_of = torch.zeros(7, dtype=torch.float64, requires_grad=True)
+
+    def answer(seed: Any, turn: Any) -> Any:
+        return kinematics.solve(kinematics.forward(start + turn)[0], seed)[0]
+
+    assert torch.autograd.gradcheck(answer, (seed, change_of), eps=1e-6, atol=1e-6)
+
+
 def test_a_masked_element_out_of_reach_leaves_the_gradient_of_the_others() -> None:
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     kinematics = aa.torch.Kinematics(arm)
@@ -154,6 +196,7 @@ def test_opcheck_passes() -> None:
         (OPERATORS.forward, (joints, key, False)),
         (OPERATORS.inverse, (pose, psi, gc, key, False)),
         (OPERATORS.freedom, (pose, key)),
+        (OPERATORS.solve, (pose, joints, key, False)),
         (OPERATORS.limit_margin, (joints, key)),
     ):
         assert set(torch.library.opcheck(operator.default, arguments).values()) == {"SUCCESS"}
@@ -169,6 +212,7 @@ def test_it_compiles_without_a_break() -> None:
         return (
             kinematics.limit_margin(kinematics.inverse(pose, psi + turn, gc)).sum()
             + kinematics.freedom(pose).sum()
+            + kinematics.solve(pose, joints.detach() + turn[:, None])[0].sum()
         )
 
     compiled = torch.compile(away, fullgraph=True, backend="aot_eager")

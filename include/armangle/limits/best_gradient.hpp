@@ -6,6 +6,8 @@
 // that change opposite ways. Source: J. M. Danskin, The theory of max-min (1967).
 #pragma once
 
+#include <optional>
+
 #include "../circle/derivatives.hpp"
 #include "nearest.hpp"
 
@@ -57,6 +59,45 @@ inline bool is_as_good_beside(const Arm& arm, const Pose<double>& pose, const Ne
     return false;
 }
 
+/// The distance of a joint to one of its limits (rad), and how it moves: `sign` times the joint.
+struct LimitEnd {
+    int joint;
+    double sign, distance;
+
+    double slope(const Derivatives& d, int k) const noexcept { return sign * d.entry[joint][k]; }
+};
+
+/// Of the distances to limits that are least: the one that grows most with psi, the one that shrinks most,
+/// and the one that changes least.
+struct Deciding {
+    std::optional<LimitEnd> rising, falling, flattest;
+    double least = infinity;  // rad
+};
+
+inline Deciding deciding(const Arm& arm, const double* q, const Derivatives& d) noexcept {
+    constexpr int psi = joints - 1;
+    LimitEnd side[2 * joints];
+    int count = 0;
+    Deciding out;
+    for (int j = 0; j < joints; ++j) {
+        const double lower = arm.limits.lower[j], upper = arm.limits.upper[j];
+        if (!(upper - lower < infinity)) continue;
+        side[count++] = {j, 1.0, q[j] - lower};
+        side[count++] = {j, -1.0, upper - q[j]};
+        out.least = min(out.least, min(q[j] - lower, upper - q[j]));
+    }
+    for (int i = 0; i < count; ++i) {
+        const LimitEnd& s = side[i];
+        const double now = s.slope(d, psi), steepness = abs(now) < infinity ? abs(now) : 0.0;
+        // psi is known to the tolerance, and a steep joint is as near as that leaves it
+        if (s.distance > out.least + tolerance::angle * (1.0 + steepness)) continue;
+        if (!out.flattest || abs(now) < abs(out.flattest->slope(d, psi))) out.flattest = s;
+        if (now > 0 && (!out.rising || now > out.rising->slope(d, psi))) out.rising = s;
+        if (now < 0 && (!out.falling || now < out.falling->slope(d, psi))) out.falling = s;
+    }
+    return out;
+}
+
 }  // namespace detail
 
 /// The gradient of the margin of the best posture, as nearest_posture() with Metric::margin finds it, by the
@@ -70,48 +111,23 @@ inline void best_gradient(const Arm& arm, const Pose<double>& pose, const Neares
     if (best.status != Status::OK) return;
     Derivatives d = inverse_derivative(arm, pose, best.psi, best.gc);
     if (d.status != Status::OK) return;
-    struct End {
-        int joint;
-        double sign, distance;
-    };
-    End side[2 * joints];
-    int count = 0;
-    double least = infinity;
-    for (int j = 0; j < joints; ++j) {
-        const double lower = arm.limits.lower[j], upper = arm.limits.upper[j];
-        if (!(upper - lower < infinity)) continue;
-        side[count++] = {j, 1.0, best.q[j] - lower};
-        side[count++] = {j, -1.0, upper - best.q[j]};
-        least = min(least, min(best.q[j] - lower, upper - best.q[j]));
-    }
-    const auto slope = [&](const End& s, int k) { return s.sign * d.entry[s.joint][k]; };
     constexpr int psi = joints - 1;
-    // of those that are least, the one that grows most with psi, and the one that shrinks most
-    const End *rising = nullptr, *falling = nullptr, *flattest = nullptr;
-    for (int i = 0; i < count; ++i) {
-        const End& s = side[i];
-        const double now = slope(s, psi), steepness = abs(now) < infinity ? abs(now) : 0.0;
-        // psi is known to the tolerance, and a steep joint is as near as that leaves it
-        if (s.distance > least + tolerance::angle * (1.0 + steepness)) continue;
-        if (!flattest || abs(now) < abs(slope(*flattest, psi))) flattest = &s;
-        if (now > 0 && (!rising || now > slope(*rising, psi))) rising = &s;
-        if (now < 0 && (!falling || now < slope(*falling, psi))) falling = &s;
-    }
+    detail::Deciding who = detail::deciding(arm, best.q, d);
     double share = 1.0;
-    const bool by_the_elbow = flattest && flattest->joint == 3;
+    const bool by_the_elbow = who.flattest && who.flattest->joint == 3;
     if (detail::shares_a_turn(arm, best.q) &&
-        !(by_the_elbow && detail::is_as_good_beside(arm, pose, best, least)))
+        !(by_the_elbow && detail::is_as_good_beside(arm, pose, best, who.least)))
         return;
-    if (rising && falling) {
-        const double up = slope(*rising, psi), down = slope(*falling, psi);
+    if (who.rising && who.falling) {
+        const double up = who.rising->slope(d, psi), down = who.falling->slope(d, psi);
         share = down / (down - up);
-    } else if (flattest) {
-        rising = falling = flattest;
-        d = detail::at_its_top(arm, pose, best, flattest->joint, d);
+    } else if (who.flattest) {
+        who.rising = who.falling = who.flattest;
+        d = detail::at_its_top(arm, pose, best, who.flattest->joint, d);
     }
     for (int k = 0; k < 6; ++k) {
         double sum = 0;
-        if (flattest) sum = share * slope(*rising, k) + (1.0 - share) * slope(*falling, k);
+        if (who.flattest) sum = share * who.rising->slope(d, k) + (1.0 - share) * who.falling->slope(d, k);
         out[k] = abs(sum) < infinity ? sum : not_a_number;
     }
 }

@@ -30,6 +30,7 @@ _ASKED = {
     "inverse_derivative_many": "gradients.inverse",
     "psi_gradient_many": "gradients.psi",
     "best_gradient_many": "gradients.margin",
+    "solution_derivative_many": "gradients.solve",
     "freedom_gradient_many": "gradients.freedom",
     "is_kuka": "aa.kuka",
 }

@@ -1,0 +1,166 @@
+// How the joints of the solution that nearest_posture() finds move with the pose and with the seed.
+//
+// The search chooses psi; the joints follow it: dq = (dq/dx) dx + (dq/dpsi) dpsi, with x the twist of the
+// pose. What fixes psi says how it moves, by the implicit function theorem:
+//
+//   a joint at its limit                 q_j(x, psi) = limit
+//   the least distance to the seed       g = sum w_j (q_j - seed_j) dq_j/dpsi = 0
+//   the largest margin, of two joints    m_a(x, psi) = m_b(x, psi)
+//   the largest margin, of one joint     dq_j/dpsi = 0
+//
+// The last three need second derivatives: Rates on Dual numbers give them. Where another branch, psi or turn
+// is as good, or what fixes psi changes, the solution jumps or bends: the derivative is that of one side.
+#pragma once
+
+#include "best_gradient.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+/// dq of a solution, row j of joint j + 1: by the twist (v, omega) of the pose (rad/m, rad/rad) and by the
+/// seven values of the seed (rad/rad).
+struct SolutionDerivative {
+    static constexpr int columns = 6 + joints;
+    double entry[joints][columns];
+};
+
+namespace detail {
+
+/// How dq_j/dpsi of each joint moves with the twist and with psi, in the seven columns of Derivatives.
+inline void slope_derivatives(const Arm& arm, const Pose<double>& pose, double psi, int gc,
+                              double (&out)[joints][joints]) noexcept {
+    const auto variable = [](int k) {
+        double lanes[Dual::variables] = {};
+        lanes[k] = 1.0;
+        return Dual::Partials::load(lanes);
+    };
+    const Pose<Dual> moved =
+        moving(pose, {variable(0), variable(1), variable(2)}, {variable(3), variable(4), variable(5)});
+    const Pose<Dual> flange = flange_pose(arm, moved);
+    const Configuration<double> sign = configuration(gc);
+    const Configuration<Dual> branch{sign.shoulder, sign.elbow, sign.wrist};
+    const Rates<Dual> r =
+        rates(arm, flange, self_motion(arm, circle(arm, flange), branch), sin_cos(Dual(psi, variable(6))));
+    for (int j = 0; j < joints; ++j) {
+        Dual one[joints];
+        for (int k = 0; k < joints; ++k) one[k] = Dual(k == j ? 1.0 : 0.0);
+        double lanes[Dual::variables];
+        pulled(arm, r, one).psi.partial.store(lanes);
+        for (int k = 0; k < joints; ++k) out[j][k] = lanes[k];
+    }
+}
+
+/// How psi of a solution moves: by the twist and by the seed.
+struct PsiSlope {
+    double by[SolutionDerivative::columns] = {};
+
+    /// psi moves so that f stays 0, of which these are the derivatives by x and psi.
+    void hold(const double* f_by_twist, double f_by_psi) noexcept {
+        for (int k = 0; k < 6; ++k) by[k] = -f_by_twist[k] / f_by_psi;
+    }
+};
+
+/// The joint that a limit, or the margin to theta_2 or theta_6 = 0 or pi, stops on the way along which the
+/// distance to the seed falls; -1: none does.
+inline int stopped_joint(const Arm& arm, double singularity_margin, const double* q, const Derivatives& d,
+                         double cost_slope) noexcept {
+    for (int j = 0; j < joints; ++j) {
+        const double along = cost_slope > 0 ? -d.entry[j][6] : d.entry[j][6];  // dq_j where the cost falls
+        const double near = tolerance::angle * (1.0 + abs(along));
+        if (along < 0 && q[j] - arm.limits.lower[j] <= near) return j;
+        if (along > 0 && arm.limits.upper[j] - q[j] <= near) return j;
+        if (singularity_margin == 0 || (j != hinge_joint[0] && j != hinge_joint[1])) continue;
+        const double theta = to_theta(arm, j, q[j]);
+        const SinCos<double> at = sin_cos(theta);
+        const double off = atan2(at.sin, abs(at.cos));  // from the nearer of 0 and pi
+        const double closing = along * arm.sign[j] * (at.cos < 0 ? -1.0 : 1.0) * (off < 0 ? -1.0 : 1.0);
+        if (closing < 0 && abs(off) - singularity_margin <= near) return j;
+    }
+    return -1;
+}
+
+/// How psi of the solution nearest to a seed moves; false where nothing fixes it.
+inline bool nearest_slope(const Arm& arm, double singularity_margin, const Pose<double>& pose,
+                          const Nearest& best, const NearestOptions& options, const Derivatives& d,
+                          PsiSlope& out) noexcept {
+    double cost_slope = 0;
+    for (int j = 0; j < joints; ++j)
+        cost_slope += options.weight[j] * (best.q[j] - options.near[j]) * d.entry[j][6];
+    const int stopped = stopped_joint(arm, singularity_margin, best.q, d, cost_slope);
+    double by[joints][joints];
+    slope_derivatives(arm, pose, best.psi, best.gc, by);
+    double cross[joints] = {};  // of cost_slope, by twist and psi
+    for (int j = 0; j < joints; ++j)
+        for (int k = 0; k < joints; ++k)
+            cross[k] += options.weight[j] *
+                        (d.entry[j][k] * d.entry[j][6] + (best.q[j] - options.near[j]) * by[j][k]);
+    // At the least distance the slope is 0 as nearly as psi is known; else a joint must have stopped it.
+    const bool is_level = abs(cost_slope) <= tolerance::angle * (1.0 + abs(cross[6]));
+    if (stopped >= 0 && !is_level) {
+        out.hold(d.entry[stopped], d.entry[stopped][6]);
+        return true;
+    }
+    if (!is_level || !(cross[6] > 0)) return false;
+    out.hold(cross, cross[6]);
+    for (int j = 0; j < joints; ++j) out.by[6 + j] = options.weight[j] * d.entry[j][6] / cross[6];
+    return true;
+}
+
+/// How psi of the solution with the largest margin moves; false where joint 4 alone decides, of which all psi
+/// are as good.
+inline bool widest_slope(const Arm& arm, double singularity_margin, const Pose<double>& pose,
+                         const Nearest& best, const Derivatives& d, PsiSlope& out) noexcept {
+    const Deciding who = deciding(arm, best.q, d);
+    if (who.rising && who.falling) {
+        double between[joints];
+        for (int k = 0; k < joints; ++k) between[k] = who.rising->slope(d, k) - who.falling->slope(d, k);
+        out.hold(between, between[6]);
+        return true;
+    }
+    if (!who.flattest || who.flattest->joint == 3) return false;
+    const double growth = who.flattest->slope(d, 6);
+    const int stopped = stopped_joint(arm, singularity_margin, best.q, d, -growth);
+    if (stopped >= 0) {
+        out.hold(d.entry[stopped], d.entry[stopped][6]);
+        return true;
+    }
+    double by[joints][joints];
+    slope_derivatives(arm, pose, best.psi, best.gc, by);
+    const double (&row)[joints] = by[who.flattest->joint];
+    out.hold(row, row[6]);
+    return true;
+}
+
+}  // namespace detail
+
+/// Derivative of a solution that nearest_posture() found with these options, limits and margin (rad): of the
+/// metric l2 with a seed, or of the margin, whose columns of the seed are 0. NaN where there is no solution,
+/// where a joint has no derivative (theta_2 or theta_6 at 0 or pi, a straight or folded elbow), or where
+/// nothing fixes psi.
+inline SolutionDerivative solution_derivative(const Arm& arm, double singularity_margin,
+                                              const Pose<double>& pose, const Nearest& best,
+                                              const NearestOptions& options) noexcept {
+    SolutionDerivative out;
+    for (auto& row : out.entry)
+        for (double& entry : row) entry = not_a_number;
+    if (best.status != Status::OK) return out;
+    const Derivatives d = inverse_derivative(arm, pose, best.psi, best.gc);
+    if (d.status != Status::OK || detail::shares_a_turn(arm, best.q)) return out;
+    detail::PsiSlope psi;
+    const bool is_fixed = options.metric == Metric::margin
+                              ? detail::widest_slope(arm, singularity_margin, pose, best, d, psi)
+                              : detail::nearest_slope(arm, singularity_margin, pose, best, options, d, psi);
+    if (!is_fixed) return out;
+    for (int j = 0; j < joints; ++j)
+        for (int k = 0; k < SolutionDerivative::columns; ++k) {
+            const double held = k < 6 ? d.entry[j][k] : 0.0;
+            const double entry = held + d.entry[j][6] * psi.by[k];
+            out.entry[j][k] = abs(entry) < infinity ? entry : not_a_number;
+        }
+    return out;
+}
+
+}  // namespace armangle
+
+#include "../names/end.hpp"
