@@ -11,6 +11,7 @@
 
 #include "arc_arrays.hpp"
 #include "collected.hpp"
+#include "offset_handle.hpp"
 #include "refusal.hpp"
 #include "scene_handle.hpp"
 #include "watch.hpp"
@@ -146,39 +147,80 @@ ArcColumns feasible_many(const ArmHandle& self, Floats pose, Ints gc, double mar
     return whole.release();
 }
 
-/// The proven sets of a nearly S-R-S arm; `unproven` takes the measure of what is left out, one a set. With
-/// `left_out` the sets are what limits leave unproven, without a scene.
-ArcColumns near_feasible_many(const NearArmHandle& self, Floats pose, Ints gc, double margin, Wanted wanted,
-                              Floats unproven, int threads, const SceneHandle* scene, bool left_out) {
+/// What is asked of the proven sets of a pose, within limits of the robot's joints.
+struct ProvenRequest {
+    Wanted wanted;
+    int gc;  // of what is asked of one branch
+    double margin;
+    Limits limits;
+    const Scene* scene;  // or null
+    bool left_out;       // the sets are what limits leave unproven
+};
+
+/// take(k, set, found, blocking, value_of) of each set of a pose. `found` has the status, and what is
+/// unproven; value_of(tag, psi) is the value of a joint that makes an end.
+template <class Take>
+void proven_sets(const NearArm& arm, const Pose<double>& pose, const ProvenRequest& r, const Take& take) {
+    ProvenArcs found;
+    for (int k = 0; k < sets_of(r.wanted); ++k) {
+        const int joint = r.wanted == Wanted::joints ? k : -1;
+        const int gc = r.wanted == Wanted::branches ? k : r.gc;
+        feasible(arm, pose, gc, r.limits, r.margin, found, joint);
+        Tag blocking = 0;
+        if (r.scene) keep_clear(arm, *r.scene, pose, gc, found, blocking, r.wanted == Wanted::soft);
+        take(k, r.left_out ? found.open : found.arcs, found, blocking,
+             [&](Tag tag, double) { return end_value(arm.nominal, r.margin, configuration(gc), tag); });
+    }
+}
+
+/// The same of an arm with an offset, without margin and scene: neither is made for it yet.
+template <class Take>
+void proven_sets(const OffsetArm& arm, const Pose<double>& pose, const ProvenRequest& r, const Take& take) {
+    const auto give = [&](int k, int gc, const ProvenArcs& found) {
+        take(k, in_robot_order(arm, r.left_out ? found.open : found.arcs), found, Tag{0},
+             [&](Tag tag, double free) { return end_value(arm, pose, gc, tag, free); });
+    };
+    ProvenArcs found[configurations];
+    if (r.wanted == Wanted::branches) {
+        feasible_all(arm, pose, r.limits, found);
+        for (int gc = 0; gc < configurations; ++gc) give(gc, gc, found[gc]);
+    } else if (r.wanted == Wanted::joints) {
+        for (int j = 0; j < joints; ++j) {
+            feasible(arm, pose, r.gc, limits_of_one(r.limits, j), found[0]);
+            give(j, r.gc, found[0]);
+        }
+    } else {
+        feasible(arm, pose, r.gc, r.limits, found[0]);
+        give(0, r.gc, found[0]);
+    }
+}
+
+/// The proven sets of a nearly S-R-S arm, or of one with an offset; `unproven` takes the measure of what is
+/// left out, one a set. With `left_out` the sets are what limits leave unproven, without a scene.
+template <class Handle>
+ArcColumns proven_feasible_many(const Handle& self, Floats pose, Ints gc, double margin, Wanted wanted,
+                                Floats unproven, int threads, const SceneHandle* scene, bool left_out) {
     const Buffer p(pose), g(gc), lost(unproven, true);
     const Grid<2> grid({&p, &g}, {2, 0});
     const auto sets = static_cast<std::size_t>(sets_of(wanted));
-    const Arm& arm = self.arm.nominal;
-    Limits limits = arm.limits;
-    if (wanted == Wanted::clear)
-        for (int j = 0; j < joint_slots; ++j) {
-            limits.lower[j] = -infinity;
-            limits.upper[j] = infinity;
-        }
     Scene asked = scene ? scene->view : Scene{};
     if (wanted == Wanted::soft) asked.clearance += asked.soft;
+    const Limits limits = wanted == Wanted::clear ? Limits{} : nominal(self.arm).limits;
+    const ProvenRequest request{wanted, 0, margin, limits, scene ? &asked : nullptr, left_out};
     Collected whole;
     whole.with_scene = scene != nullptr;
     whole.reserve(grid.size() * sets);
     std::vector<Collected> parts(most_threads);
     Outcome outcomes[most_threads];
     const auto solve = [&](const Pose<double>& frame, int branch, std::size_t flat, Collected& to) {
-        ProvenArcs found;
-        for (std::size_t k = 0; k < sets; ++k) {
-            const int joint = wanted == Wanted::joints ? static_cast<int>(k) : -1;
-            const int of = wanted == Wanted::branches ? static_cast<int>(k) : branch;
-            feasible(self.arm, frame, of, limits, margin, found, joint);
-            Tag blocking = 0;
-            if (scene) keep_clear(self.arm, asked, frame, of, found, blocking, wanted == Wanted::soft);
-            const ArcSet& set = left_out ? found.open : found.arcs;
-            to.add(arm, margin, configuration(of), set, found.status, blocking);
-            lost.data<double>()[flat * sets + k] = found.unproven;
-        }
+        ProvenRequest one = request;
+        one.gc = branch;
+        proven_sets(
+            self.arm, frame, one,
+            [&](int k, const ArcSet& set, const ProvenArcs& found, Tag blocking, const auto& value_of) {
+                to.add(set, found.status, value_of, blocking);
+                lost.data<double>()[flat * sets + static_cast<std::size_t>(k)] = found.unproven;
+            });
     };
     const auto collect = [&](std::size_t begin, std::size_t end, std::size_t thread, Watch& watch,
                              Collected& to, Outcome& outcome) {
@@ -372,11 +414,15 @@ void query(Ints count, Floats psi_arcs, Ints index, Floats psi, Floats out, bool
 
 }  // namespace
 
-void bind_near_arcs(nb::class_<NearArmHandle>& arm) {
+template <class Handle>
+void bind_proven_arcs(nb::class_<Handle>& arm) {
     using namespace nb::literals;
-    arm.def("feasible_many", &near_feasible_many, "pose"_a, "gc"_a, "margin"_a, "wanted"_a, "unproven"_a,
-            "threads"_a, "scene"_a.none(), "left_out"_a = false);
+    arm.def("feasible_many", &proven_feasible_many<Handle>, "pose"_a, "gc"_a, "margin"_a, "wanted"_a,
+            "unproven"_a, "threads"_a, "scene"_a.none(), "left_out"_a = false);
 }
+
+void bind_near_arcs(nb::class_<NearArmHandle>& arm) { bind_proven_arcs(arm); }
+void bind_offset_arcs(nb::class_<OffsetHandle>& arm) { bind_proven_arcs(arm); }
 
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;

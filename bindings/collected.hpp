@@ -109,6 +109,14 @@ struct Collected {
 
     void add(const Arm& arm, double margin, const Configuration<double>& gc, const ArcSet& set,
              Status outcome, Tag blocks_all = 0, bool narrow_left_out = false) {
+        const auto value_of = [&](Tag tag, double) { return end_value(arm, margin, gc, tag); };
+        add(set, outcome, value_of, blocks_all, narrow_left_out);
+    }
+
+    /// value_of(tag, psi): the value in q of the joint that makes an end.
+    template <class ValueOf>
+    void add(const ArcSet& set, Status outcome, const ValueOf& value_of, Tag blocks_all = 0,
+             bool narrow_left_out = false) {
         count.room_for(1);
         status.room_for(1);
         count.data[count.size++] = set.count;
@@ -122,10 +130,11 @@ struct Collected {
             const Arc& arc = set.arc[i];
             psi.data[psi.size++] = arc.lower;
             psi.data[psi.size++] = arc.upper;
-            for (const Tag tag : {arc.lower_tag, arc.upper_tag}) {
+            for (const bool is_lower : {true, false}) {
+                const Tag tag = is_lower ? arc.lower_tag : arc.upper_tag;
                 joint.data[joint.size++] = static_cast<std::int8_t>(tag_joint(tag));
                 side.data[side.size++] = static_cast<std::int8_t>(tag_side(tag));
-                value.data[value.size++] = end_value(arm, margin, gc, tag);
+                value.data[value.size++] = value_of(tag, is_lower ? arc.lower : arc.upper);
             }
         }
         if (!with_scene) return;

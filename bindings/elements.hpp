@@ -107,14 +107,13 @@ struct Asked {
     int gc;
 };
 
-/// What is wrong with an element; of an arm with its own chain, whose reach its inverse finds, in its
-/// numbers.
+/// What is wrong with an element; of an arm whose reach its inverse finds, in its numbers.
 inline armangle::Problem check_asked(const armangle::Arm& arm, const armangle::InverseBatch& b,
                                      double& value) noexcept {
     return armangle::detail::check_element(arm, b, 0, value);
 }
-inline armangle::Problem check_asked(const armangle::NearArm& arm, const armangle::InverseBatch& b,
-                                     double& value) noexcept {
+template <class AnyArm>
+armangle::Problem check_asked(const AnyArm& arm, const armangle::InverseBatch& b, double& value) noexcept {
     return armangle::detail::check_numbers(arm, b, 0, value);
 }
 

@@ -1,6 +1,7 @@
 // Forward, inverse, Jacobian, self-motion.
 #include <memory>
 
+#include "offset_handle.hpp"
 #include "elements.hpp"
 
 namespace binding {
@@ -134,7 +135,32 @@ void elbow_many(const Handle& self, Floats q, Floats out, int threads) {
     });
 }
 
-void psi_towards_many(const ArmHandle& self, Floats pose, Ints gc, Wish wish, Floats target, Floats out,
+/// The psi of a wish, and what is wrong where it has none.
+struct Wished {
+    double psi;
+    Problem problem;
+    double value;
+};
+
+Wished wished_psi(const Arm& arm, const Pose<double>& pose, int gc, const Towards& wish) {
+    const SelfMotion<double> motion = self_motion(arm, pose, gc);
+    const WishedPsi found = psi_towards(arm, motion, wish);
+    if (found.why == Indifferent::no) return {found.psi, Problem::none, 0};
+    if (is_unreachable(motion.circle))
+        return {found.psi, Problem::unreachable, motion.circle.triangle.excess};
+    if (is_folded(motion.circle)) return {found.psi, Problem::folded, 0};
+    return {found.psi, found.why == Indifferent::still ? Problem::still : Problem::on_axis, 0};
+}
+Wished wished_psi(const OffsetArm& arm, const Pose<double>& pose, int gc, const Towards& wish) {
+    const WishedPsi found = psi_towards(arm, pose, gc, wish);
+    if (found.why == Indifferent::on_axis) return {found.psi, Problem::on_end, 0};
+    if (!std::isnan(found.psi)) return {found.psi, Problem::none, 0};
+    const double excess = reach_excess(arm, pose);
+    return {found.psi, excess > 0 ? Problem::unreachable : Problem::no_posture, excess};
+}
+
+template <class Handle>
+void psi_towards_many(const Handle& self, Floats pose, Ints gc, Wish wish, Floats target, Floats out,
                       bool nan, int threads) {
     const Buffer p(pose), g(gc), t(target), to(out, true);
     for_each<4>("pose", {&p, &g, &t, &to}, {2, 0, 1, 0}, threads, [&](const Py_ssize_t* at, double& value) {
@@ -147,16 +173,11 @@ void psi_towards_many(const ArmHandle& self, Floats pose, Ints gc, Wish wish, Fl
             return Problem::gc_range;
         }
         const double* v = t.data<double>() + at[2];
-        const SelfMotion<double> motion = self_motion(self.arm, load_pose(m), static_cast<int>(branch));
-        const WishedPsi found = psi_towards(self.arm, motion, {wish, 0.0, {v[0], v[1], v[2]}});
+        const Wished found =
+            wished_psi(self.arm, load_pose(m), static_cast<int>(branch), {wish, 0.0, {v[0], v[1], v[2]}});
         to.data<double>()[at[3]] = found.psi;
-        if (nan || found.why == Indifferent::no) return Problem::none;
-        if (is_unreachable(motion.circle)) {
-            value = motion.circle.triangle.excess;
-            return Problem::unreachable;
-        }
-        if (is_folded(motion.circle)) return Problem::folded;
-        return found.why == Indifferent::still ? Problem::still : Problem::on_axis;
+        value = found.value;
+        return nan ? Problem::none : found.problem;
     });
 }
 
@@ -192,13 +213,19 @@ void self_motion_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, F
     });
 }
 
-/// dq/dpsi of a nearly S-R-S arm.
-void near_self_motion_many(const NearArmHandle& self, Floats pose, Floats psi, Ints gc, Floats out,
-                           int threads) {
+/// By how much a pose that cannot be held is out of reach (m), of an own chain at every psi.
+double excess_of(const NearArm& arm, const Asked& asked) { return reach_excess(arm, asked.pose); }
+double excess_of(const OffsetArm& arm, const Asked& asked) {
+    return reach_excess(arm, asked.pose, asked.psi);
+}
+
+/// dq/dpsi of a nearly S-R-S arm; dq by the free joint of one with an offset.
+template <class Handle>
+void self_motion_rate_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats out, int threads) {
     for_each_asked(self.arm, pose, psi, gc, out, 1, threads,
                    [&](const Asked& asked, double* to, double& value) {
                        const Inverse dq = self_motion_rate(self.arm, asked.pose, asked.psi, asked.gc);
-                       if (dq.status == Status::UNREACHABLE) value = reach_excess(self.arm, asked.pose);
+                       if (dq.status == Status::UNREACHABLE) value = excess_of(self.arm, asked);
                        std::memcpy(to, dq.q, joints * sizeof(double));
                        return detail::problem_of(dq.status);
                    });
@@ -290,12 +317,25 @@ void joint_map_many(const Handle& self, Floats from, Floats to) {
     });
 }
 
+/// Makes the rotation of a pose exact.
+void exact_rotation(double* m) noexcept {
+    const Pose<double> pose = load_pose(m);
+    double last_row[4];
+    std::memcpy(last_row, m + 12, sizeof(last_row));
+    store_pose({orthonormal(pose.rotation), pose.position}, m);
+    std::memcpy(m + 12, last_row, sizeof(last_row));  // not ours to mend
+}
+
 /// Poses as they would be without the rounding of their numbers to `precision`.
 template <class Handle>
 void settle_many(const Handle& self, Floats poses, double precision) {
     const Buffer in_place(poses, true);
     for_each<1>("pose", {&in_place}, {2}, 1, [&](const Py_ssize_t* at, double&) {
-        settle(nominal(self.arm), precision, in_place.data<double>() + at[0]);
+        double* m = in_place.data<double>() + at[0];
+        if constexpr (std::is_same_v<Handle, OffsetHandle>)
+            exact_rotation(m);  // its reach depends on the free joint
+        else
+            settle(nominal(self.arm), precision, m);
         return Problem::none;
     });
 }
@@ -333,8 +373,8 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("PSI", Wish::psi)
         .value("POINT", Wish::point)
         .value("DIRECTION", Wish::direction);
-    arm.def("psi_towards_many", &psi_towards_many, "pose"_a, "gc"_a, "wish"_a, "target"_a, "out"_a, "nan"_a,
-            "threads"_a);
+    arm.def("psi_towards_many", &psi_towards_many<ArmHandle>, "pose"_a, "gc"_a, "wish"_a, "target"_a, "out"_a,
+            "nan"_a, "threads"_a);
     arm.def("self_motion_many", &self_motion_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
     arm.def("inverse_derivative_many", &inverse_derivative_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "nan"_a,
             "threads"_a);
@@ -352,7 +392,25 @@ void bind_near_kinematics(nb::class_<NearArmHandle>& arm) {
     arm.def("inverse_one", &near_inverse_one, "pose"_a.none(), "psi"_a.none(), "gc"_a.none(),
             "limits"_a = false);
     bind_both(arm);
-    arm.def("self_motion_many", &near_self_motion_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
+    arm.def("self_motion_many", &self_motion_rate_many<NearArmHandle>, "pose"_a, "psi"_a, "gc"_a, "out"_a,
+            "threads"_a);
+}
+
+void bind_offset_kinematics(nb::class_<OffsetHandle>& arm) {
+    using namespace nb::literals;
+    arm.def("psi_towards_many", &psi_towards_many<OffsetHandle>, "pose"_a, "gc"_a, "wish"_a, "target"_a,
+            "out"_a, "nan"_a, "threads"_a);
+    arm.def("self_motion_many", &self_motion_rate_many<OffsetHandle>, "pose"_a, "psi"_a, "gc"_a, "out"_a,
+            "threads"_a);
+    arm.def("settle_many", &settle_many<OffsetHandle>, "poses"_a, "precision"_a);
+    arm.def("theta_many", &joint_map_many<OffsetHandle, true>, "q"_a, "out"_a);
+    arm.def("q_many", &joint_map_many<OffsetHandle, false>, "theta"_a, "out"_a);
+    arm.def("limit_margin_many", &limit_margin_many<OffsetHandle>, "q"_a, "out"_a);
+    arm.def("limit_margin_gradient_many", &limit_margin_gradient_many<OffsetHandle>, "q"_a, "out"_a);
+    arm.def("jacobian_many", &jacobian_many<OffsetHandle>, "q"_a, "out"_a, "threads"_a);
+    arm.def_prop_ro("reach", [](const OffsetHandle& a) { return a.arm.own.reach; });
+    arm.def_prop_ro("inner_reach", [](const OffsetHandle& a) { return a.arm.own.inner_reach; });
+    arm.def_prop_ro("delta", [](const OffsetHandle& a) { return a.arm.own.delta_angle; });
 }
 
 }  // namespace binding

@@ -23,14 +23,6 @@ void offset_forward(const OffsetHandle& self, Floats q, Floats pose, Floats free
     });
 }
 
-/// The Jacobian (n, 6, 7) of the rows of q.
-void offset_jacobian(const OffsetHandle& self, Floats q, Floats out, int threads) {
-    for_each_joints<double>(self.arm, q, out, 2, threads, [&](const double* joint, double* to) {
-        const Jacobian found = jacobian(self.arm, joint);
-        std::memcpy(to, found.entry, sizeof(found.entry));
-    });
-}
-
 /// The DH frames (n, 8, 4, 4) of the rows of q.
 void offset_frames(const OffsetHandle& self, Floats q, Floats out, int threads) {
     for_each_joints<double>(self.arm, q, out, 3, threads, [&](const double* joint, double* to) {
@@ -75,80 +67,6 @@ void offset_inverse(const OffsetHandle& self, Floats pose, Floats free, Ints gc,
                 });
 }
 
-/// Where the arcs of one branch go: ends (most, 2), their joints, sides and values, count and status, and
-/// what is not proven.
-struct ArcColumns {
-    double* ends;
-    long long *joint, *side;
-    double* values;
-    long long* codes;
-    double* unproven;
-};
-
-/// Writes the arcs of branch gc of a pose.
-void store_arcs(const OffsetArm& arm, const Pose<double>& pose, int gc, const ProvenArcs& found,
-                const ArcColumns& out) {
-    for (int i = 0; i < 2 * found.arcs.count; ++i) {
-        const Arc& arc = found.arcs.arc[i / 2];
-        const Tag tag = i % 2 == 0 ? arc.lower_tag : arc.upper_tag;
-        const double free = i % 2 == 0 ? arc.lower : arc.upper;
-        const int of = tag_joint(tag) == 0 ? 0 : robot_joint(arm, tag_joint(tag) - 1) + 1;
-        out.ends[i] = free;
-        out.joint[i] = of;
-        out.side[i] = static_cast<long long>(tag_side(tag));
-        out.values[i] = of == 0 ? not_a_number : inverse(arm, pose, free, gc).q[of - 1];
-    }
-    out.codes[0] = found.arcs.count;
-    out.codes[1] = static_cast<long long>(found.status);
-    *out.unproven = found.unproven;
-}
-
-/// Arcs of each pose and branch: columns of (n, most, 2), (n, 2) and (n,).
-void offset_feasible(const OffsetHandle& self, Floats pose, Ints gc, Floats ends, Ints joint, Ints side,
-                     Floats values, Ints codes, Floats unproven, int threads) {
-    const Buffer p(pose), g(gc), e(ends, true), j(joint, true), s(side, true), v(values, true),
-        c(codes, true), u(unproven, true);
-    for_each<8>("pose", {&p, &g, &e, &j, &s, &v, &c, &u}, {2, 0, 2, 2, 2, 2, 1, 0}, threads,
-                [&](const Py_ssize_t* at, double& value) {
-                    const double* m = p.data<double>() + at[0];
-                    const Problem problem = check_pose(self.arm, m, value);
-                    if (problem != Problem::none) return problem;
-                    const Pose<double> frame = load_pose(m);
-                    const int branch = static_cast<int>(g.data<long long>()[at[1]]);
-                    ProvenArcs found;
-                    feasible(self.arm, frame, branch, found);
-                    store_arcs(
-                        self.arm, frame, branch, found,
-                        {e.data<double>() + at[2], j.data<long long>() + at[3], s.data<long long>() + at[4],
-                         v.data<double>() + at[5], c.data<long long>() + at[6], u.data<double>() + at[7]});
-                    return Problem::none;
-                });
-}
-
-/// The same of all branches of each pose: columns of (n, 8, most, 2), (n, 8, 2) and (n, 8).
-void offset_feasible_all(const OffsetHandle& self, Floats pose, Floats ends, Ints joint, Ints side,
-                         Floats values, Ints codes, Floats unproven, int threads) {
-    const Buffer p(pose), e(ends, true), j(joint, true), s(side, true), v(values, true), c(codes, true),
-        u(unproven, true);
-    for_each<7>("pose", {&p, &e, &j, &s, &v, &c, &u}, {2, 3, 3, 3, 3, 2, 1}, threads,
-                [&](const Py_ssize_t* at, double& value) {
-                    const double* m = p.data<double>() + at[0];
-                    const Problem problem = check_pose(self.arm, m, value);
-                    if (problem != Problem::none) return problem;
-                    const Pose<double> frame = load_pose(m);
-                    ProvenArcs found[configurations];
-                    feasible_all(self.arm, frame, self.arm.own.limits, found);
-                    for (int gc = 0; gc < configurations; ++gc) {
-                        const int row = 2 * ArcSet::capacity * gc;
-                        store_arcs(self.arm, frame, gc, found[gc],
-                                   {e.data<double>() + at[1] + row, j.data<long long>() + at[2] + row,
-                                    s.data<long long>() + at[3] + row, v.data<double>() + at[4] + row,
-                                    c.data<long long>() + at[5] + 2 * gc, u.data<double>() + at[6] + gc});
-                    }
-                    return Problem::none;
-                });
-}
-
 /// The nearest posture of each pose: q, (n, 3) free, distance and margin, and (n, 2) gc and status.
 void offset_nearest(const OffsetHandle& self, Floats pose, Floats near, Floats weight, long long branches,
                     Floats out, Floats numbers, Ints codes, int threads) {
@@ -181,18 +99,15 @@ void bind_offset(nb::module_& m) {
     nb::class_<OffsetHandle> arm(m, "OffsetArm");
     bind_offset_stepping(arm);
     bind_offset_rows(arm);
+    bind_offset_arcs(arm);
+    bind_offset_kinematics(arm);
     bind_checks(arm);
     arm.def(nb::init<Floats, Floats, Floats, Floats, double, bool>(), "lengths"_a, "joint_rows"_a, "base"_a,
             "tool"_a, "offset"_a, "mirrored"_a)
         .def("forward_many", &offset_forward, "q"_a, "pose"_a, "free"_a, "gc"_a, "threads"_a)
         .def("frames_many", &offset_frames, "q"_a, "out"_a, "threads"_a)
-        .def("jacobian_many", &offset_jacobian, "q"_a, "out"_a, "threads"_a)
         .def("inverse_many", &offset_inverse, "pose"_a, "free"_a, "gc"_a, "seed"_a.none(), "out"_a,
              "outcome"_a, "limits"_a, "threads"_a)
-        .def("feasible_many", &offset_feasible, "pose"_a, "gc"_a, "ends"_a, "joint"_a, "side"_a, "values"_a,
-             "codes"_a, "unproven"_a, "threads"_a)
-        .def("feasible_all_many", &offset_feasible_all, "pose"_a, "ends"_a, "joint"_a, "side"_a, "values"_a,
-             "codes"_a, "unproven"_a, "threads"_a)
         .def("nearest_many", &offset_nearest, "pose"_a, "near"_a.none(), "weight"_a, "branches"_a, "out"_a,
              "numbers"_a, "codes"_a, "threads"_a);
 }

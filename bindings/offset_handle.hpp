@@ -39,5 +39,7 @@ private:
 
 void bind_offset_stepping(nb::class_<OffsetHandle>& arm);
 void bind_offset_rows(nb::class_<OffsetHandle>& arm);
+void bind_offset_arcs(nb::class_<OffsetHandle>& arm);
+void bind_offset_kinematics(nb::class_<OffsetHandle>& arm);
 
 }  // namespace binding

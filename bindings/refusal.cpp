@@ -49,6 +49,8 @@ void bind_refusal(nb::module_& m) {
         .value("NOT_UNIT", Problem::not_unit)
         .value("NEAR_SINGULAR", Problem::near_singular)
         .value("NO_CONVERGENCE", Problem::no_convergence)
+        .value("ON_END", Problem::on_end)
+        .value("NO_POSTURE", Problem::no_posture)
         .value("NO_DERIVATIVE", Problem::no_derivative);
     nb::register_exception_translator(&translate);
     m.def(

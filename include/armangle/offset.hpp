@@ -4,3 +4,4 @@
 #include "armangle.hpp"
 #include "offset/step.hpp"
 #include "offset/correction.hpp"
+#include "offset/psi_towards.hpp"

@@ -407,6 +407,13 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
             )
         case Problem.UNREACHABLE:
             return UnreachableError(f"{where} is out of reach by {value * MILLIMETRES:.6g} mm")
+        case Problem.ON_END:
+            return UnreachableError(
+                f"every psi at {where} is as good: the point lies on the shoulder, or on the wrist of an arm "
+                "with an offset shoulder"
+            )
+        case Problem.NO_POSTURE:
+            return UnreachableError(f"{where}: this branch has no solution there")
         case Problem.NEAR_SINGULAR | Problem.NO_CONVERGENCE:
             return NoSolutionError(
                 f'{where}: {_core.Status[problem.name].sentence} on_error="nan" gives NaN there; '

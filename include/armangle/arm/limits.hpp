@@ -28,6 +28,14 @@ inline double middle(const Limits& limits, int joint) noexcept {
     return lower > -infinity && upper < infinity ? 0.5 * (lower + upper) : 0.0;
 }
 
+/// The limits of one joint alone: the others have none.
+inline Limits limits_of_one(const Limits& limits, int joint) noexcept {
+    Limits out;
+    out.lower[joint] = limits.lower[joint];
+    out.upper[joint] = limits.upper[joint];
+    return out;
+}
+
 /// The limits of all joints moved inward by `margin` (rad).
 inline Limits drawn_in(Limits limits, double margin) noexcept {
     for (int j = 0; j < joints; ++j) {

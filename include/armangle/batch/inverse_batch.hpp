@@ -26,7 +26,8 @@ namespace detail {
 using Batch = Lane<register_width>;
 
 /// Element-wise check, on the slow path: a lane saw that something is wrong.
-inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t i, double& value) noexcept {
+template <class AnyArm>
+Problem check_numbers(const AnyArm& arm, const InverseBatch& b, std::size_t i, double& value) noexcept {
     const Problem pose = check_pose(arm, b.pose.at(i), value);
     if (pose != Problem::none) return pose;
     if (!(abs(*b.psi.at(i)) <= tolerance::largest_angle)) {
@@ -42,6 +43,13 @@ inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t 
         const Problem seed = check_joints(arm, b.seed.at(i), value);
         if (seed != Problem::none) return seed;
     }
+    return Problem::none;
+}
+
+/// The same, and whether the pose is out of reach.
+inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t i, double& value) noexcept {
+    const Problem numbers = check_numbers(arm, b, i, value);
+    if (numbers != Problem::none) return numbers;
     const Circle<double> c = circle(arm, flange_pose(arm, load_pose(b.pose.at(i))));
     if (is_unreachable(c)) {
         value = c.triangle.excess;

@@ -16,16 +16,10 @@ constexpr Problem problem_of(Status status) noexcept {
         case Status::OK: return Problem::none;
         case Status::FOLDED: return Problem::folded;
         case Status::UNREACHABLE: return Problem::unreachable;
+        case Status::NO_POSTURE: return Problem::no_posture;
         case Status::NO_CONVERGENCE: return Problem::no_convergence;
         default: return Problem::near_singular;
     }
-}
-
-/// What is wrong with an element in itself: numbers, not geometry.
-inline Problem check_numbers(const NearArm& arm, const InverseBatch& b, std::size_t i,
-                             double& value) noexcept {
-    const Problem problem = check_element(arm.nominal, b, i, value);
-    return problem == Problem::unreachable || problem == Problem::folded ? Problem::none : problem;
 }
 
 /// One element by the scalar inverse: reports or fills with NaN, as asked.
@@ -33,7 +27,7 @@ inline void solve_element(const NearArm& arm, const InverseBatch& b, std::size_t
                           Outcome& outcome) noexcept {
     double value = 0;
     double* q = b.out.at(i);
-    const Problem wrong = check_numbers(arm, b, i, value);
+    const Problem wrong = check_numbers(arm.nominal, b, i, value);
     if (wrong != Problem::none) {
         fill_nan(q);
         return outcome.report(wrong, i, value);

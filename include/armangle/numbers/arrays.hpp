@@ -43,6 +43,8 @@ enum class Problem : int {
     not_unit,        // value: the length of a quaternion
     near_singular,   // of a nearly S-R-S arm: branches meet
     no_convergence,  // of a nearly S-R-S arm
+    on_end,          // of an arm with an offset: the same, of the shoulder or the wrist
+    no_posture,      // of an arm with an offset: at this value of the free joint, or of the branch
     no_derivative,   // value: the Hindrance
 };
 

@@ -54,12 +54,7 @@ public:
     }
     /// The same with two derivatives by the free joint.
     void at(double free, Jet<double, 2> (&theta)[joints]) const noexcept {
-        using Curve = Jet<double, 2>;
-        const SinCos<Curve> theta_7 =
-            sin_cos(Curve(arm_.rest.sign[6]) * Curve::variable(free) + Curve(arm_.rest.offset[6]));
-        const OffsetWrist<Curve> wrist = offset_wrist(arm_, motion_, theta_7);
-        const Directions<Curve> d = directions(motion_, wrist, theta_7, sqrt(max(wrist.inside, Curve(0.0))));
-        for (int j = 0; j < joints; ++j) theta[j] = atan2(d.y[j], d.x[j]);
+        angles_along(arm_, motion_, free, theta);
     }
 
     /// What is known of postures over a cell.

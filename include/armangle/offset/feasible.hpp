@@ -602,6 +602,30 @@ inline void feasible_all(const OffsetArm& arm, const Pose<double>& pose, const L
     for (int gc = 0; gc < configurations; ++gc) all.find(gc, configurations - gc, out[gc]);
 }
 
+/// The same arcs, whose ends name the robot's joints.
+inline ArcSet in_robot_order(const OffsetArm& arm, ArcSet arcs) noexcept {
+    const auto named = [&arm](Tag tag) {
+        const int joint = tag_joint(tag);
+        return joint == 0 ? tag : make_tag(robot_joint(arm, joint - 1) + 1, tag_side(tag));
+    };
+    for (int i = 0; i < arcs.count; ++i) {
+        arcs.arc[i].lower_tag = named(arcs.arc[i].lower_tag);
+        arcs.arc[i].upper_tag = named(arcs.arc[i].upper_tag);
+    }
+    return arcs;
+}
+
+/// The value in q of the robot's joint that makes an end of an arc at a value of the free joint; NaN without
+/// a joint.
+inline double end_value(const OffsetArm& arm, const Pose<double>& pose, int gc, Tag tag,
+                        double free) noexcept {
+    const int joint = tag_joint(tag) - 1;
+    if (joint < 0) return not_a_number;
+    if (tag_side(tag) == Side::lower) return arm.own.limits.lower[joint];
+    if (tag_side(tag) == Side::upper) return arm.own.limits.upper[joint];
+    return inverse(arm, pose, free, gc).q[joint];
+}
+
 }  // namespace armangle
 
 #include "../names/end.hpp"

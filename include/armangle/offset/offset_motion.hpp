@@ -101,15 +101,21 @@ SinCos<T> theta_5_of(const OffsetMotion<U>& m, const OffsetWrist<T>& wrist, cons
     return {-(side * wrist.t) * size, T(m.branch.wrist) * root * size};
 }
 
+/// z_4, the direction of axis 5; r = g cos theta_5.
+template <class T>
+Vec3<T> axis_5(const OffsetWrist<T>& wrist, const T& r) noexcept {
+    const Vec3<T> across = cross(wrist.w, wrist.y6);
+    const T scale = T(1.0) / ((wrist.length - wrist.t) * (wrist.length + wrist.t));
+    const Vec3<T> flat = mul_add(wrist.y6, -wrist.t, wrist.w);
+    return combine(flat, wrist.h * scale, across, r * scale);
+}
+
 /// The seven angles as directions, where there is a posture of this theta_5: r = g cos theta_5.
 template <class T, class U>
 Directions<T> directions(const OffsetMotion<U>& m, const OffsetWrist<T>& wrist, const SinCos<T>& theta_7,
                          const SinCos<T>& theta_5, const T& r) noexcept {
     const auto& [s4, c4] = wrist.theta_4;
-    const Vec3<T> across = cross(wrist.w, wrist.y6);
-    const T scale = T(1.0) / ((wrist.length - wrist.t) * (wrist.length + wrist.t));
-    const Vec3<T> flat = mul_add(wrist.y6, -wrist.t, wrist.w);
-    const Vec3<T> z4 = combine(flat, wrist.h * scale, across, r * scale);
+    const Vec3<T> z4 = axis_5(wrist, r);
     const Vec3<T> forward = cross(z4, wrist.y6);  // y_6 = -s_5 x_4 + c_5 y_4
     const Vec3<T> x4 = combine(wrist.y6, -theta_5.sin, forward, -theta_5.cos);
     const Vec3<T> y4 = combine(wrist.y6, theta_5.cos, forward, -theta_5.sin);

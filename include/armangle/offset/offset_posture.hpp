@@ -3,6 +3,7 @@
 #pragma once
 
 #include "../arm/jacobian.hpp"
+#include "../numbers/jet.hpp"
 #include "../numbers/rotations.hpp"
 #include "offset_motion.hpp"
 
@@ -122,6 +123,52 @@ inline Inverse inverse(const OffsetArm& arm, const Pose<double>& pose, double fr
     for (int j = 0; j < joints; ++j) out.q[j] = found.q[j];
     out.margin = limit_margin(arm.own.limits, out.q);
     return out;
+}
+
+/// theta of all joints, in the order of the formulas, with derivatives by the free joint, at a value of it
+/// that has a posture.
+template <int N>
+void angles_along(const OffsetArm& arm, const OffsetMotion<>& m, double free,
+                  Jet<double, N> (&theta)[joints]) noexcept {
+    using J = Jet<double, N>;
+    const SinCos<J> theta_7 = sin_cos(J(arm.rest.sign[6]) * J::variable(free) + J(arm.rest.offset[6]));
+    const OffsetWrist<J> wrist = offset_wrist(arm, m, theta_7);
+    const Directions<J> d = directions(m, wrist, theta_7, sqrt(max(wrist.inside, J(0.0))));
+    for (int j = 0; j < joints; ++j) theta[j] = atan2(d.y[j], d.x[j]);
+}
+
+/// dq/d(free joint) at a fixed pose, in `q` (rad/rad): the motion that leaves the tool where it is. Infinite
+/// where it does not exist: of joints whose axes meet at theta_2 = 0 or pi, and at a fold. Else a status of
+/// inverse().
+inline Inverse self_motion_rate(const OffsetArm& arm, const Pose<double>& pose, double free,
+                                int gc) noexcept {
+    Inverse out = inverse(arm, pose, free, gc);
+    if (out.status != Status::OK) return out;
+    const Pose<double> exact{orthonormal(pose.rotation), pose.position};
+    Jet<double, 1> theta[joints];
+    angles_along(arm, offset_motion(arm, exact, gc), free, theta);
+    for (int j = 0; j < joints; ++j) {
+        const double rate = arm.rest.sign[j] * theta[j].coefficient[1];
+        out.q[robot_joint(arm, j)] = is_nan(rate) ? infinity : rate;
+    }
+    return out;
+}
+
+/// By how much a value of the free joint puts the wrist beyond the reach, or inside the inner reach (m).
+inline double reach_excess(const OffsetArm& arm, const Pose<double>& pose, double free) noexcept {
+    const OffsetMotion<> m = offset_motion(arm, Pose<double>{orthonormal(pose.rotation), pose.position}, 0);
+    return offset_wrist(arm, m, sin_cos(to_theta(arm.rest, 6, free))).excess;
+}
+
+/// The same at the value of the free joint at which it is least; the wrist's distance from the shoulder has
+/// one sine.
+inline double reach_excess(const OffsetArm& arm, const Pose<double>& pose) noexcept {
+    const OffsetMotion<> m = offset_motion(arm, Pose<double>{orthonormal(pose.rotation), pose.position}, 0);
+    const Vec3<double>& s = m.from_shoulder;
+    const double fixed = dot(s, s) + arm.a_6 * arm.a_6;
+    const double swing = 2.0 * abs(arm.a_6) * hypot(dot(m.flange.x, s), dot(m.flange.y, s));
+    const double nearest = sqrt(max(fixed - swing, 0.0)), farthest = sqrt(fixed + swing);
+    return max(nearest - arm.rest.reach, arm.rest.inner_reach - farthest);
 }
 
 }  // namespace armangle

@@ -1019,7 +1019,8 @@ class Arm(FrozenValue):
         In closed form: the elbow is on a circle about the axis shoulder-wrist. Limits are not asked: the
         nearest arm angle that keeps them is ``arm.feasible(pose, gc).nearest(psi)``, and for a moving arm
         the policy `armangle.Towards`. Of an arm with a chain of its own the elbow is the nominal arm's, from
-        which the true one is off by `deviation`.
+        which the true one is off by `deviation`. For an offset wrist or shoulder the elbow runs on no circle:
+        branch and bound finds the best value of the free joint, of all that the branch has.
 
         Parameters
         ----------
@@ -1034,7 +1035,8 @@ class Arm(FrozenValue):
         on_error : "raise" or "nan"
             Where all arm angles are alike, or there is none: raise, or return NaN. That is where the arm is
             stretched or folded, so that its elbow stays where it is; where the point lies on the axis
-            shoulder-wrist, or the direction along it; and out of reach.
+            shoulder-wrist, or the direction along it (for an offset wrist on the shoulder, for an offset
+            shoulder on the wrist); and out of reach.
 
         Returns
         -------
@@ -1102,7 +1104,8 @@ class Arm(FrozenValue):
         ndarray, shape (..., 7)
             rad/rad; joint 4 is 0. Where θ2 (θ6) is 0 or π at this arm angle alone, the derivative of joints
             1, 2, 3 (5, 6, 7) does not exist and is returned as ±inf; where it is so for every arm angle
-            (arm straight up), θ1 (θ5) is held and the motion is finite.
+            (arm straight up), θ1 (θ5) is held and the motion is finite. For an offset wrist or shoulder it is
+            the derivative by the free joint, and joint 4 moves too; at a fold it is ±inf.
 
         Raises
         ------
@@ -1191,7 +1194,9 @@ class Arm(FrozenValue):
         ArcSet, shape (...), (..., 8), (..., 7) or (..., 8, 7)
             Empty with the reason in ``status`` if there is none; never raises on geometry. For an own chain
             every arm angle in it is proven, and ``unproven`` says how much is proven neither way. An end
-            made by an obstacle names it.
+            made by an obstacle names it. For an offset wrist or shoulder the intervals are of the free joint,
+            and an end is a joint at its limit, or a place where two branches meet (``side`` "singular"): a
+            fold, of joint 5 (3 of an offset shoulder), or the end of the reach, of joint 4.
 
         Raises
         ------

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import fields
 from typing import Any, Literal, Never
 
@@ -16,6 +16,7 @@ from .._arrays import (
     MILLIMETRES,
     Floats,
     Ints,
+    Shape,
     as_flag,
     as_floats,
     as_gc,
@@ -27,12 +28,14 @@ from .._arrays import (
     frozen,
     output,
 )
+from .._core import Wanted
 from .._progress import Progress, as_progress, progressing
 from .._threads import thread_count
 from ..errors import InputError, LimitError, UnreachableError, UnsupportedError
 from ..models.chain import chain_of
 from ..models.description import OffsetDescription
 from ..models.urdf.writing import write_chain
+from ..scenes.scene import Scene
 from ..status import STATUSES, Status, is_solved
 from .arcs import ArcSet
 from .arm import KINDS, ON_ERROR, Arm, OnError, names_keywords_of_arm
@@ -46,15 +49,13 @@ _NO_FIELDS = ("d_4", "chain", "reference", "body", "hand", "scene")
 _INSTEAD = {
     "solutions": "solve(pose, gc=k) is the nearest solution of branch k, feasible(pose) has all intervals",
     "explain": "feasible(pose) has a status for each branch and the joints at the ends of its intervals",
-    "self_motion": "the null space of jacobian(q) is the same, up to its length",
     "feasible_turns": "solve(poses).ok of a batch of turned poses says which of them can be held",
     "clearance": "frames(q) gives the poses of its links",
     "plan": "follow leads it from pose to pose",
     "resolve": "step chooses the next value of the free joint, and the joints",
-    "psi_towards": "elbow(arm.inverse(pose, psi, gc)) says where a value of the free joint brings the elbow",
 }
-_ArcColumns = tuple[Floats, Ints, Ints, Floats, Ints, Floats]
-"""Ends, joints, sides, values, codes and what is unproven, as the core fills them."""
+_NEARNESS = [Status.OK, Status.NEAR_SINGULAR, Status.LIMITS, Status.NO_POSTURE, Status.UNREACHABLE]
+"""Why a branch does not hold a pose, from the one that comes nearest."""
 
 
 def unsupported(what: str, instead: str = "") -> UnsupportedError:
@@ -257,81 +258,36 @@ class OffsetArm(Arm):
         """See `Arm.elbow`."""
         return self.frames(q)[..., 3, :3, 3].copy()
 
-    def limit_margin(self, q: ArrayLike) -> Floats | np.float64:
-        """See `Arm.limit_margin`."""
-        return self._rows.limit_margin(q)
-
     # -- which values of the free joint --------------------------------------------------------------
 
-    def feasible(
-        self,
-        pose: ArrayLike,
-        gc: ArrayLike | None = None,
-        *,
-        per_joint: bool = False,
-        progress: Progress | bool | None = None,
-    ) -> ArcSet:
-        """See `Arm.feasible`: intervals of the free joint.
-
-        Every limit is a root of a trigonometric polynomial of the free joint; between roots one evaluation
-        decides. An end is a joint at its limit, or a place where two branches meet and the free joint turns
-        back (``side`` "singular"): a fold, of joint 5 (3 of an offset shoulder), or the end of the reach, of
-        joint 4. If limits touch within rounding, interval arithmetic decides; what it cannot prove is left
-        out and counted in ``unproven``.
-        """
-        if as_flag("per_joint", per_joint):
-            raise unsupported("per_joint=True")
-        poses = as_poses("pose", pose)
-        if gc is None:
-            batch = (*poses.shape[:-2], CONFIGURATIONS)
-            return self._arc_set(
-                batch,
-                lambda columns: self._handle.feasible_all_many(poses, *columns, thread_count()),
-                progress,
-            )
-        batch, (poses, branches) = broadcast([("pose", poses, 2), ("gc", _checked_gc(gc), 0)])
-        return self._arc_set(
-            batch,
-            lambda columns: self._handle.feasible_many(poses, branches, *columns, thread_count()),
-            progress,
-        )
-
-    @staticmethod
-    def _arc_set(
-        batch: tuple[int, ...], fill: Callable[[_ArcColumns], None], progress: Progress | bool | None
-    ) -> ArcSet:
-        """Return the set whose columns the core fills."""
-        most = _core.ARC_CAPACITY
-        shape = (*batch, most, 2)
-        ends, values, unproven = np.empty(shape), np.empty(shape), np.empty(batch)
-        joint, side = np.empty(shape, dtype=np.int64), np.empty(shape, dtype=np.int64)
-        codes = np.empty((*batch, 2), dtype=np.int64)
-        with progressing(as_progress(progress)):
-            fill((ends, joint, side, values, codes, unproven))
-        count = codes[..., 0].reshape(-1)
-        kept = np.arange(most) < count[:, None]
-        columns = [array.reshape(-1, most, 2)[kept] for array in (ends, joint, side, values)]
-        angles, joints, sides, at = columns
-        status = codes[..., 1].reshape(-1).astype(np.int8)
-        narrow = (joints.astype(np.int8), sides.astype(np.int8))
-        return ArcSet._from_core(
-            batch, (count.copy(), angles, *narrow, at, status), unproven=unproven.reshape(-1)
-        )
+    def _arcs(
+        self, pose: ArrayLike, gc: ArrayLike, wanted: Wanted, sets: Shape, scene: Scene | None,
+        progress: Progress | bool | None = None, paper: tuple[float, float] = (0.0, 0.0),
+    ) -> ArcSet:  # fmt: skip
+        return self._proven_arcs(pose, gc, 0.0, wanted, sets, self._ready_for(scene), progress)
 
     def reachable(self, pose: ArrayLike) -> NDArray[np.bool_] | np.bool_:
         """See `Arm.reachable`."""
-        return np.asarray(self.solve(pose).ok)[()]
+        return np.asarray(self.freedom(pose).ok)[()]
 
     def freedom(self, pose: ArrayLike) -> Freedom:
-        """See `Arm.freedom`: of the free joint."""
-        arcs = self.feasible(pose)
-        held = np.asarray(arcs.count) > 0
+        """See `Arm.freedom`: of the free joint. Where intervals are unproven, `solve` decides."""
+        poses = as_poses("pose", pose, self._handle)
+        arcs = self.feasible(poses)
+        count, codes = np.asarray(arcs.count), np.array(arcs.status, dtype=np.int8)
+        held = count > 0
+        open_ = ~held & (np.asarray(arcs.unproven) > 0.0)
+        for gc in np.flatnonzero(open_.reshape(-1, CONFIGURATIONS).any(axis=0)):
+            at = open_[..., gc]
+            held[at, gc] = is_solved(np.asarray(self.solve(poses[at], gc=int(gc)).status))
         bits = (held * (1 << np.arange(CONFIGURATIONS))).sum(axis=-1).astype(np.uint8)
-        codes = np.where(held.any(axis=-1), np.int8(0), self.solve(pose).status).astype(np.int8)
+        codes[held] = Status.OK
+        rank = np.array([_NEARNESS.index(STATUSES[code]) for code in codes.ravel()], dtype=np.int64)
+        best = rank.reshape(codes.shape).argmin(axis=-1)[..., None]
+        why = np.take_along_axis(codes, best, axis=-1)[..., 0]
         return Freedom(
             bits[()], np.asarray(arcs.measure).sum(axis=-1)[()], _longest(arcs)[()],
-            np.asarray(arcs.count).sum(axis=-1).astype(np.uint8)[()],
-            codes if codes.ndim else STATUSES[int(codes)],
+            count.sum(axis=-1).astype(np.uint8)[()], why if why.ndim else STATUSES[int(why)],
         )  # fmt: skip
 
     @names_keywords_of_arm
@@ -392,10 +348,6 @@ class OffsetArm(Arm):
         """Raise `UnsupportedError`."""
         raise unsupported("explain")
 
-    def self_motion(self, *_: Any, **__: Any) -> Never:
-        """Raise `UnsupportedError`."""
-        raise unsupported("self_motion")
-
     def feasible_turns(self, *_: Any, **__: Any) -> Never:
         """Raise `UnsupportedError`."""
         raise unsupported("feasible_turns")
@@ -403,10 +355,6 @@ class OffsetArm(Arm):
     def clearance(self, *_: Any, **__: Any) -> Never:
         """Raise `UnsupportedError`."""
         raise unsupported("clearance")
-
-    def psi_towards(self, *_: Any, **__: Any) -> Never:
-        """Raise `UnsupportedError`."""
-        raise unsupported("psi_towards")
 
 
 KINDS.append(OffsetArm)

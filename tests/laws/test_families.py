@@ -1,0 +1,143 @@
+"""Laws of every kind of arm: S-R-S, with elbow offsets, calibrated, with an offset wrist or shoulder.
+
+The reference is forward kinematics, a difference or a dense grid, never another query.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.calibrated import calibrated
+
+import armangle as aa
+
+MIRRORED = aa.Arm(
+    a_1=0.117, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, a_3=0.04, a_4=-0.03, signs=[1, -1, 1, 1, -1, 1, 1],
+    offsets=[0.3] * 7, lower=[-2.0] * 7, upper=[2.2] * 7, base=aa.pose([0.1, 0.2, 0.3], rpy=[0.1, 0.2, 0.3]),
+    tool=aa.pose([0.0, 0.1, 0.2], rpy=[0.3, -0.2, 0.1]), name="offset shoulder, elbow offsets",
+)  # fmt: skip
+EXACT = [aa.Arm.from_catalogue(name) for name in ("kuka_iiwa7_r800", "openarm_v10")]
+OFFSET = [aa.Arm.from_catalogue(name) for name in ("franka_fr3", "ufactory_xarm7", "willow_garage_pr2_right")]
+OFFSET.append(MIRRORED)
+CALIBRATED = [calibrated("kuka_iiwa7_r800", 1.0, 1.0)]
+ARMS = [*EXACT, *OFFSET, *CALIBRATED]
+CLOSED = [*EXACT, *OFFSET]  # those whose answers are closed forms, or complete searches
+
+
+def named(arm: aa.Arm) -> str:
+    """Return what tells an arm of the list."""
+    return f"{arm.name} {arm.kind}"
+
+
+def within(arm: aa.Arm, rng: np.random.Generator, count: int) -> Any:
+    """Return joint values within the limits, of a joint without any within a turn."""
+    return rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), (count, 7))
+
+
+def regular(arm: aa.Arm, rng: np.random.Generator, count: int) -> Any:
+    """Return joint values far from singular ones, also of the arm whose free joint is locked."""
+    q = within(arm, rng, 20 * count)
+    size = np.linalg.svd(arm.jacobian(q), compute_uv=False)[:, -1]
+    if arm.redundancy != "arm_angle":
+        rest = np.delete(arm.jacobian(q), int(arm.redundancy[-1]) - 1, axis=-1)
+        size = np.minimum(size, np.linalg.svd(rest, compute_uv=False)[:, -1])
+    return q[np.argsort(-size)[: 4 * count : 4]]
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=named)
+def test_the_self_motion_is_a_difference_along_psi_and_leaves_the_tool(arm: aa.Arm) -> None:
+    q = regular(arm, np.random.default_rng(1), 40)
+    pose, psi, gc = arm.forward(q)
+    rate = arm.self_motion(pose, psi, gc)
+    ahead, behind = (arm.inverse(pose, psi + s, gc, seed=q, limits=False) for s in (1e-6, -1e-6))
+    np.testing.assert_allclose(rate, (ahead - behind) / 2e-6, rtol=1e-5, atol=1e-6)
+    moved = np.einsum("nij,nj->ni", arm.jacobian(q), rate)
+    np.testing.assert_allclose(moved, 0.0, atol=1e-9 * (1 + np.abs(rate).max()))
+
+
+@pytest.mark.parametrize("arm", OFFSET, ids=named)
+def test_the_free_joint_moves_at_its_own_rate_and_where_there_is_none_it_is_infinite(arm: aa.Arm) -> None:
+    q = within(arm, np.random.default_rng(2), 20)
+    free = int(arm.redundancy[-1]) - 1
+    np.testing.assert_allclose(arm.self_motion(*arm.forward(q))[:, free], 1.0, rtol=0, atol=1e-14)
+    hinge = 1 if free == 6 else 5
+    q[:, hinge] = -arm.signs[hinge] * arm.offsets[hinge]
+    assert (np.abs(arm.self_motion(*arm.forward(q))[:, [hinge - 1, hinge + 1]]) > 1e6).all()
+
+
+@pytest.mark.parametrize("arm", CLOSED, ids=named)
+def test_the_intervals_of_a_joint_alone_are_those_of_a_grid(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(3)
+    pose, _, gc = arm.forward(within(arm, rng, 5))
+    sets = arm.feasible(pose, gc, per_joint=True)
+    every = arm.feasible(pose, per_joint=True)
+    assert sets.shape == (5, 7) and every.shape == (5, 8, 7)
+    psi = rng.uniform(-np.pi, np.pi, 500)
+    q = arm.inverse(pose[:, None], psi, gc[:, None], on_error="nan", limits=False)
+    room = np.minimum(q - arm.lower, arm.upper - q)  # NaN where there is none
+    told = np.moveaxis(np.array([sets.contains(np.full((5, 7), x)) for x in psi]), 0, 1)
+    np.testing.assert_array_equal(told[np.abs(room) > 1e-6], (room >= 0)[np.abs(room) > 1e-6])
+    assert not told[np.isnan(room)].any()
+    np.testing.assert_array_equal(every.measure[np.arange(5), gc], sets.measure)
+
+
+@pytest.mark.parametrize("arm", CLOSED, ids=named)
+def test_what_all_joints_leave_is_what_each_of_them_leaves(arm: aa.Arm) -> None:
+    pose, _, gc = arm.forward(within(arm, np.random.default_rng(4), 30))
+    each, whole = arm.feasible(pose, gc, per_joint=True), arm.feasible(pose, gc)
+    for i in range(30):
+        both = aa.ArcSet([(-np.pi, np.pi)])
+        for joint in range(7):
+            both = both & aa.ArcSet(each.intervals[i, joint][: each.count[i, joint]])
+        assert abs(both.measure - whole.measure[i]) < 1e-6
+
+
+@pytest.mark.parametrize("arm", CLOSED, ids=named)
+@pytest.mark.parametrize("wish", ["point", "direction"])
+def test_no_psi_of_a_grid_brings_the_elbow_nearer(arm: aa.Arm, wish: str) -> None:
+    rng = np.random.default_rng(5)
+    pose, _, gc = arm.forward(within(arm, rng, 25))
+    target = arm.elbow(within(arm, rng, 25)) if wish == "point" else rng.normal(size=(25, 3))
+    psi = arm.psi_towards(pose, gc, **{wish: target})
+    grid = np.concatenate([psi[:, None], np.tile(np.linspace(-np.pi, np.pi, 721), (25, 1))], axis=1)
+    q = arm.inverse(pose[:, None], grid, gc[:, None], on_error="nan", limits=False)
+    there = np.isfinite(q[..., 0])
+    elbow = arm.elbow(np.where(there[..., None], q, 0.0))
+    gain = np.einsum("nki,ni->nk", elbow, target)
+    if wish == "point":
+        gain = -np.linalg.norm(elbow - target[:, None], axis=-1)
+    assert there[:, 0].all()
+    assert (gain[:, 0] >= np.where(there, gain, -np.inf).max(axis=1) - 1e-9).all()
+
+
+@pytest.mark.parametrize("arm", OFFSET, ids=named)
+def test_where_every_elbow_is_as_good_it_is_said(arm: aa.Arm) -> None:
+    q = within(arm, np.random.default_rng(6), 1)[0]
+    pose, _, gc = arm.forward(q)
+    end = arm.frames(q)[1 if arm.a_6 else 6, :3, 3]
+    with pytest.raises(aa.UnreachableError, match="as good"):
+        arm.psi_towards(pose, gc, point=end)
+    far = pose.copy()
+    far[:3, 3] += 5.0
+    with pytest.raises(aa.UnreachableError, match=r"out of reach by [0-9.]+ mm"):
+        arm.psi_towards(far, gc, direction="up")
+    assert np.isnan(arm.psi_towards(far, gc, direction="up", on_error="nan"))
+
+
+@pytest.mark.parametrize("arm", CLOSED, ids=named)
+def test_freedom_and_reachable_are_the_numbers_of_the_intervals(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(7)
+    pose = arm.forward(within(arm, rng, 60))[0]
+    pose[::2, :3, 3] += rng.normal(scale=0.3, size=(30, 3))
+    arcs, has = arm.feasible(pose), arm.freedom(pose)
+    held = arcs.count > 0
+    np.testing.assert_array_equal(has.gc >> np.arange(8)[:, None] & 1, held.T)
+    np.testing.assert_allclose(has.total, arcs.measure.sum(axis=-1), rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(has.arcs, arcs.count.sum(axis=-1))
+    np.testing.assert_array_equal(arm.reachable(pose), held.any(axis=-1))
+    np.testing.assert_array_equal(arm.reachable(pose), arm.solve(pose, seed=np.zeros(7)).ok)
+    assert 5 < (~held.any(axis=-1)).sum() < 55
+    one = arm.freedom(pose[0])
+    assert (one.gc, one.arcs) == (has.gc[0], has.arcs[0]) and one.status == has.status[0]
