@@ -1,4 +1,4 @@
-// The arm: lengths, elbow offsets, joint map, limits, base and tool, and what follows from them once.
+// The arm: lengths, elbow offsets, joint map, limits, base and tool, and everything computed from them once.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +13,11 @@
 
 namespace armangle {
 
-/// From what psi is measured: the half-plane through the axis of joint 1, that of a vector of the user's, or
-/// a plane carried over the sphere of directions (reference_plane.hpp).
+/// The zero of psi: the half-plane through the axis of joint 1, that of a user's vector, or a plane carried
+/// over the sphere of directions (reference_plane.hpp).
 enum class Reference : std::uint8_t { base, vector, stereographic };
 
-/// What a user states. Lengths in m, angles in rad, limits in the robot's own joint coordinates q.
+/// The user's description of an arm. Lengths in m, angles in rad, limits in the robot's joint coordinates q.
 /// theta_i = sign_i q_i + offset_i are the angles of the DH rows (Table 1, with a_3 and a_4 for an offset
 /// elbow).
 struct ArmParameters {
@@ -28,26 +28,26 @@ struct ArmParameters {
     Pose<double> base = identity_pose();
     Pose<double> tool = identity_pose();
     Reference reference = Reference::base;
-    Vec3<double> reference_vector{0, 0, 1};  // of Reference::vector, in the frame that poses are given in
-    // Joint 7 stays where it is, and a pose is held with whatever roll about axis 7 that makes; its limits
-    // are infinite then.
+    Vec3<double> reference_vector{0, 0, 1};  // for Reference::vector, in the frame that poses are given in
+    // If true, joint 7 keeps its value and the roll of a pose about axis 7 is free; the limits of joint 7 are
+    // then infinite.
     bool roll_free = false;
 };
 
-/// The parameters with everything that depends on them alone. make_arm is the only maker, and an arm is read,
-/// never changed: one without lengths does not exist.
+/// The parameters and all quantities that depend on them alone. Only make_arm creates an arm, and an arm
+/// never changes. An arm without lengths therefore cannot exist.
 struct Arm : ArmParameters {
     double upper_arm, forearm;  // La = |S-E|, Lb = |E-W|, across axis 4
-    double reach, inner_reach;  // L = La + Lb, D = |La - Lb|; with d_4 hypot(L, d_4), hypot(D, d_4)
-    double size;                // m: all lengths that a pose is made of, and so the measure of its rounding
+    double reach, inner_reach;  // L = La + Lb, D = |La - Lb|; with a gap d_4 hypot(L, d_4), hypot(D, d_4)
+    double size;                // m: sum of all lengths that contribute to a pose; scales its rounding error
     SinCos<double> shoulder_slant;  // of atan2(a_3, d_se)
     SinCos<double> wrist_slant;     // of atan2(a_4, d_ew)
     SinCos<double> delta;           // theta_4 of the stretched arm: wrist_slant - shoulder_slant
     double delta_angle;
     bool has_base, has_tool;
     Pose<double> base_inverse, tool_inverse;
-    double joint_middle[joint_slots];  // of the limits
-    Mat3<double> reference_frame;      // its z along the reference vector, in the frame of the DH rows
+    double joint_middle[joint_slots];  // middle of the limits
+    Mat3<double> reference_frame;      // z along the reference vector, in the frame of the DH rows
 
 private:
     Arm() noexcept = default;
@@ -56,7 +56,7 @@ private:
 
 namespace detail {
 
-/// Whether a pose is the identity, to the bit.
+/// Whether a pose equals the identity exactly.
 inline bool is_identity(const Pose<double>& p) noexcept {
     const auto same = [](const Vec3<double>& a, double x, double y, double z) {
         return a.x == x && a.y == y && a.z == z;
@@ -65,7 +65,7 @@ inline bool is_identity(const Pose<double>& p) noexcept {
            same(p.position, 0, 0, 0);
 }
 
-/// A frame whose z has the direction of v; its x is near that of x or y, whichever is farther from v.
+/// A frame whose z axis has the direction of v. Its x axis is near x or y, whichever is farther from v.
 inline Mat3<double> frame_along(const Vec3<double>& v) noexcept {
     const Vec3<double> z = v * (1.0 / norm(v));
     const Vec3<double> near = abs(z.x) <= abs(z.y) ? Vec3<double>{1, 0, 0} : Vec3<double>{0, 1, 0};
@@ -73,7 +73,7 @@ inline Mat3<double> frame_along(const Vec3<double>& v) noexcept {
     return {x, cross(z, x), z};
 }
 
-/// Direction of a link of this length, from its offset and its part along the axis.
+/// Direction of a link of this length, from its lateral offset and its part along the axis.
 inline SinCos<double> slant(double offset, double along, double length) noexcept {
     if (!(length > 0)) return {0.0, 1.0};
     return {offset / length, along / length};
@@ -81,9 +81,9 @@ inline SinCos<double> slant(double offset, double along, double length) noexcept
 
 }  // namespace detail
 
-/// The arm of these parameters, which must be finite (limits may be infinite), lower <= upper. Without both
-/// links (d_se, d_ew > 0) there is no elbow: forward kinematics holds, and every pose is UNREACHABLE.
-/// The reference vector must have a length.
+/// Creates the arm of these parameters. They must be finite (limits may be infinite) with lower <= upper, and
+/// the reference vector must not be zero. If d_se or d_ew is 0, there is no elbow: forward kinematics works,
+/// and every pose is UNREACHABLE.
 inline Arm make_arm(const ArmParameters& parameters) noexcept {
     Arm arm{};
     static_cast<ArmParameters&>(arm) = parameters;
@@ -110,7 +110,7 @@ inline Arm make_arm(const ArmParameters& parameters) noexcept {
     arm.base_inverse = inverted(arm.base);
     arm.tool_inverse = inverted(arm.tool);
     arm.reference_frame = detail::frame_along(arm.base_inverse.rotation * arm.reference_vector);
-    arm.sign[joints] = 1.0;  // the last slot is nobody's
+    arm.sign[joints] = 1.0;  // the padding slot belongs to no joint
     arm.offset[joints] = 0.0;
     arm.limits.lower[joints] = -infinity;
     arm.limits.upper[joints] = infinity;
@@ -118,7 +118,7 @@ inline Arm make_arm(const ArmParameters& parameters) noexcept {
     return arm;
 }
 
-/// The arm whose joint 7 stays where it is: a pose is held with any roll about axis 7.
+/// The same arm with joint 7 at its current value: a solved pose may have any roll about axis 7.
 inline Arm with_free_roll(const Arm& arm) noexcept {
     ArmParameters p = arm;
     p.roll_free = true;
@@ -127,10 +127,10 @@ inline Arm with_free_roll(const Arm& arm) noexcept {
     return make_arm(p);
 }
 
-/// The arm whose limits, psi and GC an arm has: itself, or of other kinds of arms the one that stands for it.
+/// The arm that supplies limits, psi and GC. An S-R-S arm is its own; other kinds have a nominal arm.
 inline const Arm& nominal(const Arm& arm) noexcept { return arm; }
 
-/// 0T7 of a pose given by the user: base^-1 pose tool^-1.
+/// 0T7 of a user's pose: base^-1 pose tool^-1.
 template <class T>
 ARMANGLE_INLINE Pose<T> flange_pose(const Arm& arm, Pose<T> pose) noexcept {
     if (arm.has_base) pose = spread<T>(arm.base_inverse) * pose;
@@ -138,7 +138,7 @@ ARMANGLE_INLINE Pose<T> flange_pose(const Arm& arm, Pose<T> pose) noexcept {
     return pose;
 }
 
-/// The pose that the user sees for a 0T7: base 0T7 tool.
+/// The user's pose of a 0T7: base 0T7 tool.
 template <class T>
 ARMANGLE_INLINE Pose<T> user_pose(const Arm& arm, Pose<T> flange) noexcept {
     if (arm.has_base) flange = spread<T>(arm.base) * flange;

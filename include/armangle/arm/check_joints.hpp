@@ -1,4 +1,4 @@
-// What is wrong with joints and poses that an arm is given: whether they are numbers, in rad and m.
+// Checks joints and poses given by the user: finite numbers, in rad and m.
 #pragma once
 
 #include "../numbers/arrays.hpp"
@@ -8,11 +8,11 @@
 
 namespace armangle {
 
-/// The middle, by ratio, between a length in m and the same number read in mm: the root of 1000.
+/// The square root of 1000: the geometric mean between a length in m and the same number read in mm.
 inline constexpr double between_metres_and_millimetres = 31.622776601683793;
 
-/// What is wrong with a 4x4 pose that an arm is asked for, and the value that shows it. A position (m) beyond
-/// all lengths of the arm, that is nearer to them by ratio when it is read in mm, was not meant in m.
+/// Checks a 4x4 target pose and stores the offending value. A position (m) far beyond all lengths of the arm
+/// was meant in mm if the reading in mm is closer by ratio.
 template <class AnyArm>
 Problem check_pose(const AnyArm& arm, const double* m, double& value) noexcept {
     const Problem problem = check_pose(m, value);
@@ -22,8 +22,8 @@ Problem check_pose(const AnyArm& arm, const double* m, double& value) noexcept {
     return meant ? Problem::none : Problem::pose_in_millimetres;
 }
 
-/// What is wrong with seven joint values (rad) of an arm, and the value that shows it. A value more than a
-/// turn outside the limits of its joint was not meant in rad.
+/// Checks seven joint values (rad) and stores the offending value. A value more than a turn outside its
+/// limits was not meant in rad.
 template <class AnyArm>
 Problem check_joints(const AnyArm& arm, const double* q, double& value) noexcept {
     const Limits& limits = nominal(arm).limits;

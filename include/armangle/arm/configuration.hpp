@@ -1,4 +1,4 @@
-// Global configuration GC: the branch of the inverse, eq. (2), as three signs or as an index 0..7.
+// Global configuration GC: the branch of the inverse kinematics, eq. (2), as three signs or as an index 0..7.
 #pragma once
 
 #include "joint_map.hpp"
@@ -20,7 +20,7 @@ ARMANGLE_INLINE Configuration<double> configuration(int index) noexcept {
     return {index & 1 ? -1.0 : 1.0, index & 2 ? -1.0 : 1.0, index & 4 ? -1.0 : 1.0};
 }
 
-/// The same constants in every lane.
+/// The same signs in every lane.
 template <class T>
 ARMANGLE_INLINE Configuration<T> spread(const Configuration<double>& gc) noexcept {
     return {T(gc.shoulder), T(gc.elbow), T(gc.wrist)};
@@ -31,13 +31,13 @@ inline int index(const Configuration<double>& gc) noexcept {
     return (gc.shoulder < 0) + 2 * (gc.elbow < 0) + 4 * (gc.wrist < 0);
 }
 
-/// GC of model angles, eq. (2); the elbow's relative to the stretched arm.
+/// GC of model angles, eq. (2); theta_4 counts relative to the stretched arm.
 inline Configuration<double> configuration(const Arm& arm, const double* theta) noexcept {
     const auto sign = [](double angle) { return wrap(angle) < 0 ? -1.0 : 1.0; };
     return {sign(theta[1]), sign(theta[3] - arm.delta_angle), sign(theta[5])};
 }
 
-/// Bits of an index that may be either: at theta_2 (theta_6) of 0 or pi two branches are one.
+/// Bits of an index that are ambiguous: if theta_2 (theta_6) is 0 or pi, two branches coincide.
 inline int shared_signs(const double* theta) noexcept {
     const auto shut = [](double angle) { return abs(std::sin(angle)) <= tolerance::one_axis; };
     return (shut(theta[1]) ? 1 : 0) | (shut(theta[5]) ? 4 : 0);

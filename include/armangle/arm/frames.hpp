@@ -1,4 +1,4 @@
-// The frames of the links at joint values q: the DH rows of table 1 one after the other. Eq. (1), (40)-(46).
+// Link frames at joint values q: the DH rows of table 1 multiplied in order. Eq. (1), (40)-(46).
 #pragma once
 
 #include "joint_map.hpp"
@@ -7,7 +7,7 @@
 
 namespace armangle {
 
-/// A posture in the base frame of the DH rows.
+/// A joint configuration in the base frame of the DH rows.
 struct Chain {
     double theta[joint_slots];
     Vec3<double> z3;      // third column of 0R3: the elbow axis
@@ -36,7 +36,7 @@ ARMANGLE_INLINE Pose<T> dh_step(const Pose<T>& from, const T& sine, const T& cos
     return to;
 }
 
-/// Walks the DH rows at theta: visit(i, 0Ti) for i = 0..7. Table 1 with a_3, a_4 and d_4.
+/// Multiplies the DH rows at theta and calls visit(i, 0Ti) for i = 0..7. Table 1 with a_3, a_4 and d_4.
 template <class T, class Visit>
 ARMANGLE_INLINE void walk(const Arm& arm, const SinCos<T>* angle, const Visit& visit) noexcept {
     Pose<T> frame = spread<T>(identity_pose());
@@ -50,7 +50,7 @@ ARMANGLE_INLINE void walk(const Arm& arm, const SinCos<T>* angle, const Visit& v
     visit(7, frame = dh_step<0>(frame, angle[6].sin, angle[6].cos, arm.d_wf, 0.0));
 }
 
-/// The same at joint values q; theta is stored on the way.
+/// The same at joint values q; also stores theta.
 template <class Visit>
 ARMANGLE_INLINE void walk(const Arm& arm, const JointLanes& q, double* theta_out,
                           const Visit& visit) noexcept {
@@ -77,7 +77,7 @@ ARMANGLE_INLINE Pose<T> nominal_flange(const Arm& arm, const SinCos<T>* angle) n
 
 }  // namespace detail
 
-/// The chain at joint values q (rad, robot coordinates).
+/// Elbow axis, flange and theta at joint values q (rad, robot coordinates).
 ARMANGLE_INLINE Chain chain(const Arm& arm, const JointLanes& q) noexcept {
     Chain out;
     detail::walk(arm, q, out.theta, [&out](int i, const Pose<double>& frame) noexcept {
@@ -87,15 +87,15 @@ ARMANGLE_INLINE Chain chain(const Arm& arm, const JointLanes& q) noexcept {
     return out;
 }
 
-/// The chain of seven joint values.
+/// The same for an array of seven joint values.
 inline Chain chain(const Arm& arm, const double* q) noexcept { return chain(arm, joint_lanes(q)); }
 
-/// The pose of the tool at joint values q, as the user sees it.
+/// Pose of the end effector at joint values q, in the user's frame.
 inline Pose<double> tool_pose(const Arm& arm, const double* q) noexcept {
     return user_pose(arm, chain(arm, q).flange);
 }
 
-/// The DH frames 0..7 at joint values q, in the frame that poses are given in: base 0Ti; the last is the
+/// The DH frames 0..7 at joint values q, in the frame that poses are given in: base 0Ti. The last one is the
 /// flange, without the tool.
 inline void frames(const Arm& arm, const double* q, Pose<double> (&out)[joints + 1]) noexcept {
     double theta[joint_slots];
@@ -103,8 +103,8 @@ inline void frames(const Arm& arm, const double* q, Pose<double> (&out)[joints +
                  [&](int i, const Pose<double>& frame) { out[i] = arm.has_base ? arm.base * frame : frame; });
 }
 
-/// The elbow E at joint values q, m in the frame that poses are given in: the point of joint 4's axis that is
-/// nearest to the shoulder, the origin of DH frame 3. |S-E| is La, also of an offset elbow.
+/// The elbow E at joint values q (m), in the frame that poses are given in. E is the point of joint 4's axis
+/// nearest to the shoulder and the origin of DH frame 3. |S-E| is La, also for an offset elbow.
 inline Vec3<double> elbow_position(const Arm& arm, const double* q) noexcept {
     double theta[joint_slots];
     Vec3<double> out{};

@@ -1,4 +1,4 @@
-// How fast the tool moves with the joints: the geometric Jacobian, a column a joint.
+// The geometric Jacobian: velocity of the end effector per joint velocity, one column a joint.
 #pragma once
 
 #include "frames.hpp"
@@ -7,15 +7,16 @@
 
 namespace armangle {
 
-/// Six rows, seven columns: rows 0-2 linear velocity of the tool's origin, rows 3-5 angular velocity, per
-/// rad/s of q.
+/// Six rows, seven columns, per rad/s of q. Rows 0-2 are the linear velocity of the end effector's origin,
+/// rows 3-5 the angular velocity.
 struct Jacobian {
     double entry[6][joints];
 };
 
 namespace detail {
 
-/// Puts the column of a joint: it turns about `axis`, and `lever` leads from it to the tool's origin.
+/// Stores the column of a joint that rotates about `axis`; `lever` leads from it to the end effector's
+/// origin.
 inline void put_column(Jacobian& to, int joint, const Vec3<double>& axis,
                        const Vec3<double>& lever) noexcept {
     const Vec3<double> linear = cross(axis, lever);
@@ -25,7 +26,7 @@ inline void put_column(Jacobian& to, int joint, const Vec3<double>& axis,
 
 }  // namespace detail
 
-/// The geometric Jacobian of the tool: rows 0-2 linear, 3-5 angular velocity, as the user sees them.
+/// Geometric Jacobian of the end effector in the user's frame: rows 0-2 linear, rows 3-5 angular velocity.
 inline Jacobian jacobian(const Arm& arm, const double* q) noexcept {
     double theta[joint_slots];
     Pose<double> frame[joints + 1];

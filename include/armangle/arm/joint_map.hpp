@@ -1,5 +1,5 @@
-// Joint values q and model angles theta, and the windings between them: the only lines that know the joint
-// map.
+// Conversion between joint values q and model angles theta, and their turns. No other file uses signs and
+// offsets.
 #pragma once
 
 #include "arm.hpp"
@@ -14,13 +14,13 @@ ARMANGLE_INLINE T to_theta(T q, T sign, T offset) noexcept {
     return sign * q + offset;
 }
 
-/// The q of a theta, on the turn as it comes.
+/// q of a theta, without choosing a turn.
 template <class T>
 ARMANGLE_INLINE T to_q(T theta, T sign, T offset) noexcept {
     return sign * (theta - offset);
 }
 
-/// theta of joint j (0..6) at q, and q of its theta.
+/// theta of joint j (0..6) at q, and the inverse.
 inline double to_theta(const Arm& arm, int j, double q) noexcept {
     return to_theta(q, arm.sign[j], arm.offset[j]);
 }
@@ -33,14 +33,14 @@ struct ThetaRange {
     double lower, upper;
 };
 
-/// The range of theta that joint j's limits leave; a sign of -1 turns it round.
+/// The range of theta within the limits of joint j. A sign of -1 reverses it.
 inline ThetaRange theta_range(const Arm& arm, const Limits& limits, int j) noexcept {
     const double a = to_theta(arm, j, limits.lower[j]), b = to_theta(arm, j, limits.upper[j]);
     return {min(a, b), max(a, b)};
 }
 
-/// The q of a theta that lies within [lower, upper]; of several the nearest to `near`, of none the nearest to
-/// the range.
+/// The q of a theta within [lower, upper]. If several turns fit, the one nearest to `near`; if none fits, the
+/// one nearest to the range.
 template <class T>
 ARMANGLE_INLINE T to_q(T theta, T sign, T offset, T lower, T upper, T near) noexcept {
     const T q = to_q(theta, sign, offset);
@@ -50,7 +50,7 @@ ARMANGLE_INLINE T to_q(T theta, T sign, T offset, T lower, T upper, T near) noex
     if (all((lower - tolerance::angle <= nearest) & (nearest <= upper + tolerance::angle))) return nearest;
     const T fewest = ceil((lower - tolerance::angle - q) * turn);
     const T most = floor((upper + tolerance::angle - q) * turn);
-    const T below = q + two_pi * most, above = q + two_pi * fewest;  // used when the range holds no winding
+    const T below = q + two_pi * most, above = q + two_pi * fewest;  // used when the range holds no turn
     const T inside = q + two_pi * min(max(wanted, fewest), most);
     const T outside = select(lower - below < above - upper, below, above);
     return select(most < fewest, outside, inside);
@@ -58,12 +58,12 @@ ARMANGLE_INLINE T to_q(T theta, T sign, T offset, T lower, T upper, T near) noex
 
 namespace detail {
 
-/// How far a joint's value is from a model angle, on the turn about it.
+/// Difference between a joint's model angle and `zero`, wrapped to (-pi, pi].
 inline double off_angle(const Arm& arm, int joint, double zero, double q) noexcept {
     return wrap(to_theta(arm, joint, q) - zero);
 }
 
-/// How far a hinge's value is from straight, theta_2, theta_4 - delta or theta_6, on the turn about it.
+/// Angle of a hinge from straight, wrapped to (-pi, pi]: theta_2, theta_4 - delta or theta_6.
 inline double bend(const Arm& arm, int hinge, double q) noexcept {
     return off_angle(arm, hinge, hinge == 3 ? arm.delta_angle : 0.0, q);
 }

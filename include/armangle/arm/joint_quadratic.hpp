@@ -1,8 +1,8 @@
-// Least squares over seven joints in a box: min 1/2 x' H x - g' x, lower <= x <= upper.
+// Bounded least squares over seven joints: min 1/2 x' H x - g' x, lower <= x <= upper.
 //
-// An active set: solve for the free joints; stop at the first bound on the way and hold the joint there, or,
-// where no bound is in the way, let the joint go whose bound costs most. Every sweep lowers the cost, so that
-// a sweep that runs out of turns still returns a point of the box that is better than its start.
+// An active-set method. Each sweep solves for the free joints and stops at the first bound, which it
+// activates. If no bound interferes, it releases the bound with the steepest descent. Every sweep lowers the
+// cost. If the sweeps run out, the result is still feasible and better than the start.
 // Source: J. Nocedal, S. Wright, Numerical Optimization (2006), algorithm 16.3.
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace armangle {
 
-/// The cost 1/2 x' H x - g' x of a move x of the joints.
+/// The cost 1/2 x' H x - g' x of a joint displacement x.
 struct JointQuadratic {
     double H[joints][joints];  // symmetric, positive definite
     double g[joints];
@@ -22,12 +22,12 @@ struct JointQuadratic {
 
 namespace box_rule {
 inline constexpr int sweeps = 24;
-inline constexpr double pull = 1e-12;  // a bound that is pulled at by less than this share of g is left alone
+inline constexpr double pull = 1e-12;  // a bound stays active if its multiplier is below this share of g
 }  // namespace box_rule
 
 namespace detail {
 
-/// A symmetric matrix of n rows as L D L', entry(a, b) being its own; n may be a constant.
+/// LDL' factorization of a symmetric matrix of n rows with entries entry(a, b); n may be a constant.
 struct Factors {
     double L[joints][joints], inverse[joints];  // of D
 
@@ -45,7 +45,7 @@ struct Factors {
         }
     }
 
-    /// y is the right-hand side, and then the solution.
+    /// y holds the right-hand side on entry and the solution on return.
     template <class Count>
     void solve(Count n, double (&y)[joints]) const noexcept {
         for (int a = 0; a < n; ++a)
@@ -57,7 +57,7 @@ struct Factors {
     }
 };
 
-/// Solves H x = g for the joints marked free, the others held at x.
+/// Solves H x = g for the joints marked free; the other joints keep their x.
 inline void solve_free(const JointQuadratic& p, const bool (&free)[joints], double (&x)[joints]) noexcept {
     int index[joints], n = 0;
     for (int j = 0; j < joints; ++j)
@@ -76,7 +76,7 @@ inline void solve_free(const JointQuadratic& p, const bool (&free)[joints], doub
 
 }  // namespace detail
 
-/// The unbounded minimum of a cost, and of others that differ from it in g alone.
+/// The unconstrained minimum of a cost, reusable for costs that differ in g alone.
 class Unbounded {
 public:
     explicit Unbounded(const JointQuadratic& p) noexcept {
@@ -93,8 +93,8 @@ private:
     detail::Factors factors_;
 };
 
-/// The minimum in the box; x is where to begin. solve(free, y) puts in y the minimum over the joints marked
-/// free, the others held at y.
+/// Minimizes the cost within the bounds; x is the start and the result. solve(free, y) stores in y the
+/// minimum over the joints marked free, with the others fixed at y.
 template <class Solve>
 void minimise(const JointQuadratic& p, const double* lower, const double* upper, double (&x)[joints],
               const Solve& solve) noexcept {
@@ -143,7 +143,7 @@ void minimise(const JointQuadratic& p, const double* lower, const double* upper,
         free[released] = true;
     }
 }
-/// The same by Cholesky's method.
+/// The same, with the factorization of H.
 inline void minimise(const JointQuadratic& p, const double* lower, const double* upper,
                      double (&x)[joints]) noexcept {
     minimise(p, lower, upper, x, [&p](const bool (&free)[joints], double (&y)[joints]) noexcept {

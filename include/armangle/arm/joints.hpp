@@ -1,4 +1,4 @@
-// Seven joint values: how many joints there are, and their values side by side in a register.
+// Number of joints, and seven joint values in one register.
 #pragma once
 
 #include "../numbers/lane.hpp"
@@ -9,7 +9,7 @@
 namespace armangle {
 
 inline constexpr int joints = 7;
-/// Arrays over joints hold one more entry, so that they fill whole registers: a joint that is always 0.
+/// Arrays over joints have one padding entry, always 0, to fill whole registers.
 inline constexpr int joint_slots = 8;
 
 /// Seven values as lanes; the eighth is 0.
@@ -21,20 +21,20 @@ ARMANGLE_INLINE JointLanes joint_lanes(const double* q) noexcept {
     return JointLanes::of(padded);
 }
 
-/// Whether all seven joint values are finite, and not beyond any sense.
+/// Whether all seven joint values are finite and at most tolerance::largest_angle.
 ARMANGLE_INLINE bool is_finite(const JointLanes& q) noexcept {
     return all(abs(q) <= JointLanes(tolerance::largest_angle));
 }
-/// The same of seven numbers.
+/// The same for an array of seven numbers.
 inline bool is_finite(const double* q) noexcept { return is_finite(joint_lanes(q)); }
 
 namespace detail {
 
-/// Largest move of a joint; no operand may be NaN.
+/// Largest difference of one joint between two configurations (rad); no operand may be NaN.
 ARMANGLE_INLINE double largest_move(const JointLanes& a, const JointLanes& b) noexcept {
     return -least(-abs(a - b));
 }
-/// The same of seven numbers each.
+/// The same for arrays of seven numbers.
 inline double largest_move(const double* a, const double* b) noexcept {
     return largest_move(joint_lanes(a), joint_lanes(b));
 }

@@ -1,6 +1,5 @@
-// Joint limits, and how far joints are from them, in the robot's own joint coordinates q. They are not the
-// arm: a step's box, limits drawn in by a margin and limits moved out to explain a refusal are Limits like
-// any others.
+// Joint limits, and distances to them, in the robot's joint coordinates q. Limits are separate from the arm.
+// They also hold the box of one step, limits narrowed by a margin, and limits widened to explain a rejection.
 #pragma once
 
 #include "joints.hpp"
@@ -9,7 +8,7 @@
 
 namespace armangle {
 
-/// rad; +-infinity: no limit. The last slot stays without one.
+/// rad; +-infinity means no limit. The padding slot has no limits.
 struct Limits {
     double lower[joint_slots] = {-infinity, -infinity, -infinity, -infinity,
                                  -infinity, -infinity, -infinity, -infinity};
@@ -17,12 +16,12 @@ struct Limits {
                                  infinity, infinity, infinity, infinity};
 };
 
-/// Whether a joint has no limit at all: its turns then mean nothing.
+/// Whether a joint has no limits; its number of turns is then irrelevant.
 inline bool is_unlimited(const Limits& limits, int joint) noexcept {
     return limits.lower[joint] == -infinity && limits.upper[joint] == infinity;
 }
 
-/// Middle of a joint's range; 0 where it has no two ends.
+/// Middle of a joint's range (rad); 0 unless both limits are finite.
 inline double middle(const Limits& limits, int joint) noexcept {
     const double lower = limits.lower[joint], upper = limits.upper[joint];
     return lower > -infinity && upper < infinity ? 0.5 * (lower + upper) : 0.0;
@@ -36,7 +35,7 @@ inline Limits limits_of_one(const Limits& limits, int joint) noexcept {
     return out;
 }
 
-/// The limits of all joints moved inward by `margin` (rad).
+/// All limits narrowed by `margin` (rad).
 inline Limits drawn_in(Limits limits, double margin) noexcept {
     for (int j = 0; j < joints; ++j) {
         limits.lower[j] += margin;
@@ -45,18 +44,18 @@ inline Limits drawn_in(Limits limits, double margin) noexcept {
     return limits;
 }
 
-/// Least distance to a limit over all joints; infinite without limits, NaN where a joint is not finite.
+/// Distance to the nearest joint limit (rad): infinite without limits, NaN if a joint is not finite.
 ARMANGLE_INLINE double limit_margin(const Limits& limits, const JointLanes& q) noexcept {
-    if (any(is_nan(q))) return not_a_number;  // min would pass over it
+    if (any(is_nan(q))) return not_a_number;  // min would ignore NaN
     return least(min(q - JointLanes::load(limits.lower), JointLanes::load(limits.upper) - q));
 }
-/// The same of seven joint values.
+/// The same for an array of seven joint values.
 inline double limit_margin(const Limits& limits, const double* q) noexcept {
     return limit_margin(limits, joint_lanes(q));
 }
 
-/// How limit_margin moves with the joints: +1 or -1 at the joint whose limit is nearest, 0 elsewhere and
-/// without limits; NaN where a joint is not finite.
+/// Gradient of limit_margin by the joints: +1 or -1 at the joint whose limit is nearest, 0 elsewhere and
+/// without limits. NaN if a joint is not finite.
 inline void limit_margin_gradient(const Limits& limits, const double* q, double (&out)[joints]) noexcept {
     const double least = limit_margin(limits, q);
     int nearest = -1;
@@ -71,7 +70,7 @@ inline void limit_margin_gradient(const Limits& limits, const double* q, double 
     if (nearest >= 0 && least < infinity) out[nearest] = slope;
 }
 
-/// Whether no joint is further than `slack` (rad) outside its limits.
+/// Whether no joint violates its limits by more than `slack` (rad).
 inline bool within_limits(const Limits& limits, const double* q, double slack) noexcept {
     return limit_margin(limits, q) >= -slack;
 }

@@ -1,4 +1,4 @@
-// The inverse over arrays: each block of poses is checked, solved as lanes and stored in one pass.
+// Inverse kinematics over arrays: each block of poses is checked, solved in lanes and stored in one pass.
 #pragma once
 
 #include "../arm/check_joints.hpp"
@@ -9,10 +9,10 @@
 
 namespace armangle {
 
-/// What a batch does where limits or reach are not kept: nothing, report a problem, or write NaN.
+/// Action if limits or reach are violated: nothing, report a problem, or write NaN.
 enum class Enforce : int { ignore, raise, nan };
 
-/// Arguments of a batched inverse. seed may be null. `gc` in 0..7.
+/// Arguments of a batched inverse. seed may be null. `gc` is in 0..7.
 struct InverseBatch {
     Strided<const double> pose, psi, seed;
     Strided<const long long> gc;
@@ -25,7 +25,7 @@ namespace detail {
 
 using Batch = Lane<register_width>;
 
-/// Element-wise check, on the slow path: a lane saw that something is wrong.
+/// Checks one element after a lane detected a fault (slow path).
 template <class AnyArm>
 Problem check_numbers(const AnyArm& arm, const InverseBatch& b, std::size_t i, double& value) noexcept {
     const Problem pose = check_pose(arm, b.pose.at(i), value);
@@ -59,7 +59,7 @@ inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t 
     return Problem::none;
 }
 
-/// The arguments of as many elements as a lane holds.
+/// The arguments of one block of elements, one element a lane.
 struct LaneInput {
     Pose<Batch> pose;
     Batch psi, bad;
@@ -67,7 +67,7 @@ struct LaneInput {
     Batch near[joints];
 };
 
-/// The value that each joint shall be near, and a seed that is not finite or not in rad as a bad lane.
+/// Loads the value that each joint should be near; a seed that is not finite or not in rad marks a bad lane.
 inline void load_seed(const Arm& arm, const InverseBatch& b, const std::size_t* at, LaneInput& in) noexcept {
     for (int j = 0; j < joints; ++j) {
         in.near[j] = Batch(arm.joint_middle[j]);
@@ -79,7 +79,7 @@ inline void load_seed(const Arm& arm, const InverseBatch& b, const std::size_t* 
     }
 }
 
-/// A block of elements transposed to lanes; `bad` is not 0 in a lane whose numbers need the slow path.
+/// Transposes a block of elements to lanes; `bad` is not 0 in a lane that needs the slow path.
 inline LaneInput load_block(const Arm& arm, const InverseBatch& b, const std::size_t* at) noexcept {
     alignas(64) double m[16][register_width], psi[register_width], bad[register_width];
     alignas(64) double shoulder[register_width], elbow[register_width], wrist[register_width];
@@ -113,7 +113,7 @@ inline LaneInput load_block(const Arm& arm, const InverseBatch& b, const std::si
     return in;
 }
 
-/// Solves a block; the lanes of the result are q of each joint.
+/// Solves a block; lane i of q[j] is joint j of element i.
 inline void solve_block(const Arm& arm, const LaneInput& in, const SelfMotion<Batch>& m, Batch* q) noexcept {
     const Directions<Batch> d = directions(m, sin_cos(in.psi));
     for (int j = 0; j < joints; ++j) {
@@ -127,7 +127,7 @@ inline void fill_nan(double* q) noexcept {
     for (int j = 0; j < joints; ++j) q[j] = not_a_number;
 }
 
-/// The lanes that were not plain: reports or fills with NaN, as asked.
+/// Handles an element that is not regular: reports it or fills it with NaN, as requested.
 inline void settle_element(const Arm& arm, const InverseBatch& b, std::size_t i, Outcome& outcome) noexcept {
     double value = 0;
     const Problem problem = check_element(arm, b, i, value);
@@ -137,7 +137,7 @@ inline void settle_element(const Arm& arm, const InverseBatch& b, std::size_t i,
     if (!geometry || b.unreachable != Enforce::nan) outcome.report(problem, i, value);
 }
 
-/// An element outside its limits: reports it, or fills it with NaN, as asked.
+/// Handles an element outside its limits: reports it or fills it with NaN, as requested.
 inline void enforce_limits(const Arm& arm, const InverseBatch& b, std::size_t i, Outcome& outcome) noexcept {
     double* q = b.out.at(i);
     for (int j = 0; j < joints; ++j) {

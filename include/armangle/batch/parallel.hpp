@@ -1,4 +1,4 @@
-// Threads: a range of elements split into one part each, or element by element as each is done with its last.
+// Threads: split a range into one part each, or take single elements as each thread becomes free.
 #pragma once
 
 #include <atomic>
@@ -17,12 +17,11 @@ namespace armangle {
 
 inline constexpr std::size_t most_threads = 64;
 
-/// Splits [0, n) into one range a thread; work(begin, end, thread). While the calling thread waits for the
-/// others it calls idle() twenty times a second.
+/// Splits [0, n) into one range a thread and calls work(begin, end, thread). While it waits, the calling
+/// thread calls idle() twenty times a second.
 template <class Work, class Idle>
 void parallel(std::size_t n, int threads, const Work& work, const Idle& idle) {
-    // the system is asked how many cores it has only where it matters: the answer takes longer than many
-    // poses
+    // asks the system for the number of cores only if needed, because the answer takes longer than many poses
     std::size_t count = threads > 0 ? static_cast<std::size_t>(threads) : std::thread::hardware_concurrency();
     if (count == 0) count = 1;
     if (count > n) count = n ? n : 1;
@@ -54,9 +53,9 @@ void parallel(std::size_t n, int threads, const Work& work) {
     parallel(n, threads, work, [] {});
 }
 
-/// work(k) for every k in [0, n), each by the thread that is free first: for few elements of unequal work,
-/// which may throw. What one throws is thrown here, and those not yet begun are left out. idle(), as above,
-/// may throw too.
+/// Calls work(k) for every k in [0, n), each on the first free thread; for few elements of unequal cost. If a
+/// call of work throws, the exception is rethrown here and the remaining elements are skipped. idle() is
+/// called as above and may throw too.
 template <class Work, class Idle>
 void in_turn(std::size_t n, int threads, const Work& work, const Idle& idle) {
     std::atomic<std::size_t> next{0};
@@ -89,7 +88,7 @@ void in_turn(std::size_t n, int threads, const Work& work, const Idle& idle) {
 #endif
 }
 
-/// The problem with the lowest index of all threads.
+/// The problem with the lowest index among all threads.
 inline Outcome first_problem(const Outcome* outcomes, std::size_t count) noexcept {
     Outcome first;
     for (std::size_t t = 0; t < count; ++t)

@@ -1,4 +1,4 @@
-// Derivatives of the inverse over arrays, as lanes: gradients the way back, and the matrices.
+// Derivatives of the inverse over arrays, in lanes: gradients (reverse mode) and Jacobian matrices.
 #pragma once
 
 #include "../circle/pose_gradient.hpp"
@@ -10,8 +10,8 @@ namespace armangle {
 
 namespace detail {
 
-/// Goes through elements [begin, end) of a batch: lanes(at, count, input, rates) of each block, then one(i)
-/// of the elements in it that are not plain - bad input, no posture, or a derivative that does not exist.
+/// Processes elements [begin, end) of a batch. First calls lanes(at, count, input, rates) for each block.
+/// Then calls one(i) for the elements that are not regular: bad input, no solution, or no derivative.
 template <class Lanes, class One>
 ARMANGLE_INLINE void for_rates(const Arm& arm, const InverseBatch& b, std::size_t begin, std::size_t end,
                                const Lanes& lanes, const One& one) noexcept {
@@ -43,8 +43,8 @@ inline void store_rows(const Batch (&lane)[size], const std::size_t* at, std::si
 
 }  // namespace detail
 
-/// inverse_derivative() of elements [begin, end) into b.out, 49 numbers an element; bad input is reported,
-/// and so is geometry without an answer unless b.unreachable says NaN.
+/// Writes inverse_derivative() of elements [begin, end) into b.out, 49 numbers an element. Reports bad input,
+/// and geometry without a solution unless b.unreachable requests NaN.
 inline void derivative_range(const Arm& arm, const InverseBatch& b, std::size_t begin, std::size_t end,
                              Outcome& outcome) noexcept {
     using detail::Batch;
@@ -70,15 +70,15 @@ inline void derivative_range(const Arm& arm, const InverseBatch& b, std::size_t 
     });
 }
 
-/// Gradients by the joints, taken back to poses and arm angles.
+/// Gradients by the joints, pulled back to poses and arm angles.
 struct PullbackBatch {
     InverseBatch at;  // b.out is not used
     Strided<const double> by_q;
     Strided<double> by_pose, by_psi;
 };
 
-/// inverse_pullback() of elements [begin, end). Poses that are none are reported; so is a gradient that does
-/// not exist, unless `at.unreachable` says NaN.
+/// inverse_pullback() of elements [begin, end). Reports invalid poses, and missing gradients unless
+/// `at.unreachable` requests NaN.
 inline void pullback_range(const Arm& arm, const PullbackBatch& b, std::size_t begin, std::size_t end,
                            Outcome& outcome) noexcept {
     using detail::Batch;

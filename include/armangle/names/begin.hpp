@@ -1,12 +1,12 @@
-// Hides the macros of <windows.h>, <X11/Xlib.h> and <curses.h> that are names here, until end.hpp brings them
-// back.
+// Hides the macros of <windows.h>, <X11/Xlib.h> and <curses.h> that share a name with something in this
+// library. end.hpp restores them.
 //
-// Every header with code includes this after its last other include, and end.hpp at its bottom: so no other
-// library's header is read without its macros. No #pragma once, since each header needs the pair.
+// Every header with code includes this file after its last other include, and end.hpp at its bottom. Other
+// libraries' headers therefore see their own macros. No #pragma once: each header needs the pair.
 
-// The standard that the headers need. (MSVC tells it in _MSVC_LANG; g++ 10 says 201709 for C++20.)
+// The headers need C++20. MSVC reports the standard in _MSVC_LANG; g++ 10 reports 201709 for C++20.
 #if defined(_MSVC_LANG) ? _MSVC_LANG <= 201703L : __cplusplus <= 201703L
-// There is no such file. Unlike #error this ends the compilation, so the one line is not lost among hundreds.
+// No such file exists. Unlike #error, this ends the compilation, so the message is not lost among hundreds.
 #include "armangle needs C++20: compile with -std=c++20, or with /std:c++20 where the compiler is MSVC"
 #endif
 
@@ -25,8 +25,8 @@
 #pragma push_macro("OK")
 #undef OK
 
-// g++ takes an int of a template for a change of sign where it is the bound of an array. clang++ tells that
-// from others, and watches those.
+// When a template's int is the bound of an array, g++ mistakes it for a change of sign. clang++ distinguishes
+// the two, so clang++ checks sign conversions.
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wsign-conversion"

@@ -1,4 +1,4 @@
-// Brings back the macros that begin.hpp hid.
+// Restores the macros that begin.hpp hid.
 
 #pragma pop_macro("near")
 #pragma pop_macro("far")

@@ -1,7 +1,7 @@
-// atan2, sine and cosine for every scalar: short polynomials, so that a lane and a double give the same bits.
+// atan2, sine and cosine for every scalar type. The polynomials are short, and a lane and a double give the
+// same bits.
 //
-// The coefficients are Chebyshev fits in 60-digit arithmetic; the truncation errors stated are those of the
-// fits.
+// The coefficients are Chebyshev fits computed in 60-digit arithmetic, with the truncation errors stated.
 #pragma once
 
 #include "lane.hpp"
@@ -10,7 +10,7 @@
 
 namespace armangle {
 
-/// x modulo a turn, in (-pi, pi].
+/// Wraps x to (-pi, pi].
 template <class T>
 ARMANGLE_INLINE T wrap(T x) noexcept {
     const T y = x - two_pi * round(x * (1.0 / two_pi));
@@ -25,8 +25,8 @@ ARMANGLE_INLINE T lift(T x, T near) noexcept {
 
 namespace detail {
 
-/// Terms c[first], c[first + 1], ... of a polynomial, `count` of them, where powers[k] = x^(2^k): by halves,
-/// so that the longest chain of dependent operations is the logarithm of the degree.
+/// Evaluates `count` terms c[first], c[first + 1], ... of a polynomial, where powers[k] = x^(2^k). The sum is
+/// split into halves, so the longest chain of dependent operations is the logarithm of the degree.
 template <int first, int count, class T, int K, int P>
 ARMANGLE_INLINE T halved(const double (&c)[K], const T (&powers)[P]) noexcept {
     if constexpr (count == 1) {
@@ -50,7 +50,7 @@ ARMANGLE_INLINE T polynomial(const double (&c)[K], T x) noexcept {
 
 inline constexpr double tan_eighth_pi = 0.41421356237309503;
 inline constexpr double pi_tail = 1.2246467991473532e-16;  // pi - double(pi)
-// pi/2 in three pieces; the first two have 33 bits, so that k * piece is exact for |k| <= 2^20.
+// pi/2 in three pieces. The first two have 33 bits, so k * piece is exact for |k| <= 2^20.
 inline constexpr double half_pi_1 = 1.5707963267341256;
 inline constexpr double half_pi_2 = 6.077100506303966e-11;
 inline constexpr double half_pi_3 = 2.0222662487959506e-21;
@@ -80,7 +80,7 @@ ARMANGLE_INLINE T atan2(T y, T x) noexcept {
     return copysign(angle, y);
 }
 
-/// As one lane: a `select` of doubles is a branch, and the octant is as good as random.
+/// Evaluated as one lane: for doubles a `select` compiles to a branch, and the octant is unpredictable.
 ARMANGLE_INLINE double atan2(double y, double x) noexcept {
 #if defined(__CUDA_ARCH__)
     return atan2<double>(y, x);
@@ -89,7 +89,7 @@ ARMANGLE_INLINE double atan2(double y, double x) noexcept {
 #endif
 }
 
-/// Sine and cosine of an angle, or any pair in their place.
+/// Sine and cosine of an angle, or any pair that is used like them.
 template <class T>
 struct SinCos {
     T sin, cos;
@@ -119,7 +119,7 @@ ARMANGLE_INLINE SinCos<T> sin_cos(T x) noexcept {
             select((quadrant == T(1.0)) | behind, -cosine, cosine)};
 }
 
-/// As one lane, like atan2.
+/// Evaluated as one lane, like atan2.
 ARMANGLE_INLINE SinCos<double> sin_cos(double x) noexcept {
 #if defined(__CUDA_ARCH__)
     return sin_cos<double>(x);

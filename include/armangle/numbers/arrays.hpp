@@ -1,5 +1,5 @@
-// Arrays that others own: elements by stride, poses as 4x4 matrices, and the first thing that is wrong in
-// them.
+// Views of arrays owned by the caller: strided elements, poses as 4x4 matrices, and the first invalid element
+// of a batch.
 #pragma once
 
 #include <cstddef>
@@ -18,11 +18,11 @@ struct Strided {
 
     /// Element i.
     T* at(std::size_t i) const noexcept { return data + static_cast<std::ptrdiff_t>(i) * stride; }
-    /// The array from element i on.
+    /// The array that starts at element i.
     Strided from(std::size_t i) const noexcept { return {at(i), stride}; }
 };
 
-/// What can be wrong with an element of a batch.
+/// Everything that can be wrong with an element of a batch.
 enum class Problem : int {
     none = 0,
     pose_not_finite,
@@ -30,31 +30,31 @@ enum class Problem : int {
     pose_not_rotation,  // value: largest entry of |R^T R - I|
     pose_reflection,
     pose_too_far,         // value: m, beyond tolerance::farthest
-    pose_in_millimetres,  // value: m, far beyond all lengths of the arm
-    psi_not_finite,       // or beyond tolerance::largest_angle; of joints too
+    pose_in_millimetres,  // value: m, far beyond the sum of all lengths of the arm
+    psi_not_finite,       // or beyond tolerance::largest_angle; also used for joints
     gc_range,             // value: the gc
     joints_not_finite,
-    joints_in_degrees,  // value: what lies more than a turn outside its limits
-    unreachable,        // value: m beyond the reach, or inside the inner reach
+    joints_in_degrees,  // value: a joint value more than a turn outside its limits
+    unreachable,        // value: distance (m) beyond the reach, or inside the inner reach
     folded,
     joint_limit,     // value: joint 1..7
     still,           // psi does not move the elbow
-    on_axis,         // the elbow is nowhere nearer to what is wished
+    on_axis,         // no place of the elbow is nearer to the target than another
     not_unit,        // value: the length of a quaternion
-    near_singular,   // of a nearly S-R-S arm: branches meet
-    no_convergence,  // of a nearly S-R-S arm
+    near_singular,   // a nearly S-R-S arm near a singularity, where branches meet
+    no_convergence,  // the iteration for a nearly S-R-S arm did not converge
     on_end,          // of an arm with an offset: the same, of the shoulder or the wrist
     no_posture,      // of an arm with an offset: at this value of the free joint, or of the branch
     no_derivative,   // value: the Hindrance
 };
 
-/// The first problem of a batch: which, where, and the value that shows it.
+/// The first problem of a batch: its kind, its index, and the offending value.
 struct Outcome {
     Problem problem = Problem::none;
     std::size_t index = 0;
     double value = 0;
 
-    /// Keeps a problem, if none was met at an earlier index.
+    /// Records a problem unless an earlier index already has one.
     void report(Problem p, std::size_t i, double v) noexcept {
         if (problem == Problem::none || i < index) {
             problem = p;
@@ -64,7 +64,7 @@ struct Outcome {
     }
 };
 
-/// A 4x4 row-major homogeneous matrix as a pose.
+/// Reads a 4x4 row-major homogeneous matrix as a pose.
 inline Pose<double> load_pose(const double* m) noexcept {
     return {{{m[0], m[4], m[8]}, {m[1], m[5], m[9]}, {m[2], m[6], m[10]}}, {m[3], m[7], m[11]}};
 }
@@ -77,7 +77,7 @@ inline void store_pose(const Pose<double>& p, double* m) noexcept {
     for (int i = 0; i < 16; ++i) m[i] = rows[i];
 }
 
-/// What is wrong with a 4x4 pose, and the value that shows it.
+/// Checks a 4x4 pose. Returns the problem and stores the offending value.
 inline Problem check_pose(const double* m, double& value) noexcept {
     for (int i = 0; i < 16; ++i)
         if (!std::isfinite(m[i])) {

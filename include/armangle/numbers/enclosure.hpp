@@ -1,8 +1,8 @@
-// Enclosure: a value and a radius that holds every value a quantity takes over a box, as a scalar of
-// formulas.
+// Enclosure: a scalar that holds a middle and a radius. Together they enclose every value of a quantity over
+// a box.
 //
-// The middle is the value at the middle of the box, exactly; the radius bounds how far it moves over the box.
-// Rounding is not in the radius (interval.hpp has it): what is decided by an enclosure is decided up to
+// The middle is the exact value at the middle of the box. The radius bounds how far the value moves over the
+// box. The radius does not include rounding (interval.hpp does), so conclusions from an enclosure hold up to
 // rounding. Source: centred forms, R. E. Moore, Interval Analysis (1966), chapter 6.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace armangle {
 
-/// A middle, and how far from it values go at most.
+/// A middle, and the largest distance of any value from it.
 template <class T>
 struct Enclosure {
     T middle, radius;
@@ -38,13 +38,13 @@ struct Enclosure {
     }
 };
 
-/// The square: one value taken twice.
+/// The square of one value; tighter than a product of two independent values.
 template <class T>
 ARMANGLE_INLINE Enclosure<T> square(const Enclosure<T>& a) noexcept {
     return {a.middle * a.middle, a.radius * (T(2.0) * abs(a.middle) + a.radius)};
 }
 
-/// 1 / a of an `a` that is positive over the whole box; elsewhere the numbers mean nothing.
+/// 1 / a, valid only if `a` is positive over the whole box; otherwise the result is meaningless.
 template <class T>
 ARMANGLE_INLINE Enclosure<T> reciprocal(const Enclosure<T>& a) noexcept {
     const T least = a.middle - a.radius;

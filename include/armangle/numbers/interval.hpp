@@ -1,10 +1,10 @@
-// Interval: a scalar whose every result is certain to hold the real one. The formulas of the library run on
-// it as they are.
+// Interval: a scalar whose every result is guaranteed to contain the real result. The library's formulas run
+// on it unchanged.
 //
-// Bounds are widened outward after each operation by more than its rounding: |x| 2^-52 + 1e-300 is at least
-// one unit in the last place. Only + - * / and sqrt of the machine are trusted, correctly rounded by IEEE
-// 754. A comparison may be undecided; a `select` on such a mask is the whole line, which no condition can be
-// proven from, so that its user subdivides.
+// Each operation widens its bounds outward by more than its rounding: |x| 2^-52 + 1e-300 is at least one unit
+// in the last place. It trusts only the machine's + - * / and sqrt, which IEEE 754 rounds correctly. A
+// comparison may be undecided. `select` on an undecided mask returns the whole line; no condition can be
+// proven from it, so the caller subdivides.
 #pragma once
 
 #include "angles.hpp"
@@ -13,7 +13,7 @@
 
 namespace armangle {
 
-/// What is known of a comparison: whether it can hold, and whether it can fail, for members of the intervals.
+/// Result of a comparison: whether it can hold and whether it can fail for members of the intervals.
 struct Decision {
     bool may_hold, may_fail;
 
@@ -28,16 +28,16 @@ struct Decision {
 
 namespace detail {
 
-/// A number that is less, or greater, by more than the rounding of one operation.
+/// A number that is smaller (greater) by more than the rounding of one operation.
 inline double below(double x) noexcept { return x - (std::fabs(x) * 0x1p-52 + 1e-300); }
 inline double above(double x) noexcept { return x + (std::fabs(x) * 0x1p-52 + 1e-300); }
-/// The lesser and the greater, as the interval's own operations take it: by one comparison.
+/// The lesser and the greater of two numbers by one comparison, as the interval's own operations use them.
 inline double lesser(double a, double b) noexcept { return a < b ? a : b; }
 inline double greater(double a, double b) noexcept { return a < b ? b : a; }
 
-/// Bound of the error of sin_cos(double) for |x| <= 1e3: its reduction errs by at most two roundings of a
-/// number below 1.6 (2.3e-16 each) and by |k| 1e-36, its polynomials by a truncation of 2e-17 and roundings
-/// of less than 4e-16.
+/// Bound of the error of sin_cos(double) for |x| <= 1e3. The reduction errs by at most two roundings of a
+/// number below 1.6 (2.3e-16 each) and by |k| 1e-36. The polynomials err by a truncation of 2e-17 and by
+/// roundings below 4e-16.
 inline constexpr double sin_cos_error = 1e-15;
 inline constexpr double sin_cos_range = 1e3;
 
@@ -97,8 +97,8 @@ inline Interval select(Decision mask, const Interval& yes, const Interval& no) n
     return mask.may_hold ? Interval::whole() : no;
 }
 
-/// A value that is 0 where a gap is within rounding, and else positive (elbow.hpp): of an arm that may be
-/// stretched, and of those near it.
+/// A value that is 0 if a gap is within rounding, and positive otherwise (elbow.hpp). The result covers the
+/// stretched arm, if it is possible, together with the arms near it.
 inline Interval cut_off(const Interval& gap, const Interval& rounding, const Interval& value) noexcept {
     const Decision vanishes = gap <= rounding;
     if (!vanishes.may_hold) return value;
@@ -115,14 +115,14 @@ inline Interval abs(const Interval& a) noexcept {
     return {0.0, detail::greater(-a.lo, a.hi)};
 }
 
-/// The squares of its members: never negative, which a * a of an interval about 0 is.
+/// The squares of all members. Unlike a * a of an interval around 0, the result is never negative.
 inline Interval square(const Interval& a) noexcept {
     const Interval product = a * a;
     return {a.lo <= 0 && a.hi >= 0 ? 0.0 : detail::greater(product.lo, 0.0), product.hi};
 }
 
-/// Root of the members that have one: an argument that is never negative in the reals may have a bound below
-/// 0.
+/// Square roots of the members that have one. The lower bound of an argument may fall below 0 although the
+/// real argument is never negative.
 inline Interval sqrt(const Interval& a) noexcept {
     if (!(a.hi >= 0) || !a.bounded()) return Interval::whole();
     const double lo = a.lo > 0 ? detail::below(std::sqrt(a.lo)) : 0.0;
@@ -138,7 +138,7 @@ inline Interval min(const Interval& a, const Interval& b) noexcept {
 
 inline Interval max(const Interval& a, const Interval& b) noexcept { return -min(-a, -b); }
 
-/// What both enclose; either where the other is unbounded. Disjoint enclosures cannot be of one number.
+/// The intersection of two enclosures of one number, which always overlap; if one is unbounded, the other.
 inline Interval meet(const Interval& a, const Interval& b) noexcept {
     if (!a.bounded()) return b;
     if (!b.bounded()) return a;
@@ -154,7 +154,7 @@ inline Interval near_unit(double lower, double upper) noexcept {
 
 }  // namespace detail
 
-/// Sine and cosine: their values at the ends, and +-1 where an extreme lies or may lie between.
+/// Sine and cosine: their values at both ends, and +-1 if an extreme lies or may lie between the ends.
 inline SinCos<Interval> sin_cos(const Interval& x) noexcept {
     const Interval any{-1.0, 1.0};
     if (!(x.lo >= -detail::sin_cos_range && x.hi <= detail::sin_cos_range) || !(x.hi - x.lo < 1.0))
@@ -163,7 +163,7 @@ inline SinCos<Interval> sin_cos(const Interval& x) noexcept {
     using detail::greater, detail::lesser, detail::near_unit;
     SinCos<Interval> out{near_unit(lesser(a.sin, b.sin), greater(a.sin, b.sin)),
                          near_unit(lesser(a.cos, b.cos), greater(a.cos, b.cos))};
-    // Within a width below 1 each function has one extreme at most, where the other changes its sign.
+    // Within a width below 1 each function has at most one extreme: the zero of the other function.
     const bool cos_changes = !(out.cos.lo > 0 || out.cos.hi < 0),
                sin_changes = !(out.sin.lo > 0 || out.sin.hi < 0);
     if (cos_changes) (a.sin + b.sin > 0 ? out.sin.hi : out.sin.lo) = a.sin + b.sin > 0 ? 1.0 : -1.0;

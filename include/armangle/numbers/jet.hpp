@@ -1,7 +1,7 @@
-// Jet<T, K>: a function of one variable by its Taylor coefficients up to order K, as a scalar.
+// Jet<T, K>: a scalar that holds the Taylor coefficients of a function of one variable up to order K.
 //
-// The formulas of the library run on it as they are: Jet<double, 3> gives q, q', q'', q''' along a path in
-// closed form, Jet<Interval, 1> encloses values and slopes over a stretch of the path.
+// The library's formulas run on it unchanged. Jet<double, 3> gives q, q', q'', q''' along a path in closed
+// form. Jet<Interval, 1> encloses values and slopes over a piece of the path.
 #pragma once
 
 #include <type_traits>
@@ -97,7 +97,7 @@ Jet<T, K> abs(const Jet<T, K>& a) noexcept {
     return select(a < Jet<T, K>(0.0), -a, a);
 }
 
-/// A whole turn is constant: it moves the value alone.
+/// Wrapping adds whole turns to the value and leaves the derivatives unchanged.
 template <class T, int K>
 Jet<T, K> wrap(Jet<T, K> a) noexcept {
     a.coefficient[0] = wrap(a.coefficient[0]);

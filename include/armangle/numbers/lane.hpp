@@ -1,7 +1,7 @@
 // Lane<N>: N doubles that take every operation together, in the compiler's own vector types.
 //
-// Each operation is per lane the same IEEE operation as on a double, so a lane's result does not depend on
-// its neighbours, and equals the result of the scalar formula bit for bit (compiled without contraction).
+// Each lane performs the same IEEE operation as a double. A lane's result therefore does not depend on its
+// neighbours and equals the result of the scalar formula bit for bit (compiled without contraction).
 #pragma once
 
 #include <bit>
@@ -20,7 +20,7 @@ namespace armangle {
 template <int N>
 struct Lane;
 
-/// N decisions side by side.
+/// N Boolean values, one per lane.
 template <int N>
 struct LaneMask {
     static constexpr int width = N < register_width ? N : register_width, registers = N / width;
@@ -29,7 +29,7 @@ struct LaneMask {
     bool operator[](int i) const noexcept { return part[i / width][i % width] != 0; }
 };
 
-/// N doubles side by side, as a scalar.
+/// N doubles as one scalar.
 template <int N>
 struct Lane {
     static constexpr int width = LaneMask<N>::width, registers = LaneMask<N>::registers;
@@ -47,22 +47,22 @@ struct Lane {
     /// Writes lane i.
     void set(int i, double x) noexcept { part[i / width][i % width] = x; }
 
-    /// N numbers in a row.
+    /// Reads N consecutive numbers.
     static Lane load(const double* from) noexcept {
         Lane out;
         __builtin_memcpy(out.part, from, sizeof(out.part));
         return out;
     }
-    /// Of values that were just computed one by one.
+    /// Builds a lane from values that were just computed one by one.
     ARMANGLE_INLINE static Lane of(const double (&values)[N]) noexcept {
         Lane out;
         for (int i = 0; i < registers; ++i) out.part[i] = detail::assemble<width>(values + i * width);
         return out;
     }
-    /// Writes N numbers in a row.
+    /// Writes N consecutive numbers.
     void store(double* to) const noexcept { __builtin_memcpy(to, part, sizeof(part)); }
 
-    // `#define` and not twenty hand-written bodies: every operator is "for each register, the same operator".
+    // One macro instead of twenty written bodies: every operator applies the same operator to each register.
 #define ARMANGLE_LANE_ARITHMETIC(op)                                                 \
     ARMANGLE_INLINE friend Lane operator op(const Lane& a, const Lane& b) noexcept { \
         Lane out;                                                                    \
@@ -168,7 +168,7 @@ ARMANGLE_INLINE unsigned bits(const LaneMask<N>& mask) noexcept {
     return out;
 }
 
-/// Of each lane the one that the mask picks.
+/// For each lane, the value that the mask selects.
 template <int N>
 ARMANGLE_INLINE Lane<N> select(const LaneMask<N>& mask, const Lane<N>& yes, const Lane<N>& no) noexcept {
     Lane<N> out;
@@ -184,7 +184,7 @@ ARMANGLE_INLINE Lane<N> sqrt(const Lane<N>& x) noexcept {
     return out;
 }
 
-/// a b + c, rounded as that of a double is.
+/// a b + c, rounded like mul_add of doubles.
 template <int N>
 ARMANGLE_INLINE Lane<N> mul_add(const Lane<N>& a, const Lane<N>& b, const Lane<N>& c) noexcept {
     Lane<N> out;
@@ -218,8 +218,8 @@ ARMANGLE_INLINE Lane<N> copysign(const Lane<N>& magnitude, const Lane<N>& sign_o
 
 #endif
 
-/// f(i) for each bit i that is set, in rising order. Bits and not an array of bools with a plain loop: so
-/// the arcs of one branch take 12 % less time, of all eight 14 % (benchmarks/run_cpp.py, AVX-512).
+/// Calls f(i) for each set bit i, in rising order. Compared with an array of bools and a plain loop, the arcs
+/// of one branch take 12 % less time, of all eight 14 % (benchmarks/run_cpp.py, AVX-512).
 template <class F>
 ARMANGLE_INLINE void for_each_bit(unsigned mask, const F& f) noexcept {
     for (unsigned left = mask; left != 0; left &= left - 1) f(std::countr_zero(left));
@@ -237,7 +237,7 @@ ARMANGLE_INLINE bool all(const LaneMask<N>& mask) noexcept {
     return !any(!mask);
 }
 
-/// The least of eight.
+/// The smallest of eight values.
 ARMANGLE_INLINE double least(const Lane<8>& x) noexcept {
     const Lane<8> four = min(x, swap_halves(x));
     const double a = four[0], b = four[1], c = four[2], d = four[3];

@@ -1,4 +1,4 @@
-// Vectors, rotations and poses of any scalar: only what the formulas use.
+// Vectors, rotations and poses for any scalar type; only the operations that the formulas use.
 #pragma once
 
 #include "scalar.hpp"
@@ -55,7 +55,7 @@ ARMANGLE_INLINE Vec3<T> combine(const Vec3<T>& a, const T& x, const Vec3<T>& b, 
     return mul_add(a, x, b * y);
 }
 
-/// Of each component the one that the mask picks.
+/// For each component, the value that the mask selects.
 template <class M, class T>
 ARMANGLE_INLINE Vec3<T> select(const M& mask, const Vec3<T>& yes, const Vec3<T>& no) noexcept {
     return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
@@ -77,7 +77,7 @@ ARMANGLE_INLINE Mat3<T> operator*(const Mat3<T>& a, const Mat3<T>& b) noexcept {
     return {a * b.x, a * b.y, a * b.z};
 }
 
-/// r^T v: of a rotation the way back.
+/// r^T v; if r is a rotation, the inverse rotation of v.
 template <class T>
 ARMANGLE_INLINE Vec3<T> transposed_times(const Mat3<T>& r, const Vec3<T>& v) noexcept {
     return {dot(r.x, v), dot(r.y, v), dot(r.z, v)};
@@ -101,7 +101,7 @@ ARMANGLE_INLINE Vec3<T> spread(const Vec3<double>& v) noexcept {
     return {T(v.x), T(v.y), T(v.z)};
 }
 
-/// A pose with each number in all lanes.
+/// A pose that has the same numbers in every lane.
 template <class T>
 ARMANGLE_INLINE Pose<T> spread(const Pose<double>& p) noexcept {
     return {{spread<T>(p.rotation.x), spread<T>(p.rotation.y), spread<T>(p.rotation.z)},
@@ -113,7 +113,7 @@ ARMANGLE_INLINE Pose<double> identity_pose() noexcept {
     return {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
 }
 
-/// The transform back, of one whose rotation is orthonormal.
+/// The inverse of a transform whose rotation is orthonormal.
 template <class T>
 ARMANGLE_INLINE Pose<T> inverted(const Pose<T>& p) noexcept {
     const auto& [x, y, z] = p.rotation;
@@ -121,7 +121,7 @@ ARMANGLE_INLINE Pose<T> inverted(const Pose<T>& p) noexcept {
             {-dot(x, p.position), -dot(y, p.position), -dot(z, p.position)}};
 }
 
-/// Largest entry of |R^T R - I|; an entry that is NaN may pass: is_rigid finds it.
+/// Largest entry of |R^T R - I|. A NaN entry may go unnoticed here; is_rigid detects it.
 template <class T>
 ARMANGLE_INLINE T orthonormality_error(const Mat3<T>& r) noexcept {
     const T one(1.0);
@@ -129,13 +129,13 @@ ARMANGLE_INLINE T orthonormality_error(const Mat3<T>& r) noexcept {
     return max(lengths, max(max(abs(dot(r.x, r.y)), abs(dot(r.y, r.z))), abs(dot(r.z, r.x))));
 }
 
-/// Whether a pose is finite, not absurdly far away, and its rotation proper and orthonormal within the
-/// tolerance.
+/// Whether a pose is finite and within tolerance::farthest, and its rotation is proper and orthonormal within
+/// the tolerance.
 ARMANGLE_INLINE bool is_rigid(const Pose<double>& p) noexcept {
     const auto& [x, y, z] = p.rotation;
     const bool near = abs(p.position.x) + abs(p.position.y) + abs(p.position.z) <= tolerance::farthest;
     return near && orthonormality_error(p.rotation) <= tolerance::rotation &&
-           dot(cross(x, y), z) > 0;  // false of NaN
+           dot(cross(x, y), z) > 0;  // false for NaN
 }
 
 }  // namespace armangle

@@ -1,5 +1,5 @@
-// Vector registers of this processor, in the compiler's own types: the only file that asks which processor it
-// is.
+// Vector registers of this processor, in the compiler's own types. No other file asks which processor it runs
+// on.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ inline constexpr int register_width = 2;
 
 namespace detail {
 
-/// W doubles in one register, and what a comparison of them gives.
+/// W doubles in one register, and the result type of a comparison.
 template <int W>
 struct Vector {
     typedef double Values __attribute__((vector_size(8 * W)));
@@ -36,9 +36,9 @@ using Values2 = Vector<2>::Values;
 using Mask2 = Vector<2>::Mask;
 
 #if defined(__x86_64__)
-/// The roots of the numbers of a register.
+/// Square roots of the numbers of a register.
 ARMANGLE_INLINE Values2 register_sqrt(Values2 x) noexcept { return _mm_sqrt_pd(x); }
-/// The decisions of a register as bits, the first the lowest.
+/// Packs the Boolean values of a register into bits; the first value is the lowest bit.
 ARMANGLE_INLINE unsigned register_bits(Mask2 mask) noexcept {
     return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(mask)));
 }
@@ -57,7 +57,7 @@ ARMANGLE_INLINE unsigned register_bits(Mask2 mask) noexcept {
 }
 #endif
 
-/// a b + c, in one instruction where there is one.
+/// a b + c, in one instruction if the processor has one.
 ARMANGLE_INLINE Values2 register_mul_add(Values2 a, Values2 b, Values2 c) noexcept {
 #if defined(__x86_64__) && defined(__FMA__)
     return _mm_fmadd_pd(a, b, c);
@@ -91,7 +91,7 @@ ARMANGLE_INLINE Values4 register_mul_add(Values4 a, Values4 b, Values4 c) noexce
 using Values8 = Vector<8>::Values;
 using Mask8 = Vector<8>::Mask;
 
-// the plain form of the root trips -Wmaybe-uninitialized in g++ 12
+// the plain form of the square root triggers -Wmaybe-uninitialized in g++ 12
 ARMANGLE_INLINE Values8 register_sqrt(Values8 x) noexcept { return _mm512_mask_sqrt_pd(x, 0xff, x); }
 ARMANGLE_INLINE unsigned register_bits(Mask8 mask) noexcept {
     return _cvtmask8_u32(_mm512_movepi64_mask(reinterpret_cast<__m512i>(mask)));
@@ -101,8 +101,7 @@ ARMANGLE_INLINE Values8 register_mul_add(Values8 a, Values8 b, Values8 c) noexce
 }
 #endif
 
-/// Values put together in registers: a load right behind the stores of single values would wait for all of
-/// them.
+/// Assembles values in registers. A load right after stores of single values would wait for all of them.
 template <int W>
 ARMANGLE_INLINE typename Vector<W>::Values assemble(const double* v) noexcept {
     using Values = typename Vector<W>::Values;

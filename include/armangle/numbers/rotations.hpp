@@ -1,4 +1,4 @@
-// Rotations as people write them: a quaternion, turns about fixed axes, an axis times an angle.
+// Common descriptions of a rotation: quaternion, turns about fixed axes, axis times angle.
 #pragma once
 
 #include "angles.hpp"
@@ -10,7 +10,7 @@ namespace armangle {
 
 namespace detail {
 
-/// v cos + (axis x v) sin + axis (axis . v) (1 - cos) of the three vectors (Rodrigues).
+/// Rodrigues' formula: v cos + (axis x v) sin + axis (axis . v) (1 - cos), from its three vectors.
 template <class T>
 Vec3<T> rodrigues(const Vec3<T>& v, const Vec3<T>& across, const Vec3<T>& along,
                   const SinCos<T>& sc) noexcept {
@@ -19,14 +19,14 @@ Vec3<T> rodrigues(const Vec3<T>& v, const Vec3<T>& across, const Vec3<T>& along,
 
 }  // namespace detail
 
-/// Rotation of v, a constant, about a unit axis by the angle of sc.
+/// Rotates a constant vector v about a unit axis by the angle of sc.
 template <class T>
 Vec3<T> rotated(const Vec3<double>& v, const Vec3<double>& axis, const SinCos<T>& sc) noexcept {
     const Vec3<T> across = spread<T>(cross(axis, v)), along = spread<T>(axis * dot(axis, v));
     return detail::rodrigues(spread<T>(v), across, along, sc);
 }
 
-/// Rotation of v, of any scalar, about a unit axis by the angle of sc.
+/// Rotates a vector v of any scalar type about a unit axis by the angle of sc.
 template <class T>
 Vec3<T> turned(const Vec3<T>& v, const Vec3<double>& axis, const SinCos<T>& sc) noexcept {
     const Vec3<T> about = spread<T>(axis);
@@ -40,7 +40,7 @@ inline Mat3<double> rotation(const Vec3<double>& axis, double angle) noexcept {
             rotated(Vec3<double>{0, 0, 1}, axis, sc)};
 }
 
-/// The rotation of w + x i + y j + z k, which is made unit; it must not be 0.
+/// The rotation of the quaternion w + x i + y j + z k, which is normalized first; it must not be 0.
 inline Mat3<double> from_quaternion(double w, double x, double y, double z) noexcept {
     const double length = sqrt(w * w + x * x + y * y + z * z);
     w /= length;
@@ -52,12 +52,12 @@ inline Mat3<double> from_quaternion(double w, double x, double y, double z) noex
             {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)}};
 }
 
-/// Turns about the fixed axes x, then y, then z (rad), as in URDF: Rz(yaw) Ry(pitch) Rx(roll).
+/// Rotations about the fixed axes x, then y, then z (rad), as in URDF: Rz(yaw) Ry(pitch) Rx(roll).
 inline Mat3<double> from_rpy(double roll, double pitch, double yaw) noexcept {
     return rotation({0, 0, 1}, yaw) * rotation({0, 1, 0}, pitch) * rotation({1, 0, 0}, roll);
 }
 
-/// The rotation about the direction of v by its length (rad).
+/// The rotation about the direction of v by the length of v (rad).
 inline Mat3<double> from_rotation_vector(const Vec3<double>& v) noexcept {
     const double largest = max(max(abs(v.x), abs(v.y)), abs(v.z));
     if (largest == 0) return {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -66,7 +66,7 @@ inline Mat3<double> from_rotation_vector(const Vec3<double>& v) noexcept {
     return rotation(scaled * (1.0 / length), largest * length);
 }
 
-/// The nearest rotation to a matrix that is one within 1e-6, by two steps of Newton: R (3 - R^T R) / 2.
+/// The rotation nearest to a matrix that is a rotation within 1e-6: two Newton steps R (3 - R^T R) / 2.
 template <class T>
 Mat3<T> orthonormal(Mat3<T> r) noexcept {
     for (int pass = 0; pass < 2; ++pass) {
@@ -82,7 +82,7 @@ Mat3<T> orthonormal(Mat3<T> r) noexcept {
 
 namespace detail {
 
-/// Rz(angle) of a direction, as a pose.
+/// Rotates a pose about its own z axis; the direction gives cosine and sine of the angle.
 template <class T>
 ARMANGLE_INLINE Pose<T> turned_about_z(const Pose<T>& from, const SinCos<T>& angle) noexcept {
     const auto& [x, y, z] = from.rotation;

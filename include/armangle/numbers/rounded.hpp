@@ -1,14 +1,13 @@
-// Rounded: a value, or many in lanes, with a bound of its size and one of its error. The formulas of the
-// library run on it as they are; in lanes both bounds are those of all lanes together, so that they cost next
-// to nothing.
+// Rounded: a scalar that holds one value or many lanes, with one bound of size and one bound of error. The
+// library's formulas run on it unchanged. All lanes share both bounds, so the bounds cost almost nothing.
 //
 // u is half a unit in the last place. IEEE 754 gives |fl(a op b) - (a op b)| <= u |a op b|, and so
 //
 //     |a| <= A, |error of a| <= e:    a + b:  A + B,   e_a + e_b + u (A + B)
 //                                     a b:    A B,     A e_b + B e_a + e_a e_b + u (A + e_a) (B + e_b)
 //
-// A term of 2 u covers the rounding of the value; that of the bounds, sums and products of positive numbers,
-// takes a share of u of them in each operation, and `bound` adds the share of 2^20 operations.
+// A term of 2 u covers the rounding of the value. The bounds are sums and products of positive numbers; each
+// operation rounds them by a share of u. `bound` adds the share of 2^20 operations.
 #pragma once
 
 #include "scalar.hpp"
@@ -23,7 +22,7 @@ struct Rounded {
     T value;
     double size, radius;
 
-    /// Twice the relative rounding of an operation.
+    /// Twice the relative rounding of one operation.
     static constexpr double rounding = 0x1p-52;
 
     Rounded() noexcept = default;
@@ -32,7 +31,7 @@ struct Rounded {
     /// One exact number.
     ARMANGLE_INLINE Rounded(double exact) noexcept : value(exact), size(abs(exact)), radius(0.0) {}
 
-    /// A bound of the error, its own rounding included.
+    /// A bound of the error, including the rounding of the bound itself.
     double bound() const noexcept { return radius * (1.0 + 0x1p-32) + 1e-300; }
 
     ARMANGLE_INLINE friend Rounded operator+(const Rounded& a, const Rounded& b) noexcept {

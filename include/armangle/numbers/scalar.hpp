@@ -1,7 +1,7 @@
-// The seam between formulas and numbers: what a scalar must offer to be used in them.
+// The interface between formulas and numbers: the operations that a scalar type must offer.
 //
-// Every formula of the library is written once, for a scalar T. T is double, a Lane of doubles (one pose per
-// lane, lane.hpp) or an Interval (interval.hpp). A branch is a `select` on a mask, so that all lanes take it.
+// Every formula is written once, for a scalar T: double, a Lane of doubles (one pose per lane, lane.hpp) or
+// an Interval (interval.hpp). A case distinction is a `select` on a mask, so all lanes run the same code.
 #pragma once
 
 #include <cmath>
@@ -11,7 +11,7 @@
 #error "armangle needs IEEE arithmetic: compile without -ffast-math"
 #endif
 
-// The small functions are called millions of times a second: a call each would cost more than what they do.
+// Inlines small functions: they run millions of times a second, and a call would cost more than their body.
 #if defined(__CUDACC__)
 #define ARMANGLE_INLINE __host__ __device__ inline
 #elif defined(__GNUC__) && !defined(ARMANGLE_SMALL)
@@ -20,7 +20,7 @@
 #define ARMANGLE_INLINE inline
 #endif
 
-// A function off the usual way, kept out of it.
+// Keeps a rarely used function out of line.
 #if defined(__CUDACC__)
 #define ARMANGLE_SELDOM __host__ __device__
 #else
@@ -37,8 +37,8 @@ inline constexpr double half_pi = 0.5 * pi;
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 inline constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-/// What each scalar type offers, here of double: root, magnitude, the sign of another, one of two values by a
-/// decision, and whether a decision holds in any or in all of its lanes.
+/// The operations of each scalar type, here for double: square root, absolute value, copying a sign,
+/// selecting one of two values by a mask. A mask can be tested for any and for all of its lanes.
 ARMANGLE_INLINE double sqrt(double x) noexcept { return std::sqrt(x); }
 ARMANGLE_INLINE double abs(double x) noexcept { return std::fabs(x); }
 ARMANGLE_INLINE double copysign(double magnitude, double sign) noexcept {
@@ -48,7 +48,7 @@ ARMANGLE_INLINE double select(bool mask, double yes, double no) noexcept { retur
 ARMANGLE_INLINE bool any(bool mask) noexcept { return mask; }
 ARMANGLE_INLINE bool all(bool mask) noexcept { return mask; }
 
-/// a b + c: one rounding where the machine has it in hardware, two elsewhere; the same for every scalar type.
+/// a b + c, for every scalar type: one rounding if the hardware has a fused operation, otherwise two.
 ARMANGLE_INLINE double mul_add(double a, double b, double c) noexcept {
 #if defined(__CUDA_ARCH__)
     return std::fma(a, b, c);
@@ -59,25 +59,25 @@ ARMANGLE_INLINE double mul_add(double a, double b, double c) noexcept {
 #endif
 }
 
-/// The mask of what is not a number: nothing else differs from itself.
+/// Mask of NaN values: only NaN differs from itself.
 template <class T>
 ARMANGLE_INLINE auto is_nan(const T& x) noexcept {
     return !(x == x);
 }
 
-/// The lesser of two; a where neither is less, as beside a NaN.
+/// The lesser of two values; a if neither is less, as with a NaN.
 template <class T>
 ARMANGLE_INLINE T min(T a, T b) noexcept {
     return select(b < a, b, a);
 }
 
-/// The greater of two; a where neither is greater, as beside a NaN.
+/// The greater of two values; a if neither is greater, as with a NaN.
 template <class T>
 ARMANGLE_INLINE T max(T a, T b) noexcept {
     return select(a < b, b, a);
 }
 
-/// sqrt(a^2 + b^2), without care for overflow.
+/// sqrt(a^2 + b^2), without protection against overflow.
 template <class T>
 ARMANGLE_INLINE T hypot(T a, T b) noexcept {
     return sqrt(mul_add(a, a, b * b));
@@ -86,18 +86,18 @@ ARMANGLE_INLINE T hypot(T a, T b) noexcept {
 /// Nearest integer, for |x| < 2^51; ties to even.
 template <class T>
 ARMANGLE_INLINE T round(T x) noexcept {
-    constexpr double shift = 6755399441055744.0;  // 1.5 * 2^52: adding it leaves no room for a fraction
+    constexpr double shift = 6755399441055744.0;  // 1.5 * 2^52: the sum has no bits left for a fraction
     return (x + shift) - shift;
 }
 
-/// The largest whole number up to x.
+/// The largest whole number that is not above x.
 template <class T>
 ARMANGLE_INLINE T floor(T x) noexcept {
     const T nearest = round(x);
     return nearest - select(x < nearest, T(1.0), T(0.0));
 }
 
-/// The least whole number from x on.
+/// The smallest whole number that is not below x.
 template <class T>
 ARMANGLE_INLINE T ceil(T x) noexcept {
     const T nearest = round(x);

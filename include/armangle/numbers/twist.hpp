@@ -1,4 +1,4 @@
-// Moves of a body as six numbers: what lies between two poses, and the pose after a move.
+// Rigid motions as six numbers: the difference of two poses, and the pose after a motion.
 #pragma once
 
 #include "rotations.hpp"
@@ -7,13 +7,13 @@
 
 namespace armangle {
 
-/// The vector along the axis of a rotation, as long as its angle (rad), in [0, pi].
+/// Rotation vector of a rotation: along its axis, its length the angle in [0, pi] (rad).
 inline Vec3<double> rotation_vector(const Mat3<double>& r) noexcept {
     const Vec3<double> twice_sine{r.y.z - r.z.y, r.z.x - r.x.z, r.x.y - r.y.x};
     const double sine = 0.5 * norm(twice_sine), cosine = 0.5 * (r.x.x + r.y.y + r.z.z - 1.0);
     const double angle = atan2(sine, cosine);
     if (cosine > -0.9) return twice_sine * (sine > 0 ? 0.5 * angle / sine : 0.5);
-    // Near half a turn the sine has lost the axis; R + R^T + (1 - tr R) I = 2 (1 - cos) axis axis^T has it.
+    // Near half a turn the sine loses the axis. R + R^T + (1 - tr R) I = 2 (1 - cos) axis axis^T keeps it.
     const double rest = -2.0 * cosine;
     const Vec3<double> columns[] = {{2 * r.x.x + rest, r.x.y + r.y.x, r.x.z + r.z.x},
                                     {r.x.y + r.y.x, 2 * r.y.y + rest, r.y.z + r.z.y},
@@ -26,13 +26,13 @@ inline Vec3<double> rotation_vector(const Mat3<double>& r) noexcept {
     return axis * (side * angle / size);
 }
 
-/// The rotation back.
+/// The inverse rotation.
 inline Mat3<double> transposed(const Mat3<double>& r) noexcept {
     return {{r.x.x, r.y.x, r.z.x}, {r.x.y, r.y.y, r.z.y}, {r.x.z, r.y.z, r.z.z}};
 }
 
-/// A small or finite move of a body: metres and radians, about the body's own origin and in the frame that
-/// poses are given in.
+/// A small or finite rigid motion (m, rad): it rotates about the body's own origin, in the frame that poses
+/// are given in.
 struct Twist {
     Vec3<double> linear{0, 0, 0}, angular{0, 0, 0};
 
@@ -45,17 +45,17 @@ struct Twist {
     }
 };
 
-/// The move that leads from one pose to another.
+/// The motion from one pose to another.
 inline Twist difference(const Pose<double>& from, const Pose<double>& to) noexcept {
     return {to.position - from.position, rotation_vector(to.rotation * transposed(from.rotation))};
 }
 
-/// The pose after a move.
+/// The pose after a motion.
 inline Pose<double> moved_by(const Pose<double>& pose, const Twist& move) noexcept {
     return {orthonormal(from_rotation_vector(move.angular) * pose.rotation), pose.position + move.linear};
 }
 
-/// sqrt(|dp|^2 + (length |angle|)^2) in m; `length` is how many metres a radian counts as.
+/// sqrt(|dp|^2 + (length |angle|)^2) in m; `length` converts one radian to metres.
 inline double size(const Twist& t, double length) noexcept {
     return sqrt(dot(t.linear, t.linear) + length * length * dot(t.angular, t.angular));
 }

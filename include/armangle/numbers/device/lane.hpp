@@ -1,5 +1,5 @@
-// Lane<N> for nvcc, which knows no vector types in device code: N doubles in an array. A thread of a device
-// takes one pose, on doubles; lanes are here so that the functions that take them compile.
+// Lane<N> for nvcc, whose device code has no vector types: N doubles in an array. A device thread solves one
+// pose on doubles. Lanes exist here only so that the functions that take them compile.
 #pragma once
 
 #if defined(__CUDACC__)
@@ -14,7 +14,7 @@ namespace armangle {
 
 inline constexpr int register_width = 2;
 
-/// What a comparison of lanes gives: a bool for each.
+/// Result of a comparison of lanes: one bool per lane.
 template <int N>
 struct LaneMask {
     bool part[N];
@@ -36,20 +36,20 @@ struct Lane {
     /// Writes lane i.
     ARMANGLE_INLINE void set(int i, double x) noexcept { part[i] = x; }
 
-    /// N numbers in a row.
+    /// Reads N consecutive numbers.
     ARMANGLE_INLINE static Lane load(const double* from) noexcept {
         Lane out;
         for (int i = 0; i < N; ++i) out.part[i] = from[i];
         return out;
     }
-    /// Of values that were just computed one by one.
+    /// Builds a lane from values that were just computed one by one.
     ARMANGLE_INLINE static Lane of(const double (&values)[N]) noexcept { return load(values); }
-    /// Writes N numbers in a row.
+    /// Writes N consecutive numbers.
     ARMANGLE_INLINE void store(double* to) const noexcept {
         for (int i = 0; i < N; ++i) to[i] = part[i];
     }
 
-    // as in lane.hpp: every operator is "for each number, the same operator"
+    // as in lane.hpp: every operator applies the same operator to each number
 #define ARMANGLE_LANE_OPERATOR(Result, op)                                             \
     ARMANGLE_INLINE friend Result operator op(const Lane& a, const Lane& b) noexcept { \
         Result out;                                                                    \
@@ -124,7 +124,7 @@ ARMANGLE_INLINE unsigned bits(const LaneMask<N>& mask) noexcept {
     return out;
 }
 
-/// Of each lane the one that the mask picks.
+/// For each lane, the value that the mask selects.
 template <int N>
 ARMANGLE_INLINE Lane<N> select(const LaneMask<N>& mask, const Lane<N>& yes, const Lane<N>& no) noexcept {
     return detail::each_lane<Lane, N>([&](int i) { return mask.part[i] ? yes.part[i] : no.part[i]; });
@@ -136,7 +136,7 @@ ARMANGLE_INLINE Lane<N> sqrt(const Lane<N>& x) noexcept {
     return detail::each_lane<Lane, N>([&](int i) { return armangle::sqrt(x.part[i]); });
 }
 
-/// a b + c, rounded as that of a double is.
+/// a b + c, rounded like mul_add of doubles.
 template <int N>
 ARMANGLE_INLINE Lane<N> mul_add(const Lane<N>& a, const Lane<N>& b, const Lane<N>& c) noexcept {
     return detail::each_lane<Lane, N>(
