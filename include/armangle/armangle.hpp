@@ -1,4 +1,4 @@
-// The whole library but for planning. In reading order: the paper's story.
+// Includes the whole library except planning, in the paper's order.
 #pragma once
 
 #include "version.hpp"

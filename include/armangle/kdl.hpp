@@ -1,4 +1,4 @@
-// The library as a solver behind KDL's interface. Optional: needs orocos-kdl, and is not part of
+// The library as a solver with KDL's interface. Optional: it needs orocos-kdl and is not part of
 // armangle.hpp.
 #pragma once
 
@@ -10,25 +10,25 @@
 
 namespace armangle {
 
-/// The pose of a frame of KDL.
+/// Converts a KDL frame to a pose.
 inline Pose<double> from_kdl(const KDL::Frame& f) noexcept {
     const auto column = [&](int i) { return Vec3<double>{f.M(0, i), f.M(1, i), f.M(2, i)}; };
     return {{column(0), column(1), column(2)}, {f.p.x(), f.p.y(), f.p.z()}};
 }
 
-/// The frame of KDL of a pose.
+/// Converts a pose to a KDL frame.
 inline KDL::Frame to_kdl(const Pose<double>& p) {
     const auto& [x, y, z] = p.rotation;
     return {KDL::Rotation(x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z),
             KDL::Vector(p.position.x, p.position.y, p.position.z)};
 }
 
-/// KDL::ChainIkSolverPos of an S-R-S arm: the posture of the pose that is nearest to q_init.
+/// KDL::ChainIkSolverPos for an S-R-S arm: the solution nearest to q_init.
 ///
-/// Nearest of all there are, of all branches, arm angles and windings within the limits, by the root of the
-/// sum of squares (nearest_posture); a q_init that solves the pose is returned as it is. For a loop that must
-/// not change its branch see armangle::step. No solution is an error code with the library's own sentence in
-/// strError; q_out is then left alone. `arm` must be the chain's: same frames, same joint coordinates.
+/// It is the nearest over all branches, arm angles and turns within the limits, by the root of the sum of
+/// squares (nearest_posture). A q_init that solves the pose is returned unchanged. For a loop that must keep
+/// its branch see armangle::step. Without a solution the result is an error code, strError has its sentence,
+/// and q_out is unchanged. `arm` must match the chain: same frames, same joint coordinates.
 class ChainIkSolverPos : public KDL::ChainIkSolverPos {
 public:
     static constexpr int first_error = -100;  // error = first_error - Status
@@ -50,7 +50,7 @@ public:
         return error = E_NOERROR;
     }
 
-    void updateInternalDataStructures() override {}  // the arm is a constant
+    void updateInternalDataStructures() override {}  // nothing to update: the arm is constant
 
     const char* strError(const int code) const override {
         const int status = first_error - code;

@@ -1,13 +1,13 @@
-// How a KUKA LBR's controller names a posture: pose, E1, Status, Turn.
+// The representation of a solution in a KUKA LBR's controller: pose, E1, Status, Turn.
 //
-// E1 is the value of axis A3 and not an angle of the elbow's circle: of 1288 frames taught on robots, of
-// three public projects, all agree with it (docs: kuka.md). With A3 given the wrist in frame 2 is
+// E1 is the value of axis A3, not an angle on the elbow's circle: this holds for all 1288 frames taught on
+// robots in three public projects (docs: kuka.md). With A3 given, the wrist in frame 2 is
 //
 //     (x2, y2, z2) = (-s4 c3 d_ew, -s4 s3 d_ew, d_se + c4 d_ew),
 //
-// which A1 and A2 carry to the wrist p of the pose: |y2| is how far it stays beside their plane, so that
-// x = +-sqrt(p_x^2 + p_y^2 - y2^2) is how far it lies before axis 1, behind it where Status bit 0 is set;
-// A2 turns (x2, z2) into (x, p_z), and A1 turns (x, y2) into (p_x, p_y).
+// which A1 and A2 carry to the wrist p of the pose. |y2| is its distance from the plane of A1 and A2. So x =
+// +-sqrt(p_x^2 + p_y^2 - y2^2) is its distance in front of axis 1, behind it if Status bit 0 is set. A2 turns
+// (x2, z2) into (x, p_z), and A1 turns (x, y2) into (p_x, p_y).
 #pragma once
 
 #include "armangle.hpp"
@@ -16,10 +16,10 @@
 
 namespace armangle::kuka {
 
-/// Bits of Status: the wrist behind axis 1 (overhead), A4 < 0, A6 < 0.
+/// Bits of Status: wrist behind axis 1 (overhead), A4 < 0, A6 < 0.
 inline constexpr int overhead = 1, bent_back = 2, wrist_down = 4, status_bits = 8, turn_bits = 1 << joints;
 
-/// Whether an arm is built as those controllers expect: no elbow offset, all joints 0 where it is stretched.
+/// Whether an arm is built as those controllers assume: no elbow offset, and stretched if all joints are 0.
 inline bool is_alike(const Arm& arm) noexcept {
     bool alike = arm.a_3 == 0 && arm.a_4 == 0 && arm.d_4 == 0;
     for (int j = 0; j < joints; ++j) alike &= arm.offset[j] == 0;
@@ -44,38 +44,38 @@ inline int status(const Arm& arm, const double* q) noexcept {
 
 namespace detail {
 
-/// Whether theta of a joint is 0 or pi, and its cosine, 1 or -1; 0 where it is neither.
+/// The cosine of a joint's theta, 1 or -1, if theta is 0 or pi; 0 otherwise.
 inline double straight(const Arm& arm, const double* q, int joint) noexcept {
     const SinCos<double> at = sin_cos(to_theta(arm, joint, q[joint]));
     if (abs(at.sin) > tolerance::angle) return 0.0;
     return at.cos < 0 ? -1.0 : 1.0;
 }
 
-/// From where to where.
+/// A range of values (rad).
 struct Range {
     double lower, upper;
 };
 
-/// Joints that turn one axis, of which what they turn together is fixed.
+/// Joints that rotate about one axis; only the sum of their turns is fixed.
 struct OneAxis {
     static constexpr int most = 3;
     int count = 0;
     int joint[most];
-    double way[most];  // +1 or -1: which way q of the joint turns the axis
+    double way[most];  // +1 or -1: direction in which q of the joint turns the axis
 
-    /// Adds a joint whose axis 'alike' says points as that of the others, or opposite.
+    /// Adds a joint. Its axis has the direction of the others if `alike` is 1, the opposite one if -1.
     void add(const Arm& arm, int j, double alike) noexcept {
         joint[count] = j;
         way[count++] = arm.sign[j] * alike;
     }
 };
 
-/// Shares the turn of some joints anew: each in its order gets the value `near` if all then can keep their
-/// limits, with the signs of Turn if one is given, and else the middle of its stretch that lets them. False,
-/// and nothing changed, where no share does.
+/// Redistributes the turn of some joints. In order, each joint takes the value `near` if all can then keep
+/// their limits, with the signs of Turn if one is given. Otherwise it takes the middle of the range that
+/// permits this. Returns false, and changes nothing, if no distribution is possible.
 inline bool share_turn(const Arm& arm, const OneAxis& axis, const double* near, const int* turn,
                        double* q) noexcept {
-    // what each may turn, and it and all after it together
+    // range of each joint's turn, and of the sum of it and all later joints
     double lower[OneAxis::most], upper[OneAxis::most], least[OneAxis::most + 1] = {},
                                                                              most[OneAxis::most + 1] = {};
     double whole = 0;
@@ -91,7 +91,7 @@ inline bool share_turn(const Arm& arm, const OneAxis& axis, const double* near, 
         most[i] = most[i + 1] + upper[i];
         whole += axis.way[i] * q[j];
     }
-    // of the turns that the sum may have, the one that leaves the first joint `near` or else most room
+    // among the possible turns of the sum, the one that keeps the first joint at `near` or leaves most room
     const auto stretch = [&](int i, double rest) {
         return Range{max(lower[i], rest - most[i + 1]), min(upper[i], rest - least[i + 1])};
     };
@@ -119,10 +119,11 @@ inline bool share_turn(const Arm& arm, const OneAxis& axis, const double* near, 
 
 }  // namespace detail
 
-/// Shares anew what a pose, E1 and Status leave open: where A6 is 0, A5 and A7 turn one axis, where A2 and A4
-/// are 0, A1 and A5 do, and where all are, the three. A1, then A5, are as in the seed, or in the middle of
-/// their range, if all can then keep their limits, with the signs of Turn if one is given, and else in the
-/// middle of what lets them. False, and nothing changed, where nothing is open or there is no such share.
+/// Redistributes the turns that pose, E1 and Status leave undetermined. If A6 is 0, A5 and A7 rotate about
+/// one axis. If A2 and A4 are 0, A1 and A5 do. If all are 0, all three do. A1, then A5, takes the seed's
+/// value (default: the middle of its range) if all can then keep their limits, and the signs of Turn if
+/// given. Otherwise it takes the middle of the range that permits this. Returns false, and changes nothing,
+/// if nothing is undetermined or no distribution exists.
 inline bool share_turns(const Arm& arm, const double* seed, const int* turn, double* q) noexcept {
     const double upright = detail::straight(arm, q, 1) * detail::straight(arm, q, 3),
                  wrist = detail::straight(arm, q, 5);
@@ -134,8 +135,8 @@ inline bool share_turns(const Arm& arm, const double* seed, const int* turn, dou
     return detail::share_turn(arm, axis, seed ? seed : arm.joint_middle, turn, q);
 }
 
-/// Joints of a pose with A3 at e1 and the given Status: OK and unique, each joint on the turn within its
-/// limits that is nearest to the seed. LIMITS: no posture of this Status has A3 there, whatever its limits.
+/// The unique solution of a pose with A3 = e1 and the given Status. Each joint is on the turn within its
+/// limits nearest to the seed. LIMITS if no solution with this Status has that A3, regardless of limits.
 inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double e1, int wanted,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;
@@ -165,7 +166,7 @@ inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double e1, int 
     const double psi = arm_angle(m.circle, chain(arm, q).z3);
     out = armangle::inverse(arm, pose, psi, index(gc), seed);
     if (out.status != Status::OK) return out;
-    // where A2 is 0 the inverse leaves A1 at 0: A1 and A3 turn one axis, and E1 says how they share it
+    // if A2 is 0, the inverse sets A1 to 0: A1 and A3 rotate about one axis, and E1 fixes their shares
     if (abs(sin_cos(theta_2).sin) <= tolerance::angle) {
         const double near = seed ? seed[0] : arm.joint_middle[0];
         out.q[0] = to_q(theta_1, arm.sign[0], arm.offset[0], arm.limits.lower[0], arm.limits.upper[0], near);
@@ -178,7 +179,7 @@ inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double e1, int 
 
 namespace detail {
 
-/// Adds the values of A3 over one arc on which the wrist stays on one side of axis 1, if it is `behind`.
+/// Adds the values of A3 over one arc with the wrist on one side of axis 1, if that side is `behind`.
 inline void add_values(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
                        double lower, double upper, bool behind, UnionOfArcs& out) noexcept {
     const Directions<double> d = directions(m, sin_cos(0.5 * (lower + upper)));
@@ -192,8 +193,8 @@ inline void add_values(const Arm& arm, const SelfMotion<double>& m, const JointF
     }
 }
 
-/// Adds the values of A3 where A2 is 0: A1 and A3 then share what the pose asks of both, as their ranges
-/// allow, and the wrist lies before axis 1 where -sin(A4) cos(A3) says so.
+/// Adds the values of A3 if A2 is 0: A1 and A3 share a fixed turn within their ranges. The sign of -sin(A4)
+/// cos(A3) decides whether the wrist is in front of axis 1.
 inline void add_shared(const Arm& arm, const armangle::detail::Needle& n, bool behind,
                        UnionOfArcs& out) noexcept {
     constexpr int first = 0, third = 2, fourth = 3;
@@ -217,7 +218,7 @@ inline void add_shared(const Arm& arm, const armangle::detail::Needle& n, bool b
 
 }  // namespace detail
 
-/// Values of E1 at which postures of a Status hold a pose within all limits.
+/// The values of E1 for which a pose has a solution with this Status within all limits.
 inline armangle::Status e1_arcs(const Arm& arm, const Pose<double>& pose, int wanted, const LimitTable& t,
                                 ArcSet& out) noexcept {
     make_empty(out);
@@ -231,7 +232,7 @@ inline armangle::Status e1_arcs(const Arm& arm, const Pose<double>& pose, int wa
         const JointFunctions<double> f = joint_functions(m);
         ArcSet arcs;
         why = armangle::detail::nearer_reason(why, feasible(m, f, t, arcs));
-        // the wrist passes axis 1's side plane where A1 is square to it
+        // the wrist crosses the plane beside axis 1 if A1 is perpendicular to it
         const Pivot<double>& first = f.pivot[0];
         const auto square = [&](double u, double v) { return m.circle.w.y * u + m.circle.w.x * v; };
         const Roots sides =

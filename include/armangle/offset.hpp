@@ -1,4 +1,4 @@
-// Arms with an offset wrist or shoulder.
+// Includes the arms with an offset wrist or shoulder.
 #pragma once
 
 #include "armangle.hpp"

@@ -1,4 +1,4 @@
-// Planning whole paths: all of plan/. It allocates, so armangle.hpp leaves it out.
+// Includes path planning: all of plan/. It allocates memory, so armangle.hpp leaves it out.
 #pragma once
 
 #include "plan/planner.hpp"

@@ -1,10 +1,9 @@
-// The questions of MoveIt's KinematicsBase, without a type of ROS: nearest to a seed, moves kept small,
-// joints held, a callback that decides, and the nearest posture where none is exact. contrib/moveit is the
-// glue.
+// The queries of MoveIt's KinematicsBase without ROS types: solution nearest to a seed, consistency limits,
+// held joints, a callback, and an approximate solution. contrib/moveit connects them to MoveIt.
 //
-// Moves kept small (consistency limits) and held joints are narrower limits, so that arcs answer them in
-// closed form. A callback is asked along the arcs of all branches, outward from the seed, and the walk ends
-// with a proof: no posture is left whose psi is further than half a resolution from one that was refused.
+// Consistency limits and held joints narrow the limits, so feasible arcs answer them in closed form. The
+// search calls the callback along the arcs of all branches, outward from the seed. It ends with a proof:
+// every remaining solution is within half a resolution of psi of a rejected one.
 #pragma once
 
 #include "limits/nearest_outside.hpp"
@@ -13,30 +12,31 @@
 
 namespace armangle {
 
-/// What a search is asked besides the pose.
+/// Arguments of a search besides the pose.
 struct SearchOptions {
     const double* seed = nullptr;         // 7 joint values (rad)
-    const double* consistency = nullptr;  // 7: how far each joint may be from the seed (rad, >= 0); null: any
-    unsigned held = 0;                    // bit j: joint j + 1 stays where the seed has it
+    const double* consistency = nullptr;  // 7: largest move of each joint from the seed (rad, >= 0); null:
+                                          // any
+    unsigned held = 0;                    // bit j: joint j + 1 keeps the seed's value
     double singularity_margin = 0.0;      // rad
-    double resolution = 0.05;             // rad of psi between postures that the callback is shown
-    double length = 0.0;                  // > 0: an approximate answer will do; m that a radian counts as
+    double resolution = 0.05;             // rad of psi between solutions passed to the callback
+    double length = 0.0;                  // > 0: accept an approximate solution; metres that equal one radian
 };
 
-/// What a callback says of a posture.
+/// Answer of a callback about a solution.
 enum class Answer { accepted, refused, stop };
 
-/// The outcome. On OK the posture holds the pose; with options.length, and only then, there are numbers
-/// beside another status too: a posture within the window from which no small move comes nearer, `gap` from
-/// the pose.
+/// Result of a search. If the status is OK, the configuration solves the pose. With options.length alone,
+/// other statuses may come with numbers too: a configuration within the window that no small move improves,
+/// `gap` from the pose.
 struct Found {
-    Nearest posture;  // NaN where there is none; its status is the outcome
-    double gap;       // m, a radian counting as options.length; 0 where the pose is held
-    int shown;        // postures that the callback saw
-    bool proven;      // of a callback that accepted none: all that there are were shown, to the resolution
+    Nearest posture;  // NaN if none was found; its status is the result
+    double gap;       // m, one radian counting as options.length; 0 if the pose is solved
+    int shown;        // number of solutions passed to the callback
+    bool proven;      // if the callback accepted none: it saw all solutions, to the resolution
 };
 
-/// The limits of a search: the arm's own, narrowed to the moves that are allowed, joints held.
+/// The limits of a search: the arm's limits, narrowed by consistency limits and held joints.
 inline Limits search_window(const Arm& arm, const SearchOptions& options) noexcept {
     Limits out = arm.limits;
     for (int j = 0; j < joints; ++j) {
@@ -51,15 +51,15 @@ inline Limits search_window(const Arm& arm, const SearchOptions& options) noexce
 
 namespace detail {
 
-/// One way along the arcs of one branch: psi that rise (way +1) or fall (-1) from a start, on a grid of the
-/// resolution, and the ends of all arcs that are passed.
+/// One direction along the arcs of one branch: rising (way +1) or falling (-1) psi from a start, on a grid of
+/// the resolution, and the ends of all arcs on the way.
 class ArcWalk {
 public:
     ArcWalk() = default;
     ArcWalk(const ArcSet& arcs, double start, double way, double resolution, bool with_start) noexcept
         : arcs_(&arcs), start_(start), way_(way), resolution_(resolution), gone_(with_start ? -1e-12 : 0.0) {}
 
-    /// The next psi within the arcs, at most half a turn from the start; false where there is none.
+    /// The next psi within the arcs, at most half a turn from the start; false if none remains.
     bool next(double& psi) noexcept {
         if (!arcs_) return false;
         while (gone_ < pi) {
@@ -81,7 +81,7 @@ public:
     }
 
 private:
-    /// How far an angle is along the way, in [0, 2 pi).
+    /// Distance of an angle from the start along this direction, in [0, 2 pi).
     double distance_to(double at) const noexcept {
         const double off = way_ * (at - start_);
         return off - two_pi * std::floor(off / two_pi);
@@ -91,7 +91,7 @@ private:
     double start_ = 0, way_ = 1, resolution_ = 1, gone_ = 0;
 };
 
-/// The postures of all branches, of sixteen ways each time the one nearest to the seed.
+/// Enumerates the solutions of all branches in sixteen directions, each time the one nearest to the seed.
 class OutwardWalk {
 public:
     OutwardWalk(const Arm& arm, const LimitTable& limits, const Pose<double>& pose, const Nearest& first,
@@ -112,7 +112,7 @@ public:
         }
     }
 
-    /// The next posture; false where all have been shown.
+    /// The next solution; false if all have been returned.
     bool next(Nearest& out) noexcept {
         int best = -1;
         for (int k = 0; k < ways; ++k)
@@ -152,9 +152,9 @@ private:
     Way ways_[ways];
 };
 
-/// Nothing found, for a reason.
+/// The empty result with its reason.
 inline armangle::Found nothing(Status why) noexcept {
-    armangle::Found out{};  // not the Found of near/inverse.hpp
+    armangle::Found out{};  // armangle::Found, not the Found of near/inverse.hpp
     for (double& q : out.posture.q) q = not_a_number;
     out.posture.psi = out.posture.distance = out.posture.margin = out.gap = not_a_number;
     out.posture.gc = -1;
@@ -162,8 +162,8 @@ inline armangle::Found nothing(Status why) noexcept {
     return out;
 }
 
-/// Lets a posture that does not hold the pose descend to where no small move comes nearer, or the seed, where
-/// that leads nearer; returns how far it is from the pose. The limits are those of the arm.
+/// Improves an approximate solution until no small move brings it nearer to the pose; starts there and at the
+/// seed, and keeps the better result. Returns the distance from the pose. The limits are the arm's.
 inline double come_nearer(const Arm& boxed, const Pose<double>& pose, const SearchOptions& options,
                           Nearest& posture) noexcept {
     Joints from_posture{}, from_seed{};
@@ -192,10 +192,10 @@ inline double come_nearer(const Arm& boxed, const Pose<double>& pose, const Sear
 
 }  // namespace detail
 
-/// The posture that a callback accepts, asked first for the one nearest to the seed of all there are within
-/// the window, then outward over arcs and branches: Answer accept(const double* q). Of several windings the
-/// nearest to the seed is shown. OK; NOT_ALLOWED where all were refused (`proven`) or the callback stopped;
-/// BAD_INPUT; else why the window has no posture, whose nearest one is shown where options.length is given.
+/// The solution that a callback accepts: Answer accept(const double* q). It first sees the solution nearest
+/// to the seed within the window, then others outward over arcs and branches, on the turns nearest to the
+/// seed. The status is OK; NOT_ALLOWED if it rejected all (`proven`) or stopped; BAD_INPUT; or why the window
+/// has no solution; then it sees an approximate one if options.length is given.
 template <class Accept>
 Found search(const Arm& arm, const Pose<double>& pose, const SearchOptions& options,
              const Accept& accept) noexcept {
@@ -238,7 +238,7 @@ Found search(const Arm& arm, const Pose<double>& pose, const SearchOptions& opti
     return none;
 }
 
-/// The posture within the window that is nearest to the seed.
+/// The solution within the window nearest to the seed.
 inline Found search(const Arm& arm, const Pose<double>& pose, const SearchOptions& options) noexcept {
     return search(arm, pose, options, [](const double*) noexcept { return Answer::accepted; });
 }

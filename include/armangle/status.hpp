@@ -1,4 +1,4 @@
-// Outcomes: what became of a pose, as a value and as one sentence.
+// Status codes: the outcome for a pose, as a value and as one sentence.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace armangle {
 
-/// What a question was answered; the sentence of each is in `sentence`.
+/// Outcome of a query; `sentence` explains each.
 enum class Status : std::int8_t {
     OK = 0,
     UNREACHABLE = 1,
@@ -34,12 +34,12 @@ enum class Status : std::int8_t {
 
 inline constexpr int status_count = 21;
 
-/// Whether there is a posture of the pose asked, within all limits.
+/// Whether a solution within all limits was found for the requested pose.
 constexpr bool is_solved(Status status) noexcept {
     return status == Status::OK || status == Status::UNPROVEN;
 }
 
-/// An outcome in words.
+/// The sentence that explains a status.
 constexpr const char* sentence(Status status) noexcept {
     switch (status) {
         case Status::OK: return "The pose is solved within all limits.";

@@ -1,11 +1,11 @@
-// The redundancy circle of a pose: its axis, its zero, and the tool seen from it. Eq. (3), (12)-(15), (20).
+// The redundancy circle of a pose: its axis, its zero, and the tool axes relative to it. Eq. (3), (12)-(15),
+// (20).
 //
-// In the orthonormal triad (w, e, z) -- w along shoulder-wrist, z the normal of the reference half-plane,
-// e = w x z -- the matrices of the paper need no product: the columns of 0R3(psi) = A_s sin + B_s cos + C_s
-// are
+// The orthonormal triad is (w, e, z): w along shoulder-wrist, z the normal of the reference half-plane, e = w
+// x z. In it the paper's matrices need no product: the columns of 0R3(psi) = A_s sin + B_s cos + C_s are
 //   x_3 = w sin(beta) + f cos(beta),  y_3 = w cos(beta) - f sin(beta),  z_3 = z cos(psi) + e sin(psi),
-// with f = e cos(psi) - z sin(psi), and the entries of 4R7(psi) follow with gamma = beta + theta_4 and the
-// tool's axes in triad coordinates.
+// with f = e cos(psi) - z sin(psi). The entries of 4R7(psi) follow with gamma = beta + theta_4 and the tool
+// axes in triad coordinates.
 #pragma once
 
 #include "elbow.hpp"
@@ -15,21 +15,21 @@
 
 namespace armangle {
 
-/// The axis S->W and the zero of psi on the circle around it, in the frame of the base.
+/// The axis S->W and the zero of psi on the circle around it, in the base frame.
 template <class T>
 struct Triad {
     Vec3<T> w, e, z;
     T distance;      // |S-W| in m
-    double nearest;  // m: closer than this the wrist lies on the shoulder, and there is no axis
+    double nearest;  // m: if the wrist is closer to the shoulder than this, no axis exists
 };
 
-/// A triad with each number in all lanes.
+/// A triad that has the same numbers in every lane.
 template <class T>
 ARMANGLE_INLINE Triad<T> spread(const Triad<double>& on) noexcept {
     return {spread<T>(on.w), spread<T>(on.e), spread<T>(on.z), T(on.distance), on.nearest};
 }
 
-/// Triad of a pose 0T7 (already freed of base and tool); normal(p, w) is its zero, p = S->W (m), w = p / |p|.
+/// Triad of a pose 0T7 (without base and tool). normal(p, w) gives its zero; p = S->W (m), w = p / |p|.
 template <class T, class Normal>
 ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange, const Normal& normal) noexcept {
     const Vec3<T> p =
@@ -45,7 +45,7 @@ ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange, const Norm
 
 namespace detail {
 
-/// Not inlined, and by value: a reference to the flange would keep it in memory on the usual way too.
+/// Not inlined, and by value: a reference to the flange would keep it in memory on the common path too.
 template <class T>
 ARMANGLE_SELDOM Triad<T> other_triad(const Arm& arm, Pose<T> flange) noexcept {
     return triad(arm, flange,
@@ -54,7 +54,7 @@ ARMANGLE_SELDOM Triad<T> other_triad(const Arm& arm, Pose<T> flange) noexcept {
 
 }  // namespace detail
 
-/// The triad of the arm's psi.
+/// The triad that defines the arm's psi.
 template <class T>
 ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange) noexcept {
     if (arm.reference != Reference::base) [[unlikely]]
@@ -64,8 +64,8 @@ ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange) noexcept {
     });
 }
 
-/// The circle: its triad, the tool's axes in it (w.x_7, w.y_7, w.z_7; the same for e and z), and the arm's
-/// triangle.
+/// The circle: its triad, the tool axes in it (w.x_7, w.y_7, w.z_7; the same for e and z), and the triangle
+/// S-E-W.
 template <class T>
 struct Circle : Triad<T> {
     Vec3<T> tool_w, tool_e, tool_z;
@@ -91,13 +91,13 @@ ARMANGLE_INLINE Circle<T> circle(const Arm& arm, const Pose<T>& flange) noexcept
     return circle_on(arm, triad(arm, flange), flange);
 }
 
-/// Whether the wrist lies on the shoulder.
+/// Whether the wrist coincides with the shoulder.
 template <class T>
 ARMANGLE_INLINE auto is_folded(const Triad<T>& c) noexcept {
     return c.distance <= T(c.nearest);
 }
 
-/// Whether the wrist is too far from the shoulder, or too near to it.
+/// Whether the wrist is too far from the shoulder or too close to it.
 template <class T>
 ARMANGLE_INLINE auto is_unreachable(const Circle<T>& c) noexcept {
     return !(c.triangle.excess <= T(c.triangle.rounding));

@@ -1,18 +1,18 @@
-// Derivatives of the two doors: joints by pose and arm angle, arm angle by joints.
+// Derivatives of forward and inverse: joints by pose and arm angle, arm angle by joints.
 //
-// A pose moves by a twist (v, omega): v of the tool's origin (m), omega (rad), in the frame that poses are
-// given in, as the rows of the Jacobian. With the Jacobian J and the gradient g of psi
+// A pose moves with a twist (v, omega): v of the end effector's origin (m), omega (rad), in the user's frame,
+// like the rows of the Jacobian. With the Jacobian J and the gradient g of psi
 //
 //     [J; g] dq = (v, omega, dpsi),   so that   dq/d(v, omega, psi) = [J; g]^-1,
 //
-// which needs no matrix to be inverted. Let u be the velocity of the wrist, n = |S-W| and w the direction of
-// S-W. The triangle S-E-W changes with n' = w . u alone, and its plane turns with
+// which needs no matrix inversion. Let u be the velocity of the wrist, n = |S-W| and w the direction of S-W.
+// The triangle S-E-W changes with n' = w . u alone, and its plane turns with
 //
-//     w x u / n + (psi' + k . u) w,       k: how the reference half-plane turns (reference_plane.hpp).
+//     w x u / n + (psi' + k . u) w,       k: turn of the reference half-plane (reference_plane.hpp).
 //
-// To that frame 3 adds the change of beta (elbow.hpp), frame 4 that of gamma = beta + theta_4. Joints 1 to 3
-// split the angular velocity of frame 3, joints 5 to 7 what frame 4 leaves of the tool's. The gradient of psi
-// is that of eq. (11), on Dual numbers: the two are told apart by nothing but rounding
+// Frame 3 adds the change of beta (elbow.hpp), frame 4 that of gamma = beta + theta_4. Joints 1 to 3 produce
+// the angular velocity of frame 3; joints 5 to 7 produce the difference between the tool's and frame 4's. The
+// gradient of psi is that of eq. (11), on Dual numbers. Both derivatives agree to rounding
 // (tests/laws/test_derivatives.py).
 #pragma once
 
@@ -24,19 +24,21 @@
 
 namespace armangle {
 
-/// How the joints of a posture answer to motions of its pose, in the base frame of the DH rows.
+/// Joint velocities of a joint configuration per velocity of its pose, in the base frame of the DH rows.
 template <class T>
 struct Rates {
     using Mask = decltype(T(0.0) < T(0.0));
 
-    Vec3<T> part[joints];  // theta_i' = part . what joints 1-3 (5-7) turn together, rad/s of rad/s; not of 4
-    Vec3<T> w, turn;       // S-W; k, how psi = 0 turns about w per metre of the wrist's way
-    Vec3<T> lean_3, lean_4;  // how frames 3 and 4 turn in the plane S-E-W per metre of n
-    T bend;                  // theta_4 per metre of n
+    Vec3<T> part[joints];  // theta_i' = part . angular velocity of joints 1-3 (5-7), rad/s of rad/s; not for
+                           // 4
+    Vec3<T> w, turn;       // S-W; k: turn of psi = 0 about w per metre of wrist motion
+    Vec3<T> lean_3, lean_4;  // turn of frames 3 and 4 in the plane S-E-W per metre of n
+    T bend;                  // change of theta_4 per metre of n
     T inverse_distance;      // 1 / n
-    Vec3<T> lever;           // m, from the tool's origin to the wrist
-    // whether there are derivatives: of joints 1-3 and 5-7 at all, of any joint by the pose (the elbow is
-    // neither stretched nor folded), of any but joint 4 by the pose (psi does not jump)
+    Vec3<T> lever;           // m, from the end effector's origin to the wrist
+    // Whether derivatives exist. Shoulder and wrist: of joints 1-3 and of 5-7 at all. Elbow (neither
+    // stretched nor folded): of any joint by the pose. Plane (psi does not jump): of any joint but 4 by the
+    // pose.
     Mask shoulder, wrist, elbow, plane;
 };
 
@@ -47,14 +49,14 @@ struct Pull {
     T psi;
 };
 
-/// Writes the seven numbers in a row.
+/// Writes the seven numbers of a gradient to a row.
 template <class T>
 ARMANGLE_INLINE void store_pull(const Pull<T>& p, T (&row)[joints]) noexcept {
     const T all[joints] = {p.linear.x, p.linear.y, p.linear.z, p.angular.x, p.angular.y, p.angular.z, p.psi};
     for (int k = 0; k < joints; ++k) row[k] = all[k];
 }
 
-/// Rates of the posture at psi, of a flange pose 0T7 and its self-motion. What does not exist is 0 in them.
+/// Rates of the configuration at psi, for a flange pose 0T7 and its self-motion. Missing derivatives are 0.
 template <class T>
 ARMANGLE_INLINE Rates<T> rates(const Arm& arm, const Pose<T>& flange, const SelfMotion<T>& m,
                                const SinCos<T>& psi) noexcept {
@@ -65,7 +67,7 @@ ARMANGLE_INLINE Rates<T> rates(const Arm& arm, const Pose<T>& flange, const Self
     const auto ratio = [&](const auto& exists, const T& above, const T& below) {
         return select(exists, above / select(exists, below, one), zero);
     };
-    // joints 1-3 split a turn along axis 1, axis 2 and y_3, the axis of joint 3
+    // joints 1-3 split an angular velocity along axis 1, axis 2 and y_3, the axis of joint 3
     const T sin_2 = m.gc.shoulder * hypot(f.y3.x, f.y3.y);
     r.shoulder = abs(sin_2) > T(tolerance::singular);
     const T over_2 = ratio(r.shoulder, one, sin_2);
@@ -73,7 +75,7 @@ ARMANGLE_INLINE Rates<T> rates(const Arm& arm, const Pose<T>& flange, const Self
     r.part[0] = {-(cos_1 * f.y3.z * over_2), -(sin_1 * f.y3.z * over_2), select(r.shoulder, one, zero)};
     r.part[1] = {-sin_1, cos_1, zero};
     r.part[2] = {cos_1 * over_2, sin_1 * over_2, zero};
-    // joints 5-7 the same along z_4, axis 6 and z_7
+    // joints 5-7 split it likewise along z_4, axis 6 and z_7
     const Vec3<T> across = f.x3 * m.elbow.beta.cos - f.y3 * m.elbow.beta.sin,
                   along = combine(f.x3, m.elbow.beta.sin, f.y3, m.elbow.beta.cos);
     const Vec3<T> x4 = combine(along, m.elbow.gamma.sin, across, m.elbow.gamma.cos),
@@ -82,7 +84,7 @@ ARMANGLE_INLINE Rates<T> rates(const Arm& arm, const Pose<T>& flange, const Self
     r.wrist = abs(sin_6) > T(tolerance::singular);
     const T over_6 = ratio(r.wrist, one, sin_6);
     const T cos_5 = f.n1.z * over_6, sin_5 = f.n2.z * over_6;
-    const Vec3<T> level = combine(x4, cos_5, f.z3, -sin_5);  // of z_7, across z_4; y_4 is -z_3
+    const Vec3<T> level = combine(x4, cos_5, f.z3, -sin_5);  // part of z_7 across z_4; y_4 is -z_3
     r.part[4] = combine(z4, select(r.wrist, one, zero), level, -(f.n33 * over_6));
     r.part[5] = combine(x4, -sin_5, f.z3, -cos_5);
     r.part[6] = level * over_6;
@@ -110,8 +112,8 @@ ARMANGLE_INLINE Rates<T> rates(const Arm& arm, const Pose<T>& flange, const Self
     return r;
 }
 
-/// The gradient of a function of the joints by twist and psi, from that by the joints, which are those of the
-/// robot. Row j of dq/d(v, omega, psi) is that of joint j itself.
+/// Converts the gradient of a function by the robot's joints to its gradient by twist and psi. For joint j
+/// alone the result is row j of dq/d(v, omega, psi).
 template <class T>
 ARMANGLE_INLINE Pull<T> pulled(const Arm& arm, const Rates<T>& r, const T (&by_q)[joints]) noexcept {
     const auto of = [&](int j) { return by_q[j] * T(arm.sign[j]); };
@@ -131,9 +133,9 @@ ARMANGLE_INLINE Pull<T> pulled(const Arm& arm, const Rates<T>& r, const T (&by_q
     return out;
 }
 
-/// dq by (v, omega, psi): row j is joint j + 1. Infinite where it does not exist: a side on which theta_2
-/// (theta_6) is 0 or pi; by the pose all joints where the elbow is stretched or folded, and all but joint 4
-/// where psi jumps, as over the base axis for the psi of that axis.
+/// dq by (v, omega, psi): row j is joint j + 1. Infinite if the derivative does not exist. Joints 1-3 (5-7)
+/// have none if theta_2 (theta_6) is 0 or pi. By the pose, no joint has one if the elbow is stretched or
+/// folded. Only joint 4 has one by the pose if psi jumps, for example with the wrist over the base axis.
 struct Derivatives {
     double entry[joints][joints];
     Status status;
@@ -141,7 +143,7 @@ struct Derivatives {
 
 namespace detail {
 
-/// Rates of a pose that has a posture.
+/// Computes the rates of a pose that has a solution.
 inline Status rates_at(const Arm& arm, const Pose<double>& pose, double psi, int gc,
                        Rates<double>& out) noexcept {
     if (gc < 0 || gc >= configurations || !(abs(psi) <= tolerance::largest_angle) || !is_rigid(pose))
@@ -162,19 +164,19 @@ inline bool moves_with_pose(const Rates<double>& r, int j) noexcept {
     return moves_with_psi(r, j) && r.elbow && (j == 3 || r.plane);
 }
 
-/// The partials of a vector that a motion turns and moves.
+/// A vector with the partials that a rigid motion gives it.
 ARMANGLE_INLINE Vec3<Dual> with_partials(const Vec3<double>& at, const Vec3<Dual::Partials>& by) noexcept {
     return {{at.x, by.x}, {at.y, by.y}, {at.z, by.z}};
 }
 
-/// omega x v for eight omegas.
+/// omega x v for eight angular velocities.
 ARMANGLE_INLINE Vec3<Dual::Partials> turned(const Vec3<Dual::Partials>& omega,
                                             const Vec3<double>& v) noexcept {
     const Dual::Partials x(v.x), y(v.y), z(v.z);
     return {omega.y * z - omega.z * y, omega.z * x - omega.x * z, omega.x * y - omega.y * x};
 }
 
-/// A pose that moves with eight twists.
+/// A pose with its partials along eight twists.
 ARMANGLE_INLINE Pose<Dual> moving(const Pose<double>& pose, const Vec3<Dual::Partials>& velocity,
                                   const Vec3<Dual::Partials>& omega) noexcept {
     const auto column = [&omega](const Vec3<double>& v) { return with_partials(v, turned(omega, v)); };
@@ -184,8 +186,7 @@ ARMANGLE_INLINE Pose<Dual> moving(const Pose<double>& pose, const Vec3<Dual::Par
 
 }  // namespace detail
 
-/// Derivatives of the joints of (pose, psi, gc). OK, or UNREACHABLE, FOLDED, BAD_INPUT; then all numbers are
-/// NaN.
+/// Derivatives of the joints at (pose, psi, gc). OK, or UNREACHABLE, FOLDED, BAD_INPUT with all numbers NaN.
 inline Derivatives inverse_derivative(const Arm& arm, const Pose<double>& pose, double psi, int gc) noexcept {
     Derivatives out;
     Rates<double> r;
@@ -204,7 +205,7 @@ inline Derivatives inverse_derivative(const Arm& arm, const Pose<double>& pose, 
     return out;
 }
 
-/// dpsi/dq at joints q (rad/rad), in the arm's own psi; infinite where psi does not exist, or jumps.
+/// dpsi/dq at joints q (rad/rad), for the arm's psi; infinite if psi does not exist or jumps.
 inline void psi_gradient(const Arm& arm, const double* q, double (&out)[joints]) noexcept {
     const Jacobian jac = jacobian(arm, q);
     double theta[joint_slots], column[6][joint_slots] = {}, axis[3][joint_slots] = {};
@@ -213,7 +214,7 @@ inline void psi_gradient(const Arm& arm, const double* q, double (&out)[joints])
                  [&frame](int i, const Pose<double>& at) noexcept { frame[i] = at; });
     for (int i = 0; i < joints; ++i) {
         for (int k = 0; k < 6; ++k) column[k][i] = jac.entry[k][i];
-        if (i > 2) continue;  // the elbow's axis turns with the first three joints
+        if (i > 2) continue;  // only the first three joints turn the elbow axis
         const Vec3<double> a = frame[i].rotation.z * arm.sign[i];
         axis[0][i] = a.x;
         axis[1][i] = a.y;

@@ -1,4 +1,4 @@
-// The elbow: theta_4 and the triangle shoulder-elbow-wrist from the distance of the wrist. Eq. (4), (6).
+// The elbow: theta_4 and the triangle shoulder-elbow-wrist from the wrist's distance. Eq. (4), (6).
 #pragma once
 
 #include "../arm/joint_map.hpp"
@@ -7,26 +7,26 @@
 
 namespace armangle {
 
-/// The triangle S-E-W. Without GC: eta and kappa are in [0, pi].
+/// The triangle S-E-W, independent of GC: eta and kappa are in [0, pi].
 template <class T>
 struct Triangle {
-    T excess;         // m beyond the reach (or inside the inner reach); <= 0 where the wrist can be reached
-    double rounding;  // m: an excess up to this is rounding
+    T excess;         // m beyond the reach or inside the inner reach; <= 0 if the wrist is reachable
+    double rounding;  // m: a smaller excess is rounding
     SinCos<T> eta;    // bend of the elbow: theta_4 - delta = GC_4 eta
     SinCos<T> kappa;  // angle at the shoulder between S-E and S-W
 };
 
-/// A value that is 0 where a gap is within rounding, and else positive.
+/// A value that is 0 if a gap is within rounding, and positive otherwise.
 template <class T>
 ARMANGLE_INLINE T cut_off(const T& gap, const T& rounding, const T& value) noexcept {
     return select(gap <= rounding, T(0.0), value);
 }
 
-/// A gap d_4 along axis 4 changes the reach alone: |S-W|^2 = d_4^2 + the square of what is across axis 4.
+/// A gap d_4 along axis 4 changes the reach alone: |S-W|^2 = d_4^2 + (length across axis 4)^2.
 ///
-/// Bend and shoulder angle by half-angle forms: exact also when stretched or folded (unlike acos of eq. (4));
-/// n = |S-W| in m. Each is made a unit direction by its own length: whatever n was rounded to, the frames
-/// stay rotations.
+/// Half-angle forms give bend and shoulder angle; unlike acos of eq. (4) they are exact also when stretched
+/// or folded. n = |S-W| in m. Each direction is normalized by its own length, so the frames remain rotations
+/// whatever the rounding of n.
 template <class T>
 ARMANGLE_INLINE Triangle<T> triangle(const Arm& arm, T n) noexcept {
     const double L = arm.reach, D = arm.inner_reach, La = arm.upper_arm, Lb = arm.forearm;
@@ -46,25 +46,25 @@ ARMANGLE_INLINE Triangle<T> triangle(const Arm& arm, T n) noexcept {
     return t;
 }
 
-/// The elbow on the side that GC_4 says.
+/// The elbow on the side given by GC_4.
 template <class T>
 struct Elbow {
     SinCos<T> theta_4;
     SinCos<T> beta;   // direction of S-W in the x-y plane of frame 3, from its y axis
     SinCos<T> gamma;  // the same in frame 4: beta + theta_4
-    SinCos<T> tilt;   // of S-W out of that plane, sin = d_4 / |S-W|
+    SinCos<T> tilt;   // of S-W against that plane, sin = d_4 / |S-W|
     bool tilted;      // whether d_4 is not 0
 };
 
-/// The angle between S-W and the y axis of frame 3 (frame 4) where beta (gamma) is its direction in the plane
-/// across axis 4. The sine is >= 0 where S-W leans out of that plane.
+/// The angle between S-W and the y axis of frame 3 (frame 4), where beta (gamma) is its direction in the
+/// plane across axis 4. The sine is >= 0 if S-W leans out of that plane.
 template <class T>
 ARMANGLE_INLINE SinCos<T> lean(const Elbow<T>& elbow, const SinCos<T>& in_plane) noexcept {
     if (!elbow.tilted) return in_plane;
     return {hypot(in_plane.sin, in_plane.cos * elbow.tilt.sin), in_plane.cos * elbow.tilt.cos};
 }
 
-/// How far S-W leans out of the plane across axis 4: its sine is d_4 / |S-W|.
+/// The angle of S-W against the plane across axis 4: its sine is d_4 / |S-W|.
 template <class T>
 ARMANGLE_INLINE SinCos<T> tilt(const Arm& arm, const Triangle<T>& t) noexcept {
     if (arm.d_4 == 0) return {T(0.0), T(1.0)};
@@ -73,12 +73,11 @@ ARMANGLE_INLINE SinCos<T> tilt(const Arm& arm, const Triangle<T>& t) noexcept {
     return {arm.d_4 * inverse_length, side * inverse_length};
 }
 
-/// The elbow of a triangle. In one expression: a struct filled in two steps is copied in registers wider than
-/// the stores that made it, and waits for them (7 % of a step, benchmarks/run_cpp.py).
+/// The elbow of a triangle, in one expression. A struct filled in two steps is copied in registers wider than
+/// its stores and waits for them (7 % of a step, benchmarks/run_cpp.py).
 template <class T>
 ARMANGLE_INLINE Elbow<T> elbow(const Arm& arm, const Triangle<T>& t, T gc_4) noexcept {
-    // mul_add and not a * b + c * d: g++ 12 fuses such pairs of sum and difference in spite of
-    // -ffp-contract=off
+    // mul_add and not a * b + c * d: g++ 12 fuses such pairs of sum and difference despite -ffp-contract=off
     const auto sum = [](const SinCos<double>& fixed, const T& s, const T& c) {
         return SinCos<T>{mul_add(T(fixed.sin), c, fixed.cos * s), mul_add(T(fixed.cos), c, -(fixed.sin * s))};
     };
@@ -92,10 +91,10 @@ ARMANGLE_INLINE Elbow<T> elbow(const Arm& arm, const Triangle<T>& t, T gc_4) noe
 
 namespace detail {
 
-/// theta_4 - delta of a joint value, on the turn about the stretched arm.
+/// theta_4 - delta of a joint value, wrapped: the bend from the stretched arm.
 inline double elbow_bend(const Arm& arm, double q_4) noexcept { return bend(arm, 3, q_4); }
 
-/// |S-W| (m) at a bend of the elbow.
+/// |S-W| (m) for a given bend of the elbow.
 inline double wrist_distance(const Arm& arm, double bend) noexcept {
     const double half = sin_cos(0.5 * bend).sin;
     return sqrt(max(arm.reach * arm.reach - 4.0 * arm.upper_arm * arm.forearm * half * half, 0.0));

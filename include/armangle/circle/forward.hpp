@@ -1,8 +1,8 @@
-// The forward kinematics, q -> (pose, psi, GC).
+// Forward kinematics, q -> (pose, psi, GC).
 //
 //     forward(arm, q)   -> Posture {pose, psi, gc}   eq. (1)-(11)
 //
-// inverse.hpp is the way back.
+// inverse.hpp has the inverse.
 #pragma once
 
 #include "../arm/configuration.hpp"
@@ -13,14 +13,14 @@
 
 namespace armangle {
 
-/// What forward kinematics says of a posture.
+/// Result of forward kinematics.
 struct Posture {
-    Pose<double> pose;  // as the user sees it
-    double psi;         // NaN where the wrist lies on the shoulder
+    Pose<double> pose;  // in the user's frame
+    double psi;         // NaN if the wrist coincides with the shoulder
     int gc;             // 0..7
 };
 
-/// q -> (pose, psi, GC). The triad is taken from the pose, so that the inverse sees the same one.
+/// q -> (pose, psi, GC). The triad is computed from the pose, so that the inverse uses the same one.
 inline Posture forward(const Arm& arm, const double* q) noexcept {
     const Chain chain_now = chain(arm, q);
     Posture out;

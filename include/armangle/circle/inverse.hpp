@@ -1,8 +1,8 @@
-// The inverse, (pose, psi, GC) -> q, and the directions of the joints that it is made of.
+// Inverse kinematics, (pose, psi, GC) -> q, and the joint directions that it uses.
 //
 //     inverse(arm, pose, psi, gc, seed)   -> Inverse {q, status, margin}   eq. (12)-(24)
 //
-// It holds the pose in every case, singular ones too. forward.hpp is the way back.
+// The result reaches the pose in every case, also at singularities. forward.hpp has the inverse of this map.
 #pragma once
 
 #include "../arm/joint_map.hpp"
@@ -19,15 +19,15 @@ struct Directions {
     T y[joint_slots], x[joint_slots];
 };
 
-/// What the angles are read from: the columns of 0R3 and the first two rows of 4R7 with the last entry of the
-/// third.
+/// The entries that determine the joint angles: the columns of 0R3, the first two rows of 4R7, and the last
+/// entry of its third row.
 template <class T>
 struct Frames {
     Vec3<T> x3, y3, z3, n1, n2;
     T n33;
 };
 
-/// Eq. (15), (20).
+/// Computes the frames at psi, eq. (15), (20).
 template <class T>
 ARMANGLE_INLINE Frames<T> frames(const SelfMotion<T>& m, const SinCos<T>& psi) noexcept {
     const Circle<T>& c = m.circle;
@@ -56,8 +56,8 @@ ARMANGLE_INLINE Frames<T> frames(const SelfMotion<T>& m, const SinCos<T>& psi) n
     return out;
 }
 
-/// Joints 1 to 3 of theta_1 and sin(theta_2). theta_3 from theta_1 and not from eq. (19), which loses theta_1
-/// + theta_3 where theta_2 vanishes.
+/// Stores joints 1 to 3, given theta_1 and sin(theta_2). theta_3 follows from theta_1 and not from eq. (19),
+/// which loses theta_1 + theta_3 if theta_2 vanishes.
 template <class T>
 ARMANGLE_INLINE void put_shoulder(const Frames<T>& f, const SinCos<T>& theta_1, const T& sin_2,
                                   Directions<T>& d) noexcept {
@@ -69,7 +69,7 @@ ARMANGLE_INLINE void put_shoulder(const Frames<T>& f, const SinCos<T>& theta_1, 
     d.x[2] = theta_1.sin * f.z3.x - theta_1.cos * f.z3.y;  // for (19)
 }
 
-/// Joints 5 to 7 of theta_5 and sin(theta_6), likewise; theta_5 may be of any length, as theta_1.
+/// Stores joints 5 to 7 likewise, given theta_5 (of any length, like theta_1) and sin(theta_6).
 template <class T>
 ARMANGLE_INLINE void put_wrist(const Frames<T>& f, const SinCos<T>& theta_5, const T& sin_6,
                                Directions<T>& d) noexcept {
@@ -118,7 +118,7 @@ ARMANGLE_INLINE JointLanes angles(const Directions<double>& d) noexcept {
 
 namespace detail {
 
-/// These joint values, joint 7 as it is in `near`: of an arm whose roll is free.
+/// These joint values, but with joint 7 from `near`; for an arm with free roll.
 [[gnu::noinline, gnu::cold]] inline JointLanes with_held_roll(JointLanes q, JointLanes near) noexcept {
     double out[joint_slots], held[joint_slots];
     q.store(out);
@@ -129,7 +129,7 @@ namespace detail {
 
 }  // namespace detail
 
-/// q of the directions: within the limits, nearest to `seed`, or to the middle of the range without one.
+/// q of the directions within the limits, nearest to `seed`, or to the middle of the range without one.
 inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, const double* seed) noexcept {
     const JointLanes near = seed ? joint_lanes(seed) : JointLanes::load(arm.joint_middle);
     JointLanes q = to_q(angles(d), JointLanes::load(arm.sign), JointLanes::load(arm.offset),
@@ -141,7 +141,7 @@ inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, 
     return out;
 }
 
-/// q of the directions lifted next to `near`, whatever the limits: for continuity along a motion.
+/// q of the directions on the turns nearest to `near`, regardless of limits: for continuity along a motion.
 ARMANGLE_INLINE JointLanes joints_near(const Arm& arm, const Directions<double>& d,
                                        const JointLanes& near) noexcept {
     const JointLanes q =
@@ -158,17 +158,17 @@ inline Joints joints_near(const Arm& arm, const Directions<double>& d, const dou
     return out;
 }
 
-/// What inverse kinematics says. On any status but OK q and margin are NaN.
+/// Result of inverse kinematics. q and margin are NaN unless the status is OK.
 struct [[nodiscard]] Inverse {
     double q[joint_slots];  // seven joint values (rad, robot coordinates), and an eighth that is 0
     Status status;
-    double margin;  // rad: least distance of a joint of q to one of its limits, negative outside
+    double margin;  // rad: distance to the nearest joint limit, negative outside the limits
 };
 
-/// (pose, psi, GC) -> q, each joint on the turn within its limits that is nearest to the seed (without one,
-/// to the middle of its range). OK whether or not the limits hold: psi decides that, `margin` says it, and
-/// feasible() which psi keep them. Else UNREACHABLE, FOLDED (wrist on shoulder), or BAD_INPUT: the pose is no
-/// rigid transform, gc not 0..7, psi or the seed not finite or beyond tolerance::largest_angle.
+/// (pose, psi, GC) -> q. Each joint is on the turn within its limits nearest to the seed (without a seed, to
+/// the middle of its range). The status is OK even if q violates the limits: `margin` reports that, and
+/// feasible() returns the psi within all limits. Otherwise UNREACHABLE, FOLDED (wrist on shoulder) or
+/// BAD_INPUT: pose not rigid, gc not 0..7, psi or seed not finite or beyond tolerance::largest_angle.
 inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double psi, int gc,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;

@@ -26,7 +26,7 @@ struct Pivot {
     T g;
 };
 
-/// Joint 2 or 6: cos(theta) = H, theta of the sign g, eq. (27).
+/// Joint 2 or 6: cos(theta) = H, and g is the sign of theta, eq. (27).
 template <class T>
 struct Hinge {
     Harmonic<T> H;
@@ -35,13 +35,13 @@ struct Hinge {
         T below_one, above_minus_one;  // 1 - x, 1 + x
     };
     Gap high, low;  // of max H and min H, computed without cancellation (theta near 0 or pi)
-    T swing;        // |theta| moves by about twice this, or less
+    T swing;        // |theta| varies by at most about twice this
 };
 
-/// Whether theta does not depend on psi, but for rounding: of an elbow that makes the joint beside it turn
-/// about S-W it makes some 1e-13 rad, which would block arcs where the joint stands on its limit.
+/// Whether theta is independent of psi up to rounding. If an elbow makes the neighbouring joint turn about
+/// S-W, rounding moves theta by some 1e-13 rad and would block arcs at its limit.
 inline bool is_constant(const Hinge<double>& h) noexcept { return h.swing <= tolerance::vanishing; }
-/// The same of a pivot: its direction does not move, and where it is short its angle does not either.
+/// The same for a pivot: its direction is constant. A short direction also keeps its angle.
 template <class T>
 ARMANGLE_INLINE auto is_constant(const Pivot<T>& p) noexcept {
     const auto &u = p.U, &v = p.V;
@@ -50,14 +50,14 @@ ARMANGLE_INLINE auto is_constant(const Pivot<T>& p) noexcept {
                          T(tolerance::angle * tolerance::angle) * still);
 }
 
-/// All six joints that move with psi: pivots 1, 3, 5, 7 and hinges 2, 6. Theta_4 does not depend on psi.
+/// All six joints that move with psi: pivots 1, 3, 5, 7 and hinges 2, 6. theta_4 is independent of psi.
 template <class T>
 struct JointFunctions {
     Pivot<T> pivot[4];
     Hinge<T> hinge[2];
 };
 
-/// Of each coefficient the one that the mask picks.
+/// For each coefficient, the value that the mask selects.
 template <class M, class T>
 ARMANGLE_INLINE Harmonic<T> select(const M& mask, const Harmonic<T>& yes, const Harmonic<T>& no) noexcept {
     return {select(mask, yes.s, no.s), select(mask, yes.c, no.c), select(mask, yes.k, no.k)};
@@ -65,9 +65,9 @@ ARMANGLE_INLINE Harmonic<T> select(const M& mask, const Harmonic<T>& yes, const 
 
 namespace detail {
 
-/// Hinge whose axis turns about another at the angle `tilt`; `along` and `across` are the cosine and sine (>=
-/// 0) of the angle between that other axis and the one theta is measured from. |theta| is between difference
-/// and sum of the two.
+/// A hinge whose axis turns about another axis at the angle `tilt`. `along` and `across` are cosine and sine
+/// (>= 0) of the angle between that axis and the zero direction of theta. |theta| is between difference and
+/// sum of the two angles.
 template <class T>
 ARMANGLE_INLINE Hinge<T> hinge(const Harmonic<T>& H, const T& g, const SinCos<T>& tilt, const T& along,
                                const T& across) noexcept {
@@ -85,8 +85,8 @@ ARMANGLE_INLINE Hinge<T> hinge(const Harmonic<T>& H, const T& g, const SinCos<T>
 
 }  // namespace detail
 
-/// The coefficients, from eq. (16), (21) in triad coordinates. On a circle that is singular everywhere
-/// theta_1 (theta_5) is 0 and theta_3 (theta_7) takes the form that the inverse takes there.
+/// The coefficients, from eq. (16), (21) in triad coordinates. If the circle is singular everywhere, theta_1
+/// (theta_5) is 0 and theta_3 (theta_7) has the form that the inverse uses there.
 template <class T>
 ARMANGLE_INLINE JointFunctions<T> joint_functions(const SelfMotion<T>& m) noexcept {
     const Circle<T>& c = m.circle;
@@ -95,7 +95,7 @@ ARMANGLE_INLINE JointFunctions<T> joint_functions(const SelfMotion<T>& m) noexce
     const T sb = elbow.beta.sin, cb = elbow.beta.cos, sg = elbow.gamma.sin, cg = elbow.gamma.cos;
     const T zero(0.0), one(1.0);
     const Harmonic<T> nought{zero, zero, zero}, unity{zero, zero, one};
-    // Where S-W leans out of the plane across axis 4, w ct - (z cos + e sin) st stands for w, and
+    // If S-W leans out of the plane across axis 4, w ct - (z cos + e sin) st replaces w, and
     // z_3 = (z cos + e sin) ct + w st.
     const bool tilted = elbow.tilted;
     const T st = elbow.tilt.sin, ct = elbow.tilt.cos;
@@ -149,22 +149,22 @@ ARMANGLE_INLINE JointFunctions<T> joint_functions(const SelfMotion<T>& m) noexce
     return j;
 }
 
-/// Numerator of dtheta/dpsi of a pivot, eq. (29), without the GC that the paper carries (GC^2 = 1).
+/// Numerator of dtheta/dpsi of a pivot, eq. (29), without the paper's GC (GC^2 = 1).
 template <class T>
 ARMANGLE_INLINE Harmonic<T> slope_numerator(const Pivot<T>& p) noexcept {
     const auto &u = p.U, &v = p.V;
     return {v.k * -u.c + u.k * v.c, v.k * u.s - u.k * v.s, v.c * u.s - u.c * v.s};
 }
 
-/// dtheta/dpsi, eq. (28); infinite where the direction (V, U) vanishes.
+/// dtheta/dpsi, eq. (28); infinite if the direction (V, U) vanishes.
 inline double derivative(const Pivot<double>& p, const SinCos<double>& psi) noexcept {
     const double u = p.U.at(psi), v = p.V.at(psi), size = u * u + v * v;
     if (size <= tolerance::singular * tolerance::singular) return infinity;
     return (v * p.U.slope(psi) - u * p.V.slope(psi)) / size;
 }
 
-/// |sin(theta)| of a hinge is the length of its pivot's direction: h = hypot(U, V) of joint 1 (5).
-/// dtheta/dpsi, eq. (33); infinite where theta is 0 or pi, unless theta is constant.
+/// dtheta/dpsi of a hinge, eq. (33). Its |sin(theta)| is the length hypot(U, V) of the direction of joint 1
+/// (5). Infinite if theta is 0 or pi, unless theta is constant.
 inline double derivative(const Hinge<double>& h, const Pivot<double>& pivot,
                          const SinCos<double>& psi) noexcept {
     const double slope = h.H.slope(psi);
@@ -185,21 +185,21 @@ inline Joints rate(const Arm& arm, const JointFunctions<double>& f, const SinCos
     return out;
 }
 
-/// Roots of s sin + c cos + k = 0 on the circle: the two-root form, good at psi = pi and for any zero
-/// coefficient.
+/// Roots of s sin + c cos + k = 0 on the circle. The two-root form also works at psi = pi and for zero
+/// coefficients.
 struct Roots {
     int count;
     double psi[2];
 };
 
-/// Whether a harmonic of amplitude h has roots; none where it is constant.
+/// Whether a harmonic of amplitude h has roots; false for a constant one.
 template <class T>
 ARMANGLE_INLINE auto has_roots(const Harmonic<T>& f, const T& h) noexcept {
     const T off = abs(f.k);
     return !((h <= T(tolerance::singular) * off) | (h == T(0.0)) | (off > h));
 }
 
-/// How far its roots are from where it is greatest, atan2(s, c).
+/// Distance of the roots from the maximum at atan2(s, c).
 template <class T>
 ARMANGLE_INLINE T half_between_roots(const Harmonic<T>& f, const T& h) noexcept {
     return atan2(sqrt((h - f.k) * (h + f.k)), -f.k);
@@ -214,8 +214,7 @@ inline Roots roots(const Harmonic<double>& f) noexcept {
     return {2, {wrap(middle - half), wrap(middle + half)}};
 }
 
-/// Which of the paper's cases a joint function is: sections 5.1.1-5.1.3 and 5.2, and the constant one it
-/// leaves out.
+/// The paper's cases of a joint function, sections 5.1.1-5.1.3 and 5.2, and the constant case that it omits.
 enum class Case : int { stationary, monotonic, singular, constant };
 
 /// Special values of one joint function.
@@ -225,7 +224,7 @@ struct Profile {
     Roots singular;    // theta jumps by pi (pivot), or touches 0 or pi with a corner (hinge)
 };
 
-/// Pivot: eq. (30) without its zero denominators; a_t^2 + b_t^2 - c_t^2 > 0, < 0 or = 0.
+/// Pivot: eq. (30) without its zero denominators. The cases are a_t^2 + b_t^2 - c_t^2 > 0, < 0 or = 0.
 inline Profile profile(const Pivot<double>& p) noexcept {
     const Harmonic<double> n = slope_numerator(p);
     const double size = n.s * n.s + n.c * n.c + n.k * n.k, discriminant = n.s * n.s + n.c * n.c - n.k * n.k;
@@ -235,7 +234,7 @@ inline Profile profile(const Pivot<double>& p) noexcept {
     return {Case::singular, {0, {}}, {1, {wrap(atan2(n.s, n.c) + (n.k > 0 ? pi : 0.0)), 0}}};  // eq. (31)
 }
 
-/// Hinge: eq. (34) in the form of two roots; H is largest at atan2(s, c), least opposite.
+/// Special values of a hinge, eq. (34) with two roots; H is largest at atan2(s, c) and smallest opposite.
 inline Profile profile(const Hinge<double>& h) noexcept {
     const double top = atan2(h.H.s, h.H.c);
     if (is_constant(h)) return {Case::constant, {0, {}}, {0, {}}};

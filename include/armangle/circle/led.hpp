@@ -1,14 +1,14 @@
-// A self-motion led by a joint: its angle is given, and the arm angle follows.
+// Self-motion parametrized by a joint: the angle of a leading joint is given, and the arm angle follows.
 //
-//          axis 1                            y_3  where the upper arm points
+//          axis 1                            y_3  direction of the upper arm
 //            |  . ' theta_1 = const          At theta_2 = 0 the upper arm points along axis 1 and theta_1 is
 //     -------o------- y_3 over psi           free: theta_1(psi) jumps by half a turn there, psi(theta_1)
 //     passes
 //        . ' |                               smoothly, with theta_2 of either sign.
 //
-// Beside theta_2 = 0 (theta_6 = 0) joint 1 or 3 (5 or 7) leads, and the two branches that meet there are one
-// sheet. With any joint that is locked the arm angle is led by it. The arm angle is a root of U cos - V sin =
-// 0 (pivot) or H - cos = 0 (hinge), which are harmonics of it: eq. (26), (27).
+// Near theta_2 = 0 (theta_6 = 0) joint 1 or 3 (5 or 7) leads, and the two branches that meet there form one
+// sheet. If a joint is locked, it leads. The arm angle is a root of U cos - V sin = 0 (pivot) or H - cos = 0
+// (hinge), which are harmonics of psi: eq. (26), (27).
 #pragma once
 
 #include <initializer_list>
@@ -20,8 +20,8 @@
 
 namespace armangle {
 
-/// What vanishes at the arm angles at which a joint (1..7, but 4) stands at theta; a pivot also half a turn
-/// from it.
+/// The harmonic that vanishes at the arm angles where a joint (1..7, but 4) has the angle theta. For a pivot
+/// it vanishes also half a turn away.
 template <class T>
 Harmonic<T> tie(const JointFunctions<T>& f, int joint, const SinCos<T>& theta) noexcept {
     if (joint % 2 == 0) {
@@ -34,14 +34,14 @@ Harmonic<T> tie(const JointFunctions<T>& f, int joint, const SinCos<T>& theta) n
             p.U.k * theta.cos - p.V.k * theta.sin};
 }
 
-/// An arm angle that is led, and the square of the slope that the tie has there: near 0 it does not lead.
+/// An arm angle from a leading joint, and the squared slope of the tie; near 0 it does not determine psi.
 template <class T>
 struct Led {
     SinCos<T> psi;
     T slope_square;
 };
 
-/// The root of a tie on one side: where it falls (1) or rises (-1) with the arm angle.
+/// The root of a tie on one side: the tie falls (1) or rises (-1) with the arm angle.
 template <class T>
 Led<T> led_angle(const Harmonic<T>& f, const T& side) noexcept {
     const T square = f.s * f.s + f.c * f.c;
@@ -51,12 +51,12 @@ Led<T> led_angle(const Harmonic<T>& f, const T& side) noexcept {
     return {{(f.c * root - f.s * f.k) * inverse, -(f.s * root + f.c * f.k) * inverse}, room};
 }
 
-/// The hinge (0: joint 2, 1: joint 6) beside a pivot that leads, whose sign comes out; -1 where a hinge, or
-/// nothing, leads.
+/// The hinge next to a leading pivot (0: joint 2, 1: joint 6), whose sign results; -1 if a hinge or no joint
+/// leads.
 constexpr int hinge_led_through(int joint) noexcept { return joint % 2 == 1 ? joint / 4 : -1; }
 
-/// The seven angles where a joint leads with theta: of joint 1 or 3 (5 or 7) the sign of theta_2 (theta_6) is
-/// what comes out. Where joint 3 (7) leads, joint 1 (5) is completed from it as the inverse does the reverse.
+/// The seven angles if a joint leads with theta. If joint 1 or 3 (5 or 7) leads, the sign of theta_2
+/// (theta_6) results. If joint 3 (7) leads, joint 1 (5) follows from it, in reverse to the inverse.
 template <class T>
 Directions<T> led_directions(const SelfMotion<T>& m, const SinCos<T>& psi, int joint,
                              const SinCos<T>& theta) noexcept {
@@ -76,15 +76,15 @@ Directions<T> led_directions(const SelfMotion<T>& m, const SinCos<T>& psi, int j
     return d;
 }
 
-/// Whether the hinge at `hinge` (1 or 5) makes one axis of the joints before and behind it: its sine is no
-/// larger than `sine`.
+/// Whether the joints before and behind the hinge at `hinge` (1 or 5) rotate about one axis: the hinge's sine
+/// is at most `sine`.
 inline bool makes_one_axis(const Directions<double>& d, int hinge,
                            double sine = tolerance::one_axis) noexcept {
     return abs(d.y[hinge]) <= sine * hypot(d.x[hinge], d.y[hinge]);
 }
 
-/// Where theta_2 (theta_6) is 0 or pi, joint 1 (5) stands as given joints have it, unless it or joint 3 (7)
-/// leads, and joint 3 (7) follows: how they share their turn is nothing that the arm angle says.
+/// If theta_2 (theta_6) is 0 or pi, keeps joint 1 (5) at its value in `near` and computes joint 3 (7), unless
+/// one of them leads. The arm angle does not determine how the two share their turn.
 inline void keep_shares(const Arm& arm, const SelfMotion<double>& m, const SinCos<double>& psi, int lead,
                         const double* near, Directions<double>& d,
                         double sine = tolerance::one_axis) noexcept {

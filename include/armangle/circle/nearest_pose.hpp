@@ -1,4 +1,4 @@
-// The reach: the pose nearest to a given one whose wrist is neither too far from the shoulder nor too near.
+// Reachability: the nearest pose whose wrist is neither too far from the shoulder nor too close.
 #pragma once
 
 #include <initializer_list>
@@ -10,7 +10,7 @@
 
 namespace armangle {
 
-/// A pose, and how far (m) it is from the one asked for.
+/// A pose, and its distance (m) from the requested one.
 struct NearestPose {
     Pose<double> pose;
     double gap;
@@ -18,15 +18,15 @@ struct NearestPose {
 
 namespace detail {
 
-/// A pose whose wrist is `by` (m) farther from the shoulder, on the same line.
+/// The pose with its wrist moved away from the shoulder by `by` (m) on the same line.
 inline Pose<double> stretched_by(const Arm& arm, const Pose<double>& pose, const Circle<double>& c,
                                  double by) noexcept {
     const Vec3<double> shift = (c.distance == 0 ? Vec3<double>{0, 0, 1} : c.w) * by;
     return {pose.rotation, pose.position + (arm.has_base ? arm.base.rotation * shift : shift)};
 }
 
-/// How much farther (m) the wrist is where joint 4 stands on the limit that it is beyond; 0 where it is
-/// beyond none, or by more than `rounding` (m). A limit at straight is that of the other bend: not beyond.
+/// Distance (m) from the wrist to the limit of joint 4, away from the shoulder, if joint 4 violates it. 0 if
+/// it violates none, or by more than `rounding` (m). A limit at straight bounds the other bend alone.
 inline double beyond_elbow_limit(const Arm& arm, const Circle<double>& c, double rounding) noexcept {
     const double lower = arm.limits.lower[3], upper = arm.limits.upper[3],
                  eta = atan2(c.triangle.eta.sin, c.triangle.eta.cos);
@@ -42,9 +42,9 @@ inline double beyond_elbow_limit(const Arm& arm, const Circle<double>& c, double
 
 }  // namespace detail
 
-/// The nearest pose of the same orientation within the reach, whatever the joint limits: the wrist moves
-/// along its line from the shoulder, in to the reach L or out to the inner reach D. The wrists within the
-/// reach are all between two spheres about the shoulder, so no other one is nearer.
+/// The nearest pose of the same orientation within reach, ignoring joint limits. The wrist moves on its line
+/// from the shoulder to the reach L or the inner reach D. Reachable wrists lie between these two spheres, so
+/// no other one is nearer.
 inline NearestPose nearest_within_reach(const Arm& arm, const Pose<double>& pose) noexcept {
     const Circle<double> c = circle(arm, flange_pose(arm, pose));
     if (!is_unreachable(c)) return {pose, 0.0};
@@ -52,9 +52,9 @@ inline NearestPose nearest_within_reach(const Arm& arm, const Pose<double>& pose
     return {detail::stretched_by(arm, pose, c, c.distance > arm.reach ? -excess : excess), excess};
 }
 
-/// A pose whose numbers are rounded to `precision` (ratio): its rotation made exact, and taken to the reach,
-/// and to the limit of joint 4, where it is beyond by no more than the rounding of position and rotation can
-/// make: psi, which leaves the other joints some room, does not move that one. What is no pose stays.
+/// Corrects a pose rounded to `precision` (ratio). Makes its rotation exact, and moves the wrist to the reach
+/// and to the limit of joint 4 if rounding explains the violation. Only joint 4 needs this, since psi cannot
+/// move it. A pose that is not rigid is returned unchanged.
 inline Pose<double> within_rounding(const Arm& arm, const Pose<double>& pose, double precision) noexcept {
     if (!is_rigid(pose)) return pose;
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};

@@ -1,9 +1,9 @@
-// Gradients the way back: what a function of the results falls by, as a gradient by what was given.
+// Reverse-mode gradients: from the gradient of a function by the results to its gradient by the arguments.
 //
-// A gradient by the sixteen entries of a pose counts along motions of a rigid body alone, dp = v and
-// dR = omega x R. Of the gradients that agree there the one of least size is given. What nobody asks for
-// counts nothing, however steep it is; where something that is asked for has no derivative, the whole
-// gradient is NaN and a Hindrance says why.
+// A gradient by the sixteen entries of a pose matters along rigid motions alone, dp = v and dR = omega x R.
+// Among the gradients that agree there, the smallest is returned. Results with gradient 0 contribute nothing,
+// however steep they are. If a result with a nonzero gradient has no derivative, the whole gradient is NaN
+// and a Hindrance gives the reason.
 #pragma once
 
 #include "../numbers/arrays.hpp"
@@ -15,10 +15,10 @@
 namespace armangle {
 
 /// Why a gradient does not exist: psi jumps, theta_2 or theta_6 is 0 or pi, the elbow is stretched or folded,
-/// there is no posture.
+/// or the pose has no solution.
 enum class Hindrance : int { none = 0, psi = 1, shoulder = 2, elbow = 4, wrist = 6, unreachable = 7 };
 
-/// The gradient by the twist (v, omega) of a pose from that by its entries, 4x4 row by row.
+/// Converts a gradient by the entries of a pose, 4x4 row by row, to one by its twist (v, omega).
 inline void twist_gradient(const Pose<double>& pose, const double* by_entry, double (&by_twist)[6]) noexcept {
     const Pose<double> g = load_pose(by_entry);
     const auto& [x, y, z] = pose.rotation;
@@ -27,7 +27,7 @@ inline void twist_gradient(const Pose<double>& pose, const double* by_entry, dou
     for (int k = 0; k < 6; ++k) by_twist[k] = all[k];
 }
 
-/// The least gradient by the entries of a pose whose part along motions is the gradient by the twist.
+/// The smallest gradient by a pose's entries that equals the gradient by the twist along rigid motions.
 template <class T>
 ARMANGLE_INLINE Pose<T> pose_gradient(const Pose<T>& pose, const Vec3<T>& linear,
                                       const Vec3<T>& angular) noexcept {
@@ -37,20 +37,20 @@ ARMANGLE_INLINE Pose<T> pose_gradient(const Pose<T>& pose, const Vec3<T>& linear
             linear};
 }
 
-/// Writes a gradient by the entries of a pose, 4x4 row by row; the last row has none.
+/// Writes a gradient by the entries of a pose, 4x4 row by row; the last row is 0.
 inline void store_gradient(const Pose<double>& gradient, double* by_entry) noexcept {
     store_pose(gradient, by_entry);
     by_entry[15] = 0;
 }
 
-/// The twist (v, omega) of a change of a pose, given by its entries: dp, and the axis of the part of dR R^T
-/// that turns.
+/// Converts a change of a pose, given by its entries, to a twist (v, omega): dp, and the axis of the skew
+/// part of dR R^T.
 inline void twist_of(const Pose<double>& pose, const double* change, double (&twist)[6]) noexcept {
     twist_gradient(pose, change, twist);
     for (int k = 3; k < 6; ++k) twist[k] *= 0.5;
 }
 
-/// The gradient by the joints of forward() from those by the entries of its pose and by its psi.
+/// Gradient of forward() by the joints, from the gradients by the entries of its pose and by its psi.
 inline Hindrance forward_pullback(const Arm& arm, const double* q, const double* by_pose, double by_psi,
                                   double (&by_q)[joints]) noexcept {
     const Jacobian j = jacobian(arm, q);
@@ -68,7 +68,7 @@ inline Hindrance forward_pullback(const Arm& arm, const double* q, const double*
     return exists ? Hindrance::none : Hindrance::psi;
 }
 
-/// The change of forward()'s pose, by its entries, and of its psi as the joints change.
+/// Change of forward()'s pose, by its entries, and of its psi, for a change of the joints.
 inline void forward_pushforward(const Arm& arm, const double* q, const double* dq, double* change,
                                 double& psi) noexcept {
     const Jacobian j = jacobian(arm, q);
@@ -87,7 +87,7 @@ inline void forward_pushforward(const Arm& arm, const double* q, const double* d
 
 namespace detail {
 
-/// Why a gradient by these joints does not exist, by psi or by the pose.
+/// Why a gradient by these joints does not exist, by psi alone or by the pose.
 inline Hindrance hindrance(const Rates<double>& r, const double* by_q, bool by_pose) noexcept {
     bool asked[joints], any_asked = false, any_turn = false;
     for (int j = 0; j < joints; ++j) {
@@ -104,8 +104,8 @@ inline Hindrance hindrance(const Rates<double>& r, const double* by_q, bool by_p
 
 }  // namespace detail
 
-/// The gradient by the entries of the pose and by psi of inverse() from that by its joints. Where only the
-/// gradient by the pose does not exist, that by psi does.
+/// Gradient of inverse() by the entries of the pose and by psi, from the gradient by its joints. If only the
+/// gradient by the pose does not exist, the gradient by psi is still valid.
 inline Hindrance inverse_pullback(const Arm& arm, const Pose<double>& pose, double psi, int gc,
                                   const double* by_q, double* by_pose, double& by_psi) noexcept {
     Pull<double> p{{0, 0, 0}, {0, 0, 0}, 0};
@@ -134,8 +134,8 @@ inline Hindrance inverse_pullback(const Arm& arm, const Pose<double>& pose, doub
     return why;
 }
 
-/// The change of the joints of inverse() as the pose changes, by its entries, and psi. NaN of a joint that
-/// has no derivative by what changes.
+/// Change of the joints of inverse() for a change of the pose, by its entries, and of psi. NaN for each joint
+/// that has no such derivative.
 inline void inverse_pushforward(const Arm& arm, const Pose<double>& pose, double psi, int gc,
                                 const double* change, double psi_change, double* dq) noexcept {
     const Derivatives d = inverse_derivative(arm, pose, psi, gc);

@@ -1,14 +1,14 @@
 // The reference half-plane, psi = 0. Eq. (5)-(8).
 //
-// Each meaning of psi is a function of the wrist p = S->W (m) and its direction w = p / |p|, which returns a
-// unit vector orthogonal to w: the elbow axis z_3 at psi = 0. Everything above it follows.
+// Each definition of psi is a function of the wrist p = S->W (m) and its direction w = p / |p|. It returns a
+// unit vector orthogonal to w, the elbow axis z_3 at psi = 0. All other formulas follow from it.
 //
-//   base            the virtual arm with theta_3 = 0: the plane through the axis of joint 1. Singular where
-//                   the wrist lies on that axis, on either side of the shoulder.
-//   vector          the plane through a fixed vector of the user's; singular along it, on either side.
-//   stereographic   the normal that the wrist has over the shoulder, carried to w the shortest way: singular
-//                   where the wrist is straight below it, and nowhere else. Elias and Wen (2024),
-//                   stereographic SEW angle.
+//   base            the virtual arm with theta_3 = 0: the plane through the axis of joint 1. Singular if the
+//                   wrist lies on that axis, on either side of the shoulder.
+//   vector          the plane through a vector given by the user; singular along it, on either side.
+//   stereographic   the normal for a wrist above the shoulder, carried to w by the shortest rotation.
+//                   Singular only if the wrist is straight below. Elias and Wen (2024), stereographic SEW
+//                   angle.
 #pragma once
 
 #include "../arm/arm.hpp"
@@ -19,7 +19,7 @@ namespace armangle {
 
 namespace detail {
 
-/// Whether the wrist lies on the z axis. Close to the shoulder the distance alone cannot tell: the direction
+/// Whether the wrist lies on the z axis. Near the shoulder the distance alone is no criterion: the direction
 /// must also be within 30 degrees of the axis.
 template <class T>
 ARMANGLE_INLINE auto is_on_axis(const Arm& arm, const Vec3<T>& w, const T& r) noexcept {
@@ -27,14 +27,14 @@ ARMANGLE_INLINE auto is_on_axis(const Arm& arm, const Vec3<T>& w, const T& r) no
     return above & (r <= T(tolerance::reference * arm.reach));
 }
 
-/// The y axis of the other way round, made orthogonal to w, which is near +-z: theta_1 = 0.
+/// The negative y axis, made orthogonal to w, which is near +-z: theta_1 = 0.
 template <class T>
 ARMANGLE_INLINE Vec3<T> convention_normal(const Vec3<T>& w, const T& m) noexcept {
     return {w.x * w.y * m, (w.y * w.y - T(1.0)) * m, w.z * w.y * m};
 }
 
-/// z = (p_y, -p_x, 0) / r, the normal of the plane through w and the z axis; where the wrist lies on that
-/// axis (eq. (5), second case) theta_1 = 0 of the convention.
+/// z = (p_y, -p_x, 0) / r, the normal of the plane through w and the z axis. If the wrist lies on that axis
+/// (eq. (5), second case), the convention theta_1 = 0 defines the normal.
 template <class T>
 ARMANGLE_INLINE Vec3<T> normal_about_z(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
     const T r = hypot(p.x, p.y);
@@ -54,16 +54,15 @@ ARMANGLE_INLINE Vec3<T> normal_about_vector(const Arm& arm, const Vec3<T>& p, co
     return frame * normal_about_z(arm, transposed_times(frame, p), transposed_times(frame, w));
 }
 
-/// `side`, orthogonal to a pole, carried from the pole to w by the rotation that takes the one to the other
-/// the shortest way. `image` is the stereographic image of w, (w + pole) / (1 + w . pole); `share` is w .
-/// side.
+/// `side`, orthogonal to a pole, carried to w by the shortest rotation from the pole to w. `image` is the
+/// stereographic image of w, (w + pole) / (1 + w . pole); `share` is w . side.
 template <class T>
 ARMANGLE_INLINE Vec3<T> carried(const Vec3<T>& side, const Vec3<T>& image, const T& share) noexcept {
     return side - image * share;
 }
 
-/// -y carried from z to w. The image is (w_x k, w_y k, 1) with k = 1 / (1 + w_z), below the shoulder as
-/// (1 - w_z) / (w_x^2 + w_y^2), which loses no digits there. Straight below: theta_1 = 0 of the convention.
+/// -y carried from z to w. The image is (w_x k, w_y k, 1). k = 1 / (1 + w_z), or below the shoulder (1 - w_z)
+/// / (w_x^2 + w_y^2), which loses no digits there. Straight below: theta_1 = 0 of the convention.
 template <class T>
 ARMANGLE_INLINE Vec3<T> stereographic_normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
     const T one(1.0), across = w.x * w.x + w.y * w.y;
@@ -89,7 +88,7 @@ ARMANGLE_INLINE Vec3<T> reference_normal(const Arm& arm, const Vec3<T>& p, const
     return detail::normal_about_z(arm, p, w);
 }
 
-/// Whether psi jumps at the wrist's direction w, n = |S-W| in m: there the convention decides.
+/// Whether psi jumps at the wrist's direction w, so that the convention defines it; n = |S-W| in m.
 template <class T>
 ARMANGLE_INLINE auto is_reference_lost(const Arm& arm, const Vec3<T>& w, const T& n) noexcept {
     const auto over = [&](const Vec3<T>& v) { return detail::is_on_axis(arm, v, n * hypot(v.x, v.y)); };
@@ -99,9 +98,9 @@ ARMANGLE_INLINE auto is_reference_lost(const Arm& arm, const Vec3<T>& w, const T
     return over(transposed_times(Mat3<T>{spread<T>(x), spread<T>(y), spread<T>(z)}, w));
 }
 
-/// How the reference half-plane turns about w as the wrist moves, 1/m: by k . dp, where z is its normal and
-/// n = |S-W| in m. About an axis at the angle alpha to w the azimuth grows by -z . dp / (n sin(alpha)), of
-/// which the cosine is about w; a normal that is carried lacks one turn of the azimuth itself.
+/// Turn k of the reference half-plane about w per metre of wrist motion (1/m): k . dp. z is its normal and n
+/// = |S-W| in m. About an axis at the angle alpha to w the azimuth grows by -z . dp / (n sin(alpha)), and its
+/// cosine is the turn about w. For a carried normal the azimuth itself is subtracted.
 template <class T>
 ARMANGLE_INLINE Vec3<T> reference_turn(const Arm& arm, const Vec3<T>& w, const Vec3<T>& z,
                                        const T& n) noexcept {

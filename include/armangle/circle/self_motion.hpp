@@ -1,9 +1,9 @@
-// The self-motion: all postures of one pose in one branch. psi goes once round and the tool stays where it
-// is.
+// The self-motion: all solutions of one pose in one branch. psi runs once around the circle while the end
+// effector keeps its pose.
 //
-// Everything that the pose and the branch decide is here, and psi is what is left to choose: joints at psi
-// (inverse.hpp: directions), each joint as a function of psi (joint_function.hpp: joint_functions), the psi
-// within the limits (feasible.hpp: feasible). Eq. (12)-(24).
+// This file computes what pose and branch determine; psi remains free. The joints at psi are in inverse.hpp
+// (directions), each joint as a function of psi in joint_function.hpp (joint_functions), and the psi within
+// the limits in feasible.hpp (feasible). Eq. (12)-(24).
 #pragma once
 
 #include "../arm/configuration.hpp"
@@ -13,7 +13,7 @@
 
 namespace armangle {
 
-/// One pose in one branch: all that its postures share, whatever psi. Eq. (12)-(15).
+/// One pose in one branch: the quantities common to all its solutions, independent of psi. Eq. (12)-(15).
 template <class T>
 struct SelfMotion {
     Circle<T> circle;
@@ -21,29 +21,29 @@ struct SelfMotion {
     Elbow<T> elbow;
 };
 
-/// Of one branch of a circle.
+/// The self-motion of one branch of a circle.
 template <class T>
 ARMANGLE_INLINE SelfMotion<T> self_motion(const Arm& arm, const Circle<T>& circle,
                                           const Configuration<T>& gc) noexcept {
     return {circle, gc, elbow(arm, circle.triangle, gc.elbow)};
 }
 
-/// Of a pose as the user sees it, in the arm's psi.
+/// The self-motion of a user's pose, for the arm's psi.
 template <class T>
 ARMANGLE_INLINE SelfMotion<T> self_motion(const Arm& arm, const Pose<T>& pose,
                                           const Configuration<T>& gc) noexcept {
     return self_motion(arm, circle(arm, flange_pose(arm, pose)), gc);
 }
 
-/// The same of the branch with index gc, 0..7. The signs are made after the circle, which needs all
+/// The same for the branch with index gc, 0..7. The signs are computed after the circle, which needs all
 /// registers.
 ARMANGLE_INLINE SelfMotion<double> self_motion(const Arm& arm, const Pose<double>& pose, int gc) noexcept {
     const Circle<double> on = circle(arm, flange_pose(arm, pose));
     return self_motion(arm, on, configuration(gc));
 }
 
-/// Whether theta_1 (theta_2 = 0 or pi) vanishes as a direction for *every* psi: arm straight along the base
-/// axis.
+/// Whether the direction of theta_1 vanishes (theta_2 = 0 or pi) for *every* psi: the arm is straight along
+/// the base axis.
 template <class T>
 ARMANGLE_INLINE auto shoulder_singular(const SelfMotion<T>& m) noexcept {
     const Circle<T>& c = m.circle;
@@ -53,7 +53,7 @@ ARMANGLE_INLINE auto shoulder_singular(const SelfMotion<T>& m) noexcept {
     return size <= T(tolerance::singular * tolerance::singular);
 }
 
-/// The same for theta_5: arm straight, tool axis along it.
+/// The same for theta_5: the arm is straight and the tool axis is along it.
 template <class T>
 ARMANGLE_INLINE auto wrist_singular(const SelfMotion<T>& m) noexcept {
     const Circle<T>& c = m.circle;

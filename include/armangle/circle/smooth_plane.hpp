@@ -1,10 +1,8 @@
-// A second reference plane, for whole paths: singular in one direction only, which is chosen away from the
-// path.
+// A second reference plane, for whole paths. It is singular in one direction only, chosen away from the path.
 //
-// The normal `side` is carried from `pole` to w by the rotation that takes the one to the other the shortest
-// way. The angle phi measured from there differs from psi by an offset of the wrist's direction alone, and
-// turns slowly wherever w is not near -pole; so a wrist over the base axis is a place like any other. Only +
-// - * /.
+// The normal `side` is carried from `pole` to w by the shortest rotation. The angle phi measured from there
+// differs from psi by an offset that depends on the wrist's direction alone. phi turns slowly unless w is
+// near -pole, so a wrist over the base axis is no special case. Uses only + - * /.
 #pragma once
 
 #include "circle.hpp"
@@ -13,7 +11,7 @@
 
 namespace armangle {
 
-/// A zero of the arm angle: `side` carried from `pole` to the wrist's direction the shortest way.
+/// A zero of the arm angle: `side` carried from `pole` to the wrist's direction by the shortest rotation.
 struct SmoothPlane {
     Vec3<double> pole{0, 0, 1}, side{1, 0, 0};  // orthonormal
 
@@ -25,7 +23,7 @@ struct SmoothPlane {
     }
 };
 
-/// Circle of a pose 0T7 in phi.
+/// Circle of a pose 0T7, with its zero at phi = 0.
 template <class T>
 Circle<T> circle(const Arm& arm, const Pose<T>& flange, const SmoothPlane& plane) noexcept {
     return circle_on(arm, triad(arm, flange, plane), flange);

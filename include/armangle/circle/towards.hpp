@@ -1,12 +1,11 @@
-// Where the elbow shall be: the psi that brings it nearest to a point, or farthest along a direction.
+// The elbow's target: the psi that brings the elbow nearest to a point or farthest along a direction.
 //
-// From the shoulder S the elbow of a self-motion is, with g = GC_4 and the triad (w, e, z) of its circle,
+// With g = GC_4 and the triad (w, e, z) of its circle, the elbow of a self-motion is at
 //   E(psi) - S = La (w cos(kappa) + g sin(kappa) (e cos(psi) - z sin(psi))),
-// a circle about w; where S-W leans by tau out of the plane across axis 4, w cos(tau) - (z cos + e sin)
-// sin(tau) stands for w. What a vector v gains of it is const + La ((a v.e - b v.z) cos - (a v.z + b v.e)
-// sin) with a = g sin(kappa), b = cos(kappa) sin(tau), greatest at psi = atan2(-a v.z - b v.e, a v.e - b
-// v.z). |P - E(psi)|^2 = const - 2 (P - S) . E(psi): the nearest elbow to a point P is the farthest along v =
-// P - S.
+// a circle about w. If S-W leans by tau out of the plane across axis 4, w cos(tau) - (z cos + e sin) sin(tau)
+// replaces w. Its part along a vector v is const + La ((a v.e - b v.z) cos - (a v.z + b v.e) sin) with a = g
+// sin(kappa), b = cos(kappa) sin(tau). The maximum is at psi = atan2(-a v.z - b v.e, a v.e - b v.z). |P -
+// E(psi)|^2 = const - 2 (P - S) . E(psi): the elbow nearest to a point P is the farthest along v = P - S.
 #pragma once
 
 #include "self_motion.hpp"
@@ -15,31 +14,31 @@
 
 namespace armangle {
 
-/// What a wish speaks of.
+/// The kinds of target for the elbow.
 enum class Wish : std::uint8_t { psi, point, direction };
 
-/// What is wished of the elbow: its psi, or a point that it shall be near (m), or a direction to go along,
-/// both in the frame that poses are given in.
+/// The elbow's target: a psi, a point to be near (m), or a direction to be far along. Point and direction are
+/// in the frame that poses are given in.
 struct Towards {
     Wish wish = Wish::psi;
-    double psi = not_a_number;  // rad; of Wish::psi
+    double psi = not_a_number;  // rad; for Wish::psi
     Vec3<double> target{};
 };
 
-/// Why there is no such psi: every elbow of the circle is as good as another.
+/// Why no psi is best: all elbows of the circle are equally good.
 enum class Indifferent : std::uint8_t {
     no,
-    still,    // the arm is stretched or folded (or out of reach): psi does not move the elbow
-    on_axis,  // the point lies on the axis shoulder-wrist, or the direction along it
+    still,    // the arm is stretched or folded (or the pose out of reach): psi does not move the elbow
+    on_axis,  // the point lies on the axis shoulder-wrist, or the direction is along it
 };
 
-/// The psi of a wish, or why it has none.
+/// The best psi for a target, or why none is best.
 struct WishedPsi {
-    double psi;  // rad in (-pi, pi]; NaN where there is none
+    double psi;  // rad in (-pi, pi]; NaN if none is best
     Indifferent why;
 };
 
-/// The psi at which the elbow of the self-motion is where it is wished, as near as its circle comes.
+/// The psi at which the elbow of the self-motion is as near to its target as the circle allows.
 inline WishedPsi psi_towards(const Arm& arm, const SelfMotion<double>& m, const Towards& towards) noexcept {
     if (towards.wish == Wish::psi) return {wrap(towards.psi), Indifferent::no};
     const Circle<double>& c = m.circle;
