@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import copy
 import pickle
-from collections.abc import Callable
 
 import numpy as np
 import pytest
-from support.strategies import Array
 from support.threads import in_threads
 
 import armangle as aa
@@ -20,19 +18,13 @@ Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 @pytest.mark.parametrize(
     ("d_se", "d_ew"), [(0.4, 0.399), (0.4, 0.3999), (0.4, 0.399999), (1e-3, 10), (1e-6, 10)]
 )
-@pytest.mark.parametrize("theta_4", [0.0, 1e-9, np.pi, np.pi + 1e-9, np.pi - 1e-6, 1.0])
-def test_the_pose_holds_whatever_the_lengths(d_se: float, d_ew: float, theta_4: float) -> None:
+def test_the_pose_holds_whatever_the_lengths(d_se: float, d_ew: float) -> None:
     arm = aa.Arm(d_bs=0.34, d_se=d_se, d_ew=d_ew, d_wf=0.126)
-    q = np.random.default_rng(1).uniform(-3, 3, (300, 7))
-    q[:, 3] = theta_4
+    q = np.random.default_rng(1).uniform(-3, 3, (1800, 7))
+    q[:, 3] = np.repeat([0.0, 1e-9, np.pi, np.pi + 1e-9, np.pi - 1e-6, 1.0], 300)
     pose, psi, gc = arm.forward(q)
     back, _, _ = arm.forward(arm.inverse(pose, psi, gc, limits=False))
     assert np.abs(back - pose).max() <= 1e-14 * max(1.0, d_ew)
-
-
-def test_links_that_cannot_be_metres_are_refused() -> None:
-    with pytest.raises(aa.InputError, match=r"d_se \(m\) is 1e-160 .* upper arm is 1e-160 m long, wanted"):
-        aa.Arm(d_bs=0, d_se=1e-160, d_ew=1e-160, d_wf=0)
 
 
 def test_a_reach_that_ends_before_the_shoulder_is_no_folded_arm() -> None:
@@ -93,28 +85,6 @@ def test_out_may_share_memory_with_the_arguments() -> None:
     want = arm.inverse(pose, psi, gc, seed=seeds[:-1].copy(), limits=False)
     assert np.array_equal(arm.inverse(pose, psi, gc, seed=seeds[:-1], out=seeds[1:], limits=False), want)
     assert np.array_equal(seeds[1:], want)
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda p: in_threads(2**31, lambda: IIWA.forward(Q)), "threads is 2147483648"),
-        (lambda p: aa.step(IIWA.with_(singularity_margin=np.array([0.0, 0.0])), Q, p), "singularity_margin"),
-        (lambda p: aa.step(IIWA, Q, p, gc=[2]), r"gc is \[2\]"),
-        (lambda p: aa.step(IIWA, Q, p, carry=["psi"]), "carry is"),
-        (lambda p: aa.follow(IIWA, [p], start=Q, on_fail=np.array(["stop", "hold"])), "on_fail is"),
-        (lambda p: IIWA.inverse(p, 0.0, 0, limits=np.array(["nan", "raise"])), "limits is"),
-        (lambda p: aa.gc_index(["a", "b", "c"]), "signs is"),
-        (lambda p: aa.gc_index([1j, -1j, 1]), "signs is"),
-        (lambda p: IIWA.with_(joint_names=("a",)), "joint_names is"),
-        (lambda p: IIWA.with_(joint_names=("a",) * 7), "joint_names is"),
-        (lambda p: IIWA.with_(name=5), "name is 5"),
-    ],
-)
-def test_arguments_of_a_wrong_kind_are_named(call: Callable[[Array], object], message: str) -> None:
-    pose = IIWA.forward(Q)[0]
-    with pytest.raises(aa.ArmangleError, match=message):
-        call(pose)
 
 
 def test_numbers_of_numpy_are_numbers() -> None:

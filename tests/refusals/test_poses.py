@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+from support.refused import Row, not_refused
 
 import armangle as aa
 
@@ -16,83 +18,60 @@ POSE, PSI, GC = ARM.forward(Q)
 UNIT = [1.0, 0.0, 0.0, 0.0]
 
 
-@pytest.mark.parametrize(
-    ("given", "error", "message"),
-    [
-        ({"wxyz": UNIT, "rpy": [0, 0, 0]}, aa.InputError, "wxyz and rpy are given, wanted one orientation"),
-        (
-            {"wxyz": [UNIT, [1, 1, 0, 0]]},
-            aa.InputError,
-            "wxyz[1] has length 1.41421356, wanted a unit quaternion w x y z within 1e-06",
-        ),
-        ({"xyzw": [0, 0, 0, 0]}, aa.InputError, "xyzw has length 0, wanted a unit quaternion x y z w"),
-        ({"wxyz": [1 + 2e-6, 0, 0, 0]}, aa.InputError, "wxyz has length 1.000002"),
-        ({"xyzw": [0, 0, 1]}, aa.InputError, "xyzw has shape (3,), wanted (..., 4): a unit quaternion, the "
-                                            "real part last"),
-        ({"rpy": UNIT}, aa.InputError, "rpy has shape (4,), wanted (..., 3): roll pitch yaw, rad"),
-        ({"rotvec": 1.0}, aa.InputError, "rotvec has shape (), wanted (..., 3): an axis times the angle"),
-        ({"rpy": [0, np.nan, 0]}, aa.InputError, "rpy holds nan, wanted finite angles in rad"),
-        ({"rotvec": [0, 0, 1e7]}, aa.InputError, "rotvec turns by 1e+07. Angles are in rad: were these"),
-        ({"wxyz": [np.inf, 0, 0, 0]}, aa.InputError, "wxyz holds inf, wanted finite numbers"),
-        ({"matrix": 2 * np.eye(3)}, aa.InputError, "the rotation of matrix is not orthonormal"),
-        ({"matrix": np.eye(4)}, aa.InputError, "matrix has shape (4, 4), wanted (..., 3, 3)"),
-        ({"matrix": -np.eye(3)}, aa.InputError, "the rotation of matrix is a reflection"),
-        ({"rpy": np.zeros((2, 3))}, aa.InputError, "do not broadcast: xyz (3,), the orientation (2,)"),
-    ],
-)  # fmt: skip
-def test_an_orientation_that_is_none_is_named(given: Any, error: type[Exception], message: str) -> None:
-    xyz = np.zeros((3, 3)) if "broadcast" in message else [0.0, 0.0, 0.0]
-    with pytest.raises(error, match=re.escape(message)):
-        aa.pose(xyz, **given)
+ORIENTATIONS: list[tuple[dict[str, Any], str]] = [
+    ({"wxyz": UNIT, "rpy": [0, 0, 0]}, "wxyz and rpy"),
+    ({"wxyz": [UNIT, [1, 1, 0, 0]]}, "wxyz[1] has length 1.41421356"),
+    ({"xyzw": [0, 0, 0, 0]}, "xyzw has length 0"),
+    ({"wxyz": [1 + 2e-6, 0, 0, 0]}, "wxyz has length 1.000002"),
+    ({"xyzw": [0, 0, 1]}, "xyzw has shape (3,), wanted (..., 4)"),
+    ({"rpy": UNIT}, "rpy has shape (4,), wanted (..., 3)"),
+    ({"rotvec": 1.0}, "rotvec has shape (), wanted (..., 3)"), ({"rpy": [0, np.nan, 0]}, "rpy holds nan"),
+    ({"rotvec": [0, 0, 1e7]}, "rotvec turns by 1e+07"), ({"wxyz": [np.inf, 0, 0, 0]}, "wxyz holds inf"),
+    ({"matrix": 2 * np.eye(3)}, "rotation of matrix is not orthonormal"),
+    ({"matrix": np.eye(4)}, "matrix has shape (4, 4), wanted (..., 3, 3)"),
+    ({"matrix": -np.eye(3)}, "rotation of matrix is a reflection"),
+    ({"xyz": np.zeros((3, 3)), "rpy": np.zeros((2, 3))}, "xyz (3,), the orientation (2,)"),
+    ({"xyz": [0, 0, 0, 1]}, "xyz has shape (4,), wanted (..., 3)"),
+    ({"xyz": [[0, 0, 0], [0, 0, np.nan]]}, "xyz[1, 2] is nan"),
+    *(({name: UNIT}, f"given {name}=") for name in ("quat", "euler", "R")),
+    ({"unnamed": UNIT}, "given unnamed="),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize("given", [{"quat": UNIT}, {"euler": [0, 0, 0]}, {"R": np.eye(3)}])
-def test_an_orientation_is_given_by_its_convention(given: Any) -> None:
-    (name,) = given
-    with pytest.raises(
-        aa.InputError, match=rf"given {name}=, wanted by its convention: wxyz= \(a quaternion"
-    ):
-        aa.pose([0, 0, 0], **given)
-    with pytest.raises(aa.InputError, match=r"given without a name, wanted by its convention: .*xyzw="):
-        aa.pose([0, 0, 0], given[name])
+def test_an_orientation_that_is_none_is_named() -> None:
+    rows: list[Row] = []
+    for given, message in ORIENTATIONS:
+        arguments = {"xyz": [0.0, 0.0, 0.0], **given}
+        rows.append((aa.InputError, re.escape(message), lambda arguments=arguments: aa.pose(**arguments)))
+    rows += [(aa.InputError, "given without a name", lambda: aa.pose([0, 0, 0], UNIT))]  # type: ignore[call-arg, misc]
+    assert not_refused(rows) == []
 
 
-def test_a_place_that_is_none_is_named() -> None:
-    with pytest.raises(aa.InputError, match=re.escape("xyz has shape (4,), wanted (..., 3): positions, m")):
-        aa.pose([0, 0, 0, 1])
-    with pytest.raises(aa.InputError, match=re.escape("xyz[1, 2] is nan, wanted finite numbers in m")):
-        aa.pose([[0, 0, 0], [0, 0, np.nan]])
+LIKE_POSES: list[tuple[Any, str]] = [
+    (np.zeros((5, 7)), "pose(pose[..., :3], wxyz=pose[..., 3:])"),
+    (np.zeros(6), "pose(pose[..., :3], rpy=pose[..., 3:])"),
+    (POSE[:3], "armangle.pose(pose[..., 3], matrix=pose[..., :3])"),
+    (POSE[:3, :3], "armangle.pose([x, y, z], matrix=pose)"), (np.zeros(3), "armangle.pose(pose)"),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("array", "advice"),
-    [
-        (np.zeros((5, 7)), "pose(pose[..., :3], wxyz=pose[..., 3:]) where the real part is first"),
-        (np.zeros(6), "pose(pose[..., :3], rpy=pose[..., 3:]) for roll pitch yaw"),
-        (POSE[:3], "armangle.pose(pose[..., 3], matrix=pose[..., :3])"),
-        (POSE[:3, :3], "armangle.pose([x, y, z], matrix=pose)"),
-        (np.zeros(3), "a position without an orientation; armangle.pose(pose)"),
-    ],
-)
-def test_an_array_that_is_no_pose_is_told_what_it_looks_like(array: Any, advice: str) -> None:
+def asked(array: Any) -> tuple[Callable[[], Any], ...]:
+    """Every kind of question with an array that is no pose."""
     tracker = aa.Tracker(ARM, 0.01)
     tracker.start(Q)
-    for call in (
-        lambda: ARM.inverse(array, PSI, GC, limits=False),
-        lambda: ARM.inverse(array, PSI, limits=False),
-        lambda: ARM.feasible(array, GC),
-        lambda: ARM.feasible(array),
-        lambda: ARM.feasible(array, GC, per_joint=True),
-        lambda: aa.gradients.joint_function(ARM, array, GC, 1),
-        lambda: ARM.self_motion(array, PSI, GC),
-        lambda: ARM.explain(array),
-        lambda: aa.nearest_rotation(array),
-        lambda: aa.resolve(ARM, array, PSI, GC),
-        lambda: aa.step(ARM, Q, array),
-        lambda: tracker.step(array),
-    ):
-        with pytest.raises(aa.InputError, match=re.escape(advice)):
-            call()
+    return (
+        lambda: ARM.inverse(array, PSI, GC, limits=False), lambda: ARM.inverse(array, PSI, limits=False),
+        lambda: ARM.feasible(array, GC), lambda: ARM.feasible(array),
+        lambda: ARM.feasible(array, GC, per_joint=True), lambda: ARM.self_motion(array, PSI, GC),
+        lambda: aa.gradients.joint_function(ARM, array, GC, 1), lambda: ARM.explain(array),
+        lambda: aa.nearest_rotation(array), lambda: aa.resolve(ARM, array, PSI, GC),
+        lambda: aa.step(ARM, Q, array), lambda: tracker.step(array),
+    )  # fmt: skip
+
+
+def test_an_array_that_is_no_pose_is_told_what_it_looks_like() -> None:
+    for array, advice in LIKE_POSES:
+        assert not_refused((aa.InputError, re.escape(advice), call) for call in asked(array)) == []
 
 
 def test_the_advice_names_the_argument_and_is_right() -> None:
@@ -121,40 +100,35 @@ def test_masked_elements_are_refused() -> None:
     pose, psi, gc = ARM.forward(Q)
     masked = np.ma.masked_greater(np.stack([pose, pose]), 0.9)
     joints = np.ma.array(Q, mask=np.arange(7) == 2)
-    for call in (
-        lambda: ARM.inverse(masked, psi, gc, limits=False),
-        lambda: ARM.inverse(masked[0], psi, gc, limits=False),
-        lambda: ARM.solve(pose, seed=joints),
-        lambda: ARM.forward(joints),
+    calls: list[Callable[[], Any]] = [
+        lambda: ARM.inverse(masked, psi, gc, limits=False), lambda: ARM.solve(pose, seed=joints),
+        lambda: ARM.inverse(masked[0], psi, gc, limits=False), lambda: ARM.forward(joints),
         lambda: aa.step(ARM, joints, pose),
-    ):
-        with pytest.raises(aa.InputError, match="has masked elements"):
-            call()
+    ]  # fmt: skip
+    assert not_refused((aa.InputError, "has masked elements", call) for call in calls) == []
     assert np.array_equal(ARM.forward(np.ma.array(Q))[0], pose)
 
 
-@pytest.mark.parametrize(
-    ("value", "message"),
-    [
-        (fake("torch", "Tensor", requires_grad=True, device="cpu"),
-         "pose is a tensor with gradients, wanted numbers in memory: pose.detach(), or armangle.torch.Kine"),
-        (fake("torch", "Tensor", requires_grad=False, device="cuda:0"),
-         "pose is a tensor on cuda:0, wanted numbers in memory: pose.cpu()"),
-        (fake("torch.nn.parameter", "Parameter", requires_grad=True, device="cuda:0"),
-         "pose is a tensor on cuda:0, wanted numbers in memory: pose.detach().cpu(), or armangle.torch.Kine"),
-        (fake("jax._src.interpreters.partial_eval", "DynamicJaxprTracer"),
-         "pose is a JAX tracer, wanted numbers in memory: armangle.jax.Kinematics(arm) works inside jit"),
-        (fake("cupy", "ndarray"), "pose is an array on a GPU, wanted numbers in memory: pose.get()"),
-        (fake("elsewhere", "Thing"), "pose is not an array of real numbers, wanted shape (..., 4, 4)"),
-    ],
-)  # fmt: skip
-def test_an_array_without_numbers_in_memory_is_told_how_to_get_them(value: Any, message: str) -> None:
-    for call in (
-        lambda: ARM.inverse(value, PSI, GC, limits=False),
-        lambda: ARM.feasible(value, GC),
-        lambda: aa.step(ARM, Q, value),
-    ):
-        with pytest.raises(aa.InputError, match=re.escape(message)):
-            call()
-    with pytest.raises(aa.InputError, match=re.escape(message.replace("pose", "q").replace("4, 4", "7"))):
-        ARM.forward(value)
+ELSEWHERE = [
+    (fake("torch", "Tensor", requires_grad=True, device="cpu"), "pose.detach(), or armangle.torch.Kine"),
+    (fake("torch", "Tensor", requires_grad=False, device="cuda:0"),
+     "cuda:0, wanted numbers in memory: pose.cpu()"),
+    (fake("torch.nn.parameter", "Parameter", requires_grad=True, device="cuda:0"),
+     "pose.detach().cpu(), or arm"),
+    (fake("jax._src.interpreters.partial_eval", "DynamicJaxprTracer"), "armangle.jax.Kinematics(arm)"),
+    (fake("cupy", "ndarray"), "pose.get()"), (fake("elsewhere", "Thing"), "wanted shape (..., 4, 4)"),
+]  # fmt: skip
+
+
+def test_an_array_without_numbers_in_memory_is_told_how_to_get_them() -> None:
+    for value, message in ELSEWHERE:
+        calls = (
+            lambda value=value: ARM.inverse(value, PSI, GC, limits=False),
+            lambda value=value: ARM.feasible(value, GC), lambda value=value: aa.step(ARM, Q, value),
+        )  # fmt: skip
+        rows: list[Row] = [(aa.InputError, f"^pose is .*{re.escape(message)}", call) for call in calls]
+        ours = re.escape(message.replace("pose", "q").replace("4, 4", "7"))
+        assert (
+            not_refused([*rows, (aa.InputError, f"^q is .*{ours}", lambda value=value: ARM.forward(value))])
+            == []
+        )
