@@ -1,12 +1,13 @@
-// ArcSet: closed arcs on the circle, their algebra, and the tags of their ends. Knows no robot.
+// ArcSet: closed arcs on the circle, their algebra, and the tags of their ends. Independent of robots.
 //
 //        -pi                 0                 pi
-//         |====]    [=======]        [==========|     two arcs: the last one goes over the seam, lower in
+//         |====]    [=======]        [==========|     two arcs: the last one crosses the seam, lower in
 //              ^    ^                                 [-pi, pi), upper up to a turn further
 //              tags: the joint and the limit that end an arc
 //
-// An arc shorter than the tolerance is an isolated psi: a locked joint, or a posture beside a singular one,
-// is feasible there alone. It stays in intersections and unions; the closure of a complement passes over it.
+// An arc shorter than the tolerance is an isolated psi: a locked joint, or a configuration near a
+// singularity, is feasible only there. Intersections and unions keep it; the closure of a complement does
+// not.
 #pragma once
 
 #include <cstdint>
@@ -19,10 +20,10 @@
 
 namespace armangle {
 
-/// An opaque mark of an end: who made it.
+/// An opaque mark of an arc's end that identifies its cause.
 using Tag = std::uint32_t;
 
-/// One arc of the circle, with the tags of what made its ends.
+/// One arc of the circle, with the tags that identify the causes of its ends.
 struct Arc {
     double lower, upper;  // lower in [-pi, pi), upper in [lower, lower + 2 pi]
     Tag lower_tag, upper_tag;
@@ -35,16 +36,16 @@ struct ArcSet {
     bool full = false;
     Arc arc[capacity];
 
-    /// Whether there is no arc.
+    /// Whether the set holds no arc.
     bool empty() const noexcept { return count == 0; }
 };
 
-/// Makes a set the empty one.
+/// Makes the set empty.
 inline void make_empty(ArcSet& set) noexcept {
     set.count = 0;
     set.full = false;
 }
-/// Makes a set the whole circle.
+/// Makes the set the whole circle.
 inline void make_full(ArcSet& set) noexcept {
     set.count = 1;
     set.full = true;
@@ -53,10 +54,10 @@ inline void make_full(ArcSet& set) noexcept {
 
 namespace detail {
 
-/// Whether an arc is one angle, within the tolerance.
+/// Whether an arc is a single angle, within the tolerance.
 inline bool is_isolated(const Arc& arc) noexcept { return arc.upper - arc.lower < tolerance::angle; }
 
-/// Puts an arc of any lift in.
+/// Inserts an arc on any turn.
 inline void put(ArcSet& set, Arc arc) noexcept {
     if (set.count == ArcSet::capacity) return;
     double turn = 0;
@@ -69,12 +70,12 @@ inline void put(ArcSet& set, Arc arc) noexcept {
     set.arc[at] = arc;
 }
 
-/// Puts in what is no touching point.
+/// Inserts an arc unless it is a mere touching point.
 inline void push(ArcSet& set, const Arc& arc) noexcept {
     if (!is_isolated(arc)) put(set, arc);
 }
 
-/// Joins arcs whose gap is shorter than the tolerance, over the seam too.
+/// Merges arcs whose gap is shorter than the tolerance, also across the seam.
 inline void merge(ArcSet& set) noexcept {
     int kept = 0;
     for (int i = 1; i < set.count; ++i) {
@@ -101,7 +102,7 @@ inline void merge(ArcSet& set) noexcept {
 
 }  // namespace detail
 
-/// The set of one arc from `lower` over `upper - lower` rad, of any lift.
+/// The set of one arc from `lower` to `upper` (rad), on any turn.
 inline void make_arc(ArcSet& set, double lower, double upper, Tag lower_tag, Tag upper_tag) noexcept {
     make_empty(set);
     if (upper - lower >= two_pi - tolerance::angle) return make_full(set);
@@ -109,8 +110,8 @@ inline void make_arc(ArcSet& set, double lower, double upper, Tag lower_tag, Tag
     detail::put(set, {start, start + (upper - lower), lower_tag, upper_tag});
 }
 
-/// The set of n arcs (lower, upper, lower, ...) that are already as a set has them, to the bit; false where
-/// they are not.
+/// The set of n arcs (lower, upper, lower, ...) that are already in the exact form of a set; false if they
+/// are not.
 inline bool make_ordered(ArcSet& set, const double* ends, int n) noexcept {
     make_empty(set);
     if (n < 1 || n > ArcSet::capacity) return false;
@@ -127,8 +128,8 @@ inline bool make_ordered(ArcSet& set, const double* ends, int n) noexcept {
 
 namespace detail {
 
-/// Puts in what an arc p has in common with q, of any lift: an isolated one as it is, and no point at which
-/// they only touch.
+/// Inserts the common part of arcs p and q, on any turn. Keeps an isolated arc unchanged, and skips points
+/// where the two only touch.
 inline void put_common(ArcSet& set, const Arc& p, const Arc& q) noexcept {
     const Arc& narrow = is_isolated(p) ? p : q;
     const Arc& other = is_isolated(p) ? q : p;
@@ -146,7 +147,7 @@ inline void put_common(ArcSet& set, const Arc& p, const Arc& q) noexcept {
 
 }  // namespace detail
 
-/// a and b
+/// Intersection of a and b.
 inline void intersect(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
     if (a.full) {
         out = b;
@@ -167,9 +168,9 @@ inline void intersect(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
     detail::merge(out);
 }
 
-/// each(lower, upper) of what arcs of `a` share with arcs of `b` that are turned back by `turn`, less what is
-/// shorter than the tolerance; nothing of it is sorted. A whole circle is one arc with a seam at +-pi.
-/// The least gap between two of them, or their least overlap (rad).
+/// Calls each(lower, upper) for the common part of each arc of `a` with each arc of `b` shifted by -`turn`.
+/// Unsorted; parts shorter than the tolerance are skipped. A whole circle is one arc with a seam at +-pi.
+/// Returns the smallest gap between two arcs, or their smallest overlap (rad).
 template <class Each>
 ARMANGLE_INLINE double each_overlap(const ArcSet& a, const ArcSet& b, double turn,
                                     const Each& each) noexcept {
@@ -182,7 +183,7 @@ ARMANGLE_INLINE double each_overlap(const ArcSet& a, const ArcSet& b, double tur
         const Arc& p = a.arc[i];
         for (int k = 0; k < b.count; ++k) {
             const Arc& q = b.arc[k];
-            double ahead = q.lower - turn - p.lower;  // of where q begins, in [0, 2 pi) behind p's begin
+            double ahead = q.lower - turn - p.lower;  // from p's lower end to q's, in [0, 2 pi)
             if (ahead < 0) ahead += two_pi;
             if (ahead < 0) ahead += two_pi;
             if (ahead >= two_pi) ahead -= two_pi;
@@ -194,8 +195,8 @@ ARMANGLE_INLINE double each_overlap(const ArcSet& a, const ArcSet& b, double tur
     return least;
 }
 
-/// each(lower, upper) of the arcs that two sets have in common, whole circles without a seam; the least gap
-/// between two of them, or their least overlap (rad), infinite where one is a whole circle.
+/// Calls each(lower, upper) for the common arcs of two sets; whole circles have no seam. Returns the smallest
+/// gap between two arcs, or their smallest overlap (rad); infinite if a set is a whole circle.
 template <class Each>
 ARMANGLE_INLINE double each_common(const ArcSet& a, const ArcSet& b, const Each& each) noexcept {
     if (!a.full && !b.full) return each_overlap(a, b, 0.0, each);
@@ -218,7 +219,7 @@ inline void complement(const ArcSet& a, ArcSet& out) noexcept {
     detail::merge(out);
 }
 
-/// The union of many arcs of any lift and length, which may overlap: one sweep over their lower ends.
+/// The union of many arcs, on any turn and of any length, which may overlap: one sweep over their lower ends.
 class UnionOfArcs {
 public:
     /// Adds an arc.
@@ -237,13 +238,13 @@ public:
     /// Adds the whole circle.
     void add_full() noexcept { full_ = true; }
 
-    /// Whether the arcs so far cover the circle.
+    /// Whether the arcs added so far cover the circle.
     bool full() noexcept {
         if (!full_) join();
         return full_;
     }
 
-    /// Writes the union of what was added.
+    /// Writes the union of the added arcs.
     void finish(ArcSet& out) noexcept {
         if (full()) return make_full(out);
         make_empty(out);
@@ -256,7 +257,7 @@ private:
     bool full_ = false;
     Arc arc_[capacity];
 
-    /// Makes one of arcs that overlap or touch; the last may lie over the seam on any number of the first.
+    /// Merges arcs that overlap or touch; the last may cross the seam and cover several of the first.
     void join() noexcept {
         int kept = 0;
         for (int i = 1; i < count_; ++i)
@@ -269,8 +270,8 @@ private:
         full_ = count_ == 1 && arc_[0].upper - arc_[0].lower >= two_pi - tolerance::angle;
     }
 
-    /// Adds `next`, a turn further or not, to an arc that begins before it; false where a gap is between
-    /// them.
+    /// Extends an arc by `next`, shifted by `turn`, which begins after it. Returns false if there is a gap
+    /// between them.
     static bool swallow(Arc& arc, const Arc& next, double turn) noexcept {
         if (next.lower + turn - arc.upper >= tolerance::angle) return false;
         if (next.upper + turn > arc.upper) {
@@ -288,19 +289,19 @@ inline double measure(const ArcSet& set) noexcept {
     return sum;
 }
 
-/// The arc that holds psi within `slack`, and psi lifted into it; index -1 where none does.
+/// The arc that holds psi within `slack`, and psi on its turn; index -1 if no arc does.
 struct Place {
     int index;
     double psi;
 };
 
-/// The arc that holds psi, or comes within `slack` (rad) of it; index -1 where none does.
+/// Finds the arc that holds psi or is within `slack` (rad) of it; index -1 if none is.
 inline Place find(const ArcSet& set, double psi, double slack = tolerance::angle) noexcept {
     psi = wrap(psi);
     if (set.full) return {0, psi};
     int index = -1;
     double at = psi;
-    for (int i = set.count - 1; i >= 0; --i) {  // the first that holds psi; no branch
+    for (int i = set.count - 1; i >= 0; --i) {  // the first arc that holds psi, without branching
         const Arc& arc = set.arc[i];
         const double from = arc.lower - slack, to = arc.upper + slack;
         const double raised = psi < from ? psi + two_pi : psi;
@@ -315,7 +316,7 @@ inline Place find(const ArcSet& set, double psi, double slack = tolerance::angle
 /// Whether psi is in the set, within the angular tolerance.
 inline bool contains(const ArcSet& set, double psi) noexcept { return find(set, psi).index >= 0; }
 
-/// a or b
+/// Union of a and b.
 inline void unite(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
     if (a.empty()) {
         out = b;
@@ -336,7 +337,7 @@ inline void unite(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
                 detail::put(out, set->arc[i]);
 }
 
-/// psi if it is in the set, else the nearer end on the circle, the lower one on a tie; NaN of an empty set.
+/// psi if it is in the set, else the nearest end on the circle (on a tie the lower); NaN if it is empty.
 inline double nearest(const ArcSet& set, double psi) noexcept {
     if (set.empty()) return not_a_number;
     const Place place = find(set, psi);

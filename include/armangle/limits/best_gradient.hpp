@@ -1,9 +1,9 @@
-// How the largest least margin of a pose, over all branches and psi, moves with the pose.
+// Gradient by the pose of the largest distance to the joint limits over all branches and psi.
 //
-// At the best posture some distances m_k of joints to limits are equally small, and no psi makes all of them
-// larger. So weights >= 0 of sum 1 exist with sum weight_k dm_k/dpsi = 0, and the margin moves as
-// sum weight_k dm_k/d(v, omega), with psi held: one m_k at a place where it does not change with psi, or two
-// that change opposite ways. Source: J. M. Danskin, The theory of max-min (1967).
+// At the best solution some distances m_k of joints to limits are equally small, and no psi increases all of
+// them. So weights >= 0 of sum 1 exist with sum weight_k dm_k/dpsi = 0. The margin then changes by sum
+// weight_k dm_k/d(v, omega) at constant psi. That is one m_k if it is stationary in psi, or two m_k that
+// change in opposite directions. Source: J. M. Danskin, The theory of max-min (1967).
 #pragma once
 
 #include <optional>
@@ -17,9 +17,9 @@ namespace armangle {
 
 namespace detail {
 
-/// Derivatives where the slope of joint j by psi is 0, beside the best psi, which a search that compares
-/// values knows to half of the digits alone: the secant method, until the slope falls no more. `d` where
-/// there is no such place near, as of joint 4.
+/// Derivatives at the psi near the best one where the slope of joint j by psi is 0. A search that compares
+/// values knows this psi to half the digits only. The secant method refines it until the slope no longer
+/// falls. Returns `d` if no such psi is near, as for joint 4.
 inline Derivatives at_its_top(const Arm& arm, const Pose<double>& pose, const Nearest& best, int j,
                               Derivatives d) noexcept {
     constexpr double aside = 1e-7, near = 1e-3;
@@ -40,15 +40,15 @@ inline Derivatives at_its_top(const Arm& arm, const Pose<double>& pose, const Ne
     return d;
 }
 
-/// Whether theta_2 or theta_6 of a posture is 0 or pi: the two joints beside it share their turn as they
-/// like there, and at no pose near by.
+/// Whether theta_2 or theta_6 is 0 or pi. There the two neighbouring joints share their turn arbitrarily, but
+/// at no nearby pose.
 inline bool shares_a_turn(const Arm& arm, const double* q) noexcept {
     bool shares = false;
     for (const int j : hinge_joint) shares |= abs(sin_cos(to_theta(arm, j, q[j])).sin) <= tolerance::angle;
     return shares;
 }
 
-/// Whether a psi beside the best one has the same margin, as joint 4 alone gives it.
+/// Whether a nearby psi has the same margin, as happens if joint 4 alone decides.
 inline bool is_as_good_beside(const Arm& arm, const Pose<double>& pose, const Nearest& best,
                               double least) noexcept {
     constexpr double aside = 1e-5;
@@ -59,7 +59,7 @@ inline bool is_as_good_beside(const Arm& arm, const Pose<double>& pose, const Ne
     return false;
 }
 
-/// The distance of a joint to one of its limits (rad), and how it moves: `sign` times the joint.
+/// The distance of a joint to one of its limits (rad); its change is `sign` times that of the joint.
 struct LimitEnd {
     int joint;
     double sign, distance;
@@ -67,7 +67,7 @@ struct LimitEnd {
     double slope(const Derivatives& d, int k) const noexcept { return sign * d.entry[joint][k]; }
 };
 
-/// Of the distances to limits that are least: the one that grows most with psi, the one that shrinks most,
+/// Among the smallest distances to limits: the one that rises fastest with psi, the one that falls fastest,
 /// and the one that changes least.
 struct Deciding {
     std::optional<LimitEnd> rising, falling, flattest;
@@ -89,7 +89,7 @@ inline Deciding deciding(const Arm& arm, const double* q, const Derivatives& d) 
     for (int i = 0; i < count; ++i) {
         const LimitEnd& s = side[i];
         const double now = s.slope(d, psi), steepness = abs(now) < infinity ? abs(now) : 0.0;
-        // psi is known to the tolerance, and a steep joint is as near as that leaves it
+        // psi is known to the tolerance, so a steep joint is only known to its slope times that
         if (s.distance > out.least + tolerance::angle * (1.0 + steepness)) continue;
         if (!out.flattest || abs(now) < abs(out.flattest->slope(d, psi))) out.flattest = s;
         if (now > 0 && (!out.rising || now > out.rising->slope(d, psi))) out.rising = s;
@@ -100,11 +100,11 @@ inline Deciding deciding(const Arm& arm, const double* q, const Derivatives& d) 
 
 }  // namespace detail
 
-/// The gradient of the margin of the best posture, as nearest_posture() with Metric::margin finds it, by the
-/// twist (v, omega) of the pose: rad/m, rad/rad. Where two branches, arm angles or pairs of joints are as
-/// good, that of the posture given. NaN where there is no posture or a joint that counts has no derivative,
-/// and where the posture stands at theta_2 or theta_6 of 0 or pi and not joint 4 alone decides: what two
-/// joints share there they share at no pose near by, and the margin leaps or has no slope. 0 without limits.
+/// The gradient, by the twist (v, omega) of the pose (rad/m, rad/rad), of the margin of the best solution
+/// from nearest_posture() with Metric::margin. If several branches, arm angles or pairs of joints are equally
+/// good, the gradient is that of the given solution. It is NaN if there is no solution or a deciding joint
+/// has no derivative. It is also NaN if theta_2 or theta_6 is 0 or pi, unless joint 4 alone decides: two
+/// joints share a turn only there, so the margin jumps or has no slope. 0 without limits.
 inline void best_gradient(const Arm& arm, const Pose<double>& pose, const Nearest& best,
                           double (&out)[6]) noexcept {
     for (double& slope : out) slope = not_a_number;

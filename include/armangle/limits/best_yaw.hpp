@@ -1,7 +1,7 @@
-// Where to put the robot: for one base position, the yaw of the base at which most poses can be held.
+// Robot placement: for one base position, the yaw of the base at which most poses are reachable.
 //
-// Each pose gives exact arcs of yaw (turn_arcs.hpp). One sweep over all their ends finds the stretch of yaw
-// that the greatest weight of poses shares: between ends nothing changes, so no scan over yaw can find more.
+// Each pose gives exact arcs of yaw (turn_arcs.hpp). One sweep over all their ends finds the yaw interval
+// with the greatest total weight of poses. The sum is constant between ends, so no scan can find more.
 #pragma once
 
 #include "turn_arcs.hpp"
@@ -10,21 +10,21 @@
 
 namespace armangle {
 
-/// A pose's weight comes (positive) or goes (negative) at a yaw of the sweep, in (-pi, pi].
+/// At this yaw, in (-pi, pi], the sweep adds a pose's weight (positive) or removes it (negative).
 struct YawEvent {
     double yaw, weight;
 };
 
 /// Best yaw of a base position.
 struct BestYaw {
-    double yaw;      // rad: middle of the widest of the best stretches
-    double stretch;  // rad: its length, 2 pi where every yaw is alike
-    double reached;  // weight of the poses held
+    double yaw;      // rad: middle of the widest of the best intervals
+    double stretch;  // rad: length of that interval, 2 pi if all yaws are equal
+    double reached;  // total weight of the reachable poses
 };
 
-/// The yaw at which the base, moved to `at` (m, in the frame that poses are given in) with its rotation kept,
-/// holds a pose: turns about axis 1, counted about the z of that frame. Axis 1 must be along it: up +1,
-/// hanging -1.
+/// The yaw arcs at which a pose is reachable if the base moves to `at` (m, in the frame of poses) and keeps
+/// its rotation. Yaw turns about axis 1 and is counted about the z axis of that frame. Axis 1 must be along
+/// z: up +1, hanging -1.
 inline Status yaw_arcs(const Arm& arm, const Pose<double>& pose, const Vec3<double>& at, const LimitTable& t,
                        ArcSet& out) noexcept {
     Pose<double> base = arm.base;
@@ -34,7 +34,7 @@ inline Status yaw_arcs(const Arm& arm, const Pose<double>& pose, const Vec3<doub
     ArcSet turns;
     const Status status =
         detail::TurnArcs(arm, t, Turned::base).find(user_pose(arm, flange), circle(arm, flange), turns);
-    // the base turned by alpha is the pose turned by -alpha
+    // turning the base by alpha equals turning the pose by -alpha
     make_empty(out);
     if (turns.full) {
         make_full(out);
@@ -49,8 +49,8 @@ inline Status yaw_arcs(const Arm& arm, const Pose<double>& pose, const Vec3<doub
     return status;
 }
 
-/// Best yaw of events in rising order of yaw, the weight just before the first being `before`. Stretches
-/// shorter than the angular tolerance are not taken, unless there is nothing else.
+/// Best yaw of events in rising order of yaw; `before` is the weight just before the first. Intervals shorter
+/// than the angular tolerance count only if there are no others.
 inline BestYaw best_yaw(const YawEvent* events, int count, double before) noexcept {
     if (count == 0) return {0.0, two_pi, before};
     const auto length = [&](int i) {
@@ -62,9 +62,9 @@ inline BestYaw best_yaw(const YawEvent* events, int count, double before) noexce
         if (length(i) >= tolerance::angle) best = max(best, now);
         peak = max(peak, now);
     }
-    if (!(best > 0)) best = peak;                   // locked joints: nothing but single yaws holds anything
-    const double enough = best - 1e-9 * abs(best);  // sums of weights round
-    // a run of sections as good as the best may lie over the seam: begin behind one that is not
+    if (!(best > 0)) best = peak;                   // locked joints: poses are reachable at single yaws only
+    const double enough = best - 1e-9 * abs(best);  // sums of weights are rounded
+    // a run of best sections may cross the seam: begin after a section that is not best
     int first = 0;
     now = before;
     for (int i = 0; i < count; ++i) {

@@ -1,13 +1,13 @@
-// What limits block, as a list of arcs, and the arcs that are left.
+// The arcs that limits block, and the free arcs between them.
 //
 //     joint 1 blocks    [xxxx]
 //     joint 2 blocks       [xxxxx]        [xxx]
 //     joint 5 blocks                        [xxxx]
-//     left            ==]        [========]      [==     one sweep from the lowest lower end on
+//     free            ==]        [========]      [==     one sweep from the lowest lower end on
 //
-// What a limit blocks is one arc, or the common part of two (a pivot with more than half a turn, a gap
-// between two pieces of a hinge). The rule needs no tangent, no sign of a derivative and no sampling, and is
-// the same for limits of any sign, beyond +-pi or infinite.
+// A limit blocks one arc, or the common part of two (a pivot with more than half a turn, a gap between two
+// pieces of a hinge). The rule needs no tangent, no sign of a derivative and no sampling. It is the same for
+// limits of any sign, beyond +-pi or infinite.
 #pragma once
 
 #include "boundaries.hpp"
@@ -16,19 +16,19 @@
 
 namespace armangle {
 
-/// Arcs that limits block; Psi is the rest. A list, not a set: they may overlap or touch.
+/// Arcs that limits block; Psi is the complement. This is a list, not a set: arcs may overlap or touch.
 struct Blocked {
     static constexpr int capacity =
-        2 * pivots + 4 * hinges + pivots + 1;  // of pivots, of hinges, the paper's, one to write
+        2 * pivots + 4 * hinges + pivots + 1;  // pivots, hinges, the paper's arcs, and one scratch slot
     int count = 0;
     bool all = false;
-    bool touching = false;  // a joint turns back at its limit, or a hinge at 0 or pi: maybe at one psi alone
+    bool touching = false;  // a joint turns back at its limit, or a hinge at 0 or pi: one psi may hold
     Tag furthest_tag = 0;
-    double furthest = -infinity;  // the end that lies furthest, and who made it
+    double furthest = -infinity;  // the upper end that lies furthest, and its cause
     Arc arc[capacity];
 
-    /// An arc with lower in [-pi, pi), kept unless it is shorter than the tolerance: a touching point. No
-    /// branch.
+    /// Adds an arc with lower in [-pi, pi), unless it is shorter than the tolerance and so a touching point.
+    /// Without branching.
     ARMANGLE_INLINE void add(const Arc& a) noexcept {
         const bool kept = a.upper - a.lower >= tolerance::angle, further = kept & (a.upper > furthest);
         arc[count] = a;
@@ -41,8 +41,8 @@ struct Blocked {
 
 namespace detail {
 
-/// Blocks what lies in both a and b. On a circle that is at most two pieces, each beginning where one of the
-/// arcs begins; a whole circle ends nothing, wherever it is cut.
+/// Blocks the intersection of a and b. On a circle it has at most two pieces; each begins at the lower end of
+/// one arc. A whole circle has no ends, wherever its seam lies.
 ARMANGLE_INLINE void block_both(const Arc& a, const Arc& b, Blocked& out) noexcept {
     const double width_a = a.upper - a.lower, width_b = b.upper - b.lower;
     const double whole = two_pi - tolerance::same_psi;
@@ -55,7 +55,7 @@ ARMANGLE_INLINE void block_both(const Arc& a, const Arc& b, Blocked& out) noexce
              room_b < width_b ? a.upper_tag : b.upper_tag});
 }
 
-/// Removes psi_sing -+ epsilon of eq. (31) where the discriminant of eq. (30) is small: the paper's own
+/// Blocks psi_sing -+ epsilon of eq. (31) if the discriminant of eq. (30) is small: the paper's own
 /// avoidance.
 inline void avoid_paper_singularity(const LimitTable& t, const JointFunctions<double>& f, int pivot,
                                     Blocked& out) noexcept {
@@ -69,32 +69,32 @@ inline void avoid_paper_singularity(const LimitTable& t, const JointFunctions<do
     out.add({lower + turn, psi + t.psi_margin + turn, tag, tag});
 }
 
-/// Whether a hinge comes to 0 or pi, where the directions (V, U) of its pivots vanish: only then can an end
-/// be a jump.
+/// Whether a hinge reaches 0 or pi, where the directions (V, U) of its pivots vanish. Only then can an end be
+/// a jump.
 inline bool may_jump(const Hinge<double>& h) noexcept {
     return min(h.high.below_one, h.low.above_minus_one) <= tolerance::touching;
 }
 
-/// |theta| of a hinge that does not move with psi.
+/// |theta| of a hinge that is independent of psi.
 inline double constant_hinge(const Hinge<double>& h, const Pivot<double>& p) noexcept {
     const SinCos<double> zero{0.0, 1.0};
     const double sine = hypot(p.U.at(zero), p.V.at(zero)), cosine = h.H.at(zero);
-    // where sin(theta) is 0 on the whole circle, (V, U) is the convention's (1, 0) and no sine
+    // if sin(theta) is 0 on the whole circle, (V, U) is the convention's (1, 0) and no sine
     const bool singular = sine * sine + cosine * cosine > 1.5;
     return atan2(singular ? 0.0 : sine, cosine);
 }
 
 }  // namespace detail
 
-/// A pivot as bits of PivotArcs' lanes: that of its lower limit and that of its upper one.
+/// The two lanes of a pivot in PivotArcs as bits: its lower limit and its upper limit.
 constexpr unsigned pivot_bits(int pivot) noexcept { return 1u << pivot | 1u << (pivots + pivot); }
 
-/// Joints 1 and 3; 5 and 7; all; and one bit for each pivot instead of two.
+/// Bits for joints 1 and 3; joints 5 and 7; all pivots; and one bit a pivot instead of two.
 inline constexpr unsigned shoulder_pivots = pivot_bits(0) | pivot_bits(1),
                           wrist_pivots = pivot_bits(2) | pivot_bits(3),
                           all_pivots = shoulder_pivots | wrist_pivots, each_pivot = (1u << pivots) - 1;
 
-/// Blocks what the limits of some pivots forbid.
+/// Blocks the arcs that the limits of some pivots forbid.
 inline void block_pivots(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b,
                          unsigned which, Blocked& out) noexcept {
     if (t.psi_margin > 0)
@@ -112,7 +112,7 @@ inline void block_pivots(const LimitTable& t, const JointFunctions<double>& f, c
     });
 }
 
-/// Blocks what the limits of a hinge (0, 1 for joints 2, 6) forbid.
+/// Blocks the arcs that the limits of a hinge (0, 1 for joints 2, 6) forbid.
 inline void block_hinge(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b, int hinge,
                         Blocked& out) noexcept {
     const int negative = f.hinge[hinge].g < 0, count = t.piece_count[hinge][negative];
@@ -141,8 +141,8 @@ inline void block_hinge(const LimitTable& t, const JointFunctions<double>& f, co
 
 namespace detail {
 
-/// order[k] is the arc with the k-th lowest lower end. By counting, not swapping: no branch depends on the
-/// data.
+/// order[k] is the index of the arc with the k-th lowest lower end. Counting instead of swapping avoids
+/// branches that depend on the data.
 inline void sort_arcs(const Blocked& blocked, int* order) noexcept {
     for (int i = 0; i < blocked.count; ++i) {
         int rank = 0;
@@ -155,8 +155,8 @@ inline void sort_arcs(const Blocked& blocked, int* order) noexcept {
 
 }  // namespace detail
 
-/// The arcs that are left between the blocked ones: one sweep over the circle. Tells the least gap, or
-/// overlap, between two neighbours (rad), infinite without any: below the tolerance narrow_gaps() lists it.
+/// The free arcs between the blocked ones: one sweep over the circle. Returns the smallest gap or overlap of
+/// two neighbours (rad), infinite without any; below the tolerance narrow_gaps() lists the places.
 inline double free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
     make_empty(out);
     if (blocked.all) return infinity;
@@ -167,7 +167,7 @@ inline double free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
     double least = infinity;
     int order[Blocked::capacity], count = 0;
     detail::sort_arcs(blocked, order);
-    const auto append = [&](const Arc& arc, bool real) {  // no branch
+    const auto append = [&](const Arc& arc, bool real) {  // without branching
         const double width = arc.upper - arc.lower;
         out.arc[count] = arc;
         count += real & (width >= tolerance::angle);
@@ -175,9 +175,9 @@ inline double free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
     };
     const Arc& first = blocked.arc[order[0]];
     double reach =
-        blocked.furthest - two_pi;  // how far the arcs so far block; at first the one over the seam
+        blocked.furthest - two_pi;  // furthest blocked end so far; at first of the arc across the seam
     Tag tag = blocked.furthest_tag;
-    const bool in_front = reach >= -pi;  // else the free arc over the seam is the last
+    const bool in_front = reach >= -pi;  // otherwise the free arc across the seam is the last one
     append({reach, first.lower, tag, first.lower_tag}, in_front);
     for (int k = 0;;) {
         const Arc& here = blocked.arc[order[k]];
@@ -192,8 +192,8 @@ inline double free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
     return least;
 }
 
-/// Where blocked arcs touch, or leave less than the tolerance between them: the same sweep. Such a place has
-/// no width where rounding alone parts the arcs.
+/// Places where blocked arcs touch or leave less than the tolerance between them, by the same sweep. A place
+/// has no width if only rounding separates the arcs.
 inline void narrow_gaps(const Blocked& blocked, ArcSet& out) noexcept {
     make_empty(out);
     if (blocked.count == 0) return;
@@ -213,7 +213,7 @@ inline void narrow_gaps(const Blocked& blocked, ArcSet& out) noexcept {
     }
 }
 
-/// Whether psi lies in a blocked arc, further than `depth` (rad) from both its ends.
+/// Whether psi lies in a blocked arc, more than `depth` (rad) from both of its ends.
 inline bool lies_within(const Blocked& blocked, double psi, double depth) noexcept {
     for (int i = 0; i < blocked.count; ++i) {
         const Arc& arc = blocked.arc[i];

@@ -1,5 +1,5 @@
-// Each limit as a boundary function B(psi) = a sin + b cos + c, and the arc on which it is negative:
-// forbidden. Eq. (32), (35).
+// Each limit as a boundary function B(psi) = a sin + b cos + c. The limit is violated where B is negative.
+// Eq. (32), (35).
 //
 //     B |   .--.                  .-    {B < 0} is one arc, (phi + alpha, phi - alpha + 2 pi), with
 //       |  /    \                /      phi = atan2(a, b), where B is largest, and
@@ -21,45 +21,45 @@ namespace detail {
 
 using Slots = Lane<8>;
 
-/// Arcs from lower in [-pi, pi) over at most a turn; one of no width is none.
+/// Arcs from lower in [-pi, pi) over at most one turn; an arc of width 0 is empty.
 struct ArcLanes {
     Slots lower, upper;
 };
 
-/// How far an arc's beginning lies before the end of another; less than the arc's width where that one cuts
-/// it.
+/// Distance from the start of an arc to the end of another. It is less than the arc's width if the other arc
+/// cuts it.
 template <class T>
 ARMANGLE_INLINE T room_in(const T& lower, const T& other_lower, const T& other_width) noexcept {
     const T ahead = lower - other_lower;
     return other_width - select(ahead < T(0.0), ahead + T(two_pi), ahead);
 }
 
-/// {B < 0} of phi and alpha.
+/// The arcs {B < 0} for given phi and alpha.
 ARMANGLE_INLINE ArcLanes negative_arcs(const Slots& middle, const Slots& half) noexcept {
     const Slots start = middle + half, turn = select(start >= Slots(pi), Slots(two_pi), Slots(0.0));
     return {start - turn, (middle - half) + (Slots(two_pi) - turn)};
 }
 
-/// sqrt(a^2 + b^2 - c^2), or 0 where B never changes sign. With -c it spans alpha = acos(-c / h).
+/// sqrt(a^2 + b^2 - c^2), or 0 if B never changes sign. With -c it gives alpha = acos(-c / h).
 ARMANGLE_INLINE Slots half_chord(const Slots& excess) noexcept { return sqrt(max(excess, Slots(0.0))); }
 
 }  // namespace detail
 
-/// What the limits of the pivots block: lanes 0-3 from their lower limits on, 4-7 from their upper ones.
+/// Arcs blocked by the pivots' limits: lanes 0-3 start at their lower limits, lanes 4-7 at the upper ones.
 struct PivotArcs {
     double lower[2 * pivots], upper[2 * pivots];
-    // a bit a lane: blocks something (limited, moving, longer than the tolerance); ends at the other limit's
-    // end; the joint does not move; it turns back at the limit
+    // One bit a lane. kept: the arc blocks something (limited, moving, longer than the tolerance). cut: it
+    // ends at the other limit's end. constant: the joint does not move. touching: it turns back at the limit.
     unsigned kept, cut, constant, touching;
 };
 
-/// Where the boundary function of a hinge's limit is negative, by piece, hinge and end (near, far).
+/// The arcs where the boundary function of a hinge's limit is negative, by piece, hinge and end (near, far).
 struct HingeArcs {
     double lower[pieces][2 * hinges], upper[pieces][2 * hinges];
-    unsigned touching;  // a bit a hinge and end: it turns back there
+    unsigned touching;  // one bit a hinge and end: the hinge turns back there
 };
 
-/// Boundary functions of one circle and branch, solved.
+/// The solved boundary functions of one circle and branch.
 struct Boundaries {
     PivotArcs pivot;
     HingeArcs hinge;
@@ -80,13 +80,13 @@ struct PivotAngles {
     unsigned constant, touching;
 };
 
-/// A bit a boundary function that has one root within rounding, where it turns back: excess is
-/// a^2 + b^2 - c^2.
+/// One bit a boundary function with a single root within rounding, where the joint turns back. excess is a^2
+/// + b^2 - c^2.
 ARMANGLE_INLINE unsigned touching_bits(const Slots& excess, const Slots& square) noexcept {
     return bits(abs(excess) < Slots(tolerance::turning_back) * square);
 }
 
-/// They follow from the coefficients.
+/// Computes the angles from the coefficients.
 ARMANGLE_INLINE PivotAngles pivot_angles(const LimitTable& t, const JointFunctions<double>& f) noexcept {
     using P = const Pivot<double>&;
     const Harmonic<Slots> U{of_pivots(f, [](P p) { return p.U.s; }), of_pivots(f, [](P p) { return p.U.c; }),
@@ -96,28 +96,27 @@ ARMANGLE_INLINE PivotAngles pivot_angles(const LimitTable& t, const JointFunctio
     const Slots g = of_pivots(f, [](P p) { return p.g; }), u = g * Slots::load(t.u), v = g * Slots::load(t.v);
     const Slots a = u * U.s + v * V.s, b = u * U.c + v * V.c, c = u * U.k + v * V.k;
     const Slots square = mul_add(a, a, b * b), excess = square - c * c;
-    // a joint that stands at a limit, or half a turn from it, for every psi: nothing but rounding is left of
-    // B
+    // if a joint stands at a limit, or half a turn from it, for every psi, B is pure rounding
     const auto nought = mul_add(c, c, square) <= Slots(tolerance::rounding * tolerance::rounding);
     const Slots half = select(nought, Slots(pi), atan2(half_chord(excess), -c));
     return {atan2(a, b), half, bits(is_constant(Pivot<Slots>{U, V, g})),
             touching_bits(excess, square) | bits(nought)};
 }
 
-/// Those of the other sign of both hinges: B changes its sign, and forbids what it allowed.
+/// The angles for the other sign of both hinges: B changes its sign, so blocked and allowed are exchanged.
 ARMANGLE_INLINE PivotAngles opposite(const PivotAngles& p) noexcept {
     const Slots turn = select(p.middle > Slots(0.0), Slots(-pi), Slots(pi));
     return {p.middle + turn, Slots(pi) - p.half, p.constant, p.touching};
 }
 
-/// A pivot with at most half a turn: each limit blocks its own arc. With more: only where *both* arcs overlap
-/// is the joint outside; each arc is then cut to its part of the overlap, from its own lower end on.
+/// If a pivot has at most half a turn, each limit blocks its own arc. If it has more, it is outside only
+/// where *both* arcs overlap; each arc is then cut to its part of the overlap, from its own lower end on.
 ARMANGLE_INLINE void pivot_arcs(const LimitTable& t, const PivotAngles& p, PivotArcs& out) noexcept {
     const ArcLanes arc = negative_arcs(p.middle, p.half);
     const Slots width = arc.upper - arc.lower, other_width = swap_halves(width),
                 whole(two_pi - tolerance::angle);
-    // A limit that is broken for every psi has no end: its arc's seam lies anywhere, so that it cuts nothing,
-    // and in an overlap the other limit's arc says all.
+    // A limit that is violated for every psi has no end and an arbitrary seam, so it cuts nothing. In an
+    // overlap the other limit's arc alone decides.
     const auto cut_off = Slots::load(t.room) == Slots(0.0);
     const auto endless = (whole <= width) & (other_width < whole) & cut_off;
     const Slots overlap = room_in(arc.lower, swap_halves(arc.lower), other_width) + Slots::load(t.room);
@@ -132,21 +131,21 @@ ARMANGLE_INLINE void pivot_arcs(const LimitTable& t, const PivotAngles& p, Pivot
     out.cut = bits(cut);
 }
 
-/// One number of the limits of both hinges, near and far.
+/// One number of both hinges' limits, near and far.
 template <class Get>
 ARMANGLE_INLINE Slots of_ends(const HingePiece& first, const HingePiece& second, const Get& get) noexcept {
     const double four[2 * hinges] = {get(first.near), get(first.far), get(second.near), get(second.far)};
     return twice(four);
 }
 
-/// One number of each hinge, for both its limits.
+/// One number of each hinge, for both of its limits.
 ARMANGLE_INLINE Slots of_hinges(double first, double second) noexcept {
     const double four[2 * hinges] = {first, first, second, second};
     return twice(four);
 }
 
-/// a^2 + b^2 - c^2 = (max H - cos(limit)) (cos(limit) - min H), each factor by what is small: 1 - cos or 1 +
-/// cos.
+/// a^2 + b^2 - c^2 = (max H - cos(limit)) (cos(limit) - min H). Each factor comes from the small numbers: 1 -
+/// cos or 1 + cos.
 ARMANGLE_INLINE void solve_hinges(const LimitTable& t, const JointFunctions<double>& f,
                                   HingeArcs& out) noexcept {
     const Hinge<double>&p = f.hinge[0], &q = f.hinge[1];
@@ -186,7 +185,7 @@ ARMANGLE_INLINE void solve_hinges(const LimitTable& t, const JointFunctions<doub
 
 }  // namespace detail
 
-/// The boundary functions of all limits, solved.
+/// Solves the boundary functions of all limits.
 ARMANGLE_INLINE void boundaries(const LimitTable& t, const JointFunctions<double>& f,
                                 Boundaries& out) noexcept {
     detail::pivot_arcs(t, detail::pivot_angles(t, f), out.pivot);

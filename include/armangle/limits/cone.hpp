@@ -1,4 +1,4 @@
-// The cone of a limit: the directions that a joint's range of theta holds.
+// The cone of a joint's limits: the directions within its range of theta.
 #pragma once
 
 #include "../arm/joint_map.hpp"
@@ -7,13 +7,13 @@
 
 namespace armangle {
 
-/// The directions from angle `lower` to `upper`: where a joint that does not move with psi may be.
+/// The directions from angle `lower` to `upper`: those allowed for a joint that is independent of psi.
 struct Cone {
     bool free, wide;  // a full turn or more; more than half a turn
-    bool straight;    // half a turn: both limits have one boundary function
+    bool straight;    // half a turn: both limits have the same boundary function
     SinCos<double> lower, upper, middle;
 
-    /// Whether a unit direction lies in the cone, or within `slack` of it.
+    /// Whether a unit direction lies in the cone or within `slack` of it.
     bool contains(const SinCos<double>& at, double slack = tolerance::angle) const noexcept {
         const double above = at.sin * lower.cos - at.cos * lower.sin,
                      below = upper.sin * at.cos - upper.cos * at.sin;

@@ -1,7 +1,7 @@
-// How the ends of feasible arcs move with the pose.
+// Derivatives of the ends of feasible arcs by the pose.
 //
-// An end is where a joint stands at its limit, q_j(pose, psi) = limit, so that
-// dpsi/d(v, omega) = -(dq_j/d(v, omega)) / (dq_j/dpsi); at a margin the same of joint 2 or 6, which is held.
+// At an end a joint is at its limit, q_j(pose, psi) = limit. Therefore dpsi/d(v, omega) = -(dq_j/d(v, omega))
+// / (dq_j/dpsi). At a singularity margin the same holds for joint 2 or 6.
 #pragma once
 
 #include "../circle/derivatives.hpp"
@@ -11,14 +11,14 @@
 
 namespace armangle {
 
-/// dpsi by the twist (v, omega) of each end of a set of arcs: lower, upper. NaN where an end does not move
-/// smoothly: a full circle has none, a jump none, and where a joint only touches its limit the slope has no
-/// bound.
+/// dpsi by the twist (v, omega) for each end of a set of arcs: lower, upper. NaN if an end does not move
+/// smoothly: a full circle has no end, and a jump has no slope. The slope is unbounded if a joint only
+/// touches its limit.
 struct EndSlopes {
     double entry[ArcSet::capacity][2][6];
 };
 
-/// Slopes of the ends of feasible arcs of (pose, gc), which `arcs` holds.
+/// Slopes of the ends of `arcs`, the feasible arcs of (pose, gc).
 inline void end_slopes(const Arm& arm, const Pose<double>& pose, int gc, const ArcSet& arcs,
                        EndSlopes& out) noexcept {
     for (int i = 0; i < arcs.count; ++i)
@@ -37,8 +37,8 @@ inline void end_slopes(const Arm& arm, const Pose<double>& pose, int gc, const A
         }
 }
 
-/// How the total of freedom() moves with the twist (v, omega) of the pose: upper less lower ends of all arcs.
-/// NaN where an end does not move smoothly; 0 where the pose has no arc, or whole circles alone.
+/// Gradient of the total of freedom() by the twist (v, omega) of the pose: slopes of upper ends minus those
+/// of lower ends. NaN if an end does not move smoothly; 0 without arcs, or with whole circles alone.
 inline void freedom_gradient(const Arm& arm, const Pose<double>& pose, const LimitTable& t,
                              double (&out)[6]) noexcept {
     for (double& slope : out) slope = 0;

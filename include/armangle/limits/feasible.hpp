@@ -1,7 +1,7 @@
-// Feasible arcs: all psi of a pose and branch that keep every joint within its limits, and what ends them.
-// Eq. (25): Psi_all is the intersection of Psi_i over the joints.
+// Feasible arcs: all psi of a pose and branch with every joint within its limits, and the causes of their
+// ends. Eq. (25): Psi_all is the intersection of Psi_i over the joints.
 //
-//     self-motion -> joint functions -> boundaries -> blocked arcs -> what is left, tagged
+//     self-motion -> joint functions -> boundaries -> blocked arcs -> free arcs with tagged ends
 //     (circle/)      (circle/)          (32), (35)    blocked.hpp     here
 #pragma once
 
@@ -14,7 +14,7 @@ namespace armangle {
 
 namespace detail {
 
-/// Ends at which a pivot's direction (V, U) itself vanishes: the joint jumps there, it does not reach its
+/// Marks ends at which the direction (V, U) of a pivot vanishes: the joint jumps there and does not reach its
 /// limit.
 inline void mark_jumps(const JointFunctions<double>& f, ArcSet& set) noexcept {
     const auto mark = [&f](double psi, Tag& tag) {
@@ -34,7 +34,7 @@ inline void mark_jumps(const JointFunctions<double>& f, ArcSet& set) noexcept {
     }
 }
 
-/// Limits half a turn apart have the same boundary: the side on which the joint stands tells which one it
+/// Limits half a turn apart have the same boundary. The side on which the joint is decides which limit it
 /// reaches.
 inline void tell_opposite_limits(const LimitTable& t, const JointFunctions<double>& shoulder,
                                  const JointFunctions<double>& wrist, ArcSet& set) noexcept {
@@ -53,8 +53,8 @@ inline void tell_opposite_limits(const LimitTable& t, const JointFunctions<doubl
     }
 }
 
-/// Names what ends the arcs that are left; the joint functions are those of the shoulder's sign and of the
-/// wrist's.
+/// Identifies the causes of the ends of free arcs. The joint functions are those of the shoulder's sign and
+/// of the wrist's.
 inline Status tell_ends(const LimitTable& t, const JointFunctions<double>& shoulder,
                         const JointFunctions<double>& wrist, ArcSet& out) noexcept {
     if (!out.full) {
@@ -64,9 +64,9 @@ inline Status tell_ends(const LimitTable& t, const JointFunctions<double>& shoul
     return out.empty() ? Status::LIMITS : Status::OK;
 }
 
-/// Whether the first and the last joint of a side, turning about one axis, can share their turn within their
-/// limits: the pose fixes theta_last + theta_first (theta_last - theta_first where the hinge between them is
-/// pi).
+/// Whether the first and last joint of a side, if they rotate about one axis, can share their turn within
+/// their limits. The pose determines theta_last + theta_first (theta_last - theta_first if the hinge between
+/// them is pi).
 inline bool can_share(const LimitTable& t, const Directions<double>& d, int side, double slack) noexcept {
     const int first = 4 * side, last = first + 2;
     const double way = d.x[first + 1] < 0 ? -1.0 : 1.0;
@@ -79,8 +79,8 @@ inline bool can_share(const LimitTable& t, const Directions<double>& d, int side
     return at >= lower && at <= upper;
 }
 
-/// Whether the joints of `which`, a bit each, are within the limits at these directions, or beyond by no more
-/// than `slack` (rad).
+/// Whether the joints of `which`, one bit each, are within the limits at these directions, or violate them by
+/// at most `slack` (rad).
 inline bool allows(const LimitTable& t, const Configuration<double>& gc, const Directions<double>& d,
                    unsigned which, double slack) noexcept {
     for (int h = 0; h < hinges; ++h) {
@@ -108,23 +108,22 @@ inline bool allows(const LimitTable& t, const Configuration<double>& gc, const D
 
 inline constexpr unsigned all_joints = (1u << joints) - 1;
 
-/// Whether the blocked arcs may leave psi that are feasible by themselves: those of a locked joint, those at
-/// which a joint turns back at its limit, and those at or beside a singular posture, where a joint turns
-/// through its whole range on an arc below the tolerance.
-/// Where blocked arcs meet, the least `gap` between them being about nothing, two joints may come to their
+/// Whether isolated psi may be feasible besides the free arcs. One cause is a locked joint; another is a
+/// joint that turns back at its limit. Near a singularity a joint turns through its whole range on an arc
+/// below the tolerance. If blocked arcs meet (their smallest `gap` is about 0), two joints may reach their
 /// limits at once.
 inline bool may_isolate(const LimitTable& t, const Blocked& blocked, const ArcSet& out, double gap) noexcept {
     const bool beside =
-        (gap < tolerance::angle || blocked.touching) && !(t.psi_margin > 0);  // that takes psi, not postures
+        (gap < tolerance::angle || blocked.touching) && !(t.psi_margin > 0);  // psi_margin concerns psi alone
     return beside || t.locked || (out.empty() && (!blocked.all || blocked.touching));
 }
 
-/// The set that is left but for isolated psi, and whether there may be some; the joint functions are those of
-/// the shoulder's sign and of the wrist's.
+/// Result of the sweep: whether isolated psi may exist besides the arcs. The joint functions are those of the
+/// shoulder's sign and of the wrist's.
 struct Left {
     Status status;
     bool may_isolate;
-    double gap;  // rad: the least between two blocked arcs, or their least overlap
+    double gap;  // rad: smallest gap or overlap between two blocked arcs
 };
 inline Left finish(const LimitTable& t, const JointFunctions<double>& shoulder,
                    const JointFunctions<double>& wrist, const Blocked& blocked, ArcSet& out) noexcept {
@@ -132,8 +131,8 @@ inline Left finish(const LimitTable& t, const JointFunctions<double>& shoulder,
     return {tell_ends(t, shoulder, wrist, out), may_isolate(t, blocked, out, gap), gap};
 }
 
-/// Who makes an isolated psi of these directions: a hinge at 0 or pi, or of the limits of `which` the one
-/// that a joint is nearest to.
+/// The cause of an isolated psi at these directions: a hinge at 0 or pi, or the nearest limit among those of
+/// `which`.
 inline Tag nearest_limit(const LimitTable& t, const Configuration<double>& gc, const Directions<double>& d,
                          unsigned which) noexcept {
     double least = infinity;
@@ -160,7 +159,7 @@ inline Tag nearest_limit(const LimitTable& t, const Configuration<double>& gc, c
     return tag;
 }
 
-/// each(psi) where a joint turns back, or a hinge is at 0 or pi.
+/// Calls each(psi) where a joint turns back or a hinge is at 0 or pi.
 template <class Each>
 void each_turning(const JointFunctions<double>& shoulder, const JointFunctions<double>& wrist,
                   const Each& each) noexcept {
@@ -173,10 +172,9 @@ void each_turning(const JointFunctions<double>& shoulder, const JointFunctions<d
     for (int p = 0; p < pivots; ++p) give(profile((p < pivots / 2 ? shoulder : wrist).pivot[p]));
 }
 
-/// each(psi) where joints may come to their limits at one psi alone, which is known to `slack` (rad): where
-/// one turns back, and the ends of blocked arcs. A joint that turns slowly tells the end of its arc to fewer
-/// digits than one that turns fast: where arcs overlap a little, the end of any may be the psi at which all
-/// hold.
+/// Calls each(psi) where joints may reach their limits at a single psi, known to `slack` (rad): where a joint
+/// turns back, and at the ends of blocked arcs. A joint that moves slowly determines the end of its arc less
+/// precisely than a fast one. If arcs overlap slightly, any of their ends may be the feasible psi.
 template <class Each>
 void each_meeting(const JointFunctions<double>& shoulder, const JointFunctions<double>& wrist,
                   const Blocked& blocked, bool turning, double slack, const Each& each) noexcept {
@@ -186,8 +184,8 @@ void each_meeting(const JointFunctions<double>& shoulder, const JointFunctions<d
             if (!lies_within(blocked, wrap(end), slack)) each(wrap(end));
 }
 
-/// Adds them, where blocked arcs touch and the joints of `which`, a bit each, are within their limits; the
-/// joint functions as in finish().
+/// Adds isolated psi where blocked arcs touch and the joints of `which`, one bit each, are within their
+/// limits. The joint functions are as in finish().
 [[gnu::noinline, gnu::cold]] inline Status add_isolated(const LimitTable& t, const SelfMotion<double>& motion,
                                                         const JointFunctions<double>& shoulder,
                                                         const JointFunctions<double>& wrist,
@@ -223,8 +221,8 @@ void each_meeting(const JointFunctions<double>& shoulder, const JointFunctions<d
 
 namespace detail {
 
-/// Whether theta_4 is beyond a limit by no more than what a pose that is met leaves unknown of it: of the
-/// distance n of the wrist, dn / dtheta_4 = La Lb sin(eta) / n.
+/// Whether theta_4 violates a limit by no more than the uncertainty of a solved pose. For the distance n of
+/// the wrist, dn / dtheta_4 = La Lb sin(eta) / n.
 [[gnu::noinline, gnu::cold]] inline bool elbow_may_be_within(const SelfMotion<double>& m,
                                                              const LimitTable& t) noexcept {
     const double slack = t.elbow_slack * m.circle.distance / m.circle.triangle.eta.sin;
@@ -233,7 +231,7 @@ namespace detail {
 
 }  // namespace detail
 
-/// Elbow: OK, or why no psi is feasible, theta_4 being the same for all.
+/// Status of the elbow: OK, or why no psi is feasible; theta_4 is the same for all psi.
 ARMANGLE_INLINE Status elbow_status(const SelfMotion<double>& m, const LimitTable& t) noexcept {
     if (is_unreachable(m.circle)) return Status::UNREACHABLE;
     if (is_folded(m.circle)) return Status::FOLDED;
@@ -244,7 +242,7 @@ ARMANGLE_INLINE Status elbow_status(const SelfMotion<double>& m, const LimitTabl
 
 namespace detail {
 
-/// The arcs that all joints but the fourth leave, and what they block.
+/// The arcs that the limits of all joints but the fourth permit, and the arcs that they block.
 inline Left free_of_all(const JointFunctions<double>& f, const LimitTable& t, Blocked& blocked,
                         ArcSet& out) noexcept {
     Boundaries b;
@@ -254,7 +252,7 @@ inline Left free_of_all(const JointFunctions<double>& f, const LimitTable& t, Bl
     return finish(t, f, f, blocked, out);
 }
 
-/// The psi that all joints but the fourth leave.
+/// The psi that the limits of all joints but the fourth permit.
 ARMANGLE_INLINE Status moving_joints(const SelfMotion<double>& m, const JointFunctions<double>& f,
                                      const LimitTable& t, ArcSet& out) noexcept {
     Blocked blocked;
@@ -266,7 +264,7 @@ ARMANGLE_INLINE Status moving_joints(const SelfMotion<double>& m, const JointFun
 
 }  // namespace detail
 
-/// Psi_all of one pose and branch, whose joint functions are f; empty with the reason in the status.
+/// Psi_all of one pose and branch with joint functions f; if it is empty, the status gives the reason.
 ARMANGLE_INLINE Status feasible(const SelfMotion<double>& m, const JointFunctions<double>& f,
                                 const LimitTable& t, ArcSet& out) noexcept {
     make_empty(out);
@@ -274,12 +272,12 @@ ARMANGLE_INLINE Status feasible(const SelfMotion<double>& m, const JointFunction
     return elbow == Status::OK ? detail::moving_joints(m, f, t, out) : elbow;
 }
 
-/// The same where the joint functions are not known yet.
+/// The same if the joint functions are not known yet.
 ARMANGLE_INLINE Status feasible(const SelfMotion<double>& m, const LimitTable& t, ArcSet& out) noexcept {
     return feasible(m, joint_functions(m), t, out);
 }
 
-/// Psi_i of one joint (0..6), with the status of that joint alone.
+/// Psi_i of one joint (0..6), and the status of that joint alone.
 inline Status joint_arcs(const SelfMotion<double>& m, const JointFunctions<double>& f, const LimitTable& t,
                          int joint, ArcSet& out) noexcept {
     make_empty(out);
@@ -301,7 +299,7 @@ inline Status joint_arcs(const SelfMotion<double>& m, const JointFunctions<doubl
     return detail::add_isolated(t, m, f, f, blocked, out, 1u << joint);
 }
 
-/// Value in q of the end that a tag marks; NaN for a user's end.
+/// Value in q at the end that a tag marks; NaN for an end set by the user.
 inline double end_value(const Arm& arm, double margin, const Configuration<double>& gc, Tag tag) noexcept {
     const int joint = tag_joint(tag) - 1;
     if (joint < 0) return not_a_number;
@@ -320,7 +318,7 @@ inline double end_value(const Arm& arm, double margin, const Configuration<doubl
                 arm.joint_middle[joint]);
 }
 
-/// The sets of GC 0..7, and why an empty one is empty.
+/// The sets of GC 0..7, each with the reason if it is empty.
 struct AllArcs {
     ArcSet arcs[configurations];
     Status status[configurations];
@@ -328,20 +326,20 @@ struct AllArcs {
 
 namespace detail {
 
-/// Blocks what another list blocks, too.
+/// Appends the blocked arcs of another list.
 inline void append(const Blocked& from, Blocked& to) noexcept {
     to.all |= from.all;
     to.touching |= from.touching;
     for (int i = 0; i < from.count; ++i) to.add(from.arc[i]);
 }
 
-/// What the joints on either side of the elbow block, for one sign of theta_2 and theta_6.
+/// Arcs blocked by the joints on either side of the elbow, for one sign of theta_2 and theta_6.
 struct Sides {
     JointFunctions<double> f;
     Blocked shoulder, wrist;
 };
 
-/// `which` are the pivots whose limits count.
+/// Blocks the arcs of both sides; only the limits of the pivots in `which` count.
 inline void block_sides(const LimitTable& t, const SelfMotion<double>& m, unsigned which,
                         Sides& out) noexcept {
     out.f = joint_functions(m);

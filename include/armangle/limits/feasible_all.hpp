@@ -1,8 +1,8 @@
-// Feasible arcs of a pose as the user sees it, in one branch or in all eight.
+// Feasible arcs of a user's pose, in one branch or in all eight.
 //
-// Arcs tell which psi hold a pose where psi has the digits for it. Where a branch has single psi alone, or no
-// psi and a hinge about straight, postures are looked for in the joints themselves: by the part that finds
-// the nearest posture there, so that arcs, freedom and nearest postures never disagree whether there is one.
+// Arcs of psi decide feasibility if psi has enough digits. If a branch has isolated psi alone, or no psi and
+// a nearly straight hinge, the search works on the joints themselves. It uses the code of nearest_posture(),
+// so arcs, freedom and nearest solutions always agree whether a solution exists.
 #pragma once
 
 #include "nearest.hpp"
@@ -13,9 +13,9 @@ namespace armangle {
 
 namespace detail {
 
-/// Whether the joints have to tell: no arc is wider than the tolerance, and single psi may not hold, or hide;
-/// or joints may `meet` at their limits at a psi beside arcs. The paper's own avoidance takes psi, not
-/// postures.
+/// Whether the search must work on the joints: no arc is wider than the tolerance, and isolated psi may be
+/// wrong or hidden; or joints may `meet` at their limits at a psi near arcs. The paper's own avoidance
+/// concerns psi, not configurations.
 inline bool joints_tell(const LimitTable& t, const ArcSet& arcs, Status status, bool hides,
                         bool meet) noexcept {
     if (t.psi_margin > 0) return false;
@@ -25,21 +25,21 @@ inline bool joints_tell(const LimitTable& t, const ArcSet& arcs, Status status, 
     return !arcs.empty() || (hides && (status == Status::LIMITS || status == Status::ELBOW_LIMIT));
 }
 
-/// Whether a branch may have postures of which arcs do not tell; the joint functions count where the elbow
-/// lets it be.
+/// Whether a branch may have solutions that arcs miss. The joint functions matter only if the elbow permits
+/// the pose.
 inline bool may_hide(const LimitTable& t, const Circle<double>& c, Status status,
                      const JointFunctions<double>& f) noexcept {
     if (status == Status::OK || status == Status::LIMITS) return may_hide(t, c, f);
     return status == Status::ELBOW_LIMIT && is_about_straight(t, c);
 }
 
-/// Some posture of a pose, of any branch: looked for once, where a branch asks for it.
+/// Any solution of a pose in any branch; searched once, when a branch first needs it.
 struct Hidden {
     bool asked = false;
     Nearest found;
 };
 
-/// The arcs of a branch, and its status, once the joints have told. No branch has what all together have not.
+/// The arcs and status of a branch after the search on the joints; no solution if no branch has one.
 [[gnu::noinline, gnu::cold]] inline Status told_by_joints(const Arm& arm, const Pose<double>& pose, int gc,
                                                           const LimitTable& t, Status status, bool hides,
                                                           Hidden& any, ArcSet& out) noexcept {
@@ -56,17 +56,17 @@ struct Hidden {
     return status == Status::OK ? Status::LIMITS : status;
 }
 
-/// The status of a branch, and its arcs, where the joints have to tell.
+/// The status and arcs of a branch; searches on the joints if necessary.
 inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<double>& c,
                         const LimitTable& t, int gc, const JointFunctions<double>& f, Hidden& any, Left& left,
                         ArcSet& arcs) noexcept {
-    const bool bends = left.status == Status::OK || left.status == Status::LIMITS;  // as its elbow may
+    const bool bends = left.status == Status::OK || left.status == Status::LIMITS;  // by the elbow
     const bool meet = bends && may_meet(c, f, left.gap, arcs.empty()), hides = may_hide(t, c, left.status, f);
     if (joints_tell(t, arcs, left.status, hides, meet)) [[unlikely]]
         left.status = told_by_joints(arm, pose, gc, t, left.status, hides, any, arcs);
 }
 
-/// feasible() where arcs do not tell, or where the self-motion is not kept.
+/// feasible() if arcs do not decide, or if the self-motion was not kept.
 [[gnu::noinline, gnu::cold]] inline Status feasible_again(const Arm& arm, const Pose<double>& pose, int gc,
                                                           const LimitTable& t, ArcSet& out) noexcept {
     const SelfMotion<double> m = self_motion(arm, pose, gc);
@@ -85,8 +85,8 @@ inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<d
 
 }  // namespace detail
 
-/// Psi_all of a pose (as the user sees it) in branch gc, 0..7. It keeps nothing of the self-motion, which
-/// would cost registers.
+/// Psi_all of a user's pose in branch gc, 0..7. The self-motion is not kept, because that would cost
+/// registers.
 ARMANGLE_INLINE Status feasible(const Arm& arm, const Pose<double>& pose, int gc, const LimitTable& t,
                                 ArcSet& out) noexcept {
     const SelfMotion<double> m = self_motion(arm, pose, gc);
@@ -103,8 +103,7 @@ ARMANGLE_INLINE Status feasible(const Arm& arm, const Pose<double>& pose, int gc
     return detail::feasible_again(arm, pose, gc, t, out);
 }
 
-/// Psi_all of the eight branches of a pose (as the user sees it); the same sets as feasible() gives one by
-/// one.
+/// Psi_all of the eight branches of a user's pose; the same sets as eight calls of feasible().
 inline void feasible_all(const Arm& arm, const Pose<double>& pose, const LimitTable& t,
                          AllArcs& out) noexcept {
     const Circle<double> on = circle(arm, flange_pose(arm, pose));

@@ -1,5 +1,5 @@
-// How much freedom a pose has: which of the eight branches hold it, and over how much of their circles. The
-// numbers of feasible_all() without its sets.
+// The redundancy left to a pose: which of the eight branches solve it, and over how much of their circles.
+// The numbers of feasible_all() without its sets.
 #pragma once
 
 #include "feasible_all.hpp"
@@ -8,20 +8,20 @@
 
 namespace armangle {
 
-/// Freedom of one pose over all branches.
+/// Length of the feasible arcs of one pose over all branches.
 struct Freedom {
-    double total;       // rad: measure of all feasible arcs
-    double widest;      // rad: of the longest of them
-    std::uint8_t gc;    // bit k: branch k holds the pose, if only at an isolated psi
-    std::uint8_t arcs;  // how many
-    Status status;      // OK, or what stands in the way in the branch that comes nearest to holding it
+    double total;       // rad: total length of all feasible arcs
+    double widest;      // rad: length of the longest arc
+    std::uint8_t gc;    // bit k: branch k solves the pose, possibly only at an isolated psi
+    std::uint8_t arcs;  // number of arcs
+    Status status;      // OK, or the obstruction in the branch that is nearest to a solution
 };
 
 namespace detail {
 
-/// Where theta_2 (side 0; theta_6: side 1) is 0 or pi, the joints on its two sides turn about one axis, and
-/// only what they turn together counts: with along = cos(theta_2), the second is theta_3 + along theta_1, and
-/// has the range that both leave; the first has none.
+/// If theta_2 (side 0; theta_6: side 1) is 0 or pi, its two neighbours rotate about one axis and only their
+/// common turn matters. With along = cos(theta_2), the second becomes theta_3 + along theta_1 with the range
+/// that both permit; the first becomes unlimited.
 inline Limits shared_limits(const Arm& arm, Limits limits, int side, double along) noexcept {
     const int first = 4 * side, second = first + 2;
     const ThetaRange a = theta_range(arm, limits, first), b = theta_range(arm, limits, second);
@@ -35,20 +35,20 @@ inline Limits shared_limits(const Arm& arm, Limits limits, int side, double alon
     return limits;
 }
 
-/// cos(theta_2) (side 0; of theta_6: side 1) of a circle on which it stays at 0 or pi: +1 or -1.
+/// cos(theta_2) (side 0; theta_6: side 1) of a circle on which it stays at 0 or pi: +1 or -1.
 inline double lost_side(const JointFunctions<double>& f, int side) noexcept {
     return f.hinge[side].H.at({0.0, 1.0}) < 0 ? -1.0 : 1.0;
 }
 
-/// One psi of a branch at which a hinge comes to 0 or pi: the two joints beside it may share their turn as
-/// they like, so that a posture may hold there though no arc does.
+/// One psi of a branch at which a hinge is at 0 or pi. Its two neighbours share their turn freely, so a
+/// solution may exist although no arc holds it.
 struct Needle {
-    double along[hinges];       // cos(theta) of the hinges at 0 or pi, 0 of another
-    Limits limits;              // with the two ranges on a side made one
-    double theta[joint_slots];  // the first joint of such a side is 0, the second what both turn
+    double along[hinges];       // cos(theta) of each hinge at 0 or pi, 0 for others
+    Limits limits;              // the two ranges on such a side are combined
+    double theta[joint_slots];  // on such a side the first joint is 0 and the second has the common turn
 };
 
-/// The posture at psi, the turns of sides whose hinge is at 0 or pi made one.
+/// The needle at psi: on sides whose hinge is at 0 or pi, both turns are combined.
 inline Needle needle(const Arm& arm, const SelfMotion<double>& m, double psi) noexcept {
     const Directions<double> d = directions(m, sin_cos(psi));
     Needle n{{0, 0}, arm.limits, {}};
@@ -64,7 +64,7 @@ inline Needle needle(const Arm& arm, const SelfMotion<double>& m, double psi) no
     return n;
 }
 
-/// Whether all joints of a needle but `except` (0..6, or -1) hold.
+/// Whether all joints of a needle but `except` (0..6, or -1) are within their limits.
 inline bool holds(const Arm& arm, const Needle& n, int except) noexcept {
     bool inside = true;
     for (int j = 0; j < joints; ++j)
@@ -73,7 +73,7 @@ inline bool holds(const Arm& arm, const Needle& n, int except) noexcept {
     return inside;
 }
 
-/// each(needle) for the isolated singular psi of a branch, whose hinges are those of two joint functions.
+/// Calls each(needle) for the isolated singular psi of a branch; two joint functions give its hinges.
 template <class Each>
 [[gnu::cold]] void each_needle(const Arm& arm, const SelfMotion<double>& m,
                                const JointFunctions<double>& shoulder, const JointFunctions<double>& wrist,
@@ -86,13 +86,13 @@ template <class Each>
     }
 }
 
-/// How joints that turn about one axis on the whole circle are taken: each with its own limits and the turn
-/// that inverse() gives it, as feasible() does; or as one joint with the range of both.
+/// How to treat joints that rotate about one axis on the whole circle. apart: each keeps its own limits and
+/// the turn from inverse(), as in feasible(). shared: they are one joint with the range of both.
 enum class OneAxis : std::uint8_t { apart, shared };
 
-/// The arcs of the eight branches of a circle, one after the other, as each(gc, what is left, arcs, and the
-/// joint functions of its shoulder and wrist); stops where `each` says true. `which` are the pivots whose
-/// limits count.
+/// Computes the arcs of the eight branches of a circle in order and calls each(gc, result of the sweep, arcs,
+/// shoulder and wrist joint functions). Stops if `each` returns true. Only the limits of the pivots in
+/// `which` count.
 template <class Each>
 void each_branch(const Arm& arm, const Circle<double>& circle, const LimitTable& own, unsigned which,
                  OneAxis one_axis, const Each& each) noexcept {
@@ -139,7 +139,7 @@ void each_branch(const Arm& arm, const Circle<double>& circle, const LimitTable&
     }
 }
 
-/// Of two reasons the one that came nearer to a posture.
+/// Of two reasons, the one that is nearer to a solution.
 inline Status nearer_reason(Status a, Status b) noexcept {
     const auto rank = [](Status s) {
         switch (s) {
@@ -153,8 +153,8 @@ inline Status nearer_reason(Status a, Status b) noexcept {
     return rank(b) < rank(a) ? b : a;
 }
 
-/// Freedom by the arcs of each branch: wherever two joints may be one axis, or a psi may be feasible by
-/// itself.
+/// Freedom from the arcs of each branch; used if two joints may rotate about one axis or an isolated psi may
+/// be feasible.
 [[gnu::noinline, gnu::cold]] inline Freedom freedom_by_branches(const Arm& arm, const Pose<double>& pose,
                                                                 const Circle<double>& c,
                                                                 const LimitTable& t) noexcept {
@@ -179,7 +179,7 @@ inline Status nearer_reason(Status a, Status b) noexcept {
     return out;
 }
 
-/// Whether any branch holds, likewise.
+/// Whether any branch solves the pose, by the same method.
 [[gnu::noinline, gnu::cold]] inline bool is_held_by_a_branch(const Arm& arm, const Pose<double>& pose,
                                                              const Circle<double>& c,
                                                              const LimitTable& t) noexcept {
@@ -193,20 +193,20 @@ inline Status nearer_reason(Status a, Status b) noexcept {
     return held;
 }
 
-/// What the limits of one half of the arm (its joints on one side of the elbow) block, and what they leave.
+/// Arcs blocked and left free by the limits of one half of the arm (its joints on one side of the elbow).
 struct Half {
     Blocked blocked;
     ArcSet free;
-    double gap;  // the least between blocked arcs, or overlap (rad)
+    double gap;  // smallest gap or overlap between blocked arcs (rad)
 };
 
-/// What the two halves of a branch have in common.
+/// The intersection of the two halves of a branch.
 struct Common {
-    bool held = false;      // arcs
-    double gap = infinity;  // the least between two of them, or overlap (rad)
+    bool held = false;      // some arc exists
+    double gap = infinity;  // smallest gap or overlap between two arcs (rad)
 };
 
-/// Whether a hinge is beyond its limits for every psi, by more than rounding, with either sign.
+/// Whether a hinge violates its limits for every psi and either sign, by more than rounding.
 ARMANGLE_INLINE bool is_shut(const LimitTable& t, const JointFunctions<double>& f) noexcept {
     bool shut = false;
     for (int h = 0; h < hinges; ++h)
@@ -215,8 +215,8 @@ ARMANGLE_INLINE bool is_shut(const LimitTable& t, const JointFunctions<double>& 
     return shut;
 }
 
-/// Which of eight psi, a bit each, keep the joints of a half (0: 1 to 3, 1: 5 to 7) within their limits by
-/// more than rounding, for theta of its hinge > 0 and < 0.
+/// Tests eight psi, one bit each: are the joints of a half (0: 1 to 3, 1: 5 to 7) inside their limits by more
+/// than rounding? One result for theta of its hinge > 0, one for < 0.
 ARMANGLE_INLINE void glance(const LimitTable& t, const JointFunctions<double>& f, int half,
                             const SinCos<Slots>& psi, unsigned (&out)[2]) noexcept {
     const auto at = [&psi](const Harmonic<double>& h) {
@@ -243,10 +243,11 @@ ARMANGLE_INLINE void glance(const LimitTable& t, const JointFunctions<double>& f
     }
 }
 
-/// Whether one of eight psi, in any branch of an elbow, is within all limits by more than rounding. The joint
+/// Whether one of eight psi, in any branch of an elbow, is inside all limits by more than rounding. The joint
 /// functions are those of positive hinges.
 ARMANGLE_INLINE bool holds_at_a_glance(const LimitTable& t, const JointFunctions<double>& f) noexcept {
-    constexpr double c = 0.92387953251128674, s = 0.38268343236508977;  // of pi / 8, and every pi / 4 from it
+    constexpr double c = 0.92387953251128674, s = 0.38268343236508977;  // of pi / 8; others in steps of pi /
+                                                                        // 4
     constexpr double sines[8] = {s, c, c, s, -s, -c, -c, -s}, cosines[8] = {c, s, -s, -c, -c, -s, s, c};
     const SinCos<Slots> psi{Slots::load(sines), Slots::load(cosines)};
     unsigned shoulder[2], wrist[2];
@@ -255,11 +256,10 @@ ARMANGLE_INLINE bool holds_at_a_glance(const LimitTable& t, const JointFunctions
     return ((shoulder[0] | shoulder[1]) & (wrist[0] | wrist[1])) != 0;
 }
 
-/// Whether the psi of all branches are what their two halves leave in common, without isolated ones: the one
-/// pass over the halves of a pose that has freedom() and is_reachable(). Each half is solved once for a sign
-/// of its hinge and serves two branches. each(gc, shoulder, wrist) is asked for the branches that hold their
-/// elbow, and stops the pass where it says true, as is_enough(joint functions) does before any
-/// arc.
+/// Whether the psi of all branches are the intersections of their two halves, without isolated psi. freedom()
+/// and is_reachable() share this pass. Each half is solved once for a sign of its hinge and serves two
+/// branches. The pass calls each(gc, shoulder, wrist) for the branches whose elbow is within its limits. It
+/// stops if that returns true, or if is_enough(joint functions) does before any arc is computed.
 template <class Enough, class Each>
 ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const LimitTable& t, Status& status,
                                const Enough& is_enough, const Each& each) noexcept {
@@ -279,7 +279,7 @@ ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const Li
         if (is_shut(t, f)) continue;
         if (may_jump(f.hinge[0]) || may_jump(f.hinge[1])) return false;
         if (is_enough(f)) return true;
-        Half half[2][hinges];  // of a negative hinge or not, of the shoulder or the wrist
+        Half half[2][hinges];  // [shoulder or wrist][positive or negative hinge]
         PivotAngles angles;
         Boundaries b;
         for (int branch = 0; branch < 4; ++branch) {
@@ -316,7 +316,7 @@ ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const Li
 
 }  // namespace detail
 
-/// Freedom of a pose (as the user sees it) within the limits of the table, which is of arm.limits.
+/// Freedom of a user's pose within the limits of the table, which must be made from arm.limits.
 inline Freedom freedom(const Arm& arm, const Pose<double>& pose, const LimitTable& t) noexcept {
     const Circle<double> c = circle(arm, flange_pose(arm, pose));
     Freedom out{0, 0, 0, 0, is_folded(c) ? Status::FOLDED : Status::UNREACHABLE};
@@ -336,7 +336,7 @@ inline Freedom freedom(const Arm& arm, const Pose<double>& pose, const LimitTabl
     return detail::freedom_by_branches(arm, pose, c, t);
 }
 
-/// Whether any branch and arm angle holds a pose within the limits.
+/// Whether any branch and arm angle solves a pose within the limits.
 inline bool is_reachable(const Arm& arm, const Pose<double>& pose, const LimitTable& t) noexcept {
     const Circle<double> c = circle(arm, flange_pose(arm, pose));
     bool reached = false;

@@ -1,14 +1,14 @@
-// Joint values over boxes of psi, eight boxes at a time: value, rate and second derivative at the middle of
-// each, and how far they move within it.
+// Joint values over boxes of psi, eight boxes at a time: value, rate and second derivative at each middle,
+// and bounds of the motion within the box.
 //
 //        theta(m) +- travel      theta is inside the band over the whole box; the band's width shrinks with
 //   ____/~~~~~~~~~~~~~~\____     r^2 about the tangent, so bounds made from it are of second order.
 //       m-r     m     m+r
 //
-// With D = sin^2(theta_2) = 1 - H^2 (theta_6 on the wrist's side) and the numerators N of eq. (29):
-//   theta' = N / D, theta'' = (N' - theta' D') / D of a pivot; theta' = -H' / h, theta'' = -(H'' + H
-//   theta'^2) / h of a hinge, h = sqrt(D) (eq. (28), (33) and their derivatives). H and N are harmonic: over
-//   a box f moves by at most |f'(m)| r + |f(m) - k| r^2 / 2.
+// D = sin^2(theta_2) = 1 - H^2 (theta_6 on the wrist's side), N are the numerators of eq. (29). Pivot: theta'
+// = N / D, theta'' = (N' - theta' D') / D. Hinge: theta' = -H' / h, theta'' = -(H'' + H theta'^2) / h, h =
+// sqrt(D). Source: eq. (28), (33) and their derivatives. H and N are harmonic: over a box f moves by at most
+// |f'(m)| r + |f(m) - k| r^2 / 2.
 #pragma once
 
 #include "../circle/joint_function.hpp"
@@ -20,23 +20,23 @@ namespace armangle {
 
 using Boxes = Lane<8>;
 
-/// One joint over eight boxes, in theta of the branch whose hinge is positive.
+/// One joint over eight boxes, in theta of the branch with a positive hinge.
 struct JointBoxes {
     Boxes theta;                    // at the middles
     Enclosure<Boxes> rate, second;  // theta', theta'' per rad of psi
-    Boxes travel;                   // theta stays within theta +- travel; infinite where it may jump
+    Boxes travel;                   // theta stays within theta +- travel; infinite if it may jump
 };
 
 /// The three joints on one side of the elbow.
 struct SideBoxes {
     JointBoxes joint[3];
-    Boxes noise;       // of the pivots' theta: U and V are what rounding leaves of numbers of size one
-    unsigned regular;  // a bit for each box over which the hinge keeps away from 0 and pi
+    Boxes noise;       // of the pivots' theta: U and V are rounded sums of numbers of size one
+    unsigned regular;  // one bit a box over which the hinge stays away from 0 and pi
 };
 
 namespace detail {
 
-/// A harmonic with each coefficient in all lanes.
+/// A harmonic that has the same coefficients in every lane.
 ARMANGLE_INLINE Harmonic<Boxes> spread(const Harmonic<double>& f) noexcept {
     return {Boxes(f.s), Boxes(f.c), Boxes(f.k)};
 }
@@ -46,7 +46,7 @@ struct HarmonicBoxes {
     Enclosure<Boxes> value, slope;
 };
 
-/// A harmonic over boxes with the middles `at` and half widths r.
+/// A harmonic over boxes with middles `at` and half widths r.
 ARMANGLE_INLINE HarmonicBoxes over(const Harmonic<double>& harmonic, const SinCos<Boxes>& at,
                                    const Boxes& r) noexcept {
     const Harmonic<Boxes> f = spread(harmonic);
@@ -54,14 +54,14 @@ ARMANGLE_INLINE HarmonicBoxes over(const Harmonic<double>& harmonic, const SinCo
     return {{swing + f.k, abs(slope) * r + abs(swing) * half}, {slope, abs(swing) * r + abs(slope) * half}};
 }
 
-/// The band about theta(m): the tangent's part and the curve's.
+/// Half width of the band about theta(m): the tangent's part plus the curvature's.
 ARMANGLE_INLINE Boxes travel(const JointBoxes& j, const Boxes& r) noexcept {
     return abs(j.rate.middle) * r + Boxes(0.5) * j.second.largest() * r * r;
 }
 
 }  // namespace detail
 
-/// Joints 1-3 (side 0) or 5-7 (side 1) over boxes with the middles `at` and half widths r.
+/// Joints 1-3 (side 0) or 5-7 (side 1) over boxes with middles `at` and half widths r.
 inline SideBoxes side_boxes(const JointFunctions<double>& f, int side, const SinCos<Boxes>& at,
                             const Boxes& r) noexcept {
     const Pivot<double>&first = f.pivot[2 * side], &last = f.pivot[2 * side + 1];

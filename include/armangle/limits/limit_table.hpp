@@ -1,4 +1,4 @@
-// The limits of an arm, turned once into what the boundary functions take.
+// The limits of an arm, converted once to the form that boundary functions use.
 //
 //          upper \     / lower           a pivot's limits are a cone of directions (V, U): narrow up to half
 //                 \   /                  a turn, wide beyond it, free from a whole turn on;
@@ -13,7 +13,7 @@
 
 namespace armangle {
 
-/// What made an end of an arc.
+/// The cause of an arc's end.
 enum class Side : std::uint8_t {
     none,
     lower,
@@ -24,7 +24,7 @@ enum class Side : std::uint8_t {
     near_singular,
     far_singular,
     obstacle,
-    unproven  // of a nearly S-R-S arm: beyond it nothing is proven
+    unproven  // for a nearly S-R-S arm: nothing is proven beyond this end
 };
 
 /// The tag of a limit of joint 1..7.
@@ -41,14 +41,14 @@ inline constexpr int pivot_joint[pivots] = {0, 2, 4, 6};
 inline constexpr int hinge_joint[hinges] = {1, 5};
 
 /// One end of an allowed range of |theta|. `tag` names the limit (0: none, the range ends at 0 or pi). 1 -
-/// cos and 1 + cos are kept apart to lose no digits near 0 and pi.
+/// cos and 1 + cos are stored separately to lose no digits near 0 and pi.
 struct HingeEnd {
     double angle;
     Tag tag;
     double below_one, above_minus_one;  // 1 - cos, 1 + cos
 };
 
-/// Largest margin around a singularity (rad): at half pi nothing would be left.
+/// Largest margin around a singularity (rad); a margin of half pi would leave nothing.
 inline constexpr double most_margin = 1.5;
 
 /// A range [near, far] of |theta| within [0, pi].
@@ -56,30 +56,30 @@ struct HingePiece {
     HingeEnd near, far;
 };
 
-/// The limits of an arm in the form that the boundary functions take; made once for an arm and a margin.
+/// The limits of an arm in the form that boundary functions use; made once for an arm and a margin.
 struct LimitTable {
     double margin, sin_margin;
     // B = u U + v V for the lower limits of the four pivots, then the upper ones.
     double u[2 * pivots], v[2 * pivots];
-    // added to the overlap: 0 keeps it (wide pivot), infinity turns the cut off (narrow pivot)
+    // added to the overlap: 0 keeps it (wide pivot), infinity disables the cut (narrow pivot)
     double room[2 * pivots];
-    unsigned limited;  // a bit each: not a full turn or more
+    unsigned limited;  // one bit each: less than a full turn
     Tag tag[2 * pivots];
     int piece_count[hinges][2];  // [hinge][theta < 0]
     HingePiece piece[hinges][2][pieces];
-    double least_cosine[hinges], most_cosine[hinges];  // of a hinge within its limits, whatever its sign
+    double least_cosine[hinges], most_cosine[hinges];  // of a hinge within its limits, for either sign
     ThetaRange range[pivots];
-    bool locked;        // some joint but the fourth has a range below tolerance::locked
-    bool hinges_alike;  // theta and -theta of both hinges have the same limits
+    bool locked;        // some joint other than the fourth has a range below tolerance::locked
+    bool hinges_alike;  // for both hinges, theta and -theta have the same limits
     Cone elbow, cone[pivots];
-    double elbow_slack;  // rad: of theta_4, times n / sin(eta): what a pose that is met leaves unknown of it
+    double elbow_slack;  // rad: times n / sin(eta), the uncertainty of theta_4 for a solved pose
     double psi_margin,
-        discriminant;  // the paper's psi_sing +- epsilon, eq. (31), and when it holds; 0: not used
+        discriminant;  // the paper's psi_sing +- epsilon, eq. (31), and its condition; 0: not used
 };
 
 namespace detail {
 
-/// Which of a joint's own limits, in q, is the lower (upper) one of theta.
+/// Which of a joint's own limits, in q, is the lower (upper) limit of theta.
 inline Side limit_side(const Arm& arm, int joint, bool lower_theta) noexcept {
     return (arm.sign[joint] > 0) == lower_theta ? Side::lower : Side::upper;
 }
@@ -90,7 +90,7 @@ inline HingeEnd hinge_end(double angle, Tag tag) noexcept {
     return {angle, tag, 2.0 * half.sin * half.sin, 2.0 * half.cos * half.cos};
 }
 
-/// Adds a range of |theta|, less the margins, unless nothing is left of it.
+/// Adds a range of |theta| reduced by the margins, unless it becomes empty.
 inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) noexcept {
     const int joint = hinge_joint[hinge] + 1;
     if (piece.near.angle < t.margin) piece.near = hinge_end(t.margin, make_tag(joint, Side::near_margin));
@@ -101,8 +101,8 @@ inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) 
     t.piece[hinge][negative][count++] = piece;
 }
 
-/// The windings of [lower, upper] that meet the half circle of |theta|. A limit within the angular tolerance
-/// of 0 or pi forbids nothing of it, or all but a point.
+/// Adds the parts of [lower, upper], on all turns, that meet the half circle of |theta|. A limit within the
+/// angular tolerance of 0 or pi forbids nothing, or all but one point.
 inline void fill_hinge(LimitTable& t, const Arm& arm, const Limits& limits, int hinge,
                        int negative) noexcept {
     const int j = hinge_joint[hinge];
@@ -114,7 +114,7 @@ inline void fill_hinge(LimitTable& t, const Arm& arm, const Limits& limits, int 
     const Tag upper_tag = make_tag(j + 1, limit_side(arm, j, negative));
     if (!(u - l < two_pi)) return add_piece(t, hinge, negative, {hinge_end(0.0, 0), hinge_end(pi, 0)});
     const double first =
-        two_pi * std::ceil((-tolerance::angle - u) / two_pi);  // smallest turn that lifts u above 0
+        two_pi * std::ceil((-tolerance::angle - u) / two_pi);  // smallest turn that moves u above 0
     for (int k = 0; k <= pieces; ++k) {
         const double turn = first + two_pi * k;
         if (l + turn > pi + tolerance::angle) break;
@@ -126,7 +126,7 @@ inline void fill_hinge(LimitTable& t, const Arm& arm, const Limits& limits, int 
     }
 }
 
-/// Fills in the limits of a pivot.
+/// Stores the limits of a pivot.
 inline void fill_pivot(LimitTable& t, const Arm& arm, const Limits& limits, int pivot) noexcept {
     const int j = pivot_joint[pivot];
     t.range[pivot] = theta_range(arm, limits, j);
@@ -143,7 +143,7 @@ inline void fill_pivot(LimitTable& t, const Arm& arm, const Limits& limits, int 
     t.v[pivots + pivot] = c.upper.sin;
 }
 
-/// The cosines between which a hinge is within its limits, if not everywhere; none where it has no range.
+/// The cosines between which a hinge is within its limits; inverted if no |theta| is allowed.
 inline void fill_cosines(LimitTable& t, int hinge) noexcept {
     t.least_cosine[hinge] = infinity;
     t.most_cosine[hinge] = -infinity;
@@ -167,8 +167,8 @@ inline bool is_alike(const LimitTable& t, int hinge) noexcept {
 
 }  // namespace detail
 
-/// Limits for the joints of an arm, with a margin (rad, >= 0) that keeps |sin theta_2|, |sin theta_6|,
-/// |sin(theta_4 - delta)| >= sin(margin).
+/// Limits of an arm's joints, with a margin (rad, >= 0) that keeps |sin theta_2|, |sin theta_6|, |sin(theta_4
+/// - delta)| >= sin(margin).
 inline LimitTable limit_table(const Arm& arm, const Limits& limits, double margin = 0.0,
                               double psi_margin = 0.0, double discriminant = 0.0) noexcept {
     LimitTable t{};
@@ -186,7 +186,7 @@ inline LimitTable limit_table(const Arm& arm, const Limits& limits, double margi
     return t;
 }
 
-/// The arm's own limits.
+/// The table of the arm's own limits.
 inline LimitTable limit_table(const Arm& arm, double margin = 0.0, double psi_margin = 0.0,
                               double discriminant = 0.0) noexcept {
     return limit_table(arm, arm.limits, margin, psi_margin, discriminant);

@@ -1,10 +1,9 @@
-// Where a pose has no posture: the posture of the nearest pose that the arm can take.
+// For an unreachable pose: the configuration of the nearest reachable pose.
 //
-//   1. the pose drawn along the shoulder's ray into what joint 4 reaches, its rotation kept: no posture with
-//      that rotation comes nearer;
-//   2. where limits leave no arm angle there either: the least sqrt(|dp|^2 + (length angle)^2) that
-//      Gauss-Newton methods find in the box of the limits, from the best of closed-form starts: all branches,
-//      arm angles all round, joints clamped to their limits.
+//   1. The wrist moves on its ray from the shoulder into joint 4's reach; the rotation is kept. No
+//      configuration with that rotation is nearer.
+//   2. If limits permit no arm angle there: the least sqrt(|dp|^2 + (length angle)^2) that Gauss-Newton finds
+//      within the limits. The best closed-form starts are used: all branches, all arm angles, joints clamped.
 #pragma once
 
 #include "nearest.hpp"
@@ -15,19 +14,19 @@
 namespace armangle {
 
 namespace outside_rule {
-inline constexpr double straight = 1e-7;  // rad off straight that joint 4 keeps: 1e-15 of the reach
-inline constexpr double inside = 1e-9;    // rad: so much more than a margin, which rounding would break
-inline constexpr int psis = 16;           // arm angles of a branch
-inline constexpr int kept = 16;           // starts that are followed: the nearest, ...
-inline constexpr int scouted = 8;         // ... and those that are nearest after a few rounds
-inline constexpr int few = 3;             // of Gauss-Newton
-inline constexpr int rounds = 30;         // the same to the end
-inline constexpr double same = 1e-9;      // m: starts that end this near one another end equally well
+inline constexpr double straight = 1e-7;  // rad: distance of joint 4 from straight, 1e-15 of the reach
+inline constexpr double inside = 1e-9;    // rad: added to a margin, so that rounding does not violate it
+inline constexpr int psis = 16;           // number of arm angles tried in each branch
+inline constexpr int kept = 16;           // number of starts that are continued: the nearest, ...
+inline constexpr int scouted = 8;         // ... and the nearest after a few rounds
+inline constexpr int few = 3;             // Gauss-Newton rounds for scouting
+inline constexpr int rounds = 30;         // Gauss-Newton rounds to the end
+inline constexpr double same = 1e-9;      // m: starts whose results are this close are equally good
 }  // namespace outside_rule
 
 namespace detail {
 
-/// The starts with the least distances, in no order.
+/// The starts with the smallest distances, unsorted.
 template <int Kept>
 struct Starts {
     Joints at[Kept];
@@ -47,7 +46,7 @@ struct Starts {
     }
 };
 
-/// How far joints are from the seed in the metric asked; NaN without one.
+/// Distance of joints from the seed in the chosen metric; NaN without a seed.
 inline double joint_distance(const double* q, const NearestOptions& options) noexcept {
     if (!options.near || options.metric == Metric::margin) return not_a_number;
     double sum = 0, largest = 0;
@@ -59,15 +58,15 @@ inline double joint_distance(const double* q, const NearestOptions& options) noe
     return sqrt(options.metric == Metric::max ? largest : sum);
 }
 
-/// The limits that a posture may move in without a hinge coming nearer to straight or folded than a margin
-/// (rad); false where there are none.
+/// The limits within which no hinge comes nearer to straight or folded than a margin (rad); false if there
+/// are none.
 inline bool limits_about(const Arm& arm, const Joints& q, double margin, Limits& out) noexcept {
     out = arm.limits;
     return !(margin > 0) || keep_off_singular(arm, q.q, margin, out);
 }
 
-/// The least relaxation from the best of the starts about the poses drawn into reach, one for each side of
-/// the stretched arm; gc is -1 where the margin leaves none.
+/// The nearest configuration from the best starts about the poses moved into reach, one for each side of the
+/// stretched arm. gc is -1 if the margin permits none.
 inline Nearest least_relaxation(const Arm& arm, double margin, const Pose<double>& asked,
                                 const Pose<double> (&drawn)[2], const NearestOptions& options,
                                 double length) noexcept {
@@ -122,9 +121,9 @@ inline Nearest least_relaxation(const Arm& arm, double margin, const Pose<double
 
 }  // namespace detail
 
-/// nearest_posture, or where that has none the posture of the nearest pose that the arm can take, whose
-/// status says why; `length` is how many metres a radian counts as. All branches and arm angles are used. The
-/// margin of `limits` holds there too; where it leaves no posture at all, the result is none.
+/// nearest_posture, or without a solution the configuration of the nearest reachable pose, with the reason in
+/// its status. `length` converts one radian to metres. All branches and arm angles are used. The margin of
+/// `limits` still holds; if it permits no configuration, the result is empty.
 inline Nearest nearest_outside(const Arm& arm, const LimitTable& limits, const Pose<double>& asked,
                                const NearestOptions& options, double length) noexcept {
     const Nearest exact = nearest_posture(arm, limits, asked, options);

@@ -1,10 +1,10 @@
-// What is certain of a whole cell of a reach map, not of its middle alone: by intervals.
+// Proofs for a whole cell of a reach map instead of its middle alone, by interval arithmetic.
 //
-// The formulas of the circle run on boxes of (r, height, tilt, turn). At the middle of the widest arc of the
-// cell's middle all joints 2 to 6 are asked: if they are within their limits over the whole box, so is every
-// pose of it, at some azimuth and roll. Where the middle is not held, all of psi is covered by boxes, and in
-// each of them some joint of every branch must be outside. Interval arithmetic decides with certainty or not
-// at all: R. E. Moore, Interval Analysis (1966).
+// The circle's formulas run on boxes of (r, height, tilt, turn). For the middle of the widest arc of the
+// cell's middle, joints 2 to 6 are evaluated. If they are within their limits over the whole box, every pose
+// of the cell is reachable at some azimuth and roll. If the middle is unreachable, boxes cover all psi, and
+// in each box some joint of every branch must violate its limits. Interval arithmetic decides with certainty
+// or not at all: R. E. Moore, Interval Analysis (1966).
 #pragma once
 
 #include "../numbers/interval.hpp"
@@ -14,7 +14,7 @@
 
 namespace armangle {
 
-/// What is known of all poses of a cell: nothing, that some azimuth and roll holds each, that none does any.
+/// What is proven for all poses of a cell: nothing; each is reachable at some azimuth and roll; none is.
 enum class Proven : std::uint8_t { unknown, all, none };
 
 /// Half the extent of a cell along each of its axes (m, m, rad, rad).
@@ -23,13 +23,13 @@ struct CellSize {
 };
 
 namespace proven_rule {
-inline constexpr int boxes = 12;  // that psi is covered by
+inline constexpr int boxes = 12;  // number of boxes that cover psi
 inline constexpr int halvings = 3;
 }  // namespace proven_rule
 
 namespace detail {
 
-/// Whether the direction (V, U) is inside a cone for all members, or outside for all.
+/// Whether the direction (V, U) is inside a cone for all members, or outside it for all members.
 struct ConeVerdict {
     bool inside, outside;
 };
@@ -45,7 +45,7 @@ inline ConeVerdict cone_verdict(const Cone& cone, const Interval& sine, const In
     return {in_lower && in_upper, off_lower || off_upper};
 }
 
-/// The same of |theta| of a hinge with the cosine H, over its pieces.
+/// The same for |theta| of a hinge with cosine H, over its pieces.
 inline ConeVerdict hinge_verdict(const LimitTable& t, int hinge, int negative, const Interval& H) noexcept {
     ConeVerdict out{false, true};
     for (int k = 0; k < t.piece_count[hinge][negative]; ++k) {
@@ -72,7 +72,7 @@ inline Circle<Interval> circle_of_box(const Arm& arm, const ReducedPose& at, con
     c.z = {zero, Interval(-1.0), zero};
     c.e = {c.w.z, zero, -c.w.x};
     const SinCos<Interval> tilt = sin_cos(box(at.tilt, half.tilt)), turn = sin_cos(box(at.turn, half.turn));
-    // x_7 and y_7 are seen by joint 7 alone, which nobody asks
+    // x_7 and y_7 affect joint 7 alone, which is not evaluated
     c.tool_w = {zero, zero, tilt.cos};
     c.tool_e = {zero, zero, tilt.sin * turn.cos};
     c.tool_z = {zero, zero, tilt.sin * turn.sin};
@@ -80,7 +80,7 @@ inline Circle<Interval> circle_of_box(const Arm& arm, const ReducedPose& at, con
     return c;
 }
 
-/// The boxes of one cell under one elbow.
+/// The boxes of one cell for one elbow.
 class CellProof {
 public:
     CellProof(const ReducedArm& arm, const Circle<Interval>& c, int side) noexcept : t_(arm.free_table) {
@@ -94,14 +94,14 @@ public:
         if (!none_) f_ = joint_functions(m);
     }
 
-    /// Whether a branch of this elbow holds the whole box at psi.
+    /// Whether a branch of this elbow is within its limits over the whole box at psi.
     bool holds(double psi, int gc_2, int gc_6) const noexcept {
         if (!whole_) return false;
         const SinCos<Interval> at = sin_cos(Interval(psi));
         return side(0, gc_2, at).inside && side(1, gc_6, at).inside;
     }
 
-    /// Whether no branch of this elbow holds anything of the box at a psi of [lower, upper].
+    /// Whether no branch of this elbow reaches any part of the box at a psi in [lower, upper].
     bool none(double lower, double upper, int halvings) const noexcept {
         if (none_) return true;
         const SinCos<Interval> at = sin_cos(Interval(lower, upper));
@@ -120,7 +120,7 @@ private:
     bool none_ = false, whole_ = false;
     JointFunctions<Interval> f_;
 
-    /// The hinge and the inner pivot of the shoulder (half 0), of the wrist (half 1).
+    /// The verdict for the hinge and the inner pivot of the shoulder (half 0) or wrist (half 1).
     ConeVerdict side(int half, int negative, const SinCos<Interval>& at) const noexcept {
         const int pivot = half == 0 ? 1 : 2;
         const Interval g(negative ? -1.0 : 1.0);
@@ -133,8 +133,8 @@ private:
 
 }  // namespace detail
 
-/// What is certain of the cell of this size about a reduced pose; psi and gc (0..7) hold its
-/// middle, gc -1 where none does.
+/// What is proven for the cell of this size about a reduced pose. psi and gc (0..7) solve its middle; gc is
+/// -1 if it is unreachable.
 inline Proven proven_cell(const ReducedArm& arm, const ReducedPose& middle, const CellSize& half, double psi,
                           int gc) noexcept {
     const Circle<Interval> c = detail::circle_of_box(arm.free, middle, half);

@@ -1,4 +1,4 @@
-// The four numbers of a pose that joints 2 to 6 see, and what a grid of them says: the cells of a reach map.
+// The four numbers of a pose that determine joints 2 to 6; a reach map is a grid over them.
 //
 //        axis 1                     z_7 = cos(tilt) w + sin(tilt) (cos(turn) e + sin(turn) z)
 //          |      W . -> w
@@ -6,9 +6,9 @@
 //          |  .          w = p / |p|, and the triad (w, e, z) of the circle whose psi counts from axis 1
 //          S ---- r
 //
-// Azimuth and roll are seen by joints 1 and 7 alone (turn_arcs.hpp). Of the rest the shoulder's limits see
-// (|p|, angle of p to axis 1), the wrist's (|p|, tilt), and the turn shifts the one set of psi against the
-// other: Psi_2..6 = S(r, height) and (W(|p|, tilt) - turn). So a cell costs a shift and an intersection.
+// Azimuth and roll affect joints 1 and 7 alone (turn_arcs.hpp). The shoulder's limits depend on (|p|, angle
+// of p to axis 1), the wrist's on (|p|, tilt). The turn shifts one set of psi against the other: Psi_2..6 =
+// S(r, height) and (W(|p|, tilt) - turn). So each cell costs a shift and an intersection.
 #pragma once
 
 #include "turn_arcs.hpp"
@@ -17,32 +17,33 @@
 
 namespace armangle {
 
-/// A pose in the coordinates that an S-R-S arm sees; azimuth and roll turn it about axes 1 and 7.
+/// A pose in coordinates suited to an S-R-S arm; azimuth and roll turn it about axes 1 and 7.
 struct ReducedPose {
-    double r, height;      // m: the wrist beside axis 1, and above the shoulder along it
-    double tilt, turn;     // rad: axis 7 against shoulder-wrist, and about it
+    double r, height;      // m: the wrist from axis 1, and above the shoulder along axis 1
+    double tilt, turn;     // rad: angle of axis 7 to the line shoulder-wrist, and turn about that line
     double azimuth, roll;  // rad
 };
 
-/// What a cell of the map says of its centre.
+/// Values of one cell of the map at its centre.
 struct ReducedCell {
-    std::uint8_t gc;         // bit k: branch k holds it at some azimuth and roll
-    std::uint8_t yaw, roll;  // share of the azimuths (rolls) at which it is held at some roll (azimuth), in
-                             // 255ths, rounded down: 255 is every one
-    float freedom;           // rad: measure of the psi that joints 2 to 6 leave, summed over the branches
+    std::uint8_t gc;         // bit k: branch k solves it at some azimuth and roll
+    std::uint8_t yaw, roll;  // share of the azimuths (rolls) at which some roll (azimuth) reaches it, in
+                             // 255ths,
+                             // rounded down: 255 is all
+    float freedom;           // rad: length of the psi that joints 2 to 6 permit, summed over the branches
 };
 
-/// The arm as a map asks it: base and tool off, psi from axis 1; joints 1 and 7 without limits, or one of
-/// them.
+/// The arm as a map uses it: no base and tool, psi from axis 1; joints 1 and 7 without limits, or one of them
+/// limited.
 struct ReducedArm {
     Arm free, yawed, rolled;
     LimitTable free_table, yawed_table, rolled_table;
-    bool mirrored;  // turn and -turn have the same cell: joints 3 and 5 turn as far either way
+    bool mirrored;  // turn and -turn have the same cell: joints 3 and 5 have symmetric ranges
 };
 
 namespace detail {
 
-/// The arm without base and tool, and without the limits of joints 1 and 7 that are not kept.
+/// The arm without base and tool, and without the limits of joints 1 and 7 unless they are kept.
 inline Arm bare(const Arm& arm, bool keep_first, bool keep_last) noexcept {
     ArmParameters p = arm;
     p.base = p.tool = identity_pose();
@@ -54,7 +55,7 @@ inline Arm bare(const Arm& arm, bool keep_first, bool keep_last) noexcept {
     return make_arm(p);
 }
 
-/// Whether a joint's theta may be negated: it turns freely, or as far to one side as to the other.
+/// Whether a joint's theta may be negated: it is unlimited, or its range is symmetric.
 inline bool is_symmetric(const Arm& arm, int joint) noexcept {
     const ThetaRange range = theta_range(arm, arm.limits, joint);
     return !(range.upper - range.lower < two_pi) || range.lower == -range.upper;
@@ -72,7 +73,7 @@ inline Pose<double> reduced_flange(const Arm& arm, const ReducedPose& at) noexce
     return {rotation, Vec3<double>{0.0, 0.0, arm.d_bs} + p + axis * arm.d_wf};
 }
 
-/// The psi that one half of the arm leaves, and its joint functions.
+/// The psi that one half of the arm permits, and its joint functions.
 struct HalfOfMap {
     JointFunctions<double> f;
     ArcSet arcs;
@@ -80,7 +81,7 @@ struct HalfOfMap {
 
 }  // namespace detail
 
-/// What a map asks of an arm; the margin (rad) as in limit_table().
+/// The arms of a map; the margin (rad) is that of limit_table().
 inline ReducedArm reduced_arm(const Arm& arm, double margin) noexcept {
     const Arm free = detail::bare(arm, false, false), yawed = detail::bare(arm, true, false),
               rolled = detail::bare(arm, false, true);
@@ -94,13 +95,13 @@ inline ReducedArm reduced_arm(const Arm& arm, double margin) noexcept {
             mirrored};
 }
 
-/// The pose (as the user sees it) of reduced coordinates; r > 0, or the height not 0.
+/// The user's pose of reduced coordinates; r > 0, or the height must not be 0.
 inline Pose<double> pose_of(const Arm& arm, const ReducedPose& at) noexcept {
     return user_pose(arm, detail::reduced_flange(arm, at));
 }
 
-/// Reduced coordinates of a pose (as the user sees it). Azimuth 0 where the wrist lies on axis 1, turn 0
-/// where axis 7 lies along shoulder-wrist.
+/// Reduced coordinates of a user's pose. The azimuth is 0 if the wrist lies on axis 1, the turn is 0 if axis
+/// 7 is along shoulder-wrist.
 inline ReducedPose reduced_pose(const Arm& arm, const Pose<double>& pose) noexcept {
     const Pose<double> flange = flange_pose(arm, pose);
     const auto& [x7, y7, z7] = flange.rotation;
@@ -120,7 +121,7 @@ inline ReducedPose reduced_pose(const Arm& arm, const Pose<double>& pose) noexce
     return out;
 }
 
-/// The cells of one place of the wrist: the psi of the shoulder are found once, those of the wrist once a
+/// The cells of one wrist position: the psi of the shoulder are computed once, those of the wrist once a
 /// tilt.
 class ReducedPlace {
 public:
@@ -140,10 +141,10 @@ public:
         }
     }
 
-    /// Whether the elbow lets the wrist be here at all; if not, all cells are empty.
+    /// Whether the elbow reaches this wrist position; if not, all cells are empty.
     bool any() const noexcept { return any_; }
 
-    /// The tilt of the cells that follow.
+    /// Sets the tilt of the following cells.
     void tilt(double angle) noexcept {
         at_.tilt = angle;
         const SinCos<double> t = sin_cos(angle);
@@ -159,7 +160,7 @@ public:
         }
     }
 
-    /// The cell at a turn in [-pi, pi]; of yaw and roll what is not asked stays 0.
+    /// The cell at a turn in [-pi, pi]; yaw and roll are 0 unless requested.
     ReducedCell cell(double turn, bool with_yaw, bool with_roll) noexcept {
         if (!tilted_plain_) [[unlikely]]
             return exact_cell(turn, with_yaw, with_roll);
@@ -188,7 +189,7 @@ public:
         return out;
     }
 
-    /// The middle psi of the widest arc at a turn, and its branch; gc -1 where there is none.
+    /// The middle psi of the widest arc at a turn, and its branch; gc is -1 if there is none.
     void widest(double turn, double& psi, int& gc) const noexcept {
         double most = 0;
         gc = -1;
@@ -210,12 +211,12 @@ private:
     ReducedPose at_;
     Circle<double> circle_;
     bool holds_[2] = {}, any_ = false;
-    bool plain_ = true, tilted_plain_ = true;  // no hinge comes to 0 or pi, no joint is locked
+    bool plain_ = true, tilted_plain_ = true;  // no hinge reaches 0 or pi, no joint is locked
     detail::HalfOfMap shoulder_[2][2], wrist_[2][2];
 
-    /// A share of the circle, of one joint's turns.
+    /// The share of the circle at which one joint is within its limits.
     struct Share {
-        bool done;  // all, or not asked
+        bool done;  // the whole circle, or not requested
         ThetaRange range;
         UnionOfArcs turns;
 
@@ -236,7 +237,7 @@ private:
         }
     };
 
-    /// In 255ths, rounded down.
+    /// The share in 255ths, rounded down.
     static std::uint8_t share(UnionOfArcs& turns) noexcept {
         ArcSet set;
         turns.finish(set);
@@ -247,7 +248,7 @@ private:
         return static_cast<std::uint8_t>(std::floor(min(254.0, 255.0 / two_pi * measure(set))));
     }
 
-    /// The psi that the shoulder's joints (half 0; the wrist's, half 1) leave for one sign of the hinge.
+    /// The psi that the shoulder's joints (half 0; wrist: half 1) permit for one sign of the hinge.
     void find(SelfMotion<double> m, int negative, int half, detail::HalfOfMap& out) noexcept {
         m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
         detail::Sides sides;
@@ -258,7 +259,7 @@ private:
             !arm_.free_table.locked && !detail::may_jump(sides.f.hinge[half]);
     }
 
-    /// The same by the general functions, where two joints may be one axis or a joint is locked.
+    /// The same by the general functions, if two joints may rotate about one axis or a joint is locked.
     [[gnu::noinline, gnu::cold]] ReducedCell exact_cell(double turn, bool with_yaw,
                                                         bool with_roll) const noexcept {
         ReducedPose at = at_;

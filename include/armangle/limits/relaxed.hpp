@@ -1,11 +1,11 @@
-// The pose nearest to a command that is out of reach: first the reach, which joint 4 alone decides, then the
-// limits.
+// The reachable pose nearest to an unreachable command: first by reach, which depends on joint 4 alone, then
+// by the other limits.
 //
-// The wrist's distance r from the shoulder depends on joint 4 alone, r^2 = La^2 + Lb^2 + 2 La Lb cos(theta_4
-// - delta), so that joint 4's interval on one side of the stretched arm is an interval of r. Drawing the
-// wrist along its ray from the shoulder into it costs the gap and no rotation: with the orientation held, no
-// posture comes nearer. Where limits forbid all arm angles of that pose too, the least sqrt(|dp|^2 + (length
-// angle)^2) is looked for by a Gauss-Newton method in the box of the limits.
+// The wrist's distance r from the shoulder depends on joint 4 alone: r^2 = La^2 + Lb^2 + 2 La Lb cos(theta_4
+// - delta). Joint 4's interval on one side of the stretched arm is therefore an interval of r. Moving the
+// wrist along its ray from the shoulder into it changes the position by the gap and keeps the rotation. With
+// this orientation no configuration is nearer. If limits forbid all arm angles of that pose too, a
+// Gauss-Newton method within the limits minimizes sqrt(|dp|^2 + (length angle)^2).
 #pragma once
 
 #include "../arm/joint_quadratic.hpp"
@@ -24,11 +24,11 @@ struct ReachShell {
 };
 
 namespace relaxed_rule {
-inline constexpr int rounds = 15;         // of Gauss-Newton
-inline constexpr double longest = 0.5;    // rad: a round's longest move of a joint
-inline constexpr double damping = 1e-9;   // of H, in m^2/rad^2
-inline constexpr double settled = 1e-13;  // rad: moves below it are none
-inline constexpr double beside = 1e-6;    // rad that a hinge may be on the other side of a branch that stays
+inline constexpr int rounds = 15;         // Gauss-Newton rounds
+inline constexpr double longest = 0.5;    // rad: largest move of a joint in one round
+inline constexpr double damping = 1e-9;   // added to H, in m^2/rad^2
+inline constexpr double settled = 1e-13;  // rad: smaller moves count as none
+inline constexpr double beside = 1e-6;    // rad that a hinge may be on the other side of a branch to keep
 }  // namespace relaxed_rule
 
 namespace detail {
@@ -41,8 +41,8 @@ inline double bend_of(const Arm& arm, double distance) noexcept {
 
 }  // namespace detail
 
-/// Keeps a joint on one side (+1, -1) of a value q_0, half a turn wide, at least `margin` (rad) off its ends;
-/// false, and nothing changed, where its limits leave no such value.
+/// Keeps a joint on one side (+1, -1) of a value q_0, within half a turn, at least `margin` (rad) from both
+/// ends. Returns false, and changes nothing, if its limits permit no such value.
 inline bool keep_beside(const Arm& arm, int joint, double q_0, double side, double margin,
                         Limits& limits) noexcept {
     const double a = q_0 + arm.sign[joint] * side * margin, b = q_0 + arm.sign[joint] * side * (pi - margin);
@@ -60,8 +60,8 @@ inline bool keep_on_side(const Arm& arm, int hinge, double q, double side, doubl
     return keep_beside(arm, hinge, straight, side, margin, limits);
 }
 
-/// Keeps all three hinges `margin` (rad) off straight and folded, on the sides and turns on which q has them;
-/// false where the limits leave no such posture.
+/// Keeps all three hinges `margin` (rad) away from straight and folded, on the sides and turns that q has.
+/// Returns false if the limits permit no such configuration.
 inline bool keep_off_singular(const Arm& arm, const double* q, double margin, Limits& limits) noexcept {
     for (const int hinge : {1, 3, 5}) {
         const double side = detail::bend(arm, hinge, q[hinge]) < 0 ? -1.0 : 1.0;
@@ -70,17 +70,16 @@ inline bool keep_off_singular(const Arm& arm, const double* q, double margin, Li
     return true;
 }
 
-/// The limits with joint 4 kept on the side of the stretched arm on which q_4 stands, where its own limits
-/// leave that.
+/// The limits with joint 4 kept on q_4's side of the stretched arm, if its own limits permit that.
 inline Limits on_one_side(const Arm& arm, double q_4, double margin) noexcept {
     Limits out = arm.limits;
     keep_on_side(arm, 3, q_4, detail::elbow_bend(arm, q_4) < 0 ? -1.0 : 1.0, margin, out);
     return out;
 }
 
-/// The limits with every hinge kept `margin` (rad) off straight and folded on the side on which q has it,
-/// where its own limits leave that; without a margin joint 4 alone. Of a branch that is asked (0..7; -1:
-/// none) every hinge that is on its side, or beside it, stays there.
+/// The limits with every hinge kept `margin` (rad) away from straight and folded, on the side that q has, if
+/// its own limits permit; without a margin joint 4 alone. If a branch is requested (0..7; -1: none), every
+/// hinge on its side, or next to it, stays there.
 inline Limits on_these_sides(const Arm& arm, const double* q, double margin, int gc) noexcept {
     Limits out = arm.limits;
     const Configuration<double> asked = configuration(gc < 0 ? 0 : gc);
@@ -95,21 +94,21 @@ inline Limits on_these_sides(const Arm& arm, const double* q, double margin, int
     return out;
 }
 
-/// What joint 4 within these limits, all on one side of the stretched arm, leaves.
+/// The shell of wrist distances that joint 4 permits within these limits, on one side of the stretched arm.
 inline ReachShell reach_shell(const Arm& arm, const Limits& limits) noexcept {
     const double a = detail::wrist_distance(arm, detail::elbow_bend(arm, limits.lower[3])),
                  b = detail::wrist_distance(arm, detail::elbow_bend(arm, limits.upper[3]));
     return {min(a, b), max(a, b)};
 }
 
-/// A pose with its wrist drawn into a shell.
+/// A pose with its wrist moved into a shell.
 struct Drawn {
-    Pose<double> pose;  // as the user sees it
-    double gap;         // m, from the wrist of the command to the shell; 0 inside
+    Pose<double> pose;  // in the user's frame
+    double gap;         // m, from the commanded wrist to the shell; 0 inside
 };
 
-/// `now` is the flange of the present posture: its ray is taken where the command's wrist lies on the
-/// shoulder.
+/// Moves a command into the shell. `now` is the current flange pose; its ray is used if the commanded wrist
+/// coincides with the shoulder.
 inline Drawn drawn_in_reach(const Arm& arm, const ReachShell& shell, const Pose<double>& command,
                             const Pose<double>& now) noexcept {
     Pose<double> flange = flange_pose(arm, command);
@@ -121,7 +120,7 @@ inline Drawn drawn_in_reach(const Arm& arm, const ReachShell& shell, const Pose<
     return {user_pose(arm, flange), gap};
 }
 
-/// A posture and its distance from a command.
+/// A configuration and its distance from a command.
 struct Relaxed {
     Joints at;
     double distance;  // m
@@ -129,7 +128,7 @@ struct Relaxed {
 
 namespace detail {
 
-/// How far the tool at q is from a pose, m: a radian counts `length`; `rest` is the way that is left.
+/// Distance (m) of the end effector at q from a pose; a radian counts `length`. `rest` is the difference.
 template <class A>
 double distance(const A& arm, const double* q, const Pose<double>& command, double length,
                 Twist& rest) noexcept {
@@ -158,7 +157,7 @@ inline JointQuadratic normal_equations(const Jacobian& J, const Twist& rest, dou
 
 }  // namespace detail
 
-/// A posture within limits from which no small move comes nearer, from `start`, after at most so many rounds.
+/// The configuration within limits from which no small move comes nearer, from `start`, in at most `rounds`.
 inline Relaxed relaxed(const Arm& arm, const Limits& limits, const Joints& start, const Pose<double>& command,
                        double length, int rounds = relaxed_rule::rounds) noexcept {
     Relaxed best{start, 0};

@@ -1,11 +1,11 @@
-// A posture that meets a pose to its last digits with every joint within its limits, beside a start.
+// Solves a pose to its last digits with every joint within its limits, near a start.
 //
-// psi tells postures apart only as far as it has digits: where a hinge is 1e-12 rad off straight, a joint
-// turns half round while psi changes by 1e-12, and where every joint is locked rounding leaves no psi at all.
-// The joints themselves are well defined there. Hence a damped Gauss-Newton method in the box of the limits:
-// the least |rest of the pose|^2 + share sum w (q - near)^2, first with a share, then without. Its steps come
-// from orthogonal transformations: normal equations would see no move that changes the pose by less than 1e-8
-// of it.
+// psi distinguishes solutions only as far as it has digits. If a hinge is 1e-12 rad from straight, a joint
+// turns half around while psi changes by 1e-12. If every joint is locked, rounding leaves no psi at all. The
+// joints themselves are well defined there. A damped Gauss-Newton method within the limits therefore
+// minimizes |rest of the pose|^2 + share sum w (q - near)^2, first with a share, then without. Its steps use
+// orthogonal transformations: normal equations would miss moves that change the pose by less than 1e-8 of
+// their size.
 #pragma once
 
 #include "relaxed.hpp"
@@ -15,27 +15,27 @@
 namespace armangle {
 
 namespace settled_rule {
-inline constexpr int rounds = 40;            // of Gauss-Newton
-inline constexpr int patience = 6;           // rounds that do not halve the distance are the last
-inline constexpr double longest = 0.5;       // rad: a round's longest move of a joint
-inline constexpr double damping = 1e-26;     // least, of H (of the square of the arm's size)
-inline constexpr double most = 1e-2;         // damping above this finds nothing (of the same)
-inline constexpr double share = 1e-8;        // of the cost while it still counts (of the same) ...
-inline constexpr double last_share = 1e-12;  // ... and then, where the pose hardly tells joints apart
-inline constexpr double still = 1e-15;       // rad: a shorter move is none
-inline constexpr double exact = 2e-15;       // a pose this near is not bettered (of the arm's size; rad)
-inline constexpr double meets = 1e-13;       // a pose this near is met (of the same)
-inline constexpr double same = 4e-15;        // a pose this near is the pose (of the same; of a unit vector)
+inline constexpr int rounds = 40;            // Gauss-Newton rounds
+inline constexpr int patience = 6;           // stop after so many rounds that do not halve the distance
+inline constexpr double longest = 0.5;       // rad: largest move of a joint in one round
+inline constexpr double damping = 1e-26;     // smallest damping of H (of the square of the arm's size)
+inline constexpr double most = 1e-2;         // larger damping finds nothing (same unit)
+inline constexpr double share = 1e-8;        // weight of the cost at first (same unit) ...
+inline constexpr double last_share = 1e-12;  // ... and later, if the pose hardly distinguishes joints
+inline constexpr double still = 1e-15;       // rad: shorter moves count as none
+inline constexpr double exact = 2e-15;       // a pose this near is not improved (of the arm's size; rad)
+inline constexpr double meets = 1e-13;       // a pose this near is solved (same unit)
+inline constexpr double same = 4e-15;        // poses this near are equal (same unit; of a unit vector)
 }  // namespace settled_rule
 
-/// What draws a posture on its way to a pose: joint j by weight[j] towards near[j].
+/// Attracts a configuration on its way to a pose: joint j by weight[j] towards near[j].
 struct Drawing {
     double weight[joints] = {}, near[joints] = {};
 };
 
 namespace detail {
 
-/// Half of what a posture costs on the way: the square of the rest, and the pull.
+/// Half of a configuration's cost on the way: the squared distance from the pose, plus the attraction.
 inline double settling_cost(const Drawing& pull, double share, const double* q, double distance) noexcept {
     double sum = distance * distance;
     for (int j = 0; j < joints; ++j) {
@@ -45,12 +45,12 @@ inline double settling_cost(const Drawing& pull, double share, const double* q, 
     return 0.5 * sum;
 }
 
-/// The least |A x - b|^2: six rows of a pose, and one for each joint that holds it or draws it.
+/// Minimizes |A x - b|^2: six rows for a pose, and one for each joint that is damped or attracted.
 struct JointLeastSquares {
     static constexpr int rows = 6 + joints;
     double A[rows][joints] = {}, b[rows] = {};
 
-    /// Over the joints marked free, the others held at x; by Householder's reflections.
+    /// Solves for the joints marked free, with the others fixed at x, by Householder reflections.
     void solve(const bool (&free)[joints], double (&x)[joints]) const noexcept {
         double R[rows][joints], y[rows];
         int index[joints], n = 0;
@@ -91,7 +91,7 @@ struct JointLeastSquares {
         }
     }
 
-    /// The same problem by its normal equations: signs of its slopes are good enough for an active set.
+    /// The normal equations of the same problem: an active set needs only the signs of its slopes.
     JointQuadratic quadratic() const noexcept {
         JointQuadratic out{};
         for (int i = 0; i < rows; ++i)
@@ -103,7 +103,7 @@ struct JointLeastSquares {
     }
 };
 
-/// The rows of a posture: its pose, then its pull and the damping (m^2/rad^2).
+/// The rows of a configuration: first its pose, then attraction and damping (m^2/rad^2).
 template <class A>
 JointLeastSquares settling_rows(const A& arm, const double* q, const Twist& rest, const Drawing& pull,
                                 double share, double damping) noexcept {
@@ -126,9 +126,9 @@ JointLeastSquares settling_rows(const A& arm, const double* q, const Twist& rest
 
 }  // namespace detail
 
-/// The posture within limits from which no small move lowers distance^2 + share sum w (q - near)^2, from
-/// `start`; `share` in m^2/rad^2. Each round is taken from `budget`; without a share it gives up where rounds
-/// no longer lead to the pose.
+/// The configuration within limits, from `start`, at which no small move lowers distance^2 + share sum w (q -
+/// near)^2; `share` in m^2/rad^2. Each round counts against `budget`. Without a share it stops if rounds no
+/// longer approach the pose.
 template <class A>
 Relaxed settled(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& pose,
                 const Drawing& pull, double share, int& budget) noexcept {
@@ -176,13 +176,13 @@ Relaxed settled(const A& arm, const Limits& limits, const Joints& start, const P
     return best;
 }
 
-/// Whether a settled posture meets the pose.
+/// Whether a configuration solves the pose.
 template <class A>
 bool meets(const A& arm, const Relaxed& at) noexcept {
     return at.distance <= settled_rule::meets * nominal(arm).size;
 }
 
-/// The start settled on the pose, and then where it is drawn to beside that: the best of them on the pose.
+/// Moves the start onto the pose, then towards the attraction and back; returns the best solution.
 template <class A>
 Relaxed settled_beside(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& pose,
                        const Drawing& pull, int& budget) noexcept {
@@ -197,7 +197,7 @@ Relaxed settled_beside(const A& arm, const Limits& limits, const Joints& start, 
     return best;
 }
 
-/// Whether two poses are one but for rounding, of an arm of this size (m).
+/// Whether two poses are equal up to rounding, for an arm of this size (m).
 inline bool same_pose(double size, const Pose<double>& pose, const Pose<double>& other) noexcept {
     const auto far = [](const Vec3<double>& a, const Vec3<double>& b) {
         const Vec3<double> d = a - b;

@@ -1,15 +1,15 @@
-// How the joints of the solution that nearest_posture() finds move with the pose and with the seed.
+// Derivative of the solution from nearest_posture() by the pose and by the seed.
 //
-// The search chooses psi; the joints follow it: dq = (dq/dx) dx + (dq/dpsi) dpsi, with x the twist of the
-// pose. What fixes psi says how it moves, by the implicit function theorem:
+// The search chooses psi, and the joints follow: dq = (dq/dx) dx + (dq/dpsi) dpsi, with x the twist of the
+// pose. The implicit function theorem gives dpsi from the condition that determines psi:
 //
 //   a joint at its limit                 q_j(x, psi) = limit
 //   the least distance to the seed       g = sum w_j (q_j - seed_j) dq_j/dpsi = 0
 //   the largest margin, of two joints    m_a(x, psi) = m_b(x, psi)
 //   the largest margin, of one joint     dq_j/dpsi = 0
 //
-// The last three need second derivatives: Rates on Dual numbers give them. Where another branch, psi or turn
-// is as good, or what fixes psi changes, the solution jumps or bends: the derivative is that of one side.
+// The last three need second derivatives: Rates on Dual numbers give them. If another branch, psi or turn is
+// equally good, or the condition changes, the solution jumps or bends: the derivative is that of one side.
 #pragma once
 
 #include "best_gradient.hpp"
@@ -18,7 +18,7 @@
 
 namespace armangle {
 
-/// dq of a solution, row j of joint j + 1: by the twist (v, omega) of the pose (rad/m, rad/rad) and by the
+/// dq of a solution, row j for joint j + 1: by the twist (v, omega) of the pose (rad/m, rad/rad) and by the
 /// seven values of the seed (rad/rad).
 struct SolutionDerivative {
     static constexpr int columns = 6 + joints;
@@ -27,7 +27,7 @@ struct SolutionDerivative {
 
 namespace detail {
 
-/// How dq_j/dpsi of each joint moves with the twist and with psi, in the seven columns of Derivatives.
+/// Derivatives of dq_j/dpsi for each joint by the twist and by psi, in the seven columns of Derivatives.
 inline void slope_derivatives(const Arm& arm, const Pose<double>& pose, double psi, int gc,
                               double (&out)[joints][joints]) noexcept {
     const auto variable = [](int k) {
@@ -51,22 +51,22 @@ inline void slope_derivatives(const Arm& arm, const Pose<double>& pose, double p
     }
 }
 
-/// How psi of a solution moves: by the twist and by the seed.
+/// Derivative of a solution's psi by the twist and by the seed.
 struct PsiSlope {
     double by[SolutionDerivative::columns] = {};
 
-    /// psi moves so that f stays 0, of which these are the derivatives by x and psi.
+    /// Sets the slope of psi that keeps f = 0, given the derivatives of f by x and psi.
     void hold(const double* f_by_twist, double f_by_psi) noexcept {
         for (int k = 0; k < 6; ++k) by[k] = -f_by_twist[k] / f_by_psi;
     }
 };
 
-/// The joint that a limit, or the margin to theta_2 or theta_6 = 0 or pi, stops on the way along which the
-/// distance to the seed falls; -1: none does.
+/// The joint that stops psi where the distance to the seed still falls: at its limit, or at the margin to
+/// theta_2 or theta_6 = 0 or pi; -1 if none does.
 inline int stopped_joint(const Arm& arm, double singularity_margin, const double* q, const Derivatives& d,
                          double cost_slope) noexcept {
     for (int j = 0; j < joints; ++j) {
-        const double along = cost_slope > 0 ? -d.entry[j][6] : d.entry[j][6];  // dq_j where the cost falls
+        const double along = cost_slope > 0 ? -d.entry[j][6] : d.entry[j][6];  // dq_j for falling cost
         const double near = tolerance::angle * (1.0 + abs(along));
         if (along < 0 && q[j] - arm.limits.lower[j] <= near) return j;
         if (along > 0 && arm.limits.upper[j] - q[j] <= near) return j;
@@ -80,7 +80,7 @@ inline int stopped_joint(const Arm& arm, double singularity_margin, const double
     return -1;
 }
 
-/// How psi of the solution nearest to a seed moves; false where nothing fixes it.
+/// Slope of psi for the solution nearest to a seed; false if no condition determines psi.
 inline bool nearest_slope(const Arm& arm, double singularity_margin, const Pose<double>& pose,
                           const Nearest& best, const NearestOptions& options, const Derivatives& d,
                           PsiSlope& out) noexcept {
@@ -90,12 +90,12 @@ inline bool nearest_slope(const Arm& arm, double singularity_margin, const Pose<
     const int stopped = stopped_joint(arm, singularity_margin, best.q, d, cost_slope);
     double by[joints][joints];
     slope_derivatives(arm, pose, best.psi, best.gc, by);
-    double cross[joints] = {};  // of cost_slope, by twist and psi
+    double cross[joints] = {};  // derivatives of cost_slope by twist and psi
     for (int j = 0; j < joints; ++j)
         for (int k = 0; k < joints; ++k)
             cross[k] += options.weight[j] *
                         (d.entry[j][k] * d.entry[j][6] + (best.q[j] - options.near[j]) * by[j][k]);
-    // At the least distance the slope is 0 as nearly as psi is known; else a joint must have stopped it.
+    // At the least distance the slope is 0 up to the accuracy of psi; else a joint must have stopped psi.
     const bool is_level = abs(cost_slope) <= tolerance::angle * (1.0 + abs(cross[6]));
     if (stopped >= 0 && !is_level) {
         out.hold(d.entry[stopped], d.entry[stopped][6]);
@@ -107,8 +107,8 @@ inline bool nearest_slope(const Arm& arm, double singularity_margin, const Pose<
     return true;
 }
 
-/// How psi of the solution with the largest margin moves; false where joint 4 alone decides, of which all psi
-/// are as good.
+/// Slope of psi for the solution with the largest margin; false if joint 4 alone decides, because then all
+/// psi are equal.
 inline bool widest_slope(const Arm& arm, double singularity_margin, const Pose<double>& pose,
                          const Nearest& best, const Derivatives& d, PsiSlope& out) noexcept {
     const Deciding who = deciding(arm, best.q, d);
@@ -134,10 +134,9 @@ inline bool widest_slope(const Arm& arm, double singularity_margin, const Pose<d
 
 }  // namespace detail
 
-/// Derivative of a solution that nearest_posture() found with these options, limits and margin (rad): of the
-/// metric l2 with a seed, or of the margin, whose columns of the seed are 0. NaN where there is no solution,
-/// where a joint has no derivative (theta_2 or theta_6 at 0 or pi, a straight or folded elbow), or where
-/// nothing fixes psi.
+/// Derivative of a solution from nearest_posture() with these options, limits and margin (rad): metric l2
+/// with a seed, or margin, whose columns for the seed are 0. NaN without a solution, if a joint has no
+/// derivative (theta_2 or theta_6 at 0 or pi, straight or folded elbow), or if nothing determines psi.
 inline SolutionDerivative solution_derivative(const Arm& arm, double singularity_margin,
                                               const Pose<double>& pose, const Nearest& best,
                                               const NearestOptions& options) noexcept {

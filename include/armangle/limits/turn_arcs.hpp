@@ -1,13 +1,13 @@
-// All turns of the base, and all rolls of the tool, at which a pose can be held: exact arcs.
+// All turns of the base, and all rolls of the tool, at which a pose is reachable: exact arcs.
 //
-// A pose turned by alpha about axis 1 has the same postures with theta_1 + alpha for theta_1: F_1 alone sees
-// the yaw. A posture at psi holds it where lower <= theta_1(psi) + alpha <= upper, so an arc of psi that
-// all other joints leave holds the turns
+// If a pose is turned by alpha about axis 1, its solutions change by theta_1 + alpha only: the yaw affects
+// F_1 alone. A solution at psi is within the limits if lower <= theta_1(psi) + alpha <= upper. So an arc of
+// psi that all other joints permit contributes the turns
 //
-//     alpha in [lower - max theta_1, upper - min theta_1],
+//     alpha in [lower - max theta_1, upper - min theta_1].
 //
-// extremes over the arc of the lifted theta_1, at its ends or where theta_1' = 0, eq. (30). Their union over
-// arcs and branches is all. The same with joint 7 for a roll about axis 7.
+// The extremes of the continuous theta_1 over the arc are at its ends or where theta_1' = 0, eq. (30). The
+// result is the union over arcs and branches. A roll about axis 7 uses joint 7 in the same way.
 #pragma once
 
 #include "freedom.hpp"
@@ -16,16 +16,16 @@
 
 namespace armangle {
 
-/// What is turned: the base about axis 1, or the tool about axis 7.
+/// The turning part: the base about axis 1, or the tool about axis 7.
 enum class Turned : std::uint8_t { base, tool };
 
 namespace turn_rule {
-inline constexpr double noise = 1e-6;  // rad: a move against the slope up to this is rounding, beside a jump
+inline constexpr double noise = 1e-6;  // rad: a motion against the slope up to this is rounding near a jump
 }  // namespace turn_rule
 
 namespace detail {
 
-/// Ranges of a lifted angle over an arc; one more for each jump within the arc.
+/// Ranges of a continuous angle over an arc; one more for each jump within the arc.
 struct Swings {
     int count = 0;
     double least[3], most[3];
@@ -38,7 +38,7 @@ struct Walk {
     double psi[capacity];
     bool is_jump[capacity] = {};
 
-    /// Puts psi in its place, if it lies between the ends; an end that is a jump is marked.
+    /// Inserts psi in order if it lies between the ends; marks an end that is a jump.
     void insert(double at, double lower, double upper, bool jumps = false) noexcept {
         if (jumps && abs(wrap(at - lower)) <= tolerance::angle) is_jump[0] = true;
         if (jumps && abs(wrap(at - upper)) <= tolerance::angle) is_jump[count - 1] = true;
@@ -54,9 +54,9 @@ struct Walk {
     }
 };
 
-/// Range of theta of a pivot beside a hinge over [lower, upper], lifted from the principal value at the lower
-/// end on. Where theta jumps by pi (theta_2 or theta_6 comes to 0 or pi, or so near that arcs do not tell it)
-/// the range in between is not taken: joint and neighbour swing together there, and the arc knows neither.
+/// Range of theta of a pivot next to a hinge over [lower, upper], continuous from the principal value at the
+/// lower end. theta jumps by pi if theta_2 or theta_6 reaches 0 or pi, or nearly so. The range across the
+/// jump is excluded: joint and neighbour swing together there, and the arc describes neither.
 inline Swings swings(const Pivot<double>& p, const Hinge<double>& h, double lower, double upper) noexcept {
     using Lanes = Lane<Walk::capacity>;
     Walk walk;
@@ -83,7 +83,7 @@ inline Swings swings(const Pivot<double>& p, const Hinge<double>& h, double lowe
     atan2(Lanes(p.g) * over(p.U), Lanes(p.g) * over(p.V)).store(theta);
     const Harmonic<double> slope = slope_numerator(p);
     Swings out;
-    // at a jump (U, V) vanishes: its direction is that of the tangent, in or out
+    // at a jump (U, V) vanishes: its direction is that of the tangent, before or after
     const auto tangent = [&](double psi, double sign) {
         const SinCos<double> jump = sin_cos(psi);
         return atan2(sign * p.g * p.U.slope(jump), sign * p.g * p.V.slope(jump));
@@ -112,7 +112,7 @@ inline Swings swings(const Pivot<double>& p, const Hinge<double>& h, double lowe
     return out;
 }
 
-/// What is turned, and what its joint may be.
+/// Computes the turns of the base or tool within the range of its joint.
 class TurnArcs {
 public:
     TurnArcs(const Arm& arm, const LimitTable& t, Turned turned) noexcept
@@ -148,7 +148,7 @@ private:
     int side_, end_;
     UnionOfArcs turns_;
 
-    /// The turns at which joint `joint` of these limits holds, its theta being from least to most.
+    /// Adds the turns at which joint `joint` is within these limits, if its theta is from least to most.
     void add(const Limits& limits, int joint, double along, double least, double most) noexcept {
         const ThetaRange range = theta_range(arm_, limits, joint);
         if (!(range.upper - range.lower < two_pi)) return turns_.add_full();
@@ -174,7 +174,7 @@ private:
         }
     }
 
-    /// The turns of a posture of which arcs do not tell: one that holds the pose as it is.
+    /// Adds the turns of a solution that arcs miss: first one that solves the pose as given.
     [[gnu::noinline, gnu::cold]] void add_hidden(const Arm& arm, const LimitTable& t,
                                                  const Pose<double>& pose) noexcept {
         const Nearest found = some_posture(arm, t, pose);
@@ -184,7 +184,7 @@ private:
         add(arm_.limits, joint, 1.0, theta, theta);
     }
 
-    /// Or one that holds it at another turn.
+    /// Then one that solves it at another turn.
     [[gnu::noinline, gnu::cold]] void add_hidden_elsewhere(const Pose<double>& pose) noexcept {
         ArmParameters p = arm_;
         p.limits.lower[pivot_joint[end_]] = -infinity;
@@ -193,7 +193,7 @@ private:
         add_hidden(free, limit_table(free, t_.margin), pose);
     }
 
-    /// A posture by itself, whose hinge may be 0 or pi.
+    /// Adds an isolated configuration, whose hinge may be 0 or pi.
     void add_needle(const Needle& n) noexcept {
         const double along = n.along[side_];
         const int joint = along != 0 ? 4 * side_ + 2 : pivot_joint[end_];
@@ -201,7 +201,7 @@ private:
         add(n.limits, joint, along < 0 && side_ == 0 ? -1.0 : 1.0, n.theta[joint], n.theta[joint]);
     }
 
-    /// Where two joints are one axis at one psi alone.
+    /// Adds the psi at which two joints rotate about one axis at that psi alone.
     void add_needles(const SelfMotion<double>& m, const JointFunctions<double>& shoulder,
                      const JointFunctions<double>& wrist) noexcept {
         if (elbow_status(m, t_) != Status::OK) return;
@@ -211,9 +211,9 @@ private:
 
 }  // namespace detail
 
-/// Angles alpha (rad) such that the pose turned by alpha about axis 1 of the base, or about axis 7 (the
-/// flange's z), is held within the limits by some branch and arm angle. Ends carry joint 1 or 7 and its limit
-/// (joint 3 where joints 1 and 3 are one axis). OK, or why there is none: what blocks the *other* joints.
+/// Angles alpha (rad) such that some branch and arm angle solves the pose, turned by alpha about axis 1 of
+/// the base or axis 7 (the flange's z), within the limits. Ends carry joint 1 or 7 and its limit (joint 3 if
+/// joints 1 and 3 rotate about one axis). OK, or the obstruction of the *other* joints.
 inline Status turn_arcs(const Arm& arm, const Pose<double>& pose, const LimitTable& t, Turned turned,
                         ArcSet& out) noexcept {
     return detail::TurnArcs(arm, t, turned).find(pose, circle(arm, flange_pose(arm, pose)), out);
