@@ -1,13 +1,12 @@
-// The nearest posture of a pose: of all branches, all feasible psi and all windings the one that costs least,
-// globally.
+// The nearest solution of a pose: the one of least cost, globally over all branches, feasible psi and turns.
 //
 // cost(psi) is smooth between the ends of arcs. Branch and bound over boxes of psi:
 //
 //   cost |\      _          Every box has a lower bound, of first order by the band of each joint, of second
-//        | \    / \         by cost' and cost'' over the box. Boxes whose bound is above the best cost known
-//        |  \__/   \___     are dropped, boxes on which cost' has one sign leave one end, and boxes with
-//        +------------- psi cost'' > 0 are finished by Newton's method. The rest is split into eight lanes.
-//                           Where costs are a maximum, two lines below it take the place of cost' and cost''.
+//        | \    / \         by cost' and cost'' over the box. Boxes with a bound above the best known cost
+//        |  \__/   \___     are dropped, boxes with one sign of cost' leave one end, and boxes with
+//        +------------- psi cost'' > 0 are finished by Newton's method. Others are split into eight lanes.
+//                           If the cost is a maximum, two lines below it replace cost' and cost''.
 //
 // Source: E. R. Hansen, Global optimization using interval analysis (1980): monotonicity, convexity and
 // midpoint tests.
@@ -25,74 +24,73 @@
 
 namespace armangle {
 
-/// What "nearest" means: the root of sum w d^2, the largest sqrt(w) |d|, or the largest least distance to a
-/// limit.
+/// The cost: the root of sum w d^2, the largest sqrt(w) |d|, or the (negative) distance to the nearest limit.
 enum class Metric : std::uint8_t { l2, max, margin };
 
-/// What the nearest posture is measured by, and which postures may be it.
+/// The cost of solutions and the set of permitted solutions.
 struct NearestOptions {
     Metric metric = Metric::l2;
     const double* near = nullptr;                    // 7 joint values (rad); null: the middles of the ranges
-    double weight[joints] = {1, 1, 1, 1, 1, 1, 1};   // w >= 0, of l2 and max
-    unsigned branches = (1u << configurations) - 1;  // a bit for each gc that may be used
-    const ArcSet* allowed = nullptr;                 // arcs of the user's own, intersected
-    const ArcSet* clear[configurations] = {};        // of each gc: arcs that obstacles leave, or null
-    Status blocked[configurations] = {};             // what to say where they leave nothing
+    double weight[joints] = {1, 1, 1, 1, 1, 1, 1};   // w >= 0, for l2 and max
+    unsigned branches = (1u << configurations) - 1;  // one bit for each permitted gc
+    const ArcSet* allowed = nullptr;                 // arcs given by the user, intersected
+    const ArcSet* clear[configurations] = {};        // for each gc: collision-free arcs, or null
+    Status blocked[configurations] = {};             // status if these arcs leave nothing
 };
 
-/// On any status but OK the numbers are NaN and gc is -1.
+/// One solution. If the status is not OK, the numbers are NaN and gc is -1.
 struct Nearest {
     double q[joint_slots];
     double psi;  // in (-pi, pi]
     int gc;
     Status status;
-    double distance;  // to `near` in the metric (rad); NaN of the margin
-    double margin;    // rad: least distance of a joint of q to one of its limits
-    double gap;  // m: of the pose of q from the one asked, 0 unless it is sought outside (nearest_outside)
+    double distance;  // to `near` in the metric (rad); NaN for margin
+    double margin;    // rad: distance to the nearest joint limit
+    double gap;       // m: from the pose of q to the requested one, 0 unless from nearest_outside
 };
 
-/// One posture for each branch and arc, by rising cost.
+/// One solution for each branch and arc, by rising cost.
 struct Nearests {
     static constexpr int capacity = 64;
     int count = 0;
-    Status status = Status::OK;  // why there is none
+    Status status = Status::OK;  // the reason if there are none
     Nearest found[capacity];
 };
 
 namespace nearest_rule {
-inline constexpr int first_boxes = 16;      // of the whole circle, each elbow
-inline constexpr double narrowest = 1e-15;  // half width at which a box is not split again (rad)
-inline constexpr double settled = 1e-16;    // square of Newton's last move, of the radius of its box (rad)
+inline constexpr int first_boxes = 16;      // on the whole circle, for each elbow
+inline constexpr double narrowest = 1e-15;  // half width below which a box is not split (rad)
+inline constexpr double settled = 1e-16;    // square of Newton's last move and of its box's radius (rad)
 inline constexpr double tie = 1e-13;        // costs closer than this share of them are equal
-inline constexpr double noise = 1e-12;      // of a joint's value, where costs are a maximum (rad)
-inline constexpr int work = 400;            // splits of a first box, and no more: a hundred are many
-inline constexpr int all_work = 4000;       // splits for one pose, of some microseconds each
+inline constexpr double noise = 1e-12;      // error of a joint's value if the cost is a maximum (rad)
+inline constexpr int work = 400;            // largest number of splits of a first box: a hundred are many
+inline constexpr int all_work = 4000;       // largest number of splits for one pose, each some microseconds
 inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
 inline constexpr int newton = 40, deepest = 20;
-inline constexpr double beside = 1e-5;  // rad: off straight, where psi may have too few digits for postures
-inline constexpr double beside_max = 2e-4;  // rad: the same of the metric max
+inline constexpr double beside = 1e-5;      // rad from straight at which psi may have too few digits
+inline constexpr double beside_max = 2e-4;  // rad: the same for the metric max
 inline constexpr double beside_locked =
-    1e-2;                                 // rad: the same where a joint is locked, and takes one psi alone
-inline constexpr double closed = 1e-8;    // rad: that a range may lack of a turn, and arcs may join over it
-inline constexpr double straight = 1e-5;  // rad: of the elbow, where its bend is the root of a rounding
-inline constexpr double digits = 100;     // times rounding / bend^2: what psi may leave unknown of a joint
-inline constexpr double poor = 1e-3;      // rad: and no more
-inline constexpr double bent = 3e-3;      // rad: hinges and elbow further off straight turn where they should
-inline constexpr double start = 1e-3;     // a start is this near to the pose (of the arm's size; rad)
-inline constexpr double seed = 0.3;       // the same of the seed, and of starts that stand for many
-inline constexpr double gain = 1e-11;     // rad: a posture beside another that gains less is none
-inline constexpr int halvings = 40;       // of the range in which a largest cost lies
+    1e-2;                                 // rad: the same with a locked joint, which permits a single psi
+inline constexpr double closed = 1e-8;    // rad: largest missing part of a full turn that arcs may bridge
+inline constexpr double straight = 1e-5;  // rad from a straight elbow: its bend is the root of a rounding
+inline constexpr double digits = 100;     // times rounding / bend^2: uncertainty of a joint given psi
+inline constexpr double poor = 1e-3;      // rad: upper bound of that uncertainty
+inline constexpr double bent = 3e-3;      // rad: hinges and elbow further from straight have an accurate psi
+inline constexpr double start = 1e-3;     // most of a start from the pose (of the arm's size; rad)
+inline constexpr double seed = 0.3;       // the same for the seed, and for starts that represent many
+inline constexpr double gain = 1e-11;     // rad: ignore smaller improvements near another solution
+inline constexpr int halvings = 40;       // bisections of the range of a largest cost
 inline constexpr int settling = 1200;     // rounds of settled() for one pose, of some microseconds each
 }  // namespace nearest_rule
 
 namespace detail {
 
-/// How far off straight a hinge or the elbow may leave psi too few digits to tell postures apart (rad).
+/// Distance of a hinge or the elbow from straight below which psi may not distinguish solutions (rad).
 ARMANGLE_INLINE double poor_band(const LimitTable& t) noexcept {
     return t.locked ? nearest_rule::beside_locked : nearest_rule::beside;
 }
 
-/// Whether the elbow is so near to stretched or folded that psi is poor.
+/// Whether the elbow is so near to stretched or folded that psi is inaccurate.
 ARMANGLE_INLINE bool is_about_straight(const LimitTable& t, const Circle<double>& c) noexcept {
     return abs(c.triangle.eta.sin) <= poor_band(t);
 }
@@ -107,19 +105,19 @@ ARMANGLE_INLINE bool comes_near_straight(double band, const Circle<double>& c,
     return out;
 }
 
-/// Whether psi may have too few digits to tell postures of a circle apart, so that arcs miss some.
+/// Whether psi may have too few digits to distinguish solutions of a circle, so that arcs miss some.
 ARMANGLE_INLINE bool may_hide(const LimitTable& t, const Circle<double>& c,
                               const JointFunctions<double>& f) noexcept {
     return comes_near_straight(poor_band(t), c, f);
 }
 
-/// Whether a circle is ordinary: psi has digits enough for all that limits may leave of it.
+/// Whether a circle is regular: psi has enough digits for every set that the limits may leave.
 ARMANGLE_INLINE bool is_bent(const LimitTable& t, const Circle<double>& c,
                              const JointFunctions<double>& f) noexcept {
     return !comes_near_straight(max(poor_band(t), nearest_rule::bent), c, f);
 }
 
-/// The square of how far the hinges, and the elbow, are off straight at least (rad^2).
+/// The square of the smallest distance of the hinges and the elbow from straight (rad^2).
 inline double least_bend(const Circle<double>& c, const JointFunctions<double>& f) noexcept {
     double square = c.triangle.eta.sin * c.triangle.eta.sin;
     for (const Hinge<double>& h : f.hinge)
@@ -127,20 +125,20 @@ inline double least_bend(const Circle<double>& c, const JointFunctions<double>& 
     return square;
 }
 
-/// What psi leaves unknown of a joint (rad): one beside a hinge that is b off straight turns by 1 / b for
-/// each radian of psi, which is known to rounding / b.
+/// Uncertainty of a joint given psi (rad). Next to a hinge at b from straight a joint turns by 1 / b for each
+/// radian of psi, which is known to rounding / b.
 inline double untold(double least_bend) noexcept {
     return min(nearest_rule::digits * tolerance::rounding / least_bend, nearest_rule::poor);
 }
 
-/// The gap between blocked arcs, or their overlap, that may be rounding alone (rad): near the psi at which a
-/// joint turns back it is the root of what is unknown of the joint.
+/// Largest gap or overlap of blocked arcs that rounding alone may cause (rad). Near the psi where a joint
+/// turns back it is the root of the joint's uncertainty.
 inline double unclear_gap(double least_bend) noexcept {
     return min(sqrt(untold(least_bend)), nearest_rule::poor);
 }
 
-/// Whether limits may leave one psi to a branch though its arcs do not tell: what two joints block has a
-/// least `gap`, or overlap, that may be rounding; or, for rounding, a joint turns back before its limit.
+/// Whether a single psi may be feasible although the arcs of a branch show none: rounding explains the
+/// smallest `gap` or overlap of blocked arcs, or a joint turns back just before its limit.
 inline bool may_meet(const Circle<double>& c, const JointFunctions<double>& f, double gap,
                      bool empty) noexcept {
     const double bend = least_bend(c, f);
@@ -151,21 +149,19 @@ inline bool may_meet(const Circle<double>& c, const JointFunctions<double>& f, d
 struct JointCost {
     double near, weight, room;
     double sign, offset, lower, upper;
-    bool
-        wide;  // a full turn or more, or so near to it that arcs leave no gap: it has windings to choose from
-    bool direct;  // the limits lie within half a turn of `near`: no winding in them is farther than that
+    bool wide;    // nearly a full turn or more, so that arcs have no gap: several turns are possible
+    bool direct;  // the limits lie within half a turn of `near`: no other turn is possible
 
-    /// The value within the limits that is nearest to `near`.
+    /// The value within the limits nearest to `near`.
     double centre() const noexcept { return min(max(near, lower), upper); }
 };
 
-/// Two lines below the largest cost of a joint over eight boxes, by the offset from their middles: one that
-/// rises and one that falls. Where they cross no posture costs less than there, up to the square of the
-/// width.
+/// Two lines below the largest cost of a joint over eight boxes, by the offset from their middles: one rises
+/// and one falls. No solution costs less than at their crossing, up to the square of the width.
 struct Wedge {
     Boxes rising, rise, falling, fall;  // value at the middle and slope; -infinity: no line
 
-    /// Takes a line, if it is higher at the middle than the one that is there.
+    /// Takes a line if it is higher at the middle than the present one.
     void add(const Boxes& value, const Boxes& slope) noexcept {
         const auto up = (Boxes(0.0) <= slope) & (rising < value),
                    down = (slope <= Boxes(0.0)) & (falling < value);
@@ -175,59 +171,59 @@ struct Wedge {
         fall = select(down, slope, fall);
     }
 
-    /// Takes the lines of another.
+    /// Takes the lines of another wedge.
     void add(const Wedge& other) noexcept {
         add(other.rising, other.rise);
         add(other.falling, other.fall);
     }
 
-    /// Where the lines cross, or come nearest to it in boxes of half width r: off their middles.
+    /// The crossing of the lines, or its nearest point in boxes of half width r: offset from their middles.
     Boxes cross(const Boxes& r) const noexcept {
         const Boxes none(-infinity), steep = max(rise - fall, Boxes(1e-300));
         const Boxes apart = select((rising == none) & (falling == none), Boxes(0.0), falling - rising);
         return min(max(apart / steep, -r), r);
     }
 
-    /// The higher of the two lines there.
+    /// The higher of the two lines at an offset.
     Boxes at(const Boxes& off) const noexcept { return max(rising + rise * off, falling + fall * off); }
 };
 
-/// Costs of eight boxes, summed over joints (their maximum in the other metrics).
+/// Costs of eight boxes, summed over joints (the maximum in other metrics).
 struct BoxCosts {
     Boxes value, slope;
     Enclosure<Boxes> second;
-    Boxes least;      // no posture of the box costs less
-    Boxes noise;      // how far rounding may put value from what the posture there costs
-    unsigned smooth;  // a bit for each box on which value, slope and second tell all
-    Wedge wedge;      // where costs are a maximum
+    Boxes least;      // lower bound of the cost in the box
+    Boxes noise;      // error of `value` due to rounding
+    unsigned smooth;  // one bit a box: value, slope and second are valid
+    Wedge wedge;      // used if the cost is a maximum
 };
 
-/// What all branches of one elbow share: joint functions with positive hinges, and where windings end.
+/// Data common to all branches of one elbow: joint functions with positive hinges, and the ends of turns.
 struct ElbowBranches {
     bool open = false;
     SelfMotion<double> motion;  // with positive hinges
     JointFunctions<double> functions;
-    bool lost[2] = {};      // the side's first and last joint are one axis for every psi
-    bool hides = false;     // it may have postures of which arcs do not tell
-    bool delicate = false;  // psi may have too few digits to tell postures apart
-    bool drawn = false;  // joint 4 is to be drawn to its limit, which the pose does not tell from its value
+    bool lost[2] = {};      // this side's first and last joint rotate about one axis for every psi
+    bool hides = false;     // arcs may miss solutions
+    bool delicate = false;  // psi may have too few digits to distinguish solutions
+    bool drawn = false;     // move joint 4 to its limit, which the pose cannot distinguish from its value
     double cost_4;
     int cuts = 0;
     double cut[24];
-    struct Corner {  // an end of an arc at which a winding ends, too: it may hold at that psi alone
+    struct Corner {  // an end of an arc where a turn ends too: it may be feasible alone
         int gc;
         double psi;
     } corner[8];
     int corners = 0;
 };
 
-/// Shares of two joints that turn about one axis, where the hinge between them is 0 or pi: only
-/// v = wanted - epsilon u is fixed by the pose, u and v being what they are off `near`.
+/// Shares of two joints that rotate about one axis because the hinge between them is 0 or pi. The pose
+/// determines v = wanted - epsilon u alone; u and v are the distances from `near`.
 struct Split {
     double u, v, cost;
 };
 
-/// What postures cost, by the metric asked.
+/// Costs of solutions in the chosen metric.
 class PostureCosts {
 public:
     PostureCosts(const Arm& arm, const NearestOptions& options) noexcept : arm_(arm), options_(options) {
@@ -242,10 +238,10 @@ public:
     }
 
 protected:
-    /// Whether costs are a sum of squares.
+    /// Whether the cost is a sum of squares.
     bool squares() const noexcept { return options_.metric == Metric::l2; }
 
-    /// What joint j (0..6) costs, by the metric asked.
+    /// Cost of joint j (0..6) in the chosen metric.
     JointCost joint_cost(int j) const noexcept {
         JointCost c{};
         c.sign = arm_.sign[j];
@@ -260,8 +256,8 @@ protected:
         return c;
     }
 
-    /// A cost that is the least distance to a limit, less than nothing within the limits. A joint with one
-    /// limit turns so far from it that another joint decides.
+    /// Sets up a cost that is the negative distance to the nearest limit. A joint with one limit can move so
+    /// far from it that another joint decides.
     void measure_margin(JointCost& c, double middle) const noexcept {
         const bool below = c.lower > -infinity, above = c.upper < infinity;
         c.near = middle;
@@ -272,16 +268,16 @@ protected:
         if (above && !below) c.near = c.upper - away;
     }
 
-    /// What a joint costs that is d off `near`.
+    /// Cost of a joint at a distance d from `near`.
     double cost_of(const JointCost& c, double d) const noexcept {
         if (squares()) return c.weight * d * d;
         if (!(c.weight > 0)) return options_.metric == Metric::max ? 0.0 : -infinity;
         return c.weight * abs(d) - c.room;
     }
-    /// Two costs together.
+    /// Combines two costs.
     double both(double a, double b) const noexcept { return squares() ? a + b : max(a, b); }
 
-    /// All joints; without joint 4 where costs are a maximum.
+    /// Cost of all joints; without joint 4 if the cost is a maximum.
     double cost_of(const double* q) const noexcept {
         double sum = cost_of(joint_[0], q[0] - joint_[0].near);
         for (int j = 1; j < joints; ++j)
@@ -289,8 +285,8 @@ protected:
         return sum;
     }
 
-    /// How far two costs may be apart and still be equal: what rounding of the joints makes of them. Without
-    /// it a cost that psi does not change would be searched for the last digit of its noise.
+    /// Largest difference of equal costs, caused by rounding of the joints. Otherwise the search would chase
+    /// the last digit of the noise of a cost that does not depend on psi.
     double tie(double cost) const noexcept {
         const double size = abs(cost);
         return squares() ? nearest_rule::tie * (size + 2.0 * sqrt(size * grain_))
@@ -299,7 +295,7 @@ protected:
 
     // -- results
 
-    /// No posture, and why.
+    /// The empty result with its reason.
     static Nearest refused(Status why) noexcept {
         Nearest out{};
         for (double& q : out.q) q = not_a_number;
@@ -309,7 +305,7 @@ protected:
         return out;
     }
 
-    /// Why there is no posture: the reason of the branch that came furthest; OK where some branch has arcs.
+    /// The empty result, with the reason of the branch nearest to a solution; OK if a branch has arcs.
     Nearest nothing(const Status (&of)[configurations]) const noexcept {
         static constexpr Status order[] = {Status::OK,           Status::NOT_ALLOWED,   Status::CLEARANCE,
                                            Status::POSE_BLOCKED, Status::NEAR_SINGULAR, Status::LIMITS,
@@ -320,7 +316,7 @@ protected:
         return refused(Status::UNREACHABLE);
     }
 
-    /// What is told of a posture.
+    /// The complete result for a solution.
     Nearest finished(const double* q, double psi, int gc) const noexcept {
         Nearest out{};
         for (int j = 0; j < joints; ++j) out.q[j] = q[j];
@@ -335,9 +331,9 @@ protected:
         return out;
     }
 
-    /// The posture at psi, at(psi), with no joint beyond its limits. At an end of an arc rounding may put the
-    /// joint that ends it there: psi then goes back into the arc, is_open(psi), by as little as helps; where
-    /// it is the only psi, the joint goes to its limit.
+    /// The solution at psi, at(psi), with no joint beyond its limits. At an end of an arc rounding may
+    /// violate a limit. psi then moves back into the arc, is_open(psi), as little as necessary; if it is the
+    /// only psi, the joint is set to its limit.
     template <class At, class Open>
     Nearest kept_within(const At& at, const Open& is_open, double psi, int gc) const noexcept {
         Joints q = at(psi);
@@ -356,7 +352,7 @@ protected:
         return finished(q.q, psi, gc);
     }
 
-    /// Adds a posture by its rank; beyond the capacity none.
+    /// Inserts a solution by its rank, unless the capacity is reached.
     void insert(Nearests& out, const Nearest& one) const noexcept {
         if (out.count == Nearests::capacity) return;
         const auto rank = [this](const Nearest& x) {
@@ -370,14 +366,14 @@ protected:
     const Arm& arm_;
     const NearestOptions& options_;
     JointCost joint_[joints];
-    double grain_ = 0;        // what a radian costs, of all joints or of the dearest
-    double most_margin_ = 0;  // rad: that joints with two limits may keep; 0 where none has two
+    double grain_ = 0;        // cost of a radian: of all joints, or of the most expensive one
+    double most_margin_ = 0;  // rad: possible distance of joints with two limits; 0 if none has two
 };
 
-/// The search of one pose: the arcs of each branch, and the least cost on each of them.
+/// The search for one pose: the arcs of each branch, and the least cost on each of them.
 class NearestSearch : PostureCosts {
 public:
-    /// Everything that the pose decides before any psi is looked at.
+    /// Computes everything that depends on the pose but not on psi.
     NearestSearch(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                   const NearestOptions& options) noexcept
         : PostureCosts(arm, options), limits_(limits), pose_(pose) {
@@ -385,12 +381,12 @@ public:
         for (int elbow = 0; elbow < 2; ++elbow) bend(elbow);
     }
 
-    /// The nearest posture of all.
+    /// The nearest solution of all.
     Nearest best() noexcept {
         Nearest out;
         if (keep_near(out)) return out;
-        // The elbow's own cost is the same for every psi. Where costs are a maximum it would hide what the
-        // other joints cost, so that each elbow is searched without it, and the two are compared with it.
+        // The elbow's cost is the same for every psi. If the cost is a maximum, it would hide the cost of the
+        // other joints. So each elbow is searched without it, and the two results are compared with it.
         place_boxes();
         const bool together = squares() || abs(elbow_[0].cost_4 - elbow_[1].cost_4) <= tie(elbow_[0].cost_4);
         const Best found = together ? of_both_elbows() : of_each_elbow();
@@ -401,7 +397,7 @@ public:
         return out;
     }
 
-    /// The nearest posture of each branch and arc.
+    /// The nearest solution of each branch and arc.
     void all(Nearests& out) noexcept {
         place_boxes();
         for (int elbow = 0; elbow < 2; ++elbow) {
@@ -424,7 +420,7 @@ public:
         if (out.count > 0) out.status = Status::OK;
     }
 
-    /// Puts what best() finds first, in the place of what its arc alone tells.
+    /// Puts the result of best() first and removes the result of its arc alone.
     void lead(Nearests& out) const noexcept {
         const Nearest first = NearestSearch(arm_, limits_, pose_, options_).best();
         if (first.status != Status::OK) return;
@@ -440,7 +436,7 @@ public:
         out.found[0] = first;
     }
 
-    /// Some posture, of no seed: one of the arcs, or what settles beside them; or why there is none.
+    /// Any solution, without a seed: on an arc, or found near the arcs; otherwise the reason.
     [[gnu::noinline, gnu::cold]] Nearest some() noexcept {
         for (int elbow = 0; elbow < 2; ++elbow)
             if (elbow_[elbow].open) open(elbow);
@@ -460,7 +456,7 @@ public:
         return out;
     }
 
-    /// Keeps of the single psi in the arcs of a branch those that hold, and adds those that the joints tell.
+    /// Removes isolated psi without a solution from a branch's arcs, and adds those found on the joints.
     void keep_held(int gc, ArcSet& arcs) noexcept {
         const ElbowBranches& e = elbow_[gc >> 1 & 1];
         if (!e.open) return make_empty(arcs);
@@ -478,7 +474,7 @@ public:
             if (is_isolated(own.arc[i]) && !contains(arcs, own.arc[i].lower)) put(arcs, own.arc[i]);
     }
 
-    /// Puts the psi of a posture of a branch into its arcs.
+    /// Inserts the psi of a solution into the arcs of a branch.
     void put_in(int gc, const Nearest& found, ArcSet& arcs) const noexcept {
         if (found.status != Status::OK) return;
         SelfMotion<double> m = elbow_[gc >> 1 & 1].motion;
@@ -496,7 +492,7 @@ private:
 
     static constexpr unsigned elbow_branches = 0x33;  // of the first elbow: gc 0, 1, 4, 5
 
-    /// Costs are a sum: the elbow that costs less is looked at first, and the other where it might do better.
+    /// The cost is a sum: first searches the cheaper elbow, then the other one if it may be better.
     Best of_both_elbows() noexcept {
         const double cost = elbow_[0].cost_4;
         const int first = elbow_[1].cost_4 < cost - tie(cost);
@@ -512,7 +508,7 @@ private:
         return best_;
     }
 
-    /// Costs are a maximum: each elbow by itself, and the second where its own cost does not rule it out.
+    /// The cost is a maximum: searches each elbow separately, the second only if its own cost permits.
     Best of_each_elbow() noexcept {
         Best found;
         for (int elbow = 0; elbow < 2; ++elbow) {
@@ -526,7 +522,7 @@ private:
         return found;
     }
 
-    /// Offers the postures of an elbow that need no search; whether a search may find a better one.
+    /// Offers the solutions of an elbow that need no search; returns whether a search may find a better one.
     bool begin(int elbow) noexcept {
         ElbowBranches& e = elbow_[elbow];
         if (!e.open) return false;
@@ -536,7 +532,7 @@ private:
         singular_points(elbow);
         for (int branch = 0; branch < 4 && bent.cost > -infinity; ++branch) {
             const int gc = gc_of(elbow, branch);
-            if (best_.gc < gc && dropped(bent.cost)) continue;  // at best as good, and the lowest gc stays
+            if (best_.gc < gc && dropped(bent.cost)) continue;  // at best equal, and the lowest gc is kept
             if (holds(gc, -1, bent.psi)) try_point(gc, bent.psi, true);
         }
         if (dropped(bent.cost)) return false;
@@ -545,8 +541,7 @@ private:
         return true;
     }
 
-    /// Whether one elbow's best is cheaper than another's: with joint 4, or, where that decides alike,
-    /// without.
+    /// Whether one elbow's best is cheaper than another's: with joint 4, or on a tie without it.
     bool is_cheaper(const Best& one, const Best& other) const noexcept {
         const double now = with_elbow(one), before = with_elbow(other);
         if (!(abs(now - before) <= tie(before))) return now < before;
@@ -555,7 +550,7 @@ private:
 
     // -- the problem
 
-    /// One elbow: joint 4, which all its branches share, and why none of them has an arc, if that is so.
+    /// Sets up one elbow: joint 4, common to all its branches, or the reason why none of them has an arc.
     void bend(int elbow) noexcept {
         ElbowBranches& e = elbow_[elbow];
         e.motion = self_motion(arm_, circle_, Configuration<double>{1.0, elbow ? -1.0 : 1.0, 1.0});
@@ -572,7 +567,7 @@ private:
         e.cost_4 = cost_of(c, to_q(theta_4, c.sign, c.offset, c.lower, c.upper, c.near) - c.near);
     }
 
-    /// Whether joint 4 is beyond a limit by no more than the distance of the wrist can tell: about straight,
+    /// Whether joint 4 violates a limit by no more than the accuracy of the wrist's distance: near straight,
     /// the bend is the root of its rounding.
     bool straight_within_limits(const ElbowBranches& e) const noexcept {
         if (!(abs(circle_.triangle.eta.sin) <= nearest_rule::straight)) return false;
@@ -583,35 +578,35 @@ private:
         return abs(off - circle_.distance) <= 2.0 * tolerance::stretched * arm_.size;
     }
 
-    /// The joint functions of one elbow, and where windings end.
+    /// Computes the joint functions of one elbow and the ends of turns.
     void open(int elbow) noexcept {
         fill_functions(elbow_[elbow]);
         fill_cuts(elbow_[elbow]);
     }
 
-    /// The joint functions of one elbow, and what is singular about them.
+    /// Computes the joint functions of one elbow and their singularities.
     void fill_functions(ElbowBranches& e) const noexcept {
         e.functions = joint_functions(e.motion);
         e.lost[0] = shoulder_singular(e.motion);
         e.lost[1] = wrist_singular(e.motion);
         e.hides = may_hide(limits_, circle_, e.functions);
-        // where the largest cost counts, the search is worse beside straight
+        // for a largest cost the search is less accurate near straight
         e.delicate = limits_.locked || e.hides ||
                      (options_.metric == Metric::max &&
                       comes_near_straight(nearest_rule::beside_max, circle_, e.functions));
     }
 
-    /// The index of a branch (shoulder + 2 wrist) of an elbow.
+    /// The index gc of a branch (shoulder + 2 wrist) of an elbow.
     static int gc_of(int elbow, int branch) noexcept { return (branch & 1) + 2 * elbow + 4 * (branch >> 1); }
 
-    /// The arcs of a branch of an open elbow, found where they are first asked for: most branches cost too
-    /// much.
+    /// The arcs of a branch of an open elbow, computed on first use: most branches are too expensive to need
+    /// them.
     const ArcSet& arcs(int gc) noexcept {
         if (!is_in(gc, filled_)) fill_arcs(gc);
         return arcs_.arcs[gc];
     }
 
-    /// What limits block of one elbow, for one sign of both hinges.
+    /// Arcs blocked by the limits for one elbow and one sign of both hinges.
     const Sides& sides(int elbow, int negative) noexcept {
         const ElbowBranches& e = elbow_[elbow];
         Sides& out = sides_[elbow][negative];
@@ -625,7 +620,7 @@ private:
         return out;
     }
 
-    /// The arcs of a branch, less what the caller does not allow.
+    /// Computes the arcs of a branch, without those that the caller forbids.
     void fill_arcs(int gc) noexcept {
         filled_ |= 1u << gc;
         const int elbow = gc >> 1 & 1;
@@ -659,8 +654,8 @@ private:
         if (options_.clear[gc]) keep(arcs, *options_.clear[gc], options_.blocked[gc], status);
     }
 
-    /// Keeps of single psi those that have a posture within the limits: one that has none would be the
-    /// nearest of all, and nothing be told of the others.
+    /// Keeps only isolated psi that have a solution within the limits. Otherwise an invalid one could be the
+    /// nearest and hide the others.
     [[gnu::noinline, gnu::cold]] void keep_tenable(int gc, ArcSet& arcs) noexcept {
         if (arcs.full) return;
         const ArcSet before = arcs;
@@ -672,8 +667,8 @@ private:
         best_ = best;
     }
 
-    /// Adds the psi at which joints come to their limits at once though rounding leaves none: the joints
-    /// tell.
+    /// Adds psi at which several joints reach their limits at once, though rounding leaves none; decides on
+    /// the joints themselves.
     [[gnu::noinline, gnu::cold]] void add_meeting(int gc, const JointFunctions<double>& shoulder,
                                                   const JointFunctions<double>& wrist, const Blocked& blocked,
                                                   ArcSet& arcs) noexcept {
@@ -706,22 +701,22 @@ private:
         }
     }
 
-    /// Why no arc of any branch has a posture.
+    /// The reason why no arc of any branch has a solution.
     Nearest nothing() noexcept {
         for (int gc = 0; gc < configurations; ++gc) arcs(gc);
         const Nearest out = PostureCosts::nothing(arcs_.status);
-        return out.status == Status::OK ? refused(Status::LIMITS) : out;  // arcs, and nothing on its pose
+        return out.status == Status::OK ? refused(Status::LIMITS) : out;  // arcs, but no solution on its pose
     }
 
-    /// Keeps of the arcs what lies `within`; where nothing is left the status says why.
+    /// Keeps the part of the arcs that lies `within`; if none remains, the status gives the reason.
     static void keep(ArcSet& arcs, const ArcSet& within, Status otherwise, Status& status) noexcept {
         const ArcSet before = arcs;
         intersect(before, within, arcs);
         if (arcs.empty() && !before.empty()) status = otherwise;
     }
 
-    /// A side whose first and last joint are one axis on the whole circle: the convention's 0 for the first
-    /// joint blocks nothing, only the hinge does.
+    /// Handles a side whose first and last joint rotate about one axis on the whole circle: the first joint,
+    /// 0 by convention, blocks nothing; only the hinge does.
     void block_lost(Sides& sides, int side) const noexcept {
         Boundaries b;
         boundaries(limits_, sides.f, b);
@@ -730,8 +725,7 @@ private:
         block_hinge(limits_, sides.f, b, side, blocked);
     }
 
-    /// The psi at which the two joints of a lost side can share what the pose asks of both, within their
-    /// limits.
+    /// The psi at which the two joints of a lost side can share their common turn within their limits.
     ArcSet split_arc(const ElbowBranches& e, int side) const noexcept {
         ArcSet out;
         const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2];
@@ -752,7 +746,7 @@ private:
         return out;
     }
 
-    /// Where joint j (0..6, not 3) has a value, or is half a turn (a hinge: mirrored) from it.
+    /// The psi where joint j (0..6, not 3) has a value, or is half a turn from it (hinge: mirrored).
     Roots limit_psi(const ElbowBranches& e, int j, double value) const noexcept {
         const SinCos<double> at = sin_cos(to_theta(value, arm_.sign[j], arm_.offset[j]));
         if (j % 2 == 0) {
@@ -764,7 +758,7 @@ private:
         return roots({H.s, H.c, H.k - at.cos});
     }
 
-    /// Where a joint of a full turn or more comes to a limit: there one of its windings ends.
+    /// Finds the psi where a joint with a full turn or more reaches a limit: one of its turns ends there.
     void fill_cuts(ElbowBranches& e) const noexcept {
         e.cuts = 0;
         for (int j = 0; j < joints; ++j) {
@@ -779,21 +773,21 @@ private:
 
     // -- the cost
 
-    /// What a posture costs with joint 4; infinite where there is none.
+    /// Cost of a solution including joint 4; infinite if there is none.
     double with_elbow(const Best& b) const noexcept {
         if (b.gc < 0) return infinity;
         return squares() ? b.cost : max(b.cost, elbow_[b.gc >> 1 & 1].cost_4);
     }
 
-    /// A joint over boxes: the winding of q at their middles that is nearest to `near` of those that the
-    /// limits leave, and the least |q - near| over the windings of q +- travel that they leave, infinite
-    /// where they leave none.
+    /// A joint over boxes. q is the value at their middles on the turn nearest to `near` within the limits.
+    /// `least` is the smallest |q - near| over the turns of q +- travel within the limits, infinite if there
+    /// are none.
     struct Winding {
         Boxes q, least;
     };
 
-    /// They follow from where q lies about the value within the limits that is nearest to `near`: on one side
-    /// of it the first winding, on the other side the next.
+    /// Computes both from the position of q relative to the value within the limits nearest to `near`: on one
+    /// side the first turn, on the other the next.
     ARMANGLE_INLINE static Winding winding(const JointCost& c, const Boxes& any,
                                            const Boxes& travel) noexcept {
         if (c.direct) {
@@ -810,20 +804,20 @@ private:
         const Boxes near_edge = max(near - travel, zero), far_edge = max(far - travel, zero), none(infinity);
         const Boxes least = min(select(near_edge <= near_room, near_edge, none),
                                 select(far_edge <= far_room, far_edge, none));
-        // where neither is within the limits, the one that is less beyond them
+        // if neither is within the limits, the one that violates them less
         const auto other = (near_room < near) & (far - far_room < near - near_room);
         const Boxes next = select(other, select(above, Boxes(-1.0), Boxes(1.0)), zero);
         return {any + Boxes(two_pi) * (turn + next), Boxes(abs(centre - c.near)) + least};
     }
 
-    /// Whether the winding on the other side of `near` is beyond the limits, as it then is up to the next
-    /// cut: q stays the nearest winding, however far it is.
+    /// Whether the turn on the other side of `near` is beyond the limits, and stays there up to the next cut.
+    /// Then q is the nearest turn, however far it is.
     static auto alone(const JointCost& c, const Boxes& q, const Boxes& off) noexcept {
         const Boxes rival = q - select(off < Boxes(0.0), Boxes(-two_pi), Boxes(two_pi));
         return (rival < Boxes(c.lower - tolerance::angle)) | (Boxes(c.upper + tolerance::angle) < rival);
     }
 
-    /// What one joint costs over eight boxes; negative: in the branch whose hinge is negative.
+    /// Adds the cost of one joint over eight boxes; negative: in the branch with a negative hinge.
     ARMANGLE_INLINE void add(BoxCosts& sum, const SideBoxes& boxes, int i, const JointCost& c, bool negative,
                              const Boxes& r) const noexcept {
         if (!(c.weight > 0)) return;
@@ -831,7 +825,7 @@ private:
         const Boxes& noise = boxes.noise;
         const bool hinge = i == 1;
         const Boxes sign(c.sign);
-        const bool mirrored = hinge && negative;  // a pivot turns by half a turn instead
+        const bool mirrored = hinge && negative;  // a pivot changes by half a turn instead
         const Boxes straight = negative ? j.theta + pi : j.theta;
         const Boxes theta = mirrored ? -j.theta : straight, way = mirrored ? -sign : sign;
         const Boxes near(c.near), travel = hinge ? j.travel : j.travel + noise, weight(c.weight);
@@ -858,13 +852,13 @@ private:
         if (c.wide) sum.smooth &= bits((abs(off) + j.travel < Boxes(pi)) | alone(c, q, off));
     }
 
-    /// The costs of no joint: what sums and maxima begin with.
+    /// The costs of no joint: the start of sums and maxima.
     BoxCosts no_costs() const noexcept {
         const Boxes start(squares() ? 0.0 : -infinity), zero(0.0);
         return {start, zero, {zero, zero}, start, zero, 0xff, {start, zero, start, zero}};
     }
 
-    /// What the three joints of a side cost; negative: in the branch whose hinge is negative.
+    /// Costs of the three joints of a side; negative: in the branch with a negative hinge.
     void side_costs(const ElbowBranches& e, const SideBoxes& boxes, int side, bool negative,
                     const SinCos<Boxes>& at, const Boxes& r, BoxCosts& sum) const noexcept {
         sum = no_costs();
@@ -873,11 +867,11 @@ private:
         sum.smooth &= boxes.regular;
     }
 
-    /// What each side costs over eight boxes, with its hinge positive and negative.
+    /// Costs of each side over eight boxes, with its hinge positive and negative.
     struct SidesCosts {
         BoxCosts shoulder[2], wrist[2];
 
-        /// Of some branches of an elbow, a bit for each gc; the sides of none of them are not there.
+        /// Computes the sides that some branches of an elbow use, one bit a gc; other sides are left out.
         SidesCosts(const NearestSearch& search, const ElbowBranches& e, unsigned branches,
                    const Boxes& middle, const Boxes& r) noexcept {
             static constexpr unsigned of_shoulder[2] = {0x55, 0xaa}, of_wrist[2] = {0x0f, 0xf0};
@@ -893,7 +887,7 @@ private:
         }
     };
 
-    /// The two sides and the elbow together.
+    /// Cost of the two sides and the elbow together.
     BoxCosts total(const ElbowBranches& e, const BoxCosts& a, const BoxCosts& b) const noexcept {
         const Boxes elbow(e.cost_4);
         if (!squares()) {
@@ -910,23 +904,23 @@ private:
                 {}};
     }
 
-    // -- postures at which two joints are one axis
+    // -- solutions at which two joints rotate about one axis
 
-    /// q_first and q_last of a side turn about one axis where the hinge is 0 (or pi): the pose fixes
+    /// q_first and q_last of a side rotate about one axis if the hinge is 0 (or pi): the pose determines
     /// q_last + epsilon q_first.
     double epsilon(const ElbowBranches& e, int side) const noexcept {
         const bool flipped = e.functions.hinge[side].H.at({0.0, 1.0}) < 0;
         return joint_[4 * side].sign * joint_[4 * side + 2].sign * (flipped ? -1.0 : 1.0);
     }
 
-    /// wanted = v + epsilon u of a lost side, where the convention's first angle is 0 and the last is theta.
+    /// wanted = v + epsilon u of a lost side, where the first angle is 0 by convention and the last is theta.
     double lost_wish(const ElbowBranches& e, int side, double theta) const noexcept {
         const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2];
         const double first = to_q(0.0, a.sign, a.offset), last = to_q(theta, b.sign, b.offset);
         return last - b.near + epsilon(e, side) * (first - a.near);
     }
 
-    /// The cheapest shares of `wanted` within the limits; infinite cost where there are none.
+    /// The cheapest shares of `wanted` within the limits; infinite cost if there are none.
     Split split(const JointCost& a, const JointCost& b, double eps, double wanted) const noexcept {
         const double t0 = min(eps * (a.lower - a.near), eps * (a.upper - a.near));  // t = eps u
         const double t1 = max(eps * (a.lower - a.near), eps * (a.upper - a.near));
@@ -936,7 +930,7 @@ private:
         double t = 0.0;
         if (squares()) {
             t = weights > 0 ? b.weight * wanted / weights : 0.0;
-        } else if (b.weight > 0) {  // both cost the same, or one all it can
+        } else if (b.weight > 0) {  // both cost the same, or one as much as possible
             const double equal = (b.weight * abs(wanted) - b.room + a.room) / weights;
             t = copysign(a.weight > 0 ? min(max(equal, 0.0), abs(wanted)) : abs(wanted), wanted);
         }
@@ -945,14 +939,14 @@ private:
         return {u, v, both(cost_of(a, u), cost_of(b, v))};
     }
 
-    /// A wish between the two bounds that costs least: the cost is convex in it.
+    /// The cheapest `wanted` between two bounds; the cost is convex in it.
     double cheapest_wish(const JointCost& a, const JointCost& b, double eps, double lower,
                          double upper) const noexcept {
         const double free = b.centre() - b.near + eps * (a.centre() - a.near);
         return min(max(free, lower), upper);
     }
 
-    /// The same of a side whose first and last joint are one axis: the cheapest shares of their turn.
+    /// Costs of a side whose first and last joint rotate about one axis: those of the cheapest shares.
     void lost_costs(const ElbowBranches& e, int side, bool negative, const SinCos<Boxes>& at, const Boxes& r,
                     BoxCosts& out) const noexcept {
         const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2], &h = joint_[4 * side + 1];
@@ -992,10 +986,10 @@ private:
         }
     }
 
-    // -- postures
+    // -- solutions
 
-    /// The posture of a branch at psi: near `near`, and where two joints are one axis, the hinge between them
-    /// being no more than `straight` off, with the cheapest shares.
+    /// The solution of a branch at psi, near `near`. If the hinge between two joints is at most `straight`
+    /// from 0 or pi, they get the cheapest shares.
     Joints posture(int gc, double psi, double straight = tolerance::singular) const noexcept {
         const ElbowBranches& e = elbow_[gc >> 1 & 1];
         SelfMotion<double> m = e.motion;
@@ -1015,7 +1009,7 @@ private:
         return out;
     }
 
-    /// Gives two joints that are one axis at this posture the cheapest shares of their turn.
+    /// Gives two joints that rotate about one axis the cheapest shares of their turn.
     void share(const ElbowBranches&, int side, bool flipped, Joints& q) const noexcept {
         const int i = 4 * side;
         const JointCost &a = joint_[i], &b = joint_[i + 2];
@@ -1031,17 +1025,17 @@ private:
         q.q[i + 2] = b.near + best.v;
     }
 
-    /// Offers the posture of a branch at psi, if it keeps the limits. What boxes say of their middles is no
-    /// such cost: beside a singular psi, where both ends of a pivot are rounding, no posture need have it.
+    /// Offers the solution of a branch at psi if it is within the limits. A box's value at its middle is no
+    /// such cost: near a singular psi both parts of a pivot are rounding, and no solution need have it.
     void try_point(int gc, double psi, bool stationary) noexcept {
         const Joints q = posture(gc, psi);
         if (!within_limits(arm_.limits, q.q, tolerance::angle)) return;
         offer(gc, psi, cost_of(q.q), stationary);
     }
 
-    /// Takes a posture if it is better. A stationary point is known to more digits than its cost; of several
-    /// that cost the same, as the mirrored postures of an arm in one plane do, the lowest gc, then psi,
-    /// stays.
+    /// Takes a solution if it is better. A stationary point is more accurate than its cost. Among equal
+    /// costs, as for the mirrored solutions of an arm in one plane, the lowest gc, then the lowest psi, is
+    /// kept.
     void offer(int gc, double psi, double cost, bool stationary) noexcept {
         const bool equal = best_.gc >= 0 && abs(cost - best_.cost) <= tie(cost);
         const bool beside = gc == best_.gc && abs(wrap(psi - best_.psi)) <= nearest_rule::apart;
@@ -1056,13 +1050,13 @@ private:
 
     // -- branch and bound
 
-    /// Even boxes round the circle; the seed's own psi is the middle of one.
+    /// Places equal boxes around the circle; the seed's own psi is the middle of one.
     void place_boxes() noexcept {
         const bool seeded = options_.near && options_.metric != Metric::margin;
         first_ = seeded ? carried() : -pi + pi / nearest_rule::first_boxes;
     }
 
-    /// Bounds of one elbow's branches over these boxes.
+    /// Computes bounds of one elbow's branches over these boxes.
     void survey(int elbow) noexcept {
         const ElbowBranches& e = elbow_[elbow];
         constexpr int n = nearest_rule::first_boxes;
@@ -1075,7 +1069,7 @@ private:
         }
     }
 
-    /// Bounds of an elbow's four branches over eight boxes, from box i on.
+    /// Computes bounds of an elbow's four branches over eight boxes, from box i on.
     void survey_eight(const ElbowBranches& e, int elbow, int i, const Boxes& middle,
                       const Boxes& r) noexcept {
         const unsigned some = options_.branches & elbow_branches << 2 * elbow;
@@ -1094,13 +1088,13 @@ private:
         return arm_angle(circle_, now.z3);
     }
 
-    /// The best posture of some branches; of one arc alone where it is not -1.
+    /// Finds the best solution of some branches, or of one arc if only_arc is not -1.
     void search(unsigned branches, int only_arc) noexcept {
         offer_middles(branches, only_arc);
         search_boxes(branches, only_arc);
     }
 
-    /// A first posture to compare with: the best middle of a box.
+    /// Offers a first solution to compare with: the best middle of a box.
     void offer_middles(unsigned branches, int only_arc) noexcept {
         constexpr int n = nearest_rule::first_boxes;
         branches &= options_.branches;
@@ -1126,14 +1120,14 @@ private:
         }
     }
 
-    /// The boxes in rising order of their bounds, until none can hold anything better.
+    /// Searches the boxes in rising order of their bounds until none can hold a better solution.
     void search_boxes(unsigned branches, int only_arc) noexcept {
         constexpr int n = nearest_rule::first_boxes;
         branches &= options_.branches;
         struct Box {
             double least;
             int index;
-            unsigned branches;  // that are looked at together
+            unsigned branches;  // searched together
         } box[configurations * n];
         int count = 0;
         for (int group = 0; group < (squares() ? configurations : 2); ++group) {
@@ -1158,10 +1152,10 @@ private:
         }
     }
 
-    /// Whether a branch is one of those of a bit each.
+    /// Whether a branch is in a set of one bit each.
     static bool is_in(int gc, unsigned branches) noexcept { return branches >> gc & 1; }
 
-    /// A box of some branches of an elbow: those together that have all of it, the others one by one.
+    /// Searches a box of some branches of an elbow: together those that contain all of it, others singly.
     void look_into(unsigned branches, int i, int only_arc) noexcept {
         const double width = two_pi / nearest_rule::first_boxes, middle = first_ + width * i;
         const double from = middle - 0.5 * width, to = middle + 0.5 * width;
@@ -1174,7 +1168,7 @@ private:
             if (is_in(gc, branches & ~whole) && !dropped(least_[gc][i])) clip(gc, only_arc, from, to);
     }
 
-    /// Whether an arc of a branch, or arc only_arc where that is not -1, holds all of a box.
+    /// Whether an arc of a branch, or arc only_arc if that is not -1, contains a whole box.
     bool covers(int gc, int only_arc, double from, double to) noexcept {
         const ArcSet& set = arcs(gc);
         const Place begin = find(set, from, 0.0);
@@ -1182,30 +1176,30 @@ private:
         return set.full || begin.psi + (to - from) <= set.arc[begin.index].upper;
     }
 
-    /// Whether psi lies in an arc of a branch; in arc only_arc alone where that is not -1.
+    /// Whether psi lies in an arc of a branch, or in arc only_arc alone if that is not -1.
     bool holds(int gc, int only_arc, double psi) noexcept {
         const Place place = find(arcs(gc), psi, 0.0);
         return place.index >= 0 && (only_arc < 0 || place.index == only_arc);
     }
 
-    /// Whether nothing in a box with this bound is worth a look.
+    /// Whether a box with this bound cannot hold a better solution.
     bool dropped(double least) const noexcept {
         const double worth = best_.cost < infinity ? best_.cost - tie(best_.cost) : infinity;
         return !(least < worth) || least > ceiling_;
     }
 
-    /// Of eight bounds a bit for each that is not dropped.
+    /// One bit for each of eight bounds that is not dropped.
     unsigned kept(const Boxes& least) const noexcept {
         const double worth = best_.cost < infinity ? best_.cost - tie(best_.cost) : infinity;
         return bits((least < Boxes(worth)) & (least <= Boxes(ceiling_)));
     }
 
-    /// Whether something in a box with this bound may be as good as the best.
+    /// Whether a box with this bound may hold a solution as good as the best.
     bool equals_best(double least) const noexcept {
         return !(least > best_.cost + tie(best_.cost)) && !(least > ceiling_);
     }
 
-    /// The parts of a box that lie in arcs of a branch, cut where windings end.
+    /// Searches the parts of a box that lie in arcs of a branch, cut at the ends of turns.
     void clip(int gc, int only_arc, double from, double to) noexcept {
         const ArcSet& set = arcs(gc);
         for (int i = 0; i < set.count; ++i) {
@@ -1214,19 +1208,19 @@ private:
             for (const double turn : {-2.0 * two_pi, -two_pi, 0.0, two_pi}) {
                 const double lower = max(set.arc[i].lower + turn, from),
                              upper = min(set.arc[i].upper + turn, to);
-                // an isolated psi at the seam of two boxes is in one of them
+                // an isolated psi at the seam of two boxes belongs to one of them
                 const double crack = is_isolated(set.arc[i]) ? tolerance::same_psi : 0.0;
                 if (lower - upper <= crack) cut(1u << gc, lower, upper);
             }
         }
     }
 
-    /// The elbow of some branches, all of one.
+    /// The elbow of some branches, which all have the same one.
     const ElbowBranches& elbow_of(unsigned branches) const noexcept {
         return elbow_[(branches & elbow_branches) == 0];
     }
 
-    /// Cuts a part of an arc where windings end, and descends into each piece.
+    /// Cuts a part of an arc at the ends of turns, and searches each piece.
     void cut(unsigned branches, double from, double to) noexcept {
         const ElbowBranches& e = elbow_of(branches);
         try_end(branches, from);
@@ -1244,8 +1238,8 @@ private:
         }
     }
 
-    /// Offers the postures at psi if a winding ends there: two that end at one psi, from either side, are
-    /// there together, and nowhere beside it.
+    /// Offers the solutions at psi if a turn ends there: two turns that end at one psi, from either side,
+    /// coexist only there.
     void try_end(unsigned branches, double psi) noexcept {
         const ElbowBranches& e = elbow_of(branches);
         bool ends = false;
@@ -1254,7 +1248,7 @@ private:
             if (is_in(gc, branches)) try_point(gc, psi, false);
     }
 
-    /// Splits [from, to], on which all windings stay, into eight boxes.
+    /// Splits [from, to], on which no turn ends, into eight boxes.
     void descend(unsigned branches, double from, double to, int depth) noexcept {
         const double radius = (to - from) / 16;
         if (radius < nearest_rule::narrowest || depth > nearest_rule::deepest || --work_ < 0) {
@@ -1271,7 +1265,7 @@ private:
         descend_wedges(branches, middle, radius, depth);
     }
 
-    /// The same of one branch where costs are a sum.
+    /// Searches eight boxes of one branch if the cost is a sum.
     void descend_sums(int gc, const double (&middle)[8], double radius, int depth) noexcept {
         const BoxCosts sum = costs(gc, Boxes::load(middle), Boxes(radius));
         double value[8], least[8];
@@ -1300,8 +1294,8 @@ private:
         }
     }
 
-    /// The same where costs are a maximum: of each box what lies below the best cost between the two lines
-    /// of a branch.
+    /// Searches eight boxes if the cost is a maximum: in each box the part between the two lines of a branch
+    /// that lies below the best cost.
     void descend_wedges(unsigned branches, const double (&middle)[8], double radius, int depth) noexcept {
         const ElbowBranches& e = elbow_of(branches);
         const Boxes r(radius);
@@ -1329,7 +1323,7 @@ private:
             for (int gc = 0; gc < configurations; ++gc) {
                 if (!is_in(gc, branches)) continue;
                 if (dropped(bound[gc][k])) {
-                    // of postures that cost the same the rule decides, not which of them is met first
+                    // among equal costs the rule decides, not the order of the search
                     if ((k != lowest || gc != lowest_gc) && equals_best(bound[gc][k]))
                         try_point(gc, middle[k] + cross[gc][k], false);
                     continue;
@@ -1347,15 +1341,14 @@ private:
         }
     }
 
-    /// What a branch costs over eight boxes.
+    /// Costs of a branch over eight boxes.
     BoxCosts costs(int gc, const Boxes& middle, const Boxes& r) const noexcept {
         const ElbowBranches& e = elbow_[gc >> 1 & 1];
         const SidesCosts sides(*this, e, 1u << gc, middle, r);
         return total(e, sides.shoulder[gc & 1], sides.wrist[gc >> 2 & 1]);
     }
 
-    /// A minimum known by its cost alone is good to half the digits: Newton's method beside it gives the
-    /// rest.
+    /// Refines a minimum by Newton's method: from its cost alone it is known to half the digits.
     void polish() noexcept {
         if (!squares() || best_.gc < 0 || best_.stationary) return;
         const double radius = 4 * nearest_rule::apart, psi = best_.psi;
@@ -1366,7 +1359,7 @@ private:
         if (abs(move) < radius && holds(gc, -1, psi - move)) newton(gc, psi, radius, here.slope[0], second);
     }
 
-    /// The minimum of a box on which the cost is convex.
+    /// Finds the minimum of a box on which the cost is convex.
     void newton(int gc, double middle, double radius, double slope, double second) noexcept {
         double lower = middle - radius, upper = middle + radius, psi = middle;
         for (int i = 0; i < nearest_rule::newton; ++i) {
@@ -1384,8 +1377,8 @@ private:
         try_point(gc, psi, true);
     }
 
-    /// Isolated psi of an elbow at which two joints are one axis: the posture may share the turn between them
-    /// as it likes.
+    /// Offers the isolated psi of an elbow at which two joints rotate about one axis and share their turn
+    /// freely.
     void singular_points(int elbow) noexcept {
         const ElbowBranches& e = elbow_[elbow];
         if (limits_.margin > 0 || !e.open) return;
@@ -1397,11 +1390,11 @@ private:
         }
     }
 
-    /// What joints 2 and 6 cost at a psi, and how that grows with it; where |theta| alone decides it.
+    /// Costs of joints 2 and 6 at a psi, and their slopes by psi; valid if the cost depends on |theta| alone.
     struct Bends {
         double cost[hinges], slope[hinges];
 
-        /// The cost of joint 6 less that of joint 2.
+        /// The cost of joint 6 minus that of joint 2.
         double gap() const noexcept { return cost[1] - cost[0]; }
     };
     Bends bends_at(const ElbowBranches& e, double psi) const noexcept {
@@ -1421,15 +1414,15 @@ private:
         return out;
     }
 
-    /// The psi at which the larger cost of joints 2 and 6 is least. No posture of the elbow costs less than
-    /// `cost`, in any branch; -infinity where that is not known.
+    /// The psi at which the larger cost of joints 2 and 6 is least. No solution of the elbow costs less than
+    /// `cost`, in any branch; -infinity if unknown.
     struct LeastBent {
         double cost, psi;
     };
 
-    /// Where the limits of joints 2 and 6 are alike on both sides of theta = 0. Each |theta| is least where
-    /// its cosine is largest, and rises from there up to half a turn on either side. So the larger cost is
-    /// least at one of these two psi, or where the costs cross on the shorter way from one to the other.
+    /// Valid if the limits of joints 2 and 6 are symmetric about theta = 0. Each |theta| is least where its
+    /// cosine is largest, and rises from there up to half a turn on either side. So the larger cost is least
+    /// at one of these two psi, or where the costs cross on the shorter way between them.
     LeastBent least_bent(const ElbowBranches& e) const noexcept {
         if (options_.metric != Metric::margin || e.delicate) return {-infinity, not_a_number};
         double top[hinges];
@@ -1444,7 +1437,7 @@ private:
         const Bends here = bends_at(e, top[0]), there = bends_at(e, top[0] + way);
         if (!(here.gap() > 0)) return {here.cost[0], top[0]};
         if (!(there.gap() < 0)) return {there.cost[1], top[1]};
-        // of limits as wide as each other this is the crossing itself
+        // if both limits are equally wide this is the crossing itself
         const Harmonic<double>&H = e.functions.hinge[0].H, &G = e.functions.hinge[1].H;
         const Roots even = roots({H.s - G.s, H.c - G.c, H.k - G.k});
         double before = 0.0, behind = way, x = 0.5 * way;
@@ -1456,7 +1449,7 @@ private:
             const Bends now = bends_at(e, top[0] + x);
             (now.gap() > 0 ? before : behind) = x;
             double move = -now.gap() / (now.slope[1] - now.slope[0]);
-            // one cost rises and the other falls: the smaller of them is never above the crossing
+            // one cost rises and the other falls: the smaller one is never above the crossing
             if (move * move <= nearest_rule::settled || i == nearest_rule::newton)
                 return {min(now.cost[0] + now.slope[0] * move, now.cost[1] + now.slope[1] * move),
                         top[0] + x + move};
@@ -1465,7 +1458,7 @@ private:
         }
     }
 
-    /// Offers the postures at a psi where two joints of a side are one axis.
+    /// Offers the solutions at a psi where two joints of a side rotate about one axis.
     void touch(int elbow, int side, double psi) noexcept {
         const Pivot<double>& p = elbow_[elbow].functions.pivot[2 * side];
         const SinCos<double> at = sin_cos(psi);
@@ -1477,7 +1470,7 @@ private:
         }
     }
 
-    /// Whether the caller and the obstacles allow psi.
+    /// Whether the caller and the obstacles permit psi.
     bool may_be(int gc, double psi) const noexcept {
         const ArcSet* clear = options_.clear[gc];
         if (clear && !contains(*clear, psi)) return false;
@@ -1486,7 +1479,7 @@ private:
 
     // -- results
 
-    /// A posture at an arc's middle or ends.
+    /// A solution at the middle or an end of an arc.
     Nearest somewhere(int gc, const Arc& arc) noexcept {
         Nearest out;
         for (const double psi : {0.5 * (arc.lower + arc.upper), arc.lower, arc.upper}) {
@@ -1497,7 +1490,7 @@ private:
         return out;
     }
 
-    /// The seed itself, where it is a posture of the pose: nothing is nearer.
+    /// Returns the seed itself if it solves the pose: nothing is nearer.
     bool keep_near(Nearest& out) noexcept {
         if (!options_.near || options_.metric == Metric::margin) return false;
         if (!within_limits(arm_.limits, options_.near, 0.0)) return false;
@@ -1514,19 +1507,19 @@ private:
         return true;
     }
 
-    /// What is told of the best posture found.
+    /// The complete result for the best solution found.
     Nearest result() noexcept {
         if (best_.gc < 0) return refused(Status::LIMITS);
         const int gc = best_.gc;
         const auto at = [this, gc](double psi) { return posture(gc, psi); };
         const auto is_open = [this, gc](double psi) { return holds(gc, -1, psi); };
-        // what inverse() gives at the psi that is told
+        // the result of inverse() at the returned psi
         const Nearest out = kept_within(at, is_open, wrap(best_.psi), gc);
         return out.margin > 0 && !elbow_[gc >> 1 & 1].delicate ? out : checked(out);
     }
 
-    /// A posture that rounding, a limit or two joints on one axis may have put off its pose: as it is, or on
-    /// the pose; refused where no posture within the limits is there.
+    /// Checks a solution that rounding, a limit or two joints on one axis may have moved off its pose.
+    /// Returns it unchanged or moved back onto the pose; empty if no solution within the limits is there.
     [[gnu::noinline, gnu::cold]] Nearest checked(const Nearest& out) const noexcept {
         Joints q{};
         for (int j = 0; j < joints; ++j) q.q[j] = out.q[j];
@@ -1537,12 +1530,12 @@ private:
         int rounds = settled_rule::rounds;
         const Relaxed on = settled(arm_, sides_of(out.gc, q), q, pose, {}, 0.0, rounds);
         const Nearest settled_on = meets(arm_, on) ? told(on.at) : refused(Status::LIMITS);
-        // along its own motion a posture at a limit may settle out of the arcs that are allowed
+        // in its self-motion a solution at a limit may settle outside the permitted arcs
         const bool meets_it = out.margin >= 0 && off <= settled_rule::meets * arm_.size;
         return settled_on.status != Status::OK && meets_it ? out : settled_on;
     }
 
-    /// The limits of a search beside a posture: the side of each hinge is kept where that is asked for.
+    /// The limits of a search near a configuration: each hinge keeps its side if that is requested.
     Limits sides_of(int gc, const Joints& q) const noexcept {
         Limits out = arm_.limits;
         if (limits_.margin > 0) keep_off_singular(arm_, q.q, limits_.margin, out);
@@ -1553,7 +1546,7 @@ private:
         return out;
     }
 
-    /// What is told of joints by themselves; refused where nobody asked for them.
+    /// The complete result for joints by themselves; empty if the caller did not permit them.
     Nearest told(const Joints& q) const noexcept {
         const Posture here = forward(arm_, q.q);
         if (is_nan(here.psi)) return refused(Status::FOLDED);
@@ -1570,10 +1563,10 @@ private:
         return least >= limits_.sin_margin - tolerance::isolated;
     }
 
-    /// The branch of a posture: of those that it is where a hinge or the elbow is straight, the one that is
-    /// asked.
+    /// The branch of a configuration: if a hinge or the elbow is straight, it belongs to several; the
+    /// requested one of them.
     int asked_branch(int gc, const Joints& q) const noexcept {
-        // a stretched elbow's bend is the root of what the wrist's distance tells of it
+        // a stretched elbow's bend is the root of the rounding of the wrist's distance
         const double untold = sqrt(2.0 * tolerance::stretched);
         unsigned straight = abs(circle_.triangle.eta.sin) <= untold ? 2u : 0u;
         for (int h = 0; h < hinges; ++h) {
@@ -1588,25 +1581,25 @@ private:
         return gc;
     }
 
-    // -- beside singular postures, and where limits leave single postures: there psi has too few digits
+    // -- near singularities, and where limits leave isolated solutions: psi has too few digits there
 
-    /// What a posture costs, as an angle.
+    /// Cost of a solution, as an angle.
     double rank(const Nearest& x) const noexcept {
         if (x.status != Status::OK) return infinity;
         return options_.metric == Metric::margin ? -x.margin : x.distance;
     }
 
-    /// Puts in the place of a posture a better one, that is found in the joints themselves.
+    /// Replaces a solution by a better one that is found on the joints themselves.
     [[gnu::noinline, gnu::cold]] void look_beside(Nearest& out) noexcept {
         rounds_ = nearest_rule::settling;
-        // what settles beside the seed is so near that few other starts are worth a look
+        // a result near the seed is so good that few other starts matter
         if (options_.near && options_.metric != Metric::margin) {
             Joints q{};
             for (int j = 0; j < joints; ++j) q.q[j] = options_.near[j];
             try_start(q, forward(arm_, q.q).gc, nearest_rule::seed, out);
         }
         if (out.status != Status::OK) {
-            // whether there is a posture must not depend on the seed
+            // whether a solution exists must not depend on the seed
             NearestOptions seedless = options_;
             seedless.near = nullptr;
             seedless.metric = Metric::l2;
@@ -1636,7 +1629,7 @@ private:
         if (!squares() && out.status == Status::OK) narrow(out);
     }
 
-    /// The psi at which a hinge comes nearest to 0 and to pi, if near enough; all round where both are.
+    /// Starts at the psi where a hinge is nearest to 0 and to pi, if near enough; all around if both are.
     void look_beside_straight(int elbow, Nearest& out) noexcept {
         const ElbowBranches& e = elbow_[elbow];
         const double band = any_ ? poor_band(limits_) : nearest_rule::beside, gap = 0.5 * band * band;
@@ -1651,7 +1644,7 @@ private:
         }
     }
 
-    /// Where a joint stands at a limit; where a posture is known, the locked joints alone.
+    /// Starts at the psi where a joint is at a limit; if a solution is known, only for locked joints.
     void look_at_limits(int elbow, Nearest& out) noexcept {
         const ElbowBranches& e = elbow_[elbow];
         for (int j = 0; j < joints; ++j) {
@@ -1667,7 +1660,7 @@ private:
         }
     }
 
-    /// Tries the postures of all branches of an elbow at psi that may be nearer, with shares and without.
+    /// Starts at psi with all branches of an elbow that may be nearer, with and without shares.
     void starts_at(int elbow, double psi, double near, Nearest& out) noexcept {
         for (int branch = 0; branch < 4; ++branch) {
             const int gc = gc_of(elbow, branch);
@@ -1679,8 +1672,8 @@ private:
         }
     }
 
-    /// The same joints, each on the turn nearest to `near` of those that its limits leave, or miss by no more
-    /// than psi may tell a joint wrong.
+    /// The same joints, each on the turn nearest to `near` among those that its limits permit, or miss by at
+    /// most the joint's uncertainty.
     Joints turned(Joints q) const noexcept {
         for (int j = 0; j < joints; ++j) {
             const JointCost& c = joint_[j];
@@ -1691,12 +1684,12 @@ private:
         return q;
     }
 
-    /// The cost of joints, with joint 4.
+    /// Cost of joints, including joint 4.
     double whole_cost(const Joints& q) const noexcept {
         return squares() ? cost_of(q.q) : max(cost_of(q.q), cost_of(joint_[3], q.q[3] - joint_[3].near));
     }
 
-    /// Tries a start that may gain: one near to the pose, that costs less than what is known.
+    /// Tries a start that may improve: near to the pose, and cheaper than the best solution.
     void try_start(const Joints& start, int gc, double near, Nearest& out) noexcept {
         if (any_ && out.status == Status::OK) return;
         Joints inside = start;
@@ -1708,8 +1701,8 @@ private:
         try_beside(inside, gc, out);
     }
 
-    /// Settles a start on the pose within the limits, then where it costs least beside that, and takes it if
-    /// it gains.
+    /// Moves a start onto the pose within the limits, then to the least cost nearby; takes the result if it
+    /// improves.
     void try_beside(const Joints& start, int gc, Nearest& out) noexcept {
         const Pose<double> pose{orthonormal(pose_.rotation), pose_.position};
         const Limits limits = sides_of(gc, start);
@@ -1726,7 +1719,7 @@ private:
         if (rank(found) < rank(out) - nearest_rule::gain) out = found;
     }
 
-    /// Lowers the largest cost of a joint beside a posture, by halves: in the box of what costs less.
+    /// Lowers the largest cost of a joint near a solution by bisection, within the box of lower costs.
     void narrow(Nearest& out) noexcept {
         const Pose<double> pose{orthonormal(pose_.rotation), pose_.position};
         Joints q{};
@@ -1741,7 +1734,7 @@ private:
         }
         double step = nearest_rule::beside;
         for (int i = 0; i < nearest_rule::halvings && most - least > nearest_rule::gain; ++i) {
-            // what lies beside a posture is near to it: steps grow until one is too long
+            // nearby solutions are found in small steps: steps grow until one is too long
             const double half = max(most - step, 0.5 * (most + least));
             Limits box = limits;
             for (int j = 0; j < joints; ++j) {
@@ -1767,29 +1760,29 @@ private:
     ElbowBranches elbow_[2];
     AllArcs arcs_;
     Sides sides_[2][2];
-    unsigned filled_ = 0, sided_ = 0;  // a bit for each of these that is known
+    unsigned filled_ = 0, sided_ = 0;  // one bit for each of these that is computed
     Best best_;
-    double ceiling_ = infinity;  // what another elbow costs
+    double ceiling_ = infinity;  // cost of another elbow
     double first_ = 0;
-    int work_ = 0;  // splits left to a first box
+    int work_ = 0;  // splits left for a first box
     int left_ = nearest_rule::all_work;
-    int rounds_ = 0;    // of settled(), left to the pose
-    bool any_ = false;  // any posture will do
+    int rounds_ = 0;    // of settled(), left for the pose
+    bool any_ = false;  // any solution will do
     double least_[configurations][nearest_rule::first_boxes],
         value_[configurations][nearest_rule::first_boxes];
 };
 
 }  // namespace detail
 
-/// The posture of a pose that is nearest to a seed, globally: over the allowed branches, all feasible psi,
-/// all windings.
+/// The solution of a pose that is nearest to a seed, globally over the permitted branches, all feasible psi
+/// and all turns.
 inline Nearest nearest_posture(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                                const NearestOptions& options) noexcept {
     return detail::NearestSearch(arm, limits, pose, options).best();
 }
 
-/// Some posture of a pose in the branches of a bit each, or why there is none. Where psi has too few digits
-/// for arcs, it is this that tells whether a pose is held.
+/// Any solution of a pose in the given branches (one bit each), or the reason for none. If psi has too few
+/// digits for arcs, this function decides whether a pose is solvable.
 inline Nearest some_posture(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                             unsigned branches = (1u << configurations) - 1) noexcept {
     NearestOptions options;
@@ -1797,7 +1790,7 @@ inline Nearest some_posture(const Arm& arm, const LimitTable& limits, const Pose
     return detail::NearestSearch(arm, limits, pose, options).some();
 }
 
-/// The nearest posture of each branch and arc: first that of nearest_posture(), then by rising distance.
+/// The nearest solution of each branch and arc: first that of nearest_posture(), then by rising distance.
 inline void nearest_postures(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                              const NearestOptions& options, Nearests& out) noexcept {
     detail::NearestSearch(arm, limits, pose, options).all(out);
