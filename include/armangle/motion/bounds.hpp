@@ -1,8 +1,8 @@
-// Bounds on a step: no joint faster than it may be, none that changes its speed faster than it may.
+// Bounds on a step: no joint exceeds its velocity or its acceleration.
 //
-// What one step may do is a box around the present joints. The psi whose joints stay in the box are feasible
-// arcs again, of an arm whose limits are the box: the closed form of feasible.hpp, no search along psi. What
-// is chosen from them is judged once more by the joints it leads to.
+// One step may reach a box around the present joints. The psi whose joints stay in the box are feasible arcs
+// again, of an arm with the box as limits. They come from the closed form of feasible.hpp without a search
+// along psi. The chosen psi is checked once more by its joints.
 #pragma once
 
 #include "../limits/feasible.hpp"
@@ -12,44 +12,43 @@
 
 namespace armangle {
 
-/// Speeds are difference quotients, (q - q_now) / dt; an acceleration is a change of them from step to step,
-/// over dt.
+/// Velocities are difference quotients, (q - q_now) / dt. An acceleration is the change of velocity between
+/// steps, over dt.
 struct Bounds {
     double dt;                    // s, > 0
-    double velocity[joints];      // rad/s; infinite: no bound
-    double acceleration[joints];  // rad/s^2; infinite: no bound
-    double velocity_now[joints];  // rad/s, of the step before
+    double velocity[joints];      // rad/s; infinite: unbounded
+    double acceleration[joints];  // rad/s^2; infinite: unbounded
+    double velocity_now[joints];  // rad/s, of the previous step
 };
 
-/// Bounds that bind nothing: only the largest step counts.
+/// Bounds without effect: only the largest step limits the joints.
 inline constexpr Bounds no_bounds{1.0,
                                   {infinity, infinity, infinity, infinity, infinity, infinity, infinity},
                                   {infinity, infinity, infinity, infinity, infinity, infinity, infinity},
                                   {}};
 
-/// Moves of the joints (rad), from lower to upper.
+/// Joint displacements (rad), from lower to upper.
 struct MoveBox {
     double lower[joints], upper[joints];
 };
 
 namespace detail {
 
-/// Longest move towards a limit `room` rad away after which a joint still comes to rest before it, when the
-/// moves that follow may each be shorter by `change`: the largest m with m + (m - change) + (m - 2 change) +
-/// ... <= room.
+/// Longest move towards a limit `room` rad away after which a joint can still stop before it, if each later
+/// move may be shorter by `change`: the largest m with m + (m - change) + (m - 2 change) + ... <= room.
 inline double longest_move(double room, double change) noexcept {
     if (!(room < infinity) || !(change < infinity) || !(room > 0)) return room;
     const double n = std::floor(0.5 * (std::sqrt(1.0 + 8.0 * (room / change)) - 1.0));
     return (room + change * (0.5 * n * (n + 1.0))) / (n + 1.0);
 }
 
-/// Which bounds a box keeps. Limits: those of joints with less than a turn; turns: those of all others.
+/// The bounds that a box respects. limits: of joints with less than a turn; turns: of all others.
 struct Kept {
     bool velocity = true, largest_step = true, acceleration = true, limits = true, turns = true;
 };
 
-/// The moves from q_now that keep the bounds, drawn in by the rounding of the inverse; a joint stays where it
-/// can brake.
+/// The displacements from q_now within the bounds, narrowed by the rounding of the inverse. Each joint stays
+/// where it can brake.
 inline MoveBox move_box(const Arm& arm, const Bounds& b, const double* q_now, double largest_step,
                         Kept kept) noexcept {
     MoveBox box;
@@ -71,7 +70,7 @@ inline MoveBox move_box(const Arm& arm, const Bounds& b, const double* q_now, do
     return box;
 }
 
-/// The arcs on which all joints stay in a box around `from`, whatever the limits of the arm.
+/// The arcs on which all joints stay in a box around `from`, regardless of the arm's limits.
 inline void window(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
                    const double* from, const MoveBox& box, ArcSet& out) noexcept {
     Limits narrow;
@@ -80,14 +79,14 @@ inline void window(const Arm& arm, const SelfMotion<double>& m, const JointFunct
         narrow.lower[i] = from[i] + box.lower[i];
         narrow.upper[i] = from[i] + box.upper[i];
     }
-    if (arm.roll_free) {  // the pose asks nothing of joint 7
+    if (arm.roll_free) {  // joint 7 is independent of the pose
         narrow.lower[joints - 1] = -infinity;
         narrow.upper[joints - 1] = infinity;
     }
     feasible(m, f, limit_table(arm, narrow), out);
 }
 
-/// Whether the step from q_now to q keeps the bounds and the limits.
+/// Whether the step from q_now to q respects bounds and limits.
 inline bool keeps(const Arm& arm, const Bounds& b, const double* q_now, const double* q,
                   double largest_step) noexcept {
     for (int i = 0; i < joints; ++i) {
@@ -105,11 +104,11 @@ inline bool keeps(const Arm& arm, const Bounds& b, const double* q_now, const do
     return true;
 }
 
-/// The psi of the set nearest to `wish` that keeps(psi), or NaN. An end that does not by rounding gives way
-/// to a place further inside.
+/// The psi of the set nearest to `wish` for which keeps(psi) holds, or NaN. If an end fails by rounding, a
+/// psi further inside replaces it.
 template <class Keeps>
 double nearest_kept(const ArcSet& set, double wish, const Keeps& keeps) noexcept {
-    static constexpr double inside[] = {0, 1e-6, 1e-3, 0.1, 0.5};  // shares of the way to the middle
+    static constexpr double inside[] = {0, 1e-6, 1e-3, 0.1, 0.5};  // shares of the distance to the middle
     double best = infinity, found = not_a_number;
     for (int i = 0; i < set.count; ++i) {
         const Arc& arc = set.arc[i];
@@ -127,7 +126,7 @@ double nearest_kept(const ArcSet& set, double wish, const Keeps& keeps) noexcept
     return found;
 }
 
-/// The move of joint i that brakes it as hard as the bounds allow, and not beyond its limit.
+/// The displacement of joint i that brakes as hard as the bounds allow, but not beyond its limit.
 inline double braked(const Arm& arm, const Bounds& b, const double* q_now, int i) noexcept {
     const double v = b.velocity_now[i], slower = abs(v) - b.acceleration[i] * b.dt;
     const double move = slower > 0 ? copysign(slower * b.dt, v) : 0.0;
@@ -135,8 +134,8 @@ inline double braked(const Arm& arm, const Bounds& b, const double* q_now, int i
     return v > 0 ? min(move, max(room, 0.0)) : max(move, min(room, 0.0));
 }
 
-/// Lets joints h - 1 and h + 1, between which hinge h is 0 (or pi: flipped), share the turn that q asks of
-/// them alike, as far as a box of moves from q_now lets them: v + eps u = wanted, u and v being their moves.
+/// Shares the common turn of joints h - 1 and h + 1 equally, as far as a box of moves from q_now permits.
+/// Hinge h between them is 0 (or pi: flipped). v + eps u = wanted; u and v are their displacements.
 inline void share_turn(const Arm& arm, int h, bool flipped, const double* q_now, const MoveBox& box,
                        Joints& q) noexcept {
     const int a = h - 1, b = h + 1;
@@ -150,8 +149,8 @@ inline void share_turn(const Arm& arm, int h, bool flipped, const double* q_now,
     q.q[b] = q_now[b] + (wanted - half);
 }
 
-/// The joints q of a step that goes k d dt (k in 1/s, d in rad), each as far as the bounds allow it; a joint
-/// that they leave no move brakes.
+/// The joints q of a step k d dt (k in 1/s, d in rad), each as far as the bounds allow. A joint without a
+/// permitted move brakes.
 inline void go(const Arm& arm, const Bounds& b, const double* q_now, double max_joint_step,
                const double (&d)[joints], double k, double* q) noexcept {
     double share = k * b.dt;
@@ -166,7 +165,7 @@ inline void go(const Arm& arm, const Bounds& b, const double* q_now, double max_
 
 }  // namespace detail
 
-/// One step under bounds: where it starts, and the self-motion that it leads to.
+/// One step under bounds: its start, and the self-motion of its target.
 struct BoundedStep {
     const Arm& arm;
     const SelfMotion<double>& motion;
@@ -175,7 +174,7 @@ struct BoundedStep {
     const Bounds& bounds;
     double largest_step;
 
-    /// The part of `arcs` on which the step keeps the bounds.
+    /// The part of `arcs` that the step can reach within the bounds.
     void within(const ArcSet& arcs, detail::Kept kept, ArcSet& out) const noexcept {
         ArcSet here;
         detail::window(arm, motion, functions, q_now,
@@ -183,8 +182,8 @@ struct BoundedStep {
         intersect(here, arcs, out);
     }
 
-    /// The joints at psi. Two that turn about one axis share what the pose asks of them, so that they move
-    /// alike, as far as the bounds allow.
+    /// The joints at psi. Two joints that rotate about one axis share their common turn equally, as far as
+    /// the bounds allow.
     Joints at(double psi) const noexcept {
         const Directions<double> d = directions(motion, sin_cos(psi));
         Joints q = joints_near(arm, d, q_now);
@@ -195,26 +194,26 @@ struct BoundedStep {
         return q;
     }
 
-    /// Whether the joints at psi keep the bounds.
+    /// Whether the joints at psi respect the bounds.
     bool keeps(double psi) const noexcept {
         return detail::keeps(arm, bounds, q_now, at(psi).q, largest_step);
     }
 
-    /// The psi of the set nearest to `wish` that keeps the bounds, or NaN.
+    /// The psi of the set nearest to `wish` that respects the bounds, or NaN.
     double nearest(const ArcSet& set, double wish) const noexcept {
         return detail::nearest_kept(set, wish, [this](double psi) { return keeps(psi); });
     }
 
-    /// Whether some step within the bounds leads to these arcs.
+    /// Whether a step within the bounds reaches these arcs.
     bool leads_to(const ArcSet& arcs) const noexcept {
         ArcSet left;
         within(arcs, {}, left);
         return !left.empty();
     }
 
-    /// Why no step within the bounds leads to `arcs`, what the caller allows of the feasible ones, `own`: the
-    /// first condition without which there is such a step. A jump is what neither limits nor the caller
-    /// force.
+    /// Why no step within the bounds reaches `arcs`, the part of the feasible arcs `own` that the caller
+    /// permits. The reason is the first condition whose removal permits such a step. It is a jump if neither
+    /// limits nor the caller cause it.
     Status refusal(const ArcSet& own, const ArcSet& arcs) const noexcept {
         ArcSet whole;
         make_full(whole);

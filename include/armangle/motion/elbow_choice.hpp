@@ -1,14 +1,14 @@
-// Where the elbow goes while the tool follows a hand that nobody knows beforehand.
+// Elbow motion while the end effector follows a target that is not known in advance.
 //
 //   psi carried      the psi of a new pose that moves the joints least
-//   psi with room    near it, the one whose joints are nearest to the middles of their ranges, and keep away
-//                    from limits and from theta_2, theta_6 = 0
-//   psi through      the one at which the arm will pass through theta_2 = 0 or theta_6 = 0
-//   bend ahead       how far the elbow has to be bent already, to be in time for the hand that comes in:
+//   psi with room    near it, the psi whose joints are nearest to the middles of their ranges and away from
+//                    limits and from theta_2, theta_6 = 0
+//   psi through      the psi at which the arm will pass through theta_2 = 0 or theta_6 = 0
+//   bend ahead       the bend that the elbow needs now to be in time for a target that comes closer:
 //
-//        bend |        .-- b(t + tau) of the hand          near straight r ~ L (1 - b^2 / 8), so that a hand
-//             |   ____/                                    that comes in at constant speed asks b of sqrt(t):
-//        now -|--/---- max (b(t + tau) - way(tau))         joint 4 has neither the speed nor the acceleration
+//        bend |        .-- b(t + tau) of the target        near straight r ~ L (1 - b^2 / 8): a target that
+//             |   ____/                                    comes in at constant speed requires b ~ sqrt(t),
+//        now -|--/---- max (b(t + tau) - way(tau))         beyond joint 4's velocity and acceleration
 //             +------------------ tau
 #pragma once
 
@@ -24,27 +24,28 @@
 namespace armangle {
 
 namespace elbow_rule {
-inline constexpr double longest = 0.2;  // rad that psi is carried in a tick
-inline constexpr double unsure = 0.05;  // an elbow hint this near the shoulder-wrist line says nothing
+inline constexpr double longest = 0.2;  // rad: largest change of the carried psi in a control cycle
+inline constexpr double unsure = 0.05;  // an elbow target this near to the shoulder-wrist line is ignored
 inline constexpr double centre = 0.03;  // cost of a joint off its middle: of x^2, x a share of half the range
 inline constexpr double room = 0.05;    // cost of a joint near its limit
 inline constexpr double edge = 1.05;    // that cost is x^2 / (edge - x^2)
-inline constexpr double beyond = 100.0;      // cost of a joint beyond its limit
+inline constexpr double beyond = 100.0;      // cost of a joint that violates its limit
 inline constexpr double singular = 0.1;      // cost of a rad^2 within the margin of theta_2, theta_6 = 0
-inline constexpr double turning = 0.1;       // cost of a rad^2 that psi turns
-inline constexpr double horizon = 0.6;       // s that the elbow looks ahead
-inline constexpr int glances = 8;            // at so many times
-inline constexpr double acceleration = 0.7;  // share of joint 4's acceleration that it counts on ...
-inline constexpr double under_way = 0.5;     // ... and of the speed with which that bends already
-inline constexpr double most = 0.8;          // rad: it is not bent further beforehand
-inline constexpr double foresight = 0.5;     // s within which a crossing is foreseen
-inline constexpr int looks = 5;              // at so many times
-inline constexpr double detour = 0.8;        // rad: psi does not turn further to pass through
-inline constexpr double spin = 2.0;          // times their greatest speed is too fast for pivots to go round
+inline constexpr double turning = 0.1;       // cost of a rad^2 of change in psi
+inline constexpr double horizon = 0.6;       // s: time that the elbow looks ahead
+inline constexpr int glances = 8;            // number of times checked within it
+inline constexpr double acceleration = 0.7;  // share of joint 4's acceleration that is assumed ...
+inline constexpr double under_way = 0.5;     // ... and of its present bending velocity
+inline constexpr double most = 0.8;          // rad: largest bend in advance
+inline constexpr double foresight = 0.5;     // s: time within which a crossing is predicted
+inline constexpr int looks = 5;              // number of times checked within it
+inline constexpr double detour = 0.8;        // rad: largest change of psi to pass through
+inline constexpr double spin = 2.0;          // times their greatest velocity is too fast for a pivot's half
+                                             // turn
 }  // namespace elbow_rule
 
-/// psi of a self-motion that moves the joints least from q, speeds weighed by their bounds (rad/s): that of
-/// the same elbow axis, and one Gauss-Newton step.
+/// psi of a self-motion that moves the joints least from q, weighted by their bounds on velocity (rad/s): the
+/// psi of the same elbow axis, improved by one Gauss-Newton step.
 inline double psi_carried(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
                           const Vec3<double>& z3, const double* q, const double* fastest) noexcept {
     const double held = arm_angle(m.circle, z3);
@@ -61,8 +62,8 @@ inline double psi_carried(const Arm& arm, const SelfMotion<double>& m, const Joi
     return held - min(max(along / size, -elbow_rule::longest), elbow_rule::longest);
 }
 
-/// The psi that an elbow hint wishes, and how much it says: 0 where its point lies on the line from shoulder
-/// to wrist, or its direction along it; 1 across.
+/// The psi that an elbow target requests, and its confidence: 0 if the point lies on the line shoulder-wrist,
+/// or the direction is along it; 1 across.
 struct ElbowChoice {
     double psi, confidence;
 };
@@ -79,7 +80,7 @@ inline ElbowChoice hinted_psi(const Arm& arm, const SelfMotion<double>& m, const
 
 namespace detail {
 
-/// What eight arm angles cost: joints near their limits, lifted next to q, and hinges near 0 and pi.
+/// Costs of eight arm angles: joints near their limits, on the turns nearest to q, and hinges near 0 and pi.
 inline Boxes crowding(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
                       const SinCos<Boxes>& at, const double* q, double margin) noexcept {
     Boxes cost(0.0);
@@ -110,9 +111,9 @@ inline Boxes crowding(const Arm& arm, const SelfMotion<double>& m, const JointFu
 
 }  // namespace detail
 
-/// How far psi should turn from `psi` for joints with more room: the least cost of sixteen turns, and then
-/// that of the parabola through it and its neighbours. One of sixteen alone would be left and taken in turns
-/// by a hand that moves evenly, with all the acceleration that there is.
+/// How far psi should turn from `psi` to give the joints more room: the least cost of sixteen turns, refined
+/// by the parabola through it and its neighbours. Without that, a steadily moving target would make psi
+/// switch between the sixteen values at full acceleration.
 inline double turn_to_room(const Arm& arm, const SelfMotion<double>& m, double psi, const double* q,
                            double margin) noexcept {
     static constexpr int count = 2 * joint_slots;
@@ -140,20 +141,20 @@ inline double turn_to_room(const Arm& arm, const SelfMotion<double>& m, double p
 /// Where the arm will pass through theta_2 = 0 or theta_6 = 0 if the elbow is in time.
 struct Crossing {
     bool ahead = false;
-    Vec3<double> axis{0, 0, 1};  // of the elbow, z_3, when it does
+    Vec3<double> axis{0, 0, 1};  // elbow axis z_3 at that time
 };
 
 namespace detail {
 
-/// As psi goes round, axis 3 (5) turns about the shoulder-wrist line on a cone, and axis 1 (7) stays: less
-/// than 0 where that lies outside of the cone, more inside. theta_2 (theta_6) can vanish where this does.
+/// As psi goes around, axis 3 (5) turns on a cone about the shoulder-wrist line, while axis 1 (7) stays. The
+/// value is < 0 if that axis lies outside the cone, > 0 inside. If it vanishes, theta_2 (theta_6) can.
 inline double inside_cone(const SelfMotion<double>& m, int side) noexcept {
     const SinCos<double> cone = lean(m.elbow, side == 0 ? m.elbow.beta : m.elbow.gamma);
     return (side == 0 ? m.circle.w.z : m.circle.tool_w.z) - cone.cos;
 }
 
-/// Whether the pivots beside a hinge have more room if the hinge goes through 0, and they stay, than if each
-/// turns by half a turn.
+/// Whether the pivots next to a hinge have more room if the hinge passes through 0 and they stay, than if
+/// each makes half a turn.
 inline bool better_through(const Arm& arm, int side, const double* q) noexcept {
     double stay = 0, turn = 0;
     for (const int j : {4 * side, 4 * side + 2}) {
@@ -167,8 +168,8 @@ inline bool better_through(const Arm& arm, int side, const double* q) noexcept {
 
 }  // namespace detail
 
-/// The crossing that a hand leads to within a moment, if a turn of psi leads the elbow there and pivots would
-/// have to spin past it; z3 is the present axis of the elbow, fastest the bounds on speeds (rad/s).
+/// The crossing to which the target leads soon, if a change of psi takes the elbow there and the pivots would
+/// otherwise have to spin. z3 is the present elbow axis, `fastest` the bounds on velocity (rad/s).
 inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, const Hand& hand,
                                const Vec3<double>& z3, const double* q, const double* fastest) noexcept {
     static constexpr double between = elbow_rule::foresight / elbow_rule::looks;
@@ -202,9 +203,9 @@ inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, 
     return {};
 }
 
-/// How far off straight (rad) the elbow has to be bent now so that joint 4, which bends with `bending`
-/// (rad/s) and has this speed and acceleration, will be in time for a wrist that goes on at `speed` from
-/// `wrist` (m, seen from the shoulder).
+/// The bend (rad) from straight that the elbow needs now, so that joint 4 is in time. The wrist continues at
+/// `speed` from `wrist` (m, relative to the shoulder). Joint 4 bends with `bending` (rad/s) and has this
+/// velocity and acceleration.
 inline double bend_ahead(const Arm& arm, const Vec3<double>& wrist, const Vec3<double>& speed, double bending,
                          double fastest, double hardest) noexcept {
     const double start = elbow_rule::under_way * min(max(bending, 0.0), fastest);

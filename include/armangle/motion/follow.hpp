@@ -1,4 +1,4 @@
-// A sequence of poses followed by steps: a loop around step(), nothing more.
+// Follows a sequence of poses by steps: a loop around step().
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace armangle {
 
-/// What to do with a pose that is not reached by its step: end there; keep what the step led to and go on; or
-/// leave its row open and go on.
+/// What to do if a step does not reach its pose: end; keep the result of the step and continue; or leave the
+/// row empty and continue.
 enum class OnFail : std::uint8_t { stop, hold, skip };
 
 /// Rows of the result, one a pose; arrays of n (q: 7 n).
@@ -20,18 +20,18 @@ struct FollowRows {
     double *q, *psi, *margin, *residual;
     long long* gc;
     std::int8_t* status;
-    bool (*ended)(void* who, std::size_t row) noexcept = nullptr;  // asked before each row: whether to end
+    bool (*ended)(void* who, std::size_t row) noexcept = nullptr;  // called before each row: whether to end
     void* who = nullptr;
 };
 
 namespace detail {
 
-/// Whether a step leads to its pose, be it through what it still touches.
+/// Whether a step reaches its pose, possibly still in contact with an obstacle.
 inline bool holds_pose(const Step& step) noexcept {
     return step.status == Status::OK || (step.status == Status::CLEARANCE && step.why == Status::OK);
 }
 
-/// Fills a row that has no posture.
+/// Fills a row without a solution.
 inline void open_row(const FollowRows& rows, std::size_t i, Status status) noexcept {
     for (int j = 0; j < joints; ++j) rows.q[joints * i + static_cast<std::size_t>(j)] = not_a_number;
     rows.psi[i] = rows.margin[i] = rows.residual[i] = not_a_number;
@@ -39,7 +39,7 @@ inline void open_row(const FollowRows& rows, std::size_t i, Status status) noexc
     rows.status[i] = static_cast<std::int8_t>(status);
 }
 
-/// Fills a row with the posture of a step.
+/// Fills a row with the result of a step.
 inline void fill_row(const FollowRows& rows, std::size_t i, const Step& now, double psi,
                      double residual) noexcept {
     for (int j = 0; j < joints; ++j) rows.q[joints * i + static_cast<std::size_t>(j)] = now.q[j];
@@ -50,13 +50,13 @@ inline void fill_row(const FollowRows& rows, std::size_t i, const Step& now, dou
     rows.status[i] = static_cast<std::int8_t>(now.status);
 }
 
-/// The velocity of a step becomes that before the next; none where the posture stayed.
+/// Sets the velocity before the next step to that of this step; 0 if the joints did not move.
 inline void carry_velocity(const double* to, const double* from, Bounds& bounds) noexcept {
     for (int j = 0; j < joints; ++j) bounds.velocity_now[j] = (to[j] - from[j]) / bounds.dt;
 }
 
-/// The rows of n poses, each by take(pose, i, options), which steps on and gives the Step; `residual(pose)`
-/// is how far the tool then is from its pose, m. psi is lifted.
+/// Computes the rows of n poses. take(pose, i, options) advances one step and returns the Step.
+/// `residual(pose)` is the distance (m) of the end effector from its pose. psi is continuous.
 template <class Take, class Residual>
 void follow_rows(const double* poses, std::size_t n, StepOptions options, OnFail on_fail,
                  Strided<const ArcSet> allowed, const FollowRows& rows, const Take& take,
@@ -84,8 +84,8 @@ void follow_rows(const double* poses, std::size_t n, StepOptions options, OnFail
     }
 }
 
-/// Rows of n poses, each by step_on(q, pose, options) from the joints before, which stay where a pose is not
-/// met; `position(q)` is where the tool is, m.
+/// Computes the rows of n poses, each by step_on(q, pose, options) from the joints before. These do not
+/// change if a pose is not reached. `position(q)` is the position of the end effector (m).
 template <class StepOn, class Position>
 void follow_steps(const double* start, const double* poses, std::size_t n, const StepOptions& options,
                   OnFail on_fail, Strided<const ArcSet> allowed, const FollowRows& rows,
@@ -101,13 +101,13 @@ void follow_steps(const double* start, const double* poses, std::size_t n, const
                 [&](const Pose<double>& pose) { return norm(position(q) - pose.position); });
 }
 
-/// Where a motion is, and its next steps.
+/// The state of a motion, and its next steps.
 struct Follower {
     const Arm& arm;
     const LimitTable& limits;
     double q[joint_slots];
     Chain now;
-    Bounds bounds;  // with the velocity before the next step, where there are any
+    Bounds bounds;  // with the velocity before the next step, if there are bounds
 
     Step on(const Pose<double>& pose, StepOptions options) noexcept {
         const bool bounded = options.bounds != nullptr;
@@ -123,8 +123,8 @@ struct Follower {
 }  // namespace detail
 
 /// Follows n poses (16 doubles each, row-major) from `start`. `allowed` is null, one set, or one a pose;
-/// `scenes` likewise, and takes the place of options.scene. psi is lifted. options.bounds holds the velocity
-/// before the first step; `ahead`, if not null, keeps the motion in the tube of the poses ahead and needs
+/// likewise `scenes`, which replaces options.scene. psi is continuous. options.bounds holds the velocity
+/// before the first step. `ahead`, if not null, keeps the motion in the tube of the coming poses and needs
 /// bounds.
 inline void follow(const Arm& arm, const LimitTable& limits, const double* start, const double* poses,
                    std::size_t n, StepOptions options, OnFail on_fail, Strided<const ArcSet> allowed,

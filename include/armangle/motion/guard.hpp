@@ -1,18 +1,18 @@
-// Moves that keep clear of obstacles, whatever comes: from every state the arm can brake along a straight
-// line in the space of joints that is proven to touch nothing.
+// Moves that stay collision-free in every case: from every state the arm can brake along a straight line in
+// joint space that is proven collision-free.
 //
 //   q ----------o- - - - - - - - x      v dt, and v T / 2 of braking, T = max |v_j| / a_j: one straight move
-//      this tick    braking             d = v (dt + T / 2), proven by straight_move.hpp and within the limits
+//      this cycle   braking             d = v (dt + T / 2), proven by straight_move.hpp and within the limits
 //
-// A velocity whose move is proven may be taken. Where none is, the one before is slowed down to v (1 - dt /
-// T): its move lies on the line that was proven for it, however long this tick is. So what was proven once
-// holds for ever, and nothing has to be foreseen.
+// A velocity is permitted if its move is proven. If none is, the previous velocity is scaled to v (1 - dt /
+// T). Its move lies on the line that was proven for that velocity, however long this cycle is. A proof
+// therefore remains valid indefinitely, and nothing needs to be predicted.
 //
-// With bounds on jerk the joints cannot change direction at once. The braking is then that of one rate for
-// all joints (jerk.hpp), whose ways lie in a triangle: the straight move to its end, and what the triangle is
-// beside it.
+// With bounds on jerk the joints cannot change direction at once. All joints then brake at one rate
+// (jerk.hpp), and their paths lie in a triangle. The guard proves the straight move to its end, plus the
+// width of the triangle.
 //
-// Near obstacles the least squares of a tick are told what to mind (NearPair): room' >= -room / tau.
+// Near obstacles the least squares of a cycle respect constraints (NearPair): room' >= -room / tau.
 #pragma once
 
 #include "../arm/joint_quadratic.hpp"
@@ -24,31 +24,30 @@
 namespace armangle {
 
 namespace guard_rule {
-inline constexpr double standoff = 1e-4;  // m more than the clearance at which an approach ends
-inline constexpr double look = 0.03;      // m within which pairs are minded at rest, and more with speed
-inline constexpr double farthest = 0.3;   // m: never more
-inline constexpr double ticks = 3.0;      // an approach ends no faster than geometrically over so many
-inline constexpr double retreat = 0.05;   // m/s at which what is too near goes away
-inline constexpr double weight =
-    1e5;                          // cost of (m/s)^2 beyond what is minded, as a share of the greatest of H
-inline constexpr int rounds = 8;  // of the least squares, in which pairs are taken in and let go
-inline constexpr int tries = 5;   // of velocities between the one wished and braking
-inline constexpr double cautious = 0.9;  // share of what was proven that is tried next
-inline constexpr double finer = 0.8;     // of a rate of stopping, the next one that is tried ...
-inline constexpr int rates = 40;         // ... of at most so many
+inline constexpr double standoff = 1e-4;  // m beyond the clearance at which an approach ends
+inline constexpr double look = 0.03;      // m within which pairs are constrained at rest; more with speed
+inline constexpr double farthest = 0.3;   // m: upper bound of that distance
+inline constexpr double ticks = 3.0;      // an approach ends no faster than geometrically over so many cycles
+inline constexpr double retreat = 0.05;   // m/s at which a pair that is too near separates
+inline constexpr double weight = 1e5;     // cost of a violation of 1 (m/s)^2, as a share of the greatest of H
+inline constexpr int rounds = 8;          // rounds of the least squares that add and drop pairs
+inline constexpr int tries = 5;           // number of velocities tried between the requested one and braking
+inline constexpr double cautious = 0.9;   // share of the proven part that is tried next
+inline constexpr double finer = 0.8;      // factor from one stopping rate to the next one tried ...
+inline constexpr int rates = 40;          // ... up to so many
 }  // namespace guard_rule
 
-/// What keeps a tick, and braking after it, clear of a scene: of an Arm, or a NearArm.
+/// Keeps a control cycle, and braking after it, collision-free in a scene; for an Arm or a NearArm.
 template <class AnyArm>
 class Guard {
 public:
-    /// `bounds` are those of joints with bounds on jerk, null where there are none.
+    /// `bounds` are the bounds of all joints if jerk is bounded, otherwise null.
     Guard(const AnyArm& arm, const Scene& scene, const double* acceleration,
           const JerkBounds* bounds) noexcept
         : move_(arm, scene), size_(nominal(arm).size), acceleration_(acceleration), bounds_(bounds) {}
 
-    /// Where the tick begins, and how fast; `limits` are those that braking has to keep. `rate` is that by
-    /// which the joints can stop, with bounds on jerk.
+    /// Sets the state at the start of a cycle and the `limits` that braking must respect. If jerk is bounded,
+    /// `rate` is the rate at which the joints can stop.
     void begin(const double* q, const double* v, const double* a, double dt, const Limits& limits,
                double rate) noexcept {
         q_ = q;
@@ -66,13 +65,13 @@ public:
         count_ = move_.near(q, reach, near_);
     }
 
-    /// The rate by which the joints can stop after the tick.
+    /// The rate at which the joints can stop after the cycle.
     double rate() const noexcept { return next_rate_; }
 
-    /// Whether the arm may go with v for a tick.
+    /// Whether the arm may move with v for one cycle.
     bool allows(const double (&v)[joints]) noexcept { return !(share(v) < 1.0); }
 
-    /// v, or as much of it as is proven; `whole` false where something was taken off.
+    /// Scales v to the proven part; `whole` is false if it was reduced.
     bool restrain(double (&v)[joints]) noexcept {
         double braked[joints], wished[joints], part = 1.0;
         const double stop = bounds_ ? 0.0 : braking(before_), slower = stop > dt_ ? 1.0 - dt_ / stop : 0.0;
@@ -92,7 +91,7 @@ public:
         return false;
     }
 
-    /// The least of a quadratic in the box that minds the pairs near by; v is where to begin.
+    /// Minimizes a quadratic cost in the box under the constraints of near pairs, starting from v.
     void minimise(const JointQuadratic& p, const double* least, const double* greatest,
                   double (&v)[joints]) noexcept {
         double lower[joints], upper[joints];
@@ -127,17 +126,17 @@ public:
         }
     }
 
-    /// Whether the whole straight move between two postures is proven; `pair` is who ends it.
+    /// Whether the whole straight move between two configurations is proven; `pair` blocks it.
     bool clear(const double* from, const double* to, Tag& pair) noexcept {
         double d[joints];
         for (int j = 0; j < joints; ++j) d[j] = to[j] - from[j];
         return !(move_.proven(from, d, pair, straight_rule::many_looks) < 1.0);
     }
 
-    /// The nearest pair at joints q where some pair touches.
+    /// The nearest pair at joints q if a pair is in contact.
     Tag nearest_at(const double* q) noexcept { return move_.nearest_pair(q, guard_rule::look).pair; }
 
-    /// The pair that stood in the way in this tick; 0: none did.
+    /// The pair that blocked this cycle; 0: none.
     Tag blocking() const noexcept { return blocking_; }
 
 private:
@@ -149,9 +148,9 @@ private:
         return out;
     }
 
-    /// The part of the box in which every joint stays within its limits though all stop together, no faster
-    /// than the slowest: where one can only just brake before its limit the others leave it the time that
-    /// takes, and no more. (Else it would be all of them that brake, until they stand.)
+    /// The part of the box in which every joint stays within its limits although all stop together, in the
+    /// time of the slowest. If one joint can only just stop before its limit, the others limit themselves to
+    /// its stopping time. Otherwise all of them would have to brake to a standstill.
     void narrow(const double* least, const double* greatest, double (&lower)[joints],
                 double (&upper)[joints]) const noexcept {
         if (bounds_) return narrow_at_rate(least, greatest, lower, upper);
@@ -171,7 +170,7 @@ private:
         }
     }
 
-    /// The same where all joints stop at the present rate r: v dt + 2 v / r + a / r^2 is within the limits.
+    /// The same if all joints stop at the present rate r: v dt + 2 v / r + a / r^2 is within the limits.
     void narrow_at_rate(const double* least, const double* greatest, double (&lower)[joints],
                         double (&upper)[joints]) const noexcept {
         const double along = 1.0 / (rate_ * rate_ * dt_), lasting = dt_ + 2.0 / rate_ + along;
@@ -183,7 +182,7 @@ private:
         }
     }
 
-    /// The greatest rate, of some, by which all joints can stop with v and a; 0 where there is none.
+    /// The greatest of some rates at which all joints can stop from v and a; 0 if there is none.
     double stopping_rate(const double (&v)[joints], const double (&a)[joints]) const noexcept {
         double rate = min(1.0 / dt_, 2.0 * rate_);
         for (int trial = 0; trial < guard_rule::rates; ++trial, rate *= guard_rule::finer) {
@@ -199,7 +198,7 @@ private:
         return q_[j] + move >= least - tolerance::bound && q_[j] + move <= most + tolerance::bound;
     }
 
-    /// As `share`, of joints that stop at one rate.
+    /// The same as `share`, for joints that stop at one rate.
     double share_at_rate(const double (&v)[joints]) noexcept {
         double a[joints], d[joints], corner[joints], off[joints], along = 0, square = 0;
         for (int j = 0; j < joints; ++j) a[j] = (v[j] - before_[j]) / dt_;
@@ -219,7 +218,7 @@ private:
         return out;
     }
 
-    /// The share of a tick with v, and of braking after it, that is proven.
+    /// The proven share of a cycle with v followed by braking.
     double share(const double (&v)[joints]) noexcept {
         if (bounds_) return share_at_rate(v);
         const double lasting = dt_ + 0.5 * braking(v);

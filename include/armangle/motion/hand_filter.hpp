@@ -1,17 +1,17 @@
-// What a hand, a camera or a network sends, made into a pose and its velocity for every tick.
+// Filters the samples of a person's hand, a camera or a network into a target pose and its velocity for every
+// control cycle.
 //
-// A critically damped g-h filter on position and on rotation follows a constant velocity without lag:
+// A critically damped g-h filter on position and rotation follows a constant velocity without lag:
 //
 //     predicted = pose + velocity T,  r = measured - predicted,  pose = predicted + (1 - a^2) r,
 //     velocity += (1 - a)^2 / T r,    a = exp(-omega T).
 //
-// Where samples are rarer than ticks each of them makes this estimate jump. What is followed then settles on
-// it, critically damped too, so that neither pose nor velocity jumps; the time that this takes is taken from
-// 1 / omega.
-// Its acceleration is what the velocity changed by, smoothed once more. Without a filter the velocity is that
-// between two samples, or a share of it where it changes to and fro.
-// A sample far from its prediction is an outlier until it has lasted: the pose goes on as predicted, slowing
-// down, and only what stays where it jumped to for `patience` is believed.
+// If samples are rarer than cycles, each of them makes this estimate jump. The target then converges to the
+// estimate, also critically damped: neither pose nor velocity jumps. That time is subtracted from 1 / omega.
+// The acceleration is the change of velocity, smoothed once more. Without a filter the velocity is the
+// difference of two samples, reduced if it oscillates.
+// A sample far from its prediction is an outlier at first: the pose continues as predicted and slows down. A
+// jump is accepted after it has lasted for `patience`.
 // Source: E. Brookner, Tracking and Kalman Filtering Made Easy (1998), section 1.2.
 #pragma once
 
@@ -21,31 +21,31 @@
 
 namespace armangle {
 
-/// How samples of a hand are smoothed, and which of them are believed.
+/// Settings for smoothing target samples and rejecting outliers.
 struct HandFilter {
-    double omega = 40.0;     // 1/s; infinite: samples are taken as they come
-    double patience = 0.12;  // s that a jump must last to be believed; 0: every sample is believed
-    double jump = 0.04;      // m: further from its prediction a sample is a jump
-    double turn = 0.35;      // rad: the same of rotations
+    double omega = 40.0;     // 1/s; infinite: samples are used as they come
+    double patience = 0.12;  // s that a jump must last to be accepted; 0: every sample is accepted
+    double jump = 0.04;      // m: a sample further from its prediction is a jump
+    double turn = 0.35;      // rad: the same for rotations
 };
 
 namespace hand_rule {
-inline constexpr double stale = 0.06;     // s: a sample repeated for longer is a hand at rest ...
+inline constexpr double stale = 0.06;     // s: a sample repeated for longer is a target at rest ...
 inline constexpr double periods = 1.25;   // ... unless so many of the device's periods last longer
-inline constexpr double seldom = 0.5;     // s: no device's period is as long
-inline constexpr double slowing = 0.15;   // s in which a prediction without samples loses its speed
-inline constexpr double fastest = 20.0;   // m/s and rad/s: a difference of samples beyond it is a jump
+inline constexpr double seldom = 0.5;     // s: longer than the period of any device
+inline constexpr double slowing = 0.15;   // s in which a prediction without samples slows down
+inline constexpr double fastest = 20.0;   // m/s and rad/s: a faster difference of samples is a jump
 inline constexpr double smooth = 0.03;    // s over which the acceleration is averaged
-inline constexpr double rare = 1.5;       // ticks between samples from which corrections are spread ...
+inline constexpr double rare = 1.5;       // cycles between samples beyond which corrections are spread ...
 inline constexpr double settles = 1.0;    // ... over so many of their periods, ...
-inline constexpr double longest = 0.025;  // ... none of which counts as longer, s
+inline constexpr double longest = 0.025;  // ... each of which counts as at most this, s
 inline constexpr double shared = 0.4;     // of that time, taken from 1 / omega of the estimate, ...
-inline constexpr double least = 0.5;      // ... of which at least so much is left
-inline constexpr double newest = 0.125;   // share of the newest sample in what velocities change by
-inline constexpr double calm = 0.1;       // m/s and rad/s to and fro up to which a velocity is believed
+inline constexpr double least = 0.5;      // ... of which at least this share remains
+inline constexpr double newest = 0.125;   // weight of the newest sample in the changes of velocity
+inline constexpr double calm = 0.1;       // m/s and rad/s of oscillation up to which a velocity is accepted
 }  // namespace hand_rule
 
-/// A hand whose samples come late, jump or fail: where it is, and how fast.
+/// A target whose samples may be late, jump or fail: its pose and velocity.
 class Hand {
 public:
     explicit Hand(const HandFilter& options) noexcept : options_(options) {}
@@ -57,7 +57,7 @@ public:
         held_ = false;
     }
 
-    /// One tick of dt s; `sample` is null where none came, or none that is a pose.
+    /// Advances one cycle of dt s; `sample` is null if no sample arrived, or no valid pose.
     void tick(const Pose<double>* sample, double dt) noexcept {
         const Twist before = shown_velocity_;
         const bool goes_on = estimate(sample, dt);
@@ -67,12 +67,12 @@ public:
 
     const Pose<double>& pose() const noexcept { return shown_; }
     const Twist& velocity() const noexcept { return shown_velocity_; }
-    /// m/s^2 and rad/s^2, some hundredths of a second late; none while no sample is believed.
+    /// m/s^2 and rad/s^2, some hundredths of a second late; 0 while no sample is accepted.
     const Twist& acceleration() const noexcept { return acceleration_; }
     bool held() const noexcept { return held_; }
     Pose<double> predicted(double ahead) const noexcept { return moved_by(shown_, shown_velocity_ * ahead); }
 
-    /// What a tick leaves to the next (saved.hpp).
+    /// The state that one cycle passes to the next (saved.hpp).
     template <class Visit>
     void each_number(Visit& visit) {
         visit.all(pose_, sample_, suspect_, told_, shown_, velocity_, shown_velocity_, acceleration_,
@@ -83,7 +83,7 @@ public:
 private:
     bool is_plain() const noexcept { return !(options_.omega < infinity); }
 
-    /// Where the hand is, by its samples; false where none is believed, or it is taken as it comes.
+    /// Updates the estimate from the samples; false if no sample is accepted, or samples are used unfiltered.
     bool estimate(const Pose<double>* sample, double dt) noexcept {
         age_ += dt;
         changed_ += dt;
@@ -109,7 +109,7 @@ private:
         return true;
     }
 
-    /// The estimate, or what settles on it.
+    /// Updates the shown pose: the estimate, or the value that converges to it.
     void show(double dt) noexcept {
         if (!(settling_ > 0)) {
             shown_ = pose_;
@@ -131,8 +131,8 @@ private:
                equal(a.rotation.y, b.rotation.y) && equal(a.rotation.z, b.rotation.z);
     }
 
-    /// s after which a sample that is repeated is believed again. Of the last two periods the shorter one
-    /// counts: a hand that rested has a long one.
+    /// s after which a repeated sample is accepted again. The shorter of the last two periods counts, because
+    /// a target that rested has a long one.
     double stale() const noexcept {
         const double period = min(between_[0], between_[1]);
         return period < hand_rule::seldom ? max(hand_rule::stale, hand_rule::periods * period)
@@ -147,7 +147,7 @@ private:
         return options_.patience > 0 && far(difference(moved_by(pose_, velocity_ * dt), sample));
     }
 
-    /// A sample that jumped: waited for, until it has stayed where it is for long enough.
+    /// Waits after a jump until the sample has stayed there for long enough.
     bool doubt(const Pose<double>& sample, double dt) noexcept {
         const bool stays = suspected_ > 0 && !far(difference(suspect_, sample));
         suspected_ = stays ? suspected_ + age_ : dt;
@@ -162,7 +162,7 @@ private:
         return false;
     }
 
-    /// No sample to believe: on as predicted, slowing down.
+    /// Without an accepted sample: continues as predicted and slows down.
     bool wait(double dt) noexcept {
         held_ = true;
         since_ += dt;
@@ -172,14 +172,14 @@ private:
         return false;
     }
 
-    /// Where the sample says, whatever was predicted while none came.
+    /// Takes the pose of the sample, regardless of predictions made without samples.
     bool rest_plain() noexcept {
         pose_ = told_;
         if (age_ > 2.0 * period_) velocity_ = acceleration_ = Twist{};
         return false;
     }
 
-    /// Taken as it comes; the velocity is that between the last two samples, less where they tremble.
+    /// Takes the sample unfiltered. The velocity is that between the last two samples, less if it oscillates.
     void take(const Pose<double>& sample) noexcept {
         const Twist speed = difference(told_, sample) * (1.0 / age_);
         const bool possible =
@@ -189,8 +189,8 @@ private:
         pose_ = sample;
     }
 
-    /// The share of the velocity between two samples that is followed. A hand's velocity changes one way for
-    /// many samples; what changes to and fro from one to the next is noise.
+    /// The share of the difference velocity that is used. A hand's velocity changes in one direction for many
+    /// samples; an alternating change is noise.
     double believed(const Twist& speed) noexcept {
         const auto size = [](const Twist& t) { return std::hypot(norm(t.linear), norm(t.angular)); };
         const Twist change = speed - measured_;
@@ -202,8 +202,9 @@ private:
         return share * share;
     }
 
-    /// Towards a sample. Where it is `repeated` the hand rests, and its velocity dies away; without that, and
-    /// the bound on it, one that makes a whole turn between two looks would go on for ever.
+    /// Moves the estimate towards a sample. If the sample is `repeated`, the target rests and its velocity
+    /// decays. Otherwise, without a bound, a target that turns once between two looks would turn
+    /// indefinitely.
     void blend(const Pose<double>& sample, double dt, bool repeated) noexcept {
         const Pose<double> predicted = moved_by(pose_, velocity_ * dt);
         const Twist rest = difference(predicted, sample);
@@ -215,12 +216,12 @@ private:
         velocity_ = {now.linear * possible(now.linear), now.angular * possible(now.angular)};
     }
 
-    /// The share of a velocity that a hand may have.
+    /// The possible share of a velocity.
     static double possible(const Vec3<double>& velocity) noexcept {
         return hand_rule::fastest / max(norm(velocity), hand_rule::fastest);
     }
 
-    /// omega of the estimate: what settles on it smooths and lags too, so that it has less to do.
+    /// omega of the estimate, raised because the value that converges to it smooths and lags too.
     double estimating() const noexcept {
         return options_.omega / max(hand_rule::least, 1.0 - hand_rule::shared * options_.omega * settling_);
     }
@@ -239,17 +240,17 @@ private:
 
     HandFilter options_;
     Pose<double> pose_ = identity_pose(), sample_ = identity_pose(), suspect_ = identity_pose();
-    Pose<double> told_ = identity_pose();   // where the hand was when the sample changed
-    Pose<double> shown_ = identity_pose();  // what is followed of the estimate
+    Pose<double> told_ = identity_pose();   // the sample when it last changed
+    Pose<double> shown_ = identity_pose();  // the part of the estimate that is followed
     Twist velocity_, shown_velocity_, acceleration_;
-    Twist measured_, drift_;  // the last velocity between two samples, and the mean change of such ...
-    double changes_ = 0;      // ... and of how much they change, m/s and rad/s
-    double settling_ = 0;     // s in which what is shown settles on the estimate; 0: it is that
+    Twist measured_, drift_;  // last difference velocity, and the mean of its changes ...
+    double changes_ = 0;      // ... and of their sizes, m/s and rad/s
+    double settling_ = 0;     // s in which the shown pose converges to the estimate; 0: they are equal
     double age_ = 0;          // s since the sample changed
-    double since_ = 0;        // s since a sample was believed
+    double since_ = 0;        // s since a sample was accepted
     double period_ = 0;       // s between samples
-    double changed_ = 0;      // s since the sample was another one ...
-    double between_[2]{};     // ... and between such, the last two
+    double changed_ = 0;      // s since the sample differed ...
+    double between_[2]{};     // ... and between such changes, the last two
     double suspected_ = 0;    // s that a jump has lasted
     bool held_ = false;
 };

@@ -1,30 +1,30 @@
-// Joints whose jerk is bounded: what they may do in one control cycle and still stop before every bound.
+// Bounded jerk: the motions of a joint in one control cycle after which it can still stop before every bound.
 //
-// Velocity, acceleration and jerk are those of the rows that are commanded: v' = (q' - q) / dt,
-// a' = (v' - v) / dt, j' = (a' - a) / dt. The safe states (q, v, a) of a joint are those whose quickest stop,
-// in continuous time, keeps all bounds:
+// Velocity, acceleration and jerk are those of the commanded rows: v' = (q' - q) / dt, a' = (v' - v) / dt, j'
+// = (a' - a) / dt. A state (q, v, a) of a joint is safe if its quickest stop, in continuous time, respects
+// all bounds:
 //
-//     K:  |a| <= A,   |v + a |a| / 2J| <= V where a and v point one way (else |v| <= V),
+//     K:  |a| <= A,   |v + a |a| / 2J| <= V if a and v have one sign (else |v| <= V),
 //         q + way(v, a) <= upper limit,   q - way(-v, -a) >= lower limit,
 //
 //     acceleration |\                    way(v, a) = W(w) + w a / J - a^3 / 6J^2,  w = v + a^2 / 2J,
-//                a |  \                  W(w) = w sqrt(w / J)             where w <= A^2 / J,
+//                a |  \                  W(w) = w sqrt(w / J)             if w <= A^2 / J,
 //     -------------|----\---------/----         (w / A + A / J) w / 2     else:
 //               -A |     \_______/       jerk -J, then none at -A, then +J to rest; w is the speed at a = 0.
 //
-// A joint that brakes harder than it has to for rest at v = 0, v < a^2 / 2J, swings back; it counts as one
-// that just comes to rest, way = (2 J v)^1.5 / 6J^2.
+// A joint that brakes harder than needed for rest at v = 0, v < a^2 / 2J, swings back. It counts as one that
+// just comes to rest, way = (2 J v)^1.5 / 6J^2.
 //
-// Every cycle has a move that stays in K, whatever its length dt and whatever dt were before:
-// 1. K is convex. It is an intersection of sets of the form "states from which some motion keeps a convex
-//    constraint for ever", and the means of two such motions keep it too. (The constraint of a limit is
-//    v <= the speed from which the last ramp of a stop, or constant braking before it, ends at the limit: a
-//    concave function of the room.)
-// 2. The quickest stop s -> (q, v, a)(s) stays in K: w and the place of rest do not change along it.
+// Every cycle has a move that stays in K, whatever its length dt and all earlier dt:
+// 1. K is convex. It is an intersection of sets "states from which some motion respects a convex constraint
+//    indefinitely", and the mean of two such motions respects it too. (The constraint of a limit is v <= the
+//    speed from which the last ramp of a stop, or constant braking before it, ends at the limit: a concave
+//    function of the room.)
+// 2. The quickest stop s -> (q, v, a)(s) stays in K: w and the place of rest are constant along it.
 // 3. The mean of its states with the weights exp(-s / dt) / dt is in K by 1 and 2. By parts, the mean state
-//    (q', v', a') obeys q' = q + v' dt, v' = v + a' dt, a' = a + j' dt with j' the mean of the jerks: it is a
-//    commanded row that keeps the jerk bound.
-// All bounds grow with v', so that the moves which stay in K are an interval, found from its two ends alone.
+//    (q', v', a') obeys q' = q + v' dt, v' = v + a' dt, a' = a + j' dt with j' the mean of the jerks. So it
+//    is a commanded row that respects the jerk bound.
+// All bounds grow with v', so the moves that stay in K are an interval, found from its two ends.
 #pragma once
 
 #include <cmath>
@@ -35,21 +35,21 @@
 
 namespace armangle {
 
-/// The bounds of a joint: rad/s, rad/s^2 and rad/s^3; infinite where there is none.
+/// The bounds of a joint: rad/s, rad/s^2 and rad/s^3; infinite: unbounded.
 struct JerkBounds {
     double velocity, acceleration, jerk;
 
     bool has_jerk() const noexcept { return jerk < infinity; }
 };
 
-/// Bounds that can be met together: from rest within V no joint has more than sqrt(2 J V).
+/// Compatible bounds: from rest within V no joint reaches more than sqrt(2 J V).
 inline JerkBounds jerk_bounds(double velocity, double acceleration, double jerk) noexcept {
     return {velocity, jerk < infinity ? min(acceleration, sqrt(2.0 * jerk * velocity)) : acceleration, jerk};
 }
 
 namespace detail {
 
-/// The way to rest, rad, of a joint with v and a, and how it changes with both; W of a joint at speed w.
+/// Stopping distance (rad) of a joint with v and a, and its derivatives by both; W of a joint at speed w.
 struct StoppingWay {
     double way = 0, per_v = 0, per_a = 0;
 };
@@ -80,21 +80,21 @@ inline StoppingWay stopping(const JerkBounds& b, double v, double a) noexcept {
     return out.way > 0 ? out : StoppingWay{};
 }
 
-/// The next acceleration from which a velocity that is `left` away is reached without overshoot, >= 0.
+/// The next acceleration, >= 0, that reaches a velocity `left` away without overshoot.
 inline double easing(double left, double jerk, double dt) noexcept {
     return left > 0 ? 2.0 * left / (dt + sqrt(dt * dt + 2.0 * left / jerk)) : 0.0;
 }
 
 }  // namespace detail
 
-/// The largest next velocity of a joint that then can still ease into its greatest one.
+/// The largest next velocity from which a joint can still approach its greatest one without overshoot.
 inline double fastest_easing(const JerkBounds& b, double v, double dt) noexcept {
     return b.velocity < infinity ? v + detail::easing(b.velocity - v, b.jerk, dt) * dt : infinity;
 }
 
-/// The largest next velocity between `least` and `most` from which a joint stops within `room`, rad, of where
-/// it is now; `least` if there is none. The way is convex in it: Newton's method stays above the root, the
-/// chord below.
+/// The largest next velocity between `least` and `most` from which a joint stops within `room` (rad) of its
+/// present value; `least` if there is none. The distance is convex in it: Newton's method stays above the
+/// root, the chord below.
 inline double fastest_stopping(const JerkBounds& b, double v, double room, double dt, double least,
                                double most) noexcept {
     if (!(room < infinity)) return most;
@@ -127,12 +127,12 @@ inline double fastest_stopping(const JerkBounds& b, double v, double room, doubl
     return low;
 }
 
-// Where all joints have to stop along one known way, obstacles being near, they do so by
-// v'' = -2 r v' - r^2 v with one rate r (1/s) for all of them. The rows of a cycle that follows it lie in the
-// triangle q, q + x v, q + x v + y (v + a / r), whatever dt: it is the means of 3 above, of straight lines.
+// Near obstacles all joints must stop along one known path. They follow v'' = -2 r v' - r^2 v with one rate r
+// (1/s). The rows of such cycles lie in the triangle q, q + x v, q + x v + y (v + a / r), for every dt. These
+// are the means of 3 above, for straight lines.
 
-/// Whether a joint that stops at a rate keeps its bounds on the way: |v|, |a| and |j| have their greatest
-/// values now, or where (v + b s) exp(-r s), b = a + r v, and its derivatives have.
+/// Whether a joint that stops at a rate respects its bounds on the way. |v|, |a| and |j| have their maxima
+/// now, or where (v + b s) exp(-r s), b = a + r v, and its derivatives have theirs.
 inline bool stops_at(const JerkBounds& b, double v, double a, double rate) noexcept {
     const double mixed = a + rate * v, share = a / mixed, size = abs(mixed);
     if (!(abs(a) <= b.acceleration && rate * abs(a + mixed) <= b.jerk)) return false;

@@ -1,15 +1,15 @@
-// How psi leaves a posture at which theta_2 = 0 or theta_6 = 0.
+// How psi leaves a configuration with theta_2 = 0 or theta_6 = 0.
 //
 //       psi < held      held      psi > held
 //     ------------------. | .------------------
 //          pivot at a    \|/    at a + half a turn
 //
-// There the two pivots beside the hinge are one axis: turned against each other they move neither tool nor
-// elbow. psi goes on from two of their values alone, one for each direction, and the branch that meets has
-// them exchanged. So whoever wants another psi first turns the pivots, and psi does not move meanwhile.
+// There the two pivots next to the hinge rotate about one axis: turning them against each other moves neither
+// end effector nor elbow. psi can leave only at two of their values, one for each direction; the branch that
+// meets exchanges the two. To change psi, the pivots must therefore turn first, while psi is constant.
 //
-// Beside such a posture the same happens within little of psi, d pivot / d psi ~ 1 / theta_2: it has to creep
-// as long as the pivots turn, and these have to be at rest when it hurries on.
+// Near such a configuration the same happens within a small range of psi, d pivot / d psi ~ 1 / theta_2. psi
+// must move slowly while the pivots turn, and they must be at rest before psi moves fast.
 #pragma once
 
 #include "../circle/forward.hpp"
@@ -23,10 +23,10 @@
 namespace armangle {
 
 namespace leaving_rule {
-inline constexpr double singular = 1e-10;  // |sin| of theta_2, theta_6 at which pivots do not move the tool
-inline constexpr double off = 1e-7;        // rad that psi leaves by
-inline constexpr double nearly = 0.2;      // |sin| below which psi is slowed for what follows
-inline constexpr double coarsest = 0.02;   // of that sine, for what is looked at
+inline constexpr double singular = 1e-10;  // |sin| of theta_2, theta_6 at which pivots leave the tool still
+inline constexpr double off = 1e-7;        // rad by which psi leaves
+inline constexpr double nearly = 0.2;      // |sin| below which psi slows down for the coming motion
+inline constexpr double coarsest = 0.02;   // share of that sine at which psi is sampled
 inline constexpr double offs[] = {0.25, 0.5, 1, 2, 4, 8, 16, 32, 64};  // times that: rad of psi ahead
 }  // namespace leaving_rule
 
@@ -34,20 +34,20 @@ inline constexpr double offs[] = {0.25, 0.5, 1, 2, 4, 8, 16, 32, 64};  // times 
 inline bool is_singular(const Chain& now, int side) noexcept {
     return abs(sin_cos(now.theta[4 * side + 1]).sin) <= leaving_rule::singular;
 }
-/// Whether one of them is.
+/// Whether theta_2 or theta_6 is 0 or pi.
 inline bool is_singular(const Chain& now) noexcept { return is_singular(now, 0) || is_singular(now, 1); }
 
-/// The lesser |sin| of theta_2 and theta_6.
+/// The smaller |sin| of theta_2 and theta_6.
 inline double hinge_sine(const Chain& now) noexcept {
     return min(abs(sin_cos(now.theta[1]).sin), abs(sin_cos(now.theta[5]).sin));
 }
-/// Whether joints beside a hinge turn fast as psi goes on.
+/// Whether joints next to a hinge turn fast as psi changes.
 inline bool is_nearly_singular(const Chain& now) noexcept { return hinge_sine(now) < leaving_rule::nearly; }
 
-/// The speed of psi, rad/s, beside a singular posture from which joints can brake, with `share` of their
-/// accelerations, to what each place further on to `way` rad from `held` allows: v_j^2 <= (v_psi q_j')^2 + 2
-/// a_j |q_j there - q_j|, where v_psi is what joints may do there, and no more than psi can have gained until
-/// then.
+/// The velocity of psi (rad/s) near a singularity from which the joints can brake, with `share` of their
+/// accelerations, to the permitted velocity at each place up to `way` rad from `held`. The condition is v_j^2
+/// <= (v_psi q_j')^2 + 2 a_j |q_j there - q_j|. v_psi is the velocity that the joints permit there, at most
+/// what psi can have gained until then.
 inline double speed_beside(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
                            const Chain& now, double held, double way, const double* q,
                            const double* velocity_now, const double* velocity, const double* acceleration,
@@ -79,19 +79,19 @@ inline double speed_beside(const Arm& arm, const SelfMotion<double>& m, const Jo
     return fastest;
 }
 
-/// A way on from a singular posture: where psi leaves to, and how the pivots get there.
+/// A way out of a singularity: the psi that is reached, and the motion of the pivots to get there.
 struct Leaving {
-    double missed = infinity;   // rad that psi is off what is wished when it comes as near as it can
-    double longest = infinity;  // rad of the pivots
+    double missed = infinity;   // rad: smallest possible distance of psi from the requested one
+    double longest = infinity;  // rad: largest turn of a pivot
     double psi = not_a_number;
     int gc = -1;            // -1: there is none
-    Joints to{};            // a posture of the pose beside the singular one
-    double d[joints] = {};  // rad that pivots turn before that, the tool and psi standing
+    Joints to{};            // a solution of the pose near the singular one
+    double d[joints] = {};  // rad that pivots turn first, with end effector and psi constant
 };
 
 namespace detail {
 
-/// How far psi may go from `held` to one side (1 or -1) of the arcs, up to half a turn; 0 where it may not.
+/// How far psi may go from `held` to one side (1 or -1) within the arcs, up to half a turn; 0 if it may not.
 inline double room_beside(const ArcSet& arcs, double held, double side) noexcept {
     if (arcs.full) return pi;
     const Place place = find(arcs, held + side * leaving_rule::off, 0.0);
@@ -101,7 +101,7 @@ inline double room_beside(const ArcSet& arcs, double held, double side) noexcept
     return min(max(way, 0.0) + leaving_rule::off, pi);
 }
 
-/// The posture beside the singular one to one side, so far off that it is singular no longer.
+/// The nearest configuration to one side that is no longer singular.
 inline Joints posture_beside(const Arm& arm, const SelfMotion<double>& m, const double* q, double held,
                              double side, double room, double& psi) noexcept {
     Joints out;
@@ -117,15 +117,15 @@ inline Joints posture_beside(const Arm& arm, const SelfMotion<double>& m, const 
 
 }  // namespace detail
 
-/// Offers the ways on within the arcs of a self-motion from the singular posture q, whose psi is `held`,
-/// towards `wish`. The best misses the wish by least, and of such its pivots have the shortest way.
+/// Adds the ways out of the singular configuration q, whose psi is `held`, within the arcs of a self-motion,
+/// towards `wish`. The best way has psi nearest to `wish`; on a tie, the shortest turn of its pivots.
 inline void offer_ways_on(const Arm& arm, const SelfMotion<double>& m, const ArcSet& arcs, const Chain& now,
                           double held, double wish, const double* q, Leaving& best) noexcept {
     for (const double side : {1.0, -1.0}) {
         const double room = detail::room_beside(arcs, held, side);
         if (!(room > leaving_rule::off)) continue;
         const double towards = side * wrap(wish - held);
-        const double far = min(towards, room);  // beyond that psi is nearer by the other side
+        const double far = min(towards, room);  // beyond that the other side is shorter
         if (!(far > leaving_rule::off)) continue;
         Leaving one;
         one.missed = towards - far;
@@ -149,8 +149,8 @@ inline void offer_ways_on(const Arm& arm, const SelfMotion<double>& m, const Arc
     }
 }
 
-/// The share of the pivots' way, next to `wanted`, with which no joint leaves a box of moves; any where the
-/// box has none.
+/// The share of the pivots' turn nearest to `wanted` that keeps every joint in a box of moves; arbitrary if
+/// the box is empty.
 inline double share_within(const Leaving& way, double wanted, const double* lower,
                            const double* upper) noexcept {
     double least = -infinity, most = infinity;
@@ -163,7 +163,8 @@ inline double share_within(const Leaving& way, double wanted, const double* lowe
     return min(max(wanted, least), most);
 }
 
-/// Whether the pivots have so little left, and may stop so soon, that psi can go on from the next move on.
+/// Whether the rest of the pivots' turn is so short that they can stop and psi can move from the next step
+/// on.
 inline bool has_arrived(const Leaving& way, const double* lower, const double* upper) noexcept {
     for (int j = 0; j < joints; ++j)
         if (!(abs(way.d[j]) <= 0.5 * min(upper[j], -lower[j]))) return false;

@@ -1,11 +1,11 @@
-// Looking ahead along known poses: from which part of each feasible set the poses behind it can be reached.
+// Lookahead along known poses: the part of each feasible set from which the following poses can be reached.
 //
-// It is asked only where steps that see nothing ahead would not hold all poses of the window: where they do,
-// there is no dead end to be avoided.
-// Nodes are the exact arcs of the poses, never a grid of psi: a narrow one is there like a wide one. Two
-// postures of neighbouring poses are linked if every joint moves at most as far as a step may; for one
-// posture the linked psi of the next pose are closed form (bounds.hpp). So a set on one pose gives the set on
-// the next; its ends are found by bisection.
+// It is used only if steps without lookahead would miss a pose of the window; otherwise there is no dead end
+// to avoid.
+// Nodes are the exact arcs of the poses, not a grid of psi, so narrow arcs are never missed. Two solutions of
+// neighbouring poses are linked if every joint moves at most as far as a step may. For one solution the
+// linked psi of the next pose have a closed form (bounds.hpp). So a set on one pose gives the set on the
+// next; its ends are found by bisection.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +18,8 @@
 
 namespace armangle {
 
-/// One of the poses ahead: what psi means there, its arcs, and those of them from which the rest can be
-/// reached.
+/// One of the coming poses: its self-motion, its arcs, and the part of them from which the remaining poses
+/// can be reached.
 struct AheadSection {
     SelfMotion<double> motion;
     JointFunctions<double> functions;
@@ -27,13 +27,13 @@ struct AheadSection {
 };
 
 namespace ahead_rule {
-inline constexpr double spacing = 0.35;  // rad: neighbouring psi both linked are linked between
-inline constexpr int least = 3;          // psi asked inside an arc, however narrow
-inline constexpr int halvings = 12;      // of the gap between a linked psi and one that is not
+inline constexpr double spacing = 0.35;  // rad: between two linked psi closer than this, all are linked
+inline constexpr int least = 3;          // least number of psi sampled inside an arc, however narrow
+inline constexpr int halvings = 12;      // bisections of the gap between a linked psi and one that is not
 inline constexpr double reserve =
-    0.01;  // share of a step kept back, so that from the end of a tube more than a point is left
+    0.01;  // share of a step kept in reserve, so that more than a point remains at the end of a tube
 inline constexpr double run_up =
-    0.5;  // the same where accelerations are bound: what is left to catch up after a late start
+    0.5;  // the same with bounds on acceleration: the reserve to catch up after a late start
 }  // namespace ahead_rule
 
 namespace detail {
@@ -41,11 +41,11 @@ namespace detail {
 /// Links between neighbouring sections.
 struct Links {
     const Arm& arm;
-    double most[joints];  // rad: what a step may move
-    double share;         // of it, that links use
+    double most[joints];  // rad: largest move in one step
+    double share;         // share of it that links use
 
-    /// The part of `within` on section `to` whose joints are at most `part` of a step from q. A joint does
-    /// not go round behind its limits; one that has more than a turn may, unless its turns are known.
+    /// The part of `within` on section `to` whose joints are at most `part` of a step from q. A joint never
+    /// crosses its limits the other way round; a joint with more than a turn may, unless its turns are known.
     void reach(const double* q, bool turns_known, double part, const AheadSection& to, const ArcSet& within,
                ArcSet& out) const noexcept {
         MoveBox box;
@@ -74,7 +74,7 @@ struct Links {
     }
 };
 
-/// The psi of one arc at which links are asked for, in rising order; some are known to be linked.
+/// The psi of one arc at which links are tested, in rising order; some are known to be linked.
 struct Probes {
     static constexpr int capacity = 96;
     int count = 0;
@@ -123,8 +123,8 @@ public:
 private:
     bool linked(double psi) const noexcept { return links_.linked(to_, psi, from_, set_); }
 
-    /// What is reached from the ends and the middle of an arc: links that probes of a wide target could pass
-    /// over.
+    /// Adds the psi reached from the ends and the middle of an arc: links that samples of a wide target could
+    /// miss.
     void seed(const Arc& arc, ArcSet& known) const noexcept {
         for (double psi : {arc.lower, 0.5 * (arc.lower + arc.upper), arc.upper}) {
             ArcSet reached;
@@ -133,7 +133,7 @@ private:
         }
     }
 
-    /// Where a gap of the set may leave one in the image: probes beside it would pass over that.
+    /// Adds samples where a gap of the set may leave one in the image; other samples would miss it.
     void doubt(const Arc& gap, Probes& out) const noexcept {
         for (double share : {0.25, 0.5, 0.75}) {
             const double psi = gap.lower + share * (gap.upper - gap.lower);
@@ -161,7 +161,7 @@ private:
         for (int i = 0; i < doubtful.count; ++i) probe(arc, doubtful.psi[i], false, out);
     }
 
-    /// The last linked psi on the way from one that is to one that is not.
+    /// The last linked psi between one that is linked and one that is not.
     double last_linked(double inside, double outside) const noexcept {
         const double first = inside + (outside - inside) * 0x1p-12;
         if (!linked(first)) return inside;
@@ -190,17 +190,17 @@ private:
 
 }  // namespace detail
 
-/// The window of poses ahead, moved along as the motion goes. It is drawn up for twice as many poses as asked
-/// and again when half of them are passed, so that every step sees at least `ahead` poses beyond its own at
-/// the cost of two.
+/// The window of coming poses, which moves along with the motion. It is computed for twice as many poses as
+/// requested and again when half of them are passed. So every step sees at least `ahead` poses beyond its own
+/// at the cost of two.
 class Lookahead {
 public:
-    /// How many sections the caller's workspace must hold.
+    /// The number of sections that the caller's workspace must hold.
     static constexpr std::size_t sections_for(std::size_t ahead) noexcept { return 2 * ahead + 1; }
 
-    /// `scenes` (none, one, or one a pose) and `bounds` may be null. Accelerations are not part of the links;
-    /// where there are bounds on them, links use half of the speed, and a motion that comes late is led back
-    /// to the tube.
+    /// `scenes` (none, one, or one a pose) and `bounds` may be null. Links do not consider accelerations. If
+    /// these are bounded, links use half of the velocity, and a motion that comes late is led back to the
+    /// tube.
     Lookahead(const Arm& arm, const LimitTable& limits, const double* poses, std::size_t n,
               Strided<const ArcSet> allowed, Strided<const Scene* const> scenes, const Bounds* bounds,
               double largest_step, AheadSection* workspace, std::size_t ahead) noexcept
@@ -220,9 +220,9 @@ public:
             if (bounds->acceleration[i] < infinity) links_.share = 1.0 - ahead_rule::run_up;
     }
 
-    /// The psi of pose i from which the poses ahead can be reached, as many of them as can be from the
-    /// posture q; null where q cannot step to pose i at all, and where nothing is to be gained. plain(m): how
-    /// many of the m poses from i on are held by steps from q that see nothing ahead.
+    /// The psi of pose i from which most of the coming poses can be reached that are reachable from q. Null
+    /// if q cannot step to pose i at all, or if lookahead gains nothing. plain(m) returns how many of the m
+    /// poses from i on are reached by steps without lookahead.
     template <class Plain>
     const ArcSet* at(std::size_t i, const double* q, const Configuration<double>& gc,
                      const Plain& plain) noexcept {
@@ -260,11 +260,11 @@ public:
         return nullptr;
     }
 
-    /// The motion left the tube, or stopped: what comes next is drawn up anew.
+    /// Discards the window after the motion left the tube or stopped.
     void forget() noexcept { count_ = 0; }
 
 private:
-    /// The sections of the window, and the tube of their end.
+    /// Computes the sections of the window, and the tube of their end.
     void draw(const Configuration<double>& gc) noexcept {
         gc_ = index(gc);
         for (std::size_t k = 0; k < count_; ++k) fill(section_[k], first_ + k, gc);
@@ -283,14 +283,14 @@ private:
         keep_clear(arm_, **scenes_.at(i), to.motion, own, to.arcs);
     }
 
-    /// Tubes of the sections before one whose tube is known.
+    /// Computes the tubes of the sections before one whose tube is known.
     void back(std::size_t last) noexcept {
         for (std::size_t k = last; k-- > 0;)
             detail::Image(links_, section_[k + 1], section_[k + 1].tube, section_[k])(section_[k].tube);
     }
 
-    /// The end of the window cannot be reached: the farthest section that can be from `start` in the first
-    /// takes its place.
+    /// If the end of the window cannot be reached, uses the farthest section that `start` in the first one
+    /// can reach.
     void turn_to(const ArcSet& start) noexcept {
         section_[0].tube = start;
         std::size_t last = 0;
@@ -313,7 +313,7 @@ private:
     AheadSection* section_;
     std::size_t ahead_, first_ = 0, count_ = 0, reached_ = 0;
     int gc_ = -1;
-    bool plain_ = false;  // steps that see nothing ahead hold the poses up to `reached_`
+    bool plain_ = false;  // steps without lookahead reach the poses up to `reached_`
 };
 
 }  // namespace armangle

@@ -1,12 +1,11 @@
-// Towards a posture by one step, so that every joint can come to rest there.
+// One step towards a configuration, such that every joint can come to rest there.
 //
 //    speed |      ____________
-//          |     /            \        no faster than v^2 = 2 a s, a being a share of what the joint may
-//          brake |    /              \__     with, and at the end geometrically, so that steps do not overrun
-//          it
+//          |     /            \        no faster than v^2 = 2 a s, a being a share of the acceleration, and
+//          |    /              \__     geometrically at the end, so that steps do not overshoot
 //          +---------------------------- way
 //
-// All joints keep to one straight line: one of them goes as fast as it may.
+// All joints move on one straight line: one of them moves as fast as it may.
 #pragma once
 
 #include "../arm/limits.hpp"
@@ -16,12 +15,12 @@
 namespace armangle {
 
 namespace approach_rule {
-inline constexpr double braking = 0.6;  // share of the acceleration that an approach is planned with
+inline constexpr double braking = 0.6;  // share of the acceleration that an approach assumes
 inline constexpr double ticks = 3.0;    // an approach ends no faster than geometrically over so many steps
 }  // namespace approach_rule
 
-/// The factor k, in 1/s, of an approach k d over moves d (rad) with which every joint can stop there; bounds
-/// in rad/s and rad/s^2, infinite where there is none. Without accelerations the last step is a whole one.
+/// The factor k (1/s) of an approach k d over moves d (rad) after which every joint can stop there. Bounds in
+/// rad/s and rad/s^2, infinite: unbounded. Without accelerations the last step is a whole one.
 inline double pace(const double (&d)[joints], double dt, const double* velocity,
                    const double* acceleration) noexcept {
     double k = 1.0 / dt;

@@ -1,7 +1,7 @@
 // Redundancy resolution: the next arm angle, from the present one and the feasible arcs. Eq. (36).
 //
-// A policy is a rule on one arc: it moves psi within [lower, upper]. What to do outside every arc is the same
-// for all.
+// A policy is a rule on one arc: it moves psi within [lower, upper]. The behaviour outside every arc is
+// common to all.
 #pragma once
 
 #include "../circle/towards.hpp"
@@ -12,12 +12,12 @@
 
 namespace armangle {
 
-/// How the next psi is chosen on its arc.
+/// The rule that chooses the next psi on its arc.
 enum class Rule : std::uint8_t { repulsion, hold, centre, towards };
-/// Outside every arc: to the nearer end in one step, nowhere, or in a scene out of it in as many as it takes.
+/// Outside every arc: to the nearer end in one step; stop; or, in a scene, escape in several steps.
 enum class Outside : std::uint8_t { nearest, stop, escape };
 
-/// K in [0, 1] per step; alpha > 0, of eq. (36); a wish, of Rule::towards.
+/// K in [0, 1] per step; alpha > 0, of eq. (36); a target for Rule::towards.
 struct Policy {
     Rule rule = Rule::repulsion;
     double K = 0.1;
@@ -26,29 +26,29 @@ struct Policy {
     Towards towards{};
 };
 
-/// The policy on one self-motion: a wish for the elbow becomes a wish for psi, NaN where every psi is as
-/// good.
+/// The policy for one self-motion: a target for the elbow becomes a target for psi, NaN if all psi are
+/// equally good.
 inline Policy settled(Policy policy, const Arm& arm, const SelfMotion<double>& m) noexcept {
     if (policy.rule == Rule::towards)
         policy.towards = {Wish::psi, psi_towards(arm, m, policy.towards).psi, {}};
     return policy;
 }
 
-/// K per step of a rate (1/s) over dt (s): K = 1 - exp(-rate dt), so that the motion does not depend on the
-/// step.
+/// K per step of a rate (1/s) over dt (s): K = 1 - exp(-rate dt). So the motion does not depend on the step
+/// length.
 inline double gain(double rate, double dt) noexcept { return -std::expm1(-rate * dt); }
 
 namespace detail {
 
-/// Eq. (36): repelled from both ends, still in the middle.
+/// Eq. (36): both ends repel, and the middle is at rest.
 inline double repelled(const Policy& p, const Arc& arc, double psi) noexcept {
     const double width = arc.upper - arc.lower, share = (psi - arc.lower) / width;
     if (!(width > 0)) return psi;
     return psi + p.K * 0.5 * width * (std::exp(-p.alpha * share) - std::exp(-p.alpha * (1.0 - share)));
 }
 
-/// To the place of the arc that is nearest to the wished psi, by the share K of the way within the arc. What
-/// is wished beyond the arc is nearest to the end on its side of the middle.
+/// Moves to the place of the arc nearest to the target psi, by the share K of the distance within the arc. A
+/// target outside the arc is nearest to the end on its side of the middle.
 inline double drawn(const Policy& p, const Arc& arc, double psi) noexcept {
     if (is_nan(p.towards.psi)) return psi;
     const double wish = lift(p.towards.psi, 0.5 * (arc.lower + arc.upper));
@@ -56,7 +56,7 @@ inline double drawn(const Policy& p, const Arc& arc, double psi) noexcept {
     return goal + (1.0 - p.K) * (psi - goal);
 }
 
-/// Where the rule of a policy moves psi within an arc.
+/// The psi to which the rule of a policy moves within an arc.
 inline double moved(const Policy& p, const Arc& arc, double psi) noexcept {
     switch (p.rule) {
         case Rule::repulsion: return repelled(p, arc, psi);
@@ -69,14 +69,14 @@ inline double moved(const Policy& p, const Arc& arc, double psi) noexcept {
 
 }  // namespace detail
 
-/// The next psi, or why there is none.
+/// The next psi, or the reason for none.
 struct Resolution {
     double psi;  // in (-pi, pi]
     Status status;
 };
 
-/// The next psi. On the full circle only a wish moves it, the shorter way; outside every arc it goes to the
-/// nearer end, or stops. The wish of the policy is one for psi (settled).
+/// The next psi. On the full circle only a target moves it, by the shorter way. Outside every arc it moves to
+/// the nearest end or stops. The target of the policy must be a psi (settled).
 inline Resolution resolve(const Policy& policy, const ArcSet& arcs, double psi) noexcept {
     if (arcs.empty()) return {wrap(psi), Status::LIMITS};
     if (arcs.full) {
@@ -93,13 +93,13 @@ inline Resolution resolve(const Policy& policy, const ArcSet& arcs, double psi) 
     return {wrap(min(max(detail::moved(policy, arc, place.psi), arc.lower), arc.upper)), Status::OK};
 }
 
-/// The policy on arcs to whose nearest end psi is led first, where it is outside of them.
+/// Applies the policy after moving psi to the nearest end if it is outside the arcs.
 inline Resolution led(Policy policy, const ArcSet& arcs, double psi) noexcept {
     policy.outside = Outside::nearest;
     return resolve(policy, arcs, find(arcs, psi).index < 0 ? nearest(arcs, psi) : psi);
 }
 
-/// The next psi where the policy acts on what of psi's arc lies in `kept` too, if something does.
+/// The next psi if the policy acts on the part of psi's arc that also lies in `kept`, unless that is empty.
 inline Resolution resolve(const Policy& policy, const ArcSet& arcs, const ArcSet& kept, double psi) noexcept {
     const Place place = find(arcs, psi);
     if (place.index < 0) return resolve(policy, arcs, psi);

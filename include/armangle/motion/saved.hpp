@@ -1,7 +1,7 @@
-// The numbers that a running loop is saved as, in the order in which its members are visited.
+// The numbers that save the state of a running loop, in the order in which its members are visited.
 //
-// A class has `each_number(visit)`, which calls visit(member) for all that one control cycle leaves to the
-// next: written and read by one list.
+// A class has `each_number(visit)`, which calls visit(member) for all that one control cycle passes to the
+// next. One list therefore serves both writing and reading.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@
 
 namespace armangle {
 
-/// Hands members to one(double&), number by number; what it leaves there is taken.
+/// Passes members to one(double&), number by number, and stores the result.
 template <class One>
 class EachNumber {
 public:
@@ -28,7 +28,7 @@ public:
         x = value == 1.0;
     }
     void operator()(int& x) { within(x, -largest, largest); }
-    /// A whole number that has to be in a range.
+    /// An integer that must be in a range.
     void within(int& x, int least, int most) {
         double value = x;
         one_(value);
@@ -65,7 +65,7 @@ private:
     One one_;
 };
 
-/// How many numbers a loop is saved as.
+/// How many numbers save the state of a loop.
 template <class Loop>
 int saved_size(Loop loop) noexcept {
     int n = 0;
@@ -74,14 +74,14 @@ int saved_size(Loop loop) noexcept {
     return n;
 }
 
-/// Writes them; `numbers` has room for saved_size(loop).
+/// Writes the state; `numbers` must have room for saved_size(loop).
 template <class Loop>
 void save(Loop loop, double* numbers) noexcept {
     EachNumber visit([&numbers](double& x) { *numbers++ = x; });
     loop.each_number(visit);
 }
 
-/// Puts a loop of the same arm and options where it was when the numbers were saved.
+/// Restores the state of a loop with the same arm and options.
 template <class Loop>
 void restore(Loop& loop, const double* numbers) noexcept {
     EachNumber visit([&numbers](double& x) { x = *numbers++; });

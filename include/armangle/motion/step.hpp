@@ -1,12 +1,12 @@
-// One pass of fig. 10, from the present joints to the next: arcs, eq. (36), inverse, and the checks of
-// continuity.
+// One pass of fig. 10, from the present joints to the next: arcs, eq. (36), inverse, and continuity checks.
 //
-//     the psi that the policy wants                                    nearly always
-//     beside theta_2, theta_6 = 0, where that sweeps joints round, the posture beside the present one
-//     else the nearest psi that one step leads to, in this branch or in one that meets it (theta_2, theta_6 =
-//     0), or last on the other side of a straight elbow
-//     else, under bounds, as far towards the pose as they allow; out of reach, if asked, to the nearest
-//     pose
+// The step tries in order:
+//     - the psi that the policy requests (nearly always)
+//     - near theta_2, theta_6 = 0, if that psi sweeps joints around: the solution next to the present one
+//     - the nearest psi that one step reaches, in this branch or one that meets it (theta_2, theta_6 = 0),
+//     and
+//       at last beyond a straight elbow
+//     - under bounds: as far towards the pose as they allow; out of reach, if requested: the nearest pose
 #pragma once
 
 #include "../circle/forward.hpp"
@@ -24,60 +24,60 @@
 namespace armangle {
 
 namespace step_rule {
-inline constexpr double length =
-    0.2;                             // m that a radian counts as, of the nearest pose where limits forbid all
-inline constexpr int halvings = 40;  // of the way out of a blocked arc, to what the bounds leave of it
-inline constexpr double straight = 0.05;   // |sin| of theta_2, theta_4, theta_6 below which joints are asked
-inline constexpr double stretched = 1e-5;  // of the elbow's bend below which it has no side (rad)
-inline constexpr double sweep = 2.0;   // of the move to the posture beside: what carrying psi may cost ...
-inline constexpr double calm = 0.15;   // ... up to this |sin| of theta_2, theta_6; more beyond it ...
-inline constexpr double awake = 0.21;  // ... and all from this one on
-inline constexpr double drift = 0.01;  // rad that a policy may move a joint there besides; more beyond it ...
-inline constexpr double shut = 0.25;   // ... and what a step may from this one on
-inline constexpr double turning = 0.3;  // share of the accelerations with which psi is slowed beside a hinge
-inline constexpr double far = 1.0;      // rad that a joint has to its own branch: others may be nearer
+inline constexpr double length = 0.2;  // m that count as one radian for the nearest pose if limits forbid all
+inline constexpr int halvings = 40;    // bisections of the way out of a blocked arc within the bounds
+inline constexpr double straight = 0.05;   // |sin| of theta_2, theta_4, theta_6 below which joints decide
+inline constexpr double stretched = 1e-5;  // bend (rad) below which the elbow has no side
+inline constexpr double sweep = 2.0;    // times the move to the nearby solution: permitted cost of carrying
+                                        // psi
+inline constexpr double calm = 0.15;    // ... up to this |sin| of theta_2, theta_6; more above it ...
+inline constexpr double awake = 0.21;   // ... and any cost from this one on
+inline constexpr double drift = 0.01;   // rad that a policy may move a joint there in addition; more above
+inline constexpr double shut = 0.25;    // ... and a whole step from this one on
+inline constexpr double turning = 0.3;  // share of the accelerations that slows psi near a hinge
+inline constexpr double far = 1.0;      // rad from a joint to its own branch: others may be nearer
 }  // namespace step_rule
 
-/// What is carried from one pose to the next: the number psi (the paper), or the elbow axis itself.
+/// The quantity carried from one pose to the next: the number psi (the paper), or the elbow axis itself.
 enum class Carry : std::uint8_t { psi, elbow };
 
-/// What a step is asked besides the pose.
+/// Arguments of a step besides the pose.
 struct StepOptions {
     Policy policy;
     Carry carry = Carry::psi;
     double max_joint_step = 0.2;  // rad; a larger move of any joint is JOINT_JUMP
-    double dt = not_a_number;     // s, of this step; NaN where nobody knows
-    // 0..7; or -1: that of the present joints, or one that meets it where they pass theta_2 = 0, theta_6 = 0
-    // or the straight elbow
+    double dt = not_a_number;     // s, of this step; NaN if unknown
+    // 0..7; or -1: the branch of the present joints, or one that meets it where they pass theta_2 = 0,
+    // theta_6 = 0 or the straight elbow
     int gc = -1;
-    const ArcSet* allowed = nullptr;  // arcs of the user's own, intersected
-    const Scene* scene = nullptr;     // obstacles that links keep clear of
-    const Bounds* bounds = nullptr;   // on speeds and accelerations
+    const ArcSet* allowed = nullptr;  // arcs given by the user, intersected
+    const Scene* scene = nullptr;     // obstacles that the links must avoid
+    const Bounds* bounds = nullptr;   // on velocities and accelerations
     const ArcSet* ahead =
-        nullptr;           // with bounds: the part of the arcs from which the poses ahead can be reached
-    bool nearest = false;  // go to the nearest pose where none of the pose's postures is within the limits
+        nullptr;           // with bounds: the part of the arcs from which the coming poses can be reached
+    bool nearest = false;  // move to the nearest pose if the pose has no solution within the limits
 };
 
-/// OK: the posture holds the pose. PARTIAL: it is as far towards it as bounds, or the reach, allow. CLEARANCE
-/// with `why` OK: it holds the pose and still touches, on its way out (Outside::escape). Any other status:
-/// nothing moves, or, where accelerations are bound, every joint brakes.
+/// Result of a step. OK: the configuration solves the pose. PARTIAL: it is as far towards it as bounds, or
+/// the reach, allow. CLEARANCE with `why` OK: it solves the pose, still in contact on its way out
+/// (Outside::escape). Any other status: no joint moves or, if accelerations are bounded, every joint brakes.
 struct Step {
     double q[joint_slots];
     double psi;  // in (-pi, pi]
     int gc;
     Status status;
-    double margin;            // rad: least distance of a joint of q to one of its limits, negative outside
+    double margin;            // rad: distance to the nearest joint limit, negative outside
     double velocity[joints];  // rad/s: (q - q_now) / dt; NaN without dt
-    Status why;               // what keeps q from the pose
+    Status why;               // why q does not reach the pose
 };
 
-/// Largest step of a joint (rad) that is taken for a motion and not for a jump, in dt s: 20 rad/s, and 0.2
-/// rad where dt is long or not known.
+/// Largest step of a joint (rad) in dt s that counts as motion and not as a jump: 20 rad/s, and 0.2 rad if dt
+/// is long or unknown.
 inline double default_joint_step(double dt) noexcept { return dt < 0.01 ? 20.0 * dt : 0.2; }
 
 namespace detail {
 
-/// psi of the present posture, as it is to be carried to the circle of the next pose.
+/// psi of the present configuration, carried to the circle of the next pose.
 inline double carried_psi(const Arm& arm, const Chain& now, const Circle<double>& next,
                           Carry carry) noexcept {
     Triad<double> on = triad(arm, flange_pose(arm, user_pose(arm, now.flange)));
@@ -85,14 +85,14 @@ inline double carried_psi(const Arm& arm, const Chain& now, const Circle<double>
     return arm_angle(on, now.z3);
 }
 
-/// Joints, and the least distance of one to its limits.
+/// Joints, and the distance to the nearest limit.
 struct Lifted {
     JointLanes q;
     double margin;
 };
 
-/// The joints next to q_now. A joint that would leave its range has no turn left if the range is a full turn
-/// or more; a narrower one has its only turn within the limits, however far that is.
+/// The joints nearest to q_now. If a joint would leave a range of a full turn or more, no turn is left. A
+/// narrower range holds only one turn of it, however far that is.
 ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>& d, const JointLanes& q_now,
                                        Lifted& out) noexcept {
     out.q = joints_near(arm, d, q_now);
@@ -109,7 +109,7 @@ ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>&
     return out.margin >= -tolerance::angle ? Status::OK : Status::LIMITS;
 }
 
-/// The speeds of a step, its margin and its words.
+/// Completes the velocities, margin and status of a step.
 inline void complete(const Arm& arm, const double* q_now, double dt, Status status, Status why,
                      Step& out) noexcept {
     for (int i = 0; i < joints; ++i) out.velocity[i] = (out.q[i] - q_now[i]) / dt;
@@ -118,7 +118,7 @@ inline void complete(const Arm& arm, const double* q_now, double dt, Status stat
     out.why = why;
 }
 
-/// A step to joints whose pose is not that of the step.
+/// A step to joints that do not solve the step's pose.
 inline Step step_to(const Arm& arm, const double* q_now, const double* q, double dt, Status status,
                     Status why) noexcept {
     Step out{};
@@ -130,9 +130,8 @@ inline Step step_to(const Arm& arm, const double* q_now, const double* q, double
     return out;
 }
 
-/// The pose in the branch that the joints are in, or in `gc` if it is 0 or more.
-/// An elbow that is about straight goes to its other side if the limits of joint 4 leave the pose there
-/// alone.
+/// The self-motion of a pose in the branch of the joints, or in `gc` if it is 0 or more. If the elbow is
+/// nearly straight and the limits of joint 4 permit only its other side, that side is used.
 inline SelfMotion<double> motion_from(const Arm& arm, const double* q_now, const Chain& now,
                                       const Pose<double>& pose, int gc) noexcept {
     Configuration<double> branch = gc < 0 ? configuration(arm, now.theta) : configuration(gc);
@@ -149,7 +148,7 @@ inline SelfMotion<double> motion_from(const Arm& arm, const double* q_now, const
     return !keeps(own) && keeps(other) ? other : own;
 }
 
-/// No step, and why: the present posture, psi on the circle of the pose.
+/// No step, with the reason: the present configuration, psi on the circle of the pose.
 [[gnu::noinline]] inline Step stayed(const Arm& arm, const double* q_now, const Chain& now,
                                      const Circle<double>& c, double dt, Status why) noexcept {
     Step out{};
@@ -160,7 +159,7 @@ inline SelfMotion<double> motion_from(const Arm& arm, const double* q_now, const
     return out;
 }
 
-/// No step: q_now as it came, psi NaN.
+/// No step: q_now unchanged, psi NaN.
 [[gnu::noinline]] inline Step refused(const Arm& arm, const double* q_now, double dt) noexcept {
     Step out{};
     for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
@@ -170,18 +169,18 @@ inline SelfMotion<double> motion_from(const Arm& arm, const double* q_now, const
     return out;
 }
 
-/// A pose in one branch, as others hold it: its arcs, what the caller leaves of them, and obstacles of that;
-/// and the psi that the policy wants.
+/// A pose in one branch, by reference: its arcs, the part that the caller and obstacles permit, and the psi
+/// that the policy requests.
 struct Branch {
     const SelfMotion<double>* motion;
     const JointFunctions<double>* functions;
     const ArcSet *own, *asked, *arcs;
-    const ArcSet* kept;  // of these, where the policy acts: what keeps the soft clearance, or all of them
+    const ArcSet* kept;  // the part on which the policy acts: with the soft clearance, or all of it
     Status status;
     double wish;
 };
 
-/// What a branch is made of.
+/// The data of a branch.
 struct BranchParts {
     SelfMotion<double> motion;
     JointFunctions<double> functions;
@@ -193,7 +192,7 @@ inline Policy policy_on(const StepOptions& options, const Arm& arm, const SelfMo
     return options.policy.rule == Rule::towards ? settled(options.policy, arm, m) : options.policy;
 }
 
-/// The branch of `parts.motion`, from psi.
+/// Computes the branch of `parts.motion`, from psi.
 inline Branch look(const Arm& arm, const LimitTable& limits, double psi, const StepOptions& options,
                    BranchParts& parts) noexcept {
     parts.functions = joint_functions(parts.motion);
@@ -225,8 +224,8 @@ inline Branch look(const Arm& arm, const LimitTable& limits, double psi, const S
     return out;
 }
 
-/// The psi that the policy wants of what is `ahead`, in the arc that holds psi if there is some; NaN if
-/// nothing is.
+/// The psi that the policy requests on the part `ahead`, in the arc of psi if possible; NaN if that part is
+/// empty.
 inline double wish_ahead(const ArcSet& arcs, Policy policy, const ArcSet* ahead, double psi) noexcept {
     if (!ahead || ahead->empty()) return not_a_number;
     policy.outside = Outside::nearest;
@@ -240,8 +239,8 @@ inline double wish_ahead(const ArcSet& arcs, Policy policy, const ArcSet* ahead,
     return resolve(policy, near.empty() ? *ahead : near, psi).psi;
 }
 
-/// The joints of a psi, if they are a step: on the turns that they are on, none further than it may, and no
-/// two about one axis, which share what the pose asks of them.
+/// Whether the joints of a psi are a step: on their present turns, no longer than permitted, and no two about
+/// one axis, which would share their turn.
 ARMANGLE_INLINE bool is_step(const Arm& arm, const SelfMotion<double>& m, double psi, const JointLanes& here,
                              double longest, Lifted& to) noexcept {
     const Directions<double> d = directions(m, sin_cos(psi));
@@ -250,7 +249,7 @@ ARMANGLE_INLINE bool is_step(const Arm& arm, const SelfMotion<double>& m, double
     return choose_windings(arm, d, here, to) == Status::OK && largest_move(to.q, here) <= longest;
 }
 
-/// A step that holds the pose.
+/// A step that solves the pose.
 ARMANGLE_INLINE Step stepped(const Lifted& to, const double* q_now, double dt, double psi, int gc) noexcept {
     Step out;
     to.q.store(out.q);
@@ -262,13 +261,13 @@ ARMANGLE_INLINE Step stepped(const Lifted& to, const double* q_now, double dt, d
     return out;
 }
 
-/// |sin| of that of theta_2 and theta_6 which is nearer to straight.
+/// The smaller |sin| of theta_2 and theta_6.
 inline double hinge_bend(double theta_2, double theta_6) noexcept {
     return min(abs(std::sin(theta_2)), abs(std::sin(theta_6)));
 }
 
-/// Whether joints next to theta_2 = 0 or theta_6 = 0 may sweep round although psi hardly moves, unasked: to
-/// hold psi is to ask for it, to hold the elbow is not.
+/// Whether joints near theta_2 = 0 or theta_6 = 0 may sweep around without request although psi hardly moves.
+/// A policy that holds psi requests this; one that holds the elbow does not.
 inline bool may_sweep(double theta_2, double theta_6, const StepOptions& options) noexcept {
     const double bend = hinge_bend(theta_2, theta_6);
     const Rule rule = options.policy.rule;
@@ -276,8 +275,8 @@ inline bool may_sweep(double theta_2, double theta_6, const StepOptions& options
     return bend <= step_rule::shut && !asked;
 }
 
-/// Whether joints that go straight to a posture of another branch keep the tool as near to its way as it
-/// moves: to pass from branch to branch is a motion then, however short the step, and else a leap.
+/// Whether the straight joint motion to a configuration of another branch keeps the end effector as near to
+/// its path as it moves. If so, passing between branches is a motion, however short; else it is a jump.
 template <class AnyArm>
 bool passes(const AnyArm& arm, const double* q_now, const double* q) noexcept {
     double middle[joint_slots] = {};
@@ -288,28 +287,28 @@ bool passes(const AnyArm& arm, const double* q_now, const double* q) noexcept {
     return size(off, step_rule::length) <= size(way, step_rule::length) + tolerance::angle;
 }
 
-/// How far joints may move beside theta_2 = 0, theta_6 = 0 where psi is carried, rad; the posture beside them
-/// is `least` away. It grows with the bend of the hinge.
+/// How far (rad) joints may move near theta_2 = 0, theta_6 = 0 if psi is carried; the nearby solution is
+/// `least` away. It grows with the bend of the hinge.
 inline double calm_move(double bend, double least) noexcept {
     if (bend >= step_rule::awake) return infinity;
     const double share = (bend - step_rule::calm) / (step_rule::awake - step_rule::calm);
     return step_rule::sweep * least / (1.0 - max(share, 0.0)) + tolerance::angle;
 }
 
-/// How far a policy may move joints there besides, of what a step may (rad): it grows with the bend, so that
-/// a policy that had to give way is caught up with in many steps, and not in one.
+/// How far (rad) a policy may move joints in addition there, of at most a step. It grows with the bend, so a
+/// policy that was suspended catches up in many steps instead of one.
 inline double calm_drift(double bend, double longest) noexcept {
     const double share = (bend - step_rule::calm) / (step_rule::shut - step_rule::calm);
     const double growth = max(longest / step_rule::drift, 1.0);
     return step_rule::drift * std::pow(growth, min(max(share, 0.0), 1.0));
 }
 
-/// Whether a policy wants another psi where that has to leave theta_2 = 0 or theta_6 = 0 first.
+/// Whether a policy requests another psi and must leave theta_2 = 0 or theta_6 = 0 first.
 inline bool may_leave(const Chain& now, const Policy& policy) noexcept {
     return (policy.rule == Rule::towards || policy.rule == Rule::centre) && is_singular(now);
 }
 
-/// What is tried where the psi that the policy wants is no step.
+/// The fallbacks if the psi that the policy requests is not a step.
 class StepAside {
 public:
     StepAside(const Arm& arm, const LimitTable& limits, const double* q_now, const Chain& now,
@@ -321,7 +320,7 @@ public:
           options_(options),
           bounds_(options.bounds ? *options.bounds : no_bounds) {}
 
-    /// `own`, if it is known, is the pose in the branch of the joints, whose wish is no step.
+    /// `own`, if known, is the pose in the branch of the joints; its requested psi is no step.
     Step operator()(const Pose<double>& pose, double psi, const Branch* own) noexcept {
         Step out;
         BranchParts parts;
@@ -334,11 +333,11 @@ public:
         if (settle(pose, why, out) || turn_elbow(psi, why, out)) return finished(Status::OK, Status::OK, out);
         const bool blocked = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED;
         const Circle<double>& c = branch_[0].motion->circle;
-        if (options_.scene) {  // the way to another pose's posture may not be clear
+        if (options_.scene) {  // the way to the solution of another pose may collide
             const bool left = options_.policy.outside == Outside::escape && escape(psi, out);
             return left ? finished(Status::CLEARANCE, Status::OK, out) : halted(c, why);
         }
-        const double held = carried_psi(arm_, now_, c, Carry::psi);  // the elbow runs on before the joints
+        const double held = carried_psi(arm_, now_, c, Carry::psi);  // the elbow moves ahead of the joints
         if (options_.bounds && approach(pose, held, blocked ? pi : infinity, out))
             return finished(Status::PARTIAL, why, out);
         const bool beyond = why == Status::UNREACHABLE || why == Status::FOLDED ||
@@ -349,14 +348,14 @@ public:
     }
 
 private:
-    /// The pose in the branch of the joints, and the psi that they carry to it.
+    /// Computes the pose in the branch of the joints, and the psi that they carry to it.
     Branch begin(const Pose<double>& pose, double& psi, BranchParts& parts) const noexcept {
         parts.motion = motion_from(arm_, q_now_, now_, pose, options_.gc);
         psi = carried_psi(arm_, now_, parts.motion.circle, options_.carry);
         return look(arm_, limits_, psi, options_, parts);
     }
 
-    /// The psi that the policy wants, where nothing lies ahead that it should be kept for.
+    /// Tries the psi that the policy requests, unless the coming poses restrict it.
     bool plain(Step& out) const noexcept {
         const Branch& own = branch_[0];
         if (own.status != Status::OK || options_.ahead) return false;
@@ -367,8 +366,8 @@ private:
         return !options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step);
     }
 
-    /// Where theta_2 = 0 or theta_6 = 0 is near: the posture beside the present one, if psi carried on would
-    /// sweep the joints next to that hinge round; a psi less far, if the policy would.
+    /// Near theta_2 = 0 or theta_6 = 0: takes the solution next to the present one if the carried psi would
+    /// sweep the joints next to that hinge around. If the policy would, it moves psi less.
     bool calm(const Pose<double>& pose, double psi, Step& out) const noexcept {
         const Branch& own = branch_[0];
         if (own.status != Status::OK) return false;
@@ -396,8 +395,7 @@ private:
         return aside.exact(psi, out);
     }
 
-    /// The joints as they are, where they hold the pose: beside a singular posture psi may have too few
-    /// digits to tell.
+    /// Keeps the joints if they solve the pose: near a singularity psi may have too few digits to tell.
     bool stand(const Pose<double>& pose, Step& out) const noexcept {
         const double length = arm_.size, most = settled_rule::meets * length;
         if (!(arm_.upper_arm > 0 && arm_.forearm > 0)) return false;  // such an arm has no elbow
@@ -411,14 +409,14 @@ private:
         return !options_.allowed || contains(*options_.allowed, out.psi);
     }
 
-    /// Where theta_2 or theta_6 is 0 and the tool at its pose though the policy wants another psi: the pivots
-    /// beside it turn until psi can go there.
+    /// If theta_2 or theta_6 is 0 and the end effector at its pose, but the policy requests another psi:
+    /// turns the pivots next to it until psi can move there.
     bool leave(const Pose<double>& pose, double psi, Step& out) const noexcept {
         if (!may_leave(now_, options_.policy)) return false;
         const Twist off = difference(user_pose(arm_, now_.flange), pose);
         if (!(size(off, step_rule::length) <= tolerance::angle)) return false;
         Leaving way;
-        double missed = infinity;  // without
+        double missed = infinity;  // without flip
         for (int flip = 0; flip < 4; ++flip) {
             if ((flip & 1 && !is_singular(now_, 0)) || (flip & 2 && !is_singular(now_, 1))) continue;
             if (flip > 0 && options_.gc >= 0) break;
@@ -456,7 +454,7 @@ private:
         return {arm_, *b.motion, *b.functions, q_now_, bounds_, options_.max_joint_step};
     }
 
-    /// Whether joint j is no further than one step, and `least`, from an angle or half a turn from it, where
+    /// Whether joint j is within one step, and within `least`, of an angle or half a turn from it, where
     /// branches meet.
     bool crosses(int j, double angle, double least) const noexcept {
         const double off = now_.theta[j] - angle, fastest = bounds_.velocity[j] * bounds_.dt;
@@ -468,7 +466,7 @@ private:
         return (!(flip & 1) || crosses(1, 0.0, least)) && (!(flip & 2) || crosses(5, 0.0, least));
     }
 
-    /// A branch with shoulder (1) and wrist (2) flipped.
+    /// The branch with shoulder (1) and wrist (2) flipped.
     Branch flipped(const SelfMotion<double>& motion, int flip, double psi, const StepOptions& options,
                    BranchParts& parts) const noexcept {
         parts.motion = motion;
@@ -477,7 +475,7 @@ private:
         return look(arm_, limits_, psi, options, parts);
     }
 
-    /// Adds the branches that meet the own one within moves below `least`.
+    /// Adds the branches that meet the own branch within moves below `least`.
     void gather(double psi, double least) noexcept {
         const Branch& own = branch_[0];
         const bool hopeless = own.status != Status::OK && own.status != Status::LIMITS &&
@@ -491,9 +489,8 @@ private:
             }
     }
 
-    /// A posture with the elbow on the other side, where one step takes it through straight: of the branch
-    /// whose joints move least. Only where this side has none; `why` says where the user's arcs alone forbid
-    /// it.
+    /// A solution with the elbow on the other side if one step takes it through straight: of the branch whose
+    /// joints move least. Used only if this side has none; `why` tells if the user's arcs alone forbid it.
     bool turn_elbow(double psi, Status& why, Step& out) const noexcept {
         const double straight = arm_.delta_angle;
         if (options_.gc >= 0 || limits_.margin > 0 || !crosses(3, straight, infinity)) return false;
@@ -517,7 +514,7 @@ private:
         return false;
     }
 
-    /// Why no branch has a step: of their reasons the one that the least would mend.
+    /// Why no branch has a step: of their reasons, the one that is easiest to remove.
     Status refusal() const noexcept {
         static constexpr Status order[] = {
             Status::NOT_ALLOWED,       Status::CLEARANCE, Status::ACCELERATION_LIMIT, Status::VELOCITY_LIMIT,
@@ -531,9 +528,9 @@ private:
             const bool met = options_.scene && b.status == Status::OK && of[i] == Status::NOT_ALLOWED;
             if (met && bounded(b).leads_to(*b.asked)) of[i] = Status::CLEARANCE;
             const bool speed = of[i] == Status::VELOCITY_LIMIT || of[i] == Status::ACCELERATION_LIMIT;
-            if (shut && speed) of[i] = Status::JOINT_JUMP;  // no speed leads to a branch without arcs
+            if (shut && speed) of[i] = Status::JOINT_JUMP;  // no velocity leads to a branch without arcs
             const bool leapt = i > 0 && b.status == Status::OK && bounded(b).leads_to(*b.arcs);
-            if (leapt) of[i] = Status::JOINT_JUMP;  // a step that is none of those that pass
+            if (leapt) of[i] = Status::JOINT_JUMP;  // a step that does not pass between branches
         }
         for (const Status why : order)
             for (int i = 0; i < count_; ++i)
@@ -541,8 +538,8 @@ private:
         return of[0];
     }
 
-    /// A posture of the pose that one step leads to; where psi cannot be held, of the branch whose joints
-    /// move least.
+    /// A solution of the pose that one step reaches; if psi cannot be kept, of the branch whose joints move
+    /// least.
     bool exact(double psi, Step& out) noexcept {
         double least = infinity;
         count_ = 1;
@@ -554,7 +551,7 @@ private:
         return least < infinity;
     }
 
-    /// The posture of one branch, if its joints move less than `least`.
+    /// The solution of one branch, if its joints move less than `least`.
     bool take(const Branch& b, double psi, const ArcSet* ahead, double& least, Step& out) const noexcept {
         if (b.status != Status::OK) return false;
         const BoundedStep step = bounded(b);
@@ -571,10 +568,10 @@ private:
         return true;
     }
 
-    /// The psi that the policy wants, or the nearest to it that keeps the bounds: of what is `ahead`, else of
-    /// the arcs; NaN where none does. Before that the policy is asked from the psi that the other way to
-    /// carry gives: where the plane from which psi is measured swings round, the elbow need not; where the
-    /// elbow stands over the base axis, the plane is the steadier.
+    /// The psi that the policy requests, or the nearest to it within the bounds: on the part `ahead`,
+    /// otherwise on the arcs; NaN if there is none. Before that the policy starts from the psi of the other
+    /// way to carry. If the reference plane swings around, the elbow need not follow; if the elbow is over
+    /// the base axis, the plane is steadier.
     double bounded_psi(const BoundedStep& step, const Branch& b, const ArcSet* ahead,
                        double psi) const noexcept {
         ArcSet within, both;
@@ -606,7 +603,7 @@ private:
         return step.nearest(within, wish);
     }
 
-    /// The wish, or as much of it as joints can brake after.
+    /// The requested psi, or as much of it as the joints can brake after.
     double slowed(const Branch& b, double psi, double wish) const noexcept {
         bool bound = false;
         for (const double a : bounds_.acceleration) bound |= a < infinity;
@@ -618,9 +615,9 @@ private:
         return psi + copysign(min(abs(way), speed * bounds_.dt), way);
     }
 
-    /// A posture of the pose beside the present joints, looked for in the joints themselves: where a hinge or
-    /// the elbow is about straight psi has too few digits to tell whether limits are kept.
-    /// It has the side of the elbow, unless that is no more than rounding.
+    /// A solution near the present joints, computed on the joints themselves: if a hinge or the elbow is
+    /// nearly straight, psi has too few digits to check limits. It keeps the side of the elbow, unless that
+    /// is mere rounding.
     bool settle(const Pose<double>& pose, Status& why, Step& out) const noexcept {
         const bool limits = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED ||
                             why == Status::ELBOW_LIMIT || why == Status::JOINT_JUMP;
@@ -628,7 +625,7 @@ private:
         double bend = abs(std::sin(now_.theta[3] - straight));
         for (const int j : hinge_joint) bend = min(bend, abs(std::sin(now_.theta[j])));
         if (!limits || limits_.margin > 0 || bend > step_rule::straight) return false;
-        // stretched the elbow does not bend by itself: it begins as the pose asks, and may to either side
+        // a stretched elbow does not bend by itself: start from the pose's theta_4; either side is allowed
         const SinCos<double>& bent = branch_[0].motion->elbow.theta_4;
         const double theta_4 = atan2(bent.sin, bent.cos);
         const int side = index(configuration(arm_, now_.theta)) & 2;
@@ -637,8 +634,8 @@ private:
                (either && settle_from(2 * straight - theta_4, pose, -1, why, out));
     }
 
-    /// The same from the present joints with another theta_4, or as they are, if the posture has that side of
-    /// the elbow; -1: either. It is looked for within the limits and what a step may reach.
+    /// The same from the present joints with another theta_4, or unchanged, if the solution has that side of
+    /// the elbow; -1: either. The search stays within the limits and the reach of a step.
     bool settle_from(double theta_4, const Pose<double>& pose, int side, Status& why,
                      Step& out) const noexcept {
         Limits box = arm_.limits;
@@ -648,7 +645,7 @@ private:
             const double reach = options_.max_joint_step - tolerance::bound;
             box.lower[j] = max(box.lower[j], q_now_[j] - reach);
             box.upper[j] = min(box.upper[j], q_now_[j] + reach);
-            if (!(box.lower[j] <= box.upper[j])) return false;  // too far beyond a limit to come back
+            if (!(box.lower[j] <= box.upper[j])) return false;  // too far beyond a limit to return
         }
         Relaxed at{start, infinity};
         for (const double q_4 : {lift(to_q(arm_, 3, theta_4), q_now_[3]), q_now_[3]}) {
@@ -667,9 +664,9 @@ private:
         return asked && (!options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step));
     }
 
-    /// Out of what links touch at psi, as far as a step may go, towards that end of the blocked arc to which
-    /// the joints have less far, if no link comes nearer to what it is nearest to; else to the other end.
-    /// False where psi is clear, or neither way is open.
+    /// Leaves the collision at psi, as far as a step may go. Tries the end of the blocked arc that is nearer
+    /// for the joints, unless a link comes nearer to its closest obstacle; then the other end. False if psi
+    /// is collision-free, or neither way is possible.
     bool escape(double psi, Step& out) const noexcept {
         const Branch& b = branch_[0];
         if (b.status != Status::OK || contains(*b.arcs, psi)) return false;
@@ -695,7 +692,7 @@ private:
         const double here = apart(now.psi);
         for (const double w : {way[swap], way[!swap]}) {
             if (!(abs(w) < infinity)) continue;
-            double low = 0, high = 1;  // shares of the way; what the bounds leave of it
+            double low = 0, high = 1;  // shares of the way within the bounds
             for (int k = 0; k < step_rule::halvings; ++k) {
                 const double middle = 0.5 * (low + high);
                 (step.keeps(now.psi + middle * w) ? low : high) = middle;
@@ -711,7 +708,7 @@ private:
         return false;
     }
 
-    /// The joints at psi within the limits, next to the present ones where there are several turns of them.
+    /// The joints at psi within the limits, on the turns nearest to the present ones.
     Joints within_limits(const Branch& b, double psi) const noexcept {
         const Directions<double> d = directions(*b.motion, sin_cos(psi));
         Joints q = joints_within_limits(arm_, d, q_now_);
@@ -725,7 +722,7 @@ private:
         return q;
     }
 
-    /// The posture of these branches that is nearest to the joints.
+    /// The solution in these branches nearest to the joints.
     Nearest nearest_of(const Pose<double>& pose, unsigned branches) const noexcept {
         NearestOptions asked;
         asked.near = q_now_;
@@ -734,7 +731,7 @@ private:
         return nearest_posture(arm_, limits_, pose, asked);
     }
 
-    /// The branches of this side of the elbow, a bit each.
+    /// The branches of this side of the elbow, one bit each.
     unsigned this_side() const noexcept {
         const int elbow = index(branch_[0].motion->gc) & 2;
         unsigned out = 0;
@@ -742,15 +739,15 @@ private:
         return out;
     }
 
-    /// Where a step under bounds is headed: to psi as it is, so that the tool comes to its pose before the
-    /// policy moves the elbow. From a gap of psi, or far away, it is the posture nearest to the joints, which
-    /// stays what it is on the straight way there, while the nearer end of a gap may change on it for ever.
-    /// After a gap that may be one of another branch, and joints go there through theta_2 = 0 or theta_6 = 0.
-    /// False: there is none.
+    /// The configuration at which a step under bounds aims: at the present psi, so that the end effector
+    /// reaches its pose before the policy moves the elbow. In a gap of psi, or far away, it is the solution
+    /// nearest to the joints. That solution is constant on the straight way there, while the nearer end of a
+    /// gap may alternate indefinitely. After a gap it may be in another branch, reached through theta_2 = 0
+    /// or theta_6 = 0. False if there is none.
     bool heading(const Pose<double>& pose, double psi, Joints& to) const noexcept {
         const Branch& own = branch_[0];
         double least = infinity;
-        for (int i = 0; i < count_; ++i) {  // the own one, and those that meet it here
+        for (int i = 0; i < count_; ++i) {  // the own branch, and those that meet it here
             const Branch& b = branch_[i];
             if (b.status != Status::OK) continue;
             const Joints held = within_limits(b, nearest(*b.arcs, psi));
@@ -760,7 +757,7 @@ private:
             to = held;
         }
         if (own.status != Status::OK) return least < infinity;
-        // beside a hinge at 0 an arc may hold psi but for rounding, and joints there be beyond a limit
+        // near a hinge at 0 an arc may hold psi only by rounding, with joints beyond a limit
         const bool within = limit_margin(arm_.limits, to.q) >= -tolerance::angle;
         if (within && contains(*own.arcs, psi) && !(least > step_rule::far)) return true;
         Nearest found = nearest_of(pose, 1u << index(own.motion->gc));
@@ -771,8 +768,8 @@ private:
         return true;
     }
 
-    /// As far as a step may go towards a posture of the pose; false where there is none to which no joint has
-    /// further than `longest`. From a limit that alone is in the way no joint goes all the way round.
+    /// Moves as far as a step may towards a solution of the pose; false if there is none within `longest` of
+    /// every joint. If a limit alone blocks, no joint turns all the way around.
     bool approach(const Pose<double>& pose, double psi, double longest, Step& out) const noexcept {
         Joints to{};
         if (!heading(pose, psi, to) || !(largest_move(to.q, q_now_) <= longest)) return false;
@@ -784,13 +781,13 @@ private:
         return true;
     }
 
-    /// The moves k d dt, as far as the bounds allow each.
+    /// Takes the displacements k d dt, each as far as the bounds allow.
     void go(const double (&d)[joints], double k, Step& out) const noexcept {
         detail::go(arm_, bounds_, q_now_, options_.max_joint_step, d, k, out.q);
         place(out);
     }
 
-    /// The move of a joint that brakes as hard as it may, within its limits.
+    /// The displacement of a joint that brakes as hard as it may, within its limits.
     double braked(int j) const noexcept { return detail::braked(arm_, bounds_, q_now_, j); }
 
     void place(Step& out) const noexcept {
@@ -800,8 +797,8 @@ private:
         out.gc = there.gc;
     }
 
-    /// To the pose with its wrist drawn into what joint 4 reaches; where no arm angle of it is within limits,
-    /// to a posture from which no small move comes nearer.
+    /// Moves to the pose with its wrist moved into joint 4's reach. If limits forbid all its arm angles,
+    /// moves to a configuration that no small move brings nearer.
     Step to_nearest(const Pose<double>& pose, Status why) noexcept {
         Step out;
         const Limits side = on_these_sides(arm_, q_now_, limits_.margin, options_.gc);
@@ -820,7 +817,7 @@ private:
         return finished(Status::PARTIAL, why, out);
     }
 
-    /// Nothing moves; where accelerations are bound every joint brakes.
+    /// No joint moves; if accelerations are bounded, every joint brakes.
     Step halted(const Circle<double>& c, Status why) const noexcept {
         bool moving = false;
         for (int j = 0; j < joints; ++j)
@@ -849,7 +846,7 @@ private:
     int count_ = 1;
 };
 
-/// The search for another psi, kept out of the usual way of a step.
+/// The fallbacks of a step, kept out of line.
 [[gnu::noinline]] inline Step step_aside(const Arm& arm, const LimitTable& limits, const double* q_now,
                                          const Chain& now, const Pose<double>& pose,
                                          const StepOptions& options, double psi = 0,
@@ -859,7 +856,7 @@ private:
 
 }  // namespace detail
 
-/// The step from q_now, whose chain is `now`, to `pose` (as the user sees it).
+/// The step from q_now, whose chain is `now`, to a user's `pose`.
 inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_now, const Chain& now,
                       const Pose<double>& pose, const StepOptions& options) noexcept {
     const JointLanes here = joint_lanes(q_now);
@@ -890,7 +887,7 @@ inline Step step(const Arm& arm, const LimitTable& limits, const double* q_now, 
     return step_from(arm, limits, q_now, chain(arm, q_now), pose, options);
 }
 
-/// Distance (m) between the tool of a posture's chain and a pose.
+/// Distance (m) between the end effector of a chain and a pose.
 inline double position_error(const Arm& arm, const Chain& now, const Pose<double>& pose) noexcept {
     return norm(user_pose(arm, now.flange).position - pose.position);
 }
