@@ -1,10 +1,9 @@
 // Self-motion parametrized by a joint: the angle of a leading joint is given, and the arm angle follows.
 //
 //          axis 1                            y_3  direction of the upper arm
-//            |  . ' theta_1 = const          At theta_2 = 0 the upper arm points along axis 1 and theta_1 is
-//     -------o------- y_3 over psi           free: theta_1(psi) jumps by half a turn there, psi(theta_1)
-//     passes
-//        . ' |                               smoothly, with theta_2 of either sign.
+//            |  . ' theta_1 = const          At theta_2 = 0 the upper arm points along axis 1 and theta_1
+//     -------o------- y_3 over psi           is free: theta_1(psi) jumps by half a turn there, and
+//        . ' |                               psi(theta_1) is smooth, with theta_2 of either sign.
 //
 // Near theta_2 = 0 (theta_6 = 0) joint 1 or 3 (5 or 7) leads, and the two branches that meet there form one
 // sheet. If a joint is locked, it leads. The arm angle is a root of U cos - V sin = 0 (pivot) or H - cos = 0
