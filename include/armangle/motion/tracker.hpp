@@ -1,15 +1,15 @@
-// The loop for hands, joysticks, cameras and policies: every tick a posture, whatever the command.
+// The loop for teleoperation, joysticks, cameras and policies: every control cycle returns a configuration.
 //
-//   command -> hand (filter) -> goal: exact arcs, else the reach clamp and its arcs, else the least
-//   relaxation
-//                            -> move: exact inside the box of moves that the bounds allow, else least squares
+//   command -> target (filter) -> goal: exact arcs, else the target moved into reach and its arcs, else the
+//   least relaxation
+//                              -> move: exact inside the box of moves within the bounds, else least squares
 //
-// The bounds are kept by the joints alone: |v| <= velocity, |v - v_before| <= acceleration dt, and after
-// every tick v^2 / (2 acceleration) <= the room to each limit, so that braking is possible whatever the next
-// ticks last: braking by dt' covers (v - a dt') dt' and leaves (v - a dt')^2 / 2a <= v^2 / 2a - that.
+// The joints alone guarantee the bounds: |v| <= velocity, |v - v_before| <= acceleration dt. After every
+// cycle v^2 / (2 acceleration) <= the room to each limit. So braking is possible however long the next cycles
+// are: braking by dt' covers (v - a dt') dt' and leaves (v - a dt')^2 / 2a <= v^2 / 2a - that.
 //
-// The branch is read off the joints: the arm passes through theta_2 = 0 and theta_6 = 0, where two branches
-// meet. Joint 4 stays on its side of the stretched arm.
+// The joints determine the branch: the arm may pass through theta_2 = 0 and theta_6 = 0, where two meet.
+// Joint 4 stays on its side of the stretched arm.
 #pragma once
 
 #include <optional>
@@ -28,109 +28,109 @@
 
 namespace armangle {
 
-/// What a tick did.
+/// State of the motion after a control cycle.
 enum class Tracking : std::uint8_t {
-    FOLLOWING,  // the tool is where the hand is
-    LAGGING,    // on its way, as fast as the bounds allow
-    NEAREST,    // the hand is out of reach: at, or on the way to, the nearest pose
-    HELD,       // no sample to believe: on as predicted
-    TURNING,    // on its way to another posture, joint by joint: the tool leaves the hand
-    RETURNING,  // a joint stands outside its limits, or a link touches, where the arm began: on its way out
+    FOLLOWING,  // the end effector is at the target
+    LAGGING,    // approaching the target as fast as the bounds allow
+    NEAREST,    // the target is out of reach: at, or on the way to, the nearest pose
+    HELD,       // no accepted sample: continuing as predicted
+    TURNING,    // moving to another configuration in joint space: the end effector leaves the target
+    RETURNING,  // a joint violates its limits, or a link collides, since the start: leaving that state
 };
 
-/// The bounds of a tracker, and what it keeps clear of.
+/// The bounds of a tracker, and the obstacles that it avoids.
 struct TrackerOptions {
     double dt = 0.004;            // s
-    double velocity[joints];      // rad/s; infinite: no bound
-    double acceleration[joints];  // rad/s^2; infinite: no bound
+    double velocity[joints];      // rad/s; infinite: unbounded
+    double acceleration[joints];  // rad/s^2; infinite: unbounded
     double jerk[joints] = {infinity, infinity, infinity, infinity,
-                           infinity, infinity, infinity};  // rad/s^3; infinite: no bound
-    double length = 0.2;                                   // m that a radian counts as
-    double still_margin = 0.05;                            // rad off straight that joint 4 keeps at rest
-    double elbow_margin = 0.35;       // rad off straight that it keeps while the hand is fast
-    double singularity_margin = 0.0;  // rad off theta_2, theta_6 = 0 where arcs allow it
-    double soft_clearance = 0.02;     // m more than the scene's that the elbow keeps where arcs allow it
-    bool detours = true;              // whether the tool may leave the hand unasked, to find another way
-    const Scene* scene = nullptr;     // obstacles that links keep clear of; lives as long as the tracker
+                           infinity, infinity, infinity};  // rad/s^3; infinite: unbounded
+    double length = 0.2;                                   // m that count as one radian
+    double still_margin = 0.05;                            // rad from straight that joint 4 keeps at rest
+    double elbow_margin = 0.35;       // rad from straight that it keeps while the target is fast
+    double singularity_margin = 0.0;  // rad from theta_2, theta_6 = 0, if arcs allow it
+    double soft_clearance = 0.02;     // m beyond the scene's clearance that the elbow keeps if arcs allow it
+    bool detours = true;              // whether the end effector may leave the target to find another way
+    const Scene* scene = nullptr;     // obstacles to avoid; must outlive the tracker
     HandFilter hand;
 };
 
-/// What a tick is given. A pose that is none, or a null, holds the hand as predicted.
+/// Input of a control cycle. If the pose is null or invalid, the target continues as predicted.
 struct Command {
     const Pose<double>* pose = nullptr;
-    const Towards* elbow = nullptr;      // where the elbow is wanted: a point or a direction; null: no matter
-    double dt = 0;                       // s of this tick; 0: that of the options
-    int reconfigure = -1;                // 0..7: go to this branch, through what lies between
-    const Pose<double>* seen = nullptr;  // moves the hand to where this arm sees it; null: it stays
-    Vec3<double> drift{};                // m/s: of that place while the hand stays
+    const Towards* elbow = nullptr;      // point or direction for the elbow; null: free
+    double dt = 0;                       // s of this cycle; 0: that of the options
+    int reconfigure = -1;                // 0..7: go to this branch, through configurations off the target
+    const Pose<double>* seen = nullptr;  // the target pose relative to this arm; null: unchanged
+    Vec3<double> drift{};                // m/s: motion of that pose while the target is constant
 };
 
-/// What a tick returns: the next joints, and how far they leave the hand.
+/// Result of a control cycle: the next joints, and their distance from the target.
 struct Tracked {
     double q[joint_slots];
     double velocity[joints];  // rad/s, (q - q before) / dt
     Tracking status;
-    double distance;  // m, of the tool from the hand: sqrt(|dp|^2 + (length angle)^2)
-    double gap;       // m by which the hand's wrist is outside what joint 4 reaches
+    double distance;  // m from the end effector to the target: sqrt(|dp|^2 + (length angle)^2)
+    double gap;       // m by which the target's wrist is outside joint 4's reach
     double psi;       // in (-pi, pi]
     int gc;
-    Status why;  // what keeps the tool from the hand
-    Tag pair;    // where that is an obstacle: it and the link; 0: none
+    Status why;  // why the end effector is not at the target
+    Tag pair;    // if an obstacle is the reason: obstacle and link; 0: none
 };
 
 namespace track_rule {
-inline constexpr double exact = 1e-9;       // m: a tool this near is there
-inline constexpr double rounding = 2e-15;   // rad: what a sum of joint values may round away
-inline constexpr double outside = 1e-9;     // rad: joints this far out of the box were rounded there
-inline constexpr double soft = 0.05;        // rad kept off limits where arcs allow it
-inline constexpr double braking = 0.6;      // share of the acceleration that an approach is planned with
-inline constexpr double direct = 1.0;       // the same where the tool's position alone comes nearer
-inline constexpr double assured = 0.2;      // share that is left, however hard the hand brakes
-inline constexpr double aside = 0.1;        // of `length`: what a radian counts as beside position alone
+inline constexpr double exact = 1e-9;       // m: within this distance the end effector is at its target
+inline constexpr double rounding = 2e-15;   // rad: error that a sum of joint values may have
+inline constexpr double outside = 1e-9;     // rad: joints this far outside the box are rounding errors
+inline constexpr double soft = 0.05;        // rad from limits that is kept if arcs allow it
+inline constexpr double braking = 0.6;      // share of the acceleration that an approach assumes
+inline constexpr double direct = 1.0;       // the same if only the position comes nearer
+inline constexpr double assured = 0.2;      // share that always remains, however hard the target brakes
+inline constexpr double aside = 0.1;        // of `length`: metres a radian counts beside position alone
 inline constexpr double turning = 0.3;      // the same of psi
 inline constexpr double ticks = 3.0;        // an approach ends no faster than geometrically over so many
-inline constexpr double regular = 1e-4;     // of H, m^2/rad^2
-inline constexpr double damping = 2e-3;     // the same in addition, of a tool that is late
-inline constexpr double late = 0.0015;      // m from the hand at which all of it is added
+inline constexpr double regular = 1e-4;     // added to H, m^2/rad^2
+inline constexpr double damping = 2e-3;     // added as well if the end effector is late
+inline constexpr double late = 0.0015;      // m from the target at which all of it is added
 inline constexpr double preview = 0.15;     // s ahead for which psi is chosen
 inline constexpr double fast = 0.1;         // m/s of the wrist at which the elbow's margin is full
-inline constexpr double trembling = 0.05;   // s over which its velocity is averaged for that
-inline constexpr double growing = 0.1;      // s over which that margin grows
-inline constexpr double shrinking = 2.0;    // s over which it shrinks
-inline constexpr double beyond = 1e-6;      // rad out of limits at which a posture is none
+inline constexpr double trembling = 0.05;   // s over which the wrist's velocity is averaged for that
+inline constexpr double growing = 0.1;      // s in which that margin grows
+inline constexpr double shrinking = 2.0;    // s in which it shrinks
+inline constexpr double beyond = 1e-6;      // a configuration violating a limit by more (rad) is rejected
 inline constexpr double seam = 2e-6;        // rad between limits a whole turn apart
 inline constexpr double negligible = 1e-4;  // rad of that margin
-inline constexpr double crossing = 0.3;     // rad of theta_2, theta_6 within which both branches are weighed
+inline constexpr double crossing = 0.3;     // rad of theta_2, theta_6 within which both branches are compared
 inline constexpr double leap = 3.0;         // m/s: a goal that moves faster has jumped
-inline constexpr double standing = 0.02;    // rad/s: joints slower than this, for a stall, stand
-inline constexpr double stall = 0.3;        // s of standing away from a goal after which the arm turns to it
-inline constexpr double lively = 0.02;      // m: a hand that has moved farther makes a new case
-inline constexpr double slow = 0.1;         // m/s: a hand slower than this is waited for with ways round ...
-inline constexpr double patience = 1.0;     // s without coming nearer to it by ...
-inline constexpr double progress = 0.1;     // ... this share, which are a stall beside obstacles
-inline constexpr double turned = 0.05;      // rad from the goal's posture at which turning is over
-inline constexpr double irregular = 0.7;    // sine of theta_2, theta_6 below which psi is turned less ...
-inline constexpr double shut = 0.05;        // ... and joints go on by the least way, ...
-inline constexpr double roomy = 0.15;       // ... rad off limits
-inline constexpr double remote = 1.0;       // rad: a posture from which a joint is farther is not beside it
-inline constexpr double near = 0.1;    // rad within which a posture that is nearer to the hand is gone to ...
-inline constexpr double pays = 1e-3;   // ... and m that it has to be nearer for each rad, where it is not
-inline constexpr double level = 0.01;  // rad off straight within which joint 4 has no side of its own ...
-inline constexpr double scant = 0.6;   // ... at a start, where limits leave it less than that
+inline constexpr double standing = 0.02;    // rad/s: slower joints count as standing in a stall
+inline constexpr double stall = 0.3;        // s of standing away from a goal before the arm turns to it
+inline constexpr double lively = 0.02;      // m: a target that has moved farther starts a new case
+inline constexpr double slow = 0.1;         // m/s: for a slower target the arm tries detours after ...
+inline constexpr double patience = 1.0;     // s without coming nearer by ...
+inline constexpr double progress = 0.1;     // ... this share, which is a stall near obstacles
+inline constexpr double turned = 0.05;      // rad from the goal's configuration at which turning ends
+inline constexpr double irregular = 0.7;    // |sin| of theta_2, theta_6 below which psi turns less ...
+inline constexpr double shut = 0.05;        // ... and joints move by the least amount, ...
+inline constexpr double roomy = 0.15;       // ... rad from limits
+inline constexpr double remote = 1.0;       // rad: a configuration with a joint farther away is not nearby
+inline constexpr double near = 0.1;     // rad within which a configuration nearer to the target is taken ...
+inline constexpr double pays = 1e-3;    // ... and m that it must gain for each rad beyond
+inline constexpr double level = 0.01;   // rad from straight within which joint 4 has no side ...
+inline constexpr double scant = 0.6;    // ... at a start, if limits leave it less than that
 inline constexpr double worth = 0.005;  // m that another start of the relaxation must gain
-inline constexpr double strayed = 0.1;  // m: a hand this far from where it was makes a way to it void
-inline constexpr double gain = 1e-4;    // m nearer to a hand at rest, for which more time is given
-inline constexpr double calm = 1e-3;    // rad of the elbow's margin above that at rest, which is none
-inline constexpr double led = 0.02;     // rad nearer to a hint for which an arm leaves theta_2, theta_6 = 0
-inline constexpr int turns = 8;         // to postures that are tried for a hand
-inline constexpr int ways = 2, most_ways = 600;  // round an obstacle that are tried in a tick, and in all
-inline constexpr int rounds = 6, starts = 16;    // of the relaxation in one tick
+inline constexpr double strayed = 0.1;  // m: a target that has moved this far invalidates a way to it
+inline constexpr double gain = 1e-4;    // m nearer to a resting target for which time is extended
+inline constexpr double calm = 1e-3;    // rad of the elbow's margin above that at rest, negligible
+inline constexpr double led = 0.02;     // rad nearer to the elbow's target worth leaving theta_2, theta_6 = 0
+inline constexpr int turns = 8;         // configurations that are tried for one target
+inline constexpr int ways = 2, most_ways = 600;  // ways around an obstacle tried in a cycle, and in all
+inline constexpr int rounds = 6, starts = 16;    // of the relaxation in one cycle
 }  // namespace track_rule
 
-/// Joints that follow a hand tick by tick within bounds on speed and acceleration;
-/// docs/theory/motion/tracker.md. A `Body` is what keeps clear of obstacles, the arm itself or the true chain
-/// that it stands for, and `about` the scene that is made ready for it; the options' scene is the arm's own,
-/// and says where to go.
+/// Joints that follow a target in control cycles within bounds on velocity and acceleration;
+/// docs/theory/motion/tracker.md. The `Body` must avoid obstacles: the arm itself or the true chain that it
+/// represents. `about` is the scene prepared for it. The options' scene is the arm's own and determines where
+/// to go.
 template <class Body = Arm>
 class Tracker {
 public:
@@ -161,10 +161,10 @@ public:
         start(middle);
     }
 
-    /// At rest at q; joints outside their limits are led into them, within the bounds.
+    /// Starts at rest at q. Joints outside their limits are moved back within the bounds.
     void start(const double* q) noexcept { start(q, user_pose(arm_, chain(arm_, q).flange)); }
 
-    /// The same with the hand elsewhere than the tool.
+    /// The same with a target away from the end effector.
     void start(const double* q, const Pose<double>& hand) noexcept {
         for (int j = 0; j < joints; ++j) {
             q_.q[j] = q[j];
@@ -196,7 +196,7 @@ public:
     const double* q() const noexcept { return q_.q; }
     const Arm& arm() const noexcept { return arm_; }
 
-    /// What a tick leaves to the next (saved.hpp).
+    /// The state that one cycle passes to the next (saved.hpp).
     template <class Visit>
     void each_number(Visit& visit) {
         hand_.each_number(visit);
@@ -208,22 +208,22 @@ public:
         visit.within(home_, 0, configurations - 1);
         visit.within(legs_, 0, 2);
     }
-    /// The nearest pair of the present posture, of those nearer than `reach` (m) more than the clearance;
-    /// where room is left to rounding: joints from the end of an arc may touch by that.
+    /// The nearest pair of the present configuration among those within `reach` (m) beyond the clearance. Its
+    /// room allows for rounding: joints at the end of an arc may touch by that.
     NearestPair nearest_pair(double reach) const noexcept {
         NearestPair out = StraightMove(body_, *about_).nearest_pair(q_.q, reach);
         out.room += straight_rule::rounded;
         return out;
     }
-    /// Among other obstacles than when it was saved: the next tick takes the hand for one that has moved, so
-    /// that an arm at rest gives way. A way that was found is gone on with, as ticks are proven themselves.
+    /// Prepares for obstacles other than when the state was saved: the next cycle treats the target as moved,
+    /// so that an arm at rest gives way. A way in progress continues, since each cycle has its own proof.
     void look_again() noexcept {
         tried_ = 0;
         barred_ = 0;
         hinted_.target.x = infinity;
         escaping_ = options_.scene && nearest_pair(0.0).room < 0;
     }
-    /// The hand as it is believed, in the frame that poses are given in.
+    /// The accepted target, in the frame that poses are given in.
     const Pose<double>& hand() const noexcept { return hand_.pose(); }
 
     Tracked step(const Command& command) noexcept {
@@ -232,8 +232,8 @@ public:
         return out;
     }
 
-    /// The same without a note of how far the tool is from the hand, which note() then takes, as it is true
-    /// of another tool.
+    /// The same without recording the distance to the target. note() then takes that distance, which depends
+    /// on the tool.
     Tracked tick(const Command& command) noexcept {
         const bool valid =
             command.pose && is_rigid(*command.pose) && norm(command.pose->position) <= tolerance::length;
@@ -305,36 +305,36 @@ private:
         Chain now;
         Configuration<double> gc{};
         Limits limits{};                                // joint 4 on its side of the stretched arm
-        double lower[joints] = {}, upper[joints] = {};  // rad/s: what the next velocity may be
-        Guard<Body>* guard = nullptr;                   // where there are obstacles
+        double lower[joints] = {}, upper[joints] = {};  // rad/s: range of the next velocity
+        Guard<Body>* guard = nullptr;                   // set if there are obstacles
         const Towards* elbow = nullptr;
-        bool there = false;  // the tool is at the hand ...
+        bool there = false;  // the end effector is at the target ...
         bool rests = false;  // ... and theta_2 or theta_6 is 0
     };
 
-    /// Where to go: a pose that the arm can take, and a posture of it.
+    /// The goal: a reachable pose, and a configuration that solves it.
     struct Goal {
         Pose<double> pose;
         Joints at;
         double psi = 0, gap = 0;
         Status why = Status::OK;
-        bool settled = false;         // it is beside the present one
-        bool posture_only = false;    // the pose may have no arc: only this posture
-        int gc = 0;                   // of that posture
-        Status blocked = Status::OK;  // or why obstacles leave no posture of the pose
-        Tag pair = 0;                 // the one that blocks all of them alone; 0: none does
+        bool settled = false;         // it is near the present one
+        bool posture_only = false;    // the pose may have no arc: only this configuration
+        int gc = 0;                   // of that configuration
+        Status blocked = Status::OK;  // or why obstacles leave no solution of the pose
+        Tag pair = 0;                 // the pair that alone blocks all of them; 0: none
     };
 
-    /// Of a tick: as told, or that of the options.
+    /// Length of a cycle: the given one, or that of the options.
     double seconds(double dt) const noexcept { return dt > 0 && dt < infinity ? dt : options_.dt; }
 
-    /// Whether a hint says something: a point, or a direction that has a length.
+    /// Whether a target for the elbow is valid: a point, or a direction with a length.
     static bool says_something(const Towards& hint) noexcept {
         const double size = norm(hint.target);
         return size < infinity && (hint.wish == Wish::point || size > 0);
     }
 
-    /// Takes the hand, moved by `seen` where that is given.
+    /// Takes the target, moved by `seen` if that is given.
     void see(const Command& command) noexcept {
         wanted_ = hand_.pose();
         speed_ = hand_.velocity();
@@ -346,7 +346,7 @@ private:
         acceleration_ = {seen.rotation * acceleration_.linear, seen.rotation * acceleration_.angular};
     }
 
-    /// A hand that has moved makes a new case: what was tried for another one does not count.
+    /// Starts a new case if the target has moved: earlier attempts no longer count.
     void heed_hand(const Tick& t) noexcept {
         const Towards hint = t.elbow ? *t.elbow : Towards{};
         const double speed = size(hand_.velocity(), options_.length);
@@ -372,8 +372,8 @@ private:
         return size(difference(hand, hand_.pose()), options_.length);
     }
 
-    /// Limits a whole turn apart leave every angle, but no way from one to the other: they are drawn in, so
-    /// that an arc ends there.
+    /// Narrows limits a whole turn apart, so that an arc ends there: they permit every angle, but no way
+    /// across.
     static Limits parted(Limits limits) noexcept {
         for (int j = 0; j < joints; ++j) {
             const double over = limits.upper[j] - limits.lower[j] - two_pi + track_rule::seam;
@@ -384,10 +384,10 @@ private:
         return limits;
     }
 
-    /// How fast the hand goes on: one that does not move leads nowhere, wherever the joints seem to lead it.
+    /// Velocity of the target; 0 if it does not move, whatever the joints suggest.
     Twist heading() const noexcept { return fixed_ ? Twist{} : speed_; }
 
-    /// How far the joint that has to move farthest is from a posture, rad.
+    /// Largest displacement (rad) of a joint to a configuration.
     double farthest_move(const Joints& to) const noexcept {
         double farthest = 0;
         for (int j = 0; j < joints; ++j) farthest = max(farthest, abs(to.q[j] - q_.q[j]));
@@ -396,11 +396,11 @@ private:
 
     // -- bounds
 
-    /// rad off straight, on the side that joint 4 is kept on.
+    /// rad from straight, on the side on which joint 4 is kept.
     double bent() const noexcept { return side_ * detail::elbow_bend(arm_, q_.q[3]); }
 
-    /// The side of the stretched arm (+1, -1) that joint 4 stands on; where it is about straight, and has
-    /// little room there, the other one.
+    /// The side of the stretched arm (+1, -1) of joint 4; if it is nearly straight with little room there,
+    /// the other one.
     double side_to_keep() const noexcept {
         const double bend = detail::elbow_bend(arm_, q_.q[3]), own = bend < 0 ? -1.0 : 1.0;
         const double straight = q_.q[3] - arm_.sign[3] * bend;
@@ -410,30 +410,30 @@ private:
         return abs(bend) <= track_rule::level && room < track_rule::scant && room < other ? -own : own;
     }
 
-    /// rad off straight that joint 4 has to keep from here on, where its limits leave its margin: a start may
-    /// be nearer.
+    /// rad from straight that joint 4 must keep from now on if its limits permit its margin; a start may be
+    /// nearer.
     double bend_to_keep() const noexcept {
         Limits limits = arm_.limits;
         const bool has_margin = keep_on_side(arm_, 3, q_.q[3], side_, options_.still_margin, limits);
         return has_margin ? min(max(bent(), 0.0), options_.still_margin) : options_.still_margin;
     }
 
-    /// The branch of a posture; about the stretched arm that of the side which joint 4 is kept on.
+    /// The branch of a configuration; near the stretched arm, the branch with joint 4's kept side.
     Configuration<double> branch(const Chain& now) const noexcept {
         Configuration<double> out = configuration(arm_, now.theta);
         out.elbow = side_;
         return out;
     }
 
-    /// The limits with joint 4 on a side of the stretched arm, where they leave that.
+    /// The limits with joint 4 on one side of the stretched arm, if they permit that.
     Limits kept_on(double side, double margin) const noexcept {
         Limits out = arm_.limits;
         keep_on_side(arm_, 3, q_.q[3], side, margin, out);
         return out;
     }
 
-    /// The velocities that keep the bounds and from which every joint can still brake. A joint outside its
-    /// limits has to go in, as fast as one that came to rest there.
+    /// Computes the velocities within the bounds after which every joint can still brake. A joint outside its
+    /// limits must return, as fast as if it had come to rest there.
     void box(Tick& t) const noexcept {
         const Limits& limits = t.limits = elbow_turns(t) ? arm_.limits : kept_on(side_, least_bend_);
         for (int j = 0; j < joints; ++j) {
@@ -459,8 +459,8 @@ private:
         }
     }
 
-    /// The same of a joint whose jerk is bounded. One that cannot stop within a limit, which it then was
-    /// never within, stops as soon as it can.
+    /// The same for a joint with bounded jerk. A joint that cannot stop within a limit was never inside it
+    /// and stops as soon as it can.
     void box_of_jerk(Tick& t, int j) const noexcept {
         const JerkBounds& b = bound_[j];
         const double v = v_[j], a = a_[j], dt = t.dt, change = b.jerk * dt;
@@ -487,8 +487,8 @@ private:
         lower = min(max(down, in_up), upper);
     }
 
-    /// A velocity that each joint goes on to `wish` with, `ahead` (rad/s^2) being how that goes on to change:
-    /// a joint whose jerk is bounded does not overshoot it.
+    /// Adjusts the velocities towards `wish` so that joints with bounded jerk do not overshoot; `ahead`
+    /// (rad/s^2) is how the wish continues to change.
     void ease(const Tick& t, const double (&ahead)[joints], double (&v)[joints]) const noexcept {
         for (int j = 0; j < joints; ++j) {
             const JerkBounds& b = bound_[j];
@@ -507,8 +507,8 @@ private:
         return 2.0 * room / (dt + sqrt(dt * dt + 2.0 * room / a));
     }
 
-    /// The factor k, in 1/s, of an approach k d over moves d with which every joint can stop there, and how
-    /// k |d| falls with |d|: as this power of it.
+    /// The factor k (1/s) of an approach k d over displacements d after which every joint can stop there; k
+    /// |d| falls with this power of |d|.
     struct Pace {
         double k, power;
 
@@ -530,9 +530,9 @@ private:
         return out;
     }
 
-    /// The same for the moves of a part of the tool's way, whose speeds the box bounds: a joint that reaches
-    /// its greatest speed before it has to brake is in nobody's way. It brakes against a goal that itself
-    /// speeds up by `gain`, rad/s^2: one that runs away leaves more to brake with, one that slows down less.
+    /// The same for the joint moves of a part of the end effector's path, whose velocities the box bounds. A
+    /// joint that reaches its greatest velocity before it must brake slows no other. It brakes against a goal
+    /// that accelerates by `gain` (rad/s^2): a goal that moves away leaves more, one that slows down less.
     Pace pace(const double (&d)[joints], const double (&gain)[joints], double share,
               double dt) const noexcept {
         Pace out{1.0 / (track_rule::ticks * dt), 1.0};
@@ -545,8 +545,8 @@ private:
         return out;
     }
 
-    /// A joint comes to rest over its way by `hard` (rad/s^2), and in the end with v^3 = j way^2, which takes
-    /// a jerk of 2/9 j, and of j where k begins to be constant.
+    /// Limits the pace so that a joint stops over its way by `hard` (rad/s^2). At the end v^3 = j way^2,
+    /// which takes a jerk of 2/9 j, and j where k becomes constant.
     void brake(Pace& out, int j, double way, double hard) const noexcept {
         out.at_most(sqrt(2.0 * hard / way), 0.5);
         if (bound_[j].has_jerk())
@@ -555,8 +555,8 @@ private:
 
     // -- the goal
 
-    /// The goal, and the joints of the next tick if they can be there. While the elbow keeps up with the hand
-    /// it is followed right up to the reach; else the elbow keeps its margin.
+    /// Computes the goal, and the joints of the next cycle if they can be there. While the elbow keeps up
+    /// with the target it follows right up to the reach; otherwise the elbow keeps its margin.
     bool seek(const Tick& t, Goal& goal, Joints& next) noexcept {
         const Pose<double>& wanted = wanted_;
         const Circle<double> c = circle(arm_, flange_pose(arm_, wanted));
@@ -584,15 +584,15 @@ private:
         return exact(t, goal, next) || (!(goal.gap > 0) && stays_there(t, goal, next));
     }
 
-    /// Whether no joint moved in the tick before.
+    /// Whether no joint moved in the previous cycle.
     bool is_at_rest() const noexcept {
         double fastest = 0;
         for (int j = 0; j < joints; ++j) fastest = max(fastest, abs(v_[j]));
         return !(fastest > 0);
     }
 
-    /// Whether the tool is at the hand already, and the joints can stay: limits may end just here, and leave
-    /// an arc of no width.
+    /// Whether the end effector is already at the target and the joints can stay: limits may end just here
+    /// and leave an arc of no width.
     bool stays_there(const Tick& t, Goal& goal, Joints& next) const noexcept {
         if (!t.there || goal.blocked != Status::OK || !taken(t, q_.q, next)) return false;
         goal = Goal{};
@@ -603,9 +603,9 @@ private:
         return true;
     }
 
-    /// Whether the elbow's margin alone keeps the goal from the hand, and its posture is far, while one
-    /// beside the joints is about as near to the hand: limits may leave joint 4 no way to its margin but that
-    /// of a joint all round.
+    /// Whether the elbow's margin alone keeps the goal from the target, with its configuration far away while
+    /// a nearby one is about as close. Limits may permit joint 4 its margin only after a joint turns all the
+    /// way around.
     bool is_beside_hand(const Tick& t, const Circle<double>& c, const Goal& goal) const noexcept {
         if (!(goal.gap > 0) || turning_to_ >= 0 || goal.blocked != Status::OK) return false;
         const ReachShell all = reach_shell(arm_, kept_on(side_, 0.0));
@@ -615,8 +615,8 @@ private:
         return beside.distance <= size(difference(goal.pose, wanted_), options_.length) + track_rule::worth;
     }
 
-    /// Where theta_2 or theta_6 is 0, and the tool at the hand, psi says little of the joints beside that
-    /// hinge: they stay as they are, or, where a hint leads on, turn until psi can leave. False where they
+    /// If theta_2 or theta_6 is 0 and the end effector at the target, psi hardly determines the joints next
+    /// to that hinge. They stay, or turn until psi can leave if the elbow's target asks for it. False if they
     /// move too fast.
     bool rest_or_leave(const Tick& t, const Circle<double>& c, Goal& goal, Joints& next) const noexcept {
         goal = Goal{};
@@ -639,7 +639,7 @@ private:
                taken(t, wanted.q, next);
     }
 
-    /// The way on that comes nearest to the hint, if one comes nearer.
+    /// The way out that comes nearest to the elbow's target, if any comes nearer.
     Leaving way_on(const Tick& t, const Circle<double>& c, double held) const noexcept {
         Leaving best;
         double missed = infinity;
@@ -663,15 +663,15 @@ private:
         return best.missed < missed - track_rule::led ? best : Leaving{};
     }
 
-    /// Whether theta_2 or theta_6 is about 0, where joints turn by any angle while psi hardly does, and psi
-    /// has nowhere to go.
+    /// Whether theta_2 or theta_6 is nearly 0, where joints turn by any angle while psi hardly does, and psi
+    /// has no target.
     bool is_beside(const Tick& t) const noexcept {
         const double bend = min(abs(sin_cos(t.now.theta[1]).sin), abs(sin_cos(t.now.theta[5]).sin));
         return bend <= track_rule::shut && !t.elbow && turning_to_ < 0;
     }
 
-    /// The posture of the goal's pose that the joints are nearest to, if it is found beside them and no joint
-    /// is near a limit there.
+    /// Finds the solution of the goal's pose nearest to the joints; true if it is nearby and no joint is near
+    /// a limit there.
     bool settle(const Tick& t, Goal& goal) const noexcept {
         Drawing near;
         for (int j = 0; j < joints; ++j) {
@@ -691,8 +691,8 @@ private:
         return true;
     }
 
-    /// The hand drawn into what joint 4 reaches with this margin, and a posture there; false where limits
-    /// leave none.
+    /// Moves the target into joint 4's reach with this margin, and finds a configuration there; false if
+    /// limits permit none.
     bool within(const Tick& t, const Circle<double>& c, double margin, Goal& goal) noexcept {
         const Pose<double>& wanted = wanted_;
         const Limits limits = one_side(elbow_side(t), margin);
@@ -703,8 +703,8 @@ private:
         return posture_of(t, goal);
     }
 
-    /// Whether the branch that is turned to, or else the arm's own, has a posture for the hand, or for the
-    /// nearest pose that joint 4 reaches.
+    /// Whether the branch to turn to, or else the arm's own, has a solution for the target, or for the
+    /// nearest pose within joint 4's reach.
     bool holds_hand(const Tick& t, Goal& goal) noexcept {
         if (!within(t, circle(arm_, flange_pose(arm_, wanted_)), options_.still_margin, goal)) return false;
         const double q_4 = goal.at.q[3];
@@ -712,7 +712,7 @@ private:
                q_4 <= arm_.limits.upper[3] + track_rule::outside;
     }
 
-    /// Whether the branch asked for holds the hand, or at least as nearly as the arm's own does.
+    /// Whether the requested branch reaches the target, or comes as near as the arm's own does.
     bool worth_a_turn(const Tick& t) noexcept {
         Goal there, here;
         if (!holds_hand(t, there)) return false;
@@ -724,8 +724,8 @@ private:
         return !nearer;
     }
 
-    /// The branch asked for cannot hold the hand: the arm stays in its own. One that was on its way there may
-    /// be in none that can; it goes to the nearest that does.
+    /// Keeps the arm in its branch if the requested one cannot reach the target. If the arm was on its way
+    /// and is in a branch that cannot either, it goes to the nearest that can.
     void stay(const Tick& t) noexcept {
         const bool underway = legs_ > 0;
         rest();
@@ -754,8 +754,8 @@ private:
         turn_to(best.at, best.gc);
     }
 
-    /// Turns back to the branch in which the tool was last on the hand, if it can hold it: the arm passed
-    /// through to one that cannot, and the hand has been slow for some time.
+    /// Returns to the branch in which the end effector was last at the target, if that branch reaches it.
+    /// Used if the arm passed into a branch that does not, and the target has been slow for some time.
     bool goes_home(const Tick& t, const Goal& goal) noexcept {
         const auto stays = [&] {
             return size(speed_, options_.length) <= track_rule::slow &&
@@ -783,11 +783,11 @@ private:
         return turning_to_ >= 0 && configuration(turning_to_).elbow != t.gc.elbow;
     }
 
-    /// The side of the stretched arm where the goal is.
+    /// The side of the stretched arm on which the goal is.
     double elbow_side(const Tick& t) const noexcept { return elbow_turns(t) ? -side_ : side_; }
 
-    /// The limits with joint 4 on its side of the stretched arm, that far off straight where its own limits
-    /// leave that, and else as far as at rest; off folded always as at rest.
+    /// The limits with joint 4 on its side of the stretched arm: that far from straight if its own limits
+    /// permit, otherwise as far as at rest. From folded always as far as at rest.
     Limits one_side(double side, double margin) const noexcept {
         Limits out = kept_on(side, options_.still_margin), narrow = out;
         keep_on_side(arm_, 3, q_.q[3], side, margin, narrow);
@@ -799,7 +799,8 @@ private:
         return out;
     }
 
-    /// The elbow keeps off straight while the wrist is fast, and bends in time for a wrist that comes in.
+    /// Keeps the elbow from straight while the wrist is fast; bends it in time for a target that comes
+    /// closer.
     void grow_margin(const Tick& t, const Circle<double>& c) noexcept {
         const Vec3<double> wrist = c.w * c.distance, from_base = wrist + Vec3<double>{0, 0, arm_.d_bs};
         const Twist hand = heading();
@@ -826,8 +827,8 @@ private:
         return beyond ? Status::ELBOW_LIMIT : Status::ELBOW_MARGIN;
     }
 
-    /// The posture of the goal's pose to go to; false where limits leave none. Beside theta_2 = 0 and theta_6
-    /// = 0 the branch beyond is weighed too.
+    /// Finds the configuration for the goal's pose; false if limits permit none. Near theta_2 = 0 and theta_6
+    /// = 0 the branch beyond is compared too.
     bool posture_of(const Tick& t, Goal& goal) const noexcept {
         const Circle<double> c = circle(arm_, flange_pose(arm_, goal.pose));
         double least = infinity;
@@ -852,21 +853,21 @@ private:
         } else if (goal.blocked != Status::OK) {
             offer_all(false);
             goal.why = goal.blocked;
-            // pairs are numbered as the body's scene has them
+            // pairs have the numbers of the body's scene
             if (t.guard && (!goal.pair || !std::is_same_v<Body, Arm>))
                 goal.pair = t.guard->nearest_at(goal.at.q);
         }
         return least < infinity;
     }
 
-    /// `avoid`: only where nothing touches.
+    /// Offers the solution of one branch; `avoid`: only if it is collision-free.
     void offer(const Tick& t, const Circle<double>& c, const Configuration<double>& gc, bool avoid,
                double& least, Goal& goal) const noexcept {
         const SelfMotion<double> m = self_motion(arm_, c, gc);
         const double psi = choose_psi(t, m, avoid, goal);
         if (is_nan(psi)) return;
         const Joints at = joints_within_limits(arm_, directions(m, sin_cos(psi)), q_.q);
-        if (!within_limits(arm_.limits, at.q, track_rule::beyond)) return;  // psi says little at a hinge at 0
+        if (!within_limits(arm_.limits, at.q, track_rule::beyond)) return;  // at hinge 0 psi is inaccurate
         double cost = 0;
         for (int j = 0; j < joints; ++j) cost += (at.q[j] - q_.q[j]) * (at.q[j] - q_.q[j]);
         if (!(cost < least)) return;
@@ -876,9 +877,9 @@ private:
         goal.gc = index(gc);
     }
 
-    /// The psi to go to on a self-motion: that of least motion, turned towards the hint, or else to where the
-    /// arm will pass through theta_2 or theta_6 = 0, or else to where joints will have room; kept off limits
-    /// and singularities, and of obstacles; NaN where limits, or obstacles, leave none.
+    /// Chooses psi on a self-motion: least joint motion, then turned towards the elbow's target, or towards a
+    /// crossing of theta_2 or theta_6 = 0, or towards more room for the joints. Keeps away from limits,
+    /// singularities and obstacles; NaN if limits or obstacles permit no psi.
     double choose_psi(const Tick& t, const SelfMotion<double>& m, bool avoid, Goal& goal) const noexcept {
         const JointFunctions<double> f = joint_functions(m);
         ArcSet arcs, clear;
@@ -894,7 +895,7 @@ private:
         return in_clear_part(arcs, clear, carried, carried + turn);
     }
 
-    /// Takes off what touches; false, and why, where nothing is left.
+    /// Removes colliding parts; false, with the reason, if nothing remains.
     bool keep_clear_parts(const SelfMotion<double>& m, ArcSet& arcs, ArcSet& clear,
                           Goal& goal) const noexcept {
         Cleared open;
@@ -911,14 +912,15 @@ private:
         return true;
     }
 
-    /// 1, and less towards theta_2 and theta_6 = 0, which the arm passes best as it comes.
+    /// 1, decreasing towards theta_2 and theta_6 = 0, which the arm crosses best without interference.
     static double regular(const Tick& t) noexcept {
         const double sine = min(abs(sin_cos(t.now.theta[1]).sin), abs(sin_cos(t.now.theta[5]).sin));
         const double share = min(sine / track_rule::irregular, 1.0);
         return share * share;
     }
 
-    /// Of the arc that holds the present psi the clear part, else that arc, else any.
+    /// The psi nearest to `wish`: in the collision-free part of the present arc, else in that arc, else in
+    /// any.
     static double in_clear_part(const ArcSet& arcs, const ArcSet& clear, double held, double wish) noexcept {
         const Place place = find(arcs, held);
         if (place.index < 0) return nearest(arcs, wish);
@@ -930,7 +932,7 @@ private:
         return nearest(both.empty() ? here : both, wish);
     }
 
-    /// psi of the elbow whose joints will have room where the hand will be.
+    /// psi whose joints will have room at the predicted target.
     double foreseen(const SelfMotion<double>& m, double psi) const noexcept {
         const Twist hand = heading();
         if (turning_to_ >= 0 || size(hand, options_.length) * track_rule::preview < tolerance::angle)
@@ -947,8 +949,8 @@ private:
         return arm_angle(m.circle, axis(ahead.circle, then + turn));
     }
 
-    /// No arm angle of the goal is within limits: a posture from which no small move comes nearer to the
-    /// hand, from the one of before, or from the best of closed-form starts clamped to the limits.
+    /// If limits forbid every arm angle of the goal: finds a configuration that no small move brings nearer
+    /// to the target, from the previous one, or from the best of closed-form starts clamped to the limits.
     void relax(const Tick& t, const Limits& limits, Goal& goal) noexcept {
         const Pose<double>& wanted = wanted_;
         goal.why = Status::LIMITS;
@@ -990,7 +992,7 @@ private:
 
     // -- the move
 
-    /// A posture of the goal's pose that the bounds allow now; false where there is none.
+    /// Finds a solution of the goal's pose within the bounds; false if there is none.
     bool exact(const Tick& t, const Goal& goal, Joints& next) const noexcept {
         if (goal.blocked != Status::OK) return false;
         if (goal.posture_only) return taken(t, goal.at.q, next);
@@ -1020,7 +1022,7 @@ private:
 
     bool exact_in(const Tick& t, const SelfMotion<double>& m, const LimitTable& table, double wish,
                   Joints& next) const noexcept {
-        static constexpr double inside[] = {0, 1e-6, 1e-3, 0.1, 0.5};  // shares of the way to the middle
+        static constexpr double inside[] = {0, 1e-6, 1e-3, 0.1, 0.5};  // shares of the distance to the middle
         const JointFunctions<double> f = joint_functions(m);
         ArcSet arcs;
         if (feasible(m, f, table, arcs) != Status::OK) return false;
@@ -1040,7 +1042,7 @@ private:
         return false;
     }
 
-    /// psi one tick further towards a wish, so that it can come to rest there.
+    /// psi one cycle closer to its target, such that it can come to rest there.
     double turned(const Tick& t, const SelfMotion<double>& m, const JointFunctions<double>& f,
                   double wish) const noexcept {
         const double held = psi_carried(arm_, m, f, t.now.z3, q_.q, options_.velocity),
@@ -1060,7 +1062,7 @@ private:
         return held + copysign(min(abs(way) / track_rule::ticks, speed * t.dt), way);
     }
 
-    /// Whether the bounds allow these joints next, which are then drawn in by what was rounded.
+    /// Whether the bounds permit these joints next; corrects them if rounding alone violates the bounds.
     bool taken(const Tick& t, const double* wanted, Joints& next) const noexcept {
         for (int j = 0; j < joints; ++j) {
             const double move = wanted[j] - q_.q[j], least = t.lower[j] * t.dt, most = t.upper[j] * t.dt;
@@ -1076,7 +1078,7 @@ private:
         return t.guard->allows(v);
     }
 
-    /// As far towards the goal as the bounds allow: the tool first, the posture with what is left.
+    /// Moves towards the goal as far as the bounds allow: first the end effector, then the configuration.
     void approach(const Tick& t, const Goal& goal, Joints& next) noexcept {
         const Pose<double> here = user_pose(arm_, t.now.flange);
         const Twist lead = goal_velocity(t, goal), rest = difference(here, goal.pose) - lead * t.dt;
@@ -1102,8 +1104,8 @@ private:
             Unbounded(alone).minimise(alone.g, d);
             return pace(d, gain, share, t.dt);
         };
-        // A hand that stands is met soonest if all joints arrive together. One that goes on is nearer all the
-        // while if position does not wait for the joints that turn the tool.
+        // A target at rest is reached soonest if all joints arrive together. A moving one stays nearer if
+        // position does not wait for the joints that rotate the tool.
         const Pace turning = pace_of(fixed_ ? rest : Twist{{}, rest.angular}, track_rule::braking),
                    moving = fixed_ ? turning : pace_of_position({rest.linear, {}}, track_rule::direct);
         const Twist nearer{rest.linear * moving.k, rest.angular * turning.k};
@@ -1112,7 +1114,7 @@ private:
         const double k = pace(way, t.dt).k;
         for (int j = 0; j < joints; ++j) p.g[j] += damping * k * way[j];
         free.minimise(p.g, v);
-        if (has_jerk_) {  // on what is nearer, which falls as the tool comes nearer
+        if (has_jerk_) {  // on the approach velocity, which falls as the end effector comes nearer
             const Twist closing = twist(J, v_) - lead;
             double falls[joints];
             free.minimise(equations({closing.linear * (moving.power * moving.k),
@@ -1127,7 +1129,7 @@ private:
         go(t, v, next);
     }
 
-    /// How fast joints with velocities v move the tool.
+    /// Velocity of the end effector for joint velocities v.
     static Twist twist(const Jacobian& J, const double (&v)[joints]) noexcept {
         double rows[6] = {};
         for (int i = 0; i < 6; ++i)
@@ -1135,7 +1137,7 @@ private:
         return {{rows[0], rows[1], rows[2]}, {rows[3], rows[4], rows[5]}};
     }
 
-    /// The least of p in the box, clear of obstacles.
+    /// Minimizes p in the box, collision-free.
     void least_squares(const Tick& t, const JointQuadratic& p, const double (&ahead)[joints],
                        double (&v)[joints]) const noexcept {
         if (!t.guard) {
@@ -1147,18 +1149,18 @@ private:
         t.guard->restrain(v);
     }
 
-    /// A tool that stands still, or comes no nearer, although its goal can be taken is held by a joint at its
-    /// limit that has to turn back, or by an obstacle: the arm then turns to the goal's posture, or to
-    /// another of its pose, by a way that is clear. A hand that trembles makes an arm that does, so that then
-    /// only a tool that is far from its goal, `off` m, counts. When all turns for a hand that does not move
-    /// are spent the arm stands.
+    /// Detects a stall: the end effector stands still, or comes no nearer, although its goal is reachable. A
+    /// joint at its limit that must turn back, or an obstacle, is the cause. The arm then turns to the goal's
+    /// configuration, or to another of its pose, by a collision-free way. An oscillating target makes the arm
+    /// oscillate; then only an end effector far from its goal, `off` (m), counts. If all attempts for a
+    /// resting target fail, the arm stands still.
     void watch(const Tick& t, const Goal& goal, double off) noexcept {
         const bool counts = fixed_ || off > track_rule::worth, still = has_stalled(t);
         const bool stuck = no_nearer(t, off) || still;
         if (stuck && counts) searching_ = true;
         if (!searching_) return;
         if (weary() || goal.blocked != Status::OK) {
-            if (t.guard && !options_.detours && tried_ == 0) {  // what is in the way
+            if (t.guard && !options_.detours && tried_ == 0) {  // find the obstacle
                 ++tried_;
                 tried_for_ = hand_.pose();
                 barred_ = 0;
@@ -1174,7 +1176,7 @@ private:
         }
     }
 
-    /// From now on straight to a posture.
+    /// From now on moves straight to a configuration.
     void turn_to(const Joints& at, int gc) noexcept {
         leg_[0] = at;
         legs_ = 1;
@@ -1184,7 +1186,7 @@ private:
         forget();
     }
 
-    /// Whether the tool has come no nearer to the goal of a slow hand for some time.
+    /// Whether the end effector has come no nearer to the goal of a slow target for some time.
     bool no_nearer(const Tick& t, double off) noexcept {
         waited_ += t.dt;
         const bool fast = size(speed_, options_.length) > track_rule::slow;
@@ -1195,10 +1197,10 @@ private:
         return waited_ >= track_rule::patience;
     }
 
-    /// Whether all ways round have been tried for a hand that has stayed where it is, or none may be.
+    /// Whether all detours have been tried for a resting target, or none is permitted.
     bool weary() const noexcept { return tried_ >= track_rule::most_ways || !(options_.detours || asked_); }
 
-    /// Tries some ways to postures of the goal's pose: straight, or by way of a posture drawn between.
+    /// Tries some ways to solutions of the goal's pose: straight, or through a random configuration.
     void search(const Tick& t, const Goal& goal) noexcept {
         const SelfMotion<double> m = self_motion(arm_, circle(arm_, flange_pose(arm_, goal.pose)), t.gc);
         ArcSet own, arcs;
@@ -1230,7 +1232,7 @@ private:
         if (weary()) searching_ = false;
     }
 
-    /// The next number of a fixed sequence between 0 and 1; an arm angle of some arcs.
+    /// The next number of a fixed sequence between 0 and 1, or a random arm angle of some arcs.
     double drawn() noexcept {
         draw_ = draw_ * 1664525u + 1013904223u;
         return (draw_ >> 8) * 0x1p-24;
@@ -1248,7 +1250,7 @@ private:
         return not_a_number;
     }
 
-    /// Turns no longer.
+    /// Ends a turn to another configuration.
     void rest() noexcept {
         turning_to_ = -1;
         asked_ = false;
@@ -1256,7 +1258,7 @@ private:
         searching_ = false;
     }
 
-    /// Whether no joint has gone anywhere for the time of a stall.
+    /// Whether no joint has moved away during the time of a stall.
     bool has_stalled(const Tick& t) noexcept {
         constexpr double lasting = track_rule::stall;
         for (int j = 0; j < joints; ++j) {
@@ -1273,25 +1275,25 @@ private:
         return stood_for_ >= track_rule::stall;
     }
 
-    /// The tool is where it is wanted, and the hand does not move: any leaving counts as no progress.
+    /// Notes that the end effector is at its goal and the target at rest: leaving counts as no progress.
     void meet() noexcept { nearest_ = stood_for_ = 0; }
 
-    /// Whether the tool is at its goal, which is not the hand, and comes no nearer to the hand.
+    /// Whether the end effector is at its goal, which is not the target, and comes no nearer to the target.
     bool creeps(const Goal& goal) const noexcept {
         const bool calm = margin_ - options_.still_margin < track_rule::calm;
         const bool is_hand = size(difference(goal.pose, wanted_), options_.length) <= track_rule::exact;
         return calm && !is_hand && closest_ > track_rule::exact && idle_ >= track_rule::patience;
     }
 
-    /// The tool is where it is wanted, or on a new way there.
+    /// Resets the stall detection: the end effector is at its goal, or on a new way there.
     void forget() noexcept {
         stood_for_ = 0;
         waited_ = 0;
         nearest_ = infinity;
     }
 
-    /// Straight to a posture of the goal, kept from the first tick on, or along the way that was found,
-    /// whatever the tool does on it.
+    /// Moves straight to a configuration of the goal, fixed in the first cycle, or along the way that was
+    /// found, whatever path the end effector takes.
     void turn(const Tick& t, const Goal& goal, Joints& next) noexcept {
         if (legs_ == 0) {
             leg_[legs_++] = goal.at;
@@ -1325,7 +1327,7 @@ private:
             }
             least_squares(t, p, slowing, v);
         }
-        if (has_stalled(t)) {  // an obstacle is in the way all the same
+        if (has_stalled(t)) {  // an obstacle blocks nevertheless
             if (t.guard) tried_ += track_rule::most_ways / (asked_ ? 1 : track_rule::turns);
             tried_for_ = hand_.pose();
             rest();
@@ -1334,7 +1336,7 @@ private:
         go(t, v, next);
     }
 
-    /// Comes to rest, and stays: all that was tried for a hand that does not move led nowhere.
+    /// Comes to rest and stays: all attempts for a resting target failed.
     void stand(const Tick& t, Joints& next) noexcept {
         double v[joints];
         const double none[joints] = {};
@@ -1349,7 +1351,7 @@ private:
         next.q[joints] = 0;
     }
 
-    /// How fast the goal moves; nothing where it has jumped.
+    /// Velocity of the goal; 0 if it has jumped.
     Twist goal_velocity(const Tick& t, const Goal& goal) const noexcept {
         if (goal.why == Status::OK) return speed_;
         const Twist speed = difference(goal_pose_, goal.pose) * (1.0 / t.dt);
@@ -1357,10 +1359,10 @@ private:
         return leapt ? Twist{} : speed;
     }
 
-    // -- the answer
+    // -- the result
 
-    /// Takes the velocity of joint j. One whose jerk is bounded keeps the one that was wanted: what rounding
-    /// adds to a row, over dt^2, would take it out of the states from which it can stop.
+    /// Takes the velocity of joint j. With bounded jerk it keeps the requested one: rounding of a row, over
+    /// dt^2, would leave the states from which the joint can stop.
     void go_on(const Tick& t, int j, double v) noexcept {
         const double wanted = min(max(v, t.lower[j]), t.upper[j]);
         if (bound_[j].has_jerk() && abs(wanted - v) * t.dt <= track_rule::rounding) v = wanted;
@@ -1428,49 +1430,49 @@ private:
 
     Arm arm_;
     Body body_;
-    const Scene* about_;  // made ready for the body
+    const Scene* about_;  // prepared for the body
     TrackerOptions options_;
     Hand hand_;
-    Pose<double> wanted_ = identity_pose();  // the hand where this arm sees it
-    Twist speed_, acceleration_;             // of it
+    Pose<double> wanted_ = identity_pose();  // the target relative to this arm
+    Twist speed_, acceleration_;             // of the target
     LimitTable plain_, clear_;
     Joints q_{}, relaxed_{};
     JerkBounds bound_[joints] = {};
-    bool has_jerk_ = false;  // one of them
+    bool has_jerk_ = false;  // any joint
     double v_[joints] = {};
     double a_[joints] = {};       // rad/s^2
-    double stopping_rate_ = 1;    // 1/s: by which all joints can stop clear of obstacles
-    Vec3<double> wrist_speed_{};  // m/s: of the hand's wrist, averaged
-    double margin_ = 0;           // rad off straight that joint 4 keeps while the hand is so fast
+    double stopping_rate_ = 1;    // 1/s: at which all joints can stop collision-free
+    Vec3<double> wrist_speed_{};  // m/s: velocity of the target's wrist, averaged
+    double margin_ = 0;           // rad from straight that joint 4 keeps at the target's speed
     double side_ = 1;             // of the stretched arm, on which joint 4 is kept
-    double least_bend_ = 0;       // rad off straight that joint 4 has to keep
-    double ahead_ = 0;            // the same, in time for the hand
+    double least_bend_ = 0;       // rad from straight that joint 4 must keep
+    double ahead_ = 0;            // the same, in time for the target
     Crossing crossing_;
-    int turning_to_ = -1;                    // the branch whose posture is gone to joint by joint; -1: none
-    bool asked_ = false;                     // for by the operator
-    int home_ = 0;                           // the branch in which the tool was last on the hand
-    double astray_ = 0;                      // s in another one that cannot hold it
-    Joints stood_{};                         // where the arm stands, or last did
-    double stood_for_ = 0;                   // s that it has, away from its goal
-    double nearest_ = 0;                     // m that the tool has come near to its goal ...
+    int turning_to_ = -1;                    // branch approached in joint space; -1: none
+    bool asked_ = false;                     // by the operator
+    int home_ = 0;                           // the branch in which the end effector was last at the target
+    double astray_ = 0;                      // s in another branch that cannot reach it
+    Joints stood_{};                         // where the arm stands, or last stood
+    double stood_for_ = 0;                   // s for which it has, away from its goal
+    double nearest_ = 0;                     // m: smallest distance to its goal ...
     double waited_ = 0;                      // ... and s since
-    Towards hinted_{};                       // of the tick before ...
-    Pose<double> before_ = identity_pose();  // ... and the hand
-    bool fixed_ = false;                     // neither hand nor hint move; of such a hand:
-    bool arrived_ = false;                   // the last tick was at its goal
+    Towards hinted_{};                       // elbow's target in the previous cycle ...
+    Pose<double> before_ = identity_pose();  // ... and the target
+    bool fixed_ = false;                     // target and elbow's target at rest; for such a target:
+    bool arrived_ = false;                   // the last cycle was at its goal
     bool given_up_ = false;
-    double closest_ = infinity, idle_ = 0;  // m that the tool has come near to it, and s since
+    double closest_ = infinity, idle_ = 0;  // m: smallest distance to it, and s since
     bool relaxing_ = false;
-    bool searching_ = false;                    // for a way round what the arm stands at
-    int tried_ = 0;                             // ways round, since the hand moved ...
+    bool searching_ = false;                    // for a way around an obstacle
+    int tried_ = 0;                             // detours tried since the target moved ...
     Pose<double> tried_for_ = identity_pose();  // ... from here
-    int legs_ = 0;                              // of the way that was found, still to go
-    Joints leg_[2]{};                           // the last one first
-    Pose<double> sought_ = identity_pose();     // the hand that it was found for, as it was told
-    Tag barred_ = 0;                            // who bars the straight way
+    int legs_ = 0;                              // remaining legs of the way that was found
+    Joints leg_[2]{};                           // the last leg first
+    Pose<double> sought_ = identity_pose();     // the target for which it was found, unfiltered
+    Tag barred_ = 0;                            // the pair that blocks the straight way
     std::uint32_t draw_ = 1;
-    bool escaping_ = false;  // the arm began where it touches
-    Scene kept_{}, soft_{};  // the scene with the clearances that are kept, and kept where possible
+    bool escaping_ = false;  // the arm started in collision
+    Scene kept_{}, soft_{};  // the scene with the required clearances, and with the soft ones
     Pose<double> goal_pose_ = identity_pose();
 };
 
