@@ -24,6 +24,16 @@ def functions(regime: str, count: int = 3) -> Iterator[tuple[aa.Arm, Array, int,
                 yield free, frame, int(index), aa.gradients.joint_function(free, frame, int(index), joint)
 
 
+@pytest.mark.parametrize("shape", [(), (0,), (2, 3)], ids=str)
+def test_a_batch_is_its_elements(shape: tuple[int, ...]) -> None:
+    pose, _, gc = arms()[0].forward(np.full(7, 0.3))
+    function = aa.gradients.joint_function(arms()[0], pose, gc, 3)
+    psi = np.random.default_rng(1).uniform(-9, 9, shape)
+    for answer in (function.value, function.derivative):
+        assert np.shape(answer(psi)) == shape
+        assert all(answer(psi)[index] == answer(psi[index]) for index in np.ndindex(shape))
+
+
 @pytest.mark.parametrize("regime", REGIMES)
 def test_the_value_is_the_inverse_and_the_derivative_the_self_motion(regime: str) -> None:
     for arm, pose, gc, function in functions(regime):
@@ -98,21 +108,3 @@ def test_the_four_kinds() -> None:
     straight = arm.forward(np.radians([10, 20, 30, 0, 50, 60, 70.0]))
     kinds = [aa.gradients.joint_function(arm, straight[0], straight[2], joint).kind for joint in (1, 2, 3)]
     assert kinds == ["constant", "constant", "monotonic"]
-
-
-@pytest.mark.parametrize("shape", [(), (0,), (3,), (2, 0), (2, 3)], ids=str)
-def test_shapes(shape: tuple[int, ...]) -> None:
-    arm = arms()[0]
-    pose, _, gc = arm.forward(np.full(7, 0.3))
-    function = aa.gradients.joint_function(arm, pose, gc, 3)
-    psi = np.random.default_rng(1).uniform(-9, 9, shape)
-    for answer in (function.value, function.derivative):
-        assert np.shape(answer(psi)) == shape
-        for index in np.ndindex(shape):
-            assert answer(psi)[index] == answer(psi[index])
-
-
-def test_the_repr_says_joint_and_kind() -> None:
-    arm = arms()[0]
-    pose, _, gc = arm.forward(np.full(7, 0.3))
-    assert repr(aa.gradients.joint_function(arm, pose, gc, 4)) == "<JointFunction of joint 4, constant>"

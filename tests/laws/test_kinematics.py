@@ -6,14 +6,23 @@ import numpy as np
 import pytest
 from support import draw
 from support.laws import JOINT, POSE, gap, is_regular
-from support.strategies import REGIMES, Array, arms, bends, finite_limits, joint_values, postures, unlimited
-from support.threads import in_threads
+from support.strategies import (
+    Array,
+    all_arms,
+    arms,
+    bends,
+    finite_limits,
+    frame,
+    in_every_regime,
+    joint_values,
+    postures,
+    unlimited,
+)  # fmt: skip
 
 import armangle as aa
 
 N = draw.count(200)
-any_arm = pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
-any_regime = pytest.mark.parametrize("regime", REGIMES)
+any_arm = pytest.mark.parametrize("arm", all_arms(), ids=lambda arm: arm.name)
 SHAPES = [(), (1,), (5,), (3, 4), (2, 1, 3)]
 EMPTY = [(0,), (2, 0), (0, 3)]
 
@@ -26,25 +35,18 @@ def sample(arm: aa.Arm, regime: str, seed: int = 0, n: int = N) -> tuple[Array, 
 
 @pytest.mark.core
 @any_arm
-@any_regime
+@in_every_regime
 def test_the_pose_is_kept(arm: aa.Arm, regime: str) -> None:
     q, pose, psi, gc = sample(arm, regime)
     back = arm.inverse(pose, psi, gc, seed=q, limits=False)
     assert gap(arm.forward(back, on_error="nan")[0], pose) <= POSE
-
-
-@any_arm
-@any_regime
-def test_every_psi_and_gc_gives_the_pose(arm: aa.Arm, regime: str) -> None:
-    _, pose, _, _ = sample(arm, regime, seed=1)
-    rng = draw.generator(5)
-    rows = arm.inverse(pose, rng.uniform(-10, 10, len(pose)), limits=False)
+    rows = arm.inverse(pose, draw.generator(5).uniform(-10, 10, len(pose)), limits=False)
     assert gap(arm.forward(rows, on_error="nan")[0], pose[:, None]) <= POSE
 
 
 @pytest.mark.core
 @any_arm
-@any_regime
+@in_every_regime
 def test_joints_come_back(arm: aa.Arm, regime: str) -> None:
     free = unlimited(arm)
     q, pose, psi, gc = sample(free, regime, seed=2)
@@ -93,7 +95,7 @@ def test_the_index_counts_zero_as_positive() -> None:
 
 
 @any_arm
-@any_regime
+@in_every_regime
 def test_the_jacobian_is_the_difference_quotient(arm: aa.Arm, regime: str) -> None:
     q = postures(arm, regime, draw.count(20), 6)
     step = 1e-6
@@ -109,7 +111,7 @@ def test_the_jacobian_is_the_difference_quotient(arm: aa.Arm, regime: str) -> No
 
 
 @any_arm
-@any_regime
+@in_every_regime
 def test_self_motion_leaves_the_tool(arm: aa.Arm, regime: str) -> None:
     _, pose, psi, gc = sample(arm, regime, seed=7)
     rate = arm.self_motion(pose, psi, gc)
@@ -127,7 +129,7 @@ def test_self_motion_leaves_the_tool(arm: aa.Arm, regime: str) -> None:
 
 
 @any_arm
-@any_regime
+@in_every_regime
 def test_self_motion_is_the_difference_quotient(arm: aa.Arm, regime: str) -> None:
     free = unlimited(arm)
     q, pose, psi, gc = sample(free, regime, seed=8)
@@ -210,6 +212,9 @@ def answers(arm: aa.Arm, q: Array, pose: Array, psi: Array, gc: Array) -> list[A
         arm.self_motion(pose, psi, gc),
         arm.limit_margin(q),
         arm.within_limits(q),
+        arm.frames(q),
+        arm.elbow(q),
+        arm.psi_towards(pose, gc, direction="up"),
     ]
 
 
@@ -229,7 +234,8 @@ def test_batches_are_their_elements_bit_for_bit(arm: aa.Arm, shape: tuple[int, .
         for many, single in zip(outputs, [*one, *answers(arm, q[index], *one)], strict=True):
             assert np.array_equal(many[index], single)
     assert [np.shape(x) for x in outputs[3:6]] == [(*shape, 7), (*shape, 7), (*shape, 6, 7)]
-    assert [np.shape(x) for x in outputs[6:]] == [(*shape, 8, 7), (*shape, 7), shape, shape]
+    wanted = [(*shape, 8, 7), (*shape, 7), shape, shape, (*shape, 8, 4, 4), (*shape, 3), shape]
+    assert [np.shape(x) for x in outputs[6:]] == wanted
 
 
 def test_an_unbatched_call_returns_numpy_scalars() -> None:
@@ -275,22 +281,6 @@ def test_out_is_written_and_returned() -> None:
     assert np.array_equal(one, out[0])
 
 
-def test_threads_change_no_bit() -> None:
-    arm = arms()[5]
-    q, pose, psi, gc = sample(arm, "near_singular", seed=15, n=1003)
-    for threads in (0, 2, 3, 7, 100):
-        again = in_threads(threads, lambda: arm.forward(q))
-        assert all(np.array_equal(a, b) for a, b in zip(again, (pose, psi, gc), strict=True))
-        assert np.array_equal(
-            in_threads(threads, lambda: arm.inverse(pose, psi, gc, limits=False)),
-            arm.inverse(pose, psi, gc, limits=False),
-        )
-        assert np.array_equal(in_threads(threads, lambda: arm.jacobian(q)), arm.jacobian(q))
-        assert np.array_equal(
-            in_threads(threads, lambda: arm.self_motion(pose, psi, gc)), arm.self_motion(pose, psi, gc)
-        )
-
-
 def test_a_wrist_on_the_shoulder_has_no_arm_angle() -> None:
     arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
     q = joint_values(arm, np.array([0.1, 0.2, 0.3, np.pi, 0.5, 0.6, 0.7]))
@@ -301,3 +291,37 @@ def test_a_wrist_on_the_shoulder_has_no_arm_angle() -> None:
     with pytest.raises(aa.UnreachableError, match="lies on the shoulder: the arm is folded"):
         arm.inverse(pose, 0.0, 0, limits=False)
     assert np.isnan(arm.inverse(pose, 0.0, 0, on_error="nan", limits=False)).all()
+
+
+TWIST = (-np.pi / 2, np.pi / 2, np.pi / 2, -np.pi / 2, -np.pi / 2, np.pi / 2, 0.0)
+
+
+def dh(theta: float, alpha: float, d: float, a: float) -> Array:
+    """Return Eq. (1)."""
+    c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
+    return np.array([[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]])
+
+
+@any_arm
+def test_frames_are_those_of_the_dh_rows(arm: aa.Arm) -> None:
+    d = (arm.d_bs, 0, arm.d_se, arm.d_4, arm.d_ew, 0, arm.d_wf)
+    a = (0, 0, arm.a_3, arm.a_4, 0, 0, 0)
+    q = np.random.default_rng(3).uniform(-2, 2, (6, 7))
+    frames = arm.frames(q)
+    for one, joints in zip(frames, q, strict=True):
+        by_hand = [arm.base]
+        for theta, row in zip(arm.signs * joints + arm.offsets, zip(TWIST, d, a, strict=True), strict=True):
+            by_hand.append(by_hand[-1] @ dh(theta, *row))
+        assert gap(one, np.array(by_hand)) <= 2e-14
+    assert gap(frames[:, 7] @ arm.tool, arm.forward(q)[0]) <= 1e-14
+
+
+@any_arm
+def test_a_tool_is_mounted_on_the_present_tip(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(5)
+    tool, q = frame(rng), rng.uniform(-2, 2, (200, 7))
+    longer = arm.with_tool(tool)
+    assert gap(longer.forward(q)[0], arm.forward(q)[0] @ tool) <= 2e-14
+    assert longer.with_(tool=arm.tool) == arm and arm.with_tool(np.linalg.inv(tool)) != longer
+    assert np.array_equal(arm.with_(tool=tool).frames(q), arm.frames(q))
+    assert gap(arm.with_(tool=tool).tool, tool) <= 1e-15

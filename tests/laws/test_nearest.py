@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections import Counter
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from support import draw
 from support.delicate import Delicate, delicate
 from support.nearest import Case, brute_force, cases, cost_of, least_beside, narrowed
-from support.strategies import REGIMES, arms, postures, unlimited
+from support.strategies import all_arms, arms, in_every_regime, postures, unlimited
 from support.threads import in_threads
 
 import armangle as aa
@@ -222,34 +221,26 @@ def beside_straight(name: str, joint: int, off: float, locked: tuple[int, ...]) 
     return Delicate(0, arm, q, arm.forward(q)[0], near, "l2", "named", (joint,))
 
 
-@pytest.mark.parametrize("off", [0.0, 1e-13, 1e-12, 1e-9, 1e-8, 1e-7, 1e-6])
-@pytest.mark.parametrize(
-    ("name", "joint", "locked"),
-    [
-        ("openarm_v10", 1, (0,)),
-        ("openarm_v10", 3, (3, 5)),
-        ("rokae_ar5_left", 1, (0, 2, 3, 4, 5, 6)),
-        ("fourier_gr2t2_left", 1, ()),
-        ("human_arm_left", 1, ()),
-        ("aldebaran_romeo_left", 1, (4,)),
-    ],
-)
+@pytest.mark.parametrize(("name", "joint", "locked"), [
+    ("openarm_v10", 1, (0,)), ("openarm_v10", 3, (3, 5)), ("rokae_ar5_left", 1, (0, 2, 3, 4, 5, 6)),
+    ("fourier_gr2t2_left", 1, ()), ("human_arm_left", 1, ()), ("aldebaran_romeo_left", 1, (4,)),
+])  # fmt: skip
 def test_named_arms_beside_straight_find_their_posture(
-    name: str, joint: int, locked: tuple[int, ...], off: float
+    name: str, joint: int, locked: tuple[int, ...]
 ) -> None:
-    case = beside_straight(name, joint, off, locked)
-    assert not case.faults()
-    assert not dataclasses.replace(case, metric="best").faults()
+    for off in (0.0, 1e-13, 1e-12, 1e-9, 1e-8, 1e-7, 1e-6):
+        case = beside_straight(name, joint, off, locked)
+        assert not case.faults(), off
+        assert not dataclasses.replace(case, metric="best").faults(), off
 
 
-@pytest.mark.parametrize("off", [1e-9, 1e-8, 1e-7])
-def test_the_margin_of_an_elbow_beside_straight_is_no_rounding(off: float) -> None:
+def test_the_margin_of_an_elbow_beside_straight_is_no_rounding() -> None:
     """Joint 4 is 1e-7 rad off its limit 0: the distance of the wrist does not tell that from straight."""
     arm = aa.Arm.from_catalogue("human_arm_left")
     q = np.array([0.3, -0.5, 0.2, 0.0, 0.4, 0.1, 0.2])
-    q[3] = arm.lower[3] + off if abs(arm.lower[3]) < 1e-12 else arm.upper[3] - off
-    best = arm.solve(arm.forward(q)[0], prefer="margin")
-    assert best.margin >= off - 1e-10
+    for off in (1e-9, 1e-8, 1e-7):
+        q[3] = arm.lower[3] + off if abs(arm.lower[3]) < 1e-12 else arm.upper[3] - off
+        assert arm.solve(arm.forward(q)[0], prefer="margin").margin >= off - 1e-10
 
 
 def test_what_limits_lock_is_at_its_limit() -> None:
@@ -266,44 +257,24 @@ def test_what_limits_lock_is_at_its_limit() -> None:
             assert np.abs(arm.forward(found.q)[0] - pose).max() <= 1e-11
 
 
-@pytest.mark.parametrize(("seed", "number"), [(81002, 101), (81049, 114), (81060, 172)])
-def test_valleys_as_narrow_as_rounding_are_searched(seed: int, number: int) -> None:
-    """Found by the long law: at a singular arm angle joints turn within 1e-12 rad of it."""
+FOUND = {
+    # seed, number: slack, rad
+    **dict.fromkeys([(81002, 101), (81049, 114), (81060, 172)], ROUNDING),
+    # joints turn within 1e-12 rad of psi
+    (500000, 128): 1e-8,  # 4e-12 rad off straight, boxes cost more than their postures
+    (130057, 147): ROUNDING,  # a seed beside psi = -pi, an arc from just below pi on: 0.24 rad dearer
+    (500009, 27): ROUNDING,  # the margin of one joint, the same for a sixth of the circle: it did not end
+    **dict.fromkeys([(881021, 1), (882035, 124), (883038, 61), (884017, 111), (885017, 170), (886020, 122)],
+                    ROUNDING),  # beside a singular psi a box's middle looked cheaper than any posture
+}  # fmt: skip
+"""Faults that the long law found."""
+
+
+@pytest.mark.parametrize(("seed", "number"), FOUND)
+def test_what_the_long_law_found_is_mended(seed: int, number: int) -> None:
     case = cases(number + 1, seed)[number]
-    assert cost_of(case, case.solve()) <= brute_force(case, 4001) + ROUNDING
-
-
-def test_beside_a_singular_psi_rounding_hides_no_nearer_posture() -> None:
-    """Found by the long law, 2e-5 rad dearer: 4e-12 rad off straight, boxes cost more than their postures."""
-    case = cases(129, 500000)[128]
-    assert cost_of(case, case.solve()) <= brute_force(case, 4001) + 1e-8
-
-
-def test_the_box_across_the_seam_is_searched_on_both_sides() -> None:
-    """Found by the long law, 0.24 rad dearer: a seed beside psi = -pi, an arc from just below pi on."""
-    case = cases(148, 130057)[147]
-    assert cost_of(case, case.solve()) <= brute_force(case, 4001) + ROUNDING
-
-
-def test_a_cost_that_psi_does_not_change_is_found_at_once() -> None:
-    """Found by the long law, which did not end: the margin of one joint, the same for a sixth of the circle.
-
-    Bounds and posture differ by rounding there, and boxes were split down to the last digit of psi.
-    """
-    case = cases(28, 500009)[27]
-    for found in (case.solve(), case.solutions()[0]):
-        assert cost_of(case, found) <= brute_force(case, GRID) + ROUNDING
-
-
-BESIDE_SINGULAR = [(881021, 1), (882035, 124), (883038, 61), (884017, 111), (885017, 170), (886020, 122)]
-
-
-@pytest.mark.parametrize(("seed", "number"), BESIDE_SINGULAR)
-def test_a_cost_that_no_posture_has_excludes_nothing(seed: int, number: int) -> None:
-    """Found by the long law, up to 1.6 rad dearer: beside a singular psi a box's middle looked cheaper."""
-    case = cases(number + 1, seed)[number]
-    found = case.solve()
-    assert cost_of(case, found) <= brute_force(case, 4001) + ROUNDING
+    found, each = case.solve(), case.solutions()[0]
+    assert max(cost_of(case, found), cost_of(case, each)) <= brute_force(case, 4001) + FOUND[seed, number]
     assert cost_of(case, found) == pytest.approx(float(case.costs(found.q)), abs=1e-12)
 
 
@@ -316,8 +287,8 @@ def test_nearer_than_rounding_the_pose_decides(seed: int, number: int) -> None:
     assert least_beside(case, 200) <= best + ROUNDING
 
 
-@pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
-@pytest.mark.parametrize("regime", REGIMES)
+@pytest.mark.parametrize("arm", all_arms(), ids=lambda arm: arm.name)
+@in_every_regime
 def test_a_posture_is_its_own_nearest(arm: aa.Arm, regime: str) -> None:
     q = postures(arm, regime, 40)
     q = q[arm.within_limits(q, tol=0.0)]
@@ -325,7 +296,7 @@ def test_a_posture_is_its_own_nearest(arm: aa.Arm, regime: str) -> None:
     assert np.array_equal(found.q, q) and not np.any(found.distance)
 
 
-@pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
+@pytest.mark.parametrize("arm", all_arms(), ids=lambda arm: arm.name)
 def test_a_solution_is_the_inverse_at_its_psi(arm: aa.Arm) -> None:
     q = postures(arm, "uniform", 30)
     near = q + draw.generator(3).normal(0, 0.3, q.shape)
@@ -448,7 +419,7 @@ def test_solutions_are_one_for_each_branch_and_arc() -> None:
     assert batch.count.tolist() == [len(found), 0] and batch.q.shape == (2, len(found), 7)
     assert np.isnan(batch.q[1]).all() and (batch.gc[1] == -1).all()
     assert batch.status.tolist() == [aa.Status.OK, aa.Status.UNREACHABLE]
-    with pytest.raises(TypeError, match="of the solutions of one pose"):
+    with pytest.raises(TypeError, match="solutions of one pose"):
         len(batch)
 
 
@@ -673,11 +644,11 @@ def test_no_posture_says_why() -> None:
     with pytest.raises(aa.UnreachableError, match=r"pose\[1\]: .* \(1 of 2 poses have none\)"):
         both.raise_for_status()
     assert IIWA.solve(pose, seed=Q).raise_for_status().ok
-    for found, told in (
-        (IIWA.solve(pose, seed=Q, allowed=aa.ArcSet([])), r"arm\.feasible\(pose\) has"),
-        (IIWA.with_(singularity_margin=1.5).solve(pose, seed=Q), r"arm\.explain\(pose\)"),
+    for found in (
+        IIWA.solve(pose, seed=Q, allowed=aa.ArcSet([])),
+        IIWA.with_(singularity_margin=1.5).solve(pose, seed=Q),
     ):
-        with pytest.raises(aa.NoSolutionError, match=told):
+        with pytest.raises(aa.NoSolutionError):
             found.raise_for_status()
 
 
@@ -700,54 +671,11 @@ def test_a_row_of_a_batch_is_what_one_pose_gives() -> None:
             batch.row(bad)  # type: ignore[arg-type]  # wrong on purpose
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "words"),
-    [
-        ({"weight": [-1, 1, 1, 1, 1, 1, 1]}, aa.InputError, "weight is .* numbers >= 0, at least one"),
-        ({"weight": np.zeros(7)}, aa.InputError, "at least one of them positive"),
-        ({"weight": [1, 2]}, aa.InputError, r"weight has shape \(2,\), wanted \(7,\) or one number"),
-        ({"weight": np.full(7, np.nan)}, aa.InputError, "weight is .* wanted finite numbers"),
-        ({"gc": 8}, aa.InputError, "gc is 8, wanted an integer from 0 to 7, or several"),
-        ({"gc": []}, aa.InputError, "gc holds nothing"),
-        ({"metric": "l3"}, aa.InputError, "metric is 'l3', wanted one of 'l2', 'max'"),
-        ({"metric": ["l2"]}, aa.InputError, "metric is .*, wanted one of 'l2', 'max'"),
-        ({"prefer": "far"}, aa.InputError, "prefer is 'far', wanted one of 'seed', 'margin', 'clearance'"),
-        ({"seed": np.full(7, np.inf)}, aa.InputError, "seed"),
-    ],
-)
-def test_bad_questions_are_refused(arguments: dict[str, object], error: type[Exception], words: str) -> None:
-    with pytest.raises(error, match=words):
-        IIWA.solve(IIWA.forward(Q)[0], **{"seed": Q, **arguments})  # type: ignore[arg-type]  # wrong kinds
-
-
 def test_empty_batches_are_answered() -> None:
     none = np.empty((0, 4, 4))
     assert IIWA.solve(none, seed=Q).q.shape == (0, 7)
     assert IIWA.solutions(none, seed=Q).q.shape == (0, 0, 7)
     assert IIWA.solve(np.empty((3, 0, 4, 4)), prefer="margin").psi.shape == (3, 0)
-
-
-@pytest.mark.parametrize("ending", ["csv", "npz", "json"])
-def test_solutions_are_saved_as_joint_rows(ending: str, tmp_path: Path) -> None:
-    pose = IIWA.forward(Q)[0]
-    far = pose + 3 * np.eye(4, k=3)
-    file = tmp_path / f"joints.{ending}"
-    for value in (IIWA.solve(pose, seed=Q), IIWA.solve(np.stack([pose, far]), seed=Q), IIWA.solutions(pose)):
-        aa.io.save(value, file)
-        rows = aa.io.load_joints(file)
-        assert np.array_equal(rows.q, np.reshape(value.q, (-1, 7)), equal_nan=True)
-        assert np.array_equal(rows.gc, np.ravel(value.gc))
-    with pytest.raises(aa.InputError, match="may be joints or poses: joints are saved as a JointPath or"):
-        aa.io.save(Q, file)
-
-
-def test_a_bad_pose_is_named_with_its_value() -> None:
-    pose = IIWA.forward(Q)[0]
-    with pytest.raises(aa.InputError, match=r"\|RᵀR - I\| is 0\.00138"):
-        IIWA.solve(np.round(pose, 3), seed=Q)
-    pose[0, 3] = np.nan
-    with pytest.raises(aa.InputError, match="pose holds nan"):
-        IIWA.solve(pose, seed=Q)
 
 
 @pytest.mark.parametrize("room", [3e-5, 1e-9, 0.0])
@@ -796,21 +724,6 @@ def test_solutions_are_postures_or_none(name: str, q: list[float], locked: list[
     assert np.isfinite(everyone.q).all() and (everyone.gc >= 0).all()
 
 
-@pytest.mark.parametrize("word", ["psi", "near", "q0", "on_error", "limits", "scene", "threads"])
-def test_solve_says_which_function_takes_what_it_does_not(word: str) -> None:
-    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-    pose = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]
-    for door in (arm.solve, arm.solutions):
-        with pytest.raises(aa.InputError, match=f"{door.__name__} of an Arm takes no {word}=: "):
-            door(pose, **{word: 0.1})
-    with pytest.raises(aa.InputError, match=r"solutions of an Arm takes no roll=: solve\("):
-        arm.solutions(pose, roll="free")
-    with pytest.raises(aa.InputError, match=r"solve of an Arm takes no elbow=: psi_towards\("):
-        arm.solve(pose, elbow="up")
-    with pytest.raises(TypeError, match="unexpected"):
-        arm.solve(pose, nonsense=1)
-
-
 @pytest.mark.parametrize("metric", ["l2", "max"])
 def test_solutions_as_far_as_each_other_stand_by_branch_and_arc(metric: Any) -> None:
     arm, near = aa.Arm.from_catalogue("kuka_iiwa7_r800"), np.zeros(7)
@@ -825,11 +738,3 @@ def test_solutions_as_far_as_each_other_stand_by_branch_and_arc(metric: Any) -> 
         assert places == sorted(places) and found.distance[0] <= min(found.distance) + 1e-9
         ties += int((np.diff(found.distance[1:]) == 0).sum())
     assert ties > 40
-
-
-def test_the_hint_of_psi_is_an_answer() -> None:
-    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-    pose = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]
-    found = arm.solve(pose, seed=np.zeros(7), allowed=aa.ArcSet([(0.5, 0.5)]))
-    assert found.ok
-    assert abs(found.psi - 0.5) < 1e-12

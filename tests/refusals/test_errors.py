@@ -36,6 +36,7 @@ def made(**arguments: Any) -> Callable[[], Any]:
 MIRRORED = POSE @ np.diag([1.0, 1.0, -1.0, 1.0])
 SKEW = changed(POSE, (0, 0), POSE[0, 0] + 1e-3)
 FAR = changed(POSE, (0, 3), 2.0)
+DOWN = ARM.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]
 
 SHAPES: list[tuple[str, Callable[[], Any]]] = [
     (r"^q has shape \(6,\), wanted \(..., 7\)", lambda: ARM.forward(np.zeros(6))),
@@ -103,6 +104,19 @@ VALUES: list[tuple[str, Callable[[], Any]]] = [
     ("^point is 'up', .* direction=", lambda: ARM.psi_towards(POSE, GC, "up")),
     ("^point holds 5000, .*1000", lambda: ARM.psi_towards(POSE, GC, [0, 0, 5000.0])),
     *(("^inverse takes a pose and psi.*seed=q", lambda g=g: FREE(POSE, *g)) for g in ((), (None, GC))),
+    ("^weight is .* >= 0", lambda: ARM.solve(POSE, seed=Q, weight=[-1, 1, 1, 1, 1, 1, 1])),
+    (r"^weight has shape \(2,\)", lambda: ARM.solve(POSE, seed=Q, weight=[1, 2])),
+    ("^gc holds nothing", lambda: ARM.solve(POSE, seed=Q, gc=[])),
+    ("0.00138", lambda: ARM.solve(np.round(DOWN, 3), seed=Q)),
+    *((f"{door} of an Arm takes no {word}=: ",
+       lambda door=door, word=word: getattr(ARM, door)(POSE, **{word: 0.1}))
+      for door in ("solve", "solutions") for word in ("psi", "near", "q0", "on_error", "limits", "scene",
+       "threads")),
+    (r"solutions of an Arm takes no roll=: solve\(", lambda: ARM.solutions(POSE, roll="free")),
+    (r"solve of an Arm takes no elbow=: psi_towards\(", lambda: ARM.solve(POSE, elbow="up")),
+    *(("^fallback is 'nearest_pose'", lambda k=k: ARM.solve(POSE, fallback="nearest_pose", **k))
+      for k in ({"gc": 2}, {"allowed": aa.ArcSet([[0.0, 1.0]])})),
+    ("^length is 0", lambda: ARM.solve(POSE, fallback="nearest_pose", length=0.0)),
     *((f"^plan takes no {word}=", lambda word=word: aa.plan(ARM, [POSE, POSE], **{word: aa.Hold()}))
       for word in ("policy", "seed", "velocity", "lookahead")),
 ]  # fmt: skip
@@ -120,6 +134,8 @@ def test_bad_input_is_named() -> None:
     assert not_refused([*rows, *OTHERS]) == []
     with pytest.raises(TypeError, match="unexpected"):
         aa.plan(ARM, [POSE, POSE], nonsense=1)  # type: ignore[call-arg]  # wrong on purpose
+    with pytest.raises(TypeError, match="unexpected"):
+        ARM.solve(POSE, nonsense=1)
 
 
 TILTED = ARM.with_tool(aa.pose([0.0, 0.0, 0.1], rpy=[0.3, 0.0, 0.0]))

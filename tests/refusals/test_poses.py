@@ -26,6 +26,13 @@ ORIENTATIONS: list[tuple[dict[str, Any], str]] = [
     ({"xyzw": [0, 0, 1]}, "xyzw has shape (3,), wanted (..., 4)"),
     ({"rpy": UNIT}, "rpy has shape (4,), wanted (..., 3)"),
     ({"rotvec": 1.0}, "rotvec has shape (), wanted (..., 3)"), ({"rpy": [0, np.nan, 0]}, "rpy holds nan"),
+    *(({"rpy": value}, f"rpy holds {holds}. Angles are in rad: were these")
+      for value, holds in (([180.0, 0.0, 0.0], 180), ([[0.0, 0.0, 0.1], [0.0, -90.0, 0.0]], -90))),
+    *(({"rotvec": value}, "rotvec turns by 90. Angles are in rad: were these")
+      for value in ([0.0, 0.0, 90.0], [[0.0, 0.0, 0.1], [54.0, 72.0, 0.0]])),
+    *(({"xyz": np.zeros(shape)}, words) for shape, words in (
+        ((7,), "pose(xyz[..., :3], wxyz=xyz"), ((5, 6), "pose(xyz[..., :3], rpy=xyz"),
+        ((4, 4), "a pose already"))),
     ({"rotvec": [0, 0, 1e7]}, "rotvec turns by 1e+07"), ({"wxyz": [np.inf, 0, 0, 0]}, "wxyz holds inf"),
     ({"matrix": 2 * np.eye(3)}, "rotation of matrix is not orthonormal"),
     ({"matrix": np.eye(4)}, "matrix has shape (4, 4), wanted (..., 3, 3)"),
@@ -44,7 +51,10 @@ def test_an_orientation_that_is_none_is_named() -> None:
         arguments = {"xyz": [0.0, 0.0, 0.0], **given}
         rows.append((aa.InputError, re.escape(message), lambda arguments=arguments: aa.pose(**arguments)))
     rows += [(aa.InputError, "given without a name", lambda: aa.pose([0, 0, 0], UNIT))]  # type: ignore[call-arg, misc]
+    rows += [(aa.InputError, r"as arm.forward returns \(pose, psi, gc\)", lambda: ARM.solve(ARM.forward(Q)))]
     assert not_refused(rows) == []
+    aa.pose([0, 0, 0], rpy=[0.0, 0.0, 8 * np.pi])
+    aa.pose([0, 0, 0], rotvec=[9.0, 0.0, 0.0])
 
 
 LIKE_POSES: list[tuple[Any, str]] = [

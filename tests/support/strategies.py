@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +50,54 @@ def arms() -> tuple[aa.Arm, ...]:
     """The whole catalogue, and twelve generated arms."""
     catalogue = [aa.Arm.from_catalogue(name) for name in CATALOGUE]
     return (*catalogue, *(generated_arm(seed) for seed in range(12)))
+
+
+LINKS = {
+    # d_se, d_ew, a_3, a_4, d_4 in m
+    "forearm": (0.28, 0.0, 0.0, -0.28, 0.0), "forearm, longer": (0.3, 0.0, 0.02, 0.41, 0.0),
+    "upper arm": (0.0, 0.35, 0.3, 0.0, 0.0), "upper arm, offset forearm": (0.0, 0.35, -0.25, 0.04, 0.0),
+    "both": (0.0, 0.0, 0.3, -0.25, 0.0), "both, one way": (0.0, 0.0, -0.2, -0.33, 0.0),
+    "hardly a length": (1e-7, 0.4, 0.3, 0.0, 0.0), "gap": (0.41, 0.31, 0.0, 0.0, 0.0114),
+    "gap, links of one length": (0.4, 0.4, 0.0, 0.0, -0.02), "wide gap": (0.3, 0.4, 0.0, 0.0, 0.25),
+    "gap and offsets": (0.3, 0.35, 0.045, -0.06, -0.1), "gap and slant": (0.3, 0.0, 0.0, 0.3, 0.05),
+    "hardly a gap": (0.4, 0.39, 0.0, 0.0, 1e-9),
+}  # fmt: skip
+"""Elbows of every kind: links that are offset alone, d_se = 0 or d_ew = 0, and gaps d_4."""
+
+
+def slanted(name: str, seed: int = 0) -> aa.Arm:
+    """An arm of `LINKS` with random signs, zeros, limits and frames."""
+    d_se, d_ew, a_3, a_4, d_4 = LINKS[name]
+    rng = np.random.default_rng([seed, list(LINKS).index(name)])
+    plain = aa.Arm(d_bs=0.2, d_se=d_se, d_ew=d_ew, d_wf=0.1, a_3=a_3, a_4=a_4, d_4=d_4)
+    signs, offsets = rng.choice([-1, 1], 7), rng.choice([0.0, np.pi / 2, -np.pi / 2, 0.3], 7)
+    middle, half = rng.uniform(-1, 1, 7), rng.uniform(1.0, 3.5, 7)
+    middle[3] = signs[3] * (plain.delta - offsets[3])
+    return plain.with_(
+        signs=signs, offsets=offsets, lower=middle - half, upper=middle + half,
+        base=frame(rng), tool=frame(rng), name=name,
+    )  # fmt: skip
+
+
+@functools.cache
+def all_arms() -> tuple[aa.Arm, ...]:
+    """The arms, and those of every kind of elbow."""
+    return (*arms(), *map(slanted, LINKS))
+
+
+def in_every_regime(law: Callable[[aa.Arm, str], None]) -> Callable[[aa.Arm], None]:
+    """Make one test of an arm of a law for each regime; what fails is told with its regime."""
+
+    def of_arm(arm: aa.Arm) -> None:
+        for regime in REGIMES:
+            try:
+                law(arm, regime)
+            except AssertionError as wrong:
+                wrong.add_note(f"in the regime {regime}")
+                raise
+
+    of_arm.__name__, of_arm.__doc__, of_arm.__module__ = law.__name__, law.__doc__, law.__module__
+    return of_arm
 
 
 def unlimited(arm: aa.Arm) -> aa.Arm:
