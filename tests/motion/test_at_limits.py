@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from support.draw import count, generator
+from support.moves import line
 
 import armangle as aa
 from armangle.models.catalogue import srs_catalogue
 
 NAMES = ("kuka_iiwa7_r800", "kuka_iiwa14_r820", "realman_rm75_b", "openarm_v10")
 ARMS = {name: aa.Arm.from_catalogue(name) for name in NAMES}
-
-BESIDE_STRAIGHT = (
-    "-1.2602545634041284 -1.8099978047803367 -.9853122063846094 .00017961632709395658 "
-    "-2.9670597283903604 -1.7017371227985942 3.0543261909900767",
-    "2.8366907800293575 -2.0943951023931953 2.9670597283903604 -.0018504284910343394 "
-    "2.6506080848670504 -1.8865572261376027 -1.3136224854265752",
-)
-"""An elbow all but straight, where psi has too few digits."""
 
 
 def at_two_limits(rng: np.random.Generator, arm: aa.Arm) -> np.ndarray:
@@ -62,17 +57,6 @@ def test_the_pose_that_the_arm_stands_in_is_held() -> None:
         assert arm.solve(pose, seed=q).q.tolist() == q.tolist()
 
 
-@pytest.mark.parametrize("text", BESIDE_STRAIGHT)
-def test_joints_that_meet_the_pose_need_no_arcs(text: str) -> None:
-    arm = ARMS["kuka_iiwa7_r800"]
-    q = np.clip(np.array(text.split(), float), arm.lower, arm.upper)
-    pose, _, gc = arm.forward(q)
-    step = aa.step(arm, q, pose)
-    assert step.status == aa.Status.OK and np.abs(step.q - q).max() < 1e-6
-    assert aa.step(arm, q, pose, gc=gc ^ 1).status != aa.Status.OK
-    assert aa.step(arm, q, pose, allowed=aa.ArcSet([[0.1, 0.2]])).status != aa.Status.OK
-
-
 def test_a_plan_begins_and_ends_on_limits() -> None:
     """Standing still, which leaves no other psi, and from there or to there: proven and within limits."""
     moved = 0
@@ -83,8 +67,8 @@ def test_a_plan_begins_and_ends_on_limits() -> None:
         stood = aa.plan(arm, np.array([pose, pose]), start=q)
         assert stood.ok, (arm.name, q.tolist(), stood.explain())
         inside = arm.forward(q + 0.02 * (0.5 * (arm.lower + arm.upper) - q))[0]
-        for line, end in ((aa.Line(pose, inside), "start"), (aa.Line(inside, pose), "goal")):
-            path = aa.plan(arm, line, **{end: q})
+        for way, end in ((aa.Line(pose, inside), "start"), (aa.Line(inside, pose), "goal")):
+            path = aa.plan(arm, way, **{end: q})
             if not path.certified:
                 continue
             moved += 1
@@ -101,10 +85,7 @@ def test_what_grows_out_of_a_corner_leads_on() -> None:
         ".16054518660224026 .8322806936967597 -.4104782077718374 .726976824943495 1.6 -.5214458799459318 1.6"
     )
     q = np.clip(np.array(text.split(), float), arm.lower, arm.upper)  # joints 5 and 7 on their limits
-    first = arm.forward(q)[0]
-    last = first.copy()
-    last[:3, 3] += [0.02, -0.01, 0.01]
-    assert aa.plan(arm, aa.Line(first, last), start=q).certified
+    assert aa.plan(arm, line(arm, q, [0.02, -0.01, 0.01]), start=q).certified
 
 
 STRAIGHT = (
@@ -128,26 +109,42 @@ def test_a_small_move_beside_a_straight_elbow_is_a_step(name: str, start: str, m
     np.testing.assert_allclose(arm.forward(step.q)[0], pose, atol=1e-12)
 
 
-THREE = (
+STANDS = (
+    # an elbow all but straight, where psi has too few digits
+    ("kuka_iiwa7_r800", "-1.2602545634041284 -1.8099978047803367 -.9853122063846094 .00017961632709395658 -3 -1.7017371227985942 4"),  # noqa: E501  # a row
+    ("kuka_iiwa7_r800", "2.8366907800293575 -3 3 -.0018504284910343394 2.6506080848670504 -1.8865572261376027 -1.3136224854265752"),  # noqa: E501  # a row
+    ("openarm_v10", "3.489658503988659 1e-6 1.5112962073658585 1e-6 .8930656181869097 -.7853981633974483 1.5707963267948966"),  # noqa: E501  # a row
+    ("kuka_iiwa7_r800", "2.5606969084343962 -.07242817031731574 2.9670597283903602 0 .8264076974840608 -1e-9 3.0543261909900767"),  # noqa: E501  # a row
+    ("realman_rm75_b", "3.100001457514768 .01 -2.9657917332225066 1e-6 -1.8976230024129936 -2.2329916982940654 1.4884981084189866"),  # noqa: E501  # a row
     # joint 6 turns back at its limit; the elbow is well bent
     ("openarm_v10", "4 .8976674527033486 .34332311275454663 .5568870356777469 -2 3 -.09662766247155452"),
     # an elbow that is straight at another theta_4 than 0
     ("rokae_ar5_left", "-1.5489 .7584 -4 .06958452847011021 1.4518 .38052 1.0471975511965976"),
-)
+)  # fmt: skip
 """Postures with joints on their limits (drawn in to them)."""
+BOUNDS = {"dt": 0.01, "velocity": 2.0, "velocity_now": np.zeros(7)}
 
 
-@pytest.mark.parametrize(("name", "text"), THREE)
-def test_a_joint_that_turns_back_at_its_limit_is_held_too(name: str, text: str) -> None:
+@pytest.mark.parametrize("asked", [{}, BOUNDS, BOUNDS | {"acceleration": 5.0}], ids=["free", "speed", "both"])
+@pytest.mark.parametrize(("name", "text"), STANDS)
+def test_a_posture_on_its_limits_is_held_for_good(name: str, text: str, asked: dict[str, Any]) -> None:
+    """By steps and by a path; but for no other branch, and for no arcs that forbid it."""
     arm = aa.Arm.from_catalogue(name)
-    q = np.clip(np.array(text.split(), float), arm.lower, arm.upper)
+    q = now = np.clip(np.array(text.split(), float), arm.lower, arm.upper)
     pose, psi, gc = arm.forward(q)
-    if name == "openarm_v10":
+    assert aa.step(arm, q, pose, **asked).status == aa.Status.OK
+    for _ in range(50):
+        step = aa.step(arm, now, pose, policy=aa.Hold(), **asked)
+        assert step.status == aa.Status.OK and np.abs(step.q - q).max() < 1e-9
+        now = step.q
+    assert aa.follow(arm, [pose, pose], start=q).ok
+    if abs(np.sin(q[3])) < 0.1 and not asked:
+        assert aa.step(arm, q, pose, gc=gc ^ 1).status != aa.Status.OK
+        assert aa.step(arm, q, pose, allowed=aa.ArcSet([[0.1, 0.2]])).status != aa.Status.OK
+    if q[5] == arm.upper[5]:
         arcs = arm.feasible(pose, gc)
         assert len(arcs) == 2 and abs(arcs.nearest(psi) - psi) < 1e-6
         assert arm.freedom(pose).arcs == arm.feasible(pose).count.sum()
-    assert aa.step(arm, q, pose).status == aa.Status.OK
-    assert aa.follow(arm, [pose, pose], start=q).ok
 
 
 def test_the_arm_holds_what_it_stands_in_whatever_the_catalogue() -> None:

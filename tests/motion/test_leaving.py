@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from support.moves import begun
 
 import armangle as aa
 from armangle.models.catalogue import srs_catalogue
@@ -63,8 +64,7 @@ def test_a_wish_from_where_two_branches_meet_is_met(arm: aa.Arm, start: str, by:
 
 
 def tracked(arm: aa.Arm, q: Array, pose: Array, wish: float) -> Array:
-    tracker = aa.Tracker(arm, DT, velocity=2.0, acceleration=10.0)
-    tracker.start(q)
+    tracker = begun(q, arm, DT, velocity=2.0, acceleration=10.0)
     base = (arm.base @ np.array([0, 0, arm.d_bs, 1.0]))[:3]
     elbow = arm.elbow(arm.inverse(pose, wish, arm.forward(q)[2], limits=False))
     ticks = [tracker.step(pose, elbow_direction=elbow - base) for _ in range(1000)]
@@ -84,21 +84,14 @@ def stepped(arm: aa.Arm, q: Array, pose: Array, wish: float, bounded: bool) -> A
     return np.array(rows)
 
 
-@pytest.mark.parametrize(
-    ("name", "degrees"),
-    [
-        ("kuka_iiwa14_r820", [0, 0, 45, 90, 0, 45, 0]),
-        ("kuka_iiwa14_r820", [45, 0, -45, -90, 0, 90, 0]),
-        ("kuka_iiwa7_r800", [0, -45, 0, -90, 0, 0, 45]),
-        ("realman_rm75_b", [0, 0, 0, -90, 0, 90, 0]),
-        ("human_arm_left", [0, 0, 0, 90, 0, -90, 0]),
-        ("human_arm_left", [0, 90, 0, 90, 0, -90, 0]),
-    ],
-)
+@pytest.mark.parametrize(("name", "degrees"), [
+    ("kuka_iiwa14_r820", [0, 0, 45, 90, 0, 45, 0]), ("kuka_iiwa14_r820", [45, 0, -45, -90, 0, 90, 0]),
+    ("kuka_iiwa7_r800", [0, -45, 0, -90, 0, 0, 45]), ("realman_rm75_b", [0, 0, 0, -90, 0, 90, 0]),
+    ("human_arm_left", [0, 0, 0, 90, 0, -90, 0]), ("human_arm_left", [0, 90, 0, 90, 0, -90, 0]),
+])  # fmt: skip
 def test_a_hand_that_stands_where_branches_meet_moves_nothing(name: str, degrees: list[float]) -> None:
     arm, q = aa.Arm.from_catalogue(name), np.radians(degrees)
-    tracker = aa.Tracker(arm, 0.004, velocity=2.0)
-    tracker.start(q)
+    tracker = begun(q, arm, 0.004, velocity=2.0)
     pose = arm.forward(q)[0]
     for _ in range(500):
         now = tracker.step(pose)
@@ -106,21 +99,15 @@ def test_a_hand_that_stands_where_branches_meet_moves_nothing(name: str, degrees
     np.testing.assert_allclose(now.q, q, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("name", "q", "wish"),
-    [
-        ("kuka_iiwa7_r800", [0.62, 0, -2.29, -1.18, 0, -0.283, 0], 2.4764),  # in the branch that meets
-        ("barrett_wam7", [0, -1.5, 0, -0.376, 0, 0, -0.968], 5.2481),
-        ("kuka_iiwa14_r820", [0, 0, -1.67, -1.57, 0, 0, 1.44], 1.82),
-        ("kuka_iiwa7_r800", [0, -1.276, -0.417, -0.773, 0, 0, -2.853], 3.9747),  # one pivot at its limit
-        ("yaskawa_sia10d", [0.46, -0.835, 0, -1.375, 0.681, 0, -2.766], 2.02),
-        (
-            "fourier_gr2t2v2_left",  # theta_2 = 1e-11
-            [0, 1.5707963268048966, 0.05284408618314007, -0.17421247398261341, 0, -0.1219033927541826, 0],
-            -0.19184937740222702,
-        ),
-    ],
-)
+@pytest.mark.parametrize(("name", "q", "wish"), [
+    ("kuka_iiwa7_r800", [0.62, 0, -2.29, -1.18, 0, -0.283, 0], 2.4764),  # in the branch that meets
+    ("barrett_wam7", [0, -1.5, 0, -0.376, 0, 0, -0.968], 5.2481),
+    ("kuka_iiwa14_r820", [0, 0, -1.67, -1.57, 0, 0, 1.44], 1.82),
+    ("kuka_iiwa7_r800", [0, -1.276, -0.417, -0.773, 0, 0, -2.853], 3.9747),  # one pivot at its limit
+    ("yaskawa_sia10d", [0.46, -0.835, 0, -1.375, 0.681, 0, -2.766], 2.02),
+    ("fourier_gr2t2v2_left", [0, 1.5707963268048966, 0.05284408618314007, -0.17421247398261341, 0,
+                              -0.1219033927541826, 0], -0.19184937740222702),  # theta_2 = 1e-11
+])  # fmt: skip
 def test_a_step_leaves_by_the_way_that_leads_to_its_wish(name: str, q: list[float], wish: float) -> None:
     arm, now = aa.Arm.from_catalogue(name), np.array(q)
     pose = arm.forward(now)[0]

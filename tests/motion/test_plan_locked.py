@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.draw import count, generator
+from support.moves import limited, line, proven, slopes_hold
 
 import armangle as aa
 
@@ -14,32 +15,20 @@ HINGE = {1: 1, 3: 1, 5: 5, 7: 5}
 """Index of the hinge beside each pivot that may be locked."""
 
 
-def straight(arm: aa.Arm, hinge: int) -> float:
-    """The q at which a hinge stands at theta = 0."""
-    return float(np.angle(np.exp(-1j * arm.signs[hinge] * arm.offsets[hinge])))
-
-
 def drawn(joint: int, rng: np.random.Generator) -> tuple[aa.Arm, aa.Line, np.ndarray] | None:
     """An arm with a joint locked, and a line whose two ends have the hinge beside it on either side of 0."""
-    free = ARMS[str(rng.choice(NAMES))]
-    hinge = HINGE[joint]
-    middle = straight(free, hinge)
+    free, hinge = ARMS[str(rng.choice(NAMES))], HINGE[joint]
+    middle = float(np.angle(np.exp(-1j * free.signs[hinge] * free.offsets[hinge])))
     if not free.lower[hinge] + 0.2 < middle < free.upper[hinge] - 0.2:
         return None
     start = rng.uniform(0.8 * free.lower, 0.8 * free.upper)
     side = rng.choice([-1, 1]) * rng.uniform(0.02, 0.2)
     end = start + 0.1 * rng.normal(size=7)
     start[hinge], end[hinge], end[joint - 1] = middle + side, middle - side * rng.random(), start[joint - 1]
-    lower, upper = free.lower.copy(), free.upper.copy()
-    lower[joint - 1] = upper[joint - 1] = start[joint - 1]
-    arm = free.with_(lower=lower, upper=upper)
+    arm = limited(free, joint - 1, start[joint - 1], start[joint - 1])
     if not (arm.within_limits(start) and arm.within_limits(end)):
         return None
     return arm, aa.Line(arm.forward(start)[0], arm.forward(end)[0]), start
-
-
-def followed(arm: aa.Arm, line: aa.Line, start: np.ndarray) -> bool:
-    return bool(aa.follow(arm, line, start=start, samples=1001, policy=aa.Hold(), max_joint_step=0.04).ok)
 
 
 @pytest.mark.parametrize("joint", sorted(HINGE))
@@ -48,22 +37,17 @@ def test_where_follow_passes_a_plan_does(joint: int) -> None:
     rng, ways, certified = generator(joint), 0, 0
     for _ in range(count(25)):
         case = drawn(joint, rng)
-        if case is None or not followed(*case):
+        if case is None:
             continue
-        arm, line, start = case
+        arm, way, start = case
+        if not aa.follow(arm, way, start=start, samples=1001, policy=aa.Hold(), max_joint_step=0.04).ok:
+            continue
         ways += 1
-        path = aa.plan(arm, line, start=start)
+        path = aa.plan(arm, way, start=start)
         certified += path.certified
-        if not path.certified:
-            continue
-        s = np.linspace(0, 1, 1001)
-        dense = path.at(s)
-        assert np.abs(arm.forward(dense.q)[0] - line.pose(s)).max() < 1e-9
-        assert arm.within_limits(dense.q, 1e-9).all() and np.ptp(dense.q[:, joint - 1]) == 0
-        assert np.abs(np.diff(dense.q, axis=0)).max() < 0.2
-        slopes = path.derivatives(0.5)[0]
-        beside = (path.at(0.5 + 1e-5).q - path.at(0.5 - 1e-5).q) / 2e-5
-        np.testing.assert_allclose(slopes, beside, rtol=1e-3, atol=1e-3 * np.abs(slopes).max())
+        if path.certified:
+            assert np.ptp(proven(path, start).q[:, joint - 1]) == 0
+            slopes_hold(path, 0.5, 1e-5, 1e-3 * max(1, np.abs(path.derivatives(0.5)[0]).max()))
     assert ways > 3 and certified >= 0.95 * ways, (certified, ways)
 
 
@@ -88,14 +72,10 @@ def test_a_singularity_margin_is_kept_with_a_locked_joint(joint: int) -> None:
 
 def test_a_hinge_far_from_straight_beside_a_locked_joint() -> None:
     """With joint 5 of the OpenArm locked, theta_6 is a right angle and more: no crossing, and a way."""
-    free = ARMS["openarm_v10"]
     start = np.array([0.2, -0.3, 0.4, 1.2, -0.37, 0.1, 0.3])
-    lower, upper = free.lower.copy(), free.upper.copy()
-    lower[4] = upper[4] = start[4]
-    arm = free.with_(lower=lower, upper=upper)
+    arm = limited(ARMS["openarm_v10"], 4, start[4], start[4])
     end = start + np.array([0.1, 0.1, -0.1, 0.1, 0, -0.1, 0.1])
-    line = aa.Line(arm.forward(start)[0], arm.forward(end)[0])
-    assert aa.plan(arm, line, start=start).certified
+    assert aa.plan(arm, aa.Line(arm.forward(start)[0], arm.forward(end)[0]), start=start).certified
 
 
 def test_a_joint_of_a_whole_turn_stays_on_its_winding_along_a_limit() -> None:
@@ -105,10 +85,7 @@ def test_a_joint_of_a_whole_turn_stays_on_its_winding_along_a_limit() -> None:
     for _ in range(count(60)):
         start = rng.uniform(arm.lower, arm.upper)
         start[0] = rng.choice([arm.lower[0], arm.upper[0]])
-        first = arm.forward(start)[0]
-        last = first.copy()
-        last[:3, 3] += 0.02 * rng.normal(size=3)
-        path = aa.plan(arm, aa.Line(first, last), start=start, psi=rng.uniform(-3, 3))
+        path = aa.plan(arm, line(arm, start, 0.02 * rng.normal(size=3)), start=start, psi=rng.uniform(-3, 3))
         if not path.ok:
             continue
         on_limit += 1

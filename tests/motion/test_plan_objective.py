@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from support.brute_optimum import descend, search
 from support.draw import count
+from support.moves import line
 from support.naive_plans import KINDS
 from support.naive_plans import case as naive_case
-from support.plan_objective import EVEN, length, line, planned, reversals, terms
+from support.plan_objective import EVEN, length, planned, reversals, terms
 from support.planned_arms import IIWA, random_arm
 
 import armangle as aa

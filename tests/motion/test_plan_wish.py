@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.plan_objective import EVEN, line
+from support.moves import line, refused
+from support.plan_objective import EVEN
 from support.planned_arms import IIWA
 
 import armangle as aa
@@ -95,8 +96,7 @@ def test_a_wish_is_of_the_arms_own_reference_base_and_tool(tool: np.ndarray | No
     ],
 )  # fmt: skip
 def test_what_is_no_wish_is_refused(psi: object, error: type[Exception]) -> None:
-    with pytest.raises(error, match="psi"):
-        aa.plan(IIWA, PATH, psi=psi)  # type: ignore[arg-type]  # wrong on purpose
+    refused(error, "psi", lambda: aa.plan(IIWA, PATH, psi=psi))  # type: ignore[arg-type]  # wrong on purpose
 
 
 def test_a_word_is_told_where_it_belongs() -> None:

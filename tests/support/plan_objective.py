@@ -105,11 +105,3 @@ def reversals(q: np.ndarray, still: float = 1e-3) -> int:
             if abs(x - farthest) > still or way * (x - farthest) > 0:
                 way, farthest = (np.sign(x - farthest) if abs(x - farthest) > still else way), x
     return count
-
-
-def line(arm: aa.Arm, q: np.ndarray, shift: np.ndarray) -> aa.Line:
-    """A line of the tool from a posture."""
-    first = arm.forward(q)[0]
-    last = first.copy()
-    last[:3, 3] += shift
-    return aa.Line(first, last)

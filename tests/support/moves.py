@@ -1,0 +1,102 @@
+"""What most tests of motions begin with: poses that are moved, lines, limits, trackers, and refusals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import armangle as aa
+
+Array = np.ndarray
+DENSE = np.linspace(0, 1, 5001)
+
+
+def moved(pose: Array, by: Any) -> Array:
+    """A pose whose place is moved by so much (m)."""
+    out = np.array(pose)
+    out[:3, 3] += by
+    return out
+
+
+def line(arm: Any, q: Any, shift: Any, back: bool = False) -> aa.Line:
+    """A line of the tool from a posture, also where that has no arm angle; or to it."""
+    first = np.asarray(arm.forward(np.asarray(q, float), on_error="nan")[0])
+    last = moved(first, shift)
+    return aa.Line(last, first) if back else aa.Line(first, last)
+
+
+def along(pose: Array, by: Any, count: int) -> Array:
+    """Poses (count, 4, 4) from one on, evenly moved by so much (m) in all."""
+    out = np.repeat(np.asarray(pose)[None], count, axis=0)
+    out[:, :3, 3] += np.linspace(0, 1, count)[:, None] * np.asarray(by)
+    return out
+
+
+def limited(arm: Any, joint: int, lower: float | None = None, upper: float | None = None) -> Any:
+    """The arm with other limits of one joint (0 to 6), rad."""
+    limits = {"lower": arm.lower.copy(), "upper": arm.upper.copy()}
+    for side, value in (("lower", lower), ("upper", upper)):
+        if value is not None:
+            limits[side][joint] = value
+    return arm.with_(**limits)
+
+
+def begun(start: Any, *words: Any, **options: Any) -> aa.Tracker:
+    """A tracker that stands at joints."""
+    tracker = aa.Tracker(*words, **options)
+    tracker.start(start)
+    return tracker
+
+
+def refused(
+    error: type[BaseException], said: str, call: Callable[..., object], *words: Any, **options: Any
+) -> None:
+    """A call is refused by this class, which says this."""
+    with pytest.raises(error, match=said):
+        call(*words, **options)
+
+
+def proven(result: aa.JointPath, start: Any = None, goal: Any = None, s: Array = DENSE) -> aa.types.PathPoint:
+    """Check that a plan is certified and everything that this promises: ends, pose, limits, and no leap."""
+    assert result.certified, result.explain()
+    arm, here = result.arm, result.at(s)
+    for row, end in ((0, start), (-1, goal)):
+        if end is not None:
+            np.testing.assert_allclose(here.q[row], end, atol=1e-9)
+    np.testing.assert_allclose(arm.forward(here.q, on_error="nan")[0], here.pose, atol=1e-11)
+    if result.path is not None:
+        np.testing.assert_allclose(here.pose, result.path.pose(s), atol=1e-11)
+    assert arm.within_limits(here.q, 1e-9).all()
+    speed = np.nanmax(np.abs(result.derivatives(s)[:, 0]), initial=0.0)
+    assert np.abs(np.diff(here.q, axis=0)).max(initial=0.0) <= 1.5 * speed / (len(s) - 1) + 1e-9
+    return here
+
+
+def slopes_hold(result: aa.JointPath, s: Any, h: float = 1e-6, atol: float = 1e-5) -> None:
+    """Check the first derivatives against differences of the joints."""
+    s = np.atleast_1d(s)
+    around = (result.at(s + h).q - result.at(s - h).q) / (2 * h)
+    np.testing.assert_allclose(result.derivatives(s)[:, 0], around, atol=atol, rtol=atol)
+
+
+def just_inside(
+    result: aa.JointPath, joints: Any = range(7), where: Any = None, loose: float | None = 1e-3
+) -> int:
+    """Check that no limit just inside what a plan needs is proven, and one `loose` outside is; how often.
+
+    `where` says of which rows of DENSE an extreme counts.
+    """
+    x, q, found = result.curve, result.at(DENSE).q, 0
+    for joint in joints:
+        for side, at, sign in (("lower", q[:, joint].argmin(), 1), ("upper", q[:, joint].argmax(), -1)):
+            if where is not None and not where(at):
+                continue
+            found += 1
+            for inset, is_proven in ((1e-6, False), *([(-loose, True)] if loose else [])):
+                arm = limited(result.arm, joint, **{side: q[at, joint] + sign * inset})
+                open_, _ = arm._handle.certify_curve(x.segments, x.stretches, x.plane, x.gc, 0.0)
+                assert any(low <= DENSE[at] <= high for low, high in open_) != is_proven, (joint, side)
+    return found
