@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.calibrated import calibrated
+from support.moves import refused
 from support.needs import need
 
 import armangle as aa
@@ -141,8 +142,8 @@ def test_circle_draws_the_complement_of_each_joint() -> None:
     for joint in range(1, 8):
         wanted = (~IIWA.feasible(POSE, GC, per_joint=True)[joint - 1]).measure
         assert _wedges(ax, plots.JOINT_COLOURS[joint - 1]) == pytest.approx(float(wanted), abs=1e-9)
-    texts = [text.get_text() for text in ax.texts]
-    assert texts == [f"GC 3\n{np.degrees(IIWA.feasible(POSE, GC).measure):.1f}° free"]
+    free = f"GC 3\n{np.degrees(IIWA.feasible(POSE, GC).measure):.1f}° free"
+    assert [text.get_text() for text in ax.texts] == [free]
     assert "joint 5 blocks (ring 5)" in _figure_labels(ax)
     np.testing.assert_allclose(ax.lines[-1].get_xdata(), [PSI])
 
@@ -162,10 +163,8 @@ def test_figures_of_a_true_chain_hold_its_own_numbers() -> None:
         assert panel.get_title() == f"joint {joint}: of the true chain"
     scene = aa.Scene([aa.Ball(arm.elbow(arm.inverse(pose, psi + 0.8, gc, limits=False)), 0.05, name="lamp")])
     assert "lamp" in [text.get_text() for text in plots.circle(arm.with_(scene=scene), pose, gc).texts]
-    lines = {
-        line.get_label(): line for line in plots.clearance_profile(arm.with_(scene=scene), pose, gc).lines
-    }
-    x, y = lines["lamp"].get_data()
+    lines = plots.clearance_profile(arm.with_(scene=scene), pose, gc).lines
+    (x, y) = next(line.get_data() for line in lines if line.get_label() == "lamp")
     shown = np.isfinite(y)
     near = arm.clearance(arm.inverse(pose, np.radians(x[shown]), gc, limits=False), scene).distance
     np.testing.assert_allclose(near, y[shown], atol=1e-9)
@@ -192,9 +191,8 @@ def test_what_is_not_proven_is_told_from_what_a_joint_blocks() -> None:
     for joint in range(1, 8):
         wanted = (~each[joint - 1]).measure - each[joint - 1].unproven
         assert _wedges(ax, plots.JOINT_COLOURS[joint - 1]) == pytest.approx(float(wanted), abs=1e-8)
-    assert "not proven" in _figure_labels(ax) and "not proven" not in _figure_labels(
-        plots.circle(IIWA, POSE, GC)
-    )
+    exact = plots.circle(IIWA, POSE, GC)
+    assert "not proven" in _figure_labels(ax) and "not proven" not in _figure_labels(exact)
     assert f"{np.degrees(left_out):.1f}° not proven" in ax.get_title()
     assert "not proven" in _labels(plots.stick_figure(arm, q))
     panel = plots.joint_profiles(arm, pose, gc, joints=(1,))[0]
@@ -235,14 +233,11 @@ def test_what_keeps_the_hard_clearance_alone_is_paler(soft: float) -> None:
     lamp = aa.Ball(arm.elbow(arm.inverse(POSE, PSI + 0.8, GC, limits=False)), 0.05, name="lamp")
     clear = arm._clear(POSE, GC, aa.Scene([lamp], clearance=0.01))
     ax = plots.circle(arm.with_(scene=aa.Scene([lamp], clearance=0.01, soft=soft)), POSE, GC)
-    widths = [
-        bar.get_width()
-        for bar in ax.patches
-        if bar.get_facecolor()[:3] == (127 / 255,) * 3 and bar.get_y() == 9.0
-    ]
-    calm = (
-        arm._clear(POSE, GC, aa.Scene([lamp], clearance=0.01 + soft)) if soft < 1 else ~aa.ArcSet([[-4, 4]])
-    )
+    grey = [bar for bar in ax.patches if bar.get_facecolor()[:3] == (127 / 255,) * 3]
+    widths = [bar.get_width() for bar in grey if bar.get_y() == 9.0]
+    calm = ~aa.ArcSet([[-4, 4]])
+    if soft < 1:
+        calm = arm._clear(POSE, GC, aa.Scene([lamp], clearance=0.01 + soft))
     assert sum(widths) == pytest.approx(clear.measure - calm.measure, abs=1e-9)
     assert (sum(widths) > 0.05) == (soft > 0)
     assert ("within the soft clearance" in _figure_labels(ax)) == (soft > 0)
@@ -314,16 +309,6 @@ def test_joint_profiles_are_the_inverse() -> None:
     assert {"limit", "stationary", "singular", "blocked by this joint", "ψ"} == _figure_labels(panels[0])
 
 
-def test_joint_profiles_draw_on_axes_that_are_given() -> None:
-    _, ax = plt.subplots()
-    assert plots.joint_profiles(IIWA, POSE, GC, joints=[5], ax=ax)[0] is ax
-    assert not ax.figure.legends
-    with pytest.raises(aa.InputError, match="ax holds 1 axes, wanted 2"):
-        plots.joint_profiles(IIWA, POSE, GC, joints=[5, 6], ax=ax)
-    with pytest.raises(aa.InputError, match="joints is empty"):
-        plots.joint_profiles(IIWA, POSE, GC, joints=[])
-
-
 def test_repulsion_is_equation_36() -> None:
     lower, upper, gain, alpha = -0.4, 1.1, 0.3, 7.0
     ax = plots.repulsion(aa.Repulsion(K=gain, alpha=alpha), arc=(lower, upper))
@@ -344,8 +329,7 @@ def test_repulsion_names_every_policy() -> None:
     assert {"α = 20, rate 2 1/s", "hold", "centre, K = 0.2", "centre, rate 3 1/s"} < names
     assert len(_labels(plots.repulsion())) == 5
     for arc in ((1.0, 1.0), (0.0, 7.0)):
-        with pytest.raises(aa.InputError, match="less than a turn apart"):
-            plots.repulsion(arc=arc)
+        refused(aa.InputError, "less than a turn apart", plots.repulsion, arc=arc)
 
 
 def test_path_draws_psi_and_joints_with_limits() -> None:
@@ -395,14 +379,6 @@ def test_path_draws_a_trajectory_over_time() -> None:
         plots.path([_path(), np.zeros(7)])
 
 
-def test_path_refuses_nothing_and_two_arms() -> None:
-    with pytest.raises(aa.InputError, match="paths is empty"):
-        plots.path({})
-    other = aa.follow(IIWA.with_(d_bs=0.5), _poses(2), start=PAPER_Q)
-    with pytest.raises(aa.InputError, match="paths are of different arms"):
-        plots.path([_path(), other])
-
-
 def _inside(ax: object, s: float, psi_degrees: float) -> str | None:
     """Return the colour of the uppermost cell at a point, None where none is."""
     found = None
@@ -445,31 +421,28 @@ def test_feasible_map_of_poses_alone_greys_what_is_out_of_reach() -> None:
     assert plots.feasible_map((IIWA, poses[:1]), gc=3).get_xlim() == (-0.5, 0.5)
 
 
-def test_feasible_map_refuses_what_is_no_path() -> None:
-    with pytest.raises(aa.InputError, match="poses has shape"):
-        plots.feasible_map((IIWA, POSE))
-    with pytest.raises(aa.InputError, match="gc is 8"):
-        plots.feasible_map(_path(count=3), gc=8)
-
-
-@pytest.mark.parametrize(
-    ("draw", "message"),
-    [
-        (lambda ax: plots.circle(IIWA, POSE, GC, ax=ax), "wanted a polar one"),
-        (lambda ax: plots.arm_frames(IIWA, ax=ax), "wanted a 3-D one"),
-    ],
-)
-def test_axes_of_the_wrong_kind_are_refused(draw: object, message: str) -> None:
+def test_what_cannot_be_drawn_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     _, ax = plt.subplots()
-    with pytest.raises(aa.InputError, match=message):
-        draw(ax)
-
-
-def test_shapes_are_checked() -> None:
-    with pytest.raises(aa.InputError, match=r"pose has shape \(2, 4, 4\)"):
-        plots.circle(IIWA, np.stack([POSE, POSE]), GC)
-    with pytest.raises(aa.InputError, match=r"q has shape \(2, 7\)"):
-        plots.stick_figure(IIWA, np.zeros((2, 7)))
+    other = aa.follow(IIWA.with_(d_bs=0.5), _poses(2), start=PAPER_Q)
+    for said, draw, *words in (
+        (r"pose has shape \(2, 4, 4\)", plots.circle, IIWA, np.stack([POSE, POSE]), GC),
+        (r"q has shape \(2, 7\)", plots.stick_figure, IIWA, np.zeros((2, 7))),
+        ("poses has shape", plots.feasible_map, (IIWA, POSE)),
+        ("paths is empty", plots.path, {}),
+        ("paths are of different arms", plots.path, [_path(count=3), other]),
+        ("path 2 is a ndarray, wanted a JointPath", plots.path, [_path(count=3), np.zeros(7)]),
+    ):
+        refused(aa.InputError, said, draw, *words)
+    for said, draw, words, named in (
+        ("gc is 8", plots.feasible_map, (_path(count=3),), {"gc": 8}),
+        ("wanted a polar one", plots.circle, (IIWA, POSE, GC), {"ax": ax}),
+        ("wanted a 3-D one", plots.arm_frames, (IIWA,), {"ax": ax}),
+        ("ax holds 1 axes, wanted 2", plots.joint_profiles, (IIWA, POSE, GC), {"joints": [5, 6], "ax": ax}),
+        ("joints is empty", plots.joint_profiles, (IIWA, POSE, GC), {"joints": []}),
+    ):
+        refused(aa.InputError, said, draw, *words, **named)
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    refused(aa.MissingExtraError, r"pip install 'armangle\[plot\]'", plots.repulsion)
 
 
 def test_given_axes_are_drawn_on_and_returned() -> None:
@@ -481,13 +454,8 @@ def test_given_axes_are_drawn_on_and_returned() -> None:
     assert plots.circle(IIWA, POSE, GC, ax=polar) is polar
     assert plots.stick_figure(IIWA, PAPER_Q, ax=space) is space
     assert plots.feasible_map(_path(count=4), gc=1, ax=flat) is flat
+    assert plots.joint_profiles(IIWA, POSE, GC, joints=[5], ax=flat)[0] is flat
     assert not figure.legends
-
-
-def test_without_matplotlib_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
-    with pytest.raises(aa.MissingExtraError, match=r"pip install 'armangle\[plot\]'"):
-        plots.repulsion()
 
 
 def test_placement_draws_what_is_held_and_the_best_base() -> None:
@@ -513,8 +481,7 @@ def test_reach_draws_the_section_and_voxels_the_shares(tmp_path: Path) -> None:
     ax = plots.reach(found, "yaw")
     drawn = np.asarray(ax.collections[0].get_array()).reshape(found.shape[1], found.shape[0])
     assert np.allclose(np.nan_to_num(drawn), found.section("yaw").T)
-    with pytest.raises(aa.InputError, match="field is 'speed', wanted one of 'gc'"):
-        plots.reach(found, "speed")
+    refused(aa.InputError, "field is 'speed', wanted one of 'gc'", lambda: plots.reach(found, "speed"))
     voxels = found.voxels(0.2)
     space = plots.voxels(voxels, arm)
     assert np.allclose(space.collections[0].get_array(), voxels.share)
@@ -540,5 +507,4 @@ def test_an_offset_arm_has_its_path_drawn_and_no_other_plot() -> None:
         "virtual_plane": lambda: plots.virtual_plane(arm, start),
     }  # fmt: skip
     for draw in draws.values():
-        with pytest.raises(aa.UnsupportedError, match=r"plots\.path"):
-            draw()
+        refused(aa.UnsupportedError, r"plots\.path", draw)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.moves import begun, line, refused
 from support.needs import need
 
 import armangle as aa
@@ -21,10 +22,7 @@ Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 def timed() -> aa.Trajectory:
     """A line of 20 cm in time."""
     need("scipy")
-    first = ARM.forward(Q)[0]
-    last = first.copy()
-    last[:3, 3] += [-0.1, -0.15, 0.05]
-    return aa.retime(aa.plan(ARM, aa.Line(first, last), start=Q), acceleration=5.0)
+    return aa.retime(aa.plan(ARM, line(ARM, Q, [-0.1, -0.15, 0.05]), start=Q), acceleration=5.0)
 
 
 def test_a_trajectory_is_drawn_with_its_rates_and_limits(timed: aa.Trajectory) -> None:
@@ -68,16 +66,13 @@ def test_what_files_hold_is_drawn_as_what_was_saved(timed: aa.Trajectory, tmp_pa
 def test_what_is_no_trajectory_is_refused(timed: aa.Trajectory) -> None:
     with pytest.raises(aa.InputError, match="trajectory is a JointPath, wanted a Trajectory"):
         plots.trajectory(timed.path)  # type: ignore[arg-type]  # wrong on purpose
-    with pytest.raises(aa.InputError, match="velocity holds -1"):
-        plots.trajectory(timed, velocity=-1.0)
-    with pytest.raises(aa.InputError, match="wanted 21"):
-        plots.trajectory(timed, ax=plots.trajectory(timed)[:3])
+    refused(aa.InputError, "velocity holds -1", lambda: plots.trajectory(timed, velocity=-1.0))
+    refused(aa.InputError, "wanted 21", lambda: plots.trajectory(timed, ax=plots.trajectory(timed)[:3]))
 
 
 def ticks(far: float) -> list[aa.types.Tracked]:
     """What a tracker makes of a hand that goes away and comes back."""
-    tracker = aa.Tracker(ARM, dt=0.01)
-    tracker.start(Q)
+    tracker = begun(Q, ARM, dt=0.01)
     first = ARM.forward(Q)[0]
     out = []
     for share in np.sin(np.linspace(0, np.pi, 300)) ** 2:
@@ -117,5 +112,4 @@ def test_a_hand_within_reach_is_not_drawn_beyond_it() -> None:
 def test_no_ticks_are_refused(bad: object) -> None:
     with pytest.raises(aa.InputError, match="ticks is empty or holds something else"):
         plots.tracking(bad, 0.01)  # type: ignore[arg-type]  # wrong on purpose
-    with pytest.raises(aa.InputError, match="dt"):
-        plots.tracking(ticks(0.0)[:1], 0.0)
+    refused(aa.InputError, "dt", lambda: plots.tracking(ticks(0.0)[:1], 0.0))

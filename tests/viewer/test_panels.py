@@ -10,36 +10,19 @@ import numpy as np
 from support.calibrated import calibrated
 
 import armangle as aa
-from armangle.cli import paper_example
 from armangle.cli.motions import motion_of
 from armangle.viewer import ViewerState
 from armangle.viewer.controls import gc_name
-from armangle.viewer.panels import (
-    arcs_panel,
-    map_image,
-    map_panel,
-    png,
-    reasons_panel,
-    status_panel,
-)
+from armangle.viewer.panels import arcs_panel, map_image, map_panel, png, reasons_panel, status_panel
 from armangle.viewer.state import UNPROVEN
 
+from .conftest import PAPER_ARM, PAPER_POSES, PAPER_Q, paper, paper_motion
+
 IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-PAPER_ARM, PAPER_Q, PAPER_POSES = paper_example.example()
-
-
-def _paper() -> ViewerState:
-    return ViewerState(PAPER_ARM, PAPER_Q)
-
-
-def _motion(alpha: float = 20.0) -> aa.JointPath:
-    return aa.follow(
-        PAPER_ARM, PAPER_POSES, start=PAPER_Q, policy=aa.Repulsion(alpha=alpha), max_joint_step=np.inf
-    )
 
 
 def test_panels_hold_the_numbers() -> None:
-    state = _paper()
+    state = paper()
     assert "GC 3, ψ = 58.6°" in status_panel(state)
     arcs = arcs_panel(state)
     assert "joint 1" in arcs
@@ -57,7 +40,7 @@ def test_what_is_not_proven_is_told_from_what_a_joint_blocks() -> None:
     q[5] = np.radians(0.05)  # axes 5 and 7 are nearly one: branches meet
     state = ViewerState(arm, q)
     open_arc = arm._left_out(state.pose, state.gc).intervals[0]
-    assert "not proven" in arcs_panel(state) and "not proven" not in arcs_panel(_paper())
+    assert "not proven" in arcs_panel(state) and "not proven" not in arcs_panel(paper())
     answer = state.set_psi(float(open_arc.mean()))
     assert not answer.ok and answer.text.endswith("is left out: nothing is proven there.")
     assert (state.elbow_circle().blocker == UNPROVEN).any()
@@ -72,7 +55,7 @@ def test_names_from_files_are_text_and_never_markup() -> None:
 
 
 def test_the_map_is_a_png_of_who_blocks() -> None:
-    motion = _motion()
+    motion = paper_motion()
     image = map_image(motion)
     assert image.startswith("data:image/png;base64,iVBOR")
     panel = map_panel(motion, image, 125)

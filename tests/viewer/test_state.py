@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.moves import moved, refused
 
 import armangle as aa
-from armangle.cli import paper_example
 from armangle.cli.motions import motion_of, motions_along
 from armangle.files.tables import load_joints, save
 from armangle.models.catalogue import srs_catalogue
@@ -21,13 +21,10 @@ from armangle.viewer.panels import reasons_panel
 from armangle.viewer.scene import figure_segments, segment_colours
 from armangle.viewer.state import ways_between
 
+from .conftest import PAPER_ARM, PAPER_POSES, PAPER_Q, paper, paper_motion
+
 IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-PAPER_ARM, PAPER_Q, PAPER_POSES = paper_example.example()
 WAM = aa.Arm.from_catalogue("barrett_wam7")
-
-
-def _paper() -> ViewerState:
-    return ViewerState(PAPER_ARM, PAPER_Q)
 
 
 def _well_inside(arm: aa.Arm) -> None:
@@ -86,8 +83,7 @@ def test_a_start_that_is_no_posture_is_refused(start: object, error: type, messa
 
 
 def test_a_policy_that_needs_time_is_refused() -> None:
-    with pytest.raises(aa.InputError, match="dt is missing"):
-        ViewerState(IIWA, policy=aa.Repulsion(rate=2.0))
+    refused(aa.InputError, "dt is missing", lambda: ViewerState(IIWA, policy=aa.Repulsion(rate=2.0)))
 
 
 # -- one joint ---------------------------------------------------------------------------------------
@@ -112,10 +108,8 @@ def test_a_joint_stops_at_its_limit_and_says_so() -> None:
     answer = state.set_joint(4, -2.5)
     assert not answer.ok and answer.text == "Joint 4 stops at its limit −120.0°."
     assert state.q[3] == IIWA.lower[3]
-    with pytest.raises(aa.InputError, match="joint is 8"):
-        state.set_joint(8, 0.0)
-    with pytest.raises(aa.InputError, match="joint 2 is nan"):
-        state.set_joint(2, np.nan)
+    refused(aa.InputError, "joint is 8", lambda: state.set_joint(8, 0.0))
+    refused(aa.InputError, "joint 2 is nan", lambda: state.set_joint(2, np.nan))
 
 
 def test_a_joint_that_would_fold_the_arm_is_refused_and_nothing_moves() -> None:
@@ -139,7 +133,7 @@ def test_a_joint_slider_spans_its_limits_to_a_tenth_of_a_degree() -> None:
 
 
 def test_set_psi_turns_the_elbow_and_keeps_the_tool() -> None:
-    state = _paper()
+    state = paper()
     pose, gc = state.pose.copy(), state.gc
     for psi in np.radians([60, 100, 170, 200, 300, 320]):
         assert state.set_psi(psi).ok
@@ -150,22 +144,21 @@ def test_set_psi_turns_the_elbow_and_keeps_the_tool() -> None:
 
 
 def test_set_psi_stops_at_the_limit_and_names_the_joint() -> None:
-    state = _paper()
+    state = paper()
     answer = state.set_psi(np.radians(34.0))
     assert not answer.ok
     assert answer.text == state.message == "ψ = 34.0° is blocked by joint 5."
     assert np.degrees(state.psi) == pytest.approx(42.70, abs=0.01)
     assert state.arm.within_limits(state.q, tol=1e-9)
     assert "blocked by joint 1." in state.set_psi(np.radians(-30.0)).text
-    with pytest.raises(aa.InputError, match="psi is nan"):
-        state.set_psi(np.nan)
+    refused(aa.InputError, "psi is nan", lambda: state.set_psi(np.nan))
 
 
 # -- the tool ----------------------------------------------------------------------------------------
 
 
 def test_set_pose_goes_there_continuously_and_within_limits() -> None:
-    state = _paper()
+    state = paper()
     wanted = PAPER_POSES[-1]
     assert state.set_pose(wanted).ok
     np.testing.assert_allclose(state.pose, wanted, atol=1e-9)
@@ -174,14 +167,13 @@ def test_set_pose_goes_there_continuously_and_within_limits() -> None:
 
 
 def test_set_pose_accepts_the_rounding_of_a_browser() -> None:
-    state = _paper()
+    state = paper()
     assert state.set_pose(PAPER_POSES[20].astype(np.float32)).ok
-    with pytest.raises(aa.InputError, match="pose has shape"):
-        state.set_pose(PAPER_POSES[:2])
+    refused(aa.InputError, "pose has shape", lambda: state.set_pose(PAPER_POSES[:2]))
 
 
 def test_set_pose_stops_where_it_must_and_says_why() -> None:
-    state = _paper()
+    state = paper()
     far = state.pose.copy()
     far[:3, 3] = [0.0, 0.0, 5.0]
     answer = state.set_pose(far)
@@ -193,8 +185,7 @@ def test_set_pose_stops_where_it_must_and_says_why() -> None:
 
 def test_a_refused_target_is_kept_until_the_next_wish() -> None:
     state = ViewerState(IIWA)
-    far = state.pose.copy()
-    far[:3, 3] += [2.0, 0.0, 0.0]
+    far = moved(state.pose, [2.0, 0.0, 0.0])
     wishes = (
         lambda: state.set_pose(state.pose),
         lambda: state.set_joint(1, 0.3),
@@ -257,7 +248,7 @@ def test_the_arm_angle_is_held_while_the_tool_is_dragged() -> None:
 
 
 def test_the_policy_of_eq_36_moves_psi_while_the_tool_is_dragged() -> None:
-    held, repelled = _paper(), _paper()
+    held, repelled = paper(), paper()
     held.policy = aa.Hold()
     repelled.policy = aa.Repulsion(K=0.3, alpha=5)
     for state in (held, repelled):
@@ -296,8 +287,7 @@ def test_reasons_agree_with_the_arcs() -> None:
             assert answer.ok == (state.gc == gc)
             if not answer.ok:
                 assert answer.text.startswith(f"GC {gc}: ")
-    with pytest.raises(aa.InputError, match="gc is 8"):
-        state.set_gc(8)
+    refused(aa.InputError, "gc is 8", lambda: state.set_gc(8))
 
 
 def test_reasons_name_the_joint() -> None:
@@ -325,7 +315,7 @@ def test_limits_that_block_together_are_all_named() -> None:
 
 
 def test_ghosts_reach_the_same_tool() -> None:
-    state = _paper()
+    state = paper()
     ghosts = state.ghosts()
     assert set(ghosts) == {gc for gc in range(8) if state.reason(gc) is None} - {3}
     for figure in ghosts.values():
@@ -334,7 +324,7 @@ def test_ghosts_reach_the_same_tool() -> None:
 
 
 def test_the_elbow_circle_says_who_blocks() -> None:
-    state = _paper()
+    state = paper()
     circle = state.elbow_circle()
     assert set(circle.blocker.tolist()) == {0, 1, 5}
     elbow = state.arm.frames(state.q)[3, :3, 3]
@@ -347,14 +337,8 @@ def test_the_elbow_circle_says_who_blocks() -> None:
 # -- motion, export, reset ---------------------------------------------------------------------------
 
 
-def _motion(alpha: float = 20.0) -> aa.JointPath:
-    return aa.follow(
-        PAPER_ARM, PAPER_POSES, start=PAPER_Q, policy=aa.Repulsion(alpha=alpha), max_joint_step=np.inf
-    )
-
-
 def test_a_motion_is_played_row_by_row() -> None:
-    state, motion = _paper(), _motion()
+    state, motion = paper(), paper_motion()
     assert not state.seek(0).ok
     assert state.set_motion(motion).ok
     for row in (0, 100, 250):
@@ -362,12 +346,11 @@ def test_a_motion_is_played_row_by_row() -> None:
         np.testing.assert_allclose(state.q, motion.q[row])
     assert state.seek(9999).ok
     assert state.row == 250
-    with pytest.raises(aa.InputError, match="the motion is of"):
-        ViewerState(WAM).set_motion(motion)
+    refused(aa.InputError, "the motion is of", lambda: ViewerState(WAM).set_motion(motion))
 
 
-def test_reset_goes_back_to_where_it_began_and_to_the_first_pose_of_a_motion() -> None:
-    state, motion = ViewerState(PAPER_ARM), _motion()
+def test_reset_goes_back_to_where_it_began_and_to_the_first_pose_of_apaper_motion() -> None:
+    state, motion = ViewerState(PAPER_ARM), paper_motion()
     begun = state.q.copy()
     state.set_joint(2, 0.3)
     assert state.reset().ok
@@ -386,7 +369,7 @@ def test_a_motion_begins_at_its_first_solved_row() -> None:
     poses = PAPER_POSES.copy()
     poses[:4, :3, 3] += 3.0
     motion = aa.follow(PAPER_ARM, poses, start=PAPER_Q, on_fail="skip", max_joint_step=np.inf)
-    state = _paper()
+    state = paper()
     assert not state.set_motion(motion).ok
     assert state.row == 4
     np.testing.assert_array_equal(state.q, motion.q[4])
@@ -426,7 +409,7 @@ def test_rows_that_were_not_solved_leave_the_arm_where_it_is() -> None:
     poses = PAPER_POSES.copy()
     poses[100:, :3, 3] += 3.0
     motion = aa.follow(PAPER_ARM, poses, start=PAPER_Q, max_joint_step=np.inf)
-    state = _paper()
+    state = paper()
     answer = state.set_motion(motion)
     assert not answer.ok
     assert "pose 100" in answer.text
@@ -436,12 +419,11 @@ def test_rows_that_were_not_solved_leave_the_arm_where_it_is() -> None:
     np.testing.assert_array_equal(state.q, q)
     assert "Pose 150: " in state.message
     nothing = aa.follow(PAPER_ARM, poses[100:], start=PAPER_Q)
-    with pytest.raises(aa.InputError, match="no solved row"):
-        state.set_motion(nothing)
+    refused(aa.InputError, "no solved row", lambda: state.set_motion(nothing))
 
 
 def test_export_is_json_of_the_posture_and_reset_goes_home() -> None:
-    state = _paper()
+    state = paper()
     state.set_psi(2.0)
     facts = json.loads(state.export())
     assert facts["robot"] == "kuka_iiwa7_r800"
@@ -460,7 +442,7 @@ def test_export_is_json_of_the_posture_and_reset_goes_home() -> None:
 
 
 def test_a_joint_file_becomes_a_motion(tmp_path: Path) -> None:
-    motion = _motion()
+    motion = paper_motion()
     save(motion, tmp_path / "joints.csv")
     again = motion_of(PAPER_ARM, load_joints(tmp_path / "joints.csv"))
     np.testing.assert_allclose(again.q, motion.q)
