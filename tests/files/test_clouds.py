@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.refused import not_refused
 
 import armangle as aa
 
@@ -39,11 +40,11 @@ def texts() -> dict[str, bytes]:
     }
 
 
-@pytest.mark.parametrize("name", texts())
-def test_every_kind_of_file_holds_the_same_points(tmp_path: Path, name: str) -> None:
-    path = tmp_path / name
-    path.write_bytes(texts()[name])
-    assert aa.io.load_cloud(path, 0.01, name="seen") == aa.Cloud(POINTS, 0.01, name="seen")
+def test_every_kind_of_file_holds_the_same_points(tmp_path: Path) -> None:
+    for name, content in texts().items():
+        (tmp_path / name).write_bytes(content)
+        found = aa.io.load_cloud(tmp_path / name, 0.01, name="seen")
+        assert found == aa.Cloud(POINTS, 0.01, name="seen"), name
 
 
 def test_arrays_are_read_and_what_is_not_seen_is_left_out(tmp_path: Path) -> None:
@@ -60,7 +61,7 @@ def wrong() -> dict[str, tuple[bytes, str]]:
     good = texts()
     return {
         "a.txt": (b"", "wanted a file ending in .npz"),
-        "a.csv": (b"x,y\n1,2", "of shape \\(N, 3\\)|could not convert|points x, y, z"),
+        "a.csv": (b"x,y\n1,2", "(of shape \\(N, 3\\)|could not convert|points x, y, z)"),
         "b.csv": (b"1,2\n3,4", r"points of shape \(N, 3\), not \(2, 2\)"),
         "c.csv": (b"1,2,x", "points x, y, z"),
         "d.ply": (good["d.ply"][:-5], "points x, y, z"),
@@ -74,22 +75,16 @@ def wrong() -> dict[str, tuple[bytes, str]]:
     }
 
 
-@pytest.mark.parametrize("name", wrong())
-def test_a_broken_file_is_refused_by_name(tmp_path: Path, name: str) -> None:
-    data, why = wrong()[name]
-    path = tmp_path / name
-    path.write_bytes(data)
-    with pytest.raises(aa.SceneError, match=why) as caught:
-        aa.io.load_cloud(path, 0.01)
-    assert name in str(caught.value)
-
-
-def test_a_file_that_is_not_there_and_objects_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(aa.SceneError, match="that can be read"):
-        aa.io.load_cloud(tmp_path / "no.npy", 0.01)
+def test_a_broken_file_is_refused_by_name(tmp_path: Path) -> None:
+    said = {name: why for name, (_, why) in wrong().items()} | {"no.npy": "", "o.npy": "points x, y, z"}
+    for name, (data, _) in wrong().items():
+        (tmp_path / name).write_bytes(data)
     np.save(tmp_path / "o.npy", np.array([{}], dtype=object), allow_pickle=True)
-    with pytest.raises(aa.SceneError, match="points x, y, z"):
-        aa.io.load_cloud(tmp_path / "o.npy", 0.01)
+    assert not_refused(
+        (aa.SceneError, f"(?s)(?=.*{name})(.*{why})",
+         lambda name=name: aa.io.load_cloud(tmp_path / name, 0.01))
+        for name, why in said.items()
+    ) == []  # fmt: skip
 
 
 def test_a_scene_file_names_its_clouds(tmp_path: Path) -> None:
