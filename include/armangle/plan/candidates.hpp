@@ -1,9 +1,9 @@
-// Candidates on one section of a tube: joint values with their windings, distances to limits and
-// singularities, and cost.
+// Candidates on one section of a tube: joint values on all turns, distances to limits and singularities, and
+// cost.
 //
-//     arc of phi   [--o---o---o---oo-o---]     evenly, closer where joints turn fast, and beside the phi at
-//                                  ^           which a joint of more than a turn meets its limit;
-//     windings      q_1, q_1 + 2 pi, ...       each that the limits leave is a posture of its own
+//     arc of phi   [--o---o---o---oo-o---]     evenly spaced, closer where joints turn fast, and near the phi
+//                                  ^           at which a joint of more than a turn reaches its limit;
+//     turns        q_1, q_1 + 2 pi, ...        each turn within the limits is a configuration of its own
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace armangle {
 
-/// One posture: q lies within the limits, in one of the windings that they leave.
+/// One configuration: q lies within the limits, on one of the permitted turns.
 struct Candidate {
     double phi;
     Rating worth;
@@ -22,14 +22,14 @@ struct Candidate {
     std::uint32_t arc;
 };
 
-/// The postures of one phi: all its windings, joint 1 counted fastest, from the lowest ones `q` on.
+/// The configurations of one phi: all turns from the lowest values `q` on, joint 1 counted fastest.
 struct Windings {
-    std::uint32_t first;  // of them, among the postures of the section
+    std::uint32_t first;  // index of the first one among the configurations of the section
     double phi, q[joints];
     int count[joints];
 };
 
-/// The postures of one section.
+/// The configurations of one section.
 struct Postures {
     std::vector<Candidate> all;
     std::vector<Windings> groups;
@@ -41,12 +41,12 @@ struct Postures {
 };
 
 namespace candidate_rule {
-inline constexpr double spacing = 0.2;  // of neighbouring postures in phi (rad)
-inline constexpr double beside = 5e-3;  // of the phi where a joint's windings end (rad)
-inline constexpr int least = 5;         // postures on an arc, however narrow
-inline constexpr double move = 0.5;     // a joint moves at most this from one to the next (rad) ...
-inline constexpr int passes = 12;       // ... after at most so many insertions between
-inline constexpr int windings = 2;      // of a joint at most, either way from the middle of its range
+inline constexpr double spacing = 0.2;  // largest distance of neighbouring configurations in phi (rad)
+inline constexpr double beside = 5e-3;  // distance from the phi where a joint's turns end (rad)
+inline constexpr int least = 5;         // configurations on an arc, however narrow
+inline constexpr double move = 0.5;     // largest move of a joint from one to the next (rad) ...
+inline constexpr int passes = 12;       // ... after at most so many insertions
+inline constexpr int windings = 2;      // turns of a joint, either way from the middle of its range
 }  // namespace candidate_rule
 
 namespace detail {
@@ -76,16 +76,16 @@ struct EightThetas {
 
 }  // namespace detail
 
-/// Joint values that a section can be reached at.
+/// Joint values from which a section can be reached.
 struct Window {
     bool set = false;
     double lower[joint_slots] = {}, upper[joint_slots] = {};
 };
 
-/// Makes the postures of a section from which a plan is made.
+/// Computes the configurations of a section from which a plan is made.
 class Candidates {
 public:
-    /// spread: windings of a joint of more than a turn at the first section, either way from the nearest one.
+    /// spread: turns of a joint of more than a turn at the first section, either way from the nearest one.
     Candidates(const Task& task, const Objective& objective, int spread)
         : task_(task), objective_(objective), spread_(spread) {
         const double far = tolerance::largest_angle;
@@ -95,8 +95,8 @@ public:
         }
     }
 
-    /// On every arc evenly, closer where joints move fast; every winding that the limits leave is a posture
-    /// of its own.
+    /// Samples every arc evenly, closer where joints move fast; every turn within the limits is a
+    /// configuration of its own.
     void fill(const Tube& tube, const Section& l, const Window& window, Postures& out) {
         out.clear();
         if (l.status != Status::OK) return;
@@ -113,16 +113,16 @@ public:
         }
     }
 
-    /// Joints that the windings of a first section are chosen near, instead of the middle of their ranges.
+    /// Sets joints near which the turns of a first section are chosen, instead of the middle of their ranges.
     void set_reference(const double* q) noexcept { reference_ = q; }
 
-    /// A phi that each section tries, as the start has it, or the goal.
+    /// Adds a phi that each section tries, for example that of the start or goal.
     void hold(double phi) noexcept { held_[held_count_++] = phi; }
 
-    /// Whether the limits leave more windings at the first section than were taken.
+    /// Whether the limits permit more turns at the first section than were used.
     bool left_windings_out() const noexcept { return left_out_; }
 
-    /// The posture q, which a plan must begin or end with, whatever its margin.
+    /// Adds the configuration q with which a plan must begin or end, whatever its margin.
     void put_fixed(double phi, std::uint32_t arc, const double* q, Postures& out) const {
         Candidate x{};
         Windings alone{};
@@ -137,7 +137,7 @@ public:
         out.groups.push_back(alone);
     }
 
-    /// A posture of given theta, in the windings that the limits leave.
+    /// Adds the configurations of given theta, on the turns within the limits.
     void put_posture(double phi, const double* theta, const Window& window, Postures& out) {
         Point p{phi, {}};
         std::copy(theta, theta + joints, p.theta);
@@ -150,7 +150,7 @@ private:
         double phi, theta[joint_slots];
     };
 
-    /// Turns that a winding may add to q, first to last; none if last < first.
+    /// The turns to add to q, first to last; none if last < first.
     struct Turns {
         int first, last;
     };
@@ -173,13 +173,13 @@ private:
         }
     }
 
-    /// Whether a point only shows how far joints move to the end of an arc.
+    /// Whether a point only serves to show how far joints move to the end of an arc.
     static bool is_end(const Point& p, const Section& l, const Arc& arc) noexcept {
         return !l.full && !detail::is_isolated(arc) && (p.phi == arc.lower || p.phi == arc.upper);
     }
 
-    /// Points on either side of those phi where a joint of more than a turn comes to a limit: the ends of its
-    /// windings. However near two of them are, or one and the end of the arc, a point is between them.
+    /// Adds points on either side of the phi where a joint of more than a turn reaches a limit: the ends of
+    /// its turns. Between two of them, or one and the end of the arc, there is a point however near they are.
     void add_ends(const Section& l, const Arc& arc) {
         ends_.assign({arc.lower, arc.upper});
         for (int p = 0; p < pivots; ++p) {
@@ -208,7 +208,7 @@ private:
                   [](const Point& a, const Point& b) { return a.phi < b.phi; });
     }
 
-    /// theta of points from their phi, eight at a time.
+    /// Computes theta of points from their phi, eight at a time.
     static void solve(const Section& l, std::vector<Point>& points) noexcept {
         constexpr std::size_t eight = 8;
         for (std::size_t first = 0; first < points.size(); first += eight) {
@@ -227,7 +227,7 @@ private:
         return any(abs(turn) > JointLanes(candidate_rule::move));
     }
 
-    /// Puts a point between neighbours that differ much; whether there were any.
+    /// Inserts a point between neighbours that differ much; returns whether there were any.
     bool refine(const Section& l) {
         between_.clear();
         after_.clear();
@@ -248,14 +248,14 @@ private:
         return true;
     }
 
-    /// Near what a joint is looked for where no posture says: the middle of its range, or where it stays.
+    /// Default value of a joint without other reference: the middle of its range, or its fixed value.
     double at_rest(int j) const noexcept {
         const bool held = task_.arm.roll_free && j == joints - 1;
         return held ? to_q(task_.arm, j, task_.held_theta_7) : armangle::middle(task_.limits, j);
     }
 
-    /// The turns that the limits leave joint j of a first section: some about the middle, one of a joint
-    /// whose winding cannot change, or makes no difference.
+    /// The turns of joint j at a first section within the limits: some about the middle. A joint whose turn
+    /// cannot change, or is irrelevant, has one.
     Turns first_turns(int j, double q, double fewest, double most) noexcept {
         const bool fixed = j % 2 == 1 || is_unlimited(task_.limits, j);
         const double near = reference_ ? reference_[j] : at_rest(j);
@@ -265,7 +265,7 @@ private:
         return {static_cast<int>(max(fewest, middle - spread)), static_cast<int>(min(most, middle + spread))};
     }
 
-    /// The windings of a point within the limits: those that the section before leads to.
+    /// Adds the turns of a point within the limits that the previous section can reach.
     void put(const Point& p, std::uint32_t arc, const Window& window, Postures& out) {
         const JointLanes q = to_q(JointLanes::load(p.theta), JointLanes::load(task_.arm.sign),
                                   JointLanes::load(task_.arm.offset));
@@ -297,7 +297,7 @@ private:
         x.phi = p.phi;
         x.arc = arc;
         int at[joints] = {};
-        for (int j = 0; j < joints;) {  // `at` counts through all windings, joint 1 fastest
+        for (int j = 0; j < joints;) {  // `at` counts through all turns, joint 1 fastest
             for (int i = 0; i < joints; ++i) x.q[i] = group.q[i] + two_pi * at[i];
             x.worth = rating(task_, objective_, x.q);
             out.all.push_back(x);
@@ -309,13 +309,13 @@ private:
     const Task& task_;
     const Objective& objective_;
     int spread_;
-    double lower_[joint_slots] = {}, upper_[joint_slots] = {};  // of the limits, with their tolerance
+    double lower_[joint_slots] = {}, upper_[joint_slots] = {};  // limits, with their tolerance
     bool left_out_ = false;
     const double* reference_ = nullptr;
-    double held_[2];  // phi that each section tries, where its arcs hold it
+    double held_[2];  // phi that each section tries, if its arcs hold it
     int held_count_ = 0;
     std::vector<Point> points_, between_, finer_;
-    std::vector<double> ends_;        // of an arc, and of windings on it
+    std::vector<double> ends_;        // of an arc, and of the turns on it
     std::vector<std::size_t> after_;  // points_[after_[i]] is followed by between_[i]
 };
 

@@ -1,23 +1,23 @@
-// Proof that a curve keeps its limits between all samples: interval arithmetic on the boundary functions
+// Proof that a curve respects its limits between all samples: interval arithmetic on the boundary functions
 // along it.
 //
 //     f |   /~~~~~\  <- range over the stretch          proven where the band lies above 0: by the range, or
 //       |  /~~~~~~~\~~                                  by the mean value form f(m) + f'(S) (S - m); else the
 //     0 +--[---S---]---- s                              stretch is halved
 //
-// For every joint there is a condition that is positive where the joint, with its winding, is within its
-// limits:
+// For every joint a condition is positive if the joint, with its turn, is within its limits:
 //   pivot of less than a turn: the direction (V, U) stays in the open cone of its limits, so that the
-//     lifted angle, which is continuous, cannot change its winding;
-//   pivot of a turn or more: the direction stays in a sector of +-60 degrees about an angle that is lifted
+//     angle, which is continuous, cannot change its turn;
+//   pivot of a turn or more: the direction stays in a sector of +-60 degrees about an angle that continues
 //     from stretch to stretch, and within its limits by the same boundary functions;
-//   hinge, elbow: sin > 0 keeps the half turn, and so the winding; cos is between those of its limits.
-// Where a joint leads (led.hpp) its theta is a polynomial of s, and in place of sin > 0 of the hinge beside
-// it the root that phi is must stay simple, and the hinge within its limits, of less than a turn; so it may
-// pass 0. Source: R. E. Moore, Interval Analysis (1966): the mean value form and bisection.
+//   hinge, elbow: sin > 0 keeps the half turn, and so the turn; cos is between those of its limits.
+// If a joint leads (led.hpp), its theta is a polynomial of s. The condition sin > 0 of the hinge next to it
+// is replaced: the root that gives phi must stay simple, and the hinge within its limits, of less than a
+// turn. So the hinge may pass 0. Source: R. E. Moore, Interval Analysis (1966): the mean value form and
+// bisection.
 //
-// Arcs of psi that the user allows are one more pivot, whose direction is that of psi; obstacles are proven
-// by distances (clear_proof.hpp).
+// Arcs of psi from the user are one more pivot, with the direction of psi. Collisions are excluded by
+// distances (clear_proof.hpp).
 #pragma once
 
 #include <functional>
@@ -34,51 +34,50 @@
 namespace armangle {
 
 namespace proof {
-/// Limits are proven with this to spare (rad): more than the rounding of joint values computed from the
-/// curve. A limit on which the curve begins or ends has none to spare: it is proven to be passed by no more
-/// than this.
+/// Limits are proven with this reserve (rad): more than the rounding of joint values from the curve. A limit
+/// on which the curve begins or ends has no reserve: the proven violation is at most this.
 inline constexpr double slack = 1e-9;
-/// A condition below minus this is broken, not touched.
+/// A condition below minus this is violated, not touched.
 inline constexpr double broken = 4e-9;
-/// Singularities are proven farther away than this (rad), whatever the margin asked: there values round to
-/// less than the slack (directions do to 2e-15), and lift.
+/// Least proven distance to singularities (rad), whatever margin is requested. At this distance the values
+/// used to compute joints round to less than the slack (directions round to 2e-15).
 inline constexpr double least_margin = 3e-6;
-/// The root that a leading joint gives is simple: the square of its slope stays above this, so that what
-/// rounding does to it stays below the slack.
+/// The root given by a leading joint is simple: the square of its slope stays above this, so that its
+/// rounding stays below the slack.
 inline constexpr double least_slope_square = 1e-8;
 inline constexpr double converted =
-    2e-15;                             // what a joint value rounds to as theta and back (rad), of its size
+    2e-15;                             // rounding of a joint value converted to theta and back (of its size)
 inline constexpr double gap = 1e-9;    // between the joints at the end of a stretch and at the next one (rad)
-inline constexpr double join = 1e-12;  // by which a stretch may overlap the next segment (of s)
+inline constexpr double join = 1e-12;  // largest overlap of a stretch with the next segment (of s)
 inline constexpr double sector = pi / 3;  // half width (rad)
 inline constexpr double sector_step =
     2.2;                                 // of its middle from one to the next (rad); 2 sector + this < 2 pi
 inline constexpr double end_step = 2.0;  // of its middle from the ends of a stretch (rad); sector + this < pi
-inline constexpr int looks = 32;         // for violations in a stretch that is not proven
-inline constexpr double leap = 0.05;     // of a joint (rad) ...
+inline constexpr int looks = 32;         // samples that search violations in an unproven stretch
+inline constexpr double leap = 0.05;     // jump of a joint (rad) ...
 inline constexpr double leap_within = 1e-12;  // ... within so much of s
 inline constexpr int depth = 14;              // halvings of a stretch
-inline constexpr int evaluations = 256;  // spent on average on a stretch before the rest is left unproven
+inline constexpr int evaluations = 256;       // average per stretch before the rest is left unproven
 }  // namespace proof
 
-/// What is asked of a curve beside limits and margins.
+/// Conditions on a curve besides limits and margins.
 struct AlsoKept {
-    ScenesAlong scenes = {};          // that nothing touches
-    const ArcSet* allowed = nullptr;  // that psi stays in one of these arcs
-    bool touching = false;            // but for rounding: an end that was asked touches by no more
+    ScenesAlong scenes = {};          // the curve must be collision-free
+    const ArcSet* allowed = nullptr;  // psi must stay in one of these arcs
+    bool touching = false;            // a requested end may touch an obstacle, but only by rounding
     const std::function<void()>* checkpoint = nullptr;  // called between pieces of the proof
 };
 
-/// Stretches of s, and the places where a limit is seen to be broken, or something touches.
+/// Unproven stretches of s, and the places where a limit is violated or a collision occurs.
 struct Proof {
-    std::vector<double> open;      // ends of unproven stretches, two each, joined where they meet
+    std::vector<double> open;      // ends of unproven stretches, two each, merged if they meet
     std::vector<double> violated;  // s
     bool certified() const noexcept { return open.empty(); }
 };
 
 namespace detail {
 
-/// Of each row one entry must be positive: the only one, or either of two.
+/// In each row one entry must be positive: the only one, or either of two.
 template <class T>
 struct Conditions {
     static constexpr int capacity = 28;
@@ -102,13 +101,13 @@ struct Conditions {
     }
 };
 
-/// A range (near, far) of |theta| with its cosines; near <= 0 and far >= pi bind nothing.
+/// A range (near, far) of |theta| with its cosines; near <= 0 and far >= pi have no effect.
 struct HalfTurn {
     bool has_near = false, has_far = false, empty = false;
     Interval cos_near{0.0}, cos_far{0.0};
 };
 
-/// Of theta = turn + g |a| within (lower, upper); turn = centre + 2 pi k.
+/// The range of theta = turn + g |a| within (lower, upper); turn = centre + 2 pi k.
 inline HalfTurn half_turn(const ThetaRange& range, double turn, double g) noexcept {
     const double lower = range.lower, upper = range.upper;
     const double near = (g > 0 ? lower - turn : turn - upper) + proof::slack,
@@ -122,23 +121,23 @@ inline HalfTurn half_turn(const ThetaRange& range, double turn, double g) noexce
     return out;
 }
 
-/// How a pivot is followed: a joint of a turn or more by sectors, else by its cone of up to, or over,
-/// half a turn.
+/// How a pivot is tracked: by sectors if it has a turn or more, otherwise by its cone of up to (narrow), or
+/// over (wide), half a turn.
 enum class PivotKind { turning, narrow, wide };
 
-/// What is to be proven of a curve, made once.
+/// The statement to prove about a curve, made once.
 struct Claim {
     const Curve& curve;
     const Limits& limits;                   // to prove
     const ArcSet* allowed;                  // of psi, to prove; null: any
     double asked_margin;                    // to singularities (rad) ...
-    double sine_square;                     // ... and what is proven of it
+    double sine_square;                     // ... and the proven part of it
     bool stretched[2];                      // whether the curve begins (ends) with the arm stretched
-    HalfTurn hinge[2][2], elbow;            // of joints 2 and 6: of positive and negative theta
-    double hinge_lower[2], hinge_upper[2];  // theta that a hinge may cross 0 in, its turns left out
-    bool locked[joints] = {};               // joints that lead all the way and stand still
+    HalfTurn hinge[2][2], elbow;            // of joints 2 and 6, for positive and negative theta
+    double hinge_lower[2], hinge_upper[2];  // range of theta within which a hinge may cross 0, without turns
+    bool locked[joints] = {};               // joints that lead all the way and are constant
     PivotKind kind[pivots];
-    double lower[pivots], upper[pivots];  // theta, drawn in by the slack
+    double lower[pivots], upper[pivots];  // theta, narrowed by the slack
     SinCos<Interval> at_lower[pivots], at_upper[pivots];
 
     Claim(const Curve& c, const Limits& l, double margin, const ArcSet* arcs) noexcept
@@ -152,7 +151,7 @@ struct Claim {
         const auto turn = [&](int j, double centre) {
             const double theta = to_theta(arm, j, c.stretches.front().q[j]);
             const ThetaRange range =
-                theta_range(arm, limits, j);  // half a turn off is on the side of the limits
+                theta_range(arm, limits, j);  // if it is half a turn off, choose the side of the limits
             const double inward = std::copysign(proof::slack, 0.5 * (range.lower + range.upper) - theta);
             return centre + two_pi * round((theta + inward - centre) / two_pi);
         };
@@ -183,7 +182,7 @@ struct Claim {
         }
     }
 
-    /// The limits of a joint, as theta, with room for the slack where the curve begins or ends on one.
+    /// The limits of a joint, as theta, widened by the slack if the curve begins or ends on one.
     ThetaRange claimed_range(int j) const noexcept {
         const ThetaRange range = theta_range(curve.arm, limits, j);
         ThetaRange out = range;
@@ -195,20 +194,20 @@ struct Claim {
         return out;
     }
 
-    /// Whether the arm is stretched at s, and no further from it than rounding.
+    /// Whether the arm is stretched at s, up to rounding.
     bool straight(const Stretch& x, double s) const noexcept {
         const Triangle<double> t = curve.motion_at(x, s).circle.triangle;
         return t.eta.sin == 0 && t.eta.cos > 0 && t.excess <= t.rounding;
     }
 
-    /// Whether a range of s ends the curve with the arm stretched: there the elbow may come to its end.
+    /// Whether a range of s ends the curve with the arm stretched: there the elbow may reach its end.
     bool stretches_out(double from, double to) const noexcept {
         return (stretched[0] && from == curve.stretches.front().start) ||
                (stretched[1] && to == curve.stretches.back().end);
     }
 
-    /// The hinge that is 0 where the curve begins (ends), if a range of s does there (Curve::hinge_shut), and
-    /// which of the two; -1: none.
+    /// The hinge that is 0 at the start (end) of the curve, if a range of s begins (ends) there
+    /// (Curve::hinge_shut), and which of the two; -1: none.
     int shut_at(const Stretch& x, double from, double to, double& way) const noexcept {
         const Stretch &front = curve.stretches.front(), &back = curve.stretches.back();
         if (asked_margin > 0) return -1;
@@ -225,8 +224,8 @@ struct Claim {
         return ok;
     }
 
-    /// Whether a joint leads all the way without moving, at a value within its limits but for rounding, where
-    /// the curve returns the limit: of these the limits of a locked joint leave no other.
+    /// Whether a joint leads all the way without moving, at a value within its limits up to rounding, and the
+    /// curve returns the limit: a locked joint has no other value.
     static bool stands_still(const Curve& c, const Limits& limits, int j) noexcept {
         const double theta = c.stretches.front().coefficient[0];
         for (const Stretch& x : c.stretches) {
@@ -250,7 +249,7 @@ struct Claim {
         return u * T(angle.cos) - v * T(angle.sin);
     }
 
-    /// Whether theta can be in the sector about `middle` and within the limits; conditions that make it so.
+    /// Whether theta can be in the sector about `middle` and within the limits; adds the conditions for that.
     template <class T>
     bool turning(int p, const T& u, const T& v, double middle, Conditions<T>& out) const noexcept {
         if (!(middle > lower[p] && middle < upper[p])) return false;
@@ -262,13 +261,13 @@ struct Claim {
         return true;
     }
 
-    /// The arc that a stretch is proven to stay in: the one that psi is in at its middle; -1: none.
+    /// The arc in which a stretch is proven to stay: the one that holds psi at its middle; -1: none.
     int arc_at(const Stretch& x, double s) const noexcept {
         const double near = s < 0.5 * (x.start + x.end) ? x.psi : x.psi_end;
         return find(*allowed, curve.solve(x, s, phi_at(x, s), x.q, near).psi, 0.0).index;
     }
 
-    /// psi within an arc, drawn in by the slack: its direction within a cone.
+    /// psi within an arc, narrowed by the slack: its direction within a cone.
     template <class T>
     void limit_psi(const Arc& arc, const Stretch& x, const T& s, const PlacedDirections<T>& here,
                    Conditions<T>& out) const noexcept {
@@ -281,10 +280,10 @@ struct Claim {
         limit_cone(above, below, r - l > pi, out);
     }
 
-    /// All conditions over a range of s; false where they cannot hold. arc: of psi, that it stays in; null:
-    /// any. bent: whether the elbow is kept off its end.
-    /// shut: a hinge that is 0 at an end of the range, the directions beside which are divided by the way to
-    /// that end: by the mean value theorem their slopes are. way: 1 where the range begins there, else -1.
+    /// All conditions over a range of s; false if they cannot hold. arc: must hold psi; null: any. bent:
+    /// whether the elbow stays away from its end. shut: a hinge that is 0 at an end of the range. The
+    /// directions next to it are divided by the distance to that end; by the mean value theorem the quotients
+    /// are their slopes. way: 1 if the range begins there, else -1.
     template <class T>
     bool evaluate(const Stretch& x, const T& s, const double* middle, const Arc* arc, bool bent,
                   Conditions<T>& out, int shut = -1, double way = 1) const noexcept {
@@ -311,7 +310,7 @@ struct Claim {
             }
             for (const int p : {2 * h, 2 * h + 1}) {
                 const int j = pivot_joint[p];
-                if (j == joints - 1 && curve.arm.roll_free) continue;  // it stays
+                if (j == joints - 1 && curve.arm.roll_free) continue;  // it is constant
                 T u = crosses ? d.y[j] : f.pivot[p].g * f.pivot[p].U.at(here.phi),
                   v = crosses ? d.x[j] : f.pivot[p].g * f.pivot[p].V.at(here.phi);
                 if constexpr (!std::is_same_v<T, Interval>)
@@ -322,7 +321,7 @@ struct Claim {
                 if (p % 2 == 0 && !crosses) out.add(u * u + v * v - T(sine_square));
                 if (lead == j) {
                     if (!crosses)
-                        out.add(u * here.theta.sin + v * here.theta.cos);  // and not half a turn away
+                        out.add(u * here.theta.sin + v * here.theta.cos);  // excludes half a turn away
                     if (!locked[j] && lower[p] > -infinity) out.add(value - T(lower[p]));
                     if (!locked[j] && upper[p] < infinity) out.add(T(upper[p]) - value);
                     continue;
@@ -333,7 +332,7 @@ struct Claim {
         return true;
     }
 
-    /// A pivot within its limits, and in its winding.
+    /// A pivot within its limits and on its turn.
     template <class T>
     bool limit_pivot(int p, const T& u, const T& v, double middle, Conditions<T>& out) const noexcept {
         if (kind[p] == PivotKind::turning) return turning(p, u, v, middle, out);
@@ -341,8 +340,8 @@ struct Claim {
         return true;
     }
 
-    /// A hinge of either sign within its limits, of less than a turn, or within +-60 degrees; its margin,
-    /// where one is asked, keeps it from 0 all the same.
+    /// A hinge of either sign within its limits, of less than a turn, or within +-60 degrees. A requested
+    /// margin still keeps it from 0.
     template <class T>
     void limit_crossing(int h, const T& sine, const T& cosine, Conditions<T>& out) const noexcept {
         const double l = hinge_lower[h], u = hinge_upper[h];
@@ -351,8 +350,8 @@ struct Claim {
         if (asked_margin > 0) out.add(sine * sine - T(sine_square));
     }
 
-    /// Of a direction that is to stay in a cone, of more than half a turn where it is wide: above its lower
-    /// and below its upper end.
+    /// Conditions for a direction to stay in a cone, of more than half a turn if wide: above its lower and
+    /// below its upper end.
     template <class T>
     static void limit_cone(const T& above, const T& below, bool wide, Conditions<T>& out) noexcept {
         if (wide) return out.add_either(above, below);
@@ -361,7 +360,7 @@ struct Claim {
     }
 };
 
-/// Whether every condition is positive over the whole range, where lower(i, k) bounds entry k of row i.
+/// Whether every condition is positive over the whole range; lower(i, k) bounds entry k of row i.
 template <class T, class Lower>
 bool all_positive(const Conditions<T>& c, const Lower& lower) noexcept {
     for (int i = 0; i < c.count; ++i) {
@@ -371,7 +370,7 @@ bool all_positive(const Conditions<T>& c, const Lower& lower) noexcept {
     return true;
 }
 
-/// Proves a curve stretch by stretch, or says where and why it cannot.
+/// Proves a curve stretch by stretch, or reports where and why it cannot.
 class Prover {
 public:
     Prover(const Curve& curve, const Limits& limits, double margin, const AlsoKept& kept)
@@ -402,7 +401,7 @@ public:
     }
 
 private:
-    /// Whether nothing touches on a stretch: on the part of each scene.
+    /// Whether a stretch is collision-free: for each scene, on its part.
     bool keeps_clear(const Stretch& x) {
         const int count = kept_.scenes.count;
         for (int k = 0; k < count; ++k) {
@@ -423,7 +422,7 @@ private:
         }
     }
 
-    /// Looks for places of an unproven stretch where a limit is passed, or a joint leaps.
+    /// Searches an unproven stretch for places where a limit is violated or a joint jumps.
     void look(const Stretch& x) {
         PlacedPosture before{};
         for (int i = 0; i <= proof::looks; ++i) {
@@ -443,7 +442,7 @@ private:
         }
     }
 
-    /// Whether a joint leaps between two places: halved time and again, one half keeps most of its move.
+    /// Whether a joint jumps between two places: after repeated halving, one half holds most of its move.
     bool leaps(const Stretch& x, double from, double to, PlacedPosture a, PlacedPosture b) const noexcept {
         while (largest_move(a.q, b.q) > proof::leap) {
             const double half = 0.5 * (from + to);
@@ -469,8 +468,8 @@ private:
         return prove(x, from, half, depth + 1) && prove(x, half, to, depth + 1);
     }
 
-    /// Lifted angles of the turning pivots at s. False unless the stretch's ends lie so near that what the
-    /// curve returns between them, lifted to their interpolation, is the angle of the sector.
+    /// Continuous angles of the turning pivots at s. False unless the ends of the stretch are very near. Then
+    /// the curve's angle between them, on the turn of their interpolation, is the angle of the sector.
     bool place(const Stretch& x, double s, double* middle) const noexcept {
         bool any = false;
         for (int p = 0; p < pivots; ++p) any = any || claim_.kind[p] == PivotKind::turning;
@@ -526,7 +525,7 @@ private:
         return all_positive(slopes, lower);
     }
 
-    /// Whether a limit is certainly passed at s, by more than what is drawn in.
+    /// Whether a limit is certainly violated at s, by more than the slack.
     bool broken(const Stretch& x, double s, const double* middle) {
         Conditions<Interval> at;
         bool bad = claim_.allowed && !claim_.allowed->full && claim_.arc_at(x, s) < 0;
@@ -556,8 +555,8 @@ private:
 
 }  // namespace detail
 
-/// Proves limits (the arm's, or drawn in by the margin asked), a singularity margin (rad), and what else is
-/// kept, along a curve.
+/// Proves limits (the arm's, or narrowed by the requested margin), a singularity margin (rad), and further
+/// conditions along a curve.
 inline Proof certify(const Curve& curve, const Limits& limits, double margin, const AlsoKept& kept = {}) {
     return detail::Prover(curve, limits, margin, kept).run();
 }

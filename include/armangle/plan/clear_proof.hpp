@@ -1,20 +1,18 @@
-// Proof that nothing touches between all samples of a curve: distances at both ends of a stretch, and how
-// hard they can bend between.
+// Proof that a curve is collision-free between all samples, from the distances at both ends of a stretch and
+// a bound of their curvature between.
 //
-//     F |o                          F = distance^2 - R^2 of a pair of shapes is the least of g = |p - q|^2 -
-//     R^2
-//       | `.             .o         over pairs of points. Where g'' <= A for all of them that can come nearer
-//       |   `-._______.-'           than R, over [a, b] with h = b - a,
+//     F |o                          F = distance^2 - R^2 of a pair is the least of g = |p - q|^2 - R^2 over
+//       | `.             .o         pairs of points. If g'' <= A for all of them that can come nearer than R
+//       |   `-._______.-'           over [a, b] with h = b - a,
 //     0 +------------------- s        F(a + t) >= F_a + (F_b - F_a) t / h - A t (h - t) / 2
 //        a               b
 //
-// since g less the line through its ends, plus A t (h - t) / 2, is concave and not negative at both ends.
-// g'' = 2 (|p' - q'|^2 + (p - q) . (p'' - q'')) <= 2 (v^2 + (R + v h) a): v and a bound speed and
-// acceleration of all points of the two shapes over the stretch, by Jet<Interval, 2> of the frames that they
-// are fixed to; a pair of points that is nearer than R somewhere on it is within R + v h all along. Distances
-// are those of solids.hpp, so that a shape which has one there has its proof here. What is not proven is
-// halved. Of second order: a miss by m costs about 1 / sqrt(m) halvings less than a proof by speeds alone
-// would.
+// because g minus the line through its ends, plus A t (h - t) / 2, is concave and not negative at both ends.
+// g'' = 2 (|p' - q'|^2 + (p - q) . (p'' - q'')) <= 2 (v^2 + (R + v h) a). v and a bound speed and
+// acceleration of all points of the two shapes over the stretch, by Jet<Interval, 2> of their frames. A pair
+// of points that is nearer than R anywhere on the stretch is within R + v h everywhere. Distances are those
+// of solids.hpp, so every shape with a distance has a proof. An unproven stretch is halved. The bound is of
+// second order: a clearance of m costs about 1 / sqrt(m) fewer halvings than a proof by speeds.
 #pragma once
 
 #include <vector>
@@ -30,24 +28,24 @@
 namespace armangle {
 
 namespace clear_proof {
-/// Distances are proven with this to spare (m): more than the rounding of postures computed from the curve.
+/// Distances are proven with this reserve (m): more than the rounding of configurations from the curve.
 inline constexpr double slack = 1e-9;
-/// A pair that is nearer than asked by more than this touches (m).
+/// A pair that is too near by more than this is in collision (m).
 inline constexpr double broken = 4e-9;
 inline constexpr int depth = 24;         // halvings of a stretch
-inline constexpr int evaluations = 200;  // of frames over a stretch, on average, before the rest is left
+inline constexpr int evaluations = 200;  // of frames over a stretch, on average, before the proof stops
 }  // namespace clear_proof
 
 namespace detail {
 
 using Enclosed = Jet<Interval, 2>;
 
-/// Bounds over a stretch of s, of all points of a shape: m per unit of s, and of its square.
+/// Bounds over a stretch of s for all points of a shape: m per unit of s, and per its square.
 struct Haste {
     double speed = 0, bend = 0;
 };
 
-/// The greatest magnitude of a member, and of a vector of them.
+/// The greatest magnitude of a member, and of a vector of members.
 inline double greatest(const Interval& x) noexcept { return max(-x.lo, x.hi); }
 inline double greatest(const Vec3<Interval>& v) noexcept {
     const Interval x = greatest(v.x), y = greatest(v.y), z = greatest(v.z);
@@ -59,7 +57,7 @@ inline Vec3<Interval> coefficient(const Vec3<Enclosed>& v, int k) noexcept {
     return {v.x.coefficient[k], v.y.coefficient[k], v.z.coefficient[k]};
 }
 
-/// Of a point fixed to a frame.
+/// Bounds for a point fixed to a frame.
 inline Haste haste(const Pose<Enclosed>& frame, const Vec3<double>& p) noexcept {
     const auto at = [&](int k) {
         const Mat3<Interval> turn{coefficient(frame.rotation.x, k), coefficient(frame.rotation.y, k),
@@ -69,7 +67,7 @@ inline Haste haste(const Pose<Enclosed>& frame, const Vec3<double>& p) noexcept 
     return {at(1), 2.0 * at(2)};
 }
 
-/// Of a segment: its points move as its ends do, or less.
+/// Bounds for a segment: its points move at most as its ends do.
 inline Haste haste(const Pose<Enclosed>& frame, const Rod& rod) noexcept {
     const Haste a = haste(frame, rod.begin);
     if (rod.is_sphere()) return a;
@@ -77,7 +75,7 @@ inline Haste haste(const Pose<Enclosed>& frame, const Rod& rod) noexcept {
     return {max(a.speed, b.speed), max(a.bend, b.bend)};
 }
 
-/// Of all points of a ball: its centre, and how far the rest can turn about it.
+/// Bounds for all points of a ball: its centre, plus the rotation of the rest about it.
 inline Haste haste(const Pose<Enclosed>& frame, const Ball& ball) noexcept {
     const auto turn = [&](int k) {
         const double x = greatest(coefficient(frame.rotation.x, k)),
@@ -89,36 +87,35 @@ inline Haste haste(const Pose<Enclosed>& frame, const Ball& ball) noexcept {
     return {c.speed + turn(1), c.bend + 2.0 * turn(2)};
 }
 
-/// Two shapes of which one moves: a limb, which is a part of links 3 and 4 or one that swings, or what is
-/// held.
+/// Two shapes of which one moves: a limb (a part of links 3 and 4, or a swinging one) or a held shape.
 struct WatchedPair {
     enum class Kind : std::uint8_t { limb_ground, limb_held, limb_limb, held_ground } kind;
-    int mover, other;  // the limb, or what is held; and what it may meet, if that moves
-    Solid solid;       // what it may meet on the ground, in the DH base
-    double R;          // m: cores may come so near; radii, clearance and slack
-    Tag tag;           // who
+    int mover, other;  // the limb or held shape, and the possible obstacle if that moves
+    Solid solid;       // the possible obstacle on the ground, in the DH base
+    double R;          // m: least distance of the cores; radii, clearance and slack
+    Tag tag;           // identifies the pair
     double F_a = 0, F_b = 0;
 
     bool plane() const noexcept {
         return solid.kind == SolidKind::half_space &&
                (kind == Kind::limb_ground || kind == Kind::held_ground);
     }
-    /// Of a half-space the depth itself, as it is linear; else the difference of squares.
+    /// For a half-space the depth itself, which is linear; otherwise the difference of squares.
     double F(double distance) const noexcept {
         return plane() ? distance - R : (distance - R) * (distance + R);
     }
-    /// A of this pair over a stretch of width h.
+    /// The bound A of this pair over a stretch of width h.
     double bend(const Haste& w, double h) const noexcept {
         return plane() ? w.bend : 2.0 * (w.speed * w.speed + (R + w.speed * h) * w.bend);
     }
 };
 
-/// Whether F > 0 between two ends, where it is at least F_a, F_b > 0 and bends no more than A.
+/// Whether F > 0 between two ends, if F_a, F_b > 0 and its curvature is at most A.
 inline bool stays_positive(double F_a, double F_b, double A, double h) noexcept {
     return F_a > 0 && F_b > 0 && A < infinity && least_between(F_a, F_b, A, h) > 0;
 }
 
-/// How hard the shapes of a scene move over a stretch.
+/// Bounds for the motion of the shapes of a scene over a stretch.
 class SceneMotion {
 public:
     explicit SceneMotion(const Scene& scene, double slack = clear_proof::slack)
@@ -148,11 +145,11 @@ public:
     const Haste& held(int h) const noexcept { return held_[static_cast<std::size_t>(h)]; }
     const Scene& scene() const noexcept { return scene_; }
 
-    /// How near the cores of two shapes may come.
+    /// Least permitted distance of the cores of two shapes.
     double sum_of_radii(double one, double other) const noexcept {
         return one + other + scene_.clearance + slack_;
     }
-    /// What of that is to spare.
+    /// The reserve contained in it.
     double slack() const noexcept { return slack_; }
 
 private:
@@ -161,7 +158,7 @@ private:
     std::vector<Haste> limb_, held_;
 };
 
-/// Every moving shape in its place, in the DH base.
+/// Every moving shape at its place, in the DH base.
 struct PlacedScene {
     std::vector<Rod> limb;
     std::vector<Solid> held;
@@ -185,8 +182,8 @@ struct PlacedScene {
     }
 };
 
-/// Limbs against the balls of the ground: found(limb, ball, obstacle) of those within reach(limb) and their
-/// radius.
+/// Tests limbs against the balls of the ground: found(limb, ball, obstacle) for those within reach(limb) plus
+/// their radius.
 template <class Reach, class Found>
 void near_balls(const Scene& scene, const std::vector<Rod>& limb, const Reach& reach, const Found& found) {
     for (int block = 0; block < scene.block_count; ++block)
@@ -195,8 +192,7 @@ void near_balls(const Scene& scene, const std::vector<Rod>& limb, const Reach& r
                        [&](const Solid& ball, int id) { found(k, ball, id); });
 }
 
-/// What comes near to moving shapes that are placed: found(pair) for each pair that is within half a
-/// stretch's way of touching.
+/// Calls found(pair) for each pair of placed moving shapes that is within half a stretch's motion of contact.
 template <class Found>
 void near_pairs(const SceneMotion& moving, const PlacedScene& at, double h, const Found& found) {
     using Kind = WatchedPair::Kind;
@@ -267,14 +263,14 @@ void near_pairs(const SceneMotion& moving, const PlacedScene& at, double h, cons
 /// The proof of one curve, stretch by stretch.
 class ClearProver {
 public:
-    /// `touching`: an end that was asked may touch, and distances are proven but for the slack.
+    /// `touching`: a requested end may touch, so distances are proven without the slack.
     ClearProver(const Curve& curve, const Scene& scene, bool touching)
         : curve_(curve),
           scene_(scene),
           moving_(scene, touching ? -clear_proof::slack : clear_proof::slack),
           budget_(0) {}
 
-    /// Whether nothing touches on a part of a stretch; where something does, a place is added to `violated`.
+    /// Whether a part of a stretch is collision-free; a place of a collision is added to `violated`.
     bool prove(const Stretch& x, double from, double to, std::vector<double>& violated) {
         if (scene_.base_tag) {
             violated.push_back(0.5 * (from + to));
@@ -330,7 +326,7 @@ private:
         if (touches_) violated_->push_back(s);
     }
 
-    /// Whether no pair of a list touches between two s, at which they are measured; `moving_` encloses the
+    /// Whether no listed pair collides between two s at which they are measured; `moving_` encloses the
     /// stretch.
     bool stands(double from, double to, const std::vector<WatchedPair>& pairs, int depth) {
         if (touches_) return touches_ = false;

@@ -1,16 +1,16 @@
-// Ways that pass from branch to branch where two of them meet, and ways that begin or end there.
+// Paths that change from branch to branch where two of them meet, and paths that begin or end there.
 //
-//     theta_2 |.        GC 0        At theta_2 = 0 the postures of two branches are the same, and theta_1
-//             |  ` .                is free: a motion that keeps theta_1 passes through. phi does not
-//           0 +------`o--------> s  describe it there (every theta_1 belongs to one phi), theta_1 does: it
-//             |        ` . _        leads, and phi follows (led.hpp).
+//     theta_2 |.        GC 0        At theta_2 = 0 the solutions of two branches coincide, and theta_1 is
+//             |  ` .                free: a motion that keeps theta_1 passes through. phi does not
+//           0 +------`o--------> s  describe it there (every theta_1 belongs to one phi), but theta_1 does:
+//             |        ` . _        it leads, and phi follows (led.hpp).
 //             |    GC 1     ` '
 //
-// The search is that of way.hpp over the postures of several branches at once, and of grids of the leading
-// angle beside theta_2 = 0 (theta_6 = 0). Links join postures of one branch, or of two that meet there, by
-// |dq| alone. Each row then is moved along the fastest of phi, theta_1 and theta_5, in which no joint is
-// infinitely fast, to the least travel; runs of rows with the same one become splines that go over into each
-// other twice differentiably. Whatever is found is proven by certify.hpp, or dropped.
+// The search is that of way.hpp over the configurations of several branches at once. It adds grids of the
+// leading angle near theta_2 = 0 (theta_6 = 0). Links join configurations of one branch, or of two that meet
+// there, by |dq| alone. Each row then moves along the fastest of phi, theta_1 and theta_5, with finite rates
+// of all joints, to the least travel. Runs of rows with the same leader become splines that join twice
+// differentiably. certify.hpp proves the result; otherwise it is dropped.
 #pragma once
 
 #include <memory>
@@ -23,68 +23,69 @@
 namespace armangle {
 
 namespace crossing_rule {
-inline constexpr double near = 0.35;   // |theta| of a hinge up to which the pivot beside it may lead (rad)
-inline constexpr double grid = 0.25;   // of the theta that leads (rad)
+inline constexpr double near = 0.35;   // |theta| of a hinge up to which the pivot next to it may lead (rad)
+inline constexpr double grid = 0.25;   // spacing of the leading theta (rad)
 inline constexpr double move = 0.8;    // of a joint from section to section (rad)
-inline constexpr double leads = 3.0;   // a pivot leads where it turns so many times as fast as phi ...
-inline constexpr double keeps = 1.0;   // ... and may still lead at the next row where it turns so fast
-inline constexpr double slope = 1e-3;  // of the tie of a leading angle, at least
+inline constexpr double leads = 3.0;   // a pivot leads if it turns so many times as fast as phi ...
+inline constexpr double keeps = 1.0;   // ... and may still lead at the next row if it turns so fast
+inline constexpr double slope = 1e-3;  // least slope of the tie of a leading angle
 inline constexpr int rounds = 40;      // of smoothing
 inline constexpr double damping = 1e-3, ease = 0.1, firm = 100,
-                        least_damping = 1e-14;  // of a row, of its own stiffness: some lie 1e-6 of s apart
-inline constexpr double worth = 1e-4;           // share of the energy that rounds save, or there are ...
-inline constexpr int patience = 10;             // ... as many more
-inline constexpr double step = 0.3;             // of a row in one round (rad)
+                        least_damping = 1e-14;  // of a row's own stiffness: some rows are only 1e-6 of s
+                                                // apart
+inline constexpr double worth = 1e-4;           // share of the energy that rounds must save, or there are ...
+inline constexpr int patience = 10;             // ... at most as many more
+inline constexpr double step = 0.3;             // largest move of a row in one round (rad)
 inline constexpr double done = 1e-12;           // share of the energy that a last round saves
-inline constexpr double apart = 1e-3;           // of s: of knots of what leads, and of phi ...
-inline constexpr double straight = 1e-4;   // ... where rows between leave a straight line no farther (rad)
-inline constexpr double least_bend = 0.1;  // share of a wish's greatest curvature
-inline constexpr double probe = 1e-5;      // of a row, for its slope (rad)
+inline constexpr double apart = 1e-3;           // of s: between knots of the leader, and of phi ...
+inline constexpr double straight = 1e-4;        // ... if rows between deviate less from a straight line (rad)
+inline constexpr double least_bend = 0.1;       // share of the greatest curvature of the target's cost
+inline constexpr double probe = 1e-5;           // move of a row that measures its slope (rad)
 inline constexpr double reference = 0.1,
                         floor = 1e-3;      // cost of a distance d from a limit: (reference / d)^2
 inline constexpr double longest = 0.0055;  // of s from section to section
 inline constexpr std::size_t most_sections = 4000;
-inline constexpr long long least_postures = 50;  // of a section that lead on, however few links are left
-inline constexpr double shut_step = 5e-3;  // of s: from an end where both hinges are 0 to the next section
+inline constexpr long long least_postures = 50;  // continuing configurations of a section, in any case
+inline constexpr double shut_step = 5e-3;  // of s: from an end with both hinges at 0 to the next section
 inline constexpr double beside[] = {
     1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3,
-    0.01, 0.03, 0.08, 0.2,  0.45};  // of the step at a fixed end: more sections
+    0.01, 0.03, 0.08, 0.2,  0.45};  // of the step at a fixed end: additional sections
 }  // namespace crossing_rule
 
-/// What a crossing is asked for.
+/// The problem of a crossing.
 struct CrossingTask {
-    std::vector<int> branches;     // that may be passed
+    std::vector<int> branches;     // branches that may be used
     std::vector<double> sections;  // s, rising from 0 to 1
     Anchor start, goal;
-    bool partial = false;  // as far as a way leads from the start
-    int locked = 0;        // a joint, 1..7, that its limits leave no room: it leads all the way ...
+    bool partial = false;  // as far as possible from the start
+    int locked = 0;        // a joint, 1..7, without room within its limits: it leads all the way ...
     double theta = 0;      // ... with this theta
-    double wish = 0;       // what the square of the angle to the task's wish costs
+    double wish = 0;       // cost of the squared angle to the task's target for psi
 };
 
 namespace detail {
 
-/// How far theta of a hinge is from the nearer of 0 and +-pi, where branches meet, with its sign.
+/// Signed distance of a hinge's theta from the nearest of 0 and +-pi, where branches meet.
 inline double from_meeting(double theta) noexcept { return theta - pi * round(theta / pi); }
 
-/// Whether hinge h comes near 0, or near pi where limits let it, on a circle.
+/// Whether hinge h comes near 0, or near pi if limits permit, on a circle.
 inline bool meets(const JointFunctions<double>& f, const LimitTable& limits, int h) noexcept {
     const double most = 1.0 - std::cos(crossing_rule::near);
     return f.hinge[h].high.below_one < most ||
            (f.hinge[h].low.above_minus_one < most && limits.least_cosine[h] < most - 1.0);
 }
 
-/// Joint that turns about one axis with the joint two further on where hinge h is 0.
+/// The joint that rotates about one axis with the joint two further on if hinge h is 0.
 inline int leading_joint(int h) noexcept { return pivot_joint[2 * h] + 1; }
 
-/// The search of a way that may change its branch.
+/// Searches a path that may change its branch.
 class Crossing {
 public:
     Crossing(const Task& task, const CrossingTask& asked) : task_(task), asked_(asked) {
         if (task.encumbered()) left_.resize(asked.sections.size() * configurations);
     }
 
-    /// The stretches of a way, with the branch it begins in; none where there is no way.
+    /// The stretches of a path, and the branch in which it begins; none if no path exists.
     std::vector<Stretch> run(int& gc, long long& links) {
         find_wished();
         if (!search(links)) return {};
@@ -100,11 +101,11 @@ public:
         return draw(false);
     }
 
-    /// The same way with knots of phi left out where these are crowded: third derivatives of a spline whose
-    /// knots lie 1e-6 of s apart are of rounding.
+    /// The same path without crowded knots of phi: third derivatives of a spline with knots 1e-6 of s apart
+    /// are mere rounding.
     std::vector<Stretch> calmly() const { return asked_.locked ? std::vector<Stretch>{} : draw(true); }
 
-    /// Joints that the way begins with.
+    /// The first joints of the path.
     const double* first() const noexcept { return rows_.front().q; }
 
 private:
@@ -114,7 +115,7 @@ private:
         std::uint32_t from = 0;
     };
 
-    struct Block {  // the windings of one phi
+    struct Block {  // the turns of one phi
         Windings windings;
         int gc;
     };
@@ -124,11 +125,11 @@ private:
         int gc;
     };
 
-    /// One row of the way: where it is, along what it moves, and its joints.
+    /// One row of the path: its place, what it moves along, and its joints.
     struct Row {
         double s;
         int gc, lead = 0;
-        double side = 0, x = 0;  // phi or theta of the joint that leads
+        double side = 0, x = 0;  // phi, or theta of the leading joint
         double q[joint_slots], slope[joints];
         double phi, phi_slope;
         Circle<double> circle;
@@ -150,8 +151,8 @@ private:
         return task_.margin_scale() * sum;
     }
 
-    /// phi that is wished at each section, NaN where nothing is: the same in all branches of a side of the
-    /// elbow.
+    /// Computes the target phi at each section, NaN without a target: the same in all branches of one side of
+    /// the elbow.
     void find_wished() {
         wished_.assign(asked_.sections.size(), not_a_number);
         if (!(asked_.wish > 0) || asked_.branches.empty()) return;
@@ -159,7 +160,7 @@ private:
             wished_[k] = task_.wished_phi(asked_.branches.front(), asked_.sections[k]);
     }
 
-    /// What phi of section k costs for being off the wish.
+    /// Cost of phi at section k for its distance from the target.
     double wish_cost_of(std::size_t k, double phi) const noexcept {
         return asked_.wish * wish_cost(phi - wished_[k]);
     }
@@ -171,8 +172,8 @@ private:
         return out;
     }
 
-    /// Whether obstacles and the user leave phi at section k; what they leave is kept, for a search and its
-    /// smoothing ask at one section some thousand times.
+    /// Whether obstacles and the user permit phi at section k. The permitted arcs are stored, because search
+    /// and smoothing ask a thousand times at one section.
     bool open(std::size_t k, const SelfMotion<double>& m, double phi) {
         if (!task_.encumbered()) return true;
         std::unique_ptr<ArcSet>& left = left_[k * configurations + static_cast<std::size_t>(index(m.gc))];
@@ -186,7 +187,7 @@ private:
         return contains(*left, phi);
     }
 
-    /// Postures of a section on a grid of the theta that leads, beside hinge h.
+    /// Adds the configurations of a section on a grid of the leading theta, near hinge h.
     void fill_led(std::size_t k, const Section& l, int gc, int h, const Window& window,
                   Candidates& candidates, Postures& out) {
         if (l.status == Status::UNREACHABLE || l.status == Status::FOLDED) return;
@@ -215,7 +216,7 @@ private:
         }
     }
 
-    /// The postures of a section at which the locked joint stands where it must.
+    /// Adds the configurations of a section with the locked joint at its value.
     void fill_locked(std::size_t k, const Section& l, int gc, const Window& window, Candidates& candidates,
                      Postures& out) {
         if (l.status == Status::UNREACHABLE || l.status == Status::FOLDED) return;
@@ -348,7 +349,7 @@ private:
         return true;
     }
 
-    /// Leaves of a section the cheapest postures alone, as many as may be linked to as many again.
+    /// Keeps only the cheapest configurations of a section, as many as may be linked to as many again.
     void keep_cheapest(std::vector<Node>& layer, long long links) {
         const auto size = static_cast<long long>(layer.size());
         const long long most = std::max(crossing_rule::least_postures, links / std::max(size, 1LL));
@@ -361,7 +362,7 @@ private:
             if (x.cost > *last) x.cost = infinity;
     }
 
-    /// Whether any winding of a block was reached.
+    /// Whether any turn of a block was reached.
     static bool leads_on(const Block& block, const std::vector<Node>& layer) noexcept {
         std::size_t count = 1;
         for (const int n : block.windings.count) count *= static_cast<std::size_t>(n);
@@ -370,14 +371,14 @@ private:
         return false;
     }
 
-    /// Gives a row at which hinges are 0 or pi their signs of the row beside it.
+    /// Gives a row with hinges at 0 or pi the signs of the row next to it.
     void share_branch(Row& row, const Row& beside) const noexcept {
         const int shared = shared_signs(chain(task_.arm, row.q).theta);
         row.gc = (row.gc & ~shared) | (beside.gc & shared);
     }
 
-    /// The branch of an end, on the side of the elbow that is passed: one that is asked, where a hinge is at
-    /// 0 (pi) and two are one.
+    /// The branch of an end, on the side of the elbow that is used: a requested one, if a hinge is at 0 (pi)
+    /// and two coincide.
     int own_branch(const Anchor& end) const noexcept {
         const Chain now = chain(task_.arm, end.q);
         const int own = (index(configuration(task_.arm, now.theta)) & ~2) | (asked_.branches.front() & 2);
@@ -392,7 +393,7 @@ private:
         return max(abs(x.hinge[0]), abs(x.hinge[1])) <= tolerance::one_axis;
     }
 
-    /// Takes the links of a posture to blocks of those before, where one is the cheapest so far.
+    /// Adds the links of a configuration to the blocks of the previous section, if they are cheapest so far.
     void link(Node& x, int gc, const EightBlocks& eight, const std::vector<Node>& before,
               double ds) const noexcept {
         const int differ = gc ^ eight.gc;
@@ -419,7 +420,7 @@ private:
         return self_motion(task_.arm, row.circle, configuration(row.gc));
     }
 
-    /// The row moved to x along what it moves along; false where that leads nowhere.
+    /// Moves the row to x along its leader; false if no configuration exists there.
     bool put(Row& row, double x) const noexcept {
         const SelfMotion<double> m = motion(row);
         Directions<double> d;
@@ -444,7 +445,7 @@ private:
         return true;
     }
 
-    /// dtheta / dphi of the pivot that may lead beside hinge h; 0 where it may not, at |theta| beyond `near`.
+    /// dtheta / dphi of the pivot that may lead near hinge h; 0 if it may not, for |theta| beyond `near`.
     double speed(const Row& row, int h) const noexcept {
         const double theta = from_meeting(to_theta(task_.arm, hinge_joint[h], row.q[hinge_joint[h]]));
         if (abs(theta) > 2 * crossing_rule::near) return 0;
@@ -458,7 +459,7 @@ private:
         return sin_cos(to_theta(task_.arm, j, row.q[j]));
     }
 
-    /// Lets a pivot lead the row (0: none).
+    /// Makes a pivot lead the row (0: none).
     void set_lead(Row& row, int lead) const noexcept {
         row.lead = lead;
         if (lead == 0) {
@@ -470,8 +471,8 @@ private:
         row.side = t.slope(sin_cos(row.phi)) > 0 ? -1.0 : 1.0;
     }
 
-    /// Each row moves along the fastest of phi, theta_1 and theta_5; a pivot leads on to rows beside while it
-    /// is no slower than phi, so that what leads changes where either would do.
+    /// Each row moves along the fastest of phi, theta_1 and theta_5. A pivot keeps leading while it is no
+    /// slower than phi, so the leader changes where either would do.
     void choose_leads() {
         const std::size_t n = rows_.size();
         std::vector<int> lead(n, 0);
@@ -520,7 +521,7 @@ private:
                ((k ? rows_[k].s - rows_[k - 1].s : 0.0) + (k + 1 < n ? rows_[k + 1].s - rows_[k].s : 0.0));
     }
 
-    /// dq of each row along what it moves along, by differences.
+    /// dq of each row along its leader, by differences.
     void find_slopes() {
         for (Row& row : rows_) {
             Row left = row, right = row;
@@ -621,7 +622,7 @@ private:
 
     // ---- curve
 
-    /// Value, slope and curvature with respect to s of what leads (0: phi) at the end of a stretch.
+    /// Value, slope and curvature by s of the leader (0: phi) at the end of a stretch.
     struct Joint3 {
         double value, slope, curvature;
     };
@@ -634,8 +635,7 @@ private:
         return {lift(angle.value(), near), angle.coefficient[1], 2 * angle.coefficient[2]};
     }
 
-    /// Splines of the runs of rows that move along the same; each goes over into the next with two
-    /// derivatives.
+    /// Splines of the runs of rows with the same leader; each joins the next with two derivatives.
     std::vector<Stretch> draw(bool few) const {
         std::vector<Stretch> out;
         const std::size_t n = rows_.size();
@@ -650,7 +650,7 @@ private:
         return out;
     }
 
-    /// The stretches from row to row where a locked joint leads.
+    /// The stretches from row to row if a locked joint leads.
     std::vector<Stretch> stand_still() {
         std::vector<Stretch> out;
         for (Row& row : rows_) set_lead(row, asked_.locked);
@@ -667,14 +667,13 @@ private:
         return out;
     }
 
-    /// What leads from row k to the next: whatever leads either of them, the later one first.
+    /// The leader from row k to the next: that of either row, the later one first.
     int step_lead(std::size_t k) const noexcept {
         return rows_[k + 1].lead != 0 ? rows_[k + 1].lead : rows_[k].lead;
     }
 
-    /// Whether what leads needs no knot at s after others and before the last: it is smooth where phi asks
-    /// for many. Behind phi, whose derivatives it takes over, knots begin as they are; each segment ends at
-    /// one.
+    /// Whether the leader needs no knot at s after others and before the last: it is smooth where phi needs
+    /// many. After phi, whose derivatives it inherits, knots start unchanged; each segment ends at one.
     bool crowded(double s, const std::vector<double>& before, double last, bool first) const noexcept {
         const std::size_t n = before.size();
         double apart = crossing_rule::apart;
@@ -685,7 +684,7 @@ private:
         return true;
     }
 
-    /// Whether phi goes straight from a knot over the rows from k on, as far as these are crowded.
+    /// Whether phi is straight from a knot over the crowded rows from k on.
     bool is_straight(std::size_t k, std::size_t to, double s, double phi) const noexcept {
         std::size_t end = k;
         while (end < to && rows_[end].s < s + crossing_rule::apart) ++end;
@@ -734,9 +733,9 @@ private:
     const Task& task_;
     const CrossingTask& asked_;
     std::vector<Row> rows_;
-    std::vector<double> wished_;                 // phi of each section
-    std::vector<double> costs_;                  // of the postures of a section
-    std::vector<std::unique_ptr<ArcSet>> left_;  // by obstacles and the user: of each section and branch
+    std::vector<double> wished_;                 // target phi of each section
+    std::vector<double> costs_;                  // of the configurations of a section
+    std::vector<std::unique_ptr<ArcSet>> left_;  // permitted arcs of each section and branch
 };
 
 }  // namespace detail

@@ -1,14 +1,14 @@
-// The result of a plan: phi as a cubic spline over s, and from it every posture of the path by the
-// closed-form inverse.
+// The result of a plan: phi as a cubic spline over s. The closed-form inverse gives every configuration of
+// the path from it.
 //
-//     phi |      o..o          o  the way's polyline: control values at the Greville abscissae
+//     phi |      o..o          o  the polyline of the search: control values at the Greville abscissae
 //         |    .'    `o        .  the spline: within the hull of its neighbours, so it does not overshoot
 //         | o.'        `..o       out of a narrow tube; it reproduces lines
 //         +------------------ s
 //
 // The curve is a cubic B-spline, twice continuously differentiable. Sources: I. J. Schoenberg, On spline
 // functions (1967): the variation diminishing spline; L. Ramshaw, Blossoming (1987): control values as values
-// of the polar form, by which knots are inserted.
+// of the polar form, which gives knot insertion.
 #pragma once
 
 #include <algorithm>
@@ -26,19 +26,19 @@
 namespace armangle {
 
 /// phi on one stretch [start, end] of s: c0 + c1 t + c2 t^2 + c3 t^3, t in [0, 1]; a stretch lies within one
-/// segment. Where a joint leads (led.hpp), its theta instead, and phi follows. Doubles alone, so that a curve
-/// travels as an array.
+/// segment. If a joint leads (led.hpp), its theta instead, and phi follows. Holds doubles alone, so that a
+/// curve fits into an array.
 struct Stretch {
     double start, end, coefficient[4];
-    double q[joints], psi;          // at its start, lifted: what values inside are lifted by
+    double q[joints], psi;          // at its start, continuous: reference for the turns of inner values
     double q_end[joints], psi_end;  // at its end
-    double lead = 0, side = 0;  // the joint that leads, 1..7, and which root phi is; 0: phi itself is given
-    double branch = -1;         // its branch, where it is another than the curve's
+    double lead = 0, side = 0;      // the leading joint, 1..7, and the root that gives phi; 0: phi leads
+    double branch = -1;             // its branch, if different from the curve's
 };
 
 inline constexpr std::size_t stretch_width = sizeof(Stretch) / sizeof(double);
 
-/// phi, or theta of the joint that leads.
+/// phi, or theta of the leading joint.
 template <class T>
 T phi_at(const Stretch& x, const T& s) noexcept {
     const T t = (s - T(x.start)) / (T(x.end) - T(x.start));
@@ -46,15 +46,15 @@ T phi_at(const Stretch& x, const T& s) noexcept {
     return T(c[0]) + t * (T(c[1]) + t * (T(c[2]) + t * T(c[3])));
 }
 
-/// One place of a curve.
+/// One configuration of a curve.
 struct PlacedPosture {
     double q[joint_slots], psi;
     int gc;
     Pose<double> pose;
 };
 
-/// The same on any scalar: what phi is chosen on, phi, the angles, and where a joint leads its theta and the
-/// room that it has to (led.hpp: slope_square).
+/// The same for any scalar: the self-motion, phi, the angles. If a joint leads, also its theta and the
+/// squared slope of its tie (led.hpp: slope_square).
 template <class T>
 struct PlacedDirections {
     SelfMotion<T> motion;
@@ -65,19 +65,19 @@ struct PlacedDirections {
 };
 
 namespace curve_rule {
-inline constexpr double inside = 1e-9;  // of a stretch: how far from its end the joints' limit is taken
-inline constexpr double there = 1e-5;   // rad: joints that are this near to the limit are where it is
-/// Sine of a hinge that is 0 at an end of its stretch, up to which the joints beside it are read off between
-/// the ends: their directions are no longer, and round to 2e-15.
+inline constexpr double inside = 1e-9;  // of a stretch: distance from its end to evaluate the joints' limit
+inline constexpr double there = 1e-5;   // rad: joints this near to the limit have reached it
+/// Sine of a hinge that is 0 at an end of its stretch, below which the joints next to it are read between the
+/// ends: the directions are no longer than this, and round to 2e-15.
 inline constexpr double shut = 3e-6;
 }  // namespace curve_rule
 
-/// Whether limits leave a joint a whole turn, so that an angle may be within them on two windings.
+/// Whether the limits permit a joint a whole turn, so that an angle may be within them on two turns.
 inline bool has_a_turn(const Limits& limits, int j) noexcept {
     return limits.upper[j] - limits.lower[j] >= two_pi - 2 * tolerance::angle;
 }
 
-/// A view: the arm, the path and the stretches belong to others.
+/// A view: the caller owns arm, path and stretches.
 struct Curve {
     const Arm& arm;
     SmoothPlane plane;
@@ -98,11 +98,11 @@ struct Curve {
         return stretches[low];
     }
 
-    /// The branch of a stretch. Where joint 1 or 3 (5 or 7) leads, the sign of theta_2 (theta_6) may change
+    /// The branch of a stretch. If joint 1 or 3 (5 or 7) leads, the sign of theta_2 (theta_6) may change
     /// along it.
     int branch(const Stretch& x) const noexcept { return x.branch < 0 ? gc : static_cast<int>(x.branch); }
 
-    /// The hinge (0: joint 2, 1: joint 6) that is 0 or pi at joints q while a pivot beside the other one
+    /// The hinge (0: joint 2, 1: joint 6) that is 0 or pi at joints q while a pivot next to the other one
     /// leads the stretch; -1: none.
     int hinge_shut(const Stretch& x, const double* q) const noexcept {
         const int through = hinge_led_through(static_cast<int>(x.lead));
@@ -112,14 +112,14 @@ struct Curve {
         return abs(std::sin(theta)) <= tolerance::one_axis ? other : -1;
     }
 
-    /// The self-motion in phi at s, on any scalar.
+    /// The self-motion in phi at s, for any scalar.
     template <class T>
     SelfMotion<T> motion_at(const Stretch& x, const T& s) const noexcept {
         const Circle<T> c = circle(arm, flange_pose(arm, pose_at(segment(x), s)), plane);
         return self_motion(arm, c, spread<T>(configuration(branch(x))));
     }
 
-    /// The posture at s whose phi is `value`, or whose leading theta it is, on any scalar.
+    /// The configuration at s with phi, or leading theta, equal to `value`, for any scalar.
     template <class T>
     PlacedDirections<T> place(const Stretch& x, const T& s, const T& value) const noexcept {
         PlacedDirections<T> out;
@@ -139,8 +139,8 @@ struct Curve {
         return out;
     }
 
-    /// Posture at s with joints in the winding next to `near` that lies within the limits (psi next to
-    /// near_psi). value: phi, or theta of the joint that leads.
+    /// The configuration at s with joints on the turn nearest to `near` within the limits (psi nearest to
+    /// near_psi). value: phi, or theta of the leading joint.
     PlacedPosture solve(const Stretch& x, double s, double value, const double* near,
                         double near_psi) const noexcept {
         PlacedPosture out;
@@ -151,9 +151,9 @@ struct Curve {
                     shut ? curve_rule::shut : tolerance::one_axis);
         const Joints q = joints_within_limits(arm, here.angles, near);
         for (int j = 0; j < joint_slots; ++j) out.q[j] = q.q[j];
-        for (int j = 0; j < joints; ++j)  // a turn away it would be within limits too, but the curve leaps
+        for (int j = 0; j < joints; ++j)  // another turn may hold too, but the curve would jump
             if (has_a_turn(arm.limits, j)) out.q[j] = lift(out.q[j], near[j]);
-        if (x.lead != 0) {  // to its last digit, which a locked joint leaves no room for
+        if (x.lead != 0) {  // to its last digit, because a locked joint has no room
             const int j = static_cast<int>(x.lead) - 1;
             const double low = arm.limits.lower[j], high = arm.limits.upper[j];
             const double led = lift(to_q(arm, j, value), out.q[j]), held = min(max(led, low), high);
@@ -173,7 +173,7 @@ struct Curve {
 
     PlacedPosture at(double s) const noexcept { return at(stretch(s), s); }
 
-    /// The same on a stretch that s is on.
+    /// The same on a given stretch that holds s.
     PlacedPosture at(const Stretch& x, double s) const noexcept {
         const double t = (s - x.start) / (x.end - x.start);
         double near[joints];
@@ -181,13 +181,12 @@ struct Curve {
         return solve(x, s, phi_at(x, s), near, t < 0.5 ? x.psi : x.psi_end);
     }
 
-    /// q', q'', q''' with respect to s: three rows of seven. At a joint of two segments those of the later
-    /// one.
+    /// q', q'', q''' by s: three rows of seven. Between two segments, those of the later one.
     void derivatives(double s, double* out) const noexcept {
         using J = Jet<double, 3>;
         const Stretch& x = stretch(s);
         const int from = hinge_shut(x, x.q), to = hinge_shut(x, x.q_end);
-        double about = s;  // of the series: an end where a hinge is shut, where that lies near
+        double about = s;  // of the series: an end with a shut hinge, if that is near
         if (from >= 0 && barely_open(x, s, from)) about = x.start;
         if (to >= 0 && barely_open(x, s, to)) about = x.end;
         const J at = J::variable(about);
@@ -205,14 +204,14 @@ struct Curve {
         for (int k = 0; k < 3 && arm.roll_free; ++k) out[k * joints + joints - 1] = 0;
     }
 
-    /// Whether hinge h is still so near to 0 at s that the directions beside it do not round well.
+    /// Whether hinge h is so near to 0 at s that the directions next to it lose digits.
     bool barely_open(const Stretch& x, double s, int h) const noexcept {
         return makes_one_axis(place(x, s, phi_at(x, s)).angles, hinge_joint[h], curve_rule::shut);
     }
 
-    /// The joints at an end where hinge h is 0, as what they tend to from within: the directions (V, U) of
-    /// the two beside it vanish with the length of the way, and are divided by it. way: 1 where the stretch
-    /// begins there, -1 where it ends. h < 0: nothing is done.
+    /// The joints at an end where hinge h is 0, as the limit from within. The directions (V, U) of both
+    /// neighbours vanish with the distance and are divided by it. way: 1 if the stretch begins there, -1 if
+    /// it ends. Does nothing if h < 0.
     template <int K>
     void open_hinge(const Stretch& x, double s, int h, double way,
                     Directions<Jet<double, K>>& d) const noexcept {
@@ -240,8 +239,8 @@ struct Curve {
 
 namespace detail {
 
-/// The polar form of a cubic spline on the knots t[3] .. t[4] (t: six knots around), from its four control
-/// values.
+/// The polar form of a cubic spline on the knots t[3] .. t[4] (t: the six knots around), from its four
+/// control values.
 inline double blossom(const double* c, const double* t, const double (&u)[3]) noexcept {
     double d[4] = {c[0], c[1], c[2], c[3]};
     for (int r = 1; r <= 3; ++r)
@@ -253,7 +252,7 @@ inline double blossom(const double* c, const double* t, const double (&u)[3]) no
     return d[3];
 }
 
-/// The six knots about interval i of the breaks (i - 2 .. i + 3), the ends repeated.
+/// The six knots about interval i of the breaks (i - 2 .. i + 3), with repeated ends.
 inline void knots_about(const std::vector<double>& breaks, std::size_t i, double (&t)[6]) noexcept {
     for (std::size_t k = 0; k < 6; ++k)
         t[k] = breaks[std::clamp<std::size_t>(i + k, 2, breaks.size() + 1) - 2];
@@ -272,8 +271,8 @@ struct Spline {
     std::vector<double> breaks, control;
 };
 
-/// Schoenberg's spline of a polyline (s, phi): its values at the Greville abscissae are the control values.
-/// Equal to the polyline at both ends.
+/// Schoenberg's spline of a polyline (s, phi): the control values are its values at the Greville abscissae.
+/// It equals the polyline at both ends.
 inline Spline spline(const std::vector<double>& breaks, const std::vector<double>& s,
                      const std::vector<double>& phi) {
     const std::size_t n = s.size();
@@ -292,7 +291,7 @@ inline Spline spline(const std::vector<double>& breaks, const std::vector<double
     return out;
 }
 
-/// The same function on more breaks, of which the old ones are some: knots are inserted.
+/// The same function on more breaks, which include the old ones, by knot insertion.
 inline Spline refined(const Spline& old, const std::vector<double>& breaks) {
     Spline out{breaks, std::vector<double>(breaks.size() + 2)};
     std::size_t at = 0;
@@ -307,10 +306,10 @@ inline Spline refined(const Spline& old, const std::vector<double>& breaks) {
     return out;
 }
 
-/// The stretches of a spline, cut at the ends of segments too, so that each lies within one.
+/// The stretches of a spline, also cut at the ends of segments, so that each lies within one.
 inline std::vector<Stretch> stretches_of(const Spline& x, std::span<const Segment> segments) {
     std::vector<Stretch> out;
-    std::size_t next = 0;  // the first segment that ends behind the place reached
+    std::size_t next = 0;  // the first segment that ends after the present place
     for (std::size_t i = 0; i + 1 < x.breaks.size(); ++i) {
         double t[6];
         detail::knots_about(x.breaks, i, t);
@@ -347,8 +346,8 @@ inline std::vector<Stretch> straight_stretches(const std::vector<double>& s, con
 
 namespace detail {
 
-/// The posture at an end of a stretch, seen from joints near it. Where theta_2 or theta_6 vanishes, joints 1
-/// and 5 are what they tend to from within, as the root of the way: at a stretched arm they leave so.
+/// The configuration at an end of a stretch, near given joints. If theta_2 or theta_6 vanishes, joints 1 and
+/// 5 are the limits from within. They vary as the root of the distance: so they leave a stretched arm.
 inline PlacedPosture end_posture(const Curve& curve, const Stretch& x, bool last, const double* near,
                                  double psi) noexcept {
     const double s = last ? x.end : x.start,
@@ -381,8 +380,8 @@ inline PlacedPosture end_posture(const Curve& curve, const Stretch& x, bool last
 
 }  // namespace detail
 
-/// Gives every stretch the postures at its ends, lifted from q0 and psi0 on. `stretches` are those of the
-/// curve.
+/// Gives every stretch the configurations at its ends, continuous from q0 and psi0 on. `stretches` are those
+/// of the curve.
 inline void lift_stretches(const Curve& curve, std::span<Stretch> stretches, const double* q0,
                            double psi0) noexcept {
     double q[joints], psi = psi0;

@@ -1,8 +1,8 @@
-// The curve through rows that were found step by step: phi goes straight from row to row.
+// The curve through rows that were found step by step: phi is straight from row to row.
 //
-//     theta_1 |     .                Beside theta_2 = 0 (theta_6 = 0) phi is no guide: rows side by side may
-//             |    ' '    - phi      have quite different phi, and theta_1 sweeps round between them. There
-//             | o-'---'-o - leads    joint 1 (5) leads straight from row to row, also through 0 where rows
+//     theta_1 |     .                Near theta_2 = 0 (theta_6 = 0) phi is no guide: neighbouring rows may
+//             |    ' '    - phi      have quite different phi, and theta_1 sweeps around between them. There
+//             | o-'---'-o - leads    joint 1 (5) leads straight from row to row, also through 0 if rows
 //             +------------ s        have both signs of theta_2 (theta_6).
 #pragma once
 
@@ -17,22 +17,22 @@
 namespace armangle {
 
 namespace through_rule {
-inline constexpr double near = 0.35;    // |sin| of theta_2, theta_6 up to which the pivot beside it may lead
-inline constexpr double shut = 1e-6;    // |sin| of these beside which phi has no speed to go by
-inline constexpr double swing = 0.002;  // share of the move from row to row by which a joint may leave it
-inline constexpr double calmer = 0.9;   // share of a swing that leading leaves at most
-inline constexpr double round = 0.5;    // rad: a stretch that is led swings no joint farther
-inline constexpr double there = 1e-5;   // rad: how near a stretch that is led begins and ends to its rows
+inline constexpr double near = 0.35;    // |sin| of theta_2, theta_6 up to which the pivot next to it may lead
+inline constexpr double shut = 1e-6;    // |sin| of these near which phi has no usable rate
+inline constexpr double swing = 0.002;  // share of the move from row to row by which a joint may deviate
+inline constexpr double calmer = 0.9;   // largest share of a deviation that leading may leave
+inline constexpr double round = 0.5;    // rad: a led stretch lets no joint deviate farther
+inline constexpr double there = 1e-5;   // rad: distance of a led stretch's ends from its rows
 inline constexpr double looks[] = {1e-6, 1e-4, 0.003, 0.03, 0.1, 0.25, 0.5, 0.75, 0.9, 0.97, 0.997};
 }  // namespace through_rule
 
-/// Of an arm with its own chain it is the nominal arm's, and what leads is the true joint.
+/// If an arm has its own chain, this is the curve of the nominal arm, and the true joint leads.
 struct CurveThrough {
     SmoothPlane plane;
     std::vector<Stretch> stretches;
-    int torn = -1;  // the first row behind which nothing leads on to the next
+    int torn = -1;  // the first row after which no continuation exists
 
-    /// `corrected(curve, stretch, s, posture)` is the true posture beside that of the curve.
+    /// `corrected(curve, stretch, s, posture)` returns the true configuration next to that of the curve.
     template <class Corrected>
     CurveThrough(const Arm& arm, std::span<const Segment> path, const PathRows& rows,
                  const Corrected& corrected) {
@@ -73,7 +73,7 @@ struct CurveThrough {
     }
 
 private:
-    /// How far a joint leaves the straight move between two rows q, a row after the other.
+    /// Largest deviation of a joint from the straight move between two rows q, stored one after the other.
     template <class Corrected>
     static double swing(const Curve& curve, const Corrected& corrected, const Stretch& x,
                         const double* q) noexcept {
@@ -87,7 +87,7 @@ private:
         }
         return most;
     }
-    /// How far it is from q a share of a stretch behind its start.
+    /// Deviation from q at a share of a stretch after its start.
     template <class Corrected>
     static double off_at(const Curve& curve, const Corrected& corrected, const Stretch& x, const double* q,
                          double share) noexcept {
@@ -110,7 +110,7 @@ private:
                off_at(curve, corrected, x, q + joints, 1.0) <= through_rule::there;
     }
 
-    /// Lets the pivot beside a hinge lead where the joints swing less so: of the hinge nearer to 0 first.
+    /// Makes the pivot next to a hinge lead if joints then deviate less: first for the hinge nearer to 0.
     template <class Corrected>
     static void calm(const Curve& curve, const Corrected& corrected, const double* q, Stretch& x) noexcept {
         double open[hinges];
@@ -131,7 +131,7 @@ private:
         if (open[1 - nearer] <= through_rule::near) lead(curve, corrected, 1 - nearer, q, most, x);
     }
 
-    /// Lets the pivot beside hinge h lead from a row q to the next, if so no joint swings more than `most`.
+    /// Makes the pivot next to hinge h lead from row q to the next, if no joint then deviates above `most`.
     template <class Corrected>
     static bool lead(const Curve& curve, const Corrected& corrected, int h, const double* q, double most,
                      Stretch& x) noexcept {

@@ -1,13 +1,13 @@
-// The curve of least objective near a given one: phi as a spline, moved until its own stationarity holds.
+// The curve of least objective near a given one: phi as a spline, moved until it is stationary.
 //
-//     phi |  o      o           o  control values: all that moves
+//     phi |  o      o           o  control values: the variables
 //         |   `.__.' `.  o      x  Gauss points: there the objective is integrated, and limits must hold;
-//         |   x  x   x`.'          what a control value changes are the points of its four intervals,
+//         |   x  x   x`.'          a control value changes the points of its four intervals,
 //         +------------------ s    so that the second derivatives are a band of seven
 //
 // Newton's method with Marquardt's damping (D. Marquardt, 1963). The first and second derivatives of the
 // objective are exact: theta of each joint is a series in phi of series in s (jet.hpp). Intervals on which
-// the curve still bends too sharply for its knots are halved, and the descent goes on.
+// the curve still bends too sharply for its knots are halved, and the descent continues.
 #pragma once
 
 #include <array>
@@ -21,23 +21,23 @@ namespace armangle {
 
 namespace descent_rule {
 inline constexpr int rounds = 60;
-inline constexpr double step = 0.4;    // of phi in one round (rad)
-inline constexpr double done = 1e-9;   // share of the objective that another step would save
-inline constexpr double rough = 1e-4;  // the same where curves are only compared
-inline constexpr double tiny = 1e-12;  // an objective below this is 0
-/// r of the cost that keeps limits whatever the weights (rad), and of thicker walls, where a curve slips
+inline constexpr double step = 0.4;    // largest change of phi in one round (rad)
+inline constexpr double done = 1e-9;   // share of the objective that another step would still save
+inline constexpr double rough = 1e-4;  // the same if curves are only compared
+inline constexpr double tiny = 1e-12;  // a smaller objective counts as 0
+/// r of the cost that enforces limits whatever the weights (rad), and of thicker walls, used if a curve slips
 /// through between its Gauss points.
 inline constexpr double wall[] = {1e-4, 1e-3, 1e-2};
-inline constexpr double soft[] = {1e-2, 1e-3};  // the same where the wall is too steep to slide along
-inline constexpr double before = 0.02;          // ... and the distance where it begins (rad)
+inline constexpr double soft[] = {1e-2, 1e-3};  // the same if the wall is too steep to slide along
+inline constexpr double before = 0.02;          // ... and the distance at which it begins (rad)
 inline constexpr double sharp = 1e-4;           // share of the objective that more knots may still save
-inline constexpr double even = 4;      // an integrand that varies by less on an interval is integrated well,
-inline constexpr double small = 5e-3;  // and one whose share of the objective is less
+inline constexpr double even = 4;      // an integrand that varies by less on an interval is integrated well
+inline constexpr double small = 5e-3;  // and one with a smaller share of the objective
 inline constexpr int levels = 6;       // halvings of an interval
-/// Rounds times intervals that the descents of one curve may take, over ten times what they mostly do: a
-/// norm has a kink where joints come to rest, about which Newton's method may go to and fro.
+/// Largest product of rounds and intervals for the descents of one curve, over ten times the usual number. A
+/// norm has a kink where joints come to rest, about which Newton's method may oscillate.
 inline constexpr long long work = 5000;
-inline constexpr std::size_t points = 4;           // of an interval, where segments do not cut it
+inline constexpr std::size_t points = 4;           // of an interval, unless segments cut it
 inline constexpr std::size_t most_points = 20000;  // of a curve: beyond, an interval has one
 }  // namespace descent_rule
 
@@ -47,15 +47,15 @@ using SeriesInS = Jet<double, 1>;
 template <int K>
 using SeriesInPhi = Jet<SeriesInS, K>;
 
-/// Where the objective is integrated: all of it that phi does not change.
+/// A point of the integration: all data that are independent of phi.
 struct GaussPoint {
     double s, weight;
-    std::size_t cell;                 // its interval: control values cell .. cell + 3 count
-    std::size_t first = 0, arcs = 0;  // of phi that obstacles and the user leave; 0: all
-    double basis[4], slope[4];        // of those, in phi and dphi/ds
+    std::size_t cell;                 // its interval: depends on control values cell .. cell + 3
+    std::size_t first = 0, arcs = 0;  // arcs of phi that obstacles and the user permit; 0: all
+    double basis[4], slope[4];        // weights of those control values in phi and dphi/ds
     JointFunctions<SeriesInS> functions;
     double theta_4, theta_4_rate;
-    double wished;  // phi; NaN where there is no wish
+    double wished;  // target phi; NaN without a target
 };
 
 /// Nodes and weights of Gauss's rules on [0, 1] with 1 to 4 points. Source: Abramowitz and Stegun, 25.4.30.
@@ -90,7 +90,7 @@ SeriesInPhi<K> series(const Harmonic<SeriesInS>& f, const SinCos<double>& phi) n
     return out;
 }
 
-/// The arcs of phi that obstacles and the user leave at a point. None at all is one that nothing is in.
+/// Stores the arcs of phi that obstacles and the user permit at a point; if none, an arc without any phi.
 inline void leave_open(const Task& task, int gc, GaussPoint& p, std::vector<Arc>& arcs) {
     const SelfMotion<double> m = self_motion(task.arm, task.circle_at(p.s), configuration(gc));
     ArcSet any, left;
@@ -115,8 +115,8 @@ struct Quadrature {
     std::vector<Arc> open;  // the arcs of all points
 };
 
-/// With `cut` no rule reaches over the end of a segment, where the path's velocity jumps. points: of an
-/// interval, 1 to 4.
+/// If `cut`, no rule crosses the end of a segment, where the path's velocity jumps. points: of an interval, 1
+/// to 4.
 inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>& breaks, bool cut,
                              std::size_t points = descent_rule::points) {
     using detail::SeriesInS;
@@ -169,28 +169,27 @@ inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>
     return out;
 }
 
-/// Which ends of a curve stay, and joints at s = 0 that the windings are counted from.
+/// Which ends of a curve are fixed, and joints at s = 0 from which turns are counted.
 struct FixedEnds {
     bool first, last;
     double q[joints];
 };
 
-/// A curve of a branch and its objective, going down.
+/// A curve of a branch and the descent of its objective.
 class Descent {
 public:
     Descent(const Task& task, const Objective& objective, const FixedEnds& ends,
             double wall = descent_rule::wall[0])
         : task_(task), objective_(objective), ends_(ends), asked_wall_(wall), wall_(wall) {}
 
-    /// Stands on a curve whose breaks are those of the quadrature; false where it leaves the limits.
+    /// Starts at a curve on the breaks of the quadrature; false if it violates limits.
     bool stand(const Quadrature& quadrature, std::vector<double> control) {
         quadrature_ = &quadrature;
         control_ = std::move(control);
         return assemble<2>(control_, here_);
     }
 
-    /// The objective of a curve whose breaks are those of the quadrature; infinite where it leaves the
-    /// limits.
+    /// The objective of a curve on the breaks of the quadrature; infinite if it violates limits.
     double glance(const Quadrature& quadrature, const std::vector<double>& control) {
         quadrature_ = &quadrature;
         return assemble<0>(control, there_) ? there_.energy : infinity;
@@ -199,12 +198,12 @@ public:
     double energy() const noexcept { return here_.energy; }
     const Terms& terms() const noexcept { return here_.terms; }
     const std::vector<double>& control() const noexcept { return control_; }
-    /// The least distance at a Gauss point, of those that the objective weighs (rad).
+    /// The least distance at a Gauss point, among those that the objective weighs (rad).
     double margin() const noexcept { return here_.margin; }
     const double* first_q() const noexcept { return here_.q; }
 
-    /// Goes down until another step would save no more than this share of the objective, or `work` is spent;
-    /// where the wall stops it before, from a softer wall on.
+    /// Descends until another step would save at most this share of the objective, or `work` is spent. If the
+    /// wall stops it earlier, it continues from a softer wall.
     void run(double done, long long& work) {
         if (go_down(done, work) || work <= 0) return;
         const std::vector<double> stopped = control_;
@@ -223,15 +222,15 @@ public:
         std::copy(here_.q, here_.q + joints, ends_.q);
     }
 
-    /// The share of the objective that a step of Newton's method would save: 0 at a stationary curve,
-    /// infinite where the curve is no minimum.
+    /// The share of the objective that a Newton step would save: 0 at a stationary curve, infinite if the
+    /// curve is no minimum.
     double stationarity() {
         if (!solve(0)) return infinity;
         return saving_ / max(here_.energy, descent_rule::tiny);
     }
 
-    /// Breaks with those intervals halved on which the spline bends too sharply for its knots, or the
-    /// integrand rises too fast for its points.
+    /// Halves the intervals on which the spline bends too sharply for its knots, or the integrand rises too
+    /// fast for its points.
     std::vector<double> finer(double narrowest) const {
         const std::vector<double>& breaks = quadrature_->breaks;
         const std::size_t n = breaks.size() - 1;
@@ -252,7 +251,7 @@ public:
             const double h = breaks[i + 1] - breaks[i];
             const double jump =
                 max(i ? abs(third[i] - third[i - 1]) : 0.0, i + 1 < n ? abs(third[i + 1] - third[i]) : 0.0);
-            const double slope = h * h * jump / 24;  // about what dphi/ds errs
+            const double slope = h * h * jump / 24;  // approximate error of dphi/ds
             const Interior& f = here_.interior[i];
             const bool bends = f.stiffness * h * slope * slope > allowed;
             const bool rises =
@@ -264,7 +263,7 @@ public:
     }
 
 private:
-    /// Steps until another would save no more than this share of the objective; whether that was reached.
+    /// Takes steps until another would save at most this share of the objective; whether that was reached.
     bool go_down(double done, long long& work) {
         double damping = 1e-3;
         for (int round = 0; round < descent_rule::rounds && damping < 1e9 && work > 0; ++round) {
@@ -280,7 +279,7 @@ private:
         return false;
     }
 
-    /// What is seen of the integrand on an interval: its ends, and half its second derivative by dphi/ds.
+    /// Data of the integrand on an interval: its extremes, and half its second derivative by dphi/ds.
     struct Interior {
         double most = 0, least = infinity, stiffness = 0;
     };
@@ -316,10 +315,10 @@ private:
     std::vector<std::array<double, 4>> factor_;
     Assembly here_, there_;
     double saving_ = 0, slope_ = 0;
-    double asked_wall_, wall_;  // r, in the end and now
+    double asked_wall_, wall_;  // r, at the end and now
 
-    /// What the cost that keeps limits weighs: as the heaviest of the others, so that their common scale
-    /// makes no difference, and none of them pushes a curve through.
+    /// Weight of the cost that enforces limits: as large as the heaviest of the others. So their common scale
+    /// is irrelevant, and none of them pushes a curve through.
     double wall_weight() const noexcept {
         const Objective& w = objective_;
         const double heaviest =
@@ -358,10 +357,10 @@ inline void Descent::bend_duration(const Rates& rates, double n, double weight, 
     f.v_v += weight * (v_v - 7 / n * by_v * by_v);
 }
 
-/// Objective and derivatives at one point; false beyond a limit. q, rate: joints of the point before (its
-/// place ds ahead), replaced by those of this one; the first point's (ds = 0) are lifted next to q, and into
-/// the limits where no end is asked: a joint of less than a turn may begin on its other side. Order: of the
-/// derivatives, 2, or 0 for the value alone.
+/// Objective and derivatives at one point; false beyond a limit. q, rate: joints of the previous point (ds
+/// before), replaced by those of this one. The first point's (ds = 0) are on the turn nearest to q, and moved
+/// into the limits if no end is fixed: a joint of less than a turn may begin on its other side. Order of the
+/// derivatives: 2, or 0 for the value alone.
 template <int Order>
 bool Descent::integrand(const detail::GaussPoint& p, double phi, double v, const double* before, double ds,
                         double* q, double* rate, Integrand& f, Terms& terms) const noexcept {
@@ -480,8 +479,8 @@ bool Descent::integrand(const detail::GaussPoint& p, double phi, double v, const
     return inside && f.value < infinity;
 }
 
-/// Energy, and with Order 2 gradient and the band of second derivatives, at these control values; false where
-/// a value is none.
+/// Energy, and with Order 2 its gradient and the band of second derivatives, at these control values; false
+/// if a value does not exist.
 template <int Order>
 bool Descent::assemble(const std::vector<double>& control, Assembly& out) const {
     const std::size_t n = control.size();
@@ -529,7 +528,7 @@ bool Descent::assemble(const std::vector<double>& control, Assembly& out) const 
     return true;
 }
 
-/// step_ = -(H + damping |diag H|)^-1 gradient by Cholesky's L D L^T of the band; false where that is not
+/// step_ = -(H + damping |diag H|)^-1 gradient by the band's L D L^T factorization; false if it is not
 /// positive definite. Fixed ends do not move.
 inline bool Descent::solve(double damping) {
     const std::size_t n = control_.size();
@@ -567,7 +566,7 @@ inline bool Descent::solve(double damping) {
     return true;
 }
 
-/// Takes the step, or a part of it that lowers the objective within the limits; false where none does.
+/// Takes the step, or the part of it that lowers the objective within the limits; false if none does.
 inline bool Descent::advance() {
     double most = 0;
     for (const double x : step_) most = max(most, abs(x));

@@ -1,5 +1,5 @@
-// Why a branch has no way: which joints leave no arm angle, and which limit, farther out by how much, would
-// leave one.
+// Why a branch has no path: the joints that leave no arm angle, and the limit that would leave one if it were
+// wider, and by how much.
 #pragma once
 
 #include <cstdint>
@@ -12,63 +12,63 @@
 
 namespace armangle {
 
-/// What became of one branch.
+/// Outcome of one branch.
 enum class Verdict : std::uint8_t {
     ok,
-    unreachable,  // the wrist is out of reach, whatever the branch
-    impossible,   // at some s no arm angle keeps all limits
-    dead_end,     // every s has arm angles, but they do not join up from the start to the end
-    start,        // the start lies outside the limits, or in another branch
-    goal,         // the same of the goal
-    unresolved,  // a way through the sections, of which no smooth curve was proven free of violations; or the
-                 // search was given up
+    unreachable,  // the wrist is out of reach, in every branch
+    impossible,   // at some s no arm angle respects all limits
+    dead_end,     // every s has arm angles, but they do not connect the start with the end
+    start,        // the start violates limits, or is in another branch
+    goal,         // the same for the goal
+    unresolved,   // the sections are connected, but no smooth curve was proven free of violations, or the
+                  // search was given up
 };
 
-/// A limit that, alone moved out by `extra` rad, leaves an arm angle; one that a start lies beyond by so
-/// much.
+/// A limit that, widened alone by `extra` rad, leaves an arm angle; or one that a start violates by that
+/// amount.
 struct Opening {
     int joint;  // 1..7
     bool upper;
     double extra;
 };
 
-/// What a plan found in one branch: its way, or where and why there is none.
+/// The result of a plan in one branch: its path, or where and why there is none.
 struct BranchReport {
     int gc = 0;
     Verdict verdict = Verdict::ok;
     Status status = Status::OK;
-    double from = 0, to = 0;       // s of the trouble
-    double excess = 0;             // m beyond the reach, the most of the range
-    double reached = 0;            // s up to which the start leads
-    double margin = not_a_number;  // rad, least along the way (asked margins deducted); joint 4 apart:
+    double from = 0, to = 0;       // range of s of the obstruction
+    double excess = 0;             // m beyond the reach, the largest in the range
+    double reached = 0;            // s up to which a path leads from the start
+    double margin = not_a_number;  // rad, least along the path (minus requested margins), without joint 4:
     double elbow_margin = not_a_number;
     double cost = not_a_number;          // the objective of the curve
     double stationarity = not_a_number;  // the share of it that another step of the descent would save
     double nearest_psi = not_a_number;
-    unsigned through = 0;    // bit k: the way passes through branch k too, where the two meet
-    unsigned sections = 0;   // that were looked at
-    bool given_up = false;   // the sections or links that a plan may try were spent before it was known
-    bool elsewhere = false;  // the start, or the goal, is a posture of another branch
-    unsigned blocking = 0;   // bit j: joint j + 1 is one of those that leave no arm angle
-    Tag touching = 0;        // the pair that does, or that fails by least; 0: obstacles are not the reason
+    unsigned through = 0;    // bit k: the path also uses branch k, where the two meet
+    unsigned sections = 0;   // sections computed
+    bool given_up = false;   // the permitted sections or links were used up before the outcome was known
+    bool elsewhere = false;  // the start, or the goal, is in another branch
+    unsigned blocking = 0;   // bit j: joint j + 1 is among those that leave no arm angle
+    Tag touching = 0;        // the pair that leaves none, or fails by least; 0: obstacles are not the reason
     double shortfall = not_a_number;  // m by which that pair is too near
     std::vector<Opening> openings;
-    /// Of a start (goal) with both hinges at 0: how far joint 1, or else joint 5, has to turn before the tool
-    /// moves (rad); not a number where that is not the reason, or beyond the limits.
+    /// For a start (goal) with both hinges at 0: how far joint 1, or else joint 5, must turn before the end
+    /// effector moves (rad). NaN if that is not the reason, or beyond the limits.
     double turns[2] = {not_a_number, not_a_number};
 };
 
 namespace detail {
 
-/// How far (rad, within a quarter turn) joint `far` has to turn before the tool can move with a twist, at a
-/// posture where both hinges are 0. at: the DH frames; speed: of the tool's origin, which is at tip.
+/// How far (rad, within a quarter turn) joint `far` must turn before the end effector can move with a twist,
+/// if both hinges are 0. at: the DH frames; speed: of the tool's origin, which is at tip.
 ///
-/// Joints 1 to 4 alone move the wrist (5 to 7 and 4 the shoulder, seen from the tool): three equations for
-/// the near pivot, the near hinge and the elbow. The rest of the turning is about the far pivot's axis and
-/// the far hinge's, which the far pivot turns: an angle about its axis.
+/// Joints 1 to 4 alone move the wrist (5 to 7 and 4 the shoulder, relative to the tool): three equations for
+/// the near pivot, the near hinge and the elbow. The remaining rotation is about the far pivot's axis and the
+/// far hinge's. The far pivot turns the latter, and the result is the angle about its axis.
 inline double turn_before(const Pose<double> (&at)[joints + 1], const Vec3<double>& tip,
                           const Vec3<double>& speed, const Vec3<double>& turning, int far) noexcept {
-    const int pivot = far == 5 ? 0 : 4, hinge = far == 5 ? 1 : 5;  // the near ones: axes i of frame i
+    const int pivot = far == 5 ? 0 : 4, hinge = far == 5 ? 1 : 5;  // near pivot and hinge: axes i of frame i
     const Vec3<double> from = at[far == 5 ? 1 : 5].position, to = at[far == 5 ? 5 : 1].position;
     const Vec3<double> moved = speed + cross(turning, to - tip);
     const auto axis = [&](int i) { return at[i].rotation.z; };
@@ -84,7 +84,7 @@ inline double turn_before(const Pose<double> (&at)[joints + 1], const Vec3<doubl
     return angle - pi * round(angle / pi);
 }
 
-/// Whether a self-motion has an arm angle once a limit is moved out.
+/// Whether a self-motion has an arm angle after a limit is widened.
 inline bool opens(const Task& task, const SelfMotion<double>& m, int joint, bool upper,
                   double extra) noexcept {
     Limits wide = task.limits;
@@ -93,7 +93,7 @@ inline bool opens(const Task& task, const SelfMotion<double>& m, int joint, bool
     return feasible(m, limit_table(task.arm, wide, task.table.margin), arcs) == Status::OK;
 }
 
-/// How far one limit must move out to leave an arm angle; infinity where that alone does not help.
+/// How far one limit must be widened to leave an arm angle; infinite if that alone does not help.
 inline double opening(const Task& task, const SelfMotion<double>& m, int joint, bool upper) noexcept {
     const double limit = upper ? task.limits.upper[joint] : task.limits.lower[joint];
     if (!(abs(limit) < infinity) || !opens(task, m, joint, upper, two_pi)) return infinity;
@@ -105,13 +105,12 @@ inline double opening(const Task& task, const SelfMotion<double>& m, int joint, 
     return high;
 }
 
-/// Joints of which none can be left out: their sets of arm angles have nothing in common, those of any fewer
-/// have.
+/// A minimal set of joints whose arm angles have no common part: any smaller set has one.
 inline unsigned blocking_joints(const LimitTable& limits, const SelfMotion<double>& m) noexcept {
     const JointFunctions<double> f = joint_functions(m);
     ArcSet each[joints];
     for (int j = 0; j < joints; ++j) joint_arcs(m, f, limits, j, each[j]);
-    if (each[3].empty()) return 1u << 3;  // whatever psi: the others come after it
+    if (each[3].empty()) return 1u << 3;  // for every psi: the other joints are irrelevant
     const auto empty = [&](unsigned mask) {
         ArcSet common, before;
         make_full(common);
@@ -132,19 +131,19 @@ inline unsigned blocking_joints(const LimitTable& limits, const SelfMotion<doubl
 }  // namespace detail
 
 namespace opening_rule {
-inline constexpr int between = 4;      // self-motions looked at from one section to the next
-inline constexpr int golden = 30;      // sections of the golden ratio about the worst of them
-inline constexpr double spare = 0.01;  // share of an opening of a path that is added to it ...
-inline constexpr double least = 1e-6;  // ... and what is added in any case (rad)
+inline constexpr int between = 4;      // self-motions sampled between two sections
+inline constexpr int golden = 30;      // golden-section steps about the worst of them
+inline constexpr double spare = 0.01;  // share of an opening that is added to it ...
+inline constexpr double least = 1e-6;  // ... and the least amount added (rad)
 }  // namespace opening_rule
 
 namespace detail {
 
-/// How far one limit must move out so that arm angles are left at all s of a path; infinity where that alone
-/// does not help.
+/// How far one limit must be widened so that arm angles exist at all s of a path; infinite if that alone does
+/// not help.
 class PathOpening {
 public:
-    /// motions: those of `s`, rising; the first of them that the limits leave no arm angle is `empty`.
+    /// motions: those of `s`, rising; `empty` is the first without an arm angle within the limits.
     PathOpening(const Task& task, int gc, const std::vector<double>& s,
                 const std::vector<SelfMotion<double>>& motions, std::size_t empty)
         : task_(task), gc_(gc), s_(s), motions_(motions), empty_(empty) {}
@@ -159,8 +158,8 @@ public:
             for (std::size_t i = 0; i < motions_.size() && most < infinity; ++i) {
                 ArcSet arcs;
                 if (feasible(motions_[i], table, arcs) == Status::OK) continue;
-                // At a singular pose an arm angle may be left by some openings and by no larger one: then no
-                // opening is told.
+                // At a singularity some openings may leave an arm angle while larger ones do not: then no
+                // opening is reported.
                 const double wanted = opening(task_, motions_[i], joint, upper);
                 most = wanted > spared() ? wanted : infinity;
                 worst = i;
@@ -218,8 +217,8 @@ private:
 
 }  // namespace detail
 
-/// Fills in who leaves no arm angle on these sections of a path (each of them empty), and which limit, moved
-/// out alone, would leave one at every s: some percent more than the least that does.
+/// Reports the joints that leave no arm angle on these sections of a path (each of them empty). Also finds
+/// the limit that, widened alone, would leave one at every s: some percent more than the least.
 inline void explain_limits(const Task& task, const Tube& tube, std::size_t from, std::size_t to, int shown,
                            BranchReport& out) {
     const std::size_t count = to - from;
@@ -252,7 +251,7 @@ inline void explain_limits(const Task& task, const Tube& tube, std::size_t from,
         }
 }
 
-/// One pose and branch: ok, unreachable or impossible, with what explains it.
+/// Diagnosis of one pose and branch: ok, unreachable or impossible, with the explanation.
 inline BranchReport diagnose(const Task& task, double s, int gc) {
     ArcSet arcs;
     BranchReport out;

@@ -1,15 +1,13 @@
-// The least time along a curve, from rest to rest, that bounds on joint velocities and accelerations leave.
+// The least duration of a curve, from rest to rest, within bounds on joint velocities and accelerations.
 //
 //     y |   ____cap____             y = (ds/dt)^2, u = d2s/dt2 = y' / 2; at every s of a grid
 //       |  /           `.             |q'| sqrt(y) <= v        |q' u + q'' y| <= a
 //       | /              `.
-//     0 +------------------- s      backward: the greatest y from which the end is reached; forward: as fast
-//     as
-//                                   that allows
+//     0 +------------------- s      backward: the greatest y that reaches the end; forward: as fast as that
+//                                   permits
 //
 // Source: H. Pham and Q.-C. Pham, A new approach to time-optimal path parameterization based on reachability
-// analysis (2018): TOPP-RA. The y that a place allows are an interval from 0 on, so that its end is found by
-// halving.
+// analysis (2018): TOPP-RA. The permitted y at a place are an interval from 0 on; bisection finds its end.
 #pragma once
 
 #include <vector>
@@ -22,12 +20,12 @@ namespace armangle {
 
 namespace duration_rule {
 inline constexpr double places = 400;  // intervals of s ...
-inline constexpr double least = 8;     // ... and of a stretch: beside an end that is left fast they are short
-inline constexpr int halvings = 50;    // of an interval of y
-inline constexpr double most = 1e12;   // y where no joint moves (1/s^2)
+inline constexpr double least = 8;     // ... and of a stretch: near an end that is left fast they are short
+inline constexpr int halvings = 50;    // bisections of an interval of y
+inline constexpr double most = 1e12;   // y if no joint moves (1/s^2)
 }  // namespace duration_rule
 
-/// What bounds the joints; both may be infinite.
+/// Bounds of the joints; both may be infinite.
 struct JointBounds {
     double velocity[joints], acceleration[joints];  // rad/s, rad/s^2
 };
@@ -39,7 +37,7 @@ struct Bend {
     double first[joints], second[joints];
 };
 
-/// u that the accelerations allow at y.
+/// Range of u within the accelerations at y.
 struct Pull {
     double least = -infinity, most = infinity;
 };
@@ -60,7 +58,7 @@ inline Pull pull(const Bend& bend, const JointBounds& bounds, double y) noexcept
     return out;
 }
 
-/// Greatest y that the velocities allow.
+/// Greatest y within the velocities.
 inline double velocity_cap(const Bend& bend, const JointBounds& bounds) noexcept {
     double out = duration_rule::most;
     for (int j = 0; j < joints; ++j) {
@@ -70,7 +68,7 @@ inline double velocity_cap(const Bend& bend, const JointBounds& bounds) noexcept
     return out;
 }
 
-/// The greatest y up to `cap` from which some u leads to [0, next] over a step of s.
+/// The greatest y up to `cap` from which some u reaches [0, next] over a step of s.
 inline double leading_on(const Bend& bend, const JointBounds& bounds, double cap, double next,
                          double step) noexcept {
     const auto leads = [&](double y) {
@@ -88,7 +86,7 @@ inline double leading_on(const Bend& bend, const JointBounds& bounds, double cap
 
 }  // namespace detail
 
-/// The time that a curve takes from rest to rest (s); infinite where joints have no finite speed along it.
+/// The duration of a curve from rest to rest (s); infinite if joints have no finite rate along it.
 inline double duration(const Curve& curve, const JointBounds& bounds) {
     std::vector<double> at;
     for (const Stretch& x : curve.stretches) {

@@ -1,5 +1,5 @@
-// What is added to theta of the joint that leads a run of a curve's stretches, on an arm whose joints are not
-// quite the curve's.
+// Correction of theta of the joint that leads a run of stretches, for an arm whose joints differ slightly
+// from the curve's.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace armangle {
 
-/// c0 + ... + c5 t^5, t in [0, 1]. Doubles alone, so that it travels as an array.
+/// c0 + ... + c5 t^5, t in [0, 1]. Holds doubles alone, so that it fits into an array.
 struct LeadShift {
     double start, end, coefficient[6];
 
@@ -22,7 +22,7 @@ struct LeadShift {
     }
 };
 
-/// Of a curve's runs that are led, in their order.
+/// One shift for each led run of a curve, in order.
 using LeadShifts = std::vector<LeadShift>;
 
 inline constexpr std::size_t lead_shift_width = sizeof(LeadShift) / sizeof(double);

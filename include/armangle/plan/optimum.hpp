@@ -1,9 +1,9 @@
 // The best curve of a branch: descents from several curves, first on few knots, then the best of them on as
-// many as it takes.
+// many as needed.
 //
-//     phi |  ____________  psi held       starting curves: the way of the search, and the naive ones, where
-//         | ..............  phi held      they keep the limits, so that the result is never worse than they
-//         |    x..x--x      the way
+//     phi |  ____________  psi held       starting curves: the path of the search, and curves of constant
+//         | ..............  phi held      angle, if they respect the limits, so that the result is never
+//         |    x..x--x      the path      worse than they
 //         +---------------- s
 #pragma once
 
@@ -16,35 +16,35 @@ namespace armangle {
 
 namespace optimum_rule {
 inline constexpr int coarse = 12;       // intervals of the curves that are compared ...
-inline constexpr int middling = 48;     // ... and where none of those keeps the limits
-inline constexpr int held = 48;         // constant angles that are tried where the start is open
-inline constexpr std::size_t many = 6;  // starting curves beyond which a glance chooses the best of them ...
+inline constexpr int middling = 48;     // ... and if none of those respects the limits
+inline constexpr int held = 48;         // constant angles that are tried if the start is free
+inline constexpr std::size_t many = 6;  // with more starting curves, a quick evaluation selects the best
 inline constexpr int glances = 6;       // ... on so many intervals
-inline constexpr double beside_better = 0.4;        // of phi at both ends: beside a better one (rad)
-inline constexpr double soon[] = {0.03, 0.1, 0.3};  // of s: in what a wish is come to from a fixed end
-inline constexpr double inset = 0.02;               // of a wish from the ends of its arc (rad)
-inline constexpr int layers = 48;                   // sections on which they are looked at first
-inline constexpr int descents = 3;                  // of the starting curves, the best ones
+inline constexpr double beside_better = 0.4;        // of phi at both ends: counts as near a better one (rad)
+inline constexpr double soon[] = {0.03, 0.1, 0.3};  // of s: distance from a fixed end to a target for psi
+inline constexpr double inset = 0.02;               // of that target from the ends of its arc (rad)
+inline constexpr int layers = 48;                   // sections on which starting curves are first evaluated
+inline constexpr int descents = 3;                  // of the best starting curves
 inline constexpr double beside[] = {1e-4, 1e-3, 5e-3,
-                                    0.02};  // of a fixed end: more breaks, where it is left fast
-inline constexpr double narrowest = 1e-4;   // interval that is not halved (of s)
+                                    0.02};  // of a fixed end: more breaks, because it may be left fast
+inline constexpr double narrowest = 1e-4;   // intervals up to this length are not halved (of s)
 }  // namespace optimum_rule
 
-/// A curve of a branch and what it is worth.
+/// A curve of a branch with its rating.
 struct Optimum {
     Spline curve;
     double energy = infinity;        // the objective, and the wall before the limits
     double stationarity = infinity;  // the share of it that another step would save
     Terms terms;
     double margin = -infinity;  // rad: the least distance at its Gauss points
-    double q[joints] = {};      // at the first of them: the windings
+    double q[joints] = {};      // at the first of them: determines the turns
 
     bool found() const noexcept { return energy < infinity; }
 };
 
 namespace detail {
 
-/// What a descent has reached.
+/// The result of a descent.
 inline Optimum result(Descent& descent, const std::vector<double>& breaks) {
     Optimum out{{breaks, descent.control()},
                 descent.energy(),
@@ -59,7 +59,7 @@ inline Optimum result(Descent& descent, const std::vector<double>& breaks) {
 /// Whether one is better than another.
 inline bool less(const Optimum& a, const Optimum& b) noexcept { return a.energy < b.energy; }
 
-/// Where descents begin, and the best of them.
+/// The starting curves of descents, and the best of them.
 class Comparison {
 public:
     Comparison(const Task& task, const Objective& objective, const Tube& tube, const Way& way,
@@ -68,7 +68,7 @@ public:
         for (const Section& l : tube.sections) s_.push_back(l.s);
     }
 
-    /// The descents on few knots, the best first; on more where no starting curve keeps the limits there.
+    /// The descents on few knots, the best first; on more if no starting curve respects the limits there.
     std::vector<Optimum> run() {
         start();
         for (const int intervals : {optimum_rule::coarse, optimum_rule::middling}) {
@@ -79,7 +79,7 @@ public:
     }
 
 private:
-    /// Even breaks, and some beside a fixed end.
+    /// Equal intervals, and some breaks near a fixed end.
     std::vector<double> breaks(int intervals) const {
         std::vector<double> out{0.0};
         for (const double s : optimum_rule::beside)
@@ -91,7 +91,7 @@ private:
         return out;
     }
 
-    /// psi - phi along the sections, in a reference: the angle between the two zeros.
+    /// psi - phi along the sections, for a reference: the angle between the two zeros.
     std::vector<double> offsets(Reference reference) const {
         Arm arm = task_.arm;
         arm.reference = reference;
@@ -127,7 +127,8 @@ private:
         if (task_.arm.reference == Reference::vector) held(offsets(Reference::vector), first, last);
     }
 
-    /// Adds the curves of what is wished, as near as the arcs allow, from (to) a fixed end sooner and later.
+    /// Adds the curves of a target for psi, as near as arcs allow, which leave a fixed end (reach it) sooner
+    /// and later.
     void wish(double first, double last) {
         std::vector<double> wished;
         for (const Section& l : tube_.sections) {
@@ -148,7 +149,7 @@ private:
         }
     }
 
-    /// phi, or what of the nearest arc is nearest to it.
+    /// phi, or the nearest angle to it in the nearest arc.
     double on_arc(const Section& l, double phi) const noexcept {
         if (l.full || l.count == 0) return phi;
         const Arc& a = tube_.arc(l)[nearest_arc(tube_, l, phi)];
@@ -192,7 +193,7 @@ private:
         std::size_t curve;
     };
 
-    /// Those of the starting curves that keep the limits on a quadrature, the best first.
+    /// The starting curves that respect the limits on a quadrature, the best first.
     std::vector<Start> sorted(const Quadrature& q, const std::vector<Start>& curves) const {
         std::vector<Start> out;
         for (const Start& x : curves) {
@@ -205,8 +206,8 @@ private:
         return out;
     }
 
-    /// The first of curves sorted by what they are worth, without those that begin and end beside a better
-    /// one: they would descend to the same.
+    /// The first of rated curves, without those that begin and end near a better one: they would descend to
+    /// the same.
     std::vector<Start> apart(const std::vector<Start>& all) const {
         std::vector<Start> out;
         for (const Start& x : all) {
@@ -254,14 +255,14 @@ private:
 
 }  // namespace detail
 
-/// The best curves of a branch on few knots, the best first: descents from its ways, of most margin and of
-/// least cost (not whole: none), and from the naive curves.
+/// The best curves of a branch on few knots, the best first: descents from its paths of largest margin and of
+/// least cost (not whole: none), and from the curves of constant angle.
 inline std::vector<Optimum> coarse_optima(const Task& task, const Objective& objective, const Tube& tube,
                                           const Way& way, const Way& cheap, const FixedEnds& ends) {
     return detail::Comparison(task, objective, tube, way, cheap, ends).run();
 }
 
-/// A curve and what it is worth, not moved.
+/// A curve with its rating, unchanged.
 inline Optimum as_it_is(const Task& task, const Objective& objective, int gc, const FixedEnds& ends,
                         const Spline& curve) {
     const Quadrature q = quadrature(task, gc, curve.breaks, true);
@@ -272,8 +273,8 @@ inline Optimum as_it_is(const Task& task, const Objective& objective, int gc, co
     return out;
 }
 
-/// The optimum next to a curve, on as many knots as its bends need; none where the curve itself leaves the
-/// limits. wall: of descent_rule::wall.
+/// The optimum next to a curve, on as many knots as its bends need; none if the curve itself violates limits.
+/// wall: of descent_rule::wall.
 inline Optimum fine_optimum(const Task& task, const Objective& objective, int gc, FixedEnds ends, Spline now,
                             double wall) {
     Optimum out;
@@ -293,8 +294,8 @@ inline Optimum fine_optimum(const Task& task, const Objective& objective, int gc
     return out;
 }
 
-/// The optima next to several curves that are sorted by what they are worth, the best first; curves worth
-/// less than an optimum that was found are left out.
+/// The optima next to several rated curves, the best first. Curves worse than an optimum already found are
+/// left out.
 inline std::vector<Optimum> fine_optima(const Task& task, const Objective& objective, int gc,
                                         const FixedEnds& ends, const std::vector<Optimum>& coarse,
                                         double wall) {

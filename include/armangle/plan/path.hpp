@@ -1,21 +1,21 @@
-// Paths of the tool: poses at any parameter s in [0, 1], with every derivative, in one form for all kinds.
+// Paths of the end effector: poses at any parameter s in [0, 1], with every derivative, in one form.
 //
 //     s = 0 |--- segment ---|------ segment ------|--- segment ---| s = 1        corners
 //     s = 0 |--- segment -|blend|--- segment ---|blend|- segment -| s = 1        rounded: C2
 //
-// A segment moves the point by p(t) = origin + t along + a cos(beta t) + b sin(beta t) and the frame by
-// R(t) = Rot(axis, alpha t) R_0, t in [0, 1]: a line, an arc and a screw are choices of the constants. The
+// A segment moves the point by p(t) = origin + t along + a cos(beta t) + b sin(beta t) and the frame by R(t)
+// = Rot(axis, alpha t) R_0, t in [0, 1]. A line, an arc and a screw are choices of the constants. The
 // formulas are templates of the scalar.
 //
-// A blend adds the end of one motion and the beginning of the next: with u in [0, 1] the first has come to
-// t = e(u), the second to t = h(u), both of degree 4,
+// A blend adds the end of one motion and the beginning of the next. With u in [0, 1] the first is at t =
+// e(u), the second at t = h(u), both of degree 4,
 //     e = 2 u - 2 u^3 + u^4   e(1) = 1, e'(1) = e''(1) = 0; e'(0) = 2, e''(0) = 0
 //     h = 2 u^3 - u^4         h(0) = h'(0) = h''(0) = 0; h'(1) = 2, h''(1) = 0
-// so that pose, velocity and acceleration go over into either neighbour, whatever their kinds. No pose of it
-// is further from one of the path's than min(1 - e, h) <= 3/16 of what was cut off, in m and in rad.
+// so that pose, velocity and acceleration are continuous with both neighbours. Each of its poses is within
+// min(1 - e, h) <= 3/16 of the part cut off from a pose of the path, in m and in rad.
 //
-// Where the tool's roll is free, a path may be rolled: its frame then turns about its own z axis as well, as
-// far as roll + rate s; a constant roll goes into R_0, for Rot(axis, alpha t) comes from the left.
+// If the roll is free, a path may be rolled: its frame then also turns about its own z axis by roll + rate s.
+// A constant roll goes into R_0, because Rot(axis, alpha t) multiplies from the left.
 #pragma once
 
 #include <cstddef>
@@ -29,7 +29,7 @@
 
 namespace armangle {
 
-/// How a point and a frame move over t in [0, 1], from where they are.
+/// Motion of a point and a frame over t in [0, 1], relative to its start.
 struct Motion {
     Vec3<double> along, a, b;
     double beta;
@@ -43,27 +43,27 @@ struct Segment {
     Vec3<double> origin;
     Mat3<double> rotation;  // at t = 0
     Motion motion;
-    Motion next;     // of a blend: what begins while `motion` ends
+    Motion next;     // of a blend: begins while `motion` ends
     double blended;  // 1: a blend of both; 0: `motion` alone
-    double rolled;   // how far the frame turns about its own z axis over the range of s
+    double rolled;   // turn of the frame about its own z axis over the range of s
 };
 
-/// The doubles of a segment: how one travels through an array.
+/// The number of doubles of a segment, for storing it in an array.
 inline constexpr std::size_t segment_width = sizeof(Segment) / sizeof(double);
 
 namespace path_rule {
-inline constexpr double radian = 0.2;      // m that a radian counts as in the size of a motion
-inline constexpr double off = 3.0 / 16.0;  // greatest min(1 - e, h): the share of a cut that a blend is off
-inline constexpr double apart = 1e-9;      // m and rad: segments that join no better do not
+inline constexpr double radian = 0.2;      // m that count as one radian in the size of a motion
+inline constexpr double off = 3.0 / 16.0;  // greatest min(1 - e, h): deviation of a blend per cut
+inline constexpr double apart = 1e-9;      // m and rad: segments with a larger gap do not join
 }  // namespace path_rule
 
-/// e(u) of a blend: how far the motion that ends has come.
+/// e(u) of a blend: progress of the motion that ends.
 template <class T>
 T ending(const T& u) noexcept {
     return u * (T(2.0) + u * u * (u - T(2.0)));
 }
 
-/// h(u) of a blend: how far the motion that begins has come.
+/// h(u) of a blend: progress of the motion that begins.
 template <class T>
 T beginning(const T& u) noexcept {
     return u * u * u * (T(2.0) - u);
@@ -71,7 +71,7 @@ T beginning(const T& u) noexcept {
 
 namespace detail {
 
-/// Where the segment is, u in [0, 1].
+/// Position within the segment, u in [0, 1].
 template <class T>
 T share(const Segment& g, const T& s) noexcept {
     return (s - T(g.start)) / (T(g.end) - T(g.start));
@@ -83,7 +83,7 @@ Mat3<T> about_own_z(const Mat3<T>& frame, const SinCos<T>& sc) noexcept {
     return {frame.x * sc.cos + frame.y * sc.sin, frame.y * sc.cos - frame.x * sc.sin, frame.z};
 }
 
-/// A frame turned about the axis of a motion, as far as at t.
+/// A frame turned about the axis of a motion, up to t.
 template <class T>
 Mat3<T> turned(const Mat3<T>& frame, const Motion& w, const T& t) noexcept {
     if (w.alpha == 0) return frame;
@@ -142,7 +142,7 @@ Vec3<T> angular_velocity(const Segment& g, const T& s) noexcept {
     return out;
 }
 
-/// The segment that holds s; at a joint of two the later one.
+/// The segment that holds s; between two, the later one.
 inline std::size_t segment_index(const Segment* segments, std::size_t n, double s) noexcept {
     std::size_t low = 0, high = n;
     while (high - low > 1) {
@@ -152,14 +152,13 @@ inline std::size_t segment_index(const Segment* segments, std::size_t n, double 
     return low;
 }
 
-/// The shortest rotation that takes one frame to another: unit axis and angle in [0, pi].
+/// The shortest rotation from one frame to another: unit axis and angle in [0, pi].
 struct AxisAngle {
     Vec3<double> axis;
     double angle;
 };
 
-/// The rotation that leads from one frame to another the shortest way; about any axis where it is half a
-/// turn.
+/// The shortest rotation from one frame to another; about any suitable axis if it is half a turn.
 inline AxisAngle shortest_rotation(const Mat3<double>& from, const Mat3<double>& to) noexcept {
     // D = to from^T by its entries: its columns are the images of the unit vectors.
     const auto entry = [&](const Vec3<double>& i, const Vec3<double>& j) {  // i . D j
@@ -172,7 +171,7 @@ inline AxisAngle shortest_rotation(const Mat3<double>& from, const Mat3<double>&
     const double sine = norm(skew), angle = atan2(sine, trace - 1.0);
     if (sine == 0 && trace > 0) return {ez, 0.0};
     if (trace > -0.5) return {skew * (1.0 / sine), angle};
-    // near half a turn: the symmetric part holds the axis, its largest column best
+    // near half a turn: the symmetric part holds the axis, its largest column most accurately
     const double xy = 0.5 * (entry(ex, ey) + entry(ey, ex)), yz = 0.5 * (entry(ey, ez) + entry(ez, ey)),
                  zx = 0.5 * (entry(ez, ex) + entry(ex, ez));
     const double c = 0.5 * (trace - 1.0);
@@ -187,14 +186,14 @@ inline AxisAngle shortest_rotation(const Mat3<double>& from, const Mat3<double>&
 
 namespace detail {
 
-/// The segment that stays at a pose.
+/// A constant segment at a pose.
 inline Segment still(double start, double end, const Pose<double>& from) noexcept {
     const Vec3<double> nought{0, 0, 0};
     const Motion none{nought, nought, nought, 0.0, {0, 0, 1}, 0.0};
     return {start, end, from.position, orthonormal(from.rotation), none, none, 0.0, 0.0};
 }
 
-/// Turns a segment from its first rotation to another, the short way.
+/// Rotates a segment from its first rotation to another by the shortest rotation.
 inline void turn_to(Segment& g, const Mat3<double>& to) noexcept {
     const AxisAngle turn = shortest_rotation(g.rotation, orthonormal(to));
     g.motion.axis = turn.axis;
@@ -212,8 +211,8 @@ inline Segment line(double start, double end, const Pose<double>& from, const Po
     return g;
 }
 
-/// Turn about a line of points (unit direction) by an angle, with an advance (m) along it; `carried`: the
-/// frame turns too.
+/// Rotation about a line (point, unit direction) by an angle, with an advance (m) along it; `carried`: the
+/// frame rotates too.
 inline Segment screw(double start, double end, const Pose<double>& from, const Vec3<double>& point,
                      const Vec3<double>& direction, double angle, double advance, bool carried) noexcept {
     Segment g = detail::still(start, end, from);
@@ -231,8 +230,8 @@ inline Segment screw(double start, double end, const Pose<double>& from, const V
     return g;
 }
 
-/// Centre, axis and angle in (0, 2 pi) of the arc from one point over a second to a third; angle 0 where they
-/// lie on a line.
+/// Centre, axis and angle in (0, 2 pi) of the arc from one point through a second to a third. The angle is 0
+/// if they lie on a line.
 struct ArcThrough {
     Vec3<double> centre, axis;
     double angle;
@@ -251,26 +250,26 @@ inline ArcThrough arc_through(const Vec3<double>& from, const Vec3<double>& via,
     return {centre, axis, angle > 0 ? angle : angle + two_pi};
 }
 
-/// The same arc with the frame taking the shortest rotation to another.
+/// The same arc with the shortest rotation of the frame to another.
 inline Segment arc_to(Segment g, const Pose<double>& to) noexcept {
     detail::turn_to(g, to.rotation);
     return g;
 }
 
-/// How far the tool's origin goes (m) and how far the frame turns (rad) in a motion.
+/// Length of the path of the tool's origin (m), and turn of the frame (rad), in a motion.
 inline double length(const Motion& w) noexcept {
     return norm(Vec3<double>{norm(w.along), w.beta * norm(w.a), 0});
 }
 inline double turn(const Motion& w) noexcept { return abs(w.alpha); }
 
-/// The largest angle that a sine or cosine of the segment goes through (rad).
+/// The largest angle of a sine or cosine in the segment (rad).
 inline double largest_angle(const Segment& g) noexcept {
     const double first = max(abs(g.motion.alpha), abs(g.motion.beta));
     return max(abs(g.rolled),
                g.blended != 0 ? 2 * (first + max(abs(g.next.alpha), abs(g.next.beta))) : first);
 }
 
-/// The size of a segment, m: sqrt(length^2 + (radian turn)^2) of its motions, and its roll.
+/// The size of a segment (m): sqrt(length^2 + (radian turn)^2) of its motions, and its roll.
 inline double size(const Segment& g) noexcept {
     const auto of = [](const Motion& w) {
         return norm(Vec3<double>{length(w), path_rule::radian * turn(w), 0});
@@ -280,7 +279,7 @@ inline double size(const Segment& g) noexcept {
 
 namespace detail {
 
-/// What is left of a segment, no blend, between two of its t.
+/// The part of a segment (not a blend) between two of its t.
 inline Segment part(const Segment& g, double from, double to) noexcept {
     Segment out = g;
     const Motion& w = g.motion;
@@ -300,28 +299,27 @@ inline Segment part(const Segment& g, double from, double to) noexcept {
 
 }  // namespace detail
 
-/// A segment whose frame turns about its own z axis as well, as far as roll + rate s.
+/// A segment whose frame also turns about its own z axis, by roll + rate s.
 inline Segment rolled(Segment g, double roll, double rate) noexcept {
     g.rotation = detail::about_own_z(g.rotation, sin_cos(roll + rate * g.start));
     g.rolled += rate * (g.end - g.start);
     return g;
 }
 
-/// A path of one segment after the other, and by how much at most its poses are off those of the segments
-/// given, and corners given off it: m and rad.
+/// A path of consecutive segments, with the largest deviation of its poses from the given segments, and of
+/// given corners from it: m and rad.
 struct Joined {
     std::vector<Segment> segments;
     double off_position = 0, off_rotation = 0;
 };
 
-/// Segments one after the other, s shared out by their sizes, those that stand still left out. Corners are
-/// rounded: the blend behind segment i begins and ends `radius[i]` (m, by size) from its corner, or at the
-/// middle of a segment that is shorter than two of them; with 0 there is none. Segments that are blends or
-/// rolled may be given only where all are 0.
+/// Joins segments, with s divided by their sizes and constant ones left out. Corners are rounded: the blend
+/// after segment i begins and ends `radius[i]` (m, by size) from its corner. In a segment shorter than two
+/// radii it ends at the middle; 0: no blend. Blends or rolled segments need all radii 0.
 inline Joined joined(std::span<const Segment> given, std::span<const double> radius) {
     Joined out;
     std::vector<Segment> whole;
-    std::vector<double> reach;  // of the blend behind each; one at a segment that stands still does not count
+    std::vector<double> reach;  // of the blend after each; ignored after a constant segment
     double total = 0;
     for (std::size_t i = 0; i < given.size(); ++i) {
         const Segment& g = given[i];
@@ -341,7 +339,7 @@ inline Joined joined(std::span<const Segment> given, std::span<const double> rad
         out.segments.back().end = 1;
         return out;
     }
-    double before = 0;  // share of the segment that the blend before it has taken
+    double before = 0;  // share of the segment used by the blend before it
     for (std::size_t i = 0; i < whole.size(); ++i) {
         const Segment& g = whole[i];
         if (i + 1 == whole.size() || reach[i] == 0) {
@@ -376,7 +374,7 @@ inline Joined joined(std::span<const Segment> given, std::span<const double> rad
     return out;
 }
 
-/// How far a segment begins from where the one before it ends: m, or rad where that is more.
+/// Gap between the end of a segment and the start of the next: m, or rad if that is larger.
 inline double gap(const Segment& before, const Segment& after) noexcept {
     const Pose<double> from = pose_at(before, before.end), to = pose_at(after, after.start);
     return max(norm(to.position - from.position), shortest_rotation(from.rotation, to.rotation).angle);

@@ -8,7 +8,7 @@
 
 namespace armangle {
 
-/// Where, the lifted arm angle (or the free joint of an arm with an offset), joints, and branches.
+/// Parameters, continuous arm angle (or free joint of an offset arm), joints, and branches.
 struct PathRows {
     std::vector<double> s, psi, q;  // q: (n, 7)
     std::vector<int> gc;

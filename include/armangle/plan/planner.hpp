@@ -1,8 +1,8 @@
-// The whole path at once: for each branch the tube, the best way through it, a smooth curve, and its proof;
-// or why there is none.
+// Plans the whole path at once. For each branch: the tube, the best path through it, a smooth curve, and its
+// proof; or the reason for none.
 //
 //     path -> tube -> candidates -> search -> relax -> curve -> certify -> plan
-//                                     | no way           ^         | a limit is broken there
+//                                     | no path          ^         | a limit is violated
 //                                     v                  |         v
 //                                  diagnose              +--- more sections
 //
@@ -29,71 +29,70 @@
 
 namespace armangle {
 
-/// What a plan is asked besides the path.
+/// Arguments of a plan besides the path.
 struct PlanOptions {
-    const double* start = nullptr;  // joints that the plan begins with; fixes branch, arm angle and windings
+    const double* start = nullptr;  // joints at the start; fixes branch, arm angle and turns
     const double* goal = nullptr;
-    unsigned branches = 0xff;  // bit k: GC k is asked
+    unsigned branches = 0xff;  // bit k: GC k is permitted
     Objective objective;
-    const WishAlong* wish = nullptr;                          // of the arm angle
+    const WishAlong* wish = nullptr;                          // target for the arm angle
     double singularity_margin = 0;                            // rad
-    double limit_margin = 0;                                  // rad: limits are drawn in by this
-    ScenesAlong scenes = {};                                  // obstacles that links keep clear of
-    std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs of the user's own; none: all psi
-    const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
-    JointBounds bounds = {};                                  // where the objective weighs duration
-    double held_q_7 = 0;  // of an arm whose roll is free (with_free_roll): there joint 7 stays
-    int threads = 0;      // that look at branches; 0: one for each core
-    std::function<void()> checkpoint = {};  // every thread calls it between pieces of work: throws to end
+    double limit_margin = 0;                                  // rad: limits are narrowed by this
+    ScenesAlong scenes = {};                                  // obstacles that the links must avoid
+    std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs given by the user; empty: all psi
+    const ArcSet* allowed_everywhere = nullptr;               // if they are the same for every s
+    JointBounds bounds = {};                                  // if the objective weighs duration
+    double held_q_7 = 0;                    // fixed joint 7 of an arm with free roll (with_free_roll)
+    int threads = 0;                        // threads for branches; 0: one for each core
+    std::function<void()> checkpoint = {};  // every thread calls it between pieces of work; may throw to stop
     std::function<void()> advanced = {};    // any thread calls it: a branch is surveyed, the choice is proven
 };
 
-/// A plan with its proof, or the report of why there is none.
+/// A plan with its proof, or the report why none exists.
 struct Plan {
     bool ok = false;
     int gc = -1;
     SmoothPlane plane;
     std::vector<Stretch> stretches;  // of the curve, to the last s reached
     Proof proof;
-    double start_gap = 0, goal_gap = 0;  // rad: how far start and goal lie from their poses' postures
-    std::vector<BranchReport> branches;  // of the branches asked, best first
+    double start_gap = 0, goal_gap = 0;  // rad: distance of start and goal from the solutions of their poses
+    std::vector<BranchReport> branches;  // the permitted branches, best first
 };
 
 namespace plan_rule {
-inline constexpr int rounds = 4;                    // of new sections where a proof saw a violation
-inline constexpr int crossing_rounds = 10;          // the same of a way through branches
-inline constexpr double cheap = 0.02;               // margin that the way of least cost keeps at least (rad)
+inline constexpr int rounds = 4;                    // of new sections where the proof found a violation
+inline constexpr int crossing_rounds = 10;          // the same for a path through several branches
+inline constexpr double cheap = 0.02;               // least margin of the path of least cost (rad)
 inline constexpr int samples = 5;                   // of an empty range, to explain it
-inline constexpr std::size_t sections_looked = 33;  // of a range that obstacles shut, for where it is worst
-inline constexpr double look = 0.3;                 // of psi from look to look there (rad)
-inline constexpr int thirds = 8;                    // by which the neighbours of the worst close in on it
-/// Links that are tried per section asked, over all branches, before a search is given up, and as many again
-/// to draw what it found: some ten times what an arm without turns takes, some 2 s for 250 poses.
+inline constexpr std::size_t sections_looked = 33;  // of a range closed by obstacles, to find its worst place
+inline constexpr double look = 0.3;                 // step of psi in that search (rad)
+inline constexpr int thirds = 8;                    // steps that narrow the neighbours of the worst place
+/// Links tried per requested section, over all branches, before a search is given up, and as many again to
+/// draw its result. This is some ten times the need of an arm without extra turns, some 2 s for 250 poses.
 inline constexpr long long links = 300000;
 inline constexpr long long least_sections = 250;  // a short path may try as many as this one
-inline constexpr long long at_once = 4;           // share of them that a branch may try beside the others
-inline constexpr std::size_t alone = 16;  // sections asked below which a thread costs more than it saves
-inline constexpr double beside =
-    0.2;  // of phi: where the posture nearest to a start beside its pose is sought (rad)
+inline constexpr long long at_once = 4;           // share of them that a branch may try in parallel
+inline constexpr std::size_t alone = 16;  // requested sections below which a thread costs more than it saves
+inline constexpr double beside = 0.2;     // of phi: range to search the solution nearest to a start (rad)
 inline constexpr double beside_singular = 0.02;  // |sin| of theta_2, theta_6 of an end that is led (rad)
 inline constexpr double nearly_shut =
-    1e-3;  // |sin| of theta_2 and theta_6 that refuse an end together (rad), or soon after (s)
-inline constexpr double on_pose = 1e-6;     // m and rad: an end that is no farther off belongs to its pose
-inline constexpr double straight = 1e-7;    // theta_4 that rounding may bend a straight elbow by (rad)
-inline constexpr double locked = 1e-3;      // range below which a joint decides phi (rad)
-inline constexpr double widest_gap = 0.05;  // of an end from the posture that it is taken to (rad)
-inline constexpr int few_winding = 2;       // joints of two turns or more of which all windings are tried
-inline constexpr double of_wish[] = {1, 0.1, 0};  // shares of the wish that a way through branches tries
-inline constexpr int looks = 8;                   // of a stretch, for its travel and its least margin
+    1e-3;  // |sin| of theta_2 and theta_6 that together reject an end (rad), or soon after (s)
+inline constexpr double on_pose = 1e-6;           // m and rad: an end this near belongs to its pose
+inline constexpr double straight = 1e-7;          // theta_4 to which rounding may bend a straight elbow (rad)
+inline constexpr double locked = 1e-3;            // range below which a joint determines phi (rad)
+inline constexpr double widest_gap = 0.05;        // of an end from the solution that replaces it (rad)
+inline constexpr int few_winding = 2;             // joints of two turns or more that are tried on all turns
+inline constexpr double of_wish[] = {1, 0.1, 0};  // weights of psi's target tried in a path through branches
+inline constexpr int looks = 8;                   // samples of a stretch for its travel and its least margin
 inline constexpr double end_step =
-    1e-9;  // of the first stretch (the last): how near to an end it is looked at
-inline constexpr double end_off = 1e-7;   // that joints may be off at the end itself (rad), by rounding
-inline constexpr double end_move = 1e-3;  // that a joint may move there (rad); more is a jump
+    1e-9;  // of the first (last) stretch: distance of the sample nearest to an end
+inline constexpr double end_off = 1e-7;   // error of joints at the end itself (rad), by rounding
+inline constexpr double end_move = 1e-3;  // largest move of a joint there (rad); more is a jump
 inline constexpr double in_plane =
-    0.05;  // that each of joints 1, 3, 5, 7 moves where the arm stays in its plane (rad)
-inline constexpr int held_steps = 200;  // in which an arm angle is held, to see whether that can be done ...
-inline constexpr double home = 5e-3;    // of theta_2, theta_6 from 0 or pi: the arm stands as at home (rad)
-inline constexpr double held_move = 0.2;  // ... and that a joint moves in one at most (rad)
+    0.05;  // largest move of joints 1, 3, 5, 7 if the arm stays in its plane (rad)
+inline constexpr int held_steps = 200;    // to test whether an arm angle can be held constant ...
+inline constexpr double home = 5e-3;      // of theta_2, theta_6 from 0 or pi: the home position (rad)
+inline constexpr double held_move = 0.2;  // ... and the largest move of a joint in one (rad)
 }  // namespace plan_rule
 
 namespace detail {
@@ -154,7 +153,7 @@ private:
         if (options_.advanced) options_.advanced();
     }
 
-    /// The tube of a branch: with sections in shadows of obstacles that those of `base` do not see.
+    /// The tube of a branch, with additional sections in the shadows of obstacles that `base` misses.
     Tube tube_on(int gc, const std::vector<double>& base) const {
         if (!task_.scenes) return tube(task_, gc, base);
         std::vector<double> all = base;
@@ -164,7 +163,7 @@ private:
         return tube(task_, gc, all);
     }
 
-    /// Parameters in the shadows of obstacles between those of `base_`, on one side of the elbow.
+    /// Parameters in the shadows of obstacles between those of `base_`, for one side of the elbow.
     std::vector<double> shadows(int elbow) const {
         std::vector<double> found;
         for (int k = 0; k < task_.scenes.count; ++k) {
@@ -185,18 +184,18 @@ private:
                        {task_.scenes, task_.allowed_everywhere, touching_, &task_.checkpoint});
     }
 
-    /// Whether the start or the goal touches, and no more: joints that come from where an obstacle ends an
-    /// arc do.
+    /// Whether the start or the goal is in contact, up to rounding: joints at the end of an arc that an
+    /// obstacle makes are.
     bool touches() const noexcept { return touches(options_.start, 0) || touches(options_.goal, 1); }
 
-    /// The same of joints q at s.
+    /// The same for joints q at s.
     bool touches(const double* q, double s) const noexcept {
         if (!q || !task_.scenes) return false;
         StraightMove at(task_.arm, task_.scenes.at(s));
         return at.nearest_pair(q, straight_rule::slack).room < straight_rule::slack;
     }
 
-    /// Whether obstacles or the user leave phi at s; if not, why.
+    /// Whether obstacles and the user permit phi at s; if not, the reason.
     bool open(double s, const SelfMotion<double>& m, double phi, Anchor& why) const {
         if (!task_.encumbered()) return true;
         ArcSet any, left;
@@ -204,7 +203,7 @@ private:
         Tag blocking = 0;
         const Status status = task_.keep_open(s, m, any, left, blocking);
         if (contains(left, phi)) return true;
-        why.why = Status::NOT_ALLOWED;  // where it is clear: what the user allows leaves it out
+        why.why = Status::NOT_ALLOWED;  // if it is collision-free: the user forbids it
         if (!task_.scenes) return false;
         if (status == Status::POSE_BLOCKED) {
             why.why = status;
@@ -223,7 +222,7 @@ private:
         return false;
     }
 
-    /// The options with joint 7 of both ends where it stays, on an arm whose roll is free.
+    /// The options with the fixed joint 7 in both ends, for an arm with free roll.
     PlanOptions with_held_roll(const Arm& arm, const PlanOptions& given) noexcept {
         PlanOptions out = given;
         if (!arm.roll_free) return out;
@@ -241,8 +240,8 @@ private:
         return triad(task_.arm, flange_pose(task_.arm, task_.pose(s))).w;
     }
 
-    /// Order of branches: those with a way first, by the objective, then by the least margin; of the others
-    /// those of the start and the goal, by how far they lead.
+    /// Order of branches: first those with a path, by the objective, then by the least margin. Of the others
+    /// first those of start and goal, by how far they lead.
     static bool before(const BranchReport& a, const BranchReport& b) noexcept {
         if ((a.verdict == Verdict::ok) != (b.verdict == Verdict::ok)) return a.verdict == Verdict::ok;
         if (a.verdict != Verdict::ok && a.elsewhere != b.elsewhere) return b.elsewhere;
@@ -253,23 +252,23 @@ private:
         return a.margin > b.margin;
     }
 
-    /// The hinge that lies nearest to 0 or +-pi: there the arm angle does not say how the joints beside it
-    /// share their turn.
+    /// Distance of the nearest hinge from 0 or +-pi: there the arm angle does not determine how the joints
+    /// next to it share their turn.
     double clearance(const double* q) const noexcept {
         return min(hinge_clearance(wrap(to_theta(task_.arm, 1, q[1]))),
                    hinge_clearance(wrap(to_theta(task_.arm, 5, q[5]))));
     }
 
-    /// Where on a section the posture of phi is, seen from given joints: its joints next to them, and the
-    /// largest difference.
+    /// The solution of phi on a section, on the turns nearest to given joints, and the largest difference of
+    /// a joint.
     double placed(const Section& l, double phi, const double* near, double* q) const noexcept {
         const Joints solved = joints_near(task_.arm, directions(l.motion, sin_cos(phi)), near);
         for (int j = 0; j < joints; ++j) q[j] = solved.q[j];
         return largest_move(q, near);
     }
 
-    /// phi of the posture of a section that is nearest to joints which are not quite on it, from a first
-    /// guess on: by sections of the golden ratio's size.
+    /// phi of the solution on a section nearest to joints that are slightly off, by golden-section search
+    /// from a first guess.
     double nearest_phi(const Section& l, double phi, const double* near) const noexcept {
         const double share = 0.5 * (std::sqrt(5.0) - 1.0);
         double q[joints], low = phi - plan_rule::beside, high = phi + plan_rule::beside;
@@ -293,8 +292,8 @@ private:
         return 0.5 * (low + high);
     }
 
-    /// Whether a posture is one of a branch: with the elbow straight, one of either bend; with theta_2 or
-    /// theta_6 at 0 (pi), of either sign.
+    /// Whether a configuration belongs to a branch: with a straight elbow to either bend; with theta_2 or
+    /// theta_6 at 0 (pi) to either sign.
     bool is_of(const double* theta, int gc) const noexcept {
         const int differ = index(configuration(task_.arm, theta)) ^ gc;
         return !(differ & ~shared_signs(theta) & ~(is_straight(theta) ? 2 : 0));
@@ -303,8 +302,8 @@ private:
         return abs(wrap(theta[3] - task_.arm.delta_angle)) <= plan_rule::straight;
     }
 
-    /// The posture of given joints on a section; not `given` where it is of another branch, outside what is
-    /// allowed, or singular.
+    /// The anchor of given joints on a section; not `given` if they are in another branch, forbidden, or
+    /// singular.
     Anchor anchor(const Tube& tube, const Section& l, const double* q) const {
         const Chain now = chain(task_.arm, q);
         Anchor out;
@@ -334,7 +333,7 @@ private:
         return out;
     }
 
-    /// What a plan must begin and end with, and whether a branch's tube holds it.
+    /// The start and end of a plan, and whether a branch's tube holds them.
     struct Ends {
         Anchor start, goal;
         bool starts, arrives;
@@ -357,19 +356,19 @@ private:
         return out;
     }
 
-    /// What is known of a branch before its curve is drawn.
+    /// Results for a branch before its curve is drawn.
     struct Surveyed {
         BranchReport report;
         std::vector<Optimum> coarse;  // on few knots, the best first
-        int spread = 0;               // the windings that its way was found with
+        int spread = 0;               // the turns with which its path was found
         double start_gap = 0, goal_gap = 0;
-        long long links = 0;  // that it tried ...
-        long long most = 0;   // ... and with those that are not counted
+        long long links = 0;  // links that it tried ...
+        long long most = 0;   // ... including those not counted
     };
 
-    /// Surveys all branches that are asked. The links that may be tried are shared, the first branch first:
-    /// so threads look at branches with a share of them each, and what one of them finds counts where it
-    /// would have found the same in its turn; else it is looked at again.
+    /// Surveys all permitted branches. They share the permitted links, in order. Threads survey branches with
+    /// a share each; a result counts if the branch would have found the same in its turn. Otherwise it is
+    /// surveyed again.
     void survey_all() {
         std::vector<int> asked;
         for (int gc = 0; gc < configurations; ++gc)
@@ -379,7 +378,8 @@ private:
                 std::any_of(asked.begin(), asked.end(), [=](int gc) { return (gc & 2) == elbow; }))
                 shadows_[elbow / 2] = shadows(elbow);
         std::vector<std::optional<Surveyed>> found(asked.size());
-        const bool of_user = options_.allowed && !options_.allowed_everywhere;  // is asked by one thread
+        const bool of_user = options_.allowed && !options_.allowed_everywhere;  // one thread calls the user's
+                                                                                // function
         if (options_.threads != 1 && asked.size() > 1 && base_.size() >= plan_rule::alone && !of_user) {
             const long long share = links_ / plan_rule::at_once;
             std::atomic<bool> spent{false};
@@ -400,7 +400,7 @@ private:
             if (unseen) advance();
             Surveyed& one = *found[k];
             links_ -= one.links;
-            plan_.start_gap = max(plan_.start_gap, one.start_gap);  // 0 but in the branch of the start
+            plan_.start_gap = max(plan_.start_gap, one.start_gap);  // 0 except in the branch of the start
             plan_.goal_gap = max(plan_.goal_gap, one.goal_gap);
             const auto gc = static_cast<std::size_t>(asked[k]);
             coarse_[gc] = std::move(one.coarse);
@@ -409,7 +409,7 @@ private:
         }
     }
 
-    /// Whether a branch has a way, how good, and if not, why. allowed: links that may be tried.
+    /// Whether a branch has a path, its rating, or the reason for none. allowed: permitted links.
     Surveyed survey(int gc, const long long allowed) const {
         Surveyed found;
         BranchReport& out = found.report;
@@ -441,7 +441,7 @@ private:
         } else if (fixed.held()) {
             const FixedEnds ends = fixed_ends(fixed, way.rows[0].q);
             Way cheap;
-            long long uncounted = left;  // those of the others are not spent on it
+            long long uncounted = left;  // the budget of other branches is not spent on it
             if (options_.start || options_.goal)
                 cheap = search(t, fixed.start, fixed.goal, found.spread, uncounted)
                             .run(min(way.margin, plan_rule::cheap));
@@ -460,7 +460,7 @@ private:
         return found;
     }
 
-    /// Which end a branch cannot have, and why.
+    /// Reports which end a branch cannot have, and why.
     void refuse_end(const Ends& fixed, BranchReport& out) const {
         const Anchor& missing = fixed.starts ? fixed.goal : fixed.start;
         out.verdict = fixed.starts ? Verdict::goal : Verdict::start;
@@ -479,7 +479,7 @@ private:
         if (reason) explain_turns(fixed.starts ? options_.goal : options_.start, out.from, out);
     }
 
-    /// Where both hinges are at 0, how far joint 1 or 5 has to turn first: as little as limits leave.
+    /// If both hinges are at 0: reports how far joint 1 or 5 must turn first, the least that limits permit.
     void explain_turns(const double* q, double s, BranchReport& out) const noexcept {
         if (task_.arm.roll_free || hinge_sine(q) > plan_rule::nearly_shut) return;
         const Segment& g = task_.segments[segment_index(task_.segments, task_.segment_count, s)];
@@ -507,8 +507,8 @@ private:
         }
     }
 
-    /// The best way with as few windings at a free start as give `enough` margin, or with all that are tried;
-    /// which, as `found`. links: how many more may be tried, counted down.
+    /// The best path with as few turns at a free start as give `enough` margin, or with all that are tried;
+    /// `found` tells which. links: permitted number, counted down.
     Way widest(const Tube& t, const Ends& fixed, long long& links, int& found) const {
         Way best;
         const int first = loose_ && !fixed.start.given && !fixed.goal.given ? any_winding : 0;
@@ -526,22 +526,22 @@ private:
         return best;
     }
 
-    /// The search with so many windings; with those of `loose_`.
+    /// The search with this spread of turns, or with those of `loose_`.
     Search search(const Tube& t, const Anchor& start, const Anchor& goal, int spread,
                   long long& links) const {
         const Task& task = spread == any_winding ? *loose_ : task_;
         return {task, t, options_.objective, start, goal, std::max(spread, 0), links};
     }
 
-    /// Whether a way that was found without limits of joints that wind keeps them, as well as any does.
+    /// Whether a path found without limits of joints with several turns respects them as well as any path.
     bool is_inside(const Way& way) const noexcept {
         for (const Candidate& x : way.rows)
             if (!within_limits(task_.limits, x.q, 0.0)) return false;
         return winds_well(way);
     }
 
-    /// Makes the task without limits of joints that have two turns or more, if these are many: their windings
-    /// together are too many to search, and a motion seldom needs them.
+    /// Makes the task without limits of joints with two turns or more, if there are many: their combinations
+    /// are too many to search, and a motion seldom needs them.
     void loosen() {
         Limits free = task_.limits;
         int wide = 0;
@@ -560,8 +560,8 @@ private:
         return a.whole ? a.margin > b.margin + link_rule::tie : a.reached > b.reached;
     }
 
-    /// Whether other windings cannot make a way better: it keeps more than its margin, or than is asked, from
-    /// the limits of all joints that have several.
+    /// Whether other turns cannot improve a path: its distance from the limits of all joints with several
+    /// turns exceeds its margin, or the required one.
     bool winds_well(const Way& way) const noexcept {
         const double enough = min(way.margin + link_rule::tie, options_.objective.enough);
         for (const Candidate& x : way.rows)
@@ -573,19 +573,19 @@ private:
         return true;
     }
 
-    /// Links that may be tried.
+    /// Number of links that may be tried.
     long long allowance() const noexcept {
         return plan_rule::links * std::max(static_cast<long long>(base_.size()), plan_rule::least_sections);
     }
 
-    /// Index of the first section without an arc; the number of sections where there is none.
+    /// Index of the first section without an arc; the number of sections if there is none.
     static std::size_t first_empty(const Tube& t) noexcept {
         std::size_t k = 0;
         while (k < t.sections.size() && t.sections[k].status == Status::OK) ++k;
         return k;
     }
 
-    /// Why the sections from `at` on have no arc.
+    /// Explains why the sections from `at` on have no arc.
     void explain_empty(const Tube& t, std::size_t at, BranchReport& out) const {
         std::size_t end = at;
         const auto out_of_reach = [](Status s) { return s == Status::UNREACHABLE || s == Status::FOLDED; };
@@ -617,8 +617,8 @@ private:
         explain_limits(task_, t, at, end, plan_rule::samples, out);
     }
 
-    /// The nearest pair at one of some arm angles within the limits, that which keeps farthest; nothing of
-    /// the pair where there is none.
+    /// The nearest pair at the arm angle within the limits that keeps the largest distance, among some
+    /// samples; its tag is 0 if there is none.
     Proximity roomiest(const SelfMotion<double>& m, const Scene& scene, const ArcSet& own) const noexcept {
         Proximity best{-infinity, 0, {}, {}, not_a_number};
         const auto look = [&](double phi) {
@@ -634,8 +634,8 @@ private:
         return best;
     }
 
-    /// Which pair leaves sections `at` to `end` no arm angle, and by how much it is too near where it is
-    /// worst: of some sections that with the least room, and what lies between its neighbours.
+    /// Finds the pair that leaves sections `at` to `end` no arm angle, and by how much it is too near at the
+    /// worst place: of some sections the one with least room, refined between its neighbours.
     void explain_touching(const Tube& t, std::size_t at, std::size_t end, BranchReport& out) const {
         double worst = t.sections[at].s, least = infinity;
         Proximity nearest{infinity, 0, {}, {}, not_a_number};
@@ -676,7 +676,7 @@ private:
         out.shortfall = scene.clearance - nearest.distance;
     }
 
-    /// Whether an obstacle, or the user, ends the arc in which a way ends.
+    /// Explains whether an obstacle, or the user, ends the arc in which a path ends.
     void explain_end(const Tube& t, const Way& way, BranchReport& out) const noexcept {
         if (!task_.encumbered()) return;
         const Section& l = t.sections[way.reached - 1];
@@ -692,7 +692,7 @@ private:
         }
     }
 
-    /// psi of the arm angle of a section that is nearest to phi.
+    /// psi of the arm angle of a section nearest to phi.
     double nearest_psi(const Tube& t, const Section& l, double phi) const noexcept {
         ArcSet arcs;
         make_empty(arcs);
@@ -704,7 +704,7 @@ private:
                          l.motion.circle.z * sc.cos + l.motion.circle.e * sc.sin);
     }
 
-    /// The margin that joint 4 keeps along a way.
+    /// The margin of joint 4 along a path.
     double least_elbow_margin(const Tube& t, const Way& way) const noexcept {
         double least = infinity;
         for (std::size_t k = 0; k < way.rows.size(); ++k)
@@ -713,14 +713,14 @@ private:
         return least;
     }
 
-    /// The best branch whose curve is proven; else the first without a violation; else how far one leads.
+    /// Chooses the best branch with a proven curve; else the first without a violation; else a partial path.
     void choose() {
         links_ = std::max(links_, 0LL) + allowance();
         Plan first;
         bool any = false, proven = false;
-        double least = infinity;  // of the proven
+        double least = infinity;  // of the proven ones
         for (BranchReport& report : plan_.branches) {
-            // a cost that no descent has found is infinite, and no reason to leave a path out
+            // if no descent found a cost it is infinite, which does not exclude a path
             if (report.verdict != Verdict::ok || (proven && !(report.cost < least))) break;
             Plan now;
             if (!realise(report, now)) continue;
@@ -747,7 +747,7 @@ private:
         if (farthest != plan_.branches.end()) partial(farthest->gc);
     }
 
-    // ---- ways through several branches (crossing.hpp)
+    // ---- paths through several branches (crossing.hpp)
 
     /// Hinges that come near 0 (pi) on some section of the path, by the bit of their sign in gc.
     int meeting(int elbow) const noexcept {
@@ -762,8 +762,8 @@ private:
         return out;
     }
 
-    /// A joint, 1..7, that its limits leave less than a thousandth of a radian, so that it decides phi; or 0.
-    /// Of several the one that they leave least.
+    /// A joint, 1..7, with a range below a thousandth of a radian, so that it determines phi; or 0. Among
+    /// several, the one with the smallest range.
     int locked_joint() const noexcept {
         int out = 0;
         double least = plan_rule::locked;
@@ -776,7 +776,7 @@ private:
         return out;
     }
 
-    /// Lets a joint stand where the start or the goal has it, or in the middle of its limits.
+    /// Fixes a joint at its value in the start or the goal, or in the middle of its limits.
     void lock(CrossingTask& asked, int joint) const noexcept {
         const int j = joint - 1;
         const double* end = options_.start ? options_.start : options_.goal;
@@ -786,8 +786,8 @@ private:
         asked.theta = to_theta(task_.arm, j, q);
     }
 
-    /// The posture of given joints at an end of the path, also where theta_2 or theta_6 vanishes: there
-    /// theta_1 (theta_5) is kept, and phi follows.
+    /// The anchor of given joints at an end of the path, also if theta_2 or theta_6 vanishes: then theta_1
+    /// (theta_5) is kept, and phi follows.
     Anchor meeting_anchor(double s, const double* q, int elbow, const CrossingTask& asked) const {
         const Chain now = chain(task_.arm, q);
         Configuration<double> gc = configuration(task_.arm, now.theta);
@@ -819,7 +819,7 @@ private:
             };
             const int h = shoulder < wrist ? 0 : 1;
             if (!asked.locked && min(shoulder, wrist) <= tolerance::one_axis) {
-                // where the hinge is at 0 (pi) its cosine is greatest (least), whatever leads
+                // if the hinge is at 0 (pi) its cosine is greatest (least), whatever leads
                 const Harmonic<double>& cosine = of.hinge[h].H;
                 const double end = std::cos(now.theta[hinge_joint[h]]) < 0 ? -1.0 : 1.0;
                 take(sin_cos(atan2(end * cosine.s, end * cosine.c)));
@@ -859,20 +859,20 @@ private:
     }
     /// Joint travel of a curve: the integral of |dq/ds|^2.
     double travel(const Curve& drawn) const noexcept { return summed(drawn, square); }
-    /// What it costs to move with dq/ds.
+    /// Cost of a motion with dq/ds.
     double moving(const double* rate) const noexcept {
         const Objective& w = options_.objective;
         const double hurried = w.duration > 0 ? w.duration * task_.length * pace(w.slowness, rate) : 0.0;
         return w.travel * square(rate) + hurried;
     }
-    /// What an angle of a self-motion at s costs for being off the wish, weighed.
+    /// Weighted cost of an angle of a self-motion at s for its distance from the target.
     double unwished(const SelfMotion<double>& m, double angle, double s) const noexcept {
         if (!task_.wish) return 0;
         const Pose<double> flange = flange_pose(task_.arm, task_.pose(s));
         return task_.wish_scale() * options_.objective.psi *
                wish_cost(angle - wished_angle(task_.arm, *task_.wish, flange, m, s));
     }
-    /// The objective of a curve, by sums over the same places.
+    /// The objective of a curve, by sums over the same samples.
     double objective(const Curve& drawn) const noexcept {
         double near = 0;
         for (const Stretch& x : drawn.stretches)
@@ -891,8 +891,8 @@ private:
         return drawn.solve(x, s, phi_at(x, s), s < 0.5 * (x.start + x.end) ? x.q : x.q_end, x.psi);
     }
 
-    /// What it costs to hold the arm angle of the start (of the goal) in a reference, by sums; infinite where
-    /// that breaks a limit or margin, or a joint jumps.
+    /// Cost of holding the arm angle of the start (or goal) constant in a reference, by sums. Infinite if
+    /// that violates a limit or margin, or a joint jumps.
     double held_cost(Reference reference) const noexcept {
         Arm arm = task_.arm;
         arm.reference = reference;
@@ -924,7 +924,7 @@ private:
         return sum;
     }
 
-    /// The branches that a curve passes, as bits.
+    /// The branches that a curve uses, as bits.
     unsigned passed(const Curve& drawn) const noexcept {
         unsigned out = 0;
         for (const Stretch& x : drawn.stretches)
@@ -933,10 +933,10 @@ private:
         return out;
     }
 
-    /// Whether a way through several branches is to be taken instead of a proven one: it costs less. Or it
-    /// takes less than half the travel, where the arm begins (ends) as at home and it costs no more than
-    /// holding an arm angle, or where it passes from branch to branch in the plane of the arm, and no arm
-    /// angle can be held.
+    /// Whether to prefer a path through several branches over a proven one: if it costs less, or has less
+    /// than half the travel in one of two cases. First, the arm begins (ends) in its home position and the
+    /// path costs no more than a constant arm angle. Second, it changes branches in the arm's plane and no
+    /// constant arm angle is possible.
     bool calmer(const Curve& crossing, const Curve& proven) const noexcept {
         const double cost = objective(crossing);
         if (cost < objective(proven)) return true;
@@ -950,7 +950,7 @@ private:
         return (through & (through - 1)) && naive == infinity && stays_in_plane(crossing);
     }
 
-    /// Whether joints 1, 3, 5 and 7 stand, but for a little, so that the others move the arm in its plane.
+    /// Whether joints 1, 3, 5 and 7 are nearly constant, so that the others move the arm in its plane.
     bool stays_in_plane(const Curve& drawn) const noexcept {
         double low[joints], high[joints];
         std::fill(low, low + joints, infinity);
@@ -969,8 +969,8 @@ private:
         return true;
     }
 
-    /// Looks for a way that passes from branch to branch, or begins or ends where two meet, where no branch
-    /// has a proven one, or those from a given start (goal) are less calm.
+    /// Searches a path that changes branches, or begins or ends where two meet. Used if no branch has a
+    /// proven path, or those from a given start (goal) are less calm.
     void cross() {
         const bool proven = plan_.ok && plan_.proof.certified(), free = !options_.start && !options_.goal;
         const int locked = proven ? 0 : locked_joint();
@@ -1011,8 +1011,8 @@ private:
         if (!plan_.ok && tried.start.given) cross_partly(tried);
     }
 
-    /// The curve as far as a start leads through branches that meet, if that is farther than in one of them,
-    /// and no farther than where a limit is broken.
+    /// The curve as far as the start leads through branches that meet, up to the first violated limit. Used
+    /// if that is farther than in one of them.
     void cross_partly(CrossingTask& asked) {
         asked.goal = {};
         asked.partial = true;
@@ -1059,7 +1059,7 @@ private:
         }
     }
 
-    /// Says of branches whose end is singular that the search of a way on from it was given up.
+    /// Reports for branches with a singular end that the search of a continuation was given up.
     void give_up_crossing() noexcept {
         for (BranchReport& x : plan_.branches) {
             const bool end = x.verdict == Verdict::start || x.verdict == Verdict::goal;
@@ -1069,7 +1069,7 @@ private:
         }
     }
 
-    /// Whether an end that is asked belongs to a posture of this side of the elbow.
+    /// Whether a requested end is in a configuration of this side of the elbow.
     bool hold(const Anchor& anchor, const double* q, int elbow) noexcept {
         if (!q) return true;
         const Chain now = chain(task_.arm, q);
@@ -1077,9 +1077,9 @@ private:
         return anchor.given && (is_straight(now.theta) || (own & 2) == elbow);
     }
 
-    /// Sections of all branches passed, and some close to an end that is fixed.
+    /// Sections for all branches used, and some close to a fixed end.
     std::vector<double> crossing_sections(const CrossingTask& asked) {
-        std::vector<double> out;  // the same way is found however few rows are asked
+        std::vector<double> out;  // so the same path is found however few rows are requested
         for (std::size_t k = 0; k + 1 < base_.size(); ++k) {
             const double gap = base_[k + 1] - base_[k];
             const int parts = static_cast<int>(std::ceil(gap / crossing_rule::longest));
@@ -1113,8 +1113,8 @@ private:
         return max(abs(std::sin(now.theta[1])), abs(std::sin(now.theta[5])));
     }
 
-    /// Lets a stretch end at the very joints of a goal: where a hinge is at 0 phi does not say how the two
-    /// beside it share their turn.
+    /// Makes a stretch end at the exact joints of a goal: with a hinge at 0, phi does not determine how its
+    /// two neighbours share their turn.
     static void end_at(const double* goal, Stretch& x) noexcept {
         double off[joints], most = 0;
         for (int j = 0; j < joints; ++j) {
@@ -1160,7 +1160,7 @@ private:
         return false;
     }
 
-    /// Whether a joint moves farther from look to look than one would in a step.
+    /// Whether a joint moves farther from sample to sample than it would in a step.
     bool hurries(const Curve& drawn) const noexcept {
         double most = 0;
         for (const Stretch& x : drawn.stretches)
@@ -1172,8 +1172,8 @@ private:
         return most > plan_rule::held_move;
     }
 
-    /// The same for all of the wish; for less of it, of which the objective is least, where that is not
-    /// proven, or hurries: beside theta_2 = 0 or theta_6 = 0 it may ask for more than there is room for.
+    /// Draws the curve with the full target for psi. If that is not proven, or hurries, takes the least
+    /// objective with less of it: near theta_2 = 0 or theta_6 = 0 the target may need too much room.
     bool draw_wished(const CrossingTask& asked, Plan& out) {
         bool any = false;
         for (const double share : plan_rule::of_wish) {
@@ -1192,7 +1192,7 @@ private:
         return any;
     }
 
-    /// Makes a way through several branches the plan.
+    /// Makes a path through several branches the plan.
     void take(Plan& found) {
         const Curve drawn = curve(found);
         const unsigned through = passed(drawn);
@@ -1225,8 +1225,8 @@ private:
         plan_.proof = found.proof;
     }
 
-    /// Curve and proof of a branch that has a way: the curve of least objective; where that is not proven, a
-    /// smooth one along the way, with new sections where it breaks a limit. False if it always does.
+    /// Curve and proof of a branch that has a path: the curve of least objective. If that is not proven, a
+    /// smooth curve along the path, with new sections where it violates a limit; false if it always does.
     bool realise(BranchReport& report, Plan& out) {
         std::vector<double> base = base_;
         Plan best;
@@ -1264,8 +1264,8 @@ private:
         return false;
     }
 
-    /// Whether the curve begins (ends) elsewhere than at an anchor, or leaves it in a jump: at a posture with
-    /// theta_2 or theta_6 at 0 or pi the joints are no continuous function of the arm angle.
+    /// Whether the curve begins (ends) away from an anchor, or leaves it in a jump: with theta_2 or theta_6
+    /// at 0 or pi the joints are no continuous function of the arm angle.
     bool leaps(const Anchor& anchor, const Plan& out, bool end) const noexcept {
         if (!anchor.given) return false;
         const Curve drawn = curve(out);
@@ -1279,7 +1279,7 @@ private:
         return !leaps(fixed.start, out, false) && !leaps(fixed.goal, out, true);
     }
 
-    /// The curve of least objective near the branch's coarse ones; whether it is proven.
+    /// Finds the curve of least objective near the branch's coarse ones; returns whether it is proven.
     bool optimise(const Tube& t, const Ends& fixed, BranchReport& report, Plan& out) const {
         const std::vector<Optimum>& coarse = coarse_[static_cast<std::size_t>(report.gc)];
         const FixedEnds ends = fixed_ends(fixed, coarse.front().q);
@@ -1296,7 +1296,7 @@ private:
         return false;
     }
 
-    /// A curve along the way of the search; of least objective on its own knots where that is proven too.
+    /// Finds a curve along the path of the search, with least objective on its knots if that is proven too.
     bool follow_way(const Tube& t, const Ends& fixed, const std::vector<double>& base, BranchReport& report,
                     Plan& out) {
         Search ways = search(t, fixed.start, fixed.goal, spread_[t.gc], links_);
@@ -1323,12 +1323,12 @@ private:
         return true;
     }
 
-    /// The curve of what is planned so far.
+    /// The curve of the plan so far.
     Curve curve(const Plan& x) const noexcept {
         return {task_.arm, task_.plane, x.gc, {task_.segments, task_.segment_count}, x.stretches};
     }
 
-    /// The smooth curve of a way.
+    /// The smooth curve of a path.
     Spline along(const Tube& t, const Way& way, const std::vector<double>& base) const {
         std::vector<double> s, phi;
         for (const std::size_t k : knots(t, base, way.rows.size())) {
@@ -1338,7 +1338,7 @@ private:
         return spline(s, s, phi);
     }
 
-    /// Draws a spline into a plan, its first posture on the windings next to q.
+    /// Draws a spline into a plan; its first configuration is on the turns nearest to q.
     void draw(const Tube& t, const Spline& drawn, const double* q, Plan& out) const {
         out.gc = t.gc;
         out.stretches = stretches_of(drawn, {task_.segments, task_.segment_count});
@@ -1349,7 +1349,7 @@ private:
         lift_stretches(curve(out), out.stretches, q, psi);
     }
 
-    /// The same of an optimum, with its proof, and what it is worth in the report.
+    /// The same for an optimum, with its proof, and its rating in the report.
     void draw(const Tube& t, const Optimum& x, const double* q, BranchReport& report, Plan& out) const {
         draw(t, x.curve, q, out);
         out.proof = proven(curve(out));
@@ -1358,7 +1358,7 @@ private:
         report.margin = least_margin(curve(out));
     }
 
-    /// The least margin along a curve, looked at in every stretch; joint 4 apart.
+    /// The least margin along a curve, sampled in every stretch, without joint 4.
     double least_margin(const Curve& drawn) const noexcept {
         double least = infinity;
         const auto look = [&](const double* q) {
@@ -1373,7 +1373,7 @@ private:
         return least;
     }
 
-    /// Sections about each violation, so that the tube has exact arcs there.
+    /// Adds sections about each violation, so that the tube has exact arcs there.
     void add_sections(const Plan& plan, std::vector<double>& base) const {
         const Curve drawn = curve(plan);
         for (const double s : plan.proof.violated) {
@@ -1386,7 +1386,7 @@ private:
         tidy(base);
     }
 
-    /// Rising parameters from 0 to 1, each once.
+    /// Sorts parameters from 0 to 1 and removes duplicates.
     static void tidy(std::vector<double>& s) {
         std::sort(s.begin(), s.end());
         s.erase(
@@ -1396,7 +1396,7 @@ private:
         s.back() = 1;
     }
 
-    /// The curve of a branch as far as the start leads.
+    /// The curve of a branch as far as a path from the start leads.
     void partial(int gc) {
         const Tube t = tube_on(gc, base_);
         Anchor start;
@@ -1413,33 +1413,33 @@ private:
         draw(t, along(t, way, base_), way.rows[0].q, plan_);
     }
 
-    double start_[joints] = {}, goal_[joints] = {};  // with joint 7 where it stays
+    double start_[joints] = {}, goal_[joints] = {};  // with the fixed joint 7
     PlanOptions options_;
     std::vector<Optimum> coarse_[configurations];  // of each branch, on few knots, the best first
     std::vector<double> base_;
     long long links_;  // that may still be tried
     static constexpr int any_winding = -1;
-    int spread_[configurations] = {};  // of each branch: the windings that its way was found with
-    std::vector<double> shadows_[2];   // of each side of the elbow that is asked
+    int spread_[configurations] = {};  // of each branch: the turns with which its path was found
+    std::vector<double> shadows_[2];   // for each requested side of the elbow
     Task task_;
     std::optional<Task> loose_;
-    bool touching_ = false;  // an end that is asked, see touches()
+    bool touching_ = false;  // a requested end is in contact, see touches()
     Plan plan_;
 };
 
 }  // namespace detail
 
 namespace plan_rule {
-/// What is tried where duration is weighed, besides a plan without: its weight beside a weight of travel that
-/// is at least this share of it.
+/// Alternatives tried if duration is weighed, besides a plan without it: its weight next to a weight of
+/// travel that is at least this share of it.
 inline constexpr double calm[] = {0, 0.1, 1};
 }  // namespace plan_rule
 
-/// Plans the path of n segments, from s = 0 to 1. rows: parameters that shall be sections.
+/// Plans the path of n segments, from s = 0 to 1. rows: parameters that must be sections.
 ///
-/// Where the objective weighs duration, a plan of no weight on it, and such of more weight on travel, are
-/// made too, and the proven one of least duration is taken: what is weighed (pace) sees no accelerations
-/// between, so that it alone might cost time, and even joint motion is often the faster.
+/// If the objective weighs duration, alternatives are planned too: one without weight on it, and some with
+/// more weight on travel. The proven plan of least duration is returned. The weighed measure (pace) ignores
+/// accelerations, so alone it may cost time, and even joint motion is often faster.
 inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
                  std::size_t row_count, const PlanOptions& options) {
     PlanOptions asked = options;

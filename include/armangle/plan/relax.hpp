@@ -1,8 +1,8 @@
-// Smoothing of a way inside its tube: least joint travel and margin over continuous phi.
+// Smooths a path inside its tube: least joint travel and margin over continuous phi.
 //
-//     phi |======.....=======            the postures of the grid (x) slide along their arcs to where travel
-//         |   x.      .x                 and cost balance (.); neighbours alone are coupled, so that one
-//         |   . `x..x'  .                step is a tridiagonal system
+//     phi |======.....=======            the configurations of the grid (x) slide along their arcs to the
+//         |   x.      .x                 balance of travel and cost (.); only neighbours are coupled, so
+//         |   . `x..x'  .                one step is a tridiagonal system
 //         +------------------- s
 //
 // Gauss-Newton steps with Marquardt's damping (D. Marquardt, 1963), each solved by the Thomas algorithm
@@ -17,16 +17,16 @@ namespace armangle {
 
 namespace relax_rule {
 inline constexpr int rounds = 30;
-inline constexpr double step = 0.15;   // of phi in one round (rad)
-inline constexpr double done = 1e-5;   // a round that moves less is the last (rad)
-inline constexpr double inset = 0.02;  // kept from the ends of an arc (rad), or this share of narrow ones:
+inline constexpr double step = 0.15;   // largest change of phi in one round (rad)
+inline constexpr double done = 1e-5;   // a round with a smaller move is the last (rad)
+inline constexpr double inset = 0.02;  // from the ends of an arc (rad), or this share of narrow ones:
 inline constexpr double narrow = 0.1;
-inline constexpr double steepest = 1e3;  // dq/dphi beyond this counts as this
+inline constexpr double steepest = 1e3;  // upper bound used for dq/dphi
 }  // namespace relax_rule
 
 namespace detail {
 
-/// Gauss-Newton's method on the rows of a way.
+/// Gauss-Newton's method on the rows of a path.
 class Relaxation {
 public:
     Relaxation(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed,
@@ -72,7 +72,7 @@ private:
     }
     double* slope(std::size_t k) noexcept { return slope_.data() + k * joints; }
 
-    /// Energy, gradient and Gauss-Newton matrix at the present way.
+    /// Energy, gradient and Gauss-Newton matrix at the present path.
     double assemble() {
         double energy = 0;
         for (std::size_t k = 0; k < n_; ++k) {
@@ -105,8 +105,8 @@ private:
         return w * sum;
     }
 
-    /// Cost of a posture's distances, each taken as linear in phi (Gauss-Newton). The second derivative of
-    /// c = 1 / d^2 would be 3 c'^2 / (2 c); so written it stays positive on the tangent below the floor.
+    /// Cost of a configuration's distances, each linear in phi (Gauss-Newton). The second derivative of c = 1
+    /// / d^2 would be 3 c'^2 / (2 c); in this form it stays positive on the tangent below the floor.
     double barrier(std::size_t k) {
         using Slope = Jet<double, 1>;
         Slope q[joints];
@@ -144,7 +144,7 @@ private:
         for (std::size_t k = n_ - 1; k-- > 0;) move_[k] -= off_[k] * move_[k + 1];
     }
 
-    /// Moves every posture as far as its arc and the floor allow; the largest move.
+    /// Moves every configuration as far as its arc and the floor allow; returns the largest move.
     double apply() {
         double most = 0;
         for (std::size_t k = 0; k < n_; ++k) {
@@ -171,7 +171,7 @@ private:
         return most;
     }
 
-    /// phi kept inside its arc, or not farther out than it was.
+    /// phi kept inside its arc, or not farther outside than before.
     double held(const Section& l, const Candidate& old, double phi) const noexcept {
         if (l.full) return phi;
         const Arc& a = tube_.arc(l)[old.arc];
@@ -193,8 +193,8 @@ private:
 
 }  // namespace detail
 
-/// Relaxes the inner postures of a way (and its ends, unless fixed) in place; none sinks below `floor` that
-/// was above.
+/// Smooths the inner configurations of a path (and its ends, unless fixed) in place. No margin falls below
+/// `floor` that was above it.
 inline void relax(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed,
                   bool last_fixed, double floor) {
     detail::Relaxation(task, tube, objective, way, first_fixed, last_fixed, floor).run();

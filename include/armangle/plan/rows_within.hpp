@@ -1,13 +1,13 @@
-// Rows between the rows of a path that was followed, so that the limits are kept between them too.
+// Inserts rows between the rows of a followed path, so that limits hold between them too.
 //
-//     q |----------- limit    Rows keep their limits, and between two of them the arm angle goes straight.
-//       |    ' o '            Where a path rides on a limit that bends, the straight way passes it: there a
-//       |  o       o          row is put in the middle (x), its arm angle moved until the joint is as far
-//       |      x              inside as it was beyond, and so on.
+//     q |----------- limit    Rows respect their limits, and the arm angle is straight between two of them.
+//       |    ' o '            If a path follows a limit that bends, the straight line violates it: a row
+//       |  o       o          is inserted in the middle (x), with its arm angle moved until the joint is
+//       |      x              as far inside as it was outside, and so on.
 //       +----------- s
 //
-// Between rows it is looked, not proven: at so many places that what passes a limit unseen is below 1e-8 rad
-// on the paths of the tests.
+// The space between rows is sampled, not proven. There are so many samples that an unnoticed violation is
+// below 1e-8 rad on the paths of the tests.
 #pragma once
 
 #include <cmath>
@@ -21,30 +21,30 @@
 
 namespace armangle {
 
-/// The limit that is passed most behind a row, although rows were put between.
+/// The largest limit violation after a row, in spite of inserted rows.
 struct PassedLimit {
-    double excess = 0;    // rad; 0: all are kept
+    double excess = 0;    // rad; 0: none
     int joint = 0;        // 1..7
-    std::size_t row = 0;  // of those that were given
+    std::size_t row = 0;  // among the given rows
 };
 
 namespace within_rule {
-inline constexpr int places = 24;      // between two rows, nearer to each other beside these
-inline constexpr double kept = 2e-10;  // rad: a limit passed by less is kept
-inline constexpr double inside = 1.1;  // of what the middle was beyond: how far inside it is put
-inline constexpr int levels = 14;      // rows between rows
-inline constexpr int rounds = 6;       // of Newton's method for an arm angle
-inline constexpr double probe = 1e-6;  // rad, of psi: for a joint's slope ...
-inline constexpr double still = 1e-6;  // ... below which psi does not move the joint
-inline constexpr double step = 0.2;    // rad, of psi
-inline constexpr double near = 1e-3;   // rad: what joints may do between rows beside the move from row to row
+inline constexpr int places = 24;        // between two rows, denser near these
+inline constexpr double kept = 2e-10;    // rad: a smaller violation counts as none
+inline constexpr double inside = 1.1;    // of the violation at the middle: distance inside of the new row
+inline constexpr int levels = 14;        // rows between rows
+inline constexpr int rounds = 6;         // of Newton's method for an arm angle
+inline constexpr double probe = 1e-6;    // rad, of psi: for a joint's slope ...
+inline constexpr double still = 1e-6;    // ... below which psi does not move the joint
+inline constexpr double step = 0.2;      // rad, of psi
+inline constexpr double near = 1e-3;     // rad: motion of joints between rows beyond the direct move
 inline constexpr int more_rows = 20000;  // at most
 }  // namespace within_rule
 
 namespace detail {
 
-/// The search for rows between rows. draw(rows) gives a function of s: the posture there. solve(s, psi, gc,
-/// near, q) writes the joints of an arm angle next to others; false where there are none.
+/// Searches rows to insert. draw(rows) returns a function of s: the configuration there. solve(s, psi, gc,
+/// near, q) writes the joints of an arm angle on the turns nearest to others; false if there are none.
 template <class Draw, class Solve>
 class RowsWithin {
 public:
@@ -80,8 +80,8 @@ public:
 
 private:
     struct Gap {          // from a row to the next
-        std::size_t row;  // of those given
-        bool open;        // whether it has to be looked at
+        std::size_t row;  // among the given rows
+        bool open;        // whether it must be checked
     };
     struct Between {
         std::size_t gap;
@@ -96,7 +96,7 @@ private:
     }
     const double* joints_of(std::size_t row) const noexcept { return rows_.q.data() + joints * row; }
 
-    /// Whether a joint may come to a limit between row k and the next.
+    /// Whether a joint may reach a limit between row k and the next.
     bool is_near(std::size_t k) const noexcept {
         const double *a = joints_of(k), *b = joints_of(k + 1);
         double move = within_rule::near;
@@ -106,7 +106,7 @@ private:
         return false;
     }
 
-    /// The most that a joint is beyond its limits on a gap, further than the given rows about it are.
+    /// The largest violation of limits in a gap, beyond that of the given rows around it.
     template <class At>
     Between look(const At& at, std::size_t k) const {
         Between out{k};
@@ -126,7 +126,7 @@ private:
         return out;
     }
 
-    /// The row in the middle of a gap; false where psi does not take the joint into its limits.
+    /// Computes the row in the middle of a gap; false if psi cannot move the joint into its limits.
     template <class At>
     bool put_between(const At& at, Between& x) const {
         const double from = rows_.s[x.gap], to = rows_.s[x.gap + 1];
@@ -184,14 +184,14 @@ private:
     const Limits& limits_;
     const Draw& draw_;
     const Solve& solve_;
-    const std::vector<double> given_;  // joints of the rows that were given
+    const std::vector<double> given_;  // joints of the given rows
     PathRows& rows_;
     std::vector<Gap> gaps_;
 };
 
 }  // namespace detail
 
-/// Puts rows between rows where a limit is passed there; says which one is passed nevertheless.
+/// Inserts rows where a limit is violated between rows; returns the largest remaining violation.
 template <class Draw, class Solve>
 PassedLimit keep_within(const Limits& limits, const Draw& draw, const Solve& solve, PathRows& rows) {
     return detail::RowsWithin<Draw, Solve>(limits, draw, solve, rows).run();

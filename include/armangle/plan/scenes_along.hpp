@@ -1,10 +1,10 @@
-// What stands about along a path: one scene, or several of which each stands for an even part of it.
+// The obstacles along a path: one scene, or several, each for an equal part of it.
 //
 //     |--- scene 0 ---|--- scene 1 ---|--- scene 2 ---| s
 //     0              1/3             2/3              1
 //
-// An obstacle that moves by at most v over the path is within v / (2 n) of where it is in the middle of the
-// n-th part: so much clearance more than asked makes the scene of the middle stand for the whole part.
+// An obstacle that moves by at most v over the path is within v / (2 n) of its place in the middle of the
+// n-th part. With so much additional clearance, the middle's scene covers the whole part.
 #pragma once
 
 #include "../scene/scene.hpp"
@@ -13,7 +13,7 @@
 
 namespace armangle {
 
-/// None, one, or `count` scenes, each of an even part of [0, 1].
+/// None, one, or `count` scenes, each for an equal part of [0, 1].
 struct ScenesAlong {
     const Scene* const* scene = nullptr;
     int count = 0;
@@ -22,7 +22,7 @@ struct ScenesAlong {
     const Scene& operator[](int k) const noexcept { return *scene[k]; }
     /// Where part k begins.
     double begin(int k) const noexcept { return static_cast<double>(k) / count; }
-    /// The parts that s belongs to: where two meet, both.
+    /// The parts that s belongs to: at a boundary, both.
     int first(double s) const noexcept { return part(s - edge); }
     int last(double s) const noexcept { return part(s + edge); }
     const Scene& at(double s) const noexcept { return (*this)[last(s)]; }

@@ -1,13 +1,13 @@
-// Where between sections an obstacle blocks some arm angle, so that no tube misses it, however thin it is.
+// Finds where an obstacle blocks some arm angle between sections, so that no tube misses it.
 //
 //     phi |     section      section          In the plane of s and phi an obstacle is an island. Its shadow
 //         |        |    ()      |             on s is where the least distance over *all* phi is below R. An
-//         |        |            |             island between two sections throws its shadow between them:
-//         +--------|----==------|---- s       there a section is put at both its ends and in it.
+//         |        |            |             island between two sections casts its shadow between them:
+//         +--------|----==------|---- s       sections are added at both its ends and in it.
 //
-// The least over phi is the least of the same pairs of points as at one phi, so that the bound of
-// clear_proof.hpp between two samples holds for it too, with speeds of a point at any phi that stands still
-// in phi. Limbs that swing about a joint, and own links against each other, are left to the proof.
+// The least over phi is the least over the same pairs of points as at one phi. So the bound of
+// clear_proof.hpp between two samples holds for it too, with speeds of a point at any constant phi. Limbs
+// that swing about a joint, and own links against each other, are left to the proof.
 #pragma once
 
 #include "clear_proof.hpp"
@@ -18,17 +18,17 @@
 namespace armangle {
 
 namespace shadow_rule {
-inline constexpr double narrowest = 1e-6;  // of s: an island whose shadow is narrower is left to the proof
-inline constexpr int halvings = 20;        // of the way to an end of a shadow
-inline constexpr int evaluations = 32;     // over stretches, of all between two sections
-inline constexpr int starts = 4, queries = 96;  // of the least distance over phi, where it has no closed form
-inline constexpr double settled = 1e-7;         // m^2: to which that is found
+inline constexpr double narrowest = 1e-6;       // of s: islands with a narrower shadow are left to the proof
+inline constexpr int halvings = 20;             // of the interval that holds an end of a shadow
+inline constexpr int evaluations = 32;          // over stretches, of all between two sections
+inline constexpr int starts = 4, queries = 96;  // of the least distance over phi without a closed form
+inline constexpr double settled = 1e-7;         // m^2: accuracy of that distance
 }  // namespace shadow_rule
 
 namespace detail {
 
-/// The least F = distance^2 - R^2 over all turns of a rod about the x axis, or less; a value that occurs
-/// where it is negative. Lemma: witnesses.hpp, with the amplitude of all pairs.
+/// A lower bound of F = distance^2 - R^2 over all turns of a rod about the x axis; if it is negative, it is
+/// attained. Lemma: witnesses.hpp, with the amplitude of all pairs.
 inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noexcept {
     if (solid.kind == SolidKind::half_space) {
         const double n = off_axis(solid.a);
@@ -81,20 +81,20 @@ inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noe
     return best;
 }
 
-/// The shadows of a scene on a path, of one side of the elbow.
+/// The shadows of a scene on a path, for one side of the elbow.
 class Shadows {
 public:
     Shadows(const Task& task, const Scene& scene, int elbow)
         : task_(task), scene_(scene), gc_(configuration(elbow)), moving_(scene_) {}
 
-    /// Parameters between those of `base` for sections of what else would be missed.
+    /// Parameters between those of `base` for additional sections.
     std::vector<double> find(const std::vector<double>& base) {
         for (std::size_t i = 0; i + 1 < base.size(); ++i) between(base[i], base[i + 1]);
         return std::move(found_);
     }
 
 private:
-    /// Everything at one s, seen from the circle's axis.
+    /// All shapes at one s, relative to the circle's axis.
     struct Place {
         Pose<double> to_axis;
         AxisFrames<double> frames;
@@ -121,7 +121,7 @@ private:
         return least_over_turns(rod, placed(at.frames.flange, scene_.held[pair.other]), pair.R);
     }
 
-    /// How hard shapes move over a stretch at any phi that is held.
+    /// Bounds the motion of shapes over a stretch at any constant phi.
     void enclose(double from, double to) {
         --budget_;
         const Segment& g =
@@ -151,12 +151,12 @@ private:
         for (WatchedPair& pair : near_) {
             pair.F_a = F(a, pair);
             pair.F_b = F(b, pair);
-            if (pair.F_a > 0 && pair.F_b > 0) open.push_back(pair);  // else a section sees it
+            if (pair.F_a > 0 && pair.F_b > 0) open.push_back(pair);  // otherwise a section sees it
         }
         search(from, to, open);
     }
 
-    /// The pairs that may come near within half a stretch, by balls about them.
+    /// The pairs that may come near within half a stretch, by enclosing balls.
     void gather(const Place& at, double h) {
         using Kind = WatchedPair::Kind;
         const Solid none{SolidKind::ball, 0.0, {0, 0, 0}, {0, 0, 0}, {}};
@@ -204,7 +204,7 @@ private:
                           pair_tag(scene_.first_held + held, k)});
     }
 
-    /// Needles of pairs that are clear at both ends.
+    /// Searches shadows of pairs that are clear at both ends.
     void search(double from, double to, const std::vector<WatchedPair>& pairs) {
         const double h = to - from, middle = 0.5 * (from + to);
         std::vector<WatchedPair> left;
@@ -235,7 +235,7 @@ private:
         search(middle, to, high);
     }
 
-    /// Both ends of a shadow that holds `in`, and `in`.
+    /// Adds both ends of a shadow that holds `in`, and `in`.
     void needle(double from, double in, double to, const WatchedPair& pair) {
         found_.push_back(in);
         for (const double clear : {from, to}) {

@@ -1,12 +1,11 @@
-// The tube of one branch: exact feasible arcs at parameters of a path chosen so that neighbours look alike.
+// The tube of one branch: exact feasible arcs at parameters of a path, chosen so that neighbours are similar.
 //
-//     phi | |   | | |   |          | an arc of a section. Where an arc moves, comes, goes or splits, sections
-//         | |   |   |   |            are put between until neighbours are alike.
+//     phi | |   | | |   |          | an arc of a section. If an arc moves, appears, vanishes or splits,
+//         | |   |   |   |            sections are inserted until neighbours are similar.
 //         |     | |     |
 //         +--------------- s
 //
-// Arcs are the nodes, never a grid of psi: a narrow one is there like a wide one. All angles are phi
-// (smooth_plane.hpp).
+// Nodes are arcs, not a grid of psi, so narrow arcs are never missed. All angles are phi (smooth_plane.hpp).
 #pragma once
 
 #include <algorithm>
@@ -25,7 +24,7 @@
 
 namespace armangle {
 
-/// The plane whose singular direction stays farthest from the given directions of the wrist.
+/// The plane whose singular direction is farthest from the given directions of the wrist.
 inline SmoothPlane smooth_plane(const std::vector<Vec3<double>>& wrists) {
     constexpr int candidates = 96;
     const double golden = pi * (3.0 - std::sqrt(5.0));
@@ -52,10 +51,10 @@ inline SmoothPlane smooth_plane(const std::vector<Vec3<double>>& wrists) {
 }
 
 namespace margin_rule {
-inline constexpr double short_path = 0.5;  // rad: on a path that turns the arm by less, margins count less
+inline constexpr double short_path = 0.5;  // rad: margins count less on a path that turns the arm by less
 }  // namespace margin_rule
 
-/// What stays the same over a plan: the arm, the limits (drawn in by the margin asked), the path, the plane.
+/// The constants of a plan: the arm, the limits (narrowed by the requested margin), the path, the plane.
 struct Task {
     const Arm& arm;
     Limits limits;
@@ -64,24 +63,25 @@ struct Task {
     std::size_t segment_count;
     SmoothPlane plane;
     double length = 1;                                        // how far the path turns the arm (rad)
-    const WishAlong* wish = nullptr;                          // of the arm angle, where there is one
-    ScenesAlong scenes = {};                                  // obstacles that links keep clear of
-    std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs of the user's own; none: all psi
-    const ArcSet* allowed_everywhere = nullptr;               // where they are the same for every s
-    double held_theta_7 = 0;                                  // of an arm whose roll is free: joint 7 stays
-    std::function<void()> checkpoint = {};  // called between pieces of work; what it throws ends the plan
+    const WishAlong* wish = nullptr;                          // target for the arm angle, if there is one
+    ScenesAlong scenes = {};                                  // obstacles that the links must avoid
+    std::function<void(double s, ArcSet& psi)> allowed = {};  // arcs given by the user; empty: all psi
+    const ArcSet* allowed_everywhere = nullptr;               // if they are the same for every s
+    double held_theta_7 = 0;                                  // fixed joint 7 of an arm with free roll
+    std::function<void()> checkpoint = {};  // called between pieces of work; an exception ends the plan
 
     void pass_checkpoint() const {
         if (checkpoint) checkpoint();
     }
 
-    /// By what the cost of margins is multiplied: on long paths and on short ones it grows as joint travel
-    /// does, so that a short one is no occasion to swing away from a limit.
+    /// Factor of the cost of margins. On long and short paths it grows like joint travel, so a short path is
+    /// no reason to swing away from a limit.
     double margin_scale() const noexcept {
         const double share = length / margin_rule::short_path;
         return max(length * length, min(1.0, share * share));
     }
-    /// The same of a wish, which is worth a turn of the arm on a short path too: who asks for it means it.
+    /// The same for a target of psi: the user requested it, so it is worth a turn of the arm on a short path
+    /// too.
     double wish_scale() const noexcept { return max(1.0, length * length); }
 
     Pose<double> pose(double s) const noexcept {
@@ -90,7 +90,7 @@ struct Task {
     Circle<double> circle_at(double s) const noexcept {
         return circle(arm, flange_pose(arm, pose(s)), plane);
     }
-    /// The joint functions of a self-motion; joint 7 stays where the roll is free.
+    /// The joint functions of a self-motion; joint 7 is constant if the roll is free.
     template <class T>
     JointFunctions<T> functions(const SelfMotion<T>& m) const noexcept {
         JointFunctions<T> out = joint_functions(m);
@@ -100,18 +100,18 @@ struct Task {
         out.pivot[pivots - 1] = {{none, none, T(at.sin)}, {none, none, T(at.cos)}, T(1.0)};
         return out;
     }
-    /// phi that is wished in a branch at s; NaN where there is no wish.
+    /// phi of the target in a branch at s; NaN without a target.
     double wished_phi(int gc, double s) const noexcept {
         if (!wish) return not_a_number;
         const SelfMotion<double> m = self_motion(arm, circle_at(s), configuration(gc));
         return wished_angle(arm, *wish, flange_pose(arm, pose(s)), m, s);
     }
 
-    /// Whether anything but joints forbids phi.
+    /// Whether obstacles or the user may forbid phi.
     bool encumbered() const noexcept { return scenes || allowed; }
 
-    /// What of `own`, arcs of phi within the limits, the user and the scene leave; `blocking` is the pair
-    /// that alone blocks all phi, 0 where none does.
+    /// The part of `own`, arcs of phi within the limits, that the user and the scene permit. `blocking` is
+    /// the pair that alone blocks all phi, or 0.
     Status keep_open(double s, const SelfMotion<double>& m, const ArcSet& own, ArcSet& out,
                      Tag& blocking) const {
         ArcSet asked = own;
@@ -120,7 +120,7 @@ struct Task {
             ArcSet psi, phi;
             make_empty(psi);
             allowed(s, psi);
-            // psi of the arm is ahead of phi by the angle of phi's zero
+            // psi of the arm exceeds phi by the angle of phi's zero
             const double ahead = arm_angle(triad(arm, flange_pose(arm, pose(s))), m.circle.z);
             turn(psi, -ahead, phi);
             intersect(own, phi, asked);
@@ -141,7 +141,7 @@ struct Task {
     }
 
 private:
-    /// All arcs further on by an angle.
+    /// All arcs shifted by an angle.
     static void turn(const ArcSet& arcs, double by, ArcSet& out) noexcept {
         make_empty(out);
         if (arcs.full) return make_full(out);
@@ -161,7 +161,7 @@ struct Section {
     SelfMotion<double> motion;
     JointFunctions<double> functions;
     Status status;
-    Tag blocking;  // the pair of an obstacle and a link that leaves no phi; 0: none does alone
+    Tag blocking;  // the pair of obstacle and link that alone leaves no phi; 0: none
     bool full;
     std::uint32_t first, count;  // its arcs
 };
@@ -169,7 +169,7 @@ struct Section {
 /// All sections of one branch, in rising s.
 struct Tube {
     int gc = 0;
-    bool coarse = false;  // neighbours are unlike somewhere, and there were sections enough
+    bool coarse = false;  // neighbours differ somewhere although the number of sections is at its maximum
     std::vector<Section> sections;
     std::vector<Arc> arcs;
 
@@ -193,24 +193,24 @@ inline std::uint32_t nearest_arc(const Tube& tube, const Section& x, double phi)
 }
 
 namespace tube_rule {
-inline constexpr double turn = 0.15;  // wrist, tool and elbow turn at most this from section to section (rad)
-inline constexpr double shift = 0.3;  // an end moves at most this share of its arc ...
-inline constexpr double still = 0.02;  // ... unless by less than this (rad)
+inline constexpr double turn = 0.15;   // wrist, tool and elbow turn at most this between sections (rad)
+inline constexpr double shift = 0.3;   // an end moves at most this share of its arc ...
+inline constexpr double still = 0.02;  // ... or less than this (rad)
 inline constexpr int turn_depth = 16, shift_depth = 5, event_depth = 12;  // halvings spent on each
 inline constexpr double no_room = 5e-6;    // range of a joint for which sections are of little use (rad)
 inline constexpr std::size_t block = 256;  // steps that are halved together ...
-inline constexpr std::size_t most_between = 16384;  // ... with at most so many sections between theirs
+inline constexpr std::size_t most_between = 16384;  // ... with at most so many additional sections
 }  // namespace tube_rule
 
 namespace detail {
 
-/// A section with its arcs apart, before it joins the tube.
+/// A section with its arcs, before it is added to the tube.
 struct SolvedSection {
     Section section;
     ArcSet arcs;
 };
 
-/// The section of a branch at s: its arcs, or why it has none.
+/// The section of a branch at s: its arcs, or the reason for none.
 inline SolvedSection solve_section(const Task& task, int gc, double s) {
     task.pass_checkpoint();
     SolvedSection out;
@@ -229,10 +229,10 @@ inline SolvedSection solve_section(const Task& task, int gc, double s) {
     return out;
 }
 
-/// How far two points or directions are apart.
+/// Distance of two points or directions.
 inline double gap(const Vec3<double>& a, const Vec3<double>& b) noexcept { return norm(a - b); }
 
-/// Largest turn (rad, as a chord) of the wrist's direction, the tool and the elbow between two places.
+/// Largest turn (rad, as a chord) of the wrist's direction, the tool and the elbow between two circles.
 inline double turned(const Circle<double>& p, const Circle<double>& q) noexcept {
     const double wrist = gap(p.w, q.w), elbow = hypot(p.triangle.eta.sin - q.triangle.eta.sin,
                                                       p.triangle.eta.cos - q.triangle.eta.cos);
@@ -244,12 +244,11 @@ inline double turned(const Circle<double>& p, const Circle<double>& q) noexcept 
     return max(max(wrist, elbow), max(x, z));
 }
 
-/// How unlike two neighbours are, in rising order: nothing to do, an arc moved far, or one came, went, split
+/// Difference of two neighbours, in rising order: small; an arc moved far; an arc appeared, vanished, split
 /// or jumped.
 enum class Change { small, shifted, event };
 
-/// How much the arcs of one section moved from those of another: those that have one partner, and those
-/// that do not.
+/// The change of the arcs of one section against those of another: arcs with one partner, and arcs without.
 inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
     Change worst = Change::small;
     for (int i = 0; i < a.count; ++i) {
@@ -271,7 +270,7 @@ inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
     return worst;
 }
 
-/// The same of two sections, whichever has more arcs.
+/// The same for two sections, whichever has more arcs.
 inline Change change(const SolvedSection& a, const SolvedSection& b) noexcept {
     if ((a.section.status == Status::OK) != (b.section.status == Status::OK)) return Change::event;
     if (a.section.status != Status::OK || (a.arcs.full && b.arcs.full)) return Change::small;
@@ -280,7 +279,7 @@ inline Change change(const SolvedSection& a, const SolvedSection& b) noexcept {
     return std::max(one, other);
 }
 
-/// The sections of one branch, halved until neighbours look alike.
+/// The sections of one branch, halved until neighbours are similar.
 class TubeBuilder {
 public:
     TubeBuilder(const Task& task, int gc) : task_(task) { tube_.gc = gc; }
@@ -317,7 +316,7 @@ private:
         return now == Change::small || (now == Change::shifted && depth >= tube_rule::shift_depth);
     }
 
-    /// Few where a joint has next to no room: its arcs never overlap, and it leads instead (crossing.hpp).
+    /// Few if a joint has almost no room: then its arcs never overlap, and it leads instead (crossing.hpp).
     std::size_t most_between() const noexcept {
         const auto narrow = [this](int j) {
             return task_.limits.upper[j] - task_.limits.lower[j] < tube_rule::no_room;
@@ -327,8 +326,8 @@ private:
         return tube_rule::most_between;
     }
 
-    /// Sections between those of the row, by halving, until neighbours are alike: all steps at once, so that
-    /// where there are enough of them none has been left out for the sake of another.
+    /// Inserts sections by halving until neighbours are similar. All steps advance together, so if the number
+    /// is limited, no step is neglected in favour of another.
     void halve() {
         const std::size_t most = row_.size() + most_between();
         unlike_.assign(row_.size() - 1, true);
@@ -356,27 +355,27 @@ private:
     const Task& task_;
     Tube tube_;
     std::vector<SolvedSection> row_, finer_;
-    std::vector<bool> unlike_, still_unlike_;  // of the steps of a row: whether its ends may be unlike
+    std::vector<bool> unlike_, still_unlike_;  // of the steps of a row: whether its ends may differ
 };
 
 }  // namespace detail
 
-/// The tube of a branch with sections at all of `base` (rising, from 0 to 1) and as many between as it takes.
+/// The tube of a branch with sections at all of `base` (rising, from 0 to 1) and as many between as needed.
 inline Tube tube(const Task& task, int gc, const std::vector<double>& base) {
     return detail::TubeBuilder(task, gc).build(base);
 }
 
 namespace parameter_rule {
-inline constexpr int least_steps = 32;      // of s, between sections that are there in any case
+inline constexpr int least_steps = 32;      // of s, between sections that always exist
 inline constexpr double turn = 0.5;         // of a segment between two of them (rad)
-inline constexpr double knot_share = 0.24;  // of a step: knots lie no closer
-inline constexpr double same = 1e-12;       // parameters closer than this are one
+inline constexpr double knot_share = 0.24;  // of a step: least distance of knots
+inline constexpr double same = 1e-12;       // parameters closer than this are equal
 inline constexpr double least_length =
-    1e-4;  // that a path counts as, so that a tool at rest is weighed (rad)
+    1e-4;  // least length of a path, so that a resting tool has weight (rad)
 }  // namespace parameter_rule
 
-/// Rising parameters: the rows asked, the joints of segments, and even steps between them: enough, and enough
-/// a turn.
+/// Rising parameters: the requested rows, the ends of segments, and equal steps between them: enough in
+/// number, and enough per turn.
 inline std::vector<double> base_parameters(const Segment* segments, std::size_t n, const double* rows,
                                            std::size_t row_count) {
     std::vector<double> all(rows, rows + row_count), given, out;
@@ -402,8 +401,8 @@ inline std::vector<double> base_parameters(const Segment* segments, std::size_t 
     return out;
 }
 
-/// How far a path turns the direction of the wrist, the tool and the elbow (rad; at each step that which
-/// turns most), at least `least_length`. Places out of reach do not count.
+/// How far a path turns the direction of the wrist, the tool and the elbow (rad; at each step the one that
+/// turns most), at least `least_length`. Unreachable places do not count.
 inline double turned_length(const Task& task, const std::vector<double>& base) noexcept {
     struct Facing {
         Vec3<double> wrist, x, z, elbow;
@@ -425,9 +424,8 @@ inline double turned_length(const Task& task, const std::vector<double>& base) n
     return max(parameter_rule::least_length, sum);
 }
 
-/// The sections that become knots of the curve: all of `base`, and of those between only such as lie no
-/// closer than a share of their step. Knots much closer than that would carry the noise of a search into the
-/// curvature.
+/// The sections that become knots of the curve: all of `base`, and of the others those no closer than a share
+/// of their step. Closer knots would carry the noise of a search into the curvature.
 inline std::vector<std::size_t> knots(const Tube& t, const std::vector<double>& base, std::size_t count) {
     std::vector<std::size_t> out{0};
     for (std::size_t k = 1, b = 1; k + 1 < count; ++k) {

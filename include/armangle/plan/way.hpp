@@ -1,14 +1,14 @@
-// Search of a branch's tube: which sections the start reaches, and the best way through, by dynamic
+// Searches a branch's tube: the sections that the start reaches, and the best path through, by dynamic
 // programming (R. Bellman, 1957).
 //
-//     phi | o   o---o   o        o  postures of a section    - links
+//     phi | o   o---o   o        o  configurations of a section    - links
 //         | o--o \  o---o--o
-//         |       o-o            a posture without a link to the start is dead; a section of dead ones ends
-//         +---------------- s    the way
+//         |       o-o            a configuration without a link to the start is dead; a section of dead ones
+//         +---------------- s    ends the path
 //
-// A link joins postures of neighbouring sections whose arcs have a common part between them and whose joints,
-// with their windings, differ little: |dq|, not |dpsi|. There are two labels: the least margin so far, then
-// the cost; the final way is of least cost among those that keep the best margin.
+// A link joins configurations of neighbouring sections whose arcs have a common part between them and whose
+// joints, including their turns, differ little: |dq|, not |dpsi|. There are two labels: the least margin so
+// far, then the cost. The final path is of least cost among those with the best margin.
 #pragma once
 
 #include <algorithm>
@@ -23,44 +23,44 @@ namespace armangle {
 namespace link_rule {
 inline constexpr double turn = 0.7;   // of phi from section to section (rad)
 inline constexpr double move = 1.0;   // of a joint (rad)
-inline constexpr double keep = 0.95;  // share of the best margin that the way of least cost keeps
+inline constexpr double keep = 0.95;  // share of the best margin that the path of least cost keeps
 inline constexpr double tie = 1e-6;   // margins closer than this are equal (rad)
 }  // namespace link_rule
 
-/// A posture that a plan must begin or end with.
+/// A configuration with which a plan must begin or end.
 struct Anchor {
     bool given = false;
-    bool elsewhere = false;  // the joints that were asked are of another branch
+    bool elsewhere = false;  // the requested joints are in another branch
     double phi = 0;
     std::uint32_t arc = 0;
     double q[joints] = {};
-    double gap = 0;                   // rad: how far q lies from the joints that were asked
-    Status why = Status::OUTSIDE;     // where it is not given
-    Tag touching = 0;                 // the pair that is nearest then, if obstacles are the reason ...
+    double gap = 0;                   // rad: distance of q from the requested joints
+    Status why = Status::OUTSIDE;     // the reason if it is not given
+    Tag touching = 0;                 // the nearest pair then, if obstacles are the reason ...
     double shortfall = not_a_number;  // ... and by how much it is too near (m)
 };
 
-/// A way through the sections, as far as it leads.
+/// A path through the sections, as far as it leads.
 struct Way {
-    std::size_t reached = 0;  // sections 0 .. reached - 1 are joined to the start
+    std::size_t reached = 0;  // sections 0 .. reached - 1 are connected to the start
     bool whole = false;
-    bool given_up = false;      // the links that a plan may try were spent
-    bool more = false;          // there are windings that were not tried
-    double margin = -infinity;  // least over the way, without joint 4
+    bool given_up = false;      // the permitted links were used up
+    bool more = false;          // some turns were not tried
+    double margin = -infinity;  // least over the path, without joint 4
     double cost = infinity;
     std::vector<Candidate> rows;
 };
 
 namespace detail {
 
-/// The windings of up to eight phi, side by side.
+/// The turns of up to eight phi, side by side.
 struct EightWindings {
     double phi[8], q[joints][8] = {}, count[joints][8] = {}, first[8] = {};
     int used = 0;
 
     EightWindings() noexcept { std::fill(phi, phi + 8, not_a_number); }
 
-    /// Puts windings into the next place.
+    /// Stores turns in the next place.
     void add(const Windings& group) noexcept {
         const int i = used++;
         phi[i] = group.phi;
@@ -72,13 +72,13 @@ struct EightWindings {
     }
 };
 
-/// The joints' moves to a posture from eight phi: from which of their windings, and how long.
+/// The joint moves to a configuration from eight phi: from which of their turns, and how long.
 struct EightMoves {
-    unsigned linked;  // bit i: phi turns, and no joint moves, too far from phi i
+    unsigned linked;  // bit i: neither phi nor a joint moves too far from phi i
     double from[8], travel[8];
 
-    /// From the nearest windings: any other is more than half a turn away. turn: of phi at most, move: of a
-    /// joint (rad).
+    /// From the nearest turns; any other is more than half a turn away. turn: largest change of phi; move: of
+    /// a joint (rad).
     EightMoves(const Task& task, const Candidate& to, const EightWindings& groups, double turn,
                double move) noexcept {
         const Slots most = move, none = 0.0;
@@ -110,7 +110,7 @@ struct EightMoves {
 /// The search of one tube, section by section.
 class Search {
 public:
-    /// spread: of windings at a free start (candidates.hpp); links: how many more may be tried, counted down.
+    /// spread: of turns at a free start (candidates.hpp); links: permitted number, counted down.
     Search(const Task& task, const Tube& tube, const Objective& objective, const Anchor& start,
            const Anchor& goal, int spread, long long& links)
         : task_(task),
@@ -125,8 +125,8 @@ public:
             if (end->given) candidates_.hold(end->phi);
     }
 
-    /// The way of the best labels; postures below `floor` are left out, and with a floor the cost alone
-    /// decides.
+    /// The path of the best labels. Configurations below `floor` are left out, and with a floor the cost
+    /// alone decides.
     Way run(double floor) {
         floor_ = floor;
         way_ = Way{};
@@ -153,13 +153,13 @@ private:
         bool alive() const noexcept { return cost < infinity; }
     };
 
-    /// The label of a posture, and the posture of the section before that it comes from.
+    /// The label of a configuration, and its predecessor in the previous section.
     struct Link {
         Label label;
         std::uint32_t from = 0;
     };
 
-    /// The postures of one section, and how each is reached.
+    /// The configurations of one section, and how each is reached.
     struct Layer {
         Postures postures;
         std::vector<Link> links;
@@ -176,7 +176,7 @@ private:
         return a.margin >= b.margin - link_rule::tie && a.cost < b.cost;
     }
 
-    /// Takes `here_` to section k; false, and nothing changed, where no posture of it links to one before.
+    /// Advances `here_` to section k; false, and nothing changed, if no configuration of it has a link.
     bool advance(std::size_t k) {
         next_.clear();
         const Section& l = tube_.sections[k];
@@ -206,7 +206,7 @@ private:
         return true;
     }
 
-    /// Puts the windings that were reached side by side.
+    /// Collects the turns that were reached side by side.
     void gather() {
         alive_.clear();
         const std::vector<Windings>& groups = here_.postures.groups;
@@ -224,7 +224,7 @@ private:
         return k == 0 ? Link{{x.worth.margin, 0}, 0} : join(k, x);
     }
 
-    /// Joint values within a move of what the section before was reached at.
+    /// Joint values within a move of those reached at the previous section.
     Window window(std::size_t k) const noexcept {
         Window out;
         out.set = k > 0;
@@ -242,7 +242,7 @@ private:
         return out;
     }
 
-    /// The best link of a posture x of section k to those of the section before.
+    /// The best link of a configuration x of section k to the previous section.
     Link join(std::size_t k, const Candidate& x) const noexcept {
         const Section &l = tube_.sections[k], &b = tube_.sections[k - 1];
         const double ds = l.s - b.s, rated = ds * task_.margin_scale() * x.worth.cost;
@@ -262,14 +262,14 @@ private:
         return best;
     }
 
-    /// What may be between the arcs of sections k - 1 and k: where limits of two joints meet in a fixed end,
-    /// what they leave grows out of a point that moves on, and no common part is left.
+    /// Permitted gap between the arcs of sections k - 1 and k. If limits of two joints meet in a fixed end,
+    /// the arc grows out of a moving point, and no common part remains.
     double cornered(std::size_t k) const noexcept {
         const bool fixed = (k == 1 && start_.given) || (k + 1 == tube_.sections.size() && goal_.given);
         return fixed ? tube_rule::still : tolerance::angle;
     }
 
-    /// Whether the two arcs have a common part between the two postures, or no more than `slack` between.
+    /// Whether the two arcs have a common part between the two configurations, or a gap of at most `slack`.
     bool joined(const Section& la, const Candidate& a, const Section& lb, const Candidate& b,
                 double slack) const noexcept {
         const double turn = two_pi * round((a.phi - b.phi) / two_pi), end = b.phi + turn;
@@ -294,7 +294,7 @@ private:
         trace(best);
     }
 
-    /// Back along the links; joints from phi again, lifted next to those after.
+    /// Goes back along the links; computes joints from phi again, on the turns nearest to the following ones.
     void trace(std::size_t at) {
         way_.rows.resize(way_.reached);
         way_.rows.back() = here_.postures.all[at];
@@ -311,7 +311,7 @@ private:
             x.worth = rating(task_, objective_, x.q);
         }
         if (start_.given) std::copy(start_.q, start_.q + joints, way_.rows[0].q);
-        // an infinite joint is lifted from the start on
+        // the turn of an unlimited joint is continued from the start
         for (std::size_t k = 1; k < way_.reached; ++k)
             for (int j = 0; j < joints; ++j)
                 way_.rows[k].q[j] = lift(way_.rows[k].q[j], way_.rows[k - 1].q[j]);
@@ -324,9 +324,9 @@ private:
     Candidates candidates_;
     long long& links_;
     Layer here_, next_;                 // the last section reached, and the one being tried
-    std::vector<EightWindings> alive_;  // those of the last section that were reached
-    std::vector<std::size_t> first_;    // of each section, its first posture in back_ and phi_
-    std::vector<std::uint32_t> back_;   // the posture of the section before that each one comes from
+    std::vector<EightWindings> alive_;  // the reached turns of the last section
+    std::vector<std::size_t> first_;    // of each section, its first configuration in back_ and phi_
+    std::vector<std::uint32_t> back_;   // the predecessor of each configuration in the previous section
     std::vector<double> phi_;
     double floor_ = -infinity;
     Way way_;

@@ -1,7 +1,7 @@
-// What is wished of the arm angle along a path: psi over s, or a place for the elbow at every s.
+// The target for the arm angle along a path: psi over s, or a place for the elbow at every s.
 //
-//     psi | --.     wished            cost = 2 - 2 cos(psi - wished): the square of the angle between, near
-//         |  .-`----------            the wish, and without a jump where that is half a turn
+//     psi | --.     target            cost = 2 - 2 cos(psi - target): the square of the angle between, near
+//         |  .-`----------            the target, and without a jump at half a turn
 //         +--------------- s
 #pragma once
 
@@ -15,15 +15,15 @@
 
 namespace armangle {
 
-/// A wish along a path: psi at s evenly from 0 to 1, straight between; or one point or direction for the
-/// elbow.
+/// A target along a path: psi at equal steps of s from 0 to 1, linear between; or one point or direction for
+/// the elbow.
 struct WishAlong {
     Wish kind = Wish::psi;
-    Vec3<double> target{};        // of Wish::point, Wish::direction
-    const double* psi = nullptr;  // of Wish::psi: `count` of them, one or more
+    Vec3<double> target{};        // for Wish::point, Wish::direction
+    const double* psi = nullptr;  // for Wish::psi: `count` of them, one or more
     std::size_t count = 0;
 
-    /// The psi wished at s.
+    /// The target psi at s.
     double psi_at(double s) const noexcept {
         if (count == 1) return psi[0];
         const double x = min(max(s, 0.0), 1.0) * static_cast<double>(count - 1);
@@ -33,8 +33,8 @@ struct WishAlong {
     }
 };
 
-/// The wish at s as an angle of a self-motion there, whatever its reference; flange: its pose. NaN where any
-/// angle is as good.
+/// The target at s as an angle of a self-motion there, whatever its reference; flange: its pose. NaN if all
+/// angles are equally good.
 inline double wished_angle(const Arm& arm, const WishAlong& wish, const Pose<double>& flange,
                            const SelfMotion<double>& m, double s) noexcept {
     if (wish.kind != Wish::psi) return psi_towards(arm, m, {wish.kind, not_a_number, wish.target}).psi;
