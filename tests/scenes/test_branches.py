@@ -27,11 +27,12 @@ def test_all_branches_are_those_asked_one_by_one(name: str, swings: bool) -> Non
     rng, differ = generator(41, len(name)), 0
     for _ in range(count(12)):
         arm, scene, pose = drawn(name, rng, swings)
-        every = arm.with_(scene=scene).feasible(pose)
-        clear = [arm._clear(pose, gc, scene) for gc in range(8)]
-        differ += len({str(arcs.intervals) for arcs in clear}) > 2
+        kept = arm.with_(scene=scene)
+        every = kept.feasible(pose)
+        clear = kept.with_(lower=np.full(7, -np.inf), upper=np.full(7, np.inf)).feasible(pose)
+        differ += len({str(clear[gc].intervals) for gc in range(8)}) > 2
         for gc in range(8):
-            one = arm.with_(scene=scene).feasible(pose, gc)
+            one = kept.feasible(pose, gc)
             assert every[gc].status is one.status
             assert every[gc].ends or one.ends or every[gc].is_full == one.is_full
             assert np.allclose(every[gc].intervals, one.intervals, rtol=0, atol=1e-9)
@@ -44,15 +45,12 @@ def test_no_solution_touches_and_none_is_missed(name: str) -> None:
     for _ in range(count(25)):
         arm, scene, pose = drawn(name, rng, True)
         near = rng.uniform(arm.lower, arm.upper).clip(-2.8, 2.8)
-        told = [arm.with_(scene=scene).solve(pose, seed=near)]
-        room = max(arm.with_(scene=scene).feasible(pose, gc).measure for gc in range(8))
-        assert told[0].status is aa.Status.OK or room < 1e-6
-        told += (
-            list(arm.with_(scene=scene).solutions(pose, seed=near)) if told[0].status is aa.Status.OK else []
-        )
-        for solution in told:
-            if solution.status is aa.Status.OK:
-                _, psi, gc = arm.forward(solution.q)
-                assert arm.clearance(arm.inverse(pose, psi, gc, limits=False), scene).distance >= -1e-9
-                found += 1
+        kept = arm.with_(scene=scene)
+        nearest, each = kept.solve(pose, seed=near), kept.solutions(pose, seed=near)
+        assert nearest.ok or kept.feasible(pose).measure.max() < 1e-6
+        assert nearest.ok == each.ok
+        for solution in [nearest, *each] if nearest.ok else []:
+            _, psi, gc = arm.forward(solution.q)
+            assert kept.clearance(arm.inverse(pose, psi, gc, limits=False)).distance >= -1e-9
+            found += 1
     assert found > 10
