@@ -14,6 +14,8 @@ from support.touching import distances, ends, from_segment, moved
 import armangle as aa
 
 ARM = aa.Arm.from_catalogue("barrett_wam7").with_(base=aa.pose([0.1, 0.2, 0.3], rpy=[0.1, 0.2, 0.3]))
+FREE = ARM.with_(lower=np.full(7, -np.inf), upper=np.full(7, np.inf))
+"""The same arm without joint limits: its intervals are those that obstacles leave."""
 BODY = aa.Body({
     0: [aa.Ball([0, 0, 0.05], 0.05, name="foot")],
     2: [aa.Ball([0.05, 0.03, 0.1], 0.04)],
@@ -42,20 +44,20 @@ def posed(rng: np.random.Generator, arm: aa.Arm) -> Any:
 @pytest.mark.parametrize("number", [1, 9, 300, 3000])
 def test_a_cloud_is_its_points(body: aa.Body, number: int) -> None:
     rng = generator(1, number)
-    arm = ARM.with_(body=body).with_(hand=HAND)
+    arm = FREE.with_(body=body).with_(hand=HAND)
+    about: Any = {"clearance": 0.005, "ignore": [("hand", "forearm")] if body is BONES else []}
     for k in range(count(6)):
         points = seen(rng, number)
-        pose, gc, psi = posed(rng, arm), k % 8, rng.uniform(-3, 3)
-        cloud = aa.Scene([aa.Cloud(points, 0.01, name="seen")], clearance=0.005)
-        balls = aa.Scene([aa.Ball(p, 0.01) for p in points], clearance=0.005)
-        shuffled = aa.Scene([aa.Cloud(rng.permutation(points), 0.01, name="seen")], clearance=0.005)
-        one, other = arm._clear(pose, gc, cloud), arm._clear(pose, gc, balls)
+        pose, gc, psi = posed(rng, ARM), k % 8, rng.uniform(-3, 3)
+        cloud = aa.Scene([aa.Cloud(points, 0.01, name="seen")], **about)
+        balls = aa.Scene([aa.Ball(p, 0.01) for p in points], **about)
+        shuffled = aa.Scene([aa.Cloud(rng.permutation(points), 0.01, name="seen")], **about)
+        kept, split = arm.with_(scene=cloud), arm.with_(scene=balls)
+        one, other = kept.feasible(pose, gc), split.feasible(pose, gc)
         assert one.status == other.status and np.array_equal(one.intervals, other.intervals)
-        assert arm._clear(pose, gc, shuffled) == one
-        near, each = (
-            arm.clearance(arm.inverse(pose, psi, gc, limits=False), cloud),
-            arm.clearance(arm.inverse(pose, psi, gc, limits=False), balls),
-        )
+        assert arm.with_(scene=shuffled).feasible(pose, gc) == one
+        q = arm.inverse(pose, psi, gc, limits=False)
+        near, each = kept.clearance(q), split.clearance(q)
         assert near.distance == each.distance and near.link == each.link
         own = {None, "foot", "hand", "link_2", "link_3"}
         assert near.obstacle == "seen" or near.obstacle in own
@@ -64,19 +66,17 @@ def test_a_cloud_is_its_points(body: aa.Body, number: int) -> None:
 
 def test_what_groups_leave_out_touches_nothing() -> None:
     rng = generator(2)
-    arm = ARM.with_(body=BONES)
+    arm = FREE.with_(body=BONES)
     for k in range(count(4)):
         points = seen(rng, 1500)
-        pose = posed(rng, arm)
-        arcs = arm._clear(pose, k % 8, aa.Scene([aa.Cloud(points, 0.015)]))
+        pose = posed(rng, ARM)
+        kept = arm.with_(scene=aa.Scene([aa.Cloud(points, 0.015)]))
+        arcs = kept.feasible(pose, k % 8)
         psi = rng.uniform(-np.pi, np.pi, 40)
         q = arm.inverse(pose, psi, k % 8, limits=False)
         balls = aa.Scene([aa.Ball(p, 0.015) for p in points[rng.permutation(len(points))[:40]]])
         assert (distances(arm, q, balls)[0].min(axis=-1)[arcs.contains(psi)] > -1e-9).all()
-        least = arm.clearance(
-            arm.inverse(np.tile(pose, (40, 1, 1)), psi, k % 8, limits=False),
-            aa.Scene([aa.Cloud(points, 0.015)]),
-        ).distance
+        least = kept.clearance(q).distance
         assert np.array_equal(arcs.contains(psi), least >= 0)
 
 
@@ -104,15 +104,15 @@ def nearest(arm: aa.Arm, q: Any, points: NDArray[np.float64]) -> float:
 
 @pytest.mark.slow
 def test_the_ends_of_a_million_points_are_where_the_nearest_of_them_touches() -> None:
-    rng, arm, checked = generator(4), ARM.with_(body=BONES), 0
+    rng, arm, checked = generator(4), FREE.with_(body=BONES), 0
     points = room(rng)
     scene, shuffled = (aa.Scene([aa.Cloud(p, 0.004)]) for p in (points, rng.permutation(points)))
     points = points[np.linalg.norm(points - SHOULDER, axis=1) < arm.reach]
-    other = arm.with_(name="other")  # an arm keeps the scene that it was asked last
+    kept, other = arm.with_(scene=scene), arm.with_(scene=shuffled)
     for k in range(16):
-        pose, gc = posed(rng, arm), k % 8
-        arcs = arm._clear(pose, gc, scene)
-        assert other._clear(pose, gc, shuffled) == arcs
+        pose, gc = posed(rng, ARM), k % 8
+        arcs = kept.feasible(pose, gc)
+        assert other.feasible(pose, gc) == arcs
         for psi in () if arcs.is_full else arcs.intervals.ravel()[:2]:
             checked += 1
             assert abs(nearest(arm, arm.inverse(pose, psi, gc, limits=False), points) - 0.004) < 1e-12
@@ -125,29 +125,29 @@ def test_the_ends_of_a_million_points_are_where_the_nearest_of_them_touches() ->
 
 @pytest.mark.parametrize("share", [1 - 1e-9, 1 + 1e-9])
 def test_a_point_that_touches_by_a_part_in_a_thousand_million_is_not_culled(share: float) -> None:
-    rng, arm = generator(5), ARM.with_(body=BONES)
-    pose = posed(rng, arm)
+    rng, arm = generator(5), FREE.with_(body=BONES)
+    pose = posed(rng, ARM)
     psi = 0.3
     frames = arm.frames(arm.inverse(pose, psi, 0, limits=False))
     touch = (frames[4, :3, 3] + frames[5, :3, 3]) / 2 + frames[4, :3, 0] * (0.05 + 0.004) * share
     far = SHOULDER + 3.0 + rng.uniform(0, 1, (100_000, 3))
-    arcs = arm._clear(pose, 0, aa.Scene([aa.Cloud(np.vstack([far, touch]), 0.004)]))
+    arcs = arm.with_(scene=aa.Scene([aa.Cloud(np.vstack([far, touch]), 0.004)])).feasible(pose, 0)
     assert bool(arcs.is_full) == (share > 1)
     assert share > 1 or (not arcs.contains(psi) and arcs.measure > 2 * np.pi - 1e-3)
 
 
 def test_the_ends_are_those_of_the_nearest_points_after_many_that_are_covered() -> None:
     rng = generator(3)
-    arm = ARM.with_(body=BONES)
-    pose = posed(rng, arm)
+    arm = FREE.with_(body=BONES)
+    pose = posed(rng, ARM)
     frames = arm.frames(arm.inverse(pose, 0.3, 0, limits=False))
     middle = (frames[4, :3, 3] + frames[5, :3, 3]) / 2
     points = middle + rng.normal(size=(5000, 3)) * 0.02
-    arcs = arm._clear(pose, 0, aa.Scene([aa.Cloud(points, 0.0)]))
+    kept = arm.with_(scene=aa.Scene([aa.Cloud(points, 0.0)]))
+    arcs = kept.feasible(pose, 0)
     assert not arcs.contains(0.3)
     for psi in arcs.intervals.ravel():
-        near = arm.clearance(arm.inverse(pose, psi, 0, limits=False), aa.Scene([aa.Cloud(points, 0.0)]))
-        assert abs(near.distance) < 1e-12
+        assert abs(kept.clearance(arm.inverse(pose, psi, 0, limits=False)).distance) < 1e-12
 
 
 def test_a_cloud_is_a_value() -> None:
