@@ -1,4 +1,4 @@
-// Arc sets that travel as flat arrays: count per set, and the two angles of every arc.
+// Arc sets stored in flat arrays: count per set, and the two angles of every arc.
 #pragma once
 
 #include <vector>
@@ -23,7 +23,7 @@ public:
     std::size_t arcs() const noexcept { return arcs_; }
     std::size_t first(long long set) const noexcept { return first_[static_cast<std::size_t>(set)]; }
 
-    /// The set, its ends tagged tag, tag + 1, ...
+    /// The set with its ends tagged tag, tag + 1, ...
     armangle::ArcSet load(long long set, int tag) const noexcept {
         armangle::ArcSet out;
         const long long n = count_.data<long long>()[set];

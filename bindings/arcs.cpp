@@ -1,7 +1,7 @@
 // Feasible arcs, joint functions, and the algebra of arcs over batches.
 //
-// A batch of arc sets travels as flat arrays: `count` per set; for each arc its two ends as angle, joint (0:
-// none), side and value in q.
+// A batch of arc sets is stored in flat arrays: `count` per set; for each arc its two ends as angle, joint
+// (0: none), side and value in q.
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/unique_ptr.h>
 #include <nanobind/stl/vector.h>
@@ -22,8 +22,9 @@ using namespace armangle;
 
 namespace {
 
-/// What is asked of a pose: Psi_all of one branch, Psi_i of its seven joints, Psi_all of all eight branches,
-/// what a scene alone leaves of one branch, or what its soft clearance, hand and link 0 aside, leaves of it.
+/// The requested sets of a pose: Psi_all of one branch; Psi_i of its seven joints; Psi_all of all eight
+/// branches; the collision-free arcs of one branch; or those with soft clearance (gripper and link 0
+/// excepted).
 enum class Wanted : int { branch, joints, branches, clear, soft };
 
 constexpr int sets_of(Wanted wanted) noexcept {
@@ -38,7 +39,7 @@ struct Request {
     const Scene* scene;  // or null
 };
 
-/// The arcs within the limits, and of them what the scene leaves.
+/// Adds the collision-free part of the arcs within the limits.
 void add_clear(const Request& r, const Configuration<double>& gc, const Cleared& cleared, const ArcSet& own,
                Status status, Collected& to) {
     ArcSet left;
@@ -103,8 +104,8 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
     return Problem::none;
 }
 
-/// The sets of elements [begin, end), up to the first problem. Its arguments are copies: what one thread
-/// writes to must not lie on a cache line that another reads.
+/// Collects the sets of elements [begin, end), up to the first problem. The arguments are copies, so that no
+/// thread writes to a cache line that another reads.
 [[gnu::noinline]] void collect_range(Request request, Grid<2> grid, const double* poses, const long long* gc,
                                      std::size_t begin, std::size_t end, std::size_t thread, Watch& watch,
                                      Collected& to, Outcome& outcome) {
@@ -147,18 +148,18 @@ ArcColumns feasible_many(const ArmHandle& self, Floats pose, Ints gc, double mar
     return whole.release();
 }
 
-/// What is asked of the proven sets of a pose, within limits of the robot's joints.
+/// Arguments for the proven sets of a pose, within limits of the robot's joints.
 struct ProvenRequest {
     Wanted wanted;
-    int gc;  // of what is asked of one branch
+    int gc;  // if one branch is requested
     double margin;
     Limits limits;
     const Scene* scene;  // or null
-    bool left_out;       // the sets are what limits leave unproven
+    bool left_out;       // return the unproven sets within the limits instead
 };
 
-/// take(k, set, found, blocking, value_of) of each set of a pose. `found` has the status, and what is
-/// unproven; value_of(tag, psi) is the value of a joint that makes an end.
+/// Calls take(k, set, found, blocking, value_of) for each set of a pose. `found` has the status and the
+/// unproven length; value_of(tag, psi) is the value of the joint that causes an end.
 template <class Take>
 void proven_sets(const NearArm& arm, const Pose<double>& pose, const ProvenRequest& r, const Take& take) {
     ProvenArcs found;
@@ -173,7 +174,7 @@ void proven_sets(const NearArm& arm, const Pose<double>& pose, const ProvenReque
     }
 }
 
-/// The same of an arm with an offset, without margin and scene: neither is made for it yet.
+/// The same for an arm with an offset, without margin and scene, which it does not support yet.
 template <class Take>
 void proven_sets(const OffsetArm& arm, const Pose<double>& pose, const ProvenRequest& r, const Take& take) {
     const auto give = [&](int k, int gc, const ProvenArcs& found) {
@@ -195,8 +196,8 @@ void proven_sets(const OffsetArm& arm, const Pose<double>& pose, const ProvenReq
     }
 }
 
-/// The proven sets of a nearly S-R-S arm, or of one with an offset; `unproven` takes the measure of what is
-/// left out, one a set. With `left_out` the sets are what limits leave unproven, without a scene.
+/// The proven sets of a nearly S-R-S arm or of one with an offset. `unproven` receives the unproven length,
+/// one a set. With `left_out` the sets are the unproven ones within the limits, without a scene.
 template <class Handle>
 ArcColumns proven_feasible_many(const Handle& self, Floats pose, Ints gc, double margin, Wanted wanted,
                                 Floats unproven, int threads, const SceneHandle* scene, bool left_out) {
@@ -253,7 +254,7 @@ ArcColumns proven_feasible_many(const Handle& self, Floats pose, Ints gc, double
     return whole.release();
 }
 
-/// The sets of one pose: made into arrays where Python asks for them.
+/// The sets of one pose, converted to arrays when Python reads them.
 struct ArcsOfOne {
     Collected sets;
     nb::object made[Collected::columns];
@@ -265,8 +266,8 @@ struct ArcsOfOne {
     }
 };
 
-/// The sets of one pose, a small (4,4) matrix, or None where an argument is not plain: the general way then
-/// converts it, or says what is wrong.
+/// The sets of one pose, a small (4,4) matrix. None if an argument is not regular: the general function then
+/// converts it or raises the error.
 std::unique_ptr<ArcsOfOne> feasible_one(const ArmHandle& self, nb::handle pose, nb::handle gc_object,
                                         nb::handle margin_object, nb::handle psi_margin,
                                         nb::handle discriminant, Wanted wanted, nb::handle threads,
@@ -336,7 +337,7 @@ void map_psi(Floats psi, Floats out, const Function& function) {
 
 std::vector<double> listed(const Roots& r) { return {r.psi, r.psi + r.count}; }
 
-/// Sets made from arrays of [lower, upper] of any lift; overlapping arcs are joined.
+/// Sets made from arrays of [lower, upper] on any turn; overlapping arcs are merged.
 nb::typed<nb::tuple, Ints, Floats> arcs_from(Ints count, Floats psi) {
     const Buffer n(count), x(psi);
     std::vector<std::int64_t> counts;
@@ -363,8 +364,7 @@ nb::typed<nb::tuple, Ints, Floats> arcs_from(Ints count, Floats psi) {
 
 enum class SetOperation { intersection, union_, complement };
 
-/// a and b, a or b, or not a. `source` says from which end (of a, then of b) each end came,
-/// or -1.
+/// a and b, a or b, or not a. `source` gives the end (of a, then of b) from which each end came, or -1.
 nb::typed<nb::tuple, Ints, Floats, Ints> combine(SetOperation operation, Ints count_a, Floats psi_a,
                                                  Ints index_a, Ints count_b, Floats psi_b, Ints index_b) {
     const ArcArrays a(count_a, psi_a), b(count_b, psi_b);
@@ -372,7 +372,7 @@ nb::typed<nb::tuple, Ints, Floats, Ints> combine(SetOperation operation, Ints co
     const auto ends_of_a = static_cast<std::int64_t>(2 * a.arcs());
     std::vector<std::int64_t> counts, source;
     std::vector<double> arcs;
-    constexpr int in_b = 2 * ArcSet::capacity;  // tags beyond it are of b
+    constexpr int in_b = 2 * ArcSet::capacity;  // larger tags belong to b
     ArcSet out;
     for (Py_ssize_t i = 0; i < ia.shape(0); ++i) {
         const auto at_a = ia.data<long long>()[i], at_b = ib.data<long long>()[i];

@@ -13,8 +13,8 @@ namespace binding {
 
 namespace nb = nanobind;
 
-/// An array as Python hands it over, by its type in the stub. Nothing is checked before a Buffer views it: a
-/// call costs what it would without the type.
+/// An array passed by Python, with its type for the stub. Only a Buffer checks it, so the type costs nothing
+/// in a call.
 template <class Element>
 struct ArrayHandle : nb::handle {
     static constexpr auto Name =
@@ -45,7 +45,7 @@ using Codes = ArrayHandle<Int8>;
 using Bytes = ArrayHandle<UInt8>;
 using Singles = ArrayHandle<Float32>;
 
-/// A view on an object's memory, released with it. Elements are doubles or 64-bit integers.
+/// A view of an object's memory, released with it. Elements are doubles or 64-bit integers.
 class Buffer {
 public:
     Buffer() = default;
@@ -54,7 +54,7 @@ public:
     Buffer& operator=(const Buffer&) = delete;
     ~Buffer() { release(); }
 
-    /// False, without an error set, where the object offers no such memory.
+    /// Returns false, without setting an error, if the object offers no such memory.
     bool try_get(nb::handle object, bool writable = false) noexcept {
         const int flags = PyBUF_STRIDES | PyBUF_FORMAT | (writable ? PyBUF_WRITABLE : 0);
         if (PyObject_GetBuffer(object.ptr(), &view_, flags) == 0) return held_ = true;
@@ -83,7 +83,7 @@ public:
         return static_cast<T*>(view_.buf);
     }
 
-    /// A C-contiguous array of exactly these extents.
+    /// Whether it is a C-contiguous array of exactly these extents.
     bool is_array(char kind, std::initializer_list<Py_ssize_t> extents) const noexcept {
         if (!is(kind) || ndim() != static_cast<int>(extents.size())) return false;
         Py_ssize_t step = view_.itemsize;
@@ -94,7 +94,7 @@ public:
         return true;
     }
 
-    /// How many elements a batch holds: the product of all extents but the `inner` last.
+    /// Number of elements in a batch: the product of all extents but the `inner` last.
     std::size_t elements(int inner) const noexcept {
         std::size_t count = 1;
         for (int i = 0; i < ndim() - inner; ++i) count *= static_cast<std::size_t>(shape(i));
@@ -106,7 +106,7 @@ private:
     bool held_ = false;
 };
 
-/// A number that Python code writes as float or int; false for anything else.
+/// Reads a Python float or int; false for anything else.
 inline bool as_double(nb::handle h, double& out) noexcept {
     if (PyFloat_Check(h.ptr())) {
         out = PyFloat_AS_DOUBLE(h.ptr());
@@ -123,24 +123,24 @@ inline bool as_double(nb::handle h, double& out) noexcept {
     return false;
 }
 
-/// A pose as it would be without the rounding of its numbers to `precision` (ratio; 0: they are not rounded).
+/// Corrects a pose for the rounding of its numbers to `precision` (ratio; 0: exact numbers).
 inline void settle(const armangle::Arm& arm, double precision, double* m) noexcept {
     if (!(precision > 0)) return;
     double last_row[4];
     std::memcpy(last_row, m + 12, sizeof(last_row));
     armangle::store_pose(armangle::within_rounding(arm, armangle::load_pose(m), precision), m);
-    std::memcpy(m + 12, last_row, sizeof(last_row));  // not ours to mend
+    std::memcpy(m + 12, last_row, sizeof(last_row));  // the last row stays as given
 }
 
-/// Whether an object is an array of numpy.ma: some of its numbers may not be meant.
+/// Whether an object is a numpy.ma array, which may mark numbers as invalid.
 inline bool is_masked_array(nb::handle object) noexcept {
     static PyObject* type = nb::object(nb::module_::import_("numpy.ma").attr("MaskedArray")).release().ptr();
     return PyObject_TypeCheck(object.ptr(), reinterpret_cast<PyTypeObject*>(type)) != 0;
 }
 
-/// A small matrix (rows x columns; one row: a vector) read from what Python code offers: an array of float64
-/// or float32 in any order, or nested lists or tuples of numbers. False for anything else: the general way
-/// then says what is wrong.
+/// A small matrix (rows x columns; one row: a vector) read from a float64 or float32 array in any order, or
+/// from nested lists or tuples of numbers. False for anything else: the general function then raises the
+/// error.
 class SmallMatrix {
 public:
     bool read(nb::handle object, int rows, int columns, double* to) noexcept {
@@ -153,14 +153,14 @@ public:
         return b.is('f') && read_array<float>(b, rows, columns, to);
     }
 
-    /// A (4,4) pose of an arm, settled where its numbers are float32. False as above.
+    /// Reads a (4,4) pose of an arm and corrects float32 rounding. False as above.
     bool read_pose(const armangle::Arm& arm, nb::handle object, double* to) noexcept {
         if (!read(object, 4, 4, to)) return false;
         settle(arm, precision_, to);
         return true;
     }
 
-    /// What the numbers read are rounded to (ratio); 0: not at all.
+    /// Relative rounding of the numbers read; 0: exact.
     double precision() const noexcept { return precision_; }
 
 private:
@@ -201,13 +201,13 @@ private:
     }
 };
 
-/// numpy.empty, kept for the life of the process.
+/// numpy.empty, kept for the lifetime of the process.
 inline PyObject* numpy_empty() {
     static PyObject* function = nb::object(nb::module_::import_("numpy").attr("empty")).release().ptr();
     return function;
 }
 
-/// A new float64 array of a shape given as Python int or tuple.
+/// A new float64 array; the shape is a Python int or tuple.
 inline nb::object new_array(nb::handle shape) {
     PyObject* arguments[] = {shape.ptr()};
     PyObject* array = PyObject_Vectorcall(numpy_empty(), arguments, 1, nullptr);
@@ -235,7 +235,7 @@ inline nb::object numpy_float(double value) {
     return nb::steal(made);
 }
 
-/// numpy.int64 of a global configuration; the eight are made once.
+/// numpy.int64 of a global configuration; the eight objects are made once.
 inline nb::object numpy_index(int gc) {
     static PyObject* known = [] {
         const nb::object type = nb::module_::import_("numpy").attr("int64");
@@ -246,7 +246,7 @@ inline nb::object numpy_index(int gc) {
     return nb::borrow(PyTuple_GET_ITEM(known, gc));
 }
 
-/// A named tuple of a Python class, without the class's own __new__.
+/// A named tuple of a Python class, without calling the class's own __new__.
 template <class... Items>
 nb::object new_named(nb::handle kind, Items&&... items) {
     nb::object owned[] = {nb::cast(std::forward<Items>(items))...};
@@ -254,19 +254,19 @@ nb::object new_named(nb::handle kind, Items&&... items) {
     PyObject* made = type->tp_alloc(type, sizeof...(items));
     if (!made) throw nb::python_error();
 #if PY_VERSION_HEX >= 0x030E0000
-    reinterpret_cast<PyTupleObject*>(made)->ob_hash = -1;  // not known yet; 0 would be a hash
+    reinterpret_cast<PyTupleObject*>(made)->ob_hash = -1;  // unknown; 0 would be a hash
 #endif
     for (std::size_t i = 0; i < sizeof...(items); ++i)
         PyTuple_SET_ITEM(made, static_cast<Py_ssize_t>(i), owned[i].release().ptr());
     return nb::steal(made);
 }
 
-/// Batch axes shared by several arrays that were broadcast to one shape; axes that are contiguous in all are
-/// one.
+/// The common batch axes of several arrays broadcast to one shape; axes that are contiguous in all are
+/// merged.
 template <int N>
 class Grid {
 public:
-    /// `inner[k]` trailing axes of buffer k belong to the element and are contiguous. A null buffer has
+    /// The `inner[k]` trailing axes of buffer k belong to the element and are contiguous. A null buffer has
     /// stride 0.
     Grid(const Buffer* const (&buffers)[N], const int (&inner)[N]) {
         const Buffer& lead = *buffers[0];
@@ -282,8 +282,8 @@ public:
 
     std::size_t size() const noexcept { return size_; }
 
-    /// For each run of the last axis within [begin, end): run(flat index, offsets in elements of 8 bytes,
-    /// strides, count).
+    /// Calls run(flat index, offsets in elements of 8 bytes, strides, count) for each run of the last axis
+    /// within [begin, end).
     template <class Run>
     void for_runs(std::size_t begin, std::size_t end, const Run& run) const {
         for_runs(begin, end, run, [](std::size_t) { return false; }, end - begin);
@@ -336,7 +336,7 @@ private:
     Py_ssize_t stride_[most_axes][N] = {};
 };
 
-/// An index that Python code writes as int or NumPy integer; false for anything else (bool and float too).
+/// Reads a Python int or NumPy integer as an index; false for anything else (bool and float too).
 inline bool as_index(nb::handle h, long long& out) noexcept {
     if (PyBool_Check(h.ptr()) || !PyIndex_Check(h.ptr())) return false;
     out = PyNumber_AsSsize_t(h.ptr(), nullptr);
@@ -345,13 +345,13 @@ inline bool as_index(nb::handle h, long long& out) noexcept {
     return false;
 }
 
-/// The bound arm: the arm, and its limits without margin.
+/// The bound arm with its limits, without margin.
 struct ArmHandle {
     armangle::Arm arm;
     armangle::LimitTable limits;
 };
 
-/// The bound arm that is only nearly S-R-S. It is no ArmHandle: what is not made for it cannot take it.
+/// The bound nearly S-R-S arm. It is no ArmHandle, so functions that do not support it cannot take it.
 struct NearArmHandle {
     armangle::NearArm arm;
 };

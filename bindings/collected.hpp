@@ -1,9 +1,9 @@
-// Arc sets while many threads collect them, and the arrays that Python gets of them.
+// Arc sets collected by many threads, and the arrays that Python receives.
 //
-// How many arcs a pose has is known only when it is solved, and a batch of a million poses has millions of
-// them. Each thread therefore writes into its own part of one array that has room for what is usual, and only
-// a thread that outgrows its part takes memory of its own. At the end the parts are drawn together, most
-// often without a copy into new memory; vectors that grow and are joined took as long as solving the poses.
+// The number of arcs of a pose is known only after it is solved, and a million poses have millions of arcs.
+// So each thread writes into its part of one array, sized for the usual number. A thread that outgrows its
+// part allocates its own memory. At the end the parts are merged, mostly without a copy into new memory.
+// Growing and joining vectors took as long as solving the poses.
 #pragma once
 
 #include <nanobind/ndarray.h>
@@ -18,11 +18,11 @@ namespace binding {
 using namespace armangle;
 
 /// count per set; for each arc its two ends as angle, joint, side and value in q; status per set. With a
-/// scene also for each end the pair of obstacle and link that made it, and per set the pair that blocks all
-/// alone.
+/// scene also, for each end, the pair of obstacle and link that causes it, and per set the pair that alone
+/// blocks all.
 using ArcColumns = nb::typed<nb::tuple, Ints, Floats, Codes, Codes, Floats, Codes, nb::object, nb::object>;
 
-/// Values as a NumPy array of so many columns, without a copy.
+/// Values as a NumPy array with this number of columns, without a copy.
 template <class T>
 nb::object owned(std::vector<T>&& values, std::size_t columns) {
     auto* kept = new std::vector<T>(std::move(values));
@@ -32,7 +32,7 @@ nb::object owned(std::vector<T>&& values, std::size_t columns) {
     return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), {rows, columns}, owner));
 }
 
-/// Memory that grows without being filled first; its own, or a part of another's until that is too small.
+/// Memory that grows without initialization: its own, or a part of another's until that is too small.
 template <class T>
 struct Grown {
     std::unique_ptr<T[]> own;
@@ -66,16 +66,16 @@ struct Grown {
 
 /// Arc sets under construction.
 struct Collected {
-    static constexpr std::size_t ends = 5;     // a set, as a rule: two arcs and a half
+    static constexpr std::size_t ends = 5;     // typical number for a set: two and a half arcs
     static constexpr std::size_t columns = 9;  // of ArcColumns
     Grown<std::int64_t> count;
     Grown<double> psi, value;
     Grown<std::int8_t> joint, side, status;
     Grown<std::int64_t> pair, blocking;  // with a scene: obstacle * 256 + link, -1: none
-    Grown<std::int8_t> coarse;           // with a scene: whether narrow arcs were left out
+    Grown<std::int8_t> coarse;           // with a scene: whether narrow arcs may be missing
     bool with_scene = false;
 
-    /// Room for so many sets.
+    /// Allocates room for this number of sets.
     void reserve(std::size_t sets) {
         count.reserve(sets);
         status.reserve(sets);
@@ -88,7 +88,7 @@ struct Collected {
         blocking.reserve(sets);
         coarse.reserve(sets);
     }
-    /// The room that another has for the sets from `first` on.
+    /// Uses the room of another object for the sets from `first` on.
     void borrow(const Collected& whole, std::size_t first, std::size_t sets) {
         count.borrow(whole.count, first, sets);
         status.borrow(whole.status, first, sets);
@@ -113,7 +113,7 @@ struct Collected {
         add(set, outcome, value_of, blocks_all, narrow_left_out);
     }
 
-    /// value_of(tag, psi): the value in q of the joint that makes an end.
+    /// Adds a set; value_of(tag, psi) is the value in q of the joint that causes an end.
     template <class ValueOf>
     void add(const ArcSet& set, Status outcome, const ValueOf& value_of, Tag blocks_all = 0,
              bool narrow_left_out = false) {
@@ -148,7 +148,7 @@ struct Collected {
                 pair.data[pair.size++] = pair_of(tag);
     }
 
-    /// One of the columns of ArcColumns, once.
+    /// One of the columns of ArcColumns; may be called once.
     nb::object column(std::size_t index) {
         switch (index) {
             case 0: return count.release(1);
@@ -169,8 +169,7 @@ struct Collected {
     }
 };
 
-/// One array of all threads' sets: drawn together where it was written, or copied where a thread outgrew its
-/// part.
+/// Joins the sets of all threads into one array: in place, or by copy if a thread outgrew its part.
 template <auto member>
 inline void join(std::vector<Collected>& parts, Collected& whole) {
     auto& to = whole.*member;
@@ -184,7 +183,7 @@ inline void join(std::vector<Collected>& parts, Collected& whole) {
     for (Collected& part : parts) {
         auto& from = part.*member;
         if (!from.own || from.size < total) continue;
-        to = std::move(from);  // one holds all there is
+        to = std::move(from);  // one part holds everything
         return;
     }
     if (outgrown) {

@@ -1,4 +1,4 @@
-// The extension module: the arm, and the other concerns' functions. No mathematics here.
+// The extension module: the arm, and the functions of the other files. No mathematics here.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/vector.h>
 
@@ -18,8 +18,8 @@ void copy(nb::handle from, double* to, std::initializer_list<Py_ssize_t> extents
     std::memcpy(to, b.data<double>(), count * sizeof(double));
 }
 
-/// lengths: d_bs d_se d_ew d_wf a_3 a_4 d_4; joints: sign, offset, lower, upper one after the other;
-/// transforms: 16 each; the vector of the reference.
+/// lengths: d_bs d_se d_ew d_wf a_3 a_4 d_4; joints: sign, offset, lower, upper, consecutively; transforms:
+/// 16 numbers each; the vector of the reference.
 armangle::ArmParameters parameters(Floats lengths, Floats joint_map, Floats base, Floats tool,
                                    armangle::Reference reference, Floats vector) {
     armangle::ArmParameters p;
@@ -72,14 +72,14 @@ std::vector<double> joint_middle(const armangle::Arm& arm) {
     return {arm.joint_middle, arm.joint_middle + armangle::joints};
 }
 
-/// Of each link, base to tip: m and rad from the nominal one.
+/// Deviation of each link from the nominal one, base to end effector: m and rad.
 std::vector<std::vector<double>> deviations(const NearArmHandle& self) {
     std::vector<std::vector<double>> out;
     for (const armangle::LinkDeviation& d : self.arm.deviation) out.push_back({d.position, d.rotation});
     return out;
 }
 
-/// The outcomes as a Python IntEnum. It is pickled by the public name, which is the same for every
+/// Binds the statuses as a Python IntEnum. It is pickled under its public name, which is the same for every
 /// instruction set.
 void bind_status(nb::module_& m) {
     using armangle::Status;
@@ -113,7 +113,7 @@ void bind_status(nb::module_& m) {
             "The outcome as one sentence.");
 }
 
-/// Makes a function (done, total), or None, that of this thread, and returns the one before.
+/// Sets the progress function (done, total), or None, of this thread, and returns the previous one.
 nb::object exchange_progress(nb::object function) {
     PyObject*& held = progress_of_this_thread();
     nb::object before = held ? nb::steal(held) : nb::none();
@@ -135,7 +135,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     namespace nb = nanobind;
     using binding::ArmHandle;
     nb::set_leak_warnings(
-        false);  // values kept by module globals and tests are alive at exit: that is no leak
+        false);  // values kept by module globals and tests live until exit, which is no leak
     m.attr("__version__") = ARMANGLE_VERSION;
     m.attr("JOINTS") = armangle::joints;
     m.attr("CONFIGURATIONS") = armangle::configurations;

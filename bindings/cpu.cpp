@@ -1,4 +1,4 @@
-// The module that says which instruction sets this processor has. Compiled for the plainest of them.
+// The module that reports the processor's instruction sets. Compiled for the most basic one.
 #include <nanobind/nanobind.h>
 
 #include "levels.hpp"

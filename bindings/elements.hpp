@@ -1,4 +1,4 @@
-// One function over the elements of broadcast arrays, in threads.
+// Applies one function to the elements of broadcast arrays, in threads.
 #pragma once
 
 #include "refusal.hpp"
@@ -6,7 +6,7 @@
 
 namespace binding {
 
-/// Applies one(inputs..., outputs...) to each element; the first problem is refused as one of `argument`.
+/// Applies one(inputs..., outputs...) to each element; raises the first problem, named after `argument`.
 template <int N, class One>
 void for_each(const char* argument, const Buffer* const (&buffers)[N], const int (&inner)[N], int threads,
               const One& one) {
@@ -30,8 +30,8 @@ void for_each(const char* argument, const Buffer* const (&buffers)[N], const int
     refuse(armangle::first_problem(outcomes, armangle::most_threads), *buffers[0], inner[0], argument);
 }
 
-/// Applies run(at, step, count, outcome) to runs of elements with constant strides; the first problem is
-/// refused as one of `argument`.
+/// Applies run(at, step, count, outcome) to runs of elements with constant strides; raises the first problem,
+/// named after `argument`.
 template <int N, class Run>
 void for_each_run(const char* argument, const Buffer* const (&buffers)[N], const int (&inner)[N], int threads,
                   const Run& run) {
@@ -51,7 +51,7 @@ void for_each_run(const char* argument, const Buffer* const (&buffers)[N], const
     refuse(armangle::first_problem(outcomes, armangle::most_threads), *buffers[0], inner[0], argument);
 }
 
-/// Refuses poses (..., 4, 4) that an arm cannot be asked for: those that are none, or not in m.
+/// Raises for poses (..., 4, 4) that are not rigid or not in m.
 template <class Handle>
 void check_poses(const Handle& self, Floats poses, const char* argument) {
     const Buffer p(poses);
@@ -60,7 +60,7 @@ void check_poses(const Handle& self, Floats poses, const char* argument) {
     });
 }
 
-/// Refuses joints (..., 7) that an arm cannot have: those that are no numbers, or not in rad.
+/// Raises for joints (..., 7) that are not finite or not in rad.
 template <class Handle>
 void check_joint_rows(const Handle& self, Floats q, const char* argument) {
     const Buffer rows(q);
@@ -75,7 +75,7 @@ void bind_checks(nb::class_<Handle>& arm) {
     arm.def("check_joints", &check_joint_rows<Handle>, nb::arg("q"), nb::arg("argument"));
 }
 
-/// Poses, arm angles and branches of a run, the first three buffers of a grid.
+/// Poses, arm angles and branches of a run, from the first three buffers of a grid.
 inline armangle::InverseBatch asked_batch(const Buffer& pose, const Buffer& psi, const Buffer& gc,
                                           const Py_ssize_t* at, const Py_ssize_t* step, bool nan) {
     armangle::InverseBatch b;
@@ -100,14 +100,14 @@ void for_each_joints(const AnyArm& arm, Floats q, nb::handle out, int rank, int 
     });
 }
 
-/// A pose, an arm angle and a branch: what an inverse is asked.
+/// The arguments of an inverse: a pose, an arm angle and a branch.
 struct Asked {
     armangle::Pose<double> pose;
     double psi;
     int gc;
 };
 
-/// What is wrong with an element; of an arm whose reach its inverse finds, in its numbers.
+/// Checks an element. For an arm whose inverse determines the reach, checks the numbers alone.
 inline armangle::Problem check_asked(const armangle::Arm& arm, const armangle::InverseBatch& b,
                                      double& value) noexcept {
     return armangle::detail::check_element(arm, b, 0, value);
@@ -117,7 +117,7 @@ armangle::Problem check_asked(const AnyArm& arm, const armangle::InverseBatch& b
     return armangle::detail::check_numbers(arm, b, 0, value);
 }
 
-/// Applies one(asked, out, value), which gives its own problem, to each posture that is asked of an arm.
+/// Applies one(asked, out, value), which returns its problem, to each requested configuration of an arm.
 template <class AnyArm, class One>
 void for_each_asked(const AnyArm& arm, Floats pose, Floats psi, Ints gc, Floats out, int rank, int threads,
                     const One& one) {

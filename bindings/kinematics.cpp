@@ -10,7 +10,7 @@ using namespace armangle;
 
 namespace {
 
-/// Joints as a new array; None if they have to be within their limits and are not.
+/// Joints as a new array; None if they must be within their limits and are not.
 nb::object joints_of(const double* q, const Limits& limits, bool keep) {
     if (keep && !(limit_margin(limits, q) >= -tolerance::angle)) return nb::none();
     nb::object out = new_array7();
@@ -19,8 +19,8 @@ nb::object joints_of(const double* q, const Limits& limits, bool keep) {
     return out;
 }
 
-/// One plain inverse: a small (4,4) matrix, float psi, integer gc. None where anything is not plain, or the
-/// limits are to be kept and are not: the general call then says what.
+/// One regular inverse: a small (4,4) matrix, float psi, integer gc. None if an argument is not regular, or
+/// required limits are violated: the general function then raises the error.
 nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_object, nb::handle gc_object,
                        bool limits) {
     double psi, value;
@@ -39,7 +39,7 @@ nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_ob
                      limits);
 }
 
-/// One plain inverse of a nearly S-R-S arm.
+/// One regular inverse of a nearly S-R-S arm.
 nb::object near_inverse_one(const NearArmHandle& self, nb::handle pose, nb::handle psi_object,
                             nb::handle gc_object, bool limits) {
     double psi, m[16];
@@ -86,8 +86,8 @@ void inverse_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats s
     refuse(found, p, 2, of_branch ? "branch" : "pose", "seed");
 }
 
-/// A plain forward: (pose, psi, gc) of one small vector (7,). None where it is not plain, or the arm angle
-/// does not exist: the general call then says what.
+/// One regular forward: (pose, psi, gc) of a small vector (7,). None if it is not regular, or the arm angle
+/// does not exist: the general function then raises the error.
 template <class Handle>
 nb::object forward_one(const Handle& self, nb::handle q) {
     double joint[joints], value;
@@ -135,7 +135,7 @@ void elbow_many(const Handle& self, Floats q, Floats out, int threads) {
     });
 }
 
-/// The psi of a wish, and what is wrong where it has none.
+/// The psi of an elbow's target, or the problem if there is none.
 struct Wished {
     double psi;
     Problem problem;
@@ -213,13 +213,13 @@ void self_motion_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, F
     });
 }
 
-/// By how much a pose that cannot be held is out of reach (m), of an own chain at every psi.
+/// Distance (m) of an unsolvable pose beyond the reach; for an arm with its own chain, at every psi.
 double excess_of(const NearArm& arm, const Asked& asked) { return reach_excess(arm, asked.pose); }
 double excess_of(const OffsetArm& arm, const Asked& asked) {
     return reach_excess(arm, asked.pose, asked.psi);
 }
 
-/// dq/dpsi of a nearly S-R-S arm; dq by the free joint of one with an offset.
+/// dq/dpsi of a nearly S-R-S arm; dq by the free joint for an arm with an offset.
 template <class Handle>
 void self_motion_rate_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats out, int threads) {
     for_each_asked(self.arm, pose, psi, gc, out, 1, threads,
@@ -231,7 +231,7 @@ void self_motion_rate_many(const Handle& self, Floats pose, Floats psi, Ints gc,
                    });
 }
 
-/// dq by twist and psi, (..., 7, 7); with `nan`, NaN where the geometry has no answer.
+/// dq by twist and psi, (..., 7, 7); with `nan`, NaN if the geometry has no solution.
 void inverse_derivative_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats out, bool nan,
                              int threads) {
     const Buffer p(pose), a(psi), g(gc), to(out, true);
@@ -243,7 +243,7 @@ void inverse_derivative_many(const ArmHandle& self, Floats pose, Floats psi, Int
                     });
 }
 
-/// Gradients by the joints (..., 7) taken back to poses (..., 4, 4) and psi; for the operators of torch.
+/// Pulls gradients by the joints (..., 7) back to poses (..., 4, 4) and psi; for the operators of torch.
 void inverse_pullback_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats by_q,
                            Floats by_pose, Floats by_psi, bool nan) {
     const Buffer p(pose), a(psi), g(gc), q(by_q), to(by_pose, true), to_psi(by_psi, true);
@@ -257,7 +257,7 @@ void inverse_pullback_many(const ArmHandle& self, Floats pose, Floats psi, Ints 
                     });
 }
 
-/// Gradients by poses and psi taken back to the joints; with `nan`, NaN where they do not exist.
+/// Pulls gradients by poses and psi back to the joints; with `nan`, NaN if they do not exist.
 void forward_pullback_many(const ArmHandle& self, Floats q, Floats by_pose, Floats by_psi, Floats by_q,
                            bool nan) {
     const Buffer in(q), p(by_pose), a(by_psi), to(by_q, true);
@@ -274,7 +274,7 @@ void forward_pullback_many(const ArmHandle& self, Floats q, Floats by_pose, Floa
     });
 }
 
-/// Gradients by twists (..., 6) as gradients by the entries of poses.
+/// Converts gradients by twists (..., 6) to gradients by the entries of poses.
 void pose_gradient_many(Floats pose, Floats by_twist, Floats by_pose) {
     const Buffer p(pose), t(by_twist), to(by_pose, true);
     for_each<3>("pose", {&p, &t, &to}, {2, 1, 2}, 1, [&](const Py_ssize_t* at, double&) {
@@ -295,7 +295,7 @@ void limit_margin_gradient_many(const Handle& self, Floats q, Floats out) {
     });
 }
 
-/// Writes the nearest pose within the reach and returns how far it is, m.
+/// Writes the nearest pose within reach and returns its distance (m).
 double nearest_pose(const ArmHandle& self, Floats pose, Floats out) {
     const Buffer from(pose), to(out, true);
     const NearestPose nearest = nearest_within_reach(self.arm, load_pose(from.data<double>()));
@@ -303,7 +303,7 @@ double nearest_pose(const ArmHandle& self, Floats pose, Floats out) {
     return nearest.gap;
 }
 
-/// theta of joint values, and joint values of theta: joint_map.hpp on arrays (..., 7).
+/// theta of joint values, or the inverse: joint_map.hpp on arrays (..., 7).
 template <class Handle, bool to_model>
 void joint_map_many(const Handle& self, Floats from, Floats to) {
     const Buffer in(from), out(to, true);
@@ -323,10 +323,10 @@ void exact_rotation(double* m) noexcept {
     double last_row[4];
     std::memcpy(last_row, m + 12, sizeof(last_row));
     store_pose({orthonormal(pose.rotation), pose.position}, m);
-    std::memcpy(m + 12, last_row, sizeof(last_row));  // not ours to mend
+    std::memcpy(m + 12, last_row, sizeof(last_row));  // the last row stays as given
 }
 
-/// Poses as they would be without the rounding of their numbers to `precision`.
+/// Corrects poses for the rounding of their numbers to `precision`.
 template <class Handle>
 void settle_many(const Handle& self, Floats poses, double precision) {
     const Buffer in_place(poses, true);
@@ -340,7 +340,7 @@ void settle_many(const Handle& self, Floats poses, double precision) {
     });
 }
 
-/// What an exact arm and a nearly S-R-S one answer in the same words.
+/// Functions that have the same form for S-R-S and nearly S-R-S arms.
 template <class Handle>
 void bind_both(nb::class_<Handle>& arm) {
     using namespace nb::literals;

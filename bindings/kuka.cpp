@@ -1,4 +1,4 @@
-// KUKA's names for a posture: E1, Status, Turn.
+// KUKA's representation of a configuration: E1, Status, Turn.
 #include "armangle/kuka.hpp"
 
 #include <vector>
@@ -20,7 +20,7 @@ void kuka_codes(const ArmHandle& self, Floats q, Ints codes, int threads) {
     });
 }
 
-/// Joints of each pose, E1 and Status, and what became of it.
+/// Joints of each pose, E1 and Status, and the outcome.
 void kuka_inverse(const ArmHandle& self, Floats pose, Floats e1, Ints status, Floats seed, Floats out,
                   Ints outcome, int threads) {
     const Buffer p(pose), e(e1), s(status), q(out, true), code(outcome, true);
@@ -42,7 +42,8 @@ void kuka_inverse(const ArmHandle& self, Floats pose, Floats e1, Ints status, Fl
                 });
 }
 
-/// Shares the turns that are open in one posture (7,) so that it has a Turn; false where that cannot be.
+/// Redistributes the undetermined turns in one configuration (7,) so that it has a Turn; false if that is
+/// impossible.
 bool kuka_share_turns(const ArmHandle& self, Floats q, Floats seed, int turn) {
     const Buffer at(q, true);
     Buffer near;
@@ -50,7 +51,7 @@ bool kuka_share_turns(const ArmHandle& self, Floats q, Floats seed, int turn) {
     return kuka::share_turns(self.arm, near.held() ? near.data<double>() : nullptr, &turn, at.data<double>());
 }
 
-/// The values of E1 within the limits, of each pose (..., 4, 4) and Status (n,).
+/// The values of E1 within the limits, for each pose (..., 4, 4) and Status (n,).
 ArcColumns kuka_e1_arcs(const ArmHandle& self, Floats pose, Ints status) {
     const Buffer p(pose), s(status);
     const std::size_t n = p.elements(2);

@@ -1,7 +1,7 @@
-// Which instruction sets this processor and its system have. Compiled for the plainest of them.
+// The instruction sets of this processor and its operating system. Compiled for the most basic one.
 //
-// By cpuid itself and not by __builtin_cpu_supports, which needs a symbol that not every compiler's library
-// has.
+// Uses cpuid directly instead of __builtin_cpu_supports, which needs a symbol that some compilers' libraries
+// lack.
 #pragma once
 
 #include <cstring>
@@ -20,7 +20,7 @@ struct Levels {
 
 constexpr bool has(unsigned flags, unsigned wanted) noexcept { return (flags & wanted) == wanted; }
 
-/// Register state that the system saves: XCR0.
+/// Register state saved by the operating system: XCR0.
 inline unsigned saved_state() noexcept {
     unsigned low, high;
     __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));

@@ -1,4 +1,4 @@
-// Prints the level that a build for this processor needs: its best one.
+// Prints the best level for this processor, for a native build.
 #include <cstdio>
 
 #include "levels.hpp"

@@ -1,4 +1,4 @@
-// Arms with an offset wrist or shoulder: postures by the free joint, its arcs, the nearest posture.
+// Arms with an offset wrist or shoulder: configurations by the free joint, its arcs, the nearest solution.
 #include "elements.hpp"
 #include "offset_handle.hpp"
 
@@ -8,7 +8,7 @@ using namespace armangle;
 
 namespace {
 
-/// Poses (n, 4, 4), values of the free joint and branches of the rows of q.
+/// Poses (n, 4, 4), values of the free joint and branches for the rows of q.
 void offset_forward(const OffsetHandle& self, Floats q, Floats pose, Floats free, Ints gc, int threads) {
     const Buffer in(q), p(pose, true), f(free, true), g(gc, true);
     for_each<4>("q", {&in, &p, &f, &g}, {1, 2, 0, 0}, threads, [&](const Py_ssize_t* at, double& value) {
@@ -23,7 +23,7 @@ void offset_forward(const OffsetHandle& self, Floats q, Floats pose, Floats free
     });
 }
 
-/// The DH frames (n, 8, 4, 4) of the rows of q.
+/// The DH frames (n, 8, 4, 4) for the rows of q.
 void offset_frames(const OffsetHandle& self, Floats q, Floats out, int threads) {
     for_each_joints<double>(self.arm, q, out, 3, threads, [&](const double* joint, double* to) {
         Pose<double> frame[joints + 1];
@@ -32,7 +32,7 @@ void offset_frames(const OffsetHandle& self, Floats q, Floats out, int threads) 
     });
 }
 
-/// Refuses a posture outside its limits, or makes it NaN, as asked.
+/// Raises for a configuration outside its limits, or makes it NaN, as requested.
 Problem enforce_limits(const OffsetHandle& self, Enforce limits, Inverse& found, double& value) noexcept {
     if (limits == Enforce::ignore || !(found.margin < -tolerance::angle)) return Problem::none;
     const Limits& range = self.arm.own.limits;
@@ -44,7 +44,7 @@ Problem enforce_limits(const OffsetHandle& self, Enforce limits, Inverse& found,
     return limits == Enforce::raise ? Problem::joint_limit : Problem::none;
 }
 
-/// Joints of each pose, value of the free joint and branch, and what became of it.
+/// Joints of each pose, value of the free joint and branch, and the outcome.
 void offset_inverse(const OffsetHandle& self, Floats pose, Floats free, Ints gc, Floats seed, Floats out,
                     Ints outcome, Enforce limits, int threads) {
     const Buffer p(pose), f(free), g(gc), q(out, true), code(outcome, true);
@@ -67,7 +67,7 @@ void offset_inverse(const OffsetHandle& self, Floats pose, Floats free, Ints gc,
                 });
 }
 
-/// The nearest posture of each pose: q, (n, 3) free, distance and margin, and (n, 2) gc and status.
+/// The nearest solution of each pose: q, (n, 3) free, distance and margin, and (n, 2) gc and status.
 void offset_nearest(const OffsetHandle& self, Floats pose, Floats near, Floats weight, long long branches,
                     Floats out, Floats numbers, Ints codes, int threads) {
     const Buffer p(pose), w(weight), q(out, true), n(numbers, true), c(codes, true);

@@ -6,7 +6,7 @@
 
 namespace binding {
 
-/// What Python makes of its numbers once: lengths d_bs, d_se, d_ew, d_wf, a_3, a_4; rows signs, offsets,
+/// The arm, made once from Python's numbers: lengths d_bs, d_se, d_ew, d_wf, a_3, a_4; rows signs, offsets,
 /// lower, upper (4, 7).
 struct OffsetHandle {
     armangle::OffsetArm arm;

@@ -1,4 +1,4 @@
-// Paths, plans, the curves they give, and what explains that there is none.
+// Paths, plans, their curves, and explanations of failed plans.
 #include "armangle/plan.hpp"
 
 #include "armangle/plan/curve_through.hpp"
@@ -28,7 +28,7 @@ const Segment* as_segments(const Buffer& b) noexcept {
 }
 Vec3<double> as_vector(const double* v) noexcept { return {v[0], v[1], v[2]}; }
 
-/// Segments through n poses at rising s; one pose is a path that stays there.
+/// Segments through n poses at rising s; one pose gives a constant path.
 void path_waypoints(Floats poses, Floats s, Floats out) {
     const Buffer p(poses), at(s), to(out, true);
     const double* const begins = at.data<double>();
@@ -55,7 +55,7 @@ void path_screw(Floats start, Floats point, Floats direction, double angle, doub
     *reinterpret_cast<Segment*>(to.data<double>()) = g;
 }
 
-/// Centre, axis and angle of the arc through three points; angle 0 where they lie on a line.
+/// Centre, axis and angle of the arc through three points; angle 0 if they lie on a line.
 nb::tuple arc_through_points(Floats from, Floats via, Floats to) {
     const Buffer a(from), b(via), c(to);
     const ArcThrough arc =
@@ -64,8 +64,8 @@ nb::tuple arc_through_points(Floats from, Floats via, Floats to) {
                           nb::make_tuple(arc.axis.x, arc.axis.y, arc.axis.z), arc.angle);
 }
 
-/// The first segment of several that does not begin where the one before it ends, and how far off (m or rad);
-/// their number where all do.
+/// The first segment that does not begin where the previous one ends, and the gap (m or rad); the number of
+/// segments if there is none.
 nb::tuple path_gap(Floats segments) {
     const Buffer g(segments);
     const auto n = static_cast<std::size_t>(g.shape(0));
@@ -76,7 +76,7 @@ nb::tuple path_gap(Floats segments) {
     return nb::make_tuple(n, 0.0);
 }
 
-/// Segments one after the other with rounded corners, and by how much they are off those given: m, rad.
+/// Consecutive segments with rounded corners, and their deviation from the given ones: m, rad.
 nb::tuple path_joined(Floats segments, Floats radius) {
     const Buffer g(segments), r(radius);
     const auto n = static_cast<std::size_t>(g.shape(0));
@@ -89,7 +89,7 @@ nb::tuple path_joined(Floats segments, Floats radius) {
     return nb::make_tuple(out, path.off_position, path.off_rotation);
 }
 
-/// Segments whose frames turn about their own z axes as well, as far as roll + rate s.
+/// Segments whose frames also turn about their own z axes, by roll + rate s.
 void path_rolled(Floats segments, double roll, double rate, Floats out) {
     const Buffer g(segments), to(out, true);
     auto* turned = reinterpret_cast<Segment*>(to.data<double>());
@@ -107,7 +107,7 @@ void path_poses(Floats segments, Floats s, Floats out) {
     }
 }
 
-/// Derivatives 1, 2, 3 with respect to s of the point, and 0, 1, 2 of the angular velocity: (3, 6) each.
+/// Derivatives 1, 2, 3 by s of the point, and 0, 1, 2 of the angular velocity: (3, 6) each.
 void path_derivatives(Floats segments, Floats s, Floats out) {
     const Buffer g(segments), x(s), to(out, true);
     const auto n = static_cast<std::size_t>(g.shape(0));
@@ -144,15 +144,15 @@ nb::object as_array(const std::vector<double>& values, std::size_t width) {
     return out;
 }
 
-/// A set of arcs whose ends are the user's.
+/// A set of arcs whose ends are marked as the user's.
 ArcSet of_user(nb::handle count, nb::handle psi) {
     ArcSet out = ArcArrays(count, psi).load(0, 0);
     for (int i = 0; i < out.count; ++i) out.arc[i].lower_tag = out.arc[i].upper_tag = make_tag(0, Side::user);
     return out;
 }
 
-/// Arcs of psi that a Python function of s gives as (count, psi), each s asked once. What it raises is kept,
-/// and from then on no arc is left.
+/// Arcs of psi from a Python function of s that returns (count, psi); it is called once for each s. An
+/// exception is stored, and afterwards all arcs are empty.
 class AskedArcs {
 public:
     explicit AskedArcs(nb::object function) : function_(std::move(function)) {}
@@ -195,12 +195,12 @@ NearPlan planned(const NearArm& arm, const Segment* segments, std::size_t n, con
     return plan(arm, segments, n, rows, row_count, options, scene);
 }
 
-/// (ok, gc, plane, stretches, open, start gap, goal gap, branches, shifts, base); weights: limits,
-/// singularities, travel, enough, psi, duration, and seven velocities and accelerations. wished: psi at s
-/// evenly, or what the elbow shall be near or go along; None without a wish. allowed: count and arcs, the
-/// same for every s; allowed_at: a function of s that gives them. scenes: each of an even part of the path.
-/// held: q of joint 7 where the roll is free. true_scene: that of an arm with its own chain, whose nominal
-/// arm's is the one of `scenes`.
+/// (ok, gc, plane, stretches, open, start gap, goal gap, branches, shifts, base). weights: limits,
+/// singularities, travel, enough, psi, duration, and seven velocities and accelerations. wished: psi at equal
+/// steps of s, or the elbow's point or direction; None without a target. allowed: count and arcs, the same
+/// for every s; allowed_at: a function of s that returns them. scenes: each for an equal part of the path.
+/// held: q of joint 7 if the roll is free. true_scene: the scene of an arm with its own chain; `scenes` are
+/// then those of its nominal arm.
 template <class Handle>
 nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats start, Floats goal,
                      unsigned branches, Floats weights, double singularity_margin, double limit_margin,
@@ -294,7 +294,7 @@ Curve as_curve(const Arm& arm, const Buffer& segments, const Buffer& stretches, 
              static_cast<std::size_t>(stretches.shape(0))}};
 }
 
-/// What an arm's joints do along a curve of its own, or of the nominal arm's.
+/// The joints along the arm's own curve, or along the nominal arm's.
 const Curve& joints_along(const Arm&, const Curve& curve, const Buffer&) noexcept { return curve; }
 CorrectedCurve joints_along(const NearArm& arm, const Curve& curve, const Buffer& shifts) noexcept {
     return {arm,
@@ -303,25 +303,25 @@ CorrectedCurve joints_along(const NearArm& arm, const Curve& curve, const Buffer
              static_cast<std::size_t>(shifts.shape(0))}};
 }
 
-/// The arm; of one with its own chain the nominal arm stands on the base of its plan, where that has one.
+/// The arm; if it has its own chain, the nominal arm on the base of its plan, if that has one.
 const Arm& standing(const Arm& arm, const Floats&) noexcept { return arm; }
 NearArm standing(const NearArm& arm, const Floats& base) {
     return base.is_none() ? arm : with_base(arm, load_pose(Buffer(base).data<double>()));
 }
 
-/// psi of a posture on a curve, as the arm measures it.
+/// psi of a configuration on a curve, in the arm's definition.
 double psi_of(const Arm&, const PlacedPosture& at) noexcept { return at.psi; }
 double psi_of(const NearArm& arm, const PlacedPosture& at) noexcept {
     return lift(forward(arm, at.q).psi, at.psi);
 }
 
-/// A posture on a curve without a joint that leads.
+/// A configuration on a curve without a leading joint.
 PlacedPosture along(const Arm&, const Curve& curve, double s) noexcept { return curve.at(s); }
 PlacedPosture along(const NearArm& arm, const Curve& curve, double s) noexcept {
     return CorrectedCurve{arm, curve, {}}.at(s);
 }
 
-/// How far (m) the tool is from a pose.
+/// Distance (m) of the end effector from a pose.
 double off(const Arm& arm, const double* q, const Pose<double>& pose) noexcept {
     return position_error(arm, chain(arm, q), pose);
 }
@@ -329,8 +329,8 @@ double off(const NearArm& arm, const double* q, const Pose<double>& pose) noexce
     return norm(forward(arm, q).pose.position - pose.position);
 }
 
-/// q, psi, branch (as a float), pose, least limit margin and residual at s. roll_free: joint 7 stays, and the
-/// pose is the one that is held.
+/// q, psi, branch (as a float), pose, distance to the nearest limit and residual at s. roll_free: joint 7 is
+/// constant, and the pose is the one reached.
 template <class Handle>
 void curve_at(const Handle& self, Floats segments, Floats stretches, Floats plane, int gc, bool roll_free,
               Floats shifts, Floats base, Floats s, Floats q, Floats psi, Floats branch, Floats pose,
@@ -365,7 +365,7 @@ void curve_derivatives(const Handle& self, Floats segments, Floats stretches, Fl
             .derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
 }
 
-/// The segments of a path, as they come.
+/// The segments of a path, unchanged.
 std::span<const Segment> as_path(const Buffer& segments) noexcept {
     return {as_segments(segments), static_cast<std::size_t>(segments.shape(0))};
 }
@@ -382,7 +382,7 @@ PathRows as_rows(const Buffer& s, const Buffer& psi, const Buffer& q, const Buff
             std::vector<int>(gc.data<std::int64_t>(), gc.data<std::int64_t>() + n)};
 }
 
-/// The curve through rows that were found otherwise.
+/// The curve through rows from another source.
 CurveThrough through(const Arm& arm, std::span<const Segment> path, const PathRows& rows) {
     return {arm, path, rows, [](const Curve&, const Stretch&, double, PlacedPosture q) { return q; }};
 }
@@ -393,7 +393,7 @@ CurveThrough through(const NearArm& arm, std::span<const Segment> path, const Pa
             }};
 }
 
-/// The same as plane, stretches, and the row behind which nothing leads on to the next, or -1.
+/// The same as plane, stretches, and the row after which no continuation exists, or -1.
 template <class Handle>
 nb::object curve_through(const Handle& self, Floats segments, Floats s, Floats q, Floats psi, Ints gc) {
     const Buffer g(segments), at(s), joint_values(q), angles(psi), branches(gc);
@@ -405,7 +405,7 @@ nb::object curve_through(const Handle& self, Floats segments, Floats s, Floats q
     return nb::make_tuple(as_array({p.x, p.y, p.z, e.x, e.y, e.z}, 6), out, curve.torn);
 }
 
-/// What joints do between rows: a function of s.
+/// The configuration between rows as a function of s.
 template <class SrsArm>
 auto between(const SrsArm& arm, std::span<const Segment> path, const PathRows& rows) {
     return [&arm, path, gc = rows.gc[0], curve = through(arm, path, rows)](double s) {
@@ -423,8 +423,8 @@ const Limits& limits_of(const SrsArm& arm) noexcept {
 }
 const Limits& limits_of(const OffsetArm& arm) noexcept { return arm.own.limits; }
 
-/// Rows (s, psi, q, gc) with more between them where the straight way passes a limit (rows_within.hpp); the
-/// most that one is passed nevertheless, the joint, and the row before.
+/// Rows (s, psi, q, gc), with more inserted where the straight line violates a limit (rows_within.hpp); the
+/// largest remaining violation, its joint, and the row before.
 template <class Handle>
 nb::object rows_within(const Handle& self, Floats segments, Floats s, Floats q, Floats psi, Ints gc) {
     const Buffer g(segments), at(s), joint_values(q), angles(psi), branches(gc);
@@ -433,7 +433,8 @@ nb::object rows_within(const Handle& self, Floats segments, Floats s, Floats q, 
     const auto draw = [&](const PathRows& drawn) { return between(self.arm, path, drawn); };
     const auto solve = [&](double x, double value, int branch, const double* near, double* out) {
         const Inverse found = inverse(self.arm, pose_of(path, x), value, branch, near);
-        for (int j = 0; j < joints; ++j)  // a turn away it would be within limits too, but the way leaps
+        for (int j = 0; j < joints; ++j)  // another turn may be within the limits too, but the path would
+                                          // jump
             out[j] = has_a_turn(limits_of(self.arm), j) ? lift(found.q[j], near[j]) : found.q[j];
         return is_solved(found.status);
     };
@@ -443,7 +444,7 @@ nb::object rows_within(const Handle& self, Floats segments, Floats s, Floats q, 
                           as_array(kept, 1), passed.excess, passed.joint, passed.row);
 }
 
-/// A path's rows (s, free, q) of an arm with an offset, held while they are asked.
+/// The rows (s, free, q) of a path of an arm with an offset, kept during queries.
 class OffsetRows {
 public:
     OffsetRows(Floats segments, Floats s, Floats free, Floats q)
@@ -461,7 +462,7 @@ private:
     const Buffer segments_, s_, free_, q_;
 };
 
-/// The same of an arm with an offset, between its rows: q, free, branch, pose, margin, residual at s.
+/// Values between these rows: q, free, branch, pose, margin, residual at s.
 void rows_at(const OffsetHandle& self, Floats segments, Floats rows_s, Floats free, Floats rows_q, Floats s,
              Floats q, Floats psi, Floats branch, Floats pose, Floats margin, Floats residual) {
     const OffsetRows rows(segments, rows_s, free, rows_q);
@@ -499,8 +500,8 @@ nb::object explain_pose(const ArmHandle& self, Floats segment, double singularit
     return out;
 }
 
-/// (lower, upper) of a sine or cosine over intervals, and of their arithmetic: what the tests of the
-/// enclosures ask.
+/// (lower, upper) of a sine or cosine over intervals, and of their arithmetic: used by the tests of the
+/// enclosures.
 void interval_many(int operation, Floats a, Floats b, Floats out) {
     const Buffer x(a), y(b), to(out, true);
     for (Py_ssize_t i = 0; i < x.shape(0); ++i) {
@@ -513,7 +514,7 @@ void interval_many(int operation, Floats a, Floats b, Floats out) {
     }
 }
 
-/// Unproven stretches of a curve, and the places seen to break a limit.
+/// Unproven stretches of a curve, and the places of violations.
 nb::tuple certify_curve(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc,
                         double singularity_margin, const SceneHandle* scene) {
     const Buffer g(segments), x(stretches), v(plane);
@@ -523,7 +524,7 @@ nb::tuple certify_curve(const ArmHandle& self, Floats segments, Floats stretches
     return nb::make_tuple(as_array(proof.open, 2), as_array(proof.violated, 1));
 }
 
-/// What both kinds of arm answer.
+/// Functions that both kinds of arm have.
 template <class Handle>
 void bind_planning_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;

@@ -1,4 +1,4 @@
-// Poses of positions and orientations as people write them.
+// Poses from positions and orientations in common notations.
 #include "elements.hpp"
 
 namespace binding {
@@ -7,7 +7,7 @@ using namespace armangle;
 
 namespace {
 
-/// How an orientation is written.
+/// The notation of an orientation.
 enum class Orientation : int { wxyz, xyzw, rpy, rotvec };
 
 Problem check_finite(const double* x, int count, double& value) noexcept {
@@ -42,7 +42,7 @@ Mat3<double> rotation_of(Orientation kind, const double* x) noexcept {
     return from_rotation_vector({x[0], x[1], x[2]});
 }
 
-/// Writes poses of orientations; `name` is the argument that they came as.
+/// Writes poses of orientations; `name` is the name of the argument.
 void rotations_many(Orientation kind, Floats numbers, Floats out, const char* name) {
     const Buffer in(numbers), to(out, true);
     for_each<2>(name, {&in, &to}, {1, 2}, 1, [&](const Py_ssize_t* at, double& value) {

@@ -1,4 +1,4 @@
-// What can be reached: freedom of poses, turns of base and tool, and where to put the base.
+// Reachability: freedom of poses, turns of base and tool, and placement of the base.
 #include <nanobind/stl/optional.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ using namespace armangle;
 
 namespace {
 
-/// The table of the arm's limits, drawn in where a margin is asked.
+/// The table of the arm's limits, narrowed if a margin is requested.
 LimitTable table(const ArmHandle& self, double margin) {
     return margin > 0 ? limit_table(self.arm, margin) : self.limits;
 }
@@ -80,7 +80,7 @@ void freedom_gradient_many(const ArmHandle& self, Floats pose, double margin, Fl
     }
 }
 
-/// The turns of each pose (n, 4, 4).
+/// The arcs of turns of each pose (n, 4, 4).
 ArcColumns turns_many(const ArmHandle& self, Floats pose, Turned turned, double margin, int threads) {
     const Buffer p(pose);
     const std::size_t n = p.elements(2);
@@ -101,7 +101,7 @@ ArcColumns turns_many(const ArmHandle& self, Floats pose, Turned turned, double 
     return whole.release();
 }
 
-/// Best yaw of one base position over the poses; `events` and `set` are room to work in.
+/// Best yaw of one base position over the poses; `events` and `set` are work space.
 BestYaw place_at(const ArmHandle& self, const LimitTable& limits, const std::vector<Pose<double>>& poses,
                  const double* weight, const Vec3<double>& at, std::vector<YawEvent>& events) {
     events.clear();
@@ -127,7 +127,7 @@ BestYaw place_at(const ArmHandle& self, const LimitTable& limits, const std::vec
     return best_yaw(events.data(), static_cast<int>(events.size()), always + at_seam);
 }
 
-/// What is wrong with a pose that an arm takes from one of several base positions (k, 3).
+/// Checks a pose of an arm on one of several base positions (k, 3).
 Problem check_placed(const Arm& arm, const double* m, const Buffer& positions, double& value) noexcept {
     Problem problem = check_pose(m, value);
     for (Py_ssize_t i = 0; problem == Problem::none && i < positions.shape(0); ++i) {
@@ -185,7 +185,7 @@ struct MapAngles {
     std::size_t cells() const { return tilts * turns; }
 };
 
-/// What is written of the cells of one place of the wrist; a null pointer is not asked.
+/// Destination of the cells of one wrist position; null: not requested.
 struct CellColumns {
     std::uint8_t* gc;
     float* freedom;
@@ -204,7 +204,8 @@ struct CellColumns {
     }
 };
 
-/// The cells of one place, tilt by tilt; where turn and -turn have the same cell each is made once.
+/// The cells of one wrist position, tilt by tilt; if turn and -turn have the same cell, each is computed
+/// once.
 void place_cells(const ReducedArm& arm, double r, double height, const MapAngles& d, const CellSize& half,
                  const CellColumns& to) {
     ReducedPlace place(arm, r, height);
@@ -232,8 +233,8 @@ void place_cells(const ReducedArm& arm, double r, double height, const MapAngles
     }
 }
 
-/// The cells (k, tilts, turns) of a map at places of the wrist (k, 2), r and height; yaw, roll, and what is
-/// proven of cells `size` large along each axis (4,), or None.
+/// The cells (k, tilts, turns) of a map at wrist positions (k, 2), r and height. Also yaw, roll, and the
+/// proof for cells of `size` along each axis (4,), or None.
 void map_cells(const ArmHandle& self, Floats places, Floats tilt, Floats turn, Floats size, double margin,
                Bytes gc, Singles freedom, std::optional<Bytes> yaw, std::optional<Bytes> roll,
                std::optional<Bytes> proven, int threads) {

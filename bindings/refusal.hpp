@@ -1,4 +1,4 @@
-// How a call fails: one exception, made into the Python error by the one function that has the words.
+// How a call fails: one C++ exception, which one function converts to the Python error with its message.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace binding {
 
-/// What is wrong, with which argument, where in its batch, and the value that shows it.
+/// The problem, the argument, the index in its batch, and the offending value.
 struct Refusal {
     armangle::Problem problem;
     const char* argument;
@@ -15,7 +15,7 @@ struct Refusal {
     double value;
 };
 
-/// Whether a problem is in a pose or quaternion by itself, whatever goes with it.
+/// Whether a problem concerns a pose or quaternion alone, independent of other arguments.
 inline bool is_in_one_value(armangle::Problem problem) noexcept {
     using armangle::Problem;
     for (const Problem one : {Problem::pose_not_finite, Problem::pose_last_row, Problem::pose_not_rotation,
@@ -25,9 +25,9 @@ inline bool is_in_one_value(armangle::Problem problem) noexcept {
     return false;
 }
 
-/// Throws where a problem was found in a batch. The batch axes are those of `lead`, the argument, before its
-/// `inner` last ones; an axis along which it is repeated has no place in the index of a value of its own.
-/// `argument` is what the problem is about; `joint_argument` where joint values are another one.
+/// Throws if a problem was found in a batch. The batch axes are those of the argument `lead` before its
+/// `inner` last ones. An axis along which it is repeated is left out of the index of its own value.
+/// `argument` names the problem's argument; `joint_argument` is used if joint values are another one.
 inline void refuse(const armangle::Outcome& found, const Buffer& lead, int inner, const char* argument,
                    const char* joint_argument = nullptr) {
     if (found.problem == armangle::Problem::none) return;
@@ -43,7 +43,7 @@ inline void refuse(const armangle::Outcome& found, const Buffer& lead, int inner
     throw refusal;
 }
 
-/// Throws where a problem was found in a value that is no batch.
+/// Throws if a problem was found in a value without batch axes.
 inline void refuse_one(armangle::Problem problem, const char* argument, double value) {
     if (problem != armangle::Problem::none) throw Refusal{problem, argument, {}, value};
 }

@@ -1,4 +1,4 @@
-// A scene that is made ready for one arm: the arrays that the core's view looks at.
+// A scene prepared for one arm: the arrays to which the core's view points.
 #pragma once
 
 #include <vector>
@@ -23,11 +23,11 @@ struct SceneHandle {
     armangle::Scene view;
 
     SceneHandle() = default;
-    SceneHandle(const SceneHandle&) = delete;  // the view looks into the vectors
+    SceneHandle(const SceneHandle&) = delete;  // the view points into the vectors
     SceneHandle& operator=(const SceneHandle&) = delete;
 };
 
-/// A pair as Python reads it: obstacle * 256 + link; -1: none.
+/// A pair as a number for Python: obstacle * 256 + link; -1: none.
 inline long long pair_number(armangle::Tag pair) noexcept {
     return pair ? 256LL * armangle::tag_obstacle(pair) + armangle::tag_link(pair) : -1;
 }

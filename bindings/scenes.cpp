@@ -1,4 +1,4 @@
-// Scenes made ready for an arm, and how near the arm is to them.
+// Scenes prepared for an arm, and distances of the arm to them.
 #include <algorithm>
 #include <cmath>
 
@@ -11,19 +11,19 @@ using namespace armangle;
 
 namespace {
 
-/// Whose frame a row of a solid is in: the user's, the DH base, DH frame 7, or the tool's. The row of points
-/// holds their place among the obstacles alone.
+/// The frame of a solid's row: the user's, the DH base, DH frame 7, or the tool's. A row of points only marks
+/// their place among the obstacles.
 enum class Within : int { user, base, flange, tool, points };
 
-/// kind, radius, a, b, three axes, and whose frame. Corners of hulls and distances of fields come apart.
+/// kind, radius, a, b, three axes, and frame. Corners of hulls and distances of fields are stored separately.
 constexpr Py_ssize_t solid_width = 18;
 /// DH frame, radius, begin, end.
 constexpr Py_ssize_t rod_width = 8;
-/// x, y, z, radius, and the obstacle it is of.
+/// x, y, z, radius, and its obstacle.
 constexpr Py_ssize_t point_width = 5;
-/// The row of the hull that it is of, x, y, z.
+/// The row of its hull, x, y, z.
 constexpr Py_ssize_t corner_width = 4;
-/// The row of the field, how many nodes along each axis, spacing.
+/// The row of the field, number of nodes along each axis, spacing.
 constexpr Py_ssize_t field_width = 5;
 
 Vec3<double> vector_of(const double* x) noexcept { return {x[0], x[1], x[2]}; }
@@ -51,14 +51,14 @@ Solid solid_of(const Arm& arm, const Pose<double>& base, const double* row) noex
 
 Rod rod_of(const double* row) noexcept { return {vector_of(row + 2), vector_of(row + 5), row[1]}; }
 
-/// A ball of the user's, and its place among the obstacles.
+/// A ball of the user, and its place among the obstacles.
 struct PlacedBall {
     Vec3<double> centre;
     double radius;
     std::uint16_t id;
 };
 
-/// Bits of x (below 2^21), two zeros after each.
+/// Bits of x (below 2^21), with two zeros after each.
 std::uint64_t spaced(std::uint64_t x) noexcept {
     x = (x | x << 32) & 0x1f00000000ffff;
     x = (x | x << 16) & 0x1f0000ff0000ff;
@@ -77,7 +77,7 @@ struct PairBounds {
     }
 };
 
-/// Balls in Morton's order: what is near in it is near in space.
+/// Sorts balls in Morton order: neighbours in it are near in space.
 void sort_by_place(std::vector<PlacedBall>& balls) {
     PairBounds bounds;
     for (const PlacedBall& ball : balls) bounds.hold(ball.centre);
@@ -97,7 +97,7 @@ void sort_by_place(std::vector<PlacedBall>& balls) {
     balls = std::move(sorted);
 }
 
-/// Balls that each hold `each` units of members {centre, radius}; so many members are a unit.
+/// Balls that each enclose `each` units of members {centre, radius}; `unit` members form a unit.
 template <class Members>
 std::vector<BallGroup> grouped(const Members& members, std::size_t each, std::size_t unit) {
     std::vector<BallGroup> out;
@@ -109,15 +109,15 @@ std::vector<BallGroup> grouped(const Members& members, std::size_t each, std::si
                         static_cast<int>((end - begin + unit - 1) / unit)};
         for (std::size_t k = begin; k < end; ++k)
             group.radius = std::max(group.radius, norm(members[k].centre - group.centre) + members[k].radius);
-        group.radius *= 1.0 + 1e-12;  // its own rounding
+        group.radius *= 1.0 + 1e-12;  // the rounding of this computation
         out.push_back(group);
     }
     return out;
 }
 
-/// The balls, eight a block, blocks in groups, groups in clusters.
+/// Stores the balls: eight a block, blocks in groups, groups in clusters.
 void fill_blocks(std::vector<PlacedBall>& balls, SceneHandle& to) {
-    constexpr double nowhere = 1e8;  // m: what fills up the last block is reached by no arm
+    constexpr double nowhere = 1e8;  // m: the last block is filled up with balls that no arm reaches
     const PlacedBall filler{{nowhere, nowhere, nowhere}, 0.0, no_ball};
     sort_by_place(balls);
     for (std::size_t first = 0; first < balls.size(); first += 8) {
@@ -136,8 +136,8 @@ void fill_blocks(std::vector<PlacedBall>& balls, SceneHandle& to) {
     to.clusters = grouped(to.groups, group_groups, 1);
 }
 
-/// Corners of hulls, all of one row together, and distances of fields, one after another; each solid with
-/// what it looks at, by its row. Distances are rounded down: they stay lower bounds.
+/// Stores corners of hulls, grouped by row, and distances of fields, consecutively, and links each solid to
+/// its data by its row. Distances are rounded down: they remain lower bounds.
 void fill_hulls_and_fields(std::vector<Solid>& solids, const Buffer& corners, const Buffer& fields,
                            const Buffer& distances, SceneHandle& to) {
     check_rows(corners, corner_width);
@@ -179,16 +179,15 @@ void fill_hulls_and_fields(std::vector<Solid>& solids, const Buffer& corners, co
     }
 }
 
-/// Where link 0 is in the DH base.
+/// Pose of link 0 in the DH base.
 Pose<double> base_link(const Arm&) noexcept { return identity_pose(); }
 Pose<double> base_link(const NearArm& arm) noexcept {
     return arm.nominal.has_base ? arm.nominal.base_inverse * arm.link[0] : arm.link[0];
 }
 
-/// Rows of solids: those of the user (of clouds the points come apart), then of link 0 from `first_base` on,
-/// then what is held from `first_held` on; rows of rods of links 3 and 4, then of those that swing; which
-/// pairs may touch, a byte each; what own pairs are proven apart, m; pairs
-/// (obstacle, link) of the arm's own.
+/// Rows of solids: first the user's (points of clouds are separate), then link 0 from `first_base` on, then
+/// held shapes from `first_held` on. Rows of rods: links 3 and 4, then the swinging ones. Also a byte for
+/// each pair that may touch, proven distances of own pairs (m), and the arm's own pairs (obstacle, link).
 template <class Handle>
 void make_scene(SceneHandle* self, const Handle& of, Floats solids, Py_ssize_t first_base,
                 Py_ssize_t first_held, Floats cloud, Floats corners, Floats fields, Floats distances,
@@ -277,8 +276,8 @@ void make_scene(SceneHandle* self, const Handle& of, Floats solids, Py_ssize_t f
     bound_parts(v);
 }
 
-/// Where each rod rests, link 0, 3, 4 or 7, or minus the link that it swings with; the rods are taken to
-/// where they rest, or swing about.
+/// The link on which each rod rests, 0, 3, 4 or 7, or minus the link with which it swings. The rods are
+/// transformed to that link, or to its axis.
 void resting_links(const ArmHandle& self, Floats rods, Ints link) {
     const Buffer rows(rods, true), out(link, true);
     check_rows(rows, rod_width);
@@ -294,15 +293,14 @@ void resting_links(const ArmHandle& self, Floats rods, Ints link) {
     }
 }
 
-/// Two own shapes that are always too near: obstacle * 256 + link, -1 of none; and the most that they are
-/// apart, m.
+/// Two own shapes that are always too near: obstacle * 256 + link, or -1; and their largest distance (m).
 nb::tuple always_near_of(const SceneHandle& scene, const ArmHandle& self) {
     const OwnDistance found = always_near(self.arm, scene.view);
     return nb::make_tuple(pair_number(found.pair), found.most);
 }
 
-/// How near each two rods, rows in order of their DH frames, ever come (m), whatever the joints, below the
-/// diagonal of out (n, n); of `cells` in all, pairs share them.
+/// Least distance (m) of each two rods, in the order of their DH frames, over all joints: below the diagonal
+/// of out (n, n). All pairs share `cells`.
 void never_nearer_all(const ArmHandle& self, Floats rods, Floats out, int cells) {
     const Buffer rows(rods), to(out, true);
     check_rows(rows, rod_width);
@@ -326,8 +324,8 @@ void never_nearer_all(const ArmHandle& self, Floats rods, Floats out, int cells)
     });
 }
 
-/// The same of an arm with its own chain, whose axes do not meet: what a joint turns swings, off its axis or
-/// on it, and stays in the frame of its own link.
+/// The same for an arm with its own chain, whose axes do not meet: a rod swings with its joint, off or on the
+/// axis, and stays in the frame of its link.
 void true_links(const NearArmHandle&, Floats rods, Ints link) {
     const Buffer rows(rods, true), out(link, true);
     check_rows(rows, rod_width);
@@ -381,7 +379,7 @@ void proximity_many(const ArmHandle& self, const SceneHandle& scene, Floats pose
         });
 }
 
-/// The same of the true chain.
+/// The same for the true chain.
 void near_proximity_many(const NearArmHandle& self, const SceneHandle& scene, Floats pose, Floats psi,
                          Ints gc, Floats out, Ints pair, int threads) {
     const Buffer p(pose), a(psi), g(gc), to(out, true), who(pair, true);
@@ -407,7 +405,8 @@ void near_proximity_many(const NearArmHandle& self, const SceneHandle& scene, Fl
                 });
 }
 
-/// The widest psi of each (pose, gc) within the limits: psi, its nearest pair, and the status of the limits.
+/// The psi with the largest clearance for each (pose, gc) within the limits: psi, its nearest pair, and the
+/// status of the limits.
 void widest_many(const ArmHandle& self, const SceneHandle& scene, Floats pose, Ints gc, double margin,
                  Floats psi, Floats out, Ints pair, Ints status, int threads) {
     const Buffer p(pose), g(gc), a(psi, true), to(out, true), who(pair, true), code(status, true);
@@ -432,7 +431,7 @@ void widest_many(const ArmHandle& self, const SceneHandle& scene, Floats pose, I
                 });
 }
 
-/// The same of the true chain.
+/// The same for the true chain.
 void near_widest_many(const NearArmHandle& self, const SceneHandle& scene, Floats pose, Ints gc,
                       double margin, Floats psi, Floats out, Ints pair, Ints status, int threads) {
     const Buffer p(pose), g(gc), a(psi, true), to(out, true), who(pair, true), code(status, true);

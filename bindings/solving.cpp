@@ -1,4 +1,4 @@
-// The nearest posture of a pose, and one for each branch and arc.
+// The nearest solution of a pose, and one for each branch and arc.
 #include <vector>
 
 #include "arc_arrays.hpp"
@@ -14,13 +14,13 @@ using namespace armangle;
 
 namespace {
 
-/// What is asked of every pose alike.
+/// Options common to all poses.
 struct SolveOptions {
     Metric metric;
     double weight[joints];
     unsigned branches;
     double margin;
-    double length;  // m that a radian counts as where a pose has no posture; 0: none is sought
+    double length;  // m that count as one radian for an approximate solution; 0: none
 };
 
 void make_solve_options(SolveOptions* self, Metric metric, Floats weight, unsigned branches, double margin,
@@ -41,13 +41,13 @@ NearestOptions nearest_options(const SolveOptions& o, const double* near, const 
     return out;
 }
 
-/// What an arm with its own chain keeps off: singularities by a margin (rad), and a scene; null: none.
+/// Constraints of an arm with its own chain: a singularity margin (rad), and a scene; null: none.
 struct KeptOff {
     double margin;
     const Scene* scene;
 };
 
-/// What an arm takes besides poses: its limits with the margin, or what it keeps off.
+/// The arm's constraints besides poses: limits with margin, or the margin and scene.
 LimitTable limits_with(const ArmHandle& arm, double margin, const Scene*) {
     return margin == 0 ? arm.limits : limit_table(arm.arm, arm.arm.limits, margin);
 }
@@ -77,7 +77,7 @@ public:
     std::size_t size() const noexcept { return pose_.elements(2); }
     const Buffer& pose() const noexcept { return pose_; }
 
-    /// solve(arm, table, pose, options) of element i; a report where it is no pose.
+    /// Calls solve(arm, table, pose, options) for element i; reports an invalid pose.
     template <class Solve>
     void one(std::size_t i, Outcome& outcome, const Solve& solve) const noexcept {
         const double* m = pose_.data<double>() + 16 * i;
@@ -112,7 +112,7 @@ private:
     std::vector<ArcSet> allowed_;
 };
 
-/// The nearest posture; of the nearest pose that the arm can take where `length` is not 0.
+/// The nearest solution; if `length` is not 0, otherwise the configuration of the nearest reachable pose.
 Nearest answer(const Arm& arm, const LimitTable& limits, const Pose<double>& pose, const NearestOptions& o,
                double length) noexcept {
     return length > 0 ? nearest_outside(arm, limits, pose, o, length) : nearest_posture(arm, limits, pose, o);
@@ -126,7 +126,7 @@ void nearest_postures(const NearArm& arm, const KeptOff& kept, const Pose<double
     armangle::nearest_postures(arm, kept.margin, pose, o, out, kept.scene);
 }
 
-/// Writes into q (n, 7), psi, distance, margin, gap (n,) of float64, gc (n,) of int64, status (n,) of int8.
+/// Writes q (n, 7), psi, distance, margin, gap (n,) as float64, gc (n,) as int64, status (n,) as int8.
 template <class Handle>
 void solve_many(const Handle& self, Floats pose, Floats near, const SolveOptions& options, Ints allowed_count,
                 Floats allowed_psi, Floats q, Floats psi, Ints gc, Floats distance, Codes status,
@@ -153,8 +153,8 @@ void solve_many(const Handle& self, Floats pose, Floats near, const SolveOptions
     refuse(first_problem(outcomes, most_threads), work.pose(), 2, "pose", "seed");
 }
 
-/// Gradients (n, 6) of the margin of the best postures q (n, 7), psi, gc (n,) of poses (n, 4, 4); NaN where q
-/// is.
+/// Gradients (n, 6) of the margin of the best solutions q (n, 7), psi, gc (n,) of poses (n, 4, 4); NaN if q
+/// is NaN.
 void best_gradient_many(const ArmHandle& self, Floats pose, Floats q, Floats psi, Ints gc, Floats out,
                         int threads) {
     const Buffer p(pose), joint(q), a(psi), g(gc), to(out, true);
@@ -172,8 +172,8 @@ void best_gradient_many(const ArmHandle& self, Floats pose, Floats q, Floats psi
                 });
 }
 
-/// Derivatives (n, 7, 13) of the solutions q (n, 7), psi, gc (n,) of poses (n, 4, 4) by twist and seed;
-/// `near` (n, 7) holds the seeds, and anything of the margin. NaN where q is.
+/// Derivatives (n, 7, 13) of the solutions q (n, 7), psi, gc (n,) of poses (n, 4, 4) by twist and seed.
+/// `near` (n, 7) holds the seeds, and is ignored for margin. NaN if q is NaN.
 void solution_derivative_many(const ArmHandle& self, Floats pose, Floats near, const SolveOptions& options,
                               Floats q, Floats psi, Ints gc, Floats out, int threads) {
     const Buffer p(pose), seed(near), joint(q), a(psi), g(gc), to(out, true);
@@ -193,9 +193,8 @@ void solution_derivative_many(const ArmHandle& self, Floats pose, Floats near, c
                 });
 }
 
-/// A named tuple `kind` of (q, psi, gc, distance, status of `statuses`, margin, gap, pose), or None where
-/// pose or near is no small matrix: the general way then converts it, or says what is wrong. near may be
-/// None.
+/// A named tuple `kind` of (q, psi, gc, distance, status of `statuses`, margin, gap, pose). None if pose or
+/// near is no small matrix: the general function then converts it or raises the error. near may be None.
 template <class Handle>
 nb::object solve_one(const Handle& self, nb::handle pose, nb::handle near, Metric metric, nb::handle kind,
                      nb::handle statuses) {
@@ -222,7 +221,8 @@ nb::object solve_one(const Handle& self, nb::handle pose, nb::handle near, Metri
                      found.margin, found.gap, held);
 }
 
-/// How many postures each pose has, what is known of each in the order of the poses, and why there is none.
+/// The number of solutions of each pose, their data in the order of the poses, and the reason if there are
+/// none.
 template <class Handle>
 nb::typed<nb::tuple, Ints, Floats, Floats, Ints, Floats, Floats, Codes> solutions_many(
     const Handle& self, Floats pose, Floats near, const SolveOptions& options, Ints allowed_count,

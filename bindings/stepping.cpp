@@ -23,7 +23,7 @@ void make_policy(Policy* self, Rule rule, double K, double alpha, Outside outsid
     new (self) Policy{rule, K, alpha, outside};
 }
 
-/// Rule::towards: `target` is a point or a direction; psi is of Wish::psi.
+/// Rule::towards: `target` is a point or a direction; psi is for Wish::psi.
 Policy towards(Wish wish, double psi, Floats target, double K, Outside outside) {
     const Buffer at(target);
     if (!at.is_array('d', {3})) throw std::invalid_argument("3 numbers were expected");
@@ -31,16 +31,16 @@ Policy towards(Wish wish, double psi, Floats target, double K, Outside outside) 
     return {Rule::towards, K, Policy{}.alpha, outside, {wish, psi, {v[0], v[1], v[2]}}};
 }
 
-/// One of two words; false for anything else.
+/// Reads one of two words; false for anything else.
 bool read_word(nb::handle word, const char* no, const char* yes, bool& is_yes) noexcept {
     if (!PyUnicode_CheckExact(word.ptr())) return false;
     is_yes = PyUnicode_CompareWithASCIIString(word.ptr(), yes) == 0;
     return is_yes || PyUnicode_CompareWithASCIIString(word.ptr(), no) == 0;
 }
 
-/// The options of a step as Python code usually writes them: gc None or 0..7, carry "psi" or "elbow",
-/// max_joint_step None or a float > 0, the margin a float, dt None or a float > 0, outside "refuse" or
-/// "nearest". False for anything else: the general way then converts it, or says what is wrong.
+/// Reads the options of a step in their usual form: gc None or 0..7, carry "psi" or "elbow", max_joint_step
+/// None or a float > 0, the margin a float, dt None or a float > 0, outside "refuse" or "nearest". False for
+/// anything else: the general function then converts it or raises the error.
 bool read_options(nb::handle gc, nb::handle carry, nb::handle max_joint_step, nb::handle singularity_margin,
                   nb::handle dt, nb::handle outside, StepOptions& o, double& margin) noexcept {
     if (!gc.is_none()) {
@@ -70,7 +70,7 @@ bool read_options(nb::handle gc, nb::handle carry, nb::handle max_joint_step, nb
     return margin >= 0 && margin <= most_margin;
 }
 
-/// Bounds that Python states as 22 numbers: dt, velocities, accelerations, velocities now.
+/// Bounds from Python as 22 numbers: dt, velocities, accelerations, present velocities.
 struct GivenBounds {
     Bounds value{};
 
@@ -89,7 +89,7 @@ struct GivenBounds {
     }
 };
 
-/// The arm's own limits, or those with a margin.
+/// The arm's own limits, or limits with a margin.
 struct DrawnLimits {
     std::optional<LimitTable> with_margin;
     const LimitTable& table;
@@ -115,14 +115,14 @@ Step next_step(const OffsetHandle& self, double, const double* q, const Pose<dou
     return step(self.arm, q, pose, options);
 }
 
-/// A pose of this relative precision, taken into the reach where its rounding alone put it outside.
+/// Corrects a pose of this relative precision if its rounding alone puts it out of reach.
 template <class Handle>
 Pose<double> as_meant(const Handle& self, const Pose<double>& pose, double precision) noexcept {
     return precision > 0 ? within_rounding(nominal(self.arm), pose, precision) : pose;
 }
 Pose<double> as_meant(const OffsetHandle&, const Pose<double>& pose, double) noexcept { return pose; }
 
-/// Velocities that are not known, kept for the life of the process: nobody can write into them.
+/// The array of unknown velocities, kept for the lifetime of the process and read-only.
 nb::object no_velocity() {
     static PyObject* kept =
         [] {
@@ -137,8 +137,8 @@ nb::object no_velocity() {
     return nb::borrow(kept);
 }
 
-/// A named tuple `kind` of (q, psi, gc, status of `statuses`, margin, velocity, why), or None where q or pose
-/// is no small matrix, or an option not as usual: the general way then converts them, or says what is wrong.
+/// A named tuple `kind` of (q, psi, gc, status of `statuses`, margin, velocity, why). None if q or pose is no
+/// small matrix, or an option has no usual form: the general function then converts them or raises the error.
 template <class Handle>
 nb::object step_one(const Handle& self, nb::handle q_now, nb::handle pose, const Policy& policy,
                     nb::handle gc, nb::handle carry, nb::handle max_joint_step, nb::handle singularity_margin,
@@ -178,7 +178,7 @@ nb::object step_one(const Handle& self, nb::handle q_now, nb::handle pose, const
                      dt.is_none() ? no_velocity() : seven(next.velocity), named(next.why));
 }
 
-/// What `follow` is asked for, beside the poses.
+/// Arguments of `follow` besides the poses.
 struct FollowOptions {
     StepOptions step;
     double singularity_margin;
@@ -199,7 +199,7 @@ void make_follow_options(FollowOptions* self, const Policy& policy, std::optiona
     step.nearest = nearest;
 }
 
-/// Columns that `follow` fills, a row a pose.
+/// Columns that `follow` fills, one row a pose.
 using FollowColumns = nb::typed<nb::tuple, Floats, Floats, Ints, Codes, Floats, Floats>;
 
 /// None, one for all poses, or one a pose.
@@ -218,7 +218,7 @@ void run(const ArmHandle& self, const double* start, const Buffer& p, const Foll
            window ? &ahead : nullptr, scenes);
 }
 
-/// A window ahead is refused before this.
+/// A lookahead window was rejected before this call.
 void run(const NearArmHandle& self, const double* start, const Buffer& p, const FollowOptions& wanted,
          const StepOptions& options, Strided<const ArcSet> allowed, Scenes scenes, const FollowRows& rows) {
     nb::gil_scoped_release release;
@@ -289,8 +289,8 @@ void bind_stepping_of(nb::class_<Handle>& arm) {
             "allowed_psi"_a.none(), "bounds"_a.none(), "columns"_a, "scenes"_a);
 }
 
-/// Next psi of each (set, psi): eq. (36) or another rule; of a wish for the elbow, `wish` is that for psi.
-/// kept_count, kept_arcs: None, or sets of arcs that the policy is to act on where they lie in the same arcs.
+/// Next psi of each (set, psi): eq. (36) or another rule; for an elbow's target, `wish` is its psi.
+/// kept_count, kept_arcs: None, or sets of arcs on which the policy acts if they lie in the same arcs.
 void resolve_many(const Policy& policy, Ints count, Floats psi_arcs, Ints kept_count, Floats kept_arcs,
                   Ints index, Floats psi, Floats wish, Floats out, Codes status) {
     const ArcArrays arcs(count, psi_arcs);

@@ -1,4 +1,4 @@
-// The tracker: a posture every tick.
+// The tracker: one configuration in every control cycle.
 #include "armangle/arm/check_joints.hpp"
 #include "offset_handle.hpp"
 #include "refusal.hpp"
@@ -11,9 +11,9 @@ using namespace armangle;
 
 namespace {
 
-/// Numbers in a row, as Python gives the options: dt, length, still_margin, elbow_margin,
-/// singularity_margin, omega, patience, jump, turn, soft_clearance, detours; then seven velocities, seven
-/// accelerations and seven jerks.
+/// Order of the option numbers from Python: dt, length, still_margin, elbow_margin, singularity_margin,
+/// omega, patience, jump, turn, soft_clearance, detours; then seven velocities, seven accelerations and seven
+/// jerks.
 constexpr int option_count = 11;
 
 TrackerOptions options_of(Floats numbers) {
@@ -38,19 +38,19 @@ TrackerOptions options_of(Floats numbers) {
     return o;
 }
 
-/// The scene has to live as long as the tracker.
+/// The scene must outlive the tracker.
 void make_tracker(Tracker<>* self, const ArmHandle& arm, Floats numbers, const SceneHandle* scene) {
     TrackerOptions o = options_of(numbers);
     if (scene) o.scene = &scene->view;
     new (self) Tracker<>(arm.arm, o);
 }
 
-/// The tracker of an arm whose tool is not where its nominal arm's is.
+/// The tracker of an arm whose end effector differs from its nominal arm's.
 void make_offset_tracker(CorrectedTracker<OffsetArm>* self, const OffsetHandle& arm, Floats numbers) {
     new (self) CorrectedTracker<OffsetArm>(arm.arm, options_of(numbers));
 }
 
-/// The same with a scene, made ready for the nominal arm and for the true chain, or with neither.
+/// The same with a scene prepared for both the nominal arm and the true chain, or without scenes.
 void make_near_tracker(CorrectedTracker<NearArm>* self, const NearArmHandle& arm, Floats numbers,
                        const SceneHandle* nominal, const SceneHandle* scene) {
     TrackerOptions o = options_of(numbers);
@@ -65,7 +65,7 @@ void start_tracker(Loop& self, Floats q) {
     self.start(given.data<double>());
 }
 
-/// Writes what a tracker is saved as to `numbers`, which has saved_size.
+/// Writes the saved state of a tracker to `numbers`, which has room for saved_size.
 template <class Loop>
 void save_tracker(const Loop& self, Floats numbers) {
     const Buffer out(numbers, true);
@@ -94,8 +94,8 @@ nb::object joint_array(const double* values) {
     return array;
 }
 
-/// A tick as a named tuple of (q, velocity, status, distance, gap, psi, gc, why, pair). `names` are its
-/// class, trackings and statuses by their numbers, and what makes names of a pair's number.
+/// The result of a cycle as a named tuple of (q, velocity, status, distance, gap, psi, gc, why, pair).
+/// `names` holds its class, trackings and statuses by their numbers, and the function that names a pair.
 template <class Loop>
 nb::object ticked(Loop& self, const Command& command, nb::handle names) {
     const Tracked now = self.step(command);
@@ -105,11 +105,11 @@ nb::object ticked(Loop& self, const Command& command, nb::handle names) {
                      now.pair ? at(names, 3)(pair_number(now.pair)) : nb::none());
 }
 
-/// A hand as Python gives it, and what a command says of it.
+/// A target pose from Python, and the command that it gives.
 class HandGiven {
 public:
-    /// False where it is no small matrix: the general way then converts it, or says what is wrong.
-    /// Throws where it was hardly meant in m.
+    /// False if it is no small matrix: the general function then converts it or raises the error. Throws if
+    /// it was probably not meant in m.
     template <class AnyArm>
     bool read(const AnyArm& arm, nb::handle pose, Command& command) {
         double m[16], value = 0;
@@ -126,8 +126,7 @@ private:
     Pose<double> wanted_;
 };
 
-/// The tick that nothing but the hand is asked for, which is nearly all of them; None as of
-/// `HandGiven::read`.
+/// A cycle with a target pose alone, which is the usual case; None as for `HandGiven::read`.
 template <class Loop>
 nb::object track_hand(Loop& self, nb::handle pose, nb::handle names) {
     HandGiven hand;
@@ -135,7 +134,7 @@ nb::object track_hand(Loop& self, nb::handle pose, nb::handle names) {
     return hand.read(self.arm(), pose, command) ? ticked(self, command, names) : nb::none();
 }
 
-/// Any tick; None where pose or elbow is no small matrix.
+/// Any cycle; None if pose or elbow is no small matrix.
 template <class Loop>
 nb::object track_one(Loop& self, nb::handle pose, nb::handle names, nb::handle elbow, Wish wish, double dt,
                      int reconfigure) {
@@ -151,15 +150,15 @@ nb::object track_one(Loop& self, nb::handle pose, nb::handle names, nb::handle e
     return ticked(self, command, names);
 }
 
-/// Room (m, less the clearance), distance of the cores (m) and number of the nearest pair of the present
-/// posture, of those within `reach` (m) of a tracker with a scene.
+/// Room (m, without the clearance), distance of the cores (m) and number of the nearest pair of the present
+/// configuration, within `reach` (m), of a tracker with a scene.
 template <class Loop>
 nb::tuple nearest_of(const Loop& self, double reach) {
     const NearestPair nearest = self.nearest_pair(reach);
     return nb::make_tuple(nearest.room, nearest.core, pair_number(nearest.pair));
 }
 
-/// Ticks over poses (n, 4, 4); writes q (n, 7). A run that is ended leaves the tracker where it was.
+/// Cycles over poses (n, 4, 4); writes q (n, 7). An interrupted run leaves the tracker unchanged.
 template <class Loop>
 void track_many(Loop& self, Floats poses, Floats q) {
     const Buffer in(poses), out(q, true);
@@ -189,7 +188,7 @@ void track_many(Loop& self, Floats poses, Floats q) {
     self = moved;
 }
 
-/// The poses (n, 4, 4) that a hand's filter (omega, patience, jump, turn) makes of samples, every dt s.
+/// The poses (n, 4, 4) that a target filter (omega, patience, jump, turn) computes from samples, every dt s.
 void smooth_hand(double omega, double patience, double jump, double turn, Floats samples, double dt,
                  Floats poses) {
     const Buffer in(samples), out(poses, true);

@@ -1,4 +1,4 @@
-// Long calls with an eye on Python: Ctrl-C ends them, and who asked is told how far they are.
+// Long calls that stay responsive: Ctrl-C ends them, and a progress function is called.
 #pragma once
 
 #include <algorithm>
@@ -11,11 +11,11 @@
 
 namespace binding {
 
-/// The function (done, total) of the Python call that runs in this thread; null: nobody asked.
+/// The function (done, total) of the Python call that runs in this thread; null: none.
 PyObject*& progress_of_this_thread() noexcept;
 
-/// One call of the core. All its threads ask `ended()` between pieces of work. The thread that called, which
-/// alone may run Python's signal handlers, looks at the clock after pieces of some 0.1 ms together, and asks
+/// One call of the core. All its threads call `ended()` between pieces of work. The calling thread, which
+/// alone may run Python's signal handlers, reads the clock after pieces of some 0.1 ms in total, and calls
 /// Python every 0.05 s.
 class Watch {
 public:
@@ -24,29 +24,29 @@ public:
     Watch(const Watch&) = delete;
     Watch& operator=(const Watch&) = delete;
 
-    /// Whether to end, of the thread that has done so many of its elements.
+    /// Whether to end; called by a thread that has finished `done` of its elements.
     bool ended(std::size_t thread, std::size_t done) noexcept {
         done_[thread].count.store(done, std::memory_order_relaxed);
         if (thread == 0 && --left_ == 0) look();  // parallel() gives the calling thread this number
         return ended_.load(std::memory_order_relaxed);
     }
-    /// The same of a thread that has no number.
+    /// The same for a thread without a number.
     bool ended() noexcept {
         if (std::this_thread::get_id() == caller_ && --left_ == 0) look();
         return ended_.load(std::memory_order_relaxed);
     }
 
-    /// One element more is done, of whatever thread.
+    /// Counts one more finished element, in any thread.
     void advance() noexcept { done_[0].count.fetch_add(1, std::memory_order_relaxed); }
 
-    /// Asks Python now; of the calling thread alone.
+    /// Calls Python now; for the calling thread alone.
     void ask() noexcept {
         asked_ = Clock::now();
         const nb::gil_scoped_acquire held;
         if (PyErr_CheckSignals() != 0 || !told()) ended_.store(true, std::memory_order_relaxed);
     }
 
-    /// Throws what ended the call, with the interpreter's lock held.
+    /// Throws the exception that ended the call, with the interpreter's lock held.
     void raise() {
         if (ended_.load(std::memory_order_relaxed)) throw nb::python_error();
         if (progress_ && !told(total_)) throw nb::python_error();
@@ -58,7 +58,7 @@ private:
     static constexpr auto patience = std::chrono::milliseconds(50);
     static constexpr unsigned longest_stride = 4096;
 
-    /// As many pieces until the next look as take some 0.1 ms, or one where they became slow.
+    /// Sets the number of pieces until the next look to some 0.1 ms, or to one if they became slow.
     void look() noexcept {
         const Clock::time_point now = Clock::now();
         stride_ = now - looked_ < piece ? std::min(2 * stride_, longest_stride) : 1u;
@@ -76,7 +76,7 @@ private:
         return told(done < total_ ? done : total_);
     }
     bool told(std::size_t done) noexcept {
-        progress_of_this_thread() = nullptr;  // what it calls has none of its own
+        progress_of_this_thread() = nullptr;  // functions that it calls have no progress function
         PyObject* said = PyObject_CallFunction(progress_, "nn", static_cast<Py_ssize_t>(done),
                                                static_cast<Py_ssize_t>(total_));
         progress_of_this_thread() = progress_;
@@ -84,7 +84,7 @@ private:
         return said != nullptr;
     }
 
-    struct alignas(64) Count {  // on a line of its own: threads write without waiting for one another
+    struct alignas(64) Count {  // on its own cache line: threads write without waiting for one another
         std::atomic<std::size_t> count{0};
     };
     const std::thread::id caller_ = std::this_thread::get_id();
@@ -96,8 +96,8 @@ private:
     unsigned stride_ = 1, left_ = 1;
 };
 
-/// parallel(n, threads, work) with the interpreter's lock released, watched; work(begin, end, thread, watch)
-/// asks watch.ended between its elements. Throws what a signal's handler raised.
+/// parallel(n, threads, work) with the interpreter's lock released, watched. work(begin, end, thread, watch)
+/// calls watch.ended between its elements. Throws what a signal handler raised.
 template <class Work>
 void watched(std::size_t n, int threads, const Work& work) {
     Watch watch(n);

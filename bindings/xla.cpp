@@ -1,7 +1,7 @@
 // The kinematics as functions that XLA calls: the handlers behind armangle.jax. No mathematics here.
 //
-// A handler speaks version 0.1 of XLA's C interface, which newer XLA take too.
-// Elements lie one after the other; all arguments have the same batch.
+// A handler uses version 0.1 of XLA's C interface, which newer versions of XLA accept too.
+// Elements are consecutive; all arguments have the same batch.
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -17,7 +17,8 @@ using namespace armangle;
 
 namespace {
 
-/// Arms by the key that Python made of their numbers. They stay: compiled functions hold the key.
+/// Arms by the key that Python computed from their numbers. They are never removed: compiled functions hold
+/// the key.
 class KeptArms {
 public:
     void keep(std::int64_t key, const ArmHandle& arm) {
@@ -44,25 +45,25 @@ KeptArms& kept_arms() {
 constexpr std::size_t most_elements = 64;  // of a block, whose numbers are converted on the stack
 constexpr std::size_t pose_size = 16;
 
-/// A block of elements: what is given and what is wanted of `count` of them, one after the other.
+/// A block of elements: arguments and results of `count` of them, consecutively.
 struct Block {
     const ArmHandle* self;
     const LimitTable* limits;
-    double margin;  // rad: to singularities, in the limits too
+    double margin;  // rad: to singularities, also part of the limits
     std::size_t count;
     const double* in;   // q, or the pose
-    const double* psi;  // of the inverse
+    const double* psi;  // for the inverse
     const long long* gc;
-    const double* change;      // of what is given, or the gradient by the first result
-    const double* psi_change;  // the same of psi
+    const double* change;      // tangent of the argument, or gradient by the first result
+    const double* psi_change;  // the same for psi
     double* out;               // the first result
     double* out_psi;
     long long* out_gc;
     Outcome outcome;
 };
 
-/// What most tasks do not have: psi and gc among what is given; numbers an element that change, and that psi
-/// changes with them; psi and gc among the results.
+/// Defaults of most tasks: no psi and gc among the arguments; no numbers per element that change, and none
+/// that psi changes; no psi and gc among the results.
 struct Plain {
     static constexpr std::size_t change = 0;
     static constexpr bool has_branch = false, psi_changes = false, gives_psi = false, gives_branch = false;
@@ -73,7 +74,7 @@ void no_numbers(double* to, std::size_t count) {
     for (std::size_t k = 0; k < count; ++k) to[k] = not_a_number;
 }
 
-/// one(element, its first number of the input, of the output) for joints that are numbers; NaN of others.
+/// Calls one(element, its first input number, its first output number) for finite joints; NaN for others.
 template <class One>
 void each_posture(Block& b, std::size_t size, const One& one) {
     for (std::size_t i = 0; i < b.count; ++i) {
@@ -85,7 +86,7 @@ void each_posture(Block& b, std::size_t size, const One& one) {
     }
 }
 
-/// The same for poses: those that hold no numbers give NaN, those that are no poses are reported.
+/// The same for poses: non-finite ones give NaN, non-rigid ones are reported.
 template <class One>
 void each_pose(Block& b, std::size_t size, const One& one) {
     for (std::size_t i = 0; i < b.count; ++i) {
@@ -101,7 +102,7 @@ void each_pose(Block& b, std::size_t size, const One& one) {
     }
 }
 
-/// Reports the poses that are none, and gc outside 0..7. Numbers that are none give none, and are no problem.
+/// Reports invalid poses, and gc outside 0..7. Non-finite numbers give NaN results and are no problem.
 void report_misshapen(Block& b) {
     b.outcome = {};
     for (std::size_t i = 0; i < b.count; ++i) {
@@ -113,7 +114,7 @@ void report_misshapen(Block& b) {
     }
 }
 
-/// What the inverse is asked for a block.
+/// The arguments of the inverse for a block.
 InverseBatch asked_of(const Block& b) {
     InverseBatch batch;
     batch.pose = {b.in, pose_size};
@@ -141,7 +142,7 @@ struct ForwardTask : Plain {
     }
 };
 
-/// Changes of pose and psi with those of the joints.
+/// Tangents of pose and psi for tangents of the joints.
 struct ForwardPushTask : Plain {
     static constexpr std::size_t input = joints, change = joints, output = pose_size;
     static constexpr bool gives_psi = true;
@@ -153,7 +154,7 @@ struct ForwardPushTask : Plain {
     }
 };
 
-/// The way back: gradients by pose and psi as gradients by the joints.
+/// Reverse mode: gradients by the joints from gradients by pose and psi.
 struct ForwardPullTask : Plain {
     static constexpr std::size_t input = joints, change = pose_size, output = joints;
     static constexpr bool psi_changes = true;
@@ -177,7 +178,7 @@ struct InverseTask : Plain {
     }
 };
 
-/// Changes of the joints with those of pose and psi.
+/// Tangents of the joints for tangents of pose and psi.
 struct InversePushTask : Plain {
     static constexpr std::size_t input = pose_size, change = pose_size, output = joints;
     static constexpr bool has_branch = true, psi_changes = true;
@@ -189,7 +190,7 @@ struct InversePushTask : Plain {
     }
 };
 
-/// The way back: gradients by the joints as gradients by pose and psi.
+/// Reverse mode: gradients by pose and psi from gradients by the joints.
 struct InversePullTask : Plain {
     static constexpr std::size_t input = pose_size, change = joints, output = pose_size;
     static constexpr bool has_branch = true, gives_psi = true;
@@ -200,7 +201,7 @@ struct InversePullTask : Plain {
     }
 };
 
-/// The solution that is nearest to a seed, or that with the largest margin, whose seed is not looked at.
+/// The solution nearest to a seed, or the one with the largest margin, which ignores the seed.
 template <Metric metric>
 struct SolveTask : Plain {
     static constexpr std::size_t input = pose_size, change = joints, output = joints;
@@ -229,8 +230,8 @@ struct SolveTask : Plain {
     }
 };
 
-/// How the joints of that solution move with the twist of the pose and with the seed: (7, 13). It is sought
-/// again, since results of float32 have lost the digits that tell a joint at its limit.
+/// Derivative of that solution by the twist of the pose and by the seed: (7, 13). It is solved again, because
+/// float32 results have lost the digits that identify a joint at its limit.
 template <Metric metric>
 struct SolveDerivativeTask : Plain {
     static constexpr std::size_t input = pose_size, change = joints;
@@ -295,7 +296,7 @@ xla::Error* failed(const xla::Call& call, xla::ErrorCode code, const std::string
     return call.api->make_error(&error);
 }
 
-/// What is wrong with an element, in words; Python has better ones, but XLA cannot ask it.
+/// The problem of an element in words. Python has better messages, but XLA cannot call it.
 std::string words(const Outcome& outcome) {
     const std::string at = " at element " + std::to_string(outcome.index) + " of the batch";
     switch (outcome.problem) {
@@ -314,7 +315,7 @@ const xla::Buffer& result(const xla::Call& call, int k) {
     return *static_cast<const xla::Buffer*>(call.results.items[k]);
 }
 
-/// A scalar attribute; all of ours are there, since Python writes them.
+/// A scalar attribute; Python always writes all of them.
 template <class T>
 T attribute(const xla::Call& call, std::string_view name) {
     for (std::int64_t k = 0; k < call.attributes.count; ++k) {
@@ -325,7 +326,7 @@ T attribute(const xla::Call& call, std::string_view name) {
     return T{};
 }
 
-/// Numbers of a block of a buffer as doubles: where they lie, or converted into `room`.
+/// Numbers of a block of a buffer as doubles: in place, or converted into `room`.
 template <class T>
 const double* read(const xla::Buffer& buffer, std::size_t first, std::size_t count, double* room) {
     const T* from = static_cast<const T*>(buffer.data) + first;
@@ -334,7 +335,7 @@ const double* read(const xla::Buffer& buffer, std::size_t first, std::size_t cou
     return room;
 }
 
-/// Where a block of results is written: in their place, or into `room`, to be converted.
+/// The destination of a block of results: in place, or in `room` before conversion.
 template <class T>
 double* target(const xla::Buffer& buffer, std::size_t first, double* room) {
     if constexpr (std::is_same_v<T, double>) return static_cast<T*>(buffer.data) + first;
@@ -349,7 +350,7 @@ void write(const xla::Buffer& buffer, std::size_t first, std::size_t count, cons
     }
 }
 
-/// Poses whose numbers were rounded to float, as they were before.
+/// Corrects poses for the rounding of their numbers to float.
 void settle(const Arm& arm, double* poses, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
         double* m = poses + pose_size * i;
@@ -408,7 +409,7 @@ Outcome over(const xla::Call& call, const ArmHandle& self, const LimitTable& lim
     return {};
 }
 
-/// Answers XLA's first question, for which version a handler was built; false where it is not asked.
+/// Answers XLA's initial query for the version of a handler; false if it is another call.
 bool told_version(const xla::Call& call) {
     for (xla::Extension* e = call.head.extensions; e; e = e->next) {
         if (e->kind != xla::asks_metadata) continue;

@@ -1,7 +1,8 @@
-// XLA's interface for functions from outside, version 0.1: the layout of what a handler reads and writes.
+// XLA's interface for external functions, version 0.1: the layout of the data that a handler reads and
+// writes.
 //
-// Layout, numbers and their meaning are those of OpenXLA's xla/ffi/api/c_api.h; newer XLA take version 0.1.
-// Only what xla.cpp uses is declared, and the assertions hold the places that count.
+// Layout, numbers and their meaning are those of OpenXLA's xla/ffi/api/c_api.h; newer XLA accepts version
+// 0.1. Only the parts used by xla.cpp are declared, and assertions check the relevant offsets.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +13,7 @@ namespace binding::xla {
 inline constexpr int major_version = 0;
 inline constexpr int minor_version = 1;
 
-/// One of a chain of questions that XLA adds to a struct.
+/// One of a chain of queries that XLA adds to a struct.
 struct Extension {
     std::size_t size;
     std::int32_t kind;
@@ -21,7 +22,7 @@ struct Extension {
 
 inline constexpr std::int32_t asks_metadata = 1;  // the kind of MetadataQuestion
 
-/// How every struct of the interface begins: its size in bytes, then its extensions.
+/// The beginning of every struct of the interface: its size in bytes, then its extensions.
 struct Head {
     std::size_t size;
     Extension* extensions;
@@ -53,10 +54,10 @@ struct NewError {
     ErrorCode code;
 };
 
-/// The size that XLA expects of a NewError: up to its last member, without what pads the end.
+/// The size that XLA expects of a NewError: up to its last member, without padding at the end.
 inline constexpr std::size_t new_error_size = offsetof(NewError, code) + sizeof(ErrorCode);
 
-/// What a handler may call; more follows.
+/// Functions that a handler may call; more follow.
 struct Api {
     Head head;
     Version version;
@@ -85,7 +86,7 @@ struct Name {
     std::size_t length;
 };
 
-/// Arguments or results: Buffers, as all of ours are.
+/// Arguments or results: all of ours are Buffers.
 struct Operands {
     Head head;
     std::int64_t count;
