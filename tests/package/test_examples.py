@@ -17,22 +17,11 @@ def test_example_runs_without_a_word_of_complaint(example: Path, tmp_path: Path)
     if "import mujoco" in example.read_text(encoding="utf-8"):
         need("mujoco")
     environment = {**os.environ, "MPLBACKEND": "agg", "PYTHONWARNINGS": "error::DeprecationWarning:__main__"}
-    ran = subprocess.run(
-        [sys.executable, str(example)],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert ran.returncode == 0, ran.stderr
-    assert ran.stdout
+    command = [sys.executable, str(example)]
+    ran = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0 and ran.stdout, ran.stderr
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
-def test_example_is_short(example: Path) -> None:
-    assert len(example.read_text(encoding="utf-8").splitlines()) <= MOST_LINES
-
-
-def test_examples_are_numbered_without_a_gap() -> None:
+def test_examples_are_short_and_numbered_without_a_gap() -> None:
+    assert all(len(path.read_text(encoding="utf-8").splitlines()) <= MOST_LINES for path in EXAMPLES)
     assert [int(path.name[:2]) for path in EXAMPLES] == list(range(1, len(EXAMPLES) + 1))

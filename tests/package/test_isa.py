@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -29,14 +28,8 @@ def test_the_core_laws_hold(level: str) -> None:
     if not is_built(level):
         missing(f"the level {level} was not built; ARMANGLE_LEVELS=all builds every level")
     command = [sys.executable, "-m", "pytest", "-q", "-m", "core", "-p", "no:cacheprovider", *LAWS]
-    run = subprocess.run(
-        command,
-        cwd=TESTS,
-        env={**os.environ, "ARMANGLE_ISA": level},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    environment = {**os.environ, "ARMANGLE_ISA": level}
+    run = subprocess.run(command, cwd=TESTS, env=environment, capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stdout[-4000:] + run.stderr[-2000:]
 
 
@@ -51,25 +44,12 @@ def refusal(has: set[str], isa: str | None, monkeypatch: pytest.MonkeyPatch) -> 
     return str(caught.value)
 
 
-def test_another_processor_is_told_the_command_that_mends_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    said = refusal(set(), None, monkeypatch)
-    assert re.fullmatch(
-        r"armangle was built for [a-z0-9, ]+, and this processor is another; build it for this one, "
-        r"in armangle's folder: pip install --force-reinstall --no-deps \.",
-        said,
-    )
-
-
-def test_a_level_that_the_processor_lacks_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    said = refusal(set(), _core.ISA, monkeypatch)
-    assert said == f"ARMANGLE_ISA is {_core.ISA!r}, but this processor lacks it"
-
-
-def test_a_level_that_was_not_built_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_level_that_is_not_there_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "--force-reinstall --no-deps ." in refusal(set(), None, monkeypatch)  # on another processor
+    assert f"ARMANGLE_ISA is {_core.ISA!r}, but this" in refusal(set(), _core.ISA, monkeypatch)
     monkeypatch.setattr(_core, "find_spec", lambda name, package: name == f"._core_{_core.ISA}")
     other = next(level for level in _core.LEVELS if level != _core.ISA)
-    said = refusal(set(_core.LEVELS), other, monkeypatch)
-    assert said == f"ARMANGLE_ISA is {other!r}, but built were {_core.ISA}"
+    assert f"ARMANGLE_ISA is {other!r}, but built" in refusal(set(_core.LEVELS), other, monkeypatch)
 
 
 def test_the_portable_level_serves_where_the_best_is_missing() -> None:

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import ast
-import contextlib
-import importlib
-import pkgutil
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
@@ -50,12 +46,3 @@ def test_dir_shows_public_names_and_modules_alone() -> None:
     assert dir(aa) == sorted({*aa.__all__, *aa._MODULES})
     code = "import armangle; armangle.plots.circle; armangle.viewer.ViewerState; armangle.errors.InputError"
     subprocess.run([sys.executable, "-c", code], check=True)
-
-
-def test_no_module_hides_a_public_name() -> None:
-    modules = [m.name for m in pkgutil.iter_modules(aa.__path__) if not m.name.startswith("_")]
-    assert not set(modules) & set(aa.__all__)
-    for name in modules:
-        with contextlib.suppress(aa.MissingExtraError):
-            importlib.import_module(f"armangle.{name}")
-    assert not [name for name in aa.__all__ if isinstance(getattr(aa, name), ModuleType)]

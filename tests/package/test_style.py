@@ -88,53 +88,32 @@ def nested(code: str) -> Iterator[int]:
                 break
 
 
-@pytest.mark.parametrize("path", PLAIN, ids=str)
-def test_one_action_a_statement(path: Path) -> None:
-    code = code_of((ROOT / path).read_text(encoding="utf-8"))
-    assert not list(chained(code)), f"{path}: commas between actions at lines {list(chained(code))}"
-    assert not list(nested(code)), f"{path}: nested conditionals at lines {list(nested(code))}"
+def test_one_action_a_statement_and_lines_that_fit() -> None:
+    texts = {path: (ROOT / path).read_text(encoding="utf-8") for path in FILES}
+    plain = {path: code_of(texts[path]) for path in PLAIN}
+    assert not [f"{path}:{line}: a comma" for path, code in plain.items() for line in chained(code)]
+    assert not [
+        f"{path}:{line}: a conditional within one" for path, code in plain.items() for line in nested(code)
+    ]
+    lines = ((path, n, line) for path, text in texts.items() for n, line in enumerate(text.splitlines(), 1))
+    assert not [f"{path}:{n}: too long" for path, n, line in lines if len(line) > WIDTH]
 
 
-@pytest.mark.parametrize("path", FILES, ids=str)
-def test_lines_fit(path: Path) -> None:
-    lines = (ROOT / path).read_text(encoding="utf-8").splitlines()
-    long = [number for number, line in enumerate(lines, 1) if len(line) > WIDTH]
-    assert not long, f"{path}: lines {long} are longer than {WIDTH}"
+WRONG = (
+    "a = 1, b = 2;", "void f() {\n    if (x) a.b[i] += 1, c(d);\n}", "return value = x, Problem::y;",
+    "first.push(1), second.push(2);", "a.first = 1,\n    a.second = 2;", "join(a),\n    join(b);",
+)  # fmt: skip
+RIGHT = (
+    "const double a = 1, b = 2;", "double x, y;", "int a[] = {1, 2};", "return {a = b, b};",
+    "for (int i = 0, n = 2; i < n; ++i) h(i, i);", "enum class E {\n    a = 0,\n    b = 1,\n};",
+    "const Cell out{\n    f(a), b};",
+)  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        "a = 1, b = 2;",
-        "void f() {\n    if (x) a.b[i] += 1, c(d);\n}",
-        "return value = x, Problem::y;",
-        "first.push(1), second.push(2);",
-        "a.first = 1,\n    a.second = 2;",
-        "join(a),\n    join(b);",
-    ],
-)
-def test_a_comma_put_wrong_is_seen(wrong: str) -> None:
-    assert list(chained(code_of(wrong)))
-
-
-def test_a_nested_conditional_is_seen() -> None:
+def test_what_is_put_wrong_is_seen_and_what_is_plain_passes() -> None:
+    assert [wrong for wrong in WRONG if not list(chained(code_of(wrong)))] == []
     assert list(nested("x = a ? b : (c ? d : e);"))
-
-
-@pytest.mark.parametrize(
-    "right",
-    [
-        "const double a = 1, b = 2;",
-        "double x, y;",
-        "int a[] = {1, 2};",
-        "for (int i = 0, n = 2; i < n; ++i) h(i, i);",
-        "return {a = b, b};",
-        "enum class E {\n    a = 0,\n    b = 1,\n};",
-        "const Cell out{\n    f(a), b};",
-    ],
-)
-def test_what_is_plain_passes(right: str) -> None:
-    assert not list(chained(code_of(right))) and not list(nested(code_of(right)))
+    assert [right for right in RIGHT if [*chained(code_of(right)), *nested(code_of(right))]] == []
 
 
 @pytest.mark.skipif(shutil.which("clang++") is None, reason="clang++ sees what a search of the text cannot")

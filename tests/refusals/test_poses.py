@@ -50,7 +50,7 @@ def test_an_orientation_that_is_none_is_named() -> None:
     for given, message in ORIENTATIONS:
         arguments = {"xyz": [0.0, 0.0, 0.0], **given}
         rows.append((aa.InputError, re.escape(message), lambda arguments=arguments: aa.pose(**arguments)))
-    rows += [(aa.InputError, "given without a name", lambda: aa.pose([0, 0, 0], UNIT))]  # type: ignore[call-arg, misc]
+    rows += [(aa.InputError, "given without a name", lambda: aa.pose([0, 0, 0], UNIT))]
     rows += [(aa.InputError, r"as arm.forward returns \(pose, psi, gc\)", lambda: ARM.solve(ARM.forward(Q)))]
     assert not_refused(rows) == []
     aa.pose([0, 0, 0], rpy=[0.0, 0.0, 8 * np.pi])
