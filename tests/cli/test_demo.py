@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import sys
 from pathlib import Path
 
@@ -12,9 +11,11 @@ import pytest
 from support.needs import need
 
 import armangle as aa
-from armangle.cli import main, paper_example
+from armangle.cli import paper_example
 
-NAMES = {"alpha5_K0.1", "alpha20_K0.1", "alpha100_K0.1", "alpha20_K0.02", "alpha20_K0.5"}
+from .conftest import Cli
+
+NAMES = ("alpha5_K0.1", "alpha20_K0.1", "alpha100_K0.1", "alpha20_K0.02", "alpha20_K0.5")
 
 POSE_38 = [
     [-0.2634, -0.9112, -0.3166, -0.1174],
@@ -40,55 +41,44 @@ def test_the_runs_hold_the_limits_and_the_pose() -> None:
         assert made.path.ok and (made.path.gc == 3).all() and made.seconds_per_pose > 0
         assert made.path.arm.within_limits(made.path.q).all() and made.path.residual.max() < 1e-12
         ends[made.name] = made.path.psi[-1]
-    assert set(ends) == NAMES
+    assert tuple(ends) == NAMES
     # The wider (alpha) or stronger (K) the repulsion, the further from the limit it ends.
     assert ends["alpha5_K0.1"] > ends["alpha20_K0.1"] > ends["alpha100_K0.1"]
     assert ends["alpha20_K0.5"] > ends["alpha20_K0.1"] > ends["alpha20_K0.02"]
 
 
-def test_the_table(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["demo"]) == 0
-    text = capsys.readouterr().out
-    assert "psi 58.5882 deg, GC 3" in text
-    assert text.index("straight line") < text.index("the paper")  # plain words first
-    assert "armangle demo -o demo" in text and "\n  armangle view\n" in text
-    assert max(map(len, text.splitlines())) <= 80
-    assert "which bounds no step of a joint, so nor does the demo" in " ".join(text.split())
-    rows = [line.split() for line in text.splitlines() if line[:5].strip().isdigit()]
-    assert [(row[0], row[1]) for row in rows] == [
-        ("5", "0.1"), ("20", "0.1"), ("100", "0.1"), ("20", "0.02"), ("20", "0.5"),
-    ]  # fmt: skip
+def test_the_table(cli: Cli) -> None:
+    ran = cli("demo")
+    assert ran.status == 0 and "psi 58.5882 deg, GC 3" in ran.out
+    assert ran.out.index("straight line") < ran.out.index("the paper")  # plain words first
+    assert "armangle demo -o demo" in ran.out and "\n  armangle view\n" in ran.out
+    assert max(map(len, ran.out.splitlines())) <= 80
+    rows = [line.split() for line in ran.out.splitlines() if line[:5].strip().isdigit()]
+    assert [f"alpha{row[0]}_K{row[1]}" for row in rows] == list(NAMES)
     assert all(row[2] == "58.5882" and row[4] == "3" for row in rows)
 
 
 @pytest.mark.slow
-def test_the_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_files(cli: Cli) -> None:
     need("matplotlib")
-    folder = tmp_path / "new" / "demo"
-    assert main(["demo", "-o", str(folder), "--json"]) == 0
-    facts = json.loads(capsys.readouterr().out)
-    assert {run["name"] for run in facts["runs"]} == NAMES
+    facts, folder = cli("demo -o new/demo --json").facts, Path("new/demo")
+    assert [run["name"] for run in facts["runs"]] == list(NAMES)
     assert {file.name for file in folder.iterdir()} == {Path(file).name for file in facts["files"]}
     for name in NAMES:
         assert len(aa.io.load_joints(folder / f"{name}.csv")) == 251
+    for name in (*NAMES, "overview"):
         assert (folder / f"{name}.png").read_bytes().startswith(b"\x89PNG")
     assert len(aa.io.load_poses(folder / "poses.csv")) == 251
-    assert (folder / "overview.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_what_to_open_and_to_try_is_said_and_works(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_to_open_and_to_try_is_said_and_works(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     figure = pytest.importorskip("matplotlib.figure", reason="pip install 'armangle[plot]'")
     monkeypatch.setattr(figure.Figure, "savefig", lambda self, to, **_: to.write(b"as in test_the_files"))
-    assert main(["demo", "-o", str(tmp_path)]) == 0
-    text = capsys.readouterr().out
-    assert (tmp_path / "overview.png").is_file()
-    assert f"Open {tmp_path / 'overview.png'} first" in text
-    (planned,) = [line.split() for line in text.splitlines() if line.startswith("  armangle plan")]
-    planned[-1] = str(tmp_path / planned[-1])
-    assert main(planned[1:]) == 0
-    assert aa.io.load_joints(tmp_path / "joints.csv").status.max() == aa.Status.OK
+    ran = cli("demo -o here")
+    assert ran.status == 0 and Path("here/overview.png").is_file() and "Open here/overview.png" in ran.out
+    (planned,) = [line.strip() for line in ran.out.splitlines() if line.startswith("  armangle plan")]
+    assert cli(planned.removeprefix("armangle ")).status == 0
+    assert aa.io.load_joints(planned.split()[-1]).status.max() == aa.Status.OK
 
 
 def test_the_curves_begin_where_the_dots_are(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -111,18 +101,12 @@ def test_the_curves_begin_where_the_dots_are(monkeypatch: pytest.MonkeyPatch) ->
             assert left < dot.get_xdata()[0] < right
 
 
-def test_without_matplotlib_the_numbers_are_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_matplotlib_the_numbers_are_written(monkeypatch: pytest.MonkeyPatch, cli: Cli) -> None:
     for name in [name for name in sys.modules if name.split(".")[0] == "matplotlib"]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    assert main(["demo", "-o", str(tmp_path)]) == 0
-    assert "pip install 'armangle[plot]'" in " ".join(capsys.readouterr().err.split())
-    assert {file.name for file in tmp_path.iterdir()} == {f"{name}.csv" for name in NAMES} | {"poses.csv"}
-
-
-def test_a_folder_that_cannot_be_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "file").write_text("")
-    assert main(["demo", "-o", str(tmp_path / "file")]) == 2
-    assert "file: cannot be made: File exists" in " ".join(capsys.readouterr().err.split())
+    ran = cli("demo -o here")
+    assert ran.status == 0 and "pip install 'armangle[plot]'" in ran.text
+    assert {file.name for file in Path("here").iterdir()} == {f"{name}.csv" for name in (*NAMES, "poses")}
+    ran = cli("demo -o here/poses.csv")
+    assert ran.status == 2 and "poses.csv: cannot be made: File exists" in ran.text

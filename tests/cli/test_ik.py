@@ -22,11 +22,7 @@ SAID = {
     "ik {R} {POSE}": (0, "nearest to the middle of the joint ranges:"),
     "ik {R} {POSE} --seed 0,0,0,0,0,0,0 --metric max": (0, "nearest to --seed: no joint is further than"),
     "ik {R} {POSE} --psi 58.5882 --all": (0, "outside its limits, all in degrees"),
-    "ik {R} {POSE} --psi 30 --gc 3": (
-        1,
-        "psi 30.00 deg is not feasible: joint 5 is 5.7",
-        "beyond its lower limit",
-    ),
+    "ik {R} {POSE} --psi 30 --gc 3": (1, "psi 30.00 deg is not feasible: joint 5 is 5.7", "lower limit"),
     "ik {R} {FAR}": (1, "out of reach by 1253.57 mm"),
     "ik {R} {FAR} --all": (1, "out of reach by 1253.57 mm"),
     "ik {R} {FAR} --json": (1, "out of reach by 1253.57 mm"),
@@ -38,14 +34,8 @@ SAID = {
     "ik {R} --intervals --joints {Q}": (0, "joint 1 lower -170.0", "322.0673", "gc 3: shoulder -"),
     "ik {R} --intervals joints --joints {Q}": (0, "3 q7", "full circle"),
     "ik {R} --intervals 5 --joints {Q} --gc 0": (0, "joint 5 upper"),
-    "ik {R} --intervals --joints 0,0,0,180,0,0,0 --singularity-margin 5": (
-        1,
-        "The wrist lies on the shoulder",
-    ),
-    "ik {R} --intervals --joints 0,30,0,0,0,30,0 --singularity-margin 5": (
-        1,
-        "The elbow is stretched or folded",
-    ),
+    "ik {R} --intervals --joints 0,0,0,180,0,0,0 --singularity-margin 5": (1, "wrist lies on the shoulder"),
+    "ik {R} --intervals --joints 0,30,0,0,0,30,0 --singularity-margin 5": (1, "elbow is stretched or folded"),
     "ik {FR3} {PF} --seed {QF}": (0, "joint 7"),
     "ik {FR3} {PF} --intervals": (0, "joint 7 0", "joint 2 lower -102.2"),
     "ik {FR3} {FAR}": (1, "out of reach"),
@@ -68,8 +58,8 @@ def test_the_nearest_solution_is_solve(metric: str, cli: Cli) -> None:
     seed = np.radians([10.0, 30, -20, -80, 5, 40, 0])
     words = f"ik {{R}} {{POSE}} --seed 10,30,-20,-80,5,40,0 --metric {metric} --json"
     shown, every = cli(words).facts, cli(f"{words} --all").facts
-    pose = aa.pose(*np.split(np.array([float(x) for x in NAMES["POSE"].split()[1].split(",")]), [3])[:1],
-                   wxyz=[float(x) for x in NAMES["POSE"].split()[1].split(",")][3:])  # fmt: skip
+    row = [float(x) for x in NAMES["POSE"].split()[1].split(",")]
+    pose = aa.pose(row[:3], wxyz=row[3:])
     found = ARM.solve(pose, seed, metric=metric)  # type: ignore[arg-type]  # one of the two
     assert shown["q"] == pytest.approx(found.q, abs=1e-6) and shown["gc"] == found.gc
     assert shown["distance"] == pytest.approx(found.distance, abs=1e-6) and shown["metric"] == metric

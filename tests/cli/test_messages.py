@@ -14,6 +14,8 @@ from armangle.cli import main
 from armangle.cli.messages import keep_whole, note, paragraph
 from armangle.cli.tables import WIDTH
 
+from .conftest import Screen
+
 ROBOT = ("--robot", "kuka_iiwa7_r800")
 GOOD = "0,20,0,-60,0,60,0"
 SOURCES = Path(aa.__file__).parent / "cli"
@@ -25,25 +27,6 @@ NAMES = {
     "tabs": f"tab\tand {LONG}.csv",
     "lines": f"a\u2028b\x0c{LONG} c.csv",
 }
-
-
-class Screen:
-    """A stderr that says whether it is a terminal."""
-
-    encoding = "utf-8"
-
-    def __init__(self, terminal: bool) -> None:
-        self.text, self.terminal = "", terminal
-
-    def write(self, text: str) -> int:
-        self.text += text
-        return len(text)
-
-    def isatty(self) -> bool:
-        return self.terminal
-
-    def flush(self) -> None:
-        pass
 
 
 @pytest.fixture(params=[True, False], ids=["terminal", "pipe"])

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.moves import begun
 
 import armangle as aa
 
@@ -90,8 +91,7 @@ def test_an_arm_with_an_offset_is_stepped_alike(cli: Cli) -> None:
     found = cli("retime q.csv {FR3} --acceleration 200 --json").facts["duration"]
     assert found == pytest.approx(aa.retime(path, acceleration=np.radians(200)).duration, rel=1e-3)
     facts = cli("track line.csv {FR3} --rate 50 --start {QF} --json").facts
-    tracker = aa.Tracker(FR3, 1 / 50)
-    tracker.start(start)
+    tracker = begun(start, FR3, 1 / 50)
     assert facts["distance"]["max"] == pytest.approx(max(tracker.step(pose).distance for pose in poses))
     first = cli("track line.csv {FR3} --rate 50 --json").facts["start"]
     np.testing.assert_allclose(first, FR3.solve(poses[0]).q, rtol=0, atol=1e-9)

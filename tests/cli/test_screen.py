@@ -14,6 +14,8 @@ from armangle.cli import screen as output
 from armangle.cli.main import COMMANDS
 from armangle.cli.tables import WIDTH, paint, plain_text, table
 
+from .conftest import Screen
+
 Capture = pytest.CaptureFixture[str]
 
 
@@ -65,24 +67,6 @@ def test_a_long_last_column_is_wrapped() -> None:
 def test_colour_does_not_count() -> None:
     rows = [["1", paint("22", "red")], ["333", "4"]]
     assert plain_text(table(["a", "b"], rows)).splitlines() == ["  a   b", "  1  22", "333   4"]
-
-
-class Screen:
-    """A stdout that says whether it is a terminal, and of which encoding."""
-
-    def __init__(self, terminal: bool, encoding: str = "utf-8") -> None:
-        self.text, self.terminal, self.encoding = "", terminal, encoding
-
-    def write(self, text: str) -> int:
-        text.encode(self.encoding)
-        self.text += text
-        return len(text)
-
-    def isatty(self) -> bool:
-        return self.terminal
-
-    def flush(self) -> None:
-        pass
 
 
 @pytest.mark.parametrize(
