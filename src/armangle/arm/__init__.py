@@ -1,3 +1,3 @@
-"""The arm, and what it says of a pose: arcs, joint functions, branches, why not."""
+"""The arm and its queries about a pose: arcs, joint functions, branches, diagnosis."""
 
-from . import offset as offset  # a kind of arm, which `Arm` makes
+from . import offset as offset  # an arm kind that `Arm` creates

@@ -1,4 +1,4 @@
-"""Arcs that a caller allows: one set for all poses, or a function of the pose."""
+"""Arcs permitted by the caller: one set for all poses, or a function of the pose."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Allowed = ArcSet | Callable[[Floats], ArcSet]
 
 
 def one_allowed(allowed: Allowed, pose: Floats) -> tuple[Any, Any]:
-    """Return count and angles of the arcs allowed at one pose."""
+    """Return count and angles of the arcs permitted at one pose."""
     arcs = _checked(allowed_arcs(allowed, pose))
     return arcs._count, arcs._psi
 
@@ -42,7 +42,7 @@ def _checked(arcs: object) -> ArcSet:
 
 
 def _few(arcs: ArcSet) -> ArcSet:
-    """Return the arcs, as few as can be intersected with any feasible ones (up to 16) without loss."""
+    """Return the arcs if they are few enough (16) to be intersected with any feasible ones without loss."""
     most = _core.ARC_CAPACITY // 2
     if (arcs._count > most).any():
         raise InputError(f"allowed holds {int(arcs._count.max())} arcs, wanted at most {most}")

@@ -28,19 +28,19 @@ _WORDS: dict[Side, EndSide | None] = {
 
 @dataclass(frozen=True)
 class ArcEnd:
-    """What made one end of an arc.
+    """The cause of one end of an arc.
 
     Parameters
     ----------
     joint : int or None
-        Joint 1..7, or None for an end that the user set, or an obstacle.
+        Joint 1..7, or None for an end set by the user or an obstacle.
     side : "lower", "upper", "singular", "user", "obstacle" or "unproven"
-        The limit that is reached there, a singularity or its margin, an arc of the user's own, an obstacle
-        of a scene that a link would touch, or, of an arm with a chain of its own, the end of what is proven.
+        The limit reached there; a singularity or its margin; an arc given by the user; an obstacle of a scene
+        with which a link would collide; or, for an arm with its own chain, the end of the proven part.
     value : float
         The value of that joint there, rad in robot coordinates; NaN without a joint.
     obstacle, link : str or None
-        The two that would touch.
+        The two that would collide.
     """
 
     joint: int | None
@@ -61,7 +61,7 @@ Names = tuple[tuple[str, str] | None, ...]
 
 
 def _nested(items: list[Any], shape: Shape) -> Any:
-    """Return a flat list as nested lists of a shape; its only item for ()."""
+    """Return a flat list as nested lists of a shape; for () its only item."""
     if not shape:
         return items[0]
     if len(shape) == 1:
@@ -75,19 +75,19 @@ def _is_nothing(value: object) -> bool:
 
 
 class _Pairs(NamedTuple):
-    """The core's numbers of a batch's pairs, where the columns of one pose are (`_core.ArcsOfOne`)."""
+    """The core's pair numbers of a batch, in the columns that one pose has (`_core.ArcsOfOne`)."""
 
     pair: Ints
     blocking: Ints
     coarse: NDArray[np.int8]
 
     def column(self, index: int) -> Any:
-        """Return one of them by the name's place among the core's columns."""
+        """Return one column by its index in the core's columns."""
         return self[index - len(_ARRAYS)]
 
 
 def _named(pair: Ints, blocking: Ints, names: PairNames) -> tuple[Ints, Ints, Names]:
-    """Return numbers of pairs as places in a list of names; -1 stays -1."""
+    """Return pair numbers as indices into a list of names; -1 stays -1."""
     known, place = np.unique(np.concatenate([pair.ravel(), blocking]), return_inverse=True)
     none = int((known < 0).sum())
     place = place.ravel() - none
@@ -96,36 +96,36 @@ def _named(pair: Ints, blocking: Ints, names: PairNames) -> tuple[Ints, Ints, Na
 
 
 def _pairs_of(arcs: ArcSet) -> Ints:
-    """Return a copy of the places of a set's pairs, -1 for all where no scene was asked."""
+    """Return a copy of the pair indices of a set, -1 for all without a scene."""
     return np.full(arcs._psi.shape, -1) if arcs._pair is None else arcs._pair.copy()
 
 
 def _coarse_of(arcs: ArcSet) -> NDArray[np.int8]:
-    """Return whether narrow arcs were left out of each set, as 0 or 1."""
+    """Return whether each set lacks narrow arcs, as 0 or 1."""
     return np.zeros(len(arcs._count), dtype=np.int8) if arcs._coarse is None else arcs._coarse
 
 
 class ArcSet:
     """Closed arcs on the circle, of shape () for one pose or of the shape of a batch.
 
-    The arcs of one set are disjoint and in rising order, isolated angles among them as arcs of no width (a
-    locked joint leaves one or two); `lower` is in [-π, π), `upper` in
-    [lower, lower + 2π]. The full circle is the one arc [-π, π] without ends. Values are frozen.
+    The arcs of one set are disjoint and in rising order. Isolated angles are arcs of width 0 (a locked joint
+    leaves one or two). `lower` is in [-π, π), `upper` in [lower, lower + 2π]. The full circle is the one arc
+    [-π, π] without ends. Values are frozen.
 
-    Made by `Arm.feasible`, by `ArcSet(intervals)` or by the operators
-    ``&`` (both), ``|`` (either), ``~`` (closure of the complement).
+    Created by `Arm.feasible`, by `ArcSet(intervals)` or by the operators ``&`` (both), ``|`` (either), ``~``
+    (closure of the complement).
 
     Parameters
     ----------
     intervals : array_like, shape (k, 2)
-        Arcs [lower, upper] in rad, of any lift, upper >= lower; overlapping ones are joined, those
-        of 2π or more are the full circle; a point is an arc of no width. At most 16.
+        Arcs [lower, upper] in rad, on any turn, upper >= lower. Overlapping arcs are merged, arcs of 2π or
+        more are the full circle, and a point is an arc of width 0. At most 16.
 
     Raises
     ------
     InputError
-        If the shape is not (k, 2), a number is not finite, an upper end lies below its lower one,
-        or there are more than 16 arcs.
+        If the shape is not (k, 2), a number is not finite, an upper end is below its lower one, or there are
+        more than 16 arcs.
 
     Examples
     --------
@@ -145,13 +145,13 @@ class ArcSet:
     _side: NDArray[np.int8]
     _value: Floats
     _status: NDArray[np.int8]
-    _start: Ints  # the first arc of each set; made of the counts where it is asked for
-    _pair: Ints | None  # of each end, its place in _names; -1: no obstacle's; None: no scene was asked
-    _blocking: Ints | None  # the same of each set, which a pair alone leaves empty
-    _coarse: NDArray[np.int8] | None  # the same: whether narrow arcs were left out
+    _start: Ints  # the first arc of each set; computed from the counts on first use
+    _pair: Ints | None  # for each end its index in _names; -1: no obstacle; None: no scene
+    _blocking: Ints | None  # the same for each set that one pair alone leaves empty
+    _coarse: NDArray[np.int8] | None  # the same: whether narrow arcs are missing
     _names: Names  # (obstacle, link)
-    _unproven: Floats | None  # of each set, rad; None: all is proven
-    _of: tuple[_core.ArcsOfOne | _Pairs, PairNames | None]  # what fills, on first use, what is not there yet
+    _unproven: Floats | None  # of each set, rad; None: everything is proven
+    _of: tuple[_core.ArcsOfOne | _Pairs, PairNames | None]  # computes missing values on first use
 
     def __init__(self, intervals: ArrayLike = ()) -> None:
         psi = as_floats("intervals", np.empty((0, 2)) if _is_nothing(intervals) else intervals, (2,))
@@ -210,10 +210,10 @@ class ArcSet:
     def _from_core(
         cls, shape: Shape, arrays: tuple[Any, ...], ready: Ready | None = None, unproven: Floats | None = None
     ) -> ArcSet:
-        """Return the batch that the core's arrays hold: count, psi, joint, side, value, status, pairs.
+        """Return the batch of the core's arrays: count, psi, joint, side, value, status, pairs.
 
-        `unproven`: so much (rad) of each set was proven neither way, and left out. The names of the pairs of
-        a scene are looked up where they are read.
+        `unproven`: the length (rad) of each set that is proven neither way, and left out. The names of a
+        scene's pairs are looked up when they are read.
         """
         new = cls.__new__(cls)
         new._keep_arrays(shape, arrays[: len(_ARRAYS)], unproven)
@@ -226,16 +226,16 @@ class ArcSet:
 
     @classmethod
     def _of_one(cls, shape: Shape, sets: _core.ArcsOfOne, ready: Ready | None = None) -> ArcSet:
-        """Return the sets of one pose: a control loop's call, whose arrays are made where they are read."""
+        """Return the sets of one pose, for a control loop: arrays are created when they are read."""
         new = cls.__new__(cls)
         object.__setattr__(new, "shape", shape)
         object.__setattr__(new, "_of", (sets, None if ready is None else ready.names))
         return new
 
-    if not TYPE_CHECKING:  # a type checker is to know the attributes that there are
+    if not TYPE_CHECKING:  # a type checker should know the existing attributes
 
         def __getattr__(self, name: str) -> Any:
-            """Return what is asked for the first time: an array of one pose, or where each set begins."""
+            """Return a value on first use: an array of one pose, or the first arc of each set."""
             if name == "_start":
                 found = np.zeros(len(self._count) + 1, dtype=np.int64)
                 np.cumsum(self._count, out=found[1:])
@@ -275,7 +275,7 @@ class ArcSet:
             raise InputError("this state is not that of an ArcSet: its arrays do not belong together")
         self._fill(shape, *(array.copy() for array in arrays), *of_scenes)
 
-    # -- what a set is ---------------------------------------------------------------------------
+    # -- properties of a set ----------------------------------------------------------------------
 
     @property
     def count(self) -> Ints | np.int64:
@@ -289,9 +289,9 @@ class ArcSet:
 
     @property
     def unproven(self) -> Floats | np.float64:
-        """How much of the circle is left out because nothing is proven of it, rad, of the set's shape.
+        """Length of the circle that is left out because nothing is proven of it, rad, of the set's shape.
 
-        0 but for arms with a chain of their own, whose branches merge beside singularities (`Arm.feasible`).
+        0 except for arms with their own chain, whose branches merge near singularities (`Arm.feasible`).
         """
         if self._unproven is None:
             return np.zeros(self.shape)[()]
@@ -299,15 +299,15 @@ class ArcSet:
 
     @property
     def blocking(self) -> Any:
-        """The pair (obstacle, link) that alone leaves a set empty; None where there is none; nested lists."""
+        """The pair (obstacle, link) that alone leaves a set empty, or None; nested lists."""
         codes = np.full(len(self._count), -1) if self._blocking is None else self._blocking
         return _nested([self._named(int(code)) for code in codes], self.shape)
 
     @property
     def coarse(self) -> NDArray[np.bool_] | np.bool_:
-        """Whether obstacles leave more arcs than a set holds, bool of the set's shape.
+        """Whether obstacles leave more arcs than a set can hold, bool of the set's shape.
 
-        The narrowest are left out then: what a set holds is clear, and is not all that is.
+        The narrowest are then missing: the set is collision-free, but not complete.
         """
         coarse: NDArray[np.bool_] = (_coarse_of(self) != 0).reshape(self.shape)
         return coarse[()]
@@ -344,7 +344,7 @@ class ArcSet:
 
     @property
     def intervals(self) -> Floats:
-        """The arcs [lower, upper] in rad: (count, 2) for shape (), else (*shape, k, 2) with NaN behind."""
+        """The arcs [lower, upper] in rad: (count, 2) for shape (), else (*shape, k, 2), padded with NaN."""
         if not self.shape:
             return self._psi
         most = int(self._count.max(initial=0))
@@ -355,7 +355,7 @@ class ArcSet:
 
     @property
     def ends(self) -> Any:
-        """Per interval the two `ArcEnd`, () for the full circle; nested lists over a batch's axes."""
+        """The two `ArcEnd` of each interval, () for the full circle; nested lists over a batch's axes."""
         return _nested([self._ends_of(i) for i in range(len(self._count))], self.shape)
 
     def _ends_of(self, index: int) -> list[tuple[ArcEnd, ...]]:
@@ -371,7 +371,7 @@ class ArcSet:
             out.append(tuple(pair))
         return out
 
-    # -- asking --------------------------------------------------------------------------------------
+    # -- queries -----------------------------------------------------------------------------------------
 
     def contains(self, psi: ArrayLike) -> NDArray[np.bool_] | np.bool_:
         """Return whether arm angles are in the sets, within 1e-9 rad.
@@ -404,8 +404,8 @@ class ArcSet:
         Returns
         -------
         float64, of the broadcast shape
-            psi itself, wrapped to (-π, π], where it is in the set; else the nearer end on the circle,
-            the lower one on a tie; NaN where the set is empty.
+            psi itself, wrapped to (-π, π], if it is in the set. Otherwise the nearest end on the circle, the
+            lower one on a tie; NaN if the set is empty.
 
         Raises
         ------
@@ -520,7 +520,7 @@ class ArcSet:
         return ArcSet._from_core(a.shape, (count, psi, joint, side, value, status, pair, None, coarse, names))
 
     def _less(self, other: ArcSet) -> ArcSet:
-        """Return the set without another, less the points in which what is left only touches that."""
+        """Return the set without another, excluding points where the rest only touches the other."""
         left = self & ~other
         wide = left._psi[:, 1] > left._psi[:, 0]
         of = np.repeat(np.arange(len(left._count)), left._count)[wide]

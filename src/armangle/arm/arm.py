@@ -1,4 +1,4 @@
-"""The arm: its numbers, where they come from, its kinematics, and what its limits allow."""
+"""The arm: its numbers and their origin, its kinematics, and its feasible configurations."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ Reference = ArrayLike | Literal["base", "stereographic"]
 
 BOUNDS = ("velocity", "acceleration")
 _ONE_FOR_ALL = ("lower", "upper", *BOUNDS)
-LEAST_LINK = 1e-6  # m: of upper arm and forearm; a shorter one is a mistake of units
+LEAST_LINK = 1e-6  # m: of upper arm and forearm; a shorter one has wrong units
 MOST_MARGIN: float = _core.MOST_MARGIN
 ON_ERROR = ("raise", "nan")
 _FITS = ("own", "srs")
@@ -129,13 +129,13 @@ _ELSEWHERE = {
     **dict.fromkeys(("step", "follow", "plan"), "it is a function: armangle.{name}(arm, ...)"),
     "limits": "lower and upper, (7,) each",
 }
-"""What to use in place of names that other libraries have, or that stand elsewhere."""
-_KEPT = ("report", "scene", "singularity_margin")  # what an arm has beside the numbers of its description
+"""Replacements for names that other libraries have, or that are elsewhere."""
+_KEPT = ("report", "scene", "singularity_margin")  # fields besides the numbers of the description
 _OPTIONAL = (*JOINT_ROWS, *FRAMES, "joint_names", "chain")  # None stands for the default
 
 
 class ArmArguments(TypedDict, total=False):
-    """What `Arm` takes for each field of `ArmDescription`: the types for editors and type checkers."""
+    """The fields of `ArmDescription` that `Arm` accepts, typed for editors and type checkers."""
 
     d_bs: float
     d_se: float
@@ -167,12 +167,12 @@ class ArmArguments(TypedDict, total=False):
 
 
 def _default(field: Field[Any]) -> Any:
-    """Return what a field is where it is not given; MISSING where it must be."""
+    """Return the default of a field; MISSING if it is required."""
     return field.default_factory() if field.default_factory is not MISSING else field.default
 
 
 def _signature() -> Signature:
-    """Return the keywords of `Arm` and their defaults, for help() and the pages."""
+    """Return the keywords of `Arm` and their defaults, for help() and the documentation."""
     shown = {f.name: None if f.name in _OPTIONAL else _default(f) for f in _FIELDS}
     shown |= {"a_1": 0.0, "a_6": 0.0, "report": None, "scene": None, "singularity_margin": 0.0}
     return Signature(
@@ -186,25 +186,25 @@ def _signature() -> Signature:
 class Arm(FrozenValue):
     """A 7-axis arm with one redundant joint: S-R-S, nearly S-R-S, or with an offset wrist or shoulder.
 
-    The tip's pose is ``base @ DH(theta) @ tool`` with ``theta_i = signs_i q_i + offsets_i`` and the
-    classic DH rows of the paper's Table 1, to which the elbow's offsets a_3, a_4, d_4 are added.
-    Everything public speaks q, the robot's own joint coordinates. Values are frozen.
+    The pose of the end effector is ``base @ DH(theta) @ tool`` with ``theta_i = signs_i q_i + offsets_i``.
+    The DH rows are the classic ones of the paper's Table 1, plus the elbow's offsets a_3, a_4, d_4. All
+    public functions use q, the robot's own joint coordinates. Values are frozen.
 
     Parameters
     ----------
     d_bs, d_se, d_ew, d_wf : float
-        Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m; d_se and d_ew may be 0 beside
-        an elbow offset, which makes the links hypot(d_se, a_3) and hypot(d_ew, a_4), at least 1e-6, long.
+        Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m. d_se and d_ew may be 0 with
+        an elbow offset; the links are then hypot(d_se, a_3) and hypot(d_ew, a_4) long, at least 1e-6.
     lower, upper : float or array_like, shape (7,), optional
-        Joint limits in q, rad, lower <= upper, or one for all joints. Any: beyond ±π, of one sign, wider than
-        a turn, infinite (the default).
+        Joint limits in q, rad, lower <= upper, or one for all joints. They may be beyond ±π, of one sign,
+        wider than a turn, or infinite (the default).
     a_3, a_4 : float
         Lateral elbow offsets of links 3 and 4, m.
     a_1, a_6 : float
-        Offset between the axes of joints 1 and 2 (PR2, Fetch), or of joints 6 and 7 (Franka, xArm 7), m: one
-        of them at most. Such an arm has no arm angle: psi is then the value of joint 1, or 7 (`redundancy`),
-        and gc has bit 1 where theta_2 < 0 (a_1: theta_6), 2 where theta_4 lies below the stretched arm's, 4
-        where cos(theta_5) < 0 (theta_3).
+        Offset between the axes of joints 1 and 2 (PR2, Fetch), or of joints 6 and 7 (Franka, xArm 7), m; at
+        most one of them. Such an arm has no arm angle: psi is then the value of joint 1, or 7 (`redundancy`).
+        gc has bit 1 if theta_2 < 0 (a_1: theta_6), 2 if theta_4 is below that of the stretched arm, 4 if
+        cos(theta_5) < 0 (theta_3).
     d_4 : float
         Gap along axis 4 from the upper arm to the forearm, m (Kinova MOVO).
     signs : array_like of +1 or -1, shape (7,), optional
@@ -212,51 +212,51 @@ class Arm(FrozenValue):
     offsets : array_like, shape (7,), optional
         Zero offsets, rad.
     base, tool : array_like, shape (4, 4), optional
-        Frame of the DH base in the frame poses are given in; frame of the tool in the flange. Their
+        Frame of the DH base in the frame that poses are given in; frame of the tool in the flange. Their
         rotations are replaced by the nearest exact ones.
     velocity, acceleration : float or array_like, shape (7,), optional
-        Greatest joint speeds (rad/s) and accelerations (rad/s²), > 0, or one for all joints; infinite by
+        Largest joint velocities (rad/s) and accelerations (rad/s²), > 0, or one for all joints; infinite by
         default.
     name : str
         Name of the arm.
     reference : "base", "stereographic" or array_like, shape (3,)
-        From what the arm angle is measured. "base": psi is 0 if the elbow lies in the plane of the wrist and
-        the axis of joint 1, as in the paper; it jumps by half a turn where the wrist passes that axis. A
-        vector, of any length, in the frame that poses are given in: the same with this vector in place of the
-        axis. "stereographic": the plane that "base" has if the wrist is straight above the shoulder, carried
-        to the wrist's direction the shortest way; singular only if the wrist is straight below the shoulder.
-        Solutions stay; the two arm angles differ by an angle of the pose. Source: Elias and Wen (2024).
+        Zero of the arm angle. "base": psi is 0 if the elbow lies in the plane of the wrist and the axis of
+        joint 1, as in the paper; it jumps by half a turn if the wrist passes that axis. A vector, of any
+        length, in the frame that poses are given in: the same with this vector as the axis. "stereographic":
+        the plane of "base" for a wrist straight above the shoulder, carried to the wrist's direction by the
+        shortest rotation; singular only if the wrist is straight below the shoulder. The solutions are the
+        same; the two arm angles differ by an angle that depends on the pose. Source: Elias and Wen (2024).
     chain : array_like, shape (8, 4, 4), optional
-        The arm's own chain where it is only nearly S-R-S, as a calibration gives it: the pose of the tip is
-        ``chain[0] Rz(q_1) chain[1] ... Rz(q_7) chain[7]``. The other numbers are then those of the nominal
-        arm, which lends psi and gc; poses, joints and limits are the chain's. See `armangle.dh_chain` and
-        `deviation`.
+        The arm's own chain if it is only nearly S-R-S, for example from a calibration. The pose of the end
+        effector is ``chain[0] Rz(q_1) chain[1] ... Rz(q_7) chain[7]``. The other numbers are then those of
+        the nominal arm, which defines psi and gc; poses, joints and limits are the chain's. See
+        `armangle.dh_chain` and `deviation`.
     body : Body or "guessed", optional
-        Collision model of the links, such as ``Body.bones(upper_arm=0.09, forearm=0.08)``. "guessed" is for a
-        first look at any arm: bones and plates of a radius that is 0.24 of the mean of `d_se` and `d_ew`.
-        Nobody measured it, so its ``trusted`` is False and its ``notes`` say so.
+        Collision model of the links, such as ``Body.bones(upper_arm=0.09, forearm=0.08)``. "guessed" gives
+        any arm a first model: bones and plates with a radius of 0.24 times the mean of `d_se` and `d_ew`. It
+        is not measured, so its ``trusted`` is False and its ``notes`` say so.
     hand : sequence of Ball, Capsule, Box or Hull
-        Geometry fixed to the tool, in its frame: a gripper, and what it carries. Without a name each is
-        called "hand".
+        Geometry fixed to the tool, in its frame: a gripper and its payload. Shapes without a name are called
+        "hand".
     scene : Scene, optional
-        Obstacles that every query, step, plan and tracker of this arm keeps clear of; needs `body` or `hand`.
+        Obstacles that every query, step, plan and tracker of this arm avoids; needs `body` or `hand`.
     singularity_margin : float
-        What every query, step, plan and tracker keeps from singularities: |sin θ2|, |sin θ6|,
-        |sin(θ4 - δ)| >= sin(margin); rad, in [0, 1.5].
+        Margin to singularities for every query, step, plan and tracker: |sin θ2|, |sin θ6|, |sin(θ4 - δ)| >=
+        sin(margin); rad, in [0, 1.5].
     joint_names : sequence of 7 str, optional
         Names of the joints, as files have them.
     notes : str or sequence of str, optional
-        What was noted where the numbers come from.
+        Notes about the origin of the numbers.
 
     Attributes
     ----------
     report : ImportReport or None
-        What was found in the file that the arm was read from; None of an arm that was made otherwise.
+        Findings in the file from which the arm was read; None for an arm made otherwise.
 
     Raises
     ------
     InputError, LimitError
-        Each naming the argument, the index, the value and what was wanted.
+        With the argument, the index, the value and the permitted range.
 
     Source: Faria et al. (2018), Table 1 and Eq. (1).
 
@@ -269,7 +269,7 @@ class Arm(FrozenValue):
     """
 
     __slots__ = (*(field.name for field in _FIELDS), *_KEPT, "_handle", "_ready")
-    __signature__ = _signature()  # of the keywords that __init__ takes and checks by the list of fields
+    __signature__ = _signature()  # the keywords that __init__ checks by the list of fields
 
     d_bs: float
     d_se: float
@@ -299,10 +299,10 @@ class Arm(FrozenValue):
     _handle: _core.Arm
     _ready: Ready | None  # the scene, prepared
 
-    if not TYPE_CHECKING:  # a type checker is to know the attributes that there are
+    if not TYPE_CHECKING:  # a type checker should know the existing attributes
 
         def __getattr__(self, name: str) -> Never:
-            """Raise what a name of another library is called here."""
+            """Raise an error that gives armangle's name for another library's name."""
             told = f"'Arm' object has no attribute {name!r}"
             if name in _ELSEWHERE:
                 told += f": {_ELSEWHERE[name].format(name=name)}"
@@ -312,7 +312,7 @@ class Arm(FrozenValue):
     a_6: float = 0.0
 
     def __new__(cls, *_: Never, **numbers: Any) -> Arm:
-        """Return an arm of the kind that its numbers ask for."""
+        """Return an arm of the kind that its numbers determine."""
         given = [numbers.get(name, 0.0) for name in ("a_1", "a_6")]
         plain = all(isinstance(x, (int, float)) and x == 0 for x in given)
         return cast(Arm, object.__new__(cls if plain or cls is not Arm else _offset_kind()))
@@ -325,7 +325,7 @@ class Arm(FrozenValue):
             )
         given: dict[str, Any] = dict(numbers)
         report, scene = given.pop("report", None), given.pop("scene", None)
-        for name in ("a_1", "a_6"):  # else `__new__` makes another kind
+        for name in ("a_1", "a_6"):  # otherwise `__new__` creates another kind
             as_number(f"{name} (m)", given.pop(name, 0.0), 0.0, 0.0)
         margin = as_number("singularity_margin (rad)", given.pop("singularity_margin", 0.0), 0.0, MOST_MARGIN)
         values = _checked(given)
@@ -344,14 +344,14 @@ class Arm(FrozenValue):
         if scene is not None:
             self._fill({"_ready": make_ready(self, scene)})
 
-    # -- where it comes from -------------------------------------------------------------------------
+    # -- origin -------------------------------------------------------------------------------------------
 
     @classmethod
     def load(cls, source: Source, base: str | None = None, tip: str | None = None) -> Arm:
         """Return an arm by its name, from a robot's file, or from a model of another library.
 
-        Whatever it is, the arm has its own kinematics: exactly S-R-S, or with an offset wrist or shoulder, or
-        its own chain if it is only nearly S-R-S. `kind` says which, `report` what the file said.
+        The arm keeps the source's own kinematics: exactly S-R-S, with an offset wrist or shoulder, or its own
+        chain if it is only nearly S-R-S. `kind` names it, and `report` has the findings in the file.
 
         Parameters
         ----------
@@ -359,7 +359,7 @@ class Arm(FrozenValue):
             A name of ``armangle.catalogue()``; a URDF or MJCF file, or its XML text; or an object with
             ``to_xml()`` or ``write_xml_string()``, such as mujoco's MjSpec or yourdfpy's URDF.
         base, tip : str, optional
-            Names of the two links or bodies of a file; guessed where it leaves one choice.
+            Names of the two links or bodies of a file; may be omitted if the file leaves one choice.
 
         Returns
         -------
@@ -407,7 +407,7 @@ class Arm(FrozenValue):
         Raises
         ------
         InputError
-            If there is none of this name; the message lists similar names.
+            If the catalogue has no such name; the message lists similar names.
         """
         if name in offset_catalogue():
             return cast(Arm, _offset_kind()._of(load_offset_robot(name)))
@@ -432,8 +432,8 @@ class Arm(FrozenValue):
         source : path or str or bytes
             A URDF file, or its XML text.
         base, tip : str, optional
-            Names of the two links; guessed where the file leaves one choice of seven rotating joints, or one
-            that armangle solves.
+            Names of the two links. They may be omitted if the file leaves one choice of seven rotating
+            joints, or one that armangle solves.
         fit : "own" or "srs"
             "own": the arm has the file's own kinematics. If its axes are exactly those of an S-R-S arm, or
             of one with an offset wrist or shoulder, the closed form is exact. Otherwise its own chain is
@@ -441,12 +441,12 @@ class Arm(FrozenValue):
             psi and gc are those of the S-R-S arm fitted to it (`nominal`, `deviation`). "srs": the S-R-S arm
             fitted to the file, whose tip is off by what a warning and ``report`` say.
         angle_tolerance, length_tolerance : float, optional
-            With "own": how far from S-R-S an own chain may be, if more than 2 degrees and 50 mm; or, if it is
-            farther, how far an arm with an offset wrist or shoulder may be from the file, which a warning
-            says. With "srs": how far the axes may be from S-R-S, 0.1 rad and 100 mm by default. Rad, m.
+            With "own": how far from S-R-S an own chain may be, if more than 2 degrees and 50 mm. If it is
+            farther: how far an arm with an offset wrist or shoulder may be from the file; a warning reports
+            it. With "srs": how far the axes may be from S-R-S, 0.1 rad and 100 mm by default. Rad, m.
         continuous_limits : {"ignore", "use"}
-            Limits of a continuous joint, which by the rules of URDF has none, though some files state them.
-            If they are ignored, a warning and a note of ``report`` say so.
+            How to treat limits of a continuous joint, which URDF forbids but some files contain. If they are
+            ignored, a warning and a note of ``report`` say so.
 
         Returns
         -------
@@ -456,7 +456,7 @@ class Arm(FrozenValue):
         ------
         ModelError
             If the file cannot be read as a chain of seven rotating joints, or the arm is of none of these
-            kinds; the message says which axes miss which point, and by how much.
+            kinds; the message names the axes, the point that they miss, and the distance.
         """
         return cls._of_file(
             lambda offset: read_urdf(
@@ -483,7 +483,7 @@ class Arm(FrozenValue):
         source : path or str
             An MJCF file, or its XML text.
         base, tip : str, optional
-            Names of two bodies, or of a site as the tip; guessed where the file leaves one choice.
+            Names of two bodies, or of a site as the end effector; optional if the file leaves one choice.
         fit, angle_tolerance, length_tolerance
             As in `from_urdf`.
 
@@ -507,9 +507,9 @@ class Arm(FrozenValue):
     def _of_file(
         cls, read: Callable[[bool], Chain], fit: Fit, angle: float | None, length: float | None
     ) -> Arm:
-        """Return the arm of a file that `read` reads: the first kind of arm that it is.
+        """Return the arm of a file that `read` reads, of the first kind that fits.
 
-        `read` takes whether the guess of base and tip is for an arm with an offset wrist or shoulder.
+        The argument of `read`: whether base and tip are guessed for an offset wrist or shoulder.
         """
         idealised = chosen("fit", fit, _FITS) == "srs"
         most = (MAX_ANGLE, MAX_LENGTH) if idealised else (None, None)
@@ -520,7 +520,7 @@ class Arm(FrozenValue):
         }
         try:
             chain = read(False)
-        except ModelError as error:  # there may be an arm with an offset in it
+        except ModelError as error:  # the chain may contain an arm with an offset
             if idealised:
                 raise
             return cls._of_offset(read, given) or _raised(error)
@@ -541,7 +541,7 @@ class Arm(FrozenValue):
     def _of_offset(
         cls, read: Callable[[bool], Chain], given: dict[str, float], least: float = 0.0
     ) -> Arm | None:
-        """Return the arm of a file if it has an offset wrist or shoulder, of more than `least`, m."""
+        """Return the arm of a file if it has an offset wrist or shoulder larger than `least`, m."""
         try:
             found, report = describe_offset_chain(read(True), **given)
         except ModelError:
@@ -568,11 +568,11 @@ class Arm(FrozenValue):
     def with_(self, **changes: Unpack[ArmArguments]) -> Arm:
         """Return a copy with some constructor arguments changed, such as ``lower=``.
 
-        ``tool=`` replaces the whole transform from flange to tip. An arm that was read from a file, or is of
-        the catalogue, often has one already, and this drops it: the tip of openarm_v10 is turned against the
-        flange, and a gripper 150 mm long would end 212 mm beside its place. To mount something on the
-        present tip use `with_tool`. ``scene=`` and ``singularity_margin=`` are what every query, step, plan
-        and tracker of the copy keeps.
+        ``tool=`` replaces the whole transform from flange to end effector. An arm from a file or the
+        catalogue often has one already, and this discards it. For example, the tool frame of openarm_v10 is
+        rotated against the flange, so a gripper 150 mm long would end 212 mm from its place. Use `with_tool`
+        to mount something on the present tool frame. ``scene=`` and ``singularity_margin=`` apply to every
+        query, step, plan and tracker of the copy.
 
         Parameters
         ----------
@@ -602,7 +602,7 @@ class Arm(FrozenValue):
         return Arm(**numbers)
 
     def _keeping(self, scene: Scene | None, singularity_margin: float) -> Arm:
-        """Return the arm itself that keeps another scene and margin."""
+        """Return this arm with another scene and margin."""
         margin = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
         new = object.__new__(type(self))
         new._fill({name: getattr(self, name) for name in Arm.__slots__})
@@ -612,9 +612,9 @@ class Arm(FrozenValue):
         return new
 
     def _with_chain(self, numbers: dict[str, Any], ends: list[str]) -> Arm:
-        """Return a copy with a chain of its own, which must not leave out the base or tool that the arm has.
+        """Return a copy with its own chain, which must include the arm's base and tool.
 
-        `ends`: those of them that are not given beside the chain.
+        `ends`: which of base and tool are not given with the chain.
         """
         made, wrong = None, None
         _checked_chain(numbers["chain"])
@@ -642,19 +642,19 @@ class Arm(FrozenValue):
         return made
 
     def with_tool(self, tool: ArrayLike) -> Arm:
-        """Return a copy with a tool mounted on the present tip.
+        """Return a copy with a tool mounted on the present tool frame.
 
-        Not to be confused with ``with_(tool=...)``, which replaces the transform from flange to tip.
+        Not to be confused with ``with_(tool=...)``, which replaces the transform from flange to end effector.
 
         Parameters
         ----------
         tool : array_like, shape (4, 4)
-            Frame of the new tip in the frame of the present one, position in m.
+            Frame of the new end effector in the present tool frame, position in m.
 
         Returns
         -------
         Arm
-            Its ``tool`` is ``self.tool @ tool``, so that its poses are those of this arm times `tool`.
+            Its ``tool`` is ``self.tool @ tool``, so its poses are this arm's poses times `tool`.
 
         Raises
         ------
@@ -677,7 +677,7 @@ class Arm(FrozenValue):
         return self._ready if scene is self.scene else None if scene is None else self._needed(scene)
 
     def _needed(self, scene: Scene | None) -> Ready:
-        """Return a scene prepared for this arm, where there must be one."""
+        """Return a scene prepared for this arm; raise if there is none."""
         own = self._ready if scene is self.scene else None
         return own or make_ready(self, cast(Scene, scene), self._ready)
 
@@ -699,13 +699,13 @@ class Arm(FrozenValue):
         return _rebuilt, (self._numbers(),)
 
     def __repr__(self) -> str:
-        """Return what makes this arm again: its name in the catalogue, or all that is not the default."""
+        """Return source code of this arm: its catalogue name, or all values that are not the default."""
         if self.name in catalogue() and self == Arm.from_catalogue(self.name):
             return f"Arm.from_catalogue({self.name!r})"
         return self._source()
 
     def _source(self) -> str:
-        """Return Python source that makes this arm again: all numbers that are not the default."""
+        """Return Python source of this arm: all values that are not the default."""
         shown = [
             f"{field.name}={_source_text(getattr(self, field.name))}"
             for field in _FIELDS
@@ -716,7 +716,7 @@ class Arm(FrozenValue):
         return f"Arm({', '.join(shown)})"
 
     def __str__(self) -> str:
-        """Return the arm to be read: lengths in mm, limits in degrees."""
+        """Return a readable description: lengths in mm, limits in degrees."""
         offsets = [name for name in ELBOW_OFFSETS if getattr(self, name)]
         lengths = ", ".join(f"{n} {getattr(self, n) * MILLIMETRES:.6g}" for n in (*LENGTHS, *offsets))
         ranges = zip(np.degrees(self.lower), np.degrees(self.upper), strict=True)
@@ -728,7 +728,7 @@ class Arm(FrozenValue):
 
     @property
     def kind(self) -> str:
-        """What the arm is.
+        """The kind of arm.
 
         "srs", "srs_chain" (its own chain, nearly S-R-S), "offset_wrist" or "offset_shoulder".
         """
@@ -736,17 +736,17 @@ class Arm(FrozenValue):
 
     @property
     def redundancy(self) -> str:
-        """What ``psi`` is for this arm: "arm_angle", or "joint_7" or "joint_1", the value of that joint."""
+        """The meaning of ``psi``: "arm_angle", or "joint_7" or "joint_1", the value of that joint."""
         return "arm_angle"
 
     @property
     def reach(self) -> float:
-        """Greatest distance shoulder-wrist, m."""
+        """Largest distance shoulder-wrist, m."""
         return float(self._handle.reach)
 
     @property
     def inner_reach(self) -> float:
-        """Least distance shoulder-wrist, m."""
+        """Smallest distance shoulder-wrist, m."""
         return float(self._handle.inner_reach)
 
     @property
@@ -756,23 +756,23 @@ class Arm(FrozenValue):
 
     @property
     def nominal(self) -> Arm:
-        """The S-R-S arm that lends psi and gc: the arm itself, or the one beside its own chain."""
+        """The S-R-S arm that defines psi and gc: the arm itself, or the one fitted to its own chain."""
         return self if self.chain is None else self.with_(chain=None, scene=None)
 
     @property
     def deviation(self) -> ChainDeviation:
-        """How far the arm's own chain is from its nominal arm, and where its branches merge.
+        """Deviation of the arm's own chain from its nominal arm, and the bands where its branches merge.
 
-        Measured at the first use over random postures within the limits; all zero without a chain.
+        Measured on first use over random configurations within the limits; all zero without a chain.
         """
         return deviation_of(self)
 
     @property
     def proven_share(self) -> float:
-        """At what share of poses, 0 to 1, the feasible intervals of all branches are proven throughout.
+        """The share of poses, 0 to 1, whose feasible intervals are completely proven in all branches.
 
-        Measured at the first use, at the poses of 50 random postures within the limits; 1 without a chain.
-        At the others `feasible` leaves out what is not proven, and says how much in ``unproven``.
+        Measured on first use, at the poses of 50 random configurations within the limits; 1 without a chain.
+        At the other poses `feasible` leaves out unproven parts and returns their length in ``unproven``.
         """
         return proven_share_of(self)
 
@@ -788,13 +788,13 @@ class Arm(FrozenValue):
         q : array_like, shape (..., 7)
             Joint values, rad. Limits are not enforced.
         on_error : "raise" or "nan"
-            If the wrist lies on the shoulder (folded arm of equal links), the arm angle does not exist:
-            raise `UnreachableError`, or return NaN for it.
+            If the wrist coincides with the shoulder (folded arm with equal links), the arm angle does not
+            exist: raise `UnreachableError`, or return NaN for it.
 
         Returns
         -------
         pose : ndarray, shape (..., 4, 4)
-            Tool frame, position in m.
+            Pose of the end effector, position in m.
         psi : float64, shape (...)
             Arm angle in (-π, π], rad: the value of `redundancy`.
         gc : int64, shape (...)
@@ -840,15 +840,15 @@ class Arm(FrozenValue):
             Global configuration 0..7. Without it the result has an axis of 8: row k is branch k. Rows without
             an answer are NaN; an error is raised if no row has one.
         seed : array_like, shape (..., 7), optional
-            Of several turns within a joint's limits the nearest to this is returned; without it, the
+            Among several turns within a joint's limits, the one nearest to this is returned; without it, the
             nearest to the middle of the range.
         limits : bool
             True: an answer has all joints within their limits. False: limits are not enforced, as in
             Eqs. (17)-(24) of the paper; each joint takes the turn nearest to its range.
         on_error : "raise" or "nan"
-            Where there is no answer: raise, or leave NaN in that row.
+            If there is no solution: raise, or return NaN in that row.
         out : ndarray, shape (..., 7), optional
-            Written and returned, instead of a new array. After an error its contents are undefined.
+            Written and returned instead of a new array. After an error its contents are undefined.
 
         Returns
         -------
@@ -858,13 +858,13 @@ class Arm(FrozenValue):
         Raises
         ------
         InputError
-            If an argument is not usable.
+            If an argument is invalid.
         UnreachableError
-            If a pose is out of reach: by how many mm.
+            If a pose is out of reach; the message says by how many mm.
         LimitError
             If a joint has no turn within its limits.
 
-        Source: Faria et al. (2018), Eqs. (12)-(24), in a form that holds the pose in every case.
+        Source: Faria et al. (2018), Eqs. (12)-(24), in a form that also holds at singularities.
         """
         known = type(limits) is bool and isinstance(on_error, str) and on_error in ON_ERROR
         if known and gc is not None and seed is None and out is None and thread_count() == 1:
@@ -909,7 +909,7 @@ class Arm(FrozenValue):
         seeds = [] if seed is None else [("seed", as_floats("seed", seed, (JOINTS,)), 1)]
         batch, arrays = self._postures(pose, psi, gc, *seeds)
         result = output(out, (*batch, JOINTS))
-        # written while the arguments are read: memory they share is written aside
+        # written while the arguments are read: shared memory is copied first
         shared = out is not None and any(np.may_share_memory(result, array) for array in arrays)
         target = np.empty_like(result) if shared else result
         poses, angles, branches, *near = arrays
@@ -924,27 +924,27 @@ class Arm(FrozenValue):
     def _postures(
         self, pose: ArrayLike, psi: ArrayLike, gc: ArrayLike, *more: tuple[str, NDArray[Any], int]
     ) -> tuple[Shape, list[NDArray[Any]]]:
-        """Return poses, arm angles and branches, and what goes with them, of one batch shape."""
+        """Return poses, arm angles, branches and accompanying arrays, broadcast to one batch shape."""
         poses, angles = as_poses("pose", pose, self._handle), as_floats("psi", psi)
         return broadcast([("pose", poses, 2), ("psi", angles, 0), ("gc", as_gc(gc), 0), *more])
 
     def _branches(
         self, pose: ArrayLike, gc: ArrayLike, *more: tuple[str, NDArray[Any], int]
     ) -> tuple[Shape, list[NDArray[Any]]]:
-        """Return poses and branches, and what goes with them, of one batch shape."""
+        """Return poses, branches and accompanying arrays, broadcast to one batch shape."""
         return broadcast([("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0), *more])
 
     def _of_joints(self, one: Callable[[Floats, Floats, int], None], q: ArrayLike, row: Shape) -> Floats:
-        """Return what the core says of each q: rows of this shape."""
+        """Return the core's result for each q: rows of this shape."""
         joints = as_floats("q", q, (JOINTS,))
         out = np.empty((*joints.shape[:-1], *row))
         one(joints, out, thread_count())
         return out
 
     def frames(self, q: ArrayLike) -> Floats:
-        """Return the poses of the arm's DH frames: where its joints are in space.
+        """Return the poses of the arm's DH frames, which locate its joints in space.
 
-        Not to be confused with `forward`, whose pose includes the tool and is that of the user's tip alone.
+        Not to be confused with `forward`, which returns the pose of the end effector, including the tool.
 
         Parameters
         ----------
@@ -974,11 +974,11 @@ class Arm(FrozenValue):
         return self._of_joints(self._handle.frames_many, q, (JOINTS + 1, 4, 4))
 
     def elbow(self, q: ArrayLike) -> Floats:
-        """Return where the elbow is.
+        """Return the position of the elbow.
 
-        It is the point of joint 4's axis that is nearest to the shoulder, the origin of DH frame 3: at any q
-        hypot(d_se, a_3) from the shoulder and hypot(d_ew, a_4, d_4) from the wrist. On an arm without elbow
-        offset both links end there; with a_3 it lies beside the end of the upper arm on axis 3.
+        It is the point of joint 4's axis nearest to the shoulder, the origin of DH frame 3. Its distance is
+        hypot(d_se, a_3) from the shoulder and hypot(d_ew, a_4, d_4) from the wrist at any q. On an arm
+        without elbow offset both links end there; with a_3 it lies at the end of the upper arm, off axis 3.
 
         Parameters
         ----------
@@ -1016,11 +1016,11 @@ class Arm(FrozenValue):
     ) -> Floats | np.float64:
         """Return the arm angle that brings the elbow nearest to a point, or farthest along a direction.
 
-        In closed form: the elbow is on a circle about the axis shoulder-wrist. Limits are not asked: the
-        nearest arm angle that keeps them is ``arm.feasible(pose, gc).nearest(psi)``, and for a moving arm
-        the policy `armangle.Towards`. Of an arm with a chain of its own the elbow is the nominal arm's, from
-        which the true one is off by `deviation`. For an offset wrist or shoulder the elbow runs on no circle:
-        branch and bound finds the best value of the free joint, of all that the branch has.
+        In closed form: the elbow is on a circle about the axis shoulder-wrist. Limits are ignored: the
+        nearest arm angle within them is ``arm.feasible(pose, gc).nearest(psi)``; for a moving arm use the
+        policy `armangle.Towards`. For an arm with its own chain the elbow is the nominal arm's; the true one
+        differs by `deviation`. For an offset wrist or shoulder the elbow does not move on a circle: branch
+        and bound finds the best value of the free joint over the whole branch.
 
         Parameters
         ----------
@@ -1033,9 +1033,9 @@ class Arm(FrozenValue):
         direction : array_like, shape (..., 3), or a word
             Of any length, in that frame; "up" (+z), "down", "left" (+y), "right", "forward" (+x), "back".
         on_error : "raise" or "nan"
-            Where all arm angles are alike, or there is none: raise, or return NaN. That is where the arm is
-            stretched or folded, so that its elbow stays where it is; where the point lies on the axis
-            shoulder-wrist, or the direction along it (for an offset wrist on the shoulder, for an offset
+            If no arm angle is best, or none exists: raise, or return NaN. This happens if the arm is
+            stretched or folded, so that its elbow does not move; if the point lies on the axis
+            shoulder-wrist, or the direction is along it (for an offset wrist on the shoulder, for an offset
             shoulder on the wrist); and out of reach.
 
         Returns
@@ -1048,7 +1048,7 @@ class Arm(FrozenValue):
         InputError
             If an argument is not usable.
         UnreachableError
-            Where it is undefined: which of the reasons.
+            If the arm angle is undefined; the message gives the reason.
 
         Examples
         --------
@@ -1070,7 +1070,7 @@ class Arm(FrozenValue):
     # -- differential ------------------------------------------------------------------------------
 
     def jacobian(self, q: ArrayLike) -> Floats:
-        """Return the geometric Jacobian of the tool.
+        """Return the geometric Jacobian of the end effector.
 
         Parameters
         ----------
@@ -1090,7 +1090,7 @@ class Arm(FrozenValue):
         return self._of_joints(self._handle.jacobian_many, q, (6, JOINTS))
 
     def self_motion(self, pose: ArrayLike, psi: ArrayLike, gc: ArrayLike) -> Floats:
-        """Return dq/dpsi at a fixed pose: the motion that leaves the tool where it is.
+        """Return dq/dpsi at a fixed pose: the motion that does not move the end effector.
 
         Parameters
         ----------
@@ -1102,10 +1102,10 @@ class Arm(FrozenValue):
         Returns
         -------
         ndarray, shape (..., 7)
-            rad/rad; joint 4 is 0. Where θ2 (θ6) is 0 or π at this arm angle alone, the derivative of joints
-            1, 2, 3 (5, 6, 7) does not exist and is returned as ±inf; where it is so for every arm angle
-            (arm straight up), θ1 (θ5) is held and the motion is finite. For an offset wrist or shoulder it is
-            the derivative by the free joint, and joint 4 moves too; at a fold it is ±inf.
+            rad/rad; joint 4 is 0. If θ2 (θ6) is 0 or π at this arm angle alone, the derivative of joints 1,
+            2, 3 (5, 6, 7) does not exist and is ±inf. If it is so at every arm angle (arm straight up), θ1
+            (θ5) is constant and the motion is finite. For an offset wrist or shoulder it is the derivative by
+            the free joint, and joint 4 moves too; at a fold it is ±inf.
 
         Raises
         ------
@@ -1121,7 +1121,7 @@ class Arm(FrozenValue):
     # -- limits --------------------------------------------------------------------------------------
 
     def limit_margin(self, q: ArrayLike) -> Floats | np.float64:
-        """Return the least distance of a joint to one of its limits.
+        """Return the distance to the nearest joint limit.
 
         Parameters
         ----------
@@ -1150,9 +1150,8 @@ class Arm(FrozenValue):
         q : array_like, shape (..., 7)
             Joint values, rad.
         tol : float
-            Slack, rad: by default the 1e-9 within which angles are one angle everywhere here, so that
-            postures at the ends of arcs are within. ``tol=0.0`` judges the last bit; joints that `solve`
-            returns keep that too.
+            Tolerance, rad. By default 1e-9, within which angles count as equal, so that configurations at the
+            ends of arcs are within. ``tol=0.0`` is exact; joints that `solve` returns satisfy that too.
 
         Returns
         -------
@@ -1172,7 +1171,7 @@ class Arm(FrozenValue):
         per_joint: bool = False,
         progress: Progress | bool | None = None,
     ) -> ArcSet:
-        """Return the feasible intervals of the arm angle: those that keep everything the arm must keep.
+        """Return the feasible intervals of the arm angle.
 
         All joints stay within their limits, clear of the arm's `scene` and at its `singularity_margin`.
 
@@ -1184,18 +1183,18 @@ class Arm(FrozenValue):
             Global configuration 0..7. Without it the result has an axis of 8: entry k is branch k, in about
             half the time of eight calls.
         per_joint : bool
-            True: the result has one more axis of 7, the intervals that keep each joint alone within its
-            limits, whatever the others do; the margin belongs to joints 2, 4 and 6. Without obstacles.
+            True: the result has one more axis of 7, the intervals in which each joint alone is within its
+            limits, independent of the others; the margin applies to joints 2, 4 and 6. Without obstacles.
         progress : function (done, total) or bool
-            Called a few times a second with the number of poses done; True draws a bar on stderr.
+            Called a few times a second with the number of finished poses; True draws a bar on stderr.
 
         Returns
         -------
         ArcSet, shape (...), (..., 8), (..., 7) or (..., 8, 7)
-            Empty with the reason in ``status`` if there is none; never raises on geometry. For an own chain
-            every arm angle in it is proven, and ``unproven`` says how much is proven neither way. An end
-            made by an obstacle names it. For an offset wrist or shoulder the intervals are of the free joint,
-            and an end is a joint at its limit, or a place where two branches meet (``side`` "singular"): a
+            If it is empty, ``status`` gives the reason; geometry never raises. For an own chain every arm
+            angle in it is proven, and ``unproven`` is the length that is proven neither way. An end caused by
+            an obstacle names it. For an offset wrist or shoulder the intervals are those of the free joint.
+            An end is then a joint at its limit, or a place where two branches meet (``side`` "singular"): a
             fold, of joint 5 (3 of an offset shoulder), or the end of the reach, of joint 4.
 
         Raises
@@ -1213,26 +1212,27 @@ class Arm(FrozenValue):
         return self._arcs(pose, gc, Wanted.BRANCH, (), self.scene, progress)
 
     def feasible_turns(self, pose: ArrayLike, about: Literal["base", "tool"]) -> ArcSet:
-        """Return all turns about the axis of joint 1 or of joint 7 at which a pose can be held.
+        """Return all turns about the axis of joint 1 or of joint 7 at which a pose can be reached.
 
-        Only that joint sees such a turn: it moves by the angle and the other joints stay. So the intervals
-        follow from the feasible arm angles of the other joints, in closed form.
+        Only that joint depends on such a turn: it moves by the angle and the other joints stay. So the
+        intervals follow from the feasible arm angles of the other joints, in closed form.
 
         Parameters
         ----------
         pose : array_like, shape (..., 4, 4)
             Tool frame, position in m.
         about : "base" or "tool"
-            "base": a turn α is the pose turned by α about the axis of joint 1, which is the robot turned by
-            -α under a pose that stays. The intersection (``&``) of several poses' sets is where one turn
-            serves all. "tool": a turn is the pose turned about the axis of joint 7. For a tool whose working
-            axis lies along it (drill, suction cup, torch) these are all rolls that the limits allow.
+            "base": a turn α rotates the pose by α about the axis of joint 1, which equals the robot rotated
+            by -α under a fixed pose. The intersection (``&``) of several poses' sets contains the turns that
+            suit all. "tool": a turn rotates the pose about the axis of joint 7. For a tool whose working axis
+            is along it (drill, suction cup, torch) these are all rolls within the limits.
 
         Returns
         -------
         ArcSet, shape (...)
-            Intervals of the turn, rad, from the pose given: ``0 in`` it if the pose is `reachable`. Ends name
-            the joint and the limit. Empty, with the reason in ``status``, if the other joints allow nothing.
+            Intervals of the turn, rad, relative to the given pose: ``0 in`` it if the pose is `reachable`.
+            Ends name the joint and the limit. If other joints allow nothing it is empty; ``status`` gives the
+            reason.
 
         Raises
         ------
@@ -1252,7 +1252,7 @@ class Arm(FrozenValue):
         return ArcSet._from_core(poses.shape[:-2], columns)
 
     def _clear(self, pose: ArrayLike, gc: ArrayLike, scene: Scene) -> ArcSet:
-        """Return the arm angles at which no link touches an obstacle, whatever the joint limits."""
+        """Return the collision-free arm angles, ignoring joint limits."""
         self._needed(scene)
         return self._arcs(pose, gc, Wanted.CLEAR, (), scene)
 
@@ -1264,8 +1264,8 @@ class Arm(FrozenValue):
         q : array_like, shape (..., 7)
             Joint values, rad.
         scene : Scene, optional
-            Obstacles; by default those of the arm, ``arm.with_(scene=...)``. Its ``clearance`` is not taken
-            off: distances are those of surfaces. Own links and the hand are obstacles too.
+            Obstacles; by default those of the arm, ``arm.with_(scene=...)``. Its ``clearance`` is not
+            subtracted: distances are between surfaces. Own links and the gripper are obstacles too.
 
         Returns
         -------
@@ -1292,11 +1292,11 @@ class Arm(FrozenValue):
         return clearance_of(ready, out, pair)
 
     def _widest(self, pose: ArrayLike, gc: ArrayLike, scene: Scene | None) -> Widest:
-        """Return the feasible arm angle that keeps the links farthest from the obstacles.
+        """Return the feasible arm angle with the largest distance of the links to the obstacles.
 
-        The feasible intervals shrink as the clearance that is asked grows; bisection finds the greatest that
-        leaves one. If the nearest pair keeps its distance on a whole interval, the next pair decides within
-        it. If nothing is clear, it is the arm angle that fails by least.
+        The feasible intervals shrink as the required clearance grows; bisection finds the greatest clearance
+        with a solution. If the nearest pair has the same distance on a whole interval, the next pair decides
+        within it. If no arm angle is collision-free, the result is the one that fails by least.
         """
         arcs = self._arcs(pose, gc, Wanted.BRANCH, (), scene)
         batch, (poses, branches) = self._branches(pose, gc)
@@ -1334,7 +1334,7 @@ class Arm(FrozenValue):
         self, pose: ArrayLike, gc: ArrayLike, margin: float, wanted: Wanted, sets: Shape, ready: Ready | None,
         progress: Progress | bool | None,
     ) -> ArcSet:  # fmt: skip
-        """Return the sets of the own chain."""
+        """Return the sets of the arm's own chain."""
         batch, (poses, branches) = self._branches(pose, gc)
         unproven = np.zeros((*batch, *sets)).reshape(-1)
         handle = cast(NearHandle, self._handle)
@@ -1346,9 +1346,9 @@ class Arm(FrozenValue):
         return ArcSet._from_core((*batch, *sets), columns, ready, unproven)
 
     def _left_out(self, pose: ArrayLike, gc: ArrayLike, wanted: Wanted = Wanted.BRANCH) -> ArcSet:
-        """Return what `feasible`, per joint (JOINTS) or `_clear` (CLEAR) leaves out as not proven.
+        """Return the unproven part that `feasible`, per joint (JOINTS) or `_clear` (CLEAR) leaves out.
 
-        Without an own chain it is empty. What a scene's own proof loses is not included.
+        It is empty without an own chain. Losses of a scene's own proof are not included.
         """
         batch, (poses, branches) = self._branches(pose, gc)
         shape = (*batch, *((JOINTS,) if wanted is Wanted.JOINTS else ()))
@@ -1366,17 +1366,18 @@ class Arm(FrozenValue):
     def _keeps_soft(
         self, pose: ArrayLike, gc: ArrayLike, scene: Scene | None
     ) -> tuple[NDArray[np.int64] | None, Floats | None]:
-        """Return numbers and ends of the intervals that keep a scene's soft clearance; None without."""
+        """Return numbers and ends of the intervals with a scene's soft clearance; None without one."""
         if scene is None or scene.soft == 0.0:
             return None, None
         arcs = self._arcs(pose, gc, Wanted.SOFT, (), scene)
         return arcs._count, arcs._psi
 
     def reachable(self, pose: ArrayLike) -> NDArray[np.bool_] | np.bool_:
-        """Return whether any branch and arm angle holds a pose within the limits.
+        """Return whether any branch and arm angle reaches a pose within the limits.
 
-        Exact, by closed form, in less than a microsecond a pose of a batch; which branches and how much of
-        them is `freedom`, and why not is `explain`. Obstacles are not asked: ``solve(pose).ok`` asks them.
+        Exact, in closed form, in less than a microsecond a pose of a batch. `freedom` tells which branches do
+        and over what length, `explain` why none does. Obstacles are ignored: ``solve(pose).ok`` includes
+        them.
 
         Parameters
         ----------
@@ -1408,10 +1409,10 @@ class Arm(FrozenValue):
         return out.astype(np.bool_)[()]
 
     def freedom(self, pose: ArrayLike) -> Freedom:
-        """Return which branches hold a pose, and how long their feasible intervals are.
+        """Return which branches reach a pose, and the length of their feasible intervals.
 
-        The numbers of `feasible` without its intervals: nine bytes a pose, for maps and statistics.
-        Obstacles are not asked.
+        The numbers of `feasible` without its intervals: nine bytes a pose, for maps and statistics. Obstacles
+        are ignored.
 
         Parameters
         ----------
@@ -1462,20 +1463,20 @@ class Arm(FrozenValue):
         roll: Roll = "pose",
         progress: Progress | bool | None = None,
     ) -> Solution:
-        """Return the solution of a pose that is nearest to a seed, of all there are.
+        """Return the solution of a pose that is nearest to a seed.
 
-        All eight branches, all arm angles and all turns of the joints are compared, and no configuration that
-        the arm's limits, `scene` and `singularity_margin` allow is nearer: pieces of the circle without a
-        nearer one are excluded by bounds, not by sampling. Within 1e-5 rad of two or three of straight
-        shoulder, elbow and wrist at once the arm angle has too few digits, and the search is local: one of a
-        hundred such poses has a nearer solution, mostly by less than 0.001 rad. Near singularities of an own
-        chain it may not be proven: then the status is UNPROVEN.
+        It compares all eight branches, all arm angles and all turns of the joints. No configuration permitted
+        by the arm's limits, `scene` and `singularity_margin` is nearer: bounds exclude parts of the circle
+        without a nearer one, not sampling. Within 1e-5 rad of two or three of straight shoulder, elbow and
+        wrist at once the arm angle has too few digits, and the search is local: one of a hundred such poses
+        has a nearer solution, mostly by less than 0.001 rad. Near singularities of an own chain the proof may
+        fail: then the status is UNPROVEN.
 
         Parameters
         ----------
         pose : array_like, shape (..., 4, 4)
-            Tool frame, position in m. A float32 pose that only its rounding puts beyond the reach, or beyond
-            the limit of joint 4, is moved onto it.
+            Pose of the end effector, position in m. A float32 pose that rounding alone puts beyond the reach,
+            or beyond the limit of joint 4, is moved onto it.
         seed : array_like, shape (..., 7), optional
             Present joint values, rad. Without it ``prefer`` is "margin" and ``distance`` is NaN.
         metric : "l2" or "max"
@@ -1485,34 +1486,34 @@ class Arm(FrozenValue):
             Weights of the joints, >= 0, at least one positive; 1 by default.
         prefer : "seed", "margin" or "clearance"
             "seed": nearest to the seed. "margin": the largest distance to the nearest joint limit.
-            "clearance": the largest distance to the obstacles of the arm's `scene`, of all branches and arm
+            "clearance": the largest distance to the obstacles of the arm's `scene`, over all branches and arm
             angles; not with `metric`, `weight`, `allowed`, ``fallback`` or ``roll="free"``.
         gc : int or several of them, optional
             Global configurations that may be used; all by default.
         allowed : ArcSet or function (4, 4) -> ArcSet, optional
-            Intervals of the user's own, intersected with the feasible ones.
+            Intervals given by the user, intersected with the feasible ones.
         fallback : None or "nearest_pose"
-            "nearest_pose": if a pose has no solution, return that of the nearest pose that the arm can take,
-            ``found.pose``, ``found.gap`` away; ``status`` still says why the pose itself has none, and ``ok``
-            is False. A wrist out of reach moves towards the shoulder and keeps its orientation. If limits
-            forbid that, the least of ``sqrt(|dp|² + (length·angle)²)`` is sought from many starts. Of all
-            branches and arm angles, so not with `gc`, `allowed` or obstacles.
+            "nearest_pose": if a pose has no solution, return that of the nearest reachable pose,
+            ``found.pose``, which is ``found.gap`` away. ``status`` still gives the reason for the requested
+            pose, and ``ok`` is False. A wrist out of reach moves towards the shoulder and keeps its
+            orientation. If limits forbid that, many starts search the least ``sqrt(|dp|² +
+            (length·angle)²)``. It uses all branches and arm angles, so not with `gc`, `allowed` or obstacles.
         length : float
-            With ``fallback``: how many metres a radian counts as, m.
+            With ``fallback``: metres that count as one radian, m.
         roll : "pose" or "free"
-            "free": the tool may turn about its own z axis, as a drill, a torch or a suction cup may; the pose
-            taken is ``found.pose``. If that axis is axis 7 this is exact. For any other tool, and for an own
-            chain, 72 turns and finer ones about the best are tried, each with its exact intervals; 720 if
-            none of them has a solution. Not with ``fallback``.
+            "free": the tool may turn about its own z axis, as a drill, a torch or a suction cup may;
+            ``found.pose`` is the pose reached. If that axis is axis 7 this is exact. For any other tool, and
+            for an own chain, it tries 72 turns and finer ones near the best, each with its exact intervals;
+            720 if none of them has a solution. Not with ``fallback``.
         progress : function (done, total) or bool
-            Called a few times a second with the number of poses done; True draws a bar on stderr.
+            Called a few times a second with the number of finished poses; True draws a bar on stderr.
 
         Returns
         -------
         Solution
             ``q (..., 7)``, ``psi``, ``gc``, ``distance``, ``status``, ``margin``, ``gap`` of shape (...),
-            ``pose (..., 4, 4)``, and ``ok``. Never raises on geometry: if there is no solution, ``status``
-            says why, q is NaN and gc is -1.
+            ``pose (..., 4, 4)``, and ``ok``. Geometry never raises: if there is no solution, ``status`` gives
+            the reason, q is NaN and gc is -1.
 
         Raises
         ------
@@ -1579,9 +1580,9 @@ class Arm(FrozenValue):
     ) -> Solutions:
         """Return one solution for each branch and feasible interval of a pose, the nearest first.
 
-        The first is what `solve` returns. Two solutions of one interval can be joined without moving the tool
-        and without leaving the limits; two of different intervals cannot. Without a seed each solution is
-        that with the largest distance to the nearest limit.
+        The first is the result of `solve`. Two solutions of one interval can be connected without moving the
+        end effector or violating the limits; two of different intervals cannot. Without a seed each solution
+        has the largest distance to the nearest limit in its interval.
 
         Parameters
         ----------
@@ -1598,7 +1599,7 @@ class Arm(FrozenValue):
         -------
         Solutions
             For one pose a sequence of `Solution`; for a batch arrays (..., k), k the largest count, padded
-            with NaN. After the first, equally far ones are ordered by branch, then by interval from -π up.
+            with NaN. After the first, equally distant ones are ordered by branch, then by interval from -π.
 
         Raises
         ------
@@ -1618,7 +1619,7 @@ class Arm(FrozenValue):
         ).solutions()  # fmt: skip
 
     def explain(self, pose: ArrayLike) -> Diagnosis:
-        """Return for each global configuration whether a pose can be held, and if not, why.
+        """Return for each global configuration whether it reaches a pose, and if not, why.
 
         Parameters
         ----------
@@ -1628,9 +1629,9 @@ class Arm(FrozenValue):
         Returns
         -------
         Diagnosis
-            ``branches[k]`` is that of GC k; ``explain()`` says it in words. A branch that the limits leave
-            open and the arm's `scene` blocks names the pair that blocks it, and by how much. For a pose
-            beyond all limits ``instead`` is what ``solve(pose, fallback="nearest_pose")`` finds.
+            ``branches[k]`` is that of GC k; ``explain()`` says it in words. If limits permit a branch but the
+            arm's `scene` blocks it, the finding names the blocking pair and the missing distance. For a pose
+            beyond all limits ``instead`` is the result of ``solve(pose, fallback="nearest_pose")``.
 
         Raises
         ------
@@ -1648,7 +1649,7 @@ class Arm(FrozenValue):
         segment = np.empty((1, _core.SEGMENT_WIDTH))
         _core.path_waypoints(frame[None], np.zeros(1), segment)
         branches = tuple(map(branch_of, self._handle.explain_pose(segment, self.singularity_margin)))
-        within = any(branch.ok for branch in branches)  # the limits; a scene may block it nevertheless
+        within = any(branch.ok for branch in branches)  # the limits; a scene may still block it
         if scene is not None:
             branches = tuple(replace(self._meets(branch, frame, scene), scene=True) for branch in branches)
         nearest = np.empty((4, 4))
@@ -1657,7 +1658,7 @@ class Arm(FrozenValue):
         return found if within else self._with_instead(found, frame)
 
     def _with_instead(self, found: Diagnosis, pose: Floats) -> Diagnosis:
-        """Return the finding about a pose that no branch holds, with the nearest that the arm can take."""
+        """Return the diagnosis of a pose that no branch reaches, with the nearest reachable pose."""
         instead = self.with_(scene=None).solve(pose, fallback="nearest_pose")
         if not np.isfinite(instead.q).all():
             return found
@@ -1666,7 +1667,7 @@ class Arm(FrozenValue):
         return replace(found, instead=instead, instead_moved=moved, instead_turned=turned)
 
     def _meets(self, branch: Branch, pose: Floats, scene: Scene) -> Branch:
-        """Return a branch's finding, or that obstacles leave nothing of what its limits leave."""
+        """Return a branch's finding, or that obstacles block everything within its limits."""
         if not branch.ok:
             return branch
         found = self._widest(pose, branch.gc, scene)
@@ -1686,7 +1687,7 @@ class Arm(FrozenValue):
 
 
 def _beyond(keep: bool, nan: bool) -> _core.Enforce:
-    """Return what is done where joints have no turn within their limits."""
+    """Return the action for joints that have no turn within their limits."""
     return _core.Enforce.IGNORE if not keep else _core.Enforce.NAN if nan else _core.Enforce.RAISE
 
 
@@ -1695,13 +1696,13 @@ def _raised(error: ModelError) -> Never:
 
 
 def _told(found: tuple[AnyDescription, ImportReport]) -> tuple[AnyDescription, ImportReport]:
-    """Return what was found in a file, with a warning of its notes."""
+    """Return the findings in a file after warning of its notes."""
     warn_of(found[1].notes)
     return found
 
 
 KINDS: list[Any] = []
-"""The class of an arm with an offset wrist or shoulder, which adds itself when the folder is imported."""
+"""The class of an arm with an offset wrist or shoulder, registered when the folder is imported."""
 
 
 def _offset_kind() -> Any:
@@ -1725,11 +1726,11 @@ def _source_text(value: Any) -> str:
     )
 
 
-# -- the checks of the numbers -----------------------------------------------------------------------
+# -- checks of the numbers ---------------------------------------------------------------------------------
 
 
 def _checked(given: dict[str, Any]) -> dict[str, Any]:
-    """Return all numbers of an arm, arrays read-only; those not given, or given as None, by default."""
+    """Return all numbers of an arm, arrays read-only; the default for missing ones and for None."""
     values = _complete(given)
     for name in (*LENGTHS, *ELBOW_OFFSETS):
         low = 0.0 if name in ("d_se", "d_ew") else -_core.LENGTH_LIMIT
@@ -1758,7 +1759,7 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
     }
     for what, found in of_units.items():
         kept = tuple(note for note in notes if not note.startswith(what))
-        if found and len(kept) == len(notes):  # a copy of an arm that was warned of is not again
+        if found and len(kept) == len(notes):  # a copy of an arm with a warning does not warn again
             warn(found[0])
         notes = (*kept, *found)
     values["notes"] = notes
@@ -1767,7 +1768,7 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _complete(given: dict[str, Any]) -> dict[str, Any]:
-    """Return a value for each field, or raise what Python says where a keyword is wrong or missing."""
+    """Return a value for each field; raise Python's own error for a wrong or missing keyword."""
     for name in given:
         if name not in Arm.__slots__:
             raise TypeError(f"Arm() got an unexpected keyword argument {name!r}")
@@ -1786,7 +1787,7 @@ def _complete(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _given_frame(changes: ArmArguments, name: str, kept: Floats) -> ArrayLike:
-    """Return a frame as it is changed: None stands for none."""
+    """Return a changed frame; None stands for the identity."""
     if name not in changes:
         return kept
     given = cast(ArrayLike | None, changes.get(name))
@@ -1804,7 +1805,7 @@ def _checked_chain(value: ArrayLike | None) -> Floats | None:
 
 
 def _check_link(what: str, along: str, across: str, values: dict[str, Any]) -> None:
-    """Raise where the upper arm or forearm, slanted by its elbow offset, has no length."""
+    """Raise if the upper arm or forearm, slanted by its elbow offset, has no length."""
     length = math.hypot(values[along], values[across])
     if length < LEAST_LINK:
         raise InputError(
@@ -1856,7 +1857,7 @@ def _core_reference(reference: str | tuple[float, ...]) -> tuple[_core.Reference
 
 
 def _check_rows(values: dict[str, Any]) -> None:
-    """Raise where the seven signs, limits or bounds contradict each other."""
+    """Raise if the seven signs, limits or bounds contradict each other."""
     sign = values["signs"]
     if not np.all(np.abs(sign) == 1):
         at = int(np.argmax(np.abs(sign) != 1))

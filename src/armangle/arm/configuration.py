@@ -27,7 +27,7 @@ def gc_signs(gc: ArrayLike) -> Ints:
     Raises
     ------
     InputError
-        If an index is no integer from 0 to 7.
+        If an index is not an integer from 0 to 7.
 
     Source: Faria et al. (2018), Eq. (2).
 

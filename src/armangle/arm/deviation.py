@@ -1,4 +1,4 @@
-"""How far an arm's own chain is from its nominal arm, and the bands in which its branches merge."""
+"""Deviation of an arm's own chain from its nominal arm, and the bands in which its branches merge."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ _SEED = 5
 _POSTURES = 1000
 _IN_BAND = 1500
 LOOKED_AT = 50
-"""Random postures at whose poses it is looked how much is proven."""
+"""Number of random configurations at whose poses the proven share is measured."""
 _WIDEST = np.radians(20.0)
 _NARROWEST = 1e-5  # of the widest
-_AGAIN = 1e-6  # rad: joints that the inverse gives back
+_AGAIN = 1e-6  # rad: accuracy at which the inverse reproduces joints
 _SINGULAR_JOINTS = (1, 3, 5)
 
 
 @dataclass(frozen=True)
 class ChainDeviation:
-    """How far the tip of an arm's own chain is from that of its nominal arm, over postures within the limits.
+    """Deviation of the end effector of an arm's own chain from its nominal arm, within the limits.
 
     Parameters
     ----------
     position_rms, position_max : float
-        Distance, m: that of some thousand random postures, and the greatest of them; elsewhere it may be some
-        percent more.
+        Distance, m: over some thousand random configurations, and the largest of them; elsewhere it may be
+        some percent larger.
     rotation_rms, rotation_max : float
-        The same of the angle, rad.
+        The same for the angle, rad.
     bands : tuple of 3 float
-        How near θ2, θ4 - δ and θ6 were to 0 (rad) at the farthest random posture there that `Arm.inverse` did
-        not give back: two branches meet at 0, and on the true arm they part or merge. In these bands the
-        status is NEAR_SINGULAR, or the posture is another of the same pose, psi and gc.
+        Largest |θ2|, |θ4 - δ| and |θ6| (rad) of a random configuration there that `Arm.inverse` did not
+        reproduce. Two branches meet at 0; on the true arm they separate or merge. In these bands the status
+        is NEAR_SINGULAR, or the solution is another one of the same pose, psi and gc.
     """
 
     position_rms: float = 0.0
@@ -47,7 +47,7 @@ class ChainDeviation:
     bands: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __str__(self) -> str:
-        """Both, in mm, mrad and degrees, in one line."""
+        """Return both in mm, mrad and degrees, on one line."""
         bands = ", ".join(f"{band:.2g}" for band in np.degrees(self.bands))
         return (
             f"{self.position_rms * MILLIMETRES:.3g} mm and {self.rotation_rms * 1e3:.3g} mrad rms, where "
@@ -58,7 +58,7 @@ class ChainDeviation:
 
 
 class Chained(Protocol):
-    """What is asked of an arm."""
+    """The functions that an arm must have."""
 
     lower: Floats
     upper: Floats
@@ -67,11 +67,11 @@ class Chained(Protocol):
 
     @property
     def delta(self) -> float:
-        """Where θ4 is of the stretched arm, rad."""
+        """θ4 of the stretched arm, rad."""
 
     @property
     def nominal(self) -> Chained:
-        """The exact arm that its arm angle is that of."""
+        """The exact arm that defines the arm angle."""
 
     def forward(self, q: Floats, *, on_error: Any) -> tuple[Floats, Any, Any]: ...
     def inverse(self, pose: Floats, psi: Any, gc: Any, *, limits: bool, on_error: Any) -> Floats: ...
@@ -81,7 +81,7 @@ class Chained(Protocol):
 
 @lru_cache(maxsize=64)
 def deviation_of(arm: Chained) -> ChainDeviation:
-    """Return the deviation of an arm; zero where it has no chain of its own."""
+    """Return the deviation of an arm; zero without its own chain."""
     if arm.chain is None:
         return ChainDeviation()
     rng = np.random.default_rng(_SEED)
@@ -102,7 +102,7 @@ def deviation_of(arm: Chained) -> ChainDeviation:
 
 @lru_cache(maxsize=64)
 def proven_share_of(arm: Chained) -> float:
-    """Return at what share of the poses of random postures the intervals of all branches are proven."""
+    """Return the share of random configurations' poses whose intervals are proven in all branches."""
     if arm.chain is None:
         return 1.0
     q = _postures(arm, np.random.default_rng(_SEED), LOOKED_AT)
@@ -111,14 +111,14 @@ def proven_share_of(arm: Chained) -> float:
 
 
 def _postures(arm: Chained, rng: np.random.Generator, count: int) -> Floats:
-    """Return random postures (n, 7) within the limits; a joint with more than a turn takes one turn."""
+    """Return random configurations (n, 7) within the limits; joints with more than a turn use one turn."""
     wide = ~(arm.upper - arm.lower < 2.0 * np.pi)
     lower, upper = np.where(wide, -np.pi, arm.lower), np.where(wide, np.pi, arm.upper)
     return rng.uniform(lower, upper, (count, JOINTS))
 
 
 def _band(arm: Chained, rng: np.random.Generator, joint: int) -> float:
-    """Return how near to 0 a singular angle was where the inverse did not give a posture back."""
+    """Return the largest distance of a singular angle from 0 where the inverse does not reproduce joints."""
     q = _postures(arm, rng, _IN_BAND)
     angle = _WIDEST * _NARROWEST ** rng.uniform(0.0, 1.0, _IN_BAND) * rng.choice((-1.0, 1.0), _IN_BAND)
     start = arm.delta if joint == _SINGULAR_JOINTS[1] else 0.0
@@ -133,8 +133,8 @@ def _band(arm: Chained, rng: np.random.Generator, joint: int) -> float:
         return 0.0
     q, angle = q[counts], angle[counts]
     pose, psi, gc = arm.forward(q, on_error="nan")
-    known = np.nan_to_num(psi)  # of no posture that is given back
-    again = arm.inverse(pose, known, gc, limits=False, on_error="nan")  # a seed would be given back
+    known = np.nan_to_num(psi)  # for configurations that are not reproduced
+    again = arm.inverse(pose, known, gc, limits=False, on_error="nan")  # with a seed it would return the seed
     off = np.abs((again - q + np.pi) % (2 * np.pi) - np.pi)
     lost = np.isfinite(psi) & ~(off.max(axis=1) < _AGAIN)
     return float(np.abs(angle[lost]).max(initial=0.0))

@@ -1,4 +1,4 @@
-"""Why a pose or a path is refused: structured findings for each branch, and the sentences made of them."""
+"""Why a pose or path is rejected: structured findings for each branch, and their sentences."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ _NOT_NOMINAL = (
     "chain meet nearby; `follow` may go on from here."
 )
 
-_SEEN = 1e-3  # degrees: less of a turn is none in a sentence
+_SEEN = 1e-3  # degrees: a smaller turn is not mentioned
 
 
 class _Finding(IntEnum):
-    """What became of one branch (global configuration)."""
+    """Outcome of one branch (global configuration)."""
 
 
 if TYPE_CHECKING:
     from .._core import Verdict as Verdict
-else:  # names and numbers stand in the core alone; this one is pickled as armangle's own
+else:  # the core alone holds names and numbers; pickled as armangle's own
     Verdict = _Finding("Verdict", {verdict.name: verdict.value for verdict in _core.Verdict}, module=__name__)
 
 
 @dataclass(frozen=True)
 class Opening:
-    """A joint limit that, moved out alone, would leave an arm angle: at a pose, or everywhere on a path.
+    """A joint limit that, widened alone, would leave an arm angle: at a pose, or everywhere on a path.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class Opening:
     side : "lower" or "upper"
         Which of its limits.
     extra : float
-        How much farther out it must be, rad; of a path about 1 % more than the least that does.
+        How much it must be widened, rad; for a path about 1 % more than the least.
     """
 
     joint: int
@@ -56,70 +56,69 @@ class Opening:
 @by_content
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """What was found out about one branch.
+    """The findings about one branch.
 
     Parameters
     ----------
     gc : int
         Global configuration 0..7.
     verdict : Verdict
-        OK: there is a way. UNREACHABLE: the wrist is out of reach. IMPOSSIBLE: at some s no arm angle keeps
-        all limits and clear of the scene; this is exact. DEAD_END: every section has arm angles, but none of
-        those that the start leads to leads on. START, GOAL: that posture lies outside the limits or in
-        another branch, touches something, or is singular, so that no arm angle gives it; or it is one of a
-        true chain that its nominal arm does not have (`status` NO_CONVERGENCE).
-        UNRESOLVED: the sections join up, but every curve through them that was tried breaks a limit between;
-        or the search was given up (`given_up`).
+        OK: there is a path. UNREACHABLE: the wrist is out of reach. IMPOSSIBLE: at some s no arm angle is
+        within all limits and collision-free; this is exact. DEAD_END: every section has arm angles, but none
+        that the start reaches continues. START, GOAL: that configuration violates limits, is in another
+        branch, collides, or is singular, so that no arm angle gives it; or it belongs to a true chain and its
+        nominal arm does not have it (`status` NO_CONVERGENCE). UNRESOLVED: the sections connect, but every
+        curve tried through them violates a limit between; or the search was given up (`given_up`).
     status : Status
-        The outcome of the poses in question.
+        The status of the poses in question.
     s_from, s_to : float
         Range of the path parameter in question; both 0 for a single pose.
     excess : float
         Distance beyond the reach, m, the largest in the range.
     reached : float
-        The s up to which the start leads.
+        The s up to which a path leads from the start.
     margin : float
-        Least distance to limits and singularities along its curve that the arm angle decides, rad;
-        NaN without a way. Of the curve returned it is looked up closely, of others at a few places.
+        Smallest distance to limits and singularities along its curve, of those that depend on the arm angle,
+        rad; NaN without a path. Evaluated densely for the curve returned, at a few places for others.
     elbow_margin : float
-        The same of joint 4, which no arm angle changes.
+        The same for joint 4, which does not depend on the arm angle.
     cost : float
-        The `Objective` of its curve: the less the better; branches that have a way are ranked by it.
+        The `Objective` of its curve; smaller is better. Branches with a path are ranked by it.
     stationarity : float
-        The share of the objective that another step of Newton's method would save, 0 at an optimum. Of the
-        curve returned it is below 1e-8, unless that one alone was proven; of others it is rougher. NaN
-        where joint 1 or 5 leads past a singular posture: such a curve is chosen by its travel.
+        The share of the objective that another Newton step would save, 0 at an optimum. For the curve
+        returned it is below 1e-8, unless only that one was proven; for others it is less accurate. NaN if
+        joint 1 or 5 leads past a singularity: such a curve is chosen by its travel.
     nearest_psi : float
-        Where a dead end closes: the feasible arm angle nearest to the last one, rad; else NaN.
+        Where a dead end closes: the feasible arm angle nearest to the last one, rad; otherwise NaN.
     blocking : tuple of int
-        Joints 1..7 whose limits together leave no arm angle; none of them can be left out.
+        Joints 1..7 whose limits together leave no arm angle; without any one of them they would.
     openings : tuple of Opening
-        Single limits that would leave one, least first. Of START and GOAL: those that the posture lies
-        beyond, by how much.
+        Single limits that would leave one if wider, least first. For START and GOAL: the limits that the
+        configuration violates, and by how much.
     touching : tuple of (str, str), or None
-        With an obstacle in the way its name and the link's. Of IMPOSSIBLE the pair that comes too near at the
-        arm angle that keeps farthest, on a path where that is nearest of the range; of START and GOAL the one
-        that is nearest there; of DEAD_END one that bounds the arc in which the way ends.
+        The obstacle and link that block it. For IMPOSSIBLE the pair that is too near at the arm angle with
+        the largest distance, on a path at the nearest place of the range. For START and GOAL the nearest pair
+        there. For DEAD_END a pair that bounds the arc in which the path ends.
     short : float
-        How much nearer than the scene's clearance that is, m: the most of some places of the range. NaN
-        where no arm angle changes it.
+        How much nearer than the scene's clearance that pair is, m: the largest of some places in the range.
+        NaN if it does not depend on the arm angle.
     sections : int
-        Places of the path at which the feasible arcs were looked at.
+        Number of places on the path at which feasible arcs were computed.
     given_up : bool
-        Of UNRESOLVED: whether the search ended because it had tried as much as one plan may.
+        For UNRESOLVED: whether the search reached the limit of work for one plan.
     through : tuple of int
-        Other global configurations that the way, or that to a DEAD_END, passes through; it crosses at θ2 = 0
-        or θ6 = 0, where the two are one posture. The margins are then those to limits alone.
+        Other global configurations that the path, or the path to a DEAD_END, uses. It crosses at θ2 = 0 or θ6
+        = 0, where two branches coincide. The margins are then those to limits alone.
     turns : tuple of (int, float)
-        Of START and GOAL, and of a DEAD_END soon after, with θ2 and θ6 both at 0 or π within 0.001 rad,
-        where the tool can move in some directions alone:
-        joint 1, and joint 5, with how far that joint by itself would have to turn before the tool moves, rad,
-        joint 3 (7) back as far; those within the limits. The tool stands still meanwhile.
+        For START and GOAL, and for a DEAD_END soon after, with θ2 and θ6 both at 0 or π within 0.001 rad,
+        where the end effector can move in some directions alone. Entries are joint 1 and joint 5, each with
+        the angle that it must turn alone before the end effector moves, rad, while joint 3 (7) turns back as
+        far. Only turns within the limits are listed. The end effector is at rest meanwhile.
     elsewhere : bool
-        Whether the start, or the goal, is a posture of another branch: then what is found out about this one
-        is no reason why there is no way.
+        Whether the start, or the goal, is in another branch: then this finding is not the reason for a
+        missing path.
     scene : bool
-        Whether it was found out among obstacles, so that what is possible is also clear of them.
+        Whether obstacles were considered, so that possible arm angles are also collision-free.
     """
 
     gc: int
@@ -147,11 +146,11 @@ class Branch:
 
     @property
     def ok(self) -> bool:
-        """Whether there is a way in this branch."""
+        """Whether there is a path in this branch."""
         return self.verdict == Verdict.OK
 
     def explain(self, *, path: bool = True) -> str:
-        """Return the finding as a sentence; `path` says where on the path it holds."""
+        """Return the finding as a sentence; `path` tells where on the path it holds."""
         where = ""
         if path and self.verdict not in (Verdict.OK, Verdict.START, Verdict.GOAL):
             where = f" from s = {self.s_from:.4g} to {self.s_to:.4g}"
@@ -228,7 +227,7 @@ class Branch:
         return f"is blocked: {link} comes {self.short * MILLIMETRES:.3g} mm too near to {obstacle}."
 
     def _shut(self, way: str) -> str:
-        """Return which turns on the spot a path asks of a posture with both hinges at 0."""
+        """Return the turns at rest that a path requires of a configuration with both hinges at 0."""
         turns = ", or ".join(
             f"joint {joint} by {math.degrees(turn):.3g}° (joint {joint + 2} back as far)"
             for joint, turn in self.turns
@@ -237,7 +236,7 @@ class Branch:
         return f"{singular}: along this path the tool can {way} on the spot, {turns}."
 
     def _beyond(self) -> str:
-        """Return by how much a start or a goal lies outside, the most of it first."""
+        """Return by how much a start or a goal violates limits, the largest first."""
         worst = sorted(self.openings, key=lambda opening: -opening.extra)
         parts = [f"{math.degrees(o.extra):.3g}° beyond the {o.side} one of joint {o.joint}" for o in worst]
         return ", ".join(parts)
@@ -274,28 +273,27 @@ def _wider(opening: Opening) -> str:
 @by_content
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis:
-    """Findings for each branch asked, best first.
+    """Findings for each permitted branch, best first.
 
     Parameters
     ----------
     branches : tuple of Branch
         One a global configuration.
     path : bool
-        Whether it is about a path, or about one pose.
+        Whether it concerns a path, or one pose.
     nearest : ndarray, shape (4, 4), or None
-        Of one pose: the nearest one of the same orientation that is within the reach, whatever the joint
-        limits; the pose itself where it is. Position in m.
+        For one pose: the nearest one of the same orientation within reach, ignoring joint limits; the pose
+        itself if it is reachable. Position in m.
     nearest_gap : float
-        How far that is, m; NaN for a path.
+        Distance to it, m; NaN for a path.
     instead : Solution or None
-        Of one pose that no branch holds within its limits: ``solve(pose, fallback="nearest_pose")``, the
-        posture of the nearest pose that the arm can take within them, whatever the scene. None where a branch
-        holds the pose, though a scene may block it, and where the singularity margin leaves no posture at
-        all.
+        For one pose that no branch reaches within its limits: ``solve(pose, fallback="nearest_pose")``, the
+        configuration of the nearest pose within them, ignoring the scene. None if a branch reaches the pose,
+        though a scene may block it, and if the singularity margin permits no configuration at all.
     instead_moved, instead_turned : float
-        How far the pose of that is from the one asked, m and rad; NaN without it.
+        Distance of its pose from the requested one, m and rad; NaN without it.
     note : str
-        What else is to be known of the findings, as a sentence, or "".
+        Further information on the findings, as a sentence, or "".
     """
 
     branches: tuple[Branch, ...]
@@ -317,7 +315,7 @@ class Diagnosis:
 
     @property
     def ok(self) -> bool:
-        """Whether any branch has a way."""
+        """Whether any branch has a path."""
         return any(branch.ok for branch in self.branches)
 
     @property
@@ -335,10 +333,11 @@ class Diagnosis:
         raise KeyError(gc)
 
     def explain(self) -> str:
-        """Return the findings in words, one line a branch, what keeps the path from being first.
+        """Return the findings in words, one line a branch, most important first.
 
-        Branches of the same finding share one line, and so do those that the start or the goal is none of.
-        Where the same limits shut branches it says which one would do in which, if it were wider.
+        Branches with the same finding share one line; so do branches to which the start or goal does not
+        belong. If the same limits block several branches, the line says which wider limit would help in
+        which.
         """
         lines: dict[str, list[Branch]] = {}
         others = []
@@ -363,7 +362,7 @@ class Diagnosis:
         return branch.explain(path=self.path).split(": ", 1)[1]
 
     def _line(self, alike: list[Branch]) -> str:
-        """Return in words what branches of one reason have in common, and which limits would do in which."""
+        """Return in words the common finding of several branches, and which limits would help in which."""
         if len(set(map(self._said, alike))) == 1:
             return self._said(alike[0])
         least: dict[tuple[int, str], Opening] = {}
@@ -376,7 +375,7 @@ class Diagnosis:
         return "; ".join(parts) + "."
 
     def _nearest_poses(self) -> list[str]:
-        """Return in words which poses the arm can take instead; the same one once."""
+        """Return in words the poses that the arm can reach instead, each one once."""
         out, place = [], "The nearest pose within {} is {} away: x, y, z = {} m{}"
 
         def at(pose: Floats) -> str:
@@ -403,7 +402,7 @@ def _numbers(branches: list[Branch]) -> str:
 
 
 def branch_of(report: tuple[Any, ...], ready: Ready | None = None) -> Branch:
-    """Return the branch that a report of the core stands for; `ready`: the scene that it is about."""
+    """Return the branch of a report from the core; `ready`: its scene."""
     gc, verdict, status, s_from, s_to, excess, reached, margin, elbow, cost, still, psi, *rest = report
     blocking, openings, sections, given_up, through, pair, short, elsewhere, turns = rest
     found = [Opening(joint, "upper" if upper else "lower", extra) for joint, upper, extra in openings]

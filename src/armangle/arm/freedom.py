@@ -1,4 +1,4 @@
-"""How much freedom a pose has, as a value."""
+"""The redundancy left to a pose, as a value."""
 
 from __future__ import annotations
 
@@ -14,15 +14,14 @@ from ..status import Status
 
 @by_content
 class Freedom(NamedTuple):
-    """Which branches hold a pose, and over how much of their circles.
+    """Which branches reach a pose, and over how much of their circles.
 
-    ``gc (...)`` uint8, bit k set where global configuration k holds the pose; ``total (...)`` and
-    ``widest (...)`` measure of all feasible arcs and of the longest one, rad; ``arcs (...)`` uint8, how many
-    there are; ``status (...)`` a `Status`, of a batch its codes as int8: OK, or what stands in the way in the
-    branch that comes nearest to holding the pose. ``total``, ``widest`` and ``arcs`` are those of
-    `Arm.feasible`. A bit says that the branch has a posture: one held at isolated arm angles alone, or,
-    where two joints are one axis for every arm angle, by another share of their turn than `Arm.inverse`
-    takes, has its bit set, and no length.
+    ``gc (...)`` uint8, bit k set if global configuration k reaches the pose; ``total (...)`` and ``widest
+    (...)`` length of all feasible arcs and of the longest one, rad; ``arcs (...)`` uint8, their number.
+    ``status (...)`` is a `Status`, for a batch int8 codes: OK, or the obstruction in the branch nearest to a
+    solution. ``total``, ``widest`` and ``arcs`` are those of `Arm.feasible`. A set bit means that the branch
+    has a solution. Some such solutions have no length: those at isolated arm angles alone, and those whose
+    two joints about one axis share their turn differently from `Arm.inverse`.
     """
 
     gc: np.uint8 | NDArray[np.uint8]
@@ -33,6 +32,6 @@ class Freedom(NamedTuple):
 
     @property
     def ok(self) -> bool | NDArray[np.bool_]:
-        """Whether any branch holds the pose, shape (...)."""
+        """Whether any branch reaches the pose, shape (...)."""
         held = np.asarray(self.gc) != 0
         return held if held.ndim else bool(held)

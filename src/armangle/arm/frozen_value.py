@@ -1,4 +1,4 @@
-"""What is set once, when it is made."""
+"""Values that are set once, on creation."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class FrozenValue:
-    """A value whose attributes are set when it is made and never after."""
+    """A value whose attributes are set on creation and never change."""
 
     __slots__ = ()
 
@@ -15,6 +15,6 @@ class FrozenValue:
         raise AttributeError(f"{type(self).__name__} is frozen: {name} cannot be set; use with_()")
 
     def _fill(self, values: Mapping[str, Any]) -> None:
-        """Set the attributes of a value that is being made."""
+        """Set the attributes during creation."""
         for name, value in values.items():
             object.__setattr__(self, name, value)

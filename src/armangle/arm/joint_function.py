@@ -22,7 +22,7 @@ _KINDS: dict[_core.Case, Kind] = {
 
 @by_content
 class JointFunction:
-    """q_i(ψ) at a fixed pose and global configuration; made by `armangle.gradients.joint_function`.
+    """q_i(ψ) at a fixed pose and global configuration; created by `armangle.gradients.joint_function`.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class JointFunction:
         return _remade, (*self._of, self.joint)
 
     def value(self, psi: ArrayLike) -> Floats | np.float64:
-        """Return the joint value, as `Arm.inverse` gives it without a seed.
+        """Return the joint value, as `Arm.inverse` returns it without a seed.
 
         Parameters
         ----------
@@ -53,7 +53,7 @@ class JointFunction:
         Returns
         -------
         float64, shape (...)
-            rad, in robot coordinates, in the turn that lies within the limits.
+            rad, in robot coordinates, on the turn within the limits.
 
         Raises
         ------
@@ -74,7 +74,7 @@ class JointFunction:
         Returns
         -------
         float64, shape (...)
-            rad/rad; ±inf where θ2 (θ6) is 0 or π at this arm angle alone.
+            rad/rad; ±inf if θ2 (θ6) is 0 or π at this arm angle alone.
 
         Raises
         ------
@@ -103,7 +103,7 @@ class JointFunction:
 
     @property
     def kind(self) -> Kind:
-        """Which of the paper's cases holds: "stationary", "monotonic", "singular"; or "constant"."""
+        """The paper's case: "stationary", "monotonic", "singular"; or "constant"."""
         return _KINDS[self._handle.kind]
 
     def __repr__(self) -> str:

@@ -1,4 +1,4 @@
-"""What to say where a method is asked with a keyword that another one takes, or in another order."""
+"""Errors for a keyword that belongs to another method, or arguments in another order."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _Answer = TypeVar("_Answer")
 def names_keywords(
     kind: str | None, hints: Mapping[str, str]
 ) -> Callable[[Callable[_Asked, _Answer]], Callable[_Asked, _Answer]]:
-    """Return a decorator of methods of `kind`, or of what is called by its own name where that is None.
+    """Return a decorator for methods of `kind`, or for functions called by their own name if that is None.
 
-    A keyword that they do not take is refused with its hint.
+    A keyword that they do not accept raises an error with its hint.
     """
 
     def called(door: Callable[_Asked, _Answer]) -> str:

@@ -1,4 +1,4 @@
-"""The core of a nearly S-R-S arm: what it answers, what it refuses, and when it is too far off."""
+"""The core of a nearly S-R-S arm: its functions, unsupported ones, and chains that are too far off."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .joint_map import to_theta
 
 _ELBOW = 3
 _MOST_OFF = np.array([MAX_LENGTH, MAX_ANGLE])
-_NOTHING = 0.02  # of these: a shorter tool is within what a calibration finds
+_NOTHING = 0.02  # m, rad: a smaller tool is within the accuracy of a calibration
 _ASKED = {
     "feasible_one": "feasible",
     "feasible_many": "feasible",
@@ -37,12 +37,12 @@ _ASKED = {
 
 
 def asked_of(name: str) -> str:
-    """Return what asks a core arm for this."""
+    """Return the public function that uses this function of the core."""
     return _ASKED.get(name, name.removesuffix("_many"))
 
 
 class NearHandle(_core.NearArm):
-    """A core arm with its own chain; what is not made for it is refused by name."""
+    """A core arm with its own chain; unsupported functions raise an error with their name."""
 
     def __getattr__(self, name: str) -> Never:
         if name.startswith("__"):
@@ -54,12 +54,12 @@ NOMINAL = "arm.nominal, the S-R-S arm beside it, whose joints miss the true pose
 
 
 def unsupported(what: str, instead: str = NOMINAL) -> UnsupportedError:
-    """Return the error of a function that has no answer for an arm with a chain."""
+    """Return the error of a function that does not support an arm with a chain."""
     return UnsupportedError(f"{what} is not made for an arm with a chain of its own: use {instead}")
 
 
 def check_near(name: str, handle: NearHandle) -> None:
-    """Raise where a link of a chain is not near the nominal one."""
+    """Raise if a link of a chain is not near the nominal one."""
     off = np.array(handle.deviations)
     if (off <= _MOST_OFF * (1.0 + 1e-9)).all():
         return
@@ -74,29 +74,29 @@ def check_near(name: str, handle: NearHandle) -> None:
 
 
 class _Reaching(Protocol):
-    """What is asked of an arm."""
+    """The functions that an arm must have."""
 
     chain: Floats | None
     _handle: _core.Arm
 
     @property
     def delta(self) -> float:
-        """Where θ4 is of the stretched arm, rad."""
+        """θ4 of the stretched arm, rad."""
 
     @property
     def nominal(self) -> _Reaching:
-        """The S-R-S arm beside the chain."""
+        """The S-R-S arm fitted to the chain."""
 
     @property
     def deviation(self) -> ChainDeviation:
-        """In which bands branches merge."""
+        """The bands in which branches merge."""
 
     def inverse(self, pose: Floats, psi: Any, gc: Any, *, limits: bool) -> Floats: ...
 
 
 def edge_of_reach(arm: _Reaching, pose: Floats) -> str:
-    """Return that a pose is at the edge of reach of a chain, where branches merge, as a sentence with a space
-    before it; else nothing.
+    """Return a sentence, with a space before it, if a pose is at the edge of reach of a chain, where branches
+    merge; otherwise "".
     """
     if arm.chain is None:
         return ""
@@ -111,8 +111,8 @@ def edge_of_reach(arm: _Reaching, pose: Floats) -> str:
 
 
 def leaves_out(bare: NearHandle | None, whole: NearHandle, at: int) -> bool:
-    """Return whether a link of a chain is so far from the nominal one because a frame is left out there: with
-    it, in `whole`, it is nearer by more than half. `bare` is None where the chain is too far off as it is.
+    """Return whether a link of a chain is far from the nominal one because a frame is missing there: in
+    `whole`, which has it, the distance is less than half. `bare` is None if the chain is too far off.
     """
     if bare is None:
         return True
@@ -121,7 +121,7 @@ def leaves_out(bare: NearHandle | None, whole: NearHandle, at: int) -> bool:
 
 
 def check_kept_chain(changes: Iterable[str]) -> None:
-    """Raise where a change is of the nominal arm alone: the chain, and with it every pose, would stay."""
+    """Raise if a change concerns the nominal arm alone: the chain, and every pose, would not change."""
     nominal = {*LENGTHS, *ELBOW_OFFSETS, "signs", "offsets"}
     changed = [name for name in changes if name in nominal]
     if changed:
@@ -132,7 +132,7 @@ def check_kept_chain(changes: Iterable[str]) -> None:
 
 
 def moved_ends(chain: Floats, old: tuple[Floats, Floats], new: tuple[Floats, Floats]) -> Floats:
-    """Return a chain whose base and tool have changed."""
+    """Return a chain with changed base and tool."""
     out = chain.copy()
     out[0] = new[0] @ np.linalg.solve(old[0], chain[0])
     out[-1] = chain[-1] @ np.linalg.solve(old[1], new[1])

@@ -1,4 +1,4 @@
-"""The arm with an offset wrist or shoulder: an `Arm` whose free joint takes the place of the arm angle."""
+"""The arm with an offset wrist or shoulder: an `Arm` whose free joint replaces the arm angle."""
 
 from __future__ import annotations
 
@@ -55,11 +55,11 @@ _INSTEAD = {
     "resolve": "step chooses the next value of the free joint, and the joints",
 }
 _NEARNESS = [Status.OK, Status.NEAR_SINGULAR, Status.LIMITS, Status.NO_POSTURE, Status.UNREACHABLE]
-"""Why a branch does not hold a pose, from the one that comes nearest."""
+"""Reasons why a branch does not reach a pose, from the one nearest to a solution."""
 
 
 def unsupported(what: str, instead: str = "") -> UnsupportedError:
-    """Return the error of what is not made for an arm with an offset wrist or shoulder."""
+    """Return the error of a function that does not support an arm with an offset wrist or shoulder."""
     hint = instead or _INSTEAD.get(what, "")
     return UnsupportedError(
         f"{what} is not made for an arm with an offset wrist or shoulder{': ' * bool(hint)}{hint}"
@@ -67,7 +67,7 @@ def unsupported(what: str, instead: str = "") -> UnsupportedError:
 
 
 class OffsetHandle(_core.OffsetArm):
-    """A core arm with an offset; what is not made for it is refused by name."""
+    """A core arm with an offset; unsupported functions raise an error with their name."""
 
     def __getattr__(self, name: str) -> Never:
         if name.startswith("__"):
@@ -76,10 +76,10 @@ class OffsetHandle(_core.OffsetArm):
 
 
 class OffsetArm(Arm):
-    """An `Arm` that is S-R-S but for one offset: between axes 6 and 7, or between axes 1 and 2.
+    """An `Arm` that is S-R-S except for one offset: between axes 6 and 7, or between axes 1 and 2.
 
-    Made by the doors of `Arm`, and by ``Arm(a_1=...)`` and ``Arm(a_6=...)``. `_rows` is the S-R-S arm of the
-    same numbers without a_1 and a_6.
+    Created by the constructors of `Arm`, and by ``Arm(a_1=...)`` and ``Arm(a_6=...)``. `_rows` is the S-R-S
+    arm of the same numbers without a_1 and a_6.
     """
 
     __slots__ = ("_free_joint", "_rows", "a_1", "a_6")
@@ -144,7 +144,7 @@ class OffsetArm(Arm):
         return f"Arm({offset}, {self._rows._source().removeprefix('Arm(')}"
 
     def __str__(self) -> str:
-        """Return the arm to be read: lengths in mm, limits in degrees."""
+        """Return a readable description: lengths in mm, limits in degrees."""
         offset = ("a_1", self.a_1) if self.a_1 else ("a_6", self.a_6)
         first, rest = str(self._rows).split(": ", 1)
         return f"{first}: {offset[0]} {offset[1] * MILLIMETRES:.6g}, {rest}"
@@ -179,7 +179,7 @@ class OffsetArm(Arm):
     def forward(
         self, q: ArrayLike, *, on_error: OnError = "raise"
     ) -> tuple[Floats, Floats | np.float64, Ints | np.int64]:
-        """See `Arm.forward`: psi is the value of the free joint as an angle, and exists always."""
+        """See `Arm.forward`: psi is the value of the free joint as an angle, and always exists."""
         chosen("on_error", on_error, ON_ERROR)
         joints = as_floats("q", q, (JOINTS,))
         batch = joints.shape[:-1]
@@ -199,7 +199,7 @@ class OffsetArm(Arm):
         out: Floats | None = None,
     ) -> Floats:
         """See `Arm.inverse`. UNREACHABLE: at this value of the free joint the wrist is out of reach, or axis
-        5 cannot be square to axis 6; `feasible` gives the values that have a solution.
+        5 cannot be perpendicular to axis 6; `feasible` returns the values with a solution.
         """
         if psi is None:
             raise InputError(
@@ -237,8 +237,8 @@ class OffsetArm(Arm):
         return result
 
     def _raise(self, codes: Ints, missing: NDArray[np.bool_], *, one_of_eight: bool) -> None:
-        """Raise why the first pose without a solution has none."""
-        if one_of_eight:  # the reason of the branch that comes nearest
+        """Raise the reason of the first pose without a solution."""
+        if one_of_eight:  # the reason of the branch nearest to a solution
             at = tuple(int(i) for i in np.argwhere(missing.all(axis=-1))[0])
             ok = codes[at] == Status.OK.value
             code = Status.OK.value if ok.any() else int(codes[at][0])
@@ -258,7 +258,7 @@ class OffsetArm(Arm):
         """See `Arm.elbow`."""
         return self.frames(q)[..., 3, :3, 3].copy()
 
-    # -- which values of the free joint --------------------------------------------------------------
+    # -- feasible values of the free joint ---------------------------------------------------------------
 
     def _arcs(
         self, pose: ArrayLike, gc: ArrayLike, wanted: Wanted, sets: Shape, scene: Scene | None,
@@ -271,7 +271,7 @@ class OffsetArm(Arm):
         return np.asarray(self.freedom(pose).ok)[()]
 
     def freedom(self, pose: ArrayLike) -> Freedom:
-        """See `Arm.freedom`: of the free joint. Where intervals are unproven, `solve` decides."""
+        """See `Arm.freedom`: for the free joint. If intervals are unproven, `solve` decides."""
         poses = as_poses("pose", pose, self._handle)
         arcs = self.feasible(poses)
         count, codes = np.asarray(arcs.count), np.array(arcs.status, dtype=np.int8)
@@ -306,8 +306,8 @@ class OffsetArm(Arm):
         roll: str = "pose",
         progress: Progress | bool | None = None,
     ) -> Solution:
-        """See `Arm.solve`. Branch and bound over all branches, values of the free joint and turns: the
-        nearest of all, not of a grid. Without a seed the nearest to the middles of the ranges.
+        """See `Arm.solve`. Branch and bound over all branches, values of the free joint and turns, without a
+        grid. Without a seed the nearest to the middles of the ranges.
         """
         asked = {
             "metric='max'": chosen("metric", metric, METRICS) != "l2",
@@ -361,7 +361,7 @@ KINDS.append(OffsetArm)
 
 
 def _longest(arcs: ArcSet) -> Floats:
-    """Return how long the longest interval of each pose is, of sets (..., 8)."""
+    """Return the length of the longest interval of each pose, from sets (..., 8)."""
     count, psi = np.asarray(arcs.count), arcs._psi
     length = np.zeros(count.size)
     np.maximum.at(length, np.repeat(np.arange(count.size), count.ravel()), psi[:, 1] - psi[:, 0])
@@ -369,12 +369,12 @@ def _longest(arcs: ArcSet) -> Floats:
 
 
 def as_srs(arm: Arm, what: str) -> Arm:
-    """Return an arm without an offset wrist or shoulder.
+    """Return the arm if it has no offset wrist or shoulder.
 
     Raises
     ------
     UnsupportedError
-        If it has one: `what` is not made for it.
+        If it has one: `what` does not support it.
     """
     if isinstance(arm, OffsetArm):
         raise unsupported(what)

@@ -1,4 +1,4 @@
-"""What `solve`, `solutions` and `best` are asked: arguments checked and handed to the core."""
+"""Arguments of `solve`, `solutions` and `best`: checked and passed to the core."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ Fallback = Literal["nearest_pose"] | None
 METRICS: dict[str, Any] = {"l2": _core.Metric.L2, "max": _core.Metric.MAX}
 PREFER = ("seed", "margin", "clearance")
 _FALLBACK = ("nearest_pose",)
-_LONGEST = 1e3  # m, of what a radian counts as
+_LONGEST = 1e3  # m, upper bound for the length of a radian
 
 
 class Answering(Protocol):
-    """What is asked of an arm."""
+    """The functions that an arm must have."""
 
     lower: Floats
     upper: Floats
@@ -52,7 +52,7 @@ class Answering(Protocol):
 
 
 class Question:
-    """A batch of poses and what is wanted of their postures."""
+    """A batch of poses and the conditions for their solutions."""
 
     def __init__(
         self, arm: Answering, pose: ArrayLike, seed: ArrayLike | None, metric: str, weight: ArrayLike | None,
@@ -85,7 +85,7 @@ class Question:
             self.allowed = (arcs._count, arcs._psi)
 
     def solve(self) -> Solution:
-        """Return the nearest posture of each pose."""
+        """Return the nearest solution of each pose."""
         q = np.empty((*self.batch, JOINTS))
         psi, distance, margin, gap = (np.empty(self.batch) for _ in range(4))
         gc, status = np.empty(self.batch, np.int64), np.empty(self.batch, np.int8)
@@ -103,7 +103,7 @@ class Question:
         return every if self.batch else every.row(())
 
     def solutions(self) -> Solutions:
-        """Return the nearest posture of each branch and arc of each pose."""
+        """Return the nearest solution of each branch and arc of each pose."""
         with progressing(self.progress):
             columns = self.handle.solutions_many(
                 self.poses, self.near, self.options, *self.allowed, self.threads, self.scene
@@ -112,7 +112,7 @@ class Question:
 
 
 def relaxing_length(fallback: Fallback, length: float, *narrowed: object) -> float:
-    """Return how many metres a radian counts as where a pose has no solution; 0 where none is sought."""
+    """Return the metres that count as one radian for a pose without a solution; 0 for no approximate one."""
     metres = as_number("length", length, 0.0, _LONGEST, low_open=True)
     if fallback is None:
         return 0.0
@@ -126,9 +126,9 @@ def relaxing_length(fallback: Fallback, length: float, *narrowed: object) -> flo
 
 
 def widest_solution(arm: Any, pose: ArrayLike, seed: ArrayLike | None, gc: Any) -> Solution:
-    """Return the solution of each pose that is farthest from the obstacles of the arm's scene.
+    """Return the solution of each pose with the largest distance to the obstacles of the arm's scene.
 
-    If that is found nowhere, but a solution is, as at an isolated arm angle, it is that of `Arm.solve`.
+    If that search fails although a solution exists, as at an isolated arm angle, it is that of `Arm.solve`.
     """
     if arm.scene is None:
         raise InputError("prefer is 'clearance', which needs obstacles: arm.with_(scene=...)")
@@ -160,7 +160,7 @@ def widest_solution(arm: Any, pose: ArrayLike, seed: ArrayLike | None, gc: Any) 
 
 
 def weights_of(weight: ArrayLike | None) -> Floats:
-    """Return seven weights, one for all joints or one each."""
+    """Return seven weights, from one for all joints or one each."""
     if weight is None:
         return np.ones(JOINTS)
     given = as_floats("weight", weight)
@@ -175,7 +175,7 @@ def weights_of(weight: ArrayLike | None) -> Floats:
 
 
 def branch_bits(gc: int | Iterable[int] | None) -> int:
-    """Return a bit for each global configuration that may be used."""
+    """Return one bit for each permitted global configuration."""
     if gc is None:
         return (1 << CONFIGURATIONS) - 1
     given = [*gc] if isinstance(gc, Iterable) else [gc]

@@ -1,4 +1,4 @@
-"""A roll of the tool that is free: what joint 7 does then, and which tools it serves."""
+"""Free roll of the tool: the value of joint 7, and the supported tools."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ Roll = Literal["pose", "free"]
 
 ROLLS = ("pose", "free")
 LADDER = 72
-"""Turns about the tool's z axis that are asked where it is not axis 7."""
+"""Number of turns about the tool's z axis that are tried if it is not axis 7."""
 _FINE, _FINER = 10, 3
-"""Between two of them, around the best, so many; and how often the same again between those."""
+"""Number of finer turns between two of them, around the best; and the number of refinements."""
 
 _LAST = JOINTS - 1
-_ALONG = 1e-9  # m, rad: how far the tool's z axis may be from axis 7, to be it
+_ALONG = 1e-9  # m, rad: largest deviation of the tool's z axis from axis 7
 
 
 class Rolled(Built, Protocol):
-    """What is asked of an arm."""
+    """The functions that an arm must have."""
 
     lower: Floats
     upper: Floats
@@ -37,15 +37,15 @@ class Rolled(Built, Protocol):
 
 
 def is_along_axis_7(arm: Rolled) -> bool:
-    """Return whether the tool's z axis is the axis of joint 7, so that joint 7 alone sees a roll.
+    """Return whether the tool's z axis is the axis of joint 7, so that a roll changes joint 7 alone.
 
-    Of a chain of its own it is not: its axes 5, 6 and 7 miss one another.
+    False for an arm with its own chain: its axes 5, 6 and 7 do not intersect.
     """
     return arm.chain is None and bool(np.abs(arm.tool[:2, 2:]).max() <= _ALONG)
 
 
 def check_free_roll(arm: Rolled, scene: object) -> None:
-    """Raise where obstacles would see a roll about axis 7, which no posture says."""
+    """Raise if a roll about axis 7 affects collisions, because a configuration does not determine it."""
     turning = _turning(arm) if scene is not None and is_along_axis_7(arm) else None
     if turning is not None:
         raise InputError(
@@ -55,7 +55,7 @@ def check_free_roll(arm: Rolled, scene: object) -> None:
 
 
 def _turning(arm: Rolled) -> str | None:
-    """Return the name of a shape of link 7 or the hand that is not round about axis 7; None where all are."""
+    """Return the name of a shape of link 7 or the gripper that is not round about axis 7; None if all are."""
     body = () if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
     shapes = [(shape.name or "link_7", shape) for frame, shape in body if frame == JOINTS]
     shapes += [(shape.name or "hand", shape) for shape in arm.hand]
@@ -67,17 +67,17 @@ def _turning(arm: Rolled) -> str | None:
 
 
 def last_margin(arm: Rolled, q: Floats) -> Any:
-    """Return how far joint 7 is from its nearer limit, rad."""
+    """Return the distance of joint 7 to its nearest limit, rad."""
     return np.minimum(q[..., _LAST] - arm.lower[_LAST], arm.upper[_LAST] - q[..., _LAST])
 
 
 def solve_free(
     arm: Rolled, pose: Any, near: Any, weights: Floats, by_margin: bool, metric: str, ask: Any
 ) -> Solution:
-    """Return the posture of each pose at its best roll; `ask(arm, pose, near, weights)` solves at one.
+    """Return the solution of each pose at its best roll; `ask(arm, pose, near, weights)` solves at one.
 
-    Where the tool's z axis is axis 7 no roll is tried: joints 1 to 6 do not see it, and joint 7 is free to
-    stand where the seed has it, or in the middle.
+    If the tool's z axis is axis 7, no roll is tried: joints 1 to 6 do not depend on it, and joint 7 takes the
+    value of the seed, or the middle.
     """
     if not is_along_axis_7(arm):
         return _on_ladder(arm, pose, near, weights, by_margin, ask)
@@ -109,17 +109,17 @@ def solve_free(
 
 def _on_ladder(arm: Rolled, pose: Any, near: Any, weights: Floats, by_margin: bool, ask: Any) -> Solution:
     """Return the best of `LADDER` turns about the tool's z axis, each with its exact arcs, and of finer ones
-    about it; where none has a posture, of ten times as many.
+    near it; if none has a solution, of ten times as many.
     """
     poses = as_poses("pose", pose, arm._handle)
-    _core.check_transforms(poses, "pose")  # before a turn is one more axis of theirs
+    _core.check_transforms(poses, "pose")  # before a turn becomes another axis
     seeds = None if near is None else np.asarray(near, dtype=np.float64)
     if seeds is not None and seeds.shape[-1:] == (JOINTS,):
         batch = np.broadcast_shapes(poses.shape[:-2], seeds.shape[:-1])
         poses, seeds = np.broadcast_to(poses, (*batch, 4, 4)), np.broadcast_to(seeds, (*batch, JOINTS))
 
     def best_of(which: Any, angles: Floats) -> tuple[list[Any], Floats, Floats]:
-        """The best columns of some poses at angles (..., k), what they are worth, and at which angle."""
+        """Return the best columns of some poses at angles (..., k), their ratings, and their angles."""
         near_them = None if seeds is None else seeds[which][..., None, :]
         found: Solution = ask(arm, poses[which][..., None, :, :] @ about_z(angles), near_them, weights)
         worth = np.where(found.ok, found.margin if by_margin else -np.asarray(found.distance), -np.inf)

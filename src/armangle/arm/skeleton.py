@@ -1,4 +1,4 @@
-"""The arm as points in space, and what blocks its elbow: shared by pictures and the viewer."""
+"""The arm as points in space, and the joints that block its elbow; for plots and the viewer."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def skeleton(arm: Arm, q: ArrayLike) -> Floats:
     -------
     ndarray, shape (..., 8, 3)
         Base, shoulder, the end of d_se, elbow, the start of d_ew, wrist, flange, tool; m, in the frame that
-        poses are given in. Points 2, 3 and 4 are one where the elbow has no lateral offset.
+        poses are given in. Points 2, 3 and 4 coincide if the elbow has no lateral offset.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def skeleton(arm: Arm, q: ArrayLike) -> Floats:
 
 
 def elbow_points(arm: Arm, pose: ArrayLike, gc: int, psi: ArrayLike) -> Floats:
-    """Return where the elbow is on its circle.
+    """Return the positions of the elbow on its circle.
 
     Parameters
     ----------
@@ -53,13 +53,12 @@ def elbow_points(arm: Arm, pose: ArrayLike, gc: int, psi: ArrayLike) -> Floats:
     Returns
     -------
     ndarray, shape (..., 3)
-        m, in the frame that poses are given in. NaN where an arm with a chain of its own has no
-        certain posture.
+        m, in the frame that poses are given in. NaN if an arm with its own chain has no proven solution.
 
     Raises
     ------
     UnreachableError
-        If the pose is out of reach of an arm without a chain of its own.
+        If the pose is out of reach of an arm without its own chain.
     """
     if arm.chain is None:
         return arm.elbow(arm.inverse(pose, psi, gc, limits=False))
@@ -84,8 +83,8 @@ def blockers(arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike) -> NDArr
     Returns
     -------
     ndarray of bool, shape (..., 7)
-        True where joint i + 1 is outside its limits (or margins) there; all True out of reach. Where that is
-        not proven of an arm with a chain of its own it is False: `unproven`.
+        True if joint i + 1 violates its limits (or margins) there; all True out of reach. False if that is
+        not proven for an arm with its own chain: `unproven`.
 
     Raises
     ------
@@ -101,16 +100,16 @@ def blockers(arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike) -> NDArr
 
 
 def unproven(arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike) -> NDArray[np.bool_]:
-    """Return where arm angles are proven neither feasible nor blocked; arguments are those of `blockers`."""
+    """Return where arm angles are proven neither feasible nor blocked; arguments as for `blockers`."""
     left_out = arm._left_out(poses, gc)
     return np.asarray(left_out.contains(as_floats("psi", psi)), dtype=np.bool_)
 
 
 def alike(one: Arm, other: Arm) -> bool:
-    """Return whether two arms are the same but for what they are to keep clear of, and at which margin."""
+    """Return whether two arms are equal except for their obstacles and singularity margin."""
     return one.with_(scene=None, singularity_margin=0.0) == other.with_(scene=None, singularity_margin=0.0)
 
 
 def first_blocker(blocked: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return the lowest joint 1..7 that is True along the last axis, 0 where none is."""
+    """Return the lowest joint 1..7 that is True along the last axis, 0 if none is."""
     return np.where(blocked.any(axis=-1), blocked.argmax(axis=-1) + 1, 0)

@@ -1,4 +1,4 @@
-"""The nearest posture of a pose, as a value; and one for each branch and arc."""
+"""The nearest solution of a pose, as a value; and one for each branch and arc."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ _HINT = (
 _HINTS = {
     Status.NOT_ALLOWED: "arm.feasible(pose) has the arm angles of every branch that limits leave.",
 }
-"""What tells more about a status, asked as `solve` was."""
+"""Functions that explain a status, called like `solve`."""
 
 
 @by_content
 class Solution(NamedTuple):
-    """A posture of a pose, what it costs, and why there is none.
+    """A solution of a pose with its cost, or the reason for none.
 
-    ``q (..., 7)`` rad; ``psi (...)`` rad in (-π, π]; ``gc (...)`` 0..7; ``distance (...)`` to the seed
-    in the metric asked, rad, NaN without a seed; ``status (...)`` an `Status`, of a batch its codes as
-    int8; ``margin (...)`` least distance of a joint to one of its limits, rad; ``pose (..., 4, 4)`` that
-    q holds, and ``gap (...)`` by which it is off the one asked, ``sqrt(|dp|² + (length·angle)²)``, m. Where
-    the status is OK, the pose is the one asked and the gap 0. So it is where it is UNPROVEN: of an arm with a
-    chain of its own, beside singularities, where it is not proven that no posture is nearer. Else the numbers
-    are NaN and gc is -1; with ``fallback="nearest_pose"`` they are those of the nearest pose.
+    ``q (..., 7)`` rad; ``psi (...)`` rad in (-π, π]; ``gc (...)`` 0..7; ``distance (...)`` to the seed in the
+    chosen metric, rad, NaN without a seed; ``status (...)`` a `Status`, for a batch int8 codes; ``margin
+    (...)`` distance to the nearest joint limit, rad; ``pose (..., 4, 4)`` that q solves, and ``gap (...)`` by
+    which it differs from the requested one, ``sqrt(|dp|² + (length·angle)²)``, m. If the status is OK, the
+    pose is the requested one and the gap 0. The same holds for UNPROVEN: near singularities of an arm with
+    its own chain, where no proof excludes a nearer solution. Otherwise the numbers are NaN and gc is -1; with
+    ``fallback="nearest_pose"`` they are those of the nearest pose.
 
-    It is a tuple of these eight, so that ``q, psi, *_ = solution``; of a batch too: `row` gives one pose's.
+    It is a tuple of these eight fields, so that ``q, psi, *_ = solution``. `row` gives one pose of a batch.
     """
 
     q: Floats
@@ -56,7 +56,7 @@ class Solution(NamedTuple):
 
     @property
     def ok(self) -> bool | NDArray[np.bool_]:
-        """Whether there is a posture, shape (...)."""
+        """Whether there is a solution, shape (...)."""
         found = is_solved(self.status)
         return found if found.ndim else bool(found)
 
@@ -68,7 +68,7 @@ class Solution(NamedTuple):
         Parameters
         ----------
         index : int or tuple of int
-            The pose, one integer for each axis of the batch.
+            The pose: one integer for each axis of the batch.
 
         Returns
         -------
@@ -78,7 +78,7 @@ class Solution(NamedTuple):
         Raises
         ------
         InputError
-            If the index is not of one pose of the batch.
+            If the index does not select one pose of the batch.
 
         Examples
         --------
@@ -104,13 +104,13 @@ class Solution(NamedTuple):
         )
 
     def raise_for_status(self) -> Solution:
-        """Return the solution itself; raise where there is none.
+        """Return the solution itself; raise if there is none.
 
         Raises
         ------
         UnreachableError, LimitError, CollisionError, NoSolutionError
-            If there is no solution because of the reach, limits and margins, obstacles, or what the caller
-            allows.
+            If there is no solution because of the reach, limits and margins, obstacles, or the caller's
+            conditions.
         """
         codes = np.asarray(self.status)
         bad = np.argwhere(~is_solved(codes))
@@ -125,7 +125,7 @@ class Solution(NamedTuple):
         )
 
     def __repr__(self) -> str:
-        """Return the fields of one pose to six digits; of a batch how many poses have a posture."""
+        """Return the fields of one pose to six digits; for a batch the number of poses with a solution."""
         codes = np.asarray(self.status)
         if codes.ndim:
             found = int(is_solved(codes).sum())
@@ -142,23 +142,23 @@ class Solution(NamedTuple):
 
 @by_content
 class Solutions:
-    """The nearest posture of each branch and arc of a pose, by rising distance.
+    """The nearest solution of each branch and arc of a pose, by rising distance.
 
-    With ``prefer="margin"``: by falling margin. Of one pose a sequence of `Solution`.
+    With ``prefer="margin"``: by falling margin. For one pose a sequence of `Solution`.
 
     Attributes
     ----------
     count : int or ndarray of int64, shape (...)
-        How many there are.
+        Their number.
     q : ndarray, shape (..., k, 7)
         Joint values, rad; k is the largest count. Rows beyond a pose's count are NaN.
     psi, distance, margin : ndarray, shape (..., k)
-        Arm angle in (-π, π], distance to the seed in the metric asked (NaN without a seed), least
-        distance to a limit; rad.
+        Arm angle in (-π, π], distance to the seed in the chosen metric (NaN without a seed), distance to the
+        nearest limit; rad.
     gc : ndarray of int64, shape (..., k)
         Global configurations; -1 beyond the count.
     status : Status, or ndarray of int8, shape (...)
-        Why there is none, else OK.
+        The reason if there are none, otherwise OK.
     """
 
     __slots__ = ("_pose", "count", "distance", "gc", "margin", "psi", "q", "status")
@@ -190,15 +190,15 @@ class Solutions:
         return found if found.ndim else bool(found)
 
     def __len__(self) -> int:
-        """Return how many postures one pose has."""
+        """Return the number of solutions of one pose."""
         return self._one("len()")
 
     def __iter__(self) -> Iterator[Solution]:
-        """Iterate over the postures of one pose, the nearest first."""
+        """Iterate over the solutions of one pose, the nearest first."""
         return (self[k] for k in range(self._one("iteration")))
 
     def __getitem__(self, k: int) -> Solution:
-        """Return posture k of one pose."""
+        """Return solution k of one pose."""
         number = range(self._one("[]"))[k]
         return Solution(
             self.q[number], float(self.psi[number]), int(self.gc[number]), float(self.distance[number]),

@@ -1,4 +1,4 @@
-"""Where the elbow shall be: a point, or a direction, as the core takes them."""
+"""The elbow's target: a point or a direction, in the form that the core accepts."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ Direction = ArrayLike | str
 
 
 def as_wish(point: ArrayLike | None, direction: Direction | None) -> tuple[Wish, Floats]:
-    """Return the kind of wish, and its point (m) or direction of any length as float64 (..., 3).
+    """Return the kind of target, and its point (m) or direction of any length as float64 (..., 3).
 
     Raises
     ------
     InputError
     InputError
-        If not exactly one is given, the direction has no length, or the point is no place in metres.
+        If not exactly one is given, the direction has no length, or the point is not finite in metres.
     """
     if (point is None) == (direction is None):
         raise InputError(

@@ -1,1 +1,1 @@
-"""What stands about an arm, and what its links look like."""
+"""Obstacles around an arm, and the collision model of its links."""

@@ -1,4 +1,4 @@
-"""How near an arm is to what stands about it, as a value."""
+"""Distances of an arm to its obstacles, as values."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .ready import Ready
 
 @by_content
 class Clearance(NamedTuple):
-    """The nearest pair of obstacle and link at postures.
+    """The nearest pair of obstacle and link at given configurations.
 
-    ``distance (...)`` between their surfaces, m; where they meet it is negative, as deep as the radii of the
-    two reach at most. ``obstacle (...)`` and ``link (...)`` are their names, for a batch arrays of objects,
-    None where there is no pair at all (the distance is then infinite). ``psi_rate (...)`` is what the
-    distance gains with the arm angle, m/rad. ``points (..., 2, 3)`` are the nearest points of the two
-    surfaces, of the link and of the obstacle, m, in the frame that poses are given in; NaN without a pair.
+    ``distance (...)`` between their surfaces, m; negative on contact, at least minus the sum of the two
+    radii. ``obstacle (...)`` and ``link (...)`` are their names, for a batch arrays of objects; None if there
+    is no pair at all (the distance is then infinite). ``psi_rate (...)`` is the derivative of the distance by
+    the arm angle, m/rad. ``points (..., 2, 3)`` are the nearest points of the two surfaces, of the link and
+    of the obstacle, m, in the frame that poses are given in; NaN without a pair.
     """
 
     distance: float | Floats
@@ -31,7 +31,7 @@ class Clearance(NamedTuple):
 
 
 def clearance_of(ready: Ready, numbers: Floats, pairs: Ints) -> Clearance:
-    """Return the value behind the core's numbers (..., 8) and pairs (...)."""
+    """Return the value from the core's numbers (..., 8) and pairs (...)."""
     named = [ready.names.pair(code) or (None, None) for code in pairs.ravel().tolist()]
     points = frozen(numbers[..., 2:].reshape(*pairs.shape, 2, 3).copy())
     if not pairs.shape:
@@ -49,13 +49,12 @@ def clearance_of(ready: Ready, numbers: Floats, pairs: Ints) -> Clearance:
 
 @by_content
 class Widest(NamedTuple):
-    """The arm angles that keep all limits and clear of a scene, and of them the one farthest from it.
+    """The feasible, collision-free arm angles, and the one with the largest distance.
 
-    ``arcs`` of shape (...), as of `Arm.feasible`; ``psi (...)`` rad; ``nearest`` is the pair that is nearest
-    there, of those that the arm angle can move away. Where the limits leave nothing, or links stand so deep
-    in obstacles that none of the arm angles is clear even of their cores, psi is NaN. A distance below the
-    scene's clearance says by how much a refusal fails. Among fields psi is the best to within two hundredths
-    of a spacing.
+    ``arcs`` of shape (...), as from `Arm.feasible`; ``psi (...)`` rad; ``nearest`` is the nearest pair there,
+    of those whose distance depends on the arm angle. psi is NaN if the limits permit nothing, or links are so
+    deep in obstacles that even their cores collide at every arm angle. If the distance is below the scene's
+    clearance, the difference is missing. With fields psi is the best to within two hundredths of a spacing.
     """
 
     arcs: Any

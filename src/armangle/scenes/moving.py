@@ -1,4 +1,4 @@
-"""Obstacles that move: a scene for each of several places of a path."""
+"""Moving obstacles: a scene for each of several places of a path."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ Scenes = Scene | Sequence[Scene] | Callable[[float], Scene]
 
 
 def scenes_at(scene: Scenes | None, s: Sequence[float]) -> list[Scene]:
-    """Return what stands about at each s: none, one for all, or one for each.
+    """Return the obstacles at each s: none, one scene for all, or one for each.
 
     Raises
     ------
     SceneError
-        If there are more or fewer than s, or one of them is no `Scene`.
+        If there are more or fewer than s, or one of them is not a `Scene`.
     """
     if scene is None:
         return []
@@ -42,7 +42,7 @@ def scenes_at(scene: Scenes | None, s: Sequence[float]) -> list[Scene]:
 
 
 def ready_each(arm: Built, scenes: Iterable[Scene]) -> list[Ready]:
-    """Return scenes made ready for an arm; what is known of its own links is found once."""
+    """Return scenes prepared for an arm; the data of its own links are computed once."""
     last, out = arm._ready, []
     for scene in scenes:
         last = arm._ready if scene is arm.scene and arm._ready is not None else make_ready(arm, scene, last)

@@ -1,4 +1,4 @@
-"""A scene made ready for one arm: everything in arrays, once; and the names behind the core's numbers."""
+"""A scene prepared for one arm: all data in arrays, and the names for the core's numbers."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from ..errors import SceneError
 from .scene import Pairs, Scene, no_scene
 from .shapes import Cloud, Field, Hull, Shape
 
-_CELLS = 400_000  # of joint ranges that own pairs share: some hundredths of a second
-TOO_FAR = 4.0  # lengths of the arm that nothing is kept off by; from people metres are
-TOO_LARGE = 10.0  # times the arm's length: what is larger was meant in mm
-LINKS_OF_A_PAIR = 256  # the core says a pair as obstacle * 256 + link
+_CELLS = 400_000  # of joint ranges, shared by own pairs: some hundredths of a second
+TOO_FAR = 4.0  # arm lengths: a larger clearance was meant in mm
+TOO_LARGE = 10.0  # arm lengths: a larger shape was meant in mm
+LINKS_OF_A_PAIR = 256  # the core's number of a pair is obstacle * 256 + link
 
 
 class PairNames(NamedTuple):
-    """The names of obstacles and links by the numbers that the core gives."""
+    """The names of obstacles and links for the core's numbers."""
 
     obstacles: tuple[str, ...]
     links: tuple[str, ...]
 
     def pair(self, code: int) -> tuple[str, str] | None:
-        """Return (obstacle, link) of a pair's number; None where there is none."""
+        """Return (obstacle, link) of a pair's number; None without a pair."""
         if code < 0:
             return None
         return self.obstacles[code // LINKS_OF_A_PAIR], self.links[code % LINKS_OF_A_PAIR]
 
 
 class Ready(NamedTuple):
-    """What the core takes, and the names behind its numbers.
+    """The data for the core, and the names for its numbers.
 
-    ``apart`` is how near own shapes (rows) and links (columns) ever come at least, m.
+    ``apart`` is a lower bound of the distance of own shapes (rows) and links (columns), m.
     """
 
     handle: _core.Scene
@@ -46,9 +46,9 @@ class Ready(NamedTuple):
 
 
 class _Link(NamedTuple):
-    """A shape of the arm: the link it was given for, that it moves with, its name, its row of numbers.
+    """A shape of the arm: its given link, the link with which it moves, its name, its row of numbers.
 
-    ``place`` is its place among the body's shapes, -1 of a hand's.
+    ``place`` is its index among the body's shapes, -1 for a gripper's.
     """
 
     given: int
@@ -59,7 +59,7 @@ class _Link(NamedTuple):
 
 
 class _Links(NamedTuple):
-    """Shapes of the arm by how they move: with the arm plane, not at all, with the pose, with a joint."""
+    """Shapes of the arm by their motion: with the arm plane, none, with the pose, with a joint."""
 
     parts: list[_Link]
     base: list[_Link]
@@ -68,7 +68,7 @@ class _Links(NamedTuple):
 
 
 class Shaped(Protocol):
-    """What is asked of a body."""
+    """The functions that a collision model must have."""
 
     @property
     def ignore(self) -> Pairs:
@@ -80,7 +80,7 @@ class Shaped(Protocol):
 
 
 class Built(Protocol):
-    """What is asked of an arm."""
+    """The functions that an arm must have."""
 
     d_bs: float
     d_se: float
@@ -96,23 +96,23 @@ class Built(Protocol):
 
     @property
     def chain(self) -> object:
-        """That of an arm with a chain of its own, else None."""
+        """The arm's own chain, or None."""
 
     @property
     def body(self) -> Shaped | None:
-        """What its links look like."""
+        """The collision model of its links."""
 
 
 def make_ready(arm: Built, scene: Scene, last: Ready | None = None) -> Ready:
-    """Return a scene made ready for an arm, whose body or hand is what may touch it.
+    """Return a scene prepared for an arm that has a collision model or a gripper.
 
-    `last` is another scene that was made ready for the same arm: what is known of own links is taken from it.
+    `last` is another scene prepared for the same arm: the data of own links are reused.
 
     Raises
     ------
     SceneError
-        If the arm has neither, a link's shape is not where it can be treated, a name is not known, or lengths
-        were meant in mm.
+        If the arm has neither, a link's shape is on an unsupported link, a name is unknown, or lengths were
+        meant in mm.
     """
     if not isinstance(scene, Scene):
         raise no_scene(scene, "an armangle.Scene")
@@ -158,14 +158,14 @@ def make_ready(arm: Built, scene: Scene, last: Ready | None = None) -> Ready:
         scene.soft,
     )
     names = PairNames(tuple(obstacles), tuple(link.name for link in links))
-    if arm.chain is None and last is None:  # once an arm; a plan asks wider scenes than the user's
+    if arm.chain is None and last is None:  # once an arm; a plan uses wider scenes than the user's
         code, most = handle.always_near(arm._handle)
         _warn_of_always_near(names.pair(code), most)
     return Ready(handle, names, apart)
 
 
 def _warn_of_always_near(pair: tuple[str, str] | None, most: float) -> None:
-    """Warn of two own shapes that are nearer than the scene asks in every posture, `most` m apart at most."""
+    """Warn of two own shapes that violate the clearance in every configuration, at most `most` m apart."""
     if pair is None:
         return
     apart = f"overlap by at least {-most * MILLIMETRES:.3g} mm"
@@ -180,7 +180,7 @@ def _warn_of_always_near(pair: tuple[str, str] | None, most: float) -> None:
 
 
 def _refuse_millimetres(arm: Built, scene: Scene) -> None:
-    """Refuse what is far too thick, or far too far to keep, for an arm as long as this."""
+    """Reject shapes that are far too thick, or a clearance far too large, for an arm of this length."""
     length = arm.d_bs + arm.d_se + arm.d_ew + arm.d_wf
     named = [*zip(scene.names, scene.shapes, strict=True), *((s.name or "hand", s) for s in arm.hand)]
     for name, shape in named:
@@ -200,7 +200,7 @@ _SOLID_WIDTH, _ROD_WIDTH, _POINT_WIDTH, _CORNER_WIDTH, _FIELD_WIDTH = 18, 8, 5, 
 
 
 def _points(scene: Scene) -> Floats:
-    """Return the points of all clouds: x, y, z, radius and place of their shape."""
+    """Return the points of all clouds: x, y, z, radius and index of their shape."""
     clouds = [(at, shape) for at, shape in enumerate(scene.shapes) if isinstance(shape, Cloud)]
     out = np.empty((sum(len(cloud.points) for _, cloud in clouds), _POINT_WIDTH))
     first = 0
@@ -225,7 +225,7 @@ def _rod(link: _Link) -> list[float]:
 
 
 def _sorted_links(arm: Built) -> _Links:
-    """Return the shapes of an arm, where they rest or what they swing about."""
+    """Return the shapes of an arm, sorted by where they rest or swing."""
     shapes = [] if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
     rods: Floats = np.array([[frame, *shape._row()[1:8]] for frame, shape in shapes], dtype=np.float64)
     rods = rods.reshape(-1, _ROD_WIDTH)
@@ -249,7 +249,7 @@ def _sorted_links(arm: Built) -> _Links:
 
 
 def _own_pairs(mine: _Links, first_obstacle: int, ignored: NDArray[np.int8]) -> Ints:
-    """Return pairs (obstacle, link) of shapes of links 1 to 6 that are not to touch,."""
+    """Return pairs (obstacle, link) of shapes of links 1 to 6 that must not touch."""
     turning = [*mine.swings, *mine.parts]
     first_swing = len(mine.parts) + len(mine.base) + len(mine.held)
     places = [*range(first_swing, first_swing + len(mine.swings)), *range(len(mine.parts))]
@@ -263,10 +263,10 @@ def _own_pairs(mine: _Links, first_obstacle: int, ignored: NDArray[np.int8]) -> 
 
 
 def never_nearer(arm: Built) -> tuple[list[tuple[int, Shape]], Floats]:
-    """Return the n shapes of a body with their DH frames, and how near each two ever come, m (n, n), or less.
+    """Return the n shapes of a body with their DH frames, and lower bounds of their distances, m (n, n).
 
-    Whatever the joints, their limits left aside. -inf of those side by side, of those that some joints let
-    meet, and where it was not proven with a fixed effort; of an arm with a chain of its own nothing is.
+    For all joints, ignoring limits. -inf for neighbours, for pairs that touch at some joints, and for pairs
+    without a proof at a fixed effort; for an arm with its own chain always.
     """
     shapes = [] if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
     out = np.full((len(shapes), len(shapes)), -np.inf)
@@ -280,10 +280,10 @@ def never_nearer(arm: Built) -> tuple[list[tuple[int, Shape]], Floats]:
 
 
 class LinkPair(NamedTuple):
-    """Two links of an arm that are not side by side, and what is known of them.
+    """Two links of an arm that are not neighbours, and their known distance.
 
-    ``apart`` is how near they ever come at least, m, whatever the joints; None where that is not proven.
-    ``ignored``: the body says that they are not asked about each other.
+    ``apart`` is a lower bound of their distance for all joints, m; None without a proof. ``ignored``: the
+    collision model excludes this pair.
     """
 
     links: tuple[str, str]
@@ -292,7 +292,7 @@ class LinkPair(NamedTuple):
 
 
 def link_pairs(arm: Built) -> list[LinkPair]:
-    """Return all pairs of links of an arm's body but those side by side."""
+    """Return all pairs of links of an arm's collision model except neighbours."""
     shapes, found = never_nearer(arm)
     least: dict[tuple[str, str], float] = {}
     for i, (frame, shape) in enumerate(shapes):
@@ -308,7 +308,7 @@ def link_pairs(arm: Built) -> list[LinkPair]:
 
 
 def _never_nearer(arm: Built, own: list[_Link], links: list[_Link]) -> Floats:
-    """Return how near own shapes (rows) and links (columns) ever come at least, m; nothing of a hand."""
+    """Return lower bounds of the distances of own shapes (rows) and links (columns), m; not for a gripper."""
     _, found = never_nearer(arm)
     out = np.full((len(own), len(links)), -np.inf)
     for i, mine in enumerate(own):
@@ -321,14 +321,14 @@ def _never_nearer(arm: Built, own: list[_Link], links: list[_Link]) -> Floats:
 def _let_touch(
     ignored: NDArray[np.int8], first: int, own: list[_Link], links: list[_Link], pair: tuple[str, str]
 ) -> None:
-    """Let two links touch, whichever of them is asked as the obstacle; own obstacles begin at `first`."""
+    """Permit contact of two links, whichever is the obstacle; own obstacles begin at `first`."""
     for one, other in (pair, pair[::-1]):
         rows = [first + i for i, link in enumerate(own) if link.name == one]
         ignored[np.ix_(rows, [i for i, link in enumerate(links) if link.name == other])] = 1
 
 
 def _ignored(scene: Scene, obstacles: list[str], links: list[_Link], own: list[_Link]) -> NDArray[np.int8]:
-    """Return which pairs may touch: those that the scene says, and own links side by side."""
+    """Return which pairs may touch: those given by the scene, and neighbouring own links."""
     out = np.zeros((len(obstacles), len(links)), dtype=np.int8)
     names = [link.name for link in links]
     for at, (obstacle, link) in enumerate(scene.ignore):

@@ -1,4 +1,4 @@
-"""A scene: what stands about the arm."""
+"""A scene: the obstacles around the arm."""
 
 from __future__ import annotations
 
@@ -20,21 +20,21 @@ class Scene:
     Parameters
     ----------
     shapes : sequence of Ball, Capsule, Box, HalfSpace, Hull, Cloud or Field
-        Their names must differ; one without a name is called by its kind and place, such as "box_2".
+        Their names must differ; a shape without a name is called by its kind and index, such as "box_2".
     clearance : float
-        Least distance that links keep from all obstacles, m, >= 0.
+        Smallest permitted distance of links to all obstacles, m, >= 0.
     soft : float
-        Beyond `clearance`, m, >= 0: what `step` and `follow` keep too where the arm angle can, and `plan`
-        where the whole path can. The policy of a step then acts on the arm angles that are so far away;
-        from between the two it leads there first, as fast as `max_joint_step` allows. Where nothing is so
-        far away it is as if there were none.
+        Additional distance beyond `clearance`, m, >= 0, that `step` and `follow` keep if the arm angle can,
+        and `plan` if the whole path can. The policy of a step then acts on the arm angles with that distance.
+        From arm angles between the two distances it moves there first, as fast as `max_joint_step` allows. If
+        no arm angle has that distance, it has no effect.
     ignore : iterable of (str, str)
-        Pairs (obstacle, link) that may touch, such as ("table", "link_0"): the arm stands on its table.
+        Pairs (obstacle, link) that may touch, such as ("table", "link_0") for an arm mounted on its table.
 
     Raises
     ------
     SceneError
-        Naming the shape, what is wrong with it, and what was wanted.
+        With the shape, the fault, and the permitted value.
 
     Examples
     --------
@@ -75,7 +75,7 @@ class Scene:
 
 
 def no_scene(given: object, wanted: str, owner: str = "scene") -> SceneError:
-    """Return the error of something that is no scene: what it is, and how it becomes one."""
+    """Return the error for a value that is not a scene: what it is, and how to make one from it."""
     seen: object = given
     how = ""
     if isinstance(given, SHAPES):
@@ -97,7 +97,7 @@ def _word(shape: Shape) -> str:
 
 
 def as_shapes(owner: str, shapes: Iterable[Shape], kinds: tuple[type, ...]) -> tuple[Shape, ...]:
-    """Return shapes as a tuple, each of the kinds that are wanted there."""
+    """Return shapes as a tuple, each of a permitted kind."""
     wanted = ", ".join(kind.__name__ for kind in kinds)
     if isinstance(shapes, (str, bytes)) or not isinstance(shapes, Iterable):
         raise SceneError(owner, "shapes", shapes, f"a sequence of {wanted}")

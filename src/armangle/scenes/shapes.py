@@ -1,4 +1,4 @@
-"""Shapes: of obstacles, of links, and of what the hand holds."""
+"""Shapes of obstacles, links and grippers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .._core import SolidKind
 from ..errors import SceneError
 from ..poses import as_transform
 
-LARGEST = _core.LENGTH_LIMIT  # m: beyond it a length is not in metres
+LARGEST = _core.LENGTH_LIMIT  # m: a longer length is not in metres
 Point = tuple[float, float, float]
 
 THICK = 1.0  # m: a link, or a point of a cloud, with a larger radius was meant in mm
@@ -40,7 +40,7 @@ def _point(shape: str, name: str, value: ArrayLike) -> Point:
 
 
 def _length(shape: str, name: str, value: float, *, positive: bool = False, signed: bool = False) -> float:
-    """Return a finite number >= 0 (> 0 where `positive`, any where `signed`), m."""
+    """Return a finite number >= 0 (> 0 if `positive`, any if `signed`), m."""
     low = -LARGEST if signed else 0.0
     try:
         if isinstance(value, (str, bytes, bool)):
@@ -55,7 +55,7 @@ def _length(shape: str, name: str, value: float, *, positive: bool = False, sign
 
 
 def _thin(shape: str, name: str, radius: float) -> None:
-    """Refuse a radius that no link and no point of a cloud has."""
+    """Reject a radius that is too large for a link or a point of a cloud."""
     if radius > THICK:
         raise SceneError(shape, name, radius, "a radius in m: was this in mm?")
 
@@ -73,11 +73,11 @@ class Ball:
     Parameters
     ----------
     center : array_like, shape (3,)
-        m, in the frame of what holds the shape: of a scene, the frame that poses are given in.
+        m, in the frame of the shape's owner: for a scene, the frame that poses are given in.
     radius : float
-        m, >= 0; of a link > 0.
+        m, >= 0; for a link > 0.
     name : str, optional
-        Names its obstacle, or its link, in results.
+        Name of its obstacle, or its link, in results.
 
     Raises
     ------
@@ -102,7 +102,7 @@ class Ball:
         return [SolidKind.BALL.value, self.radius, *self.center, *self.center, *_NO_AXES]
 
     def _thickness(self) -> float:
-        """Return the least extent, m."""
+        """Return the smallest extent, m."""
         return 2 * self.radius
 
 
@@ -115,7 +115,7 @@ class Capsule:
     begin, end : array_like, shape (3,)
         The segment, m.
     radius : float
-        m, >= 0; of a link > 0.
+        m, >= 0; for a link > 0.
     name : str, optional
 
     Raises
@@ -143,16 +143,16 @@ class Capsule:
 
 @dataclass(frozen=True)
 class Box:
-    """A box, its edges rounded by a radius.
+    """A box with edges rounded by a radius.
 
     Parameters
     ----------
     pose : array_like, shape (4, 4)
         Frame of the box, its origin in the middle, position in m.
     size : array_like, shape (3,)
-        Whole edges along the axes of that frame, m, >= 0.
+        Full edge lengths along the axes of that frame, m, >= 0.
     radius : float
-        m, >= 0: all points within it of the box of `size` belong to the shape.
+        m, >= 0: all points within this distance of the box of `size` belong to the shape.
     name : str, optional
 
     Raises
@@ -199,9 +199,9 @@ class HalfSpace:
     Parameters
     ----------
     normal : array_like, shape (3,)
-        Direction, of any length, from the plane into what is free.
+        Direction, of any length, from the plane into free space.
     offset : float
-        Free is where ``normal . x >= offset`` for the normal of length 1, m.
+        Free space is ``normal . x >= offset`` for the normal of length 1, m.
     name : str, optional
 
     Raises
@@ -255,7 +255,7 @@ def _points(shape: str, points: ArrayLike) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class _Points:
-    """Points with a radius: what `Cloud` and `Hull` hold."""
+    """Points with a radius, the base of `Cloud` and `Hull`."""
 
     points: Floats
     radius: float
@@ -289,23 +289,23 @@ class _Points:
 
 
 class Cloud(_Points):
-    """Many points, each a ball of the same radius: what a camera sees.
+    """Many points, each a ball of the same radius, for example from a camera.
 
-    One obstacle with one name. The points are sorted once, where a scene is asked first, so that millions of
-    them may be far away at little cost.
+    One obstacle with one name. The points are sorted once, at the first query of a scene, so that millions of
+    distant points cost little.
 
     Parameters
     ----------
     points : array_like, shape (N, 3)
         m, N >= 1; a copy is kept.
     radius : float
-        m, >= 0: half the spacing of the points or more, for a surface without holes.
+        m, >= 0: at least half the spacing of the points, for a surface without holes.
     name : str, optional
 
     Raises
     ------
     SceneError
-        Naming the first point that is not finite, or too far away to be in metres.
+        With the first point that is not finite, or too far away to be in metres.
 
     See Also
     --------
@@ -323,7 +323,7 @@ class Cloud(_Points):
         _thin("Cloud", "radius", self.radius)
 
     def _thickness(self) -> float:
-        return 0.0  # its points may lie anywhere
+        return 0.0  # its points may be anywhere
 
     def _row(self) -> list[float]:
         return [SolidKind.BALL.value, self.radius, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, *_NO_AXES]
@@ -335,16 +335,16 @@ class Hull(_Points):
     Parameters
     ----------
     points : array_like, shape (N, 3)
-        Its corners, m, N >= 1, in any order; a copy is kept. Points within change nothing, but each costs
-        time. Fewer than four, or all in a plane, are a plate, a rod or a ball, solid by the radius.
+        Its corners, m, N >= 1, in any order; a copy is kept. Inner points change nothing but cost time. Fewer
+        than four points, or points in one plane, are a plate, a rod or a ball, solid by the radius.
     radius : float
-        m, >= 0: all points within it of the hull belong to the shape.
+        m, >= 0: all points within this distance of the hull belong to the shape.
     name : str, optional
 
     Raises
     ------
     SceneError
-        Without points; or naming the first that is not finite, or too far away to be in metres.
+        Without points; or with the first point that is not finite, or too far away to be in metres.
 
     Examples
     --------
@@ -360,7 +360,7 @@ class Hull(_Points):
         return np.asarray((self.points.min(axis=0) + self.points.max(axis=0)) / 2)
 
     def _corners(self) -> Floats:
-        """Return the corners as the core takes them: from the middle."""
+        """Return the corners relative to the middle, for the core."""
         return np.unique(self.points, axis=0) - self._middle()
 
     def _row(self) -> list[float]:
@@ -369,32 +369,33 @@ class Hull(_Points):
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """A distance field: at the nodes of a grid, how far away the obstacle is at least.
+    """A distance field: a grid of lower bounds of the distance to the obstacle.
 
-    Between nodes a distance can be smaller than at them by how far they are, and that is taken off: of the
-    truth up to about a spacing. So the arm keeps off by that much more, and never by less. Arcs
-    (`Arm.feasible`), distances (`Arm.clearance`) and ``solve(prefer="clearance")`` are of that one surface: a
-    distance at an arm angle that is left is at most a hundredth of a spacing below the scene's clearance, at
-    one that is not at most a quarter above; ends of arcs are where it is met. All that the field tells of
-    lies within the grid; the space outside is free. Let the grid reach beyond the obstacle by the radius of
-    the links and `clearance`: farther outside it can only tell how far its border is.
+    Between nodes a distance can be smaller than at them by the distance to the node. This is subtracted, so
+    the result is below the truth by up to about a spacing: the arm keeps the required clearance, and up to
+    that much more. Arcs (`Arm.feasible`), distances (`Arm.clearance`) and ``solve(prefer="clearance")`` use
+    the same surface. A distance at a permitted arm angle is at most a hundredth of a spacing below the
+    scene's clearance; at a blocked one at most a quarter above; at ends of arcs they are equal. Everything
+    that the field describes lies within the grid; the space outside is free. Extend the grid beyond the
+    obstacle by the links' radius plus `clearance`: farther outside the field can only tell the distance to
+    its border.
 
     Parameters
     ----------
     distance : array_like, shape (I, J, K)
-        m, at ``origin + spacing * (i, j, k)``, I, J, K >= 2; a lower bound of the distance from there to the
-        obstacle, negative or 0 in it. A distance that was cut off above will do. A copy is kept.
+        m, at ``origin + spacing * (i, j, k)``, I, J, K >= 2: a lower bound of the distance to the obstacle,
+        negative or 0 inside. Distances may be cut off above. A copy is kept.
     origin : array_like, shape (3,)
-        Place of the first node, m.
+        Position of the first node, m.
     spacing : float
-        Of neighbouring nodes, m, > 0.
+        Distance of neighbouring nodes, m, > 0.
     name : str, optional
 
     Raises
     ------
     SceneError
-        Naming the first node whose distance is not finite; or where most neighbours differ by more than
-        they are apart, as distances in another unit do.
+        With the first node whose distance is not finite; or if most neighbours differ by more than their
+        distance, as with distances in another unit.
 
     See Also
     --------
