@@ -53,7 +53,7 @@ def test_lines_in_the_plane_that_is_not_blocked(home: np.ndarray, length: float)
 def test_other_lines_name_the_turn_on_the_spot(home: np.ndarray, end: str) -> None:
     """A refusal is a law: two thirds of the turn named lead nowhere either, the whole of it does."""
     rng = generator(17)
-    for _ in range(count(4)):
+    for _ in range(count(2)):
         shift = rng.normal(size=3)
         path = line(IIWA, home, 0.08 * shift / np.linalg.norm(shift), back=end == "goal")
         refused = aa.plan(IIWA, path, **{end: home}, samples=50)

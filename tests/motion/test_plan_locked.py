@@ -82,7 +82,7 @@ def test_a_joint_of_a_whole_turn_stays_on_its_winding_along_a_limit() -> None:
     """Where joint 1 runs along +pi, -pi is within its limits too, and a leap of a turn away."""
     arm = ARMS["human_arm_left"]
     rng, on_limit = generator(3), 0
-    for _ in range(count(60)):
+    for _ in range(count(30)):
         start = rng.uniform(arm.lower, arm.upper)
         start[0] = rng.choice([arm.lower[0], arm.upper[0]])
         path = aa.plan(arm, line(arm, start, 0.02 * rng.normal(size=3)), start=start, psi=rng.uniform(-3, 3))
@@ -90,4 +90,4 @@ def test_a_joint_of_a_whole_turn_stays_on_its_winding_along_a_limit() -> None:
             continue
         on_limit += 1
         assert np.abs(np.diff(path.q, axis=0)).max() <= 0.2 + 1e-9
-    assert on_limit > 5
+    assert on_limit > 2

@@ -8,9 +8,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from motion.test_tracking_in_scenes import cluttered, with_body
-from motion.test_tracking_jerk import ARMS, command, start_of
 from support import streams
+from support.clutter import cluttered, with_body
+from support.moves import begun, refused
+from support.ticks import ARMS, command, start_of
 
 import armangle as aa
 
@@ -41,8 +42,7 @@ def go_on_alike(one: aa.Tracker, other: aa.Tracker, arm: aa.Arm, seed: int) -> N
 def test_the_copy_goes_on_like_the_original(name: str, jerk: float | None, way: str) -> None:
     arm = ARMS[name]
     rng = np.random.default_rng(3)
-    tracker = aa.Tracker(arm, filter=aa.HandFilter(), jerk=jerk)
-    tracker.start(start_of(arm))
+    tracker = begun(start_of(arm), arm, filter=aa.HandFilter(), jerk=jerk)
     for seed in range(3):
         pose = command(arm, rng)
         for _ in range(rng.integers(1, 200)):
@@ -62,8 +62,7 @@ def test_among_obstacles_too(way: str) -> None:
     rng = np.random.default_rng(8)
     arm = with_body("kuka_iiwa14_r820")
     start = streams.posture(arm)
-    tracker = aa.Tracker(arm.with_(scene=cluttered(arm, start, rng)), jerk=500.0)
-    tracker.start(start)
+    tracker = begun(start, arm.with_(scene=cluttered(arm, start, rng)), jerk=500.0)
     tracker.run(np.repeat(command(arm, rng)[None], 60, axis=0))
     other = WAYS[way](tracker)
     assert other == tracker
@@ -73,8 +72,7 @@ def test_among_obstacles_too(way: str) -> None:
 @EVERY_WAY
 def test_one_that_has_not_begun_still_has_not(way: str) -> None:
     tracker = WAYS[way](aa.Tracker(ARMS["iiwa 14"]))
-    with pytest.raises(aa.InputError, match="start"):
-        tracker.step(None)
+    refused(aa.InputError, "start", lambda: tracker.step(None))
 
 
 def test_trackers_are_equal_by_what_they_are_and_where_they_stand() -> None:

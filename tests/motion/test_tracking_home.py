@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.moves import begun
 from support.strategies import Array
 
 import armangle as aa
@@ -44,8 +45,7 @@ def test_from_home_joints_go_the_least_way(name: str, home: list[float], way: li
     """Pivots turned against each other, by 66° where 4° do, at a speed of 180°/s."""
     arm, q = aa.Arm.from_catalogue(name), np.radians(home)
     poses = hands(arm.forward(q, on_error="nan")[0], np.array(way))
-    tracker = aa.Tracker(arm, 1 / RATE)
-    tracker.start(q)
+    tracker = begun(q, arm, 1 / RATE)
     ticks = [tracker.step(pose) for pose in poses]
     rows = np.array([q, *(tick.q for tick in ticks)])
     assert max(tick.distance for tick in ticks[300:]) <= 1e-9  # it is caught up with

@@ -7,10 +7,11 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from motion.test_tracking_in_scenes import BODY, CLEARANCE, Array, between, cluttered, distance, with_body
 from support import draw, streams
 from support.calibrated import ARMS as CALIBRATED
-from support.ticks import DT, hostile, moved, settled
+from support.clutter import BODY, CLEARANCE, between, cluttered, distance, with_body
+from support.moves import Array, moved
+from support.ticks import DT, hostile, settled
 
 import armangle as aa
 

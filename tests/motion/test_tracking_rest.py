@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support import draw
+from support.moves import begun, moved
 from support.ticks import DT, check_bounds, named
 
 import armangle as aa
@@ -19,32 +20,32 @@ HANDS = draw.count(2, len(aa.catalogue()))
 # Starts, and postures whose tool is where the hand is, that made the arm turn for ever.
 ENDLESS = {
     "kuka_iiwa7_r800": (
-        [1.6306, -0.8724, -2.9542, 0.7339, 0.295, 1.6432, -1.4406],
-        [-2.4148, -1.2014, 0.1111, -2.0405, 0.0731, 0.2019, -2.2032],
+        "1.6306 -0.8724 -2.9542 0.7339 0.295 1.6432 -1.4406",
+        "-2.4148 -1.2014 0.1111 -2.0405 0.0731 0.2019 -2.2032",
     ),
     "kuka_iiwa14_r820": (
-        [1.2175, -0.3049, 1.4764, 1.9054, -2.5426, 1.0293, 1.4972],
-        [-1.7013, 0.4929, -0.1072, 2.0215, -0.7497, -0.9298, 1.5253],
+        "1.2175 -0.3049 1.4764 1.9054 -2.5426 1.0293 1.4972",
+        "-1.7013 0.4929 -0.1072 2.0215 -0.7497 -0.9298 1.5253",
     ),
     "yaskawa_sia5d": (
-        [1.9773, 0.5699, -2.2839, 1.9774, -0.8619, 0.143, -0.4439],
-        [-2.3976, 0.2331, -0.6563, 1.0485, 0.6129, 0.4564, -0.9855],
+        "1.9773 0.5699 -2.2839 1.9774 -0.8619 0.143 -0.4439",
+        "-2.3976 0.2331 -0.6563 1.0485 0.6129 0.4564 -0.9855",
     ),
     "iit_icub_left": (
-        [-0.5234, 0.4791, -0.2247, 0.1619, 0.6885, 0.0174, 0.0581],
-        [-0.7092, 0.1898, 0.259, 1.3713, 0.1011, -0.8607, -0.3432],
+        "-0.5234 0.4791 -0.2247 0.1619 0.6885 0.0174 0.0581",
+        "-0.7092 0.1898 0.259 1.3713 0.1011 -0.8607 -0.3432",
     ),
     "human_arm_left": (
-        [2.625, 1.0705, -0.6244, 1.1387, 0.3815, 0.686, -0.2526],
-        [2.9852, -0.241, 1.7034, 2.0285, -0.0276, 1.275, 0.2996],
+        "2.625 1.0705 -0.6244 1.1387 0.3815 0.686 -0.2526",
+        "2.9852 -0.241 1.7034 2.0285 -0.0276 1.275 0.2996",
     ),
     "barrett_wam7": (
-        [1.143, 1.5024, 0.146, 0.7583, -0.6708, 1.3595, -1.0435],
-        [-1.5224, -0.1831, -0.0056, 0.4432, -0.4635, 1.172, 0.3174],
+        "1.143 1.5024 0.146 0.7583 -0.6708 1.3595 -1.0435",
+        "-1.5224 -0.1831 -0.0056 0.4432 -0.4635 1.172 0.3174",
     ),
     "franka_fr3": (
-        [2.5271, 0.751, 1.3833, -0.2307, -1.3037, 1.5752, -0.4672],
-        [1.5873, 0.8128, 2.3681, -2.2606, 1.2055, 1.4876, -2.5573],
+        "2.5271 0.751 1.3833 -0.2307 -1.3037 1.5752 -0.4672",
+        "1.5873 0.8128 2.3681 -2.2606 1.2055 1.4876 -2.5573",
     ),
 }
 
@@ -52,8 +53,7 @@ ENDLESS = {
 def at_rest(arm: aa.Arm, start: Array, hand: Array) -> aa.types.Tracked:
     """What is said after a while of a constant hand, the arm being at rest then."""
     known = np.isfinite(arm.velocity).all()
-    tracker = aa.Tracker(arm, DT, velocity=True if known else 3.0)
-    tracker.start(start)
+    tracker = begun(start, arm, DT, velocity=True if known else 3.0)
     ticks = round((SECONDS + 7.0 / (arm.velocity.min() if known else 3.0)) / DT)
     q = tracker.run(np.repeat(hand[None], ticks, axis=0))
     least = 1e-7 if arm.kind.startswith("offset") else 1e-9  # rad in 2 s; a correction settles geometrically
@@ -68,7 +68,7 @@ def at_rest(arm: aa.Arm, start: Array, hand: Array) -> aa.types.Tracked:
 
 @pytest.mark.parametrize("name", ENDLESS)
 def test_what_turned_for_ever_comes_to_rest(name: str) -> None:
-    start, there = np.array(ENDLESS[name])
+    start, there = (np.array(text.split(), float) for text in ENDLESS[name])
     arm = named(name)
     at_rest(arm, start, arm.forward(there)[0])
 
@@ -109,12 +109,10 @@ def test_a_hand_with_a_folded_elbow_is_reached(name: str) -> None:
 
 
 def test_a_hand_that_moves_again_is_followed_again() -> None:
-    start, there = np.array(ENDLESS["iit_icub_left"])
+    start, there = (np.array(text.split(), float) for text in ENDLESS["iit_icub_left"])
     arm = aa.Arm.from_catalogue("iit_icub_left")
-    tracker = aa.Tracker(arm, DT)
-    tracker.start(start)
-    far = arm.forward(there)[0].copy()
-    far[:3, 3] += 1.0
+    tracker = begun(start, arm, DT)
+    far = moved(arm.forward(there)[0], 1.0)
     for _ in range(5000):
         now = tracker.step(far)
     assert now.status == aa.Tracking.NEAREST
@@ -130,8 +128,7 @@ def test_a_hand_that_spun_faster_than_it_is_seen_and_stands_is_at_rest(turn: flo
     arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
     start = np.array([0.1, 0.5, 0.2, -1.2, 0.3, 0.8, 0.5])
     hand = arm.forward(start)[0]
-    tracker = aa.Tracker(arm, 0.004, acceleration=10.0, filter=aa.HandFilter(omega=20.0, patience=0.0))
-    tracker.start(start)
+    tracker = begun(start, arm, 0.004, acceleration=10.0, filter=aa.HandFilter(omega=20.0, patience=0.0))
     for k in range(60):
         cosine, sine = np.cos(turn * k), np.sin(turn * k)
         spun = hand.copy()
@@ -146,8 +143,7 @@ def test_a_hand_that_spun_faster_than_it_is_seen_and_stands_is_at_rest(turn: flo
 def test_a_hand_that_stops_dead_is_at_rest_at_its_last_sample(rate: int) -> None:
     arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
     start = np.array([0.1, 0.5, 0.2, -1.2, 0.3, 0.8, 0.5])
-    tracker = aa.Tracker(arm, 0.002, acceleration=10.0, filter=aa.HandFilter())
-    tracker.start(start)
+    tracker = begun(start, arm, 0.002, acceleration=10.0, filter=aa.HandFilter())
     hand = arm.forward(start)[0]
     for k in range(1000):
         if k % (500 // rate) == 0:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support import calibrated, draw
+from support.moves import begun
 from support.ticks import DT, named
 
 import armangle as aa
@@ -55,8 +56,7 @@ def farthest(arm: aa.Arm, rng: np.random.Generator, tremble: float = 0.0) -> flo
         hands = np.repeat(hand[None], TICKS, axis=0)
         if tremble:
             hands[:, :3, 3] += rng.normal(0, tremble, (TICKS, 3))
-        tracker = aa.Tracker(arm, DT, velocity=SPEED)
-        tracker.start(start)
+        tracker = begun(start, arm, DT, velocity=SPEED)
         out = max(out, float(off_hand(arm, tracker.run(hands), hand).max()))
     return out
 
@@ -98,8 +98,7 @@ def test_a_straight_elbow_bends_to_the_side_that_its_limits_leave(name: str, off
     there[3] = roomy
     share = 0.5 * (1 - np.cos(np.linspace(0, np.pi, 1000)))
     hands = arm.forward(start + share[:, None] * (there - start))[0]
-    tracker = aa.Tracker(arm, DT, velocity=SPEED)
-    tracker.start(start)
+    tracker = begun(start, arm, DT, velocity=SPEED)
     tracker.run(np.concatenate([hands, np.repeat(hands[-1:], 1000, axis=0)]))
     assert tracker.step(hands[-1]).status == aa.Tracking.FOLLOWING
 
@@ -114,8 +113,7 @@ def test_a_hand_that_trembles_near_the_reach_is_not_drawn_back(name: str, bend: 
     hand = arm.forward(start)[0]
     hands = np.repeat(hand[None], 1500, axis=0)
     hands[:, :3, 3] += np.random.default_rng(0).normal(0, 1e-4, (1500, 3))
-    tracker = aa.Tracker(arm, DT)
-    tracker.start(start)
+    tracker = begun(start, arm, DT)
     rows = tracker.run(hands)
     assert np.sqrt((off_hand(arm, rows[750:], hand) ** 2).mean()) <= 1e-3
 
@@ -127,8 +125,7 @@ def test_an_arm_at_rest_on_the_hand_does_not_stir(name: str) -> None:
     rng = draw.generator(*name.encode(), 4)
     start = rng.uniform(arm.lower, arm.upper)
     hand = arm.forward(start)[0]
-    tracker = aa.Tracker(arm, DT, velocity=SPEED)
-    tracker.start(start)
+    tracker = begun(start, arm, DT, velocity=SPEED)
     for _ in range(50):
         now = tracker.step(hand)
         assert now.status == aa.Tracking.FOLLOWING
@@ -141,8 +138,7 @@ def test_a_hand_that_is_reached_late_is_not_given_up_on_arrival() -> None:
     first, last = arm.lower, arm.upper
     start = [first[0], 1.761, first[2], -0.0361, 0.604, first[5], -0.759]
     there = np.array([last[0], -0.001, last[2], 0.0087, last[4], 1.0462, first[6]])
-    tracker = aa.Tracker(arm, 0.01, velocity=SPEED)
-    tracker.start(start)
+    tracker = begun(start, arm, 0.01, velocity=SPEED)
     hand = arm.forward(there)[0]
     tracker.run(np.repeat(hand[None], 7000, axis=0))
     assert tracker.step(hand).status == aa.Tracking.FOLLOWING
@@ -155,8 +151,7 @@ def test_no_turn_goes_to_a_posture_beyond_a_limit(dt: float) -> None:
     first, last = arm.lower, arm.upper
     start = np.array([last[0], 1.9391, 1.3635, 1.7979, 2.2446, first[5], last[6]])
     hand = arm.forward([3.0955, 1.9631, 1.2745, 1.7149, 2.3287, first[5], 0.7282])[0]
-    tracker = aa.Tracker(arm, dt, velocity=SPEED)
-    tracker.start(start)
+    tracker = begun(start, arm, dt, velocity=SPEED)
     ticks = [tracker.step(hand) for _ in range(round(3 / dt))]
     assert all(tick.status != aa.Tracking.TURNING for tick in ticks)
     assert ticks[-1].status == aa.Tracking.FOLLOWING

@@ -100,3 +100,29 @@ def just_inside(
                 open_, _ = arm._handle.certify_curve(x.segments, x.stretches, x.plane, x.gc, 0.0)
                 assert any(low <= DENSE[at] <= high for low, high in open_) != is_proven, (joint, side)
     return found
+
+
+def in_a_loop(
+    arm: Any, poses: Any, start: Array, on_fail: Any = "stop", velocity_now: Any = None, **options: Any
+) -> aa.JointPath:
+    """Follow poses, and check that this is `step` in a loop, bit for bit."""
+    bounded = "acceleration" in options or velocity_now is not None
+    velocity = np.zeros(7) if velocity_now is None else velocity_now
+    given = {"velocity_now": velocity_now} if velocity_now is not None else {}
+    path = aa.follow(arm, poses, start=start, on_fail=on_fail, **given, **options)
+    q, stopped = start, False
+    for row, pose in enumerate(poses):
+        if stopped:
+            assert path.status[row] == aa.Status.NOT_REACHED and np.isnan(path.q[row]).all()
+            continue
+        now = aa.step(arm, q, pose, **options, **({"velocity_now": velocity} if bounded else {}))
+        assert path.status[row] == (now.status if on_fail == "hold" else now.why)
+        if now.status == aa.Status.OK or on_fail == "hold":
+            assert np.array_equal(path.q[row], now.q)
+            assert path.margin[row] == now.margin and path.gc[row] == now.gc
+            assert abs(np.exp(1j * path.psi[row]) - np.exp(1j * now.psi)) <= 1e-14
+        else:
+            assert np.isnan(path.q[row]).all() and path.gc[row] == -1
+        stopped = now.status != aa.Status.OK and on_fail == "stop"
+        velocity, q = (now.q - q) / options.get("dt", 1.0), now.q
+    return path

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 import armangle as aa
 
 from . import streams
+from .calibrated import ARMS as CALIBRATED
 
 Array = NDArray[np.float64]
 
@@ -23,12 +24,6 @@ def settled(tracker: aa.Tracker, pose: Array, seconds: float) -> aa.types.Tracke
     for _ in range(round(seconds / DT)):
         now = tracker.step(pose)
     return now
-
-
-def moved(pose: Array, by: Array) -> Array:
-    out = pose.copy()
-    out[:3, 3] += by
-    return out
 
 
 def random_rotation(rng: np.random.Generator) -> Array:
@@ -70,3 +65,55 @@ def check_bounds(arm: aa.Arm, q: Array, dt: Array, hardest: float = HARDEST) -> 
     assert (np.abs(v - before) <= hardest * dt[:, None] * (1 + 1e-9) + 1e-12).all()
     room = np.where(v > 0, arm.upper - q[1:], q[1:] - arm.lower)
     assert (v**2 / (2 * hardest) <= room + 1e-9).all()
+
+
+ARMS: dict[str, aa.Arm] = {
+    "iiwa 14": aa.Arm.from_catalogue("kuka_iiwa14_r820"),
+    "RM75": aa.Arm.from_catalogue("realman_rm75_b"),
+    "OpenArm": aa.Arm.from_catalogue("openarm_v10"),
+    "iiwa 7, 2 mm": CALIBRATED["kuka_iiwa7_r800 2.0 mm"],
+    "FR3": aa.Arm.from_catalogue("franka_fr3"),
+}
+"""Of every kind that a tracker leads."""
+READY = [0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4]
+
+
+def start_of(arm: aa.Arm) -> Array:
+    return np.array(READY) if arm.kind.startswith("offset") else streams.posture(arm)
+
+
+def command(arm: aa.Arm, rng: np.random.Generator) -> Array:
+    if not arm.kind.startswith("offset"):
+        return hostile(arm, rng)
+    pose = arm.forward(rng.uniform(arm.lower, arm.upper))[0].copy()
+    kind = rng.integers(3)
+    if kind == 0:
+        pose[:3, :3] = random_rotation(rng)
+        pose[:3, 3] = rng.normal(size=3) * rng.choice([0.3, 1.0, 5.0])
+    elif kind == 1:
+        pose[rng.integers(3), rng.integers(4)] = np.nan
+    return pose
+
+
+def differences(q: Array, dt: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """Velocity, acceleration and jerk of rows that begin at rest, and what rounding makes of each."""
+    step = dt[:, None]
+    ulp = np.spacing(np.abs(q).max())
+    v = np.diff(q, axis=0) / step
+    v_off = 2 * ulp / step
+    before = np.concatenate([np.zeros((1, 7)), v[:-1]])
+    a = (v - before) / step
+    a_off = (v_off + np.concatenate([v_off[:1], v_off[:-1]])) / step
+    before = np.concatenate([np.zeros((1, 7)), a[:-1]])
+    j = (a - before) / step
+    return v, a, j, v_off, a_off, (a_off + np.concatenate([a_off[:1], a_off[:-1]])) / step
+
+
+def check_jerk(arm: aa.Arm, q: Array, dt: Array, jerk: object, hardest: object = HARDEST) -> None:
+    v, a, j, v_off, a_off, j_off = differences(q, dt)
+    assert np.isfinite(q).all()
+    assert (q >= arm.lower).all()
+    assert (q <= arm.upper).all()
+    assert (np.abs(v) <= arm.velocity * (1 + 1e-12) + v_off).all()
+    assert (np.abs(a) <= np.asarray(hardest) * (1 + 1e-12) + a_off).all()
+    assert (np.abs(j) <= np.asarray(jerk) * (1 + 1e-12) + j_off).all()
