@@ -7,11 +7,13 @@ import pytest
 from support.calibrated import ARMS, NAMES, calibrated, postures
 from support.draw import generator
 from support.laws import POSE, circle_gap, gap
+from support.moves import in_a_loop, moved, refused
 
 import armangle as aa
 from armangle.arm.near import edge_of_reach
 
 EVERY = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
+Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 POLICIES = (aa.Repulsion(), aa.Hold(), aa.Centre(0.2), aa.Towards(psi=0.5, K=0.3))
 
 
@@ -46,8 +48,7 @@ def test_a_path_that_leaves_the_reach_says_so_where_branches_meet_first() -> Non
     q = np.array([0.1, 0.4, 0.2, -0.4, 0.3, 0.8, 0.5])
     start = arm.forward(q)[0]
     out = arm.frames(q)[5, :3, 3] - arm.frames(q)[1, :3, 3]
-    end = start.copy()
-    end[:3, 3] += 0.1 * out / np.linalg.norm(out)
+    end = moved(start, 0.1 * out / np.linalg.norm(out))
     motion = aa.follow(arm, aa.Line(start, end), start=q, samples=3000)
     at = motion.first_failure
     assert motion.status[at] == aa.Status.NEAR_SINGULAR
@@ -59,17 +60,11 @@ def test_a_path_that_leaves_the_reach_says_so_where_branches_meet_first() -> Non
 
 @EVERY
 def test_follow_is_step_in_a_loop(arm: aa.Arm) -> None:
-    rng = generator(43)
-    q = postures(arm, 1, 44)[0] * 0.5
+    rng, q = generator(43), postures(arm, 1, 44)[0] * 0.5
     poses = [arm.forward(q)[0]]
     for _ in range(6):
         poses.append(nudged(poses[-1], rng, 3e-3))
-    done = aa.follow(arm, np.array(poses), start=q, on_fail="hold")
-    now = q
-    for i, pose in enumerate(poses):
-        one = aa.step(arm, now, pose)
-        assert one.status == done.status[i] and one.q.tolist() == done.q[i].tolist()
-        now = one.q
+    done = in_a_loop(arm, np.array(poses), q, "hold")
     assert done.residual.max() <= POSE or (done.status != aa.Status.OK).any()
 
 
@@ -95,14 +90,12 @@ def test_without_deviation_it_is_the_exact_step(name: str) -> None:
 
 
 def test_a_wish_too_far_is_shortened_and_a_pose_too_far_is_a_jump() -> None:
-    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
-    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    arm, q = ARMS["kuka_iiwa7_r800 1.0 mm"], Q
     pose, psi, gc = arm.forward(q)
     far = aa.step(arm, q, pose, policy=aa.Towards(psi=float(psi) + 1.0, K=1.0))
     assert far.status == aa.Status.OK
     assert 0.15 < np.abs(far.q - q).max() <= 0.2 and far.psi > psi + 0.05
-    there = pose.copy()
-    there[:3, 3] += [0.0, 0.2, 0.1]
+    there = moved(pose, [0.0, 0.2, 0.1])
     assert aa.step(arm, q, there).status == aa.Status.JOINT_JUMP
     there[:3, 3] += 2.0
     assert aa.step(arm, q, there).status == aa.Status.UNREACHABLE
@@ -135,8 +128,7 @@ def test_bounds_are_kept_or_named(arm: aa.Arm) -> None:
 
 
 def test_a_bound_shortens_a_wish_and_names_itself_where_the_pose_is_too_far() -> None:
-    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
-    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    arm, q = ARMS["kuka_iiwa7_r800 1.0 mm"], Q
     pose, psi, _ = arm.forward(q)
     wish = aa.Towards(psi=float(psi) + 1.0, K=1.0)
     now = aa.step(arm, q, pose, policy=wish, velocity=1.0, dt=0.01)
@@ -159,8 +151,7 @@ def test_a_bound_shortens_a_wish_and_names_itself_where_the_pose_is_too_far() ->
 @pytest.mark.parametrize("acceleration", [None, 2.0])
 def test_a_target_aside_is_come_to_and_rested_on(arm: aa.Arm, acceleration: float | None) -> None:
     q, dt, before = postures(arm, 1, 48)[0] * 0.4, 0.01, np.zeros(7)
-    there = arm.forward(q)[0].copy()
-    there[:3, 3] += [0.001, -0.002, 0.0015]
+    there = moved(arm.forward(q)[0], [0.001, -0.002, 0.0015])
     asked = {"velocity": 1.0, "acceleration": acceleration, "dt": dt, "policy": aa.Hold()}
     for _ in range(600):
         now = aa.step(arm, q, there, velocity_now=before, **asked)
@@ -175,15 +166,11 @@ def test_a_target_aside_is_come_to_and_rested_on(arm: aa.Arm, acceleration: floa
 
 def test_what_a_chain_cannot_be_asked_is_refused_by_name() -> None:
     arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
-    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
-    pose = arm.forward(q)[0]
-    refusal = "fallback=.* is not made for an arm with a chain"
-    with pytest.raises(aa.UnsupportedError, match=refusal):
-        aa.step(arm, q, pose, fallback="nearest_pose")
-    with pytest.raises(aa.UnsupportedError, match=refusal):
-        aa.follow(arm, pose[None], start=q, fallback="nearest_pose")
-    with pytest.raises(aa.UnsupportedError, match="lookahead= is not made for"):
-        aa.follow(arm, pose[None], start=q, lookahead=1)
+    pose = arm.forward(Q)[0]
+    said = "fallback=.* is not made for an arm with a chain"
+    refused(aa.UnsupportedError, said, aa.step, arm, Q, pose, fallback="nearest_pose")
+    refused(aa.UnsupportedError, said, aa.follow, arm, pose[None], start=Q, fallback="nearest_pose")
+    refused(aa.UnsupportedError, "lookahead= is not", aa.follow, arm, pose[None], start=Q, lookahead=1)
 
 
 def crossing(arm: aa.Arm, joint: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -257,8 +244,7 @@ def test_bounds_are_kept_where_a_step_goes_through(joint: int) -> None:
 
 def test_with_bounds_a_pose_far_away_is_gone_to() -> None:
     """Farther than `max_joint_step` too: as the exact arm does."""
-    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
-    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
+    arm, q = ARMS["kuka_iiwa7_r800 1.0 mm"], Q
     for way in ([0, 0.1, 0], [0.08, 0, -0.06], [-0.05, -0.1, 0.05]):
         pose, now = arm.forward(q)[0].copy(), q
         pose[:3, 3] += way

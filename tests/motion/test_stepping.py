@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import pickle
+from typing import Any
 
 import numpy as np
 import pytest
 from reference import mended_arcs
 from support import draw
+from support.brute_force import planar_motion
 from support.laws import circle_gap, gap
+from support.moves import along, in_a_loop, limited, moved, refused
 from support.strategies import TURN, Array, arms, bends, joint_values, postures, unlimited
 
 import armangle as aa
@@ -18,36 +21,16 @@ IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 START = np.array([0.3, 0.6, -0.2, 1.3, 0.4, 0.9, 0.1])
 SHIFT = [0.03, -0.15, 0.05]
 POLICIES = [
-    aa.Repulsion(),
-    aa.Repulsion(K=1.0, alpha=5),
-    aa.Repulsion(K=0.02, alpha=100),
-    aa.Hold(),
-    aa.Centre(K=0.3),
-    aa.Centre(K=1.0),
-    aa.Towards(psi=2.0, K=0.3),
-    aa.Towards(point=[0.3, 0.8, 0.4], K=1.0),
+    aa.Repulsion(), aa.Repulsion(K=1.0, alpha=5), aa.Repulsion(K=0.02, alpha=100), aa.Hold(),
+    aa.Centre(K=0.3), aa.Centre(K=1.0), aa.Towards(psi=2.0, K=0.3), aa.Towards(point=[0.3, 0.8, 0.4], K=1.0),
     aa.Towards(direction="up"),
-]
+]  # fmt: skip
 any_policy = pytest.mark.parametrize("policy", POLICIES, ids=repr)
 
 
-def line(arm: aa.Arm, q: Array, shift: Array, count: int) -> Array:
+def line(arm: aa.Arm, q: Array, shift: Any, count: int) -> Array:
     """Poses from that of q on, moved by `shift` (m) in all, without turning, (count, 4, 4)."""
-    poses = np.repeat(arm.forward(q)[0][None], count, axis=0)
-    poses[:, :3, 3] += np.linspace(0, 1, count)[:, None] * np.asarray(shift)
-    return poses
-
-
-def stepped(arm: aa.Arm, poses: Array, q: Array, on_fail: str, **options: object) -> list[aa.types.Step]:
-    """`step` in a loop, as follow promises to be."""
-    out: list[aa.types.Step] = []
-    for pose in poses:
-        now = aa.step(arm, q, pose, **options)
-        out.append(now)
-        if now.status is not Status.OK and on_fail == "stop":
-            break
-        q = now.q
-    return out
+    return along(arm.forward(q)[0], shift, count)
 
 
 @pytest.mark.parametrize("on_fail", ["stop", "hold", "skip"])
@@ -56,24 +39,8 @@ def stepped(arm: aa.Arm, poses: Array, q: Array, on_fail: str, **options: object
 def test_follow_is_step_in_a_loop_bit_for_bit(policy: aa.Repulsion, carry: str, on_fail: str) -> None:
     poses = line(IIWA, START, SHIFT, 40)
     poses[20:23, 0, 3] += 3.0  # out of reach
-    options = {"policy": policy, "carry": carry, "max_joint_step": 3.0}
-    path = aa.follow(IIWA, poses, start=START, on_fail=on_fail, **options)
-    steps = stepped(IIWA, poses, START, on_fail, **options)
-    assert not path.ok
-    for k, row in enumerate(steps):
-        assert path.status[k] == row.status
-        if row.status is not Status.OK and on_fail != "hold":
-            assert np.isnan(path.q[k]).all()
-            assert path.gc[k] == -1
-            continue
-        assert np.array_equal(path.q[k], row.q)
-        assert path.margin[k] == row.margin
-        assert path.gc[k] == row.gc
-        assert circle_gap(path.psi[k], row.psi) <= 1e-14
-    assert (path.status[len(steps) :] == Status.NOT_REACHED).all()
-    assert np.isnan(path.q[len(steps) :]).all()
-    assert path.first_failure == 20
-    assert path.status[20] == Status.UNREACHABLE
+    path = in_a_loop(IIWA, poses, START, on_fail, policy=policy, carry=carry, max_joint_step=3.0)
+    assert not path.ok and path.first_failure == 20 and path.status[20] == Status.UNREACHABLE
 
 
 def test_a_step_is_a_named_tuple_like_any_other() -> None:
@@ -82,8 +49,7 @@ def test_a_step_is_a_named_tuple_like_any_other() -> None:
     assert type(again) is aa.types.Step and again[1:5] == now[1:5] and (again.q == now.q).all()
     assert now._fields == ("q", "psi", "gc", "status", "margin", "velocity", "why")
     assert now._replace(gc=7).gc == 7
-    with pytest.raises(TypeError, match="unhashable"):
-        hash(now)
+    refused(TypeError, "unhashable", lambda: hash(now))
 
 
 @any_policy
@@ -142,20 +108,15 @@ def test_resolution_is_equation_36(K: float, alpha: float, outside: str) -> None
                     assert circle_gap(now.psi[p], wanted) <= 1e-12
 
 
-def test_a_full_circle_and_hold_keep_psi() -> None:
-    pose, psi, gc = IIWA.forward(START)
-    assert aa.resolve(unlimited(IIWA), pose, 3.0, gc, policy=aa.Repulsion(K=1.0)).psi == 3.0
-    assert aa.resolve(IIWA, pose, psi, gc, policy=aa.Hold()) == (psi, Status.OK)
-
-
-def test_a_rate_does_not_depend_on_the_step_time() -> None:
+@pytest.mark.parametrize("rule", [aa.Centre(rate=2.0), aa.Towards(psi=0.3, rate=2.0)])
+def test_a_rate_does_not_depend_on_the_step_time(rule: aa.Centre) -> None:
     pose, _, gc = IIWA.forward(START)
     low, high = next(iter(IIWA.feasible(pose, gc)))
     ends = []
     for steps in (10, 1000):
         psi = low + 0.9 * (high - low)
         for _ in range(steps):
-            psi = aa.resolve(IIWA, pose, psi, gc, policy=aa.Centre(rate=2.0), dt=1.0 / steps).psi
+            psi = aa.resolve(IIWA, pose, psi, gc, policy=rule, dt=1.0 / steps).psi
         ends.append(float(psi))
     assert circle_gap(ends[0], ends[1]) <= 1e-12
     one = aa.resolve(IIWA, pose, low + 0.1, gc, policy=aa.Repulsion(rate=3.0, alpha=20), dt=0.1)
@@ -203,14 +164,9 @@ def test_a_shortened_step_goes_as_far_as_it_may() -> None:
 
 
 HOMES = [
-    [0, 0, 0, -90, 0, 90, 0],
-    [0, 0, 0, 90, 0, -90, 0],
-    [0, 45, 0, -90, 0, 0, 0],
-    [30, 0, 20, -90, 0, 60, 0],
-    [30, 0.001, 20, -90, 0, 60, 0],
-    [30, 40, 20, -90, 10, -0.1, 0],
-    [0, 0, 0, 0, 0, 0, 0],
-]
+    [0, 0, 0, -90, 0, 90, 0], [0, 0, 0, 90, 0, -90, 0], [0, 45, 0, -90, 0, 0, 0], [30, 0, 20, -90, 0, 60, 0],
+    [30, 0.001, 20, -90, 0, 60, 0], [30, 40, 20, -90, 10, -0.1, 0], [0, 0, 0, 0, 0, 0, 0],
+]  # fmt: skip
 DIRECTIONS = np.array([d for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)]) - 1.0
 
 
@@ -224,9 +180,8 @@ def test_a_posture_on_a_singularity_is_stepped_to_and_from(home: list[float], ca
     if home[3] == 0:  # the stretched arm can only draw in
         return
     for direction in DIRECTIONS:
-        path = aa.follow(
-            IIWA, line(IIWA, q, 0.1 * direction / np.linalg.norm(direction), 200), start=q, carry=carry
-        )
+        poses = line(IIWA, q, 0.1 * direction / np.linalg.norm(direction), 200)
+        path = aa.follow(IIWA, poses, start=q, carry=carry)
         assert path.ok
         assert np.abs(np.diff(np.vstack([q, path.q]), axis=0)).max() <= 0.2
         assert path.residual.max() <= 1e-12
@@ -246,47 +201,19 @@ def test_any_posture_beside_a_singularity_steps_to_its_own_pose(hinge: int, off:
             assert gap(boxed.forward(now.q)[0], boxed.forward(q)[0]) <= 1e-12
 
 
-def planar_motion(rng: np.random.Generator) -> tuple[Array, Array] | None:
-    """A line in the plane of the arm, and joints 2, 4, 6 along it by Newton's method, or None."""
-    q = np.zeros(7)
-    q[[1, 3, 5]] = rng.uniform([-1.5, -1.8, -1.8], [1.5, 1.8, 1.8])
-    angle, length = rng.uniform(0, TURN), rng.uniform(0.1, 0.4)
-    poses = line(IIWA, q, [length * np.cos(angle), 0, length * np.sin(angle)], 120)
-    rows = []
-    for pose in poses:
-        for _ in range(20):
-            short = (pose[:3, 3] - IIWA.forward(q)[0][:3, 3])[[0, 2]]
-            turn = IIWA.forward(q)[0][:3, :3].T @ pose[:3, :3]
-            slip = np.array([*short, np.arctan2(turn[0, 2], turn[0, 0])])
-            slopes = IIWA.jacobian(q)[[0, 2, 4]][:, [1, 3, 5]]
-            move = np.linalg.solve(slopes, slip)
-            if np.abs(move).max() > 0.3:
-                return None
-            q = q.copy()
-            q[[1, 3, 5]] += move
-        rows.append(q)
-    way = np.array(rows)
-    smooth = np.abs(np.diff(way, axis=0)).max() <= 0.1 and np.abs(np.sin(way[:, 3])).min() > 0.05
-    return (poses, way) if smooth and IIWA.limit_margin(way).min() > 0.03 else None
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("carry", ["psi", "elbow"])
 def test_branches_that_meet_are_passed_through_as_smoothly_as_the_joints_can(carry: str) -> None:
-    rng = np.random.default_rng(5)
-    crossed = 0
+    rng, crossed = np.random.default_rng(5), 0
     while crossed < 4:
-        found = planar_motion(rng)
-        if not found:
-            continue
-        poses, way = found
+        path, way = planar_motion(IIWA, rng)
+        poses = path.pose(np.linspace(0, 1, len(way)))
         crosses = bool((np.sign(way[0, [1, 5]]) != np.sign(way[-1, [1, 5]])).any())
         crossed += crosses
         for policy in (aa.Repulsion(), aa.Hold()):
-            path = aa.follow(IIWA, poses, start=way[0], policy=policy, carry=carry)
-            assert path.ok
-            assert np.abs(path.q - way).max() <= 1e-9
-            assert (len(set(path.gc)) > 1) == crosses
+            found = aa.follow(IIWA, poses, start=way[0], policy=policy, carry=carry)
+            assert found.ok and np.abs(found.q - way).max() <= 1e-9
+            assert (len(set(found.gc)) > 1) == crosses
         if crosses:  # the branch that is asked for is kept
             held = aa.follow(IIWA, poses, start=way[0], gc=int(IIWA.forward(way[0])[2]), carry=carry)
             assert set(held.gc[held.status == Status.OK]) == {held.gc[0]}
@@ -356,9 +283,7 @@ def test_a_step_to_a_near_posture_beyond_the_straight_elbow_is_found(name: str, 
 @pytest.mark.parametrize("joint", [0, 1, 2, 4, 5, 6])
 @any_policy
 def test_a_motion_with_a_locked_joint_is_followed(policy: aa.Repulsion, joint: int) -> None:
-    lower, upper = IIWA.lower.copy(), IIWA.upper.copy()
-    lower[joint] = upper[joint] = START[joint]
-    arm = IIWA.with_(lower=lower, upper=upper)
+    arm = limited(IIWA, joint, START[joint], START[joint])
     move = np.where(np.arange(7) == joint, 0, [0.3, 0.2, -0.3, 0.2, 0.3, -0.2, 0.4])
     way = START + np.linspace(0, 1, 40)[:, None] * move
     for lookahead in (0, 10):
@@ -385,15 +310,16 @@ def test_beside_the_base_axis_psi_cannot_be_held_and_the_elbow_can(offset: float
     assert by_elbow.residual.max() <= 1e-12
 
 
+def turned(pose: Array, angle: Any) -> Array:
+    """Poses turned about the tool's own axis."""
+    angles = np.mod(angle, TURN)
+    return pose @ aa.pose(np.zeros((*angles.shape, 3)), rotvec=angles[..., None] * [0.0, 0.0, 1.0])
+
+
 def test_turning_the_tool_three_times_exhausts_the_windings_of_joint_7() -> None:
-    arm = IIWA.with_(lower=[*IIWA.lower[:6], -TURN], upper=[*IIWA.upper[:6], TURN])
-    pose, _, _ = arm.forward(START)
+    arm = limited(IIWA, 6, -TURN, TURN)
     turns = np.linspace(0, 3 * TURN, 301)
-    spin = np.repeat(np.eye(4)[None], len(turns), axis=0)
-    spin[:, 0, 0] = spin[:, 1, 1] = np.cos(turns)
-    spin[:, 1, 0] = np.sin(turns)
-    spin[:, 0, 1] = -spin[:, 1, 0]
-    path = aa.follow(arm, pose @ spin, start=START, policy=aa.Hold())
+    path = aa.follow(arm, turned(arm.forward(START)[0], turns), start=START, policy=aa.Hold())
     at = path.first_failure
     assert path.status[at] == Status.WINDING_EXHAUSTED
     held = START[6] + turns < TURN
@@ -405,38 +331,31 @@ def test_turning_the_tool_three_times_exhausts_the_windings_of_joint_7() -> None
 
 
 def test_a_joint_of_less_than_a_turn_that_must_change_its_winding_is_at_its_limit() -> None:
-    q = START.copy()
+    q, policy = START.copy(), aa.Hold()
     q[6] = np.radians(174)
-    turn = np.radians(12)  # to 186 degrees: the only posture within limits is at -174
-    pose = IIWA.forward(q)[0] @ np.array(
-        [[np.cos(turn), -np.sin(turn), 0, 0], [np.sin(turn), np.cos(turn), 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
-    )
-    policy = aa.Hold()
+    pose = turned(
+        IIWA.forward(q)[0], np.radians(12)
+    )  # to 186 degrees: the only posture within limits is -174
     assert aa.step(IIWA, q, pose, policy=policy).status is Status.LIMITS
     said = aa.follow(IIWA, [pose], start=q, policy=policy).explain()
-    assert said.endswith("joint 7 would pass its upper limit of 175 deg by 11 deg.")
+    assert "joint 7 would pass its upper limit of 175 deg by 11 deg" in said
     free = aa.step(IIWA, q, pose, policy=policy, max_joint_step=10.0)
-    assert free.status is Status.OK
-    assert IIWA.within_limits(free.q, tol=1e-9)
+    assert free.status is Status.OK and IIWA.within_limits(free.q, tol=1e-9)
 
 
 @any_policy
 @pytest.mark.parametrize("carry", ["psi", "elbow"])
 def test_on_any_status_but_ok_nothing_moves(policy: aa.Repulsion, carry: str) -> None:
     pose, psi, gc = IIWA.forward(START)
-    far, turned = pose.copy(), pose.copy()
+    far, turned_over = pose.copy(), pose.copy()
     far[:3, 3] *= 3
-    turned[:3, :3] = -turned[:3, :3] @ np.diag([1, 1, -1.0])
+    turned_over[:3, :3] = -turned_over[:3, :3] @ np.diag([1, 1, -1.0])
     seen = set()
     for target, options in (
-        (far, {}),
-        (turned, {}),
-        (pose, {"gc": gc ^ 5}),
-        (pose, {"allowed": aa.ArcSet()}),
-    ):
+        (far, {}), (turned_over, {}), (pose, {"gc": gc ^ 5}), (pose, {"allowed": aa.ArcSet()}),
+    ):  # fmt: skip
         now = aa.step(IIWA, START, target, policy=policy, carry=carry, **options)
-        assert now.status is not Status.OK
-        assert np.array_equal(now.q, START)
+        assert now.status is not Status.OK and np.array_equal(now.q, START)
         assert (now.psi, now.gc, now.margin) == (psi, gc, IIWA.limit_margin(START))
         seen.add(now.status)
     assert len(seen) >= 2
@@ -493,41 +412,29 @@ def test_the_singularity_margin_is_kept_along_a_path() -> None:
 
 def test_empty_and_single_paths() -> None:
     none = aa.follow(IIWA, np.empty((0, 4, 4)), start=START)
-    assert none.ok
-    assert none.q.shape == (0, 7)
+    assert none.ok and none.q.shape == (0, 7)
     one = aa.follow(IIWA, IIWA.forward(START)[0][None], start=START, policy=aa.Hold())
-    assert gap(one.q[0], START) <= 1e-12
-    assert one.s.tolist() == [0.0]
+    assert gap(one.q[0], START) <= 1e-12 and one.s.tolist() == [0.0]
 
 
-def test_a_failed_path_says_where_and_why() -> None:
-    poses = line(IIWA, START, [3.0, 0, 0], 50)
-    path = aa.follow(IIWA, poses, start=START, max_joint_step=1.0)
-    at = path.first_failure
-    with pytest.raises(aa.PathError, match=f"pose {at} .* is the first that is not"):
-        path.raise_for_status()
-    assert Status(path.status[at]).sentence in path.explain()
-
-
-def test_a_failed_path_says_by_how_much() -> None:
-    pose = IIWA.forward(START)[0]
-    far = pose.copy()
-    far[0, 3] += 3.0
-    said = aa.follow(IIWA, [pose, far], start=START, policy=aa.Hold()).explain()
-    assert "Pose is out of reach by" in said and "mm." in said
-    aside = pose.copy()
-    aside[2, 3] -= 0.02
-    said = aa.follow(IIWA, [pose, aside], start=START, policy=aa.Hold(), max_joint_step=1e-3).explain()
-    assert "With the arm angle held, joint " in said and " deg." in said
+def test_a_failed_path_says_where_and_by_how_much() -> None:
+    pose, hold = IIWA.forward(START)[0], aa.Hold()
+    path = aa.follow(IIWA, line(IIWA, START, [3.0, 0, 0], 50), start=START, max_joint_step=1.0)
+    refused(aa.PathError, f"pose {path.first_failure} .* is the first that is not", path.raise_for_status)
+    assert Status(path.status[path.first_failure]).sentence in path.explain()
     beyond = START.copy()
     beyond[0] = IIWA.upper[0] + 0.3
-    said = aa.follow(IIWA, [pose], start=beyond).explain()
-    assert said.endswith("Joint 1 starts 17.19 deg outside its limits.")
-    with pytest.raises(aa.InputError, match=r"start holds .* were these degrees\?"):
-        aa.follow(IIWA, [pose], start=np.degrees(START))
     away = IIWA.forward(START + np.eye(7)[0])[0]
-    path = aa.follow(IIWA, [away, pose], start=START)
-    assert path.explain().endswith("Begin at arm.solve(poses[0], seed=start).q.")
+    for poses, start, options, said in (
+        ([pose, moved(pose, [3.0, 0, 0])], START, {"policy": hold}, "Pose is out of reach by"),
+        ([pose, moved(pose, [0, 0, -0.02])], START, {"policy": hold, "max_joint_step": 1e-3}, "held, joint "),
+        ([pose], beyond, {}, "Joint 1 starts 17.19 deg outside its limits."),
+        ([away, pose], START, {}, "Begin at arm.solve(poses[0], seed=start).q."),
+    ):  # fmt: skip
+        assert said in aa.follow(IIWA, poses, start=start, **options).explain()
+    degrees = np.degrees(START)
+    refused(aa.InputError, r"start holds .* were these degrees\?", aa.follow, IIWA, [pose], start=degrees)
+    refused(aa.InputError, r"q_now holds .*were these degrees\?", aa.step, IIWA, degrees, pose)
     assert aa.follow(IIWA, [away], start=IIWA.solve(away, seed=START).q).ok
     path = aa.follow(IIWA, [pose, away], start=START)
     assert path.first_failure == 1 and "Begin at" not in path.explain()
@@ -540,29 +447,16 @@ def test_poses_in_millimetres_are_suspected() -> None:
         lambda: IIWA.inverse(pose, 0.0, 0), lambda: IIWA.explain(pose), lambda: IIWA.solve(pose),
         lambda: aa.follow(IIWA, [pose], start=START),
     ):  # fmt: skip
-        with pytest.raises(aa.InputError, match=r"^pose.* m away, .*was this in mm\?"):
-            call()
+        refused(aa.InputError, r"^pose.* m away, .*was this in mm\?", call)
     pose[:3, 3] /= 100  # 10 times as far as it can be is a mistake, but not that one
     assert "out of reach" in IIWA.explain(pose).explain()
     with pytest.raises(aa.UnreachableError, match=r"arm.explain.pose. says by how much"):
         IIWA.solve(pose).raise_for_status()
 
 
-def test_present_joints_in_degrees_are_asked_about() -> None:
-    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
-    pose = arm.forward(q)[0]
-    with pytest.raises(aa.InputError, match=r"q_now holds .*Joints are in rad: were these degrees\?"):
-        aa.step(arm, np.degrees(q), pose)
-    jump = aa.step(arm, q + 0.5, pose)
-    assert jump.status == aa.Status.JOINT_JUMP
-
-
 def test_a_velocity_that_is_not_known_is_shared_and_cannot_be_written() -> None:
-    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
-    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-    now = aa.step(arm, q, arm.forward(q)[0])
+    pose = IIWA.forward(START)[0]
+    now = aa.step(IIWA, START, pose)
     assert np.isnan(now.velocity).all() and now.velocity.shape == (7,)
-    with pytest.raises(ValueError, match="read-only"):
-        now.velocity[0] = 1.0
-    assert np.isfinite(aa.step(arm, q, arm.forward(q)[0], dt=0.01).velocity).all()
+    refused(ValueError, "read-only", now.velocity.__setitem__, 0, 1.0)
+    assert np.isfinite(aa.step(IIWA, START, pose, dt=0.01).velocity).all()

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.laws import circle_gap
+from support.moves import refused
 from support.strategies import TURN, Array, arms, postures, unlimited
 
 import armangle as aa
@@ -72,12 +73,14 @@ def test_a_share_of_the_way_is_gone_within_the_arc(K: float) -> None:
             assert circle_gap(now[p], psi[p] + K * way) <= 1e-9
 
 
-def test_on_the_full_circle_it_goes_the_shorter_way() -> None:
+def test_on_the_full_circle_it_goes_the_shorter_way_and_at_a_rate_by_its_law() -> None:
     free = unlimited(IIWA)
     for wish in (-3.0, -1.0, 2.5, 3.1, 12.0):
         now = aa.resolve(free, POSE, 3.0, GC, policy=aa.Towards(psi=wish, K=0.5))
         assert circle_gap(now.psi, 3.0) == pytest.approx(circle_gap(wish, 3.0) / 2, abs=1e-13)
         assert circle_gap(now.psi, wish) == pytest.approx(circle_gap(wish, 3.0) / 2, abs=1e-13)
+    psi = aa.resolve(IIWA, POSE, PSI, GC, policy=aa.Towards(psi=PSI + 0.4, rate=2.0), dt=1.0).psi
+    assert circle_gap(psi, PSI + 0.4) == pytest.approx(0.4 * np.exp(-2.0), abs=1e-12)
 
 
 WISHES = [{"point": [0.3, 0.8, 0.4]}, {"direction": "up"}, {"direction": [1, -1, 0.2]}]
@@ -144,42 +147,23 @@ def test_outside_every_arc_it_does_as_it_is_told() -> None:
         assert circle_gap(now.psi, PSI + (0.5 if outside == "nearest" else 0.0)) <= 1e-12
 
 
-def test_a_rate_does_not_depend_on_the_step_time() -> None:
-    ends = []
-    for steps in (10, 1000):
-        psi, policy = PSI, aa.Towards(psi=PSI + 0.4, rate=2.0)
-        for _ in range(steps):
-            psi = aa.resolve(IIWA, POSE, psi, GC, policy=policy, dt=1.0 / steps).psi
-        ends.append(float(psi))
-    assert circle_gap(ends[0], ends[1]) <= 1e-12
-    assert circle_gap(ends[0], PSI + 0.4) == pytest.approx(0.4 * np.exp(-2.0), abs=1e-12)
-
-
 @pytest.mark.parametrize(
     ("wishes", "message"),
     [
         ({}, "no wish given, wanted one of psi, point, direction"),
         ({"psi": "up"}, "psi is 'up', wanted rad, or direction='up' for the elbow"),
+        ({"psi": [0.1, 0.2, 0.3]}, r"wanted rad, or point= or direction= for the elbow"),
         ({"psi": 0.1, "direction": "up"}, "psi and direction given, wanted one"),
         ({"point": [[0.0, 0.0, 1.0]]}, r"point has shape \(1, 3\), wanted \(3,\)"),
     ],
 )
 def test_exactly_one_wish(wishes: dict[str, Any], message: str) -> None:
-    with pytest.raises(aa.InputError, match=message):
-        aa.Towards(**wishes)
+    refused(aa.InputError, message, aa.Towards, **wishes)
+    with pytest.warns(UserWarning, match=r"psi is 90, wanted rad: were these degrees\?"):
+        aa.Towards(psi=90)
 
 
 def test_it_is_a_value() -> None:
     policy = aa.Towards(point=np.array([0.0, 1, 2]), rate=2.0)
     assert policy == aa.Towards(point=(0.0, 1.0, 2.0), rate=2.0) and hash(policy)
     assert eval(repr(policy), {"Towards": aa.Towards}) == policy
-
-
-def test_a_wish_in_degrees_is_asked_about() -> None:
-    with pytest.warns(UserWarning, match=r"psi is 90, wanted rad: were these degrees\?"):
-        aa.Towards(psi=90)
-
-
-def test_a_point_is_told_its_name() -> None:
-    with pytest.raises(aa.InputError, match=r"wanted rad, or point= or direction= for the elbow"):
-        aa.Towards([0.1, 0.2, 0.3])  # type: ignore[arg-type]  # wrong on purpose
