@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import numpy as np
 import pytest
+from support.moves import refused
 
 import armangle as aa
 
@@ -83,27 +85,22 @@ def test_one_s_and_a_batch_agree(path: aa.Path) -> None:
     assert path.derivative(0.5).shape == (6,)
 
 
-@pytest.mark.parametrize("name", ["line", "half turn", "arc"])
-def test_both_ends_are_met(name: str) -> None:
-    path = dict(paths())[name]
-    assert isinstance(path, (aa.Line, aa.CircularArc))
-    np.testing.assert_allclose(path.pose(0.0), path.start, atol=1e-15)
-    np.testing.assert_allclose(path.pose(1.0), path.end, atol=1e-14)
-
-
-def test_the_rotation_of_a_line_is_the_shortest_and_even() -> None:
-    path = aa.Line(frame(1), frame(2))
-    relative = path.pose(0.0)[:3, :3].T @ path.pose(1.0)[:3, :3]
-    angle = np.arccos((np.trace(relative) - 1) / 2)
-    np.testing.assert_allclose(np.linalg.norm(path.derivative(S)[:, 3:], axis=1), angle, rtol=1e-12)
-
-
-def test_an_arc_passes_through_its_three_points_at_one_distance() -> None:
-    a, via, c = frame(1), frame(2)[:3, 3], frame(3)
-    points = aa.CircularArc(a, via, c).pose(np.linspace(0, 1, 20001))[:, :3, 3]
-    assert np.linalg.norm(points - via, axis=1).min() < 1e-3
-    speed = np.linalg.norm(aa.CircularArc(a, via, c).derivative(S)[:, :3], axis=1)
-    np.testing.assert_allclose(speed, speed[0], rtol=1e-12)
+def test_both_ends_are_met_evenly() -> None:
+    for name in ("line", "half turn", "arc"):
+        path: Any = dict(paths())[name]
+        np.testing.assert_allclose(path.pose(0.0), path.start, atol=1e-15)
+        np.testing.assert_allclose(path.pose(1.0), path.end, atol=1e-14)
+        speed = path.derivative(S)
+        if name != "arc":
+            relative = path.start[:3, :3].T @ path.end[:3, :3]
+            angle = np.arccos(np.clip((np.trace(relative) - 1) / 2, -1, 1))
+            np.testing.assert_allclose(np.linalg.norm(speed[:, 3:], axis=1), angle, rtol=1e-12)
+            continue
+        np.testing.assert_allclose(
+            np.linalg.norm(speed[:, :3], axis=1), np.linalg.norm(speed[0, :3]), rtol=1e-12
+        )
+        away = path.pose(np.linspace(0, 1, 20001))[:, :3, 3] - frame(2)[:3, 3]
+        assert np.linalg.norm(away, axis=1).min() < 1e-3  # it passes through its middle point
 
 
 def test_a_screw_of_two_turns_comes_back_shifted_along_its_axis() -> None:
@@ -145,32 +142,30 @@ def test_shortest_rotations_of_every_size_arrive(tilt: float) -> None:
 
 def test_refusals() -> None:
     a, b = frame(1), frame(2)
-    with pytest.raises(aa.InputError, match=r"s holds 1\.5, wanted numbers in \[0, 1\]"):
-        aa.Line(a, b).pose([0.0, 1.5])
-    with pytest.raises(aa.InputError, match="order is 4, wanted 1, 2 or 3"):
-        aa.Line(a, b).derivative(0.0, 4)
-    with pytest.raises(aa.InputError, match="orientation is 'carried', wanted one of 'shortest', 'fixed'"):
-        aa.Line(a, b, "carried")  # type: ignore[arg-type]  # wrong on purpose
-    with pytest.raises(aa.InputError, match=r"start and end are one point, .* a whole one is two arcs"):
-        aa.CircularArc(a, a[:3, 3] + 0.1, a)
-    with pytest.raises(aa.InputError, match="start, via and end lie on a line, wanted three points"):
-        aa.CircularArc(a, (a + b)[:3, 3] / 2, b)
-    with pytest.raises(aa.InputError, match="direction is zero, wanted a direction"):
-        aa.Screw(a, [0, 0, 0], [0, 0, 0], 1.0)
-    with pytest.raises(aa.InputError, match=r"angle \(rad\) is 2000, wanted a number"):
-        aa.Screw(a, [0, 0, 0], [0, 0, 1], 2e3)
-    with pytest.raises(aa.InputError, match=r"start has shape \(1, 4, 4\), wanted \(4, 4\)"):
-        aa.Line(a[None], b)
-    with pytest.raises(aa.InputError, match=r"via has shape \(1, 3\), wanted \(3,\)"):
-        aa.CircularArc(a, [[0, 0, 0]], b)
-    with pytest.raises(aa.InputError, match=r"point is .*, wanted finite numbers"):
-        aa.Screw(a, [np.nan, 0, 0], [0, 0, 1], 1.0)
-    with pytest.raises(aa.InputError, match="the rotation of end is not orthonormal"):
-        aa.Line(a, 2 * b - np.diag([0, 0, 0, 1.0]))
-    with pytest.raises(aa.InputError, match=r"poses has shape \(0, 4, 4\), wanted \(N, 4, 4\)"):
-        aa.Waypoints(np.empty((0, 4, 4)))
-    with pytest.raises(aa.InputError, match=r"the rotation of pose\[1\] is not orthonormal"):
-        aa.Waypoints(np.stack([a, 2 * b - np.diag([0, 0, 0, 1.0])]))
+    torn, line = 2 * b - np.diag([0, 0, 0, 1.0]), aa.Line(a, b)
+    for said, call, *words in (
+        (r"s holds 1\.5, wanted numbers in \[0, 1\]", line.pose, [0.0, 1.5]),
+        ("order is 4, wanted 1, 2 or 3", line.derivative, 0.0, 4),
+        ("orientation is 'carried', wanted one of 'shortest', 'fixed'", aa.Line, a, b, "carried"),
+        ("start and end are one point", aa.CircularArc, a, a[:3, 3] + 0.1, a),
+        ("start, via and end lie on a line", aa.CircularArc, a, (a + b)[:3, 3] / 2, b),
+        ("direction is zero", aa.Screw, a, [0, 0, 0], [0, 0, 0], 1.0),
+        (r"angle \(rad\) is 2000, wanted a number", aa.Screw, a, [0, 0, 0], [0, 0, 1], 2e3),
+        (r"start has shape \(1, 4, 4\), wanted \(4, 4\)", aa.Line, a[None], b),
+        (r"via has shape \(1, 3\), wanted \(3,\)", aa.CircularArc, a, [[0, 0, 0]], b),
+        (r"point is .*, wanted finite numbers", aa.Screw, a, [np.nan, 0, 0], [0, 0, 1], 1.0),
+        ("the rotation of end is not orthonormal", aa.Line, a, torn),
+        (r"poses has shape \(0, 4, 4\), wanted \(N, 4, 4\)", aa.Waypoints, np.empty((0, 4, 4))),
+        (r"the rotation of pose\[1\] is not orthonormal", aa.Waypoints, np.stack([a, torn])),
+        ("path 1 begins .* from where the one before it ends", line.__add__, aa.Line(frame(3), a)),
+        ("wanted a list of Line, CircularArc, Screw", aa.Segments, []),
+        ("path 0 has blends already", aa.Segments, [aa.Segments(three(), 0.1)], 0.1),
+        ("one for each of 3 corners", aa.Segments, pick(), [0.05, 0.0]),
+        ("blend", aa.Segments, pick(), [0.05, -1.0, 0.0]),
+    ):
+        refused(aa.InputError, said, call, *words)
+    with pytest.raises(TypeError):
+        line + 3  # type: ignore[operator]  # wrong on purpose
 
 
 # -- several paths -----------------------------------------------------------------------------------
@@ -248,8 +243,7 @@ def test_how_far_a_corner_that_turns_back_is_missed_is_said() -> None:
 
 
 def test_each_corner_has_a_blend_of_its_own() -> None:
-    path = aa.Segments(pick(), blend=[0.05, 0.0, 0.03])
-    part = pick()[1].pose(1.0)
+    path, part = aa.Segments(pick(), blend=[0.05, 0.0, 0.03]), pick()[1].pose(1.0)
     s = np.append(path.breaks, np.linspace(0, 1, 20_001))
     points = path.pose(s)[:, :3, 3]
     assert np.linalg.norm(points - part[:3, 3], axis=1).min() < 1e-15
@@ -261,20 +255,10 @@ def test_each_corner_has_a_blend_of_its_own() -> None:
     stacked = np.stack([line.pose(0.0) for line in pick()] + [pick()[-1].pose(1.0)])
     of_poses = aa.Segments([aa.Waypoints(stacked)], blend=[0.05, 0.0, 0.03])
     np.testing.assert_allclose(of_poses.pose(s), path.pose(s), atol=1e-15)
-    with pytest.raises(aa.InputError, match="one for each of 3 corners"):
-        aa.Segments(pick(), blend=[0.05, 0.0])
-    with pytest.raises(aa.InputError, match="blend"):
-        aa.Segments(pick(), blend=[0.05, -1.0, 0.0])
-
-
-def test_a_plan_meets_a_pick_and_rounds_the_rest() -> None:
-    found = aa.plan(ARM, [aa.Line(a.pose(0.0), a.pose(1.0)) for a in pick()], blend=[0.05, 0.0, 0.05])
-    assert found.certified
-    part = pick()[1].pose(1.0)
-    s = found.path.breaks if found.path is not None else []
-    assert np.linalg.norm(found.at(s).pose[:, :3, 3] - part[:3, 3], axis=1).min() < 1e-15
-    followed = aa.follow(ARM, pick(), start=found.q[0], blend=[0.05, 0.0, 0.05], samples=400)
-    assert followed.ok
+    met = aa.plan(ARM, pick(), blend=[0.05, 0.0, 0.05])  # a plan meets a pick, and rounds the rest
+    assert met.certified
+    assert np.linalg.norm(met.at(met.path.breaks).pose[:, :3, 3] - part[:3, 3], axis=1).min() < 1e-15
+    assert aa.follow(ARM, pick(), start=met.q[0], blend=[0.05, 0.0, 0.05], samples=400).ok
 
 
 def test_blends_of_neighbours_meet_in_the_middle_of_a_short_piece() -> None:
@@ -304,18 +288,6 @@ def test_pieces_that_stand_still_are_left_out_unless_all_do() -> None:
     np.testing.assert_allclose(still.pose(S), np.broadcast_to(frame(2), (len(S), 4, 4)), atol=4e-15)
 
 
-def test_what_does_not_join_is_refused() -> None:
-    line, other = aa.Line(frame(1), frame(2)), aa.Line(frame(3), frame(1))
-    with pytest.raises(aa.InputError, match=r"path 1 begins .* from where the one before it ends"):
-        line + other
-    with pytest.raises(aa.InputError, match="wanted a list of Line, CircularArc, Screw"):
-        aa.Segments([])
-    with pytest.raises(aa.InputError, match="path 0 has blends already"):
-        aa.Segments([aa.Segments(three(), 0.1)], 0.1)
-    with pytest.raises(TypeError):
-        line + 3  # type: ignore[operator]  # wrong on purpose
-
-
 # -- moved along -------------------------------------------------------------------------------------
 
 ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
@@ -332,23 +304,19 @@ def corner() -> list[aa.Path]:
 
 
 def test_a_plan_round_a_corner_is_proven_and_smooth_in_the_joints() -> None:
-    found = aa.plan(ARM, corner(), start=Q, blend=0.04)
-    assert found.certified
-    assert isinstance(found.path, aa.Segments)
+    found, sharp = (aa.plan(ARM, corner(), start=Q, blend=blend) for blend in (0.04, 0.0))
+    assert found.certified and sharp.certified and sharp.deviation == (0, 0)
     assert found.deviation == found.path.deviation and found.deviation.position > 0.007
     assert "Corners are rounded by at most 11.1 mm and 0.97" in found.explain()
-    inner = found.path.breaks[1:-1]
-    before, after = found.derivatives(np.nextafter(inner, 0)), found.derivatives(inner)
-    for order in (0, 1):
-        np.testing.assert_allclose(
-            before[:, order], after[:, order], atol=1e-6 * np.abs(after[:, order]).max()
-        )
-    sharp = aa.plan(ARM, corner(), start=Q)
-    assert sharp.certified and sharp.deviation == (0, 0)
-    jump = sharp.derivatives(np.nextafter(sharp.path.breaks[1:-1], 0)) - sharp.derivatives(
-        sharp.path.breaks[1:-1]
+    before, after, turn, turned = (
+        path.derivatives(s)
+        for path in (found, sharp)
+        for s in (np.nextafter(path.path.breaks[1:-1], 0), path.path.breaks[1:-1])
     )
-    assert np.abs(jump[:, 0]).max() > 0.1
+    for order in (0, 1):
+        most = np.abs(after[:, order]).max()
+        np.testing.assert_allclose(before[:, order], after[:, order], atol=1e-6 * most)
+    assert np.abs(turn - turned)[:, 0].max() > 0.1
 
 
 def test_samples_are_rows_of_waypoints_too_and_without_them_the_poses() -> None:
