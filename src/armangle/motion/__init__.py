@@ -1,1 +1,1 @@
-"""How an arm moves: paths of the tool, steps, sequences of steps, whole plans."""
+"""Motion of an arm: paths of the end effector, steps, sequences of steps, whole plans."""

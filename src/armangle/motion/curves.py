@@ -1,4 +1,4 @@
-"""What joints do along a path between its rows: curves over s."""
+"""Joint motion between the rows of a path: curves over s."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ ORDERS = 3
 RESTS = 1e-9
 """Rad: rows nearer than this are equal."""
 REPEATS = 2e-5
-"""rad: rows nearer than a teach pendant's last digit, 0.001 degrees, are one ..."""
+"""rad: rows nearer than the last digit of a teach pendant, 0.001 degrees, count as equal ..."""
 APART = 50
 """... where the rows beside them are so many times as far apart."""
-_LOOKS = 9  # between two rows of different branches
+_LOOKS = 9  # samples between two rows of different branches
 _ELBOW = 2  # of a branch's bits
-_ROUND = 0.5  # rad: a joint that leaves the straight way from row to row by more goes round
-_SHIFT = 8  # numbers of a shift: where it begins and ends, and six coefficients
+_ROUND = 0.5  # rad: a joint that deviates more from the straight line between rows turns around
+_SHIFT = 8  # numbers of a shift: its start and end, and six coefficients
 
 
 class Placed(NamedTuple):
-    """Rows of a curve at parameters s: joints, arm angle, branch, pose, least limit margin, residual."""
+    """Rows of a curve at parameters s: joints, arm angle, branch, pose, limit margin, residual."""
 
     q: Floats
     psi: Floats
@@ -41,27 +41,27 @@ class Placed(NamedTuple):
 
     @classmethod
     def empty(cls, n: int) -> Placed:
-        """Return n rows to be filled."""
+        """Return n empty rows."""
         return cls(*(np.empty((n, *shape)) for shape in ((JOINTS,), (), (), (4, 4), (), ())))
 
 
 @by_content
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Segments of the path, stretches of the angle, the plane that it is measured from, and the branch.
+    """Segments of the path, stretches of the angle, the plane of its zero, and the branch.
 
     Parameters
     ----------
     segments, stretches, plane : ndarray
-        As the core writes them.
+        In the core's format.
     gc : int
-        Global configuration 0..7 at its start; another one where it passes θ2 = 0 or θ6 = 0.
+        Global configuration 0..7 at its start; it changes where the curve passes θ2 = 0 or θ6 = 0.
     roll : "pose" or "free"
-        "free": joint 7 stays, and poses are held with whatever roll about axis 7 that makes.
+        "free": joint 7 is constant, and poses have any roll about axis 7.
     shifts : ndarray
-        As the core writes them: of a true chain, what is added to a joint that leads.
+        In the core's format: for a true chain, corrections of a leading joint.
     base : ndarray, shape (4, 4), or None
-        Where the nominal arm of a true chain stands, if not on its own base: position in m.
+        Pose of the base of a true chain's nominal arm, if not the arm's own: position in m.
     """
 
     segments: Floats
@@ -84,7 +84,7 @@ class Curve:
 
     @property
     def leads_the_tool(self) -> bool:
-        """Whether the tool goes where the joints take it: False."""
+        """Whether the joints determine the path of the end effector: False."""
         return False
 
     def at(self, handle: _core.Arm, s: Floats) -> Placed:
@@ -108,14 +108,14 @@ class Curve:
 @by_content
 @dataclass(frozen=True, eq=False)
 class OffsetCurve:
-    """Rows of an arm with an offset wrist or shoulder: between two the free joint moves evenly.
+    """Rows of an arm with an offset wrist or shoulder: the free joint is linear between two rows.
 
     Parameters
     ----------
     segments : ndarray
-        As the core writes them.
+        In the core's format.
     s, free : ndarray, shape (n,)
-        Where the rows are, and the free joint's values there, rad, lifted; n is 2 or more.
+        The rows' parameters, and the free joint's values there, rad, continuous; n is 2 or more.
     q : ndarray, shape (n, 7)
         Joints, rad.
     gc : int
@@ -140,7 +140,7 @@ class OffsetCurve:
 
     @property
     def leads_the_tool(self) -> bool:
-        """Whether the tool goes where the joints take it: False."""
+        """Whether the joints determine the path of the end effector: False."""
         return False
 
     def at(self, handle: Any, s: Floats) -> Placed:
@@ -156,9 +156,9 @@ class OffsetCurve:
         return out
 
     def torn(self, handle: Any, gc: Ints) -> int:
-        """Return the first row, of branches gc (n,), behind which nothing leads to that of the next; or -1.
+        """Return the first row, of branches gc (n,), after which no motion reaches the next; or -1.
 
-        Branches meet at θ2 = 0 and at a fold, which joints pass as straight as elsewhere; not at the elbow.
+        Branches meet at θ2 = 0 and at a fold, which joints pass in a straight line; not at the elbow.
         """
         over = np.flatnonzero(np.diff(gc))
         share = np.linspace(0.0, 1.0, _LOOKS + 2)[1:-1]
@@ -177,19 +177,19 @@ class OffsetCurve:
 
 @dataclass(frozen=True, eq=False)
 class _JointRows:
-    """Rows of joints that lead the tool.
+    """Rows of joints that determine the path of the end effector.
 
     Parameters
     ----------
     arm : Arm
     s : ndarray, shape (n,)
-        Where the rows are, rising from 0 to 1; n is 2 or more.
+        The rows' parameters, rising from 0 to 1; n is 2 or more.
     q : ndarray, shape (n, 7)
         Joints, rad.
     gc : int
         Global configuration of the first row.
     segments : ndarray
-        Straight ways from pose to pose of the rows: the tool itself goes where the joints take it.
+        Straight lines from pose to pose of the rows; the end effector itself follows the joints.
     """
 
     arm: Arm
@@ -210,25 +210,25 @@ class _JointRows:
 
     @property
     def leads_the_tool(self) -> bool:
-        """Whether the tool goes where the joints take it: True."""
+        """Whether the joints determine the path of the end effector: True."""
         return True
 
 
 @by_content
 @dataclass(frozen=True, eq=False)
 class JointLines(_JointRows):
-    """Rows of joints, between which every joint moves evenly."""
+    """Rows of joints with linear joint motion between them."""
 
     def joints(self, s: Floats) -> Floats:
         """Return joints at s (N,), (N, 7) rad."""
         return np.stack([np.interp(s, self.s, joint) for joint in self.q.T], axis=-1)
 
     def at(self, handle: Any, s: Floats) -> Placed:
-        """Return the rows at s (N,); psi is in (-π, π], NaN where there is none."""
+        """Return the rows at s (N,); psi is in (-π, π], NaN if it does not exist."""
         return _placed(self.arm, self.joints(s))
 
     def derivatives(self, handle: Any, s: Floats) -> Floats:
-        """Return q', q'', q''' with respect to s, shape (N, 3, 7); at a row of what follows it."""
+        """Return q', q'', q''' with respect to s, shape (N, 3, 7); at a row, of the next piece."""
         row = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
         out = np.zeros((len(s), ORDERS, JOINTS))
         out[:, 0] = np.diff(self.q, axis=0)[row] / np.diff(self.s)[row, None]
@@ -243,9 +243,9 @@ class JointSpline(_JointRows):
     Parameters
     ----------
     rests : bool
-        Whether joints rest where rows repeat; else such rows are as others.
+        Whether joints rest where rows repeat; otherwise such rows are like others.
     slopes : two ndarrays of shape (7,), or None
-        q' at the ends; None: as the two rows next to that end make it.
+        q' at the ends; None: determined by the two rows next to that end.
     """
 
     rests: bool = False
@@ -253,7 +253,7 @@ class JointSpline(_JointRows):
 
     @cached_property
     def moving(self) -> Ints:
-        """Which rows the spline goes through."""
+        """The rows through which the spline passes."""
         repeats = repeated(self.q) if self.rests else np.zeros(len(self.q) - 1, dtype=bool)
         return np.arange(len(self.q)) if repeats.all() else np.append(0, np.flatnonzero(~repeats) + 1)
 
@@ -275,18 +275,18 @@ class JointSpline(_JointRows):
         return np.asarray(self.spline(np.interp(s, self.s, self.own)))
 
     def at(self, handle: Any, s: Floats) -> Placed:
-        """Return the rows at s (N,); psi is in (-π, π], NaN where there is none."""
+        """Return the rows at s (N,); psi is in (-π, π], NaN if it does not exist."""
         return _placed(self.arm, self.joints(s))
 
     def derivatives(self, handle: Any, s: Floats) -> Floats:
-        """Return q', q'', q''' with respect to s, shape (N, 3, 7); the last at a row of what follows it."""
+        """Return q', q'', q''' with respect to s, shape (N, 3, 7); at a row, q''' of the next piece."""
         row = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
         own = np.interp(s, self.s, self.own)
         moves = (np.diff(self.own) > 0)[row, None, None]
         return np.where(moves, np.stack([self.spline(own, order) for order in (1, 2, 3)], axis=1), 0.0)
 
     def passed(self, lower: Floats, upper: Floats) -> Floats:
-        """Return by how much joints pass limits (7,) behind every moving row but the last, at most, rad."""
+        """Return the largest limit violation (7,) after every moving row but the last, rad."""
         a, b, c, _ = self.spline.c
         with np.errstate(divide="ignore", invalid="ignore"):
             root = np.sqrt(b * b - 3 * a * c)
@@ -297,10 +297,10 @@ class JointSpline(_JointRows):
 
 
 def repeated(q: Floats) -> NDArray[np.bool_]:
-    """Return which rows of joints (n, 7) repeat the one before, (n - 1,): equal, or next to nothing apart."""
+    """Return which rows of joints (n, 7) repeat the one before, (n - 1,): equal up to tiny differences."""
     steps = np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0)
     beside = np.pad(steps, 1, constant_values=np.inf)
-    small = np.minimum(beside[:-2], beside[2:]) >= APART * steps  # beside longer ones
+    small = np.minimum(beside[:-2], beside[2:]) >= APART * steps  # next to longer ones
     found = np.asarray((steps <= RESTS) | ((steps <= REPEATS) & small))
     edges = np.diff((beside <= REPEATS).astype(int))  # several in a row count as one
     for first, last in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True):
@@ -310,18 +310,18 @@ def repeated(q: Floats) -> NDArray[np.bool_]:
 
 
 def _placed(arm: Arm, q: Floats) -> Placed:
-    """Return rows (N,) of joints that lead the tool."""
+    """Return rows (N,) of joints that determine the path of the end effector."""
     pose, psi, gc = arm.forward(q, on_error="nan")
     margin = np.asarray(arm.limit_margin(q))
     return Placed(q, np.asarray(psi), np.asarray(gc, dtype=np.float64), pose, margin, np.zeros(len(q)))
 
 
 class AnyCurve(Protocol):
-    """What joints do along s: one of the curves above, or several in turn."""
+    """Joint motion along s: one of the curves above, or several in sequence."""
 
     @property
     def segments(self) -> Floats:
-        """The tool's way."""
+        """The path of the end effector."""
 
     @property
     def gc(self) -> int:
@@ -337,7 +337,7 @@ class AnyCurve(Protocol):
 
     @property
     def leads_the_tool(self) -> bool:
-        """Whether the tool goes where the joints take it, and not the joints where its way takes them."""
+        """Whether the joints determine the path of the end effector, or the path determines the joints."""
 
     def at(self, handle: Any, s: Floats) -> Placed:
         """Return the rows at s (N,)."""

@@ -69,55 +69,55 @@ def follow(
 ) -> JointPath:
     """Return the motion along a sequence of poses: `step` in a loop, bit for bit, in C++.
 
-    A local rule runs into dead ends: an arc that closes while another remains. With ``lookahead=n`` every
-    step sees at least n poses beyond its own (2n at most). Where steps that see nothing ahead would not hold
-    them all, psi is kept where all of them can still be reached, moving no joint further from pose to pose
-    than `max_joint_step` and `velocity` allow; the policy is then repelled from the ends of that part, not of
-    the arc. **A dead end inside the window is
-    avoided if there is a way around it from the posture at which it comes into sight**, with one per cent
-    of the speed to spare. Where there is none, the motion goes as far as it can. Bounds on acceleration
-    are kept as without lookahead, but met ahead only by keeping half of the speed back: a way around may
-    then be missed. The turns left to a joint with more than one are not foreseen, nor is another branch that
-    meets this one at θ₂ = 0 or θ₆ = 0: it is taken where the own one ends. `plan` sees the whole path.
+    A local rule may run into a dead end: an arc that closes while another remains. With ``lookahead=n`` every
+    step sees at least n poses beyond its own (2n at most). If steps without lookahead would miss one of them,
+    psi stays where all of them remain reachable. No joint then moves further from pose to pose than
+    `max_joint_step` and `velocity` allow; the policy is repelled from the ends of that part, not of the arc.
+    **A dead end inside the window is avoided if there is a way around it from the configuration at which it
+    comes into sight**, with one per cent of the speed in reserve. If there is none, the motion goes as far as
+    it can. Bounds on acceleration hold as without lookahead, but the prediction only reserves half of the
+    speed for them: a way around may then be missed. Two things are not predicted. One is the turns left to a
+    joint with more than one. The other is a branch that meets this one at θ₂ = 0 or θ₆ = 0: it is used where
+    the own one ends. `plan` sees the whole path.
 
     Parameters
     ----------
     arm : Arm
     poses : array_like of shape (N, 4, 4), Line, CircularArc, Screw, or a list of them
-        Tool frames, position in m. The first is stepped to from `start`. A path is followed at `samples`
-        poses, evenly in s, and where its pieces join.
+        Poses of the end effector, position in m. The first is reached by a step from `start`. A path is
+        followed at `samples` poses, at equal steps of s, and where its pieces join.
     start : array_like, shape (7,)
         Joints before the first pose, rad.
     gc, policy, dt, carry, max_joint_step, fallback
         As in `step`; `dt` is the time from pose to pose.
     roll : "pose" or "free"
-        As in `step`: joint 7 stays where `start` has it, and `JointPath.poses` are those that are held. Where
-        the tool's z axis is not axis 7, 73 rolls about it are tried, from that of `start` growing or falling
-        evenly along the path by up to half a turn; taken is the one that is followed furthest, and of those
-        the one on which joints travel least.
+        As in `step`: joint 7 keeps its value in `start`, and `JointPath.poses` are the poses reached. If the
+        tool's z axis is not axis 7, 73 rolls about it are tried. They start from that of `start` and change
+        linearly along the path by up to half a turn. The result is the one followed furthest, among those the
+        one with the least joint travel.
     allowed : ArcSet of shape () or (N,), or function (4, 4) -> ArcSet, optional
-        Arcs of the user's own, intersected.
+        Arcs given by the user, intersected.
     scene : sequence of N Scenes, or function s -> Scene, optional
-        Obstacles that move, in place of the arm's own: one scene a pose, or a function of s in [0, 1], called
-        once a pose before anything moves. Each row keeps clear of the obstacles at its time, and with
-        `lookahead` the poses ahead of those at theirs.
+        Moving obstacles instead of the arm's own: one scene a pose, or a function of s in [0, 1], called once
+        a pose before any motion. Each row avoids the obstacles at its time, and with `lookahead` the coming
+        poses those at theirs.
     on_fail : "stop", "hold" or "skip"
-        What to do with a pose that its step does not reach: end there (rows behind are NaN, NOT_REACHED);
-        keep what the step led to, with bounds as far as they allow (PARTIAL), else the posture as it was, and
-        go on; or leave its row NaN and go on. A row left open has the step's ``why`` as its status.
+        What to do if a step does not reach its pose: end there (later rows are NaN, NOT_REACHED); keep the
+        result of the step and continue, with bounds as far as they allow (PARTIAL), otherwise at rest; or
+        leave its row NaN and continue. An empty row has the step's ``why`` as its status.
     velocity, acceleration
-        As in `step`; every OK row keeps them.
+        As in `step`; every OK row respects them.
     velocity_now : array_like, shape (7,), optional
-        Joint velocities before the first step, rad/s; at rest by default. They are carried from row to row.
+        Joint velocities before the first step, rad/s; at rest by default. They continue from row to row.
     lookahead : int
         Poses beyond the present one that every step sees, 0 or more.
     blend, samples
-        Of a path, as in `plan`.
+        For a path, as in `plan`.
 
     Returns
     -------
     JointPath
-        One row a pose, each with a status. Never raises on geometry.
+        One row a pose, each with a status. Geometry never raises.
 
     Raises
     ------
@@ -199,7 +199,7 @@ def follow(
 def _sampled(
     handle: _core.Arm | None, poses: Path | Sequence[Path] | ArrayLike, blend: ArrayLike, samples: int | None
 ) -> tuple[Path | None, Floats, Floats]:
-    """Return the path, its s and its poses (N, 4, 4) there; of poses that are given no path."""
+    """Return the path, its s and its poses (N, 4, 4); no path if poses are given."""
     path = as_path(poses, blend)
     if path is None:
         frames = np.ascontiguousarray(as_poses("poses", cast("ArrayLike", poses), handle))
@@ -214,7 +214,7 @@ def _sampled(
 
 
 def _window(lookahead: int, n: int) -> int:
-    """Return how many poses to look ahead, no more than there are."""
+    """Return the number of poses to look ahead, at most all of them."""
     if isinstance(lookahead, bool) or not isinstance(lookahead, int) or lookahead < 0:
         raise InputError(f"lookahead is {lookahead!r}, wanted a number of poses, 0 or more")
     return min(lookahead, n)

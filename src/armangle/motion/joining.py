@@ -1,4 +1,4 @@
-"""Joint paths one after the other, as one."""
+"""Several consecutive joint paths as one."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from .joint_path import JointPath
 from .paths import Chain, greatest
 
 SAME_JOINTS = 1e-6
-"""By how much a joint may begin elsewhere than it ended, rad."""
+"""Largest gap of a joint between the end of a path and the start of the next, rad."""
 _TURN = 2 * np.pi
 
 
 @by_content
 @dataclass(frozen=True, eq=False)
 class JoinedCurve:
-    """Curves one after the other, each over its part of s.
+    """Consecutive curves, each over its part of s.
 
     Parameters
     ----------
     curves : sequence of Curve
     ends : ndarray, shape (K + 1,)
-        Where they begin and end in s.
+        Their ends in s.
     turns : ndarray, shape (K,)
-        Whole turns that are added to the arm angle of each, rad.
+        Full turns added to the arm angle of each, rad.
     segments : ndarray
-        Of the tool's way.
+        Of the end effector's path.
     """
 
     curves: Sequence[AnyCurve]
@@ -62,7 +62,7 @@ class JoinedCurve:
 
     @property
     def leads_the_tool(self) -> bool:
-        """Whether the tool goes where the joints take it, on one of them."""
+        """Whether the joints determine the path of the end effector, on one of them."""
         return any(curve.leads_the_tool for curve in self.curves)
 
     def at(self, handle: Any, s: Floats) -> Placed:
@@ -89,24 +89,24 @@ class JoinedCurve:
         return out
 
     def _parts(self, s: Floats) -> tuple[Ints, Floats]:
-        """Return which curve each s is on, at a joint the later one, and where on it."""
+        """Return the curve of each s (at a joint the later one), and its parameter on it."""
         k = np.clip(np.searchsorted(self.ends, s, side="right") - 1, 0, len(self.curves) - 1)
         inner = (s - self.ends[k]) / (self.ends[k + 1] - self.ends[k])
         return k, np.asarray(np.clip(inner, 0.0, 1.0))
 
 
 def join(paths: Sequence[JointPath]) -> JointPath:
-    """Return several joint paths as one: its rows are theirs, and `save`, `retime`, `at` take it as one.
+    """Return several joint paths as one, with all their rows, for `save`, `retime` and `at`.
 
     Not to be confused with `Segments`, which are joined before a motion is planned: those are planned as a
-    whole, in one branch if need be, and may have blends.
+    whole, in one branch if necessary, and may have blends.
 
     Parameters
     ----------
     paths : sequence of JointPath
-        Of one arm, whatever obstacles and margin it keeps, all solved. Each begins with the joints and the
-        pose that the one before it ends with, within 1e-6 rad and m. s is shared out by their rows; paths of
-        one row add nothing to others.
+        For one arm, with any obstacles and margin, all solved. Each begins with the joints and the pose at
+        the end of the one before, within 1e-6 rad and m. s is divided by their rows; paths of one row add
+        nothing to others.
 
     Returns
     -------
@@ -116,7 +116,7 @@ def join(paths: Sequence[JointPath]) -> JointPath:
     Raises
     ------
     InputError
-        If there is none, they are of different arms, or one begins elsewhere than the one before it ends.
+        If there is none, they belong to different arms, or there is a gap between two of them.
     PathError
         If one of them is not solved.
 
@@ -154,12 +154,12 @@ def join(paths: Sequence[JointPath]) -> JointPath:
 
 
 def _bare(arm: Arm) -> Arm:
-    """Return the arm alone, whatever it keeps."""
+    """Return the arm without obstacles and margin."""
     return arm.with_(scene=None, singularity_margin=0.0)
 
 
 def _scenes(paths: Sequence[JointPath]) -> tuple[Scene, ...]:
-    """Return what stands about along all paths: one scene, or one a row; nothing if for one nothing."""
+    """Return the obstacles along all paths: one scene, or one a row; none if one path has none."""
     if not all(path.scenes for path in paths):
         return ()
     rows = [

@@ -24,21 +24,21 @@ from .curves import ORDERS, AnyCurve, Curve, JointLines, JointSpline, OffsetCurv
 from .paths import Deviation, Path, checked_parameters, deviation_of
 
 MOST_PASSED = 1e-6
-"""By how much a joint may pass a limit between two rows, rad, where no arm angle takes it back."""
+"""Largest limit violation between two rows, rad, if no arm angle can remove it."""
 BEGIN = "arm.solve(poses[0], seed=start).q"
-"""Where a path may begin whose first pose is too far from the start."""
+"""Advice for a path whose first pose is too far from the start."""
 ROW_STEP = 0.2
-"""Most that a joint moves from row to row where rows are added, rad."""
-FINEST = 1e-9  # of s: rows nearer than this have none between
+"""Largest move of a joint between rows after rows are added, rad."""
+FINEST = 1e-9  # of s: no row is added between rows nearer than this
 LEAST_STEP = 1e-6
 """Least step of `JointPath.finer`, rad."""
 _MOST_ROWS = 10_000_000
-_SHUT = 1e-9  # sine of a hinge that is 0 but for rounding
-_ENDLESS = 1e9  # rad per unit of s: rounding of a speed that has no end
-_READ = 1e-6  # rad: of digits that a file leaves out
-_FEWEST_SMOOTH = 8  # every other row of so many makes a cubic spline
+_SHUT = 1e-9  # sine of a hinge that is 0 up to rounding
+_ENDLESS = 1e9  # rad per unit of s: a larger rate is unbounded
+_READ = 1e-6  # rad: error of a file's missing digits
+_FEWEST_SMOOTH = 8  # rows needed for a cubic spline through every other row
 _SMOOTH = 0.25
-"""What a spline may miss of what straight lines miss: 0.6 at a corner, on a curve the square of the step."""
+"""Largest error of a spline relative to straight lines: 0.6 at a corner, step squared on a curve."""
 _TURN = 2 * np.pi
 Between = Literal["tool", "joints", "spline"]
 BETWEEN = ("tool", "joints", "spline")
@@ -47,15 +47,15 @@ SAID = {
     "joints": "Between its rows every joint goes straight.",
     "spline": "Between its rows joints are on a spline.",
 }
-"""What a motion does between its rows, in words."""
+"""The motion between rows, in words."""
 _OF_A_JOINT = (Status.JOINT_JUMP, Status.LIMITS, Status.WINDING_EXHAUSTED)
-"""Outcomes of a step that one joint shows best."""
+"""Statuses of a step that are best explained by one joint."""
 _OUT_OF_REACH = (Status.UNREACHABLE, Status.FOLDED, Status.ELBOW_LIMIT, Status.ELBOW_MARGIN, Status.LIMITS)
 
 
 @by_content
 class PathPoint(NamedTuple):
-    """Where a path is at s: ``q (..., 7)`` rad, ``psi (...)`` rad, ``gc (...)``, ``pose (..., 4, 4)`` m.
+    """Values of a path at s: ``q (..., 7)`` rad, ``psi (...)`` rad, ``gc (...)``, ``pose (..., 4, 4)`` m.
 
     Beyond the s that was reached q and psi are NaN, and gc is -1.
     """
@@ -67,7 +67,7 @@ class PathPoint(NamedTuple):
 
 
 def blank_rows(n: int) -> dict[str, Any]:
-    """Return the columns of n rows that nothing has reached yet, to be filled: NaN, gc -1, NOT_REACHED."""
+    """Return the columns of n empty rows: NaN, gc -1, NOT_REACHED."""
     return {
         "q": np.full((n, JOINTS), np.nan), "psi": np.full(n, np.nan), "gc": np.full(n, -1, dtype=np.int64),
         "status": np.full(n, Status.NOT_REACHED, dtype=np.int8), "margin": np.full(n, np.nan),
@@ -76,19 +76,19 @@ def blank_rows(n: int) -> dict[str, Any]:
 
 
 def even_parameters(n: int) -> Floats:
-    """Return the s of n poses that follow one another evenly, from 0 to 1; of a single pose 0."""
+    """Return the s of n poses at equal steps from 0 to 1; 0 for a single pose."""
     return np.linspace(0.0, 1.0, n) if n != 1 else np.zeros(1)
 
 
 def rows_between(arm: Arm, curve: AnyCurve, rows: Floats, step: float) -> Floats:
-    """Return s of rows with as many between as it takes for no joint to move more than `step` in one, rad.
+    """Return s of rows with more inserted, so that no joint moves more than `step` between two, rad.
 
-    A leap, as at a singular end, is left between two rows that lie within `FINEST` of each other.
+    A jump, as at a singular end, remains between two rows within `FINEST` of each other.
     """
     coarser = rows
     while True:
         q = curve.at(arm._handle, rows).q
-        if not np.isfinite(q).all():  # a row between has no posture; there is no proof there
+        if not np.isfinite(q).all():  # an inserted row has no solution; nothing is proven there
             return coarser
         steps = np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0)
         parts = np.where(np.diff(rows) > FINEST, np.ceil(steps / step), 1).astype(int)
@@ -100,14 +100,14 @@ def rows_between(arm: Arm, curve: AnyCurve, rows: Floats, step: float) -> Floats
 
 
 def _outside(q: Floats, beyond: Floats, verb: str) -> str:
-    """Return which of joints q is outside its limits, and by how much, as a sentence."""
+    """Return which of joints q violates its limits, and by how much, as a sentence."""
     joint = int(np.argmax(beyond))
     unit = " Joints are in rad: were these degrees?" if np.abs(q).max() > _TURN else ""
     return f"Joint {joint + 1} {verb} {np.degrees(beyond[joint]):.4g} deg outside its limits.{unit}"
 
 
 def _unwrapped(arm: Arm, q: Floats) -> Floats:
-    """Return rows of joints (n, 7) in which those without limits go the shorter way to the next."""
+    """Return rows of joints (n, 7) in which unlimited joints take the shorter way to the next row."""
     out = np.array(q, order="C")
     free = np.isinf(arm.lower) & np.isinf(arm.upper)
     out[:, free] = np.unwrap(out[:, free], axis=0)
@@ -115,9 +115,9 @@ def _unwrapped(arm: Arm, q: Floats) -> Floats:
 
 
 def _raise_where_wrapped(arm: Arm, q: Floats) -> None:
-    """Raise where a joint goes by more than half a turn in a row, and could go the shorter way.
+    """Raise if a joint moves by more than half a turn between rows although the shorter way is possible.
 
-    Values that leave the one turn of an encoder, [-π, π] or [0, 2π], do not wrap.
+    Values beyond one turn of an encoder, [-π, π] or [0, 2π], do not wrap.
     """
     steps = np.diff(q, axis=0)
     low, high = q.min(axis=0) + _READ, q.max(axis=0) - _READ
@@ -136,9 +136,9 @@ def _raise_where_wrapped(arm: Arm, q: Floats) -> None:
 
 
 def _smooth(path: JointPath) -> JointSpline | None:
-    """Return the spline through rows that are smooth, None where they are not, or it would pass a limit.
+    """Return the spline through rows that are smooth; None if they are not, or it would violate a limit.
 
-    They are where a spline through every other row misses the rows left out by far less than straight lines.
+    They are smooth if a spline through every other row misses the others by far less than straight lines.
     """
     kept = path._apart()
     if not has_package("scipy") or len(kept) < _FEWEST_SMOOTH:
@@ -160,7 +160,7 @@ def _smooth(path: JointPath) -> JointSpline | None:
 
 
 def _raise_where_torn(gc: Ints, row: int) -> None:
-    """Raise where no joint leads on from a row to the next; below 0: nowhere."""
+    """Raise if no joint motion continues from a row to the next; below 0: nowhere."""
     if row < 0:
         return
     over = (
@@ -184,34 +184,34 @@ class JointPath:
     s : ndarray, shape (N,)
         Path parameter in [0, 1].
     poses : ndarray, shape (N, 4, 4)
-        Tool frames asked for, m.
+        Requested poses of the end effector, m.
     q : ndarray, shape (N, 7)
-        Joint values, rad, lifted continuously over ±π.
+        Joint values, rad, continuous over ±π.
     psi : ndarray, shape (N,)
-        Arm angle, or the value of the free joint, rad, lifted continuously.
+        Arm angle, or the value of the free joint, rad, continuous.
     gc : ndarray of int64, shape (N,)
         Global configuration of each row.
     status : ndarray of int8, shape (N,)
         `Status` of each row.
     margin : ndarray, shape (N,)
-        Least distance of a joint to one of its limits, rad.
+        Distance to the nearest joint limit, rad.
     residual : ndarray, shape (N,)
-        Distance of the tool's origin from its pose, m.
+        Distance of the end effector's origin from its pose, m.
     certified : bool
         Whether limits and margins are proven between the rows too, on all of [0, 1]; never by `follow`.
     uncertified : ndarray, shape (k, 2)
-        The ranges of s that are not proven.
+        The unproven ranges of s.
     diagnosis : Diagnosis or None
-        What `plan` found for every global configuration, best first: the ranking, or why there is no path.
+        The findings of `plan` for every global configuration, best first: ranking, or reasons for no path.
     path : Path or None
-        Where the tool goes between the rows; straight and by shortest rotations where None. Where joints lead
-        the tool (``between=`` of `from_joints`) it goes as `at` says.
+        The path of the end effector between the rows; if None, straight with shortest rotations. If the
+        joints determine it (``between=`` of `from_joints`), it is that of `at`.
     curve : Curve or None
-        The arm angle between the rows; linear where None.
+        The arm angle between the rows; linear if None.
     start : ndarray, shape (7,), or None
-        The joints before the first pose, rad, of `follow`.
+        The joints before the first pose, rad, from `follow`.
     scenes : tuple of Scene
-        What stood about when it was made: nothing, one scene, or one a row.
+        The obstacles when it was made: none, one scene, or one a row.
     """
 
     arm: Arm
@@ -247,42 +247,41 @@ class JointPath:
         cls, arm: Arm, q: ArrayLike, *, s: ArrayLike | None = None,
         status: ArrayLike | None = None, between: Between | None = None,
     ) -> JointPath:  # fmt: skip
-        """Return joint values of a file or a teach pendant as a motion, for `at` and `retime`.
+        """Return joint values from a file or a teach pendant as a motion, for `at` and `retime`.
 
         Parameters
         ----------
         arm : Arm
         q : array_like, shape (N, 7)
-            Joint values, rad; NaN in rows without. A joint without limits goes the shorter way from row to
-            row: turns by which encoders wrap, as at ±π, are undone.
+            Joint values, rad; NaN in rows without. An unlimited joint takes the shorter way from row to row:
+            turns from wrapping encoders, as at ±π, are undone.
         s : array_like, shape (N,), optional
-            Path parameters from 0 to 1, none below the one before; even unless given.
+            Path parameters from 0 to 1, not decreasing; at equal steps by default.
         status : array_like of int, shape (N,), optional
-            `Status` of each row, OK unless given; LIMITS where joints of an OK row are outside them,
-            NOT_REACHED where there are none.
+            `Status` of each row, OK by default; LIMITS if joints of an OK row violate limits, NOT_REACHED
+            without joints.
         between : "tool", "joints" or "spline", optional
-            How it goes from row to row. By default "spline" where rows are smooth, which is tried: there a
-            spline through every other row meets the rows between them far better than straight lines do
-            (and it keeps the limits, and SciPy is there); else "tool". ``between`` of the result says which.
-            "tool": the tool goes straight, as in a motion of `follow`.
-            "joints": every joint goes straight, as from one taught posture to the next (PTP), or along what a
-            planner in joint space found. "spline": joints are on a cubic spline through the rows, twice
-            differentiable, as rows of a smooth motion are; where rows repeat joints rest. It needs SciPy: pip
-            install 'armangle[time]'.
+            The motion between rows. The default is "spline" if rows are smooth, otherwise "tool"; ``between``
+            of the result tells which. Rows are smooth if a spline through every other row meets the rows
+            between far better than straight lines do, keeps the limits, and SciPy is installed. "tool": the
+            end effector moves straight, as in a motion of `follow`. "joints": every joint moves linearly, as
+            between taught configurations (PTP), or along the result of a joint-space planner. "spline":
+            joints follow a cubic spline through the rows, twice differentiable, as in a smooth motion; where
+            rows repeat joints rest. It needs SciPy: pip install 'armangle[time]'.
 
         Returns
         -------
         JointPath
-            Poses, arm angle and configuration are computed from the joints. The pose of a row that failed is
-            NaN, also where joints were held there: joints do not say which pose it failed at.
+            Poses, arm angle and configuration are computed from the joints. The pose of a failed row is NaN,
+            also if joints are constant there, because joints do not determine the missed pose.
 
         Raises
         ------
         PathError
-            If no row has joints, a spline through them passes a limit, or a joint with limits wraps: where it
-            goes by more than half a turn in one row, and its limits leave the shorter way too.
+            If no row has joints, a spline through them violates a limit, or a joint with limits wraps: it
+            moves by more than half a turn between rows although its limits permit the shorter way.
         InputError
-            If an array has a wrong shape, or s falls.
+            If an array has a wrong shape, or s decreases.
         """
         if between is not None:
             chosen("between", between, BETWEEN)
@@ -324,7 +323,7 @@ class JointPath:
 
     @property
     def between(self) -> Between:
-        """What goes from row to row: the tool along its path, the joints straight, or they on a spline."""
+        """The motion between rows: end effector along its path, joints linear, or joints on a spline."""
         kinds: dict[type, Between] = {JointLines: "joints", JointSpline: "spline"}
         return kinds.get(type(self.curve), "tool")
 
@@ -341,17 +340,17 @@ class JointPath:
 
     @property
     def deviation(self) -> Deviation:
-        """How far rounded corners (`blend`) are off the tool path given, at most: m and rad; else zero."""
+        """Largest deviation of rounded corners (`blend`) from the given path: m and rad; otherwise 0."""
         return deviation_of(self.path)
 
     @property
     def clearance(self) -> Floats:
-        """Least distance between links and obstacles at each row, m; NaN without a scene or a posture."""
+        """Smallest distance between links and obstacles at each row, m; NaN without a scene or solution."""
         return self._nearest()[0]
 
     @property
     def closest(self) -> tuple[float, str, str] | None:
-        """The s of the row at which a link is nearest to an obstacle, and the names of obstacle and link.
+        """The s of the row with the smallest clearance, and the names of obstacle and link.
 
         None without a scene, or without an obstacle.
         """
@@ -362,7 +361,7 @@ class JointPath:
         return float(self.s[at]), *names[at]
 
     def _nearest(self) -> tuple[Floats, list[tuple[str, str]]]:
-        """Return distances (N,), and of each row obstacle and link."""
+        """Return distances (N,), and for each row obstacle and link."""
         apart, names = np.full(len(self), np.nan), [("", "")] * len(self)
         known = np.flatnonzero(np.isfinite(self.psi) & np.isfinite(self.poses).all(axis=(1, 2)))
         for k in known.tolist() if self.scenes else ():
@@ -373,7 +372,7 @@ class JointPath:
 
     @property
     def srs_arm(self) -> Arm:
-        """The arm, where it has no offset wrist or shoulder.
+        """The arm, if it has no offset wrist or shoulder.
 
         Raises
         ------
@@ -385,11 +384,11 @@ class JointPath:
     def at(self, s: ArrayLike) -> PathPoint:
         """Return the motion at any s: the closed-form inverse at the pose and the arm angle there.
 
-        Always on the path, to 1e-12; an interpolation of joints only where `from_joints` was asked for one,
-        with psi in (-π, π], or NaN where there is none. Where the path has neither `path` nor
-        `curve` (from `follow`) the tool goes straight and by the shortest rotation from pose to pose, and the
-        elbow turns evenly, or the free joint does; q is NaN where that has no posture.
-        Where that would pass a limit the elbow turns so that it is kept, to 1e-6 rad.
+        The result is on the path to 1e-12. Joints are interpolated only if `from_joints` requested it, with
+        psi in (-π, π], or NaN if it does not exist. If the path has neither `path` nor `curve` (from
+        `follow`), the end effector moves straight and by the shortest rotation from pose to pose, and the arm
+        angle, or the free joint, is linear; q is NaN without a solution. If that would violate a limit, the
+        arm angle deviates so that the limit holds, to 1e-6 rad.
 
         Parameters
         ----------
@@ -406,8 +405,8 @@ class JointPath:
         InputError
             If an s is not in [0, 1].
         PathError
-            If no row is solved, or a path of `follow` is not whole; or if a limit is passed between two of
-            its rows, whatever the elbow does.
+            If no row is solved, or a path of `follow` is incomplete; or if a limit is violated between two of
+            its rows for every arm angle.
         """
         at = checked_parameters(s)
         curve = self._drawn
@@ -430,19 +429,19 @@ class JointPath:
         )
 
     def finer(self, step: float = ROW_STEP) -> JointPath:
-        """Return the same motion with rows between its own, so that no joint moves far from one to the next.
+        """Return the same motion with rows inserted, so that no joint moves far between two.
 
-        For who goes straight in the joints from row to row: so little the tool leaves its way then.
+        For controllers with linear joint motion between rows: the end effector hardly leaves its path.
 
         Parameters
         ----------
         step : float
-            Most that a joint moves from one row to the next, rad, 1e-6 to 2 pi.
+            Largest move of a joint between rows, rad, 1e-6 to 2 pi.
 
         Returns
         -------
         JointPath
-            Its rows are among the new ones, the same to the last bit. Each of a scene that moves stands until
+            Its rows are among the new ones, bit for bit. The scene of a row with moving obstacles holds until
             the next of these.
 
         Raises
@@ -450,7 +449,7 @@ class JointPath:
         InputError
             If it takes more than 10^7 rows.
         PathError
-            As `at`; if the path is not whole, joints leap on it, or no posture lies between two of its rows.
+            As `at`; if the path is incomplete, joints jump on it, or a solution between two rows is missing.
         """
         most = as_number("step (rad)", step, LEAST_STEP, _TURN)
         self.raise_for_status()
@@ -497,9 +496,8 @@ class JointPath:
         Returns
         -------
         ndarray, shape (..., 3, 7)
-            rad per unit of s, and of its square and cube; NaN beyond the s that was reached, and where joints
-            have no finite speed along the path: where it begins or ends with the arm stretched, or singular
-            in another way.
+            rad per unit of s, and of its square and cube. NaN beyond the s that was reached. NaN also if
+            joints have no finite rate along the path: at an end with the arm stretched or otherwise singular.
 
         Raises
         ------
@@ -518,7 +516,7 @@ class JointPath:
 
     @cached_property
     def _drawn(self) -> AnyCurve:
-        """What joints do between the rows: the curve that was given, or the one through them."""
+        """The joint motion between the rows: the given curve, or the one through the rows."""
         if self.curve is not None:
             return self.curve
         if self.diagnosis is not None or not self.ok or len(self) == 0:
@@ -546,7 +544,7 @@ class JointPath:
         return curve
 
     def _led(self, between: Between) -> JointLines | JointSpline:
-        """Return the curve in the joints through the rows."""
+        """Return the curve in joint space through the rows."""
         kept = self._apart()
         rows = self._rows_of_joints(kept)
         if between == "joints":
@@ -563,14 +561,14 @@ class JointPath:
         return curve
 
     def _rows_of_joints(self, kept: Ints) -> tuple[Arm, Floats, Floats, int, Floats]:
-        """Return what a curve through the joints of these rows is made of."""
+        """Return the arguments of a curve through the joints of these rows."""
         s, q = self.s[kept], self.q[kept]
         if len(kept) == 1:
             s, q = np.array([0.0, 1.0]), np.repeat(q, 2, axis=0)
         return self.arm, s, q, int(self.gc[0]), self._straight(kept)
 
     def _branches(self) -> Ints:
-        """Return the branch of each row; with θ2 or θ6 at 0, where it is of two, that of rows about it."""
+        """Return the branch of each row; if θ2 or θ6 is 0 and two coincide, that of neighbouring rows."""
         if isinstance(self.arm, OffsetArm):
             return self.gc
         out = self.gc.copy()
@@ -583,9 +581,9 @@ class JointPath:
         return out
 
     def _through(self, segments: Floats, s: Floats, q: Floats, psi: Floats, gc: Ints) -> tuple[AnyCurve, int]:
-        """Return the curve through rows, straight in psi, in what leads, or in the free joint between them.
+        """Return the curve through rows, linear in psi, in the leading joint, or in the free joint.
 
-        And the row behind which nothing leads on to the branch of the next, or -1.
+        Also the row after which no motion reaches the branch of the next, or -1.
         """
         if isinstance(self.arm, OffsetArm):
             between = OffsetCurve(segments, s, psi, q, int(gc[0]))
@@ -594,12 +592,12 @@ class JointPath:
         return Curve(segments, stretches, plane, int(gc[0])), torn
 
     def _apart(self) -> Ints:
-        """Return which rows are at an s of their own; others stand at that of the one before.
+        """Return which rows have their own s; other rows have the s of the row before.
 
         Raises
         ------
         PathError
-            If joints move from one to the next at the same s.
+            If joints move between two rows with the same s.
         """
         kept = np.append(0, np.flatnonzero(np.diff(self.s) > 0) + 1)
         moved = np.abs(self.q - self.q[kept[np.searchsorted(kept, np.arange(len(self)), side="right") - 1]])
@@ -620,7 +618,7 @@ class JointPath:
         return segments
 
     def explain(self) -> str:
-        """Return in words whether the path holds, and if not, where and why it fails."""
+        """Return in words whether the path is solved, and if not, where and why it fails."""
         if self.diagnosis is not None and not self.ok:
             return self.diagnosis.explain()
         at = self.first_failure
@@ -643,7 +641,7 @@ class JointPath:
         )
 
     def _later(self, at: int) -> str:
-        """Return what else poses behind `at` failed for, as a sentence with a space before it, or nothing."""
+        """Return why other poses after `at` failed, as a sentence with a space before it, or ""."""
         others = (*SOLVED, self.status[at], Status.NOT_REACHED)
         kinds, counts = np.unique(self.status[at:][~np.isin(self.status[at:], others)], return_counts=True)
         if not len(kinds):
@@ -654,14 +652,14 @@ class JointPath:
         return f" Behind it also {said}{gap}."
 
     def _rounded(self) -> str:
-        """Return by how much rounded corners are off, as a sentence with a space before it, or nothing."""
+        """Return the deviation of rounded corners, as a sentence with a space before it, or ""."""
         position, rotation = self.deviation
         if max(position, rotation) == 0:
             return ""
         return f" Corners are rounded by at most {1e3 * position:.3g} mm and {np.degrees(rotation):.3g} deg."
 
     def _unproven(self) -> str:
-        """Return where a planned path is not proven, as a sentence with a space before it, or nothing."""
+        """Return where a planned path is unproven, as a sentence with a space before it, or ""."""
         if self.certified or self.diagnosis is None:
             return ""
         ranges = ", ".join(f"{lower:.4g} to {upper:.4g}" for lower, upper in self.uncertified[:5])
@@ -669,7 +667,7 @@ class JointPath:
         return f" Between them it is not proven for s from {ranges}{more}."
 
     def _detail(self, at: int) -> str:
-        """Return by how much pose `at` fails, as a sentence with a space before it, or nothing."""
+        """Return by how much pose `at` fails, as a sentence with a space before it, or ""."""
         if (
             self.status[at] == Status.LIMITS
             and np.isfinite(self.q[at]).all()
@@ -703,7 +701,7 @@ class JointPath:
         return self._held(at, before, held)
 
     def _held(self, at: int, before: Floats, held: Floats) -> str:
-        """Return what the joints would do from `before` to pose `at` if the arm angle stayed."""
+        """Return the joint motion from `before` to pose `at` with constant arm angle."""
         near = held + _TURN * np.round((before - held) / _TURN)
         if self.status[at] == Status.JOINT_JUMP:
             move = np.abs(near - before)
@@ -725,11 +723,11 @@ class JointPath:
 
     @property
     def _redundancy(self) -> str:
-        """What moves the elbow, in words."""
+        """The redundant quantity, in words."""
         return f"joint {self.arm._free_joint}" if isinstance(self.arm, OffsetArm) else "the arm angle"
 
     def _beyond(self, q: Floats) -> Floats:
-        """Return how far each joint of q is outside its limits, rad; negative within them."""
+        """Return how far each joint of q violates its limits, rad; negative within them."""
         return np.maximum(self.arm.lower - q, q - self.arm.upper)
 
     def raise_for_status(self) -> None:

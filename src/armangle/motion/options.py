@@ -1,4 +1,4 @@
-"""What `step` and `follow` share: their options as the core takes them, and the arcs that the user allows."""
+"""Options that `step` and `follow` share, in the core's format, and the user's arcs."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ Options = tuple[int | None, Carry, float | None, float, float | None, str]
 MAX_JOINT_STEP: float = _core.MAX_JOINT_STEP
 LONGEST_STEP: float = _core.LONGEST_STEP
 """Longest time of a step, s."""
-_LONG_STEP = 1.0  # s: a step that takes longer was hardly meant in s
+_LONG_STEP = 1.0  # s: a longer step was probably not meant in s
 _LIKE_DEGREES = {"velocity": (40.0, "rad/s"), "acceleration": (200.0, "rad/s²")}
-"""Finite bounds above these are hardly meant in rad: no joint of an arm of this kind is so fast."""
+"""Larger finite bounds were probably not meant in rad: no joint of such an arm is so fast."""
 
 CARRIES = named(_core.Carry)
 
@@ -44,7 +44,7 @@ CARRIES = named(_core.Carry)
 def checked_options(
     gc: int | None, carry: Carry, max_joint_step: float | None, margin: float, dt: float | None, outside: str
 ) -> Options:  # fmt: skip
-    """Return options of any numeric type as those the core reads, or raise."""
+    """Return options of any numeric type in the core's types, or raise."""
     kept: Carry = "elbow" if chosen("carry", carry, CARRIES) == "elbow" else "psi"
     if gc is not None:
         wanted = as_gc(gc)
@@ -59,7 +59,7 @@ def checked_options(
 
 
 def outside_of(fallback: Fallback) -> str:
-    """Return what the core is told of a pose out of reach."""
+    """Return the core's option for a pose out of reach."""
     if fallback is None:
         return "refuse"
     chosen("fallback", fallback, ("nearest_pose",))
@@ -67,7 +67,7 @@ def outside_of(fallback: Fallback) -> str:
 
 
 def as_seconds(dt: float) -> float:
-    """Return the time of a step, s, and warn where it looks like another unit.
+    """Return the time of a step, s, and warn if it looks like another unit.
 
     Raises
     ------
@@ -82,12 +82,12 @@ def as_seconds(dt: float) -> float:
 
 
 def free_roll(arm: Arm, roll: Roll, name: str, joints: Floats, scene: object) -> Any:
-    """Return the core's arm that holds joint 7 of `joints` still, or None where the roll is the pose's.
+    """Return the core's arm with joint 7 of `joints` fixed, or None if the roll is the pose's.
 
     Raises
     ------
     InputError
-        If the tool's z axis is not axis 7, or joint 7 is outside its limits.
+        If the tool's z axis is not axis 7, or joint 7 violates its limits.
     """
     if chosen("roll", roll, ROLLS) == "pose":
         return None
@@ -105,7 +105,7 @@ def free_roll(arm: Arm, roll: Roll, name: str, joints: Floats, scene: object) ->
 
 
 def check_chain(fallback: Fallback, lookahead: int = 0) -> None:
-    """Raise for what a step of an arm with a chain of its own cannot be asked."""
+    """Raise for options of a step that an arm with its own chain does not support."""
     if fallback is not None:
         raise unsupported("fallback=", "Tracker, which goes as near as it can")
     if lookahead:
@@ -113,7 +113,7 @@ def check_chain(fallback: Fallback, lookahead: int = 0) -> None:
 
 
 def core_policy(policy: Policy, dt: float | None) -> Any:
-    """Return a policy as the core takes it, for a step of `dt` s."""
+    """Return a policy in the core's format, for a step of `dt` s."""
     if not isinstance(policy, POLICIES):
         raise InputError(f"policy is {policy!r}, wanted Repulsion, Hold, Centre or Towards")
     return policy._native(dt)
@@ -125,12 +125,12 @@ _UNBOUNDED = np.concatenate([[1.0], np.full(2 * JOINTS, np.inf), np.zeros(JOINTS
 
 
 def joint_bound(arm: Arm, name: str, value: Bound, stated: Floats) -> Floats:
-    """Return a bound as (7,), infinite where there is none; True: what the arm states; a number: for all.
+    """Return a bound as (7,), infinite if there is none; True: the arm's own; a number: for all joints.
 
     Raises
     ------
     InputError
-        If it is negative or 0, or the arm states none.
+        If it is negative or 0, or the arm has none.
     InputError
         If it is NaN.
     InputError
@@ -148,7 +148,7 @@ def joint_bound(arm: Arm, name: str, value: Bound, stated: Floats) -> Floats:
 
 
 def positive(name: str, value: ArrayLike) -> Floats:
-    """Return one number, or seven, > 0, as (7,), and warn where they look like degrees.
+    """Return one number, or seven, > 0, as (7,), and warn if they look like degrees.
 
     Raises
     ------
@@ -167,13 +167,13 @@ def positive(name: str, value: ArrayLike) -> Floats:
 
 
 def check_arm(arm: object) -> None:
-    """Raise where it is no `Arm`."""
+    """Raise if it is not an `Arm`."""
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
 
 
 def check_offset(policy: Policy, **asked: Any) -> None:
-    """Raise for what a step of an arm with an offset wrist or shoulder cannot be asked."""
+    """Raise for options of a step that an arm with an offset wrist or shoulder does not support."""
     plain = {"carry": "psi", "roll": "pose", "lookahead": 0}
     if isinstance(policy, Towards) and policy.psi is None:
         asked["a policy Towards a point or direction"] = policy
@@ -186,7 +186,7 @@ def check_offset(policy: Policy, **asked: Any) -> None:
 def step_bounds(
     arm: Arm, velocity: Bound, acceleration: Bound, velocity_now: ArrayLike | None, dt: float | None
 ) -> Floats:
-    """Return what the core takes: dt, velocities, accelerations and velocities now in a row, (22,)."""
+    """Return dt, velocities, accelerations and present velocities in the core's order, (22,)."""
     fastest = joint_bound(arm, "velocity", velocity, arm.velocity)
     hardest = joint_bound(arm, "acceleration", acceleration, arm.acceleration)
     if velocity_now is None:
@@ -215,12 +215,12 @@ def finite_seven(name: str, value: ArrayLike) -> Floats:
 
 
 def without_last(bounds: Floats) -> Floats:
-    """Return bounds of which joint 7, which stays where it is, is told nothing that it did before."""
+    """Return bounds without a previous velocity of joint 7, which is constant."""
     out = bounds.copy()
     out[-1] = 0.0
     return out
 
 
 def no_bounds() -> Floats:
-    """Return what the core takes where only `max_joint_step` binds."""
+    """Return the core's bounds if only `max_joint_step` limits the joints."""
     return _UNBOUNDED

@@ -1,4 +1,4 @@
-"""Paths of the tool: a line, an arc, a screw, through poses, or several one after the other."""
+"""Paths of the end effector: a line, an arc, a screw, through poses, or several in sequence."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from ..errors import InputError
 
 LineOrientation = Literal["shortest", "fixed"]
 ArcOrientation = Literal["shortest", "fixed", "carried"]
-_WIDE = 1.0  # m: no corner of such an arm is as wide
+_WIDE = 1.0  # m: larger than any corner of such an arm
 _LARGEST_TURN = 1e3  # rad
 _ORDERS = 3
 SAMPLES = 200
 MOST_SAMPLES = 10_000_000
 RADIAN: float = _core.RADIAN
-"""What a radian counts as in the size of a motion, m."""
+"""Metres that count as one radian in the size of a motion."""
 
 
 def _vector(name: str, value: ArrayLike) -> Floats:
@@ -35,7 +35,7 @@ def _vector(name: str, value: ArrayLike) -> Floats:
 
 
 class Path:
-    """A motion of the tool over s in [0, 1]: what lines, arcs, screws and waypoints have in common."""
+    """A motion of the end effector over s in [0, 1]: the base of lines, arcs, screws and waypoints."""
 
     _segments: Floats
 
@@ -45,17 +45,17 @@ class Path:
 
     @property
     def breaks(self) -> Floats:
-        """The s where one piece ends and the next begins, 0 and 1 among them, shape (k,)."""
+        """The s where one piece ends and the next begins, including 0 and 1, shape (k,)."""
         return np.append(self._segments[:, 0], 1.0)
 
     def __add__(self, other: Path) -> Segments:
-        """Return this path and then another, as `Segments`."""
+        """Return this path followed by another, as `Segments`."""
         if not isinstance(other, Path):
             return NotImplemented
         return Segments((self, other))
 
     def pose(self, s: ArrayLike) -> Floats:
-        """Return the tool's pose.
+        """Return the pose of the end effector.
 
         Parameters
         ----------
@@ -65,7 +65,7 @@ class Path:
         Returns
         -------
         ndarray, shape (..., 4, 4)
-            Tool frames, positions in m.
+            Poses, positions in m.
 
         Raises
         ------
@@ -90,12 +90,12 @@ class Path:
         Returns
         -------
         ndarray, shape (..., 6)
-            Of the tool's origin (m), then of the rotation (rad), both in the frame of the poses.
+            First for the end effector's origin (m), then for the rotation (rad), in the frame of the poses.
 
         Raises
         ------
         InputError
-            If an s is not in [0, 1], or the order is none of 1, 2, 3.
+            If an s is not in [0, 1], or the order is not 1, 2 or 3.
         """
         if order not in range(1, _ORDERS + 1):
             raise InputError(f"order is {order!r:.100}, wanted 1, 2 or 3")
@@ -106,7 +106,7 @@ class Path:
 
 
 class Deviation(NamedTuple):
-    """By how much a path with rounded corners is at most off the path with corners, and its corners off it.
+    """Largest deviation of a path with rounded corners from the path with corners, and vice versa.
 
     ``position`` m and ``rotation`` rad: both hold at once, for one and the same pose of it.
     """
@@ -120,7 +120,7 @@ NO_DEVIATION = Deviation(0.0, 0.0)
 
 @by_content
 class Chain(Path):
-    """Segments as the core writes them: the tool's way along joint paths, or along a path that is rolled."""
+    """Segments in the core's format: the path of a joint path, or of a rolled path."""
 
     def __init__(self, segments: Floats, deviation: Deviation) -> None:
         self._segments = frozen(segments)
@@ -128,7 +128,7 @@ class Chain(Path):
 
 
 def rolled(path: Path, roll: float, rate: float) -> Path:
-    """Return a path whose frames turn about their own z axes as well: by ``roll + rate s``, rad."""
+    """Return a path whose frames also turn about their own z axes, by ``roll + rate s``, rad."""
     if isinstance(path, Waypoints) and len(path) == 1:
         return Waypoints(np.asarray(path.poses) @ about_z([roll]))
     out = np.empty_like(path._segments)
@@ -137,12 +137,12 @@ def rolled(path: Path, roll: float, rate: float) -> Path:
 
 
 def deviation_of(path: Path | None) -> Deviation:
-    """Return how far rounded corners of a path are off what was given, at most."""
+    """Return the largest deviation of a path's rounded corners from the given path."""
     return path.deviation if isinstance(path, (Segments, Chain)) else NO_DEVIATION
 
 
 def greatest(deviations: Iterable[Deviation]) -> Deviation:
-    """Return the greatest of several, position and rotation each for itself."""
+    """Return the largest of several, separately for position and rotation."""
     return Deviation(*(max(column) for column in zip(NO_DEVIATION, *deviations, strict=True)))
 
 
@@ -163,7 +163,7 @@ class Line(Path):
     Parameters
     ----------
     start, end : array_like, shape (4, 4)
-        Tool frames, positions in m.
+        Poses of the end effector, positions in m.
     orientation : "shortest" or "fixed"
         The frame takes the shortest rotation to that of `end`, at constant speed, or keeps that of `start`.
 
@@ -188,18 +188,18 @@ class Line(Path):
 @by_content
 @dataclass(frozen=True, eq=False)
 class CircularArc(Path):
-    """A circular arc from one pose over a point to another, at constant speed.
+    """A circular arc from one pose through a point to another, at constant speed.
 
     Parameters
     ----------
     start : array_like, shape (4, 4)
-        Tool frame at s = 0, position in m.
+        Pose of the end effector at s = 0, position in m.
     via : array_like, shape (3,)
         A point of the arc between its ends, m.
     end : array_like, shape (4, 4)
-        Tool frame at s = 1; of its orientation only "shortest" makes use.
+        Pose at s = 1; its orientation is used for "shortest" alone.
     orientation : "shortest", "fixed" or "carried"
-        The shortest rotation to that of `end`; that of `start`; or turned along with the arc.
+        The shortest rotation to that of `end`; that of `start`; or rotated along with the arc.
 
     Raises
     ------
@@ -233,20 +233,20 @@ class CircularArc(Path):
 @by_content
 @dataclass(frozen=True, eq=False)
 class Screw(Path):
-    """A turn of the tool about a fixed axis with an advance along it, at constant speed.
+    """A rotation of the end effector about a fixed axis with an advance along it, at constant speed.
 
     Parameters
     ----------
     start : array_like, shape (4, 4)
-        Tool frame at s = 0, position in m.
+        Pose of the end effector at s = 0, position in m.
     point : array_like, shape (3,)
         A point of the axis, m.
     direction : array_like, shape (3,)
-        Direction of the axis; its length has no meaning.
+        Direction of the axis, of any length.
     angle : float
-        Turn, rad, up to ±1000: more than one turn too.
+        Rotation, rad, up to ±1000: also more than one turn.
     advance : float
-        Way along the axis over the whole path, m.
+        Distance along the axis over the whole path, m.
 
     Raises
     ------
@@ -278,14 +278,14 @@ class Screw(Path):
 @by_content
 @dataclass(frozen=True, eq=False, repr=False)
 class Waypoints(Path):
-    """Through given poses: straight and by the shortest rotation from each to the next, evenly between.
+    """Through given poses: straight and by the shortest rotation between neighbours.
 
-    Pose i is at s = i / (N - 1). A single pose is a path that stays there.
+    Pose i is at s = i / (N - 1). A single pose is a constant path.
 
     Parameters
     ----------
     poses : array_like, shape (N, 4, 4)
-        Tool frames, positions in m; rotations within 1e-6 of orthonormal are replaced by the nearest ones.
+        Poses of the end effector, positions in m; rotations within 1e-6 of orthonormal are made exact.
 
     Raises
     ------
@@ -314,30 +314,30 @@ class Waypoints(Path):
 @by_content
 @dataclass(frozen=True, eq=False, repr=False)
 class Segments(Path):
-    """Paths one after the other; with `blend`, their corners are rounded.
+    """Consecutive paths; with `blend`, their corners are rounded.
 
-    Without blends the tool's velocity jumps from piece to piece. With them pose, velocity and acceleration
-    are continuous: within `blend` of a corner the end of one piece and the beginning of the next are
-    added, position and rotation alike. `s` is shared out by size, ``sqrt(length² + (0.2 m · turn)²)``;
-    pieces that stand still are left out.
+    Without blends the velocity jumps from piece to piece. With them pose, velocity and acceleration are
+    continuous: within `blend` of a corner the end of one piece and the beginning of the next are added, for
+    position and rotation alike. `s` is divided by size, ``sqrt(length² + (0.2 m · turn)²)``; constant pieces
+    are left out.
 
-    Not to be confused with `Waypoints`, which share out s evenly. ``line + arc`` is the same without blend.
+    Not to be confused with `Waypoints`, which divide s equally. ``line + arc`` is the same without blend.
 
     Parameters
     ----------
     paths : sequence of Path
         Each begins where the one before it ends, within 1e-9 m and rad.
     blend : float, or array_like of shape (corners,)
-        How far before and behind a corner a blend reaches, m, >= 0; at most to the middle of a piece. One for
-        all, or one for each corner between two pieces (legs, of `Waypoints`), 0 where it is to be met.
-        ``deviation`` says what that comes to: the tool is off its way by 3/16 of it at most, and misses a
-        corner where it turns at right angles by 0.27 of it, where it turns back by 3/8.
+        Length of a blend before and after a corner, m, >= 0; at most to the middle of a piece. One for all,
+        or one for each corner between two pieces (legs, for `Waypoints`), 0 for an exact corner.
+        ``deviation`` gives the result: the path deviates by at most 3/16 of it, and misses a corner of 90
+        degrees by 0.27 of it, a reversal by 3/8.
 
     Raises
     ------
     InputError
-        If there is no path or something else in the list, a path begins elsewhere than the one before it
-        ends, the radius is out of range, or a path that is to be blended has blends already.
+        If there is no path or another object in the list, there is a gap between two paths, the radius is out
+        of range, or a path to be blended already has blends.
 
     Examples
     --------
@@ -402,7 +402,7 @@ def as_blend(blend: ArrayLike) -> Floats:
 
 
 def as_path(path: Any, blend: ArrayLike = 0.0) -> Path | None:
-    """Return a path, several of them as one, with its corners rounded; None if it is neither."""
+    """Return a path, or several as one, with its corners rounded; None for other objects."""
     radius = as_blend(blend)
     if isinstance(path, (list, tuple)) and path and all(isinstance(each, Path) for each in path):
         return Segments(path, radius)
@@ -412,7 +412,7 @@ def as_path(path: Any, blend: ArrayLike = 0.0) -> Path | None:
 
 
 def sample_count(samples: int | None) -> int:
-    """Return how many rows are asked for, `SAMPLES` where nothing is said."""
+    """Return the requested number of rows, `SAMPLES` by default."""
     if samples is None:
         return SAMPLES
     whole = isinstance(samples, (int, np.integer)) and not isinstance(samples, bool)

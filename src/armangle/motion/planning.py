@@ -1,4 +1,4 @@
-"""The whole path at once: a motion with a certificate, or the reason why there is none."""
+"""Plans of whole paths: a certified motion, or the reason why there is none."""
 
 from __future__ import annotations
 
@@ -44,46 +44,45 @@ from .policies import Towards
 from .rolling import best_planned, is_laddered
 
 START_GAP = 0.05
-HELD = 1e-6  # m: what the tool may be off between rows of a plan that is called certified
+HELD = 1e-6  # m: largest deviation of the end effector between rows of a certified plan
 _MOST_WEIGHT = 1e6
-_STANDS_FOR, _MOST_PARTS = 0.002, 256  # m that a moving obstacle is off in its part of a path; parts
+_STANDS_FOR, _MOST_PARTS = 0.002, 256  # m that an obstacle moves in its part of a path; parts
 _FASTEST = 1e3  # m
-_WISHES = 1025  # places at which a function of s is asked
+_WISHES = 1025  # samples of a function of s
 
 
 @dataclass(frozen=True)
 class Objective:
-    """What a plan weighs: a sum of integrals along the path, s from 0 to 1, the less the better.
+    """The weights of a plan: a sum of integrals along the path, s from 0 to 1; smaller is better.
 
-    A weight multiplies its term and nothing else, so that more weight never makes the term larger at the
-    optimum. Margins count by how far the path turns the arm (ℓ, rad): times ℓ² where that is more than 1,
-    (2 ℓ)² where that is less, else 1. So a long path is weighed as its parts are, and a short one is no
-    occasion to swing away from a limit.
+    A weight multiplies its term and nothing else, so more weight never makes the term larger at the optimum.
+    Margins scale with the angle by which the path turns the arm (ℓ, rad): by ℓ² if that is more than 1, by (2
+    ℓ)² if that is less, otherwise by 1. So a long path is weighed like its parts, and a short one is no
+    reason to swing away from a limit.
 
     Parameters
     ----------
     limits, singularities : float
         Weights, >= 0, of (0.2 / d - 0.2 / enough)² for every distance d (rad) to a joint limit or to a
-        singularity (θ2, θ6 at 0 or π) below `enough`; joint 4's are left out, for the path decides them, and
-        no arm angle. Limits hold whatever the weight.
+        singularity (θ2, θ6 at 0 or π) below `enough`. Joint 4's are left out, because they depend on the
+        path, not on the arm angle. Limits hold for every weight.
     travel : float
-        Weight, >= 0, of Σ (dq/ds)²: joint motion, even and without detours.
+        Weight, >= 0, of Σ (dq/ds)²: even joint motion without detours.
     enough : float
-        Distance beyond which more counts no more, rad; 0 leaves the margins out.
+        Distance beyond which margins cost nothing, rad; 0 ignores margins.
     psi : float
-        Weight, >= 0, of 2 - 2 cos(ψ - ψ wished): how far the arm angle is from the wish, where there is one.
-        Times ℓ², at least 1: over a short path too the arm goes to what is wished.
+        Weight, >= 0, of 2 - 2 cos(ψ - ψ target): the distance of the arm angle from its target, if there is
+        one. Times ℓ², at least 1: also over a short path the arm moves to its target.
     duration : float
-        Weight, >= 0, of the time (s) that joint speeds need: at each s that of the joint that needs longest,
-        as the norm of order 8 of |dq/ds| / u over the joints. u is the arm's velocity, or √(a ℓ) if less:
-        what an acceleration a comes to over the ℓ rad that the path turns the arm.
-        Times ℓ, so that a path is weighed as its parts are. A plan of weight 0, and plans whose travel weighs
-        at least 0.1 and 1 times this weight, are made too, and the one that velocities and accelerations let
-        pass fastest is taken: it is never slower than the plan of weight 0. Jerk is not weighed.
-        `retime` says what time it takes.
+        Weight, >= 0, of the time (s) that joint velocities need: at each s the largest of all joints, as the
+        norm of order 8 of |dq/ds| / u over the joints. u is the arm's velocity, or √(a ℓ) if less: the speed
+        that an acceleration a reaches over the ℓ rad by which the path turns the arm. Times ℓ, so that a path
+        is weighed like its parts. A plan of weight 0, and plans whose travel weighs at least 0.1 and 1 times
+        this weight, are made too. The result is the one that velocities and accelerations let pass fastest:
+        it is never slower than the plan of weight 0. Jerk is ignored. `retime` returns the actual time.
     acceleration : float, array_like of shape (7,), optional
-        Joint accelerations of `duration`, rad/s², > 0: those that `retime` will be given. None: the arm's
-        own; arms in the catalogue state none, and then speeds alone count.
+        Joint accelerations of `duration`, rad/s², > 0: those later given to `retime`. None: the arm's own;
+        arms in the catalogue have none, and then velocities alone count.
 
     Raises
     ------
@@ -143,85 +142,84 @@ def plan(
     roll: Roll = "pose",
     progress: Progress | bool | None = None,
 ) -> JointPath:
-    """Return a motion along the whole path, certified between its rows; or one that says why there is none.
+    """Return a motion along the whole path, certified between its rows; or the reason for none.
 
-    Not to be confused with `follow`, which goes from pose to pose and can run into dead ends.
+    Not to be confused with `follow`, which moves from pose to pose and may run into dead ends.
 
-    The tool keeps to the path exactly, to rounding: what is chosen is the arm angle, the branch and windings,
-    and the roll where it is free. Only `blend` leaves the path, at its corners.
+    The end effector stays exactly on the path, to rounding. The plan chooses the arm angle, the branch and
+    turns, and the roll if it is free. Only `blend` leaves the path, at its corners.
 
-    For each global configuration the exact feasible arcs at adaptively chosen s are linked into a tube, the
-    best way through is searched; from it and from arm angles that are held, a twice differentiable arm angle
-    descends to an optimum of the objective; of the global configurations the best is proven by interval
-    arithmetic: ``certified`` says that the limits (and the margins asked) hold, and that nothing touches, on
-    all of [0, 1], not at the rows alone. Of an arm with a chain of its own the arm angle is that of the
-    nominal arm's plan, and joints, derivatives and certificate are those of the true chain.
+    For each global configuration the exact feasible arcs at adaptively chosen s form a tube, and a search
+    finds the best path through it. From that, and from constant arm angles, a twice differentiable arm angle
+    descends to an optimum of the objective. The best global configuration is proven by interval arithmetic.
+    ``certified`` means that the limits (and the requested margins) hold and the motion is collision-free on
+    all of [0, 1], not at the rows alone. For an arm with its own chain the arm angle is that of the nominal
+    arm's plan; joints, derivatives and certificate are those of the true chain.
 
     Parameters
     ----------
     arm : Arm
     path : Line, CircularArc, Screw, Waypoints, a list of them, or array_like of shape (N, 4, 4)
-        Where the tool goes; positions in m. Poses are `Waypoints`, a list is `Segments`.
+        Path of the end effector; positions in m. Poses are `Waypoints`, a list is `Segments`.
     blend : float, or array_like of shape (corners,)
-        Corners of the path are rounded from this far before them to this far behind, m: position and
-        rotation twice differentiable. One for all, or one for each, 0 where it is to be met, as at a pick.
-        ``deviation`` of the result says how far the tool is off its path, or misses a corner, at most.
+        Rounding of the path's corners, from this far before to this far after them, m: position and rotation
+        become twice differentiable. One for all, or one for each, 0 for an exact corner, as at a pick.
+        ``deviation`` of the result is the largest deviation from the path, or from a corner.
     start, goal : array_like, shape (7,), optional
-        Joints at s = 0 and s = 1, rad. They fix the global configuration, the arm angle and the windings
-        there; without them the best are chosen. They must belong to the path's first and last pose, within
-        0.05 rad: the row there is the nearest posture of that pose.
+        Joints at s = 0 and s = 1, rad. They fix the global configuration, the arm angle and the turns there;
+        without them the best are chosen. They must belong to the path's first and last pose, within 0.05 rad:
+        the row there is the nearest solution of that pose.
     gc : int or iterable of int, optional
         Global configurations to consider; all by default.
     psi : float, array_like of shape (n,), function or Towards, optional
-        What is wished of the arm angle, rad: one for the whole path; n of them at s evenly from 0 to 1,
-        straight between; a function of s that takes an array; or where the elbow shall be, as a `Towards`,
-        of which only the wish counts. The plan comes as near as `objective` weighs it.
+        Target for the arm angle, rad: one for the whole path; n of them at equal steps of s from 0 to 1,
+        linear between; a function of s that takes an array; or a `Towards`, of which only the target counts.
+        The plan comes as near as `objective` weighs it.
     objective : Objective
     samples : int, optional
-        Rows of the result, evenly in s, 2 to 10^7. Without it the rows are at exactly the poses given
-        (`JointPath.finer` adds rows between), or 200 for any other path and where corners are rounded, and
-        more between where a joint would move more than 0.2 rad from one to the next.
+        Rows of the result, at equal steps of s, 2 to 10^7. By default the rows are at exactly the given poses
+        (`JointPath.finer` inserts more), or 200 for any other path and if corners are rounded. More are
+        inserted where a joint would move more than 0.2 rad between two.
     limit_margin : float
-        Distance kept from every finite joint limit, rad.
+        Distance to every finite joint limit, rad.
     allowed : ArcSet of shape (), or function (4, 4) -> ArcSet, optional
-        Arcs of psi of the user's own. A set is the same for the whole path, and ``certified`` covers it. A
-        function of the pose is asked wherever the search looks: nothing is known of it between.
+        Arcs of psi given by the user. A set is the same for the whole path, and ``certified`` covers it. A
+        function of the pose is called wherever the search looks: nothing is known between.
     scene : function s -> Scene, optional
-        Obstacles that move, in place of the arm's own: where they are at s in [0, 1]; it needs
-        `obstacle_speed`, and the obstacles have the same names at every s. If the whole path can keep a
-        scene's ``soft`` too, it does; otherwise the plan is one for ``clearance`` alone.
+        Moving obstacles instead of the arm's own: their places at s in [0, 1]. It needs `obstacle_speed`, and
+        the obstacles must have the same names at every s. If the whole path can keep a scene's ``soft`` too,
+        it does; otherwise the plan uses ``clearance`` alone.
     obstacle_speed : float, optional
-        Most that any point of an obstacle moves, m per unit of s (its way, if evenly, along the whole path),
-        >= 0. With it ``certified`` covers all s of a scene that moves: the path is cut into even parts, and
-        the obstacles of the middle of each stand for it, kept off by as much more as they may move, 2 mm or
-        less where 256 parts make it so.
+        Largest motion of any point of an obstacle, m per unit of s (its distance over the whole path, if
+        even), >= 0. With it ``certified`` covers all s of a moving scene: the path is cut into equal parts,
+        and the obstacles at the middle of each represent it. The clearance grows by their possible motion, by
+        2 mm or less if 256 parts suffice.
     roll : "pose" or "free"
-        "free": joint 7 stays where `start` (or `goal`) has it, else in the middle of its limits, and poses
-        are held with the roll about axis 7 that this makes: drills, welding torches, suction cups. No roll
-        is tried, for joints 1 to 6 do not see it; ``certified`` covers them, and ``poses`` and
-        `JointPath.at` give the poses that are held. Where the tool's z axis is not axis 7, rolls are tried:
-        72 turns about it that stay along the path, and the plan that costs least is taken; where none holds,
-        turns that grow evenly along the path. With `start` or `goal` the roll there is theirs, and 73 even
-        rates up to half a turn are tried. Each has exact arcs and its own certificate; between them nothing
-        is asked. That takes the time of up to 144 plans. Where no roll holds the path, what is said is of
-        the one that comes furthest.
+        "free": joint 7 keeps its value in `start` (or `goal`), or else the middle of its limits, and poses
+        have any roll about axis 7: drills, welding torches, suction cups. No roll is tried, because joints 1
+        to 6 do not depend on it. ``certified`` covers them, and ``poses`` and `JointPath.at` give the poses
+        reached. If the tool's z axis is not axis 7, rolls are tried: 72 constant turns about it, and the plan
+        of least cost is returned; if none is feasible, turns that grow linearly along the path. With `start`
+        or `goal` the roll there is theirs, and 73 equally spaced rates up to half a turn are tried. Each has
+        exact arcs and its own certificate; rolls between are not tried. That takes the time of up to 144
+        plans. If no roll is feasible, the diagnosis is that of the one that comes furthest.
     progress : function (done, total), or bool, optional
-        Told some times a second how many thousandths are done: branches searched, choices proven, rolls
-        tried; True: a bar on stderr.
+        Called some times a second with the number of finished thousandths: branches searched, choices proven,
+        rolls tried; True: a bar on stderr.
 
     Returns
     -------
     JointPath
-        Never raises on geometry: ``ok``, ``certified``, ``uncertified``, ``diagnosis`` say what was found.
+        Geometry never raises: ``ok``, ``certified``, ``uncertified``, ``diagnosis`` describe the result.
 
     Raises
     ------
     InputError
         If a number is out of range, or `start` (`goal`) belongs to another pose. With ``roll="free"`` about
-        axis 7: if start and goal have joint 7 at different places. If the objective
-        weighs duration, and there is no bound at all: the arm states none, and the objective neither.
+        axis 7: if start and goal have different values of joint 7. If the objective weighs duration without
+        any bound: neither the arm nor the objective has one.
     SceneError
-        If the arm has no body, or the scene names what is not there.
+        If the arm has no collision model, or the scene names an unknown link.
 
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
@@ -322,9 +320,9 @@ def plan(
 
 
 def _taken(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
-    """Return the posture of a pose nearest to joints that are not quite on it; else the joints.
+    """Return the solution of a pose nearest to joints that are slightly off; otherwise the joints.
 
-    Where θ2 or θ6 is about 0 their arm angle does not lead there.
+    Used if θ2 or θ6 is nearly 0 and the arm angle of the joints does not give that pose.
     """
     if q is None or not arm.within_limits(q):
         return q
@@ -336,7 +334,7 @@ def _taken(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
 def _standing(
     still: Scene | None, scene: Callable[[float], Scene] | None, speed: float | None
 ) -> tuple[list[Scene], float]:
-    """Return what stands about, each for an even part of the path, and how far it moves from there, m."""
+    """Return the obstacles, each scene for an equal part of the path, and their largest motion, m."""
     if scene is None:
         if speed is not None:
             raise InputError("obstacle_speed is of a scene that moves, and scene is no function of s")
@@ -359,9 +357,9 @@ def _standing(
 
 
 def _kept_off(scenes: list[Scene], more: float, *, soft: bool = False) -> list[Scene]:
-    """Return scenes kept off by as much more, m; `soft`: and by what each keeps beyond.
+    """Return scenes with larger clearance, m; `soft`: plus each scene's soft clearance.
 
-    Of scenes none of which keeps more than its clearance there are none to be `soft`.
+    If no scene has a soft clearance, there are none for `soft`.
     """
     if soft and not any(each.soft for each in scenes):
         return []
@@ -371,7 +369,7 @@ def _kept_off(scenes: list[Scene], more: float, *, soft: bool = False) -> list[S
 
 
 def _weights(arm: Arm, objective: Objective) -> Floats:
-    """Return an objective as the core takes it: weights, and what bounds the speed of joints."""
+    """Return an objective in the core's format: weights, and bounds of joint velocities."""
     of = objective
     hardest = arm.acceleration if of.acceleration is None else np.broadcast_to(of.acceleration, JOINTS)
     bounds = [*arm.velocity, *hardest]
@@ -386,7 +384,7 @@ def _weights(arm: Arm, objective: Objective) -> Floats:
 def _with_roll(
     arm: Arm, roll: Roll, start: Floats | None, goal: Floats | None, scene: object, kept: float
 ) -> tuple[Any, float]:
-    """Return the core's arm that plans, and where joint 7 stays if the roll is free."""
+    """Return the core's arm for planning, and joint 7's value if the roll is free."""
     at_rest = np.clip(0.0, arm.lower, arm.upper)
     bounded = np.isfinite(arm.lower) & np.isfinite(arm.upper)
     at_rest[bounded] = 0.5 * (arm.lower[bounded] + arm.upper[bounded])
@@ -408,7 +406,7 @@ def _with_roll(
 
 
 def _wished(psi: Any) -> tuple[Wish, Floats | None]:
-    """Return a wish as the core takes it: its kind, and ψ at s evenly, or the point or direction."""
+    """Return a target in the core's format: its kind, and ψ over s, or the point or direction."""
     if psi is None:
         return Wish.PSI, None
     if isinstance(psi, str):
@@ -433,7 +431,7 @@ def _wished(psi: Any) -> tuple[Wish, Floats | None]:
 
 
 def _asked(allowed: Allowed | None, path: Path) -> tuple[Any, Any, Any]:
-    """Return count and angles of arcs that are the same everywhere, or a function of s that gives them."""
+    """Return count and angles of arcs that are the same everywhere, or a function of s that returns them."""
     if allowed is None:
         return None, None, None
     if isinstance(allowed, ArcSet) or not callable(allowed):
@@ -471,9 +469,9 @@ def _result(
 
 
 def _left_between(arm: Arm, curve: Curve, rows: Floats) -> Floats:
-    """Return the ranges of s between two rows, a third within which the tool is off its pose, shape (k, 2).
+    """Return the ranges of s between rows in which the end effector leaves its pose, shape (k, 2).
 
-    The proof is of limits and obstacles; where θ2 and θ6 are 0 all along, joints may drift from row to row.
+    The proof covers limits and obstacles; if θ2 and θ6 are 0 all along, joints may drift between rows.
     """
     within = (2.0 * rows[:-1] + rows[1:]) / 3.0
     off = curve.at(arm._handle, within).residual > HELD
@@ -486,7 +484,7 @@ def _reason(diagnosis: Diagnosis) -> Status:
 
 
 def _rows(path: Path, samples: int | None) -> Floats:
-    """Return the s of the rows: of the poses given, or evenly spaced."""
+    """Return the s of the rows: of the given poses, or equally spaced."""
     if samples is None and isinstance(path, Waypoints):
         return even_parameters(len(path))
     return np.linspace(0.0, 1.0, sample_count(samples))
@@ -502,7 +500,7 @@ def _limit_margin(arm: Arm, value: float) -> float:
 
 
 def _check_within(arm: Arm, name: str, q: Floats | None) -> None:
-    """Refuse joints outside the limits: no pose of theirs is one of a path's.
+    """Reject joints outside the limits: their pose cannot belong to a path.
 
     Raises
     ------
@@ -521,7 +519,7 @@ def _check_within(arm: Arm, name: str, q: Floats | None) -> None:
 
 
 def _outside(arm: Arm, **ends: Floats | None) -> str:
-    """Return which joint of which end lies outside its limits, as a sentence, or nothing."""
+    """Return which joint of which end violates its limits, as a sentence, or ""."""
     for name, q in ends.items():
         if q is None:
             continue

@@ -40,7 +40,7 @@ def _gain(rate: float, dt: float | None) -> float:
 
 
 class _Rule:
-    """A policy's value is its arguments: copies and pickles are made from them, as is what the core takes."""
+    """A policy's value is its arguments: copies, pickles and the core's object are made from them."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         named = fields(self)  # type: ignore[arg-type]  # of the dataclasses below
@@ -48,7 +48,7 @@ class _Rule:
 
 
 class _Rated(_Rule):
-    """A policy of a strength K per step, or of a rate per second."""
+    """A policy with a strength K per step, or a rate per second."""
 
     K: float
     rate: float | None
@@ -65,7 +65,7 @@ class _Rated(_Rule):
         raise NotImplementedError
 
     def _native(self, dt: float | None) -> Any:
-        """Return what the core takes, for a step of `dt` s."""
+        """Return the core's policy for a step of `dt` s."""
         return self._fixed if self.rate is None else self._of_gain(_gain(self.rate, dt))
 
 
@@ -73,8 +73,8 @@ class _Rated(_Rule):
 class Repulsion(_Rated):
     """Repels the arm angle from both ends of its arc; Eq. (36).
 
-    Not to be confused with `Centre`, which pulls to the middle from everywhere: with a large `alpha`
-    this one leaves the arm angle alone until an end is near.
+    Not to be confused with `Centre`, which pulls towards the middle from everywhere: with a large `alpha`
+    this one does not move the arm angle until an end is near.
 
     Parameters
     ----------
@@ -83,10 +83,10 @@ class Repulsion(_Rated):
     alpha : float
         Range of the repulsion, > 0: the larger, the nearer to an end it begins.
     rate : float, optional
-        Strength per second (1/s), instead of K: K = 1 - exp(-rate·dt), the same for every step time.
+        Strength per second (1/s), instead of K: K = 1 - exp(-rate·dt), independent of the step time.
     outside : "nearest", "stop" or "escape"
-        Where the arm angle lies in no arc: go to the nearer end in one step, or stop with a status. With
-        "escape" steps in a `scene` lead out of what they touch in as many as it takes: CLEARANCE until then.
+        If the arm angle lies in no arc: move to the nearer end in one step, or stop with a status. With
+        "escape" steps in a `scene` leave a collision in as many steps as needed: CLEARANCE until then.
 
     Raises
     ------
@@ -113,18 +113,18 @@ class Repulsion(_Rated):
 
 @dataclass(frozen=True)
 class Hold(_Rule):
-    """Keeps the arm angle while it is feasible.
+    """Keeps the arm angle constant while it is feasible.
 
     Parameters
     ----------
     outside : "nearest", "stop" or "escape"
-        Where the arm angle lies in no arc: go to the nearer end in one step, or stop with a status. With
-        "escape" steps in a `scene` lead out of what they touch in as many as it takes: CLEARANCE until then.
+        If the arm angle lies in no arc: move to the nearer end in one step, or stop with a status. With
+        "escape" steps in a `scene` leave a collision in as many steps as needed: CLEARANCE until then.
 
     Raises
     ------
     InputError
-        If `outside` is neither.
+        If `outside` is none of these.
     """
 
     outside: Outside = "nearest"
@@ -135,13 +135,13 @@ class Hold(_Rule):
         object.__setattr__(self, "_fixed", _core.Policy(_core.Rule.HOLD, 0.0, 1.0, _OUTSIDE[self.outside]))
 
     def _native(self, dt: float | None) -> Any:
-        """Return what the core takes; `dt` has no influence."""
+        """Return the core's policy; `dt` has no influence."""
         return self._fixed
 
 
 @dataclass(frozen=True)
 class Centre(_Rated):
-    """Pulls the arm angle to the middle of its arc by the share K of the distance.
+    """Pulls the arm angle towards the middle of its arc by the share K of the distance.
 
     Parameters
     ----------
@@ -150,8 +150,8 @@ class Centre(_Rated):
     rate : float, optional
         Strength per second (1/s), instead of K: K = 1 - exp(-rate·dt).
     outside : "nearest", "stop" or "escape"
-        Where the arm angle lies in no arc: go to the nearer end in one step, or stop with a status. With
-        "escape" steps in a `scene` lead out of what they touch in as many as it takes: CLEARANCE until then.
+        If the arm angle lies in no arc: move to the nearer end in one step, or stop with a status. With
+        "escape" steps in a `scene` leave a collision in as many steps as needed: CLEARANCE until then.
 
     Raises
     ------
@@ -174,36 +174,36 @@ class Centre(_Rated):
 
 @dataclass(frozen=True)
 class Towards(_Rated):
-    """Moves the arm angle to a wish, as near as its arc allows: an arm angle, or a place for the elbow.
+    """Moves the arm angle to a target within its arc: an arm angle, or a place for the elbow.
 
-    Exactly one of psi, point and direction. The arm angle moves by the share K of the way and stays on the
-    arc it is on, at whose nearer end it waits where the wish lies beyond. On the full circle it goes the
-    shorter way. A point or a direction becomes an arm angle at each pose anew (`Arm.psi_towards`); where all
-    arm angles are alike - the arm stretched, the point on the axis shoulder-wrist - there is no wish, and
-    the arm angle stays.
+    Exactly one of psi, point and direction. The arm angle moves by the share K of the distance and stays on
+    its arc; if the target is outside, it waits at the nearer end. On the full circle it takes the shorter
+    way. A point or a direction becomes an arm angle at each pose (`Arm.psi_towards`). If all arm angles are
+    equally good - arm stretched, point on the axis shoulder-wrist - there is no target, and the arm angle is
+    constant.
 
     Parameters
     ----------
     psi : float, optional
         Arm angle, rad, any real within ±1e6; or
     point : array_like, shape (3,), optional
-        What the elbow shall be near, m, in the frame that poses are given in; or
+        Point that the elbow should be near, m, in the frame that poses are given in; or
     direction : array_like, shape (3,), or "up", "down", "left", "right", "forward" or "back", optional
-        Along which the elbow shall be as far as it goes, in that frame: x forward, y left, z up.
+        Direction along which the elbow should be as far as possible, in that frame: x forward, y left, z up.
     K : float
-        Share of the way per step, in [0, 1].
+        Share of the distance per step, in [0, 1].
     rate : float, optional
         Strength per second (1/s), instead of K: K = 1 - exp(-rate·dt).
     outside : "nearest", "stop" or "escape"
-        Where the arm angle lies in no arc: go to the nearer end in one step, or stop with a status. With
-        "escape" steps in a `scene` lead out of what they touch in as many as it takes: CLEARANCE until then.
+        If the arm angle lies in no arc: move to the nearer end in one step, or stop with a status. With
+        "escape" steps in a `scene` leave a collision in as many steps as needed: CLEARANCE until then.
 
     Raises
     ------
     InputError
-        If not exactly one wish is given, or a number is out of range.
+        If not exactly one target is given, or a number is out of range.
     InputError
-        If the point or the direction is none.
+        If the point or the direction is invalid.
 
     Examples
     --------
@@ -230,7 +230,7 @@ class Towards(_Rated):
         object.__setattr__(self, "_fixed", self._of_gain(self.K))
 
     def _checked_wish(self) -> tuple[_core.Wish, float, Floats]:
-        """Return the wish as the core takes it; point and direction are kept as tuples, or as the word."""
+        """Return the target in the core's format; point and direction are kept as tuples, or as the word."""
         if isinstance(self.psi, str):
             raise InputError(f"psi is {self.psi!r}, wanted rad, or direction={self.psi!r} for the elbow")
         given: object = self.psi

@@ -1,7 +1,7 @@
-"""A free roll about an axis of the tool that is not axis 7: a ladder of rolls, each a path of its own.
+"""Free roll about a tool axis other than axis 7: a ladder of rolls, each with its own path.
 
-Joints 1 to 6 see such a roll, so that it has to be chosen. Every rung is a whole path, followed or planned
-with exact arcs as any other: its frames are turned about their own z axes by ``roll + rate s``.
+Joints 1 to 6 depend on such a roll, so it must be chosen. Every rung is a whole path, followed or planned
+with exact arcs like any other. Its frames turn about their own z axes by ``roll + rate s``.
 """
 
 from __future__ import annotations
@@ -23,27 +23,27 @@ from .paths import Path, rolled
 
 _STEP = 2 * np.pi / LADDER
 _TRIED = np.linspace(0.0, 1.0, 33)
-"""The s at which a rung is looked at before it is planned."""
+"""The s at which a rung is tested before it is planned."""
 _GROWING = np.radians([15.0, -15.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 180.0, -180.0])
-"""Rates of rungs where no roll that stays holds the whole path, rad per unit of s."""
+"""Rates of rungs if no constant roll is feasible on the whole path, rad per unit of s."""
 
 _NOTE = "Of {} rolls about the tool's z axis that were tried this is the one that comes furthest."
 
 _NOTHING = (False, False, 1e-24)
-"""The worth of a plan that costs nothing but rounding, as where the tool stands: none can cost less."""
+"""Cost of a plan that costs only rounding, as with a constant end effector: none can cost less."""
 
 Rung = tuple[float, float]
 
 
 def is_laddered(arm: Arm, roll: Roll) -> bool:
-    """Return whether the roll is free and about another axis than 7, so that rolls have to be tried."""
+    """Return whether the roll is free and about an axis other than 7, so that rolls must be tried."""
     return chosen("roll", roll, ROLLS) == "free" and not is_along_axis_7(arm)
 
 
 def ladder(arm: Arm, path: Path, start: Floats | None, goal: Floats | None) -> list[Rung]:
-    """Return rungs, roll and rate, rad: through start and goal where they are given.
+    """Return rungs, roll and rate, rad: through start and goal if they are given.
 
-    Rates are about that of the path as it is, and about the one that undoes the path's own roll.
+    Rates are about that of the given path, and about the one that cancels the path's own roll.
     """
     first, last = path.pose(np.array([0.0, 1.0]))
     undone = -_rolls(path)
@@ -77,7 +77,7 @@ def _rolls(path: Path) -> float:
 
 
 def _growing() -> list[Rung]:
-    """Return the rungs whose roll grows or falls along the path."""
+    """Return the rungs whose roll changes linearly along the path."""
     return [(float(roll), float(rate)) for rate, roll in product(_GROWING, _STEP * np.arange(LADDER))]
 
 
@@ -91,7 +91,7 @@ def best_planned(
     arm: Arm, path: Path, start: Floats | None, goal: Floats | None,
     planned: Callable[[Path, Progress], JointPath], tell: Progress,
 ) -> JointPath:  # fmt: skip
-    """Return the plan of the rung that costs least; where none holds, of the one that comes furthest."""
+    """Return the plan of the rung of least cost; if none is feasible, of the one that comes furthest."""
     rungs = ladder(arm, path, start, goal)
     held, furthest = _held(arm, path, rungs)
     every: list[JointPath] = []
@@ -112,7 +112,7 @@ def best_planned(
 
 
 def _worth(result: JointPath) -> tuple[bool, bool, float]:
-    """Return what sorts plans: those that hold by proof and cost, the others by how far they come."""
+    """Return the sort key of plans: solved ones by proof and cost, others by how far they come."""
     branches = result.diagnosis.branches if result.diagnosis else ()
     costs = [branch.cost for branch in branches if branch.ok]
     come = max((max(branch.reached, branch.s_from) for branch in branches), default=0.0)
@@ -120,8 +120,8 @@ def _worth(result: JointPath) -> tuple[bool, bool, float]:
 
 
 def _held(arm: Arm, path: Path, rungs: list[Rung]) -> tuple[list[Rung], Rung]:
-    """Return the rungs of which every pose looked at can be held, those with most freedom first, and the one
-    that comes furthest.
+    """Return the rungs whose tested poses are all reachable, those with most freedom first, and the one that
+    comes furthest.
     """
     frames = np.stack([rolled(path, *rung).pose(_TRIED) for rung in rungs])
     free = arm.nominal.freedom(frames)
@@ -135,7 +135,7 @@ def _held(arm: Arm, path: Path, rungs: list[Rung]) -> tuple[list[Rung], Rung]:
 def best_followed(
     arm: Arm, path: Path, start: Floats, followed: Callable[[Rung, Progress], JointPath], tell: Progress
 ) -> JointPath:
-    """Return the rung that is followed furthest, and of those the one on which the joints travel least."""
+    """Return the rung that is followed furthest; among equals the one with the least joint travel."""
     rungs = ladder(arm, path, start, None)
     results = [followed(rung, part(tell, k, len(rungs))) for k, rung in enumerate(rungs)]
 

@@ -54,16 +54,16 @@ class Resolution(NamedTuple):
 
 @by_content
 class Step(NamedTuple):
-    """What a step leads to.
+    """Result of one step.
 
-    OK: the posture holds the pose. PARTIAL: it is as far towards it as bounds, or the reach, allow. CLEARANCE
-    with `why` OK: it holds the pose and still touches, on its way out (a policy's ``outside="escape"``). On
-    any other status nothing moves; where accelerations are bound, every joint brakes.
+    OK: the joints solve the pose. PARTIAL: they are as near to it as bounds, or the reach, allow. CLEARANCE
+    with `why` OK: they solve the pose while leaving a collision (a policy's ``outside="escape"``). With any
+    other status nothing moves; if accelerations are bounded, every joint brakes.
 
-    ``q (7,)`` rad, continuous with the present joints; ``psi`` rad in (-π, π]; ``gc`` 0..7, another than
-    before where the joints passed θ₂ = 0 or θ₆ = 0; ``status``; ``margin`` least distance of a joint of q to
-    one of its limits, rad; ``velocity (7,)`` rad/s, ``(q - q_now) / dt``, without `dt` NaN and read-only;
-    ``why`` a `Status`: what keeps the posture from the pose, OK where nothing does.
+    ``q (7,)`` rad, continuous with the present joints; ``psi`` rad in (-π, π]; ``gc`` 0..7, which changes if
+    the joints passed θ₂ = 0 or θ₆ = 0; ``status``; ``margin`` distance to the nearest joint limit, rad;
+    ``velocity (7,)`` rad/s, ``(q - q_now) / dt``, without `dt` NaN and read-only; ``why`` a `Status`: the
+    reason why q does not solve the pose, otherwise OK.
     """
 
     q: Floats
@@ -76,7 +76,7 @@ class Step(NamedTuple):
 
     @property
     def ok(self) -> bool:
-        """Whether the joints hold the pose: the status is OK, or UNPROVEN for an own chain."""
+        """Whether the joints solve the pose: the status is OK, or UNPROVEN for an own chain."""
         return bool(is_solved(self.status))
 
 
@@ -100,26 +100,26 @@ def resolve(
     pose : array_like, shape (..., 4, 4)
         Tool frame, position in m.
     psi : array_like, shape (...)
-        Present arm angle, rad, any real.
+        Present arm angle, rad, any real number.
     gc : array_like of int, shape (...)
         Global configuration 0..7.
     policy : Repulsion, Hold, Centre or Towards
-        How the arm angle moves on its arc.
+        The rule that moves the arm angle on its arc.
     dt : float, optional
-        Time of the step, s; needed by a policy with ``rate=``.
+        Time of the step, s; required for a policy with ``rate=``.
     allowed : ArcSet or function (4, 4) -> ArcSet, optional
-        Arcs of the user's own, intersected: task-space obstacles (the paper's section 6).
+        Arcs given by the user, intersected: task-space obstacles (the paper's section 6).
 
     Returns
     -------
     Resolution
-        ``psi`` float64 (...) in (-π, π] and ``status``; where no arc is feasible psi is the given one and the
-        status says why.
+        ``psi`` float64 (...) in (-π, π] and ``status``; if no arc is feasible psi is the given one and the
+        status gives the reason.
 
     Raises
     ------
     ArmangleError
-        As `Arm.feasible`; `InputError` where dt is missing.
+        As `Arm.feasible`; `InputError` if dt is missing.
 
     Source: Faria et al. (2018), Eq. (36).
 
@@ -178,25 +178,26 @@ def step(
 ) -> Step:
     """Return the joints for the next pose of a control loop: one pass of the paper's figure 10.
 
-    Feasible arcs at the new pose, next arm angle by the policy, closed-form inverse, and the checks that make
-    the motion continuous: q is lifted next to `q_now`; a joint whose turns are used up, or a joint that would
-    move more than `max_joint_step`, is a status, and the posture stays. Where θ₂ or θ₆ passes 0, two branches
-    meet and the joints go on into the other one, if on the straight way there they keep the tool as near to
-    its own way as it moves; through a straight elbow where nothing else is a step.
+    It computes the feasible arcs at the new pose, the next arm angle by the policy, and the closed-form
+    inverse. Checks make the motion continuous: q is on the turns nearest to `q_now`. If a joint has no turn
+    left, or would move more than `max_joint_step`, the status says so and nothing moves. If θ₂ or θ₆ passes
+    0, two branches meet and the joints continue into the other one. The condition is that the straight joint
+    motion keeps the end effector as near to its path as it moves. They pass through a straight elbow only if
+    no other step exists.
 
-    With bounds the arm angle is the nearest to the policy's wish whose joints keep them. **What is returned
-    with OK or PARTIAL keeps them**, judged by the joints themselves: ``v = (q - q_now) / dt`` has
-    ``|v| <= velocity`` and ``|v - velocity_now| <= acceleration * dt``; and every joint can still brake
-    before its limit. (Given a `velocity_now` with which a joint cannot, it brakes as hard as it may.)
+    With bounds the arm angle is the one nearest to the policy's target whose joints respect them. **A result
+    with OK or PARTIAL respects them**, measured on the joints: ``v = (q - q_now) / dt`` has ``|v| <=
+    velocity`` and ``|v - velocity_now| <= acceleration * dt``; and every joint can still brake before its
+    limit. (If that is impossible from the given `velocity_now`, the joint brakes as hard as it may.)
 
-    Where no arm angle does, ``why`` is the first condition without which one would: NOT_ALLOWED, CLEARANCE,
-    ACCELERATION_LIMIT, VELOCITY_LIMIT, WINDING_EXHAUSTED, LIMITS, and JOINT_JUMP if none is. With bounds the
-    step then goes as far towards a posture of the pose as they allow, all joints along one straight line, and
-    the steps that follow come to rest on the pose: PARTIAL. Without bounds nothing moves, nor with obstacles,
-    for nobody knows whether that line is clear.
+    If no arm angle does, ``why`` is the first condition whose removal permits one: NOT_ALLOWED, CLEARANCE,
+    ACCELERATION_LIMIT, VELOCITY_LIMIT, WINDING_EXHAUSTED, LIMITS, and JOINT_JUMP if none does. With bounds
+    the step then moves as far towards a solution of the pose as they allow, all joints along one straight
+    line, and the following steps come to rest on the pose: PARTIAL. Without bounds nothing moves; with
+    obstacles neither, because that line may not be collision-free.
 
     For an arm with an offset wrist or shoulder psi is the value of joint 7 or 1, and branches meet at θ₂ = 0,
-    at the stretched elbow and at the fold; bounds, ``carry``, ``roll`` and ``fallback`` are not offered.
+    at the stretched elbow and at the fold; bounds, ``carry``, ``roll`` and ``fallback`` are not supported.
 
     Parameters
     ----------
@@ -204,50 +205,49 @@ def step(
     q_now : array_like, shape (7,)
         Present joints, rad.
     pose : array_like, shape (4, 4)
-        Tool frame to go to, position in m.
+        Target pose of the end effector, position in m.
     gc : int, optional
-        Global configuration 0..7 of the new posture. By default that of `q_now`, or one that meets it within
-        the step at θ₂ = 0 or θ₆ = 0; the other side of the elbow where one step takes it through straight
-        and its own side has no posture within the step, unless the arm's `singularity_margin` parts the two.
+        Global configuration 0..7 of the result. By default that of `q_now`, or one that meets it within the
+        step at θ₂ = 0 or θ₆ = 0. The other side of the elbow is used if one step passes through straight and
+        its own side has no solution within the step, unless the arm's `singularity_margin` separates the two.
     policy : Repulsion, Hold, Centre or Towards
-        Beside θ2 = 0 or θ6 = 0, where joints next to that hinge would sweep round, `Repulsion` gives way
-        to the posture next to `q_now`.
+        Near θ2 = 0 or θ6 = 0, where joints next to that hinge would sweep around, `Repulsion` yields to the
+        solution nearest to `q_now`.
     dt : float, optional
-        Time of the step, s; needed by a policy with ``rate=``, by bounds, and for ``velocity``.
+        Time of the step, s; required for a policy with ``rate=``, for bounds, and for ``velocity``.
     carry : "psi" or "elbow"
-        What is kept from posture to posture before the policy acts: the number psi (the paper), or the elbow
-        axis itself, which stays still where the wrist passes near the base axis. Where the one is no step,
-        the other is tried.
+        The quantity kept between poses before the policy acts: the number psi (the paper), or the elbow axis
+        itself, which stays steady if the wrist passes near the base axis. If one gives no step, the other is
+        tried.
     max_joint_step : float, optional
-        Largest move of a joint, rad; by default 0.2, with `dt` below 10 ms 20 rad/s of it. A policy that asks
-        for more gets the arm angle nearest to its wish that fits, in whatever arc; what the pose alone forces
-        beyond it is JOINT_JUMP, what a limit forces LIMITS or WINDING_EXHAUSTED, what `allowed` forces
-        NOT_ALLOWED.
+        Largest move of a joint, rad; by default 0.2, or 20 rad/s for `dt` below 10 ms. If a policy requests
+        more, the result is the arm angle nearest to its target that fits, in any arc. A larger move required
+        by the pose alone is JOINT_JUMP, by a limit LIMITS or WINDING_EXHAUSTED, by `allowed` NOT_ALLOWED.
     allowed : ArcSet or function (4, 4) -> ArcSet, optional
-        Arcs of the user's own, intersected.
+        Arcs given by the user, intersected.
     velocity : float, array_like of shape (7,), or True, optional
-        Greatest joint speeds, rad/s, > 0; a number for all joints; True: the arm's own, ``arm.velocity``.
-        Needs `dt`.
+        Largest joint velocities, rad/s, > 0; a number for all joints; True: the arm's own, ``arm.velocity``.
+        Requires `dt`.
     acceleration : float, array_like of shape (7,), or True, optional
-        Greatest joint accelerations, rad/s², > 0; True: ``arm.acceleration``. Needs `dt` and `velocity_now`.
+        Largest joint accelerations, rad/s², > 0; True: ``arm.acceleration``. With `dt` and `velocity_now`.
     velocity_now : array_like, shape (7,), optional
-        Joint velocities of the step before, rad/s.
+        Joint velocities of the previous step, rad/s.
     fallback : None or "nearest_pose"
-        If no arm angle of the pose is within reach and limits: say so; or go on to the nearest pose,
-        PARTIAL. That is the pose of the same orientation with its wrist drawn into what joint 4 reaches;
-        where limits forbid that too, one from which no small move of the joints comes nearer
-        (``sqrt(|dp|² + (0.2 m · angle)²)``). The arm's `singularity_margin` is kept on the way, on the sides
-        of the singularities on which the joints are.
+        If no arm angle of the pose is within reach and limits: return the status; or move to the nearest
+        pose, PARTIAL. That is the pose of the same orientation with its wrist moved into joint 4's reach. If
+        limits forbid that too, it is one from which no small joint move comes nearer (``sqrt(|dp|² + (0.2 m ·
+        angle)²)``). The arm's `singularity_margin` is kept on the way, on the joints' present sides of the
+        singularities.
     roll : "pose" or "free"
-        "free": joint 7 stays where it is, and the pose is held with the roll about axis 7 that this makes:
-        drills, welding torches, suction cups. Of all rolls it is the one that moves joint 7 least, and none
-        is refused for it. The tool's z axis must be axis 7.
+        "free": joint 7 is constant, and the pose has any roll about axis 7: drills, welding torches, suction
+        cups. This roll moves joint 7 least, and no pose is rejected for its roll. The tool's z axis must be
+        axis 7.
 
     Returns
     -------
     Step
-        Never raises on geometry: see ``status``. A jump from joints more than a turn outside their limits is
-        an InputError: they were hardly meant in rad.
+        Geometry never raises: see ``status``. Joints more than a turn outside their limits raise an
+        InputError: they were probably not meant in rad.
 
     Raises
     ------
@@ -318,7 +318,7 @@ def _asked(
     core_step: Callable[..., Step | None], handle: _core.Arm | None, q_now: ArrayLike, pose: ArrayLike,
     native: Any, given: tuple[Any, ...], rest: tuple[Any, ...],
 ) -> Step:  # fmt: skip
-    """Return the core's step; what it cannot read as it comes is converted, or refused."""
+    """Return the core's step; convert or reject what it cannot read directly."""
     plain = core_step(q_now, pose, native, *given, *rest)
     if plain is not None:
         return plain
@@ -334,5 +334,5 @@ def _asked(
 
 
 def _least(arm: Arm, now: Step) -> float:
-    """Return the margin of a step whose roll is free, joint 7 with it."""
+    """Return the margin of a step with free roll, including joint 7."""
     return min(now.margin, float(last_margin(arm, now.q)))

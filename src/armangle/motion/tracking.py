@@ -1,4 +1,4 @@
-"""The loop for hands, joysticks, cameras and policies: a posture every tick, whatever the command."""
+"""The loop for teleoperation, joysticks, cameras and policies: joints in every control cycle."""
 
 from __future__ import annotations
 
@@ -34,29 +34,27 @@ from .options import LONGEST_STEP, Bound, as_seconds, joint_bound, positive
 
 
 class _Tracking(Named):
-    """What became of a tick of a `Tracker`.
+    """State of a `Tracker` after a control cycle.
 
-    FOLLOWING: the tool is where the hand is, within 1e-9 m.
-    LAGGING: it is on its way, as fast as bounds and obstacles allow.
-    NEAREST: the hand is out of reach, or no way to it was found: at, or on the way to, the nearest pose.
-    HELD: there is no sample to believe: it goes on as predicted.
-    TURNING: it goes to the branch of `reconfigure`, back to the arm's own, out of a corner of the limits, or
-    round an obstacle, joint by joint: the tool leaves the hand.
-    RETURNING: a joint stands outside its limits, or a link touches an obstacle, where `start` found it: it is
-    on its way out.
+    FOLLOWING: the end effector is at the target, within 1e-9 m. LAGGING: it approaches the target as fast as
+    bounds and obstacles allow. NEAREST: the target is out of reach, or no way to it was found: at, or on the
+    way to, the nearest pose. HELD: no sample is accepted: it continues as predicted. TURNING: it moves in
+    joint space to the branch of `reconfigure`, back to the arm's own, out of a corner of the limits, or
+    around an obstacle: the end effector leaves the target. RETURNING: a joint violates its limits, or a link
+    collides, since `start`: it is leaving that state.
     """
 
 
 if TYPE_CHECKING:
     from .._core import Tracking as Tracking
-else:  # names and numbers stand in the core alone; this one is pickled as armangle's own
+else:  # the core alone holds names and numbers; pickled as armangle's own
     Tracking = _Tracking("Tracking", {one.name: one.value for one in _core.Tracking}, module=__name__)
     Tracking.__doc__ = _Tracking.__doc__
 
 _TRACKINGS = tuple(Tracking)
 _MOST_MARGIN = 1.0  # rad
 _MOST_CLEARANCE = 10.0  # m
-_LONGEST = 1e3  # m, of what a radian counts as
+_LONGEST = 1e3  # m, upper bound for the length of a radian
 _POINT = 3
 _START = "start(q) says where the arm stands"
 _KEYWORDS = {
@@ -72,16 +70,15 @@ _KEYWORDS = {
 
 @by_content
 class Tracked(NamedTuple):
-    """What a tick leads to.
+    """Result of one control cycle.
 
-    ``q (7,)`` rad; ``velocity (7,)`` rad/s, ``(q - q before) / dt``: a position controller follows far
-    better with it; ``status`` a `Tracking`: FOLLOWING, LAGGING, NEAREST, HELD, TURNING or RETURNING (there);
-    ``distance`` of the tool from the hand, m, ``sqrt(|dp|² + (length·angle)²)``, the hand being what
-    the `HandFilter` makes of its samples, if there is one (`HandFilter.smooth`); ``gap`` by which the
-    hand's wrist is outside of what joint 4 reaches, m; ``psi`` rad in (-π, π]; ``gc`` 0..7; ``why`` a
-    `Status`: what keeps the tool from the hand, BAD_INPUT where what was given of hand or elbow was no pose
-    or no hint; ``pair`` the names (obstacle, link) of the two that block, where ``why`` is CLEARANCE or
-    POSE_BLOCKED, else None.
+    ``q (7,)`` rad; ``velocity (7,)`` rad/s, ``(q - q before) / dt``, with which a position controller tracks
+    far better; ``status`` a `Tracking`: FOLLOWING, LAGGING, NEAREST, HELD, TURNING or RETURNING (see there);
+    ``distance`` of the end effector from the target, m, ``sqrt(|dp|² + (length·angle)²)``. The target is the
+    output of the `HandFilter` if there is one (`HandFilter.smooth`). ``gap`` by which the target's wrist is
+    outside joint 4's reach, m; ``psi`` rad in (-π, π]; ``gc`` 0..7. ``why`` is a `Status`: why the end
+    effector is not at the target, BAD_INPUT if the target or the elbow's target is invalid. ``pair`` are the
+    names (obstacle, link) of the blocking pair if ``why`` is CLEARANCE or POSE_BLOCKED, otherwise None.
     """
 
     q: Floats
@@ -96,28 +93,28 @@ class Tracked(NamedTuple):
 
     @property
     def ok(self) -> bool:
-        """Whether the tool follows the target: the status is FOLLOWING."""
+        """Whether the end effector follows the target: the status is FOLLOWING."""
         return self.status == Tracking.FOLLOWING
 
 
 @dataclass(frozen=True)
 class HandFilter:
-    """How samples of a hand become a smooth motion: a critically damped filter, and a gate for outliers.
+    """Filter for target samples: a critically damped filter, and rejection of outliers.
 
-    Constant velocities are followed without lag, an acceleration a with a lag of about a / omega². Where
-    samples are rarer than ticks, each of them makes that estimate jump; what it corrects is spread over one
-    of their periods (25 ms at most), critically damped too, so that no velocity jumps.
+    Constant velocities are followed without lag, an acceleration a with a lag of about a / omega². If samples
+    are rarer than cycles, each of them makes that estimate jump. Its correction is spread over one of their
+    periods (25 ms at most), critically damped too, so that no velocity jumps.
 
     Parameters
     ----------
     omega : float
-        Bandwidth, 1/s; infinite: samples are taken as they come.
+        Bandwidth, 1/s; infinite: samples are used unfiltered.
     patience : float
-        Time that a jump must last to be believed, s; 0: every sample is believed.
+        Time that a jump must last to be accepted, s; 0: every sample is accepted.
     jump : float
         A sample further from its prediction is a jump, m.
     turn : float
-        The same of its rotation, rad.
+        The same for its rotation, rad.
 
     Raises
     ------
@@ -142,15 +139,15 @@ class HandFilter:
         as_number("turn", self.turn, 0.0, np.inf, low_open=True)
 
     def smooth(self, poses: ArrayLike, dt: float) -> Floats:
-        """Return what a `Tracker` with this filter takes for the hand at each of the samples (n, 4, 4).
+        """Return the target that a `Tracker` with this filter uses at each of the samples (n, 4, 4).
 
         Parameters
         ----------
         poses : array_like, shape (n, 4, 4)
-            One sample a tick; one equal to the sample before, or one that is no pose, is none.
-            Until the first pose comes the identity is returned.
+            One sample a cycle; a sample equal to the one before, or an invalid one, counts as missing. Before
+            the first pose the identity is returned.
         dt : float
-            Time of a tick, s.
+            Time of a control cycle, s.
 
         Raises
         ------
@@ -174,64 +171,62 @@ _AS_THEY_COME = HandFilter(omega=np.inf, patience=0.0)
 
 
 class Tracker:
-    """Follows a hand, a joystick, a camera or a policy: every tick a posture, whatever the command.
+    """Follows a person's hand, a joystick, a camera or a policy: joints in every control cycle.
 
-    Not to be confused with `step`, which refuses what it cannot reach exactly: a tracker goes to the nearest
-    pose that it can take, never stands still while a better one is in reach, and never jumps. Where the hand
-    can be followed exactly it is; where bounds forbid it the tool follows as fast as they allow; where
-    the wrist is out of reach it stops at the reach with the orientation held; where limits forbid the pose it
-    goes where no small move comes nearer. The branch is kept, but for theta_2 = 0 and theta_6 = 0, where two
-    branches meet and the arm passes through.
+    Not to be confused with `step`, which rejects poses that it cannot reach exactly. A tracker moves to the
+    nearest pose that it can reach, never stops while a better one is reachable, and never jumps. It follows
+    the target exactly if it can. If bounds forbid that, the end effector follows as fast as they allow. If
+    the wrist is out of reach, it stops at the reach and keeps the orientation. If limits forbid the pose, it
+    moves where no small move comes nearer. The branch is constant, except at theta_2 = 0 and theta_6 = 0,
+    where two branches meet and the arm passes through.
 
-    A command that does not move brings the arm to rest: on the hand, or, where its branch has no posture for
-    the hand, as near as was found.
+    A constant target brings the arm to rest: at the target, or, if its branch has no solution for it, as near
+    as was found.
 
-    The joints returned keep, judged by themselves, ``|v| <= velocity`` and ``|v - v before| <=
-    acceleration·dt`` with ``v = (q - q before) / dt``, and can always brake before their limits. With `jerk`
-    they keep ``|a - a before| <= jerk·dt`` too, ``a = (v - v before) / dt``, to rounding.
+    The joints returned satisfy ``|v| <= velocity`` and ``|v - v before| <= acceleration·dt`` with ``v = (q -
+    q before) / dt``, and can always brake before their limits. With `jerk` they satisfy ``|a - a before| <=
+    jerk·dt`` too, ``a = (v - v before) / dt``, to rounding.
 
-    Obstacles that move are set as they move: ``tracker.scene = ...``, between ticks.
+    Set moving obstacles between cycles: ``tracker.scene = ...``.
 
-    A tracker can be copied and pickled while it runs: the copy goes on like the original. Trackers of equal
+    A tracker can be copied and pickled while it runs: the copy continues like the original. Trackers of equal
     arms, options and states are equal.
 
-    With obstacles nothing ever touches, in ticks and between them: a tick is taken only if it *and* braking
-    after it are proven to keep the scene's clearance. The elbow goes round what stands in its way while the
-    tool follows; where the tool itself is in the way it slides along as near to the hand as it can, and
-    ``pair`` names the two that block. Where the arm stands at an obstacle though another posture of its
-    branch would hold the hand it looks for a way there, some 600 by the way of a posture drawn at random, and
-    takes the first that is proven clear (TURNING); if none is, the status is NEAREST until the hand moves.
+    With obstacles the arm never collides, in cycles and between them: a motion is used only if it *and*
+    braking after it are proven to keep the scene's clearance. The elbow moves around obstacles while the end
+    effector follows. If the end effector itself is blocked, it slides along as near to the target as it can,
+    and ``pair`` names the blocking pair. If the arm is blocked although another configuration of its branch
+    reaches the target, it searches a way there: some 600 through a random configuration. It takes the first
+    that is proven collision-free (TURNING); if there is none, the status is NEAREST until the target moves.
 
     Parameters
     ----------
     arm : Arm
-        Its `scene` is what links and gripper keep clear of; its `singularity_margin` is how far from
-        theta_2 = 0 and theta_6 = 0 the arm angle is chosen if that is possible.
+        Its `scene` are the obstacles for links and gripper; its `singularity_margin` is the distance from
+        theta_2 = 0 and theta_6 = 0 at which the arm angle is chosen if possible.
     dt : float
-        Time of a tick, s. What looks like ms is warned of, as are bounds that look like degrees.
+        Time of a control cycle, s. Values like ms cause a warning, as do bounds like degrees.
     velocity : array_like, shape (7,), a number, True or None
-        Greatest joint speeds, rad/s, > 0; True: the arm's own; None: no bound.
+        Largest joint velocities, rad/s, > 0; True: the arm's own; None: unbounded.
     acceleration : array_like, shape (7,), a number, True or None
-        Greatest joint accelerations, rad/s², > 0. Arms in the catalogue state none, so that the default is a
+        Largest joint accelerations, rad/s², > 0. Arms in the catalogue have none, so the default is a
         cautious 10 rad/s² for every joint.
     jerk : array_like, shape (7,), a number or None
-        Greatest joint jerks, rad/s³, > 0; None: no bound. What is calmer is also later: a bound below
-        acceleration / 0.1 s makes an arm that takes a tenth of a second to begin to brake.
+        Largest joint jerks, rad/s³, > 0; None: unbounded. A smaller bound makes the motion smoother and
+        later: with a bound below acceleration / 0.1 s an arm takes a tenth of a second to begin to brake.
     filter : HandFilter, optional
-        For samples with noise or outliers, or slower than the loop. None: samples are taken as they come.
+        For samples with noise or outliers, or slower than the loop. None: samples are used unfiltered.
     length : float
-        How many metres a radian counts as where position and rotation are weighed, m.
+        Metres that count as one radian when position and rotation are compared, m.
     elbow_margin : float
-        How far off straight joint 4 stays while the hand moves, rad; at rest it may come within 0.05 rad. It
-        bends further, up to 0.8 rad, in time for a hand that comes in faster than joint 4 could follow.
+        Distance of joint 4 from straight while the target moves, rad; at rest it may come within 0.05 rad. It
+        bends further, up to 0.8 rad, in time for a target that comes closer faster than joint 4 could follow.
     soft_clearance : float
-        How much farther than the scene's clearance the arm angle keeps links off obstacles where that is
-        possible, m.
+        Additional distance beyond the scene's clearance that the arm angle keeps if possible, m.
     detours : bool
-        Whether the tool may leave a hand that it does not come nearer to, the status being TURNING: round an
-        obstacle, out of a corner of the limits, or back to its branch. That is as fast as the bounds allow,
-        and the tool may go far from the hand on it. False: it stays as near as it comes, but for
-        `reconfigure`.
+        Whether the end effector may leave a target that it cannot approach, with the status TURNING: around
+        an obstacle, out of a corner of the limits, or back to its branch. It moves as fast as the bounds
+        allow, and may go far from the target. False: it stays as near as it comes, except for `reconfigure`.
 
     Raises
     ------
@@ -291,7 +286,7 @@ class Tracker:
         self._make(arm, given)
 
     def _make(self, arm: Arm, given: Floats) -> None:
-        """Make the loop of checked numbers."""
+        """Create the loop from checked numbers."""
         ready = arm._ready
         self._name_pair = None if ready is None else ready.names.pair
         self._core: _core.Tracker | _core.NearTracker | _core.OffsetTracker
@@ -313,17 +308,17 @@ class Tracker:
 
     @property
     def arm(self) -> Arm:
-        """The arm that is moved."""
+        """The controlled arm."""
         return self._arm
 
     @property
     def scene(self) -> Scene | None:
-        """What links and gripper keep clear of; it may be set while the tracker runs: obstacles that move.
+        """The obstacles for links and gripper; may be set while the tracker runs, for moving obstacles.
 
-        Each tick, and braking after it, is proven clear of the scene that is set then; an arm that rests
-        gives way. Nothing is known of where obstacles go next: let the clearance be greater by what they may
-        move while the arm brakes. Links that are nearer than it are no error: they are led out, at about
-        5 cm/s, none of them coming any nearer (RETURNING), or stay if they are too deep for that.
+        Each cycle, and braking after it, is proven collision-free with the present scene; an arm at rest
+        gives way. The future motion of obstacles is unknown: increase the clearance by their possible motion
+        while the arm brakes. Links nearer than the clearance are no error. They move away, at about 5 cm/s,
+        without any pair coming nearer (RETURNING), or stay if they are too deep for that.
         """
         return self._arm.scene
 
@@ -339,7 +334,7 @@ class Tracker:
 
     @property
     def dt(self) -> float:
-        """Time of a tick, s."""
+        """Time of a control cycle, s."""
         return self._dt
 
     @property
@@ -349,17 +344,17 @@ class Tracker:
         return np.array(self._core.q)
 
     def start(self, q: ArrayLike, *, outside: Literal["refuse", "escape"] = "refuse") -> Tracker:
-        """Begin at rest at the joints `q` (7,), rad.
+        """Start at rest at the joints `q` (7,), rad.
 
-        Joints outside their limits are led into them within the bounds on speed and acceleration, and until
-        they are in the status of a tick is RETURNING: nothing jumps, and nothing is drawn in without a word.
+        Joints outside their limits move back within the bounds on velocity and acceleration; until then the
+        status of a cycle is RETURNING. Nothing jumps.
 
         Parameters
         ----------
         q : array_like, shape (7,)
         outside : "refuse" or "escape"
-            Where links are nearer to obstacles than the clearance of the scene: say so before anything
-            moves; or lead them out, slowly, none of them coming any nearer, the status being RETURNING.
+            If links are nearer to obstacles than the clearance of the scene: raise before any motion; or move
+            them away slowly, without any pair coming nearer, with the status RETURNING.
 
         Returns
         -------
@@ -371,7 +366,7 @@ class Tracker:
         InputError
             Also if a joint is more than a turn outside its limits.
         SceneError
-            If links touch, or, where they may escape, are so deep that nobody knows the way out.
+            If links collide, or, with "escape", are too deep for a known way out.
         """
         chosen("outside", outside, ("refuse", "escape"))
         joints = one_posture("q", q, self._arm._handle)
@@ -382,7 +377,7 @@ class Tracker:
         return self
 
     def _check_clear(self, escaping: bool) -> None:
-        """Refuse a start at which something touches."""
+        """Reject a start in collision."""
         if self._name_pair is None or isinstance(self._core, _core.OffsetTracker):
             return
         room, core, number = self._core.nearest_pair(0.0)
@@ -396,7 +391,7 @@ class Tracker:
         )  # fmt: skip
 
     def _check_started(self) -> None:
-        """Refuse to command joints from a posture that nobody stated."""
+        """Reject commands before a start configuration is given."""
         if not self._started:
             raise InputError("the tracker has not begun: call start(q) first, with the joints where they are")
 
@@ -409,27 +404,27 @@ class Tracker:
         dt: float | None = None,
         reconfigure: int | None = None,
     ) -> Tracked:
-        """Return the joints of the next tick. Never raises on geometry, nor on samples that are no pose.
+        """Return the joints of the next cycle. Neither geometry nor invalid samples raise.
 
         Parameters
         ----------
         pose : array_like, shape (4, 4), or None
-            The hand: where the tool is wanted, position in m. None, one that holds NaN, or is no rigid
-            transform, counts as a sample that did not come.
+            The target: pose of the end effector, position in m. None, NaN, or a matrix that is not a rigid
+            transform count as a missing sample.
         elbow : array_like, shape (3,), optional
-            A point, m, towards which the elbow is wanted: a tracker on the operator's elbow. The nearer it is
-            to the line from shoulder to wrist the less it counts. One that holds NaN counts as a hint that
-            did not come, and ``why`` of the tick is BAD_INPUT.
+            A point, m, that the elbow should be near: for example a tracker on the operator's elbow. Its
+            weight falls towards the line from shoulder to wrist. With NaN it counts as missing, and ``why``
+            of the cycle is BAD_INPUT.
         elbow_direction : array_like, shape (3,), or a word, optional
             Instead of `elbow`: a direction in the frame that poses are given in, of any length, or "up",
-            "down", "left", "right", "forward", "back". The more it is along the line from shoulder to wrist
-            the less it counts. NaN and zeros are as of `elbow`.
+            "down", "left", "right", "forward", "back". Its weight falls towards the line from shoulder to
+            wrist. NaN and zeros count as for `elbow`.
         dt : float, optional
-            Time of this tick, s, where it is not that of the others.
+            Time of this cycle, s, if different from the others.
         reconfigure : int, optional
-            Branch 0..7 to go to from this tick on, through what lies between; the tool leaves the hand on
-            the way. One that cannot hold the hand, or not as nearly as the arm's own, is refused: the arm
-            stays, and ``why`` of this tick is LIMITS. The same is said where the hand moves there on the way.
+            Branch 0..7 to go to from this cycle on, through configurations off the target. A branch that
+            cannot reach the target, or not as nearly as the arm's own, is rejected: the arm stays, and
+            ``why`` of this cycle is LIMITS. The same happens if the target moves out of its reach on the way.
 
         Returns
         -------
@@ -473,10 +468,10 @@ class Tracker:
         return converted
 
     def run(self, poses: ArrayLike, *, progress: Progress | bool | None = None) -> Floats:
-        """Return the joints (n, 7), rad, of a tick for each of the poses (n, 4, 4): a whole stream.
+        """Return the joints (n, 7), rad, of a cycle for each of the poses (n, 4, 4): a whole stream.
 
-        ``progress`` is told some times a second how many are done, as (done, total); True draws a bar. A run
-        that Ctrl-C ends leaves the tracker where it was before.
+        ``progress`` is called some times a second as (done, total); True draws a bar. A run ended by Ctrl-C
+        leaves the tracker unchanged.
 
         Raises
         ------
@@ -500,7 +495,7 @@ class Tracker:
         return out
 
     def _saved(self) -> Floats:
-        """Return what one tick leaves to the next."""
+        """Return the state that one cycle passes to the next."""
         out = np.empty(self._core.saved_size)
         self._core.save(out)
         return out
@@ -525,7 +520,7 @@ class Tracker:
 
 
 def _rebuilt(kind: type[Tracker], arm: Arm, given: Floats, started: bool, saved: Floats) -> Tracker:
-    """Return the tracker that a copy or a pickle was made of."""
+    """Return the tracker of a copy or a pickle."""
     tracker = kind.__new__(kind)
     tracker._make(arm, given)
     tracker._core.restore(saved)
@@ -534,14 +529,14 @@ def _rebuilt(kind: type[Tracker], arm: Arm, given: Floats, started: bool, saved:
 
 
 def _each(name: str, bound: Bound) -> Bound:
-    """Return a bound that is one number as one for each joint."""
+    """Return a single bound as one for each joint."""
     if bound is None or isinstance(bound, bool) or np.ndim(bound) != 0:
         return bound
     return np.full(JOINTS, as_floats(name, bound))
 
 
 def _hint(elbow: ArrayLike | None, direction: Direction | None) -> tuple[ArrayLike | None, Wish]:
-    """Return the vector of an elbow hint, and what it is."""
+    """Return the vector of the elbow's target, and its kind."""
     if direction is None:
         return elbow, Wish.POINT
     if elbow is not None:
