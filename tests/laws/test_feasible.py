@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from reference import mended_arcs
+from reference import mended as reference
+from reference import mended_arcs, mended_arm, mended_joints
 from reference.mended_arm import Arm as MendedArm
 from support import draw
 from support.laws import BEND_OF, EPS, JOINT, PIVOTS, Verdict, circle_gap, classify, gap, members
@@ -333,6 +334,29 @@ def mended(arm: aa.Arm) -> MendedArm:
     lengths = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4")
     names = (*lengths, "signs", "offsets", "lower", "upper", "base", "tool")
     return MendedArm(**{name: getattr(arm, name) for name in names})
+
+
+@pytest.mark.parametrize("arm", [arm for arm in arms() if arm.d_4 == 0], ids=lambda arm: arm.name)
+def test_a_second_implementation_finds_the_same_joints_and_slopes(arm: aa.Arm) -> None:
+    """In every branch, off singular postures, and the pose at them too."""
+    other, rng = mended(arm), draw.generator(15)
+    for regime in ("uniform", "singular", "on_limit"):
+        for q in postures(arm, regime, draw.count(4), 15):
+            pose, psi, gc = arm.forward(q)
+            its_pose, its_psi, its_gc = reference.forward(other, q)
+            assert gap(its_pose, pose) <= 1e-13 and gap(mended_arm.pose_of(other, q), pose) <= 1e-13
+            regular = np.abs(np.sin(bends(arm, q))).min() > 1e-2
+            if not regular:
+                back = reference.inverse(other, pose, float(psi), int(gc), seed=q)
+                assert gap(mended_arm.pose_of(other, back), pose) <= 1e-12
+                continue
+            assert circle_gap(its_psi, psi) <= 1e-10 and its_gc == gc
+            branch, angle = int(rng.integers(8)), float(rng.uniform(-np.pi, np.pi))
+            mine = arm.inverse(pose, angle, branch, seed=q, limits=False)
+            if np.abs(np.sin(bends(arm, mine))).min() > 1e-2:
+                assert gap(reference.inverse(other, pose, angle, branch, seed=q), mine) <= 1e-9
+                slopes = mended_joints.self_motion(other, pose, angle, branch)
+                assert np.allclose(slopes, arm.self_motion(pose, angle, branch), rtol=1e-8, atol=1e-9)
 
 
 def same_arcs(arm: aa.Arm, pose: Array, gc: int, margin: float) -> str | None:

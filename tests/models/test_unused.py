@@ -7,12 +7,14 @@ import re
 import numpy as np
 import pytest
 from support.chain import joint_xml, simple_urdf
+from support.refused import not_refused
 
 from armangle import Arm, Body
 from armangle.errors import ModelError
 from armangle.models.urdf import read_urdf
 
 SOFT = '<safety_controller soft_lower_limit="{}" soft_upper_limit="{}" k_velocity="1"/>'
+PLAIN = Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, velocity=1)
 NARROW = '<limit lower="-2" upper="2" velocity="1"/>'
 CONTROL = (
     '<ros2_control name="c" type="system"><joint name="{}"><command_interface name="{}">'
@@ -25,30 +27,28 @@ def with_joint(inside: str, name: str = "j3", kind: str = "revolute", more: str 
     return simple_urdf(more, **{name: joint_xml(name, f"l{number - 1}", f"l{number}", kind, inside)})
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        (with_joint(NARROW + SOFT.format(-1, 1)), "'j3' -1 to 1"),
-        (with_joint(NARROW + SOFT.format(-3, 1.9)), "'j3' -3 to 1.9"),
-        (with_joint(NARROW + SOFT.format(-2, 2)), None),
-        (with_joint(SOFT.format(-1, 1), kind="continuous"), "'j3' -1 to 1"),
-        (with_joint(NARROW + SOFT.format("a", "b")), "'j3' a to b"),
-        (with_joint(NARROW, more=CONTROL.format("j3", "position", -1, 1)), "'j3' -1 to 1"),
-        (with_joint(NARROW, more=CONTROL.format("j3", "position", -2, 2)), None),
-        (with_joint(NARROW, more=CONTROL.format("j3", "velocity", -1, 1)), None),
-        (with_joint(NARROW, more=CONTROL.format("finger", "position", -1, 1)), None),
-        (with_joint('<limit lower="-2" upper="2" velocity="1" acceleration="3" jerk="9"/>'), "acceleration"),
-        (with_joint('<limit upper="2" velocity="1"/>'), "'j3' states no lower limit"),
-        (with_joint(NARROW + '<axis xyz="0 0 1"/><axis xyz="0 1 0"/>'), "'j3' has more than one <axis>"),
-        (with_joint(NARROW, more='<drake:joint name="x"/>'), "<drake:joint> in line"),
-        (with_joint(NARROW, more='<loop_joint name="x"/>'), "<loop_joint> in line"),
-    ],
-)
-def test_a_part_that_is_not_used_is_noted_once(text: str, said: str | None) -> None:
-    text = text.replace("<robot", '<robot xmlns:drake="d"', 1)
-    notes = read_urdf(text, "l0", "l7").notes
-    assert len(notes) == (said is not None), notes
-    assert said is None or said in notes[0]
+NOTED = [
+    (with_joint(NARROW + SOFT.format(-1, 1)), "'j3' -1 to 1"),
+    (with_joint(NARROW + SOFT.format(-2, 2)), None),
+    (with_joint(NARROW + SOFT.format(-3, 1.9)), "'j3' -3 to 1.9"),
+    (with_joint(NARROW + SOFT.format("a", "b")), "a to b"),
+    (with_joint(SOFT.format(-1, 1), kind="continuous"), "'j3' -1 to 1"),
+    (with_joint(NARROW, more=CONTROL.format("j3", "position", -1, 1)), "'j3' -1 to 1"),
+    (with_joint(NARROW, more=CONTROL.format("j3", "position", -2, 2)), None),
+    (with_joint(NARROW, more=CONTROL.format("j3", "velocity", -1, 1)), None),
+    (with_joint(NARROW, more=CONTROL.format("finger", "position", -1, 1)), None),
+    (with_joint('<limit lower="-2" upper="2" velocity="1" acceleration="3" jerk="9"/>'), "acceleration"),
+    (with_joint('<limit upper="2" velocity="1"/>'), "'j3' states no lower limit"),
+    (with_joint(NARROW + '<axis xyz="0 0 1"/><axis xyz="0 1 0"/>'), "'j3' has more than one <axis>"),
+    (with_joint(NARROW, more='<drake:joint name="x"/>'), "<drake:joint> in line"),
+    (with_joint(NARROW, more='<loop_joint name="x"/>'), "<loop_joint> in line"),
+]  # fmt: skip
+
+
+def test_a_part_that_is_not_used_is_noted_once() -> None:
+    for text, said in NOTED:
+        notes = read_urdf(text.replace("<robot", '<robot xmlns:drake="d"', 1), "l0", "l7").notes
+        assert len(notes) == (said is not None) and (said is None or said in notes[0]), (said, notes)
 
 
 def test_soft_limits_of_many_joints_are_one_note() -> None:
@@ -71,27 +71,26 @@ def test_a_quaternion_places_a_joint_as_its_angles_do() -> None:
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-15)
 
 
-@pytest.mark.parametrize(
-    ("origin", "said"),
-    [
-        ('rpy="0 0 0" quat_xyzw="0 0 0 1"', "has rpy and quat_xyzw"),
-        ('quat_xyzw="0 0 0 0"', "quat_xyzw of no length"),
-        ('quat_xyzw="0 0 1"', "has 3 numbers, wanted 4"),
-        ('xyz="0 0 1_0"', "<origin xyz='0 0 1_0'> is not 3 numbers"),
-        ('xyz="0 0 \u0661"', "is not 3 numbers"),
-        ('xyz="0\u00a00 1"', "is not 3 numbers"),
-    ],
-)
-def test_origins_that_mean_nothing_are_refused(origin: str, said: str) -> None:
-    with pytest.raises(ModelError, match=re.escape(said)):
-        read_urdf(with_joint(NARROW + f"<origin {origin}/>"), "l0", "l7")
+NOTHING = {
+    'rpy="0 0 0" quat_xyzw="0 0 0 1"': "has rpy and quat_xyzw",
+    'quat_xyzw="0 0 0 0"': "quat_xyzw of no length",
+    'quat_xyzw="0 0 1"': "has 3 numbers, wanted 4",
+    'xyz="0 0 1_0"': "<origin xyz='0 0 1_0'> is not 3 numbers",
+    'xyz="0 0 \u0661"': "is not 3 numbers", 'xyz="0\u00a00 1"': "is not 3 numbers",
+}  # fmt: skip
+
+
+def test_origins_that_mean_nothing_are_refused() -> None:
+    assert not_refused(
+        (ModelError, re.escape(said),
+         lambda origin=origin: read_urdf(with_joint(f"{NARROW}<origin {origin}/>"), "l0", "l7"))
+        for origin, said in NOTHING.items()
+    ) == []  # fmt: skip
 
 
 @pytest.mark.parametrize("still", [["j3"], ["j1", "j6"]])
 def test_joints_without_range_are_named(still: list[str]) -> None:
-    text = Arm(
-        d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, velocity=[1] * 7, lower=[-2] * 7, upper=[2] * 7
-    ).to_urdf()
+    text = PLAIN.with_(lower=-2, upper=2).to_urdf()
     for name in still:
         at = text.index(f'name="joint_{name[1]}"')
         text = text[:at] + text[at:].replace('lower="-2.0" upper="2.0"', 'lower="0" upper="0"', 1)
@@ -103,23 +102,19 @@ def test_joints_without_range_are_named(still: list[str]) -> None:
 
 
 def test_limits_of_rad_that_are_read_as_degrees_are_noted() -> None:
-    arm = Arm(
-        d_bs=0.3,
-        d_se=0.4,
-        d_ew=0.4,
-        d_wf=0.1,
-        velocity=[1] * 7,
-        lower=np.radians([-2.4] * 7),
-        upper=np.radians([2.4] * 7),
-    )
+    arm = PLAIN.with_(lower=np.radians(-2.4), upper=np.radians(2.4))
     with pytest.warns(UserWarning, match="look like rad"):
         report = Arm.from_urdf(arm.to_urdf()).report
     assert report is not None and len(report.notes) == 1
 
 
-@pytest.mark.parametrize("codec", ["gbk", "latin-1", "shift_jis", "utf-8"])
-@pytest.mark.parametrize("declared", [None, "utf-8", "itself"])
-def test_a_comment_may_be_in_any_encoding(codec: str, declared: str | None) -> None:
+def test_a_comment_may_be_in_any_encoding() -> None:
+    for codec in ("gbk", "latin-1", "shift_jis", "utf-8"):
+        for declared in (None, "utf-8", "itself"):
+            read_with_a_comment(codec, declared)
+
+
+def read_with_a_comment(codec: str, declared: str | None) -> None:
     word = {"latin-1": "Gr\u00f6\u00dfe"}.get(codec, "\u6a5f\u68b0")
     body = simple_urdf("<visual/>").replace("<robot", f"<!-- {word} -->\n<robot", 1)
     head = "" if declared is None else f'<?xml version="1.0" encoding="{declared}"?>\n'
@@ -131,7 +126,7 @@ def test_a_comment_may_be_in_any_encoding(codec: str, declared: str | None) -> N
 
 
 def test_names_in_another_encoding_stay_apart_and_shapes_are_found() -> None:
-    text = Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1).to_urdf()
+    text = PLAIN.to_urdf()
     text = text[text.index("<robot") :]
     ball = '<collision><geometry><sphere radius="0.05"/></geometry></collision>'
     named = text.replace("link_1", "\u00e4").replace("link_2", "\u00f6")

@@ -1,7 +1,7 @@
 """Every equation of the paper holds where the paper says so, and agrees with ``mended``.
 
-What the paper gets wrong is in ``test_paper_errata``; the mended formulas have laws of their
-own in ``test_mended``.
+What the paper gets wrong is in ``test_errata``; that the mended formulas are those of the library, on all
+arms, is a law of ``laws/test_feasible``.
 """
 
 import numpy as np

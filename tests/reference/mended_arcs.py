@@ -14,19 +14,13 @@ from numpy.typing import NDArray
 from reference.mended import (
     Circle,
     NoSolutionError,
-    angle_about,
     circle,
     model_solution,
-    reference_axis,
-    wrist_vector,
 )
 from reference.mended_arm import (
     ANGLE_TOLERANCE,
     Arm,
     Array,
-    flange_pose,
-    frames,
-    model_angles,
     wrap,
 )
 from reference.mended_joints import (
@@ -239,15 +233,3 @@ def resolve(
             push = np.exp(-alpha * part) - np.exp(-alpha * (1 - part))
             return float(wrap(low + width * (part + k / 2 * push)))
     return nearest_end(arcs, psi) if arcs and outside == "nearest" else None
-
-
-def gain_per_step(rate: float, dt: float) -> float:
-    """Gain K of Eq. (36) for a step of dt (s) that a rate (1/s) stands for, in [0, 1)."""
-    return float(-np.expm1(-rate * dt))
-
-
-def carried_by_elbow(arm: Arm, q: Array, pose: Array) -> float:
-    """Arm angle at a new tool pose that keeps the elbow axis of joint coordinates q (7,), rad."""
-    p = wrist_vector(arm, flange_pose(arm, pose))
-    axis = frames(arm, model_angles(arm, q))[3, :3, 2]
-    return angle_about(p / np.linalg.norm(p), reference_axis(arm, p), axis)

@@ -120,12 +120,6 @@ def joint_coordinates(arm: Arm, theta: Array, seed: Array | None = None) -> Arra
     return q
 
 
-def within_limits(arm: Arm, q: Array) -> NDArray[np.bool_]:
-    """Whether each joint coordinate lies within its limits, shape of q (..., 7)."""
-    low, high = arm.lower - ANGLE_TOLERANCE, arm.upper + ANGLE_TOLERANCE
-    return np.asarray((q >= low) & (q <= high))
-
-
 def frames(arm: Arm, theta: Array) -> Array:
     """Frames 0T0, ..., 0T7 of model angles (7,), without base and tool, shape (8, 4, 4)."""
     a = [0.0, 0.0, arm.a_3, arm.a_4, 0.0, 0.0, 0.0]
@@ -149,14 +143,3 @@ def pose_of(arm: Arm, q: Array) -> Array:
 def flange_pose(arm: Arm, pose: Array) -> Array:
     """0T7 of a tool pose: base and tool taken off, shape (4, 4)."""
     return np.linalg.inv(arm.base) @ pose @ np.linalg.inv(arm.tool)
-
-
-def jacobian(arm: Arm, q: Array) -> Array:
-    """Geometric Jacobian of the tool frame, shape (6, 7): linear rows, then angular rows."""
-    chain = arm.base @ frames(arm, model_angles(arm, q))
-    tip = pose_of(arm, q)[:3, 3]
-    columns = []
-    for i in range(7):
-        axis = arm.signs[i] * chain[i, :3, 2]
-        columns.append(np.concatenate([np.cross(axis, tip - chain[i, :3, 3]), axis]))
-    return np.stack(columns, axis=1)
