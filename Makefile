@@ -44,7 +44,7 @@ test:  ## the quick tests, against the installed package: without compilers, bro
 
 laws:  ## inverse, arcs and tracker with EXAMPLES=5000 random examples a law, and SEED= that of the day
 	ARMANGLE_LAWS_COUNT=$(EXAMPLES) ARMANGLE_LAWS_SEED=$(SEED) $(PYTHON) -m pytest $(PARALLEL) \
-	    tests/laws/test_kinematics.py tests/laws/test_feasible.py tests/laws/test_near_shoulder.py tests/motion/test_tracking.py
+	    tests/laws/test_kinematics.py tests/laws/test_feasible.py tests/laws/test_near_shoulder.py tests/motion/test_tracking_jerk.py
 
 nearest:  ## the law of solve against a dense grid in all branches, for SECONDS=600, first seed SEED=
 	$(PYTHON) tests/laws/long_nearest.py $(SECONDS) $(SEED)

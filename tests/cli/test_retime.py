@@ -74,6 +74,27 @@ def test_seven_bounds_and_the_jerk(cli: Cli) -> None:
     assert cli(f"{RETIME} --acceleration 200 --jerk 5000 --json").facts["duration"] > fast
 
 
+def test_what_a_file_says_between_its_rows(cli: Cli) -> None:
+    """A plain file is a spline through its rows; of a plan's own file the tool's way is known."""
+    arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
+    rows = np.linspace([0, 0.5, 0, -1.2, 0, 0.6, 0], [1, 0.2, 0.3, -1.5, 0.6, 0.9, -1], 50)
+    names = ",".join(f"q{i}" for i in range(1, 8))
+    np.savetxt("plain.csv", rows, delimiter=",", header=names, comments="")
+    found = {}
+    for more in ("", "--between tool", "--between joints", "--between spline"):
+        said = cli(f"retime plain.csv --robot {arm.name} --acceleration 300 --json {more}").facts
+        assert ("spline" in said["explanation"]) is (more in ("", "--between spline"))
+        found[more] = said["duration"]
+    straight = aa.JointPath.from_joints(arm, rows[[0, -1]], between="joints")
+    least = aa.retime(straight, acceleration=np.radians(300)).duration
+    assert found["--between joints"] == pytest.approx(least, rel=2e-3)
+    assert found[""] == found["--between spline"] == pytest.approx(least, rel=2e-3)
+    assert found["--between tool"] > 1.5 * least
+    aa.io.save(aa.plan(arm, aa.Line(*arm.forward(rows[[0, 5]])[0]), start=rows[0]), "own.csv")
+    ran = cli(f"retime own.csv --robot {arm.name} --acceleration 300 --json")
+    assert ran.status == 0 and "--between" not in ran.err
+
+
 @pytest.mark.parametrize(("words", "message"), [
     ("", "--acceleration is missing: the arm states none; wanted deg/s^2"),
     ("--acceleration 1,2,3", "--acceleration has 3 numbers, wanted 7"),

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -103,3 +105,15 @@ def digest(place: Path) -> str:
         if file.is_file():
             sums.update(str(file.relative_to(place)).encode() + b"\0" + file.read_bytes())
     return sums.hexdigest()
+
+
+def whole(name: str, **options: Any) -> str:
+    """The bytes of a map that is made in one go, with tiles as large as they are now: once for all tests."""
+    return _whole(name, grid._CELLS, **options)
+
+
+@functools.cache
+def _whole(name: str, cells: int, **options: Any) -> str:
+    with tempfile.TemporaryDirectory() as folder:
+        made(name, Path(folder) / "whole.zarr", **options)
+        return digest(Path(folder) / "whole.zarr")

@@ -72,6 +72,7 @@ ARMS: dict[str, aa.Arm] = {
     "RM75": aa.Arm.from_catalogue("realman_rm75_b"),
     "OpenArm": aa.Arm.from_catalogue("openarm_v10"),
     "iiwa 7, 2 mm": CALIBRATED["kuka_iiwa7_r800 2.0 mm"],
+    "OpenArm, 1 mm": CALIBRATED["openarm_v10 1.0 mm"],
     "FR3": aa.Arm.from_catalogue("franka_fr3"),
 }
 """Of every kind that a tracker leads."""
