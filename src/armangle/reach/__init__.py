@@ -1,1 +1,1 @@
-"""What an arm reaches: where to put it, and maps."""
+"""Reachability: base placement, and maps."""

@@ -1,4 +1,4 @@
-"""Who makes the tiles of a map: threads of this process, or the workers of a Dask cluster."""
+"""Computation of a map's tiles: threads of this process, or the workers of a Dask cluster."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from .._threads import thread_count
 from ..errors import InputError, OutputError, needed
 from .store import Store
 
-_VAIN_ROUNDS = 10  # of a cluster, in which no tile was finished, before it is given up
+_VAIN_ROUNDS = 10  # rounds of a cluster without a finished tile before giving up
 
 
 def fill_tile(place: str, tile: int) -> None:
-    """Make one tile of the map at a place: what a worker imports and runs."""
+    """Compute one tile of the map at a place; a worker imports and runs this."""
     Store(place).fill(tile)
 
 
 def fill_here(store: Store, tiles: Sequence[int], progress: Progress | None) -> None:
-    """Make tiles in threads of this process, by default one for each core, each writing what it made."""
+    """Compute tiles in threads of this process, by default one for each core; each writes its results."""
     began, done = time.time(), 0
     pool = ThreadPoolExecutor(thread_count(0) or os.cpu_count() or 1)
     try:
@@ -37,7 +37,7 @@ def fill_here(store: Store, tiles: Sequence[int], progress: Progress | None) -> 
 
 
 def check_scheduler(scheduler: Any) -> None:
-    """Raise where it is neither an address nor a client."""
+    """Raise if it is neither an address nor a client."""
     address = isinstance(scheduler, str) and "://" in scheduler
     if not address and not all(hasattr(scheduler, name) for name in ("map", "scheduler_info")):
         wanted = "a distributed.Client, or an address such as tcp://host:8786"
@@ -45,10 +45,10 @@ def check_scheduler(scheduler: Any) -> None:
 
 
 def fill_on_cluster(store: Store, tiles: Sequence[int], scheduler: Any, progress: Progress | None) -> None:
-    """Make tiles by the workers of a Dask cluster, until none is missing.
+    """Compute tiles with the workers of a Dask cluster, until none is missing.
 
-    Dask gives a task up when four of its workers have died, as they do where a batch system's time ends.
-    What was given up is asked again: a tile does not remember who tried.
+    Dask gives up a task when four of its workers have died, as happens when a batch system's time ends. Such
+    tasks are submitted again: a tile has no memory of earlier attempts.
     """
     distributed = needed("distributed", "a scheduler needs", "cluster")
     given = isinstance(scheduler, distributed.Client)

@@ -1,4 +1,4 @@
-"""The cells of a reach map: places of the wrist, directions of axis 7; and the tiles they are made in."""
+"""The cells of a reach map: wrist positions, directions of axis 7; and their tiles."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ import numpy as np
 from .._arrays import Floats, frozen
 
 AXES = ("r", "z", "tilt", "turn")
-_CELLS = 2**20  # of a tile, about: some tenths of a second of one core
-_MOST_CELLS = 2**23  # of a tile: what a thread holds in memory at once, nine bytes each
-_TILES = 4096  # wanted at most: each is a file of every field
+_CELLS = 2**20  # cells of a tile, approximately: some tenths of a second of one core
+_MOST_CELLS = 2**23  # largest number of cells of a tile: memory of one thread, nine bytes each
+_TILES = 4096  # wanted maximum: each tile is one file for every field
 
 
 @dataclass(frozen=True)
 class Grid:
-    """A grid over the four numbers of a pose that joints 2 to 6 see, in tiles of `side` x `side` places.
+    """A grid over the four numbers of a pose that determine joints 2 to 6, in tiles of `side` x `side`.
 
     Parameters
     ----------
     spacing : float
-        Between places of the wrist, m.
+        Distance between wrist positions, m.
     tilts, turns : int
-        How many tilts in [0, π] and turns in [-π, π]; cells stand at the middles.
+        Number of tilts in [0, π] and turns in [-π, π]; values are those at the middles of the cells.
     side : int
-        Places along r, and along z, of a tile.
+        Wrist positions along r, and along z, in one tile.
     across, along : int
         Tiles along r and along z.
     """
@@ -41,7 +41,7 @@ class Grid:
 
     @classmethod
     def of(cls, reach: float, spacing: float, angle: float) -> Grid:
-        """Return the grid over a half disc of radius `reach` (m), `angle` (rad) apart at most."""
+        """Return the grid over a half disc of radius `reach` (m), with steps of at most `angle` (rad)."""
         tilts = max(1, math.ceil(math.pi / angle * (1 - 1e-12)))
         half = max(1, math.ceil(reach / spacing * (1 - 1e-12)))
         cells = 2 * half * half * 2 * tilts * tilts
@@ -63,22 +63,22 @@ class Grid:
 
     @property
     def tiles(self) -> int:
-        """How many tiles there are."""
+        """Number of tiles."""
         return self.across * self.along
 
     @property
     def cells(self) -> int:
-        """How many cells there are."""
+        """Number of cells."""
         return math.prod(self.shape)
 
     @property
     def steps(self) -> Floats:
-        """Extent of a cell along each axis, m, m, rad, rad."""
+        """Size of a cell along each axis, m, m, rad, rad."""
         return np.array([self.spacing, self.spacing, math.pi / self.tilts, 2 * math.pi / self.turns])
 
     @cached_property
     def axes(self) -> dict[str, Floats]:
-        """Middles of the cells along each axis, m and rad; those of z and turn lie even about 0."""
+        """Middles of the cells along each axis, m and rad; those of z and turn are symmetric about 0."""
         _, heights, _, turns = self.shape
         first = 0.5, 0.5 * (1 - heights), 0.5, 0.5 * (1 - turns)
         return {
@@ -87,12 +87,12 @@ class Grid:
         }
 
     def window(self, tile: int) -> tuple[slice, slice]:
-        """Return where the places of a tile lie along r and z."""
+        """Return the slices of a tile's wrist positions along r and z."""
         i, j = divmod(tile, self.along)
         return slice(i * self.side, (i + 1) * self.side), slice(j * self.side, (j + 1) * self.side)
 
     def places(self, tile: int) -> Floats:
-        """Return r and z of the places of a tile, shape (side * side, 2), m."""
+        """Return r and z of a tile's wrist positions, shape (side * side, 2), m."""
         r, z = self.window(tile)
         both = np.meshgrid(self.axes["r"][r], self.axes["z"][z], indexing="ij")
         return np.ascontiguousarray(np.stack(both, axis=-1)).reshape(-1, 2)

@@ -11,18 +11,18 @@ from .store import Store
 
 
 class MapValues:
-    """A field of a map: read by cells like a Zarr array, and a damaged tile is named.
+    """A field of a map, indexed by cells like a Zarr array; errors name a damaged tile.
 
     Parameters
     ----------
     store : Store
     name : str
-        Of the field.
+        Name of the field.
 
     Attributes
     ----------
     array : zarr.Array
-        The array itself, for libraries that take one.
+        The array itself, for libraries that accept one.
     """
 
     def __init__(self, store: Store, name: str) -> None:
@@ -41,34 +41,34 @@ class MapValues:
 
     @property
     def dtype(self) -> np.dtype[Any]:
-        """As it is stored."""
+        """The stored type."""
         stored: np.dtype[Any] = np.dtype(self.array.dtype)
         return stored
 
     def __getitem__(self, index: Any) -> Any:
-        """Return values as an array; only the tiles that they lie in are read.
+        """Return values as an array; reads only the tiles that hold them.
 
         Raises
         ------
         ModelError
             If one of these is damaged.
         IndexError
-            If there are no such cells.
+            If the cells do not exist.
         """
         try:
             return self.array[index]
         except IndexError:
             raise
-        except Exception:  # a wounded file, as a codec or the file system puts it
+        except Exception:  # a damaged file, in the words of a codec or the file system
             self._store.check_readable(self._name)
             raise
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
-        """Return all values; they are always read, and so a copy."""
+        """Return all values; they are always read, so the result is a copy."""
         if copy is False:
             raise ValueError("values of a map are read from its store, which makes a copy")
         return np.asarray(self[:], dtype)
 
     def __repr__(self) -> str:
-        """Return which field of which map."""
+        """Return the names of field and map."""
         return f"<MapValues of {self._name!r}: {' x '.join(map(str, self.shape))} of {self.dtype}>"

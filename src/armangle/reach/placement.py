@@ -1,4 +1,4 @@
-"""Where to put a robot so that it reaches what it must: base positions, each with its best yaw."""
+"""Robot placement: base positions, each with its best yaw."""
 
 from __future__ import annotations
 
@@ -19,30 +19,30 @@ from ..errors import InputError
 from ..poses import as_transform
 from ..status import STATUSES, Status
 
-_UPRIGHT = 1e-6  # rad: how far axis 1 may lean; a base that is turned about z then moves no pose by more
+_UPRIGHT = 1e-6  # rad: largest tilt of axis 1; turning the base about z then moves no pose by more
 
 
 @by_content
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """What a robot reaches from each base position, at the best yaw there.
+    """The poses that a robot reaches from each base position, at the best yaw there.
 
     Attributes
     ----------
     arm : Arm
-        The arm that was placed: closer to a singularity than its margin a pose does not count as held.
+        The arm that was placed; a pose closer to a singularity than its margin does not count as reached.
     poses : ndarray, shape (n, 4, 4)
-        The poses it should hold, in the world.
+        The poses to reach, in the world.
     weight : ndarray, shape (n,)
-        What each of them counts.
+        Their weights.
     x, y : ndarray, shapes (nx,), (ny,)
-        Base positions, m; `z` is the height of all.
+        Base positions, m; `z` is their common height.
     reached : ndarray, shape (nx, ny)
-        Sum of the weights of the poses held at the best yaw.
+        Sum of the weights of the poses reached at the best yaw.
     yaw : ndarray, shape (nx, ny)
-        That yaw in (-π, π], rad: the middle of the widest stretch of yaws that hold as much.
+        That yaw in (-π, π], rad: the middle of the widest interval of equally good yaws.
     stretch : ndarray, shape (nx, ny)
-        Length of this stretch, rad; 2π where every yaw holds as much.
+        Length of this interval, rad; 2π if every yaw is equally good.
     """
 
     arm: Arm
@@ -65,27 +65,27 @@ class Placement:
         return out
 
     def _best_index(self) -> tuple[int, int]:
-        """Return the position that reaches most; of several the one with the widest stretch."""
+        """Return the position with the largest weight; among equals the one with the widest interval."""
         most = self.reached >= self.reached.max() - 1e-9 * max(1.0, abs(float(self.reached.max())))
         i, j = np.unravel_index(int(np.argmax(np.where(most, self.stretch, -1.0))), self.reached.shape)
         return int(i), int(j)
 
     def best(self) -> Floats:
-        """Return the base (4, 4) that reaches most; of several the one that leaves yaw the most room."""
+        """Return the base (4, 4) with the largest weight; among equals the one with most room for the yaw."""
         return self.base(*self._best_index())
 
     def missed(self, base: ArrayLike | None = None) -> tuple[tuple[int, Status], ...]:
-        """Return the poses that the arm cannot hold from a base, and why not.
+        """Return the poses that the arm cannot reach from a base, and the reasons.
 
         Parameters
         ----------
         base : array_like, shape (4, 4), optional
-            A base in the world; that of `best` by default.
+            A base in the world; by default that of `best`.
 
         Returns
         -------
         tuple of (int, Status)
-            Index of each such pose, and the reason in the branch that comes nearest to holding it.
+            Index of each such pose, and the reason in the branch nearest to a solution.
 
         Raises
         ------
@@ -120,38 +120,37 @@ def place(
     weight: ArrayLike | None = None,
     progress: Progress | bool | None = None,
 ) -> Placement:
-    """Return how much of a set of poses an arm holds from each base position, at the exactly best yaw.
+    """Return the weight of the poses that an arm reaches from each base position, at the best yaw.
 
     The yaw is not scanned: each pose gives exact arcs of yaw (`Arm.feasible_turns`), and one sweep over all
-    their ends finds the yaw that holds the greatest weight, so that no scan can find more.
+    their ends finds the yaw of greatest weight. No scan can find more.
 
     Parameters
     ----------
     arm : Arm
-        Its axis 1 must be upright, or hang straight down; of ``arm.base`` the rotation is kept. Its `scene`
-        is not asked.
+        Its axis 1 must be vertical, up or down; the rotation of ``arm.base`` is kept. Its `scene` is ignored.
     poses : array_like, shape (n, 4, 4)
-        Tool frames in the world, position in m; n may be 0.
+        Poses of the end effector in the world, position in m; n may be 0.
     x, y : array_like, shapes (nx,), (ny,)
-        Where axis 1 may stand, m: all pairs are tried.
+        Positions of axis 1, m: all pairs are tried.
     z : float
-        Height of the base's origin (frame 0, from which d_bs counts), m. It is not scanned: of several
-        heights ``max((place(arm, poses, x, y, z=z) for z in heights), key=lambda p: p.reached.max())``.
+        Height of the base's origin (frame 0, from which d_bs counts), m. It is not scanned; for several
+        heights use ``max((place(arm, poses, x, y, z=z) for z in heights), key=lambda p: p.reached.max())``.
     weight : array_like, shape (n,), optional
-        What each pose counts, >= 0; 1 by default.
+        Weight of each pose, >= 0; 1 by default.
     progress : function (done, total) or bool
-        Told some times a second how many positions are done; True draws a bar on stderr.
+        Called some times a second with the number of finished positions; True draws a bar on stderr.
 
     Returns
     -------
     Placement
-        ``reached``, ``yaw``, ``stretch`` of shape (nx, ny); ``best()`` is the base to take, and ``missed()``
-        what it does not hold, with reasons.
+        ``reached``, ``yaw``, ``stretch`` of shape (nx, ny); ``best()`` is the best base, and ``missed()`` the
+        poses that it does not reach, with reasons.
 
     Raises
     ------
     InputError
-        If an argument is not usable, or axis 1 leans.
+        If an argument is invalid, or axis 1 is not vertical.
 
     Examples
     --------
@@ -204,7 +203,7 @@ def _is_empty(poses: ArrayLike) -> bool:
 
 
 def _line(name: str, values: ArrayLike) -> Floats:
-    """Return positions along an axis, at least one, finite and not beyond any workshop."""
+    """Return positions along an axis, at least one, finite and within the size of a workshop."""
     out = np.array(as_floats(name, values))
     if out.ndim != 1 or not len(out):
         raise InputError(f"{name} has shape {out.shape}, wanted (n,) with n >= 1")

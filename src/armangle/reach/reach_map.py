@@ -1,4 +1,4 @@
-"""Maps of what an arm reaches: made, resumed, verified, read."""
+"""Maps of an arm's reach: computed, resumed, verified, read."""
 
 from __future__ import annotations
 
@@ -27,30 +27,31 @@ _LEAST_SPACING, _LEAST_ANGLE, _MOST_ANGLE = 1e-4, math.radians(0.1), math.pi / 2
 _MOST_CELLS = 10**13
 _DRAWN_AT_ONCE = 100_000
 _MOST_SAMPLES = 100_000_000  # 12.8 GB
-_VAIN = 100  # draws of so many in which nothing is reached, before sampling is given up
+_VAIN = 100  # draws of this many poses without a reachable one before sampling gives up
 
 
 class ReachMap:
-    """A map of what an arm reaches, in a Zarr store.
+    """A map of an arm's reach, in a Zarr store.
 
-    A pose of an S-R-S arm is four numbers that joints 2 to 6 see, and two that joints 1 and 7 alone see:
-    the azimuth of the wrist about axis 1, and the roll about axis 7. The map is a grid over the four: ``r``
-    and ``z``, m, the wrist beside axis 1 and above the shoulder along it; ``tilt``, rad, of axis 7 against
-    the line from shoulder to wrist; ``turn``, rad, of axis 7 about that line, 0 in the plane with axis 1 and
-    away from it. So it holds for every tool, mounting, azimuth and roll at once.
+    A pose of an S-R-S arm has four numbers that determine joints 2 to 6, and two that affect joints 1 and 7
+    alone: the azimuth of the wrist about axis 1, and the roll about axis 7. The map is a grid over the four.
+    ``r`` and ``z``, m, are the wrist's distance from axis 1 and its height above the shoulder along it.
+    ``tilt``, rad, is the angle of axis 7 to the line from shoulder to wrist. ``turn``, rad, is the turn of
+    axis 7 about that line, 0 in the plane with axis 1 and away from it. So it is valid for every tool,
+    mounting, azimuth and roll at once.
 
-    Its fields, at the middle of each cell: ``gc`` (uint8), bit k set where global configuration k holds it
-    at some azimuth and roll; ``freedom`` (float16), the measure of the arm angles that joints 2 to 6 leave,
-    rad, over all branches; ``yaw`` and ``roll`` (uint8), the share of the azimuths (of the rolls) at which
-    it is held at some roll (some azimuth), in 255ths and rounded down, so that 255 is every one.
-    A cell says nothing of the places between the middles; `at` does, exactly, without the table. Where it
-    was asked for, ``proven`` (uint8) is certain of the whole cell: 1 that every pose in it is held at some
-    azimuth and roll, 2 that none is, 0 that nothing is known.
+    Its fields at the middle of each cell are these. ``gc`` (uint8): bit k is set if global configuration k
+    reaches it at some azimuth and roll. ``freedom`` (float16): length of the arm angles that joints 2 to 6
+    permit, rad, over all branches. ``yaw`` and ``roll`` (uint8): share of the azimuths (rolls) at which it is
+    reachable at some roll (azimuth), in 255ths and rounded down, so that 255 is all. A cell says nothing of
+    the places between the middles; `at` does, exactly, without the table. The optional field ``proven``
+    (uint8) is certain for the whole cell: 1 every pose in it is reachable at some azimuth and roll, 2 none
+    is, 0 unknown.
 
     Parameters
     ----------
     path : str or path
-        The folder of the store, or an address that fsspec knows, such as ``"s3://bucket/arm.zarr"``.
+        The folder of the store, or an address for fsspec, such as ``"s3://bucket/arm.zarr"``.
 
     Raises
     ------
@@ -65,22 +66,22 @@ class ReachMap:
 
     @property
     def path(self) -> str:
-        """Where it is."""
+        """Its location."""
         return self._store.place
 
     @property
     def arm(self) -> Arm:
-        """The arm, without body, hand and scene, and with the `singularity_margin` of the map."""
+        """The arm with the map's `singularity_margin`, without collision model, gripper and scene."""
         return self._store.arm
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """What it holds of a cell."""
+        """The fields of each cell."""
         return self._store.fields
 
     @property
     def spacing(self) -> float:
-        """Between cells along r and z, m."""
+        """Distance of cells along r and z, m."""
         return self._store.grid.spacing
 
     @property
@@ -95,12 +96,12 @@ class ReachMap:
 
     @property
     def tiles(self) -> int:
-        """How many tiles it is made of: a tile is what is computed and written at once."""
+        """Number of tiles: a tile is computed and written at once."""
         return self._store.grid.tiles
 
     @property
     def missing(self) -> tuple[int, ...]:
-        """The tiles that are not made yet; `reach_map` with the same arguments makes them."""
+        """The tiles that are not computed yet; `reach_map` with the same arguments computes them."""
         return self._store.missing()
 
     def resume(
@@ -110,7 +111,7 @@ class ReachMap:
         scheduler: Any = None,
         progress: Progress | bool | None = None,
     ) -> ReachMap:
-        """Make the tiles that are missing, and return the map: `reach_map` without its arguments.
+        """Compute the missing tiles, and return the map: `reach_map` without its arguments.
 
         Parameters
         ----------
@@ -131,14 +132,14 @@ class ReachMap:
         return self
 
     def verify(self, progress: Progress | bool | None = None) -> tuple[int, ...]:
-        """Return the tiles whose values are not those that were written, by their check sums.
+        """Return the tiles whose values differ from those written, according to their check sums.
 
-        They lose their marks, so that they are ``missing`` and the next run makes them again.
+        They lose their marks, so that they are ``missing`` and the next run computes them again.
 
         Parameters
         ----------
         progress : function (done, total) or bool
-            Told after each tile; True draws a bar on stderr.
+            Called after each tile; True draws a bar on stderr.
         """
         told, wrong = as_progress(progress), []
         for tile, broken in self._store.broken():
@@ -148,7 +149,7 @@ class ReachMap:
         return tuple(wrong)
 
     def values(self, field: str) -> MapValues:
-        """Return a field, read by cells like an array: ``values("gc")[3, 40]`` reads that place alone.
+        """Return a field, indexed by cells like an array: ``values("gc")[3, 40]`` reads that place alone.
 
         Parameters
         ----------
@@ -163,11 +164,11 @@ class ReachMap:
         return MapValues(self._store, _checked_field(field, self.fields))
 
     def section(self, field: str = "gc") -> Floats:
-        """Return the mean of a field over all directions of axis 7, for each place of the wrist.
+        """Return the mean of a field over all directions of axis 7, for each wrist position.
 
-        Directions count by their solid angle. Of ``gc`` it is the share of directions that are held at some
-        azimuth and roll; of ``freedom`` rad; of ``yaw`` and ``roll`` shares of the circle; of ``proven`` the
-        share of directions whose whole cells are proven to be held.
+        Directions are weighted by their solid angle. For ``gc`` it is the share of directions that are
+        reachable at some azimuth and roll; for ``freedom`` rad; for ``yaw`` and ``roll`` shares of the
+        circle; for ``proven`` the share of directions whose whole cells are proven reachable.
 
         Parameters
         ----------
@@ -181,7 +182,7 @@ class ReachMap:
         Raises
         ------
         ModelError
-            If a tile is damaged: `verify` unmarks it, `resume` makes it again.
+            If a tile is damaged: `verify` removes its mark, `resume` computes it again.
         """
         name = _checked_field(field, self.fields)
         grid = self._store.grid
@@ -196,7 +197,7 @@ class ReachMap:
         return out / 255.0 if name in ("yaw", "roll") else out
 
     def at(self, pose: ArrayLike) -> Freedom:
-        """Return how much freedom a pose has: by closed form, exactly, and never from the table.
+        """Return the freedom of a pose: in closed form, exactly, and never from the table.
 
         Parameters
         ----------
@@ -206,12 +207,12 @@ class ReachMap:
         Returns
         -------
         Freedom
-            What `Arm.freedom` says, with the map's margin and all limits.
+            The result of `Arm.freedom`, with the map's margin and all limits.
         """
         return self.arm.freedom(pose)
 
     def pose(self, coordinates: ArrayLike) -> Floats:
-        """Return poses of the tool by the numbers of the map.
+        """Return poses of the end effector from the coordinates of the map.
 
         Parameters
         ----------
@@ -235,7 +236,7 @@ class ReachMap:
         return out.reshape((*numbers.shape[:-1], 4, 4))
 
     def coordinates(self, pose: ArrayLike) -> Floats:
-        """Return r, z (m), tilt, turn, azimuth and roll (rad) of poses: `pose` the other way round.
+        """Return r, z (m), tilt, turn, azimuth and roll (rad) of poses: the inverse of `pose`.
 
         Parameters
         ----------
@@ -245,7 +246,7 @@ class ReachMap:
         Returns
         -------
         ndarray, shape (..., 6)
-            The azimuth is 0 where the wrist lies on axis 1, the turn where axis 7 points along the line from
+            The azimuth is 0 if the wrist lies on axis 1, the turn is 0 if axis 7 is along the line from
             shoulder to wrist.
 
         Raises
@@ -258,17 +259,17 @@ class ReachMap:
         return out
 
     def voxels(self, spacing: float = 0.1, *, orientations: int = ORIENTATIONS) -> Voxels:
-        """Return where in space the tool can be, and with which share of all orientations.
+        """Return the positions that the end effector reaches, with the share of all orientations at each.
 
-        By closed form, with all limits, the arm's tool and its base: not from the table, whose numbers are
-        of the wrist and of some azimuth and roll.
+        In closed form, with all limits, the arm's tool and its base; not from the table, which describes the
+        wrist at some azimuth and roll.
 
         Parameters
         ----------
         spacing : float
             Edge of a voxel, m.
         orientations : int
-            How many to ask at each, spread evenly over all rotations.
+            Number of orientations tried at each, spread evenly over all rotations.
 
         Returns
         -------
@@ -281,17 +282,17 @@ class ReachMap:
         return voxels_of(self.arm, spacing, orientations)
 
     def sample(self, n: int, seed: int = 0) -> Floats:
-        """Return poses drawn from all those that the arm holds, each as likely as any other.
+        """Return random poses from all those that the arm reaches, uniformly distributed.
 
-        Exactly so: poses are drawn evenly over position and rotation, and those that `Arm.reachable` refuses
-        are drawn again. The table, whose cells only sample, plays no part.
+        Poses are drawn uniformly over position and rotation, and those that `Arm.reachable` rejects are drawn
+        again. The table, whose cells are samples, is not used.
 
         Parameters
         ----------
         n : int
-            How many, 100 million at most: ask again with another seed for more.
+            Number of poses, at most 100 million: for more call again with another seed.
         seed : int
-            The same seed draws the same poses.
+            The same seed gives the same poses.
 
         Returns
         -------
@@ -300,7 +301,7 @@ class ReachMap:
         Raises
         ------
         InputError
-            If n or the seed is no whole number, or nothing is found that the arm reaches.
+            If n or the seed is not an integer, or no reachable pose is found.
         """
         for name, value in (("n", n), ("seed", seed)):
             whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
@@ -321,7 +322,7 @@ class ReachMap:
         return out
 
     def _draws(self, rng: np.random.Generator) -> Iterator[Floats]:
-        """Draw poses whose wrist is anywhere in the reach, and yield those that are held."""
+        """Draw poses with the wrist anywhere within reach, and yield the reachable ones."""
         arm = self.arm
         while True:
             drawn = rng.random((_DRAWN_AT_ONCE, _COORDINATES))
@@ -334,7 +335,7 @@ class ReachMap:
             yield poses[np.asarray(arm.reachable(poses))]
 
     def to_xarray(self) -> Any:
-        """Return the map as an xarray Dataset, whose values are read when they are used.
+        """Return the map as an xarray Dataset that reads values when they are used.
 
         Raises
         ------
@@ -345,7 +346,7 @@ class ReachMap:
         return xarray.open_dataset(self.path, engine="zarr", consolidated=False, chunks=None)
 
     def __repr__(self) -> str:
-        """Return what it is of and how much of it is made."""
+        """Return the arm of the map and the share of computed tiles."""
         done = self.tiles - len(self.missing)
         cells = " x ".join(map(str, self.shape))
         return f"<ReachMap of {self.arm.name}: {cells} cells, {done} of {self.tiles} tiles made, {self.path}>"
@@ -362,30 +363,30 @@ def reach_map(
     scheduler: Any = None,
     progress: Progress | bool | None = None,
 ) -> ReachMap:
-    """Make a map of what an arm reaches, or go on with one: what is there already is not made again.
+    """Compute a map of an arm's reach, or continue one: existing tiles are not computed again.
 
-    Killed at any moment and called again with the same arguments, it leaves the same bytes as if it had never
-    been. Any number of processes, on any machines with the same instruction set, may work on one map.
+    If it is killed at any moment and called again with the same arguments, the result has the same bytes as
+    without interruption. Any number of processes with the same instruction set may work on one map.
 
     Parameters
     ----------
     arm : Arm
-        Its `scene` is not asked.
+        Its `scene` is ignored.
     path : str or path
-        A folder that is made, or an address that fsspec knows.
+        A folder to create, or an address for fsspec.
     spacing : float
-        Between places of the wrist, m; 1e-4 at least.
+        Distance of wrist positions, m; at least 1e-4.
     tilt : float
-        Between directions of axis 7, rad, 0.1° to 90°; a little less where it is no whole part of π.
+        Angle between directions of axis 7, rad, 0.1° to 90°; slightly less if it does not divide π.
     fields : of "gc", "freedom", "yaw", "roll", "proven"
-        What to hold of each cell: see `ReachMap`. What is proven takes ten to a hundred times as long, and is
-        much of the map only where cells are small: 10 mm and 1°.
+        Fields of each cell: see `ReachMap`. ``proven`` takes ten to a hundred times as long, and decides many
+        cells only if they are small: 10 mm and 1°.
     part : (int, int), optional
-        ``(i, n)``, 1 <= i <= n: the i-th of n shares alone, for the task i of a batch system's array.
+        ``(i, n)``, 1 <= i <= n: the i-th of n shares alone, for task i of a batch system's array.
     scheduler : distributed.Client or str, optional
-        A Dask cluster, or the address of its scheduler, that makes the tiles; extra ``cluster``.
+        A Dask cluster, or the address of its scheduler, that computes the tiles; extra ``cluster``.
     progress : function (done, total) or bool
-        Told after each tile; True draws a bar on stderr.
+        Called after each tile; True draws a bar on stderr.
 
     Returns
     -------
@@ -395,10 +396,10 @@ def reach_map(
     Raises
     ------
     InputError
-        If an argument is not usable, or the path holds a map of another arm, grid, margin or instruction
-        set, or something else.
+        If an argument is invalid, or the path holds a map of another arm, grid, margin or instruction set, or
+        something else.
     OutputError
-        If it cannot be written, as where the disk is full; what was made stays, and the same call goes on.
+        If it cannot be written, for example to a full disk; finished tiles stay, and the same call continues.
     MissingExtraError
         Without zarr: ``pip install 'armangle[reach]'``.
 
@@ -449,7 +450,7 @@ def _names(fields: Iterable[str]) -> tuple[str, ...]:
 def _checked_run(
     part: tuple[int, int] | None, scheduler: Any, progress: Progress | bool | None
 ) -> tuple[int, int]:
-    """Return which share of how many is asked, counted from 1; raise where a run is not usable as asked."""
+    """Return the requested share and their number, counted from 1; raise if the arguments are invalid."""
     as_progress(progress)
     if scheduler is not None:
         check_scheduler(scheduler)

@@ -1,8 +1,8 @@
-"""A reach map in a Zarr store: what it is of, its tiles, and which of them are whole.
+"""A reach map in a Zarr store: its arm and grid, its tiles, and which of them are complete.
 
-A tile is written field by field, then marked by a check sum of its values. Both are what they are whoever
-writes them, whenever and how often: a run that is killed anywhere loses the tiles it had in hand, and any
-number of processes may work on one store.
+A tile is written field by field, then marked by a check sum of its values. Both are independent of who writes
+them, when and how often. A run that is killed loses its unfinished tiles, and any number of processes may
+work on one store.
 """
 
 from __future__ import annotations
@@ -27,24 +27,24 @@ from ..models.description import ArmDescription
 from .grid import AXES, Grid
 
 FIELDS = {"gc": "u1", "freedom": "f2", "yaw": "u1", "roll": "u1", "proven": "u1"}
-"""What a map may hold of a cell, as it is stored."""
+"""Fields that a map may have, with their stored types."""
 
 USUAL = ("gc", "freedom", "yaw", "roll")
-"""What it holds unless asked otherwise."""
+"""Fields of a map by default."""
 
 _FORMAT = 1
-_OLDEST = (3, 1, 3)  # of zarr: before, files were written in place
+_OLDEST = (3, 1, 3)  # of zarr: earlier versions write files in place
 _MARK = "done"
-_MORE = ("yaw", "roll", "proven")  # what is computed only where it is held
-_LEFT_OUT = ("chain", "body", "hand", "notes")  # of an arm: what a map does not see
+_MORE = ("yaw", "roll", "proven")  # fields that are computed for reachable cells only
+_LEFT_OUT = ("chain", "body", "hand", "notes")  # of an arm: a map does not depend on these
 _UNITS = {"r": "m", "z": "m", "tilt": "rad", "turn": "rad", "freedom": "rad", "yaw": "1/255", "roll": "1/255"}
-_LEFT_OVER = "*.partial"  # what a killed process had begun to write
+_LEFT_OVER = "*.partial"  # unfinished files of a killed process
 
 Tile = dict[str, NDArray[Any]]
 
 
 class Store:
-    """The Zarr group of one map, with the arm and the grid it is of."""
+    """The Zarr group of one map, with its arm and grid."""
 
     def __init__(self, place: PathLike) -> None:
         """Open the map at a folder, or at an address that fsspec knows.
@@ -76,17 +76,17 @@ class Store:
 
     @cached_property
     def arm(self) -> Arm:
-        """The arm, without body, hand and scene."""
+        """The arm, without collision model, gripper and scene."""
         numbers = {name: _from_json(value) for name, value in self.facts["arm"].items()}
         return Arm(**numbers, singularity_margin=self.facts["singularity_margin"])
 
     @cached_property
     def arrays(self) -> dict[str, Any]:
         """The fields as Zarr arrays."""
-        with _zarr().config.set({"array.write_empty_chunks": True}):  # else zarr looks whether each is empty
+        with _zarr().config.set({"array.write_empty_chunks": True}):  # otherwise zarr checks each chunk
             try:
                 return {name: self._group[name] for name in self.fields}
-            except Exception as error:  # no file, or one that is no array
+            except Exception as error:  # a missing file, or one that is not an array
                 what = "a field's own zarr.json cannot be read: remove the folder and make the map again"
                 raise ModelError(f"{what} ({error})", source=self.place) from error
 
@@ -96,7 +96,7 @@ class Store:
 
     # -- tiles -------------------------------------------------------------------------------------------
     def computed(self, tile: int) -> Tile:
-        """Return the values of a tile, of its shape."""
+        """Return the computed values of a tile, of its shape."""
         grid = self.grid
         places = grid.places(tile)
         cells = (len(places), grid.tilts, grid.turns)
@@ -109,14 +109,14 @@ class Store:
         return {name: made[name].astype(FIELDS[name], copy=False).reshape(grid.tile) for name in self.fields}
 
     def write(self, tile: int, values: Tile) -> None:
-        """Write the values of a tile, and when all are written its mark."""
+        """Write the values of a tile, and finally its mark."""
         with self.writing():
             for name, array in self.arrays.items():
                 array[self.grid.window(tile)] = values[name]
             self._marks[tile] = _check_sum(values.values())
 
     def read(self, tile: int) -> Tile:
-        """Return what the store holds of a tile.
+        """Return the stored values of a tile.
 
         Raises
         ------
@@ -126,7 +126,7 @@ class Store:
         return {name: self.read_field(name, tile) for name in self.fields}
 
     def read_field(self, name: str, tile: int) -> NDArray[Any]:
-        """Return what the store holds of one field of a tile.
+        """Return the stored values of one field of a tile.
 
         Raises
         ------
@@ -138,7 +138,7 @@ class Store:
         return values
 
     def check_readable(self, name: str) -> None:
-        """Raise, naming it, if a tile of a field cannot be read.
+        """Raise an error with its name if a tile of a field cannot be read.
 
         Raises
         ------
@@ -153,7 +153,7 @@ class Store:
         Raises
         ------
         InputError
-            If this process computes with other instructions than the map was begun with.
+            If this process uses another instruction set than the one that began the map.
         OutputError
             If the store cannot be written.
         """
@@ -168,7 +168,7 @@ class Store:
         return tuple(k for k, mark in enumerate(self._all_marks()) if not mark)
 
     def broken(self) -> Iterator[tuple[int, bool]]:
-        """Return each marked tile, and whether its values are not those it was marked for; unmark these."""
+        """Return each marked tile, and whether its values differ from its mark, which is then removed."""
         for tile, mark in enumerate(self._all_marks()):
             if not mark:
                 continue
@@ -190,26 +190,26 @@ class Store:
     def _mark(self, tile: int) -> int:
         try:
             return int(self._marks[tile])
-        except Exception:  # a wounded mark is none
+        except Exception:  # a damaged mark counts as missing
             return 0
 
     def sweep(self, before: float) -> None:
-        """Remove what killed processes left half written before a time (s, of the system's clock)."""
+        """Remove unfinished files that killed processes left before a time (s, of the system's clock)."""
         if "://" in self.place:
             return
         for file in Path(self.place).rglob(_LEFT_OVER):
             try:
                 if file.stat().st_mtime < before:
                     file.unlink()
-            except OSError:  # another process was quicker, or the folder may not be written
+            except OSError:  # another process was faster, or the folder is read-only
                 continue
 
     @contextmanager
     def reading(self, what: str) -> Iterator[None]:
-        """Say that something of the store is damaged, and how it is mended, in place of what Zarr says."""
+        """Replace Zarr's error by one that names the damaged part of the store and its repair."""
         try:
             yield
-        except Exception as error:  # whatever zarr, a codec or the file system says of a wounded file
+        except Exception as error:  # any error of zarr, a codec or the file system for a damaged file
             advice = "verify() names what is damaged and resume() makes it again, as do --verify and --resume"
             raise ModelError(
                 f"{what} is damaged, {error}: {advice} of armangle reach", source=self.place
@@ -217,7 +217,7 @@ class Store:
 
     @contextmanager
     def writing(self) -> Iterator[None]:
-        """Say that the store cannot be written, in place of what the file system says."""
+        """Replace the file system's error by one that says that the store cannot be written."""
         try:
             yield
         except OSError as error:
@@ -225,7 +225,7 @@ class Store:
 
 
 def address(place: PathLike) -> str:
-    """Return an absolute folder, or an address with its scheme as it is."""
+    """Return an absolute folder, or an address with its scheme unchanged."""
     if not isinstance(place, (str, os.PathLike)) or not str(place) or "\0" in str(place):
         raise InputError(f"path is {place!r:.50}, wanted a folder, or an address that fsspec knows")
     text = str(place)
@@ -233,12 +233,12 @@ def address(place: PathLike) -> str:
 
 
 def make_store(arm: Arm, place: PathLike, grid: Grid, names: tuple[str, ...]) -> Store:
-    """Return the store of a map, made if there is none.
+    """Return the store of a map; create it if there is none.
 
     Raises
     ------
     InputError
-        If the place holds a map of something else, or something else.
+        If the place holds a different map, or something else.
     OutputError
         If it cannot be written.
     """
@@ -262,7 +262,7 @@ def make_store(arm: Arm, place: PathLike, grid: Grid, names: tuple[str, ...]) ->
 
 
 def _of_another(place: str, name: str, had: Any, wanted: Any) -> InputError:
-    """Return the refusal to go on with a map that is of something else."""
+    """Return the error for continuing a map of another arm, grid or margin."""
     if isinstance(had, dict) and isinstance(wanted, dict):
         names = [key for key in wanted if had.get(key) != wanted[key]]
         what = f"{name} that differs in {', '.join(names)}"
@@ -273,7 +273,7 @@ def _of_another(place: str, name: str, had: Any, wanted: Any) -> InputError:
 
 
 def _make(place: str, facts: dict[str, Any], grid: Grid) -> None:
-    """Write the arrays without values; what the map is of comes last, and makes it one."""
+    """Write the arrays without values; the description comes last, and makes it a valid map."""
     _check_free(place)
     zarr = _zarr()
     codecs = zarr.codecs.ZstdCodec(level=1), zarr.codecs.Crc32cCodec()
@@ -289,7 +289,7 @@ def _array(
     place: str, name: str, shape: tuple[int, ...], chunks: tuple[int, ...], kind: str,
     axes: tuple[str, ...], codecs: Any,
 ) -> Any:  # fmt: skip
-    """Return an empty array of the store; one that is there already, of a killed run, if it is alike."""
+    """Return an empty array of the store; reuse one of a killed run if it has the same form."""
     zarr = _zarr()
     try:
         return zarr.create_array(
@@ -307,7 +307,7 @@ def _array(
 
 
 def _check_free(place: str) -> None:
-    """Raise where a folder holds anything but the beginning of a map."""
+    """Raise if a folder holds anything but the beginning of a map."""
     if "://" in place:
         return
     folder = Path(place)
@@ -349,7 +349,7 @@ def _zarr() -> Any:
 
 
 def _check_sum(arrays: Any) -> int:
-    """Return the CRC of the values of a tile, never 0: a mark that is 0 is none."""
+    """Return the CRC of a tile's values, never 0, because 0 means no mark."""
     sum_so_far = 0
     for values in arrays:
         sum_so_far = zlib.crc32(np.ascontiguousarray(values).view(np.uint8).data, sum_so_far)
@@ -357,7 +357,7 @@ def _check_sum(arrays: Any) -> int:
 
 
 def _to_json(arm: Arm) -> dict[str, Any]:
-    """Return what a map sees of an arm, in words and numbers; infinities as text."""
+    """Return the data of an arm that a map depends on, in words and numbers; infinities as text."""
     names = [field.name for field in fields(ArmDescription) if field.name not in _LEFT_OUT]
     return {name: _plain(getattr(arm, name)) for name in names}
 

@@ -1,4 +1,4 @@
-"""Voxels: which share of all orientations a tool can have at places in space."""
+"""Voxels: the share of all orientations that the end effector reaches at positions in space."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..arm.arm import Arm
 from ..errors import InputError
 from ..poses import pose
 
-ORIENTATIONS = 100  # asked at each place by default
+ORIENTATIONS = 100  # number of orientations tried at each position by default
 _LEAST, _MOST = 1e-3, 10.0  # m
 _MOST_ORIENTATIONS = 100_000
 _MOST_VOXELS = 10_000_000
@@ -24,19 +24,19 @@ _FIRST, _SECOND = np.sqrt(2.0), 1.533751168755204288118041
 @by_content
 @dataclass(frozen=True, eq=False, repr=False)
 class Voxels:
-    """Places of the tool, and the share of orientations that it can have there.
+    """Positions of the end effector, and the share of orientations that it reaches there.
 
     Attributes
     ----------
     position : ndarray, shape (n, 3)
-        Middles of the voxels, m, in the frame that poses are given in; those where no orientation that was
-        asked can be held are left out.
+        Middles of the voxels, m, in the frame that poses are given in; positions without a reachable
+        orientation are left out.
     share : ndarray, shape (n,)
-        Share of the orientations that some posture within the limits holds there, in (0, 1].
+        Share of the orientations with a solution within the limits, in (0, 1].
     spacing : float
         Edge of a voxel, m.
     orientations : int
-        How many orientations were asked at each.
+        Number of orientations tried at each.
     """
 
     position: Floats = field()
@@ -49,7 +49,7 @@ class Voxels:
 
 
 def voxels_of(arm: Arm, spacing: float, orientations: int) -> Voxels:
-    """Return the voxels of an arm: each orientation at each place asked of `Arm.reachable`."""
+    """Return the voxels of an arm: `Arm.reachable` for each orientation at each position."""
     edge = as_number("spacing", spacing, _LEAST, _MOST)
     whole = isinstance(orientations, (int, np.integer)) and not isinstance(orientations, bool)
     if not whole or not 1 <= orientations <= _MOST_ORIENTATIONS:

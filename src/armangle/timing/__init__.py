@@ -1,1 +1,1 @@
-"""When: a path of joints with times, speeds and accelerations."""
+"""Timing: joint paths with times, velocities and accelerations."""

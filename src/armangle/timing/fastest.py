@@ -2,8 +2,8 @@
 
     q̇² = q'² y        q̈ = q'' y + q' y' / 2        q⃛ = √y (q''' y + 3/2 q'' y' + q' y'' / 2)
 
-Velocities and accelerations are linear in y: one program. A bound j on the jerk is not, but the tangent of
-j / √y lies below it, so that each of a sequence of linear programs is safe and none is slower than the last.
+Velocities and accelerations are linear in y: one program. A bound j on the jerk is not, but the tangent of j
+/ √y lies below it. So each of a sequence of linear programs is safe and none is slower than the last.
 
 Source: Verscheure et al. (2009), Time-optimal path tracking for robots; Debrouwere et al. (2013),
 Time-optimal path following for robots with convex-concave constraints.
@@ -23,40 +23,40 @@ from .linear_program import Basis, LinearProgram, needed
 from .trajectory import Timing, from_speeds, through
 
 LEAST_MEAN = 1e-4
-"""Share of the mean speed of s that is the least of interest, and its inverse the greatest."""
+"""Least relevant share of the mean speed of s; its inverse is the greatest."""
 FEWEST, MOST = 20, 2000
 """Intervals of a spline of y for a short piece, and for a motion that slows down often."""
 PER_DIP, DEEP = 12, 1.25
-"""Intervals for each place where it slows down, to below its speeds about that by this factor."""
+"""Intervals for each place where it slows down, to below its speeds nearby by this factor."""
 WITHIN, SHARES = np.array([0.06, 0.5, 0.94]), np.array([0.25, 0.5, 0.25])
-"""Where in an interval of the spline bounds are asked for, and what of it each stands for."""
+"""Places in an interval of the spline at which bounds are imposed, and the share of each."""
 AT_REST = 9
-"""Places in the first interval, and in the last, at which they are asked for: a start may be all jerk."""
+"""Places in the first and last interval at which bounds are imposed: a start may be all jerk."""
 CALM = (0, 1, 2, 4, 8)
-"""Knots over which first guesses are made calm, of which the fastest is taken."""
+"""Numbers of knots over which first guesses are smoothed; the fastest is used."""
 TOLERANCE, MATTERS = 1e-6, 0.5
-"""Within which share HiGHS keeps a bound; what share of it must be used for it to be in a program."""
+"""Relative accuracy of HiGHS for a bound; share of a bound from which it enters a program."""
 SLACKS = 1.5
-"""Share of its slack by which a row of jerk may exceed its bound: the tangent of 1 / √y stands for it."""
+"""Share of its slack by which a row of jerk may exceed its bound, because the tangent replaces 1 / √y."""
 MOST_SLACK = 1e6
-"""Greatest slack of a program that is to be brought within its bounds."""
+"""Largest slack of a program that is brought within its bounds."""
 GROWTH = 4.0
-"""By what factor y may grow or shrink in one program."""
+"""Largest factor by which y may grow or shrink in one program."""
 ROUNDS, GAIN = 30, 1e-3
-"""Most linear programs in a sequence, and the gain in time at which it ends."""
+"""Largest number of linear programs in a sequence, and the gain in time at which it ends."""
 MET = 1e-6
-"""Share by which a speed at an end may be missed: what HiGHS leaves."""
+"""Relative error of a speed at an end, from the accuracy of HiGHS."""
 LOOSE = 2.0
-"""By what factor ds/dt may exceed what is reached at most: bounds at a grid are not exact between."""
+"""Factor by which ds/dt may exceed the largest reachable value: bounds at a grid are inexact between."""
 NEWTON = 2
-"""Steps of Newton's method that bring the r of an s from 1e-6 to rounding."""
+"""Steps of Newton's method that improve the r of an s from 1e-6 to rounding."""
 PIECES = 4
 """Pieces of s(t) in an interval of the spline."""
 NONE = np.empty(0)
 
 
 class TooFast(PathError):
-    """No timing brakes joints from the speed at the beginning, or brings them up to that at the end."""
+    """No timing brakes joints from the velocity at the start, or accelerates them to that at the end."""
 
 
 def fastest(g: Grid, acceleration: Floats, most: Floats, ends: tuple[float, float] = (0.0, 0.0)) -> Timing:
@@ -69,21 +69,21 @@ def fastest(g: Grid, acceleration: Floats, most: Floats, ends: tuple[float, floa
     acceleration : ndarray, shape (7,)
         rad/s².
     most : ndarray, shape (N + 1,)
-        Greatest ds/dt at each s, 1/s.
+        Largest ds/dt at each s, 1/s.
     ends : two floats
-        ds/dt where it begins and ends, 1/s.
+        ds/dt at the start and end, 1/s.
 
     Raises
     ------
     MissingExtraError
     PathError
-        If there is none, as where such a speed cannot be braked.
+        If there is none, for example if such a speed cannot be braked.
     """
     return from_speeds(g.s, np.sqrt(_squares(g, acceleration, most, ends)))
 
 
 def _squares(g: Grid, acceleration: Floats, most: Floats, ends: tuple[float, float]) -> Floats:
-    """Return y at the grid points, straight between them: the acceleration of s is constant there."""
+    """Return y at the grid points, linear between them: the acceleration of s is constant there."""
     sparse = needed("scipy.sparse")
     n = len(g.s)
     step = np.diff(g.s)
@@ -121,10 +121,10 @@ def _squares(g: Grid, acceleration: Floats, most: Floats, ends: tuple[float, flo
 
 
 def _limited(most: Floats, g: Grid, acceleration: Floats, ends: tuple[float, float]) -> Floats:
-    """Return greatest ds/dt of the size of what is reached: HiGHS fails on programs of many sizes.
+    """Return the largest ds/dt scaled to reachable values: HiGHS fails on programs of many scales.
 
-    A joint that has come L rad from a speed v, or comes to it in L, is no faster than √(v² + 2 a L). Where no
-    joint moves s has no speed of its own, and gets an upper end.
+    A joint at a distance of L rad from a place of speed v is at most √(v² + 2 a L) fast. If no joint moves, s
+    has no natural speed and gets an upper bound.
     """
     step = np.diff(g.s)[:, None]
     rate = np.maximum(np.abs(g.after[:, 0]), np.abs(g.before[:, 0]))
@@ -145,7 +145,7 @@ def _limited(most: Floats, g: Grid, acceleration: Floats, ends: tuple[float, flo
 
 
 class End(NamedTuple):
-    """How s moves at an end of a motion: ds/dt, 1/s, and d²s/dt², 1/s²; NaN: as may be."""
+    """Motion of s at an end: ds/dt, 1/s, and d²s/dt², 1/s²; NaN: free."""
 
     speed: float = 0.0
     acceleration: float = np.nan
@@ -157,8 +157,8 @@ REST = End(), End()
 class _Course(NamedTuple):
     """A piece of s over r in [0, 1]; s = first + (last - first) (10 r³ - 15 r⁴ + 6 r⁵) from rest to rest.
 
-    s leaves rest as r³, so that dr/dt need not vanish at the ends however small the jerk; at an end at which
-    it moves ds/dr is not 0, and d²s/dr² is.
+    s leaves rest as r³, so that dr/dt need not vanish at the ends however small the jerk. At a moving end
+    ds/dr is not 0, and d²s/dr² is.
     """
 
     first: float
@@ -191,7 +191,7 @@ class _Course(NamedTuple):
         return first, second, third
 
     def squares(self) -> list[tuple[float, float]]:
-        """Return y and dy/dr at the ends where it moves, at which d²s/dr² is 0; NaN for what is free."""
+        """Return y and dy/dr at moving ends, at which d²s/dr² is 0; NaN if free."""
         rate = self.rates(np.array([0.0, 1.0]))[0]
         return [
             ((end.speed / rate[k]) ** 2, 2 * end.acceleration / rate[k])
@@ -213,19 +213,19 @@ class _Course(NamedTuple):
         for _ in range(NEWTON):
             rate = self.rates(r)[0]
             step = (self.s(r) - s) / np.where(rate > 0, rate, np.inf)
-            r = np.clip(r - step, table[cell], table[cell + 1])  # at the ends, where s is flat, it goes far
+            r = np.clip(r - step, table[cell], table[cell + 1])  # at the ends s is flat: a long step
         return np.asarray(r)
 
 
 class Smooth(NamedTuple):
-    """A timing that bounds the jerk too, of a spline of y = (dr/dt)²; places r (N,) where it is looked at."""
+    """A timing with bounded jerk, from a spline of y = (dr/dt)²; places r (N,) of the bounds."""
 
     timing: Timing
     knots: Floats
     coefficients: Floats
     places: Floats
     speed: Floats
-    over: float  # by which y is too large for the bounds, at least 1; more only where an end asks it
+    over: float  # factor of y beyond the bounds, at least 1; larger only if an end requires it
 
 
 def smooth(
@@ -233,7 +233,7 @@ def smooth(
     most: Callable[[Floats], Floats], knots: int, ends: tuple[End, End] = REST,
     rough: Timing | None = None, before: Smooth | None = None, broken: Floats = NONE,
 ) -> Smooth:  # fmt: skip
-    """Return a fast timing from one end to the other, without a stop between, that bounds the jerk too.
+    """Return a fast timing with bounded jerk from one end to the other, without a stop between.
 
     Parameters
     ----------
@@ -243,15 +243,15 @@ def smooth(
     bounds : three ndarray, shape (7,)
         rad/s, rad/s², rad/s³.
     most : function of s (N,)
-        Greatest ds/dt, (N,), 1/s.
+        Largest ds/dt, (N,), 1/s.
     knots : int
-        Intervals of the spline of y, where the motion does not slow down often.
+        Intervals of the spline of y, if the motion does not slow down often.
     ends : two End
-        How it begins and ends.
+        Motion at its start and end.
     rough : Timing, optional
-        From one end to the other without a bound on jerk; needed where it moves at one.
+        A timing from one end to the other without a bound on jerk; required if an end moves.
     before : Smooth, optional
-        What was found with fewer: the knots are put where its speed changes ...
+        The result with fewer knots: new knots are placed where its speed changes ...
     broken : ndarray, shape (K,), optional
         ... or stay, and bounds are also asked for at these s, where it breaks them.
 
@@ -289,7 +289,7 @@ def smooth(
 
 
 def _speed_of(timing: Timing, course: _Course, places: Floats) -> Floats:
-    """Return dr/dt of a timing over s at places; infinite where s rests with r."""
+    """Return dr/dt of a timing over s at places; infinite if s rests as r changes."""
     s = np.append(timing.coefficients[:, 0], 1.0)
     speed = np.sqrt(np.interp(course.s(places), s, timing.speeds() ** 2))
     rate = course.rates(places)[0]
@@ -300,7 +300,7 @@ def _spread_knots(
     course: _Course, derivatives: Callable[[Floats], Floats], g: Grid, bounds: tuple[Floats, Floats, Floats],
     most: Callable[[Floats], Floats], knots: int, before: Smooth | None,
 ) -> tuple[Floats, Floats]:  # fmt: skip
-    """Return knots where the speed changes, from 0 to 1, and the places where bounds are asked for."""
+    """Return knots where the speed changes, from 0 to 1, and the places of the bounds."""
     count = min(knots, max(FEWEST, len(g.s)))
     places = np.union1d(_within(np.linspace(0.0, 1.0, count + 1)), course.r(_within(g.s)))
     fast, bent, _ = _reach(course, derivatives, bounds, most, places)
@@ -335,7 +335,7 @@ def _reach(
     course: _Course, derivatives: Callable[[Floats], Floats], bounds: tuple[Floats, Floats, Floats],
     most: Callable[[Floats], Floats], places: Floats,
 ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
-    """Return dr/dt by speeds alone, about that by the rest, and q', q'', q''' with respect to r (3, N, 7)."""
+    """Return dr/dt by speeds alone, approximately by all bounds, and q', q'', q''' by r (3, N, 7)."""
     velocity, acceleration, jerk = bounds
     q1, q2, q3 = d = course.derivatives(derivatives, places).transpose(1, 0, 2)
     with np.errstate(divide="ignore", over="ignore"):
@@ -348,7 +348,7 @@ def _reach(
 
 
 def needed_knots(speed: Floats) -> int:
-    """Return how many intervals a spline has to have for a speed that falls and rises as often."""
+    """Return the number of intervals that a spline needs for a speed that falls and rises as often."""
     return min(PER_DIP * _dips(speed), MOST)
 
 
@@ -371,13 +371,13 @@ def _spent(places: Floats, speed: Floats) -> Floats:
 
 
 def _changes(speed: Floats) -> Floats:
-    """Return by how much the logarithm of a speed has changed up to each place; no bound changes nothing."""
+    """Return the accumulated change of a speed's logarithm; infinite speeds count as constant."""
     speed = np.minimum(speed, np.max(speed, initial=1.0, where=np.isfinite(speed)))
     return np.append(0.0, np.cumsum(np.abs(np.diff(np.log(speed)))))
 
 
 def _spread(places: Floats, rising: list[Floats], count: int) -> Floats:
-    """Return knots from 0 to 1: of each of the quantities, which rise from place to place, even shares."""
+    """Return knots from 0 to 1 that divide each of the rising quantities into equal shares."""
     share = np.mean([(each - each[0]) / np.ptp(each) for each in rising if np.ptp(each) > 0], axis=0)
     knots = np.interp(np.linspace(0.0, 1.0, count + 1), share, places)
     knots[[0, -1]] = 0.0, 1.0
@@ -410,7 +410,7 @@ class _Spline:
     def order(self, at: Floats, order: int) -> Any:
         """Return the values, or derivatives, of all B-splines at places, (N, K).
 
-        Of degree d on knots t, those of degree d - 1: d (c[i + 1] - c[i]) / (t[i + d + 1] - t[i + 1]).
+        Those of degree d on knots t, from degree d - 1: d (c[i + 1] - c[i]) / (t[i + d + 1] - t[i + 1]).
         """
         sparse, knots = needed("scipy.sparse"), self._knots
         change = sparse.identity(self.count, format="csr")
@@ -422,7 +422,7 @@ class _Spline:
         return (values.tocsr() @ change).tocsr()
 
     def held(self, squares: list[tuple[float, float]]) -> Floats:
-        """Return coefficients (K,) that make y and dy/dr at both ends, where these are numbers; NaN: free."""
+        """Return coefficients (K,) that give y and dy/dr at both ends, if these are numbers; NaN: free."""
         (first, slope), (last, rise) = squares
         out = np.full(self.count, np.nan)
         out[:2] = first, first + slope * self.ends[1] / 3
@@ -430,7 +430,7 @@ class _Spline:
         return out
 
     def shape(self, reach: Floats, calm: int) -> Floats:
-        """Return coefficients of the form of `reach` (at the places), below it over `calm` knots around."""
+        """Return coefficients shaped like `reach` (at the places), below it over `calm` knots around."""
         middles = np.convolve(self._knots[1:-1], np.ones(3) / 3, mode="valid")
         low = np.log(np.interp(middles, self._places, reach))
         padded = np.pad(low, 2 * calm, mode="edge")
@@ -461,10 +461,10 @@ def _rows(spline: _Spline, factors: tuple[Floats, ...], joint: int) -> Any:
 
 
 class _Programs:
-    """The sequence of linear programs in z, y = unit z, and the time that is to be the least.
+    """The sequence of linear programs in z, y = unit z, and the time to be minimized.
 
-    Bounds are asked for at many places, above and below; a program holds those that matter, more where one is
-    broken, and begins where the one before ended.
+    Bounds apply at many places, above and below. A program holds the relevant ones, adds others when they are
+    violated, and starts from the solution of the previous one.
     """
 
     def __init__(
@@ -495,16 +495,16 @@ class _Programs:
         return float(np.sum(self._weights / np.sqrt(self._values @ z)))
 
     def _kept(self, z: Floats) -> Floats:
-        """Return z times what keeps the bounds, which are all homogeneous."""
+        """Return z scaled to respect the bounds, which are all homogeneous."""
         linear, jolted = self._shares(z)
         return np.asarray(z * ((1 - TOLERANCE) / max(linear.max(), jolted.max() ** (2 / 3))))
 
     def _shares(self, z: Floats) -> tuple[Floats, Floats]:
-        """Return what shares of their bounds are used: of velocity and acceleration, and of jerk."""
+        """Return the used shares of the bounds: of velocity and acceleration, and of jerk."""
         return self._linear @ z, (self._jolted @ z) * np.sqrt(self._y @ z)
 
     def best(self) -> Floats:
-        """Return the coefficients at which the sequence ends."""
+        """Return the final coefficients of the sequence."""
         z = np.ones(len(self._unit))
         if not self._free.all():
             z = self._brought_within(z)
@@ -523,9 +523,10 @@ class _Programs:
         return self._unit * z
 
     def _brought_within(self, z: Floats) -> Floats:
-        """Return coefficients that keep the bounds, or these enlarged by as little as is found.
+        """Return coefficients that respect the bounds, or the bounds enlarged as little as found.
 
-        Those of the ends cannot be scaled: programs in which every row has one slack, which is the cost.
+        Coefficients of the ends cannot be scaled. In these programs all rows share one slack, which is the
+        cost.
         """
         cost, slack, basis = np.append(np.zeros(len(z)), 1.0), np.inf, None
         stack = needed("scipy.sparse").hstack
@@ -554,18 +555,18 @@ class _Programs:
         return z
 
     def _room(self, z: Floats) -> tuple[Floats, Floats]:
-        """Return by how much coefficients may change in one program: least and greatest."""
+        """Return the permitted change of coefficients in one program: least and greatest."""
         return np.where(self._free, z / GROWTH, z), np.where(self._free, GROWTH * z, z)
 
     def _ask(self, z: Floats, most: float) -> Any:
-        """Add the rows of which z uses more than that, and return them, (K,)."""
+        """Add the rows whose use by z exceeds that share, and return them, (K,)."""
         new = np.flatnonzero((np.concatenate(self._shares(z)) > most) & ~self._is_asked)
         self._is_asked[new] = True
         self._asked = np.append(self._asked, new)
         return new
 
     def _next(self, z: Floats) -> Floats:
-        """Return the best z where 1 / √y is replaced by its tangent at the z before."""
+        """Return the best z with 1 / √y replaced by its tangent at the previous z."""
         y = self._values @ z
         cost = -(self._values.T @ (self._weights * y**-1.5))
         program = LinearProgram(cost, self._rows(z, self._asked), *self._room(z), self._basis)
@@ -578,7 +579,7 @@ class _Programs:
             program.add(self._rows(z, new))
 
     def _rows(self, z: Floats, asked: Any) -> Any:
-        """Return rows in the order in which they are asked for; those of jerk by their tangents at z."""
+        """Return rows in the order of the request; those of jerk by their tangents at z."""
         is_linear = asked < self._linear.shape[0]
         jolts = asked[~is_linear] - self._linear.shape[0]
         here = self._y[jolts]

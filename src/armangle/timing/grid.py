@@ -1,4 +1,4 @@
-"""The grid that a motion is timed on: rising s, and the joints' derivatives on both sides of each."""
+"""The grid of a timing: rising s, and the joints' derivatives on both sides of each."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from ..errors import PathError
 from .motion import Motion, Part, breaks, just_before
 
 SMOOTH, NOTHING = 1e-6, 1e-9
-"""Shares of |q'| there, and of the greatest of a path, by which it may jump where no corner is: rounding."""
+"""Shares of |q'| there, and of the largest of a path, by which rounding may make it jump without a corner."""
 
 MANY = 1600
-"""Intervals from which on there are no more than `count` asks for."""
+"""Number of intervals above which no more than `count` are added."""
 
 
 class Grid(NamedTuple):
     """Derivatives of q at rising s (N + 1,), on both sides of each: after it and before it, (N + 1, 3, 7).
 
-    `turns` is what dense corners add to q'' between two points in the mean, (N, 7).
+    `turns` is the mean contribution of dense corners to q'' between two points, (N, 7).
     """
 
     s: Floats
@@ -29,13 +29,13 @@ class Grid(NamedTuple):
     turns: Floats
 
     def between(self, first: int, last: int) -> Grid:
-        """Return the part from one point to another, without what lies beyond either."""
+        """Return the part between two points, without the sides beyond either."""
         after, before = self.after[first : last + 1].copy(), self.before[first : last + 1].copy()
         after[-1], before[0] = before[-1], after[0]
         return Grid(self.s[first : last + 1], after, before, self.turns[first:last])
 
     def with_dense(self, near: Floats) -> Grid:
-        """Return the grid with the turns of corners nearer to the next one than `near` (N + 1,) at either."""
+        """Return the grid with the turns of corners closer to the next one than `near` (N + 1,)."""
         jump = corners(self)
         ends = np.union1d([0, len(self.s) - 1], np.flatnonzero(jump.any(axis=1)))
         apart = np.diff(self.s[ends])
@@ -47,12 +47,12 @@ class Grid(NamedTuple):
 def grid(motion: Motion, count: int, least: int, more: Floats) -> Grid:
     """Return at least `count` intervals over [0, 1], `least` or more between breaks, and ends at `more`.
 
-    Where that makes more than `MANY` intervals there are fewer between breaks.
+    If that makes more than `MANY` intervals, there are fewer between breaks.
 
     Raises
     ------
     PathError
-        If joints have no finite speed along the path at one of them.
+        If joints have no finite rate along the path at one of them.
     """
     ends = breaks(motion)
     least = min(least, max(1, MANY // (len(ends) - 1)))
@@ -82,7 +82,7 @@ def composed(d: Floats, first: Floats, second: Floats, third: Floats) -> Floats:
 
 
 def corners(g: Grid) -> Floats:
-    """Return q' after - q' before, (N + 1, 7), with 0 where the two differ by rounding."""
+    """Return q' after - q' before, (N + 1, 7), with 0 if the two differ by rounding alone."""
     after, before = g.after[:, 0], g.before[:, 0]
     rate = np.maximum(np.abs(after), np.abs(before)).max(axis=1, keepdims=True)
     return np.where(np.abs(after - before) > SMOOTH * rate + NOTHING * rate.max(), after - before, 0.0)

@@ -1,4 +1,4 @@
-"""Linear programs whose rows follow one another, solved by HiGHS: each begins where the one before ended."""
+"""Consecutive linear programs, solved by HiGHS: each starts from the solution of the previous one."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ def needed(name: str) -> Any:
 
 
 class Basis(NamedTuple):
-    """Which variables and rows a solution of a program stands at."""
+    """The basis of a solution: status of variables and rows."""
 
     columns: list[Any]
     rows: list[Any]
 
 
 class LinearProgram:
-    """The z in [lowest, highest] of least cost with rows z <= 1; more rows may be added to a solved one.
+    """The z in [lowest, highest] of least cost with rows z <= 1; rows may be added to a solved program.
 
     Parameters
     ----------
     cost, lowest, highest : ndarray, shape (N,)
     rows : sparse matrix, shape (M, N)
     basis : Basis, optional
-        Of a program with these variables and the first of these rows, whose numbers may have been others.
+        Of a program with these variables and the first of these rows; its numbers may differ.
     """
 
     def __init__(
@@ -80,8 +80,8 @@ class LinearProgram:
         PathError
         """
         if not self._is_solved():
-            self._solver.clearSolver()  # from nothing: the basis may have led astray
-            if not self._is_solved():  # never for want of a timing: a slow one keeps all bounds
+            self._solver.clearSolver()  # restart: the basis may have been misleading
+            if not self._is_solved():  # time does not stop the program: a slow timing respects all bounds
                 raise PathError(
                     "no timing is found: the linear programs of the path are too badly scaled; where it "
                     "begins or ends with hinges at 0, tolerance= or jerk= rounds that"
@@ -95,13 +95,13 @@ class LinearProgram:
 
     @property
     def basis(self) -> Basis:
-        """Return where the last solution stands."""
+        """Return the basis of the last solution."""
         found = self._solver.getBasis()
         return Basis(list(found.col_status), list(found.row_status))
 
 
 def _silent(highspy: Any) -> Any:
-    """Return a solver that prints nothing, its banner neither: that comes with the first call of its own."""
+    """Return a solver that prints nothing, not even its banner, which appears at its first own call."""
 
     class Silent(highspy.Highs):  # type: ignore[misc]  # the package is an extra, and Any without it
         def enableCallbacks(self) -> Any:

@@ -1,4 +1,4 @@
-"""A motion as what timing sees: joints and tool over s, their derivatives, and where these jump."""
+"""The timing's view of a motion: joints and end effector over s, their derivatives, and their jumps."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from .._values import by_content
 from ..arm.arm import Arm
 
 RESTS = 1e-9
-"""The tool rests where it moves by less per unit of s, m."""
+"""The end effector rests if it moves by less per unit of s, m."""
 STEP = 1e-6
-"""Of s, for a difference."""
+"""Step of a difference, in s."""
 BESIDE = 1e-6
-"""Of s: how near to an end joints that have no finite speed count as at it."""
+"""Distance from an end, in s, within which joints without a finite rate count as at it."""
 AT_END = 1e-3
-"""Of s: how far from an end a range that is not proven may reach to belong to it."""
+"""Distance from an end, in s, within which an unproven range belongs to it."""
 CLOSE = 1e-9
-"""Breaks nearer to the next one than this are that one."""
+"""Breaks closer than this count as one."""
 
 
 @runtime_checkable
 class Motion(Protocol):
-    """What is timed: a `JointPath`, or anything that gives q and its derivatives over s in [0, 1]."""
+    """What can be timed: a `JointPath`, or any object with q and its derivatives over s in [0, 1]."""
 
     @property
     def arm(self) -> Arm:
@@ -33,7 +33,7 @@ class Motion(Protocol):
 
     @property
     def path(self) -> Any:
-        """Where the tool goes, a `Path`; None where it goes straight from pose to pose."""
+        """The end effector's `Path`; None if it is straight from pose to pose."""
 
     def at(self, s: ArrayLike, /) -> Any:
         """Return a value with the field q, (..., 7) rad."""
@@ -43,19 +43,19 @@ class Motion(Protocol):
 
 
 def breaks(motion: Motion) -> Floats:
-    """Return the s where derivatives of q may jump, 0 and 1 among them; of close ones the last."""
+    """Return the s where derivatives of q may jump, including 0 and 1; of close ones the last."""
     return _close_breaks(motion)[1]
 
 
 def just_before(motion: Motion, s: Floats) -> Floats:
-    """Return s (N,) by a last digit less, at a break that from which all that is close to it is ahead."""
+    """Return s (N,) reduced by the last digit; at a break, reduced to before all breaks close to it."""
     first, last = _close_breaks(motion)
     k = np.minimum(np.searchsorted(last, s), len(last) - 1)
     return np.nextafter(np.where(last[k] == s, first[k], s), 0.0)
 
 
 def _close_breaks(motion: Motion) -> tuple[Floats, Floats]:
-    """Return of every run of breaks that are close to one another the first and the last."""
+    """Return the first and the last of every run of close breaks."""
     rows: Any = motion
     if hasattr(motion, "breaks"):
         return np.asarray(rows.breaks), np.asarray(rows.breaks)
@@ -70,9 +70,9 @@ def _close_breaks(motion: Motion) -> tuple[Floats, Floats]:
 
 
 def steep_ends(motion: Motion) -> tuple[bool, bool]:
-    """Return whether joints have no finite speed along the path at its beginning, and at its end.
+    """Return whether joints have no finite rate along the path at its start, and at its end.
 
-    Or none that is proven: beside an end at which branches meet a plan may be uncertified, and leap.
+    Also if no rate is proven: near an end where branches meet a plan may be uncertified, and jump.
     """
     every = breaks(motion)
     near = (every[every <= BESIDE], every[every >= 1.0 - BESIDE])
@@ -82,27 +82,27 @@ def steep_ends(motion: Motion) -> tuple[bool, bool]:
 
 
 def beside_ends(motion: Motion) -> tuple[float, float]:
-    """Return how much of s is not proven at the beginning and at the end of a path, 0 where all is."""
+    """Return the unproven lengths of s at the start and at the end of a path, 0 if all is proven."""
     open_ = unproven_ends(motion)
     at_end = open_[:, 0] > AT_END
     return float(open_[~at_end, 1].max(initial=0.0)), float((1.0 - open_[at_end, 0]).max(initial=0.0))
 
 
 def unproven_ends(motion: Motion) -> Floats:
-    """Return the ranges of s, (K, 2), at an end of a path that is proven but for these."""
+    """Return the ranges of s, (K, 2), at the ends of a path that is proven except for these."""
     open_ = np.reshape(getattr(motion, "uncertified", np.empty((0, 2))), (-1, 2))
     return np.asarray(open_[(open_[:, 1] <= AT_END) | (open_[:, 0] >= 1.0 - AT_END)])
 
 
 @by_content
 class Part:
-    """A part of a motion as one of its own, over r in [0, 1].
+    """A part of a motion as a motion over r in [0, 1].
 
     Parameters
     ----------
     whole : JointPath
     first, last : float
-        The s where it begins and ends.
+        The s of its start and end.
     """
 
     def __init__(self, whole: Motion, first: float, last: float) -> None:
@@ -119,7 +119,7 @@ class Part:
 
     @property
     def path(self) -> Any:
-        """Where the whole goes."""
+        """The path of the whole motion."""
         return self.whole.path
 
     def at(self, s: ArrayLike, /) -> Any:
@@ -127,12 +127,12 @@ class Part:
         return self.whole.at(self.s(np.asarray(s)))
 
     def derivatives(self, s: ArrayLike, /) -> Floats:
-        """Return three derivatives of q with respect to r, (..., 3, 7); at the end of what is before it."""
+        """Return three derivatives of q by r, (..., 3, 7); at the end those from before it."""
         inside = np.minimum(self.s(np.asarray(s)), self._end)
         return self.whole.derivatives(inside) * self._width ** np.arange(1, 4)[:, None]
 
     def tool_derivatives(self, s: Floats) -> tuple[Floats, Floats]:
-        """Return the two derivatives of the place of the tool with respect to r."""
+        """Return two derivatives of the end effector's position by r."""
         first, second = tool_derivatives(self.whole, np.minimum(self.s(s), self._end))
         return first * self._width, second * self._width**2
 
@@ -146,7 +146,7 @@ class Part:
 
 
 def _joints_lead(motion: Motion) -> bool:
-    """Return whether the tool goes where the joints take it."""
+    """Return whether the joints determine the path of the end effector."""
     curve: Any = getattr(motion, "curve", motion)
     return curve is not None and curve.leads_the_tool is True
 
@@ -161,7 +161,7 @@ def _where_joints_lead(motion: Motion, s: Floats) -> tuple[Floats, Floats]:
 
 
 def tool_derivatives(motion: Motion, s: Floats) -> tuple[Floats, Floats]:
-    """Return p' and p'' of the tool's origin, m per unit of s and of its square, (N, 3) each."""
+    """Return p' and p'' of the end effector's origin, m per unit of s and of its square, (N, 3) each."""
     rows: Any = motion
     if isinstance(motion, Part):
         return motion.tool_derivatives(s)

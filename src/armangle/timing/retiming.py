@@ -1,4 +1,4 @@
-"""Times for a joint path: as fast as joint bounds allow, always on the Cartesian path."""
+"""Timing of a joint path: as fast as joint bounds allow, always on the Cartesian path."""
 
 from __future__ import annotations
 
@@ -38,48 +38,48 @@ from .tool_speed import HELD, HELD_WITH_JERK, not_held, speed_lost
 from .trajectory import Timing, Trajectory, joined, resting, sampled
 
 GRID, LEAST_BETWEEN_BREAKS = 400, 4
-"""Intervals of s that are looked at, and least between two breaks, unless these are as many."""
+"""Intervals of s that are evaluated, and the least number between two breaks, unless there are as many."""
 WITH_JERK, LEAST_WITH_JERK = 200, 2
-"""The same where bounds are asked for at several places in each ..."""
+"""The same if bounds are imposed at several places in each ..."""
 AT_SPEED, LEAST_AT_SPEED = 640, 24
 """... and where a tool speed is to be held as well, which shows what is coarse."""
 KNOTS, KNOTS_AT_SPEED, ATTEMPTS = (80, 120), (80, 240), 6
-"""Intervals of a spline of the speed with jerk bounded: more in a second attempt, where it changes. They
-stay in those after it, which follow where bounds are exceeded between the places that were looked at."""
+"""Intervals of a spline of the speed with bounded jerk: a second attempt uses more where it changes. Later
+attempts keep them, and add some where bounds are exceeded between the evaluated places."""
 FULL_PARTS, LEAST_IN_PART = 8, 40
-"""Parts between corners up to which each has as many, and least in each of more parts."""
+"""Number of parts between corners up to which each has all intervals, and the least in each of more parts."""
 FEW_STOPS, MOST_STOPS = 8, 300
-"""Corners up to which stopping at each of them is tried too, and where it may be faster."""
+"""Number of corners up to which stopping at each of them is tried too, and where it may be faster."""
 ALONG = 1e-4
-"""Share of the velocities of an end by which they may be off the path's direction, or above a bound."""
+"""Share of an end's velocities by which they may deviate from the path's direction, or exceed a bound."""
 TOLERANCE = 1e-4
-"""What a tool may be off where corners are rounded, unless said otherwise, m."""
+"""Permitted deviation of the end effector at rounded corners by default, m."""
 CYCLE = 1e-3
 DENSE = 100
-"""Cycles from a corner to the next below which the two take part in what joints accelerate by."""
+"""Cycles between two corners below which they share the joints' accelerations."""
 FINER, MOST_FINER = 4, 6
 OVER, OVER_WITH_JERK = 1.001, 1.005
-"""Where bounds are exceeded between grid points by more than this, the grid is made finer there."""
+"""Excess of bounds between grid points above which the grid becomes finer there."""
 SLOW = 0.5
-"""Share of the speed beside corners below which they slow the motion down, and a point is put between."""
+"""Share of the speed near corners below which they slow the motion down, and a point is inserted."""
 AT_CAP, LOST, GAIN = 0.9, 0.02, 1.005
-"""Share of a bound that is made use of where it holds a motion back; share of the time that may be lost where
-none does, in all; the gain by a finer grid below which it is made no finer for that."""
+"""Share of a bound from which it counts as limiting; share of time that may be lost in all where no bound
+limits; gain of a finer grid below which it is not refined for that."""
 CHECKED = 4000
 LEAP, STILL = 1.01, 3e-5
-"""Share of a bound on velocity, and rad, beyond which a way of joints is a leap; rows are joined to 1e-5."""
+"""Share of a bound on velocity, and rad, beyond which a joint move is a jump; rows are joined to 1e-5."""
 LOOKED, MOST_LOOKS = 1e-3, 24
-"""Rad that joints move between two looks at most, and how often a time between two is halved."""
+"""Largest joint move between two samples, rad, and number of bisections of a time between two."""
 LOOKED_BESIDE, JUMP = 200, 4.0
-"""Times, at least, that are looked at about a range that is not proven. What a velocity may change by in a
-cycle there, of what its acceleration allows: 2 at a corner, more where joints leave as the root of s."""
+"""Least number of times sampled near an unproven range. Permitted change of a velocity in a cycle there, as a
+factor of its acceleration: 2 at a corner, more where joints leave as the root of s."""
 MOST_TOLERANCE = 1.0
 MOST_ROWS = 4_000_000
 """Rows of a trajectory: an hour at 1 kHz."""
 _MOST_SPEED = 1e6
-_FAST_TOOL = 10.0  # m/s: no tool of such an arm is as fast
+_FAST_TOOL = 10.0  # m/s: faster than any end effector of such an arm
 _LEAST_BOUND = 1e-12
-"""Of speeds, accelerations and jerks: times from less are no numbers."""
+"""Least velocities, accelerations and jerks: smaller ones give meaningless times."""
 
 
 _ROWS = "sample= is the time between the rows, s; at(t) of the result gives any"
@@ -108,11 +108,11 @@ class _Bounds(NamedTuple):
         return any(end.speed for end in self.ends)
 
     def within(self, share: float) -> _Bounds:
-        """Return bounds that are kept by a share of time: slower by it the motion would keep these."""
+        """Return bounds scaled by a share of time: a motion slowed down by it respects the original ones."""
         return self._replace(velocity=self.velocity / share, acceleration=self.acceleration / share**2)
 
     def of_part(self, way: Part, ends: tuple[End, End]) -> _Bounds:
-        """Return the bounds of a part of a motion, with its ends as they are over the whole's s."""
+        """Return the bounds of a part of a motion, with its ends converted from the whole's s."""
         width = way.last - way.first
         first, last = (End(end.speed / width, end.acceleration / width) for end in ends)
         return self._replace(ends=(first, last))
@@ -133,55 +133,55 @@ def retime(
     sample: float = 0.01,
     progress: Progress | bool | None = None,
 ) -> Trajectory:
-    """Return a trajectory along a joint path that keeps joint velocities and accelerations.
+    """Return a trajectory along a joint path that respects joint velocities and accelerations.
 
-    Every posture lies on the Cartesian path: only s(t) is chosen. It is time-optimal, from dq/ds and d²q/ds²
-    in closed form; with `jerk` nearly so, from d³q/ds³ too.
+    Every configuration is on the Cartesian path: only s(t) is chosen. It is time-optimal, from dq/ds and
+    d²q/ds² in closed form; with `jerk` nearly so, from d³q/ds³ too.
 
-    Bounds hold at hundreds of points of the path. Between them they are looked at ten times as closely;
-    where they are exceeded by 0.1 % there are more points, and by what is left the whole motion is slowed
-    down. Joint limits are kept to 1e-6 rad, between the poses of a followed path too.
+    Bounds hold at hundreds of points of the path. Between them they are checked ten times as densely. If they
+    are exceeded by 0.1 %, points are added; for the remaining excess the whole motion is slowed down. Joint
+    limits hold to 1e-6 rad, also between the poses of a followed path.
 
-    At a corner of the path, as between poses that were followed, the joints' velocities would have to jump.
-    Without `jerk` the motion slows down until the jump is one that the joints can make within a `cycle`.
-    With `jerk` corners are rounded: within `tolerance` the tool leaves the path, ``deviation`` of the result
-    says how far; only where stopping at them is faster, and they are no more than 300, it does that.
+    At a corner of the path, as between followed poses, the joints' velocities would have to jump. Without
+    `jerk` the motion slows down until the joints can make the jump within a `cycle`. With `jerk` corners are
+    rounded: the end effector leaves the path within `tolerance`, and ``deviation`` of the result says how
+    far. It stops at corners only if that is faster and there are at most 300.
 
-    A row of joints that repeats the one before it is left out, for it is no stop: one within 2e-5 rad of it,
-    or several in a row, where the rows beside them are 50 times as far apart, and any within 1e-9 rad.
-    Where no joint moves at all the trajectory has one row, at rest, and takes 0 s.
+    A row of joints that repeats the one before it is left out, because it is no stop. Such rows are within
+    2e-5 rad of it, single or several in sequence, if the neighbouring rows are 50 times as far apart; or
+    within 1e-9 rad. If no joint moves at all, the trajectory has one row, at rest, and takes 0 s.
 
     Parameters
     ----------
     path : JointPath
         From `plan`, `follow` or `JointPath.from_joints`; it must be ok.
     start, goal : array_like, shape (7,) or (2, 7), optional
-        Joint velocities with which it begins and ends, rad/s, along the path; at rest by default. They are
-        met to 1e-6 of them, as those of a motion that this one goes on from: ``start=other.at(t).qd``.
-        With `jerk` accelerations (rad/s²) may follow them, ``start=(at.qd, at.qdd)``; else any that the
-        bounds allow are taken. On the path they have one free number: they are met to what the jerk changes
-        in 1 ms. Where only that brakes it, as behind a motion that brakes as hard as it may, bounds are
-        exceeded by up to 0.4 %.
+        Joint velocities at its start and end, rad/s, along the path; at rest by default. They are met to a
+        relative 1e-6, for example those of a previous motion: ``start=other.at(t).qd``. With `jerk`
+        accelerations (rad/s²) may follow them, ``start=(at.qd, at.qdd)``; otherwise any within the bounds are
+        used. On the path they have one free number: they are met up to the change by the jerk in 1 ms. If
+        only that brakes the motion, as after one that brakes as hard as it may, bounds are exceeded by up to
+        0.4 %.
     velocity, acceleration : float, array_like of shape (7,), or True
-        Bounds, rad/s and rad/s², > 0; a number for all joints; True: the arm's own.
-        An infinite velocity is none; accelerations are finite.
+        Bounds, rad/s and rad/s², > 0; a number for all joints; True: the arm's own. An infinite velocity is
+        unbounded; accelerations must be finite.
     jerk : float, or array_like of shape (7,), optional
         Bounds, rad/s³, > 0.
     tolerance : float, optional
-        How far the tool may leave the path, m, at a corner, or beside a singular end that joints have no
-        finite speed at, or no proven one; a radian counts as 0.2 m. 0: never, the motion then stops at every
-        corner. 0.1 mm with `jerk` unless given, 0 without.
+        Permitted deviation of the end effector from the path, m, at a corner, or near a singular end without
+        a finite or proven joint rate; a radian counts as 0.2 m. 0: none, the motion then stops at every
+        corner. By default 0.1 mm with `jerk`, 0 without.
     tool_speed : float, optional
-        Constant speed of the tool's origin, m/s, > 0, between a ramp at either end; with `jerk` it is held
-        to 1 %. Where joints cannot follow, the tool slows down; ``speed_lost`` of the result says where
-        first, and why.
+        Constant speed of the end effector's origin, m/s, > 0, between a ramp at either end; with `jerk`
+        within 1 %. If joints cannot follow, it slows down; ``speed_lost`` of the result says where first, and
+        why.
     cycle : float
         Time within which a joint's velocity may jump by what its acceleration allows, s: the controller's
-        cycle, 1 ms by default. 0, or with `jerk`: the motion stops at every corner that is not rounded.
+        cycle, 1 ms by default. With 0, or with `jerk`, the motion stops at every corner that is not rounded.
     sample : float
         Time between the rows of the result, s, > 0.
     progress : function (done, total), or bool, optional
-        Told how many thousandths are done, of attempts at parts between corners; True: a bar on stderr.
+        Called with the finished thousandths, of attempts at parts between corners; True: a bar on stderr.
 
     Returns
     -------
@@ -191,13 +191,13 @@ def retime(
     Raises
     ------
     PathError
-        If the path is not ok, passes a joint limit between two rows, or no timing keeps the bounds, as where
-        they cannot brake `start`.
+        If the path is not ok, violates a joint limit between two rows, or no timing respects the bounds, for
+        example if they cannot brake `start`.
     MissingExtraError
         Without scipy: pip install 'armangle[time]'.
     InputError
-        If a number is out of range, the arm states no velocity or acceleration, or `start` or `goal` breaks a
-        bound or does not lead along the path.
+        If a number is out of range, the arm has no velocity or acceleration, or `start` or `goal` violates a
+        bound or is not along the path.
 
     Source: Verscheure et al. (2009); Debrouwere et al. (2013).
     """
@@ -230,7 +230,7 @@ def retime(
 
 
 def _not_trusted(arm: Arm) -> tuple[str, ...]:
-    """Return the notes that say which of the arm's speeds are not trusted, and why."""
+    """Return the notes about untrusted velocities of the arm, with the reasons."""
     report = arm.report
     every = (*arm.notes, *(() if report is None else report.notes))
     return tuple(note for note in every if note.startswith("velocity") and "not trusted" in note)
@@ -260,7 +260,7 @@ class _Way(NamedTuple):
 
 
 def _ways(path: Motion, b: _Bounds, tell: Progress) -> list[_Way]:
-    """Return timings of the path with its corners, if these are few or none is to be rounded, and without."""
+    """Return timings of the path: with its corners, if they are few or none may be rounded, and without."""
     steep = steep_ends(path) if b.tolerance > 0 else (False, False)
     left = np.where(steep, np.maximum(BESIDE, beside_ends(path)), 0.0)
     inner = Part(path, float(left[0]), 1.0 - float(left[1])) if any(steep) else path
@@ -279,7 +279,7 @@ def _ways(path: Motion, b: _Bounds, tell: Progress) -> list[_Way]:
     failed, found = None, list[_Way]()
     try:
         found.append(_Way(smoothed, *_kept(smoothed, b, part(tell, 0, 2)), off))
-    except PathError as error:  # where it moves at an end; with stops it may not have to
+    except PathError as error:  # an end moves; with stops it need not
         if any(steep) or not b.moving:
             raise
         failed = error
@@ -298,7 +298,7 @@ def _ways(path: Motion, b: _Bounds, tell: Progress) -> list[_Way]:
 
 
 def _least_with_stops(path: Motion, g: Grid, b: _Bounds) -> float:
-    """Return what a motion that stops at every corner takes at least, s: of |q⃛| alone, d = j t³ / 32."""
+    """Return the least duration of a motion that stops at every corner, s: by |q⃛| alone, d = j t³ / 32."""
     stops = g.s[np.union1d([0, len(g.s) - 1], np.flatnonzero(corners(g).any(axis=1)))]
     ways = np.abs(np.diff(path.at(stops).q, axis=0))
     least = 2 * np.sqrt(ways / b.acceleration) if b.jerk is None else np.cbrt(32 * ways / b.jerk)
@@ -306,19 +306,19 @@ def _least_with_stops(path: Motion, g: Grid, b: _Bounds) -> float:
 
 
 def _kept(path: Motion, b: _Bounds, tell: Progress) -> tuple[Grid, Timing]:
-    """Return the timing that keeps the bounds, between the points of the grid too, and the grid."""
+    """Return the timing that respects the bounds, also between grid points, and the grid."""
     if b.jerk is not None:
         return _kept_with_jerk(path, b, b.jerk, tell)
     if not b.moving:
         return _kept_on_grids(path, b, tell)
     try:  # it cannot be slowed down as a whole: that would slow its ends down too
         return _kept_on_grids(path, b.within(OVER), tell)
-    except TooFast:  # as in the middle of another motion that brakes as hard as it may
+    except TooFast:  # for example inside another motion that brakes as hard as it may
         return _kept_on_grids(path, b.within(1 / OVER), tell)
 
 
 def _kept_on_grids(path: Motion, b: _Bounds, tell: Progress) -> tuple[Grid, Timing]:
-    """Return what `_kept` does without a bound on jerk."""
+    """Return the result of `_kept` without a bound on jerk."""
     more, takes = np.empty(0), np.inf
     for attempt in range(MOST_FINER):
         tell(attempt, MOST_FINER)
@@ -345,7 +345,7 @@ def _kept_on_grids(path: Motion, b: _Bounds, tell: Progress) -> tuple[Grid, Timi
 
 
 def _exceeded(s: Floats, factor: Floats) -> PathError:
-    """Return the error of a motion that moves at an end and has to take `factor` (N,) times as long."""
+    """Return the error of a motion with a moving end that would have to take `factor` (N,) times as long."""
     most = float(factor.max())
     return PathError(
         "no timing is found that keeps the bounds from start= to goal=: beside s = "
@@ -355,7 +355,7 @@ def _exceeded(s: Floats, factor: Floats) -> PathError:
 
 
 def _between_stops(path: Motion, b: _Bounds, more: Floats) -> tuple[Grid, Floats]:
-    """Return a grid with a point at least between two corners at which it is slow, and the greatest ds/dt."""
+    """Return a grid with at least one point between two slow corners, and the largest ds/dt."""
     g = grid(path, GRID, LEAST_BETWEEN_BREAKS, more)
     caps = _speed_caps(path, g, b)
     slow = _corner_caps(g, b) < SLOW * caps
@@ -368,7 +368,7 @@ def _between_stops(path: Motion, b: _Bounds, more: Floats) -> tuple[Grid, Floats
 
 
 def _kept_with_jerk(path: Motion, b: _Bounds, jerk: Floats, tell: Progress) -> tuple[Grid, Timing]:
-    """Return what `_kept` does: every part between two corners is timed, and slowed down, for itself."""
+    """Return the result of `_kept`; every part between two corners is timed, and slowed down, separately."""
     g = grid(path, GRID, 1, np.empty(0))
     ends = np.union1d([0.0, 1.0], g.s[corners(g).any(axis=1)])
     ways = [Part(path, first, last) for first, last in pairwise(ends.tolist())]
@@ -383,7 +383,7 @@ def _kept_with_jerk(path: Motion, b: _Bounds, jerk: Floats, tell: Progress) -> t
 def _part_kept(way: Part, full: float, b: _Bounds, jerk: Floats, tell: Progress) -> Timing:
     """Return the timing of a part between two corners: the fastest of several attempts.
 
-    `full` is the share of the grid that it gets; less than 1 where there are many, with one attempt each.
+    `full` is its share of the grid; less than 1 if there are many parts, with one attempt each.
     """
     count, least = (WITH_JERK, LEAST_WITH_JERK) if b.tool_speed is None else (AT_SPEED, LEAST_AT_SPEED)
     least = max(LEAST_WITH_JERK, min(least, count // (len(way.breaks) - 1)))
@@ -412,7 +412,7 @@ def _part_kept(way: Part, full: float, b: _Bounds, jerk: Floats, tell: Progress)
         s, factor = _excess(way, g, timing, b)
         bad = s[factor > over]
         if not b.moving:
-            timing = timing.slower(float(factor.max()) or 1.0)  # 0 where nothing moves
+            timing = timing.slower(float(factor.max()) or 1.0)  # 0 if nothing moves
         if not (b.moving and len(bad)):
             gain = found[-1].duration / timing.duration if found else np.inf
             found.append(timing)
@@ -431,7 +431,7 @@ def _part_kept(way: Part, full: float, b: _Bounds, jerk: Floats, tell: Progress)
 
 
 def _raise_for_leaps(path: Motion, timing: Timing, velocity: Floats) -> None:
-    """Raise where joints go farther in a time than the greatest velocity takes them, whatever q' says."""
+    """Raise if joints move farther in a time than the largest velocity permits, whatever q' is."""
     if not np.isfinite(timing.t).all():
         last = int(np.argmin(np.isfinite(timing.t))) - 1
         _raise_leap(f"behind s = {timing.coefficients[last, 0]:.6g} joints leap")
@@ -452,7 +452,7 @@ def _raise_for_leaps(path: Motion, timing: Timing, velocity: Floats) -> None:
 
 
 def _raise_for_unproven(path: Motion, timing: Timing, b: _Bounds) -> None:
-    """Raise where a velocity jumps in a range of s that is not proven, by more than a cycle lets it."""
+    """Raise if a velocity jumps in an unproven range of s by more than a cycle permits."""
     step = max(b.cycle, CYCLE)
     for low, high in unproven_ends(path).tolist():
         dense = np.linspace(0.0, timing.duration, CHECKED)
@@ -481,10 +481,10 @@ def _raise_leap(where: str) -> None:
 
 
 def _slack(g: Grid, caps: Floats, timing: Timing, b: _Bounds) -> Floats:
-    """Return places of the grid, (N,), at which no bound holds the motion back, but how coarse it is.
+    """Return places of the grid, (N,), at which only its coarseness limits the motion, not a bound.
 
-    Between two points of the grid s has one acceleration. Beside a stop, where it rises from rest to a cap,
-    that may be far less than joints allow.
+    Between two points of the grid s has one acceleration. Near a stop, where s rises from rest to a cap, that
+    may be far less than the joints permit.
     """
     step, spent, speed = np.diff(g.s), np.diff(timing.t), timing.speeds()
     y, rise = speed**2, np.diff(speed**2)[:, None] / (2 * step[:, None])
@@ -502,7 +502,7 @@ def _slack(g: Grid, caps: Floats, timing: Timing, b: _Bounds) -> Floats:
 
 
 def _finer(s: Floats, bad: Floats) -> Floats:
-    """Return places that divide the intervals of s that hold bad places, and their neighbours."""
+    """Return places that divide the intervals of s with bad places, and their neighbours."""
     k = np.clip(np.searchsorted(s, bad, side="right") - 1, 0, len(s) - 2)
     k = np.unique(np.clip(k[:, None] + np.arange(-1, 2), 0, len(s) - 2))
     return np.asarray((s[k, None] + (s[k + 1] - s[k])[:, None] * np.arange(1, FINER) / FINER).reshape(-1))
@@ -528,7 +528,7 @@ def _checked(
         )
     j = None if jerk is None else joint_bound(path.arm, "jerk", jerk, np.full(7, np.inf))
     if j is not None and not np.isfinite(j).any():
-        j = None  # no bound
+        j = None  # unbounded
     for name, bound in (("velocity", v), ("acceleration", a), ("jerk", j)):
         if bound is not None and bound.min() < _LEAST_BOUND:
             k = int(np.argmin(bound))
@@ -544,19 +544,19 @@ def _checked(
 
 
 def _ends(path: Motion, start: ArrayLike | None, goal: ArrayLike | None, b: _Bounds) -> tuple[End, End]:
-    """Return how s moves at both ends of a path, which the bounds and the path allow."""
+    """Return the motion of s at both ends of a path, within the bounds."""
     given = zip(("start", "goal"), (start, goal), _places(path), strict=True)
     first, last = (End() if value is None else _end(path, name, value, s, b) for name, value, s in given)
     return first, last
 
 
 def _places(path: Motion) -> tuple[float, float]:
-    """Return the s of the ends of a path, the last one on the side of what is before it."""
+    """Return the s of the ends of a path, the last one on the side before it."""
     return 0.0, float(just_before(path, np.ones(1))[0])
 
 
 def _end(path: Motion, name: str, value: ArrayLike, s: float, b: _Bounds) -> End:
-    """Return how s moves at an end where joints have velocities, or these and accelerations (2, 7)."""
+    """Return the motion of s at an end with given joint velocities, or with accelerations too (2, 7)."""
     with_acceleration = np.ndim(value) == 2 and np.shape(value)[0] == 2
     rows = [finite_seven(name, row) for row in (np.asarray(value) if with_acceleration else [value])]
     speeds, accelerations = rows[0], rows[-1] if with_acceleration else None
@@ -597,7 +597,7 @@ def _check_below(name: str, given: Floats, bound: Floats, unit: str) -> None:
 
 
 def _check_along(name: str, what: str, given: Floats, there: Floats, room: ArrayLike, unit: str) -> None:
-    """Refuse what is farther than `room` from what the path lets the joints do at an end."""
+    """Reject values farther than `room` from the joint motion that the path permits at an end."""
     off = np.abs(given - there)
     if (off > room).any():
         joint = int(np.argmax(off - room))
@@ -617,7 +617,7 @@ def _stands(path: Motion) -> bool:
 
 
 def _timed(g: Grid, caps: Floats, b: _Bounds) -> Timing:
-    """Return a timing that keeps the bounds at the grid points, and greatest ds/dt `caps` (N + 1,) there."""
+    """Return a timing that respects the bounds at the grid points, and largest ds/dt `caps` (N + 1,)."""
     stops = np.union1d([0, len(g.s) - 1], np.flatnonzero(caps == 0))
     pieces = []
     for first, last in pairwise(stops.tolist()):
@@ -629,7 +629,7 @@ def _timed(g: Grid, caps: Floats, b: _Bounds) -> Timing:
 
 
 def _speed_caps(path: Motion, g: Grid, b: _Bounds) -> Floats:
-    """Return the greatest ds/dt at every grid point that velocities and the tool's speed allow, (N + 1,)."""
+    """Return the largest ds/dt at every grid point by velocities and the tool speed, (N + 1,)."""
     fastest_joint = np.maximum(np.abs(g.after[:, 0]), np.abs(g.before[:, 0]))
     with np.errstate(divide="ignore", over="ignore"):
         caps = np.min(b.velocity / np.maximum(fastest_joint, SLOWEST), axis=1)
@@ -639,7 +639,7 @@ def _speed_caps(path: Motion, g: Grid, b: _Bounds) -> Floats:
 
 
 def _corner_caps(g: Grid, b: _Bounds) -> Floats:
-    """Return the greatest ds/dt at every grid point that its corner allows; infinite where there is none."""
+    """Return the largest ds/dt at every grid point by its corner; infinite without one."""
     jump = np.abs(corners(g))
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         within = np.where(jump > 0, b.acceleration * b.cycle / jump, np.inf).min(axis=1)
@@ -649,7 +649,7 @@ def _corner_caps(g: Grid, b: _Bounds) -> Floats:
 
 
 def _at_tool_speed(path: Motion, s: Floats, b: _Bounds) -> Floats:
-    """Return the ds/dt of the tool's speed at s (N,); infinite where none is asked."""
+    """Return the ds/dt of the tool speed at s (N,); infinite without one."""
     if b.tool_speed is None:
         return np.full(len(s), np.inf)
     return np.asarray(
@@ -658,7 +658,7 @@ def _at_tool_speed(path: Motion, s: Floats, b: _Bounds) -> Floats:
 
 
 def _excess(path: Motion, g: Grid, timing: Timing, b: _Bounds) -> tuple[Floats, Floats]:
-    """Return places between grid points, and by what factors time has to be stretched for them."""
+    """Return places between grid points, and the factors by which time must be stretched for them."""
     t = _times_between(g, timing)
     s, speed, acceleration = timing.at(t)
     d = path.derivatives(s)
@@ -680,7 +680,7 @@ def _excess(path: Motion, g: Grid, timing: Timing, b: _Bounds) -> tuple[Floats, 
 
 
 def _times_between(g: Grid, timing: Timing) -> Floats:
-    """Return times inside the pieces of a timing, and such at which s is inside the intervals of the grid."""
+    """Return times inside the pieces of a timing, and times with s inside the intervals of the grid."""
     inside = np.array([1e-6, 0.02, 0.08, 0.16, 0.3, 0.5, 0.7, 0.84, 0.92, 0.98, 1 - 1e-6])
     t = (timing.t[:-1, None] + np.diff(timing.t)[:, None] * inside).reshape(-1)
     dense = np.union1d(t, np.linspace(0.0, timing.duration, CHECKED))

@@ -1,4 +1,4 @@
-r"""A smooth curve in the joints beside the corners of a path: what a bound on jerk needs.
+r"""A smooth joint curve near the corners of a path, which a bound on jerk requires.
 
 q  |          corner         Postures of the path on both sides of every corner, and none at it: a cubic
    |           /\            spline through them cuts the corner. They lie as far from it as the tolerance
@@ -25,48 +25,48 @@ from ..motion.paths import RADIAN, Deviation
 from .motion import Motion
 
 LOOKED_AT, SURE = np.array([0.1, 0.3, 0.5, 0.7, 0.9]), 0.9
-"""Where between two nodes it is looked at how far off the tool is, and what share of the most shows there."""
+"""Places between two nodes where the deviation is sampled, and the share of its maximum that they show."""
 ROUNDS, NEAREST = 60, 1e-4
-"""How often postures come nearer to the corners at most, or more are put between; to what share of the first
+"""Largest number of rounds that move nodes nearer to the corners, or insert some; smallest share of the first
 distance.
 """
 SOME_PARTS = 4
-"""Into how many parts a way between them is divided, before they have come that near."""
+"""Number of parts of a distance between them before they have come that near."""
 CLOSEST = 1e-6
-"""Of s, between postures that are put where the tool is off still, as where joints hurry."""
+"""Distance in s of nodes inserted where the deviation is still too large, as where joints move fast."""
 SHRINK = 0.5, 0.95
-"""By what postures come nearer in a round: least and most."""
+"""Factor by which nodes come nearer in a round: least and greatest."""
 APART = 3.0
-"""How much farther from a corner the next posture is."""
+"""Factor of the distance from a corner to the next node."""
 KEPT = 1e-8
-"""A limit passed by less is kept, rad."""
+"""A smaller limit violation counts as none, rad."""
 INSIDE = 1.2
-"""How far inside a limit postures are put, of what the curve through them would pass it by."""
+"""Distance inside a limit at which nodes are placed, relative to the curve's violation."""
 PUT = 1.0
-"""Share of the tolerance (m, for rad) that they may be put inside by; else nodes come nearer first."""
+"""Share of the tolerance (m, for rad) for that distance; beyond it nodes come nearer first."""
 LONGEST = 1 / 8
-"""Of s, between nodes."""
+"""Least distance of nodes, in s."""
 Slopes = tuple[Floats | None, Floats | None]
 _ROOT_8 = np.sqrt(8.0)  # of |R - S| to 2 sin(half the angle)
 
 
 @by_content
 class Rounded:
-    """A cubic spline through postures of a joint path: twice differentiable, without corners.
+    """A cubic spline through configurations of a joint path: twice differentiable, without corners.
 
-    Not to be confused with `Segments`, whose blends are poses: these are joints, so that a path that has
-    been followed can be timed.
+    Not to be confused with `Segments`, whose blends are poses: these are joints, so that a followed path can
+    be timed.
 
     Parameters
     ----------
     motion : JointPath
-        What is smoothed.
+        The motion to be smoothed.
     breaks : ndarray, shape (K,)
-        The s of the postures, from 0 to 1.
+        The s of its nodes, from 0 to 1.
     inside : ndarray, shape (7,)
-        How far inside the limits all but the first and the last posture are put, rad.
+        Distance inside the limits for all but the first and the last node, rad.
     slopes : two ndarrays of shape (7,), or None
-        q' at the ends, as of `JointSpline`.
+        q' at the ends, as for `JointSpline`.
     """
 
     def __init__(
@@ -86,17 +86,17 @@ class Rounded:
 
     @property
     def path(self) -> Any:
-        """Where the tool would go with corners."""
+        """The end effector's path with corners."""
         return self._motion.path
 
     @property
     def between(self) -> str:
-        """What goes from row to row, of `JointPath.between`."""
+        """The motion between rows, as `JointPath.between`."""
         return str(getattr(self._motion, "between", "tool"))
 
     @property
     def leads_the_tool(self) -> bool:
-        """Whether the tool goes where the joints take it: True."""
+        """Whether the joints determine the path of the end effector: True."""
         return True
 
     def at(self, s: ArrayLike, /) -> Any:
@@ -111,7 +111,7 @@ class Rounded:
         return np.asarray(self.arm.forward(q, on_error="nan")[0])
 
     def deviations(self) -> tuple[Floats, Floats]:
-        """Return by how much the tool is off between each two nodes at most, m and rad, (K - 1,) each."""
+        """Return the largest deviation of the end effector between nodes, m and rad, (K - 1,) each."""
         s = self.breaks[:-1, None] + np.diff(self.breaks)[:, None] * LOOKED_AT
         here, there = (self._tool(q) for q in (self.at(s).q, self._motion.at(s).q))
         away = np.linalg.norm(here[..., :3, 3] - there[..., :3, 3], axis=-1)
@@ -119,7 +119,7 @@ class Rounded:
         return away.max(axis=1) / SURE, 2 * np.arcsin(np.minimum(chord, 1.0)).max(axis=1) / SURE
 
     def passed(self) -> Floats:
-        """Return by how much joints pass their limits between each two nodes at most, (K - 1, 7) rad."""
+        """Return the largest limit violation between nodes, (K - 1, 7) rad."""
         return self._curve.passed(self._low, self._high)
 
 
@@ -130,28 +130,28 @@ def rounded(
     steep: tuple[bool, bool] = (False, False),
     slopes: Slopes = (None, None),
 ) -> tuple[Motion, Deviation] | None:
-    """Return the motion without corners, and by how much at most the tool is off; None if that is too far.
+    """Return the motion without corners, and its largest deviation; None if that is too large.
 
     Parameters
     ----------
     motion : JointPath
     corners : ndarray, shape (K,)
-        Where q' jumps, and both ends.
+        The s where q' jumps, and both ends.
     tolerance : float
-        What the tool may be off, m; a radian counts as `RADIAN` m.
+        Permitted deviation of the end effector, m; a radian counts as `RADIAN` m.
     steep : two bools
-        Whether joints have no finite speed along the path at its beginning, and at its end: as at a corner,
-        the curve goes straight on to the posture next to it.
+        Whether joints have no finite rate along the path at its start, and at its end: as at a corner, the
+        curve is straight up to the next node.
     slopes : two ndarrays of shape (7,), or None
-        q' at an end at which the motion moves, which then is that of the curve too.
+        q' at a moving end, which is then that of the curve too.
 
     Raises
     ------
     MissingExtraError
     PathError
-        If a joint passes its limit however near the nodes lie.
+        If a joint violates its limit however near the nodes are.
 
-    Where the path rides on a limit the curve would pass it: by as much postures are put inside.
+    If the path follows a limit the curve would violate it: nodes are placed inside by that amount.
     """
     room = np.diff(corners)
     reach = np.zeros(len(corners))
@@ -198,7 +198,7 @@ def rounded(
 
 
 def _nodes(corners: Floats, reach: Floats, parts: Any) -> Floats:
-    """Return nodes from 0 to 1: on both sides of a corner by its reach, and parts of the ways between."""
+    """Return nodes from 0 to 1: on both sides of a corner at its reach, and parts between."""
     out = [corners[:1]]
     for k, (first, last) in enumerate(pairwise(corners.tolist())):
         rows = first + np.array(_between(last - first, float(reach[k]), float(reach[k + 1])))
@@ -211,7 +211,7 @@ def _nodes(corners: Floats, reach: Floats, parts: Any) -> Floats:
 
 
 def _between(room: float, left: float, right: float) -> list[float]:
-    """Return where nodes are on a way of `room` between two corners of such reach; 0: of an end."""
+    """Return the nodes on a distance `room` between two corners of such reach; 0: of an end."""
     after, before = [left], [room - right]
     while left and APART * after[-1] <= room / 2:
         after.append(APART * after[-1])

@@ -1,7 +1,7 @@
-"""The fastest s(t) where every joint goes straight: velocity, acceleration and jerk bounded, in closed form.
+"""The fastest s(t) for linear joint motion: velocity, acceleration and jerk bounded, in closed form.
 
-Seven parts, of jerk j, 0, -j, 0, -j, 0, j, of which some may take no time. With v the greatest speed, reached
-with acceleration a or before that, one ramp takes v / a + a / j or 2 √(v / j), and is v / 2 as long as that.
+Seven parts, of jerk j, 0, -j, 0, -j, 0, j; some may take no time. v is the largest speed, reached with
+acceleration a or before that. One ramp takes v / a + a / j or 2 √(v / j), and covers v / 2 times that.
 
 Source: Biagiotti and Melchiorri (2008), Trajectory Planning for Automatic Machines and Robots, 3.4.
 """
@@ -15,14 +15,14 @@ from .grid import Grid
 from .trajectory import Timing, of_jerks
 
 SAME = 1e-9
-"""Share by which derivatives and speeds may differ on a straight way: rounding."""
+"""Relative difference of derivatives and speeds on a straight line due to rounding."""
 SLOWEST = 1e-12
-"""A joint that moves less over s, rad, counts as moving so much: if none moves, all is over at once."""
+"""Least move of a joint over s that counts, rad, so that without motion the time is tiny."""
 _SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 
 
 def is_straight(g: Grid, most: Floats) -> bool:
-    """Return whether every joint moves evenly over s, and ds/dt `most` (N + 1,) is one inside."""
+    """Return whether every joint is linear over s, and ds/dt `most` (N + 1,) is constant inside."""
     slope = g.after[:, 0]
     even = np.abs(slope - slope[0]).max() <= SAME * np.abs(slope[0]).max()
     way = (g.s[-1] - g.s[0]) ** np.arange(1, 3)[:, None]
@@ -32,7 +32,7 @@ def is_straight(g: Grid, most: Floats) -> bool:
 
 
 def straight(g: Grid, acceleration: Floats, jerk: Floats, most: Floats) -> Timing:
-    """Return the fastest timing from rest to rest of a way that `is_straight`.
+    """Return the fastest timing from rest to rest of a motion that `is_straight`.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def straight(g: Grid, acceleration: Floats, jerk: Floats, most: Floats) -> Timin
     acceleration, jerk : ndarray, shape (7,)
         rad/s², rad/s³.
     most : ndarray, shape (N + 1,)
-        Greatest ds/dt at each s, 1/s.
+        Largest ds/dt at each s, 1/s.
     """
     way = float(g.s[-1] - g.s[0])
     rate = np.maximum(np.abs(g.after[0, 0]), SLOWEST)
@@ -54,7 +54,7 @@ def straight(g: Grid, acceleration: Floats, jerk: Floats, most: Floats) -> Timin
 
 
 def _peak(way: float, a: float, j: float) -> float:
-    """Return the speed that two ramps reach on a way, without a cruise between."""
+    """Return the speed that two ramps reach over a distance, without a cruise between."""
     ramp = a / j
     v = a / 2 * (np.sqrt(ramp**2 + 4 * way / a) - ramp)
     return float(v if v * j >= a**2 else np.cbrt((way / 2) ** 2 * j))

@@ -1,4 +1,4 @@
-"""Where a constant speed of the tool cannot be held, and why."""
+"""Places where a constant tool speed is impossible, and the reason."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from .motion import RESTS, Motion, breaks, tool_derivatives
 from .trajectory import SpeedLoss, Timing
 
 HELD, HELD_WITH_JERK, HELD_ROWS = 1e-3, 1e-2, 4001
-"""A tool speed is held within this share of it; rows at which that is looked at."""
+"""Relative accuracy of a constant tool speed; number of rows that are checked."""
 STEADY = 1e-6
-"""Share of it by which it changes from row to row where it does not."""
+"""Largest relative change from row to row at other places."""
 
 
 def speed_lost(
     path: Motion, g: Grid, tool_speed: float, velocity: Floats, acceleration: Floats, jump: Floats
 ) -> SpeedLoss | None:
-    """Return the first place where joints cannot follow the tool at its constant speed, ramps apart.
+    """Return the first place, except ramps, where joints cannot follow the constant tool speed.
 
     Parameters
     ----------
     path : JointPath
     g : Grid
-        Where it is looked at, and in the middle between.
+        Evaluated at its points, and halfway between.
     tool_speed : float
         m/s.
     velocity, acceleration, jump : ndarray, shape (7,)
@@ -52,10 +52,10 @@ def speed_lost(
 
 
 def not_held(path: Motion, timing: Timing, tool_speed: float, share: float) -> SpeedLoss | None:
-    """Return where a timing leaves the tool's speed between its ramps, though each place would allow it.
+    """Return where a timing deviates from the tool speed between its ramps, though each place permits it.
 
-    It is left where the tool is slower by more than this share of it. A ramp ends where the tool is no longer
-    the faster, or begins where it is from then on slower and slower.
+    It deviates if the tool is slower by more than this share of it. A ramp ends where the tool has reached
+    the speed, and begins where it only slows down from then on.
     """
     s, speed, _ = timing.at(np.linspace(0.0, timing.duration, HELD_ROWS))
     tool = np.linalg.norm(tool_derivatives(path, s)[0], axis=1) * speed / tool_speed
@@ -67,13 +67,13 @@ def not_held(path: Motion, timing: Timing, tool_speed: float, share: float) -> S
 
 
 def _path_speed(first: Floats, tool_speed: float) -> Floats:
-    """Return ds/dt of the tool's speed; infinite where the tool rests."""
+    """Return ds/dt of the tool speed; infinite where the tool rests."""
     way = np.linalg.norm(first, axis=1)
     return np.where(way > RESTS, tool_speed / np.maximum(way, RESTS), np.inf)
 
 
 def _first(s: Floats, ratio: Floats, bound: str) -> SpeedLoss | None:
-    """Return where one of the ratios (N, 7) first exceeds 1, and the joint of the greatest there."""
+    """Return where one of the ratios (N, 7) first exceeds 1, and the joint of the largest ratio there."""
     known = np.where(np.isnan(ratio), 0.0, ratio)
     over = known.max(axis=1, initial=0.0) > 1 + 1e-9
     if not over.any():

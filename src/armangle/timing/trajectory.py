@@ -1,4 +1,4 @@
-"""Trajectory: a joint path with times, as `retime` returns it."""
+"""Trajectory: a joint path with times, the result of `retime`."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from .motion import Motion
 @by_content
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """s(t) by pieces: polynomials of the time since the beginning of each.
+    """s(t) in pieces: polynomials of the time since the start of each.
 
     Parameters
     ----------
     t : ndarray, shape (K + 1,)
-        Where pieces begin, and the end, s.
+        Starts of the pieces, and the end, s.
     coefficients : ndarray, shape (K, 6)
         s = sum over k of ``coefficients[:, k] x**k``, x the time since the piece began.
     end_speed : float
@@ -37,17 +37,17 @@ class Timing:
 
     @property
     def duration(self) -> float:
-        """When s is 1, s."""
+        """The time when s is 1, s."""
         return float(self.t[-1])
 
     def at(self, t: Floats) -> tuple[Floats, Floats, Floats]:
         """Return s, ds/dt and d²s/dt² at times (N,); s = 1 and ds/dt is `end_speed` at the end.
 
-        s stays below that of the next piece, which may begin at a corner: there joints leave at another rate.
+        s stays below that of the next piece, which may begin at a corner: there joints have another rate.
         """
         s, speed, acceleration, _ = self._orders(t)
         s = np.minimum(s, np.nextafter(np.append(self.coefficients[1:, 0], 1.0)[self._piece(t)], 0.0))
-        over = t >= self.t[-1]  # the last pieces take less than a digit of t where no joint moves
+        over = t >= self.t[-1]  # the last pieces take less than a digit of t if no joint moves
         s = np.where(over, 1.0, np.clip(s, 0.0, 1.0))
         speed = np.where(over, self.end_speed, np.maximum(speed, 0.0))
         return s, speed, acceleration
@@ -70,23 +70,23 @@ class Timing:
         return np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.coefficients) - 1)
 
     def speeds(self) -> Floats:
-        """Return ds/dt where pieces begin, and at the end, (K + 1,)."""
+        """Return ds/dt at the starts of pieces, and at the end, (K + 1,)."""
         return np.append(self.coefficients[:, 1], self.end_speed)
 
     def rests(self) -> Floats:
-        """Return the s within pieces in which s never moves, (N,): its speed is 0 at both ends of them."""
+        """Return the s of pieces in which s never moves, (N,): its speed is 0 at both ends of them."""
         begin, speed = self.coefficients[:, 0], self.speeds()
         k = np.flatnonzero((speed[:-1] == 0) & (speed[1:] == 0))
         return np.asarray((begin[k] + np.append(begin[1:], 1.0)[k]) / 2)
 
     def of_part(self, first: float, last: float) -> Timing:
-        """Return the timing over s from `first` to `last` where this one is over 0 to 1."""
+        """Return the timing over s from `first` to `last` if this one is over 0 to 1."""
         coefficients = self.coefficients * (last - first)
         coefficients[:, 0] += first
         return Timing(self.t, coefficients, self.end_speed * (last - first))
 
     def slower(self, factor: float) -> Timing:
-        """Return the same motion that takes `factor` times as long."""
+        """Return the same motion with `factor` times the duration."""
         return Timing(
             self.t * factor, self.coefficients / factor ** np.arange(_TERMS), self.end_speed / factor
         )
@@ -96,9 +96,9 @@ _TERMS = 6
 
 
 def from_speeds(s: Floats, speed: Floats) -> Timing:
-    """Return the timing of speeds ds/dt at s (N + 1,), the acceleration constant between neighbours."""
+    """Return the timing of speeds ds/dt at s (N + 1,), with constant acceleration between neighbours."""
     step = np.diff(s)
-    with np.errstate(divide="ignore", over="ignore"):  # endless where no speed is left
+    with np.errstate(divide="ignore", over="ignore"):  # infinite where the speed is 0
         duration = 2 * step / (speed[1:] + speed[:-1])
     coefficients = np.zeros((len(step), _TERMS))
     coefficients[:, 0], coefficients[:, 1] = s[:-1], speed[:-1]
@@ -125,7 +125,7 @@ def through(t: Floats, s: Floats, speed: Floats, acceleration: Floats) -> Timing
 
 
 def of_jerks(s: float, durations: Floats, jerks: Floats) -> Timing:
-    """Return the timing from rest at s with one jerk for each duration (K,), those of 0 left out."""
+    """Return the timing from rest at s with one jerk for each duration (K,); durations of 0 are left out."""
     rows, state = [], np.array([s, 0.0, 0.0])
     kept = durations > 0
     for time, jerk in zip(durations[kept], jerks[kept], strict=True):
@@ -142,7 +142,7 @@ def of_jerks(s: float, durations: Floats, jerks: Floats) -> Timing:
 
 
 def joined(pieces: list[Timing]) -> Timing:
-    """Return timings one after the other."""
+    """Return consecutive timings as one."""
     begins = np.concatenate([[0.0], np.cumsum([piece.duration for piece in pieces])])
     t = np.concatenate([p.t[:-1] + b for p, b in zip(pieces, begins[:-1], strict=True)])
     coefficients = np.concatenate([piece.coefficients for piece in pieces])
@@ -154,7 +154,7 @@ _SLACK = 1e-12
 
 @by_content
 class TrajectoryPoint(NamedTuple):
-    """Where a trajectory is at t: ``s (...)``, ``q, qd, qdd (..., 7)`` in rad, rad/s, rad/s²."""
+    """Values of a trajectory at t: ``s (...)``, ``q, qd, qdd (..., 7)`` in rad, rad/s, rad/s²."""
 
     s: Floats | np.float64
     q: Floats
@@ -171,12 +171,12 @@ class SpeedLoss:
     s : float
         Path parameter in [0, 1].
     joint : int or None
-        The joint 1..7 that would break its bound most; None for ramps.
+        The joint 1..7 that would violate its bound most; None for ramps.
     bound : "velocity", "acceleration", "corner" or "ramps"
-        Which; at a corner of the path the joint's velocity would have to jump; ramps up and down leave no
+        The bound; at a corner of the path the joint's velocity would have to jump; ramps up and down leave no
         room between them.
     ratio : float
-        What the joint would need there over what it has; infinite at a corner that has to be stopped at.
+        The joint's required value relative to its bound; infinite at a corner with a stop.
     """
 
     s: float
@@ -204,14 +204,13 @@ class SpeedLoss:
 class Trajectory:
     """A motion in time along a joint path. Arrays are read-only.
 
-    Between the rows it is as exact as at them: `at` evaluates the closed-form inverse on the path.
+    It is equally exact between the rows: `at` evaluates the closed-form inverse on the path.
 
     Parameters
     ----------
     path : JointPath
-        What is moved along, and what `s` belongs to: the path that was given, but for rows that repeat the
-        one before, which are left out. Where corners were rounded it has ``at(s).q`` and ``derivatives``
-        alone.
+        The path of `s`: the given one without rows that repeat the one before. If corners were rounded it has
+        ``at(s).q`` and ``derivatives`` alone.
     t : ndarray, shape (N,)
         Times of the rows, s, from 0 to `duration`.
     s : ndarray, shape (N,)
@@ -221,13 +220,13 @@ class Trajectory:
     timing : Timing
         s as a function of t.
     tool_speed : float or None
-        The constant tool speed that was asked for, m/s.
+        The requested constant tool speed, m/s.
     speed_lost : SpeedLoss or None
-        Where it cannot be held, first.
+        The first place where it is impossible.
     deviation : Deviation
-        By how much the tool is off the path where corners were rounded, m and rad.
+        Largest deviation of the end effector from the path at rounded corners, m and rad.
     notes : tuple of str
-        What not to trust of the bounds that were kept: the arm's notes on its speeds, where these were taken.
+        Notes about untrusted bounds: the arm's notes on its velocities, if these were used.
     """
 
     path: Motion
@@ -259,7 +258,7 @@ class Trajectory:
 
     @property
     def duration(self) -> float:
-        """How long the motion takes, s."""
+        """Duration of the motion, s."""
         return self.timing.duration
 
     def at(self, t: ArrayLike) -> TrajectoryPoint:
@@ -297,9 +296,9 @@ class Trajectory:
         )
 
     def explain(self) -> str:
-        """Return in words how long the motion takes, and whether a tool speed that was asked for is held.
+        """Return in words the duration, and whether a requested tool speed is constant.
 
-        And what goes between rows of joints as it is told, and which of the arm's speeds are not trusted.
+        Also the assumed motion between rows of joints, and untrusted velocities of the arm.
         """
         return " ".join([self._explained(), *(f"Note: {note}." for note in self.notes)])
 
@@ -343,7 +342,7 @@ def sampled(
 
 
 def resting(path: Motion, q: Floats, tool_speed: float | None) -> Trajectory:
-    """Return the trajectory of a path along which no joint moves from q (7,): one row at rest, 0 s."""
+    """Return the trajectory of a path without joint motion from q (7,): one row at rest, 0 s."""
     timing = Timing(np.zeros(2), np.eye(1, _TERMS))  # s = 1
     still = np.zeros((1, len(q)))
     return Trajectory(path, np.zeros(1), np.ones(1), q[None].copy(), still, still.copy(), timing, tool_speed)
