@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.moves import moved, refused
 from support.needs import need
 from support.strategies import CATALOGUE, Array
 
@@ -27,9 +28,7 @@ MUCH = np.full(7, 1e6)
 
 
 def shifted(*shift: float) -> Array:
-    pose = ARM.forward(Q)[0].copy()
-    pose[:3, 3] += shift
-    return pose
+    return moved(ARM.forward(Q)[0], shift)
 
 
 def curve_of_poses(n: int) -> Array:
@@ -76,41 +75,29 @@ ways = pytest.mark.parametrize(
 @pytest.mark.slow
 @paths
 @ways
-def test_it_stays_on_the_path_from_rest_to_rest(path: aa.JointPath, options: dict[str, Any]) -> None:
-    found = aa.retime(path, **options)
-    times = np.linspace(0, found.duration, 3000)
-    at = found.at(times)
-    assert np.all(np.diff(at.s) >= 0)
-    assert at.s[0] == 0
-    assert at.s[-1] == pytest.approx(1, abs=1e-9)
-    away = ARM.forward(at.q)[0] - path.at(at.s).pose
-    assert np.linalg.norm(away[:, :3, 3], axis=1).max() <= max(found.deviation.position, 1e-12)
-    assert np.linalg.norm(away[:, :3, :3], axis=(1, 2)).max() / np.sqrt(2) <= max(
-        found.deviation.rotation, 1e-12
-    )
-    assert max(found.deviation) == 0 or (path is not LINE and "jerk" in options)
-    assert np.hypot(found.deviation.position, 0.2 * found.deviation.rotation) <= 1e-4
-    assert np.abs(at.qd[[0, -1]]).max() < 1e-6
-    assert found.t[-1] == found.duration
-    rows = found.at(found.t)
-    assert np.array_equal(rows.q, found.q)
-    assert np.array_equal(rows.qdd, found.qdd)
-
-
-@pytest.mark.slow
-@paths
-@ways
-def test_it_keeps_the_bounds_at_ten_thousand_times(path: aa.JointPath, options: dict[str, Any]) -> None:
+def test_it_stays_on_the_path_from_rest_to_rest_within_every_bound(
+    path: aa.JointPath, options: dict[str, Any]
+) -> None:
     found = aa.retime(path, **options)
     times = np.linspace(0, found.duration, 10_000)
     at = found.at(times)
+    assert np.all(np.diff(at.s) >= 0) and at.s[0] == 0 and at.s[-1] == pytest.approx(1, abs=1e-9)
+    pose, off = ARM.forward(at.q)[0], found.deviation
+    away = pose - path.at(at.s).pose
+    assert np.linalg.norm(away[:, :3, 3], axis=1).max() <= max(off.position, 1e-12)
+    turned = np.linalg.norm(away[:, :3, :3], axis=(1, 2)).max() / np.sqrt(2)
+    assert turned <= max(off.rotation, 1e-12)
+    assert max(off) == 0 or (path is not LINE and "jerk" in options)
+    assert np.hypot(off.position, 0.2 * off.rotation) <= 1e-4
+    assert np.abs(at.qd[[0, -1]]).max() < 1e-6 and found.t[-1] == found.duration
+    rows = found.at(found.t)
+    assert np.array_equal(rows.q, found.q) and np.array_equal(rows.qdd, found.qdd)
     assert np.all(np.abs(at.qd) <= ARM.velocity * (1 + 1e-4))
     assert np.all(np.abs(at.qdd) <= 5.0 * (1 + 1e-4))
     if "jerk" in options:
-        change = np.abs(np.diff(at.qdd, axis=0)) / np.diff(times)[:, None]
-        assert change.max() <= 50.0 * (1 + 5e-3)
+        assert (np.abs(np.diff(at.qdd, axis=0)) / np.diff(times)[:, None]).max() <= 50.0 * (1 + 5e-3)
     if "tool_speed" in options:
-        tool = np.linalg.norm(np.diff(ARM.forward(at.q)[0][:, :3, 3], axis=0), axis=1) / np.diff(times)
+        tool = np.linalg.norm(np.diff(pose[:, :3, 3], axis=0), axis=1) / np.diff(times)
         assert tool.max() <= options["tool_speed"] * (1 + 1e-3)
 
 
@@ -129,28 +116,18 @@ def test_velocities_and_accelerations_are_the_derivatives_of_q(options: dict[str
 
 @pytest.mark.parametrize("length", [0.01, 0.3, 2.0])
 def test_a_straight_motion_in_joints_is_as_fast_as_can_be(length: float) -> None:
-    """One joint of a straight motion binds: a trapezoid of its velocity, known in closed form."""
-    way = np.array([1.0, 0.2, -0.3, 0.1, 0, 0, 0.5]) * length
-    v, a = 1.0, 2.0
-    found = aa.retime(Straight(way), velocity=np.full(7, v), acceleration=np.full(7, a))
+    """One joint binds: a trapezoid of its velocity, known in closed form; with jerk as Ruckig has it."""
+    path, v, a = Straight(np.array([1.0, 0.2, -0.3, 0.1, 0, 0, 0.5]) * length), 1.0, 2.0
+    found = aa.retime(path, velocity=v, acceleration=a)
     best = length / v + v / a if length > v * v / a else 2 * np.sqrt(length / a)
     assert best * (1 - 1e-6) <= found.duration <= best * 1.02
-
-
-@pytest.mark.parametrize("length", [0.01, 0.3, 2.0])
-def test_a_straight_motion_with_jerk_is_nearly_as_fast_as_can_be(length: float) -> None:
     ruckig = need("ruckig")
-    way = np.array([1.0, 0.2, -0.3, 0.1, 0, 0, 0.5]) * length
-    found = aa.retime(Straight(way), velocity=np.ones(7), acceleration=np.full(7, 2.0), jerk=np.full(7, 8.0))
-    asked, best = ruckig.InputParameter(1), ruckig.Trajectory(1)
-    asked.target_position, asked.max_velocity, asked.max_acceleration, asked.max_jerk = (
-        [length],
-        [1],
-        [2],
-        [8],
-    )
-    ruckig.Ruckig(1).calculate(asked, best)
-    assert best.duration * (1 - 1e-6) <= found.duration <= best.duration * 1.001
+    found = aa.retime(path, velocity=v, acceleration=a, jerk=8.0)
+    asked, exact = ruckig.InputParameter(1), ruckig.Trajectory(1)
+    asked.target_position, asked.max_velocity = [length], [v]
+    asked.max_acceleration, asked.max_jerk = [a], [8.0]
+    ruckig.Ruckig(1).calculate(asked, exact)
+    assert exact.duration * (1 - 1e-6) <= found.duration <= exact.duration * 1.001
 
 
 @paths
@@ -225,36 +202,76 @@ def test_corners_are_rounded_no_further_than_said() -> None:
     assert loose.duration <= aa.retime(path, cycle=0).duration
 
 
+def walk(seed: int, rows: int, size: float) -> aa.JointPath:
+    return aa.JointPath.from_joints(
+        ARM, np.cumsum(np.vstack([Q, np.random.default_rng(seed).normal(size=(rows, 7)) * size]), axis=0)
+    )
+
+
+def waypoints() -> aa.JointPath:
+    poses = np.repeat(ARM.forward(Q)[0][None], 60, axis=0)
+    poses[1:, :3, 3] += np.random.default_rng(0).normal(size=(59, 3)) * 0.05
+    return aa.plan(ARM, poses, start=Q)
+
+
+def back() -> aa.JointPath:
+    return aa.plan(ARM, np.stack([shifted(0, 0, 0), shifted(0.1, 0, 0), shifted(0.0, 0.001, 0)]), start=Q)
+
+
+def one_by_one() -> aa.JointPath:
+    q = np.radians([0, 30, 0, -90, 0, 60, 0]) + 0.15 * np.tril(np.ones((4, 7)), -1)
+    return aa.JointPath.from_joints(ARM, q, between="joints")
+
+
+CORNERS: list[tuple[Any, dict[str, Any]]] = [
+    (back, {"jerk": 50.0, "tolerance": 1e-5}),  # rounding would creep round the turn
+    (lambda: walk(1, 19, 0.05), {"velocity": 0.5, "acceleration": 10.0, "jerk": 200.0}),
+    # of a joint that rests, the rest of its way is nothing but rounding: that is no end of the motion
+    (one_by_one, {"velocity": 1.0, "tolerance": 1e-2}),
+    (one_by_one, {"velocity": 1.0, "tolerance": 1e-4}),
+    (waypoints, {"velocity": 1.0, "tolerance": 1e-3}),  # a first grid is too coarse for such bends
+]
+
+
 @pytest.mark.slow
-def test_where_stopping_is_faster_it_stops() -> None:
-    """Back the way it came: rounding would creep round the turn."""
-    there = aa.plan(ARM, np.stack([shifted(0, 0, 0), shifted(0.1, 0, 0), shifted(0.0, 0.001, 0)]), start=Q)
-    found, stops = (aa.retime(there, jerk=JERK, tolerance=tolerance) for tolerance in (1e-5, 0.0))
-    assert found.duration <= stops.duration
-    assert found.deviation == (0.0, 0.0)
+@pytest.mark.parametrize(("made", "asked"), CORNERS)
+def test_rounding_corners_is_not_slower_than_stopping_at_them(made: Any, asked: dict[str, Any]) -> None:
+    path = made()
+    found, stops = aa.retime(path, **asked), aa.retime(path, **asked | {"tolerance": 0.0})
+    assert 0.5 < found.duration <= 1.001 * stops.duration
+    assert found.deviation == (0.0, 0.0) or made is not back
+    if asked.get("velocity") == 0.5:
+        assert found.duration < 2.2 * aa.retime(path, velocity=0.5, acceleration=10.0).duration
+
+
+def test_one_number_bounds_all_joints_and_infinity_none() -> None:
+    many = aa.retime(LINE, velocity=np.full(7, 1.5), acceleration=np.full(7, 4.0), jerk=np.full(7, 40.0))
+    one = aa.retime(LINE, velocity=1.5, acceleration=4.0, jerk=40.0)
+    assert np.array_equal(many.q, one.q)
+    assert aa.retime(LINE).duration == aa.retime(LINE, jerk=np.inf).duration
+    path = aa.JointPath.from_joints(ARM, [Q, Q + 0.1, Q + 0.1 * np.eye(7)[1]], between="spline")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        free = aa.retime(path, velocity=np.inf, jerk=50.0)
+    assert free.duration <= aa.retime(path, velocity=1.0, jerk=50.0).duration * 1.001
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("way", [0.0, 1e-6, 1e-5, 1e-4])
 @pytest.mark.parametrize("jerk", [None, 50.0])
-@pytest.mark.parametrize("seed", range(1))
-def test_standing_tools_and_the_shortest_lines_are_timed(way: float, jerk: float | None, seed: int) -> None:
+def test_standing_tools_and_the_shortest_lines_are_timed(way: float, jerk: float | None) -> None:
     """Joints that come to rest inside the path: rounding is no corner, and no program fails."""
-    rng = np.random.default_rng(seed)
-    q = Q + rng.uniform(-0.3, 0.3, 7)
+    q = Q + np.random.default_rng(0).uniform(-0.3, 0.3, 7)
     first, psi, gc = ARM.forward(q)
-    last = first.copy()
-    last[:3, 3] += way * np.array([0.6, -0.48, 0.64])
+    last = moved(first, way * np.array([0.6, -0.48, 0.64]))
     goal = ARM.inverse(last, psi + 0.4, gc, seed=q, limits=False)
     found = aa.retime(aa.plan(ARM, aa.Line(first, last), start=q, goal=goal), jerk=jerk)
     assert len(found.timing.t) < 2000
     at = found.at(np.linspace(0, found.duration, 10_000))
-    assert np.abs(at.qd).max() <= ARM.velocity.max()
-    assert np.abs(at.qdd).max() <= 5.0 * (1 + 1e-3)
+    assert np.abs(at.qd).max() <= ARM.velocity.max() and np.abs(at.qdd).max() <= 5.0 * (1 + 1e-3)
     assert np.abs(at.qd[[0, -1]]).max() < 1e-6
     if jerk is not None:
-        change = np.abs(np.diff(at.qdd, axis=0)).max() / (found.duration / 9999)
-        assert change <= jerk * (1 + 5e-3)
+        assert np.abs(np.diff(at.qdd, axis=0)).max() / (found.duration / 9999) <= jerk * (1 + 5e-3)
 
 
 @pytest.mark.parametrize("way", [1e-9, 1e-8, 1e-7])
@@ -264,17 +281,10 @@ def test_lines_of_less_than_a_micrometre_are_timed(way: float) -> None:
     for _ in range(6):
         q = rng.uniform(arm.lower * 0.8, arm.upper * 0.8)
         first, shift = arm.forward(q)[0], rng.normal(size=3)
-        last = first.copy()
-        last[:3, 3] += way * shift / np.linalg.norm(shift)
+        last = moved(first, way * shift / np.linalg.norm(shift))
         path = aa.follow(arm, aa.Line(first, last), start=q, policy=aa.Hold(), samples=20)
         least = 2 * np.sqrt(np.abs(path.q[-1] - path.q[0]).max() / 5.0)
         assert least * 0.99 <= aa.retime(path, acceleration=5.0).duration <= least * 1.01
-
-
-def test_one_number_bounds_all_joints() -> None:
-    many = aa.retime(LINE, velocity=np.full(7, 1.5), acceleration=np.full(7, 4.0), jerk=np.full(7, 40.0))
-    one = aa.retime(LINE, velocity=1.5, acceleration=4.0, jerk=40.0)
-    assert np.array_equal(many.q, one.q)
 
 
 # -- tool speed --------------------------------------------------------------------------------------
@@ -310,31 +320,19 @@ def test_the_first_place_where_a_tool_speed_cannot_be_held() -> None:
     assert lost.joint == int(np.argmax(needs[np.argmax(needs.max(axis=1) > 1)])) + 1
 
 
-def test_a_corner_breaks_the_tool_speed() -> None:
-    lost = aa.retime(BENT, tool_speed=0.2).speed_lost
-    assert lost is not None
-    assert lost.bound == "corner"
-    assert "the path has a corner: the velocity of joint" in lost.sentence
-
-
-def test_ramps_may_leave_no_room_for_the_tool_speed() -> None:
-    two = np.stack([shifted(0, 0, 0), shifted(0.004, 0, 0)])
-    short = aa.follow(ARM, two, start=Q, policy=aa.Hold())
-    lost = aa.retime(short, tool_speed=0.2).speed_lost
-    assert lost is not None
-    assert (lost.bound, lost.joint) == ("ramps", None)
-    assert "ramps to and from what is near leave no room" in lost.sentence
-
-
-def test_a_tool_at_rest_has_no_speed() -> None:
-    spin, angle = np.repeat(shifted(0, 0, 0)[None], 5, axis=0), np.linspace(0, 0.4, 5)
-    c, s, o = np.cos(angle), np.sin(angle), np.zeros(5)
-    turn = np.stack([[c, -s, o], [s, c, o], [o, o, o + 1]]).transpose(2, 0, 1)
-    spin[:, :3, :3] = spin[:, :3, :3] @ turn
-    lost = aa.retime(aa.follow(ARM, spin, start=Q), tool_speed=0.1).speed_lost
-    assert lost is not None
-    assert lost.s == 0
-    assert "the tool rests while joint" in lost.sentence
+def test_corners_ramps_and_a_tool_at_rest_break_the_tool_speed() -> None:
+    short = aa.follow(ARM, np.stack([shifted(0, 0, 0), shifted(0.004, 0, 0)]), start=Q, policy=aa.Hold())
+    spin = [shifted(0, 0, 0) @ aa.pose([0, 0, 0], rpy=[0, 0, angle]) for angle in np.linspace(0, 0.4, 5)]
+    turning = aa.follow(ARM, np.stack(spin), start=Q)
+    for path, speed, bound, said in (
+        (BENT, 0.2, "corner", "the path has a corner: the velocity of joint"),
+        (short, 0.2, "ramps", "ramps to and from what is near leave no room"),
+        (turning, 0.1, None, "the tool rests while joint"),
+    ):
+        lost = aa.retime(path, tool_speed=speed).speed_lost
+        assert lost is not None and said in lost.sentence and bound in (None, lost.bound)
+        assert lost.joint is None or bound != "ramps"
+        assert lost.s == 0 or path is not turning
 
 
 @pytest.mark.slow
@@ -362,19 +360,18 @@ def test_any_arm_and_line_within_two_thousandths(seed: int) -> None:
 
 
 def test_what_cannot_be_timed_is_refused() -> None:
-    with pytest.raises(aa.PathError, match="solved"):
-        aa.retime(aa.follow(ARM, shifted(5, 0, 0)[None], start=Q))
-    with pytest.raises(aa.PathError, match="the path has no rows"):
-        aa.retime(aa.follow(ARM, np.empty((0, 4, 4)), start=Q))
-    with pytest.raises(aa.InputError, match=r"of joints JointPath.from_joints\(arm, q\)"):
-        aa.retime(np.zeros((5, 7)))  # type: ignore[arg-type]  # wrong on purpose
-    with pytest.raises(aa.InputError, match="path is 3, wanted a JointPath"):
-        aa.retime(3)  # type: ignore[arg-type]  # wrong on purpose
     bare = aa.follow(ARM.with_(acceleration=None), curve_of_poses(9)[:2], start=Q)
-    with pytest.raises(aa.InputError, match="acceleration is the arm's own"):
-        aa.retime(bare)
-    with pytest.raises(aa.InputError, match="needs a bound on the acceleration of every joint"):
-        aa.retime(bare, acceleration=None)
+    for error, said, path in (
+        (aa.PathError, "solved", aa.follow(ARM, shifted(5, 0, 0)[None], start=Q)),
+        (aa.PathError, "the path has no rows", aa.follow(ARM, np.empty((0, 4, 4)), start=Q)),
+        (aa.InputError, r"JointPath.from_joints\(arm, q\)", np.zeros((5, 7))),
+        (aa.InputError, "path is 3, wanted a JointPath", 3),
+        (aa.InputError, "acceleration is the arm's own, .* states none: give acceleration=", bare),
+    ):
+        refused(error, said, aa.retime, path)
+    refused(aa.InputError, "needs a bound on the acceleration", aa.retime, bare, acceleration=None)
+    for word in ("dt", "samples", "speed", "duration"):
+        refused(aa.InputError, f"retime takes no {word}=: ", aa.retime, LINE, **{word: 0.1})
 
 
 @pytest.mark.parametrize("option", ["velocity", "acceleration", "tool_speed"])
@@ -387,8 +384,7 @@ def test_a_motion_of_years_is_refused_before_its_rows_are_made(option: str) -> N
     assert len(aa.retime(path, **bounds | {option: 1e-4}, sample=10.0)) > 1
     with pytest.raises(aa.InputError, match=rf"{option}.* is 1e-300, wanted"):
         aa.retime(path, **bounds | {option: 1e-300})
-    with pytest.raises(aa.InputError, match="wanted a larger sample"):
-        aa.retime(path, **bounds, sample=1e-9)
+    refused(aa.InputError, "wanted a larger sample", lambda: aa.retime(path, **bounds, sample=1e-9))
     with pytest.raises(aa.InputError, match=r"jerk\[0\] is 1e-300, wanted at least 1e-12"):
         aa.retime(path, **bounds, jerk=1e-300)
 
@@ -401,29 +397,6 @@ def test_a_missing_package_is_named(options: Any, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr("importlib.import_module", missing)
     with pytest.raises(aa.MissingExtraError, match=r"timing needs .*scipy.*pip install 'armangle\[time\]'"):
         aa.retime(LINE, **options)
-
-
-def test_an_infinite_jerk_is_no_bound() -> None:
-    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-    start = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
-    first = arm.forward(start)[0]
-    last = first.copy()
-    last[0, 3] += 0.05
-    path = aa.plan(arm, aa.Line(first, last), start=start)
-    free, unbound = (aa.retime(path, acceleration=3.0, jerk=jerk) for jerk in (None, np.inf))
-    assert unbound.duration == free.duration
-
-
-@pytest.mark.parametrize("word", ["dt", "samples", "speed", "duration"])
-def test_retime_says_which_argument_to_give(word: str) -> None:
-    path = aa.plan(ARM, aa.Line(shifted(0, 0, 0), shifted(0.05, 0, 0)))
-    with pytest.raises(aa.InputError, match=f"retime takes no {word}=: "):
-        aa.retime(path, **{word: 0.1})
-    none = aa.plan(aa.Arm.from_catalogue("kuka_iiwa7_r800"), path.path)
-    with pytest.raises(
-        aa.InputError, match=r"acceleration is the arm's own, .* states none: give acceleration="
-    ):
-        aa.retime(none, velocity=1.0)
 
 
 # -- many rows ---------------------------------------------------------------------------------------
@@ -485,17 +458,6 @@ def test_a_spline_through_rows_that_repeat_is_timed_as_it_is(asked: dict[str, fl
     assert timed.duration == pytest.approx(once.duration, rel=1e-3)
 
 
-@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
-def test_joints_that_move_one_after_the_other_are_timed_with_rounded_corners(tolerance: float) -> None:
-    """Of a joint that rests, the rest of its way is nothing but rounding: that is no end of the motion."""
-    q = np.radians([0, 30, 0, -90, 0, 60, 0]) + 0.15 * np.tril(np.ones((4, 7)), -1)
-    path = aa.JointPath.from_joints(ARM, q, between="joints")
-    rounded, stops = (
-        aa.retime(path, velocity=1.0, acceleration=5.0, tolerance=off) for off in (tolerance, 0.0)
-    )
-    assert 0.5 < rounded.duration <= 1.001 * stops.duration
-
-
 @pytest.mark.parametrize(("rows", "cycle"), [(1700, 1e-3), (150, 0.0)])
 def test_it_turns_at_more_corners_than_a_grid_has_intervals(
     rows: int, cycle: float, monkeypatch: pytest.MonkeyPatch
@@ -514,23 +476,6 @@ def test_as_many_rows_as_there_may_be_are_timed_as_few() -> None:
         aa.retime(swing(n), velocity=3.0, acceleration=1.0, tolerance=1e-4).duration for n in (200, 4000)
     ]
     assert durations[0] == pytest.approx(durations[1], rel=0.02)
-
-
-@pytest.mark.slow
-def test_rounding_many_corners_is_not_slower_than_stopping_at_them() -> None:
-    walk = np.cumsum(np.vstack([Q, np.random.default_rng(1).normal(size=(19, 7)) * 0.05]), axis=0)
-    path = aa.JointPath.from_joints(ARM, walk)
-    found, stops = (aa.retime(path, velocity=0.5, acceleration=10.0, jerk=200.0, **more)
-                    for more in ({}, {"tolerance": 0.0}))  # fmt: skip
-    assert found.duration <= 1.001 * stops.duration
-    assert found.duration < 2.2 * aa.retime(path, velocity=0.5, acceleration=10.0).duration
-
-
-def test_a_row_that_is_repeated_at_the_end_is_come_to() -> None:
-    found = aa.retime(
-        aa.JointPath.from_joints(ARM, [Q, Q + 0.1, Q + 0.1]), velocity=1.0, acceleration=2.0, jerk=50.0
-    )
-    assert found.s[-1] == 1.0 and np.abs(found.q[-1] - Q - 0.1).max() < 1e-12
 
 
 @pytest.mark.parametrize("jerk", [50.0, 500.0])
@@ -552,15 +497,27 @@ def test_a_row_that_is_repeated_is_no_stop(asked: dict[str, float]) -> None:
     differs = 5e-3 if asked == {"jerk": 50.0} else 1e-3
     q = Q + np.radians([[0, 0, 0], [10, 0, 0], [20, 2, 2], [30, 6, 6], [40, 12, 12]]) @ np.eye(7)[[0, 1, 3]]
 
-    def timed(rows: Array) -> aa.Trajectory:
-        return aa.retime(aa.JointPath.from_joints(ARM, rows), velocity=1.0, acceleration=5.0, **asked)
+    def timed(rows: Array, between: Between | None = None) -> aa.Trajectory:
+        path = aa.JointPath.from_joints(ARM, rows, between=between)
+        return aa.retime(path, velocity=1.0, acceleration=5.0, **asked)
 
     once = timed(q).duration
     for row, noise in itertools.product([0, 2, 4], [0.0, 1.5e-5]):
         repeated = np.insert(q, row, q[row] - noise, axis=0)
         found = timed(repeated)
-        assert found.duration == pytest.approx(once, rel=differs)
+        assert found.duration == pytest.approx(once, rel=differs) and found.s[-1] == 1.0
         np.testing.assert_allclose(found.q[[0, -1]], repeated[[0, -1]], atol=1e-12)
+
+
+@pytest.mark.parametrize("between", ["joints", "spline", "tool"])
+def test_several_rows_in_turn_that_repeat_one_are_no_stop(between: Between) -> None:
+    middle, last = Q + np.array([0.2, 0.1, -0.3, 0.2, 0.1, -0.2, 0.4]), Q + 0.1
+    for repeats, ends in itertools.product(([3e-9, 8e-10], [1e-5, 1.5e-5]), ([], [last])):
+        took = [
+            aa.retime(aa.JointPath.from_joints(ARM, rows, between=between), jerk=20.0).duration
+            for rows in ([Q, middle, *(middle + shift for shift in repeats), *ends], [Q, middle, *ends])
+        ]
+        assert abs(took[0] / took[1] - 1) < 1e-3
 
 
 @pytest.mark.parametrize("rest", [Q, np.zeros(7)])
@@ -617,20 +574,16 @@ def test_motions_of_several_parts_take_what_these_take() -> None:
 
 def test_a_speed_that_drops_at_a_blend_is_no_ramp() -> None:
     """Beside 5 mm blends the speed fell to a third where no joint is near a bound, and was "held"."""
-    turned = np.diag([-1.0, 1, -1])
-    corners = [
-        aa.pose(place, matrix=turned) for place in ([0.45, -0.3, 0.3], [0.6, -0.1, 0.3], [0.45, 0.3, 0.3])
-    ]
-    arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
+    turned, arm = np.diag([-1.0, 1, -1]), aa.Arm.from_catalogue("kuka_iiwa14_r820")
+    places = [0.45, -0.3, 0.3], [0.6, -0.1, 0.3], [0.45, 0.3, 0.3]
+    corners = [aa.pose(place, matrix=turned) for place in places]
     path = aa.plan(arm, [aa.Line(a, b) for a, b in pairwise(corners)], blend=0.005)
     found = aa.retime(path, acceleration=5.0, jerk=200.0, tool_speed=0.01)
     t = np.linspace(0.0, found.duration, 20_001)
     way = np.diff(arm.forward(found.at(t).q)[0][:, :3, 3], axis=0)
-    speed = np.linalg.norm(way, axis=1) / t[1] / 0.01
-    inner = speed[1000:-1000]
+    inner = (np.linalg.norm(way, axis=1) / t[1] / 0.01)[1000:-1000]
     assert inner.min() > 0.95 and np.median(inner) > 0.99
-    if found.speed_lost is None:
-        assert inner.min() > 0.985
+    assert inner.min() > 0.985 or found.speed_lost is not None
 
 
 def test_a_polygon_of_planned_poses_is_rounded_at_its_corners_alone() -> None:
@@ -643,24 +596,6 @@ def test_a_polygon_of_planned_poses_is_rounded_at_its_corners_alone() -> None:
     held = aa.follow(arm, planned.poses, start=planned.q[0])
     one, other = (aa.retime(path, acceleration=5.0, jerk=50.0).duration for path in (planned, held))
     assert one < 1.1 * other
-
-
-def test_corners_that_bend_much_when_rounded_are_no_leaps() -> None:
-    """Sixty random waypoints, rounded within a millimetre: a first grid is too coarse for such bends."""
-    draw = np.random.default_rng(0)
-    poses = np.repeat(ARM.forward(Q)[0][None], 60, axis=0)
-    poses[1:, :3, 3] += draw.normal(size=(59, 3)) * 0.05
-    path = aa.plan(ARM, poses, start=Q)
-    sharp, round_ = (aa.retime(path, velocity=1.0, tolerance=tolerance) for tolerance in (0.0, 1e-3))
-    assert round_.duration <= sharp.duration * (1 + 1e-9)
-
-
-def test_no_bound_on_velocity_warns_of_nothing() -> None:
-    path = aa.JointPath.from_joints(ARM, [Q, Q + 0.1, Q + 0.1 * np.eye(7)[1]], between="spline")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        free = aa.retime(path, velocity=np.inf, jerk=50.0)
-    assert free.duration <= aa.retime(path, velocity=1.0, jerk=50.0).duration * 1.001
 
 
 def test_a_place_lies_on_the_side_of_a_node_that_it_is_asked_for() -> None:
