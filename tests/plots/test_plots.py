@@ -25,6 +25,9 @@ WAM = aa.Arm.from_catalogue("barrett_wam7")
 # Faria et al. (2018), Eq. (37).
 PAPER_Q = np.radians([-5.4101, -26.4986, -48.1542, -61.6500, 152.6198, 114.4466, 8.1812])
 POSE, PSI, GC = IIWA.forward(PAPER_Q)
+BODIED = IIWA.with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
+LAMP = aa.Ball(IIWA.elbow(IIWA.inverse(POSE, PSI + 0.8, GC, limits=False)), 0.05, name="lamp")
+CAGE = aa.Scene([aa.Ball(IIWA.frames(np.zeros(7))[1, :3, 3], 0.2, name="cage")])
 
 
 @pytest.fixture(autouse=True)
@@ -212,32 +215,27 @@ def test_circle_shows_what_the_user_forbids_and_what_is_singular() -> None:
 
 
 def test_obstacles_have_a_ring_and_names_of_their_own() -> None:
-    arm = IIWA.with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
-    at = arm.elbow(arm.inverse(POSE, PSI + 0.8, GC, limits=False))
-    scene = aa.Scene([aa.Ball(at, 0.05, name="lamp"), aa.HalfSpace([0, 0, 1], 0.0)])
-    blocked = ~arm._clear(POSE, GC, scene)
+    scene = aa.Scene([LAMP, aa.HalfSpace([0, 0, 1], 0.0)])
+    blocked = ~BODIED._clear(POSE, GC, scene)
     assert blocked.count == 1
-    ax = plots.circle(arm.with_(scene=scene), POSE, GC, psi=PSI)
+    ax = plots.circle(BODIED.with_(scene=scene), POSE, GC, psi=PSI)
     dark = [bar for bar in ax.patches if bar.get_facecolor()[:3] == (64 / 255,) * 3]
     assert min(bar.get_y() for bar in dark) == 9.0 and len(dark) >= 2
     assert dark[0].get_width() == pytest.approx(blocked.measure)
     assert [text.get_text() for text in ax.texts if text.get_text() == "lamp"] == ["lamp"]
-    inside = aa.Scene([aa.Ball(arm.frames(np.zeros(7))[1, :3, 3], 0.2, name="cage")])
-    ax = plots.circle(arm.with_(scene=inside), POSE, GC)
+    ax = plots.circle(BODIED.with_(scene=CAGE), POSE, GC)
     assert "cage" in [text.get_text() for text in ax.texts]
 
 
 @pytest.mark.parametrize("soft", [0.0, 0.04, 9.0])
 def test_what_keeps_the_hard_clearance_alone_is_paler(soft: float) -> None:
-    arm = IIWA.with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
-    lamp = aa.Ball(arm.elbow(arm.inverse(POSE, PSI + 0.8, GC, limits=False)), 0.05, name="lamp")
-    clear = arm._clear(POSE, GC, aa.Scene([lamp], clearance=0.01))
-    ax = plots.circle(arm.with_(scene=aa.Scene([lamp], clearance=0.01, soft=soft)), POSE, GC)
+    clear = BODIED._clear(POSE, GC, aa.Scene([LAMP], clearance=0.01))
+    ax = plots.circle(BODIED.with_(scene=aa.Scene([LAMP], clearance=0.01, soft=soft)), POSE, GC)
     grey = [bar for bar in ax.patches if bar.get_facecolor()[:3] == (127 / 255,) * 3]
     widths = [bar.get_width() for bar in grey if bar.get_y() == 9.0]
     calm = ~aa.ArcSet([[-4, 4]])
     if soft < 1:
-        calm = arm._clear(POSE, GC, aa.Scene([lamp], clearance=0.01 + soft))
+        calm = BODIED._clear(POSE, GC, aa.Scene([LAMP], clearance=0.01 + soft))
     assert sum(widths) == pytest.approx(clear.measure - calm.measure, abs=1e-9)
     assert (sum(widths) > 0.05) == (soft > 0)
     assert ("within the soft clearance" in _figure_labels(ax)) == (soft > 0)
@@ -248,40 +246,35 @@ def _dotted(ax: object) -> list:
 
 
 def test_a_map_shows_what_obstacles_block_with_their_names() -> None:
-    arm = IIWA.with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
     poses = np.tile(POSE, (5, 1, 1))
     poses[:, 2, 3] += np.linspace(0, 0.02, 5)
-    at = arm.elbow(arm.inverse(POSE, PSI + 0.8, GC, limits=False))
-    scene = aa.Scene([aa.Ball(at, 0.05, name="lamp"), aa.Ball([5, 0, 0], 0.1, name="far")])
-    ax = plots.feasible_map((arm.with_(scene=scene), poses), gc=GC)
+    scene = aa.Scene([LAMP, aa.Ball([5, 0, 0], 0.1, name="far")])
+    ax = plots.feasible_map((BODIED.with_(scene=scene), poses), gc=GC)
     areas = [path.get_extents() for c in _dotted(ax) for path in c.get_paths()]
     drawn = sum(np.radians(box.height) * box.width for box in areas)
-    blocked = (~arm._clear(poses, GC, scene)).measure
+    blocked = (~BODIED._clear(poses, GC, scene)).measure
     assert drawn == pytest.approx(np.average(blocked, weights=[1, 2, 2, 2, 1]), rel=1e-6)
     assert [text.get_text() for text in ax.texts] == ["lamp"]
     assert "an obstacle blocks" in _figure_labels(ax)
-    assert not _dotted(plots.feasible_map((arm, poses), gc=GC))
-    cage = aa.Scene([aa.Ball(arm.frames(np.zeros(7))[1, :3, 3], 0.2, name="cage")])
-    ax = plots.feasible_map((arm.with_(scene=cage), poses), gc=GC)
+    assert not _dotted(plots.feasible_map((BODIED, poses), gc=GC))
+    ax = plots.feasible_map((BODIED.with_(scene=CAGE), poses), gc=GC)
     assert [text.get_text() for text in ax.texts] == ["cage"]
 
 
 def test_a_clearance_profile_is_the_distance_of_the_nearest() -> None:
-    arm = IIWA.with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
-    at = arm.elbow(arm.inverse(POSE, PSI + 0.8, GC, limits=False))
-    scene = aa.Scene(
-        [aa.Ball(at, 0.05, name="lamp"), aa.HalfSpace([0, 0, 1], 0, name="floor")], clearance=0.02
-    )
-    ax = plots.clearance_profile(arm.with_(scene=scene), POSE, GC, psi=PSI)
+    scene = aa.Scene([LAMP, aa.HalfSpace([0, 0, 1], 0, name="floor")], clearance=0.02)
+    ax = plots.clearance_profile(BODIED.with_(scene=scene), POSE, GC, psi=PSI)
     lines = {line.get_label(): line for line in ax.lines}
     assert {"lamp", "clearance", "ψ"} <= set(lines)
     x, y = np.radians(lines["lamp"].get_xdata()), lines["lamp"].get_ydata()
     shown = np.isfinite(y)
     np.testing.assert_allclose(
-        arm.clearance(arm.inverse(POSE, x[shown], GC, limits=False), scene).distance, y[shown], atol=1e-12
+        BODIED.clearance(BODIED.inverse(POSE, x[shown], GC, limits=False), scene).distance,
+        y[shown],
+        atol=1e-12,
     )
     (span,) = [patch for patch in ax.patches if patch.get_alpha() == 0.22]
-    blocked = (~arm._clear(POSE, GC, scene)).intervals[0]
+    blocked = (~BODIED._clear(POSE, GC, scene)).intervals[0]
     width = np.radians(span.get_extents().transformed(ax.transData.inverted()).width)
     assert width == pytest.approx(blocked[1] - blocked[0], rel=1e-6)
 
