@@ -1,1 +1,1 @@
-"""What is written and read: tables of poses and joints as CSV, NPZ and JSON."""
+"""Files: tables of poses and joints as CSV, NPZ and JSON."""

@@ -1,7 +1,7 @@
-"""Blocks of NPZ and JSON files: named arrays, taken from files that may hold anything.
+"""Blocks of NPZ and JSON files: named arrays from files with arbitrary contents.
 
-Whatever the bytes are, the answer is arrays or a ModelError, and the memory that is asked for stays
-within what a file of that length can hold.
+For any bytes the result is arrays or a ModelError, and the memory used stays within the possible contents of
+a file of that length.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ _SPECIAL = {None: np.nan, "inf": np.inf, "-inf": -np.inf}
 
 
 def read_blocks(path: PathLike) -> dict[str, NDArray[Any]]:
-    """Return the blocks of an NPZ or JSON file, as they are.
+    """Return the blocks of an NPZ or JSON file, unchecked.
 
     Raises
     ------
     ModelError
-        If there is no such file, or it is not of its kind.
+        If the file does not exist, or is not of its kind.
     """
     return _read_npz(path) if Path(path).suffix.lower() == ".npz" else _read_json(path)
 
@@ -53,7 +53,7 @@ def number_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str, 
         _fail(path, f"missing {name!r}; the file has {', '.join(map(repr, blocks)) or 'nothing'}")
     wanted = f"wanted numbers of shape {f'(N, {width})' if width else '(N,)'}"
     block = blocks[name]
-    if block.dtype.kind not in _NUMBERS:  # complex numbers, times and words would be cast without a word
+    if block.dtype.kind not in _NUMBERS:  # complex numbers, times and words would be cast silently
         _fail(path, f"{name} is not an array of numbers but of {block.dtype}, {wanted}")
     array = block.astype(np.float64)
     if width and array.size == 0:
@@ -76,7 +76,7 @@ def word_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str) ->
         _fail(path, f"{name} is not a row of words but of {block.dtype}, shape {block.shape}")
     try:
         return [str(word) for word in block]
-    except (ValueError, SystemError) as error:  # numbers that are no characters: numpy leaves them to Python
+    except (ValueError, SystemError) as error:  # numbers that are not characters: numpy leaves them to Python
         _fail(path, f"{name} is not a row of words: {error}")
 
 
@@ -84,14 +84,14 @@ def _read_npz(path: PathLike) -> dict[str, NDArray[Any]]:
     with _opening.open_file(path, _opening.NUMBERS, partial(_fail, path)) as file:
         try:
             return members_of(file)
-        except Exception as error:  # junk makes zipfile, zlib and numpy raise almost anything
+        except Exception as error:  # invalid data makes zipfile, zlib and numpy raise almost anything
             _fail(path, f"not NPZ: {error or type(error).__name__}")
 
 
 def members_of(file: BinaryIO) -> dict[str, NDArray[Any]]:
-    """Return the arrays of an archive; nothing is unpacked that its bytes cannot hold, or that is too long.
+    """Return the arrays of an archive; unpacks nothing larger than its bytes can hold, or too long.
 
-    Junk makes zipfile, zlib and numpy raise almost anything.
+    Invalid data makes zipfile, zlib and numpy raise almost anything.
     """
     blocks = {}
     with zipfile.ZipFile(file) as archive:
@@ -109,7 +109,7 @@ def members_of(file: BinaryIO) -> dict[str, NDArray[Any]]:
 
 
 def array_of(data: bytes, name: str) -> NDArray[Any]:
-    """Return the array of the bytes of an .npy file; it lies within those bytes."""
+    """Return the array of the bytes of an .npy file, which lies within those bytes."""
     head = io.BytesIO(data)
     version = npy.read_magic(head)
     if version not in ((1, 0), (2, 0)):
@@ -139,7 +139,7 @@ def _read_json(path: PathLike) -> dict[str, NDArray[Any]]:
 
 
 def _column(value: Any, path: PathLike, name: str) -> NDArray[Any]:
-    """Return a JSON value as numbers, words, or, where it is neither, objects."""
+    """Return a JSON value as numbers or words, otherwise as objects."""
     try:
         array = np.array(value, dtype=object)
     except (ValueError, RecursionError):

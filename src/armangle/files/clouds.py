@@ -28,7 +28,7 @@ _ENDINGS = (".npz", ".npy", ".csv", ".ply", ".pcd")
 
 
 def load_cloud(path: PathLike, radius: float, *, name: str | None = None) -> Cloud:
-    """Return the cloud of a file, without points that are not finite, which cameras write for nothing seen.
+    """Return the cloud of a file without non-finite points, which cameras write for missing depth.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def load_cloud(path: PathLike, radius: float, *, name: str | None = None) -> Clo
     Raises
     ------
     SceneError
-        The file cannot be read, has no such columns, or no finite points.
+        If the file cannot be read, has no such columns, or no finite points.
 
     Examples
     --------
@@ -67,7 +67,7 @@ def load_cloud(path: PathLike, radius: float, *, name: str | None = None) -> Clo
         points = {".npz": _npz, ".npy": _npy, ".csv": _csv, ".ply": _ply, ".pcd": _pcd}[kind](data)
     except SceneError:
         raise
-    except Exception as error:  # as many ways to fail as there are broken files
+    except Exception as error:  # broken files raise many kinds of errors
         _fail(path, f"points x, y, z ({error or type(error).__name__})")
     if points.ndim != 2 or points.shape[1] != len(_AXES) or points.dtype.kind not in "fiu":
         _fail(path, f"points of shape (N, 3), not {points.shape} of {points.dtype}")

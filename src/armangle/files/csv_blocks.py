@@ -1,4 +1,4 @@
-"""CSV files read block by block: columns found by header, every complaint with line and column."""
+"""CSV files read block by block: columns by header, errors with line and column."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .._arrays import Floats, PathLike, number_in
 from ..errors import ModelError
 
 BLOCK = 8192
-"""Rows held as text at one time."""
+"""Number of rows held as text at one time."""
 
 _LONGEST_ROW = 2**16  # characters
 _MOST_COLUMNS = 1024
@@ -34,7 +34,7 @@ class CsvBlock:
 
 
 class RowLines:
-    """The lines of a file for csv.reader, which sets `taken` to 0 after each row: no row is without end."""
+    """The lines of a file for csv.reader, with a limit: `taken` is set to 0 after each row."""
 
     def __init__(self, file: TextIO) -> None:
         self.file = file
@@ -54,7 +54,7 @@ class RowLines:
 
 
 def open_text(path: PathLike, fail: _opening.Fail) -> TextIO:
-    """Return a file of numbers in a text, opened to be read line by line."""
+    """Return a text file of numbers, opened for reading line by line."""
     file = _opening.open_file(path, _opening.NUMBERS, fail)
     return io.TextIOWrapper(file, encoding="utf-8-sig", newline="")
 
@@ -66,14 +66,13 @@ class CsvFile:
     ----------
     path : path
     required : sequence of str
-        Columns of numbers that must be there; their order is that of `CsvBlock.numbers`.
+        Required columns of numbers; their order is that of `CsvBlock.numbers`.
     optional : sequence of str
-        Columns of numbers that follow them; NaN where the file has none.
+        Optional columns of numbers that follow them; NaN if the file has none.
     words : sequence of str
-        Columns of text that may be there. All other columns are ignored.
+        Optional columns of text. All other columns are ignored.
     lost : bool
-        Whether cells for numbers may be empty: these are NaN. Else rows of empty cells alone may only end a
-        file.
+        Whether cells for numbers may be empty: these are NaN. Otherwise empty rows may only end a file.
 
     Raises
     ------
@@ -98,7 +97,7 @@ class CsvFile:
         self.at: dict[str, int] = {}
 
     def fail(self, message: str, line: int | None = None, name: str | None = None) -> NoReturn:
-        """Raise for a line and the column of a name."""
+        """Raise with a line and the column of a name."""
         column = None if name is None else self.at[name] + 1
         raise ModelError(message, source=str(self.path), line=line, column=column)
 
@@ -186,7 +185,7 @@ class CsvFile:
 
 
 def _hint(names: list[str], missing: list[str], known: Collection[str]) -> str:
-    """Return what the header is, and what may have been meant."""
+    """Return the header, and a possible correction."""
     for separator, word in _SEPARATORS.items():
         if separator in names[0]:
             return f"the file seems to be separated by {word}, wanted commas"

@@ -21,7 +21,7 @@ def load_field(path: PathLike, *, name: str | None = None) -> Field:
     Parameters
     ----------
     path : path
-        ``.npz`` with ``distance`` (I, J, K), ``origin`` (3,) and ``spacing``, all in m, as of `Field`.
+        ``.npz`` with ``distance`` (I, J, K), ``origin`` (3,) and ``spacing``, all in m, as for `Field`.
     name : str, optional
 
     Returns
@@ -31,7 +31,7 @@ def load_field(path: PathLike, *, name: str | None = None) -> Field:
     Raises
     ------
     SceneError
-        The file cannot be read, lacks an array, or holds what is no field.
+        If the file cannot be read, lacks an array, or holds no valid field.
 
     Examples
     --------

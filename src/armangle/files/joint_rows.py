@@ -1,4 +1,4 @@
-"""Rows of a joint file: what their columns are, and what cannot stand in them."""
+"""Rows of a joint file: the meaning of their columns, and invalid values."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ _NAMES = {status.name: status for status in Status}
 _S, _PSI, _GC, _ = range(JOINTS, JOINTS + len(OPTIONAL))
 
 Fault = tuple[int, str, str]
-"""Row, column and what is wrong."""
+"""Row, column and fault."""
 
 
 def row_fault(numbers: Floats, words: list[str] | None, given: Collection[str]) -> Fault | None:
-    """Return the first fault of joint rows, each judged by itself.
+    """Return the first fault of joint rows, each checked separately.
 
     Parameters
     ----------
     numbers : ndarray, shape (N, 11)
-        The columns q1..q7 and `OPTIONAL`; NaN where the file has none.
+        The columns q1..q7 and `OPTIONAL`; NaN if the file has none.
     words : list of N str, or None
         The status.
     given : names
-        The columns that the file has.
+        The columns of the file.
     """
     q, s, psi, gc = numbers[:, :JOINTS], numbers[:, _S], numbers[:, _PSI], numbers[:, _GC]
     if np.isinf(q).any():
@@ -62,9 +62,9 @@ def _status_fault(q: Floats, words: list[str]) -> Fault | None:
 
 
 def unsaid_fault(numbers: Floats, status: NDArray[np.int8]) -> Fault | None:
-    """Return the first row with status OK whose psi or gc is missing, where other OK rows have one.
+    """Return the first row with status OK that lacks psi or gc although other OK rows have it.
 
-    A file that says psi or gc nowhere is one that does not know it.
+    A file without any psi or gc is valid.
     """
     ok = np.isin(status, SOLVED)
     gc = np.where(numbers[:, _GC] == NO_GC, np.nan, numbers[:, _GC])
@@ -77,7 +77,7 @@ def unsaid_fault(numbers: Floats, status: NDArray[np.int8]) -> Fault | None:
 
 
 def codes(numbers: Floats, words: list[str] | None) -> NDArray[np.int8]:
-    """Return the `Status` of rows: their words, or whether they have joints."""
+    """Return the `Status` of rows: from their words, or by whether they have joints."""
     if words is not None:
         return np.array([_NAMES[word] for word in words], dtype=np.int8)
     solved = np.isfinite(numbers[:, :JOINTS]).all(axis=1)

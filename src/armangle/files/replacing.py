@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all: beside first, then renamed over the old one."""
+"""Files written completely or not at all: first to a temporary file, then renamed."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ _WRITABLE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
 
 @contextmanager
 def replacing(path: PathLike) -> Iterator[BinaryIO]:
-    """Open a file beside `path` for writing; it takes the place of `path` when the block succeeds.
+    """Open a file beside `path` for writing; it replaces `path` when the block succeeds.
 
-    A block that fails, or a process that is killed in it, leaves the old file as it was, or none.
+    If the block fails, or the process is killed in it, the old file is unchanged.
 
     Raises
     ------
     OutputError
-        Naming `path`, where it cannot be written: no such folder, no permission, no space; or where it is
-        a file that may not be written, or no regular file: a folder, a pipe, a device.
+        With `path`, if it cannot be written: no such folder, no permission, no space; a read-only file; or no
+        regular file: a folder, a pipe, a device.
 
     Examples
     --------
@@ -58,7 +58,7 @@ def replacing(path: PathLike) -> Iterator[BinaryIO]:
 
 
 def _target(path: PathLike) -> Path:
-    """Return the file that a name stands for, behind all links."""
+    """Return the file behind all links of a name."""
     try:
         return Path(os.path.realpath(path))
     except ValueError as error:  # a name that no file can have
@@ -66,7 +66,7 @@ def _target(path: PathLike) -> Path:
 
 
 def _check_replaceable(path: PathLike) -> None:
-    """Refuse what a rename would destroy though nobody could have meant it; root may rename over anything."""
+    """Reject a target that a rename would destroy unintentionally; root may rename over anything."""
     try:
         mode = os.stat(path).st_mode  # noqa: PTH116 - follows links, /proc's too
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""Scenes and bodies from files: TOML tables, and the text that MoveIt saves a planning scene as."""
+"""Scenes and collision models from files: TOML tables, and MoveIt's text of a planning scene."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .fields import load_field
 PathLike = str | os.PathLike[str]
 _Made = TypeVar("_Made")
 
-_KINDS: dict[str, tuple[Any, tuple[str, ...], tuple[str, ...]]] = {  # needed keys, further keys
+_KINDS: dict[str, tuple[Any, tuple[str, ...], tuple[str, ...]]] = {  # required keys, optional keys
     "ball": (Ball, ("center", "radius"), ("name",)),
     "capsule": (Capsule, ("begin", "end", "radius"), ("name",)),
     "box": (Box, ("size", "position"), ("rpy", "radius", "name")),
@@ -35,20 +35,20 @@ _KINDS: dict[str, tuple[Any, tuple[str, ...], tuple[str, ...]]] = {  # needed ke
     "field": (load_field, ("file",), ("name",)),
 }
 
-_ROUND = 4  # rods for a round body or a mesh of MoveIt
+_ROUND = 4  # rods for a round shape or a mesh of MoveIt
 
 
 def load_scene(path: PathLike) -> Scene:
-    """Return the scene of a TOML file, or of a ``.scene`` file that MoveIt saved.
+    """Return the scene of a TOML file, or of a ``.scene`` file saved by MoveIt.
 
     In TOML: ``clearance`` and ``soft`` (m), ``ignore`` (pairs of names), and any number of tables, lengths in
-    m, each with a ``name`` if wanted: ``[[ball]]`` (``center``, ``radius``), ``[[capsule]]`` (``begin``,
+    m, each with an optional ``name``: ``[[ball]]`` (``center``, ``radius``), ``[[capsule]]`` (``begin``,
     ``end``, ``radius``), ``[[box]]`` (``size``, ``position``, and ``rpy`` in rad about fixed x, y, z,
     ``radius``), ``[[half_space]]`` (``normal``, ``offset``), ``[[hull]]`` (``points``, or a ``file`` of them
-    as of `load_cloud`, ``radius``), ``[[cloud]]`` (``file``, as of `load_cloud`, ``radius``), ``[[field]]``
-    (``file``, as of `load_field`). A file without any is refused, unless ``obstacles = []`` says that there
-    are none. Of MoveIt's text boxes and spheres are read as they are; cylinders and closed meshes become
-    balls and capsules that contain them.
+    as for `load_cloud`, ``radius``), ``[[cloud]]`` (``file``, as for `load_cloud`, ``radius``), ``[[field]]``
+    (``file``, as for `load_field`). A file without tables is rejected unless it has ``obstacles = []``. Boxes
+    and spheres of MoveIt's text are exact; cylinders and closed meshes become balls and capsules that contain
+    them.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def load_scene(path: PathLike) -> Scene:
     Raises
     ------
     SceneError
-        Naming file, table and key.
+        With file, table and key.
 
     Examples
     --------
@@ -88,9 +88,9 @@ def load_scene(path: PathLike) -> Scene:
 
 
 def load_body(path: PathLike) -> Body:
-    """Return the body of a TOML file, such as ``armangle inspect --body -o`` writes.
+    """Return the collision model of a TOML file, for example from ``armangle inspect --body -o``.
 
-    Tables ``[[ball]]`` and ``[[capsule]]`` as of `load_scene`, each with ``link``, its DH frame 0..7, and
+    Tables ``[[ball]]`` and ``[[capsule]]`` as for `load_scene`, each with ``link``, its DH frame 0..7, and
     ``ignore``; or ``[bones]`` with ``upper_arm`` and ``forearm``, radii in m.
 
     Parameters
@@ -104,7 +104,7 @@ def load_body(path: PathLike) -> Body:
     Raises
     ------
     SceneError
-        Naming file, table and key.
+        With file, table and key.
     """
     table = _toml(path)
     if "bones" in table:
@@ -126,7 +126,7 @@ def load_body(path: PathLike) -> Body:
 
 
 def body_toml(body: Body) -> str:
-    """Return the text that `load_body` reads; of a body that is no `Body.bones`."""
+    """Return the text that `load_body` reads, for a collision model that is not a `Body.bones`."""
     lines = [f"# {note}" for note in body.notes]
     if body.ignore:
         lines.append(f"ignore = {json.dumps([list(pair) for pair in body.ignore])}")
@@ -167,7 +167,7 @@ def _refuse_other_keys(where: str, table: dict[str, Any], known: set[str]) -> No
 
 
 def _refuse_silence(where: str, table: dict[str, Any], shapes: list[Shape]) -> None:
-    """Refuse a file of no obstacles that does not say so: it may be the wrong one, or cut off."""
+    """Reject a file without obstacles unless it says so: it may be the wrong one, or incomplete."""
     if "obstacles" in table and (table["obstacles"] != [] or shapes):
         raise SceneError(where, "obstacles", table["obstacles"], "[], and no table of a shape beside it")
     if not shapes and "obstacles" not in table:
@@ -184,7 +184,7 @@ def _refuse_missing(where: str, table: dict[str, Any], keys: tuple[str, ...]) ->
 
 
 def _rows(path: PathLike, table: dict[str, Any], kinds: Any) -> Iterator[tuple[str, str, dict[str, Any]]]:
-    """Yield the tables [[kind]] of a file, each with what to call it."""
+    """Yield the tables [[kind]] of a file, each with its name for messages."""
     for kind in kinds:
         rows = table.get(kind, [])
         if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
@@ -219,7 +219,7 @@ def _shape(where: str, kind: str, row: dict[str, Any], folder: Path | None = Non
 
 
 def _said_of(where: str, make: Callable[..., _Made], *given: Any, **named: Any) -> _Made:
-    """Return what is made of these, or the error with the place in the file that it is of."""
+    """Return the object made from these, or the error with its place in the file."""
     try:
         return make(*given, **named)
     except SceneError as error:
@@ -232,10 +232,10 @@ def _moved(where: str, error: SceneError) -> SceneError:
 
 
 class _Moveit:
-    """Reads the text of MoveIt's planning scenes: a name, then an object after each ``*``, then ``.``.
+    """Reads MoveIt's text of a planning scene: a name, then an object after each ``*``, then ``.``.
 
-    An object: its name; in the newer format its pose (three numbers, four numbers); how many shapes; each
-    with its pose and colour; in the newer format its subframes.
+    An object: its name; in the newer format its pose (three numbers, four numbers); the number of shapes;
+    each with its pose and colour; in the newer format its subframes.
     """
 
     def __init__(self, text: str, source: str) -> None:
@@ -301,7 +301,7 @@ class _Moveit:
         return [make(name if len(made) == 1 else f"{name}_{k}") for k, make in enumerate(made)]
 
     def shape(self, frame: Floats) -> list[Callable[[str], Shape]]:
-        """Return what makes the shapes that one shape of the file becomes, given their names."""
+        """Return functions that make the shapes of one shape of the file, given their names."""
         kind = self.line()
         rods: list[Rod] = []
         size = np.zeros(3)

@@ -1,7 +1,7 @@
-"""Sheets: named columns of equal length, and how they look as CSV, NPZ and JSON.
+"""Sheets: named columns of equal length, and their form in CSV, NPZ and JSON.
 
-A value is saved as the sheet it stands for; each ending writes any sheet. NaN is ``nan`` in CSV and
-``null`` in JSON, infinities are ``inf`` and ``"inf"``. They are read by :mod:`armangle.files.archive_blocks`.
+A value is saved as a sheet, and each file format writes any sheet. NaN is ``nan`` in CSV and ``null`` in
+JSON, infinities are ``inf`` and ``"inf"``. :mod:`armangle.files.archive_blocks` reads them.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ _ROWS_AT_ONCE = 4096
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """Columns to be saved.
+    """Columns to save.
 
     Parameters
     ----------
     kind : str
-        What it is, such as "joints"; a word in NPZ and JSON files.
+        Kind of value, such as "joints"; a word in NPZ and JSON files.
     blocks : mapping of str to ndarray, shape (N,) or (N, k)
         Numbers or words, in the order of the file.
     headings : mapping of str to tuple of k str
         CSV headings of the blocks with more than one column.
     joint_names : tuple of str
-        Of a trajectory, for YAML.
+        For a trajectory, for YAML.
     """
 
     kind: str
@@ -44,12 +44,12 @@ class Sheet:
 
 
 def ending(path: PathLike) -> str:
-    """Return the ending of a file to be written: .csv, .npz, .json or .yaml.
+    """Return the ending of a file to write: .csv, .npz, .json or .yaml.
 
     Raises
     ------
     InputError
-        For any other.
+        For any other ending.
     """
     found = Path(path).suffix.lower()
     if found not in WRITERS:
@@ -113,7 +113,7 @@ def write_joint_trajectory(
 ) -> None:
     """Write joint names and the blocks t (N,), q, qd, qdd (N, 7) as one message.
 
-    Words are quoted as JSON strings and lists are flow lists, which YAML reads alike.
+    Words are quoted as JSON strings and lists are flow lists, which YAML accepts too.
     """
     head = ["header:", "  stamp: {sec: 0, nanosec: 0}", f"  frame_id: {json.dumps(frame)}"]
     head += [f"joint_names: {json.dumps(list(names))}", "points:"]

@@ -30,32 +30,32 @@ from .sheets import WRITERS, Sheet, ending
 from .trajectories import RATES, TrajectoryTable, holds_trajectory, load_trajectory
 
 _HEADINGS = {"q": JOINT_COLUMNS, "pose": COLUMNS}
-_FEW_DIGITS = 5e-3  # what a quaternion's length is off whose numbers have three digits, and more
+_FEW_DIGITS = 5e-3  # error of a quaternion's length if its numbers have three digits, and some reserve
 
 
 @by_content
 @dataclass(frozen=True, eq=False)
 class JointTable:
-    """A joint file: rows of joint values with what is known of them; arrays are read-only.
+    """A joint file: rows of joint values with further columns; arrays are read-only.
 
-    Not to be confused with `JointPath`, which also knows its arm and poses.
+    Not to be confused with `JointPath`, which also has its arm and poses.
 
     Parameters
     ----------
     s : ndarray, shape (N,)
         Path parameter in [0, 1].
     q : ndarray, shape (N, 7)
-        Joint values, rad; NaN in rows that have no solution.
+        Joint values, rad; NaN in rows without a solution.
     psi : ndarray, shape (N,)
-        Arm angle, rad; NaN where the file does not say.
+        Arm angle, rad; NaN if the file has none.
     gc : ndarray of int64, shape (N,)
-        Global configuration; -1 where the file does not say.
+        Global configuration; -1 if the file has none.
     status : ndarray of int8, shape (N,)
         `Status` of each row.
     margin : ndarray, shape (N,)
-        Least distance of a joint to one of its limits, rad; NaN where the file does not say.
+        Distance to the nearest joint limit, rad; NaN if the file has none.
     trajectory : TrajectoryTable or None
-        Times, velocities and accelerations of the same rows, where the file is a trajectory.
+        Times, velocities and accelerations of the same rows if the file is a trajectory.
     """
 
     s: Floats
@@ -83,21 +83,20 @@ class JointTable:
 
 
 def save(value: Any, path: PathLike) -> None:
-    """Write a value to a file; the ending .csv, .npz, .json or .yaml chooses the format.
+    """Write a value to a file; the ending .csv, .npz, .json or .yaml determines the format.
 
-    The file is written beside and then renamed: a run that fails leaves the old file, or none.
+    The file is written under a temporary name and then renamed: a failed run leaves the old file unchanged.
 
     Parameters
     ----------
     value : JointPath, JointTable, Solution, Solutions, Trajectory, TrajectoryTable, or array_like (N, 4, 4)
-        A trajectory has the columns t (s), s, q1..q7 (rad), qd1..qd7 (rad/s), qdd1..qdd7 (rad/s²), and alone
+        A trajectory has the columns t (s), s, q1..q7 (rad), qd1..qd7 (rad/s), qdd1..qdd7 (rad/s²). It alone
         can be YAML: a ROS ``trajectory_msgs/JointTrajectory``. Any other motion has the columns s, q1..q7
-        (rad), psi (rad), gc, status, margin (rad), and so have solutions, s even over them;
-        poses, also one of shape (4, 4), have x, y, z
-        (m), qw, qx, qy, qz. In NPZ and JSON q1..q7 are one array ``q`` (N, 7), and a pose's seven numbers
-        one array ``pose`` (N, 7).
+        (rad), psi (rad), gc, status, margin (rad). So have solutions, with equal steps of s. Poses, also one
+        of shape (4, 4), have x, y, z (m), qw, qx, qy, qz. In NPZ and JSON q1..q7 are one array ``q`` (N, 7),
+        and a pose's seven numbers one array ``pose`` (N, 7).
     path : path
-        Where to.
+        The file to write.
 
     Raises
     ------
@@ -123,7 +122,7 @@ def save(value: Any, path: PathLike) -> None:
 
 @singledispatch
 def sheet_of(value: Any) -> Sheet:
-    """Return the columns that a value is saved as; a new type registers its own."""
+    """Return the columns for saving a value; a new type registers its own."""
     if not isinstance(value, (np.ndarray, list, tuple)):
         raise InputError(f"a {type(value).__name__} cannot be saved, wanted a path or poses (N, 4, 4)")
     if np.shape(value)[-1:] == (JOINTS,):
@@ -155,7 +154,7 @@ def _(value: Solution) -> Sheet:
 
 @sheet_of.register
 def _(value: Solutions) -> Sheet:
-    status = np.full(len(value), Status.OK)  # of one pose, or len() says so
+    status = np.full(len(value), Status.OK)  # one pose; for a batch len() raises the error
     return _solution_rows(value.q, value.psi, value.gc, value.margin, status)
 
 
@@ -186,21 +185,21 @@ def load_poses(path: PathLike, *, lost: bool = False) -> Floats:
     Parameters
     ----------
     path : path
-        CSV with the columns x, y, z (m), qw, qx, qy, qz in any order, others being ignored; or a file
-        ending in .npz or .json, as `save` writes it. A CSV file is read in blocks, never as a whole.
+        CSV with the columns x, y, z (m), qw, qx, qy, qz in any order, others are ignored; or a file ending in
+        .npz or .json, as `save` writes it. A CSV file is read in blocks, never as a whole.
     lost : bool
-        Whether rows may hold no pose, seven empty cells or NaN: samples that did not come. They are NaN,
-        which `Tracker.step` takes.
+        Whether rows may lack a pose, with seven empty cells or NaN: missing samples. They are NaN, which
+        `Tracker.step` accepts.
 
     Returns
     -------
     ndarray, shape (N, 4, 4)
-        Tool frames; quaternions are made exactly unit.
+        Poses; quaternions are normalized exactly.
 
     Raises
     ------
     ModelError
-        With file, line and column: a missing column, a word or NaN for a number, a quaternion whose
+        With file, line and column: a missing column, a word or NaN instead of a number, a quaternion whose
         length is not 1 within 1e-6.
 
     Examples
@@ -228,7 +227,7 @@ def load_poses(path: PathLike, *, lost: bool = False) -> Floats:
 
 
 def sample_times(path: PathLike) -> Floats | None:
-    """Return the column t of a CSV file of poses, s, NaN where a cell is empty; None without such a column.
+    """Return the column t of a CSV file of poses, s, NaN in empty cells; None without such a column.
 
     Raises
     ------
@@ -259,7 +258,7 @@ def _pose_rows(file: CsvFile, block: CsvBlock, lost: bool) -> Floats:
 
 
 def _pose_fault(rows: Floats, lost: bool) -> tuple[int, str, str] | None:
-    """Return row, column and what is wrong, of the first of rows (N, 7) that is no pose, nor `lost`."""
+    """Return row, column and fault of the first of rows (N, 7) that is neither a pose nor `lost`."""
     infinite = ~np.isfinite(rows)
     if lost:
         infinite[np.isnan(rows).all(axis=1)] = False
@@ -283,22 +282,22 @@ def load_joints(path: PathLike) -> JointTable:
     Parameters
     ----------
     path : path
-        CSV with the columns q1..q7 (rad) in any order and, where known, s, psi, gc, status, margin; or a
-        file ending in .npz or .json. Of a trajectory the times, velocities and accelerations are in
+        CSV with the columns q1..q7 (rad) in any order and, optionally, s, psi, gc, status, margin; or a file
+        ending in .npz or .json. For a trajectory the times, velocities and accelerations are in
         ``trajectory``; `load_trajectory` returns them alone.
 
     Returns
     -------
     JointTable
-        What the file lacks: s runs evenly from 0 to 1, psi and margin are NaN, gc is -1, and status is
-        OK where all joints are numbers, else NOT_REACHED.
+        Defaults of missing columns: s has equal steps from 0 to 1, psi and margin are NaN, gc is -1, and
+        status is OK if all joints are numbers, otherwise NOT_REACHED.
 
     Raises
     ------
     ModelError
-        With file, line and column: a missing column, a word for a number, an unknown status, an s that is
-        not finite, a gc that is not a whole number from 0 to 7 (or -1), a row with status OK that lacks a
-        joint, or lacks the psi or gc that other such rows have.
+        With file, line and column: a missing column, a word instead of a number, an unknown status, an s that
+        is not finite, a gc that is not an integer from 0 to 7 (or -1), a row with status OK that lacks a
+        joint, or the psi or gc that other such rows have.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Saved trajectories, read back: times, joint values, velocities and accelerations."""
+"""Saved trajectories: times, joint values, velocities and accelerations."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ _NANO = 1e-9
 class TrajectoryTable:
     """A trajectory file: rows in time; arrays are read-only.
 
-    Not to be confused with `Trajectory`, which also knows its path, and so every time between the rows.
+    Not to be confused with `Trajectory`, which also has its path, and so every time between the rows.
 
     Parameters
     ----------
     t : ndarray, shape (N,)
         Times, s, rising.
     s : ndarray, shape (N,)
-        Path parameter in [0, 1]; NaN where the file does not say, as in YAML.
+        Path parameter in [0, 1]; NaN if the file has none, as in YAML.
     q, qd, qdd : ndarray, shape (N, 7)
         Joint values, velocities and accelerations: rad, rad/s, rad/s².
     joint_names : tuple of str
-        Of the joints; empty where the file does not say, as all but YAML.
+        Names of the joints; empty if the file has none, as all but YAML.
     """
 
     t: Floats
@@ -75,8 +75,8 @@ def load_trajectory(path: PathLike) -> TrajectoryTable:
     ----------
     path : path
         CSV with the columns t (s), q1..q7 (rad), qd1..qd7 (rad/s), qdd1..qdd7 (rad/s²) in any order and,
-        where known, s; a file ending in .npz or .json; or .yaml, a ROS ``JointTrajectory`` as `save` writes
-        it, whose times are whole nanoseconds.
+        optionally, s; a file ending in .npz or .json; or .yaml, a ROS ``JointTrajectory`` as `save` writes
+        it, with times in whole nanoseconds.
 
     Returns
     -------
@@ -85,8 +85,8 @@ def load_trajectory(path: PathLike) -> TrajectoryTable:
     Raises
     ------
     ModelError
-        With file and line, or row: a missing column, a word, NaN or infinity for a number, a time that does
-        not rise.
+        With file and line, or row: a missing column; a word, NaN or infinity instead of a number; a time that
+        does not rise.
 
     Examples
     --------
@@ -107,7 +107,7 @@ def load_trajectory(path: PathLike) -> TrajectoryTable:
 
 
 def holds_trajectory(path: PathLike) -> bool:
-    """Return whether a CSV, NPZ or JSON file that can be read has the columns of a trajectory."""
+    """Return whether a readable CSV, NPZ or JSON file has the columns of a trajectory."""
     if Path(path).suffix.lower() in (".npz", ".json"):
         return {"t", "qd", "qdd"} <= read_blocks(path).keys()
     try:
@@ -148,7 +148,7 @@ def _from_blocks(path: PathLike) -> TrajectoryTable:
 
 
 def _from_message(path: PathLike) -> TrajectoryTable:
-    """Read the message line by line in the one form that `save` writes: no YAML library is needed."""
+    """Read the message line by line in the one form that `save` writes, without a YAML library."""
     names: tuple[str, ...] = ()
     columns: dict[str, list[Any]] = {"t": [], "q": [], "qd": [], "qdd": []}
     text = _opening.text_of(path, _opening.TEXT, partial(_refuse, path))
@@ -176,7 +176,7 @@ def _from_message(path: PathLike) -> TrajectoryTable:
 def _list(path: PathLike, line: int, text: str, kind: type) -> list[Any]:
     """Return seven words or numbers of a flow list."""
     try:
-        found = json.loads(text, parse_int=float)  # an integer may be too large for one
+        found = json.loads(text, parse_int=float)  # an integer may be too large
     except (ValueError, RecursionError):
         found = None
     if not isinstance(found, list) or len(found) != JOINTS or not all(type(x) is kind for x in found):
@@ -186,7 +186,7 @@ def _list(path: PathLike, line: int, text: str, kind: type) -> list[Any]:
 
 
 def _fault(columns: dict[str, Floats]) -> tuple[int, str] | None:
-    """Return the first row that cannot stand in a trajectory, and what is wrong with it."""
+    """Return the first row that is invalid in a trajectory, and its fault."""
     for name, column in columns.items():
         bad = ~np.isfinite(column)
         if bad.any():

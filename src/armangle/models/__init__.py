@@ -1,1 +1,1 @@
-"""Where an arm comes from: files of robots, the catalogue, and the numbers found in them. Knows no `Arm`."""
+"""Origins of an arm: robot files, the catalogue, and the numbers read from them. Independent of `Arm`."""

@@ -1,7 +1,7 @@
-"""Seven axes in space: where they meet, and why they may not be S-R-S.
+"""Seven axes in space: where they intersect, and why they may not be S-R-S.
 
-Every measure is free of the posture: it compares neighbouring axes only, by their angle, by the
-length of their common perpendicular, and by where two perpendiculars stand on the axis between.
+Every measure is independent of the configuration. It compares neighbouring axes only, by their angle, by the
+length of their common perpendicular, and by the feet of two perpendiculars on the axis between.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from .chain import Chain, FloatArray
 
 UPPER_ARM, FOREARM = 2, 3
 
-SRS_LENGTH, SRS_ANGLE = 2e-5, 1e-5  # m, rad: axes that miss by no more are those of an S-R-S arm
-NEAR_LENGTH = 50e-3  # m: axes that miss by no more, and are square within
-NEAR_ANGLE = math.radians(2.0)  # no more, are near
-MAX_LENGTH, MAX_ANGLE = 0.1, 0.1  # m, rad: the largest tolerances, and how far an own chain may be off
+SRS_LENGTH, SRS_ANGLE = 2e-5, 1e-5  # m, rad: axes with smaller deviations are those of an S-R-S arm
+NEAR_LENGTH = 50e-3  # m: axes with smaller deviations, and perpendicular within
+NEAR_ANGLE = math.radians(2.0)  # this angle, are nearly S-R-S
+MAX_LENGTH, MAX_ANGLE = 0.1, 0.1  # m, rad: the largest tolerances, and the largest deviation of an own chain
 
 _PARALLEL_SINE = 1e-9
-_ROUNDED = 1e-9  # of a bound: a length that a file writes as a difference is off by some roundings
-_NO_LENGTH = 4e-5  # m; each of a link's two lengths may be taken as zero up to half of it
+_ROUNDED = 1e-9  # of a bound: rounding of a length that a file writes as a difference
+_NO_LENGTH = 4e-5  # m; each of a link's two lengths may count as zero up to half of it
 _CENTRES = {"shoulder": (0, 1, 2), "wrist": (4, 5, 6)}
 
 
 def cross(u: FloatArray, v: FloatArray) -> FloatArray:
-    """Return u x v of two vectors (3,), in a tenth of the time that NumPy's takes for arrays of any shape."""
+    """Return u x v of two vectors (3,), in a tenth of NumPy's time for general arrays."""
     (a, b, c), (x, y, z) = u.tolist(), v.tolist()
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])
 
@@ -52,13 +52,13 @@ class Axes:
     directions: FloatArray
 
     def squareness_error(self, i: int) -> float:
-        """Return how far axes i and i+1 (from 0) are from a right angle, rad, in [0, pi/2]."""
+        """Return the deviation of axes i and i+1 (from 0) from a right angle, rad, in [0, pi/2]."""
         cosine = float(np.abs(self.directions[i] @ self.directions[i + 1]))
         sine = float(np.linalg.norm(cross(self.directions[i], self.directions[i + 1])))
         return float(np.arctan2(cosine, sine))
 
     def perpendicular(self, i: int, j: int) -> tuple[float, FloatArray]:
-        """Return the distance (m) of axes i and j, and where on axis j the perpendicular stands."""
+        """Return the distance (m) of axes i and j, and the foot of the perpendicular on axis j."""
         between = self.points[j] - self.points[i]
         u, v = self.directions[i], self.directions[j]
         normal = cross(u, v)
@@ -84,7 +84,7 @@ class Axes:
         return np.asarray(self.points[index[0]] + step, dtype=np.float64)
 
     def misses(self, where: str) -> dict[str, float]:
-        """Return the lengths (m), by what they are, that keep three axes from one point."""
+        """Return the lengths (m), by name, that separate three axes from one point."""
         a, b, c = _CENTRES[where]
         lengths: dict[str, float] = {}
         for i, j in pairwise((a, b, c)):
@@ -100,23 +100,23 @@ class Axes:
 
     @cached_property
     def worst_miss(self) -> tuple[float, float]:
-        """Return how far the axes of shoulder and wrist are from one common point each, m."""
+        """Return the distances of the axes of shoulder and wrist from one common point each, m."""
         return max(self.misses("shoulder").values()), max(self.misses("wrist").values())
 
     @cached_property
     def worst_squareness(self) -> float:
-        """Return how far the worst two neighbours are from a right angle, rad."""
+        """Return the largest deviation of two neighbours from a right angle, rad."""
         return max(self.squareness_error(i) for i in range(len(self.points) - 1))
 
     def extent(self) -> float:
-        """Return the length of upper arm and forearm together, m."""
+        """Return the total length of upper arm and forearm, m."""
         ends = zip(("shoulder", "wrist"), self.elbow_ends(), strict=True)
         return sum(float(np.linalg.norm(self.centre(where) - end)) for where, end in ends)
 
 
 @dataclass(frozen=True)
 class Reason:
-    """One reason against S-R-S: a sentence, and how far it puts the tip wrong, m."""
+    """One reason against S-R-S: a sentence, and its effect on the position of the end effector, m."""
 
     sentence: str
     size: float
@@ -124,7 +124,7 @@ class Reason:
 
 
 def exceeds(value: float, most: float) -> bool:
-    """Return whether a value is above a bound by more than rounding."""
+    """Return whether a value exceeds a bound by more than rounding."""
     return value > most + _ROUNDED * abs(most) if math.isfinite(most) else value > most
 
 
@@ -148,18 +148,18 @@ def tolerances(length: float | None, angle: float | None) -> str:
 
 
 def reasons_against(axes: Axes, angle: float, length: float) -> list[Reason]:
-    """Return every reason why the axes are not S-R-S, most telling first.
+    """Return every reason why the axes are not S-R-S, most important first.
 
-    Angles are ranked by what they do over the length of the arm.
+    Angles are ranked by their effect over the length of the arm.
 
     Parameters
     ----------
     axes : Axes
-        Of the arm.
+        The axes of the arm.
     angle : float
-        How far from 90 degrees neighbours may be, rad.
+        Permitted deviation of neighbours from 90 degrees, rad.
     length : float
-        How far axes may miss a common point, m.
+        Permitted distance of axes from a common point, m.
     """
     reasons = [
         Reason(_square_sentence(i, axes), axes.squareness_error(i) * axes.extent(), False)
@@ -179,7 +179,7 @@ def reasons_against(axes: Axes, angle: float, length: float) -> list[Reason]:
 
 
 def _square_sentence(i: int, axes: Axes) -> str:
-    """Say that axes i and i+1 (from 0) are not at a right angle."""
+    """Return the sentence that axes i and i+1 (from 0) are not perpendicular."""
     cosine = float(np.clip(axes.directions[i] @ axes.directions[i + 1], -1.0, 1.0))
     apart = f"axes {i + 1} and {i + 2} are {np.degrees(np.arccos(cosine)):.6g} deg apart, not 90"
     if i == UPPER_ARM:
@@ -190,7 +190,7 @@ def _square_sentence(i: int, axes: Axes) -> str:
 
 
 def _elbow_reasons(axes: Axes) -> list[Reason]:
-    """Return which link has no length: axis 4 runs through its other end."""
+    """Return which link has no length: axis 4 passes through its other end."""
     reasons = []
     upper, fore = axes.elbow_ends()
     for where, part, end in (("shoulder", "upper arm", upper), ("wrist", "forearm", fore)):
@@ -211,11 +211,11 @@ _ANGLES = np.linspace(-np.pi, np.pi, 24, endpoint=False)
 
 
 def worst_difference(one: Chain, other: Chain) -> tuple[float, float]:
-    """Return the greatest distance (m) and angle (rad) found between the tips of two chains.
+    """Return the largest distance (m) and angle (rad) found between the end effectors of two chains.
 
-    Random postures over full turns, then from the worst of them joint after joint to the angle
-    where the difference is greatest: it varies smoothly, so few sweeps come close to the maximum.
-    Below ``ROUNDING`` the random postures are enough.
+    Random configurations over full turns, then from the worst of them joint after joint to the angle of the
+    largest difference. It varies smoothly, so few sweeps come close to the maximum. Below ``ROUNDING`` the
+    random configurations suffice.
     """
 
     def distance(q: FloatArray) -> FloatArray:
@@ -237,7 +237,7 @@ def rotation_angle(difference: FloatArray) -> FloatArray:
 
 
 def _climb(size: Callable[[FloatArray], FloatArray], q: NDArray[np.float64]) -> float:
-    """Return the greatest value of ``size`` found from starts ``q`` (n, joints)."""
+    """Return the largest value of ``size`` found from starts ``q`` (n, joints)."""
     found = size(q)
     if found.max() <= ROUNDING:
         return float(found.max())

@@ -1,4 +1,4 @@
-"""What the links of an arm look like."""
+"""Collision models of an arm's links."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ MOST_SHAPES = 32
 BARE = "nothing covers what is beyond the wrist, the flange and the tool"
 _BARE = f"{BARE}: arm.with_(hand=...) does"
 _THICKNESS = (
-    0.24  # of the mean of both bones: 96 mm of an iiwa 7, whose links lie within 95 mm of axes 2 to 5
+    0.24  # of the mean of both bones: 96 mm for an iiwa 7, whose links lie within 95 mm of axes 2 to 5
 )
 
 
 def _most_shapes(shapes: int) -> int:
-    """Return how many rods a shape may have."""
+    """Return the permitted number of rods for a shape."""
     if isinstance(shapes, bool) or not isinstance(shapes, int) or not 1 <= shapes <= MOST_SHAPES:
         raise SceneError("Body", "shapes", shapes, f"an integer from 1 to {MOST_SHAPES}")
     return shapes
@@ -46,24 +46,24 @@ def _as_shape(name: str, rod: Rod) -> Ball | Capsule:
 
 @dataclass(frozen=True)
 class Body:
-    """Balls and capsules that cover the links of an arm.
+    """Collision model: balls and capsules that cover the links of an arm.
 
     Parameters
     ----------
     links : mapping of int to sequence of Ball or Capsule
-        By DH frame 0..7, in which the shapes are given, m (`Arm.frames`): 3 is the upper arm, its y axis
-        along it, 4 the forearm, its z axis along it. Radii > 0. Quickest are those of links 3 and 4, and of
-        links 1, 2, 5 and 6 those centred on axis 1, 3, 5 or 7: the z axis of frames 2 and 6, the y axis of
-        frames 1 and 5. A name of a shape names its link in results; without one it is "link_3".
+        By DH frame 0..7, in which the shapes are given, m (`Arm.frames`): 3 is the upper arm, along its y
+        axis, 4 the forearm, along its z axis. Radii > 0. The fastest shapes are those of links 3 and 4, and
+        those of links 1, 2, 5 and 6 centred on axis 1, 3, 5 or 7: the z axis of frames 2 and 6, the y axis of
+        frames 1 and 5. A shape's name names its link in results; the default is "link_3".
     ignore : iterable of (str, str), optional
-        Pairs of names of links that are not asked about each other.
+        Pairs of link names that are not tested against each other.
 
     Attributes
     ----------
     notes : tuple of str
-        What was left out of the file that the body was read from, or why it is not trusted.
+        Parts of the file that were left out, or why the model is not trusted.
     trusted : bool
-        Whether its shapes are given or read; False where radii are guessed from lengths
+        Whether its shapes are given or read; False if radii are guessed from lengths
         (``Arm(body="guessed")``).
 
     Raises
@@ -114,34 +114,33 @@ class Body:
     ) -> Body:
         """Return balls and capsules that contain every ``<collision>`` of the links from base to tip.
 
-        They are fixed to the frames of the arm that `Arm.from_urdf` makes of the file.
-        Boxes, cylinders and closed meshes lie within them with all that is inside: each piece of the surface
-        lies within one of them, and they are convex (docs: theory/scene). Needs the extra ``view`` where the
-        file has meshes.
+        They are fixed to the frames of the arm from `Arm.from_urdf`. Boxes, cylinders and closed meshes lie
+        within them completely: each piece of the surface lies within one of them, and they are convex (docs:
+        theory/scene). Needs the extra ``view`` if the file has meshes.
 
         Parameters
         ----------
         source : path or str or bytes
             A URDF file, or its XML text.
         base, tip : str, optional
-            As of `Arm.from_urdf`; shapes of links fixed to them count too.
+            As for `Arm.from_urdf`; shapes of links fixed to them count too.
         shapes : int
-            At most so many for one box, cylinder or mesh, 1 to 32: more lie closer.
+            Largest number for one box, cylinder or mesh, 1 to 32: more fit more closely.
         hulls : bool
-            Meshes that are not closed stand for their convex hull; else they are refused. Needs the extra
-            ``time``.
+            Replace meshes that are not closed by their convex hull; otherwise they raise an error. Needs the
+            extra ``time``.
 
         Returns
         -------
         Body
-            Its links have the names of the file. `notes` say what was left out: links that move by joints of
-            their own, and `ignore`, pairs of links whose covers met in all of 200 random postures: sampled,
-            not proven.
+            Its links have the names of the file. `notes` list what was left out: links with joints of their
+            own. `ignore` lists pairs of links whose covers overlap in all of 200 random configurations:
+            sampled, not proven.
 
         Raises
         ------
         SceneError
-            Naming link and mesh: not found, not closed, far larger than the arm (in mm?), or no shape at all.
+            With link and mesh: not found, not closed, far larger than the arm (in mm?), or without any shape.
         ModelError
             As `Arm.from_urdf`.
         """
@@ -161,16 +160,16 @@ class Body:
     ) -> Body:
         """Return balls and capsules that contain every colliding geom of a MuJoCo model's bodies.
 
-        As `from_urdf`; a mesh is its convex hull, an ellipsoid the box about it. Needs the extra ``mujoco``.
+        As `from_urdf`; a mesh is its convex hull, an ellipsoid the box around it. Needs the extra ``mujoco``.
 
         Parameters
         ----------
         source : path or str
             A file, or the XML text itself.
         base, tip : str, optional
-            As of `Arm.from_mjcf`.
+            As for `Arm.from_mjcf`.
         shapes : int
-            At most so many for one box, cylinder, ellipsoid or mesh, 1 to 32.
+            Largest number for one box, cylinder, ellipsoid or mesh, 1 to 32.
 
         Returns
         -------
@@ -195,22 +194,22 @@ class Body:
 
     @classmethod
     def bones(cls, upper_arm: float, forearm: float, *, plates: bool = False) -> Body:
-        """Return a body of two capsules along the bones of whatever arm it is given to.
+        """Return a collision model of two capsules along the bones of the arm that uses it.
 
         Parameters
         ----------
         upper_arm : float
             Radius of the capsule on axis 3, from the shoulder to the foot of the elbow, d_se long; m, > 0.
         forearm : float
-            Radius of that on axis 5, from its foot to the wrist, d_ew long; m, > 0.
+            Radius of the capsule on axis 5, from its foot to the wrist, d_ew long; m, > 0.
         plates : bool
-            With capsules of the same radii from those feet to the elbow's axis, where the elbow has offsets.
+            Adds capsules of the same radii from those feet to the elbow's axis if the elbow has offsets.
 
         Returns
         -------
         Body
-            Its links are called "upper_arm" and "forearm". Nothing covers what is beyond the wrist, the
-            flange and the tool, as its note says: ``arm.with_(hand=...)`` does.
+            Its links are called "upper_arm" and "forearm". Nothing covers the wrist, the flange and the tool,
+            as its note says: use ``arm.with_(hand=...)``.
 
         Raises
         ------
@@ -229,7 +228,7 @@ class Body:
 
     @classmethod
     def _guessed(cls, d_se: float, d_ew: float) -> Body:
-        """Return bones and plates of an arm with these lengths, m, of whose links nothing else is known."""
+        """Return bones and plates of an arm with these lengths, m, without other data of its links."""
         radius = round(_THICKNESS * 0.5 * (d_se + d_ew), 4)
         new = cls.bones(radius, radius, plates=True)
         why = f"{_THICKNESS:g} of the mean of d_se and d_ew, not measured: not trusted"
@@ -247,7 +246,7 @@ class Body:
     def _shapes(
         self, d_se: float, d_ew: float, a_3: float, a_4: float, d_4: float
     ) -> list[tuple[int, Shape]]:
-        """Return (DH frame, shape) of an arm with these lengths."""
+        """Return (DH frame, shape) for an arm with these lengths."""
         if self._bones is None:
             return [(frame, shape) for frame, shapes in self.links for shape in shapes]
         upper_arm, forearm, plates = self._bones

@@ -1,8 +1,7 @@
-"""Chains of seven rotating joints in the tree of a robot, and which are S-R-S, or but for an offset.
+"""Chains of seven rotating joints in a robot's tree, classified: S-R-S, with an offset, or near.
 
-A reader hands in its file as rigid bodies and the joints between them. A chain is looked for by walking *up*
-from every joint: what stands under an arm (a waist, a lift, a free base) and what it carries (a gripper)
-does not count.
+A reader passes its file as rigid bodies and the joints between them. A search walks *up* from every joint.
+Parts below an arm (a waist, a lift, a free base) and above it (a gripper) do not count.
 """
 
 from __future__ import annotations
@@ -24,21 +23,21 @@ from .offset import offset_end
 _MOST_NAMES = 20
 _MOST_TIPS = 4
 _OTHER = 3  # rank of a chain that is neither S-R-S nor near it, nor one with an offset
-_MOST_JOINTS = 300  # of a tree in which every run of seven joints is measured; a robot has fewer
+_MOST_JOINTS = 300  # of a tree in which every run of seven joints is measured; robots have fewer
 
 
 @dataclass
 class RigidBody:
-    """Links that do not move in one another.
+    """Links that do not move against each other.
 
     Parameters
     ----------
     links : list of str
         Their names, the topmost first.
     ends : list of str
-        Those that carry no further link of this body.
+        Links without a further link of this body.
     parting : str
-        The lowest link that is above all ends; the end itself where there is one.
+        The lowest link above all ends; the end itself if there is only one.
     """
 
     links: list[str] = field(default_factory=list)
@@ -47,7 +46,7 @@ class RigidBody:
     parted: bool = False
 
     def add(self, link: str, carried: int) -> None:
-        """Append a link, after those above it, which carries so many links of this body."""
+        """Append a link, after those above it, with this number of further links of this body."""
         self.links.append(link)
         if carried == 0:
             self.ends.append(link)
@@ -60,7 +59,7 @@ class RigidBody:
 class TreeJoint:
     """A joint between two rigid bodies, by their numbers; it rotates, or moves otherwise.
 
-    `bound` says, as a verb with its object, what keeps one that would rotate from moving on its own.
+    `bound` is a verb with its object: the reason why a rotating joint cannot move on its own.
     """
 
     name: str
@@ -84,7 +83,7 @@ class Tree:
 
     @cached_property
     def under(self) -> list[list[int]]:
-        """The joints that each body carries."""
+        """The joints that are attached to each body."""
         carried: list[list[int]] = [[] for _ in self.bodies]
         for number, joint in enumerate(self.joints):
             carried[joint.above].append(number)
@@ -96,7 +95,7 @@ class Tree:
 
     @cached_property
     def depth(self) -> list[int]:
-        """How many joints of any kind, one after another, lie under each body at most."""
+        """Largest number of consecutive joints of any kind below each body."""
         depth = [0] * len(self.bodies)
         order = [body for body in range(len(self.bodies)) if body not in self.over]
         for body in order:
@@ -108,9 +107,9 @@ class Tree:
         return depth
 
     def run_up(self, body: int, *, bound: bool = False) -> list[int]:
-        """Return all joints that rotate, one after another, from a body upwards, in order from base to tip.
+        """Return all consecutive rotating joints from a body upwards, in order from base to tip.
 
-        With ``bound`` those too that would rotate, were they not bound.
+        With ``bound`` including those that would rotate if they were not bound.
         """
         over, run = self.over, list[int]()
         while body in over and (self.joints[over[body]].rotates or (bound and self.joints[over[body]].bound)):
@@ -119,14 +118,14 @@ class Tree:
         return run[::-1]
 
     def may_begin(self, body: int) -> bool:
-        """Return whether an arm may begin at a body: the root, a branching, or what a lift carries."""
+        """Return whether an arm may begin at a body: the root, a branching, or the top of a lift."""
         root = body not in self.over
         return root or len(self.under[body]) > 1 or not self.joints[self.over[body]].rotates
 
     def goes_on(self, joint: int) -> bool:
-        """Return whether an arm goes on with a joint: nothing beside it has as many joints one after another.
+        """Return whether an arm continues with a joint: no sibling has as many consecutive joints.
 
-        A head beside an arm has fewer; of the fingers of a hand none is the next axis of the arm.
+        A head beside an arm has fewer; no finger of a hand is the next axis of the arm.
         """
         depth = self.depth[self.joints[joint].below]
         beside = [
@@ -140,7 +139,7 @@ class Tree:
         return len(under) != 1 or not self.joints[under[0]].rotates
 
     def base_above(self, tip: str) -> str:
-        """Return the base of the seven rotating joints above a link; the root link where there are fewer."""
+        """Return the base of the seven rotating joints above a link; the root link if there are fewer."""
         body = self.body_of(tip)
         way = self.run_up(body)[-JOINTS:]
         if len(way) == JOINTS and self.bodies[self.joints[way[0]].above].links:
@@ -150,7 +149,7 @@ class Tree:
         return self.bodies[body].links[0]
 
     def instead_of(self, base: str, tip: str) -> str:
-        """Return what to do where more than an arm lies between base and tip, from "; " on; else nothing."""
+        """Return advice if more than an arm lies between base and tip, beginning with "; "; otherwise ""."""
         near = self.base_above(tip)
         if near == base or len(self.run_up(self.body_of(tip))) < JOINTS:
             return ""
@@ -162,26 +161,25 @@ class Tree:
 
 @dataclass(frozen=True)
 class Candidate:
-    """Seven rotating joints between two links of a file, and how near to S-R-S they are.
+    """Seven rotating joints between two links of a file, and their deviation from S-R-S.
 
     Parameters
     ----------
     base, tip : str
-        The topmost link of the body that carries the first joint, and the lowest link above all ends of the
-        body behind the last.
+        The topmost link of the body with the first joint, and the lowest link above all ends of the body
+        after the last.
     ends : tuple of str
-        Where that last body has several ends, their names: each may be the tip.
+        If that last body has several ends, their names: each may be the tip.
     joints : tuple of 7 str
         From base to tip.
     nearness : Nearness or None
-        How far the axes are from those of an S-R-S arm; None where the joints cannot be read.
+        Deviation of the axes from those of an S-R-S arm; None if the joints cannot be read.
     residual : float
-        Greatest distance found between the nearest S-R-S arm and the file, m; NaN where the chain is not
-        near.
+        Largest distance found between the nearest S-R-S arm and the file, m; NaN if the chain is not near.
     offset : str
-        "wrist" or "shoulder" where the chain is S-R-S but for one offset there, or nearly; else empty.
+        "wrist" or "shoulder" if the chain is S-R-S except for one offset there, or nearly; otherwise empty.
     offset_residual : float
-        Greatest distance found between the arm with that offset and the file, m; 0 within rounding.
+        Largest distance found between the arm with that offset and the file, m; 0 within rounding.
     """
 
     base: str
@@ -218,28 +216,28 @@ class Candidate:
         return 2 if self.nearness is not None and self.nearness.near else _OTHER
 
     def __str__(self) -> str:
-        """Both ends, the other tips there are, and the verdict, in one line."""
+        """Both ends, other possible tips, and the verdict, on one line."""
         return f"{self.base!r} to {self.tip!r} ({self.verdict()}{self.other_tips()})"
 
     def other_tips(self) -> str:
-        """Return in words which other links may be the tip; empty where there are none."""
+        """Return in words the other possible tip links; empty if there are none."""
         others = [end for end in self.ends if end != self.tip]
         return f"; or tip {listed(others, _MOST_TIPS)}" if others else ""
 
 
 def moved_base(joint: str, base: str) -> str:
-    """Return the note of a joint that moves an arm's base: a lift, a waist, a free base."""
+    """Return the note about a joint that moves an arm's base: a lift, a waist, a free base."""
     return f"joint {joint!r} moves the base {base!r}: no part of the arm"
 
 
 def listed(names: Sequence[str], most: int = _MOST_NAMES) -> str:
-    """Return names in one line, of many only the first."""
+    """Return names on one line; only the first of many."""
     more = f", and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more
 
 
 def unknown(what: str, name: str, role: str, names: Sequence[str]) -> str:
-    """Return the message for a name that a file does not hold."""
+    """Return the message for a name that is not in a file."""
     near = get_close_matches(name, names, n=3)
     hint = f"did you mean {' or '.join(map(repr, near))}? " if near else ""
     plural = {"link": "links", "body": "bodies"}[what]
@@ -249,13 +247,13 @@ def unknown(what: str, name: str, role: str, names: Sequence[str]) -> str:
 def find_candidates(
     tree: Tree, chain: Callable[[str, str], Chain], base: str | None = None
 ) -> list[Candidate]:
-    """Return every chain of seven rotating joints: S-R-S, with one offset more, near, others in file order.
+    """Return every chain of seven rotating joints: S-R-S, with an offset, near, others in file order.
 
-    A chain begins at the root, where the tree branches, after a joint that does not rotate, or at ``base``;
-    it ends at a leaf, where the tree branches, or before a joint that does not rotate; where the tree
-    branches in between, it goes on with the deepest branch (`Tree.goes_on`). One that is S-R-S, or has an
-    offset wrist or shoulder, may run anywhere. One that is near may begin or end anywhere, and so may all
-    where there is no other.
+    A chain begins at the root, where the tree branches, after a joint that does not rotate, or at ``base``.
+    It ends at a leaf, where the tree branches, or before a joint that does not rotate. At a branching
+    between, it continues with the deepest branch (`Tree.goes_on`). A chain that is S-R-S, or has an offset
+    wrist or shoulder, may be anywhere. A near one may begin or end anywhere, and so may all if there is no
+    other.
 
     Parameters
     ----------
@@ -264,7 +262,7 @@ def find_candidates(
     chain : callable
         Reads the chain between two links.
     base : str, optional
-        A link: only chains from its body are wanted.
+        A link: only chains from its body are returned.
     """
     wanted = None if base is None else tree.body_of(base)
     anywhere = len(tree.joints) <= _MOST_JOINTS
@@ -293,7 +291,7 @@ def find_candidates(
 def _candidate(
     tree: Tree, chain: Callable[[str, str], Chain], way: Sequence[int], base: str | None = None
 ) -> Candidate:
-    """Return seven joints of a tree, measured."""
+    """Return seven joints of a tree with their measures."""
     first, last = tree.bodies[tree.joints[way[0]].above], tree.bodies[tree.joints[way[-1]].below]
     ends = (base or first.links[0], last.parting)
     how = _nearness(chain, ends)
@@ -304,7 +302,7 @@ def _candidate(
 
 
 def _nearness(chain: Callable[[str, str], Chain], ends: tuple[str, str]) -> Nearness | None:
-    """Return how near to S-R-S a chain is, None where it cannot be read."""
+    """Return the deviation of a chain from S-R-S, None if it cannot be read."""
     try:
         return nearness(Axes(*chain(*ends).lines()))
     except ModelError:
@@ -312,7 +310,7 @@ def _nearness(chain: Callable[[str, str], Chain], ends: tuple[str, str]) -> Near
 
 
 def _residual(chain: Chain) -> float:
-    """Return the greatest distance found between a chain and the S-R-S arm fitted to it, m."""
+    """Return the largest distance found between a chain and the S-R-S arm fitted to it, m."""
     return residual(chain, fitted_arm(chain))[0]
 
 
@@ -325,9 +323,9 @@ def guess(
     *,
     offset: bool = False,
 ) -> tuple[str, str, tuple[str, ...]]:
-    """Return base and tip, the missing ones guessed, and notes of what else could have been meant.
+    """Return base and tip, missing ones guessed, and notes of other possible choices.
 
-    ``fail`` is told why it cannot be done.
+    ``fail`` receives the reason if that is impossible.
 
     Parameters
     ----------
@@ -338,7 +336,7 @@ def guess(
     fail : callable
         Raises the error of the file's format.
     offset : bool, optional
-        Whether an arm with an offset wrist or shoulder is looked for, in place of one that is S-R-S.
+        Whether to search an arm with an offset wrist or shoulder instead of an S-R-S one.
     """
     if tip is not None:
         return _base_of(tree, chain, tip, fail), tip, ()
@@ -355,14 +353,14 @@ def guess(
 
 
 def chosen(found: Sequence[Candidate], rank: int) -> Candidate | None:
-    """Return the only candidate, or the only one of a rank; None where there are more or none."""
+    """Return the only candidate, or the only one of a rank; None if there are more or none."""
     best = [one for one in found if one.rank() == rank]
     alone = best if len(best) == 1 else found
     return alone[0] if len(alone) == 1 else None
 
 
 def _taken(one: Candidate, found: Sequence[Candidate]) -> tuple[str, ...]:
-    """Return notes of the tips and the chains that were not taken."""
+    """Return notes of the tips and chains that were not chosen."""
     others = [other for other in found if other is not one]
     notes = []
     if len(one.ends) > 1:
@@ -378,7 +376,7 @@ def _base_of(
 ) -> str:
     """Return the base of the seven rotating joints that lead to a tip.
 
-    Where more lead to it, those next to it need not be the arm: the last may be of a finger.
+    If more lead to it, the nearest ones need not be the arm: the last may be a finger's.
     """
     run = tree.run_up(tree.body_of(tip))
     if len(run) <= JOINTS:
@@ -395,7 +393,7 @@ def _base_of(
 
 
 def _why_none(tree: Tree) -> str:
-    """Return what keeps the longest run of joints from being an arm, from ": " on, if any joint rotates."""
+    """Return why the longest run of joints is not an arm, beginning with ": ", if any joint rotates."""
     runs = [tree.run_up(joint.below, bound=True) for joint in tree.joints]
     run = max(runs, key=len, default=[])
     if not run:

@@ -1,8 +1,8 @@
-"""Known robots: one TOML file each, read when asked for.
+"""Known robots: one TOML file each, read on request.
 
-Lengths are metres. Angles and speeds are degrees, under keys that end in ``_deg``. Every file says
-in words where its numbers come from and with which revision of it they were compared, which frame is
-the tip, and which numbers not to trust.
+Lengths are metres. Angles and speeds are degrees, under keys that end in ``_deg``. Every file states in words
+the origin of its numbers and the revision with which they were compared, the frame of the tip, and untrusted
+numbers.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ _WORDS = ("title", "source", "tip")
 _DOUBTS = ("lengths", "limits", "velocity")
 _TOML_PLACE = re.compile(r"\s*\(at line (\d+), column (\d+)\)")
 _SHORT, _LONG = 6, 10  # decimals
-_SAME = 1e-12  # m or rad: numbers of an import differ by as much from those that were meant
-_LARGEST = 1e9  # no length in m and no angle in degrees is beyond
+_SAME = 1e-12  # m or rad: error of an import's numbers from the intended ones
+_LARGEST = 1e9  # upper bound of lengths in m and angles in degrees
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,19 +44,19 @@ class CatalogueEntry:
     Parameters
     ----------
     name : str
-        The name to ask for.
+        The name to request.
     title : str
         Maker and type.
     source : str
-        Where the numbers come from, in words.
+        Origin of the numbers, in words.
     revision : str
         The commit or release of the source with which the numbers were compared; empty if they were not.
     tip : str
-        Which frame the tip is.
+        The frame of the tip.
     description : ArmDescription
-        The arm; its notes say what is not trusted.
+        The arm; its notes list untrusted numbers.
     lengths_trusted, limits_trusted, velocity_trusted : bool
-        False where the source is doubtful.
+        False if the source is doubtful.
     """
 
     name: str
@@ -76,7 +76,7 @@ def catalogue(search: str = "") -> tuple[str, ...]:
     Parameters
     ----------
     search : str, optional
-        Words, in any order and case: only names that hold all of them.
+        Words, in any order and case: only names that contain all of them.
 
     Returns
     -------
@@ -93,12 +93,12 @@ def catalogue(search: str = "") -> tuple[str, ...]:
 
 
 def srs_catalogue() -> tuple[str, ...]:
-    """Return the names of those that are S-R-S arms, sorted."""
+    """Return the names of the S-R-S arms, sorted."""
     return tuple(sorted(path.stem for path in ROBOTS.glob("*.toml")))
 
 
 def is_file_or_text(source: str) -> bool:
-    """Return whether a string is XML text or looks like a path, and not like a name of the catalogue."""
+    """Return whether a string is XML text or looks like a path, and not like a catalogue name."""
     return source not in catalogue() and ("<" in source or "/" in source or "." in source or "\\" in source)
 
 
@@ -112,7 +112,7 @@ def load_robot(name: str) -> CatalogueEntry:
     Raises
     ------
     InputError
-        With the names that are near.
+        With similar names.
 
     >>> load_robot("kuka_iiwa7_r800").description.d_bs
     0.34
@@ -128,12 +128,12 @@ def load_robot(name: str) -> CatalogueEntry:
 
 
 def _makers(known: Sequence[str]) -> list[str]:
-    """Return the first words of the names, each once."""
+    """Return the first words of the names, without duplicates."""
     return sorted({name.partition("_")[0] for name in known})
 
 
 def _near(name: str, known: Sequence[str]) -> list[str]:
-    """Return the names that hold all words of `name`; else those spelt alike; else those with most words."""
+    """Return the names with all words of `name`; otherwise similar spellings or most words."""
     words = [word for word in _words(name) if len(word) > 1 or word.isdigit()]
     held = {robot: sum(word in robot for word in words) for robot in known}
     most = max(held.values())
@@ -149,7 +149,7 @@ def read_robot(path: str | os.PathLike[str]) -> CatalogueEntry:
     Raises
     ------
     ModelError
-        With file and line: no such file, not TOML, a key missing, unknown or of the wrong kind.
+        With file and line: no such file, not TOML, a key that is missing, unknown or of the wrong type.
     """
     path = Path(path)
 
@@ -172,7 +172,7 @@ def read_robot(path: str | os.PathLike[str]) -> CatalogueEntry:
 
 
 def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str:
-    """Return the text of a TOML file that :func:`read_robot` reads back as the same arm.
+    """Return the text of a TOML file that :func:`read_robot` reads as the same arm.
 
     Numbers within 1e-12 (m, rad) of a short decimal are written as that. Notes of the arm become comments.
 
@@ -181,12 +181,12 @@ def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str
     arm : ArmDescription
         The arm.
     title, source, tip : str
-        Maker and type, where the numbers come from, which frame the tip is.
+        Maker and type, origin of the numbers, frame of the tip.
 
     Raises
     ------
     InputError
-        If the arm has a chain of its own, which such a file cannot hold.
+        If the arm has its own chain, which such a file cannot hold.
     """
     if arm.chain is not None:
         raise InputError(
@@ -210,7 +210,7 @@ def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str
 
 
 def _toml_error(message: str, source: str) -> ModelError:
-    """Return the error of a file that is not TOML, its place taken out of the message."""
+    """Return the error of a file that is not TOML, with the place removed from the message."""
     place = _TOML_PLACE.search(message)
     line, column = (int(place[1]), int(place[2])) if place else (None, None)
     message = f"not TOML: {_TOML_PLACE.sub('', message)}"
@@ -224,14 +224,14 @@ def _toml_text(value: str) -> str:
 
 
 def _degrees_text(angle: float) -> str:
-    """Return an angle (rad) in degrees: rounded where that gives the same angle back."""
+    """Return an angle (rad) in degrees: rounded if that converts back to the same angle."""
     degrees = _short(math.degrees(angle), math.degrees(_SAME))
     rounded = round(degrees, _LONG) if math.isfinite(degrees) else degrees
     return repr(rounded if math.radians(rounded) == angle else degrees)
 
 
 def _short(value: float, same: float = _SAME) -> float:
-    """Return the short decimal that is the same number to within `same`, else the number."""
+    """Return the short decimal that equals the number within `same`, otherwise the number."""
     rounded = round(float(value), _SHORT) + 0.0 if math.isfinite(value) else value
     return float(rounded if abs(rounded - value) <= same else value)
 
@@ -263,7 +263,7 @@ class _Reader:
         return CatalogueEntry(name, title, source, revision, tip, arm, *trusted)
 
     def fail(self, key: str, message: str) -> NoReturn:
-        """Raise at the line of a key."""
+        """Raise with the line of a key."""
         found = re.search(rf"^\s*{re.escape(key)}\s*=", self.text, re.MULTILINE)
         line = self.text.count("\n", 0, found.end()) + 1 if found else None
         raise ModelError(f"{key} {message}", source=self.source, line=line)
@@ -329,7 +329,7 @@ class _Reader:
                 self.fail("lower_deg", f"is above upper_deg at joint {joint}")
 
     def doubt(self, what: str) -> str:
-        """Return why numbers are not trusted; empty where they are."""
+        """Return why numbers are not trusted; empty if they are."""
         trusted = self.table.get(f"{what}_trusted", True)
         if not isinstance(trusted, bool):
             self.fail(f"{what}_trusted", f"is {trusted!r}, wanted true or false")

@@ -1,4 +1,4 @@
-"""A serial chain of rotating joints as a robot file states it, and its forward kinematics."""
+"""A serial chain of rotating joints from a robot file, and its forward kinematics."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class Joint:
         Frame of the joint at q = 0 in the frame of the joint before it (in the base link, for the
         first).
     axis : ndarray of shape (3,)
-        Unit vector in the joint's own frame about which a positive q turns.
+        Unit vector of positive rotation in the joint's own frame.
     lower, upper : float
-        Limits, rad; infinite where there is none.
+        Limits, rad; infinite without a limit.
     velocity : float
-        Greatest speed, rad/s; infinite where unknown.
+        Largest velocity, rad/s; infinite if unknown.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """The joints from a base link to a tip link, fixed joints folded into the frames.
+    """The joints from a base link to a tip link; fixed joints are merged into the frames.
 
     Parameters
     ----------
@@ -58,9 +58,9 @@ class Chain:
     tip_origin : ndarray of shape (4, 4)
         Frame of the tip link in the frame of the last joint.
     source : str
-        Where the chain was read from, in words.
+        Origin of the chain, in words.
     notes : tuple of str
-        What the reader met on the way.
+        Notes of the reader.
     """
 
     name: str
@@ -109,8 +109,8 @@ class Chain:
 
 
 def chain_of(arm: ArmDescription) -> Chain:
-    """Return the chain of an arm: its own, or that of its lengths: joint i turns about the z axis of DH frame
-    i-1.
+    """Return the chain of an arm: its own, or that of its lengths: joint i rotates about the z axis of DH
+    frame i-1.
 
     Source: Faria et al. (2018), Table 1 and Eq. (1), with a_3, a_4 and d_4 added, and a_1 or a_6.
     """
@@ -135,7 +135,7 @@ def chain_of(arm: ArmDescription) -> Chain:
 
 
 def links_of(chain: Chain) -> FloatArray:
-    """Return the frames (8, 4, 4) between the joints: a tip is L0 Rz(q1) L1 ... Rz(q7) L7."""
+    """Return the frames (8, 4, 4) between the joints: the pose of the tip is L0 Rz(q1) L1 ... Rz(q7) L7."""
     turns = [_onto(joint.axis) for joint in chain.joints]
     befores = [np.eye(4), *(turn.T for turn in turns)]
     origins = [*(joint.origin for joint in chain.joints), chain.tip_origin]
@@ -144,7 +144,7 @@ def links_of(chain: Chain) -> FloatArray:
 
 
 def _onto(axis: FloatArray) -> FloatArray:
-    """Return a turn (4, 4) whose z axis is a unit vector (3,)."""
+    """Return a rotation (4, 4) whose z axis is a unit vector (3,)."""
     start = np.eye(3)[int(np.argmin(np.abs(axis)))]
     x = np.cross(start, axis)
     x /= np.linalg.norm(x)
@@ -154,7 +154,7 @@ def _onto(axis: FloatArray) -> FloatArray:
 
 
 def _link(arm: ArmDescription, row: int) -> FloatArray:
-    """Return the (4, 4) step over link ``row`` with the joint at q = 0."""
+    """Return the (4, 4) transform over link ``row`` with the joint at q = 0."""
     step = translation([0.0, 0.0, (arm.d_bs, 0.0, arm.d_se, arm.d_4, arm.d_ew, 0.0, arm.d_wf)[row]])
     a_1, a_6 = (arm.a_1, arm.a_6) if isinstance(arm, OffsetDescription) else (0.0, 0.0)
     step[0, 3] = (a_1, 0.0, arm.a_3, arm.a_4, 0.0, a_6, 0.0)[row]
@@ -164,7 +164,7 @@ def _link(arm: ArmDescription, row: int) -> FloatArray:
 
 
 def rotation_about(axis: FloatArray, angle: FloatArray | np.float64) -> FloatArray:
-    """Return the homogeneous turn (..., 4, 4) about a unit axis (3,) by angles (...), rad."""
+    """Return the homogeneous rotation (..., 4, 4) about a unit axis (3,) by angles (...), rad."""
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     sine = np.sin(angle)[..., None, None]
@@ -176,7 +176,7 @@ def rotation_about(axis: FloatArray, angle: FloatArray | np.float64) -> FloatArr
 
 
 def translation(xyz: ArrayLike) -> FloatArray:
-    """Return the homogeneous shift (4, 4) by ``xyz`` (3,), m."""
+    """Return the homogeneous translation (4, 4) by ``xyz`` (3,), m."""
     shift = np.eye(4)
     shift[:3, 3] = xyz
     return shift
@@ -191,15 +191,15 @@ def rigid_inverse(pose: FloatArray) -> FloatArray:
 
 
 def from_rpy(xyz: ArrayLike, rpy: ArrayLike) -> FloatArray:
-    """Return the frame (4, 4) of a shift (3,), m, and turns about the fixed x, y, z axes, rad."""
+    """Return the frame (4, 4) of a translation (3,), m, and rotations about the fixed x, y, z axes, rad."""
     return pose(xyz, rpy=rpy)
 
 
 def to_rpy(pose: FloatArray) -> tuple[float, float, float]:
     """Return roll, pitch, yaw (rad) of a frame (4, 4); exact to rounding also at pitch 90 deg.
 
-    Yaw is chosen first and roll is what remains after it, so that an ill-conditioned yaw does not
-    spoil the product.
+    Yaw is computed first and roll from the remainder, so that an ill-conditioned yaw does not spoil the
+    product.
     """
     r = pose[:3, :3]
     pitch = np.arctan2(-r[2, 0], np.hypot(r[0, 0], r[1, 0]))

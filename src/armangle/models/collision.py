@@ -1,4 +1,4 @@
-"""Covers of the collision shapes of a robot file: which DH frame carries them, and rods that contain them."""
+"""Covers of a robot file's collision shapes: the DH frame of each, and rods that contain it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _SEED = 11
 
 @dataclass
 class Covered:
-    """What was read: rods by DH frame, each with the link that it covers; and what a user should know."""
+    """The result: rods by DH frame, each with the link that it covers; and notes for the user."""
 
     links: dict[int, list[tuple[str, Rod]]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -44,7 +44,7 @@ class Covered:
 def link_frames(arm: ArmDescription, q: Floats) -> Floats:
     """Return the DH frames (8, 4, 4) of an arm at joints (7,), in the frame that poses are given in.
 
-    Of an arm with a chain of its own those of the true links.
+    For an arm with its own chain those of the true links.
     """
     if arm.chain is not None:
         out = np.empty((JOINTS + 1, 4, 4))
@@ -134,7 +134,7 @@ def _mesh_rods(shape: Any, where: str, folder: Path, shapes: int, hulls: bool, s
         mesh = trimesh.load(path, force="mesh")
         mesh.apply_scale(numbers_of(shape.get("scale"), 3, 1.0))
         vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
-    except Exception as error:  # a mesh reader fails in as many ways as there are broken files
+    except Exception as error:  # mesh readers raise many kinds of errors for broken files
         why = str(error) or type(error).__name__
         raise SceneError(where, "mesh", name, f"a mesh that can be read ({why})") from None
     return solid_rods(vertices, faces, where, name, shapes, hulls, size)
@@ -143,9 +143,9 @@ def _mesh_rods(shape: Any, where: str, folder: Path, shapes: int, hulls: bool, s
 def solid_rods(
     vertices: Floats, faces: NDArray[np.int64], where: str, name: str, shapes: int, hulls: bool, size: float
 ) -> list[Rod]:
-    """Return rods that contain a mesh and what is within it; refused where it has no inside, or no size.
+    """Return rods that contain a mesh and its interior; raise if it has no interior, or no size.
 
-    With `hulls` a mesh that is not closed stands for its convex hull.
+    With `hulls` a mesh that is not closed is replaced by its convex hull.
     """
     if not len(faces) or not np.isfinite(vertices).all():
         raise SceneError(where, "mesh", name, "a mesh with triangles, of finite numbers")
@@ -164,7 +164,7 @@ def solid_rods(
 
 
 def _refuse_unless_sized(where: str, name: str, extent: float, size: float) -> None:
-    """Refuse a shape that is far larger than the arm: it is in other units."""
+    """Reject a shape that is far larger than the arm: it has other units."""
     if extent > TOO_LARGE * size:
         wanted = f'a shape in metres of an arm {size:.3g} m long (in mm? then scale="0.001 0.001 0.001")'
         raise SceneError(where, name, f"{extent:.4g} m across", wanted)
@@ -206,7 +206,7 @@ def _refuse_kind(where: str, kind: str) -> NoReturn:
 
 
 def _finish(out: Covered, chain: Chain, arm: ArmDescription) -> None:
-    """Refuse what has no shape, and let links touch whose covers always do."""
+    """Reject a model without shapes, and permit contact of links whose covers always overlap."""
     if not out.links:
         raise SceneError(
             chain.source, "collision", None,
@@ -220,7 +220,7 @@ def _finish(out: Covered, chain: Chain, arm: ArmDescription) -> None:
 
 
 def always_touching(covered: Covered, arm: ArmDescription) -> list[tuple[str, str]]:
-    """Return pairs of links, not side by side, whose covers meet in every one of many random postures."""
+    """Return pairs of links, not neighbours, whose covers overlap in all of many random configurations."""
     lower = np.maximum(np.array(arm.lower), -np.pi)
     upper = np.minimum(np.array(arm.upper), np.pi)
     rng = np.random.default_rng(_SEED)
@@ -245,7 +245,7 @@ def always_touching(covered: Covered, arm: ArmDescription) -> list[tuple[str, st
 
 
 def _segments_apart(one: Floats, other: Floats) -> float:
-    """Return about how far two segments (2, 3) are apart, m, not too little: from points along the first."""
+    """Return an approximate distance of two segments (2, 3), m, never too small: from points on the first."""
     along = other[1] - other[0]
     points = one[0] + np.linspace(0, 1, 33)[:, None] * (one[1] - one[0])
     share = np.clip((points - other[0]) @ along / max(float(along @ along), 1e-300), 0, 1)

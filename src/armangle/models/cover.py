@@ -1,9 +1,9 @@
-"""Balls and capsules that contain a solid, provably.
+"""Balls and capsules that provably contain a solid.
 
-A rod is convex: it contains a box, a cylinder or a triangle whose corners (rims) it contains.
-A closed mesh is cut by planes across two directions u and v at most. A point of the solid in one of the
-cells lies on a line along u x v, which stays in the cell and leaves the solid through its surface on both
-sides; so a rod that contains the surface in the cell contains all of the solid there, hollow or not.
+A rod is convex: it contains a box, a cylinder or a triangle if it contains the corners (rims). A closed mesh
+is cut by planes across at most two directions u and v. A point of the solid in one of the cells lies on a
+line along u x v, which stays in the cell and leaves the solid through its surface on both sides. So a rod
+that contains the surface in the cell contains all of the solid there, hollow or not.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from numpy.typing import NDArray
 
 from .._arrays import Floats
 
-_ROUNDING = 1e-9  # by how much a radius is enlarged, and at least so many metres
-_STEPS = 60  # of the way to the middle of a smallest ball
+_ROUNDING = 1e-9  # by which a radius is enlarged, at least as many metres
+_STEPS = 60  # steps towards the centre of a smallest ball
 _SHARES = (0.3, 0.4, 0.5, 0.6, 0.7)  # of a cell, where it may be cut
 _WORTH = 0.97  # a cut must leave less than this share of the volume
-_WIDER = (1.0, 1.05, 1.15, 1.3)  # radii that are tried, of the least that a direction allows
+_WIDER = (1.0, 1.05, 1.15, 1.3)  # factors of the least radius for a direction that are tried
 
 
 class Rod(NamedTuple):
-    """A capsule, or a ball where both ends are one point; m."""
+    """A capsule, or a ball if both ends coincide; m."""
 
     begin: Floats
     end: Floats
@@ -32,7 +32,7 @@ class Rod(NamedTuple):
 
     @property
     def volume(self) -> float:
-        """In cubic metres."""
+        """Volume in cubic metres."""
         length = float(np.linalg.norm(self.end - self.begin))
         return float(np.pi * self.radius**2 * (length + 4.0 / 3.0 * self.radius))
 
@@ -45,7 +45,7 @@ class Rod(NamedTuple):
 
 
 def around(points: Floats) -> Rod:
-    """Return the least of a few rods, along the points' own axes, that contain all points (N, 3)."""
+    """Return the smallest of a few rods, along the points' own axes, that contain all points (N, 3)."""
     middle = points.mean(axis=0)
     axes = np.linalg.svd(points - middle, full_matrices=False)[2] if len(points) > 2 else np.eye(3)
     centre = _middle(points)
@@ -66,13 +66,13 @@ def around(points: Floats) -> Rod:
 
 
 def _holding(points: Floats, begin: Floats, end: Floats) -> Rod:
-    """Return the rod about a segment that contains points, rounding included."""
+    """Return the rod about a segment that contains points, including rounding."""
     radius = Rod(begin, end, 0.0).excess(points)
     return Rod(begin, end, radius * (1.0 + _ROUNDING) + _ROUNDING)
 
 
 def _middle(points: Floats) -> Floats:
-    """Return a point near the middle of the smallest ball: each step goes towards the farthest point.
+    """Return a point near the centre of the smallest ball: each step moves towards the farthest point.
 
     Source: Badoiu and Clarkson, Smaller core-sets for balls (2003).
     """
@@ -95,7 +95,7 @@ def cover_cylinder(radius: float, length: float, most: int) -> list[Rod]:
 
 
 def _rims(radius: float, half: float, height: float) -> Rod:
-    """Return the least rod on the z axis that contains a cylinder of half a length about a height."""
+    """Return the smallest rod on the z axis that contains a cylinder of half length `half` about a height."""
     rods = []
     for back in np.linspace(0.0, half, 30):
         end = np.array([0.0, 0.0, half - back])
@@ -118,7 +118,7 @@ def box_mesh(size: Floats) -> tuple[Floats, NDArray[np.int64]]:
 
 
 def cover_mesh(vertices: Floats, faces: NDArray[np.int64], most: int) -> list[Rod]:
-    """Return at most so many rods that together contain a closed mesh and all that is within it.
+    """Return at most `most` rods that together contain a closed mesh and its interior.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ def cover_mesh(vertices: Floats, faces: NDArray[np.int64], most: int) -> list[Ro
     faces : ndarray of int, shape (F, 3)
         Closed: see `open_edges`.
     most : int
-        How many rods there may be.
+        Largest number of rods.
     """
     triangles = vertices[faces]
     corners = triangles.reshape(-1, 3)
@@ -165,7 +165,7 @@ def _cuts(triangles: Floats, directions: Floats) -> Iterator[tuple[Cell, Cell]]:
 
 
 def cut(triangles: Floats, normal: Floats, height: float) -> tuple[Floats, Floats]:
-    """Return triangles (N, 3, 3) below and above a plane, those across it in pieces."""
+    """Return triangles (N, 3, 3) below and above a plane; those across it are cut."""
     over = triangles @ normal - height
     sides = over > 0
     count = sides.sum(axis=1)
@@ -185,7 +185,7 @@ def cut(triangles: Floats, normal: Floats, height: float) -> tuple[Floats, Float
 
 
 def merged(vertices: Floats, faces: NDArray[np.int64]) -> tuple[Floats, NDArray[np.int64]]:
-    """Return a mesh whose equal corners are one, and without triangles that are none."""
+    """Return a mesh with equal corners merged, and without degenerate triangles."""
     unique, index = np.unique(vertices, axis=0, return_inverse=True)
     triangles = index.ravel()[faces]
     a, b, c = triangles.T
@@ -193,7 +193,7 @@ def merged(vertices: Floats, faces: NDArray[np.int64]) -> tuple[Floats, NDArray[
 
 
 def open_edges(faces: NDArray[np.int64]) -> int:
-    """Return how many edges are not met as often one way as the other: 0 where the mesh is closed."""
+    """Return the number of edges that are not used equally often in both directions: 0 for a closed mesh."""
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     forward = edges[:, 0] < edges[:, 1]
     pairs, index = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)

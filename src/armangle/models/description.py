@@ -1,4 +1,4 @@
-"""What is known of an arm before it becomes an ``Arm``: lengths, joint map, frames and limits."""
+"""The data of an arm before it becomes an ``Arm``: lengths, joint map, frames and limits."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ def _identity() -> NDArray[np.float64]:
 class ArmDescription:
     """Numbers of one S-R-S arm, in the joint coordinates q and frames of its own source.
 
-    The one list of what an arm is made of: `Arm` takes, shows, compares, copies and pickles these fields.
+    The one list of an arm's data: `Arm` accepts, shows, compares, copies and pickles these fields.
 
-    The pose of the tip is ``base @ DH(theta) @ tool`` with ``theta_i = signs_i q_i + offsets_i``
-    and the classic Denavit-Hartenberg rows of the paper's Table 1, to which the lateral elbow
-    offsets ``a_3`` and ``a_4`` and the gap ``d_4`` are added.
+    The pose of the tip is ``base @ DH(theta) @ tool`` with ``theta_i = signs_i q_i + offsets_i`` and the
+    classic Denavit-Hartenberg rows of the paper's Table 1, plus the lateral elbow offsets ``a_3`` and ``a_4``
+    and the gap ``d_4``.
 
     Parameters
     ----------
@@ -41,9 +41,9 @@ class ArmDescription:
     a_3, a_4 : float
         Lateral elbow offsets of links 3 and 4, m; zero for an elbow without offset.
     d_4 : float
-        Gap along axis 4 from the upper arm to the forearm, m; zero where they lie in one plane.
+        Gap along axis 4 from the upper arm to the forearm, m; zero if they lie in one plane.
     lower, upper : tuple of 7 float
-        Joint limits in q, rad; infinite where there is none.
+        Joint limits in q, rad; infinite without a limit.
     signs : tuple of 7 int
         +1 or -1 for each joint.
     offsets : tuple of 7 float
@@ -51,22 +51,22 @@ class ArmDescription:
     base, tool : ndarray of shape (4, 4)
         Frame of the DH base in the user's base, and of the user's tip in DH frame 7; read-only.
     velocity, acceleration : tuple of 7 float
-        Greatest joint speeds, rad/s, and accelerations, rad/s²; infinite where unknown.
+        Largest joint velocities, rad/s, and accelerations, rad/s²; infinite if unknown.
     name : str
         Name of the arm.
     joint_names : tuple of 7 str
         Names of the joints in the source.
     reference : "base", "stereographic" or tuple of 3 float
-        From what the arm angle is measured, as `Arm` takes it.
+        Zero of the arm angle, as for `Arm`.
     chain : ndarray of shape (8, 4, 4), optional
-        The arm's own chain where it is only nearly S-R-S: its tip is ``chain[0] Rz(q_1) chain[1] ...
-        Rz(q_7) chain[7]``. The other numbers are then those of the nominal arm; read-only.
+        The arm's own chain if it is only nearly S-R-S: its tip is ``chain[0] Rz(q_1) chain[1] ... Rz(q_7)
+        chain[7]``. The other numbers are then those of the nominal arm; read-only.
     body : Body or None
-        What the links look like.
+        Collision model of the links.
     hand : tuple of Ball, Capsule, Box or Hull
-        What is fixed to the tool, in its frame.
+        Shapes fixed to the tool, in its frame.
     notes : tuple of str
-        What a user should know of these numbers; two arms that differ in these alone are equal.
+        Notes for the user about these numbers; two arms that differ in these alone are equal.
 
     Source: Faria et al. (2018), Table 1 and Eq. (1).
     """
@@ -112,7 +112,7 @@ class ArmDescription:
 
 @dataclass(frozen=True, eq=False)
 class OffsetDescription(ArmDescription):
-    """Numbers of one arm with one offset more than S-R-S.
+    """Numbers of an arm with one offset in addition to S-R-S.
 
     Parameters
     ----------
@@ -128,27 +128,27 @@ class OffsetDescription(ArmDescription):
 
 @dataclass(frozen=True)
 class ImportReport:
-    """How an arm was read from a file, and how well it is met.
+    """How an arm was read from a file, and how accurately it agrees with it.
 
     Parameters
     ----------
     source : str
-        The file, or what it was.
+        The file, or its kind.
     base, tip : str
         Names of the two links.
     joint_names : tuple of 7 str
         From base to tip.
     shoulder_miss, wrist_miss : float
-        How far the axes of the file miss the common point, m; of an offset shoulder or wrist, its offset.
+        Distance of the file's axes from the common point, m; for an offset shoulder or wrist, its offset.
     angle_miss : float
-        How far the worst two neighbouring axes are from a right angle, rad.
+        Largest deviation of two neighbouring axes from a right angle, rad.
     residual_position, residual_rotation : float
-        Greatest difference found between the arm and the file's own forward kinematics, m and
-        rad: over ``postures`` random joint vectors, and uphill from the worst of them.
+        Largest difference found between the arm and the file's own forward kinematics, m and rad: over
+        ``postures`` random configurations, and uphill from the worst of them.
     postures : int
-        Number of random joint vectors.
+        Number of random configurations.
     notes : tuple of str
-        What a user should not trust.
+        Untrusted data.
     """
 
     source: str
@@ -164,7 +164,7 @@ class ImportReport:
     notes: tuple[str, ...]
 
     def __str__(self) -> str:
-        """What was read and how exactly it is met, in mm and degrees, a line each."""
+        """Return the findings and their accuracy, in mm and degrees, a line each."""
         rows = (
             ("three shoulder axes miss a point by", self.shoulder_miss * 1e3, "mm"),
             ("three wrist axes miss a point by", self.wrist_miss * 1e3, "mm"),

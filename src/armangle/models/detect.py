@@ -1,7 +1,7 @@
 """S-R-S arms from seven axes: lengths, signs, zeros and frames, or the reasons why not.
 
-Only the axes as lines at q = 0 count, with the base and tip frames; where a file puts its link
-frames does not. The same arm can be written in several ways. The one chosen here:
+Only the axes as lines at q = 0 matter, with the base and tip frames; the file's own link frames do not. The
+same arm has several representations. The one chosen here:
 
 - ``d_bs, d_se, d_ew, d_wf >= 0``, which fixes the senses of axes 1, 3, 5 and 7;
 - ``d_bs`` is the height of the shoulder over the base origin, ``d_wf`` the reach of the tip origin
@@ -10,8 +10,8 @@ frames does not. The same arm can be written in several ways. The one chosen her
 - of the senses still free, those with the fewest and smallest zeros, then the least turn in
   ``base``, then the fewest minus signs.
 
-Elbow offsets are ``a_3`` and ``a_4``, across axis 4, and ``d_4``, a gap along it.
-Shoulder or wrist axes in another order (roll, pitch, yaw) are zeros of joints 2 and 6.
+Elbow offsets are ``a_3`` and ``a_4``, across axis 4, and ``d_4``, a gap along it. Shoulder or wrist axes in
+another order (roll, pitch, yaw) are zeros of joints 2 and 6.
 """
 
 from __future__ import annotations
@@ -59,12 +59,12 @@ _NOISE = 1e-12
 _LENGTH_DIGITS = 12
 
 
-_ENDS = (0, 6)  # joints whose length may lie in base or tool as well
+_ENDS = (0, 6)  # joints whose length may be in base or tool as well
 
 
 class _Slack(NamedTuple):
-    """What counts as zero where an arm is written: the length (m) between two axes, zeros of joints and turns
-    (rad), and the difference of two writings.
+    """Tolerances of a representation: the length (m) between two axes, zeros of joints and rotations (rad),
+    and the difference of two representations.
     """
 
     length: float
@@ -74,7 +74,7 @@ class _Slack(NamedTuple):
 
 _EXACT = _Slack(ZERO_LENGTH, ANGLE_TOLERANCE, 1e-6)
 _CALIBRATED = _Slack(2e-3, NEAR_ANGLE, NEAR_ANGLE)
-"""Of an arm fitted to a chain: what a calibration finds must not choose the senses of axes."""
+"""For an arm fitted to a chain: errors of a calibration must not choose the senses of axes."""
 
 
 def describe_chain(
@@ -85,30 +85,30 @@ def describe_chain(
     exact: bool = True,
     of_body: bool = False,
 ) -> tuple[ArmDescription, ImportReport]:
-    """Return the S-R-S arm that a chain of seven joints is, or nearly is.
+    """Return the S-R-S arm that equals a chain of seven joints, exactly or nearly.
 
     Parameters
     ----------
     chain : Chain
-        Of seven rotating joints.
+        A chain of seven rotating joints.
     angle : float, optional
-        How far from right angles neighbouring axes may be, rad.
+        Permitted deviation of neighbouring axes from right angles, rad.
     length : float, optional
-        How far axes may miss the shoulder and wrist points, m. Elbow offsets and lengths
-        are kept, whatever it is, unless they are below ``ZERO_LENGTH``.
+        Permitted distance of axes from the shoulder and wrist points, m. Elbow offsets and lengths are always
+        kept unless they are below ``ZERO_LENGTH``.
     exact : bool, optional
-        False: the chain is kept as it is, beside the arm, where the two differ; axes may then miss by
-        ``NEAR_ANGLE`` and ``NEAR_LENGTH``, or by the tolerances where they are larger.
+        False: keep the chain with the arm if the two differ; axes may then deviate by ``NEAR_ANGLE`` and
+        ``NEAR_LENGTH``, or by larger tolerances.
     of_body : bool, optional
-        Whether it is asked for the links of a `Body`, which takes no tolerances: the error names none.
+        Whether it is used for the links of a `Body`, which has no tolerances: the error then names none.
 
     Returns
     -------
     ArmDescription
-        Exactly S-R-S, in the joint coordinates and frames of the chain: the chain itself with its
-        errors of rounding taken away, or, beyond the default tolerances, the arm fitted to it.
+        Exactly S-R-S, in the joint coordinates and frames of the chain: the chain itself without its rounding
+        errors, or, beyond the default tolerances, the arm fitted to it.
     ImportReport
-        How far the chain itself is from that.
+        The deviation of the chain itself from that.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def describe_chain(
 
 
 def own_arm(chain: Chain) -> ArmDescription:
-    """Return the S-R-S arm of a chain for a `Body`: with the chain itself if that is only nearly S-R-S."""
+    """Return the S-R-S arm of a chain for a `Body`: with the chain itself if it is only nearly S-R-S."""
     try:
         return describe_chain(chain, of_body=True)[0]
     except ModelError:
@@ -144,7 +144,7 @@ def own_arm(chain: Chain) -> ArmDescription:
 
 
 def _chain_notes(chain: Chain, arm: ArmDescription) -> tuple[str, ...]:
-    """Return a note of how far a kept chain is from the arm that lends it psi and gc."""
+    """Return a note about the deviation of a kept chain from the arm that defines psi and gc."""
     off = residual(chain, arm)
     if max(off) <= ROUNDING:
         return ()
@@ -156,18 +156,18 @@ def _chain_notes(chain: Chain, arm: ArmDescription) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Nearness:
-    """How far seven axes are from those of an S-R-S arm.
+    """Deviation of seven axes from those of an S-R-S arm.
 
     Parameters
     ----------
     miss : float
-        How far axes miss the shoulder or wrist point at most, m.
+        Largest distance of axes from the shoulder or wrist point, m.
     tilt : float
-        How far the worst two neighbours are from a right angle, rad.
+        Largest deviation of two neighbours from a right angle, rad.
     srs : bool
         Whether the axes are S-R-S within the default tolerances.
     near : bool
-        Whether they are S-R-S but for at most ``NEAR_LENGTH`` and ``NEAR_ANGLE``.
+        Whether they are S-R-S up to ``NEAR_LENGTH`` and ``NEAR_ANGLE``.
     """
 
     miss: float
@@ -177,7 +177,7 @@ class Nearness:
 
 
 def nearness(axes: Axes) -> Nearness:
-    """Return how far seven axes are from those of an S-R-S arm."""
+    """Return the deviation of seven axes from those of an S-R-S arm."""
     miss, tilt = max(axes.worst_miss), axes.worst_squareness
     srs = not reasons_against(axes, ANGLE_TOLERANCE, LENGTH_TOLERANCE)
     near = not srs and not reasons_against(axes, NEAR_ANGLE, NEAR_LENGTH)
@@ -185,13 +185,13 @@ def nearness(axes: Axes) -> Nearness:
 
 
 def fitted_arm(chain: Chain) -> ArmDescription:
-    """Return the S-R-S arm that is fitted to a chain, in its joint coordinates, limits and frames."""
+    """Return the S-R-S arm fitted to a chain, in its joint coordinates, limits and frames."""
     fitted = replace(chain_of(fit(_snapped(chain), chain)), name=chain.name)
     return _snapped(fitted, _CALIBRATED)
 
 
 def residual(chain: Chain, arm: ArmDescription) -> tuple[float, float]:
-    """Return the greatest distance (m) and angle (rad) found between the tips of a chain and an arm."""
+    """Return the largest distance (m) and angle (rad) found between the tips of a chain and an arm."""
     return worst_difference(chain_of(arm), chain)
 
 
@@ -202,7 +202,7 @@ def _snapped(chain: Chain, slack: _Slack = _EXACT) -> ArmDescription:
 
 
 def _check_tolerances(angle: float, length: float) -> None:
-    """Raise :class:`InputError` unless both tolerances make sense."""
+    """Raise :class:`InputError` unless both tolerances are valid."""
     for name, value, most in (("angle", angle, MAX_ANGLE), ("length", length, MAX_LENGTH)):
         if not 0.0 <= value <= most:
             raise InputError(f"tolerance {name} is {value}, wanted 0 to {most}")
@@ -211,7 +211,7 @@ def _check_tolerances(angle: float, length: float) -> None:
 def _refusal(
     chain: Chain, found: Nearness, reasons: list[str], angle: float, length: float, of_body: bool
 ) -> ModelError:
-    """Return the error of a chain that tolerances do not take: why, then each door that takes it."""
+    """Return the error of a chain outside the tolerances: the reason, then each function that accepts it."""
     what = f"{chain.name!r} ({chain.base} to {chain.tip}) is not S-R-S"
     if found.near:
         what += f", but near it: nothing is off by more than {_misses(found, angle, length)}"
@@ -223,7 +223,7 @@ def _refusal(
 
 
 def _within_most(chain: Chain, found: Nearness) -> bool:
-    """Return whether the largest tolerances take a chain, and the core keeps it beside its fitted arm."""
+    """Return whether the largest tolerances accept a chain, and the core keeps it with its fitted arm."""
     axes = Axes(*chain.lines())
     if found.srs or reasons_against(axes, MAX_ANGLE, MAX_LENGTH):
         return False
@@ -235,23 +235,23 @@ def _within_most(chain: Chain, found: Nearness) -> bool:
 
 
 def chain_core(arm: ArmDescription) -> _core.NearArm:
-    """Return the core's arm of a description with a chain of its own."""
+    """Return the core's arm of a description with its own chain."""
     lengths = np.array([getattr(arm, name) for name in (*LENGTHS, *ELBOW_OFFSETS)])
     joints = np.concatenate([arm.signs, arm.offsets, arm.lower, arm.upper]).astype(np.float64)
-    base = _core.Reference.BASE, np.array([0.0, 0.0, 1.0])  # an arm angle is not asked
+    base = _core.Reference.BASE, np.array([0.0, 0.0, 1.0])  # the arm angle is not used
     assert arm.chain is not None
     return _core.NearArm(lengths, joints, arm.base, arm.tool, *base, arm.chain)
 
 
 def _misses(found: Nearness, angle: float, length: float) -> str:
-    """Say by how much axes are off that are beyond the tolerances."""
+    """Return the deviations of the axes that exceed the tolerances."""
     off = [f"{millimetres(found.miss)}"] if exceeds(found.miss, length) else []
     off += [f"{np.degrees(found.tilt):.4g} deg"] if exceeds(found.tilt, angle) else []
     return " and ".join(off)
 
 
 def _fitted_sentence(chain: Chain, found: Nearness, angle: float, length: float) -> str:
-    """Say which tolerances take the fitted arm, if any, and by how much that misses the chain."""
+    """Return the tolerances that accept the fitted arm, if any, and its deviation from the chain."""
     if not found.near and not _within_most(chain, found):
         return ""
     wanted = tolerances(
@@ -270,7 +270,7 @@ def _differs(off: tuple[float, float]) -> str:
 
 
 def _writings(chain: Chain, axes: Axes, slack: _Slack) -> Iterator[ArmDescription]:
-    """Yield the arm, without its tool, in every choice of senses with no negative length."""
+    """Yield the arm, without its tool, for every choice of senses without a negative length."""
     shoulder, wrist = axes.centre("shoulder"), axes.centre("wrist")
     upper, fore = axes.elbow_ends()
     spans = {0: shoulder, 2: upper - shoulder, 3: fore - upper, 4: wrist - fore, 6: _tip(chain) - wrist}
@@ -298,8 +298,8 @@ def _write(
 ) -> ArmDescription:
     """Return the arm for one choice of signs.
 
-    The z axes of the DH frames at q = 0 are the signed axes; each x axis is the common normal of
-    two of them, on the side that the twists (-, +, +, -, -, +) of the paper's Table 1 say.
+    The z axes of the DH frames at q = 0 are the signed axes. Each x axis is the common normal of two of them,
+    on the side given by the twists (-, +, +, -, -, +) of the paper's Table 1.
     """
     z = _orthogonal_neighbours(axes.directions * np.array(signs)[:, None])
     twists = (-1, 1, 1, -1, -1, 1)
@@ -331,7 +331,7 @@ def _write(
 
 
 def _with_tool(chain: Chain, axes: Axes, arm: ArmDescription) -> ArmDescription:
-    """Return the arm with the tool that meets the tip at q = 0, and the chain's own limits."""
+    """Return the arm with the tool that gives the tip at q = 0, and the chain's own limits."""
     zero = np.zeros(JOINTS)
     tool = rigid_inverse(chain_of(arm).forward(zero)) @ chain.forward(zero)
     return replace(
@@ -348,7 +348,7 @@ def _with_tool(chain: Chain, axes: Axes, arm: ArmDescription) -> ArmDescription:
 def _orthogonal_neighbours(directions: FloatArray) -> FloatArray:
     """Return seven unit vectors (7, 3), each made orthogonal to the one before it.
 
-    Axis 1 is made orthogonal to axis 2, which stays as it is.
+    Axis 1 is made orthogonal to axis 2, which is unchanged.
     """
     z = directions.copy()
     for i, fixed in ((0, 1), (2, 1), (3, 2), (4, 3), (5, 4), (6, 5)):
@@ -371,10 +371,10 @@ def _rounded(value: float) -> float:
 
 
 def _tidy(frame: FloatArray, axes: Axes) -> FloatArray:
-    """Return the frame (4, 4) with 0, 1 and -1 for what differs from them by rounding only.
+    """Return the frame (4, 4) with 0, 1 and -1 for entries that differ from them by rounding only.
 
-    For axes that are S-R-S within a tolerance only, what differs within the default tolerances
-    counts as rounding too.
+    If axes are S-R-S only within a tolerance, differences within the default tolerances count as rounding
+    too.
     """
     exact = max(*axes.worst_miss, axes.worst_squareness) <= ROUNDING
     turn, shift = (_NOISE, _NOISE) if exact else (ANGLE_TOLERANCE, LENGTH_TOLERANCE)
@@ -387,8 +387,8 @@ def _tidy(frame: FloatArray, axes: Axes) -> FloatArray:
 
 
 def _plainest(writings: list[ArmDescription], slack: _Slack) -> ArmDescription:
-    """Return the writing with the fewest offsets, then the smallest, then the least turned base, each as far
-    as the slack tells, and of those the one with the fewest mirrored axes.
+    """Return the representation with the fewest offsets, then the smallest, then the least rotated base, each
+    as far as the tolerance tells, and among equals the one with the fewest mirrored axes.
     """
     measures: tuple[tuple[Callable[[ArmDescription], float], float], ...] = (
         (lambda arm: sum(abs(offset) > slack.zero for offset in arm.offsets), 0.0),

@@ -1,4 +1,4 @@
-"""A chain from a Denavit-Hartenberg table, as calibrations state one."""
+"""A chain from a Denavit-Hartenberg table, for example from a calibration."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def dh_chain(
 
 
 def _refuse_other_units(table: FloatArray) -> None:
-    """Raise where a row holds an angle of more than two turns, or a length that no link has."""
+    """Raise if a row holds an angle of more than two turns, or a length beyond that of any link."""
     units = (
         ("a", 0, LONGEST_LINK, "lengths are in m: was this in mm?"),
         ("alpha", 1, _MOST_TURNED, "angles are in rad: were these degrees?"),

@@ -1,6 +1,6 @@
-"""The S-R-S arm nearest to a chain that is only nearly one: least squares over postures.
+"""The S-R-S arm nearest to a nearly S-R-S chain: least squares over configurations.
 
-Taking the axes as they stand at q = 0 and moving them into place leaves errors two to four times as large.
+Moving the axes at q = 0 into place instead would leave errors two to four times as large.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ _SEED = 11
 _MOST_STEPS = 12
 _LEAST_STEP = 1e-9  # m or rad
 _DIFFERENCE = 1e-6  # m or rad
-_LENGTHS = ("d_se", "d_ew", "a_3", "a_4", "d_4")  # d_bs and d_wf are shifts of base and tool
-_ZEROS = range(1, JOINTS - 1)  # the zeros of joints 1 and 7 are turns of base and tool
+_LENGTHS = ("d_se", "d_ew", "a_3", "a_4", "d_4")  # d_bs and d_wf are translations of base and tool
+_ZEROS = range(1, JOINTS - 1)  # the zeros of joints 1 and 7 are rotations of base and tool
 
 
 def fit(start: ArmDescription, chain: Chain) -> ArmDescription:
-    """Return the arm whose tip is nearest to that of a chain, in the mean square over postures within its
-    limits.
+    """Return the arm whose tip is nearest to that of a chain, in the mean square over configurations within
+    its limits.
 
-    Lengths, elbow offsets, zeros, base and tool are free; an angle counts as much as what it does at the end
-    of the reach. Gauss-Newton from ``start``; a step that does not better the fit is halved.
+    Lengths, elbow offsets, zeros, base and tool are free; an angle is weighted by its effect at the end of
+    the reach. Gauss-Newton from ``start``; a step that does not improve the fit is halved.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def fit(start: ArmDescription, chain: Chain) -> ArmDescription:
 
 
 def _postures(chain: Chain) -> FloatArray:
-    """Return random postures (n, 7) within the limits; a joint with more than a turn takes one turn."""
+    """Return random configurations (n, 7) within the limits; joints with more than a turn use one turn."""
     lower = np.array([joint.lower for joint in chain.joints])
     upper = np.array([joint.upper for joint in chain.joints])
     wide = ~(upper - lower < 2.0 * np.pi) | (lower == upper)
@@ -74,7 +74,7 @@ def _postures(chain: Chain) -> FloatArray:
 
 
 def _error(arm: ArmDescription, q: FloatArray, wanted: FloatArray, lever: float) -> FloatArray:
-    """Return how far the tip is off at each posture, m: positions, and turns times the lever."""
+    """Return the error of the tip at each configuration, m: positions, and rotations times the lever."""
     found = chain_of(arm).forward(q)
     turn = np.swapaxes(wanted[:, :3, :3], 1, 2) @ found[:, :3, :3]
     axis = turn - np.swapaxes(turn, 1, 2)
@@ -97,7 +97,7 @@ def _moved(arm: ArmDescription, step: FloatArray) -> ArmDescription:
 
 
 def _small(twist: FloatArray) -> FloatArray:
-    """Return the frame (4, 4) of a shift and a turn vector."""
+    """Return the frame (4, 4) of a translation and a rotation vector."""
     angle = float(np.linalg.norm(twist[3:]))
     axis = twist[3:] / angle if angle else np.array([0.0, 0.0, 1.0])
     return np.asarray(translation(twist[:3]) @ rotation_about(axis, np.float64(angle)), dtype=np.float64)

@@ -26,16 +26,16 @@ from .axes import (
 from .chain import Chain, FloatArray, chain_of, rigid_inverse
 from .description import OffsetDescription
 
-ANGLE_TOLERANCE = 5e-5  # rad: what files that write right angles to five digits are off by
+ANGLE_TOLERANCE = 5e-5  # rad: error of files that write right angles to five digits
 LENGTH_TOLERANCE = 2e-5  # m
 _SINES = (-1.0, 1.0, 1.0, -1.0, -1.0, 1.0)  # of the twists alpha_1 ... alpha_6 between neighbouring axes
-_POSTURES = np.random.default_rng(5).uniform(-np.pi, np.pi, (8, 7))  # at which an exact arm is told
+_POSTURES = np.random.default_rng(5).uniform(-np.pi, np.pi, (8, 7))  # test of exactness
 _AS_WRITTEN = {field.name for field in fields(OffsetDescription)} - {"name", "offsets"}  # keys of the tables
-_SQUARE = 0.2  # neighbouring axes further than this from square, as a cosine, are of another kind of arm
+_SQUARE = 0.2  # cosine: neighbouring axes further from perpendicular belong to another kind of arm
 
 
 def offset_catalogue() -> tuple[str, ...]:
-    """Return the names of the arms with an offset wrist or shoulder whose numbers are here."""
+    """Return the names of the known arms with an offset wrist or shoulder."""
     return tuple(sorted(_tables()))
 
 
@@ -53,7 +53,7 @@ def load_offset_robot(name: str) -> OffsetDescription:
 
 
 def offset_source(name: str) -> str:
-    """Return where the numbers of an arm of `offset_catalogue` come from and in which revision, in words."""
+    """Return the origin and revision of the numbers of an arm of `offset_catalogue`, in words."""
     table = _tables()[name]
     return f"{table['source']}; revision: {table.get('revision', 'not checked')}"
 
@@ -63,7 +63,7 @@ def _tables() -> dict[str, Any]:
 
 
 def offset_hint(chain: Chain) -> str:
-    """Return which arm a chain is that has one offset wrist or shoulder, or nearly; else nothing."""
+    """Return which arm with one offset wrist or shoulder a chain is, exactly or nearly; otherwise ""."""
     try:
         whole = _read(chain)
     except ModelError:
@@ -71,7 +71,7 @@ def offset_hint(chain: Chain) -> str:
     found = _with_one_offset(whole)
     off = _off(chain, found)
     if max(abs(found.a_1), abs(found.a_6)) <= _rounded_up(off)[0]:
-        return ""  # what takes the error takes the offset too, and leaves an S-R-S arm
+        return ""  # the error's handler removes the offset too, and leaves an S-R-S arm
     if _within(off, LENGTH_TOLERANCE, ANGLE_TOLERANCE):
         return f'fit="own" takes it: it is S-R-S but for {_kind(found)}.'
     if not _within(_rounded_up(off), MAX_LENGTH, MAX_ANGLE):
@@ -83,8 +83,8 @@ def offset_hint(chain: Chain) -> str:
 
 
 def offset_end(chain: Chain) -> tuple[str, float]:
-    """Return where the one offset of a chain is, "shoulder" or "wrist", and by how much such an arm misses
-    the chain at the tip, m: 0 within a file's rounding. Empty where it is not even near one.
+    """Return where the one offset of a chain is, "shoulder" or "wrist", and the distance of such an arm from
+    the chain at the tip, m: 0 within a file's rounding. Empty if it is not even near one.
     """
     try:
         found = _with_one_offset(_read(chain))
@@ -107,7 +107,7 @@ def _with_one_offset(found: OffsetDescription) -> OffsetDescription:
 
 
 def _off(chain: Chain, found: OffsetDescription) -> tuple[float, float]:
-    """Return how far rows are from a chain at the tip, m and rad."""
+    """Return the deviation of rows from a chain at the tip, m and rad."""
     return worst_difference(chain, chain_of(found))
 
 
@@ -126,21 +126,21 @@ def _differs(off: tuple[float, float]) -> str:
 
 
 def _tolerances(off: tuple[float, float]) -> str:
-    """Say which tolerances take what is off by so much."""
+    """Return the tolerances that accept this deviation, as text."""
     return tolerances(max(off[0], LENGTH_TOLERANCE), max(off[1], ANGLE_TOLERANCE))
 
 
 def _rounded_up(off: tuple[float, float]) -> tuple[float, float]:
-    """Return the tolerances (m, rad) that `_tolerances` says, as it rounds them."""
+    """Return the tolerances (m, rad) of `_tolerances`, rounded like there."""
     return float(above(max(off[0], LENGTH_TOLERANCE))), float(above(max(off[1], ANGLE_TOLERANCE)))
 
 
 def _read(chain: Chain) -> OffsetDescription:
-    """Return the rows of neighbouring axes, each pair taken as square."""
+    """Return the rows of neighbouring axes, each pair treated as perpendicular."""
     points, axes = chain.lines()
     signs = np.ones(7)
     z = axes.copy()
-    feet = np.empty((6, 2, 3))  # of the common normal of axes i and i + 1, on the one and on the other
+    feet = np.empty((6, 2, 3))  # of the common normal of axes i and i + 1, on either of them
     for i in range(6):
         if abs(axes[i] @ axes[i + 1]) > _SQUARE:
             raise ModelError(
@@ -152,7 +152,7 @@ def _read(chain: Chain) -> OffsetDescription:
         signs[i] = -1.0 if way @ z[i] < 0 else 1.0
     base = chain.joints[0].origin
     tip = chain.forward(np.zeros(7))
-    foot = points[0] - (points[0] @ z[0]) * z[0]  # of axis 1, beside the origin of the base
+    foot = points[0] - (points[0] @ z[0]) * z[0]  # of axis 1, nearest to the origin of the base
     signs[0] = -1.0 if (feet[0, 0] - foot) @ z[0] < 0 else 1.0
     signs[6] = -1.0 if (tip[:3, 3] - feet[5, 1]) @ z[6] < 0 else 1.0
     z = z * signs[:, None]
@@ -200,11 +200,11 @@ def _frame(x: FloatArray, z: FloatArray, origin: FloatArray) -> FloatArray:
 
 
 def _quarters(angle: float) -> float:
-    """Return an angle without the dust of the file's decimals; whole quarters of a turn exactly."""
+    """Return an angle without the rounding of the file's decimals; whole quarters of a turn exactly."""
     quarter = round(angle / (np.pi / 2))
     return quarter * np.pi / 2 if abs(angle - quarter * np.pi / 2) < 1e-12 else angle
 
 
 def _rounded(value: float) -> float:
-    """Return a number without the dust of the file's decimals."""
+    """Return a number without the rounding of the file's decimals."""
     return float(np.round(value, 12)) + 0.0

@@ -1,4 +1,4 @@
-"""The arm with an offset wrist or shoulder that a chain of joints is, or why it is none."""
+"""The arm with an offset wrist or shoulder that equals a chain of joints, or why there is none."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from .report import NOT_EXACT, import_notes, import_report
 def describe_offset_chain(
     chain: Chain, *, angle: float = ANGLE_TOLERANCE, length: float = LENGTH_TOLERANCE
 ) -> tuple[OffsetDescription, ImportReport]:
-    """Return the numbers of a chain whose axes are those of an S-R-S arm but for a_1 or a_6.
+    """Return the numbers of a chain whose axes are those of an S-R-S arm except for a_1 or a_6.
 
-    The Denavit-Hartenberg rows are read off neighbouring axes, and accepted where their forward kinematics
-    is that of the chain within `length` (m) and `angle` (rad). To fit them to a calibrated chain in the mean
-    square would better its positions by some hundredths.
+    The Denavit-Hartenberg rows are computed from neighbouring axes, and accepted if their forward kinematics
+    is that of the chain within `length` (m) and `angle` (rad). A least-squares fit to a calibrated chain
+    would improve its positions by some hundredths.
     """
     if len(chain.joints) != 7:
         raise ModelError(f"{chain.source}: the chain has {len(chain.joints)} rotating joints, wanted 7")
@@ -58,5 +58,5 @@ def describe_offset_chain(
 
 
 def _without_offset(found: OffsetDescription, off: tuple[float, float], length: float, angle: float) -> bool:
-    """Return whether tolerances leave nothing of the offsets, so that the arm is an `Arm`."""
+    """Return whether the tolerances cover the offsets, so that the arm is an `Arm`."""
     return max(abs(found.a_1), abs(found.a_6)) <= length and _within(off, length, angle)

@@ -1,4 +1,4 @@
-"""What is said of an arm that was read: how well its file is met, which of its numbers nobody can mean."""
+"""Reports about an arm from a file: its accuracy, and numbers that are probably wrong."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ LIKE_RADIANS = "limits look like rad where degrees are read"
 LIKE_DEGREES = "limits look like degrees where rad are wanted"
 LIKE_MILLIMETRES = "lengths look like mm where m are wanted"
 _SUSPICIOUS_VELOCITY = 10.0  # rad/s
-LONGEST_LINK = 10.0  # m: the link of no arm of this kind is as long
+LONGEST_LINK = 10.0  # m: longer than the link of any arm of this kind
 _SMALL_LIMIT = math.radians(2.0 * math.pi)  # rad: a full turn in rad, read as degrees
-_SUSPICIOUS_LIMIT = 20.0  # rad: no arm turns a joint three times, but many files state degrees
+_SUSPICIOUS_LIMIT = 20.0  # rad: no joint turns three times, but many files have degrees
 
 
 def import_report(chain: Chain, residual: tuple[float, float], notes: tuple[str, ...]) -> ImportReport:
-    """Return how far a chain is from the arm made of it, whose tip differs by `residual` (m, rad) at most."""
+    """Return the deviation of a chain from the arm made from it; `residual` (m, rad) is that of the tip."""
     axes = Axes(*chain.lines())
     shoulder, wrist = axes.worst_miss
     position, rotation = residual
@@ -45,8 +45,8 @@ def import_report(chain: Chain, residual: tuple[float, float], notes: tuple[str,
 
 
 def warn_of(notes: Iterable[str]) -> None:
-    """Warn of what nobody may miss: an arm that is not quite that of its file, limits that nobody can
-    mean, limits that are meant and not used.
+    """Warn of important notes: an arm that differs from its file, limits that are probably wrong, and limits
+    that are given but not used.
     """
     for note in notes:
         meant = CONTINUOUS in note and NOT_USED in note
@@ -55,12 +55,12 @@ def warn_of(notes: Iterable[str]) -> None:
 
 
 def import_notes(chain: Chain) -> tuple[str, ...]:
-    """Return what the reader met, and what a user should not trust of limits and speeds."""
+    """Return the reader's notes, and untrusted limits and velocities."""
     return (*chain.notes, *_limit_notes(chain), *_velocity_notes(chain))
 
 
 def _limit_notes(chain: Chain) -> tuple[str, ...]:
-    """Return notes where limits are an exporter's default, leave no range, or look like another unit's."""
+    """Return notes on limits that are an exporter's default, leave no range, or look like another unit's."""
     still = [joint.name for joint in chain.joints if joint.lower == joint.upper]
     if len(still) == len(chain.joints) and not any(joint.upper for joint in chain.joints):
         return (f"{ALL_WITHOUT}, so that no joint may move: state the true ones",)
@@ -76,7 +76,7 @@ def _limit_notes(chain: Chain) -> tuple[str, ...]:
 
 
 def degrees_notes(names: Iterable[str], lower: Iterable[float], upper: Iterable[float]) -> tuple[str, ...]:
-    """Return a note where limits (rad) are so wide that they look like degrees, else nothing."""
+    """Return a note if limits (rad) are so wide that they look like degrees, otherwise nothing."""
     wide = [
         f"{name!r} {low:g} to {high:g}"
         for name, low, high in zip(names, lower, upper, strict=True)
@@ -86,13 +86,13 @@ def degrees_notes(names: Iterable[str], lower: Iterable[float], upper: Iterable[
 
 
 def millimetre_notes(lengths: Mapping[str, float]) -> tuple[str, ...]:
-    """Return a note where lengths (m) are so long that they look like mm, else nothing."""
+    """Return a note if lengths (m) are so long that they look like mm, otherwise nothing."""
     long = [f"{name} {value:g}" for name, value in lengths.items() if abs(value) > LONGEST_LINK]
     return (f"{LIKE_MILLIMETRES}: {', '.join(long)}",) if long else ()
 
 
 def _velocity_notes(chain: Chain) -> tuple[str, ...]:
-    """Return a note for each speed that looks like a template's."""
+    """Return a note for each velocity that looks like a template's."""
     return tuple(
         f"velocity of joint {joint.name!r} is {joint.velocity:.4g} rad/s "
         f"({math.degrees(joint.velocity):.4g} deg/s): not trusted"

@@ -1,4 +1,4 @@
-"""A MuJoCo specification without what no kinematic chain needs, and what was in it that bounds joints."""
+"""A MuJoCo specification reduced to its kinematics, and its removed bounds of joints."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-# Users before what they use: deleting an element may delete those that need it, and then their handles
+# Users are deleted before their elements: deleting an element may delete its users, and then their handles
 # are invalid.
 _UNUSED = (
     "sensors", "actuators", "keys", "tuples", "pairs", "excludes", "tendons", "skins", "flexes",
@@ -16,14 +16,14 @@ _UNUSED = (
 
 @dataclass
 class Unused:
-    """What bounds joints of a model and is not used.
+    """Bounds of a model's joints that are not used.
 
     Parameters
     ----------
     servos : dict of str to (float, float)
-        Between which angles (rad) the position servo of a joint may be commanded.
+        Angles (rad) between which the position servo of a joint may be commanded.
     tendons : list of (str, set of str or None)
-        Tendons with limits or an equality, with the joints that they bind; None where mujoco does not say.
+        Tendons with limits or an equality, with the joints that they bind; None if mujoco does not tell.
     """
 
     servos: dict[str, tuple[float, float]] = field(default_factory=dict)
@@ -31,9 +31,9 @@ class Unused:
 
 
 def strip(spec: Any, mujoco: Any) -> Unused:
-    """Delete from a specification what is no body, joint, site or equality of these; return what it bound.
+    """Delete everything but bodies, joints, sites and their equalities; return the removed bounds.
 
-    Every body gets the same mass: those that had theirs from shapes, attached ones too, would not compile.
+    Every body gets the same mass: bodies with a mass from shapes, including attached ones, would not compile.
     """
     unused = Unused(_servos(spec, mujoco), _tendons(spec, mujoco))
     kept = (mujoco.mjtEq.mjEQ_JOINT, mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD)
@@ -52,7 +52,7 @@ def strip(spec: Any, mujoco: Any) -> Unused:
 
 
 def _delete(spec: Any, elements: list[Any]) -> None:
-    """Delete elements of one kind that were listed just now."""
+    """Delete elements of one kind that were just listed."""
     for element in elements:
         if hasattr(spec, "delete"):
             spec.delete(element)
@@ -61,7 +61,7 @@ def _delete(spec: Any, elements: list[Any]) -> None:
 
 
 def _servos(spec: Any, mujoco: Any) -> dict[str, tuple[float, float]]:
-    """Return between which angles (rad) position servos may be commanded, by the names of their joints.
+    """Return the angles (rad) between which position servos may be commanded, by joint name.
 
     At rest gain * ctrl + bias_0 + bias_1 * gear * q = 0 (MuJoCo: general actuator, affine bias).
     """
@@ -82,7 +82,7 @@ def _servos(spec: Any, mujoco: Any) -> dict[str, tuple[float, float]]:
 
 
 def _tendons(spec: Any, mujoco: Any) -> list[tuple[str, set[str] | None]]:
-    """Return the tendons that have limits or an equality, each with the joints that it binds."""
+    """Return the tendons with limits or an equality, each with the joints that it binds."""
     equal = mujoco.mjtEq.mjEQ_TENDON
     tied = {
         name for one in spec.equalities if one.type == equal and one.active for name in (one.name1, one.name2)
@@ -97,7 +97,7 @@ def _tendons(spec: Any, mujoco: Any) -> list[tuple[str, set[str] | None]]:
 
 
 def _bound(tendon: Any, mujoco: Any) -> set[str] | None:
-    """Return the joints of a fixed tendon, none of a spatial one; None where mujoco does not say."""
+    """Return the joints of a fixed tendon, none for a spatial one; None if mujoco does not tell."""
     if not hasattr(tendon, "path"):  # mujoco before 3.4
         return None
     kind = mujoco.mjtWrap.mjWRAP_JOINT

@@ -1,4 +1,4 @@
-"""The geoms of a MuJoCo model: which DH frame carries each, and where."""
+"""The geoms of a MuJoCo model: the DH frame that carries each, and its pose."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ class PlacedGeom(NamedTuple):
 def mjcf_geoms(
     source: str | os.PathLike[str], base: str | None = None, tip: str | None = None
 ) -> tuple[Chain, FloatArray, list[PlacedGeom], list[str]]:
-    """Return a chain, its joints (7,) at the model's reference position, geoms that collide, and notes.
+    """Return a chain, its joints (7,) at the model's reference position, colliding geoms, and notes.
 
-    Geoms of bodies that move with the base or with one of the seven hinges alone, where the model is at its
-    reference position; a mesh is its convex hull, as MuJoCo collides it.
+    Geoms of bodies that move with the base or with one of the seven hinges alone, at the model's reference
+    position; a mesh is its convex hull, as in MuJoCo's collisions.
     """
     chain = read_mjcf(source, base, tip)
     mujoco: Any = needed("mujoco", "reading MJCF needs", "mujoco")
@@ -86,7 +86,7 @@ _NO_FACES = np.empty((0, 3), dtype=np.int64)
 
 
 def _hull(model: Any, mesh: int) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return corners and triangles of a mesh's convex hull, from the graph that MuJoCo keeps of it."""
+    """Return corners and triangles of a mesh's convex hull, from MuJoCo's stored graph."""
     first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
     vertices = np.array(model.mesh_vert[first : first + count], dtype=np.float64)
     at = int(model.mesh_graphadr[mesh])

@@ -1,8 +1,8 @@
 """Kinematic chains from MJCF, read with the ``mujoco`` package (extra ``mujoco``).
 
-Bodies take the place of links, hinges that of revolute joints; a site may be the tip. Shapes, meshes and
-actuators are taken out before the model is compiled: they need not be there, and take their time. What the
-axes mean is the business of :mod:`armangle.models.detect`.
+Bodies correspond to links, hinges to revolute joints; a site may be the tip. Shapes, meshes and actuators are
+removed before the model is compiled: they may be missing, and cost time. :mod:`armangle.models.detect`
+interprets the axes.
 """
 
 from __future__ import annotations
@@ -43,22 +43,22 @@ def read_mjcf(
     base : str, optional
         Name of a body.
     tip : str, optional
-        Name of a body or site below ``base``. What is left out is guessed: the only chain of seven hinges,
-        or the only one of several that is S-R-S. :func:`mjcf_candidates` lists the choices.
+        Name of a body or site below ``base``. Missing names are guessed: the only chain of seven hinges, or
+        the only S-R-S one of several. :func:`mjcf_candidates` lists the choices.
     offset : bool, optional
-        Guess an arm with an offset wrist or shoulder, in place of one that is S-R-S.
+        Guess an arm with an offset wrist or shoulder instead of an S-R-S one.
 
     Returns
     -------
     Chain
-        In the frames and joint coordinates of the model. MJCF has no joint speeds.
+        In the frames and joint coordinates of the model. MJCF has no joint velocities.
 
     Raises
     ------
     MissingExtraError
         Without the ``mujoco`` package.
     ModelError
-        The model cannot be read, has no such body, or no seven hinges between.
+        If the model cannot be read, has no such body, or no seven hinges between.
     """
     return _Model(source).chain(base, tip, offset)
 
@@ -84,7 +84,7 @@ def is_mjcf(source: str | bytes | os.PathLike[str]) -> bool:
                 while not tags and (piece := file.read(_PIECE)):
                     parser.Parse(piece)
     except (ModelError, OSError, LookupError, ValueError, TypeError, expat.ExpatError):
-        pass  # what reads it as URDF says what is wrong
+        pass  # the URDF reader reports the error
     return tags[:1] == ["mujoco"]
 
 
@@ -93,7 +93,7 @@ def _refuse(source: str, message: str) -> NoReturn:
 
 
 class _Model:
-    """A compiled MuJoCo model without shapes, asked for its tree alone."""
+    """A compiled MuJoCo model without shapes, used for its tree alone."""
 
     def __init__(self, source: str | os.PathLike[str]) -> None:
         self.mujoco: Any = needed("mujoco", "reading MJCF needs", "mujoco")
@@ -114,7 +114,7 @@ class _Model:
         _refuse(self.source, message)
 
     def name(self, kind: str, index: int) -> str:
-        """Return the name of a body, joint or site; its number where it has none."""
+        """Return the name of a body, joint or site; its number if it has none."""
         return str(getattr(self.model, kind)(index).name) or f"{kind}_{index}"
 
     def find(self, kind: str, name: str) -> int | None:
@@ -123,7 +123,7 @@ class _Model:
         return next((i for i in range(count) if self.name(kind, i) == name), None)
 
     def body(self, name: str, role: str) -> int:
-        """Return the index of a body that must be there."""
+        """Return the index of a required body."""
         found = self.find("body", name)
         if found is None:
             self.fail(unknown("body", name, role, [self.name("body", i) for i in range(self.model.nbody)]))
@@ -168,7 +168,7 @@ class _Model:
         return tree
 
     def held(self) -> dict[int, str]:
-        """Return what keeps joints from moving on their own: an equality that is switched on."""
+        """Return the reasons why joints cannot move on their own: active equalities."""
         held = dict[int, str]()
         for joint, other in self.equalities(self.mujoco.mjtEq.mjEQ_JOINT):
             alone = "is held still by an equality"
@@ -176,7 +176,7 @@ class _Model:
         return held
 
     def equalities(self, kind: Any) -> Iterator[tuple[int, int]]:
-        """Yield both joints or bodies of the equalities of a kind that are switched on; -1 for none."""
+        """Yield both joints or bodies of the active equalities of a kind; -1 for none."""
         model = self.model
         for number in np.flatnonzero((model.eq_type == kind) & (np.asarray(model.eq_active0) != 0)):
             ends = int(model.eq_obj1id[number]), int(model.eq_obj2id[number])
@@ -184,7 +184,7 @@ class _Model:
             yield (int(model.site_bodyid[ends[0]]), int(model.site_bodyid[ends[1]])) if of_sites else ends
 
     def notes(self, chain: Sequence[int]) -> Iterator[str]:
-        """Yield what bounds the hinges of a chain in the model, and is not used."""
+        """Yield the unused bounds of a chain's hinges in the model."""
         names = [self.name("joint", index) for index in chain]
         free = [name for name, index in zip(names, chain, strict=True)
                 if not self.model.jnt_limited[index] and self.model.jnt_range[index].any()]  # fmt: skip
@@ -235,7 +235,7 @@ class _Model:
         return Chain(name, base, tip, tuple(joints), frame, self.source, tuple(self.notes(hinges)))
 
     def chain(self, base: str | None, tip: str | None, offset: bool = False) -> Chain:
-        """Return the chain of seven hinges from base to tip, the missing ones guessed."""
+        """Return the chain of seven hinges from base to tip; missing names are guessed."""
         guessed: tuple[str, ...] = ()
         if base is not None:
             self.body(base, "base")
@@ -254,21 +254,21 @@ class _Model:
         return replace(chain, notes=(*guessed, *chain.notes, *moved))
 
     def lift(self, body: int) -> str | None:
-        """Return the name of the nearest joint that moves a body, None where it stands still."""
+        """Return the name of the nearest joint that moves a body, None if it is fixed."""
         while body and not self.joints(body):
             body = int(self.model.body_parentid[body])
         joints = self.joints(body)
         return self.name("joint", joints[-1]) if joints else None
 
     def body_above(self, tip: str) -> str:
-        """Return the name of the body that a tip is, or is a site of."""
+        """Return the name of the tip body, or of the body of a tip site."""
         site = None if self.find("body", tip) is not None else self.find("site", tip)
         above = tip if site is None else self.name("body", int(self.model.site_bodyid[site]))
         self.body(above, "tip")
         return above
 
     def hinge(self, index: int, frame: FloatArray) -> Joint:
-        """Return a joint whose body sits at ``frame`` at the model's reference position."""
+        """Return a joint whose body is at ``frame`` in the model's reference position."""
         model = self.model
         name = self.name("joint", index)
         kind = int(model.jnt_type[index])
@@ -283,7 +283,7 @@ class _Model:
 
 
 def frame_of(position: FloatArray, quaternion: FloatArray) -> FloatArray:
-    """Return the frame (4, 4) of a shift (3,), m, and a unit quaternion (w, x, y, z)."""
+    """Return the frame (4, 4) of a translation (3,), m, and a unit quaternion (w, x, y, z)."""
     sine = float(np.linalg.norm(quaternion[1:]))
     axis = quaternion[1:] / sine if sine else np.array([0.0, 0.0, 1.0])
     angle = np.float64(2.0 * np.arctan2(sine, quaternion[0]))

@@ -1,4 +1,4 @@
-"""The bytes of an XML text as what a parser reads, whatever its encoding is."""
+"""Decodes the bytes of an XML text for a parser, whatever its encoding."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ _WIDE = (
 
 
 def decoded(text: bytes) -> tuple[bytes | str, str]:
-    r"""Return an XML text, decoded where its parser could not, and a note of what is then not as it stands.
+    r"""Return an XML text, decoded if its parser cannot do it, and a note about changed characters.
 
-    Makers write comments in the encoding of their editors. A text that declares none is UTF-8: other bytes
-    are read as \x and their number, so that names stay apart. Encodings of several bytes are decoded, since
-    expat lacks them.
+    Makers write comments in the encoding of their editors. A text without a declared encoding is UTF-8: other
+    bytes are read as \x and their number, so that names stay distinct. Encodings of several bytes are
+    decoded, since expat lacks them.
     """
     declared = _DECLARED.match(text)
     name = declared[1].decode("ascii") if declared else "utf-8"
     try:
         codec = codecs.lookup(name).name
     except LookupError:
-        return text, ""  # the parser says so
+        return text, ""  # the parser reports it
     if codec not in ("utf-8", "ascii", *_WIDE) or text.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return text, ""
     codec = "utf-8" if codec == "ascii" else codec

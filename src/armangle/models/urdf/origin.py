@@ -1,4 +1,4 @@
-"""The <origin> of a URDF: where a joint or a shape is, and zero where that is not said."""
+"""The <origin> of a URDF: the pose of a joint or shape, the identity if it is missing."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def origin(read: Callable[[str, int], Floats | None]) -> Floats:
     Parameters
     ----------
     read : callable
-        Gives so many numbers of an attribute, None where absent: three of "xyz" in m, three of "rpy", roll,
-        pitch and yaw about fixed axes in rad, or, in their place, four of "quat_xyzw", a quaternion.
+        Returns so many numbers of an attribute, None if it is missing: three of "xyz" in m, three of "rpy",
+        roll, pitch and yaw about fixed axes in rad, or instead four of "quat_xyzw", a quaternion.
 
     Raises
     ------
     ValueError
-        Both orientations are given, or a quaternion of no length.
+        If both orientations are given, or the quaternion is zero.
     """
     xyz, rpy, quaternion = read("xyz", 3), read("rpy", 3), read("quat_xyzw", 4)
     place = np.zeros(3) if xyz is None else xyz

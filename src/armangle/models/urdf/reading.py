@@ -1,9 +1,8 @@
 """Kinematic chains from URDF and back: seven rotating joints on the path from base to tip.
 
-Here the numbers of a URDF are read: axes, limits, speeds, and by `origin.py` its origins (`tags.py` has
-its elements, as text).
-Revolute, continuous and fixed joints count; joints off the path (a gripper, a second arm) are
-ignored. What the axes mean is the business of :mod:`armangle.models.detect`.
+This file reads the numbers of a URDF: axes, limits, velocities, and with `origin.py` its origins (`tags.py`
+has its elements, as text). Revolute, continuous and fixed joints count; joints off the path (a gripper, a
+second arm) are ignored. :mod:`armangle.models.detect` interprets the axes.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ Step = tuple[JointElement, bool]
 
 MAX_BYTES = _opening.DESCRIPTION
 MAX_LENGTH = 100.0
-HUGE_LIMIT = 1e6  # rad: more than the largest angle that the core takes
+HUGE_LIMIT = 1e6  # rad: above the largest angle that the core accepts
 _MOVING = ("revolute", "continuous")
 _REFUSED = ("prismatic", "floating", "planar")
 _CONTINUOUS_LIMITS = ("ignore", "use")
@@ -43,7 +42,7 @@ _UTF8_MARK = b"\xef\xbb\xbf"
 def chain_along(
     robot: RobotElement, base: str, tip: str, steps: Sequence[Step], continuous_limits: str = "ignore"
 ) -> Chain:
-    """Return the chain of a path, fixed joints folded into the next frame.
+    """Return the chain of a path; fixed joints are merged into the next frame.
 
     Parameters
     ----------
@@ -52,14 +51,14 @@ def chain_along(
     base, tip : str
         The links at the ends of the path.
     steps : sequence of (JointElement, bool)
-        Joints from base to tip, each with True where it is walked from parent to child.
+        Joints from base to tip, each with True if it is followed from parent to child.
     continuous_limits : {"ignore", "use"}, optional
-        What is done with limits that a continuous joint states.
+        Treatment of limits of a continuous joint.
 
     Raises
     ------
     ModelError
-        A zero axis, missing or reversed limits, a number that is none or absurd.
+        A zero axis, missing or reversed limits, an invalid or absurd number.
     """
     joints: list[Joint] = []
     notes: list[str] = []
@@ -81,7 +80,7 @@ def chain_along(
 
 
 def _closer(robot: RobotElement, elements: Sequence[JointElement], joints: Sequence[Joint]) -> list[str]:
-    """Return notes of what else the file states of limits, speeds and accelerations, and is not used."""
+    """Return notes of other limits, velocities and accelerations in the file that are not used."""
     soft, commands, more = [], [], []
     for element, joint in zip(elements, joints, strict=True):
         safety = element.parts.get("safety_controller")
@@ -99,7 +98,7 @@ def _closer(robot: RobotElement, elements: Sequence[JointElement], joints: Seque
 
 
 def _narrower(joint: Joint, lower: str, upper: str) -> list[str]:
-    """Return limits that another part of the file states as text, where they are closer than the joint's."""
+    """Return limits that another part of the file has as text, if they are closer than the joint's."""
     try:
         low, high = number_in(lower or "-inf"), number_in(upper or "inf")
     except ValueError:
@@ -109,7 +108,7 @@ def _narrower(joint: Joint, lower: str, upper: str) -> list[str]:
 
 
 def _checked_origin(robot: RobotElement, joint: JointElement) -> FloatArray:
-    """Return the frame (4, 4) of a joint in its parent link; identity where not given."""
+    """Return the frame (4, 4) of a joint in its parent link; the identity by default."""
     try:
         frame = origin(lambda key, count: robot.numbers(joint, "origin", key, count))
     except ModelError:
@@ -127,7 +126,7 @@ def _checked_origin(robot: RobotElement, joint: JointElement) -> FloatArray:
 
 
 def _axis(robot: RobotElement, joint: JointElement) -> FloatArray:
-    """Return the unit axis (3,) of a joint; x where not given, as URDF has it."""
+    """Return the unit axis (3,) of a joint; x by default, as in URDF."""
     axis = robot.numbers(joint, "axis", "xyz", 3)
     if axis is None:
         return np.array([1.0, 0.0, 0.0])
@@ -141,7 +140,7 @@ def _axis(robot: RobotElement, joint: JointElement) -> FloatArray:
 def _limits(
     robot: RobotElement, joint: JointElement, continuous_limits: str, notes: list[str]
 ) -> tuple[float, float]:
-    """Return lower and upper limit, rad; infinite where there is none."""
+    """Return lower and upper limit, rad; infinite without a limit."""
     given = joint.parts["limit"].attributes if "limit" in joint.parts else {}
     continuous = joint.kind == "continuous"
     if "lower" not in given and "upper" not in given:
@@ -169,7 +168,7 @@ def _limits(
 
 
 def _unless_huge(joint: JointElement, key: str, limit: float, notes: list[str]) -> float:
-    """Return a limit, infinite and noted where it is so large that it means none."""
+    """Return a limit; if it is so large that it means none, infinite with a note."""
     if abs(limit) < HUGE_LIMIT:
         return limit
     notes.append(f"{key} limit of joint {joint.name!r} is {limit:g} rad: taken as none")
@@ -177,7 +176,7 @@ def _unless_huge(joint: JointElement, key: str, limit: float, notes: list[str]) 
 
 
 def _velocity(robot: RobotElement, joint: JointElement, notes: list[str]) -> float:
-    """Return the greatest speed, rad/s; infinite where it is missing, zero, negative or infinite."""
+    """Return the largest velocity, rad/s; infinite if it is missing, zero, negative or infinite."""
     velocity = _number(robot, joint, "velocity")
     if velocity is None:
         return math.inf
@@ -188,7 +187,7 @@ def _velocity(robot: RobotElement, joint: JointElement, notes: list[str]) -> flo
 
 
 def _number(robot: RobotElement, joint: JointElement, key: str) -> float | None:
-    """Return one number of the joint's limit, None where it is not given."""
+    """Return one number of the joint's limit, None if it is missing."""
     values = robot.numbers(joint, "limit", key, 1, infinite=True)
     return None if values is None else float(values[0])
 
@@ -208,17 +207,17 @@ def read_urdf(
     source : str, bytes or path
         A file, or the XML text itself (bytes, or a str that begins with ``<``).
     base, tip : str, optional
-        Link names. What is left out is guessed: the only chain of seven rotating joints, or the only one of
-        several that is S-R-S. :func:`urdf_candidates` lists the choices.
+        Link names. Missing ones are guessed: the only chain of seven rotating joints, or the only S-R-S one
+        of several. :func:`urdf_candidates` lists the choices.
     continuous_limits : {"ignore", "use"}, optional
-        URDF says that a continuous joint has no limits; some files state them nevertheless.
+        A continuous joint has no limits according to URDF, but some files have them.
     offset : bool, optional
-        Guess an arm with an offset wrist or shoulder, in place of one that is S-R-S.
+        Guess an arm with an offset wrist or shoulder instead of an S-R-S one.
 
     Returns
     -------
     Chain
-        In the file's own frames and joint coordinates. Its notes say what was not taken as it stands.
+        In the file's own frames and joint coordinates. Its notes list changed values.
 
     Raises
     ------
@@ -256,7 +255,7 @@ def read_urdf(
 
 
 def _lift(robot: RobotElement, above: dict[str, JointElement], link: str) -> JointElement | None:
-    """Return the nearest joint above a link that moves it, None where the link stands still."""
+    """Return the nearest joint above a link that moves it, None if the link is fixed."""
     while link in above and above[link].kind == "fixed":
         link, _ = _ends(robot, above[link])
     return above.get(link)
@@ -305,7 +304,7 @@ def _load(source: Source) -> RobotElement:
 
 
 def _bytes_of(path: str | os.PathLike[str]) -> bytes:
-    """Return what is in a file."""
+    """Return the contents of a file."""
 
     def fail(why: str) -> NoReturn:
         raise ModelError(why, source=str(Path(path)))
@@ -314,7 +313,7 @@ def _bytes_of(path: str | os.PathLike[str]) -> bytes:
 
 
 def _parse(text: str | bytes, source: str) -> RobotElement:
-    """Return the links and joints of a document; blank lines before it count, but do not harm."""
+    """Return the links and joints of a document; blank lines before it count as lines, but are permitted."""
     if len(text) > MAX_BYTES:
         raise ModelError(_opening.too_long(len(text), MAX_BYTES), source=source)
     if isinstance(text, str):
@@ -327,7 +326,7 @@ def _parse(text: str | bytes, source: str) -> RobotElement:
 
 
 def _parents(robot: RobotElement) -> dict[str, JointElement]:
-    """Return the joint above each link that has one; joints at links that are not there are noted."""
+    """Return the joint above each link that has one; joints at missing links are noted."""
     above: dict[str, JointElement] = {}
     for joint in robot.joints.values():
         parent, child = _ends(robot, joint)
@@ -354,7 +353,7 @@ def _ends(robot: RobotElement, joint: JointElement) -> tuple[str, str]:
 
 
 def _failing(robot: RobotElement) -> Callable[[str], NoReturn]:
-    """Return what refuses a file in which something leads nowhere, and says what was left out of it."""
+    """Return a function that rejects a file with an open end, and lists what was left out of it."""
     lost = "".join(f"; {note}" for note in robot.notes if "that is not there" in note)
     return lambda message: robot.fail(message + lost)
 
@@ -372,7 +371,7 @@ def _way_up(robot: RobotElement, link: str, above: dict[str, JointElement]) -> l
 
 
 def _path(robot: RobotElement, above: dict[str, JointElement], base: str, tip: str) -> list[Step]:
-    """Return the joints from base to tip, each with True where it is walked parent to child."""
+    """Return the joints from base to tip, each with True if it is followed from parent to child."""
     up, down = (_way_up(robot, link, above) for link in (base, tip))
     if up[-1] != down[-1]:
         _failing(robot)(f"no path from {base!r} to {tip!r}: their roots are {up[-1]!r} and {down[-1]!r}")
@@ -401,7 +400,7 @@ def _tree(robot: RobotElement, above: dict[str, JointElement]) -> Tree:
         pending += below[link][::-1]
     for link in robot.links:
         if link not in body_of:
-            _way_up(robot, link, above)  # says which loop it hangs on
+            _way_up(robot, link, above)  # reports the loop to which it belongs
     for child, joint in above.items():
         robot.refuse_expression(joint)
         if joint.kind != "fixed":
@@ -412,7 +411,7 @@ def _tree(robot: RobotElement, above: dict[str, JointElement]) -> Tree:
 
 
 def _bound(joint: JointElement) -> str:
-    """Return what keeps a joint that is meant to rotate from doing so on its own, if anything."""
+    """Return why a joint that is meant to rotate cannot move on its own, if so."""
     if joint.kind not in (*_MOVING, *_REFUSED, "fixed"):
         return f"has unknown type {joint.kind!r}"
     if joint.kind in _MOVING and "mimic" in joint.parts:
@@ -421,7 +420,7 @@ def _bound(joint: JointElement) -> str:
 
 
 def _refuse_unless_rotating(robot: RobotElement, joint: JointElement) -> None:
-    """Refuse a joint on the path that is not a free rotation, of those that may be meant as one."""
+    """Reject a joint on the path that may be meant as a free rotation but is not."""
     robot.refuse_expression(joint)
     bound = _bound(joint)
     if bound:

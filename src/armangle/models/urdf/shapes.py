@@ -1,4 +1,4 @@
-"""Where the shapes of a URDF are: of each visual or collision, the DH frame that carries it."""
+"""Poses of a URDF's shapes: the DH frame that carries each visual or collision."""
 
 from __future__ import annotations
 
@@ -37,13 +37,13 @@ def placed_elements(
     text : str or bytes
         A URDF that `read_urdf` has read: XML without entities.
     chain : Chain
-        What it read.
+        The chain that it returned.
     rest : ndarray, shape (8, 4, 4)
         The DH frames at q = 0 in the chain's base link.
     tag : str
         "visual" or "collision".
     left : list of str, optional
-        Takes the names of links that hang on joints of their own.
+        Receives the names of links with joints of their own.
     """
     root = ElementTree.fromstring(text)
     moving = {joint.name: i + 1 for i, joint in enumerate(chain.joints)}
@@ -83,7 +83,7 @@ def numbers_of(text: str | None, count: int, default: float | None = None) -> Fl
     Raises
     ------
     ValueError
-        Another count, no numbers, not finite, or missing where there is no default.
+        If the count differs, they are not finite numbers, or missing without a default.
     """
     if text is None and default is not None:
         return np.full(count, default)
@@ -94,12 +94,12 @@ def numbers_of(text: str | None, count: int, default: float | None = None) -> Fl
 
 
 def mesh_file(name: str, folder: Path) -> Path:
-    """Return the local file of a mesh name: a path, file://, or package:// looked for above the URDF.
+    """Return the local file of a mesh name: a path, file://, or package:// searched above the URDF.
 
     Raises
     ------
     ValueError
-        There is none.
+        If there is none.
     """
 
     def fail(why: str) -> NoReturn:

@@ -1,4 +1,4 @@
-"""Links and joints of a URDF text, as written: no number is read before its joint is needed, in `urdf`."""
+"""Links and joints of a URDF text, unparsed: `urdf` reads a joint's numbers when it needs them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _CONDITIONS = ("xacro:if", "xacro:unless")
 
 @dataclass
 class Element:
-    """One XML element: its attributes and where it begins."""
+    """One XML element: its attributes and its position."""
 
     attributes: dict[str, str]
     line: int
@@ -36,7 +36,7 @@ class Element:
 
 @dataclass
 class JointElement(Element):
-    """One ``<joint>`` of the robot, with the elements inside it by name."""
+    """One ``<joint>`` of the robot, with its inner elements by name."""
 
     name: str = ""
     kind: str = ""
@@ -46,9 +46,9 @@ class JointElement(Element):
 
 @dataclass
 class RobotElement:
-    """The ``<robot>``: its name, its links, its joints in file order, and what was left out of it.
+    """The ``<robot>``: its name, its links, its joints in file order, and what was left out.
 
-    `commands` has the text of "min" and "max", of the position commands that ros2_control takes for a joint.
+    `commands` has the text of "min" and "max" of ros2_control's position commands for a joint.
     """
 
     source: str
@@ -59,18 +59,18 @@ class RobotElement:
     notes: list[str] = field(default_factory=list)
 
     def fail(self, message: str, at: Element | None = None) -> NoReturn:
-        """Raise :class:`ModelError` at an element of this file."""
+        """Raise :class:`ModelError` with an element of this file."""
         line, column = (at.line, at.column) if at else (None, None)
         raise ModelError(message, source=self.source, line=line, column=column)
 
     def refuse_xacro(self, joint: JointElement) -> None:
-        """Raise :class:`ModelError` where a joint holds a tag of xacro."""
+        """Raise :class:`ModelError` if a joint contains a tag of xacro."""
         if joint.xacro is not None:
             tag, at = joint.xacro
             self.fail(f"joint {joint.name!r} holds <{tag}>: {_NOT_URDF}", at)
 
     def refuse_expression(self, joint: JointElement) -> None:
-        """Raise :class:`ModelError` where the type of a joint is an expression of xacro."""
+        """Raise :class:`ModelError` if the type of a joint is an expression of xacro."""
         if is_expression(joint.kind):
             what = f"joint {joint.name!r}: <joint type={joint.kind!r}>"
             self.fail(f"{what} is an expression of xacro; {XACRO_ADVICE}", joint)
@@ -78,7 +78,7 @@ class RobotElement:
     def numbers(
         self, joint: JointElement, part: str, key: str, count: int, *, infinite: bool = False
     ) -> NDArray[np.float64] | None:
-        """Return ``count`` numbers of an attribute inside a joint, None where absent; finite, or not NaN."""
+        """Return ``count`` numbers of an attribute inside a joint, None if missing; finite, or not NaN."""
         element = joint.parts.get(part)
         text = element.attributes.get(key) if element else None
         if text is None:
@@ -103,7 +103,7 @@ def numbers_in(text: str, count: int, *, infinite: bool = False) -> NDArray[np.f
     Raises
     ------
     ValueError
-        They are none, or another count; the message says what the text is or has.
+        If they are not numbers, or another count; the message quotes the text or the count.
     """
     try:
         values = np.array([number_in(word) for word in _SPACE.split(text.strip(" \t\r\n"))])
@@ -117,12 +117,12 @@ def numbers_in(text: str, count: int, *, infinite: bool = False) -> NDArray[np.f
 
 
 class _Reader:
-    """Collects a :class:`RobotElement` from the events of one expat parser."""
+    """Builds a :class:`RobotElement` from the events of one expat parser."""
 
     def __init__(self, source: str, skipped: int) -> None:
         self.robot = RobotElement(source)
         self.skipped = skipped
-        self.open: list[str] = []  # the tags about the present one, and it; where each begins
+        self.open: list[str] = []  # the present tag and those around it; where each begins
         self.began: list[Element] = []
         self.joint: JointElement | None = None
         self.left_out: dict[str, list[int]] = {}
@@ -167,7 +167,7 @@ class _Reader:
             self.robot.notes.append(f"<{tag}> in line {element.line} is no joint of a URDF: {NOT_USED}")
 
     def _text(self, text: str) -> None:
-        """Keep what ros2_control states of a joint's position commands."""
+        """Store ros2_control's position commands of a joint."""
         if self.open != _COMMAND or self.began[3].attributes.get("name") != "position":
             return
         joint, end = self.began[2].attributes.get("name", ""), self.began[4].attributes.get("name", "")
@@ -176,14 +176,14 @@ class _Reader:
             ends[end] = ends.get(end, "") + text
 
     def _in_xacro(self) -> bool:
-        """Return whether tags of xacro alone lie between the robot and the present tag, and none defines."""
+        """Return whether only tags of xacro lie between the robot and the present tag, and none defines."""
         around = self.open[1:-1]
         return "xacro:macro" not in around and all(other.startswith(_XACRO) for other in around)
 
     def _start_xacro(self, tag: str, element: Element) -> None:
-        """Note a tag of xacro; what could make links or joints is refused, here or at the end of the file."""
+        """Note a tag of xacro; reject one that could create links or joints, here or at the end."""
         if "xacro:macro" in self.open[:-1]:
-            return  # part of a definition: nothing by itself
+            return  # part of a definition: no effect by itself
         self.left_out.setdefault(tag, []).append(element.line)
         if self.joint is not None:
             self.joint.xacro = tag, element
@@ -195,7 +195,7 @@ class _Reader:
             self.calls.append((tag, element))
 
     def finish(self) -> RobotElement:
-        """Return the robot; a call is refused where its macro is or may be defined."""
+        """Return the robot; reject a call if its macro is or may be defined."""
         for tag, element in self.calls:
             if self.includes or tag.removeprefix(_XACRO) in self.macros:
                 self.robot.fail(f"<{tag}> calls a macro: {_NOT_URDF}", element)
@@ -243,14 +243,14 @@ def parse_robot(text: str | bytes, source: str, skipped: int = 0) -> RobotElemen
     text : str or bytes
         The whole document.
     source : str
-        What to call it in messages.
+        Its name in messages.
     skipped : int, optional
         Lines of the file before the document.
 
     Raises
     ------
     ModelError
-        Not XML, a DOCTYPE, xacro that makes links or joints, not a robot, a name missing or twice.
+        Not XML, a DOCTYPE, xacro that creates links or joints, not a robot, a missing or duplicate name.
     """
     reader = _Reader(source, skipped)
     if isinstance(text, bytes):
@@ -266,6 +266,6 @@ def parse_robot(text: str | bytes, source: str, skipped: int = 0) -> RobotElemen
         ) from None
     except ModelError:
         raise
-    except (LookupError, ValueError) as error:  # an encoding that does not exist, text that has none
+    except (LookupError, ValueError) as error:  # an unknown encoding, or a text that violates it
         raise ModelError(f"not XML: {error}", source=source) from None
     return reader.finish()

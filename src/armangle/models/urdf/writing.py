@@ -17,13 +17,13 @@ _WRITTEN_DIGITS = 15
 def write_urdf(arm: ArmDescription) -> str:
     """Return the text of a kinematic URDF, from link ``base`` to link ``tip``.
 
-    Read back, it gives the same forward kinematics, limits, speeds and joint names. Signs, zeros
-    and lengths come back in their canonical form (see :mod:`armangle.models.detect`).
+    Reading it gives the same forward kinematics, limits, velocities and joint names. Signs, zeros and lengths
+    return in their canonical form (see :mod:`armangle.models.detect`).
 
     Raises
     ------
     LimitError
-        A joint limited on one side only, which URDF cannot say.
+        If a joint is limited on one side only, which URDF cannot express.
     """
     return write_chain(chain_of(arm), arm.name)
 
@@ -73,7 +73,7 @@ def _kind(joint: Joint) -> str:
 
 
 def _write_limit(element: ElementTree.Element, joint: Joint) -> None:
-    """Append the limits; a speed that is not known is written as 0."""
+    """Append the limits; an unknown velocity is written as 0."""
     known = math.isfinite(joint.velocity)
     limit = {"effort": "0", "velocity": repr(float(joint.velocity)) if known else "0"}
     if element.get("type") == "revolute":
