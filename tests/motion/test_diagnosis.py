@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from support.moves import limited, line, moved, refused
 from support.planned_arms import IIWA, TURNING, random_arm
 
 import armangle as aa
@@ -28,6 +30,7 @@ def refused_poses(count: int) -> list[tuple[aa.Arm, np.ndarray, aa.types.Branch]
 
 
 CASES = refused_poses(60)
+AMID = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
 
 
 def test_verdicts_are_those_of_the_feasible_arcs() -> None:
@@ -50,6 +53,14 @@ def common(sets: aa.ArcSet, joints: Sequence[int]) -> aa.ArcSet:
     return out
 
 
+def opened(arm: aa.Arm, opening: aa.types.Opening, extra: float) -> aa.Arm:
+    """The arm whose limit that an opening names lies so much (rad) farther out."""
+    limits = {"lower": arm.lower, "upper": arm.upper}
+    sign = 1 if opening.side == "upper" else -1
+    at = float(limits[opening.side][opening.joint - 1])
+    return limited(arm, opening.joint - 1, **{opening.side: at + sign * extra})
+
+
 def test_the_blocking_joints_block_and_no_fewer_do() -> None:
     for arm, pose, branch in CASES:
         sets = arm.feasible(pose, branch.gc, per_joint=True)
@@ -59,51 +70,36 @@ def test_the_blocking_joints_block_and_no_fewer_do() -> None:
             assert not common(sets, [j for j in branch.blocking if j != joint]).is_empty
 
 
-def test_an_opening_opens_and_a_little_less_does_not() -> None:
+def test_an_opening_opens_a_little_less_does_not_and_no_other_limit_does() -> None:
     seen = 0
-    for arm, pose, branch in CASES:
+    for k, (arm, pose, branch) in enumerate(CASES):
         assert [o.extra for o in branch.openings] == sorted(o.extra for o in branch.openings)
         for opening in branch.openings:
             seen += 1
             for share, wanted in ((1e-6, False), (-1e-6, True)):
-                limits = {"lower": arm.lower.copy(), "upper": arm.upper.copy()}
-                sign = 1 if opening.side == "upper" else -1
-                limits[opening.side][opening.joint - 1] += sign * (opening.extra - share)
-                assert bool(arm.with_(**limits).explain(pose)[branch.gc].ok) == wanted
+                assert bool(opened(arm, opening, opening.extra - share).explain(pose)[branch.gc].ok) == wanted
+        named = {(o.joint, o.side) for o in branch.openings}
+        for joint, side in itertools.product(range(1, 8), ("lower", "upper")) if k < 20 else ():
+            if (joint, side) not in named:
+                other = aa.types.Opening(joint, side, 0.0)
+                assert not opened(arm, other, 2 * np.pi).explain(pose)[branch.gc].ok
     assert seen > 50
 
 
-def test_a_limit_that_is_no_opening_does_not_help_alone() -> None:
-    for arm, pose, branch in CASES[:20]:
-        named = {(o.joint, o.side) for o in branch.openings}
-        for joint in range(1, 8):
-            for side in ("lower", "upper"):
-                if (joint, side) in named:
-                    continue
-                limits = {"lower": arm.lower.copy(), "upper": arm.upper.copy()}
-                limits[side][joint - 1] += (1 if side == "upper" else -1) * 2 * np.pi
-                assert not arm.with_(**limits).explain(pose)[branch.gc].ok
-
-
 def test_out_of_reach_says_by_how_much_and_from_where() -> None:
-    pose = IIWA.forward([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])[0]
-    far = pose.copy()
-    far[:3, 3] += [1.0, 0.0, 0.0]
-    path = aa.Line(pose, far, "fixed")
+    pose = IIWA.forward(AMID)[0]
+    path = aa.Line(pose, moved(pose, [1.0, 0.0, 0.0]), "fixed")
     result = aa.plan(IIWA, path)
     branch = result.diagnosis[2]
-    assert branch.verdict == aa.types.Verdict.UNREACHABLE
+    assert branch.verdict == aa.types.Verdict.UNREACHABLE and branch.s_to == 1.0
     wrist = path.pose([branch.s_from, 1.0])[:, :3] @ [0, 0, -0.126, 1.0] - [0, 0, 0.34]
     distance = np.linalg.norm(wrist, axis=1)
-    assert abs(distance[0] - 0.8) < 1e-4
-    assert abs(distance[1] - 0.8 - branch.excess) < 1e-9
-    assert branch.s_to == 1.0
+    assert abs(distance[0] - 0.8) < 1e-4 and abs(distance[1] - 0.8 - branch.excess) < 1e-9
     assert "mm" in result.explain() and "out of reach" in result.explain()
     done = result.status == aa.Status.OK
     assert np.isfinite(result.q[done]).all() and np.isnan(result.q[~done]).all()
     assert result.s[done].max() <= result.diagnosis.reached
-    with pytest.raises(aa.PathError, match="out of reach"):
-        result.raise_for_status()
+    refused(aa.PathError, "out of reach", result.raise_for_status)
     beyond = result.at([0.0, 1.0])
     assert np.isfinite(beyond.q[0]).all() and np.isnan(beyond.q[1]).all() and beyond.gc[1] == -1
 
@@ -138,49 +134,38 @@ def test_a_dead_end_is_named_with_where_it_closes() -> None:
     assert not any(TURNING.feasible(path.pose(s), 2).is_empty for s in np.linspace(0, 1, 200))
 
 
-def test_start_or_goal_in_another_branch_or_outside_is_said() -> None:
-    q = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
-    pose = IIWA.forward(q)[0]
-    for which in ("start", "goal"):
-        other = aa.plan(IIWA, pose[None], gc=0, **{which: q})
-        assert other.diagnosis[0].verdict == aa.types.Verdict[which.upper()] and other.diagnosis[0].elsewhere
-        outside = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, IIWA.upper[6] + 0.01])
-        late = aa.plan(IIWA, IIWA.forward(outside)[0][None], **{which: outside})
-        own = late.diagnosis.branches[0]
-        assert (
-            not late.ok and own.verdict == aa.types.Verdict[which.upper()] and own.status == aa.Status.LIMITS
-        )
-        assert [(o.joint, o.side) for o in own.openings] == [(7, "upper")]
-        assert own.openings[0].extra == pytest.approx(0.01)
-        assert [branch.elsewhere for branch in late.diagnosis.branches] == [False] + 7 * [True]
-        margin = aa.plan(IIWA.with_(singularity_margin=0.7), pose[None], **{which: q}).diagnosis.branches[0]
-        assert (margin.verdict, margin.status) == (own.verdict, aa.Status.NEAR_SINGULAR)
+@pytest.mark.parametrize("which", ["start", "goal"])
+def test_start_or_goal_in_another_branch_or_outside_is_said(which: str) -> None:
+    pose, verdict = IIWA.forward(AMID)[0], aa.types.Verdict[which.upper()]
+    other = aa.plan(IIWA, pose[None], gc=0, **{which: AMID})
+    assert other.diagnosis[0].verdict == verdict and other.diagnosis[0].elsewhere
+    outside = np.append(AMID[:6], IIWA.upper[6] + 0.01)
+    late = aa.plan(IIWA, IIWA.forward(outside)[0][None], **{which: outside})
+    own = late.diagnosis.branches[0]
+    assert not late.ok and (own.verdict, own.status) == (verdict, aa.Status.LIMITS)
+    assert [(o.joint, o.side) for o in own.openings] == [(7, "upper")]
+    assert own.openings[0].extra == pytest.approx(0.01)
+    assert [branch.elsewhere for branch in late.diagnosis.branches] == [False] + 7 * [True]
+    margin = aa.plan(IIWA.with_(singularity_margin=0.7), pose[None], **{which: AMID}).diagnosis.branches[0]
+    assert (margin.verdict, margin.status) == (verdict, aa.Status.NEAR_SINGULAR)
 
 
-def test_a_branch_that_was_not_asked_for_is_no_key() -> None:
+def test_bad_input_and_a_branch_that_was_not_asked_for() -> None:
     with pytest.raises(KeyError):
         aa.types.Diagnosis((aa.types.Branch(gc=0, verdict=aa.types.Verdict.DEAD_END),))[5]
+    refused(aa.InputError, r"pose has shape \(1, 4, 4\)", IIWA.explain, np.eye(4)[None])
+    refused(aa.InputError, "not orthonormal", IIWA.explain, np.diag([2.0, 1.0, 1.0, 1.0]))
 
 
 def test_an_openarm_that_hangs_straight_is_told_how_to_begin() -> None:
     """Joints 1, 3 and 5 share an axis there, and the elbow bends along it only after a turn on the spot."""
     arm = aa.Arm.from_catalogue("openarm_v10")
-    pose = arm.forward(np.zeros(7))[0]
-    up = pose.copy()
-    up[2, 3] -= 0.1
-    refused = aa.plan(arm, aa.Line(pose, up), start=np.zeros(7), samples=30)
-    assert not refused.ok
-    assert "Plan without start=" in refused.explain()
-    free = aa.plan(arm, aa.Line(pose, up), samples=30)
+    way = line(arm, np.zeros(7), [0, 0, -0.1])
+    failed = aa.plan(arm, way, start=np.zeros(7), samples=30)
+    assert not failed.ok and "Plan without start=" in failed.explain()
+    free = aa.plan(arm, way, samples=30)
     assert free.ok
-    np.testing.assert_allclose(arm.forward(free.at(0.0).q)[0], pose, atol=1e-9)
-
-
-def test_explain_refuses_bad_input() -> None:
-    with pytest.raises(aa.InputError, match=r"pose has shape \(1, 4, 4\), wanted \(4, 4\)"):
-        IIWA.explain(np.eye(4)[None])
-    with pytest.raises(aa.InputError, match="the rotation of pose is not orthonormal"):
-        IIWA.explain(np.diag([2.0, 1.0, 1.0, 1.0]))
+    np.testing.assert_allclose(arm.forward(free.at(0.0).q)[0], way.start, atol=1e-9)
 
 
 def test_an_opening_of_a_path_opens_all_of_it_and_is_hardly_more_than_it_takes() -> None:
@@ -190,24 +175,15 @@ def test_an_opening_of_a_path_opens_all_of_it_and_is_hardly_more_than_it_takes()
         rng = np.random.default_rng([3, seed])
         seed += 1
         arm = random_arm(rng)
-        q = rng.uniform(arm.lower + 0.05, arm.upper - 0.05)
-        first = arm.forward(q)[0]
-        last = first.copy()
-        way = rng.normal(size=3)
-        last[:3, 3] += 0.3 * (arm.d_se + arm.d_ew) * way / np.linalg.norm(way)
-        line = aa.Line(first, last)
-        refused = aa.plan(arm, line, samples=2).diagnosis
-        assert refused is not None
-        for branch in refused.branches:
+        q, way = rng.uniform(arm.lower + 0.05, arm.upper - 0.05), rng.normal(size=3)
+        path = line(arm, q, 0.3 * (arm.d_se + arm.d_ew) * way / np.linalg.norm(way))
+        for branch in aa.plan(arm, path, samples=2).diagnosis.branches:
             if branch.verdict != aa.types.Verdict.IMPOSSIBLE or not branch.openings:
                 continue
             seen += 1
             opening = branch.openings[0]
             for share, wanted in ((1.0, True), (1 / 1.05, False)):
-                limits = {"lower": arm.lower.copy(), "upper": arm.upper.copy()}
-                sign = 1 if opening.side == "upper" else -1
-                limits[opening.side][opening.joint - 1] += sign * opening.extra * share
-                arcs = arm.with_(**limits).feasible(line.pose(s), branch.gc)
+                arcs = opened(arm, opening, opening.extra * share).feasible(path.pose(s), branch.gc)
                 assert np.asarray(arcs.is_empty).any() != wanted, (seed, opening)
 
 
