@@ -103,7 +103,7 @@ manylinux:  ## a wheel for any Linux since glibc 2.17 (pip install build ziglang
 	ARMANGLE_LEVELS=all PYTHON=$(PYTHON) CXX=$(CURDIR)/tools/zig-c++ $(PYTHON) -m build --wheel --outdir build/wheel
 	PATH=$(dir $(abspath $(PYTHON))):$$PATH auditwheel repair -w dist build/wheel/armangle-*.whl
 
-accuracy:  ## docs/accuracy.md over COUNT random postures
+accuracy:  ## the accuracy section of docs/background/benchmarks.md, over COUNT random configurations
 	$(PYTHON) tools/accuracy.py --count $(COUNT) --write
 
 test-lowest:  ## the tests with the lowest versions that pyproject.toml allows

@@ -1,4 +1,4 @@
-"""Measure the numerical error and write docs/accuracy.md: tools/accuracy.py [--count N] [--write].
+"""Measure the numerical error and write the accuracy section of docs/background/benchmarks.md: tools/accuracy.py [--count N] [--write].
 
 Random postures within the limits, and families of postures at and beside every singularity. The bulk is
 judged by the library against itself (pose of the joints found, against the pose asked for); a sample of each
@@ -22,7 +22,8 @@ import armangle as aa
 Floats = NDArray[np.float64]
 Error = dict[str, Floats]
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "accuracy.md"
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "background" / "benchmarks.md"
+OPENING, CLOSING = "<!-- accuracy -->\n", "<!-- /accuracy -->\n"
 BLOCK = 200_000
 ROBOT = "kuka_iiwa7_r800"
 NEAR = (0.0, 1e-12, 1e-9, 1e-6, 1e-3)
@@ -83,7 +84,7 @@ class Spread:
 def measure(arm: aa.Arm, q: Floats) -> Error:
     """Return the errors of going to the pose and back, of each posture."""
     pose, psi, gc = arm.forward(q)
-    found = arm.inverse(pose, psi, gc, seed=q)
+    found = arm.inverse(pose, psi, gc, seed=q, limits=False)
     again, psi_again, gc_again = arm.forward(found)
     apart = np.abs(np.remainder(psi_again - psi + np.pi, 2 * np.pi) - np.pi)
     return {
@@ -102,7 +103,7 @@ def arc_ends(arm: aa.Arm, q: Floats) -> Floats:
     for k, (pairs, ends) in enumerate(zip(arcs.intervals, arcs.ends, strict=True)):
         for psi, end in zip(pairs.ravel(), [e for pair in ends for e in pair], strict=False):
             if end.side in ("lower", "upper"):
-                value = arm.inverse(pose[k], psi, gc[k])[end.joint - 1]
+                value = arm.inverse(pose[k], psi, gc[k], limits=False)[end.joint - 1]
                 out.append(abs(np.remainder(value - end.value + np.pi, 2 * np.pi) - np.pi))
     return np.array(out)
 
@@ -113,7 +114,7 @@ def blocks(total: int) -> Iterator[int]:
 
 
 def report(count: int, sample: int) -> str:
-    """Return the page."""
+    """Return the section of the page."""
     arm = aa.Arm.from_catalogue(ROBOT)
     rng = np.random.default_rng(2018)
     bulk, judged = [], []
@@ -125,7 +126,7 @@ def report(count: int, sample: int) -> str:
                 spread.setdefault(what, Spread()).add(values)
         ends = Spread()
         ends.add(arc_ends(arm, family(arm, rng, 20 * sample)))
-        spread["arc end (rad)"] = ends
+        spread["interval end (rad)"] = ends
         bulk.append(f"| {name} | {total:.0e} | " + " | ".join(s.text() for s in spread.values()) + " |")
         q = family(arm, rng, sample)
         pose, psi, _ = arm.forward(q)
@@ -136,7 +137,7 @@ def report(count: int, sample: int) -> str:
         judged.append(f"| {name} | {sample} | {chain.text()} | {angle.text()} |")
         print(bulk[-1], judged[-1], sep="\n", flush=True)
     heads = list(spread)
-    return PAGE_TEXT.format(
+    return SECTION.format(
         command=f"python tools/accuracy.py --count {count} --sample {sample} --write",
         machine=f"{platform.machine()},\n{platform.system()}, instruction set {aa.ISA}",
         date=datetime.date.today().isoformat(),
@@ -148,37 +149,46 @@ def report(count: int, sample: int) -> str:
     )
 
 
-PAGE_TEXT = """# Accuracy
+SECTION = """Written by `{command}` on {date}, armangle {version}, {machine}.
+The arm is a KUKA LBR iiwa 7 R800; all numbers are absolute, and p99.9 is rounded up by at most 2.3 %.
 
-Written by `{command}` on {date}, armangle {version}, {machine}.
-The arm is a KUKA LBR iiwa 7 R800; all numbers are absolute, p99.9 is rounded up by at most 2.3 %.
-
-## There and back
-
-Postures to (pose, ψ, gc), back to joints, and to the pose again.
-Families "near" a value hold postures exactly at it and 1e-12, 1e-9, 1e-6 and 1e-3 rad beside.
+The first table converts configurations to (pose, ψ, gc), back to joints, and to the pose again.
+Families "near" a value hold configurations exactly at it and 1e-12, 1e-9, 1e-6 and 1e-3 rad away.
 The *pose* holds everywhere.
-*q* cannot at a singular posture: there a whole family of joints has this pose (θ1 + θ3 or θ5 + θ7
-alone count), or an angle is the root of a small number (θ4 of the stretched arm: about 1e-8).
-ψ is compared where the branch is the same.
-*Arc end*: how far the joint is from the limit that the end of a feasible arc names;
-at an end where dq/dψ is large it is the rounding of ψ times that slope.
+*q* cannot hold at a singular configuration: there only θ1 + θ3 or θ5 + θ7 is defined, or an angle is the root of a
+small number (θ4 of the stretched arm: about 1e-8).
+ψ is compared if the branch is the same.
+*Interval end*: the distance of the joint from the limit that the end of a feasible interval names.
+If dq/dψ is large, it is the rounding of ψ times that slope.
 
-| postures | number | {heads} |
+| configurations | number | {heads} |
 | :-- | --: | {rule} |
 {bulk}
 
-## Against 50 digits
+The second table judges the same families by 50-digit arithmetic (mpmath).
+*Pose* is the largest error of an entry of the forward kinematics (m or 1).
+*ψ* is computed from the rounded pose that the library returned.
+If the wrist is near the base axis, or the arm is stretched, the rounding of that pose alone moves ψ.
 
-The same families, judged by mpmath: forward kinematics as a product of the DH matrices
-(largest error of an entry of the pose, m or 1), and ψ by the elbow axis from the *rounded* pose
-that the library returned.
-Where the wrist is close to the base axis, or the arm is stretched, the rounding of that pose alone moves ψ.
-
-| postures | number | pose: max | p99.9 | ψ (rad): max | p99.9 |
+| configurations | number | pose: max | p99.9 | ψ (rad): max | p99.9 |
 | :-- | --: | --: | --: | --: | --: |
 {judged}
 """
+
+
+def with_section(page: str, section: str) -> str:
+    """Return the page with a new text between its two markers.
+
+    Raises
+    ------
+    ValueError
+        If the page lacks the markers.
+    """
+    before, opening, rest = page.partition(OPENING)
+    _, closing, after = rest.partition(CLOSING)
+    if not opening or not closing:
+        raise ValueError(f"{PAGE} has no markers {OPENING.strip()} and {CLOSING.strip()}")
+    return f"{before}{opening}{section}{closing}{after}"
 
 
 def main() -> None:
@@ -187,9 +197,9 @@ def main() -> None:
     parser.add_argument("--sample", type=int, default=300, help="postures a family judged by mpmath")
     parser.add_argument("--write", action="store_true", help=f"write {PAGE.name}")
     args = parser.parse_args()
-    page = report(args.count, args.sample)
+    section = report(args.count, args.sample)
     if args.write:
-        PAGE.write_text(page)
+        PAGE.write_text(with_section(PAGE.read_text(encoding="utf-8"), section), encoding="utf-8")
 
 
 if __name__ == "__main__":
