@@ -60,7 +60,7 @@ def take_help(app: Sphinx) -> None:
 
 
 def compile_demo(app: Sphinx, failed: Exception | None) -> None:
-    """Write the script of the arm in the browser; without a compiler for it, one that says so."""
+    """Write the script of the arm in the browser; without a compiler for it, one that leaves the picture."""
     if failed or app.builder.format != "html":
         return
     sys.path.insert(0, str(Path(app.srcdir) / "browser"))
@@ -69,8 +69,7 @@ def compile_demo(app: Sphinx, failed: Exception | None) -> None:
     try:
         script = build.script()
     except RuntimeError:
-        said = "These pages were built where no compiler for WebAssembly is."
-        script = f"document.getElementById('armangle-demo').textContent = '{said}';\n"
+        script = ""
     (Path(app.outdir) / "_static" / "armangle_demo.js").write_text(script, encoding="utf-8")
 
 
