@@ -1,4 +1,4 @@
-"""Measure the numerical error and write the accuracy section of docs/background/benchmarks.md: tools/accuracy.py [--count N] [--write].
+"""Measure the numerical error, for docs/background/benchmarks.md: tools/accuracy.py [--count N] [--write].
 
 Random postures within the limits, and families of postures at and beside every singularity. The bulk is
 judged by the library against itself (pose of the joints found, against the pose asked for); a sample of each
@@ -155,8 +155,8 @@ The arm is a KUKA LBR iiwa 7 R800; all numbers are absolute, and p99.9 is rounde
 The first table converts configurations to (pose, ψ, gc), back to joints, and to the pose again.
 Families "near" a value hold configurations exactly at it and 1e-12, 1e-9, 1e-6 and 1e-3 rad away.
 The *pose* holds everywhere.
-*q* cannot hold at a singular configuration: there only θ1 + θ3 or θ5 + θ7 is defined, or an angle is the root of a
-small number (θ4 of the stretched arm: about 1e-8).
+*q* cannot hold at a singular configuration: there only θ1 + θ3 or θ5 + θ7 is defined, or an angle is the root
+of a small number (θ4 of the stretched arm: about 1e-8).
 ψ is compared if the branch is the same.
 *Interval end*: the distance of the joint from the limit that the end of a feasible interval names.
 If dq/dψ is large, it is the rounding of ψ times that slope.

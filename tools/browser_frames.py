@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Drag the arm of docs/browser.md in headless chromium and print how many frames a second it draws.
+"""Drag the arm of docs/index.md in headless chromium and print how many frames a second it draws.
 
 python tools/browser_frames.py [frames]      (needs playwright, chromium, a compiler for WebAssembly)
 """

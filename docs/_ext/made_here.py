@@ -1,19 +1,14 @@
-"""What a build makes: pictures from the library's data, the table of measured times, docstring fields."""
+"""What a build makes: pictures from the library's data, the tables of measured times, docstring fields."""
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 from sphinx.application import Sphinx
 
-NO_TABLE = (
-    "The table of measured times is written by `python benchmarks/peers.py` into `benchmarks/README.md`, "
-    "from which this page takes it. This build found none."
-)
-PICTURE = re.compile(r"!\[([^\]]*)\]\(([^)]+)\)")
+BLOCK = re.compile(r"^<!-- ([\w ]+) -->\n(.*?)^<!-- /\1 -->$", re.MULTILINE | re.DOTALL)
 
 
 def make_pictures(app: Sphinx) -> None:
@@ -24,24 +19,11 @@ def make_pictures(app: Sphinx) -> None:
 
 
 def take_benchmarks(app: Sphinx) -> None:
-    """Take text, tables and pictures of benchmarks/README.md, one heading level deeper, without its title."""
-    folder = Path(app.srcdir).parent / "benchmarks"
-    made = Path(app.srcdir) / "_made"
-    text = NO_TABLE
-    if (folder / "README.md").exists():
-        lines = (folder / "README.md").read_text(encoding="utf-8").splitlines()
-        kept = [f"#{line}" if line.startswith("#") else line for line in lines if not line.startswith("# ")]
-        text = PICTURE.sub(lambda found: _copied_picture(found, folder, made), "\n".join(kept))
-    (made / "benchmarks.md").write_text(text + "\n", encoding="utf-8")
-
-
-def _copied_picture(found: re.Match[str], folder: Path, made: Path) -> str:
-    """Return the link to a copy of a picture; nothing where the picture has not been drawn."""
-    source = folder / found[2]
-    if not source.exists():
-        return ""
-    shutil.copy(source, made / source.name)
-    return f"![{found[1]}](_made/{source.name})"
+    """Take what the programs of benchmarks/ wrote into its README, a file for each pair of markers."""
+    text = (Path(app.srcdir).parent / "benchmarks" / "README.md").read_text(encoding="utf-8")
+    for name, block in BLOCK.findall(text):
+        made = Path(app.srcdir) / "_made" / f"benchmark_{name.replace(' ', '_')}.md"
+        made.write_text(block, encoding="utf-8")
 
 
 def _help(*words: str) -> str:
@@ -87,7 +69,7 @@ def list_the_rest(app: Sphinx) -> None:
     import armangle
     from armangle import plots
 
-    page = (Path(app.srcdir) / "api.md").read_text(encoding="utf-8")
+    page = (Path(app.srcdir) / "reference" / "api.md").read_text(encoding="utf-8")
     errors = vars(armangle.errors).values()
     objects = {
         f"{module.__name__}.{name}": getattr(module, name)
@@ -104,16 +86,6 @@ def list_the_rest(app: Sphinx) -> None:
     (Path(app.srcdir) / "_made" / "more_api.md").write_text(
         "\n".join([*lines, "```"]) + "\n", encoding="utf-8"
     )
-
-
-def take_optional_pages(app: Sphinx, page: str, source: list[str]) -> None:
-    """Turn a line ``?name`` in a list of pages into ``name`` where that page exists, else into nothing."""
-    folder = (Path(app.srcdir) / page).parent
-
-    def kept(found: re.Match[str]) -> str:
-        return f"{found[1]}\n" if (folder / f"{found[1]}.md").exists() else ""
-
-    source[0] = re.sub(r"^\?(\w+)\n", kept, source[0], flags=re.MULTILINE)
 
 
 def tidy_docstring(
@@ -139,6 +111,5 @@ def setup(app: Sphinx) -> dict[str, bool]:
     app.connect("builder-inited", take_help)
     app.connect("builder-inited", list_the_rest)
     app.connect("builder-inited", take_statuses)
-    app.connect("source-read", take_optional_pages)
     app.connect("autodoc-process-docstring", tidy_docstring, priority=100)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

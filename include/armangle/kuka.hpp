@@ -1,7 +1,7 @@
 // The representation of a solution in a KUKA LBR's controller: pose, E1, Status, Turn.
 //
 // E1 is the value of axis A3, not an angle on the elbow's circle: this holds for all 1288 frames taught on
-// robots in three public projects (docs: kuka.md). With A3 given, the wrist in frame 2 is
+// robots in three public projects (docs/guides/kuka.md). With A3 given, the wrist in frame 2 is
 //
 //     (x2, y2, z2) = (-s4 c3 d_ew, -s4 s3 d_ew, d_se + c4 d_ew),
 //

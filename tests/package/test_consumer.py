@@ -114,7 +114,7 @@ def test_fast_math_is_refused(tmp_path: Path) -> None:
 FENCE = re.compile(r"^```cpp\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LISTINGS = [
     (page, number, code)
-    for page in ("README.md", "docs/howto/cpp.md")
+    for page in ("README.md", "docs/guides/ros_cpp.md")
     for number, code in enumerate(FENCE.findall((ROOT / page).read_text(encoding="utf-8")))
 ]
 

@@ -88,7 +88,7 @@ def test_code_and_formulas_are_left_alone() -> None:
 
 FIGURE = re.compile(r"\d (?:[nµu]s|[kMGT]B)\b")
 COMMAND = re.compile(r"benchmarks/|`make [a-z]+`")
-OF_THE_PAPER = "docs/errata.md"
+OF_THE_PAPER = "docs/background/errata.md"
 
 
 def figures(text: str) -> list[str]:

@@ -9,7 +9,7 @@
 //     F = D m^2 - 2 h B m + h^2 (|N|^2 - (y6.N)^2) - C^2 = 0,  B = w.N - t y6.N,  C = (w x y6).N
 //
 // F is sampled at 16 places of the circle, each with a bound of its rounding; a discrete Fourier
-// transform has its coefficients. Derivation: docs/theory/offset_wrist.md.
+// transform has its coefficients. Derivation: docs/background/other_wrists.md.
 #pragma once
 
 #include "offset_motion.hpp"

@@ -8,7 +8,7 @@
 //
 // A posture needs |t| <= |g|: the line of axis 5 passes S at |g|, the plane across axis 6 at |t|. Where they
 // are equal, cos theta_5 = 0, two branches meet and theta_7 turns back. Derivation:
-// docs/theory/offset_wrist.md.
+// docs/background/other_wrists.md.
 #pragma once
 
 #include "offset_arm.hpp"

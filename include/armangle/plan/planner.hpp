@@ -103,7 +103,7 @@ inline double hinge_clearance(double theta) noexcept {
     return min(size, pi - size);
 }
 
-/// One plan: sections, search, curve and proof of each branch; docs/theory/plan.md.
+/// One plan: sections, search, curve and proof of each branch; docs/background/paths.md.
 class Planner {
 public:
     Planner(const Arm& arm, const Segment* segments, std::size_t n, const double* rows, std::size_t row_count,

@@ -116,7 +116,7 @@ class Body:
 
         They are fixed to the frames of the arm from `Arm.from_urdf`. Boxes, cylinders and closed meshes lie
         within them completely: each piece of the surface lies within one of them, and they are convex (docs:
-        theory/scene). Needs the extra ``view`` if the file has meshes.
+        background/feasible). Needs the extra ``view`` if the file has meshes.
 
         Parameters
         ----------

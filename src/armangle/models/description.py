@@ -119,7 +119,7 @@ class OffsetDescription(ArmDescription):
     a_1, a_6 : float
         Offset between the axes of joints 1 and 2, or of joints 6 and 7, m: one of them is 0.
 
-    Source: docs, theory/offset_wrist.
+    Source: docs, background/other_wrists.
     """
 
     a_1: float = 0.0

@@ -1,4 +1,4 @@
-// What the listing of a node in docs/howto/cpp.md uses of rclcpp: names and no more, for tests without ROS.
+// What the listing of a node in docs/guides/ros_cpp.md uses of rclcpp: names only, for tests without ROS.
 #pragma once
 
 #include <cstdio>
