@@ -264,7 +264,7 @@ def test_the_api_page_has_every_public_member_and_no_other(site: Path) -> None:
     plots = {f"armangle.plots.{name}" for name in armangle.plots.__all__ if callable(drawn[name])}
     kuka = {"armangle.kuka", *(f"armangle.kuka.{name}" for name in armangle.kuka.__all__)}
     fields = {f"armangle.kuka.KukaFrame.{name}" for name in armangle.kuka.KukaFrame._fields}
-    functions = ("forward", "inverse", "freedom", "limit_margin")
+    functions = ("forward", "inverse", "solve", "freedom", "limit_margin")
     bridges = {
         f"armangle.{library}{name}"
         for library in ("torch", "jax")
@@ -366,16 +366,21 @@ def test_nothing_runs_off_a_page(site: Path, browser: Any) -> None:
     assert len(pages) > 30 and not wrong, "\n".join(wrong)
 
 
-# Right edges (px) of the code before the first picture.
+# Right edges (px) of the first code, and of the calls of the table.
 FIRST_CODE = """() => [...document.querySelectorAll('article pre')].slice(0, 2)
     .map(code => code.getBoundingClientRect().left + code.scrollWidth)"""
 
 
-def test_on_a_phone_the_first_code_is_seen_whole(site: Path, browser: Any) -> None:
+CALLS_OF_TABLE = """() => [...document.querySelectorAll('#find-your-function code')]
+    .map(call => call.getBoundingClientRect().right)"""
+
+
+@pytest.mark.parametrize(("edges", "least"), [(FIRST_CODE, 2), (CALLS_OF_TABLE, 20)])
+def test_on_a_phone_what_to_call_is_seen_whole(site: Path, browser: Any, edges: str, least: int) -> None:
     view = browser.new_page(viewport={"width": PHONE, "height": 900})
     view.goto((site / "index.html").as_uri())
-    found = view.evaluate(FIRST_CODE)
-    assert len(found) == 2 and max(found) <= PHONE
+    found = view.evaluate(edges)
+    assert len(found) >= least and max(found) <= PHONE
     view.close()
 
 

@@ -144,6 +144,7 @@ CALLS: dict[str, tuple[Callable[[At], Any], ...]] = {
         lambda at: aa.gradients.inverse(at.arm, at.pose, at.psi, at.gc),
         of_jax,
     ),
+    "`aa.gradients.solve`": (lambda at: aa.gradients.solve(at.arm, at.pose, at.q + 0.05),),
     "`armangle.plots.circle`, `armangle view`": (drawn, viewed),
 }
 
