@@ -1,4 +1,4 @@
-"""Pictures of the how-to pages: an obstacle as arcs, a plan around a dead end, what armangle.plots draws."""
+"""Pictures of the guides: an obstacle as arcs, a plan around a dead end, what armangle.plots draws."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -43,7 +43,7 @@ def map_of_a_plan() -> Figure:
     """The same line step by step, which ends in a dead end, and as a whole."""
     poses = drop()
     stepped = aa.follow(ARM, poses, start=TORN, policy=aa.Repulsion(outside="stop"))
-    planned = aa.plan(ARM, poses, start=TORN)
+    planned = aa.plan(ARM, poses, start=TORN, gc=2)
     figure = Figure(figsize=(8.8, 3.4))
     titles = (f"follow: ends at pose {stepped.first_failure}", "plan: the whole path, proven")
     for place, motion, title in zip((121, 122), (stepped, planned), titles, strict=True):
@@ -80,7 +80,7 @@ def map_of_a_scene() -> Figure:
     poses = np.tile(pose, (200, 1, 1))
     poses[:, 1, 3] += np.linspace(0.0, 0.1, 200)
     figure = Figure(figsize=(8.0, 3.6), layout="constrained")
-    planned = aa.plan(BODIED.with_(scene=CELL), poses)
+    planned = aa.plan(BODIED.with_(scene=CELL), poses, gc=int(gc))
     plots.feasible_map(planned, gc=int(gc), ax=figure.add_subplot())
     return figure
 
