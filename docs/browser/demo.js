@@ -39,7 +39,10 @@ function loadCore(code) {
 function armangleDemo(element, core) {
   element.innerHTML = '<canvas width="640" height="420"></canvas><canvas width="220" height="220"></canvas>' +
     '<p><label>GC <select>' + [...Array(8).keys()].map(k => `<option>${k}</option>`).join('') +
-    '</select></label> <output></output></p>';
+    '</select></label> <output></output></p>' +
+    '<p>Drag the end effector (blue), the ball or the dial of ψ, or the background to look from elsewhere. ' +
+    'Wide green is feasible, dark grey collides with the ball, and thin red is beyond a joint limit. ' +
+    'The numbers come from the C++ core, compiled to WebAssembly.</p>';
   const [space, dial] = element.querySelectorAll('canvas');
   const select = element.querySelector('select'), output = element.querySelector('output');
   const eye = {turn: 0.9, tilt: 0.35, scale: 330};

@@ -35,7 +35,7 @@ def _foot(space: Any) -> None:
 
 
 def draw() -> plt.Figure:
-    """An arm that stands, three more of its postures for the same pose, and the circle of its elbow."""
+    """An arm, three more solutions of the same pose, and the circle of its elbow."""
     figure = plt.figure(figsize=(8.4, 4.3))
     space = figure.add_axes((-0.17, -0.24, 0.92, 1.38), projection="3d", computed_zorder=False)
     pose, _, gc = ARM.forward(POSTURE)
@@ -57,13 +57,13 @@ def draw() -> plt.Figure:
     space.set_axis_off()
     space.set_title("")
     space.view_init(azim=-35, elev=18)
-    words = {"feasible": "free for the elbow"}
+    words = {"feasible": "feasible"}
     words |= {f"blocked by joint {j}": f"joint {j} beyond its limit" for j in range(1, 8)}
     drawn = dict(zip(names, handles, strict=True))
     shown = [(drawn[name], text) for name, text in words.items() if name in drawn]
     figure.legend(
         *zip(*shown, strict=True),
-        title="The circle of the elbow\nwhile the tool stands still:",
+        title="The circle of the elbow\nwhile the tool is still:",
         alignment="left",
         loc="center left",
         bbox_to_anchor=(0.54, 0.62),
@@ -71,7 +71,7 @@ def draw() -> plt.Figure:
         fontsize=15,
         title_fontproperties={"size": 15, "weight": "bold"},
     )
-    figure.text(0.561, 0.18, "pale: other postures\nof the same pose", fontsize=15, color="#6B7688")
+    figure.text(0.561, 0.18, "pale: other solutions\nof the same pose", fontsize=15, color="#6B7688")
     return figure
 
 
