@@ -128,7 +128,7 @@ inline constexpr int rounds = 6, starts = 16;    // of the relaxation in one cyc
 }  // namespace track_rule
 
 /// Joints that follow a target in control cycles within bounds on velocity and acceleration;
-/// docs/theory/motion/tracker.md. The `Body` must avoid obstacles: the arm itself or the true chain that it
+/// docs/background/paths.md. The `Body` must avoid obstacles: the arm itself or the true chain that it
 /// represents. `about` is the scene prepared for it. The options' scene is the arm's own and determines where
 /// to go.
 template <class Body = Arm>
