@@ -15,7 +15,6 @@ from support.strategies import (
     Array,
     arms,
     bends,
-    frame,
     generated_arm,
     joint_values,
     postures,
@@ -44,14 +43,6 @@ def tally(seed: int, count: int) -> Verdict:
 @pytest.mark.core
 def test_feasible_is_within_limits() -> None:
     found = tally(seed=1, count=draw.count(100))
-    assert found.wrong == []
-    assert found.clear > 0.5 * found.samples
-
-
-@pytest.mark.slow
-def test_feasible_is_within_limits_on_hundreds_of_thousands_of_samples() -> None:
-    found = tally(seed=2, count=draw.count(400))
-    assert found.samples >= 300_000
     assert found.wrong == []
     assert found.clear > 0.5 * found.samples
 
@@ -391,17 +382,6 @@ def test_a_second_implementation_finds_the_same_arcs(margin: float) -> None:
             for pose, gc in zip(case.pose[regular][:2], case.gc[regular][:2], strict=True)
         ]
     assert [line for line in said if line] == []
-
-
-def test_arcs_do_not_depend_on_base_and_tool() -> None:
-    rng = draw.generator(11)
-    arm = aa.Arm.from_catalogue("kuka_lwr4_plus")
-    moved = arm.with_(base=frame(rng), tool=frame(rng))
-    q = postures(arm, "uniform", draw.count(50), 11)
-    (pose, psi, gc), (pose_moved, psi_moved, gc_moved) = arm.forward(q), moved.forward(q)
-    assert np.array_equal(gc, gc_moved)
-    assert circle_gap(psi, psi_moved).max() <= JOINT
-    assert np.abs(arm.feasible(pose, gc).measure - moved.feasible(pose_moved, gc).measure).max() <= 1e-7
 
 
 @pytest.mark.parametrize("name", srs_catalogue())

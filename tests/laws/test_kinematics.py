@@ -238,14 +238,6 @@ def test_batches_are_their_elements_bit_for_bit(arm: aa.Arm, shape: tuple[int, .
     assert [np.shape(x) for x in outputs[6:]] == wanted
 
 
-def test_an_unbatched_call_returns_numpy_scalars() -> None:
-    pose, psi, gc = arms()[0].forward(np.full(7, 0.3))
-    assert type(psi) is np.float64
-    assert type(gc) is np.int64
-    assert pose.shape == (4, 4)
-    assert type(arms()[0].limit_margin(np.full(7, 0.3))) is np.float64
-
-
 def test_arguments_broadcast() -> None:
     arm = arms()[0]
     q, pose, _, _ = sample(arm, "uniform", seed=12, n=4)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.calibrated import ARMS, Array, Z, calibrated, off, postures
-from support.chain import turn
-from support.draw import count, generator
+from support.calibrated import ARMS, Array, off, postures
+from support.draw import generator
 from support.laws import circle_gap
 
 import armangle as aa
@@ -16,92 +15,10 @@ CLEAR = 1e-9  # rad of a joint: nearer to a limit nothing is decided
 EVERY = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
 
 
-def walk(arm: aa.Arm, q: Array) -> tuple[Array, Array, Array]:
-    """Tip, axes and points of the true chain, by nothing of the package."""
-    pose, axes, points = arm.chain[0], [], []
-    for angle, link in zip(q, arm.chain[1:], strict=True):
-        axes.append(pose[:3, 2])
-        points.append(pose[:3, 3])
-        pose = pose @ turn(Z, angle) @ link
-    return pose, np.array(axes), np.array(points)
-
-
-def every_posture(arm: aa.Arm, pose: Array, psi: float, gc: int, starts: Array) -> list[Array]:
-    """All postures of (pose, psi, gc) that Newton finds from many starts; its row of psi are differences."""
-    found: list[Array] = []
-    loose = arm.nominal.with_(lower=-np.inf, upper=np.inf)  # joints may go round on the way
-    for start in starts:
-        q = start.copy()
-        for _ in range(25):
-            at, axes, points = walk(arm, q)
-            spin = pose[:3, :3] @ at[:3, :3].T
-            vee = 0.5 * np.array([spin[2, 1] - spin[1, 2], spin[0, 2] - spin[2, 0], spin[1, 0] - spin[0, 1]])
-            psi_at = psi_of(arm, pose, q)
-            left = np.concatenate([(pose - at)[:3, 3], vee, [(psi - psi_at + np.pi) % (2 * np.pi) - np.pi]])
-            if np.abs(left).max() < 1e-12:
-                break
-            rows = np.zeros((7, 7))
-            rows[:3] = np.cross(axes, at[:3, 3] - points).T
-            rows[3:6] = axes.T
-            for j in range(3):
-                moved = q.copy()
-                moved[j] += 1e-7
-                rows[6, j] = ((psi_of(arm, pose, moved) - psi_at + np.pi) % (2 * np.pi) - np.pi) / 1e-7
-            step = np.linalg.lstsq(rows, left, rcond=1e-10)[0]
-            q = q + step * min(1.0, 0.5 / max(np.abs(step).max(), 1e-300))
-        else:
-            continue
-        if loose.forward(q)[2] != gc:
-            continue
-        if all(circle_gap(q, other).max() > 1e-6 for other in found):
-            found.append(q)
-    return found
-
-
-def psi_of(arm: aa.Arm, pose: Array, q: Array) -> float:
-    """The arm angle at q: the nominal elbow axis about the wrist of a pose, from its reference plane."""
-    nominal = arm.nominal.with_(lower=-np.inf, upper=np.inf)
-    flange = np.linalg.inv(arm.base) @ pose @ np.linalg.inv(arm.tool)
-    p = flange[:3, 3] - arm.d_wf * flange[:3, 2] - [0.0, 0.0, arm.d_bs]
-    w = p / np.linalg.norm(p)
-    z = np.array([p[1], -p[0], 0.0]) / np.hypot(p[0], p[1])
-    axis = np.linalg.inv(arm.base)[:3, :3] @ nominal.frames(q)[3, :3, 2]
-    return float(np.arctan2(np.cross(w, z) @ axis, z @ axis))
-
-
 def within(arm: aa.Arm, q: Array) -> float:
     """Least distance of a joint to its limits, on the winding that suits it best."""
     middle, half = 0.5 * (arm.lower + arm.upper), 0.5 * (arm.upper - arm.lower)
     return float(np.where(half >= np.pi, np.inf, half - circle_gap(q, middle)).min())
-
-
-@EVERY
-def test_every_psi_of_an_arc_keeps_the_limits_and_every_other_breaks_one(arm: aa.Arm) -> None:
-    rng = generator(21)
-    n = count(12)
-    q = postures(arm, n, 22)
-    pose, _, gc = arm.forward(q)
-    gc[::3] = rng.integers(0, 8, len(gc[::3]))
-    arcs = arm.feasible(pose, gc)
-    assert arcs.shape == (n,)
-    decided = 0
-    for i in range(n):
-        angles = rng.uniform(-np.pi, np.pi, 60)
-        joints = arm.inverse(pose[i], angles, gc[i], on_error="nan", limits=False)
-        held = arcs[i].contains(angles)
-        for angle, row, inside in zip(angles, joints, held, strict=True):
-            if not np.isfinite(row[0]):
-                assert not inside, (i, angle)
-                continue
-            margin = within(arm, row)
-            if abs(margin) <= CLEAR:
-                continue
-            if inside:
-                assert margin > 0, (i, angle, margin)
-            elif margin > 0:
-                assert arcs[i].unproven > 0.0, (i, angle, margin)
-            decided += 1
-    assert decided > 20 * n
 
 
 @EVERY
@@ -121,30 +38,6 @@ def test_ends_are_the_true_joints_at_their_limits(arm: aa.Arm) -> None:
                     assert circle_gap(at, end.value) <= 1e-10
                     met += 1
     assert met > 10
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "openarm_v10"])
-def test_against_newton_from_dense_starts(name: str) -> None:
-    arm = calibrated(name, 1.0, 1.0, seed=3)
-    rng = generator(24)
-    asked = 0
-    for q in postures(arm, 2, 14):
-        pose, _, gc = arm.forward(q)
-        arcs = arm.feasible(pose, gc)
-        for psi in rng.uniform(-np.pi, np.pi, 5):
-            starts = rng.uniform(-np.pi, np.pi, (12, 7))
-            near = arm.nominal.inverse(pose, psi, gc, on_error="nan", limits=False)
-            starts = np.vstack([starts, near[None]]) if np.isfinite(near).all() else starts
-            margins = [within(arm, found) for found in every_posture(arm, pose, psi, int(gc), starts)]
-            if not margins or min(abs(m) for m in margins) <= CLEAR:
-                continue
-            asked += 1
-            if psi in arcs:
-                assert min(margins) > 0
-            elif max(margins) > 0:
-                assert arcs.unproven > 0.0
-    assert asked >= 5
 
 
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "openarm_v10", "yaskawa_sia5d"])
