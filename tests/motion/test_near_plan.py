@@ -9,11 +9,12 @@ import pytest
 from support.calibrated import ARMS, Array, calibrated, postures
 from support.draw import generator
 from support.laws import POSE, gap
+from support.moves import DENSE, limited, line, proven, refused, slopes_hold
 
 import armangle as aa
 
 EVERY = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
-DENSE = np.linspace(0.0, 1.0, 2001)
+
 START = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 LEAD = 22
 """Of a stretch's numbers, the joint that leads it."""
@@ -21,14 +22,9 @@ LEAD = 22
 
 def lines(arm: aa.Arm, n: int, *seed: int) -> list[tuple[Array, aa.Line]]:
     """Random postures and lines that begin there, of up to some decimetres."""
-    out = []
-    for q, shift in zip(postures(arm, n, *seed), generator(*seed, 1).normal(size=(n, 3)), strict=True):
-        pose, psi, _ = arm.forward(q, on_error="nan")
-        if np.isfinite(psi):
-            end = pose.copy()
-            end[:3, 3] += 0.05 * shift
-            out.append((q, aa.Line(pose, end)))
-    return out
+    shifts = generator(*seed, 1).normal(size=(n, 3))
+    out = [(q, line(arm, q, 0.05 * shift)) for q, shift in zip(postures(arm, n, *seed), shifts, strict=True)]
+    return [(q, way) for q, way in out if np.isfinite(arm.forward(q, on_error="nan")[1])]
 
 
 def margins(arm: aa.Arm, q: Array) -> Array:
@@ -39,8 +35,8 @@ def margins(arm: aa.Arm, q: Array) -> Array:
 @EVERY
 def test_what_is_certified_holds_between_the_rows(arm: aa.Arm) -> None:
     whole = 0
-    for _, line in lines(arm, 10, 31):
-        path = aa.plan(arm, line)
+    for _, way in lines(arm, 10, 31):
+        path = aa.plan(arm, way)
         if not path.ok:
             assert not path.certified and path.first_failure is not None
             continue
@@ -49,11 +45,8 @@ def test_what_is_certified_holds_between_the_rows(arm: aa.Arm) -> None:
             assert len(path.uncertified)
             continue
         whole += 1
-        at = path.at(DENSE)
-        assert gap(arm.forward(at.q)[0], at.pose) <= POSE
-        assert gap(at.pose, line.pose(DENSE)) <= POSE
-        assert margins(arm, at.q).min() >= 0.0
-        assert np.abs(np.diff(at.q, axis=0)).max() < 0.2
+        at = proven(path)
+        assert margins(arm, at.q).min() >= 0.0 and np.abs(np.diff(at.q, axis=0)).max() < 0.2
         assert (arm.forward(at.q)[2] == at.gc).all()
     assert whole >= 1
 
@@ -62,8 +55,8 @@ def test_what_is_certified_holds_between_the_rows(arm: aa.Arm) -> None:
 def test_the_naive_way_plans_the_nominal_arm_and_misses_the_poses(name: str) -> None:
     arm = ARMS[name]
     off = []
-    for _, line in lines(arm, 6, 32):
-        path, naive = aa.plan(arm, line), aa.plan(arm.nominal, line)
+    for _, way in lines(arm, 6, 32):
+        path, naive = aa.plan(arm, way), aa.plan(arm.nominal, way)
         if path.ok and naive.ok:
             off.append(gap(arm.forward(naive.q)[0], naive.poses))
             assert gap(arm.forward(path.q)[0], path.poses) <= POSE
@@ -72,53 +65,40 @@ def test_the_naive_way_plans_the_nominal_arm_and_misses_the_poses(name: str) -> 
 
 def test_limits_beside_the_nominal_joints_are_kept_by_the_true_ones() -> None:
     """A plan that goes along a limit: the nominal joints keep it, the true ones would not: it moves off."""
-    arm = ARMS["kuka_iiwa7_r800 2.0 mm"]
-    pose = arm.forward(START)[0]
-    end = pose.copy()
-    end[:3, 3] += (0.0, 0.15, 0.05)
-    line, careless = aa.Line(pose, end), aa.Objective(limits=0, singularities=0)
-    free = aa.plan(arm.nominal, line, objective=careless, gc=2).q
-    moved = 0
+    arm, careless = ARMS["kuka_iiwa7_r800 2.0 mm"], aa.Objective(limits=0, singularities=0)
+    way = line(arm, START, (0.0, 0.15, 0.05))
+    free = aa.plan(arm.nominal, way, objective=careless, gc=2).q
     for joint, side in ((0, "lower"), (4, "lower"), (4, "upper"), (6, "upper")):
-        limits = {"lower": arm.lower.copy(), "upper": arm.upper.copy()}
         ends = {"lower": free[:, joint].min() + 0.03, "upper": free[:, joint].max() - 0.03}
-        limits[side][joint] = ends[side]
-        tight = arm.with_(**limits)
-        naive, path = (aa.plan(one, line, objective=careless, gc=2) for one in (tight.nominal, tight))
+        tight = limited(arm, joint, **{side: ends[side]})
+        naive, path = (aa.plan(one, way, objective=careless, gc=2) for one in (tight.nominal, tight))
         true = tight.inverse(naive.poses, naive.psi, naive.gc, seed=naive.q, limits=False)
         assert path.certified and margins(tight, path.at(DENSE).q).min() >= 0.0
-        moved += int(margins(tight, true).min() < 0.0)
-    assert moved == 4
+        assert margins(tight, true).min() < 0.0
 
 
 def test_start_goal_margins_and_wishes_are_of_the_true_joints() -> None:
     arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
-    pose = arm.forward(START)[0]
-    end = pose.copy()
-    end[:3, 3] += (0.0, 0.2, 0.05)
-    line = aa.Line(pose, end)
-    path = aa.plan(arm, line, start=START)
+    way = line(arm, START, (0.0, 0.2, 0.05))
+    path = aa.plan(arm, way, start=START)
     assert path.certified and gap(path.q[0], START) <= 1e-10
-    again = aa.plan(arm, line, start=START, goal=path.q[-1])
+    again = aa.plan(arm, way, start=START, goal=path.q[-1])
     assert again.certified and gap(again.q[-1], path.q[-1]) <= 1e-9
-    with pytest.raises(aa.InputError, match="start belongs to another pose"):
-        aa.plan(arm, line, start=START + 0.1)
-    kept = aa.plan(arm.with_(singularity_margin=0.2), line, limit_margin=0.3)
+    refused(aa.InputError, "start belongs to another pose", aa.plan, arm, way, start=START + 0.1)
+    kept = aa.plan(arm.with_(singularity_margin=0.2), way, limit_margin=0.3)
     assert kept.certified
     q = kept.at(DENSE).q
     theta = arm.signs * q + arm.offsets
     theta[:, 3] -= arm.delta
     assert margins(arm, q).min() >= 0.3 and np.abs(np.sin(theta[:, 1:6:2])).min() >= np.sin(0.2)
-    held = aa.plan(arm, line, psi=0.3, objective=aa.Objective(psi=1e3))
+    keen, window, point = aa.Objective(psi=1e3), aa.ArcSet([[0.1, 0.6]]), (0.0, 0.3, 0.4)
+    held = aa.plan(arm, way, psi=0.3, objective=keen)
     assert held.certified and np.abs(held.psi - 0.3).max() < 0.05
-    window = aa.ArcSet([[0.1, 0.6]])
-    inside = aa.plan(arm, line, allowed=window)
+    inside = aa.plan(arm, way, allowed=window)
     assert inside.certified and window.contains(inside.at(DENSE).psi).all()
-    point = (0.0, 0.3, 0.4)
-    near = aa.plan(arm, line, psi=aa.Towards(point=point), objective=aa.Objective(psi=1e3))
-    assert near.certified
+    near = aa.plan(arm, way, psi=aa.Towards(point=point), objective=keen)
     away, plain = (np.linalg.norm(arm.elbow(one.q) - point, axis=1).mean() for one in (near, path))
-    assert away < plain - 0.02
+    assert near.certified and away < plain - 0.02
 
 
 @pytest.mark.parametrize(("mm", "mrad"), [(0.5, 0.5), (2.0, 2.0), (4.0, 5.0)])
@@ -134,8 +114,8 @@ def test_beside_a_straight_elbow_a_plan_begins_at_the_start(mm: float, mrad: flo
         pose = arm.forward(q, on_error="nan")[0]
         away = pose.copy()
         away[:3, 3] *= 0.95
-        line = aa.Line(pose, away) if end == "start" else aa.Line(away, pose)
-        path = aa.plan(arm, line, **{end: q})
+        way = aa.Line(pose, away) if end == "start" else aa.Line(away, pose)
+        path = aa.plan(arm, way, **{end: q})
         if not path.ok:
             assert "no arm angle keeps all limits" in path.explain() or "breaks a limit" in path.explain()
             continue
@@ -143,15 +123,13 @@ def test_beside_a_straight_elbow_a_plan_begins_at_the_start(mm: float, mrad: flo
         moved += path.curve.base is not None
         assert gap(path.q[0 if end == "start" else -1], q) <= 1e-9
         at = path.at(DENSE)
-        assert gap(arm.forward(at.q)[0], line.pose(DENSE)) <= POSE
+        assert gap(arm.forward(at.q)[0], way.pose(DENSE)) <= POSE
         if path.certified:
             assert margins(arm, at.q).min() >= 0.0
             assert np.abs(np.diff(at.q, axis=0)).max() < 0.2
         _, psi, gc = arm.forward(at.q)
         assert np.abs(np.sin(0.5 * (at.psi - psi))).max() <= 1e-9 and (gc == at.gc).all()
-        s = np.linspace(0.2, 0.8, 7)
-        slope = (path.at(s + 1e-6).q - path.at(s - 1e-6).q) / 2e-6
-        assert gap(path.derivatives(s)[:, 0], slope) <= 1e-6
+        slopes_hold(path, np.linspace(0.2, 0.8, 7), atol=1e-6)
     assert kept >= 24 and moved >= 2
 
 
@@ -188,21 +166,14 @@ HOMES = {
 
 @pytest.mark.parametrize("name", HOMES)
 def test_every_line_from_a_home_posture_is_certified(name: str) -> None:
-    arm = calibrated(name, 1.0, 1.0, seed=1)
-    q = np.radians(HOMES[name])
-    pose = arm.forward(q, on_error="nan")[0]
+    arm, q = calibrated(name, 1.0, 1.0, seed=1), np.radians(HOMES[name])
     for direction in itertools.product((-1, 0, 1), repeat=3):
         if np.abs(direction).sum() not in (1, 3):
             continue
-        end = pose.copy()
-        end[:3, 3] += 0.1 * np.array(direction) / np.linalg.norm(direction)
-        line = aa.Line(pose, end)
-        path = aa.plan(arm, line, start=q)
-        assert path.certified and gap(path.q[0], q) <= 1e-9
-        at = path.at(DENSE)
-        assert gap(arm.forward(at.q)[0], line.pose(DENSE)) <= POSE
+        way = line(arm, q, 0.1 * np.array(direction) / np.linalg.norm(direction))
+        at = proven(aa.plan(arm, way, start=q), start=q)
         assert margins(arm, at.q).min() >= 0.0 and np.abs(np.diff(at.q, axis=0)).max() < 0.01
-        back = aa.plan(arm, aa.Line(end, pose), goal=q)
+        back = aa.plan(arm, aa.Line(way.end, way.start), goal=q)
         assert back.certified and gap(back.q[-1], q) <= 1e-9
 
 
@@ -217,9 +188,9 @@ def test_what_leads_changes_without_a_jump() -> None:
         hinge = (1, 5)[seed % 2]
         first[hinge], last[hinge] = -0.3, 0.3
         last[3] += 0.2
-        line = aa.Line(arm.forward(first)[0], arm.forward(last)[0])
-        path = aa.plan(arm, line, start=first)
-        assert path.ok and gap(arm.forward(path.at(DENSE).q)[0], line.pose(DENSE)) <= POSE
+        way = aa.Line(arm.forward(first)[0], arm.forward(last)[0])
+        path = aa.plan(arm, way, start=first)
+        assert path.ok and gap(arm.forward(path.at(DENSE).q)[0], way.pose(DENSE)) <= POSE
         lead, end = path.curve.stretches[:, LEAD], path.curve.stretches[:, 1]
         for s in end[:-1][np.diff(lead) != 0]:
             changes += 1
@@ -232,18 +203,15 @@ def test_what_leads_changes_without_a_jump() -> None:
 
 def test_paths_of_every_kind_and_their_times() -> None:
     arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0, seed=2)
-    pose = arm.forward(START)[0]
-    points = np.repeat(pose[None], 4, axis=0)
+    points = np.repeat(arm.forward(START)[0][None], 4, axis=0)
     points[1:, :3, 3] += [(0.0, 0.1, 0.0), (0.05, 0.15, 0.05), (0.0, 0.05, 0.1)]
     corners = aa.plan(arm, points)
     assert corners.certified and len(corners) == 4
     assert gap(arm.forward(corners.at(DENSE).q)[0], corners.at(DENSE).pose) <= POSE
     path = aa.plan(arm, points, blend=0.02)
     assert path.certified
-    s = DENSE[1:-1]
-    step = DENSE[1]
-    first, second, _ = np.moveaxis(path.derivatives(s), 1, 0)
-    q = path.at(DENSE).q
+    first, second, _ = np.moveaxis(path.derivatives(DENSE[1:-1]), 1, 0)
+    q, step = path.at(DENSE).q, DENSE[1]
     assert np.median(np.abs((q[2:] - q[:-2]) / (2 * step) - first)) <= 1e-4
     assert np.median(np.abs((q[2:] - 2 * q[1:-1] + q[:-2]) / step**2 - second)) <= 1e-2
     fast = aa.retime(path, velocity=1.0, acceleration=4.0)
@@ -251,23 +219,10 @@ def test_paths_of_every_kind_and_their_times() -> None:
     assert gap(arm.forward(fast.q[[0, -1]])[0], path.at([0.0, 1.0]).pose) <= POSE
 
 
-def test_what_follow_found_has_values_between_its_rows() -> None:
-    arm = ARMS["kuka_iiwa7_r800 2.0 mm"]
-    pose = arm.forward(START)[0]
-    end = pose.copy()
-    end[:3, 3] += (0.0, 0.2, 0.05)
-    poses = aa.Line(pose, end).pose(np.linspace(0, 1, 50))
-    path = aa.follow(arm, poses, start=START)
-    assert path.ok
-    at = path.at(DENSE)
-    assert gap(arm.forward(at.q)[0], at.pose) <= POSE
-    assert gap(path.at(path.s).q, path.q) <= 1e-9
-
-
 def test_without_deviation_the_plan_is_the_exact_one() -> None:
     exact, arm = aa.Arm.from_catalogue("kuka_iiwa7_r800"), calibrated("kuka_iiwa7_r800", 0.0, 0.0)
-    for _, line in lines(exact, 6, 33):
-        a, b = (aa.plan(one.with_(singularity_margin=0.05), line) for one in (exact, arm))
+    for _, way in lines(exact, 6, 33):
+        a, b = (aa.plan(one.with_(singularity_margin=0.05), way) for one in (exact, arm))
         assert a.ok == b.ok and a.certified == b.certified
         if a.ok:
             assert gap(a.q, b.q) <= 1e-10 and gap(a.at(DENSE).q, b.at(DENSE).q) <= 1e-10

@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from support import draw
 from support.brute_force import finds_a_way, margins
+from support.calibrated import ARMS as CALIBRATED
+from support.moves import along, just_inside, line, moved, refused
 from support.planned_arms import IIWA, TURNING, random_arm
 
 import armangle as aa
 
 DENSE = np.linspace(0, 1, 10001)
-THREE_DEGREES = np.radians(3)
+AMID = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
 CASES = draw.count(10)  # of a block
 
 
@@ -32,8 +34,7 @@ def random_case(seed: int) -> tuple[aa.Arm, aa.Path, np.ndarray | None]:
             point = first[:3, 3] + rng.normal(size=3) * 0.15
             path = aa.Screw(first, point, rng.normal(size=3), rng.uniform(-2.5, 2.5), rng.uniform(-0.1, 0.1))
         case _:
-            last = first.copy()
-            last[:3, 3] += rng.normal(size=3) * 0.2
+            last = moved(first, rng.normal(size=3) * 0.2)
             path = aa.Line(first, last, "fixed")
     return arm, path, q if rng.integers(0, 2) else None
 
@@ -76,17 +77,14 @@ def test_random_paths_against_brute_force(block: int) -> None:
             continue
         seen["refused"] += 1
         branches = range(8) if start is None else [int(arm.forward(start)[2])]
-        ways = [gc for gc in branches if finds_a_way(arm, path, gc, THREE_DEGREES, start)]
+        ways = [gc for gc in branches if finds_a_way(arm, path, gc, np.radians(3), start)]
         assert ways == [], (seed, result.explain())
     assert min(seen.values()) > 0
 
 
 def test_the_papers_example() -> None:
     q = np.radians([-160.0, -54.0, -99.0, -69.0, -92.0, 93.0, -139.0])
-    first = IIWA.forward(q)[0]
-    last = first.copy()
-    last[:3, 3] += [0.02, -0.05, 0.04]
-    result = aa.plan(IIWA, aa.Line(first, last), start=q)
+    result = aa.plan(IIWA, line(IIWA, q, [0.02, -0.05, 0.04]), start=q)
     assert result.certified
     check_whole(result)
     assert result.gc[0] == 3
@@ -94,20 +92,15 @@ def test_the_papers_example() -> None:
 
 @pytest.mark.parametrize("offset", [0.0, 1e-7, 1e-4])
 def test_over_the_base_axis_the_joints_hardly_move(offset: float) -> None:
-    first = np.eye(4)
-    first[:3, :3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]
-    first[:3, 3] = [0.026, offset, 0.85]
-    last = first.copy()
-    last[0, 3] += 0.2
-    poses = aa.Line(first, last).pose(np.linspace(0, 1, 101))
+    first = aa.pose([0.026, offset, 0.85], matrix=[[0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+    poses = along(first, [0.2, 0, 0], 101)
     result = aa.plan(IIWA, poses)
     assert result.certified
     check_whole(result)
     assert np.abs(np.diff(result.q, axis=0)).max() < 0.005
     assert np.abs(np.diff(result.psi)).max() > 1.0  # the paper's psi turns there all the same
-    np.testing.assert_allclose(
-        IIWA.inverse(result.poses, result.psi, result.gc, limits=False), result.q, atol=1e-9
-    )
+    again = IIWA.inverse(result.poses, result.psi, result.gc, limits=False)
+    np.testing.assert_allclose(again, result.q, atol=1e-9)
     aside = IIWA.inverse(poses[0], result.psi[0] + 1.0, result.gc[0], limits=False)
     stepped = aa.follow(IIWA, poses, start=aside)
     assert stepped.ok
@@ -117,97 +110,61 @@ def test_over_the_base_axis_the_joints_hardly_move(offset: float) -> None:
 @pytest.mark.parametrize("turns", [1.2, 1.7, -1.4])
 def test_a_tool_that_turns_more_than_once(turns: float) -> None:
     q = np.array([0.2, 0.6, 0.1, -1.3, 0.2, 0.9, -np.sign(turns) * 5.5])
-    pose = TURNING.forward(q)[0]
-    path = aa.Screw(pose, pose[:3, 3], pose[:3, 2], turns * 2 * np.pi)
+    path = turning(TURNING.forward(q)[0], turns)
     for start in (None, q):
         result = aa.plan(TURNING, path, start=start)
         assert result.certified
         check_whole(result)
         assert abs(abs(result.q[-1, 6] - result.q[0, 6]) - abs(turns) * 2 * np.pi) < 1.0
-    wrong_winding = q + np.array([0, 0, 0, 0, 0, 0, np.sign(turns) * 2 * np.pi])
     if abs(turns) > 1.5:
-        refused = aa.plan(TURNING, path, start=wrong_winding)
-        assert not refused.ok
-        assert 0 < refused.diagnosis.reached < 1
-
-
-def test_a_tool_that_turns_farther_than_the_joint_is_refused() -> None:
-    pose = TURNING.forward([0.2, 0.6, 0.1, -1.3, 0.2, 0.9, 0.0])[0]
-    result = aa.plan(TURNING, aa.Screw(pose, pose[:3, 3], pose[:3, 2], 2.5 * 2 * np.pi))
-    assert not result.ok
-    assert not result.certified
-    free = TURNING.with_(lower=None, upper=None)
-    endless = aa.plan(free, aa.Screw(pose, pose[:3, 3], pose[:3, 2], 4.5 * 2 * np.pi))
+        late = aa.plan(TURNING, path, start=q + np.sign(turns) * 2 * np.pi * np.eye(7)[6])
+        assert not late.ok and 0 < late.diagnosis.reached < 1
+    farther = aa.plan(TURNING, turning(path.pose(0.0), 2.5))
+    assert not farther.ok and not farther.certified
+    endless = aa.plan(TURNING.with_(lower=None, upper=None), turning(path.pose(0.0), 4.5))
     assert endless.certified
     check_whole(endless)
 
 
-def excursions(count: int, turns: int) -> tuple[aa.Screw, np.ndarray]:
-    """A tool that goes round a wide circle `turns` times, and s at which it is always in the same place."""
-    pose = IIWA.forward([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])[0]
-    point = pose[:3, 3] + [0.0, 0.0, 0.3]
-    return aa.Screw(pose, point, [1.0, 0.0, 0.0], turns * 2 * np.pi), np.arange(count + 1) / count
+def turning(pose: np.ndarray, turns: float) -> aa.Screw:
+    """A tool that turns about its own axis."""
+    return aa.Screw(pose, pose[:3, 3], pose[:3, 2], turns * 2 * np.pi)
+
+
+def left_open(path: aa.Path, s: np.ndarray) -> list[list[float]]:
+    """Where a curve that stands at AMID at these s is not proven."""
+    _, psi, gc = IIWA.forward(AMID)
+    kept = np.tile(AMID, (len(s), 1)), np.full(len(s), psi), np.full(len(s), gc)
+    plane, stretches, _ = IIWA._handle.curve_through(path._segments, s, *kept)
+    open_, _ = IIWA._handle.certify_curve(path._segments, stretches, plane, int(gc), 0.0)
+    return open_.tolist()
 
 
 @pytest.mark.parametrize("turns", [1, 8, 40])
-def test_limits_crossed_only_between_coarse_samples_are_never_certified(turns: int) -> None:
-    path, s = excursions(turns, turns)
-    q = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
-    _, psi, gc = IIWA.forward(q)
-    rows = np.tile(q, (len(s), 1))
-    kept = np.full(len(s), psi), np.full(len(s), gc)
-    plane, stretches, _ = IIWA._handle.curve_through(path._segments, s, rows, *kept)
-    open_, _ = IIWA._handle.certify_curve(path._segments, stretches, plane, int(gc), 0.0)
-    assert open_.tolist() == [[0.0, 1.0]]
+def test_what_is_wrong_between_coarse_samples_alone_is_never_certified(turns: int) -> None:
+    """Limits that are crossed there, by a wide circle that comes back; and joints that are skipped."""
+    pose = IIWA.forward(AMID)[0]
+    path = aa.Screw(pose, pose[:3, 3] + [0.0, 0.0, 0.3], [1.0, 0.0, 0.0], turns * 2 * np.pi)
+    assert left_open(path, np.arange(turns + 1) / turns) == [[0.0, 1.0]]
     assert not aa.plan(IIWA, path, samples=turns + 1).ok
-
-
-def test_a_curve_that_skips_the_joints_of_its_path_is_not_certified() -> None:
-    q = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
-    pose, psi, gc = IIWA.forward(q)
-    path = aa.Waypoints(np.repeat(pose[None], 9, axis=0))
-    for s, proven in ((np.arange(9) / 8, True), (np.array([0.0, 0.3, 1.0]), False)):
-        rows = np.tile(q, (len(s), 1))
-        kept = np.full(len(s), psi), np.full(len(s), gc)
-        plane, stretches, _ = IIWA._handle.curve_through(path._segments, s, rows, *kept)
-        open_, _ = IIWA._handle.certify_curve(path._segments, stretches, plane, int(gc), 0.0)
-        assert (len(open_) == 0) == proven
+    still = aa.Waypoints(np.repeat(pose[None], 9, axis=0))
+    assert not left_open(still, np.arange(9) / 8) and left_open(still, np.array([0.0, 0.3, 1.0]))
 
 
 @pytest.mark.parametrize("seed", range(40))
 def test_a_limit_put_just_inside_what_a_curve_needs_is_never_certified(seed: int) -> None:
     arm, path, start = random_case(seed)
     result = aa.plan(arm, path, start=start, samples=20)
-    if not result.ok or result.curve is None:
-        return
-    curve, rng = result.curve, np.random.default_rng(seed)
-    arrays = curve.segments, curve.stretches, curve.plane
-    q = result.at(DENSE).q
-    joint = int(rng.integers(0, 7))
-    extreme = q[:, joint].argmax()
-    if q[extreme, joint] - q[0, joint] < 1e-3:
-        return
-    upper = arm.upper.copy()
-    upper[joint] = q[extreme, joint] - 1e-6
-    tight = arm.with_(upper=upper)
-    open_, _ = tight._handle.certify_curve(*arrays, curve.gc, 0.0)
-    assert any(low <= DENSE[extreme] <= high for low, high in open_)
-    upper[joint] = q[extreme, joint] + 1e-2
-    if result.certified:
-        loose = arm.with_(upper=np.minimum(upper, arm.upper))
-        open_, _ = loose._handle.certify_curve(*arrays, curve.gc, 0.0)
-        assert len(open_) == 0
+    if result.ok and result.curve is not None:
+        moves = np.ptp(result.at(DENSE[::10]).q, axis=0) > 1e-3
+        loose = 1e-2 if result.certified else None
+        just_inside(result, np.flatnonzero(moves)[seed % 2 :: 2], lambda at: at > 0, loose)
 
 
 def test_margins_asked_are_kept_between_the_rows() -> None:
-    q = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
-    first = IIWA.forward(q)[0]
-    last = first.copy()
-    last[:3, 3] += [0.05, -0.35, 0.1]
-    margin = np.radians(8)
-    result = aa.plan(IIWA.with_(singularity_margin=margin), aa.Line(first, last), limit_margin=margin)
-    assert result.certified
-    assert margins(IIWA, result.at(DENSE).q).min() > margin
+    margin, way = np.radians(8), line(IIWA, AMID, [0.05, -0.35, 0.1])
+    result = aa.plan(IIWA.with_(singularity_margin=margin), way, limit_margin=margin)
+    assert result.certified and margins(IIWA, result.at(DENSE).q).min() > margin
 
 
 def test_start_and_goal_are_met_with_their_windings() -> None:
@@ -273,72 +230,48 @@ def test_results_are_the_same_every_time_and_survive_pickling() -> None:
     assert np.array_equal(again.at(IIWA._handle, one.s).q, one.q)
 
 
-def test_paths_of_follow_have_values_between_their_rows() -> None:
-    q = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
-    first = IIWA.forward(q)[0]
-    last = first.copy()
-    last[:3, 3] += [0.03, -0.1, 0.05]
-    poses = aa.Line(first, last).pose(np.linspace(0, 1, 40))
-    path = aa.follow(IIWA, poses, start=q)
+@pytest.mark.parametrize("arm", [IIWA, CALIBRATED["kuka_iiwa7_r800 2.0 mm"]], ids=["exact", "calibrated"])
+def test_paths_of_follow_have_values_between_their_rows(arm: aa.Arm) -> None:
+    poses = along(arm.forward(AMID)[0], [0.03, -0.1, 0.05], 40)
+    path = aa.follow(arm, poses, start=AMID)
     here = path.at(DENSE)
-    np.testing.assert_allclose(IIWA.forward(here.q)[0], here.pose, atol=1e-12)
+    np.testing.assert_allclose(arm.forward(here.q)[0], here.pose, atol=1e-12)
     np.testing.assert_allclose(path.at(path.s).q, path.q, atol=1e-9)
-    assert not path.certified
+    assert path.ok and not path.certified
     poses[20:, 0, 3] += 1.0
-    with pytest.raises(aa.PathError, match="the path has no values between its rows"):
-        aa.follow(IIWA, poses, start=q).at(0.5)
+    said = "the path has no values between its rows"
+    refused(aa.PathError, said, aa.follow(arm, poses, start=AMID).at, 0.5)
 
 
 def test_refusals() -> None:
-    q = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
-    pose = IIWA.forward(q)[0]
-    path = aa.Waypoints(pose[None])
-    other = q + np.array([0, 0.3, 0, 0.2, 0, 0, 0])
-    with pytest.raises(aa.InputError, match="start belongs to another pose than the path's: a joint is"):
-        aa.plan(IIWA, path, start=other)
-    beyond = q + np.array([0, 0, 0, 0, 0, 0, 4.0])
-    with pytest.raises(aa.InputError, match=r"start: joint 7 is 4\.5 rad .*82\.83 deg outside its limits"):
-        aa.plan(IIWA, path, start=beyond)
-    with pytest.raises(aa.InputError, match="goal belongs to another pose"):
-        aa.plan(IIWA, path, goal=other)
-    with pytest.raises(aa.InputError, match=r"start has shape \(1, 7\), wanted \(7,\)"):
-        aa.plan(IIWA, path, start=q[None])
-    with pytest.raises(aa.InputError, match=r"goal\[0\] is nan, wanted finite angles in rad"):
-        aa.plan(IIWA, path, goal=q * np.nan)
-    with pytest.raises(aa.InputError, match="gc is 8, wanted integers from 0 to 7"):
-        aa.plan(IIWA, path, gc=8)
-    with pytest.raises(aa.InputError, match="samples is 1, wanted an integer from 2 to 10000000"):
-        aa.plan(IIWA, aa.Line(pose, pose), samples=1)
-    with pytest.raises(aa.InputError, match="samples is 10000000000, wanted an integer from 2 to 10000000"):
-        aa.plan(IIWA, aa.Line(pose, pose), samples=10**10)
-    with pytest.raises(aa.InputError, match=r"path has shape \(4, 4\), wanted a Path, or poses \(N, 4, 4\)"):
-        aa.plan(IIWA, pose)
-    with pytest.raises(aa.InputError, match=r"limit_margin \(rad\) is 2\.5, wanted at most 2\.0944"):
-        aa.plan(IIWA, path, limit_margin=2.5)
-    with pytest.raises(aa.InputError, match="travel is -1, wanted a number"):
-        aa.Objective(travel=-1)
+    pose = IIWA.forward(AMID)[0]
+    path, still = aa.Waypoints(pose[None]), aa.Line(pose, pose)
+    other, beyond = AMID + np.array([0, 0.3, 0, 0.2, 0, 0, 0]), AMID + 4.0 * np.eye(7)[6]
+    for said, way, given in (
+        ("start belongs to another pose than the path's: a joint is", path, {"start": other}),
+        (r"start: joint 7 is 4\.5 rad .*82\.83 deg outside its limits", path, {"start": beyond}),
+        ("goal belongs to another pose", path, {"goal": other}),
+        (r"start has shape \(1, 7\), wanted \(7,\)", path, {"start": AMID[None]}),
+        (r"goal\[0\] is nan, wanted finite angles in rad", path, {"goal": AMID * np.nan}),
+        ("gc is 8, wanted integers from 0 to 7", path, {"gc": 8}),
+        ("samples is 1, wanted an integer from 2 to 10000000", still, {"samples": 1}),
+        ("samples is 10000000000, wanted an integer from 2 to 10000000", still, {"samples": 10**10}),
+        (r"path has shape \(4, 4\), wanted a Path, or poses \(N, 4, 4\)", pose, {}),
+        (r"limit_margin \(rad\) is 2\.5, wanted at most 2\.0944", path, {"limit_margin": 2.5}),
+    ):
+        refused(aa.InputError, said, aa.plan, IIWA, way, **given)
+    refused(aa.InputError, "travel is -1, wanted a number", aa.Objective, travel=-1)
 
 
 @pytest.mark.parametrize("shift", [(0.1, 0, 0), (0, 0.1, 0), (0, 0, -0.1), (-0.1, 0.05, -0.1)])
-@pytest.mark.parametrize(
-    "q",
-    [
-        (0.3, 0, 0.2, -1.2, 0.3, 0.8, 0.1),
-        (0, 0, 0, -1.2, 0, 0.8, 0),
-        (0.3, 0.4, 0.2, -1.2, 0.3, 0, 0.1),
-        (0, 0, 0, 0, 0, 0, 0),
-        (0.2, 0.5, 0.3, 0, 0.4, 0.6, 0),
-    ],
-)
+@pytest.mark.parametrize("q", [
+    (0.3, 0, 0.2, -1.2, 0.3, 0.8, 0.1), (0, 0, 0, -1.2, 0, 0.8, 0), (0.3, 0.4, 0.2, -1.2, 0.3, 0, 0.1),
+    (0, 0, 0, 0, 0, 0, 0), (0.2, 0.5, 0.3, 0, 0.4, 0.6, 0),
+])  # fmt: skip
 def test_a_singular_start_is_held_or_refused(q: tuple[float, ...], shift: tuple[float, ...]) -> None:
-    first = IIWA.forward(q)[0]
-    last = first.copy()
-    last[:3, 3] += shift
-    result = aa.plan(IIWA, aa.Line(first, last), start=q)
-    if result.ok:
-        assert np.abs(result.at([0.0, 1e-6]).q - q).max() <= 0.01
-    else:
-        assert result.explain()
+    result = aa.plan(IIWA, line(IIWA, q, shift), start=q)
+    assert result.explain()
+    assert not result.ok or np.abs(result.at([0.0, 1e-6]).q - q).max() <= 0.01
 
 
 def test_what_is_not_proven_is_said() -> None:
