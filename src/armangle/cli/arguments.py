@@ -1,4 +1,4 @@
-"""The options, each written once, and the readers of their values."""
+"""The options, each defined once, and the parsers of their values."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def angle(text: str) -> float:
 
 
 def within(highest: float, unit: float, name: str, *, positive: bool = False) -> Callable[[str], float]:
-    """Return a reader for argparse of numbers of a unit, from 0 (excluded if `positive`) to `highest`."""
+    """Return a parser for argparse of numbers of a unit, from 0 (excluded if `positive`) to `highest`."""
     least = "more than 0" if positive else "0"
     most = f" to {highest:.4g}" if math.isfinite(highest) else ""
 
@@ -79,7 +79,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "help": "with --scene, tool geometry: RADIUS in mm of a rod from the tip "
                 "to the tool frame, or gripper.toml with shapes in the tool frame"},
     "clearance": {"type": number, "metavar": "MM", "help": "distance to obstacles (default: of the scene)"},
-    # what is solved
+    # targets
     "joints": {"metavar": "Q", "help": f"{_Q}, or a joint FILE in rad"},
     "psi": {"type": angle, "metavar": "DEG", "help": "arm angle, or joint 1 or 7 of an arm with an offset"},
     "gc": {"type": int, "choices": range(CONFIGURATIONS), "help": "global configuration, a branch"},
@@ -96,14 +96,14 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "plot": {"metavar": "FILE", "help": "draw the result: .png, .svg or .pdf"},
     "json": {"action": "store_true", "help": "print JSON, in radians, for scripts"},
 }  # fmt: skip
-"""What argparse is told of every option that more than one command has."""
+"""The argparse arguments of every option that more than one command has."""
 
 ARM = ("robot", "links", "tool")
 SCENE = ("scene", "body", "gripper", "clearance")
 
 
 def add(parser: Any, *names: str, **changes: Any) -> None:
-    """Add options of `OPTIONS` by name; `changes` replace what is said of them, for one command."""
+    """Add options of `OPTIONS` by name; `changes` replace their arguments for one command."""
     for name in names:
         words = ("-o", "--output") if name == "output" else (f"--{name}",)
         parser.add_argument(*words, **(OPTIONS[name] | changes))
@@ -122,7 +122,7 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
 
 
 def given(args: argparse.Namespace, names: Iterable[str]) -> list[str]:
-    """Return which of the options have a value of their own."""
+    """Return which of the options differ from their default."""
     values = {name: getattr(args, name.replace("-", "_"), None) for name in names}
     unset = {name: OPTIONS.get(name, {}).get("default") for name in values}
     return [
@@ -133,13 +133,13 @@ def given(args: argparse.Namespace, names: Iterable[str]) -> list[str]:
 
 
 def refuse(args: argparse.Namespace, names: Iterable[str], with_what: str) -> None:
-    """Raise if one of the options is given with something that it does not go with."""
+    """Raise if one of the options is given together with something incompatible."""
     for name in given(args, names):
         raise InputError(f"--{name} does not go with {with_what}")
 
 
 def numbers(name: str, text: str, wanted: str, count: int) -> Floats:
-    """Return `count` numbers that are separated by commas or blanks."""
+    """Return `count` numbers separated by commas or blanks."""
     values = []
     for word in text.replace(",", " ").split():
         try:
@@ -202,12 +202,12 @@ def some_joints(path: str) -> Floats:
 
 
 def is_file(text: str) -> bool:
-    """Return whether a word names a file of poses or joints rather than numbers."""
+    """Return whether a word names a file of poses or joints instead of numbers."""
     return Path(text).suffix.lower() in _FILES or Path(text).is_file()
 
 
 def joint_bounds(name: str, text: str | None, unit: str, stated: Floats) -> Floats:
-    """Return one number, or seven, of degrees as (7,) in rad; `stated` if there is none."""
+    """Return one number, or seven, of degrees as (7,) in rad; `stated` by default."""
     if text is None:
         return stated
     count = len(text.replace(",", " ").split())

@@ -27,7 +27,7 @@ from .tables import paint, table
 
 Entry = tuple[int, int | None, ArcSet]
 EVERY = -1
-"""For each joint its own intervals."""
+"""Option value: the intervals of each joint separately."""
 _STRIP = 60
 
 
@@ -90,7 +90,7 @@ def _feasible(arm: Arm, frame: Floats, gc: int, scene: Scene | None, args: argpa
 
 
 def _why(arm: Arm, pose: Floats, found: list[Entry]) -> str:
-    """Return each different reason in words."""
+    """Return all different reasons in words."""
     reasons: dict[Status, list[str]] = {}
     for gc, _, intervals in found:
         reasons.setdefault(Status(int(intervals.status)), []).append(str(gc))

@@ -1,4 +1,4 @@
-"""The arm of --robot and the scene of --scene: every call of the library that reads them."""
+"""The arm of --robot and the scene of --scene: all library calls that read them."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from .arguments import DEGREE, SCENE, given, numbers, pose, refuse
 from .messages import note
 from .screen import called
 
-_THINNEST = 1e-3  # m: links and grippers are thicker.
-_LONGEST = 5.0  # m: tools are shorter.
+_THINNEST = 1e-3  # m: links and grippers are thicker
+_LONGEST = 5.0  # m: tools are shorter
 _DESCRIPTIONS = (".urdf", ".xml", ".mjcf", ".xacro")
 _FITS = ("own", "srs")
 
@@ -67,14 +67,14 @@ def with_scene(args: argparse.Namespace) -> tuple[Arm, Scene | None]:
 
 
 def srs(arm: Arm, option: str) -> Arm:
-    """Return an arm that has an arm angle; the error of another kind names the option."""
+    """Return an arm that has an arm angle; the error for another kind names the option."""
     if isinstance(arm, OffsetArm):
         raise InputError(f"{option} does not go with {called(arm)}")
     return arm
 
 
 def is_description(text: str) -> bool:
-    """Return whether a word names a URDF or MJCF rather than an arm of the catalogue or a TOML file."""
+    """Return whether a word names a URDF or MJCF instead of a catalogue arm or a TOML file."""
     suffix = Path(text).suffix.lower()
     return suffix in _DESCRIPTIONS or (suffix != ".toml" and Path(text).is_file())
 
@@ -96,7 +96,7 @@ def body_of_file(file: str, links: tuple[str | None, str | None], **options: Any
 
 
 def _bare_arm(args: argparse.Namespace, *, quiet: bool) -> Arm:
-    """Return the arm that --robot names, as the file or the catalogue has it."""
+    """Return the arm of --robot, unchanged from file or catalogue."""
     name = args.robot
     if is_description(name):
         return _of_file(name, args, quiet)
@@ -107,7 +107,7 @@ def _bare_arm(args: argparse.Namespace, *, quiet: bool) -> Arm:
 
 
 def _of_file(file: str, args: argparse.Namespace, quiet: bool) -> Arm:
-    """Return the arm of a file: exact if it is, else as --fit says, else with the chain of the file."""
+    """Return the arm of a file: exact if it is, otherwise as in --fit, otherwise with its own chain."""
     base, tip = _named_links(file, *links_of(args))
     options: dict[str, Any] = {"base": base, "tip": tip}
     limits = getattr(args, "continuous_limits", None)
@@ -124,7 +124,7 @@ def _of_file(file: str, args: argparse.Namespace, quiet: bool) -> Arm:
 
 
 def _fit(text: str) -> dict[str, Any]:
-    """Return what the library is told of --fit."""
+    """Return the library's options for --fit."""
     kind, comma, given = text.partition(",")
     if kind not in _FITS:
         raise InputError(f"--fit is {text!r}, wanted one of {', '.join(_FITS)}, also with ,MM,DEG")
@@ -139,7 +139,7 @@ def _fit(text: str) -> dict[str, Any]:
 
 
 def _read(file: str, options: dict[str, Any], quiet: bool) -> Arm:
-    """Return the arm of a file, and pass on what its reader warns of."""
+    """Return the arm of a file, and pass its reader's warnings on."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         arm = (Arm.from_mjcf if is_mjcf(file) else Arm.from_urdf)(file, **options)
@@ -149,7 +149,7 @@ def _read(file: str, options: dict[str, Any], quiet: bool) -> Arm:
 
 
 def _named_links(file: str, base: str | None, tip: str | None) -> tuple[str | None, str | None]:
-    """Return base and tip, those of the one arm with an offset if there is no S-R-S arm; else the choices."""
+    """Return base and tip, those of the only arm with an offset without an S-R-S arm; else the choices."""
     if tip is not None:
         return base, tip
     found = (mjcf_candidates if is_mjcf(file) else urdf_candidates)(file, base)
@@ -165,7 +165,7 @@ def _named_links(file: str, base: str | None, tip: str | None) -> tuple[str | No
 
 
 def _tool(text: str) -> Floats:
-    """Return the frame of --tool in the tip's, (4, 4)."""
+    """Return the frame of --tool in the tip frame, (4, 4)."""
     count = len(text.replace(",", " ").split())
     if count not in (3, len(COLUMNS)):
         raise InputError(f"--tool has {count} numbers, wanted x,y,z or {','.join(COLUMNS)}")

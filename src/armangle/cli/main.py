@@ -1,4 +1,4 @@
-"""From words on the command line to a command, and from errors to exit statuses."""
+"""From command-line words to a command, and from errors to exit statuses."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ OK, NO_SOLUTION, BAD_INPUT = 0, 1, 2
 _INTERRUPTED = 130
 _NEGATIVE = re.compile(r"-\.?\d")
 
-_INSPECT = "armangle inspect FILE {} -o arm.urdf"  # reads a file otherwise, for --robot arm.urdf
+_INSPECT = "armangle inspect FILE {} -o arm.urdf"  # reads a file differently, for --robot arm.urdf
 _FITTED = f"the S-R-S arm fitted to the file: {_INSPECT.format('--fit srs')}"
 _DOORS = f"On the command line: {_INSPECT.format('--fit srs')}, or --fit own,MM,DEG."
 _LIMITS = {"continuous_limits='use'": _INSPECT.format("--continuous-limits use")}
@@ -57,7 +57,7 @@ Exit status: 0 ok, 1 no solution (with the reason), 2 bad input.
 
 
 class _Parser(argparse.ArgumentParser):
-    """Says what is wrong with the words as every other message is said."""
+    """Reports argument errors in the same form as other messages."""
 
     def error(self, message: str) -> NoReturn:
         self.print_usage(sys.stderr)
@@ -66,7 +66,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 class Command(Protocol):
-    """What the module of a command holds."""
+    """The interface of a command's module."""
 
     HELP: str
     EXAMPLE: str
@@ -75,7 +75,7 @@ class Command(Protocol):
         """Add the arguments."""
 
     def run(self, args: argparse.Namespace) -> int:
-        """Do it and return the exit status."""
+        """Run it and return the exit status."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -84,12 +84,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     argv : sequence of str, optional
-        The words behind ``armangle``; those of the process by default.
+        The words after ``armangle``; those of the process by default.
 
     Returns
     -------
     int
-        0 ok, 1 no solution, 2 bad input; 130 when interrupted.
+        0 ok, 1 no solution, 2 bad input; 130 if interrupted.
     """
     words = list(sys.argv[1:] if argv is None else argv)
     keep_whole(words)
@@ -97,16 +97,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         status = _run(words)
         sys.stdout.flush()
         return status
-    except SystemExit as stop:  # argparse has said what it had to
+    except SystemExit as stop:  # argparse has printed its message
         return int(stop.code or 0)
     except (UnreachableError, NoSolutionError, PathError) as error:
         return _complain(error, NO_SOLUTION)
     except ArmangleError as error:
         return _complain(error, BAD_INPUT)
-    except BrokenPipeError:  # the reader has seen enough, as in "armangle robots | head -1"
+    except BrokenPipeError:  # the reader has closed the pipe, as in "armangle robots | head -1"
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return OK
-    except OSError as error:  # files have errors of their own: this is the terminal or what stands for it
+    except OSError as error:  # files raise other errors: this is the terminal or its replacement
         sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115 - nothing more can be said there
         return _complain(OutputError(f"cannot write the output: {error.strerror}"), BAD_INPUT)
     except KeyboardInterrupt:
@@ -114,7 +114,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _complain(error: Exception, status: int) -> int:
-    """Print an error, with the way out of the command line in place of that of Python."""
+    """Print an error, with the command line's advice instead of Python's."""
     from ..arm.near import NOMINAL
 
     doors = f"\n{_DOORS}" if isinstance(error, ModelError) and "tolerance" in str(error) else ""
@@ -135,7 +135,7 @@ def _run(words: list[str]) -> int:
         top.error(f"there is no command {name!r}; {hint}")
     command = _command(name)
     parser = command_parser(name, command)
-    # A leading blank tells argparse that -0.1,0.2 is a value and no option; numbers may begin with one.
+    # A leading blank tells argparse that -0.1,0.2 is a value and not an option.
     values = [f" {word}" if _NEGATIVE.match(word) else word for word in rest]
     args = parser.parse_intermixed_args(values)  # files and options in any order
     from .._threads import threads
@@ -160,7 +160,7 @@ def command_parser(name: str, command: Command | None = None) -> argparse.Argume
 
 
 def _warn_as_notes() -> None:
-    """Let warnings be printed as remarks are, each once, without the line of Python that gave them."""
+    """Print warnings like remarks, each once, without the line of Python that raised them."""
     said = set[str]()
 
     def remark(message: Warning | str, *_: object) -> None:
@@ -225,7 +225,7 @@ class _Completion(argparse.Action):
 
 
 class _Version(argparse.Action):
-    """Prints the version; the compiled core, which knows it, is loaded for this alone."""
+    """Prints the version; loads the compiled core, which holds it, for this alone."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         from .._core import ISA, __version__
@@ -235,7 +235,7 @@ class _Version(argparse.Action):
 
 
 class _CMakeDir(argparse.Action):
-    """Prints the folder of armangleConfig.cmake, which an installed package holds."""
+    """Prints the folder of armangleConfig.cmake in an installed package."""
 
     def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
         folder = Path(__file__).resolve().parents[1] / "cmake"

@@ -1,4 +1,4 @@
-"""What the command line says in words: one way to stderr, and no line break inside a path or a name."""
+"""Text output of the command line: one function for stderr, and no line break inside a path or name."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ _given: list[str] = []
 
 
 def keep_whole(words: Iterable[str]) -> None:
-    """Remember the words of a command line: a path with blanks among them is never broken by `paragraph`."""
+    """Store the words of a command line: `paragraph` never breaks a path with blanks among them."""
     _given[:] = sorted((word for word in words if re.search(r"\s", word)), key=len, reverse=True)
 
 
 def note(text: str) -> None:
-    """Print a remark or an error to stderr: filled on a terminal, as it is elsewhere."""
+    """Print a remark or an error to stderr; filled to the width on a terminal, unchanged elsewhere."""
     print(paragraph(text) if sys.stderr.isatty() else text, file=sys.stderr)
 
 
 def paragraph(text: str) -> str:
     """Return text filled to 80 columns, line by line.
 
-    Lines end at blanks only, so options and paths stay whole. Quoted names and the words of the command line
-    stay whole with the blanks inside them.
+    Lines end at blanks only, so options and paths stay whole. Quoted names and words of the command line keep
+    their inner blanks.
 
     >>> len(paragraph("word " * 40).splitlines())
     3

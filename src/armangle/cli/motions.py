@@ -1,4 +1,4 @@
-"""Motions of an arm for pictures and the viewer: of a joint file, or along poses from any configuration."""
+"""Motions of an arm for plots and the viewer: from a joint file, or along poses."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..scenes.scene import Scene
 
 
 def motion_of(arm: Arm, table: JointTable, between: Between | None = "tool") -> JointPath:
-    """Return the rows of a joint file as a motion of an arm, those without joints included."""
+    """Return the rows of a joint file as a motion of an arm, including rows without joints."""
     return JointPath.from_joints(arm, table.q, s=table.s, status=table.status, between=between)
 
 
@@ -28,16 +28,16 @@ def motions_along(
     ----------
     arm : Arm
     poses : array_like, shape (N, 4, 4)
-        Tool frames, position in m.
+        Poses of the end effector, position in m.
     start : array_like, shape (7,), optional
         Joints before the first pose, rad.
     scene : Scene, optional
-        Obstacles to keep clear of.
+        Obstacles to avoid.
 
     Returns
     -------
     dict of str to JointPath
-        Those that reach every pose first; a motion that does not says why.
+        First those that reach every pose; the others have the reason.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """The paper's example (section 6.2): a straight line that begins near the limits, stepped along by eq. (36).
 
-The paper's text fixes the robot, the joints (37), the distance, K = 0.1 where α varies and α = 20 where K
-varies. The values that vary, and the number of poses, are not in the text: they are chosen here.
+The paper's text fixes the robot, the joints (37), the distance, K = 0.1 for varying α and α = 20 for varying
+K. It does not give the varying values and the number of poses: they are chosen here.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Run:
     policy : Repulsion
         With its K and α.
     path : JointPath
-        What came of it.
+        Its result.
     start : ndarray, shape (7,)
         Joints (37) before the first pose, rad.
     psi_start : float
@@ -72,7 +72,7 @@ class Run:
     gc_start : int
         Global configuration there.
     seconds_per_pose : float
-        Median of repeated runs, measured here and now.
+        Median of repeated runs, measured during this run.
     """
 
     policy: Repulsion
@@ -89,12 +89,12 @@ class Run:
 
     @property
     def words(self) -> str:
-        """How the elbow is pushed, in words."""
+        """The settings in words."""
         return _WORDS[self.policy.alpha, self.policy.K]
 
     @property
     def largest_step(self) -> float:
-        """Greatest change of a joint from one pose to the next, from the start on, rad."""
+        """Largest change of a joint between poses, including the start, rad."""
         return float(np.abs(np.diff(np.vstack([self.start, self.path.q]), axis=0)).max())
 
 
@@ -116,9 +116,9 @@ def example() -> tuple[Arm, Floats, Floats]:
 
 
 def run(policy: Repulsion) -> Run:
-    """Return the example stepped along with a policy.
+    """Return the example stepped with a policy.
 
-    The paper knows no largest joint step, so none is set: with K = 0.5 the first one would exceed ours.
+    The paper has no largest joint step, so none is set: with K = 0.5 the first step would exceed the default.
 
     Examples
     --------
@@ -139,7 +139,7 @@ def run(policy: Repulsion) -> Run:
 def draw(made: Run, file: BinaryIO) -> None:
     """Write a PNG of arm angle and joints along the path, with limits, as in Fig. 13.
 
-    The start stands one step before the first pose, so that the first step is seen.
+    The start is drawn one step before the first pose, so that the first step is visible.
 
     Raises
     ------
@@ -161,7 +161,7 @@ def draw(made: Run, file: BinaryIO) -> None:
 
 
 def draw_overview(runs: list[Run], file: BinaryIO) -> None:
-    """Write a PNG of all runs: their arm angles between what the joints block, and their margins.
+    """Write a PNG of all runs: their arm angles with the blocked ones, and their margins.
 
     Raises
     ------
@@ -201,7 +201,7 @@ def draw_overview(runs: list[Run], file: BinaryIO) -> None:
 
 
 def _figure(size: tuple[float, float]) -> Any:
-    """Return a new figure; says how to install matplotlib where it is missing."""
+    """Return a new figure; the error for a missing matplotlib tells how to install it."""
     pyplot()
     from matplotlib.figure import Figure
 
@@ -213,7 +213,7 @@ def _legend_entries(panel: Any) -> list[tuple[Any, str]]:
 
 
 def from_start(made: Run) -> JointPath:
-    """Return the path with the start before it, one step earlier, so that the first step is seen too."""
+    """Return the path with the start one step before it, so that the first step is visible."""
     path = made.path
     before: dict[str, Any] = {
         "s": _BEFORE, "q": made.start, "psi": made.psi_start, "gc": made.gc_start,
@@ -229,7 +229,7 @@ def from_start(made: Run) -> JointPath:
 
 
 def _shade_infeasible(panel: Any, made: Run) -> None:
-    """Shade the arm angles that are not feasible, pose by pose."""
+    """Shade the infeasible arm angles, pose by pose."""
     path = made.path
     shown = np.degrees([made.psi_start, *path.psi])
     low, high = shown.min() - _ROOM_DEG, shown.max() + _ROOM_DEG

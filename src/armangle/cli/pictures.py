@@ -14,7 +14,7 @@ _DOTS = 150
 
 
 def draw(name: str, output: str, *values: Any, **options: Any) -> None:
-    """Draw by a function of `plots` into a file: no display is needed."""
+    """Draw with a function of `plots` into a file, without a display."""
     from .. import plots
     from ..plots.style import pyplot
 
@@ -27,7 +27,7 @@ def draw(name: str, output: str, *values: Any, **options: Any) -> None:
 
 
 def write_picture(axes: Any, output: str) -> None:
-    """Write the figure of axes by the file's ending."""
+    """Write the figure of axes in the format of the file's ending."""
     first = axes if hasattr(axes, "figure") else axes[0]
     ending = Path(output).suffix.lower().lstrip(".")
     known = first.figure.canvas.get_supported_filetypes()

@@ -1,4 +1,4 @@
-"""What commands print: results, JSON, notes on the side, and signs of life."""
+"""Output of commands: results, JSON, notes, and progress."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _SHOWN = 10
 
 
 def show(text: str = "") -> None:
-    """Print text, in colour on a terminal alone; what the stream's encoding lacks becomes '?'."""
+    """Print text, in colour on a terminal only; characters missing in the stream's encoding become '?'."""
     text = text if colourful(sys.stdout) else plain_text(text)
     encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
     try:
@@ -48,7 +48,7 @@ def show(text: str = "") -> None:
 
 
 def show_json(value: Any) -> None:
-    """Print JSON: arrays as lists, NaN as null, infinities as "inf", outcomes as their names."""
+    """Print JSON: arrays as lists, NaN as null, infinities as "inf", statuses as their names."""
     print(json.dumps(_jsonable(value), indent=1, allow_nan=False))
 
 
@@ -65,7 +65,7 @@ def _jsonable(value: Any) -> Any:
 
 
 def fixed(value: float, digits: int) -> str:
-    """Return a number with fixed digits, without a sign where all of them are zero.
+    """Return a number with fixed digits, without a sign if all digits are zero.
 
     >>> fixed(-1e-9, 3), fixed(-0.25, 3)
     ('0.000', '-0.250')
@@ -115,13 +115,13 @@ def joint_margins(arm: Arm, q: Floats) -> Floats:
 
 
 def called(arm: OffsetArm) -> str:
-    """Return what to call an arm that options do not go with."""
+    """Return the name of an arm in errors about unsupported options."""
     end = "wrist" if arm.a_6 else "shoulder"
     return f"{arm.name or 'the arm'}, which has an offset {end} and no arm angle"
 
 
 def violations(arm: Arm, q: Floats) -> str:
-    """Return in words which joints of q (7,) are outside, and by how much; empty within."""
+    """Return in words which joints of q (7,) violate limits, and by how much; empty if none does."""
     found = []
     for i, margin in enumerate(joint_margins(arm, q)):
         if margin < 0:
@@ -131,17 +131,17 @@ def violations(arm: Arm, q: Floats) -> str:
 
 
 def redundancy_name(arm: Arm) -> str:
-    """Return what is called psi on screen: the arm angle, or the redundant joint of an arm with an offset."""
+    """Return the name of psi on screen: the arm angle, or the redundant joint of an arm with an offset."""
     return f"joint {arm._free_joint}" if isinstance(arm, OffsetArm) else "psi"
 
 
 def redundancy(arm: Arm) -> str:
-    """Return what psi is of an arm: "arm_angle", "joint_1" or "joint_7"."""
+    """Return the meaning of psi for an arm: "arm_angle", "joint_1" or "joint_7"."""
     return f"joint_{arm._free_joint}" if isinstance(arm, OffsetArm) else "arm_angle"
 
 
 def unsolved_text(arm: Arm, pose: Floats, gc: int, status: Status) -> str:
-    """Return in words why a pose (4, 4) has no solution: by how many millimetres it is out of reach."""
+    """Return in words why a pose (4, 4) has no solution, with the distance in mm if it is out of reach."""
     if isinstance(arm, OffsetArm):
         return status.sentence
     if status == Status.UNREACHABLE:
@@ -156,7 +156,7 @@ def unsolved_text(arm: Arm, pose: Floats, gc: int, status: Status) -> str:
 
 
 def left_out(measures: Iterable[tuple[str, float]]) -> str:
-    """Return in words how much of each circle, by its name, is not proven (rad); empty where all is.
+    """Return in words how much of each circle is unproven (rad), by its name; empty if nothing is.
 
     >>> left_out([("gc 3", 0.1), ("gc 4", 0.0)])
     'not proven and left out, where branches meet: 5.73 deg of gc 3'
@@ -166,7 +166,7 @@ def left_out(measures: Iterable[tuple[str, float]]) -> str:
 
 
 def head_and_tail(rows: Sequence[Sequence[str]]) -> list[Sequence[str]]:
-    """Return rows for the screen: all, or the first and the last with a gap between."""
+    """Return rows for the screen: all, or the first and last with a gap between."""
     if len(rows) <= _MOST_ROWS:
         return list(rows)
     return [*rows[:_SHOWN], ["..."] * len(rows[0]), *rows[-_SHOWN:]]
@@ -194,7 +194,7 @@ def show_many(q: Floats, outcomes: Iterable[str]) -> None:
 
 
 def write(value: JointPath | Trajectory | TrajectoryTable | Floats, file: str) -> None:
-    """Save a motion or poses and say so on stderr."""
+    """Save a motion or poses and report it on stderr."""
     with progress(f"writing {file}"):
         save(value, file)
     note(f"wrote {file}")
@@ -202,9 +202,9 @@ def write(value: JointPath | Trajectory | TrajectoryTable | Floats, file: str) -
 
 @contextmanager
 def progress(what: str) -> Iterator[None]:
-    """Show on a terminal what is going on and for how long, once it takes more than half a second.
+    """Show a running task and its duration on a terminal, after half a second.
 
-    Calls of the core that tell how far they are get a bar.
+    Calls of the core that report their progress get a bar.
     """
     if not sys.stderr.isatty():
         yield

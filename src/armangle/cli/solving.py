@@ -42,7 +42,7 @@ Found = tuple[float, int] | None
 
 @dataclass(frozen=True)
 class Asked:
-    """What `armangle ik` is asked: poses (4, 4) or (N, 4, 4) of an arm, and what is chosen of them."""
+    """The arguments of `armangle ik`: poses (4, 4) or (N, 4, 4) of an arm, and the selected results."""
 
     arm: Arm
     frame: Floats
@@ -58,7 +58,7 @@ class Asked:
 
     @property
     def pick(self) -> Any:
-        """What takes the one result from those of all, or keeps them all."""
+        """Selects the one result from a batch of one, or keeps all."""
         return 0 if self.frame.ndim == 2 else slice(None)
 
 
@@ -102,7 +102,7 @@ def solve(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
 
 
 def _seed(asked: Asked) -> tuple[Floats, str]:
-    """Return the joints to be near to, and what they are called."""
+    """Return the reference joints, and their name."""
     if asked.seed is not None:
         return asked.seed, "--seed"
     if isinstance(asked.arm, OffsetArm):
@@ -152,7 +152,7 @@ def _path(arm: Arm, frames: Floats, found: Solution) -> JointPath:
 
 
 def _off(arm: Arm, q: Floats, frames: Floats) -> Floats:
-    """Return how far joints are from the positions of poses, m."""
+    """Return the distance of joints from the positions of poses, m."""
     return np.asarray(np.linalg.norm(forward(arm, q)[0][:, :3, 3] - frames[:, :3, 3], axis=1))
 
 
@@ -187,7 +187,7 @@ def solve_all(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
 
 
 def solve_at_psi(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
-    """Print the solution that an arm angle and a branch define, or with --all those of all branches."""
+    """Print the solution of an arm angle and a branch, or with --all those of all branches."""
     if args.all:
         return _every_branch(asked, args.psi, args.json), None
     arm, psi, gc = asked.arm, args.psi, args.gc
@@ -212,7 +212,7 @@ def _rows(asked: Asked, psi: float, gc: int) -> JointPath:
     arm, frames = asked.arm, asked.frames
     q = arm.inverse(frames, psi, gc, seed=asked.seed, on_error="nan")
     solved = np.isfinite(q).all(axis=1)
-    # A pose that has a solution at no arm angle says why; another has one at another arm angle: OUTSIDE.
+    # A pose without any solution has its reason; a pose with one at another arm angle: OUTSIDE.
     rows = blank_rows(len(frames))
     why = np.asarray(arm.feasible(frames[~solved], gc).status)
     rows["status"][~solved] = np.where(why == Status.OK, Status.OUTSIDE, why)
@@ -229,7 +229,7 @@ def _rows(asked: Asked, psi: float, gc: int) -> JointPath:
 
 
 def _reason(asked: Asked, path: JointPath, psi: float, gc: int) -> str:
-    """Return in words why the first pose without a solution has none."""
+    """Return in words why the first unsolved pose has no solution."""
     arm, at = asked.arm, path.first_failure or 0
     failed = int((path.status != Status.OK).sum())
     where = "" if len(path) == 1 else f"{failed} of {len(path)} poses fail; pose {at}: "
@@ -244,7 +244,7 @@ def _reason(asked: Asked, path: JointPath, psi: float, gc: int) -> str:
 
 
 def _every_branch(asked: Asked, psi: float, as_json: bool) -> int:
-    """Print the solutions of all eight branches, those outside their limits with what they violate."""
+    """Print the solutions of all eight branches; those outside their limits with the violations."""
     arm, pose = asked.arm, asked.frame
     q8 = arm.inverse(pose, psi, seed=asked.seed, on_error="nan", limits=False)
     known = np.isfinite(q8[:, 0])  # near singularities some branches of an own chain may have no solution

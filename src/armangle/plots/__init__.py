@@ -1,4 +1,4 @@
-"""Pictures: the arm, its redundancy circle, its joints over the arm angle, its paths.
+"""Plots: the arm, its redundancy circle, its joints over the arm angle, its paths.
 
 Every function takes data and ``ax=None`` and returns the axes it drew on; nothing is shown or saved.
 Angles are drawn in degrees. Colours are Okabe and Ito's. Needs matplotlib: ``pip install 'armangle[plot]'``.

@@ -1,4 +1,4 @@
-"""Base placement: how much is held from each position, and at which yaw."""
+"""Base placement: the reached weight from each position, and the best yaw."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from .style import flat_axes
 if TYPE_CHECKING:
     from ..reach.placement import Placement
 
-_ARROWS = 21  # along each side at most
+_ARROWS = 21  # largest number along each side
 
 
 def placement(found: Placement, *, ax: Any = None) -> Any:
-    """Draw how much of a set of poses is held from each base position, and the best yaw there.
+    """Draw the weight of reached poses for each base position, and the best yaw there.
 
     Parameters
     ----------
     found : Placement
-        What `armangle.place` returned.
+        The result of `armangle.place`.
     ax : axes, optional
         A new figure by default.
 
     Returns
     -------
     matplotlib axes
-        Seen from above, in metres. Dark is more; an arrow points where the base's x axis points at the best
-        yaw, and is left out where every yaw is alike; the cross is `Placement.best`, dots are the poses.
+        Seen from above, in metres. Dark is more. An arrow points along the base's x axis at the best yaw, and
+        is omitted if every yaw is equally good. The cross is `Placement.best`, dots are the poses.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def placement(found: Placement, *, ax: Any = None) -> Any:
 
 
 def _edges(line: Floats) -> Floats:
-    """Return the edges of cells about rising positions; of one position a cell of 0.1 m."""
+    """Return the edges of cells about rising positions; for one position a cell of 0.1 m."""
     if len(line) == 1:
         return np.array([line[0] - 0.05, line[0] + 0.05])
     middle = 0.5 * (line[1:] + line[:-1])

@@ -19,7 +19,7 @@ _SAMPLES = 721
 _AXIS_SHARE = 0.09
 _NEAR, _ASIDE = 0.13, 0.3
 _TINY = 1e-12
-_UNPROVEN = JOINTS + 1  # in place of the joint that blocks
+_UNPROVEN = JOINTS + 1  # instead of the joint that blocks
 # Matplotlib's own viewpoint: azimuth -60, elevation 30 degrees.
 _TO_VIEWER, _RIGHT = np.array([0.433, -0.75, 0.5]), np.array([0.866, 0.5, 0.0])
 
@@ -27,7 +27,7 @@ _TO_VIEWER, _RIGHT = np.array([0.433, -0.75, 0.5]), np.array([0.866, 0.5, 0.0])
 def arm_frames(arm: Arm, q: ArrayLike | None = None, *, ax: Any = None) -> Any:
     """Draw the arm with its DH frames 0..7 and the tool frame.
 
-    Frames that share an origin are drawn beside each other, joined to it by a thin line.
+    Frames that share an origin are drawn next to each other, each connected to it by a thin line.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def arm_frames(arm: Arm, q: ArrayLike | None = None, *, ax: Any = None) -> Any:
     q : array_like, shape (7,), optional
         Joint values, rad; zero by default.
     ax : matplotlib 3-D axes, optional
-        Where to draw; a new figure by default.
+        The axes to draw on; a new figure by default.
 
     Returns
     -------
@@ -94,7 +94,7 @@ def _frame(space: Any, frame: Floats, origin: Floats, length: float, name: str) 
 
 
 def _emptiest_way(frame: Floats) -> Floats:
-    """Return the unit vector, across the line of sight, that is farthest from the three axes as seen."""
+    """Return the unit vector, perpendicular to the line of sight, farthest from the drawn axes."""
     angle = np.arange(0.0, 2 * np.pi, np.pi / 8)[:, None]
     ways: Floats = np.cos(angle) * _RIGHT + np.sin(angle) * np.cross(_TO_VIEWER, _RIGHT)
     nearest: Floats = (ways @ frame[:3, :3]).max(axis=1)
@@ -108,7 +108,7 @@ def stick_figure(
     elbow_circle: bool = True,
     ax: Any = None,
 ) -> Any:
-    """Draw the arm as a stick figure, with its elbow circle coloured by what blocks it.
+    """Draw the arm as a stick figure, with its elbow circle coloured by the blocking joint.
 
     Parameters
     ----------
@@ -116,10 +116,10 @@ def stick_figure(
     q : array_like, shape (7,)
         Joint values, rad.
     elbow_circle : bool
-        Whether to draw the circle: a light, wide band where feasible, else a line in the colour of the lowest
-        joint that blocks; pale grey where a calibrated arm has no proof.
+        Whether to draw the circle: a light, wide band if feasible, otherwise a line in the colour of the
+        lowest blocking joint; pale grey if a calibrated arm has no proof.
     ax : matplotlib 3-D axes, optional
-        Where to draw; a new figure by default.
+        The axes to draw on; a new figure by default.
 
     Returns
     -------
@@ -131,7 +131,7 @@ def stick_figure(
         Without matplotlib.
     InputError
     UnreachableError
-        If the arm is folded, so that there is no circle.
+        If the arm is folded and has no circle.
     """
     check_drawn(arm)
     joints = one_posture("q", q)

@@ -1,4 +1,4 @@
-"""The feasible map: which arm angles a path may have, and which joint forbids the others."""
+"""The feasible map: the feasible arm angles along a path, and the joints that block others."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ def feasible_map(
     gc: int | Sequence[int] | None = None,
     ax: Any = None,
 ) -> Any:
-    """Draw which arm angles are feasible along a path, and which joint or obstacle forbids the others.
+    """Draw the feasible arm angles along a path, and the joint or obstacle that blocks the others.
 
-    Light green is feasible; the rest has the colour of the lowest joint that blocks. What the arm's `scene`
-    blocks is dark where no joint does, and dotted where one does too, with the obstacle's name. Pale is what
-    is not proven of an arm with a chain of its own. Each column is exact for the pose it stands on; a row of
-    a path whose pose is NaN, not known, is hatched.
+    Light green is feasible; other cells have the colour of the lowest blocking joint. Arm angles blocked by
+    the arm's `scene` alone are dark, those blocked by a joint too are dotted, with the obstacle's name. Pale
+    is unproven for an arm with its own chain. Each column is exact for its pose; a row of a path whose pose
+    is NaN, and so unknown, is hatched.
 
     Parameters
     ----------
     motion : JointPath, or (Arm, poses of shape (N, 4, 4))
-        A path, whose curve is drawn where its global configuration is the panel's; or poses alone.
+        A path, whose curve is drawn in the panel of its global configuration; or poses alone.
     gc : int or sequence of int, optional
         Global configurations 0..7, one panel each; all eight by default.
     ax : axes or array of axes, optional
@@ -66,7 +66,7 @@ def feasible_map(
     if frames.ndim != 3 or not len(frames):
         raise InputError(f"poses has shape {frames.shape}, wanted (N, 4, 4) with N > 0")
     s = curve.s if curve is not None else np.linspace(0.0, 1.0, len(frames))
-    posed = np.asarray(np.isfinite(frames).all(axis=(1, 2)) | (curve is None))  # poses alone must be whole
+    posed = np.asarray(np.isfinite(frames).all(axis=(1, 2)) | (curve is None))  # poses alone must be finite
     wanted = range(CONFIGURATIONS) if gc is None else np.atleast_1d(gc).tolist()
     if any(not isinstance(index, int) or not 0 <= index < CONFIGURATIONS for index in wanted):
         raise InputError(f"gc is {gc!r}, wanted integers from 0 to 7")
@@ -99,7 +99,7 @@ def _map_panel(
     posed: NDArray[np.bool_],
     gc: int,
 ) -> None:
-    """Draw one region: each joint's blocked arcs as cells, the lowest joint on top; hatched where no pose."""
+    """Draw one region: blocked arcs as cells, the lowest joint on top; hatched without a pose."""
     edges = np.concatenate([s[:1], 0.5 * (s[1:] + s[:-1]), s[-1:]])
     if len(s) == 1:
         edges = s[0] + np.array([-0.5, 0.5])
@@ -129,7 +129,7 @@ def _map_panel(
 
 
 def _name_islands(panel: Any, clear: ArcSet, s: Floats) -> None:
-    """Write the name of each obstacle where the arc that it ends is widest."""
+    """Write the name of each obstacle at the widest place of the arc that it ends."""
     blocked = ~clear
     widest: dict[str, tuple[float, float, float]] = {}
     for at in range(len(s)):
@@ -146,7 +146,7 @@ def _name_islands(panel: Any, clear: ArcSet, s: Floats) -> None:
 
 
 def _names(clear: ArcSet, blocked: ArcSet, at: int) -> list[set[str]]:
-    """Return the obstacles of each arc that is blocked at a pose."""
+    """Return the obstacles of each blocked arc at a pose."""
     if not blocked[at].is_full:
         return [{end.obstacle for end in ends if end.obstacle} for ends in blocked[at].ends]
     alone = clear.blocking[at]
@@ -166,7 +166,7 @@ def _cells(
     low, high = np.clip(both[row, k].T, -FULL_TURN / 2, FULL_TURN / 2)
     left, right = sides[row].T
     corners = np.stack([left, low, right, low, right, high, left, high], axis=-1).reshape(-1, 4, 2)
-    # Edges of the same colour: between cells that only touch, a scaled picture shows white lines.
+    # Edges have the same colour: between touching cells a scaled picture would show white lines.
     edged = more or {"edgecolors": colour, "linewidths": _SEAM}
     panel.add_collection(PolyCollection(list(corners), facecolors=colour, antialiaseds=False, **edged))
 

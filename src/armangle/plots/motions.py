@@ -1,4 +1,4 @@
-"""A motion: eq. (36), and arm angle and joints along a path. Figs. 12, 13."""
+"""Motions: eq. (36), and arm angle and joints along a path. Figs. 12, 13."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def repulsion(
     dt: float | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw by how much policies change the arm angle in one step, over the arm angle on its arc.
+    """Draw the change of the arm angle by policies in one step, over the arm angle on its arc.
 
     Parameters
     ----------
@@ -51,9 +51,9 @@ def repulsion(
     arc : (lower, upper)
         The feasible arc, rad, shorter than a turn.
     dt : float, optional
-        Time of the step, s; needed by a policy with ``rate=``.
+        Time of the step, s; required for a policy with ``rate=``.
     ax : matplotlib axes, optional
-        Where to draw; a new figure by default.
+        The axes to draw on; a new figure by default.
 
     Returns
     -------
@@ -119,16 +119,16 @@ def _policy_text(policy: Policy) -> str:
 def path(paths: Paths, *, arm: Arm | None = None, ax: Any = None) -> Any:
     """Draw arm angle and joints along a path, or over time, with the joints' limits.
 
-    Of an arm with an offset wrist or shoulder the arm angle is the value of joint 7 or 1.
+    For an arm with an offset wrist or shoulder the arm angle is the value of joint 7 or 1.
 
     Parameters
     ----------
     paths : JointPath or Trajectory, or mapping of names to them, or sequence of them
         One motion, or several of the same arm to compare: all with times, or all without. A `JointPath` is
-        drawn over its path parameter s, a `Trajectory` over its time in s. What `load_joints` and
-        `load_trajectory` read is drawn alike.
+        drawn over its path parameter s, a `Trajectory` over its time in s. Results of `load_joints` and
+        `load_trajectory` are drawn in the same way.
     arm : Arm, optional
-        Whose joints those of a file are, which does not say; needed for such.
+        The arm of a file's joints, which the file does not contain; required for such.
     ax : array of 8 axes, optional
         For the arm angle and joints 1..7; a new figure, with a legend, by default.
 
@@ -141,7 +141,7 @@ def path(paths: Paths, *, arm: Arm | None = None, ax: Any = None) -> Any:
     MissingExtraError
         Without matplotlib.
     InputError
-        If there is no path, the paths are of different arms, only some have times, or the arm of a file is
+        If there is no path, the paths belong to different arms, only some have times, or the arm of a file is
         missing.
 
     Source: Faria et al. (2018), Fig. 13.
@@ -167,7 +167,7 @@ def path(paths: Paths, *, arm: Arm | None = None, ax: Any = None) -> Any:
     )
     for panel in panels:
         panel.margins(x=0)
-        if ends.min() < ends.max():  # all that was asked for, so that a path that stops is seen to
+        if ends.min() < ends.max():  # the whole request, so that an incomplete path is visible
             panel.set_xlim(ends.min(), ends.max())
     for panel in panels[-2:]:
         panel.set_xlabel("time (s)" if isinstance(first, Timed) else "path parameter s")
@@ -178,7 +178,7 @@ def path(paths: Paths, *, arm: Arm | None = None, ax: Any = None) -> Any:
 
 
 def _named(paths: Paths, arm: Arm | None) -> tuple[dict[str, Shown], Arm]:
-    """Return the motions by name, and the one arm that they are of."""
+    """Return the motions by name, and their common arm."""
     named: dict[str, Shown]
     if isinstance(paths, Shown):
         named = {"": paths}
@@ -201,7 +201,7 @@ def _named(paths: Paths, arm: Arm | None) -> tuple[dict[str, Shown], Arm]:
 
 
 def arm_of(name: str, motion: Shown, given: Arm | None) -> Arm:
-    """Return the arm of a motion called `name`: its own, or that given for what a file holds."""
+    """Return the arm of a motion called `name`: its own, or the given one for a file."""
     if isinstance(motion, JointPath):
         return motion.arm
     if isinstance(motion, Trajectory):
@@ -213,12 +213,12 @@ def arm_of(name: str, motion: Shown, given: Arm | None) -> Arm:
 
 
 def _abscissa(motion: Shown) -> Floats:
-    """Return what a motion is drawn over: time, s, or the path parameter."""
+    """Return the abscissa of a motion: time, s, or the path parameter."""
     return motion.t if isinstance(motion, Timed) else motion.s
 
 
 def _arm_angle(motion: Shown, arm: Arm) -> Floats:
-    """Return arm angle, or value of the free joint, at each row, rad, without jumps by whole turns."""
+    """Return arm angle, or value of the free joint, at each row, rad, without jumps by full turns."""
     if isinstance(motion, JointPath):
         return motion.psi
     solved = np.isfinite(motion.q).all(axis=1)
@@ -230,9 +230,9 @@ def _arm_angle(motion: Shown, arm: Arm) -> Floats:
 
 
 def _limits(panel: Any, lower: float, upper: float) -> None:
-    """Draw the limits that are near the curve, and shade what lies behind them."""
+    """Draw the limits near the curve, and shade the area behind them."""
     low, high = panel.get_ylim()
-    room = max(high - low, LEAST_SPAN)  # rounding of a joint that rests is no curve
+    room = max(high - low, LEAST_SPAN)  # rounding of a resting joint must not look like a curve
     low, high = min(low, 0.5 * (low + high - room)), max(high, 0.5 * (low + high + room))
     for limit, sign in ((lower, -1), (upper, 1)):
         if not low - 1.5 * room <= limit <= high + 1.5 * room:

@@ -39,13 +39,13 @@ def circle(
 ) -> Axes:
     """Draw the redundancy circle: a ring for each joint's Ψ_i, and Ψ_all outside.
 
-    Blocked pieces bear the colour of the joint that blocks; in the outer ring a piece that several joints
-    block is split among them. Hatched is what is not proven of an arm with a chain of its own. ψ = 0 is at
-    the top, positive counterclockwise.
+    Blocked pieces have the colour of the blocking joint; in the outer ring a piece that several joints block
+    is divided among them. Hatched is unproven for an arm with its own chain. ψ = 0 is at the top, positive
+    counterclockwise.
 
-    The arm's `scene` has a ring of its own, where each blocked arc bears the names of the obstacles that end
-    it, and is dark in the outer ring. Where it has a soft clearance, what keeps the hard one alone is paler
-    in its ring.
+    The arm's `scene` has its own ring. Each blocked arc there has the names of the obstacles at its ends, and
+    is dark in the outer ring. If the scene has a soft clearance, arm angles that only keep the hard one are
+    paler in its ring.
 
     Parameters
     ----------
@@ -57,9 +57,9 @@ def circle(
     psi : float, optional
         Arm angle to mark, rad.
     allowed : ArcSet of shape (), optional
-        Arcs of the user's own; what they forbid is grey in the outer ring.
+        Arcs given by the user; angles outside them are grey in the outer ring.
     ax : matplotlib polar axes, optional
-        Where to draw; a new figure by default.
+        The axes to draw on; a new figure by default.
 
     Returns
     -------
@@ -112,7 +112,7 @@ def circle(
 def _arcs(
     polar: Any, arcs: ArcSet, base: float, width: float, face: str, edge: str, hatch: str | None = None
 ) -> None:
-    whole = arcs.is_full  # a bar all round would have a seam
+    whole = arcs.is_full  # a bar all around would have a seam
     for lower, upper in arcs:
         polar.bar(
             0.5 * (lower + upper), width, upper - lower, base, color=face, edgecolor=edge,
@@ -130,7 +130,7 @@ def _ring(polar: Any, feasible: ArcSet, unproven: ArcSet, joint: int) -> None:
 
 
 def _obstacle_ring(polar: Any, clear: ArcSet, calm: ArcSet, unproven: ArcSet) -> None:
-    """Draw what obstacles block, with the names of those that end each arc, and paler what is not calm."""
+    """Draw the arcs blocked by obstacles, with their names, and paler those without soft clearance."""
     base = _INNER + JOINTS * _STEP
     _arcs(polar, calm, base, _WIDTH, FREE, PALE)
     _arcs(polar, clear & ~calm, base, _WIDTH, MID, PALE)
@@ -148,7 +148,7 @@ def _obstacle_ring(polar: Any, clear: ArcSet, calm: ArcSet, unproven: ArcSet) ->
 
 
 def _outer_ring(polar: Any, blocked: dict[str, ArcSet], base: float) -> None:
-    """Draw what is blocked, each piece shared by the colours of those that block it."""
+    """Draw the blocked pieces, each divided among the colours of its blockers."""
     ends = [angle for arcs in blocked.values() for arc in arcs for angle in arc]
     cuts = np.unique(np.concatenate([(np.array(ends) + np.pi) % (2 * np.pi) - np.pi, [-np.pi, np.pi]]))
     for lower, upper in pairwise(cuts):
@@ -160,7 +160,7 @@ def _outer_ring(polar: Any, blocked: dict[str, ArcSet], base: float) -> None:
 
 
 def _mark_singular(polar: Any, arm: Arm, pose: Any, gc: int, every: ArcSet) -> None:
-    """Mark where a joint jumps or has a corner, on that joint's ring; those of a true chain do not."""
+    """Mark where a joint jumps or has a corner, on that joint's ring; joints of a true chain do not."""
     if every.status in (Status.UNREACHABLE, Status.FOLDED) or arm.chain is not None:
         return
     for joint in range(1, JOINTS + 1):
@@ -223,8 +223,8 @@ def clearance_profile(
 ) -> Axes:
     """Draw the distance between links and obstacles over the arm angle.
 
-    The nearest pair of all is drawn; the colour tells which obstacle it is of, and the dashed line is the
-    scene's clearance. Shaded is what the scene blocks, exactly.
+    The curve is that of the nearest pair; its colour tells the obstacle, and the dashed line is the scene's
+    clearance. The shaded area is exactly the arm angles that the scene blocks.
 
     Parameters
     ----------
@@ -237,7 +237,7 @@ def clearance_profile(
     psi : float, optional
         Arm angle to mark, rad.
     ax : matplotlib axes, optional
-        Where to draw; a new figure by default.
+        The axes to draw on; a new figure by default.
 
     Returns
     -------
@@ -258,7 +258,7 @@ def clearance_profile(
     q = arm.inverse(frame, angles, gc, limits=False, on_error="raise" if arm.chain is None else "nan")
     known = np.isfinite(q).all(axis=-1)
     near, angles, scene = arm.clearance(q[known]), angles[known], arm.scene
-    assert scene is not None  # else `clearance` has raised
+    assert scene is not None  # otherwise `clearance` has raised
     panel = grid_axes(ax, 1, 1, (6.4, 4.0))[0]
     for lower, upper in pieces((~arm._clear(frame, gc, scene)).intervals):
         panel.axvspan(lower, upper, color=OBSTACLE, alpha=0.22, lw=0)
@@ -338,7 +338,7 @@ def joint_profiles(
 
 
 class _TrueJoint:
-    """One joint of a true chain over the arm angle: no closed form, so without marks of its own."""
+    """One joint of a true chain over the arm angle: no closed form, so without special values."""
 
     stationary: tuple[float, ...] = ()
     singular: tuple[float, ...] = ()
@@ -349,7 +349,7 @@ class _TrueJoint:
         self.arm, self.pose, self.gc = arm, np.asarray(pose), gc
 
     def value(self, psi: Any) -> Any:
-        """Return the joint's value, rad, NaN where there is no posture."""
+        """Return the joint's value, rad, NaN without a solution."""
         poses = np.broadcast_to(self.pose, (len(psi), 4, 4))
         return self.arm.inverse(poses, psi, self.gc, limits=False, on_error="nan")[:, self.joint - 1]
 

@@ -1,4 +1,4 @@
-"""What an arm reaches: a section through a reach map, and spheres at the places that a tool can have."""
+"""Reachability: a section through a reach map, and spheres at the positions of the end effector."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _LABELS = {
     "roll": "mean share of rolls",
     "proven": "share of directions proven to be held",
 }
-_LARGEST = 60.0  # pt², of a sphere where every orientation can be held
+_LARGEST = 60.0  # pt², of a sphere where every orientation is reachable
 
 
 def reach(found: ReachMap, field: str = "gc", *, ax: Any = None) -> Any:
-    """Draw the mean of a field over all directions of axis 7, for each place of the wrist.
+    """Draw the mean of a field over all directions of axis 7, for each wrist position.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def reach(found: ReachMap, field: str = "gc", *, ax: Any = None) -> Any:
     Returns
     -------
     matplotlib axes
-        A half plane through axis 1, in metres from the shoulder; white is not reached.
+        A half plane through axis 1, in metres from the shoulder; white is unreachable.
 
     Raises
     ------
@@ -64,14 +64,14 @@ def reach(found: ReachMap, field: str = "gc", *, ax: Any = None) -> Any:
 
 
 def voxels(found: Voxels, arm: Arm | None = None, *, ax: Any = None) -> Any:
-    """Draw voxels as spheres: the larger and lighter, the more orientations the tool can have there.
+    """Draw voxels as spheres: larger and lighter for more orientations.
 
     Parameters
     ----------
     found : Voxels
-        What `ReachMap.voxels` returned.
+        The result of `ReachMap.voxels`.
     arm : Arm, optional
-        To be drawn too, at zero joints.
+        Drawn too, at zero joints.
     ax : 3-D axes, optional
         A new figure by default.
 

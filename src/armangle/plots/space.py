@@ -1,4 +1,4 @@
-"""Pieces of pictures in space: a skeleton, axes of one scale."""
+"""Parts of 3-D plots: a skeleton, axes of one scale."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _LEAST_RANGE = 0.55
 
 
 def extent(points: Floats) -> float:
-    """Return the greatest extent of points (n, 3) along an axis, m."""
+    """Return the largest extent of points (n, 3) along an axis, m."""
     return float(np.ptp(points, axis=0).max())
 
 

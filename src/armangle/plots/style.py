@@ -1,4 +1,4 @@
-"""Axes and words that all plots share; their colours are in `armangle.colours`."""
+"""Axes and texts that all plots share; their colours are in `armangle.colours`."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 ARM_ANGLE = "arm angle ψ (deg)"
-UNPROVEN = "////"  # the hatch of what is not proven of an arm with a chain of its own
+UNPROVEN = "////"  # the hatch of unproven arm angles of an arm with its own chain
 
 
 def check_drawn(arm: Arm) -> None:
-    """Raise where an arm has no arm angle to be drawn."""
+    """Raise if an arm has no arm angle to draw."""
     if arm.redundancy != "arm_angle":
         raise unsupported("this plot", "plots.path and plots.tracking draw what follow and Tracker return")
 
 
 def pyplot() -> Any:
-    """Return matplotlib.pyplot, or say how to install it."""
+    """Return matplotlib.pyplot, or raise with the command to install it."""
     return needed("matplotlib.pyplot", "plots need", "plot")
 
 
@@ -57,7 +57,7 @@ def _projected(name: str, spoken: str, ax: Any | None, size: tuple[float, float]
 
 
 def grid_axes(ax: Any | None, count: int, columns: int, panel: tuple[float, float], **shared: bool) -> Any:
-    """Return `count` axes as a flat array: those given, or a new grid of `columns`, each `panel` inches."""
+    """Return `count` axes as a flat array: the given ones, or a grid of `columns`, each `panel` inches."""
     plt = pyplot()
     if ax is not None:
         given = np.atleast_1d(np.asarray(ax, dtype=object)).ravel()
@@ -73,7 +73,7 @@ def grid_axes(ax: Any | None, count: int, columns: int, panel: tuple[float, floa
 
 
 def angle_ticks(axis: Any, step: float = 90.0) -> None:
-    """Put ticks at multiples of `step` degrees on an axis of a whole turn."""
+    """Put ticks at multiples of `step` degrees on an axis of a full turn."""
     half = FULL_TURN / 2
     axis.set_ticks(np.arange(-half, half + step / 2, step))
 

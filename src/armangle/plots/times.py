@@ -1,4 +1,4 @@
-"""What happens over time: a trajectory with its rates, and how a tracker follows a hand."""
+"""Motion over time: a trajectory with its derivatives, and a tracker with its target."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _STATUS_COLOURS = {
 }  # fmt: skip
 _MM = 1e3
 ROOM = 0.08
-"""Share of an axis that is left beyond what is drawn."""
+"""Share of an axis that is left free beyond the curves."""
 
 
 def trajectory(
@@ -40,11 +40,11 @@ def trajectory(
     Parameters
     ----------
     trajectory : Trajectory or TrajectoryTable
-        As `retime` returns it, or as `load_trajectory` reads it.
+        The result of `retime` or `load_trajectory`.
     arm : Arm, optional
-        Whose joints those of a file are, which does not say; needed for such.
+        The arm of a file's joints, which the file does not contain; required for such.
     velocity, acceleration : float, array_like of shape (7,), or True, optional
-        Bounds to draw, rad/s and rad/s²; those of the arm by default, where it states any.
+        Bounds to draw, rad/s and rad/s²; by default those of the arm, if it has any.
     ax : array of 21 axes, optional
         Seven rows of q, qd, qdd; a new figure by default.
 
@@ -57,7 +57,7 @@ def trajectory(
     MissingExtraError
         Without matplotlib.
     InputError
-        If it is no trajectory, a file's arm is missing, or a bound is none.
+        If it is not a trajectory, a file's arm is missing, or a bound is invalid.
     """
     if not isinstance(trajectory, Timed):
         raise InputError(f"trajectory is a {type(trajectory).__name__}, wanted a Trajectory")
@@ -89,7 +89,7 @@ def trajectory(
 
 
 def _limits(panel: Any, drawn: Floats, lower: float, upper: float) -> None:
-    """Draw limits that the curve comes near to, as lines with what lies beyond them shaded."""
+    """Draw limits near the curve as lines, with the area beyond them shaded."""
     low, high = float(drawn.min()), float(drawn.max())
     room = max(high - low, 1.0)
     for limit, sign in ((lower, -1), (upper, 1)):
@@ -104,18 +104,18 @@ def _limits(panel: Any, drawn: Floats, lower: float, upper: float) -> None:
 def tracking(
     ticks: Sequence[Tracked], dt: float, *, velocity: ArrayLike | None = None, ax: Any = None
 ) -> Any:
-    """Draw how a tracker follows: distance, speeds and arm angle over what became of each tick.
+    """Draw how a tracker follows: distance, velocities and arm angle, over the status of each cycle.
 
     Parameters
     ----------
     ticks : sequence of Tracked
-        As `Tracker.step` returns them, one after the other.
+        Consecutive results of `Tracker.step`.
     dt : float
-        Time of a tick, s.
+        Time of a control cycle, s.
     velocity : float or array_like, shape (7,), optional
-        Bounds on the joints' speeds, rad/s: speeds are then drawn as shares of them.
+        Bounds on joint velocities, rad/s: velocities are then drawn as shares of them.
     ax : array of 3 axes, optional
-        For distance, speeds and arm angle; a new figure by default.
+        For distance, velocities and arm angle; a new figure by default.
 
     Returns
     -------
@@ -126,7 +126,7 @@ def tracking(
     MissingExtraError
         Without matplotlib.
     InputError
-        If there is no tick, or a number is none.
+        If there is no cycle, or a number is invalid.
     """
     if not isinstance(ticks, (list, tuple)) or not ticks or not all(isinstance(t, Tracked) for t in ticks):
         raise InputError("ticks is empty or holds something else, wanted a list of Tracked")
@@ -152,7 +152,7 @@ def tracking(
 
 
 def _speeds(panel: Any, t: Floats, speeds: Floats, velocity: ArrayLike | None) -> None:
-    """Draw the joints' speeds, as shares of their bounds where these are known."""
+    """Draw the joint velocities, as shares of their bounds if these are given."""
     unit = np.radians(1.0) * np.ones(JOINTS)
     if velocity is not None:
         unit = np.broadcast_to(np.asarray(velocity, dtype=float), (JOINTS,)) / 100
@@ -164,7 +164,7 @@ def _speeds(panel: Any, t: Floats, speeds: Floats, velocity: ArrayLike | None) -
 
 
 def _shade(panel: Any, begin: Any, end: Any, statuses: Any) -> None:
-    """Colour the time by what became of the ticks."""
+    """Colour the time by the statuses of the cycles."""
     cuts = np.flatnonzero(np.diff(statuses)) + 1
     for first, last in zip([0, *cuts], [*cuts, len(statuses)], strict=True):
         status = Tracking(statuses[first])

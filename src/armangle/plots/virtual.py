@@ -36,7 +36,7 @@ def virtual_arm(arm: Arm, q: ArrayLike, *, ax: Any = None) -> Any:
     q : array_like, shape (7,)
         Joint values, rad.
     ax : matplotlib 3-D axes, optional
-        Where to draw; a new figure by default.
+        The axes to draw on; a new figure by default.
 
     Returns
     -------
@@ -48,7 +48,7 @@ def virtual_arm(arm: Arm, q: ArrayLike, *, ax: Any = None) -> Any:
         Without matplotlib.
     InputError
     UnreachableError
-        If the arm is folded, so that there is no arm angle.
+        If the arm is folded and has no arm angle.
 
     Source: Faria et al. (2018), Figs. 2, 3, Eqs. (3)-(11).
     """
@@ -81,7 +81,7 @@ def virtual_arm(arm: Arm, q: ArrayLike, *, ax: Any = None) -> Any:
 
 
 def _viewpoint(axis: Floats, front: Floats) -> tuple[float, float]:
-    """Return azimuth and elevation (deg) from which both elbows and the angle between them are seen."""
+    """Return azimuth and elevation (deg) that show both elbows and the angle between them."""
     length = float(np.linalg.norm(front))
     front = front / length if length > 0 else np.cross(axis, [0.0, 1.0, 0.0])
     up = axis if axis[2] >= 0 else -axis
@@ -106,7 +106,7 @@ def _half_plane(space: Any, shoulder: Floats, wrist: Floats, out: Floats) -> Non
 
 
 def virtual_plane(arm: Arm, q: ArrayLike, *, ax: Axes | None = None) -> Axes:
-    """Draw the virtual arm in its own plane, with the angles that place its elbow.
+    """Draw the virtual arm in its own plane, with the angles that determine its elbow.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def virtual_plane(arm: Arm, q: ArrayLike, *, ax: Axes | None = None) -> Axes:
     q : array_like, shape (7,)
         Joint values, rad.
     ax : matplotlib axes, optional
-        Where to draw; a new figure by default.
+        The axes to draw on; a new figure by default.
 
     Returns
     -------
@@ -127,7 +127,7 @@ def virtual_plane(arm: Arm, q: ArrayLike, *, ax: Axes | None = None) -> Axes:
         Without matplotlib.
     InputError
     UnreachableError
-        If the arm is folded, so that there is no virtual arm.
+        If the arm is folded and has no virtual arm.
 
     Source: Faria et al. (2018), Fig. 3, Eqs. (4)-(7).
     """

@@ -50,9 +50,9 @@ class Controls:
     server : viser.ViserServer
     state : ViewerState
     act : function
-        Runs a wish on the state, one at a time, and shows what came of it.
+        Executes a command on the state, one at a time, and shows the result.
     runs : mapping of names to JointPath
-        Motions to choose from; without any the player is left out.
+        Motions to choose from; without any there is no player.
     """
 
     def __init__(self, server: Any, state: ViewerState, act: Act, runs: Mapping[str, JointPath]) -> None:
@@ -72,7 +72,7 @@ class Controls:
         self._add_tool()
         self._add_obstacles()
 
-    # -- making --------------------------------------------------------------------------------------
+    # -- construction --------------------------------------------------------------------------------
 
     def _add_doors(self) -> None:
         self._gui.add_html(row_style("doors", 2, gap=9))
@@ -147,7 +147,7 @@ class Controls:
             self.rpy = self._gui.add_text(
                 "r p y (deg)", "", hint="roll, pitch, yaw about the fixed x, y, z axes, in degrees"
             )
-            self._note = self._gui.add_html("")  # above the button: what is below it may be scrolled away
+            self._note = self._gui.add_html("")  # above the button: content below may be scrolled away
             self.go = self._gui.add_button("Move the tool there")
         self.moved()
         for text in (self.xyz, self.rpy):
@@ -167,7 +167,7 @@ class Controls:
             )  # fmt: skip
         self.clearance.on_update(lambda event: self._by_hand(event, self._set_clearance))
 
-    # -- acting --------------------------------------------------------------------------------------
+    # -- actions -------------------------------------------------------------------------------------
 
     def _download(self, event: Any) -> None:
         if event.client is not None:
@@ -175,12 +175,12 @@ class Controls:
             event.client.send_file_download(EXPORT_NAME, text.encode(), save_immediately=True)
 
     def _by_hand(self, event: Any, wish: Callable[[], object]) -> None:
-        """Act on what a person moved; what the program itself sets comes without a client."""
+        """Handle a change by a person; changes by the program itself come without a client."""
         if event.client_id is not None:
             self._act(wish)
 
     def moved(self) -> None:
-        """Forget numbers that were typed and not gone to: the arm was moved otherwise."""
+        """Discard typed numbers that were not executed: the arm was moved otherwise."""
         self._written, self._refusal = {id(text): text.value for text in (self.xyz, self.rpy)}, ""
 
     def _turn(self) -> None:
@@ -207,7 +207,7 @@ class Controls:
         self._refusal = ""
 
     def move_there(self) -> None:
-        """Move the tool to the numbers, or say what is wrong with them."""
+        """Move the tool to the typed numbers, or show their fault."""
         try:
             pose = pose_of_text(self.xyz.value, self.rpy.value, self._state.arm)
         except InputError as error:
@@ -219,18 +219,18 @@ class Controls:
         self._refusal = answer.text
 
     def begin_again(self) -> None:
-        """Go back to where the viewer began."""
+        """Return to the start of the viewer."""
         self.set_playing(False)
         self.moved()
         self._state.reset()
 
     def _set_slider(self, slider: Any, value: float) -> None:
-        """Put a slider where the state is, unless a hand has moved it on since it was read."""
+        """Set a slider to the state, unless a person has moved it since it was read."""
         if slider.value == self._taken.pop(id(slider), slider.value):
             _show(slider, value=float(np.clip(value, slider.min, slider.max)))
 
     def _write(self, text: Any, words: str) -> None:
-        """Put words into a box, unless a hand has typed there since it was written or given up."""
+        """Write words into a box, unless a person has typed there since it was written or discarded."""
         if text.value == self._written[id(text)]:
             _show(text, value=words)
             self._written[id(text)] = words
@@ -251,7 +251,7 @@ class Controls:
         self._state.set_clearance(1e-3 * float(value))
 
     def choose(self, name: str) -> None:
-        """Take a motion to play by its name, and go to its beginning."""
+        """Select a motion to play by its name, and go to its start."""
         self.moved()
         motion = self._runs[name]
         self._image = map_image(motion, self._state.scene)
@@ -259,12 +259,12 @@ class Controls:
         self._state.set_motion(motion)
 
     def set_playing(self, playing: bool) -> None:
-        """Begin or end to play."""
+        """Start or stop playing."""
         if self._row is not None:
             self.playing = playing
             self._play.label = "Pause" if playing else "Play"
 
-    # -- showing -------------------------------------------------------------------------------------
+    # -- display -------------------------------------------------------------------------------------
 
     def update(self) -> None:
         """Show the state."""
@@ -291,7 +291,7 @@ class Controls:
 
 
 def gc_name(gc: int) -> str:
-    """Return a configuration as a button names it.
+    """Return the name of a configuration on a button.
 
     >>> gc_name(3)
     'GC 3 −−+'
@@ -300,9 +300,9 @@ def gc_name(gc: int) -> str:
 
 
 def slider_range(lower: float, upper: float) -> tuple[float, float]:
-    """Return the ends of a joint's slider, deg: its limits (rad) cut to 0.1 deg, a turn where it has none.
+    """Return the ends of a joint's slider, deg: its limits (rad) cut to 0.1 deg, a turn without limits.
 
-    A file's -1.396263 rad is -80 deg to it: within 0.001 deg limits are rounded.
+    A file's -1.396263 rad becomes -80 deg: limits are rounded within 0.001 deg.
 
     >>> slider_range(-np.inf, 1.5), slider_range(-1.396263, 1.570796)
     ((-360.0, 85.9), (-80.0, 90.0))
@@ -331,7 +331,7 @@ def _rounded_degrees(angle: float) -> float:
 
 
 def _show(control: Any, **values: Any) -> None:
-    """Give a control values where they differ from what it shows."""
+    """Set values of a control that differ from those shown."""
     for name, value in values.items():
         if getattr(control, name) != value:
             setattr(control, name, value)

@@ -1,4 +1,4 @@
-"""The tool's pose as numbers that a person types: position in m or mm, roll, pitch and yaw in degrees."""
+"""The tool's pose as typed numbers: position in m or mm, roll, pitch and yaw in degrees."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..arm.arm import Arm
 from ..errors import InputError
 from ..models.chain import from_rpy, to_rpy
 
-_FAR = 10.0  # times the reach: nobody means that
+_FAR = 10.0  # times the reach: a larger distance has another unit
 
 
 def text_of_pose(pose: Floats) -> tuple[str, str]:
@@ -30,11 +30,11 @@ def pose_of_text(xyz: str, rpy: str, arm: Arm) -> Floats:
     Parameters
     ----------
     xyz : str
-        Three numbers in m, or in mm with "mm" behind them; blanks or commas between them.
+        Three numbers in m, or in mm with "mm" after them; separated by blanks or commas.
     rpy : str
         Roll, pitch and yaw about the fixed x, y and z axes, in degrees.
     arm : Arm
-        A position ten times as far as it reaches is refused: that is another unit.
+        A position beyond ten times its reach is rejected: it has another unit.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Solids from a URDF's visuals, each rigid in one DH frame; what cannot be read stays a capsule."""
+"""Solids from a URDF's visuals, each rigid in one DH frame; unreadable ones become capsules."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from ..models.urdf.reading import urdf_text
 from ..models.urdf.shapes import mesh_file, numbers_of, origin_of, placed_elements
 from .solids import DARK, GREY, Solid, capsules
 
-# A capsule stands for the links of these DH frames.
+# A capsule represents the links of these DH frames.
 _GROUPS = {0: (0, 1), 3: (2, 3), 4: (4, 5), 7: (6, 7)}
 
 
 @dataclass
 class _Looks:
-    """What was read of a file's visuals."""
+    """The visuals read from a file."""
 
     solids: list[Solid] = field(default_factory=list)
     failed: list[tuple[int, str]] = field(default_factory=list)
@@ -32,13 +32,13 @@ class _Looks:
 def solids_of(
     arm: Arm, urdf: Path | None = None, base: str | None = None, tip: str | None = None
 ) -> tuple[list[Solid], str]:
-    """Return the solids to draw an arm with, and a sentence on what could not be read, or "".
+    """Return the solids for drawing an arm, and a sentence on unreadable parts, or "".
 
     Parameters
     ----------
     arm : Arm
     urdf : path, optional
-        The file the arm was read from; without it, or where it has no visuals, links are capsules.
+        The file from which the arm was read; without it, or without visuals in it, links are capsules.
     base, tip : str, optional
         The links given when the arm was read.
     """
@@ -57,7 +57,7 @@ def solids_of(
 
 def _visuals(arm: Arm, urdf: Path, base: str | None, tip: str | None) -> _Looks:
     """Read the visuals of all links that move with one of the seven joints or with the base."""
-    chain = read_urdf(urdf, base=base, tip=tip)  # refuses what is no XML, and entities
+    chain = read_urdf(urdf, base=base, tip=tip)  # rejects invalid XML, and entities
     looks, seen = _Looks(), Counter[str]()
     for link, frame, local, visual in placed_elements(
         urdf_text(urdf)[0], chain, arm.frames(np.zeros(JOINTS)), "visual"
@@ -76,7 +76,7 @@ def _read_visual(looks: _Looks, visual: Any, name: str, frame: int, local: Float
         faces = np.asarray(mesh.faces)
         if not len(faces) or not np.isfinite(vertices).all():
             raise ValueError("it holds no surface")
-    except Exception as error:  # a mesh reader fails in as many ways as there are broken files
+    except Exception as error:  # mesh readers raise many kinds of errors for broken files
         looks.failed.append((frame, f"{name}: {str(error) or type(error).__name__}"))
         return
     colour = GREY if frame % 2 == 0 else DARK

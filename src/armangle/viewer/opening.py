@@ -1,4 +1,4 @@
-"""The posture an arm is shown in at first: well inside its limits and bent, so that nothing is singular."""
+"""The initial configuration of an arm: well inside its limits and bent, away from singularities."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .._arrays import JOINTS, Floats
 from ..arm.arm import Arm
 from ..arm.joint_map import to_q, to_theta
 
-_ENOUGH = 0.6  # rad: the room to a limit and the bend from a singularity that are wished for
+_ENOUGH = 0.6  # rad: wanted distance to a limit and to a singularity
 _SINGULAR = (1, 3, 5)  # joints 2, 4, 6, counted from 0: the shoulder, the elbow and the wrist
 _WISH = (0.0, 0.6, 0.35, -1.4, 0.3, 0.9, 0.0)  # rad: the tool in front and low, the links in no common plane
 
@@ -18,11 +18,11 @@ _WISH = (0.0, 0.6, 0.35, -1.4, 0.3, 0.9, 0.0)  # rad: the tool in front and low,
 def opening_posture(arm: Arm) -> Floats:
     """Return joints (7,), rad, within the limits, with shoulder, elbow and wrist bent.
 
-    Each joint is chosen by itself. The limits are its range; where joint 2, 4 or 6 is singular, straight or
-    folded, the range is cut. In each piece the joint is put where it would stand in a usual posture, moved
-    to have 0.6 rad to both ends; in a piece shorter than 1.2 rad it is in the middle. The piece with the most
-    room wins, of several the one that needs the least move. So a joint keeps at least the smaller of 0.6 rad
-    and a quarter of its range from limits and singularities.
+    Each joint is chosen separately. Its range is given by the limits, and is cut where joint 2, 4 or 6 is
+    singular, straight or folded. In each piece the joint takes its value of a usual configuration, moved to
+    keep 0.6 rad from both ends; in a piece shorter than 1.2 rad it is in the middle. The piece with most room
+    wins, among equals the one with the smallest move. So a joint keeps at least the smaller of 0.6 rad and a
+    quarter of its range from limits and singularities.
 
     Parameters
     ----------
@@ -48,14 +48,14 @@ def opening_posture(arm: Arm) -> Floats:
 
 
 def _one_turn(arm: Arm) -> tuple[Floats, Floats]:
-    """Return the limits, rad, where they are wider than a turn drawn in to the turn nearest zero."""
+    """Return the limits, rad; those wider than a turn are narrowed to the turn nearest zero."""
     turn = 2 * np.pi
     lower = np.maximum(arm.lower, np.minimum(-np.pi, arm.upper - turn))
     return lower, np.minimum(arm.upper, np.maximum(np.pi, arm.lower + turn))
 
 
 def _chosen(joint: int, lower: float, upper: float) -> float:
-    """Return where a joint 0..6 stands in [lower, upper], rad from straight."""
+    """Return the value of a joint 0..6 in [lower, upper], rad from straight."""
     cuts = np.pi * np.arange(np.ceil(lower / np.pi), np.floor(upper / np.pi) + 1)
     ends = np.unique([lower, *(cuts if joint in _SINGULAR else ()), upper])
     pieces = list(pairwise(ends)) or [(lower, upper)]

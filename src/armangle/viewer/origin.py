@@ -1,4 +1,4 @@
-"""Which pages may talk to the viewer: its own, and those of this machine."""
+"""Which pages may connect to the viewer: its own, and those of this machine."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ _ONE_AT_A_TIME = threading.Lock()
 def may_talk(headers: Mapping[str, str]) -> bool:
     """Return whether a request comes from a page of the viewer, of this machine, or from no page at all.
 
-    A browser states in ``Origin`` which page asks. That page is the viewer's where its host is the one that
-    was asked, in ``Host``. The host must be an address or a name of this machine: any other name may be led
-    here by who owns it.
+    A browser sends the requesting page in ``Origin``. The page is the viewer's if its host is the requested
+    one, in ``Host``. The host must be an address or a name of this machine: the owner of any other name could
+    make it resolve to this machine.
 
     >>> may_talk({"Origin": "http://localhost:8080", "Host": "localhost:8080"})
     True
@@ -41,7 +41,7 @@ def may_talk(headers: Mapping[str, str]) -> bool:
 
 
 def _host(url: str) -> str:
-    """Return the host of an address, in small letters; '' where it has none."""
+    """Return the host of an address, in lower case; '' if it has none."""
     try:
         return (urlsplit(url).hostname or "").lower()
     except ValueError:
@@ -62,15 +62,15 @@ def _own_name() -> str:
 
 @contextmanager
 def checked_origins() -> Iterator[None]:
-    """Let the server that viser starts in this block refuse the pages of other sites.
+    """Make the server that viser starts in this block reject pages of other sites.
 
-    viser hands no check to the library of its sockets, so its call of ``websockets.asyncio.server.serve`` is
-    given one.
+    viser passes no check to its socket library, so its call of ``websockets.asyncio.server.serve`` is given
+    one.
 
     Raises
     ------
     MissingExtraError
-        Where viser calls another function: it would serve without the check.
+        If viser calls another function: it would serve without the check.
     """
     module: Any = importlib.import_module("websockets.asyncio.server")
     with _ONE_AT_A_TIME:
@@ -90,7 +90,7 @@ def checked_origins() -> Iterator[None]:
 
 
 def _checked(answer: Callable[[Any, Any], Any] | None) -> Callable[[Any, Any], Awaitable[Any]]:
-    """Return what answers a request as before, after the check."""
+    """Return a handler of requests that first performs the check."""
 
     async def answered(connection: Any, request: Any) -> Any:
         if not may_talk(request.headers):

@@ -32,13 +32,13 @@ from .state import ViewerState, degrees_text
 _FRAME = "padding:0 0.9em 0.5em;font:12px/1.35 system-ui,sans-serif"
 _REFUSED = "color:#B04A00"
 _MAP_WIDTH, _MAP_HEIGHT = 200, 180
-_BUTTON = 76  # px: the name of a branch, and the room around it
+_BUTTON = 76  # px: the name of a branch, with its margins
 _LOST, _BY_OBSTACLE, _NOT_PROVEN = JOINTS + 1, JOINTS + 2, JOINTS + 3
 _PALETTE = (FREE, *JOINT_COLOURS, MID, OBSTACLE, PALE)
 
 
 def status_panel(state: ViewerState) -> str:
-    """Return what the arm is doing, in words."""
+    """Return the state of the arm in words."""
     margin = np.degrees(float(state.arm.limit_margin(state.q)))
     near = f"{margin:.1f}° to the nearest limit" if np.isfinite(margin) else "no limits"
     facts = f"GC {state.gc}, ψ = {degrees_text(state.psi)}, {near}"
@@ -51,7 +51,7 @@ def status_panel(state: ViewerState) -> str:
 
 
 def _nearest(state: ViewerState) -> str:
-    """Return which link is how near to what."""
+    """Return which link is how near to which obstacle."""
     near = state.nearest
     if near is None or near.obstacle is None:
         return ""
@@ -62,7 +62,7 @@ def _nearest(state: ViewerState) -> str:
 def arcs_panel(state: ViewerState) -> str:
     """Return the arm angle's circle as a strip: feasible light, blocked in the colour of the joint.
 
-    Dark is what an obstacle blocks, pale what is not proven of an arm with a chain of its own.
+    Dark is blocked by an obstacle, pale is unproven for an arm with its own chain.
     """
     each = state.arm.feasible(state.pose, state.gc, per_joint=True)
     left_out = state.arm._left_out(state.pose, state.gc, Wanted.JOINTS)
@@ -95,7 +95,7 @@ def _key(name: str, colour: str) -> str:
 
 
 def _obstacle_bars(state: ViewerState) -> list[str]:
-    """Return the bars of what the scene blocks."""
+    """Return the bars of arm angles that the scene blocks."""
     if state.scene is None:
         return []
     blocked = ~state.arm._clear(state.pose, state.gc, state.scene)
@@ -103,7 +103,7 @@ def _obstacle_bars(state: ViewerState) -> list[str]:
 
 
 def _blocking_obstacles(state: ViewerState) -> list[str]:
-    """Return the names of obstacles, or own links, at which arcs of the scene end, or that block them all."""
+    """Return the names of obstacles, or own links, at which arcs end, or that block all arm angles."""
     if state.scene is None:
         return []
     clear = state.arm._clear(state.pose, state.gc, state.scene)
@@ -142,17 +142,17 @@ def reasons_panel(state: ViewerState) -> str:
 
 
 def note_panel(text: str) -> str:
-    """Return why the numbers typed were refused, or nothing."""
+    """Return why the typed numbers were rejected, or nothing."""
     return f'<div style="{_FRAME};{_REFUSED}" data-panel="note">{escape(text)}</div>' if text else ""
 
 
 def row_style(name: str, count: int, gap: int) -> str:
-    """Return what puts the buttons after it side by side, at most `count` in a row; viser stacks them.
+    """Return HTML that puts the following buttons side by side, at most `count` in a row; viser stacks them.
 
-    `gap` is the room to each side of a button, px.
+    `gap` is the margin on each side of a button, px.
     """
     beside = f'div:has(> [data-row="{name}"]) ~ div:has(> button)'
-    width = f"max({100 / count}%,{_BUTTON}px)"  # on a phone fewer stand in a row, and their names stay whole
+    width = f"max({100 / count}%,{_BUTTON}px)"  # on a phone fewer fit in a row, and their names stay whole
     return (
         f'<style data-row="{name}">{beside}{{display:inline-block;box-sizing:border-box;width:{width};'
         f"margin:0!important;padding:0 {gap}px 6px!important}}"
@@ -163,14 +163,14 @@ def row_style(name: str, count: int, gap: int) -> str:
 def map_image(motion: JointPath, scene: Scene | None = None) -> str:
     """Return the feasible map of a motion's own configuration as the data URL of a small PNG.
 
-    With a scene, what obstacles alone block is dark; pale is what is not proven.
+    With a scene, arm angles blocked by obstacles alone are dark; unproven ones are pale.
     """
     rows = np.unique(np.linspace(0, len(motion) - 1, min(_MAP_WIDTH, len(motion))).round().astype(int))
     known = motion.gc[rows] >= 0
     gc = np.where(known, motion.gc[rows], motion.gc[rows][known][:1] if known.any() else 0)
     psi = np.radians(180 - (np.arange(_MAP_HEIGHT) + 0.5) * 360 / _MAP_HEIGHT)
     cells = np.full((len(rows), _MAP_HEIGHT), _LOST)
-    posed = np.isfinite(motion.poses[rows]).all(axis=(1, 2))  # a joint file is silent on where it failed
+    posed = np.isfinite(motion.poses[rows]).all(axis=(1, 2))  # failed rows of a joint file have no pose
     poses, gc = motion.poses[rows[posed]], gc[posed]
     blocked = first_blocker(blockers(motion.srs_arm, poses[:, None], gc[:, None], psi[None, :]))
     lost = np.isin(motion.srs_arm.feasible(poses, gc).status, (Status.UNREACHABLE, Status.FOLDED))

@@ -25,24 +25,24 @@ _HAND = 7  # the DH frame that carries flange and tool
 _TOOL = f"/arm/{_HAND}/tool"
 _COLOURS = np.array([tuple(bytes.fromhex(colour[1:])) for colour in (FREE, *JOINT_COLOURS, OBSTACLE, PALE)])
 _EYE = 1.2 * np.array([0.95, -1.15, 0.75])
-_PANEL_SIDE = np.array([0.41, 0.34, 0.0])  # to the right as the eye sees it: the panel covers that side
-_PANEL_SHARE = 0.6  # of the height of a window that is taller than wide: what the panel covers
+_PANEL_SIDE = np.array([0.41, 0.34, 0.0])  # to the right on screen: the panel covers that side
+_PANEL_SHARE = 0.6  # of the height of a window that is taller than wide: covered by the panel
 _GIZMO = 0.22
 _LINE, _FREE_LINE, _GHOST_LINE = 0.012, 0.03, 0.02
 _GRID_CELL, _BELOW = 0.1, 0.002  # m
 _FEW_RGB, _ALL_RGB = (60, 20, 90), (250, 230, 40)
-_POINT = 0.25  # of a voxel's edge: what lies behind is seen too
+_POINT = 0.25  # of a voxel's edge: small enough to see behind
 
 
 class Scene:
-    """What a viser server shows of a state.
+    """The display of a state on a viser server.
 
     Parameters
     ----------
     server : viser.ViserServer
     state : ViewerState
     solids : list of Solid
-        The arm's looks.
+        The solids of the arm.
     """
 
     def __init__(self, server: Any, state: ViewerState, solids: list[Solid]) -> None:
@@ -90,7 +90,7 @@ class Scene:
         camera = server.initial_camera
         camera.position, camera.look_at, camera.up = centre + _EYE * size, centre, (0.0, 0.0, 1.0)
         server.on_client_connect(lambda client: self._fit(client.camera))
-        floor = base.copy()  # below the obstacles too: it hides what lies under it
+        floor = base.copy()  # below the obstacles too, because it hides everything under it
         shapes = () if state.scene is None else state.scene.shapes
         below = min([floor[2], *(lowest(shape) - _BELOW for shape in shapes)])
         floor[2] = max(below, floor[2] - 3 * size)
@@ -103,7 +103,7 @@ class Scene:
         if camera.aspect >= 1.0:
             return
         arm = self._state.arm
-        height = (1.0 + _GIZMO) * (self._size + arm.d_bs)  # room for the gizmo on top
+        height = (1.0 + _GIZMO) * (self._size + arm.d_bs)  # includes the gizmo on top
         half = np.tan(camera.fov / 2)
         distance = height / (2 * half * min(1.0 - _PANEL_SHARE, camera.aspect))
         eye = _EYE / np.linalg.norm(_EYE)
@@ -114,7 +114,7 @@ class Scene:
         camera.position, camera.look_at = centre + distance * eye, centre
 
     def _add_target(self, api: Any, solids: list[Solid]) -> Any:
-        """Return the node of the pose that was not reached: axes, and the hand as a ghost."""
+        """Return the node of the unreached pose: axes, and the gripper as a ghost."""
         node = api.add_frame(
             "/target", axes_length=_AXIS_LENGTH * self._size, axes_radius=_AXIS_RADIUS * self._size,
             origin_radius=2 * _AXIS_RADIUS * self._size, visible=False,
@@ -127,7 +127,7 @@ class Scene:
         return node
 
     def show_voxels(self, found: Voxels | None) -> None:
-        """Show where the tool can be, the lighter the more orientations it can have there; None: no more."""
+        """Show the positions that the tool reaches, lighter for more orientations; None hides them."""
         if self._voxels is not None:
             self._voxels.remove()
             self._voxels = None
@@ -138,7 +138,7 @@ class Scene:
             )  # fmt: skip
 
     def update(self, *, gizmo: bool, held: str | None = None) -> None:
-        """Show the state; the gizmo is put on the tool unless a hand holds it, and so is that of a box."""
+        """Show the state; a gizmo or box handle returns to its place unless a person holds it."""
         state = self._state
         for node, row in zip(self._frames, rows_from_poses(state.arm.frames(state.q)), strict=True):
             _place(node, row)
@@ -152,7 +152,7 @@ class Scene:
             _place(self.gizmo, rows_from_poses(state.pose[None])[0])
 
     def _update_circle(self) -> None:
-        """Draw the circle anew where pose, configuration or scene have changed."""
+        """Redraw the circle if pose, configuration or scene have changed."""
         key = (self._state.pose.tobytes(), self._state.gc, id(self._state.scene))
         if key == self._circle_of:
             return
@@ -171,7 +171,7 @@ class Scene:
             self._ghosts.points = figure_segments(figures).astype(np.float32)
 
     def _update_target(self) -> None:
-        """Show the pose that was not reached, how far it is, and the arm in red as long as it is not."""
+        """Show the unreached pose and its distance, and the arm in red meanwhile."""
         target = self._state.target
         if target is not None:
             _place(self._target, rows_from_poses(target[None])[0])
@@ -191,7 +191,7 @@ def share_colours(share: Floats) -> NDArray[np.uint8]:
 
 
 def segment_colours(blocker: NDArray[np.int64]) -> NDArray[np.uint8]:
-    """Return the RGB (n, 2, 3) of circle pieces: light where feasible, else as what blocks.
+    """Return the RGB (n, 2, 3) of circle pieces: light if feasible, otherwise the colour of the blocker.
 
     The browser takes the colours of line ends as linear light, not as sRGB.
     """

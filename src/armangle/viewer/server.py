@@ -1,4 +1,4 @@
-"""The server that browsers talk to, and what it shows."""
+"""The server for browsers, and its display."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Viewer:
     Parameters
     ----------
     state : ViewerState
-        What is shown and moved; read it at any time.
+        The state that is shown and moved; may be read at any time.
     runs : mapping of names to JointPath, optional
         Motions of the same arm to play.
     port : int, optional
@@ -45,16 +45,16 @@ class Viewer:
     host : str
         Address to bind to; this machine alone by default.
     urdf : path, optional
-        File the arm was read from, for its meshes.
+        File from which the arm was read, for its meshes.
     base, tip : str, optional
-        Links given when it was read.
+        Links given when the arm was read.
 
     Attributes
     ----------
     url : str
-        Where to look at it.
+        Its address.
     note : str
-        What could not be read of the meshes, or "".
+        Unreadable parts of the meshes, or "".
 
     Raises
     ------
@@ -63,7 +63,7 @@ class Viewer:
     OutputError
         If the port is taken or not allowed.
     InputError
-        If a motion is of another arm, or has no solved row.
+        If a motion belongs to another arm, or has no solved row.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class Viewer:
         with _quiet(), checked_origins():
             self._server = viser.ViserServer(host=host, port=chosen, verbose=False)
         bound = self._server.get_port()
-        if port and bound != port:  # taken since it was tried
+        if port and bound != port:  # taken since the test
             with _quiet():
                 self._server.stop()
             raise _taken(host, port)
@@ -115,27 +115,27 @@ class Viewer:
         self.scene.show_ghosts = bool(self.controls.ghosts.value)
 
     def show_voxels(self, found: Voxels | None) -> None:
-        """Show where the tool can be and with which share of orientations; None takes it away.
+        """Show the positions that the tool reaches and the share of orientations; None hides them.
 
         Parameters
         ----------
         found : Voxels or None
-            What `ReachMap.voxels` returned.
+            The result of `ReachMap.voxels`.
         """
         with self._lock, self._server.atomic():
             self.scene.show_voxels(found)
 
     def act(self, wish: Callable[[], object], *, gizmo: bool = True) -> None:
-        """Run a wish on the state, alone, and show the state to all browsers."""
+        """Execute a command on the state, exclusively, and show the state to all browsers."""
         with self._lock, self._server.atomic():
             wish()
             self.scene.update(gizmo=gizmo, held=self._held_box)
             self.controls.update()
 
     def _drag(self, event: Any) -> None:
-        """Follow the gizmo while it is held; put it on the tool when it is let go."""
+        """Follow the gizmo while it is held; move it to the tool when it is released."""
         handle = self.scene.gizmo
-        if event.phase != "update":  # events may overtake each other: the last word is start or end
+        if event.phase != "update":  # events may overtake each other: the last one is start or end
             self._held = event.phase == "start"
 
         def follow_hand() -> None:
@@ -169,7 +169,7 @@ class Viewer:
             pass
 
     def stop(self) -> None:
-        """Serve no more."""
+        """Stop serving."""
         self._stopped.set()
         self._player.join()
         with _quiet():
@@ -182,7 +182,7 @@ def _pose(position: Floats, wxyz: Floats) -> Floats:
 
 
 def _quiet() -> redirect_stdout[io.StringIO]:
-    """Keep to itself what viser prints: where to look is for the caller to say."""
+    """Suppress viser's output: the caller prints the address."""
     return redirect_stdout(io.StringIO())
 
 
@@ -191,7 +191,7 @@ def _viser() -> Any:
 
 
 def _checked_port(host: str, port: int) -> int:
-    """Return the port, or say that it cannot be had; 0 lets the system choose."""
+    """Return the port, or raise if it is not available; 0 lets the system choose."""
     if not 0 <= port <= 65535:
         raise OutputError(f"port is {port}, wanted an integer from 0 to 65535")
     try:
@@ -218,7 +218,7 @@ def _taken(host: str, port: int) -> OutputError:
 
 
 def _bind(host: str, port: int) -> None:
-    """Bind and let go: raises OSError where the port cannot be had."""
+    """Bind and release: raises OSError if the port is not available."""
     family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
     with socket.socket(family, kind, protocol) as trial:
         trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

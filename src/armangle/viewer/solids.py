@@ -11,8 +11,8 @@ from .._arrays import JOINTS, Floats
 from ..arm.arm import Arm
 from ..arm.skeleton import skeleton
 
-# Pairs of skeleton corners and the DH frame both ends are rigid in: base, shoulder to elbow, its offsets,
-# elbow to wrist, wrist to flange, tool.
+# Pairs of skeleton corners and the DH frame in which both ends are rigid: base, shoulder to elbow, its
+# offsets, elbow to wrist, wrist to flange, tool.
 _LINKS = ((0, 1, 0), (1, 2, 3), (2, 3, 3), (3, 4, 4), (4, 5, 4), (5, 6, 7), (6, 7, 7))
 _NAMES = ("base", "upper_arm", "elbow_in", "elbow_out", "forearm", "hand", "tool")
 _THICKNESS = (0.062, 0.055, 0.05, 0.05, 0.047, 0.04, 0.02)
@@ -31,7 +31,7 @@ class Solid:
     name : str
         Unique among the solids of an arm.
     frame : int
-        DH frame 0..7 that carries it.
+        DH frame 0..7 in which it is rigid.
     vertices : ndarray, shape (V, 3)
         m, in that frame.
     faces : ndarray of int, shape (F, 3)
@@ -47,7 +47,7 @@ class Solid:
 
 
 def capsules(arm: Arm, *, skip: frozenset[int] = frozenset()) -> list[Solid]:
-    """Return the arm's links as capsules; frames in `skip` (0..7) have solids of their own."""
+    """Return the arm's links as capsules; frames in `skip` (0..7) have their own solids."""
     q = np.zeros(JOINTS)
     corners, frames = skeleton(arm, q), arm.frames(q)
     size = arm.reach

@@ -1,4 +1,4 @@
-"""What the viewer shows and may do, without any browser: posture, arcs, reasons, motion."""
+"""The viewer's state and actions, without any browser: joints, arcs, reasons, motion."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ from ..status import STATUSES, Status
 from .opening import opening_posture
 
 _CIRCLE_SAMPLES = 181
-_LARGEST_MOVE = 1.0  # rad: a policy may act at full strength, but no joint flips over
-_TICK, _FASTEST, _HARDEST = 0.02, 3.0, 30.0  # s, rad/s, rad/s²: of the tracker that the hand drives
+_LARGEST_MOVE = 1.0  # rad: a policy may act at full strength, but no joint may jump
+_TICK, _FASTEST, _HARDEST = 0.02, 3.0, 30.0  # s, rad/s, rad/s²: of the tracker that follows the gizmo
 _MOST_TICKS = 500
 _AT_REST, _RESTING_TICKS = (
     1e-3,
     30,
-)  # rad/s; for so many ticks, since an arm that stalls turns round after 0.3 s
-_ROUNDING = 1e-9  # rad that a posture may lie beyond a limit
-_TOUCH = 1e-9  # m that a link may be nearer than the clearance: rounding
+)  # rad/s; for so many cycles, because a stalled arm turns around after 0.3 s
+_ROUNDING = 1e-9  # rad: limit violation by rounding
+_TOUCH = 1e-9  # m below the clearance by rounding
 OBSTACLE, UNPROVEN = JOINTS + 1, JOINTS + 2
-"""What blocks where it is no joint: an obstacle, or that nothing is proven of an arm's own chain."""
+"""Blockers that are no joint: an obstacle, or a missing proof for an arm's own chain."""
 
 
 def degrees_text(value: float, digits: int = 1) -> str:
@@ -53,7 +53,7 @@ def degrees_text(value: float, digits: int = 1) -> str:
 
 @dataclass(frozen=True)
 class Answer:
-    """What became of a wish: whether it was met in full, and a sentence for the screen."""
+    """Result of an action: whether it was completed, and a sentence for the screen."""
 
     ok: bool
     text: str
@@ -61,8 +61,8 @@ class Answer:
 
 @dataclass(frozen=True)
 class ElbowCircle:
-    """The elbow's circle as line segments: ends (n, 2, 3) in m, and who blocks: a joint 1..7, OBSTACLE or
-    UNPROVEN; 0: nobody.
+    """The elbow's circle as line segments: ends (n, 2, 3) in m, and their blockers: a joint 1..7, OBSTACLE or
+    UNPROVEN; 0: none.
     """
 
     segments: Floats
@@ -71,39 +71,39 @@ class ElbowCircle:
 
 @dataclass
 class ViewerState:
-    """The arm that is shown, moved only within its limits.
+    """The displayed arm, moved only within its limits.
 
     Parameters
     ----------
     arm : Arm
-        Neither a dragged tool nor a turned elbow leads into its `scene`; joints that are turned one by one,
-        and boxes that are moved, may, and `touching` says so.
+        A dragged tool or a turned elbow does not collide with its `scene`. Joints turned one by one, and
+        moved boxes, may; `touching` reports it.
     start : array_like, shape (7,), optional
-        Joints to begin with and to reset to, rad, within the limits; `opening_posture` by default.
+        Initial joints, also for reset, rad, within the limits; `opening_posture` by default.
     policy : Repulsion, Hold, Centre or Towards, optional
-        How the arm angle moves while the tool does. By default the arm is moved as a `Tracker` follows a
-        hand: to the nearest pose where the target cannot be met, the elbow with little motion.
+        Motion of the arm angle while the tool moves. By default the arm moves as a `Tracker` does: to the
+        nearest pose if the target is not reachable, with little elbow motion.
 
     Attributes
     ----------
     q, pose, psi, gc, arcs
-        The posture shown: joints (rad), tool (4, 4), arm angle (rad), global configuration 0..7, and the arm
-        angles that are feasible there. Always within the limits.
+        The displayed configuration: joints (rad), tool (4, 4), arm angle (rad), global configuration 0..7,
+        and the feasible arm angles there. Always within the limits.
     target : ndarray, shape (4, 4), or None
-        The tool pose that was wished for and not reached, until the next wish.
+        The requested tool pose that was not reached, until the next action.
     message : str
-        Why the last wish was not met in full, or "".
+        Why the last action was not completed, or "".
     motion : JointPath or None
-        The motion that is played, and `row`, where it stands.
+        The motion being played, and `row`, its present row.
     nearest : Clearance or None
         The nearest pair of link and obstacle; None without a scene.
 
     Raises
     ------
     InputError
-        If start is not seven finite numbers, or the policy has a rate: a hand gives no time.
+        If start is not seven finite numbers, or the policy has a rate: dragging has no time step.
     LimitError
-        If start is outside the limits.
+        If start violates limits.
     UnsupportedError
         If the arm has an offset wrist or shoulder.
     """
@@ -128,7 +128,7 @@ class ViewerState:
 
     def __post_init__(self) -> None:
         if self.policy is not None:
-            core_policy(self.policy, None)  # refuses a rate
+            core_policy(self.policy, None)  # rejects a rate
         self._home_arm = as_srs(self.arm, "the viewer")
         self._home = opening_posture(self.arm) if self.start is None else self._checked(self.start)
         self.reset()
@@ -143,14 +143,14 @@ class ViewerState:
         return joints
 
     def _take(self, q: Floats) -> None:
-        """Show a posture; pose, arm angle and configuration follow from its joints."""
+        """Show a configuration; pose, arm angle and branch follow from its joints."""
         pose, psi, gc = self.arm.forward(q)
         self.q, self.pose, self.psi, self.gc = np.array(q), pose, float(psi), int(gc)
         self._look()
         self.target = None
 
     def _look(self) -> None:
-        """Find the arcs of the posture, and what is nearest to it."""
+        """Compute the arcs of the configuration, and its nearest obstacle."""
         self.arcs = self._arcs(self.gc)
         if self.scene is not None:
             self.nearest = self.arm.clearance(self.q)
@@ -162,10 +162,10 @@ class ViewerState:
         self.message = text
         return Answer(ok, text)
 
-    # -- wishes --------------------------------------------------------------------------------------
+    # -- actions -------------------------------------------------------------------------------------
 
     def reset(self) -> Answer:
-        """Go back to where it began: the first pose of the motion if any, else `start`, boxes too."""
+        """Return to the start: the first pose of the motion if any, otherwise `start`; boxes too."""
         self.row, self.arm = self._home_row, self._home_arm
         self._take(self._home)
         return self._say(True, "")
@@ -186,12 +186,12 @@ class ViewerState:
         Returns
         -------
         Answer
-            Not ok where the joint stops at its limit, or the posture has no arm angle: the arm is folded.
+            Not ok if the joint stops at its limit, or the configuration has no arm angle: the arm is folded.
 
         Raises
         ------
         InputError
-            If there is no such joint, or the value is not finite.
+            If the joint does not exist, or the value is not finite.
         """
         if joint not in range(1, JOINTS + 1):
             raise InputError(f"joint is {joint!r}, wanted an integer from 1 to {JOINTS}")
@@ -208,19 +208,19 @@ class ViewerState:
         return self._say(False, f"Joint {joint} stops at its limit {degrees_text(q[joint - 1])}.")
 
     def set_pose(self, pose: ArrayLike) -> Answer:
-        """Move the tool to a pose: as a tracker would, or in small steps with the arm angle by the policy.
+        """Move the tool to a pose: like a tracker, or in small steps with the arm angle by the policy.
 
-        A tracker ends at the nearest pose that the arm can take, steps where the next cannot be taken.
+        A tracker ends at the nearest reachable pose, steps end where the next one is impossible.
 
         Parameters
         ----------
         pose : array_like, shape (4, 4)
-            Tool frame, position in m; its rotation may be off by rounding.
+            Pose of the end effector, position in m; its rotation may be rounded.
 
         Returns
         -------
         Answer
-            Not ok where the tool is not there: why, in words; `target` is then the pose.
+            Not ok if the tool is not there, with the reason in words; `target` is then the pose.
 
         Raises
         ------
@@ -246,7 +246,7 @@ class ViewerState:
         return self._say(False, self._why(path.poses[failure or 0], self.gc, status))
 
     def _track(self, wanted: Floats) -> Answer:
-        """Take the posture in which a tracker comes to rest that follows a hand at `wanted`."""
+        """Show the configuration in which a tracker with the target `wanted` comes to rest."""
         tracker = Tracker(self.arm, _TICK, _FASTEST, _HARDEST)
         try:
             tracker.start(self.q, outside="escape")
@@ -269,7 +269,7 @@ class ViewerState:
         )
 
     def set_psi(self, psi: float) -> Answer:
-        """Turn the elbow to an arm angle (rad), or to the nearest that is feasible; the tool stays."""
+        """Turn the elbow to an arm angle (rad), or to the nearest feasible one; the tool stays."""
         angle = float(psi)
         if not np.isfinite(angle):
             raise InputError(f"psi is {angle}, wanted a finite angle in rad")
@@ -312,24 +312,24 @@ class ViewerState:
         return self._say(True, "")
 
     def move_box(self, name: str, pose: ArrayLike) -> Answer:
-        """Put a box of the scene elsewhere; the arm stays where it is, be it touched.
+        """Move a box of the scene; the arm stays, even in collision.
 
         Parameters
         ----------
         name : str
-            Of the box, as in ``scene.names``.
+            Name of the box, as in ``scene.names``.
         pose : array_like, shape (4, 4)
             Frame of the box, position in m; its rotation may be off by rounding.
 
         Returns
         -------
         Answer
-            Not ok where a link is nearer to an obstacle than the clearance.
+            Not ok if a link is nearer to an obstacle than the clearance.
 
         Raises
         ------
         InputError
-            If the scene has no such box, or it is no pose.
+            If the scene has no such box, or the pose is invalid.
         """
         place = nearest_rotation(pose)
         boxes = dict(self.boxes)
@@ -343,14 +343,14 @@ class ViewerState:
         return self._take_scene(replace(self.scene, shapes=shapes))
 
     def set_clearance(self, clearance: float) -> Answer:
-        """Keep the arm so far from all obstacles, m.
+        """Set the clearance of the arm to all obstacles, m.
 
         Raises
         ------
         InputError
             If there is no scene.
         SceneError
-            If it is no length >= 0.
+            If it is not a length >= 0.
         """
         if self.scene is None:
             raise InputError("there is no scene, wanted one to keep clear of")
@@ -363,22 +363,22 @@ class ViewerState:
 
     @property
     def scene(self) -> Scene | None:
-        """What stands about."""
+        """The obstacles."""
         return self.arm.scene
 
     @property
     def boxes(self) -> list[tuple[str, Box]]:
-        """The boxes of the scene with their names: what `move_box` moves."""
+        """The boxes of the scene with their names, which `move_box` moves."""
         if self.scene is None:
             return []
         named = zip(self.scene.names, self.scene.shapes, strict=True)
         return [(name, shape) for name, shape in named if isinstance(shape, Box)]
 
-    # -- what can be said of it ----------------------------------------------------------------------
+    # -- queries -------------------------------------------------------------------------------------
 
     @property
     def touching(self) -> str | None:
-        """Who is nearer to what than the scene's clearance, in words; None where nothing is."""
+        """Which link violates the clearance to which obstacle, in words; None if none does."""
         if (
             self.scene is None
             or self.nearest is None
@@ -389,7 +389,7 @@ class ViewerState:
         return f"{self.nearest.link} is {short:.1f} mm too near to {self.nearest.obstacle}"
 
     def reason(self, gc: int) -> str | None:
-        """Return why a global configuration has no solution at the pose, None where it has one."""
+        """Return why a global configuration has no solution at the pose, None if it has one."""
         arcs = self._arcs(gc)
         if not arcs.is_empty:
             return None
@@ -413,7 +413,7 @@ class ViewerState:
         return f"Joints {', '.join(some)} together block every ψ."
 
     def elbow_circle(self) -> ElbowCircle:
-        """Return the elbow's circle at the pose and configuration, each piece with who blocks it."""
+        """Return the elbow's circle at the pose and configuration, each piece with its blocker."""
         psi = np.linspace(-np.pi, np.pi, _CIRCLE_SAMPLES)
         points = elbow_points(self.arm, self.pose, self.gc, psi)
         middle = 0.5 * (psi[1:] + psi[:-1])
@@ -424,7 +424,7 @@ class ViewerState:
             who = np.where((who == 0) & np.logical_not(clear), OBSTACLE, who)
         segments = np.stack([points[:-1], points[1:]], axis=1)
         whole = np.isfinite(segments).all(axis=(1, 2))
-        segments[~whole] = self.arm.elbow(self.q)  # nothing to see where no posture is certain
+        segments[~whole] = self.arm.elbow(self.q)  # hidden where no solution is proven
         return ElbowCircle(segments, who)
 
     def ghosts(self) -> dict[int, Floats]:
@@ -437,7 +437,7 @@ class ViewerState:
         return out
 
     def export(self) -> str:
-        """Return the posture as JSON: robot, q (rad), psi (rad), gc, pose (m), margin (rad)."""
+        """Return the configuration as JSON: robot, q (rad), psi (rad), gc, pose (m), margin (rad)."""
         margin = float(self.arm.limit_margin(self.q))
         facts = {
             "robot": self.arm.name, "q": self.q.tolist(), "psi": self.psi, "gc": self.gc,
@@ -446,15 +446,15 @@ class ViewerState:
         }  # fmt: skip
         return json.dumps(facts, indent=1, allow_nan=False)
 
-    # -- a motion ------------------------------------------------------------------------------------
+    # -- motions -------------------------------------------------------------------------------------
 
     def set_motion(self, motion: JointPath) -> Answer:
-        """Take a motion to play and go to the first row that is solved; `reset` goes back there.
+        """Select a motion to play and go to its first solved row; `reset` returns there.
 
         Raises
         ------
         InputError
-            If it is another arm's, or no row of it is solved.
+            If it belongs to another arm, or has no solved row.
         """
         self.check_motion(motion)
         self.motion = motion
@@ -464,14 +464,14 @@ class ViewerState:
         return self._say(motion.ok, "" if motion.ok else motion.explain())
 
     def check_motion(self, motion: JointPath) -> None:
-        """Raise `InputError` if a motion is another arm's, or no row of it is solved."""
+        """Raise `InputError` if a motion belongs to another arm, or has no solved row."""
         if not alike(motion.arm, self.arm):
             raise InputError(f"the motion is of {motion.arm.name!r}, wanted one of {self.arm.name!r}")
         if not np.isfinite(motion.q).all(axis=1).any():
             raise InputError("the motion has no solved row, wanted at least one")
 
     def seek(self, row: int) -> Answer:
-        """Go to a row of the motion; a row that was not solved leaves the arm where it is."""
+        """Go to a row of the motion; at an unsolved row the arm stays."""
         if self.motion is None:
             return self._say(False, "There is no motion to play.")
         self.row = min(max(int(row), 0), len(self.motion) - 1)
@@ -488,7 +488,7 @@ _MOST_STEPS = 200
 
 
 def ways_between(first: Floats, last: Floats) -> Floats:
-    """Return poses (N, 4, 4) from `first` (left out) to `last`, near enough to each other to step along."""
+    """Return poses (N, 4, 4) from `first` (left out) to `last`, close enough for steps."""
     line = Line(first, last)
     twist = line.derivative(0.0)
     way, turn = np.linalg.norm(twist[:3]), np.linalg.norm(twist[3:])

@@ -1,4 +1,4 @@
-"""Surfaces of shapes: of obstacles, and of what the links of an arm look like."""
+"""Surfaces of shapes: of obstacles, and of an arm's collision model."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from ..scenes.shapes import Ball, Box, Capsule, Cloud, Field, HalfSpace, Hull, S
 
 _SEGMENTS, _RINGS = 32, 16
 MOST_POINTS = 100_000
-"""Points of a cloud that are drawn at most."""
+"""Largest number of points of a cloud that are drawn."""
 _PLATE = 1.5  # edge of a half-space's plate, in units of the reach
-_SMALLEST = 0.004  # m: points are drawn at least so large
+_SMALLEST = 0.004  # m: smallest size of points
 
 
 def surface(shape: Shape, size: float) -> tuple[Floats, Any]:
-    """Return vertices (V, 3), m, and faces (F, 3) of a shape; of a half-space a plate of its plane.
+    """Return vertices (V, 3), m, and faces (F, 3) of a shape; a half-space is a plate of its plane.
 
     Parameters
     ----------
     shape : Ball, Capsule, Box, HalfSpace or Hull
     size : float
-        How large a plate is to be, m: the reach of the arm.
+        Size of a plate, m: the reach of the arm.
     """
     match shape:
         case HalfSpace():
@@ -43,7 +43,7 @@ def surface(shape: Shape, size: float) -> tuple[Floats, Any]:
 
 
 def lowest(shape: Shape) -> float:
-    """Return the lowest z of what is drawn of a shape, m; of a half-space that is no floor infinity."""
+    """Return the lowest z of a drawn shape, m; infinity for a half-space that is not a floor."""
     if isinstance(shape, HalfSpace):
         return shape.offset if shape.normal[2] == 1.0 else np.inf
     drawn = points_of(shape)[0] if isinstance(shape, Cloud | Field) else surface(shape, 1.0)[0]
@@ -51,9 +51,9 @@ def lowest(shape: Shape) -> float:
 
 
 def points_of(shape: Cloud | Field) -> tuple[Floats, float]:
-    """Return points (N, 3) to draw a cloud or a field by, m, and how large.
+    """Return points (N, 3) for drawing a cloud or a field, m, and their size.
 
-    Of a cloud at most `MOST_POINTS`, evenly chosen; of a field the nodes within a spacing of the obstacle.
+    At most `MOST_POINTS` of a cloud, evenly chosen; of a field the nodes within a spacing of the obstacle.
     """
     if isinstance(shape, Cloud):
         every = -(-len(shape.points) // MOST_POINTS)
@@ -65,11 +65,11 @@ def points_of(shape: Cloud | Field) -> tuple[Floats, float]:
 
 
 def _rounded(corners: Floats, radius: float) -> tuple[Floats, Any]:
-    """Return the surface of a convex hull, rounded: in each direction its farthest corner, and the radius."""
+    """Return the surface of a rounded convex hull: in each direction its farthest corner, plus the radius."""
     height = np.linspace(-np.pi / 2, np.pi / 2, _RINGS)[:, None]
     turn = (np.arange(_SEGMENTS) + 0.5) * (2 * np.pi / _SEGMENTS)
     width = np.cos(height)
-    width[[0, -1]] = 0.0  # a pole is one point, from which a face fans out, and no ring of corners about it
+    width[[0, -1]] = 0.0  # a pole is one point at the centre of a fan of faces, not a ring of corners
     way = np.stack(
         np.broadcast_arrays(width * np.cos(turn), width * np.sin(turn), np.sin(height)), axis=-1
     ).reshape(-1, 3)

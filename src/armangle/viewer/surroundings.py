@@ -1,4 +1,4 @@
-"""Obstacles, the shapes of links, and the nearest pair of them, as a viser server shows them."""
+"""Obstacles, collision models of links, and their nearest pair on a viser server."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _LINE = 0.008
 
 
 class Surroundings:
-    """What stands about the arm of a state, and what its links look like.
+    """The obstacles around a state's arm, and the collision model of its links.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ class Surroundings:
     state : ViewerState
         With a scene.
     tool : str
-        Node that stands where the tool does.
+        Node at the tool.
     """
 
     def __init__(self, server: Any, state: ViewerState, tool: str) -> None:
@@ -46,7 +46,7 @@ class Surroundings:
         self._red: set[str] = set()
 
     def _links(self, tool: str) -> list[tuple[str, str, Shape]]:
-        """Return (node that carries it, name of the link, shape)."""
+        """Return (parent node, name of the link, shape)."""
         arm = self._state.arm
         shapes = [] if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
         links = [(f"/arm/{frame}", shape.name or f"link_{frame}", shape) for frame, shape in shapes]
@@ -72,7 +72,7 @@ class Surroundings:
         return self._api.add_transform_controls(f"/boxes/{at}", scale=scale, depth_test=False, opacity=0.7)
 
     def update(self, held: str | None) -> None:
-        """Show the state; the handle of the box that a hand holds stays where the hand has it."""
+        """Show the state; the handle of a held box stays where the person has it."""
         for name, box in self._state.boxes:
             _place(self._nodes[name][0][0], box.pose)
             if name != held:

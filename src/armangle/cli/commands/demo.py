@@ -51,7 +51,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a table of all runs; write their files where asked to."""
+    """Print a table of all runs; write their files on request."""
     with progress("running the example"):
         runs = [paper_example.run(policy) for policy in paper_example.POLICIES]
     written, missing = ([], None) if args.output is None else _write(runs, Path(args.output))
@@ -69,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write(runs: list[paper_example.Run], folder: Path) -> tuple[list[str], MissingExtraError | None]:
-    """Write all files and return their names, and why there are no pictures."""
+    """Write all files and return their names, and the reason for missing pictures."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -114,7 +114,7 @@ def _show(runs: list[paper_example.Run]) -> None:
 
 
 def _show_next(folder: str | None, files: int, *, drawn: bool) -> None:
-    """Say which file to open, and what to try."""
+    """Print which file to open, and what to try next."""
     if folder is None:
         show(f"\nTry next:\n{_WRITE}\n{_VIEW}")
         return

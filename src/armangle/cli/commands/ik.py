@@ -1,4 +1,4 @@
-"""``armangle ik``: joints of a pose: the nearest, all, one of an arm angle, or the feasible intervals."""
+"""``armangle ik``: joints of a pose: the nearest, all, those of an arm angle, or the feasible intervals."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ _NOT_WITH = {
     "psi": (*_FREE, "scene", "singularity-margin"),
     "all": ("fallback", "roll", "output", "plot"),
 }
-"""What each way of asking leaves nothing to choose for."""
+"""Options that have no effect in each mode."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -113,7 +113,7 @@ def _joint(text: str) -> int:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print what is asked of the pose; status 1 if there is no solution."""
+    """Print the requested solutions of the pose; status 1 if there is none."""
     arm, scene = with_scene(args)
     for mode in given(args, _NOT_WITH):
         if mode != "psi" or args.intervals is None:
@@ -149,7 +149,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _asked(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> Asked:
-    """Return the pose of --pose or --joints, with the branches and the arm angle that joints have."""
+    """Return the pose of --pose or --joints, with branches and the arm angle of joints."""
     seed = None if args.seed is None else joints("--seed", args.seed, arm)
     if args.joints is None:
         return Asked(arm, poses("--pose", args.pose), seed, scene, args.gc, args.psi)
@@ -194,7 +194,7 @@ def _kuka(arm: Arm, args: argparse.Namespace) -> int:
 
 
 def _explain(arm: Arm, frame: Floats, scene: Scene | None, args: argparse.Namespace) -> int:
-    """Print for every branch whether it holds the pose; status 1 if none does."""
+    """Print for every branch whether it reaches the pose; status 1 if none does."""
     if frame.ndim == 3:
         raise InputError("--explain takes one pose")
     diagnosis = arm.with_(scene=scene, singularity_margin=args.singularity_margin).explain(frame)

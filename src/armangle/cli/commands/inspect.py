@@ -93,7 +93,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print what is asked of the arm; status 1 if it is of no kind, or joints are outside their limits."""
+    """Print the requested data of the arm; status 1 if it is of no known kind, or joints violate limits."""
     if args.joints is None:
         refuse(args, ("kuka", "plot"), "the arm alone: give --joints")
     if args.body is not None:
@@ -193,7 +193,7 @@ def _toml(arm: Arm) -> str:
 
 
 def _write_arm(arm: Arm, text: str | None, file: str) -> None:
-    """Write the arm by the ending of the file."""
+    """Write the arm in the format of the file's ending."""
     suffix = Path(file).suffix.lower()
     if suffix not in (".toml", ".urdf"):
         raise InputError(f"{file}: unknown ending, wanted .toml or .urdf for an arm")
@@ -214,7 +214,7 @@ def _write(text: str, file: str) -> None:
 
 
 def _place(arm: Arm, args: argparse.Namespace) -> int:
-    """Print the pose of joints; status 1 if they are outside their limits."""
+    """Print the pose of joints; status 1 if they violate their limits."""
     many = is_file(args.joints)
     if args.plot is not None and not many:
         raise InputError("--plot draws a motion: give --joints FILE")
@@ -316,7 +316,7 @@ def _body(args: argparse.Namespace) -> int:
 
 
 def _said(pairs: list[LinkPair]) -> Iterator[str]:
-    """Return what is known of pairs of links: those that never collide, with proof, and those checked."""
+    """Return the facts known of pairs of links: those that provably never collide, and those checked."""
     never = [pair for pair in pairs if pair.apart is not None and not pair.ignored]
     checked = [pair for pair in pairs if pair.apart is None and not pair.ignored]
     yield "Neighbouring links are not checked against each other."

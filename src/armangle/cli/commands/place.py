@@ -24,7 +24,7 @@ EXAMPLE = """\
   armangle place grasps.csv --robot openarm_v10 \\
       --x -0.5,0.5 --y -0.5,0.5 --step 0.05"""
 
-_ROWS = 10  # best positions shown
+_ROWS = 10  # number of best positions shown
 _MOST = 1_000_000  # positions
 
 
@@ -44,7 +44,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the best bases; status 1 where nothing is reached from any."""
+    """Print the best bases; status 1 if no pose is reachable from any."""
     arm = srs(any_arm(args), "place")
     x, y = _line("--x", args.x, args.step), _line("--y", args.y, args.step)
     if len(x) * len(y) > _MOST:

@@ -59,9 +59,9 @@ EXAMPLE = """\
       --start -5.4101,-26.4986,-48.1542,-61.65,152.6198,114.4466,8.1812"""
 
 _FAR = np.radians(11.5)
-"""If a joint moves more than this from row to row, the tool leaves its path visibly."""
+"""If a joint moves more than this between rows, the end effector visibly leaves its path."""
 _BEGIN = "the joints that armangle ik --pose (the first) --seed (the start) prints"
-_POLICIES: dict[str, tuple[Any, tuple[str, ...]]] = {  # and the settings of each
+_POLICIES: dict[str, tuple[Any, tuple[str, ...]]] = {  # with the settings of each
     "repulsion": (Repulsion, ("K", "alpha", "rate", "outside")),
     "hold": (Hold, ("outside",)),
     "centre": (Centre, ("K", "rate", "outside")),
@@ -114,7 +114,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the joints and print a summary; status 1 and the reason if a pose has no joints."""
+    """Write the joints and print a summary; status 1 and the reason if a pose has no solution."""
     arm, scene = with_scene(args)
     path, facts = (_plan if args.policy is None else _step)(arm, scene, args)
     if args.output is not None:
@@ -131,7 +131,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _plan(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[JointPath, dict[str, Any]]:
-    """Return the planned path, and what is said of it."""
+    """Return the planned path, and the facts about it."""
     arm = srs(arm, "plan without --policy")
     start = None if args.start is None else joints("--start", args.start, arm)
     goal = None if args.goal is None else joints("--goal", args.goal, arm)
@@ -160,7 +160,7 @@ def _plan(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[Join
 
 
 def _step(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[JointPath, dict[str, Any]]:
-    """Return the path of --policy, and what is said of it."""
+    """Return the path of --policy, and the facts about it."""
     refuse(args, ("goal", "limit-margin", "samples", "blend", "duration", "acceleration"), "--policy")
     if args.start is None:
         raise InputError("--policy needs --start, the joints before the first pose")
@@ -179,7 +179,7 @@ def _step(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[Join
 
 
 def _policy(args: argparse.Namespace) -> tuple[Policy, dict[str, Any]]:
-    """Return the policy of --policy, and the options of stepping that it holds."""
+    """Return the policy of --policy, and its options for stepping."""
     name, *settings = args.policy.split(",")
     if name not in _POLICIES:
         raise InputError(f"--policy is {name!r}, wanted one of {', '.join(_POLICIES)}")
@@ -217,7 +217,7 @@ def _setting(key: str, text: str) -> Any:
 
 
 def _wish(text: str) -> dict[str, Any]:
-    """Return a wish of the arm angle: psi in rad, a direction or a point."""
+    """Return a target for the arm angle: psi in rad, a direction or a point."""
     kind, colon, value = text.strip().partition(":")
     if colon:
         if kind not in ("direction", "point"):
@@ -230,7 +230,7 @@ def _wish(text: str) -> dict[str, Any]:
 
 
 def _acceleration(arm: Arm, args: argparse.Namespace) -> Floats | None:
-    """Return the bounds that --duration counts with, and say so if it counts with speeds alone."""
+    """Return the acceleration bounds of --duration, and print a note if velocities alone count."""
     if args.acceleration is not None:
         if not args.duration:
             raise InputError("--acceleration goes with --duration")
@@ -243,7 +243,7 @@ def _acceleration(arm: Arm, args: argparse.Namespace) -> Floats | None:
 
 
 def _facts(path: JointPath, start: Floats) -> dict[str, Any]:
-    """Return what is said of every path."""
+    """Return the facts about any path."""
     solved = path.status == Status.OK
     psi = path.psi[solved]
     moved = np.abs(np.diff(np.vstack([start, path.q[solved]]), axis=0))

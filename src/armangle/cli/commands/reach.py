@@ -1,4 +1,4 @@
-"""``armangle reach``: make, resume, verify and look at maps of what an arm reaches."""
+"""``armangle reach``: compute, resume, verify and show maps of an arm's reach."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ EXAMPLE = """\
   armangle reach iiwa.zarr --verify"""
 
 _SPACING, _ANGLE = 0.02, 5.0
-_SHOWN = 10  # tiles by number
+_SHOWN = 10  # tiles listed by number
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -48,7 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Make, verify or show a map; status 1 where tiles are missing or wrong."""
+    """Compute, verify or show a map; status 1 if tiles are missing or wrong."""
     made = args.robot is not None
     if args.verify:
         if made:
@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check_alone(args: argparse.Namespace) -> None:
-    """Refuse what the map already defines."""
+    """Reject options that the map already determines."""
     refuse(
         args,
         ("spacing", "angle", "fields", "links", "tool", "singularity-margin"),
@@ -152,7 +152,7 @@ def _show(found: ReachMap, missing: tuple[int, ...]) -> None:
 
 
 class _Meter:
-    """Shows on a terminal how many tiles are done and for how long it will go on."""
+    """Shows on a terminal the number of finished tiles and the remaining time."""
 
     def __init__(self, what: str) -> None:
         self._what, self._start = what, time.monotonic()

@@ -1,4 +1,4 @@
-"""``armangle retime``: a joint file to a trajectory file."""
+"""``armangle retime``: converts a joint file to a trajectory file."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Write the trajectory and print how long it takes; status 1 where no timing keeps the bounds."""
+    """Write the trajectory and print its duration; status 1 if no timing respects the bounds."""
     arm = any_arm(args)
     velocity = joint_bounds("--velocity", args.velocity, "deg/s", arm.velocity)
     acceleration = joint_bounds("--acceleration", args.acceleration, "deg/s^2", arm.acceleration)

@@ -1,4 +1,4 @@
-"""``armangle robots``: what the catalogue holds."""
+"""``armangle robots``: the robots of the catalogue."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a table of all arms, or of those that words find, or one arm."""
+    """Print a table of all arms, or of those that match words, or one arm."""
     search = " ".join(args.name)
     if search in offset_catalogue():
         _show_offset(search, as_json=args.json)
@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _show_all(entries: Sequence[CatalogueEntry]) -> None:
-    """Print a table, a blank line between makers of several arms."""
+    """Print a table with a blank line between makers of several arms."""
     rows: list[list[str]] = []
     makers = [entry.name.partition("_")[0] for entry in entries]
     for before, maker, entry in zip(["", *makers], makers, entries, strict=False):

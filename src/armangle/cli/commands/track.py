@@ -1,4 +1,4 @@
-"""``armangle track``: a stream of poses, one a tick, through the tracker."""
+"""``armangle track``: a stream of poses, one per control cycle, through the tracker."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ EXAMPLE = """\
 _RATE = 250.0
 _ACCELERATION = 10.0  # rad/s^2, as `Tracker`
 _MM = 1e3
-_OTHER = 0.01  # of a time: a difference that is said
-_SLOWEST, _MOST_TICKS = 1.0, 10_000_000  # s between two rows, and how many: else t is not in s
+_OTHER = 0.01  # of a time: a larger difference is reported
+_SLOWEST, _MOST_TICKS = 1.0, 10_000_000  # s between two rows, and their number: otherwise t is not in s
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -95,10 +95,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _say_other_time(path: str, lasts: float) -> None:
-    """Say so where rows take `lasts` seconds, and by their column t another time."""
+    """Print a note if rows take `lasts` seconds, but another time according to their column t."""
     try:
         times = sample_times(path)
-    except ModelError:  # whatever t is, it is left out
+    except ModelError:  # t is ignored, whatever its values
         return
     if times is None or len(times) < 2 or not abs(times[-1] - times[0] - lasts) > _OTHER * lasts:
         return
@@ -107,7 +107,7 @@ def _say_other_time(path: str, lasts: float) -> None:
 
 
 def _ticks(frames: Floats, args: argparse.Namespace) -> tuple[Floats, float]:
-    """Return the pose of each tick, NaN where none came, and ticks per second: by the file, or --rate."""
+    """Return the pose of each cycle, NaN if missing, and cycles per second: from the file, or --rate."""
     if args.rate is not None:
         _say_other_time(args.path, (len(frames) - 1) / args.rate)
         return frames, args.rate
@@ -136,7 +136,7 @@ def _ticks(frames: Floats, args: argparse.Namespace) -> tuple[Floats, float]:
 
 
 def _start(arm: Arm, text: str | None, frame: Floats, scene: Scene | None) -> Floats:
-    """Return the joints given, or the best at the first pose."""
+    """Return the given joints, or the best ones at the first pose."""
     if text is not None:
         q = joints("--start", text)
         if not arm.within_limits(q):
@@ -155,7 +155,7 @@ def _start(arm: Arm, text: str | None, frame: Floats, scene: Scene | None) -> Fl
 
 
 def _rates(ticks: list[Tracked], dt: float) -> tuple[Floats, Floats]:
-    """Return velocities and accelerations of the ticks, from rest, (n, 7) each."""
+    """Return velocities and accelerations of the cycles, from rest, (n, 7) each."""
     qd = np.stack([tick.velocity for tick in ticks])
     return qd, np.diff(qd, axis=0, prepend=np.zeros((1, qd.shape[1]))) / dt
 
@@ -188,7 +188,7 @@ def _summary(ticks: list[Tracked], first: Floats, dt: float) -> dict[str, Any]:
 
 
 def _reasons(ticks: list[Tracked], dt: float) -> list[dict[str, Any]]:
-    """Return what kept the tool from the target, and which link and obstacle, the most frequent first."""
+    """Return why the end effector was not at the target, with link and obstacle, most frequent first."""
     found: dict[tuple[str, str, tuple[str, str] | None], list[int]] = {}
     for i, tick in enumerate(ticks):
         if tick.status != Tracking.FOLLOWING:
