@@ -1,11 +1,11 @@
 """Exact inverse kinematics for 7-axis arms with spherical shoulder, elbow and spherical wrist (S-R-S).
 
-A pose, a global configuration ``gc`` (0..7) and an arm angle ``psi`` give exactly one joint vector
-``q``; joint limits and singularities are arcs of ``psi``. After Faria et al. (2018), "Position-based
-kinematics for 7-DoF serial manipulators with global configuration control, joint limit and
+A pose, a global configuration ``gc`` (0..7) and an arm angle ``psi`` determine exactly one joint
+configuration ``q``; joint limits and singularities are arcs of ``psi``. After Faria et al. (2018),
+"Position-based kinematics for 7-DoF serial manipulators with global configuration control, joint limit and
 singularity avoidance".
 
-Radians and metres throughout; leading batch axes everywhere. Names are imported when first used, so that
+Radians and metres throughout; leading batch axes everywhere. Names are imported on first use, so that
 ``armangle --help`` needs neither NumPy nor the compiled core.
 """
 
@@ -13,7 +13,7 @@ from importlib import import_module
 from sys import modules
 from typing import Any
 
-# Which module a name comes from; __init__.pyi says the same to type checkers.
+# The module of each name; __init__.pyi has the same list for type checkers.
 _NAMES = {
     "_core": "ISA __version__",
     "_threads": "set_threads threads",
@@ -50,7 +50,7 @@ __all__ = tuple(sorted(_HOME))
 
 
 def __getattr__(name: str) -> Any:
-    """Return a public name or module, imported when it is first used."""
+    """Return a public name or module, imported on first use."""
     if name in _HOME:
         value = getattr(import_module(f".{_HOME[name]}", __name__), name)
     elif name in _MODULES:

@@ -1,4 +1,4 @@
-"""``python -m armangle`` is the command ``armangle``."""
+"""``python -m armangle`` runs the command ``armangle``."""
 
 import sys
 

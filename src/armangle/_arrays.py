@@ -1,4 +1,4 @@
-"""Arguments as arrays: shapes, broadcasting, and the errors that say what is wrong with them."""
+"""Arguments as arrays: shapes, broadcasting, and errors for invalid ones."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ TURN = 2 * np.pi
 def as_floats(name: str, value: ArrayLike, tail: Shape = (), meaning: str = "") -> Floats:
     """Return `value` as float64 of shape (..., *tail), each element contiguous; `name` is for errors.
 
-    `meaning` says in errors what an element stands for.
+    `meaning` describes an element in errors.
     """
     array = _numbers(name, value, tail, meaning)
     if array.ndim < len(tail) or array.shape[array.ndim - len(tail) :] != tail:
@@ -52,10 +52,10 @@ def as_floats(name: str, value: ArrayLike, tail: Shape = (), meaning: str = "") 
 
 
 def as_poses(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Floats:
-    """Return poses as float64 (..., 4, 4); what other libraries call a pose passes, see `matrix_of`.
+    """Return poses as float64 (..., 4, 4); pose objects of other libraries are accepted, see `matrix_of`.
 
-    Poses in float32 are rounded: their rotations are made exact, and those that the rounding puts out of the
-    reach of `arm`, or beyond the limit of its joint 4, are taken to it.
+    Poses in float32 are rounded: their rotations are made exact. Poses that rounding puts out of the reach of
+    `arm`, or beyond the limit of its joint 4, are moved onto it.
     """
     array = _numbers(name, matrix_of(value), (4, 4))
     if array.shape[-2:] != (4, 4):
@@ -67,15 +67,16 @@ def as_poses(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Float
 
 
 def check_source(value: object, *kinds: type) -> None:
-    """Raise where `value` is neither a path nor the text of a file, nor one of `kinds`."""
+    """Raise if `value` is neither a path nor the text of a file, nor one of `kinds`."""
     if not isinstance(value, (str, os.PathLike, *kinds)) or value == "":
         raise InputError(f"source is {value!r:.50}, wanted the path of a file, or its XML text")
 
 
 def matrix_of(value: Any) -> Any:
-    """Return the matrices (..., 4, 4) of an object that has them by another name, or of a list of such.
+    """Return the matrices (..., 4, 4) of an object that has them under another name, or of a list of such.
 
-    pinocchio says ``homogeneous``, SciPy ``as_matrix()``, spatialmath ``A``; anything else is returned as is.
+    The name is ``homogeneous`` in pinocchio, ``as_matrix()`` in SciPy, ``A`` in spatialmath; other objects
+    pass.
     """
     if hasattr(value, "__array__"):
         return value
@@ -89,7 +90,7 @@ def matrix_of(value: Any) -> Any:
 
 
 def millimetres(length: float) -> str:
-    """Return a length in m as words: 0.01234 is 12.34 mm, 800 are 800000 mm."""
+    """Return a length in m as text: 0.01234 is 12.34 mm, 800 are 800000 mm."""
     shown = f"{length * MILLIMETRES:.4g}"
     return f"{length * MILLIMETRES:.0f} mm" if "e+" in shown else f"{shown} mm"
 
@@ -99,7 +100,7 @@ def _plain(value: Any) -> bool:
 
 
 def looks_like(name: str, shape: Shape) -> str:
-    """Return what a shape that is none of a pose looks like, and the call that makes poses of it."""
+    """Return the probable meaning of a shape that is not a pose's, and the call that makes poses from it."""
     if shape[-2:] == (3, 4):
         return f": without its last row; armangle.pose({name}[..., 3], matrix={name}[..., :3])"
     if shape[-2:] == (3, 3):
@@ -128,21 +129,21 @@ def _numbers(name: str, value: ArrayLike, tail: Shape, meaning: str = "") -> NDA
 
 
 def _masked(name: str, value: Any) -> str:
-    """Return that some elements of a value are masked; '' of anything else."""
+    """Return that some elements of a value are masked; '' otherwise."""
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         return f"{name} has masked elements, which are no numbers: fill them, or leave them out"
     return ""
 
 
 def _posture(name: str, value: Any) -> str:
-    """Return that a value is all that `forward` returns; '' of anything else."""
+    """Return that a value is the whole result of `forward`; '' otherwise."""
     if isinstance(value, tuple) and len(value) == 3 and np.shape(value[0])[-2:] == (4, 4):
         return f"{name} is a tuple of three, as arm.forward returns (pose, psi, gc): wanted the first of them"
     return ""
 
 
 def _tensor(name: str, value: Any) -> str:
-    """Return why another library's array gives no numbers, and what to call; '' of anything else."""
+    """Return why another library's array gives no numbers, and the call that does; '' otherwise."""
     kinds = type(value).__mro__
     libraries = {kind.__module__.partition(".")[0] for kind in kinds}
     if libraries & {"jax", "jaxlib"} and any("Tracer" in kind.__name__ for kind in kinds):
@@ -166,7 +167,7 @@ def _tensor(name: str, value: Any) -> str:
 
 
 def _aligned(array: Floats, tail: Shape) -> Floats:
-    """Return the array aligned, each element contiguous, all strides whole doubles; copied if need be."""
+    """Return the array aligned, each element contiguous, all strides whole doubles; copied if necessary."""
     step = array.itemsize
     for axis in range(1, len(tail) + 1):
         if array.strides[-axis] != step and array.shape[-axis] > 1:
@@ -186,7 +187,7 @@ def one_pose(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Float
 
 
 def one_posture(name: str, value: ArrayLike, arm: AnyHandle | None = None) -> Floats:
-    """Return a read-only copy (7,) of one posture, finite and no batch; rad, which those of `arm` must be."""
+    """Return a read-only copy (7,) of one finite configuration without batch axes; rad, checked for `arm`."""
     joints = np.array(as_floats(name, value, (JOINTS,)), order="C")
     if joints.ndim != 1:
         raise InputError(f"{name} has shape {joints.shape}, wanted ({JOINTS},)")
@@ -197,7 +198,7 @@ def one_posture(name: str, value: ArrayLike, arm: AnyHandle | None = None) -> Fl
 
 
 def one_or_seven(name: str, value: ArrayLike) -> Floats:
-    """Return seven numbers, of a scalar the same for all joints."""
+    """Return seven numbers; a scalar applies to all joints."""
     numbers = as_floats(name, value)
     if numbers.ndim == 0:
         return np.full(JOINTS, float(numbers))
@@ -207,12 +208,12 @@ def one_or_seven(name: str, value: ArrayLike) -> Floats:
 
 
 def named(kind: type[AnyEnum]) -> dict[str, AnyEnum]:
-    """Return the members of an enumeration of the core by the words that stand for them in arguments."""
+    """Return the members of an enumeration of the core by their words in arguments."""
     return {member.name.lower(): member for member in kind}
 
 
 def chosen(name: str, value: str, options: Iterable[str]) -> str:
-    """Return `value`, which is one of the options; as a plain string, whatever kind of string it is."""
+    """Return `value`, which must be one of the options, as a plain string."""
     listed = [*options]
     if not isinstance(value, str) or value not in listed:
         raise InputError(f"{name} is {value!r:.100}, wanted one of {', '.join(map(repr, listed))}")
@@ -220,7 +221,7 @@ def chosen(name: str, value: str, options: Iterable[str]) -> str:
 
 
 def frozen(array: AnyArray) -> AnyArray:
-    """Return the array, which from now on cannot be written to."""
+    """Return the array after making it read-only."""
     array.setflags(write=False)
     return array
 
@@ -228,21 +229,21 @@ def frozen(array: AnyArray) -> AnyArray:
 def as_gc(value: ArrayLike) -> Ints:
     """Return `value` as int64; the range 0..7 is checked where it is used."""
     array = np.asarray(value)
-    if array.dtype.kind not in "iu" and array.size:  # no numbers at all have no kind
+    if array.dtype.kind not in "iu" and array.size:  # an empty array has no kind
         raise InputError(f"gc has type {array.dtype}, wanted integers from 0 to 7")
     index: Ints = array.astype(np.int64, copy=False)
     return index if all(stride % 8 == 0 for stride in index.strides) else index.copy()
 
 
 def number_in(text: str) -> float:
-    """Return the number that a word of a file states, as other programs read it.
+    """Return the number that a word of a file denotes, as in other programs.
 
-    Python alone takes 1_000, and digits of every script.
+    Only Python accepts 1_000, and digits of every script.
 
     Raises
     ------
     ValueError
-        It is none.
+        If it is not a number.
     """
     if "_" in text or not text.isascii():
         raise ValueError(f"could not convert string to float: {text!r:.50}")
@@ -250,7 +251,7 @@ def number_in(text: str) -> float:
 
 
 def as_number(name: str, value: float, low: float, high: float, *, low_open: bool = False) -> float:
-    """Return `value` as a float within [low, high] (low excluded where `low_open`)."""
+    """Return `value` as a float within [low, high] (low excluded if `low_open`)."""
     wanted = f"a number in {'(' if low_open else '['}{low:g}, {high:g}]"
     try:
         number = float(value)
@@ -262,7 +263,7 @@ def as_number(name: str, value: float, low: float, high: float, *, low_open: boo
 
 
 def check_angles(name: str, angles: Floats) -> None:
-    """Raise where an angle is not finite, or so large that one turn of it has no digits left."""
+    """Raise if an angle is not finite, or so large that its fraction of a turn has no digits."""
     bad = ~(np.abs(angles) <= _core.LARGEST_ANGLE)
     if bad.any():
         index = tuple(int(i) for i in np.argwhere(bad)[0])
@@ -305,7 +306,7 @@ def broadcast(named: Sequence[tuple[str, NDArray[Any], int]]) -> tuple[Shape, li
 
 
 def _repeated(element: NDArray[Any], batch: Shape) -> NDArray[Any]:
-    """Return one contiguous element as a batch: as np.broadcast_to does, in a tenth of its time."""
+    """Return one contiguous element as a batch: like np.broadcast_to, in a tenth of its time."""
     strides = (0,) * len(batch) + element.strides
     return np.ndarray(batch + element.shape, element.dtype, element, 0, strides)
 
@@ -330,7 +331,7 @@ def as_threads(threads: int) -> int:
 
 
 def as_flag(name: str, value: object) -> bool:
-    """Return True or False; nothing else stands for them."""
+    """Return True or False; rejects everything else."""
     if not isinstance(value, (bool, np.bool_)):
         raise InputError(f"{name} is {value!r}, wanted True or False")
     return bool(value)
@@ -346,9 +347,9 @@ _HINDRANCES = {
 
 
 def _refusal(problem: Problem, name: str, index: Shape, value: float) -> ArmangleError:
-    """Return the error of a problem that the core found with the argument `name`, at an index of its batch.
+    """Return the error of a problem that the core found in the argument `name`, with its batch index.
 
-    Problems with psi and gc are found together with those of the pose, and name themselves.
+    Problems with psi and gc are found together with those of the pose, and have their own names.
     """
     branch = ""
     if name == "branch":  # row k of all eight
@@ -431,7 +432,7 @@ _core.on_refusal(_refusal)
 
 
 def about_z(angles: ArrayLike) -> Floats:
-    """Return the turns (N, 4, 4) about z by angles (N,), rad."""
+    """Return the rotations (N, 4, 4) about z by angles (N,), rad."""
     turn = np.asarray(angles, dtype=np.float64)
     out = np.tile(np.eye(4), (*turn.shape, 1, 1))
     out[..., 0, 0] = out[..., 1, 1] = np.cos(turn)
@@ -441,7 +442,7 @@ def about_z(angles: ArrayLike) -> Floats:
 
 
 def warn(text: str) -> None:
-    """Warn of a line that is none of this package's."""
+    """Warn with the line of the caller outside this package."""
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("armangle"):
         level, frame = level + 1, frame.f_back

@@ -1,4 +1,4 @@
-"""The compiled core for this processor: the best of the instruction sets that were built.
+"""The compiled core for this processor: the best of the built instruction sets.
 
 ``ARMANGLE_ISA`` (``sse2``, ``avx2``, ``avx512`` or ``base``) forces a level, for tests.
 """

@@ -1,6 +1,6 @@
-"""Arms by a number that stands for them where an object cannot go: in operators of torch and XLA.
+"""Arms by an integer key, for operators of torch and XLA, which cannot take objects.
 
-`Kept` is what the classes of both have in common.
+`Kept` is the common base class of both.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from .arm.offset import as_srs
 from .errors import InputError, UnsupportedError
 
 Array: TypeAlias = (
-    Any  # a torch.Tensor or a jax.Array, which type checkers know only where they are installed
+    Any  # a torch.Tensor or a jax.Array, known to type checkers only if installed
 )
 
 _ARMS: dict[int, Arm] = {}
 
 
 def keep(arm: Arm, asked: str) -> int:
-    """Return the number of an arm, the same in every process, and keep the arm for as long as this one lives.
+    """Return the key of an arm, the same in every process, and keep the arm for the process's lifetime.
 
-    Compiled functions hold the number. Loaded by a process that does not know it, they fail instead of taking
-    another arm.
+    Compiled functions hold the key. In a process that does not know it, they fail instead of using another
+    arm.
     """
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
@@ -38,13 +38,13 @@ def keep(arm: Arm, asked: str) -> int:
     parts = [lengths, arm.signs, arm.offsets, arm.lower, arm.upper, arm.base.ravel(), arm.tool.ravel()]
     numbers = np.concatenate([np.asarray(part, dtype=np.float64) for part in parts])
     digest = hashlib.sha256(numbers.tobytes() + repr(arm.reference).encode()).digest()
-    key = int.from_bytes(digest[:8], "little") >> 1  # a signed integer of 64 bits holds it
+    key = int.from_bytes(digest[:8], "little") >> 1  # fits into a signed integer of 64 bits
     _ARMS.setdefault(key, arm)
     return key
 
 
 def kept(key: int) -> Arm:
-    """Return the arm of a number."""
+    """Return the arm of a key."""
     arm = _ARMS.get(key)
     if arm is None:
         raise InputError(
@@ -54,7 +54,7 @@ def kept(key: int) -> Arm:
 
 
 def is_widest(arm: Arm, seed: Array | None, prefer: str) -> bool:
-    """Return whether `solve` asks for the largest margin, not for the solution nearest to a seed."""
+    """Return whether `solve` asks for the largest margin instead of the solution nearest to a seed."""
     if arm.scene is not None:
         raise UnsupportedError("solve is not made for an arm with a scene here: use Arm.solve")
     return chosen("prefer", prefer, ("seed", "margin")) == "margin" or seed is None
@@ -62,7 +62,7 @@ def is_widest(arm: Arm, seed: Array | None, prefer: str) -> bool:
 
 @dataclass(frozen=True)
 class Kept:
-    """An arm whose functions take and give arrays of another library."""
+    """An arm whose functions take and return arrays of another library."""
 
     arm: Arm
     _key: int = field(init=False, repr=False, compare=False)
@@ -71,28 +71,29 @@ class Kept:
         object.__setattr__(self, "_key", keep(self.arm, type(self).__module__))
 
     def freedom(self, pose: Array) -> Array:
-        """Return over how much of their circles all branches together hold a pose: `Freedom.total`.
+        """Return the total length of a pose's feasible intervals over all branches: `Freedom.total`.
 
         Parameters
         ----------
         pose : array, shape (..., 4, 4)
-            Tool frame, position in m.
+            Pose of the end effector, position in m.
 
         Returns
         -------
         array, shape (...)
-            rad. Its gradient is 0 where a pose is not held, since how far it is from being held is not in it,
-            and NaN where an end of an arc does not move smoothly, as in `armangle.gradients.freedom`.
+            rad. Its gradient is 0 for an unreachable pose, because the value does not contain the distance to
+            a reachable one. It is NaN if an end of an arc does not move smoothly, as in
+            `armangle.gradients.freedom`.
 
         Raises
         ------
         InputError
-            And what `inverse` raises of a pose.
+            Also the errors of `inverse` for a pose.
         """
         return self._freedom(pose)
 
     def limit_margin(self, q: Array) -> Array:
-        """Return the least distance of a joint to one of its limits.
+        """Return the distance to the nearest joint limit.
 
         Parameters
         ----------
@@ -107,7 +108,7 @@ class Kept:
         Raises
         ------
         InputError
-            And what `forward` raises of joints.
+            Also the errors of `forward` for joints.
         """
         return self._limit_margin(q)
 

@@ -1,4 +1,4 @@
-"""The one way in which files are opened to be read: regular files alone, and no more bytes than a bound."""
+"""The one way to open files for reading: regular files alone, up to a size limit."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from typing import Any, BinaryIO, NoReturn
 
 MIB = 2**20
 DESCRIPTION = 32 * MIB
-"""Bytes of a robot in XML, and of a planning scene, at most."""
+"""Largest size of a robot in XML, and of a planning scene, bytes."""
 TABLES = 2 * MIB
-"""Bytes of TOML at most: Python reads as much in about a second."""
+"""Largest size of TOML, bytes: Python reads this in about a second."""
 TEXT = 64 * MIB
-"""Bytes at most of numbers in a text that is read as a whole."""
+"""Largest size of a text of numbers that is read as a whole, bytes."""
 NUMBERS = 1024 * MIB
-"""Bytes at most of binary numbers, of meshes, and of text that is read in blocks."""
+"""Largest size of binary numbers, of meshes, and of text that is read in blocks, bytes."""
 
-_KEY_PARTS = 16  # of a dotted key: no file of ours has more than two; tomllib takes their square in memory
+_KEY_PARTS = 16  # of a dotted key: valid files have at most two; tomllib needs their square in memory
 
 _KINDS = {
     stat.S_ISDIR: "a folder",
@@ -37,7 +37,7 @@ _WORDS = re.compile(
     r"|(#[^\n]*)",
     re.DOTALL,
 )
-"""Strings and comments of TOML; no text makes it look at a character twice."""
+"""Strings and comments of TOML; the pattern visits no character twice."""
 _DOTTED = re.compile(rf"(?:[\w-]*[ \t]*\.[ \t]*){{{_KEY_PARTS}}}")
 
 PathLike = str | os.PathLike[str]
@@ -45,10 +45,10 @@ Fail = Callable[[str], NoReturn]
 
 
 def open_file(path: PathLike, most: int, fail: Fail) -> BinaryIO:
-    """Return a regular file of at most `most` bytes, opened to be read; `fail` is told why there is none.
+    """Return a regular file of at most `most` bytes, opened for reading; else `fail` receives the reason.
 
-    Devices, pipes and sockets are refused without being read: they may have no end, and may never answer.
-    So is a number, which Python would take for a file that is open already.
+    Devices, pipes and sockets are rejected unread: they may be endless, or never answer. So is a number,
+    which Python would treat as an open file.
     """
     if not isinstance(path, (str, bytes, os.PathLike)):
         fail(f"is {path!r:.50}, wanted the path of a file")
@@ -66,12 +66,12 @@ def open_file(path: PathLike, most: int, fail: Fail) -> BinaryIO:
 
 
 def check_file(path: PathLike, most: int, fail: Fail) -> None:
-    """Tell `fail` where a library that opens a file by itself would not find what `open_file` opens."""
+    """Call `fail` if a library that opens a file by itself would not find what `open_file` opens."""
     open_file(path, most, fail).close()
 
 
 def bytes_of(path: PathLike, most: int, fail: Fail) -> bytes:
-    """Return what is in a file, which may grow while it is read; errors as of `open_file`."""
+    """Return the contents of a file, which may grow while it is read; errors as for `open_file`."""
     with open_file(path, most, fail) as file:
         try:
             data = file.read(most + 1) or b""
@@ -83,7 +83,7 @@ def bytes_of(path: PathLike, most: int, fail: Fail) -> bytes:
 
 
 def text_of(path: PathLike, most: int, fail: Fail) -> str:
-    """Return the text of a file in UTF-8; errors as of `open_file`."""
+    """Return the text of a file in UTF-8; errors as for `open_file`."""
     try:
         return bytes_of(path, most, fail).decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
@@ -96,7 +96,7 @@ def parse_toml(text: str) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        The text is not TOML (tomllib.TOMLDecodeError), or more deeply nested than files of ours are.
+        If the text is not TOML (tomllib.TOMLDecodeError), or nested more deeply than valid files.
     """
     if _DOTTED.search(_WORDS.sub(lambda found: "" if found[1] else "_", text)):
         raise ValueError(f"holds a dotted key of more than {_KEY_PARTS} parts")
@@ -111,7 +111,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def _open(path: str, flags: int) -> int:
-    """Open a regular file; what became something else since it was looked at does not keep us waiting."""
+    """Open a regular file without blocking if it has been replaced since the check."""
     mode = Path(path).stat().st_mode
     for is_kind, what in _KINDS.items():
         if is_kind(mode):
@@ -120,6 +120,6 @@ def _open(path: str, flags: int) -> int:
 
 
 def too_long(size: int, most: int) -> str:
-    """Return what is wrong with a size, both in the unit of the bound."""
+    """Return the error for a size, both numbers in the unit of the bound."""
     unit, name = (MIB, "MiB") if most >= MIB else (1, "bytes")
     return f"{-(-size // unit)} {name}, wanted at most {most // unit} {name}"

@@ -1,4 +1,4 @@
-"""How far a long call is: told to a function of the user's, or drawn as a bar."""
+"""Progress of a long call: passed to a user's function, or drawn as a bar."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from . import _core
 from .errors import InputError
 
 Progress = Callable[[int, int], object]
-"""Told how many elements are done, and of how many."""
+"""Called with the number of finished elements and their total."""
 
 PARTS = 1000
-"""What calls count in that are made of unequal parts."""
+"""The total of calls whose parts are unequal."""
 _WIDTH = 30
 
 
 class Bar:
-    """A bar on stderr, which goes when all is done; `what` is written before it."""
+    """A bar on stderr, removed at the end; `what` is written before it."""
 
     def __init__(self, what: str = "") -> None:
         self.what = what
@@ -32,7 +32,7 @@ class Bar:
 
 
 def bar(done: int, total: int, seconds: float) -> str:
-    """Return a share as a bar, with the seconds that it took and those that it may yet take.
+    """Return a share as a bar, with the elapsed and the estimated remaining seconds.
 
     >>> bar(1, 2, 3.0)
     '###############............... 50 %, 3.0 s, 3 s left'
@@ -44,7 +44,7 @@ def bar(done: int, total: int, seconds: float) -> str:
 
 
 def as_progress(progress: Progress | bool | None) -> Progress | None:
-    """Return the function that `progress` asks for: itself, a bar, or none."""
+    """Return the function of `progress`: itself, a bar, or none."""
     if progress is None or progress is False:
         return None
     if progress is True:
@@ -56,8 +56,8 @@ def as_progress(progress: Progress | bool | None) -> Progress | None:
 
 @contextmanager
 def progressing(progress: Progress | None) -> Iterator[None]:
-    """Let the calls of the core in this block tell a function how far they are, some times a second."""
-    if progress is None:  # what a caller asked for is left
+    """Let the calls of the core in this block report their progress to a function, some times a second."""
+    if progress is None:  # the caller's function stays
         yield
         return
     before = _core.exchange_progress(progress)
@@ -69,9 +69,9 @@ def progressing(progress: Progress | None) -> Iterator[None]:
 
 @contextmanager
 def in_parts(progress: Progress | None) -> Iterator[Progress]:
-    """Let the parts of this block tell how far the whole is: in thousandths that never fall, 1000 at its end.
+    """Let the parts of this block report the progress of the whole: rising thousandths, 1000 at its end.
 
-    Who asked in this thread is told where there is no `progress`; calls of the core in the block tell nobody.
+    Without `progress` the function of this thread is called; calls of the core in the block report nothing.
     """
     asked = _core.exchange_progress(None)
     whole: Progress | None = asked if progress is None else progress
@@ -93,5 +93,5 @@ def in_parts(progress: Progress | None) -> Iterator[Progress]:
 
 
 def part(progress: Progress, k: int, of: int) -> Progress:
-    """Return what part k of `of` equal ones tells."""
+    """Return the progress function of part k of `of` equal parts."""
     return lambda done, total: progress(k * total + done, of * total)

@@ -1,4 +1,4 @@
-"""How many threads batches use: one number for all calls of the library."""
+"""The number of threads for batches: one setting for all calls of the library."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _here: ContextVar[int | None] = ContextVar("armangle_threads", default=None)
 
 
 def set_threads(n: int) -> None:
-    """Set how many threads every call uses from now on. Results are the same to the bit, whatever it is.
+    """Set the number of threads of all further calls. Results are bitwise the same for any number.
 
-    Until it is set, batches of queries use one thread; `plan`, `place` and `reach_map` use all cores.
+    By default, batches of queries use one thread; `plan`, `place` and `reach_map` use all cores.
 
     Parameters
     ----------
@@ -26,13 +26,13 @@ def set_threads(n: int) -> None:
     ------
     InputError
     """
-    global _always  # one number for the process
+    global _always  # one setting for the process
     _always = as_threads(n)
 
 
 @contextmanager
 def threads(n: int) -> Iterator[None]:
-    """Use so many threads in this block, and in this thread or task alone.
+    """Use this number of threads in this block, and in this thread or task alone.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def threads(n: int) -> Iterator[None]:
 
 
 def thread_count(unset: int = 1) -> int:
-    """Return the number of threads to use; `unset` if the user has set none."""
+    """Return the number of threads to use; `unset` if the user has not set one."""
     here = _here.get()
     chosen = _always if here is None else here
     return unset if chosen is None else chosen

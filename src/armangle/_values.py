@@ -25,10 +25,10 @@ def same(a: Any, b: Any) -> bool:
 
 
 def by_content(kind: Kind) -> Kind:
-    """Let objects of a class be equal where their content is: a bool, never an array. They have no hash.
+    """Make objects of a class equal if their content is: a bool, never an array. They have no hash.
 
     The content is that of a tuple, the fields of a dataclass that take part in comparisons, or all attributes
-    but the handle of the core.
+    except the handle of the core.
     """
 
     def equals(self: Any, other: object) -> Any:

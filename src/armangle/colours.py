@@ -1,4 +1,4 @@
-"""Colours of joints and intervals, and angles as they are drawn: what pictures and the viewer share."""
+"""Colours of joints and intervals, and drawn angles: shared by plots and viewer."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from numpy.typing import NDArray
 
 from ._arrays import Floats
 
-# Okabe and Ito's eight colours, told apart by all common kinds of colour vision.
+# Okabe and Ito's eight colours, distinguishable with all common kinds of colour vision.
 BLACK = "#000000"
 ORANGE, SKY, GREEN, YELLOW = "#E69F00", "#56B4E9", "#009E73", "#F0E442"
 BLUE, VERMILION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
 JOINT_COLOURS = (ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE)
 CURVES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
-# One legend for every picture of the arm angle: the circle, the strip, the maps, the README and the viewer.
-# A free interval is a light, wide band. What blocks it is darker and narrower, in the colour of the joint or
-# the obstacle.
+# One legend for every plot of the arm angle: the circle, the strip, the maps, the README and the viewer. A
+# free interval is a light, wide band. A blocked one is darker and narrower, in the colour of the joint or the
+# obstacle.
 FREE = "#A6DBA0"
 OBSTACLE = "#404040"
-PALE = "#D9D9D9"  # not proven; lines of a grid
+PALE = "#D9D9D9"  # unproven; lines of a grid
 MID = "#7F7F7F"
 FREE_WIDTH, BLOCKED_WIDTH = 7.0, 3.0  # of a line, points
 
@@ -31,7 +31,7 @@ def wrapped_degrees(psi: Floats) -> Floats:
 
 
 def unjoined(x: Floats, y: Floats, jump: float = FULL_TURN / 2) -> tuple[Floats, Floats]:
-    """Return a curve with NaN put between points whose y differ by more than `jump`."""
+    """Return a curve with NaN inserted between points whose y differ by more than `jump`."""
     at = np.flatnonzero(np.abs(np.diff(y)) > jump) + 1
     return np.insert(x, at, np.nan), np.insert(y, at, np.nan)
 

@@ -1,6 +1,6 @@
-"""Every error that armangle raises, all below :class:`ArmangleError`.
+"""All errors of armangle, derived from :class:`ArmangleError`.
 
-Messages say what is wrong, where, which value, and what was wanted.
+Messages state the fault, the place, the value, and the permitted values.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ _MIDDLE = " ... ({} characters) ... "
 
 
 def shortened(text: str, longest: int = _LONGEST) -> str:
-    """Return a text, its middle left out where it is longer than so many characters.
+    """Return a text, with its middle removed if it is longer than `longest` characters.
 
     >>> shortened("abcdefghij" * 4, 34)
     'abcdefg ... (30 characters) ... ij'
@@ -29,21 +29,21 @@ def shortened(text: str, longest: int = _LONGEST) -> str:
 
 
 class ArmangleError(Exception):
-    """Base of every error raised by armangle; a message of many thousand characters loses its middle."""
+    """Base of every error raised by armangle; the middle of a very long message is removed."""
 
     def __init__(self, *arguments: object) -> None:
         super().__init__(*(shortened(x) if isinstance(x, str) else x for x in arguments))
 
 
 class InputError(ArmangleError, ValueError):
-    """An argument is not usable as given."""
+    """An argument is invalid."""
 
 
 class ModelError(InputError):
-    """A file does not say what it should: a robot, scene, table or map.
+    """A file has invalid contents: a robot, scene, table or map.
 
-    The message begins with file, line and column; ``reasons`` lists why an arm is not one that armangle
-    solves, most telling first.
+    The message begins with file, line and column; ``reasons`` lists why armangle does not solve an arm, most
+    important first.
     """
 
     reasons: tuple[str, ...]
@@ -70,19 +70,19 @@ class ModelError(InputError):
 
 
 class UnsupportedError(ArmangleError, NotImplementedError):
-    """A function is not made for this kind of arm; the message says what to use."""
+    """A function does not support this kind of arm; the message names an alternative."""
 
 
 class NoSolutionError(ArmangleError):
-    """There is no answer in geometry: base of the four below."""
+    """The geometry has no solution: base of the four classes below."""
 
 
 class UnreachableError(NoSolutionError):
-    """A pose lies outside the reach of the arm."""
+    """A pose is out of the reach of the arm."""
 
 
 class LimitError(NoSolutionError):
-    """Joint limits or margins leave no solution, or joint values lie outside the limits."""
+    """Joint limits or margins leave no solution, or joint values violate the limits."""
 
 
 class CollisionError(NoSolutionError):
@@ -90,17 +90,17 @@ class CollisionError(NoSolutionError):
 
 
 class PathError(NoSolutionError):
-    """A path is not solved at every pose; the message says where and why it fails."""
+    """A path is not solved at every pose; the message says where and why."""
 
 
 class Words(str):
-    """What stands in a message without quotes."""
+    """Text that appears in a message without quotes."""
 
     __repr__ = str.__str__
 
 
 class SceneError(InputError):
-    """A shape, scene or body is not usable as given; ``shape``, ``name``, ``value`` say what of which."""
+    """A shape, scene or collision model is invalid; ``shape``, ``name``, ``value`` identify the fault."""
 
     shape: str
     name: str
@@ -117,7 +117,7 @@ class SceneError(InputError):
 
 
 def _remade(kind: type[SceneError], message: str, attributes: dict[str, Any]) -> SceneError:
-    """Return a copy of an error, whose constructor takes more than its message."""
+    """Return a copy of an error whose constructor takes more than its message."""
     new = kind.__new__(kind, message)
     new.args = (message,)
     new.__dict__.update(attributes)
@@ -125,15 +125,15 @@ def _remade(kind: type[SceneError], message: str, attributes: dict[str, Any]) ->
 
 
 class MissingExtraError(ArmangleError, ImportError):
-    """An optional package is needed; the message names the extra to install."""
+    """An optional package is required; the message names the extra to install."""
 
 
 class OutputError(ArmangleError, OSError):
-    """A result cannot be written where it was asked to go, or the viewer cannot serve at its port."""
+    """A result cannot be written to the given place, or the viewer cannot serve at its port."""
 
 
 def has_package(package: str) -> bool:
-    """Return whether a package of an extra is there."""
+    """Return whether a package of an extra is installed."""
     return importlib.util.find_spec(package) is not None
 
 
@@ -143,16 +143,16 @@ def needed(package: str, purpose: str, extra: str) -> Any:
     Parameters
     ----------
     package : str
-        What to import.
+        Name of the package.
     purpose : str
-        What cannot be done without it, such as "the viewer needs".
+        The feature that requires it, such as "the viewer needs".
     extra : str
-        The extra that brings it.
+        The extra that contains it.
 
     Raises
     ------
     MissingExtraError
-        With the line that installs the extra.
+        With the command that installs the extra.
     """
     try:
         return importlib.import_module(package)

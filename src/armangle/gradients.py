@@ -1,4 +1,4 @@
-"""Derivatives of what an arm answers: by the pose, by the arm angle and by the joints.
+"""Derivatives of an arm's functions: by the pose, by the arm angle and by the joints.
 
 The derivative of `Arm.forward` is `Arm.jacobian` with `psi` as a seventh row; that of `Arm.inverse` by psi is
 `Arm.self_motion`.
@@ -31,28 +31,28 @@ def inverse(
     *,
     on_error: OnError = "raise",
 ) -> Floats:
-    """Return how the joints of `inverse` move with the pose and with the arm angle.
+    """Return the derivative of `inverse`'s joints by the pose and by the arm angle.
 
     Parameters
     ----------
     arm : Arm
     pose : array_like, shape (..., 4, 4)
-        Tool frame, position in m.
+        Pose of the end effector, position in m.
     psi : array_like, shape (...)
         Arm angle, rad.
     gc : array_like of int, shape (...)
         Global configuration 0..7.
     on_error : "raise" or "nan"
-        What to do where the geometry has no answer.
+        What to do if the geometry has no solution.
 
     Returns
     -------
     ndarray, shape (..., 7, 7)
-        dq: columns 0-2 by the velocity of the tool's origin (rad/m), 3-5 by the angular velocity
+        dq: columns 0-2 by the velocity of the end effector's origin (rad/m), 3-5 by the angular velocity
         (rad/rad), both in the frame that poses are given in, and column 6 by psi, which is `Arm.self_motion`.
-        The inverse of `jacobian` with `psi` as a seventh row. Infinite where a derivative does
-        not exist: joints 1-3 (5-7) where θ2 (θ6) is 0 or π; columns 0-5 of all joints where the elbow is
-        stretched or folded, and of all but joint 4 where psi jumps (the wrist over the base axis).
+        The inverse of `jacobian` with `psi` as a seventh row. Infinite if a derivative does not exist: for
+        joints 1-3 (5-7) if θ2 (θ6) is 0 or π; in columns 0-5 for all joints if the elbow is stretched or
+        folded, and for all but joint 4 if psi jumps (the wrist over the base axis).
 
     Raises
     ------
@@ -76,7 +76,7 @@ def inverse(
 
 
 def psi(arm: Arm, q: ArrayLike) -> Floats:
-    """Return how the arm angle moves with the joints.
+    """Return the derivative of the arm angle by the joints.
 
     Parameters
     ----------
@@ -87,8 +87,8 @@ def psi(arm: Arm, q: ArrayLike) -> Floats:
     Returns
     -------
     ndarray, shape (..., 7)
-        dψ/dq, rad/rad, of the arm's own reference plane; inf where ψ does not exist, or jumps: for
-        the psi of the base axis where the wrist lies on it.
+        dψ/dq, rad/rad, for the arm's own reference plane; inf if ψ does not exist, or jumps: for the psi of
+        the base axis if the wrist lies on it.
 
     Raises
     ------
@@ -98,7 +98,7 @@ def psi(arm: Arm, q: ArrayLike) -> Floats:
 
 
 def feasible(arm: Arm, pose: ArrayLike, gc: int) -> tuple[ArcSet, Floats]:
-    """Return the feasible arcs of one pose, and how their ends move with it.
+    """Return the feasible arcs of one pose, and the derivatives of their ends by the pose.
 
     Parameters
     ----------
@@ -111,9 +111,9 @@ def feasible(arm: Arm, pose: ArrayLike, gc: int) -> tuple[ArcSet, Floats]:
     Returns
     -------
     ArcSet, ndarray of shape (k, 2, 6)
-        The arcs of `feasible`; for the lower and upper end of each, dψ by the velocity of the tool's
-        origin (rad/m) and by its angular velocity (rad/rad). NaN where an end does not move smoothly:
-        the full circle has no end, a jump none, and where a joint only touches its limit an arc is born.
+        The arcs of `feasible`; for the lower and upper end of each, dψ by the velocity of the end effector's
+        origin (rad/m) and by its angular velocity (rad/rad). NaN if an end does not move smoothly: the full
+        circle has no end, a jump no slope, and an arc appears where a joint only touches its limit.
 
     Raises
     ------
@@ -130,7 +130,7 @@ def feasible(arm: Arm, pose: ArrayLike, gc: int) -> tuple[ArcSet, Floats]:
 
 
 def limit_margin(arm: Arm, q: ArrayLike) -> Floats:
-    """Return how `limit_margin` moves with the joints.
+    """Return the derivative of `limit_margin` by the joints.
 
     Parameters
     ----------
@@ -141,8 +141,8 @@ def limit_margin(arm: Arm, q: ArrayLike) -> Floats:
     Returns
     -------
     ndarray, shape (..., 7)
-        rad/rad: +1 or -1 at the joint whose limit is nearest, the first of several; 0 elsewhere, and
-        without limits.
+        rad/rad: +1 or -1 at the joint whose limit is nearest, the first of several; 0 elsewhere, and without
+        limits.
 
     Raises
     ------
@@ -150,12 +150,12 @@ def limit_margin(arm: Arm, q: ArrayLike) -> Floats:
     """
     joints = as_floats("q", q, (JOINTS,))
     out = np.empty(joints.shape)
-    getattr(arm, "_rows", arm)._handle.limit_margin_gradient_many(joints, out)  # limits alone are asked
+    getattr(arm, "_rows", arm)._handle.limit_margin_gradient_many(joints, out)  # only limits are used
     return out
 
 
 def freedom(arm: Arm, pose: ArrayLike) -> Floats:
-    """Return how the total of `freedom` moves with the pose.
+    """Return the derivative of the total of `freedom` by the pose.
 
     Parameters
     ----------
@@ -166,9 +166,10 @@ def freedom(arm: Arm, pose: ArrayLike) -> Floats:
     Returns
     -------
     ndarray, shape (..., 6)
-        By the velocity of the tool's origin (rad/m) and by its angular velocity (rad/rad), in the frame
-        that poses are given in: the ends of `feasible`, upper less lower, of all branches. 0
-        where a pose is not held, or on whole circles alone; NaN where an end does not move smoothly.
+        By the velocity of the end effector's origin (rad/m) and by its angular velocity (rad/rad), in the
+        frame that poses are given in: the slopes of all upper ends of `feasible` minus those of all lower
+        ends, over all branches. 0 for an unreachable pose, or with whole circles alone; NaN if an end does
+        not move smoothly.
 
     Raises
     ------
@@ -181,12 +182,12 @@ def freedom(arm: Arm, pose: ArrayLike) -> Floats:
 
 
 def margin(arm: Arm, pose: ArrayLike, *, gc: int | Iterable[int] | None = None) -> Floats:
-    """Return how the margin of ``solve(pose, prefer="margin")`` moves with the pose.
+    """Return the derivative of the margin of ``solve(pose, prefer="margin")`` by the pose.
 
-    At that solution a joint is nearest to a limit whose distance psi cannot make larger, or two joints
-    are as near and psi moves them opposite ways; the gradient is theirs, psi following. The margin has a
-    kink where two branches or arm angles are as good, or a third joint comes as near: there the gradient
-    is that of one side, which a step may leave for the other.
+    At that solution psi cannot increase the distance of the joint nearest to a limit, or two joints are
+    equally near and psi moves them in opposite directions. The gradient is theirs, with psi following. The
+    margin has a kink if two branches or arm angles are equally good, or a third joint is equally near: there
+    the gradient is that of one side, and a step may lead to the other.
 
     Parameters
     ----------
@@ -199,10 +200,10 @@ def margin(arm: Arm, pose: ArrayLike, *, gc: int | Iterable[int] | None = None) 
     Returns
     -------
     ndarray, shape (..., 6)
-        By the velocity of the tool's origin (rad/m) and by its angular velocity (rad/rad), in the frame
-        that poses are given in. NaN where the pose is not held, or a joint that decides has no
-        derivative (`inverse`); and where that solution has θ2 or θ6 at 0 or π, unless joint
-        4 alone decides: two joints share a turn there as at no pose near by, so that the margin leaps.
+        By the velocity of the end effector's origin (rad/m) and by its angular velocity (rad/rad), in the
+        frame that poses are given in. NaN if the pose is unreachable, or a deciding joint has no derivative
+        (`inverse`). NaN also if that solution has θ2 or θ6 at 0 or π, unless joint 4 alone decides: two
+        joints share a turn only there, so the margin jumps.
 
     Raises
     ------
@@ -237,9 +238,9 @@ def solve(
     prefer: Prefer = "seed",
     gc: int | Iterable[int] | None = None,
 ) -> Floats:
-    """Return how the joints of the solution of ``arm.solve`` move with the pose and with the seed.
+    """Return the derivative of the joints of ``arm.solve``'s solution by the pose and by the seed.
 
-    The derivative follows one solution. The solution jumps where another branch, arm angle or turn is as
+    The derivative follows one solution. The solution jumps where another branch, arm angle or turn is equally
     good, and its slope changes where a joint reaches a limit: there the derivative is that of the solution
     that `solve` returns.
 
@@ -257,10 +258,10 @@ def solve(
     Returns
     -------
     ndarray, shape (..., 7, 13)
-        Row j is joint j + 1: columns 0-2 by the velocity of the tool's origin (rad/m), 3-5 by the angular
-        velocity (rad/rad), both in the frame that poses are given in, and 6-12 by the joints of the seed
-        (rad/rad). NaN where there is no solution, at a shoulder, elbow or wrist singularity, and where
-        nothing fixes the arm angle, as where joint 4 alone decides the largest margin.
+        Row j is joint j + 1: columns 0-2 by the velocity of the end effector's origin (rad/m), 3-5 by the
+        angular velocity (rad/rad), both in the frame that poses are given in, and 6-12 by the joints of the
+        seed (rad/rad). NaN without a solution, at a shoulder, elbow or wrist singularity, and if nothing
+        determines the arm angle, for example if joint 4 alone decides the largest margin.
 
     Raises
     ------

@@ -1,16 +1,16 @@
 """The kinematics as functions of JAX, on the CPU: under jit, vmap, scan, grad and jvp.
 
-The numbers are the core's own, called by XLA without Python in between. Results have the dtype of what was
-given; the arithmetic is in float64, also where JAX is in its default float32.
+The core computes the numbers, called by XLA without Python in between. Results have the dtype of the
+arguments; the arithmetic is in float64, also if JAX uses its default float32.
 
-A compiled function cannot raise on what its numbers turn out to be. Where the geometry has no answer, and
-where the numbers are not finite, the result is NaN, as is usual in JAX; a matrix that is no rigid transform
-and a gc outside 0..7 end the computation with the error of XLA that says so.
+A compiled function cannot raise for its numbers. If the geometry has no solution, or numbers are not finite,
+the result is NaN, as usual in JAX. A matrix that is not a rigid transform, and a gc outside 0..7, end the
+computation with XLA's error and the reason.
 
-A derivative by a pose is along motions of a rigid body: tangents of the (..., 4, 4) matrix are projected on
-them, and gradients lie along them. Where a derivative that is asked for does not exist it is NaN: of joints
-1-3 (5-7) where θ2 (θ6) is 0 or π, and by the pose of all joints where the elbow is stretched or folded and of
-all but joint 4 where psi jumps. What a loss leaves out counts nothing. There is no second derivative.
+A derivative by a pose is along rigid motions: tangents of the (..., 4, 4) matrix are projected onto them, and
+gradients lie along them. A requested derivative that does not exist is NaN: for joints 1-3 (5-7) if θ2 (θ6)
+is 0 or π; by the pose for all joints if the elbow is stretched or folded, and for all but joint 4 if psi
+jumps. Results that the loss does not use have no effect. There is no second derivative.
 
 Examples
 --------
@@ -38,7 +38,7 @@ from .errors import InputError, MissingExtraError, needed
 
 __all__ = ["Kinematics"]
 
-Array: TypeAlias = Any  # jax.Array, which type checkers know only where jax is installed
+Array: TypeAlias = Any  # jax.Array, known to type checkers only if jax is installed
 
 jax = needed("jax", "armangle.jax needs", "jax")
 if not hasattr(jax, "ffi"):
@@ -55,13 +55,13 @@ for _name, _target in _core.xla_targets().items():
 
 @dataclass(frozen=True)
 class Kinematics(Kept):
-    """An arm whose functions take and give arrays of JAX.
+    """An arm whose functions take and return JAX arrays.
 
     Attributes
     ----------
     arm : Arm
-        Exactly S-R-S: an arm with a chain of its own has no derivatives here. It is kept for as long as the
-        process lives, since compiled functions may ask for it.
+        Exactly S-R-S: an arm with its own chain has no derivatives here. It is kept for the lifetime of the
+        process, because compiled functions may use it.
     """
 
     def __post_init__(self) -> None:
@@ -79,9 +79,9 @@ class Kinematics(Kept):
         Returns
         -------
         pose : Array, shape (..., 4, 4)
-            Tool frame, position in m.
+            Pose of the end effector, position in m.
         psi : Array, shape (...)
-            Arm angle in (-π, π], rad; NaN where it does not exist.
+            Arm angle in (-π, π], rad; NaN if it does not exist.
         gc : Array of int32, shape (...)
             Global configuration 0..7.
 
@@ -93,12 +93,12 @@ class Kinematics(Kept):
         return pose, psi, gc
 
     def inverse(self, pose: Array, psi: Array, gc: Array) -> Array:
-        """Return the one posture that a pose, an arm angle and a global configuration define.
+        """Return the one configuration that a pose, an arm angle and a global configuration define.
 
         Parameters
         ----------
         pose : Array, shape (..., 4, 4)
-            Tool frame, position in m.
+            Pose of the end effector, position in m.
         psi : Array, shape (...)
             Arm angle, rad.
         gc : Array of integers, shape (...)
@@ -107,8 +107,8 @@ class Kinematics(Kept):
         Returns
         -------
         Array, shape (..., 7)
-            Joint values, rad, in the dtype of `pose`; NaN out of reach. Limits are not enforced:
-            `limit_margin` says.
+            Joint values, rad, in the dtype of `pose`; NaN out of reach. Limits are not enforced: see
+            `limit_margin`.
 
         Raises
         ------
@@ -133,17 +133,17 @@ class Kinematics(Kept):
     def solve(
         self, pose: Array, seed: Array | None = None, *, prefer: Literal["seed", "margin"] = "seed"
     ) -> tuple[Array, Array, Array, Array]:
-        """Return the solution that `Arm.solve` finds, with the derivative of its joints.
+        """Return the solution of `Arm.solve`, with the derivative of its joints.
 
-        The derivative follows one solution. The solution jumps where another branch, arm angle or turn is as
-        good, and its slope changes where a joint reaches a limit: there the derivative is that of the
-        solution returned. It is NaN at a shoulder, elbow or wrist singularity, and where nothing fixes the
-        arm angle, as where joint 4 alone decides the largest margin.
+        The derivative follows one solution. The solution jumps where another branch, arm angle or turn is
+        equally good, and its slope changes where a joint reaches a limit: there the derivative is that of the
+        solution returned. It is NaN at a shoulder, elbow or wrist singularity, and if nothing determines the
+        arm angle, for example if joint 4 alone decides the largest margin.
 
         Parameters
         ----------
         pose : Array, shape (..., 4, 4)
-            Tool frame, position in m.
+            Pose of the end effector, position in m.
         seed : Array, shape (..., 7), optional
             Present joint values, rad. Without it `prefer` is "margin".
         prefer : "seed" or "margin"
@@ -152,11 +152,11 @@ class Kinematics(Kept):
         Returns
         -------
         q : Array, shape (..., 7)
-            Joint values, rad, within the limits; NaN where there is no solution.
+            Joint values, rad, within the limits; NaN without a solution.
         psi : Array, shape (...)
             Arm angle, rad; it has no derivative (that of ``forward(q)`` has).
         gc : Array of int32, shape (...)
-            Global configuration 0..7, -1 where there is no solution.
+            Global configuration 0..7, -1 without a solution.
         ok : Array of bool, shape (...)
             Whether there is a solution.
 
@@ -211,9 +211,9 @@ def _call(name: str, key: int, shapes: Any, *given: Array, margin: float = 0.0) 
 class _LinearMap:
     """A linear function of its last arguments, and its transpose, which are two functions of the core.
 
-    Neither lets what is not asked for count, however steep it is: a product with a matrix would make NaN of
-    0 times infinity. All arguments and results have the same leading batch axes. JAX's own
-    `custom_derivatives.linear_call` would be this, but for vmap, of which it knows nothing.
+    Neither lets unused results have an effect, however steep they are: a matrix product would turn 0 times
+    infinity into NaN. All arguments and results have the same leading batch axes. JAX's own
+    `custom_derivatives.linear_call` would serve, but does not support vmap.
     """
 
     def __init__(self, name: str, fixed: int, push: Any, pull: Any) -> None:
@@ -221,7 +221,7 @@ class _LinearMap:
 
     @functools.cached_property
     def _primitive(self) -> Any:
-        """The primitive of JAX, registered when it is first used."""
+        """The primitive of JAX, registered on first use."""
         made = jax.extend.core.Primitive(f"armangle_{self._name}")
         made.multiple_results = True
         made.def_impl(self._push)
@@ -286,7 +286,7 @@ _product_map = _LinearMap("product", 1, _product_push, _product_pull)
 
 
 def _twist(pose: Array, moved: Array) -> Array:
-    """(v, omega) of a change of a pose: dp, and half the axial vector of dR Rᵀ less its transpose."""
+    """(v, omega) of a change of a pose: dp, and half the axial vector of dR Rᵀ minus its transpose."""
     turned = moved[..., :3, :3] @ jnp.swapaxes(pose[..., :3, :3], -1, -2)
     skew = 0.5 * (turned - jnp.swapaxes(turned, -1, -2))
     omega = jnp.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)

@@ -1,9 +1,9 @@
-"""How a KUKA LBR's controller names a posture: pose as X Y Z A B C, E1, Status and Turn.
+"""The representation of a KUKA LBR's controller: pose as X Y Z A B C, E1, Status and Turn.
 
-E1 is the value of axis A3, as the taught frames of Sunrise projects have it, and not the arm angle.
-Status names the branch: bit 0 is set where the wrist lies behind axis 1 (overhead), bit 1 where A4 < 0, bit 2
-where A6 < 0. Turn has a bit for each axis, set where its value is negative. For arms without elbow offsets
-whose joints are 0 where the arm is stretched: iiwa, Med, LBR 4.
+E1 is the value of axis A3, as in the taught frames of Sunrise projects, and not the arm angle. Status gives
+the branch: bit 0 is set if the wrist is behind axis 1 (overhead), bit 1 if A4 < 0, bit 2 if A6 < 0. Turn has
+a bit for each axis, set if its value is negative. For arms without elbow offsets whose joints are 0 when the
+arm is stretched: iiwa, Med, LBR 4.
 
 Examples
 --------
@@ -65,9 +65,9 @@ _A1, _A2, _A3, _A4, _A5, _A6, _A7 = range(JOINTS)
 
 @by_content
 class KukaFrame(NamedTuple):
-    """A posture as the controller names it.
+    """A configuration in the controller's representation.
 
-    ``pose (4, 4)`` of the tool, m; ``e1`` value of A3, rad; ``status`` 0..7; ``turn`` 0..127.
+    ``pose (4, 4)`` of the end effector, m; ``e1`` value of A3, rad; ``status`` 0..7; ``turn`` 0..127.
     """
 
     pose: Floats
@@ -77,7 +77,7 @@ class KukaFrame(NamedTuple):
 
 
 def _checked(arm: Arm) -> Arm:
-    """Return the arm, if it is built as these controllers expect."""
+    """Return the arm if it is built as these controllers assume."""
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
     if not as_srs(arm, "kuka")._handle.is_kuka:
@@ -116,9 +116,9 @@ def status(arm: Arm, q: ArrayLike) -> Ints | np.int64:
 
 
 def turn(arm: Arm, q: ArrayLike) -> Ints | np.int64:
-    """Return the Turn of joints: bit i - 1 is set where axis i is negative.
+    """Return the Turn of joints: bit i - 1 is set if axis i is negative.
 
-    Parameters, errors and shape as `status`.
+    Parameters, errors and shape as for `status`.
     """
     return _codes(arm, q)[..., 1][()]
 
@@ -154,29 +154,29 @@ def from_e1(
     seed: ArrayLike | None = None,
     on_error: OnError = "raise",
 ) -> Floats:
-    """Return the joints of a pose with A3 at E1 and the given Status: closed form, and unique.
+    """Return the joints of a pose with A3 at E1 and the given Status: in closed form, and unique.
 
     Parameters
     ----------
     arm : Arm
     pose : array_like, shape (..., 4, 4)
-        Tool frame, position in m.
+        Pose of the end effector, position in m.
     e1 : array_like, shape (...)
         Value of A3, rad.
     status : array_like of int, shape (...)
         0..7.
     seed : array_like, shape (..., 7), optional
-        Of joints of more than a turn, the winding nearest to it; how A1 is wound where A2 is 0; A5 where A6
-        is 0, and A1 where A2 and A4 are, if all then keep their limits: A5 and A7, A1 and A5 turn one axis
-        there. Without a seed that A5 or A1 is the middle of its range.
+        For joints of more than a turn, the turn nearest to it is used. It determines the turn of A1 if A2 is
+        0. If A6 is 0, A5 and A7 rotate about one axis; if A2 and A4 are, A1 and A5 do. Then A5 or A1 takes
+        its value if all can keep their limits. Without a seed that A5 or A1 is the middle of its range.
     on_error : "raise" or "nan"
-        Where there is no such posture.
+        What to do without a solution.
 
     Returns
     -------
     ndarray, shape (..., 7)
-        Joint values, rad. Limits are not enforced: `Arm.within_limits` says, and `e1_arcs` which E1 keep
-        them.
+        Joint values, rad. Limits are not enforced: check them with `Arm.within_limits`; `e1_arcs` returns the
+        E1 within them.
 
     Raises
     ------
@@ -184,7 +184,7 @@ def from_e1(
     UnreachableError
         If the pose is out of reach.
     NoSolutionError
-        If the pose is in reach, but not with A3 there.
+        If the pose is within reach, but not with that A3.
     """
     values, near = as_floats("e1", e1), None if seed is None else as_floats("seed", seed, (JOINTS,))
     check_angles("e1", values)
@@ -219,9 +219,9 @@ def from_e1(
 
 
 def e1_arcs(arm: Arm, pose: ArrayLike, status: ArrayLike) -> ArcSet:
-    """Return the values of E1 at which postures of a Status hold a pose within all limits.
+    """Return the values of E1 for which a pose has a solution with this Status within all limits.
 
-    Exact, from the feasible arm angles; within 1e-6 rad of A2 = 0, but not at it, to that width only.
+    Exact, from the feasible arm angles. Within 1e-6 rad of A2 = 0, but not at it, accurate to that width.
 
     Parameters
     ----------
@@ -234,7 +234,7 @@ def e1_arcs(arm: Arm, pose: ArrayLike, status: ArrayLike) -> ArcSet:
     Returns
     -------
     ArcSet, shape (...)
-        Arcs of E1, rad; empty with the reason in ``status``.
+        Arcs of E1, rad; if empty, ``status`` gives the reason.
 
     Raises
     ------
@@ -250,7 +250,7 @@ def e1_arcs(arm: Arm, pose: ArrayLike, status: ArrayLike) -> ArcSet:
 
 
 def to_frame(arm: Arm, q: ArrayLike) -> KukaFrame:
-    """Return a posture as the controller names it.
+    """Return a configuration in the controller's representation.
 
     Parameters
     ----------
@@ -275,10 +275,10 @@ def to_frame(arm: Arm, q: ArrayLike) -> KukaFrame:
 
 
 def from_frame(arm: Arm, frame: KukaFrame, *, seed: ArrayLike | None = None) -> Floats:
-    """Return the joints (7,) of a frame: pose, E1 and Status give them, and Turn must agree.
+    """Return the joints (7,) of a frame: pose, E1 and Status determine them, and Turn must agree.
 
-    Where A6 is 0, A5 and A7 turn one axis, and where A2 and A4 are, A1 and A5 do; a frame does not say how
-    they share it: they have the signs of Turn and keep their limits, A1 and A5 as in the seed if they may.
+    If A6 is 0, A5 and A7 rotate about one axis, and if A2 and A4 are, A1 and A5 do. A frame does not give
+    their shares: they have the signs of Turn within their limits, A1 and A5 as in the seed if possible.
 
     Parameters
     ----------
@@ -291,9 +291,9 @@ def from_frame(arm: Arm, frame: KukaFrame, *, seed: ArrayLike | None = None) -> 
     Raises
     ------
     InputError, UnreachableError, NoSolutionError
-        As `from_e1`; InputError too if the posture has another Turn: the tool or base is not that of the
-        frame, or A6 is 0 (A2 and A4 are) and no share of A5 and A7 (A1 and A5) has these signs within their
-        limits.
+        As `from_e1`; InputError too if the configuration has another Turn: the tool or base is not that of
+        the frame, or A6 is 0 (A2 and A4 are) and no share of A5 and A7 (A1 and A5) has these signs within
+        their limits.
     """
     try:
         tool, e1, wanted, turns = frame
@@ -349,7 +349,7 @@ def pose(xyz: ArrayLike, abc: ArrayLike) -> Floats:
 
 
 def abc(pose: ArrayLike) -> Floats:
-    """Return A, B, C (..., 3) of poses, rad: A and C in (-π, π], B in [-π/2, π/2]; C is 0 where B is ±π/2.
+    """Return A, B, C (..., 3) of poses, rad: A and C in (-π, π], B in [-π/2, π/2]; C is 0 if B is ±π/2.
 
     Parameters
     ----------
@@ -363,14 +363,14 @@ def abc(pose: ArrayLike) -> Floats:
     r = frames[..., :3, :3]
     level = np.hypot(r[..., 0, 0], r[..., 1, 0])
     b = np.arctan2(-r[..., 2, 0], level)
-    upright = level < 1e-9  # only A - C (or A + C) is known
+    upright = level < 1e-9  # only A - C (or A + C) is determined
     a = np.where(upright, np.arctan2(-r[..., 0, 1], r[..., 1, 1]), np.arctan2(r[..., 1, 0], r[..., 0, 0]))
     c = np.where(upright, 0.0, np.arctan2(r[..., 2, 1], r[..., 2, 2]))
     return np.stack([a, b, c], axis=-1)
 
 
 def text(frame: KukaFrame) -> str:
-    """Return a frame as a pendant shows it, in millimetres and degrees.
+    """Return a frame in the format of a pendant, in millimetres and degrees.
 
     Examples
     --------
@@ -400,7 +400,7 @@ def _bits(name: str, value: ArrayLike, count: int) -> Ints:
 
 
 def _short(value: object) -> str:
-    """Return what was given, in few words."""
+    """Return the given value in few words."""
     return (
         type(value).__name__
         if isinstance(value, Iterable) and not isinstance(value, str)

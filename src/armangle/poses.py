@@ -1,4 +1,4 @@
-"""Poses as people have them, and the rotations nearest to given matrices."""
+"""Poses from common notations, and the rotations nearest to given matrices."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ._arrays import Floats, as_floats, as_poses, broadcast, frozen, looks_like,
 from ._core import Orientation
 from .errors import InputError
 
-ROUNDING = 4e-15  # of a rotation that is as exact as double precision makes it
+ROUNDING = 4e-15  # of a rotation that is exact in double precision
 
 
 _ORIENTATIONS = {
@@ -26,7 +26,7 @@ _CONVENTIONS = (
     "x, then y, then z), rotvec= (axis times angle, rad) or matrix= (3 x 3)"
 )
 _MOST_TURNS = {"rpy": 8 * np.pi, "rotvec": 4 * np.pi}
-"""Angles beyond these are no turns that were counted on but degrees, rad."""
+"""Larger angles are degrees rather than intended turns, rad."""
 
 
 def pose(
@@ -39,7 +39,7 @@ def pose(
     matrix: ArrayLike | None = None,
     **unknown: Never,
 ) -> Floats:
-    """Return poses of positions and orientations, as everything here takes them.
+    """Return poses (..., 4, 4) from positions and orientations.
 
     Give one orientation, or none for the identity. Batch shapes are broadcast.
 
@@ -53,12 +53,12 @@ def pose(
         Unit quaternions, the real part last: ROS, SciPy, pinocchio. Lengths are accepted within 1e-6 of 1,
         and made exactly 1.
     rpy : array_like, shape (..., 3), optional
-        Roll, pitch, yaw, rad: turns about the *fixed* axes x, then y, then z, as in URDF:
-        R = Rz(yaw) Ry(pitch) Rx(roll). Each within ±8π: what is more was meant in degrees.
+        Roll, pitch, yaw, rad: rotations about the *fixed* axes x, then y, then z, as in URDF: R = Rz(yaw)
+        Ry(pitch) Rx(roll). Each within ±8π: larger values are probably degrees.
     rotvec : array_like, shape (..., 3), optional
-        Axis times angle, rad. Up to two turns long: what is more was meant in degrees.
+        Axis times angle, rad, at most two turns long: larger values are probably degrees.
     matrix : array_like, shape (..., 3, 3), optional
-        Rotation matrices, orthonormal within 1e-6; kept as given.
+        Rotation matrices, orthonormal within 1e-6; kept unchanged.
 
     Returns
     -------
@@ -68,7 +68,7 @@ def pose(
     Raises
     ------
     InputError
-        If two orientations are given, or one without a name of those above; if a quaternion is not unit, or
+        If two orientations are given, or one without a name from above; if a quaternion is not unit, or
         angles look like degrees.
     InputError
 
@@ -102,7 +102,7 @@ def pose(
 
 
 def _instead_of_positions(xyz: ArrayLike) -> str:
-    """Return what an argument that holds no positions looks like, or ''."""
+    """Return the probable meaning of an argument that holds no positions, or ''."""
     try:
         shape = np.shape(xyz)
     except ValueError:  # a ragged list
@@ -111,7 +111,7 @@ def _instead_of_positions(xyz: ArrayLike) -> str:
 
 
 def _turns(name: str, value: ArrayLike) -> Floats:
-    """Return the poses (..., 4, 4) at the origin of an orientation, given as the argument `name`."""
+    """Return the poses (..., 4, 4) at the origin with an orientation, given as the argument `name`."""
     if name == "matrix":
         rotations = as_floats(name, value, (3, 3), ": rotation matrices")
         turns = np.zeros((*rotations.shape[:-2], 4, 4))
@@ -139,7 +139,7 @@ def nearest_rotation(pose: ArrayLike) -> Floats:
     Parameters
     ----------
     pose : array_like, shape (..., 4, 4)
-        Homogeneous matrices, position in m; the 3x3 blocks may be off by rounding or by calibration.
+        Homogeneous matrices, position in m; the 3x3 blocks may have errors of rounding or calibration.
 
     Returns
     -------
@@ -174,20 +174,20 @@ def _orthonormality_error(frame: Floats) -> float:
 def as_transform(name: str, value: ArrayLike) -> Floats:
     """Return one rigid transform (4, 4), read-only, its rotation exact to rounding; position in m."""
     frame = one_pose(name, value)
-    if _orthonormality_error(frame) > ROUNDING:  # else kept to the bit, so that a copy is the same arm
+    if _orthonormality_error(frame) > ROUNDING:  # otherwise kept to the bit: a copy is the same arm
         frame = nearest_rotation(frame)
     return frozen(frame)
 
 
 COLUMNS = ("x", "y", "z", "qw", "qx", "qy", "qz")
 UNIT_TOLERANCE: float = _core.UNIT_TOLERANCE
-"""How far the length of a quaternion may be from 1: what six printed digits leave."""
+"""Largest deviation of a quaternion's length from 1: the error of six printed digits."""
 
 
 def poses_from_rows(rows: Floats, out: Floats | None = None) -> Floats:
     """Return poses (N, 4, 4) of rows (N, 7) = x, y, z (m), qw, qx, qy, qz.
 
-    Quaternions are made exactly unit, and must nearly be.
+    Quaternions are made exactly unit, and must be nearly unit.
 
     Examples
     --------
@@ -203,7 +203,7 @@ def poses_from_rows(rows: Floats, out: Floats | None = None) -> Floats:
 def rows_from_poses(poses: Floats) -> Floats:
     """Return rows (N, 7) = x, y, z (m), qw, qx, qy, qz of poses (N, 4, 4), qw >= 0.
 
-    Of the four ways to read a quaternion off a matrix each row takes the one with the largest divisor
+    Of the four ways to compute a quaternion from a matrix each row uses the one with the largest divisor
     (Shepperd 1978), which loses no digits for any rotation.
 
     Examples

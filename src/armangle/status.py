@@ -1,4 +1,4 @@
-"""Outcomes of path functions: one value and one sentence each."""
+"""Statuses: one value and one sentence for each outcome."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class Named(IntEnum):
 
 
 class _Outcome(Named):
-    """What became of a pose: an int that prints as its name; ``sentence`` says it in words.
+    """The outcome for a pose: an int that prints as its name; ``sentence`` explains it.
 
-    It has no truth value, since OK is the number 0: every result has ``.ok``.
+    It has no truth value, because OK is the number 0: use ``.ok`` of a result.
 
     >>> f"{Status.LIMITS}: {Status.LIMITS:d}"
     'LIMITS: 5'
@@ -43,7 +43,7 @@ class _Outcome(Named):
 
 if TYPE_CHECKING:
     from ._core import Status as Status
-else:  # names, numbers and sentences stand in the core alone; this one prints, and is pickled, as armangle's
+else:  # the core alone holds names, numbers and sentences; pickled as armangle's own
     Status = _Outcome("Status", {status.name: status.value for status in _core.Status}, module=__name__)
     _SAID = "\n".join(f"{status.name}: {status.sentence}" for status in Status)
     Status.__doc__ = f"What became of a pose: an int that prints as its name.\n\n{_SAID}"
@@ -51,9 +51,9 @@ else:  # names, numbers and sentences stand in the core alone; this one prints, 
 STATUSES = tuple(Status)
 _IS_SOLVED = np.array([_core.Status(status.value).solved for status in STATUSES])
 SOLVED = tuple(status for status in STATUSES if _core.Status(status.value).solved)
-"""Of a posture that holds the pose within all limits."""
+"""Statuses of a configuration that solves the pose within all limits."""
 
 
 def is_solved(status: Status | NDArray[np.integer[Any]]) -> NDArray[np.bool_]:
-    """Return which of the codes are those of `SOLVED`, (...)."""
+    """Return which of the codes are in `SOLVED`, (...)."""
     return np.asarray(_IS_SOLVED[status])

@@ -1,10 +1,10 @@
 """The kinematics as operators of torch, on the CPU, with gradients: needs torch 2.4 or newer.
 
-The numbers are the core's own; what torch adds is autograd, ``torch.compile`` without a graph break, and
-``torch.func.vmap``. Results have the dtype of what was given; the arithmetic is in float64.
+The core computes the numbers; torch adds autograd, ``torch.compile`` without a graph break, and
+``torch.func.vmap``. Results have the dtype of the arguments; the arithmetic is in float64.
 
-A gradient by a pose is a (..., 4, 4) tensor, and only its part along motions of a rigid body means anything:
-chained through whatever made the pose, it gives the right gradient; added to the pose it leaves the rigid
+A gradient by a pose is a (..., 4, 4) tensor, and only its part along rigid motions is meaningful. Chained
+through the computation of the pose, it gives the right gradient; added to the pose it leaves the rigid
 motions. There is no second derivative.
 
 Examples
@@ -35,7 +35,7 @@ from .errors import InputError, MissingExtraError, needed
 
 __all__ = ["Kinematics"]
 
-Tensor: TypeAlias = Any  # torch.Tensor, which type checkers know only where torch is installed
+Tensor: TypeAlias = Any  # torch.Tensor, known to type checkers only if torch is installed
 
 torch = needed("torch", "armangle.torch needs", "torch")
 if not hasattr(torch.library, "custom_op"):
@@ -44,13 +44,13 @@ if not hasattr(torch.library, "custom_op"):
 
 @dataclass(frozen=True)
 class Kinematics(Kept):
-    """An arm whose functions take and give tensors, with gradients.
+    """An arm whose functions take and return tensors, with gradients.
 
     Attributes
     ----------
     arm : Arm
-        Exactly S-R-S: an arm with a chain of its own has no derivatives here. It is kept for as long as the
-        process lives, since compiled functions may ask for it.
+        Exactly S-R-S: an arm with its own chain has no derivatives here. It is kept for the lifetime of the
+        process, because compiled functions may use it.
     """
 
     def forward(self, q: Tensor, *, on_error: OnError = "raise") -> tuple[Tensor, Tensor, Tensor]:
@@ -61,13 +61,13 @@ class Kinematics(Kept):
         q : Tensor, shape (..., 7)
             Joint values, rad.
         on_error : "raise" or "nan"
-            What to do where the arm angle does not exist, or where its gradient is asked and does not exist
-            since it jumps. The gradient of the pose exists everywhere.
+            What to do if the arm angle does not exist, or its gradient is requested where it jumps. The
+            gradient of the pose exists everywhere.
 
         Returns
         -------
         pose : Tensor, shape (..., 4, 4)
-            Tool frame, position in m.
+            Pose of the end effector, position in m.
         psi : Tensor, shape (...)
             Arm angle in (-π, π], rad.
         gc : Tensor of int64, shape (...)
@@ -82,27 +82,27 @@ class Kinematics(Kept):
         return pose, psi, gc
 
     def inverse(self, pose: Tensor, psi: Tensor, gc: Tensor | int, *, on_error: OnError = "raise") -> Tensor:
-        """Return the one posture that a pose, an arm angle and a global configuration define.
+        """Return the one configuration that a pose, an arm angle and a global configuration define.
 
         Parameters
         ----------
         pose : Tensor, shape (..., 4, 4)
-            Tool frame, position in m.
+            Pose of the end effector, position in m.
         psi : Tensor, shape (...)
             Arm angle, rad.
         gc : Tensor of integers, shape (...), or int
             Global configuration 0..7.
         on_error : "raise" or "nan"
-            What to do where the geometry has no answer, or where a gradient is asked that does not exist:
-            that of joints 1-3 (5-7) where θ2 (θ6) is 0 or π, and by the pose that of all joints where the
-            elbow is stretched or folded and of all but joint 4 where psi jumps. "raise" raises
-            UnreachableError in `backward`, "nan" makes the gradient of that element NaN.
+            What to do if the geometry has no solution, or a requested gradient does not exist: that of joints
+            1-3 (5-7) if θ2 (θ6) is 0 or π, and by the pose that of all joints if the elbow is stretched or
+            folded and of all but joint 4 if psi jumps. "raise" raises UnreachableError in `backward`, "nan"
+            makes the gradient of that element NaN.
 
         Returns
         -------
         Tensor, shape (..., 7)
-            Joint values, rad, in the dtype of `pose`; limits are not enforced, `limit_margin` says. A joint
-            or an element that the loss leaves out counts nothing, whatever its gradient.
+            Joint values, rad, in the dtype of `pose`; limits are not enforced, see `limit_margin`. A joint or
+            an element that the loss does not use has no effect, whatever its gradient.
 
         Raises
         ------
@@ -126,17 +126,17 @@ class Kinematics(Kept):
     def solve(
         self, pose: Tensor, seed: Tensor | None = None, *, prefer: Literal["seed", "margin"] = "seed"
     ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Return the solution that `Arm.solve` finds, with the gradient of its joints.
+        """Return the solution of `Arm.solve`, with the gradient of its joints.
 
-        The gradient follows one solution. The solution jumps where another branch, arm angle or turn is as
-        good, and its slope changes where a joint reaches a limit: there the gradient is that of the solution
-        returned. It is NaN at a shoulder, elbow or wrist singularity, and where nothing fixes the arm angle,
-        as where joint 4 alone decides the largest margin.
+        The gradient follows one solution. The solution jumps where another branch, arm angle or turn is
+        equally good, and its slope changes where a joint reaches a limit: there the gradient is that of the
+        solution returned. It is NaN at a shoulder, elbow or wrist singularity, and if nothing determines the
+        arm angle, for example if joint 4 alone decides the largest margin.
 
         Parameters
         ----------
         pose : Tensor, shape (..., 4, 4)
-            Tool frame, position in m.
+            Pose of the end effector, position in m.
         seed : Tensor, shape (..., 7), optional
             Present joint values, rad. Without it `prefer` is "margin".
         prefer : "seed" or "margin"
@@ -145,11 +145,11 @@ class Kinematics(Kept):
         Returns
         -------
         q : Tensor, shape (..., 7)
-            Joint values, rad, within the limits; NaN where there is no solution.
+            Joint values, rad, within the limits; NaN without a solution.
         psi : Tensor, shape (...)
             Arm angle, rad; it has no gradient (that of ``forward(q)`` has).
         gc : Tensor of int64, shape (...)
-            Global configuration 0..7, -1 where there is no solution.
+            Global configuration 0..7, -1 without a solution.
         ok : Tensor of bool, shape (...)
             Whether there is a solution.
 
@@ -178,7 +178,7 @@ class Kinematics(Kept):
 
 
 def _tensor(name: str, value: Tensor, tail: tuple[int, ...], of: Tensor = None) -> Tensor:
-    """Return a tensor of real numbers of shape (..., *tail) in memory; numbers where `of` is one."""
+    """Return a tensor of real numbers of shape (..., *tail) in memory; numbers too if `of` is given."""
     if of is not None and isinstance(value, (int, float)):
         value = torch.as_tensor(value, dtype=of.dtype)
     if not isinstance(value, torch.Tensor):
@@ -283,7 +283,7 @@ def _limit_margin_gradient(q: Tensor, arm: int) -> Tensor:
 
 
 def _define(name: str, schema: str, function: Any, shapes: Any) -> Any:
-    """Make an operator: its CPU function, its shapes for tracing, and its rule for vmap."""
+    """Define an operator: its CPU function, its shapes for tracing, and its rule for vmap."""
     operator = torch.library.custom_op(f"armangle::{name}", function, mutates_args=(), schema=schema)
 
     def mapped(info: Any, axes: Any, *given: Any) -> Any:
@@ -302,12 +302,12 @@ def _define(name: str, schema: str, function: Any, shapes: Any) -> Any:
 
 
 def _like(k: int) -> Any:
-    """Return that a result has the shape and kind of argument k."""
+    """Return the rule that a result has the shape and type of argument k."""
     return lambda *given: torch.empty_like(given[k], memory_format=torch.contiguous_format)
 
 
 def _tail(inner: int, *tail: int) -> Any:
-    """Return that a result has the batch axes of argument 0, all but `inner`, and a tail."""
+    """Return the rule that a result has the batch axes of argument 0, all but `inner`, and a tail."""
     return lambda lead, *_: lead.new_empty((*lead.shape[: lead.ndim - inner], *tail))
 
 
