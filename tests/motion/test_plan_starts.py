@@ -145,32 +145,6 @@ def test_a_way_from_home_is_found_however_many_rows_are_asked() -> None:
             assert np.ptp(ends, axis=0).max() < 0.01
 
 
-STRAIGHT = {
-    "aldebaran_romeo_left": (0.15137640446, 0.46824608777, 2.0809154347, -0.32950646557, -0.13521416816,
-                             -0.44923353052),
-    "pollen_reachy2_left": (-2.41481704695, 2.60610536332, 2.13198512918, 0.32602725217, 0.59456195696,
-                            1.05061772382),
-    "openarm_v10": (0.2, 0.4, 0.3, 0.1, 0.3, 0.2),
-}  # fmt: skip
-"""Joints but the fourth, whose limit is the straight elbow."""
-
-
-@pytest.mark.parametrize("name", STRAIGHT)
-@pytest.mark.parametrize("end", ["start", "goal"])
-@pytest.mark.parametrize("zero", [0.0, -0.0, 1e-16, -1e-16])
-def test_a_straight_elbow_bends_the_way_that_its_limits_leave(name: str, end: str, zero: float) -> None:
-    arm = aa.Arm.from_catalogue(name)
-    q = np.insert(np.array(STRAIGHT[name]), 3, zero)
-    first = arm.forward(q)[0]
-    last = first.copy()
-    shoulder = arm.frames(q)[1, :3, 3]
-    last[:3, 3] -= 0.05 * (first[:3, 3] - shoulder) / np.linalg.norm(first[:3, 3] - shoulder)
-    path = aa.Line(first, last) if end == "start" else aa.Line(last, first)
-    result = aa.plan(arm, path, **{end: q})
-    assert result.certified, result.explain()
-    np.testing.assert_allclose(result.q[0 if end == "start" else -1], q, atol=1e-7)
-
-
 @pytest.mark.parametrize("name", ["human_arm_left", "fourier_gr2t2_left", "galaxea_r1_pro_right"])
 def test_a_free_plan_begins_with_the_arm_hanging_straight(name: str) -> None:
     """At θ1 = 0 on the whole circle θ2 is not 0."""

@@ -77,32 +77,6 @@ def test_nor_is_one_that_trembles(name: str) -> None:
     assert farthest(named(name), draw.generator(*name.encode(), 3), TREMBLE) <= MARGIN
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "pollen_reachy2_left",
-        "simple_humanoid_right",
-        "fourier_gr2t2_left",
-        "aldebaran_romeo_left",
-        "openarm_v10",
-    ],
-)
-@pytest.mark.parametrize("off", [0.0, 0.003, -0.003])
-def test_a_straight_elbow_bends_to_the_side_that_its_limits_leave(name: str, off: float) -> None:
-    """It was kept on the side where it stood, by rounding, with hardly any room there."""
-    arm = aa.Arm.from_catalogue(name)
-    start = np.clip(np.zeros(7), arm.lower, arm.upper)
-    start[3] = np.clip(off, arm.lower[3], arm.upper[3])
-    roomy = -1.0 if abs(arm.lower[3]) > abs(arm.upper[3]) else 1.0
-    there = np.clip(start + 0.2 * np.array([1, -1, 1, 0, -1, 1, -1]), arm.lower + 0.05, arm.upper - 0.05)
-    there[3] = roomy
-    share = 0.5 * (1 - np.cos(np.linspace(0, np.pi, 1000)))
-    hands = arm.forward(start + share[:, None] * (there - start))[0]
-    tracker = begun(start, arm, DT, velocity=SPEED)
-    tracker.run(np.concatenate([hands, np.repeat(hands[-1:], 1000, axis=0)]))
-    assert tracker.step(hands[-1]).status == aa.Tracking.FOLLOWING
-
-
 @pytest.mark.parametrize("name", ["kuka_iiwa14_r820", "realman_rm75_b", "openarm_v10"])
 @pytest.mark.parametrize("bend", [0.08, 0.15, 0.25])
 def test_a_hand_that_trembles_near_the_reach_is_not_drawn_back(name: str, bend: float) -> None:
