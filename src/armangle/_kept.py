@@ -17,9 +17,7 @@ from .arm.near import unsupported
 from .arm.offset import as_srs
 from .errors import InputError, UnsupportedError
 
-Array: TypeAlias = (
-    Any  # a torch.Tensor or a jax.Array, known to type checkers only if installed
-)
+Array: TypeAlias = Any  # a torch.Tensor or a jax.Array, known to type checkers only if installed
 
 _ARMS: dict[int, Arm] = {}
 
