@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from support.calibrated import calibrated
 from support.draw import generator
+from support.moves import line
 
 import armangle as aa
 
@@ -32,10 +33,7 @@ def starts(arm: Any, n: int, seed: int, open_: float = 0.0) -> Any:
 
 def lines(arm: Any, rows: int, n: int, seed: int, open_: float = 0.0) -> Any:
     for q, shift in starts(arm, n, seed, open_):
-        first = np.asarray(arm.forward(q, on_error="nan")[0])
-        last = first.copy()
-        last[:3, 3] += shift
-        yield q, aa.Line(first, last).pose(np.linspace(0, 1, rows))
+        yield q, line(arm, q, shift).pose(np.linspace(0, 1, rows))
 
 
 @pytest.mark.parametrize("name", ARMS)
@@ -105,15 +103,13 @@ def test_where_an_arc_closes_no_leap_leads_to_another_branch(policy: Any) -> Non
     """Joint 1 stands at its limit beside θ2 = 0: another branch is 0.1 rad away, however dense the poses."""
     arm = ARMS["realman_rm75_b"]
     start = np.array([1.75, 0.43, 1.91, 1.35, -0.04, -1.73, -1.15])
-    first = np.asarray(arm.forward(start)[0])
-    last = first.copy()
-    last[:3, 3] += [0.24, -0.3, 0.01]
-    path = aa.follow(arm, aa.Line(first, last).pose(np.linspace(0, 1, 4000)), start=start, policy=policy)
+    way = line(arm, start, [0.24, -0.3, 0.01])
+    path = aa.follow(arm, way.pose(np.linspace(0, 1, 4000)), start=start, policy=policy)
     reached = int(np.argmax(path.status != aa.Status.OK))
     assert 3000 < reached < 3200
     assert path.status[reached] == aa.Status.LIMITS
     assert np.abs(np.diff(path.q[:reached], axis=0)).max() < 0.05
-    assert aa.plan(arm, aa.Line(first, last), start=start).certified
+    assert aa.plan(arm, way, start=start).certified
 
 
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "yaskawa_sia30d", "realman_rm75_b"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.moves import begun
 
 import armangle as aa
 
@@ -22,8 +23,7 @@ DT = 0.004
 
 def behind_the_wall(detours: bool) -> tuple[set[aa.Tracking], float, aa.types.Tracked]:
     """A hand that goes through the wall and rests: statuses, how high the tool came, and the last tick."""
-    tracker = aa.Tracker(ARM.with_(scene=SCENE), DT, detours=detours)
-    tracker.start(START)
+    tracker = begun(START, ARM.with_(scene=SCENE), DT, detours=detours)
     seen, highest = set(), 0.0
     for k in range(round(12.0 / DT)):
         hand = HAND.copy()
@@ -49,8 +49,7 @@ def test_without_detours_it_stays_as_near_as_it_comes_and_says_so() -> None:
 
 
 def test_a_branch_that_is_asked_for_is_gone_to_all_the_same() -> None:
-    tracker = aa.Tracker(IIWA, DT, detours=False)
-    tracker.start(START)
+    tracker = begun(START, IIWA, DT, detours=False)
     hand = IIWA.forward(START)[0]
     to = tracker.step(hand).gc ^ 4
     for _ in range(3000):

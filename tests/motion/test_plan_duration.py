@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support.draw import count
 from support.moves import line, proven, refused
+from support.plan_objective import free_lines
 from support.planned_arms import IIWA
 
 import armangle as aa
@@ -17,26 +18,12 @@ SAME = 1 + 2e-3
 """Two grids of s give times that differ by less."""
 
 
-def free_lines(length: float, number: int) -> list[tuple[np.ndarray, aa.Line, aa.JointPath]]:
-    """Lines on which a held arm angle keeps 6 degrees, with that motion."""
-    rng = np.random.default_rng(1)
-    found: list[tuple[np.ndarray, aa.Line, aa.JointPath]] = []
-    while len(found) < number:
-        q = rng.uniform(IIWA.lower * 0.8, IIWA.upper * 0.8)
-        shift = rng.normal(size=3)
-        path = line(IIWA, q, length * shift / np.linalg.norm(shift))
-        held = aa.follow(IIWA, path, start=q, policy=aa.Hold(), samples=200)
-        if held.ok and min(held.margin.min(), np.abs(held.q[:, [1, 5]]).min()) > np.radians(6):
-            found.append((q, path, held))
-    return found
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("length, acceleration", [(0.2, 5.0), (0.2, 50.0), (0.5, 50.0)])
 def test_never_slower_than_without_nor_than_an_angle_held(length: float, acceleration: float) -> None:
     arm = IIWA.with_(acceleration=acceleration)
     gained = []
-    for q, path, held in free_lines(length, count(4)):
+    for q, path, held in free_lines(IIWA, length, count(4)):
         plain, fast = (
             aa.plan(arm, path, start=q, objective=aa.Objective(duration=weight)) for weight in (0.0, 100.0)
         )

@@ -9,7 +9,7 @@ from support.draw import count
 from support.moves import line
 from support.naive_plans import KINDS
 from support.naive_plans import case as naive_case
-from support.plan_objective import EVEN, length, planned, reversals, terms
+from support.plan_objective import EVEN, free_lines, length, planned, reversals, terms
 from support.planned_arms import IIWA, random_arm
 
 import armangle as aa
@@ -30,21 +30,6 @@ def case(seed: int) -> tuple[aa.Arm, aa.Path, np.ndarray | None]:
         first = arm.forward(q)[0]
         path = aa.Screw(first, first[:3, 3] + shift * 0.1, rng.normal(size=3), rng.uniform(-1, 1))
     return arm, path, q if rng.integers(0, 3) else None
-
-
-def free_lines(count: int) -> list[tuple[np.ndarray, aa.Line, aa.JointPath]]:
-    """Lines of 0.2 m on which a held arm angle keeps 6 degrees, with that motion."""
-    rng = np.random.default_rng(1)
-    out: list[tuple[np.ndarray, aa.Line, aa.JointPath]] = []
-    while len(out) < count:
-        q = rng.uniform(IIWA_14.lower + 0.3, IIWA_14.upper - 0.3)
-        shift = rng.normal(size=3)
-        path = line(IIWA_14, q, 0.2 * shift / np.linalg.norm(shift))
-        hold = aa.follow(IIWA_14, path.pose(np.linspace(0, 1, 200)), start=q, policy=aa.Hold("stop"))
-        clear = np.minimum(hold.margin, np.abs(hold.q[:, [1, 5]]).min(axis=1))
-        if hold.ok and clear.min() > np.radians(6):
-            out.append((q, path, hold))
-    return out
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -79,7 +64,7 @@ def test_no_dearer_than_brute_force(seed: int) -> None:
 
 def test_smooth_and_short_on_free_lines_where_the_arm_angle_could_be_held() -> None:
     ratios, turns = [], []
-    for q, path, hold in free_lines(12):
+    for q, path, hold in free_lines(IIWA_14, 0.2, 12):
         result = aa.plan(IIWA_14, path, start=q)
         assert result.certified
         ratios.append(np.linalg.norm(np.diff(result.q, axis=0)) / np.linalg.norm(np.diff(hold.q, axis=0)))
@@ -142,7 +127,7 @@ def test_the_common_scale_of_weights_makes_no_difference() -> None:
 
 
 def test_a_goal_is_not_left_and_returned_to() -> None:
-    for q, path, hold in free_lines(6):
+    for q, path, hold in free_lines(IIWA_14, 0.2, 6):
         result = aa.plan(IIWA_14, path, start=q, goal=hold.q[-1])
         assert result.certified
         assert reversals(result.q) <= reversals(hold.q) + 2

@@ -8,6 +8,8 @@ import numpy as np
 
 import armangle as aa
 
+from .moves import line
+
 SAMPLES = 2001
 EVEN = np.linspace(0, 1, SAMPLES)
 REFERENCE, FLOOR, HOME, ENOUGH = 0.2, 0.02, 0.1, 0.35
@@ -105,3 +107,16 @@ def reversals(q: np.ndarray, still: float = 1e-3) -> int:
             if abs(x - farthest) > still or way * (x - farthest) > 0:
                 way, farthest = (np.sign(x - farthest) if abs(x - farthest) > still else way), x
     return count
+
+
+def free_lines(arm: aa.Arm, length: float, number: int) -> list[tuple[np.ndarray, aa.Line, aa.JointPath]]:
+    """Lines on which a held arm angle keeps 6 degrees, with that motion."""
+    rng, found = np.random.default_rng(1), []
+    while len(found) < number:
+        q = rng.uniform(arm.lower * 0.8, arm.upper * 0.8)
+        shift = rng.normal(size=3)
+        path = line(arm, q, length * shift / np.linalg.norm(shift))
+        held = aa.follow(arm, path, start=q, policy=aa.Hold(), samples=200)
+        if held.ok and min(held.margin.min(), np.abs(held.q[:, [1, 5]]).min()) > np.radians(6):
+            found.append((q, path, held))
+    return found
