@@ -174,11 +174,13 @@ void proven_sets(const NearArm& arm, const Pose<double>& pose, const ProvenReque
     }
 }
 
-/// The same for an arm with an offset, without margin and scene, which it does not support yet.
+/// The same for an arm with an offset, without margin, which it does not support yet.
 template <class Take>
 void proven_sets(const OffsetArm& arm, const Pose<double>& pose, const ProvenRequest& r, const Take& take) {
-    const auto give = [&](int k, int gc, const ProvenArcs& found) {
-        take(k, in_robot_order(arm, r.left_out ? found.open : found.arcs), found, Tag{0},
+    const auto give = [&](int k, int gc, ProvenArcs& found) {
+        Tag blocking = 0;
+        if (r.scene) keep_clear(arm, *r.scene, pose, gc, found, blocking, r.wanted == Wanted::soft);
+        take(k, in_robot_order(arm, r.left_out ? found.open : found.arcs), found, blocking,
              [&](Tag tag, double free) { return end_value(arm, pose, gc, tag, free); });
     };
     ProvenArcs found[configurations];

@@ -373,7 +373,6 @@ void bind_near_solving(nb::class_<NearArmHandle>& arm);
 void bind_tracking(nb::module_& m);
 void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_kuka(nb::class_<ArmHandle>& arm);
-void bind_offset(nb::module_& m);
 void bind_xla(nb::module_& m, nb::class_<ArmHandle>& arm);
 
 }  // namespace binding

@@ -3,6 +3,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "buffers.hpp"
+#include "offset_handle.hpp"
 #include "watch.hpp"
 
 namespace binding {
@@ -177,6 +178,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     near.def_prop_ro("joint_middle",
                      [](const NearArmHandle& a) { return binding::joint_middle(a.arm.nominal); });
     near.def_prop_ro("deviations", &binding::deviations);
+    nb::class_<binding::OffsetHandle> offset(m, "OffsetArm");
     binding::bind_scenes(m, arm);
     binding::bind_kinematics(m, arm);
     binding::bind_arcs(m, arm);
@@ -192,6 +194,6 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_tracking(m);
     binding::bind_reach(m, arm);
     binding::bind_kuka(arm);
-    binding::bind_offset(m);
+    binding::bind_offset(offset);
     binding::bind_xla(m, arm);
 }

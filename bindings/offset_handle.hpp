@@ -37,7 +37,9 @@ private:
     }
 };
 
+void bind_offset(nb::class_<OffsetHandle>& arm);
 void bind_offset_stepping(nb::class_<OffsetHandle>& arm);
+void bind_offset_scenes(nb::class_<OffsetHandle>& arm);
 void bind_offset_rows(nb::class_<OffsetHandle>& arm);
 void bind_offset_arcs(nb::class_<OffsetHandle>& arm);
 void bind_offset_kinematics(nb::class_<OffsetHandle>& arm);

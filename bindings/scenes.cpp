@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "elements.hpp"
+#include "offset_handle.hpp"
 #include "scene_handle.hpp"
 
 namespace binding {
@@ -181,6 +182,7 @@ void fill_hulls_and_fields(std::vector<Solid>& solids, const Buffer& corners, co
 
 /// Pose of link 0 in the DH base.
 Pose<double> base_link(const Arm&) noexcept { return identity_pose(); }
+Pose<double> base_link(const OffsetArm&) noexcept { return identity_pose(); }
 Pose<double> base_link(const NearArm& arm) noexcept {
     return arm.nominal.has_base ? arm.nominal.base_inverse * arm.link[0] : arm.link[0];
 }
@@ -324,9 +326,10 @@ void never_nearer_all(const ArmHandle& self, Floats rods, Floats out, int cells)
     });
 }
 
-/// The same for an arm with its own chain, whose axes do not meet: a rod swings with its joint, off or on the
-/// axis, and stays in the frame of its link.
-void true_links(const NearArmHandle&, Floats rods, Ints link) {
+/// The same of any other arm, whose axes do not all meet: what a joint turns swings, off its axis or on it,
+/// and stays in the frame of its own link.
+template <class Handle>
+void true_links(const Handle&, Floats rods, Ints link) {
     const Buffer rows(rods, true), out(link, true);
     check_rows(rows, rod_width);
     for (Py_ssize_t k = 0; k < rows.shape(0); ++k) {
@@ -405,6 +408,24 @@ void near_proximity_many(const NearArmHandle& self, const SceneHandle& scene, Fl
                 });
 }
 
+/// The nearest pair at each q of an arm with an offset.
+void offset_proximity_many(const OffsetHandle& self, const SceneHandle& scene, Floats q, Floats out,
+                           Ints pair, int threads) {
+    const Buffer in(q), to(out, true), who(pair, true);
+    for_each<3>("q", {&in, &to, &who}, {1, 1, 0}, threads, [&](const Py_ssize_t* at, double& value) {
+        const double* joint = in.data<double>() + at[0];
+        const Problem problem = check_joints(self.arm, joint, value);
+        if (problem != Problem::none) return problem;
+        const OffsetPosture here = forward(self.arm, joint);
+        const Inverse rate = self_motion_rate(self.arm, here.pose, here.free, here.gc);
+        double d[joints];
+        for (int j = 0; j < joints; ++j) d[j] = rate.q[j];
+        store_proximity(self.arm.own, proximity(self.arm, scene.view, joint, d), to.data<double>() + at[1],
+                        who.data<long long>() + at[2]);
+        return Problem::none;
+    });
+}
+
 /// The psi with the largest clearance for each (pose, gc) within the limits: psi, its nearest pair, and the
 /// status of the limits.
 void widest_many(const ArmHandle& self, const SceneHandle& scene, Floats pose, Ints gc, double margin,
@@ -431,9 +452,20 @@ void widest_many(const ArmHandle& self, const SceneHandle& scene, Floats pose, I
                 });
 }
 
-/// The same for the true chain.
-void near_widest_many(const NearArmHandle& self, const SceneHandle& scene, Floats pose, Ints gc,
-                      double margin, Floats psi, Floats out, Ints pair, Ints status, int threads) {
+/// The proven arcs of a pose and branch within the limits.
+void feasible_of(const NearArmHandle& self, const Pose<double>& pose, int gc, double margin,
+                 ProvenArcs& out) noexcept {
+    feasible(self.arm, pose, gc, self.arm.nominal.limits, margin, out);
+}
+void feasible_of(const OffsetHandle& self, const Pose<double>& pose, int gc, double,
+                 ProvenArcs& out) noexcept {
+    feasible(self.arm, pose, gc, out);
+}
+
+/// The same of proven arcs.
+template <class Handle>
+void proven_widest_many(const Handle& self, const SceneHandle& scene, Floats pose, Ints gc, double margin,
+                        Floats psi, Floats out, Ints pair, Ints status, int threads) {
     const Buffer p(pose), g(gc), a(psi, true), to(out, true), who(pair, true), code(status, true);
     for_each<6>("pose", {&p, &g, &a, &to, &who, &code}, {2, 0, 0, 1, 0, 0}, threads,
                 [&](const Py_ssize_t* at, double& value) {
@@ -446,11 +478,11 @@ void near_widest_many(const NearArmHandle& self, const SceneHandle& scene, Float
                     const Pose<double> frame = load_pose(m);
                     const int sign = static_cast<int>(branch);
                     ProvenArcs own;
-                    feasible(self.arm, frame, sign, self.arm.nominal.limits, margin, own);
+                    feasible_of(self, frame, sign, margin, own);
                     code.data<long long>()[at[5]] = static_cast<long long>(own.status);
                     const Widest found = widest(self.arm, scene.view, frame, sign, own.arcs);
                     a.data<double>()[at[2]] = found.psi;
-                    store_proximity(self.arm.nominal, found.nearest, to.data<double>() + at[3],
+                    store_proximity(nominal(self.arm), found.nearest, to.data<double>() + at[3],
                                     who.data<long long>() + at[4]);
                     return Problem::none;
                 });
@@ -460,11 +492,19 @@ void near_widest_many(const NearArmHandle& self, const SceneHandle& scene, Float
 
 void bind_near_scenes(nb::class_<NearArmHandle>& arm) {
     using namespace nb::literals;
-    arm.def("resting_links", &true_links, "rods"_a, "link"_a);
+    arm.def("resting_links", &true_links<NearArmHandle>, "rods"_a, "link"_a);
     arm.def("proximity_many", &near_proximity_many, "scene"_a, "pose"_a, "psi"_a, "gc"_a, "out"_a, "pair"_a,
             "threads"_a);
-    arm.def("widest_many", &near_widest_many, "scene"_a, "pose"_a, "gc"_a, "margin"_a, "psi"_a, "out"_a,
-            "pair"_a, "status"_a, "threads"_a);
+    arm.def("widest_many", &proven_widest_many<NearArmHandle>, "scene"_a, "pose"_a, "gc"_a, "margin"_a,
+            "psi"_a, "out"_a, "pair"_a, "status"_a, "threads"_a);
+}
+
+void bind_offset_scenes(nb::class_<OffsetHandle>& arm) {
+    using namespace nb::literals;
+    arm.def("resting_links", &true_links<OffsetHandle>, "rods"_a, "link"_a);
+    arm.def("proximity_many", &offset_proximity_many, "scene"_a, "q"_a, "out"_a, "pair"_a, "threads"_a);
+    arm.def("widest_many", &proven_widest_many<OffsetHandle>, "scene"_a, "pose"_a, "gc"_a, "margin"_a,
+            "psi"_a, "out"_a, "pair"_a, "status"_a, "threads"_a);
 }
 
 void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
@@ -487,6 +527,9 @@ void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.attr("MOST_OBSTACLES") = most_obstacles;
     nb::class_<SceneHandle>(m, "Scene")
         .def("__init__", &make_scene<NearArmHandle>, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a,
+             "cloud"_a, "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "apart"_a, "own"_a,
+             "clearance"_a, "soft"_a)
+        .def("__init__", &make_scene<OffsetHandle>, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a,
              "cloud"_a, "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "apart"_a, "own"_a,
              "clearance"_a, "soft"_a)
         .def("__init__", &make_scene<ArmHandle>, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a,

@@ -227,10 +227,10 @@ void run(const NearArmHandle& self, const double* start, const Buffer& p, const 
 }
 
 void run(const OffsetHandle& self, const double* start, const Buffer& p, const FollowOptions& wanted,
-         const StepOptions& options, Strided<const ArcSet> allowed, Scenes, const FollowRows& rows) {
+         const StepOptions& options, Strided<const ArcSet> allowed, Scenes scenes, const FollowRows& rows) {
     nb::gil_scoped_release release;
     follow(self.arm, start, p.data<double>(), static_cast<std::size_t>(p.shape(0)), options, wanted.on_fail,
-           allowed, rows);
+           allowed, rows, scenes);
 }
 
 template <class Handle>

@@ -45,17 +45,14 @@ void make_tracker(Tracker<>* self, const ArmHandle& arm, Floats numbers, const S
     new (self) Tracker<>(arm.arm, o);
 }
 
-/// The tracker of an arm whose end effector differs from its nominal arm's.
-void make_offset_tracker(CorrectedTracker<OffsetArm>* self, const OffsetHandle& arm, Floats numbers) {
-    new (self) CorrectedTracker<OffsetArm>(arm.arm, options_of(numbers));
-}
-
-/// The same with a scene prepared for both the nominal arm and the true chain, or without scenes.
-void make_near_tracker(CorrectedTracker<NearArm>* self, const NearArmHandle& arm, Floats numbers,
-                       const SceneHandle* nominal, const SceneHandle* scene) {
+/// The tracker of an arm whose tool is not where its nominal arm's is, with a scene, made ready for the
+/// nominal arm and for the true links, or with neither.
+template <class AnyArm, class Handle>
+void make_corrected_tracker(CorrectedTracker<AnyArm>* self, const Handle& arm, Floats numbers,
+                            const SceneHandle* nominal, const SceneHandle* scene) {
     TrackerOptions o = options_of(numbers);
     if (nominal) o.scene = &nominal->view;
-    new (self) CorrectedTracker<NearArm>(arm.arm, o, scene ? &scene->view : nullptr);
+    new (self) CorrectedTracker<AnyArm>(arm.arm, o, scene ? &scene->view : nullptr);
 }
 
 template <class Loop>
@@ -212,7 +209,8 @@ void smooth_hand(double omega, double patience, double jump, double turn, Floats
 template <class Loop>
 void bind_loop(nb::class_<Loop>& tracker) {
     using namespace nb::literals;
-    tracker.def_prop_ro("q", [](const Loop& self) { return joint_array(self.q()); })
+    tracker.def("nearest_pair", &nearest_of<Loop>, "reach"_a)
+        .def_prop_ro("q", [](const Loop& self) { return joint_array(self.q()); })
         .def_prop_ro("saved_size", [](const Loop& self) { return saved_size(self); })
         .def("save", &save_tracker<Loop>, "numbers"_a)
         .def("restore", &restore_tracker<Loop>, "numbers"_a)
@@ -222,6 +220,15 @@ void bind_loop(nb::class_<Loop>& tracker) {
         .def("step_one", &track_one<Loop>, "pose"_a.none(), "names"_a, "elbow"_a.none(), "wish"_a, "dt"_a,
              "reconfigure"_a)
         .def("run", &track_many<Loop>, "poses"_a, "q"_a);
+}
+
+template <class AnyArm, class Handle>
+void bind_corrected(nb::module_& m, const char* name) {
+    using namespace nb::literals;
+    nb::class_<CorrectedTracker<AnyArm>> tracker(m, name);
+    tracker.def("__init__", &make_corrected_tracker<AnyArm, Handle>, "arm"_a, "numbers"_a, "nominal"_a.none(),
+                "scene"_a.none(), nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>());
+    bind_loop(tracker);
 }
 
 }  // namespace
@@ -238,18 +245,10 @@ void bind_tracking(nb::module_& m) {
     m.def("smooth_hand", &smooth_hand, "omega"_a, "patience"_a, "jump"_a, "turn"_a, "samples"_a, "dt"_a,
           "poses"_a);
     nb::class_<Tracker<>> tracker(m, "Tracker");
-    tracker.def("__init__", &make_tracker, "arm"_a, "numbers"_a, "scene"_a.none(), nb::keep_alive<1, 4>())
-        .def("nearest_pair", &nearest_of<Tracker<>>, "reach"_a);
+    tracker.def("__init__", &make_tracker, "arm"_a, "numbers"_a, "scene"_a.none(), nb::keep_alive<1, 4>());
     bind_loop(tracker);
-    nb::class_<CorrectedTracker<NearArm>> near_tracker(m, "NearTracker");
-    near_tracker
-        .def("__init__", &make_near_tracker, "arm"_a, "numbers"_a, "nominal"_a.none(), "scene"_a.none(),
-             nb::keep_alive<1, 4>(), nb::keep_alive<1, 5>())
-        .def("nearest_pair", &nearest_of<CorrectedTracker<NearArm>>, "reach"_a);
-    bind_loop(near_tracker);
-    nb::class_<CorrectedTracker<OffsetArm>> offset_tracker(m, "OffsetTracker");
-    offset_tracker.def("__init__", &make_offset_tracker, "arm"_a, "numbers"_a);
-    bind_loop(offset_tracker);
+    bind_corrected<NearArm, NearArmHandle>(m, "NearTracker");
+    bind_corrected<OffsetArm, OffsetHandle>(m, "OffsetTracker");
 }
 
 }  // namespace binding

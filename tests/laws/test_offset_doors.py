@@ -119,7 +119,6 @@ LACKING: dict[str, Callable[[aa.Arm], object]] = {
     "solutions": lambda arm: arm.solutions(POSE),
     "explain": lambda arm: arm.explain(POSE),
     "feasible_turns": lambda arm: arm.feasible_turns(POSE, about="base"),
-    "clearance": lambda arm: arm.clearance(Q),
     "gradients.inverse": lambda arm: aa.gradients.inverse(arm, POSE, PSI, GC),
     "gradients.psi": lambda arm: aa.gradients.psi(arm, Q),
     "gradients.feasible": lambda arm: aa.gradients.feasible(arm, POSE, int(GC)),
@@ -134,9 +133,6 @@ LACKING: dict[str, Callable[[aa.Arm], object]] = {
     "d_4": lambda arm: arm.with_(d_4=0.01),
     "chain": lambda arm: arm.with_(chain=np.tile(np.eye(4), (8, 1, 1))),
     "reference": lambda arm: arm.with_(reference="stereographic"),
-    "body": lambda arm: arm.with_(body="guessed"),
-    "hand": lambda arm: arm.with_(hand=[aa.Ball([0.0, 0.0, 0.1], 0.05)]),
-    "scene": lambda arm: arm.with_(scene=aa.Scene([])),
     "singularity_margin": lambda arm: arm.with_(singularity_margin=0.1),
 }
 

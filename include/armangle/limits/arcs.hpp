@@ -15,6 +15,7 @@
 
 #include "../numbers/angles.hpp"
 #include "../numbers/tolerances.hpp"
+#include "../status.hpp"
 
 #include "../names/begin.hpp"
 
@@ -38,6 +39,14 @@ struct ArcSet {
 
     /// Whether the set holds no arc.
     bool empty() const noexcept { return count == 0; }
+};
+
+/// What is feasible of a pose and branch: arcs of which every value is proven; what is proven neither way and
+/// left out, and its measure (rad).
+struct ProvenArcs {
+    ArcSet arcs, open;
+    Status status;
+    double unproven;
 };
 
 /// Makes the set empty.

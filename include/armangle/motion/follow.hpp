@@ -89,10 +89,12 @@ void follow_rows(const double* poses, std::size_t n, StepOptions options, OnFail
 template <class StepOn, class Position>
 void follow_steps(const double* start, const double* poses, std::size_t n, const StepOptions& options,
                   OnFail on_fail, Strided<const ArcSet> allowed, const FollowRows& rows,
-                  const StepOn& step_on, const Position& position) noexcept {
+                  const StepOn& step_on, const Position& position,
+                  Strided<const Scene* const> scenes = {nullptr, 0}) noexcept {
     double q[joint_slots] = {};
     for (int j = 0; j < joints; ++j) q[j] = start[j];
-    const auto take = [&](const Pose<double>& pose, std::size_t, const StepOptions& asked) {
+    const auto take = [&](const Pose<double>& pose, std::size_t i, StepOptions& asked) {
+        if (scenes.data) asked.scene = *scenes.at(i);
         const Step next = step_on(q, pose, asked);
         for (int j = 0; j < joints; ++j) q[j] = next.q[j];
         return next;

@@ -18,7 +18,7 @@
 #include <optional>
 
 #include "../plan/certify.hpp"
-#include "clear_proof.hpp"
+#include "hull_cells.hpp"
 #include "corrected_curve.hpp"
 
 #include "../names/begin.hpp"
@@ -245,8 +245,7 @@ private:
             d[j] = sign * h * c[1];
             off[j] = h * h * (abs(c[2]) + h * abs(c[3])) + tube.within[j];
         }
-        Tag pair = 0;
-        return move_->about(q, d, off, nullptr, pair) == Nearness::clear;
+        return move_->about(q, d, off, nullptr).is_clear();
     }
 
     static constexpr double largest_radius = 0.1;  // rad

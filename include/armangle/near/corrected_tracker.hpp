@@ -9,7 +9,7 @@
 #pragma once
 
 #include "../motion/tracker.hpp"
-#include "clear_proof.hpp"
+#include "hull_cells.hpp"
 
 #include "../names/begin.hpp"
 

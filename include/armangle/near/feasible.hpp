@@ -38,14 +38,6 @@ inline constexpr int depth = 24;          // looks within looks; narrowest is re
 inline constexpr int root_steps = 8;
 }  // namespace near_rule
 
-/// Psi_all of a pose and branch: arcs whose every psi is proven; what is proven neither way and left out, and
-/// its measure (rad).
-struct ProvenArcs {
-    ArcSet arcs, open;
-    Status status;
-    double unproven;
-};
-
 /// The ranges of theta that limits and margin leave, each as a middle and a half width below pi.
 struct ThetaRanges {
     struct One {

@@ -14,7 +14,7 @@
 
 #include "../limits/nearest.hpp"
 #include "../limits/settled.hpp"
-#include "clear_proof.hpp"
+#include "hull_cells.hpp"
 
 #include "../names/begin.hpp"
 

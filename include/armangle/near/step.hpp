@@ -4,7 +4,7 @@
 #include "../motion/bounds.hpp"
 #include "../motion/pace.hpp"
 #include "../motion/step.hpp"
-#include "clear_proof.hpp"
+#include "hull_cells.hpp"
 #include "nearest_posture.hpp"
 
 #include "../names/begin.hpp"

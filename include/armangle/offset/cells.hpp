@@ -25,6 +25,16 @@ inline constexpr int root_steps = 60;
 inline constexpr double rounding = 4e-15;  // rad: of an angle computed in double
 }  // namespace offset_rule
 
+/// cut_off of elbow.hpp with its slope, which is known where the value is.
+template <int K>
+Jet<Interval, K> cut_off(const Jet<Interval, K>& gap, const Jet<Interval, K>& rounding,
+                         const Jet<Interval, K>& value) noexcept {
+    const bool known = !any(gap.value() <= rounding.value());
+    Jet<Interval, K> out(cut_off(gap.value(), rounding.value(), value.value()));
+    for (int k = 1; k <= K; ++k) out.coefficient[k] = known ? value.coefficient[k] : Interval::whole();
+    return out;
+}
+
 namespace detail {
 
 /// What a joint does over a cell: its value at the middle, by how much it is off it, and its slope.

@@ -7,7 +7,7 @@
 #pragma once
 
 #include "../near/corrected_tracker.hpp"
-#include "offset_posture.hpp"
+#include "straight_cells.hpp"
 
 #include "../names/begin.hpp"
 
@@ -25,8 +25,8 @@ inline Pose<double> correction(const OffsetArm& arm, const double* q) noexcept {
     return tool_pose(arm.own, q) * inverted(tool_pose(arm, q));
 }
 
-/// Nothing of it keeps clear of obstacles.
-inline const Arm& body(const OffsetArm& arm) noexcept { return arm.own; }
+/// What of an arm with an offset keeps clear of obstacles: its true links.
+inline const OffsetArm& body(const OffsetArm& arm) noexcept { return arm; }
 
 /// What to show next: where the secant through the last two guesses says that what is found is what is shown.
 /// Both move along one curve, that of the free joint.

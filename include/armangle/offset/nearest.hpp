@@ -3,7 +3,9 @@
 //
 // Branch and bound over the cells that feasible.hpp judges: a cell is dropped where no posture in it can be
 // nearer than the best known, left with one end where the distance rises or falls all over it, and halved
-// else. The best is finished by Newton's method on the slope.
+// else. The best is finished by Newton's method on the slope. Among obstacles a cell that holds something
+// nearer is asked how far it is clear of them: where it touches throughout it is dropped, and halved where
+// that is open.
 //
 // Where two joints turn about one axis, at a fold, and at the stretched elbow the free joint has too few
 // digits to tell postures apart: cells there stay open however narrow. What is nearest there is looked for in
@@ -11,9 +13,11 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 
 #include "../limits/settled.hpp"
 #include "feasible.hpp"
+#include "straight_cells.hpp"
 
 #include "../names/begin.hpp"
 
@@ -41,6 +45,7 @@ inline constexpr double one_place = 1e-5;  // rad: open cells nearer than this a
 inline constexpr double widest_place = 0.02;
 inline constexpr double difference = 1e-7;  // rad, of a slope
 inline constexpr int places = 64;           // to start from
+inline constexpr double narrowest = 1e-10;  // rad: half width of a cell that obstacles leave open
 inline constexpr double seed = 0.3;         // a seed this near to the pose is one too (of the size; rad)
 inline constexpr int settling = 1500;       // rounds of settled() for one pose
 }  // namespace offset_rule
@@ -50,9 +55,13 @@ namespace detail {
 /// The search of one pose over the free joint, in all branches.
 class OffsetSearch {
 public:
-    OffsetSearch(const OffsetArm& arm, const Pose<double>& pose, const double* near,
-                 const double* weight) noexcept
-        : arm_(arm), pose_(pose), seeded_(near != nullptr) {
+    OffsetSearch(const OffsetArm& arm, const Pose<double>& pose, const double* near, const double* weight,
+                 const Scene* scene) noexcept
+        : arm_(arm), pose_(pose), flange_(flange_pose(arm.own, pose)), seeded_(near != nullptr) {
+        if (scene) {
+            move_.emplace(arm, *scene);
+            blocked_ = rest_contact(arm, *scene, pose) != 0;
+        }
         for (int j = 0; j < joints; ++j) {
             const int k = robot_joint(arm, j);
             near_[j] = near ? near[k] : arm.rest.joint_middle[j];
@@ -65,6 +74,7 @@ public:
     OffsetNearest run(unsigned branches) noexcept {
         branches_ = branches;
         OffsetNearest out;
+        if (blocked_) return refused(Status::POSE_BLOCKED);
         if (keep_near(out)) return out;
         out = refused(Status::LIMITS);
         if (seeded_) look_beside_seed(out);
@@ -84,11 +94,20 @@ public:
         const Status why = search_all();
         take(result(), out);
         look_beside(out);
-        if (out.status != Status::OK) out.status = why;
+        if (out.status != Status::OK)
+            out.status = why == Status::OK ? refusal_among_obstacles() : why;
+        else if (left_open_ < out.distance * out.distance * (1.0 - offset_rule::tie))
+            out.status = Status::UNPROVEN;
         return out;
     }
 
 private:
+    /// Why there is nothing though the limits leave something.
+    Status refusal_among_obstacles() const noexcept {
+        if (left_open_ < infinity) return Status::NEAR_SINGULAR;
+        return move_ ? Status::CLEARANCE : Status::LIMITS;
+    }
+
     /// Whether the free joint alone is farther, over [free - half, free + half], than the best known.
     bool too_far(double free, double half) const noexcept {
         const double least = max(abs(wrap(free - near_[6])) - half, 0.0);
@@ -144,10 +163,36 @@ private:
             now = next;
             if (still) break;
         }
-        if (!(now.cost < cost_)) return;
+        if (!(now.cost < cost_) || !is_clear(cells, free)) return;
         cost_ = now.cost;
         free_ = wrap(free);
         gc_ = gc;
+    }
+
+    /// Whether the posture at a value of the free joint touches nothing.
+    bool is_clear(const OffsetCells& cells, double free) noexcept {
+        if (!move_) return true;
+        double theta[joint_slots], q[joints];
+        cells.at(free, theta);
+        for (int j = 0; j < joints; ++j)
+            q[robot_joint(arm_, j)] = to_q(theta[j], arm_.rest.sign[j], arm_.rest.offset[j]);
+        return move_->is_clear_at(q);
+    }
+
+    /// What obstacles leave of a cell about its middle. `known`: clear or touching throughout, else open.
+    struct Clear {
+        Known known;
+        double lower, upper;  // a part that is clear; of no width where none is known
+    };
+    Clear clear_of(const OffsetCells::Over& over, double middle, double half) noexcept {
+        if (!move_) return {Known::inside, middle - half, middle + half};
+        StraightCell cell;
+        if (!straight_cell(arm_, over, half, cell)) return {Known::open, middle, middle};
+        const Around at = move_->about(cell.q, cell.d, cell.off, &flange_);
+        if (at.is_clear()) return {Known::inside, middle - half, middle + half};
+        const bool touches = at.touching[0] >= 1.0 && at.touching[1] >= 1.0;
+        return {touches ? Known::outside : Known::open, middle - at.clear[0] * half,
+                middle + at.clear[1] * half};
     }
 
     /// The least cost of joint j over a cell, and d(cost)/d(free); false where no turn is within the limits.
@@ -250,21 +295,30 @@ private:
                 smooth = smooth && slope.bounded();
                 if (smooth) least = max(least, at_middle - half * max(abs(slope.lo), abs(slope.hi)));
                 if (least >= cost_ * (1.0 - offset_rule::tie) - 1e-24) continue;
+                const Clear clear = clear_of(over, middle, half);
+                if (clear.known == Known::outside) continue;
+                const double from = max(piece.lower, clear.lower), to = min(piece.upper, clear.upper);
                 if (known == Known::inside && smooth && (slope.lo >= 0 || slope.hi <= 0)) {
-                    offer(judge.cells, gc, slope.lo >= 0 ? piece.lower : piece.upper, 0.0);
-                    continue;
+                    const double best = slope.lo >= 0 ? piece.lower : piece.upper;
+                    if (from <= best && best <= to) {
+                        offer(judge.cells, gc, best, 0.0);
+                        continue;
+                    }
                 }
                 if (known == Known::inside) {
-                    offer(judge.cells, gc, min(max(middle, piece.lower), piece.upper), half);
-                    offer(judge.cells, gc, piece.lower, 0.0);
-                    offer(judge.cells, gc, piece.upper, 0.0);
+                    offer(judge.cells, gc, min(max(middle, from), to), half);
+                    offer(judge.cells, gc, from, 0.0);
+                    offer(judge.cells, gc, to, 0.0);
                 } else {
                     offer(judge.cells, gc, middle, half);
                 }
-                const double end =
-                    known == Known::inside && smooth ? offset_rule::finest : offset_rule::left_open;
+                const bool hidden = known == Known::inside && clear.known == Known::open,
+                           told = known == Known::inside && !hidden && smooth;
+                double end = told ? offset_rule::finest : offset_rule::left_open;
+                if (hidden) end = offset_rule::narrowest;
                 if (half < end || top > offset_rule::depth || judge.looks() >= offset_rule::most_looks) {
-                    if (!(known == Known::inside && smooth)) remember(gc, cell.lower, cell.upper, least);
+                    if (hidden) left_open_ = min(left_open_, least);
+                    if (!told) remember(gc, cell.lower, cell.upper, least);
                     continue;
                 }
                 stack[top++] = {middle, cell.upper};
@@ -302,10 +356,11 @@ private:
     }
 
     /// The seed itself, where it is a posture of the pose: nothing is nearer.
-    bool keep_near(OffsetNearest& out) const noexcept {
+    bool keep_near(OffsetNearest& out) noexcept {
         if (!seeded_ || !within_limits(arm_.own.limits, pull_.near, 0.0)) return false;
         const OffsetPosture here = forward(arm_, pull_.near);
         if (!(branches_ >> here.gc & 1u) || !same_pose(arm_.own.size, pose_, here.pose)) return false;
+        if (move_ && !move_->is_clear_at(pull_.near)) return false;
         Joints near{};
         for (int j = 0; j < joints; ++j) near.q[j] = pull_.near[j];
         out = told(near);
@@ -467,9 +522,10 @@ private:
         if (meets(arm_, at)) take(told(at.at), out);
     }
 
-    static void take(const OffsetNearest& found, OffsetNearest& out) noexcept {
-        if (found.status == Status::OK && !(out.status == Status::OK && out.distance <= found.distance))
-            out = found;
+    void take(const OffsetNearest& found, OffsetNearest& out) noexcept {
+        if (found.status != Status::OK || (out.status == Status::OK && out.distance <= found.distance))
+            return;
+        if (!move_ || move_->is_clear_at(found.q)) out = found;
     }
 
     struct Place {
@@ -479,11 +535,14 @@ private:
 
     const OffsetArm& arm_;
     const Pose<double>& pose_;
-    bool seeded_;
+    const Pose<double> flange_;                    // in the DH base
+    std::optional<StraightMove<OffsetArm>> move_;  // where there are obstacles
+    bool blocked_ = false, seeded_;
     unsigned branches_ = 0;
     double near_[joints], weight_[joints];  // in the order of the formulas
     Drawing pull_;                          // in the robot's
     double cost_ = infinity, free_ = 0;
+    double left_open_ = infinity;  // the least cost of cells that obstacles leave open
     int gc_ = -1;
     Place place_[offset_rule::places];
     int places_ = 0, rounds_ = offset_rule::settling;
@@ -492,11 +551,13 @@ private:
 }  // namespace detail
 
 /// The posture nearest to `near` (7 joint values; null: the middles of the ranges) in the branches of the
-/// bits, in the root of sum w d^2 (null: all weights 1).
+/// bits, in the root of sum w d^2 (null: all weights 1), clear of a scene (null: none). UNPROVEN: a posture,
+/// but obstacles may leave one that is nearer.
 inline OffsetNearest nearest(const OffsetArm& arm, const Pose<double>& pose, const double* near,
-                             const double* weight = nullptr, unsigned branches = 255u) noexcept {
+                             const double* weight = nullptr, unsigned branches = 255u,
+                             const Scene* scene = nullptr) noexcept {
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
-    return detail::OffsetSearch(arm, exact, near, weight).run(branches);
+    return detail::OffsetSearch(arm, exact, near, weight, scene).run(branches);
 }
 
 }  // namespace armangle

@@ -26,7 +26,9 @@ public:
           q_now_(q_now),
           here_(joint_lanes(q_now)),
           now_(forward(arm, q_now)),
-          own_(options.gc < 0 ? now_.gc : options.gc) {}
+          own_(options.gc < 0 ? now_.gc : options.gc),
+          scene_(options.scene),
+          blocked_(options.scene && rest_contact(arm, *options.scene, pose_) != 0) {}
 
     Step operator()() noexcept {
         double wish = now_.free;
@@ -49,26 +51,53 @@ private:
         Lifted to;
         if (options_.policy.rule == Rule::hold && !options_.allowed && at(own_, wish, to) == Status::OK)
             return Status::OK;
-        looked_ = true;
-        feasible(arm_, pose_, own_, arcs_);
+        look();
         if (arcs_.status != Status::OK) return arcs_.status;
-        ArcSet open = arcs_.arcs;
+        ArcSet open = arcs_.arcs, soft;
         if (options_.allowed) intersect(arcs_.arcs, *options_.allowed, open);
         if (open.empty()) return Status::NOT_ALLOWED;
-        const Resolution next = resolve(options_.policy, open, wish);
+        Resolution next = resolve(options_.policy, open, wish);
+        const bool asked = scene_ && scene_->soft > 0;
+        if (asked && keep_soft(arm_, *scene_, pose_, own_, open, wish, soft))
+            next = led(options_.policy, soft, wish);
         wish = next.psi;
         return next.status;
     }
 
+    /// The arcs of the branch; among obstacles that alone which holds the present value, where it is clear.
+    void look() noexcept {
+        if (looked_) return;
+        looked_ = true;
+        feasible(arm_, pose_, own_, arcs_);
+        if (!scene_) return;
+        Tag blocking;
+        const Place here = find(arcs_.arcs, now_.free);
+        if (here.index >= 0 && !options_.allowed && arcs_.arcs.count > 1) {
+            ProvenArcs own = arcs_;
+            make_empty(own.arcs);
+            own.arcs.arc[own.arcs.count++] = arcs_.arcs.arc[here.index];
+            keep_clear(arm_, *scene_, pose_, own_, own, blocking);
+            if (contains(own.arcs, now_.free)) {
+                arcs_ = own;
+                return;
+            }
+        }
+        keep_clear(arm_, *scene_, pose_, own_, arcs_, blocking);
+    }
+
     /// The joints of a branch and a value of the free joint next to the present ones; JOINT_JUMP where one
-    /// would move too far.
+    /// would move too far, CLEARANCE where something touches.
     Status at(int gc, double free, Lifted& to) const noexcept {
         Directions<double> d;
         const Status solved = directions(arm_, pose_, free, gc, q_now_, d);
         if (solved != Status::OK) return solved;
         const Status turned = choose_windings(arm_.own, d, here_, to);
         if (turned != Status::OK) return turned;
-        return largest_move(to.q, here_) <= options_.max_joint_step ? Status::OK : Status::JOINT_JUMP;
+        if (!(largest_move(to.q, here_) <= options_.max_joint_step)) return Status::JOINT_JUMP;
+        double q[joint_slots];
+        to.q.store(q);
+        const bool clear = !scene_ || StraightMove(arm_, *scene_).is_clear_at(q);
+        return clear && !blocked_ ? Status::OK : Status::CLEARANCE;
     }
 
     /// The bits of branches that meet this one within a step: at theta_2 = 0 or pi, at the stretched or
@@ -113,6 +142,8 @@ private:
         }
         ProvenArcs near;
         feasible(arm_, pose_, gc, box, near);
+        Tag blocking;
+        if (scene_) keep_clear(arm_, *scene_, pose_, gc, near, blocking);
         ArcSet open = near.arcs;
         if (allowed) intersect(near.arcs, *allowed, open);
         double best = infinity;
@@ -136,8 +167,8 @@ private:
     bool shared_turn(Step& out) const noexcept {
         if ((meeting() & 1) == 0 || options_.allowed) return false;
         const unsigned branches = options_.gc < 0 ? 3u << (own_ & ~1) : 1u << own_;
-        const OffsetNearest found = nearest(arm_, pose_, q_now_, nullptr, branches);
-        if (found.status != Status::OK) return false;
+        const OffsetNearest found = nearest(arm_, pose_, q_now_, nullptr, branches, scene_);
+        if (found.status != Status::OK && found.status != Status::UNPROVEN) return false;
         if (!(largest_move(found.q, q_now_) <= options_.max_joint_step)) return false;
         out = stepped({joint_lanes(found.q), found.margin}, q_now_, options_.dt, found.free, found.gc);
         return true;
@@ -145,10 +176,14 @@ private:
 
     /// Why there is no step: the pose has no posture in the branch, or none that is one step away.
     Status reason(Status why) noexcept {
-        if (!looked_) feasible(arm_, pose_, own_, arcs_);
+        look();
         if (arcs_.status != Status::OK) return arcs_.status;
         Step other;
         if (options_.allowed && take(own_, now_.free, nullptr, other)) return Status::NOT_ALLOWED;
+        if (scene_) {
+            scene_ = nullptr;
+            if (take(own_, now_.free, options_.allowed, other)) return Status::CLEARANCE;
+        }
         return why == Status::WINDING_EXHAUSTED ? why : Status::JOINT_JUMP;
     }
 
@@ -168,6 +203,8 @@ private:
     const JointLanes here_;
     const OffsetPosture now_;
     const int own_;
+    const Scene* scene_;  // to be kept clear of; null: none
+    const bool blocked_;  // by what rests, whatever the joints
     bool looked_ = false;
     ProvenArcs arcs_;
 };
@@ -175,7 +212,7 @@ private:
 }  // namespace detail
 
 /// The step from q_now to `pose` (as the user sees it) within the arm's limits; Step::psi is the free joint's
-/// value. Nothing moves where the pose is not met; bounds, scenes and what is ahead are not asked.
+/// value. Nothing moves where the pose is not met; bounds and what is ahead are not asked.
 inline Step step(const OffsetArm& arm, const double* q_now, const Pose<double>& pose,
                  const StepOptions& options) noexcept {
     if (!is_rigid(pose) || !is_finite(q_now)) return detail::refused(arm.own, q_now, options.dt);
@@ -185,13 +222,13 @@ inline Step step(const OffsetArm& arm, const double* q_now, const Pose<double>& 
 /// Follows n poses (16 doubles each, row-major) from `start`: a loop around step(), nothing more.
 inline void follow(const OffsetArm& arm, const double* start, const double* poses, std::size_t n,
                    const StepOptions& options, OnFail on_fail, Strided<const ArcSet> allowed,
-                   const FollowRows& rows) noexcept {
+                   const FollowRows& rows, Strided<const Scene* const> scenes = {nullptr, 0}) noexcept {
     detail::follow_steps(
         start, poses, n, options, on_fail, allowed, rows,
         [&](const double* q, const Pose<double>& pose, const StepOptions& asked) {
             return step(arm, q, pose, asked);
         },
-        [&](const double* q) { return forward(arm, q).pose.position; });
+        [&](const double* q) { return forward(arm, q).pose.position; }, scenes);
 }
 
 }  // namespace armangle

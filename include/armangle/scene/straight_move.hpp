@@ -34,6 +34,7 @@ inline constexpr double slack = 1e-9;    // m that distances are proven with to 
 inline constexpr double rounded = 1e-8;  // m that joints where an obstacle ends an arc may be nearer
 inline constexpr double rough = 0.005;   // m more that is kept from fields, beside which proofs are short
 inline constexpr int most_near = 16;     // pairs that are minded
+inline constexpr int chords = 3;         // towards the end of what is proven to touch
 }  // namespace straight_rule
 
 /// Two shapes, or a corner of one of them, near one another: `room` changes by `rate` . velocity.
@@ -83,10 +84,45 @@ double levers(const Arm&, const Placement& at, int link, const Vec3<double>& p,
     return upper + weight(4) * norm(wrist - elbow) + weight(link) * norm(p - wrist);
 }
 
-/// What is proven of all postures near one.
-enum class Nearness : std::uint8_t { open, clear, touching };
+/// The frames of any other arm, as scenes see them: a link's shapes are fixed to the frame of that number.
+template <class AnyArm>
+void place_arm(const AnyArm& arm, const Scene&, const double* q, Placement& out) noexcept {
+    const Arm& rows = nominal(arm);
+    Pose<double> frame[joints + 1];
+    frames(arm, q, frame);
+    for (int k = 0; k <= joints; ++k) {
+        if (rows.has_base) frame[k] = rows.base_inverse * frame[k];
+        out.origin[k] = frame[k].position;
+        if (k < joints) out.axis[k] = frame[k].rotation.z * rows.sign[k];
+    }
+    out.frames.plane = {frame[3], frame[4]};
+    out.frames.flange = frame[joints];
+    for (const int link : {1, 2, 5, 6}) out.frames.swinging[detail::swinging_place(link)] = frame[link];
+}
 
-/// A move of the joints of an Arm, or NearArm, along a straight line, and the scene that it passes.
+/// The same of any other arm. From frame to frame: what lies along a joint's axis does not turn with it.
+template <class AnyArm, class Weight>
+double levers(const AnyArm&, const Placement& at, int link, const Vec3<double>& p,
+              const Weight& weight) noexcept {
+    double sum = weight(link) * norm(p - at.origin[link]);
+    for (int k = 1; k <= link; ++k) {
+        const Vec3<double> along = at.origin[k] - at.origin[k - 1];
+        const double axial = abs(dot(along, at.axis[k - 1]));
+        sum += weight(k - 1) * axial + weight(k) * norm(cross(along, at.axis[k - 1]));
+    }
+    return sum;
+}
+
+/// What is proven of postures about one, along a straight way: up to which shares of it, behind the middle
+/// and ahead, nothing touches, and up to which nothing is clear by more than the slack.
+struct Around {
+    double clear[2], touching[2];
+    Tag pair;  // who touches, or hinders a proof
+
+    bool is_clear() const noexcept { return clear[0] >= 1.0 && clear[1] >= 1.0; }
+};
+
+/// A move of the joints of an arm of any kind along a straight line, and the scene that it passes.
 template <class AnyArm>
 class StraightMove {
 public:
@@ -130,9 +166,9 @@ public:
     }
 
     /// What is proven of all joints q + s d + e, |s| <= 1 and |e_j| <= off_j (rad), while the flange stays at
-    /// `still`, or moves with them where that is null; `pair`: who touches, or hinders a proof.
-    Nearness about(const double* q, const double (&d)[joints], const double (&off)[joints],
-                   const Pose<double>* still, Tag& pair) noexcept {
+    /// `still`, or moves with them where that is null.
+    Around about(const double* q, const double (&d)[joints], const double (&off)[joints],
+                 const Pose<double>* still) noexcept {
         place(q);
         if (still) flange_ = *still;
         held_rests_ = still != nullptr;
@@ -148,16 +184,18 @@ public:
         const auto way = [&](int link, const Vec3<double>& p, double radius) {
             return shift(link, p) + room(link, p) + (sum_[link] + spread[link]) * radius;
         };
-        Nearness out = Nearness::clear;
+        Around out{{1.0, 1.0}, {0.0, 0.0}, 0};
         double least = infinity;
         for_near(way, [&](Meeting m) {
             const double more = more_of(m, room), deep = m.apart - m.R;
-            if (farthest(m, d) + more < m.R - 2.0 * straight_rule::slack) out = Nearness::touching;
+            add_touching(m, d, more, out.touching);
             m.R += more;
-            const bool keeps = m.apart > m.R && free_share(m, d) >= 1.0 && free_share(m, back) >= 1.0;
-            if (keeps) return;
-            if (out == Nearness::clear) out = Nearness::open;
-            if (deep < least) pair = m.pair;
+            const bool apart = m.apart > m.R;
+            const double behind = apart ? free_share(m, back) : 0.0, ahead = apart ? free_share(m, d) : 0.0;
+            out.clear[0] = min(out.clear[0], behind);
+            out.clear[1] = min(out.clear[1], ahead);
+            if (behind >= 1.0 && ahead >= 1.0) return;
+            if (deep < least) out.pair = m.pair;
             least = min(least, deep);
         });
         held_rests_ = false;
@@ -189,6 +227,11 @@ public:
             if (m.apart - m.R < out.room) out = {m.apart - m.R, m.apart, m.pair};
         });
         return out;
+    }
+
+    /// Whether nothing touches at q, which may be at the end of what is proven clear.
+    bool is_clear_at(const double* q) noexcept {
+        return nearest_pair(q, straight_rule::slack).room >= -0.5 * straight_rule::slack;
     }
 
     /// The nearest of all pairs at q, those too that rest, unless `turning_alone`; its rate is that along the
@@ -328,9 +371,14 @@ private:
         return out;
     }
 
-    /// How far apart (m) two cores come at most on q + s d, |s| <= 1: their nearest points' distance, which
-    /// grows along n, across it by a right-angled triangle, and as the points' ways bend.
-    double farthest(const Meeting& m, const double (&d)[joints]) const noexcept {
+    /// Up to which shares of the move, back and ahead, two cores that may be farther apart by `more` are
+    /// proven to be no more than a slack beyond R from one another. Their nearest points' distance grows
+    /// along n, across it by a right-angled triangle, and as the points' ways bend: a convex function of the
+    /// share, so that the chord between one that is known and one beyond it leads to no more than is true.
+    void add_touching(const Meeting& m, const double (&d)[joints], double more,
+                      double (&most)[2]) const noexcept {
+        const double spare = m.R + straight_rule::slack - more;
+        if (!(m.apart < spare)) return;
         const auto velocity = [&](int link, const Vec3<double>& p) {
             Vec3<double> out{0, 0, 0};
             for (int j = 0; j < link; ++j) out = out + cross(at_.axis[j], p - at_.origin[j]) * d[j];
@@ -342,8 +390,22 @@ private:
             v = v - velocity(m.b.link, m.on_b);
             bends += bend(m.b.link, m.on_b);
         }
-        const double away = m.apart + abs(dot(m.n, v));
-        return (m.flat ? away : hypot(away, norm(v))) + 0.5 * bends;
+        const double along = dot(m.n, v), across = m.flat ? 0.0 : norm(v - m.n * along);
+        for (const int side : {0, 1}) {
+            const double rate = side == 0 ? -along : along;
+            const auto beyond = [&](double share) {
+                const double away = (m.flat ? m.apart : max(m.apart, 0.0)) + share * rate;
+                return (m.flat ? away : hypot(away, share * across)) + 0.5 * share * share * bends - spare;
+            };
+            const double at_last = beyond(1.0);
+            double kept = at_last < 0 ? 1.0 : 0.0;
+            for (int pass = 0; pass < straight_rule::chords && at_last >= 0; ++pass) {
+                const double here = beyond(kept);
+                if (!(here < 0)) break;
+                kept += (1.0 - kept) * here / (here - at_last);
+            }
+            most[side] = max(most[side], kept);
+        }
     }
 
     /// How much nearer (m) the cores of a meeting come at most if its points go as far as room(link, point).
@@ -571,8 +633,7 @@ private:
 template <class AnyArm>
 bool is_clear(const AnyArm& arm, const Scene& scene, const double* q) noexcept {
     const double none[joints] = {};
-    Tag pair = 0;
-    return StraightMove<AnyArm>(arm, scene).about(q, none, none, nullptr, pair) == Nearness::clear;
+    return StraightMove<AnyArm>(arm, scene).about(q, none, none, nullptr).is_clear();
 }
 
 }  // namespace armangle

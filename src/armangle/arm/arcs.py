@@ -36,7 +36,7 @@ class ArcEnd:
         Joint 1..7, or None for an end set by the user or an obstacle.
     side : "lower", "upper", "singular", "user", "obstacle" or "unproven"
         The limit reached there; a singularity or its margin; an arc given by the user; an obstacle of a scene
-        with which a link would collide; or, for an arm with its own chain, the end of the proven part.
+        with which a link would collide; or, for an arm that is not exactly S-R-S, the end of the proven part.
     value : float
         The value of that joint there, rad in robot coordinates; NaN without a joint.
     obstacle, link : str or None
@@ -291,7 +291,8 @@ class ArcSet:
     def unproven(self) -> Floats | np.float64:
         """Length of the circle that is left out because nothing is proven of it, rad, of the set's shape.
 
-        0 except for arms with their own chain, whose branches merge near singularities (`Arm.feasible`).
+        0 for an arm that is exactly S-R-S. Branches of an own chain merge near singularities, and what
+        obstacles leave of any other arm is proven cell by cell (`Arm.feasible`).
         """
         if self._unproven is None:
             return np.zeros(self.shape)[()]

@@ -605,7 +605,8 @@ class Arm(FrozenValue):
         """Return this arm with another scene and margin."""
         margin = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
         new = object.__new__(type(self))
-        new._fill({name: getattr(self, name) for name in Arm.__slots__})
+        slots = [name for kind in type(self).__mro__ for name in getattr(kind, "__slots__", ())]
+        new._fill({name: getattr(self, name) for name in slots})
         new._fill({"scene": scene, "singularity_margin": margin})
         if scene is not self.scene:
             new._fill({"_ready": None if scene is None else make_ready(new, scene, self._ready)})

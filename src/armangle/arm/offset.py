@@ -35,22 +35,23 @@ from ..errors import InputError, LimitError, UnreachableError, UnsupportedError
 from ..models.chain import chain_of
 from ..models.description import OffsetDescription
 from ..models.urdf.writing import write_chain
+from ..scenes.clearance import Clearance, clearance_of
+from ..scenes.ready import make_ready
 from ..scenes.scene import Scene
 from ..status import STATUSES, Status, is_solved
 from .arcs import ArcSet
 from .arm import KINDS, ON_ERROR, Arm, OnError, names_keywords_of_arm
 from .freedom import Freedom
 from .near import asked_of
-from .question import METRICS, PREFER, branch_bits, relaxing_length, weights_of
+from .question import METRICS, PREFER, branch_bits, relaxing_length, weights_of, widest_solution
 from .roll import ROLLS
 from .solution import Solution
 
-_NO_FIELDS = ("d_4", "chain", "reference", "body", "hand", "scene")
+_NO_FIELDS = ("d_4", "chain", "reference")
 _INSTEAD = {
     "solutions": "solve(pose, gc=k) is the nearest solution of branch k, feasible(pose) has all intervals",
     "explain": "feasible(pose) has a status for each branch and the joints at the ends of its intervals",
     "feasible_turns": "solve(poses).ok of a batch of turned poses says which of them can be held",
-    "clearance": "frames(q) gives the poses of its links",
     "plan": "follow leads it from pose to pose",
     "resolve": "step chooses the next value of the free joint, and the joints",
 }
@@ -79,7 +80,7 @@ class OffsetArm(Arm):
     """An `Arm` that is S-R-S except for one offset: between axes 6 and 7, or between axes 1 and 2.
 
     Created by the constructors of `Arm`, and by ``Arm(a_1=...)`` and ``Arm(a_6=...)``. `_rows` is the S-R-S
-    arm of the same numbers without a_1 and a_6.
+    arm of the same numbers without a_1, a_6 and scene.
     """
 
     __slots__ = ("_free_joint", "_rows", "a_1", "a_6")
@@ -95,8 +96,8 @@ class OffsetArm(Arm):
             given = numbers.pop(name, None)
             if isinstance(given, np.ndarray) or given not in (None, 0.0, "base", (), []):
                 raise unsupported(f"{name}=")
-        if numbers.get("singularity_margin"):
-            raise unsupported("singularity_margin=", "with_(lower=..., upper=...) is the margin that it has")
+        _refuse_margin(numbers.get("singularity_margin"))
+        scene = numbers.pop("scene", None)
         rows = Arm(*unnamed, **numbers)
         limit = _core.LENGTH_LIMIT
         offsets = {n: as_number(f"{n} (m)", x, -limit, limit) for n, x in (("a_1", a_1), ("a_6", a_6))}
@@ -113,15 +114,18 @@ class OffsetArm(Arm):
         )
         kept = {name: getattr(rows, name) for name in Arm.__slots__ if not name.startswith("_")}
         own = {"_rows": rows, "_free_joint": 1 if mirrored else 7, "_handle": handle, "_ready": None}
-        self._fill({**kept, **offsets, **own})
+        self._fill({**kept, **offsets, **own, "scene": scene})
+        if scene is not None:
+            self._fill({"_ready": make_ready(self, scene)})
 
     @classmethod
     def _of(cls, found: OffsetDescription, **more: Any) -> Arm:
         numbers = {f.name: getattr(found, f.name) for f in fields(found) if f.name not in _NO_FIELDS}
         return Arm(**numbers, **more)
 
-    def _keeping(self, scene: Any, singularity_margin: float) -> Arm:
-        return Arm(**{**self._numbers(), "scene": scene, "singularity_margin": singularity_margin})
+    def _keeping(self, scene: Scene | None, singularity_margin: float) -> Arm:
+        _refuse_margin(singularity_margin)
+        return super()._keeping(scene, singularity_margin)
 
     def to_urdf(self) -> str:
         """Return a kinematic URDF (joints and limits, no geometry) that imports back to this arm."""
@@ -134,14 +138,17 @@ class OffsetArm(Arm):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, OffsetArm):
             return False if isinstance(other, Arm) else NotImplemented
-        return (self.a_1, self.a_6, self._rows) == (other.a_1, other.a_6, other._rows)
+        mine, its = ((arm.a_1, arm.a_6, arm._rows, arm.scene) for arm in (self, other))
+        return mine == its
 
     def __hash__(self) -> int:
         return hash((self.a_1, self.a_6, self._rows))
 
     def _source(self) -> str:
         offset = f"a_1={self.a_1!r}" if self.a_1 else f"a_6={self.a_6!r}"
-        return f"Arm({offset}, {self._rows._source().removeprefix('Arm(')}"
+        rows = self._rows._source().removeprefix("Arm(").removesuffix(")")
+        scene = "" if self.scene is None else f", scene={self.scene!r}"
+        return f"Arm({offset}, {rows}{scene})"
 
     def __str__(self) -> str:
         """Return a readable description: lengths in mm, limits in degrees."""
@@ -266,6 +273,9 @@ class OffsetArm(Arm):
     ) -> ArcSet:  # fmt: skip
         return self._proven_arcs(pose, gc, 0.0, wanted, sets, self._ready_for(scene), progress)
 
+    def _without_scene(self) -> Arm:
+        return self if self.scene is None else self.with_(scene=None)
+
     def reachable(self, pose: ArrayLike) -> NDArray[np.bool_] | np.bool_:
         """See `Arm.reachable`."""
         return np.asarray(self.freedom(pose).ok)[()]
@@ -273,13 +283,14 @@ class OffsetArm(Arm):
     def freedom(self, pose: ArrayLike) -> Freedom:
         """See `Arm.freedom`: for the free joint. If intervals are unproven, `solve` decides."""
         poses = as_poses("pose", pose, self._handle)
-        arcs = self.feasible(poses)
+        free = self._without_scene()
+        arcs = free.feasible(poses)
         count, codes = np.asarray(arcs.count), np.array(arcs.status, dtype=np.int8)
         held = count > 0
         open_ = ~held & (np.asarray(arcs.unproven) > 0.0)
         for gc in np.flatnonzero(open_.reshape(-1, CONFIGURATIONS).any(axis=0)):
             at = open_[..., gc]
-            held[at, gc] = is_solved(np.asarray(self.solve(poses[at], gc=int(gc)).status))
+            held[at, gc] = is_solved(np.asarray(free.solve(poses[at], gc=int(gc)).status))
         bits = (held * (1 << np.arange(CONFIGURATIONS))).sum(axis=-1).astype(np.uint8)
         codes[held] = Status.OK
         rank = np.array([_NEARNESS.index(STATUSES[code]) for code in codes.ravel()], dtype=np.int64)
@@ -307,11 +318,12 @@ class OffsetArm(Arm):
         progress: Progress | bool | None = None,
     ) -> Solution:
         """See `Arm.solve`. Branch and bound over all branches, values of the free joint and turns, without a
-        grid. Without a seed the nearest to the middles of the ranges.
+        grid. Without a seed the nearest to the middles of the ranges. Among obstacles the status is UNPROVEN
+        if it is not proven that none is nearer.
         """
         asked = {
             "metric='max'": chosen("metric", metric, METRICS) != "l2",
-            f"prefer={prefer!r}": chosen("prefer", prefer, PREFER) != "seed",
+            "prefer='margin'": chosen("prefer", prefer, PREFER) == "margin",
             "allowed=": allowed is not None,
             "fallback=": fallback is not None,
             "roll='free'": chosen("roll", roll, ROLLS) != "pose",
@@ -320,6 +332,10 @@ class OffsetArm(Arm):
             if given:
                 raise unsupported(f"solve({what})")
         relaxing_length(None, length)
+        if prefer == "clearance":
+            if weight is not None:
+                raise InputError("prefer is 'clearance', which does not go with the other wishes but gc")
+            return widest_solution(self, pose, seed, gc)
         named: list[tuple[str, NDArray[Any], int]] = [("pose", as_poses("pose", pose), 2)]
         if seed is not None:
             joints = as_floats("seed", seed, (JOINTS,))
@@ -331,8 +347,9 @@ class OffsetArm(Arm):
         by = seeds[0] if seeds else None
         with progressing(as_progress(progress)):
             self._handle.nearest_many(
-                poses, by, weights_of(weight), branch_bits(gc), q, numbers, codes, thread_count()
-            )
+                poses, by, weights_of(weight), branch_bits(gc), q, numbers, codes, thread_count(),
+                None if self._ready is None else self._ready.handle,
+            )  # fmt: skip
         status, found = codes[..., 1].astype(np.int8), is_solved(codes[..., 1])
         every = Solution(
             frozen(q), numbers[..., 0], codes[..., 0], numbers[..., 1], status, numbers[..., 2],
@@ -352,12 +369,22 @@ class OffsetArm(Arm):
         """Raise `UnsupportedError`."""
         raise unsupported("feasible_turns")
 
-    def clearance(self, *_: Any, **__: Any) -> Never:
-        """Raise `UnsupportedError`."""
-        raise unsupported("clearance")
+    def clearance(self, q: ArrayLike, scene: Scene | None = None) -> Clearance:
+        """See `Arm.clearance`: psi_rate is by the value of the free joint, NaN beside a fold."""
+        ready = self._needed(self.scene if scene is None else scene)
+        joints = as_floats("q", q, (JOINTS,))
+        batch = joints.shape[:-1]
+        out, pair = np.empty((*batch, 8)), np.empty(batch, dtype=np.int64)
+        self._handle.proximity_many(ready.handle, joints, out, pair, thread_count())
+        return clearance_of(ready, out, pair)
 
 
 KINDS.append(OffsetArm)
+
+
+def _refuse_margin(margin: float | None) -> None:
+    if margin:
+        raise unsupported("singularity_margin=", "with_(lower=..., upper=...) is the margin that it has")
 
 
 def _longest(arcs: ArcSet) -> Floats:

@@ -85,7 +85,7 @@ def show_intervals(asked: Asked, args: argparse.Namespace) -> int:
 def _feasible(arm: Arm, frame: Floats, gc: int, scene: Scene | None, args: argparse.Namespace) -> ArcSet:
     if isinstance(arm, OffsetArm):
         refuse(args, ("singularity-margin",), f"{arm.name}, which has an offset")
-        return arm.feasible(frame, gc)
+        return arm.with_(scene=scene).feasible(frame, gc)
     return arm.with_(scene=scene, singularity_margin=args.singularity_margin).feasible(frame, gc)
 
 

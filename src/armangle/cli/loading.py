@@ -46,7 +46,6 @@ def with_scene(args: argparse.Namespace) -> tuple[Arm, Scene | None]:
         for option in given(args, SCENE):
             raise InputError(f"--{option} goes with --scene")
         return arm, None
-    arm = srs(arm, "--scene")
     scene = load_scene(args.scene)
     if args.clearance is not None:
         kept = args.clearance / 1e3

@@ -117,7 +117,7 @@ def _nearest(asked: Asked, seed: Floats, args: argparse.Namespace) -> Solution:
     arm, frames = asked.arm, asked.frames
     if isinstance(arm, OffsetArm):
         refuse(args, ("metric", "fallback", "roll", "singularity-margin"), f"{arm.name}, which has an offset")
-        return arm.solve(frames, seed, gc=asked.gc)
+        return arm.with_(scene=asked.scene).solve(frames, seed, gc=asked.gc)
     return arm.with_(scene=asked.scene, singularity_margin=args.singularity_margin).solve(
         frames, seed, metric=args.metric or "l2", gc=asked.gc, roll=args.roll,
         fallback=args.fallback,

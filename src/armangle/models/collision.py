@@ -15,8 +15,9 @@ from ..scenes.ready import TOO_LARGE
 from .chain import Chain, chain_of, rigid_inverse, rotation_about
 from .cover import Rod, cover_box, cover_cylinder, cover_mesh, merged, open_edges
 from .description import ArmDescription
-from .detect import chain_core, own_arm
-from .mjcf import mjcf_geoms
+from .detect import chain_core
+from .mjcf import mjcf_geoms, read_mjcf
+from .one_offset import own_arm
 from .urdf import Source, read_urdf
 from .urdf.reading import urdf_text
 from .urdf.shapes import mesh_file, numbers_of, origin_of, placed_elements
@@ -61,8 +62,7 @@ def link_frames(arm: ArmDescription, q: Floats) -> Floats:
 
 def cover_urdf(source: Source, base: str | None, tip: str | None, shapes: int, hulls: bool) -> Covered:
     """Return rods that contain every <collision> of the links from base to tip."""
-    chain = read_urdf(source, base=base, tip=tip)
-    arm = own_arm(chain)
+    chain, arm = own_arm(lambda offset: read_urdf(source, base=base, tip=tip, offset=offset))
     text, folder = urdf_text(source)
     out, left = Covered(), list[str]()
     rest = link_frames(arm, np.zeros(JOINTS))
@@ -172,8 +172,8 @@ def _refuse_unless_sized(where: str, name: str, extent: float, size: float) -> N
 
 def cover_mjcf(source: Any, base: str | None, tip: str | None, shapes: int) -> Covered:
     """Return rods that contain every colliding geom of the bodies from base to tip."""
-    chain, q, geoms, notes = mjcf_geoms(source, base, tip)
-    arm = own_arm(chain)
+    chain, arm = own_arm(lambda offset: read_mjcf(source, base, tip, offset=offset))
+    q, geoms, notes = mjcf_geoms(source, chain)
     rest = link_frames(arm, q)
     out = Covered(notes=notes)
     zero = np.zeros(3)

@@ -135,7 +135,7 @@ def describe_chain(
     return arm, import_report(chain, off, arm.notes)
 
 
-def own_arm(chain: Chain) -> ArmDescription:
+def srs_arm(chain: Chain) -> ArmDescription:
     """Return the S-R-S arm of a chain for a `Body`: with the chain itself if it is only nearly S-R-S."""
     try:
         return describe_chain(chain, of_body=True)[0]

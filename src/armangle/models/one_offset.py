@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from ..errors import ModelError
-from .axes import millimetres
+from .axes import NEAR_LENGTH, Axes, millimetres
 from .chain import Chain
-from .description import ImportReport, OffsetDescription
+from .description import ArmDescription, ImportReport, OffsetDescription
+from .detect import nearness, srs_arm
 from .offset import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
@@ -55,6 +57,33 @@ def describe_offset_chain(
         notes = (*notes, f"{kind}, it differs by up to {_differs(off)} at the tip")
     found = replace(found, notes=notes)
     return found, import_report(chain, off, notes)
+
+
+def own_arm(read: Callable[[bool], Chain]) -> tuple[Chain, ArmDescription]:
+    """Return the chain that `read` reads of a file and the arm that it is, for a `Body`.
+
+    `read` takes whether the guess of base and tip is for an arm with an offset wrist or shoulder.
+    """
+    try:
+        chain = read(False)
+    except ModelError:  # there may be an arm with an offset in it
+        found = _with_offset(read, 0.0)
+        if found is None:
+            raise
+        return found
+    if not nearness(Axes(*chain.lines())).srs and (found := _with_offset(read, NEAR_LENGTH)):
+        return found
+    return chain, srs_arm(chain)
+
+
+def _with_offset(read: Callable[[bool], Chain], least: float) -> tuple[Chain, ArmDescription] | None:
+    """Return chain and arm if it has an offset wrist or shoulder of more than `least`, m."""
+    try:
+        chain = read(True)
+        found, _ = describe_offset_chain(chain)
+    except ModelError:
+        return None
+    return (chain, found) if max(abs(found.a_1), abs(found.a_6)) > least else None
 
 
 def _without_offset(found: OffsetDescription, off: tuple[float, float], length: float, angle: float) -> bool:

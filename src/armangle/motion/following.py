@@ -155,7 +155,7 @@ def follow(
     window = _window(lookahead, len(frames))
     if isinstance(arm, OffsetArm):
         check_offset(
-            policy, scene=scene, velocity=velocity, acceleration=acceleration, fallback=fallback, roll=roll,
+            policy, velocity=velocity, acceleration=acceleration, fallback=fallback, roll=roll,
             carry=carry, lookahead=lookahead,
         )  # fmt: skip
     elif arm.chain is not None:
@@ -177,12 +177,12 @@ def follow(
         count, psi = arcs._count, arcs._psi
     rows = blank_rows(n)
     columns = tuple(rows[name] for name in ("q", "psi", "gc", "status", "margin", "residual"))
-    if isinstance(arm, OffsetArm):
-        with progressing(told):
-            arm._handle.follow_all(joints, frames, options, count, psi, None, columns, [])
-        return JointPath(arm=arm, s=s, poses=frames, start=joints, path=path, **rows)
     scenes = scenes_at(arm.scene if scene is None else scene, s.tolist())
     about = [each.handle for each in ready_each(arm, scenes)]
+    if isinstance(arm, OffsetArm):
+        with progressing(told):
+            arm._handle.follow_all(joints, frames, options, count, psi, None, columns, about)
+        return JointPath(arm=arm, s=s, poses=frames, start=joints, path=path, scenes=tuple(scenes), **rows)
     free = None if laddered else free_roll(arm, roll, "start", joints, scenes or None)
     if free is not None and bounds is not None:
         bounds = without_last(bounds)

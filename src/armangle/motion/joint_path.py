@@ -366,7 +366,7 @@ class JointPath:
         known = np.flatnonzero(np.isfinite(self.psi) & np.isfinite(self.poses).all(axis=(1, 2)))
         for k in known.tolist() if self.scenes else ():
             scene = self.scenes[k if len(self.scenes) > 1 else 0]
-            near = self.srs_arm.clearance(self.q[k], scene)
+            near = self.arm.clearance(self.q[k], scene)
             apart[k], names[k] = near.distance, (str(near.obstacle), str(near.link))
         return apart, names
 

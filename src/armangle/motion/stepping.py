@@ -295,7 +295,7 @@ def step(
         check_offset(
             policy, velocity=velocity, acceleration=acceleration, fallback=fallback, roll=roll, carry=carry
         )  # fmt: skip
-        rest = *arcs, None, Step, STATUSES, None
+        rest = *arcs, None, Step, STATUSES, None if arm._ready is None else arm._ready.handle
         return _asked(arm._handle.step_one, handle, q_now, pose, native, given, rest)
     bounds = None
     if arm.chain is not None:

@@ -28,6 +28,7 @@ from ..arm.keywords import names_keywords
 from ..arm.offset import OffsetArm
 from ..arm.wish import DIRECTIONS, Direction
 from ..errors import InputError, SceneError
+from ..scenes.ready import Ready, make_ready
 from ..scenes.scene import Scene
 from ..status import STATUSES, Named, Status
 from .options import LONGEST_STEP, Bound, as_seconds, joint_bound, positive
@@ -245,6 +246,8 @@ class Tracker:
     'FOLLOWING'
     """
 
+    _leader: Ready | None = None  # the scene, prepared for the arm beside the true one
+
     @names_keywords(None, _KEYWORDS)
     def __init__(
         self,
@@ -290,21 +293,25 @@ class Tracker:
         ready = arm._ready
         self._name_pair = None if ready is None else ready.names.pair
         self._core: _core.Tracker | _core.NearTracker | _core.OffsetTracker
+        about = None if ready is None else ready.handle
         if isinstance(arm, OffsetArm):
-            self._core = _core.OffsetTracker(arm._handle, given)
+            self._core = _core.OffsetTracker(arm._handle, given, self._leading(arm._rows, arm.scene), about)
         elif arm.chain is None:
-            self._core = _core.Tracker(arm._handle, given, None if ready is None else ready.handle)
+            self._core = _core.Tracker(arm._handle, given, about)
         else:
-            of_nominal = None if arm.scene is None else arm.nominal._needed(arm.scene)
-            self._core = _core.NearTracker(
-                cast(_core.NearArm, arm._handle), given, None if of_nominal is None else of_nominal.handle,
-                None if ready is None else ready.handle,
-            )  # fmt: skip
-        self._arm = arm
-        self._given = given
+            near = cast(_core.NearArm, arm._handle)
+            self._core = _core.NearTracker(near, given, self._leading(arm.nominal, arm.scene), about)
+        self._arm, self._given = arm, given
         self._dt = float(given[0])
         self._names = Tracked, _TRACKINGS, STATUSES, self._name_pair
         self._started = False
+
+    def _leading(self, nominal: Arm, scene: Scene | None) -> _core.Scene | None:
+        """Return a scene made ready for the arm beside the true one, whose tracker chooses where to go."""
+        if scene is None:
+            return None
+        self._leader = make_ready(nominal, scene, self._leader)
+        return self._leader.handle
 
     @property
     def arm(self) -> Arm:
@@ -378,7 +385,7 @@ class Tracker:
 
     def _check_clear(self, escaping: bool) -> None:
         """Reject a start in collision."""
-        if self._name_pair is None or isinstance(self._core, _core.OffsetTracker):
+        if self._name_pair is None:
             return
         room, core, number = self._core.nearest_pair(0.0)
         if room >= 0 or (escaping and core > 0):

@@ -95,10 +95,6 @@ class Built(Protocol):
     _ready: Ready | None
 
     @property
-    def chain(self) -> object:
-        """The arm's own chain, or None."""
-
-    @property
     def body(self) -> Shaped | None:
         """The collision model of its links."""
 
@@ -158,7 +154,7 @@ def make_ready(arm: Built, scene: Scene, last: Ready | None = None) -> Ready:
         scene.soft,
     )
     names = PairNames(tuple(obstacles), tuple(link.name for link in links))
-    if arm.chain is None and last is None:  # once an arm; a plan uses wider scenes than the user's
+    if isinstance(arm._handle, _core.Arm) and last is None:  # once an arm; a plan uses wider scenes
         code, most = handle.always_near(arm._handle)
         _warn_of_always_near(names.pair(code), most)
     return Ready(handle, names, apart)
@@ -266,11 +262,11 @@ def never_nearer(arm: Built) -> tuple[list[tuple[int, Shape]], Floats]:
     """Return the n shapes of a body with their DH frames, and lower bounds of their distances, m (n, n).
 
     For all joints, ignoring limits. -inf for neighbours, for pairs that touch at some joints, and for pairs
-    without a proof at a fixed effort; for an arm with its own chain always.
+    without a proof at a fixed effort; for an arm that is not exactly S-R-S always.
     """
     shapes = [] if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
     out = np.full((len(shapes), len(shapes)), -np.inf)
-    if arm.chain is None and shapes:
+    if isinstance(arm._handle, _core.Arm) and shapes:
         order = np.argsort([frame for frame, _ in shapes], kind="stable")
         rods: Floats = np.array([[shapes[k][0], *shapes[k][1]._row()[1:8]] for k in order], dtype=np.float64)
         found = np.empty_like(out)

@@ -143,7 +143,7 @@ def _start(arm: Arm, text: str | None, frame: Floats, scene: Scene | None) -> Fl
             raise InputError(f"--start is outside the limits: {violations(arm, q)}")
         return q
     if isinstance(arm, OffsetArm):
-        found = arm.solve(frame)
+        found = arm.with_(scene=scene).solve(frame)
         if not found.ok:
             raise PathError(f"no joints hold the first pose: {Status(int(found.status)).sentence}")
         return np.asarray(found.q)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...errors import SceneError, needed
 from ..chain import Chain, FloatArray
-from .reading import frame_of, read_mjcf
+from .reading import frame_of
 
 _COLLIDING = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
 
@@ -29,14 +29,13 @@ class PlacedGeom(NamedTuple):
 
 
 def mjcf_geoms(
-    source: str | os.PathLike[str], base: str | None = None, tip: str | None = None
-) -> tuple[Chain, FloatArray, list[PlacedGeom], list[str]]:
-    """Return a chain, its joints (7,) at the model's reference position, colliding geoms, and notes.
+    source: str | os.PathLike[str], chain: Chain
+) -> tuple[FloatArray, list[PlacedGeom], list[str]]:
+    """Return a chain's joints (7,) at the model's reference position, colliding geoms, and notes.
 
     Geoms of bodies that move with the base or with one of the seven hinges alone, at the model's reference
     position; a mesh is its convex hull, as in MuJoCo's collisions.
     """
-    chain = read_mjcf(source, base, tip)
     mujoco: Any = needed("mujoco", "reading MJCF needs", "mujoco")
     text = isinstance(source, str) and source.lstrip().startswith("<")
     try:
@@ -79,7 +78,7 @@ def mjcf_geoms(
         geoms.append(PlacedGeom(name, link, frame, place, kind, size, *shape))
     notes = [f"not covered, since they move by joints of their own: {', '.join(left)}"] if left else []
     q = [float(model.qpos0[model.joint(name).qposadr[0]]) for name in moving]
-    return chain, np.array(q), geoms, notes
+    return np.array(q), geoms, notes
 
 
 _NO_FACES = np.empty((0, 3), dtype=np.int64)

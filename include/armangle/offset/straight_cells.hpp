@@ -1,0 +1,62 @@
+// Cells of the free joint as ways of all joints, along which scenes are asked: straight, within a box.
+#pragma once
+
+#include "../scene/clear_cells.hpp"
+#include "cells.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+namespace detail {
+
+/// The ways of the joints over a cell. By its slope a joint is on a straight one; where that says less, as
+/// beside a fold, it is anywhere in its range. False where nothing is known.
+inline bool straight_cell(const OffsetArm& arm, const OffsetCells::Over& over, double half,
+                          StraightCell& out) noexcept {
+    for (int j = 0; j < joints; ++j) {
+        const JointOver& joint = over.joint[j];
+        if (!joint.off.bounded()) return false;
+        const double sign = arm.rest.sign[j], within = 0.5 * (joint.off.hi - joint.off.lo),
+                     beside = 0.5 * half * (joint.slope.hi - joint.slope.lo);
+        const bool straight = beside < within && over.exists == Known::inside;
+        const int to = robot_joint(arm, j);
+        out.q[to] = to_q(joint.middle + (straight ? 0.0 : joint.off.middle()), sign, arm.rest.offset[j]);
+        out.d[to] = straight ? sign * half * joint.slope.middle() : 0.0;
+        out.off[to] = above(straight ? beside : within) + offset_rule::rounding;
+    }
+    return true;
+}
+
+/// The work on one pose and branch.
+class OffsetStraightCells {
+public:
+    static constexpr double widest = 0.05;  // rad: half width
+
+    OffsetStraightCells(const OffsetArm& arm, const Pose<double>& pose, int gc) noexcept
+        : arm_(arm), cells_(arm, pose, gc) {}
+
+    bool over(double middle, double half, StraightCell& out) const noexcept {
+        OffsetCells::Begun begun;
+        OffsetCells::Over over;
+        cells_.begin(middle, half, begun, over);
+        if (over.exists == Known::outside) return false;
+        cells_.finish(begun, over);
+        return straight_cell(arm_, over, half, out);
+    }
+
+private:
+    const OffsetArm& arm_;
+    const OffsetCells cells_;
+};
+
+}  // namespace detail
+
+template <>
+struct CellsOf<OffsetArm> {
+    using type = detail::OffsetStraightCells;
+};
+
+}  // namespace armangle
+
+#include "../names/end.hpp"

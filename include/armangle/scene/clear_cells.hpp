@@ -1,0 +1,218 @@
+// The values of the free number, psi or a joint, at which an arm touches nothing: stretches that are proven.
+//
+//     |---clear---o---clear---|touching|---clear---|      o: a middle that was looked at
+//                 <---- one look ---->
+//
+// About the posture at the middle of a cell the joints are on a straight way, within a box: what an arm
+// proves of its cell. straight_move.hpp says how far that way is proven to touch nothing, and how far nothing
+// of it is clear, back and ahead. What is between is looked at again: the ends come near in a few looks, each
+// as the square of the last one. So all is told, but where nothing is known of the joints.
+#pragma once
+
+#include "clear.hpp"
+#include "straight_move.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+/// How cells are proven clear.
+struct ClearCellsTuning {
+    /// Looks at one pose and branch.
+    int looks = 3000;
+    /// Of a cell's half: what tells less of both sides is halved instead.
+    double least_told = 0.2;
+    /// Half width (rad) of a cell that is given up; where nothing is known of its joints the greater one.
+    double narrowest = 1e-11, unknown = 1e-8;
+    /// Halvings of the clearance on the way to the widest value.
+    int widest_halvings = 26;
+};
+
+/// What proves the cells of an arm: a class with a constructor of (arm, exact pose, branch), `widest`, the
+/// half width (rad) of a cell to begin with, and over(middle, half, cell), which is false where nothing is
+/// known of the joints.
+template <class AnyArm>
+struct CellsOf;
+
+/// What joints do over a cell: q + s d + e, |s| <= 1, |e_j| <= off_j; rad, in the robot's order.
+struct StraightCell {
+    double q[joints], d[joints], off[joints];
+};
+
+namespace detail {
+
+/// The work on one pose and branch.
+template <class AnyArm>
+class ClearCells {
+    using Cells = typename CellsOf<AnyArm>::type;
+
+public:
+    /// The pose is exact.
+    ClearCells(const AnyArm& arm, const Scene& scene, const Pose<double>& pose, int gc,
+               const ClearCellsTuning& tuning) noexcept
+        : tuning_(tuning),
+          cells_(arm, pose, gc),
+          flange_(flange_pose(nominal(arm), pose)),
+          move_(arm, scene),
+          looks_(tuning.looks) {}
+
+    /// What is clear of these arcs; `unproven` grows by what is left out and not known.
+    void run(const ArcSet& own, ArcSet& out, double& unproven) noexcept {
+        make_empty(out);
+        for (int i = 0; i < own.count; ++i) {
+            const Arc& arc = own.arc[i];
+            const double width = arc.upper - arc.lower;
+            const int n = 1 + static_cast<int>(width / (2.0 * Cells::widest));
+            tag_ = own.full ? 0 : arc.lower_tag;
+            open_ = false;
+            for (int k = 0; k < n; ++k)
+                settle(arc.lower + width * k / n, arc.lower + width * (k + 1) / n, out);
+            if (open_) close(own.full ? 0 : arc.upper_tag, out);
+        }
+        merge(out);
+        unproven += unproven_;
+    }
+
+    /// The pair that touched somewhere; 0: none did.
+    Tag touching() const noexcept { return touching_; }
+
+private:
+    /// Looks at a cell; in rising order.
+    void settle(double lower, double upper, ArcSet& out) noexcept {
+        const double middle = 0.5 * (lower + upper), half = 0.5 * (upper - lower);
+        StraightCell cell;
+        const bool spent = --looks_ < 0, known = !spent && cells_.over(middle, half, cell);
+        const Around at = known ? move_.about(cell.q, cell.d, cell.off, &flange_) : Around{};
+        if (at.is_clear()) return add_clear(lower, upper);
+        if (spent || half <= (known ? tuning_.narrowest : tuning_.unknown))
+            return leave_out(lower, upper, at, out);
+        const double back = max(at.clear[0], at.touching[0]), ahead = max(at.clear[1], at.touching[1]);
+        if (max(back, ahead) < tuning_.least_told) {
+            settle(lower, middle, out);
+            return settle(middle, upper, out);
+        }
+        const double from = back < 1.0 ? middle - back * half : lower,
+                     to = ahead < 1.0 ? middle + ahead * half : upper;
+        if (from > lower) settle(lower, from, out);
+        tell(at.clear[0] >= at.touching[0], from, middle, at.pair, out);
+        tell(at.clear[1] >= at.touching[1], middle, to, at.pair, out);
+        if (to < upper) settle(to, upper, out);
+    }
+
+    void tell(bool clear, double lower, double upper, Tag pair, ArcSet& out) noexcept {
+        if (!(upper > lower)) return;
+        if (clear) return add_clear(lower, upper);
+        touching_ = pair;
+        end(pair, out);
+    }
+    /// A single value, or what is given up: touching, or not known.
+    void leave_out(double lower, double upper, const Around& at, ArcSet& out) noexcept {
+        const bool touches = min(at.touching[0], at.touching[1]) >= 1.0;
+        if (touches) touching_ = at.pair;
+        if (!touches) unproven_ += max(upper - lower, tolerance::angle);
+        end(touches ? at.pair : make_tag(0, Side::unproven), out);
+    }
+    void add_clear(double lower, double upper) noexcept {
+        if (!open_) start_ = lower;
+        open_ = true;
+        end_ = upper;
+    }
+    void end(Tag by, ArcSet& out) noexcept {
+        if (open_) close(by, out);
+        tag_ = by;
+    }
+    void close(Tag by, ArcSet& out) noexcept {
+        if (out.count == ArcSet::capacity) unproven_ += end_ - start_;
+        put(out, {start_, end_, tag_, by});
+        open_ = false;
+    }
+
+    const ClearCellsTuning& tuning_;
+    Cells cells_;
+    const Pose<double> flange_;
+    StraightMove<AnyArm> move_;
+    bool open_ = false;
+    double start_ = 0, end_ = 0, unproven_ = 0;
+    Tag tag_ = 0, touching_ = 0;
+    int looks_;
+};
+
+}  // namespace detail
+
+/// How near a posture of any other arm is to what stands about; along d (rad) its rate.
+template <class AnyArm>
+Proximity proximity(const AnyArm& arm, const Scene& scene, const double* q, const double (&d)[joints],
+                    bool turning_alone = false) noexcept {
+    return StraightMove<AnyArm>(arm, scene).proximity(q, d, turning_alone);
+}
+
+/// The pair of hand, or link 0, and what stands about that touch at a pose, whatever the joints; 0: none.
+template <class AnyArm>
+Tag rest_contact(const AnyArm& arm, const Scene& scene, const Pose<double>& pose) noexcept {
+    return scene.base_tag ? scene.base_tag : held_contact(scene, flange_pose(nominal(arm), pose));
+}
+
+/// Leaves of proven arcs of a pose and branch what is clear of a scene. `blocking`: the pair that touches
+/// where nothing is left; 0: none is known. `turning_alone`: hand and link 0 may touch.
+template <class AnyArm>
+void keep_clear(const AnyArm& arm, const Scene& scene, const Pose<double>& pose, int gc, ProvenArcs& arcs,
+                Tag& blocking, bool turning_alone = false, const ClearCellsTuning& tuning = {}) noexcept {
+    blocking = 0;
+    make_empty(arcs.open);
+    if (arcs.arcs.empty()) return;
+    const Pose<double> exact{orthonormal(pose.rotation), pose.position};
+    if (!turning_alone) blocking = rest_contact(arm, scene, exact);
+    if (blocking) {
+        make_empty(arcs.arcs);
+        arcs.status = Status::POSE_BLOCKED;
+        return;
+    }
+    const ArcSet own = arcs.arcs;
+    detail::ClearCells<AnyArm> proof(arm, scene, exact, gc, tuning);
+    proof.run(own, arcs.arcs, arcs.unproven);
+    if (!arcs.arcs.empty()) return;
+    blocking = proof.touching();
+    arcs.status = blocking ? Status::CLEARANCE : Status::NEAR_SINGULAR;
+}
+
+/// Of the arc of `open`, proven and clear, that holds psi, what keeps the soft clearance too; false where
+/// nothing of it does, or no arc holds psi. The pose is exact.
+template <class AnyArm>
+bool keep_soft(const AnyArm& arm, const Scene& scene, const Pose<double>& pose, int gc, const ArcSet& open,
+               double psi, ArcSet& out, const ClearCellsTuning& tuning = {}) noexcept {
+    const Place at = find(open, psi);
+    if (at.index < 0) return false;
+    Scene asked = scene;
+    asked.clearance += scene.soft;
+    ArcSet here;
+    make_empty(here);
+    here.arc[here.count++] = open.arc[at.index];
+    here.full = open.full;
+    double unproven = 0;
+    detail::ClearCells<AnyArm>(arm, asked, pose, gc, tuning).run(here, out, unproven);
+    return !out.empty();
+}
+
+/// The psi of proven arcs `own` that keeps farthest away, and the nearest pair there; of exact pose and turn.
+template <class AnyArm>
+Widest widest(const AnyArm& arm, const Scene& scene, const Pose<double>& pose, int gc, const ArcSet& own,
+              const ClearCellsTuning& tuning = {}) noexcept {
+    if (own.empty()) return no_widest;
+    const double psi =
+        widest_psi(scene, nominal(arm).size, tuning.widest_halvings, [&](double clearance, ArcSet& left) {
+            Scene asked = scene;
+            asked.clearance = clearance;
+            double unproven = 0;
+            detail::ClearCells<AnyArm>(arm, asked, pose, gc, tuning).run(own, left, unproven);
+        });
+    if (is_nan(psi)) return no_widest;
+    const Inverse at = inverse(arm, pose, psi, gc), rate = self_motion_rate(arm, pose, psi, gc);
+    if (at.status != Status::OK || rate.status != Status::OK) return no_widest;
+    double d[joints];
+    for (int j = 0; j < joints; ++j) d[j] = rate.q[j];
+    return {psi, proximity(arm, scene, at.q, d, true)};
+}
+
+}  // namespace armangle
+
+#include "../names/end.hpp"
