@@ -97,3 +97,16 @@ def test_a_refusal_names_who_blocks(cli: Cli) -> None:
     place = ",".join(f"{x:.17g}" for x in POSE[:3, 3])
     ran = cli(f"ik {{R}} --pose {place},0,1,0,0 --explain {SCENE}")
     assert ran.status == 1 and "post" in ran.out
+
+
+def test_an_arm_with_an_offset_keeps_clear_too(lamp: aa.Scene, cli: Cli) -> None:
+    """Its intervals and its solution are those of the arm in the scene."""
+    q = np.array([0.3, 0.3, 0.2, -1.6, 0.1, 2.0, 0.4])
+    arm = aa.Arm.from_catalogue("franka_fr3").with_(body=aa.Body.bones(upper_arm=0.06, forearm=0.06))
+    among, (pose, _, gc) = arm.with_(scene=lamp), arm.forward(q)
+    joints = ",".join(map(str, np.degrees(q)))
+    words = f"ik --robot franka_fr3 --joints {joints} --scene cell.toml --body 60,60 --json"
+    (facts,) = cli(f"{words} --intervals").facts
+    wanted = among.feasible(pose, gc)
+    assert wanted != arm.feasible(pose, gc)
+    assert np.allclose(facts["intervals"], wanted.intervals, rtol=0, atol=1e-9)

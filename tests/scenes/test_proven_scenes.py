@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ from support.draw import count
 from support.touching import distances
 
 import armangle as aa
+from armangle.models.chain import rotation_about
+from armangle.models.urdf import read_urdf
 
 SLACK = 3e-9
 """m: what is nearer than that to the clearance may be said to touch."""
@@ -286,3 +289,24 @@ def test_the_questions_are_about_something() -> None:
     arm = FAMILIES["franka_fr3"]
     shapes = obstacles(arm, np.random.default_rng(1), 4)
     assert {type(shape) for shape in shapes} == {aa.Ball, aa.Capsule, aa.Box, aa.HalfSpace}
+
+
+SPHERE = '<collision><origin xyz="0.01 0.02 0.03"/><geometry><sphere radius="0.04"/></geometry></collision>'
+
+
+@pytest.mark.parametrize("name", ["franka_fr3", "fetch"])
+def test_the_body_of_a_file_moves_with_its_links(name: str) -> None:
+    text = re.sub(r'<link name="(link_\d)" />', rf'<link name="\1">{SPHERE}</link>', FAMILIES[name].to_urdf())
+    arm = aa.Arm.from_urdf(text)
+    body = aa.Body.from_urdf(text)
+    assert arm.kind == FAMILIES[name].kind and len(body.links) == 7
+    chain = read_urdf(text, offset=True)
+    q = np.array([0.3, 0.4, -0.2, -1.2, 0.5, 0.9, -0.6])
+    frames, link = arm.frames(q), np.eye(4)
+    for joint, angle, (frame, shapes) in zip(chain.joints, q, body.links, strict=True):
+        link = link @ joint.origin @ rotation_about(joint.axis, np.float64(angle))
+        (ball,) = shapes
+        assert isinstance(ball, aa.Ball) and ball.radius == 0.04
+        np.testing.assert_allclose(
+            frames[frame] @ [*ball.center, 1.0], link @ [0.01, 0.02, 0.03, 1.0], rtol=0, atol=1e-9
+        )

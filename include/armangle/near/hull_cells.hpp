@@ -66,6 +66,7 @@ private:
 
 }  // namespace detail
 
+/// Hulls prove cells of an own chain.
 template <>
 struct CellsOf<NearArm> {
     using type = detail::HullCells;

@@ -52,6 +52,7 @@ private:
 
 }  // namespace detail
 
+/// The closed form on intervals proves cells of an arm with an offset.
 template <>
 struct CellsOf<OffsetArm> {
     using type = detail::OffsetStraightCells;
