@@ -95,6 +95,10 @@ class Built(Protocol):
     _ready: Ready | None
 
     @property
+    def chain(self) -> object:
+        """The arm's own chain, or None."""
+
+    @property
     def body(self) -> Shaped | None:
         """The collision model of its links."""
 
