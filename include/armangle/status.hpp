@@ -45,33 +45,35 @@ constexpr const char* sentence(Status status) noexcept {
         case Status::OK: return "The pose is solved within all limits.";
         case Status::UNREACHABLE:
             return "The wrist is out of reach: too far from the shoulder, or too near to it.";
-        case Status::FOLDED: return "The wrist lies on the shoulder: the arm angle is not defined there.";
+        case Status::FOLDED: return "The wrist lies on the shoulder, so the arm angle does not exist.";
         case Status::ELBOW_LIMIT:
-            return "The elbow joint would have to leave its limits, whatever the arm angle.";
+            return "The pose requires the elbow joint to leave its limits, at every arm angle.";
         case Status::ELBOW_MARGIN:
-            return "The elbow is stretched or folded to within the singularity margin.";
+            return "The elbow is nearer to stretched or folded than the singularity margin.";
         case Status::LIMITS:
-            return "No arm angle that can be taken keeps all joints within their limits and margins.";
+            return "No available arm angle keeps all joints within their limits and margins.";
         case Status::OUTSIDE:
-            return "The present arm angle lies in no feasible arc, and the policy stops there.";
-        case Status::JOINT_JUMP: return "A joint would move further than the largest step allowed.";
+            return "The present arm angle lies in no feasible interval, and the policy stops there.";
+        case Status::JOINT_JUMP: return "A joint would move further than the largest permitted step.";
         case Status::WINDING_EXHAUSTED:
-            return "A joint that has more than a turn would leave its range by accumulated turns.";
+            return "A joint with more than one turn would leave its range: no turn is left.";
         case Status::VELOCITY_LIMIT: return "A joint would move faster than its velocity limit.";
         case Status::ACCELERATION_LIMIT: return "A joint would accelerate beyond its acceleration limit.";
-        case Status::NOT_REACHED: return "The pose was not tried: the motion stopped before it.";
-        case Status::NOT_ALLOWED: return "The branches or arcs that the caller allows leave no arm angle.";
-        case Status::NEAR_SINGULAR: return "Branches meet here, so that no one posture is certain.";
+        case Status::NOT_REACHED: return "The pose was not tried, because the motion stopped before it.";
+        case Status::NOT_ALLOWED:
+            return "The branches or intervals that the caller allows leave no arm angle.";
+        case Status::NEAR_SINGULAR: return "Branches meet here, so no single solution is certain.";
         case Status::NO_CONVERGENCE:
-            return "The posture of the nearly S-R-S arm was not found within the iterations allowed.";
+            return "The iteration did not find the solution of the nearly S-R-S arm.";
         case Status::POSE_BLOCKED:
-            return "The hand, or the base, meets an obstacle at this pose, whatever the arm angle.";
+            return "The gripper or the base collides with an obstacle at this pose, at every arm angle.";
         case Status::CLEARANCE: return "No arm angle keeps clear of the obstacles within all limits.";
-        case Status::PARTIAL: return "The step goes as far towards the pose as bounds, or the reach, allow.";
-        case Status::NO_POSTURE: return "No posture holds this pose at this value of the free joint.";
+        case Status::PARTIAL:
+            return "The step moves as far towards the pose as the bounds, or the reach, allow.";
+        case Status::NO_POSTURE: return "The pose has no solution at this value of the free joint.";
         case Status::UNPROVEN:
-            return "The pose is solved within all limits, but it is not proven that no posture is nearer.";
-        case Status::BAD_INPUT: return "The pose is no rigid transform, or a number is not finite.";
+            return "The pose is solved within all limits, but it is not proven that no solution is nearer.";
+        case Status::BAD_INPUT: return "The pose is not a rigid transform, or a number is not finite.";
     }
     return "";
 }

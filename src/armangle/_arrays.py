@@ -342,7 +342,7 @@ _HINDRANCES = {
     2: "where θ2 is 0 or π and joints 1 to 3 turn without bound",
     4: "where the elbow is stretched or folded and the joints turn without bound",
     6: "where θ6 is 0 or π and joints 5 to 7 turn without bound",
-    7: "which has no posture",
+    7: "which has no solution",
 }
 
 
@@ -418,7 +418,7 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
         case Problem.NEAR_SINGULAR | Problem.NO_CONVERGENCE:
             return NoSolutionError(
                 f'{where}: {_core.Status[problem.name].sentence} on_error="nan" gives NaN there; '
-                "solve(pose, seed=q) finds a posture if there is one."
+                "solve(pose, seed=q) finds a solution if there is one."
             )
         case Problem.NO_DERIVATIVE:
             return UnreachableError(

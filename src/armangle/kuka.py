@@ -212,7 +212,7 @@ def from_e1(
             raise UnreachableError(f"{where}{why.sentence}")
         value, wanted = float(arrays[1][at]), int(arrays[2][at])
         raise NoSolutionError(
-            f"{where}no posture of status {wanted} has A3 at E1 = {np.degrees(value):.4f} deg: the wrist "
+            f"{where}no solution of status {wanted} has A3 at E1 = {np.degrees(value):.4f} deg: the wrist "
             "would lie beside the plane of the upper arm by more than its distance from axis 1"
         )
     return out
@@ -268,7 +268,7 @@ def to_frame(arm: Arm, q: ArrayLike) -> KukaFrame:
     """
     joints = as_floats("q", q, (JOINTS,))
     if joints.ndim != 1:
-        raise InputError(f"q has shape {joints.shape}, wanted ({JOINTS},): a frame is one posture")
+        raise InputError(f"q has shape {joints.shape}, wanted ({JOINTS},): a frame is one configuration")
     codes = _codes(arm, joints)
     tool = arm.forward(joints, on_error="nan")[0]
     return KukaFrame(tool, float(joints[2]), int(codes[0]), int(codes[1]))

@@ -149,7 +149,7 @@ def test_what_is_not_proven_is_said(cli: Cli) -> None:
     row = ",".join(f"{v:.17g}" for v in rows_from_poses(pose[None])[0])
     seed = ",".join(map(str, np.degrees(q) + 0.5))
     words = f"ik --robot own.urdf --pose {row} --seed {seed}"
-    assert "not proven that no posture is nearer" in cli(words).text
+    assert "not proven that no solution is nearer" in cli(words).text
     assert cli(f"{words} --all --json").facts["unproven"] == pytest.approx(
         arm.feasible(pose).unproven.tolist()
     )

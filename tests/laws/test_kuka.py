@@ -181,7 +181,7 @@ def test_batches_broadcast_and_none_is_found_is_said() -> None:
     with pytest.raises(aa.UnreachableError, match="out of reach"):
         kuka.from_e1(arm, aa.pose([9.0, 0, 0]), 0.0, 0)
     above = arm.forward([0.0, -0.8, 0.0, -1.8, 0.0, 0.5, 0.0])[0]
-    with pytest.raises(aa.NoSolutionError, match=r"no posture of status 2 has A3 at E1 = 90.0000 deg"):
+    with pytest.raises(aa.NoSolutionError, match=r"no solution of status 2 has A3 at E1 = 90.0000 deg"):
         kuka.from_e1(arm, above, np.pi / 2, 2)
     with pytest.raises(aa.InputError, match="elbow offsets"):
         kuka.status(aa.Arm.from_catalogue("barrett_wam7"), q)

@@ -280,7 +280,7 @@ def test_covers_that_always_meet_are_let_touch_and_said(tmp_path: Path) -> None:
     body = aa.Body.from_urdf(path)
     names = links_of(ARM.to_urdf())
     assert (names[3], names[5]) in body.ignore and (names[1], names[7]) not in body.ignore
-    assert "not asked about each other" in body.notes[0]
+    assert "not tested against each other" in body.notes[0]
     arm = aa.Arm.from_urdf(path).with_(body=body)
     pose, _, gc = arm.forward([0.3, 0.7, 0.2, -1.3, 0.4, 0.8, 0.1])
     assert arm._clear(pose, gc, aa.Scene()).status == aa.Status.OK

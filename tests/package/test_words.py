@@ -60,7 +60,7 @@ def test_a_solution_is_shown_on_one_line() -> None:
     assert ", gc=2, distance=0, status=OK, margin=" in repr(found)
     assert repr(arm.solve(far)) == "<Solution: none, UNREACHABLE>"
     batch = arm.solve(np.stack([pose, far, pose]))
-    assert repr(batch) == "<Solution of a batch (3,): 2 of 3 poses have a posture>"
+    assert repr(batch) == "<Solution of a batch (3,): 2 of 3 poses have a solution>"
 
 
 def test_an_import_report_reads_in_mm_and_degrees() -> None:

@@ -14,11 +14,11 @@ from ..scenes.ready import Ready
 from ..status import STATUSES, Status
 from .solution import Solution
 
-_ANCHOR = "lies where no arm angle gives it; or it is singular, and no way on from it was found."
+_ANCHOR = "lies where no arm angle gives it; or it is singular, and no path from it was found."
 
 _NOT_NOMINAL = (
-    "lies where the nominal arm, on which the way is sought, has no posture like it: branches of the true "
-    "chain meet nearby; `follow` may go on from here."
+    "lies where the nominal arm, which is searched, has no such configuration: branches of the true "
+    "chain meet nearby; `follow` may continue from here."
 )
 
 _SEEN = 1e-3  # degrees: a smaller turn is not mentioned
@@ -210,11 +210,11 @@ class Branch:
 
     def _anchor(self) -> str:
         if self.elsewhere:
-            return "is a posture of another global configuration."
+            return "belongs to another global configuration."
         if self.status == Status.NOT_ALLOWED:
             return "lies outside the arcs that the caller allows."
         if self.status == Status.NEAR_SINGULAR:
-            return "lies nearer to a singular posture than the margin asked."
+            return "lies nearer to a singularity than the requested margin."
         if self.status == Status.NO_CONVERGENCE:
             return _NOT_NOMINAL
         if self.status == Status.LIMITS and self.openings:

@@ -129,7 +129,7 @@ class Solution(NamedTuple):
         codes = np.asarray(self.status)
         if codes.ndim:
             found = int(is_solved(codes).sum())
-            return f"<Solution of a batch {codes.shape}: {found} of {codes.size} poses have a posture>"
+            return f"<Solution of a batch {codes.shape}: {found} of {codes.size} poses have a solution>"
         if not np.isfinite(self.q).all():
             return f"<Solution: none, {self.status}>"
         joints = ", ".join(f"{x:.6g}" for x in self.q)
@@ -212,7 +212,7 @@ class Solutions:
 
     def __repr__(self) -> str:
         if not isinstance(self.count, int):
-            return f"<Solutions of {self.count.size} poses, {int(self.count.sum())} postures>"
+            return f"<Solutions of {self.count.size} poses, {int(self.count.sum())} solutions>"
         if not self.count:
             return f"<Solutions: none, {self.status}>"
         return f"<Solutions: {self.count}, branches {sorted({int(g) for g in self.gc})}>"

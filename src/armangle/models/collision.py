@@ -215,8 +215,8 @@ def _finish(out: Covered, chain: Chain, arm: ArmDescription) -> None:
     out.ignore = always_touching(out, arm)
     if out.ignore:
         pairs = ", ".join(f"{one} and {other}" for one, other in out.ignore)
-        out.notes.append(f"not asked about each other, since their covers met in all of {_POSTURES} random "
-                         f"postures, which is sampled, not proven: {pairs}")  # fmt: skip
+        out.notes.append(f"not tested against each other, since their covers overlap in all of {_POSTURES} "
+                         f"random configurations, which is sampled, not proven: {pairs}")  # fmt: skip
 
 
 def always_touching(covered: Covered, arm: ArmDescription) -> list[tuple[str, str]]:

@@ -466,8 +466,8 @@ class JointPath:
         if far.any() or not np.isfinite(placed.q).all():
             at = s[int(np.argmax(far))]
             raise PathError(
-                f"behind s = {at:.6g} joints leap, or no posture lies between two rows: follow more poses "
-                "there, or plan"
+                f"after s = {at:.6g} joints jump, or two rows have no solution between them: follow more "
+                "poses there, or plan"
             )
         columns: dict[str, Any] = {name: getattr(placed, name) for name in ("q", "psi", "margin", "residual")}
         columns |= {"poses": placed.pose, "gc": placed.gc.astype(np.int64)}

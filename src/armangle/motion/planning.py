@@ -309,7 +309,7 @@ def plan(
             and last is not None
             and planned(along, first, None, tell)[0]
         ):
-            note = "A path leads from the start to another posture of the last pose: plan without goal=."
+            note = "A path leads from the start to another solution of the last pose: plan without goal=."
         diagnosis = Diagnosis(branches, note=note)
         curve = Curve(whole._segments, stretches, plane, branch, roll, *chain) if len(stretches) else None
         if curve is not None and samples is None and not isinstance(whole, Waypoints):

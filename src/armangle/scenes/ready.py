@@ -172,8 +172,8 @@ def _warn_of_always_near(pair: tuple[str, str] | None, most: float) -> None:
     if most >= 0:
         apart = f"are never more than {most * MILLIMETRES:.3g} mm apart"
     warnings.warn(
-        f"{pair[0]} and {pair[1]} of this arm {apart}, in every posture, so that no arm angle is clear: "
-        f"make their shapes smaller, or let them touch by Scene(..., ignore=[{pair}])",
+        f"{pair[0]} and {pair[1]} of this arm {apart}, in every configuration, so no arm angle is "
+        f"collision-free: make their shapes smaller, or let them touch by Scene(..., ignore=[{pair}])",
         UserWarning,
         stacklevel=3,
     )

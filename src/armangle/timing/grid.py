@@ -68,8 +68,8 @@ def grid(motion: Motion, count: int, least: int, more: Floats) -> Grid:
         at = motion.s(s[endless])[0] if isinstance(motion, Part) else s[endless][0]
         raise PathError(
             f"no timing is found: at s = {at:g} joints have no finite speed along the path: the "
-            "arm is singular there, stretched or folded, or it has no posture between two rows; at an end "
-            "of the path tolerance= rounds that, if it is large enough; else leave it out"
+            "arm is singular there, stretched or folded, or has no solution between two rows. At an end "
+            "of the path a large enough tolerance= rounds that; otherwise leave it out."
         )
     return Grid(s, after, before, np.zeros((len(s) - 1, JOINTS)))
 

@@ -475,8 +475,8 @@ def _raise_for_unproven(path: Motion, timing: Timing, b: _Bounds) -> None:
 
 def _raise_leap(where: str) -> None:
     raise PathError(
-        f"no timing is found: {where}: from row to row, or beside a posture where branches meet or the arm "
-        "is stretched; at an end tolerance= may round that; else leave it out, or plan the path"
+        f"no timing is found: {where}: between rows, or near a configuration where branches meet or the arm "
+        "is stretched. At an end tolerance= may round that; otherwise leave it out, or plan the path."
     )
 
 
@@ -519,7 +519,7 @@ def _checked(
     if isinstance(path, JointPath):
         path.raise_for_status()
         if len(path) == 0:
-            raise PathError("the path has no rows, wanted one at least: there is no posture to hold")
+            raise PathError("the path has no rows, wanted at least one")
     v = joint_bound(path.arm, "velocity", velocity, path.arm.velocity)
     a = joint_bound(path.arm, "acceleration", acceleration, path.arm.acceleration)
     if np.isinf(a).any():
