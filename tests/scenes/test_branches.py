@@ -25,7 +25,7 @@ def drawn(name: str, rng: np.random.Generator, swings: bool) -> tuple[aa.Arm, aa
 @pytest.mark.parametrize("name", NAMES)
 def test_all_branches_are_those_asked_one_by_one(name: str, swings: bool) -> None:
     rng, differ = generator(41, len(name)), 0
-    for _ in range(count(12)):
+    for _ in range(count(4)):
         arm, scene, pose = drawn(name, rng, swings)
         kept = arm.with_(scene=scene)
         every = kept.feasible(pose)
@@ -42,7 +42,7 @@ def test_all_branches_are_those_asked_one_by_one(name: str, swings: bool) -> Non
 @pytest.mark.parametrize("name", NAMES)
 def test_no_solution_touches_and_none_is_missed(name: str) -> None:
     rng, found = generator(42, len(name)), 0
-    for _ in range(count(25)):
+    for _ in range(count(6)):
         arm, scene, pose = drawn(name, rng, True)
         near = rng.uniform(arm.lower, arm.upper).clip(-2.8, 2.8)
         kept = arm.with_(scene=scene)
@@ -53,4 +53,4 @@ def test_no_solution_touches_and_none_is_missed(name: str) -> None:
             _, psi, gc = arm.forward(solution.q)
             assert kept.clearance(arm.inverse(pose, psi, gc, limits=False)).distance >= -1e-9
             found += 1
-    assert found > 10
+    assert found > 4

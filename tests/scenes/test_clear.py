@@ -70,7 +70,7 @@ def posed(arm: aa.Arm, rng: np.random.Generator, gc: int) -> tuple[Any, int]:
 def test_a_psi_is_clear_if_and_only_if_no_link_touches(arm: aa.Arm, body: str) -> None:
     rng = generator(1, len(arm.name))
     arm = arm.with_(body=BODIES[body])
-    for k in range(count(12)):
+    for k in range(count(6)):
         pose, gc = posed(arm, rng, k % 8)
         kept = float(rng.choice([0.0, 0.015]))
         scene = aa.Scene([obstacle(arm, rng, (k + j) % 4) for j in range(1 + k % 3)], clearance=kept)

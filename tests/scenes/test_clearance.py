@@ -94,7 +94,7 @@ def test_what_swings_is_as_near_as_its_distances_say() -> None:
     })  # fmt: skip
     rng, seen = generator(7), set()
     arm = WRITTEN.with_(body=body)
-    for _ in range(count(60)):
+    for _ in range(count(40)):
         scene = aa.Scene([s for s in shapes(rng) if not isinstance(s, aa.HalfSpace)])
         pose, psi, gc = arm.forward(rng.uniform(-1.5, 1.5, 7))
         apart, names = distances(arm, arm.inverse(pose, psi, gc, limits=False), scene)

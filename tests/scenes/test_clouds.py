@@ -46,7 +46,7 @@ def test_a_cloud_is_its_points(body: aa.Body, number: int) -> None:
     rng = generator(1, number)
     arm = FREE.with_(body=body).with_(hand=HAND)
     about: Any = {"clearance": 0.005, "ignore": [("hand", "forearm")] if body is BONES else []}
-    for k in range(count(6)):
+    for k in range(count(6 if number < 100 else 2)):
         points = seen(rng, number)
         pose, gc, psi = posed(rng, ARM), k % 8, rng.uniform(-3, 3)
         cloud = aa.Scene([aa.Cloud(points, 0.01, name="seen")], **about)
@@ -67,7 +67,7 @@ def test_a_cloud_is_its_points(body: aa.Body, number: int) -> None:
 def test_what_groups_leave_out_touches_nothing() -> None:
     rng = generator(2)
     arm = FREE.with_(body=BONES)
-    for k in range(count(4)):
+    for k in range(count(2)):
         points = seen(rng, 1500)
         pose = posed(rng, ARM)
         kept = arm.with_(scene=aa.Scene([aa.Cloud(points, 0.015)]))
@@ -109,7 +109,7 @@ def test_the_ends_of_a_million_points_are_where_the_nearest_of_them_touches() ->
     scene, shuffled = (aa.Scene([aa.Cloud(p, 0.004)]) for p in (points, rng.permutation(points)))
     points = points[np.linalg.norm(points - SHOULDER, axis=1) < arm.reach]
     kept, other = arm.with_(scene=scene), arm.with_(scene=shuffled)
-    for k in range(16):
+    for k in range(count(10)):
         pose, gc = posed(rng, ARM), k % 8
         arcs = kept.feasible(pose, gc)
         assert other.feasible(pose, gc) == arcs
@@ -160,7 +160,3 @@ def test_a_cloud_is_a_value() -> None:
     points[0] = 9.0
     assert cloud.points[0, 0] == 0.0 and not cloud.points.flags.writeable
     assert aa.Scene([cloud]).names == ("seen",)
-    with pytest.raises(aa.SceneError, match=r"Cloud: points\[2\] is \[6.0, inf, 8.0\], wanted finite"):
-        aa.Cloud([[0, 1, 2], [3, 4, 5], [6, np.inf, 8]], 0.1)
-    with pytest.raises(aa.SceneError, match=r"points\[1\] is .*within ±1000 m"):
-        aa.Cloud([[0, 1, 2], [3000, 4, 5]], 0.1)

@@ -165,7 +165,7 @@ def test_an_end_that_touches_is_the_first_reason_whatever_else_there_is(which: s
 def test_the_reason_for_a_range_says_by_how_much_it_is_shut_at_its_worst() -> None:
     """Not in the middle of it: a ball that the wrist meets, or comes near to, early in the range."""
     rng, seen = generator(17), 0
-    for _ in range(count(12)):
+    for _ in range(count(5)):
         path, _ = line(rng)
         at = path.pose(rng.uniform(0.1, 0.9))
         wrist = at[:3, 3] - at[:3, 2] * BARE.d_wf
