@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support import draw
+from support.calibrated import ARMS as CALIBRATED
 from support.moves import along, begun, in_a_loop, moved, refused
 from support.strategies import REGIMES, Array, arms, postures
 
@@ -516,6 +517,9 @@ ARRIVES: list[tuple[str, str, str, int, dict[str, Any]]] = [
      "-2.6935 -.873008 3.000849 2.380173 -.536123 -.670077 -.53773", 150, BOUNDED),
     ("human_arm_right", "2.27826 1.741155 1.146825 .421146 .084321 .067127 .277928",
      "-2.996258 3.065236 2.017538 .894948 2.547834 -.436351 .289985", 150, BOUNDED | {"policy": aa.Hold()}),
+    # farther than `max_joint_step`, a calibrated arm too
+    *(("kuka_iiwa7_r800 1.0 mm", ".1 .4 .2 -1.2 .3 .8 .5", way, 100, {"dt": 0.01, "velocity": 1.0})
+      for way in ("0 .1 0", ".08 0 -.06", "-.05 -.1 .05")),
     # joints 1 and 3 share one turn where θ2 is 0, and the one that stands at its limit cannot
     ("openarm_v10", "-1.2918998039496403 .05 -1.0431160571417677 1.0899526204505743 -.8312266510922368 "
      "-.6084025341896545 -.6997627598601996",
@@ -530,14 +534,17 @@ ARRIVES: list[tuple[str, str, str, int, dict[str, Any]]] = [
      ".7913841670165498 .46277514529105557", 1000,
      {"dt": 0.03, "velocity": 3.0, "acceleration": 10.0, "policy": aa.Repulsion(rate=2.0)}),
 ]  # fmt: skip
-"""Arms, starts, where to (joints, or the rows of a pose), steps that suffice, and what is asked."""
+"""Arms, starts, where to (joints, a way in m, the rows of a pose), steps that suffice, and what is asked."""
 
 
 @pytest.mark.parametrize(("name", "start", "target", "steps", "asked"), ARRIVES)
 def test_it_arrives(name: str, start: str, target: str, steps: int, asked: dict[str, Any]) -> None:
-    arm, q, velocity = aa.Arm.from_catalogue(name), np.array(start.split(), float), np.zeros(7)
-    to = np.array(target.split(), float)
-    pose = arm.forward(to)[0] if len(to) == 7 else np.vstack([to.reshape(3, 4), [0, 0, 0, 1]])
+    arm = CALIBRATED[name] if name in CALIBRATED else aa.Arm.from_catalogue(name)
+    q, to, velocity = np.array(start.split(), float), np.array(target.split(), float), np.zeros(7)
+    if len(to) == 12:
+        pose = np.vstack([to.reshape(3, 4), [0, 0, 0, 1]])
+    else:
+        pose = arm.forward(to)[0] if len(to) == 7 else moved(arm.forward(q)[0], to)
     for _ in range(steps):
         now = aa.step(arm, q, pose, velocity_now=velocity, **asked)
         assert now.status in (aa.Status.OK, aa.Status.PARTIAL)

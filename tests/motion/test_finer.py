@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.moves import refused
 from support.strategies import Array
 
 import armangle as aa
@@ -69,24 +70,14 @@ def test_a_scene_that_moves_stands_from_row_to_row() -> None:
     assert np.array_equal(found.clearance[rows], path.clearance)
 
 
-@pytest.mark.parametrize("step", [0.0, -1.0, 1e-7, 7.0, np.nan])
-def test_a_step_that_is_none_is_refused(step: float) -> None:
-    with pytest.raises(aa.InputError, match="step"):
-        motion("plan").finer(step)
-
-
-def test_more_rows_than_a_motion_may_have_are_refused() -> None:
+def test_what_cannot_be_made_finer_is_refused() -> None:
+    for step in (0.0, -1.0, 1e-7, 7.0, np.nan):
+        refused(aa.InputError, "step", motion("plan").finer, step)
     arm = ARM.with_(lower=np.full(7, -7.0), upper=np.full(7, 7.0))
     path = aa.JointPath.from_joints(arm, [np.full(7, -6.0), np.full(7, 6.0)], between="joints")
-    with pytest.raises(aa.InputError, match="more than 10000000 rows"):
-        path.finer(1e-6)
-
-
-def test_a_motion_that_is_not_whole_or_has_one_row_or_none() -> None:
+    refused(aa.InputError, "more than 10000000 rows", path.finer, 1e-6)
     poses = corners()
     poses[2, 0, 3] = 3.0
-    with pytest.raises(aa.PathError, match="out of reach"):
-        aa.plan(ARM, poses, start=Q).finer()
+    refused(aa.PathError, "out of reach", aa.plan(ARM, poses, start=Q).finer)
+    refused(aa.PathError, "", aa.plan(ARM, poses[:0]).finer)
     assert len(aa.plan(ARM, poses[:1], start=Q).finer()) == 1
-    with pytest.raises(aa.PathError):
-        aa.plan(ARM, poses[:0]).finer()

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.moves import moved, refused
 from support.needs import need
 
 import armangle as aa
@@ -17,10 +18,8 @@ Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 
 def three() -> list[aa.JointPath]:
     """A plan along a line, a motion that was followed, and a plan along poses: each from where one ended."""
-    a, b, c, d = (ARM.forward(Q)[0].copy() for _ in range(4))
-    b[:3, 3] += [0.0, -0.12, 0.02]
-    c[:3, 3] += [-0.05, -0.12, -0.08]
-    d[:3, 3] += [-0.05, 0.0, -0.08]
+    a = ARM.forward(Q)[0]
+    b, c, d = (moved(a, by) for by in ([0.0, -0.12, 0.02], [-0.05, -0.12, -0.08], [-0.05, 0.0, -0.08]))
     first = aa.plan(ARM, aa.Line(a, b), start=Q, samples=50)
     second = aa.follow(ARM, aa.Line(b, c).pose(np.linspace(0, 1, 31)), start=first.q[-1], policy=aa.Hold())
     third = aa.plan(ARM, np.stack([c, d, c]), start=second.q[-1])
@@ -89,18 +88,17 @@ def test_it_is_saved_and_timed_as_one(tmp_path: Path) -> None:
 
 
 def test_what_does_not_join_is_refused() -> None:
-    first, _, third = three()
-    with pytest.raises(aa.InputError, match=r"path 1 begins .* rad and .* m from where path 0 ends"):
-        aa.join([first, third])
-    with pytest.raises(aa.InputError, match=r"path 1 is of another arm"):
-        other = aa.Arm.from_catalogue("kuka_iiwa14_r820")
-        aa.join([first, aa.follow(other, other.forward(np.stack([Q, Q]))[0], start=Q)])
+    (first, _, third), other = three(), aa.Arm.from_catalogue("kuka_iiwa14_r820")
     far = first.poses.copy()
     far[:, 0, 3] += 3.0
-    with pytest.raises(aa.PathError, match=r"path 0 is not solved"):
-        aa.join([aa.follow(ARM, far, start=Q)])
-    with pytest.raises(aa.InputError, match=r"path 1 has no rows"):
-        aa.join([first, aa.follow(ARM, first.poses[:0], start=Q)])
+    for error, said, parts in (
+        (aa.InputError, "path 1 begins .* rad and .* m from where path 0 ends", [first, third]),
+        (aa.InputError, "path 1 is of another arm",
+         [first, aa.follow(other, other.forward(np.stack([Q, Q]))[0], start=Q)]),
+        (aa.PathError, "path 0 is not solved", [aa.follow(ARM, far, start=Q)]),
+        (aa.InputError, "path 1 has no rows", [first, aa.follow(ARM, first.poses[:0], start=Q)]),
+    ):  # fmt: skip
+        refused(error, said, aa.join, parts)
 
 
 def test_what_stands_about_stays_known() -> None:

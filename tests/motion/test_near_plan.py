@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 from support.calibrated import ARMS, Array, calibrated, postures
@@ -154,27 +152,6 @@ def test_a_start_on_a_limit_is_within_the_limits(name: str) -> None:
             begun += 1
             assert gap(path.q[0], q) <= 1e-9 and margins(arm, path.q).min() >= -1e-9
     assert begun >= 10
-
-
-HOMES = {
-    "kuka_iiwa7_r800": (0.0, 0.0, 0.0, -90.0, 0.0, 90.0, 0.0),
-    "kuka_iiwa14_r820": (0.0, 30.0, 0.0, -90.0, 0.0, 0.0, 0.0),
-    "realman_rm75_b": (0.0, 0.0, 0.0, -90.0, 0.0, 90.0, 0.0),
-}
-"""Postures with θ2 or θ6 at 0, deg, where robots begin."""
-
-
-@pytest.mark.parametrize("name", HOMES)
-def test_every_line_from_a_home_posture_is_certified(name: str) -> None:
-    arm, q = calibrated(name, 1.0, 1.0, seed=1), np.radians(HOMES[name])
-    for direction in itertools.product((-1, 0, 1), repeat=3):
-        if np.abs(direction).sum() not in (1, 3):
-            continue
-        way = line(arm, q, 0.1 * np.array(direction) / np.linalg.norm(direction))
-        at = proven(aa.plan(arm, way, start=q), start=q)
-        assert margins(arm, at.q).min() >= 0.0 and np.abs(np.diff(at.q, axis=0)).max() < 0.01
-        back = aa.plan(arm, aa.Line(way.end, way.start), goal=q)
-        assert back.certified and gap(back.q[-1], q) <= 1e-9
 
 
 def test_what_leads_changes_without_a_jump() -> None:

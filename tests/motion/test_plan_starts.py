@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.brute_force import planar_motion, turned_at_standing_tool
+from support.calibrated import calibrated
 from support.draw import count, generator
 from support.moves import DENSE, just_inside, limited, line, moved, proven, refused, slopes_hold
 from support.planned_arms import IIWA
@@ -110,22 +111,28 @@ HOMES = np.radians(
 )
 
 
+FROM_HOME: list[tuple[aa.Arm, np.ndarray, float]] = [
+    *((IIWA, home, tilt) for home in HOMES for tilt in (0.0, 1e-9, 1e-3, 0.01, 0.1)),
+    *((calibrated(name, 1.0, 1.0, seed=1), np.radians([0, 30 * at, 0, -90, 0, 90 * (not at), 0]), 0.0)
+      for name, at in (("kuka_iiwa7_r800", 0), ("kuka_iiwa14_r820", 1), ("realman_rm75_b", 0))),
+]  # fmt: skip
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("tilt", [0.0, 1e-9, 1e-3, 0.01, 0.1])
-@pytest.mark.parametrize("home", HOMES, ids=["home", "mirrored", "wrist", "turned"])
-def test_every_line_from_a_home_posture(home: np.ndarray, tilt: float) -> None:
+@pytest.mark.parametrize(("arm", "home", "tilt"), FROM_HOME)
+def test_every_line_from_a_home_posture(arm: aa.Arm, home: np.ndarray, tilt: float) -> None:
     """Where robots start theta2 or theta6 is 0: 26 directions, 10 cm; beside it the objective decides how
     fast the singular posture is left."""
     start = home.copy()
     start[1 if home[1] == 0 else 5] = np.radians(tilt)
     ways = [np.array(d) for d in itertools.product((-1, 0, 1), repeat=3) if any(d)]
     for way in ways[:: 2 if tilt == 0 else 6]:
-        there = line(IIWA, start, 0.1 * way / np.linalg.norm(way))
-        result = aa.plan(IIWA, there, start=start, samples=100)
+        there = line(arm, start, 0.1 * way / np.linalg.norm(way))
+        result = aa.plan(arm, there, start=start, samples=100)
         proven(result, start)
         assert np.abs(np.diff(result.q, axis=0)).max() < (0.02 if tilt < 1e-6 else 0.12)
         if tilt == 0:
-            proven(aa.plan(IIWA, aa.Line(there.end, there.start), goal=start, samples=20), goal=start)
+            proven(aa.plan(arm, aa.Line(there.end, there.start), goal=start, samples=20), goal=start)
 
 
 def test_a_way_from_home_is_found_however_many_rows_are_asked() -> None:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.calibrated import calibrated
+from support.moves import begun, moved
 from support.needs import need
 from support.strategies import Array
 
@@ -53,8 +54,7 @@ def motions(arm: aa.Arm, start: list[float]) -> Motions:
     """Every function that returns a motion, with motions of every kind."""
     q = np.array(start)
     a = arm.forward(q)[0]
-    b = a.copy()
-    b[:3, 3] += SHIFT
+    b = moved(a, SHIFT)
     rows = q + np.linspace(0.0, 1.0, ROWS)[:, None] * SWING
     hold: Any = {"start": q, "policy": aa.Hold()}
     given: dict[str, Array] = {
@@ -152,8 +152,7 @@ def takers(path: aa.JointPath, folder: Path) -> Iterator[str]:
     pose = path.poses[-1].copy()
     pose[0, 3] -= 1e-3
     assert aa.follow(arm, pose[None], start=path.q[-1]).ok
-    tracker = aa.Tracker(arm, dt=0.01)
-    tracker.start(path.q[-1])
+    tracker = begun(path.q[-1], arm, dt=0.01)
     assert np.isfinite(tracker.step(pose).q).all()
 
 

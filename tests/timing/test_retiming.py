@@ -502,7 +502,7 @@ def test_a_row_that_is_repeated_is_no_stop(asked: dict[str, float]) -> None:
         return aa.retime(path, velocity=1.0, acceleration=5.0, **asked)
 
     once = timed(q).duration
-    for row, noise in itertools.product([0, 2, 4], [0.0, 1.5e-5]):
+    for row, noise in ((0, 1.5e-5), (2, 0.0), (2, 1.5e-5), (4, 0.0)):
         repeated = np.insert(q, row, q[row] - noise, axis=0)
         found = timed(repeated)
         assert found.duration == pytest.approx(once, rel=differs) and found.s[-1] == 1.0
