@@ -81,39 +81,25 @@ def is_well_formed(arcs: aa.ArcSet) -> bool:
 @pytest.mark.slow
 def test_the_algebra_of_sets() -> None:
     for a, b, c in TRIPLES:
-        assert same(~(a & b), ~a | ~b)
-        assert same(~(a | b), ~a & ~b)
-        assert same(~~a, a)
-        assert same(a & a, a)
-        assert same(a | a, a)
-        assert same(a & (b | c), (a & b) | (a & c))
-        assert same(a | (b & c), (a | b) & (a | c))
-        assert same(a & (b & c), (a & b) & c)
-        assert same(a & b, b & a)
-        assert same(a | b, b | a)
-        assert (a & ~a).measure <= 1e-8
-        assert (a | ~a).measure >= TURN - 1e-8
+        alike = [
+            (~(a & b), ~a | ~b), (~(a | b), ~a & ~b), (~~a, a), (a & a, a), (a | a, a), (a & b, b & a),
+            (a | b, b | a),
+            (a & (b | c), (a & b) | (a & c)), (a | (b & c), (a | b) & (a | c)), (a & (b & c), (a & b) & c),
+        ]  # fmt: skip
+        assert [k for k, pair in enumerate(alike) if not same(*pair)] == []
+        assert (a & ~a).measure <= 1e-8 and (a | ~a).measure >= TURN - 1e-8
+    assert ~FULL == EMPTY and ~EMPTY == FULL
 
 
-def test_full_and_empty_are_neutral() -> None:
-    for a, _, _ in TRIPLES:
-        assert a & FULL == a == a | EMPTY
-        assert a | FULL == FULL
-        assert a & EMPTY == EMPTY
-    assert ~FULL == EMPTY
-    assert ~EMPTY == FULL
-
-
-def test_measures_add_up() -> None:
+def test_full_and_empty_are_neutral_measures_add_up_and_a_set_is_well_formed() -> None:
     for a, b, _ in TRIPLES:
+        assert a & FULL == a == a | EMPTY and a | FULL == FULL and a & EMPTY == EMPTY
         assert abs(a.measure + (~a).measure - TURN) <= 1e-8
         assert abs((a & b).measure + (a | b).measure - a.measure - b.measure) <= 1e-8
-
-
-def test_every_set_is_well_formed() -> None:
-    for a, b, _ in TRIPLES:
         for arcs in (a, ~a, a & b, a | b):
             assert is_well_formed(arcs), arcs
+            again = eval(repr(arcs), {"ArcSet": aa.ArcSet})
+            assert again == arcs and hash(again) == hash(arcs)
 
 
 @pytest.mark.slow
@@ -227,14 +213,6 @@ def test_a_batch_is_its_elements() -> None:
     assert arcs[arcs.count > 0].shape == ((arcs.count > 0).sum(),)
     assert len(arcs) == 4
     assert len(arcs[0, 0]) == arcs[0, 0].count
-
-
-def test_the_repr_is_code() -> None:
-    for a, b, _ in TRIPLES:
-        for arcs in (a, ~a, a & b, a | b):
-            again = eval(repr(arcs), {"ArcSet": aa.ArcSet})
-            assert again == arcs
-            assert hash(again) == hash(arcs)
 
 
 def test_a_pickled_set_is_equal() -> None:

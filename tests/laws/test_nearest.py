@@ -310,15 +310,6 @@ def test_a_solution_is_the_inverse_at_its_psi(arm: aa.Arm) -> None:
     assert np.abs(np.linalg.norm(found.q - near, axis=-1) - found.distance).max() <= 1e-12
 
 
-def test_a_small_move_of_the_tool_is_a_small_move_of_the_joints() -> None:
-    q = postures(IIWA, "uniform", 200)
-    q = q[(np.abs(q[:, 1]) > 0.3) & (np.abs(q[:, 5]) > 0.3) & (np.abs(q[:, 3]) > 0.3)]
-    pose = IIWA.forward(q)[0]
-    pose[:, :3, 3] += 1e-5
-    found = IIWA.solve(pose, seed=q)
-    assert np.nanmax(np.where(found.ok, found.distance, 0)) < 1e-3
-
-
 def test_batches_threads_and_calls_give_the_same_bits() -> None:
     q = postures(IIWA, "uniform", 64).reshape(4, 16, 7)
     pose, near = IIWA.forward(q)[0], q[::-1, ::-1]
@@ -361,26 +352,6 @@ def test_of_postures_as_near_it_is_always_the_same(what: str, least: int) -> Non
             again = ask(moved, near * (1 + rng.integers(-1, 2, 7) * eps))
             assert again.gc == found.gc and abs(again.psi - found.psi) < 1e-5
     assert ties >= least
-
-
-def test_weights_choose_who_moves() -> None:
-    pose = IIWA.forward(Q)[0]
-    near = Q + 0.4
-    free = IIWA.solve(pose, seed=near)
-    for joint in (0, 2, 4, 6):
-        weight = np.ones(7)
-        weight[joint] = 1e4
-        held = IIWA.solve(pose, seed=near, weight=weight)
-        assert abs(held.q[joint] - near[joint]) <= abs(free.q[joint] - near[joint]) + 1e-12
-
-
-def test_the_largest_move_is_the_least_there_is() -> None:
-    q = postures(IIWA, "uniform", 50)
-    pose, near = IIWA.forward(q)[0], q[::-1]
-    largest = IIWA.solve(pose, seed=near, metric="max")
-    other = IIWA.solve(pose, seed=near)
-    assert np.abs(np.abs(largest.q - near).max(axis=-1) - largest.distance).max() <= 1e-12
-    assert (largest.distance <= np.abs(other.q - near).max(axis=-1) + 1e-12).all()
 
 
 def test_branches_and_arcs_that_are_not_allowed_are_not_used() -> None:
