@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -57,59 +57,38 @@ GRIPPER = under("prismatic", "finger", "a_7", "slide")
 HINGED = under("revolute", "jaw", "a_7", "jaw_hinge")
 FINGERS = under("revolute", "f", "a_7", "f_hinge") + under("revolute", "g", "a_7", "g_hinge")
 MIMIC = '<link name="m"/>' + joint_xml("mimic", "a_7", "m", "revolute", LIMIT + '<mimic joint="a_j1"/>')
-WHOLE = {
+SIX = arm("a", "foot", 6)
+F1, HEAD, WAIST = (
+    under("revolute", "f", "a_6", "f1"),
+    under("revolute", "head", "a_1", "neck"),
+    under("revolute"),
+)
+TORSO_A, BOTH = arm("a", "torso"), [("torso", "a_7"), ("torso", "b_7")]
+WHOLE: dict[str, tuple[str, list[tuple[str, str]]]] = {
     "root": (robot(arm("a", "foot")), [("foot", "a_7")]),
-    "fixed links": (
-        robot(fixed("plate", "foot"), arm("a", "plate"), fixed("hand", "a_7"), fixed("tcp", "hand")),
-        [("foot", "tcp")],
-    ),
-    "lift": (robot(under("prismatic"), arm("a", "torso")), [("torso", "a_7")]),
-    "free base": (robot(under("floating"), arm("a", "torso")), [("torso", "a_7")]),
-    "planar base": (robot(under("planar"), arm("a", "torso")), [("torso", "a_7")]),
-    "waist of two arms": (
-        robot(under("revolute"), arm("a", "torso"), arm("b", "torso")),
-        [("torso", "a_7"), ("torso", "b_7")],
-    ),
-    "waist of one arm": (robot(under("revolute"), arm("a", "torso")), [("torso", "a_7")]),
-    "waist and head": (
-        robot(under("revolute"), under("revolute", "head", "torso", "neck"), arm("a", "torso")),
-        [("torso", "a_7")],
-    ),
-    "gripper": (robot(arm("a", "foot", rest=GRIPPER)), [("foot", "a_7")]),
-    "gripper of one hinge": (robot(arm("a", "foot", rest=HINGED)), [("foot", "a_7")]),
-    "hand": (robot(arm("a", "foot", rest=FINGERS)), [("foot", "a_7")]),
-    "mimic": (robot(arm("a", "foot", rest=MIMIC)), [("foot", "a_7")]),
-    "head on link 1": (robot(arm("a", "foot") + under("revolute", "head", "a_1", "neck")), [("foot", "a_7")]),
-    "head of two joints on link 1": (
-        robot(
-            arm("a", "foot"),
-            under("revolute", "pan", "a_1", "neck"),
-            under("revolute", "tilt", "pan", "neck_tilt"),
-        ),
-        [("foot", "a_7")],
-    ),
-    "arm of six with a hand of two fingers": (
-        robot(arm("a", "foot", 6), under("revolute", "f", "a_6", "f1"), under("revolute", "g", "a_6", "g1")),
-        [],
-    ),
+    "fixed links": (robot(fixed("plate", "foot"), arm("a", "plate"), fixed("hand", "a_7"),
+      fixed("tcp", "hand")),
+                    [("foot", "tcp")]),
+    "lift": (robot(under("prismatic"), TORSO_A), [("torso", "a_7")]),
+    "free base": (robot(under("floating"), TORSO_A), [("torso", "a_7")]),
+    "planar base": (robot(under("planar"), TORSO_A), [("torso", "a_7")]),
+    "waist of two arms": (robot(WAIST, TORSO_A, arm("b", "torso")), BOTH),
+    "waist of one arm": (robot(WAIST, TORSO_A), [("torso", "a_7")]),
+    "waist and head": (robot(WAIST, under("revolute", "head", "torso", "neck"), TORSO_A), [("torso", "a_7")]),
+    **{name: (robot(arm("a", "foot", rest=rest)), [("foot", "a_7")]) for name, rest in (
+        ("gripper", GRIPPER), ("gripper of one hinge", HINGED), ("hand", FINGERS), ("mimic", MIMIC),
+        ("head on link 1", HEAD),
+        ("head of two joints on link 1", under("revolute", "pan", "a_1", "neck")
+         + under("revolute", "tilt", "pan", "neck_tilt")))},
+    "arm of six with a hand of two fingers": (robot(SIX, F1, under("revolute", "g", "a_6", "g1")), []),
     "arm of six with a finger that another mimics": (
-        robot(
-            arm("a", "foot", 6),
-            under("revolute", "f", "a_6", "f1"),
-            MIMIC.replace("a_7", "a_6").replace("a_j1", "f1"),
-        ),
-        [],
-    ),
+        robot(SIX, F1, MIMIC.replace("a_7", "a_6").replace("a_j1", "f1")), []),
     "arm of six with a finger that turns and one that slides": (
-        robot(arm("a", "foot", 6), under("revolute", "f", "a_6", "f1"), under("prismatic", "g", "a_6", "g1")),
-        [],
-    ),
-    "arm of six": (robot(under("revolute"), arm("a", "torso", 6), arm("b", "torso", 6)), []),
+        robot(SIX, F1, under("prismatic", "g", "a_6", "g1")), []),
+    "arm of six": (robot(WAIST, arm("a", "torso", 6), arm("b", "torso", 6)), []),
     "arm of five on two joints": (
-        robot(under("revolute"), under("revolute", "chest", "torso", "pitch"), arm("a", "chest", 5)),
-        [("foot", "a_5")],
-    ),
-}
+        robot(WAIST, under("revolute", "chest", "torso", "pitch"), arm("a", "chest", 5)), [("foot", "a_5")]),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", WHOLE)
@@ -231,9 +210,13 @@ def test_a_base_asks_for_the_chains_from_there() -> None:
         read_urdf(text, base="a_1")
 
 
-@pytest.mark.parametrize("seed", range(60))
-def test_a_generated_arm_is_found_on_any_tree(seed: int) -> None:
+def test_a_generated_arm_is_found_on_any_tree() -> None:
     """Arms in random frames on random trees: the right joints, and the file's own kinematics."""
+    for seed in range(60):
+        found_on_a_tree(seed)
+
+
+def found_on_a_tree(seed: int) -> None:
     rng = np.random.default_rng(seed)
     made = RandomArm(rng, elbow_offset=seed % 2 == 1, right_angles=seed % 4 >= 2)
     points, directions = made.axes()
@@ -337,14 +320,12 @@ def test_a_calibrated_offset_arm_is_near_one_with_its_residual() -> None:
     assert read.joint_names[0] == "l_joint_1"
 
 
-@pytest.mark.parametrize("waists", [0, 1, 2])
-@pytest.mark.parametrize("gripper", [False, True])
-def test_an_offset_arm_stands_between_hinges(waists: int, gripper: bool) -> None:
-    links = ["foot", *(f"w_{i}" for i in range(waists))]
-    parts = [under("revolute", below, above, f"{below}_j") for above, below in pairwise(links)]
-    jaw = [under("revolute", "jaw", "l_tip", "jaw_hinge")] if gripper else []
-    text = robot(*parts, inside(FR3.to_urdf(), "l", links[-1]), *jaw)
-    read = Arm.from_urdf(text)
-    assert read.joint_names == tuple(f"l_{name}" for name in FR3.joint_names)
+def test_an_offset_arm_stands_between_hinges() -> None:
     q = np.array([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
-    np.testing.assert_allclose(read.forward(q)[0], FR3.forward(q)[0], rtol=0, atol=1e-9)
+    for waists, gripper in product(range(3), (False, True)):
+        links = ["foot", *(f"w_{i}" for i in range(waists))]
+        parts = [under("revolute", below, above, f"{below}_j") for above, below in pairwise(links)]
+        jaw = [under("revolute", "jaw", "l_tip", "jaw_hinge")] if gripper else []
+        read = Arm.from_urdf(robot(*parts, inside(FR3.to_urdf(), "l", links[-1]), *jaw))
+        assert read.joint_names == tuple(f"l_{name}" for name in FR3.joint_names)
+        np.testing.assert_allclose(read.forward(q)[0], FR3.forward(q)[0], rtol=0, atol=1e-9)

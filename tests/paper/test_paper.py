@@ -4,6 +4,9 @@ What the paper gets wrong is in ``test_errata``; that the mended formulas are th
 arms, is a law of ``laws/test_feasible``.
 """
 
+import inspect
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from reference import mended, mended_arcs, mended_joints, paper
@@ -18,7 +21,22 @@ POSTURES = list(np.random.default_rng(2018).uniform(ARM.lower, ARM.upper, (12, 7
 PIVOTS = [1, 3, 5, 7]
 HINGES = [2, 6]
 
-postures = pytest.mark.parametrize("theta", POSTURES)
+
+def postures(law: Callable[..., None]) -> Callable[..., None]:
+    """Make one test of a law for all postures; what fails is told with its posture."""
+
+    def of_all(**given: int) -> None:
+        for theta in POSTURES:
+            try:
+                law(theta, **given)
+            except AssertionError as wrong:
+                wrong.add_note(f"at theta = {theta.tolist()}")
+                raise
+
+    asked = inspect.signature(law)
+    of_all.__name__, of_all.__doc__ = law.__name__, law.__doc__
+    of_all.__signature__ = asked.replace(parameters=list(asked.parameters.values())[1:])
+    return of_all
 
 
 def close(actual: object, wanted: object, tolerance: float = 1e-12) -> bool:
@@ -199,8 +217,8 @@ def test_eq_25_intersects_unions_of_intervals() -> None:
     assert close(mended_arcs.intersect([first, second]), wanted, 1e-15)
 
 
-@postures
 @pytest.mark.parametrize("joint", PIVOTS + HINGES)
+@postures
 def test_eqs_26_and_27_are_the_inverse_joint_by_joint(theta: Array, joint: int) -> None:
     pose, signs = paper.chain_transforms(theta, IIWA7)[7], signs_of(theta)
     gc_k = signs[0] if joint < 4 else signs[2]
@@ -212,8 +230,8 @@ def test_eqs_26_and_27_are_the_inverse_joint_by_joint(theta: Array, joint: int) 
         assert close(value, paper.inverse(pose, psi, signs, IIWA7)[joint - 1])
 
 
-@postures
 @pytest.mark.parametrize("joint", PIVOTS)
+@postures
 def test_eqs_28_and_29_are_the_slope_of_a_pivot(theta: Array, joint: int) -> None:
     n, d = limits.pivot_coefficients(joint, *matrices(theta))
     gc_k = signs_of(theta)[0 if joint < 4 else 2]
@@ -225,8 +243,8 @@ def test_eqs_28_and_29_are_the_slope_of_a_pivot(theta: Array, joint: int) -> Non
         assert limits.pivot_derivative_short(n, d, 1, psi) == pytest.approx(full, rel=1e-9)
 
 
-@postures
 @pytest.mark.parametrize("joint", PIVOTS)
+@postures
 def test_eq_30_finds_the_stationary_points_of_a_pivot(theta: Array, joint: int) -> None:
     n, d = limits.pivot_coefficients(joint, *matrices(theta))
     t = limits.turning_coefficients(n, d, 1)
@@ -251,8 +269,8 @@ def test_eq_31_finds_the_arm_angle_of_a_singular_posture(zero: int, joint: int) 
     assert close(limits.singular_arm_angle(t), mended.arm_angle(ARM, theta), 1e-9)
 
 
-@postures
 @pytest.mark.parametrize("joint", PIVOTS)
+@postures
 def test_eq_32_finds_where_a_pivot_meets_a_limit(theta: Array, joint: int) -> None:
     n, d = limits.pivot_coefficients(joint, *matrices(theta))
     gc_k, limit = signs_of(theta)[0 if joint < 4 else 2], theta[joint - 1]
@@ -262,8 +280,8 @@ def test_eq_32_finds_where_a_pivot_meets_a_limit(theta: Array, joint: int) -> No
         assert close(np.sin(limits.pivot_angle(n, d, gc_k, psi) - limit), 0.0, 1e-9)
 
 
-@postures
 @pytest.mark.parametrize("joint", HINGES)
+@postures
 def test_eqs_33_to_35_describe_a_hinge_of_positive_configuration(theta: Array, joint: int) -> None:
     posture = theta.copy()
     posture[joint - 1] = abs(theta[joint - 1])
