@@ -99,7 +99,7 @@ void offset_nearest(const OffsetHandle& self, Floats pose, Floats near, Floats w
 void bind_offset(nb::class_<OffsetHandle>& arm) {
     using namespace nb::literals;
     bind_offset_stepping(arm);
-    bind_offset_rows(arm);
+    bind_offset_planning(arm);
     bind_offset_arcs(arm);
     bind_offset_kinematics(arm);
     bind_offset_scenes(arm);

@@ -40,7 +40,7 @@ private:
 void bind_offset(nb::class_<OffsetHandle>& arm);
 void bind_offset_stepping(nb::class_<OffsetHandle>& arm);
 void bind_offset_scenes(nb::class_<OffsetHandle>& arm);
-void bind_offset_rows(nb::class_<OffsetHandle>& arm);
+void bind_offset_planning(nb::class_<OffsetHandle>& arm);
 void bind_offset_arcs(nb::class_<OffsetHandle>& arm);
 void bind_offset_kinematics(nb::class_<OffsetHandle>& arm);
 

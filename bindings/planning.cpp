@@ -195,6 +195,11 @@ NearPlan planned(const NearArm& arm, const Segment* segments, std::size_t n, con
     return plan(arm, segments, n, rows, row_count, options, scene);
 }
 
+NearPlan planned(const OffsetArm& arm, const Segment* segments, std::size_t n, const double*, std::size_t,
+                 const PlanOptions& options, const Scene*) {
+    return {plan(arm, segments, n, options), {}, {}};
+}
+
 /// (ok, gc, plane, stretches, open, start gap, goal gap, branches, shifts, base). weights: limits,
 /// singularities, travel, enough, psi, duration, and seven velocities and accelerations. wished: psi at equal
 /// steps of s, or the elbow's point or direction; None without a target. allowed: count and arcs, the same
@@ -303,14 +308,20 @@ CorrectedCurve joints_along(const NearArm& arm, const Curve& curve, const Buffer
              static_cast<std::size_t>(shifts.shape(0))}};
 }
 
+FamilyCurve<OffsetFamily> joints_along(const OffsetArm& arm, const Curve& curve, const Buffer&) noexcept {
+    return {OffsetFamily(arm), curve.gc, curve.segments, curve.stretches};
+}
+
 /// The arm; if it has its own chain, the nominal arm on the base of its plan, if that has one.
 const Arm& standing(const Arm& arm, const Floats&) noexcept { return arm; }
+const OffsetArm& standing(const OffsetArm& arm, const Floats&) noexcept { return arm; }
 NearArm standing(const NearArm& arm, const Floats& base) {
     return base.is_none() ? arm : with_base(arm, load_pose(Buffer(base).data<double>()));
 }
 
 /// psi of a configuration on a curve, in the arm's definition.
 double psi_of(const Arm&, const PlacedPosture& at) noexcept { return at.psi; }
+double psi_of(const OffsetArm&, const PlacedPosture& at) noexcept { return at.psi; }
 double psi_of(const NearArm& arm, const PlacedPosture& at) noexcept {
     return lift(forward(arm, at.q).psi, at.psi);
 }
@@ -325,7 +336,8 @@ PlacedPosture along(const NearArm& arm, const Curve& curve, double s) noexcept {
 double off(const Arm& arm, const double* q, const Pose<double>& pose) noexcept {
     return position_error(arm, chain(arm, q), pose);
 }
-double off(const NearArm& arm, const double* q, const Pose<double>& pose) noexcept {
+template <class AnyArm>
+double off(const AnyArm& arm, const double* q, const Pose<double>& pose) noexcept {
     return norm(forward(arm, q).pose.position - pose.position);
 }
 
@@ -476,7 +488,7 @@ void rows_at(const OffsetHandle& self, Floats segments, Floats rows_s, Floats fr
         branch_out.data<double>()[i] = here.gc;
         store_pose(here.pose, pose_out.data<double>() + 16 * i);
         margin_out.data<double>()[i] = limit_margin(self.arm.own.limits, here.q);
-        residual_out.data<double>()[i] = norm(forward(self.arm, here.q).pose.position - here.pose.position);
+        residual_out.data<double>()[i] = off(self.arm, here.q, here.pose);
     }
 }
 
@@ -524,7 +536,7 @@ nb::tuple certify_curve(const ArmHandle& self, Floats segments, Floats stretches
     return nb::make_tuple(as_array(proof.open, 2), as_array(proof.violated, 1));
 }
 
-/// Functions that both kinds of arm have.
+/// Functions that every kind of arm has.
 template <class Handle>
 void bind_planning_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
@@ -537,19 +549,28 @@ void bind_planning_of(nb::class_<Handle>& arm) {
             "residual"_a);
     arm.def("curve_derivatives", &curve_derivatives<Handle>, "segments"_a, "stretches"_a, "plane"_a, "gc"_a,
             "roll_free"_a, "shifts"_a, "base"_a.none(), "s"_a, "out"_a);
-    arm.def("curve_through", &curve_through<Handle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
     arm.def("rows_within", &rows_within<Handle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
+}
+
+/// What arms with an arm angle answer.
+template <class Handle>
+void bind_curve_through(nb::class_<Handle>& arm) {
+    using namespace nb::literals;
+    arm.def("curve_through", &curve_through<Handle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
 }
 
 }  // namespace
 
-void bind_near_planning(nb::class_<NearArmHandle>& arm) { bind_planning_of(arm); }
+void bind_near_planning(nb::class_<NearArmHandle>& arm) {
+    bind_planning_of(arm);
+    bind_curve_through(arm);
+}
 
-void bind_offset_rows(nb::class_<OffsetHandle>& arm) {
+void bind_offset_planning(nb::class_<OffsetHandle>& arm) {
     using namespace nb::literals;
+    bind_planning_of(arm);
     arm.def("rows_at", &rows_at, "segments"_a, "rows_s"_a, "free"_a, "rows_q"_a, "s"_a, "q"_a, "psi"_a,
             "branch"_a, "pose"_a, "margin"_a, "residual"_a);
-    arm.def("rows_within", &rows_within<OffsetHandle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
     arm.def("rows_derivatives", &rows_derivatives, "segments"_a, "rows_s"_a, "free"_a, "rows_q"_a, "s"_a,
             "out"_a);
 }
@@ -579,6 +600,7 @@ void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.def("path_derivatives", &path_derivatives, "segments"_a, "s"_a, "out"_a);
     m.def("interval_many", &interval_many, "operation"_a, "a"_a, "b"_a, "out"_a);
     bind_planning_of(arm);
+    bind_curve_through(arm);
     arm.def("certify_curve", &certify_curve, "segments"_a, "stretches"_a, "plane"_a, "gc"_a,
             "singularity_margin"_a, "scene"_a.none() = nb::none());
     arm.def("explain_pose", &explain_pose, "segment"_a, "singularity_margin"_a);

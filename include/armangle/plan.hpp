@@ -3,3 +3,4 @@
 
 #include "plan/planner.hpp"
 #include "near/plan.hpp"
+#include "offset/plan.hpp"

@@ -97,6 +97,18 @@ Jet<T, K> abs(const Jet<T, K>& a) noexcept {
     return select(a < Jet<T, K>(0.0), -a, a);
 }
 
+/// The lesser and the greater of two: of intervals the value is known where it is not which of them it is.
+template <class T, int K>
+Jet<T, K> min(const Jet<T, K>& a, const Jet<T, K>& b) noexcept {
+    Jet<T, K> out = select(a < b, a, b);
+    out.coefficient[0] = min(a.coefficient[0], b.coefficient[0]);
+    return out;
+}
+template <class T, int K>
+Jet<T, K> max(const Jet<T, K>& a, const Jet<T, K>& b) noexcept {
+    return -min(-a, -b);
+}
+
 /// Wrapping adds whole turns to the value and leaves the derivatives unchanged.
 template <class T, int K>
 Jet<T, K> wrap(Jet<T, K> a) noexcept {

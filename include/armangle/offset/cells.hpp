@@ -10,8 +10,7 @@
 #pragma once
 
 #include "../near/feasible.hpp"
-#include "../numbers/interval.hpp"
-#include "../numbers/jet.hpp"
+#include "../self_motion/joint_over.hpp"
 #include "offset_posture.hpp"
 
 #include "../names/begin.hpp"
@@ -22,7 +21,6 @@ namespace offset_rule {
 inline constexpr int cells = 24;  // of the circle, to begin with
 inline constexpr int depth = 32;  // halvings of a cell; narrowest is reached before
 inline constexpr int root_steps = 60;
-inline constexpr double rounding = 4e-15;  // rad: of an angle computed in double
 }  // namespace offset_rule
 
 /// cut_off of elbow.hpp with its slope, which is known where the value is.
@@ -36,13 +34,6 @@ Jet<Interval, K> cut_off(const Jet<Interval, K>& gap, const Jet<Interval, K>& ro
 }
 
 namespace detail {
-
-/// What a joint does over a cell: its value at the middle, by how much it is off it, and its slope.
-struct JointOver {
-    double middle;   // rad, theta
-    Interval off;    // theta - middle over the cell
-    Interval slope;  // d theta / d free
-};
 
 /// The self-motion of a pose and branch, evaluated at a value of the free joint or over a cell of them.
 class OffsetCells {
@@ -91,7 +82,7 @@ public:
         begun.wrist = offset_wrist(arm_, motion_, begun.theta_7);
         const OffsetWrist<Cell>& wrist = begun.wrist;
         const OffsetWrist<double> here = offset_wrist(arm_, motion_, sin_cos(to_theta(arm_.rest, 6, middle)));
-        const double rounding = offset_rule::rounding * arm_.rest.size;
+        const double rounding = angle_rounding * arm_.rest.size;
         const Interval reach = mean_value(wrist.excess, here.excess, half, rounding);
         const Interval inside = mean_value(wrist.inside, here.inside, half, rounding * arm_.rest.size);
         out.fold = wrist.inside.coefficient[1];
@@ -135,23 +126,6 @@ private:
         const bool known = size > 0 && size < infinity;
         const SinCos<double> about = known ? SinCos<double>{down / size, along / size} : SinCos<double>{0, 1};
         return joint_over(y, x, atan2(about.sin, about.cos), about, infinity);
-    }
-
-    static JointOver joint_over(const Jet<Interval, 1>& y, const Jet<Interval, 1>& x, double theta,
-                                const SinCos<double>& about, double half) noexcept {
-        using offset_rule::rounding;
-        const Interval along = x.value() * Interval(about.cos) + y.value() * Interval(about.sin);
-        const Interval across = y.value() * Interval(about.cos) - x.value() * Interval(about.sin);
-        JointOver out{theta, Interval::whole(), Interval::whole()};
-        if (!(along.lo > 0) || !along.bounded() || !across.bounded()) return out;
-        const Interval tangent = across / along;
-        out.off = {atan2(tangent.lo, 1.0) - rounding, atan2(tangent.hi, 1.0) + rounding};
-        const Interval size = square(x.value()) + square(y.value());
-        out.slope = (x.value() * y.coefficient[1] - y.value() * x.coefficient[1]) / size;
-        if (!out.slope.bounded() || !(half < infinity)) return out;
-        const double reach = above(half * greater(abs(out.slope.lo), abs(out.slope.hi))) + 2.0 * rounding;
-        out.off = meet(out.off, {-reach, reach});
-        return out;
     }
 
     const OffsetArm& arm_;

@@ -68,14 +68,14 @@ using Eight = Lane<8>;
 
 /// A trigonometric polynomial and its derivatives at eight places.
 template <int Order>
-struct Derivatives {
+struct TrigDerivatives {
     Eight of[Order + 1];
 };
 
 /// The same of several polynomials at once: cosines and sines of the multiples are computed once.
 template <int Order, int Count>
 ARMANGLE_INLINE void derivatives(const TrigPolynomial* const (&p)[Count], int degree, const Eight& x,
-                                 Derivatives<Order> (&out)[Count]) noexcept {
+                                 TrigDerivatives<Order> (&out)[Count]) noexcept {
     const SinCos<Eight> one = sin_cos(x);
     for (int i = 0; i < Count; ++i) {
         out[i].of[0] = Eight(p[i]->c[0]);
@@ -176,7 +176,7 @@ private:
         LaneMask<8> none, alone, flat;
         unsigned straight = 255u;
         if (!form_.bent) {
-            Derivatives<2> d[1];
+            TrigDerivatives<2> d[1];
             const TrigPolynomial* const even[] = {&form_.even};
             derivatives<2>(even, degree_, m, d);
             g0 = d[0].of[0];
@@ -188,7 +188,7 @@ private:
             alone = least_slope > zero;
             flat = abs(g0) + abs(g1) * h + half * curve * h * h <= wrong + wrong;
         } else {
-            Derivatives<2> d[3];
+            TrigDerivatives<2> d[3];
             derivatives<2>(of, degree_, m, d);
             const Eight *f = d[0].of, *g = d[1].of, *k = d[2].of;
             const Eight odd_0 = abs(g[0]) + (abs(g[1]) + half * Eight(odd_2_) * h) * h;
@@ -260,13 +260,13 @@ private:
     };
     Value value(const Eight& x) const noexcept {
         if (!form_.bent) {
-            Derivatives<1> d[1];
+            TrigDerivatives<1> d[1];
             const TrigPolynomial* const even[] = {&form_.even};
             derivatives<1>(even, degree_, x, d);
             return {d[0].of[0], d[0].of[1], Eight(form_.even.error)};
         }
         const TrigPolynomial* const of[] = {&form_.even, &form_.odd, &kappa_};
-        Derivatives<1> d[3];
+        TrigDerivatives<1> d[3];
         derivatives<1>(of, degree_, x, d);
         const Eight *f = d[0].of, *g = d[1].of, *k = d[2].of;
         const Eight square = max((Eight(1.0) - k[0]) * (Eight(1.0) + k[0]), Eight(0.0));

@@ -46,6 +46,21 @@ T phi_at(const Stretch& x, const T& s) noexcept {
     return T(c[0]) + t * (T(c[1]) + t * (T(c[2]) + t * T(c[3])));
 }
 
+/// The segment that a stretch lies within.
+inline const Segment& segment_of(std::span<const Segment> segments, const Stretch& x) noexcept {
+    return segments[segment_index(segments.data(), segments.size(), 0.5 * (x.start + x.end))];
+}
+
+/// The stretch that holds s; between two the later one.
+inline const Stretch& stretch_at(std::span<const Stretch> stretches, double s) noexcept {
+    std::size_t low = 0, high = stretches.size();
+    while (high - low > 1) {
+        const std::size_t middle = (low + high) / 2;
+        (s >= stretches[middle].start ? low : high) = middle;
+    }
+    return stretches[low];
+}
+
 /// One configuration of a curve.
 struct PlacedPosture {
     double q[joint_slots], psi;
@@ -85,18 +100,8 @@ struct Curve {
     std::span<const Segment> segments;
     std::span<const Stretch> stretches;
 
-    const Segment& segment(const Stretch& x) const noexcept {
-        return segments[segment_index(segments.data(), segments.size(), 0.5 * (x.start + x.end))];
-    }
-
-    const Stretch& stretch(double s) const noexcept {
-        std::size_t low = 0, high = stretches.size();
-        while (high - low > 1) {
-            const std::size_t middle = (low + high) / 2;
-            (s >= stretches[middle].start ? low : high) = middle;
-        }
-        return stretches[low];
-    }
+    const Segment& segment(const Stretch& x) const noexcept { return segment_of(segments, x); }
+    const Stretch& stretch(double s) const noexcept { return stretch_at(stretches, s); }
 
     /// The branch of a stretch. If joint 1 or 3 (5 or 7) leads, the sign of theta_2 (theta_6) may change
     /// along it.

@@ -54,6 +54,15 @@ namespace margin_rule {
 inline constexpr double short_path = 0.5;  // rad: margins count less on a path that turns the arm by less
 }  // namespace margin_rule
 
+/// Factor of the cost of margins on a path that turns the arm by `length` (rad). On long and short paths it
+/// grows like joint travel, so a short path is no reason to swing away from a limit.
+inline double margin_scale(double length) noexcept {
+    const double share = length / margin_rule::short_path;
+    return max(length * length, min(1.0, share * share));
+}
+/// The same for a target of psi: the user requested it, so it is worth a turn of the arm on a short path too.
+inline double wish_scale(double length) noexcept { return max(1.0, length * length); }
+
 /// The constants of a plan: the arm, the limits (narrowed by the requested margin), the path, the plane.
 struct Task {
     const Arm& arm;
@@ -74,15 +83,8 @@ struct Task {
         if (checkpoint) checkpoint();
     }
 
-    /// Factor of the cost of margins. On long and short paths it grows like joint travel, so a short path is
-    /// no reason to swing away from a limit.
-    double margin_scale() const noexcept {
-        const double share = length / margin_rule::short_path;
-        return max(length * length, min(1.0, share * share));
-    }
-    /// The same for a target of psi: the user requested it, so it is worth a turn of the arm on a short path
-    /// too.
-    double wish_scale() const noexcept { return max(1.0, length * length); }
+    double margin_scale() const noexcept { return armangle::margin_scale(length); }
+    double wish_scale() const noexcept { return armangle::wish_scale(length); }
 
     Pose<double> pose(double s) const noexcept {
         return pose_at(segments[segment_index(segments, segment_count, s)], s);

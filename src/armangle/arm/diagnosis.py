@@ -21,6 +21,8 @@ _NOT_NOMINAL = (
     "chain meet nearby; `follow` may continue from here."
 )
 
+ARM_ANGLE = "arm_angle"
+"""The free number of an arm that is S-R-S, or nearly so (`Arm.redundancy`)."""
 _SEEN = 1e-3  # degrees: a smaller turn is not mentioned
 
 
@@ -119,6 +121,9 @@ class Branch:
         missing path.
     scene : bool
         Whether obstacles were considered, so that possible arm angles are also collision-free.
+    redundancy : str
+        Which number is free, as `Arm.redundancy`. For an arm with an offset wrist or shoulder the value of a
+        joint takes the place of the arm angle in all these findings.
     """
 
     gc: int
@@ -143,6 +148,7 @@ class Branch:
     turns: tuple[tuple[int, float], ...] = ()
     elsewhere: bool = False
     scene: bool = False
+    redundancy: str = ARM_ANGLE
 
     @property
     def ok(self) -> bool:
@@ -154,7 +160,11 @@ class Branch:
         where = ""
         if path and self.verdict not in (Verdict.OK, Verdict.START, Verdict.GOAL):
             where = f" from s = {self.s_from:.4g} to {self.s_to:.4g}"
-        return f"GC {self.gc}: {self._sentence(where, path)}"
+        said = self._sentence(where, path)
+        if self.redundancy != ARM_ANGLE:
+            joint = self.redundancy.replace("_", " ")
+            said = said.replace("arm angles", f"values of {joint}").replace("arm angle", f"value of {joint}")
+        return f"GC {self.gc}: {said}"
 
     def _sentence(self, where: str, path: bool) -> str:
         match self.verdict:
@@ -253,7 +263,7 @@ class Branch:
         return f"within the limits {link} comes{by} too near to {obstacle}{where}, whatever the arm angle."
 
     def _why(self) -> str:
-        if self.status == Status.ELBOW_MARGIN:
+        if self.status in (Status.ELBOW_MARGIN, Status.NO_POSTURE, Status.NEAR_SINGULAR):
             return STATUSES[self.status].sentence
         names = " and ".join(map(str, self.blocking))
         alone = len(self.blocking) == 1
@@ -401,8 +411,13 @@ def _numbers(branches: list[Branch]) -> str:
     return ", ".join(str(branch.gc) for branch in branches)
 
 
-def branch_of(report: tuple[Any, ...], ready: Ready | None = None) -> Branch:
-    """Return the branch of a report from the core; `ready`: its scene."""
+def branch_of(
+    report: tuple[Any, ...], ready: Ready | None = None, redundancy: str = ARM_ANGLE
+) -> Branch:
+    """Return the branch of a report from the core; `ready`: its scene.
+
+    `redundancy`: which number of the arm is free (`Arm.redundancy`).
+    """
     gc, verdict, status, s_from, s_to, excess, reached, margin, elbow, cost, still, psi, *rest = report
     blocking, openings, sections, given_up, through, pair, short, elsewhere, turns = rest
     found = [Opening(joint, "upper" if upper else "lower", extra) for joint, upper, extra in openings]
@@ -414,5 +429,5 @@ def branch_of(report: tuple[Any, ...], ready: Ready | None = None) -> Branch:
         through=tuple(other for other in range(8) if through >> other & 1),
         touching=None if ready is None else ready.names.pair(pair), short=short, elsewhere=elsewhere,
         turns=tuple((joint, turn) for joint, turn in zip((1, 5), turns, strict=True) if not math.isnan(turn)),
-        scene=ready is not None,
+        scene=ready is not None, redundancy=redundancy,
     )  # fmt: skip

@@ -52,7 +52,6 @@ _INSTEAD = {
     "solutions": "solve(pose, gc=k) is the nearest solution of branch k, feasible(pose) has all intervals",
     "explain": "feasible(pose) has a status for each branch and the joints at the ends of its intervals",
     "feasible_turns": "solve(poses).ok of a batch of turned poses says which of them can be held",
-    "plan": "follow leads it from pose to pose",
     "resolve": "step chooses the next value of the free joint, and the joints",
 }
 _NEARNESS = [Status.OK, Status.NEAR_SINGULAR, Status.LIMITS, Status.NO_POSTURE, Status.UNREACHABLE]

@@ -17,6 +17,7 @@ from .._arrays import (
     as_floats,
     as_number,
     as_poses,
+    chosen,
     one_posture,
     warn,
 )
@@ -29,8 +30,9 @@ from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.diagnosis import Diagnosis, Verdict, branch_of
 from ..arm.keywords import names_keywords
 from ..arm.near import unsupported
-from ..arm.offset import as_srs
-from ..arm.roll import Roll, last_margin
+from ..arm.offset import OffsetArm
+from ..arm.offset import unsupported as offset_lacks
+from ..arm.roll import ROLLS, Roll, last_margin
 from ..errors import InputError, SceneError
 from ..scenes.moving import ready_each, scenes_at
 from ..scenes.ready import Ready
@@ -156,6 +158,10 @@ def plan(
     all of [0, 1], not at the rows alone. For an arm with its own chain the arm angle is that of the nominal
     arm's plan; joints, derivatives and certificate are those of the true chain.
 
+    Of an arm with an offset wrist or shoulder the free joint takes the place of the arm angle, in ``psi=`` and
+    in the result: a grid of each feasible interval is searched, the best way descends to an optimum, and is
+    proven in the same way. It stays in one global configuration.
+
     Parameters
     ----------
     arm : Arm
@@ -220,11 +226,13 @@ def plan(
         any bound: neither the arm nor the objective has one.
     SceneError
         If the arm has no collision model, or the scene names an unknown link.
+    UnsupportedError
+        Of an arm with an offset wrist or shoulder: with a scene, `allowed`, a free roll, an objective that
+        weighs duration, or a wish for the elbow.
 
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
     check_arm(arm)
-    as_srs(arm, "plan")
     with in_parts(as_progress(progress)) as tell:
         whole = as_path(path, blend)
         if whole is None:
@@ -237,6 +245,8 @@ def plan(
             whole = as_path(points, blend) or points
         if not isinstance(objective, Objective):
             raise InputError(f"objective is {objective!r:.100}, wanted an Objective")
+        if isinstance(arm, OffsetArm):
+            _refuse(arm, psi, objective, allowed, scene, roll)
         rows = _rows(whole, samples)
         kept = _limit_margin(arm, limit_margin)
         first = None if start is None else one_posture("start", start, arm._handle)
@@ -296,7 +306,7 @@ def plan(
                     f"{name} belongs to another pose than the path's: a joint is {off} off, wanted at most "
                     f"{most}; {way} arm.forward({name})[0]"
                 )
-        branches = tuple(branch_of(report, ready) for report in reports)
+        branches = tuple(branch_of(report, ready, arm.redundancy) for report in reports)
         ends = (Verdict.START, Verdict.GOAL)
         said = ok or any(branch.status == Status.LIMITS and branch.verdict in ends for branch in branches)
         note = "" if said else _outside(arm, start=first, goal=last)
@@ -317,6 +327,24 @@ def plan(
             rows = np.append(rows_between(arm, curve, rows[led], ROW_STEP), rows[~led])
         beside = tuple(scenes_at(scene or arm.scene, rows.tolist()))
         return _result(arm, whole, rows, curve, diagnosis, ok, open_, beside)
+
+
+def _refuse(
+    arm: OffsetArm, psi: Any, objective: Objective, allowed: object, scene: object, roll: Roll
+) -> None:
+    """Refuse what is not made for an arm with an offset wrist or shoulder."""
+    asked = {
+        "scene": (arm.scene is not None or scene is not None, "follow goes from pose to pose"),
+        "allowed=": (allowed is not None, "psi= is a wish for the free joint"),
+        "roll='free'": (chosen("roll", roll, ROLLS) != "pose", "give the roll in the poses"),
+        "Objective(duration=)": (objective.duration > 0, "retime gives the plan the shortest times"),
+        "a wish for the elbow": (
+            isinstance(psi, Towards) and psi._wish[0] != Wish.PSI, "psi= is a wish for the free joint",
+        ),
+    }  # fmt: skip
+    for what, (given, instead) in asked.items():
+        if given:
+            raise offset_lacks(f"plan with {what}", instead)
 
 
 def _taken(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:

@@ -32,7 +32,7 @@ from ..arguments import (
     some_poses,
     within,
 )
-from ..loading import srs, with_scene
+from ..loading import with_scene
 from ..messages import note, paragraph
 from ..pictures import draw
 from ..screen import (
@@ -132,7 +132,6 @@ def run(args: argparse.Namespace) -> int:
 
 def _plan(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[JointPath, dict[str, Any]]:
     """Return the planned path, and the facts about it."""
-    arm = srs(arm, "plan without --policy")
     start = None if args.start is None else joints("--start", args.start, arm)
     goal = None if args.goal is None else joints("--goal", args.goal, arm)
     margin = args.limit_margin or 0.0

@@ -1,0 +1,21 @@
+// A whole path of an arm with an offset wrist or shoulder: planned and proven as family_planner.hpp does for
+// any closed form. As plan/ this allocates.
+#pragma once
+
+#include "../plan/family_planner.hpp"
+#include "offset_family.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+/// Plans as plan() of the exact arm; `phi` of the stretches is the value of the free joint, and so is the
+/// psi wished. Scenes, arcs of the user, a wish for the elbow, duration and a free roll are not asked.
+inline Plan plan(const OffsetArm& arm, const Segment* segments, std::size_t n, const PlanOptions& options,
+                 const FamilyTuning& tuning = {}) {
+    return detail::FamilyPlanner(OffsetFamily(arm), segments, n, options, tuning).run();
+}
+
+}  // namespace armangle
+
+#include "../names/end.hpp"

@@ -1,0 +1,740 @@
+// The whole path at once, for any arm whose self-motion is a closed form: for each branch the arcs of the
+// free number along the path, one search over postures on them, its descent to an optimum, a spline, its
+// proof.
+//
+//     path -> sections -> search -> descent -> spline -> certify -> plan
+//                ^          | no way    ^                   | a limit is broken, or it is open, there
+//                +----------+           +-- more sections --+
+//
+// The search is dynamic programming over a grid of each arc; a link is how far the joints move. The descent
+// is Newton's method on the numbers at all sections at once: travel makes a tridiagonal system
+// (Gauss-Newton), margins and wishes its diagonal.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "family_curve.hpp"
+#include "planner.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+/// How a path is planned for a family.
+struct FamilyTuning {
+    ProofTuning proof;
+    /// How far the tool goes from section to section at most (rad; a reach is a radian), and how many
+    /// sections there are at least.
+    double spacing = 0.04;
+    int least_sections = 9;
+    /// Of the free number, from posture to posture of the search (rad), and how far from the ends of its arc
+    /// they stay (rad), or this share of it.
+    double step = 0.05;
+    double inset = 0.02, inset_share = 0.25;
+    /// How far a joint may move from section to section of the search (rad).
+    double link = 0.6;
+    /// How often sections are put between where the search finds no way on, or the proof does not hold.
+    int rounds = 8;
+    /// Steps of the descent, the farthest of one (rad), and the share of the objective that ends it.
+    int steps = 60;
+    double farthest = 0.3, settled = 1e-7;
+    /// How far a start or a goal may lie outside the arcs, by rounding (rad).
+    double beside = 1e-6;
+    /// Sections of an empty range, both its ends too, that are asked for how far a limit would have to move,
+    /// and halvings to that.
+    int explained = 3, halvings = 24;
+};
+
+namespace detail {
+
+/// A plan for one family; PlanOptions as plan() reads them, but for scenes, arcs of the user, a wish for the
+/// elbow, duration and a free roll, which are not asked.
+template <explicit_family F>
+class FamilyPlanner {
+public:
+    FamilyPlanner(const F& family, const Segment* segments, std::size_t n, const PlanOptions& options,
+                  const FamilyTuning& tuning)
+        : family_(family),
+          path_(segments, n),
+          options_(options),
+          tuning_(tuning),
+          limits_(drawn_in(family.rows().limits, options.limit_margin)) {
+        for (int j = 0; j < joints; ++j) has_a_turn_[j] = has_a_turn(limits_, j);
+        if (options.start) ends_[0] = end(options.start, 0.0);
+        if (options.goal) ends_[1] = end(options.goal, 1.0);
+    }
+
+    Plan run() {
+        survey();
+        for (Branch& branch : branches_) find_way(branch);
+        std::stable_sort(branches_.begin(), branches_.end(),
+                         [](const Branch& a, const Branch& b) { return before(a.report, b.report); });
+        for (Branch& branch : branches_) {
+            if (plan_.ok || branch.report.verdict != Verdict::ok) continue;
+            draw(branch);
+        }
+        if (!plan_.ok) draw_part();
+        for (Branch& branch : branches_) {
+            explain(branch);
+            plan_.branches.push_back(branch.report);
+        }
+        std::stable_sort(plan_.branches.begin(), plan_.branches.end(),
+                         [this](const BranchReport& a, const BranchReport& b) {
+                             if ((a.gc == plan_.gc) != (b.gc == plan_.gc)) return a.gc == plan_.gc;
+                             return a.gc != plan_.gc && before(a, b);
+                         });
+        plan_.start_gap = ends_[0].gap;
+        plan_.goal_gap = ends_[1].gap;
+        if (options_.advanced) options_.advanced();
+        return std::move(plan_);
+    }
+
+private:
+    struct Section {
+        double s;
+        Pose<double> pose;
+        ArcSet arcs;
+        Status status;
+    };
+    /// A posture, with two derivatives by the free number.
+    struct State {
+        double free, q[joints], slope[joints], theta[joints];
+        double cost, cost_1, cost_2;  // of margins and the wish
+        double margin, elbow_margin;
+    };
+    struct Branch {
+        BranchReport report;
+        std::vector<Section> sections;
+        std::vector<State> way;  // at the first sections, all of them where there is a way
+        double cost = infinity;
+    };
+    /// A start or a goal.
+    struct End {
+        const double* q = nullptr;
+        double lambda = 0, gap = 0;
+        int gc = -1;
+    };
+    struct Node {
+        State state;
+        double cost;
+        int from;
+    };
+
+    static bool before(const BranchReport& a, const BranchReport& b) noexcept {
+        if ((a.verdict == Verdict::ok) != (b.verdict == Verdict::ok)) return a.verdict == Verdict::ok;
+        if (a.verdict == Verdict::ok) return a.cost < b.cost;
+        return a.elsewhere != b.elsewhere ? b.elsewhere : a.reached > b.reached;
+    }
+    void pass_checkpoint() const {
+        if (options_.checkpoint) options_.checkpoint();
+    }
+    Pose<double> pose(double s) const noexcept {
+        return pose_at(path_[segment_index(path_.data(), path_.size(), s)], s);
+    }
+
+    // -- postures
+
+    /// The posture of a free number; joints next to `near`, or within their limits. False where there is
+    /// none.
+    bool state(double s, const Pose<double>& at, int gc, double free, const double* near,
+               State& out) const noexcept {
+        using J = Jet<double, 2>;
+        const Arm& rows = family_.rows();
+        Pose<J> fixed{{spread<J>(at.rotation.x), spread<J>(at.rotation.y), spread<J>(at.rotation.z)},
+                      spread<J>(at.position)};
+        Directions<J> d;
+        if (!(family_.place(fixed, gc, J::variable(free), d).value() > 0)) return false;
+        J theta[joints], cost(0.0);
+        out.free = free;
+        out.margin = out.elbow_margin = infinity;
+        const Objective& w = options_.objective;
+        const auto weigh = [&](const J& distance, Kind kind, double& margin) {
+            if (!(weight(w, kind) > 0)) return;
+            margin = min(margin, distance.value());
+            cost = cost + J(weight(w, kind)) * armangle::cost(distance, kind, w.enough);
+        };
+        for (int j = 0; j < joints; ++j) {
+            theta[j] = atan2(d.y[j], d.x[j]);
+            out.theta[j] = theta[j].value();
+            const double value = to_q(rows, j, out.theta[j]);
+            out.q[j] = lift(value, near ? near[j] : rows.joint_middle[j]);
+            J q = theta[j] * J(rows.sign[j]);
+            q.coefficient[0] = out.q[j];
+            out.slope[j] = q.coefficient[1];
+            double& margin = j == 3 ? out.elbow_margin : out.margin;
+            if (limits_.lower[j] > -infinity) weigh(q - J(limits_.lower[j]), Kind::limit, margin);
+            if (limits_.upper[j] < infinity) weigh(J(limits_.upper[j]) - q, Kind::limit, margin);
+        }
+        family_.singular_distances(theta, [&](const J& x) { weigh(x, Kind::singularity, out.margin); });
+        cost = cost * J(margin_scale(length_));
+        if (options_.wish) {
+            const J off = J::variable(free) - J(options_.wish->psi_at(s));
+            cost =
+                cost + J(options_.objective.psi * wish_scale(length_)) * (J(2.0) - J(2.0) * sin_cos(off).cos);
+        }
+        out.cost = cost.value();
+        out.cost_1 = cost.coefficient[1];
+        out.cost_2 = 2 * cost.coefficient[2];
+        return out.cost == out.cost;
+    }
+
+    /// From a joint's value to another: the shorter way where its limits leave it a whole turn.
+    double way(int j, double from, double to) const noexcept {
+        return has_a_turn_[j] ? wrap(to - from) : to - from;
+    }
+
+    /// The posture of given joints at an end of the path.
+    End end(const double* q, double s) const noexcept {
+        const OnSelfMotion on = family_.on(q);
+        End out{q, on.lambda, infinity, on.gc};
+        Directions<double> d;
+        if (!(family_.place(pose(s), on.gc, on.lambda, d) >= 0)) return out;
+        out.gap = 0;
+        for (int j = 0; j < joints; ++j) {
+            const double there = to_q(family_.rows(), j, atan2(d.y[j], d.x[j]));
+            out.gap = max(out.gap, abs(lift(there, q[j]) - q[j]));
+        }
+        return out;
+    }
+
+    // -- sections
+
+    void look(double s, unsigned asked, Section (&out)[configurations]) const {
+        pass_checkpoint();
+        ArcSet arcs[configurations];
+        Status status[configurations];
+        const Pose<double> at = pose(s);
+        family_.arcs(at, limits_, asked, arcs, status);
+        for (int gc = 0; gc < configurations; ++gc)
+            if (asked >> gc & 1u) out[gc] = {s, at, arcs[gc], status[gc]};
+    }
+
+    /// Sections evenly along the way of the tool.
+    void survey() {
+        const double reach = family_.rows().reach;
+        constexpr int parts = 8;
+        std::vector<double> at{0.0}, gone{0.0};
+        Pose<double> last = pose(0.0);
+        for (const Segment& g : path_)
+            for (int k = 1; k <= parts; ++k) {
+                const double s = k < parts ? g.start + (g.end - g.start) * k / parts : g.end;
+                const Pose<double> here = pose_at(g, s);
+                const Twist moved = difference(last, here);
+                length_ += norm(moved.linear) / reach + norm(moved.angular);
+                at.push_back(s);
+                gone.push_back(length_ + tuning_.spacing * s);
+                last = here;
+            }
+        length_ = max(length_, parameter_rule::least_length);
+        const double whole = gone.back();
+        const int count =
+            std::max(tuning_.least_sections - 1, static_cast<int>(std::ceil(whole / tuning_.spacing)));
+        std::vector<double> base{0.0};
+        std::size_t i = 1;
+        for (int k = 1; k < count; ++k) {
+            const double wanted = whole * k / count;
+            while (i + 1 < gone.size() && gone[i] < wanted) ++i;
+            const double share = (wanted - gone[i - 1]) / (gone[i] - gone[i - 1]);
+            base.push_back(at[i - 1] + share * (at[i] - at[i - 1]));
+        }
+        base.push_back(1.0);
+        unsigned asked = options_.branches;
+        for (const End& end : ends_)
+            if (end.q) asked &= 1u << end.gc;
+        for (int gc = 0; gc < configurations; ++gc) {
+            if (!(options_.branches >> gc & 1u)) continue;
+            Branch& branch = branches_.emplace_back();
+            branch.report.gc = gc;
+            for (int k = 0; k < 2; ++k)
+                if (ends_[k].q && ends_[k].gc != gc) {
+                    branch.report.verdict = k ? Verdict::goal : Verdict::start;
+                    branch.report.from = branch.report.to = k;
+                    branch.report.elsewhere = true;
+                }
+        }
+        Section all[configurations];
+        for (const double s : base) {
+            look(s, asked, all);
+            for (Branch& branch : branches_)
+                if (!branch.report.elsewhere) branch.sections.push_back(all[branch.report.gc]);
+        }
+    }
+
+    /// Puts a section half way behind section k; false where there is no room.
+    bool halve(Branch& branch, std::size_t k) const {
+        const double a = branch.sections[k].s, b = branch.sections[k + 1].s, s = 0.5 * (a + b);
+        if (!(b - a > parameter_rule::same)) return false;
+        Section all[configurations];
+        look(s, 1u << branch.report.gc, all);
+        branch.sections.insert(branch.sections.begin() + static_cast<std::ptrdiff_t>(k) + 1,
+                               all[branch.report.gc]);
+        return true;
+    }
+
+    // -- search
+
+    /// Whether an end is one of the postures of its section.
+    bool is_held(const Section& at, const End& end) const noexcept {
+        return abs(wrap(nearest(at.arcs, wrap(end.lambda)) - end.lambda)) <= tuning_.beside;
+    }
+    const End* anchor(const Branch& branch, std::size_t k) const noexcept {
+        if (k == 0 && ends_[0].q) return &ends_[0];
+        return k + 1 == branch.sections.size() && ends_[1].q ? &ends_[1] : nullptr;
+    }
+
+    std::vector<Node> nodes(const Branch& branch, std::size_t k) const {
+        std::vector<Node> out;
+        const Section& section = branch.sections[k];
+        const auto add = [&](double free) {
+            Node node{{}, infinity, -1};
+            if (state(section.s, section.pose, branch.report.gc, free, nullptr, node.state))
+                out.push_back(node);
+        };
+        if (const End* end = anchor(branch, k)) {
+            if (is_held(section, *end)) add(end->lambda);
+            return out;
+        }
+        for (int i = 0; i < section.arcs.count; ++i) {
+            const Arc& arc = section.arcs.arc[i];
+            const double width = arc.upper - arc.lower;
+            const double inset = min(tuning_.inset, tuning_.inset_share * width);
+            const double low = arc.lower + inset, high = arc.upper - inset;
+            const double first = std::ceil(low / tuning_.step) * tuning_.step;
+            add(low);
+            for (double free = first; free < high; free += tuning_.step)
+                if (free > low) add(free);
+            if (high > low) add(high);
+        }
+        return out;
+    }
+
+    /// The least cost from row to row; the sections reached. Fills the way to the last of them.
+    std::size_t search(Branch& branch) const {
+        std::vector<std::vector<Node>> layer;
+        const Objective& w = options_.objective;
+        for (std::size_t k = 0; k < branch.sections.size(); ++k) {
+            pass_checkpoint();
+            std::vector<Node> here = nodes(branch, k);
+            bool reached = k == 0 && !here.empty();
+            for (Node& to : here) {
+                if (k == 0) {
+                    to.cost = 0;
+                    continue;
+                }
+                const double ds = branch.sections[k].s - branch.sections[k - 1].s;
+                const std::vector<Node>& last = layer.back();
+                for (std::size_t i = 0; i < last.size(); ++i) {
+                    const Node& from = last[i];
+                    if (!(from.cost < to.cost)) continue;
+                    double sum = 0, most = 0;
+                    for (int j = joints - 1; j >= 0 && most <= tuning_.link; --j) {
+                        const double move = way(j, from.state.q[j], to.state.q[j]);
+                        most = max(most, abs(move));
+                        sum += move * move;
+                    }
+                    if (most > tuning_.link) continue;
+                    const double cost =
+                        from.cost + w.travel * sum / ds + 0.5 * ds * (from.state.cost + to.state.cost);
+                    if (!(cost < to.cost)) continue;
+                    to.cost = cost;
+                    to.from = static_cast<int>(i);
+                    reached = true;
+                }
+            }
+            if (!reached) break;
+            std::erase_if(here, [](const Node& node) { return !(node.cost < infinity); });
+            layer.push_back(std::move(here));
+        }
+        branch.way.clear();
+        if (layer.empty()) return 0;
+        const auto least = std::min_element(layer.back().begin(), layer.back().end(),
+                                            [](const Node& a, const Node& b) { return a.cost < b.cost; });
+        std::size_t at = static_cast<std::size_t>(least - layer.back().begin());
+        branch.way.resize(layer.size());
+        for (std::size_t k = layer.size(); k-- > 0;) {
+            branch.way[k] = layer[k][at].state;
+            at = static_cast<std::size_t>(max(layer[k][at].from, 0));
+        }
+        return layer.size();
+    }
+
+    /// The way of a branch through sections that are put between where it ends; or the report of why there
+    /// is none.
+    void find_way(Branch& branch) {
+        BranchReport& report = branch.report;
+        if (report.elsewhere) return advance();
+        std::size_t reached = 0;
+        for (int round = 0; round <= tuning_.rounds; ++round) {
+            if (is_shut(branch)) break;
+            reached = search(branch);
+            if (reached == branch.sections.size() || reached == 0) break;
+            if (round == tuning_.rounds || !halve(branch, reached - 1)) break;
+            if (reached >= 2) halve(branch, reached - 2);
+        }
+        report.sections = static_cast<unsigned>(branch.sections.size());
+        if (report.verdict == Verdict::ok && reached < branch.sections.size()) {
+            const std::size_t k = reached;
+            const bool at_start = k == 0 && ends_[0].q;
+            const bool at_goal =
+                k + 1 == branch.sections.size() && ends_[1].q && !is_held(branch.sections[k], ends_[1]);
+            report.verdict = at_start ? Verdict::start : at_goal ? Verdict::goal : Verdict::dead_end;
+            report.status = Status::LIMITS;
+            report.from = report.to = branch.sections[k > 0 ? k - 1 : 0].s;
+            report.reached = report.from;
+        }
+        if (report.verdict == Verdict::ok) {
+            lift_way(branch);
+            descend(branch);
+            take_margins(branch, report);
+        }
+        advance();
+    }
+    void advance() const {
+        if (options_.advanced) options_.advanced();
+    }
+
+    /// Whether a section holds nothing; if so, where and why.
+    bool is_shut(Branch& branch) const {
+        BranchReport& report = branch.report;
+        const auto shut = [](const Section& x) { return x.arcs.empty(); };
+        const auto first = std::find_if(branch.sections.begin(), branch.sections.end(), shut);
+        if (first == branch.sections.end()) return false;
+        const auto last = std::find_if_not(first, branch.sections.end(), shut);
+        report.from = first->s;
+        report.to = (last - 1)->s;
+        report.status = first->status;
+        report.verdict = first->status == Status::UNREACHABLE ? Verdict::unreachable : Verdict::impossible;
+        const std::vector<Section> ahead(branch.sections.begin(), first);
+        if (!ahead.empty()) {
+            Branch part;
+            part.report.gc = report.gc;
+            part.sections = ahead;
+            const std::size_t reached = search(part);
+            if (reached > 0) report.reached = ahead[reached - 1].s;
+            branch.way = std::move(part.way);
+        }
+        for (auto at = first; at != last; ++at) report.excess = max(report.excess, family_.excess(at->pose));
+        return true;
+    }
+
+    // -- descent
+
+    double travel(const State& a, const State& b) const noexcept {
+        double sum = 0;
+        for (int j = 0; j < joints; ++j) sum += (b.q[j] - a.q[j]) * (b.q[j] - a.q[j]);
+        return sum;
+    }
+    double share_of(const std::vector<Section>& x, std::size_t k, std::size_t n) const noexcept {
+        return 0.5 * ((k + 1 < n ? x[k + 1].s : x[k].s) - (k > 0 ? x[k - 1].s : x[k].s));
+    }
+    double cost_of(const Branch& branch, const std::vector<State>& way) const noexcept {
+        double sum = 0;
+        for (std::size_t k = 0; k < way.size(); ++k) {
+            sum += share_of(branch.sections, k, way.size()) * way[k].cost;
+            if (k + 1 < way.size())
+                sum += options_.objective.travel * travel(way[k], way[k + 1]) /
+                       (branch.sections[k + 1].s - branch.sections[k].s);
+        }
+        return sum;
+    }
+
+    /// Lifts a way from its first posture on, or from joints that are given, onto turns that keep the limits.
+    void lift_way(Branch& branch) const noexcept {
+        std::vector<State>& way = branch.way;
+        if (way.empty()) return;
+        for (std::size_t k = 1; k < way.size(); ++k) way[k].free = lift(way[k].free, way[k - 1].free);
+        for (int j = 0; j < joints; ++j) {
+            if (ends_[0].q) way[0].q[j] = lift(way[0].q[j], ends_[0].q[j]);
+            double low = way[0].q[j], high = low;
+            for (std::size_t k = 1; k < way.size(); ++k) {
+                way[k].q[j] = lift(way[k].q[j], way[k - 1].q[j]);
+                low = min(low, way[k].q[j]);
+                high = max(high, way[k].q[j]);
+            }
+            if (ends_[0].q) continue;
+            double turn = 0;  // as few as keep the limits; of a goal its own
+            if (low < limits_.lower[j]) turn = std::ceil((limits_.lower[j] - low) / two_pi);
+            if (high > limits_.upper[j]) turn = -std::ceil((high - limits_.upper[j]) / two_pi);
+            if (ends_[1].q) turn = round((ends_[1].q[j] - way.back().q[j]) / two_pi);
+            for (State& at : way) at.q[j] += two_pi * turn;
+        }
+    }
+
+    /// The free number within the arc of a section that it lies in, some room off the ends.
+    double within_arc(const Section& section, double free, double wanted) const noexcept {
+        const double at = nearest(section.arcs, wrap(free));
+        for (int i = 0; i < section.arcs.count; ++i) {
+            const Arc& arc = section.arcs.arc[i];
+            const double middle = 0.5 * (arc.lower + arc.upper), half = 0.5 * (arc.upper - arc.lower);
+            if (abs(lift(at, middle) - middle) > half + tolerance::angle) continue;
+            if (half >= pi - tolerance::angle) return wanted;
+            const double room =
+                half - min(tuning_.inset, 2 * tuning_.inset_share * half) * tuning_.inset_share;
+            const double moved = wanted - free + lift(free, middle);
+            return wanted + (min(max(moved, middle - room), middle + room) - moved);
+        }
+        return free;
+    }
+
+    /// Newton's method on all free numbers but those that are given.
+    void descend(Branch& branch) const {
+        std::vector<State>& way = branch.way;
+        const std::vector<Section>& at = branch.sections;
+        const std::size_t n = way.size();
+        const double w = 2 * options_.objective.travel;
+        std::vector<double> diagonal(n), beside(n), move(n);
+        branch.cost = cost_of(branch, way);
+        for (int step = 0; step < tuning_.steps; ++step) {
+            pass_checkpoint();
+            for (std::size_t k = 0; k < n; ++k) {
+                const double share = share_of(at, k, n);
+                diagonal[k] = share * max(way[k].cost_2, 0.0);
+                move[k] = -share * way[k].cost_1;
+                beside[k] = 0;
+            }
+            for (std::size_t k = 0; k + 1 < n; ++k) {
+                const double per = w / (at[k + 1].s - at[k].s);
+                for (int j = 0; j < joints; ++j) {
+                    const double d = way[k + 1].q[j] - way[k].q[j], a = way[k].slope[j],
+                                 b = way[k + 1].slope[j];
+                    diagonal[k] += per * a * a;
+                    diagonal[k + 1] += per * b * b;
+                    beside[k] -= per * a * b;
+                    move[k] += per * d * a;
+                    move[k + 1] -= per * d * b;
+                }
+            }
+            for (std::size_t k = 0; k < n; ++k) {
+                const bool held = anchor(branch, k) != nullptr;
+                if (held) {
+                    diagonal[k] = 1;
+                    move[k] = beside[k] = 0;
+                    if (k > 0) beside[k - 1] = 0;
+                }
+                diagonal[k] = diagonal[k] * (1 + 1e-9) + 1e-12;
+            }
+            for (std::size_t k = 1; k < n; ++k) {
+                const double factor = beside[k - 1] / diagonal[k - 1];
+                diagonal[k] -= factor * beside[k - 1];
+                move[k] -= factor * move[k - 1];
+            }
+            double most = 0;
+            for (std::size_t k = n; k-- > 0;) {
+                move[k] = (move[k] - (k + 1 < n ? beside[k] * move[k + 1] : 0.0)) / diagonal[k];
+                most = max(most, abs(move[k]));
+            }
+            const double before = branch.cost;
+            double share = most > tuning_.farthest ? tuning_.farthest / most : 1.0;
+            for (; share * most > tolerance::angle; share *= 0.5) {
+                std::vector<State> next(n);
+                bool there = true;
+                for (std::size_t k = 0; k < n && there; ++k) {
+                    const double wanted = way[k].free + share * move[k];
+                    const double free =
+                        anchor(branch, k) ? way[k].free : within_arc(at[k], way[k].free, wanted);
+                    there = state(at[k].s, at[k].pose, branch.report.gc, free, way[k].q, next[k]);
+                }
+                const double cost = there ? cost_of(branch, next) : infinity;
+                if (!(cost < branch.cost)) continue;
+                way = std::move(next);
+                branch.cost = cost;
+                break;
+            }
+            if (!(before - branch.cost > tuning_.settled * before)) return;
+        }
+    }
+
+    // -- the curve
+
+    std::vector<Stretch> curve_of(const Branch& branch) const {
+        std::vector<double> s, free;
+        for (std::size_t k = 0; k < branch.way.size(); ++k) {
+            s.push_back(branch.sections[k].s);
+            free.push_back(branch.way[k].free);
+        }
+        std::vector<Stretch> out = stretches_of(spline(s, s, free), path_);
+        while (out.size() > 1 && out.back().start >= s.back()) out.pop_back();
+        lift_stretches(FamilyCurve<F>{family_, branch.report.gc, path_, out}, out, branch.way[0].q);
+        return out;
+    }
+
+    /// Puts sections and postures between where a proof is open, and descends again.
+    bool refine(Branch& branch, const Proof& proof) const {
+        std::vector<Section> sections{branch.sections[0]};
+        std::vector<State> way{branch.way[0]};
+        bool finer = false;
+        for (std::size_t k = 1; k < branch.sections.size(); ++k) {
+            const double a = branch.sections[k - 1].s, b = branch.sections[k].s;
+            bool open = false;
+            for (std::size_t i = 0; i < proof.open.size(); i += 2)
+                open = open || (proof.open[i] < b && proof.open[i + 1] > a);
+            if (open && b - a > parameter_rule::same) {
+                Section all[configurations];
+                look(0.5 * (a + b), 1u << branch.report.gc, all);
+                const Section& half = all[branch.report.gc];
+                if (half.arcs.empty()) return false;
+                const State &from = way.back(), &to = branch.way[k];
+                const double between = 0.5 * (from.free + to.free);
+                const double moved = between + wrap(nearest(half.arcs, wrap(between)) - between);
+                State here;
+                if (!state(half.s, half.pose, branch.report.gc, within_arc(half, moved, moved), from.q, here))
+                    return false;
+                sections.push_back(half);
+                way.push_back(here);
+                finer = true;
+            }
+            sections.push_back(branch.sections[k]);
+            way.push_back(branch.way[k]);
+        }
+        branch.sections = std::move(sections);
+        branch.way = std::move(way);
+        branch.report.sections = static_cast<unsigned>(branch.sections.size());
+        if (finer) descend(branch);
+        return finer;
+    }
+
+    /// The curve of a branch and its proof, with more sections where it is not proven.
+    void draw(Branch& branch) {
+        BranchReport& report = branch.report;
+        Branch finer = branch;
+        Proof all;
+        all.open = {0.0, 1.0};
+        refine(finer, all);
+        bool held = false;
+        Proof proof;
+        for (int round = 0; round <= tuning_.rounds; ++round) {
+            std::vector<Stretch> stretches = curve_of(finer);
+            proof = certify(FamilyCurve<F>{family_, report.gc, path_, stretches}, limits_, tuning_.proof,
+                            options_.checkpoint);
+            const bool better = !held || proof.open.size() < plan_.proof.open.size();
+            if (proof.violated.empty() && better) {
+                held = true;
+                plan_.ok = true;
+                plan_.gc = report.gc;
+                plan_.stretches = std::move(stretches);
+                plan_.proof = proof;
+                take_margins(finer, report);
+            }
+            if (proof.certified() || !refine(finer, proof)) break;
+            if (held) continue;
+            if (is_shut(finer) || search(finer) < finer.sections.size())
+                break;  // another way about that place
+            lift_way(finer);
+            descend(finer);
+        }
+        if (held) return;
+        report.verdict = Verdict::unresolved;
+        report.status = Status::LIMITS;
+        report.from = proof.violated.front();
+        report.to = proof.violated.back();
+        report.reached = report.from;
+        branch.sections = std::move(finer.sections);
+        branch.way = std::move(finer.way);
+    }
+    void take_margins(const Branch& branch, BranchReport& report) const noexcept {
+        report.margin = report.elbow_margin = infinity;
+        for (const State& at : branch.way) {
+            report.margin = min(report.margin, at.margin);
+            report.elbow_margin = min(report.elbow_margin, at.elbow_margin);
+        }
+        report.cost = branch.cost;
+    }
+
+    /// The longest way that leads from the start, as far as it is proven, where none leads to the end.
+    void draw_part() {
+        std::stable_sort(branches_.begin(), branches_.end(),
+                         [](const Branch& a, const Branch& b) { return before(a.report, b.report); });
+        for (Branch& branch : branches_) {
+            if (branch.way.size() < 2) continue;
+            lift_way(branch);
+            plan_.stretches = curve_of(branch);
+            const Proof proof = certify(FamilyCurve<F>{family_, branch.report.gc, path_, plan_.stretches},
+                                        limits_, tuning_.proof, options_.checkpoint);
+            const double end = proof.certified() ? 1.0 : proof.open.front();
+            while (!plan_.stretches.empty() && plan_.stretches.back().end > end) plan_.stretches.pop_back();
+            plan_.gc = branch.report.gc;
+            return;
+        }
+    }
+
+    // -- why there is none
+
+    /// Which limits leave nothing where a branch is shut, and which of them, moved alone, would leave some.
+    void explain(Branch& branch) const {
+        BranchReport& report = branch.report;
+        for (int k = 0; k < 2; ++k)
+            if (report.verdict == (k ? Verdict::goal : Verdict::start) && !report.elsewhere)
+                for (int j = 0; j < joints; ++j) {
+                    const double low = limits_.lower[j] - ends_[k].q[j],
+                                 high = ends_[k].q[j] - limits_.upper[j];
+                    if (max(low, high) > tolerance::angle)
+                        report.openings.push_back({j + 1, high > low, max(low, high)});
+                }
+        if (report.verdict != Verdict::impossible || report.status != Status::LIMITS) return;
+        std::vector<const Section*> shut;
+        for (const Section& x : branch.sections)
+            if (x.arcs.empty() && x.s >= report.from && x.s <= report.to) shut.push_back(&x);
+        const auto opens = [&](const Section& x, const Limits& limits) {
+            ArcSet arcs[configurations];
+            Status status[configurations];
+            pass_checkpoint();
+            family_.arcs(x.pose, limits, 1u << report.gc, arcs, status);
+            return !arcs[report.gc].empty();
+        };
+        Limits some = limits_;
+        for (int j = 0; j < joints; ++j) {
+            const Limits before = some;
+            some.lower[j] = -infinity;
+            some.upper[j] = infinity;
+            if (!opens(*shut.front(), some)) continue;
+            some = before;
+            report.blocking |= 1u << j;
+        }
+        for (int j = 0; j < joints; ++j)
+            for (const bool upper : {false, true}) {
+                double extra = 0;
+                for (int k = 0; k < tuning_.explained && extra < infinity; ++k) {
+                    const std::size_t i = (shut.size() - 1) * static_cast<std::size_t>(k) /
+                                          static_cast<std::size_t>(tuning_.explained - 1);
+                    extra = max(extra, opening(*shut[i], j, upper, extra, opens));
+                }
+                if (extra < infinity) report.openings.push_back({j + 1, upper, 1.01 * extra});
+            }
+    }
+    /// How far one limit must move out at a section; `known` where that does already, infinity where it never
+    /// does.
+    template <class Opens>
+    double opening(const Section& x, int j, bool upper, double known, const Opens& opens) const {
+        const auto wider = [&](double by) {
+            Limits out = limits_;
+            (upper ? out.upper : out.lower)[j] += upper ? by : -by;
+            return opens(x, out);
+        };
+        if (!(abs(upper ? limits_.upper[j] : limits_.lower[j]) < infinity) || !wider(two_pi)) return infinity;
+        if (known > 0 && wider(known)) return known;
+        double low = known, high = two_pi;
+        for (int i = 0; i < tuning_.halvings; ++i) {
+            const double middle = 0.5 * (low + high);
+            (wider(middle) ? high : low) = middle;
+        }
+        return high;
+    }
+
+    const F family_;
+    const std::span<const Segment> path_;
+    const PlanOptions& options_;
+    const FamilyTuning& tuning_;
+    const Limits limits_;
+    bool has_a_turn_[joints];
+    double length_ = 0;  // how far the path turns the arm (rad)
+    End ends_[2];
+    std::vector<Branch> branches_;
+    Plan plan_;
+};
+
+}  // namespace detail
+
+}  // namespace armangle
+
+#include "../names/end.hpp"

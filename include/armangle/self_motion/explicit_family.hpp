@@ -1,0 +1,49 @@
+// Arms whose self-motion is a closed form: a pose, a branch and one free number give the joints, on any
+// scalar.
+//
+//     pose, branch, lambda  --place-->  seven directions, and the room up to where the posture ceases
+//
+// Jet<double, K> in place of double gives derivatives, Jet<Interval, 1> gives proofs. What is written on this
+// concept, curves, their proof and plans, is there for every such arm.
+#pragma once
+
+#include <concepts>
+
+#include "../circle/inverse.hpp"
+#include "../limits/arcs.hpp"
+#include "joint_over.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+/// Where a posture is on its self-motion.
+struct OnSelfMotion {
+    double lambda;  // rad
+    int gc;
+};
+
+/// The members of a family:
+///   rows()                          the arm with signs, offsets and limits in the robot's order
+///   on(q)                           the free number and the branch of joints q
+///   place(pose, gc, lambda, d)      directions of a posture; returns the room, a share of the reach, that is
+///                                   positive where there is one: 0 at a fold and at the end of the reach
+///   arcs(pose, limits, asked, out, status)   of the branches asked (bit k: GC k) the feasible arcs
+///   excess(pose)                    m that the pose is out of reach at least, whatever lambda; <= 0: it is
+///   not singular_distances(theta, take) take(distance) of the angles from where the self-motion is singular
+template <class F>
+concept explicit_family =
+    requires(const F& f, const double* q, const Pose<double>& pose, const Pose<Jet<Interval, 1>>& cell,
+             const Jet<Interval, 1>& lambda, Directions<Jet<Interval, 1>>& d, const Limits& limits,
+             ArcSet (&arcs)[configurations], Status (&status)[configurations]) {
+        { f.rows() } -> std::same_as<const Arm&>;
+        { f.on(q) } -> std::same_as<OnSelfMotion>;
+        { f.place(cell, 0, lambda, d) } -> std::same_as<Jet<Interval, 1>>;
+        f.arcs(pose, limits, 0xffu, arcs, status);
+        { f.excess(pose) } -> std::same_as<double>;
+        f.singular_distances(q, [](double) {});
+    };
+
+}  // namespace armangle
+
+#include "../names/end.hpp"

@@ -1,0 +1,49 @@
+// What one joint does over a cell of one number, the free number of a self-motion or s of a path: enclosed by
+// its direction (y, x), run on Jet<Interval, 1>.
+//
+//     y |   /|     theta = middle + off: by the directions themselves, and by their slope about the middle
+//       |  /_|x
+#pragma once
+
+#include "../numbers/interval.hpp"
+#include "../numbers/jet.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+namespace detail {
+
+inline constexpr double angle_rounding = 4e-15;  // rad: of an angle computed in double
+
+/// What a joint does over a cell: its value at the middle, by how much it is off it, and its slope.
+struct JointOver {
+    double middle;   // rad, theta
+    Interval off;    // theta - middle over the cell
+    Interval slope;  // d theta / d of the number
+};
+
+/// The joint of direction (y, x) over a cell of half width `half`, seen from theta, whose sine and cosine are
+/// `about`: its value at the middle of the cell, or any where `half` is infinite. Unbounded where the cell
+/// does not stay within a quarter turn of it.
+inline JointOver joint_over(const Jet<Interval, 1>& y, const Jet<Interval, 1>& x, double theta,
+                            const SinCos<double>& about, double half) noexcept {
+    const Interval along = x.value() * Interval(about.cos) + y.value() * Interval(about.sin);
+    const Interval across = y.value() * Interval(about.cos) - x.value() * Interval(about.sin);
+    JointOver out{theta, Interval::whole(), Interval::whole()};
+    if (!(along.lo > 0) || !along.bounded() || !across.bounded()) return out;
+    const Interval tangent = across / along;
+    out.off = {atan2(tangent.lo, 1.0) - angle_rounding, atan2(tangent.hi, 1.0) + angle_rounding};
+    const Interval size = square(x.value()) + square(y.value());
+    out.slope = (x.value() * y.coefficient[1] - y.value() * x.coefficient[1]) / size;
+    if (!out.slope.bounded() || !(half < infinity)) return out;
+    const double reach = above(half * greater(abs(out.slope.lo), abs(out.slope.hi))) + 2.0 * angle_rounding;
+    out.off = meet(out.off, {-reach, reach});
+    return out;
+}
+
+}  // namespace detail
+
+}  // namespace armangle
+
+#include "../names/end.hpp"

@@ -1,0 +1,113 @@
+// Proof that joints keep their limits on a stretch of a path, for any closed form that runs on Jet<Interval,
+// 1>.
+//
+//     q |  __near the straight way__     every cell: a posture at each s, each joint less than half a turn
+//       |  |~~~~~~cell~~~~~|~~~~~~~|     off the straight way (so its winding is that of the way), and
+//       +--------------------------- s   within its limits; else it is halved
+//
+// Source: R. E. Moore, Interval Analysis (1966): the mean value form and bisection.
+#pragma once
+
+#include "../arm/joint_map.hpp"
+#include "../circle/inverse.hpp"
+#include "joint_over.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+/// How a stretch is proven.
+struct ProofTuning {
+    /// Halvings of a stretch.
+    int depth = 14;
+    /// Cells looked at in a stretch before the rest is left unproven.
+    int looks = 256;
+    /// Limits are proven with this to spare (rad): more than the rounding of joint values.
+    double slack = 1e-9;
+    /// A limit that is passed by more than this is broken, not touched (rad).
+    double broken = 4e-9;
+    /// Least room of a posture (a share of the reach), and least length of the directions of its joints: what
+    /// rounding does to joints stays below the slack.
+    double least_room = 1e-8, least_direction = 3e-6;
+};
+
+/// A stretch [start, end] of s, and the joints at its ends: values between are lifted next to the straight
+/// way.
+struct StraightWay {
+    double start, end;
+    const double *q, *q_end;
+
+    double near(int j, double s) const noexcept {
+        return q[j] + (s - start) / (end - start) * (q_end[j] - q[j]);
+    }
+};
+
+namespace detail {
+
+enum class Shown { proven, open, broken };
+
+/// What is known of a cell [from, to] of a stretch. place(s, d): the directions at s on any scalar; returns
+/// the room of the posture.
+template <class Place>
+Shown look_at_cell(const Arm& arm, const Limits& limits, const Place& place, const StraightWay& way,
+                   double from, double to, const ProofTuning& tuning) noexcept {
+    using Cell = Jet<Interval, 1>;
+    const double middle = 0.5 * (from + to), half = greater(above(middle - from), above(to - middle));
+    Directions<double> here;
+    if (!(place(middle, here) > 0)) return Shown::broken;
+    double q[joints], theta[joints];
+    for (int j = 0; j < joints; ++j) {
+        theta[j] = atan2(here.y[j], here.x[j]);
+        q[j] = lift(to_q(arm, j, theta[j]), way.near(j, middle));
+        if (q[j] < limits.lower[j] - tuning.broken || q[j] > limits.upper[j] + tuning.broken)
+            return Shown::broken;
+    }
+    Directions<Cell> d;
+    if (!(place(Cell::variable({from, to}), d).value().lo > tuning.least_room)) return Shown::open;
+    for (int j = 0; j < joints; ++j) {
+        const Interval size = square(d.y[j].value()) + square(d.x[j].value());
+        if (!(size.lo > tuning.least_direction * tuning.least_direction)) return Shown::open;
+        const JointOver over = joint_over(d.y[j], d.x[j], theta[j], sin_cos(theta[j]), half);
+        const Interval range = Interval(q[j]) + (arm.sign[j] > 0 ? over.off : -over.off);
+        const double a = way.near(j, from), b = way.near(j, to);
+        if (!(range.hi - lesser(a, b) < pi && greater(a, b) - range.lo < pi)) return Shown::open;
+        if (!(range.lo >= limits.lower[j] && range.hi <= limits.upper[j])) return Shown::open;
+    }
+    return Shown::proven;
+}
+
+}  // namespace detail
+
+/// Proves a stretch within limits of the joints; left(from, to, broken) is called for each part that is not
+/// proven, and says whether a limit is seen to be broken at its middle, or no posture is there.
+template <class Place, class Left>
+void prove_stretch(const Arm& arm, const Limits& limits, const Place& place, const StraightWay& way,
+                   const ProofTuning& tuning, const Left& left) {
+    struct Cell {
+        double from, to;
+        int depth;
+    };
+    constexpr int most = 64;
+    Cell stack[most] = {{way.start, way.end, 0}};
+    int looks = 0;
+    for (int count = 1; count > 0;) {
+        const Cell cell = stack[--count];
+        const double middle = 0.5 * (cell.from + cell.to);
+        const bool spent = looks >= tuning.looks;
+        const detail::Shown shown =
+            spent ? detail::Shown::open
+                  : detail::look_at_cell(arm, limits, place, way, cell.from, cell.to, tuning);
+        ++looks;
+        if (shown == detail::Shown::proven) continue;
+        if (shown == detail::Shown::broken || spent || cell.depth == tuning.depth || count + 2 > most) {
+            left(cell.from, cell.to, shown == detail::Shown::broken);
+            continue;
+        }
+        stack[count++] = {middle, cell.to, cell.depth + 1};
+        stack[count++] = {cell.from, middle, cell.depth + 1};
+    }
+}
+
+}  // namespace armangle
+
+#include "../names/end.hpp"

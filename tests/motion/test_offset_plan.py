@@ -1,0 +1,208 @@
+"""Plans of arms with an offset wrist or shoulder: where a dense search finds a way, with a proof that holds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.offset_search import can_follow, straight_lines
+
+import armangle as aa
+
+ARMS = ["franka_fr3", "ufactory_xarm7", "willow_garage_pr2_left", "fetch"]
+PLACES = np.linspace(0.0, 1.0, 20_001)
+EVEN = np.linspace(0.0, 1.0, 41)
+ARM = aa.Arm.from_catalogue("franka_fr3")
+READY = [0.1, -0.6, 0.2, -2.2, 0.1, 1.9, 0.7]
+
+
+@cache
+def planned(name: str) -> list[aa.JointPath]:
+    """Return plans of lines of 0.4 m that a dense search can follow."""
+    arm = aa.Arm.from_catalogue(name)
+    lines = [line for _, line in straight_lines(arm, 16, 0.4, seed=2) if can_follow(arm, line.pose(EVEN))]
+    return [aa.plan(arm, line) for line in lines]
+
+
+@cache
+def turned() -> aa.JointPath:
+    """Return a plan of an FR3 from its posture, along poses that turn."""
+    s = np.linspace(0.0, 1.0, 30)[:, None]
+    first = ARM.forward(READY)[0]
+    return aa.plan(ARM, first @ aa.pose(s * [0.1, 0.15, -0.1], rotvec=s * [0.2, 0.1, -0.15]), start=READY)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_what_a_dense_search_can_follow_is_planned_and_proven(name: str) -> None:
+    paths = planned(name)
+    assert len(paths) >= 5
+    assert all(path.ok and path.certified and not len(path.uncertified) for path in paths)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_what_is_certified_holds_between_the_rows(name: str) -> None:
+    for path in planned(name)[:4]:
+        between = path.at(PLACES)
+        pose, _, gc = path.arm.forward(between.q)
+        assert path.path is not None
+        np.testing.assert_allclose(pose, path.path.pose(PLACES), rtol=0, atol=1e-9)
+        assert path.arm.limit_margin(between.q).min() >= 0
+        assert (gc == path.gc[0]).all() and (between.gc == path.gc[0]).all()
+        assert np.abs(np.diff(between.q, axis=0)).max() < 0.01
+        free = between.q[:, int(path.arm.redundancy[-1]) - 1]
+        np.testing.assert_allclose(np.cos(free - between.psi), 1.0, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(path.at(path.s).q, path.q, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_its_derivatives_are_differences_and_do_not_leap(name: str) -> None:
+    path, h = planned(name)[0], 1e-6
+    s = np.linspace(0.01, 0.99, 97)
+    exact = path.derivatives(s)
+    first = (path.at(s + h).q - path.at(s - h).q) / (2 * h)
+    second = (path.derivatives(s + h)[:, 0] - path.derivatives(s - h)[:, 0]) / (2 * h)
+    np.testing.assert_allclose(exact[:, 0], first, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(exact[:, 1], second, rtol=1e-3, atol=1e-2)
+    assert path.curve is not None
+    knots = path.curve.knots[1:-1]
+    before, behind = path.derivatives(knots - 1e-9)[:, :2], path.derivatives(knots)[:, :2]
+    np.testing.assert_allclose(before, behind, rtol=0, atol=1e-5 * np.abs(path.derivatives(s)).max())
+
+
+def test_it_begins_at_the_start_ends_at_the_goal_and_goes_on_from_there() -> None:
+    path = turned()
+    assert path.certified
+    np.testing.assert_allclose(path.q[0], READY, rtol=0, atol=1e-12)
+    back = aa.plan(ARM, path.poses[::-1], start=path.q[-1], goal=READY)
+    assert back.certified
+    np.testing.assert_allclose(back.q[[0, -1]], [path.q[-1], READY], rtol=0, atol=1e-9)
+
+
+def test_a_start_on_a_limit_is_left() -> None:
+    lower = np.array(ARM.lower)
+    lower[6] = READY[6]
+    path = aa.plan(ARM.with_(lower=lower), turned().poses, start=READY)
+    assert path.certified and path.q[:, 6].min() >= READY[6] - 1e-9
+
+
+def test_a_margin_is_kept_and_the_branch_that_is_asked() -> None:
+    poses = turned().poses
+    for gc in (6, 7):
+        path = aa.plan(ARM, poses, gc=gc, limit_margin=0.3)
+        assert path.certified and (path.gc == gc).all()
+        assert ARM.limit_margin(path.at(PLACES[::20]).q).min() >= 0.3 - 1e-9
+
+
+def test_a_wish_for_the_free_joint_is_met_as_it_is_weighed() -> None:
+    poses, wished = turned().poses, 0.2
+    off = []
+    for weight in (0.0, 1.0, 100.0, 10_000.0):
+        path = aa.plan(ARM, poses, psi=wished, gc=7, objective=aa.Objective(psi=weight))
+        assert path.certified
+        off.append(np.square(path.at(EVEN).q[:, 6] - wished).mean())
+    assert off[0] > off[1] > off[2] > off[3] and off[3] < 1e-4
+
+
+def test_joints_travel_less_than_where_the_free_joint_is_held() -> None:
+    poses = turned().poses
+    held = aa.follow(ARM, poses, start=READY)
+    travel = aa.plan(ARM, poses, start=READY, objective=aa.Objective(limits=0.0, singularities=0.0))
+    assert held.ok and travel.certified
+
+    def way(path: aa.JointPath) -> float:
+        return float((np.diff(path.at(EVEN).q, axis=0) ** 2).sum())
+
+    assert way(travel) < 0.99 * way(held)
+
+
+def test_it_is_timed_saved_and_blended(tmp_path: Path) -> None:
+    path = turned()
+    timed = aa.retime(path, acceleration=5.0)
+    assert (np.abs(timed.qdd) <= 5.0 * (1 + 1e-6)).all() and timed.duration > 0.1
+    aa.io.save(path, tmp_path / "joints.npz")
+    np.testing.assert_array_equal(aa.io.load_joints(tmp_path / "joints.npz").q, path.q)
+    corner = path.poses[[0, 15, 29]].copy()
+    corner[1, :3, 3] += 0.02
+    rounded = aa.plan(ARM, corner, blend=0.02, start=READY)
+    assert rounded.certified and 0 < rounded.deviation.position < 0.02
+    assert np.abs(np.diff(rounded.q, axis=0)).max() <= 0.2
+
+
+def test_no_pose_and_one_pose() -> None:
+    one = aa.plan(ARM, turned().poses[:1], start=READY)
+    assert one.certified and len(one) == 1
+    np.testing.assert_allclose(one.q[0], READY, rtol=0, atol=1e-9)
+    assert aa.plan(ARM, np.empty((0, 4, 4))).ok
+
+
+def test_where_there_is_no_way_it_says_which_limit_would_have_to_move() -> None:
+    poses = turned().poses
+    lower, upper = np.array(ARM.lower), np.array(ARM.upper)
+    upper[3] = turned().q[:, 3].min() - 0.1
+    path = aa.plan(ARM.with_(upper=upper), poses, gc=7)
+    assert not path.ok and not path.certified and path.diagnosis is not None
+    branch = path.diagnosis[7]
+    assert branch.verdict.name == "IMPOSSIBLE" and branch.blocking == (4,)
+    assert "no value of joint 7 keeps all limits" in path.explain()
+    opening = next(each for each in branch.openings if (each.joint, each.side) == (4, "upper"))
+    for more, holds in ((opening.extra, True), (0.95 * opening.extra, False)):
+        wider = upper.copy()
+        wider[3] += more
+        arm = ARM.with_(lower=lower, upper=wider)
+        s = np.linspace(branch.s_from, branch.s_to, 9)
+        held = [int(arm.feasible(pose, 7).count) > 0 for pose in aa.Waypoints(poses).pose(s)]
+        assert all(held) == holds
+
+
+def test_out_of_reach_it_says_how_far() -> None:
+    poses = turned().poses.copy()
+    poses[:, 0, 3] += np.linspace(0.0, 1.5, 30)
+    path = aa.plan(ARM, poses, start=READY)
+    assert path.diagnosis is not None
+    branch = path.diagnosis[7]
+    assert not path.ok and branch.verdict.name == "UNREACHABLE" and branch.excess > 0.5
+    assert 0 < branch.reached < branch.s_from < 1
+    solved = path.status == aa.Status.OK
+    assert 0 < solved.sum() < 30 and ARM.within_limits(path.q[solved]).all()
+
+
+def test_ends_that_are_none_of_the_path_are_refused() -> None:
+    poses = turned().poses
+    with pytest.raises(aa.InputError, match="start belongs to another pose"):
+        aa.plan(ARM, poses, start=np.add(READY, 0.2))
+    with pytest.raises(aa.InputError, match="goal belongs to another pose"):
+        aa.plan(ARM, poses, goal=READY)
+    upper = np.array(ARM.upper)
+    upper[0] = 0.05
+    path = aa.plan(ARM.with_(upper=upper), poses, start=READY)
+    assert not path.ok and "beyond the upper one of joint 1" in path.explain()
+    other = aa.plan(ARM, poses, start=READY, gc=6)
+    assert not other.ok and "another global configuration" in other.explain()
+
+
+LACKS: dict[str, dict[str, Any]] = {
+    "scene": {"scene": lambda s: aa.Scene(), "obstacle_speed": 0.1},
+    "allowed=": {"allowed": lambda pose: None},
+    "roll='free'": {"roll": "free"},
+    r"Objective\(duration=\)": {"objective": aa.Objective(duration=1.0, acceleration=5.0)},
+    "a wish for the elbow": {"psi": aa.Towards(direction="up")},
+}
+
+
+@pytest.mark.parametrize("what", LACKS)
+def test_what_is_not_made_is_refused_in_one_sentence(what: str) -> None:
+    with pytest.raises(aa.UnsupportedError, match=f"plan with {what} is not made for an arm with an offset"):
+        aa.plan(ARM, turned().poses, **LACKS[what])
+
+
+def test_an_interrupt_ends_it() -> None:
+    def stop(done: int, total: int) -> None:
+        raise KeyboardInterrupt
+
+    call: Callable[[], Any] = lambda: aa.plan(ARM, turned().poses, progress=stop)  # noqa: E731
+    with pytest.raises(KeyboardInterrupt):
+        call()
