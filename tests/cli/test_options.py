@@ -101,7 +101,6 @@ BAD = {
     "ik {FR3} {PF} --all": "--all does not go with franka_fr3",
     "ik {FR3} {PF} --fallback nearest_pose": "--fallback does not go with franka_fr3",
     "ik {FR3} {PF} --intervals 3": "--intervals of a joint does not go with franka_fr3",
-    "plan poses.csv {FR3}": "plan without --policy does not go with franka_fr3",
     "plan poses.csv {FR3} --start {QF} --policy hold,carry=elbow": "carry= is not made for an arm",
     "plan poses.csv {FR3} --start {QF} --policy hold --roll free": "roll= is not made for an arm",
     "place poses.csv {FR3} --x 0,1 --y 0,1": "place does not go with franka_fr3",

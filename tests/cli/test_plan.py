@@ -88,6 +88,11 @@ def test_an_arm_with_an_offset_is_stepped_alike(cli: Cli) -> None:
     assert ran.status == 0 and "joint 7 first 30.0000 deg" in ran.text
     path = aa.follow(FR3, poses, start=start, policy=aa.Hold())
     np.testing.assert_allclose(aa.io.load_joints("q.csv").q, path.q, rtol=0, atol=1e-9)
+    ran = cli("plan line.csv {FR3} --start {QF} -o planned.npz --json")
+    planned = aa.plan(FR3, poses, start=start)
+    assert ran.facts["certified"] is planned.certified is True and ran.facts["redundancy"] == "joint_7"
+    np.testing.assert_allclose(aa.io.load_joints("planned.npz").q, planned.q, rtol=0, atol=1e-9)
+    assert "plan with Objective(duration=) is not made" in cli("plan line.csv {FR3} --duration 100").text
     found = cli("retime q.csv {FR3} --acceleration 200 --json").facts["duration"]
     assert found == pytest.approx(aa.retime(path, acceleration=np.radians(200)).duration, rel=1e-3)
     facts = cli("track line.csv {FR3} --rate 50 --start {QF} --json").facts

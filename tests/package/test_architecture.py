@@ -242,7 +242,7 @@ def test_a_header_defines_what_it_is_named_after() -> None:
         }
         either = "|".join(sorted(names))
         code = re.sub(r"//[^\n]*", "", (HEADERS / path).read_text(encoding="utf-8"))
-        kind = r"(?:struct|class|namespace)\s+(?:\[\[\w+\]\]\s+)?(?:armangle::)?"
+        kind = r"(?:struct|class|concept|namespace)\s+(?:\[\[\w+\]\]\s+)?(?:armangle::)?"
         assert re.search(rf"{kind}(?:{either})\b|\b(?:{either})\(", code), f"{path} defines none of {names}"
 
 

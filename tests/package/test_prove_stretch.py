@@ -1,4 +1,4 @@
-"""The proof of a stretch of a path in C++: nothing that samples refute is proven, nothing that holds is missed."""
+"""The proof of a stretch of a path in C++: it proves nothing that samples refute, and misses nothing."""
 
 from __future__ import annotations
 

@@ -1,6 +1,8 @@
-"""A dense search for a way of an arm with an offset along poses: free joint x branch x place, by `inverse` alone."""
+"""A dense search along poses for arms with an offset: free joint x branch x place, by `inverse`."""
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 
@@ -19,12 +21,13 @@ def can_follow(arm: aa.Arm, poses: np.ndarray, places: int = 121, most: float = 
     free = low + (high - low) * (np.arange(places) + 0.5) / places
     q = arm.inverse(poses[:, None], free, on_error="nan")  # (n, places, 8, 7)
     reached = np.isfinite(q[0, :, :, 0])
-    for before, here in zip(q[:-1], q[1:], strict=True):
+    for before, here in pairwise(q):
         now = np.zeros_like(reached)
         for shift in range(-NEAR, NEAR + 1):
             moved = np.full_like(before, np.nan)
             came = np.zeros_like(reached)
-            to, of = slice(max(shift, 0), places + min(shift, 0)), slice(max(-shift, 0), places - max(shift, 0))
+            to = slice(max(shift, 0), places + min(shift, 0))
+            of = slice(max(-shift, 0), places - max(shift, 0))
             moved[to], came[to] = before[of], reached[of]
             with np.errstate(invalid="ignore"):
                 now |= came & (np.abs(here - moved).max(axis=-1) <= most)

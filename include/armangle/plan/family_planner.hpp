@@ -71,7 +71,8 @@ public:
         std::stable_sort(branches_.begin(), branches_.end(),
                          [](const Branch& a, const Branch& b) { return before(a.report, b.report); });
         for (Branch& branch : branches_) {
-            if (plan_.ok || branch.report.verdict != Verdict::ok) continue;
+            if (plan_.ok && plan_.proof.certified()) break;
+            if (branch.report.verdict != Verdict::ok) continue;
             draw(branch);
         }
         if (!plan_.ok) draw_part();
@@ -378,7 +379,8 @@ private:
             const bool at_start = k == 0 && ends_[0].q;
             const bool at_goal =
                 k + 1 == branch.sections.size() && ends_[1].q && !is_held(branch.sections[k], ends_[1]);
-            report.verdict = at_start ? Verdict::start : at_goal ? Verdict::goal : Verdict::dead_end;
+            report.verdict = at_start ? Verdict::start : Verdict::dead_end;
+            if (at_goal) report.verdict = Verdict::goal;
             report.status = Status::LIMITS;
             report.from = report.to = branch.sections[k > 0 ? k - 1 : 0].s;
             report.reached = report.from;
@@ -607,9 +609,9 @@ private:
             std::vector<Stretch> stretches = curve_of(finer);
             proof = certify(FamilyCurve<F>{family_, report.gc, path_, stretches}, limits_, tuning_.proof,
                             options_.checkpoint);
-            const bool better = !held || proof.open.size() < plan_.proof.open.size();
+            held = held || proof.violated.empty();
+            const bool better = !plan_.ok || proof.open.size() < plan_.proof.open.size();
             if (proof.violated.empty() && better) {
-                held = true;
                 plan_.ok = true;
                 plan_.gc = report.gc;
                 plan_.stretches = std::move(stretches);

@@ -44,6 +44,7 @@ struct StraightWay {
 
 namespace detail {
 
+/// What is known of a cell: that it keeps what is claimed, nothing, or that its middle breaks it.
 enum class Shown { proven, open, broken };
 
 /// What is known of a cell [from, to] of a stretch. place(s, d): the directions at s on any scalar; returns

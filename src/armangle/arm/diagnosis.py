@@ -411,9 +411,7 @@ def _numbers(branches: list[Branch]) -> str:
     return ", ".join(str(branch.gc) for branch in branches)
 
 
-def branch_of(
-    report: tuple[Any, ...], ready: Ready | None = None, redundancy: str = ARM_ANGLE
-) -> Branch:
+def branch_of(report: tuple[Any, ...], ready: Ready | None = None, redundancy: str = ARM_ANGLE) -> Branch:
     """Return the branch of a report from the core; `ready`: its scene.
 
     `redundancy`: which number of the arm is free (`Arm.redundancy`).

@@ -158,9 +158,9 @@ def plan(
     all of [0, 1], not at the rows alone. For an arm with its own chain the arm angle is that of the nominal
     arm's plan; joints, derivatives and certificate are those of the true chain.
 
-    Of an arm with an offset wrist or shoulder the free joint takes the place of the arm angle, in ``psi=`` and
-    in the result: a grid of each feasible interval is searched, the best way descends to an optimum, and is
-    proven in the same way. It stays in one global configuration.
+    Of an arm with an offset wrist or shoulder the free joint takes the place of the arm angle, in ``psi=``
+    and in the result: a grid of each feasible interval is searched, the best way descends to an optimum, and
+    is proven in the same way. It stays in one global configuration.
 
     Parameters
     ----------
