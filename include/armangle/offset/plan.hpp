@@ -9,8 +9,9 @@
 
 namespace armangle {
 
-/// Plans as plan() of the exact arm; `phi` of the stretches is the value of the free joint, and so is the
-/// psi wished. Scenes, arcs of the user, a wish for the elbow, duration and a free roll are not asked.
+/// Plans like plan() of the exact arm. `phi` of the stretches is the value of the free joint, and so is the
+/// psi that is wished. The options must not ask for scenes, arcs of the user, duration, a margin of
+/// singularities, a free roll, or a wish for the elbow: these are not read.
 inline Plan plan(const OffsetArm& arm, const Segment* segments, std::size_t n, const PlanOptions& options,
                  const FamilyTuning& tuning = {}) {
     return detail::FamilyPlanner(OffsetFamily(arm), segments, n, options, tuning).run();

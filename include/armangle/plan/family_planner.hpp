@@ -48,8 +48,8 @@ struct FamilyTuning {
 
 namespace detail {
 
-/// A plan for one family; PlanOptions as plan() reads them, but for scenes, arcs of the user, a wish for the
-/// elbow, duration and a free roll, which are not asked.
+/// Plans a path for one family. Of PlanOptions it does not read scenes, arcs of the user, duration, a margin
+/// of singularities, a free roll, and a wish for the elbow.
 template <explicit_family F>
 class FamilyPlanner {
 public:
