@@ -158,9 +158,9 @@ def plan(
     all of [0, 1], not at the rows alone. For an arm with its own chain the arm angle is that of the nominal
     arm's plan; joints, derivatives and certificate are those of the true chain.
 
-    Of an arm with an offset wrist or shoulder the free joint takes the place of the arm angle, in ``psi=``
-    and in the result: a grid of each feasible interval is searched, the best way descends to an optimum, and
-    is proven in the same way. It stays in one global configuration.
+    For an arm with an offset wrist or shoulder the free joint takes the place of the arm angle, in ``psi=``
+    and in the result. The search uses a grid of each feasible interval; its best path descends to an optimum
+    and is proven in the same way. The path stays in one global configuration.
 
     Parameters
     ----------
@@ -227,8 +227,8 @@ def plan(
     SceneError
         If the arm has no collision model, or the scene names an unknown link.
     UnsupportedError
-        Of an arm with an offset wrist or shoulder: with a scene, `allowed`, a free roll, an objective that
-        weighs duration, or a wish for the elbow.
+        For an arm with an offset wrist or shoulder, if there is a scene, `allowed`, a free roll, an objective
+        that weighs duration, or a wish for the elbow.
 
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
