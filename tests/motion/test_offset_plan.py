@@ -198,6 +198,12 @@ def test_what_is_not_made_is_refused_in_one_sentence(what: str) -> None:
         aa.plan(ARM, turned().poses, **LACKS[what])
 
 
+def test_obstacles_of_the_arm_are_refused_rather_than_left_out() -> None:
+    arm = ARM.with_(scene=aa.Scene([aa.Ball([3.0, 3.0, 3.0], 0.1)]), body=aa.Body.bones(0.05, 0.05))
+    with pytest.raises(aa.UnsupportedError, match="plan with scene is not made"):
+        aa.plan(arm, turned().poses)
+
+
 def test_an_interrupt_ends_it() -> None:
     def stop(done: int, total: int) -> None:
         raise KeyboardInterrupt

@@ -23,7 +23,7 @@ inline bool straight_cell(const OffsetArm& arm, const OffsetCells::Over& over, d
         const int to = robot_joint(arm, j);
         out.q[to] = to_q(joint.middle + (straight ? 0.0 : joint.off.middle()), sign, arm.rest.offset[j]);
         out.d[to] = straight ? sign * half * joint.slope.middle() : 0.0;
-        out.off[to] = above(straight ? beside : within) + offset_rule::rounding;
+        out.off[to] = above(straight ? beside : within) + angle_rounding;
     }
     return true;
 }
