@@ -9,6 +9,7 @@ import armangle as aa
 from armangle.models.chain import chain_of, links_of
 from support.chain import turn
 from support.draw import generator
+from support.strategies import bends
 
 Array = NDArray[np.float64]
 NAMES = ("kuka_iiwa7_r800", "openarm_v10", "barrett_wam7", "yaskawa_sia5d", "iit_icub_left")
@@ -43,9 +44,7 @@ def postures(arm: aa.Arm, n: int, *seed: int) -> Array:
 
 def off_singular(arm: aa.Arm, q: Array, least: float) -> Array:
     """Whether theta_2, theta_4 - delta and theta_6 are away from singular (rad)."""
-    theta = arm.signs * q + arm.offsets
-    theta[:, 3] -= arm.delta
-    return (np.abs(np.sin(theta[:, 1:6:2])) > np.sin(least)).all(axis=1)
+    return np.asarray((np.abs(np.sin(bends(arm, q))) > np.sin(least)).all(axis=1))
 
 
 ARMS = {f"{name} {mm} mm": calibrated(name, mm, mrad) for name in NAMES for mm, mrad in CALIBRATIONS}

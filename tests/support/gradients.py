@@ -7,6 +7,7 @@ import numpy as np
 import armangle as aa
 
 from . import draw
+from .strategies import bends
 
 NAMES = ("kuka_iiwa7_r800", "openarm_v10", "barrett_wam7")
 HOME = np.array([0.1, 0.0, 0.2, -1.5, 0.3, 1.0, 0.4])
@@ -15,9 +16,7 @@ HOME = np.array([0.1, 0.0, 0.2, -1.5, 0.3, 1.0, 0.4])
 
 def calm(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
     """The postures no closer to a singular one than 0.2 rad."""
-    theta = arm.signs * q + arm.offsets
-    theta[:, 3] -= arm._handle.delta
-    return q[(np.abs(np.sin(theta[:, [1, 3, 5]])) > 0.2).all(axis=1)]
+    return q[(np.abs(np.sin(bends(arm, q))) > 0.2).all(axis=1)]
 
 
 def postures(name: str, count: int, *seed: int) -> tuple[aa.Arm, np.ndarray]:
