@@ -108,7 +108,7 @@ void bind_status(nb::module_& m) {
         .value("UNPROVEN", Status::UNPROVEN)
         .def_prop_ro(
             "solved", [](Status status) { return armangle::is_solved(status); },
-            "Whether there is a posture of the pose asked, within all limits.")
+            "Whether the pose has a solution within all limits.")
         .def_prop_ro(
             "sentence", [](Status status) { return armangle::sentence(status); },
             "The outcome as one sentence.");

@@ -83,7 +83,7 @@ class Status(enum.IntEnum):
 
     @property
     def solved(self) -> bool:
-        """Whether there is a posture of the pose asked, within all limits."""
+        """Whether the pose has a solution within all limits."""
 
     @property
     def sentence(self) -> str:

@@ -154,7 +154,7 @@ def test_what_a_free_roll_is_not_for() -> None:
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     pose = arm.forward(q)[0]
     tilted = arm.with_(tool=aa.pose([0.1, 0.0, 0.1]))
-    with pytest.raises(aa.InputError, match="in one step is about axis 7"):
+    with pytest.raises(aa.InputError, match="a single step can only roll about axis 7"):
         aa.step(tilted, q, pose, roll="free")
     outside = np.append(q[:6], 5.0)
     with pytest.raises(aa.InputError, match="joint 7 of start stands outside its limits"):

@@ -209,7 +209,7 @@ class Branch:
                 return f"the goal {self._anchor()}"
             case Verdict.UNRESOLVED if self.given_up:
                 return (
-                    f"given up, so that nothing is known: {self.sections} sections were searched, "
+                    f"the search was stopped, so nothing is proven: {self.sections} sections were searched, "
                     f"from the start as far as s = {self.reached:.4g}."
                 )
             case Verdict.UNRESOLVED if self.status == Status.NEAR_SINGULAR:
@@ -269,7 +269,7 @@ class Branch:
         alone = len(self.blocking) == 1
         parts = [f"joint {names} is the reason" if alone else f"joints {names} exclude each other"]
         if not self.blocking:
-            parts = ["what the joints leave is single arm angles, and no two the same"]
+            parts = ["the joints' feasible arm angles are single values, and no two are equal"]
         parts += [f"{_wider(opening)} would do" for opening in self.openings[:2]]
         return "; ".join(parts) + "."
 

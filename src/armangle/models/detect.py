@@ -5,7 +5,7 @@ same arm has several representations. The one chosen here:
 
 - ``d_bs, d_se, d_ew, d_wf >= 0``, which fixes the senses of axes 1, 3, 5 and 7;
 - ``d_bs`` is the height of the shoulder over the base origin, ``d_wf`` the reach of the tip origin
-  over the wrist, both along their axes; what is left beside the axes goes into ``base``, ``tool``;
+  over the wrist, both along their axes; offsets across the axes go into ``base`` and ``tool``;
 - zeros of joints 1 and 7 are nil: a turn about those axes goes into ``base`` and ``tool`` too;
 - of the senses still free, those with the fewest and smallest zeros, then the least turn in
   ``base``, then the fewest minus signs.

@@ -130,8 +130,8 @@ def _raise_where_wrapped(arm: Arm, q: Floats) -> None:
     row, joint = wrapped[0].tolist()
     raise PathError(
         f"from row {row} to row {row + 1} joint {joint + 1} goes from {q[row, joint]:.6g} to "
-        f"{q[row + 1, joint]:.6g} rad, more than half a turn, and a turn less would do: where its values "
-        f"wrap, q[:, {joint}] = np.unwrap(q[:, {joint}]); where it is to go so far, give rows between"
+        f"{q[row + 1, joint]:.6g} rad, more than half a turn, and the shorter way fits the limits: "
+        f"if its values wrap, q[:, {joint}] = np.unwrap(q[:, {joint}]); to move that far, give rows between"
     )
 
 

@@ -93,7 +93,7 @@ def free_roll(arm: Arm, roll: Roll, name: str, joints: Floats, scene: object) ->
         return None
     if not is_along_axis_7(arm):
         raise InputError(
-            "roll is 'free', which in one step is about axis 7, and the tool's z axis is not that; "
+            "roll is 'free': a single step can only roll about axis 7, and the tool's z axis is not axis 7; "
             "arm.solve takes it, pose by pose, follow and plan take a whole path"
         )
     check_free_roll(arm, scene)
