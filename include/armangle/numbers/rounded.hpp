@@ -35,12 +35,12 @@ struct Rounded {
     double bound() const noexcept { return radius * (1.0 + 0x1p-32) + 1e-300; }
 
     ARMANGLE_INLINE friend Rounded operator+(const Rounded& a, const Rounded& b) noexcept {
-        const double size = a.size + b.size;
-        return {a.value + b.value, size, a.radius + b.radius + rounding * size};
+        const double most = a.size + b.size;
+        return {a.value + b.value, most, a.radius + b.radius + rounding * most};
     }
     ARMANGLE_INLINE friend Rounded operator-(const Rounded& a, const Rounded& b) noexcept {
-        const double size = a.size + b.size;
-        return {a.value - b.value, size, a.radius + b.radius + rounding * size};
+        const double most = a.size + b.size;
+        return {a.value - b.value, most, a.radius + b.radius + rounding * most};
     }
     ARMANGLE_INLINE friend Rounded operator-(const Rounded& a) noexcept {
         return {-a.value, a.size, a.radius};

@@ -355,7 +355,7 @@ private:
         branch.way.resize(layer.size());
         for (std::size_t k = layer.size(); k-- > 0;) {
             branch.way[k] = layer[k][at].state;
-            at = static_cast<std::size_t>(max(layer[k][at].from, 0));
+            at = static_cast<std::size_t>(std::max(layer[k][at].from, 0));
         }
         return layer.size();
     }
