@@ -317,25 +317,12 @@ void joint_map_many(const Handle& self, Floats from, Floats to) {
     });
 }
 
-/// Makes the rotation of a pose exact.
-void exact_rotation(double* m) noexcept {
-    const Pose<double> pose = load_pose(m);
-    double last_row[4];
-    std::memcpy(last_row, m + 12, sizeof(last_row));
-    store_pose({orthonormal(pose.rotation), pose.position}, m);
-    std::memcpy(m + 12, last_row, sizeof(last_row));  // the last row stays as given
-}
-
 /// Corrects poses for the rounding of their numbers to `precision`.
 template <class Handle>
 void settle_many(const Handle& self, Floats poses, double precision) {
     const Buffer in_place(poses, true);
     for_each<1>("pose", {&in_place}, {2}, 1, [&](const Py_ssize_t* at, double&) {
-        double* m = in_place.data<double>() + at[0];
-        if constexpr (std::is_same_v<Handle, OffsetHandle>)
-            exact_rotation(m);  // its reach depends on the free joint
-        else
-            settle(nominal(self.arm), precision, m);
+        settle(reaching(self.arm), precision, in_place.data<double>() + at[0]);
         return Problem::none;
     });
 }

@@ -25,11 +25,10 @@ from .._arrays import (
     broadcast,
     check_angles,
     chosen,
-    frozen,
     output,
 )
 from .._core import Wanted
-from .._progress import Progress, as_progress, progressing
+from .._progress import Progress
 from .._threads import thread_count
 from ..errors import InputError, LimitError, UnreachableError, UnsupportedError
 from ..models.chain import chain_of
@@ -38,18 +37,18 @@ from ..models.urdf.writing import write_chain
 from ..scenes.clearance import Clearance, clearance_of
 from ..scenes.ready import make_ready
 from ..scenes.scene import Scene
-from ..status import STATUSES, Status, is_solved
+from ..status import STATUSES, Status
+from .allowed import Allowed
 from .arcs import ArcSet
 from .arm import KINDS, ON_ERROR, Arm, OnError, names_keywords_of_arm
 from .freedom import Freedom
 from .near import asked_of
-from .question import METRICS, PREFER, branch_bits, relaxing_length, weights_of, widest_solution
-from .roll import ROLLS
+from .question import METRICS, PREFER, Fallback, MetricName, Prefer, relaxing_length, widest_solution
+from .roll import ROLLS, Roll
 from .solution import Solution
 
 _NO_FIELDS = ("d_4", "chain", "reference")
 _INSTEAD = {
-    "solutions": "solve(pose, gc=k) is the nearest solution of branch k, feasible(pose) has all intervals",
     "explain": "feasible(pose) has a status for each branch and the joints at the ends of its intervals",
     "feasible_turns": "solve(poses).ok of a batch of turned poses says which of them can be held",
     "resolve": "step chooses the next value of the free joint, and the joints",
@@ -286,10 +285,11 @@ class OffsetArm(Arm):
         arcs = free.feasible(poses)
         count, codes = np.asarray(arcs.count), np.array(arcs.status, dtype=np.int8)
         held = count > 0
+        seed = np.clip(0.0, self.lower, self.upper)
         open_ = ~held & (np.asarray(arcs.unproven) > 0.0)
         for gc in np.flatnonzero(open_.reshape(-1, CONFIGURATIONS).any(axis=0)):
             at = open_[..., gc]
-            held[at, gc] = is_solved(np.asarray(free.solve(poses[at], gc=int(gc)).status))
+            held[at, gc] = np.asarray(free.solve(poses[at], seed, gc=int(gc)).ok)
         bits = (held * (1 << np.arange(CONFIGURATIONS))).sum(axis=-1).astype(np.uint8)
         codes[held] = Status.OK
         rank = np.array([_NEARNESS.index(STATUSES[code]) for code in codes.ravel()], dtype=np.int64)
@@ -306,59 +306,35 @@ class OffsetArm(Arm):
         pose: ArrayLike,
         seed: ArrayLike | None = None,
         *,
-        metric: str = "l2",
+        metric: MetricName = "l2",
         weight: ArrayLike | None = None,
-        prefer: str = "seed",
+        prefer: Prefer = "seed",
         gc: int | Iterable[int] | None = None,
-        allowed: Any = None,
-        fallback: str | None = None,
+        allowed: Allowed | None = None,
+        fallback: Fallback = None,
         length: float = 0.2,
-        roll: str = "pose",
+        roll: Roll = "pose",
         progress: Progress | bool | None = None,
     ) -> Solution:
-        """See `Arm.solve`. Branch and bound over all branches, values of the free joint and turns, without a
-        grid. Without a seed the nearest to the middles of the ranges. Among obstacles the status is UNPROVEN
-        if it is not proven that none is nearer.
+        """See `Arm.solve`. Branch and bound over all branches, values of the free joint and turns.
+
+        Where two joints turn about one axis the free joint has too few digits to tell postures apart. Those
+        are asked where the metric is "l2" and nothing is `allowed`; else UNPROVEN says that only they hold
+        the pose.
         """
-        asked = {
-            "metric='max'": chosen("metric", metric, METRICS) != "l2",
-            "prefer='margin'": chosen("prefer", prefer, PREFER) == "margin",
-            "allowed=": allowed is not None,
-            "fallback=": fallback is not None,
-            "roll='free'": chosen("roll", roll, ROLLS) != "pose",
-        }
-        for what, given in asked.items():
-            if given:
-                raise unsupported(f"solve({what})")
-        relaxing_length(None, length)
-        if prefer == "clearance":
-            if weight is not None:
+        if fallback is not None:
+            relaxing_length(fallback, length)
+            raise unsupported("solve(fallback=)")
+        if chosen("roll", roll, ROLLS) != "pose":
+            raise unsupported("solve(roll='free')")
+        if chosen("prefer", prefer, PREFER) == "clearance":
+            if weight is not None or allowed is not None or chosen("metric", metric, METRICS) != "l2":
                 raise InputError("prefer is 'clearance', which does not go with the other wishes but gc")
             return widest_solution(self, pose, seed, gc)
-        named: list[tuple[str, NDArray[Any], int]] = [("pose", as_poses("pose", pose), 2)]
-        if seed is not None:
-            joints = as_floats("seed", seed, (JOINTS,))
-            self._handle.check_joints(joints, "seed")
-            named.append(("seed", joints, 1))
-        batch, (poses, *seeds) = broadcast(named)
-        q, numbers = np.empty((*batch, JOINTS)), np.empty((*batch, 3))
-        codes = np.empty((*batch, 2), dtype=np.int64)
-        by = seeds[0] if seeds else None
-        with progressing(as_progress(progress)):
-            self._handle.nearest_many(
-                poses, by, weights_of(weight), branch_bits(gc), q, numbers, codes, thread_count(),
-                None if self._ready is None else self._ready.handle,
-            )  # fmt: skip
-        status, found = codes[..., 1].astype(np.int8), is_solved(codes[..., 1])
-        every = Solution(
-            frozen(q), numbers[..., 0], codes[..., 0], numbers[..., 1], status, numbers[..., 2],
-            np.where(found, 0.0, np.nan), np.where(found[..., None, None], poses, np.nan),
+        return super().solve(
+            pose, seed, metric=metric, weight=weight, prefer=prefer, gc=gc, allowed=allowed, length=length,
+            progress=progress,
         )  # fmt: skip
-        return every if batch else every.row(())
-
-    def solutions(self, *_: Any, **__: Any) -> Never:
-        """Raise `UnsupportedError`."""
-        raise unsupported("solutions")
 
     def explain(self, *_: Any, **__: Any) -> Never:
         """Raise `UnsupportedError`."""
