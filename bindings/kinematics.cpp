@@ -296,7 +296,8 @@ void limit_margin_gradient_many(const Handle& self, Floats q, Floats out) {
 }
 
 /// Writes the nearest pose within reach and returns its distance (m).
-double nearest_pose(const ArmHandle& self, Floats pose, Floats out) {
+template <class Handle>
+double nearest_pose(const Handle& self, Floats pose, Floats out) {
     const Buffer from(pose), to(out, true);
     const NearestPose nearest = nearest_within_reach(self.arm, load_pose(from.data<double>()));
     store_pose(nearest.pose, to.data<double>());
@@ -371,7 +372,7 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
             "nan"_a);
     m.def("pose_gradient_many", &pose_gradient_many, "pose"_a, "by_twist"_a, "by_pose"_a);
     arm.def("psi_gradient_many", &psi_gradient_many, "q"_a, "out"_a, "threads"_a);
-    arm.def("nearest_pose", &nearest_pose, "pose"_a, "out"_a);
+    arm.def("nearest_pose", &nearest_pose<ArmHandle>, "pose"_a, "out"_a);
 }
 
 void bind_near_kinematics(nb::class_<NearArmHandle>& arm) {
@@ -389,6 +390,7 @@ void bind_offset_kinematics(nb::class_<OffsetHandle>& arm) {
             "out"_a, "nan"_a, "threads"_a);
     arm.def("self_motion_many", &self_motion_rate_many<OffsetHandle>, "pose"_a, "psi"_a, "gc"_a, "out"_a,
             "threads"_a);
+    arm.def("nearest_pose", &nearest_pose<OffsetHandle>, "pose"_a, "out"_a);
     arm.def("settle_many", &settle_many<OffsetHandle>, "poses"_a, "precision"_a);
     arm.def("theta_many", &joint_map_many<OffsetHandle, true>, "q"_a, "out"_a);
     arm.def("q_many", &joint_map_many<OffsetHandle, false>, "theta"_a, "out"_a);

@@ -135,13 +135,13 @@ Nearest answer(const NearArm& arm, const KeptOff& kept, const Pose<double>& pose
                double) noexcept {
     return nearest_posture(arm, kept.margin, pose, o, kept.scene);
 }
-Nearest answer(const OffsetArm& arm, const KeptOff&, const Pose<double>& pose, const NearestOptions& o,
+Nearest answer(const OffsetArm& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
                double) noexcept {
-    return nearest_posture(arm, pose, o);
+    return nearest_posture(arm, pose, o, kept.scene);
 }
-void nearest_postures(const OffsetArm& arm, const KeptOff&, const Pose<double>& pose, const NearestOptions& o,
-                      Nearests& out) noexcept {
-    armangle::nearest_postures(arm, pose, o, out);
+void nearest_postures(const OffsetArm& arm, const KeptOff& kept, const Pose<double>& pose,
+                      const NearestOptions& o, Nearests& out) noexcept {
+    armangle::nearest_postures(arm, pose, o, out, kept.scene);
 }
 void nearest_postures(const NearArm& arm, const KeptOff& kept, const Pose<double>& pose,
                       const NearestOptions& o, Nearests& out) noexcept {

@@ -6,3 +6,4 @@
 #include "offset/correction.hpp"
 #include "offset/nearest_posture.hpp"
 #include "offset/psi_towards.hpp"
+#include "offset/turn_arcs.hpp"

@@ -246,3 +246,99 @@ def places_of(ends: Any, psi: float) -> int:
     """Return which interval holds an angle, or is nearest to it."""
     near = np.abs((psi - ends.mean(axis=1) + np.pi) % (2 * np.pi) - np.pi)
     return int(np.argmin(near - 0.5 * np.diff(ends)[:, 0]))
+
+
+@pytest.mark.parametrize("arm", OFFSET, ids=named)
+def test_explain_names_limits_that_block_and_by_how_much_they_must_be_wider(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(11)
+    pose = arm.forward(within(arm, rng, 40))[0]
+    pose[:, :3, 3] += rng.normal(scale=0.15, size=(40, 3))
+    free = arm.with_(lower=-np.inf, upper=np.inf)
+    seen = 0
+    for one in pose:
+        arcs, told = arm.feasible(one), arm.explain(one)
+        assert [branch.gc for branch in told.branches] == list(range(8))
+        for branch in told.branches:
+            assert branch.ok == bool(arcs.count[branch.gc] > 0)
+            if branch.ok:
+                continue
+            assert branch.status == arcs.status[branch.gc]
+            if branch.status is not aa.Status.LIMITS:
+                assert not free.feasible(one, branch.gc).ok
+                continue
+            seen += 1
+            if seen > 25:
+                continue
+            held = np.isin(np.arange(1, 8), branch.blocking)
+            assert held.any() and not only(arm, held).feasible(one, branch.gc).ok
+            for joint in branch.blocking:
+                assert only(arm, held & (np.arange(1, 8) != joint)).feasible(one, branch.gc).ok
+            for opening in branch.openings:
+                assert wider(arm, opening, 1e-3).feasible(one, branch.gc).ok
+                assert not wider(arm, opening, -1e-4).feasible(one, branch.gc).ok
+    assert seen > 25
+
+
+def only(arm: aa.Arm, held: Any) -> aa.Arm:
+    """Return the arm with the limits of some joints alone."""
+    return arm.with_(lower=np.where(held, arm.lower, -np.inf), upper=np.where(held, arm.upper, np.inf))
+
+
+def wider(arm: aa.Arm, opening: Any, more: float) -> aa.Arm:
+    """Return the arm with one limit moved out by what an opening says and some more."""
+    by = (opening.extra + more) * np.eye(7)[opening.joint - 1]
+    return arm.with_(lower=arm.lower - by) if opening.side == "lower" else arm.with_(upper=arm.upper + by)
+
+
+@pytest.mark.parametrize("arm", OFFSET, ids=named)
+def test_the_nearest_pose_within_reach_is_at_its_edge(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(12)
+    free = arm.with_(lower=-np.inf, upper=np.inf)
+    pose = arm.forward(within(arm, rng, 20))[0]
+    pose[:, :3, 3] += rng.normal(scale=2.0, size=(20, 3))
+    far = 0
+    for one in pose:
+        told = arm.explain(one)
+        assert told.nearest is not None
+        away = told.nearest[:3, 3] - one[:3, 3]
+        np.testing.assert_allclose(np.linalg.norm(away), told.nearest_gap, rtol=0, atol=1e-12)
+        if told.nearest_gap == 0.0:
+            continue
+        far += 1
+        assert all(branch.excess == told.nearest_gap for branch in told.branches)
+        for turn in rng.normal(size=(30, 3)):  # nothing nearer is within reach
+            other = one.copy()
+            other[:3, 3] += turn / np.linalg.norm(turn) * told.nearest_gap * 0.999
+            assert (free.feasible(other).status == aa.Status.UNREACHABLE).all()
+        beyond = told.nearest.copy()
+        beyond[:3, 3] += away / told.nearest_gap * 1e-6
+        assert (free.feasible(beyond).status != aa.Status.UNREACHABLE).all()
+    assert far > 5
+
+
+@pytest.mark.parametrize("arm", [*EXACT, *OFFSET], ids=named)
+@pytest.mark.parametrize("about", ["base", "tool"])
+def test_turns_are_those_at_which_the_turned_pose_is_held(arm: aa.Arm, about: Any) -> None:
+    rng = np.random.default_rng(13)
+    lower, upper = np.maximum(arm.lower, -2.5), np.minimum(arm.upper, 2.5)
+    narrow = arm.with_(lower=0.6 * lower + 0.4 * upper, upper=0.2 * lower + 0.8 * upper)
+    pose = narrow.forward(within(narrow, rng, 6))[0]
+    turns = narrow.feasible_turns(pose, about)
+    assert turns.shape == (6,) and turns.ok.all() and turns.contains(np.zeros(6)).all()
+    frame = narrow.base if about == "base" else narrow.tool
+    inside = 0
+    for i in range(6):
+        angle = rng.uniform(-np.pi, np.pi, 150)
+        turn = np.tile(np.eye(4), (150, 1, 1))
+        turn[:, 0, 0] = turn[:, 1, 1] = np.cos(angle)
+        turn[:, 1, 0] = np.sin(angle)
+        turn[:, 0, 1] = -np.sin(angle)
+        back = np.linalg.inv(frame)
+        turned = frame @ turn @ back @ pose[i] if about == "base" else pose[i] @ back @ turn @ frame
+        held = narrow.feasible(turned).ok.any(axis=-1)
+        ends = turns.intervals[i][: turns.count[i]].ravel()
+        gap = np.abs((angle[:, None] - ends + np.pi) % (2 * np.pi) - np.pi).min(axis=1)
+        told = np.array([x in aa.ArcSet(ends.reshape(-1, 2)) for x in angle])
+        np.testing.assert_array_equal(told[gap > 1e-6], held[gap > 1e-6])
+        inside += int(held.sum())
+    assert 0 < inside < 900

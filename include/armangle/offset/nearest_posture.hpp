@@ -12,6 +12,7 @@
 #pragma once
 
 #include "../limits/nearest.hpp"
+#include "../scene/clear_cells.hpp"
 #include "nearest.hpp"
 
 #include "../names/begin.hpp"
@@ -166,12 +167,14 @@ private:
     }
     /// A sum of squares with two derivatives by the free joint.
     Jet<double, 2> squares_at(const OffsetCells& cells, double free) const noexcept {
-        Jet<double, 2> theta[joints], sum(0.0);
+        using J = Jet<double, 2>;
+        J theta[joints];
+        J sum(0.0);
         cells.at(free, theta);
         for (int j = 0; j < joints; ++j) {
-            Jet<double, 2> off = Jet<double, 2>(joint_[j].sign) * theta[j];
+            J off = J(joint_[j].sign) * theta[j];
             off.coefficient[0] = turned(j, theta[j].value()) - joint_[j].near;
-            sum = sum + Jet<double, 2>(joint_[j].weight) * (off * off);
+            sum = sum + J(joint_[j].weight) * (off * off);
         }
         return sum;
     }
@@ -276,7 +279,7 @@ private:
         if (squares()) {
             out.slope = Interval(2.0 * c.weight) * d * rate;
         } else {
-            const Interval way = d.lo >= 0 ? Interval(1.0) : d.hi <= 0 ? Interval(-1.0) : Interval(-1.0, 1.0);
+            const Interval way(d.hi <= 0 || d.lo < 0 ? -1.0 : 1.0, d.hi > 0 || d.lo >= 0 ? 1.0 : -1.0);
             out.slope = Interval(c.weight) * way * rate;
         }
         return true;
@@ -309,7 +312,8 @@ struct OffsetOpen {
     Status status[configurations];
     bool doubtful = false;  // some branch has more than arcs tell
 
-    OffsetOpen(const OffsetArm& arm, const Pose<double>& exact, const NearestOptions& o) noexcept {
+    OffsetOpen(const OffsetArm& arm, const Pose<double>& exact, const NearestOptions& o,
+               const Scene* scene) noexcept {
         constexpr unsigned all = (1u << configurations) - 1;
         ProvenArcs found[configurations];
         if ((o.branches & all) == all) feasible_all(arm, exact, arm.own.limits, found);
@@ -318,6 +322,8 @@ struct OffsetOpen {
             status[gc] = Status::UNREACHABLE;
             if (!(o.branches >> gc & 1u)) continue;
             if ((o.branches & all) != all) feasible(arm, exact, gc, found[gc]);
+            Tag blocking = 0;
+            if (scene) keep_clear(arm, *scene, exact, gc, found[gc], blocking);
             arcs[gc] = found[gc].arcs;
             status[gc] = found[gc].status;
             doubtful = doubtful || found[gc].unproven > 0 || found[gc].status == Status::NEAR_SINGULAR;
@@ -337,7 +343,7 @@ inline Nearest as_nearest(const OffsetNearest& found, bool seeded) noexcept {
     out.status = found.status;
     out.distance = seeded ? found.distance : not_a_number;
     out.margin = found.margin;
-    out.gap = found.status == Status::OK ? 0.0 : not_a_number;
+    out.gap = is_solved(found.status) ? 0.0 : not_a_number;
     return out;
 }
 
@@ -347,14 +353,15 @@ inline Nearest as_nearest(const OffsetNearest& found, bool seeded) noexcept {
 /// be used, and all turns. Where the metric is l2 and nothing is `allowed`, also of those postures of which
 /// arcs do not tell; else UNPROVEN where there are such, and none that arcs tell of.
 inline Nearest nearest_posture(const OffsetArm& arm, const Pose<double>& pose, const NearestOptions& options,
-                               const OffsetCostTuning& tuning = {}) noexcept {
+                               const Scene* scene = nullptr, const OffsetCostTuning& tuning = {}) noexcept {
     const bool squares = options.metric == Metric::l2, seeded = options.near != nullptr;
     if (squares && !options.allowed)
-        return detail::as_nearest(nearest(arm, pose, options.near, options.weight, options.branches), seeded);
+        return detail::as_nearest(nearest(arm, pose, options.near, options.weight, options.branches, scene),
+                                  seeded);
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
     double near[joints];
     const NearestOptions in_order = detail::in_formula_order(arm, options, near);
-    const detail::OffsetOpen open(arm, exact, options);
+    const detail::OffsetOpen open(arm, exact, options, scene);
     detail::OffsetArcSearch search(arm, exact, in_order, tuning);
     for (int gc = 0; gc < configurations; ++gc)
         for (int i = 0; i < open.arcs[gc].count; ++i) search.begin(gc, open.arcs[gc].arc[i]);
@@ -363,9 +370,9 @@ inline Nearest nearest_posture(const OffsetArm& arm, const Pose<double>& pose, c
     if (search.found()) return search.result();
     Nearest none = search.nothing(open.status);
     if (!open.doubtful) return none;
-    const OffsetNearest beside = nearest(arm, pose, options.near, options.weight, options.branches);
+    const OffsetNearest beside = nearest(arm, pose, options.near, options.weight, options.branches, scene);
     const bool kept =
-        beside.status == Status::OK && !(options.allowed && !contains(*options.allowed, beside.free));
+        is_solved(beside.status) && !(options.allowed && !contains(*options.allowed, beside.free));
     if (!kept) return none;
     none = detail::as_nearest(beside, false);
     none.status = Status::UNPROVEN;
@@ -374,13 +381,14 @@ inline Nearest nearest_posture(const OffsetArm& arm, const Pose<double>& pose, c
 
 /// The nearest posture of each branch and arc: first that of nearest_posture(), then by rising cost.
 inline void nearest_postures(const OffsetArm& arm, const Pose<double>& pose, const NearestOptions& options,
-                             Nearests& out, const OffsetCostTuning& tuning = {}) noexcept {
+                             Nearests& out, const Scene* scene = nullptr,
+                             const OffsetCostTuning& tuning = {}) noexcept {
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
     double near[joints];
     const NearestOptions in_order = detail::in_formula_order(arm, options, near);
-    const detail::OffsetOpen open(arm, exact, options);
+    const detail::OffsetOpen open(arm, exact, options, scene);
     detail::OffsetArcSearch search(arm, exact, in_order, tuning);
-    const Nearest first = nearest_posture(arm, pose, options, tuning);
+    const Nearest first = nearest_posture(arm, pose, options, scene, tuning);
     const int its = is_solved(first.status) ? find(open.arcs[first.gc], first.psi).index : -1;
     out.count = 0;
     out.status = first.status;

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import fields
-from typing import Any, Literal, Never
+from typing import Any, Literal, Never, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,6 +41,7 @@ from ..status import STATUSES, Status
 from .allowed import Allowed
 from .arcs import ArcSet
 from .arm import KINDS, ON_ERROR, Arm, OnError, names_keywords_of_arm
+from .diagnosis import Branch, Diagnosis, Opening, Verdict
 from .freedom import Freedom
 from .near import asked_of
 from .question import METRICS, PREFER, Fallback, MetricName, Prefer, relaxing_length, widest_solution
@@ -49,8 +50,6 @@ from .solution import Solution
 
 _NO_FIELDS = ("d_4", "chain", "reference")
 _INSTEAD = {
-    "explain": "feasible(pose) has a status for each branch and the joints at the ends of its intervals",
-    "feasible_turns": "solve(poses).ok of a batch of turned poses says which of them can be held",
     "resolve": "step chooses the next value of the free joint, and the joints",
 }
 _NEARNESS = [Status.OK, Status.NEAR_SINGULAR, Status.LIMITS, Status.NO_POSTURE, Status.UNREACHABLE]
@@ -271,8 +270,8 @@ class OffsetArm(Arm):
     ) -> ArcSet:  # fmt: skip
         return self._proven_arcs(pose, gc, 0.0, wanted, sets, self._ready_for(scene), progress)
 
-    def _without_scene(self) -> Arm:
-        return self if self.scene is None else self.with_(scene=None)
+    def _without_scene(self) -> OffsetArm:
+        return self if self.scene is None else cast(OffsetArm, self.with_(scene=None))
 
     def reachable(self, pose: ArrayLike) -> NDArray[np.bool_] | np.bool_:
         """See `Arm.reachable`."""
@@ -336,13 +335,72 @@ class OffsetArm(Arm):
             progress=progress,
         )  # fmt: skip
 
-    def explain(self, *_: Any, **__: Any) -> Never:
-        """Raise `UnsupportedError`."""
-        raise unsupported("explain")
+    def _branches_of(self, pose: Floats) -> tuple[Branch, ...]:
+        free = self._without_scene()
+        arcs, each = free.feasible(pose), free.feasible(pose, per_joint=True)
+        return tuple(free._branch_of(pose, gc, arcs, each) for gc in range(CONFIGURATIONS))
 
-    def feasible_turns(self, *_: Any, **__: Any) -> Never:
-        """Raise `UnsupportedError`."""
-        raise unsupported("feasible_turns")
+    def _branch_of(self, pose: Floats, gc: int, arcs: ArcSet, each: ArcSet) -> Branch:
+        """Return what the limits leave of a branch, and why nothing."""
+        status = STATUSES[int(np.asarray(arcs.status)[gc])]
+        if np.asarray(arcs.count)[gc] > 0:
+            best = self.solve(pose, prefer="margin", gc=gc)
+            return Branch(gc, Verdict.OK, margin=float(best.margin))
+        if status == Status.NEAR_SINGULAR:
+            found = self.solve(pose, np.clip(0.0, self.lower, self.upper), gc=gc)
+            return Branch(
+                gc, Verdict.OK if found.ok else Verdict.UNRESOLVED, Status.OK if found.ok else status
+            )
+        if status == Status.UNREACHABLE:
+            gap = self._handle.nearest_pose(pose, np.empty((4, 4)))
+            return Branch(gc, Verdict.UNREACHABLE, status, excess=float(gap))
+        if status != Status.LIMITS:
+            return Branch(gc, Verdict.IMPOSSIBLE, status)
+        blocking, openings = self._blocking(gc, each), self._openings(pose, gc)
+        return Branch(gc, Verdict.IMPOSSIBLE, status, blocking=blocking, openings=openings)
+
+    @staticmethod
+    def _blocking(gc: int, each: ArcSet) -> tuple[int, ...]:
+        """Return joints whose limits together leave nothing, none of which can be left out."""
+        counts, ends = np.asarray(each.count), each.intervals
+        sets = [ArcSet(ends[gc, joint][: counts[gc, joint]]) for joint in range(JOINTS)]
+
+        def is_shut(joints: list[int]) -> bool:
+            left = ArcSet([(-np.pi, np.pi)])
+            for joint in joints:
+                left = left & sets[joint]
+            return bool(left.is_empty)
+
+        needed = list(range(JOINTS))
+        if not is_shut(needed):  # what each leaves meets at single angles alone
+            return ()
+        for joint in range(JOINTS):
+            fewer = [one for one in needed if one != joint]
+            if is_shut(fewer):
+                needed = fewer
+        return tuple(joint + 1 for joint in needed)
+
+    def _openings(self, pose: Floats, gc: int) -> tuple[Opening, ...]:
+        """Return single limits that would leave a solution if they were moved out, the least first."""
+        found = []
+        for joint in range(JOINTS):
+            for side, limits, far in (("lower", self.lower, -np.inf), ("upper", self.upper, np.inf)):
+                if not np.isfinite(limits[joint]):
+                    continue
+                moved, seed = limits.copy(), np.clip(0.0, self.lower, self.upper)
+                moved[joint], seed[joint] = far, limits[joint]
+                wider = (
+                    self.with_(scene=None, lower=moved)
+                    if side == "lower"
+                    else self.with_(scene=None, upper=moved)
+                )
+                nearest = wider.solve(pose, seed, weight=np.eye(JOINTS)[joint], gc=gc)
+                if nearest.ok:
+                    found.append(Opening(joint + 1, cast(Any, side), float(nearest.distance)))
+        return tuple(sorted(found, key=lambda opening: opening.extra))
+
+    def _with_instead(self, found: Diagnosis, pose: Floats) -> Diagnosis:
+        return found
 
     def clearance(self, q: ArrayLike, scene: Scene | None = None) -> Clearance:
         """See `Arm.clearance`: psi_rate is by the value of the free joint, NaN beside a fold."""
