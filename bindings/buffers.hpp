@@ -124,11 +124,12 @@ inline bool as_double(nb::handle h, double& out) noexcept {
 }
 
 /// Corrects a pose for the rounding of its numbers to `precision` (ratio; 0: exact numbers).
-inline void settle(const armangle::Arm& arm, double precision, double* m) noexcept {
+template <class AnyArm>
+void settle(const AnyArm& arm, double precision, double* m) noexcept {
     if (!(precision > 0)) return;
     double last_row[4];
     std::memcpy(last_row, m + 12, sizeof(last_row));
-    armangle::store_pose(armangle::within_rounding(arm, armangle::load_pose(m), precision), m);
+    armangle::store_pose(within_rounding(arm, armangle::load_pose(m), precision), m);
     std::memcpy(m + 12, last_row, sizeof(last_row));  // the last row stays as given
 }
 
@@ -154,7 +155,8 @@ public:
     }
 
     /// Reads a (4,4) pose of an arm and corrects float32 rounding. False as above.
-    bool read_pose(const armangle::Arm& arm, nb::handle object, double* to) noexcept {
+    template <class AnyArm>
+    bool read_pose(const AnyArm& arm, nb::handle object, double* to) noexcept {
         if (!read(object, 4, 4, to)) return false;
         settle(arm, precision_, to);
         return true;

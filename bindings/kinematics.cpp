@@ -296,7 +296,8 @@ void limit_margin_gradient_many(const Handle& self, Floats q, Floats out) {
 }
 
 /// Writes the nearest pose within reach and returns its distance (m).
-double nearest_pose(const ArmHandle& self, Floats pose, Floats out) {
+template <class Handle>
+double nearest_pose(const Handle& self, Floats pose, Floats out) {
     const Buffer from(pose), to(out, true);
     const NearestPose nearest = nearest_within_reach(self.arm, load_pose(from.data<double>()));
     store_pose(nearest.pose, to.data<double>());
@@ -317,25 +318,12 @@ void joint_map_many(const Handle& self, Floats from, Floats to) {
     });
 }
 
-/// Makes the rotation of a pose exact.
-void exact_rotation(double* m) noexcept {
-    const Pose<double> pose = load_pose(m);
-    double last_row[4];
-    std::memcpy(last_row, m + 12, sizeof(last_row));
-    store_pose({orthonormal(pose.rotation), pose.position}, m);
-    std::memcpy(m + 12, last_row, sizeof(last_row));  // the last row stays as given
-}
-
 /// Corrects poses for the rounding of their numbers to `precision`.
 template <class Handle>
 void settle_many(const Handle& self, Floats poses, double precision) {
     const Buffer in_place(poses, true);
     for_each<1>("pose", {&in_place}, {2}, 1, [&](const Py_ssize_t* at, double&) {
-        double* m = in_place.data<double>() + at[0];
-        if constexpr (std::is_same_v<Handle, OffsetHandle>)
-            exact_rotation(m);  // its reach depends on the free joint
-        else
-            settle(nominal(self.arm), precision, m);
+        settle(reaching(self.arm), precision, in_place.data<double>() + at[0]);
         return Problem::none;
     });
 }
@@ -384,7 +372,7 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
             "nan"_a);
     m.def("pose_gradient_many", &pose_gradient_many, "pose"_a, "by_twist"_a, "by_pose"_a);
     arm.def("psi_gradient_many", &psi_gradient_many, "q"_a, "out"_a, "threads"_a);
-    arm.def("nearest_pose", &nearest_pose, "pose"_a, "out"_a);
+    arm.def("nearest_pose", &nearest_pose<ArmHandle>, "pose"_a, "out"_a);
 }
 
 void bind_near_kinematics(nb::class_<NearArmHandle>& arm) {
@@ -402,6 +390,7 @@ void bind_offset_kinematics(nb::class_<OffsetHandle>& arm) {
             "out"_a, "nan"_a, "threads"_a);
     arm.def("self_motion_many", &self_motion_rate_many<OffsetHandle>, "pose"_a, "psi"_a, "gc"_a, "out"_a,
             "threads"_a);
+    arm.def("nearest_pose", &nearest_pose<OffsetHandle>, "pose"_a, "out"_a);
     arm.def("settle_many", &settle_many<OffsetHandle>, "poses"_a, "precision"_a);
     arm.def("theta_many", &joint_map_many<OffsetHandle, true>, "q"_a, "out"_a);
     arm.def("q_many", &joint_map_many<OffsetHandle, false>, "theta"_a, "out"_a);

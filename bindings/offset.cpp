@@ -68,50 +68,24 @@ void offset_inverse(const OffsetHandle& self, Floats pose, Floats free, Ints gc,
                 });
 }
 
-/// The nearest solution of each pose: q, (n, 3) free, distance and margin, and (n, 2) gc and status.
-void offset_nearest(const OffsetHandle& self, Floats pose, Floats near, Floats weight, long long branches,
-                    Floats out, Floats numbers, Ints codes, int threads, const SceneHandle* scene) {
-    const Buffer p(pose), w(weight), q(out, true), n(numbers, true), c(codes, true);
-    Buffer seed;
-    if (!near.is_none()) seed.get(near);
-    const Buffer* const by = seed.held() ? &seed : nullptr;
-    for_each<5>("pose", {&p, by, &q, &n, &c}, {2, 1, 1, 1, 1}, threads,
-                [&](const Py_ssize_t* at, double& value) {
-                    const double* m = p.data<double>() + at[0];
-                    Problem problem = check_pose(self.arm, m, value);
-                    const double* from = by ? by->data<double>() + at[1] : nullptr;
-                    if (problem == Problem::none && from) problem = check_joints(self.arm, from, value);
-                    if (problem != Problem::none) return problem;
-                    const OffsetNearest found =
-                        nearest(self.arm, load_pose(m), from, w.data<double>(),
-                                static_cast<unsigned>(branches), scene ? &scene->view : nullptr);
-                    std::memcpy(q.data<double>() + at[2], found.q, joints * sizeof(double));
-                    const double three[3] = {found.free, from ? found.distance : not_a_number, found.margin};
-                    std::memcpy(n.data<double>() + at[3], three, sizeof(three));
-                    c.data<long long>()[at[4]] = found.gc;
-                    c.data<long long>()[at[4] + 1] = static_cast<long long>(found.status);
-                    return Problem::none;
-                });
-}
-
 }  // namespace
 
 void bind_offset(nb::class_<OffsetHandle>& arm) {
     using namespace nb::literals;
     bind_offset_stepping(arm);
     bind_offset_planning(arm);
+    bind_offset_turns(arm);
     bind_offset_arcs(arm);
     bind_offset_kinematics(arm);
     bind_offset_scenes(arm);
+    bind_offset_solving(arm);
     bind_checks(arm);
     arm.def(nb::init<Floats, Floats, Floats, Floats, double, bool>(), "lengths"_a, "joint_rows"_a, "base"_a,
             "tool"_a, "offset"_a, "mirrored"_a)
         .def("forward_many", &offset_forward, "q"_a, "pose"_a, "free"_a, "gc"_a, "threads"_a)
         .def("frames_many", &offset_frames, "q"_a, "out"_a, "threads"_a)
         .def("inverse_many", &offset_inverse, "pose"_a, "free"_a, "gc"_a, "seed"_a.none(), "out"_a,
-             "outcome"_a, "limits"_a, "threads"_a)
-        .def("nearest_many", &offset_nearest, "pose"_a, "near"_a.none(), "weight"_a, "branches"_a, "out"_a,
-             "numbers"_a, "codes"_a, "threads"_a, "scene"_a.none());
+             "outcome"_a, "limits"_a, "threads"_a);
 }
 
 }  // namespace binding

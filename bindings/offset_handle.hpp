@@ -38,10 +38,20 @@ private:
 };
 
 void bind_offset(nb::class_<OffsetHandle>& arm);
+
+/// The arm into whose reach a rounded pose is taken.
+template <class AnyArm>
+const armangle::Arm& reaching(const AnyArm& arm) noexcept {
+    return nominal(arm);
+}
+inline const armangle::OffsetArm& reaching(const armangle::OffsetArm& arm) noexcept { return arm; }
+
 void bind_offset_stepping(nb::class_<OffsetHandle>& arm);
 void bind_offset_scenes(nb::class_<OffsetHandle>& arm);
 void bind_offset_planning(nb::class_<OffsetHandle>& arm);
+void bind_offset_turns(nb::class_<OffsetHandle>& arm);
 void bind_offset_arcs(nb::class_<OffsetHandle>& arm);
+void bind_offset_solving(nb::class_<OffsetHandle>& arm);
 void bind_offset_kinematics(nb::class_<OffsetHandle>& arm);
 
 }  // namespace binding

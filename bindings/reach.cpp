@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "offset_handle.hpp"
 #include "collected.hpp"
 #include "elements.hpp"
 #include "watch.hpp"
@@ -67,7 +68,21 @@ void freedom_gradient_many(const ArmHandle& self, Floats pose, double margin, Fl
     });
 }
 
-[[gnu::noinline]] void turns_range(const ArmHandle& self, const LimitTable& limits, Turned turned,
+/// The turns of a pose; `limits`: a table of an exact arm's with its margin.
+Status turns_of(const ArmHandle& self, const LimitTable& limits, const Pose<double>& pose, Turned turned,
+                ArcSet& out) noexcept {
+    return turn_arcs(self.arm, pose, limits, turned, out);
+}
+Status turns_of(const OffsetHandle& self, double, const Pose<double>& pose, Turned turned,
+                ArcSet& out) noexcept {
+    return turn_arcs(self.arm, pose, turned, out);
+}
+const Arm& with_limits(const ArmHandle& self) { return self.arm; }
+const Arm& with_limits(const OffsetHandle& self) { return self.arm.own; }
+double table(const OffsetHandle&, double margin) { return margin; }
+
+template <class Handle, class Table>
+[[gnu::noinline]] void turns_range(const Handle& self, const Table& limits, Turned turned,
                                    const double* poses, std::size_t begin, std::size_t end,
                                    std::size_t thread, Watch& watch, Collected& to, Outcome& outcome) {
     for (std::size_t i = begin; i < end && !(i > begin && watch.ended(thread, i - begin)); ++i) {
@@ -75,16 +90,17 @@ void freedom_gradient_many(const ArmHandle& self, Floats pose, double margin, Fl
         const Problem problem = check_pose(self.arm, poses + 16 * i, value);
         if (problem != Problem::none) return outcome.report(problem, i, value);
         ArcSet set;
-        const Status status = turn_arcs(self.arm, load_pose(poses + 16 * i), limits, turned, set);
-        to.add(self.arm, 0.0, configuration(0), set, status);
+        const Status status = turns_of(self, limits, load_pose(poses + 16 * i), turned, set);
+        to.add(with_limits(self), 0.0, configuration(0), set, status);
     }
 }
 
-/// The arcs of turns of each pose (n, 4, 4).
-ArcColumns turns_many(const ArmHandle& self, Floats pose, Turned turned, double margin, int threads) {
+/// The turns of each pose (n, 4, 4).
+template <class Handle>
+ArcColumns turns_many(const Handle& self, Floats pose, Turned turned, double margin, int threads) {
     const Buffer p(pose);
     const std::size_t n = p.elements(2);
-    const LimitTable limits = table(self, margin);
+    const auto limits = table(self, margin);
     Collected whole;
     whole.reserve(n);
     std::vector<Collected> parts(most_threads);
@@ -298,13 +314,18 @@ void end_slopes_one(const ArmHandle& self, Floats pose, long long gc, double mar
 
 }  // namespace
 
+void bind_offset_turns(nb::class_<OffsetHandle>& arm) {
+    using namespace nb::literals;
+    arm.def("turns_many", &turns_many<OffsetHandle>, "pose"_a, "turned"_a, "margin"_a, "threads"_a);
+}
+
 void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::enum_<Turned>(m, "Turned").value("BASE", Turned::base).value("TOOL", Turned::tool);
     arm.def("reachable_many", &reachable_many, "pose"_a, "margin"_a, "out"_a, "threads"_a);
     arm.def("freedom_many", &freedom_many, "pose"_a, "margin"_a, "widths"_a, "codes"_a, "threads"_a);
     arm.def("freedom_gradient_many", &freedom_gradient_many, "pose"_a, "margin"_a, "out"_a, "threads"_a);
-    arm.def("turns_many", &turns_many, "pose"_a, "turned"_a, "margin"_a, "threads"_a);
+    arm.def("turns_many", &turns_many<ArmHandle>, "pose"_a, "turned"_a, "margin"_a, "threads"_a);
     arm.def("end_slopes_one", &end_slopes_one, "pose"_a, "gc"_a, "margin"_a, "out"_a);
     arm.def("map_cells", &map_cells, "places"_a, "tilt"_a, "turn"_a, "size"_a, "margin"_a, "gc"_a,
             "freedom"_a, "yaw"_a.none(), "roll"_a.none(), "proven"_a.none(), "threads"_a);

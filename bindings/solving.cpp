@@ -4,6 +4,7 @@
 #include "arc_arrays.hpp"
 #include "collected.hpp"
 #include "elements.hpp"
+#include "offset_handle.hpp"
 #include "refusal.hpp"
 #include "scene_handle.hpp"
 #include "watch.hpp"
@@ -51,10 +52,23 @@ struct KeptOff {
 LimitTable limits_with(const ArmHandle& arm, double margin, const Scene*) {
     return margin == 0 ? arm.limits : limit_table(arm.arm, arm.arm.limits, margin);
 }
-KeptOff limits_with(const NearArmHandle&, double margin, const Scene* scene) { return {margin, scene}; }
+template <class Handle>
+KeptOff limits_with(const Handle&, double margin, const Scene* scene) {
+    return {margin, scene};
+}
 /// The same without a margin.
 const LimitTable& own_limits(const ArmHandle& arm) { return arm.limits; }
 double own_limits(const NearArmHandle&) { return 0.0; }
+
+/// The nearest posture within the arm's own limits.
+template <class Handle>
+Nearest nearest_of(const Handle& self, const Pose<double>& pose, const NearestOptions& options) noexcept {
+    return nearest_posture(self.arm, own_limits(self), pose, options);
+}
+Nearest nearest_of(const OffsetHandle& self, const Pose<double>& pose,
+                   const NearestOptions& options) noexcept {
+    return nearest_posture(self.arm, pose, options);
+}
 
 /// The poses of a batch, seeds (or none) and allowed arcs (or none, or one set for all), checked one by one.
 template <class Handle>
@@ -120,6 +134,14 @@ Nearest answer(const Arm& arm, const LimitTable& limits, const Pose<double>& pos
 Nearest answer(const NearArm& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
                double) noexcept {
     return nearest_posture(arm, kept.margin, pose, o, kept.scene);
+}
+Nearest answer(const OffsetArm& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
+               double) noexcept {
+    return nearest_posture(arm, pose, o, kept.scene);
+}
+void nearest_postures(const OffsetArm& arm, const KeptOff& kept, const Pose<double>& pose,
+                      const NearestOptions& o, Nearests& out) noexcept {
+    armangle::nearest_postures(arm, pose, o, out, kept.scene);
 }
 void nearest_postures(const NearArm& arm, const KeptOff& kept, const Pose<double>& pose,
                       const NearestOptions& o, Nearests& out) noexcept {
@@ -199,7 +221,7 @@ template <class Handle>
 nb::object solve_one(const Handle& self, nb::handle pose, nb::handle near, Metric metric, nb::handle kind,
                      nb::handle statuses) {
     double q[joints], m[16], value = 0;
-    if (!SmallMatrix().read_pose(nominal(self.arm), pose, m)) return nb::none();
+    if (!SmallMatrix().read_pose(reaching(self.arm), pose, m)) return nb::none();
     if (!near.is_none() && !SmallMatrix().read(near, 1, joints, q)) return nb::none();
     Problem problem = check_pose(self.arm, m, value);
     refuse_one(problem, "pose", value);
@@ -208,7 +230,7 @@ nb::object solve_one(const Handle& self, nb::handle pose, nb::handle near, Metri
     NearestOptions options;
     options.metric = metric;
     options.near = near.is_none() ? nullptr : q;
-    const Nearest found = nearest_posture(self.arm, own_limits(self), load_pose(m), options);
+    const Nearest found = nearest_of(self, load_pose(m), options);
     nb::object joint_values = new_array7();
     const Buffer to(joint_values, true);
     std::memcpy(to.data<double>(), found.q, joints * sizeof(double));
@@ -274,6 +296,7 @@ void bind_solving_of(nb::class_<Handle>& arm) {
 }  // namespace
 
 void bind_near_solving(nb::class_<NearArmHandle>& arm) { bind_solving_of(arm); }
+void bind_offset_solving(nb::class_<OffsetHandle>& arm) { bind_solving_of(arm); }
 
 void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;

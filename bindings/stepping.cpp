@@ -118,9 +118,8 @@ Step next_step(const OffsetHandle& self, double, const double* q, const Pose<dou
 /// Corrects a pose of this relative precision if its rounding alone puts it out of reach.
 template <class Handle>
 Pose<double> as_meant(const Handle& self, const Pose<double>& pose, double precision) noexcept {
-    return precision > 0 ? within_rounding(nominal(self.arm), pose, precision) : pose;
+    return precision > 0 ? within_rounding(reaching(self.arm), pose, precision) : pose;
 }
-Pose<double> as_meant(const OffsetHandle&, const Pose<double>& pose, double) noexcept { return pose; }
 
 /// The array of unknown velocities, kept for the lifetime of the process and read-only.
 nb::object no_velocity() {

@@ -4,4 +4,6 @@
 #include "armangle.hpp"
 #include "offset/step.hpp"
 #include "offset/correction.hpp"
+#include "offset/nearest_posture.hpp"
 #include "offset/psi_towards.hpp"
+#include "offset/turn_arcs.hpp"

@@ -141,3 +141,204 @@ def test_freedom_and_reachable_are_the_numbers_of_the_intervals(arm: aa.Arm) -> 
     assert 5 < (~held.any(axis=-1)).sum() < 55
     one = arm.freedom(pose[0])
     assert (one.gc, one.arcs) == (has.gc[0], has.arcs[0]) and one.status == has.status[0]
+
+
+def cost(metric: str, arm: aa.Arm, q: Any, seed: Any, weight: Any) -> Any:
+    """Return what joints (..., 7) cost by a metric; infinite where they are NaN or beyond their limits."""
+    off = weight * (q - seed) ** 2
+    value = np.sqrt(off.sum(-1)) if metric == "l2" else np.sqrt(off.max(-1))
+    room = np.minimum(q - arm.lower, arm.upper - q).min(-1)
+    if metric == "margin":
+        value = -room
+    return np.where(room >= 0, value, np.inf)
+
+
+def grid_of(arm: aa.Arm, pose: Any, seed: Any, psi: Any) -> Any:
+    """Return the joints (n, 8, k, 7) of every branch at a grid of psi (k,), NaN where there are none."""
+    return arm.inverse(
+        pose[:, None, None],
+        psi,
+        np.arange(8)[:, None],
+        seed=seed[:, None, None],
+        on_error="nan",
+        limits=False,
+    )
+
+
+@pytest.mark.parametrize("arm", CLOSED, ids=named)
+@pytest.mark.parametrize("metric", ["l2", "max", "margin"])
+def test_no_solution_of_a_grid_costs_less_than_that_of_solve(arm: aa.Arm, metric: str) -> None:
+    rng = np.random.default_rng(8)
+    q = within(arm, rng, 8)
+    seed, weight = within(arm, rng, 8), rng.uniform(0.2, 2.0, 7)
+    pose = arm.forward(q)[0]
+    asked: dict[str, Any] = (
+        {"prefer": "margin"} if metric == "margin" else {"metric": metric, "weight": weight}
+    )
+    found = arm.solve(pose, seed, **asked)
+    assert found.ok.all() and (arm.lower <= found.q).all() and (found.q <= arm.upper).all()
+    np.testing.assert_allclose(arm.forward(found.q)[0], pose, rtol=0, atol=1e-11)
+    own = cost(metric, arm, found.q, seed, weight)
+    np.testing.assert_allclose(-found.margin if metric == "margin" else found.distance, own, atol=1e-12)
+    every = cost(
+        metric, arm, grid_of(arm, pose, seed, np.linspace(-np.pi, np.pi, 1501)), seed[:, None, None], weight
+    )
+    assert (own <= every.min(axis=(1, 2)) + 1e-9).all()
+    assert (own <= cost(metric, arm, q, seed, weight) + 1e-9).all()
+
+
+@pytest.mark.parametrize("arm", CLOSED, ids=named)
+def test_what_is_allowed_is_kept_and_nothing_of_it_is_nearer(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(9)
+    q = within(arm, rng, 8)
+    pose, psi, _ = arm.forward(q)
+    seed = within(arm, rng, 8)
+    for i in range(8):
+        allowed = aa.ArcSet([(psi[i] - 0.2, psi[i] + 0.1), (psi[i] + 1.0, psi[i] + 1.5)])
+        found = arm.solve(pose[i], seed[i], allowed=allowed)
+        assert found.ok and (found.psi in allowed)
+        grid = np.linspace(-np.pi, np.pi, 3001)
+        grid = grid[[x in allowed for x in grid]]
+        every = cost("l2", arm, grid_of(arm, pose[i : i + 1], seed[i : i + 1], grid)[0], seed[i], np.ones(7))
+        assert found.distance <= every.min() + 1e-9
+    arcs = arm.feasible(pose[0])
+    free = [~aa.ArcSet(arcs.intervals[k][: arcs.count[k]]) for k in range(8)]
+    shut = free[0]
+    for one in free[1:]:
+        shut = shut & one
+    inner = aa.ArcSet([(a + 0.3 * (b - a), b - 0.3 * (b - a)) for a, b in shut.intervals])
+    if inner.measure > 1e-3:
+        assert arm.solve(pose[0], seed[0], allowed=inner).status is aa.Status.NOT_ALLOWED
+
+
+@pytest.mark.parametrize("arm", CLOSED, ids=named)
+@pytest.mark.parametrize("prefer", ["seed", "margin"])
+def test_there_is_one_solution_for_each_branch_and_interval_the_best_first(arm: aa.Arm, prefer: str) -> None:
+    rng = np.random.default_rng(10)
+    pose, seed = arm.forward(within(arm, rng, 12))[0], within(arm, rng, 12)
+    sols, arcs, first = (
+        arm.solutions(pose, seed, prefer=prefer),
+        arm.feasible(pose),
+        arm.solve(pose, seed, prefer=prefer),
+    )
+    np.testing.assert_array_equal(sols.count, arcs.count.sum(axis=-1))
+    np.testing.assert_array_equal(sols.q[:, 0], first.q)
+    for i in range(12):
+        many = arm.solutions(pose[i], seed[i], prefer=prefer)
+        rank = [-one.margin if prefer == "margin" else one.distance for one in many]
+        assert len(many) == sols.count[i] and (np.diff(rank) >= -1e-9).all()
+        places = set()
+        for one in many:
+            np.testing.assert_allclose(arm.forward(one.q)[0], pose[i], rtol=0, atol=1e-11)
+            assert arm.within_limits(one.q)
+            ends = arcs.intervals[i, one.gc][: arcs.count[i, one.gc]]
+            near = np.abs((one.psi - ends.mean(axis=1) + np.pi) % (2 * np.pi) - np.pi)
+            places.add((one.gc, int(np.argmin(near - 0.5 * np.diff(ends)[:, 0]))))
+            if prefer == "seed":
+                alone = arm.solve(
+                    pose[i], seed[i], gc=one.gc, allowed=aa.ArcSet(ends[[places_of(ends, one.psi)]])
+                )
+                assert one.distance <= alone.distance + 1e-9
+        assert len(places) == len(many)
+
+
+def places_of(ends: Any, psi: float) -> int:
+    """Return which interval holds an angle, or is nearest to it."""
+    near = np.abs((psi - ends.mean(axis=1) + np.pi) % (2 * np.pi) - np.pi)
+    return int(np.argmin(near - 0.5 * np.diff(ends)[:, 0]))
+
+
+@pytest.mark.parametrize("arm", OFFSET, ids=named)
+def test_explain_names_limits_that_block_and_by_how_much_they_must_be_wider(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(11)
+    pose = arm.forward(within(arm, rng, 40))[0]
+    pose[:, :3, 3] += rng.normal(scale=0.15, size=(40, 3))
+    free = arm.with_(lower=-np.inf, upper=np.inf)
+    seen = 0
+    for one in pose:
+        arcs, told = arm.feasible(one), arm.explain(one)
+        assert [branch.gc for branch in told.branches] == list(range(8))
+        for branch in told.branches:
+            assert branch.ok == bool(arcs.count[branch.gc] > 0)
+            if branch.ok:
+                continue
+            assert branch.status == arcs.status[branch.gc]
+            if branch.status is not aa.Status.LIMITS:
+                assert not free.feasible(one, branch.gc).ok
+                continue
+            seen += 1
+            if seen > 25:
+                continue
+            held = np.isin(np.arange(1, 8), branch.blocking)
+            assert held.any() and not only(arm, held).feasible(one, branch.gc).ok
+            for joint in branch.blocking:
+                assert only(arm, held & (np.arange(1, 8) != joint)).feasible(one, branch.gc).ok
+            for opening in branch.openings:
+                assert wider(arm, opening, 1e-3).feasible(one, branch.gc).ok
+                assert not wider(arm, opening, -1e-4).feasible(one, branch.gc).ok
+    assert seen > 25
+
+
+def only(arm: aa.Arm, held: Any) -> aa.Arm:
+    """Return the arm with the limits of some joints alone."""
+    return arm.with_(lower=np.where(held, arm.lower, -np.inf), upper=np.where(held, arm.upper, np.inf))
+
+
+def wider(arm: aa.Arm, opening: Any, more: float) -> aa.Arm:
+    """Return the arm with one limit moved out by what an opening says and some more."""
+    by = (opening.extra + more) * np.eye(7)[opening.joint - 1]
+    return arm.with_(lower=arm.lower - by) if opening.side == "lower" else arm.with_(upper=arm.upper + by)
+
+
+@pytest.mark.parametrize("arm", OFFSET, ids=named)
+def test_the_nearest_pose_within_reach_is_at_its_edge(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(12)
+    free = arm.with_(lower=-np.inf, upper=np.inf)
+    pose = arm.forward(within(arm, rng, 20))[0]
+    pose[:, :3, 3] += rng.normal(scale=2.0, size=(20, 3))
+    far = 0
+    for one in pose:
+        told = arm.explain(one)
+        assert told.nearest is not None
+        away = told.nearest[:3, 3] - one[:3, 3]
+        np.testing.assert_allclose(np.linalg.norm(away), told.nearest_gap, rtol=0, atol=1e-12)
+        if told.nearest_gap == 0.0:
+            continue
+        far += 1
+        assert all(branch.excess == told.nearest_gap for branch in told.branches)
+        for turn in rng.normal(size=(30, 3)):  # nothing nearer is within reach
+            other = one.copy()
+            other[:3, 3] += turn / np.linalg.norm(turn) * told.nearest_gap * 0.999
+            assert (free.feasible(other).status == aa.Status.UNREACHABLE).all()
+        beyond = told.nearest.copy()
+        beyond[:3, 3] += away / told.nearest_gap * 1e-6
+        assert (free.feasible(beyond).status != aa.Status.UNREACHABLE).all()
+    assert far > 5
+
+
+@pytest.mark.parametrize("arm", [*EXACT, *OFFSET], ids=named)
+@pytest.mark.parametrize("about", ["base", "tool"])
+def test_turns_are_those_at_which_the_turned_pose_is_held(arm: aa.Arm, about: Any) -> None:
+    rng = np.random.default_rng(13)
+    lower, upper = np.maximum(arm.lower, -2.5), np.minimum(arm.upper, 2.5)
+    narrow = arm.with_(lower=0.6 * lower + 0.4 * upper, upper=0.2 * lower + 0.8 * upper)
+    pose = narrow.forward(within(narrow, rng, 6))[0]
+    turns = narrow.feasible_turns(pose, about)
+    assert turns.shape == (6,) and turns.ok.all() and turns.contains(np.zeros(6)).all()
+    frame = narrow.base if about == "base" else narrow.tool
+    inside = 0
+    for i in range(6):
+        angle = rng.uniform(-np.pi, np.pi, 150)
+        turn = np.tile(np.eye(4), (150, 1, 1))
+        turn[:, 0, 0] = turn[:, 1, 1] = np.cos(angle)
+        turn[:, 1, 0] = np.sin(angle)
+        turn[:, 0, 1] = -np.sin(angle)
+        back = np.linalg.inv(frame)
+        turned = frame @ turn @ back @ pose[i] if about == "base" else pose[i] @ back @ turn @ frame
+        held = narrow.feasible(turned).ok.any(axis=-1)
+        ends = turns.intervals[i][: turns.count[i]].ravel()
+        gap = np.abs((angle[:, None] - ends + np.pi) % (2 * np.pi) - np.pi).min(axis=1)
+        told = np.array([x in aa.ArcSet(ends.reshape(-1, 2)) for x in angle])
+        np.testing.assert_array_equal(told[gap > 1e-6], held[gap > 1e-6])
+        inside += int(held.sum())
+    assert 0 < inside < 900

@@ -116,18 +116,12 @@ def test_a_word_of_the_name_is_enough_for_the_hint() -> None:
 
 POSE, PSI, GC = FR3.forward(Q)
 LACKING: dict[str, Callable[[aa.Arm], object]] = {
-    "solutions": lambda arm: arm.solutions(POSE),
-    "explain": lambda arm: arm.explain(POSE),
-    "feasible_turns": lambda arm: arm.feasible_turns(POSE, about="base"),
     "gradients.inverse": lambda arm: aa.gradients.inverse(arm, POSE, PSI, GC),
     "gradients.psi": lambda arm: aa.gradients.psi(arm, Q),
     "gradients.feasible": lambda arm: aa.gradients.feasible(arm, POSE, int(GC)),
     "gradients.freedom": lambda arm: aa.gradients.freedom(arm, POSE),
     "gradients.margin": lambda arm: aa.gradients.margin(arm, POSE),
     "gradients.joint_function": lambda arm: aa.gradients.joint_function(arm, POSE, int(GC), 1),
-    "metric": lambda arm: arm.solve(POSE, Q, metric="max"),
-    "prefer": lambda arm: arm.solve(POSE, Q, prefer="margin"),
-    "allowed": lambda arm: arm.solve(POSE, Q, allowed=aa.ArcSet([(0.0, 1.0)])),
     "fallback": lambda arm: arm.solve(POSE, Q, fallback="nearest_pose"),
     "roll": lambda arm: arm.solve(POSE, Q, roll="free"),
     "d_4": lambda arm: arm.with_(d_4=0.01),

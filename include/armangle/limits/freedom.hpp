@@ -144,10 +144,12 @@ inline Status nearer_reason(Status a, Status b) noexcept {
     const auto rank = [](Status s) {
         switch (s) {
             case Status::OK: return 0;
-            case Status::LIMITS: return 1;
-            case Status::ELBOW_MARGIN: return 2;
-            case Status::ELBOW_LIMIT: return 3;
-            default: return 4;
+            case Status::NEAR_SINGULAR: return 1;
+            case Status::LIMITS: return 2;
+            case Status::ELBOW_MARGIN: return 3;
+            case Status::ELBOW_LIMIT: return 4;
+            case Status::NO_POSTURE: return 5;
+            default: return 6;
         }
     };
     return rank(b) < rank(a) ? b : a;

@@ -309,7 +309,8 @@ protected:
     Nearest nothing(const Status (&of)[configurations]) const noexcept {
         static constexpr Status order[] = {Status::OK,           Status::NOT_ALLOWED,   Status::CLEARANCE,
                                            Status::POSE_BLOCKED, Status::NEAR_SINGULAR, Status::LIMITS,
-                                           Status::ELBOW_MARGIN, Status::ELBOW_LIMIT,   Status::FOLDED};
+                                           Status::ELBOW_MARGIN, Status::ELBOW_LIMIT,   Status::FOLDED,
+                                           Status::NO_POSTURE};
         for (const Status status : order)
             for (int gc = 0; gc < configurations; ++gc)
                 if ((options_.branches >> gc & 1) && of[gc] == status) return refused(status);

@@ -11,6 +11,7 @@
 #include "../arm/frames.hpp"
 #include "../circle/elbow.hpp"
 #include "../circle/inverse.hpp"
+#include "../numbers/rotations.hpp"
 
 #include "../names/begin.hpp"
 
@@ -27,6 +28,12 @@ struct OffsetArm {
 
 /// The rows without the offset.
 inline const Arm& nominal(const OffsetArm& arm) noexcept { return arm.own; }
+
+/// A pose as it would be without the rounding of its numbers: its rotation is made exact. The reach depends
+/// on the free joint, so that no pose is drawn into it.
+inline Pose<double> within_rounding(const OffsetArm&, const Pose<double>& pose, double) noexcept {
+    return {orthonormal(pose.rotation), pose.position};
+}
 
 /// Which of the robot's joints (0..6) is joint j of the formulas, and the other way round.
 inline int robot_joint(const OffsetArm& arm, int j) noexcept { return arm.mirrored ? joints - 1 - j : j; }

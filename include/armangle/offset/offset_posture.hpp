@@ -3,6 +3,7 @@
 #pragma once
 
 #include "../arm/jacobian.hpp"
+#include "../circle/nearest_pose.hpp"
 #include "../numbers/jet.hpp"
 #include "../numbers/rotations.hpp"
 #include "offset_motion.hpp"
@@ -169,6 +170,27 @@ inline double reach_excess(const OffsetArm& arm, const Pose<double>& pose) noexc
     const double swing = 2.0 * abs(arm.a_6) * hypot(dot(m.flange.x, s), dot(m.flange.y, s));
     const double nearest = sqrt(max(fixed - swing, 0.0)), farthest = sqrt(fixed + swing);
     return max(nearest - arm.rest.reach, arm.rest.inner_reach - farthest);
+}
+
+/// The nearest pose of the same orientation within reach, ignoring limits, and its distance (m) from this
+/// one: the wrist moves along its line from the shoulder, at the value of the free joint at which it has
+/// least to go.
+inline NearestPose nearest_within_reach(const OffsetArm& arm, const Pose<double>& pose) noexcept {
+    const double gap = reach_excess(arm, pose);
+    if (!(gap > 0)) return {pose, 0.0};
+    const Pose<double> exact{orthonormal(pose.rotation), pose.position};
+    const OffsetMotion<> m = offset_motion(arm, exact, 0);
+    const Vec3<double>& s = m.from_shoulder;
+    const double along_x = dot(s, m.flange.x), along_y = dot(s, m.flange.y), size = hypot(along_x, along_y);
+    const Vec3<double> flat =
+        size > 0 ? m.flange.x * (along_x / size) + m.flange.y * (along_y / size) : m.flange.x;
+    const double nearest = norm(s - flat * abs(arm.a_6)), sign = nearest > arm.rest.reach ? 1.0 : -1.0;
+    const Vec3<double> w = s - flat * (sign * abs(arm.a_6));
+    const double length = norm(w);
+    Vec3<double> shift = (length > 0 ? w * (1.0 / length) : Vec3<double>{0, 0, 1}) * (-sign * gap);
+    if (arm.mirrored) shift = -(flange_pose(arm.own, exact).rotation * (half_turn_about_x.rotation * shift));
+    if (arm.own.has_base) shift = arm.own.base.rotation * shift;
+    return {{pose.rotation, pose.position + shift}, gap};
 }
 
 }  // namespace armangle

@@ -1647,9 +1647,7 @@ class Arm(FrozenValue):
         1.2536
         """
         frame, scene = one_pose("pose", pose, self._handle), self.scene
-        segment = np.empty((1, _core.SEGMENT_WIDTH))
-        _core.path_waypoints(frame[None], np.zeros(1), segment)
-        branches = tuple(map(branch_of, self._handle.explain_pose(segment, self.singularity_margin)))
+        branches = self._branches_of(frame)
         within = any(branch.ok for branch in branches)  # the limits; a scene may still block it
         if scene is not None:
             branches = tuple(replace(self._meets(branch, frame, scene), scene=True) for branch in branches)
@@ -1657,6 +1655,12 @@ class Arm(FrozenValue):
         gap = self._handle.nearest_pose(frame, nearest)
         found = Diagnosis(branches, path=False, nearest=nearest, nearest_gap=gap)
         return found if within else self._with_instead(found, frame)
+
+    def _branches_of(self, pose: Floats) -> tuple[Branch, ...]:
+        """Return what the limits leave of each branch at one pose, and why nothing."""
+        segment = np.empty((1, _core.SEGMENT_WIDTH))
+        _core.path_waypoints(pose[None], np.zeros(1), segment)
+        return tuple(map(branch_of, self._handle.explain_pose(segment, self.singularity_margin)))
 
     def _with_instead(self, found: Diagnosis, pose: Floats) -> Diagnosis:
         """Return the diagnosis of a pose that no branch reaches, with the nearest reachable pose."""

@@ -185,6 +185,8 @@ class Branch:
                 return self._blocked(where, path)
             case Verdict.IMPOSSIBLE if self.status == Status.NOT_ALLOWED:
                 return f"the arcs that the caller allows leave no arm angle{where}."
+            case Verdict.IMPOSSIBLE if self.status == Status.NO_POSTURE:
+                return f"the wrist is within reach{where}, but no value of the free joint gives a solution."
             case Verdict.IMPOSSIBLE:
                 return f"no arm angle keeps all limits{where}: {self._why()}"
             case Verdict.DEAD_END if self.turns:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import fields
-from typing import Any, Literal, Never
+from typing import Any, Literal, Never, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,11 +25,10 @@ from .._arrays import (
     broadcast,
     check_angles,
     chosen,
-    frozen,
     output,
 )
 from .._core import Wanted
-from .._progress import Progress, as_progress, progressing
+from .._progress import Progress
 from .._threads import thread_count
 from ..errors import InputError, LimitError, UnreachableError, UnsupportedError
 from ..models.chain import chain_of
@@ -38,20 +37,19 @@ from ..models.urdf.writing import write_chain
 from ..scenes.clearance import Clearance, clearance_of
 from ..scenes.ready import make_ready
 from ..scenes.scene import Scene
-from ..status import STATUSES, Status, is_solved
+from ..status import STATUSES, Status
+from .allowed import Allowed
 from .arcs import ArcSet
 from .arm import KINDS, ON_ERROR, Arm, OnError, names_keywords_of_arm
+from .diagnosis import Branch, Diagnosis, Opening, Verdict
 from .freedom import Freedom
 from .near import asked_of
-from .question import METRICS, PREFER, branch_bits, relaxing_length, weights_of, widest_solution
-from .roll import ROLLS
+from .question import METRICS, PREFER, Fallback, MetricName, Prefer, relaxing_length, widest_solution
+from .roll import ROLLS, Roll
 from .solution import Solution
 
 _NO_FIELDS = ("d_4", "chain", "reference")
 _INSTEAD = {
-    "solutions": "solve(pose, gc=k) is the nearest solution of branch k, feasible(pose) has all intervals",
-    "explain": "feasible(pose) has a status for each branch and the joints at the ends of its intervals",
-    "feasible_turns": "solve(poses).ok of a batch of turned poses says which of them can be held",
     "resolve": "step chooses the next value of the free joint, and the joints",
 }
 _NEARNESS = [Status.OK, Status.NEAR_SINGULAR, Status.LIMITS, Status.NO_POSTURE, Status.UNREACHABLE]
@@ -272,8 +270,8 @@ class OffsetArm(Arm):
     ) -> ArcSet:  # fmt: skip
         return self._proven_arcs(pose, gc, 0.0, wanted, sets, self._ready_for(scene), progress)
 
-    def _without_scene(self) -> Arm:
-        return self if self.scene is None else self.with_(scene=None)
+    def _without_scene(self) -> OffsetArm:
+        return self if self.scene is None else cast(OffsetArm, self.with_(scene=None))
 
     def reachable(self, pose: ArrayLike) -> NDArray[np.bool_] | np.bool_:
         """See `Arm.reachable`."""
@@ -286,10 +284,11 @@ class OffsetArm(Arm):
         arcs = free.feasible(poses)
         count, codes = np.asarray(arcs.count), np.array(arcs.status, dtype=np.int8)
         held = count > 0
+        seed = np.clip(0.0, self.lower, self.upper)
         open_ = ~held & (np.asarray(arcs.unproven) > 0.0)
         for gc in np.flatnonzero(open_.reshape(-1, CONFIGURATIONS).any(axis=0)):
             at = open_[..., gc]
-            held[at, gc] = is_solved(np.asarray(free.solve(poses[at], gc=int(gc)).status))
+            held[at, gc] = np.asarray(free.solve(poses[at], seed, gc=int(gc)).ok)
         bits = (held * (1 << np.arange(CONFIGURATIONS))).sum(axis=-1).astype(np.uint8)
         codes[held] = Status.OK
         rank = np.array([_NEARNESS.index(STATUSES[code]) for code in codes.ravel()], dtype=np.int64)
@@ -306,67 +305,102 @@ class OffsetArm(Arm):
         pose: ArrayLike,
         seed: ArrayLike | None = None,
         *,
-        metric: str = "l2",
+        metric: MetricName = "l2",
         weight: ArrayLike | None = None,
-        prefer: str = "seed",
+        prefer: Prefer = "seed",
         gc: int | Iterable[int] | None = None,
-        allowed: Any = None,
-        fallback: str | None = None,
+        allowed: Allowed | None = None,
+        fallback: Fallback = None,
         length: float = 0.2,
-        roll: str = "pose",
+        roll: Roll = "pose",
         progress: Progress | bool | None = None,
     ) -> Solution:
-        """See `Arm.solve`. Branch and bound over all branches, values of the free joint and turns, without a
-        grid. Without a seed the nearest to the middles of the ranges. Among obstacles the status is UNPROVEN
-        if it is not proven that none is nearer.
+        """See `Arm.solve`. Branch and bound over all branches, values of the free joint and turns.
+
+        Where two joints turn about one axis the free joint has too few digits to tell postures apart. Those
+        are asked where the metric is "l2" and nothing is `allowed`; else UNPROVEN says that only they hold
+        the pose.
         """
-        asked = {
-            "metric='max'": chosen("metric", metric, METRICS) != "l2",
-            "prefer='margin'": chosen("prefer", prefer, PREFER) == "margin",
-            "allowed=": allowed is not None,
-            "fallback=": fallback is not None,
-            "roll='free'": chosen("roll", roll, ROLLS) != "pose",
-        }
-        for what, given in asked.items():
-            if given:
-                raise unsupported(f"solve({what})")
-        relaxing_length(None, length)
-        if prefer == "clearance":
-            if weight is not None:
+        if fallback is not None:
+            relaxing_length(fallback, length)
+            raise unsupported("solve(fallback=)")
+        if chosen("roll", roll, ROLLS) != "pose":
+            raise unsupported("solve(roll='free')")
+        if chosen("prefer", prefer, PREFER) == "clearance":
+            if weight is not None or allowed is not None or chosen("metric", metric, METRICS) != "l2":
                 raise InputError("prefer is 'clearance', which does not go with the other wishes but gc")
             return widest_solution(self, pose, seed, gc)
-        named: list[tuple[str, NDArray[Any], int]] = [("pose", as_poses("pose", pose), 2)]
-        if seed is not None:
-            joints = as_floats("seed", seed, (JOINTS,))
-            self._handle.check_joints(joints, "seed")
-            named.append(("seed", joints, 1))
-        batch, (poses, *seeds) = broadcast(named)
-        q, numbers = np.empty((*batch, JOINTS)), np.empty((*batch, 3))
-        codes = np.empty((*batch, 2), dtype=np.int64)
-        by = seeds[0] if seeds else None
-        with progressing(as_progress(progress)):
-            self._handle.nearest_many(
-                poses, by, weights_of(weight), branch_bits(gc), q, numbers, codes, thread_count(),
-                None if self._ready is None else self._ready.handle,
-            )  # fmt: skip
-        status, found = codes[..., 1].astype(np.int8), is_solved(codes[..., 1])
-        every = Solution(
-            frozen(q), numbers[..., 0], codes[..., 0], numbers[..., 1], status, numbers[..., 2],
-            np.where(found, 0.0, np.nan), np.where(found[..., None, None], poses, np.nan),
+        return super().solve(
+            pose, seed, metric=metric, weight=weight, prefer=prefer, gc=gc, allowed=allowed, length=length,
+            progress=progress,
         )  # fmt: skip
-        return every if batch else every.row(())
 
-    def solutions(self, *_: Any, **__: Any) -> Never:
-        """Raise `UnsupportedError`."""
-        raise unsupported("solutions")
+    def _branches_of(self, pose: Floats) -> tuple[Branch, ...]:
+        free = self._without_scene()
+        arcs, each = free.feasible(pose), free.feasible(pose, per_joint=True)
+        return tuple(free._branch_of(pose, gc, arcs, each) for gc in range(CONFIGURATIONS))
 
-    def explain(self, *_: Any, **__: Any) -> Never:
-        """Raise `UnsupportedError`."""
-        raise unsupported("explain")
+    def _branch_of(self, pose: Floats, gc: int, arcs: ArcSet, each: ArcSet) -> Branch:
+        """Return what the limits leave of a branch, and why nothing."""
+        status = STATUSES[int(np.asarray(arcs.status)[gc])]
+        if np.asarray(arcs.count)[gc] > 0:
+            best = self.solve(pose, prefer="margin", gc=gc)
+            return Branch(gc, Verdict.OK, margin=float(best.margin))
+        if status == Status.NEAR_SINGULAR:
+            found = self.solve(pose, np.clip(0.0, self.lower, self.upper), gc=gc)
+            return Branch(
+                gc, Verdict.OK if found.ok else Verdict.UNRESOLVED, Status.OK if found.ok else status
+            )
+        if status == Status.UNREACHABLE:
+            gap = self._handle.nearest_pose(pose, np.empty((4, 4)))
+            return Branch(gc, Verdict.UNREACHABLE, status, excess=float(gap))
+        if status != Status.LIMITS:
+            return Branch(gc, Verdict.IMPOSSIBLE, status)
+        blocking, openings = self._blocking(gc, each), self._openings(pose, gc)
+        return Branch(gc, Verdict.IMPOSSIBLE, status, blocking=blocking, openings=openings)
 
-    def feasible_turns(self, *_: Any, **__: Any) -> Never:
-        """Raise `UnsupportedError`."""
-        raise unsupported("feasible_turns")
+    @staticmethod
+    def _blocking(gc: int, each: ArcSet) -> tuple[int, ...]:
+        """Return joints whose limits together leave nothing, none of which can be left out."""
+        counts, ends = np.asarray(each.count), each.intervals
+        sets = [ArcSet(ends[gc, joint][: counts[gc, joint]]) for joint in range(JOINTS)]
+
+        def is_shut(joints: list[int]) -> bool:
+            left = ArcSet([(-np.pi, np.pi)])
+            for joint in joints:
+                left = left & sets[joint]
+            return bool(left.is_empty)
+
+        needed = list(range(JOINTS))
+        if not is_shut(needed):  # what each leaves meets at single angles alone
+            return ()
+        for joint in range(JOINTS):
+            fewer = [one for one in needed if one != joint]
+            if is_shut(fewer):
+                needed = fewer
+        return tuple(joint + 1 for joint in needed)
+
+    def _openings(self, pose: Floats, gc: int) -> tuple[Opening, ...]:
+        """Return single limits that would leave a solution if they were moved out, the least first."""
+        found = []
+        for joint in range(JOINTS):
+            for side, limits, far in (("lower", self.lower, -np.inf), ("upper", self.upper, np.inf)):
+                if not np.isfinite(limits[joint]):
+                    continue
+                moved, seed = limits.copy(), np.clip(0.0, self.lower, self.upper)
+                moved[joint], seed[joint] = far, limits[joint]
+                wider = (
+                    self.with_(scene=None, lower=moved)
+                    if side == "lower"
+                    else self.with_(scene=None, upper=moved)
+                )
+                nearest = wider.solve(pose, seed, weight=np.eye(JOINTS)[joint], gc=gc)
+                if nearest.ok:
+                    found.append(Opening(joint + 1, cast(Any, side), float(nearest.distance)))
+        return tuple(sorted(found, key=lambda opening: opening.extra))
+
+    def _with_instead(self, found: Diagnosis, pose: Floats) -> Diagnosis:
+        return found
 
     def clearance(self, q: ArrayLike, scene: Scene | None = None) -> Clearance:
         """See `Arm.clearance`: psi_rate is by the value of the free joint, NaN beside a fold."""

@@ -1,0 +1,155 @@
+// All turns of the base, and all rolls of the tool, at which an arm with an
+// offset can hold a pose.
+//
+// A pose turned by alpha about axis 1 or 7 has the same solutions with alpha
+// added to that joint alone (limits/turn_arcs.hpp). So an arc of the free joint
+// that all other joints leave holds the turns
+//
+//     alpha in [lower - max theta, upper - min theta],
+//
+// extremes over the arc of the lifted angle of that joint. The free joint's are
+// at the ends of the arc; the other end's are found by cells on which it rises
+// or falls.
+#pragma once
+
+#include "../limits/turn_arcs.hpp"
+#include "feasible.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+namespace detail {
+
+/// How the extremes of an angle over an arc are found.
+struct OffsetTurnTuning {
+    int cells = 24;            // of the circle, to begin with
+    int looks = 4000;          // cells looked at on one arc
+    double narrowest = 1e-9;   // rad: half width of a cell that is not halved again
+    double continuous = 1e-3;  // rad: what an angle may move over such a cell; by more it jumps
+};
+
+/// The turns of one pose about one end's axis.
+class OffsetTurns {
+public:
+    OffsetTurns(const OffsetArm& arm, const Pose<double>& exact, Turned turned,
+                const OffsetTurnTuning& tuning) noexcept
+        : arm_(arm),
+          pose_(exact),
+          tuning_(tuning),
+          joint_((turned == Turned::tool) != arm.mirrored ? joints - 1 : 0),
+          range_(theta_range(arm.rest, arm.rest.limits, joint_)) {}
+
+    Status find(ArcSet& out) noexcept {
+        Limits others = arm_.own.limits;
+        const int own = robot_joint(arm_, joint_);
+        others.lower[own] = -infinity;
+        others.upper[own] = infinity;
+        ProvenArcs found[configurations];
+        feasible_all(arm_, pose_, others, found);
+        Status why = Status::UNREACHABLE;
+        for (int gc = 0; gc < configurations; ++gc) {
+            why = nearer_reason(why, found[gc].status);
+            const OffsetCells cells(arm_, pose_, gc);
+            for (int i = 0; i < found[gc].arcs.count; ++i) add_arc(cells, found[gc].arcs.arc[i]);
+        }
+        turns_.finish(out);
+        return out.empty() ? why : Status::OK;
+    }
+
+private:
+    struct Cell {
+        double lower, upper;
+    };
+
+    /// The turns at which the joint is within its limits, its angle being from
+    /// least to most.
+    void add(double least, double most) noexcept {
+        if (!(range_.upper - range_.lower < two_pi)) return turns_.add_full();
+        const int own = robot_joint(arm_, joint_) + 1;
+        turns_.add({range_.lower - most, range_.upper - least,
+                    make_tag(own, limit_side(arm_.rest, joint_, true)),
+                    make_tag(own, limit_side(arm_.rest, joint_, false))});
+    }
+
+    double theta_at(const OffsetCells& cells, double free) const noexcept {
+        double theta[joint_slots];
+        cells.at(free, theta);
+        return theta[joint_];
+    }
+
+    void add_arc(const OffsetCells& cells, const Arc& arc) noexcept {
+        if (joint_ == joints - 1) {
+            const double a = to_theta(arm_.rest, joint_, arc.lower),
+                         b = to_theta(arm_.rest, joint_, arc.upper);
+            return add(min(a, b), max(a, b));
+        }
+        Cell stack[most_cells];
+        const int parts = 1 + static_cast<int>((arc.upper - arc.lower) / (two_pi / tuning_.cells));
+        const double width = (arc.upper - arc.lower) / parts;
+        int top = 0, looks = 0;
+        for (int k = parts; k-- > 0;)
+            stack[top++] = {arc.lower + k * width, k + 1 < parts ? arc.lower + (k + 1) * width : arc.upper};
+        double before = theta_at(cells, arc.lower), now = before, least = now, most = now;
+        while (top > 0) {
+            const Cell cell = stack[--top];
+            const double middle = 0.5 * (cell.lower + cell.upper), half = middle - cell.lower;
+            const Interval slope = slope_over(cells, middle, half);
+            const bool one_way = slope.lo >= 0 || slope.hi <= 0;
+            const bool narrow = half < tuning_.narrowest || ++looks > tuning_.looks || top + 2 > most_cells;
+            if (!one_way && !narrow) {
+                stack[top++] = {middle, cell.upper};
+                stack[top++] = {cell.lower, middle};
+                continue;
+            }
+            const double then = theta_at(cells, cell.upper);
+            double moved = wrap(then - before);
+            before = then;
+            if (one_way && slope.lo >= 0 && moved < -turn_rule::noise) moved += two_pi;
+            if (one_way && slope.hi <= 0 && moved > turn_rule::noise) moved -= two_pi;
+            if (!one_way && abs(moved) > tuning_.continuous) {  // what lies in between is not known
+                add(least, most);
+                now = least = most = then;
+                continue;
+            }
+            now += moved;
+            least = min(least, now);
+            most = max(most, now);
+        }
+        add(least, most);
+    }
+
+    /// The slope of the angle over a cell; the whole line where it is not
+    /// bounded.
+    Interval slope_over(const OffsetCells& cells, double middle, double half) const noexcept {
+        OffsetCells::Over over;
+        OffsetCells::Begun begun;
+        cells.begin(middle, half, begun, over);
+        if (over.exists != Known::inside) return Interval::whole();
+        cells.finish(begun, over);
+        const Interval slope = over.joint[joint_].slope;
+        return slope.bounded() ? slope : Interval::whole();
+    }
+
+    static constexpr int most_cells = 128;
+    const OffsetArm& arm_;
+    const Pose<double>& pose_;
+    const OffsetTurnTuning& tuning_;
+    const int joint_;  // in the order of the formulas
+    const ThetaRange range_;
+    UnionOfArcs turns_;
+};
+
+}  // namespace detail
+
+/// Angles alpha (rad) such that the pose turned by alpha about axis 1 of the
+/// base, or about axis 7, is held within the limits by some branch and value of
+/// the free joint. OK, or why there is none.
+inline Status turn_arcs(const OffsetArm& arm, const Pose<double>& pose, Turned turned, ArcSet& out) noexcept {
+    const Pose<double> exact{orthonormal(pose.rotation), pose.position};
+    return detail::OffsetTurns(arm, exact, turned, {}).find(out);
+}
+
+}  // namespace armangle
+
+#include "../names/end.hpp"
