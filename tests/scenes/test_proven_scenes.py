@@ -164,6 +164,27 @@ def test_solve_is_the_nearest_that_is_clear(arm: aa.Arm) -> None:
 
 
 @EVERY_OFFSET
+def test_every_solution_keeps_clear_and_none_is_nearer_than_solve(arm: aa.Arm) -> None:
+    found = 0
+    for made, q, pose, _, _, scene, rng in questions(arm, BONES, 27):
+        among, allowed = made.with_(scene=scene), aa.ArcSet([[-1.5, 1.5]])
+        seed = np.clip(q + rng.normal(size=7) * 0.4, made.lower, made.upper)
+        nearest, each = among.solve(pose, seed=seed), among.solutions(pose, seed=seed)
+        assert nearest.ok == each.ok
+        assert not nearest.ok or abs(each.distance.min() - nearest.distance) < 1e-6
+        narrowed = among.solve(pose, seed=seed, allowed=allowed)
+        assert not narrowed.ok or allowed.contains(narrowed.psi)
+        widest = among.solve(pose, prefer="margin")
+        assert widest.ok == nearest.ok
+        assert not widest.ok or widest.margin >= each.margin.max() - 1e-6
+        for one in [*each, *(x for x in (narrowed, widest) if x.ok)]:
+            assert room(made, one.q, scene) >= -SLACK and made.within_limits(one.q)
+            assert np.abs(made.forward(one.q)[0] - pose).max() < 1e-9
+            found += 1
+    assert found > 10
+
+
+@EVERY_OFFSET
 def test_prefer_clearance_is_the_farthest_from_the_obstacles(arm: aa.Arm) -> None:
     asked = 0
     for made, q, pose, _, gc, scene, _ in questions(arm, BONES, 26):

@@ -130,8 +130,8 @@ private:
     /// By how much eight postures keep the limits: the least of the joints (rad), of g^2 - t^2 and of the
     /// reach (shares of the arm's), which of them it is, and where there is a posture.
     struct Margin {
-        Eight least, which;
-        Eight asked;  // by how much the limit that was asked for is kept
+        RootLanes least, which;
+        RootLanes asked;  // by how much the limit that was asked for is kept
         LaneMask<8> exists;
     };
     /// An end to be found between a value that is inside and one that is not.
@@ -308,26 +308,28 @@ private:
 
     /// Limits have numbers: 2 i and 2 i + 1 are the lower and the upper end of range i, then come fold and
     /// reach.
-    Margin margin(const OffsetMotion<>& motion, const Eight& x,
-                  const Eight& asked = Eight(0.0)) const noexcept {
-        const SinCos<Eight> theta_7 = sin_cos(x);
-        const OffsetWrist<Eight> wrist = offset_wrist(arm_, motion, theta_7);
+    Margin margin(const OffsetMotion<>& motion, const RootLanes& x,
+                  const RootLanes& asked = RootLanes(0.0)) const noexcept {
+        const SinCos<RootLanes> theta_7 = sin_cos(x);
+        const OffsetWrist<RootLanes> wrist = offset_wrist(arm_, motion, theta_7);
         const double reach = 1.0 / arm_.rest.reach;
-        const Eight of_reach = wrist.excess * Eight(-reach), of_fold = wrist.inside * Eight(reach * reach);
-        const Eight fold(2.0 * ranges_.count);
-        Margin out{min(of_reach, of_fold), select(of_reach < of_fold, fold + Eight(1.0), fold),
+        const RootLanes of_reach = wrist.excess * RootLanes(-reach),
+                        of_fold = wrist.inside * RootLanes(reach * reach);
+        const RootLanes fold(2.0 * ranges_.count);
+        Margin out{min(of_reach, of_fold), select(of_reach < of_fold, fold + RootLanes(1.0), fold),
                    select(asked > fold, of_reach, of_fold),
-                   (wrist.excess <= Eight(0.0)) & (wrist.inside >= Eight(0.0))};
+                   (wrist.excess <= RootLanes(0.0)) & (wrist.inside >= RootLanes(0.0))};
         if (!any(out.exists)) return out;
-        const Directions<Eight> d = directions(motion, wrist, theta_7, sqrt(max(wrist.inside, Eight(0.0))));
+        const Directions<RootLanes> d =
+            directions(motion, wrist, theta_7, sqrt(max(wrist.inside, RootLanes(0.0))));
         for (int i = 0; i < ranges_.count; ++i) {
             const ThetaRanges::One& range = ranges_.one[i];
-            const Eight off = wrap(atan2(d.y[range.joint], d.x[range.joint]) - Eight(range.middle));
-            const Eight low(2.0 * i), high(2.0 * i + 1.0), half(range.half);
-            const Eight room = half - abs(off);
-            const Eight kept = select(room <= half, room, Eight(-1.0));  // NaN keeps nothing
+            const RootLanes off = wrap(atan2(d.y[range.joint], d.x[range.joint]) - RootLanes(range.middle));
+            const RootLanes low(2.0 * i), high(2.0 * i + 1.0), half(range.half);
+            const RootLanes room = half - abs(off);
+            const RootLanes kept = select(room <= half, room, RootLanes(-1.0));  // NaN keeps nothing
             const auto less = kept < out.least;
-            out.which = select(less, select(off < Eight(0.0), low, high), out.which);
+            out.which = select(less, select(off < RootLanes(0.0), low, high), out.which);
             out.least = select(less, kept, out.least);
             out.asked = select(asked == low, half + off, select(asked == high, half - off, out.asked));
         }
@@ -348,8 +350,8 @@ private:
         double x[8];
         const auto judge = [&] {
             for (int i = count; i < 8; ++i) x[i] = x[0];
-            const Margin at = margin(branch.motion, Eight::load(x));
-            const unsigned kept = bits(at.least >= Eight(0.0));
+            const Margin at = margin(branch.motion, RootLanes::load(x));
+            const unsigned kept = bits(at.least >= RootLanes(0.0));
             branch.exists = branch.exists || any(at.exists);
             for (int i = 0; i < count; ++i) branch.inside[asked[i]] = (kept >> i & 1u) != 0;
             count = 0;
@@ -415,9 +417,9 @@ private:
             in[i] = end[i < count ? i : 0].inside;
             out[i] = end[i < count ? i : 0].outside;
         }
-        const Eight zero(0.0), half(0.5);
-        Margin beyond = margin(branch.motion, Eight::load(out));
-        Margin here = margin(branch.motion, Eight::load(in), beyond.which);
+        const RootLanes zero(0.0), half(0.5);
+        Margin beyond = margin(branch.motion, RootLanes::load(out));
+        Margin here = margin(branch.motion, RootLanes::load(in), beyond.which);
         const auto between = (here.least >= zero) & (beyond.least < zero);
         if (!all(between)) {  // beside other roots: between the middles of the segments
             for (int i = 0; i < count; ++i) {
@@ -425,18 +427,18 @@ private:
                 in[i] = end[i].far_inside;
                 out[i] = end[i].far_outside;
             }
-            beyond = margin(branch.motion, Eight::load(out));
-            here = margin(branch.motion, Eight::load(in), beyond.which);
+            beyond = margin(branch.motion, RootLanes::load(out));
+            here = margin(branch.motion, RootLanes::load(in), beyond.which);
         }
-        Eight a = Eight::load(in), b = Eight::load(out), at = a;
-        Eight f_a = here.asked, f_b = beyond.least, which = beyond.which;
-        const Eight still(4.0 * tolerance::rounding);
+        RootLanes a = RootLanes::load(in), b = RootLanes::load(out), at = a;
+        RootLanes f_a = here.asked, f_b = beyond.least, which = beyond.which;
+        const RootLanes still(4.0 * tolerance::rounding);
         auto going = !(a == b);
         for (int step = 1; step <= tuning_.end_steps && any(going); ++step) {
-            const Eight to = (a * f_b - b * f_a) / (f_b - f_a);
+            const RootLanes to = (a * f_b - b * f_a) / (f_b - f_a);
             auto falsi = ((to > a) & (to < b)) | ((to < a) & (to > b));
             if (step % tuning_.bisected == 0) falsi = falsi & !falsi;
-            const Eight before = at;
+            const RootLanes before = at;
             at = select(going, select(falsi, to, half * (a + b)), at);
             const Margin now = margin(branch.motion, at, which);
             const auto inside = (now.least >= zero) & going, outside = (now.least < zero) & going;
@@ -464,7 +466,7 @@ private:
         for (int pass = 0; pass < tuning_.alone_looks; ++pass) {
             double x[8];
             for (int i = 0; i < 8; ++i) x[i] = lower + (upper - lower) * (i + 1) / 9.0;
-            at = margin(branch.motion, Eight::load(x));
+            at = margin(branch.motion, RootLanes::load(x));
             int most = 0;
             for (int i = 1; i < 8; ++i)
                 if (at.least[i] > at.least[most]) most = i;
@@ -542,7 +544,7 @@ private:
                 const int k = std::min(first + i, count - 2);
                 x[i] = 0.5 * (place[k] + place[k + 1]);
             }
-            if (any(margin(branch.motion, Eight::load(x)).exists)) return Status::LIMITS;
+            if (any(margin(branch.motion, RootLanes::load(x)).exists)) return Status::LIMITS;
         }
         return Status::NO_POSTURE;
     }

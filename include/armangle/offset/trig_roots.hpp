@@ -6,7 +6,7 @@
 // G is the whole function. A cell of half width h about m holds no root if |G(m)| > |G'(m)| h + B h^2/2, and
 // one at most if |G'(m)| > B h, where B bounds |G''| on the cell. Beside sigma = 0, where G has no second
 // derivative, the slope of sigma itself is bounded from below. All else is halved, down to `undecided`
-// enclosures: tangencies. Eight cells are looked at together.
+// enclosures: tangencies. RootLanes cells are looked at together.
 #pragma once
 
 #include <algorithm>
@@ -64,37 +64,37 @@ struct RootEnclosure {
 
 namespace detail {
 
-using Eight = Lane<8>;
+using RootLanes = Lane<8>;
 
 /// A trigonometric polynomial and its derivatives at eight places.
 template <int Order>
 struct TrigDerivatives {
-    Eight of[Order + 1];
+    RootLanes of[Order + 1];
 };
 
 /// The same of several polynomials at once: cosines and sines of the multiples are computed once.
 template <int Order, int Count>
-ARMANGLE_INLINE void derivatives(const TrigPolynomial* const (&p)[Count], int degree, const Eight& x,
+ARMANGLE_INLINE void derivatives(const TrigPolynomial* const (&p)[Count], int degree, const RootLanes& x,
                                  TrigDerivatives<Order> (&out)[Count]) noexcept {
-    const SinCos<Eight> one = sin_cos(x);
+    const SinCos<RootLanes> one = sin_cos(x);
     for (int i = 0; i < Count; ++i) {
-        out[i].of[0] = Eight(p[i]->c[0]);
-        for (int order = 1; order <= Order; ++order) out[i].of[order] = Eight(0.0);
+        out[i].of[0] = RootLanes(p[i]->c[0]);
+        for (int order = 1; order <= Order; ++order) out[i].of[order] = RootLanes(0.0);
     }
-    Eight c = one.cos, s = one.sin;
+    RootLanes c = one.cos, s = one.sin;
     for (int k = 1; k <= degree; ++k) {
         const double times = k;
         for (int i = 0; i < Count; ++i) {
             if (k > p[i]->degree) continue;
-            const Eight a(p[i]->c[k]), b(p[i]->s[k]);
-            const Eight here = mul_add(a, c, b * s);
+            const RootLanes a(p[i]->c[k]), b(p[i]->s[k]);
+            const RootLanes here = mul_add(a, c, b * s);
             out[i].of[0] = out[i].of[0] + here;
             if constexpr (Order >= 1)
-                out[i].of[1] = mul_add(Eight(times), mul_add(b, c, -(a * s)), out[i].of[1]);
-            if constexpr (Order >= 2) out[i].of[2] = mul_add(Eight(-times * times), here, out[i].of[2]);
+                out[i].of[1] = mul_add(RootLanes(times), mul_add(b, c, -(a * s)), out[i].of[1]);
+            if constexpr (Order >= 2) out[i].of[2] = mul_add(RootLanes(-times * times), here, out[i].of[2]);
         }
         if (k == degree) break;
-        const Eight next = mul_add(c, one.cos, -(s * one.sin));
+        const RootLanes next = mul_add(c, one.cos, -(s * one.sin));
         s = mul_add(s, one.cos, c * one.sin);
         c = next;
     }
@@ -148,13 +148,15 @@ private:
     static RootEnclosure undecided(const Cell& cell) noexcept { return {cell.lower, cell.upper, false}; }
 
     /// What is wrong at most with G, where sigma is known between two numbers.
-    ARMANGLE_INLINE Eight error(const Eight& odd, const Eight& least, const Eight& most) const noexcept {
-        if (!form_.bent) return Eight(form_.even.error);
+    ARMANGLE_INLINE RootLanes error(const RootLanes& odd, const RootLanes& least,
+                                    const RootLanes& most) const noexcept {
+        if (!form_.bent) return RootLanes(form_.even.error);
         // of sigma = sqrt(1 - kappa^2): e / sigma, and never more than sqrt(2 e)
         const double e = 1.5 * kappa_.error + 1e-15;
-        const Eight of_sigma =
-            min(Eight(e) / max(least, Eight(1e-30)), Eight(std::sqrt(2.0 * e))) + Eight(1e-15) * most;
-        return Eight(form_.even.error) + most * Eight(form_.odd.error) + odd * of_sigma;
+        const RootLanes of_sigma =
+            min(RootLanes(e) / max(least, RootLanes(1e-30)), RootLanes(std::sqrt(2.0 * e))) +
+            RootLanes(1e-15) * most;
+        return RootLanes(form_.even.error) + most * RootLanes(form_.odd.error) + odd * of_sigma;
     }
 
     /// Looks at eight cells: drops them, halves them, or leaves them to be refined.
@@ -168,11 +170,11 @@ private:
             from[i] = one.lower;
             to[i] = one.upper;
         }
-        const Eight a = Eight::load(from), b = Eight::load(to);
-        const Eight m = Eight(0.5) * (a + b), h = Eight(0.5 + 1e-9) * (b - a) + Eight(1e-15);
+        const RootLanes a = RootLanes::load(from), b = RootLanes::load(to);
+        const RootLanes m = RootLanes(0.5) * (a + b), h = RootLanes(0.5 + 1e-9) * (b - a) + RootLanes(1e-15);
         const TrigPolynomial* const of[] = {&form_.even, &form_.odd, &kappa_};
-        const Eight zero(0.0), half(0.5);
-        Eight g0, g1, curve, wrong, least_slope;
+        const RootLanes zero(0.0), half(0.5);
+        RootLanes g0, g1, curve, wrong, least_slope;
         LaneMask<8> none, alone, flat;
         unsigned straight = 255u;
         if (!form_.bent) {
@@ -181,45 +183,46 @@ private:
             derivatives<2>(even, degree_, m, d);
             g0 = d[0].of[0];
             g1 = d[0].of[1];
-            curve = abs(d[0].of[2]) + Eight(even_3_) * h;
-            wrong = Eight(form_.even.error);
+            curve = abs(d[0].of[2]) + RootLanes(even_3_) * h;
+            wrong = RootLanes(form_.even.error);
             none = abs(g0) > abs(g1) * h + half * curve * h * h + wrong;
-            least_slope = abs(g1) - curve * h - Eight(degree_) * wrong;
+            least_slope = abs(g1) - curve * h - RootLanes(degree_) * wrong;
             alone = least_slope > zero;
             flat = abs(g0) + abs(g1) * h + half * curve * h * h <= wrong + wrong;
         } else {
             TrigDerivatives<2> d[3];
             derivatives<2>(of, degree_, m, d);
-            const Eight *f = d[0].of, *g = d[1].of, *k = d[2].of;
-            const Eight odd_0 = abs(g[0]) + (abs(g[1]) + half * Eight(odd_2_) * h) * h;
-            const Eight odd_1 = min(abs(g[1]) + Eight(odd_2_) * h, Eight(odd_1_));
-            const Eight square = (Eight(1.0) - k[0]) * (Eight(1.0) + k[0]);  // sigma^2
-            const Eight square_1 = Eight(-2.0) * k[0] * k[1];
-            const Eight bend = abs(square_1) * h + Eight(0.5 * square_2_) * h * h;
-            const Eight low = square - bend, sure = Eight(4.0 * kappa_.error + 1e-14);
+            const RootLanes *f = d[0].of, *g = d[1].of, *k = d[2].of;
+            const RootLanes odd_0 = abs(g[0]) + (abs(g[1]) + half * RootLanes(odd_2_) * h) * h;
+            const RootLanes odd_1 = min(abs(g[1]) + RootLanes(odd_2_) * h, RootLanes(odd_1_));
+            const RootLanes square = (RootLanes(1.0) - k[0]) * (RootLanes(1.0) + k[0]);  // sigma^2
+            const RootLanes square_1 = RootLanes(-2.0) * k[0] * k[1];
+            const RootLanes bend = abs(square_1) * h + RootLanes(0.5 * square_2_) * h * h;
+            const RootLanes low = square - bend, sure = RootLanes(4.0 * kappa_.error + 1e-14);
             const auto smooth = low > sure;
-            const Eight most = sqrt(max(square + bend, zero) + sure);
-            const Eight least = sqrt(select(smooth, low - sure, Eight(1.0)));
-            const Eight sigma = sqrt(max(square, zero));
-            const Eight sigma_1 = square_1 / (Eight(2.0) * select(smooth, sigma, Eight(1.0)));
-            const Eight slope = (abs(square_1) + Eight(square_2_) * h) / (Eight(2.0) * least);
-            const Eight turn = (Eight(0.5 * square_2_) + slope * slope) / least;
-            const Eight side(elbow_);
-            const Eight even_1 = abs(f[1]) + Eight(even_2_) * h;
+            const RootLanes most = sqrt(max(square + bend, zero) + sure);
+            const RootLanes least = sqrt(select(smooth, low - sure, RootLanes(1.0)));
+            const RootLanes sigma = sqrt(max(square, zero));
+            const RootLanes sigma_1 = square_1 / (RootLanes(2.0) * select(smooth, sigma, RootLanes(1.0)));
+            const RootLanes slope = (abs(square_1) + RootLanes(square_2_) * h) / (RootLanes(2.0) * least);
+            const RootLanes turn = (RootLanes(0.5 * square_2_) + slope * slope) / least;
+            const RootLanes side(elbow_);
+            const RootLanes even_1 = abs(f[1]) + RootLanes(even_2_) * h;
             // smooth: by the second derivative
             g0 = f[0] + side * sigma * g[0];
             g1 = f[1] + side * (sigma_1 * g[0] + sigma * g[1]);
-            curve = abs(f[2]) + Eight(even_3_) * h + turn * odd_0 + Eight(2.0) * slope * odd_1 +
-                    most * Eight(odd_2_);
+            curve = abs(f[2]) + RootLanes(even_3_) * h + turn * odd_0 + RootLanes(2.0) * slope * odd_1 +
+                    most * RootLanes(odd_2_);
             wrong = error(odd_0, select(smooth, least, zero), most);
-            const Eight rise = abs(g1) * h + half * curve * h * h;
-            const Eight wrong_1 = Eight(degree_) * wrong + slope * (Eight(form_.odd.error) + wrong / least);
+            const RootLanes rise = abs(g1) * h + half * curve * h * h;
+            const RootLanes wrong_1 =
+                RootLanes(degree_) * wrong + slope * (RootLanes(form_.odd.error) + wrong / least);
             // beside sigma = 0: by the values of sigma alone, and by its slope
-            const Eight rough = even_1 * h + most * odd_0;
-            const Eight odd_least = abs(g[0]) - (abs(g[1]) + half * Eight(odd_2_) * h) * h;
-            const Eight steep = abs(square_1) - Eight(square_2_) * h;
-            const Eight steepest = max(steep, zero) * max(odd_least, zero) / (Eight(2.0) * most) - even_1 -
-                                   most * odd_1 - Eight(degree_) * wrong;
+            const RootLanes rough = even_1 * h + most * odd_0;
+            const RootLanes odd_least = abs(g[0]) - (abs(g[1]) + half * RootLanes(odd_2_) * h) * h;
+            const RootLanes steep = abs(square_1) - RootLanes(square_2_) * h;
+            const RootLanes steepest = max(steep, zero) * max(odd_least, zero) / (RootLanes(2.0) * most) -
+                                       even_1 - most * odd_1 - RootLanes(degree_) * wrong;
             none =
                 (smooth & (abs(g0) > rise + wrong)) | (abs(f[0]) > rough + wrong) | (square + bend < -sure);
             least_slope = select(smooth, abs(g1) - curve * h - wrong_1, steepest);
@@ -256,22 +259,22 @@ private:
 
     /// G and its slope, and what may be wrong with G.
     struct Value {
-        Eight g, slope, wrong;
+        RootLanes g, slope, wrong;
     };
-    Value value(const Eight& x) const noexcept {
+    Value value(const RootLanes& x) const noexcept {
         if (!form_.bent) {
             TrigDerivatives<1> d[1];
             const TrigPolynomial* const even[] = {&form_.even};
             derivatives<1>(even, degree_, x, d);
-            return {d[0].of[0], d[0].of[1], Eight(form_.even.error)};
+            return {d[0].of[0], d[0].of[1], RootLanes(form_.even.error)};
         }
         const TrigPolynomial* const of[] = {&form_.even, &form_.odd, &kappa_};
         TrigDerivatives<1> d[3];
         derivatives<1>(of, degree_, x, d);
-        const Eight *f = d[0].of, *g = d[1].of, *k = d[2].of;
-        const Eight square = max((Eight(1.0) - k[0]) * (Eight(1.0) + k[0]), Eight(0.0));
-        const Eight sigma = sqrt(square), side(elbow_);
-        const Eight sigma_1 = -(k[0] * k[1]) / max(sigma, Eight(1e-12));
+        const RootLanes *f = d[0].of, *g = d[1].of, *k = d[2].of;
+        const RootLanes square = max((RootLanes(1.0) - k[0]) * (RootLanes(1.0) + k[0]), RootLanes(0.0));
+        const RootLanes sigma = sqrt(square), side(elbow_);
+        const RootLanes sigma_1 = -(k[0] * k[1]) / max(sigma, RootLanes(1e-12));
         return {f[0] + side * sigma * g[0], f[1] + side * (sigma_1 * g[0] + sigma * g[1]),
                 error(abs(g[0]), sigma, sigma)};
     }
@@ -289,11 +292,11 @@ private:
             slope[i] = one.slope;
             bend[i] = one.bend;
         }
-        Eight a = Eight::load(lower), b = Eight::load(upper), x = Eight::load(start);
-        const Eight least = Eight::load(slope), most = Eight::load(bend);
+        RootLanes a = RootLanes::load(lower), b = RootLanes::load(upper), x = RootLanes::load(start);
+        const RootLanes least = RootLanes::load(slope), most = RootLanes::load(bend);
         const Value at_a = value(a), at_b = value(b);
         const auto sure_a = abs(at_a.g) > at_a.wrong, sure_b = abs(at_b.g) > at_b.wrong;
-        const auto negative_a = at_a.g < Eight(0.0), negative_b = at_b.g < Eight(0.0);
+        const auto negative_a = at_a.g < RootLanes(0.0), negative_b = at_b.g < RootLanes(0.0);
         const unsigned at_end = bits(!(sure_a & sure_b)) & ((1u << n) - 1u);
         const unsigned unlike = (bits(negative_a) ^ bits(negative_b)) & ((1u << n) - 1u) & ~at_end;
         for_each_bit(at_end, [&](int i) {  // beside an end of its cell, where the sign is not certain
@@ -305,21 +308,22 @@ private:
             if (!sure_b[i]) give_root(max(upper[i] - reach_b, lower[i]), upper[i], give);
         });
         if (unlike == 0) return;
-        const Eight sign = select(negative_a, Eight(-1.0), Eight(1.0));
+        const RootLanes sign = select(negative_a, RootLanes(-1.0), RootLanes(1.0));
         Value now = value(x);
         for (int pass = 0; pass < tuning_.newton; ++pass) {
             const auto going = abs(now.g) > now.wrong;
             if ((bits(going) & unlike) == 0) break;
-            const auto lower_side = now.g * sign > Eight(0.0);
+            const auto lower_side = now.g * sign > RootLanes(0.0);
             a = select(lower_side, x, a);
             b = select(lower_side, b, x);
-            const Eight to = x - now.g / now.slope;
+            const RootLanes to = x - now.g / now.slope;
             const auto kept = (to > a) & (to < b);
-            x = select(going, select(kept, to, Eight(0.5) * (a + b)), x);
+            x = select(going, select(kept, to, RootLanes(0.5) * (a + b)), x);
             now = value(x);
         }
-        const Eight wide = near(now, least, most);
-        const Eight from = max(x - wide, Eight::load(lower)), to = min(x + wide, Eight::load(upper));
+        const RootLanes wide = near(now, least, most);
+        const RootLanes from = max(x - wide, RootLanes::load(lower)),
+                        to = min(x + wide, RootLanes::load(upper));
         for_each_bit(unlike, [&](int i) {
             if (is_rough(lower[i], upper[i], bend[i], wide[i])) return halve({lower[i], upper[i]});
             give_root(from[i], to[i], give);
@@ -333,9 +337,9 @@ private:
 
     /// How far a root is at most from a place: by the slope there, as long as it cannot halve on the way, or
     /// by the least of the cell.
-    static Eight near(const Value& at, const Eight& least, const Eight& bend) noexcept {
-        const Eight size = abs(at.g) + at.wrong, half = Eight(0.5) * abs(at.slope), by = size / half;
-        return select(bend * by <= half, by, size / least) + Eight(1e-15);
+    static RootLanes near(const Value& at, const RootLanes& least, const RootLanes& bend) noexcept {
+        const RootLanes size = abs(at.g) + at.wrong, half = RootLanes(0.5) * abs(at.slope), by = size / half;
+        return select(bend * by <= half, by, size / least) + RootLanes(1e-15);
     }
 
     template <class Give>

@@ -302,14 +302,14 @@ inline double least_along(const Vec3<double> (&first)[2], const Vec3<double> (&l
 
 /// A box of half edges about `frame`, which is seen in the field's own frame: its distance at least.
 inline Approach box_field(const Pose<double>& frame, const Vec3<double>& half, const Field& field) noexcept {
-    struct Piece {
+    struct BoxPart {
         Vec3<double> centre, half;
     };
-    Piece stack[field_rule::most_pieces]{{{0, 0, 0}, half}};
+    BoxPart stack[field_rule::most_pieces]{{{0, 0, 0}, half}};
     Vec3<double> lowest = frame.position;
     double least = infinity;
     for (int count = 1; count > 0;) {
-        const Piece piece = stack[--count];
+        const BoxPart piece = stack[--count];
         const Vec3<double> place = frame.rotation * piece.centre + frame.position;
         const double size = norm(piece.half), bound = max(at_least(field, place) - size, 0.0);
         if (bound >= least) continue;
