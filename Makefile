@@ -12,7 +12,7 @@ PARALLEL = -n auto --dist loadfile
 LOWEST = numpy==1.26.0 pytest==8.0.0 hypothesis==6.100.0 matplotlib==3.8.0
 FUZZERS = inverse feasible step plan nearest
 
-.PHONY: help demo check ci lint tidy format test laws nearest offset plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest touching near mutants
+.PHONY: help demo check ci lint tidy format test laws nearest offset plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest touching chain mutants
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-12s %s\n", $$1, $$2}' Makefile
@@ -52,8 +52,8 @@ nearest:  ## the law of solve against a dense grid in all branches, for SECONDS=
 offset:  ## the laws of offset arms on CASES=200000 postures, and arcs and nearest postures in proportion
 	$(PYTHON) tests/laws/long_offset.py $(CASES) $(SEED)
 
-near:  ## the law of proven arcs of nearly S-R-S arms, all the catalogue, for SECONDS=600, first seed SEED=
-	$(PYTHON) tests/laws/long_near.py $(SECONDS) $(SEED)
+chain:  ## the law of proven arcs of nearly S-R-S arms, all the catalogue, for SECONDS=600, first seed SEED=
+	$(PYTHON) tests/laws/long_chain.py $(SECONDS) $(SEED)
 
 plans:  ## plans beside the naive and beside brute force, on PATHS=1000 paths each
 	$(PYTHON) tests/laws/long_plans.py $(PATHS)

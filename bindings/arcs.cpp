@@ -161,7 +161,7 @@ struct ProvenRequest {
 /// Calls take(k, set, found, blocking, value_of) for each set of a pose. `found` has the status and the
 /// unproven length; value_of(tag, psi) is the value of the joint that causes an end.
 template <class Take>
-void proven_sets(const NearArm& arm, const Pose<double>& pose, const ProvenRequest& r, const Take& take) {
+void proven_sets(const ChainArm& arm, const Pose<double>& pose, const ProvenRequest& r, const Take& take) {
     ProvenArcs found;
     for (int k = 0; k < sets_of(r.wanted); ++k) {
         const int joint = r.wanted == Wanted::joints ? k : -1;
@@ -423,7 +423,7 @@ void bind_proven_arcs(nb::class_<Handle>& arm) {
             "unproven"_a, "threads"_a, "scene"_a.none(), "left_out"_a = false);
 }
 
-void bind_near_arcs(nb::class_<NearArmHandle>& arm) { bind_proven_arcs(arm); }
+void bind_chain_arcs(nb::class_<ChainArmHandle>& arm) { bind_proven_arcs(arm); }
 void bind_offset_arcs(nb::class_<OffsetHandle>& arm) { bind_proven_arcs(arm); }
 
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {

@@ -354,24 +354,24 @@ struct ArmHandle {
 };
 
 /// The bound nearly S-R-S arm. It is no ArmHandle, so functions that do not support it cannot take it.
-struct NearArmHandle {
-    armangle::NearArm arm;
+struct ChainArmHandle {
+    armangle::ChainArm arm;
 };
 
 void bind_refusal(nb::module_& m);
 void bind_poses(nb::module_& m);
 void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm);
-void bind_near_kinematics(nb::class_<NearArmHandle>& arm);
-void bind_near_arcs(nb::class_<NearArmHandle>& arm);
-void bind_near_scenes(nb::class_<NearArmHandle>& arm);
-void bind_near_stepping(nb::class_<NearArmHandle>& arm);
+void bind_chain_kinematics(nb::class_<ChainArmHandle>& arm);
+void bind_chain_arcs(nb::class_<ChainArmHandle>& arm);
+void bind_chain_scenes(nb::class_<ChainArmHandle>& arm);
+void bind_chain_stepping(nb::class_<ChainArmHandle>& arm);
 void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_planning(nb::module_& m, nb::class_<ArmHandle>& arm);
-void bind_near_planning(nb::class_<NearArmHandle>& arm);
+void bind_chain_planning(nb::class_<ChainArmHandle>& arm);
 void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm);
-void bind_near_solving(nb::class_<NearArmHandle>& arm);
+void bind_chain_solving(nb::class_<ChainArmHandle>& arm);
 void bind_tracking(nb::module_& m);
 void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_kuka(nb::class_<ArmHandle>& arm);

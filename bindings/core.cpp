@@ -58,14 +58,14 @@ void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, F
 }
 
 /// chain: eight transforms, 16 numbers each.
-void construct_near(NearArmHandle* self, Floats lengths, Floats joint_map, Floats base, Floats tool,
-                    armangle::Reference reference, Floats vector, Floats chain) {
+void construct_chain(ChainArmHandle* self, Floats lengths, Floats joint_map, Floats base, Floats tool,
+                     armangle::Reference reference, Floats vector, Floats chain) {
     constexpr int links = armangle::joints + 1;
     double numbers[16 * links];
     armangle::Pose<double> link[links];
     copy(chain, numbers, {links, 4, 4});
     for (int k = 0; k < links; ++k) link[k] = armangle::load_pose(numbers + 16 * k);
-    new (self) NearArmHandle{
+    new (self) ChainArmHandle{
         armangle::make_near_arm(parameters(lengths, joint_map, base, tool, reference, vector), link)};
 }
 
@@ -74,7 +74,7 @@ std::vector<double> joint_middle(const armangle::Arm& arm) {
 }
 
 /// Deviation of each link from the nominal one, base to end effector: m and rad.
-std::vector<std::vector<double>> deviations(const NearArmHandle& self) {
+std::vector<std::vector<double>> deviations(const ChainArmHandle& self) {
     std::vector<std::vector<double>> out;
     for (const armangle::LinkDeviation& d : self.arm.deviation) out.push_back({d.position, d.rotation});
     return out;
@@ -168,29 +168,29 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     });
     arm.def_prop_ro("delta", [](const ArmHandle& a) { return a.arm.delta_angle; });
     arm.def_prop_ro("joint_middle", [](const ArmHandle& a) { return binding::joint_middle(a.arm); });
-    using binding::NearArmHandle;
-    nb::class_<NearArmHandle> near(m, "NearArm");
-    near.def("__init__", &binding::construct_near, nb::arg("lengths"), nb::arg("joint_map"), nb::arg("base"),
+    using binding::ChainArmHandle;
+    nb::class_<ChainArmHandle> near(m, "ChainArm");
+    near.def("__init__", &binding::construct_chain, nb::arg("lengths"), nb::arg("joint_map"), nb::arg("base"),
              nb::arg("tool"), nb::arg("reference"), nb::arg("vector"), nb::arg("chain"));
-    near.def_prop_ro("reach", [](const NearArmHandle& a) { return a.arm.nominal.reach; });
-    near.def_prop_ro("inner_reach", [](const NearArmHandle& a) { return a.arm.nominal.inner_reach; });
-    near.def_prop_ro("delta", [](const NearArmHandle& a) { return a.arm.nominal.delta_angle; });
+    near.def_prop_ro("reach", [](const ChainArmHandle& a) { return a.arm.nominal.reach; });
+    near.def_prop_ro("inner_reach", [](const ChainArmHandle& a) { return a.arm.nominal.inner_reach; });
+    near.def_prop_ro("delta", [](const ChainArmHandle& a) { return a.arm.nominal.delta_angle; });
     near.def_prop_ro("joint_middle",
-                     [](const NearArmHandle& a) { return binding::joint_middle(a.arm.nominal); });
+                     [](const ChainArmHandle& a) { return binding::joint_middle(a.arm.nominal); });
     near.def_prop_ro("deviations", &binding::deviations);
     nb::class_<binding::OffsetHandle> offset(m, "OffsetArm");
     binding::bind_scenes(m, arm);
     binding::bind_kinematics(m, arm);
     binding::bind_arcs(m, arm);
-    binding::bind_near_kinematics(near);
-    binding::bind_near_arcs(near);
-    binding::bind_near_scenes(near);
+    binding::bind_chain_kinematics(near);
+    binding::bind_chain_arcs(near);
+    binding::bind_chain_scenes(near);
     binding::bind_stepping(m, arm);
-    binding::bind_near_stepping(near);
+    binding::bind_chain_stepping(near);
     binding::bind_planning(m, arm);
-    binding::bind_near_planning(near);
+    binding::bind_chain_planning(near);
     binding::bind_solving(m, arm);
-    binding::bind_near_solving(near);
+    binding::bind_chain_solving(near);
     binding::bind_tracking(m);
     binding::bind_reach(m, arm);
     binding::bind_kuka(arm);

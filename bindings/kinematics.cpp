@@ -40,7 +40,7 @@ nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_ob
 }
 
 /// One regular inverse of a nearly S-R-S arm.
-nb::object near_inverse_one(const NearArmHandle& self, nb::handle pose, nb::handle psi_object,
+nb::object near_inverse_one(const ChainArmHandle& self, nb::handle pose, nb::handle psi_object,
                             nb::handle gc_object, bool limits) {
     double psi, m[16];
     long long gc;
@@ -214,7 +214,7 @@ void self_motion_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, F
 }
 
 /// Distance (m) of an unsolvable pose beyond the reach; for an arm with its own chain, at every psi.
-double excess_of(const NearArm& arm, const Asked& asked) { return reach_excess(arm, asked.pose); }
+double excess_of(const ChainArm& arm, const Asked& asked) { return reach_excess(arm, asked.pose); }
 double excess_of(const OffsetArm& arm, const Asked& asked) {
     return reach_excess(arm, asked.pose, asked.psi);
 }
@@ -375,12 +375,12 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("nearest_pose", &nearest_pose<ArmHandle>, "pose"_a, "out"_a);
 }
 
-void bind_near_kinematics(nb::class_<NearArmHandle>& arm) {
+void bind_chain_kinematics(nb::class_<ChainArmHandle>& arm) {
     using namespace nb::literals;
     arm.def("inverse_one", &near_inverse_one, "pose"_a.none(), "psi"_a.none(), "gc"_a.none(),
             "limits"_a = false);
     bind_both(arm);
-    arm.def("self_motion_many", &self_motion_rate_many<NearArmHandle>, "pose"_a, "psi"_a, "gc"_a, "out"_a,
+    arm.def("self_motion_many", &self_motion_rate_many<ChainArmHandle>, "pose"_a, "psi"_a, "gc"_a, "out"_a,
             "threads"_a);
 }
 

@@ -186,17 +186,17 @@ private:
 /// Ends a plan at its next checkpoint.
 struct Interrupted {};
 
-NearPlan planned(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
-                 std::size_t row_count, const PlanOptions& options, const Scene*) {
+ChainPlan planned(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
+                  std::size_t row_count, const PlanOptions& options, const Scene*) {
     return {plan(arm, segments, n, rows, row_count, options), {}, {}};
 }
-NearPlan planned(const NearArm& arm, const Segment* segments, std::size_t n, const double* rows,
-                 std::size_t row_count, const PlanOptions& options, const Scene* scene) {
+ChainPlan planned(const ChainArm& arm, const Segment* segments, std::size_t n, const double* rows,
+                  std::size_t row_count, const PlanOptions& options, const Scene* scene) {
     return plan(arm, segments, n, rows, row_count, options, scene);
 }
 
-NearPlan planned(const OffsetArm& arm, const Segment* segments, std::size_t n, const double*, std::size_t,
-                 const PlanOptions& options, const Scene*) {
+ChainPlan planned(const OffsetArm& arm, const Segment* segments, std::size_t n, const double*, std::size_t,
+                  const PlanOptions& options, const Scene*) {
     return {plan(arm, segments, n, options), {}, {}};
 }
 
@@ -253,7 +253,7 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
     } else if (!allowed_at.is_none()) {
         options.allowed = [&asked](double s, ArcSet& arcs) { asked.at(s, arcs); };
     }
-    NearPlan out;
+    ChainPlan out;
     const std::size_t plans = options.objective.duration > 0 ? 1 + std::size(plan_rule::calm) : 1;
     Watch watch(plans * (std::bitset<configurations>(branches).count() + 1));
     options.checkpoint = [&watch] {
@@ -301,7 +301,7 @@ Curve as_curve(const Arm& arm, const Buffer& segments, const Buffer& stretches, 
 
 /// The joints along the arm's own curve, or along the nominal arm's.
 const Curve& joints_along(const Arm&, const Curve& curve, const Buffer&) noexcept { return curve; }
-CorrectedCurve joints_along(const NearArm& arm, const Curve& curve, const Buffer& shifts) noexcept {
+CorrectedCurve joints_along(const ChainArm& arm, const Curve& curve, const Buffer& shifts) noexcept {
     return {arm,
             curve,
             {reinterpret_cast<const LeadShift*>(shifts.data<double>()),
@@ -315,20 +315,20 @@ FamilyCurve<OffsetFamily> joints_along(const OffsetArm& arm, const Curve& curve,
 /// The arm; if it has its own chain, the nominal arm on the base of its plan, if that has one.
 const Arm& standing(const Arm& arm, const Floats&) noexcept { return arm; }
 const OffsetArm& standing(const OffsetArm& arm, const Floats&) noexcept { return arm; }
-NearArm standing(const NearArm& arm, const Floats& base) {
+ChainArm standing(const ChainArm& arm, const Floats& base) {
     return base.is_none() ? arm : with_base(arm, load_pose(Buffer(base).data<double>()));
 }
 
 /// psi of a configuration on a curve, in the arm's definition.
 double psi_of(const Arm&, const PlacedPosture& at) noexcept { return at.psi; }
 double psi_of(const OffsetArm&, const PlacedPosture& at) noexcept { return at.psi; }
-double psi_of(const NearArm& arm, const PlacedPosture& at) noexcept {
+double psi_of(const ChainArm& arm, const PlacedPosture& at) noexcept {
     return lift(forward(arm, at.q).psi, at.psi);
 }
 
 /// A configuration on a curve without a leading joint.
 PlacedPosture along(const Arm&, const Curve& curve, double s) noexcept { return curve.at(s); }
-PlacedPosture along(const NearArm& arm, const Curve& curve, double s) noexcept {
+PlacedPosture along(const ChainArm& arm, const Curve& curve, double s) noexcept {
     return CorrectedCurve{arm, curve, {}}.at(s);
 }
 
@@ -398,7 +398,7 @@ PathRows as_rows(const Buffer& s, const Buffer& psi, const Buffer& q, const Buff
 CurveThrough through(const Arm& arm, std::span<const Segment> path, const PathRows& rows) {
     return {arm, path, rows, [](const Curve&, const Stretch&, double, PlacedPosture q) { return q; }};
 }
-CurveThrough through(const NearArm& arm, std::span<const Segment> path, const PathRows& rows) {
+CurveThrough through(const ChainArm& arm, std::span<const Segment> path, const PathRows& rows) {
     return {arm.nominal, path, rows,
             [&arm](const Curve& curve, const Stretch& x, double s, const PlacedPosture& q) {
                 return CorrectedCurve{arm, curve, {}}.lifted(x, s, q);
@@ -561,7 +561,7 @@ void bind_curve_through(nb::class_<Handle>& arm) {
 
 }  // namespace
 
-void bind_near_planning(nb::class_<NearArmHandle>& arm) {
+void bind_chain_planning(nb::class_<ChainArmHandle>& arm) {
     bind_planning_of(arm);
     bind_curve_through(arm);
 }

@@ -183,7 +183,7 @@ void fill_hulls_and_fields(std::vector<Solid>& solids, const Buffer& corners, co
 /// Pose of link 0 in the DH base.
 Pose<double> base_link(const Arm&) noexcept { return identity_pose(); }
 Pose<double> base_link(const OffsetArm&) noexcept { return identity_pose(); }
-Pose<double> base_link(const NearArm& arm) noexcept {
+Pose<double> base_link(const ChainArm& arm) noexcept {
     return arm.nominal.has_base ? arm.nominal.base_inverse * arm.link[0] : arm.link[0];
 }
 
@@ -383,7 +383,7 @@ void proximity_many(const ArmHandle& self, const SceneHandle& scene, Floats pose
 }
 
 /// The same for the true chain.
-void near_proximity_many(const NearArmHandle& self, const SceneHandle& scene, Floats pose, Floats psi,
+void near_proximity_many(const ChainArmHandle& self, const SceneHandle& scene, Floats pose, Floats psi,
                          Ints gc, Floats out, Ints pair, int threads) {
     const Buffer p(pose), a(psi), g(gc), to(out, true), who(pair, true);
     for_each<5>("pose", {&p, &a, &g, &to, &who}, {2, 0, 0, 1, 0}, threads,
@@ -453,7 +453,7 @@ void widest_many(const ArmHandle& self, const SceneHandle& scene, Floats pose, I
 }
 
 /// The proven arcs of a pose and branch within the limits.
-void feasible_of(const NearArmHandle& self, const Pose<double>& pose, int gc, double margin,
+void feasible_of(const ChainArmHandle& self, const Pose<double>& pose, int gc, double margin,
                  ProvenArcs& out) noexcept {
     feasible(self.arm, pose, gc, self.arm.nominal.limits, margin, out);
 }
@@ -490,12 +490,12 @@ void proven_widest_many(const Handle& self, const SceneHandle& scene, Floats pos
 
 }  // namespace
 
-void bind_near_scenes(nb::class_<NearArmHandle>& arm) {
+void bind_chain_scenes(nb::class_<ChainArmHandle>& arm) {
     using namespace nb::literals;
-    arm.def("resting_links", &true_links<NearArmHandle>, "rods"_a, "link"_a);
+    arm.def("resting_links", &true_links<ChainArmHandle>, "rods"_a, "link"_a);
     arm.def("proximity_many", &near_proximity_many, "scene"_a, "pose"_a, "psi"_a, "gc"_a, "out"_a, "pair"_a,
             "threads"_a);
-    arm.def("widest_many", &proven_widest_many<NearArmHandle>, "scene"_a, "pose"_a, "gc"_a, "margin"_a,
+    arm.def("widest_many", &proven_widest_many<ChainArmHandle>, "scene"_a, "pose"_a, "gc"_a, "margin"_a,
             "psi"_a, "out"_a, "pair"_a, "status"_a, "threads"_a);
 }
 
@@ -526,7 +526,7 @@ void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
     m.attr("MOST_LINKS") = most_links;
     m.attr("MOST_OBSTACLES") = most_obstacles;
     nb::class_<SceneHandle>(m, "Scene")
-        .def("__init__", &make_scene<NearArmHandle>, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a,
+        .def("__init__", &make_scene<ChainArmHandle>, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a,
              "cloud"_a, "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "apart"_a, "own"_a,
              "clearance"_a, "soft"_a)
         .def("__init__", &make_scene<OffsetHandle>, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a,

@@ -58,7 +58,7 @@ KeptOff limits_with(const Handle&, double margin, const Scene* scene) {
 }
 /// The same without a margin.
 const LimitTable& own_limits(const ArmHandle& arm) { return arm.limits; }
-double own_limits(const NearArmHandle&) { return 0.0; }
+double own_limits(const ChainArmHandle&) { return 0.0; }
 
 /// The nearest posture within the arm's own limits.
 template <class Handle>
@@ -131,7 +131,7 @@ Nearest answer(const Arm& arm, const LimitTable& limits, const Pose<double>& pos
                double length) noexcept {
     return length > 0 ? nearest_outside(arm, limits, pose, o, length) : nearest_posture(arm, limits, pose, o);
 }
-Nearest answer(const NearArm& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
+Nearest answer(const ChainArm& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
                double) noexcept {
     return nearest_posture(arm, kept.margin, pose, o, kept.scene);
 }
@@ -143,7 +143,7 @@ void nearest_postures(const OffsetArm& arm, const KeptOff& kept, const Pose<doub
                       const NearestOptions& o, Nearests& out) noexcept {
     armangle::nearest_postures(arm, pose, o, out, kept.scene);
 }
-void nearest_postures(const NearArm& arm, const KeptOff& kept, const Pose<double>& pose,
+void nearest_postures(const ChainArm& arm, const KeptOff& kept, const Pose<double>& pose,
                       const NearestOptions& o, Nearests& out) noexcept {
     armangle::nearest_postures(arm, kept.margin, pose, o, out, kept.scene);
 }
@@ -295,7 +295,7 @@ void bind_solving_of(nb::class_<Handle>& arm) {
 
 }  // namespace
 
-void bind_near_solving(nb::class_<NearArmHandle>& arm) { bind_solving_of(arm); }
+void bind_chain_solving(nb::class_<ChainArmHandle>& arm) { bind_solving_of(arm); }
 void bind_offset_solving(nb::class_<OffsetHandle>& arm) { bind_solving_of(arm); }
 
 void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {

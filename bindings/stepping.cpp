@@ -105,7 +105,7 @@ Step next_step(const ArmHandle& self, double margin, const double* q, const Pose
     return step(self.arm, limits.table, q, pose, options);
 }
 
-Step next_step(const NearArmHandle& self, double margin, const double* q, const Pose<double>& pose,
+Step next_step(const ChainArmHandle& self, double margin, const double* q, const Pose<double>& pose,
                const StepOptions& options) noexcept {
     return step(self.arm, margin, q, pose, options);
 }
@@ -218,7 +218,7 @@ void run(const ArmHandle& self, const double* start, const Buffer& p, const Foll
 }
 
 /// A lookahead window was rejected before this call.
-void run(const NearArmHandle& self, const double* start, const Buffer& p, const FollowOptions& wanted,
+void run(const ChainArmHandle& self, const double* start, const Buffer& p, const FollowOptions& wanted,
          const StepOptions& options, Strided<const ArcSet> allowed, Scenes scenes, const FollowRows& rows) {
     nb::gil_scoped_release release;
     follow(self.arm, wanted.singularity_margin, start, p.data<double>(), static_cast<std::size_t>(p.shape(0)),
@@ -312,7 +312,7 @@ void resolve_many(const Policy& policy, Ints count, Floats psi_arcs, Ints kept_c
 
 }  // namespace
 
-void bind_near_stepping(nb::class_<NearArmHandle>& arm) { bind_stepping_of(arm); }
+void bind_chain_stepping(nb::class_<ChainArmHandle>& arm) { bind_stepping_of(arm); }
 void bind_offset_stepping(nb::class_<OffsetHandle>& arm) { bind_stepping_of(arm); }
 
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {

@@ -247,7 +247,7 @@ void bind_tracking(nb::module_& m) {
     nb::class_<Tracker<>> tracker(m, "Tracker");
     tracker.def("__init__", &make_tracker, "arm"_a, "numbers"_a, "scene"_a.none(), nb::keep_alive<1, 4>());
     bind_loop(tracker);
-    bind_corrected<NearArm, NearArmHandle>(m, "NearTracker");
+    bind_corrected<ChainArm, ChainArmHandle>(m, "ChainTracker");
     bind_corrected<OffsetArm, OffsetHandle>(m, "OffsetTracker");
 }
 

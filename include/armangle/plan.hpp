@@ -2,5 +2,5 @@
 #pragma once
 
 #include "plan/planner.hpp"
-#include "near/plan.hpp"
+#include "chain/plan.hpp"
 #include "offset/plan.hpp"

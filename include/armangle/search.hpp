@@ -154,7 +154,7 @@ private:
 
 /// The empty result with its reason.
 inline armangle::Found nothing(Status why) noexcept {
-    armangle::Found out{};  // armangle::Found, not the Found of near/inverse.hpp
+    armangle::Found out{};  // armangle::Found, not the Found of chain/inverse.hpp
     for (double& q : out.posture.q) q = not_a_number;
     out.posture.psi = out.posture.distance = out.posture.margin = out.gap = not_a_number;
     out.posture.gc = -1;

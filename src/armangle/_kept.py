@@ -13,7 +13,7 @@ import numpy as np
 
 from ._arrays import chosen
 from .arm.arm import Arm
-from .arm.near import unsupported
+from .arm.chain import unsupported
 from .arm.offset import as_srs
 from .errors import InputError, UnsupportedError
 

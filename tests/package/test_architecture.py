@@ -193,7 +193,7 @@ FIRST_GUESS = {
     "include/armangle/arm/jacobian.hpp": "inline Jacobian jacobian(",
     "include/armangle/limits/cone.hpp": "struct Cone {",
     "include/armangle/motion/step.hpp": "Status choose_windings(",
-    "include/armangle/near/near_arm.hpp": "struct NearArm {",
+    "include/armangle/chain/chain_arm.hpp": "struct ChainArm {",
     "include/armangle/batch/parallel.hpp": "std::thread",
     "src/armangle/models/urdf/origin.py": "def origin(",
     "src/armangle/colours.py": "JOINT_COLOURS =",
@@ -213,7 +213,7 @@ def test_the_first_guess_is_right() -> None:
         }
         assert name in holds
         rooms = {Path(other).parts[2] for other in holds - {name}}
-        assert rooms <= {"near", "offset", "kuka.hpp", "kdl.hpp"}, f"{begin} also in {holds - {name}}"
+        assert rooms <= {"chain", "offset", "kuka.hpp", "kdl.hpp"}, f"{begin} also in {holds - {name}}"
 
 
 def test_a_name_begins_with_its_folder_s_only_where_its_type_does() -> None:

@@ -30,7 +30,7 @@ def test_the_counter_counts(counts: dict[str, int]) -> None:
 
 
 NAMES = """make_arm limit_table forward jacobian inverse feasible feasible_all nearest step follow
-bounded_step lookahead scene tracker near_arm near_inverse near_feasible near_follow"""
+bounded_step lookahead scene tracker chain_arm near_inverse near_feasible near_follow"""
 
 
 def test_nothing_else_allocates(counts: dict[str, int]) -> None:

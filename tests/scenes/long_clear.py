@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from scenes.test_chain_scenes import obstacles
 from scenes.test_clear import ARMS, BODIES, obstacle, posed
 from scenes.test_coal import BODY, exact_request, placed
-from scenes.test_near_scenes import obstacles
 from scenes.test_proven_scenes import BODIES as OFFSET_BODIES
 from scenes.test_proven_scenes import OFFSET
 from support.touching import distances

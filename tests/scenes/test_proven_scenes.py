@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes.test_near_scenes import ALL_LINKS, BASE, BONES, HOME, away, obstacles, questions
+from scenes.test_chain_scenes import ALL_LINKS, BASE, BONES, HOME, away, obstacles, questions
 from support.calibrated import ARMS
 from support.draw import count
 from support.touching import distances

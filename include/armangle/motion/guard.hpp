@@ -37,7 +37,7 @@ inline constexpr double finer = 0.8;      // factor from one stopping rate to th
 inline constexpr int rates = 40;          // ... up to so many
 }  // namespace guard_rule
 
-/// Keeps a control cycle, and braking after it, collision-free in a scene; for an Arm or a NearArm.
+/// Keeps a control cycle, and braking after it, collision-free in a scene; for an Arm or a ChainArm.
 template <class AnyArm>
 class Guard {
 public:

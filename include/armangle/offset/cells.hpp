@@ -9,7 +9,7 @@
 // is an end, found as a root.
 #pragma once
 
-#include "../near/feasible.hpp"
+#include "../chain/feasible.hpp"
 #include "../self_motion/joint_over.hpp"
 #include "offset_posture.hpp"
 

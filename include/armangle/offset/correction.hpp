@@ -6,7 +6,7 @@
 // solves it in a few passes; what it does not, beside theta_6 = 0 (theta_2 of a mirrored arm), comes late.
 #pragma once
 
-#include "../near/corrected_tracker.hpp"
+#include "../chain/corrected_tracker.hpp"
 #include "straight_cells.hpp"
 
 #include "../names/begin.hpp"

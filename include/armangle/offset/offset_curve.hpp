@@ -13,7 +13,7 @@
 #include <algorithm>
 #include <span>
 
-#include "../near/corrected_curve.hpp"
+#include "../chain/corrected_curve.hpp"
 #include "offset_posture.hpp"
 
 #include "../names/begin.hpp"
@@ -158,10 +158,10 @@ private:
         for (int round = 0;; ++round) {
             const Equations<double> now = equations(pose, lead, at);
             const double left = now.size();
-            const bool solved = left <= near_rule::residual;
-            if (left <= near_rule::settled || (solved && !(left < before))) return true;
+            const bool solved = left <= chain_tuning::residual;
+            if (left <= chain_tuning::settled || (solved && !(left < before))) return true;
             detail::InverseSlope<double> back;
-            if (round == near_rule::newton_steps || !(left < infinity) || !detail::eliminate(now, back))
+            if (round == chain_tuning::newton_steps || !(left < infinity) || !detail::eliminate(now, back))
                 return solved;
             before = left;
             double step[joints], longest = 0;
@@ -169,7 +169,7 @@ private:
                 step[j] = back.times(j, now.left);
                 longest = max(longest, abs(step[j]));
             }
-            const double share = longest > near_rule::largest_step ? near_rule::largest_step / longest : 1.0;
+            const double share = longest > chain_tuning::largest_step ? chain_tuning::largest_step / longest : 1.0;
             for (int j = 0; j < joints; ++j) at[j] += share * step[j];
         }
     }

@@ -68,12 +68,12 @@ from ..scenes.shapes import Shape as SceneShape
 from ..status import STATUSES, Status
 from .allowed import Allowed
 from .arcs import ArcSet
+from .chain import ChainHandle, check_chain, check_kept_chain, leaves_out, moved_ends, unsupported
 from .deviation import ChainDeviation, deviation_of, proven_share_of
 from .diagnosis import Branch, Diagnosis, Verdict, branch_of
 from .freedom import Freedom
 from .frozen_value import FrozenValue
 from .keywords import names_keywords
-from .near import NearHandle, check_kept_chain, check_near, leaves_out, moved_ends, unsupported
 from .question import METRICS as _METRICS
 from .question import (
     PREFER,
@@ -336,8 +336,8 @@ class Arm(FrozenValue):
         if values["chain"] is None:
             handle = _core.Arm(*given_to_core)
         else:
-            near = NearHandle(*given_to_core, values["chain"])
-            check_near(values["name"], near)
+            near = ChainHandle(*given_to_core, values["chain"])
+            check_chain(values["name"], near)
             handle = cast(_core.Arm, near)
         kept = {"report": report, "scene": scene, "singularity_margin": margin}
         self._fill({**values, **kept, "_handle": handle, "_ready": None})
@@ -632,7 +632,7 @@ class Arm(FrozenValue):
             except InputError:
                 continue
             bare = None if made is None else made._handle
-            if leaves_out(cast(NearHandle | None, bare), cast(NearHandle, other._handle), at):
+            if leaves_out(cast(ChainHandle | None, bare), cast(ChainHandle, other._handle), at):
                 raise InputError(
                     f"the chain for {self.name!r} leaves out its {end}=: give it there too, "
                     f"as dh_chain(..., {end}=arm.{end})"
@@ -1338,7 +1338,7 @@ class Arm(FrozenValue):
         """Return the sets of the arm's own chain."""
         batch, (poses, branches) = self._branches(pose, gc)
         unproven = np.zeros((*batch, *sets)).reshape(-1)
-        handle = cast(NearHandle, self._handle)
+        handle = cast(ChainHandle, self._handle)
         obstacles = None if ready is None else ready.handle
         with progressing(as_progress(progress)):
             columns = handle.feasible_many(
@@ -1359,7 +1359,7 @@ class Arm(FrozenValue):
             return ArcSet._from_core(
                 shape, (codes.astype(np.int64), np.empty((0, 2)), ends, ends, np.empty((0, 2)), codes)
             )
-        handle = cast(NearHandle, self._handle)
+        handle = cast(ChainHandle, self._handle)
         margin = 0.0 if wanted is Wanted.CLEAR else self.singularity_margin
         columns = handle.feasible_many(poses, branches, margin, wanted, measure, 1, None, left_out=True)
         return ArcSet._from_core(shape, columns)

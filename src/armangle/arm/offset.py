@@ -41,9 +41,9 @@ from ..status import STATUSES, Status
 from .allowed import Allowed
 from .arcs import ArcSet
 from .arm import KINDS, ON_ERROR, Arm, OnError, names_keywords_of_arm
+from .chain import asked_of
 from .diagnosis import Branch, Diagnosis, Opening, Verdict
 from .freedom import Freedom
-from .near import asked_of
 from .question import METRICS, PREFER, Fallback, MetricName, Prefer, relaxing_length, widest_solution
 from .roll import ROLLS, Roll
 from .solution import Solution

@@ -115,7 +115,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _complain(error: Exception, status: int) -> int:
     """Print an error, with the command line's advice instead of Python's."""
-    from ..arm.near import NOMINAL
+    from ..arm.chain import NOMINAL
 
     doors = f"\n{_DOORS}" if isinstance(error, ModelError) and "tolerance" in str(error) else ""
     note(f"armangle: {str(error).replace(NOMINAL, _FITTED)}{doors}")

@@ -16,8 +16,8 @@ import numpy as np
 from .._arrays import Floats
 from .._progress import bar, progressing
 from ..arm.arm import Arm
+from ..arm.chain import edge_of_reach
 from ..arm.configuration import gc_signs
-from ..arm.near import edge_of_reach
 from ..arm.offset import OffsetArm
 from ..errors import UnreachableError
 from ..files.sheets import plain

@@ -234,13 +234,13 @@ def _within_most(chain: Chain, found: Nearness) -> bool:
     return all(length <= MAX_LENGTH and angle <= MAX_ANGLE for length, angle in off)
 
 
-def chain_core(arm: ArmDescription) -> _core.NearArm:
+def chain_core(arm: ArmDescription) -> _core.ChainArm:
     """Return the core's arm of a description with its own chain."""
     lengths = np.array([getattr(arm, name) for name in (*LENGTHS, *ELBOW_OFFSETS)])
     joints = np.concatenate([arm.signs, arm.offsets, arm.lower, arm.upper]).astype(np.float64)
     base = _core.Reference.BASE, np.array([0.0, 0.0, 1.0])  # the arm angle is not used
     assert arm.chain is not None
-    return _core.NearArm(lengths, joints, arm.base, arm.tool, *base, arm.chain)
+    return _core.ChainArm(lengths, joints, arm.base, arm.tool, *base, arm.chain)
 
 
 def _misses(found: Nearness, angle: float, length: float) -> str:

@@ -13,9 +13,9 @@ from .. import _core
 from .._arrays import JOINTS, Floats, Ints, as_floats, as_number, chosen, frozen
 from .._values import by_content
 from ..arm.arm import Arm
+from ..arm.chain import edge_of_reach
 from ..arm.diagnosis import Diagnosis
 from ..arm.joint_map import to_theta
-from ..arm.near import edge_of_reach
 from ..arm.offset import OffsetArm, as_srs
 from ..errors import InputError, PathError, UnreachableError, has_package
 from ..scenes.scene import Scene

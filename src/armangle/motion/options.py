@@ -21,7 +21,7 @@ from .._arrays import (
     warn,
 )
 from ..arm.arm import Arm
-from ..arm.near import unsupported
+from ..arm.chain import unsupported
 from ..arm.offset import unsupported as offset_lacks
 from ..arm.question import Fallback
 from ..arm.roll import ROLLS, Roll, check_free_roll, is_along_axis_7, last_margin

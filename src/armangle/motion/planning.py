@@ -27,9 +27,9 @@ from .._threads import thread_count
 from ..arm.allowed import Allowed, one_allowed
 from ..arm.arcs import ArcSet
 from ..arm.arm import MOST_MARGIN, Arm
+from ..arm.chain import unsupported
 from ..arm.diagnosis import Diagnosis, Verdict, branch_of
 from ..arm.keywords import names_keywords
-from ..arm.near import unsupported
 from ..arm.offset import OffsetArm
 from ..arm.offset import unsupported as offset_lacks
 from ..arm.roll import ROLLS, Roll, last_margin

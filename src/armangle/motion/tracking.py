@@ -292,15 +292,15 @@ class Tracker:
         """Create the loop from checked numbers."""
         ready = arm._ready
         self._name_pair = None if ready is None else ready.names.pair
-        self._core: _core.Tracker | _core.NearTracker | _core.OffsetTracker
+        self._core: _core.Tracker | _core.ChainTracker | _core.OffsetTracker
         about = None if ready is None else ready.handle
         if isinstance(arm, OffsetArm):
             self._core = _core.OffsetTracker(arm._handle, given, self._leading(arm._rows, arm.scene), about)
         elif arm.chain is None:
             self._core = _core.Tracker(arm._handle, given, about)
         else:
-            near = cast(_core.NearArm, arm._handle)
-            self._core = _core.NearTracker(near, given, self._leading(arm.nominal, arm.scene), about)
+            near = cast(_core.ChainArm, arm._handle)
+            self._core = _core.ChainTracker(near, given, self._leading(arm.nominal, arm.scene), about)
         self._arm, self._given = arm, given
         self._dt = float(given[0])
         self._names = Tracked, _TRACKINGS, STATUSES, self._name_pair

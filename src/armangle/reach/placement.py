@@ -13,7 +13,7 @@ from .._progress import Progress, as_progress, progressing
 from .._threads import thread_count
 from .._values import by_content
 from ..arm.arm import Arm
-from ..arm.near import unsupported
+from ..arm.chain import unsupported
 from ..arm.offset import as_srs
 from ..errors import InputError
 from ..poses import as_transform

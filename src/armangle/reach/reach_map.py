@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from .._arrays import Floats, PathLike, as_floats, as_number, as_poses
 from .._progress import Progress, as_progress
 from ..arm.arm import Arm
+from ..arm.chain import unsupported
 from ..arm.freedom import Freedom
-from ..arm.near import unsupported
 from ..arm.offset import as_srs
 from ..errors import InputError, needed
 from .filling import check_scheduler, fill_here, fill_on_cluster

@@ -246,8 +246,8 @@ int main() {
     static Pose<double> links[joints + 1];
     detail::nominal_links(arm, links);
     for (Pose<double>& link : links) link.position.x += 1e-4;
-    static NearArm near = make_near_arm(p, links);
-    report("near_arm", [&] { near = make_near_arm(p, links); });
+    static ChainArm near = make_near_arm(p, links);
+    report("chain_arm", [&] { near = make_near_arm(p, links); });
     report("near_inverse", [] {
         const Posture at = forward(near, in.q);
         out.psi[0] = inverse(near, at.pose, at.psi, at.gc).q[0];

@@ -1,4 +1,4 @@
-"""The law of proven arcs on as many samples as there is time for: python tests/laws/long_near.py [s] [seed].
+"""The law of proven arcs on as many samples as there is time for: python tests/laws/long_chain.py [s] [seed].
 
 All arms of the catalogue with links off by 0.1 to 2 mm and 0.1 to 5 mrad, limits of their own and such as
 mislead. A posture is what a walk along the chain says it is; they come from the inverse and from Newton with
@@ -17,7 +17,7 @@ from armangle.models.catalogue import srs_catalogue
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from support.near_law import Verdict, cases, judge
+from support.chain_law import Verdict, cases, judge
 
 BATCH, ANGLES = len(srs_catalogue()), 150
 

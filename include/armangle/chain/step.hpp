@@ -11,15 +11,15 @@
 
 namespace armangle {
 
-namespace near_rule {
+namespace chain_tuning {
 inline constexpr int shortenings = 24;  // halvings of a move of psi that takes a joint too far
-}  // namespace near_rule
+}  // namespace chain_tuning
 
 namespace detail {
 
 /// A step of the true chain as far as the pose and the present joints decide it.
-struct NearStep {
-    const NearArm& arm;
+struct ChainStep {
+    const ChainArm& arm;
     const Pose<double>& pose;
     const Triad<double>& on;
     Configuration<double> gc;
@@ -50,7 +50,7 @@ struct NearStep {
         if (start.index < 0 || start.index != end.index) return from;
         double kept = start.psi, beyond = arcs.full ? lift(end.psi, start.psi) : end.psi;
         Lifted tried;
-        for (int pass = 0; pass < near_rule::shortenings; ++pass) {
+        for (int pass = 0; pass < chain_tuning::shortenings; ++pass) {
             const double middle = 0.5 * (kept + beyond);
             (at(middle, tried) == Status::OK ? kept : beyond) = middle;
         }
@@ -157,7 +157,7 @@ struct NearStep {
         const bool apart = margin > 0 && out.gc != index(gc);  // the margin parts the two
         if (apart || (margin > 0 && !contains(open, out.psi))) return max_joint_step;
         const double least = largest_move(out.q, q_now);
-        const NearStep any{arm, pose, on, gc, q_now, here, pi};
+        const ChainStep any{arm, pose, on, gc, q_now, here, pi};
         Lifted carried;
         const bool kept = any.at(psi, carried) == Status::OK &&
                           largest_move(carried.q, here) <= calm_move(hinge_bend(theta[1], theta[5]), least);
@@ -188,7 +188,7 @@ struct NearStep {
 /// it as they allow (PARTIAL), and nothing moves but what has to brake where a scene is asked too. Else
 /// nothing moves where the pose is not met; what is ahead is not asked. A wish for the elbow is one for that
 /// of the nominal arm.
-inline Step step(const NearArm& arm, double margin, const double* q_now, const Pose<double>& pose,
+inline Step step(const ChainArm& arm, double margin, const double* q_now, const Pose<double>& pose,
                  const StepOptions& options) noexcept {
     const Arm& nominal = arm.nominal;
     const JointLanes here = joint_lanes(q_now);
@@ -207,7 +207,7 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
     const Triad<double> on = triad(nominal, flange_pose(nominal, exact));
     const int gc = options.gc < 0 ? now.gc : options.gc;
-    detail::NearStep way{arm, exact, on, configuration(gc), q_now, here, options.max_joint_step};
+    detail::ChainStep way{arm, exact, on, configuration(gc), q_now, here, options.max_joint_step};
     const auto approach_joints = [&](const double* q, Status why) {
         double d[joints];
         for (int j = 0; j < joints; ++j) d[j] = q[j] - q_now[j];
@@ -222,7 +222,7 @@ inline Step step(const NearArm& arm, double margin, const double* q_now, const P
         return out;
     };
     const auto approach = [&](double psi, Status why) {
-        const detail::NearStep any{arm, exact, on, configuration(gc), q_now, here, pi};
+        const detail::ChainStep any{arm, exact, on, configuration(gc), q_now, here, pi};
         detail::Lifted to;
         if (options.scene) return stay(why);
         if (any.at(psi, to) != Status::OK) {  // a joint would have to go round: another psi is nearer

@@ -8,10 +8,10 @@
 
 namespace armangle {
 
-namespace near_rule {
+namespace chain_tuning {
 inline constexpr int hard = 2;     // long searches for a first posture
 inline constexpr int places = 64;  // of the circle, each with the posture that was found there last
-}  // namespace near_rule
+}  // namespace chain_tuning
 
 namespace detail {
 
@@ -22,7 +22,7 @@ class PostureTrail {
 public:
     using Several = Lane<N>;
 
-    PostureTrail(const NearArm& arm, const Pose<double>& pose, const Triad<double>& on,
+    PostureTrail(const ChainArm& arm, const Pose<double>& pose, const Triad<double>& on,
                  const Configuration<double>& gc) noexcept
         : arm_(arm), pose_(pose), on_(on), gc_(gc) {}
 
@@ -32,7 +32,7 @@ public:
         Found<Several> out = find_posture(arm_, spread<Several>(pose_), plane, spread<Several>(gc_));
         bool some_missing = false;
         for (int k = 0; k < N; ++k) {
-            is_found[k] = k < count && out.left[k] <= near_rule::settled;
+            is_found[k] = k < count && out.left[k] <= chain_tuning::settled;
             some_missing |= k < count && !is_found[k];
         }
         if (some_missing) {
@@ -89,7 +89,7 @@ private:
 
     /// A first posture, by a long search.
     bool first(double psi, int k, Found<Several>& found) noexcept {
-        if (hard_++ >= near_rule::hard) return false;
+        if (hard_++ >= chain_tuning::hard) return false;
         SinCos<double> angle[joints];
         if (solve_angles(arm_, pose_, {on_, sin_cos(psi)}, gc_, angle) != Status::OK) return false;
         for (int j = 0; j < joints; ++j) {
@@ -101,15 +101,15 @@ private:
 
     /// The place that a posture of this psi is kept in.
     static int place(double psi) noexcept {
-        const int k = static_cast<int>((wrap(psi) + pi) * (near_rule::places / two_pi));
-        return k < near_rule::places ? k : near_rule::places - 1;
+        const int k = static_cast<int>((wrap(psi) + pi) * (chain_tuning::places / two_pi));
+        return k < chain_tuning::places ? k : chain_tuning::places - 1;
     }
 
     /// The place of the posture that is known nearest to a psi.
     int nearest(double psi) const noexcept {
         int out = -1;
         double least = infinity;
-        for (int k = 0; k < near_rule::places; ++k) {
+        for (int k = 0; k < chain_tuning::places; ++k) {
             if (!is_known_[k]) continue;
             const double way = abs(wrap(known_[k].psi - psi));
             if (!(way < least)) continue;
@@ -130,12 +130,12 @@ private:
         double psi;
         SinCos<double> angle[joints];
     };
-    const NearArm& arm_;
+    const ChainArm& arm_;
     const Pose<double>& pose_;
     const Triad<double>& on_;
     Configuration<double> gc_;
-    bool begun_ = false, is_known_[near_rule::places] = {};
-    Known known_[near_rule::places];
+    bool begun_ = false, is_known_[chain_tuning::places] = {};
+    Known known_[chain_tuning::places];
     int hard_ = 0;
 };
 

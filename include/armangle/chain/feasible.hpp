@@ -9,9 +9,9 @@
 // halved, in rounds over all of the circle, and at last left out. Where a function of a limit is proven to
 // rise or to fall over all of such a stretch, its end is found at once and nothing more is looked at.
 //
-// An end is the psi at which the true joint is at its limit, to near_rule::residual. What is proven neither
-// way (beside a singularity, where branches merge and a psi may have two postures) is left out, and its
-// measure is counted.
+// An end is the psi at which the true joint is at its limit, to chain_tuning::residual. What is proven
+// neither way (beside a singularity, where branches merge and a psi may have two postures) is left out, and
+// its measure is counted.
 #pragma once
 
 #include "../limits/feasible.hpp"
@@ -24,7 +24,7 @@
 
 namespace armangle {
 
-namespace near_rule {
+namespace chain_tuning {
 inline constexpr int cells = 16;            // of a circle of which nothing is known to begin with
 inline constexpr double widest_ball = 0.2;  // rad: half width of a stretch that is looked at about its middle
 inline constexpr double widest_hull = 0.05;                      // rad: wider ones are hardly ever proven
@@ -36,7 +36,7 @@ inline constexpr double beside = 2.0;     // half widths: what lies that near to
 inline constexpr double given_up = 1e-2;  // rad: half width of a stretch that has two postures of a psi
 inline constexpr int depth = 24;          // looks within looks; narrowest is reached before
 inline constexpr int root_steps = 8;
-}  // namespace near_rule
+}  // namespace chain_tuning
 
 /// The ranges of theta that limits and margin leave, each as a middle and a half width below pi.
 struct ThetaRanges {
@@ -185,7 +185,7 @@ inline bool keeps_branch(const Arm& nominal, const Configuration<double>& gc,
 /// The work on one pose and branch.
 class ArcProof {
 public:
-    ArcProof(const NearArm& arm, const Pose<double>& pose, const Triad<double>& on,
+    ArcProof(const ChainArm& arm, const Pose<double>& pose, const Triad<double>& on,
              const Configuration<double>& gc, const ThetaRanges& ranges, int only_joint) noexcept
         : arm_(arm),
           pose_(pose),
@@ -206,13 +206,13 @@ public:
             part(all, every, -pi, pi, asked, sections);
             settle_sections(all, asked, sections);
         } else {
-            for (int k = near_rule::cells; k > 0; --k)
-                open({-pi + two_pi * (k - 1) / near_rule::cells, -pi + two_pi * k / near_rule::cells, every,
-                      0});
+            for (int k = chain_tuning::cells; k > 0; --k)
+                open({-pi + two_pi * (k - 1) / chain_tuning::cells, -pi + two_pi * k / chain_tuning::cells,
+                      every, 0});
         }
         settle_all();
         // the whole circle is looked at before any place of it takes all looks
-        while (left_.count > 0 && ++round_ < near_rule::rounds) {
+        while (left_.count > 0 && ++round_ < chain_tuning::rounds) {
             while (left_.count > 0) open(left_.stretch[--left_.count]);
             settle_all();
         }
@@ -584,12 +584,12 @@ private:
         const Pose<Several> pose = spread<Several>(pose_);
         const Triad<Several> on = spread<Several>(on_);
         auto there = Several(1.0) < Several(0.0);
-        for (int pass = 0; pass < near_rule::root_steps; ++pass) {
+        for (int pass = 0; pass < chain_tuning::root_steps; ++pass) {
             const PsiPlane<Several> plane(on, sin_cos(psi));
             const SevenEquations<Several> now = seven_equations(arm_, pose, plane, angle);
             const Several gap = gap_to(wanted, joint, angle);
-            there = there | (going & (now.size() <= Several(near_rule::residual)) &
-                             (abs(gap) <= Several(near_rule::residual)));
+            there = there | (going & (now.size() <= Several(chain_tuning::residual)) &
+                             (abs(gap) <= Several(chain_tuning::residual)));
             going = going & !there;
             if (!any(going)) break;
             const Reduced<Several> to(now);
@@ -598,7 +598,7 @@ private:
             to.solve({{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, dot(plane.along, elbow_axis(angle))}, sideways);
             const Several by = (gap - of_joints(joint, [&](int j) { return straight[j]; })) /
                                of_joints(joint, [&](int j) { return sideways[j]; });
-            going = going & (abs(by) < Several(near_rule::largest_step));
+            going = going & (abs(by) < Several(chain_tuning::largest_step));
             for (int j = 0; j < joints; ++j)
                 straight[j] = select(going, straight[j] + by * sideways[j], Several(0.0));
             turn_by(straight, angle);
@@ -632,7 +632,7 @@ private:
 
     /// Leaves a stretch to the next round, or gives it up.
     void leave(const Stretch& one) noexcept {
-        if (round_ + 1 < near_rule::rounds && left_.count < left_.capacity) {
+        if (round_ + 1 < chain_tuning::rounds && left_.count < left_.capacity) {
             left_.stretch[left_.count] = one;
             left_.stretch[left_.count++].depth = 0;
             return;
@@ -649,8 +649,9 @@ private:
     /// Leaves both halves of a stretch for a look each, or a narrow one to the next round.
     void halve(const Stretch& one) noexcept {
         const double middle = one.middle();
-        const bool narrow = one.upper - middle < near_rule::narrowest[round_] || one.depth > near_rule::depth;
-        if (narrow || looks_ >= near_rule::looks[round_]) return leave(one);
+        const bool narrow =
+            one.upper - middle < chain_tuning::narrowest[round_] || one.depth > chain_tuning::depth;
+        if (narrow || looks_ >= chain_tuning::looks[round_]) return leave(one);
         open({middle, one.upper, one.open, one.depth + 1});
         open({one.lower, middle, one.open, one.depth + 1});
     }
@@ -662,8 +663,8 @@ private:
             int count = 0;
             while (next_.count > 0 && count < several) {
                 const Stretch one = next_.stretch[--next_.count];
-                const bool spent = one.depth > near_rule::depth || looks_ >= near_rule::looks[round_];
-                if (spent || one.half() > near_rule::widest_ball) {
+                const bool spent = one.depth > chain_tuning::depth || looks_ >= chain_tuning::looks[round_];
+                if (spent || one.half() > chain_tuning::widest_ball) {
                     halve(one);
                     continue;
                 }
@@ -688,19 +689,19 @@ private:
         bool is_found[several], is_settled[several] = {}, some_narrow = false;
         const Found<Several> found = trail_.find(middle, count, plane, is_found);
         const Several share = meeting_share(arm_, pose, plane, found.angle);
-        for (int k = 0; k < count; ++k) some_narrow |= is_found[k] && half[k] <= near_rule::widest_hull;
+        for (int k = 0; k < count; ++k) some_narrow |= is_found[k] && half[k] <= chain_tuning::widest_hull;
         if (some_narrow) {
             Hull<Several> hull;
             const auto proven = prove_hull(arm_, pose, plane, found.angle, psi, Several::load(half), hull);
             bool by_hull[several];
             for (int k = 0; k < several; ++k)
-                by_hull[k] = k < count && is_found[k] && half[k] <= near_rule::widest_hull && proven[k];
+                by_hull[k] = k < count && is_found[k] && half[k] <= chain_tuning::widest_hull && proven[k];
             settle_by_hulls(now, by_hull, hull, found, share, is_settled);
         }
         give_up_deep(middle, half, now, count, is_found, share, is_settled);
         bool by_motion[several] = {}, some_by_motion = false;
         for (int k = 0; k < count; ++k) {
-            const bool second = !(share[k] < near_rule::alone) && half[k] < near_rule::given_up;
+            const bool second = !(share[k] < chain_tuning::alone) && half[k] < chain_tuning::given_up;
             by_motion[k] = !is_settled[k] && is_found[k] && !second;
             some_by_motion |= by_motion[k];
             if (!is_settled[k] && is_found[k] && second) give_up(now[k]);
@@ -728,11 +729,12 @@ private:
                       bool (&is_settled)[several]) noexcept {
         bool hopeless[several] = {};
         for (int k = 0; k < count; ++k)
-            hopeless[k] = !is_settled[k] && (!is_found[k] || !(share[k] < near_rule::alone));
+            hopeless[k] = !is_settled[k] && (!is_found[k] || !(share[k] < chain_tuning::alone));
         for (int k = 0; k < count; ++k) {
-            bool deep = hopeless[k] && half[k] <= near_rule::widest_hull, some_beside = false;
+            bool deep = hopeless[k] && half[k] <= chain_tuning::widest_hull, some_beside = false;
             for (int i = 0; i < count && deep; ++i) {
-                if (i == k || abs(middle[i] - middle[k]) > near_rule::beside * (half[i] + half[k])) continue;
+                if (i == k || abs(middle[i] - middle[k]) > chain_tuning::beside * (half[i] + half[k]))
+                    continue;
                 some_beside = true;
                 deep = hopeless[i];
             }
@@ -759,7 +761,7 @@ private:
         part(motion, now.open, -half, half, asked, parts);
         for (int i = 0; i < parts.count; ++i) {
             const Sections::Section& one = parts.section[i];
-            const bool wide = one.upper - one.lower > 2.0 * near_rule::shrunk * half;
+            const bool wide = one.upper - one.lower > 2.0 * chain_tuning::shrunk * half;
             if (wide && one.known == Known::open) return halve(now);
         }
         take(parts, middle, now.depth + 1);
@@ -853,7 +855,7 @@ private:
         const SinCos<Several> wanted = sin_cos(Several::load(target));
         const Several slope = of_joints(joint, [&](int j) { return step[j]; });
         const Several by = gap_to(wanted, joint, angle) / slope;
-        const auto going = abs(by) < Several(near_rule::largest_step);
+        const auto going = abs(by) < Several(chain_tuning::largest_step);
         for (int j = 0; j < joints; ++j) step[j] = select(going, step[j] * by, Several(0.0));
         turn_by(step, angle);
         psi = psi + select(going, by, Several(0.0));
@@ -867,7 +869,7 @@ private:
         }
     }
 
-    const NearArm& arm_;
+    const ChainArm& arm_;
     const Pose<double>& pose_;
     const Triad<double>& on_;
     const Configuration<double>& gc_;
@@ -888,7 +890,7 @@ private:
 }  // namespace detail
 
 /// Psi_all of a pose in branch gc of the true chain; of one joint (0..6) alone where it is named.
-inline void feasible(const NearArm& arm, const Pose<double>& pose, int gc, const Limits& limits,
+inline void feasible(const ChainArm& arm, const Pose<double>& pose, int gc, const Limits& limits,
                      double margin, ProvenArcs& out, int joint = -1) noexcept {
     make_empty(out.arcs);
     make_empty(out.open);

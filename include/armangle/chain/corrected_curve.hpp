@@ -27,7 +27,7 @@ namespace detail {
 
 /// The seven equations with a joint's theta, as its sine and cosine, in place of psi.
 template <class T>
-SevenEquations<T> led_equations(const NearArm& arm, const Pose<T>& pose, int joint, const SinCos<T>& wanted,
+SevenEquations<T> led_equations(const ChainArm& arm, const Pose<T>& pose, int joint, const SinCos<T>& wanted,
                                 const SinCos<T>* angle) noexcept {
     const Vec3<T> none{T(0.0), T(0.0), T(0.0)};
     SevenEquations<T> out = seven_equations(arm, pose, PsiPlane<T>(none, none), angle);
@@ -50,7 +50,7 @@ inline bool eliminate(const SevenEquations<double>& f, InverseSlope<double>& out
         int pivot = k;
         for (int i = k + 1; i < joints; ++i)
             if (abs(a[i][k]) > abs(a[pivot][k])) pivot = i;
-        if (!(abs(a[pivot][k]) > near_rule::vanishing)) return false;
+        if (!(abs(a[pivot][k]) > chain_tuning::vanishing)) return false;
         std::swap(a[k], a[pivot]);
         const double per = 1 / a[k][k];
         for (double& x : a[k]) x *= per;
@@ -71,7 +71,7 @@ inline bool eliminate(const SevenEquations<double>& f, InverseSlope<double>& out
 
 /// A view: a curve of the nominal arm, the arm whose joints are asked, and the shifts of what leads.
 struct CorrectedCurve {
-    const NearArm& arm;
+    const ChainArm& arm;
     const Curve& curve;
     std::span<const LeadShift> shifts;
 
@@ -205,10 +205,10 @@ private:
         for (int pass = 0;; ++pass) {
             const detail::SevenEquations<double> now = equations(x, s, angle);
             const double left = now.size();
-            const bool solved = left <= near_rule::residual;
-            if (left <= near_rule::settled || (solved && !(left < before))) return true;
+            const bool solved = left <= chain_tuning::residual;
+            if (left <= chain_tuning::settled || (solved && !(left < before))) return true;
             detail::InverseSlope<double> back;
-            if (pass == near_rule::newton_steps || !(left < infinity) || !detail::eliminate(now, back))
+            if (pass == chain_tuning::newton_steps || !(left < infinity) || !detail::eliminate(now, back))
                 return solved;
             before = left;
             double step[joints], longest = 0;
@@ -216,8 +216,8 @@ private:
                 step[j] = back.times(j, now.left);
                 longest = max(longest, abs(step[j]));
             }
-            if (longest > near_rule::largest_step)
-                for (double& part : step) part *= near_rule::largest_step / longest;
+            if (longest > chain_tuning::largest_step)
+                for (double& part : step) part *= chain_tuning::largest_step / longest;
             detail::turn_by(step, angle);
         }
     }
@@ -260,7 +260,7 @@ inline LeadShift joined(double start, double end, const RunEnd& a, const RunEnd&
 
 /// The shifts of what leads along a curve: so that the true joints go on from run to run, and begin and end
 /// at the joints asked, if any.
-inline LeadShifts lead_shifts(const NearArm& arm, const Curve& curve, const double* start,
+inline LeadShifts lead_shifts(const ChainArm& arm, const Curve& curve, const double* start,
                               const double* goal) {
     LeadShifts out;
     const std::span<const Stretch> all = curve.stretches;

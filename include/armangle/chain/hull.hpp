@@ -9,7 +9,7 @@
 // the next: those of turns are 1, those of the wrist the length of links that turn. What C lacks of an
 // inverse is in G as well. Hulls side by side are lanes of T. Source: R.
 // E. Moore, Interval Analysis (1966); A. Neumaier, Interval Methods (1990), chapter 5. Rounding is not in the
-// bounds: near_rule::rounding stands for it.
+// bounds: chain_tuning::rounding stands for it.
 #pragma once
 
 #include "inverse.hpp"
@@ -18,11 +18,11 @@
 
 namespace armangle {
 
-namespace near_rule {
+namespace chain_tuning {
 inline constexpr double rounding = 1e-12;  // rad, added to every radius
 inline constexpr double grown = 2.0;       // a radius over the defect it has to hold, at first
 inline constexpr int growths = 3;
-}  // namespace near_rule
+}  // namespace chain_tuning
 
 /// theta(t) is within `radius` of centre + slope t for |t| <= half, and dtheta/dt within slope_radius of
 /// slope.
@@ -108,7 +108,7 @@ ARMANGLE_INLINE Vec3<T> no_vector() noexcept {
 
 /// At constant rates u of the joints and of psi. Where the posture is singular nothing of it is a number.
 template <class T>
-ARMANGLE_INLINE void hull_centre(const NearArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
+ARMANGLE_INLINE void hull_centre(const ChainArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
                                  const SinCos<T>* angle, HullCentre<T>& out) noexcept {
     using Row = typename SevenEquations<T>::Row;
     using Moving = typename Spin<T>::Moving;
@@ -196,7 +196,7 @@ struct ColumnRest {
 
 /// A column turns with the joints before it, or as seen from the tip, which nearly stays, with those behind.
 template <class T>
-ARMANGLE_INLINE ColumnRest<T> column_rest(const NearArm& arm, const HullCentre<T>& at, const T& half,
+ARMANGLE_INLINE ColumnRest<T> column_rest(const ChainArm& arm, const HullCentre<T>& at, const T& half,
                                           const T (&radius)[joints]) noexcept {
     const double per_reach = 1.0 / arm.nominal.reach;
     T move[joints], all(0.0), box(0.0);
@@ -231,7 +231,7 @@ ARMANGLE_INLINE ColumnRest<T> column_rest(const NearArm& arm, const HullCentre<T
 
 /// G of a box.
 template <class T>
-ARMANGLE_INLINE void contraction(const NearArm& arm, const HullCentre<T>& at, const T& half,
+ARMANGLE_INLINE void contraction(const ChainArm& arm, const HullCentre<T>& at, const T& half,
                                  const T (&radius)[joints], T (&G)[joints][joints]) noexcept {
     const ColumnRest<T> rest = column_rest(arm, at, half, radius);
     const T square = T(0.5) * half * half;
@@ -256,7 +256,7 @@ ARMANGLE_INLINE T grown_by(const T (&d)[joints], const T (&G)[joints][joints], c
 
 /// The hulls of |t| <= half about postures; false (a mask of lanes) where one is not proven.
 template <class T>
-inline auto prove_hull(const NearArm& arm, const Pose<T>& pose, const detail::PsiPlane<T>& plane,
+inline auto prove_hull(const ChainArm& arm, const Pose<T>& pose, const detail::PsiPlane<T>& plane,
                        const SinCos<T>* angle, const T& psi, const T& half, Hull<T>& out) noexcept {
     detail::HullCentre<T> at;
     detail::hull_centre(arm, pose, plane, angle, at);
@@ -270,11 +270,11 @@ inline auto prove_hull(const NearArm& arm, const Pose<T>& pose, const detail::Ps
                     half * half *
                         (T(0.5) * at.curved[i] +
                          half * (T(1.0 / 6.0) * at.jerked[i] + half * T(1.0 / 24.0) * at.snapped[i])) +
-                    size * fifth + T(near_rule::rounding);
-        out.radius[i] = T(near_rule::grown) * defect[i];
+                    size * fifth + T(chain_tuning::rounding);
+        out.radius[i] = T(chain_tuning::grown) * defect[i];
     }
     auto proven = T(1.0) < T(0.0);
-    for (int pass = 0; pass < near_rule::growths && !all(proven); ++pass) {
+    for (int pass = 0; pass < chain_tuning::growths && !all(proven); ++pass) {
         detail::contraction(arm, at, half, out.radius, G);
         T wanted[joints];
         auto holds = T(0.0) < T(1.0);
@@ -284,7 +284,7 @@ inline auto prove_hull(const NearArm& arm, const Pose<T>& pose, const detail::Ps
         }
         proven = proven | holds;
         for (int i = 0; i < joints; ++i)
-            out.radius[i] = select(proven, out.radius[i], T(near_rule::grown) * wanted[i]);
+            out.radius[i] = select(proven, out.radius[i], T(chain_tuning::grown) * wanted[i]);
     }
     out.psi = psi;
     out.half = half;
@@ -297,10 +297,10 @@ inline auto prove_hull(const NearArm& arm, const Pose<T>& pose, const detail::Ps
     for (int i = 0; i < joints; ++i) {
         uneven[i] = at.row[i].psi * turning;
         for (int k = 0; k < joints; ++k) uneven[i] = mul_add(G[i][k], abs(at.u[k]), uneven[i]);
-        out.slope_radius[i] = T(near_rule::grown) * uneven[i];
+        out.slope_radius[i] = T(chain_tuning::grown) * uneven[i];
     }
     auto settled = T(1.0) < T(0.0);
-    for (int pass = 0; pass < near_rule::growths && !all(settled); ++pass) {
+    for (int pass = 0; pass < chain_tuning::growths && !all(settled); ++pass) {
         T wanted[joints];
         auto holds = T(0.0) < T(1.0);
         for (int i = 0; i < joints; ++i) {
@@ -308,7 +308,7 @@ inline auto prove_hull(const NearArm& arm, const Pose<T>& pose, const detail::Ps
             holds = holds & (wanted[i] < out.slope_radius[i]);
         }
         settled = settled | holds;
-        const T more(pass + 1 < near_rule::growths ? near_rule::grown : infinity);
+        const T more(pass + 1 < chain_tuning::growths ? chain_tuning::grown : infinity);
         for (int i = 0; i < joints; ++i)
             out.slope_radius[i] = select(settled, out.slope_radius[i], more * wanted[i]);
     }

@@ -25,11 +25,11 @@
 
 namespace armangle {
 
-namespace near_rule {
+namespace chain_tuning {
 inline constexpr double least_radius = 1e-8;  // rad: more than what two segments may lie apart turns a joint
 inline constexpr double tube = 4.0;           // a radius over the defect that it has to hold
 inline constexpr int pieces = 64;             // that a stretch may take on average
-}  // namespace near_rule
+}  // namespace chain_tuning
 
 namespace detail {
 
@@ -61,7 +61,7 @@ public:
           also_(also),
           sine_(sin_cos(Interval(max(margin, proof::least_margin))).sin.hi) {
         if (scene) move_.emplace(curve.arm, *scene);
-        budget_ = static_cast<long long>(curve.curve.stretches.size() + 8) * near_rule::pieces;
+        budget_ = static_cast<long long>(curve.curve.stretches.size() + 8) * chain_tuning::pieces;
     }
 
     /// checkpoint() is called between the stretches.
@@ -181,7 +181,7 @@ private:
         for (int i = 0; i < joints; ++i) {
             const Interval first = times(i, order(left_there, 1)) * off;
             defect[i] = size_of(times(i, order(left_there, 0)) + first + times(i, order(left, 2)) * far);
-            out.radius[i] = near_rule::least_radius + near_rule::tube * defect[i];
+            out.radius[i] = chain_tuning::least_radius + chain_tuning::tube * defect[i];
             if (!(out.radius[i] < largest_radius)) return false;
         }
         const auto there = equations(middle, out.radius), over = equations(piece, out.radius);
@@ -260,7 +260,7 @@ private:
     bool known_ = false;
     long long budget_;
     double excess_ = -infinity, short_ = 0;
-    std::optional<StraightMove<NearArm>> move_;
+    std::optional<StraightMove<ChainArm>> move_;
 };
 
 }  // namespace detail

@@ -41,7 +41,7 @@ def asked_of(name: str) -> str:
     return _ASKED.get(name, name.removesuffix("_many"))
 
 
-class NearHandle(_core.NearArm):
+class ChainHandle(_core.ChainArm):
     """A core arm with its own chain; unsupported functions raise an error with their name."""
 
     def __getattr__(self, name: str) -> Never:
@@ -58,7 +58,7 @@ def unsupported(what: str, instead: str = NOMINAL) -> UnsupportedError:
     return UnsupportedError(f"{what} is not made for an arm with a chain of its own: use {instead}")
 
 
-def check_near(name: str, handle: NearHandle) -> None:
+def check_chain(name: str, handle: ChainHandle) -> None:
     """Raise if a link of a chain is not near the nominal one."""
     off = np.array(handle.deviations)
     if (off <= _MOST_OFF * (1.0 + 1e-9)).all():
@@ -110,7 +110,7 @@ def edge_of_reach(arm: _Reaching, pose: Floats) -> str:
     return " It is at the edge of reach: the elbow is straight." if straight else ""
 
 
-def leaves_out(bare: NearHandle | None, whole: NearHandle, at: int) -> bool:
+def leaves_out(bare: ChainHandle | None, whole: ChainHandle, at: int) -> bool:
     """Return whether a link of a chain is far from the nominal one because a frame is missing there: in
     `whole`, which has it, the distance is less than half. `bare` is None if the chain is too far off.
     """

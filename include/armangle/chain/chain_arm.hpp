@@ -20,7 +20,7 @@ struct LinkDeviation {
 };
 
 /// An arm with its own chain. make_near_arm is the only maker.
-struct NearArm {
+struct ChainArm {
     Arm nominal;
     Pose<double> link[joints + 1];        // G_k
     LinkDeviation deviation[joints + 1];  // of D_k
@@ -36,7 +36,7 @@ struct NearArm {
 };
 
 /// The nominal arm, whose limits, psi and GC it has.
-inline const Arm& nominal(const NearArm& arm) noexcept { return arm.nominal; }
+inline const Arm& nominal(const ChainArm& arm) noexcept { return arm.nominal; }
 
 namespace detail {
 
@@ -121,7 +121,7 @@ inline double farthest_moved(const Pose<double>& by, double distance) noexcept {
 }
 
 /// Measures how far the nominal links are from the true ones, and what that moves: what proofs are made of.
-inline void measure(NearArm& out) noexcept {
+inline void measure(ChainArm& out) noexcept {
     const Arm& arm = out.nominal;
     Pose<double> nominal[joints + 1];
     nominal_links(arm, nominal);
@@ -171,11 +171,11 @@ inline void measure(NearArm& out) noexcept {
 
 /// The arm of these parameters whose own chain is L_0 Rz(q_1) L_1 ... Rz(q_7) L_7, from the frame that poses
 /// are given in to the tip; rotations orthonormal. The parameters are the nominal arm.
-inline NearArm make_near_arm(const ArmParameters& parameters,
-                             const Pose<double> (&links)[joints + 1]) noexcept {
+inline ChainArm make_near_arm(const ArmParameters& parameters,
+                              const Pose<double> (&links)[joints + 1]) noexcept {
     constexpr int sweeps =
         32;  // neighbouring axes are nearly square, so that frames hardly disturb each other
-    NearArm out{make_arm(parameters), {}, {}, 0.0, 0.0, 0.0, 0.0, {}, {}, {}, {}, {}, {}};
+    ChainArm out{make_arm(parameters), {}, {}, 0.0, 0.0, 0.0, 0.0, {}, {}, {}, {}, {}, {}};
     Pose<double> nominal[joints + 1];
     detail::nominal_links(out.nominal, nominal);
     detail::links_in_theta(out.nominal, links, out.link);
@@ -186,10 +186,10 @@ inline NearArm make_near_arm(const ArmParameters& parameters,
 }
 
 /// The same chain about a nominal arm that stands on another base: so it can be the true one at a posture.
-inline NearArm with_base(const NearArm& arm, const Pose<double>& base) noexcept {
+inline ChainArm with_base(const ChainArm& arm, const Pose<double>& base) noexcept {
     ArmParameters parameters = arm.nominal;
     parameters.base = base;
-    NearArm out = arm;
+    ChainArm out = arm;
     out.nominal = make_arm(parameters);
     detail::measure(out);
     return out;

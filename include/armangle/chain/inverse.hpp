@@ -14,7 +14,7 @@
 
 namespace armangle {
 
-namespace near_rule {
+namespace chain_tuning {
 inline constexpr int corrections = 1;                            // of the pose, before Newton takes over
 inline constexpr int more_corrections = 8;                       // where that does not lead to the posture
 inline constexpr int quick_steps = 4;                            // of Newton in closed form
@@ -34,7 +34,7 @@ inline constexpr double largest_step = 0.5;  // rad, of Newton
 inline constexpr double vanishing = 1e-12;   // a determinant of the Jacobian (ratio): two branches meet
 /// Newton has never failed farther than this from theta_2, theta_6 = 0 or a stretched elbow (rad): sine.
 inline constexpr double band_sine = 0.17;
-}  // namespace near_rule
+}  // namespace chain_tuning
 
 namespace detail {
 
@@ -117,7 +117,7 @@ struct Found {
 /// The posture after so many corrections of the pose. A lane that is settled stays, whatever its neighbours
 /// need.
 template <class T>
-ARMANGLE_INLINE Found<T> correct(const NearArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
+ARMANGLE_INLINE Found<T> correct(const ChainArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
                                  const Configuration<T>& gc, int corrections) noexcept {
     const double size = max(1.0, arm.nominal.size);
     Pose<T> wanted = pose;
@@ -127,12 +127,12 @@ ARMANGLE_INLINE Found<T> correct(const NearArm& arm, const Pose<T>& pose, const 
         SinCos<T> angle[joints];
         nominal_posture(arm.nominal, flange_pose(arm.nominal, wanted), plane, gc, angle);
         const Pose<T> rest = from_to(tip(arm, angle), pose);
-        const auto settled = out.left <= T(near_rule::settled);
+        const auto settled = out.left <= T(chain_tuning::settled);
         for (int j = 0; j < joints; ++j)
             out.angle[j] = {select(settled, out.angle[j].sin, angle[j].sin),
                             select(settled, out.angle[j].cos, angle[j].cos)};
         out.left = select(settled, out.left, remainder(rest, size));
-        if (pass == corrections || all(out.left <= T(near_rule::settled))) return out;
+        if (pass == corrections || all(out.left <= T(chain_tuning::settled))) return out;
         wanted = wanted * rest;
     }
 }
@@ -153,7 +153,7 @@ struct SevenEquations {
 };
 
 template <class T>
-ARMANGLE_INLINE SevenEquations<T> seven_equations(const NearArm& arm, const Pose<T>& pose,
+ARMANGLE_INLINE SevenEquations<T> seven_equations(const ChainArm& arm, const Pose<T>& pose,
                                                   const PsiPlane<T>& plane, const SinCos<T>* angle) noexcept {
     Pose<T> frame[joints + 1];
     walk_links(arm, angle, [&frame](int k, const Pose<T>& at) noexcept { frame[k] = at; });
@@ -218,7 +218,7 @@ struct Reduced {
 
     /// Whether no determinant vanishes.
     ARMANGLE_INLINE auto is_regular() const noexcept {
-        const T most(1.0 / near_rule::vanishing), of_turn = abs(per_det), of_rest = abs(per);
+        const T most(1.0 / chain_tuning::vanishing), of_turn = abs(per_det), of_rest = abs(per);
         return (of_turn < most) & (of_rest < most);
     }
     /// Joints 5-7 that make a turn.
@@ -279,14 +279,14 @@ ARMANGLE_INLINE auto is_of(const Arm& arm, const PsiPlane<T>& plane, const Confi
 /// The posture of (pose, psi, GC) by one correction and Newton's steps; `left` is infinite where it is of
 /// another branch, NaN where a step was none.
 template <class T>
-ARMANGLE_INLINE Found<T> find_posture(const NearArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
+ARMANGLE_INLINE Found<T> find_posture(const ChainArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
                                       const Configuration<T>& gc) noexcept {
-    Found<T> out = correct(arm, pose, plane, gc, near_rule::corrections);
-    for (int pass = 0; !all(out.left <= T(near_rule::settled)); ++pass) {
+    Found<T> out = correct(arm, pose, plane, gc, chain_tuning::corrections);
+    for (int pass = 0; !all(out.left <= T(chain_tuning::settled)); ++pass) {
         const SevenEquations<T> now = seven_equations(arm, pose, plane, out.angle);
-        out.left = select(out.left <= T(near_rule::settled), out.left, now.size());
-        if (pass == near_rule::quick_steps) break;
-        const auto settled = out.left <= T(near_rule::settled);
+        out.left = select(out.left <= T(chain_tuning::settled), out.left, now.size());
+        if (pass == chain_tuning::quick_steps) break;
+        const auto settled = out.left <= T(chain_tuning::settled);
         T step[joints];
         newton_step(now, step);
         for (T& part : step) part = select(settled, T(0.0), part);
@@ -343,28 +343,28 @@ ARMANGLE_INLINE InverseSlope<T> inverse_slope(const SevenEquations<T>& f, const 
 /// Whether two branches are near to meeting: |sin| of theta_2, theta_4 - delta or theta_6 small.
 inline bool near_singular(const Arm& arm, const SinCos<double>* angle) noexcept {
     const double bend = angle[3].sin * arm.delta.cos - angle[3].cos * arm.delta.sin;
-    return !(min(min(abs(angle[1].sin), abs(angle[5].sin)), abs(bend)) > near_rule::band_sine);
+    return !(min(min(abs(angle[1].sin), abs(angle[5].sin)), abs(bend)) > chain_tuning::band_sine);
 }
 
 /// Newton with short steps from a posture, in place, where the quick way did not lead to it.
-inline Status newton(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
+inline Status newton(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                      const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     bool solved = false;
     double before = infinity;
     for (int pass = 0;; ++pass) {
         const SevenEquations<double> now = seven_equations(arm, pose, plane, angle);
         const double left = now.size();
-        solved = left <= near_rule::residual;
+        solved = left <= chain_tuning::residual;
         double step[joints], longest = 0;
-        if (left <= near_rule::settled || (solved && !(left < before)) || !(left < infinity)) break;
-        if (pass == near_rule::newton_steps) break;  // after the last step is looked at
+        if (left <= chain_tuning::settled || (solved && !(left < before)) || !(left < infinity)) break;
+        if (pass == chain_tuning::newton_steps) break;  // after the last step is looked at
         before = left;
         const Reduced<double> to(now);
         if (!to.is_regular()) break;
         to.solve(now.left, step);
         for (const double part : step) longest = max(longest, abs(part));
-        if (longest > near_rule::largest_step)
-            for (double& part : step) part *= near_rule::largest_step / longest;
+        if (longest > chain_tuning::largest_step)
+            for (double& part : step) part *= chain_tuning::largest_step / longest;
         turn_by(step, angle);
     }
     if (solved && is_of(arm.nominal, plane, gc, angle)) return Status::OK;
@@ -373,7 +373,7 @@ inline Status newton(const NearArm& arm, const Pose<double>& pose, const PsiPlan
 
 /// The same of postures side by side, of those that are wanted; tells which of them it leads to.
 template <int N>
-inline LaneMask<N> newton(const NearArm& arm, const Pose<Lane<N>>& pose, const PsiPlane<Lane<N>>& plane,
+inline LaneMask<N> newton(const ChainArm& arm, const Pose<Lane<N>>& pose, const PsiPlane<Lane<N>>& plane,
                           const Configuration<Lane<N>>& gc, const LaneMask<N>& wanted,
                           SinCos<Lane<N>> (&angle)[joints]) noexcept {
     using T = Lane<N>;
@@ -382,11 +382,11 @@ inline LaneMask<N> newton(const NearArm& arm, const Pose<Lane<N>>& pose, const P
     for (int pass = 0;; ++pass) {
         const SevenEquations<T> now = seven_equations(arm, pose, plane, angle);
         const T left = now.size();
-        const auto good = left <= T(near_rule::residual);
-        const auto done = (left <= T(near_rule::settled)) | (good & !(left < before));
+        const auto good = left <= T(chain_tuning::residual);
+        const auto done = (left <= T(chain_tuning::settled)) | (good & !(left < before));
         solved = solved | (going & done);
         going = going & !done & (left < T(infinity));
-        if (pass == near_rule::newton_steps) {
+        if (pass == chain_tuning::newton_steps) {
             solved = solved | (going & good);
             break;
         }
@@ -397,7 +397,7 @@ inline LaneMask<N> newton(const NearArm& arm, const Pose<Lane<N>>& pose, const P
         T step[joints], longest(0.0);
         to.solve(now.left, step);
         for (const T& part : step) longest = max(longest, abs(part));
-        const T most(near_rule::largest_step), scale = select(longest > most, most / longest, T(1.0));
+        const T most(chain_tuning::largest_step), scale = select(longest > most, most / longest, T(1.0));
         for (T& part : step) part = select(going, part * scale, T(0.0));
         turn_by(step, angle);
     }
@@ -423,71 +423,71 @@ ARMANGLE_INLINE void bend_by(double bend, const Arm& arm, const Configuration<T>
 }
 
 /// The posture of (pose, psi, GC) where the quick way leads to it.
-inline bool solve_quickly(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
+inline bool solve_quickly(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                           const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     const Found<double> found = find_posture(arm, pose, plane, gc);
     for (int j = 0; j < joints; ++j) angle[j] = found.angle[j];
-    return found.left <= near_rule::settled;
+    return found.left <= chain_tuning::settled;
 }
 
 /// The posture where neither the quick way nor short steps lead to it: from a bend of the branch's own.
-inline Status solve_bent(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
+inline Status solve_bent(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                          const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     const auto begin = [&angle](const Found<double>& from) {
         for (int j = 0; j < joints; ++j) angle[j] = from.angle[j];
     };
-    const Found<double> start = correct(arm, pose, plane, gc, near_rule::more_corrections);
+    const Found<double> start = correct(arm, pose, plane, gc, chain_tuning::more_corrections);
     begin(start);
     Status status = newton(arm, pose, plane, gc, angle);
-    for (int k = 0; k < near_rule::bends && status != Status::OK; ++k) {
+    for (int k = 0; k < chain_tuning::bends && status != Status::OK; ++k) {
         begin(start);
-        bend_by(near_rule::bend[k], arm.nominal, gc, angle);
+        bend_by(chain_tuning::bend[k], arm.nominal, gc, angle);
         status = newton(arm, pose, plane, gc, angle);
     }
     return status;
 }
 
 /// The posture from one whose psi is `by` further, which comes back in steps.
-inline Status solve_beside(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
+inline Status solve_beside(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                            double by, const Configuration<double>& gc,
                            SinCos<double> (&angle)[joints]) noexcept {
     const PsiPlane<double> beside = plane.turned(by);
     Status status = Status::OK;
     if (!solve_quickly(arm, pose, beside, gc, angle)) status = solve_bent(arm, pose, beside, gc, angle);
-    for (int k = near_rule::walk - 1; k >= 0 && status == Status::OK; --k)
-        status = newton(arm, pose, plane.turned(by * k / near_rule::walk), gc, angle);
+    for (int k = chain_tuning::walk - 1; k >= 0 && status == Status::OK; --k)
+        status = newton(arm, pose, plane.turned(by * k / chain_tuning::walk), gc, angle);
     return status;
 }
 
 /// The posture from one far from it on the circle, which comes back in steps. Those are looked for side by
 /// side.
-inline Status solve_from_far(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
+inline Status solve_from_far(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                              const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
-    using Far = Lane<near_rule::far>;
+    using Far = Lane<chain_tuning::far>;
     const PsiPlane<Far> there = PsiPlane<Far>(spread<Far>(plane.across), spread<Far>(plane.along))
-                                    .turned(Far::load(near_rule::far_off));
+                                    .turned(Far::load(chain_tuning::far_off));
     const Pose<Far> same = spread<Far>(pose);
     const Configuration<Far> branch = spread<Far>(gc);
-    const Found<Far> start = correct(arm, same, there, branch, near_rule::more_corrections);
+    const Found<Far> start = correct(arm, same, there, branch, chain_tuning::more_corrections);
     SinCos<Far> at[joints];
     for (int j = 0; j < joints; ++j) at[j] = start.angle[j];
     auto found = Far(1.0) < Far(0.0);
-    for (int k = 0; k <= near_rule::bends && !all(found); ++k) {
+    for (int k = 0; k <= chain_tuning::bends && !all(found); ++k) {
         SinCos<Far> begun[joints];
         for (int j = 0; j < joints; ++j)
             begun[j] = {select(found, at[j].sin, start.angle[j].sin),
                         select(found, at[j].cos, start.angle[j].cos)};
-        if (k > 0) bend_by(near_rule::bend[k - 1], arm.nominal, branch, begun);
+        if (k > 0) bend_by(chain_tuning::bend[k - 1], arm.nominal, branch, begun);
         const auto more = newton(arm, same, there, branch, !found, begun);
         for (int j = 0; j < joints; ++j)
             at[j] = {select(more, begun[j].sin, at[j].sin), select(more, begun[j].cos, at[j].cos)};
         found = found | more;
     }
-    for (int k = 0; k < near_rule::far; ++k) {
+    for (int k = 0; k < chain_tuning::far; ++k) {
         if (!found[k]) continue;
         for (int j = 0; j < joints; ++j) angle[j] = {at[j].sin[k], at[j].cos[k]};
-        const double by = near_rule::far_off[k];
-        const int steps = 1 + static_cast<int>(abs(by) / near_rule::stride);
+        const double by = chain_tuning::far_off[k];
+        const int steps = 1 + static_cast<int>(abs(by) / chain_tuning::stride);
         Status status = Status::OK;
         for (int i = steps - 1; i >= 0 && status == Status::OK; --i)
             status = newton(arm, pose, plane.turned(by * i / steps), gc, angle);
@@ -498,34 +498,34 @@ inline Status solve_from_far(const NearArm& arm, const Pose<double>& pose, const
 
 /// The posture of (pose, psi, GC) of a pose that may be within reach: the quick way, from a bend, and at last
 /// from postures beside it or far from it, which lead on where two branches are nearer than bends are.
-inline Status solve_angles(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
+inline Status solve_angles(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                            const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     if (solve_quickly(arm, pose, plane, gc, angle)) return Status::OK;
     Status status = solve_bent(arm, pose, plane, gc, angle);
-    for (const double by : near_rule::aside)
+    for (const double by : chain_tuning::aside)
         if (status == Status::NEAR_SINGULAR) status = solve_beside(arm, pose, plane, by, gc, angle);
     return status == Status::NEAR_SINGULAR ? solve_from_far(arm, pose, plane, gc, angle) : status;
 }
 
 /// Whether a seed is a posture of (pose, psi, GC), or so near to one that Newton's method leads to it: where
 /// branches meet there may be another, which the pose alone would lead to.
-inline bool is_held_by(const NearArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
+inline bool is_held_by(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                        const Configuration<double>& gc, const double* seed,
                        SinCos<double> (&angle)[joints]) noexcept {
     double theta[joints];
     theta_of(arm.nominal, seed, theta);
     sin_cos_all(theta, angle);
-    if (!(remainder(from_to(tip(arm, angle), pose), max(1.0, arm.nominal.size)) <= near_rule::held))
+    if (!(remainder(from_to(tip(arm, angle), pose), max(1.0, arm.nominal.size)) <= chain_tuning::held))
         return false;
     SinCos<double> from[joints];
     for (int j = 0; j < joints; ++j) from[j] = angle[j];
     bool led = newton(arm, pose, plane, gc, angle) == Status::OK;
     for (int j = 0; j < joints; ++j)
-        led &= hypot(angle[j].sin - from[j].sin, angle[j].cos - from[j].cos) <= near_rule::kept;
+        led &= hypot(angle[j].sin - from[j].sin, angle[j].cos - from[j].cos) <= chain_tuning::kept;
     if (led) return true;
     // where branches meet a step is as good as anything, but none is needed
     for (int j = 0; j < joints; ++j) angle[j] = from[j];
-    return seven_equations(arm, pose, plane, angle).size() <= near_rule::residual &&
+    return seven_equations(arm, pose, plane, angle).size() <= chain_tuning::residual &&
            is_of(arm.nominal, plane, gc, angle);
 }
 
@@ -550,7 +550,7 @@ inline void theta_of(const SinCos<double>* angle, double (&theta)[joints]) noexc
 }
 
 /// Why a pose has no posture before any is looked for; OK where one may be.
-inline Status reach_status(const NearArm& arm, const Triad<double>& on) noexcept {
+inline Status reach_status(const ChainArm& arm, const Triad<double>& on) noexcept {
     const Arm& nominal = arm.nominal;
     const double outside = max(on.distance - nominal.reach, nominal.inner_reach - on.distance);
     if (!(outside <= arm.wrist_shift + tolerance::reach * nominal.size)) return Status::UNREACHABLE;
@@ -560,10 +560,10 @@ inline Status reach_status(const NearArm& arm, const Triad<double>& on) noexcept
 }  // namespace detail
 
 /// (pose, psi, GC) -> q of the true chain, as inverse() of the exact arm. Pose and psi are kept to
-/// near_rule::residual, GC exactly: else NEAR_SINGULAR where branches meet, or NO_CONVERGENCE. A rotation
+/// chain_tuning::residual, GC exactly: else NEAR_SINGULAR where branches meet, or NO_CONVERGENCE. A rotation
 /// that is one within its tolerance stands for the nearest exact one. A seed that is a posture of them is the
 /// answer, where there are two.
-inline Inverse inverse(const NearArm& arm, const Pose<double>& pose, double psi, int gc,
+inline Inverse inverse(const ChainArm& arm, const Pose<double>& pose, double psi, int gc,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;
     Inverse out{{no, no, no, no, no, no, no, 0.0}, Status::BAD_INPUT, no};
@@ -588,12 +588,12 @@ inline Inverse inverse(const NearArm& arm, const Pose<double>& pose, double psi,
 }
 
 /// How far (m) the wrist of a pose is out of the nominal reach; <= 0 within.
-inline double reach_excess(const NearArm& arm, const Pose<double>& pose) noexcept {
+inline double reach_excess(const ChainArm& arm, const Pose<double>& pose) noexcept {
     return circle(arm.nominal, flange_pose(arm.nominal, pose)).triangle.excess;
 }
 
 /// dq/dpsi (rad/rad) of the true chain at (pose, psi, GC), in `q`: Newton's step for a unit of psi.
-inline Inverse self_motion_rate(const NearArm& arm, const Pose<double>& pose, double psi, int gc) noexcept {
+inline Inverse self_motion_rate(const ChainArm& arm, const Pose<double>& pose, double psi, int gc) noexcept {
     Inverse out = inverse(arm, pose, psi, gc);
     if (out.status != Status::OK) return out;
     const Arm& nominal = arm.nominal;

@@ -22,10 +22,10 @@
 
 namespace armangle {
 
-namespace near_rule {
+namespace chain_tuning {
 /// Of one half, less what squares of the deviation add: a posture is the only one of its psi and branch.
 inline constexpr double alone = 0.4;
-}  // namespace near_rule
+}  // namespace chain_tuning
 
 namespace detail {
 
@@ -35,7 +35,7 @@ template <class T>
 struct MeetingShare {
     T of_rest, of_turn, of_all;
 
-    MeetingShare(const NearArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
+    MeetingShare(const ChainArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
                  const SinCos<T>* angle) noexcept {
         const Arm& nominal = arm.nominal;
         const double La = nominal.upper_arm, Lb = nominal.forearm, reach = nominal.reach;
@@ -56,7 +56,7 @@ struct MeetingShare {
 /// The share that counts where joints j and j + 2 share a turn, the hinge between them being nearly straight:
 /// `here` and at three more eighths of the circle.
 template <class T>
-ARMANGLE_INLINE T share_all_round(const NearArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
+ARMANGLE_INLINE T share_all_round(const ChainArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
                                   const SinCos<T>* angle, int j, const T& here) noexcept {
     const T half(0.70710678118654752);  // sine and cosine of an eighth
     const T side = select(angle[j + 1].cos > T(0.0), T(-1.0), T(1.0));
@@ -76,12 +76,12 @@ ARMANGLE_INLINE T share_all_round(const NearArm& arm, const Pose<T>& pose, const
 
 /// The largest share of a posture. Negative where no second one is of the branch.
 template <class T>
-ARMANGLE_INLINE T meeting_share(const NearArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
+ARMANGLE_INLINE T meeting_share(const ChainArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
                                 const SinCos<T>* angle) noexcept {
     const MeetingShare<T> own(arm, pose, plane, angle);
     T out = max(max(own.of_rest, own.of_turn), own.of_all);
     for (const int j : {0, 4}) {
-        const auto straight = abs(angle[j + 1].sin) < T(near_rule::band_sine);
+        const auto straight = abs(angle[j + 1].sin) < T(chain_tuning::band_sine);
         if (any(straight))
             out = select(straight, max(out, share_all_round(arm, pose, plane, angle, j, own.of_all)), out);
     }
@@ -101,7 +101,7 @@ inline bool is_alone(const Arm& nominal, double share, const double (&theta)[joi
         if (!(sine > reach[j])) return false;
         most = max(most, sine / (sine - reach[j]));
     }
-    return share * most < near_rule::alone;
+    return share * most < chain_tuning::alone;
 }
 
 }  // namespace detail

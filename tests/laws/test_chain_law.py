@@ -1,12 +1,12 @@
-"""The law of `make near` on a few circles, and what it found."""
+"""The law of `make chain` on a few circles, and what it found."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from support.calibrated import NAMES, calibrated, off_singular, postures
+from support.chain_law import Verdict, cases, drawn, judge
 from support.draw import count, generator
-from support.near_law import Verdict, cases, drawn, judge
 
 from armangle.models.catalogue import srs_catalogue
 

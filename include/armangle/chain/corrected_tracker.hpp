@@ -15,28 +15,28 @@
 
 namespace armangle {
 
-namespace near_rule {
+namespace chain_tuning {
 inline constexpr int passes = 6;        // of one tick
 inline constexpr double stays = 1e-12;  // m, of the hand as the nominal arm sees it
-}  // namespace near_rule
+}  // namespace chain_tuning
 
 /// The number of a posture that says where the elbow is.
 inline double redundancy(const Posture& posture) noexcept { return posture.psi; }
 
 /// N(theta) T(theta)^-1 at joint values q: where the nominal tool is, seen from the true one.
-inline Pose<double> correction(const NearArm& arm, const double* q) noexcept {
+inline Pose<double> correction(const ChainArm& arm, const double* q) noexcept {
     return tool_pose(arm.nominal, q) * inverted(tool_pose(arm, q));
 }
 
 /// An elbow hint as the nominal arm sees it.
-inline Towards seen_hint(const NearArm&, const Pose<double>& seen, Towards elbow) noexcept {
+inline Towards seen_hint(const ChainArm&, const Pose<double>& seen, Towards elbow) noexcept {
     elbow.target = seen.rotation * elbow.target;
     if (elbow.wish == Wish::point) elbow.target = elbow.target + seen.position;
     return elbow;
 }
 
 /// What of a nearly S-R-S arm keeps clear of obstacles: its true chain.
-inline const NearArm& body(const NearArm& arm) noexcept { return arm; }
+inline const ChainArm& body(const ChainArm& arm) noexcept { return arm; }
 
 /// Where the nominal arm was shown the hand to be, and where the joints that this led to say that it is.
 struct Guess {
@@ -44,7 +44,7 @@ struct Guess {
 };
 
 /// What to show next: of an arm whose deviation is small what was found.
-inline Pose<double> next_guess(const NearArm&, const Guess&, const Guess& now) noexcept { return now.found; }
+inline Pose<double> next_guess(const ChainArm&, const Guess&, const Guess& now) noexcept { return now.found; }
 
 /// A Tracker of the nominal arm, led so that the true tool is where the hand is, of an arm that has
 /// correction(arm, q), seen_hint(arm, seen, elbow), next_guess, nominal(arm), body(arm) and forward(arm, q).
@@ -91,7 +91,7 @@ public:
         Pose<double> seen = start;
         Guess last{};
         Tracked out{};
-        for (int pass = 0; pass < near_rule::passes; ++pass) {
+        for (int pass = 0; pass < chain_tuning::passes; ++pass) {
             Towards elbow;
             Command told = command;
             told.seen = &seen;
@@ -103,7 +103,7 @@ public:
             tracker_ = before;
             out = tracker_.tick(told);
             const Pose<double> then = correction(arm_, out.q), &hand = tracker_.hand();
-            if (size(difference(seen * hand, then * hand), length_) <= near_rule::stays) break;
+            if (size(difference(seen * hand, then * hand), length_) <= chain_tuning::stays) break;
             const Guess now{seen, then};
             seen = pass == 0 ? then : next_guess(arm_, last, now);
             last = now;

@@ -16,7 +16,7 @@ class HullCells {
 public:
     static constexpr double widest = 0.0123;  // rad: wider ones are hardly ever proven
 
-    HullCells(const NearArm& arm, const Pose<double>& pose, int gc) noexcept
+    HullCells(const ChainArm& arm, const Pose<double>& pose, int gc) noexcept
         : arm_(arm),
           pose_(pose),
           on_(triad(arm.nominal, flange_pose(arm.nominal, pose))),
@@ -35,7 +35,7 @@ public:
             const double sign = arm_.nominal.sign[j];
             out.q[j] = sign * (theta[j] - arm_.nominal.offset[j]);
             out.d[j] = sign * half * hull.slope[j];
-            out.off[j] = half > 0 ? hull.radius[j] : near_rule::rounding;
+            out.off[j] = half > 0 ? hull.radius[j] : chain_tuning::rounding;
         }
         return true;
     }
@@ -49,13 +49,13 @@ private:
             found = newton(arm_, pose_, plane, gc_, angle) == Status::OK;
         }
         found = found ||
-                (hard_++ < near_rule::hard && solve_angles(arm_, pose_, plane, gc_, angle) == Status::OK);
+                (hard_++ < chain_tuning::hard && solve_angles(arm_, pose_, plane, gc_, angle) == Status::OK);
         if (!found) return false;
         for (int j = 0; j < joints; ++j) last_[j] = angle[j];
         return known_ = true;
     }
 
-    const NearArm& arm_;
+    const ChainArm& arm_;
     const Pose<double>& pose_;
     const Triad<double> on_;
     const Configuration<double> gc_;
@@ -68,12 +68,12 @@ private:
 
 /// Hulls prove cells of an own chain.
 template <>
-struct CellsOf<NearArm> {
+struct CellsOf<ChainArm> {
     using type = detail::HullCells;
 };
 
 /// Psi_all of a pose in branch gc of the true chain that keeps clear of a scene.
-inline void feasible(const NearArm& arm, const Scene& scene, const Pose<double>& pose, int gc,
+inline void feasible(const ChainArm& arm, const Scene& scene, const Pose<double>& pose, int gc,
                      const Limits& limits, double margin, ProvenArcs& out, Tag& blocking) noexcept {
     feasible(arm, pose, gc, limits, margin, out);
     keep_clear(arm, scene, pose, gc, out, blocking);

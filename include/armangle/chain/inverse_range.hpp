@@ -23,7 +23,7 @@ constexpr Problem problem_of(Status status) noexcept {
 }
 
 /// One element by the scalar inverse: reports or fills with NaN, as asked.
-inline void solve_element(const NearArm& arm, const InverseBatch& b, std::size_t i,
+inline void solve_element(const ChainArm& arm, const InverseBatch& b, std::size_t i,
                           Outcome& outcome) noexcept {
     double value = 0;
     double* q = b.out.at(i);
@@ -43,17 +43,17 @@ inline void solve_element(const NearArm& arm, const InverseBatch& b, std::size_t
 
 /// Which joints, side by side, meet the poses so nearly that inverse() may give them back.
 template <class T>
-ARMANGLE_INLINE auto meets(const NearArm& arm, const T (&q)[joints], const Pose<T>& pose) noexcept {
+ARMANGLE_INLINE auto meets(const ChainArm& arm, const T (&q)[joints], const Pose<T>& pose) noexcept {
     SinCos<T> angle[joints];
     for (int j = 0; j < joints; ++j)
         angle[j] = sin_cos(T(arm.nominal.sign[j]) * q[j] + T(arm.nominal.offset[j]));
-    return remainder(from_to(tip(arm, angle), pose), max(1.0, arm.nominal.size)) <= T(near_rule::held);
+    return remainder(from_to(tip(arm, angle), pose), max(1.0, arm.nominal.size)) <= T(chain_tuning::held);
 }
 
 }  // namespace detail
 
 /// Inverse kinematics of elements [begin, end), each as inverse() gives it.
-inline void inverse_range(const NearArm& arm, const InverseBatch& b, std::size_t begin, std::size_t end,
+inline void inverse_range(const ChainArm& arm, const InverseBatch& b, std::size_t begin, std::size_t end,
                           Outcome& outcome) noexcept {
     using detail::Batch;
     constexpr std::size_t width = register_width;
@@ -73,7 +73,7 @@ inline void inverse_range(const NearArm& arm, const InverseBatch& b, std::size_t
                                  Batch(nominal.limits.upper[j]), in.near[j]);
             for (std::size_t k = 0; k < count; ++k) b.out.at(at[k])[j] = q[static_cast<int>(k)];
         }
-        auto plain = (in.bad == Batch(0.0)) & !is_folded(on) & (found.left <= Batch(near_rule::settled));
+        auto plain = (in.bad == Batch(0.0)) & !is_folded(on) & (found.left <= Batch(chain_tuning::settled));
         if (b.seed.data) plain = plain & !detail::meets(arm, in.near, exact);
         for (std::size_t k = 0; k < count; ++k) {
             if (!plain[static_cast<int>(k)]) detail::solve_element(arm, b, at[k], outcome);

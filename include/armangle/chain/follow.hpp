@@ -10,9 +10,9 @@ namespace armangle {
 
 /// Follows n poses (16 doubles each, row-major) from `start`. `allowed` is null, one set, or one a pose;
 /// `scenes` likewise. psi is lifted. options.bounds holds the velocity before the first step.
-inline void follow(const NearArm& arm, double margin, const double* start, const double* poses, std::size_t n,
-                   StepOptions options, OnFail on_fail, Strided<const ArcSet> allowed, const FollowRows& rows,
-                   Strided<const Scene* const> scenes = {nullptr, 0}) noexcept {
+inline void follow(const ChainArm& arm, double margin, const double* start, const double* poses,
+                   std::size_t n, StepOptions options, OnFail on_fail, Strided<const ArcSet> allowed,
+                   const FollowRows& rows, Strided<const Scene* const> scenes = {nullptr, 0}) noexcept {
     Bounds bounds{};
     if (options.bounds) {
         bounds = *options.bounds;

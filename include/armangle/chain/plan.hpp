@@ -14,17 +14,17 @@
 
 namespace armangle {
 
-namespace near_rule {
+namespace chain_tuning {
 inline constexpr int plans = 4;              // of the nominal arm, with limits drawn in further
 inline constexpr double drawn_more = 1.5;    // of what a joint was beyond its limit ...
 inline constexpr double drawn_least = 1e-3;  // ... and this much more (rad)
 inline constexpr double wider_least = 1e-3;  // m: the same of the clearance
 inline constexpr double same_pose = 1e-12;   // m and rad: two poses that rounding alone tells apart
 inline constexpr double like = 0.05;  // rad: how far the nominal posture of an end may be from the true one
-}  // namespace near_rule
+}  // namespace chain_tuning
 
 /// A plan about the nominal arm, and what takes its curve to the true chain.
-struct NearPlan : Plan {
+struct ChainPlan : Plan {
     LeadShifts shifts;
     std::optional<Pose<double>> base;  // where the nominal arm stands, if not on its own base
 };
@@ -39,18 +39,18 @@ inline bool is_same(const Pose<double>& a, const Pose<double>& b, double off) no
 
 /// The joints of the nominal arm at the pose, psi and GC that the true arm has at q: these themselves, where
 /// it has the pose there too. False where it has none near them.
-inline bool nominal_joints(const NearArm& arm, const double* q, double (&out)[joint_slots]) noexcept {
+inline bool nominal_joints(const ChainArm& arm, const double* q, double (&out)[joint_slots]) noexcept {
     const Posture at = forward(arm, q);
     std::copy(q, q + joints, out);
-    if (is_same(tool_pose(arm.nominal, q), at.pose, near_rule::same_pose)) return true;
+    if (is_same(tool_pose(arm.nominal, q), at.pose, chain_tuning::same_pose)) return true;
     if (is_nan(at.psi)) return false;
     const Inverse found = inverse(arm.nominal, at.pose, at.psi, at.gc, q);
     std::copy(found.q, found.q + joints, out);
-    return found.status == Status::OK && largest_move(found.q, q) <= near_rule::like;
+    return found.status == Status::OK && largest_move(found.q, q) <= chain_tuning::like;
 }
 
 /// Whether the true arm has the pose at joints q.
-inline bool belongs(const NearArm& arm, const double* q, const Pose<double>& pose) noexcept {
+inline bool belongs(const ChainArm& arm, const double* q, const Pose<double>& pose) noexcept {
     return is_same(tool_pose(arm, q), pose, plan_rule::on_pose);
 }
 
@@ -61,8 +61,8 @@ inline double gap_at(const CorrectedCurve& drawn, const double* q, double s) noe
 }
 
 /// A plan that says that an end is a posture which the nominal arm does not have.
-inline NearPlan refused_end(const NearArm& arm, const double* q, double s, unsigned branches) {
-    NearPlan out;
+inline ChainPlan refused_end(const ChainArm& arm, const double* q, double s, unsigned branches) {
+    ChainPlan out;
     const int own = forward(arm, q).gc;
     for (int gc = 0; gc < configurations; ++gc) {
         if (!(branches >> gc & 1u)) continue;
@@ -84,13 +84,13 @@ inline bool refuses_end(const Plan& plan) noexcept {
 }
 
 /// The plan about the nominal arm as it stands.
-inline NearPlan plan_about(const NearArm& arm, const Segment* segments, std::size_t n, const double* rows,
-                           std::size_t row_count, PlanOptions options, const Scene* scene) {
+inline ChainPlan plan_about(const ChainArm& arm, const Segment* segments, std::size_t n, const double* rows,
+                            std::size_t row_count, PlanOptions options, const Scene* scene) {
     Scene wide{};
     const Scene* const wide_alone = &wide;
     if (options.scenes && scene) {
         wide = options.scenes[0];
-        wide.clearance += near_rule::wider_least;
+        wide.clearance += chain_tuning::wider_least;
         for (const LinkDeviation& off : arm.deviation) wide.clearance += off.position;
         options.scenes = {&wide_alone, 1};
     }
@@ -114,10 +114,10 @@ inline NearPlan plan_about(const NearArm& arm, const Segment* segments, std::siz
     const double asked = options.singularity_margin;
     // where branches meet the true arm may have no posture: first without these places
     options.singularity_margin = max(asked, min(arm.wrist_shift / arm.nominal.reach + arm.turn, most_margin));
-    NearPlan best;
+    ChainPlan best;
     bool found = false;
-    for (int round = 0; round < near_rule::plans; ++round) {
-        NearPlan now{plan(arm.nominal, segments, n, rows, row_count, options), {}, {}};
+    for (int round = 0; round < chain_tuning::plans; ++round) {
+        ChainPlan now{plan(arm.nominal, segments, n, rows, row_count, options), {}, {}};
         if (!now.ok && options.singularity_margin > asked) {
             options.singularity_margin = asked;
             now = {plan(arm.nominal, segments, n, rows, row_count, options), {}, {}};
@@ -165,14 +165,14 @@ inline NearPlan plan_about(const NearArm& arm, const Segment* segments, std::siz
         if (!found || kept) best = std::move(now);
         found = true;
         if (done) break;
-        if (excess > 0) options.limit_margin += near_rule::drawn_more * excess + near_rule::drawn_least;
-        if (short_of > 0) wide.clearance += near_rule::drawn_more * short_of + near_rule::wider_least;
+        if (excess > 0) options.limit_margin += chain_tuning::drawn_more * excess + chain_tuning::drawn_least;
+        if (short_of > 0) wide.clearance += chain_tuning::drawn_more * short_of + chain_tuning::wider_least;
     }
     return best;
 }
 
 /// The base on which the nominal arm has the true pose at joints q.
-inline Pose<double> base_at(const NearArm& arm, const double* q) noexcept {
+inline Pose<double> base_at(const ChainArm& arm, const double* q) noexcept {
     Pose<double> out = tool_pose(arm, q) * inverted(tool_pose(arm.nominal, q)) * arm.nominal.base;
     out.rotation = orthonormal(out.rotation);
     return out;
@@ -186,16 +186,16 @@ inline Pose<double> base_at(const NearArm& arm, const double* q) noexcept {
 ///
 /// Where that fails from (to) a posture, the nominal arm is moved to where it has that one: beside a straight
 /// elbow it may be too short for it, or bent the other way. `base` of the plan says where it stands then.
-inline NearPlan plan(const NearArm& arm, const Segment* segments, std::size_t n, const double* rows,
-                     std::size_t row_count, const PlanOptions& options, const Scene* scene = nullptr) {
-    NearPlan found = detail::plan_about(arm, segments, n, rows, row_count, options, scene);
+inline ChainPlan plan(const ChainArm& arm, const Segment* segments, std::size_t n, const double* rows,
+                      std::size_t row_count, const PlanOptions& options, const Scene* scene = nullptr) {
+    ChainPlan found = detail::plan_about(arm, segments, n, rows, row_count, options, scene);
     for (const double* q : {options.start, options.goal}) {
         if (found.ok || !q || options.allowed) continue;
         if (!detail::belongs(arm, q,
                              q == options.start ? pose_at(segments[0], 0.0) : pose_at(segments[n - 1], 1.0)))
             continue;
-        const NearArm moved = with_base(arm, detail::base_at(arm, q));
-        NearPlan again = detail::plan_about(moved, segments, n, rows, row_count, options, scene);
+        const ChainArm moved = with_base(arm, detail::base_at(arm, q));
+        ChainPlan again = detail::plan_about(moved, segments, n, rows, row_count, options, scene);
         if (!again.ok && !detail::refuses_end(found)) continue;
         found = std::move(again);
         found.base = moved.nominal.base;

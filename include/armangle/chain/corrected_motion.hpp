@@ -178,7 +178,7 @@ public:
     /// How fast X moves with psi over |psi - middle| <= half < 1, on the circle of the centre, stretches side
     /// by side; and in which of them that is known.
     template <int N>
-    ARMANGLE_INLINE LaneMask<N> pace(const NearArm& near, const Lane<N>& middle, const Lane<N>& half,
+    ARMANGLE_INLINE LaneMask<N> pace(const ChainArm& near, const Lane<N>& middle, const Lane<N>& half,
                                      Pace<Lane<N>>& out) const noexcept {
         using Several = Lane<N>;
         const Several one(1.0), zero(0.0);
@@ -399,18 +399,18 @@ private:
     T bend_rate_ = T(0.0), shoulder_rate_ = T(0.0), wrist_rate_ = T(0.0);  // rad/m of the wrist
 };
 
-namespace near_rule {
+namespace chain_tuning {
 inline constexpr int balls = 6;  // tried over a cell
 // of a nominal frame over the half width of a cell, supposed at first: a small ball grows to what keeps
 // itself
 inline constexpr double first_turn = 1.5;
-}  // namespace near_rule
+}  // namespace chain_tuning
 
 namespace detail {
 
 /// The ball that frames turning by up to `turn[k]` keep X in; F_0 does not turn.
 template <class T>
-ARMANGLE_INLINE PoseBall<T> turned_ball(const NearArm& arm, const T (&turn)[joints + 1]) noexcept {
+ARMANGLE_INLINE PoseBall<T> turned_ball(const ChainArm& arm, const T (&turn)[joints + 1]) noexcept {
     constexpr double slack = 1.1;  // products of deviations
     PoseBall<T> out{T(0.0), T(0.0)};
     for (int k = 1; k <= joints; ++k) {
@@ -446,7 +446,7 @@ ARMANGLE_INLINE Triad<T> triad_of(const Arm& arm, const Pose<T>& flange, const P
 /// The motions over |psi - middle| <= half, by postures at the middle: `angle`, on the plane of the pose's
 /// circle `on`. Their psi count from the middle. `joints_over` takes where the joints are then.
 template <class T>
-inline CorrectedMotion<T> motion_about(const NearArm& arm, const Triad<T>& on,
+inline CorrectedMotion<T> motion_about(const ChainArm& arm, const Triad<T>& on,
                                        const detail::PsiPlane<T>& plane, const SinCos<T> (&angle)[joints],
                                        const Configuration<T>& gc, const T& half,
                                        Coarse<T>& joints_over) noexcept {
@@ -456,12 +456,12 @@ inline CorrectedMotion<T> motion_about(const NearArm& arm, const Triad<T>& on,
     const T lean = norm(there.w - on.w),
             psi_shift = T(2.0) * lean * (lean + T(abs(nominal.d_4)) / there.distance) * half;
     T turn[joints + 1];
-    for (T& one : turn) one = T(near_rule::first_turn) * half;
+    for (T& one : turn) one = T(chain_tuning::first_turn) * half;
     PoseBall<T> ball = detail::turned_ball(arm, turn);
     CorrectedMotion<T> out(nominal, centre, there, gc);
     SinCos<T> towards[joints];
     auto holds = T(1.0) < T(0.0);
-    for (int pass = 0; pass < near_rule::balls; ++pass) {
+    for (int pass = 0; pass < chain_tuning::balls; ++pass) {
         out.widen(ball, psi_shift);
         out.reaches(T(0.0), half, joints_over, towards);
         detail::frames_turn(joints_over, ball.turn, turn);
@@ -479,7 +479,7 @@ inline CorrectedMotion<T> motion_about(const NearArm& arm, const Triad<T>& on,
 }
 
 /// The motion over the whole circle: the links between the joints move X by what they can, for any theta.
-inline CorrectedMotion<double> motion_around(const NearArm& arm, const Pose<double>& pose,
+inline CorrectedMotion<double> motion_around(const ChainArm& arm, const Pose<double>& pose,
                                              const Triad<double>& on,
                                              const Configuration<double>& gc) noexcept {
     const Arm& nominal = arm.nominal;
@@ -494,7 +494,7 @@ inline CorrectedMotion<double> motion_around(const NearArm& arm, const Pose<doub
 
 /// Where the joints are over |psi - middle| <= half.
 template <class T>
-inline Coarse<T> coarse_about(const NearArm& arm, const Triad<T>& on, const detail::PsiPlane<T>& plane,
+inline Coarse<T> coarse_about(const ChainArm& arm, const Triad<T>& on, const detail::PsiPlane<T>& plane,
                               const SinCos<T> (&angle)[joints], const Configuration<T>& gc,
                               const T& half) noexcept {
     Coarse<T> out;

@@ -10,7 +10,7 @@ from support.laws import POSE, circle_gap, gap
 from support.moves import in_a_loop, moved, refused
 
 import armangle as aa
-from armangle.arm.near import edge_of_reach
+from armangle.arm.chain import edge_of_reach
 
 EVERY = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
 Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])

@@ -20,7 +20,7 @@
 
 namespace armangle {
 
-namespace near_rule {
+namespace chain_tuning {
 inline constexpr int first_pieces = 16;      // of the whole circle
 inline constexpr double widest_piece = 0.4;  // rad: half width of a piece that is looked at about its middle
 inline constexpr double polished = 1e-4;     // rad: half width of a piece that is polished
@@ -33,7 +33,7 @@ inline constexpr double golden = 0.6180339887498949;
 inline constexpr double elbow_tie = 1e-12;  // rad, of joint 4 where it alone decides
 inline constexpr double bent = 0.05;     // rad off straight: where an elbow begins that may go to either side
 inline constexpr double straight = 0.2;  // rad off straight: an elbow that may
-}  // namespace near_rule
+}  // namespace chain_tuning
 
 namespace detail {
 
@@ -43,7 +43,7 @@ template <class Visit>
 void with_either_bend(const Arm& nominal, Joints q, double most, const Visit& visit) noexcept {
     const double straight = lift(to_q(nominal, 3, nominal.delta_angle), q.q[3]), bend = q.q[3] - straight;
     if (visit(q) || !(abs(bend) <= most)) return;
-    for (const double begin : {-bend, near_rule::bent, -near_rule::bent}) {
+    for (const double begin : {-bend, chain_tuning::bent, -chain_tuning::bent}) {
         q.q[3] = straight + begin;
         if (visit(q)) return;
     }
@@ -52,7 +52,7 @@ void with_either_bend(const Arm& nominal, Joints q, double most, const Visit& vi
 /// The nearest posture: on the arcs that are proven by branch and bound, and beside them.
 class ProvenSearch : PostureCosts {
 public:
-    ProvenSearch(const NearArm& arm, double margin, const Pose<double>& pose, const NearestOptions& options,
+    ProvenSearch(const ChainArm& arm, double margin, const Pose<double>& pose, const NearestOptions& options,
                  const Scene* scene) noexcept
         : PostureCosts(arm.nominal, options),
           near_(arm),
@@ -79,8 +79,8 @@ public:
         if (best_.gc >= 0 && !squares()) {
             const Spot at = spot(best_.gc, best_.psi);
             const double of_elbow = elbow_cost(at.q);
-            if (of_elbow >= best_.cost - near_rule::elbow_tie) {
-                elbow_most_ = of_elbow + near_rule::elbow_tie;
+            if (of_elbow >= best_.cost - chain_tuning::elbow_tie) {
+                elbow_most_ = of_elbow + chain_tuning::elbow_tie;
                 best_.cost = cost(at.q);
                 for (int gc = 0; gc < configurations; ++gc)
                     if (status_[gc] == Status::OK) survey(gc);
@@ -226,9 +226,9 @@ private:
     /// First bounds of a branch.
     void survey(int gc) noexcept {
         const CorrectedMotion<double> coarse = motion_of_all(gc);
-        const double half = pi / near_rule::first_pieces;
+        const double half = pi / chain_tuning::first_pieces;
         least_[gc] = infinity;
-        for (int i = 0; i < near_rule::first_pieces; ++i) {
+        for (int i = 0; i < chain_tuning::first_pieces; ++i) {
             const Coarse<double> c = coarse.over(-pi + half * (2 * i + 1), half);
             piece_least_[gc][i] = bound(c.theta, c.reach);
             least_[gc] = min(least_[gc], piece_least_[gc][i]);
@@ -289,7 +289,7 @@ private:
 
     /// One arc in pieces, the best of them on top.
     void search_arc(const Arc& arc, int gc) noexcept {
-        constexpr int n = near_rule::first_pieces;
+        constexpr int n = chain_tuning::first_pieces;
         constexpr double width = two_pi / n;
         waiting_ = 0;
         const int first = static_cast<int>(std::floor((arc.lower + pi) / width));
@@ -342,7 +342,7 @@ private:
             }
             finish(at[k]);
             offer(gc, middle[k], at[k]);
-            narrow[k] = at[k].found && half[k] <= near_rule::widest_hull;
+            narrow[k] = at[k].found && half[k] <= chain_tuning::widest_hull;
             some_narrow |= narrow[k];
         }
         Hull<Several> hulls;
@@ -353,7 +353,7 @@ private:
         }
         bool coarse[several], some_coarse = false;
         for (int k = 0; k < count; ++k) {
-            coarse[k] = !narrow[k] && at[k].found && half[k] <= near_rule::widest_piece;
+            coarse[k] = !narrow[k] && at[k].found && half[k] <= chain_tuning::widest_piece;
             some_coarse |= coarse[k];
         }
         Coarse<Several> over;
@@ -382,8 +382,8 @@ private:
                 least = max(least, bound(theta, reach));
                 if (dropped(least)) continue;
             }
-            if (half[k] <= near_rule::polished || waiting_ + parts > capacity) {
-                if (half[k] > near_rule::polished || !at[k].found) lost_ = min(lost_, least);
+            if (half[k] <= chain_tuning::polished || waiting_ + parts > capacity) {
+                if (half[k] > chain_tuning::polished || !at[k].found) lost_ = min(lost_, least);
                 polish(gc, now[k].lower, now[k].upper);
                 continue;
             }
@@ -444,7 +444,7 @@ private:
         double a = from, b = to, at_a = offer_and_slope(gc, a, first), at_b = offer_and_slope(gc, b, last);
         if (is_nan(at_a) || is_nan(at_b)) return by_sections(gc, from, to);
         if (!(at_a < 0 && at_b > 0)) return;  // an end costs least
-        for (int pass = 0; pass < near_rule::polishes && b - a > near_rule::residual; ++pass) {
+        for (int pass = 0; pass < chain_tuning::polishes && b - a > chain_tuning::residual; ++pass) {
             const double secant = a - at_a * (b - a) / (at_b - at_a);
             const bool even = pass % 3 == 2 || !(secant > a && secant < b);
             const double psi = even ? 0.5 * (a + b) : secant, slope = offer_and_slope(gc, psi);
@@ -460,7 +460,7 @@ private:
     /// at a limit, and goes on at the other, a turn away.
     double winding_end(int gc, double inside, double outside, int j) const noexcept {
         const double begun = spot(gc, inside).q[j];
-        for (int pass = 0; pass < near_rule::polishes && abs(outside - inside) > near_rule::residual;
+        for (int pass = 0; pass < chain_tuning::polishes && abs(outside - inside) > chain_tuning::residual;
              ++pass) {
             const double middle = 0.5 * (inside + outside);
             const Spot at = spot(gc, middle);
@@ -474,7 +474,7 @@ private:
     /// Takes a stationary psi where its cost is that of the best but for rounding: it has more digits.
     void settle(int gc, double psi) noexcept {
         const Spot at = spot(gc, psi);
-        if (gc != best_.gc || !at.kept || !(abs(psi - best_.psi) <= near_rule::polished)) return;
+        if (gc != best_.gc || !at.kept || !(abs(psi - best_.psi) <= chain_tuning::polished)) return;
         const double here = cost(at.q);
         if (here <= best_.cost + tie(best_.cost)) best_ = {here, psi, gc};
     }
@@ -484,20 +484,20 @@ private:
         offer(gc, from);
         offer(gc, to);
         double a = from, b = to;
-        double left = b - near_rule::golden * (b - a), right = a + near_rule::golden * (b - a);
+        double left = b - chain_tuning::golden * (b - a), right = a + chain_tuning::golden * (b - a);
         double at_left = offer(gc, left), at_right = offer(gc, right);
-        for (int pass = 0; pass < near_rule::polishes && b - a > tolerance::angle; ++pass) {
+        for (int pass = 0; pass < chain_tuning::polishes && b - a > tolerance::angle; ++pass) {
             if (at_left < at_right) {
                 b = right;
                 right = left;
                 at_right = at_left;
-                left = b - near_rule::golden * (b - a);
+                left = b - chain_tuning::golden * (b - a);
                 at_left = offer(gc, left);
             } else {
                 a = left;
                 left = right;
                 at_left = at_right;
-                right = a + near_rule::golden * (b - a);
+                right = a + chain_tuning::golden * (b - a);
                 at_right = offer(gc, right);
             }
         }
@@ -515,12 +515,12 @@ private:
     struct Doubts {
         int count = 0;
         double least = infinity;
-        Doubt part[near_rule::doubts];
+        Doubt part[chain_tuning::doubts];
 
         void add(const Doubt& one) noexcept {
             least = min(least, one.least);
-            if (count == near_rule::doubts && !(one.least < part[count - 1].least)) return;
-            int k = count < near_rule::doubts ? count++ : count - 1;
+            if (count == chain_tuning::doubts && !(one.least < part[count - 1].least)) return;
+            int k = count < chain_tuning::doubts ? count++ : count - 1;
             for (; k > 0 && one.least < part[k - 1].least; --k) part[k] = part[k - 1];
             part[k] = one;
         }
@@ -533,7 +533,7 @@ private:
             const CorrectedMotion<double> coarse = motion_of_all(gc);
             for (int i = 0; i < doubt_[gc].count; ++i) {
                 const Arc& arc = doubt_[gc].arc[i];
-                const int parts = 1 + static_cast<int>((arc.upper - arc.lower) / near_rule::doubtful);
+                const int parts = 1 + static_cast<int>((arc.upper - arc.lower) / chain_tuning::doubtful);
                 const double half = 0.5 * (arc.upper - arc.lower) / parts;
                 for (int k = 0; k < parts; ++k) {
                     const double psi = arc.lower + half * (2 * k + 1);
@@ -554,7 +554,7 @@ private:
             if (options_.near) {
                 Joints seed{};
                 for (int j = 0; j < joints; ++j) seed.q[j] = options_.near[j];
-                with_either_bend(arm_, seed, near_rule::straight, [&](const Joints& from) {
+                with_either_bend(arm_, seed, chain_tuning::straight, [&](const Joints& from) {
                     try_beside(from.q, out);
                     return false;
                 });
@@ -578,7 +578,7 @@ private:
             PostureTrail<several> trail(near_, pose_, on_, configuration(gc));
             for (int i = 0; i < doubt_[gc].count; ++i) {
                 const Arc& arc = doubt_[gc].arc[i];
-                const int parts = 1 + static_cast<int>((arc.upper - arc.lower) / near_rule::doubtful);
+                const int parts = 1 + static_cast<int>((arc.upper - arc.lower) / chain_tuning::doubtful);
                 for (int part = 0; part < parts; part += several) {
                     const int count = parts - part < several ? parts - part : several;
                     double psi[several];
@@ -612,7 +612,7 @@ private:
             if (best_.gc >= 0) out = result();
         }
         const Found<double> found = correct(near_, pose_, PsiPlane<double>(on_, sin_cos(doubt.psi)),
-                                            configuration(doubt.gc), near_rule::corrections);
+                                            configuration(doubt.gc), chain_tuning::corrections);
         Spot at;
         for (int j = 0; j < joints; ++j) at.angle[j] = found.angle[j];
         at.found = true;
@@ -631,7 +631,7 @@ private:
     bool share(int j, double sine, double cosine, double* q) const noexcept {
         const JointCost &a = joint_[j], &b = joint_[j + 2];
         const double weight = a.weight + b.weight;
-        if (abs(sine) > near_rule::shared || !(weight > 0)) return false;
+        if (abs(sine) > chain_tuning::shared || !(weight > 0)) return false;
         const double to_b = (cosine > 0 ? -1.0 : 1.0) * a.sign * b.sign;
         const double turn = (a.weight * (a.near - q[j]) + b.weight * to_b * (b.near - q[j + 2])) / weight;
         q[j] += turn;
@@ -705,20 +705,20 @@ private:
         return kept_within(at, is_open, wrap(best_.psi), gc);  // what inverse() gives at the psi that is told
     }
 
-    const NearArm& near_;
+    const ChainArm& near_;
     const Scene* scene_;  // to be kept clear of; null: none
     double margin_;
     Pose<double> pose_;
     Triad<double> on_;
     Status status_[configurations];
-    double least_[configurations], piece_least_[configurations][near_rule::first_pieces];
+    double least_[configurations], piece_least_[configurations][chain_tuning::first_pieces];
     ProvenArcs arcs_;
     int asked_ = -1;  // the branch whose arcs these are
     Best best_;
-    double elbow_most_ = infinity;      // what joint 4 may cost
-    ArcSet doubt_[configurations];      // what is not proven of the branches that were asked
-    double lost_ = infinity;            // the least bound of what was given up
-    int rounds_ = near_rule::settling;  // of settled(), left to the pose
+    double elbow_most_ = infinity;         // what joint 4 may cost
+    ArcSet doubt_[configurations];         // what is not proven of the branches that were asked
+    double lost_ = infinity;               // the least bound of what was given up
+    int rounds_ = chain_tuning::settling;  // of settled(), left to the pose
     int waiting_ = 0;
     Piece piece_[capacity];  // of the arc that is searched
 };
@@ -729,13 +729,13 @@ private:
 /// windings. UNPROVEN: it is a posture, but it is not proven that none is nearer. What is not proven is
 /// searched where no `scene` is to be kept clear of. `margin` (rad) is kept around singularities, and nothing
 /// searched beside them.
-inline Nearest nearest_posture(const NearArm& arm, double margin, const Pose<double>& pose,
+inline Nearest nearest_posture(const ChainArm& arm, double margin, const Pose<double>& pose,
                                const NearestOptions& options, const Scene* scene = nullptr) noexcept {
     return detail::ProvenSearch(arm, margin, pose, options, scene).best();
 }
 
 /// The nearest posture of each branch and proven arc, by rising distance.
-inline void nearest_postures(const NearArm& arm, double margin, const Pose<double>& pose,
+inline void nearest_postures(const ChainArm& arm, double margin, const Pose<double>& pose,
                              const NearestOptions& options, Nearests& out,
                              const Scene* scene = nullptr) noexcept {
     detail::ProvenSearch(arm, margin, pose, options, scene).all(out);

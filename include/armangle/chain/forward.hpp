@@ -4,7 +4,7 @@
 
 #include "../arm/jacobian.hpp"
 #include "../circle/forward.hpp"
-#include "near_arm.hpp"
+#include "chain_arm.hpp"
 
 #include "../names/begin.hpp"
 
@@ -15,7 +15,7 @@ namespace detail {
 /// Walks the true chain: visit(k, frame) with the frame of joint k + 1 before it turns, for k = 0..6, and
 /// the tip for k = 7; angle[k] is of theta_{k+1}.
 template <class T, class Visit>
-ARMANGLE_INLINE void walk_links(const NearArm& arm, const SinCos<T>* angle, const Visit& visit) noexcept {
+ARMANGLE_INLINE void walk_links(const ChainArm& arm, const SinCos<T>* angle, const Visit& visit) noexcept {
     Pose<T> frame = spread<T>(arm.link[0]);
     for (int k = 0; k < joints; ++k) {
         visit(k, frame);
@@ -26,7 +26,7 @@ ARMANGLE_INLINE void walk_links(const NearArm& arm, const SinCos<T>* angle, cons
 
 /// T(theta)
 template <class T>
-ARMANGLE_INLINE Pose<T> tip(const NearArm& arm, const SinCos<T>* angle) noexcept {
+ARMANGLE_INLINE Pose<T> tip(const ChainArm& arm, const SinCos<T>* angle) noexcept {
     Pose<T> out;
     walk_links(arm, angle, [&out](int k, const Pose<T>& frame) noexcept {
         if (k == joints) out = frame;
@@ -56,7 +56,7 @@ ARMANGLE_INLINE Vec3<T> elbow_axis(const SinCos<T>* a) noexcept {
 
 /// The true frames 0..7 at joint values q, in the frame that poses are given in: joint i turns about the z
 /// axis of frame i - 1, and frame 7 times the tool is the pose.
-inline void frames(const NearArm& arm, const double* q, Pose<double> (&out)[joints + 1]) noexcept {
+inline void frames(const ChainArm& arm, const double* q, Pose<double> (&out)[joints + 1]) noexcept {
     double theta[joints];
     SinCos<double> angle[joints];
     detail::theta_of(arm.nominal, q, theta);
@@ -66,7 +66,7 @@ inline void frames(const NearArm& arm, const double* q, Pose<double> (&out)[join
 }
 
 /// The pose of the tip at joint values q.
-inline Pose<double> tool_pose(const NearArm& arm, const double* q) noexcept {
+inline Pose<double> tool_pose(const ChainArm& arm, const double* q) noexcept {
     double theta[joints];
     SinCos<double> angle[joints];
     detail::theta_of(arm.nominal, q, theta);
@@ -75,14 +75,14 @@ inline Pose<double> tool_pose(const NearArm& arm, const double* q) noexcept {
 }
 
 /// The origin of true frame 3, m in the frame that poses are given in.
-inline Vec3<double> elbow_position(const NearArm& arm, const double* q) noexcept {
+inline Vec3<double> elbow_position(const ChainArm& arm, const double* q) noexcept {
     Pose<double> frame[joints + 1];
     frames(arm, q, frame);
     return frame[3].position;
 }
 
 /// The geometric Jacobian of the true chain, as that of the arm.
-inline Jacobian jacobian(const NearArm& arm, const double* q) noexcept {
+inline Jacobian jacobian(const ChainArm& arm, const double* q) noexcept {
     Pose<double> frame[joints + 1];
     frames(arm, q, frame);
     const Vec3<double> at = (frame[joints] * arm.nominal.tool).position;
@@ -96,7 +96,7 @@ inline Jacobian jacobian(const NearArm& arm, const double* q) noexcept {
 
 /// q -> (pose, psi, GC) of the true chain. GC is that of the nominal arm at the same theta; psi is that of
 /// its elbow axis, from the reference plane of the true pose.
-inline Posture forward(const NearArm& arm, const double* q) noexcept {
+inline Posture forward(const ChainArm& arm, const double* q) noexcept {
     double theta[joint_slots] = {};
     SinCos<double> angle[joints];
     for (int j = 0; j < joints; ++j) theta[j] = to_theta(arm.nominal, j, q[j]);
