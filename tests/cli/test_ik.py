@@ -35,7 +35,7 @@ SAID = {
     "ik {R} --intervals joints --joints {Q}": (0, "3 q7", "full circle"),
     "ik {R} --intervals 5 --joints {Q} --gc 0": (0, "joint 5 upper"),
     "ik {R} --intervals --joints 0,0,0,180,0,0,0 --singularity-margin 5": (1, "wrist lies on the shoulder"),
-    "ik {R} --intervals --joints 0,30,0,0,0,30,0 --singularity-margin 5": (1, "elbow is stretched or folded"),
+    "ik {R} --intervals --joints 0,30,0,0,0,30,0 --singularity-margin 5": (1, "elbow", "singularity margin"),
     "ik {FR3} {PF} --seed {QF}": (0, "joint 7"),
     "ik {FR3} {PF} --intervals": (0, "joint 7 0", "joint 2 lower -102.2"),
     "ik {FR3} {FAR}": (1, "out of reach"),
