@@ -169,7 +169,8 @@ private:
                 step[j] = back.times(j, now.left);
                 longest = max(longest, abs(step[j]));
             }
-            const double share = longest > chain_tuning::largest_step ? chain_tuning::largest_step / longest : 1.0;
+            const double share =
+                longest > chain_tuning::largest_step ? chain_tuning::largest_step / longest : 1.0;
             for (int j = 0; j < joints; ++j) at[j] += share * step[j];
         }
     }
