@@ -20,7 +20,7 @@ FR3 = aa.Arm.from_catalogue("franka_fr3")
 RNG = np.random.default_rng(42)
 Q = RNG.uniform(0.8 * ARM.lower, 0.8 * ARM.upper, (7, 7))
 POSE = ARM.forward(Q)[0]
-POSES = POSE.repeat(3000, axis=0)
+POSES = POSE.repeat(30_000, axis=0)  # far longer than the 0.05 s between two looks at signals
 FR3_Q = RNG.uniform(0.8 * FR3.lower, 0.8 * FR3.upper, (7, 7))
 FR3_POSES = FR3.forward(FR3_Q)[0].repeat(2000, axis=0)
 TICKS = POSE[:1].repeat(300_000, axis=0)
@@ -47,8 +47,8 @@ LONG: dict[str, Callable[..., Any]] = {
     "solve in threads": lambda **more: in_threads(3, lambda: ARM.solve(POSES, **more)),
     "solutions": lambda **more: ARM.solutions(POSES, **more),
     "best": lambda **more: ARM.solve(POSES, **more, prefer="margin"),
-    "feasible": lambda **more: ARM.feasible(POSES.repeat(10, axis=0), 0, **more),
-    "feasible of all branches": lambda **more: ARM.feasible(POSES.repeat(3, axis=0), **more),
+    "feasible": lambda **more: ARM.feasible(POSES, 0, **more),
+    "feasible of all branches": lambda **more: ARM.feasible(POSES, **more),
     "offset solve": lambda **more: FR3.solve(FR3_POSES, **more),
     "offset feasible": lambda **more: FR3.feasible(FR3_POSES, 0, **more),
     "follow": lambda **more: aa.follow(ARM, TICKS, start=Q[0], **more),
