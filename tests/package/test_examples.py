@@ -9,7 +9,9 @@ import pytest
 from support.needs import need
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("[0-9][0-9]_*.py"))
+PICTURES = sorted((Path(__file__).parents[2] / "examples" / "pictures").glob("*.py"))
 MOST_LINES = 60
+PICTURE_LINES = 15
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
@@ -20,6 +22,20 @@ def test_example_runs_without_a_word_of_complaint(example: Path, tmp_path: Path)
     command = [sys.executable, str(example)]
     ran = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert ran.returncode == 0 and ran.stdout, ran.stderr
+
+
+@pytest.mark.parametrize("picture", PICTURES, ids=lambda path: path.stem)
+def test_a_picture_is_drawn_by_fifteen_lines(picture: Path, tmp_path: Path) -> None:
+    code = picture.read_text(encoding="utf-8").split('"""')[2]
+    assert len([line for line in code.splitlines() if line.strip()]) <= PICTURE_LINES
+    drawing = (
+        f"import runpy, matplotlib.pyplot as plt; runpy.run_path({str(picture)!r}); plt.savefig('a.png')"
+    )
+    environment = {**os.environ, "MPLBACKEND": "agg", "PYTHONWARNINGS": "error::DeprecationWarning:__main__"}
+    command = [sys.executable, "-c", drawing]
+    ran = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    assert (tmp_path / "a.png").stat().st_size > 10_000
 
 
 def test_examples_are_short_and_numbered_without_a_gap() -> None:

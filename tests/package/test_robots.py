@@ -145,7 +145,8 @@ CALLS: dict[str, tuple[Callable[[At], Any], ...]] = {
         of_jax,
     ),
     "`aa.gradients.solve`": (lambda at: aa.gradients.solve(at.arm, at.pose, at.q + 0.05),),
-    "`armangle.plots.circle`, `armangle view`": (drawn, viewed),
+    "`armangle.plots.circle`, `feasible_map`, `stick_figure`": (drawn,),
+    "`armangle view`": (viewed,),
 }
 
 

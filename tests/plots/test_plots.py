@@ -23,6 +23,7 @@ from armangle.viewer.scene import segment_colours  # noqa: E402 - after the back
 IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 WAM = aa.Arm.from_catalogue("barrett_wam7")
 # Faria et al. (2018), Eq. (37).
+LOOK = np.random.default_rng(7).uniform(-np.pi, np.pi, 200)
 PAPER_Q = np.radians([-5.4101, -26.4986, -48.1542, -61.6500, 152.6198, 114.4466, 8.1812])
 POSE, PSI, GC = IIWA.forward(PAPER_Q)
 BODIED = IIWA.with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
@@ -163,7 +164,7 @@ def test_figures_of_a_true_chain_hold_its_own_numbers() -> None:
         known = np.isfinite(angles) & np.isfinite(q)
         wanted = arm.inverse(pose, np.radians(angles[known]), gc, limits=False)[:, joint - 1]
         np.testing.assert_allclose(np.radians(q[known]), wanted, atol=1e-9)
-        assert panel.get_title() == f"joint {joint}: of the true chain"
+        assert panel.get_title() == f"joint {joint}"
     scene = aa.Scene([aa.Ball(arm.elbow(arm.inverse(pose, psi + 0.8, gc, limits=False)), 0.05, name="lamp")])
     assert "lamp" in [text.get_text() for text in plots.circle(arm.with_(scene=scene), pose, gc).texts]
     lines = plots.clearance_profile(arm.with_(scene=scene), pose, gc).lines
@@ -400,7 +401,7 @@ def test_feasible_map_of_all_configurations() -> None:
     panels = plots.feasible_map(_path(count=10))
     assert [panel.get_title() for panel in panels][:2] == ["GC 0 (+++)", "GC 1 (−++)"]
     assert len(panels) == 8
-    assert {"feasible", "out of reach", "joint 7 blocks", "chosen ψ(s)"} < _figure_labels(panels[0])
+    assert {"feasible", "no solution", "joint 7 blocks", "chosen ψ(s)"} < _figure_labels(panels[0])
     psi = panels[3].lines[-2].get_ydata()
     np.testing.assert_allclose(psi, np.degrees(_path(count=10).psi))
 
@@ -480,24 +481,50 @@ def test_reach_draws_the_section_and_voxels_the_shares(tmp_path: Path) -> None:
     assert np.allclose(space.collections[0].get_array(), voxels.share)
 
 
-def test_an_offset_arm_has_its_path_drawn_and_no_other_plot() -> None:
-    arm = aa.Arm.from_catalogue("franka_fr3")
-    start = np.array([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
-    pose, _, gc = arm.forward(start)
+@pytest.mark.parametrize(
+    ("name", "start"),
+    [
+        ("franka_fr3", [0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5]),
+        ("willow_garage_pr2_left", [0.4, 0.4, 0.9, -1.3, 0.3, -0.8, 0.5]),
+    ],
+)
+def test_an_offset_arm_is_drawn_over_its_free_joint(name: str, start: list[float]) -> None:
+    arm = aa.Arm.from_catalogue(name)
+    pose, psi, gc = arm.forward(start)
     poses = np.repeat(pose[None], 5, axis=0)
     poses[:, 0, 3] += np.linspace(0.0, 0.02, 5)
     found = aa.follow(arm, poses, start=start)
     panels = plots.path(found)
-    assert panels[0].get_ylabel() == "ψ, joint_7 (deg)"
+    assert panels[0].get_ylabel() == f"ψ, {arm.redundancy} (deg)"
     np.testing.assert_allclose(panels[0].lines[0].get_ydata(), np.degrees(found.psi))
     np.testing.assert_allclose(panels[4].lines[0].get_ydata(), np.degrees(found.q[:, 3]))
-    draws = {
-        "arm_frames": lambda: plots.arm_frames(arm), "stick_figure": lambda: plots.stick_figure(arm, start),
-        "circle": lambda: plots.circle(arm, pose, gc), "map": lambda: plots.feasible_map((arm, poses)),
-        "profiles": lambda: plots.joint_profiles(arm, pose, gc),
-        "clearance": lambda: plots.clearance_profile(arm, pose, gc),
-        "virtual_arm": lambda: plots.virtual_arm(arm, start),
-        "virtual_plane": lambda: plots.virtual_plane(arm, start),
-    }  # fmt: skip
-    for draw in draws.values():
-        refused(aa.UnsupportedError, r"plots\.path", draw)
+
+    solved = ~np.isnan(arm.inverse(pose, LOOK, int(gc), limits=False, on_error="nan")[:, 0])
+    each = [arm.feasible(pose, int(gc), per_joint=True)[j].contains(LOOK) for j in range(7)]
+    ax = plots.feasible_map(found, gc=int(gc))
+    for k, angle in enumerate(LOOK):
+        blocking = [plots.JOINT_COLOURS[j].upper() for j in range(7) if not each[j][k]]
+        wanted = (blocking[0] if blocking else None) if solved[k] else "#7F7F7F"
+        assert _inside(ax, 1e-6, np.degrees(angle)) == wanted
+    assert ax.get_ylabel() == f"ψ, {arm.redundancy.replace('_', ' ')} (deg)"
+
+    ax = plots.circle(arm, pose, int(gc), psi=float(psi))
+    none = float((~arm.with_(lower=-np.inf, upper=np.inf).feasible(pose, int(gc))).measure)
+    for joint in range(7):
+        blocked = float((~arm.feasible(pose, int(gc), per_joint=True)[joint]).measure) - none
+        assert _wedges(ax, plots.JOINT_COLOURS[joint]) == pytest.approx(blocked, abs=1e-9)
+    for panel, joint in zip(plots.joint_profiles(arm, pose, int(gc)), (1, 2, 3, 5, 6, 7), strict=True):
+        angles, q = panel.lines[0].get_data()
+        known = np.isfinite(angles) & np.isfinite(q)
+        wanted_q = arm.inverse(pose, np.radians(angles[known]), int(gc), limits=False)[:, joint - 1]
+        np.testing.assert_allclose(np.radians(q[known]), wanted_q, atol=1e-9)
+
+    guarded = arm.with_(body="guessed", scene=aa.Scene([aa.Ball([0.9, 0.0, 0.9], 0.05, name="lamp")]))
+    assert plots.clearance_profile(guarded, pose, int(gc)).get_legend().get_texts()[0].get_text() == "lamp"
+    sticks = plots.stick_figure(arm, start).lines[0].get_data_3d()
+    corners = {tuple(np.round(point, 9)) for point in np.transpose(sticks)}
+    assert {tuple(np.round(point, 9)) for point in arm.frames(start)[[1, 3, 5, 6], :3, 3]} <= corners
+    poses[:, :3, 3] *= 9.0
+    refused(aa.UnreachableError, "pose: ", lambda: plots.clearance_profile(guarded, poses[0], int(gc)))
+    for draw in (plots.arm_frames, plots.virtual_arm, plots.virtual_plane):
+        refused(aa.UnsupportedError, r"plots\.path", lambda draw=draw: draw(arm, start))

@@ -202,8 +202,8 @@ def test_ghosts_and_export(viewer: Viewer, page: Any, folder: Path) -> None:
     box.click()
     until(lambda: not viewer.scene.show_ghosts, "and gone")
     with page.expect_download() as download:
-        page.get_by_role("button", name="Export posture").click()
-    assert download.value.suggested_filename == "posture.json"
+        page.get_by_role("button", name="Export configuration").click()
+    assert download.value.suggested_filename == "configuration.json"
     assert '"gc": 3' in Path(download.value.path()).read_text()
 
 

@@ -1349,12 +1349,12 @@ class Arm(FrozenValue):
     def _left_out(self, pose: ArrayLike, gc: ArrayLike, wanted: Wanted = Wanted.BRANCH) -> ArcSet:
         """Return the unproven part that `feasible`, per joint (JOINTS) or `_clear` (CLEAR) leaves out.
 
-        It is empty without an own chain. Losses of a scene's own proof are not included.
+        It is empty for an S-R-S arm. Losses of a scene's own proof are not included.
         """
         batch, (poses, branches) = self._branches(pose, gc)
         shape = (*batch, *((JOINTS,) if wanted is Wanted.JOINTS else ()))
         measure = np.zeros(shape).reshape(-1)
-        if self.chain is None:
+        if self.kind == "srs":
             codes, ends = np.zeros(measure.shape, dtype=np.int8), np.empty((0, 2), dtype=np.int8)
             return ArcSet._from_core(
                 shape, (codes.astype(np.int64), np.empty((0, 2)), ends, ends, np.empty((0, 2)), codes)

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._arrays import Floats, as_floats
 from .._core import Wanted
+from .arcs import ArcSet
 from .arm import Arm
 
 SHOULDER, ELBOW, WRIST = 1, 3, 5
@@ -53,14 +54,14 @@ def elbow_points(arm: Arm, pose: ArrayLike, gc: int, psi: ArrayLike) -> Floats:
     Returns
     -------
     ndarray, shape (..., 3)
-        m, in the frame that poses are given in. NaN if an arm with its own chain has no proven solution.
+        m, in the frame that poses are given in. NaN without a solution, for an arm that is not S-R-S.
 
     Raises
     ------
     UnreachableError
-        If the pose is out of reach of an arm without its own chain.
+        If the pose is out of reach of an S-R-S arm.
     """
-    if arm.chain is None:
+    if arm.kind == "srs":
         return arm.elbow(arm.inverse(pose, psi, gc, limits=False))
     q = arm.inverse(pose, psi, gc, limits=False, on_error="nan")
     known = np.isfinite(q).all(axis=-1)
@@ -94,7 +95,7 @@ def blockers(arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike) -> NDArr
     each = arm.feasible(poses, gc, per_joint=True)
     angles = as_floats("psi", psi)[..., None]
     blocked = np.logical_not(each.contains(angles))
-    if arm.chain is None:
+    if arm.kind == "srs":
         return blocked
     return blocked & ~arm._left_out(poses, gc, Wanted.JOINTS).contains(angles)
 
@@ -103,6 +104,29 @@ def unproven(arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike) -> NDArr
     """Return where arm angles are proven neither feasible nor blocked; arguments as for `blockers`."""
     left_out = arm._left_out(poses, gc)
     return np.asarray(left_out.contains(as_floats("psi", psi)), dtype=np.bool_)
+
+
+def unsolved(arm: Arm, poses: ArrayLike, gc: ArrayLike) -> ArcSet:
+    """Return the values of the free joint without any solution, in or out of limits, for each pose.
+
+    It is empty for an arm with an arm angle, whose circle is whole.
+    """
+    if arm.redundancy == "arm_angle":
+        return arm._left_out(poses, gc) & ArcSet([])
+    loose = arm.with_(lower=-np.inf, upper=np.inf, scene=None)
+    return (~loose.feasible(poses, gc))._less(loose._left_out(poses, gc))
+
+
+def corners(arm: Arm, q: ArrayLike) -> Floats:
+    """Return the points (..., n, 3) of `skeleton`, with the corner of an offset wrist or shoulder."""
+    points = skeleton(arm, q)
+    if arm.redundancy == "arm_angle":
+        return points
+    frames = arm.frames(q)
+    if arm.a_1:
+        turned = frames[..., 1, :3, 3] - arm.a_1 * frames[..., 1, :3, 0]
+        return np.insert(points, SHOULDER, turned, axis=-2)
+    return np.insert(points, WRIST + 1, frames[..., 6, :3, 3], axis=-2)
 
 
 def alike(one: Arm, other: Arm) -> bool:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._arrays import JOINTS, Floats, one_posture
 from ..arm.arm import Arm
-from ..arm.skeleton import blockers, elbow_points, first_blocker, skeleton, unproven
+from ..arm.skeleton import blockers, corners, elbow_points, first_blocker, skeleton, unproven
 from ..colours import BLACK, BLOCKED_WIDTH, BLUE, FREE, FREE_WIDTH, GREEN, JOINT_COLOURS, MID, PALE, VERMILION
 from .space import draw_sticks, extent, finish_space
 from .style import check_drawn, space_axes
@@ -117,7 +117,8 @@ def stick_figure(
         Joint values, rad.
     elbow_circle : bool
         Whether to draw the circle: a light, wide band if feasible, otherwise a line in the colour of the
-        lowest blocking joint; pale grey if a calibrated arm has no proof.
+        lowest blocking joint; pale grey without a proof. The elbow of an arm with an offset moves on a
+        closed curve, or on pieces of one.
     ax : matplotlib 3-D axes, optional
         The axes to draw on; a new figure by default.
 
@@ -133,11 +134,10 @@ def stick_figure(
     UnreachableError
         If the arm is folded and has no circle.
     """
-    check_drawn(arm)
     joints = one_posture("q", q)
     points = skeleton(arm, joints)
     space = space_axes(ax)
-    draw_sticks(space, points, MID, lw=5)
+    draw_sticks(space, corners(arm, joints), MID, lw=5)
     shown = points
     if elbow_circle:
         pose, psi, gc = arm.forward(joints)

@@ -13,11 +13,12 @@ from .._core import Wanted
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm
 from ..arm.configuration import gc_signs
+from ..arm.skeleton import unsolved
 from ..colours import BLACK, FREE, FULL_TURN, JOINT_COLOURS, MID, OBSTACLE, PALE, unjoined, wrapped_degrees
 from ..errors import InputError
 from ..motion.joint_path import JointPath
 from ..status import Status
-from .style import ARM_ANGLE, angle_ticks, check_drawn, grid_axes
+from .style import angle_ticks, grid_axes, redundancy_label
 
 _SEAM = 0.4  # pt
 _FULL = np.array([[[-np.pi, np.pi]]])
@@ -35,9 +36,9 @@ def feasible_map(
     """Draw the feasible arm angles along a path, and the joint or obstacle that blocks the others.
 
     Light green is feasible; other cells have the colour of the lowest blocking joint. Arm angles blocked by
-    the arm's `scene` alone are dark, those blocked by a joint too are dotted, with the obstacle's name. Pale
-    is unproven for an arm with its own chain. Each column is exact for its pose; a row of a path whose pose
-    is NaN, and so unknown, is hatched.
+    the arm's `scene` alone are dark, those blocked by a joint too are dotted, with the obstacle's name. For
+    an arm that is not S-R-S, grey cells have no solution, and pale ones are unproven. Each column is exact
+    for its pose; a row of a path whose pose is NaN, and so unknown, is hatched.
 
     Parameters
     ----------
@@ -60,8 +61,7 @@ def feasible_map(
         If the poses are not (N, 4, 4), or gc is not in 0..7.
     """
     curve = motion if isinstance(motion, JointPath) else None
-    arm, poses = (motion.srs_arm, motion.poses) if isinstance(motion, JointPath) else motion
-    check_drawn(arm)
+    arm, poses = (motion.arm, motion.poses) if isinstance(motion, JointPath) else motion
     frames = as_poses("poses", poses)
     if frames.ndim != 3 or not len(frames):
         raise InputError(f"poses has shape {frames.shape}, wanted (N, 4, 4) with N > 0")
@@ -79,13 +79,13 @@ def feasible_map(
             _draw_curve(panel, curve, index)
     for k, panel in enumerate(panels):
         if k % 4 == 0:
-            panel.set_ylabel(ARM_ANGLE)
+            panel.set_ylabel(redundancy_label(arm))
         if k + 4 >= len(panels):
             panel.set_xlabel("path parameter s")
     if ax is None:
         _map_legend(
             panels[0].figure, curve is not None, bool(posed.all()), arm.scene is not None,
-            arm.chain is not None,
+            arm.kind != "srs",
             4 if one else 5,
         )  # fmt: skip
     return panels[0] if one else panels
@@ -105,19 +105,21 @@ def _map_panel(
         edges = s[0] + np.array([-0.5, 0.5])
     sides = np.stack([edges[:-1], edges[1:]], axis=1)
     each = arm.feasible(poses[posed], gc, per_joint=True)
+    unproven, none = arm._left_out(poses[posed], gc, Wanted.JOINTS), unsolved(arm, poses[posed], gc)
     clear = None if arm.scene is None else arm._clear(poses[posed], gc, arm.scene)
-    unproven = arm._left_out(poses[posed], gc, Wanted.JOINTS)
     if clear is not None:
-        _cells(panel, (~clear).intervals, sides[posed], OBSTACLE)
+        islands = (~clear)._less(none)
+        _cells(panel, islands.intervals, sides[posed], OBSTACLE)
     _cells(panel, arm._left_out(poses[posed], gc).intervals, sides[posed], PALE)
     for joint in range(JOINTS, 0, -1):
         blocked = (~each[:, joint - 1])._less(unproven[:, joint - 1])
         _cells(panel, blocked.intervals, sides[posed], JOINT_COLOURS[joint - 1])
     if clear is not None:
-        _cells(panel, (~clear).intervals, sides[posed], "none", _ISLAND)
-        _name_islands(panel, clear, sides[posed].mean(axis=1))
+        _cells(panel, islands.intervals, sides[posed], "none", _ISLAND)
+        _name_islands(panel, clear, islands, sides[posed].mean(axis=1))
     lost = np.isin(each[:, 0].status, (Status.UNREACHABLE, Status.FOLDED))
     _cells(panel, _FULL, sides[posed][lost], MID)
+    _cells(panel, none.intervals, sides[posed], MID)
     for left, right in sides[~posed]:
         panel.axvspan(left, right, **_NOT_KNOWN)
     signs = "".join("+" if sign > 0 else "−" for sign in gc_signs(gc))
@@ -128,9 +130,8 @@ def _map_panel(
     angle_ticks(panel.yaxis)
 
 
-def _name_islands(panel: Any, clear: ArcSet, s: Floats) -> None:
+def _name_islands(panel: Any, clear: ArcSet, blocked: ArcSet, s: Floats) -> None:
     """Write the name of each obstacle at the widest place of the arc that it ends."""
-    blocked = ~clear
     widest: dict[str, tuple[float, float, float]] = {}
     for at in range(len(s)):
         for (lower, upper), names in zip(blocked[at], _names(clear, blocked, at), strict=True):
@@ -188,7 +189,7 @@ def _map_legend(figure: Any, curve: bool, whole: bool, obstacles: bool, chain: b
 
     handles: list[Any] = [Patch(fc=FREE, ec=BLACK, lw=0.6, label="feasible")]
     handles += [Patch(fc=colour, label=f"joint {k + 1} blocks") for k, colour in enumerate(JOINT_COLOURS)]
-    handles.append(Patch(fc=MID, label="out of reach"))
+    handles.append(Patch(fc=MID, label="no solution"))
     if chain:
         handles.append(Patch(fc=PALE, label="not proven"))
     if obstacles:

@@ -13,12 +13,12 @@ from .._arrays import JOINTS, one_pose
 from .._core import Wanted
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm
+from ..arm.skeleton import unsolved
 from ..colours import BLACK, FREE, JOINT_COLOURS, MID, OBSTACLE, PALE, VERMILION, pieces, unjoined
-from ..errors import InputError
+from ..errors import InputError, UnreachableError
 from ..gradients import joint_function
-from ..scenes.scene import Scene
-from ..status import Status
-from .style import ARM_ANGLE, UNPROVEN, angle_ticks, check_drawn, grid_axes, polar_axes
+from ..status import STATUSES, Status
+from .style import UNPROVEN, angle_ticks, grid_axes, polar_axes, redundancy_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,8 +40,8 @@ def circle(
     """Draw the redundancy circle: a ring for each joint's Ψ_i, and Ψ_all outside.
 
     Blocked pieces have the colour of the blocking joint; in the outer ring a piece that several joints block
-    is divided among them. Hatched is unproven for an arm with its own chain. ψ = 0 is at the top, positive
-    counterclockwise.
+    is divided among them. For an arm that is not S-R-S hatched pieces are unproven, and grey ones have no
+    solution. ψ = 0 is at the top, positive counterclockwise.
 
     The arm's `scene` has its own ring. Each blocked arc there has the names of the obstacles at its ends, and
     is dark in the outer ring. If the scene has a soft clearance, arm angles that only keep the hard one are
@@ -74,16 +74,16 @@ def circle(
 
     Source: Faria et al. (2018), Figs. 4, 11, Eq. (25).
     """
-    check_drawn(arm)
     frame = one_pose("pose", pose)
     each, scene = arm.feasible(frame, gc, per_joint=True), arm.scene
     open_each = arm._left_out(frame, gc, Wanted.JOINTS)
     polar = polar_axes(ax)
+    none = unsolved(arm, frame, gc)
     for joint in range(1, JOINTS + 1):
-        _ring(polar, each[joint - 1], open_each[joint - 1], joint)
+        _ring(polar, each[joint - 1], open_each[joint - 1], none, joint)
     outer = _INNER + (JOINTS + (scene is not None)) * _STEP + 0.35
     every = arm.feasible(frame, gc)
-    blocks = ((~each[i])._less(open_each[i]) for i in range(JOINTS))
+    blocks = ((~each[i])._less(open_each[i])._less(none) for i in range(JOINTS))
     blocked = dict(zip(JOINT_COLOURS, blocks, strict=True))
     if scene is not None:
         clear = calm = arm._clear(frame, gc, scene)
@@ -91,10 +91,12 @@ def circle(
             loose = arm.with_(lower=-np.inf, upper=np.inf, singularity_margin=0.0)
             calm = loose._arcs(frame, gc, Wanted.SOFT, (), scene)
         open_clear = arm._left_out(frame, gc, Wanted.CLEAR)
-        blocked[OBSTACLE] = (~clear)._less(open_clear)
-        _obstacle_ring(polar, clear, calm, open_clear)
+        blocked[OBSTACLE] = (~clear)._less(open_clear)._less(none)
+        _obstacle_ring(polar, clear, calm, open_clear, none)
     if allowed is not None:
         blocked[MID] = ~allowed
+    elif arm.redundancy != "arm_angle":
+        blocked[MID] = none
     _outer_ring(polar, blocked, outer)
     open_all = arm._left_out(frame, gc)
     _arcs(polar, open_all, outer, _ALL_WIDTH, FREE, MID, UNPROVEN)
@@ -105,7 +107,7 @@ def circle(
     if psi is not None:
         polar.plot([psi, psi], [_INNER, outer + _ALL_WIDTH], color=BLACK, lw=1.6, label="ψ")
         polar.plot([psi], [outer + _ALL_WIDTH], "o", color=BLACK, ms=6, clip_on=False)
-    _circle_legend(polar, allowed is not None, scene, arm.chain is not None, made=ax is None)
+    _circle_legend(polar, arm, allowed is not None, made=ax is None)
     return polar  # type: ignore[no-any-return]  # matplotlib types it loosely
 
 
@@ -122,19 +124,22 @@ def _arcs(
         polar.plot(np.linspace(-np.pi, np.pi, 361), np.full(361, radius), color=edge, lw=0.6)
 
 
-def _ring(polar: Any, feasible: ArcSet, unproven: ArcSet, joint: int) -> None:
+def _ring(polar: Any, feasible: ArcSet, unproven: ArcSet, unsolved: ArcSet, joint: int) -> None:
     base = _INNER + (joint - 1) * _STEP
     _arcs(polar, feasible, base, _WIDTH, FREE, PALE)
-    _arcs(polar, (~feasible)._less(unproven), base, _WIDTH, JOINT_COLOURS[joint - 1], BLACK)
+    blocked = (~feasible)._less(unproven)._less(unsolved)
+    _arcs(polar, blocked, base, _WIDTH, JOINT_COLOURS[joint - 1], BLACK)
+    _arcs(polar, unsolved, base, _WIDTH, MID, PALE)
     _arcs(polar, unproven, base, _WIDTH, FREE, MID, UNPROVEN)
 
 
-def _obstacle_ring(polar: Any, clear: ArcSet, calm: ArcSet, unproven: ArcSet) -> None:
+def _obstacle_ring(polar: Any, clear: ArcSet, calm: ArcSet, unproven: ArcSet, unsolved: ArcSet) -> None:
     """Draw the arcs blocked by obstacles, with their names, and paler those without soft clearance."""
     base = _INNER + JOINTS * _STEP
     _arcs(polar, calm, base, _WIDTH, FREE, PALE)
     _arcs(polar, clear & ~calm, base, _WIDTH, MID, PALE)
-    blocked = ~clear
+    _arcs(polar, unsolved, base, _WIDTH, MID, PALE)
+    blocked = (~clear)._less(unsolved)
     _arcs(polar, blocked._less(unproven), base, _WIDTH, OBSTACLE, BLACK)
     _arcs(polar, unproven, base, _WIDTH, FREE, MID, UNPROVEN)
     every = [*blocked.ends] if not blocked.is_full else [()]
@@ -160,8 +165,8 @@ def _outer_ring(polar: Any, blocked: dict[str, ArcSet], base: float) -> None:
 
 
 def _mark_singular(polar: Any, arm: Arm, pose: Any, gc: int, every: ArcSet) -> None:
-    """Mark where a joint jumps or has a corner, on that joint's ring; joints of a true chain do not."""
-    if every.status in (Status.UNREACHABLE, Status.FOLDED) or arm.chain is not None:
+    """Mark where a joint of an S-R-S arm jumps or has a corner, on that joint's ring."""
+    if every.status in (Status.UNREACHABLE, Status.FOLDED) or arm.kind != "srs":
         return
     for joint in range(1, JOINTS + 1):
         for angle in joint_function(arm, pose, gc, joint).singular:
@@ -189,7 +194,7 @@ def _dress_circle(polar: Any, radius: float, gc: int, every: ArcSet, feasible: A
     polar.set_title(title, fontsize=10)
 
 
-def _circle_legend(polar: Any, user: bool, scene: Scene | None, chain: bool, *, made: bool) -> None:
+def _circle_legend(polar: Any, arm: Arm, user: bool, *, made: bool) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -198,8 +203,11 @@ def _circle_legend(polar: Any, user: bool, scene: Scene | None, chain: bool, *, 
         for j in range(JOINTS)
     ]
     handles.append(Patch(fc=FREE, ec=BLACK, lw=0.6, label="feasible"))
-    if chain:
+    if arm.kind != "srs":
         handles.append(Patch(fc=FREE, ec=MID, lw=0.6, hatch=UNPROVEN, label="not proven"))
+    if arm.redundancy != "arm_angle":
+        handles.append(Patch(fc=MID, label="no solution"))
+    scene = arm.scene
     if scene is not None:
         handles.append(Patch(fc=OBSTACLE, label=f"an obstacle blocks (ring {JOINTS + 1})"))
     if scene is not None and scene.soft > 0:
@@ -252,26 +260,28 @@ def clearance_profile(
     ArmangleError
         As `Arm.clearance`.
     """
-    check_drawn(arm)
     frame = one_pose("pose", pose)
     angles = np.linspace(-np.pi, np.pi, _SAMPLES)
-    q = arm.inverse(frame, angles, gc, limits=False, on_error="raise" if arm.chain is None else "nan")
+    q = arm.inverse(frame, angles, gc, limits=False, on_error="raise" if arm.kind == "srs" else "nan")
     known = np.isfinite(q).all(axis=-1)
-    near, angles, scene = arm.clearance(q[known]), angles[known], arm.scene
+    if not known.any():
+        raise UnreachableError(f"pose: {STATUSES[int(np.asarray(arm.feasible(frame, gc).status))].sentence}")
+    near, scene, none = arm.clearance(q[known]), arm.scene, unsolved(arm, frame, gc)
     assert scene is not None  # otherwise `clearance` has raised
     panel = grid_axes(ax, 1, 1, (6.4, 4.0))[0]
-    for lower, upper in pieces((~arm._clear(frame, gc, scene)).intervals):
+    for lower, upper in pieces((~arm._clear(frame, gc, scene))._less(none).intervals):
         panel.axvspan(lower, upper, color=OBSTACLE, alpha=0.22, lw=0)
     names = list(dict.fromkeys(np.asarray(near.obstacle).tolist()))
     for k, name in enumerate(names):
-        shown = np.where(near.obstacle == name, near.distance, np.nan)
+        shown = np.full(known.shape, np.nan)
+        shown[known] = np.where(near.obstacle == name, near.distance, np.nan)
         panel.plot(np.degrees(angles), shown, color=JOINT_COLOURS[k % JOINTS], lw=2.0, label=name)
     panel.axhline(scene.clearance, color=VERMILION, lw=1.2, ls="--", label="clearance")
     if psi is not None:
         panel.axvline(np.degrees(psi), color=BLACK, lw=1.2, ls="-.", label="ψ")
     panel.set_xlim(-180, 180)
     angle_ticks(panel.xaxis)
-    panel.set_xlabel(ARM_ANGLE)
+    panel.set_xlabel(redundancy_label(arm))
     panel.set_ylabel("nearest distance (m)")
     panel.legend(frameon=False, fontsize=9, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return panel  # type: ignore[no-any-return]  # matplotlib types it loosely
@@ -296,7 +306,7 @@ def joint_profiles(
     gc : int
         Global configuration 0..7.
     joints : sequence of int
-        Joints 1..7, one panel each. Joint 4 does not depend on the arm angle.
+        Joints 1..7, one panel each. Joint 4 of an S-R-S arm does not depend on the arm angle.
     psi : float, optional
         Arm angle to mark, rad.
     ax : axes or array of axes, optional
@@ -317,32 +327,32 @@ def joint_profiles(
 
     Source: Faria et al. (2018), Figs. 5-9, Eqs. (26)-(35).
     """
-    check_drawn(arm)
     if not joints:
         raise InputError("joints is empty, wanted joints 1..7")
-    kind = _TrueJoint if arm.chain is not None else joint_function
+    kind = joint_function if arm.kind == "srs" else _SolvedJoint
     functions = [kind(arm, pose, gc, joint) for joint in joints]
     panels = grid_axes(ax, len(functions), min(3, len(functions)), (3.7, 2.7), sharex=True)
     angles = np.linspace(-np.pi, np.pi, _SAMPLES)
     each, unproven = arm.feasible(pose, gc, per_joint=True), arm._left_out(pose, gc, Wanted.JOINTS)
+    none = unsolved(arm, pose, gc)
     for panel, function in zip(panels, functions, strict=True):
         at = function.joint - 1
-        _profile(panel, arm, function, angles, (~each[at])._less(unproven[at]))
+        _profile(panel, arm, function, angles, (~each[at])._less(unproven[at])._less(none))
         for lower, upper in pieces(unproven[at].intervals):
             panel.axvspan(lower, upper, fc="none", ec=MID, hatch=UNPROVEN, lw=0)
         if psi is not None:
             panel.axvline(np.degrees(psi), color=BLACK, lw=1.2, ls="-.", label="ψ")
     if ax is None:
-        _profile_legend(panels, psi is not None, arm.chain is not None)
+        _profile_legend(panels, psi is not None, arm.kind != "srs")
     return panels
 
 
-class _TrueJoint:
-    """One joint of a true chain over the arm angle: no closed form, so without special values."""
+class _SolvedJoint:
+    """One joint of an arm that is not S-R-S over psi: no closed form, so without special values."""
 
     stationary: tuple[float, ...] = ()
     singular: tuple[float, ...] = ()
-    kind = "of the true chain"
+    kind = ""
 
     def __init__(self, arm: Arm, pose: ArrayLike, gc: int, joint: int) -> None:
         self.joint = joint
@@ -368,10 +378,10 @@ def _profile(panel: Any, arm: Arm, function: Any, angles: Any, blocked: ArcSet) 
     if len(function.stationary):
         panel.plot(np.degrees(function.stationary), np.degrees(function.value(function.stationary)), "o",
                    color=BLACK, mfc="white", ms=6)  # fmt: skip
-    panel.set_title(f"joint {joint}: {function.kind}", fontsize=10)
+    panel.set_title(f"joint {joint}{': ' * bool(function.kind)}{function.kind}", fontsize=10)
     panel.set_xlim(-180, 180)
     angle_ticks(panel.xaxis)
-    panel.set_xlabel(ARM_ANGLE)
+    panel.set_xlabel(redundancy_label(arm))
     panel.set_ylabel(f"q{joint} (deg)")
 
 

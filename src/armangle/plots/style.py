@@ -14,14 +14,19 @@ from ..errors import InputError, needed
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-ARM_ANGLE = "arm angle ψ (deg)"
-UNPROVEN = "////"  # the hatch of unproven arm angles of an arm with its own chain
+UNPROVEN = "////"  # the hatch of values that are proven neither feasible nor blocked
 
 
 def check_drawn(arm: Arm) -> None:
     """Raise if an arm has no arm angle to draw."""
     if arm.redundancy != "arm_angle":
         raise unsupported("this plot", "plots.path and plots.tracking draw what follow and Tracker return")
+
+
+def redundancy_label(arm: Arm) -> str:
+    """Return the label of an axis with values of psi: the arm angle, or the joint that replaces it."""
+    name = "arm angle ψ" if arm.redundancy == "arm_angle" else f"ψ, {arm.redundancy.replace('_', ' ')}"
+    return f"{name} (deg)"
 
 
 def pyplot() -> Any:

@@ -29,9 +29,9 @@ from .state import ViewerState
 _CHOSEN = (0, 114, 178)
 _OPEN = (90, 98, 110)
 _BUTTONS_A_ROW = 4
-EXPORT_NAME = "posture.json"
+EXPORT_NAME = "configuration.json"
 
-TRACK = "follow the hand, to the nearest pose"
+TRACK = "follow the dragged pose, or the nearest one"
 HOLD = "hold ψ"
 REPEL = "repel ψ from the ends of its arc"
 CENTRE = "pull ψ to the middle of its arc"
@@ -78,7 +78,7 @@ class Controls:
         self._gui.add_html(row_style("doors", 2, gap=9))
         self.reset = self._gui.add_button("Reset")
         self.reset.on_click(lambda _: self._act(self.begin_again))
-        self.export = self._gui.add_button("Export posture")
+        self.export = self._gui.add_button("Export configuration")
         self.export.on_click(self._download)
 
     def _add_player(self) -> None:
