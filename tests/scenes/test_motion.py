@@ -27,7 +27,7 @@ def test_a_motion_goes_round_what_holding_psi_touches() -> None:
     assert least(held, LAMP) < 0.0
     path = aa.follow(ARM.with_(scene=LAMP), LINE, start=Q)
     assert path.ok and least(path.q, LAMP) >= 0.01 - 1e-9
-    assert path.explain() == f"All {len(LINE)} poses are solved within all limits and clear of the scene."
+    assert path.explain() == f"All {len(LINE)} poses are solved within all limits and collision-free."
     assert least(aa.follow(ARM, LINE, start=Q, policy=aa.Hold()).q, LAMP) < 0.0
 
 
@@ -132,18 +132,18 @@ def test_why_there_is_no_solution() -> None:
     assert branch.status == aa.Status.CLEARANCE and branch.touching == ("post", "upper_arm")
     assert branch.short == pytest.approx(0.005 + 0.03, abs=1e-9)
     assert (
-        "within the limits upper_arm comes 35 mm too near to post, whatever the arm angle." in why.explain()
+        "within the limits upper_arm is 35 mm too near to post at every arm angle." in why.explain()
     )
     assert why.instead is None and "nearest pose" not in why.explain()  # the pose is within the limits
     hand = ARM.with_(hand=[aa.Ball([0, 0, 0], 0.1, name="grip")])
     floor = aa.Scene([aa.HalfSpace([0, 0, 1], POSE[2, 3], name="floor")])
     assert hand.with_(scene=floor).solve(POSE, seed=Q).status == aa.Status.POSE_BLOCKED
     assert (
-        "grip meets floor at this pose, whatever the arm angle."
+        "grip collides with floor at this pose at every arm angle."
         in hand.with_(scene=floor).explain(POSE).explain()
     )
     beside = ARM.with_(scene=LAMP).explain(POSE)
-    assert beside.ok and "solved within all limits and clear of the scene." in beside.explain()
+    assert beside.ok and "solved within all limits and collision-free." in beside.explain()
     with pytest.raises(
         aa.NoSolutionError, match="No arm angle keeps clear of the obstacles within all limits"
     ):

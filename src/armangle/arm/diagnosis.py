@@ -55,6 +55,9 @@ class Opening:
     extra: float
 
 
+_ELSEWHERE = "Plan without start=, and move to where that path begins."
+
+
 @by_content
 @dataclass(frozen=True, eq=False)
 class Branch:
@@ -170,7 +173,7 @@ class Branch:
         match self.verdict:
             case Verdict.OK:
                 if not path:
-                    return f"solved within all limits{' and clear of the scene' if self.scene else ''}."
+                    return f"solved within all limits{' and collision-free' if self.scene else ''}."
                 least = max(math.degrees(min(self.margin, self.elbow_margin)), 0.0)
                 if self.through:
                     others = ", ".join(map(str, self.through))
@@ -184,27 +187,26 @@ class Branch:
             case Verdict.IMPOSSIBLE if self.status in (Status.CLEARANCE, Status.POSE_BLOCKED):
                 return self._blocked(where, path)
             case Verdict.IMPOSSIBLE if self.status == Status.NOT_ALLOWED:
-                return f"the arcs that the caller allows leave no arm angle{where}."
+                return f"no arm angle within allowed= is feasible{where}."
             case Verdict.IMPOSSIBLE if self.status == Status.NO_POSTURE:
                 return f"the wrist is within reach{where}, but no value of the free joint gives a solution."
             case Verdict.IMPOSSIBLE:
                 return f"no arm angle keeps all limits{where}: {self._why()}"
             case Verdict.DEAD_END if self.turns:
-                return f"the start {self._shut('leave only after turning')}"
+                return f"the start {self._shut('leave only after it turns')}"
             case Verdict.DEAD_END:
                 ahead = f"a dead end at s = {self.s_from:.4g}"
                 if self.touching is not None:
-                    ahead = f"{ahead} beside {self.touching[0]} ({self.touching[1]})"
+                    ahead = f"{ahead}, because {self.touching[1]} is too near to {self.touching[0]}"
                 if self.through:
                     ahead = f"{ahead}, after a change to GC {', '.join(map(str, self.through))}"
-                otherwise = "" if self.s_from > 0 else " Plan without start=, and go where that begins."
-                return f"{ahead}: no arm angle that the start leads to leads on.{otherwise}"
+                otherwise = "" if self.s_from > 0 else f" {_ELSEWHERE}"
+                return f"{ahead}: from this start no feasible arm angle continues the path.{otherwise}"
             case Verdict.START if self.turns:
-                otherwise = "Or plan without start=, and go where that begins."
-                return f"the start {self._shut('leave only after turning')} {otherwise}"
+                return f"the start {self._shut('leave only after it turns')} {_ELSEWHERE}"
             case Verdict.GOAL if self.turns:
-                otherwise = "Or plan without goal=, and turn the rest there."
-                return f"the goal {self._shut('come only to it turned')} {otherwise}"
+                otherwise = "Plan without goal=, and turn the joints at the end."
+                return f"the goal {self._shut('arrive only before it turns')} {otherwise}"
             case Verdict.START:
                 return f"the start {self._anchor()}"
             case Verdict.GOAL:
@@ -215,16 +217,18 @@ class Branch:
                     f"from the start as far as s = {self.reached:.4g}."
                 )
             case Verdict.UNRESOLVED if self.status == Status.NEAR_SINGULAR:
-                return f"every curve that was tried comes where branches of the true chain meet{where}."
+                return (
+                    f"every tested curve enters a region where branches of the arm's own chain meet{where}."
+                )
             case Verdict.UNRESOLVED:
-                touches = "touches, or " if self.status == Status.CLEARANCE else ""
-                return f"every curve that was tried {touches}breaks a limit between the samples{where}."
+                broken = "collides or violates" if self.status == Status.CLEARANCE else "violates"
+                return f"every tested curve {broken} a limit between the samples{where}."
 
     def _anchor(self) -> str:
         if self.elsewhere:
             return "belongs to another global configuration."
         if self.status == Status.NOT_ALLOWED:
-            return "lies outside the arcs that the caller allows."
+            return "lies outside allowed=."
         if self.status == Status.NEAR_SINGULAR:
             return "lies nearer to a singularity than the requested margin."
         if self.status == Status.NO_CONVERGENCE:
@@ -235,17 +239,17 @@ class Branch:
             return _ANCHOR
         obstacle, link = self.touching
         if math.isnan(self.short):
-            return f"is blocked: {link} meets {obstacle}."
-        return f"is blocked: {link} comes {self.short * MILLIMETRES:.3g} mm too near to {obstacle}."
+            return f"is blocked: {link} collides with {obstacle}."
+        return f"is blocked: {link} is {self.short * MILLIMETRES:.3g} mm too near to {obstacle}."
 
     def _shut(self, way: str) -> str:
-        """Return the turns at rest that a path requires of a configuration with both hinges at 0."""
+        """Return the turns at rest that a path requires at rest of a configuration with θ2 and θ6 at 0."""
         turns = ", or ".join(
-            f"joint {joint} by {math.degrees(turn):.3g}° (joint {joint + 2} back as far)"
+            f"joint {joint} by {math.degrees(turn):.3g}° (and joint {joint + 2} back by as much)"
             for joint, turn in self.turns
         )
-        singular = "is singular, or nearly so, in θ2 and θ6 at once"
-        return f"{singular}: along this path the tool can {way} on the spot, {turns}."
+        singular = "has a shoulder and a wrist singularity at once (θ2 and θ6)"
+        return f"{singular}: along this path the end effector can {way} at rest: {turns}."
 
     def _beyond(self) -> str:
         """Return by how much a start or a goal violates limits, the largest first."""
@@ -259,10 +263,10 @@ class Branch:
             return f"{sentence[0].lower()}{sentence[1:-1]}{where}."
         obstacle, link = self.touching
         if self.status == Status.POSE_BLOCKED:
-            return f"{link} meets {obstacle}{where if path else ' at this pose'}, whatever the arm angle."
+            return f"{link} collides with {obstacle}{where if path else ' at this pose'} at every arm angle."
         up_to = "up to " if path else ""
         by = "" if math.isnan(self.short) else f" {up_to}{self.short * MILLIMETRES:.3g} mm"
-        return f"within the limits {link} comes{by} too near to {obstacle}{where}, whatever the arm angle."
+        return f"within the limits {link} is{by} too near to {obstacle}{where} at every arm angle."
 
     def _why(self) -> str:
         if self.status in (Status.ELBOW_MARGIN, Status.NO_POSTURE, Status.NEAR_SINGULAR):
@@ -272,7 +276,7 @@ class Branch:
         parts = [f"joint {names} is the reason" if alone else f"joints {names} exclude each other"]
         if not self.blocking:
             parts = ["the joints' feasible arm angles are single values, and no two are equal"]
-        parts += [f"{_wider(opening)} would do" for opening in self.openings[:2]]
+        parts += [f"{_wider(opening)} would suffice" for opening in self.openings[:2]]
         return "; ".join(parts) + "."
 
 
@@ -383,7 +387,7 @@ class Diagnosis:
         parts = [self._said(replace(alike[0], openings=()))[:-1]]
         for wider in map(_wider, list(least.values())[:2]):
             where = [branch for branch in alike if wider in map(_wider, branch.openings)]
-            parts.append(f"{wider} would do in GC {_numbers(where)}")
+            parts.append(f"{wider} would suffice in GC {_numbers(where)}")
         return "; ".join(parts) + "."
 
     def _nearest_poses(self) -> list[str]:

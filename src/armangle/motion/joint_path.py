@@ -164,12 +164,14 @@ def _raise_where_torn(gc: Ints, row: int) -> None:
     if row < 0:
         return
     over = (
-        f"it goes over from branch {gc[row]} to {gc[row + 1]}, and the tool goes straight: give rows between "
-        "or between='joints' to from_joints"
+        f"the branch changes from {gc[row]} to {gc[row + 1]}, and a straight motion of the end effector "
+        "cannot do that: give from_joints more rows there, or between='joints'"
     )
     if gc[row] == gc[row + 1]:
-        over = "the arm is singular, and nothing leads on to the next: follow more poses there, or plan"
-    raise PathError(f"the path has no values between its rows: behind row {row} {over}")
+        over = (
+            "the arm is singular, and no motion leads to the next row: follow more poses there, or use plan"
+        )
+    raise PathError(f"the path has no values after row {row}: {over}")
 
 
 @by_content
@@ -628,7 +630,7 @@ class JointPath:
             if len(self) == 0:
                 return "There is no pose."
             count = "The one pose is" if one else f"All {len(self)} poses are"
-            clear = " and clear of the scene" if self.scenes else ""
+            clear = " and collision-free" if self.scenes else ""
             led = "" if self.between == "tool" else f" {SAID[self.between]}"
             return f"{count} solved within all limits{clear}{proven}.{led}{self._rounded()}{self._unproven()}"
         done = int(np.isin(self.status, SOLVED).sum())
