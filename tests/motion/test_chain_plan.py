@@ -115,7 +115,7 @@ def test_beside_a_straight_elbow_a_plan_begins_at_the_start(mm: float, mrad: flo
         way = aa.Line(pose, away) if end == "start" else aa.Line(away, pose)
         path = aa.plan(arm, way, **{end: q})
         if not path.ok:
-            assert "no arm angle keeps all limits" in path.explain() or "breaks a limit" in path.explain()
+            assert "no arm angle keeps all limits" in path.explain() or "violates a limit" in path.explain()
             continue
         kept += 1
         moved += path.curve.base is not None

@@ -62,7 +62,7 @@ def test_other_lines_name_the_turn_on_the_spot(home: np.ndarray, end: str) -> No
         own = refused.diagnosis[2]
         assert not refused.ok and [joint for joint, _ in own.turns] == [1, 5]
         for (joint, turn), (_, back) in zip(own.turns, JOINTS, strict=True):
-            assert f"joint {joint} by {np.degrees(turn):.3g}° (joint {back} back" in own.explain()
+            assert f"joint {joint} by {np.degrees(turn):.3g}° (and joint {back} back" in own.explain()
             for share in (1.0, 2 / 3):
                 turned = home.copy()
                 turned[[joint - 1, back - 1]] += np.array([share, -share]) * turn

@@ -131,9 +131,7 @@ def test_why_there_is_no_solution() -> None:
     branch = why[int(GC)]
     assert branch.status == aa.Status.CLEARANCE and branch.touching == ("post", "upper_arm")
     assert branch.short == pytest.approx(0.005 + 0.03, abs=1e-9)
-    assert (
-        "within the limits upper_arm is 35 mm too near to post at every arm angle." in why.explain()
-    )
+    assert "within the limits upper_arm is 35 mm too near to post at every arm angle." in why.explain()
     assert why.instead is None and "nearest pose" not in why.explain()  # the pose is within the limits
     hand = ARM.with_(hand=[aa.Ball([0, 0, 0], 0.1, name="grip")])
     floor = aa.Scene([aa.HalfSpace([0, 0, 1], POSE[2, 3], name="floor")])

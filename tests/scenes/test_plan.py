@@ -135,7 +135,7 @@ def test_a_scene_that_blocks_the_start_says_so() -> None:
     branch = found.diagnosis[int(GC)]
     assert branch.verdict == aa.types.Verdict.START and branch.status == aa.Status.CLEARANCE
     assert branch.touching == ("post", "upper_arm") and branch.short == pytest.approx(0.11)
-    said = f"GC {int(GC)}: the start is blocked: upper_arm comes 110 mm too near to post."
+    said = f"GC {int(GC)}: the start is blocked: upper_arm is 110 mm too near to post."
     assert found.explain().splitlines()[0] == said and found.status[0] == aa.Status.CLEARANCE
     goal = aa.plan(ARM.with_(scene=scene), LINE[::-1], goal=Q)
     assert not goal.ok and goal.explain().startswith(f"GC {int(GC)}: the goal is blocked: upper_arm")
@@ -157,7 +157,7 @@ def test_an_end_that_touches_is_the_first_reason_whatever_else_there_is(which: s
             found = aa.plan(ARM.with_(scene=scene), path if which == "start" else path[::-1], **asked)
             near = ARM.clearance(ARM.inverse(POSE, PSI, GC, limits=False), scene)
             short = 1e3 * (0.01 - float(near.distance))
-            said = f"the {which} is blocked: {near.link} comes {short:.3g} mm too near to {near.obstacle}."
+            said = f"the {which} is blocked: {near.link} is {short:.3g} mm too near to {near.obstacle}."
             assert found.explain().splitlines()[0] == f"GC {int(GC)}: {said}"
             assert found.diagnosis is not None and len(found.explain().splitlines()) <= 3
 
@@ -223,7 +223,7 @@ def test_the_hand_is_kept_clear_too() -> None:
     holding = ARM.with_(hand=[aa.Capsule([0, 0, 0], [0, 0, 0.1], 0.02, name="drill")])
     needle = aa.Scene([aa.Ball(POSE[:3, 3] + [0, 0.05, 0], 0.001, name="needle")])
     found = aa.plan(holding.with_(scene=needle), LINE)
-    assert not found.ok and "drill meets needle from s = " in str(found.diagnosis)
+    assert not found.ok and "drill collides with needle from s = " in str(found.diagnosis)
     away = aa.Scene([aa.Ball(POSE[:3, 3] + [0, 0.05, 0.0212], 0.001)])
     assert aa.plan(holding.with_(scene=away), LINE).certified
 

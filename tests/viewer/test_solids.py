@@ -16,6 +16,8 @@ from armangle.viewer.solids import capsule, capsules
 
 IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 WAM = aa.Arm.from_catalogue("barrett_wam7")
+FR3 = aa.Arm.from_catalogue("franka_fr3")
+PR2 = aa.Arm.from_catalogue("willow_garage_pr2_left")
 
 
 def test_a_capsule_is_closed_and_of_its_radius() -> None:
@@ -32,16 +34,17 @@ def test_a_capsule_is_closed_and_of_its_radius() -> None:
     assert volume == pytest.approx(np.pi * 0.05**2 * (length + 4 / 3 * 0.05), rel=0.03)
 
 
-@pytest.mark.parametrize("arm", [IIWA, WAM], ids=lambda arm: arm.name)
+@pytest.mark.parametrize("arm", [IIWA, WAM, FR3, PR2], ids=lambda arm: arm.name)
 def test_capsules_move_with_the_arm(arm: aa.Arm) -> None:
     q = np.random.default_rng(2).uniform(-1, 1, 7)
     frames = arm.frames(q)
     solids = {solid.name: solid for solid in capsules(arm)}
-    assert ("elbow_in" in solids) == (arm is WAM)
+    assert ("elbow_in" in solids) == (arm in (WAM, FR3))
+    assert ("wrist" in solids, "shoulder" in solids) == (arm is FR3, arm is PR2)
     hand = solids["hand"]
     placed = hand.vertices @ frames[hand.frame, :3, :3].T + frames[hand.frame, :3, 3]
     middle = 0.5 * (placed.max(axis=0) + placed.min(axis=0))
-    np.testing.assert_allclose(middle, frames[[5, 7], :3, 3].mean(axis=0), atol=2e-3)
+    np.testing.assert_allclose(middle, frames[[6 if arm is FR3 else 5, 7], :3, 3].mean(axis=0), atol=2e-3)
 
 
 _STL = "solid t\n" + "".join(

@@ -17,7 +17,7 @@ from armangle.viewer import ViewerState
 from armangle.viewer.controls import slider_range
 from armangle.viewer.entry import pose_of_text, text_of_pose
 from armangle.viewer.opening import opening_posture
-from armangle.viewer.panels import reasons_panel
+from armangle.viewer.panels import arcs_panel, reasons_panel
 from armangle.viewer.scene import figure_segments, segment_colours
 from armangle.viewer.state import ways_between
 
@@ -83,6 +83,33 @@ def test_an_arm_without_limits_begins_too() -> None:
 def test_a_start_that_is_no_posture_is_refused(start: object, error: type, message: str) -> None:
     refused(error, message, ViewerState, IIWA, start)
     refused(aa.InputError, "dt is missing", ViewerState, IIWA, policy=aa.Repulsion(rate=2.0))
+
+
+@pytest.mark.parametrize("name", ["franka_fr3", "ufactory_xarm7", "willow_garage_pr2_left", "fetch"])
+def test_an_arm_with_an_offset_is_moved_over_its_free_joint(name: str) -> None:
+    arm = aa.Arm.from_catalogue(name).with_(body="guessed")
+    scene = aa.Scene([aa.Box(aa.pose([0.9, 0.4, 0.9]), [0.1, 0.1, 0.1], name="box")])
+    state = ViewerState(arm.with_(scene=scene))
+    free = 0 if arm.redundancy == "joint_1" else 6
+    said = set()
+    for psi in np.linspace(-3.0, 3.0, 13):
+        pose, answer = state.pose, state.set_psi(float(psi))
+        said.add(answer.text)
+        assert answer.ok == (abs(state.psi - psi) < 1e-9) and state.q[free] == pytest.approx(state.psi)
+        np.testing.assert_allclose(arm.forward(state.q)[0], pose, atol=1e-9)
+        assert arm.within_limits(state.q, 1e-9)
+    assert "" in said and len(said) > 1
+    nearer = moved(state.pose, [0.0, 0.0, -0.02])
+    assert state.set_pose(nearer).ok and np.allclose(state.pose, nearer, atol=1e-6)
+    assert not state.set_pose(moved(nearer, [3.0, 0.0, 0.0])).ok and "mm short of it" in state.message
+    assert state.reason(state.gc) is None
+    for gc, figure in state.ghosts().items():
+        assert gc != state.gc and figure.shape == (9, 3)
+    circle, points = state.elbow_circle(), arm.elbow(state.q)
+    assert np.isfinite(circle.segments).all() and np.linalg.norm(circle.segments - points, axis=-1).max() < 2
+    assert "no solution" in arcs_panel(state)
+    answer = state.move_box("box", aa.pose(arm.elbow(state.q)))
+    assert not answer.ok and "box" in answer.text
 
 
 # -- one joint ---------------------------------------------------------------------------------------

@@ -18,7 +18,6 @@ from ..motion.joint_path import JointPath
 from ..scenes.scene import Scene
 from ..status import Status
 from .arguments import refuse
-from .loading import srs
 from .messages import note
 from .pictures import draw
 from .screen import degrees, left_out, redundancy_name, show, show_json, signs_text, unsolved_text
@@ -56,7 +55,7 @@ def show_intervals(asked: Asked, args: argparse.Namespace) -> int:
         raise InputError("--plot needs --gc: a pose alone does not say which branch to draw")
     if args.intervals:
         refuse(args, ("scene", "plot"), "--intervals of a joint")
-        keeping = srs(arm, "--intervals of a joint").with_(singularity_margin=margin)
+        keeping = arm.with_(singularity_margin=margin)
         each = {gc: keeping.feasible(frame, gc, per_joint=True) for gc in branches}
         chosen = range(1, JOINTS + 1) if args.intervals == EVERY else [args.intervals]
         found: list[Entry] = [(gc, i, each[gc][i - 1]) for gc in branches for i in chosen]
@@ -77,7 +76,7 @@ def show_intervals(asked: Asked, args: argparse.Namespace) -> int:
         known = "proven" if unproven else "feasible"
         note(f"armangle: no {known} arm angle. {_why(arm, frame, found)}")
     if args.plot is not None:
-        keeping = srs(arm, "--plot").with_(scene=asked.scene, singularity_margin=margin)
+        keeping = arm.with_(scene=asked.scene, singularity_margin=margin)
         draw("circle", args.plot, keeping, frame, asked.gc, psi=asked.psi)
     return int(none)
 
@@ -142,8 +141,6 @@ def _end_text(end: ArcEnd) -> str:
 
 def _unproven(arm: Arm, frame: Floats, gc: int, joint: int | None, margin: float) -> ArcSet:
     """Return the arm angles for which nothing is proven."""
-    if isinstance(arm, OffsetArm):
-        return ArcSet()
     arm = arm.with_(singularity_margin=margin)
     return arm._left_out(frame, gc) if joint is None else arm._left_out(frame, gc, Wanted.JOINTS)[joint - 1]
 

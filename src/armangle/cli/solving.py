@@ -16,7 +16,6 @@ from ..motion.joint_path import JointPath, blank_rows, even_parameters
 from ..scenes.scene import Scene
 from ..status import STATUSES, Status
 from .arguments import refuse
-from .loading import srs
 from .messages import note, paragraph
 from .screen import (
     counted,
@@ -158,7 +157,7 @@ def _off(arm: Arm, q: Floats, frames: Floats) -> Floats:
 
 def solve_all(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
     """Print one solution for each branch and interval, the nearest first."""
-    arm, frame = srs(asked.arm, "--all"), asked.frame
+    arm, frame = asked.arm, asked.frame
     arm = arm.with_(scene=asked.scene, singularity_margin=args.singularity_margin)
     seed, name = _seed(asked)
     metric: Any = args.metric or "l2"

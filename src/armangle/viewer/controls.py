@@ -100,7 +100,8 @@ class Controls:
         gain = 0.1 if policy is None or isinstance(policy, Hold) else float(policy.K)
         alpha = float(policy.alpha) if isinstance(policy, Repulsion) else Repulsion().alpha
         self._wish = policy if isinstance(policy, Towards) else Towards(direction="up")
-        with self._gui.add_folder("Arm angle"):
+        redundancy = self._state.arm.redundancy.replace("_", " ").capitalize()
+        with self._gui.add_folder(redundancy):
             self.psi = self._gui.add_slider("ψ (deg)", -180.0, 180.0, 0.1, 0.0)
             self._arcs = self._gui.add_html("")
             self.policy = self._gui.add_dropdown(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .._arrays import JOINTS, Floats
 from .._core import Wanted
-from ..arm.skeleton import blockers, first_blocker, unproven
+from ..arm.skeleton import blockers, first_blocker, unproven, unsolved
 from ..colours import (
     BLACK,
     FREE,
@@ -62,22 +62,26 @@ def _nearest(state: ViewerState) -> str:
 def arcs_panel(state: ViewerState) -> str:
     """Return the arm angle's circle as a strip: feasible light, blocked in the colour of the joint.
 
-    Dark is blocked by an obstacle, pale is unproven for an arm with its own chain.
+    Dark is blocked by an obstacle. For an arm that is not S-R-S, pale is unproven and grey has no solution.
     """
     each = state.arm.feasible(state.pose, state.gc, per_joint=True)
     left_out = state.arm._left_out(state.pose, state.gc, Wanted.JOINTS)
     unproven_bars = pieces(state.arm._left_out(state.pose, state.gc).intervals)
     bars, blocking = _obstacle_bars(state), []
     bars += [_bar(low, high, PALE) for low, high in unproven_bars]
+    none = unsolved(state.arm, state.pose, state.gc)
+    lost_bars = pieces(none.intervals)
     for joint in range(JOINTS, 0, -1):
-        blocked = pieces((~each[joint - 1])._less(left_out[joint - 1]).intervals)
+        blocked = pieces((~each[joint - 1])._less(left_out[joint - 1])._less(none).intervals)
         if blocked:
             blocking.append(joint)
         bars += [_bar(low, high, JOINT_COLOURS[joint - 1]) for low, high in blocked]
+    bars += [_bar(low, high, MID) for low, high in lost_bars]
     at = (np.degrees(state.psi) + 180) / 3.6
     listed = [(f"joint {joint}", JOINT_COLOURS[joint - 1]) for joint in sorted(blocking)]
     listed += [(name, OBSTACLE) for name in _blocking_obstacles(state)]
     open_key = f"; {_key('not proven', PALE)}" if unproven_bars else ""
+    open_key += f"; {_key('no solution', MID)}" if lost_bars else ""
     keys = " ".join(_key(name, colour) for name, colour in listed)
     said = f"blocked by {keys}" if keys else "nothing blocks"
     return (
@@ -85,7 +89,7 @@ def arcs_panel(state: ViewerState) -> str:
         f'<div style="position:relative;height:14px;background:{FREE};border:1px solid {MID}">'
         f"{''.join(bars)}{_marker(at)}</div>"
         f'<div style="display:flex;justify-content:space-between"><span>−180°</span><span>0°</span>'
-        f"<span>180°</span></div>{_key('free', FREE)}; {said}{open_key}</div>"
+        f"<span>180°</span></div>{_key('feasible', FREE)}; {said}{open_key}</div>"
     )
 
 
@@ -98,7 +102,8 @@ def _obstacle_bars(state: ViewerState) -> list[str]:
     """Return the bars of arm angles that the scene blocks."""
     if state.scene is None:
         return []
-    blocked = ~state.arm._clear(state.pose, state.gc, state.scene)
+    clear = state.arm._clear(state.pose, state.gc, state.scene)
+    blocked = (~clear)._less(unsolved(state.arm, state.pose, state.gc))
     return [_bar(low, high, OBSTACLE) for low, high in pieces(blocked.intervals)]
 
 
@@ -172,14 +177,15 @@ def map_image(motion: JointPath, scene: Scene | None = None) -> str:
     cells = np.full((len(rows), _MAP_HEIGHT), _LOST)
     posed = np.isfinite(motion.poses[rows]).all(axis=(1, 2))  # failed rows of a joint file have no pose
     poses, gc = motion.poses[rows[posed]], gc[posed]
-    blocked = first_blocker(blockers(motion.srs_arm, poses[:, None], gc[:, None], psi[None, :]))
-    lost = np.isin(motion.srs_arm.feasible(poses, gc).status, (Status.UNREACHABLE, Status.FOLDED))
-    left_out = unproven(motion.srs_arm, poses[:, None], gc[:, None], psi[None, :])
+    blocked = first_blocker(blockers(motion.arm, poses[:, None], gc[:, None], psi[None, :]))
+    lost = np.isin(motion.arm.feasible(poses, gc).status, (Status.UNREACHABLE, Status.FOLDED))
+    left_out = unproven(motion.arm, poses[:, None], gc[:, None], psi[None, :])
     blocked = np.where((blocked == 0) & left_out, _NOT_PROVEN, blocked)
     if scene is not None:
-        clear = motion.srs_arm._clear(poses[:, None], gc[:, None], scene).contains(psi[None, :])
+        clear = motion.arm._clear(poses[:, None], gc[:, None], scene).contains(psi[None, :])
         blocked = np.where((blocked == 0) & np.logical_not(clear), _BY_OBSTACLE, blocked)
-    cells[posed] = np.where(lost[:, None], _LOST, blocked)
+    none = unsolved(motion.arm, poses[:, None], gc[:, None]).contains(psi[None, :])
+    cells[posed] = np.where(lost[:, None] | none, _LOST, blocked)
     return "data:image/png;base64," + base64.b64encode(png(cells.T.astype(np.uint8), _PALETTE)).decode()
 
 
@@ -205,7 +211,7 @@ def map_panel(motion: JointPath, image: str, row: int) -> str:
     dot = wrapped_degrees(motion.psi[row : row + 1])[0]
     place = f'<circle cx="{at:.2f}" cy="{(180 - dot) / 3.6:.2f}" r="1.6"/>' if np.isfinite(dot) else ""
     return (
-        f'<div style="{_FRAME}" data-panel="map">ψ over the path: {_key("free", FREE)}, other colours block'
+        f'<div style="{_FRAME}" data-panel="map">ψ over the path: {_key("feasible", FREE)}, the rest blocked'
         f'<div style="position:relative;height:150px;border:1px solid {MID}">'
         f'<img src="{image}" alt="feasible map" style="position:absolute;width:100%;height:100%;'
         f'image-rendering:pixelated"><svg viewBox="0 0 100 100" preserveAspectRatio="none" '

@@ -206,7 +206,7 @@ def _linear(srgb: Any) -> NDArray[np.uint8]:
 
 
 def figure_segments(figures: list[Floats]) -> Floats:
-    """Return stick figures (8, 3) each as line segments (n, 2, 3), m."""
+    """Return stick figures (k, 3) each as line segments (n, 2, 3), m."""
     corners = np.stack(figures)
     return np.stack([corners[:, :-1], corners[:, 1:]], axis=2).reshape(-1, 2, 3)
 

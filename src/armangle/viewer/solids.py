@@ -9,13 +9,14 @@ import numpy as np
 
 from .._arrays import JOINTS, Floats
 from ..arm.arm import Arm
-from ..arm.skeleton import skeleton
+from ..arm.skeleton import corners
 
-# Pairs of skeleton corners and the DH frame in which both ends are rigid: base, shoulder to elbow, its
-# offsets, elbow to wrist, wrist to flange, tool.
-_LINKS = ((0, 1, 0), (1, 2, 3), (2, 3, 3), (3, 4, 4), (4, 5, 4), (5, 6, 7), (6, 7, 7))
-_NAMES = ("base", "upper_arm", "elbow_in", "elbow_out", "forearm", "hand", "tool")
-_THICKNESS = (0.062, 0.055, 0.05, 0.05, 0.047, 0.04, 0.02)
+# Names between neighbouring corners of the arm, the DH frame in which both ends are rigid, and the thickness.
+_LINKS = (
+    ("base", 0, 0.062), ("upper_arm", 3, 0.055), ("elbow_in", 3, 0.05), ("elbow_out", 4, 0.05),
+    ("forearm", 4, 0.047), ("hand", 7, 0.04), ("tool", 7, 0.02),
+)  # fmt: skip
+_SHOULDER, _WRIST = ("shoulder", 1, 0.06), ("wrist", 6, 0.044)
 _SEGMENTS, _RINGS = 24, 7
 _SHORT = 1e-6
 
@@ -49,16 +50,26 @@ class Solid:
 def capsules(arm: Arm, *, skip: frozenset[int] = frozenset()) -> list[Solid]:
     """Return the arm's links as capsules; frames in `skip` (0..7) have their own solids."""
     q = np.zeros(JOINTS)
-    corners, frames = skeleton(arm, q), arm.frames(q)
+    points, frames = corners(arm, q), arm.frames(q)
     size = arm.reach
     solids = []
-    for k, (begin, end, frame) in enumerate(_LINKS):
-        local = (corners[[begin, end]] - frames[frame, :3, 3]) @ frames[frame, :3, :3]
+    for k, (name, frame, thickness) in enumerate(_links(arm)):
+        local = (points[k : k + 2] - frames[frame, :3, 3]) @ frames[frame, :3, :3]
         if np.linalg.norm(local[1] - local[0]) <= _SHORT * size or frame in skip:
             continue
-        vertices, faces = capsule(local[0], local[1], _THICKNESS[k] * size)
-        solids.append(Solid(_NAMES[k], frame, vertices, faces, DARK if k % 2 else GREY))
+        vertices, faces = capsule(local[0], local[1], thickness * size)
+        solids.append(Solid(name, frame, vertices, faces, DARK if k % 2 else GREY))
     return solids
+
+
+def _links(arm: Arm) -> list[tuple[str, int, float]]:
+    """Return the links between neighbouring corners, with that along an offset."""
+    links = list(_LINKS)
+    if arm.a_1:
+        links.insert(1, _SHOULDER)
+    if arm.a_6:
+        links.insert(5, _WRIST)
+    return links
 
 
 def capsule(begin: Floats, end: Floats, radius: float) -> tuple[Floats, Any]:

@@ -13,8 +13,7 @@ from .._arrays import CONFIGURATIONS, JOINTS, Floats, one_posture
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm, nearest_rotation
 from ..arm.configuration import gc_signs
-from ..arm.offset import as_srs
-from ..arm.skeleton import alike, blockers, elbow_points, first_blocker, skeleton, unproven
+from ..arm.skeleton import alike, blockers, corners, elbow_points, first_blocker, unproven, unsolved
 from ..errors import InputError, LimitError, SceneError, UnreachableError
 from ..motion.following import follow
 from ..motion.joint_path import JointPath
@@ -104,8 +103,6 @@ class ViewerState:
         If start is not seven finite numbers, or the policy has a rate: dragging has no time step.
     LimitError
         If start violates limits.
-    UnsupportedError
-        If the arm has an offset wrist or shoulder.
     """
 
     arm: Arm
@@ -129,7 +126,7 @@ class ViewerState:
     def __post_init__(self) -> None:
         if self.policy is not None:
             core_policy(self.policy, None)  # rejects a rate
-        self._home_arm = as_srs(self.arm, "the viewer")
+        self._home_arm = self.arm
         self._home = opening_posture(self.arm) if self.start is None else self._checked(self.start)
         self.reset()
 
@@ -280,13 +277,15 @@ class ViewerState:
             return self._say(True, "")
         who = [str(j + 1) for j in np.flatnonzero(blockers(self.arm, self.pose, self.gc, angle))]
         left_out = not who and bool(unproven(self.arm, self.pose, self.gc, angle))
+        none = bool(unsolved(self.arm, self.pose, self.gc).contains(angle))
         blocking = f"joint{'s' * (len(who) > 1)} {', '.join(who)}"
         if not who and not left_out and self.scene is not None:
             near = self.arm.clearance(self._at(angle, self.gc))
             blocking = f"{near.obstacle}, which {near.link} would touch"
         self._turn_to(float(self.arcs.nearest(angle)))
-        why = "left out: nothing is proven there" if left_out else f"blocked by {blocking}"
-        return self._say(False, f"ψ = {degrees_text(angle)} is {why}.")
+        why = "is left out: nothing is proven there" if left_out else f"is blocked by {blocking}"
+        why = "has no solution in this branch" if none else why
+        return self._say(False, f"ψ = {degrees_text(angle)} {why}.")
 
     def _turn_to(self, psi: float) -> None:
         self._take(self._at(psi, self.gc))
@@ -428,12 +427,12 @@ class ViewerState:
         return ElbowCircle(segments, who)
 
     def ghosts(self) -> dict[int, Floats]:
-        """Return the stick figures (8, 3), m, of the other configurations that have a solution."""
+        """Return the stick figures (n, 3), m, of the other configurations that have a solution."""
         out = {}
         for gc in range(CONFIGURATIONS):
             arcs = self._arcs(gc)
             if gc != self.gc and not arcs.is_empty:
-                out[gc] = skeleton(self.arm, self._at(float(arcs.nearest(self.psi)), gc))
+                out[gc] = corners(self.arm, self._at(float(arcs.nearest(self.psi)), gc))
         return out
 
     def export(self) -> str:

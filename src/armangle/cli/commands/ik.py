@@ -121,14 +121,14 @@ def run(args: argparse.Namespace) -> int:
     if args.kuka is not None:
         return _kuka(srs(arm, "--kuka"), args)
     if args.intervals is not None and args.joints is not None and is_file(args.joints):
-        return draw_map(motion_of(srs(arm, "--intervals"), load_joints(args.joints)), scene, args)
+        return draw_map(motion_of(arm, load_joints(args.joints)), scene, args)
     asked = _asked(arm, scene, args)
     if args.intervals is not None:
         if asked.frame.ndim == 3:
-            return draw_map((srs(arm, "--intervals"), asked.frame), scene, args)
+            return draw_map((arm, asked.frame), scene, args)
         return show_intervals(asked, args)
     if args.explain:
-        return _explain(srs(arm, "--explain"), asked.frame, scene, args)
+        return _explain(arm, asked.frame, scene, args)
     if asked.frame.ndim == 3 and (args.all or args.plot is not None):
         raise InputError(f"--{'all' if args.all else 'plot'} takes one pose, and there is a file of poses")
     if args.psi is not None:
@@ -142,7 +142,7 @@ def run(args: argparse.Namespace) -> int:
     if args.plot is not None and found is not None:
         psi, gc = found
         if scene is None:
-            draw("joint_profiles", args.plot, srs(arm, "--plot"), asked.frame, gc, psi=psi)
+            draw("joint_profiles", args.plot, arm, asked.frame, gc, psi=psi)
         else:
             draw("clearance_profile", args.plot, arm.with_(scene=scene), asked.frame, gc, psi=psi)
     return status

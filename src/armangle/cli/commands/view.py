@@ -17,7 +17,7 @@ from ...reach.voxels import ORIENTATIONS, voxels_of
 from ...scenes.scene import Scene
 from .. import paper_example
 from ..arguments import ARM, SCENE, add, add_arm, add_scene, given, joints, number
-from ..loading import is_description, links_of, srs, with_scene
+from ..loading import is_description, links_of, with_scene
 from ..messages import note
 from ..motions import motion_of, motions_along
 from ..screen import progress, show, show_json, violations
@@ -64,7 +64,6 @@ def run(args: argparse.Namespace) -> int:
     from ... import viewer
 
     arm, scene = (paper_example.example()[0], None) if args.robot is None else with_scene(args)
-    arm = srs(arm, "view")
     start = _start(arm, args.start)
     runs = _demo() if args.robot is None else _runs(arm, args.path, start, scene)
     described = args.robot is not None and is_description(args.robot)
