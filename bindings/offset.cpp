@@ -74,7 +74,7 @@ void bind_offset(nb::class_<OffsetHandle>& arm) {
     using namespace nb::literals;
     bind_offset_stepping(arm);
     bind_offset_planning(arm);
-    bind_offset_turns(arm);
+    bind_offset_reach(arm);
     bind_offset_arcs(arm);
     bind_offset_kinematics(arm);
     bind_offset_scenes(arm);

@@ -49,7 +49,7 @@ inline const armangle::OffsetArm& reaching(const armangle::OffsetArm& arm) noexc
 void bind_offset_stepping(nb::class_<OffsetHandle>& arm);
 void bind_offset_scenes(nb::class_<OffsetHandle>& arm);
 void bind_offset_planning(nb::class_<OffsetHandle>& arm);
-void bind_offset_turns(nb::class_<OffsetHandle>& arm);
+void bind_offset_reach(nb::class_<OffsetHandle>& arm);
 void bind_offset_arcs(nb::class_<OffsetHandle>& arm);
 void bind_offset_solving(nb::class_<OffsetHandle>& arm);
 void bind_offset_kinematics(nb::class_<OffsetHandle>& arm);

@@ -1,5 +1,6 @@
 // Reachability: freedom of poses, turns of base and tool, and placement of the base.
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 
 #include <algorithm>
 #include <memory>
@@ -21,10 +22,12 @@ namespace {
 LimitTable table(const ArmHandle& self, double margin) {
     return margin > 0 ? limit_table(self.arm, margin) : self.limits;
 }
+OffsetLimits table(const OffsetHandle& self, double margin) { return limit_table(self.arm, margin); }
 
-void reachable_many(const ArmHandle& self, Floats pose, double margin, Ints out, int threads) {
+template <class Handle>
+void reachable_many(const Handle& self, Floats pose, double margin, Ints out, int threads) {
     const Buffer in(pose), to(out, true);
-    const LimitTable limits = table(self, margin);
+    const auto limits = table(self, margin);
     for_each<2>("pose", {&in, &to}, {2, 0}, threads, [&](const Py_ssize_t* at, double& value) {
         const double* m = in.data<double>() + at[0];
         const Problem problem = check_pose(self.arm, m, value);
@@ -35,9 +38,10 @@ void reachable_many(const ArmHandle& self, Floats pose, double margin, Ints out,
 }
 
 /// widths: total and widest; codes: gc, arcs, status.
-void freedom_many(const ArmHandle& self, Floats pose, double margin, Floats widths, Ints codes, int threads) {
+template <class Handle>
+void freedom_many(const Handle& self, Floats pose, double margin, Floats widths, Ints codes, int threads) {
     const Buffer in(pose), wide(widths, true), code(codes, true);
-    const LimitTable limits = table(self, margin);
+    const auto limits = table(self, margin);
     for_each<3>("pose", {&in, &wide, &code}, {2, 1, 1}, threads, [&](const Py_ssize_t* at, double& value) {
         const double* m = in.data<double>() + at[0];
         const Problem problem = check_pose(self.arm, m, value);
@@ -68,19 +72,6 @@ void freedom_gradient_many(const ArmHandle& self, Floats pose, double margin, Fl
     });
 }
 
-/// The turns of a pose; `limits`: a table of an exact arm's with its margin.
-Status turns_of(const ArmHandle& self, const LimitTable& limits, const Pose<double>& pose, Turned turned,
-                ArcSet& out) noexcept {
-    return turn_arcs(self.arm, pose, limits, turned, out);
-}
-Status turns_of(const OffsetHandle& self, double, const Pose<double>& pose, Turned turned,
-                ArcSet& out) noexcept {
-    return turn_arcs(self.arm, pose, turned, out);
-}
-const Arm& with_limits(const ArmHandle& self) { return self.arm; }
-const Arm& with_limits(const OffsetHandle& self) { return self.arm.own; }
-double table(const OffsetHandle&, double margin) { return margin; }
-
 template <class Handle, class Table>
 [[gnu::noinline]] void turns_range(const Handle& self, const Table& limits, Turned turned,
                                    const double* poses, std::size_t begin, std::size_t end,
@@ -90,8 +81,8 @@ template <class Handle, class Table>
         const Problem problem = check_pose(self.arm, poses + 16 * i, value);
         if (problem != Problem::none) return outcome.report(problem, i, value);
         ArcSet set;
-        const Status status = turns_of(self, limits, load_pose(poses + 16 * i), turned, set);
-        to.add(with_limits(self), 0.0, configuration(0), set, status);
+        const Status status = turn_arcs(self.arm, load_pose(poses + 16 * i), limits, turned, set);
+        to.add(nominal(self.arm), 0.0, configuration(0), set, status);
     }
 }
 
@@ -118,13 +109,14 @@ ArcColumns turns_many(const Handle& self, Floats pose, Turned turned, double mar
 }
 
 /// Best yaw of one base position over the poses; `events` and `set` are work space.
-BestYaw place_at(const ArmHandle& self, const LimitTable& limits, const std::vector<Pose<double>>& poses,
+template <class AnyArm, class Table>
+BestYaw place_at(const AnyArm& arm, const Table& limits, const std::vector<Pose<double>>& poses,
                  const double* weight, const Vec3<double>& at, std::vector<YawEvent>& events) {
     events.clear();
     double always = 0, at_seam = 0;
     ArcSet set;
     for (std::size_t i = 0; i < poses.size(); ++i) {
-        yaw_arcs(self.arm, poses[i], at, limits, set);
+        yaw_arcs(arm, poses[i], at, limits, set);
         if (set.full) {
             always += weight[i];
             continue;
@@ -144,7 +136,8 @@ BestYaw place_at(const ArmHandle& self, const LimitTable& limits, const std::vec
 }
 
 /// Checks a pose of an arm on one of several base positions (k, 3).
-Problem check_placed(const Arm& arm, const double* m, const Buffer& positions, double& value) noexcept {
+template <class AnyArm>
+Problem check_placed(const AnyArm& arm, const double* m, const Buffer& positions, double& value) noexcept {
     Problem problem = check_pose(m, value);
     for (Py_ssize_t i = 0; problem == Problem::none && i < positions.shape(0); ++i) {
         double seen[16];
@@ -157,10 +150,11 @@ Problem check_placed(const Arm& arm, const double* m, const Buffer& positions, d
 }
 
 /// For each base position (k, 3): yaw, stretch and weight reached, (k, 3).
-void place_many(const ArmHandle& self, Floats pose, Floats weight, Floats position, double margin, Floats out,
+template <class Handle>
+void place_many(const Handle& self, Floats pose, Floats weight, Floats position, double margin, Floats out,
                 int threads) {
     const Buffer p(pose), w(weight), at(position), to(out, true);
-    const LimitTable limits = table(self, margin);
+    const auto limits = table(self, margin);
     const auto n = static_cast<std::size_t>(p.shape(0)), k = static_cast<std::size_t>(at.shape(0));
     std::vector<Pose<double>> poses(n);
     Outcome outcome;
@@ -175,7 +169,8 @@ void place_many(const ArmHandle& self, Floats pose, Floats weight, Floats positi
         std::vector<YawEvent> events;
         for (std::size_t i = begin; i < end && !(i > begin && watch.ended(thread, i - begin)); ++i) {
             const double* x = at.data<double>() + 3 * i;
-            const BestYaw best = place_at(self, limits, poses, w.data<double>(), {x[0], x[1], x[2]}, events);
+            const BestYaw best =
+                place_at(self.arm, limits, poses, w.data<double>(), {x[0], x[1], x[2]}, events);
             double* row = to.data<double>() + 3 * i;
             row[0] = best.yaw;
             row[1] = best.stretch;
@@ -220,21 +215,30 @@ struct CellColumns {
     }
 };
 
+/// What is proven of a whole cell, about its middle at the tilt that the place has.
+Proven proven_of(const ReducedArm<Arm>& arm, const ReducedPlace<Arm>& place, const ReducedPose& middle,
+                 const CellSize& half) {
+    double psi = 0;
+    int gc = -1;
+    place.widest(middle.turn, psi, gc);
+    return proven_cell(arm, middle, half, psi, gc);
+}
+/// Nothing is of an arm with an offset, and Python does not ask.
+Proven proven_of(const ReducedArm<OffsetArm>&, const ReducedPlace<OffsetArm>&, const ReducedPose&,
+                 const CellSize&) {
+    return Proven::unknown;
+}
+
 /// The cells of one wrist position, tilt by tilt; if turn and -turn have the same cell, each is computed
 /// once.
-void place_cells(const ReducedArm& arm, double r, double height, const MapAngles& d, const CellSize& half,
-                 const CellColumns& to) {
-    ReducedPlace place(arm, r, height);
+template <class AnyArm>
+void place_cells(const ReducedArm<AnyArm>& arm, double r, double height, const MapAngles& d,
+                 const CellSize& half, const CellColumns& to) {
+    ReducedPlace<AnyArm> place(arm, r, height);
     if (!place.any() && !to.proven) {
         for (std::size_t k = 0; k < d.cells(); ++k) to.write({}, Proven::unknown, k);
         return;
     }
-    const auto certain = [&](double tilt, double turn) {
-        double psi = 0;
-        int gc = -1;
-        place.widest(turn, psi, gc);
-        return proven_cell(arm, {r, height, tilt, turn, 0, 0}, half, psi, gc);
-    };
     const bool halved = arm.mirrored && d.opposed;
     const std::size_t made = halved ? (d.turns + 1) / 2 : d.turns;
     for (std::size_t i = 0; i < d.tilts; ++i) {
@@ -242,7 +246,9 @@ void place_cells(const ReducedArm& arm, double r, double height, const MapAngles
         const CellColumns row = to.at(i * d.turns);
         for (std::size_t k = 0; k < made; ++k) {
             const ReducedCell cell = place.cell(d.turn[k], to.yaw != nullptr, to.roll != nullptr);
-            const Proven known = to.proven ? certain(d.tilt[i], d.turn[k]) : Proven::unknown;
+            const Proven known = to.proven
+                                     ? proven_of(arm, place, {r, height, d.tilt[i], d.turn[k], 0, 0}, half)
+                                     : Proven::unknown;
             row.write(cell, known, k);
             if (halved) row.write(cell, known, d.turns - 1 - k);
         }
@@ -251,7 +257,8 @@ void place_cells(const ReducedArm& arm, double r, double height, const MapAngles
 
 /// The cells (k, tilts, turns) of a map at wrist positions (k, 2), r and height. Also yaw, roll, and the
 /// proof for cells of `size` along each axis (4,), or None.
-void map_cells(const ArmHandle& self, Floats places, Floats tilt, Floats turn, Floats size, double margin,
+template <class Handle>
+void map_cells(const Handle& self, Floats places, Floats tilt, Floats turn, Floats size, double margin,
                Bytes gc, Singles freedom, std::optional<Bytes> yaw, std::optional<Bytes> roll,
                std::optional<Bytes> proven, int threads) {
     const Buffer at(places), tilts(tilt), turns(turn), to_gc(gc, true), to_freedom(freedom, true);
@@ -266,7 +273,7 @@ void map_cells(const ArmHandle& self, Floats places, Floats tilt, Floats turn, F
     const CellColumns out{
         to_gc.data<std::uint8_t>(), to_freedom.data<float>(), yaw ? to_yaw.data<std::uint8_t>() : nullptr,
         roll ? to_roll.data<std::uint8_t>() : nullptr, proven ? to_proven.data<std::uint8_t>() : nullptr};
-    const ReducedArm arm = reduced_arm(self.arm, margin);
+    const auto arm = reduced_arm(self.arm, margin);
     watched(static_cast<std::size_t>(at.shape(0)), threads,
             [&](std::size_t begin, std::size_t end, std::size_t thread, Watch& watch) {
                 for (std::size_t i = begin; i < end && !(i > begin && watch.ended(thread, i - begin)); ++i) {
@@ -277,22 +284,25 @@ void map_cells(const ArmHandle& self, Floats places, Floats tilt, Floats turn, F
 }
 
 /// Poses (n, 4, 4) of reduced coordinates (n, 6): r, height, tilt, turn, azimuth, roll.
-void poses_of_reduced(const ArmHandle& self, Floats coordinates, Floats out) {
+template <class Handle>
+void poses_of_reduced(const Handle& self, Floats coordinates, Floats out) {
     const Buffer in(coordinates), to(out, true);
     for (Py_ssize_t i = 0; i < in.shape(0); ++i) {
         const double* c = in.data<double>() + 6 * i;
-        store_pose(pose_of(self.arm, {c[0], c[1], c[2], c[3], c[4], c[5]}), to.data<double>() + 16 * i);
+        store_pose(pose_of(nominal(self.arm), {c[0], c[1], c[2], c[3], c[4], c[5]}),
+                   to.data<double>() + 16 * i);
     }
 }
 
 /// Reduced coordinates (n, 6) of poses (n, 4, 4).
-void reduced_of_poses(const ArmHandle& self, Floats pose, Floats out) {
+template <class Handle>
+void reduced_of_poses(const Handle& self, Floats pose, Floats out) {
     const Buffer in(pose), to(out, true);
     for_each<2>("pose", {&in, &to}, {2, 1}, 1, [&](const Py_ssize_t* at, double& value) {
         const double* m = in.data<double>() + at[0];
         const Problem problem = check_pose(self.arm, m, value);
         if (problem != Problem::none) return problem;
-        const ReducedPose p = reduced_pose(self.arm, load_pose(m));
+        const ReducedPose p = reduced_pose(nominal(self.arm), load_pose(m));
         const double six[] = {p.r, p.height, p.tilt, p.turn, p.azimuth, p.roll};
         std::memcpy(to.data<double>() + at[1], six, sizeof(six));
         return Problem::none;
@@ -312,26 +322,39 @@ void end_slopes_one(const ArmHandle& self, Floats pose, long long gc, double mar
         std::memcpy(to.data<double>() + 12 * i, slopes.entry[i], sizeof(slopes.entry[i]));
 }
 
+/// Smallest and largest distance (m) of the wrist of reduced coordinates.
+template <class Handle>
+std::pair<double, double> reduced_distances(const Handle& self) {
+    const ReducedReach reach = reduced_reach(self.arm);
+    return {reach.inner, reach.outer};
+}
+
+/// What arms of all kinds with closed intervals answer.
+template <class Handle>
+void bind_reach_of(nb::class_<Handle>& arm) {
+    using namespace nb::literals;
+    arm.def("reachable_many", &reachable_many<Handle>, "pose"_a, "margin"_a, "out"_a, "threads"_a);
+    arm.def("freedom_many", &freedom_many<Handle>, "pose"_a, "margin"_a, "widths"_a, "codes"_a, "threads"_a);
+    arm.def("turns_many", &turns_many<Handle>, "pose"_a, "turned"_a, "margin"_a, "threads"_a);
+    arm.def("map_cells", &map_cells<Handle>, "places"_a, "tilt"_a, "turn"_a, "size"_a, "margin"_a, "gc"_a,
+            "freedom"_a, "yaw"_a.none(), "roll"_a.none(), "proven"_a.none(), "threads"_a);
+    arm.def("poses_of_reduced", &poses_of_reduced<Handle>, "coordinates"_a, "out"_a);
+    arm.def("reduced_of_poses", &reduced_of_poses<Handle>, "pose"_a, "out"_a);
+    arm.def("reduced_distances", &reduced_distances<Handle>);
+    arm.def("place_many", &place_many<Handle>, "pose"_a, "weight"_a, "position"_a, "margin"_a, "out"_a,
+            "threads"_a);
+}
+
 }  // namespace
 
-void bind_offset_turns(nb::class_<OffsetHandle>& arm) {
-    using namespace nb::literals;
-    arm.def("turns_many", &turns_many<OffsetHandle>, "pose"_a, "turned"_a, "margin"_a, "threads"_a);
-}
+void bind_offset_reach(nb::class_<OffsetHandle>& arm) { bind_reach_of(arm); }
 
 void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::enum_<Turned>(m, "Turned").value("BASE", Turned::base).value("TOOL", Turned::tool);
-    arm.def("reachable_many", &reachable_many, "pose"_a, "margin"_a, "out"_a, "threads"_a);
-    arm.def("freedom_many", &freedom_many, "pose"_a, "margin"_a, "widths"_a, "codes"_a, "threads"_a);
+    bind_reach_of(arm);
     arm.def("freedom_gradient_many", &freedom_gradient_many, "pose"_a, "margin"_a, "out"_a, "threads"_a);
-    arm.def("turns_many", &turns_many<ArmHandle>, "pose"_a, "turned"_a, "margin"_a, "threads"_a);
     arm.def("end_slopes_one", &end_slopes_one, "pose"_a, "gc"_a, "margin"_a, "out"_a);
-    arm.def("map_cells", &map_cells, "places"_a, "tilt"_a, "turn"_a, "size"_a, "margin"_a, "gc"_a,
-            "freedom"_a, "yaw"_a.none(), "roll"_a.none(), "proven"_a.none(), "threads"_a);
-    arm.def("poses_of_reduced", &poses_of_reduced, "coordinates"_a, "out"_a);
-    arm.def("reduced_of_poses", &reduced_of_poses, "pose"_a, "out"_a);
-    arm.def("place_many", &place_many, "pose"_a, "weight"_a, "position"_a, "margin"_a, "out"_a, "threads"_a);
 }
 
 }  // namespace binding

@@ -6,4 +6,5 @@
 #include "offset/correction.hpp"
 #include "offset/nearest_posture.hpp"
 #include "offset/psi_towards.hpp"
+#include "offset/reduced_place.hpp"
 #include "offset/turn_arcs.hpp"

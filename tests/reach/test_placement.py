@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.maps import ARMS
+from support.maps import ARMS, OFFSET_ARMS
 from support.moves import refused
 from support.threads import in_threads
 
@@ -51,9 +51,29 @@ def test_no_scanned_yaw_beats_it(name: str, hanging: bool) -> None:
     assert all(why is not aa.Status.OK for _, why in found.missed())
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", OFFSET_ARMS)
+@pytest.mark.parametrize("hanging", [False, True])
+def test_no_scanned_yaw_of_an_arm_with_an_offset_beats_it(name: str, hanging: bool) -> None:
+    arm = aa.Arm.load(name)
+    if hanging:
+        arm = arm.with_(base=np.diag([1.0, -1.0, -1.0, 1.0]))
+    rng = np.random.default_rng(6)
+    poses, weight = grasps(rng, 12), rng.uniform(0.5, 2.0, 12)
+    found = aa.place(arm, poses, [0.1], [-0.2, 0.3], z=0.5 if hanging else 0.0, weight=weight)
+    assert found.reached.max() > 3.0
+    for j in range(2):
+        base = found.base(0, j)
+        assert weight[arm.with_(base=base).reachable(poses)].sum() == pytest.approx(found.reached[0, j])
+        for yaw in np.linspace(-np.pi, np.pi, 61):
+            assert weight[at(base, arm, yaw).reachable(poses)].sum() <= found.reached[0, j] + 1e-9
+        half = 0.499 * found.stretch[0, j]
+        for yaw in (found.yaw[0, j] - half, found.yaw[0, j] + half):
+            assert weight[at(base, arm, yaw).reachable(poses)].sum() == pytest.approx(found.reached[0, j])
+
+
+@pytest.mark.parametrize("name", [*ARMS, *OFFSET_ARMS])
 def test_no_pose_all_out_of_reach_and_one(name: str) -> None:
-    arm = aa.Arm.from_catalogue(name)
+    arm = aa.Arm.load(name)
     none = aa.place(arm, [], [0.0], [0.0, 0.1])
     assert none.reached.tolist() == [[0.0, 0.0]] and none.missed() == ()
     far = aa.place(arm, aa.pose([[9.0, 0.0, 0.0]] * 3), [0.0], [0.0])

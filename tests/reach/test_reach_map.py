@@ -13,12 +13,23 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import draw
-from support.maps import ARMS, digest, killed_and_resumed, made, peak, process, small_tiles, whole
+from support.maps import (
+    ARMS,
+    OFFSET_ARMS,
+    digest,
+    killed_and_resumed,
+    made,
+    peak,
+    process,
+    small_tiles,
+    whole,
+)
 from support.moves import refused
 from support.needs import need
 from support.planned_arms import random_arm
 
 import armangle as aa
+from armangle.reach import voxels as voxels_module
 
 need("zarr")
 
@@ -68,6 +79,41 @@ def test_cells_are_what_the_closed_form_says_at_their_middles(name: str, tmp_pat
     assert (
         check_cells(aa.Arm.from_catalogue(name), found, draw.generator(16, 20, ARMS.index(name)), 1500) > 200
     )
+
+
+@pytest.mark.parametrize("name", OFFSET_ARMS)
+def test_cells_of_an_arm_with_an_offset_are_what_its_intervals_say(name: str, tmp_path: Path) -> None:
+    base, tool = aa.pose([0.1, 0.2, 0.3]), aa.pose([0.05, 0.02, 0.1], rpy=[0.3, 0.2, 0.1])
+    arm = aa.Arm.load(name).with_(base=base, tool=tool)
+    found = aa.reach_map(arm, tmp_path / "a.zarr", spacing=0.3, tilt=0.5)
+    assert found.arm == arm and found.missing == () and found.verify() == ()
+    rng = draw.generator(16, 25, OFFSET_ARMS.index(name))
+    assert check_cells(arm, found, rng, 300) > 60
+    refused(
+        aa.UnsupportedError, "proven", lambda: aa.reach_map(arm, tmp_path / "b.zarr", fields=("gc", "proven"))
+    )
+
+
+@pytest.mark.parametrize("name", OFFSET_ARMS)
+def test_every_posture_of_an_arm_with_an_offset_is_within_its_map(name: str, tmp_path: Path) -> None:
+    arm = aa.Arm.load(name)
+    found = aa.reach_map(arm, tmp_path / "a.zarr", spacing=0.6, tilt=1.5, fields=("gc",))
+    rng = draw.generator(16, 27, OFFSET_ARMS.index(name))
+    q = rng.uniform(np.clip(arm.lower, -np.pi, np.pi), np.clip(arm.upper, -np.pi, np.pi), (2000, 7))
+    poses = arm.forward(q)[0]
+    six = found.coordinates(poses)
+    assert np.allclose(found.pose(six), poses, atol=1e-12)
+    inner, outer = arm._handle.reduced_distances()
+    distance = np.hypot(six[:, 0], six[:, 1])
+    assert (distance <= outer + 1e-12).all() and (distance >= inner - 1e-12).all()
+    assert distance.max() > 0.97 * outer
+    drawn = found.sample(100, seed=5)
+    assert arm.reachable(drawn).all() and np.array_equal(drawn[:20], found.sample(20, seed=5))
+    voxels = found.voxels(0.5, orientations=10)
+    turned = aa.pose(np.zeros(3), wxyz=voxels_module.even_orientations(10))
+    for place, share in zip(voxels.position, voxels.share, strict=True):
+        turned[:, :3, 3] = place
+        assert arm.reachable(turned).mean() == share > 0
 
 
 def test_cells_of_random_arms_with_base_tool_signs_offsets(tmp_path: Path) -> None:

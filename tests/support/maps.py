@@ -22,6 +22,8 @@ from armangle.reach import grid
 
 ARMS = ("openarm_v10", "human_arm_left")
 """Joints 1 and 7 of these turn less than fully: what assumes more is right on an iiwa and wrong here."""
+OFFSET_ARMS = ("franka_fr3", "fetch")
+"""An offset at the wrist, and one at the shoulder."""
 CELLS = 2**15
 
 _SCRIPT = """

@@ -127,6 +127,9 @@ inline Arm with_free_roll(const Arm& arm) noexcept {
     return make_arm(p);
 }
 
+/// The arm of other parameters.
+inline Arm remade(const Arm&, const ArmParameters& parameters) noexcept { return make_arm(parameters); }
+
 /// The arm that supplies limits, psi and GC. An S-R-S arm is its own; other kinds have a nominal arm.
 inline const Arm& nominal(const Arm& arm) noexcept { return arm; }
 

@@ -24,23 +24,21 @@ struct BestYaw {
 
 /// The yaw arcs at which a pose is reachable if the base moves to `at` (m, in the frame of poses) and keeps
 /// its rotation. Yaw turns about axis 1 and is counted about the z axis of that frame. Axis 1 must be along
-/// z: up +1, hanging -1.
-inline Status yaw_arcs(const Arm& arm, const Pose<double>& pose, const Vec3<double>& at, const LimitTable& t,
-                       ArcSet& out) noexcept {
-    Pose<double> base = arm.base;
-    base.position = at;
-    Pose<double> flange = inverted(base) * pose;
-    if (arm.has_tool) flange = flange * arm.tool_inverse;
+/// z: up +1, hanging -1. `t` is the arm's limit_table().
+template <class AnyArm, class Table>
+Status yaw_arcs(const AnyArm& arm, const Pose<double>& pose, const Vec3<double>& at, const Table& t,
+                ArcSet& out) noexcept {
+    const Pose<double>& base = nominal(arm).base;
     ArcSet turns;
-    const Status status =
-        detail::TurnArcs(arm, t, Turned::base).find(user_pose(arm, flange), circle(arm, flange), turns);
+    const Status status = turn_arcs(arm, Pose<double>{pose.rotation, pose.position - at + base.position}, t,
+                                    Turned::base, turns);
     // turning the base by alpha equals turning the pose by -alpha
     make_empty(out);
     if (turns.full) {
         make_full(out);
         return status;
     }
-    const bool upright = arm.base.rotation.z.z > 0;
+    const bool upright = base.rotation.z.z > 0;
     for (int i = 0; i < turns.count; ++i) {
         Arc arc = turns.arc[i];
         if (upright) arc = {-arc.upper, -arc.lower, arc.upper_tag, arc.lower_tag};

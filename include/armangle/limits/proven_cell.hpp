@@ -83,7 +83,7 @@ inline Circle<Interval> circle_of_box(const Arm& arm, const ReducedPose& at, con
 /// The boxes of one cell for one elbow.
 class CellProof {
 public:
-    CellProof(const ReducedArm& arm, const Circle<Interval>& c, int side) noexcept : t_(arm.free_table) {
+    CellProof(const ReducedArm<Arm>& arm, const Circle<Interval>& c, int side) noexcept : t_(arm.free_table) {
         SelfMotion<Interval> m =
             self_motion(arm.free, c, Configuration<Interval>{1.0, side ? -1.0 : 1.0, 1.0});
         const ConeVerdict elbow = cone_verdict(t_.elbow, m.elbow.theta_4.sin, m.elbow.theta_4.cos);
@@ -135,8 +135,8 @@ private:
 
 /// What is proven for the cell of this size about a reduced pose. psi and gc (0..7) solve its middle; gc is
 /// -1 if it is unreachable.
-inline Proven proven_cell(const ReducedArm& arm, const ReducedPose& middle, const CellSize& half, double psi,
-                          int gc) noexcept {
+inline Proven proven_cell(const ReducedArm<Arm>& arm, const ReducedPose& middle, const CellSize& half,
+                          double psi, int gc) noexcept {
     const Circle<Interval> c = detail::circle_of_box(arm.free, middle, half);
     if (gc >= 0) {
         const detail::CellProof proof(arm, c, gc >> 1 & 1);

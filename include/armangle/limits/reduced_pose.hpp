@@ -1,4 +1,5 @@
-// The four numbers of a pose that determine joints 2 to 6; a reach map is a grid over them.
+// The four numbers of a pose that determine joints 2 to 6; a reach map is a grid over them. Of an arm with an
+// offset they are the same four numbers of its rows, and what a turn about axes 1 and 7 leaves.
 //
 //        axis 1                     z_7 = cos(tilt) w + sin(tilt) (cos(turn) e + sin(turn) z)
 //          |      W . -> w
@@ -24,7 +25,7 @@ struct ReducedPose {
     double azimuth, roll;  // rad
 };
 
-/// Values of one cell of the map at its centre.
+/// Values of one cell of the map at its centre; psi of an arm with an offset is its free joint.
 struct ReducedCell {
     std::uint8_t gc;         // bit k: branch k solves it at some azimuth and roll
     std::uint8_t yaw, roll;  // share of the azimuths (rolls) at which some roll (azimuth) reaches it, in
@@ -35,24 +36,33 @@ struct ReducedCell {
 
 /// The arm as a map uses it: no base and tool, psi from axis 1; joints 1 and 7 without limits, or one of them
 /// limited.
+template <class AnyArm>
 struct ReducedArm {
-    Arm free, yawed, rolled;
-    LimitTable free_table, yawed_table, rolled_table;
+    using Table = decltype(limit_table(std::declval<const AnyArm&>(), 0.0));
+    AnyArm free, yawed, rolled;
+    Table free_table, yawed_table, rolled_table;
     bool mirrored;  // turn and -turn have the same cell: joints 3 and 5 have symmetric ranges
 };
+
+/// Distances (m) of the wrist of a reduced pose, r and height, beyond which no pose is held.
+struct ReducedReach {
+    double inner, outer;
+};
+inline ReducedReach reduced_reach(const Arm& arm) noexcept { return {arm.inner_reach, arm.reach}; }
 
 namespace detail {
 
 /// The arm without base and tool, and without the limits of joints 1 and 7 unless they are kept.
-inline Arm bare(const Arm& arm, bool keep_first, bool keep_last) noexcept {
-    ArmParameters p = arm;
+template <class AnyArm>
+AnyArm bare(const AnyArm& arm, bool keep_first, bool keep_last) noexcept {
+    ArmParameters p = nominal(arm);
     p.base = p.tool = identity_pose();
     p.reference = Reference::base;
     for (const int joint : {keep_first ? joints : 0, keep_last ? joints : joints - 1}) {
         p.limits.lower[joint] = -infinity;
         p.limits.upper[joint] = infinity;
     }
-    return make_arm(p);
+    return remade(arm, p);
 }
 
 /// Whether a joint's theta may be negated: it is unlimited, or its range is symmetric.
@@ -79,13 +89,21 @@ struct HalfOfMap {
     ArcSet arcs;
 };
 
+/// The share of the circle in 255ths, rounded down.
+inline std::uint8_t share_of_circle(const ArcSet& set) noexcept {
+    if (set.full) return 255;
+    return static_cast<std::uint8_t>(std::floor(min(254.0, 255.0 / two_pi * measure(set))));
+}
+
 }  // namespace detail
 
 /// The arms of a map; the margin (rad) is that of limit_table().
-inline ReducedArm reduced_arm(const Arm& arm, double margin) noexcept {
-    const Arm free = detail::bare(arm, false, false), yawed = detail::bare(arm, true, false),
-              rolled = detail::bare(arm, false, true);
-    const bool mirrored = arm.d_4 == 0 && detail::is_symmetric(arm, 2) && detail::is_symmetric(arm, 4);
+template <class AnyArm>
+ReducedArm<AnyArm> reduced_arm(const AnyArm& arm, double margin) noexcept {
+    const AnyArm free = detail::bare(arm, false, false), yawed = detail::bare(arm, true, false),
+                 rolled = detail::bare(arm, false, true);
+    const Arm& rows = nominal(arm);
+    const bool mirrored = rows.d_4 == 0 && detail::is_symmetric(rows, 2) && detail::is_symmetric(rows, 4);
     return {free,
             yawed,
             rolled,
@@ -121,11 +139,15 @@ inline ReducedPose reduced_pose(const Arm& arm, const Pose<double>& pose) noexce
     return out;
 }
 
-/// The cells of one wrist position: the psi of the shoulder are computed once, those of the wrist once a
-/// tilt.
-class ReducedPlace {
+/// The cells of one wrist position of an arm of a kind.
+template <class AnyArm>
+class ReducedPlace;
+
+/// The psi of the shoulder are computed once, those of the wrist once a tilt.
+template <>
+class ReducedPlace<Arm> {
 public:
-    ReducedPlace(const ReducedArm& arm, double r, double height) noexcept
+    ReducedPlace(const ReducedArm<Arm>& arm, double r, double height) noexcept
         : arm_(arm), at_{r, height, 0, 0, 0, 0} {
         const Vec3<double> p{r, 0.0, height};
         const Pose<double> flange{identity_pose().rotation,
@@ -207,7 +229,7 @@ public:
     }
 
 private:
-    const ReducedArm& arm_;
+    const ReducedArm<Arm>& arm_;
     ReducedPose at_;
     Circle<double> circle_;
     bool holds_[2] = {}, any_ = false;
@@ -233,20 +255,12 @@ private:
 
         std::uint8_t of_circle(bool held) noexcept {
             if (!held) return 0;
-            return done ? std::uint8_t(255) : share(turns);
+            if (done) return 255;
+            ArcSet set;
+            turns.finish(set);
+            return detail::share_of_circle(set);
         }
     };
-
-    /// The share in 255ths, rounded down.
-    static std::uint8_t share(UnionOfArcs& turns) noexcept {
-        ArcSet set;
-        turns.finish(set);
-        return share(set);
-    }
-    static std::uint8_t share(const ArcSet& set) noexcept {
-        if (set.full) return 255;
-        return static_cast<std::uint8_t>(std::floor(min(254.0, 255.0 / two_pi * measure(set))));
-    }
 
     /// The psi that the shoulder's joints (half 0; wrist: half 1) permit for one sign of the hinge.
     void find(SelfMotion<double> m, int negative, int half, detail::HalfOfMap& out) noexcept {
@@ -270,11 +284,11 @@ private:
         ArcSet set;
         if (with_yaw) {
             turn_arcs(arm_.yawed, flange, arm_.yawed_table, Turned::base, set);
-            out.yaw = share(set);
+            out.yaw = detail::share_of_circle(set);
         }
         if (with_roll) {
             turn_arcs(arm_.rolled, flange, arm_.rolled_table, Turned::tool, set);
-            out.roll = share(set);
+            out.roll = detail::share_of_circle(set);
         }
         return out;
     }

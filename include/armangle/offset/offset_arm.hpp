@@ -60,6 +60,11 @@ inline OffsetArm make_offset_arm(const ArmParameters& parameters, double offset,
     return {make_arm(parameters), make_arm(rest), mirrored ? -offset : offset, mirrored};
 }
 
+/// The arm of other parameters and the same offset.
+inline OffsetArm remade(const OffsetArm& arm, const ArmParameters& parameters) noexcept {
+    return make_offset_arm(parameters, arm.mirrored ? -arm.a_6 : arm.a_6, arm.mirrored);
+}
+
 /// C, a half turn about x.
 inline constexpr Pose<double> half_turn_about_x{{{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}, {0, 0, 0}};
 

@@ -13,7 +13,7 @@
 #pragma once
 
 #include "../limits/turn_arcs.hpp"
-#include "feasible.hpp"
+#include "freedom.hpp"
 
 #include "../names/begin.hpp"
 
@@ -47,13 +47,26 @@ public:
         others.upper[own] = infinity;
         ProvenArcs found[configurations];
         feasible_all(arm_, pose_, others, found);
+        return find(found, out);
+    }
+
+    /// The same from what the other joints leave.
+    Status find(const ProvenArcs (&found)[configurations], ArcSet& out) noexcept {
         Status why = Status::UNREACHABLE;
+        unsigned open = 0;
         for (int gc = 0; gc < configurations; ++gc) {
             why = nearer_reason(why, found[gc].status);
+            open |= found[gc].unproven > 0 ? 1u << gc : 0u;
             const OffsetCells cells(arm_, pose_, gc);
-            for (int i = 0; i < found[gc].arcs.count; ++i) add_arc(cells, found[gc].arcs.arc[i]);
+            for (int i = 0; i < found[gc].arcs.count && !turns_.full(); ++i)
+                add_arc(cells, found[gc].arcs.arc[i]);
         }
         turns_.finish(out);
+        if (open != 0 && !contains(out, 0.0)) [[unlikely]] {
+            add_hidden(arm_, open);
+            if (out.empty()) add_hidden_elsewhere(open);
+            turns_.finish(out);
+        }
         return out.empty() ? why : Status::OK;
     }
 
@@ -61,6 +74,23 @@ private:
     struct Cell {
         double lower, upper;
     };
+
+    /// Adds the turn of a solution in what is unproven of some branches, first one that holds the pose as it
+    /// is.
+    [[gnu::noinline, gnu::cold]] void add_hidden(const OffsetArm& arm, unsigned branches) noexcept {
+        const OffsetNearest found = nearest(arm, pose_, nullptr, nullptr, branches);
+        if (found.status != Status::OK) return;
+        const double theta = to_theta(arm.rest, joint_, found.q[robot_joint(arm, joint_)]);
+        add(theta, theta);
+    }
+
+    /// Then one that holds it at another turn.
+    [[gnu::noinline, gnu::cold]] void add_hidden_elsewhere(unsigned branches) noexcept {
+        ArmParameters p = arm_.own;
+        p.limits.lower[robot_joint(arm_, joint_)] = -infinity;
+        p.limits.upper[robot_joint(arm_, joint_)] = infinity;
+        add_hidden(remade(arm_, p), branches);
+    }
 
     /// The turns at which the joint is within its limits, its angle being from
     /// least to most.
@@ -94,20 +124,23 @@ private:
         while (top > 0) {
             const Cell cell = stack[--top];
             const double middle = 0.5 * (cell.lower + cell.upper), half = middle - cell.lower;
-            const Interval slope = slope_over(cells, middle, half);
-            const bool one_way = slope.lo >= 0 || slope.hi <= 0;
+            const JointOver over = over_cell(cells, middle, half);
+            const bool one_way = over.slope.lo >= 0 || over.slope.hi <= 0;
+            const double then = theta_at(cells, cell.upper);
+            const double about = now + wrap(over.middle - before), to = now + wrap(then - before);
+            const bool told = over.off.bounded() && about + over.off.hi <= max(most, to) + tolerance::angle &&
+                              about + over.off.lo >= min(least, to) - tolerance::angle;
             const bool narrow = half < tuning_.narrowest || ++looks > tuning_.looks || top + 2 > most_cells;
-            if (!one_way && !narrow) {
+            if (!one_way && !told && !narrow) {
                 stack[top++] = {middle, cell.upper};
                 stack[top++] = {cell.lower, middle};
                 continue;
             }
-            const double then = theta_at(cells, cell.upper);
             double moved = wrap(then - before);
             before = then;
-            if (one_way && slope.lo >= 0 && moved < -turn_rule::noise) moved += two_pi;
-            if (one_way && slope.hi <= 0 && moved > turn_rule::noise) moved -= two_pi;
-            if (!one_way && abs(moved) > tuning_.continuous) {  // what lies in between is not known
+            if (one_way && over.slope.lo >= 0 && moved < -turn_rule::noise) moved += two_pi;
+            if (one_way && over.slope.hi <= 0 && moved > turn_rule::noise) moved -= two_pi;
+            if (!one_way && !told && abs(moved) > tuning_.continuous) {  // what lies in between is not known
                 add(least, most);
                 now = least = most = then;
                 continue;
@@ -115,20 +148,21 @@ private:
             now += moved;
             least = min(least, now);
             most = max(most, now);
+            if (most - least >= two_pi - (range_.upper - range_.lower)) return turns_.add_full();
         }
         add(least, most);
     }
 
-    /// The slope of the angle over a cell; the whole line where it is not
-    /// bounded.
-    Interval slope_over(const OffsetCells& cells, double middle, double half) const noexcept {
+    /// The angle over a cell; unbounded where it is not known.
+    JointOver over_cell(const OffsetCells& cells, double middle, double half) const noexcept {
+        const JointOver unknown{0.0, Interval::whole(), Interval::whole()};
         OffsetCells::Over over;
         OffsetCells::Begun begun;
         cells.begin(middle, half, begun, over);
-        if (over.exists != Known::inside) return Interval::whole();
+        if (over.exists != Known::inside) return unknown;
         cells.finish(begun, over);
-        const Interval slope = over.joint[joint_].slope;
-        return slope.bounded() ? slope : Interval::whole();
+        const JointOver& found = over.joint[joint_];
+        return found.slope.bounded() ? found : unknown;
     }
 
     static constexpr int most_cells = 128;
@@ -145,7 +179,8 @@ private:
 /// Angles alpha (rad) such that the pose turned by alpha about axis 1 of the
 /// base, or about axis 7, is held within the limits by some branch and value of
 /// the free joint. OK, or why there is none.
-inline Status turn_arcs(const OffsetArm& arm, const Pose<double>& pose, Turned turned, ArcSet& out) noexcept {
+inline Status turn_arcs(const OffsetArm& arm, const Pose<double>& pose, OffsetLimits, Turned turned,
+                        ArcSet& out) noexcept {
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
     return detail::OffsetTurns(arm, exact, turned, {}).find(out);
 }

@@ -43,7 +43,6 @@ from .arcs import ArcSet
 from .arm import KINDS, ON_ERROR, Arm, OnError, names_keywords_of_arm
 from .chain import asked_of
 from .diagnosis import Branch, Diagnosis, Opening, Verdict
-from .freedom import Freedom
 from .question import METRICS, PREFER, Fallback, MetricName, Prefer, relaxing_length, widest_solution
 from .roll import ROLLS, Roll
 from .solution import Solution
@@ -52,8 +51,6 @@ _NO_FIELDS = ("d_4", "chain", "reference")
 _INSTEAD = {
     "resolve": "step chooses the next value of the free joint, and the joints",
 }
-_NEARNESS = [Status.OK, Status.NEAR_SINGULAR, Status.LIMITS, Status.NO_POSTURE, Status.UNREACHABLE]
-"""Reasons why a branch does not reach a pose, from the one nearest to a solution."""
 
 
 def unsupported(what: str, instead: str = "") -> UnsupportedError:
@@ -273,32 +270,6 @@ class OffsetArm(Arm):
     def _without_scene(self) -> OffsetArm:
         return self if self.scene is None else cast(OffsetArm, self.with_(scene=None))
 
-    def reachable(self, pose: ArrayLike) -> NDArray[np.bool_] | np.bool_:
-        """See `Arm.reachable`."""
-        return np.asarray(self.freedom(pose).ok)[()]
-
-    def freedom(self, pose: ArrayLike) -> Freedom:
-        """See `Arm.freedom`: for the free joint. If intervals are unproven, `solve` decides."""
-        poses = as_poses("pose", pose, self._handle)
-        free = self._without_scene()
-        arcs = free.feasible(poses)
-        count, codes = np.asarray(arcs.count), np.array(arcs.status, dtype=np.int8)
-        held = count > 0
-        seed = np.clip(0.0, self.lower, self.upper)
-        open_ = ~held & (np.asarray(arcs.unproven) > 0.0)
-        for gc in np.flatnonzero(open_.reshape(-1, CONFIGURATIONS).any(axis=0)):
-            at = open_[..., gc]
-            held[at, gc] = np.asarray(free.solve(poses[at], seed, gc=int(gc)).ok)
-        bits = (held * (1 << np.arange(CONFIGURATIONS))).sum(axis=-1).astype(np.uint8)
-        codes[held] = Status.OK
-        rank = np.array([_NEARNESS.index(STATUSES[code]) for code in codes.ravel()], dtype=np.int64)
-        best = rank.reshape(codes.shape).argmin(axis=-1)[..., None]
-        why = np.take_along_axis(codes, best, axis=-1)[..., 0]
-        return Freedom(
-            bits[()], np.asarray(arcs.measure).sum(axis=-1)[()], _longest(arcs)[()],
-            count.sum(axis=-1).astype(np.uint8)[()], why if why.ndim else STATUSES[int(why)],
-        )  # fmt: skip
-
     @names_keywords_of_arm
     def solve(
         self,
@@ -418,14 +389,6 @@ KINDS.append(OffsetArm)
 def _refuse_margin(margin: float | None) -> None:
     if margin:
         raise unsupported("singularity_margin=", "with_(lower=..., upper=...) is the margin that it has")
-
-
-def _longest(arcs: ArcSet) -> Floats:
-    """Return the length of the longest interval of each pose, from sets (..., 8)."""
-    count, psi = np.asarray(arcs.count), arcs._psi
-    length = np.zeros(count.size)
-    np.maximum.at(length, np.repeat(np.arange(count.size), count.ravel()), psi[:, 1] - psi[:, 0])
-    return np.asarray(length.reshape(count.shape).max(axis=-1))
 
 
 def as_srs(arm: Arm, what: str) -> Arm:

@@ -14,7 +14,6 @@ from .._threads import thread_count
 from .._values import by_content
 from ..arm.arm import Arm
 from ..arm.chain import unsupported
-from ..arm.offset import as_srs
 from ..errors import InputError
 from ..poses import as_transform
 from ..status import STATUSES, Status
@@ -128,7 +127,8 @@ def place(
     Parameters
     ----------
     arm : Arm
-        Its axis 1 must be vertical, up or down; the rotation of ``arm.base`` is kept. Its `scene` is ignored.
+        S-R-S, or with an offset wrist or shoulder. Its axis 1 must be vertical, up or down; the rotation of
+        ``arm.base`` is kept. Its `scene` is ignored.
     poses : array_like, shape (n, 4, 4)
         Poses of the end effector in the world, position in m; n may be 0.
     x, y : array_like, shapes (nx,), (ny,)
@@ -151,6 +151,8 @@ def place(
     ------
     InputError
         If an argument is invalid, or axis 1 is not vertical.
+    UnsupportedError
+        If the arm has its own chain.
 
     Examples
     --------
@@ -163,7 +165,7 @@ def place(
     """
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
-    if as_srs(arm, "place").chain is not None:
+    if arm.chain is not None:
         raise unsupported("place")
     lean = float(np.arccos(min(1.0, abs(float(arm.base[2, 2])))))
     if np.hypot(arm.base[0, 2], arm.base[1, 2]) > _UPRIGHT:

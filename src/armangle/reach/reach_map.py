@@ -14,7 +14,8 @@ from .._progress import Progress, as_progress
 from ..arm.arm import Arm
 from ..arm.chain import unsupported
 from ..arm.freedom import Freedom
-from ..arm.offset import as_srs
+from ..arm.offset import OffsetArm
+from ..arm.offset import unsupported as unsupported_offset
 from ..errors import InputError, needed
 from .filling import check_scheduler, fill_here, fill_on_cluster
 from .grid import Grid
@@ -25,9 +26,9 @@ from .voxels import ORIENTATIONS, Voxels, voxels_of
 _COORDINATES = 6
 _LEAST_SPACING, _LEAST_ANGLE, _MOST_ANGLE = 1e-4, math.radians(0.1), math.pi / 2
 _MOST_CELLS = 10**13
-_DRAWN_AT_ONCE = 100_000
+_DRAWN_AT_ONCE = 10_000
 _MOST_SAMPLES = 100_000_000  # 12.8 GB
-_VAIN = 100  # draws of this many poses without a reachable one before sampling gives up
+_VAIN = 1000  # draws of this many poses without a reachable one before sampling gives up
 
 
 class ReachMap:
@@ -47,6 +48,10 @@ class ReachMap:
     the places between the middles; `at` does, exactly, without the table. The optional field ``proven``
     (uint8) is certain for the whole cell: 1 every pose in it is reachable at some azimuth and roll, 2 none
     is, 0 unknown.
+
+    An arm with an offset wrist or shoulder has the same four numbers, counted from the same points: the
+    wrist is the point of axis 7 that is d_wf from the flange, the shoulder the point of axis 1 at d_bs. Its
+    ``freedom`` is that of the free joint.
 
     Parameters
     ----------
@@ -324,9 +329,10 @@ class ReachMap:
     def _draws(self, rng: np.random.Generator) -> Iterator[Floats]:
         """Draw poses with the wrist anywhere within reach, and yield the reachable ones."""
         arm = self.arm
+        inner, outer = arm._handle.reduced_distances()
         while True:
             drawn = rng.random((_DRAWN_AT_ONCE, _COORDINATES))
-            distance = np.cbrt(arm.inner_reach**3 + drawn[:, 0] * (arm.reach**3 - arm.inner_reach**3))
+            distance = np.cbrt(inner**3 + drawn[:, 0] * (outer**3 - inner**3))
             height = 2 * drawn[:, 1] - 1
             beside = distance * np.sqrt(1 - height**2)
             angles = 2 * np.pi * drawn[:, 3:] - np.pi
@@ -371,7 +377,7 @@ def reach_map(
     Parameters
     ----------
     arm : Arm
-        Its `scene` is ignored.
+        S-R-S, or with an offset wrist or shoulder. Its `scene` is ignored.
     path : str or path
         A folder to create, or an address for fsspec.
     spacing : float
@@ -400,6 +406,8 @@ def reach_map(
         something else.
     OutputError
         If it cannot be written, for example to a full disk; finished tiles stay, and the same call continues.
+    UnsupportedError
+        If the arm has its own chain, or an offset and `fields` names ``proven``.
     MissingExtraError
         Without zarr: ``pip install 'armangle[reach]'``.
 
@@ -413,13 +421,15 @@ def reach_map(
     """
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
-    if as_srs(arm, "reach_map").chain is not None:
+    if arm.chain is not None:
         raise unsupported("reach_map")
     gap = as_number("spacing", spacing, _LEAST_SPACING, arm.reach)
     angle = as_number("tilt", tilt, _LEAST_ANGLE, _MOST_ANGLE)
     names = _names(fields)
+    if isinstance(arm, OffsetArm) and "proven" in names:
+        raise unsupported_offset("reach_map(fields='proven')")
     _checked_run(part, scheduler, progress)  # before anything is written
-    grid = Grid.of(arm.reach, gap, angle)
+    grid = Grid.of(arm._handle.reduced_distances()[1], gap, angle)
     address(path)
     if grid.cells > _MOST_CELLS:
         raise InputError(f"spacing and tilt make {grid.cells:.3g} cells, wanted at most {_MOST_CELLS:.0e}")

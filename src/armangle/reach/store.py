@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 from .._arrays import PathLike
 from .._core import ISA, __version__
 from ..arm.arm import Arm
+from ..arm.offset import OffsetArm
 from ..errors import InputError, MissingExtraError, ModelError, OutputError, needed
-from ..models.description import ArmDescription
+from ..models.description import ArmDescription, OffsetDescription
 from .grid import AXES, Grid
 
 FIELDS = {"gc": "u1", "freedom": "f2", "yaw": "u1", "roll": "u1", "proven": "u1"}
@@ -358,7 +359,8 @@ def _check_sum(arrays: Any) -> int:
 
 def _to_json(arm: Arm) -> dict[str, Any]:
     """Return the data of an arm that a map depends on, in words and numbers; infinities as text."""
-    names = [field.name for field in fields(ArmDescription) if field.name not in _LEFT_OUT]
+    kind = OffsetDescription if isinstance(arm, OffsetArm) else ArmDescription
+    names = [field.name for field in fields(kind) if field.name not in _LEFT_OUT]
     return {name: _plain(getattr(arm, name)) for name in names}
 
 

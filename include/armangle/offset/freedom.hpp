@@ -1,0 +1,69 @@
+// The redundancy left to a pose of an arm with an offset: which branches hold it, over how much of the free
+// joint.
+//
+// Intervals decide, but for what they leave unproven (feasible.hpp): there a search for a posture does.
+#pragma once
+
+#include "../limits/freedom.hpp"
+#include "nearest.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+/// Stands where an S-R-S arm has its LimitTable: an arm with an offset has its limits in its rows, and no
+/// margin.
+struct OffsetLimits {};
+inline OffsetLimits limit_table(const OffsetArm&, double) noexcept { return {}; }
+
+namespace detail {
+
+/// Whether a branch that is empty, but for what is unproven, holds a pose.
+[[gnu::noinline, gnu::cold]] inline bool holds_unproven(const OffsetArm& arm, const Pose<double>& pose,
+                                                        int gc) noexcept {
+    return nearest(arm, pose, nullptr, nullptr, 1u << gc).status == Status::OK;
+}
+
+/// Freedom from the intervals of each branch, within the limits of the arm.
+inline Freedom freedom_of(const OffsetArm& arm, const Pose<double>& pose,
+                          const ProvenArcs (&found)[configurations]) noexcept {
+    Freedom out{0, 0, 0, 0, Status::UNREACHABLE};
+    for (int gc = 0; gc < configurations; ++gc) {
+        const ArcSet& arcs = found[gc].arcs;
+        const bool held = !arcs.empty() || (found[gc].unproven > 0 && holds_unproven(arm, pose, gc));
+        out.gc = static_cast<std::uint8_t>(out.gc | held << gc);
+        out.arcs = static_cast<std::uint8_t>(out.arcs + arcs.count);
+        out.total += measure(arcs);
+        for (int i = 0; i < arcs.count; ++i)
+            out.widest = max(out.widest, arcs.arc[i].upper - arcs.arc[i].lower);
+        out.status = nearer_reason(out.status, held ? Status::OK : found[gc].status);
+    }
+    return out;
+}
+
+}  // namespace detail
+
+/// Freedom of a user's pose within the limits of the arm.
+inline Freedom freedom(const OffsetArm& arm, const Pose<double>& pose, OffsetLimits) noexcept {
+    ProvenArcs found[configurations];
+    feasible_all(arm, pose, arm.own.limits, found);
+    return detail::freedom_of(arm, pose, found);
+}
+
+/// Whether any branch and value of the free joint holds a pose within the limits.
+inline bool is_reachable(const OffsetArm& arm, const Pose<double>& pose, OffsetLimits) noexcept {
+    const OffsetArcsTuning tuning;
+    detail::OffsetArcs all(arm, pose, arm.own.limits, tuning);
+    unsigned open = 0;
+    ProvenArcs found;
+    for (int gc = 0; gc < configurations; ++gc) {
+        all.find(gc, configurations - gc, found);
+        if (!found.arcs.empty()) return true;
+        open |= found.unproven > 0 ? 1u << gc : 0u;
+    }
+    return open != 0 && nearest(arm, pose, nullptr, nullptr, open).status == Status::OK;
+}
+
+}  // namespace armangle
+
+#include "../names/end.hpp"
