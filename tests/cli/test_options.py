@@ -97,7 +97,6 @@ BAD = {
     "ik {R} --kuka 1,2,3,4,5,6,7,x": "wanted numbers",
     "ik {R} --kuka 400,0,500,0,180,0,10,2 --gc 1": "--gc does not go with --kuka",
     "ik {R} --kuka 400,0,500,0,180,0,10,9": "status is 9",
-    "ik {FR3} {PF} --fallback nearest_pose": "--fallback does not go with franka_fr3",
     "plan poses.csv {FR3} --start {QF} --policy hold,carry=elbow": "carry= is not made for an arm",
     "plan poses.csv {FR3} --start {QF} --policy hold --roll free": "roll= is not made for an arm",
     "place poses.csv {FR3} --x 0,1 --y 0,1": "place does not go with franka_fr3",

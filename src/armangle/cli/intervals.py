@@ -12,7 +12,6 @@ from .._arrays import CONFIGURATIONS, JOINTS, Floats
 from .._core import Wanted
 from ..arm.arcs import ArcEnd, ArcSet
 from ..arm.arm import Arm
-from ..arm.offset import OffsetArm
 from ..errors import InputError
 from ..motion.joint_path import JointPath
 from ..scenes.scene import Scene
@@ -82,9 +81,6 @@ def show_intervals(asked: Asked, args: argparse.Namespace) -> int:
 
 
 def _feasible(arm: Arm, frame: Floats, gc: int, scene: Scene | None, args: argparse.Namespace) -> ArcSet:
-    if isinstance(arm, OffsetArm):
-        refuse(args, ("singularity-margin",), f"{arm.name}, which has an offset")
-        return arm.with_(scene=scene).feasible(frame, gc)
     return arm.with_(scene=scene, singularity_margin=args.singularity_margin).feasible(frame, gc)
 
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from .._arrays import Floats
 from ..arm.arm import Arm
-from ..arm.offset import OffsetArm
 from ..errors import InputError, ModelError, SceneError
 from ..files.scenes import load_body, load_scene
 from ..models.axes import MAX_ANGLE, MAX_LENGTH
@@ -67,7 +66,7 @@ def with_scene(args: argparse.Namespace) -> tuple[Arm, Scene | None]:
 
 def srs(arm: Arm, option: str) -> Arm:
     """Return an arm that has an arm angle; the error for another kind names the option."""
-    if isinstance(arm, OffsetArm):
+    if arm.redundancy != "arm_angle":
         raise InputError(f"{option} does not go with {called(arm)}")
     return arm
 

@@ -18,7 +18,6 @@ from .._progress import bar, progressing
 from ..arm.arm import Arm
 from ..arm.chain import edge_of_reach
 from ..arm.configuration import gc_signs
-from ..arm.offset import OffsetArm
 from ..errors import UnreachableError
 from ..files.sheets import plain
 from ..files.tables import save
@@ -114,9 +113,9 @@ def joint_margins(arm: Arm, q: Floats) -> Floats:
     return np.minimum(q - arm.lower, arm.upper - q)
 
 
-def called(arm: OffsetArm) -> str:
+def called(arm: Arm) -> str:
     """Return the name of an arm in errors about unsupported options."""
-    end = "wrist" if arm.a_6 else "shoulder"
+    end = arm.kind.split("_")[1]
     return f"{arm.name or 'the arm'}, which has an offset {end} and no arm angle"
 
 
@@ -132,19 +131,12 @@ def violations(arm: Arm, q: Floats) -> str:
 
 def redundancy_name(arm: Arm) -> str:
     """Return the name of psi on screen: the arm angle, or the redundant joint of an arm with an offset."""
-    return f"joint {arm._free_joint}" if isinstance(arm, OffsetArm) else "psi"
-
-
-def redundancy(arm: Arm) -> str:
-    """Return the meaning of psi for an arm: "arm_angle", "joint_1" or "joint_7"."""
-    return f"joint_{arm._free_joint}" if isinstance(arm, OffsetArm) else "arm_angle"
+    return "psi" if arm.redundancy == "arm_angle" else arm.redundancy.replace("_", " ")
 
 
 def unsolved_text(arm: Arm, pose: Floats, gc: int, status: Status) -> str:
     """Return in words why a pose (4, 4) has no solution, with the distance in mm if it is out of reach."""
-    if isinstance(arm, OffsetArm):
-        return status.sentence
-    if status == Status.UNREACHABLE:
+    if status == Status.UNREACHABLE and arm.redundancy == "arm_angle":
         try:
             arm.inverse(pose, 0.0, gc, limits=False)
         except UnreachableError as error:
@@ -175,7 +167,7 @@ def head_and_tail(rows: Sequence[Sequence[str]]) -> list[Sequence[str]]:
 def show_configuration(arm: Arm, q: Floats, psi: float, gc: int) -> None:
     """Print joints with limits and margins, their arm angle and their branch."""
     angle = f"{paint(redundancy_name(arm), 'bold')} {degrees(psi)} deg"
-    signs = "" if isinstance(arm, OffsetArm) else f" ({signs_text(gc)})"
+    signs = "" if arm.redundancy != "arm_angle" else f" ({signs_text(gc)})"
     show(f"{angle}, {paint('gc', 'bold')} {gc}{signs}\n")
     margins = joint_margins(arm, q)
     rows = [

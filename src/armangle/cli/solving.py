@@ -10,12 +10,10 @@ import numpy as np
 
 from .._arrays import CONFIGURATIONS, Floats, Ints, millimetres
 from ..arm.arm import Arm
-from ..arm.offset import OffsetArm
 from ..arm.solution import Solution
 from ..motion.joint_path import JointPath, blank_rows, even_parameters
 from ..scenes.scene import Scene
 from ..status import STATUSES, Status
-from .arguments import refuse
 from .messages import note, paragraph
 from .screen import (
     counted,
@@ -23,7 +21,6 @@ from .screen import (
     joint_margins,
     left_out,
     progress,
-    redundancy,
     show,
     show_configuration,
     show_json,
@@ -82,7 +79,7 @@ def solve(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
             key: getattr(found, key)[asked.pick] for key in ("q", "psi", "gc", "distance", "margin", "gap")
         }
         facts = {"status": names[asked.pick], "seed": seed, "metric": metric}
-        show_json(values | facts | {"redundancy": redundancy(arm)})
+        show_json(values | facts | {"redundancy": arm.redundancy})
     elif asked.frame.ndim == 3:
         show(f"nearest to {name}\n")
         show_many(found.q, names)
@@ -104,19 +101,15 @@ def _seed(asked: Asked) -> tuple[Floats, str]:
     """Return the reference joints, and their name."""
     if asked.seed is not None:
         return asked.seed, "--seed"
-    if isinstance(asked.arm, OffsetArm):
-        middle = 0.5 * (asked.arm.lower + asked.arm.upper)
-        return np.where(np.isfinite(middle), middle, 0.0), "the middle of the joint ranges"
-    middle = np.array(asked.arm._handle.joint_middle)
-    return middle, "the middle of the joint ranges"
+    lower, upper = asked.arm.lower, asked.arm.upper
+    with np.errstate(invalid="ignore"):  # of a joint without limits
+        middle = 0.5 * (lower + upper)
+    return np.where(np.isfinite(middle), middle, np.clip(0.0, lower, upper)), "the middle of the joint ranges"
 
 
 def _nearest(asked: Asked, seed: Floats, args: argparse.Namespace) -> Solution:
     """Return the nearest solution of each pose."""
     arm, frames = asked.arm, asked.frames
-    if isinstance(arm, OffsetArm):
-        refuse(args, ("metric", "fallback", "roll", "singularity-margin"), f"{arm.name}, which has an offset")
-        return arm.with_(scene=asked.scene).solve(frames, seed, gc=asked.gc)
     return arm.with_(scene=asked.scene, singularity_margin=args.singularity_margin).solve(
         frames, seed, metric=args.metric or "l2", gc=asked.gc, roll=args.roll,
         fallback=args.fallback,
@@ -196,7 +189,7 @@ def solve_at_psi(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
         write(path, args.output)
     if args.json:
         values = {key: getattr(path, key)[asked.pick] for key in ("q", "psi", "gc", "margin")}
-        show_json(values | {"status": _NAMES[path.status][asked.pick], "redundancy": redundancy(arm)})
+        show_json(values | {"status": _NAMES[path.status][asked.pick], "redundancy": arm.redundancy})
     elif asked.frame.ndim == 3:
         show_many(path.q, _NAMES[path.status])
     elif path.ok:

@@ -14,7 +14,6 @@ from ... import kuka
 from ..._arrays import Floats, Ints
 from ...arm.arm import Arm
 from ...arm.deviation import LOOKED_AT
-from ...arm.offset import OffsetArm
 from ...errors import InputError, ModelError
 from ...files.replacing import replacing
 from ...files.scenes import body_toml
@@ -36,7 +35,6 @@ from ..screen import (
     fixed,
     head_and_tail,
     progress,
-    redundancy,
     redundancy_name,
     show,
     show_json,
@@ -126,7 +124,7 @@ def _describe(arm: Arm, args: argparse.Namespace) -> int:
             name: getattr(arm, name)
             for name in (*_LENGTHS, offset, "lower", "upper", "signs", "offsets", "reach")
         }
-        facts = {"kind": kind, "redundancy": redundancy(arm), **({} if report is None else asdict(report))}
+        facts = {"kind": kind, "redundancy": arm.redundancy, **({} if report is None else asdict(report))}
         deviation = {}
         if arm.chain is not None:
             deviation = {"deviation": asdict(arm.deviation), "proven_share": arm.proven_share}
@@ -150,7 +148,7 @@ def _describe(arm: Arm, args: argparse.Namespace) -> int:
         for i, name in enumerate(arm.joint_names)
     ]  # fmt: skip
     show(table(["joint", "name", "lower deg", "upper deg", "sign", "zero deg"], rows, left=(1,)))
-    if isinstance(arm, OffsetArm):
+    if arm.redundancy != "arm_angle":
         show(paragraph(f"\n{redundancy_name(arm)} is the redundancy: psi is its value."))
     elif arm.chain is not None:
         show(paragraph(f"the chain of the file, from that arm: {arm.deviation}"))
@@ -175,11 +173,9 @@ _KINDS = {
 
 def _kind(arm: Arm) -> str:
     """Return the kind of an arm, a key of `_KINDS`."""
-    if isinstance(arm, OffsetArm):
-        return "offset_shoulder" if arm.a_1 else "offset_wrist"
     report = arm.report
-    if arm.chain is not None or report is None:
-        return "srs" if arm.chain is None else "srs_chain"
+    if arm.kind != "srs" or report is None:
+        return arm.kind
     miss = max(report.shoulder_miss, report.wrist_miss)
     fitted = exceeds(miss, LENGTH_TOLERANCE) or exceeds(report.angle_miss, ANGLE_TOLERANCE)
     return "srs_fitted" if fitted else "srs"
@@ -231,7 +227,7 @@ def _place(arm: Arm, args: argparse.Namespace) -> int:
         write(pose, args.output)
     if args.json:
         seven = rows_from_poses(pose.reshape(-1, 4, 4)).reshape(*np.shape(psi), len(COLUMNS))
-        facts = {"pose": seven, "matrix": pose, "psi": psi, "gc": gc, "redundancy": redundancy(arm)}
+        facts = {"pose": seven, "matrix": pose, "psi": psi, "gc": gc, "redundancy": arm.redundancy}
         codes = [{"e1": f.e1, "status": f.status, "turn": f.turn, "abc": kuka.abc(f.pose)} for f in frames]
         facts |= {"within_limits": within if many else bool(within[0])}
         show_json(facts | ({"kuka": codes if many else codes[0]} if codes else {}))
@@ -267,7 +263,7 @@ def _show_one(arm: Arm, q: Floats, pose: Floats, psi: float, gc: int) -> None:
     show(f"\n{paint(','.join(COLUMNS), 'bold')}")
     show(",".join(fixed(value, 7) for value in rows_from_poses(pose[None])[0]))
     angle = "not defined: the wrist lies on the shoulder" if np.isnan(psi) else f"{degrees(psi)} deg"
-    signs = "" if isinstance(arm, OffsetArm) else f" ({signs_text(gc)})"
+    signs = "" if arm.redundancy != "arm_angle" else f" ({signs_text(gc)})"
     show(f"\n{paint(f'{redundancy_name(arm):7}', 'bold')} {angle}")
     show(f"{paint('gc', 'bold')}      {gc}{signs}")
     show(f"{paint('margin', 'bold')}  {degrees(float(arm.limit_margin(q)))} deg to the nearest limit")

@@ -40,7 +40,6 @@ from ..screen import (
     degrees,
     plural,
     progress,
-    redundancy,
     redundancy_name,
     show,
     show_json,
@@ -122,7 +121,7 @@ def run(args: argparse.Namespace) -> int:
     if args.plot is not None:
         draw("path", args.plot, path)
     if args.json:
-        show_json(facts | {"redundancy": redundancy(arm), "output": args.output, "plot": args.plot})
+        show_json(facts | {"redundancy": arm.redundancy, "output": args.output, "plot": args.plot})
     else:
         _show(path, facts)
     if not path.ok:

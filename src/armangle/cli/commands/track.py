@@ -9,14 +9,12 @@ import numpy as np
 
 from ..._arrays import Floats
 from ...arm.arm import Arm
-from ...arm.offset import OffsetArm
 from ...errors import InputError, ModelError, PathError
 from ...files.tables import sample_times
 from ...files.trajectories import TrajectoryTable
 from ...motion.joint_path import even_parameters
 from ...motion.tracking import HandFilter, Tracked, Tracker, Tracking
 from ...scenes.scene import Scene
-from ...status import Status
 from ..arguments import add, add_arm, add_scene, joint_bounds, joints, number, some_poses
 from ..loading import with_scene
 from ..messages import note
@@ -142,11 +140,6 @@ def _start(arm: Arm, text: str | None, frame: Floats, scene: Scene | None) -> Fl
         if not arm.within_limits(q):
             raise InputError(f"--start is outside the limits: {violations(arm, q)}")
         return q
-    if isinstance(arm, OffsetArm):
-        found = arm.with_(scene=scene).solve(frame)
-        if not found.ok:
-            raise PathError(f"no joints hold the first pose: {Status(int(found.status)).sentence}")
-        return np.asarray(found.q)
     best = arm.with_(scene=scene).solve(frame, prefer="margin")
     if not best.ok:
         why = arm.with_(scene=scene).explain(frame).explain()
