@@ -131,13 +131,20 @@ Nearest answer(const Arm& arm, const LimitTable& limits, const Pose<double>& pos
                double length) noexcept {
     return length > 0 ? nearest_outside(arm, limits, pose, o, length) : nearest_posture(arm, limits, pose, o);
 }
-Nearest answer(const ChainArm& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
-               double) noexcept {
+Nearest solved(const ChainArm& arm, const KeptOff& kept, const Pose<double>& pose,
+               const NearestOptions& o) noexcept {
     return nearest_posture(arm, kept.margin, pose, o, kept.scene);
 }
-Nearest answer(const OffsetArm& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
-               double) noexcept {
+Nearest solved(const OffsetArm& arm, const KeptOff& kept, const Pose<double>& pose,
+               const NearestOptions& o) noexcept {
     return nearest_posture(arm, pose, o, kept.scene);
+}
+template <class A>
+Nearest answer(const A& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
+               double length) noexcept {
+    const Nearest exact = solved(arm, kept, pose, o);
+    if (!(length > 0) || is_solved(exact.status)) return exact;
+    return nearest_outside(arm, kept.margin, exact, pose, o, length);
 }
 void nearest_postures(const OffsetArm& arm, const KeptOff& kept, const Pose<double>& pose,
                       const NearestOptions& o, Nearests& out) noexcept {

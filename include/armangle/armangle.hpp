@@ -37,6 +37,7 @@
 #include "limits/best_gradient.hpp"
 #include "limits/solution_derivative.hpp"
 #include "limits/relaxed.hpp"
+#include "limits/approach.hpp"
 #include "limits/settled.hpp"
 #include "limits/nearest_outside.hpp"
 #include "scene/solids.hpp"

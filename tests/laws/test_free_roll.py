@@ -10,6 +10,7 @@ from support.planned_arms import random_arm
 import armangle as aa
 
 NAMES = ("openarm_v10", "human_arm_left", "kuka_iiwa7_r800")
+OFFSET = ("franka_fr3", "fetch")
 
 
 def rolled(poses: np.ndarray, angle: np.ndarray) -> np.ndarray:
@@ -29,7 +30,7 @@ def along_axis_7(arm: aa.Arm) -> aa.Arm:
 
 
 def arms(rng: np.random.Generator) -> list[aa.Arm]:
-    own = [along_axis_7(aa.Arm.from_catalogue(name)) for name in NAMES]
+    own = [along_axis_7(aa.Arm.from_catalogue(name)) for name in (*OFFSET, *NAMES)]
     return [*own, *(along_axis_7(random_arm(rng)) for _ in range(4))]
 
 
@@ -56,9 +57,10 @@ def test_no_roll_of_a_ladder_has_a_nearer_posture(metric: str, weight: np.ndarra
         nearest = np.where(ladder.ok, ladder.distance, np.inf).min(axis=1)
         assert (np.where(free.ok, free.distance, np.inf) <= nearest + 1e-9).all()
         assert np.array_equal(free.ok, ~arm.feasible_turns(poses, about="tool").is_empty)
-        held, _, gc = arm.forward(free.q[free.ok])
+        held, psi, gc = arm.forward(free.q[free.ok])
         same_but_for_roll(held, poses[free.ok])
         assert np.array_equal(gc, free.gc[free.ok])
+        assert np.allclose(np.exp(1j * (psi - free.psi[free.ok])), 1.0, rtol=0, atol=1e-9)
         assert arm.within_limits(free.q[free.ok], tol=1e-9).all()
         assert np.allclose(arm.limit_margin(free.q[free.ok]), free.margin[free.ok], atol=1e-9)
         apart = (free.q - near)[free.ok] * np.sqrt(1.0 if weight is None else weight)
@@ -81,8 +83,9 @@ def test_the_best_margin_over_all_rolls() -> None:
         assert (np.where(free.ok, free.margin, -np.inf) >= most - 1e-9).all()
 
 
-def test_one_pose_is_a_row_of_its_batch_and_another_axis_goes_by_a_ladder() -> None:
-    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(tool=aa.pose([0.1, 0.0, 0.1], rpy=[0.0, 0.7, 0.0]))
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", *OFFSET])
+def test_one_pose_is_a_row_of_its_batch_and_another_axis_goes_by_a_ladder(name: str) -> None:
+    arm = aa.Arm.from_catalogue(name).with_(tool=aa.pose([0.1, 0.0, 0.1], rpy=[0.0, 0.7, 0.0]))
     rng = draw.generator(16, 32)
     q = np.clip(near_limits(arm, rng, 6), arm.lower, arm.upper)
     poses = arm.forward(q)[0]

@@ -122,8 +122,6 @@ LACKING: dict[str, Callable[[aa.Arm], object]] = {
     "gradients.freedom": lambda arm: aa.gradients.freedom(arm, POSE),
     "gradients.margin": lambda arm: aa.gradients.margin(arm, POSE),
     "gradients.joint_function": lambda arm: aa.gradients.joint_function(arm, POSE, int(GC), 1),
-    "fallback": lambda arm: arm.solve(POSE, Q, fallback="nearest_pose"),
-    "roll": lambda arm: arm.solve(POSE, Q, roll="free"),
     "d_4": lambda arm: arm.with_(d_4=0.01),
     "chain": lambda arm: arm.with_(chain=np.tile(np.eye(4), (8, 1, 1))),
     "reference": lambda arm: arm.with_(reference="stereographic"),

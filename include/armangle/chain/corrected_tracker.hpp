@@ -20,9 +20,6 @@ inline constexpr int passes = 6;        // of one tick
 inline constexpr double stays = 1e-12;  // m, of the hand as the nominal arm sees it
 }  // namespace chain_tuning
 
-/// The number of a posture that says where the elbow is.
-inline double redundancy(const Posture& posture) noexcept { return posture.psi; }
-
 /// N(theta) T(theta)^-1 at joint values q: where the nominal tool is, seen from the true one.
 inline Pose<double> correction(const ChainArm& arm, const double* q) noexcept {
     return tool_pose(arm.nominal, q) * inverted(tool_pose(arm, q));

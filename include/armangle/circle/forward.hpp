@@ -20,6 +20,9 @@ struct Posture {
     int gc;             // 0..7
 };
 
+/// The number of a posture that says where the elbow is.
+inline double redundancy(const Posture& posture) noexcept { return posture.psi; }
+
 /// q -> (pose, psi, GC). The triad is computed from the pose, so that the inverse uses the same one.
 inline Posture forward(const Arm& arm, const double* q) noexcept {
     const Chain chain_now = chain(arm, q);

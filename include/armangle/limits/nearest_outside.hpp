@@ -1,13 +1,13 @@
 // For an unreachable pose: the configuration of the nearest reachable pose.
 //
-//   1. The wrist moves on its ray from the shoulder into joint 4's reach; the rotation is kept. No
-//      configuration with that rotation is nearer.
-//   2. If limits permit no arm angle there: the least sqrt(|dp|^2 + (length angle)^2) that Gauss-Newton finds
-//      within the limits. The best closed-form starts are used: all branches, all arm angles, joints clamped.
+//   1. The wrist of an S-R-S arm moves on its ray from the shoulder into joint 4's reach and keeps its
+//      rotation. No configuration with that rotation is nearer. Newton's method does that for other arms.
+//   2. If limits permit no solution there: the least sqrt(|dp|^2 + (length angle)^2) that Newton's method
+//      finds within them. It starts where it is nearest: all branches and arm angles of the nominal arm.
 #pragma once
 
 #include "nearest.hpp"
-#include "relaxed.hpp"
+#include "approach.hpp"
 
 #include "../names/begin.hpp"
 
@@ -19,8 +19,8 @@ inline constexpr double inside = 1e-9;    // rad: added to a margin, so that rou
 inline constexpr int psis = 16;           // number of arm angles tried in each branch
 inline constexpr int kept = 16;           // number of starts that are continued: the nearest, ...
 inline constexpr int scouted = 8;         // ... and the nearest after a few rounds
-inline constexpr int few = 3;             // Gauss-Newton rounds for scouting
-inline constexpr int rounds = 30;         // Gauss-Newton rounds to the end
+inline constexpr int few = 3;             // Newton rounds for scouting
+inline constexpr int rounds = 30;         // Newton rounds to the end
 inline constexpr double same = 1e-9;      // m: starts whose results are this close are equally good
 }  // namespace outside_rule
 
@@ -65,58 +65,145 @@ inline bool limits_about(const Arm& arm, const Joints& q, double margin, Limits&
     return !(margin > 0) || keep_off_singular(arm, q.q, margin, out);
 }
 
-/// The nearest configuration from the best starts about the poses moved into reach, one for each side of the
-/// stretched arm. gc is -1 if the margin permits none.
-inline Nearest least_relaxation(const Arm& arm, double margin, const Pose<double>& asked,
-                                const Pose<double> (&drawn)[2], const NearestOptions& options,
-                                double length) noexcept {
-    Starts<outside_rule::kept> starts;
-    Starts<outside_rule::scouted> scouts;
-    Limits about;
-    const auto offer = [&](Joints q) {
-        Twist rest;
-        for (int j = 0; j < joints; ++j) q.q[j] = min(max(q.q[j], arm.limits.lower[j]), arm.limits.upper[j]);
-        if (!limits_about(arm, q, margin, about)) return;
-        for (int j = 0; j < joints; ++j) q.q[j] = min(max(q.q[j], about.lower[j]), about.upper[j]);
-        starts.offer(q, distance(arm, q.q, asked, length, rest));
-        const Relaxed soon = relaxed(arm, about, q, asked, length, outside_rule::few);
-        scouts.offer(soon.at, soon.distance);
-    };
-    Joints seed{};
-    for (int j = 0; j < joints; ++j) seed.q[j] = options.near ? options.near[j] : arm.joint_middle[j];
-    offer(seed);
-    for (int gc = 0; gc < configurations; ++gc) {
-        const bool other_side = configuration(gc).elbow < 0;
-        const SelfMotion<double> m = self_motion(arm, drawn[other_side], gc);
-        for (int i = 0; i < outside_rule::psis; ++i) {
-            const SinCos<double> psi = sin_cos(two_pi / outside_rule::psis * i);
-            offer(joints_within_limits(arm, directions(m, psi), seed.q));
+/// The nearest configurations of many starts: the arm angles of all branches of the nominal arm about the
+/// poses moved into its reach, one for each side of the stretched arm, and the seed.
+template <class A>
+class OutsideSearch {
+public:
+    OutsideSearch(const A& arm, double margin, const Pose<double>& asked, const NearestOptions& options,
+                  double length) noexcept
+        : arm_(arm), rows_(nominal(arm)), margin_(margin), asked_(asked), options_(options), length_(length) {
+        for (int j = 0; j < joints; ++j) seed_.q[j] = options.near ? options.near[j] : rows_.joint_middle[j];
+    }
+
+    /// Offers the starts about the poses moved into reach, one for each side of the stretched arm.
+    void begin(const Pose<double> (&drawn)[2]) noexcept {
+        offer(seed_);
+        for (int gc = 0; gc < configurations; ++gc) {
+            const bool other_side = configuration(gc).elbow < 0;
+            const SelfMotion<double> m = self_motion(rows_, drawn[other_side], gc);
+            for (int i = 0; i < outside_rule::psis; ++i) {
+                const SinCos<double> psi = sin_cos(two_pi / outside_rule::psis * i);
+                offer(joints_within_limits(rows_, directions(m, psi), seed_.q));
+            }
         }
     }
-    Nearest best{};
-    best.gc = -1;
-    double least = infinity, move = infinity;
-    const auto follow = [&](const Joints& q, double off) {
-        if (!(off < infinity)) return;
-        limits_about(arm, q, margin, about);
-        const Relaxed end = relaxed(arm, about, q, asked, length, outside_rule::rounds);
-        const double moved = largest_move(end.at.q, seed.q);
-        const bool better = end.distance < least - outside_rule::same;
-        const bool as_good = end.distance < least + outside_rule::same && moved < move;
-        if (!better && !as_good) return;
-        least = min(least, end.distance);
-        move = moved;
-        for (int j = 0; j < joint_slots; ++j) best.q[j] = end.at.q[j];
+
+    /// The nearest configuration of the asked orientation; false if there is none, or a limit other than
+    /// joint 4's keeps it from the position.
+    bool parallel(Joints& out) const noexcept {
+        Least least;
+        bool held = false;
+        each([&](const Joints& q, const Limits& about) {
+            const Parallel end =
+                approach_parallel(arm_, about, q, asked_, least.distance - outside_rule::same);
+            if (end.kept && least.takes(end.gap, largest_move(end.at.q, seed_.q))) {
+                out = end.at;
+                held = end.held;
+            }
+        });
+        return least.distance < infinity && !held;
+    }
+
+    /// The nearest configuration; false if the margin permits none.
+    bool nearest(Joints& out) const noexcept {
+        Least least;
+        each([&](const Joints& q, const Limits& about) {
+            const Relaxed end = approach(arm_, about, q, asked_, length_, outside_rule::rounds);
+            if (least.takes(end.distance, largest_move(end.at.q, seed_.q))) out = end.at;
+        });
+        return least.distance < infinity;
+    }
+
+private:
+    /// The least distance, and of equal ones the least move.
+    struct Least {
+        double distance = infinity, move = infinity;
+
+        bool takes(double off, double moved) noexcept {
+            const bool better = off < distance - outside_rule::same;
+            if (!better && !(off < distance + outside_rule::same && moved < move)) return false;
+            distance = min(distance, off);
+            move = moved;
+            return true;
+        }
     };
-    for (int i = 0; i < outside_rule::kept; ++i) follow(starts.at[i], starts.distance[i]);
-    for (int i = 0; i < outside_rule::scouted; ++i) follow(scouts.at[i], scouts.distance[i]);
-    if (!(least < infinity)) return best;
-    const Posture at = forward(arm, best.q);
-    best.psi = at.psi;
-    best.gc = at.gc;
-    best.distance = joint_distance(best.q, options);
-    best.margin = limit_margin(arm.limits, best.q);
-    return best;
+
+    void offer(Joints q) noexcept {
+        Twist rest;
+        Limits about;
+        for (int j = 0; j < joints; ++j)
+            q.q[j] = min(max(q.q[j], rows_.limits.lower[j]), rows_.limits.upper[j]);
+        if (!limits_about(rows_, q, margin_, about)) return;
+        for (int j = 0; j < joints; ++j) q.q[j] = min(max(q.q[j], about.lower[j]), about.upper[j]);
+        starts_.offer(q, distance(arm_, q.q, asked_, length_, rest));
+        const Relaxed soon = approach(arm_, about, q, asked_, length_, outside_rule::few);
+        scouts_.offer(soon.at, soon.distance);
+    }
+
+    /// Calls follow(start, limits) with the starts that are continued.
+    template <class Follow>
+    void each(const Follow& follow) const noexcept {
+        const auto one = [&](const Joints& q, double off) {
+            Limits about;
+            if (!(off < infinity)) return;
+            limits_about(rows_, q, margin_, about);
+            follow(q, about);
+        };
+        for (int i = 0; i < outside_rule::kept; ++i) one(starts_.at[i], starts_.distance[i]);
+        for (int i = 0; i < outside_rule::scouted; ++i) one(scouts_.at[i], scouts_.distance[i]);
+    }
+
+    const A& arm_;
+    const Arm& rows_;
+    double margin_;
+    const Pose<double>& asked_;
+    const NearestOptions& options_;
+    double length_;
+    Joints seed_{};
+    Starts<outside_rule::kept> starts_;
+    Starts<outside_rule::scouted> scouts_;
+};
+
+}  // namespace detail
+
+namespace detail {
+
+/// A pose with its wrist drawn into the nominal arm's reach, for each side of the stretched arm.
+struct DrawnInReach {
+    Pose<double> pose[2];
+    double gap[2] = {infinity, infinity};  // m; infinite if limits permit no such elbow
+
+    DrawnInReach(const Arm& rows, double margin, const Pose<double>& asked, const double* near) noexcept
+        : pose{asked, asked} {
+        const Pose<double> now = chain(rows, near ? near : rows.joint_middle).flange;
+        const double off = max(outside_rule::straight, margin + outside_rule::inside);
+        for (int side = 0; side < 2; ++side) {
+            Limits one = rows.limits;
+            const double sign = side == 0 ? 1.0 : -1.0;
+            if (!keep_on_side(rows, 3, rows.joint_middle[3], sign, off, one)) continue;
+            const Drawn in = drawn_in_reach(rows, reach_shell(rows, one), asked, now);
+            pose[side] = in.pose;
+            gap[side] = in.gap;
+        }
+    }
+};
+
+/// A configuration in the words of a solution that is not the asked pose's, because of `status`.
+template <class A>
+Nearest beside(const A& arm, const Joints& q, Status status, const Pose<double>& asked,
+               const NearestOptions& options, double length) noexcept {
+    Nearest out{};
+    Twist rest;
+    for (int j = 0; j < joints; ++j) out.q[j] = q.q[j];
+    const auto at = forward(arm, out.q);
+    out.psi = redundancy(at);
+    out.gc = at.gc;
+    out.status = status;
+    out.distance = joint_distance(out.q, options);
+    out.margin = limit_margin(nominal(arm).limits, out.q);
+    out.gap = distance(arm, out.q, asked, length, rest);
+    return out;
 }
 
 }  // namespace detail
@@ -128,27 +215,33 @@ inline Nearest nearest_outside(const Arm& arm, const LimitTable& limits, const P
                                const NearestOptions& options, double length) noexcept {
     const Nearest exact = nearest_posture(arm, limits, asked, options);
     if (exact.status == Status::OK) return exact;
-    const Pose<double> now = chain(arm, options.near ? options.near : arm.joint_middle).flange;
-    const double off = max(outside_rule::straight, limits.margin + outside_rule::inside);
-    Pose<double> drawn[2] = {asked, asked};
-    double gap[2] = {infinity, infinity};
-    for (int side = 0; side < 2; ++side) {
-        Limits one = arm.limits;
-        const double sign = side == 0 ? 1.0 : -1.0;
-        if (!keep_on_side(arm, 3, arm.joint_middle[3], sign, off, one)) continue;
-        const Drawn in = drawn_in_reach(arm, reach_shell(arm, one), asked, now);
-        drawn[side] = in.pose;
-        gap[side] = in.gap;
+    const detail::DrawnInReach drawn(arm, limits.margin, asked, options.near);
+    const int nearer = drawn.gap[0] <= drawn.gap[1] ? 0 : 1;
+    Nearest out = nearest_posture(arm, limits, drawn.pose[nearer], options);
+    if (out.status == Status::OK) {
+        Twist rest;
+        out.status = exact.status;
+        out.gap = detail::distance(arm, out.q, asked, length, rest);
+        return out;
     }
-    const int nearer = gap[0] <= gap[1] ? 0 : 1;
-    Nearest out = nearest_posture(arm, limits, drawn[nearer], options);
-    if (out.status != Status::OK)
-        out = detail::least_relaxation(arm, limits.margin, asked, drawn, options, length);
-    if (out.gc < 0) return exact;
-    out.status = exact.status;
-    Twist rest;
-    out.gap = detail::distance(arm, out.q, asked, length, rest);
-    return out;
+    detail::OutsideSearch search(arm, limits.margin, asked, options, length);
+    Joints at{};
+    search.begin(drawn.pose);
+    return search.nearest(at) ? detail::beside(arm, at, exact.status, asked, options, length) : exact;
+}
+
+/// The same for any arm with frames and a Jacobian, for a pose of which `exact` says that it has no solution:
+/// a local minimum, the best of many starts. The orientation is kept unless a limit other than joint 4's
+/// forbids that.
+template <class A>
+Nearest nearest_outside(const A& arm, double margin, const Nearest& exact, const Pose<double>& asked,
+                        const NearestOptions& options, double length) noexcept {
+    const Pose<double> command{orthonormal(asked.rotation), asked.position};
+    detail::OutsideSearch search(arm, margin, command, options, length);
+    Joints at{};
+    search.begin(detail::DrawnInReach(nominal(arm), margin, command, options.near).pose);
+    const bool found = search.parallel(at) || search.nearest(at);
+    return found ? detail::beside(arm, at, exact.status, command, options, length) : exact;
 }
 
 }  // namespace armangle

@@ -158,8 +158,9 @@ inline JointQuadratic normal_equations(const Jacobian& J, const Twist& rest, dou
 }  // namespace detail
 
 /// The configuration within limits from which no small move comes nearer, from `start`, in at most `rounds`.
-inline Relaxed relaxed(const Arm& arm, const Limits& limits, const Joints& start, const Pose<double>& command,
-                       double length, int rounds = relaxed_rule::rounds) noexcept {
+template <class A>
+Relaxed relaxed(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& command,
+                double length, int rounds = relaxed_rule::rounds) noexcept {
     Relaxed best{start, 0};
     for (int j = 0; j < joints; ++j) best.at.q[j] = min(max(start.q[j], limits.lower[j]), limits.upper[j]);
     Twist rest;

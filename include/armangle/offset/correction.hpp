@@ -17,9 +17,6 @@ namespace offset_rule {
 inline constexpr double farthest_secant = 20.0;  // of the last change of what was found
 }  // namespace offset_rule
 
-/// The number of a posture that says where the elbow is.
-inline double redundancy(const OffsetPosture& posture) noexcept { return posture.free; }
-
 /// Where the rows without the offset lead, seen from the true tool.
 inline Pose<double> correction(const OffsetArm& arm, const double* q) noexcept {
     return tool_pose(arm.own, q) * inverted(tool_pose(arm, q));

@@ -20,6 +20,9 @@ struct OffsetPosture {
     int gc;
 };
 
+/// The number of a posture that says where the elbow is.
+inline double redundancy(const OffsetPosture& posture) noexcept { return posture.free; }
+
 /// q -> (pose, free, GC).
 inline OffsetPosture forward(const OffsetArm& arm, const double* q) noexcept {
     double theta[joints];

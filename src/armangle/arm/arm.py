@@ -68,7 +68,7 @@ from ..scenes.shapes import Shape as SceneShape
 from ..status import STATUSES, Status
 from .allowed import Allowed
 from .arcs import ArcSet
-from .chain import ChainHandle, check_chain, check_kept_chain, leaves_out, moved_ends, unsupported
+from .chain import ChainHandle, check_chain, check_kept_chain, leaves_out, moved_ends
 from .deviation import ChainDeviation, deviation_of, proven_share_of
 from .diagnosis import Branch, Diagnosis, Verdict, branch_of
 from .freedom import Freedom
@@ -1471,7 +1471,9 @@ class Arm(FrozenValue):
         without a nearer one, not sampling. Within 1e-5 rad of two or three of straight shoulder, elbow and
         wrist at once the arm angle has too few digits, and the search is local: one of a hundred such poses
         has a nearer solution, mostly by less than 0.001 rad. Near singularities of an own chain the proof may
-        fail: then the status is UNPROVEN.
+        fail: then the status is UNPROVEN. For an arm with an offset, UNPROVEN says that the pose has
+        solutions only where two joints turn about one axis; there ``metric="max"``, a margin and `allowed`
+        are not compared.
 
         Parameters
         ----------
@@ -1497,15 +1499,17 @@ class Arm(FrozenValue):
             "nearest_pose": if a pose has no solution, return that of the nearest reachable pose,
             ``found.pose``, which is ``found.gap`` away. ``status`` still gives the reason for the requested
             pose, and ``ok`` is False. A wrist out of reach moves towards the shoulder and keeps its
-            orientation. If limits forbid that, many starts search the least ``sqrt(|dp|² +
-            (length·angle)²)``. It uses all branches and arm angles, so not with `gc`, `allowed` or obstacles.
+            orientation. If limits forbid that, it is the least ``sqrt(|dp|² + (length·angle)²)``: a local
+            minimum, the best that Newton's method finds from 24 of 129 starts in all branches. For an arm
+            with an offset or an own chain, the position of a kept orientation is found in the same way. It
+            uses all branches and arm angles, so not with `gc`, `allowed` or obstacles.
         length : float
             With ``fallback``: metres that count as one radian, m.
         roll : "pose" or "free"
             "free": the tool may turn about its own z axis, as a drill, a torch or a suction cup may;
-            ``found.pose`` is the pose reached. If that axis is axis 7 this is exact. For any other tool, and
-            for an own chain, it tries 72 turns and finer ones near the best, each with its exact intervals;
-            720 if none of them has a solution. Not with ``fallback``.
+            ``found.pose`` is the pose reached. If that axis is axis 7, no roll is tried, and the result is
+            as good as without a roll. For any other tool, and for an own chain, it tries 72 turns and finer
+            ones near the best; 720 if none of them has a solution. Not with ``fallback``.
         progress : function (done, total) or bool
             Called a few times a second with the number of finished poses; True draws a bar on stderr.
 
@@ -1544,8 +1548,6 @@ class Arm(FrozenValue):
             )  # fmt: skip
             if one is not None:
                 return cast(Solution, one)
-        if self.chain is not None and fallback is not None:
-            raise unsupported("fallback='nearest_pose'")
         beyond = relaxing_length(fallback, length, gc, allowed, self.scene)
 
         def ask(arm: Arm, poses: ArrayLike, seeds: ArrayLike | None, weights: ArrayLike | None) -> Solution:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import fields
 from typing import Any, Literal, Never, cast
 
@@ -38,14 +37,10 @@ from ..scenes.clearance import Clearance, clearance_of
 from ..scenes.ready import make_ready
 from ..scenes.scene import Scene
 from ..status import STATUSES, Status
-from .allowed import Allowed
 from .arcs import ArcSet
-from .arm import KINDS, ON_ERROR, Arm, OnError, names_keywords_of_arm
+from .arm import KINDS, ON_ERROR, Arm, OnError
 from .chain import asked_of
-from .diagnosis import Branch, Diagnosis, Opening, Verdict
-from .question import METRICS, PREFER, Fallback, MetricName, Prefer, relaxing_length, widest_solution
-from .roll import ROLLS, Roll
-from .solution import Solution
+from .diagnosis import Branch, Opening, Verdict
 
 _NO_FIELDS = ("d_4", "chain", "reference")
 _INSTEAD = {
@@ -270,42 +265,6 @@ class OffsetArm(Arm):
     def _without_scene(self) -> OffsetArm:
         return self if self.scene is None else cast(OffsetArm, self.with_(scene=None))
 
-    @names_keywords_of_arm
-    def solve(
-        self,
-        pose: ArrayLike,
-        seed: ArrayLike | None = None,
-        *,
-        metric: MetricName = "l2",
-        weight: ArrayLike | None = None,
-        prefer: Prefer = "seed",
-        gc: int | Iterable[int] | None = None,
-        allowed: Allowed | None = None,
-        fallback: Fallback = None,
-        length: float = 0.2,
-        roll: Roll = "pose",
-        progress: Progress | bool | None = None,
-    ) -> Solution:
-        """See `Arm.solve`. Branch and bound over all branches, values of the free joint and turns.
-
-        Where two joints turn about one axis the free joint has too few digits to tell postures apart. Those
-        are asked where the metric is "l2" and nothing is `allowed`; else UNPROVEN says that only they hold
-        the pose.
-        """
-        if fallback is not None:
-            relaxing_length(fallback, length)
-            raise unsupported("solve(fallback=)")
-        if chosen("roll", roll, ROLLS) != "pose":
-            raise unsupported("solve(roll='free')")
-        if chosen("prefer", prefer, PREFER) == "clearance":
-            if weight is not None or allowed is not None or chosen("metric", metric, METRICS) != "l2":
-                raise InputError("prefer is 'clearance', which does not go with the other wishes but gc")
-            return widest_solution(self, pose, seed, gc)
-        return super().solve(
-            pose, seed, metric=metric, weight=weight, prefer=prefer, gc=gc, allowed=allowed, length=length,
-            progress=progress,
-        )  # fmt: skip
-
     def _branches_of(self, pose: Floats) -> tuple[Branch, ...]:
         free = self._without_scene()
         arcs, each = free.feasible(pose), free.feasible(pose, per_joint=True)
@@ -369,9 +328,6 @@ class OffsetArm(Arm):
                 if nearest.ok:
                     found.append(Opening(joint + 1, cast(Any, side), float(nearest.distance)))
         return tuple(sorted(found, key=lambda opening: opening.extra))
-
-    def _with_instead(self, found: Diagnosis, pose: Floats) -> Diagnosis:
-        return found
 
     def clearance(self, q: ArrayLike, scene: Scene | None = None) -> Clearance:
         """See `Arm.clearance`: psi_rate is by the value of the free joint, NaN beside a fold."""

@@ -39,7 +39,7 @@ class Rolled(Built, Protocol):
 def is_along_axis_7(arm: Rolled) -> bool:
     """Return whether the tool's z axis is the axis of joint 7, so that a roll changes joint 7 alone.
 
-    False for an arm with its own chain: its axes 5, 6 and 7 do not intersect.
+    False for an arm with its own chain, whose arm angle belongs to the fitted arm.
     """
     return arm.chain is None and bool(np.abs(arm.tool[:2, 2:]).max() <= _ALONG)
 
@@ -76,8 +76,9 @@ def solve_free(
 ) -> Solution:
     """Return the solution of each pose at its best roll; `ask(arm, pose, near, weights)` solves at one.
 
-    If the tool's z axis is axis 7, no roll is tried: joints 1 to 6 do not depend on it, and joint 7 takes the
-    value of the seed, or the middle.
+    If the tool's z axis is axis 7, no roll is tried: joints 1 to 6 do not depend on it, or, if joint 7 is the
+    free joint, take the same values at another of its values. Joint 7 takes the value of the seed, or the
+    middle.
     """
     if not is_along_axis_7(arm):
         return _on_ladder(arm, pose, near, weights, by_margin, ask)
@@ -100,11 +101,11 @@ def solve_free(
     margin = np.minimum(found.margin, last_margin(arm, q))
     extra = np.sqrt(weights[_LAST]) * np.abs(last - seed)
     apart = np.hypot(found.distance, extra) if metric == "l2" else np.maximum(found.distance, extra)
-    pose, solved = np.array(found.pose), np.isfinite(q[..., 0])
-    pose[solved] = arm.forward(q[solved], on_error="nan")[0]
+    pose, psi, solved = np.array(found.pose), np.array(found.psi), np.isfinite(q[..., 0])
+    pose[solved], psi[solved], _ = arm.forward(q[solved], on_error="nan")
     if q.ndim > 1:
-        return found._replace(q=q, margin=margin, distance=apart, pose=pose)
-    return found._replace(q=q, margin=float(margin), distance=float(apart), pose=pose)
+        return found._replace(q=q, psi=psi, margin=margin, distance=apart, pose=pose)
+    return found._replace(q=q, psi=float(psi), margin=float(margin), distance=float(apart), pose=pose)
 
 
 def _on_ladder(arm: Rolled, pose: Any, near: Any, weights: Floats, by_margin: bool, ask: Any) -> Solution:
