@@ -105,14 +105,13 @@ Step next_step(const ArmHandle& self, double margin, const double* q, const Pose
     return step(self.arm, limits.table, q, pose, options);
 }
 
-Step next_step(const ChainArmHandle& self, double margin, const double* q, const Pose<double>& pose,
-               const StepOptions& options) noexcept {
-    return step(self.arm, margin, q, pose, options);
-}
+OffsetSteps steps_of(const OffsetHandle& self, double) noexcept { return OffsetSteps(self.arm); }
+ChainSteps steps_of(const ChainArmHandle& self, double margin) noexcept { return {self.arm, margin}; }
 
-Step next_step(const OffsetHandle& self, double, const double* q, const Pose<double>& pose,
+template <class Handle>
+Step next_step(const Handle& self, double margin, const double* q, const Pose<double>& pose,
                const StepOptions& options) noexcept {
-    return step(self.arm, q, pose, options);
+    return step(steps_of(self, margin), q, pose, options);
 }
 
 /// Corrects a pose of this relative precision if its rounding alone puts it out of reach.
@@ -204,32 +203,42 @@ using FollowColumns = nb::typed<nb::tuple, Floats, Floats, Ints, Codes, Floats, 
 /// None, one for all poses, or one a pose.
 using Scenes = Strided<const Scene* const>;
 
-void run(const ArmHandle& self, const double* start, const Buffer& p, const FollowOptions& wanted,
-         const StepOptions& options, Strided<const ArcSet> allowed, Scenes scenes, const FollowRows& rows) {
-    const auto n = static_cast<std::size_t>(p.shape(0));
+/// What is followed: the poses and what is asked of each of them.
+struct Asked {
+    const double* poses;
+    std::size_t n;
+    const StepOptions& options;
+    Strided<const ArcSet> allowed;
+    Scenes scenes;
+};
+
+/// Calls run(ahead), without the interpreter's lock: a window of coming poses, or null.
+template <class View, class Run>
+void with_window(const View& view, std::size_t window, const Asked& asked, const Run& run) {
+    std::vector<typename View::Section> sections(window ? Lookahead<View>::sections_for(window) : 0);
+    Lookahead<View> ahead(view, asked.poses, asked.n, asked.allowed, asked.scenes, asked.options.bounds,
+                          asked.options.max_joint_step, sections.data(), window);
+    nb::gil_scoped_release release;
+    run(window ? &ahead : nullptr);
+}
+
+void run(const ArmHandle& self, const double* start, const FollowOptions& wanted, const Asked& asked,
+         const FollowRows& rows) {
     const DrawnLimits limits(self, wanted.singularity_margin);
-    const std::size_t window = wanted.lookahead;
-    std::vector<AheadSection> sections(window ? Lookahead::sections_for(window) : 0);
-    Lookahead ahead(self.arm, limits.table, p.data<double>(), n, allowed, scenes, options.bounds,
-                    options.max_joint_step, sections.data(), window);
-    nb::gil_scoped_release release;
-    follow(self.arm, limits.table, start, p.data<double>(), n, options, wanted.on_fail, allowed, rows,
-           window ? &ahead : nullptr, scenes);
+    with_window(ExactSections{self.arm, limits.table}, wanted.lookahead, asked, [&](auto* ahead) {
+        follow(self.arm, limits.table, start, asked.poses, asked.n, asked.options, wanted.on_fail,
+               asked.allowed, rows, ahead, asked.scenes);
+    });
 }
 
-/// A lookahead window was rejected before this call.
-void run(const ChainArmHandle& self, const double* start, const Buffer& p, const FollowOptions& wanted,
-         const StepOptions& options, Strided<const ArcSet> allowed, Scenes scenes, const FollowRows& rows) {
-    nb::gil_scoped_release release;
-    follow(self.arm, wanted.singularity_margin, start, p.data<double>(), static_cast<std::size_t>(p.shape(0)),
-           options, wanted.on_fail, allowed, rows, scenes);
-}
-
-void run(const OffsetHandle& self, const double* start, const Buffer& p, const FollowOptions& wanted,
-         const StepOptions& options, Strided<const ArcSet> allowed, Scenes scenes, const FollowRows& rows) {
-    nb::gil_scoped_release release;
-    follow(self.arm, start, p.data<double>(), static_cast<std::size_t>(p.shape(0)), options, wanted.on_fail,
-           allowed, rows, scenes);
+template <class Handle>
+void run(const Handle& self, const double* start, const FollowOptions& wanted, const Asked& asked,
+         const FollowRows& rows) {
+    const auto family = steps_of(self, wanted.singularity_margin);
+    with_window(FamilySections{family}, wanted.lookahead, asked, [&](auto* ahead) {
+        follow(family, start, asked.poses, asked.n, asked.options, wanted.on_fail, asked.allowed, rows, ahead,
+               asked.scenes);
+    });
 }
 
 template <class Handle>
@@ -273,7 +282,7 @@ void follow_all(const Handle& self, Floats start, Floats poses, const FollowOpti
     std::vector<const Scene*> views;
     for (const SceneHandle* scene : scenes) views.push_back(&scene->view);
     const Scenes about{views.empty() ? nullptr : views.data(), views.size() > 1 ? 1 : 0};
-    run(self, s.data<double>(), p, wanted, options, allowed, about, rows);
+    run(self, s.data<double>(), wanted, {p.data<double>(), n, options, allowed, about}, rows);
     watch.raise();
 }
 

@@ -71,6 +71,5 @@
 #include "chain/corrected_motion.hpp"
 #include "chain/feasible.hpp"
 #include "chain/step.hpp"
-#include "chain/follow.hpp"
 #include "chain/nearest_posture.hpp"
 #include "chain/corrected_tracker.hpp"

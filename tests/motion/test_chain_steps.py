@@ -170,7 +170,6 @@ def test_what_a_chain_cannot_be_asked_is_refused_by_name() -> None:
     said = "fallback=.* is not made for an arm with a chain"
     refused(aa.UnsupportedError, said, aa.step, arm, Q, pose, fallback="nearest_pose")
     refused(aa.UnsupportedError, said, aa.follow, arm, pose[None], start=Q, fallback="nearest_pose")
-    refused(aa.UnsupportedError, "lookahead= is not", aa.follow, arm, pose[None], start=Q, lookahead=1)
 
 
 def crossing(arm: aa.Arm, joint: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

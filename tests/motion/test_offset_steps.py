@@ -162,9 +162,8 @@ def test_why_there_is_no_step() -> None:
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("velocity", 1.0), ("carry", "elbow"), ("fallback", "nearest_pose"), ("roll", "free"),
-     ("policy", aa.Towards(direction="up"))],
-)  # fmt: skip
+    [("carry", "elbow"), ("fallback", "nearest_pose"), ("roll", "free")],
+)
 def test_what_is_not_made_for_it_is_refused_by_name(name: str, value: Any) -> None:
     pose, asked = FR3.forward(READY)[0], {name: value, "dt": 0.01}
     with pytest.raises(aa.UnsupportedError, match=f"{name}.* is not made for an arm with an offset wrist"):

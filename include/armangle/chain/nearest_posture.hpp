@@ -31,23 +31,10 @@ inline constexpr double shared = 0.3;        // sine of a hinge beside which two
 inline constexpr int polishes = 60;          // halvings, or golden sections, of a piece
 inline constexpr double golden = 0.6180339887498949;
 inline constexpr double elbow_tie = 1e-12;  // rad, of joint 4 where it alone decides
-inline constexpr double bent = 0.05;     // rad off straight: where an elbow begins that may go to either side
-inline constexpr double straight = 0.2;  // rad off straight: an elbow that may
+inline constexpr double straight = 0.2;     // rad off straight: an elbow that may
 }  // namespace chain_tuning
 
 namespace detail {
-
-/// Asks visit(joints) with the elbow as it is; then, where it is about straight and does not bend by itself,
-/// begun on the other side and well off straight on both, until visit says that it is enough.
-template <class Visit>
-void with_either_bend(const Arm& nominal, Joints q, double most, const Visit& visit) noexcept {
-    const double straight = lift(to_q(nominal, 3, nominal.delta_angle), q.q[3]), bend = q.q[3] - straight;
-    if (visit(q) || !(abs(bend) <= most)) return;
-    for (const double begin : {-bend, chain_tuning::bent, -chain_tuning::bent}) {
-        q.q[3] = straight + begin;
-        if (visit(q)) return;
-    }
-}
 
 /// The nearest posture: on the arcs that are proven by branch and bound, and beside them.
 class ProvenSearch : PostureCosts {

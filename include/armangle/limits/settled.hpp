@@ -25,7 +25,8 @@ inline constexpr double last_share = 1e-12;  // ... and later, if the pose hardl
 inline constexpr double still = 1e-15;       // rad: shorter moves count as none
 inline constexpr double exact = 2e-15;       // a pose this near is not improved (of the arm's size; rad)
 inline constexpr double meets = 1e-13;       // a pose this near is solved (same unit)
-inline constexpr double same = 4e-15;        // poses this near are equal (same unit; of a unit vector)
+inline constexpr double bent = 0.05;   // rad off straight: where an elbow begins that may bend either way
+inline constexpr double same = 4e-15;  // poses this near are equal (same unit; of a unit vector)
 }  // namespace settled_rule
 
 /// Attracts a configuration on its way to a pose: joint j by weight[j] towards near[j].
@@ -195,6 +196,18 @@ Relaxed settled_beside(const A& arm, const Limits& limits, const Joints& start, 
         if (meets(arm, from) && !(meets(arm, best) && drawn(best) <= drawn(from))) best = from;
     }
     return best;
+}
+
+/// Asks visit(joints) with the elbow as it is. If it is within `most` of straight, where it does not bend by
+/// itself, asks again from the other side, and from well off straight on both sides, until visit agrees.
+template <class Visit>
+void with_either_bend(const Arm& nominal, Joints q, double most, const Visit& visit) noexcept {
+    const double straight = lift(to_q(nominal, 3, nominal.delta_angle), q.q[3]), bend = q.q[3] - straight;
+    if (visit(q) || !(abs(bend) <= most)) return;
+    for (const double begin : {-bend, settled_rule::bent, -settled_rule::bent}) {
+        q.q[3] = straight + begin;
+        if (visit(q)) return;
+    }
 }
 
 /// Whether two poses are equal up to rounding, for an arm of this size (m).

@@ -4,8 +4,8 @@
 #include <cstddef>
 
 #include "../numbers/arrays.hpp"
+#include "family_step.hpp"
 #include "lookahead.hpp"
-#include "step.hpp"
 
 #include "../names/begin.hpp"
 
@@ -55,61 +55,16 @@ inline void carry_velocity(const double* to, const double* from, Bounds& bounds)
     for (int j = 0; j < joints; ++j) bounds.velocity_now[j] = (to[j] - from[j]) / bounds.dt;
 }
 
-/// Computes the rows of n poses. take(pose, i, options) advances one step and returns the Step.
-/// `residual(pose)` is the distance (m) of the end effector from its pose. psi is continuous.
-template <class Take, class Residual>
-void follow_rows(const double* poses, std::size_t n, StepOptions options, OnFail on_fail,
-                 Strided<const ArcSet> allowed, const FollowRows& rows, const Take& take,
-                 const Residual& residual) noexcept {
-    double psi = 0;
-    bool stopped = false, begun = false;
-    for (std::size_t i = 0; i < n; ++i) {
-        if (rows.ended && rows.ended(rows.who, i)) return;
-        if (stopped) {
-            open_row(rows, i, Status::NOT_REACHED);
-            continue;
-        }
-        const Pose<double> pose = load_pose(poses + 16 * i);
-        options.allowed = allowed.data ? allowed.at(i) : nullptr;
-        const Step next = take(pose, i, options);
-        const bool ok = holds_pose(next);
-        stopped = !ok && on_fail == OnFail::stop;
-        if (!ok && on_fail != OnFail::hold) {
-            open_row(rows, i, next.why);
-            continue;
-        }
-        psi = begun ? lift(next.psi, psi) : next.psi;
-        begun = true;
-        fill_row(rows, i, next, psi, residual(pose));
-    }
-}
-
-/// Computes the rows of n poses, each by step_on(q, pose, options) from the joints before. These do not
-/// change if a pose is not reached. `position(q)` is the position of the end effector (m).
-template <class StepOn, class Position>
-void follow_steps(const double* start, const double* poses, std::size_t n, const StepOptions& options,
-                  OnFail on_fail, Strided<const ArcSet> allowed, const FollowRows& rows,
-                  const StepOn& step_on, const Position& position,
-                  Strided<const Scene* const> scenes = {nullptr, 0}) noexcept {
-    double q[joint_slots] = {};
-    for (int j = 0; j < joints; ++j) q[j] = start[j];
-    const auto take = [&](const Pose<double>& pose, std::size_t i, StepOptions& asked) {
-        if (scenes.data) asked.scene = *scenes.at(i);
-        const Step next = step_on(q, pose, asked);
-        for (int j = 0; j < joints; ++j) q[j] = next.q[j];
-        return next;
-    };
-    follow_rows(poses, n, options, on_fail, allowed, rows, take,
-                [&](const Pose<double>& pose) { return norm(position(q) - pose.position); });
-}
-
-/// The state of a motion, and its next steps.
-struct Follower {
+/// The state of a motion of an exact arm, and its next steps.
+struct ExactWalk {
     const Arm& arm;
     const LimitTable& limits;
     double q[joint_slots];
     Chain now;
     Bounds bounds;  // with the velocity before the next step, if there are bounds
+
+    int gc() const noexcept { return index(configuration(arm, now.theta)); }
+    double residual(const Pose<double>& pose) const noexcept { return position_error(arm, now, pose); }
 
     Step on(const Pose<double>& pose, StepOptions options) noexcept {
         const bool bounded = options.bounds != nullptr;
@@ -122,6 +77,72 @@ struct Follower {
     }
 };
 
+/// The same of any other arm.
+template <stepping_family F>
+struct FamilyWalk {
+    F family;
+    double q[joint_slots];
+    Bounds bounds;
+
+    int gc() const noexcept { return family.on(q, identity_pose(), Carry::psi).gc; }
+    double residual(const Pose<double>& pose) const noexcept {
+        return norm(tool_pose(family.arm(), q).position - pose.position);
+    }
+
+    Step on(const Pose<double>& pose, StepOptions options) noexcept {
+        if (options.bounds) options.bounds = &bounds;
+        const Step next = step(family, q, pose, options);
+        if (options.bounds) carry_velocity(next.q, q, bounds);
+        for (int j = 0; j < joints; ++j) q[j] = next.q[j];
+        return next;
+    }
+};
+
+/// Follows n poses by the steps of a walk. psi is continuous.
+template <class Walk, class Ahead>
+void follow_rows(Walk walk, const double* poses, std::size_t n, StepOptions options, OnFail on_fail,
+                 Strided<const ArcSet> allowed, const FollowRows& rows, Ahead* ahead,
+                 Strided<const Scene* const> scenes) noexcept {
+    const auto ask = [&](std::size_t i, StepOptions& asked) {
+        if (scenes.data) asked.scene = *scenes.at(i);
+        asked.allowed = allowed.data ? allowed.at(i) : nullptr;
+    };
+    double psi = 0;
+    bool stopped = false, begun = false;
+    for (std::size_t i = 0; i < n; ++i) {
+        if (rows.ended && rows.ended(rows.who, i)) return;
+        if (stopped) {
+            open_row(rows, i, Status::NOT_REACHED);
+            continue;
+        }
+        const Pose<double> pose = load_pose(poses + 16 * i);
+        ask(i, options);
+        if (ahead)
+            options.ahead =
+                ahead->at(i, walk.q, options.gc < 0 ? walk.gc() : options.gc, [&](std::size_t most) {
+                    Walk along = walk;
+                    StepOptions asked = options;
+                    asked.ahead = nullptr;
+                    for (std::size_t k = 0; k < most; ++k) {
+                        ask(i + k, asked);
+                        if (!holds_pose(along.on(load_pose(poses + 16 * (i + k)), asked))) return k;
+                    }
+                    return most;
+                });
+        const Step next = walk.on(pose, options);
+        const bool ok = holds_pose(next);
+        if (ahead && !ok) ahead->forget();
+        stopped = !ok && on_fail == OnFail::stop;
+        if (!ok && on_fail != OnFail::hold) {
+            open_row(rows, i, next.why);
+            continue;
+        }
+        psi = begun ? lift(next.psi, psi) : next.psi;
+        begun = true;
+        fill_row(rows, i, next, psi, walk.residual(pose));
+    }
+}
+
 }  // namespace detail
 
 /// Follows n poses (16 doubles each, row-major) from `start`. `allowed` is null, one set, or one a pose;
@@ -129,34 +150,24 @@ struct Follower {
 /// before the first step. `ahead`, if not null, keeps the motion in the tube of the coming poses and needs
 /// bounds.
 inline void follow(const Arm& arm, const LimitTable& limits, const double* start, const double* poses,
-                   std::size_t n, StepOptions options, OnFail on_fail, Strided<const ArcSet> allowed,
-                   const FollowRows& rows, Lookahead* ahead = nullptr,
+                   std::size_t n, const StepOptions& options, OnFail on_fail, Strided<const ArcSet> allowed,
+                   const FollowRows& rows, Lookahead<ExactSections>* ahead = nullptr,
                    Strided<const Scene* const> scenes = {nullptr, 0}) noexcept {
-    detail::Follower walk{arm, limits, {}, {}, options.bounds ? *options.bounds : Bounds{}};
+    detail::ExactWalk walk{arm, limits, {}, {}, options.bounds ? *options.bounds : Bounds{}};
     for (int j = 0; j < joints; ++j) walk.q[j] = start[j];
     walk.now = chain(arm, walk.q);
-    const auto plain = [&](std::size_t from, std::size_t most) {
-        detail::Follower along = walk;
-        StepOptions asked = options;
-        for (std::size_t k = 0; k < most; ++k) {
-            if (scenes.data) asked.scene = *scenes.at(from + k);
-            asked.allowed = allowed.data ? allowed.at(from + k) : nullptr;
-            if (!detail::holds_pose(along.on(load_pose(poses + 16 * (from + k)), asked))) return k;
-        }
-        return most;
-    };
-    const auto take = [&](const Pose<double>& pose, std::size_t i, StepOptions& asked) {
-        if (scenes.data) asked.scene = *scenes.at(i);
-        if (ahead)
-            asked.ahead = ahead->at(
-                i, walk.q, asked.gc < 0 ? configuration(arm, walk.now.theta) : configuration(asked.gc),
-                [&](std::size_t most) { return plain(i, most); });
-        const Step next = walk.on(pose, asked);
-        if (ahead && !detail::holds_pose(next)) ahead->forget();
-        return next;
-    };
-    detail::follow_rows(poses, n, options, on_fail, allowed, rows, take,
-                        [&](const Pose<double>& pose) { return position_error(arm, walk.now, pose); });
+    detail::follow_rows(walk, poses, n, options, on_fail, allowed, rows, ahead, scenes);
+}
+
+/// The same of any other arm.
+template <stepping_family F>
+void follow(const F& family, const double* start, const double* poses, std::size_t n,
+            const StepOptions& options, OnFail on_fail, Strided<const ArcSet> allowed, const FollowRows& rows,
+            Lookahead<FamilySections<F>>* ahead = nullptr,
+            Strided<const Scene* const> scenes = {nullptr, 0}) noexcept {
+    detail::FamilyWalk<F> walk{family, {}, options.bounds ? *options.bounds : Bounds{}};
+    for (int j = 0; j < joints; ++j) walk.q[j] = start[j];
+    detail::follow_rows(walk, poses, n, options, on_fail, allowed, rows, ahead, scenes);
 }
 
 }  // namespace armangle

@@ -11,8 +11,9 @@
 #include <cstddef>
 
 #include "../numbers/arrays.hpp"
-#include "../scene/clear.hpp"
+#include "../scene/clear_cells.hpp"
 #include "bounds.hpp"
+#include "stepping_family.hpp"
 
 #include "../names/begin.hpp"
 
@@ -24,6 +25,81 @@ struct AheadSection {
     SelfMotion<double> motion;
     JointFunctions<double> functions;
     ArcSet arcs, tube;
+};
+
+/// How sections of an exact arm are filled, and what of them a box of joints holds.
+struct ExactSections {
+    using Section = AheadSection;
+    const Arm& arm;
+    const LimitTable& limits;
+
+    const Arm& rows() const noexcept { return arm; }
+    void fill(const Pose<double>& pose, int gc, Section& to) const noexcept {
+        to.motion = self_motion(arm, pose, configuration(gc));
+        to.functions = joint_functions(to.motion);
+        feasible(to.motion, to.functions, limits, to.arcs);
+    }
+    void clear(const Scene& scene, Section& to) const noexcept {
+        const ArcSet own = to.arcs;
+        keep_clear(arm, scene, to.motion, own, to.arcs);
+    }
+    bool joints_at(const Section& at, double psi, Joints& q) const noexcept {
+        q = joints_within_limits(arm, directions(at.motion, sin_cos(psi)), nullptr);
+        return true;
+    }
+    void window(const Section& to, const double* q, const MoveBox& box, ArcSet& out) const noexcept {
+        detail::window(arm, to.motion, to.functions, q, box, out);
+    }
+};
+
+/// The same of any other arm.
+template <stepping_family F>
+struct FamilySections {
+    struct Section {
+        Pose<double> pose;
+        int gc;
+        ArcSet arcs, tube;
+    };
+    F family;
+
+    const Arm& rows() const noexcept { return family.rows(); }
+    void fill(const Pose<double>& pose, int gc, Section& to) const noexcept {
+        to.pose = {orthonormal(pose.rotation), pose.position};
+        to.gc = gc;
+        arcs_within(to, rows().limits, to.arcs);
+    }
+    void clear(const Scene& scene, Section& to) const noexcept {
+        ProvenArcs own;
+        own.arcs = to.arcs;
+        own.status = Status::OK;
+        own.unproven = 0;
+        Tag blocking;
+        keep_clear(family.arm(), scene, to.pose, to.gc, own, blocking);
+        to.arcs = own.arcs;
+    }
+    bool joints_at(const Section& at, double lambda, Joints& q) const noexcept {
+        Directions<double> d;
+        if (family.at(at.pose, at.gc, lambda, nullptr, d) != Status::OK) return false;
+        q = joints_within_limits(rows(), d, nullptr);
+        return true;
+    }
+    void window(const Section& to, const double* q, const MoveBox& box, ArcSet& out) const noexcept {
+        Limits narrow;
+        make_empty(out);
+        for (int j = 0; j < joints; ++j) {
+            if (!(box.lower[j] <= box.upper[j])) return;
+            narrow.lower[j] = q[j] + box.lower[j];
+            narrow.upper[j] = q[j] + box.upper[j];
+        }
+        arcs_within(to, narrow, out);
+    }
+
+private:
+    void arcs_within(const Section& to, const Limits& limits, ArcSet& out) const noexcept {
+        ProvenArcs found;
+        family.arcs(to.pose, to.gc, limits, found);
+        out = found.arcs;
+    }
 };
 
 namespace ahead_rule {
@@ -39,15 +115,18 @@ inline constexpr double run_up =
 namespace detail {
 
 /// Links between neighbouring sections.
+template <class View>
 struct Links {
-    const Arm& arm;
+    using Section = typename View::Section;
+    View view;
     double most[joints];  // rad: largest move in one step
     double share;         // share of it that links use
 
     /// The part of `within` on section `to` whose joints are at most `part` of a step from q. A joint never
     /// crosses its limits the other way round; a joint with more than a turn may, unless its turns are known.
-    void reach(const double* q, bool turns_known, double part, const AheadSection& to, const ArcSet& within,
+    void reach(const double* q, bool turns_known, double part, const Section& to, const ArcSet& within,
                ArcSet& out) const noexcept {
+        const Arm& arm = view.rows();
         MoveBox box;
         for (int i = 0; i < joints; ++i) {
             const bool clip = turns_known || arm.limits.upper[i] - arm.limits.lower[i] < two_pi;
@@ -55,19 +134,19 @@ struct Links {
             box.upper[i] = min(part * most[i], clip ? arm.limits.upper[i] - q[i] : infinity);
         }
         ArcSet all;
-        window(arm, to.motion, to.functions, q, box, all);
+        view.window(to, q, box, all);
         intersect(all, within, out);
     }
 
     /// The same from psi at section `from`.
-    void reach(const AheadSection& from, double psi, const AheadSection& to, const ArcSet& within,
+    void reach(const Section& from, double psi, const Section& to, const ArcSet& within,
                ArcSet& out) const noexcept {
-        const Joints q = joints_within_limits(arm, directions(from.motion, sin_cos(psi)), nullptr);
+        Joints q;
+        if (!view.joints_at(from, psi, q)) return make_empty(out);
         reach(q.q, false, share, to, within, out);
     }
 
-    bool linked(const AheadSection& from, double psi, const AheadSection& to,
-                const ArcSet& within) const noexcept {
+    bool linked(const Section& from, double psi, const Section& to, const ArcSet& within) const noexcept {
         ArcSet reached;
         reach(from, psi, to, within, reached);
         return !reached.empty();
@@ -94,9 +173,12 @@ struct Probes {
 };
 
 /// The set of section `to` that is linked with a set of section `from`.
+template <class View>
 class Image {
+    using Section = typename View::Section;
+
 public:
-    Image(const Links& links, const AheadSection& from, const ArcSet& set, const AheadSection& to)
+    Image(const Links<View>& links, const Section& from, const ArcSet& set, const Section& to)
         : links_(links), from_(from), set_(set), to_(to) {}
 
     void operator()(ArcSet& out) const noexcept {
@@ -182,10 +264,10 @@ private:
         }
     }
 
-    const Links& links_;
-    const AheadSection& from_;
+    const Links<View>& links_;
+    const Section& from_;
     const ArcSet& set_;
-    const AheadSection& to_;
+    const Section& to_;
 };
 
 }  // namespace detail
@@ -193,24 +275,25 @@ private:
 /// The window of coming poses, which moves along with the motion. It is computed for twice as many poses as
 /// requested and again when half of them are passed. So every step sees at least `ahead` poses beyond its own
 /// at the cost of two.
+template <class View>
 class Lookahead {
 public:
+    using Section = typename View::Section;
+
     /// The number of sections that the caller's workspace must hold.
     static constexpr std::size_t sections_for(std::size_t ahead) noexcept { return 2 * ahead + 1; }
 
     /// `scenes` (none, one, or one a pose) and `bounds` may be null. Links do not consider accelerations. If
     /// these are bounded, links use half of the velocity, and a motion that comes late is led back to the
     /// tube.
-    Lookahead(const Arm& arm, const LimitTable& limits, const double* poses, std::size_t n,
-              Strided<const ArcSet> allowed, Strided<const Scene* const> scenes, const Bounds* bounds,
-              double largest_step, AheadSection* workspace, std::size_t ahead) noexcept
-        : arm_(arm),
-          limits_(limits),
-          poses_(poses),
+    Lookahead(const View& view, const double* poses, std::size_t n, Strided<const ArcSet> allowed,
+              Strided<const Scene* const> scenes, const Bounds* bounds, double largest_step,
+              Section* workspace, std::size_t ahead) noexcept
+        : poses_(poses),
           n_(n),
           allowed_(allowed),
           scenes_(scenes),
-          links_{arm, {}, 1.0 - ahead_rule::reserve},
+          links_{view, {}, 1.0 - ahead_rule::reserve},
           section_(workspace),
           ahead_(ahead) {
         for (int i = 0; i < joints; ++i)
@@ -224,8 +307,7 @@ public:
     /// if q cannot step to pose i at all, or if lookahead gains nothing. plain(m) returns how many of the m
     /// poses from i on are reached by steps without lookahead.
     template <class Plain>
-    const ArcSet* at(std::size_t i, const double* q, const Configuration<double>& gc,
-                     const Plain& plain) noexcept {
+    const ArcSet* at(std::size_t i, const double* q, int gc, const Plain& plain) noexcept {
         const bool inside =
             count_ && i >= first_ && i < first_ + reached_ && (i <= first_ + ahead_ || first_ + count_ == n_);
         if (inside && plain_) return nullptr;
@@ -238,10 +320,10 @@ public:
             plain_ = held == count_;
             if (!plain_) draw(gc);
         };
-        const bool drawn = inside && index(gc) == gc_;
+        const bool drawn = inside && gc == gc_;
         if (!drawn) begin();
         if (plain_) return nullptr;
-        AheadSection& here = section_[i - first_];
+        Section& here = section_[i - first_];
         ArcSet start;
         links_.reach(q, true, 1.0, here, here.tube, start);
         const bool led_back = links_.share == 1.0 - ahead_rule::run_up && !here.tube.empty();
@@ -265,22 +347,18 @@ public:
 
 private:
     /// Computes the sections of the window, and the tube of their end.
-    void draw(const Configuration<double>& gc) noexcept {
-        gc_ = index(gc);
-        for (std::size_t k = 0; k < count_; ++k) fill(section_[k], first_ + k, gc);
+    void draw(int gc) noexcept {
+        gc_ = gc;
+        for (std::size_t k = 0; k < count_; ++k) fill(section_[k], first_ + k);
         section_[count_ - 1].tube = section_[count_ - 1].arcs;
         back(count_ - 1);
     }
 
-    void fill(AheadSection& to, std::size_t i, const Configuration<double>& gc) const noexcept {
-        to.motion = self_motion(arm_, load_pose(poses_ + 16 * i), gc);
-        to.functions = joint_functions(to.motion);
-        feasible(to.motion, to.functions, limits_, to.arcs);
-        ArcSet own = to.arcs;
+    void fill(Section& to, std::size_t i) const noexcept {
+        links_.view.fill(load_pose(poses_ + 16 * i), gc_, to);
+        const ArcSet own = to.arcs;
         if (allowed_.data) intersect(own, *allowed_.at(i), to.arcs);
-        if (!scenes_.data) return;
-        own = to.arcs;
-        keep_clear(arm_, **scenes_.at(i), to.motion, own, to.arcs);
+        if (scenes_.data) links_.view.clear(**scenes_.at(i), to);
     }
 
     /// Computes the tubes of the sections before one whose tube is known.
@@ -303,14 +381,12 @@ private:
         back(last);
     }
 
-    const Arm& arm_;
-    const LimitTable& limits_;
     const double* poses_;
     std::size_t n_;
     Strided<const ArcSet> allowed_;
     Strided<const Scene* const> scenes_;
-    detail::Links links_;
-    AheadSection* section_;
+    detail::Links<View> links_;
+    Section* section_;
     std::size_t ahead_, first_ = 0, count_ = 0, reached_ = 0;
     int gc_ = -1;
     bool plain_ = false;  // steps without lookahead reach the poses up to `reached_`

@@ -266,10 +266,9 @@ inline double hinge_bend(double theta_2, double theta_6) noexcept {
     return min(abs(std::sin(theta_2)), abs(std::sin(theta_6)));
 }
 
-/// Whether joints near theta_2 = 0 or theta_6 = 0 may sweep around without request although psi hardly moves.
+/// Whether joints near a hinge at 0 of this |sin| may sweep around without request although psi hardly moves.
 /// A policy that holds psi requests this; one that holds the elbow does not.
-inline bool may_sweep(double theta_2, double theta_6, const StepOptions& options) noexcept {
-    const double bend = hinge_bend(theta_2, theta_6);
+inline bool may_sweep(double bend, const StepOptions& options) noexcept {
     const Rule rule = options.policy.rule;
     const bool asked = rule != Rule::repulsion && !(rule == Rule::hold && options.carry == Carry::elbow);
     return bend <= step_rule::shut && !asked;
@@ -371,8 +370,8 @@ private:
     bool calm(const Pose<double>& pose, double psi, Step& out) const noexcept {
         const Branch& own = branch_[0];
         if (own.status != Status::OK) return false;
-        if (!may_sweep(now_.theta[1], now_.theta[5], options_)) return false;
         const double bend = hinge_bend(now_.theta[1], now_.theta[5]);
+        if (!may_sweep(bend, options_)) return false;
         const BoundedStep step = bounded(own);
         const double carried = largest_move(step.at(psi).q, q_now_);
         double least = 0;
@@ -873,7 +872,7 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
         detail::Lifted to;
         if (next.status == Status::OK &&
             detail::is_step(arm, m, next.psi, here, options.max_joint_step, to) &&
-            !detail::may_sweep(now.theta[1], now.theta[5], options) &&
+            !detail::may_sweep(detail::hinge_bend(now.theta[1], now.theta[5]), options) &&
             !detail::may_leave(now, options.policy)) [[likely]]
             return detail::stepped(to, q_now, options.dt, next.psi, index(m.gc));
     }

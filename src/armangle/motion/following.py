@@ -154,18 +154,15 @@ def follow(
     )
     window = _window(lookahead, len(frames))
     if isinstance(arm, OffsetArm):
-        check_offset(
-            policy, velocity=velocity, acceleration=acceleration, fallback=fallback, roll=roll,
-            carry=carry, lookahead=lookahead,
-        )  # fmt: skip
+        check_offset(fallback, roll, carry)
     elif arm.chain is not None:
-        check_chain(fallback, lookahead)
+        check_chain(fallback)
     options = _core.FollowOptions(
         native, branch, CARRIES[kept], most, margin, time, beyond == "nearest",
         on_fail=failing, lookahead=window,
     )  # fmt: skip
     bounds = no_bounds() if window else None
-    if not isinstance(arm, OffsetArm) and (velocity is not None or acceleration is not None):
+    if velocity is not None or acceleration is not None:
         before = np.zeros(JOINTS) if velocity_now is None else velocity_now
         bounds = step_bounds(arm, velocity, acceleration, before, dt)
     n = len(frames)
@@ -179,10 +176,6 @@ def follow(
     columns = tuple(rows[name] for name in ("q", "psi", "gc", "status", "margin", "residual"))
     scenes = scenes_at(arm.scene if scene is None else scene, s.tolist())
     about = [each.handle for each in ready_each(arm, scenes)]
-    if isinstance(arm, OffsetArm):
-        with progressing(told):
-            arm._handle.follow_all(joints, frames, options, count, psi, None, columns, about)
-        return JointPath(arm=arm, s=s, poses=frames, start=joints, path=path, scenes=tuple(scenes), **rows)
     free = None if laddered else free_roll(arm, roll, "start", joints, scenes or None)
     if free is not None and bounds is not None:
         bounds = without_last(bounds)

@@ -26,7 +26,7 @@ from ..arm.offset import unsupported as offset_lacks
 from ..arm.question import Fallback
 from ..arm.roll import ROLLS, Roll, check_free_roll, is_along_axis_7, last_margin
 from ..errors import InputError
-from .policies import POLICIES, Policy, Towards
+from .policies import POLICIES, Policy
 
 Carry = Literal["psi", "elbow"]
 Options = tuple[int | None, Carry, float | None, float, float | None, str]
@@ -104,12 +104,10 @@ def free_roll(arm: Arm, roll: Roll, name: str, joints: Floats, scene: object) ->
     return arm._handle.with_free_roll()
 
 
-def check_chain(fallback: Fallback, lookahead: int = 0) -> None:
+def check_chain(fallback: Fallback) -> None:
     """Raise for options of a step that an arm with its own chain does not support."""
     if fallback is not None:
         raise unsupported("fallback=", "Tracker, which goes as near as it can")
-    if lookahead:
-        raise unsupported("lookahead=", "plan, which sees the whole path")
 
 
 def core_policy(policy: Policy, dt: float | None) -> Any:
@@ -172,15 +170,12 @@ def check_arm(arm: object) -> None:
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
 
 
-def check_offset(policy: Policy, **asked: Any) -> None:
+def check_offset(fallback: Fallback, roll: Roll, carry: Carry) -> None:
     """Raise for options of a step that an arm with an offset wrist or shoulder does not support."""
-    plain = {"carry": "psi", "roll": "pose", "lookahead": 0}
-    if isinstance(policy, Towards) and policy.psi is None:
-        asked["a policy Towards a point or direction"] = policy
-    for name, value in asked.items():
-        if value is None or value is False or (np.isscalar(value) and value == plain.get(name)):
-            continue
-        raise offset_lacks(f"{name}=" if name.isidentifier() else name)
+    plain = {"fallback": (fallback, None), "roll": (roll, "pose"), "carry": (carry, "psi")}
+    for name, (value, usual) in plain.items():
+        if not (value is None or (isinstance(value, str) and value == usual)):
+            raise offset_lacks(f"{name}=")
 
 
 def step_bounds(

@@ -197,7 +197,7 @@ def step(
     obstacles neither, because that line may not be collision-free.
 
     For an arm with an offset wrist or shoulder psi is the value of joint 7 or 1, and branches meet at θ₂ = 0,
-    at the stretched elbow and at the fold; bounds, ``carry``, ``roll`` and ``fallback`` are not supported.
+    at the stretched elbow and at the fold; ``carry``, ``roll`` and ``fallback`` are not supported.
 
     Parameters
     ----------
@@ -291,14 +291,10 @@ def step(
     arcs = None, None
     if allowed is not None:
         arcs = one_allowed(allowed, as_poses("pose", pose, handle))
-    if isinstance(arm, OffsetArm):
-        check_offset(
-            policy, velocity=velocity, acceleration=acceleration, fallback=fallback, roll=roll, carry=carry
-        )  # fmt: skip
-        rest = *arcs, None, Step, STATUSES, None if arm._ready is None else arm._ready.handle
-        return _asked(arm._handle.step_one, handle, q_now, pose, native, given, rest)
     bounds = None
-    if arm.chain is not None:
+    if isinstance(arm, OffsetArm):
+        check_offset(fallback, roll, carry)
+    elif arm.chain is not None:
         check_chain(fallback)
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)

@@ -166,11 +166,12 @@ int main() {
         for (std::size_t i = 0; i < count; ++i)
             out.psi[i] = step(arm, limits, in.q, load_pose(in.matrix + 16 * i), bounded).psi;
     });
-    static AheadSection sections[Lookahead::sections_for(4)];
+    using Window = Lookahead<ExactSections>;
+    static Window::Section sections[Window::sections_for(4)];
     report("lookahead", [&] {
         const FollowRows rows{out.q, out.psi, out.margin, out.residual, out.gc, out.status};
-        Lookahead ahead(arm, limits, in.matrix, count, {nullptr, 0}, {nullptr, 0}, &bounds,
-                        bounded.max_joint_step, sections, 4);
+        Window ahead({arm, limits}, in.matrix, count, {nullptr, 0}, {nullptr, 0}, &bounds,
+                     bounded.max_joint_step, sections, 4);
         follow(arm, limits, in.q, in.matrix, count, bounded, OnFail::hold, {nullptr, 0}, rows, &ahead);
     });
     static const Vec3<double> corners[] = {{-0.1, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}};
@@ -260,7 +261,8 @@ int main() {
     });
     report("near_follow", [] {
         const FollowRows rows{out.q, out.psi, out.margin, out.residual, out.gc, out.status};
-        follow(near, 0.0, in.q, in.matrix, count, StepOptions{}, OnFail::hold, {nullptr, 0}, rows);
+        follow(ChainSteps(near, 0.0), in.q, in.matrix, count, StepOptions{}, OnFail::hold, {nullptr, 0},
+               rows);
     });
     return 0;
 }

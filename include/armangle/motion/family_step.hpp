@@ -1,0 +1,440 @@
+// One step of any arm with one redundant joint, with or without bounds: written once, on what a family says
+// of itself.
+//
+// What a step may do is a box around the present joints: the largest step, velocities, accelerations, and
+// room to brake. The values of the free number whose joints stay in a box are arcs again, of an arm whose
+// limits are the box. The step tries in order:
+//     - the value that the policy requests; near a hinge the solution next to the present one, if that value
+//       sweeps joints around
+//     - the nearest value whose joints stay in the box, in this branch or one that meets it
+//     - a solution within the box from the joints themselves: where branches merge arcs leave it out
+//     - under bounds: as far towards a solution as they allow
+#pragma once
+
+#include "../limits/settled.hpp"
+#include "../scene/clear_cells.hpp"
+#include "pace.hpp"
+#include "stepping_family.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+namespace detail {
+
+/// A step as far as the pose and the present joints decide it.
+template <stepping_family F>
+class FamilyStep {
+public:
+    FamilyStep(const F& family, const double* q_now, const Pose<double>& pose,
+               const StepOptions& options) noexcept
+        : family_(family),
+          rows_(family.rows()),
+          q_now_(q_now),
+          pose_{orthonormal(pose.rotation), pose.position},
+          options_(options),
+          bounds_(options.bounds ? *options.bounds : no_bounds),
+          policy_(options.policy),
+          here_(joint_lanes(q_now)),
+          now_(family.on(q_now, pose_, options.carry)),
+          own_(options.gc < 0 ? now_.gc : options.gc),
+          scene_(options.scene),
+          blocked_(options.scene && rest_contact(family.arm(), *options.scene, pose_) != 0),
+          longest_(options.max_joint_step) {
+        make_empty(open_);
+    }
+
+    Step operator()() noexcept {
+        Lifted to;
+        if (holds() && at(own_, now_.lambda, to) == Status::OK && keeps(to))
+            return arrived(to, now_.lambda, own_);
+        if (policy_.rule == Rule::towards)
+            policy_.towards = {Wish::psi, family_.towards(pose_, own_, policy_.towards), {}};
+        double wish = now_.lambda;
+        Status why = wanted(wish);
+        if (why == Status::OUTSIDE || why == Status::UNREACHABLE || why == Status::POSE_BLOCKED)
+            return stayed(why);
+        Step out;
+        if (why == Status::OK && (calm(wish, out) || requested(wish, why, out))) return out;
+        if (arcs_.status == Status::OK && take(own_, wish, options_.allowed, out)) return out;
+        const bool merging = !(family_.margin() > 0) && (unproven_ || meeting() != 1u << own_);
+        // near a hinge the arcs of other branches sweep joints around
+        const bool hinged = merging && hinge_sine() <= step_rule::shut;
+        if ((hinged && settle(out)) || elsewhere(out)) return out;
+        if ((merging && !hinged && settle(out)) || beside(out)) return out;
+        why = reason(why);
+        // the straight way to the solution of another pose may collide
+        if (options_.bounds && !options_.scene && approach(why, out)) return out;
+        return stayed(why);
+    }
+
+private:
+    /// Whether the value may be held without a look at the arcs: they would permit it.
+    bool holds() const noexcept {
+        return policy_.rule == Rule::hold && options_.carry == Carry::psi && !options_.allowed &&
+               !options_.ahead && !(scene_ && scene_->soft > 0) && !(family_.margin() > 0);
+    }
+
+    Step arrived(const Lifted& to, double lambda, int gc) const noexcept {
+        return stepped(to, q_now_, options_.dt, lambda, gc);
+    }
+
+    /// The value that the policy requests.
+    Status wanted(double& wish) noexcept {
+        look();
+        if (arcs_.status != Status::OK) return arcs_.status;
+        open_ = kept_ = arcs_.arcs;
+        if (options_.allowed) intersect(arcs_.arcs, *options_.allowed, open_);
+        if (open_.empty()) return Status::NOT_ALLOWED;
+        kept_ = open_;
+        Resolution next = resolve(policy_, open_, wish);
+        ArcSet soft;
+        const bool asked = scene_ && scene_->soft > 0 && next.status == Status::OK;
+        if (asked && keep_soft(family_.arm(), *scene_, pose_, own_, open_, wish, soft)) {
+            kept_ = soft;
+            next = led(policy_, soft, wish);
+        }
+        wish = next.psi;
+        return next.status;
+    }
+
+    /// The arcs of the branch; among obstacles that alone which holds the present value, if it is clear.
+    void look() noexcept {
+        family_.arcs(pose_, own_, rows_.limits, arcs_);
+        unproven_ = arcs_.unproven > 0 || arcs_.status == Status::NEAR_SINGULAR;
+        if (!scene_ || arcs_.status != Status::OK) return;
+        Tag blocking;
+        const Place here = find(arcs_.arcs, now_.lambda);
+        if (here.index >= 0 && !options_.allowed && arcs_.arcs.count > 1) {
+            ProvenArcs own = arcs_;
+            make_empty(own.arcs);
+            own.arcs.arc[own.arcs.count++] = arcs_.arcs.arc[here.index];
+            keep_clear(family_.arm(), *scene_, pose_, own_, own, blocking);
+            if (contains(own.arcs, now_.lambda)) {
+                arcs_ = own;
+                return;
+            }
+        }
+        keep_clear(family_.arm(), *scene_, pose_, own_, arcs_, blocking);
+    }
+
+    /// The joints of a branch and a value next to the present ones; JOINT_JUMP if one would move further than
+    /// `longest`, CLEARANCE if something touches.
+    Status at(int gc, double lambda, Lifted& to, double longest) const noexcept {
+        Directions<double> d;
+        const Status solved = family_.at(pose_, gc, lambda, q_now_, d);
+        if (solved != Status::OK) return solved;
+        const Status turned = choose_windings(rows_, d, here_, to);
+        if (turned != Status::OK) return turned;
+        if (!(largest_move(to.q, here_) <= longest)) return Status::JOINT_JUMP;
+        if (!scene_) return Status::OK;
+        double q[joint_slots];
+        to.q.store(q);
+        return !blocked_ && is_clear(family_.arm(), *scene_, q) ? Status::OK : Status::CLEARANCE;
+    }
+    Status at(int gc, double lambda, Lifted& to) const noexcept { return at(gc, lambda, to, longest_); }
+
+    bool keeps(const double* q) const noexcept {
+        return !options_.bounds || detail::keeps(rows_, bounds_, q_now_, q, longest_);
+    }
+    bool keeps(const Lifted& to) const noexcept {
+        double q[joint_slots];
+        to.q.store(q);
+        return keeps(q);
+    }
+
+    /// The limits that a step may reach, with the conditions that `kept` names; false if there are none.
+    bool box(Kept kept, Limits& out) const noexcept {
+        const MoveBox moves = move_box(rows_, bounds_, q_now_, longest_, kept);
+        for (int j = 0; j < joints; ++j) {
+            if (!(moves.lower[j] <= moves.upper[j])) return false;
+            out.lower[j] = q_now_[j] + moves.lower[j];
+            out.upper[j] = q_now_[j] + moves.upper[j];
+        }
+        return true;
+    }
+
+    /// The values of a branch whose joints stay in the box.
+    void within(int gc, Kept kept, const ArcSet* allowed, ArcSet& out) noexcept {
+        make_empty(out);
+        Limits limits;
+        if (!box(kept, limits)) return;
+        ProvenArcs near;
+        family_.arcs(pose_, gc, limits, near);
+        unproven_ |= near.unproven > 0 || near.status == Status::NEAR_SINGULAR;
+        Tag blocking;
+        if (scene_) keep_clear(family_.arm(), *scene_, pose_, gc, near, blocking);
+        out = near.arcs;
+        if (allowed) intersect(near.arcs, *allowed, out);
+    }
+
+    /// The solution of a branch within the box whose value is nearest to a wish.
+    bool take(int gc, double wish, const ArcSet* allowed, Step& out) noexcept {
+        ArcSet set;
+        within(gc, {}, allowed, set);
+        Lifted to, best;
+        const double found = nearest_kept(set, wish, [&](double lambda) {
+            const bool kept = at(gc, lambda, to) == Status::OK && keeps(to);
+            if (kept) best = to;
+            return kept;
+        });
+        if (is_nan(found)) return false;
+        out = arrived(best, found, gc);
+        return true;
+    }
+
+    /// The value that the policy requests, also of the part `ahead`, if it is a step.
+    bool requested(double& wish, Status& why, Step& out) noexcept {
+        if (on_ahead(wish, out)) return true;
+        Lifted to;
+        why = at(own_, wish, to);
+        if (why != Status::OK || !keeps(to)) return false;
+        out = arrived(to, wish, own_);
+        return true;
+    }
+
+    /// The solution on the part of the arcs from which the coming poses can be reached.
+    bool on_ahead(double& wish, Step& out) noexcept {
+        if (!options_.ahead) return false;
+        ArcSet both;
+        intersect(*options_.ahead, kept_, both);
+        const ArcSet& part = both.empty() ? *options_.ahead : both;
+        const double there = wish_ahead(open_, policy_, &part, now_.lambda);
+        if (is_nan(there)) return false;
+        wish = there;
+        Lifted to;
+        if (at(own_, there, to) != Status::OK || !keeps(to)) return take(own_, there, &part, out);
+        out = arrived(to, there, own_);
+        return true;
+    }
+
+    /// The branches that meet the own one within a step, and it itself: one bit each.
+    unsigned meeting() const noexcept {
+        unsigned found = 1u << own_;
+        if (options_.gc >= 0) return found;
+        const auto zeros = family_.meetings();
+        for (int k = 0; k < 3; ++k) {
+            const auto& [joint, zero] = zeros[static_cast<std::size_t>(k)];
+            const double off = to_theta(rows_, joint, q_now_[joint]) - zero;
+            if (!(abs(off - pi * round(off / pi)) <= longest_)) continue;
+            for (int gc = 0; gc < configurations; ++gc)
+                if (found >> gc & 1u) found |= 1u << (gc ^ 1 << k);
+        }
+        return found;
+    }
+
+    /// A solution within the box in a branch that meets the own one: that whose joints move least.
+    bool elsewhere(Step& out) noexcept {
+        const unsigned branches = meeting();
+        double least = infinity;
+        for (int gc = 0; gc < configurations; ++gc) {
+            Step other;
+            if (gc == own_ || !(branches >> gc & 1u)) continue;
+            if (!take(gc, now_.lambda, options_.allowed, other)) continue;
+            const double move = largest_move(other.q, q_now_);
+            if (!(move < least) || !passes(family_.arm(), q_now_, other.q)) continue;
+            least = move;
+            out = other;
+        }
+        return least < infinity;
+    }
+
+    /// A solution within the box, from the joints themselves.
+    bool settle(Step& out) const noexcept {
+        Limits limits;
+        if (!box({}, limits)) return false;
+        Joints start{};
+        for (int j = 0; j < joints; ++j) start.q[j] = q_now_[j];
+        Relaxed found{start, infinity};
+        with_either_bend(rows_, start, longest_, [&](const Joints& from) {
+            int rounds = settled_rule::rounds;
+            found = settled(family_.arm(), limits, from, pose_, {}, 0.0, rounds);
+            return meets(family_.arm(), found);
+        });
+        return meets(family_.arm(), found) && offer(found.at.q, out);
+    }
+
+    /// Takes joints that solve the pose, if they are a step.
+    bool offer(const double* q, Step& out) const noexcept {
+        if (!(largest_move(q, q_now_) <= longest_) || !keeps(q)) return false;
+        const OnSelfMotion there = family_.on(q, pose_, Carry::psi);
+        if (!(meeting() >> there.gc & 1u)) return false;
+        if (options_.allowed && !contains(*options_.allowed, there.lambda)) return false;
+        if (scene_ && (blocked_ || !is_clear(family_.arm(), *scene_, q))) return false;
+        out = arrived({joint_lanes(q), limit_margin(rows_.limits, q)}, there.lambda, there.gc);
+        return true;
+    }
+
+    /// The solution nearest to the joints, if that is within the box: asked where arcs leave something
+    /// unproven. An approach asks for it on its way.
+    bool beside(Step& out) const noexcept {
+        const bool approaches = options_.bounds && !options_.scene;
+        if (!unproven_ || approaches) return false;
+        const unsigned branches = meeting();
+        NearestOptions asked;
+        asked.near = q_now_;
+        asked.branches = branches;
+        asked.allowed = options_.allowed;
+        for (const Metric metric : {Metric::l2, Metric::max}) {
+            asked.metric = metric;
+            const Nearest found = family_.nearest(pose_, asked, scene_);
+            if (!is_solved(found.status)) return false;
+            const bool leaps = found.gc != own_ && !passes(family_.arm(), q_now_, found.q);
+            if (!leaps && offer(found.q, out)) return true;
+        }
+        return false;
+    }
+
+    /// The smallest |sin| of a hinge; infinite without any.
+    double hinge_sine() const noexcept {
+        double bend = infinity;
+        for (const int j : family_.hinges()) bend = min(bend, abs(std::sin(to_theta(rows_, j, q_now_[j]))));
+        return bend;
+    }
+
+    /// Near a hinge at 0: takes the solution next to the present one if the carried value would sweep the
+    /// joints next to the hinge around. If the policy would, it moves them less.
+    bool calm(double wish, Step& out) noexcept {
+        const double bend = hinge_sine();
+        if (!may_sweep(bend, options_)) return false;
+        Step next;
+        if (!settle(next)) return false;
+        const bool parted = next.gc != own_ || !contains(arcs_.arcs, next.psi);
+        if (family_.margin() > 0 && parted) return false;
+        const double least = largest_move(next.q, q_now_);
+        Lifted carried;
+        const bool solved = at(own_, now_.lambda, carried, pi) == Status::OK;
+        const double move = largest_move(carried.q, here_);
+        if (!solved || !(move <= calm_move(bend, least))) {
+            out = next;
+            return true;
+        }
+        const double most = max(step_rule::sweep * least, move) + calm_drift(bend, options_.max_joint_step);
+        if (!(most < options_.max_joint_step)) return false;
+        longest_ = most;
+        Status why;
+        const bool slower = requested(wish, why, out) || take(own_, wish, options_.allowed, out);
+        longest_ = options_.max_joint_step;
+        if (!slower) out = next;
+        return true;
+    }
+
+    /// Why there is no step: the first condition whose removal permits one.
+    Status reason(Status why) noexcept {
+        if (arcs_.status != Status::OK) return arcs_.status;
+        const auto leads = [&](Kept kept, const ArcSet* allowed) {
+            ArcSet left;
+            within(own_, kept, allowed, left);
+            return !left.empty();
+        };
+        if (open_.empty() || (options_.allowed && leads({}, nullptr))) return Status::NOT_ALLOWED;
+        if (scene_) {
+            scene_ = nullptr;
+            if (leads({}, options_.allowed)) return Status::CLEARANCE;
+        }
+        if (options_.bounds && leads({.acceleration = false}, options_.allowed))
+            return Status::ACCELERATION_LIMIT;
+        if (options_.bounds && leads({.velocity = false, .acceleration = false}, options_.allowed))
+            return Status::VELOCITY_LIMIT;
+        return why == Status::OK || why == Status::CLEARANCE ? Status::JOINT_JUMP : why;
+    }
+
+    /// Moves as far as a step may towards a solution of the pose: PARTIAL, or OK where it gets there.
+    bool approach(Status why, Step& out) noexcept {
+        double to[joint_slots], way[joints];
+        if (!heading(to, why)) return false;
+        if (offer(to, out)) return true;
+        for (int j = 0; j < joints; ++j) way[j] = to[j] - q_now_[j];
+        const double k = pace(way, bounds_.dt, bounds_.velocity, bounds_.acceleration);
+        if (!(k > 0)) return false;
+        go(rows_, bounds_, q_now_, options_.max_joint_step, way, k, out.q);
+        out = finished(Status::PARTIAL, why, out);
+        return true;
+    }
+
+    /// The joints at which a step under bounds aims: where a step without bounds leads, first the one next to
+    /// the joints, on whose straight way the end effector strays least. Bounds alone forbid that step. If
+    /// there is none: at the present value or the end of the arcs nearest to it, or, if a joint would have to
+    /// turn around for that, at the solution nearest to the joints.
+    bool heading(double (&to)[joint_slots], Status& why) const noexcept {
+        StepOptions free = options_;
+        free.bounds = nullptr;
+        free.ahead = nullptr;
+        free.policy = {Rule::hold};
+        FamilyStep unbounded(family_, q_now_, pose_, free);
+        Step next;
+        if (family_.margin() > 0 || !unbounded.settle(next)) next = unbounded();
+        for (int j = 0; j < joint_slots; ++j) to[j] = next.q[j];
+        if (next.status == Status::OK) {
+            Bounds slow = bounds_;
+            for (double& a : slow.acceleration) a = infinity;
+            const bool kept = detail::keeps(rows_, slow, q_now_, to, options_.max_joint_step);
+            if (why != Status::ACCELERATION_LIMIT)
+                why = kept ? Status::ACCELERATION_LIMIT : Status::VELOCITY_LIMIT;
+            return true;
+        }
+        Lifted held;
+        const Resolution end = led(free.policy, open_, now_.lambda);
+        if (end.status != Status::OK) return false;
+        if (at(own_, end.psi, held, pi) == Status::OK) {
+            held.q.store(to);
+            return true;
+        }
+        NearestOptions asked;
+        asked.near = q_now_;
+        asked.branches = 1u << own_;
+        asked.allowed = &open_;
+        const Nearest found = family_.nearest(pose_, asked, nullptr);
+        for (int j = 0; j < joint_slots; ++j) to[j] = found.q[j];
+        return is_solved(found.status);
+    }
+
+    /// No joint moves; if accelerations are bounded, every joint brakes.
+    Step stayed(Status why) const noexcept {
+        Step out{};
+        for (int j = 0; j < joints; ++j)
+            out.q[j] = q_now_[j] + (options_.bounds ? braked(rows_, bounds_, q_now_, j) : 0.0);
+        return finished(why, why, out);
+    }
+
+    Step finished(Status status, Status why, Step out) const noexcept {
+        out.q[joints] = 0.0;
+        const OnSelfMotion there = family_.on(out.q, pose_, Carry::psi);
+        out.psi = there.lambda;
+        out.gc = there.gc;
+        complete(rows_, q_now_, options_.dt, status, why, out);
+        return out;
+    }
+
+    const F& family_;
+    const Arm& rows_;
+    const double* q_now_;
+    const Pose<double> pose_;
+    const StepOptions& options_;
+    const Bounds& bounds_;
+    Policy policy_;
+    const JointLanes here_;
+    const OnSelfMotion now_;
+    const int own_;
+    const Scene* scene_;  // that the joints must keep clear of; null: none
+    const bool blocked_;  // by what rests, whatever the joints
+    double longest_;      // rad: that a joint may move
+    ProvenArcs arcs_;     // of the branch
+    ArcSet open_;         // the part that the caller allows
+    ArcSet kept_;         // the part on which the policy acts: with the soft clearance, or all of it
+    bool unproven_ = false;
+};
+
+}  // namespace detail
+
+/// The step from q_now to `pose` (as the user sees it); Step::psi is the family's free number.
+template <stepping_family F>
+Step step(const F& family, const double* q_now, const Pose<double>& pose,
+          const StepOptions& options) noexcept {
+    if (!is_rigid(pose) || !is_finite(q_now)) return detail::refused(family.rows(), q_now, options.dt);
+    return detail::FamilyStep<F>(family, q_now, pose, options)();
+}
+
+}  // namespace armangle
+
+#include "../names/end.hpp"

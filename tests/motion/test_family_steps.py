@@ -1,0 +1,196 @@
+"""Laws of `step` and `follow` for every kind of arm: bounds, lookahead, and wishes for the elbow.
+
+A draw of joints within the bounds is the witness that a step exists; the reference is forward kinematics.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from support.calibrated import calibrated
+from support.moves import moved
+
+import armangle as aa
+
+MIRRORED = aa.Arm(
+    a_1=0.117, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, a_3=0.03, a_4=-0.02, signs=[1, -1, 1, 1, -1, 1, 1],
+    offsets=[0.3] * 7, lower=[-2.6] * 7, upper=[2.6] * 7, tool=aa.pose([0.0, 0.1, 0.2], rpy=[0.3, -0.2, 0.1]),
+    name="offset shoulder, elbow offsets",
+)  # fmt: skip
+OFFSET = [aa.Arm.from_catalogue(name) for name in ("franka_fr3", "ufactory_xarm7", "willow_garage_pr2_right")]
+OFFSET.append(MIRRORED)
+CHAIN = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
+ARMS = [aa.Arm.from_catalogue("kuka_iiwa7_r800"), CHAIN, *OFFSET]
+POLICIES: Any = (aa.Repulsion(), aa.Hold(), aa.Centre(K=0.3))
+DT = 0.01
+EVERY = pytest.mark.parametrize("arm", ARMS, ids=lambda arm: f"{arm.name} {arm.kind}")
+
+
+def within(arm: aa.Arm, rng: np.random.Generator, share: float = 0.9) -> Any:
+    """Return joints well within the limits, of a joint without any within a turn."""
+    lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
+    return 0.5 * (lower + upper) + 0.5 * share * (upper - lower) * rng.uniform(-1, 1, 7)
+
+
+def keeps(arm: aa.Arm, q: Any, now: Any, before: Any, fastest: Any, hardest: Any) -> None:
+    """A step keeps its bounds; a joint that can brake no more before its limit is stopped by it."""
+    velocity = (now.q - q) / DT
+    stopped = (now.q <= arm.lower) | (now.q >= arm.upper)
+    assert (np.abs(velocity) <= np.maximum(fastest, np.abs(before)) + 1e-12).all()
+    assert ((np.abs(velocity - before) <= hardest * DT + 1e-12) | stopped).all()
+    assert arm.limit_margin(now.q) >= min(float(arm.limit_margin(q)), 0.0) - 1e-12
+
+
+def on_pose(arm: aa.Arm, q: Any, pose: Any) -> bool:
+    return bool(np.abs(arm.forward(q, on_error="nan")[0] - pose).max() < 1e-9)
+
+
+@EVERY
+def test_a_walk_under_bounds_keeps_them_and_is_ok_only_on_its_pose(arm: aa.Arm) -> None:
+    rng, arrived, partly = np.random.default_rng(1), 0, 0
+    for k in range(6):
+        q, before = within(arm, rng), np.zeros(7)
+        fastest, hardest = rng.uniform(0.3, 2.0, 7), rng.uniform(2.0, 20.0, 7)
+        goal = arm.forward(q, on_error="nan")[0]
+        for i in range(40):
+            if i % 10 == 0:
+                goal = moved(goal, rng.normal(scale=2e-3, size=3))
+            now = aa.step(
+                arm, q, goal, policy=POLICIES[k % 3], dt=DT, velocity=fastest, acceleration=hardest,
+                velocity_now=before,
+            )  # fmt: skip
+            keeps(arm, q, now, before, fastest, hardest)
+            if now.ok:
+                assert on_pose(arm, now.q, goal)
+            arrived, partly = arrived + now.ok, partly + (now.status is aa.Status.PARTIAL)
+            q, before = now.q, now.velocity
+    assert arrived > 5 and partly > 10
+
+
+@EVERY
+def test_a_move_within_the_bounds_shows_that_a_step_exists(arm: aa.Arm) -> None:
+    rng, tried = np.random.default_rng(2), 0
+    for k in range(40):
+        q, before = within(arm, rng), rng.uniform(-0.3, 0.3, 7)
+        hardest = rng.uniform(2, 20, 7)
+        speed = np.clip(before + 0.95 * rng.uniform(-1, 1, 7) * hardest * DT, -1.4, 1.4)
+        pose = arm.forward(q + speed * DT, on_error="nan")[0]
+        now = aa.step(
+            arm, q, pose, policy=POLICIES[k % 3], dt=DT, velocity=1.5, acceleration=hardest,
+            velocity_now=before,
+        )  # fmt: skip
+        keeps(arm, q, now, before, 1.5, hardest)
+        tried += 1
+        assert now.ok and on_pose(arm, now.q, pose), (now.status, now.why)
+    assert tried == 40
+
+
+@EVERY
+def test_a_step_under_bounds_moves_wherever_one_without_them_does(arm: aa.Arm) -> None:
+    rng, partly = np.random.default_rng(3), 0
+    for k in range(40):
+        q = within(arm, rng)
+        pose = arm.forward(q + rng.uniform(-0.1, 0.1, 7), on_error="nan")[0]
+        asked: dict[str, Any] = {"policy": POLICIES[k % 3], "dt": DT, "max_joint_step": 0.2}
+        free = aa.step(arm, q, pose, **asked)
+        now = aa.step(arm, q, pose, velocity=1.0, acceleration=10.0, velocity_now=np.zeros(7), **asked)
+        keeps(arm, q, now, np.zeros(7), 1.0, 10.0)
+        if not free.ok:
+            continue
+        assert now.status in (aa.Status.OK, aa.Status.PARTIAL)
+        partly += now.status is aa.Status.PARTIAL
+        assert np.abs(now.q - q).max() > 0
+        assert now.ok or now.why in (aa.Status.VELOCITY_LIMIT, aa.Status.ACCELERATION_LIMIT)
+    assert partly > 20
+
+
+@pytest.mark.slow
+@EVERY
+@pytest.mark.parametrize("acceleration", [None, 3.0])
+def test_a_target_aside_is_come_to_and_rested_on(arm: aa.Arm, acceleration: float | None) -> None:
+    rng = np.random.default_rng(4)
+    for _ in range(3):
+        q, before = within(arm, rng, 0.6), np.zeros(7)
+        there = moved(arm.forward(q)[0], rng.normal(scale=0.01, size=3))
+        for _ in range(600):
+            now = aa.step(
+                arm, q, there, policy=aa.Hold(), dt=DT, velocity=1.0, acceleration=acceleration,
+                velocity_now=before,
+            )  # fmt: skip
+            assert now.status in (aa.Status.OK, aa.Status.PARTIAL)
+            keeps(arm, q, now, before, 1.0, acceleration or np.inf)
+            q, before = now.q, now.velocity
+        assert now.ok and on_pose(arm, q, there) and np.abs(before).max() < 1e-6
+
+
+@EVERY
+def test_follow_under_bounds_is_a_loop_of_steps(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(5)
+    q, before = within(arm, rng, 0.6), np.zeros(7)
+    first = arm.forward(q)[0]
+    shifts = np.cumsum(rng.normal(scale=1e-3, size=(25, 3)), axis=0)
+    poses = np.array([moved(first, shift) for shift in shifts])
+    path = aa.follow(arm, poses, start=q, dt=DT, velocity=1.0, acceleration=8.0, on_fail="hold")
+    for i, pose in enumerate(poses):
+        now = aa.step(arm, q, pose, dt=DT, velocity=1.0, acceleration=8.0, velocity_now=before)
+        np.testing.assert_array_equal(now.q, path.q[i])
+        assert now.status == path.status[i]
+        q, before = now.q, (now.q - q) / DT
+
+
+@EVERY
+def test_a_wish_for_the_elbow_is_met_and_the_tool_stays(arm: aa.Arm) -> None:
+    rng, met = np.random.default_rng(6), 0
+    for k in range(8):
+        q = within(arm, rng, 0.7)
+        pose, _, gc = arm.forward(q)
+        wish: dict[str, Any] = (
+            {"direction": rng.normal(size=3)} if k % 2 else {"point": arm.elbow(within(arm, rng))}
+        )
+        best = float(arm.psi_towards(pose, gc, **wish, on_error="nan"))
+        arcs, psi = arm.feasible(pose, gc), float(arm.forward(q)[1])
+        for _ in range(60):
+            now = aa.step(arm, q, pose, policy=aa.Towards(**wish, K=0.3))
+            assert now.ok and on_pose(arm, now.q, pose)
+            q = now.q
+        ends = arcs.intervals[: arcs.count]
+        holds = [a - 1e-9 <= x <= b + 1e-9 for a, b in ends for x in (psi, psi + 2 * np.pi, psi - 2 * np.pi)]
+        at = [np.round((0.5 * (a + b) - best) / (2 * np.pi)) * 2 * np.pi + best for a, b in ends]
+        own = [i for i in range(len(ends)) if any(holds[3 * i : 3 * i + 3])]
+        if len(own) != 1 or int(arm.forward(q)[2]) != gc:
+            continue
+        goal = np.clip(at[own[0]], *ends[own[0]])
+        met += abs(np.angle(np.exp(1j * (now.psi - goal)))) < 1e-3
+    assert met >= 5
+
+
+def narrow(arm: aa.Arm, rng: np.random.Generator, q: Any) -> aa.Arm:
+    """Return the arm with tighter limits around joints, so that following runs into dead ends."""
+    room = rng.uniform(0.3, 1.1, 7)
+    return arm.with_(lower=np.maximum(arm.lower, q - room), upper=np.minimum(arm.upper, q + room))
+
+
+@pytest.mark.slow
+@EVERY
+def test_lookahead_saves_many_and_harms_none(arm: aa.Arm) -> None:
+    saved, window = 0, 12 if arm is CHAIN else 30
+    for seed in range(24 if arm is CHAIN else 16):
+        rng = np.random.default_rng(seed)
+        q = within(arm, rng, 0.6)
+        tight = narrow(arm, rng, q)
+        pose = tight.forward(q)[0]
+        shift = rng.normal(size=3)
+        shift *= 0.25 / np.linalg.norm(shift)
+        poses = np.array([moved(pose, s * shift) for s in np.linspace(0.0, 1.0, window)])
+        asked: dict[str, Any] = {"start": q, "policy": aa.Hold(), "max_joint_step": 0.15}
+        plain, ahead = (aa.follow(tight, poses, lookahead=n, **asked) for n in (0, window))
+        rows = ahead.status == aa.Status.OK
+        assert np.abs(tight.forward(ahead.q[rows], on_error="nan")[0] - poses[rows]).max(initial=0) < 1e-9
+        assert tight.within_limits(ahead.q[rows], 1e-9).all()
+        steps = np.diff(np.vstack([q, ahead.q[: int(rows.sum())]]), axis=0)
+        assert np.abs(steps).max(initial=0) <= 0.15
+        assert rows.sum() >= (plain.status == aa.Status.OK).sum()
+        saved += rows.sum() > (plain.status == aa.Status.OK).sum()
+    assert saved >= 1
