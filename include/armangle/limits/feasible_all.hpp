@@ -1,8 +1,9 @@
 // Feasible arcs of a user's pose, in one branch or in all eight.
 //
 // Arcs of psi decide feasibility if psi has enough digits. If a branch has isolated psi alone, or no psi and
-// a nearly straight hinge, the search works on the joints themselves. It uses the code of nearest_posture(),
-// so arcs, freedom and nearest solutions always agree whether a solution exists.
+// a nearly straight hinge, possible.hpp excludes most branches. What remains is searched on the joints
+// themselves, with one number of rounds for all branches. The search uses the code of nearest_posture(), so
+// arcs, freedom and nearest solutions agree whether a solution exists.
 #pragma once
 
 #include "nearest.hpp"
@@ -33,9 +34,11 @@ inline bool may_hide(const LimitTable& t, const Circle<double>& c, Status status
     return status == Status::ELBOW_LIMIT && is_about_straight(t, c);
 }
 
-/// Any solution of a pose in any branch; searched once, when a branch first needs it.
+/// What the search on the joints knows of a pose: any solution in any branch, searched once, when a branch
+/// first needs it; and the rounds left for all branches.
 struct Hidden {
     bool asked = false;
+    int rounds = nearest_rule::settling;
     Nearest found;
 };
 
@@ -45,10 +48,13 @@ struct Hidden {
                                                           Hidden& any, ArcSet& out) noexcept {
     NearestOptions options;
     options.branches = 1u << gc;
-    NearestSearch search(arm, t, pose, options);
+    NearestSearch search(arm, t, pose, options, any.rounds);
     search.keep_held(gc, out);
     if (out.empty() && hides) {
-        if (!any.asked) any = {true, some_posture(arm, t, pose)};
+        if (!any.asked) {
+            any.asked = true;
+            any.found = NearestSearch(arm, t, pose, {}, any.rounds).some();
+        }
         if (any.found.status == Status::OK)
             search.put_in(gc, any.found.gc == gc ? any.found : search.some(), out);
     }
@@ -62,8 +68,14 @@ inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<d
                         ArcSet& arcs) noexcept {
     const bool bends = left.status == Status::OK || left.status == Status::LIMITS;  // by the elbow
     const bool meet = bends && may_meet(c, f, left.gap, arcs.empty()), hides = may_hide(t, c, left.status, f);
-    if (joints_tell(t, arcs, left.status, hides, meet)) [[unlikely]]
-        left.status = told_by_joints(arm, pose, gc, t, left.status, hides, any, arcs);
+    if (!joints_tell(t, arcs, left.status, hides, meet)) [[likely]]
+        return;
+    if (arcs.empty()) {
+        ArcSet may;
+        possible(arm, t, self_motion(arm, c, configuration(gc)), may);
+        if (may.empty()) return;
+    }
+    left.status = told_by_joints(arm, pose, gc, t, left.status, hides, any, arcs);
 }
 
 /// feasible() if arcs do not decide, or if the self-motion was not kept.

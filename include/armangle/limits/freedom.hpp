@@ -162,22 +162,30 @@ inline Status nearer_reason(Status a, Status b) noexcept {
                                                                 const LimitTable& t) noexcept {
     Freedom out{0, 0, 0, 0, is_folded(c) ? Status::FOLDED : Status::UNREACHABLE};
     Hidden any;
-    const auto add = [&](int gc, Left left, ArcSet& arcs, const auto& f, const auto&) {
-        tell_branch(arm, pose, c, t, gc, f, any, left, arcs);
-        out.arcs = static_cast<std::uint8_t>(out.arcs + arcs.count);
-        out.total += measure(arcs);
-        for (int i = 0; i < arcs.count; ++i)
-            out.widest = max(out.widest, arcs.arc[i].upper - arcs.arc[i].lower);
-        return false;
-    };
     const auto mark = [&](int gc, Left left, ArcSet& arcs, const auto& f, const auto&) {
         tell_branch(arm, pose, c, t, gc, f, any, left, arcs);
         out.status = nearer_reason(out.status, left.status);
         out.gc = static_cast<std::uint8_t>(out.gc | (left.status == Status::OK) << gc);
         return false;
     };
+    bool lost = false;
+    for (const double side : {1.0, -1.0}) {
+        const SelfMotion<double> m = self_motion(arm, c, {1.0, side, 1.0});
+        lost |= shoulder_singular(m) || wrist_singular(m);
+    }
+    const auto add = [&](int gc, Left left, ArcSet& arcs, const auto& f, const auto& g) {
+        if (lost)
+            tell_branch(arm, pose, c, t, gc, f, any, left, arcs);
+        else
+            mark(gc, left, arcs, f, g);
+        out.arcs = static_cast<std::uint8_t>(out.arcs + arcs.count);
+        out.total += measure(arcs);
+        for (int i = 0; i < arcs.count; ++i)
+            out.widest = max(out.widest, arcs.arc[i].upper - arcs.arc[i].lower);
+        return false;
+    };
     each_branch(arm, c, t, all_pivots, OneAxis::apart, add);
-    each_branch(arm, c, t, all_pivots, OneAxis::shared, mark);
+    if (lost) each_branch(arm, c, t, all_pivots, OneAxis::shared, mark);
     return out;
 }
 

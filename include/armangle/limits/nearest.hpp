@@ -18,6 +18,7 @@
 #include "../circle/forward.hpp"
 #include "feasible.hpp"
 #include "joint_boxes.hpp"
+#include "possible.hpp"
 #include "settled.hpp"
 
 #include "../names/begin.hpp"
@@ -184,6 +185,12 @@ struct Wedge {
         return min(max(apart / steep, -r), r);
     }
 
+    /// The steepest slope of the two lines; infinite without any.
+    Boxes steepest() const noexcept {
+        const Boxes none(-infinity);
+        return select((rising == none) & (falling == none), Boxes(infinity), max(rise, -fall));
+    }
+
     /// The higher of the two lines at an offset.
     Boxes at(const Boxes& off) const noexcept { return max(rising + rise * off, falling + fall * off); }
 };
@@ -194,7 +201,7 @@ struct BoxCosts {
     Enclosure<Boxes> second;
     Boxes least;      // lower bound of the cost in the box
     Boxes noise;      // error of `value` due to rounding
-    unsigned smooth;  // one bit a box: value, slope and second are valid
+    unsigned smooth;  // one bit a box: value, slope and second (or all lines of the wedge) are valid
     Wedge wedge;      // used if the cost is a maximum
 };
 
@@ -376,8 +383,8 @@ class NearestSearch : PostureCosts {
 public:
     /// Computes everything that depends on the pose but not on psi.
     NearestSearch(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
-                  const NearestOptions& options) noexcept
-        : PostureCosts(arm, options), limits_(limits), pose_(pose) {
+                  const NearestOptions& options, int& rounds) noexcept
+        : PostureCosts(arm, options), limits_(limits), pose_(pose), rounds_(rounds) {
         circle_ = circle(arm, flange_pose(arm, pose));
         for (int elbow = 0; elbow < 2; ++elbow) bend(elbow);
     }
@@ -423,7 +430,7 @@ public:
 
     /// Puts the result of best() first and removes the result of its arc alone.
     void lead(Nearests& out) const noexcept {
-        const Nearest first = NearestSearch(arm_, limits_, pose_, options_).best();
+        const Nearest first = NearestSearch(arm_, limits_, pose_, options_, rounds_).best();
         if (first.status != Status::OK) return;
         const int arc = find(arcs_.arcs[first.gc], first.psi).index;
         int at = 0;
@@ -447,10 +454,10 @@ public:
                 if (out.status == Status::OK) return out;
             }
         Nearest out = nothing();
-        rounds_ = nearest_rule::settling;
         any_ = true;
         for (int elbow = 0; elbow < 2 && out.status != Status::OK; ++elbow) {
             if (!elbow_[elbow].hides) continue;
+            try_bends(elbow, out);
             look_beside_straight(elbow, out);
             look_at_limits(elbow, out);
         }
@@ -644,7 +651,7 @@ private:
             if (arcs.empty() && status == Status::OK) status = Status::LIMITS;
         }
         const bool meet = may_meet(circle_, e.functions, left.gap, arcs.empty());
-        if (meet && !(limits_.psi_margin > 0)) [[unlikely]] {
+        if (meet && !(limits_.psi_margin > 0) && !(arcs.empty() && possible(gc).empty())) [[unlikely]] {
             add_meeting(gc, shoulder.f, wrist.f, both, arcs);
             status = arcs.empty() ? Status::LIMITS : Status::OK;
         }
@@ -677,17 +684,27 @@ private:
         SelfMotion<double> m = e.motion;
         m.gc = configuration(gc);
         const double slack = untold(least_bend(circle_, shoulder)), gap = max(sqrt(slack), tolerance::locked);
-        rounds_ = nearest_rule::settling;
         const auto look = [&](double psi) {
             const Directions<double> d = directions(m, sin_cos(psi));
             if (contains(arcs, psi) || !allows(limits_, m.gc, d, all_joints, slack)) return;
-            Nearest found = refused(Status::LIMITS);
-            try_beside(turned(posture(gc, psi)), gc, found);
-            if (found.gc != gc) return;
+            const Nearest found = moved_onto_pose(turned(posture(gc, psi)), gc, {});
+            if (found.status != Status::OK || found.gc != gc) return;
             put_in(gc, found, arcs);
             e.delicate = true;
         };
         each_meeting(shoulder, wrist, blocked, true, gap, look);
+    }
+
+    /// The psi at which a branch may have solutions, computed on first use.
+    const ArcSet& possible(int gc) noexcept {
+        ArcSet& out = possible_[gc];
+        if (is_in(gc, judged_)) return out;
+        judged_ |= 1u << gc;
+        const ElbowBranches& e = elbow_[gc >> 1 & 1];
+        SelfMotion<double> m = e.motion;
+        m.gc = configuration(gc);
+        if (e.open) detail::possible(arm_, limits_, m, out);
+        return out;
     }
 
     /// Notes a cut at an end of one of the arcs.
@@ -840,6 +857,8 @@ private:
             auto known = boxes.joint[0].travel < Boxes(infinity);
             if (c.wide) known = known & ((abs(off) + j.travel < Boxes(pi)) | alone(c, q, off));
             const Boxes line = side * off - Boxes(c.room) - bend;
+            if (!hinge) sum.noise = max(sum.noise, weight * noise);
+            sum.smooth &= bits(known);
             sum.wedge.add(select(known, hinge ? line : line - weight * noise, Boxes(-infinity)),
                           side * way * j.rate.middle);
             return;
@@ -863,7 +882,11 @@ private:
     void side_costs(const ElbowBranches& e, const SideBoxes& boxes, int side, bool negative,
                     const SinCos<Boxes>& at, const Boxes& r, BoxCosts& sum) const noexcept {
         sum = no_costs();
-        if (e.lost[side]) return lost_costs(e, side, negative, at, r, sum);
+        if (e.lost[side]) {
+            lost_costs(e, side, negative, at, r, sum);
+            if (!squares()) sum.smooth = 0;  // the lines do not hold this side's cost
+            return;
+        }
         for (int i = 0; i < 3; ++i) add(sum, boxes, i, joint_[4 * side + i], negative, r);
         sum.smooth &= boxes.regular;
     }
@@ -894,7 +917,8 @@ private:
         if (!squares()) {
             Wedge wedge = a.wedge;
             wedge.add(b.wedge);
-            return {max(a.value, b.value), a.slope, a.second, max(a.least, b.least), a.noise, 0, wedge};
+            return {max(a.value, b.value), a.slope, a.second, max(a.least, b.least), max(a.noise, b.noise),
+                    a.smooth & b.smooth,   wedge};
         }
         return {a.value + b.value + elbow,
                 a.slope + b.slope,
@@ -1184,16 +1208,15 @@ private:
     }
 
     /// Whether a box with this bound cannot hold a better solution.
-    bool dropped(double least) const noexcept {
-        const double worth = best_.cost < infinity ? best_.cost - tie(best_.cost) : infinity;
-        return !(least < worth) || least > ceiling_;
-    }
+    bool dropped(double least) const noexcept { return !(least < worth()) || least > ceiling_; }
 
     /// One bit for each of eight bounds that is not dropped.
     unsigned kept(const Boxes& least) const noexcept {
-        const double worth = best_.cost < infinity ? best_.cost - tie(best_.cost) : infinity;
-        return bits((least < Boxes(worth)) & (least <= Boxes(ceiling_)));
+        return bits((least < Boxes(worth())) & (least <= Boxes(ceiling_)));
     }
+
+    /// The largest cost that is better than the best.
+    double worth() const noexcept { return best_.cost < infinity ? best_.cost - tie(best_.cost) : infinity; }
 
     /// Whether a box with this bound may hold a solution as good as the best.
     bool equals_best(double least) const noexcept {
@@ -1303,6 +1326,7 @@ private:
         const SidesCosts sides(*this, e, branches, Boxes::load(middle), r);
         Wedge wedge[configurations];
         Boxes cross[configurations], bound[configurations];
+        unsigned even[configurations] = {};  // a bit for each box where the cost varies less than its error
         int lowest = 0, lowest_gc = -1;
         for (int gc = 0; gc < configurations; ++gc) {
             if (!is_in(gc, branches)) continue;
@@ -1310,6 +1334,7 @@ private:
             wedge[gc] = sum.wedge;
             cross[gc] = sum.wedge.cross(r);
             bound[gc] = max(sum.wedge.at(cross[gc]), sum.least);
+            even[gc] = sum.smooth & bits(sum.wedge.steepest() * r <= sum.noise);
             for (int k = 0; k < 8; ++k) {
                 if (lowest_gc >= 0 && !(bound[gc][k] < bound[lowest_gc][lowest])) continue;
                 lowest = k;
@@ -1323,7 +1348,7 @@ private:
             double from = radius, to = -radius;
             for (int gc = 0; gc < configurations; ++gc) {
                 if (!is_in(gc, branches)) continue;
-                if (dropped(bound[gc][k])) {
+                if (dropped(bound[gc][k]) || is_in(k, even[gc])) {
                     // among equal costs the rule decides, not the order of the search
                     if ((k != lowest || gc != lowest_gc) && equals_best(bound[gc][k]))
                         try_point(gc, middle[k] + cross[gc][k], false);
@@ -1592,7 +1617,6 @@ private:
 
     /// Replaces a solution by a better one that is found on the joints themselves.
     [[gnu::noinline, gnu::cold]] void look_beside(Nearest& out) noexcept {
-        rounds_ = nearest_rule::settling;
         // a result near the seed is so good that few other starts matter
         if (options_.near && options_.metric != Metric::margin) {
             Joints q{};
@@ -1605,7 +1629,7 @@ private:
             seedless.near = nullptr;
             seedless.metric = Metric::l2;
             for (double& w : seedless.weight) w = 1.0;
-            const Nearest some = NearestSearch(arm_, limits_, pose_, seedless).some();
+            const Nearest some = NearestSearch(arm_, limits_, pose_, seedless, rounds_).some();
             if (some.status == Status::OK) out = finished(some.q, some.psi, some.gc);
         }
         if (out.status == Status::OK) {
@@ -1661,11 +1685,53 @@ private:
         }
     }
 
+    /// Takes any solution with a bend of the elbow that the pose does not distinguish from its own. Beside
+    /// theta_2, theta_6 = 0 the directions of joints turn with a bend of the size of these.
+    void try_bends(int elbow, Nearest& out) noexcept {
+        const BendRange bends = bends_of(arm_, circle_.distance);
+        const auto &w = circle_.w, &e = circle_.tool_e, &z = circle_.tool_z;
+        const double sine[hinges] = {hypot(w.x, w.y), hypot(e.z, z.z)};
+        double last = not_a_number;
+        const auto look = [&](double bend) {
+            bend = min(max(bend, bends.least), bends.most);
+            if (bend == last) return;
+            last = bend;
+            SelfMotion<double> m =
+                self_motion(arm_, with_bend(arm_, circle_, bend), configuration(2 * elbow));
+            for (int branch = 0; branch < 4 && out.status != Status::OK; ++branch) {
+                const int gc = gc_of(elbow, branch);
+                if (!(options_.branches >> gc & 1) || possible(gc).empty()) continue;
+                m.gc = configuration(gc);
+                ArcSet arcs;
+                if (feasible(m, limits_, arcs) != Status::OK) continue;
+                int widest = 0;
+                for (int i = 1; i < arcs.count; ++i)
+                    if (arcs.arc[i].upper - arcs.arc[i].lower >
+                        arcs.arc[widest].upper - arcs.arc[widest].lower)
+                        widest = i;
+                const double psi = 0.5 * (arcs.arc[widest].lower + arcs.arc[widest].upper);
+                const Joints q = joints_within_limits(arm_, directions(m, sin_cos(psi)), nullptr);
+                if (!within_limits(arm_.limits, q.q, 0.0)) continue;
+                Twist rest;
+                const Pose<double> pose{orthonormal(pose_.rotation), pose_.position};
+                if (!meets(arm_, {q, distance(arm_, q.q, pose, arm_.size, rest)})) continue;
+                const Nearest found = told(q);
+                if (found.status == Status::OK) out = found;
+            }
+        };
+        for (const double end : {bends.least, bends.most}) look(end);
+        for (const double size : sine)
+            for (const double bend : {0.5 * size, size, 2.0 * size}) {
+                look(bend);
+                look(pi - bend);
+            }
+    }
+
     /// Starts at psi with all branches of an elbow that may be nearer, with and without shares.
     void starts_at(int elbow, double psi, double near, Nearest& out) noexcept {
         for (int branch = 0; branch < 4; ++branch) {
             const int gc = gc_of(elbow, branch);
-            if (!(options_.branches >> gc & 1)) continue;
+            if (!(options_.branches >> gc & 1) || !contains(possible(gc), psi)) continue;
             const Joints shared = turned(posture(gc, psi, nearest_rule::beside)),
                          plain = turned(posture(gc, psi));
             try_start(shared, gc, near, out);
@@ -1705,19 +1771,25 @@ private:
     /// Moves a start onto the pose within the limits, then to the least cost nearby; takes the result if it
     /// improves.
     void try_beside(const Joints& start, int gc, Nearest& out) noexcept {
-        const Pose<double> pose{orthonormal(pose_.rotation), pose_.position};
-        const Limits limits = sides_of(gc, start);
         Drawing pull;
-        for (int j = 0; squares() && j < joints; ++j) {
+        for (int j = 0; squares() && !any_ && j < joints; ++j) {
             pull.weight[j] = joint_[j].weight;
             pull.near[j] = joint_[j].near;
         }
-        const Relaxed at = squares() && !any_ ? settled_beside(arm_, limits, start, pose, pull, rounds_)
-                                              : settled(arm_, limits, start, pose, pull, 0.0, rounds_);
-        if (!meets(arm_, at)) return;
-        const Nearest found = told(at.at);
+        const Nearest found = moved_onto_pose(start, gc, pull);
         if (found.status != Status::OK) return;
         if (rank(found) < rank(out) - nearest_rule::gain) out = found;
+    }
+
+    /// The solution near a start, moved to the least attraction; empty if none is there.
+    Nearest moved_onto_pose(const Joints& start, int gc, const Drawing& pull) noexcept {
+        const Pose<double> pose{orthonormal(pose_.rotation), pose_.position};
+        const Limits limits = sides_of(gc, start);
+        bool drawn = false;
+        for (const double weight : pull.weight) drawn |= weight > 0;
+        const Relaxed at = drawn ? settled_beside(arm_, limits, start, pose, pull, rounds_)
+                                 : settled(arm_, limits, start, pose, pull, 0.0, rounds_);
+        return meets(arm_, at) ? told(at.at) : refused(Status::LIMITS);
     }
 
     /// Lowers the largest cost of a joint near a solution by bisection, within the box of lower costs.
@@ -1761,13 +1833,14 @@ private:
     ElbowBranches elbow_[2];
     AllArcs arcs_;
     Sides sides_[2][2];
-    unsigned filled_ = 0, sided_ = 0;  // one bit for each of these that is computed
+    unsigned filled_ = 0, sided_ = 0, judged_ = 0;  // one bit for each of these that is computed
+    ArcSet possible_[configurations];
     Best best_;
     double ceiling_ = infinity;  // cost of another elbow
     double first_ = 0;
     int work_ = 0;  // splits left for a first box
     int left_ = nearest_rule::all_work;
-    int rounds_ = 0;    // of settled(), left for the pose
+    int& rounds_;       // of settled(), left for the pose
     bool any_ = false;  // any solution will do
     double least_[configurations][nearest_rule::first_boxes],
         value_[configurations][nearest_rule::first_boxes];
@@ -1779,22 +1852,25 @@ private:
 /// and all turns.
 inline Nearest nearest_posture(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                                const NearestOptions& options) noexcept {
-    return detail::NearestSearch(arm, limits, pose, options).best();
+    int rounds = nearest_rule::settling;
+    return detail::NearestSearch(arm, limits, pose, options, rounds).best();
 }
 
 /// Any solution of a pose in the given branches (one bit each), or the reason for none. If psi has too few
 /// digits for arcs, this function decides whether a pose is solvable.
 inline Nearest some_posture(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                             unsigned branches = (1u << configurations) - 1) noexcept {
+    int rounds = nearest_rule::settling;
     NearestOptions options;
     options.branches = branches;
-    return detail::NearestSearch(arm, limits, pose, options).some();
+    return detail::NearestSearch(arm, limits, pose, options, rounds).some();
 }
 
 /// The nearest solution of each branch and arc: first that of nearest_posture(), then by rising distance.
 inline void nearest_postures(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                              const NearestOptions& options, Nearests& out) noexcept {
-    detail::NearestSearch(arm, limits, pose, options).all(out);
+    int rounds = nearest_rule::settling;
+    detail::NearestSearch(arm, limits, pose, options, rounds).all(out);
 }
 
 }  // namespace armangle

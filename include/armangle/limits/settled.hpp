@@ -46,60 +46,68 @@ inline double settling_cost(const Drawing& pull, double share, const double* q, 
     return 0.5 * sum;
 }
 
+/// Up to sixteen rows as a vector.
+struct Rows {
+    static constexpr int capacity = 16;
+    double row[capacity] = {};
+
+    /// The scalar product with another vector.
+    ARMANGLE_INLINE double dot(const Rows& other) const noexcept {
+        const Lane<8> product = mul_add(upper(), other.upper(), lower() * other.lower()),
+                      four = product + swap_halves(product);
+        return (four[0] + four[1]) + (four[2] + four[3]);
+    }
+    /// Adds a multiple of another vector.
+    ARMANGLE_INLINE void add(double factor, const Rows& other) noexcept {
+        mul_add(Lane<8>(factor), other.lower(), lower()).store(row);
+        mul_add(Lane<8>(factor), other.upper(), upper()).store(row + 8);
+    }
+
+private:
+    Lane<8> lower() const noexcept { return Lane<8>::load(row); }
+    Lane<8> upper() const noexcept { return Lane<8>::load(row + 8); }
+};
+
 /// Minimizes |A x - b|^2: six rows for a pose, and one for each joint that is damped or attracted.
 struct JointLeastSquares {
-    static constexpr int rows = 6 + joints;
-    double A[rows][joints] = {}, b[rows] = {};
+    Rows A[joints], b;  // the columns of A
 
     /// Solves for the joints marked free, with the others fixed at x, by Householder reflections.
     void solve(const bool (&free)[joints], double (&x)[joints]) const noexcept {
-        double R[rows][joints], y[rows];
+        Rows R[joints], y = b;
         int index[joints], n = 0;
-        for (int j = 0; j < joints; ++j)
-            if (free[j]) index[n++] = j;
-        for (int i = 0; i < rows; ++i) {
-            y[i] = b[i];
-            for (int j = 0; j < joints; ++j)
-                if (!free[j]) y[i] -= A[i][j] * x[j];
-            for (int k = 0; k < n; ++k) R[i][k] = A[i][index[k]];
+        for (int j = 0; j < joints; ++j) {
+            if (!free[j]) {
+                y.add(-x[j], A[j]);
+                continue;
+            }
+            R[n] = A[j];
+            index[n++] = j;
         }
         for (int k = 0; k < n; ++k) {
-            double size = 0;
-            for (int i = k; i < rows; ++i) size += R[i][k] * R[i][k];
-            const double along = R[k][k] > 0 ? -sqrt(size) : sqrt(size);
+            Rows v = R[k];
+            for (int i = 0; i < k; ++i) v.row[i] = 0;
+            const double size = sqrt(v.dot(v)), along = v.row[k] > 0 ? -size : size;
             if (size == 0) continue;
-            const double head = R[k][k] - along, factor = 1.0 / (along * head);  // -2 / |v|^2
-            const auto reflect = [&](double (&column)[rows]) {
-                double sum = head * column[k];
-                for (int i = k + 1; i < rows; ++i) sum += R[i][k] * column[i];
-                sum *= factor;
-                column[k] += sum * head;
-                for (int i = k + 1; i < rows; ++i) column[i] += sum * R[i][k];
-            };
-            for (int m = k + 1; m < n; ++m) {
-                double column[rows];
-                for (int i = 0; i < rows; ++i) column[i] = R[i][m];
-                reflect(column);
-                for (int i = k; i < rows; ++i) R[i][m] = column[i];
-            }
-            reflect(y);
-            R[k][k] = along;
+            v.row[k] -= along;
+            const double factor = 1.0 / (along * v.row[k]);  // -2 / |v|^2
+            for (int m = k + 1; m < n; ++m) R[m].add(factor * v.dot(R[m]), v);
+            y.add(factor * v.dot(y), v);
+            R[k].row[k] = along;
         }
         for (int k = n - 1; k >= 0; --k) {
-            for (int m = k + 1; m < n; ++m) y[k] -= R[k][m] * y[m];
-            y[k] = R[k][k] != 0 ? y[k] / R[k][k] : 0.0;
-            x[index[k]] = y[k];
+            for (int m = k + 1; m < n; ++m) y.row[k] -= R[m].row[k] * x[index[m]];
+            x[index[k]] = R[k].row[k] != 0 ? y.row[k] / R[k].row[k] : 0.0;
         }
     }
 
     /// The normal equations of the same problem: an active set needs only the signs of its slopes.
     JointQuadratic quadratic() const noexcept {
-        JointQuadratic out{};
-        for (int i = 0; i < rows; ++i)
-            for (int j = 0; j < joints; ++j) {
-                out.g[j] += A[i][j] * b[i];
-                for (int k = 0; k < joints; ++k) out.H[j][k] += A[i][j] * A[i][k];
-            }
+        JointQuadratic out;
+        for (int j = 0; j < joints; ++j) {
+            out.g[j] = A[j].dot(b);
+            for (int k = 0; k <= j; ++k) out.H[j][k] = out.H[k][j] = A[j].dot(A[k]);
+        }
         return out;
     }
 };
@@ -114,13 +122,13 @@ JointLeastSquares settling_rows(const A& arm, const double* q, const Twist& rest
     JointLeastSquares out;
     for (int i = 0; i < 6; ++i) {
         const double unit = i < 3 ? 1.0 : length;
-        out.b[i] = unit * r[i];
-        for (int j = 0; j < joints; ++j) out.A[i][j] = unit * J.entry[i][j];
+        out.b.row[i] = unit * r[i];
+        for (int j = 0; j < joints; ++j) out.A[j].row[i] = unit * J.entry[i][j];
     }
     for (int j = 0; j < joints; ++j) {
         const double w = share > 0 ? share * pull.weight[j] : 0.0, hold = sqrt(damping + w);
-        out.A[6 + j][j] = hold;
-        out.b[6 + j] = w > 0 ? w * (pull.near[j] - q[j]) / hold : 0.0;
+        out.A[j].row[6 + j] = hold;
+        out.b.row[6 + j] = w > 0 ? w * (pull.near[j] - q[j]) / hold : 0.0;
     }
     return out;
 }

@@ -1,0 +1,126 @@
+// The psi at which a solution is possible, whatever the rounding of a pose. A branch without such psi has no
+// solution for certain.
+//
+// A solved pose may be off by settled_rule::meets. Near a straight elbow its bend is then known to the root
+// of that, and the frames on both sides of the elbow turn with it. Each boundary function B(psi) of a limit
+// is therefore widened by this turn: where B + slack < 0, the limit is violated for certain. A pivot's
+// direction (V, U) is as long as sin(theta) of its hinge, so the same slack forbids little near a
+// singularity.
+#pragma once
+
+#include "feasible.hpp"
+#include "settled.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+namespace detail {
+
+/// The bend of the elbow (rad) at a wrist distance n (m), clamped to the reach.
+inline double bend_at(const Arm& arm, double n) noexcept {
+    const double L = arm.reach, D = arm.inner_reach;
+    return 2.0 * atan2(sqrt(max((L - n) * (L + n), 0.0)), sqrt(max((n - D) * (n + D), 0.0)));
+}
+
+/// The angle at the shoulder (rad) for a bend of the elbow.
+inline double shoulder_angle(const Arm& arm, const SinCos<double>& eta) noexcept {
+    return atan2(arm.forearm * eta.sin, arm.upper_arm + arm.forearm * eta.cos);
+}
+
+/// The bends (rad) at which a pose with this wrist distance is solved.
+struct BendRange {
+    double least, most;
+};
+inline BendRange bends_of(const Arm& arm, double n) noexcept {
+    const double off = settled_rule::meets * arm.size;
+    return {bend_at(arm, n + off), bend_at(arm, max(n - off, 0.0))};
+}
+
+/// The circle of a pose with another bend of the elbow.
+inline Circle<double> with_bend(const Arm& arm, Circle<double> c, double bend) noexcept {
+    c.triangle.eta = sin_cos(bend);
+    c.triangle.kappa = sin_cos(shoulder_angle(arm, c.triangle.eta));
+    return c;
+}
+
+/// How far the frames beside the elbow, and theta_4, may turn (rad) while a pose stays solved. If the elbow
+/// may be straight or folded, solutions on either side of it belong to a branch.
+inline double turn_slack(const Arm& arm, const Circle<double>& c) noexcept {
+    const BendRange bends = bends_of(arm, c.distance);
+    const double here = atan2(c.triangle.eta.sin, c.triangle.eta.cos);
+    const auto turn = [&arm](double from, double to) {
+        const double other = shoulder_angle(arm, sin_cos(to)) - shoulder_angle(arm, sin_cos(from));
+        return abs(to - from) + abs(other);
+    };
+    double most = max(turn(here, bends.least), turn(here, bends.most));
+    if (!(bends.least > 0 && bends.most < pi)) most = 2.0 * (most + turn(bends.least, bends.most));
+    return most + 4.0 * settled_rule::meets * (1.0 + arm.size / c.distance);
+}
+
+/// The arc where a boundary function is negative; empty or full if it has no root.
+inline Arc negative_arc(const Harmonic<double>& B) noexcept {
+    const double h = hypot(B.s, B.c);
+    if (B.k >= h) return {0, 0, 0, 0};
+    if (B.k <= -h) return {-pi, pi, 0, 0};
+    const double half = half_between_roots(B, h), start = wrap(atan2(B.s, B.c) + half);
+    const double lower = start >= pi ? -pi : start;
+    return {lower, lower + two_pi - 2.0 * half, 0, 0};
+}
+
+/// The psi at which no joint but the fourth violates its limits by more than the slack (rad); the signs of
+/// hinges are those of the branch, whatever the joint functions have.
+inline void possible(const LimitTable& t, const SelfMotion<double>& m, const JointFunctions<double>& f,
+                     double slack, ArcSet& out) noexcept {
+    slack += 2.0 * tolerance::angle;  // so that no gap is lost as too narrow
+    const bool lost[hinges] = {shoulder_singular(m), wrist_singular(m)};
+    const double sign[hinges] = {m.gc.shoulder, m.gc.wrist};
+    Blocked blocked;
+    const auto block = [&](bool wide, const Arc& a, const Arc& b) {
+        if (wide) return block_both(a, b, blocked);
+        blocked.add(a);
+        blocked.add(b);
+    };
+    for (int p = 0; p < pivots; ++p) {
+        if (t.cone[p].free || lost[p / 2]) continue;
+        const Harmonic<double>&U = f.pivot[p].U, &V = f.pivot[p].V;
+        const auto beyond = [&](int limit) {
+            const double u = sign[p / 2] * t.u[limit], v = sign[p / 2] * t.v[limit];
+            return negative_arc({u * U.s + v * V.s, u * U.c + v * V.c, u * U.k + v * V.k + slack});
+        };
+        block(t.cone[p].wide, beyond(p), beyond(pivots + p));
+    }
+    const double off = slack + sqrt(2.0 * tolerance::touching);  // the cosine of a hinge is rounded too
+    for (int h = 0; h < hinges; ++h) {
+        const int negative = sign[h] < 0, count = t.piece_count[h][negative];
+        const HingePiece* piece = t.piece[h][negative];
+        const Harmonic<double>& H = f.hinge[h].H;
+        const auto nearer = [&](const HingeEnd& end) {
+            return negative_arc({-H.s, -H.c, sin_cos(max(end.angle - off, 0.0)).cos - H.k});
+        };
+        const auto farther = [&](const HingeEnd& end) {
+            return negative_arc({H.s, H.c, H.k - sin_cos(min(end.angle + off, pi)).cos});
+        };
+        blocked.all |= count == 0;
+        if (count > 0 && piece[0].near.tag && piece[0].near.angle > off) blocked.add(nearer(piece[0].near));
+        if (count == 2) block_both(farther(piece[0].far), nearer(piece[1].near), blocked);
+        if (count > 0 && piece[count - 1].far.tag && piece[count - 1].far.angle < pi - off)
+            blocked.add(farther(piece[count - 1].far));
+    }
+    free_arcs(blocked, out);
+}
+
+/// The psi at which a branch may have solutions; none lies elsewhere for certain, with all rounding of the
+/// pose.
+[[gnu::noinline, gnu::cold]] inline void possible(const Arm& arm, const LimitTable& t,
+                                                  const SelfMotion<double>& m, ArcSet& out) noexcept {
+    const double slack = turn_slack(arm, m.circle);
+    make_empty(out);
+    if (t.elbow.contains(m.elbow.theta_4, slack)) possible(t, m, joint_functions(m), slack, out);
+}
+
+}  // namespace detail
+
+}  // namespace armangle
+
+#include "../names/end.hpp"
