@@ -243,6 +243,18 @@ void inverse_derivative_many(const ArmHandle& self, Floats pose, Floats psi, Int
                     });
 }
 
+/// The same of an arm with an offset, by twist and free joint.
+void offset_derivative_many(const OffsetHandle& self, Floats pose, Floats free, Ints gc, Floats out, bool nan,
+                            int threads) {
+    for_each_asked(
+        self.arm, pose, free, gc, out, 2, threads, [&](const Asked& asked, double* to, double& value) {
+            const Derivatives d = inverse_derivative(self.arm, asked.pose, asked.psi, asked.gc);
+            if (d.status == Status::UNREACHABLE) value = excess_of(self.arm, asked);
+            std::memcpy(to, d.entry, sizeof(d.entry));
+            return nan && d.status != Status::BAD_INPUT ? Problem::none : detail::problem_of(d.status);
+        });
+}
+
 /// Pulls gradients by the joints (..., 7) back to poses (..., 4, 4) and psi; for the operators of torch.
 void inverse_pullback_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats by_q,
                            Floats by_pose, Floats by_psi, bool nan) {
@@ -389,6 +401,8 @@ void bind_offset_kinematics(nb::class_<OffsetHandle>& arm) {
     arm.def("psi_towards_many", &psi_towards_many<OffsetHandle>, "pose"_a, "gc"_a, "wish"_a, "target"_a,
             "out"_a, "nan"_a, "threads"_a);
     arm.def("self_motion_many", &self_motion_rate_many<OffsetHandle>, "pose"_a, "psi"_a, "gc"_a, "out"_a,
+            "threads"_a);
+    arm.def("inverse_derivative_many", &offset_derivative_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "nan"_a,
             "threads"_a);
     arm.def("nearest_pose", &nearest_pose<OffsetHandle>, "pose"_a, "out"_a);
     arm.def("settle_many", &settle_many<OffsetHandle>, "poses"_a, "precision"_a);

@@ -203,7 +203,8 @@ void best_gradient_many(const ArmHandle& self, Floats pose, Floats q, Floats psi
 
 /// Derivatives (n, 7, 13) of the solutions q (n, 7), psi, gc (n,) of poses (n, 4, 4) by twist and seed.
 /// `near` (n, 7) holds the seeds, and is ignored for margin. NaN if q is NaN.
-void solution_derivative_many(const ArmHandle& self, Floats pose, Floats near, const SolveOptions& options,
+template <class Handle>
+void solution_derivative_many(const Handle& self, Floats pose, Floats near, const SolveOptions& options,
                               Floats q, Floats psi, Ints gc, Floats out, int threads) {
     const Buffer p(pose), seed(near), joint(q), a(psi), g(gc), to(out, true);
     for_each<6>("pose", {&p, &seed, &joint, &a, &g, &to}, {2, 1, 1, 0, 0, 2}, threads,
@@ -303,7 +304,12 @@ void bind_solving_of(nb::class_<Handle>& arm) {
 }  // namespace
 
 void bind_chain_solving(nb::class_<ChainArmHandle>& arm) { bind_solving_of(arm); }
-void bind_offset_solving(nb::class_<OffsetHandle>& arm) { bind_solving_of(arm); }
+void bind_offset_solving(nb::class_<OffsetHandle>& arm) {
+    using namespace nb::literals;
+    bind_solving_of(arm);
+    arm.def("solution_derivative_many", &solution_derivative_many<OffsetHandle>, "pose"_a, "near"_a,
+            "options"_a, "q"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
+}
 
 void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
@@ -314,8 +320,8 @@ void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {
     nb::class_<SolveOptions>(m, "SolveOptions")
         .def("__init__", &make_solve_options, "metric"_a, "weight"_a, "branches"_a, "margin"_a, "length"_a);
     bind_solving_of(arm);
-    arm.def("solution_derivative_many", &solution_derivative_many, "pose"_a, "near"_a, "options"_a, "q"_a,
-            "psi"_a, "gc"_a, "out"_a, "threads"_a);
+    arm.def("solution_derivative_many", &solution_derivative_many<ArmHandle>, "pose"_a, "near"_a, "options"_a,
+            "q"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
     arm.def("best_gradient_many", &best_gradient_many, "pose"_a, "q"_a, "psi"_a, "gc"_a, "out"_a,
             "threads"_a);
 }

@@ -4,6 +4,7 @@
 #include "armangle.hpp"
 #include "offset/step.hpp"
 #include "offset/correction.hpp"
+#include "offset/inverse_derivative.hpp"
 #include "offset/nearest_posture.hpp"
 #include "offset/psi_towards.hpp"
 #include "offset/reduced_place.hpp"

@@ -1,7 +1,8 @@
 """Derivatives of an arm's functions: by the pose, by the arm angle and by the joints.
 
 The derivative of `Arm.forward` is `Arm.jacobian` with `psi` as a seventh row; that of `Arm.inverse` by psi is
-`Arm.self_motion`.
+`Arm.self_motion`. `inverse`, `solve` and `limit_margin` also take an arm with an offset wrist or shoulder,
+whose psi is the value of its free joint.
 """
 
 from __future__ import annotations
@@ -52,11 +53,12 @@ def inverse(
         (rad/rad), both in the frame that poses are given in, and column 6 by psi, which is `Arm.self_motion`.
         The inverse of `jacobian` with `psi` as a seventh row. Infinite if a derivative does not exist: for
         joints 1-3 (5-7) if θ2 (θ6) is 0 or π; in columns 0-5 for all joints if the elbow is stretched or
-        folded, and for all but joint 4 if psi jumps (the wrist over the base axis).
+        folded, and for all but joint 4 if psi jumps (the wrist over the base axis). For an arm with an offset
+        that is where the matrix has no inverse, for example at a fold, and then for all but the free joint.
 
     Raises
     ------
-    As `inverse`.
+    As `inverse`, and UnsupportedError for an arm with its own chain.
 
     Examples
     --------
@@ -260,12 +262,12 @@ def solve(
     ndarray, shape (..., 7, 13)
         Row j is joint j + 1: columns 0-2 by the velocity of the end effector's origin (rad/m), 3-5 by the
         angular velocity (rad/rad), both in the frame that poses are given in, and 6-12 by the joints of the
-        seed (rad/rad). NaN without a solution, at a shoulder, elbow or wrist singularity, and if nothing
-        determines the arm angle, for example if joint 4 alone decides the largest margin.
+        seed (rad/rad). NaN without a solution, at a shoulder, elbow or wrist singularity or a fold, and if
+        nothing determines the arm angle, for example if joint 4 alone decides the largest margin.
 
     Raises
     ------
-    As `Arm.solve`, and UnsupportedError for an arm with a scene.
+    As `Arm.solve`, and UnsupportedError for an arm with a scene or its own chain.
 
     Examples
     --------

@@ -267,3 +267,91 @@ def test_where_a_derivative_does_not_exist_it_is_infinite() -> None:
         aa.gradients.inverse(arm, aa.pose([9.0, 0, 0]), 0.0, 0)
     assert aa.gradients.inverse(arm, np.empty((0, 4, 4)), 0.0, 0).shape == (0, 7, 7)
     assert aa.gradients.psi(arm, np.zeros((3, 0, 7))).shape == (3, 0, 7)
+
+
+# -- arms with an offset wrist or shoulder ---------------------------------------------------------
+
+OFFSET = ("franka_fr3", "ufactory_xarm7", "fetch", "willow_garage_pr2_left")
+
+
+def mounted(name: str) -> aa.Arm:
+    """An arm on a base, with a tool."""
+    base, tool = (
+        aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]),
+        aa.pose([0.05, 0.02, 0.1], rpy=[0.3, 0.2, 0.1]),
+    )
+    return aa.Arm.load(name).with_(base=base, tool=tool)
+
+
+def with_free_joint(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
+    """The Jacobian with a row of the free joint."""
+    row = np.broadcast_to(np.eye(7)[int(arm.redundancy[-1]) - 1], (*q.shape[:-1], 1, 7))
+    return np.concatenate([arm.jacobian(q), row], axis=-2)
+
+
+def regular(arm: aa.Arm, rng: np.random.Generator, count: int) -> np.ndarray:
+    """Joints within the limits, away from singular postures."""
+    lower, upper = np.clip(arm.lower, -3, 3), np.clip(arm.upper, -3, 3)
+    q = lower + rng.uniform(0.1, 0.9, (20 * count, 7)) * (upper - lower)
+    return q[np.linalg.cond(with_free_joint(arm, q)) < 50][:count]
+
+
+@pytest.mark.parametrize("name", OFFSET)
+def test_joints_follow_pose_and_free_joint(name: str) -> None:
+    arm = mounted(name)
+    q = regular(arm, draw.generator(17, 51), 60)
+    pose, psi, gc = arm.forward(q)
+    slope = aa.gradients.inverse(arm, pose, psi, gc)
+    assert len(q) == 60 and np.abs(slope @ with_free_joint(arm, q) - np.eye(7)).max() < 1e-11
+    assert np.allclose(slope[..., 6], arm.self_motion(pose, psi, gc), atol=1e-9)
+    for k in range(7):
+        twist, turn = np.eye(7)[k, :6], float(k == 6)
+
+        def at(h: float, twist: np.ndarray = twist, turn: float = turn) -> np.ndarray:
+            return arm.inverse(moved(pose, h * twist), psi + h * turn, gc, seed=q, limits=False)
+
+        assert np.allclose(slope_of(at, 1e-4), slope[..., k], rtol=0, atol=1e-6 * np.abs(slope).max())
+
+
+@pytest.mark.parametrize(
+    ("prefer", "step", "off", "kinks"), [("seed", 1e-4, 1e-4, 0.03), ("margin", 1e-4, 1e-2, 0.1)]
+)
+@pytest.mark.parametrize("name", OFFSET)
+def test_its_solution_moves_as_said(name: str, prefer: Any, step: float, off: float, kinks: float) -> None:
+    """As above: a step may cross a kink, or two solutions be equally good."""
+    arm, rng = mounted(name), draw.generator(17, 52)
+    q = regular(arm, rng, 40)
+    pose, asked = arm.forward(q)[0], {"weight": [1, 2, 3, 1, 0.5, 1, 2], "prefer": prefer}
+    seed, turn = q + 0.3 * rng.normal(size=q.shape), rng.normal(size=q.shape)
+    twist = rng.normal(size=(len(q), 6))
+    slopes = aa.gradients.solve(arm, pose, seed, **asked)
+    said = (slopes @ np.concatenate([twist, turn], axis=-1)[..., None])[..., 0]
+    ahead, behind = (arm.solve(moved(pose, way * twist), seed + way * turn, **asked) for way in (step, -step))
+    difference = (ahead.q - behind.q) / (2 * step)
+    held = np.abs(difference).max(axis=-1) < 30
+    known = held & np.isfinite(said).all(axis=-1)
+    assert known.sum() > 20 and known.sum() > (0.8 if prefer == "seed" else 0.5) * held.sum()
+    wrong = np.abs(said - difference)[known].max(axis=-1) > off * (1 + np.abs(difference[known]).max(-1))
+    assert wrong.mean() < kinks
+    columns, found = slopes[known], arm.solve(pose[known], seed[known], **asked)
+    kept, size = arm.jacobian(found.q) @ columns, np.abs(columns).max()
+    assert np.abs(kept[..., :6] - np.eye(6)).max() < 1e-9 * size and np.abs(kept[..., 6:]).max() < 1e-9 * size
+    assert prefer == "seed" or not columns[..., 6:].any()
+
+
+@pytest.mark.parametrize("name", OFFSET)
+def test_it_has_no_derivative_where_two_joints_turn_about_one_axis(name: str) -> None:
+    arm = mounted(name)
+    free = int(arm.redundancy[-1]) - 1
+    q = np.clip([0.3, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5], arm.lower + 0.1, arm.upper - 0.1)
+    hinge = 1 if free == 6 else 5
+    q[hinge] = -arm.offsets[hinge] * arm.signs[hinge]
+    pose, psi, gc = arm.forward(q)
+    slope = aa.gradients.inverse(arm, pose, psi, gc)
+    others = np.arange(7) != free
+    assert np.isinf(slope[others]).all() and np.array_equal(slope[free], np.eye(7)[6])
+    far = aa.pose([9.0, 0, 0])
+    assert np.isnan(aa.gradients.inverse(arm, far, 0.0, 0, on_error="nan")).all()
+    with pytest.raises(aa.UnreachableError):
+        aa.gradients.inverse(arm, far, 0.0, 0)
+    assert np.isnan(aa.gradients.solve(arm, far, q)).all()

@@ -116,7 +116,6 @@ def test_a_word_of_the_name_is_enough_for_the_hint() -> None:
 
 POSE, PSI, GC = FR3.forward(Q)
 LACKING: dict[str, Callable[[aa.Arm], object]] = {
-    "gradients.inverse": lambda arm: aa.gradients.inverse(arm, POSE, PSI, GC),
     "gradients.psi": lambda arm: aa.gradients.psi(arm, Q),
     "gradients.feasible": lambda arm: aa.gradients.feasible(arm, POSE, int(GC)),
     "gradients.freedom": lambda arm: aa.gradients.freedom(arm, POSE),

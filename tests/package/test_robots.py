@@ -76,6 +76,11 @@ def viewed(at: At) -> None:
     viewer.ViewerState(at.arm)
 
 
+def of_torch(at: At) -> None:
+    need("torch")
+    aa.torch.Kinematics(at.arm)
+
+
 def of_jax(at: At) -> None:
     need("jax")
     aa.jax.Kinematics(at.arm).inverse(at.pose, at.psi, at.gc)
@@ -140,11 +145,11 @@ CALLS: dict[str, tuple[Callable[[At], Any], ...]] = {
     ),
     "`aa.kuka`": (lambda at: aa.kuka.to_frame(at.arm, at.q),),
     "`aa.gradients.limit_margin`": (lambda at: aa.gradients.limit_margin(at.arm, at.q),),
-    "`aa.gradients.inverse`, `aa.torch`, `aa.jax`": (
+    "`aa.gradients.inverse`, `aa.gradients.solve`": (
         lambda at: aa.gradients.inverse(at.arm, at.pose, at.psi, at.gc),
-        of_jax,
+        lambda at: aa.gradients.solve(at.arm, at.pose, at.q + 0.05),
     ),
-    "`aa.gradients.solve`": (lambda at: aa.gradients.solve(at.arm, at.pose, at.q + 0.05),),
+    "`aa.torch`, `aa.jax`": (of_torch, of_jax),
     "`armangle.plots.circle`, `feasible_map`, `stick_figure`": (drawn,),
     "`armangle view`": (viewed,),
 }

@@ -15,6 +15,17 @@
 
 namespace armangle {
 
+/// Whether theta_2 or theta_6 is 0 or pi. There the two neighbouring joints share their turn arbitrarily, but
+/// at no nearby pose.
+inline bool shares_a_turn(const Arm& arm, const double* q) noexcept {
+    bool shares = false;
+    for (const int j : hinge_joint) shares |= abs(sin_cos(to_theta(arm, j, q[j])).sin) <= tolerance::angle;
+    return shares;
+}
+
+/// Whether psi does not move a joint.
+inline bool is_fixed_by_pose(const Arm&, int joint) noexcept { return joint == 3; }
+
 namespace detail {
 
 /// Derivatives at the psi near the best one where the slope of joint j by psi is 0. A search that compares
@@ -38,14 +49,6 @@ inline Derivatives at_its_top(const Arm& arm, const Pose<double>& pose, const Ne
         d = there;
     }
     return d;
-}
-
-/// Whether theta_2 or theta_6 is 0 or pi. There the two neighbouring joints share their turn arbitrarily, but
-/// at no nearby pose.
-inline bool shares_a_turn(const Arm& arm, const double* q) noexcept {
-    bool shares = false;
-    for (const int j : hinge_joint) shares |= abs(sin_cos(to_theta(arm, j, q[j])).sin) <= tolerance::angle;
-    return shares;
 }
 
 /// Whether a nearby psi has the same margin, as happens if joint 4 alone decides.
@@ -114,8 +117,8 @@ inline void best_gradient(const Arm& arm, const Pose<double>& pose, const Neares
     constexpr int psi = joints - 1;
     detail::Deciding who = detail::deciding(arm, best.q, d);
     double share = 1.0;
-    const bool by_the_elbow = who.flattest && who.flattest->joint == 3;
-    if (detail::shares_a_turn(arm, best.q) &&
+    const bool by_the_elbow = who.flattest && is_fixed_by_pose(arm, who.flattest->joint);
+    if (shares_a_turn(arm, best.q) &&
         !(by_the_elbow && detail::is_as_good_beside(arm, pose, best, who.least)))
         return;
     if (who.rising && who.falling) {

@@ -8,6 +8,8 @@
 //   the largest margin, of two joints    m_a(x, psi) = m_b(x, psi)
 //   the largest margin, of one joint     dq_j/dpsi = 0
 //
+// psi of an arm with an offset is its free joint.
+//
 // The last three need second derivatives: Rates on Dual numbers give them. If another branch, psi or turn is
 // equally good, or the condition changes, the solution jumps or bends: the derivative is that of one side.
 #pragma once
@@ -25,8 +27,6 @@ struct SolutionDerivative {
     double entry[joints][columns];
 };
 
-namespace detail {
-
 /// Derivatives of dq_j/dpsi for each joint by the twist and by psi, in the seven columns of Derivatives.
 inline void slope_derivatives(const Arm& arm, const Pose<double>& pose, double psi, int gc,
                               double (&out)[joints][joints]) noexcept {
@@ -35,8 +35,8 @@ inline void slope_derivatives(const Arm& arm, const Pose<double>& pose, double p
         lanes[k] = 1.0;
         return Dual::Partials::load(lanes);
     };
-    const Pose<Dual> moved =
-        moving(pose, {variable(0), variable(1), variable(2)}, {variable(3), variable(4), variable(5)});
+    const Pose<Dual> moved = detail::moving(pose, {variable(0), variable(1), variable(2)},
+                                            {variable(3), variable(4), variable(5)});
     const Pose<Dual> flange = flange_pose(arm, moved);
     const Configuration<double> sign = configuration(gc);
     const Configuration<Dual> branch{sign.shoulder, sign.elbow, sign.wrist};
@@ -50,6 +50,12 @@ inline void slope_derivatives(const Arm& arm, const Pose<double>& pose, double p
         for (int k = 0; k < joints; ++k) out[j][k] = lanes[k];
     }
 }
+
+namespace detail {
+
+/// A joint that is stationary over psi is no steeper than this at a psi that is known to half its digits
+/// (rad/rad).
+inline constexpr double stationary_slope = 1e-3;
 
 /// Derivative of a solution's psi by the twist and by the seed.
 struct PsiSlope {
@@ -81,13 +87,14 @@ inline int stopped_joint(const Arm& arm, double singularity_margin, const double
 }
 
 /// Slope of psi for the solution nearest to a seed; false if no condition determines psi.
-inline bool nearest_slope(const Arm& arm, double singularity_margin, const Pose<double>& pose,
-                          const Nearest& best, const NearestOptions& options, const Derivatives& d,
-                          PsiSlope& out) noexcept {
+template <class AnyArm>
+bool nearest_slope(const AnyArm& arm, double singularity_margin, const Pose<double>& pose,
+                   const Nearest& best, const NearestOptions& options, const Derivatives& d,
+                   PsiSlope& out) noexcept {
     double cost_slope = 0;
     for (int j = 0; j < joints; ++j)
         cost_slope += options.weight[j] * (best.q[j] - options.near[j]) * d.entry[j][6];
-    const int stopped = stopped_joint(arm, singularity_margin, best.q, d, cost_slope);
+    const int stopped = stopped_joint(nominal(arm), singularity_margin, best.q, d, cost_slope);
     double by[joints][joints];
     slope_derivatives(arm, pose, best.psi, best.gc, by);
     double cross[joints] = {};  // derivatives of cost_slope by twist and psi
@@ -107,20 +114,21 @@ inline bool nearest_slope(const Arm& arm, double singularity_margin, const Pose<
     return true;
 }
 
-/// Slope of psi for the solution with the largest margin; false if joint 4 alone decides, because then all
-/// psi are equal.
-inline bool widest_slope(const Arm& arm, double singularity_margin, const Pose<double>& pose,
-                         const Nearest& best, const Derivatives& d, PsiSlope& out) noexcept {
-    const Deciding who = deciding(arm, best.q, d);
+/// Slope of psi for the solution with the largest margin; false at a fold of an arm with an offset, and if
+/// joint 4 alone decides, because then all psi are equal.
+template <class AnyArm>
+bool widest_slope(const AnyArm& arm, double singularity_margin, const Pose<double>& pose, const Nearest& best,
+                  const Derivatives& d, PsiSlope& out) noexcept {
+    const Deciding who = deciding(nominal(arm), best.q, d);
     if (who.rising && who.falling) {
         double between[joints];
         for (int k = 0; k < joints; ++k) between[k] = who.rising->slope(d, k) - who.falling->slope(d, k);
         out.hold(between, between[6]);
         return true;
     }
-    if (!who.flattest || who.flattest->joint == 3) return false;
+    if (!who.flattest || is_fixed_by_pose(arm, who.flattest->joint)) return false;
     const double growth = who.flattest->slope(d, 6);
-    const int stopped = stopped_joint(arm, singularity_margin, best.q, d, -growth);
+    const int stopped = stopped_joint(nominal(arm), singularity_margin, best.q, d, -growth);
     if (stopped >= 0) {
         out.hold(d.entry[stopped], d.entry[stopped][6]);
         return true;
@@ -128,6 +136,7 @@ inline bool widest_slope(const Arm& arm, double singularity_margin, const Pose<d
     double by[joints][joints];
     slope_derivatives(arm, pose, best.psi, best.gc, by);
     const double (&row)[joints] = by[who.flattest->joint];
+    if (!(abs(growth) < stationary_slope)) return false;  // a fold ends psi
     out.hold(row, row[6]);
     return true;
 }
@@ -137,15 +146,15 @@ inline bool widest_slope(const Arm& arm, double singularity_margin, const Pose<d
 /// Derivative of a solution from nearest_posture() with these options, limits and margin (rad): metric l2
 /// with a seed, or margin, whose columns for the seed are 0. NaN without a solution, if a joint has no
 /// derivative (theta_2 or theta_6 at 0 or pi, straight or folded elbow), or if nothing determines psi.
-inline SolutionDerivative solution_derivative(const Arm& arm, double singularity_margin,
-                                              const Pose<double>& pose, const Nearest& best,
-                                              const NearestOptions& options) noexcept {
+template <class AnyArm>
+SolutionDerivative solution_derivative(const AnyArm& arm, double singularity_margin, const Pose<double>& pose,
+                                       const Nearest& best, const NearestOptions& options) noexcept {
     SolutionDerivative out;
     for (auto& row : out.entry)
         for (double& entry : row) entry = not_a_number;
     if (best.status != Status::OK) return out;
     const Derivatives d = inverse_derivative(arm, pose, best.psi, best.gc);
-    if (d.status != Status::OK || detail::shares_a_turn(arm, best.q)) return out;
+    if (d.status != Status::OK || shares_a_turn(arm, best.q)) return out;
     detail::PsiSlope psi;
     const bool is_fixed = options.metric == Metric::margin
                               ? detail::widest_slope(arm, singularity_margin, pose, best, d, psi)

@@ -1216,7 +1216,8 @@ class Arm(FrozenValue):
         """Return all turns about the axis of joint 1 or of joint 7 at which a pose can be reached.
 
         Only that joint depends on such a turn: it moves by the angle and the other joints stay. So the
-        intervals follow from the feasible arm angles of the other joints, in closed form.
+        intervals follow from the feasible arm angles of the other joints, in closed form. Obstacles are
+        ignored, for every kind of arm: an arm that turns meets others.
 
         Parameters
         ----------

@@ -1,0 +1,150 @@
+// Derivatives of the joints of an arm with an offset by the pose and by its free joint.
+//
+// At a posture  M dq = (v, omega, dfree),  M the Jacobian with a seventh row, 1 at the free joint. So
+// dq = M^-1 (v, omega, dfree), and M^-1 is all first derivatives. Their own derivatives along a motion dq are
+// -M^-1 dM M^-1, with dM from the axes a_i and the columns (v_i, a_i) of the Jacobian:
+//
+//     d v_i / d q_j = a_j x v_i (j < i), a_i x v_j (j >= i);   d a_i / d q_j = a_j x a_i (j < i), else 0
+//
+// It is the implicit function theorem. M is singular at a fold, at a straight elbow, and where two joints
+// turn about one axis.
+#pragma once
+
+#include "../limits/solution_derivative.hpp"
+#include "offset_posture.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+namespace detail {
+
+/// Inverts a matrix with complete pivoting; false if a pivot vanishes beside entries of size one.
+inline bool invert(double (&m)[joints][joints], double (&out)[joints][joints]) noexcept {
+    for (int i = 0; i < joints; ++i)
+        for (int k = 0; k < joints; ++k) out[i][k] = i == k ? 1.0 : 0.0;
+    int column[joints];
+    bool used[joints] = {};
+    for (int i = 0; i < joints; ++i) {
+        int row = i, best = -1;
+        double most = tolerance::vanishing;
+        for (int r = i; r < joints; ++r)
+            for (int k = 0; k < joints; ++k) {
+                if (used[k] || !(abs(m[r][k]) > most)) continue;
+                most = abs(m[r][k]);
+                row = r;
+                best = k;
+            }
+        if (best < 0) return false;
+        column[i] = best;
+        used[best] = true;
+        for (int k = 0; k < joints; ++k) {
+            std::swap(m[i][k], m[row][k]);
+            std::swap(out[i][k], out[row][k]);
+        }
+        const double scale = 1.0 / m[i][best];
+        for (int k = 0; k < joints; ++k) {
+            m[i][k] *= scale;
+            out[i][k] *= scale;
+        }
+        for (int r = 0; r < joints; ++r) {
+            const double share = r == i ? 0.0 : m[r][best];
+            if (share == 0.0) continue;
+            for (int k = 0; k < joints; ++k) {
+                m[r][k] -= share * m[i][k];
+                out[r][k] -= share * out[i][k];
+            }
+        }
+    }
+    for (int i = 0; i < joints; ++i)
+        for (int k = 0; k < joints; ++k) m[column[i]][k] = out[i][k];
+    for (int i = 0; i < joints; ++i)
+        for (int k = 0; k < joints; ++k) out[i][k] = m[i][k];
+    return true;
+}
+
+/// M^-1 at joints q. Where M is singular all rows but the free joint's are infinite.
+inline void derivatives_at(const OffsetArm& arm, const Jacobian& jac,
+                           double (&out)[joints][joints]) noexcept {
+    const int free = robot_joint(arm, joints - 1);
+    double m[joints][joints];
+    for (int k = 0; k < joints; ++k) {
+        for (int i = 0; i < 6; ++i) m[i][k] = i < 3 ? jac.entry[i][k] / arm.own.size : jac.entry[i][k];
+        m[6][k] = k == free ? 1.0 : 0.0;
+    }
+    const bool regular = invert(m, out);
+    for (int j = 0; j < joints; ++j)
+        for (int k = 0; k < joints; ++k) {
+            if (j == free)
+                out[j][k] = k == 6 ? 1.0 : 0.0;
+            else if (!regular)
+                out[j][k] = infinity;
+            else if (k < 3)
+                out[j][k] /= arm.own.size;
+        }
+}
+
+/// dM u along a motion w of the joints, but for its seventh row, which is 0.
+inline void jacobian_change(const Jacobian& jac, const double* w, const double* u,
+                            double (&out)[6]) noexcept {
+    const auto linear = [&jac](int i) {
+        return Vec3<double>{jac.entry[0][i], jac.entry[1][i], jac.entry[2][i]};
+    };
+    const auto axis = [&jac](int i) {
+        return Vec3<double>{jac.entry[3][i], jac.entry[4][i], jac.entry[5][i]};
+    };
+    Vec3<double> v{0, 0, 0}, a{0, 0, 0};
+    for (int i = 0; i < joints; ++i)
+        for (int j = 0; j < joints; ++j) {
+            const double both = u[i] * w[j];
+            v = v + (j < i ? cross(axis(j), linear(i)) : cross(axis(i), linear(j))) * both;
+            if (j < i) a = a + cross(axis(j), axis(i)) * both;
+        }
+    const double all[6] = {v.x, v.y, v.z, a.x, a.y, a.z};
+    for (int k = 0; k < 6; ++k) out[k] = all[k];
+}
+
+}  // namespace detail
+
+/// Derivatives of the joints at (pose, free joint, gc). OK, or a status of inverse() with all numbers NaN.
+/// Infinite for all joints but the free one where they do not exist.
+inline Derivatives inverse_derivative(const OffsetArm& arm, const Pose<double>& pose, double free,
+                                      int gc) noexcept {
+    Derivatives out;
+    const Inverse at = inverse(arm, pose, free, gc);
+    out.status = at.status;
+    for (auto& row : out.entry)
+        for (double& entry : row) entry = not_a_number;
+    if (at.status == Status::OK) detail::derivatives_at(arm, jacobian(arm, at.q), out.entry);
+    return out;
+}
+
+/// Derivatives of dq_j/dfree for each joint by the twist and by the free joint, in the seven columns of
+/// Derivatives.
+inline void slope_derivatives(const OffsetArm& arm, const Pose<double>& pose, double free, int gc,
+                              double (&out)[joints][joints]) noexcept {
+    const Inverse at = inverse(arm, pose, free, gc);
+    const Jacobian jac = jacobian(arm, at.q);
+    double by[joints][joints], along[joints], u[joints];
+    detail::derivatives_at(arm, jac, by);
+    for (int j = 0; j < joints; ++j) u[j] = by[j][6];
+    for (int k = 0; k < joints; ++k) {
+        double change[6];
+        for (int j = 0; j < joints; ++j) along[j] = by[j][k];
+        detail::jacobian_change(jac, along, u, change);
+        for (int j = 0; j < joints; ++j) {
+            out[j][k] = 0;
+            for (int i = 0; i < 6; ++i) out[j][k] -= by[j][i] * change[i];
+        }
+    }
+}
+
+/// Where two joints share a turn the derivatives are infinite, and say so themselves.
+inline bool shares_a_turn(const OffsetArm&, const double*) noexcept { return false; }
+
+/// The free joint moves every other.
+inline bool is_fixed_by_pose(const OffsetArm&, int) noexcept { return false; }
+
+}  // namespace armangle
+
+#include "../names/end.hpp"
