@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.offset_search import can_follow, straight_lines
+from support.touching import distances
 
 import armangle as aa
 
@@ -184,7 +185,7 @@ def test_ends_that_are_none_of_the_path_are_refused() -> None:
 
 
 LACKS: dict[str, dict[str, Any]] = {
-    "scene": {"scene": lambda s: aa.Scene(), "obstacle_speed": 0.1},
+    "a scene that moves": {"scene": lambda s: aa.Scene(), "obstacle_speed": 0.1},
     "allowed=": {"allowed": lambda pose: None},
     "roll='free'": {"roll": "free"},
     r"Objective\(duration=\)": {"objective": aa.Objective(duration=1.0, acceleration=5.0)},
@@ -198,10 +199,43 @@ def test_what_is_not_made_is_refused_in_one_sentence(what: str) -> None:
         aa.plan(ARM, turned().poses, **LACKS[what])
 
 
-def test_obstacles_of_the_arm_are_refused_rather_than_left_out() -> None:
-    arm = ARM.with_(scene=aa.Scene([aa.Ball([3.0, 3.0, 3.0], 0.1)]), body=aa.Body.bones(0.05, 0.05))
-    with pytest.raises(aa.UnsupportedError, match="plan with scene is not made"):
-        aa.plan(arm, turned().poses)
+BONES = aa.Body.bones(0.05, 0.05)
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_a_plan_about_obstacles_is_clear_between_the_rows(name: str) -> None:
+    rng, detours = np.random.default_rng(8), 0
+    bare = aa.Arm.from_catalogue(name).with_(body=BONES)
+    for without in planned(name)[:4]:
+        rows = without.at(EVEN)
+        elbow = bare.frames(rows.q)[20, 3, :3, 3]
+        aside = rng.normal(size=3)
+        aside *= 0.09 / np.linalg.norm(aside)
+        scene = aa.Scene([aa.Ball(elbow + aside, 0.03, name="lamp")], clearance=0.01)
+        path = aa.plan(bare.with_(scene=scene), without.path)
+        if not path.ok:
+            assert path.branches and all(branch.verdict is not aa.Verdict.OK for branch in path.branches)
+            continue
+        between = path.at(PLACES)
+        assert path.certified and distances(bare, between.q, scene)[0].min() >= 0.01
+        assert path.arm.limit_margin(between.q).min() >= 0
+        detours += distances(bare, rows.q, scene)[0].min() < 0.01
+    assert detours >= 2  # the plan without obstacles touches them
+
+
+def test_obstacles_that_leave_no_way_are_named() -> None:
+    path = turned()
+    middle = path.at([0.5]).pose[0, :3, 3]
+    held = ARM.with_(body=BONES, hand=[aa.Ball([0, 0, 0.0], 0.05, name="gripper")])
+    shut = aa.plan(held.with_(scene=aa.Scene([aa.Ball(middle, 0.02, name="lamp")])), turned().poses)
+    assert not shut.ok and "lamp" in shut.explain()
+    elbow = ARM.frames(READY)[3, :3, 3]
+    begun = aa.plan(
+        ARM.with_(body=BONES, scene=aa.Scene([aa.Ball(elbow, 0.05, name="lamp")])),
+        turned().poses,
+        start=READY,
+    )
+    assert not begun.ok and "lamp" in begun.explain()
 
 
 def test_an_interrupt_ends_it() -> None:

@@ -5,6 +5,7 @@
 #include "../self_motion/explicit_family.hpp"
 #include "feasible.hpp"
 #include "offset_posture.hpp"
+#include "straight_cells.hpp"
 
 #include "../names/begin.hpp"
 
@@ -13,7 +14,9 @@ namespace armangle {
 /// A view of an arm (self_motion/explicit_family.hpp).
 class OffsetFamily {
 public:
-    explicit OffsetFamily(const OffsetArm& arm) noexcept : arm_(&arm) {}
+    /// `scene`: the obstacles, or null.
+    explicit OffsetFamily(const OffsetArm& arm, const Scene* scene = nullptr) noexcept
+        : arm_(&arm), scene_(scene) {}
 
     const Arm& rows() const noexcept { return arm_->own; }
 
@@ -37,16 +40,32 @@ public:
     }
 
     void arcs(const Pose<double>& pose, const Limits& limits, unsigned asked, ArcSet (&out)[configurations],
-              Status (&status)[configurations]) const noexcept {
+              Status (&status)[configurations], Tag (&pair)[configurations]) const noexcept {
         const OffsetArcsTuning tuning;
         detail::OffsetArcs all(*arm_, pose, limits, tuning);
         for (int gc = 0; gc < configurations; ++gc) {
             if (!(asked >> gc & 1u)) continue;
             ProvenArcs found;
             all.find(gc, configurations - gc, found);
+            pair[gc] = 0;
+            if (scene_) keep_clear(*arm_, *scene_, pose, gc, found, pair[gc]);
             out[gc] = found.arcs;
             status[gc] = found.status;
         }
+    }
+
+    detail::Shown claim(const double* q, const double (&d)[joints],
+                        const double (&off)[joints]) const noexcept {
+        if (!scene_) return detail::Shown::proven;
+        const Around at = StraightMove<OffsetArm>(*arm_, *scene_).about(q, d, off, nullptr);
+        if (at.is_clear()) return detail::Shown::proven;
+        return max(at.touching[0], at.touching[1]) > 0 ? detail::Shown::broken : detail::Shown::open;
+    }
+
+    TooNear nearest(const double* q) const noexcept {
+        if (!scene_) return {};
+        const Proximity near = proximity(*arm_, *scene_, q, {});
+        return {near.pair, scene_->clearance - near.distance};
     }
 
     double excess(const Pose<double>& pose) const noexcept {
@@ -72,6 +91,7 @@ public:
 
 private:
     const OffsetArm* arm_;
+    const Scene* scene_;
 };
 
 static_assert(explicit_family<OffsetFamily>);

@@ -10,11 +10,12 @@
 namespace armangle {
 
 /// Plans like plan() of the exact arm. `phi` of the stretches is the value of the free joint, and so is the
-/// psi that is wished. The options must not ask for scenes, arcs of the user, duration, a margin of
-/// singularities, a free roll, or a wish for the elbow: these are not read.
+/// psi that is wished. The options must not ask for more than one scene, arcs of the user, duration, a
+/// margin of singularities, a free roll, or a wish for the elbow: these are not read.
 inline Plan plan(const OffsetArm& arm, const Segment* segments, std::size_t n, const PlanOptions& options,
                  const FamilyTuning& tuning = {}) {
-    return detail::FamilyPlanner(OffsetFamily(arm), segments, n, options, tuning).run();
+    const Scene* const scene = options.scenes.count > 0 ? &options.scenes[0] : nullptr;
+    return detail::FamilyPlanner(OffsetFamily(arm, scene), segments, n, options, tuning).run();
 }
 
 }  // namespace armangle

@@ -17,13 +17,12 @@ inline bool straight_cell(const OffsetArm& arm, const OffsetCells::Over& over, d
     for (int j = 0; j < joints; ++j) {
         const JointOver& joint = over.joint[j];
         if (!joint.off.bounded()) return false;
-        const double sign = arm.rest.sign[j], within = 0.5 * (joint.off.hi - joint.off.lo),
-                     beside = 0.5 * half * (joint.slope.hi - joint.slope.lo);
-        const bool straight = beside < within && over.exists == Known::inside;
+        const StraightJoint way = straight_joint(joint, half, over.exists == Known::inside);
+        const double sign = arm.rest.sign[j];
         const int to = robot_joint(arm, j);
-        out.q[to] = to_q(joint.middle + (straight ? 0.0 : joint.off.middle()), sign, arm.rest.offset[j]);
-        out.d[to] = straight ? sign * half * joint.slope.middle() : 0.0;
-        out.off[to] = above(straight ? beside : within) + angle_rounding;
+        out.q[to] = to_q(way.middle, sign, arm.rest.offset[j]);
+        out.d[to] = sign * way.along;
+        out.off[to] = way.beside;
     }
     return true;
 }

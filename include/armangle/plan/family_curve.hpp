@@ -73,7 +73,8 @@ void lift_stretches(const FamilyCurve<F>& curve, std::span<Stretch> stretches, c
     }
 }
 
-/// The proof of a curve within limits, with some slack to spare but where it begins or ends on one.
+/// The proof of a curve within limits and clear of obstacles, the limits with some slack to spare but where
+/// it begins or ends on one.
 template <class F>
 Proof certify(const FamilyCurve<F>& curve, const Limits& limits, const ProofTuning& tuning,
               const std::function<void()>& checkpoint) {
@@ -98,6 +99,9 @@ Proof certify(const FamilyCurve<F>& curve, const Limits& limits, const ProofTuni
                     out.open.back() = to;
                 else
                     out.open.insert(out.open.end(), {from, to});
+            },
+            [&](const double* q, const double (&d)[joints], const double (&off)[joints]) {
+                return curve.family.claim(q, d, off);
             });
     }
     return out;

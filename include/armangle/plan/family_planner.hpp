@@ -48,8 +48,8 @@ struct FamilyTuning {
 
 namespace detail {
 
-/// Plans a path for one family. Of PlanOptions it does not read scenes, arcs of the user, duration, a margin
-/// of singularities, a free roll, and a wish for the elbow.
+/// Plans a path for one family, which knows the obstacles. Of PlanOptions it does not read arcs of the user,
+/// duration, a margin of singularities, a free roll, and a wish for the elbow.
 template <explicit_family F>
 class FamilyPlanner {
 public:
@@ -97,6 +97,7 @@ private:
         Pose<double> pose;
         ArcSet arcs;
         Status status;
+        Tag pair;  // that touches, where obstacles leave nothing
     };
     /// A posture, with two derivatives by the free number.
     struct State {
@@ -205,10 +206,11 @@ private:
         pass_checkpoint();
         ArcSet arcs[configurations];
         Status status[configurations];
+        Tag pair[configurations];
         const Pose<double> at = pose(s);
-        family_.arcs(at, limits_, asked, arcs, status);
+        family_.arcs(at, limits_, asked, arcs, status, pair);
         for (int gc = 0; gc < configurations; ++gc)
-            if (asked >> gc & 1u) out[gc] = {s, at, arcs[gc], status[gc]};
+            if (asked >> gc & 1u) out[gc] = {s, at, arcs[gc], status[gc], pair[gc]};
     }
 
     /// Sections evenly along the way of the tool.
@@ -384,6 +386,8 @@ private:
             report.status = Status::LIMITS;
             report.from = report.to = branch.sections[k > 0 ? k - 1 : 0].s;
             report.reached = report.from;
+            if (at_start) tell_touching(ends_[0].q, report);
+            if (at_goal) tell_touching(ends_[1].q, report);
         }
         if (report.verdict == Verdict::ok) {
             lift_way(branch);
@@ -396,6 +400,18 @@ private:
         if (options_.advanced) options_.advanced();
     }
 
+    /// Names the pair that is too near at joints that keep their limits.
+    void tell_touching(const double* q, BranchReport& report) const noexcept {
+        for (int j = 0; j < joints; ++j)
+            if (q[j] < limits_.lower[j] - tolerance::angle || q[j] > limits_.upper[j] + tolerance::angle)
+                return;
+        const TooNear near = family_.nearest(q);
+        if (!(near.shortfall > 0)) return;
+        report.status = Status::CLEARANCE;
+        report.touching = near.pair;
+        report.shortfall = near.shortfall;
+    }
+
     /// Whether a section holds nothing; if so, where and why.
     bool is_shut(Branch& branch) const {
         BranchReport& report = branch.report;
@@ -406,6 +422,7 @@ private:
         report.from = first->s;
         report.to = (last - 1)->s;
         report.status = first->status;
+        report.touching = first->pair;
         report.verdict = first->status == Status::UNREACHABLE ? Verdict::unreachable : Verdict::impossible;
         const std::vector<Section> ahead(branch.sections.begin(), first);
         if (!ahead.empty()) {
@@ -627,7 +644,7 @@ private:
         }
         if (held) return;
         report.verdict = Verdict::unresolved;
-        report.status = Status::LIMITS;
+        report.status = options_.scenes.count > 0 ? Status::CLEARANCE : Status::LIMITS;
         report.from = proof.violated.front();
         report.to = proof.violated.back();
         report.reached = report.from;
@@ -680,8 +697,9 @@ private:
         const auto opens = [&](const Section& x, const Limits& limits) {
             ArcSet arcs[configurations];
             Status status[configurations];
+            Tag pair[configurations];
             pass_checkpoint();
-            family_.arcs(x.pose, limits, 1u << report.gc, arcs, status);
+            family_.arcs(x.pose, limits, 1u << report.gc, arcs, status, pair);
             return !arcs[report.gc].empty();
         };
         Limits some = limits_;

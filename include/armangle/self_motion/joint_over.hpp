@@ -23,6 +23,21 @@ struct JointOver {
     Interval slope;  // d theta / d of the number
 };
 
+/// A joint over a cell on a straight way: middle + t along + e, |t| <= 1 and |e| <= beside (rad, theta).
+struct StraightJoint {
+    double middle, along, beside;
+};
+
+/// The straight way of a joint whose `off` is bounded, over a cell of half width `half`: by its slope, or,
+/// where that says less or must not be used, its range.
+inline StraightJoint straight_joint(const JointOver& joint, double half, bool sloped) noexcept {
+    const double within = 0.5 * (joint.off.hi - joint.off.lo),
+                 beside = 0.5 * half * (joint.slope.hi - joint.slope.lo);
+    if (sloped && beside < within)
+        return {joint.middle, half * joint.slope.middle(), above(beside) + angle_rounding};
+    return {joint.middle + joint.off.middle(), 0.0, above(within) + angle_rounding};
+}
+
 /// The joint of direction (y, x) over a cell of half width `half`, seen from theta, whose sine and cosine are
 /// `about`: its value at the middle of the cell, or any where `half` is infinite. Unbounded where the cell
 /// does not stay within a quarter turn of it.

@@ -1,5 +1,5 @@
-// Proof that joints keep their limits on a stretch of a path, for any closed form that runs on Jet<Interval,
-// 1>.
+// Proof that joints keep their limits, and whatever else is claimed of their ways, on a stretch of a path,
+// for any closed form that runs on Jet<Interval, 1>.
 //
 //     q |  __near the straight way__     every cell: a posture at each s, each joint less than half a turn
 //       |  |~~~~~~cell~~~~~|~~~~~~~|     off the straight way (so its winding is that of the way), and
@@ -47,16 +47,24 @@ namespace detail {
 /// What is known of a cell: that it keeps what is claimed, nothing, or that its middle breaks it.
 enum class Shown { proven, open, broken };
 
+/// The claim that says nothing of the way of the joints over a cell.
+struct AnyWay {
+    Shown operator()(const double*, const double (&)[joints], const double (&)[joints]) const noexcept {
+        return Shown::proven;
+    }
+};
+
 /// What is known of a cell [from, to] of a stretch. place(s, d): the directions at s on any scalar; returns
-/// the room of the posture.
-template <class Place>
+/// the room of the posture. claim(q, d, off): what is known of all joints q + t d + e, |t| <= 1 and
+/// |e_j| <= off_j (rad), `broken` where that is of q itself.
+template <class Place, class Claim>
 Shown look_at_cell(const Arm& arm, const Limits& limits, const Place& place, const StraightWay& way,
-                   double from, double to, const ProofTuning& tuning) noexcept {
+                   double from, double to, const ProofTuning& tuning, const Claim& claim) noexcept {
     using Cell = Jet<Interval, 1>;
     const double middle = 0.5 * (from + to), half = greater(above(middle - from), above(to - middle));
     Directions<double> here;
     if (!(place(middle, here) > 0)) return Shown::broken;
-    double q[joints], theta[joints];
+    double q[joints], theta[joints], middles[joints], along[joints], beside[joints];
     for (int j = 0; j < joints; ++j) {
         theta[j] = atan2(here.y[j], here.x[j]);
         q[j] = lift(to_q(arm, j, theta[j]), way.near(j, middle));
@@ -69,21 +77,27 @@ Shown look_at_cell(const Arm& arm, const Limits& limits, const Place& place, con
         const Interval size = square(d.y[j].value()) + square(d.x[j].value());
         if (!(size.lo > tuning.least_direction * tuning.least_direction)) return Shown::open;
         const JointOver over = joint_over(d.y[j], d.x[j], theta[j], sin_cos(theta[j]), half);
+        if (!over.off.bounded()) return Shown::open;
         const Interval range = Interval(q[j]) + (arm.sign[j] > 0 ? over.off : -over.off);
         const double a = way.near(j, from), b = way.near(j, to);
         if (!(range.hi - lesser(a, b) < pi && greater(a, b) - range.lo < pi)) return Shown::open;
         if (!(range.lo >= limits.lower[j] && range.hi <= limits.upper[j])) return Shown::open;
+        const StraightJoint straight = straight_joint(over, half, true);
+        middles[j] = q[j] + arm.sign[j] * (straight.middle - theta[j]);
+        along[j] = arm.sign[j] * straight.along;
+        beside[j] = straight.beside + angle_rounding;
     }
-    return Shown::proven;
+    return claim(middles, along, beside);
 }
 
 }  // namespace detail
 
 /// Proves a stretch within limits of the joints; left(from, to, broken) is called for each part that is not
-/// proven, and says whether a limit is seen to be broken at its middle, or no posture is there.
-template <class Place, class Left>
+/// proven, and says whether a limit is seen to be broken at its middle, or no posture is there. `claim`: what
+/// else must hold of the ways of the joints (look_at_cell).
+template <class Place, class Left, class Claim = detail::AnyWay>
 void prove_stretch(const Arm& arm, const Limits& limits, const Place& place, const StraightWay& way,
-                   const ProofTuning& tuning, const Left& left) {
+                   const ProofTuning& tuning, const Left& left, const Claim& claim = {}) {
     struct Cell {
         double from, to;
         int depth;
@@ -97,7 +111,7 @@ void prove_stretch(const Arm& arm, const Limits& limits, const Place& place, con
         const bool spent = looks >= tuning.looks;
         const detail::Shown shown =
             spent ? detail::Shown::open
-                  : detail::look_at_cell(arm, limits, place, way, cell.from, cell.to, tuning);
+                  : detail::look_at_cell(arm, limits, place, way, cell.from, cell.to, tuning, claim);
         ++looks;
         if (shown == detail::Shown::proven) continue;
         if (shown == detail::Shown::broken || spent || cell.depth == tuning.depth || count + 2 > most) {

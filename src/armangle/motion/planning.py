@@ -227,8 +227,8 @@ def plan(
     SceneError
         If the arm has no collision model, or the scene names an unknown link.
     UnsupportedError
-        For an arm with an offset wrist or shoulder, if there is a scene, `allowed`, a free roll, an objective
-        that weighs duration, or a wish for the elbow.
+        For an arm with an offset wrist or shoulder, if there is a scene that moves, `allowed`, a free roll,
+        an objective that weighs duration, or a wish for the elbow.
 
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
@@ -334,7 +334,7 @@ def _refuse(
 ) -> None:
     """Refuse what is not made for an arm with an offset wrist or shoulder."""
     asked = {
-        "scene": (arm.scene is not None or scene is not None, "follow goes from pose to pose"),
+        "a scene that moves": (scene is not None, "follow takes one for each row"),
         "allowed=": (allowed is not None, "psi= is a wish for the free joint"),
         "roll='free'": (chosen("roll", roll, ROLLS) != "pose", "give the roll in the poses"),
         "Objective(duration=)": (objective.duration > 0, "retime gives the plan the shortest times"),
