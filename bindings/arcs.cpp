@@ -174,12 +174,20 @@ void proven_sets(const ChainArm& arm, const Pose<double>& pose, const ProvenRequ
     }
 }
 
+/// Leaves what obstacles leave. An own chain with an offset has no scene.
+void keep_off(const OffsetArm& arm, const ProvenRequest& r, const Pose<double>& pose, int gc,
+              ProvenArcs& found, Tag& blocking) {
+    if (r.scene) keep_clear(arm, *r.scene, pose, gc, found, blocking, r.wanted == Wanted::soft);
+}
+void keep_off(const OffsetChain&, const ProvenRequest&, const Pose<double>&, int, ProvenArcs&, Tag&) {}
+
 /// The same for an arm with an offset, without margin, which it does not support yet.
-template <class Take>
-void proven_sets(const OffsetArm& arm, const Pose<double>& pose, const ProvenRequest& r, const Take& take) {
+template <class AnyOffset, class Take>
+void proven_offset_sets(const AnyOffset& arm, const Pose<double>& pose, const ProvenRequest& r,
+                        const Take& take) {
     const auto give = [&](int k, int gc, ProvenArcs& found) {
         Tag blocking = 0;
-        if (r.scene) keep_clear(arm, *r.scene, pose, gc, found, blocking, r.wanted == Wanted::soft);
+        keep_off(arm, r, pose, gc, found, blocking);
         take(k, in_robot_order(arm, r.left_out ? found.open : found.arcs), found, blocking,
              [&](Tag tag, double free) { return end_value(arm, pose, gc, tag, free); });
     };
@@ -196,6 +204,14 @@ void proven_sets(const OffsetArm& arm, const Pose<double>& pose, const ProvenReq
         feasible(arm, pose, r.gc, r.limits, found[0]);
         give(0, r.gc, found[0]);
     }
+}
+template <class Take>
+void proven_sets(const OffsetArm& arm, const Pose<double>& pose, const ProvenRequest& r, const Take& take) {
+    proven_offset_sets(arm, pose, r, take);
+}
+template <class Take>
+void proven_sets(const OffsetChain& arm, const Pose<double>& pose, const ProvenRequest& r, const Take& take) {
+    proven_offset_sets(arm, pose, r, take);
 }
 
 /// The proven sets of a nearly S-R-S arm or of one with an offset. `unproven` receives the unproven length,
@@ -425,6 +441,7 @@ void bind_proven_arcs(nb::class_<Handle>& arm) {
 
 void bind_chain_arcs(nb::class_<ChainArmHandle>& arm) { bind_proven_arcs(arm); }
 void bind_offset_arcs(nb::class_<OffsetHandle>& arm) { bind_proven_arcs(arm); }
+void bind_offset_chain_arcs(nb::class_<OffsetChainHandle>& arm) { bind_proven_arcs(arm); }
 
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;

@@ -179,6 +179,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
                      [](const ChainArmHandle& a) { return binding::joint_middle(a.arm.nominal); });
     near.def_prop_ro("deviations", &binding::deviations);
     nb::class_<binding::OffsetHandle> offset(m, "OffsetArm");
+    nb::class_<binding::OffsetChainHandle> offset_chain(m, "OffsetChain");
     binding::bind_scenes(m, arm);
     binding::bind_kinematics(m, arm);
     binding::bind_arcs(m, arm);
@@ -195,5 +196,6 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_reach(m, arm);
     binding::bind_kuka(arm);
     binding::bind_offset(offset);
+    binding::bind_offset_chain(offset_chain);
     binding::bind_xla(m, arm);
 }

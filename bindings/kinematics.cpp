@@ -396,6 +396,23 @@ void bind_chain_kinematics(nb::class_<ChainArmHandle>& arm) {
             "threads"_a);
 }
 
+/// What arms with an offset have with and without an own chain.
+template <class Handle>
+void bind_offset_rows(nb::class_<Handle>& arm) {
+    using namespace nb::literals;
+    arm.def("settle_many", &settle_many<Handle>, "poses"_a, "precision"_a);
+    arm.def("theta_many", &joint_map_many<Handle, true>, "q"_a, "out"_a);
+    arm.def("q_many", &joint_map_many<Handle, false>, "theta"_a, "out"_a);
+    arm.def("limit_margin_many", &limit_margin_many<Handle>, "q"_a, "out"_a);
+    arm.def("limit_margin_gradient_many", &limit_margin_gradient_many<Handle>, "q"_a, "out"_a);
+    arm.def("jacobian_many", &jacobian_many<Handle>, "q"_a, "out"_a, "threads"_a);
+    arm.def_prop_ro("reach", [](const Handle& a) { return nominal(a.arm).reach; });
+    arm.def_prop_ro("inner_reach", [](const Handle& a) { return nominal(a.arm).inner_reach; });
+    arm.def_prop_ro("delta", [](const Handle& a) { return nominal(a.arm).delta_angle; });
+}
+
+void bind_offset_chain_kinematics(nb::class_<OffsetChainHandle>& arm) { bind_offset_rows(arm); }
+
 void bind_offset_kinematics(nb::class_<OffsetHandle>& arm) {
     using namespace nb::literals;
     arm.def("psi_towards_many", &psi_towards_many<OffsetHandle>, "pose"_a, "gc"_a, "wish"_a, "target"_a,
@@ -405,15 +422,7 @@ void bind_offset_kinematics(nb::class_<OffsetHandle>& arm) {
     arm.def("inverse_derivative_many", &offset_derivative_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "nan"_a,
             "threads"_a);
     arm.def("nearest_pose", &nearest_pose<OffsetHandle>, "pose"_a, "out"_a);
-    arm.def("settle_many", &settle_many<OffsetHandle>, "poses"_a, "precision"_a);
-    arm.def("theta_many", &joint_map_many<OffsetHandle, true>, "q"_a, "out"_a);
-    arm.def("q_many", &joint_map_many<OffsetHandle, false>, "theta"_a, "out"_a);
-    arm.def("limit_margin_many", &limit_margin_many<OffsetHandle>, "q"_a, "out"_a);
-    arm.def("limit_margin_gradient_many", &limit_margin_gradient_many<OffsetHandle>, "q"_a, "out"_a);
-    arm.def("jacobian_many", &jacobian_many<OffsetHandle>, "q"_a, "out"_a, "threads"_a);
-    arm.def_prop_ro("reach", [](const OffsetHandle& a) { return a.arm.own.reach; });
-    arm.def_prop_ro("inner_reach", [](const OffsetHandle& a) { return a.arm.own.inner_reach; });
-    arm.def_prop_ro("delta", [](const OffsetHandle& a) { return a.arm.own.delta_angle; });
+    bind_offset_rows(arm);
 }
 
 }  // namespace binding

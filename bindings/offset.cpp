@@ -1,4 +1,6 @@
 // Arms with an offset wrist or shoulder: configurations by the free joint, its arcs, the nearest solution.
+#include <vector>
+
 #include "elements.hpp"
 #include "offset_handle.hpp"
 #include "scene_handle.hpp"
@@ -10,7 +12,8 @@ using namespace armangle;
 namespace {
 
 /// Poses (n, 4, 4), values of the free joint and branches for the rows of q.
-void offset_forward(const OffsetHandle& self, Floats q, Floats pose, Floats free, Ints gc, int threads) {
+template <class Handle>
+void offset_forward(const Handle& self, Floats q, Floats pose, Floats free, Ints gc, int threads) {
     const Buffer in(q), p(pose, true), f(free, true), g(gc, true);
     for_each<4>("q", {&in, &p, &f, &g}, {1, 2, 0, 0}, threads, [&](const Py_ssize_t* at, double& value) {
         const double* joint = in.data<double>() + at[0];
@@ -25,7 +28,8 @@ void offset_forward(const OffsetHandle& self, Floats q, Floats pose, Floats free
 }
 
 /// The DH frames (n, 8, 4, 4) for the rows of q.
-void offset_frames(const OffsetHandle& self, Floats q, Floats out, int threads) {
+template <class Handle>
+void offset_frames(const Handle& self, Floats q, Floats out, int threads) {
     for_each_joints<double>(self.arm, q, out, 3, threads, [&](const double* joint, double* to) {
         Pose<double> frame[joints + 1];
         frames(self.arm, joint, frame);
@@ -34,9 +38,10 @@ void offset_frames(const OffsetHandle& self, Floats q, Floats out, int threads) 
 }
 
 /// Raises for a configuration outside its limits, or makes it NaN, as requested.
-Problem enforce_limits(const OffsetHandle& self, Enforce limits, Inverse& found, double& value) noexcept {
+template <class Handle>
+Problem enforce_limits(const Handle& self, Enforce limits, Inverse& found, double& value) noexcept {
     if (limits == Enforce::ignore || !(found.margin < -tolerance::angle)) return Problem::none;
-    const Limits& range = self.arm.own.limits;
+    const Limits& range = nominal(self.arm).limits;
     int j = 0;
     while (found.q[j] >= range.lower[j] - tolerance::angle && found.q[j] <= range.upper[j] + tolerance::angle)
         ++j;
@@ -46,7 +51,8 @@ Problem enforce_limits(const OffsetHandle& self, Enforce limits, Inverse& found,
 }
 
 /// Joints of each pose, value of the free joint and branch, and the outcome.
-void offset_inverse(const OffsetHandle& self, Floats pose, Floats free, Ints gc, Floats seed, Floats out,
+template <class Handle>
+void offset_inverse(const Handle& self, Floats pose, Floats free, Ints gc, Floats seed, Floats out,
                     Ints outcome, Enforce limits, int threads) {
     const Buffer p(pose), f(free), g(gc), q(out, true), code(outcome, true);
     Buffer near;
@@ -68,7 +74,36 @@ void offset_inverse(const OffsetHandle& self, Floats pose, Floats free, Ints gc,
                 });
 }
 
+/// Deviation of each link from the nominal one, base to end effector: m and rad.
+std::vector<std::vector<double>> deviations(const OffsetChainHandle& self) {
+    std::vector<std::vector<double>> out;
+    for (const LinkDeviation& d : self.arm.deviation) out.push_back({d.position, d.rotation});
+    return out;
+}
+
+template <class Handle>
+void bind_both_doors(nb::class_<Handle>& arm) {
+    using namespace nb::literals;
+    bind_checks(arm);
+    arm.def("forward_many", &offset_forward<Handle>, "q"_a, "pose"_a, "free"_a, "gc"_a, "threads"_a)
+        .def("frames_many", &offset_frames<Handle>, "q"_a, "out"_a, "threads"_a)
+        .def("inverse_many", &offset_inverse<Handle>, "pose"_a, "free"_a, "gc"_a, "seed"_a.none(), "out"_a,
+             "outcome"_a, "limits"_a, "threads"_a);
+}
+
 }  // namespace
+
+void bind_offset_chain(nb::class_<OffsetChainHandle>& arm) {
+    using namespace nb::literals;
+    bind_offset_chain_stepping(arm);
+    bind_offset_chain_arcs(arm);
+    bind_offset_chain_kinematics(arm);
+    bind_offset_chain_solving(arm);
+    bind_both_doors(arm);
+    arm.def(nb::init<Floats, Floats, Floats, Floats, double, bool, Floats>(), "lengths"_a, "joint_rows"_a,
+            "base"_a, "tool"_a, "offset"_a, "mirrored"_a, "chain"_a)
+        .def_prop_ro("deviations", &deviations);
+}
 
 void bind_offset(nb::class_<OffsetHandle>& arm) {
     using namespace nb::literals;
@@ -79,13 +114,9 @@ void bind_offset(nb::class_<OffsetHandle>& arm) {
     bind_offset_kinematics(arm);
     bind_offset_scenes(arm);
     bind_offset_solving(arm);
-    bind_checks(arm);
+    bind_both_doors(arm);
     arm.def(nb::init<Floats, Floats, Floats, Floats, double, bool>(), "lengths"_a, "joint_rows"_a, "base"_a,
-            "tool"_a, "offset"_a, "mirrored"_a)
-        .def("forward_many", &offset_forward, "q"_a, "pose"_a, "free"_a, "gc"_a, "threads"_a)
-        .def("frames_many", &offset_frames, "q"_a, "out"_a, "threads"_a)
-        .def("inverse_many", &offset_inverse, "pose"_a, "free"_a, "gc"_a, "seed"_a.none(), "out"_a,
-             "outcome"_a, "limits"_a, "threads"_a);
+            "tool"_a, "offset"_a, "mirrored"_a);
 }
 
 }  // namespace binding

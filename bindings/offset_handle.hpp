@@ -13,7 +13,6 @@ struct OffsetHandle {
     OffsetHandle(Floats lengths, Floats joint_rows, Floats base, Floats tool, double offset, bool mirrored)
         : arm(make_offset_arm(parameters(lengths, joint_rows, base, tool), offset, mirrored)) {}
 
-private:
     static armangle::ArmParameters parameters(Floats lengths, Floats joint_rows, Floats base, Floats tool) {
         const Buffer l(lengths), rows(joint_rows), b(base), t(tool);
         armangle::ArmParameters out;
@@ -37,7 +36,28 @@ private:
     }
 };
 
+/// The arm on its own chain with an offset nominal arm; it is no OffsetHandle, so functions that do not
+/// support it cannot take it. chain: eight transforms, 16 numbers each.
+struct OffsetChainHandle {
+    armangle::OffsetChain arm;
+    OffsetChainHandle(Floats lengths, Floats joint_rows, Floats base, Floats tool, double offset,
+                      bool mirrored, Floats chain)
+        : arm(made(OffsetHandle::parameters(lengths, joint_rows, base, tool), offset, mirrored, chain)) {}
+
+private:
+    static armangle::OffsetChain made(const armangle::ArmParameters& parameters, double offset, bool mirrored,
+                                      Floats chain) {
+        constexpr int links = armangle::joints + 1;
+        const Buffer numbers(chain);
+        if (!numbers.is_array('d', {links, 4, 4})) throw std::invalid_argument("8 transforms were expected");
+        armangle::Pose<double> link[links];
+        for (int k = 0; k < links; ++k) link[k] = armangle::load_pose(numbers.data<double>() + 16 * k);
+        return armangle::make_offset_chain(parameters, offset, mirrored, link);
+    }
+};
+
 void bind_offset(nb::class_<OffsetHandle>& arm);
+void bind_offset_chain(nb::class_<OffsetChainHandle>& arm);
 
 /// The arm into whose reach a rounded pose is taken.
 template <class AnyArm>
@@ -45,6 +65,7 @@ const armangle::Arm& reaching(const AnyArm& arm) noexcept {
     return nominal(arm);
 }
 inline const armangle::OffsetArm& reaching(const armangle::OffsetArm& arm) noexcept { return arm; }
+inline const armangle::OffsetArm& reaching(const armangle::OffsetChain& arm) noexcept { return arm.nominal; }
 
 void bind_offset_stepping(nb::class_<OffsetHandle>& arm);
 void bind_offset_scenes(nb::class_<OffsetHandle>& arm);
@@ -53,5 +74,9 @@ void bind_offset_reach(nb::class_<OffsetHandle>& arm);
 void bind_offset_arcs(nb::class_<OffsetHandle>& arm);
 void bind_offset_solving(nb::class_<OffsetHandle>& arm);
 void bind_offset_kinematics(nb::class_<OffsetHandle>& arm);
+void bind_offset_chain_stepping(nb::class_<OffsetChainHandle>& arm);
+void bind_offset_chain_arcs(nb::class_<OffsetChainHandle>& arm);
+void bind_offset_chain_solving(nb::class_<OffsetChainHandle>& arm);
+void bind_offset_chain_kinematics(nb::class_<OffsetChainHandle>& arm);
 
 }  // namespace binding

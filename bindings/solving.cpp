@@ -70,6 +70,11 @@ Nearest nearest_of(const OffsetHandle& self, const Pose<double>& pose,
     return nearest_posture(self.arm, pose, options);
 }
 
+Nearest nearest_of(const OffsetChainHandle& self, const Pose<double>& pose,
+                   const NearestOptions& options) noexcept {
+    return nearest_posture(self.arm, pose, options);
+}
+
 /// The poses of a batch, seeds (or none) and allowed arcs (or none, or one set for all), checked one by one.
 template <class Handle>
 class Work {
@@ -145,6 +150,14 @@ Nearest answer(const A& arm, const KeptOff& kept, const Pose<double>& pose, cons
     const Nearest exact = solved(arm, kept, pose, o);
     if (!(length > 0) || is_solved(exact.status)) return exact;
     return nearest_outside(arm, kept.margin, exact, pose, o, length);
+}
+Nearest answer(const OffsetChain& arm, const KeptOff&, const Pose<double>& pose, const NearestOptions& o,
+               double) noexcept {
+    return nearest_posture(arm, pose, o);
+}
+void nearest_postures(const OffsetChain& arm, const KeptOff&, const Pose<double>& pose,
+                      const NearestOptions& o, Nearests& out) noexcept {
+    armangle::nearest_postures(arm, pose, o, out);
 }
 void nearest_postures(const OffsetArm& arm, const KeptOff& kept, const Pose<double>& pose,
                       const NearestOptions& o, Nearests& out) noexcept {
@@ -310,6 +323,7 @@ void bind_offset_solving(nb::class_<OffsetHandle>& arm) {
     arm.def("solution_derivative_many", &solution_derivative_many<OffsetHandle>, "pose"_a, "near"_a,
             "options"_a, "q"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
 }
+void bind_offset_chain_solving(nb::class_<OffsetChainHandle>& arm) { bind_solving_of(arm); }
 
 void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;

@@ -114,6 +114,11 @@ Step next_step(const Handle& self, double margin, const double* q, const Pose<do
     return step(steps_of(self, margin), q, pose, options);
 }
 
+Step next_step(const OffsetChainHandle& self, double, const double* q, const Pose<double>& pose,
+               const StepOptions& options) noexcept {
+    return step(self.arm, q, pose, options);
+}
+
 /// Corrects a pose of this relative precision if its rounding alone puts it out of reach.
 template <class Handle>
 Pose<double> as_meant(const Handle& self, const Pose<double>& pose, double precision) noexcept {
@@ -241,6 +246,13 @@ void run(const Handle& self, const double* start, const FollowOptions& wanted, c
     });
 }
 
+/// Bounds, a window and scenes were rejected before this call.
+void run(const OffsetChainHandle& self, const double* start, const FollowOptions& wanted, const Asked& asked,
+         const FollowRows& rows) {
+    nb::gil_scoped_release release;
+    follow(self.arm, start, asked.poses, asked.n, asked.options, wanted.on_fail, asked.allowed, rows);
+}
+
 template <class Handle>
 void follow_all(const Handle& self, Floats start, Floats poses, const FollowOptions& wanted,
                 Ints allowed_count, Floats allowed_psi, Floats bounds, const FollowColumns& columns,
@@ -323,6 +335,7 @@ void resolve_many(const Policy& policy, Ints count, Floats psi_arcs, Ints kept_c
 
 void bind_chain_stepping(nb::class_<ChainArmHandle>& arm) { bind_stepping_of(arm); }
 void bind_offset_stepping(nb::class_<OffsetHandle>& arm) { bind_stepping_of(arm); }
+void bind_offset_chain_stepping(nb::class_<OffsetChainHandle>& arm) { bind_stepping_of(arm); }
 
 void bind_stepping(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;

@@ -3,6 +3,7 @@
 
 #include "armangle.hpp"
 #include "offset/step.hpp"
+#include "offset/chain/step.hpp"
 #include "offset/correction.hpp"
 #include "offset/inverse_derivative.hpp"
 #include "offset/nearest_posture.hpp"

@@ -27,7 +27,7 @@ from .errors import (
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Shape = tuple[int, ...]
-AnyHandle = _core.Arm | _core.ChainArm | _core.OffsetArm
+AnyHandle = _core.Arm | _core.ChainArm | _core.OffsetArm | _core.OffsetChain
 
 PathLike = str | os.PathLike[str]
 AnyEnum = TypeVar("AnyEnum", bound=Enum)

@@ -122,7 +122,6 @@ LACKING: dict[str, Callable[[aa.Arm], object]] = {
     "gradients.margin": lambda arm: aa.gradients.margin(arm, POSE),
     "gradients.joint_function": lambda arm: aa.gradients.joint_function(arm, POSE, int(GC), 1),
     "d_4": lambda arm: arm.with_(d_4=0.01),
-    "chain": lambda arm: arm.with_(chain=np.tile(np.eye(4), (8, 1, 1))),
     "reference": lambda arm: arm.with_(reference="stereographic"),
     "singularity_margin": lambda arm: arm.with_(singularity_margin=0.1),
 }

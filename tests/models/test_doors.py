@@ -329,20 +329,22 @@ def calibrated(arm: aa.Arm, seed: int = 0) -> Chain:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_calibrated_offset_arm_is_refused_with_tolerances_that_take_it(seed: int) -> None:
+def test_a_calibrated_offset_arm_keeps_its_chain_and_tolerances_idealise_it(seed: int) -> None:
     chain = calibrated(FR3, seed)
     text = write_chain(chain, "calibrated")
-    with pytest.raises(ModelError, match="takes it as S-R-S but for an offset wrist") as caught:
-        aa.Arm.from_urdf(text)
-    length, angle = re.findall(r"(?:length|angle)_tolerance=(\S+)", str(caught.value))[:2]
-    tolerances = {"length_tolerance": float(length), "angle_tolerance": float(angle)}
+    q = np.random.default_rng(1).uniform(-np.pi, np.pi, (500, 7))
+    own = aa.Arm.load(text)
+    assert own.kind == "offset_wrist_chain" and own.report is not None
+    assert own.report.residual_position == 0.0
+    assert "only nearly S-R-S but for an offset wrist, a_6 = " in own.report.notes[-1]
+    np.testing.assert_allclose(own.forward(q)[0], chain.forward(q), rtol=0, atol=1e-12)
+    length = 5e-3
     with pytest.warns(UserWarning, match="not quite the arm of its file: .* at the tip") as warned:
-        arm = aa.Arm.from_urdf(text, **tolerances)
+        arm = aa.Arm.from_urdf(text, length_tolerance=length, angle_tolerance=5e-3)
     assert warned[0].filename == __file__
     report = arm.report
     assert report is not None and report.notes == (str(warned[0].message),) == arm.notes
-    assert 1e-4 < report.residual_position <= float(length) < 5e-3
-    q = np.random.default_rng(1).uniform(-np.pi, np.pi, (500, 7))
+    assert 1e-4 < report.residual_position <= length
     apart = np.linalg.norm((arm.forward(q)[0] - chain.forward(q))[:, :3, 3], axis=-1)
     assert 0.5 * report.residual_position < apart.max() <= report.residual_position
 

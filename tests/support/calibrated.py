@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
+
 import numpy as np
 from numpy.typing import NDArray
 
 import armangle as aa
 from armangle.models.chain import chain_of, links_of
+from armangle.models.description import OffsetDescription
 from support.chain import turn
 from support.draw import generator
 from support.strategies import bends
@@ -28,6 +31,14 @@ def calibrated(name: str, mm: float, mrad: float, seed: int = 0) -> aa.Arm:
     arm = aa.Arm.from_catalogue(name)
     rng = generator(seed, round(10 * mm), len(name))
     return arm.with_(chain=off(links_of(chain_of(arm._description())), mm, mrad, rng))
+
+
+def calibrated_offset(name: str, mm: float, mrad: float, seed: int = 0) -> aa.Arm:
+    """An arm of the catalogue with an offset wrist or shoulder whose links are off at random."""
+    arm = aa.Arm.from_catalogue(name)
+    rows = OffsetDescription(**{f.name: getattr(arm, f.name) for f in fields(OffsetDescription)})
+    rng = generator(seed, round(10 * mm), len(name))
+    return arm.with_(chain=off(links_of(chain_of(rows)), mm, mrad, rng))
 
 
 def plain_forward(arm: aa.Arm, q: Array) -> Array:

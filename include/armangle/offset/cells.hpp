@@ -133,19 +133,21 @@ private:
 };
 
 /// Judges cells of the free joint by the limits: a cell is outside, or a piece of it is proven to be inside
-/// and the rest to be outside, or it is open.
-class OffsetJudge {
+/// and the rest to be outside, or it is open. Cells: OffsetCells, or the same of another arm.
+template <class Cells>
+class CellJudge {
 public:
-    OffsetJudge(const OffsetArm& arm, const Pose<double>& pose, int gc, const ThetaRanges& ranges) noexcept
+    template <class AnyArm>
+    CellJudge(const AnyArm& arm, const Pose<double>& pose, int gc, const ThetaRanges& ranges) noexcept
         : cells(arm, pose, gc), ranges_(ranges) {}
 
-    const OffsetCells cells;
+    const Cells cells;
 
     /// Judges [lower, upper]. Known::inside: `piece` is what keeps the limits there, perhaps nothing.
-    Known look(double lower, double upper, OffsetCells::Over& cell, Piece& piece) noexcept {
+    Known look(double lower, double upper, typename Cells::Over& cell, Piece& piece) noexcept {
         ++looks_;
         piece = {lower, upper, 0, 0};
-        OffsetCells::Begun begun;
+        typename Cells::Begun begun;
         cells.begin(0.5 * (lower + upper), 0.5 * (upper - lower), begun, cell);
         if (cell.exists == Known::outside) {
             if (!cell.beyond) within_reach_ = true;
@@ -195,7 +197,7 @@ private:
     }
 
     /// A cell on which a limit is broken throughout.
-    Known broken(const OffsetCells::Over& cell) noexcept {
+    Known broken(const typename Cells::Over& cell) noexcept {
         exists_ = exists_ || cell.exists == Known::inside;
         return Known::outside;
     }
@@ -271,6 +273,8 @@ private:
     int looks_ = 0;
     bool exists_ = false, within_reach_ = false;
 };
+
+using OffsetJudge = CellJudge<OffsetCells>;
 
 }  // namespace detail
 

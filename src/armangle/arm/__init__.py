@@ -1,3 +1,4 @@
 """The arm and its queries about a pose: arcs, joint functions, branches, diagnosis."""
 
-from . import offset as offset  # an arm kind that `Arm` creates
+from . import offset as offset  # arm kinds that `Arm` creates
+from . import offset_chain as offset_chain

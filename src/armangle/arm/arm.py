@@ -40,7 +40,7 @@ from .._core import Turned, Wanted
 from .._progress import Progress, as_progress, progressing
 from .._threads import thread_count
 from ..errors import InputError, ModelError, SceneError
-from ..models.axes import MAX_ANGLE, MAX_LENGTH, NEAR_LENGTH, Axes, rotation_angle
+from ..models.axes import MAX_ANGLE, MAX_LENGTH, NEAR_ANGLE, NEAR_LENGTH, Axes, rotation_angle
 from ..models.body import Body
 from ..models.catalogue import catalogue, is_file_or_text, load_robot
 from ..models.chain import Chain
@@ -56,7 +56,7 @@ from ..models.description import (
 from ..models.detect import describe_chain, nearness
 from ..models.mjcf import is_mjcf, read_mjcf
 from ..models.offset import load_offset_robot, offset_catalogue
-from ..models.one_offset import describe_offset_chain
+from ..models.one_offset import describe_near_offset, describe_offset_chain
 from ..models.report import LIKE_DEGREES, LIKE_MILLIMETRES, degrees_notes, millimetre_notes, warn_of
 from ..models.urdf import Source, read_urdf, write_urdf
 from ..poses import as_transform, nearest_rotation
@@ -315,7 +315,8 @@ class Arm(FrozenValue):
         """Return an arm of the kind that its numbers determine."""
         given = [numbers.get(name, 0.0) for name in ("a_1", "a_6")]
         plain = all(isinstance(x, (int, float)) and x == 0 for x in given)
-        return cast(Arm, object.__new__(cls if plain or cls is not Arm else _offset_kind()))
+        kind = _offset_kind(own_chain=numbers.get("chain") is not None)
+        return cast(Arm, object.__new__(cls if plain or cls is not Arm else kind))
 
     def __init__(self, *unnamed: Never, **numbers: Unpack[ArmArguments]) -> None:
         if unnamed:
@@ -437,9 +438,9 @@ class Arm(FrozenValue):
         fit : "own" or "srs"
             "own": the arm has the file's own kinematics. If its axes are exactly those of an S-R-S arm, or
             of one with an offset wrist or shoulder, the closed form is exact. Otherwise its own chain is
-            kept, up to 50 mm and 2 degrees from S-R-S: poses and joints are then the file's to rounding, and
-            psi and gc are those of the S-R-S arm fitted to it (`nominal`, `deviation`). "srs": the S-R-S arm
-            fitted to the file, whose tip is off by what a warning and ``report`` say.
+            kept, up to 50 mm and 2 degrees from S-R-S or from an arm with one such offset: poses and joints
+            are then the file's to rounding, and psi and gc are those of that arm (`nominal`). "srs": the
+            S-R-S arm fitted to the file, whose tip is off by what a warning and ``report`` say.
         angle_tolerance, length_tolerance : float, optional
             With "own": how far from S-R-S an own chain may be, if more than 2 degrees and 50 mm. If it is
             farther: how far an arm with an offset wrist or shoulder may be from the file; a warning reports
@@ -523,7 +524,7 @@ class Arm(FrozenValue):
         except ModelError as error:  # the chain may contain an arm with an offset
             if idealised:
                 raise
-            return cls._of_offset(read, given) or _raised(error)
+            return cls._of_offset(read, given) or cls._of_offset_chain(read) or _raised(error)
         if idealised:
             return cls._from_description(*_told(describe_chain(chain, **given)))
         found = nearness(Axes(*chain.lines()))
@@ -534,6 +535,7 @@ class Arm(FrozenValue):
             cls._of_offset(read, {}, least=NEAR_LENGTH)
             or (found.near and cls._from_description(*_told(describe_chain(chain, **own))))
             or (given and cls._of_offset(read, given))
+            or cls._of_offset_chain(read)
             or cls._from_description(*_told(describe_chain(chain, **(own if given else {}))))
         )
 
@@ -550,6 +552,17 @@ class Arm(FrozenValue):
             return None
         warn_of(report.notes)
         return cast(Arm, _offset_kind()._of(found, report=report))
+
+    @classmethod
+    def _of_offset_chain(cls, read: Callable[[bool], Chain]) -> Arm | None:
+        """Return the arm of a file on its own chain if it is nearly one with an offset wrist or shoulder."""
+        try:
+            found, report = describe_near_offset(read(True))
+            arm = cast(Arm, _offset_kind(own_chain=True)._of(found, report=report))
+        except (ModelError, InputError):  # InputError: a link is too far off
+            return None
+        off = np.array(cast(ChainHandle, arm._handle).deviations)
+        return arm if (off <= (NEAR_LENGTH, NEAR_ANGLE)).all() else None
 
     @classmethod
     def _from_description(cls, description: ArmDescription, report: ImportReport | None = None) -> Arm:
@@ -618,7 +631,7 @@ class Arm(FrozenValue):
         `ends`: which of base and tool are not given with the chain.
         """
         made, wrong = None, None
-        _checked_chain(numbers["chain"])
+        checked_chain(numbers["chain"])
         try:
             made = Arm(**numbers)
         except InputError as error:
@@ -731,7 +744,8 @@ class Arm(FrozenValue):
     def kind(self) -> str:
         """The kind of arm.
 
-        "srs", "srs_chain" (its own chain, nearly S-R-S), "offset_wrist" or "offset_shoulder".
+        "srs", "srs_chain" (its own chain, nearly S-R-S), "offset_wrist" or "offset_shoulder",
+        "offset_wrist_chain" or "offset_shoulder_chain" (its own chain, nearly such an arm).
         """
         return "srs" if self.chain is None else "srs_chain"
 
@@ -1710,12 +1724,13 @@ def _told(found: tuple[AnyDescription, ImportReport]) -> tuple[AnyDescription, I
 
 
 KINDS: list[Any] = []
-"""The class of an arm with an offset wrist or shoulder, registered when the folder is imported."""
+"""The classes of an arm with an offset wrist or shoulder, registered when the folder is imported: in closed
+form, and on its own chain."""
 
 
-def _offset_kind() -> Any:
+def _offset_kind(own_chain: bool = False) -> Any:
     """Return the class of an arm with an offset wrist or shoulder."""
-    return KINDS[0]
+    return KINDS[1 if own_chain else 0]
 
 
 def _rebuilt(arguments: dict[str, Any]) -> Arm:
@@ -1750,7 +1765,7 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
     for name in FRAMES:
         values[name] = as_transform(name, values[name])
     values["reference"] = _checked_reference(values["reference"])
-    values["chain"] = _checked_chain(values["chain"])
+    values["chain"] = checked_chain(values["chain"])
     values["joint_names"] = _checked_names(values["name"], values["joint_names"])
     if isinstance(values["body"], str) and values["body"] == "guessed":
         values["body"] = Body._guessed(values["d_se"], values["d_ew"])
@@ -1802,7 +1817,7 @@ def _given_frame(changes: ArmArguments, name: str, kept: Floats) -> ArrayLike:
     return np.eye(4) if given is None else given
 
 
-def _checked_chain(value: ArrayLike | None) -> Floats | None:
+def checked_chain(value: ArrayLike | None) -> Floats | None:
     """Return eight rigid transforms, read-only, or None."""
     if value is None:
         return None

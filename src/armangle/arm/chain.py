@@ -26,6 +26,7 @@ _ASKED = {
     "joint_function": "gradients.joint_function",
     "explain_pose": "explain",
     "turns_many": "feasible_turns",
+    "rows_within": "JointPath.from_joints",
     "end_slopes_one": "gradients.feasible",
     "inverse_derivative_many": "gradients.inverse",
     "psi_gradient_many": "gradients.psi",
@@ -58,7 +59,7 @@ def unsupported(what: str, instead: str = NOMINAL) -> UnsupportedError:
     return UnsupportedError(f"{what} is not made for an arm with a chain of its own: use {instead}")
 
 
-def check_chain(name: str, handle: ChainHandle) -> None:
+def check_chain(name: str, handle: _core.ChainArm | _core.OffsetChain) -> None:
     """Raise if a link of a chain is not near the nominal one."""
     off = np.array(handle.deviations)
     if (off <= _MOST_OFF * (1.0 + 1e-9)).all():
@@ -122,7 +123,7 @@ def leaves_out(bare: ChainHandle | None, whole: ChainHandle, at: int) -> bool:
 
 def check_kept_chain(changes: Iterable[str]) -> None:
     """Raise if a change concerns the nominal arm alone: the chain, and every pose, would not change."""
-    nominal = {*LENGTHS, *ELBOW_OFFSETS, "signs", "offsets"}
+    nominal = {*LENGTHS, *ELBOW_OFFSETS, "a_1", "a_6", "signs", "offsets"}
     changed = [name for name in changes if name in nominal]
     if changed:
         raise InputError(

@@ -96,21 +96,25 @@ class OffsetArm(Arm):
                 "with both there is no closed form"
             )
         mirrored = offsets["a_1"] != 0.0
-        lengths = np.array([rows.d_bs, rows.d_se, rows.d_ew, rows.d_wf, rows.a_3, rows.a_4])
-        joints = np.array([rows.signs, rows.offsets, rows.lower, rows.upper], dtype=np.float64)
-        handle = OffsetHandle(
-            lengths, joints, rows.base, rows.tool, offsets["a_1"] if mirrored else offsets["a_6"], mirrored
-        )
         kept = {name: getattr(rows, name) for name in Arm.__slots__ if not name.startswith("_")}
-        own = {"_rows": rows, "_free_joint": 1 if mirrored else 7, "_handle": handle, "_ready": None}
+        own = {"_rows": rows, "_free_joint": 1 if mirrored else 7, "_ready": None}
         self._fill({**kept, **offsets, **own, "scene": scene})
+        self._fill({"_handle": OffsetHandle(*self._core_numbers())})
         if scene is not None:
             self._fill({"_ready": make_ready(self, scene)})
 
+    def _core_numbers(self) -> tuple[Floats, Floats, Floats, Floats, float, bool]:
+        """Return lengths, rows of the joints, base, tool, the offset, and whether it is at the shoulder."""
+        rows, mirrored = self._rows, self.a_1 != 0.0
+        lengths = np.array([rows.d_bs, rows.d_se, rows.d_ew, rows.d_wf, rows.a_3, rows.a_4])
+        joints = np.array([rows.signs, rows.offsets, rows.lower, rows.upper], dtype=np.float64)
+        return lengths, joints, rows.base, rows.tool, self.a_1 if mirrored else self.a_6, mirrored
+
     @classmethod
     def _of(cls, found: OffsetDescription, **more: Any) -> Arm:
-        numbers = {f.name: getattr(found, f.name) for f in fields(found) if f.name not in _NO_FIELDS}
-        return Arm(**numbers, **more)
+        own = ("chain",) if found.chain is not None else ()
+        names = [f.name for f in fields(found) if f.name in own or f.name not in _NO_FIELDS]
+        return Arm(**{name: getattr(found, name) for name in names}, **more)
 
     def _keeping(self, scene: Scene | None, singularity_margin: float) -> Arm:
         _refuse_margin(singularity_margin)
@@ -128,7 +132,7 @@ class OffsetArm(Arm):
         if not isinstance(other, OffsetArm):
             return False if isinstance(other, Arm) else NotImplemented
         mine, its = ((arm.a_1, arm.a_6, arm._rows, arm.scene) for arm in (self, other))
-        return mine == its
+        return mine == its and (self.chain is None) == (other.chain is None)
 
     def __hash__(self) -> int:
         return hash((self.a_1, self.a_6, self._rows))

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from ..errors import ModelError
 from .axes import NEAR_LENGTH, Axes, millimetres
-from .chain import Chain
+from .chain import Chain, links_of
 from .description import ArmDescription, ImportReport, OffsetDescription
 from .detect import nearness, srs_arm
 from .offset import (
@@ -57,6 +57,26 @@ def describe_offset_chain(
         notes = (*notes, f"{kind}, it differs by up to {_differs(off)} at the tip")
     found = replace(found, notes=notes)
     return found, import_report(chain, off, notes)
+
+
+def describe_near_offset(chain: Chain) -> tuple[OffsetDescription, ImportReport]:
+    """Return a chain with the arm with one offset wrist or shoulder beside it, from its neighbouring axes."""
+    if len(chain.joints) != 7:
+        raise ModelError(f"{chain.source}: the chain has {len(chain.joints)} rotating joints, wanted 7")
+    found = _with_one_offset(_read(chain))
+    off = _off(chain, found)
+    if max(abs(found.a_1), abs(found.a_6)) <= NEAR_LENGTH:
+        raise ModelError(
+            f"{chain.source}: no offset at wrist or shoulder larger than {millimetres(NEAR_LENGTH)}"
+        )
+    notes = (
+        *import_notes(chain),
+        f"only nearly S-R-S but for {_kind(found)}: the chain of the file is kept, and psi and gc are those "
+        f"of that arm, which differs by up to {_differs(off)} at the tip; arm.proven_share says how often "
+        "feasible intervals are proven completely",
+    )
+    found = replace(found, notes=notes, chain=links_of(chain))
+    return found, import_report(chain, (0.0, 0.0), notes)
 
 
 def own_arm(read: Callable[[bool], Chain]) -> tuple[Chain, ArmDescription]:

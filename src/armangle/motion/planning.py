@@ -32,6 +32,8 @@ from ..arm.diagnosis import Diagnosis, Verdict, branch_of
 from ..arm.keywords import names_keywords
 from ..arm.offset import OffsetArm
 from ..arm.offset import unsupported as offset_lacks
+from ..arm.offset_chain import OffsetChainArm
+from ..arm.offset_chain import unsupported as unsupported_chain
 from ..arm.roll import ROLLS, Roll, last_margin
 from ..errors import InputError, SceneError
 from ..scenes.moving import ready_each, scenes_at
@@ -245,6 +247,8 @@ def plan(
             whole = as_path(points, blend) or points
         if not isinstance(objective, Objective):
             raise InputError(f"objective is {objective!r:.100}, wanted an Objective")
+        if isinstance(arm, OffsetChainArm):
+            raise unsupported_chain("plan", "follow does, step by step and without proof")
         if isinstance(arm, OffsetArm):
             _refuse(arm, psi, objective, allowed, scene, roll)
         rows = _rows(whole, samples)

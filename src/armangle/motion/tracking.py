@@ -26,6 +26,8 @@ from .._values import by_content
 from ..arm.arm import Arm
 from ..arm.keywords import names_keywords
 from ..arm.offset import OffsetArm
+from ..arm.offset_chain import OffsetChainArm
+from ..arm.offset_chain import unsupported as unsupported_chain
 from ..arm.wish import DIRECTIONS, Direction
 from ..errors import InputError, SceneError
 from ..scenes.ready import Ready, make_ready
@@ -294,6 +296,8 @@ class Tracker:
         self._name_pair = None if ready is None else ready.names.pair
         self._core: _core.Tracker | _core.ChainTracker | _core.OffsetTracker
         about = None if ready is None else ready.handle
+        if isinstance(arm, OffsetChainArm):
+            raise unsupported_chain("Tracker", "follow, or step in your own loop, does")
         if isinstance(arm, OffsetArm):
             self._core = _core.OffsetTracker(arm._handle, given, self._leading(arm._rows, arm.scene), about)
         elif arm.chain is None:

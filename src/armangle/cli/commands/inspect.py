@@ -115,7 +115,7 @@ def run(args: argparse.Namespace) -> int:
 def _describe(arm: Arm, args: argparse.Namespace) -> int:
     """Print the numbers of the arm."""
     kind, report = _kind(arm), arm.report
-    offset = "a_1" if kind == "offset_shoulder" else "a_6" if kind == "offset_wrist" else "d_4"
+    offset = "a_1" if arm.a_1 else "a_6" if arm.a_6 else "d_4"
     text = _toml(arm) if kind in ("srs", "srs_fitted") else None
     if args.output is not None:
         _write_arm(arm, text, args.output)
@@ -125,9 +125,11 @@ def _describe(arm: Arm, args: argparse.Namespace) -> int:
             for name in (*_LENGTHS, offset, "lower", "upper", "signs", "offsets", "reach")
         }
         facts = {"kind": kind, "redundancy": arm.redundancy, **({} if report is None else asdict(report))}
-        deviation = {}
+        deviation: dict[str, Any] = {}
+        if kind == "srs_chain":
+            deviation["deviation"] = asdict(arm.deviation)
         if arm.chain is not None:
-            deviation = {"deviation": asdict(arm.deviation), "proven_share": arm.proven_share}
+            deviation["proven_share"] = arm.proven_share
         show_json(facts | numbers | deviation | {"toml": text})
         return 0
     show(paint(f"{arm.name}: {_KINDS[kind]}", "bold"))
@@ -150,14 +152,15 @@ def _describe(arm: Arm, args: argparse.Namespace) -> int:
     show(table(["joint", "name", "lower deg", "upper deg", "sign", "zero deg"], rows, left=(1,)))
     if arm.redundancy != "arm_angle":
         show(paragraph(f"\n{redundancy_name(arm)} is the redundancy: psi is its value."))
-    elif arm.chain is not None:
+    if kind == "srs_chain":
         show(paragraph(f"the chain of the file, from that arm: {arm.deviation}"))
+    if arm.chain is not None:
         with progress("proving intervals"):
             share = arm.proven_share
         show(
             paragraph(f"all feasible intervals are proven at {100 * share:.3g} % of {LOOKED_AT} random poses")
         )
-    elif args.output is None and is_description(args.robot):
+    elif kind in ("srs", "srs_fitted") and args.output is None and is_description(args.robot):
         show(f"\n{paint('As a file for --robot FILE.toml:', 'bold')}\n\n{(text or '').rstrip()}")
     return 0
 
@@ -168,6 +171,8 @@ _KINDS = {
     "srs_chain": "its own chain, near the S-R-S arm fitted to it",
     "offset_wrist": "S-R-S but for an offset wrist",
     "offset_shoulder": "S-R-S but for an offset shoulder",
+    "offset_wrist_chain": "its own chain, near an arm that is S-R-S but for an offset wrist",
+    "offset_shoulder_chain": "its own chain, near an arm that is S-R-S but for an offset shoulder",
 }
 
 

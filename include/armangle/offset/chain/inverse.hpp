@@ -1,0 +1,244 @@
+// (pose, free joint, GC) -> q of an arm whose own chain is near to an offset arm.
+//
+// The free joint is a joint of the arm itself: its value is exact, and six equations are left for six joints.
+// One correction of the pose, then Newton's method on the true chain. Where that does not lead to the branch,
+// the chain grows from the nominal one in steps and its posture with it.
+#pragma once
+
+#include "offset_chain.hpp"
+
+#include "../../names/begin.hpp"
+
+namespace armangle {
+
+/// How a posture is found.
+struct OffsetChainTuning {
+    /// Corrections of the pose before Newton's method.
+    int corrections = 2;
+    /// Newton steps to the end, and on each part of the way from the nominal arm.
+    int steps = 12;
+    /// Parts of the way from the nominal arm to the true one, where the direct way does not lead there.
+    int parts = 16;
+    /// Largest Newton step of a joint (rad).
+    double largest_step = 0.3;
+    /// What is left of shift (share of the reach) and turn (rad) in a solution, and where steps end.
+    double residual = 1e-12, settled = 2e-14;
+    /// A pivot this small (ratio) is no step: postures meet there.
+    double least_pivot = 1e-12;
+};
+
+namespace detail {
+
+/// A posture by the directions of its joints in the order of the formulas, and what is left of the pose:
+/// shift as a share of the reach, turn in rad.
+struct ChainPosture {
+    SinCos<double> angle[joints];
+    double left = infinity;
+};
+
+/// Frames of the true chain, a share of the way from the nominal one: frame[k] of joint k + 1 before it turns
+/// and the flange.
+inline void walk_rows(const OffsetChain& arm, const SinCos<double>* angle,
+                      Pose<double> (&frame)[joints + 1]) noexcept {
+    frame[0] = arm.row[0];
+    for (int k = 0; k < joints; ++k) frame[k + 1] = turned_about_z(frame[k], angle[k]) * arm.row[k + 1];
+}
+
+/// Solves the six equations a x = b with pivots by rows; false where one vanishes.
+inline bool solve_six(double (&a)[6][7], double (&x)[6], double least_pivot) noexcept {
+    for (int c = 0; c < 6; ++c) {
+        int best = c;
+        for (int r = c + 1; r < 6; ++r)
+            if (abs(a[r][c]) > abs(a[best][c])) best = r;
+        if (!(abs(a[best][c]) > least_pivot)) return false;
+        for (int k = c; k < 7; ++k) {
+            const double swap = a[c][k];
+            a[c][k] = a[best][k];
+            a[best][k] = swap;
+        }
+        for (int r = c + 1; r < 6; ++r) {
+            const double share = a[r][c] / a[c][c];
+            for (int k = c; k < 7; ++k) a[r][k] -= share * a[c][k];
+        }
+    }
+    for (int c = 5; c >= 0; --c) {
+        double sum = a[c][6];
+        for (int k = c + 1; k < 6; ++k) sum -= a[c][k] * x[k];
+        x[c] = sum / a[c][c];
+    }
+    return true;
+}
+
+/// The equations of the joints but `held` (0..6) at a posture of the true chain: columns, and what is left in
+/// the last. The origin of frame 6 and not the flange, whose rows would nearly be those of the turn.
+inline double six_equations(const OffsetChain& arm, const Pose<double>& flange, const SinCos<double>* angle,
+                            int held, double (&a)[6][7]) noexcept {
+    Pose<double> frame[joints + 1];
+    walk_rows(arm, angle, frame);
+    const Pose<double>& now = frame[joints];
+    const double per_reach = 1.0 / arm.nominal.rest.reach, back = -arm.nominal.rest.d_wf;
+    const Vec3<double> at = mul_add(now.rotation.z, back, now.position);
+    const Vec3<double> shift = (mul_add(flange.rotation.z, back, flange.position) - at) * per_reach;
+    const Vec3<double> turn =
+        (cross(now.rotation.x, flange.rotation.x) + cross(now.rotation.y, flange.rotation.y) +
+         cross(now.rotation.z, flange.rotation.z)) *
+        0.5;
+    const auto put = [&a](int k, const Vec3<double>& moved, const Vec3<double>& turned) noexcept {
+        const double column[6] = {moved.x, moved.y, moved.z, turned.x, turned.y, turned.z};
+        for (int i = 0; i < 6; ++i) a[i][k] = column[i];
+    };
+    for (int i = 0; i < 6; ++i) {
+        const Pose<double>& of = frame[i < held ? i : i + 1];
+        put(i, cross(of.rotation.z, at - of.position) * per_reach, of.rotation.z);
+    }
+    put(6, shift, turn);
+    const double apart = dot(now.rotation.x, flange.rotation.x) + dot(now.rotation.y, flange.rotation.y) +
+                         dot(now.rotation.z, flange.rotation.z);
+    return apart > 1.0 ? norm(shift) + norm(turn) : infinity;  // a turn beyond a right angle looks smaller
+}
+
+/// The nominal posture of a flange pose at theta_7, of the nearest one that exists.
+inline void nominal_posture(const OffsetArm& arm, const Pose<double>& flange, const SinCos<double>& theta_7,
+                            const OffsetBranch& branch, SinCos<double> (&angle)[joints]) noexcept {
+    const OffsetMotion<> m = motion_of_flange(arm, flange, branch);
+    OffsetWrist<double> wrist = offset_wrist(arm, m, theta_7);
+    if (!(wrist.inside >= 0)) {  // axis 5 as square to axis 6 as it can be
+        wrist.t = wrist.t < 0 ? -abs(wrist.g) : abs(wrist.g);
+        wrist.inside = 0;
+    }
+    const Directions<double> d = directions(m, wrist, theta_7, sqrt(wrist.inside));
+    for (int j = 0; j < joints; ++j) {
+        const double length = hypot(d.y[j], d.x[j]);
+        angle[j] = length > 0 ? SinCos<double>{d.y[j] / length, d.x[j] / length} : SinCos<double>{0.0, 1.0};
+    }
+    angle[6] = theta_7;
+}
+
+/// Turns a joint by an angle.
+inline void turn_joint(double by, SinCos<double>& angle) noexcept {
+    const SinCos<double> more = sin_cos(by);
+    const double sine = angle.sin * more.cos + angle.cos * more.sin,
+                 cosine = angle.cos * more.cos - angle.sin * more.sin, per = 1.0 / hypot(sine, cosine);
+    angle = {sine * per, cosine * per};
+}
+
+/// Newton's method from a posture, joint `held` (0..6) as it is.
+inline void settle(const OffsetChain& arm, const Pose<double>& flange, int held,
+                   const OffsetChainTuning& tuning, ChainPosture& at) noexcept {
+    double a[6][7], step[6], before = infinity;
+    for (int pass = 0; pass <= tuning.steps; ++pass) {
+        at.left = six_equations(arm, flange, at.angle, held, a);
+        const bool no_nearer = at.left <= tuning.residual && !(at.left < before);
+        if (at.left <= tuning.settled || no_nearer || !(at.left < infinity)) return;
+        before = at.left;
+        if (pass == tuning.steps || !solve_six(a, step, tuning.least_pivot)) return;
+        double longest = 0;
+        for (const double part : step) longest = max(longest, abs(part));
+        const double share = longest > tuning.largest_step ? tuning.largest_step / longest : 1.0;
+        if (!(longest < infinity)) return;
+        for (int i = 0; i < 6; ++i) turn_joint(share * step[i], at.angle[i < held ? i : i + 1]);
+    }
+}
+
+/// The signs of a posture of the nominal arm.
+inline OffsetBranch branch_of(const OffsetChain& arm, const SinCos<double>* angle) noexcept {
+    double theta[joints];
+    for (int j = 0; j < joints; ++j) theta[j] = atan2(angle[j].sin, angle[j].cos);
+    return offset_branch(arm.nominal, theta);
+}
+
+/// Whether a posture holds the pose and is of a branch.
+inline bool is_of(const OffsetChain& arm, const OffsetBranch& branch, const ChainPosture& at,
+                  const OffsetChainTuning& tuning) noexcept {
+    return at.left <= tuning.residual && index(branch_of(arm, at.angle)) == index(branch);
+}
+
+/// The arm a share of the way from its nominal arm to itself.
+inline OffsetChain grown(const OffsetChain& arm, double share) noexcept {
+    OffsetChain out = arm;
+    for (int k = 1; k < joints; ++k) {
+        const Pose<double>&h = arm.nominal_row[k], &g = arm.row[k];
+        Mat3<double> r = h.rotation;
+        r.x = r.x + (g.rotation.x - r.x) * share;
+        r.y = r.y + (g.rotation.y - r.y) * share;
+        r.z = r.z + (g.rotation.z - r.z) * share;
+        out.row[k] = {orthonormal(orthonormal(r)), h.position + (g.position - h.position) * share};
+    }
+    return out;
+}
+
+/// The posture of a flange pose, theta_7 and branch on the true chain, if the nominal one leads to it at
+/// once.
+inline bool find_at_once(const OffsetChain& arm, const Pose<double>& flange, const SinCos<double>& theta_7,
+                         const OffsetBranch& branch, ChainPosture& out,
+                         const OffsetChainTuning& tuning = {}) noexcept {
+    Pose<double> wanted = flange;
+    for (int pass = 0; pass < tuning.corrections; ++pass) {
+        nominal_posture(arm.nominal, wanted, theta_7, branch, out.angle);
+        wanted = corrected_pose(arm, flange, out.angle);
+        wanted.rotation = orthonormal(wanted.rotation);
+    }
+    nominal_posture(arm.nominal, wanted, theta_7, branch, out.angle);
+    settle(arm, flange, 6, tuning, out);
+    return is_of(arm, branch, out, tuning);
+}
+
+/// The same, also where it has to be looked for; the seed (q, or null) is the last posture to start from.
+/// Else UNREACHABLE, which is certain, or NEAR_SINGULAR: none of the branch is found.
+inline Status find_posture(const OffsetChain& arm, const Pose<double>& flange, const SinCos<double>& theta_7,
+                           const OffsetBranch& branch, const double* seed, ChainPosture& out,
+                           const OffsetChainTuning& tuning = {}) noexcept {
+    if (find_at_once(arm, flange, theta_7, branch, out, tuning)) return Status::OK;
+    const OffsetMotion<> m = motion_of_flange(arm.nominal, flange, branch);
+    if (offset_wrist(arm.nominal, m, theta_7).excess > arm.shift + abs(arm.nominal.a_6) * arm.turn)
+        return Status::UNREACHABLE;
+    nominal_posture(arm.nominal, flange, theta_7, branch, out.angle);
+    for (int part = 1; part < tuning.parts; ++part)
+        settle(grown(arm, static_cast<double>(part) / tuning.parts), flange, 6, tuning, out);
+    settle(arm, flange, 6, tuning, out);
+    if (is_of(arm, branch, out, tuning)) return Status::OK;
+    if (seed) {
+        for (int j = 0; j < 6; ++j)
+            out.angle[j] = sin_cos(to_theta(arm.nominal.rest, j, seed[robot_joint(arm, j)]));
+        out.angle[6] = theta_7;
+        settle(arm, flange, 6, tuning, out);
+        if (is_of(arm, branch, out, tuning)) return Status::OK;
+    }
+    return Status::NEAR_SINGULAR;
+}
+
+/// Directions of the robot's joints.
+inline Directions<double> directions_of(const OffsetChain& arm, const ChainPosture& at) noexcept {
+    Directions<double> out{};
+    for (int j = 0; j < joints; ++j) {
+        out.y[robot_joint(arm, j)] = at.angle[j].sin;
+        out.x[robot_joint(arm, j)] = at.angle[j].cos;
+    }
+    out.x[7] = 1.0;
+    return out;
+}
+
+}  // namespace detail
+
+/// (pose, free, GC) -> q, as inverse() of an offset arm, on the true chain. NEAR_SINGULAR: no posture of the
+/// branch is found there, near to where two branches meet.
+inline Inverse inverse(const OffsetChain& arm, const Pose<double>& pose, double free, int gc,
+                       const double* seed = nullptr) noexcept {
+    constexpr double no = not_a_number;
+    Inverse out{{no, no, no, no, no, no, no, 0.0}, Status::BAD_INPUT, no};
+    if (gc < 0 || gc >= configurations || !(abs(free) <= tolerance::largest_angle)) return out;
+    if (!is_rigid(pose) || (seed && !is_finite(seed))) return out;
+    const Pose<double> exact{orthonormal(pose.rotation), pose.position};
+    const SinCos<double> theta_7 = sin_cos(to_theta(arm.nominal.rest, 6, free));
+    detail::ChainPosture at;
+    out.status = detail::find_posture(arm, flange_pose(arm, exact), theta_7, configuration(gc), seed, at);
+    if (out.status != Status::OK) return out;
+    const Joints found = joints_within_limits(arm.nominal.own, detail::directions_of(arm, at), seed);
+    for (int j = 0; j < joints; ++j) out.q[j] = found.q[j];
+    out.margin = limit_margin(arm.nominal.own.limits, out.q);
+    return out;
+}
+
+}  // namespace armangle
+
+#include "../../names/end.hpp"

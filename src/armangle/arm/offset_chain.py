@@ -1,0 +1,146 @@
+"""The arm on its own chain whose nominal arm has an offset wrist or shoulder, as a calibrated Franka."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Never
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from .._arrays import Floats, as_poses
+from .._progress import Progress
+from ..errors import UnsupportedError
+from ..scenes.clearance import Clearance
+from ..scenes.scene import Scene
+from .allowed import Allowed
+from .arm import KINDS, Arm, checked_chain, names_keywords_of_arm
+from .chain import asked_of, check_chain
+from .deviation import ChainDeviation
+from .diagnosis import Branch
+from .freedom import Freedom
+from .offset import OffsetArm
+from .question import Fallback, MetricName, Prefer, relaxing_length
+from .roll import Roll
+from .solution import Solution
+
+NOMINAL = "arm.nominal, the arm with an offset beside it, whose joints miss the true poses"
+
+
+def unsupported(what: str, instead: str = f"use {NOMINAL}") -> UnsupportedError:
+    """Return the error of a function that does not support an own chain with an offset nominal arm."""
+    return UnsupportedError(
+        f"{what} is not made for an arm on its own chain with an offset wrist or shoulder: {instead}"
+    )
+
+
+class OffsetChainHandle(_core.OffsetChain):
+    """A core arm of this kind; unsupported functions raise an error with their name."""
+
+    def __getattr__(self, name: str) -> Never:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        raise unsupported(asked_of(name))
+
+
+class OffsetChainArm(OffsetArm):
+    """An `Arm` on its own chain, nearly one with an offset wrist or shoulder.
+
+    Created by the constructors of `Arm`, and by ``Arm(a_1=..., chain=...)`` and ``Arm(a_6=..., chain=...)``.
+    The free joint is a joint of the arm itself, so psi is exactly its value; gc is that of the nominal arm at
+    the same joints.
+    """
+
+    __slots__ = ()
+
+    def __init__(self, *unnamed: Never, chain: ArrayLike, **numbers: Any) -> None:
+        _refuse_scene(numbers.get("scene"))
+        links = checked_chain(chain)
+        assert links is not None
+        super().__init__(*unnamed, **numbers)
+        handle = OffsetChainHandle(*self._core_numbers(), links)
+        check_chain(self.name, handle)
+        self._fill({"chain": links, "_handle": handle})
+
+    def _keeping(self, scene: Scene | None, singularity_margin: float) -> Arm:
+        _refuse_scene(scene)
+        return super()._keeping(scene, singularity_margin)
+
+    def __eq__(self, other: object) -> bool:
+        same = super().__eq__(other)
+        if same is not True or not isinstance(other, Arm) or other.chain is None or self.chain is None:
+            return False if same is True else same
+        return np.array_equal(self.chain, other.chain)
+
+    __hash__ = OffsetArm.__hash__
+
+    def _source(self) -> str:
+        assert self.chain is not None
+        return f"{super()._source().removesuffix(')')}, chain={self.chain.tolist()})"
+
+    @property
+    def kind(self) -> str:
+        """See `Arm.kind`."""
+        return f"{super().kind}_chain"
+
+    @property
+    def deviation(self) -> ChainDeviation:
+        """Raise: it is not made for this kind; the notes of `report` say how far the chain is off."""
+        raise unsupported("deviation", "the notes of report say how far the chain is off")
+
+    @names_keywords_of_arm
+    def solve(
+        self,
+        pose: ArrayLike,
+        seed: ArrayLike | None = None,
+        *,
+        metric: MetricName = "l2",
+        weight: ArrayLike | None = None,
+        prefer: Prefer = "seed",
+        gc: int | Iterable[int] | None = None,
+        allowed: Allowed | None = None,
+        fallback: Fallback = None,
+        length: float = 0.2,
+        roll: Roll = "pose",
+        progress: Progress | bool | None = None,
+    ) -> Solution:
+        """See `Arm.solve`. Branch and bound over all branches, values of the free joint and turns.
+
+        UNPROVEN says that near where branches meet a solution that costs less is not excluded.
+        """
+        if fallback is not None:
+            relaxing_length(fallback, length)
+            raise unsupported("solve(fallback=)")
+        return super().solve(
+            pose, seed, metric=metric, weight=weight, prefer=prefer, gc=gc, allowed=allowed, length=length,
+            roll=roll, progress=progress,
+        )  # fmt: skip
+
+    def psi_towards(self, *_: Any, **__: Any) -> Any:
+        """Raise: it is not made for this kind."""
+        raise unsupported("psi_towards")
+
+    def reachable(self, pose: ArrayLike) -> NDArray[np.bool_] | np.bool_:
+        """See `Arm.reachable`: `solve` decides; a pose near where branches meet may be missed."""
+        poses = as_poses("pose", pose, self._handle)
+        return np.asarray(self.solve(poses, np.clip(0.0, self.lower, self.upper)).ok)[()]
+
+    def freedom(self, pose: ArrayLike) -> Freedom:
+        """Raise: it is not made for this kind."""
+        raise unsupported("freedom", "feasible has the intervals, and how much is unproven")
+
+    def _branches_of(self, pose: Floats) -> tuple[Branch, ...]:
+        raise unsupported("explain")
+
+    def clearance(self, q: ArrayLike, scene: Scene | None = None) -> Clearance:
+        """Raise: this kind knows no obstacles."""
+        raise unsupported("clearance")
+
+
+KINDS.append(OffsetChainArm)
+
+
+def _refuse_scene(scene: Scene | None) -> None:
+    if scene is not None:
+        raise unsupported("scene=")

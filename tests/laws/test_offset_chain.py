@@ -1,0 +1,177 @@
+"""Laws of arms on their own chain with an offset nominal arm: a calibrated Franka, a calibrated Fetch.
+
+The reference is the chain walked link by link, and a dense grid of the free joint.
+"""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from support.calibrated import calibrated_offset, plain_forward
+
+import armangle as aa
+from armangle.errors import UnsupportedError
+
+ARMS = [
+    calibrated_offset("franka_fr3", 1.0, 1.0),
+    calibrated_offset("franka_fr3", 20.0, 10.0),
+    calibrated_offset("fetch", 1.0, 1.0),
+]
+IDS = ["franka, 1 mm", "franka, 20 mm", "fetch, 1 mm"]
+
+
+def joints(arm: aa.Arm, count: int, seed: int) -> Any:
+    """Return joint values within the limits, of a joint without any within a turn."""
+    rng = np.random.default_rng(seed)
+    return rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), (count, 7))
+
+
+def meets(arm: aa.Arm, q: Any, pose: Any) -> None:
+    """Check that joints hold a pose, walked link by link."""
+    reached = np.array([plain_forward(arm, row) for row in q])
+    np.testing.assert_allclose(reached, pose, rtol=0, atol=4e-12)
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=IDS)
+def test_forward_is_the_chain_walked_link_by_link(arm: aa.Arm) -> None:
+    q = joints(arm, 200, 1)
+    pose, psi, gc = arm.forward(q)
+    np.testing.assert_allclose(pose, [plain_forward(arm, row) for row in q], rtol=0, atol=1e-14)
+    free = q[:, int(arm.redundancy[-1]) - 1]
+    np.testing.assert_array_equal(psi, free)
+    np.testing.assert_array_equal(gc, arm.nominal.forward(q)[2])
+    np.testing.assert_allclose(arm.frames(q)[:, 7] @ arm.tool, pose, rtol=0, atol=1e-14)
+    step = 1e-6 * np.eye(7)
+    for i in range(7):
+        ahead, behind = arm.forward(q + step[i])[0], arm.forward(q - step[i])[0]
+        moved = (ahead[:, :3, 3] - behind[:, :3, 3]) / 2e-6
+        np.testing.assert_allclose(arm.jacobian(q)[:, :3, i], moved, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=IDS)
+def test_inverse_gives_the_joints_back_and_holds_the_pose(arm: aa.Arm) -> None:
+    q = joints(arm, 1000, 2)
+    pose, psi, gc = arm.forward(q)
+    back = arm.inverse(pose, psi, gc, seed=q, limits=False, on_error="nan")
+    found = np.isfinite(back[:, 0])
+    assert found.mean() > 0.99  # the others are next to where branches meet
+    meets(arm, back[found], pose[found])
+    np.testing.assert_array_equal(arm.forward(back[found])[2], gc[found])
+    np.testing.assert_allclose(back[found][:, int(arm.redundancy[-1]) - 1], psi[found], rtol=0, atol=1e-15)
+    assert (np.abs(back[found] - q[found]).max(axis=1) < 1e-6).mean() > 0.9
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=IDS)
+def test_intervals_are_those_of_a_grid_but_for_what_is_unproven(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(3)
+    pose, _, _ = arm.forward(joints(arm, 6, 3))
+    sets = arm.feasible(pose)
+    assert sets.shape == (6, 8) and np.asarray(sets.measure).sum() > 0.5
+    psi = rng.uniform(-np.pi, np.pi, 120)
+    q = arm.inverse(pose[:, None, None], psi, np.arange(8)[:, None], on_error="nan", limits=False)
+    held = np.minimum(q - arm.lower, arm.upper - q).min(axis=-1)  # NaN where no solution is found
+    inside = np.moveaxis(np.array([sets.contains(np.full((6, 8), x)) for x in psi]), 0, -1)
+    assert (held[inside] > -1e-9).all()  # false for NaN
+    missing = (held > 1e-9) & ~inside
+    allowed = np.asarray(sets.unproven)[..., None] / (2.0 * np.pi)
+    assert (missing.mean(axis=-1, keepdims=True) <= allowed + 0.1).all()
+    proven = np.broadcast_to(np.asarray(sets.unproven)[..., None] == 0.0, missing.shape)
+    assert not (missing & proven).any()
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=IDS)
+def test_solve_holds_the_pose_and_a_proven_answer_is_the_nearest_of_a_grid(arm: aa.Arm) -> None:
+    q = joints(arm, 30, 4)
+    rng = np.random.default_rng(5)
+    seed = np.clip(q + rng.normal(0.0, 0.2, q.shape), arm.lower, arm.upper)
+    pose = arm.forward(q)[0]
+    found = arm.solve(pose, seed)
+    assert found.ok.mean() > 0.9
+    meets(arm, found.q[found.ok], pose[found.ok])
+    assert arm.within_limits(found.q[found.ok]).all()
+    np.testing.assert_allclose(found.distance, np.linalg.norm(found.q - seed, axis=1), atol=1e-12)
+    psi = np.linspace(-np.pi, np.pi, 150)
+    every = arm.inverse(pose[:, None, None], psi, np.arange(8)[:, None], on_error="nan")
+    grid = np.linalg.norm(every - seed[:, None, None], axis=-1)
+    least = np.nanmin(np.where(np.isnan(grid), np.inf, grid), axis=(1, 2))
+    proven = found.status == aa.Status.OK
+    assert proven.any() or arm is ARMS[1]  # 20 mm leave a nearer one possible in every case
+    assert (found.distance[proven] <= least[proven] + 1e-9).all()
+    known = arm.solve(pose, q)
+    np.testing.assert_allclose(known.q[known.ok], q[known.ok], rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=IDS)
+def test_follow_keeps_to_the_poses_and_the_joints_do_not_jump(arm: aa.Arm) -> None:
+    done = 0
+    for q in joints(arm, 10, 6):
+        pose = arm.forward(q)[0]
+        poses = np.repeat(pose[None], 40, axis=0)
+        poses[:, :3, 3] += np.linspace(0.0, 0.02, 40)[:, None] * [0.6, -0.64, 0.48]
+        path = aa.follow(arm, poses, start=q)
+        good = path.status == aa.Status.OK
+        meets(arm, path.q[good], poses[good])
+        assert (np.abs(np.diff(path.q[good], axis=0)) < 0.2 + 1e-9).all()
+        assert arm.within_limits(path.q[good]).all()
+        if good[:2].all():
+            np.testing.assert_array_equal(aa.step(arm, path.q[0], poses[1]).q, path.q[1])
+        done += good.all()
+    assert done >= 7  # the others come to a limit
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=IDS)
+def test_a_copy_a_file_and_its_source_are_the_same_arm(arm: aa.Arm) -> None:
+    assert arm.kind == f"{arm.nominal.kind}_chain" and arm.nominal.chain is None
+    assert pickle.loads(pickle.dumps(arm)) == arm != arm.nominal
+    assert eval(repr(arm), {"Arm": aa.Arm}) == arm
+    q = joints(arm, 20, 7)
+    pose = arm.forward(q)[0]
+    tool = aa.pose([0.0, 0.02, 0.1], rpy=[0.1, 0.2, 0.3])
+    np.testing.assert_allclose(arm.with_tool(tool).forward(q)[0], pose @ tool, rtol=0, atol=1e-14)
+    narrow = arm.with_(lower=np.maximum(arm.lower, -1.0))
+    np.testing.assert_array_equal(narrow.forward(q)[0], pose)
+    again = aa.Arm.load(arm.to_urdf())
+    assert again.kind == arm.kind and again.redundancy == arm.redundancy
+    np.testing.assert_allclose(again.forward(q)[0], pose, rtol=0, atol=1e-12)
+    assert again.report is not None and any("at the tip" in note for note in again.report.notes)
+
+
+REFUSED: dict[str, Callable[[aa.Arm, Any, Any], Any]] = {
+    "scene=": lambda arm, q, pose: arm.with_(scene=aa.Scene([aa.Ball([3.0, 3.0, 3.0], 0.1)])),
+    "singularity_margin=": lambda arm, q, pose: arm.with_(singularity_margin=0.1),
+    "explain": lambda arm, q, pose: arm.explain(pose),
+    "freedom": lambda arm, q, pose: arm.freedom(pose),
+    "feasible_turns": lambda arm, q, pose: arm.feasible_turns(pose, about="tool"),
+    "self_motion": lambda arm, q, pose: arm.self_motion(*arm.forward(q)),
+    "plan": lambda arm, q, pose: aa.plan(arm, [pose, pose], start=q),
+    "Tracker": lambda arm, q, pose: aa.Tracker(arm, dt=0.01, velocity=1.0),
+    "deviation": lambda arm, q, pose: arm.deviation,
+    "velocity=": lambda arm, q, pose: aa.step(arm, q, pose, velocity=1.0, dt=0.01),
+    "Towards": lambda arm, q, pose: aa.step(arm, q, pose, policy=aa.Towards(direction="up")),
+    "follow(velocity=)": lambda arm, q, pose: aa.follow(arm, [pose, pose], start=q, velocity=1.0, dt=0.01),
+    "lookahead=": lambda arm, q, pose: aa.follow(arm, [pose, pose], start=q, lookahead=1),
+    "follow(scene=)": lambda arm, q, pose: aa.follow(arm, [pose], start=q, scene=lambda s: None),
+    "psi_towards": lambda arm, q, pose: arm.psi_towards(pose, 0, direction="up"),
+    "clearance": lambda arm, q, pose: arm.clearance(q),
+    "fallback": lambda arm, q, pose: arm.solve(pose, q, fallback="nearest_pose"),
+    "gradients.solve": lambda arm, q, pose: aa.gradients.solve(arm, pose, q),
+    "reach_map": lambda arm, q, pose: aa.place(arm, pose[None], [0.0], [0.0]),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_is_not_made_for_this_kind_says_so(what: str) -> None:
+    arm = ARMS[0]
+    q = joints(arm, 1, 8)[0]
+    with pytest.raises(UnsupportedError):
+        REFUSED[what](arm, q, arm.forward(q)[0])
+
+
+def test_a_chain_far_from_its_rows_is_rejected() -> None:
+    arm = ARMS[0]
+    with pytest.raises(aa.InputError, match="from the nominal link"):
+        arm.nominal.with_(chain=arm.with_tool(aa.pose([0.0, 0.0, 0.5])).chain)
