@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from support.draw import count, generator
 
 import armangle as aa
+from armangle.scenes import ready
 from armangle.scenes.ready import link_pairs, make_ready, never_nearer
 
 Floats = NDArray[np.float64]
@@ -128,3 +129,22 @@ def test_a_hand_that_overlaps_the_forearm_is_named() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert not arm.with_(hand=hand)._clear(pose, gc, aa.Scene(ignore=[("drill", "forearm")])).is_empty
+
+
+def test_an_arm_measures_its_own_links_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However its scenes come, and whether or not it has one itself; the answers are those of a new arm."""
+    measured = []
+    honest = ready.never_nearer
+    monkeypatch.setattr(ready, "never_nearer", lambda arm: measured.append(arm) or honest(arm))
+    rng = generator(32)
+    body, q = body_of(rng), rng.uniform(-1, 1, (20, 7))
+    scenes = [aa.Scene([aa.Ball([0.4, 0.1 * k, 0.5], 0.1)]) for k in range(3)]
+    for name in ("kuka_iiwa7_r800", "franka_fr3"):
+        arm = aa.Arm.from_catalogue(name).with_(body=body)
+        measured.clear()
+        found = [arm.clearance(q, scene).distance for scene in scenes]
+        found += [arm.with_(scene=scene).clearance(q).distance for scene in scenes]
+        assert len(measured) == 1, name
+        for k, distance in enumerate(found):
+            fresh = aa.Arm.from_catalogue(name).with_(body=body, scene=scenes[k % 3])
+            assert np.array_equal(distance, fresh.clearance(q).distance)

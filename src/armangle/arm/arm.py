@@ -268,7 +268,7 @@ class Arm(FrozenValue):
     [0.1, 0.2, 0.3, -0.4, 0.5, 0.6, 0.7]
     """
 
-    __slots__ = (*(field.name for field in _FIELDS), *_KEPT, "_handle", "_ready")
+    __slots__ = (*(field.name for field in _FIELDS), *_KEPT, "_handle", "_ready", "_apart")
     __signature__ = _signature()  # the keywords that __init__ checks by the list of fields
 
     d_bs: float
@@ -298,6 +298,7 @@ class Arm(FrozenValue):
     singularity_margin: float
     _handle: _core.Arm
     _ready: Ready | None  # the scene, prepared
+    _apart: Floats | None  # lower bounds of the distances of own links, once a scene was prepared
 
     if not TYPE_CHECKING:  # a type checker should know the existing attributes
 
@@ -341,9 +342,9 @@ class Arm(FrozenValue):
             check_chain(values["name"], near)
             handle = cast(_core.Arm, near)
         kept = {"report": report, "scene": scene, "singularity_margin": margin}
-        self._fill({**values, **kept, "_handle": handle, "_ready": None})
+        self._fill({**values, **kept, "_handle": handle, "_ready": None, "_apart": None})
         if scene is not None:
-            self._fill({"_ready": make_ready(self, scene)})
+            self._fill({"_ready": self._prepared(scene)})
 
     # -- origin -------------------------------------------------------------------------------------------
 
@@ -617,12 +618,11 @@ class Arm(FrozenValue):
     def _keeping(self, scene: Scene | None, singularity_margin: float) -> Arm:
         """Return this arm with another scene and margin."""
         margin = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
+        ready = self._ready_for(scene)
         new = object.__new__(type(self))
         slots = [name for kind in type(self).__mro__ for name in getattr(kind, "__slots__", ())]
         new._fill({name: getattr(self, name) for name in slots})
-        new._fill({"scene": scene, "singularity_margin": margin})
-        if scene is not self.scene:
-            new._fill({"_ready": None if scene is None else make_ready(new, scene, self._ready)})
+        new._fill({"scene": scene, "singularity_margin": margin, "_ready": ready})
         return new
 
     def _with_chain(self, numbers: dict[str, Any], ends: list[str]) -> Arm:
@@ -693,7 +693,13 @@ class Arm(FrozenValue):
     def _needed(self, scene: Scene | None) -> Ready:
         """Return a scene prepared for this arm; raise if there is none."""
         own = self._ready if scene is self.scene else None
-        return own or make_ready(self, cast(Scene, scene), self._ready)
+        return own or self._prepared(cast(Scene, scene))
+
+    def _prepared(self, scene: Scene) -> Ready:
+        """Return a scene prepared for this arm, which keeps the data of its own links."""
+        ready = make_ready(self, scene, self._ready)
+        self._fill({"_apart": ready.apart})
+        return ready
 
     def _numbers(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in (*(field.name for field in _FIELDS), *_KEPT)}

@@ -34,7 +34,6 @@ from ..models.chain import chain_of
 from ..models.description import OffsetDescription
 from ..models.urdf.writing import write_chain
 from ..scenes.clearance import Clearance, clearance_of
-from ..scenes.ready import make_ready
 from ..scenes.scene import Scene
 from ..status import STATUSES, Status
 from .arcs import ArcSet
@@ -97,11 +96,11 @@ class OffsetArm(Arm):
             )
         mirrored = offsets["a_1"] != 0.0
         kept = {name: getattr(rows, name) for name in Arm.__slots__ if not name.startswith("_")}
-        own = {"_rows": rows, "_free_joint": 1 if mirrored else 7, "_ready": None}
+        own = {"_rows": rows, "_free_joint": 1 if mirrored else 7, "_ready": None, "_apart": None}
         self._fill({**kept, **offsets, **own, "scene": scene})
         self._fill({"_handle": OffsetHandle(*self._core_numbers())})
         if scene is not None:
-            self._fill({"_ready": make_ready(self, scene)})
+            self._fill({"_ready": self._prepared(scene)})
 
     def _core_numbers(self) -> tuple[Floats, Floats, Floats, Floats, float, bool]:
         """Return lengths, rows of the joints, base, tool, the offset, and whether it is at the shoulder."""

@@ -93,6 +93,7 @@ class Built(Protocol):
     scene: Scene | None
     _handle: _core.Arm
     _ready: Ready | None
+    _apart: Floats | None
 
     @property
     def chain(self) -> object:
@@ -106,7 +107,8 @@ class Built(Protocol):
 def make_ready(arm: Built, scene: Scene, last: Ready | None = None) -> Ready:
     """Return a scene prepared for an arm that has a collision model or a gripper.
 
-    `last` is another scene prepared for the same arm: the data of own links are reused.
+    `last` is another scene prepared for the same arm. Its data of own links, or those that the arm keeps, are
+    reused.
 
     Raises
     ------
@@ -137,7 +139,8 @@ def make_ready(arm: Built, scene: Scene, last: Ready | None = None) -> Ready:
         _let_touch(ignored, len(scene.shapes), own, links, pair)
     first_base = len(user)
     first_held = first_base + len(mine.base)
-    apart = _never_nearer(arm, own, links) if last is None else last.apart
+    known = arm._apart if last is None else last.apart
+    apart = _never_nearer(arm, own, links) if known is None else known
     fields = [(at, shape) for at, shape in enumerate(scene.shapes) if isinstance(shape, Field)]
     handle = _core.Scene(
         arm._handle,
