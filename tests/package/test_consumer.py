@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support import draw
 from support.needs import missing, need_tool
 
 import armangle as aa
@@ -22,7 +23,7 @@ CONSUMER = ROOT / "tests" / "package" / "consumer"
 EXAMPLES = ROOT / "examples" / "cpp"
 PACKAGE = Path(aa.__file__).parent
 HEADERS = sorted(str(path.relative_to(INCLUDE / "armangle")) for path in INCLUDE.rglob("*.hpp"))
-OPTIONAL = {"kdl.hpp"}
+ALONE = [header for header in HEADERS if header != "kdl.hpp" and "names" not in header]
 COMPILERS = ("g++", "clang++")
 X86 = platform.machine() in ("x86_64", "AMD64")
 LEVELS = ("x86-64", "x86-64-v3", "x86-64-v4") if X86 else ("native",)
@@ -42,6 +43,7 @@ FOREIGN_MACROS = re.findall(
     foreach unix linux major minor nil YES NO
     """,
 )
+PROGRAMS = [*sorted(EXAMPLES.glob("*.cpp")), ROOT / "fuzz" / "plan.cpp"]
 BARE = ["-fno-exceptions", "-fno-rtti"]
 START_DEG = [-5.4101, -26.4986, -48.1542, -61.6500, 152.6198, 114.4466, 8.1812]
 
@@ -68,17 +70,60 @@ def compiler(request: pytest.FixtureRequest) -> str:
     return need_tool(request.param)
 
 
-@pytest.mark.parametrize("header", [h for h in HEADERS if h not in OPTIONAL and "names" not in h])
-def test_each_header_compiles_alone_behind_foreign_macros(header: str, tmp_path: Path) -> None:
-    """It leaves the macros as they are; `min` and `max` the standard library removes itself."""
-    source = tmp_path / "alone.cpp"
+def included(header: str) -> set[str]:
+    """Return what a header itself includes: ours by the names in HEADERS, the standard library's as written."""
+    text = (INCLUDE / "armangle" / header).read_text()
+    names = re.findall(r'^#include [<"](?:armangle/)?(.+)[>"]$', text, re.MULTILINE)
+    near = [os.path.normpath(Path(header).parent / name) for name in names]
+    return {ours if ours in HEADERS else name for ours, name in zip(near, names, strict=True)}
+
+
+def orders(most: int) -> list[list[str]]:
+    """Return orders of all headers in which each comes behind what it includes, and by turns ahead of the rest.
+
+    A header that compiles ahead of another does not need it: the orders are those that show most such pairs.
+    """
+    direct = {header: included(header) for header in ALONE}
+    behind: dict[str, set[str]] = {name: set() for name in set(direct).union(*direct.values())}
+    for _ in range(len(direct)):
+        behind |= {name: direct[name].union(*(behind[other] for other in direct[name])) for name in direct}
+    left = {name: set(behind) - behind[name] - {name} for name in direct}
+    found = []
+    for _ in range(most):
+        order: list[str] = []
+        while ahead := sorted(set(behind).difference(order)):
+            with_it = {name: (behind[name] | {name}).difference(order) for name in ahead}
+            shown = {name: len(left.get(name, set()).difference(order, with_it[name])) for name in ahead}
+            best = max(ahead, key=lambda name: shown[name] / len(with_it[name]) ** 0.5)
+            order += sorted(with_it[best], key=lambda name: (len(behind[name]), name))
+        for place, name in enumerate(order):
+            left.get(name, set()).difference_update(order[place:])
+        found.append([name for name in order if name in direct])
+    return found
+
+
+WAYS = [(compiler, level) for level in LEVELS for compiler in COMPILERS]
+UNITS = orders(len(WAYS)) + [[header] for header in ALONE if draw.COUNT]
+
+
+@pytest.mark.parametrize("number", range(len(UNITS)))
+def test_headers_need_only_what_they_include_behind_foreign_macros(number: int, tmp_path: Path) -> None:
+    """They leave the macros as they are; `min` and `max` the standard library removes itself.
+
+    Strict warnings, both compilers, and every instruction set, which has lines of its own. `make laws` compiles each
+    header alone too. The examples, in the orders of all headers, are where templates are used.
+    """
     lines = [f"#undef {word}\n#define {word} )) macro ((" for word in FOREIGN_MACROS]
-    lines += [f"#include <armangle/{header}>"] * 2
-    lines += [
-        f"#ifndef {word}\n#error {word}\n#endif" for word in FOREIGN_MACROS if word not in ("min", "max")
-    ]
+    lines += [f"#include <armangle/{header}>" for header in UNITS[number] for _ in range(2)]
+    kept = [word for word in FOREIGN_MACROS if word not in ("min", "max")]
+    lines += [f"#ifndef {word}\n#error {word}\n#endif\n#undef {word}" for word in kept]
+    if number < len(WAYS):
+        lines += ['#pragma GCC diagnostic ignored "-Wreturn-type"']  # allowed in `main` alone
+        lines += [f"#undef main\n#define main {path.stem}\n#include \"{path}\"" for path in PROGRAMS]
+    source = tmp_path / "headers.cpp"
     source.write_text("\n".join(lines) + "\n")
-    run(need_tool("g++"), *STRICT, *BARE, f"-I{INCLUDE}", "-fsyntax-only", source)
+    compiler, level = WAYS[number % len(WAYS)]
+    run(need_tool(compiler), *STRICT, *BARE, f"-I{INCLUDE}", f"-march={level}", "-fsyntax-only", source)
 
 
 @pytest.mark.parametrize("header", UMBRELLAS)
@@ -89,14 +134,6 @@ def test_an_older_standard_is_one_error_that_names_the_one_needed(header: str, c
     assert done.returncode != 0
     (error,) = [line for line in done.stderr.splitlines() if "error:" in line]
     assert "armangle needs C++20" in error
-
-
-def test_headers_and_examples_are_clean_under_strict_warnings(compiler: str) -> None:
-    """Every instruction set has lines of its own; what g++ sees only where it optimises, `examples` shows."""
-    for source in sorted(EXAMPLES.glob("*.cpp")):
-        for level in LEVELS:
-            run(compiler, *STRICT, *BARE, f"-I{INCLUDE}", f"-march={level}", "-fsyntax-only", source)
-    run(compiler, *STRICT, f"-I{INCLUDE}", "-fsyntax-only", ROOT / "fuzz" / "plan.cpp")
 
 
 def test_fast_math_is_refused(tmp_path: Path) -> None:

@@ -16,6 +16,8 @@
 // where sin theta_2 > 2 (b + c). So it is with joints 5 and 7.
 #pragma once
 
+#include <initializer_list>
+
 #include "inverse.hpp"
 
 #include "../names/begin.hpp"

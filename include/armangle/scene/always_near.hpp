@@ -17,7 +17,7 @@ namespace armangle {
 namespace detail {
 
 /// m: axes so near to a point pass through it.
-inline constexpr double through = 1e-9;
+inline constexpr double through_a_point = 1e-9;
 
 /// A shape of the arm in the DH frame of its link.
 struct LinkShape {
@@ -71,7 +71,7 @@ inline OwnDistance always_near(const Arm& arm, const Scene& scene) noexcept {
     for (int p = 0; p <= joints; ++p)
         for (int k = 0; k < joints; ++k) {
             const Vec3<double> off = frame[p].position - frame[k].position;
-            if (norm(cross(frame[k].rotation.z, off)) < detail::through) on[p] |= 1u << k;
+            if (norm(cross(frame[k].rotation.z, off)) < detail::through_a_point) on[p] |= 1u << k;
         }
     double far[most_links][joints + 1];  // m, of a shape's surface from a point
     int at[most_links];
