@@ -12,7 +12,7 @@ PARALLEL = -n auto --dist loadfile
 LOWEST = numpy==1.26.0 pytest==8.0.0 hypothesis==6.100.0 matplotlib==3.8.0
 FUZZERS = inverse feasible step plan nearest
 
-.PHONY: help demo check ci lint tidy format test laws nearest offset plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest touching chain mutants
+.PHONY: help demo environment check ci lint tidy format test laws thorough nearest offset plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest touching chain mutants
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-12s %s\n", $$1, $$2}' Makefile
@@ -21,8 +21,10 @@ demo:  ## from a fresh clone to pictures: the environment .venv, the build, and 
 	tools/environment plot
 	.venv/bin/armangle demo -o demo
 
-check:  ## from a fresh clone to all tests: the environment .venv, the build, and which ten tests took longest
+environment:  ## the environment .venv with the build and all that tests use
 	tools/environment test
+
+check: environment  ## from a fresh clone to all tests: the environment .venv, the build, and which ten tests took longest
 	.venv/bin/python -m pytest $(PARALLEL) --durations=10
 
 ci:  ## what the continuous integration runs: `make check` in a fresh clone
@@ -45,6 +47,10 @@ test:  ## the quick tests, against the installed package: without compilers, bro
 laws:  ## inverse, arcs and tracker with EXAMPLES=5000 random examples a law, and SEED= that of the day
 	ARMANGLE_LAWS_COUNT=$(EXAMPLES) ARMANGLE_LAWS_SEED=$(SEED) $(PYTHON) -m pytest $(PARALLEL) \
 	    tests/laws/test_kinematics.py tests/laws/test_feasible.py tests/laws/test_near_shoulder.py tests/motion/test_tracking_jerk.py
+
+thorough:  ## what `make check` shows by turns, all of it: each header alone, both compilers, each motion in each file
+	ARMANGLE_LAWS_COUNT=1 $(PYTHON) -m pytest $(PARALLEL) \
+	    tests/package/test_consumer.py tests/reach tests/timing tests/motion/test_plan_starts.py
 
 nearest:  ## the law of solve against a dense grid in all branches, for SECONDS=600, first seed SEED=
 	$(PYTHON) tests/laws/long_nearest.py $(SECONDS) $(SEED)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 from support import draw
 
-LONGEST = ("test_consumer.py", "test_retiming.py", "test_browser.py", "test_docs.py", "test_roll_ladder.py")
+LONGEST = ("test_consumer.py", "test_retiming.py", "test_browser.py", "test_docs.py", "test_programs.py")
 """The files that take longest begin first, so that no worker is left with one at the end."""
 
 settings.register_profile(

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from support import draw
-from support.maps import ARMS, digest, killed_and_resumed, made, small_tiles, whole
+from support.maps import ARMS, CLUSTERED, digest, killed_and_resumed, made, small_tiles, whole
 from support.needs import need
 
 import armangle as aa
@@ -31,7 +31,7 @@ def cluster() -> Iterator[Any]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", CLUSTERED)
 def test_a_cluster_writes_the_bytes_that_threads_write(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cluster: Any
 ) -> None:
@@ -45,7 +45,7 @@ def test_a_cluster_writes_the_bytes_that_threads_write(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", CLUSTERED)
 def test_killed_with_its_cluster_at_random_times_every_byte_is_equal(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -60,7 +60,7 @@ def test_killed_with_its_cluster_at_random_times_every_byte_is_equal(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", CLUSTERED)
 def test_a_worker_killed_four_times_on_one_tile(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cluster: Any
 ) -> None:

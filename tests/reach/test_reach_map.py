@@ -16,6 +16,7 @@ from support import draw
 from support.maps import (
     ARMS,
     OFFSET_ARMS,
+    STORED,
     digest,
     killed_and_resumed,
     made,
@@ -242,7 +243,7 @@ def test_orientations_are_spread_evenly() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", STORED)
 def test_killed_at_random_times_and_resumed_every_byte_is_equal(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -255,7 +256,7 @@ def test_killed_at_random_times_and_resumed_every_byte_is_equal(
     assert digest(place) == whole(name, **options)
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", STORED)
 def test_killed_before_it_was_a_map(name: str, tmp_path: Path) -> None:
     place = tmp_path / "a.zarr"
     made(name, place, part=(3, 3))
@@ -269,7 +270,7 @@ def test_killed_before_it_was_a_map(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", STORED)
 def test_two_processes_on_one_store(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     small_tiles(monkeypatch)
     options = {"spacing": 0.03, "tilt": 0.13}
@@ -286,7 +287,7 @@ def flipped(file: Path) -> None:
     file.write_bytes(bytes(bits))
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", STORED)
 def test_wounded_tiles_are_named_say_so_when_read_and_are_made_again(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -332,7 +333,7 @@ def test_a_map_without_its_description_is_refused(wound: tuple[str, bytes], tmp_
         aa.ReachMap(place).section("gc")
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", STORED)
 def test_a_full_disk_is_said_and_resumed_from(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -375,7 +376,7 @@ print(digest(place / "a.zarr"))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", STORED)
 def test_a_full_file_system_is_said_and_resumed_from(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -395,7 +396,7 @@ def test_a_full_file_system_is_said_and_resumed_from(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", STORED)
 def test_memory_does_not_grow_with_a_map(name: str, tmp_path: Path) -> None:
     """Ten times the cells in the memory of a few tiles more: so 10⁸ stay far below 500 MB."""
     small = peak(name, tmp_path / "small.zarr", spacing=0.04, tilt=0.15)
@@ -405,7 +406,7 @@ def test_memory_does_not_grow_with_a_map(name: str, tmp_path: Path) -> None:
     assert large < small + 40 < 500
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", STORED)
 def test_a_map_of_something_else_is_refused(name: str, tmp_path: Path) -> None:
     place = tmp_path / "a.zarr"
     made(name, place)
@@ -425,7 +426,7 @@ def test_a_map_of_something_else_is_refused(name: str, tmp_path: Path) -> None:
     assert digest(place) == whole
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", STORED)
 def test_another_instruction_set_is_refused(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -439,7 +440,7 @@ def test_another_instruction_set_is_refused(
     refused(aa.InputError, "not 'other'", lambda: aa.ReachMap(place).resume())
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", STORED)
 def test_parts_make_the_whole_whatever_their_order(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -454,7 +455,7 @@ def test_parts_make_the_whole_whatever_their_order(
     assert f"{found.tiles} of {found.tiles} tiles made" in repr(found)
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", STORED)
 def test_tiles_without_a_reachable_cell_count_as_made(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -19,11 +19,15 @@ import pytest
 
 import armangle as aa
 from armangle.reach import grid
+from support import draw
 
 ARMS = ("openarm_v10", "human_arm_left")
 """Joints 1 and 7 of these turn less than fully: what assumes more is right on an iiwa and wrong here."""
 OFFSET_ARMS = ("franka_fr3", "fetch")
 """An offset at the wrist, and one at the shoulder."""
+STORED = ARMS if draw.COUNT else ARMS[:1]
+CLUSTERED = ARMS if draw.COUNT else ARMS[1:]
+"""How a map is written, killed and resumed is no matter of the arm: `make thorough` takes both."""
 CELLS = 2**15
 
 _SCRIPT = """

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import draw
 from support.calibrated import calibrated
 from support.moves import begun, moved
 from support.needs import need
@@ -102,8 +103,15 @@ def motions(arm: aa.Arm, start: list[float]) -> Motions:
     return out
 
 
-def takers(path: aa.JointPath, folder: Path) -> Iterator[str]:
-    """Hand a motion to every function that takes one; the name of each before its turn."""
+def takers(path: aa.JointPath, folder: Path, turn: int) -> Iterator[str]:
+    """Hand a motion to every function that takes one; the name of each before its turn.
+
+    Files and pictures take turns from motion to motion; `make thorough` makes all of each.
+    """
+
+    def turns(*all_of_them: Any) -> Any:
+        return all_of_them if draw.COUNT else all_of_them[turn % len(all_of_them) :][:1]
+
     arm, still = path.arm, np.ptp(path.q, axis=0).max() <= 1e-9
     yield "at"
     s = np.linspace(0.0, 1.0, 41)
@@ -125,17 +133,16 @@ def takers(path: aa.JointPath, folder: Path) -> Iterator[str]:
         np.testing.assert_allclose(motion.q[[0, -1]], path.q[[0, -1]], rtol=0, atol=1e-6)
         assert motion.explain()
     yield "save and load a trajectory"
-    for ending in ("csv", "npz", "json", "yaml"):
+    for ending in turns("csv", "npz", "json", "yaml"):
         aa.io.save(motion, folder / f"motion.{ending}")
         np.testing.assert_allclose(aa.io.load_trajectory(folder / f"motion.{ending}").q, motion.q, atol=1e-12)
     yield "save and load rows"
-    for ending in ("csv", "npz", "json"):
+    for ending in turns("csv", "npz", "json"):
         aa.io.save(path, folder / f"rows.{ending}")
         np.testing.assert_allclose(aa.io.load_joints(folder / f"rows.{ending}").q, path.q, atol=1e-12)
     yield "draw"
-    aa.plots.path(path)
-    aa.plots.path(motion)
-    aa.plots.trajectory(motion)
+    for picture, of in turns((aa.plots.path, path), (aa.plots.path, motion), (aa.plots.trajectory, motion)):
+        picture(of)
     plt.close("all")
     yield "copy"
     for value in (path, motion):
@@ -157,16 +164,18 @@ def takers(path: aa.JointPath, folder: Path) -> Iterator[str]:
 
 
 MOTIONS = {kind: motions(ARMS[kind], READY[kind]) for kind in ARMS}
-ALL = [pytest.param(kind, name, id=f"{kind}: {name}") for kind in ARMS for name in MOTIONS[kind]]
+ALL = [(kind, name) for kind in ARMS for name in MOTIONS[kind]]
 
 
-@pytest.mark.parametrize(("kind", "name"), ALL)
-def test_what_gives_a_motion_gives_it_to_all_that_take_one(kind: str, name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("turn", "kind", "name"), [(turn, *one) for turn, one in enumerate(ALL)])
+def test_what_gives_a_motion_gives_it_to_all_that_take_one(
+    turn: int, kind: str, name: str, tmp_path: Path
+) -> None:
     path = MOTIONS[kind][name](tmp_path)
     assert path.ok, path.explain()
     step = "made"
     try:
-        for taker in takers(path, tmp_path):
+        for taker in takers(path, tmp_path, turn):
             step = taker
     except aa.ArmangleError as error:
         pytest.fail(f"{step}: {error}")

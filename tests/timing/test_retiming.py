@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import warnings
 from itertools import pairwise
 from types import SimpleNamespace
@@ -10,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import draw
 from support.moves import moved, refused
 from support.needs import need
 from support.strategies import CATALOGUE, Array
@@ -225,7 +225,7 @@ def one_by_one() -> aa.JointPath:
 
 CORNERS: list[tuple[Any, dict[str, Any]]] = [
     (back, {"jerk": 50.0, "tolerance": 1e-5}),  # rounding would creep round the turn
-    (lambda: walk(1, 19, 0.05), {"velocity": 0.5, "acceleration": 10.0, "jerk": 200.0}),
+    (lambda: walk(1, 9, 0.05), {"velocity": 0.5, "acceleration": 10.0, "jerk": 200.0}),
     # of a joint that rests, the rest of its way is nothing but rounding: that is no end of the motion
     (one_by_one, {"velocity": 1.0, "tolerance": 1e-2}),
     (one_by_one, {"velocity": 1.0, "tolerance": 1e-4}),
@@ -409,7 +409,7 @@ def swing(n: int) -> aa.JointPath:
     return aa.JointPath.from_joints(ARM, q, between="tool")
 
 
-@pytest.mark.parametrize("rows", [400, 1200])
+@pytest.mark.parametrize("rows", [1200, 400] if draw.COUNT else [1200])
 def test_corners_closer_than_a_cycle_count_as_acceleration(rows: int) -> None:
     """Over a time w velocities change by a (w + cycle) at most, however many corners fall in it."""
     path, cycle = swing(rows), 1e-3
@@ -502,7 +502,8 @@ def test_a_row_that_is_repeated_is_no_stop(asked: dict[str, float]) -> None:
         return aa.retime(path, velocity=1.0, acceleration=5.0, **asked)
 
     once = timed(q).duration
-    for row, noise in ((0, 1.5e-5), (2, 0.0), (2, 1.5e-5), (4, 0.0)):
+    places = [(0, 1.5e-5), (2, 0.0), (2, 1.5e-5), (4, 0.0)]
+    for row, noise in places[len(asked) % 2 :: 2] if asked and not draw.COUNT else places:
         repeated = np.insert(q, row, q[row] - noise, axis=0)
         found = timed(repeated)
         assert found.duration == pytest.approx(once, rel=differs) and found.s[-1] == 1.0
@@ -512,12 +513,13 @@ def test_a_row_that_is_repeated_is_no_stop(asked: dict[str, float]) -> None:
 @pytest.mark.parametrize("between", ["joints", "spline", "tool"])
 def test_several_rows_in_turn_that_repeat_one_are_no_stop(between: Between) -> None:
     middle, last = Q + np.array([0.2, 0.1, -0.3, 0.2, 0.1, -0.2, 0.4]), Q + 0.1
-    for repeats, ends in itertools.product(([3e-9, 8e-10], [1e-5, 1.5e-5]), ([], [last])):
-        took = [
-            aa.retime(aa.JointPath.from_joints(ARM, rows, between=between), jerk=20.0).duration
-            for rows in ([Q, middle, *(middle + shift for shift in repeats), *ends], [Q, middle, *ends])
-        ]
-        assert abs(took[0] / took[1] - 1) < 1e-3
+    for ends in ([], [last]):
+        repeated = [[middle + shift for shift in shifts] for shifts in ([], [3e-9, 8e-10], [1e-5, 1.5e-5])]
+        once, *took = (
+            aa.retime(aa.JointPath.from_joints(ARM, [Q, middle, *rows, *ends], between=between), jerk=20.0)
+            for rows in repeated
+        )
+        assert all(abs(found.duration / once.duration - 1) < 1e-3 for found in took)
 
 
 @pytest.mark.parametrize("rest", [Q, np.zeros(7)])
@@ -535,14 +537,14 @@ def test_joints_that_rest_take_no_time(rest: Array, between: Between, jerk: Arra
 @pytest.mark.parametrize("n", range(12))
 def test_the_velocity_at_a_corner_between_equal_legs_jumps_by_what_a_cycle_allows(n: int) -> None:
     """Where the tool's corner and the elbow's lie a last digit of s apart the corner was not seen."""
-    draw = np.random.default_rng(n)
+    random = np.random.default_rng(n)
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     path = None
     while path is None or not path.ok:
-        q = draw.uniform(arm.lower * 0.6, arm.upper * 0.6)
+        q = random.uniform(arm.lower * 0.6, arm.upper * 0.6)
         first = arm.forward(q)[0]
         corner, last = first.copy(), first.copy()
-        size = draw.uniform(0.02, 0.1)
+        size = random.uniform(0.02, 0.1)
         corner[0, 3] += size
         last[:2, 3] = corner[:2, 3] + [0, size]
         path = aa.plan(arm, [aa.Line(first, corner), aa.Line(corner, last)], start=q)
