@@ -46,7 +46,8 @@ test:  ## the quick tests, against the installed package: without compilers, bro
 
 laws:  ## inverse, arcs and tracker with EXAMPLES=5000 random examples a law, and SEED= that of the day
 	ARMANGLE_LAWS_COUNT=$(EXAMPLES) ARMANGLE_LAWS_SEED=$(SEED) $(PYTHON) -m pytest $(PARALLEL) \
-	    tests/laws/test_kinematics.py tests/laws/test_feasible.py tests/laws/test_near_shoulder.py tests/motion/test_tracking_jerk.py
+	    tests/laws/test_kinematics.py tests/laws/test_feasible.py tests/laws/test_near_shoulder.py tests/motion/test_tracking_jerk.py \
+	    tests/laws/test_tracker_reaches.py
 
 thorough:  ## what `make check` shows by turns, all of it: each header alone, both compilers, each motion in each file
 	ARMANGLE_LAWS_COUNT=1 $(PYTHON) -m pytest $(PARALLEL) \

@@ -10,6 +10,7 @@
 
 #include "../motion/tracker.hpp"
 #include "hull_cells.hpp"
+#include "nearest_posture.hpp"
 
 #include "../names/begin.hpp"
 
@@ -34,6 +35,25 @@ inline Towards seen_hint(const ChainArm&, const Pose<double>& seen, Towards elbo
 
 /// What of a nearly S-R-S arm keeps clear of obstacles: its true chain.
 inline const ChainArm& body(const ChainArm& arm) noexcept { return arm; }
+
+/// A solution of a target in branch gc within these limits, collision-free, that is near in time.
+inline Nearest resting_solution(const ChainArm& arm, const Limits& limits, const Scene* scene,
+                                const Pose<double>& pose, int gc, const NearestOptions& options) noexcept {
+    const Pose<double> exact{orthonormal(pose.rotation), pose.position};
+    ProvenArcs found;
+    Tag blocking = 0;
+    feasible(arm, exact, gc, limits, 0.0, found);
+    if (scene) keep_clear(arm, *scene, exact, gc, found, blocking);
+    const double held = forward(arm, options.near).psi;
+    const Nearest out = detail::sampled_solution(arm, limits, exact, gc, found.arcs, held, options);
+    const bool doubtful = found.unproven > 0 || found.status == Status::NEAR_SINGULAR;
+    if (is_solved(out.status) || !doubtful) return out;
+    ArmParameters parameters = arm.nominal;  // a solution that arcs do not tell
+    parameters.limits = limits;
+    ChainArm narrow = arm;
+    narrow.nominal = make_arm(parameters);
+    return nearest_posture(narrow, 0.0, pose, options, scene);
+}
 
 /// Where the nominal arm was shown the hand to be, and where the joints that this led to say that it is.
 struct Guess {

@@ -22,6 +22,7 @@
 #include "hand_filter.hpp"
 #include "jerk.hpp"
 #include "leaving.hpp"
+#include "resting_goal.hpp"
 #include "saved.hpp"
 
 #include "../names/begin.hpp"
@@ -107,6 +108,7 @@ inline constexpr double stall = 0.3;        // s of standing away from a goal be
 inline constexpr double lively = 0.02;      // m: a target that has moved farther starts a new case
 inline constexpr double slow = 0.1;         // m/s: for a slower target the arm tries detours after ...
 inline constexpr double patience = 1.0;     // s without coming nearer by ...
+inline constexpr double latest = 4.0;       // s of rest after which it goes straight to a solution anyway
 inline constexpr double progress = 0.1;     // ... this share, which is a stall near obstacles
 inline constexpr double turned = 0.05;      // rad from the goal's configuration at which turning ends
 inline constexpr double irregular = 0.7;    // |sin| of theta_2, theta_6 below which psi turns less ...
@@ -183,8 +185,7 @@ public:
         barred_ = 0;
         draw_ = 1;
         arrived_ = given_up_ = false;
-        home_ = index(branch(chain(arm_, q_.q)));
-        astray_ = 0;
+        choice_ = {};
         rest();
         escaping_ = options_.scene && nearest_pair(0.0).room < 0;
         goal_pose_ = user_pose(arm_, chain(arm_, q_.q).flange);
@@ -200,12 +201,13 @@ public:
     template <class Visit>
     void each_number(Visit& visit) {
         hand_.each_number(visit);
+        choice_.each_number(visit);
         visit.all(q_, relaxed_, v_, a_, stopping_rate_, wrist_speed_, margin_, side_, least_bend_, ahead_,
-                  asked_, astray_, stood_, stood_for_, nearest_, waited_, hinted_, before_, fixed_, arrived_,
+                  asked_, stood_, stood_for_, nearest_, waited_, hinted_, before_, fixed_, arrived_,
                   given_up_, closest_, idle_, relaxing_, searching_, tried_, tried_for_, leg_, sought_,
-                  barred_, draw_, escaping_, goal_pose_);
+                  barred_, draw_, escaping_, goal_pose_, goal_at_);
+        visit.within(goal_why_, 0, status_count - 1);
         visit.within(turning_to_, -1, configurations - 1);
-        visit.within(home_, 0, configurations - 1);
         visit.within(legs_, 0, 2);
     }
     /// The nearest pair of the present configuration among those within `reach` (m) beyond the clearance. Its
@@ -250,12 +252,18 @@ public:
             command.reconfigure != index(t.gc)) {
             rest();
             forget();
-            turning_to_ = home_ = command.reconfigure;
+            turning_to_ = command.reconfigure;
+            choice_ = {};
+            choice_.home = command.reconfigure;
             asked_ = true;
             given_up_ = false;
         }
         const bool refused = asked_ && !worth_a_turn(t);
-        if (refused) stay(t);
+        if (refused) {
+            rest();
+            forget();
+            choice_.home = own_branch(t);
+        }
         std::optional<Guard<Body>> guard;
         box(t);
         if (options_.scene) {
@@ -266,11 +274,12 @@ public:
         Goal goal;
         Joints next;
         heed_hand(t);
-        const bool there = seek(t, goal, next);
+        const bool there =
+            choice_.state == RestingChoice::taken ? seek_choice(t, goal, next) : seek(t, goal, next);
         arrived_ = there && !given_up_;
-        if (goes_home(t, goal)) {
-            turn(t, goal, next);
-        } else if (given_up_) {
+        goal_at_ = goal.at;
+        goal_why_ = static_cast<int>(goal.why);
+        if (given_up_) {
             stand(t, next);
         } else if (there) {
             fixed_ ? meet() : forget();
@@ -284,19 +293,33 @@ public:
         goal_pose_ = goal.pose;
         if (t.guard) stopping_rate_ = t.guard->rate();
         Tracked out = finish(t, goal, next, valid, misled);
-        if (turning_to_ < 0 && goal.why == Status::OK && out.distance <= track_rule::worth)
-            home_ = index(branch(chain(arm_, q_.q)));
         if (refused && out.why != Status::BAD_INPUT) out.why = Status::LIMITS;
         return out;
     }
 
+    /// Records the distance to the target. For a target at rest that is not reached in time, takes one step
+    /// of the search for a solution, and turns to the one that was found.
     void note(double distance, double dt) noexcept {
         if (!fixed_) return;
-        if (turning_to_ < 0) idle_ += seconds(dt);
+        const double time = seconds(dt);
+        choice_.rested += time;
+        if (turning_to_ < 0) idle_ += time;
         const bool met = distance <= track_rule::exact && closest_ > 0;
-        if (!met && !(distance < closest_ - track_rule::gain)) return;
-        closest_ = met ? 0.0 : distance;
-        idle_ = 0;
+        if (met || distance < closest_ - track_rule::gain) {
+            closest_ = met ? 0.0 : distance;
+            idle_ = 0;
+        }
+        const bool busy = asked_ || (options_.scene && turning_to_ >= 0);
+        if (distance <= track_rule::exact || busy || choice_.rested < track_rule::patience) return;
+        if (choice_.state == RestingChoice::open) ask_next_branch();
+        const bool holds = goal_why_ == static_cast<int>(Status::OK), idle = idle_ >= track_rule::patience;
+        if (choice_.state == RestingChoice::found && (!holds || idle || choice_.rested >= track_rule::latest))
+            take_choice();
+        if (choice_.state == RestingChoice::none && idle && !given_up_ && !options_.scene) {
+            choice_.at = goal_at_;  // no branch has a solution: the nearest that was found
+            choice_.why = goal_why_;
+            take_choice();
+        }
     }
 
 private:
@@ -349,15 +372,18 @@ private:
     /// Starts a new case if the target has moved: earlier attempts no longer count.
     void heed_hand(const Tick& t) noexcept {
         const Towards hint = t.elbow ? *t.elbow : Towards{};
-        const double speed = size(hand_.velocity(), options_.length);
-        fixed_ = max(speed, gone_from(before_)) <= track_rule::exact &&
-                 norm(hint.target - hinted_.target) == 0 && hint.wish == hinted_.wish;
+        const double speed = size(hand_.velocity(), options_.length), moved = gone_from(before_);
+        fixed_ = max(speed, moved) <= track_rule::exact && norm(hint.target - hinted_.target) == 0 &&
+                 hint.wish == hinted_.wish;
         hinted_ = hint;
         before_ = hand_.pose();
         given_up_ = given_up_ && fixed_;
         if (!fixed_) {
             closest_ = infinity;
             idle_ = 0;
+            const int home = moved > track_rule::exact ? own_branch(t) : choice_.home;
+            choice_ = {};
+            choice_.home = home;
         }
         if (tried_ > 0 && gone_from(tried_for_) > track_rule::lively) tried_ = 0;
         if (legs_ == 0 || !(gone_from(sought_) > track_rule::strayed)) return;
@@ -724,58 +750,75 @@ private:
         return !nearer;
     }
 
-    /// Keeps the arm in its branch if the requested one cannot reach the target. If the arm was on its way
-    /// and is in a branch that cannot either, it goes to the nearest that can.
-    void stay(const Tick& t) noexcept {
-        const bool underway = legs_ > 0;
-        rest();
-        forget();
-        home_ = index(t.gc);
-        Goal best;
-        if (!underway) return;
-        if (holds_hand(t, best)) {
-            home_ = best.gc;
-            return;
+    // -- the choice for a target at rest
+
+    /// The branch of the present configuration, in the numbers of the body.
+    int own_branch(const Tick& t) const noexcept {
+        if constexpr (std::is_same_v<Body, Arm>) {
+            return index(t.gc);
+        } else {
+            return forward(body_, q_.q).gc;
         }
-        double least = infinity;
-        for (int gc = 0; gc < configurations; ++gc) {
-            Goal goal;
-            turning_to_ = gc;
-            if (!holds_hand(t, goal)) continue;
-            double way = 0;
-            for (int j = 0; j < joints; ++j) way += (goal.at.q[j] - q_.q[j]) * (goal.at.q[j] - q_.q[j]);
-            if (!(way < least)) continue;
-            least = way;
-            best = goal;
-        }
-        turning_to_ = -1;
-        if (!(least < infinity)) return;
-        home_ = best.gc;
-        turn_to(best.at, best.gc);
     }
 
-    /// Returns to the branch in which the end effector was last at the target, if that branch reaches it.
-    /// Used if the arm passed into a branch that does not, and the target has been slow for some time.
-    bool goes_home(const Tick& t, const Goal& goal) noexcept {
-        const auto stays = [&] {
-            return size(speed_, options_.length) <= track_rule::slow &&
-                   size(difference(user_pose(arm_, t.now.flange), wanted_), options_.length) >
-                       track_rule::worth;
-        };
-        const bool passed = turning_to_ < 0 && index(t.gc) != home_ && goal.posture_only;
-        astray_ = passed && stays() ? astray_ + t.dt : 0;
-        if (astray_ < track_rule::patience || weary()) return false;
-        Goal there;
+    /// Asks one more branch for the solution nearest in time.
+    void ask_next_branch() noexcept {
+        const int gc = choice_.asked++;
+        const bool may = options_.detours || gc == choice_.home;
+        const double side = configuration(gc).elbow;
+        const Pose<double>& target = hand_.pose();
+        NearestOptions options;
+        options.near = q_.q;
+        options.branches = 1u << gc;
+        for (int j = 0; j < joints; ++j)
+            if (options_.velocity[j] < infinity)
+                options.weight[j] = 1.0 / (options_.velocity[j] * options_.velocity[j]);
+        if (may) {
+            std::optional<Scene> around;
+            if (options_.scene) {
+                around = *about_;
+                around->clearance += guard_rule::standoff;
+            }
+            const Limits limits = kept_on(side, options_.still_margin);
+            const Nearest one =
+                resting_solution(body_, limits, around ? &*around : nullptr, target, gc, options);
+            if (is_solved(one.status) && one.distance < choice_.cost && is_way(one.q)) {
+                choice_.cost = one.distance;
+                for (int j = 0; j < joint_slots; ++j) choice_.at.q[j] = one.q[j];
+            }
+        }
+        if (choice_.asked < configurations) return;
+        choice_.state = choice_.cost < infinity ? RestingChoice::found : RestingChoice::none;
+    }
+
+    /// Whether the straight way to a configuration is collision-free.
+    bool is_way(const double* to) const noexcept {
+        if (!options_.scene) return true;
+        double d[joints];
         Tag pair = 0;
-        turning_to_ = home_;
-        const bool holds = !elbow_turns(t) && holds_hand(t, there) && !(there.gap > 0);
-        turning_to_ = -1;
-        if (!holds || there.blocked != Status::OK) return false;
-        if (tried_ == 0) tried_for_ = hand_.pose();
-        tried_ += track_rule::most_ways / track_rule::turns;
-        if (t.guard && !t.guard->clear(q_.q, there.at.q, pair)) return false;
+        for (int j = 0; j < joints; ++j) d[j] = to[j] - q_.q[j];
+        return !(StraightMove(body_, *about_).proven(q_.q, d, pair, straight_rule::many_looks) < 1.0);
+    }
+
+    /// From now on moves straight to the chosen solution, and stays there until the target moves.
+    void take_choice() noexcept {
+        choice_.state = RestingChoice::taken;
+        turn_to(choice_.at, index(configuration(arm_, chain(arm_, choice_.at.q).theta)));
         given_up_ = false;
-        turn_to(there.at, home_);
+    }
+
+    /// The goal is the chosen solution; whether the joints of the next cycle can be there.
+    bool seek_choice(const Tick& t, Goal& goal, Joints& next) noexcept {
+        grow_margin(t, circle(arm_, flange_pose(arm_, wanted_)));
+        const Chain there = chain(arm_, choice_.at.q);
+        goal.why = static_cast<Status>(choice_.why);
+        goal.pose = goal.why == Status::OK ? wanted_ : user_pose(arm_, there.flange);
+        goal.at = choice_.at;
+        goal.gc = index(configuration(arm_, there.theta));
+        goal.psi = arm_angle(triad(arm_, there.flange), there.z3);
+        goal.posture_only = true;
+        if (!exact(t, goal, next)) return false;
+        if (t.elbow) choice_.state = RestingChoice::left;  // from here psi goes to the elbow's target
         return true;
     }
 
@@ -1155,6 +1198,7 @@ private:
     /// oscillate; then only an end effector far from its goal, `off` (m), counts. If all attempts for a
     /// resting target fail, the arm stands still.
     void watch(const Tick& t, const Goal& goal, double off) noexcept {
+        if (fixed_ && !t.guard) return;  // see the choice for a target at rest
         const bool counts = fixed_ || off > track_rule::worth, still = has_stalled(t);
         const bool stuck = no_nearer(t, off) || still;
         if (stuck && counts) searching_ = true;
@@ -1327,7 +1371,9 @@ private:
             }
             least_squares(t, p, slowing, v);
         }
-        if (has_stalled(t)) {  // an obstacle blocks nevertheless
+        const bool chosen = choice_.state == RestingChoice::taken;
+        if (!(chosen && !t.guard) && has_stalled(t)) {  // an obstacle blocks nevertheless
+            if (chosen) choice_.state = RestingChoice::left;
             if (t.guard) tried_ += track_rule::most_ways / (asked_ ? 1 : track_rule::turns);
             tried_for_ = hand_.pose();
             rest();
@@ -1448,10 +1494,11 @@ private:
     double least_bend_ = 0;       // rad from straight that joint 4 must keep
     double ahead_ = 0;            // the same, in time for the target
     Crossing crossing_;
-    int turning_to_ = -1;                    // branch approached in joint space; -1: none
-    bool asked_ = false;                     // by the operator
-    int home_ = 0;                           // the branch in which the end effector was last at the target
-    double astray_ = 0;                      // s in another branch that cannot reach it
+    int turning_to_ = -1;  // branch approached in joint space; -1: none
+    bool asked_ = false;   // by the operator
+    RestingChoice choice_;
+    Joints goal_at_{};                       // configuration of the last goal ...
+    int goal_why_ = 0;                       // ... and why it is not the target
     Joints stood_{};                         // where the arm stands, or last stood
     double stood_for_ = 0;                   // s for which it has, away from its goal
     double nearest_ = 0;                     // m: smallest distance to its goal ...

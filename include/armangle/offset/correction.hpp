@@ -7,6 +7,7 @@
 #pragma once
 
 #include "../chain/corrected_tracker.hpp"
+#include "nearest_posture.hpp"
 #include "straight_cells.hpp"
 
 #include "../names/begin.hpp"
@@ -41,6 +42,24 @@ inline Pose<double> next_guess(const OffsetArm&, const Guess& last, const Guess&
 inline Towards seen_hint(const OffsetArm& arm, const Pose<double>& seen, Towards elbow) noexcept {
     if (arm.mirrored && elbow.wish == Wish::point) elbow.target = elbow.target + seen.position;
     return elbow;
+}
+
+/// A solution of a target in branch gc within these limits, collision-free, that is near in time.
+inline Nearest resting_solution(const OffsetArm& arm, const Limits& limits, const Scene* scene,
+                                const Pose<double>& pose, int gc, const NearestOptions& options) noexcept {
+    const Pose<double> exact{orthonormal(pose.rotation), pose.position};
+    ProvenArcs found;
+    Tag blocking = 0;
+    feasible(arm, exact, gc, limits, found);
+    if (scene) keep_clear(arm, *scene, exact, gc, found, blocking);
+    const double held = forward(arm, options.near).free;
+    const Nearest out = detail::sampled_solution(arm, limits, exact, gc, found.arcs, held, options);
+    const bool doubtful = found.unproven > 0 || found.status == Status::NEAR_SINGULAR;
+    if (is_solved(out.status) || !doubtful) return out;
+    ArmParameters rows = arm.own;  // a solution that arcs do not tell
+    rows.limits = limits;
+    const double offset = arm.mirrored ? -arm.a_6 : arm.a_6;
+    return nearest_posture(make_offset_arm(rows, offset, arm.mirrored), pose, options, scene);
 }
 
 }  // namespace armangle

@@ -42,9 +42,9 @@ class _Tracking(Named):
     FOLLOWING: the end effector is at the target, within 1e-9 m. LAGGING: it approaches the target as fast as
     bounds and obstacles allow. NEAREST: the target is out of reach, or no way to it was found: at, or on the
     way to, the nearest pose. HELD: no sample is accepted: it continues as predicted. TURNING: it moves in
-    joint space to the branch of `reconfigure`, back to the arm's own, out of a corner of the limits, or
-    around an obstacle: the end effector leaves the target. RETURNING: a joint violates its limits, or a link
-    collides, since `start`: it is leaving that state.
+    joint space to the branch of `reconfigure`, to a solution of a target at rest, out of a corner of the
+    limits, or around an obstacle: the end effector leaves the target. RETURNING: a joint violates its limits,
+    or a link collides, since `start`: it is leaving that state.
     """
 
 
@@ -180,11 +180,14 @@ class Tracker:
     nearest pose that it can reach, never stops while a better one is reachable, and never jumps. It follows
     the target exactly if it can. If bounds forbid that, the end effector follows as fast as they allow. If
     the wrist is out of reach, it stops at the reach and keeps the orientation. If limits forbid the pose, it
-    moves where no small move comes nearer. The branch is constant, except at theta_2 = 0 and theta_6 = 0,
-    where two branches meet and the arm passes through.
+    moves where no small move comes nearer. While the target moves, the branch is constant, except at
+    theta_2 = 0 and theta_6 = 0, where two branches meet and the arm passes through.
 
-    A constant target brings the arm to rest: at the target, or, if its branch has no solution for it, as near
-    as was found.
+    No constant target is left: without obstacles the arm reaches it exactly and stays there, from any start
+    and after any history, if any branch has a solution within the limits with joint 4 at least 0.05 rad from
+    straight and folded. If a target has rested for a second and the arm no longer comes nearer, or has rested
+    for four, the arm moves straight in joint space (TURNING) to a solution near in time. It keeps this choice
+    until the target moves. If there is no solution, the arm comes to rest as near as was found.
 
     The joints returned satisfy ``|v| <= velocity`` and ``|v - v before| <= acceleration·dt`` with ``v = (q -
     q before) / dt``, and can always brake before their limits. With `jerk` they satisfy ``|a - a before| <=
@@ -227,9 +230,10 @@ class Tracker:
     soft_clearance : float
         Additional distance beyond the scene's clearance that the arm angle keeps if possible, m.
     detours : bool
-        Whether the end effector may leave a target that it cannot approach, with the status TURNING: around
-        an obstacle, out of a corner of the limits, or back to its branch. It moves as fast as the bounds
-        allow, and may go far from the target. False: it stays as near as it comes, except for `reconfigure`.
+        Whether the arm may go to another branch for a target at rest, and search a way around obstacles, with
+        the status TURNING. It moves as fast as the bounds allow, and the end effector may go far from the
+        target. False: a target at rest is reached if the branch in which the arm was when the target came to
+        rest has a solution; otherwise the arm stays as near as it comes, except for `reconfigure`.
 
     Raises
     ------
