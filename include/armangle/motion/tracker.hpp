@@ -22,7 +22,7 @@
 #include "hand_filter.hpp"
 #include "jerk.hpp"
 #include "leaving.hpp"
-#include "resting_goal.hpp"
+#include "resting_choice.hpp"
 #include "saved.hpp"
 
 #include "../names/begin.hpp"
@@ -205,7 +205,7 @@ public:
         visit.all(q_, relaxed_, v_, a_, stopping_rate_, wrist_speed_, margin_, side_, least_bend_, ahead_,
                   asked_, stood_, stood_for_, nearest_, waited_, hinted_, before_, fixed_, arrived_,
                   given_up_, closest_, idle_, relaxing_, searching_, tried_, tried_for_, leg_, sought_,
-                  barred_, draw_, escaping_, goal_pose_, goal_at_);
+                  barred_, draw_, escaping_, goal_pose_, goal_at_, goal_gap_);
         visit.within(goal_why_, 0, status_count - 1);
         visit.within(turning_to_, -1, configurations - 1);
         visit.within(legs_, 0, 2);
@@ -279,6 +279,7 @@ public:
         arrived_ = there && !given_up_;
         goal_at_ = goal.at;
         goal_why_ = static_cast<int>(goal.why);
+        goal_gap_ = goal.gap;
         if (given_up_) {
             stand(t, next);
         } else if (there) {
@@ -315,9 +316,10 @@ public:
         const bool holds = goal_why_ == static_cast<int>(Status::OK), idle = idle_ >= track_rule::patience;
         if (choice_.state == RestingChoice::found && (!holds || idle || choice_.rested >= track_rule::latest))
             take_choice();
-        if (choice_.state == RestingChoice::none && idle && !given_up_ && !options_.scene) {
+        if (choice_.state == RestingChoice::none && idle && !arrived_ && !given_up_ && !options_.scene) {
             choice_.at = goal_at_;  // no branch has a solution: the nearest that was found
             choice_.why = goal_why_;
+            choice_.gap = goal_gap_;
             take_choice();
         }
     }
@@ -814,6 +816,7 @@ private:
         goal.why = static_cast<Status>(choice_.why);
         goal.pose = goal.why == Status::OK ? wanted_ : user_pose(arm_, there.flange);
         goal.at = choice_.at;
+        goal.gap = choice_.gap;
         goal.gc = index(configuration(arm_, there.theta));
         goal.psi = arm_angle(triad(arm_, there.flange), there.z3);
         goal.posture_only = true;
@@ -1498,6 +1501,7 @@ private:
     bool asked_ = false;   // by the operator
     RestingChoice choice_;
     Joints goal_at_{};                       // configuration of the last goal ...
+    double goal_gap_ = 0;                    // its gap (m)
     int goal_why_ = 0;                       // ... and why it is not the target
     Joints stood_{};                         // where the arm stands, or last stood
     double stood_for_ = 0;                   // s for which it has, away from its goal

@@ -23,6 +23,7 @@ struct RestingChoice {
     int asked = 0;           // branches that were asked
     int home = 0;            // the branch of the arm when the target came to rest
     int why = 0;             // Status: why it is not a solution, but the nearest that was found
+    double gap = 0;          // m: of that one
     double rested = 0;       // s for which the target has rested
     double cost = infinity;  // of the best solution so far: distance weighted by the joints' velocities, s
     Joints at{};             // that solution
@@ -34,7 +35,7 @@ struct RestingChoice {
         visit.within(asked, 0, configurations);
         visit.within(home, 0, configurations - 1);
         visit.within(why, 0, status_count - 1);
-        visit.all(rested, cost, at);
+        visit.all(rested, gap, cost, at);
     }
 };
 
