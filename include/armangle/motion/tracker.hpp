@@ -306,7 +306,9 @@ public:
         choice_.rested += time;
         if (turning_to_ < 0) idle_ += time;
         const bool met = distance <= track_rule::exact && closest_ > 0;
-        if (met || distance < closest_ - track_rule::gain) {
+        const bool nearer =
+            distance < closest_ - track_rule::gain || distance < (1.0 - track_rule::progress) * closest_;
+        if (met || nearer) {
             closest_ = met ? 0.0 : distance;
             idle_ = 0;
         }
@@ -314,7 +316,8 @@ public:
         if (distance <= track_rule::exact || busy || choice_.rested < track_rule::patience) return;
         if (choice_.state == RestingChoice::open) ask_next_branch();
         const bool holds = goal_why_ == static_cast<int>(Status::OK), idle = idle_ >= track_rule::patience;
-        if (choice_.state == RestingChoice::found && (!holds || idle || choice_.rested >= track_rule::latest))
+        if (choice_.state == RestingChoice::found &&
+            (!holds || idle || (distance > track_rule::gain && choice_.rested >= track_rule::latest)))
             take_choice();
         if (choice_.state == RestingChoice::none && idle && !arrived_ && !given_up_ && !options_.scene) {
             choice_.at = goal_at_;  // no branch has a solution: the nearest that was found
