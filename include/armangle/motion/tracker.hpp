@@ -108,7 +108,6 @@ inline constexpr double stall = 0.3;        // s of standing away from a goal be
 inline constexpr double lively = 0.02;      // m: a target that has moved farther starts a new case
 inline constexpr double slow = 0.1;         // m/s: for a slower target the arm tries detours after ...
 inline constexpr double patience = 1.0;     // s without coming nearer by ...
-inline constexpr double latest = 4.0;       // s of rest after which it goes straight to a solution anyway
 inline constexpr double progress = 0.1;     // ... this share, which is a stall near obstacles
 inline constexpr double turned = 0.05;      // rad from the goal's configuration at which turning ends
 inline constexpr double irregular = 0.7;    // |sin| of theta_2, theta_6 below which psi turns less ...
@@ -316,9 +315,7 @@ public:
         if (distance <= track_rule::exact || busy || choice_.rested < track_rule::patience) return;
         if (choice_.state == RestingChoice::open) ask_next_branch();
         const bool holds = goal_why_ == static_cast<int>(Status::OK), idle = idle_ >= track_rule::patience;
-        if (choice_.state == RestingChoice::found &&
-            (!holds || idle || (distance > track_rule::gain && choice_.rested >= track_rule::latest)))
-            take_choice();
+        if (choice_.state == RestingChoice::found && (!holds || idle)) take_choice();
         if (choice_.state == RestingChoice::none && idle && !arrived_ && !given_up_ && !options_.scene) {
             choice_.at = goal_at_;  // no branch has a solution: the nearest that was found
             choice_.why = goal_why_;
