@@ -295,5 +295,5 @@ def test_rows_that_are_no_motion_are_said() -> None:
         assert np.array_equal(path.at(0.0).q, rest)
         outside = aa.JointPath.from_joints(ARM, [rest, rest + 3], between=between)
         refused(aa.PathError, "outside its limits", aa.retime, outside, acceleration=A)
-    with pytest.raises(aa.PathError, match="between='joints' to from_joints"):
+    with pytest.raises(aa.PathError, match="or between='joints'"):
         aa.JointPath.from_joints(ARM, [rest, -rest]).at(0.5)
