@@ -75,7 +75,8 @@ void bind_checks(nb::class_<Handle>& arm) {
     arm.def("check_joints", &check_joint_rows<Handle>, nb::arg("q"), nb::arg("argument"));
 }
 
-/// Poses, arm angles and branches of a run, from the first three buffers of a grid.
+/// A run of an inverse: pointers and strides of poses, psi (rad) and gc from the offsets `at`. `nan`: a pose
+/// out of reach gives NaN instead of an error.
 inline armangle::InverseBatch asked_batch(const Buffer& pose, const Buffer& psi, const Buffer& gc,
                                           const Py_ssize_t* at, const Py_ssize_t* step, bool nan) {
     armangle::InverseBatch b;

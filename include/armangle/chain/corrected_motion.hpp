@@ -49,7 +49,8 @@ class CorrectedMotion {
 public:
     using Mask = decltype(T() < T());
 
-    /// `on` is the circle of the centre.
+    /// Of the pose at the centre of a ball of poses, in branch `gc`. `on` has the axis S-W and the zero of
+    /// psi of `centre`. Not usable unless its distance S-W is strictly between the inner and the outer reach.
     CorrectedMotion(const Arm& arm, const Pose<T>& centre, const Triad<T>& on,
                     const Configuration<T>& gc) noexcept
         : arm_(&arm),

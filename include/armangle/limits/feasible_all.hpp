@@ -78,7 +78,8 @@ inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<d
     left.status = told_by_joints(arm, pose, gc, t, left.status, hides, any, arcs);
 }
 
-/// feasible() if arcs do not decide, or if the self-motion was not kept.
+/// The slow half of feasible(): computes the branch again, and where rounding may hide solutions from the
+/// arcs, searches on the joints.
 [[gnu::noinline, gnu::cold]] inline Status feasible_again(const Arm& arm, const Pose<double>& pose, int gc,
                                                           const LimitTable& t, ArcSet& out) noexcept {
     const SelfMotion<double> m = self_motion(arm, pose, gc);

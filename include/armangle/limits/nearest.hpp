@@ -96,7 +96,8 @@ ARMANGLE_INLINE bool is_about_straight(const LimitTable& t, const Circle<double>
     return abs(c.triangle.eta.sin) <= poor_band(t);
 }
 
-/// Whether a hinge, or the elbow, comes within `band` (rad) of straight, or hardly moves with psi.
+/// Whether joint 2, joint 6 or the elbow comes within `band` (rad) of 0 or pi on the circle, or joint 2 or 6
+/// hardly moves with psi.
 ARMANGLE_INLINE bool comes_near_straight(double band, const Circle<double>& c,
                                          const JointFunctions<double>& f) noexcept {
     const double gap = 0.5 * band * band;  // 1 - cos
@@ -1210,7 +1211,7 @@ private:
     /// Whether a box with this bound cannot hold a better solution.
     bool dropped(double least) const noexcept { return !(least < worth()) || least > ceiling_; }
 
-    /// One bit for each of eight bounds that is not dropped.
+    /// Bit k is set if box k may hold a better solution: its bound of the cost is not dropped().
     unsigned kept(const Boxes& least) const noexcept {
         return bits((least < Boxes(worth())) & (least <= Boxes(ceiling_)));
     }

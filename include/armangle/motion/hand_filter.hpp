@@ -83,7 +83,8 @@ public:
 private:
     bool is_plain() const noexcept { return !(options_.omega < infinity); }
 
-    /// Updates the estimate from the samples; false if no sample is accepted, or samples are used unfiltered.
+    /// Advances the estimate by dt (s). True if the acceleration may be updated; false if the sample is
+    /// missing or a jump, if the estimate restarts, or if an unfiltered sample repeats.
     bool estimate(const Pose<double>* sample, double dt) noexcept {
         age_ += dt;
         changed_ += dt;

@@ -400,7 +400,8 @@ private:
         return {robot_joint(arm_, joint[bit]), zero[bit], bit == 0 ? tolerance::singular : root};
     }
 
-    /// The branch of a posture: of those that meet in it, the one that is asked.
+    /// The branch `gc` of a posture if it is requested; otherwise a requested branch that the posture belongs
+    /// to as well, because a sine that tells them apart is 0 up to rounding; `gc` if there is none.
     int asked_branch(int gc, const Joints& at) const noexcept {
         int both = 0;
         for (int bit = 0; bit < 3; ++bit) {

@@ -209,7 +209,8 @@ struct Curve {
         for (int k = 0; k < 3 && arm.roll_free; ++k) out[k * joints + joints - 1] = 0;
     }
 
-    /// Whether hinge h is so near to 0 at s that the directions next to it lose digits.
+    /// Whether joint 2 (h = 0) or joint 6 (h = 1) is so near to 0 or pi at s that the angles of the joints
+    /// before and after it lose digits.
     bool barely_open(const Stretch& x, double s, int h) const noexcept {
         return makes_one_axis(place(x, s, phi_at(x, s)).angles, hinge_joint[h], curve_rule::shut);
     }

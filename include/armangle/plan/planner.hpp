@@ -184,8 +184,8 @@ private:
                        {task_.scenes, task_.allowed_everywhere, touching_, &task_.checkpoint});
     }
 
-    /// Whether the start or the goal is in contact, up to rounding: joints at the end of an arc that an
-    /// obstacle makes are.
+    /// Whether the start or the goal has no more than the required clearance, up to rounding. Joints taken
+    /// from the end of a collision-free arc are exactly at it.
     bool touches() const noexcept { return touches(options_.start, 0) || touches(options_.goal, 1); }
 
     /// The same for joints q at s.
@@ -1338,7 +1338,8 @@ private:
         return spline(s, s, phi);
     }
 
-    /// Draws a spline into a plan; its first configuration is on the turns nearest to q.
+    /// Writes a spline of phi(s) into a plan: its branch and its stretches with joint values. The first
+    /// joints are on the turns nearest to q.
     void draw(const Tube& t, const Spline& drawn, const double* q, Plan& out) const {
         out.gc = t.gc;
         out.stretches = stretches_of(drawn, {task_.segments, task_.segment_count});

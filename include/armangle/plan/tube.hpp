@@ -102,7 +102,8 @@ struct Task {
         out.pivot[pivots - 1] = {{none, none, T(at.sin)}, {none, none, T(at.cos)}, T(1.0)};
         return out;
     }
-    /// phi of the target in a branch at s; NaN without a target.
+    /// phi (rad) at which the user wants the elbow in branch gc at s; NaN without a wish. phi is the arm
+    /// angle counted from a zero that moves with the path.
     double wished_phi(int gc, double s) const noexcept {
         if (!wish) return not_a_number;
         const SelfMotion<double> m = self_motion(arm, circle_at(s), configuration(gc));

@@ -269,7 +269,8 @@ private:
         return fixed ? tube_rule::still : tolerance::angle;
     }
 
-    /// Whether the two arcs have a common part between the two configurations, or a gap of at most `slack`.
+    /// Whether some phi between those of a and b, on the shorter way round, is in both their arcs; a gap of
+    /// at most `slack` (rad) also counts.
     bool joined(const Section& la, const Candidate& a, const Section& lb, const Candidate& b,
                 double slack) const noexcept {
         const double turn = two_pi * round((a.phi - b.phi) / two_pi), end = b.phi + turn;

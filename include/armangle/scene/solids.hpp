@@ -44,7 +44,7 @@ struct Solid {
     const Field* field = nullptr;
 };
 
-/// Whether a solid has axes of its own.
+/// Whether `Solid::axes` is used: boxes, hulls and fields have an orientation.
 constexpr bool has_axes(SolidKind kind) noexcept {
     return kind == SolidKind::box || kind == SolidKind::hull || kind == SolidKind::field;
 }

@@ -186,8 +186,9 @@ class Tracker:
     No constant target is left: without obstacles the arm reaches it exactly and stays there, from any start
     and after any history, if any branch has a solution within the limits with joint 4 at least 0.05 rad from
     straight and folded. If a target has rested for a second and the arm comes no nearer, the arm moves
-    straight in joint space (TURNING) to a solution near in time. It keeps this choice until the target moves.
-    Of 1000 targets 998 take less than 10 s longer than the velocities need. If there is no solution, the arm comes to rest as near as was found.
+    straight in joint space (TURNING) to a solution near in time. It keeps this choice until the target
+    moves. Of 1000 targets 998 take less than 10 s longer than the velocities need. If there is no solution,
+    the arm comes to rest as near as was found.
 
     The joints returned satisfy ``|v| <= velocity`` and ``|v - v before| <= acceleration·dt`` with ``v = (q -
     q before) / dt``, and can always brake before their limits. With `jerk` they satisfy ``|a - a before| <=

@@ -31,7 +31,9 @@ class Unused:
 
 
 def strip(spec: Any, mujoco: Any) -> Unused:
-    """Delete everything but bodies, joints, sites and their equalities; return the removed bounds.
+    """Delete everything but bodies, joints, sites and their equalities from the model, in place.
+
+    Returns the bounds of the deleted position servos and tendons.
 
     Every body gets the same mass: bodies with a mass from shapes, including attached ones, would not compile.
     """
