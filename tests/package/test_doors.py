@@ -174,7 +174,9 @@ def environment(clone: Path, pip: str) -> subprocess.CompletedProcess[str]:
     script = clone / ".venv" / "bin" / "pip"
     script.write_text(f"#!/bin/sh\n{pip}\n", encoding="utf-8")
     script.chmod(0o755)
-    return subprocess.run([clone / "tools" / "environment", "plot"], capture_output=True, text=True)
+    alone = {name: value for name, value in os.environ.items() if name != "ARMANGLE_PACKAGES"}
+    command = [clone / "tools" / "environment", "plot"]
+    return subprocess.run(command, env=alone, capture_output=True, text=True)
 
 
 def test_an_environment_that_is_there_is_kept_and_the_log_is_one_line(clone: Path) -> None:

@@ -32,10 +32,7 @@ _CIRCLE_SAMPLES = 181
 _LARGEST_MOVE = 1.0  # rad: a policy may act at full strength, but no joint may jump
 _TICK, _FASTEST, _HARDEST = 0.02, 3.0, 30.0  # s, rad/s, rad/s²: of the tracker that follows the gizmo
 _MOST_TICKS = 500
-_AT_REST, _RESTING_TICKS = (
-    1e-3,
-    30,
-)  # rad/s; for so many cycles, because a stalled arm turns around after 0.3 s
+_AT_REST, _RESTING_TICKS = 1e-3, 60  # rad/s; cycles, because a stalled arm goes on after a second
 _ROUNDING = 1e-9  # rad: limit violation by rounding
 _TOUCH = 1e-9  # m below the clearance by rounding
 OBSTACLE, UNPROVEN = JOINTS + 1, JOINTS + 2
