@@ -33,7 +33,7 @@ import armangle as aa
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent / "tests"))
-from support import streams  # noqa: E402  # the same hands as the tests'
+from support import streams  # noqa: E402  # the same targets as the tests'
 
 Floats = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 DT = 0.01
 MARGIN = 0.06  # rad off straight, and off folded: joint 4 keeps 0.05 of it at rest
-BEYOND = 30.0  # s longer than the joints' velocities need; 998 of 1000 take less than 10
+BEYOND = 30.0  # s longer than the joints' velocities need
 ARMS = {name: aa.Arm.from_catalogue(name) for name in aa.catalogue()} | {
     f"{name} calibrated": CALIBRATED[f"{name} 1.0 mm"] for name in ("kuka_iiwa7_r800", "openarm_v10")
 }

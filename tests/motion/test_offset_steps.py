@@ -177,13 +177,6 @@ def test_it_keeps_no_singularity_margin() -> None:
         FR3.with_(singularity_margin=0.1)
 
 
-def test_a_path_of_an_offset_arm_is_of_no_srs_arm() -> None:
-    path = aa.follow(FR3, FR3.forward(READY)[0][None], start=READY)
-    assert path.arm is FR3 and path.ok
-    with pytest.raises(aa.UnsupportedError):
-        _ = path.srs_arm
-
-
 def test_a_wish_for_the_free_joint_is_met() -> None:
     pose, free, _ = FR3.forward(READY)
     q = READY

@@ -43,8 +43,8 @@ def cost(plan: aa.JointPath) -> float:
 def the_wire_is_held(plan: aa.JointPath, path: aa.Path) -> None:
     at = plan.at(DENSE)
     np.testing.assert_allclose(at.pose[:, :3, 2:], path.pose(DENSE)[:, :3, 2:], atol=1e-11)
-    np.testing.assert_allclose(plan.srs_arm.forward(at.q)[0], at.pose, atol=1e-11)
-    assert plan.srs_arm.within_limits(at.q, 1e-9).all()
+    np.testing.assert_allclose(plan.arm.forward(at.q)[0], at.pose, atol=1e-11)
+    assert plan.arm.within_limits(at.q, 1e-9).all()
 
 
 @pytest.mark.parametrize("arm", ARMS)

@@ -207,6 +207,15 @@ class ArcSet:
             object.__setattr__(self, name, frozen(found) if isinstance(found, np.ndarray) else found)
 
     @classmethod
+    def _empty(cls, shape: Shape) -> ArcSet:
+        """Return empty sets."""
+        codes = np.zeros(math.prod(shape), dtype=np.int8)
+        ends = np.empty((0, 2), dtype=np.int8)
+        return cls._from_core(
+            shape, (codes.astype(np.int64), np.empty((0, 2)), ends, ends, np.empty((0, 2)), codes)
+        )
+
+    @classmethod
     def _from_core(
         cls, shape: Shape, arrays: tuple[Any, ...], ready: Ready | None = None, unproven: Floats | None = None
     ) -> ArcSet:

@@ -1374,12 +1374,9 @@ class Arm(FrozenValue):
         """
         batch, (poses, branches) = self._branches(pose, gc)
         shape = (*batch, *((JOINTS,) if wanted is Wanted.JOINTS else ()))
-        measure = np.zeros(shape).reshape(-1)
         if self.kind == "srs":
-            codes, ends = np.zeros(measure.shape, dtype=np.int8), np.empty((0, 2), dtype=np.int8)
-            return ArcSet._from_core(
-                shape, (codes.astype(np.int64), np.empty((0, 2)), ends, ends, np.empty((0, 2)), codes)
-            )
+            return ArcSet._empty(shape)
+        measure = np.zeros(shape).reshape(-1)
         handle = cast(ChainHandle, self._handle)
         margin = 0.0 if wanted is Wanted.CLEAR else self.singularity_margin
         columns = handle.feasible_many(poses, branches, margin, wanted, measure, 1, None, left_out=True)

@@ -112,7 +112,7 @@ def unsolved(arm: Arm, poses: ArrayLike, gc: ArrayLike) -> ArcSet:
     It is empty for an arm with an arm angle, whose circle is whole.
     """
     if arm.redundancy == "arm_angle":
-        return arm._left_out(poses, gc) & ArcSet([])
+        return ArcSet._empty(arm._branches(poses, gc)[0])
     loose = arm.with_(lower=-np.inf, upper=np.inf, scene=None)
     return (~loose.feasible(poses, gc))._less(loose._left_out(poses, gc))
 

@@ -172,7 +172,7 @@ def draw_overview(runs: list[Run], file: BinaryIO) -> None:
     from matplotlib.patches import Patch
 
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
-    arm, gc = runs[0].path.srs_arm, runs[0].gc_start
+    arm, gc = runs[0].path.arm, runs[0].gc_start
     plots.feasible_map((arm, runs[0].path.poses), gc=gc, ax=left)
     for made, colour in zip(runs, _CURVES, strict=True):
         path = from_start(made)

@@ -16,7 +16,7 @@ from ..arm.arm import Arm
 from ..arm.chain import edge_of_reach
 from ..arm.diagnosis import Diagnosis
 from ..arm.joint_map import to_theta
-from ..arm.offset import OffsetArm, as_srs
+from ..arm.offset import OffsetArm
 from ..errors import InputError, PathError, UnreachableError, has_package
 from ..scenes.scene import Scene
 from ..status import SOLVED, STATUSES, Status
@@ -371,17 +371,6 @@ class JointPath:
             near = self.arm.clearance(self.q[k], scene)
             apart[k], names[k] = near.distance, (str(near.obstacle), str(near.link))
         return apart, names
-
-    @property
-    def srs_arm(self) -> Arm:
-        """The arm, if it has no offset wrist or shoulder.
-
-        Raises
-        ------
-        UnsupportedError
-            If it has one.
-        """
-        return as_srs(self.arm, "what needs the arm angle or the links")
 
     def at(self, s: ArrayLike) -> PathPoint:
         """Return the motion at any s: the closed-form inverse at the pose and the arm angle there.

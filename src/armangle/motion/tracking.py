@@ -183,12 +183,12 @@ class Tracker:
     moves where no small move comes nearer. While the target moves, the branch is constant, except at
     theta_2 = 0 and theta_6 = 0, where two branches meet and the arm passes through.
 
-    No constant target is left: without obstacles the arm reaches it exactly and stays there, from any start
-    and after any history, if any branch has a solution within the limits with joint 4 at least 0.05 rad from
-    straight and folded. If a target has rested for a second and the arm comes no nearer, the arm moves
-    straight in joint space (TURNING) to a solution near in time. It keeps this choice until the target
-    moves. Of 1000 targets 998 take less than 10 s longer than the velocities need. If there is no solution,
-    the arm comes to rest as near as was found.
+    Without obstacles the arm reaches a constant target exactly and stays there, from any start and after any
+    history, if any branch has a solution within the limits with joint 4 at least 0.05 rad from straight and
+    folded. If a target has rested for a second and the arm comes no nearer, the arm moves straight in joint
+    space (TURNING) to a solution near in time. It keeps this choice until the target moves. If there is no
+    solution, the arm comes to rest as near as was found. For an arm with an offset there are rare
+    exceptions.
 
     The joints returned satisfy ``|v| <= velocity`` and ``|v - v before| <= acceleration·dt`` with ``v = (q -
     q before) / dt``, and can always brake before their limits. With `jerk` they satisfy ``|a - a before| <=
@@ -529,7 +529,7 @@ class Tracker:
             and np.array_equal(self._saved(), other._saved(), equal_nan=True)
         )
 
-    __hash__ = None  # type: ignore[assignment]  # it changes with every tick
+    __hash__ = None  # type: ignore[assignment]  # it changes with every cycle
 
     def __repr__(self) -> str:
         return f"<Tracker of {self._arm.name or 'an arm'}, dt = {self._dt:g} s>"
