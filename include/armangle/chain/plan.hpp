@@ -51,7 +51,7 @@ inline bool nominal_joints(const ChainArm& arm, const double* q, double (&out)[j
 
 /// Whether the true arm has the pose at joints q.
 inline bool belongs(const ChainArm& arm, const double* q, const Pose<double>& pose) noexcept {
-    return is_same(tool_pose(arm, q), pose, plan_rule::on_pose);
+    return is_same(tool_pose(arm, q), pose, PlanEndsTuning::on_pose);
 }
 
 /// How far (rad) from joints q the curve is at s; infinite where it has no posture there.
@@ -158,7 +158,7 @@ inline ChainPlan plan_about(const ChainArm& arm, const Segment* segments, std::s
             const double gap = gap_at(curve, end.q, end.s);
             (end.s > 0 ? now.goal_gap : now.start_gap) = gap;
             const double most =
-                belongs(arm, end.q, end.pose) ? plan_rule::end_move : tolerance::largest_angle;
+                belongs(arm, end.q, end.pose) ? PlanReasonsTuning::end_move : tolerance::largest_angle;
             if (!(gap <= most)) now = refused_end(arm, end.q, end.s, options.branches);
         }
         const bool done = kept || !(excess < infinity);

@@ -15,10 +15,12 @@
 #include <utility>
 
 #include "crossing.hpp"
-#include "diagnose.hpp"
+#include "curve_cost.hpp"
 #include "duration.hpp"
 #include "tube.hpp"
 #include "optimum.hpp"
+#include "plan_ends.hpp"
+#include "plan_reasons.hpp"
 #include "relax.hpp"
 #include "shadow.hpp"
 #include "../batch/parallel.hpp"
@@ -60,48 +62,23 @@ struct Plan {
 };
 
 namespace plan_rule {
-inline constexpr int rounds = 4;                    // of new sections where the proof found a violation
-inline constexpr int crossing_rounds = 10;          // the same for a path through several branches
-inline constexpr double cheap = 0.02;               // least margin of the path of least cost (rad)
-inline constexpr int samples = 5;                   // of an empty range, to explain it
-inline constexpr std::size_t sections_looked = 33;  // of a range closed by obstacles, to find its worst place
-inline constexpr double look = 0.3;                 // step of psi in that search (rad)
-inline constexpr int thirds = 8;                    // steps that narrow the neighbours of the worst place
+inline constexpr int rounds = 4;            // of new sections where the proof found a violation
+inline constexpr int crossing_rounds = 10;  // the same for a path through several branches
+inline constexpr double cheap = 0.02;       // least margin of the path of least cost (rad)
 /// Links tried per requested section, over all branches, before a search is given up, and as many again to
 /// draw its result. This is some ten times the need of an arm without extra turns, some 2 s for 250 poses.
 inline constexpr long long links = 300000;
 inline constexpr long long least_sections = 250;  // a short path may try as many as this one
 inline constexpr long long at_once = 4;           // share of them that a branch may try in parallel
 inline constexpr std::size_t alone = 16;  // requested sections below which a thread costs more than it saves
-inline constexpr double beside = 0.2;     // of phi: range to search the solution nearest to a start (rad)
-inline constexpr double beside_singular = 0.02;  // |sin| of theta_2, theta_6 of an end that is led (rad)
-inline constexpr double nearly_shut =
-    1e-3;  // |sin| of theta_2 and theta_6 that together reject an end (rad), or soon after (s)
-inline constexpr double on_pose = 1e-6;           // m and rad: an end this near belongs to its pose
-inline constexpr double straight = 1e-7;          // theta_4 to which rounding may bend a straight elbow (rad)
-inline constexpr double locked = 1e-3;            // range below which a joint determines phi (rad)
-inline constexpr double widest_gap = 0.05;        // of an end from the solution that replaces it (rad)
-inline constexpr int few_winding = 2;             // joints of two turns or more that are tried on all turns
+inline constexpr int few_winding = 2;     // joints of two turns or more that are tried on all turns
 inline constexpr double of_wish[] = {1, 0.1, 0};  // weights of psi's target tried in a path through branches
-inline constexpr int looks = 8;                   // samples of a stretch for its travel and its least margin
 inline constexpr double end_step =
     1e-9;  // of the first (last) stretch: distance of the sample nearest to an end
-inline constexpr double end_off = 1e-7;   // error of joints at the end itself (rad), by rounding
-inline constexpr double end_move = 1e-3;  // largest move of a joint there (rad); more is a jump
-inline constexpr double in_plane =
-    0.05;  // largest move of joints 1, 3, 5, 7 if the arm stays in its plane (rad)
-inline constexpr int held_steps = 200;    // to test whether an arm angle can be held constant ...
-inline constexpr double home = 5e-3;      // of theta_2, theta_6 from 0 or pi: the home position (rad)
-inline constexpr double held_move = 0.2;  // ... and the largest move of a joint in one (rad)
+inline constexpr double end_off = 1e-7;  // error of joints at the end itself (rad), by rounding
 }  // namespace plan_rule
 
 namespace detail {
-
-/// Distance of a hinge's theta from 0 and +-pi.
-inline double hinge_clearance(double theta) noexcept {
-    const double size = abs(theta);
-    return min(size, pi - size);
-}
 
 /// One plan: sections, search, curve and proof of each branch; docs/background/paths.md.
 class Planner {
@@ -195,33 +172,6 @@ private:
         return at.nearest_pair(q, straight_rule::slack).room < straight_rule::slack;
     }
 
-    /// Whether obstacles and the user permit phi at s; if not, the reason.
-    bool open(double s, const SelfMotion<double>& m, double phi, Anchor& why) const {
-        if (!task_.encumbered()) return true;
-        ArcSet any, left;
-        make_full(any);
-        Tag blocking = 0;
-        const Status status = task_.keep_open(s, m, any, left, blocking);
-        if (contains(left, phi)) return true;
-        why.why = Status::NOT_ALLOWED;  // if it is collision-free: the user forbids it
-        if (!task_.scenes) return false;
-        if (status == Status::POSE_BLOCKED) {
-            why.why = status;
-            why.touching = blocking;
-        }
-        for (int k = task_.scenes.first(s); k <= task_.scenes.last(s); ++k) {
-            const Scene& scene = task_.scenes[k];
-            const Proximity near = proximity(task_.arm, scene, m, phi);
-            if (!(near.distance < scene.clearance)) continue;
-            const double shortfall = scene.clearance - near.distance;
-            if (shortfall <= why.shortfall) continue;
-            why.why = status == Status::POSE_BLOCKED ? status : Status::CLEARANCE;
-            why.touching = near.pair;
-            why.shortfall = shortfall;
-        }
-        return false;
-    }
-
     /// The options with the fixed joint 7 in both ends, for an arm with free roll.
     PlanOptions with_held_roll(const Arm& arm, const PlanOptions& given) noexcept {
         PlanOptions out = given;
@@ -250,110 +200,6 @@ private:
         const double x = min(a.margin, a.elbow_margin), y = min(b.margin, b.elbow_margin);
         if (abs(x - y) > link_rule::tie) return x > y;
         return a.margin > b.margin;
-    }
-
-    /// Distance of the nearest hinge from 0 or +-pi: there the arm angle does not determine how the joints
-    /// next to it share their turn.
-    double clearance(const double* q) const noexcept {
-        return min(hinge_clearance(wrap(to_theta(task_.arm, 1, q[1]))),
-                   hinge_clearance(wrap(to_theta(task_.arm, 5, q[5]))));
-    }
-
-    /// The solution of phi on a section, on the turns nearest to given joints, and the largest difference of
-    /// a joint.
-    double placed(const Section& l, double phi, const double* near, double* q) const noexcept {
-        const Joints solved = joints_near(task_.arm, directions(l.motion, sin_cos(phi)), near);
-        for (int j = 0; j < joints; ++j) q[j] = solved.q[j];
-        return largest_move(q, near);
-    }
-
-    /// phi of the solution on a section nearest to joints that are slightly off, by golden-section search
-    /// from a first guess.
-    double nearest_phi(const Section& l, double phi, const double* near) const noexcept {
-        const double share = 0.5 * (std::sqrt(5.0) - 1.0);
-        double q[joints], low = phi - plan_rule::beside, high = phi + plan_rule::beside;
-        double left = high - share * (high - low), right = low + share * (high - low);
-        double at_left = placed(l, left, near, q), at_right = placed(l, right, near, q);
-        while (high - low > tolerance::angle) {
-            if (at_left < at_right) {
-                high = right;
-                right = left;
-                at_right = at_left;
-                left = high - share * (high - low);
-                at_left = placed(l, left, near, q);
-            } else {
-                low = left;
-                left = right;
-                at_left = at_right;
-                right = low + share * (high - low);
-                at_right = placed(l, right, near, q);
-            }
-        }
-        return 0.5 * (low + high);
-    }
-
-    /// Whether a configuration belongs to a branch: with a straight elbow to either bend; with theta_2 or
-    /// theta_6 at 0 (pi) to either sign.
-    bool is_of(const double* theta, int gc) const noexcept {
-        const int differ = index(configuration(task_.arm, theta)) ^ gc;
-        return !(differ & ~shared_signs(theta) & ~(is_straight(theta) ? 2 : 0));
-    }
-    bool is_straight(const double* theta) const noexcept {
-        return abs(wrap(theta[3] - task_.arm.delta_angle)) <= plan_rule::straight;
-    }
-
-    /// The anchor of given joints on a section; not `given` if they are in another branch, forbidden, or
-    /// singular.
-    Anchor anchor(const Tube& tube, const Section& l, const double* q) const {
-        const Chain now = chain(task_.arm, q);
-        Anchor out;
-        out.phi = arm_angle(l.motion.circle, now.z3);
-        double most = placed(l, out.phi, q, out.q);
-        if (most > tolerance::angle) {
-            out.phi = nearest_phi(l, out.phi, q);
-            most = placed(l, out.phi, q, out.q);
-        }
-        double clear = clearance(out.q);
-        if (norm(tool_pose(task_.arm, q).position - task_.pose(l.s).position) <= plan_rule::on_pose)
-            clear = min(clear, clearance(q));
-        out.elsewhere = !is_of(now.theta, tube.gc);
-        if (out.elsewhere) return out;
-        if (most > tolerance::angle && clear < proof::least_margin) return out;
-        out.gap = most;
-        if (!open(l.s, l.motion, out.phi, out)) return out;
-        const bool within = within_limits(task_.limits, out.q, tolerance::angle);
-        const bool apart = !(clear < task_.table.margin - tolerance::angle);
-        if (!within) out.why = Status::LIMITS;
-        if (within && !apart) out.why = Status::NEAR_SINGULAR;
-        if (l.status != Status::OK || !within || !apart) return out;
-        out.arc = nearest_arc(tube, l, out.phi);
-        const Arc& a = tube.arc(l)[out.arc];
-        out.phi = lift(out.phi, 0.5 * (a.lower + a.upper));
-        out.given = true;
-        return out;
-    }
-
-    /// The start and end of a plan, and whether a branch's tube holds them.
-    struct Ends {
-        Anchor start, goal;
-        bool starts, arrives;
-
-        bool held() const noexcept { return starts && arrives; }
-    };
-
-    static FixedEnds fixed_ends(const Ends& ends, const double* q) noexcept {
-        FixedEnds out{ends.start.given, ends.goal.given, {}};
-        std::copy(q, q + joints, out.q);
-        return out;
-    }
-
-    Ends ends(const Tube& tube) const {
-        Ends out;
-        if (options_.start) out.start = anchor(tube, tube.sections.front(), options_.start);
-        if (options_.goal) out.goal = anchor(tube, tube.sections.back(), options_.goal);
-        out.starts = !options_.start || out.start.given;
-        out.arrives = !options_.goal || out.goal.given;
-        return out;
     }
 
     /// Results for a branch before its curve is drawn.
@@ -415,11 +261,11 @@ private:
         BranchReport& out = found.report;
         out.gc = gc;
         const Tube t = tube_on(gc, base_);
-        const Ends fixed = ends(t);
+        const AnchoredEnds fixed = ends_.ends(t, options_.start, options_.goal);
         found.start_gap = fixed.start.gap;
         found.goal_gap = fixed.goal.gap;
         long long left = allowed;
-        if (!fixed.held()) refuse_end(fixed, out);
+        if (!fixed.held()) reasons_.refuse_end(fixed, options_.start, options_.goal, out);
         const bool refused = !fixed.held() && !out.elsewhere && out.status != Status::OUTSIDE;
         out.sections = static_cast<unsigned>(t.sections.size());
         Way way;
@@ -427,17 +273,19 @@ private:
             way = widest(t, fixed, left, found.spread);
             if (way.reached) out.reached = t.sections[way.reached - 1].s;
         }
-        if (const std::size_t at = first_empty(t); at < t.sections.size() && !refused) {
-            explain_empty(t, at, out);
+        if (const std::size_t at = reasons_.first_empty(t); at < t.sections.size() && !refused) {
+            reasons_.explain_empty(t, at, out);
         } else if (fixed.held() && !way.whole) {
             out.given_up = way.given_up || t.coarse;
             out.verdict = out.given_up ? Verdict::unresolved : Verdict::dead_end;
             out.status = Status::LIMITS;
-            if (way.reached) explain_end(t, way, out);
-            if (options_.start && out.reached < plan_rule::nearly_shut) explain_turns(options_.start, 0, out);
+            if (way.reached) reasons_.explain_end(t, way, out);
+            if (options_.start && out.reached < PlanReasonsTuning::nearly_shut)
+                reasons_.explain_turns(options_.start, 0, out);
             out.from = out.reached;
             out.to = way.reached < t.sections.size() ? t.sections[way.reached].s : 1.0;
-            if (way.reached) out.nearest_psi = nearest_psi(t, t.sections[way.reached], way.rows.back().phi);
+            if (way.reached)
+                out.nearest_psi = reasons_.nearest_psi(t, t.sections[way.reached], way.rows.back().phi);
         } else if (fixed.held()) {
             const FixedEnds ends = fixed_ends(fixed, way.rows[0].q);
             Way cheap;
@@ -453,63 +301,16 @@ private:
             out.margin = best.found() ? best.margin : way.margin;
             out.cost = best.found() ? best.terms.weighed(options_.objective) : infinity;
             out.stationarity = best.stationarity;
-            out.elbow_margin = least_elbow_margin(t, way);
+            out.elbow_margin = cost_.least_elbow_margin(t, way);
         }
         found.links = allowed - left;
         found.most = std::max(found.most, found.links);
         return found;
     }
 
-    /// Reports which end a branch cannot have, and why.
-    void refuse_end(const Ends& fixed, BranchReport& out) const {
-        const Anchor& missing = fixed.starts ? fixed.goal : fixed.start;
-        out.verdict = fixed.starts ? Verdict::goal : Verdict::start;
-        out.from = out.to = fixed.starts ? 1.0 : 0.0;
-        out.status = missing.why;
-        out.elsewhere = missing.elsewhere;
-        out.touching = missing.touching;
-        out.shortfall = missing.shortfall;
-        for (int j = 0; j < joints && missing.why == Status::LIMITS; ++j) {
-            const double below = task_.limits.lower[j] - missing.q[j],
-                         above = missing.q[j] - task_.limits.upper[j];
-            if (max(below, above) > tolerance::angle)
-                out.openings.push_back({j + 1, above > below, max(below, above)});
-        }
-        const bool reason = missing.why == Status::OUTSIDE && !missing.elsewhere;
-        if (reason) explain_turns(fixed.starts ? options_.goal : options_.start, out.from, out);
-    }
-
-    /// If both hinges are at 0: reports how far joint 1 or 5 must turn first, the least that limits permit.
-    void explain_turns(const double* q, double s, BranchReport& out) const noexcept {
-        if (task_.arm.roll_free || hinge_sine(q) > plan_rule::nearly_shut) return;
-        const Segment& g = task_.segments[segment_index(task_.segments, task_.segment_count, s)];
-        const Pose<Jet<double, 1>> moved = pose_at(g, Jet<double, 1>::variable(s));
-        const auto part = [](const Vec3<Jet<double, 1>>& x, int k) {
-            return Vec3<double>{x.x.coefficient[k], x.y.coefficient[k], x.z.coefficient[k]};
-        };
-        Pose<double> at[joints + 1];
-        frames(task_.arm, q, at);
-        const Chain now = chain(task_.arm, q);
-        for (const int h : {0, 1}) {
-            const int j = pivot_joint[2 * h], back = pivot_joint[2 * h + 1];
-            const double turn = turn_before(at, part(moved.position, 0), part(moved.position, 1),
-                                            angular_velocity(g, s), j + 1);
-            const double shared = std::cos(now.theta[hinge_joint[h]]) > 0 ? -1.0 : 1.0;
-            for (const double all : {turn, turn - std::copysign(pi, turn)}) {
-                double there[joints];
-                std::copy(q, q + joints, there);
-                there[j] += task_.arm.sign[j] * all;
-                there[back] += task_.arm.sign[back] * shared * all;
-                if (!(abs(turn) > plan_rule::end_move) || !within_limits(task_.limits, there, 0.0)) continue;
-                out.turns[h] = task_.arm.sign[j] * all;
-                break;
-            }
-        }
-    }
-
     /// The best path with as few turns at a free start as give `enough` margin, or with all that are tried;
     /// `found` tells which. links: permitted number, counted down.
-    Way widest(const Tube& t, const Ends& fixed, long long& links, int& found) const {
+    Way widest(const Tube& t, const AnchoredEnds& fixed, long long& links, int& found) const {
         Way best;
         const int first = loose_ && !fixed.start.given && !fixed.goal.given ? any_winding : 0;
         for (int spread = first; spread <= candidate_rule::windings; ++spread) {
@@ -578,141 +379,6 @@ private:
         return plan_rule::links * std::max(static_cast<long long>(base_.size()), plan_rule::least_sections);
     }
 
-    /// Index of the first section without an arc; the number of sections if there is none.
-    static std::size_t first_empty(const Tube& t) noexcept {
-        std::size_t k = 0;
-        while (k < t.sections.size() && t.sections[k].status == Status::OK) ++k;
-        return k;
-    }
-
-    /// Explains why the sections from `at` on have no arc.
-    void explain_empty(const Tube& t, std::size_t at, BranchReport& out) const {
-        std::size_t end = at;
-        const auto out_of_reach = [](Status s) { return s == Status::UNREACHABLE || s == Status::FOLDED; };
-        for (; end < t.sections.size() && t.sections[end].status != Status::OK; ++end) {
-            if (out_of_reach(t.sections[end].status) && !out_of_reach(out.status)) {
-                out.from = t.sections[end].s;
-                out.status = t.sections[end].status;
-            }
-            out.excess = max(out.excess, t.sections[end].motion.circle.triangle.excess);
-        }
-        out.to = t.sections[end - 1].s;
-        if (out_of_reach(out.status)) {
-            out.verdict = Verdict::unreachable;
-            return;
-        }
-        out.verdict = Verdict::impossible;
-        out.from = t.sections[at].s;
-        out.excess = 0;
-        const Section& middle = t.sections[(at + end - 1) / 2];
-        out.status = middle.status;
-        out.touching = middle.blocking;
-        out.shortfall = not_a_number;
-        out.openings.clear();
-        out.turns[0] = out.turns[1] = not_a_number;
-        if (out.status == Status::CLEARANCE) explain_touching(t, at, end, out);
-        if (out.status == Status::CLEARANCE || out.status == Status::POSE_BLOCKED ||
-            out.status == Status::NOT_ALLOWED)
-            return;
-        explain_limits(task_, t, at, end, plan_rule::samples, out);
-    }
-
-    /// The nearest pair at the arm angle within the limits that keeps the largest distance, among some
-    /// samples; its tag is 0 if there is none.
-    Proximity roomiest(const SelfMotion<double>& m, const Scene& scene, const ArcSet& own) const noexcept {
-        Proximity best{-infinity, 0, {}, {}, not_a_number};
-        const auto look = [&](double phi) {
-            const Proximity here = proximity(task_.arm, scene, m, phi, true);
-            if (here.distance > best.distance) best = here;
-        };
-        const int arcs = own.full ? 1 : own.count;
-        for (int k = 0; k < arcs; ++k) {
-            const double lower = own.full ? -pi : own.arc[k].lower, upper = own.full ? pi : own.arc[k].upper;
-            const int steps = 2 + static_cast<int>((upper - lower) / plan_rule::look);
-            for (int i = 0; i <= steps; ++i) look(lower + (upper - lower) * i / steps);
-        }
-        return best;
-    }
-
-    /// Finds the pair that leaves sections `at` to `end` no arm angle, and by how much it is too near at the
-    /// worst place: of some sections the one with least room, refined between its neighbours.
-    void explain_touching(const Tube& t, std::size_t at, std::size_t end, BranchReport& out) const {
-        double worst = t.sections[at].s, least = infinity;
-        Proximity nearest{infinity, 0, {}, {}, not_a_number};
-        const auto room = [&](double s) {
-            const SelfMotion<double> m = self_motion(task_.arm, task_.circle_at(s), configuration(t.gc));
-            ArcSet own;
-            if (feasible(m, task_.functions(m), task_.table, own) != Status::OK) return infinity;
-            const Proximity here = roomiest(m, task_.scenes.at(s), own);
-            if (here.pair && here.distance < least) {
-                worst = s;
-                least = here.distance;
-                nearest = here;
-            }
-            return here.distance;
-        };
-        const std::size_t count = end - at, looks = std::min(count, plan_rule::sections_looked);
-        std::vector<double> s;
-        for (std::size_t i = 0; i < looks; ++i)
-            s.push_back(t.sections[at + (looks > 1 ? i * (count - 1) / (looks - 1) : 0)].s);
-        for (const double each : s) room(each);
-        const auto where = static_cast<std::size_t>(std::find(s.begin(), s.end(), worst) - s.begin());
-        double low = s[where ? where - 1 : 0], high = s[std::min(where + 1, looks - 1)];
-        for (int i = 0; i < plan_rule::thirds && low < high; ++i) {
-            const double left = (2 * low + high) / 3, right = (low + 2 * high) / 3;
-            if (room(left) < room(right))
-                high = right;
-            else
-                low = left;
-        }
-        if (!nearest.pair) return;
-        const SelfMotion<double> m = self_motion(task_.arm, task_.circle_at(worst), configuration(t.gc));
-        const Scene& scene = task_.scenes.at(worst);
-        ArcSet own;
-        feasible(m, task_.functions(m), task_.table, own);
-        const Proximity farthest = armangle::widest(task_.arm, scene, m, own).nearest;
-        if (farthest.pair && farthest.distance > nearest.distance) nearest = farthest;
-        out.touching = nearest.pair;
-        out.shortfall = scene.clearance - nearest.distance;
-    }
-
-    /// Explains whether an obstacle, or the user, ends the arc in which a path ends.
-    void explain_end(const Tube& t, const Way& way, BranchReport& out) const noexcept {
-        if (!task_.encumbered()) return;
-        const Section& l = t.sections[way.reached - 1];
-        if (l.full || l.count == 0) return;
-        const Arc& a = t.arc(l)[way.rows.back().arc];
-        for (const Tag tag : {a.lower_tag, a.upper_tag}) {
-            if (tag_obstacle(tag) >= 0) {
-                out.status = Status::CLEARANCE;
-                out.touching = tag;
-            } else if (tag == make_tag(0, Side::user) && out.status == Status::LIMITS) {
-                out.status = Status::NOT_ALLOWED;
-            }
-        }
-    }
-
-    /// psi of the arm angle of a section nearest to phi.
-    double nearest_psi(const Tube& t, const Section& l, double phi) const noexcept {
-        ArcSet arcs;
-        make_empty(arcs);
-        arcs.full = l.full;
-        for (std::uint32_t k = 0; k < l.count; ++k) arcs.arc[arcs.count++] = t.arc(l)[k];
-        if (arcs.empty()) return not_a_number;
-        const SinCos<double> sc = sin_cos(nearest(arcs, phi));
-        return arm_angle(triad(task_.arm, flange_pose(task_.arm, task_.pose(l.s))),
-                         l.motion.circle.z * sc.cos + l.motion.circle.e * sc.sin);
-    }
-
-    /// The margin of joint 4 along a path.
-    double least_elbow_margin(const Tube& t, const Way& way) const noexcept {
-        double least = infinity;
-        for (std::size_t k = 0; k < way.rows.size(); ++k)
-            least = min(least, elbow_margin(task_, options_.objective, way.rows[k].q[3],
-                                            t.sections[k].motion.circle.triangle.eta));
-        return least;
-    }
-
     /// Chooses the best branch with a proven curve; else the first without a violation; else a partial path.
     void choose() {
         links_ = std::max(links_, 0LL) + allowance();
@@ -762,218 +428,11 @@ private:
         return out;
     }
 
-    /// A joint, 1..7, with a range below a thousandth of a radian, so that it determines phi; or 0. Among
-    /// several, the one with the smallest range.
-    int locked_joint() const noexcept {
-        int out = 0;
-        double least = plan_rule::locked;
-        for (int j = 0; j < joints; ++j) {
-            const double room = task_.limits.upper[j] - task_.limits.lower[j];
-            if (j == 3 || !(room < least)) continue;
-            least = room;
-            out = j + 1;
-        }
-        return out;
-    }
-
-    /// Fixes a joint at its value in the start or the goal, or in the middle of its limits.
-    void lock(CrossingTask& asked, int joint) const noexcept {
-        const int j = joint - 1;
-        const double* end = options_.start ? options_.start : options_.goal;
-        const double low = task_.limits.lower[j], high = task_.limits.upper[j];
-        const double middle = 0.5 * (low + high), q = end ? min(max(end[j], low), high) : middle;
-        asked.locked = joint;
-        asked.theta = to_theta(task_.arm, j, q);
-    }
-
-    /// The anchor of given joints at an end of the path, also if theta_2 or theta_6 vanishes: then theta_1
-    /// (theta_5) is kept, and phi follows.
-    Anchor meeting_anchor(double s, const double* q, int elbow, const CrossingTask& asked) const {
-        const Chain now = chain(task_.arm, q);
-        Configuration<double> gc = configuration(task_.arm, now.theta);
-        if (is_straight(now.theta)) gc.elbow = configuration(elbow).elbow;
-        const SelfMotion<double> m = self_motion(task_.arm, task_.circle_at(s), gc);
-        Anchor out;
-        out.phi = arm_angle(m.circle, now.z3);
-        const double shoulder = abs(std::sin(now.theta[1])), wrist = abs(std::sin(now.theta[5]));
-        if (!asked.locked && min(shoulder, wrist) > plan_rule::beside_singular) {
-            Section l{};
-            l.motion = m;
-            if (placed(l, out.phi, q, out.q) > tolerance::angle) out.phi = nearest_phi(l, out.phi, q);
-            out.gap = placed(l, out.phi, q, out.q);
-        } else {
-            const int beside = shoulder < wrist ? 1 : 5, joint = asked.locked ? asked.locked : beside;
-            const SinCos<double> theta = sin_cos(asked.locked ? asked.theta : now.theta[joint - 1]);
-            const JointFunctions<double> of = joint_functions(m);
-            const Harmonic<double> f = tie(of, joint, theta);
-            out.gap = infinity;
-            const auto take = [&](const SinCos<double>& phi) {
-                Directions<double> d = led_directions(m, phi, joint, theta);
-                keep_shares(task_.arm, m, phi, joint, q, d);
-                const Joints solved = joints_near(task_.arm, d, q);
-                const double gap = largest_move(solved.q, q);
-                if (!(gap < out.gap)) return;
-                out.gap = gap;
-                out.phi = atan2(phi.sin, phi.cos);
-                std::copy(solved.q, solved.q + joints, out.q);
-            };
-            const int h = shoulder < wrist ? 0 : 1;
-            if (!asked.locked && min(shoulder, wrist) <= tolerance::one_axis) {
-                // if the hinge is at 0 (pi) its cosine is greatest (least), whatever leads
-                const Harmonic<double>& cosine = of.hinge[h].H;
-                const double end = std::cos(now.theta[hinge_joint[h]]) < 0 ? -1.0 : 1.0;
-                take(sin_cos(atan2(end * cosine.s, end * cosine.c)));
-            }
-            if (!(out.gap <= tolerance::angle))
-                for (const double side : {-1.0, 1.0}) take(led_angle(f, side).psi);
-        }
-        out.given = out.gap <= plan_rule::widest_gap &&
-                    within_limits(task_.limits, out.q, tolerance::angle) && open(s, m, out.phi, out);
-        return out;
-    }
-
-    /// The integral of `cost` of dq/ds along a curve, by differences.
-    template <class Cost>
-    double summed(const Curve& drawn, const Cost& cost) const noexcept {
-        double sum = 0;
-        for (const Stretch& x : drawn.stretches) {
-            double before[joints];
-            std::copy(x.q, x.q + joints, before);
-            const double step = (x.end - x.start) / plan_rule::looks;
-            for (int i = 1; i <= plan_rule::looks; ++i) {
-                const PlacedPosture now = curve_at(drawn, x, x.start + i * step);
-                double rate[joints];
-                for (int j = 0; j < joints; ++j) {
-                    rate[j] = (now.q[j] - before[j]) / step;
-                    before[j] = now.q[j];
-                }
-                sum += step * cost(rate);
-            }
-        }
-        return sum;
-    }
-    static double square(const double* rate) noexcept {
-        double sum = 0;
-        for (int j = 0; j < joints; ++j) sum += rate[j] * rate[j];
-        return sum;
-    }
-    /// Joint travel of a curve: the integral of |dq/ds|^2.
-    double travel(const Curve& drawn) const noexcept { return summed(drawn, square); }
-    /// Cost of a motion with dq/ds.
-    double moving(const double* rate) const noexcept {
-        const Objective& w = options_.objective;
-        const double hurried = w.duration > 0 ? w.duration * task_.length * pace(w.slowness, rate) : 0.0;
-        return w.travel * square(rate) + hurried;
-    }
-    /// Weighted cost of an angle of a self-motion at s for its distance from the target.
-    double unwished(const SelfMotion<double>& m, double angle, double s) const noexcept {
-        if (!task_.wish) return 0;
-        const Pose<double> flange = flange_pose(task_.arm, task_.pose(s));
-        return task_.wish_scale() * options_.objective.psi *
-               wish_cost(angle - wished_angle(task_.arm, *task_.wish, flange, m, s));
-    }
-    /// The objective of a curve, by sums over the same samples.
-    double objective(const Curve& drawn) const noexcept {
-        double near = 0;
-        for (const Stretch& x : drawn.stretches)
-            for (int i = 0; i < plan_rule::looks; ++i) {
-                const double s = x.start + (x.end - x.start) * (i + 0.5) / plan_rule::looks;
-                const PlacedDirections<double> here = drawn.place(x, s, phi_at(x, s));
-                near +=
-                    (x.end - x.start) / plan_rule::looks *
-                    (task_.margin_scale() * rating(task_, options_.objective, curve_at(drawn, x, s).q).cost +
-                     unwished(here.motion, atan2(here.phi.sin, here.phi.cos), s));
-            }
-        const double moved = summed(drawn, [this](const double* rate) { return moving(rate); });
-        return moved + near;
-    }
-    static PlacedPosture curve_at(const Curve& drawn, const Stretch& x, double s) noexcept {
-        return drawn.solve(x, s, phi_at(x, s), s < 0.5 * (x.start + x.end) ? x.q : x.q_end, x.psi);
-    }
-
-    /// Cost of holding the arm angle of the start (or goal) constant in a reference, by sums. Infinite if
-    /// that violates a limit or margin, or a joint jumps.
-    double held_cost(Reference reference) const noexcept {
-        Arm arm = task_.arm;
-        arm.reference = reference;
-        const bool back = !options_.start;
-        const double* end = back ? options_.goal : options_.start;
-        double psi = 0, q[joints], sum = 0;
-        std::copy(end, end + joints, q);
-        const Chain now = chain(arm, q);
-        for (int i = 0; i <= plan_rule::held_steps; ++i) {
-            const double share = static_cast<double>(i) / plan_rule::held_steps;
-            const Circle<double> c = circle(arm, flange_pose(arm, task_.pose(back ? 1 - share : share)));
-            if (is_unreachable(c) || is_folded(c)) return infinity;
-            if (i == 0) psi = arm_angle(c, now.z3);
-            const SelfMotion<double> m = self_motion(arm, c, configuration(arm, now.theta));
-            const Joints here = joints_near(arm, directions(m, sin_cos(psi)), q);
-            if (!(largest_move(here.q, q) <= plan_rule::held_move)) return infinity;
-            double rate[joints];
-            for (int j = 0; j < joints; ++j) {
-                rate[j] = (here.q[j] - q[j]) * plan_rule::held_steps;
-                q[j] = here.q[j];
-            }
-            if (i > 0) sum += moving(rate) / plan_rule::held_steps;
-            if (!within_limits(task_.limits, q, 0.0) || clearance(q) < task_.table.margin) return infinity;
-            const double half = i == 0 || i == plan_rule::held_steps ? 0.5 : 1.0;
-            const double here_cost = task_.margin_scale() * rating(task_, options_.objective, q).cost +
-                                     unwished(m, psi, back ? 1 - share : share);
-            sum += half / plan_rule::held_steps * here_cost;
-        }
-        return sum;
-    }
-
-    /// The branches that a curve uses, as bits.
-    unsigned passed(const Curve& drawn) const noexcept {
-        unsigned out = 0;
-        for (const Stretch& x : drawn.stretches)
-            for (int i = 0; i <= plan_rule::looks; ++i)
-                out |= 1u << curve_at(drawn, x, x.start + (x.end - x.start) * i / plan_rule::looks).gc;
-        return out;
-    }
-
-    /// Whether to prefer a path through several branches over a proven one: if it costs less, or has less
-    /// than half the travel in one of two cases. First, the arm begins (ends) in its home position and the
-    /// path costs no more than a constant arm angle. Second, it changes branches in the arm's plane and no
-    /// constant arm angle is possible.
-    bool calmer(const Curve& crossing, const Curve& proven) const noexcept {
-        const double cost = objective(crossing);
-        if (cost < objective(proven)) return true;
-        if (task_.wish || !(2 * travel(crossing) < travel(proven))) return false;
-        const double naive = min(held_cost(Reference::base), held_cost(Reference::stereographic));
-        double home = infinity;
-        for (const double* q : {options_.start, options_.goal})
-            if (q) home = min(home, clearance(q));
-        if (home < plan_rule::home && naive < infinity) return cost <= naive;
-        const unsigned through = passed(crossing);
-        return (through & (through - 1)) && naive == infinity && stays_in_plane(crossing);
-    }
-
-    /// Whether joints 1, 3, 5 and 7 are nearly constant, so that the others move the arm in its plane.
-    bool stays_in_plane(const Curve& drawn) const noexcept {
-        double low[joints], high[joints];
-        std::fill(low, low + joints, infinity);
-        std::fill(high, high + joints, -infinity);
-        for (const Stretch& x : drawn.stretches)
-            for (int i = 0; i <= plan_rule::looks; ++i) {
-                const PlacedPosture here =
-                    curve_at(drawn, x, x.start + (x.end - x.start) * i / plan_rule::looks);
-                for (int j = 0; j < joints; ++j) {
-                    low[j] = min(low[j], here.q[j]);
-                    high[j] = max(high[j], here.q[j]);
-                }
-            }
-        for (const int j : pivot_joint)
-            if (high[j] - low[j] > plan_rule::in_plane) return false;
-        return true;
-    }
-
     /// Searches a path that changes branches, or begins or ends where two meet. Used if no branch has a
     /// proven path, or those from a given start (goal) are less calm.
     void cross() {
         const bool proven = plan_.ok && plan_.proof.certified(), free = !options_.start && !options_.goal;
-        const int locked = proven ? 0 : locked_joint();
+        const int locked = proven ? 0 : ends_.locked_joint();
         const bool margin = options_.singularity_margin > 0 && !locked;
         if (margin || base_.size() > crossing_rule::most_sections || (proven && free)) return;
         CrossingTask tried;
@@ -981,10 +440,11 @@ private:
             const int meet = locked ? 5 : meeting(elbow);
             if (!meet) continue;
             CrossingTask asked;
-            if (locked) lock(asked, locked);
-            if (options_.start) asked.start = meeting_anchor(0.0, options_.start, elbow, asked);
-            if (options_.goal) asked.goal = meeting_anchor(1.0, options_.goal, elbow, asked);
-            if (!hold(asked.start, options_.start, elbow) || !hold(asked.goal, options_.goal, elbow))
+            if (locked) ends_.lock(asked, locked, options_.start ? options_.start : options_.goal);
+            if (options_.start) asked.start = ends_.meeting_anchor(0.0, options_.start, elbow, asked);
+            if (options_.goal) asked.goal = ends_.meeting_anchor(1.0, options_.goal, elbow, asked);
+            if (!ends_.hold(asked.start, options_.start, elbow) ||
+                !ends_.hold(asked.goal, options_.goal, elbow))
                 continue;
             const double* end = options_.start ? options_.start : options_.goal;
             const int own = end ? index(configuration(task_.arm, chain(task_.arm, end).theta)) : 0;
@@ -1003,7 +463,7 @@ private:
                 if (!plan_.ok) take(found);
                 continue;
             }
-            if (proven && !calmer(curve(found), curve(plan_))) continue;
+            if (proven && !cost_.calmer(curve(found), curve(plan_), options_.start, options_.goal)) continue;
             take(found);
             return;
         }
@@ -1039,7 +499,7 @@ private:
         if (found.stretches.empty()) return;
         end = found.stretches.back().end;
         if (!plan_.stretches.empty() && !(end > plan_.stretches.back().end)) return;
-        const unsigned through = passed(curve(found));
+        const unsigned through = cost_.passed(curve(found));
         plan_.gc = found.gc;
         plan_.stretches.swap(found.stretches);
         for (BranchReport& x : plan_.branches) {
@@ -1069,14 +529,6 @@ private:
         }
     }
 
-    /// Whether a requested end is in a configuration of this side of the elbow.
-    bool hold(const Anchor& anchor, const double* q, int elbow) noexcept {
-        if (!q) return true;
-        const Chain now = chain(task_.arm, q);
-        const int own = index(configuration(task_.arm, now.theta));
-        return anchor.given && (is_straight(now.theta) || (own & 2) == elbow);
-    }
-
     /// Sections for all branches used, and some close to a fixed end.
     std::vector<double> crossing_sections(const CrossingTask& asked) {
         std::vector<double> out;  // so the same path is found however few rows are requested
@@ -1097,20 +549,15 @@ private:
             if (asked.start.given) out.push_back(share * first);
             if (asked.goal.given) out.push_back(1.0 - share * last);
         }
-        const bool from_shut = asked.start.given && hinge_sine(asked.start.q) <= tolerance::one_axis,
-                   to_shut = asked.goal.given && hinge_sine(asked.goal.q) <= tolerance::one_axis;
+        const bool from_shut =
+                       asked.start.given && hinge_sine(task_.arm, asked.start.q) <= tolerance::one_axis,
+                   to_shut = asked.goal.given && hinge_sine(task_.arm, asked.goal.q) <= tolerance::one_axis;
         std::erase_if(out, [&](double s) {
             return (from_shut && s > 0 && s < crossing_rule::shut_step) ||
                    (to_shut && s < 1 && 1 - s < crossing_rule::shut_step);
         });
         tidy(out);
         return out;
-    }
-
-    /// The larger of |sin theta_2| and |sin theta_6|.
-    double hinge_sine(const double* q) const noexcept {
-        const Chain now = chain(task_.arm, q);
-        return max(abs(std::sin(now.theta[1])), abs(std::sin(now.theta[5])));
     }
 
     /// Makes a stretch end at the exact joints of a goal: with a hinge at 0, phi does not determine how its
@@ -1121,7 +568,7 @@ private:
             off[j] = wrap(goal[j] - x.q_end[j]);
             most = max(most, abs(off[j]));
         }
-        for (int j = 0; j < joints && most <= plan_rule::end_move; ++j) x.q_end[j] += off[j];
+        for (int j = 0; j < joints && most <= PlanReasonsTuning::end_move; ++j) x.q_end[j] += off[j];
     }
 
     bool draw_crossing_once(const CrossingTask& asked, Plan& out) {
@@ -1160,18 +607,6 @@ private:
         return false;
     }
 
-    /// Whether a joint moves farther from sample to sample than it would in a step.
-    bool hurries(const Curve& drawn) const noexcept {
-        double most = 0;
-        for (const Stretch& x : drawn.stretches)
-            for (int i = 0; i < plan_rule::looks; ++i) {
-                const double step = (x.end - x.start) / plan_rule::looks, s = x.start + i * step;
-                const PlacedPosture here = curve_at(drawn, x, s), next = curve_at(drawn, x, s + step);
-                most = max(most, largest_move(next.q, here.q));
-            }
-        return most > plan_rule::held_move;
-    }
-
     /// Draws the curve with the full target for psi. If that is not proven, or hurries, takes the least
     /// objective with less of it: near theta_2 = 0 or theta_6 = 0 the target may need too much room.
     bool draw_wished(const CrossingTask& asked, Plan& out) {
@@ -1184,10 +619,10 @@ private:
             if (!draw_crossing(some, found)) continue;
             const bool better = found.proof.certified() != out.proof.certified()
                                     ? found.proof.certified()
-                                    : objective(curve(found)) < objective(curve(out));
+                                    : cost_.objective(curve(found)) < cost_.objective(curve(out));
             if (!any || better) out = std::move(found);
             any = true;
-            if (out.proof.certified() && !hurries(curve(out))) break;
+            if (out.proof.certified() && !cost_.hurries(curve(out))) break;
         }
         return any;
     }
@@ -1195,12 +630,12 @@ private:
     /// Makes a path through several branches the plan.
     void take(Plan& found) {
         const Curve drawn = curve(found);
-        const unsigned through = passed(drawn);
+        const unsigned through = cost_.passed(drawn);
         double least = infinity, least_elbow = infinity;
         for (const Stretch& x : drawn.stretches)
-            for (int i = 0; i <= plan_rule::looks; ++i) {
+            for (int i = 0; i <= CurveCostTuning::looks; ++i) {
                 const PlacedPosture here =
-                    curve_at(drawn, x, x.start + (x.end - x.start) * i / plan_rule::looks);
+                    cost_.curve_at(drawn, x, x.start + (x.end - x.start) * i / CurveCostTuning::looks);
                 for (int j = 0; j < joints; ++j) {
                     double& to = j == 3 ? least_elbow : least;
                     to = min(to, min(here.q[j] - task_.limits.lower[j], task_.limits.upper[j] - here.q[j]));
@@ -1214,7 +649,7 @@ private:
             x.reached = 1;
             x.margin = least;
             x.elbow_margin = least_elbow;
-            x.cost = objective(drawn);
+            x.cost = cost_.objective(drawn);
             x.stationarity = not_a_number;
             x.through = through & ~(1u << x.gc);
             x.given_up = false;
@@ -1232,7 +667,7 @@ private:
         Plan best;
         for (int round = 0; round < plan_rule::rounds; ++round) {
             const Tube t = tube_on(report.gc, base);
-            const Ends fixed = ends(t);
+            const AnchoredEnds fixed = ends_.ends(t, options_.start, options_.goal);
             if (!fixed.held()) break;
             if (round == 0 && optimise(t, fixed, report, best)) {
                 out = std::move(best);
@@ -1273,14 +708,14 @@ private:
         const double inside = plan_rule::end_step * (x.end - x.start);
         const auto off = [&](double s) { return largest_move(drawn.at(s).q, anchor.q); };
         return !(off(end ? x.end : x.start) <= plan_rule::end_off) ||
-               !(off(end ? x.end - inside : x.start + inside) <= plan_rule::end_move);
+               !(off(end ? x.end - inside : x.start + inside) <= PlanReasonsTuning::end_move);
     }
-    bool holds_ends(const Ends& fixed, const Plan& out) const noexcept {
+    bool holds_ends(const AnchoredEnds& fixed, const Plan& out) const noexcept {
         return !leaps(fixed.start, out, false) && !leaps(fixed.goal, out, true);
     }
 
     /// Finds the curve of least objective near the branch's coarse ones; returns whether it is proven.
-    bool optimise(const Tube& t, const Ends& fixed, BranchReport& report, Plan& out) const {
+    bool optimise(const Tube& t, const AnchoredEnds& fixed, BranchReport& report, Plan& out) const {
         const std::vector<Optimum>& coarse = coarse_[static_cast<std::size_t>(report.gc)];
         const FixedEnds ends = fixed_ends(fixed, coarse.front().q);
         for (const double wall : descent_rule::wall) {
@@ -1297,8 +732,8 @@ private:
     }
 
     /// Finds a curve along the path of the search, with least objective on its knots if that is proven too.
-    bool follow_way(const Tube& t, const Ends& fixed, const std::vector<double>& base, BranchReport& report,
-                    Plan& out) {
+    bool follow_way(const Tube& t, const AnchoredEnds& fixed, const std::vector<double>& base,
+                    BranchReport& report, Plan& out) {
         Search ways = search(t, fixed.start, fixed.goal, spread_[t.gc], links_);
         const Way best = ways.run(-infinity);
         if (!best.whole) return false;
@@ -1356,22 +791,7 @@ private:
         out.proof = proven(curve(out));
         report.cost = x.found() ? x.terms.weighed(options_.objective) : infinity;
         report.stationarity = x.stationarity;
-        report.margin = least_margin(curve(out));
-    }
-
-    /// The least margin along a curve, sampled in every stretch, without joint 4.
-    double least_margin(const Curve& drawn) const noexcept {
-        double least = infinity;
-        const auto look = [&](const double* q) {
-            least = min(least, rating(task_, options_.objective, q).margin);
-        };
-        for (const Stretch& x : drawn.stretches) {
-            look(x.q);
-            for (int i = 1; i < plan_rule::looks; ++i)
-                look(drawn.at(x.start + (x.end - x.start) * i / plan_rule::looks).q);
-        }
-        look(drawn.stretches.back().q_end);
-        return least;
+        report.margin = cost_.least_margin(curve(out));
     }
 
     /// Adds sections about each violation, so that the tube has exact arcs there.
@@ -1402,7 +822,7 @@ private:
         const Tube t = tube_on(gc, base_);
         Anchor start;
         if (options_.start) {
-            start = anchor(t, t.sections.front(), options_.start);
+            start = ends_.anchor(t, t.sections.front(), options_.start);
             if (!start.given) return;
         }
         const Anchor goal;
@@ -1423,6 +843,9 @@ private:
     int spread_[configurations] = {};  // of each branch: the turns with which its path was found
     std::vector<double> shadows_[2];   // for each requested side of the elbow
     Task task_;
+    PlanEnds ends_{task_};
+    PlanReasons reasons_{task_};
+    CurveCost cost_{task_, options_.objective};
     std::optional<Task> loose_;
     bool touching_ = false;  // a requested end is in contact, see touches()
     Plan plan_;
