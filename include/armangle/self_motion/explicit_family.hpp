@@ -17,13 +17,13 @@
 
 namespace armangle {
 
-/// Where a posture is on its self-motion.
+/// A configuration given by its place on the self-motion of its pose: the free number and the branch.
 struct OnSelfMotion {
     double lambda;  // rad
     int gc;
 };
 
-/// Two shapes that are nearer than the clearance, by how much (m): negative where they are not. No pair: 0.
+/// The pair of shapes that is too near (0: none), and by how much (m) it falls short of the clearance.
 struct TooNear {
     Tag pair = 0;
     double shortfall = -infinity;

@@ -16,20 +16,22 @@ namespace detail {
 
 inline constexpr double angle_rounding = 4e-15;  // rad: of an angle computed in double
 
-/// What a joint does over a cell: its value at the middle, by how much it is off it, and its slope.
+/// Bounds of one joint angle (rad) over a cell of a parameter: its value at the middle, the range of its
+/// difference from that value, and the range of its derivative.
 struct JointOver {
     double middle;   // rad, theta
     Interval off;    // theta - middle over the cell
     Interval slope;  // d theta / d of the number
 };
 
-/// A joint over a cell on a straight way: middle + t along + e, |t| <= 1 and |e| <= beside (rad, theta).
+/// A joint angle that follows a straight line up to a bounded error: middle + t along + e (rad), with |t| <=
+/// 1 and |e| <= beside.
 struct StraightJoint {
     double middle, along, beside;
 };
 
-/// The straight way of a joint whose `off` is bounded, over a cell of half width `half`: by its slope, or,
-/// where that says less or must not be used, its range.
+/// Bounds a joint over a cell of half width `half` by a straight line plus an error. The line has the mean
+/// slope if `sloped` is true and this makes the error smaller; else it is constant.
 inline StraightJoint straight_joint(const JointOver& joint, double half, bool sloped) noexcept {
     const double within = 0.5 * (joint.off.hi - joint.off.lo),
                  beside = 0.5 * half * (joint.slope.hi - joint.slope.lo);
@@ -38,9 +40,10 @@ inline StraightJoint straight_joint(const JointOver& joint, double half, bool sl
     return {joint.middle + joint.off.middle(), 0.0, above(within) + angle_rounding};
 }
 
-/// The joint of direction (y, x) over a cell of half width `half`, seen from theta, whose sine and cosine are
-/// `about`: its value at the middle of the cell, or any where `half` is infinite. Unbounded where the cell
-/// does not stay within a quarter turn of it.
+/// Bounds the joint angle atan2(y, x) over a cell of half width `half`, starting from its value theta at the
+/// middle (`about`: sine and cosine of theta). An infinite `half` skips the bound by the slope, so that theta
+/// may belong to any point of the cell. `off` is unbounded if the angle may differ from theta by 90 degrees
+/// or more.
 inline JointOver joint_over(const Jet<Interval, 1>& y, const Jet<Interval, 1>& x, double theta,
                             const SinCos<double>& about, double half) noexcept {
     const Interval along = x.value() * Interval(about.cos) + y.value() * Interval(about.sin);

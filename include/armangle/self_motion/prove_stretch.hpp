@@ -16,27 +16,28 @@
 
 namespace armangle {
 
-/// How a stretch is proven.
+/// Parameters of prove_stretch.
 struct ProofTuning {
-    /// Halvings of a stretch.
+    /// The largest number of times that an interval is halved.
     int depth = 14;
-    /// Cells looked at in a stretch before the rest is left unproven.
+    /// The largest number of cells that are examined before the remainder is left unproven.
     int looks = 256;
-    /// Limits are proven with this to spare (rad): more than the rounding of joint values.
+    /// Limits are proven with this reserve (rad), which is more than the rounding of joint values.
     double slack = 1e-9;
-    /// A limit that is passed by more than this is broken, not touched (rad).
+    /// A limit that is exceeded by more than this (rad) is violated; up to this it is only touched.
     double broken = 4e-9;
-    /// Least room of a posture (a share of the reach), and least length of the directions of its joints: what
-    /// rounding does to joints stays below the slack.
+    /// Cells with less distance from the end of the reach (a share of the reach), or with shorter direction
+    /// vectors of a joint, are not proven: rounding of the joints could exceed `slack` there.
     double least_room = 1e-8, least_direction = 3e-6;
 };
 
-/// A stretch [start, end] of s, and the joints at its ends: values between are lifted next to the straight
-/// way.
+/// A stretch [start, end] of the path parameter s, and the joint angles at its two ends. Joint values between
+/// are chosen in the revolution nearest to the straight line between both.
 struct StraightWay {
     double start, end;
     const double *q, *q_end;
 
+    /// The joint angle (rad) on the straight line between both ends, at s.
     double near(int j, double s) const noexcept {
         return q[j] + (s - start) / (end - start) * (q_end[j] - q[j]);
     }
@@ -44,19 +45,20 @@ struct StraightWay {
 
 namespace detail {
 
-/// What is known of a cell: that it keeps what is claimed, nothing, or that its middle breaks it.
+/// Result for one cell: everything claimed is proven, nothing is decided, or its middle violates the claim.
 enum class Shown { proven, open, broken };
 
-/// The claim that says nothing of the way of the joints over a cell.
+/// The claim that is always true: joint limits alone are proven.
 struct AnyWay {
     Shown operator()(const double*, const double (&)[joints], const double (&)[joints]) const noexcept {
         return Shown::proven;
     }
 };
 
-/// What is known of a cell [from, to] of a stretch. place(s, d): the directions at s on any scalar; returns
-/// the room of the posture. claim(q, d, off): what is known of all joints q + t d + e, |t| <= 1 and
-/// |e_j| <= off_j (rad), `broken` where that is of q itself.
+/// Tries to prove the cell [from, to] of a stretch: limits of the joints, and `claim`. place(s, d) writes the
+/// directions of the joints at s on any scalar and returns the distance from the end of the reach. claim(q,
+/// d, off) states whether all joints q + t d + e with |t| <= 1 and |e_j| <= off_j (rad) fulfil the claim; it
+/// returns `broken` if q itself does not.
 template <class Place, class Claim>
 Shown look_at_cell(const Arm& arm, const Limits& limits, const Place& place, const StraightWay& way,
                    double from, double to, const ProofTuning& tuning, const Claim& claim) noexcept {
@@ -92,9 +94,9 @@ Shown look_at_cell(const Arm& arm, const Limits& limits, const Place& place, con
 
 }  // namespace detail
 
-/// Proves a stretch within limits of the joints; left(from, to, broken) is called for each part that is not
-/// proven, and says whether a limit is seen to be broken at its middle, or no posture is there. `claim`: what
-/// else must hold of the ways of the joints (look_at_cell).
+/// Proves that the joints keep their limits, and `claim`, over a whole stretch, by bisection. Calls
+/// left(from, to, broken) for each part that is not proven; `broken` is true if the middle of that part
+/// violates a limit or the claim, or has no solution. `place`, `claim`: see look_at_cell.
 template <class Place, class Left, class Claim = detail::AnyWay>
 void prove_stretch(const Arm& arm, const Limits& limits, const Place& place, const StraightWay& way,
                    const ProofTuning& tuning, const Left& left, const Claim& claim = {}) {
