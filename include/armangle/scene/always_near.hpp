@@ -19,13 +19,14 @@ namespace detail {
 /// m: axes so near to a point pass through it.
 inline constexpr double through_a_point = 1e-9;
 
-/// A shape of the arm in the DH frame of its link.
+/// A shape of the arm, given in the DH frame of its link.
 struct LinkShape {
     Solid solid;
     int link;
 };
 
-/// That of an obstacle of the arm's own.
+/// The shape of the arm that has number `obstacle` among the obstacles (at least first_base), in the DH frame
+/// of its link.
 inline LinkShape link_shape(const Arm& arm, const Scene& scene, int obstacle) noexcept {
     if (obstacle < scene.first_held) {
         int k = 0;
@@ -45,7 +46,7 @@ inline LinkShape link_shape(const Arm& arm, const Scene& scene, int obstacle) no
     return {placed(above ? inverted(step) : step, as_solid(part.rod)), part.link};
 }
 
-/// The place of a link among the obstacles.
+/// The number among the obstacles of the arm's shape that has number `link` among the links.
 inline int obstacle_of_link(const Scene& scene, int link) noexcept {
     if (link < scene.part_count) return scene.first_swing_obstacle() + scene.swing_count + link;
     if (link < scene.first_swing_link()) return scene.first_base + link - scene.part_count;
@@ -54,15 +55,15 @@ inline int obstacle_of_link(const Scene& scene, int link) noexcept {
 
 }  // namespace detail
 
-/// Two shapes of an arm and the most that they are ever apart, m.
+/// Two shapes of an arm and an upper bound of their distance (m) over all joint angles.
 struct OwnDistance {
     Tag pair;  // 0: none
     double most;
 };
 
-/// Two own shapes that are nearer than the clearance whatever the joints, the first that is seen. Pairs that
-/// may touch, such as links side by side, are not asked. All is looked up at theta = 0: what rests in a link
-/// is as far from its shapes at any joints.
+/// Finds two shapes of the arm that are nearer than the clearance at all joint angles; pair 0 and infinity if
+/// there are none. Pairs that are allowed to touch are skipped. Everything is computed at theta = 0: a point
+/// fixed to two links has the same distance from their shapes at all joint angles.
 inline OwnDistance always_near(const Arm& arm, const Scene& scene) noexcept {
     Pose<double> frame[joints + 1]{identity_pose()};
     for (int k = 1; k <= joints; ++k) frame[k] = frame[k - 1] * detail::dh_frame(arm, k, 0.0);

@@ -7,8 +7,8 @@
 
 namespace armangle {
 
-/// Two points, one of each core, and their distance (m; of a half-space negative behind its plane). Of a hull
-/// or a field the distance is a lower bound, which is what proofs need.
+/// The nearest points of the cores of two shapes, and their distance (m); it is negative behind the plane of
+/// a half-space. For a convex hull or a distance field it is a lower bound, as proofs need.
 struct Approach {
     Vec3<double> on_rod, on_solid;
     double distance;
@@ -16,9 +16,10 @@ struct Approach {
 
 namespace detail {
 
+/// The approach of two points.
 inline Approach between(const Vec3<double>& p, const Vec3<double>& q) noexcept { return {p, q, norm(p - q)}; }
 
-/// The nearer of two.
+/// Returns the approach with the smaller distance.
 inline Approach nearer(const Approach& a, const Approach& b) noexcept {
     return b.distance < a.distance ? b : a;
 }

@@ -20,30 +20,32 @@
 
 namespace armangle {
 
-/// |psi - centre| < half is blocked; half 0: nothing, pi: everything.
+/// An arc of arm angles that an obstacle blocks: |psi - centre| < half (rad). Half width 0 blocks nothing, pi
+/// the whole circle.
 struct BlockedArc {
     double centre, half;
 };
 
 inline constexpr BlockedArc blocks_nothing{0.0, 0.0}, blocks_all{0.0, pi};
 
-/// Distance from the line.
+/// Distance (m) of a point from the axis shoulder-wrist, which is the x axis.
 template <class T>
 ARMANGLE_INLINE T off_axis(const Vec3<T>& p) noexcept {
     return hypot(p.y, p.z);
 }
 
-/// A point, turned by psi about the line.
+/// Rotates a point by psi around the axis shoulder-wrist, which is the x axis.
 inline Vec3<double> turned_by(const Vec3<double>& p, const SinCos<double>& psi) noexcept {
     return {p.x, p.y * psi.cos - p.z * psi.sin, p.y * psi.sin + p.z * psi.cos};
 }
 
-/// By how much the azimuth of q is ahead of that of p.
+/// The angle (rad) around the x axis from point p to point q, in (-pi, pi].
 inline double azimuth_between(const Vec3<double>& p, const Vec3<double>& q) noexcept {
     return atan2(p.y * q.z - p.z * q.y, p.y * q.y + p.z * q.z);
 }
 
-/// A point p that turns comes nearer than R to the point q: two circles on one axis.
+/// The arm angles at which point p, rotated by psi around the x axis, is nearer than R (m) to the fixed point
+/// q.
 inline BlockedArc point_point(const Vec3<double>& p, const Vec3<double>& q, double R) noexcept {
     const double rho_p = off_axis(p), rho_q = off_axis(q), g = p.x - q.x;
     const double h = hypot(g, rho_p - rho_q), H = hypot(g, rho_p + rho_q);
@@ -52,7 +54,8 @@ inline BlockedArc point_point(const Vec3<double>& p, const Vec3<double>& q, doub
     return {azimuth_between(p, q), 2.0 * atan2(sqrt((R - h) * (R + h)), sqrt((H - R) * (H + R)))};
 }
 
-/// A point p that turns comes below normal . x = limit.
+/// The arm angles at which point p, rotated by psi around the x axis, lies below the plane normal . x =
+/// limit.
 inline BlockedArc point_plane(const Vec3<double>& p, const Vec3<double>& normal, double limit) noexcept {
     const double swing = off_axis(p) * off_axis(normal), k = limit - normal.x * p.x;
     if (k <= -swing) return blocks_nothing;
@@ -72,8 +75,8 @@ struct PlanarRod {
     bool opposite;
 };
 
-/// Whether balls at q_w along the line, rho off it, come nearer than R to a segment at any psi: they do where
-/// they do in the half-plane.
+/// Whether a ball of radius R with its centre at q_w along the axis and rho off it meets the segment at any
+/// psi. The answer is exact: some psi brings the centre into the half-plane of the segment.
 template <class T>
 ARMANGLE_INLINE auto meets_planar(const PlanarRod& rod, const T& q_w, const T& rho, const T& R) noexcept {
     const T g = q_w - T(rod.w), across = rho - T(rod.r);
@@ -83,11 +86,11 @@ ARMANGLE_INLINE auto meets_planar(const PlanarRod& rod, const T& q_w, const T& r
     return mul_add(x, x, y * y) < R * R;
 }
 
-/// How far off the line, as a share of its place along it, a point on it may come out.
+/// A point counts as on the axis if its distance from it is below this share of its coordinate along it.
 inline constexpr double planar_rounding = 2e-15;
 
-/// The threshold of x above which a segment is nearer than R to points at q_w along the line, rho off it;
-/// -infinity: always, infinity: never.
+/// The threshold of x (see PlanarRod) above which a segment is nearer than R to points at q_w along the axis
+/// and rho off it. It is -infinity if they are always nearer, and infinity if they never are.
 template <class T>
 ARMANGLE_INLINE T planar_threshold(const PlanarRod& rod, const T& q_w, const T& rho, const T& R) noexcept {
     const T zero(0.0), never(infinity), always(-infinity);
@@ -113,7 +116,8 @@ ARMANGLE_INLINE T planar_threshold(const PlanarRod& rod, const T& q_w, const T& 
     return min(ends, select(inside, x, never));
 }
 
-/// The arc of a threshold, of a ball at q.
+/// The blocked arc of a threshold from planar_threshold, for a ball with centre q at distance rho from the
+/// axis.
 inline BlockedArc planar_arc(const PlanarRod& rod, const Vec3<double>& q, double rho,
                              double threshold) noexcept {
     if (threshold >= rho) return blocks_nothing;
@@ -122,8 +126,8 @@ inline BlockedArc planar_arc(const PlanarRod& rod, const Vec3<double>& q, double
             2.0 * atan2(sqrt(rho - threshold), sqrt(rho + threshold))};
 }
 
-/// The one or two pieces of a segment, seen at psi = 0, that lies in that plane (y = 0 at both ends). An end
-/// off the line by rounding alone is on it.
+/// Splits a segment that lies in the plane y = 0 at psi = 0 where it crosses the axis, and returns the number
+/// of pieces, 1 or 2. An end that is off the axis by rounding alone is moved onto it.
 inline int planar_rods(Vec3<double> a, Vec3<double> b, PlanarRod (&out)[2]) noexcept {
     if (abs(a.z) < planar_rounding * abs(a.x)) a.z = 0;
     if (abs(b.z) < planar_rounding * abs(b.x)) b.z = 0;

@@ -16,7 +16,8 @@ namespace armangle {
 
 namespace detail {
 
-/// A part as it is met: seen at psi = 0 from the axis.
+/// A rod of link 3 or 4 in the frame of the axis shoulder-wrist at psi = 0, prepared for the tests against
+/// obstacles.
 struct MetPart {
     Rod rod;
     double reach;  // m: radius and clearance
@@ -26,7 +27,8 @@ struct MetPart {
     double along, off, length;  // a ball about it: place along the axis and off it, half its length
 };
 
-/// A part as a pose meets it: seen from the axis, with what its reach asks.
+/// Transforms a rod into the frame of the axis, adds the clearance to its radius and classifies it as sphere,
+/// planar or other.
 inline void meet(const Pose<double>& frame, const Part& part, double clearance, MetPart& out) noexcept {
     const bool sphere = part.rod.is_sphere();
     out.rod.begin = frame.rotation * part.rod.begin + frame.position;
@@ -50,7 +52,7 @@ inline void meet(const Pose<double>& frame, const Part& part, double clearance, 
     }
 }
 
-/// What swings, in the frame of the axis.
+/// Describes how a rod of link 1, 2, 5 or 6 moves with psi, in the frame of the axis shoulder-wrist.
 inline MovingRod moving(const Arm& arm, const SwingingPart& part, const Pose<double>& to_axis,
                         const AxisFrames<double>& frames, const JointFunctions<double>& joint) noexcept {
     const auto about = [&](const Pose<double>& home, const Vec3<double>& point, const Vec3<double>& axis,
@@ -67,7 +69,7 @@ inline MovingRod moving(const Arm& arm, const SwingingPart& part, const Pose<dou
     }
 }
 
-/// All that swings.
+/// Describes the motion of all rods of links 1, 2, 5 and 6 of a scene; writes scene.swing_count entries.
 inline void make_moving(const Arm& arm, const Scene& scene, const SelfMotion<double>& m,
                         const Pose<double>& to_axis, const AxisFrames<double>& frames,
                         MovingRod* out) noexcept {
@@ -76,8 +78,8 @@ inline void make_moving(const Arm& arm, const Scene& scene, const SelfMotion<dou
     for (int k = 0; k < scene.swing_count; ++k) out[k] = moving(arm, scene.swings[k], to_axis, frames, joint);
 }
 
-/// Whether two shapes at rest come nearer than asked. Cores that meet touch, however thin the shapes are: a
-/// distance of cores is never negative, but that from a half-space.
+/// Whether two shapes are nearer than the clearance (m). Cores that meet touch even if both radii are 0; the
+/// distance from a half-space is signed, so that its sign decides.
 inline bool touch(const Solid& one, const Solid& other, double clearance) noexcept {
     const double distance = nearest(one, other).distance, R = one.radius + other.radius + clearance;
     const bool flat = one.kind == SolidKind::half_space || other.kind == SolidKind::half_space;
@@ -86,7 +88,7 @@ inline bool touch(const Solid& one, const Solid& other, double clearance) noexce
 
 }  // namespace detail
 
-/// The pair of what is held and the ground that touch where the flange (0T7) is; 0: none.
+/// The first pair of a tool shape and a ground shape that touch with the flange at 0T7; 0 if there is none.
 inline Tag held_contact(const Scene& scene, const Pose<double>& flange) noexcept {
     Tag found = 0;
     for (int h = 0; h < scene.held_count && !found; ++h) {
@@ -112,10 +114,10 @@ inline Tag held_contact(const Scene& scene, const Pose<double>& flange) noexcept
 
 namespace detail {
 
-/// Larger groups (m) are not asked whether all that they can block is blocked: it never is.
+/// For groups of balls larger than this (m) is_covered is not evaluated: it would never be true.
 inline constexpr double covering_radius = 0.3;
 
-/// Pairs that are not asked about each other for once.
+/// Pairs that a query ignores.
 struct LeftOut {
     static constexpr int most = 8;
     Tag pair[most];
@@ -128,7 +130,7 @@ struct LeftOut {
     }
 };
 
-/// All pairs of one circle and branch.
+/// Collects the blocked arcs of all pairs of shapes for one pose and branch.
 class Clearing {
 public:
     Clearing(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, Covered& out,
@@ -166,6 +168,7 @@ public:
         make_moving(arm, scene, m, to_axis_, frames_, swing_);
     }
 
+    /// Adds the arcs that obstacles block for the rods of links 3 and 4, and for links 1, 2, 5 and 6.
     void parts_against_all() noexcept {
         for (int c = 0; c < scene_.cluster_count && scene_.part_count > 0; ++c) {
             const BallGroup& cluster = scene_.clusters[c];
@@ -182,13 +185,13 @@ public:
         for (int k = 0; k < scene_.own_count && !out_.all; ++k) own_pair(scene_.own[k]);
     }
 
-    /// The pair of a held shape and of the ground that touch at this pose; 0: none.
+    /// The pair of a tool shape and a ground shape that touch at this pose; 0 if there is none.
     Tag held_against_ground() const noexcept { return held_contact(scene_, axis_ * frames_.flange); }
 
 private:
     using Eight = Lane<8>;
 
-    /// Whether a ball of a group may block what is not blocked yet.
+    /// Whether a ball of a group can block arm angles that are not blocked already.
     bool adds(const BallGroup& group) const noexcept {
         const Vec3<double> q = to_axis_.rotation * group.centre + to_axis_.position;
         const double rho = off_axis(q);
@@ -203,7 +206,8 @@ private:
         return false;
     }
 
-    /// Whether all that a ball and what lies in it can block of a part is blocked.
+    /// Whether everything that a ball of this radius around q (and any shape within it) can block for a part
+    /// is blocked already.
     bool is_covered(const MetPart& part, const Vec3<double>& q, double rho, double radius) const noexcept {
         if (out_.all) return true;
         if (out_.count == 0 || radius > covering_radius) return false;
@@ -220,7 +224,7 @@ private:
         return true;
     }
 
-    /// Balls of a group that come near the parts at some psi, as the circle sees them.
+    /// The balls of a group that come near the parts at some psi, in the frame of the axis.
     struct Near {
         double x[8 * group_blocks], y[8 * group_blocks], z[8 * group_blocks], rho[8 * group_blocks],
             radius[8 * group_blocks];
@@ -228,8 +232,8 @@ private:
         int count = 0;
     };
 
-    /// Eight at a time, which of them come near the bounds of the parts; without a branch that depends on it,
-    /// so that one block does not wait for another.
+    /// Collects the balls of a group that come near the bounds of the parts at some psi. Eight balls are
+    /// tested at a time, without branches, so that no block waits for another.
     void find_near(const BallGroup& group, Near& out) const noexcept {
         const Pose<double>& to = to_axis_;
         const Mat3<Eight> rotation{spread<Eight>(to.rotation.x), spread<Eight>(to.rotation.y),
@@ -264,6 +268,7 @@ private:
             });
     }
 
+    /// Adds the arcs that the balls of a group block.
     void against_balls(const BallGroup& group) noexcept {
         Near near;
         find_near(group, near);
@@ -272,7 +277,7 @@ private:
         if (round_) round_against(near);
     }
 
-    /// Planar parts, eight balls at a time.
+    /// Adds the arcs that these balls block for planar parts, eight balls at a time.
     void planar_against(Near& near) noexcept {
         for (int i = near.count; i % 8 != 0; ++i) {  // filled up with what nothing reaches
             near.x[i] = near.rho[i] = 0;
@@ -300,7 +305,8 @@ private:
         }
     }
 
-    /// Spheres and what is not planar, eight parts at a time.
+    /// Adds the arcs that these balls block for spheres and for rods that are not planar, eight parts at a
+    /// time.
     void round_against(const Near& near) noexcept {
         for (int i = 0; i < near.count; ++i) {
             const Vec3<double> at{near.x[i], near.y[i], near.z[i]};
@@ -320,7 +326,7 @@ private:
         }
     }
 
-    /// Whether a part comes near a ball around a solid at any psi.
+    /// Whether a part comes within reach of a ball at (along, off) of the axis at any psi.
     static bool meets_bound(const MetPart& part, double along, double off, double radius) noexcept {
         const double R = radius + part.reach;
         if (part.kind != MetPart::Kind::planar)
@@ -333,6 +339,8 @@ private:
 
     int id(int block, int i) const noexcept { return scene_.ball_id[8 * block + i]; }
 
+    /// Adds the arcs that one solid blocks for all parts; `frame` transforms the solid into the frame of the
+    /// axis.
     void against_solid(const Solid& solid, const Pose<double>& frame, int id) noexcept {
         if (solid.kind == SolidKind::half_space) return against_plane(placed(frame, solid), id);
         Ball bound = around(solid);
@@ -359,11 +367,13 @@ private:
         }
     }
 
-    /// What a bound has to allow a field, so that it leaves out nothing that the field's own distance blocks.
+    /// The extra distance (m) that a bounding test needs for a distance field, whose distance is a lower
+    /// bound; 0 for other solids.
     static double more_reach(const Solid& solid, double length, double reach) noexcept {
         return solid.kind == SolidKind::field ? reach_of_places(*solid.field, length, reach) : 0.0;
     }
 
+    /// Adds the arcs at which the parts reach into a half-space.
     void against_plane(const Solid& plane, int id) noexcept {
         for (int k = 0; k < scene_.part_count; ++k) {
             const MetPart& part = part_[k];
@@ -373,6 +383,8 @@ private:
         }
     }
 
+    /// Adds the arcs that a solid blocks for a part, from certified distances. R (m): sum of the radii and
+    /// the clearance.
     void certified(const Solid& solid, double R, int id, int part) noexcept {
         if (scene_.unasked(id, part)) return;
         if (solid.kind == SolidKind::field)
@@ -382,6 +394,7 @@ private:
         });
     }
 
+    /// Adds the arcs that obstacles block for moving rod k of link 1, 2, 5 or 6.
     void swing_against_all(int k) noexcept {
         const MovingRod& rod = swing_[k];
         const int link = scene_.first_swing_link() + k;
@@ -423,13 +436,14 @@ private:
             solid(scene_.held[s], frames_.flange, scene_.first_held + s);
     }
 
-    /// Whether what swings comes within `margin` of a ball at any psi.
+    /// Whether the bounding ball of a moving rod comes within `margin` (m) of a ball at any psi.
     static bool comes_near(const MovingRod& rod, const Ball& ball, double margin) noexcept {
         const Vec3<double>&a = rod.centre(), &b = ball.centre;
         const double apart = rod.turns() ? hypot(a.x - b.x, off_axis(a) - off_axis(b)) : norm(a - b);
         return apart < rod.bound() + ball.radius + margin;
     }
 
+    /// Adds the arcs at which a moving pair touches; remembers if the budget of distances was spent.
     void moved(MovingPair pair, int id, int link) noexcept {
         const bool all_asked = pair.find([&](double lower, double upper) {
             block(0.5 * (lower + upper), 0.5 * (upper - lower), id, link);
@@ -437,7 +451,8 @@ private:
         out_.coarse |= !all_asked;
     }
 
-    /// Parts among each other do not move with psi; one that swings does, against any other.
+    /// Adds the arcs at which two shapes of the arm touch. Parts of links 3 and 4 do not move against each
+    /// other; if such a pair touches, it blocks the whole circle.
     void own_pair(const OwnPair& pair) noexcept {
         if (scene_.never_meet(pair.obstacle, pair.link)) return;
         const int first = pair.obstacle - scene_.first_swing_obstacle(), second = pair.link;
@@ -455,12 +470,13 @@ private:
         if (apart_at_least(a, b) < near) moved({a, b, reach}, pair.obstacle, second);
     }
 
-    /// A lower bound of the distance of the centres of two rods' balls, over all psi.
+    /// A lower bound over all psi of the distance (m) of the centres of two rods' bounding balls.
     static double apart_at_least(const MovingRod& a, const MovingRod& b) noexcept {
         if (a.turns() == b.turns()) return norm(a.centre() - b.centre());
         return hypot(a.centre().x - b.centre().x, off_axis(a.centre()) - off_axis(b.centre()));
     }
 
+    /// Adds the arc that an obstacle blocks for a part, unless the pair may touch.
     void add(const BlockedArc& arc, int id, int part) noexcept {
         if (arc.half > 0 && !scene_.may_touch(id, part)) block(arc.centre, arc.half, id, part);
     }
@@ -484,7 +500,8 @@ private:
 
 }  // namespace detail
 
-/// What a scene leaves of a circle: the arcs, their ends tagged with obstacle and link.
+/// The arm angles at which an arm is collision-free: arcs whose ends are tagged with the pair that blocks
+/// there.
 struct Cleared {
     ArcSet arcs;
     Status status;  // OK, UNREACHABLE, FOLDED, POSE_BLOCKED or CLEARANCE
@@ -492,7 +509,7 @@ struct Cleared {
     bool coarse;    // narrow arcs were left out: there were more than a set holds
 };
 
-/// The arcs between the covered ones.
+/// Writes the arcs between the blocked ones; their ends are tagged with the pair that blocks there.
 inline void open_arcs(const Covered& covered, ArcSet& out) noexcept {
     make_empty(out);
     if (covered.all) return;
@@ -504,8 +521,8 @@ inline void open_arcs(const Covered& covered, ArcSet& out) noexcept {
     }
 }
 
-/// The psi at which no link touches an obstacle, whatever the joint limits. Of any branch: links 3 and 4 do
-/// not depend on GC_2 and GC_6. `turning_alone`: hand and link 0, which psi does not move, may touch.
+/// Computes the arm angles at which no link touches an obstacle, without joint limits. `turning_alone` skips
+/// the tool and link 0, which psi does not move.
 inline void clear(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, Cleared& out,
                   bool turning_alone = false) noexcept {
     make_empty(out.arcs);
@@ -525,7 +542,8 @@ inline void clear(const Arm& arm, const Scene& scene, const SelfMotion<double>& 
     out.status = out.arcs.empty() ? Status::CLEARANCE : Status::OK;
 }
 
-/// The same of all branches of a pose: links 3 and 4 know the sign of the elbow alone, what swings knows all.
+/// The same for all eight branches of a pose. Without rods of links 1, 2, 5 and 6 the result depends on the
+/// sign of the elbow alone and is computed once for each.
 inline void clear_all(const Arm& arm, const Scene& scene, const Pose<double>& pose,
                       Cleared (&out)[configurations]) noexcept {
     for (int gc = 0; gc < configurations; ++gc) {
@@ -537,8 +555,8 @@ inline void clear_all(const Arm& arm, const Scene& scene, const Pose<double>& po
     }
 }
 
-/// Of the arc of `open` that holds psi, what keeps the soft clearance too; false where nothing of it does, or
-/// no arc holds psi. What psi does not move is not asked.
+/// Within the arc of `open` that contains psi, writes the arcs that also keep the soft clearance. False if
+/// there are none or if no arc contains psi. Tool and link 0 are skipped: psi does not move them.
 inline bool keep_soft(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, const ArcSet& open,
                       double psi, ArcSet& out) noexcept {
     const Place place = find(open, psi);
@@ -556,7 +574,7 @@ inline bool keep_soft(const Arm& arm, const Scene& scene, const SelfMotion<doubl
     return !out.empty();
 }
 
-/// The pair of link 0 and an obstacle of the user's that touch, whatever the pose; 0: none.
+/// The first pair of link 0 and an obstacle of the user that touch, at any pose; 0 if there is none.
 inline Tag base_contact(const Scene& scene) noexcept {
     const auto pair = [&](const Solid& base, int own, const Solid& solid, int id) -> Tag {
         const int link = scene.part_count + own - scene.first_base;
@@ -576,7 +594,8 @@ inline Tag base_contact(const Scene& scene) noexcept {
     return found;
 }
 
-/// What of `own`, the arcs within the limits, a scene leaves.
+/// Intersects the arcs `own` within the joint limits with the collision-free arcs. CLEARANCE if nothing
+/// remains.
 inline Status keep_clear(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, const ArcSet& own,
                          ArcSet& out) noexcept {
     Cleared cleared;

@@ -16,38 +16,39 @@
 
 namespace armangle {
 
-/// How cells are proven clear.
+/// Parameters of ClearCells.
 struct ClearCellsTuning {
-    /// Looks at one pose and branch.
+    /// The largest number of cells that are examined for one pose and branch.
     int looks = 3000;
-    /// Of a cell's half: what tells less of both sides is halved instead.
+    /// A cell is halved if less than this share of each half is decided.
     double least_told = 0.2;
-    /// Half width (rad) of a cell that is given up; where nothing is known of its joints the greater one.
+    /// Cells narrower than this half width (rad) are abandoned; `unknown` holds if no bound of the joints
+    /// exists.
     double narrowest = 1e-11, unknown = 1e-8;
-    /// Halvings of the clearance on the way to the widest value.
+    /// The number of bisections of the clearance in the search for the widest value.
     int widest_halvings = 26;
 };
 
-/// What proves the cells of an arm: a class with a constructor of (arm, exact pose, branch), `widest`, the
-/// half width (rad) of a cell to begin with, and over(middle, half, cell), which is false where nothing is
-/// known of the joints.
+/// Bounds the joints of an arm over cells of its free number. A specialisation has a constructor of (arm,
+/// exact pose, branch), the half width `widest` (rad) of the first cells, and over(middle, half, cell), which
+/// returns false if it has no bound.
 template <class AnyArm>
 struct CellsOf;
 
-/// What joints do over a cell: q + s d + e, |s| <= 1, |e_j| <= off_j; rad, in the robot's order.
+/// The joints over a cell: q + s d + e with |s| <= 1 and |e_j| <= off_j; rad, in the robot's order and signs.
 struct StraightCell {
     double q[joints], d[joints], off[joints];
 };
 
 namespace detail {
 
-/// The work on one pose and branch.
+/// Finds the intervals of the free number of one pose and branch on which the arm is proven collision-free.
 template <class AnyArm>
 class ClearCells {
     using Cells = typename CellsOf<AnyArm>::type;
 
 public:
-    /// The pose is exact.
+    /// The rotation of the pose must be orthonormal.
     ClearCells(const AnyArm& arm, const Scene& scene, const Pose<double>& pose, int gc,
                const ClearCellsTuning& tuning) noexcept
         : tuning_(tuning),
@@ -56,7 +57,8 @@ public:
           move_(arm, scene),
           looks_(tuning.looks) {}
 
-    /// What is clear of these arcs; `unproven` grows by what is left out and not known.
+    /// Writes the proven collision-free parts of the arcs `own`. `unproven` grows by the length (rad) that
+    /// remains undecided.
     void run(const ArcSet& own, ArcSet& out, double& unproven) noexcept {
         make_empty(out);
         for (int i = 0; i < own.count; ++i) {
@@ -73,11 +75,11 @@ public:
         unproven += unproven_;
     }
 
-    /// The pair that touched somewhere; 0: none did.
+    /// A pair that was found to touch; 0 if there was none.
     Tag touching() const noexcept { return touching_; }
 
 private:
-    /// Looks at a cell; in rising order.
+    /// Decides a cell, or halves it and decides both halves in rising order.
     void settle(double lower, double upper, ArcSet& out) noexcept {
         const double middle = 0.5 * (lower + upper), half = 0.5 * (upper - lower);
         StraightCell cell;
@@ -99,13 +101,15 @@ private:
         if (to < upper) settle(to, upper, out);
     }
 
+    /// Records the interval [lower, upper] as collision-free or as blocked by a pair.
     void tell(bool clear, double lower, double upper, Tag pair, ArcSet& out) noexcept {
         if (!(upper > lower)) return;
         if (clear) return add_clear(lower, upper);
         touching_ = pair;
         end(pair, out);
     }
-    /// A single value, or what is given up: touching, or not known.
+    /// Leaves out a cell that is too narrow to halve: it collides, or nothing is proven and it counts as
+    /// unproven.
     void leave_out(double lower, double upper, const Around& at, ArcSet& out) noexcept {
         const bool touches = min(at.touching[0], at.touching[1]) >= 1.0;
         if (touches) touching_ = at.pair;
@@ -139,21 +143,23 @@ private:
 
 }  // namespace detail
 
-/// How near a posture of any other arm is to what stands about; along d (rad) its rate.
+/// The nearest pair of shapes at joint angles q (rad) for any kind of arm; its rate is the derivative of the
+/// distance along d (rad).
 template <class AnyArm>
 Proximity proximity(const AnyArm& arm, const Scene& scene, const double* q, const double (&d)[joints],
                     bool turning_alone = false) noexcept {
     return StraightMove<AnyArm>(arm, scene).proximity(q, d, turning_alone);
 }
 
-/// The pair of hand, or link 0, and what stands about that touch at a pose, whatever the joints; 0: none.
+/// The first pair that touches at a pose at all joint angles: link 0 or the tool against the ground; 0 if
+/// there is none.
 template <class AnyArm>
 Tag rest_contact(const AnyArm& arm, const Scene& scene, const Pose<double>& pose) noexcept {
     return scene.base_tag ? scene.base_tag : held_contact(scene, flange_pose(nominal(arm), pose));
 }
 
-/// Leaves of proven arcs of a pose and branch what is clear of a scene. `blocking`: the pair that touches
-/// where nothing is left; 0: none is known. `turning_alone`: hand and link 0 may touch.
+/// Reduces the proven arcs of a pose and branch to their collision-free parts. `blocking` becomes the pair
+/// that touches if nothing remains; 0 if none is known. `turning_alone` skips the tool and link 0.
 template <class AnyArm>
 void keep_clear(const AnyArm& arm, const Scene& scene, const Pose<double>& pose, int gc, ProvenArcs& arcs,
                 Tag& blocking, bool turning_alone = false, const ClearCellsTuning& tuning = {}) noexcept {
@@ -175,8 +181,8 @@ void keep_clear(const AnyArm& arm, const Scene& scene, const Pose<double>& pose,
     arcs.status = blocking ? Status::CLEARANCE : Status::NEAR_SINGULAR;
 }
 
-/// Of the arc of `open`, proven and clear, that holds psi, what keeps the soft clearance too; false where
-/// nothing of it does, or no arc holds psi. The pose is exact.
+/// Within the arc of `open` that contains psi, writes the parts that also keep the soft clearance. False if
+/// there are none or if no arc contains psi. The rotation of the pose must be orthonormal.
 template <class AnyArm>
 bool keep_soft(const AnyArm& arm, const Scene& scene, const Pose<double>& pose, int gc, const ArcSet& open,
                double psi, ArcSet& out, const ClearCellsTuning& tuning = {}) noexcept {
@@ -193,7 +199,8 @@ bool keep_soft(const AnyArm& arm, const Scene& scene, const Pose<double>& pose, 
     return !out.empty();
 }
 
-/// The psi of proven arcs `own` that keeps farthest away, and the nearest pair there; of exact pose and turn.
+/// The psi within the proven arcs `own` at which the arm keeps the largest distance from obstacles, and the
+/// nearest pair there; no_widest if there is none. The pose and branch must be exact.
 template <class AnyArm>
 Widest widest(const AnyArm& arm, const Scene& scene, const Pose<double>& pose, int gc, const ArcSet& own,
               const ClearCellsTuning& tuning = {}) noexcept {

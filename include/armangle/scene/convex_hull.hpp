@@ -17,13 +17,13 @@
 
 namespace armangle {
 
-/// Points and the frame that they are given in; points within the hull of the others change nothing.
+/// Points in a frame, of which the convex hull is meant; points inside the hull have no effect.
 struct ConvexHull {
     const Vec3<double>* corners;
     int count;
     Pose<double> frame;
 
-    /// The corner that is farthest along a direction.
+    /// The point of the hull that lies farthest along a direction, in the outer frame.
     Vec3<double> farthest(const Vec3<double>& direction) const noexcept {
         const Vec3<double> own = transposed_times(frame.rotation, direction);
         int at = 0;
@@ -40,16 +40,16 @@ struct ConvexHull {
 };
 
 namespace hull_rule {
-/// Corners asked of each hull: about as many as the hull has near the nearest point; then the bounds stand.
+/// The largest number of steps; about as many as a hull has corners near the nearest point are needed.
 inline constexpr int most_steps = 64;
-/// The bounds agree where their difference is that share of the coordinates.
+/// The search ends when both bounds of the distance differ by less than this share of the coordinates.
 inline constexpr double rounding = 4e-16;
 }  // namespace hull_rule
 
 namespace detail {
 
-/// At most four differences of corners, one of each hull, and the point of their simplex that is nearest to
-/// the origin.
+/// At most four differences of a corner of one hull and a corner of the other, and the point of their simplex
+/// that is nearest to the origin (GJK algorithm).
 class Simplex {
 public:
     struct Corner {
@@ -61,7 +61,7 @@ public:
     const Vec3<double>& nearest() const noexcept { return v_; }
     bool holds_origin() const noexcept { return inside_; }
 
-    /// That point again, as one of each hull.
+    /// The nearest point of the simplex as a pair of points, one of each hull.
     Approach pair() const noexcept {
         Vec3<double> p{0, 0, 0}, q{0, 0, 0};
         for (int k = 0; k < count_; ++k) {
@@ -71,7 +71,7 @@ public:
         return {p, inside_ ? p : q, inside_ ? 0.0 : norm(p - q)};
     }
 
-    /// Takes one more corner in. False where that leads no nearer.
+    /// Adds a corner and finds the nearest point of the new simplex. False if it is not nearer to the origin.
     bool add(const Corner& more) noexcept {
         corner_[count_] = more;
         const int all = count_ + 1;
@@ -97,7 +97,7 @@ public:
     }
 
 private:
-    /// Corners of the simplex with a point within them.
+    /// A face of the simplex with the weights of its corners and its point nearest to the origin.
     struct Face {
         int at[3];
         double share[3];
@@ -106,15 +106,18 @@ private:
         Vec3<double> v;
     };
 
+    /// Keeps the face whose point is nearer to the origin.
     static void keep(const Face& found, Face& best) noexcept {
         if (found.square < best.square) best = found;
     }
 
+    /// Tries corner i as the nearest face.
     void keep_point(int i, Face& best) const noexcept {
         const Vec3<double>& v = corner_[i].w;
         keep({{i, 0, 0}, {1, 0, 0}, 1, dot(v, v), v}, best);
     }
 
+    /// Tries the edge of corners i and j, if its nearest point lies between both.
     void keep_edge(int i, int j, Face& best) const noexcept {
         const Vec3<double>&a = corner_[i].w, d = corner_[j].w - a;
         const double along = -dot(a, d), square = dot(d, d);
@@ -124,6 +127,7 @@ private:
         keep({{i, j, 0}, {1.0 - t, t, 0}, 2, dot(v, v), v}, best);
     }
 
+    /// Tries the triangle of corners i, j and k, if its nearest point lies within.
     void keep_triangle(int i, int j, int k, Face& best) const noexcept {
         const Vec3<double>&a = corner_[i].w, &b = corner_[j].w, &c = corner_[k].w;
         const Vec3<double> n = cross(b - a, c - a);
@@ -134,7 +138,8 @@ private:
         keep({{i, j, k}, {x * per, y * per, z * per}, 3, dot(v, v), v}, best);
     }
 
-    /// Whether all four hold the origin between them: it is the same convex sum of both hulls' corners.
+    /// Whether the origin lies within the tetrahedron; then the hulls overlap and the weights give a common
+    /// point.
     bool within() noexcept {
         const auto volume = [this](int i, int j, int k) {
             return dot(cross(corner_[i].w, corner_[j].w), corner_[k].w);
@@ -157,8 +162,8 @@ private:
 
 }  // namespace detail
 
-/// Points of two hulls that are nearest, and a lower bound of the distance, in all cases tried within 1e-12 m
-/// of that of the points. Where they overlap: one point that lies in both, and 0.
+/// The nearest points of two hulls, with a lower bound of their distance (m) that was within 1e-12 m of it in
+/// all tests. If the hulls overlap, both points are one common point and the distance is 0.
 inline Approach nearest(const ConvexHull& first, const ConvexHull& second) noexcept {
     const auto corner = [&](const Vec3<double>& v) {
         const Vec3<double> p = first.farthest(-v), q = second.farthest(v);

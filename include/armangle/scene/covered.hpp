@@ -21,13 +21,13 @@ struct Covered {
 
 namespace detail {
 
-/// Takes an arc out.
+/// Removes the arc with index `at`.
 inline void remove_arc(Covered& set, int at) noexcept {
     for (int i = at; i + 1 < set.count; ++i) set.arc[i] = set.arc[i + 1];
     --set.count;
 }
 
-/// The two pieces with the narrowest gap between them become one.
+/// Joins the two neighbouring arcs with the narrowest gap; marks the set as coarse.
 inline void close_narrowest(Covered& set) noexcept {
     int at = 0;
     double least = infinity;
@@ -46,7 +46,8 @@ inline void close_narrowest(Covered& set) noexcept {
     set.coarse = true;
 }
 
-/// Where piece `at` meets the arc, on whatever turn: the arc grows over it, and the piece is no more.
+/// If arc number `at`, shifted by any multiple of 2 pi, overlaps `arc`, extends `arc` over it and removes it
+/// from the set.
 inline void take_in(Covered& set, int at, Arc& arc) noexcept {
     const Arc here = set.arc[at];
     for (const double turn : {-two_pi, 0.0, two_pi}) {
@@ -66,7 +67,8 @@ inline void take_in(Covered& set, int at, Arc& arc) noexcept {
 
 }  // namespace detail
 
-/// Whether one piece holds the arc of `half` rad on both sides of `centre` (any lift).
+/// Whether one arc of the set contains the arc of `half` rad on both sides of `centre` (any multiple of 2
+/// pi).
 inline bool covers(const Covered& set, double centre, double half) noexcept {
     if (set.all) return true;
     for (int i = 0; i < set.count; ++i) {
@@ -77,7 +79,8 @@ inline bool covers(const Covered& set, double centre, double half) noexcept {
     return false;
 }
 
-/// Adds the arc of `half` rad on both sides of `centre` (any lift), made by `tag`: nothing of 0, all of pi.
+/// Adds the blocked arc of `half` rad on both sides of `centre` (any multiple of 2 pi), caused by pair `tag`.
+/// Half width 0 adds nothing, pi the whole circle.
 inline void cover(Covered& set, double centre, double half, Tag tag) noexcept {
     if (set.all || 2.0 * half < tolerance::angle) return;
     if (2.0 * half >= two_pi - tolerance::angle) {

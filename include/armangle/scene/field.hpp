@@ -30,6 +30,7 @@ struct Field {
     int size[3];  // of nodes along each axis, >= 2
     double spacing;
 
+    /// The index into `value` of node (i, j, k).
     std::size_t place(int i, int j, int k) const noexcept {
         return (static_cast<std::size_t>(i) * static_cast<std::size_t>(size[1]) +
                 static_cast<std::size_t>(j)) *
@@ -58,8 +59,8 @@ inline constexpr int most_pieces = 64;
 inline constexpr double enough_in_box = 0.5;
 }  // namespace field_rule
 
-/// Raises the values of nodes to what their neighbours prove of them: once in this order and once against
-/// it, which is all: of the moves from neighbour to neighbour those of one sense can be made first.
+/// Raises each value to the lower bound that the values of its neighbours prove. One pass in rising order and
+/// one in falling order suffice.
 inline void settle(const Field& field, float* value) noexcept {
     const double length[4] = {0.0, field.spacing, sqrt(2.0) * field.spacing, sqrt(3.0) * field.spacing};
     const auto raise = [&](int i, int j, int k, int way) {
@@ -85,13 +86,15 @@ inline void settle(const Field& field, float* value) noexcept {
 
 namespace detail {
 
-/// Where in a grid a place is: the nearest place of the grid, its cell, and how far outside.
+/// A place relative to a grid: the nearest place within the grid, its cell, and its distance (m) from the
+/// grid.
 struct GridPlace {
     Vec3<double> inside;
     int cell[3];
     double outside;
 };
 
+/// Finds a place, given in the frame of the field, in the grid.
 inline GridPlace grid_place(const Field& field, const Vec3<double>& p) noexcept {
     GridPlace out{};
     const double x[3] = {p.x, p.y, p.z};
@@ -107,7 +110,7 @@ inline GridPlace grid_place(const Field& field, const Vec3<double>& p) noexcept 
     return out;
 }
 
-/// The 64 nodes about a place of a grid: which, and their values.
+/// The 64 nodes around a place of a grid, and their values (m).
 struct Surroundings {
     int node[3][4];
     double value[64];
@@ -124,7 +127,8 @@ struct Surroundings {
         }
     }
 
-    /// Squares of the ways from p to them along an axis, in spacings.
+    /// The squared distances along one axis, in spacings, from coordinate p to the four nodes; `per`: 1 /
+    /// spacing.
     void squares(double p, int axis, double per, double (&out)[4]) const noexcept {
         for (int k = 0; k < 4; ++k) {
             const double way = p * per - node[axis][k];
@@ -133,7 +137,7 @@ struct Surroundings {
     }
 };
 
-/// Ways to those nodes, in spacings: squares from one place, eight nodes at a time.
+/// Squared distances from one place to the 64 nodes, in spacings, eight nodes at a time.
 struct Ways {
     double x[4], y[4];
     Lane<8> z;
@@ -151,7 +155,8 @@ struct Ways {
     }
 };
 
-/// The best of nodes about a place whose ways to them have these squares at most, and a little more.
+/// The best lower bound (m) that the surrounding nodes prove, from squared distances square(k) in spacings,
+/// each distance increased by more_way.
 template <class Square>
 inline double best_node(const Field& field, const Surroundings& about, double more_way,
                         const Square& square) noexcept {
@@ -165,8 +170,8 @@ inline double best_node(const Field& field, const Surroundings& about, double mo
     return -least(-most);
 }
 
-/// What a field proves at a place of its own frame: at least so far from all that it tells of, m; negative
-/// where it may be as deep in it.
+/// The lower bound (m) of the distance from a place, given in the field's frame, to all obstacles of the
+/// field; negative inside an obstacle.
 inline double at_least(const Field& field, const Vec3<double>& p) noexcept {
     const GridPlace place = grid_place(field, p);
     const Surroundings about(field, place);
@@ -176,8 +181,8 @@ inline double at_least(const Field& field, const Vec3<double>& p) noexcept {
     return here;
 }
 
-/// The least of that within `bow` of the way from p to q, or less: to a node no place between them is farther
-/// than the farther of both.
+/// A lower bound of at_least over all places within `bow` (m) of the segment from p to q. No place of the
+/// segment is farther from a node than the farther of both ends.
 inline double at_least(const Field& field, const Vec3<double>& p, const Vec3<double>& q,
                        double bow) noexcept {
     const GridPlace place = grid_place(field, p);
@@ -191,7 +196,8 @@ inline double at_least(const Field& field, const Vec3<double>& p, const Vec3<dou
     return half - field_rule::steepest * bow;
 }
 
-/// Where the nearest obstacle is about: down the slope of what the nodes around a place say.
+/// The unit direction from a place towards the nearest obstacle, estimated from the gradient of the
+/// surrounding nodes; 0 if the gradient vanishes.
 inline Vec3<double> towards_obstacle(const Field& field, const Vec3<double>& p) noexcept {
     const GridPlace place = grid_place(field, p);
     Vec3<double> slope = p - place.inside;
@@ -212,32 +218,33 @@ inline Vec3<double> towards_obstacle(const Field& field, const Vec3<double>& p) 
     return steep > 0 ? slope * (-1.0 / steep) : Vec3<double>{0, 0, 0};
 }
 
-/// A place of the field's own frame, and what is nearest to it there.
+/// An approach from a place, in the field's frame, to the estimated nearest point of an obstacle, with the
+/// given distance.
 inline Approach beside_place(const Field& field, const Vec3<double>& p, double distance) noexcept {
     return {p, p + towards_obstacle(field, p) * max(at_least(field, p), 0.0), distance};
 }
 
-/// The even places that a segment is asked at, after the first.
+/// The number of intervals into which a segment of this length (m) is divided; the field is evaluated at
+/// their ends.
 inline int place_count(const Field& field, double length) noexcept {
     const double most = field_rule::most_places,
                  wanted = length * (1.0 - field_rule::same_length) / (field_rule::apart * field.spacing);
     return static_cast<int>(std::ceil(min(wanted, most)));
 }
 
-/// Half of what is between two of them, m.
+/// Half the distance (m) of two neighbouring sample places on a segment of this length.
 inline double half_gap(const Field& field, double length) noexcept {
     const int count = place_count(field, length);
     return count > 0 ? 0.5 * length / count : 0.0;
 }
 
-/// By how much farther than `reach` a segment's places must be for its distance to be `reach`
-/// (segment_field).
+/// By how much more than `reach` (m) the sample places must be away so that segment_field gives `reach`.
 inline double reach_of_places(const Field& field, double length, double reach) noexcept {
     return hypot(reach, half_gap(field, length)) - reach;
 }
 
-/// The least of numbers f(0) to f(last) that differ by `rise` at most from one to the next, and which it is.
-/// Ends early where one is below `enough`.
+/// The least of f(0) to f(last) and its index, if neighbours differ by at most `rise`. The search ends early
+/// if a value is below `enough`.
 struct LeastPlace {
     double value;
     int at;
@@ -271,8 +278,8 @@ LeastPlace least_place(int last, double rise, double enough, const F& f) noexcep
     return best;
 }
 
-/// A segment in the field's own frame: its distance at least. What is between two places is no nearer than
-/// sqrt(f^2 - g^2), g half of their gap, since the foot of the nearest point is no farther from one of them.
+/// A lower bound of the distance (m) of a segment, in the field's frame, from the obstacles. It is sqrt(f^2 -
+/// g^2), with f the least value at the sample places and g half their distance.
 inline Approach segment_field(const Vec3<double>& a, const Vec3<double>& b, const Field& field) noexcept {
     const Vec3<double> d = b - a;
     const double length = norm(d), gap = half_gap(field, length);
@@ -284,8 +291,8 @@ inline Approach segment_field(const Vec3<double>& a, const Vec3<double>& b, cons
     return beside_place(field, place(found.at), least);
 }
 
-/// The least of a field at the places of a segment that moves, each no farther than `bow` from the way
-/// between where the segment is first, a to b, and last, c to d; or less. Ends early below `enough`.
+/// A lower bound of the field over the sample places of a moving segment. Each place stays within `bow` (m)
+/// of the line between its first and last position. The search ends early if a value is below `enough`.
 inline double least_along(const Vec3<double> (&first)[2], const Vec3<double> (&last)[2], double bow,
                           double enough, const Field& field) noexcept {
     const Vec3<double> d = first[1] - first[0], e = last[1] - last[0];
@@ -300,7 +307,8 @@ inline double least_along(const Vec3<double> (&first)[2], const Vec3<double> (&l
         .value;
 }
 
-/// A box of half edges about `frame`, which is seen in the field's own frame: its distance at least.
+/// A lower bound of the distance (m) of a box from the obstacles of a field; `frame` places the box in the
+/// field's frame, `half` are half its edges.
 inline Approach box_field(const Pose<double>& frame, const Vec3<double>& half, const Field& field) noexcept {
     struct BoxPart {
         Vec3<double> centre, half;

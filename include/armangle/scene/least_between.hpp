@@ -14,7 +14,8 @@
 
 namespace armangle {
 
-/// The least value of that bound; lower bounds of F at the ends suffice. Infinite A: -infinity.
+/// The least value that F can have between two samples F_a and F_b at distance h, if its second derivative is
+/// at most A. Lower bounds of the samples suffice. If A is infinite, the result is -infinity.
 inline double least_between(double F_a, double F_b, double A, double h) noexcept {
     const double rise = F_b - F_a, t = A * h > 0 ? 0.5 * h - rise / (A * h) : -1.0;
     if (!(t > 0 && t < h)) return min(F_a, F_b);

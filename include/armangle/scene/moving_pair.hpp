@@ -41,10 +41,10 @@ inline constexpr int most_steps = 100;
 
 namespace detail {
 
-/// One pair.
+/// Finds the arm angles at which a moving rod touches a solid or another moving rod.
 class MovingPair {
 public:
-    /// Against a solid at rest.
+    /// A pair of a rod and a solid at rest; R (m) is the sum of the radii and the clearance.
     MovingPair(const MovingRod& rod, const Solid& solid, double R) noexcept
         : rod_(rod), other_(nullptr), solid_(solid), R_(R) {
         if (!is_field()) return;
@@ -52,12 +52,12 @@ public:
         sliver_ = bracket_ = field_rule::sliver;
         gap_ = half_gap(*solid.field, norm(here.end - here.begin));
     }
-    /// Against a rod that moves too.
+    /// A pair of two moving rods; R (m) is the sum of the radii and the clearance.
     MovingPair(const MovingRod& rod, const MovingRod& other, double R) noexcept
         : rod_(rod), other_(&other), solid_(as_solid(other.at({0.0, 1.0}))), R_(R) {}
 
-    /// Calls blocked(lower, upper) for arcs that together are all that is blocked. False where the distances
-    /// were spent, and what was left counts as blocked.
+    /// Calls blocked(lower, upper) for arcs (rad) that together cover all blocked psi. False if the budget of
+    /// distances was spent; then undecided stretches count as blocked.
     template <class Blocked>
     bool find(const Blocked& blocked) noexcept {
         Run run{0.0, 0.0, false};
@@ -119,6 +119,7 @@ private:
     bool flat() const noexcept { return solid_.kind == SolidKind::half_space; }
     bool is_field() const noexcept { return solid_.kind == SolidKind::field; }
 
+    /// The nearest points of the pair at psi, their distance (m) and F = distance^2 - R^2.
     Sample at(double psi) noexcept {
         ++queries_;
         const SinCos<double> turn = sin_cos(psi);
@@ -139,12 +140,12 @@ private:
                 0.0, pair.on_solid};
     }
 
-    /// F of a distance; of a half-space, whose distance has a sign, the distance less R.
+    /// F of a distance (m): distance^2 - R^2; for a half-space, whose distance is signed, distance - R.
     double squared(double distance) const noexcept {
         return flat() ? distance - R_ : (distance - R_) * (distance + R_);
     }
 
-    /// Whether a field keeps R over a stretch, or all but what is agreed; and whether it does not.
+    /// Whether a distance field proves a stretch free: not, up to the agreed tolerance, or wholly.
     enum class Kept { no, nearly, whole };
     Kept field_keeps(const Stretch& s, double h, const Drift& m) const noexcept {
         const double whole = hypot(R_, gap_), must = whole - field_rule::agreed_free * solid_.field->spacing,
@@ -161,6 +162,7 @@ private:
         if (least >= whole) return Kept::whole;
         return least >= must ? Kept::nearly : Kept::no;
     }
+    /// Whether a distance field counts a whole stretch as blocked, up to the agreed tolerance.
     bool field_blocks(const Stretch& s, double h, const Drift& m) const noexcept {
         const double most = hypot(R_, gap_) + field_rule::agreed_blocked * solid_.field->spacing,
                      a = hypot(s.a.distance, gap_), b = hypot(s.b.distance, gap_),
@@ -168,7 +170,7 @@ private:
         return max(a, b) + slope * m.shift <= most || 0.5 * (a + b + slope * m.speed * h) <= most;
     }
 
-    /// F of the nearest points of a sample, at another psi.
+    /// F of the same two material points as in a sample, at another psi.
     double same_pair(const Sample& of, double psi) const noexcept {
         const SinCos<double> turn = sin_cos(psi);
         const auto point = [](const Rod& rod, double share) {
@@ -180,6 +182,7 @@ private:
         return squared(norm(p - q));
     }
 
+    /// Bounds of the relative speed, acceleration and displacement of the pair over a stretch of h rad.
     Drift drift(const Stretch& s, double h) const noexcept {
         const SinCos<double> middle = sin_cos(0.5 * (s.a.psi + s.b.psi));
         Drift out = rod_.over(middle, 0.5 * h * above_rounding);
@@ -188,6 +191,7 @@ private:
         return {out.speed + other.speed, out.acceleration + other.acceleration, out.shift + other.shift};
     }
 
+    /// Whether a stretch of h rad between two free samples is proven free.
     bool is_free(const Stretch& s, double h) const noexcept {
         const Drift m = drift(s, h);
         if (is_field()) {
@@ -201,6 +205,7 @@ private:
         return least_between(s.a.F, s.b.F, bend * above_rounding, h) >= 0;
     }
 
+    /// Whether a stretch of h rad between two blocked samples is proven blocked.
     bool is_blocked(const Stretch& s, double h) const noexcept {
         const Drift m = drift(s, h);
         if (is_field()) return field_blocks(s, h, m);
@@ -212,8 +217,8 @@ private:
                (b_at_a <= 0 && least_between(-b_at_a, -s.b.F, bend, h) >= 0);
     }
 
-    /// The root between a free and a blocked end: secants, every third step a bisection, never so near to an
-    /// end that the other one stays.
+    /// Narrows a stretch with one free and one blocked end down to the root of F. Secant steps alternate with
+    /// bisection in every third step.
     Stretch bracketed(Stretch s) noexcept {
         for (int step = 0; step < moving_rule::most_steps; ++step) {
             const double h = s.b.psi - s.a.psi;

@@ -21,15 +21,15 @@ inline constexpr double not_apart = -infinity;
 namespace detail {
 
 namespace apart_rule {
-/// A cell is done where it proves this share of the least distance that was met.
+/// A cell is finished if it proves this share of the least distance found.
 inline constexpr double worth = 0.5;
 /// m: the rounding of frames and distances.
 inline constexpr double rounding = 1e-9;
-/// Cells that wait; a pair of so many joints as an arm has needs no more.
+/// The largest number of waiting cells.
 inline constexpr int most_waiting = 512;
 }  // namespace apart_rule
 
-/// Frame i of table 1 in frame i - 1, at theta_i.
+/// Frame i of table 1 relative to frame i - 1, at joint angle theta (rad).
 inline Pose<double> dh_frame(const Arm& arm, int i, double theta) noexcept {
     const SinCos<double> t = sin_cos(theta);
     const Pose<double> from = identity_pose();
@@ -48,17 +48,20 @@ inline bool is_on_axis(const Rod& rod) noexcept {
     return rod.begin.x == 0 && rod.begin.y == 0 && rod.end.x == 0 && rod.end.y == 0;
 }
 
-/// A range of each joint between two links, by the link that it moves.
+/// A range of each joint between two links: middle and half width (rad); index k is the joint that moves link
+/// k.
 struct JointCell {
     double middle[joints + 1], half[joints + 1];
 };
 
-/// A cell's distance in the middle, what it proves, and the joint with the longest way.
+/// For a cell: the distance (m) of the pair in its middle, the proven lower bound, and the joint that
+/// contributes most to the difference.
 struct CellApart {
     double met, proven;
     int widest;
 };
 
+/// Computes the distance of two rods in the middle of a cell and its lower bound over the cell.
 inline CellApart cell_apart(const Arm& arm, const Rod& a, int i, const Rod& b, int j,
                             const JointCell& cell) noexcept {
     Pose<double> frame[joints + 1];
@@ -85,8 +88,8 @@ inline CellApart cell_apart(const Arm& arm, const Rod& a, int i, const Rod& b, i
 
 }  // namespace detail
 
-/// A lower bound of the distance (m) of the surfaces of two rods of links i < j, each in its own DH frame,
-/// for all joint values; not_apart where some let them meet, or `most` cells prove nothing.
+/// A lower bound of the distance (m) between the surfaces of two rods of links i < j, each in its own DH
+/// frame, over all joint values. not_apart if they can meet, or if `most` cells prove nothing.
 inline double never_nearer(const Arm& arm, const Rod& a, int i, const Rod& b, int j, int most) noexcept {
     using namespace detail;
     JointCell cell{};

@@ -7,7 +7,7 @@
 
 namespace armangle {
 
-/// The nearest pair of a posture.
+/// The nearest pair of shapes at one joint configuration.
 struct Proximity {
     double distance;  // m between the surfaces; where they meet negative, as deep as the radii reach at most
     Tag pair;         // obstacle and link; 0: there is no pair
@@ -17,7 +17,7 @@ struct Proximity {
 
 namespace detail {
 
-/// Collects the nearest pair.
+/// Searches the nearest pair of shapes at one pose, branch and psi.
 class Nearby {
 public:
     Nearby(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, double psi,
@@ -34,6 +34,7 @@ public:
         make_moving(arm, scene, m, inverted(axis_), frames_, rod_ + scene.part_count);
     }
 
+    /// Returns the nearest pair; `turning_alone` skips pairs that psi does not move.
     Proximity find(bool turning_alone) noexcept {
         const Pose<double> to_axis = inverted(axis_);
         for (int k = 0; k < scene_.part_count + scene_.swing_count; ++k) at_[k] = rod_[k].at(turn_);
@@ -48,12 +49,12 @@ public:
     }
 
 private:
-    /// Parts, then what swings.
+    /// The number among the links of rod k; parts come first, then rods of links 1, 2, 5 and 6.
     int link_of(int k) const noexcept {
         return k < scene_.part_count ? k : scene_.first_swing_link() + k - scene_.part_count;
     }
 
-    /// Whether a rod may be nearer to a ball of a group than the nearest pair so far.
+    /// Whether any rod may be nearer to a ball of a group than the nearest pair found so far.
     bool comes_nearer(const Pose<double>& to_axis, const BallGroup& group) const noexcept {
         const Vec3<double> centre = to_axis.rotation * group.centre + to_axis.position;
         const Solid ball{SolidKind::ball, 0.0, centre, centre, {}};
@@ -64,6 +65,7 @@ private:
         return false;
     }
 
+    /// Compares one solid, in the frame of the axis, with all rods.
     void against_rods(const Solid& solid, int id) noexcept {
         for (int k = 0; k < scene_.part_count + scene_.swing_count; ++k) {
             if (scene_.may_touch(id, link_of(k))) continue;
@@ -72,6 +74,7 @@ private:
         }
     }
 
+    /// Compares two shapes of the arm.
     void own_pair(const OwnPair& pair, bool turning_alone) noexcept {
         const int first = pair.obstacle - scene_.first_swing_obstacle();
         const bool swings = first < scene_.swing_count;
@@ -85,7 +88,7 @@ private:
              pair.obstacle, link, &b, &a);
     }
 
-    /// What psi does not move: the hand against the ground, and link 0 against the obstacles.
+    /// Compares the shapes that psi does not move: the tool with the ground, and link 0 with the obstacles.
     void at_rest(const Pose<double>& to_axis) noexcept {
         for (int h = 0; h < scene_.held_count; ++h)
             rest_against(placed(frames_.flange, scene_.held[h]), scene_.part_count + scene_.base_count + h,
@@ -96,7 +99,7 @@ private:
         });
     }
 
-    /// A shape of the arm that rests against obstacles before `end`.
+    /// Compares a shape of the arm that psi does not move with the obstacles whose number is below `end`.
     void rest_against(const Solid& mine, int link, const Pose<double>& to_axis, int end) noexcept {
         const Ball bound = around(mine);
         const auto nearer = [&](const BallGroup& group) {
@@ -109,7 +112,8 @@ private:
         });
     }
 
-    /// `rod` and `other`: whose the points are, where they move with psi.
+    /// Keeps a pair if it is nearer than the best so far. `rod` and `other` are the moving rods that carry
+    /// its points; nullptr for a shape at rest.
     void keep(const Approach& pair, double link_radius, const Solid& solid, int id, int link,
               const MovingRod* rod = nullptr, const MovingRod* other = nullptr) noexcept {
         const double distance = pair.distance - link_radius - solid.radius;
@@ -137,15 +141,15 @@ private:
 
 }  // namespace detail
 
-/// The nearest pair at psi, of a pose that can be reached; `turning_alone` leaves out those that psi does not
+/// The nearest pair of shapes at psi, for a reachable pose. `turning_alone` skips pairs that psi does not
 /// move.
 inline Proximity proximity(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, double psi,
                            bool turning_alone = false) noexcept {
     return detail::Nearby(arm, scene, m, psi).find(turning_alone);
 }
 
-/// The psi of `own` (arcs within the limits, not empty) at which what turns keeps farthest from the
-/// obstacles, and the pair that is nearest there, of those that it can move away.
+/// The psi (rad) within the joint limits at which the moving links keep the largest distance from obstacles,
+/// and the nearest pair there that psi can move apart.
 struct Widest {
     double psi;
     Proximity nearest;
@@ -164,7 +168,8 @@ inline constexpr double rest = 1e-12;
 inline constexpr double below = 1e-9;
 }  // namespace widest_rule
 
-/// m: clearances so near to each other need not be told apart, since arcs of a field have as much slack.
+/// The step (m) below which clearances are not distinguished: the tolerance of distance fields, 0 without
+/// fields.
 inline double indifferent_clearance(const Scene& scene) noexcept {
     double out = infinity;
     for (int k = 0; k < scene.solid_count; ++k)
@@ -173,9 +178,8 @@ inline double indifferent_clearance(const Scene& scene) noexcept {
     return out < infinity ? out : 0.0;
 }
 
-/// The arcs that leaves(clearance, arcs) gives at the greatest clearance that leaves one: arcs shrink as the
-/// clearance grows, so that it is found by bisection. Empty where parts are so deep in obstacles that no
-/// clearance helps.
+/// Finds by bisection the greatest clearance for which leaves(clearance, arcs) gives an arc, and writes these
+/// arcs. `found` is empty if the parts lie so deep in obstacles that no clearance gives any.
 template <class Leaves>
 void widest_arcs(const Scene& scene, double size, int halvings, const Leaves& leaves,
                  ArcSet& found) noexcept {
@@ -214,10 +218,10 @@ inline const Arc& widest_arc(const ArcSet& set) noexcept {
     return *best;
 }
 
-/// The psi in the middle of an arc, rad.
+/// The middle (rad) of an arc, in [-pi, pi).
 inline double middle(const Arc& arc) noexcept { return wrap(0.5 * (arc.lower + arc.upper)); }
 
-/// The middle of the widest of these arcs; NaN where there is none.
+/// The middle (rad) of the widest arc at the greatest possible clearance; NaN if there is none.
 template <class Leaves>
 double widest_psi(const Scene& scene, double size, int halvings, const Leaves& leaves) noexcept {
     ArcSet found;
@@ -226,13 +230,13 @@ double widest_psi(const Scene& scene, double size, int halvings, const Leaves& l
     return middle(widest_arc(found));
 }
 
-/// What is told of no psi.
+/// The result if there is no such psi: NaN.
 inline constexpr Widest no_widest{not_a_number, {not_a_number, 0, {}, {}, not_a_number}};
 
 namespace detail {
 
-/// Whether a pair is the nearest all along an arc and psi does not move it: the wrist and a hand that is
-/// nearest to it, the shoulder and a floor.
+/// Whether a pair is the nearest along a whole arc while psi does not change its distance, for example the
+/// wrist and the tool.
 inline bool rests(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, const Arc& arc,
                   const LeftOut& left_out, Tag pair) noexcept {
     if (!(arc.upper - arc.lower > widest_rule::resting)) return false;
@@ -246,9 +250,9 @@ inline bool rests(const Arm& arm, const Scene& scene, const SelfMotion<double>& 
 
 }  // namespace detail
 
-/// The psi of the arcs `own` that keeps farthest away. Where the nearest pair is as near on a whole arc, the
-/// next one decides between its psi; but not where it is nearer than the scene's clearance: then it is why
-/// nothing is clear.
+/// The psi within the arcs `own` at which the arm keeps the largest distance. If psi does not change the
+/// distance of the nearest pair along an arc, the next pair decides, unless that pair is nearer than the
+/// scene's clearance.
 inline Widest widest(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, ArcSet own) noexcept {
     Widest out = no_widest;
     detail::LeftOut left_out;

@@ -25,34 +25,35 @@ struct Part {
     bool lower;  // of link 4
 };
 
-/// A rod of link 1, 2, 5 or 6 off its axis, in the frame of the link that it swings about (0, 3, 4 or 7), as
-/// it is where the angle between the two is 0.
+/// A rod of link 1, 2, 5 or 6 off the joint axis, at joint angle 0, in the frame of the neighbouring link (0,
+/// 3, 4 or 7) around whose joint it swings.
 struct SwingingPart {
     Rod rod;
     int link;
 };
 
-/// Two shapes of the arm that are asked about each other: places among the obstacles and the links.
+/// Two shapes of the arm that are tested against each other: a number among the obstacles and one among the
+/// links.
 struct OwnPair {
     std::uint16_t obstacle, link;
 };
 
-/// Balls as lanes take them; the last block is filled up with balls that nothing reaches.
+/// Eight balls for vector operations; the last block is filled up with balls that nothing touches.
 struct BallBlock {
     double x[8], y[8], z[8], radius[8];
 };
 
-/// A ball that holds balls (or balls that hold groups) from `first` on, which lie together.
+/// A bounding ball around consecutive blocks of balls, or around consecutive groups, starting at `first`.
 struct BallGroup {
     Vec3<double> centre;
     double radius;
     int first, count;
 };
 
-/// Blocks in a group, and groups in a group of those.
+/// The number of blocks in a group, and of groups in a cluster.
 inline constexpr int group_blocks = 8, group_groups = 16;
 
-/// So many parts are as quick without bounds.
+/// Up to this number of parts, bounds do not save time.
 inline constexpr int few_parts = 2;
 inline constexpr int most_parts = 64, most_links = 254, most_obstacles = 65000;
 inline constexpr std::uint16_t no_ball = 0xffff;
@@ -90,6 +91,7 @@ struct Scene {
     double soft = 0;                // m beyond it, which policies keep where they can
     Tag base_tag;  // the pair of an obstacle and link 0 that touch, whatever the pose; 0: none
 
+    /// Whether an obstacle and a link are allowed to touch.
     bool may_touch(int obstacle, int link) const noexcept {
         return ignored[obstacle * link_count + link] != 0;
     }
@@ -98,17 +100,17 @@ struct Scene {
         return apart != nullptr && obstacle >= first_base &&
                apart[(obstacle - first_base) * link_count + link] > clearance + spare_apart;
     }
-    /// Whether a pair need not be asked for arcs and proofs.
+    /// Whether a pair is skipped by arcs and proofs: it may touch, or it never can.
     bool unasked(int obstacle, int link) const noexcept {
         return may_touch(obstacle, link) || never_meet(obstacle, link);
     }
-    /// Places of what swings among the obstacles and among the links.
+    /// The first number of the rods of links 1, 2, 5 and 6 among the obstacles, and among the links.
     int first_swing_obstacle() const noexcept { return first_held + held_count; }
     int first_swing_link() const noexcept { return part_count + base_count + held_count; }
 };
 
-/// Makes the rods in the arm plane that hold the parts of link 3 and of link 4: what keeps off them keeps off
-/// all parts.
+/// Makes two rods in the arm plane that enclose all parts of link 3 and of link 4, for a quick test. With few
+/// parts none are made.
 inline void bound_parts(Scene& scene) noexcept {
     scene.bound_count = 0;
     if (scene.part_count <= few_parts) return;  // these are asked themselves
@@ -142,7 +144,7 @@ inline void bound_parts(Scene& scene) noexcept {
     }
 }
 
-/// A pair as the tag of the ends that it makes.
+/// The tag of a pair, an obstacle and a link, for the ends of arcs; the two functions below give both back.
 constexpr Tag pair_tag(int obstacle, int link) noexcept {
     return static_cast<Tag>(obstacle + 1) << 16 | static_cast<Tag>(link + 1) << 8 |
            make_tag(0, Side::obstacle);
@@ -180,7 +182,7 @@ inline Resting resting_link(const Arm& arm, int frame, Rod& rod) noexcept {
     }
 }
 
-/// visit(block) for all blocks of balls, but those of groups of which meets(group) is false.
+/// Calls visit(block) for all blocks of balls except those of groups for which meets(group) is false.
 template <class Meets, class Visit>
 inline void for_blocks(const Scene& scene, const Meets& meets, const Visit& visit) noexcept {
     for (int c = 0; c < scene.cluster_count; ++c) {
@@ -194,7 +196,8 @@ inline void for_blocks(const Scene& scene, const Meets& meets, const Visit& visi
     }
 }
 
-/// visit(solid, obstacle) for all that stands on the ground, link 0 too; meets(group) false leaves balls out.
+/// Calls visit(solid, obstacle) for all shapes fixed to the ground, those of link 0 too. Groups of balls for
+/// which meets(group) is false are skipped.
 template <class Meets, class Visit>
 inline void for_ground(const Scene& scene, const Meets& meets, const Visit& visit) noexcept {
     for_blocks(scene, meets, [&](int at) {
@@ -207,7 +210,7 @@ inline void for_ground(const Scene& scene, const Meets& meets, const Visit& visi
     });
     for (int k = 0; k < scene.solid_count; ++k) visit(scene.solids[k], scene.solid_id[k]);
 }
-/// visit(solid, obstacle) for the shapes of link 0.
+/// Calls visit(solid, obstacle) for the shapes of link 0.
 template <class Visit>
 inline void for_base(const Scene& scene, const Visit& visit) noexcept {
     for (int k = 0; k < scene.solid_count; ++k)
@@ -219,8 +222,8 @@ inline void for_ground(const Scene& scene, const Visit& visit) noexcept {
     for_ground(scene, [](const BallGroup&) { return true; }, visit);
 }
 
-/// Where a circle is: x along shoulder-wrist, y the zero of psi, z = x X y; origin the shoulder. In the DH
-/// base.
+/// The frame of the elbow circle in the DH base: origin in the shoulder, x along shoulder-wrist, y at psi =
+/// 0, z = x X y.
 inline Pose<double> axis_frame(const Arm& arm, const Triad<double>& c) noexcept {
     return {{c.w, c.z, c.e}, {0, 0, arm.d_bs}};
 }
@@ -231,7 +234,8 @@ struct AxisFrames {
     Pose<T> upper, lower, flange;
 };
 
-/// Frames 3 and 4 where the plane's directions are w along shoulder-wrist, f off it, and z across it.
+/// Computes DH frames 3 and 4 from the elbow and the directions of the arm plane: w along shoulder-wrist, f
+/// away from it in the plane, z normal to the plane.
 template <class T>
 inline void plane_frames(const Arm& arm, const Elbow<T>& e, Vec3<T> w, Vec3<T> z, const Vec3<T>& f,
                          Pose<T>& upper, Pose<T>& lower) noexcept {
@@ -246,7 +250,7 @@ inline void plane_frames(const Arm& arm, const Elbow<T>& e, Vec3<T> w, Vec3<T> z
     lower = {{x4, -z, z4}, upper.position + z * T(arm.d_4) + x4 * T(arm.a_4)};
 }
 
-/// These frames of a self-motion.
+/// Computes these frames for a self-motion.
 template <class T>
 inline AxisFrames<T> axis_frames(const Arm& arm, const SelfMotion<T>& m) noexcept {
     const Circle<T>& c = m.circle;
@@ -260,13 +264,13 @@ inline AxisFrames<T> axis_frames(const Arm& arm, const SelfMotion<T>& m) noexcep
     return out;
 }
 
-/// Frames 3 and 4 of a posture, in the DH base.
+/// DH frames 3 and 4 of a configuration, in the DH base.
 template <class T>
 struct PlaneFrames {
     Pose<T> upper, lower;
 };
 
-/// Those of an elbow on an axis, at psi.
+/// Computes these frames at psi (sine and cosine) for an elbow on the circle `c`.
 template <class T>
 inline PlaneFrames<T> plane_frames(const Arm& arm, const Triad<T>& c, const Elbow<T>& elbow,
                                    const SinCos<T>& psi) noexcept {

@@ -16,7 +16,7 @@ namespace armangle {
 
 namespace detail {
 
-/// A frame turned about a line fixed to it: along y through (x, 0, 0).
+/// Rotates a frame by `by` (sine and cosine) around the line through (x, 0, 0) parallel to its own y axis.
 template <class T>
 inline Pose<T> turned_about_y(const Pose<T>& home, double x, const SinCos<T>& by) noexcept {
     const auto& [r, p] = home;
@@ -31,10 +31,11 @@ struct SceneFrames {
     Pose<T> flange, swinging[4];
 };
 
-/// Where a link that swings stands among `swinging`.
+/// The index of link 1, 2, 5 or 6 in SceneFrames::swinging.
 constexpr int swinging_place(int link) noexcept { return link < 3 ? link - 1 : link - 3; }
 
-/// Of a flange and a plane; angle(j) is that of joint j, counted from 0.
+/// Computes the frames of links 1, 2, 5 and 6 from the flange and frames 3 and 4, which are set already;
+/// angle(j): sine and cosine of joint j, counted from 0.
 template <class T, class Angle>
 inline void add_swinging(const Arm& arm, const Angle& angle, SceneFrames<T>& out) noexcept {
     const auto back = [&angle](int j) {
@@ -49,7 +50,7 @@ inline void add_swinging(const Arm& arm, const Angle& angle, SceneFrames<T>& out
     out.swinging[3] = turned_about_z(out.flange, back(6));
 }
 
-/// The same from the directions of the joints.
+/// The same with the joint angles given as direction vectors.
 template <class T>
 inline void add_swinging(const Arm& arm, const Directions<T>& d, SceneFrames<T>& out) noexcept {
     const auto angle = [&d](int j) {
@@ -59,7 +60,7 @@ inline void add_swinging(const Arm& arm, const Directions<T>& d, SceneFrames<T>&
     add_swinging(arm, angle, out);
 }
 
-/// The frame of a limb.
+/// The frame to which limb number `limb` is fixed; the functions below give its rod and the number of limbs.
 template <class T>
 inline const Pose<T>& limb_frame(const Scene& scene, const SceneFrames<T>& f, int limb) noexcept {
     if (limb < scene.part_count) return scene.parts[limb].lower ? f.plane.lower : f.plane.upper;
@@ -69,7 +70,7 @@ inline const Rod& limb_rod(const Scene& scene, int limb) noexcept {
     return limb < scene.part_count ? scene.parts[limb].rod : scene.swings[limb - scene.part_count].rod;
 }
 inline int limb_count(const Scene& scene) noexcept { return scene.part_count + scene.swing_count; }
-/// The place of a limb among the links, and the limb of a place.
+/// The number among the links of a limb; the functions below give the limb of a link and of an obstacle.
 inline int limb_link(const Scene& scene, int limb) noexcept {
     return limb < scene.part_count ? limb : scene.first_swing_link() + limb - scene.part_count;
 }
@@ -81,7 +82,8 @@ inline int limb_of_obstacle(const Scene& scene, int obstacle) noexcept {
     return at < scene.swing_count ? scene.part_count + at : at - scene.swing_count;
 }
 
-/// The balls of a block within `reach` (m) and their own radius of a rod's segment: found(ball, obstacle).
+/// Calls found(ball, obstacle) for the balls of a block whose surfaces are within `reach` (m) of a rod's
+/// segment.
 template <class Found>
 void balls_near(const Scene& scene, int block, const Rod& rod, double reach, const Found& found) {
     using Eight = Lane<8>;

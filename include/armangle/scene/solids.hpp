@@ -31,7 +31,7 @@ struct Rod {
 /// The shapes that an obstacle may have.
 enum class SolidKind : std::uint8_t { ball, capsule, box, half_space, hull, field };
 
-/// One obstacle.
+/// The shape of one obstacle.
 struct Solid {
     SolidKind kind;
     double radius;      // m, of what the core is thickened by
@@ -49,7 +49,7 @@ constexpr bool has_axes(SolidKind kind) noexcept {
     return kind == SolidKind::box || kind == SolidKind::hull || kind == SolidKind::field;
 }
 
-/// The same solid seen from another frame.
+/// Transforms a solid by a frame.
 inline Solid placed(const Pose<double>& frame, const Solid& solid) noexcept {
     Solid out = solid;
     if (solid.kind == SolidKind::half_space) {
@@ -63,19 +63,19 @@ inline Solid placed(const Pose<double>& frame, const Solid& solid) noexcept {
     return out;
 }
 
-/// A rod given in a frame, in the frame that this one is given in.
+/// Transforms a rod by a frame.
 inline Rod placed(const Pose<double>& frame, const Rod& rod) noexcept {
     return {frame.rotation * rod.begin + frame.position, frame.rotation * rod.end + frame.position,
             rod.radius};
 }
 
-/// A rod as a solid.
+/// The rod as a solid: a ball if both ends are one point, else a capsule.
 inline Solid as_solid(const Rod& rod) noexcept {
     const SolidKind kind = rod.is_sphere() ? SolidKind::ball : SolidKind::capsule;
     return {kind, rod.radius, rod.begin, rod.end, {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 }
 
-/// A ball around a solid, radius included; a half-space has none.
+/// A bounding ball of a solid, its radius included; not for half-spaces.
 struct Ball {
     Vec3<double> centre;
     double radius;
@@ -91,17 +91,17 @@ inline Ball around(const Solid& solid) noexcept {
 
 namespace detail {
 
-/// Of x, what lies within [0, 1].
+/// Clamps x to [0, 1].
 inline double to_unit(double x) noexcept { return min(max(x, 0.0), 1.0); }
 
-/// Where on the segment from a, along d, the point q is nearest: a share of d.
+/// The share of d, in [0, 1], at which the segment from a to a + d is nearest to the point q.
 inline double foot(const Vec3<double>& a, const Vec3<double>& d, const Vec3<double>& q) noexcept {
     const double square = dot(d, d);
     return square > 0 ? to_unit(dot(q - a, d) / square) : 0.0;
 }
 
-/// Segments a + s d, c + t e: the ends against the other one, and where the common perpendicular meets both.
-/// By cross products, which keep their digits where the two are nearly parallel.
+/// The nearest points of the segments a-b and c-f, also if they are parallel. The ends and the common
+/// perpendicular are compared, by cross products, which keep their digits for nearly parallel segments.
 inline Approach segment_segment(const Vec3<double>& a, const Vec3<double>& b, const Vec3<double>& c,
                                 const Vec3<double>& f) noexcept {
     const Vec3<double> d = b - a, e = f - c, across = cross(d, e), r = c - a;
@@ -116,15 +116,15 @@ inline Approach segment_segment(const Vec3<double>& a, const Vec3<double>& b, co
     return best;
 }
 
-/// How far a point is beyond a box about the origin, along each of its axes.
+/// The signed distance (m) along each axis by which a point lies outside a box around the origin; 0 inside.
 inline Vec3<double> beyond(const Vec3<double>& p, const Vec3<double>& half) noexcept {
     const auto part = [](double x, double h) { return copysign(max(abs(x) - h, 0.0), x); };
     return {part(p.x, half.x), part(p.y, half.y), part(p.z, half.z)};
 }
 
-/// The share t of the segment a + t d that is nearest to a box about the origin. Half the slope of the
-/// squared distance, d . beyond, rises and is linear between the places where the segment crosses a face's
-/// plane. Where the segment lies in the box: the middle of what does.
+/// The share t in [0, 1] of the segment a + t d that is nearest to a box around the origin. Half the
+/// derivative of the squared distance rises piecewise linearly in t, so its zero is found between two face
+/// crossings. If the segment enters the box, the middle of the inner part.
 inline double nearest_to_box(const Vec3<double>& a, const Vec3<double>& d,
                              const Vec3<double>& half) noexcept {
     const auto slope = [&](double t) { return dot(d, beyond(a + d * t, half)); };
@@ -159,7 +159,7 @@ inline double nearest_to_box(const Vec3<double>& a, const Vec3<double>& d,
     return rise > 0 ? to_unit(low - slope_low * (high - low) / rise) : low;
 }
 
-/// A segment and a box.
+/// The nearest points of a segment and a box.
 inline Approach segment_box(const Vec3<double>& a, const Vec3<double>& b, const Solid& box) noexcept {
     const Vec3<double> begin = transposed_times(box.axes, a - box.a), d = transposed_times(box.axes, b - a);
     const double t = nearest_to_box(begin, d, box.b);
@@ -167,39 +167,39 @@ inline Approach segment_box(const Vec3<double>& a, const Vec3<double>& b, const 
     return {on_rod, box.a + box.axes * (p - out), norm(out)};
 }
 
-/// The corner of a box, or of a field's grid, by its bits.
+/// A corner of a box or of a field's grid; the three bits select the positive side of each axis.
 inline Vec3<double> corner(const Solid& box, int bits) noexcept {
     const Vec3<double> inside{bits & 1 ? box.b.x : -box.b.x, bits & 2 ? box.b.y : -box.b.y,
                               bits & 4 ? box.b.z : -box.b.z};
     return box.a + box.axes * inside;
 }
 
-/// A place and its surroundings, seen from a grid's first node.
+/// Transforms a place into the frame of a grid, whose origin is the first node.
 inline Vec3<double> in_grid(const Solid& field, const Vec3<double>& p) noexcept {
     return transposed_times(field.axes, p - field.a) + field.b;
 }
 
-/// What was found in a grid's frame, in that of the scene.
+/// Transforms an approach from the frame of a grid into that of the scene.
 inline Approach out_of_grid(const Solid& field, const Approach& found) noexcept {
     const auto out = [&](const Vec3<double>& p) { return field.a + field.axes * (p - field.b); };
     return {out(found.on_rod), out(found.on_solid), found.distance};
 }
 
-/// The core of a box or a hull as a hull of corners; eight of them have room in `own`.
+/// The core of a box or a hull as a convex hull; the corners of a box are stored in `own`.
 inline ConvexHull as_hull(const Solid& solid, Vec3<double> (&own)[8]) noexcept {
     if (solid.kind == SolidKind::hull) return {solid.corners, solid.corner_count, {solid.axes, solid.a}};
     for (int bits = 0; bits < 8; ++bits) own[bits] = corner(solid, bits) - solid.a;
     return {own, 8, {identity_pose().rotation, solid.a}};
 }
 
-/// A segment and a hull.
+/// The nearest points of a segment and a convex hull.
 inline Approach segment_hull(const Vec3<double>& a, const Vec3<double>& b, const Solid& solid) noexcept {
     const Vec3<double> middle = (a + b) * 0.5, ends[2] = {a - middle, b - middle};
     return nearest(ConvexHull{ends, 2, {identity_pose().rotation, middle}},
                    ConvexHull{solid.corners, solid.corner_count, {solid.axes, solid.a}});
 }
 
-/// A box or a hull against a field: of a hull the box about its corners, along its own axes.
+/// The approach of a box or a hull and a field. A hull is replaced by its bounding box along its own axes.
 inline Approach block_field(const Solid& block, const Solid& field) noexcept {
     Vec3<double> half = block.b, middle{0, 0, 0};
     if (block.kind == SolidKind::hull) {
@@ -220,7 +220,7 @@ inline Approach block_field(const Solid& block, const Solid& field) noexcept {
 
 }  // namespace detail
 
-/// Approach points of a rod's segment and a solid's core.
+/// The nearest points of the segment a-b and a solid's core.
 inline Approach nearest(const Vec3<double>& a, const Vec3<double>& b, const Solid& solid) noexcept {
     switch (solid.kind) {
         case SolidKind::ball: return detail::between(a + (b - a) * detail::foot(a, b - a, solid.a), solid.a);
@@ -238,8 +238,8 @@ inline Approach nearest(const Vec3<double>& a, const Vec3<double>& b, const Soli
     return {deeper, deeper - solid.a * depth, depth};
 }
 
-/// Approach points of two solids' cores; on_rod is of the first. Not both are half-spaces, and a field is
-/// only asked about shapes with a core.
+/// The nearest points of two solids' cores; on_rod lies on the first. Two half-spaces, two fields, and a
+/// field with a half-space are not allowed.
 inline Approach nearest(const Solid& first, const Solid& second) noexcept {
     const auto is_rod = [](const Solid& s) {
         return s.kind == SolidKind::ball || s.kind == SolidKind::capsule;

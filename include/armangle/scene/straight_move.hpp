@@ -37,28 +37,29 @@ inline constexpr int most_near = 16;     // pairs that are minded
 inline constexpr int chords = 3;         // towards the end of what is proven to touch
 }  // namespace straight_rule
 
-/// Two shapes, or a corner of one of them, near one another: `room` changes by `rate` . velocity.
+/// A pair of shapes, or of corners of them, near each other: its distance beyond the clearance and the
+/// derivatives with respect to the joints.
 struct NearPair {
     double rate[joints];  // m / rad
     double room;          // m between the surfaces, less the clearance
     Tag pair;
 };
 
-/// The nearest of all pairs at a posture. Cores that meet have no distance.
+/// The nearest pair of a configuration; `core` is 0 if the cores meet.
 struct NearestPair {
     double room;  // m between the surfaces, less the clearance
     double core;  // m between the cores
     Tag pair;     // 0: there is none within what was asked
 };
 
-/// Where an arm is at joint values: axes of its joints, origins of its frames, and the frames of a scene's
-/// shapes, in the DH base.
+/// The arm at given joint values, in the DH base: axes of the joints, origins of the frames, and the frames
+/// of the scene's shapes.
 struct Placement {
     Vec3<double> axis[joints], origin[joints + 1];
     detail::SceneFrames<double> frames;
 };
 
-/// Places an arm.
+/// Computes the placement of an arm at joint values q (rad).
 inline void place_arm(const Arm& arm, const Scene& scene, const double* q, Placement& out) noexcept {
     double theta[joint_slots];
     detail::walk(arm, joint_lanes(q), theta, [&](int i, const Pose<double>& frame) noexcept {
@@ -72,8 +73,8 @@ inline void place_arm(const Arm& arm, const Scene& scene, const double* q, Place
         detail::add_swinging(arm, [&theta](int j) { return sin_cos(theta[j]); }, out.frames);
 }
 
-/// What leads from where nothing moves to a point of a link, as vectors that are fixed to links: the sum of
-/// their lengths (m), that of link k times weight(k).
+/// The weighted length of the chain from the base to point p of a link, sum of weight(k) times the length of
+/// segment k (m). With the sums of joint rates as weights it bounds the speed of p.
 template <class Weight>
 double levers(const Arm&, const Placement& at, int link, const Vec3<double>& p,
               const Weight& weight) noexcept {
@@ -84,7 +85,7 @@ double levers(const Arm&, const Placement& at, int link, const Vec3<double>& p,
     return upper + weight(4) * norm(wrist - elbow) + weight(link) * norm(p - wrist);
 }
 
-/// The frames of any other arm, as scenes see them: a link's shapes are fixed to the frame of that number.
+/// The same for any other kind of arm; the shapes of a link are fixed to the frame of that number.
 template <class AnyArm>
 void place_arm(const AnyArm& arm, const Scene&, const double* q, Placement& out) noexcept {
     const Arm& rows = nominal(arm);
@@ -100,7 +101,8 @@ void place_arm(const AnyArm& arm, const Scene&, const double* q, Placement& out)
     for (const int link : {1, 2, 5, 6}) out.frames.swinging[detail::swinging_place(link)] = frame[link];
 }
 
-/// The same of any other arm. From frame to frame: what lies along a joint's axis does not turn with it.
+/// The same for any other kind of arm, from frame to frame. The part along a joint's axis does not rotate
+/// with that joint.
 template <class AnyArm, class Weight>
 double levers(const AnyArm&, const Placement& at, int link, const Vec3<double>& p,
               const Weight& weight) noexcept {
@@ -113,8 +115,9 @@ double levers(const AnyArm&, const Placement& at, int link, const Vec3<double>& 
     return sum;
 }
 
-/// What is proven of postures about one, along a straight way: up to which shares of it, behind the middle
-/// and ahead, nothing touches, and up to which nothing is clear by more than the slack.
+/// What is proven around a configuration along a straight line of the joints. Index 0: backwards, 1:
+/// forwards. `clear`: share of the line that is collision-free. `touching`: share over which some pair has no
+/// more than the slack.
 struct Around {
     double clear[2], touching[2];
     Tag pair;  // who touches, or hinders a proof
@@ -122,15 +125,15 @@ struct Around {
     bool is_clear() const noexcept { return clear[0] >= 1.0 && clear[1] >= 1.0; }
 };
 
-/// A move of the joints of an arm of any kind along a straight line, and the scene that it passes.
+/// Proves straight joint motions of any kind of arm collision-free within a scene.
 template <class AnyArm>
 class StraightMove {
 public:
     StraightMove(const AnyArm& arm, const Scene& scene) noexcept : arm_(arm), scene_(scene) {}
 
-    /// The share of the move d (rad) from q that is proven to touch nothing; 1: all of it. A pair that
-    /// touches already may come no nearer. `blocking` is the pair that ended the proof. With `off` the joints
-    /// may be beside the move by that much each (rad).
+    /// The share of the motion d (rad) from q that is proven collision-free; 1: all of it. A pair that
+    /// touches already must not come nearer. `blocking`: the pair at which the proof ended. With `off` the
+    /// joints may deviate from the line by that much each (rad).
     double proven(const double* q, const double (&d)[joints], Tag& blocking, int looks = straight_rule::looks,
                   const double* off = nullptr) noexcept {
         double done = 0, spread[joints + 1] = {};
@@ -165,8 +168,8 @@ public:
         return done;
     }
 
-    /// What is proven of all joints q + s d + e, |s| <= 1 and |e_j| <= off_j (rad), while the flange stays at
-    /// `still`, or moves with them where that is null.
+    /// Computes which shares of the line are proven for all joints q + s d + e with |s| <= 1 and |e_j| <=
+    /// off_j (rad). The flange stays at the pose `still`; nullptr: it moves with the joints.
     Around about(const double* q, const double (&d)[joints], const double (&off)[joints],
                  const Pose<double>* still) noexcept {
         place(q);
@@ -202,7 +205,8 @@ public:
         return out;
     }
 
-    /// The pairs within `reach` (m) of the clearance at q, the nearest ones if there are too many; how many.
+    /// Writes the pairs whose distance at q is within `reach` (m) of the clearance and returns their number.
+    /// The nearest ones are kept if there are too many.
     int near(const double* q, double reach, NearPair (&out)[straight_rule::most_near]) noexcept {
         place(q);
         int count = 0;
@@ -218,7 +222,7 @@ public:
         return count;
     }
 
-    /// The nearest pair at q, of those within `reach` (m) of the clearance.
+    /// The nearest pair at q within `reach` (m) of the clearance.
     NearestPair nearest_pair(const double* q, double reach) noexcept {
         place(q);
         NearestPair out{reach, infinity, 0};
@@ -229,13 +233,13 @@ public:
         return out;
     }
 
-    /// Whether nothing touches at q, which may be at the end of what is proven clear.
+    /// Whether nothing touches at q, with half the slack as tolerance for the end of a proven stretch.
     bool is_clear_at(const double* q) noexcept {
         return nearest_pair(q, straight_rule::slack).room >= -0.5 * straight_rule::slack;
     }
 
-    /// The nearest of all pairs at q, those too that rest, unless `turning_alone`; its rate is that along the
-    /// velocity d.
+    /// The nearest pair at q. Its rate is the derivative of the distance along the joint velocity d.
+    /// `turning_alone` skips pairs at rest.
     Proximity proximity(const double* q, const double (&d)[joints], bool turning_alone) noexcept {
         place(q);
         held_rests_ = turning_alone;
@@ -269,15 +273,15 @@ public:
     }
 
 private:
-    /// The corners of a shape's core, and the link that they are fixed to.
+    /// The corners of a shape's core, and the link to which they are fixed.
     struct Core {
         Vec3<double> corner[8];
         int count = 0, link = 0;
         bool about = false;  // of a hull with more corners: those of a box about it
     };
 
-    /// Two cores `apart` m from one another along n, which may come as near as R. b has no corner where it
-    /// rests: then its plane is n . x = height.
+    /// Two cores whose distance along n is `apart` (m); nearer than R they collide. If b is at rest it has no
+    /// corners, and its plane is n . x = height.
     struct Meeting {
         Core a, b;
         Vec3<double> n;
@@ -288,6 +292,7 @@ private:
         double radius_a, radius_b;  // m, about them
     };
 
+    /// The core of a rod or of a solid that is fixed to a link.
     static Core core_of(const Rod& rod, int link) noexcept {
         Core out;
         out.link = link;
@@ -314,6 +319,7 @@ private:
         return out;
     }
 
+    /// Sets the corners of a hull's core; more than eight are replaced by those of their bounding box.
     static void set_hull(const Solid& solid, Core& out) noexcept {
         const auto at = [&](const Vec3<double>& p) { return solid.a + solid.axes * p; };
         out.count = solid.corner_count < 8 ? solid.corner_count : 8;
@@ -329,6 +335,7 @@ private:
             out.corner[i] = at({i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z});
     }
 
+    /// Places the arm and all shapes at joint values q.
     void place(const double* q) noexcept {
         place_arm(arm_, scene_, q, at_);
         flange_ = at_.frames.flange;
@@ -338,28 +345,29 @@ private:
         }
     }
 
+    /// The link to which a limb is fixed.
     int link_of(int limb) const noexcept {
         if (limb >= scene_.part_count) return scene_.swings[limb - scene_.part_count].link;
         return scene_.parts[limb].lower ? 4 : 3;
     }
 
-    /// Sums of |d_j| up to each link.
+    /// Sets the sums of |d_j| over the joints below each link.
     void rates(const double (&d)[joints]) noexcept {
         sum_[0] = 0;
         for (int j = 0; j < joints; ++j) sum_[j + 1] = sum_[j] + abs(d[j]);
     }
 
-    /// How far a point of a link goes at most: |p'|.
+    /// An upper bound of the path length (m) of point p of a link over the motion.
     double shift(int link, const Vec3<double>& p) const noexcept {
         return levers(arm_, at_, link, p, [this](int k) { return sum_[k]; });
     }
 
-    /// M of a point of a link.
+    /// An upper bound of the second derivative |p''| (m) of point p of a link along the motion.
     double bend(int link, const Vec3<double>& p) const noexcept {
         return levers(arm_, at_, link, p, [this](int k) { return sum_[k] * sum_[k]; });
     }
 
-    /// n . dp / dq_j.
+    /// The derivative n . dp / dq_j of point p of a link along direction n.
     double rate(int j, int link, const Vec3<double>& p, const Vec3<double>& n) const noexcept {
         return j < link ? dot(n, cross(at_.axis[j], p - at_.origin[j])) : 0.0;
     }
@@ -371,10 +379,9 @@ private:
         return out;
     }
 
-    /// Up to which shares of the move, back and ahead, two cores that may be farther apart by `more` are
-    /// proven to be no more than a slack beyond R from one another. Their nearest points' distance grows
-    /// along n, across it by a right-angled triangle, and as the points' ways bend: a convex function of the
-    /// share, so that the chord between one that is known and one beyond it leads to no more than is true.
+    /// Reduces `most`, the shares backwards and forwards up to which these two cores are proven to be within
+    /// R plus the slack, if their distance may grow by `more` (m). The bound of their distance is convex in
+    /// the share, so that chords between samples are safe.
     void add_touching(const Meeting& m, const double (&d)[joints], double more,
                       double (&most)[2]) const noexcept {
         const double spare = m.R + straight_rule::slack - more;
@@ -408,7 +415,8 @@ private:
         }
     }
 
-    /// How much nearer (m) the cores of a meeting come at most if its points go as far as room(link, point).
+    /// An upper bound (m) of how much nearer the cores of a meeting come, if each of its points moves by up
+    /// to room(link, point).
     template <class Room>
     static double more_of(const Meeting& m, const Room& room) noexcept {
         double more = 0;
@@ -420,8 +428,8 @@ private:
         return more;
     }
 
-    /// As free_share, of a meeting whose cores may be nearer by `more`. What touches already may not, but for
-    /// rounding.
+    /// Like free_share, for cores that may be nearer by `more` (m) than they are at q. If they touch already,
+    /// only rounding is allowed.
     double free_beside(Meeting m, const double (&d)[joints], double more) const noexcept {
         const bool touches = !(m.apart > m.R);
         if (touches && more > straight_rule::slack) return 0.0;
@@ -429,7 +437,7 @@ private:
         return touches || m.apart > m.R ? free_share(m, d) : 0.0;
     }
 
-    /// The share of the move d over which a meeting is proven not to touch.
+    /// The share of the motion d over which two cores are proven not to touch.
     double free_share(const Meeting& m, const double (&d)[joints]) const noexcept {
         if (!(m.apart > 0) && !m.flat) return 0.0;
         const double R = min(m.R, m.apart), spare = m.apart - R;
@@ -460,8 +468,8 @@ private:
         return least;
     }
 
-    /// Adds the corners i and k (-1: the plane) of a meeting, less what is kept, if they are among the
-    /// nearest.
+    /// Adds the corner pair (i, k) of a meeting to the nearest ones, after subtracting `kept` (m) from its
+    /// distance; k = -1: the plane of b.
     void add(const Meeting& m, int i, int k, double kept, double reach,
              NearPair (&out)[straight_rule::most_near], int& count) const noexcept {
         const Vec3<double>& p = m.a.corner[i];
@@ -485,7 +493,8 @@ private:
         }
     }
 
-    /// found(meeting) of all pairs nearer than they may come by way(link, point, radius) of what moves.
+    /// Calls found(meeting) for all pairs that are nearer than R plus the possible approach way(link, point,
+    /// radius) (m) of the moving shape.
     template <class Way, class Found>
     void for_near(const Way& way, const Found& found) const noexcept {
         for (int k = 0; k < detail::limb_count(scene_); ++k) limb_against_all(k, way, found);
@@ -513,12 +522,13 @@ private:
         }
     }
 
+    /// The greatest possible approach (m) of a rod's two ends.
     template <class Way>
     static double way_of(const Way& way, const Rod& rod, int link) noexcept {
         return max(way(link, rod.begin, 0.0), way(link, rod.end, 0.0));
     }
 
-    /// Whether a solid is farther from a ball than `far`.
+    /// Whether a solid is farther than `far` (m) beyond the clearance from a ball.
     bool away(const Ball& bound, const Solid& solid, double far) const noexcept {
         if (solid.kind == SolidKind::half_space) return false;
         const Ball other = around(solid);
@@ -527,6 +537,7 @@ private:
         return dot(d, d) >= R * R;
     }
 
+    /// Calls found(meeting) for the near pairs of limb k with obstacles and the tool.
     template <class Way, class Found>
     void limb_against_all(int k, const Way& way, const Found& found) const noexcept {
         const Rod& rod = limb_[k];
@@ -562,7 +573,7 @@ private:
         }
     }
 
-    /// What moves against what rests.
+    /// Calls found for a moving shape and a solid at rest, if they are near.
     template <class Moving, class Found>
     void meet(const Moving& a, int link, const Solid& solid, double far, Tag pair,
               const Found& found) const noexcept {
@@ -577,7 +588,7 @@ private:
         found(m);
     }
 
-    /// A rod and something else that moves.
+    /// Calls found for a rod and another moving shape, if they are near.
     template <class Found>
     void meet(const Rod& a, int link, const Solid& b, int other, double far, Tag pair,
               const Found& found) const noexcept {
@@ -595,11 +606,13 @@ private:
     }
     static Approach approach(const Solid& held, const Solid& solid) noexcept { return nearest(held, solid); }
 
+    /// The distance (m) of two cores at which the shapes have the clearance plus the slack.
     template <class Moving>
     double apart(const Moving& a, const Solid& b) const noexcept {
         return a.radius + b.radius + scene_.clearance + straight_rule::slack;
     }
 
+    /// Sets the separating plane of a meeting with a solid at rest.
     static void set_plane(Meeting& m, const Approach& at, const Solid& solid) noexcept {
         if (m.flat) {
             m.n = solid.a;
@@ -629,7 +642,7 @@ private:
     int link_[2 * most_parts] = {};
 };
 
-/// Whether it is proven that a posture touches nothing.
+/// Whether a configuration q (rad) is proven collision-free.
 template <class AnyArm>
 bool is_clear(const AnyArm& arm, const Scene& scene, const double* q) noexcept {
     const double none[joints] = {};

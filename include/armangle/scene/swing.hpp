@@ -19,7 +19,8 @@
 
 namespace armangle {
 
-/// At most over a stretch: m / rad, m / rad^2 of a point, and m from the stretch's nearer end.
+/// Bounds for any point of a rod over a stretch of psi: speed (m / rad), acceleration (m / rad^2), and
+/// distance (m) from its place at the nearer end of the stretch.
 struct Drift {
     double speed, acceleration, shift;
 };
@@ -29,12 +30,13 @@ namespace detail {
 /// What a bound is enlarged by, for its own rounding.
 inline constexpr double above_rounding = 1.0 + 1e-9;
 
-/// A joint's angle as psi goes.
+/// The angle of one joint as a function of psi.
 class Swing {
 public:
     Swing() noexcept = default;
 
-    /// `sense` -1: the rod is carried on the far side of the joint, and swings against its angle.
+    /// `sense` is -1 if the rod belongs to the link before the joint; then it swings against the joint's
+    /// angle.
     Swing(const Pivot<double>& pivot, double sense) noexcept
         : pivot_(pivot), sense_(sense), N_(slope_numerator(pivot)) {
         const auto bend = [](const Harmonic<double>& f) {
@@ -45,19 +47,22 @@ public:
         wave_ = hypot(N_.s, N_.c);
     }
 
+    /// Sine and cosine of the angle at psi.
     SinCos<double> at(const SinCos<double>& psi) const noexcept {
         const double y = pivot_.g * pivot_.U.at(psi), x = pivot_.g * pivot_.V.at(psi), size = hypot(x, y);
         if (size == 0) return {0.0, 1.0};
         return {sense_ * y / size, x / size};
     }
 
+    /// The derivative of the angle with respect to psi.
     double rate(const SinCos<double>& psi) const noexcept { return sense_ * derivative(pivot_, psi); }
 
     struct Rates {
         double speed, acceleration;  // |theta'|, |theta''| at most
     };
 
-    /// Over `half` rad on both sides of psi; infinite where the direction may vanish there.
+    /// Bounds of both derivatives within `half` rad on both sides of psi; infinite if the joint's direction
+    /// vector may vanish there.
     Rates over(const SinCos<double>& psi, double half) const noexcept {
         const double u = pivot_.U.at(psi), v = pivot_.V.at(psi);
         const double slope = 2.0 * abs(u * pivot_.U.slope(psi) + v * pivot_.V.slope(psi));
@@ -76,12 +81,12 @@ private:
     double bend_, wave_;  // |D''| at most, |N''| at most
 };
 
-/// A rod as psi goes, in the frame of the axis.
+/// The motion of a rod with psi, in the frame of the axis shoulder-wrist.
 class MovingRod {
 public:
     MovingRod() noexcept = default;
 
-    /// Of links 3, 4 (`turns`), 0 and 7.
+    /// A rod of links 3 and 4, which rotates by psi (`turns`), or of links 0 and 7, which rests.
     MovingRod(const Rod& rod, bool turns) noexcept
         : foot_{rod.begin, rod.end},
           centre_((rod.begin + rod.end) * 0.5),
@@ -93,7 +98,8 @@ public:
           swings_(false),
           sphere_(rod.is_sphere()) {}
 
-    /// Of links 1, 2, 5 and 6: given where theta = psi = 0, about the line through `point` along `axis`.
+    /// A rod of links 1, 2, 5 and 6, given at theta = psi = 0, that swings around the line through `point`
+    /// along `axis`.
     MovingRod(const Rod& rod, bool turns, const Swing& swing, const Vec3<double>& point,
               const Vec3<double>& axis) noexcept
         : swing_(swing),
@@ -119,6 +125,7 @@ public:
         bound_ = max(norm(ends[0] - centre_), norm(ends[1] - centre_));
     }
 
+    /// The rod at psi.
     Rod at(const SinCos<double>& psi) const noexcept {
         Vec3<double> begin = foot_[0], end = foot_[1];
         if (swings_) {
@@ -133,7 +140,7 @@ public:
         return {begin, sphere_ ? begin : end, radius_};
     }
 
-    /// Of any of its points over `half` rad on both sides of psi.
+    /// Bounds of the motion of any of its points within `half` rad on both sides of psi.
     Drift over(const SinCos<double>& psi, double half) const noexcept {
         const double turn = turns_ ? 1.0 : 0.0, off = turn * off_line_;
         if (!swings_) return {off, off, off * half};
@@ -145,7 +152,7 @@ public:
                 off * half + min(rates.speed * half, 2.0) * swing};
     }
 
-    /// m / rad of the point p, where it is at psi.
+    /// The velocity (m / rad) of the rod's point that is at p at psi.
     Vec3<double> velocity(const Vec3<double>& p, const SinCos<double>& psi) const noexcept {
         Vec3<double> out{0, 0, 0};
         if (turns_) out = {0, -p.z, p.y};

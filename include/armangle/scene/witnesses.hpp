@@ -25,12 +25,12 @@ namespace armangle {
 namespace witness_rule {
 /// A stretch shorter than this (rad) that is neither proven free nor witnessed counts as blocked.
 inline constexpr double sliver = 1e-10;
-/// Steps of an end that are shorter are rounding (rad).
+/// Shorter steps (rad) of an arc's end are rounding.
 inline constexpr double settled = 1e-14;
 /// Distances asked of one pair. Where they are spent the rod is halved, up to so many times: what is near to
 /// the line turns little, and a near miss there is proven at once. What is left at last counts as blocked.
 inline constexpr int most_queries = 200, most_halvings = 12;
-/// What a step of Newton's kind takes at most; from the second on it doubles the digits.
+/// The largest number of Newton-like steps.
 inline constexpr int most_steps = 60;
 /// Rounding of F as a share of the squares of all coordinates.
 inline constexpr double rounding = 4e-16;
@@ -38,11 +38,13 @@ inline constexpr double rounding = 4e-16;
 
 namespace detail {
 
-/// Greatest distance from the line, and greatest square of coordinates, of a solid's core.
+/// For a solid's core: the greatest distance from the axis (m) and the greatest squared distance from the
+/// origin (m^2).
 struct Extent {
     double off_axis, square;
 };
 
+/// Computes both for a solid.
 inline Extent extent(const Solid& solid) noexcept {
     const auto grown = [](const Extent& e, const Vec3<double>& p) {
         return Extent{max(e.off_axis, off_axis(p)), max(e.square, dot(p, p))};
@@ -55,7 +57,7 @@ inline Extent extent(const Solid& solid) noexcept {
     return out;
 }
 
-/// One rod and one solid, which is no half-space and no field: these have no nearest points.
+/// Finds the arcs that one solid blocks for one rod; not for half-spaces and fields.
 class Witnesses {
 public:
     Witnesses(const Rod& rod, const Solid& solid, double R) noexcept : rod_(rod), solid_(solid), R_(R) {
@@ -64,7 +66,7 @@ public:
         noise_ = witness_rule::rounding * (mine.square + other.square);
     }
 
-    /// Calls blocked(lower, upper) for arcs that together are all that is blocked.
+    /// Calls blocked(lower, upper) for arcs (rad) that together cover all blocked psi.
     template <class Blocked>
     void find(const Blocked& blocked, int halvings = 0) noexcept {
         const Vec3<double> middle = (rod_.begin + rod_.end) * 0.5, centre = around(solid_).centre;
@@ -102,7 +104,7 @@ public:
     }
 
 private:
-    /// Both halves of the rod, all round.
+    /// Repeats the search for both halves of the rod.
     template <class Blocked>
     void halve(const Blocked& blocked, int halvings) const noexcept {
         const Vec3<double> middle = (rod_.begin + rod_.end) * 0.5;
@@ -119,6 +121,7 @@ private:
     };
     static constexpr int most_stretches = 64;
 
+    /// The nearest points at psi, F = distance^2 - R^2 (m^2), and the arc that these two points block.
     Sample at(double psi) noexcept {
         ++queries_;
         const SinCos<double> turn = sin_cos(psi);
@@ -129,7 +132,7 @@ private:
         return {psi, (pair.distance - R_) * (pair.distance + R_), arc};
     }
 
-    /// The blocked arc about a blocked sample: witness after witness, until its ends stay.
+    /// The blocked arc around a blocked sample, extended witness by witness until its ends no longer move.
     Stretch grown(const Sample& from) noexcept {
         Stretch arc{from.psi, 0.0, from.psi, 0.0};
         const auto include = [&arc](const BlockedArc& turned, double near) {
@@ -151,11 +154,12 @@ private:
         return arc;
     }
 
+    /// Whether a stretch is proven free.
     bool proven(const Stretch& s) const noexcept {
         return least_between(s.F_a, s.F_b, amplitude_, s.b - s.a) >= 0;
     }
 
-    /// Where the bound of a stretch is least, not too near to its ends.
+    /// The psi at which a stretch is split: where its lower bound is least, but not near its ends.
     double split(const Stretch& s) const noexcept {
         const double h = s.b - s.a, t = 0.5 * h - (s.F_b - s.F_a) / (amplitude_ * h);
         return s.a + min(max(t, 0.125 * h), 0.875 * h);
