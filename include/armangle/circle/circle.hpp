@@ -29,7 +29,8 @@ ARMANGLE_INLINE Triad<T> spread(const Triad<double>& on) noexcept {
     return {spread<T>(on.w), spread<T>(on.e), spread<T>(on.z), T(on.distance), on.nearest};
 }
 
-/// Triad of a pose 0T7 (without base and tool). normal(p, w) gives its zero; p = S->W (m), w = p / |p|.
+/// Computes the triad of a flange pose 0T7 (without base and tool). normal(p, w) returns the zero of psi as a
+/// unit vector; p = S->W (m), w = p / |p|.
 template <class T, class Normal>
 ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange, const Normal& normal) noexcept {
     const Vec3<T> p =
@@ -45,7 +46,8 @@ ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange, const Norm
 
 namespace detail {
 
-/// Not inlined, and by value: a reference to the flange would keep it in memory on the common path too.
+/// The same for the two rarer definitions of psi. Not inlined, and with the flange by value, so that the
+/// common path can keep it in registers.
 template <class T>
 ARMANGLE_SELDOM Triad<T> other_triad(const Arm& arm, Pose<T> flange) noexcept {
     return triad(arm, flange,
@@ -54,7 +56,7 @@ ARMANGLE_SELDOM Triad<T> other_triad(const Arm& arm, Pose<T> flange) noexcept {
 
 }  // namespace detail
 
-/// The triad that defines the arm's psi.
+/// The triad of a flange pose 0T7 for the arm's own definition of psi.
 template <class T>
 ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange) noexcept {
     if (arm.reference != Reference::base) [[unlikely]]
@@ -72,7 +74,7 @@ struct Circle : Triad<T> {
     Triangle<T> triangle;
 };
 
-/// Circle of a pose 0T7 on its triad.
+/// Computes the circle of a flange pose 0T7 on a given triad.
 template <class T>
 ARMANGLE_INLINE Circle<T> circle_on(const Arm& arm, const Triad<T>& triad, const Pose<T>& flange) noexcept {
     const auto& [x7, y7, z7] = flange.rotation;
@@ -85,13 +87,13 @@ ARMANGLE_INLINE Circle<T> circle_on(const Arm& arm, const Triad<T>& triad, const
     return c;
 }
 
-/// Circle of a pose 0T7 in the arm's psi.
+/// Computes the circle of a flange pose 0T7 for the arm's own definition of psi.
 template <class T>
 ARMANGLE_INLINE Circle<T> circle(const Arm& arm, const Pose<T>& flange) noexcept {
     return circle_on(arm, triad(arm, flange), flange);
 }
 
-/// Whether the wrist coincides with the shoulder.
+/// Whether the wrist coincides with the shoulder, so that no axis and no psi exist.
 template <class T>
 ARMANGLE_INLINE auto is_folded(const Triad<T>& c) noexcept {
     return c.distance <= T(c.nearest);
@@ -103,7 +105,8 @@ ARMANGLE_INLINE auto is_unreachable(const Circle<T>& c) noexcept {
     return !(c.triangle.excess <= T(c.triangle.rounding));
 }
 
-/// psi of an elbow axis z_3 on a circle, in (-pi, pi].
+/// The arm angle psi (rad, in (-pi, pi]) of a configuration whose elbow axis is z_3 (unit vector, frame of
+/// the DH rows).
 inline double arm_angle(const Triad<double>& c, const Vec3<double>& z3) noexcept {
     const double psi = atan2(dot(c.e, z3), dot(c.z, z3));  // w . (z x z3) = z3 . (w x z)
     return psi <= -pi ? pi : psi;

@@ -42,7 +42,7 @@ struct Rates {
     Mask shoulder, wrist, elbow, plane;
 };
 
-/// A gradient by the twist (v, omega) of a pose and by psi.
+/// The gradient of a number with respect to the twist (v, omega) of a pose and with respect to psi.
 template <class T>
 struct Pull {
     Vec3<T> linear, angular;
@@ -56,7 +56,8 @@ ARMANGLE_INLINE void store_pull(const Pull<T>& p, T (&row)[joints]) noexcept {
     for (int k = 0; k < joints; ++k) row[k] = all[k];
 }
 
-/// Rates of the configuration at psi, for a flange pose 0T7 and its self-motion. Missing derivatives are 0.
+/// Computes the rates of the configuration at psi, for a flange pose 0T7 and its self-motion. Derivatives
+/// that do not exist are 0.
 template <class T>
 ARMANGLE_INLINE Rates<T> rates(const Arm& arm, const Pose<T>& flange, const SelfMotion<T>& m,
                                const SinCos<T>& psi) noexcept {
@@ -112,8 +113,8 @@ ARMANGLE_INLINE Rates<T> rates(const Arm& arm, const Pose<T>& flange, const Self
     return r;
 }
 
-/// Converts the gradient of a function by the robot's joints to its gradient by twist and psi. For joint j
-/// alone the result is row j of dq/d(v, omega, psi).
+/// Converts the gradient of a function with respect to the joints to its gradient with respect to twist and
+/// psi. For joint j alone the result is row j of dq/d(v, omega, psi).
 template <class T>
 ARMANGLE_INLINE Pull<T> pulled(const Arm& arm, const Rates<T>& r, const T (&by_q)[joints]) noexcept {
     const auto of = [&](int j) { return by_q[j] * T(arm.sign[j]); };
@@ -133,9 +134,10 @@ ARMANGLE_INLINE Pull<T> pulled(const Arm& arm, const Rates<T>& r, const T (&by_q
     return out;
 }
 
-/// dq by (v, omega, psi): row j is joint j + 1. Infinite if the derivative does not exist. Joints 1-3 (5-7)
-/// have none if theta_2 (theta_6) is 0 or pi. By the pose, no joint has one if the elbow is stretched or
-/// folded. Only joint 4 has one by the pose if psi jumps, for example with the wrist over the base axis.
+/// The derivatives of the joints with respect to (v, omega, psi): row j is joint j + 1. An entry is infinite
+/// if it does not exist. Joints 1-3 (5-7) have none if theta_2 (theta_6) is 0 or pi. If the elbow is
+/// stretched or folded, no joint has one with respect to the pose. If psi jumps, for example with the wrist
+/// over the base axis, only joint 4 has one with respect to the pose.
 struct Derivatives {
     double entry[joints][joints];
     Status status;
@@ -143,7 +145,7 @@ struct Derivatives {
 
 namespace detail {
 
-/// Computes the rates of a pose that has a solution.
+/// Computes the rates of a pose that has a solution; else returns BAD_INPUT, UNREACHABLE or FOLDED.
 inline Status rates_at(const Arm& arm, const Pose<double>& pose, double psi, int gc,
                        Rates<double>& out) noexcept {
     if (gc < 0 || gc >= configurations || !(abs(psi) <= tolerance::largest_angle) || !is_rigid(pose))
@@ -156,7 +158,7 @@ inline Status rates_at(const Arm& arm, const Pose<double>& pose, double psi, int
     return Status::OK;
 }
 
-/// Whether joint j has a derivative by psi, and by the pose.
+/// Whether joint j has a derivative with respect to psi, and (below) with respect to the pose.
 inline bool moves_with_psi(const Rates<double>& r, int j) noexcept {
     return j == 3 || (j < 3 ? r.shoulder : r.wrist);
 }
@@ -164,19 +166,19 @@ inline bool moves_with_pose(const Rates<double>& r, int j) noexcept {
     return moves_with_psi(r, j) && r.elbow && (j == 3 || r.plane);
 }
 
-/// A vector with the partials that a rigid motion gives it.
+/// Attaches eight partial derivatives to each component of a vector.
 ARMANGLE_INLINE Vec3<Dual> with_partials(const Vec3<double>& at, const Vec3<Dual::Partials>& by) noexcept {
     return {{at.x, by.x}, {at.y, by.y}, {at.z, by.z}};
 }
 
-/// omega x v for eight angular velocities.
+/// The vector product omega x v for eight angular velocities at once.
 ARMANGLE_INLINE Vec3<Dual::Partials> turned(const Vec3<Dual::Partials>& omega,
                                             const Vec3<double>& v) noexcept {
     const Dual::Partials x(v.x), y(v.y), z(v.z);
     return {omega.y * z - omega.z * y, omega.z * x - omega.x * z, omega.x * y - omega.y * x};
 }
 
-/// A pose with its partials along eight twists.
+/// A pose with its partial derivatives along eight twists (velocity, omega).
 ARMANGLE_INLINE Pose<Dual> moving(const Pose<double>& pose, const Vec3<Dual::Partials>& velocity,
                                   const Vec3<Dual::Partials>& omega) noexcept {
     const auto column = [&omega](const Vec3<double>& v) { return with_partials(v, turned(omega, v)); };
@@ -186,7 +188,8 @@ ARMANGLE_INLINE Pose<Dual> moving(const Pose<double>& pose, const Vec3<Dual::Par
 
 }  // namespace detail
 
-/// Derivatives of the joints at (pose, psi, gc). OK, or UNREACHABLE, FOLDED, BAD_INPUT with all numbers NaN.
+/// Computes the derivatives of the joints at (pose, psi, gc). Status OK, or UNREACHABLE, FOLDED, BAD_INPUT
+/// with all numbers NaN.
 inline Derivatives inverse_derivative(const Arm& arm, const Pose<double>& pose, double psi, int gc) noexcept {
     Derivatives out;
     Rates<double> r;
@@ -205,7 +208,8 @@ inline Derivatives inverse_derivative(const Arm& arm, const Pose<double>& pose, 
     return out;
 }
 
-/// dpsi/dq at joints q (rad/rad), for the arm's psi; infinite if psi does not exist or jumps.
+/// The gradient dpsi/dq at joints q (rad/rad), for the arm's own psi; infinite if psi does not exist or jumps
+/// there.
 inline void psi_gradient(const Arm& arm, const double* q, double (&out)[joints]) noexcept {
     const Jacobian jac = jacobian(arm, q);
     double theta[joint_slots], column[6][joint_slots] = {}, axis[3][joint_slots] = {};

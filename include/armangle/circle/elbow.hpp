@@ -16,7 +16,7 @@ struct Triangle {
     SinCos<T> kappa;  // angle at the shoulder between S-E and S-W
 };
 
-/// A value that is 0 if a gap is within rounding, and positive otherwise.
+/// Returns 0 if a gap is at most `rounding`, else the given value.
 template <class T>
 ARMANGLE_INLINE T cut_off(const T& gap, const T& rounding, const T& value) noexcept {
     return select(gap <= rounding, T(0.0), value);
@@ -46,7 +46,7 @@ ARMANGLE_INLINE Triangle<T> triangle(const Arm& arm, T n) noexcept {
     return t;
 }
 
-/// The elbow on the side given by GC_4.
+/// The elbow on the side given by GC_4 (+1 or -1).
 template <class T>
 struct Elbow {
     SinCos<T> theta_4;
@@ -64,7 +64,7 @@ ARMANGLE_INLINE SinCos<T> lean(const Elbow<T>& elbow, const SinCos<T>& in_plane)
     return {hypot(in_plane.sin, in_plane.cos * elbow.tilt.sin), in_plane.cos * elbow.tilt.cos};
 }
 
-/// The angle of S-W against the plane across axis 4: its sine is d_4 / |S-W|.
+/// The angle between S-W and the plane across axis 4 (sine and cosine): its sine is d_4 / |S-W|.
 template <class T>
 ARMANGLE_INLINE SinCos<T> tilt(const Arm& arm, const Triangle<T>& t) noexcept {
     if (arm.d_4 == 0) return {T(0.0), T(1.0)};
@@ -73,8 +73,8 @@ ARMANGLE_INLINE SinCos<T> tilt(const Arm& arm, const Triangle<T>& t) noexcept {
     return {arm.d_4 * inverse_length, side * inverse_length};
 }
 
-/// The elbow of a triangle, in one expression. A struct filled in two steps is copied in registers wider than
-/// its stores and waits for them (7 % of a step, benchmarks/run_cpp.py).
+/// Computes the elbow of a triangle for GC_4, in one expression. A struct filled in two steps is copied in
+/// registers wider than its stores and waits for them (7 % of a step, benchmarks/run_cpp.py).
 template <class T>
 ARMANGLE_INLINE Elbow<T> elbow(const Arm& arm, const Triangle<T>& t, T gc_4) noexcept {
     // mul_add and not a * b + c * d: g++ 12 fuses such pairs of sum and difference despite -ffp-contract=off
@@ -91,10 +91,11 @@ ARMANGLE_INLINE Elbow<T> elbow(const Arm& arm, const Triangle<T>& t, T gc_4) noe
 
 namespace detail {
 
-/// theta_4 - delta of a joint value, wrapped: the bend from the stretched arm.
+/// The bend of the elbow (rad): theta_4 - delta of a joint value, wrapped to (-pi, pi]; 0 for the stretched
+/// arm.
 inline double elbow_bend(const Arm& arm, double q_4) noexcept { return bend(arm, 3, q_4); }
 
-/// |S-W| (m) for a given bend of the elbow.
+/// The distance |S-W| (m) from shoulder to wrist for a bend of the elbow (rad).
 inline double wrist_distance(const Arm& arm, double bend) noexcept {
     const double half = sin_cos(0.5 * bend).sin;
     return sqrt(max(arm.reach * arm.reach - 4.0 * arm.upper_arm * arm.forearm * half * half, 0.0));

@@ -20,10 +20,12 @@ struct Posture {
     int gc;             // 0..7
 };
 
-/// The number of a posture that says where the elbow is.
+/// The arm angle of a configuration (rad), under the name that all kinds of arm share for their redundant
+/// parameter.
 inline double redundancy(const Posture& posture) noexcept { return posture.psi; }
 
-/// q -> (pose, psi, GC). The triad is computed from the pose, so that the inverse uses the same one.
+/// Forward kinematics: pose, psi and branch of joint values q (rad). psi is measured on the computed pose, so
+/// that the inverse uses the same circle.
 inline Posture forward(const Arm& arm, const double* q) noexcept {
     const Chain chain_now = chain(arm, q);
     Posture out;

@@ -13,7 +13,7 @@
 
 namespace armangle {
 
-/// Joint i's angle is atan2(y[i], x[i]); the eighth slot is 0.
+/// The seven model angles as direction vectors: theta_i = atan2(y[i], x[i]); the eighth slot is 0.
 template <class T>
 struct Directions {
     T y[joint_slots], x[joint_slots];
@@ -56,8 +56,8 @@ ARMANGLE_INLINE Frames<T> frames(const SelfMotion<T>& m, const SinCos<T>& psi) n
     return out;
 }
 
-/// Stores joints 1 to 3, given theta_1 and sin(theta_2). theta_3 follows from theta_1 and not from eq. (19),
-/// which loses theta_1 + theta_3 if theta_2 vanishes.
+/// Stores the directions of joints 1 to 3, given theta_1 and sin(theta_2). theta_3 follows from theta_1 and
+/// not from eq. (19), which loses theta_1 + theta_3 if theta_2 vanishes.
 template <class T>
 ARMANGLE_INLINE void put_shoulder(const Frames<T>& f, const SinCos<T>& theta_1, const T& sin_2,
                                   Directions<T>& d) noexcept {
@@ -69,7 +69,8 @@ ARMANGLE_INLINE void put_shoulder(const Frames<T>& f, const SinCos<T>& theta_1, 
     d.x[2] = theta_1.sin * f.z3.x - theta_1.cos * f.z3.y;  // for (19)
 }
 
-/// Stores joints 5 to 7 likewise, given theta_5 (of any length, like theta_1) and sin(theta_6).
+/// Stores the directions of joints 5 to 7 likewise, given theta_5 (of any length, like theta_1) and
+/// sin(theta_6).
 template <class T>
 ARMANGLE_INLINE void put_wrist(const Frames<T>& f, const SinCos<T>& theta_5, const T& sin_6,
                                Directions<T>& d) noexcept {
@@ -81,7 +82,7 @@ ARMANGLE_INLINE void put_wrist(const Frames<T>& f, const SinCos<T>& theta_5, con
     d.x[6] = theta_5.cos * f.n2.y - theta_5.sin * f.n1.y;  // for (24)
 }
 
-/// The seven angles as directions.
+/// The directions of the seven joints on a self-motion at psi, eq. (16)-(23).
 template <class T>
 ARMANGLE_INLINE Directions<T> directions(const SelfMotion<T>& m, const SinCos<T>& psi) noexcept {
     const Configuration<T>& gc = m.gc;
@@ -111,14 +112,14 @@ struct Joints {
     double q[joint_slots];
 };
 
-/// theta of the directions, all joints in one vector.
+/// The model angles theta (rad) of the directions, all joints in one vector.
 ARMANGLE_INLINE JointLanes angles(const Directions<double>& d) noexcept {
     return atan2(JointLanes::of(d.y), JointLanes::of(d.x));
 }
 
 namespace detail {
 
-/// These joint values, but with joint 7 from `near`; for an arm with free roll.
+/// Replaces joint 7 by its value in `near`; for an arm with free roll.
 [[gnu::noinline, gnu::cold]] inline JointLanes with_held_roll(JointLanes q, JointLanes near) noexcept {
     double out[joint_slots], held[joint_slots];
     q.store(out);
@@ -129,7 +130,8 @@ namespace detail {
 
 }  // namespace detail
 
-/// q of the directions within the limits, nearest to `seed`, or to the middle of the range without one.
+/// The joint values of the directions, each in the revolution within its limits nearest to `seed`, or to the
+/// middle of the range if `seed` is null.
 inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, const double* seed) noexcept {
     const JointLanes near = seed ? joint_lanes(seed) : JointLanes::load(arm.joint_middle);
     JointLanes q = to_q(angles(d), JointLanes::load(arm.sign), JointLanes::load(arm.offset),
@@ -141,7 +143,8 @@ inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, 
     return out;
 }
 
-/// q of the directions on the turns nearest to `near`, regardless of limits: for continuity along a motion.
+/// The joint values of the directions, each in the revolution nearest to `near`, regardless of limits; for
+/// continuity along a motion.
 ARMANGLE_INLINE JointLanes joints_near(const Arm& arm, const Directions<double>& d,
                                        const JointLanes& near) noexcept {
     const JointLanes q =
@@ -151,7 +154,7 @@ ARMANGLE_INLINE JointLanes joints_near(const Arm& arm, const Directions<double>&
     return q;
 }
 
-/// The same as seven joint values.
+/// The same for and with arrays of seven joint values.
 inline Joints joints_near(const Arm& arm, const Directions<double>& d, const double* near) noexcept {
     Joints out;
     joints_near(arm, d, joint_lanes(near)).store(out.q);
@@ -165,10 +168,11 @@ struct [[nodiscard]] Inverse {
     double margin;  // rad: distance to the nearest joint limit, negative outside the limits
 };
 
-/// (pose, psi, GC) -> q. Each joint is on the turn within its limits nearest to the seed (without a seed, to
-/// the middle of its range). The status is OK even if q violates the limits: `margin` reports that, and
-/// feasible() returns the psi within all limits. Otherwise UNREACHABLE, FOLDED (wrist on shoulder) or
-/// BAD_INPUT: pose not rigid, gc not 0..7, psi or seed not finite or beyond tolerance::largest_angle.
+/// Inverse kinematics: joint values of (pose, psi, branch gc). Each joint is in the revolution within its
+/// limits nearest to the seed, or to the middle of its range without one. The status is OK even if q violates
+/// the limits: `margin` reports that, and feasible() returns the psi within all limits. Otherwise
+/// UNREACHABLE, FOLDED (wrist on shoulder) or BAD_INPUT: pose not rigid, gc not 0..7, psi or seed not finite
+/// or beyond tolerance::largest_angle.
 inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double psi, int gc,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;

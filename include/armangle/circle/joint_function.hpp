@@ -38,10 +38,11 @@ struct Hinge {
     T swing;        // |theta| varies by at most about twice this
 };
 
-/// Whether theta is independent of psi up to rounding. If an elbow makes the neighbouring joint turn about
-/// S-W, rounding moves theta by some 1e-13 rad and would block arcs at its limit.
+/// Whether joint 2 or 6 does not depend on psi up to rounding. Rounding alone can move theta by some 1e-13
+/// rad, which would block arcs at its limit.
 inline bool is_constant(const Hinge<double>& h) noexcept { return h.swing <= tolerance::vanishing; }
-/// The same for a pivot: its direction is constant. A short direction also keeps its angle.
+/// Whether a pivot joint's direction vector does not depend on psi. A very short direction also counts as
+/// constant.
 template <class T>
 ARMANGLE_INLINE auto is_constant(const Pivot<T>& p) noexcept {
     const auto &u = p.U, &v = p.V;
@@ -65,9 +66,9 @@ ARMANGLE_INLINE Harmonic<T> select(const M& mask, const Harmonic<T>& yes, const 
 
 namespace detail {
 
-/// A hinge whose axis turns about another axis at the angle `tilt`. `along` and `across` are cosine and sine
-/// (>= 0) of the angle between that axis and the zero direction of theta. |theta| is between difference and
-/// sum of the two angles.
+/// The angle of joint 2 or 6 whose axis rotates around another axis at the angle `tilt`. `along` and `across`
+/// are cosine and sine (>= 0) of the angle between that axis and the zero direction of theta. |theta| lies
+/// between the difference and the sum of the two angles.
 template <class T>
 ARMANGLE_INLINE Hinge<T> hinge(const Harmonic<T>& H, const T& g, const SinCos<T>& tilt, const T& along,
                                const T& across) noexcept {
@@ -85,8 +86,9 @@ ARMANGLE_INLINE Hinge<T> hinge(const Harmonic<T>& H, const T& g, const SinCos<T>
 
 }  // namespace detail
 
-/// The coefficients, from eq. (16), (21) in triad coordinates. If the circle is singular everywhere, theta_1
-/// (theta_5) is 0 and theta_3 (theta_7) has the form that the inverse uses there.
+/// Computes all joint functions of a self-motion, from eq. (16), (21) in triad coordinates. If shoulder or
+/// wrist is singular at every psi, theta_1 (theta_5) is 0 and theta_3 (theta_7) has the form that the inverse
+/// uses there.
 template <class T>
 ARMANGLE_INLINE JointFunctions<T> joint_functions(const SelfMotion<T>& m) noexcept {
     const Circle<T>& c = m.circle;
@@ -149,22 +151,22 @@ ARMANGLE_INLINE JointFunctions<T> joint_functions(const SelfMotion<T>& m) noexce
     return j;
 }
 
-/// Numerator of dtheta/dpsi of a pivot, eq. (29), without the paper's GC (GC^2 = 1).
+/// The numerator of dtheta/dpsi of a pivot joint, eq. (29), without the paper's GC (GC^2 = 1).
 template <class T>
 ARMANGLE_INLINE Harmonic<T> slope_numerator(const Pivot<T>& p) noexcept {
     const auto &u = p.U, &v = p.V;
     return {v.k * -u.c + u.k * v.c, v.k * u.s - u.k * v.s, v.c * u.s - u.c * v.s};
 }
 
-/// dtheta/dpsi, eq. (28); infinite if the direction (V, U) vanishes.
+/// The derivative dtheta/dpsi of a pivot joint, eq. (28); infinite if its direction (V, U) vanishes.
 inline double derivative(const Pivot<double>& p, const SinCos<double>& psi) noexcept {
     const double u = p.U.at(psi), v = p.V.at(psi), size = u * u + v * v;
     if (size <= tolerance::singular * tolerance::singular) return infinity;
     return (v * p.U.slope(psi) - u * p.V.slope(psi)) / size;
 }
 
-/// dtheta/dpsi of a hinge, eq. (33). Its |sin(theta)| is the length hypot(U, V) of the direction of joint 1
-/// (5). Infinite if theta is 0 or pi, unless theta is constant.
+/// The derivative dtheta/dpsi of joint 2 or 6, eq. (33). |sin(theta)| is the length hypot(U, V) of the
+/// direction of joint 1 (5), given as `pivot`. Infinite if theta is 0 or pi, unless theta is constant.
 inline double derivative(const Hinge<double>& h, const Pivot<double>& pivot,
                          const SinCos<double>& psi) noexcept {
     const double slope = h.H.slope(psi);
@@ -174,7 +176,7 @@ inline double derivative(const Hinge<double>& h, const Pivot<double>& pivot,
     return -slope / (h.g * sine);
 }
 
-/// dq/dpsi (rad/rad) along the self-motion; joint 4 does not move.
+/// The derivatives dq/dpsi (rad/rad) of all joints along the self-motion; joint 4 does not move.
 inline Joints rate(const Arm& arm, const JointFunctions<double>& f, const SinCos<double>& psi) noexcept {
     const double slope[joints] = {derivative(f.pivot[0], psi), derivative(f.hinge[0], f.pivot[0], psi),
                                   derivative(f.pivot[1], psi), 0.0,
@@ -185,8 +187,8 @@ inline Joints rate(const Arm& arm, const JointFunctions<double>& f, const SinCos
     return out;
 }
 
-/// Roots of s sin + c cos + k = 0 on the circle. The two-root form also works at psi = pi and for zero
-/// coefficients.
+/// The roots (rad) of s sin + c cos + k = 0 on the circle. The two-root form also works at psi = pi and for
+/// zero coefficients.
 struct Roots {
     int count;
     double psi[2];
@@ -199,13 +201,13 @@ ARMANGLE_INLINE auto has_roots(const Harmonic<T>& f, const T& h) noexcept {
     return !((h <= T(tolerance::singular) * off) | (h == T(0.0)) | (off > h));
 }
 
-/// Distance of the roots from the maximum at atan2(s, c).
+/// Half the angle (rad) between both roots, measured from the maximum at atan2(s, c).
 template <class T>
 ARMANGLE_INLINE T half_between_roots(const Harmonic<T>& f, const T& h) noexcept {
     return atan2(sqrt((h - f.k) * (h + f.k)), -f.k);
 }
 
-/// The roots of a harmonic.
+/// Computes the roots of a harmonic; count is 0, 1 or 2.
 inline Roots roots(const Harmonic<double>& f) noexcept {
     const double h = hypot(f.s, f.c);
     if (!has_roots(f, h)) return {0, {}};
@@ -224,7 +226,8 @@ struct Profile {
     Roots singular;    // theta jumps by pi (pivot), or touches 0 or pi with a corner (hinge)
 };
 
-/// Pivot: eq. (30) without its zero denominators. The cases are a_t^2 + b_t^2 - c_t^2 > 0, < 0 or = 0.
+/// Special values of a pivot joint: eq. (30) without its zero denominators. The cases are a_t^2 + b_t^2 -
+/// c_t^2 > 0, < 0 or = 0.
 inline Profile profile(const Pivot<double>& p) noexcept {
     const Harmonic<double> n = slope_numerator(p);
     const double size = n.s * n.s + n.c * n.c + n.k * n.k, discriminant = n.s * n.s + n.c * n.c - n.k * n.k;
@@ -234,7 +237,8 @@ inline Profile profile(const Pivot<double>& p) noexcept {
     return {Case::singular, {0, {}}, {1, {wrap(atan2(n.s, n.c) + (n.k > 0 ? pi : 0.0)), 0}}};  // eq. (31)
 }
 
-/// Special values of a hinge, eq. (34) with two roots; H is largest at atan2(s, c) and smallest opposite.
+/// Special values of joint 2 or 6, eq. (34) with two roots; H is largest at atan2(s, c) and smallest
+/// opposite.
 inline Profile profile(const Hinge<double>& h) noexcept {
     const double top = atan2(h.H.s, h.H.c);
     if (is_constant(h)) return {Case::constant, {0, {}}, {0, {}}};

@@ -19,8 +19,8 @@
 
 namespace armangle {
 
-/// The harmonic that vanishes at the arm angles where a joint (1..7, but 4) has the angle theta. For a pivot
-/// it vanishes also half a turn away.
+/// The harmonic in psi that vanishes where a joint (1..7, but 4) has the angle theta (sine and cosine). For
+/// joints 1, 3, 5 and 7 it also vanishes where the joint has theta + pi.
 template <class T>
 Harmonic<T> tie(const JointFunctions<T>& f, int joint, const SinCos<T>& theta) noexcept {
     if (joint % 2 == 0) {
@@ -33,14 +33,15 @@ Harmonic<T> tie(const JointFunctions<T>& f, int joint, const SinCos<T>& theta) n
             p.U.k * theta.cos - p.V.k * theta.sin};
 }
 
-/// An arm angle from a leading joint, and the squared slope of the tie; near 0 it does not determine psi.
+/// An arm angle that follows from a prescribed joint angle. `slope_square` is the squared slope of the
+/// equation there; near 0 the joint does not determine psi.
 template <class T>
 struct Led {
     SinCos<T> psi;
     T slope_square;
 };
 
-/// The root of a tie on one side: the tie falls (1) or rises (-1) with the arm angle.
+/// Solves the harmonic equation f = 0 for the root where f falls (side 1) or rises (side -1) with psi.
 template <class T>
 Led<T> led_angle(const Harmonic<T>& f, const T& side) noexcept {
     const T square = f.s * f.s + f.c * f.c;
@@ -50,12 +51,13 @@ Led<T> led_angle(const Harmonic<T>& f, const T& side) noexcept {
     return {{(f.c * root - f.s * f.k) * inverse, -(f.s * root + f.c * f.k) * inverse}, room};
 }
 
-/// The hinge next to a leading pivot (0: joint 2, 1: joint 6), whose sign results; -1 if a hinge or no joint
-/// leads.
+/// The neighbour (0: joint 2, 1: joint 6) of a prescribed joint 1, 3, 5 or 7, whose sign results; -1 if joint
+/// 2 or 6, or no joint, is prescribed.
 constexpr int hinge_led_through(int joint) noexcept { return joint % 2 == 1 ? joint / 4 : -1; }
 
-/// The seven angles if a joint leads with theta. If joint 1 or 3 (5 or 7) leads, the sign of theta_2
-/// (theta_6) results. If joint 3 (7) leads, joint 1 (5) follows from it, in reverse to the inverse.
+/// The directions of all joints at psi if `joint` has the prescribed angle theta. If joint 1 or 3 (5 or 7) is
+/// prescribed, the sign of theta_2 (theta_6) results. If joint 3 (7) is prescribed, joint 1 (5) follows from
+/// it.
 template <class T>
 Directions<T> led_directions(const SelfMotion<T>& m, const SinCos<T>& psi, int joint,
                              const SinCos<T>& theta) noexcept {
@@ -75,15 +77,15 @@ Directions<T> led_directions(const SelfMotion<T>& m, const SinCos<T>& psi, int j
     return d;
 }
 
-/// Whether the joints before and behind the hinge at `hinge` (1 or 5) rotate about one axis: the hinge's sine
-/// is at most `sine`.
+/// Whether the joints before and behind joint 2 or 6 (`hinge`: index 1 or 5) rotate around one axis, since
+/// its |sin(theta)| is at most `sine`.
 inline bool makes_one_axis(const Directions<double>& d, int hinge,
                            double sine = tolerance::one_axis) noexcept {
     return abs(d.y[hinge]) <= sine * hypot(d.x[hinge], d.y[hinge]);
 }
 
 /// If theta_2 (theta_6) is 0 or pi, keeps joint 1 (5) at its value in `near` and computes joint 3 (7), unless
-/// one of them leads. The arm angle does not determine how the two share their turn.
+/// one of them is the prescribed joint `lead`. The arm angle determines only the sum of their rotations.
 inline void keep_shares(const Arm& arm, const SelfMotion<double>& m, const SinCos<double>& psi, int lead,
                         const double* near, Directions<double>& d,
                         double sine = tolerance::one_axis) noexcept {

@@ -25,8 +25,8 @@ inline Pose<double> stretched_by(const Arm& arm, const Pose<double>& pose, const
     return {pose.rotation, pose.position + (arm.has_base ? arm.base.rotation * shift : shift)};
 }
 
-/// Distance (m) from the wrist to the limit of joint 4, away from the shoulder, if joint 4 violates it. 0 if
-/// it violates none, or by more than `rounding` (m). A limit at straight bounds the other bend alone.
+/// If joint 4 violates a limit, the distance (m) from the wrist to the place where it keeps that limit,
+/// positive away from the shoulder. 0 if it keeps its limits, or violates them by more than `rounding` (m).
 inline double beyond_elbow_limit(const Arm& arm, const Circle<double>& c, double rounding) noexcept {
     const double lower = arm.limits.lower[3], upper = arm.limits.upper[3],
                  eta = atan2(c.triangle.eta.sin, c.triangle.eta.cos);

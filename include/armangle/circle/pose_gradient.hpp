@@ -18,7 +18,8 @@ namespace armangle {
 /// or the pose has no solution.
 enum class Hindrance : int { none = 0, psi = 1, shoulder = 2, elbow = 4, wrist = 6, unreachable = 7 };
 
-/// Converts a gradient by the entries of a pose, 4x4 row by row, to one by its twist (v, omega).
+/// Converts a gradient with respect to the entries of a pose (4x4, row by row) to one with respect to its
+/// twist (v, omega).
 inline void twist_gradient(const Pose<double>& pose, const double* by_entry, double (&by_twist)[6]) noexcept {
     const Pose<double> g = load_pose(by_entry);
     const auto& [x, y, z] = pose.rotation;
@@ -27,7 +28,8 @@ inline void twist_gradient(const Pose<double>& pose, const double* by_entry, dou
     for (int k = 0; k < 6; ++k) by_twist[k] = all[k];
 }
 
-/// The smallest gradient by a pose's entries that equals the gradient by the twist along rigid motions.
+/// The smallest gradient with respect to a pose's entries that equals the gradient with respect to the twist
+/// along rigid motions.
 template <class T>
 ARMANGLE_INLINE Pose<T> pose_gradient(const Pose<T>& pose, const Vec3<T>& linear,
                                       const Vec3<T>& angular) noexcept {
@@ -37,7 +39,7 @@ ARMANGLE_INLINE Pose<T> pose_gradient(const Pose<T>& pose, const Vec3<T>& linear
             linear};
 }
 
-/// Writes a gradient by the entries of a pose, 4x4 row by row; the last row is 0.
+/// Writes a gradient with respect to a pose's entries (4x4, row by row); the last row is 0.
 inline void store_gradient(const Pose<double>& gradient, double* by_entry) noexcept {
     store_pose(gradient, by_entry);
     by_entry[15] = 0;
@@ -50,7 +52,8 @@ inline void twist_of(const Pose<double>& pose, const double* change, double (&tw
     for (int k = 3; k < 6; ++k) twist[k] *= 0.5;
 }
 
-/// Gradient of forward() by the joints, from the gradients by the entries of its pose and by its psi.
+/// The gradient of a function of forward() with respect to the joints, from its gradients with respect to the
+/// pose's entries and to psi.
 inline Hindrance forward_pullback(const Arm& arm, const double* q, const double* by_pose, double by_psi,
                                   double (&by_q)[joints]) noexcept {
     const Jacobian j = jacobian(arm, q);
@@ -68,7 +71,7 @@ inline Hindrance forward_pullback(const Arm& arm, const double* q, const double*
     return exists ? Hindrance::none : Hindrance::psi;
 }
 
-/// Change of forward()'s pose, by its entries, and of its psi, for a change of the joints.
+/// The change of forward()'s pose (of its entries) and of its psi for a change dq of the joints.
 inline void forward_pushforward(const Arm& arm, const double* q, const double* dq, double* change,
                                 double& psi) noexcept {
     const Jacobian j = jacobian(arm, q);
@@ -87,7 +90,8 @@ inline void forward_pushforward(const Arm& arm, const double* q, const double* d
 
 namespace detail {
 
-/// Why a gradient by these joints does not exist, by psi alone or by the pose.
+/// The reason why a gradient through these joints does not exist with respect to psi, and with respect to the
+/// pose if `by_pose`; Hindrance::none if it exists.
 inline Hindrance hindrance(const Rates<double>& r, const double* by_q, bool by_pose) noexcept {
     bool asked[joints], any_asked = false, any_turn = false;
     for (int j = 0; j < joints; ++j) {
@@ -104,8 +108,9 @@ inline Hindrance hindrance(const Rates<double>& r, const double* by_q, bool by_p
 
 }  // namespace detail
 
-/// Gradient of inverse() by the entries of the pose and by psi, from the gradient by its joints. If only the
-/// gradient by the pose does not exist, the gradient by psi is still valid.
+/// The gradient of a function of inverse() with respect to the pose's entries and psi, from its gradient by_q
+/// with respect to the joints. If only the part with respect to the pose does not exist, the part with
+/// respect to psi is still valid.
 inline Hindrance inverse_pullback(const Arm& arm, const Pose<double>& pose, double psi, int gc,
                                   const double* by_q, double* by_pose, double& by_psi) noexcept {
     Pull<double> p{{0, 0, 0}, {0, 0, 0}, 0};
@@ -134,8 +139,8 @@ inline Hindrance inverse_pullback(const Arm& arm, const Pose<double>& pose, doub
     return why;
 }
 
-/// Change of the joints of inverse() for a change of the pose, by its entries, and of psi. NaN for each joint
-/// that has no such derivative.
+/// The change of the joints of inverse() for a change of the pose's entries and of psi. NaN for each joint
+/// whose derivative does not exist.
 inline void inverse_pushforward(const Arm& arm, const Pose<double>& pose, double psi, int gc,
                                 const double* change, double psi_change, double* dq) noexcept {
     const Derivatives d = inverse_derivative(arm, pose, psi, gc);

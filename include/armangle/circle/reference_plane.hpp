@@ -19,15 +19,16 @@ namespace armangle {
 
 namespace detail {
 
-/// Whether the wrist lies on the z axis. Near the shoulder the distance alone is no criterion: the direction
-/// must also be within 30 degrees of the axis.
+/// Whether the wrist lies on the z axis up to the tolerance; r: its distance from that axis (m). The
+/// direction w must also be within 30 degrees of the axis, since near the shoulder the distance says little.
 template <class T>
 ARMANGLE_INLINE auto is_on_axis(const Arm& arm, const Vec3<T>& w, const T& r) noexcept {
     const auto above = w.x * w.x + w.y * w.y <= T(0.25);
     return above & (r <= T(tolerance::reference * arm.reach));
 }
 
-/// The negative y axis, made orthogonal to w, which is near +-z: theta_1 = 0.
+/// The normal by convention (theta_1 = 0) for a wrist on the z axis: the negative y axis, made orthogonal to
+/// w.
 template <class T>
 ARMANGLE_INLINE Vec3<T> convention_normal(const Vec3<T>& w, const T& m) noexcept {
     return {w.x * w.y * m, (w.y * w.y - T(1.0)) * m, w.z * w.y * m};
@@ -46,7 +47,7 @@ ARMANGLE_INLINE Vec3<T> normal_about_z(const Arm& arm, const Vec3<T>& p, const V
     return select(on_axis, convention_normal(w, m), regular);
 }
 
-/// The same about the vector of the arm's reference.
+/// The same with the arm's reference vector in place of the z axis.
 template <class T>
 ARMANGLE_INLINE Vec3<T> normal_about_vector(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
     const auto& [x, y, z] = arm.reference_frame;
@@ -54,15 +55,16 @@ ARMANGLE_INLINE Vec3<T> normal_about_vector(const Arm& arm, const Vec3<T>& p, co
     return frame * normal_about_z(arm, transposed_times(frame, p), transposed_times(frame, w));
 }
 
-/// `side`, orthogonal to a pole, carried to w by the shortest rotation from the pole to w. `image` is the
-/// stereographic image of w, (w + pole) / (1 + w . pole); `share` is w . side.
+/// Carries the vector `side`, orthogonal to a pole, to w by the shortest rotation from the pole to w. `image`
+/// is the stereographic image of w, (w + pole) / (1 + w . pole); `share` is w . side.
 template <class T>
 ARMANGLE_INLINE Vec3<T> carried(const Vec3<T>& side, const Vec3<T>& image, const T& share) noexcept {
     return side - image * share;
 }
 
-/// -y carried from z to w. The image is (w_x k, w_y k, 1). k = 1 / (1 + w_z), or below the shoulder (1 - w_z)
-/// / (w_x^2 + w_y^2), which loses no digits there. Straight below: theta_1 = 0 of the convention.
+/// The normal for Reference::stereographic: -y carried from z to w by the shortest rotation. Its image is
+/// (w_x k, w_y k, 1) with k = 1 / (1 + w_z), or below the shoulder (1 - w_z) / (w_x^2 + w_y^2), which loses
+/// no digits there. Straight below the shoulder the convention theta_1 = 0 holds.
 template <class T>
 ARMANGLE_INLINE Vec3<T> stereographic_normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
     const T one(1.0), across = w.x * w.x + w.y * w.y;
@@ -98,9 +100,10 @@ ARMANGLE_INLINE auto is_reference_lost(const Arm& arm, const Vec3<T>& w, const T
     return over(transposed_times(Mat3<T>{spread<T>(x), spread<T>(y), spread<T>(z)}, w));
 }
 
-/// Turn k of the reference half-plane about w per metre of wrist motion (1/m): k . dp. z is its normal and n
-/// = |S-W| in m. About an axis at the angle alpha to w the azimuth grows by -z . dp / (n sin(alpha)), and its
-/// cosine is the turn about w. For a carried normal the azimuth itself is subtracted.
+/// The vector k (1/m) such that k . dp is the rotation of the reference half-plane around w for a wrist
+/// motion dp. z is its normal and n = |S-W| in m. Around an axis at the angle alpha to w the azimuth grows by
+/// -z . dp / (n sin(alpha)), and its part along w is cos(alpha) times that. For a carried normal the azimuth
+/// itself is subtracted.
 template <class T>
 ARMANGLE_INLINE Vec3<T> reference_turn(const Arm& arm, const Vec3<T>& w, const Vec3<T>& z,
                                        const T& n) noexcept {

@@ -21,14 +21,14 @@ struct SelfMotion {
     Elbow<T> elbow;
 };
 
-/// The self-motion of one branch of a circle.
+/// Computes the self-motion of one branch on a circle.
 template <class T>
 ARMANGLE_INLINE SelfMotion<T> self_motion(const Arm& arm, const Circle<T>& circle,
                                           const Configuration<T>& gc) noexcept {
     return {circle, gc, elbow(arm, circle.triangle, gc.elbow)};
 }
 
-/// The self-motion of a user's pose, for the arm's psi.
+/// Computes the self-motion of a user's pose in one branch, for the arm's own psi.
 template <class T>
 ARMANGLE_INLINE SelfMotion<T> self_motion(const Arm& arm, const Pose<T>& pose,
                                           const Configuration<T>& gc) noexcept {
@@ -42,8 +42,7 @@ ARMANGLE_INLINE SelfMotion<double> self_motion(const Arm& arm, const Pose<double
     return self_motion(arm, on, configuration(gc));
 }
 
-/// Whether the direction of theta_1 vanishes (theta_2 = 0 or pi) for *every* psi: the arm is straight along
-/// the base axis.
+/// Whether theta_1 is undefined (theta_2 = 0 or pi) for every psi: the arm is stretched along the base axis.
 template <class T>
 ARMANGLE_INLINE auto shoulder_singular(const SelfMotion<T>& m) noexcept {
     const Circle<T>& c = m.circle;
@@ -53,7 +52,7 @@ ARMANGLE_INLINE auto shoulder_singular(const SelfMotion<T>& m) noexcept {
     return size <= T(tolerance::singular * tolerance::singular);
 }
 
-/// The same for theta_5: the arm is straight and the tool axis is along it.
+/// Whether theta_5 is undefined (theta_6 = 0 or pi) for every psi: the arm is stretched along the tool axis.
 template <class T>
 ARMANGLE_INLINE auto wrist_singular(const SelfMotion<T>& m) noexcept {
     const Circle<T>& c = m.circle;

@@ -15,7 +15,7 @@ namespace armangle {
 struct SmoothPlane {
     Vec3<double> pole{0, 0, 1}, side{1, 0, 0};  // orthonormal
 
-    /// The normal at the wrist's direction w.
+    /// The normal of the plane phi = 0 for the wrist's direction w.
     template <class T>
     Vec3<T> operator()(const Vec3<T>&, const Vec3<T>& w) const noexcept {
         const Vec3<T> image = (w + spread<T>(pole)) * (T(1.0) / (T(1.0) + dot(w, spread<T>(pole))));
@@ -23,7 +23,7 @@ struct SmoothPlane {
     }
 };
 
-/// Circle of a pose 0T7, with its zero at phi = 0.
+/// Computes the circle of a flange pose 0T7, with its zero at phi = 0 of this plane.
 template <class T>
 Circle<T> circle(const Arm& arm, const Pose<T>& flange, const SmoothPlane& plane) noexcept {
     return circle_on(arm, triad(arm, flange, plane), flange);

@@ -25,7 +25,7 @@ struct Towards {
     Vec3<double> target{};
 };
 
-/// Why no psi is best: all elbows of the circle are equally good.
+/// The reason why no psi is best: all elbows of the circle are equally good.
 enum class Indifferent : std::uint8_t {
     no,
     still,    // the arm is stretched or folded (or the pose out of reach): psi does not move the elbow
@@ -38,7 +38,8 @@ struct WishedPsi {
     Indifferent why;
 };
 
-/// The psi at which the elbow of the self-motion is as near to its target as the circle allows.
+/// The psi (rad) at which the elbow of the self-motion is as near to its target as the circle allows; NaN
+/// with a reason if all are equally good.
 inline WishedPsi psi_towards(const Arm& arm, const SelfMotion<double>& m, const Towards& towards) noexcept {
     if (towards.wish == Wish::psi) return {wrap(towards.psi), Indifferent::no};
     const Circle<double>& c = m.circle;
