@@ -57,7 +57,7 @@ inline constexpr double half_pi_3 = 2.0222662487959506e-21;
 
 }  // namespace detail
 
-/// Angle of the direction (x, y), in [-pi, pi]; 0 for (0, 0).
+/// The angle (rad) of the direction (x, y), in [-pi, pi]; 0 for (0, 0).
 template <class T>
 ARMANGLE_INLINE T atan2(T y, T x) noexcept {
     const T ax = abs(x), ay = abs(y);

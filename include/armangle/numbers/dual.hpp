@@ -50,7 +50,7 @@ ARMANGLE_INLINE Dual mul_add(const Dual& a, const Dual& b, const Dual& c) noexce
 
 ARMANGLE_INLINE Dual abs(const Dual& a) noexcept { return a.value < 0 ? -a : a; }
 
-/// The slope is not finite at value 0.
+/// The square root; its derivatives are not finite at value 0.
 ARMANGLE_INLINE Dual sqrt(const Dual& a) noexcept {
     const double root = sqrt(a.value);
     return {root, a.partial * Dual::Partials(0.5 / root)};
@@ -61,7 +61,7 @@ ARMANGLE_INLINE SinCos<Dual> sin_cos(const Dual& a) noexcept {
     return {{now.sin, a.partial * Dual::Partials(now.cos)}, {now.cos, a.partial * Dual::Partials(-now.sin)}};
 }
 
-/// Angle of the direction (x, y); its slope is (x y' - y x') / (x^2 + y^2).
+/// The angle of the direction (x, y); its derivative is (x y' - y x') / (x^2 + y^2).
 ARMANGLE_INLINE Dual atan2(const Dual& y, const Dual& x) noexcept {
     const double size = mul_add(x.value, x.value, y.value * y.value);
     const Dual::Partials turn = y.partial * Dual::Partials(x.value) - x.partial * Dual::Partials(y.value);

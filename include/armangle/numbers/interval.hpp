@@ -28,10 +28,11 @@ struct Decision {
 
 namespace detail {
 
-/// A number that is smaller (greater) by more than the rounding of one operation.
+/// A number that is smaller than x, and below a number that is greater, by more than the rounding of one
+/// operation.
 inline double below(double x) noexcept { return x - (std::fabs(x) * 0x1p-52 + 1e-300); }
 inline double above(double x) noexcept { return x + (std::fabs(x) * 0x1p-52 + 1e-300); }
-/// The lesser and the greater of two numbers by one comparison, as the interval's own operations use them.
+/// The lesser and, below, the greater of two numbers, each by one comparison.
 inline double lesser(double a, double b) noexcept { return a < b ? a : b; }
 inline double greater(double a, double b) noexcept { return a < b ? b : a; }
 
@@ -97,8 +98,8 @@ inline Interval select(Decision mask, const Interval& yes, const Interval& no) n
     return mask.may_hold ? Interval::whole() : no;
 }
 
-/// A value that is 0 if a gap is within rounding, and positive otherwise (elbow.hpp). The result covers the
-/// stretched arm, if it is possible, together with the arms near it.
+/// Returns 0 if a gap is at most `rounding`, else the given value (elbow.hpp). If both are possible, the
+/// result covers both.
 inline Interval cut_off(const Interval& gap, const Interval& rounding, const Interval& value) noexcept {
     const Decision vanishes = gap <= rounding;
     if (!vanishes.may_hold) return value;

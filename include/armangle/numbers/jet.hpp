@@ -25,7 +25,7 @@ struct Jet {
         fill(constant);
     }
 
-    /// The variable itself, at x.
+    /// The jet of the variable itself at x: value x and derivative 1.
     static Jet variable(const T& x) noexcept {
         Jet out(x);
         out.coefficient[1] = T(1.0);
@@ -97,7 +97,8 @@ Jet<T, K> abs(const Jet<T, K>& a) noexcept {
     return select(a < Jet<T, K>(0.0), -a, a);
 }
 
-/// The lesser and the greater of two: of intervals the value is known where it is not which of them it is.
+/// The lesser and, below, the greater of two. For intervals the value is exact even if it is undecided which
+/// one is less.
 template <class T, int K>
 Jet<T, K> min(const Jet<T, K>& a, const Jet<T, K>& b) noexcept {
     Jet<T, K> out = select(a < b, a, b);
@@ -109,7 +110,7 @@ Jet<T, K> max(const Jet<T, K>& a, const Jet<T, K>& b) noexcept {
     return -min(-a, -b);
 }
 
-/// Wrapping adds whole turns to the value and leaves the derivatives unchanged.
+/// Wraps the value to (-pi, pi]; the derivatives are unchanged.
 template <class T, int K>
 Jet<T, K> wrap(Jet<T, K> a) noexcept {
     a.coefficient[0] = wrap(a.coefficient[0]);
@@ -148,7 +149,7 @@ SinCos<Jet<T, K>> sin_cos(const Jet<T, K>& a) noexcept {
     return out;
 }
 
-/// Angle of the direction (x, y) from its slope (x y' - y x') / (x^2 + y^2).
+/// The angle of the direction (x, y), from its derivative (x y' - y x') / (x^2 + y^2).
 template <class T, int K>
 Jet<T, K> atan2(const Jet<T, K>& y, const Jet<T, K>& x) noexcept {
     Jet<T, K> out;

@@ -95,13 +95,13 @@ ARMANGLE_INLINE Pose<T> operator*(const Pose<T>& a, const Pose<T>& b) noexcept {
     return {a.rotation * b.rotation, a.rotation * b.position + a.position};
 }
 
-/// The same constant in every lane.
+/// A constant vector as a vector of the scalar type T, the same in every lane.
 template <class T>
 ARMANGLE_INLINE Vec3<T> spread(const Vec3<double>& v) noexcept {
     return {T(v.x), T(v.y), T(v.z)};
 }
 
-/// A pose that has the same numbers in every lane.
+/// A constant pose as a pose of the scalar type T, the same in every lane.
 template <class T>
 ARMANGLE_INLINE Pose<T> spread(const Pose<double>& p) noexcept {
     return {{spread<T>(p.rotation.x), spread<T>(p.rotation.y), spread<T>(p.rotation.z)},

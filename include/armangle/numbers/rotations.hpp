@@ -10,7 +10,7 @@ namespace armangle {
 
 namespace detail {
 
-/// Rodrigues' formula: v cos + (axis x v) sin + axis (axis . v) (1 - cos), from its three vectors.
+/// Rodrigues' formula from its three vectors: v cos + (axis x v) sin + axis (axis . v) (1 - cos).
 template <class T>
 Vec3<T> rodrigues(const Vec3<T>& v, const Vec3<T>& across, const Vec3<T>& along,
                   const SinCos<T>& sc) noexcept {
@@ -19,14 +19,14 @@ Vec3<T> rodrigues(const Vec3<T>& v, const Vec3<T>& across, const Vec3<T>& along,
 
 }  // namespace detail
 
-/// Rotates a constant vector v about a unit axis by the angle of sc.
+/// Rotates a constant vector v around a unit axis by an angle (sine and cosine).
 template <class T>
 Vec3<T> rotated(const Vec3<double>& v, const Vec3<double>& axis, const SinCos<T>& sc) noexcept {
     const Vec3<T> across = spread<T>(cross(axis, v)), along = spread<T>(axis * dot(axis, v));
     return detail::rodrigues(spread<T>(v), across, along, sc);
 }
 
-/// Rotates a vector v of any scalar type about a unit axis by the angle of sc.
+/// Rotates a vector v of any scalar type around a unit axis by an angle (sine and cosine).
 template <class T>
 Vec3<T> turned(const Vec3<T>& v, const Vec3<double>& axis, const SinCos<T>& sc) noexcept {
     const Vec3<T> about = spread<T>(axis);
@@ -52,12 +52,13 @@ inline Mat3<double> from_quaternion(double w, double x, double y, double z) noex
             {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)}};
 }
 
-/// Rotations about the fixed axes x, then y, then z (rad), as in URDF: Rz(yaw) Ry(pitch) Rx(roll).
+/// The rotation of roll, pitch and yaw (rad) around the fixed axes x, then y, then z, as in URDF: Rz(yaw)
+/// Ry(pitch) Rx(roll).
 inline Mat3<double> from_rpy(double roll, double pitch, double yaw) noexcept {
     return rotation({0, 0, 1}, yaw) * rotation({0, 1, 0}, pitch) * rotation({1, 0, 0}, roll);
 }
 
-/// The rotation about the direction of v by the length of v (rad).
+/// The rotation around the direction of v by the length of v (rad).
 inline Mat3<double> from_rotation_vector(const Vec3<double>& v) noexcept {
     const double largest = max(max(abs(v.x), abs(v.y)), abs(v.z));
     if (largest == 0) return {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -82,7 +83,7 @@ Mat3<T> orthonormal(Mat3<T> r) noexcept {
 
 namespace detail {
 
-/// Rotates a pose about its own z axis; the direction gives cosine and sine of the angle.
+/// Rotates a pose around its own z axis by an angle (sine and cosine).
 template <class T>
 ARMANGLE_INLINE Pose<T> turned_about_z(const Pose<T>& from, const SinCos<T>& angle) noexcept {
     const auto& [x, y, z] = from.rotation;

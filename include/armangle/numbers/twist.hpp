@@ -31,8 +31,7 @@ inline Mat3<double> transposed(const Mat3<double>& r) noexcept {
     return {{r.x.x, r.y.x, r.z.x}, {r.x.y, r.y.y, r.z.y}, {r.x.z, r.y.z, r.z.z}};
 }
 
-/// A small or finite rigid motion (m, rad): it rotates about the body's own origin, in the frame that poses
-/// are given in.
+/// A rigid motion (m, rad) around the body's own origin, in the frame in which poses are given.
 struct Twist {
     Vec3<double> linear{0, 0, 0}, angular{0, 0, 0};
 
@@ -45,17 +44,17 @@ struct Twist {
     }
 };
 
-/// The motion from one pose to another.
+/// The motion that leads from one pose to another.
 inline Twist difference(const Pose<double>& from, const Pose<double>& to) noexcept {
     return {to.position - from.position, rotation_vector(to.rotation * transposed(from.rotation))};
 }
 
-/// The pose after a motion.
+/// The pose after a motion, with an orthonormal rotation.
 inline Pose<double> moved_by(const Pose<double>& pose, const Twist& move) noexcept {
     return {orthonormal(from_rotation_vector(move.angular) * pose.rotation), pose.position + move.linear};
 }
 
-/// sqrt(|dp|^2 + (length |angle|)^2) in m; `length` converts one radian to metres.
+/// The size sqrt(|dp|^2 + (length |angle|)^2) of a motion in m; `length` converts one radian to metres.
 inline double size(const Twist& t, double length) noexcept {
     return sqrt(dot(t.linear, t.linear) + length * length * dot(t.angular, t.angular));
 }
