@@ -25,7 +25,8 @@ namespace detail {
 
 using Batch = Lane<register_width>;
 
-/// Checks one element after a lane detected a fault (slow path).
+/// Checks the numbers of one element after a lane detected a fault, and stores the offending value (slow
+/// path).
 template <class AnyArm>
 Problem check_numbers(const AnyArm& arm, const InverseBatch& b, std::size_t i, double& value) noexcept {
     const Problem pose = check_pose(arm, b.pose.at(i), value);
@@ -46,7 +47,7 @@ Problem check_numbers(const AnyArm& arm, const InverseBatch& b, std::size_t i, d
     return Problem::none;
 }
 
-/// The same, and whether the pose is out of reach.
+/// The same for an S-R-S arm, which also checks whether the pose is reachable.
 inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t i, double& value) noexcept {
     const Problem numbers = check_numbers(arm, b, i, value);
     if (numbers != Problem::none) return numbers;
@@ -67,7 +68,8 @@ struct LaneInput {
     Batch near[joints];
 };
 
-/// Loads the value that each joint should be near; a seed that is not finite or not in rad marks a bad lane.
+/// Loads the value that each joint should be near: the seed, or the middle of the range. Marks a lane as bad
+/// if its seed is not finite or far outside the limits.
 inline void load_seed(const Arm& arm, const InverseBatch& b, const std::size_t* at, LaneInput& in) noexcept {
     for (int j = 0; j < joints; ++j) {
         in.near[j] = Batch(arm.joint_middle[j]);
@@ -79,7 +81,7 @@ inline void load_seed(const Arm& arm, const InverseBatch& b, const std::size_t* 
     }
 }
 
-/// Transposes a block of elements to lanes; `bad` is not 0 in a lane that needs the slow path.
+/// Loads a block of elements, one a lane; `bad` is not 0 in a lane that needs the slow path.
 inline LaneInput load_block(const Arm& arm, const InverseBatch& b, const std::size_t* at) noexcept {
     alignas(64) double m[16][register_width], psi[register_width], bad[register_width];
     alignas(64) double shoulder[register_width], elbow[register_width], wrist[register_width];
@@ -113,7 +115,7 @@ inline LaneInput load_block(const Arm& arm, const InverseBatch& b, const std::si
     return in;
 }
 
-/// Solves a block; lane i of q[j] is joint j of element i.
+/// Solves a block of poses; lane i of q[j] is joint j of element i (rad).
 inline void solve_block(const Arm& arm, const LaneInput& in, const SelfMotion<Batch>& m, Batch* q) noexcept {
     const Directions<Batch> d = directions(m, sin_cos(in.psi));
     for (int j = 0; j < joints; ++j) {
