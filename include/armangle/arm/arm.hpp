@@ -73,7 +73,8 @@ inline Mat3<double> frame_along(const Vec3<double>& v) noexcept {
     return {x, cross(z, x), z};
 }
 
-/// Direction of a link of this length, from its lateral offset and its part along the axis.
+/// Sine and cosine of the angle between a link and its axis, from its lateral offset, its part along the axis
+/// and its length (m); (0, 1) for length 0.
 inline SinCos<double> slant(double offset, double along, double length) noexcept {
     if (!(length > 0)) return {0.0, 1.0};
     return {offset / length, along / length};
@@ -127,13 +128,15 @@ inline Arm with_free_roll(const Arm& arm) noexcept {
     return make_arm(p);
 }
 
-/// The arm of other parameters.
+/// Creates an arm of the same kind with other parameters.
 inline Arm remade(const Arm&, const ArmParameters& parameters) noexcept { return make_arm(parameters); }
 
-/// The arm that supplies limits, psi and GC. An S-R-S arm is its own; other kinds have a nominal arm.
+/// The S-R-S arm that supplies limits, psi and branch. An S-R-S arm returns itself; other kinds have a
+/// nominal arm.
 inline const Arm& nominal(const Arm& arm) noexcept { return arm; }
 
-/// 0T7 of a user's pose: base^-1 pose tool^-1.
+/// The flange pose 0T7 in the frame of the DH rows, of an end effector pose in the user's frame: base^-1 pose
+/// tool^-1.
 template <class T>
 ARMANGLE_INLINE Pose<T> flange_pose(const Arm& arm, Pose<T> pose) noexcept {
     if (arm.has_base) pose = spread<T>(arm.base_inverse) * pose;
@@ -141,7 +144,7 @@ ARMANGLE_INLINE Pose<T> flange_pose(const Arm& arm, Pose<T> pose) noexcept {
     return pose;
 }
 
-/// The user's pose of a 0T7: base 0T7 tool.
+/// The end effector pose in the user's frame, of a flange pose 0T7: base 0T7 tool.
 template <class T>
 ARMANGLE_INLINE Pose<T> user_pose(const Arm& arm, Pose<T> flange) noexcept {
     if (arm.has_base) flange = spread<T>(arm.base) * flange;

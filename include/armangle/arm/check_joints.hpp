@@ -22,8 +22,8 @@ Problem check_pose(const AnyArm& arm, const double* m, double& value) noexcept {
     return meant ? Problem::none : Problem::pose_in_millimetres;
 }
 
-/// Checks seven joint values (rad) and stores the offending value. A value more than a turn outside its
-/// limits was not meant in rad.
+/// Checks seven joint values (rad) and stores the offending value. A value more than one revolution outside
+/// its limits is reported as probably given in degrees.
 template <class AnyArm>
 Problem check_joints(const AnyArm& arm, const double* q, double& value) noexcept {
     const Limits& limits = nominal(arm).limits;

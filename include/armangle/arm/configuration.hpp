@@ -15,12 +15,13 @@ struct Configuration {
     T shoulder, elbow, wrist;
 };
 
-/// Index = (theta_2 < 0) + 2 (theta_4 - delta < 0) + 4 (theta_6 < 0), each angle wrapped to (-pi, pi].
+/// The signs of branch `index` = (theta_2 < 0) + 2 (theta_4 - delta < 0) + 4 (theta_6 < 0), each angle
+/// wrapped to (-pi, pi].
 ARMANGLE_INLINE Configuration<double> configuration(int index) noexcept {
     return {index & 1 ? -1.0 : 1.0, index & 2 ? -1.0 : 1.0, index & 4 ? -1.0 : 1.0};
 }
 
-/// The same signs in every lane.
+/// The same signs in every lane of a vector.
 template <class T>
 ARMANGLE_INLINE Configuration<T> spread(const Configuration<double>& gc) noexcept {
     return {T(gc.shoulder), T(gc.elbow), T(gc.wrist)};
@@ -31,13 +32,14 @@ inline int index(const Configuration<double>& gc) noexcept {
     return (gc.shoulder < 0) + 2 * (gc.elbow < 0) + 4 * (gc.wrist < 0);
 }
 
-/// GC of model angles, eq. (2); theta_4 counts relative to the stretched arm.
+/// The signs of model angles theta (rad), eq. (2); theta_4 counts relative to the stretched arm.
 inline Configuration<double> configuration(const Arm& arm, const double* theta) noexcept {
     const auto sign = [](double angle) { return wrap(angle) < 0 ? -1.0 : 1.0; };
     return {sign(theta[1]), sign(theta[3] - arm.delta_angle), sign(theta[5])};
 }
 
-/// Bits of an index that are ambiguous: if theta_2 (theta_6) is 0 or pi, two branches coincide.
+/// The bits of a branch index that are ambiguous at these angles: if theta_2 (theta_6) is 0 or pi, two
+/// branches coincide.
 inline int shared_signs(const double* theta) noexcept {
     const auto shut = [](double angle) { return abs(std::sin(angle)) <= tolerance::one_axis; };
     return (shut(theta[1]) ? 1 : 0) | (shut(theta[5]) ? 4 : 0);

@@ -16,7 +16,7 @@ struct Chain {
 
 namespace detail {
 
-/// frame * i-1_T_i of eq. (1), where alpha = twist * pi/2.
+/// The DH step of eq. (1), with alpha = twist * pi/2: from * Rot_z(theta) Trans(a, 0, d) Rot_x(alpha).
 template <int twist, class T>
 ARMANGLE_INLINE Pose<T> dh_step(const Pose<T>& from, const T& sine, const T& cosine, double d,
                                 double a) noexcept {
@@ -36,7 +36,8 @@ ARMANGLE_INLINE Pose<T> dh_step(const Pose<T>& from, const T& sine, const T& cos
     return to;
 }
 
-/// Multiplies the DH rows at theta and calls visit(i, 0Ti) for i = 0..7. Table 1 with a_3, a_4 and d_4.
+/// Multiplies the DH rows for these joint angles (sine and cosine) and calls visit(i, 0Ti) for i = 0..7.
+/// Table 1 with a_3, a_4 and d_4.
 template <class T, class Visit>
 ARMANGLE_INLINE void walk(const Arm& arm, const SinCos<T>* angle, const Visit& visit) noexcept {
     Pose<T> frame = spread<T>(identity_pose());
@@ -50,7 +51,7 @@ ARMANGLE_INLINE void walk(const Arm& arm, const SinCos<T>* angle, const Visit& v
     visit(7, frame = dh_step<0>(frame, angle[6].sin, angle[6].cos, arm.d_wf, 0.0));
 }
 
-/// The same at joint values q; also stores theta.
+/// The same at joint values q (rad); also stores the model angles theta.
 template <class Visit>
 ARMANGLE_INLINE void walk(const Arm& arm, const JointLanes& q, double* theta_out,
                           const Visit& visit) noexcept {
@@ -65,7 +66,7 @@ ARMANGLE_INLINE void walk(const Arm& arm, const JointLanes& q, double* theta_out
     walk(arm, angle, visit);
 }
 
-/// The flange 0T7 at theta.
+/// The flange pose 0T7 for model angles theta (sine and cosine).
 template <class T>
 ARMANGLE_INLINE Pose<T> nominal_flange(const Arm& arm, const SinCos<T>* angle) noexcept {
     Pose<T> out;
@@ -77,7 +78,7 @@ ARMANGLE_INLINE Pose<T> nominal_flange(const Arm& arm, const SinCos<T>* angle) n
 
 }  // namespace detail
 
-/// Elbow axis, flange and theta at joint values q (rad, robot coordinates).
+/// Computes elbow axis, flange pose and theta at joint values q (rad, robot coordinates).
 ARMANGLE_INLINE Chain chain(const Arm& arm, const JointLanes& q) noexcept {
     Chain out;
     detail::walk(arm, q, out.theta, [&out](int i, const Pose<double>& frame) noexcept {

@@ -8,19 +8,19 @@
 
 namespace armangle {
 
-/// theta of a joint value q.
+/// The model angle theta (rad) of a joint value q (rad).
 template <class T>
 ARMANGLE_INLINE T to_theta(T q, T sign, T offset) noexcept {
     return sign * q + offset;
 }
 
-/// q of a theta, without choosing a turn.
+/// A joint value q (rad) of a model angle theta, in any revolution.
 template <class T>
 ARMANGLE_INLINE T to_q(T theta, T sign, T offset) noexcept {
     return sign * (theta - offset);
 }
 
-/// theta of joint j (0..6) at q, and the inverse.
+/// Converts joint j (0..6) of an arm from q to theta and, below, from theta to q.
 inline double to_theta(const Arm& arm, int j, double q) noexcept {
     return to_theta(q, arm.sign[j], arm.offset[j]);
 }
@@ -33,14 +33,14 @@ struct ThetaRange {
     double lower, upper;
 };
 
-/// The range of theta within the limits of joint j. A sign of -1 reverses it.
+/// The range of theta (rad) within the limits of joint j. A sign of -1 reverses it.
 inline ThetaRange theta_range(const Arm& arm, const Limits& limits, int j) noexcept {
     const double a = to_theta(arm, j, limits.lower[j]), b = to_theta(arm, j, limits.upper[j]);
     return {min(a, b), max(a, b)};
 }
 
-/// The q of a theta within [lower, upper]. If several turns fit, the one nearest to `near`; if none fits, the
-/// one nearest to the range.
+/// The joint value q of a theta within [lower, upper]. If several revolutions fit, the one nearest to `near`;
+/// if none fits, the one nearest to the range.
 template <class T>
 ARMANGLE_INLINE T to_q(T theta, T sign, T offset, T lower, T upper, T near) noexcept {
     const T q = to_q(theta, sign, offset);
@@ -58,12 +58,13 @@ ARMANGLE_INLINE T to_q(T theta, T sign, T offset, T lower, T upper, T near) noex
 
 namespace detail {
 
-/// Difference between a joint's model angle and `zero`, wrapped to (-pi, pi].
+/// The difference (rad) between a joint's model angle and `zero`, wrapped to (-pi, pi].
 inline double off_angle(const Arm& arm, int joint, double zero, double q) noexcept {
     return wrap(to_theta(arm, joint, q) - zero);
 }
 
-/// Angle of a hinge from straight, wrapped to (-pi, pi]: theta_2, theta_4 - delta or theta_6.
+/// The angle (rad, in (-pi, pi]) of joint 2, 4 or 6 (`hinge`: 1, 3, 5) from its singular position: theta_2,
+/// theta_4 - delta or theta_6.
 inline double bend(const Arm& arm, int hinge, double q) noexcept {
     return off_angle(arm, hinge, hinge == 3 ? arm.delta_angle : 0.0, q);
 }

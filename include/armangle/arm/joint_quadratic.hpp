@@ -31,6 +31,7 @@ namespace detail {
 struct Factors {
     double L[joints][joints], inverse[joints];  // of D
 
+    /// Factorizes the matrix.
     template <class Count, class Entry>
     void of(Count n, const Entry& entry) noexcept {
         for (int a = 0; a < n; ++a) {
@@ -45,7 +46,7 @@ struct Factors {
         }
     }
 
-    /// y holds the right-hand side on entry and the solution on return.
+    /// Solves for one right-hand side: y holds it on entry and the solution on return.
     template <class Count>
     void solve(Count n, double (&y)[joints]) const noexcept {
         for (int a = 0; a < n; ++a)
@@ -83,6 +84,7 @@ public:
         factors_.of(all, [&p](int a, int b) { return p.H[a][b]; });
     }
 
+    /// Stores in x the minimum for the linear term g.
     void minimise(const double (&g)[joints], double (&x)[joints]) const noexcept {
         for (int j = 0; j < joints; ++j) x[j] = g[j];
         factors_.solve(all, x);

@@ -16,7 +16,7 @@ struct Limits {
                                  infinity, infinity, infinity, infinity};
 };
 
-/// Whether a joint has no limits; its number of turns is then irrelevant.
+/// Whether a joint has no limits, so that any of its revolutions is allowed.
 inline bool is_unlimited(const Limits& limits, int joint) noexcept {
     return limits.lower[joint] == -infinity && limits.upper[joint] == infinity;
 }
@@ -27,7 +27,7 @@ inline double middle(const Limits& limits, int joint) noexcept {
     return lower > -infinity && upper < infinity ? 0.5 * (lower + upper) : 0.0;
 }
 
-/// The limits of one joint alone: the others have none.
+/// Limits that keep those of one joint and none of the others.
 inline Limits limits_of_one(const Limits& limits, int joint) noexcept {
     Limits out;
     out.lower[joint] = limits.lower[joint];
@@ -35,7 +35,7 @@ inline Limits limits_of_one(const Limits& limits, int joint) noexcept {
     return out;
 }
 
-/// All limits narrowed by `margin` (rad).
+/// The limits with the range of each joint narrowed by `margin` (rad) at both ends.
 inline Limits drawn_in(Limits limits, double margin) noexcept {
     for (int j = 0; j < joints; ++j) {
         limits.lower[j] += margin;
@@ -54,8 +54,8 @@ inline double limit_margin(const Limits& limits, const double* q) noexcept {
     return limit_margin(limits, joint_lanes(q));
 }
 
-/// Gradient of limit_margin by the joints: +1 or -1 at the joint whose limit is nearest, 0 elsewhere and
-/// without limits. NaN if a joint is not finite.
+/// The gradient of limit_margin with respect to the joints: +1 or -1 at the joint whose limit is nearest, 0
+/// elsewhere and without limits. NaN if a joint is not finite.
 inline void limit_margin_gradient(const Limits& limits, const double* q, double (&out)[joints]) noexcept {
     const double least = limit_margin(limits, q);
     int nearest = -1;
