@@ -5,8 +5,9 @@ from __future__ import annotations
 import mpmath
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from support import draw
-from support.parked import ARMS, DIGITS, SelfMotion, parked
+from support.parked import ARMS, DIGITS, SelfMotion, at_limit, parked
 
 import armangle as aa
 
@@ -14,24 +15,41 @@ INSIDE = 1e-6
 """A witness is inside its limits by this much, rad."""
 
 
+def feasible_is_solvable(arm: aa.Arm, q: NDArray[np.float64]) -> int:
+    """Assert that all queries agree on the branches of a pose; return the feasible ones, one bit each."""
+    pose = arm.forward(q, on_error="nan")[0]
+    arcs = arm.feasible(pose)
+    held = sum(1 << gc for gc in range(8) if arcs.status[gc] == aa.Status.OK)
+    assert arm.freedom(pose).gc == held, q.tolist()
+    for gc in range(8):
+        one = arm.solve(pose, gc=gc)
+        assert bool(one.ok) == bool(held >> gc & 1), (q.tolist(), gc)
+        if one.ok:
+            assert arm.within_limits(one.q), (q.tolist(), gc)
+            assert np.abs(arm.forward(one.q, on_error="nan")[0] - pose).max() < 1e-12
+    return held
+
+
 @pytest.mark.parametrize("name", ARMS)
 def test_a_branch_is_feasible_where_50_digits_find_a_solution(name: str) -> None:
     """And what the product finds solves the pose within the limits."""
-    arm = aa.Arm.from_catalogue(name)
-    bare = arm.with_(base=np.eye(4), tool=np.eye(4))
+    arm = aa.Arm.from_catalogue(name).with_(base=np.eye(4), tool=np.eye(4))
     rng = draw.generator(1805, ARMS.index(name))
     with mpmath.workdps(DIGITS):
         for _ in range(draw.count(6, len(ARMS))):
-            q = parked(bare, rng)
-            pose = bare.forward(q, on_error="nan")[0]
-            arcs = bare.feasible(pose)
-            held = sum(1 << gc for gc in range(8) if arcs.status[gc] == aa.Status.OK)
-            witnessed = SelfMotion(bare, q).branches(INSIDE, 8)
+            q = parked(arm, rng)
+            held = feasible_is_solvable(arm, q)
+            witnessed = SelfMotion(arm, q).branches(INSIDE, 8)
             assert witnessed & ~held == 0, (q.tolist(), bin(witnessed), bin(held))
-            assert bare.freedom(pose).gc == held, q.tolist()
-            for gc in range(8):
-                one = bare.solve(pose, gc=gc)
-                assert bool(one.ok) == bool(held >> gc & 1), (q.tolist(), gc)
-                if one.ok:
-                    assert bare.within_limits(one.q), (q.tolist(), gc)
-                    assert np.abs(bare.forward(one.q, on_error="nan")[0] - pose).max() < 1e-12
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_a_hinge_on_its_limit_with_a_straight_elbow(name: str) -> None:
+    """The configuration itself solves the pose; rounding alone puts its hinge beyond the limit."""
+    arm = aa.Arm.from_catalogue(name).with_(base=np.eye(4), tool=np.eye(4))
+    rng = draw.generator(4201, ARMS.index(name))
+    for _ in range(draw.count(40, len(ARMS))):
+        q = at_limit(arm, rng)
+        held = feasible_is_solvable(arm, q)
+        assert arm.reachable(arm.forward(q, on_error="nan")[0]) == bool(held), q.tolist()
+        assert held >> int(arm.forward(q, on_error="nan")[2]) & 1, q.tolist()

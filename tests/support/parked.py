@@ -47,6 +47,17 @@ def parked(arm: aa.Arm, rng: np.random.Generator) -> Array:
     return np.clip(np.where(near, q, anywhere), arm.lower, arm.upper)
 
 
+def at_limit(arm: aa.Arm, rng: np.random.Generator) -> Array:
+    """Return joint values (7,): joint 2 or 6 exactly on a limit, the elbow within 1e-5 rad of straight."""
+    straight = (arm.delta - arm.offsets[3]) * arm.signs[3]
+    q = rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi))
+    q[3] = straight - 2 * np.pi * np.round(straight / (2 * np.pi))
+    q[3] += rng.choice([0, 1]) * 10.0 ** rng.uniform(-13, -5) * rng.normal()
+    hinge = rng.choice([1, 5])
+    q[hinge] = rng.choice([arm.lower[hinge], arm.upper[hinge]])
+    return np.clip(q, arm.lower, arm.upper)
+
+
 def _dh(theta: Any, alpha: int, d: float, a: float) -> Any:
     c, s, x, z = mpmath.cos(theta), mpmath.sin(theta), 1 - abs(alpha), alpha
     return mpmath.matrix([[c, -s * x, s * z, a * c], [s, c * x, -c * z, a * s], [0, z, x, d], [0, 0, 0, 1]])

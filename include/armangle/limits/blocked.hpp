@@ -23,6 +23,7 @@ struct Blocked {
     int count = 0;
     bool all = false;
     bool touching = false;  // a joint turns back at its limit, or a hinge at 0 or pi: one psi may hold
+    bool beyond = false;    // a joint that psi does not move is beyond its limit, by less than the tolerance
     Tag furthest_tag = 0;
     double furthest = -infinity;  // the upper end that lies furthest, and its cause
     Arc arc[capacity];
@@ -103,7 +104,9 @@ inline void block_pivots(const LimitTable& t, const JointFunctions<double>& f, c
     for_each_bit(b.pivot.constant & which & each_pivot, [&](int p) {
         const Pivot<double>& pivot = f.pivot[p];
         const double k = pivot.g / hypot(pivot.U.k, pivot.V.k);
-        out.all |= !t.cone[p].contains({pivot.U.k * k, pivot.V.k * k});
+        const SinCos<double> at{pivot.U.k * k, pivot.V.k * k};
+        out.all |= !t.cone[p].contains(at);
+        out.beyond |= !t.cone[p].contains(at, 0.0);
     });
     out.touching |= (b.pivot.touching & which) != 0;
     for_each_bit(b.pivot.kept & which, [&](int i) {
@@ -122,11 +125,14 @@ inline void block_hinge(const LimitTable& t, const JointFunctions<double>& f, co
         out.all = true;
     } else if (is_constant(f.hinge[hinge])) {
         const double angle = detail::constant_hinge(f.hinge[hinge], f.pivot[2 * hinge]);
-        bool inside = false;
-        for (int k = 0; k < count; ++k)
-            inside |= angle >= piece[k].near.angle - tolerance::angle &&
-                      angle <= piece[k].far.angle + tolerance::angle;
-        out.all |= !inside;
+        const auto is_inside = [&](double slack) {
+            bool inside = false;
+            for (int k = 0; k < count; ++k)
+                inside |= angle >= piece[k].near.angle - slack && angle <= piece[k].far.angle + slack;
+            return inside;
+        };
+        out.all |= !is_inside(tolerance::angle);
+        out.beyond |= !is_inside(0.0);
     } else {
         const auto outside = [&b, hinge](int end, Tag tag) {
             return Arc{b.hinge.lower[end / 2][2 * hinge + end % 2],

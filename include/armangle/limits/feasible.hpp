@@ -123,12 +123,13 @@ inline bool may_isolate(const LimitTable& t, const Blocked& blocked, const ArcSe
 struct Left {
     Status status;
     bool may_isolate;
-    double gap;  // rad: smallest gap or overlap between two blocked arcs
+    double gap;           // rad: smallest gap or overlap between two blocked arcs
+    bool beyond = false;  // the arcs hold only if rounding explains that a joint is beyond its limit
 };
 inline Left finish(const LimitTable& t, const JointFunctions<double>& shoulder,
                    const JointFunctions<double>& wrist, const Blocked& blocked, ArcSet& out) noexcept {
     const double gap = free_arcs(blocked, out);
-    return {tell_ends(t, shoulder, wrist, out), may_isolate(t, blocked, out, gap), gap};
+    return {tell_ends(t, shoulder, wrist, out), may_isolate(t, blocked, out, gap), gap, blocked.beyond};
 }
 
 /// The cause of an isolated psi at these directions: a hinge at 0 or pi, or the nearest limit among those of
@@ -330,6 +331,7 @@ namespace detail {
 inline void append(const Blocked& from, Blocked& to) noexcept {
     to.all |= from.all;
     to.touching |= from.touching;
+    to.beyond |= from.beyond;
     for (int i = 0; i < from.count; ++i) to.add(from.arc[i]);
 }
 

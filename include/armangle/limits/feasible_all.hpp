@@ -15,15 +15,15 @@ namespace armangle {
 namespace detail {
 
 /// Whether the search must work on the joints: no arc is wider than the tolerance, and isolated psi may be
-/// wrong or hidden; or joints may `meet` at their limits at a psi near arcs. The paper's own avoidance
-/// concerns psi, not configurations.
-inline bool joints_tell(const LimitTable& t, const ArcSet& arcs, Status status, bool hides,
+/// wrong or hidden; or joints may `meet` at their limits at a psi near arcs; or a joint is `beyond` its limit
+/// at every psi by less than the tolerance. The paper's own avoidance concerns psi, not configurations.
+inline bool joints_tell(const LimitTable& t, const ArcSet& arcs, const Left& left, bool hides,
                         bool meet) noexcept {
     if (t.psi_margin > 0) return false;
-    if (meet) return true;
+    if (meet || left.beyond) return true;
     for (int i = 0; i < arcs.count; ++i)
         if (arcs.full || !is_isolated(arcs.arc[i])) return false;
-    return !arcs.empty() || (hides && (status == Status::LIMITS || status == Status::ELBOW_LIMIT));
+    return !arcs.empty() || (hides && (left.status == Status::LIMITS || left.status == Status::ELBOW_LIMIT));
 }
 
 /// Whether a branch may have solutions that arcs miss. The joint functions matter only if the elbow permits
@@ -44,12 +44,12 @@ struct Hidden {
 
 /// The arcs and status of a branch after the search on the joints; no solution if no branch has one.
 [[gnu::noinline, gnu::cold]] inline Status told_by_joints(const Arm& arm, const Pose<double>& pose, int gc,
-                                                          const LimitTable& t, Status status, bool hides,
+                                                          const LimitTable& t, const Left& left, bool hides,
                                                           Hidden& any, ArcSet& out) noexcept {
     NearestOptions options;
     options.branches = 1u << gc;
     NearestSearch search(arm, t, pose, options, any.rounds);
-    search.keep_held(gc, out);
+    search.keep_held(gc, left.beyond, out);
     if (out.empty() && hides) {
         if (!any.asked) {
             any.asked = true;
@@ -59,7 +59,7 @@ struct Hidden {
             search.put_in(gc, any.found.gc == gc ? any.found : search.some(), out);
     }
     if (!out.empty()) return Status::OK;
-    return status == Status::OK ? Status::LIMITS : status;
+    return left.status == Status::OK ? Status::LIMITS : left.status;
 }
 
 /// The status and arcs of a branch; searches on the joints if necessary.
@@ -68,14 +68,14 @@ inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<d
                         ArcSet& arcs) noexcept {
     const bool bends = left.status == Status::OK || left.status == Status::LIMITS;  // by the elbow
     const bool meet = bends && may_meet(c, f, left.gap, arcs.empty()), hides = may_hide(t, c, left.status, f);
-    if (!joints_tell(t, arcs, left.status, hides, meet)) [[likely]]
+    if (!joints_tell(t, arcs, left, hides, meet)) [[likely]]
         return;
     if (arcs.empty()) {
         ArcSet may;
         possible(arm, t, self_motion(arm, c, configuration(gc)), may);
         if (may.empty()) return;
     }
-    left.status = told_by_joints(arm, pose, gc, t, left.status, hides, any, arcs);
+    left.status = told_by_joints(arm, pose, gc, t, left, hides, any, arcs);
 }
 
 /// The slow half of feasible(): computes the branch again, and where rounding may hide solutions from the
@@ -111,7 +111,8 @@ ARMANGLE_INLINE Status feasible(const Arm& arm, const Pose<double>& pose, int gc
     Blocked blocked;
     const bool bent = detail::is_bent(t, m.circle, f);
     const detail::Left left = detail::free_of_all(f, t, blocked, out);
-    if (!left.may_isolate && (bent || !out.empty()) && left.gap > nearest_rule::poor) [[likely]]
+    if (!left.may_isolate && !left.beyond && (bent || !out.empty()) && left.gap > nearest_rule::poor)
+        [[likely]]
         return left.status;
     return detail::feasible_again(arm, pose, gc, t, out);
 }

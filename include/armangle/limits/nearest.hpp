@@ -465,18 +465,14 @@ public:
         return out;
     }
 
-    /// Removes isolated psi without a solution from a branch's arcs, and adds those found on the joints.
-    void keep_held(int gc, ArcSet& arcs) noexcept {
+    /// Removes isolated psi without a solution from a branch's arcs, all without one if a joint is `beyond`
+    /// its limit on them, and adds those found on the joints.
+    void keep_held(int gc, bool beyond, ArcSet& arcs) noexcept {
         const ElbowBranches& e = elbow_[gc >> 1 & 1];
         if (!e.open) return make_empty(arcs);
         open(gc >> 1 & 1);
-        const ArcSet before = arcs;
-        make_empty(arcs);
-        const auto keep = [&](const Arc& arc) {
-            if (!is_isolated(arc) || somewhere(gc, arc).status == Status::OK) put(arcs, arc);
-        };
-        if (before.full) return make_full(arcs);
-        for (int i = 0; i < before.count; ++i) keep(before.arc[i]);
+        keep_tenable(gc, beyond, arcs);
+        if (arcs.full) return;
         if (e.lost[0] || e.lost[1]) return;
         const ArcSet own = this->arcs(gc);
         for (int i = 0; i < own.count; ++i)
@@ -648,7 +644,9 @@ private:
         status = left.status;
         if (left.may_isolate) [[unlikely]] {
             status = add_isolated(limits_, e.motion, shoulder.f, wrist.f, both, arcs);
-            keep_tenable(gc, arcs);
+        }
+        if (left.may_isolate || left.beyond) [[unlikely]] {
+            keep_tenable(gc, left.beyond, arcs);
             if (arcs.empty() && status == Status::OK) status = Status::LIMITS;
         }
         const bool meet = may_meet(circle_, e.functions, left.gap, arcs.empty());
@@ -663,16 +661,19 @@ private:
         if (options_.clear[gc]) keep(arcs, *options_.clear[gc], options_.blocked[gc], status);
     }
 
-    /// Keeps only isolated psi that have a solution within the limits. Otherwise an invalid one could be the
-    /// nearest and hide the others.
-    [[gnu::noinline, gnu::cold]] void keep_tenable(int gc, ArcSet& arcs) noexcept {
-        if (arcs.full) return;
+    /// Keeps only isolated psi that have a solution within the limits; if a joint is `beyond` its limit, also
+    /// only such arcs. Otherwise an invalid one could be the nearest and hide the others.
+    [[gnu::noinline, gnu::cold]] void keep_tenable(int gc, bool beyond, ArcSet& arcs) noexcept {
+        if (arcs.full && !beyond) return;
         const ArcSet before = arcs;
         const Best best = best_;
         make_empty(arcs);
-        for (int i = 0; i < before.count; ++i)
-            if (!is_isolated(before.arc[i]) || somewhere(gc, before.arc[i]).status == Status::OK)
-                put(arcs, before.arc[i]);
+        for (int i = 0; i < before.count; ++i) {
+            const bool doubtful = beyond || is_isolated(before.arc[i]);
+            if (doubtful && somewhere(gc, before.arc[i]).status != Status::OK) continue;
+            if (before.full) make_full(arcs);
+            if (!before.full) put(arcs, before.arc[i]);
+        }
         best_ = best;
     }
 
@@ -1712,11 +1713,7 @@ private:
                         widest = i;
                 const double psi = 0.5 * (arcs.arc[widest].lower + arcs.arc[widest].upper);
                 const Joints q = joints_within_limits(arm_, directions(m, sin_cos(psi)), nullptr);
-                if (!within_limits(arm_.limits, q.q, 0.0)) continue;
-                Twist rest;
-                const Pose<double> pose{orthonormal(pose_.rotation), pose_.position};
-                if (!meets(arm_, {q, distance(arm_, q.q, pose, arm_.size, rest)})) continue;
-                const Nearest found = told(q);
+                const Nearest found = moved_onto_pose(q, gc, {});
                 if (found.status == Status::OK) out = found;
             }
         };
