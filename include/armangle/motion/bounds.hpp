@@ -34,21 +34,23 @@ struct MoveBox {
 
 namespace detail {
 
-/// Longest move towards a limit `room` rad away after which a joint can still stop before it, if each later
-/// move may be shorter by `change`: the largest m with m + (m - change) + (m - 2 change) + ... <= room.
+/// The longest move (rad) towards a limit `room` rad away after which a joint can still stop before it, if
+/// each later move may be shorter by `change`: the largest m with m + (m - change) + (m - 2 change) + ... <=
+/// room.
 inline double longest_move(double room, double change) noexcept {
     if (!(room < infinity) || !(change < infinity) || !(room > 0)) return room;
     const double n = std::floor(0.5 * (std::sqrt(1.0 + 8.0 * (room / change)) - 1.0));
     return (room + change * (0.5 * n * (n + 1.0))) / (n + 1.0);
 }
 
-/// The bounds that a box respects. limits: of joints with less than a turn; turns: of all others.
+/// Which bounds a box respects. limits: those of joints with a range below 2 pi; turns: those of all other
+/// joints.
 struct Kept {
     bool velocity = true, largest_step = true, acceleration = true, limits = true, turns = true;
 };
 
-/// The displacements from q_now within the bounds, narrowed by the rounding of the inverse. Each joint stays
-/// where it can brake.
+/// Computes the displacements from q_now within the bounds after which each joint can still brake before its
+/// limit, narrowed by the rounding of the inverse.
 inline MoveBox move_box(const Arm& arm, const Bounds& b, const double* q_now, double largest_step,
                         Kept kept) noexcept {
     MoveBox box;
@@ -70,7 +72,7 @@ inline MoveBox move_box(const Arm& arm, const Bounds& b, const double* q_now, do
     return box;
 }
 
-/// The arcs on which all joints stay in a box around `from`, regardless of the arm's limits.
+/// Writes the arcs of psi on which all joints stay in a box around `from`, regardless of the arm's limits.
 inline void window(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
                    const double* from, const MoveBox& box, ArcSet& out) noexcept {
     Limits narrow;
@@ -86,7 +88,7 @@ inline void window(const Arm& arm, const SelfMotion<double>& m, const JointFunct
     feasible(m, f, limit_table(arm, narrow), out);
 }
 
-/// Whether the step from q_now to q respects bounds and limits.
+/// Whether the step from q_now to q (rad) respects bounds and limits.
 inline bool keeps(const Arm& arm, const Bounds& b, const double* q_now, const double* q,
                   double largest_step) noexcept {
     for (int i = 0; i < joints; ++i) {
@@ -104,8 +106,8 @@ inline bool keeps(const Arm& arm, const Bounds& b, const double* q_now, const do
     return true;
 }
 
-/// The psi of the set nearest to `wish` for which keeps(psi) holds, or NaN. If an end fails by rounding, a
-/// psi further inside replaces it.
+/// The psi of the set nearest to `wish` for which keeps(psi) holds; NaN if there is none. If an end fails by
+/// rounding, a psi further inside replaces it.
 template <class Keeps>
 double nearest_kept(const ArcSet& set, double wish, const Keeps& keeps) noexcept {
     static constexpr double inside[] = {0, 1e-6, 1e-3, 0.1, 0.5};  // shares of the distance to the middle
@@ -126,7 +128,7 @@ double nearest_kept(const ArcSet& set, double wish, const Keeps& keeps) noexcept
     return found;
 }
 
-/// The displacement of joint i that brakes as hard as the bounds allow, but not beyond its limit.
+/// The displacement (rad) of joint i if it brakes as hard as the bounds allow, but not beyond its limit.
 inline double braked(const Arm& arm, const Bounds& b, const double* q_now, int i) noexcept {
     const double v = b.velocity_now[i], slower = abs(v) - b.acceleration[i] * b.dt;
     const double move = slower > 0 ? copysign(slower * b.dt, v) : 0.0;
@@ -134,8 +136,8 @@ inline double braked(const Arm& arm, const Bounds& b, const double* q_now, int i
     return v > 0 ? min(move, max(room, 0.0)) : max(move, min(room, 0.0));
 }
 
-/// Shares the common turn of joints h - 1 and h + 1 equally, as far as a box of moves from q_now permits.
-/// Hinge h between them is 0 (or pi: flipped). v + eps u = wanted; u and v are their displacements.
+/// Joint h is 0 (or pi: flipped), so that its neighbours h - 1 and h + 1 rotate around one axis. Splits their
+/// total rotation equally between them, as far as a box of moves from q_now permits.
 inline void share_turn(const Arm& arm, int h, bool flipped, const double* q_now, const MoveBox& box,
                        Joints& q) noexcept {
     const int a = h - 1, b = h + 1;
@@ -149,8 +151,8 @@ inline void share_turn(const Arm& arm, int h, bool flipped, const double* q_now,
     q.q[b] = q_now[b] + (wanted - half);
 }
 
-/// The joints q of a step k d dt (k in 1/s, d in rad), each as far as the bounds allow. A joint without a
-/// permitted move brakes.
+/// Computes the joints q after the step k d dt (k in 1/s, d in rad), each joint as far as the bounds allow. A
+/// joint without a permitted move brakes.
 inline void go(const Arm& arm, const Bounds& b, const double* q_now, double max_joint_step,
                const double (&d)[joints], double k, double* q) noexcept {
     double share = k * b.dt;
@@ -165,7 +167,7 @@ inline void go(const Arm& arm, const Bounds& b, const double* q_now, double max_
 
 }  // namespace detail
 
-/// One step under bounds: its start, and the self-motion of its target.
+/// One step under bounds: its start q_now, and the self-motion of its target.
 struct BoundedStep {
     const Arm& arm;
     const SelfMotion<double>& motion;
@@ -174,7 +176,7 @@ struct BoundedStep {
     const Bounds& bounds;
     double largest_step;
 
-    /// The part of `arcs` that the step can reach within the bounds.
+    /// Writes the part of `arcs` that the step can reach within the bounds named by `kept`.
     void within(const ArcSet& arcs, detail::Kept kept, ArcSet& out) const noexcept {
         ArcSet here;
         detail::window(arm, motion, functions, q_now,
@@ -182,8 +184,8 @@ struct BoundedStep {
         intersect(here, arcs, out);
     }
 
-    /// The joints at psi. Two joints that rotate about one axis share their common turn equally, as far as
-    /// the bounds allow.
+    /// The joints at psi. Two joints that rotate around one axis share their total rotation equally, as far
+    /// as the bounds allow.
     Joints at(double psi) const noexcept {
         const Directions<double> d = directions(motion, sin_cos(psi));
         Joints q = joints_near(arm, d, q_now);
@@ -199,20 +201,20 @@ struct BoundedStep {
         return detail::keeps(arm, bounds, q_now, at(psi).q, largest_step);
     }
 
-    /// The psi of the set nearest to `wish` that respects the bounds, or NaN.
+    /// The psi of the set nearest to `wish` that respects the bounds; NaN if there is none.
     double nearest(const ArcSet& set, double wish) const noexcept {
         return detail::nearest_kept(set, wish, [this](double psi) { return keeps(psi); });
     }
 
-    /// Whether a step within the bounds reaches these arcs.
+    /// Whether a step within the bounds reaches any of these arcs.
     bool leads_to(const ArcSet& arcs) const noexcept {
         ArcSet left;
         within(arcs, {}, left);
         return !left.empty();
     }
 
-    /// Why no step within the bounds reaches `arcs`, the part of the feasible arcs `own` that the caller
-    /// permits. The reason is the first condition whose removal permits such a step. It is a jump if neither
+    /// The reason why no step within the bounds reaches `arcs`, the part of the feasible arcs `own` that the
+    /// caller permits. It is the first condition whose removal permits such a step, or JOINT_JUMP if neither
     /// limits nor the caller cause it.
     Status refusal(const ArcSet& own, const ArcSet& arcs) const noexcept {
         ArcSet whole;

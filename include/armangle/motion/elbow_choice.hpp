@@ -44,8 +44,8 @@ inline constexpr double spin = 2.0;          // times their greatest velocity is
                                              // turn
 }  // namespace elbow_rule
 
-/// psi of a self-motion that moves the joints least from q, weighted by their bounds on velocity (rad/s): the
-/// psi of the same elbow axis, improved by one Gauss-Newton step.
+/// The psi of a self-motion that moves the joints least from q, weighted by their velocity bounds `fastest`
+/// (rad/s). It starts at the psi that keeps the elbow axis z3 and improves it by one Gauss-Newton step.
 inline double psi_carried(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
                           const Vec3<double>& z3, const double* q, const double* fastest) noexcept {
     const double held = arm_angle(m.circle, z3);
@@ -62,8 +62,8 @@ inline double psi_carried(const Arm& arm, const SelfMotion<double>& m, const Joi
     return held - min(max(along / size, -elbow_rule::longest), elbow_rule::longest);
 }
 
-/// The psi that an elbow target requests, and its confidence: 0 if the point lies on the line shoulder-wrist,
-/// or the direction is along it; 1 across.
+/// The psi that an elbow target requests, and its confidence: 0 if the target's point or direction lies along
+/// the line shoulder-wrist, 1 if it is at a right angle to it.
 struct ElbowChoice {
     double psi, confidence;
 };
@@ -80,7 +80,8 @@ inline ElbowChoice hinted_psi(const Arm& arm, const SelfMotion<double>& m, const
 
 namespace detail {
 
-/// Costs of eight arm angles: joints near their limits, on the turns nearest to q, and hinges near 0 and pi.
+/// The costs of eight arm angles at once: for joints near their limits, in the revolutions nearest to q, and
+/// for joints 2 and 6 near 0 and pi.
 inline Boxes crowding(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
                       const SinCos<Boxes>& at, const double* q, double margin) noexcept {
     Boxes cost(0.0);
@@ -111,9 +112,9 @@ inline Boxes crowding(const Arm& arm, const SelfMotion<double>& m, const JointFu
 
 }  // namespace detail
 
-/// How far psi should turn from `psi` to give the joints more room: the least cost of sixteen turns, refined
-/// by the parabola through it and its neighbours. Without that, a steadily moving target would make psi
-/// switch between the sixteen values at full acceleration.
+/// The change of psi (rad) that moves the joints away from their limits: the least cost of sixteen changes,
+/// refined by the parabola through it and its neighbours. Without the parabola, a steadily moving target
+/// would make psi switch between the sixteen values at full acceleration.
 inline double turn_to_room(const Arm& arm, const SelfMotion<double>& m, double psi, const double* q,
                            double margin) noexcept {
     static constexpr int count = 2 * joint_slots;
@@ -138,7 +139,7 @@ inline double turn_to_room(const Arm& arm, const SelfMotion<double>& m, double p
     return min(max(bottom, 0.5 * (before + here)), 0.5 * (here + after));
 }
 
-/// Where the arm will pass through theta_2 = 0 or theta_6 = 0 if the elbow is in time.
+/// Whether the arm will pass through theta_2 = 0 or theta_6 = 0 if the elbow moves in time, and where.
 struct Crossing {
     bool ahead = false;
     Vec3<double> axis{0, 0, 1};  // elbow axis z_3 at that time
@@ -146,15 +147,16 @@ struct Crossing {
 
 namespace detail {
 
-/// As psi goes around, axis 3 (5) turns on a cone about the shoulder-wrist line, while axis 1 (7) stays. The
-/// value is < 0 if that axis lies outside the cone, > 0 inside. If it vanishes, theta_2 (theta_6) can.
+/// While psi varies, axis 3 (5) moves on a cone around the shoulder-wrist line, and axis 1 (7) rests.
+/// Positive if the resting axis lies inside that cone, negative outside. Only at 0 can theta_2 (theta_6)
+/// vanish.
 inline double inside_cone(const SelfMotion<double>& m, int side) noexcept {
     const SinCos<double> cone = lean(m.elbow, side == 0 ? m.elbow.beta : m.elbow.gamma);
     return (side == 0 ? m.circle.w.z : m.circle.tool_w.z) - cone.cos;
 }
 
-/// Whether the pivots next to a hinge have more room if the hinge passes through 0 and they stay, than if
-/// each makes half a turn.
+/// Whether the neighbours of joint 2 or 6 stay farther from their limits if this joint passes through 0 than
+/// if each neighbour rotates by 180 degrees.
 inline bool better_through(const Arm& arm, int side, const double* q) noexcept {
     double stay = 0, turn = 0;
     for (const int j : {4 * side, 4 * side + 2}) {
@@ -168,8 +170,9 @@ inline bool better_through(const Arm& arm, int side, const double* q) noexcept {
 
 }  // namespace detail
 
-/// The crossing to which the target leads soon, if a change of psi takes the elbow there and the pivots would
-/// otherwise have to spin. z3 is the present elbow axis, `fastest` the bounds on velocity (rad/s).
+/// The crossing to which the target leads soon, if a change of psi takes the elbow there and the neighbouring
+/// joints would otherwise rotate too fast. z3 is the present elbow axis, `fastest` the velocity bounds
+/// (rad/s).
 inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, const Hand& hand,
                                const Vec3<double>& z3, const double* q, const double* fastest) noexcept {
     static constexpr double between = elbow_rule::foresight / elbow_rule::looks;
@@ -203,9 +206,9 @@ inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, 
     return {};
 }
 
-/// The bend (rad) from straight that the elbow needs now, so that joint 4 is in time. The wrist continues at
-/// `speed` from `wrist` (m, relative to the shoulder). Joint 4 bends with `bending` (rad/s) and has this
-/// velocity and acceleration.
+/// The bend (rad) that the elbow needs now, so that joint 4 can follow the wrist. The wrist continues at
+/// `speed` (m/s) from `wrist` (m, relative to the shoulder). Joint 4 bends with `bending` (rad/s); `fastest`
+/// and `hardest` bound its velocity and acceleration.
 inline double bend_ahead(const Arm& arm, const Vec3<double>& wrist, const Vec3<double>& speed, double bending,
                          double fastest, double hardest) noexcept {
     const double start = elbow_rule::under_way * min(max(bending, 0.0), fastest);

@@ -22,7 +22,7 @@ namespace armangle {
 
 namespace detail {
 
-/// A step as far as the pose and the present joints decide it.
+/// Computes one step of an arm of any kind; each member below tries one possibility.
 template <stepping_family F>
 class FamilyStep {
 public:
@@ -69,17 +69,19 @@ public:
     }
 
 private:
-    /// Whether the value may be held without a look at the arcs: they would permit it.
+    /// Whether the redundant parameter may keep its value without computing the arcs, because the policy
+    /// holds it.
     bool holds() const noexcept {
         return policy_.rule == Rule::hold && options_.carry == Carry::psi && !options_.allowed &&
                !options_.ahead && !(scene_ && scene_->soft > 0) && !(family_.margin() > 0);
     }
 
+    /// The result of a step that reaches the pose with these joints.
     Step arrived(const Lifted& to, double lambda, int gc) const noexcept {
         return stepped(to, q_now_, options_.dt, lambda, gc);
     }
 
-    /// The value that the policy requests.
+    /// Computes the value that the policy requests, from the arcs. Returns the reason if there is none.
     Status wanted(double& wish) noexcept {
         look();
         if (arcs_.status != Status::OK) return arcs_.status;
@@ -98,7 +100,8 @@ private:
         return next.status;
     }
 
-    /// The arcs of the branch; among obstacles that alone which holds the present value, if it is clear.
+    /// Computes the arcs of the branch. In a scene, only the arc that contains the present value is kept if
+    /// that value is collision-free.
     void look() noexcept {
         family_.arcs(pose_, own_, rows_.limits, arcs_);
         unproven_ = arcs_.unproven > 0 || arcs_.status == Status::NEAR_SINGULAR;
@@ -118,8 +121,8 @@ private:
         keep_clear(family_.arm(), *scene_, pose_, own_, arcs_, blocking);
     }
 
-    /// The joints of a branch and a value next to the present ones; JOINT_JUMP if one would move further than
-    /// `longest`, CLEARANCE if something touches.
+    /// Computes the joints of a branch and a value, in the revolutions nearest to the present joints.
+    /// JOINT_JUMP if one would move farther than `longest` (rad), CLEARANCE if the configuration collides.
     Status at(int gc, double lambda, Lifted& to, double longest) const noexcept {
         Directions<double> d;
         const Status solved = family_.at(pose_, gc, lambda, q_now_, d);
@@ -134,6 +137,7 @@ private:
     }
     Status at(int gc, double lambda, Lifted& to) const noexcept { return at(gc, lambda, to, longest_); }
 
+    /// Whether the bounds permit the joints q.
     bool keeps(const double* q) const noexcept {
         return !options_.bounds || detail::keeps(rows_, bounds_, q_now_, q, longest_);
     }
@@ -143,7 +147,8 @@ private:
         return keeps(q);
     }
 
-    /// The limits that a step may reach, with the conditions that `kept` names; false if there are none.
+    /// Computes the joint ranges that a step may reach, with the conditions that `kept` names; false if there
+    /// are none.
     bool box(Kept kept, Limits& out) const noexcept {
         const MoveBox moves = move_box(rows_, bounds_, q_now_, longest_, kept);
         for (int j = 0; j < joints; ++j) {
@@ -154,7 +159,7 @@ private:
         return true;
     }
 
-    /// The values of a branch whose joints stay in the box.
+    /// Writes the values of a branch whose joints stay in that box, intersected with `allowed` (may be null).
     void within(int gc, Kept kept, const ArcSet* allowed, ArcSet& out) noexcept {
         make_empty(out);
         Limits limits;
@@ -168,7 +173,8 @@ private:
         if (allowed) intersect(near.arcs, *allowed, out);
     }
 
-    /// The solution of a branch within the box whose value is nearest to a wish.
+    /// Finds the solution of a branch within the box whose value is nearest to `wish`; false if there is
+    /// none.
     bool take(int gc, double wish, const ArcSet* allowed, Step& out) noexcept {
         ArcSet set;
         within(gc, {}, allowed, set);
@@ -183,7 +189,8 @@ private:
         return true;
     }
 
-    /// The value that the policy requests, also of the part `ahead`, if it is a step.
+    /// Takes the value that the policy requests, on the part `ahead` if it is given; false if the step cannot
+    /// reach it.
     bool requested(double& wish, Status& why, Step& out) noexcept {
         if (on_ahead(wish, out)) return true;
         Lifted to;
@@ -193,7 +200,8 @@ private:
         return true;
     }
 
-    /// The solution on the part of the arcs from which the coming poses can be reached.
+    /// Takes the solution on the part of the arcs from which the coming poses can be reached; false if there
+    /// is none.
     bool on_ahead(double& wish, Step& out) noexcept {
         if (!options_.ahead) return false;
         ArcSet both;
@@ -208,7 +216,7 @@ private:
         return true;
     }
 
-    /// The branches that meet the own one within a step, and it itself: one bit each.
+    /// The own branch and the branches that a single step can reach from the present joints: one bit each.
     unsigned meeting() const noexcept {
         unsigned found = 1u << own_;
         if (options_.gc >= 0) return found;
@@ -223,7 +231,8 @@ private:
         return found;
     }
 
-    /// A solution within the box in a branch that meets the own one: that whose joints move least.
+    /// Finds a solution within the box in another branch that one step can reach; of several, the one with
+    /// the least joint motion. False if there is none.
     bool elsewhere(Step& out) noexcept {
         const unsigned branches = meeting();
         double least = infinity;
@@ -239,7 +248,7 @@ private:
         return least < infinity;
     }
 
-    /// A solution within the box, from the joints themselves.
+    /// Finds a solution within the box numerically, starting from the present joints; false if there is none.
     bool settle(Step& out) const noexcept {
         Limits limits;
         if (!box({}, limits)) return false;
@@ -254,7 +263,7 @@ private:
         return meets(family_.arm(), found) && offer(found.at.q, out);
     }
 
-    /// Takes joints that solve the pose, if they are a step.
+    /// Takes joints that solve the pose, if bounds, branch, allowed arcs and obstacles permit this step.
     bool offer(const double* q, Step& out) const noexcept {
         if (!(largest_move(q, q_now_) <= longest_) || !keeps(q)) return false;
         const OnSelfMotion there = family_.on(q, pose_, Carry::psi);
@@ -265,8 +274,8 @@ private:
         return true;
     }
 
-    /// The solution nearest to the joints, if that is within the box: asked where arcs leave something
-    /// unproven. An approach asks for it on its way.
+    /// Takes the solution nearest to the present joints, if it is within the box. It is searched only if
+    /// parts of the arcs are unproven.
     bool beside(Step& out) const noexcept {
         const bool approaches = options_.bounds && !options_.scene;
         if (!unproven_ || approaches) return false;
@@ -285,15 +294,16 @@ private:
         return false;
     }
 
-    /// The smallest |sin| of a hinge; infinite without any.
+    /// The smallest |sin| of the joints with a singular position (see hinges()); infinite if there is none.
     double hinge_sine() const noexcept {
         double bend = infinity;
         for (const int j : family_.hinges()) bend = min(bend, abs(std::sin(to_theta(rows_, j, q_now_[j]))));
         return bend;
     }
 
-    /// Near a hinge at 0: takes the solution next to the present one if the carried value would sweep the
-    /// joints next to the hinge around. If the policy would, it moves them less.
+    /// Near a singular joint: takes the solution next to the present one if the requested value would move
+    /// the neighbouring joints far. If the policy alone requests that, the joints move less. False if this
+    /// does not apply.
     bool calm(double wish, Step& out) noexcept {
         const double bend = hinge_sine();
         if (!may_sweep(bend, options_)) return false;
@@ -319,7 +329,7 @@ private:
         return true;
     }
 
-    /// Why there is no step: the first condition whose removal permits one.
+    /// The reason why there is no step: the first condition whose removal permits one.
     Status reason(Status why) noexcept {
         if (arcs_.status != Status::OK) return arcs_.status;
         const auto leads = [&](Kept kept, const ArcSet* allowed) {
@@ -339,7 +349,8 @@ private:
         return why == Status::OK || why == Status::CLEARANCE ? Status::JOINT_JUMP : why;
     }
 
-    /// Moves as far as a step may towards a solution of the pose: PARTIAL, or OK where it gets there.
+    /// Moves as far as a step may towards a solution of the pose: PARTIAL, or OK if it arrives. False if
+    /// there is none.
     bool approach(Status why, Step& out) noexcept {
         double to[joint_slots], way[joints];
         if (!heading(to, why)) return false;
@@ -352,10 +363,10 @@ private:
         return true;
     }
 
-    /// The joints at which a step under bounds aims: where a step without bounds leads, first the one next to
-    /// the joints, on whose straight way the end effector strays least. Bounds alone forbid that step. If
-    /// there is none: at the present value or the end of the arcs nearest to it, or, if a joint would have to
-    /// turn around for that, at the solution nearest to the joints.
+    /// Chooses the joints at which a step under bounds aims. First choice is the result of a step without
+    /// bounds, if the end effector stays near its path. Otherwise the present value, or the end of the arcs
+    /// nearest to it. If a joint would have to reverse for that, the solution nearest to the joints. False if
+    /// there is none.
     bool heading(double (&to)[joint_slots], Status& why) const noexcept {
         StepOptions free = options_;
         free.bounds = nullptr;
@@ -389,7 +400,7 @@ private:
         return is_solved(found.status);
     }
 
-    /// No joint moves; if accelerations are bounded, every joint brakes.
+    /// The result without motion; if accelerations are bounded, every joint brakes.
     Step stayed(Status why) const noexcept {
         Step out{};
         for (int j = 0; j < joints; ++j)
@@ -397,6 +408,7 @@ private:
         return finished(why, why, out);
     }
 
+    /// Completes a step with its parameter, branch, margin and status.
     Step finished(Status status, Status why, Step out) const noexcept {
         out.q[joints] = 0.0;
         const OnSelfMotion there = family_.on(out.q, pose_, Carry::psi);

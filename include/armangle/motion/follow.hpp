@@ -26,12 +26,12 @@ struct FollowRows {
 
 namespace detail {
 
-/// Whether a step reaches its pose, possibly still in contact with an obstacle.
+/// Whether a step reaches its pose; the arm may still be in contact with an obstacle.
 inline bool holds_pose(const Step& step) noexcept {
     return step.status == Status::OK || (step.status == Status::CLEARANCE && step.why == Status::OK);
 }
 
-/// Fills a row without a solution.
+/// Fills a row that has no solution with NaN and the reason.
 inline void open_row(const FollowRows& rows, std::size_t i, Status status) noexcept {
     for (int j = 0; j < joints; ++j) rows.q[joints * i + static_cast<std::size_t>(j)] = not_a_number;
     rows.psi[i] = rows.margin[i] = rows.residual[i] = not_a_number;
@@ -55,7 +55,7 @@ inline void carry_velocity(const double* to, const double* from, Bounds& bounds)
     for (int j = 0; j < joints; ++j) bounds.velocity_now[j] = (to[j] - from[j]) / bounds.dt;
 }
 
-/// The state of a motion of an exact arm, and its next steps.
+/// The state of a motion of an S-R-S arm along the poses.
 struct ExactWalk {
     const Arm& arm;
     const LimitTable& limits;
@@ -63,9 +63,12 @@ struct ExactWalk {
     Chain now;
     Bounds bounds;  // with the velocity before the next step, if there are bounds
 
+    /// The branch of the present joints.
     int gc() const noexcept { return index(configuration(arm, now.theta)); }
+    /// The distance (m) of the end effector from a pose.
     double residual(const Pose<double>& pose) const noexcept { return position_error(arm, now, pose); }
 
+    /// Makes the step to the next pose and keeps its result as the state.
     Step on(const Pose<double>& pose, StepOptions options) noexcept {
         const bool bounded = options.bounds != nullptr;
         if (bounded) options.bounds = &bounds;
@@ -77,7 +80,7 @@ struct ExactWalk {
     }
 };
 
-/// The same of any other arm.
+/// The same for any other kind of arm.
 template <stepping_family F>
 struct FamilyWalk {
     F family;
@@ -98,7 +101,8 @@ struct FamilyWalk {
     }
 };
 
-/// Follows n poses by the steps of a walk. psi is continuous.
+/// Follows n poses with the steps of a walk and fills one row for each; psi is continuous, without jumps of 2
+/// pi.
 template <class Walk, class Ahead>
 void follow_rows(Walk walk, const double* poses, std::size_t n, StepOptions options, OnFail on_fail,
                  Strided<const ArcSet> allowed, const FollowRows& rows, Ahead* ahead,
@@ -145,10 +149,10 @@ void follow_rows(Walk walk, const double* poses, std::size_t n, StepOptions opti
 
 }  // namespace detail
 
-/// Follows n poses (16 doubles each, row-major) from `start`. `allowed` is null, one set, or one a pose;
-/// likewise `scenes`, which replaces options.scene. psi is continuous. options.bounds holds the velocity
-/// before the first step. `ahead`, if not null, keeps the motion in the tube of the coming poses and needs
-/// bounds.
+/// Follows n poses (16 doubles each, row-major) from the joints `start` and fills one row for each. `allowed`
+/// is null, one set, or one a pose; likewise `scenes`, which replaces options.scene. psi is continuous.
+/// options.bounds holds the velocity before the first step. `ahead`, if not null, keeps the motion where the
+/// coming poses remain reachable; it needs bounds.
 inline void follow(const Arm& arm, const LimitTable& limits, const double* start, const double* poses,
                    std::size_t n, const StepOptions& options, OnFail on_fail, Strided<const ArcSet> allowed,
                    const FollowRows& rows, Lookahead<ExactSections>* ahead = nullptr,
@@ -159,7 +163,7 @@ inline void follow(const Arm& arm, const LimitTable& limits, const double* start
     detail::follow_rows(walk, poses, n, options, on_fail, allowed, rows, ahead, scenes);
 }
 
-/// The same of any other arm.
+/// The same for any other kind of arm.
 template <stepping_family F>
 void follow(const F& family, const double* start, const double* poses, std::size_t n,
             const StepOptions& options, OnFail on_fail, Strided<const ArcSet> allowed, const FollowRows& rows,

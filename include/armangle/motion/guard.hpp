@@ -65,13 +65,15 @@ public:
         count_ = move_.near(q, reach, near_);
     }
 
-    /// The rate at which the joints can stop after the cycle.
+    /// The rate (1/s) at which the joints can stop after the cycle.
     double rate() const noexcept { return next_rate_; }
 
-    /// Whether the arm may move with v for one cycle.
+    /// Whether the arm may move with velocities v (rad/s) for one cycle, because braking afterwards is proven
+    /// collision-free.
     bool allows(const double (&v)[joints]) noexcept { return !(share(v) < 1.0); }
 
-    /// Scales v to the proven part; `whole` is false if it was reduced.
+    /// Reduces v to the proven part, between braking and the requested velocities. Returns false if v was
+    /// reduced.
     bool restrain(double (&v)[joints]) noexcept {
         double braked[joints], wished[joints], part = 1.0;
         const double stop = bounds_ ? 0.0 : braking(before_), slower = stop > dt_ ? 1.0 - dt_ / stop : 0.0;
@@ -91,7 +93,8 @@ public:
         return false;
     }
 
-    /// Minimizes a quadratic cost in the box under the constraints of near pairs, starting from v.
+    /// Minimizes a quadratic cost of the velocities in a box, under the constraints of near pairs, starting
+    /// from v.
     void minimise(const JointQuadratic& p, const double* least, const double* greatest,
                   double (&v)[joints]) noexcept {
         double lower[joints], upper[joints];
@@ -126,21 +129,22 @@ public:
         }
     }
 
-    /// Whether the whole straight move between two configurations is proven; `pair` blocks it.
+    /// Whether the straight joint motion between two configurations is proven collision-free; `pair` is the
+    /// blocking pair.
     bool clear(const double* from, const double* to, Tag& pair) noexcept {
         double d[joints];
         for (int j = 0; j < joints; ++j) d[j] = to[j] - from[j];
         return !(move_.proven(from, d, pair, straight_rule::many_looks) < 1.0);
     }
 
-    /// The nearest pair at joints q if a pair is in contact.
+    /// The nearest pair at joints q within the look-ahead distance; 0 if there is none.
     Tag nearest_at(const double* q) noexcept { return move_.nearest_pair(q, guard_rule::look).pair; }
 
-    /// The pair that blocked this cycle; 0: none.
+    /// The pair that blocked this cycle; 0 if none did.
     Tag blocking() const noexcept { return blocking_; }
 
 private:
-    /// s in which all joints stop together.
+    /// The time (s) in which all joints stop together from velocities v.
     double braking(const double* v) const noexcept {
         double out = 0;
         for (int j = 0; j < joints; ++j)
@@ -148,9 +152,9 @@ private:
         return out;
     }
 
-    /// The part of the box in which every joint stays within its limits although all stop together, in the
-    /// time of the slowest. If one joint can only just stop before its limit, the others limit themselves to
-    /// its stopping time. Otherwise all of them would have to brake to a standstill.
+    /// Computes the part of the velocity box in which every joint stays within its limits, although all
+    /// joints stop together in the time of the slowest. If one joint can only just stop before its limit, the
+    /// others are restricted to its stopping time. Otherwise all of them would have to stop.
     void narrow(const double* least, const double* greatest, double (&lower)[joints],
                 double (&upper)[joints]) const noexcept {
         if (bounds_) return narrow_at_rate(least, greatest, lower, upper);
@@ -170,7 +174,8 @@ private:
         }
     }
 
-    /// The same if all joints stop at the present rate r: v dt + 2 v / r + a / r^2 is within the limits.
+    /// The same if all joints stop at the present rate r: v dt + 2 v / r + a / r^2 must stay within the
+    /// limits.
     void narrow_at_rate(const double* least, const double* greatest, double (&lower)[joints],
                         double (&upper)[joints]) const noexcept {
         const double along = 1.0 / (rate_ * rate_ * dt_), lasting = dt_ + 2.0 / rate_ + along;
@@ -182,7 +187,7 @@ private:
         }
     }
 
-    /// The greatest of some rates at which all joints can stop from v and a; 0 if there is none.
+    /// The greatest of some rates (1/s) at which all joints can stop from v and a; 0 if there is none.
     double stopping_rate(const double (&v)[joints], const double (&a)[joints]) const noexcept {
         double rate = min(1.0 / dt_, 2.0 * rate_);
         for (int trial = 0; trial < guard_rule::rates; ++trial, rate *= guard_rule::finer) {
@@ -193,12 +198,13 @@ private:
         return 0;
     }
 
+    /// Whether a move (rad) of joint j stays within its limits, or does not leave them farther.
     bool is_within(int j, double move) const noexcept {
         const double least = min(limits_.lower[j], q_[j]), most = max(limits_.upper[j], q_[j]);
         return q_[j] + move >= least - tolerance::bound && q_[j] + move <= most + tolerance::bound;
     }
 
-    /// The same as `share`, for joints that stop at one rate.
+    /// The same as `share`, for joints that all stop at one rate.
     double share_at_rate(const double (&v)[joints]) noexcept {
         double a[joints], d[joints], corner[joints], off[joints], along = 0, square = 0;
         for (int j = 0; j < joints; ++j) a[j] = (v[j] - before_[j]) / dt_;
@@ -218,7 +224,7 @@ private:
         return out;
     }
 
-    /// The proven share of a cycle with v followed by braking.
+    /// The share of the motion, one cycle with v followed by braking, that is proven collision-free.
     double share(const double (&v)[joints]) noexcept {
         if (bounds_) return share_at_rate(v);
         const double lasting = dt_ + 0.5 * braking(v);

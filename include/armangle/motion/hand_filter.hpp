@@ -50,6 +50,7 @@ class Hand {
 public:
     explicit Hand(const HandFilter& options) noexcept : options_(options) {}
 
+    /// Starts with a target at rest.
     void start(const Pose<double>& pose) noexcept {
         pose_ = shown_ = told_ = sample_ = suspect_ = pose;
         velocity_ = shown_velocity_ = acceleration_ = measured_ = drift_ = Twist{};
@@ -70,6 +71,7 @@ public:
     /// m/s^2 and rad/s^2, some hundredths of a second late; 0 while no sample is accepted.
     const Twist& acceleration() const noexcept { return acceleration_; }
     bool held() const noexcept { return held_; }
+    /// The target pose predicted `ahead` s from now, at constant velocity.
     Pose<double> predicted(double ahead) const noexcept { return moved_by(shown_, shown_velocity_ * ahead); }
 
     /// The state that one cycle passes to the next (saved.hpp).
@@ -132,23 +134,25 @@ private:
                equal(a.rotation.y, b.rotation.y) && equal(a.rotation.z, b.rotation.z);
     }
 
-    /// s after which a repeated sample is accepted again. The shorter of the last two periods counts, because
-    /// a target that rested has a long one.
+    /// The time (s) after which a repeated sample counts as new. The shorter of the last two periods is used,
+    /// because a target that rested has a long one.
     double stale() const noexcept {
         const double period = min(between_[0], between_[1]);
         return period < hand_rule::seldom ? max(hand_rule::stale, hand_rule::periods * period)
                                           : hand_rule::stale;
     }
 
+    /// Whether a motion (m, rad) is larger than a jump.
     bool far(const Twist& t) const noexcept {
         return norm(t.linear) > options_.jump || norm(t.angular) > options_.turn;
     }
 
+    /// Whether a sample is a jump: too far from the pose predicted over dt s.
     bool is_jump(const Pose<double>& sample, double dt) const noexcept {
         return options_.patience > 0 && far(difference(moved_by(pose_, velocity_ * dt), sample));
     }
 
-    /// Waits after a jump until the sample has stayed there for long enough.
+    /// Treats a sample as a possible jump: false until samples have stayed at the new place for long enough.
     bool doubt(const Pose<double>& sample, double dt) noexcept {
         const bool stays = suspected_ > 0 && !far(difference(suspect_, sample));
         suspected_ = stays ? suspected_ + age_ : dt;
@@ -163,7 +167,7 @@ private:
         return false;
     }
 
-    /// Without an accepted sample: continues as predicted and slows down.
+    /// A cycle without an accepted sample: the pose continues at the predicted velocity, which decays.
     bool wait(double dt) noexcept {
         held_ = true;
         since_ += dt;
@@ -190,8 +194,8 @@ private:
         pose_ = sample;
     }
 
-    /// The share of the difference velocity that is used. A hand's velocity changes in one direction for many
-    /// samples; an alternating change is noise.
+    /// The share of the difference velocity that is used. A target's velocity changes in one direction for
+    /// many samples; an alternating change is noise.
     double believed(const Twist& speed) noexcept {
         const auto size = [](const Twist& t) { return std::hypot(norm(t.linear), norm(t.angular)); };
         const Twist change = speed - measured_;
@@ -217,21 +221,24 @@ private:
         velocity_ = {now.linear * possible(now.linear), now.angular * possible(now.angular)};
     }
 
-    /// The possible share of a velocity.
+    /// The factor that reduces a velocity to the greatest possible one.
     static double possible(const Vec3<double>& velocity) noexcept {
         return hand_rule::fastest / max(norm(velocity), hand_rule::fastest);
     }
 
-    /// omega of the estimate, raised because the value that converges to it smooths and lags too.
+    /// The filter frequency (1/s) of the estimate. It is raised because the shown pose, which converges to
+    /// the estimate, also smooths and lags.
     double estimating() const noexcept {
         return options_.omega / max(hand_rule::least, 1.0 - hand_rule::shared * options_.omega * settling_);
     }
 
+    /// Averages the acceleration from the last change of the shown velocity.
     void accelerate(const Twist& before, double dt) noexcept {
         const Twist change = (shown_velocity_ - before) * (1.0 / dt);
         acceleration_ = acceleration_ + (change - acceleration_) * -std::expm1(-dt / hand_rule::smooth);
     }
 
+    /// Stores an accepted sample as the last one.
     void remember(const Pose<double>& sample) noexcept {
         sample_ = sample;
         told_ = pose_;

@@ -42,14 +42,16 @@ struct JerkBounds {
     bool has_jerk() const noexcept { return jerk < infinity; }
 };
 
-/// Compatible bounds: from rest within V no joint reaches more than sqrt(2 J V).
+/// Makes the bounds of a joint compatible: from rest within velocity V, no joint exceeds the acceleration
+/// sqrt(2 J V).
 inline JerkBounds jerk_bounds(double velocity, double acceleration, double jerk) noexcept {
     return {velocity, jerk < infinity ? min(acceleration, sqrt(2.0 * jerk * velocity)) : acceleration, jerk};
 }
 
 namespace detail {
 
-/// Stopping distance (rad) of a joint with v and a, and its derivatives by both; W of a joint at speed w.
+/// The stopping distance (rad) of a joint with velocity v and acceleration a, and its derivatives with
+/// respect to both.
 struct StoppingWay {
     double way = 0, per_v = 0, per_a = 0;
 };
@@ -80,21 +82,22 @@ inline StoppingWay stopping(const JerkBounds& b, double v, double a) noexcept {
     return out.way > 0 ? out : StoppingWay{};
 }
 
-/// The next acceleration, >= 0, that reaches a velocity `left` away without overshoot.
+/// The next acceleration (>= 0, rad/s^2) with which a joint gains the velocity `left` (rad/s) without
+/// overshoot.
 inline double easing(double left, double jerk, double dt) noexcept {
     return left > 0 ? 2.0 * left / (dt + sqrt(dt * dt + 2.0 * left / jerk)) : 0.0;
 }
 
 }  // namespace detail
 
-/// The largest next velocity from which a joint can still approach its greatest one without overshoot.
+/// The largest next velocity from which a joint can still reach its velocity bound without overshoot.
 inline double fastest_easing(const JerkBounds& b, double v, double dt) noexcept {
     return b.velocity < infinity ? v + detail::easing(b.velocity - v, b.jerk, dt) * dt : infinity;
 }
 
-/// The largest next velocity between `least` and `most` from which a joint stops within `room` (rad) of its
-/// present value; `least` if there is none. The distance is convex in it: Newton's method stays above the
-/// root, the chord below.
+/// The largest next velocity in [least, most] from which a joint can stop within `room` (rad) of its present
+/// value; `least` if there is none. The stopping distance is convex in the velocity, so Newton steps stay
+/// above the root and chords below it.
 inline double fastest_stopping(const JerkBounds& b, double v, double room, double dt, double least,
                                double most) noexcept {
     if (!(room < infinity)) return most;
@@ -131,8 +134,8 @@ inline double fastest_stopping(const JerkBounds& b, double v, double room, doubl
 // (1/s). The rows of such cycles lie in the triangle q, q + x v, q + x v + y (v + a / r), for every dt. These
 // are the means of 3 above, for straight lines.
 
-/// Whether a joint that stops at a rate respects its bounds on the way. |v|, |a| and |j| have their maxima
-/// now, or where (v + b s) exp(-r s), b = a + r v, and its derivatives have theirs.
+/// Whether a joint that stops at a rate (1/s) from v and a respects its bounds until it rests. |v|, |a| and
+/// |j| have their maxima now, or where (v + b s) exp(-r s), b = a + r v, and its derivatives have theirs.
 inline bool stops_at(const JerkBounds& b, double v, double a, double rate) noexcept {
     const double mixed = a + rate * v, share = a / mixed, size = abs(mixed);
     if (!(abs(a) <= b.acceleration && rate * abs(a + mixed) <= b.jerk)) return false;
@@ -142,7 +145,7 @@ inline bool stops_at(const JerkBounds& b, double v, double a, double rate) noexc
            rate * peak(2.0 + share) <= b.jerk;
 }
 
-/// The next velocity of a joint that stops at a rate.
+/// The velocity (rad/s) after the next cycle of a joint that stops at a rate (1/s).
 inline double stopping_velocity(double v, double a, double rate, double dt) noexcept {
     const double lag = 1.0 + rate * dt;
     return v + (a - rate * rate * dt * v) / (lag * lag) * dt;

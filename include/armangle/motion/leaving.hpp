@@ -37,17 +37,17 @@ inline bool is_singular(const Chain& now, int side) noexcept {
 /// Whether theta_2 or theta_6 is 0 or pi.
 inline bool is_singular(const Chain& now) noexcept { return is_singular(now, 0) || is_singular(now, 1); }
 
-/// The smaller |sin| of theta_2 and theta_6.
+/// The smaller |sin| of theta_2 and theta_6; 0 at a singularity.
 inline double hinge_sine(const Chain& now) noexcept {
     return min(abs(sin_cos(now.theta[1]).sin), abs(sin_cos(now.theta[5]).sin));
 }
-/// Whether joints next to a hinge turn fast as psi changes.
+/// Whether theta_2 or theta_6 is so near to 0 or pi that their neighbours move fast as psi changes.
 inline bool is_nearly_singular(const Chain& now) noexcept { return hinge_sine(now) < leaving_rule::nearly; }
 
-/// The velocity of psi (rad/s) near a singularity from which the joints can brake, with `share` of their
-/// accelerations, to the permitted velocity at each place up to `way` rad from `held`. The condition is v_j^2
-/// <= (v_psi q_j')^2 + 2 a_j |q_j there - q_j|. v_psi is the velocity that the joints permit there, at most
-/// what psi can have gained until then.
+/// The greatest velocity of psi (rad/s) near a singularity. From it the joints can brake, with `share` of
+/// their accelerations, to the permitted velocity at each place up to `way` rad from `held`. The condition is
+/// v_j^2 <= (v_psi q_j')^2 + 2 a_j |q_j there - q_j|. v_psi is the velocity that the joints permit there, at
+/// most what psi can have gained until then.
 inline double speed_beside(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
                            const Chain& now, double held, double way, const double* q,
                            const double* velocity_now, const double* velocity, const double* acceleration,
@@ -79,7 +79,8 @@ inline double speed_beside(const Arm& arm, const SelfMotion<double>& m, const Jo
     return fastest;
 }
 
-/// A way out of a singularity: the psi that is reached, and the motion of the pivots to get there.
+/// A way out of a singularity: the psi that becomes reachable, and the motion of the neighbouring joints that
+/// comes first.
 struct Leaving {
     double missed = infinity;   // rad: smallest possible distance of psi from the requested one
     double longest = infinity;  // rad: largest turn of a pivot
@@ -91,7 +92,7 @@ struct Leaving {
 
 namespace detail {
 
-/// How far psi may go from `held` to one side (1 or -1) within the arcs, up to half a turn; 0 if it may not.
+/// How far (rad, at most pi) psi may move from `held` to one side (1 or -1) within the arcs; 0 if it may not.
 inline double room_beside(const ArcSet& arcs, double held, double side) noexcept {
     if (arcs.full) return pi;
     const Place place = find(arcs, held + side * leaving_rule::off, 0.0);
@@ -101,7 +102,7 @@ inline double room_beside(const ArcSet& arcs, double held, double side) noexcept
     return min(max(way, 0.0) + leaving_rule::off, pi);
 }
 
-/// The nearest configuration to one side that is no longer singular.
+/// The nearest configuration to one side of `held` that is no longer singular; `psi` is its arm angle.
 inline Joints posture_beside(const Arm& arm, const SelfMotion<double>& m, const double* q, double held,
                              double side, double room, double& psi) noexcept {
     Joints out;
@@ -117,8 +118,9 @@ inline Joints posture_beside(const Arm& arm, const SelfMotion<double>& m, const 
 
 }  // namespace detail
 
-/// Adds the ways out of the singular configuration q, whose psi is `held`, within the arcs of a self-motion,
-/// towards `wish`. The best way has psi nearest to `wish`; on a tie, the shortest turn of its pivots.
+/// Adds the ways out of the singular configuration q, whose psi is `held`, within the arcs of a self-motion.
+/// `best` becomes the way whose psi is nearest to `wish`; if two are equal, the one with the smaller joint
+/// motion.
 inline void offer_ways_on(const Arm& arm, const SelfMotion<double>& m, const ArcSet& arcs, const Chain& now,
                           double held, double wish, const double* q, Leaving& best) noexcept {
     for (const double side : {1.0, -1.0}) {
@@ -149,8 +151,8 @@ inline void offer_ways_on(const Arm& arm, const SelfMotion<double>& m, const Arc
     }
 }
 
-/// The share of the pivots' turn nearest to `wanted` that keeps every joint in a box of moves; arbitrary if
-/// the box is empty.
+/// The share of the joint motion `way.d`, nearest to `wanted`, that keeps every joint within a box of moves;
+/// any value if the box is empty.
 inline double share_within(const Leaving& way, double wanted, const double* lower,
                            const double* upper) noexcept {
     double least = -infinity, most = infinity;
@@ -163,8 +165,8 @@ inline double share_within(const Leaving& way, double wanted, const double* lowe
     return min(max(wanted, least), most);
 }
 
-/// Whether the rest of the pivots' turn is so short that they can stop and psi can move from the next step
-/// on.
+/// Whether the rest of the joint motion is so short that the joints can stop and psi can move from the next
+/// step on.
 inline bool has_arrived(const Leaving& way, const double* lower, const double* upper) noexcept {
     for (int j = 0; j < joints; ++j)
         if (!(abs(way.d[j]) <= 0.5 * min(upper[j], -lower[j]))) return false;

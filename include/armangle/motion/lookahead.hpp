@@ -27,32 +27,37 @@ struct AheadSection {
     ArcSet arcs, tube;
 };
 
-/// How sections of an exact arm are filled, and what of them a box of joints holds.
+/// How an S-R-S arm computes the sections of coming poses, and the part of a section that a box of joints
+/// permits.
 struct ExactSections {
     using Section = AheadSection;
     const Arm& arm;
     const LimitTable& limits;
 
     const Arm& rows() const noexcept { return arm; }
+    /// Computes the section of a pose in branch gc.
     void fill(const Pose<double>& pose, int gc, Section& to) const noexcept {
         to.motion = self_motion(arm, pose, configuration(gc));
         to.functions = joint_functions(to.motion);
         feasible(to.motion, to.functions, limits, to.arcs);
     }
+    /// Reduces the arcs of a section to their collision-free parts.
     void clear(const Scene& scene, Section& to) const noexcept {
         const ArcSet own = to.arcs;
         keep_clear(arm, scene, to.motion, own, to.arcs);
     }
+    /// Computes the joints at psi of a section; false if there is no solution.
     bool joints_at(const Section& at, double psi, Joints& q) const noexcept {
         q = joints_within_limits(arm, directions(at.motion, sin_cos(psi)), nullptr);
         return true;
     }
+    /// Writes the arcs of a section whose joints stay in a box of moves around q.
     void window(const Section& to, const double* q, const MoveBox& box, ArcSet& out) const noexcept {
         detail::window(arm, to.motion, to.functions, q, box, out);
     }
 };
 
-/// The same of any other arm.
+/// The same for any other kind of arm.
 template <stepping_family F>
 struct FamilySections {
     struct Section {
@@ -114,7 +119,7 @@ inline constexpr double run_up =
 
 namespace detail {
 
-/// Links between neighbouring sections.
+/// Computes which psi of two neighbouring sections one step can connect.
 template <class View>
 struct Links {
     using Section = typename View::Section;
@@ -122,8 +127,9 @@ struct Links {
     double most[joints];  // rad: largest move in one step
     double share;         // share of it that links use
 
-    /// The part of `within` on section `to` whose joints are at most `part` of a step from q. A joint never
-    /// crosses its limits the other way round; a joint with more than a turn may, unless its turns are known.
+    /// Writes the part of `within` on section `to` whose joints are at most `part` of a step from q. A joint
+    /// never crosses its limits by a whole revolution. A joint with a range above 2 pi may, unless its
+    /// revolution is known.
     void reach(const double* q, bool turns_known, double part, const Section& to, const ArcSet& within,
                ArcSet& out) const noexcept {
         const Arm& arm = view.rows();
@@ -138,7 +144,7 @@ struct Links {
         intersect(all, within, out);
     }
 
-    /// The same from psi at section `from`.
+    /// The same, starting from psi on section `from`.
     void reach(const Section& from, double psi, const Section& to, const ArcSet& within,
                ArcSet& out) const noexcept {
         Joints q;
@@ -146,6 +152,7 @@ struct Links {
         reach(q.q, false, share, to, within, out);
     }
 
+    /// Whether a step from psi on section `from` reaches `within` on section `to`.
     bool linked(const Section& from, double psi, const Section& to, const ArcSet& within) const noexcept {
         ArcSet reached;
         reach(from, psi, to, within, reached);
@@ -153,13 +160,14 @@ struct Links {
     }
 };
 
-/// The psi of one arc at which links are tested, in rising order; some are known to be linked.
+/// The psi of one arc at which reachability is tested, in rising order, with the results known so far.
 struct Probes {
     static constexpr int capacity = 96;
     int count = 0;
     double psi[capacity];
     bool linked[capacity];
 
+    /// Adds a psi in its place, unless the list is full.
     void add(double at, bool known) noexcept {
         if (count == capacity) return;
         int i = count++;
@@ -172,7 +180,7 @@ struct Probes {
     }
 };
 
-/// The set of section `to` that is linked with a set of section `from`.
+/// Computes the part of section `to` that steps from a set on section `from` reach.
 template <class View>
 class Image {
     using Section = typename View::Section;
@@ -181,6 +189,7 @@ public:
     Image(const Links<View>& links, const Section& from, const ArcSet& set, const Section& to)
         : links_(links), from_(from), set_(set), to_(to) {}
 
+    /// Writes that part.
     void operator()(ArcSet& out) const noexcept {
         make_empty(out);
         ArcSet known, gaps;
@@ -203,10 +212,10 @@ public:
     }
 
 private:
+    /// Whether psi on section `to` is reachable from the set.
     bool linked(double psi) const noexcept { return links_.linked(to_, psi, from_, set_); }
 
-    /// Adds the psi reached from the ends and the middle of an arc: links that samples of a wide target could
-    /// miss.
+    /// Adds the psi reached from the ends and the middle of an arc. Samples of a wide target could miss them.
     void seed(const Arc& arc, ArcSet& known) const noexcept {
         for (double psi : {arc.lower, 0.5 * (arc.lower + arc.upper), arc.upper}) {
             ArcSet reached;
@@ -215,7 +224,7 @@ private:
         }
     }
 
-    /// Adds samples where a gap of the set may leave one in the image; other samples would miss it.
+    /// Adds samples that only a gap of the set can reach. Other samples could miss the gap in the result.
     void doubt(const Arc& gap, Probes& out) const noexcept {
         for (double share : {0.25, 0.5, 0.75}) {
             const double psi = gap.lower + share * (gap.upper - gap.lower);
@@ -243,7 +252,7 @@ private:
         for (int i = 0; i < doubtful.count; ++i) probe(arc, doubtful.psi[i], false, out);
     }
 
-    /// The last linked psi between one that is linked and one that is not.
+    /// The last reachable psi between one that is reachable and one that is not, by bisection.
     double last_linked(double inside, double outside) const noexcept {
         const double first = inside + (outside - inside) * 0x1p-12;
         if (!linked(first)) return inside;
@@ -254,6 +263,7 @@ private:
         return inside;
     }
 
+    /// Joins neighbouring reachable samples to arcs and refines their ends.
     void collect(const Probes& p, ArcSet& out) const noexcept {
         for (int k = 0; k < p.count; ++k) {
             if (!p.linked[k]) continue;
@@ -283,9 +293,9 @@ public:
     /// The number of sections that the caller's workspace must hold.
     static constexpr std::size_t sections_for(std::size_t ahead) noexcept { return 2 * ahead + 1; }
 
-    /// `scenes` (none, one, or one a pose) and `bounds` may be null. Links do not consider accelerations. If
-    /// these are bounded, links use half of the velocity, and a motion that comes late is led back to the
-    /// tube.
+    /// `scenes` (none, one, or one a pose) and `bounds` may be null. Connections do not consider
+    /// accelerations. If these are bounded, connections use half of the velocity, and a motion that comes
+    /// late is led back to the reachable part.
     Lookahead(const View& view, const double* poses, std::size_t n, Strided<const ArcSet> allowed,
               Strided<const Scene* const> scenes, const Bounds* bounds, double largest_step,
               Section* workspace, std::size_t ahead) noexcept
@@ -303,9 +313,9 @@ public:
             if (bounds->acceleration[i] < infinity) links_.share = 1.0 - ahead_rule::run_up;
     }
 
-    /// The psi of pose i from which most of the coming poses can be reached that are reachable from q. Null
-    /// if q cannot step to pose i at all, or if lookahead gains nothing. plain(m) returns how many of the m
-    /// poses from i on are reached by steps without lookahead.
+    /// The psi of pose i from which as many of the coming poses as possible can be reached, starting from q.
+    /// Null if q cannot step to pose i at all, or if lookahead gains nothing. plain(m) returns how many of
+    /// the m poses from i on are reached by steps without lookahead.
     template <class Plain>
     const ArcSet* at(std::size_t i, const double* q, int gc, const Plain& plain) noexcept {
         const bool inside =
@@ -346,7 +356,7 @@ public:
     void forget() noexcept { count_ = 0; }
 
 private:
-    /// Computes the sections of the window, and the tube of their end.
+    /// Computes the sections of the window, and the reachable parts from its end.
     void draw(int gc) noexcept {
         gc_ = gc;
         for (std::size_t k = 0; k < count_; ++k) fill(section_[k], first_ + k);
@@ -354,6 +364,7 @@ private:
         back(count_ - 1);
     }
 
+    /// Computes section i within the user's arcs and the scene.
     void fill(Section& to, std::size_t i) const noexcept {
         links_.view.fill(load_pose(poses_ + 16 * i), gc_, to);
         const ArcSet own = to.arcs;
@@ -361,14 +372,14 @@ private:
         if (scenes_.data) links_.view.clear(**scenes_.at(i), to);
     }
 
-    /// Computes the tubes of the sections before one whose tube is known.
+    /// Computes the reachable parts of all sections before one whose part is known.
     void back(std::size_t last) noexcept {
         for (std::size_t k = last; k-- > 0;)
             detail::Image(links_, section_[k + 1], section_[k + 1].tube, section_[k])(section_[k].tube);
     }
 
-    /// If the end of the window cannot be reached, uses the farthest section that `start` in the first one
-    /// can reach.
+    /// If the end of the window cannot be reached from `start` in the first section, aims at the farthest
+    /// section that can.
     void turn_to(const ArcSet& start) noexcept {
         section_[0].tube = start;
         std::size_t last = 0;

@@ -19,8 +19,8 @@ inline constexpr double braking = 0.6;  // share of the acceleration that an app
 inline constexpr double ticks = 3.0;    // an approach ends no faster than geometrically over so many steps
 }  // namespace approach_rule
 
-/// The factor k (1/s) of an approach k d over moves d (rad) after which every joint can stop there. Bounds in
-/// rad/s and rad/s^2, infinite: unbounded. Without accelerations the last step is a whole one.
+/// The factor k (1/s) of a velocity k d towards a goal d rad away, such that every joint can still stop
+/// there. Bounds in rad/s and rad/s^2, infinite if unbounded. Without acceleration bounds k may be 1 / dt.
 inline double pace(const double (&d)[joints], double dt, const double* velocity,
                    const double* acceleration) noexcept {
     double k = 1.0 / dt;

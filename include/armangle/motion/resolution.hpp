@@ -14,7 +14,8 @@ namespace armangle {
 
 /// The rule that chooses the next psi on its arc.
 enum class Rule : std::uint8_t { repulsion, hold, centre, towards };
-/// Outside every arc: to the nearer end in one step; stop; or, in a scene, escape in several steps.
+/// What to do with psi outside every arc: move to the nearer end in one step; stop; or, in a scene, leave the
+/// collision in several steps.
 enum class Outside : std::uint8_t { nearest, stop, escape };
 
 /// K in [0, 1] per step; alpha > 0, of eq. (36); a target for Rule::towards.
@@ -26,29 +27,29 @@ struct Policy {
     Towards towards{};
 };
 
-/// The policy for one self-motion: a target for the elbow becomes a target for psi, NaN if all psi are
-/// equally good.
+/// The policy for one self-motion: a point or direction for the elbow becomes a target psi; NaN if all psi
+/// are equally good.
 inline Policy settled(Policy policy, const Arm& arm, const SelfMotion<double>& m) noexcept {
     if (policy.rule == Rule::towards)
         policy.towards = {Wish::psi, psi_towards(arm, m, policy.towards).psi, {}};
     return policy;
 }
 
-/// K per step of a rate (1/s) over dt (s): K = 1 - exp(-rate dt). So the motion does not depend on the step
-/// length.
+/// The gain per step of a rate (1/s) over dt (s): 1 - exp(-rate dt), so that the motion does not depend on
+/// the step length.
 inline double gain(double rate, double dt) noexcept { return -std::expm1(-rate * dt); }
 
 namespace detail {
 
-/// Eq. (36): both ends repel, and the middle is at rest.
+/// The psi after a step of eq. (36): both ends of the arc repel, and the middle is at rest.
 inline double repelled(const Policy& p, const Arc& arc, double psi) noexcept {
     const double width = arc.upper - arc.lower, share = (psi - arc.lower) / width;
     if (!(width > 0)) return psi;
     return psi + p.K * 0.5 * width * (std::exp(-p.alpha * share) - std::exp(-p.alpha * (1.0 - share)));
 }
 
-/// Moves to the place of the arc nearest to the target psi, by the share K of the distance within the arc. A
-/// target outside the arc is nearest to the end on its side of the middle.
+/// Moves psi towards the place of the arc nearest to the target psi, by the share K of the distance. For a
+/// target outside the arc that place is the end on its side of the middle.
 inline double drawn(const Policy& p, const Arc& arc, double psi) noexcept {
     if (is_nan(p.towards.psi)) return psi;
     const double wish = lift(p.towards.psi, 0.5 * (arc.lower + arc.upper));
@@ -56,7 +57,7 @@ inline double drawn(const Policy& p, const Arc& arc, double psi) noexcept {
     return goal + (1.0 - p.K) * (psi - goal);
 }
 
-/// The psi to which the rule of a policy moves within an arc.
+/// The psi after one step of the policy's rule within an arc.
 inline double moved(const Policy& p, const Arc& arc, double psi) noexcept {
     switch (p.rule) {
         case Rule::repulsion: return repelled(p, arc, psi);
@@ -75,8 +76,9 @@ struct Resolution {
     Status status;
 };
 
-/// The next psi. On the full circle only a target moves it, by the shorter way. Outside every arc it moves to
-/// the nearest end or stops. The target of the policy must be a psi (settled).
+/// Computes the next psi by the policy. On the full circle only a target moves it, by the shorter way.
+/// Outside every arc it moves to the nearest end or stops. The target of the policy must be a psi (see
+/// settled).
 inline Resolution resolve(const Policy& policy, const ArcSet& arcs, double psi) noexcept {
     if (arcs.empty()) return {wrap(psi), Status::LIMITS};
     if (arcs.full) {
@@ -93,13 +95,14 @@ inline Resolution resolve(const Policy& policy, const ArcSet& arcs, double psi) 
     return {wrap(min(max(detail::moved(policy, arc, place.psi), arc.lower), arc.upper)), Status::OK};
 }
 
-/// Applies the policy after moving psi to the nearest end if it is outside the arcs.
+/// Moves psi to the nearest end if it is outside the arcs, then applies the policy.
 inline Resolution led(Policy policy, const ArcSet& arcs, double psi) noexcept {
     policy.outside = Outside::nearest;
     return resolve(policy, arcs, find(arcs, psi).index < 0 ? nearest(arcs, psi) : psi);
 }
 
-/// The next psi if the policy acts on the part of psi's arc that also lies in `kept`, unless that is empty.
+/// Computes the next psi, with the policy applied to the part of psi's arc that also lies in `kept`, unless
+/// that part is empty.
 inline Resolution resolve(const Policy& policy, const ArcSet& arcs, const ArcSet& kept, double psi) noexcept {
     const Place place = find(arcs, psi);
     if (place.index < 0) return resolve(policy, arcs, psi);

@@ -39,7 +39,8 @@ struct RestingChoice {
     }
 };
 
-/// The solution of a target in branch gc within these limits, collision-free, that is nearest in time.
+/// The collision-free solution of a target in branch gc within these limits that the joints reach in the
+/// shortest time.
 inline Nearest resting_solution(const Arm& arm, const Limits& limits, const Scene* scene,
                                 const Pose<double>& pose, int gc, NearestOptions options) noexcept {
     const LimitTable table = limit_table(arm, limits);
@@ -59,8 +60,8 @@ namespace detail {
 
 inline constexpr int resting_samples = 48;  // of the whole circle
 
-/// The best of some solutions of branch gc on arcs of its redundancy: the middles of equal parts, and the
-/// nearest to the present value `held`. It takes bounded time; the least cost of all is not searched for.
+/// The best of a bounded number of solutions of branch gc on given arcs: the middles of equal parts, and the
+/// one nearest to the present value `held`. The minimum over all is not searched for.
 template <class AnyArm>
 Nearest sampled_solution(const AnyArm& arm, const Limits& limits, const Pose<double>& pose, int gc,
                          const ArcSet& arcs, double held, const NearestOptions& options) noexcept {

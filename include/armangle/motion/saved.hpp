@@ -65,7 +65,7 @@ private:
     One one_;
 };
 
-/// How many numbers save the state of a loop.
+/// The number of values that save the state of a loop.
 template <class Loop>
 int saved_size(Loop loop) noexcept {
     int n = 0;

@@ -71,13 +71,14 @@ struct Step {
     Status why;               // why q does not reach the pose
 };
 
-/// Largest step of a joint (rad) in dt s that counts as motion and not as a jump: 20 rad/s, and 0.2 rad if dt
-/// is long or unknown.
+/// The default of the largest joint motion (rad) in a step of dt s that does not count as a jump: 20 rad/s,
+/// or 0.2 rad if dt is long or unknown.
 inline double default_joint_step(double dt) noexcept { return dt < 0.01 ? 20.0 * dt : 0.2; }
 
 namespace detail {
 
-/// psi of the present configuration, carried to the circle of the next pose.
+/// The psi of the present configuration, carried to the circle of the next pose: the same number, or the psi
+/// with the same elbow axis.
 inline double carried_psi(const Arm& arm, const Chain& now, const Circle<double>& next,
                           Carry carry) noexcept {
     Triad<double> on = triad(arm, flange_pose(arm, user_pose(arm, now.flange)));
@@ -91,8 +92,8 @@ struct Lifted {
     double margin;
 };
 
-/// The joints nearest to q_now. If a joint would leave a range of a full turn or more, no turn is left. A
-/// narrower range holds only one turn of it, however far that is.
+/// Writes the joints nearest to q_now and their distance to the limits. If a joint with a range of at least 2
+/// pi leaves its limits, WINDING_EXHAUSTED. A joint with a narrower range moves into its limits, however far.
 ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>& d, const JointLanes& q_now,
                                        Lifted& out) noexcept {
     out.q = joints_near(arm, d, q_now);
@@ -130,8 +131,8 @@ inline Step step_to(const Arm& arm, const double* q_now, const double* q, double
     return out;
 }
 
-/// The self-motion of a pose in the branch of the joints, or in `gc` if it is 0 or more. If the elbow is
-/// nearly straight and the limits of joint 4 permit only its other side, that side is used.
+/// Computes the self-motion of a pose in the branch of the present joints, or in `gc` if it is 0 or more. If
+/// the elbow is nearly stretched and the limits of joint 4 permit only its other side, that side is used.
 inline SelfMotion<double> motion_from(const Arm& arm, const double* q_now, const Chain& now,
                                       const Pose<double>& pose, int gc) noexcept {
     Configuration<double> branch = gc < 0 ? configuration(arm, now.theta) : configuration(gc);
@@ -148,7 +149,7 @@ inline SelfMotion<double> motion_from(const Arm& arm, const double* q_now, const
     return !keeps(own) && keeps(other) ? other : own;
 }
 
-/// No step, with the reason: the present configuration, psi on the circle of the pose.
+/// The result without motion, with the reason: the present configuration, and psi on the circle of the pose.
 [[gnu::noinline]] inline Step stayed(const Arm& arm, const double* q_now, const Chain& now,
                                      const Circle<double>& c, double dt, Status why) noexcept {
     Step out{};
@@ -159,7 +160,7 @@ inline SelfMotion<double> motion_from(const Arm& arm, const double* q_now, const
     return out;
 }
 
-/// No step: q_now unchanged, psi NaN.
+/// The result for bad input: q_now unchanged, psi NaN.
 [[gnu::noinline]] inline Step refused(const Arm& arm, const double* q_now, double dt) noexcept {
     Step out{};
     for (int i = 0; i < joints; ++i) out.q[i] = q_now[i];
@@ -180,19 +181,19 @@ struct Branch {
     double wish;
 };
 
-/// The data of a branch.
+/// Storage for the data of a branch.
 struct BranchParts {
     SelfMotion<double> motion;
     JointFunctions<double> functions;
     ArcSet own, allowed, clear, soft;
 };
 
-/// The policy on one self-motion.
+/// The policy with its target converted to a psi of this self-motion.
 inline Policy policy_on(const StepOptions& options, const Arm& arm, const SelfMotion<double>& m) noexcept {
     return options.policy.rule == Rule::towards ? settled(options.policy, arm, m) : options.policy;
 }
 
-/// Computes the branch of `parts.motion`, from psi.
+/// Computes the arcs of the branch of `parts.motion` and the psi that the policy requests, starting from psi.
 inline Branch look(const Arm& arm, const LimitTable& limits, double psi, const StepOptions& options,
                    BranchParts& parts) noexcept {
     parts.functions = joint_functions(parts.motion);
@@ -224,8 +225,8 @@ inline Branch look(const Arm& arm, const LimitTable& limits, double psi, const S
     return out;
 }
 
-/// The psi that the policy requests on the part `ahead`, in the arc of psi if possible; NaN if that part is
-/// empty.
+/// The psi that the policy requests on the part `ahead`, in the arc that contains psi if possible; NaN if
+/// that part is empty.
 inline double wish_ahead(const ArcSet& arcs, Policy policy, const ArcSet* ahead, double psi) noexcept {
     if (!ahead || ahead->empty()) return not_a_number;
     policy.outside = Outside::nearest;
@@ -239,8 +240,8 @@ inline double wish_ahead(const ArcSet& arcs, Policy policy, const ArcSet* ahead,
     return resolve(policy, near.empty() ? *ahead : near, psi).psi;
 }
 
-/// Whether the joints of a psi are a step: on their present turns, no longer than permitted, and no two about
-/// one axis, which would share their turn.
+/// Whether the joints of psi are a permitted step: in their present revolutions, no longer than `longest`
+/// (rad). False if theta_2 or theta_6 is 0, where psi does not determine their neighbours.
 ARMANGLE_INLINE bool is_step(const Arm& arm, const SelfMotion<double>& m, double psi, const JointLanes& here,
                              double longest, Lifted& to) noexcept {
     const Directions<double> d = directions(m, sin_cos(psi));
@@ -249,7 +250,7 @@ ARMANGLE_INLINE bool is_step(const Arm& arm, const SelfMotion<double>& m, double
     return choose_windings(arm, d, here, to) == Status::OK && largest_move(to.q, here) <= longest;
 }
 
-/// A step that solves the pose.
+/// The result of a step that solves the pose.
 ARMANGLE_INLINE Step stepped(const Lifted& to, const double* q_now, double dt, double psi, int gc) noexcept {
     Step out;
     to.q.store(out.q);
@@ -261,21 +262,21 @@ ARMANGLE_INLINE Step stepped(const Lifted& to, const double* q_now, double dt, d
     return out;
 }
 
-/// The smaller |sin| of theta_2 and theta_6.
+/// The smaller |sin| of theta_2 and theta_6 (rad).
 inline double hinge_bend(double theta_2, double theta_6) noexcept {
     return min(abs(std::sin(theta_2)), abs(std::sin(theta_6)));
 }
 
-/// Whether joints near a hinge at 0 of this |sin| may sweep around without request although psi hardly moves.
-/// A policy that holds psi requests this; one that holds the elbow does not.
+/// Whether joints next to a joint 2 or 6 with this |sin| may move far although psi hardly changes and nobody
+/// requested it. A policy that holds psi requests it; one that holds the elbow does not.
 inline bool may_sweep(double bend, const StepOptions& options) noexcept {
     const Rule rule = options.policy.rule;
     const bool asked = rule != Rule::repulsion && !(rule == Rule::hold && options.carry == Carry::elbow);
     return bend <= step_rule::shut && !asked;
 }
 
-/// Whether the straight joint motion to a configuration of another branch keeps the end effector as near to
-/// its path as it moves. If so, passing between branches is a motion, however short; else it is a jump.
+/// Whether the straight joint motion to a configuration of another branch keeps the end effector near its
+/// straight path. If not, the change of branch is a jump.
 template <class AnyArm>
 bool passes(const AnyArm& arm, const double* q_now, const double* q) noexcept {
     double middle[joint_slots] = {};
@@ -286,28 +287,29 @@ bool passes(const AnyArm& arm, const double* q_now, const double* q) noexcept {
     return size(off, step_rule::length) <= size(way, step_rule::length) + tolerance::angle;
 }
 
-/// How far (rad) joints may move near theta_2 = 0, theta_6 = 0 if psi is carried; the nearby solution is
-/// `least` away. It grows with the bend of the hinge.
+/// How far (rad) joints may move near theta_2 = 0 or theta_6 = 0 if psi is carried, while the nearest
+/// solution is `least` rad away. The value grows with the |sin| `bend` of that joint and is infinite above a
+/// threshold.
 inline double calm_move(double bend, double least) noexcept {
     if (bend >= step_rule::awake) return infinity;
     const double share = (bend - step_rule::calm) / (step_rule::awake - step_rule::calm);
     return step_rule::sweep * least / (1.0 - max(share, 0.0)) + tolerance::angle;
 }
 
-/// How far (rad) a policy may move joints in addition there, of at most a step. It grows with the bend, so a
-/// policy that was suspended catches up in many steps instead of one.
+/// How far (rad) a policy may move joints in addition near theta_2 = 0 or theta_6 = 0, at most one step. It
+/// grows with the |sin| `bend`, so that a suspended policy catches up in many steps.
 inline double calm_drift(double bend, double longest) noexcept {
     const double share = (bend - step_rule::calm) / (step_rule::shut - step_rule::calm);
     const double growth = max(longest / step_rule::drift, 1.0);
     return step_rule::drift * std::pow(growth, min(max(share, 0.0), 1.0));
 }
 
-/// Whether a policy requests another psi and must leave theta_2 = 0 or theta_6 = 0 first.
+/// Whether the policy requests another psi, and theta_2 = 0 or theta_6 = 0 must be left first.
 inline bool may_leave(const Chain& now, const Policy& policy) noexcept {
     return (policy.rule == Rule::towards || policy.rule == Rule::centre) && is_singular(now);
 }
 
-/// The fallbacks if the psi that the policy requests is not a step.
+/// The alternatives that a step tries if the psi that the policy requests cannot be reached.
 class StepAside {
 public:
     StepAside(const Arm& arm, const LimitTable& limits, const double* q_now, const Chain& now,
@@ -319,7 +321,8 @@ public:
           options_(options),
           bounds_(options.bounds ? *options.bounds : no_bounds) {}
 
-    /// `own`, if known, is the pose in the branch of the joints; its requested psi is no step.
+    /// Tries the alternatives in order and returns the step. `own`, if known, is the pose in the branch of
+    /// the joints.
     Step operator()(const Pose<double>& pose, double psi, const Branch* own) noexcept {
         Step out;
         BranchParts parts;
@@ -354,7 +357,8 @@ private:
         return look(arm_, limits_, psi, options_, parts);
     }
 
-    /// Tries the psi that the policy requests, unless the coming poses restrict it.
+    /// Takes the psi that the policy requests, unless the coming poses restrict it; false if it is no
+    /// permitted step.
     bool plain(Step& out) const noexcept {
         const Branch& own = branch_[0];
         if (own.status != Status::OK || options_.ahead) return false;
@@ -365,8 +369,9 @@ private:
         return !options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step);
     }
 
-    /// Near theta_2 = 0 or theta_6 = 0: takes the solution next to the present one if the carried psi would
-    /// sweep the joints next to that hinge around. If the policy would, it moves psi less.
+    /// Near theta_2 = 0 or theta_6 = 0: takes the solution next to the present one if the requested psi would
+    /// move the neighbouring joints far. If the policy alone requests that, psi moves less. False if this
+    /// does not apply.
     bool calm(const Pose<double>& pose, double psi, Step& out) const noexcept {
         const Branch& own = branch_[0];
         if (own.status != Status::OK) return false;
@@ -394,7 +399,8 @@ private:
         return aside.exact(psi, out);
     }
 
-    /// Keeps the joints if they solve the pose: near a singularity psi may have too few digits to tell.
+    /// Keeps the present joints if they solve the pose. Near a singularity psi may have too few digits for
+    /// the usual check.
     bool stand(const Pose<double>& pose, Step& out) const noexcept {
         const double length = arm_.size, most = settled_rule::meets * length;
         if (!(arm_.upper_arm > 0 && arm_.forearm > 0)) return false;  // such an arm has no elbow
@@ -408,8 +414,8 @@ private:
         return !options_.allowed || contains(*options_.allowed, out.psi);
     }
 
-    /// If theta_2 or theta_6 is 0 and the end effector at its pose, but the policy requests another psi:
-    /// turns the pivots next to it until psi can move there.
+    /// If theta_2 or theta_6 is 0, the end effector is at its pose and the policy requests another psi,
+    /// rotates the neighbouring joints until psi can move. False if this does not apply.
     bool leave(const Pose<double>& pose, double psi, Step& out) const noexcept {
         if (!may_leave(now_, options_.policy)) return false;
         const Twist off = difference(user_pose(arm_, now_.flange), pose);
@@ -453,19 +459,19 @@ private:
         return {arm_, *b.motion, *b.functions, q_now_, bounds_, options_.max_joint_step};
     }
 
-    /// Whether joint j is within one step, and within `least`, of an angle or half a turn from it, where
-    /// branches meet.
+    /// Whether joint j can reach `angle` or angle + pi, where branches meet, within one step and within
+    /// `least` (rad).
     bool crosses(int j, double angle, double least) const noexcept {
         const double off = now_.theta[j] - angle, fastest = bounds_.velocity[j] * bounds_.dt;
         return abs(off - pi * round(off / pi)) <= min(min(options_.max_joint_step, fastest), least);
     }
 
-    /// Whether shoulder (1) and wrist (2) may be flipped.
+    /// Whether the branch may change its shoulder sign (bit 1) and wrist sign (bit 2) in this step.
     bool may_flip(int flip, double least) const noexcept {
         return (!(flip & 1) || crosses(1, 0.0, least)) && (!(flip & 2) || crosses(5, 0.0, least));
     }
 
-    /// The branch with shoulder (1) and wrist (2) flipped.
+    /// The branch with the shoulder sign (bit 1) and wrist sign (bit 2) changed.
     Branch flipped(const SelfMotion<double>& motion, int flip, double psi, const StepOptions& options,
                    BranchParts& parts) const noexcept {
         parts.motion = motion;
@@ -474,7 +480,7 @@ private:
         return look(arm_, limits_, psi, options, parts);
     }
 
-    /// Adds the branches that meet the own branch within moves below `least`.
+    /// Adds the branches that the step can change to within joint moves below `least` (rad).
     void gather(double psi, double least) noexcept {
         const Branch& own = branch_[0];
         const bool hopeless = own.status != Status::OK && own.status != Status::LIMITS &&
@@ -488,8 +494,9 @@ private:
             }
     }
 
-    /// A solution with the elbow on the other side if one step takes it through straight: of the branch whose
-    /// joints move least. Used only if this side has none; `why` tells if the user's arcs alone forbid it.
+    /// Finds a solution with the other sign of the elbow if one step can pass the stretched arm; of several
+    /// branches, the one with the least joint motion. Used only if the present sign has none. `why` states if
+    /// only the user's arcs forbid it.
     bool turn_elbow(double psi, Status& why, Step& out) const noexcept {
         const double straight = arm_.delta_angle;
         if (options_.gc >= 0 || limits_.margin > 0 || !crosses(3, straight, infinity)) return false;
@@ -513,7 +520,7 @@ private:
         return false;
     }
 
-    /// Why no branch has a step: of their reasons, the one that is easiest to remove.
+    /// The reason why no branch has a step: of their reasons, the one that is easiest to remove.
     Status refusal() const noexcept {
         static constexpr Status order[] = {
             Status::NOT_ALLOWED,       Status::CLEARANCE, Status::ACCELERATION_LIMIT, Status::VELOCITY_LIMIT,
@@ -537,8 +544,8 @@ private:
         return of[0];
     }
 
-    /// A solution of the pose that one step reaches; if psi cannot be kept, of the branch whose joints move
-    /// least.
+    /// Finds a solution of the pose that one step reaches: in the own branch if its psi can be kept, else in
+    /// the branch with the least joint motion. False if there is none.
     bool exact(double psi, Step& out) noexcept {
         double least = infinity;
         count_ = 1;
@@ -550,7 +557,7 @@ private:
         return least < infinity;
     }
 
-    /// The solution of one branch, if its joints move less than `least`.
+    /// Takes the solution of one branch, if its joints move less than `least` (rad), which is then updated.
     bool take(const Branch& b, double psi, const ArcSet* ahead, double& least, Step& out) const noexcept {
         if (b.status != Status::OK) return false;
         const BoundedStep step = bounded(b);
@@ -567,10 +574,10 @@ private:
         return true;
     }
 
-    /// The psi that the policy requests, or the nearest to it within the bounds: on the part `ahead`,
-    /// otherwise on the arcs; NaN if there is none. Before that the policy starts from the psi of the other
-    /// way to carry. If the reference plane swings around, the elbow need not follow; if the elbow is over
-    /// the base axis, the plane is steadier.
+    /// The psi that the policy requests, or the nearest one to it within the bounds: on the part `ahead`,
+    /// otherwise on the arcs; NaN if there is none. If it is out of bounds, the policy is also applied to the
+    /// psi of the other carry rule. If the reference plane rotates fast, the elbow need not follow it; over
+    /// the base axis the plane is the steadier reference.
     double bounded_psi(const BoundedStep& step, const Branch& b, const ArcSet* ahead,
                        double psi) const noexcept {
         ArcSet within, both;
@@ -602,7 +609,7 @@ private:
         return step.nearest(within, wish);
     }
 
-    /// The requested psi, or as much of it as the joints can brake after.
+    /// The requested psi, reduced so that the joints can brake afterwards.
     double slowed(const Branch& b, double psi, double wish) const noexcept {
         bool bound = false;
         for (const double a : bounds_.acceleration) bound |= a < infinity;
@@ -614,9 +621,9 @@ private:
         return psi + copysign(min(abs(way), speed * bounds_.dt), way);
     }
 
-    /// A solution near the present joints, computed on the joints themselves: if a hinge or the elbow is
-    /// nearly straight, psi has too few digits to check limits. It keeps the side of the elbow, unless that
-    /// is mere rounding.
+    /// Finds a solution near the present joints numerically. It is used if joint 2, 4 or 6 is nearly
+    /// singular, where psi has too few digits to check limits. The sign of the elbow is kept, unless it is
+    /// mere rounding.
     bool settle(const Pose<double>& pose, Status& why, Step& out) const noexcept {
         const bool limits = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED ||
                             why == Status::ELBOW_LIMIT || why == Status::JOINT_JUMP;
@@ -633,8 +640,8 @@ private:
                (either && settle_from(2 * straight - theta_4, pose, -1, why, out));
     }
 
-    /// The same from the present joints with another theta_4, or unchanged, if the solution has that side of
-    /// the elbow; -1: either. The search stays within the limits and the reach of a step.
+    /// The same, starting from the present joints with another theta_4 (NaN: unchanged). The solution must
+    /// have elbow sign `side` (0, 1; -1: either) and stay within the limits and one step.
     bool settle_from(double theta_4, const Pose<double>& pose, int side, Status& why,
                      Step& out) const noexcept {
         Limits box = arm_.limits;
@@ -663,9 +670,9 @@ private:
         return asked && (!options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step));
     }
 
-    /// Leaves the collision at psi, as far as a step may go. Tries the end of the blocked arc that is nearer
-    /// for the joints, unless a link comes nearer to its closest obstacle; then the other end. False if psi
-    /// is collision-free, or neither way is possible.
+    /// Leaves the collision at psi, as far as a step may go. Tries the end of the blocked arc that costs less
+    /// joint motion, unless a link comes nearer to its closest obstacle; then the other end. False if psi is
+    /// collision-free, or neither way is possible.
     bool escape(double psi, Step& out) const noexcept {
         const Branch& b = branch_[0];
         if (b.status != Status::OK || contains(*b.arcs, psi)) return false;
@@ -707,7 +714,7 @@ private:
         return false;
     }
 
-    /// The joints at psi within the limits, on the turns nearest to the present ones.
+    /// The joints at psi within the limits, in the revolutions nearest to the present ones.
     Joints within_limits(const Branch& b, double psi) const noexcept {
         const Directions<double> d = directions(*b.motion, sin_cos(psi));
         Joints q = joints_within_limits(arm_, d, q_now_);
@@ -721,7 +728,7 @@ private:
         return q;
     }
 
-    /// The solution in these branches nearest to the joints.
+    /// The solution nearest to the present joints in these branches (one bit each).
     Nearest nearest_of(const Pose<double>& pose, unsigned branches) const noexcept {
         NearestOptions asked;
         asked.near = q_now_;
@@ -730,7 +737,7 @@ private:
         return nearest_posture(arm_, limits_, pose, asked);
     }
 
-    /// The branches of this side of the elbow, one bit each.
+    /// The branches with the present sign of the elbow, one bit each.
     unsigned this_side() const noexcept {
         const int elbow = index(branch_[0].motion->gc) & 2;
         unsigned out = 0;
@@ -738,11 +745,11 @@ private:
         return out;
     }
 
-    /// The configuration at which a step under bounds aims: at the present psi, so that the end effector
-    /// reaches its pose before the policy moves the elbow. In a gap of psi, or far away, it is the solution
-    /// nearest to the joints. That solution is constant on the straight way there, while the nearer end of a
-    /// gap may alternate indefinitely. After a gap it may be in another branch, reached through theta_2 = 0
-    /// or theta_6 = 0. False if there is none.
+    /// Chooses the configuration at which a step under bounds aims; false if there is none. Normally it is at
+    /// the present psi, so that the end effector reaches its pose before the policy moves the elbow. If psi
+    /// is in a gap, or far away, it is the solution nearest to the joints, possibly in another branch. That
+    /// solution is constant on the straight way there, while the nearer end of a gap may alternate
+    /// indefinitely.
     bool heading(const Pose<double>& pose, double psi, Joints& to) const noexcept {
         const Branch& own = branch_[0];
         double least = infinity;
@@ -767,8 +774,8 @@ private:
         return true;
     }
 
-    /// Moves as far as a step may towards a solution of the pose; false if there is none within `longest` of
-    /// every joint. If a limit alone blocks, no joint turns all the way around.
+    /// Moves as far as a step may towards a solution of the pose; false if there is none within `longest`
+    /// (rad) of every joint. If a single limit blocks, no joint makes a whole revolution instead.
     bool approach(const Pose<double>& pose, double psi, double longest, Step& out) const noexcept {
         Joints to{};
         if (!heading(pose, psi, to) || !(largest_move(to.q, q_now_) <= longest)) return false;
@@ -780,15 +787,16 @@ private:
         return true;
     }
 
-    /// Takes the displacements k d dt, each as far as the bounds allow.
+    /// Applies the displacements k d dt, each as far as the bounds allow.
     void go(const double (&d)[joints], double k, Step& out) const noexcept {
         detail::go(arm_, bounds_, q_now_, options_.max_joint_step, d, k, out.q);
         place(out);
     }
 
-    /// The displacement of a joint that brakes as hard as it may, within its limits.
+    /// The displacement (rad) of joint j if it brakes as hard as it may, within its limits.
     double braked(int j) const noexcept { return detail::braked(arm_, bounds_, q_now_, j); }
 
+    /// Sets psi and branch of the step from its joints.
     void place(Step& out) const noexcept {
         out.q[joints] = 0;
         const Posture there = forward(arm_, out.q);
@@ -797,7 +805,7 @@ private:
     }
 
     /// Moves to the pose with its wrist moved into joint 4's reach. If limits forbid all its arm angles,
-    /// moves to a configuration that no small move brings nearer.
+    /// moves to a configuration that no small change brings nearer to the pose.
     Step to_nearest(const Pose<double>& pose, Status why) noexcept {
         Step out;
         const Limits side = on_these_sides(arm_, q_now_, limits_.margin, options_.gc);
@@ -816,7 +824,7 @@ private:
         return finished(Status::PARTIAL, why, out);
     }
 
-    /// No joint moves; if accelerations are bounded, every joint brakes.
+    /// The result without a new pose; if accelerations are bounded, every joint brakes.
     Step halted(const Circle<double>& c, Status why) const noexcept {
         bool moving = false;
         for (int j = 0; j < joints; ++j)
@@ -845,7 +853,7 @@ private:
     int count_ = 1;
 };
 
-/// The fallbacks of a step, kept out of line.
+/// Tries the alternatives of a step; kept out of line.
 [[gnu::noinline]] inline Step step_aside(const Arm& arm, const LimitTable& limits, const double* q_now,
                                          const Chain& now, const Pose<double>& pose,
                                          const StepOptions& options, double psi = 0,
@@ -855,7 +863,7 @@ private:
 
 }  // namespace detail
 
-/// The step from q_now, whose chain is `now`, to a user's `pose`.
+/// The step from q_now, whose frames are `now`, to a user's `pose`.
 inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_now, const Chain& now,
                       const Pose<double>& pose, const StepOptions& options) noexcept {
     const JointLanes here = joint_lanes(q_now);
@@ -880,7 +888,7 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
     return detail::step_aside(arm, limits, q_now, now, pose, options, psi, &own);
 }
 
-/// The step from q_now to `pose`: one pass of fig. 10.
+/// Computes the step from joints q_now to `pose`: one pass of fig. 10.
 inline Step step(const Arm& arm, const LimitTable& limits, const double* q_now, const Pose<double>& pose,
                  const StepOptions& options) noexcept {
     return step_from(arm, limits, q_now, chain(arm, q_now), pose, options);

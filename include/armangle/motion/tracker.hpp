@@ -162,7 +162,8 @@ public:
         start(middle);
     }
 
-    /// Starts at rest at q. Joints outside their limits are moved back within the bounds.
+    /// Starts at rest at joints q, with the target at the end effector. Joints outside their limits are moved
+    /// back within the bounds.
     void start(const double* q) noexcept { start(q, user_pose(arm_, chain(arm_, q).flange)); }
 
     /// The same with a target away from the end effector.
@@ -216,8 +217,9 @@ public:
         out.room += straight_rule::rounded;
         return out;
     }
-    /// Prepares for obstacles other than when the state was saved: the next cycle treats the target as moved,
-    /// so that an arm at rest gives way. A way in progress continues, since each cycle has its own proof.
+    /// Prepares for changed obstacles after a state was restored: the next cycle treats the target as moved,
+    /// so that an arm at rest avoids them. A motion in progress continues, since each cycle has its own
+    /// proof.
     void look_again() noexcept {
         tried_ = 0;
         barred_ = 0;
@@ -227,14 +229,15 @@ public:
     /// The accepted target, in the frame that poses are given in.
     const Pose<double>& hand() const noexcept { return hand_.pose(); }
 
+    /// Advances one control cycle and returns its result.
     Tracked step(const Command& command) noexcept {
         const Tracked out = tick(command);
         note(out.distance, command.dt);
         return out;
     }
 
-    /// The same without recording the distance to the target. note() then takes that distance, which depends
-    /// on the tool.
+    /// The same without recording the distance to the target. Call note() with that distance afterwards; it
+    /// depends on the tool.
     Tracked tick(const Command& command) noexcept {
         const bool valid =
             command.pose && is_rigid(*command.pose) && norm(command.pose->position) <= tolerance::length;
@@ -337,7 +340,7 @@ private:
         bool rests = false;  // ... and theta_2 or theta_6 is 0
     };
 
-    /// The goal: a reachable pose, and a configuration that solves it.
+    /// The goal of a cycle: a reachable pose, and a configuration that solves it.
     struct Goal {
         Pose<double> pose;
         Joints at;
@@ -350,16 +353,16 @@ private:
         Tag pair = 0;                 // the pair that alone blocks all of them; 0: none
     };
 
-    /// Length of a cycle: the given one, or that of the options.
+    /// The length (s) of a cycle: the given one, or that of the options.
     double seconds(double dt) const noexcept { return dt > 0 && dt < infinity ? dt : options_.dt; }
 
-    /// Whether a target for the elbow is valid: a point, or a direction with a length.
+    /// Whether a target for the elbow is usable: a finite point, or a direction that is not 0.
     static bool says_something(const Towards& hint) noexcept {
         const double size = norm(hint.target);
         return size < infinity && (hint.wish == Wish::point || size > 0);
     }
 
-    /// Takes the target, moved by `seen` if that is given.
+    /// Takes the target from the filter; `seen` in the command moves it to this arm's frame.
     void see(const Command& command) noexcept {
         wanted_ = hand_.pose();
         speed_ = hand_.velocity();
@@ -371,7 +374,7 @@ private:
         acceleration_ = {seen.rotation * acceleration_.linear, seen.rotation * acceleration_.angular};
     }
 
-    /// Starts a new case if the target has moved: earlier attempts no longer count.
+    /// If the target has moved, discards what earlier attempts found.
     void heed_hand(const Tick& t) noexcept {
         const Towards hint = t.elbow ? *t.elbow : Towards{};
         const double speed = size(hand_.velocity(), options_.length), moved = gone_from(before_);
@@ -396,12 +399,13 @@ private:
         }
     }
 
+    /// The distance (m) from a pose to the target.
     double gone_from(const Pose<double>& hand) const noexcept {
         return size(difference(hand, hand_.pose()), options_.length);
     }
 
-    /// Narrows limits a whole turn apart, so that an arc ends there: they permit every angle, but no way
-    /// across.
+    /// If the limits of a joint are a whole revolution apart, narrows them slightly, so that an arc ends
+    /// there: no motion across the limit exists.
     static Limits parted(Limits limits) noexcept {
         for (int j = 0; j < joints; ++j) {
             const double over = limits.upper[j] - limits.lower[j] - two_pi + track_rule::seam;
@@ -412,10 +416,10 @@ private:
         return limits;
     }
 
-    /// Velocity of the target; 0 if it does not move, whatever the joints suggest.
+    /// The velocity of the target; 0 if it rests.
     Twist heading() const noexcept { return fixed_ ? Twist{} : speed_; }
 
-    /// Largest displacement (rad) of a joint to a configuration.
+    /// The largest displacement (rad) of one joint to a configuration.
     double farthest_move(const Joints& to) const noexcept {
         double farthest = 0;
         for (int j = 0; j < joints; ++j) farthest = max(farthest, abs(to.q[j] - q_.q[j]));
@@ -424,11 +428,11 @@ private:
 
     // -- bounds
 
-    /// rad from straight, on the side on which joint 4 is kept.
+    /// The bend (rad) of joint 4 from the stretched arm, positive on the side on which it is kept.
     double bent() const noexcept { return side_ * detail::elbow_bend(arm_, q_.q[3]); }
 
-    /// The side of the stretched arm (+1, -1) of joint 4; if it is nearly straight with little room there,
-    /// the other one.
+    /// The side of the stretched arm (+1, -1) on which joint 4 is kept: its present one. If it is nearly
+    /// stretched and limits leave little range there, the other one.
     double side_to_keep() const noexcept {
         const double bend = detail::elbow_bend(arm_, q_.q[3]), own = bend < 0 ? -1.0 : 1.0;
         const double straight = q_.q[3] - arm_.sign[3] * bend;
@@ -438,30 +442,31 @@ private:
         return abs(bend) <= track_rule::level && room < track_rule::scant && room < other ? -own : own;
     }
 
-    /// rad from straight that joint 4 must keep from now on if its limits permit its margin; a start may be
-    /// nearer.
+    /// The bend (rad) from the stretched arm that joint 4 must keep from now on. It is smaller than the
+    /// margin at rest if the arm started nearer.
     double bend_to_keep() const noexcept {
         Limits limits = arm_.limits;
         const bool has_margin = keep_on_side(arm_, 3, q_.q[3], side_, options_.still_margin, limits);
         return has_margin ? min(max(bent(), 0.0), options_.still_margin) : options_.still_margin;
     }
 
-    /// The branch of a configuration; near the stretched arm, the branch with joint 4's kept side.
+    /// The branch of a configuration, with the elbow sign that is kept.
     Configuration<double> branch(const Chain& now) const noexcept {
         Configuration<double> out = configuration(arm_, now.theta);
         out.elbow = side_;
         return out;
     }
 
-    /// The limits with joint 4 on one side of the stretched arm, if they permit that.
+    /// The limits with joint 4 restricted to one side of the stretched arm, at least `margin` (rad) from it,
+    /// if they permit that.
     Limits kept_on(double side, double margin) const noexcept {
         Limits out = arm_.limits;
         keep_on_side(arm_, 3, q_.q[3], side, margin, out);
         return out;
     }
 
-    /// Computes the velocities within the bounds after which every joint can still brake. A joint outside its
-    /// limits must return, as fast as if it had come to rest there.
+    /// Computes the next joint velocities within the bounds after which every joint can still brake. A joint
+    /// outside its limits must return, as fast as if it had come to rest there.
     void box(Tick& t) const noexcept {
         const Limits& limits = t.limits = elbow_turns(t) ? arm_.limits : kept_on(side_, least_bend_);
         for (int j = 0; j < joints; ++j) {
@@ -487,8 +492,8 @@ private:
         }
     }
 
-    /// The same for a joint with bounded jerk. A joint that cannot stop within a limit was never inside it
-    /// and stops as soon as it can.
+    /// The same for a joint with bounded jerk. A joint that cannot stop within its limits stops as soon as it
+    /// can.
     void box_of_jerk(Tick& t, int j) const noexcept {
         const JerkBounds& b = bound_[j];
         const double v = v_[j], a = a_[j], dt = t.dt, change = b.jerk * dt;
@@ -515,8 +520,8 @@ private:
         lower = min(max(down, in_up), upper);
     }
 
-    /// Adjusts the velocities towards `wish` so that joints with bounded jerk do not overshoot; `ahead`
-    /// (rad/s^2) is how the wish continues to change.
+    /// Limits the velocities so that joints with bounded jerk do not overshoot. `ahead` (rad/s^2) is how the
+    /// requested velocity continues to change.
     void ease(const Tick& t, const double (&ahead)[joints], double (&v)[joints]) const noexcept {
         for (int j = 0; j < joints; ++j) {
             const JerkBounds& b = bound_[j];
@@ -528,14 +533,14 @@ private:
         }
     }
 
-    /// The largest v with v dt + v^2 / 2a <= room.
+    /// The largest velocity v with v dt + v^2 / 2a <= room.
     static double fastest(double room, double a, double dt) noexcept {
         if (!(room > 0)) return 0.0;
         if (!(room < infinity)) return infinity;
         return 2.0 * room / (dt + sqrt(dt * dt + 2.0 * room / a));
     }
 
-    /// The factor k (1/s) of an approach k d over displacements d after which every joint can stop there; k
+    /// A factor k (1/s) of a velocity k d towards a goal d rad away, such that every joint can stop there; k
     /// |d| falls with this power of |d|.
     struct Pace {
         double k, power;
@@ -547,6 +552,7 @@ private:
         }
     };
 
+    /// Computes the factor for the displacements d of all joints.
     Pace pace(const double (&d)[joints], double dt) const noexcept {
         Pace out{1.0 / (track_rule::ticks * dt), 1.0};
         for (int j = 0; j < joints; ++j) {
@@ -559,8 +565,8 @@ private:
     }
 
     /// The same for the joint moves of a part of the end effector's path, whose velocities the box bounds. A
-    /// joint that reaches its greatest velocity before it must brake slows no other. It brakes against a goal
-    /// that accelerates by `gain` (rad/s^2): a goal that moves away leaves more, one that slows down less.
+    /// joint that reaches its greatest velocity before it must brake slows no other. A goal that accelerates
+    /// by `gain` (rad/s^2) changes the deceleration that is available.
     Pace pace(const double (&d)[joints], const double (&gain)[joints], double share,
               double dt) const noexcept {
         Pace out{1.0 / (track_rule::ticks * dt), 1.0};
@@ -573,8 +579,8 @@ private:
         return out;
     }
 
-    /// Limits the pace so that a joint stops over its way by `hard` (rad/s^2). At the end v^3 = j way^2,
-    /// which takes a jerk of 2/9 j, and j where k becomes constant.
+    /// Limits the factor so that joint j stops within `way` (rad) by the deceleration `hard` (rad/s^2). With
+    /// bounded jerk, v^3 = j way^2 at the end, which takes a jerk of 2/9 j, and j where k becomes constant.
     void brake(Pace& out, int j, double way, double hard) const noexcept {
         out.at_most(sqrt(2.0 * hard / way), 0.5);
         if (bound_[j].has_jerk())
@@ -583,8 +589,8 @@ private:
 
     // -- the goal
 
-    /// Computes the goal, and the joints of the next cycle if they can be there. While the elbow keeps up
-    /// with the target it follows right up to the reach; otherwise the elbow keeps its margin.
+    /// Computes the goal, and the joints of the next cycle if they can be there. If the elbow bends fast
+    /// enough, the goal may be at the end of the reach; otherwise the elbow keeps its margin.
     bool seek(const Tick& t, Goal& goal, Joints& next) noexcept {
         const Pose<double>& wanted = wanted_;
         const Circle<double> c = circle(arm_, flange_pose(arm_, wanted));
@@ -619,8 +625,8 @@ private:
         return !(fastest > 0);
     }
 
-    /// Whether the end effector is already at the target and the joints can stay: limits may end just here
-    /// and leave an arc of no width.
+    /// Whether the end effector is already at the target and the joints may stay. The limits may end just
+    /// here and leave an arc of width 0.
     bool stays_there(const Tick& t, Goal& goal, Joints& next) const noexcept {
         if (!t.there || goal.blocked != Status::OK || !taken(t, q_.q, next)) return false;
         goal = Goal{};
@@ -631,9 +637,8 @@ private:
         return true;
     }
 
-    /// Whether the elbow's margin alone keeps the goal from the target, with its configuration far away while
-    /// a nearby one is about as close. Limits may permit joint 4 its margin only after a joint turns all the
-    /// way around.
+    /// Whether only the elbow's margin keeps the goal from the target, and the goal's configuration is far
+    /// away while a nearby one is about as close to the target.
     bool is_beside_hand(const Tick& t, const Circle<double>& c, const Goal& goal) const noexcept {
         if (!(goal.gap > 0) || turning_to_ >= 0 || goal.blocked != Status::OK) return false;
         const ReachShell all = reach_shell(arm_, kept_on(side_, 0.0));
@@ -643,9 +648,9 @@ private:
         return beside.distance <= size(difference(goal.pose, wanted_), options_.length) + track_rule::worth;
     }
 
-    /// If theta_2 or theta_6 is 0 and the end effector at the target, psi hardly determines the joints next
-    /// to that hinge. They stay, or turn until psi can leave if the elbow's target asks for it. False if they
-    /// move too fast.
+    /// If theta_2 or theta_6 is 0 and the end effector at the target, keeps the joints, or rotates the
+    /// neighbours of that joint until psi can move towards the elbow's target. False if the joints move too
+    /// fast.
     bool rest_or_leave(const Tick& t, const Circle<double>& c, Goal& goal, Joints& next) const noexcept {
         goal = Goal{};
         goal.pose = wanted_;
@@ -667,7 +672,7 @@ private:
                taken(t, wanted.q, next);
     }
 
-    /// The way out that comes nearest to the elbow's target, if any comes nearer.
+    /// The way out of the singularity that comes nearest to the elbow's target; gc -1 if none comes nearer.
     Leaving way_on(const Tick& t, const Circle<double>& c, double held) const noexcept {
         Leaving best;
         double missed = infinity;
@@ -691,14 +696,14 @@ private:
         return best.missed < missed - track_rule::led ? best : Leaving{};
     }
 
-    /// Whether theta_2 or theta_6 is nearly 0, where joints turn by any angle while psi hardly does, and psi
-    /// has no target.
+    /// Whether theta_2 or theta_6 is nearly 0 and psi has no target. There the neighbouring joints move far
+    /// while psi hardly changes.
     bool is_beside(const Tick& t) const noexcept {
         const double bend = min(abs(sin_cos(t.now.theta[1]).sin), abs(sin_cos(t.now.theta[5]).sin));
         return bend <= track_rule::shut && !t.elbow && turning_to_ < 0;
     }
 
-    /// Finds the solution of the goal's pose nearest to the joints; true if it is nearby and no joint is near
+    /// Finds the solution of the goal's pose nearest to the joints. True if it is nearby and no joint is near
     /// a limit there.
     bool settle(const Tick& t, Goal& goal) const noexcept {
         Drawing near;
@@ -719,8 +724,8 @@ private:
         return true;
     }
 
-    /// Moves the target into joint 4's reach with this margin, and finds a configuration there; false if
-    /// limits permit none.
+    /// Moves the target into joint 4's reach with this margin (rad), and finds a configuration there; false
+    /// if limits permit none.
     bool within(const Tick& t, const Circle<double>& c, double margin, Goal& goal) noexcept {
         const Pose<double>& wanted = wanted_;
         const Limits limits = one_side(elbow_side(t), margin);
@@ -731,8 +736,8 @@ private:
         return posture_of(t, goal);
     }
 
-    /// Whether the branch to turn to, or else the arm's own, has a solution for the target, or for the
-    /// nearest pose within joint 4's reach.
+    /// Whether a branch has a solution for the target, or for the nearest pose within joint 4's reach. The
+    /// branch is the requested one, else the arm's own.
     bool holds_hand(const Tick& t, Goal& goal) noexcept {
         if (!within(t, circle(arm_, flange_pose(arm_, wanted_)), options_.still_margin, goal)) return false;
         const double q_4 = goal.at.q[3];
@@ -740,7 +745,7 @@ private:
                q_4 <= arm_.limits.upper[3] + track_rule::outside;
     }
 
-    /// Whether the requested branch reaches the target, or comes as near as the arm's own does.
+    /// Whether the requested branch reaches the target, or comes as near as the arm's own branch.
     bool worth_a_turn(const Tick& t) noexcept {
         Goal there, here;
         if (!holds_hand(t, there)) return false;
@@ -754,7 +759,7 @@ private:
 
     // -- the choice for a target at rest
 
-    /// The branch of the present configuration, in the numbers of the body.
+    /// The branch of the present configuration, in the numbering of the body.
     int own_branch(const Tick& t) const noexcept {
         if constexpr (std::is_same_v<Body, Arm>) {
             return index(t.gc);
@@ -763,7 +768,7 @@ private:
         }
     }
 
-    /// Asks one more branch for the solution nearest in time.
+    /// Searches one more branch for the solution that the joints reach in the shortest time.
     void ask_next_branch() noexcept {
         const int gc = choice_.asked++;
         const bool may = options_.detours || gc == choice_.home;
@@ -793,7 +798,7 @@ private:
         choice_.state = choice_.cost < infinity ? RestingChoice::found : RestingChoice::none;
     }
 
-    /// Whether the straight way to a configuration is collision-free.
+    /// Whether the straight joint motion to a configuration is proven collision-free.
     bool is_way(const double* to) const noexcept {
         if (!options_.scene) return true;
         double d[joints];
@@ -802,14 +807,14 @@ private:
         return !(StraightMove(body_, *about_).proven(q_.q, d, pair, straight_rule::many_looks) < 1.0);
     }
 
-    /// From now on moves straight to the chosen solution, and stays there until the target moves.
+    /// Starts a straight joint motion to the chosen solution, where the arm stays until the target moves.
     void take_choice() noexcept {
         choice_.state = RestingChoice::taken;
         turn_to(choice_.at, index(configuration(arm_, chain(arm_, choice_.at.q).theta)));
         given_up_ = false;
     }
 
-    /// The goal is the chosen solution; whether the joints of the next cycle can be there.
+    /// Sets the chosen solution as the goal; true if the joints of the next cycle can be there.
     bool seek_choice(const Tick& t, Goal& goal, Joints& next) noexcept {
         grow_margin(t, circle(arm_, flange_pose(arm_, wanted_)));
         const Chain there = chain(arm_, choice_.at.q);
@@ -825,15 +830,16 @@ private:
         return true;
     }
 
+    /// Whether the requested branch has the other sign of the elbow.
     bool elbow_turns(const Tick& t) const noexcept {
         return turning_to_ >= 0 && configuration(turning_to_).elbow != t.gc.elbow;
     }
 
-    /// The side of the stretched arm on which the goal is.
+    /// The side of the stretched arm (+1, -1) on which the goal lies.
     double elbow_side(const Tick& t) const noexcept { return elbow_turns(t) ? -side_ : side_; }
 
-    /// The limits with joint 4 on its side of the stretched arm: that far from straight if its own limits
-    /// permit, otherwise as far as at rest. From folded always as far as at rest.
+    /// The limits with joint 4 on one side of the stretched arm, at least `margin` (rad) from it if its own
+    /// limits permit, otherwise the margin at rest. From the folded arm it always keeps the margin at rest.
     Limits one_side(double side, double margin) const noexcept {
         Limits out = kept_on(side, options_.still_margin), narrow = out;
         keep_on_side(arm_, 3, q_.q[3], side, margin, narrow);
@@ -845,8 +851,8 @@ private:
         return out;
     }
 
-    /// Keeps the elbow from straight while the wrist is fast; bends it in time for a target that comes
-    /// closer.
+    /// Increases the elbow's margin while the wrist is fast, and bends the elbow in time for a target that
+    /// comes closer.
     void grow_margin(const Tick& t, const Circle<double>& c) noexcept {
         const Vec3<double> wrist = c.w * c.distance, from_base = wrist + Vec3<double>{0, 0, arm_.d_bs};
         const Twist hand = heading();
@@ -865,6 +871,7 @@ private:
                             options_.acceleration[3]);
     }
 
+    /// The reason why the target's wrist is out of reach.
     Status reason(const Circle<double>& c) const noexcept {
         if (is_folded(c)) return Status::FOLDED;
         if (is_unreachable(c)) return Status::UNREACHABLE;
@@ -874,7 +881,7 @@ private:
     }
 
     /// Finds the configuration for the goal's pose; false if limits permit none. Near theta_2 = 0 and theta_6
-    /// = 0 the branch beyond is compared too.
+    /// = 0 both branches are compared.
     bool posture_of(const Tick& t, Goal& goal) const noexcept {
         const Circle<double> c = circle(arm_, flange_pose(arm_, goal.pose));
         double least = infinity;
@@ -906,7 +913,7 @@ private:
         return least < infinity;
     }
 
-    /// Offers the solution of one branch; `avoid`: only if it is collision-free.
+    /// Offers the solution of one branch as the goal's configuration; `avoid`: only if it is collision-free.
     void offer(const Tick& t, const Circle<double>& c, const Configuration<double>& gc, bool avoid,
                double& least, Goal& goal) const noexcept {
         const SelfMotion<double> m = self_motion(arm_, c, gc);
@@ -923,9 +930,9 @@ private:
         goal.gc = index(gc);
     }
 
-    /// Chooses psi on a self-motion: least joint motion, then turned towards the elbow's target, or towards a
-    /// crossing of theta_2 or theta_6 = 0, or towards more room for the joints. Keeps away from limits,
-    /// singularities and obstacles; NaN if limits or obstacles permit no psi.
+    /// Chooses psi on a self-motion. It starts at the least joint motion and moves towards the elbow's
+    /// target, a crossing of theta_2 or theta_6 = 0, or the middles of the joint ranges. Keeps away from
+    /// limits, singularities and obstacles; NaN if limits or obstacles permit no psi.
     double choose_psi(const Tick& t, const SelfMotion<double>& m, bool avoid, Goal& goal) const noexcept {
         const JointFunctions<double> f = joint_functions(m);
         ArcSet arcs, clear;
@@ -941,7 +948,7 @@ private:
         return in_clear_part(arcs, clear, carried, carried + turn);
     }
 
-    /// Removes colliding parts; false, with the reason, if nothing remains.
+    /// Removes the colliding parts of both sets; false, with the reason in the goal, if nothing remains.
     bool keep_clear_parts(const SelfMotion<double>& m, ArcSet& arcs, ArcSet& clear,
                           Goal& goal) const noexcept {
         Cleared open;
@@ -958,15 +965,15 @@ private:
         return true;
     }
 
-    /// 1, decreasing towards theta_2 and theta_6 = 0, which the arm crosses best without interference.
+    /// A factor from 1 down to 0 towards theta_2 and theta_6 = 0, where psi is not influenced.
     static double regular(const Tick& t) noexcept {
         const double sine = min(abs(sin_cos(t.now.theta[1]).sin), abs(sin_cos(t.now.theta[5]).sin));
         const double share = min(sine / track_rule::irregular, 1.0);
         return share * share;
     }
 
-    /// The psi nearest to `wish`: in the collision-free part of the present arc, else in that arc, else in
-    /// any.
+    /// The psi nearest to `wish`: in the part `clear` of the arc that contains `held`, else in that arc, else
+    /// in any.
     static double in_clear_part(const ArcSet& arcs, const ArcSet& clear, double held, double wish) noexcept {
         const Place place = find(arcs, held);
         if (place.index < 0) return nearest(arcs, wish);
@@ -978,7 +985,7 @@ private:
         return nearest(both.empty() ? here : both, wish);
     }
 
-    /// psi whose joints will have room at the predicted target.
+    /// The psi near the given one whose joints will be far from their limits at the predicted target.
     double foreseen(const SelfMotion<double>& m, double psi) const noexcept {
         const Twist hand = heading();
         if (turning_to_ >= 0 || size(hand, options_.length) * track_rule::preview < tolerance::angle)
@@ -995,8 +1002,9 @@ private:
         return arm_angle(m.circle, axis(ahead.circle, then + turn));
     }
 
-    /// If limits forbid every arm angle of the goal: finds a configuration that no small move brings nearer
-    /// to the target, from the previous one, or from the best of closed-form starts clamped to the limits.
+    /// If limits forbid every arm angle of the goal, finds a configuration that no small change brings nearer
+    /// to the target. The search starts at the previous one, or at the best closed-form solution clamped to
+    /// the limits.
     void relax(const Tick& t, const Limits& limits, Goal& goal) noexcept {
         const Pose<double>& wanted = wanted_;
         goal.why = Status::LIMITS;
@@ -1066,6 +1074,8 @@ private:
         return false;
     }
 
+    /// Finds the joints on one self-motion within the bounds whose psi is nearest to `wish`; false if there
+    /// are none.
     bool exact_in(const Tick& t, const SelfMotion<double>& m, const LimitTable& table, double wish,
                   Joints& next) const noexcept {
         static constexpr double inside[] = {0, 1e-6, 1e-3, 0.1, 0.5};  // shares of the distance to the middle
@@ -1088,7 +1098,7 @@ private:
         return false;
     }
 
-    /// psi one cycle closer to its target, such that it can come to rest there.
+    /// The psi of the next cycle on the way to `wish`, such that it can come to rest there.
     double turned(const Tick& t, const SelfMotion<double>& m, const JointFunctions<double>& f,
                   double wish) const noexcept {
         const double held = psi_carried(arm_, m, f, t.now.z3, q_.q, options_.velocity),
@@ -1108,7 +1118,7 @@ private:
         return held + copysign(min(abs(way) / track_rule::ticks, speed * t.dt), way);
     }
 
-    /// Whether the bounds permit these joints next; corrects them if rounding alone violates the bounds.
+    /// Whether the bounds permit these joints next. Violations by rounding alone are corrected in `next`.
     bool taken(const Tick& t, const double* wanted, Joints& next) const noexcept {
         for (int j = 0; j < joints; ++j) {
             const double move = wanted[j] - q_.q[j], least = t.lower[j] * t.dt, most = t.upper[j] * t.dt;
@@ -1175,7 +1185,7 @@ private:
         go(t, v, next);
     }
 
-    /// Velocity of the end effector for joint velocities v.
+    /// The velocity of the end effector for joint velocities v.
     static Twist twist(const Jacobian& J, const double (&v)[joints]) noexcept {
         double rows[6] = {};
         for (int i = 0; i < 6; ++i)
@@ -1183,7 +1193,8 @@ private:
         return {{rows[0], rows[1], rows[2]}, {rows[3], rows[4], rows[5]}};
     }
 
-    /// Minimizes p in the box, collision-free.
+    /// Minimizes a quadratic cost of the velocities in the box, with collision-free braking if there are
+    /// obstacles.
     void least_squares(const Tick& t, const JointQuadratic& p, const double (&ahead)[joints],
                        double (&v)[joints]) const noexcept {
         if (!t.guard) {
@@ -1195,11 +1206,10 @@ private:
         t.guard->restrain(v);
     }
 
-    /// Detects a stall: the end effector stands still, or comes no nearer, although its goal is reachable. A
-    /// joint at its limit that must turn back, or an obstacle, is the cause. The arm then turns to the goal's
-    /// configuration, or to another of its pose, by a collision-free way. An oscillating target makes the arm
-    /// oscillate; then only an end effector far from its goal, `off` (m), counts. If all attempts for a
-    /// resting target fail, the arm stands still.
+    /// Detects a stall: the end effector stops, or comes no nearer, although its goal is reachable, because
+    /// of a joint limit or an obstacle. The arm then moves to the goal's configuration, or to another one of
+    /// its pose, by a collision-free way. For an oscillating target, only an end effector far from its goal
+    /// (`off`, m) counts. If all attempts for a resting target fail, the arm stops.
     void watch(const Tick& t, const Goal& goal, double off) noexcept {
         if (fixed_ && !t.guard) return;  // see the choice for a target at rest
         const bool counts = fixed_ || off > track_rule::worth, still = has_stalled(t);
@@ -1223,7 +1233,7 @@ private:
         }
     }
 
-    /// From now on moves straight to a configuration.
+    /// Starts a straight joint motion to a configuration of branch gc.
     void turn_to(const Joints& at, int gc) noexcept {
         leg_[0] = at;
         legs_ = 1;
@@ -1233,7 +1243,8 @@ private:
         forget();
     }
 
-    /// Whether the end effector has come no nearer to the goal of a slow target for some time.
+    /// Whether the end effector has come no nearer to the goal of a slow target for some time; `off` (m): its
+    /// distance.
     bool no_nearer(const Tick& t, double off) noexcept {
         waited_ += t.dt;
         const bool fast = size(speed_, options_.length) > track_rule::slow;
@@ -1279,7 +1290,7 @@ private:
         if (weary()) searching_ = false;
     }
 
-    /// The next number of a fixed sequence between 0 and 1, or a random arm angle of some arcs.
+    /// A pseudo-random number in [0, 1) and, below, a random arm angle of some arcs.
     double drawn() noexcept {
         draw_ = draw_ * 1664525u + 1013904223u;
         return (draw_ >> 8) * 0x1p-24;
@@ -1297,7 +1308,7 @@ private:
         return not_a_number;
     }
 
-    /// Ends a turn to another configuration.
+    /// Ends the joint motion to another configuration.
     void rest() noexcept {
         turning_to_ = -1;
         asked_ = false;
@@ -1305,7 +1316,7 @@ private:
         searching_ = false;
     }
 
-    /// Whether no joint has moved away during the time of a stall.
+    /// Whether no joint has moved noticeably for the time of a stall.
     bool has_stalled(const Tick& t) noexcept {
         constexpr double lasting = track_rule::stall;
         for (int j = 0; j < joints; ++j) {
@@ -1322,25 +1333,27 @@ private:
         return stood_for_ >= track_rule::stall;
     }
 
-    /// Notes that the end effector is at its goal and the target at rest: leaving counts as no progress.
+    /// Records that the end effector is at its goal and the target at rest, so that moving away counts as no
+    /// progress.
     void meet() noexcept { nearest_ = stood_for_ = 0; }
 
-    /// Whether the end effector is at its goal, which is not the target, and comes no nearer to the target.
+    /// Whether the end effector has been at its goal for a while, which is not the target, without coming
+    /// nearer to the target.
     bool creeps(const Goal& goal) const noexcept {
         const bool calm = margin_ - options_.still_margin < track_rule::calm;
         const bool is_hand = size(difference(goal.pose, wanted_), options_.length) <= track_rule::exact;
         return calm && !is_hand && closest_ > track_rule::exact && idle_ >= track_rule::patience;
     }
 
-    /// Resets the stall detection: the end effector is at its goal, or on a new way there.
+    /// Resets the stall detection.
     void forget() noexcept {
         stood_for_ = 0;
         waited_ = 0;
         nearest_ = infinity;
     }
 
-    /// Moves straight to a configuration of the goal, fixed in the first cycle, or along the way that was
-    /// found, whatever path the end effector takes.
+    /// Moves in a straight joint motion to a configuration of the goal, chosen in the first cycle, or along
+    /// the way that was found. The path of the end effector is free.
     void turn(const Tick& t, const Goal& goal, Joints& next) noexcept {
         if (legs_ == 0) {
             leg_[legs_++] = goal.at;
@@ -1385,7 +1398,7 @@ private:
         go(t, v, next);
     }
 
-    /// Comes to rest and stays: all attempts for a resting target failed.
+    /// Comes to rest, because all attempts for a resting target failed.
     void stand(const Tick& t, Joints& next) noexcept {
         double v[joints];
         const double none[joints] = {};
@@ -1400,7 +1413,7 @@ private:
         next.q[joints] = 0;
     }
 
-    /// Velocity of the goal; 0 if it has jumped.
+    /// The velocity of the goal; 0 if it has jumped.
     Twist goal_velocity(const Tick& t, const Goal& goal) const noexcept {
         if (goal.why == Status::OK) return speed_;
         const Twist speed = difference(goal_pose_, goal.pose) * (1.0 / t.dt);
@@ -1410,8 +1423,8 @@ private:
 
     // -- the result
 
-    /// Takes the velocity of joint j. With bounded jerk it keeps the requested one: rounding of a row, over
-    /// dt^2, would leave the states from which the joint can stop.
+    /// Sets velocity and acceleration of joint j. With bounded jerk it keeps the requested velocity: the
+    /// rounding of a position, divided by dt^2, could make a stop impossible.
     void go_on(const Tick& t, int j, double v) noexcept {
         const double wanted = min(max(v, t.lower[j]), t.upper[j]);
         if (bound_[j].has_jerk() && abs(wanted - v) * t.dt <= track_rule::rounding) v = wanted;
