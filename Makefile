@@ -12,7 +12,7 @@ PARALLEL = -n auto --dist loadfile
 LOWEST = numpy==1.26.0 pytest==8.0.0 hypothesis==6.100.0 matplotlib==3.8.0
 FUZZERS = inverse feasible step plan nearest
 
-.PHONY: help demo environment check ci lint tidy format test laws thorough nearest offset plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest touching chain mutants
+.PHONY: help demo environment check ci lint tidy format test laws levels thorough nearest offset plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest touching chain mutants
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "%-12s %s\n", $$1, $$2}' Makefile
@@ -49,9 +49,15 @@ laws:  ## inverse, arcs and tracker with EXAMPLES=5000 random examples a law, an
 	    tests/laws/test_kinematics.py tests/laws/test_feasible.py tests/laws/test_near_shoulder.py tests/motion/test_tracking_jerk.py \
 	    tests/laws/test_tracker_reaches.py
 
-thorough:  ## what `make check` shows by turns, all of it: each header alone, both compilers, each motion in each file
-	ARMANGLE_LAWS_COUNT=1 $(PYTHON) -m pytest $(PARALLEL) \
-	    tests/package/test_consumer.py tests/reach tests/timing tests/motion/test_plan_starts.py
+levels:  ## the core laws on every instruction set that wheels hold and this processor has
+	rm -rf build/levels
+	ARMANGLE_LEVELS=all $(PYTHON) -m pip install -q --no-deps --target build/levels .
+	for level in $$(PYTHONPATH=build/levels $(PYTHON) -c 'from armangle import _core, _cpu; print(*filter(_cpu.supports, _core.LEVELS))'); \
+	    do ARMANGLE_ISA=$$level PYTHONPATH=build/levels $(PYTHON) -m pytest $(PARALLEL) -m core tests/laws tests/scenes || exit 1; done
+	PYTHONPATH=build/levels $(PYTHON) -m pytest -q tests/package/test_isa.py
+
+thorough:  ## all tests, with all cases of the laws that show some by turns in `make check`, each header alone, both compilers
+	ARMANGLE_LAWS_COUNT=1 $(PYTHON) -m pytest $(PARALLEL) tests
 
 nearest:  ## the law of solve against a dense grid in all branches, for SECONDS=600, first seed SEED=
 	$(PYTHON) tests/laws/long_nearest.py $(SECONDS) $(SEED)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import HealthCheck, settings
 from support import draw
+from support.turns import left_out
 
 LONGEST = ("test_consumer.py", "test_retiming.py", "test_browser.py", "test_docs.py", "test_programs.py")
 """The files that take longest begin first, so that no worker is left with one at the end."""
@@ -27,11 +28,15 @@ def pytest_configure(config: pytest.Config) -> None:
     """Name the laws that run once for every instruction set, and what `make test` leaves out."""
     config.addinivalue_line("markers", "core: a law that every compiled level must keep")
     config.addinivalue_line("markers", "slow: takes seconds; not in `make test`")
+    config.addinivalue_line("markers", "turns(n): one in n of its cases; all of them in `make thorough`")
     if hasattr(config.option, "loadscopereorder"):  # pytest-xdist: those with most tests would begin first
         config.option.loadscopereorder = False
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the longest files first."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave cases to `make thorough`, but not what is named, and put the longest files first."""
+    other = set() if draw.COUNT or any("[" in name for name in config.args) else left_out(items)
+    config.hook.pytest_deselected(items=list(other))
+    items[:] = [item for item in items if item not in other]
     place = {name: k for k, name in enumerate(LONGEST)}
     items.sort(key=lambda item: place.get(item.path.name, len(place)))

@@ -248,6 +248,7 @@ def places_of(ends: Any, psi: float) -> int:
     return int(np.argmin(near - 0.5 * np.diff(ends)[:, 0]))
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("arm", OFFSET, ids=named)
 def test_explain_names_limits_that_block_and_by_how_much_they_must_be_wider(arm: aa.Arm) -> None:
     rng = np.random.default_rng(11)

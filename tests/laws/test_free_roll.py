@@ -43,6 +43,7 @@ def same_but_for_roll(a: np.ndarray, b: np.ndarray) -> None:
     assert np.allclose(a[..., :3, 2:], b[..., :3, 2:], rtol=0, atol=1e-9)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("metric", ["l2", "max"])
 @pytest.mark.parametrize("weight", [None, np.array([1.0, 2.0, 0.5, 1.0, 0.0, 3.0, 0.7])])
 def test_no_roll_of_a_ladder_has_a_nearer_posture(metric: str, weight: np.ndarray | None) -> None:
@@ -83,6 +84,7 @@ def test_the_best_margin_over_all_rolls() -> None:
         assert (np.where(free.ok, free.margin, -np.inf) >= most - 1e-9).all()
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", *OFFSET])
 def test_one_pose_is_a_row_of_its_batch_and_another_axis_goes_by_a_ladder(name: str) -> None:
     arm = aa.Arm.from_catalogue(name).with_(tool=aa.pose([0.1, 0.0, 0.1], rpy=[0.0, 0.7, 0.0]))

@@ -54,6 +54,7 @@ def test_joints_come_back(arm: aa.Arm, regime: str) -> None:
     assert gap(free.inverse(pose, psi, gc, seed=q, limits=False)[regular], q[regular]) <= JOINT
 
 
+@pytest.mark.turns(2)
 @any_arm
 @pytest.mark.parametrize("regime", ["uniform", "on_limit"])
 def test_joints_within_limits_come_back_within_limits(arm: aa.Arm, regime: str) -> None:
@@ -218,6 +219,7 @@ def answers(arm: aa.Arm, q: Array, pose: Array, psi: Array, gc: Array) -> list[A
     ]
 
 
+@pytest.mark.turns(4)
 @pytest.mark.core
 @any_arm
 @pytest.mark.parametrize("shape", SHAPES + EMPTY, ids=str)

@@ -83,6 +83,7 @@ def test_intervals_are_those_of_a_grid_but_for_what_is_unproven(arm: aa.Arm) -> 
     assert not (missing & proven).any()
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("arm", ARMS, ids=IDS)
 def test_solve_holds_the_pose_and_a_proven_answer_is_the_nearest_of_a_grid(arm: aa.Arm) -> None:
     q = joints(arm, 30, 4)

@@ -95,6 +95,7 @@ FAR = np.array([2.303, -0.209, 1.144, 0.315, 1.567, -1.238, 1.788])
 """From here the first branches take most of what a plan may try: it is not the same who looks first."""
 
 
+@pytest.mark.turns(3)
 @pytest.mark.parametrize("arm, q, shift, given", [
     (ARM, Q[1], [0.1, 0.05, -0.1], {}),
     (ARM, Q[1], [0.1, 0.05, -0.1], {"start": Q[1]}),

@@ -87,6 +87,7 @@ def test_freedom_is_the_sum_of_feasible() -> None:
         assert np.array_equal(has.arcs, arcs.count.sum(axis=-1))
 
 
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("name", srs_catalogue())
 def test_freedom_agrees_with_arcs_and_postures_where_joints_are_one_axis(name: str) -> None:
     arm = aa.Arm.from_catalogue(name)
@@ -112,6 +113,7 @@ def test_freedom_agrees_with_arcs_and_postures_where_joints_are_one_axis(name: s
     assert (shown == has.gc)[(np.abs(theta[:, [1, 5]]) > 1e-12).any(axis=-1)].all()
 
 
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("name", srs_catalogue())
 def test_a_posture_at_its_limits_holds_its_pose(name: str) -> None:
     # beside a singular posture rounding moves a joint by more than the 1e-11 rad of an isolated arm angle

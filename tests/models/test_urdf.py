@@ -46,6 +46,7 @@ def pin_forward(pin, model, base: str, tip: str, q: dict[str, float]):
     return (frames[0].inverse() * frames[1]).homogeneous
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", REAL)
 def test_real_chain_is_the_plain_one(name):
     path = model(name)
@@ -56,6 +57,7 @@ def test_real_chain_is_the_plain_one(name):
         assert max(pose_error(chain.forward(q), own)) <= EXACT
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", REAL)
 def test_real_chain_and_its_limits_are_pinocchios(name):
     pin, path = pinocchio(), model(name)

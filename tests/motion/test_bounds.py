@@ -47,6 +47,7 @@ def brakes(arm: aa.Arm, q: Array, velocity: Array, acceleration: Array, dt: floa
 # -- the guarantee -----------------------------------------------------------------------------------
 
 
+@pytest.mark.turns(4)
 @pytest.mark.slow
 @each_arm
 @each_regime
@@ -126,6 +127,7 @@ def test_the_nearest_arm_angle_to_the_wish_is_taken() -> None:
     assert binding > 10
 
 
+@pytest.mark.turns(4)
 @pytest.mark.slow
 @each_arm
 @each_regime

@@ -29,6 +29,7 @@ def margins(arm: aa.Arm, q: Array) -> Array:
     return np.minimum(q - arm.lower, arm.upper - q).min(axis=-1)
 
 
+@pytest.mark.turns(3)
 @pytest.mark.slow
 @EVERY
 def test_what_is_certified_holds_between_the_rows(arm: aa.Arm) -> None:
@@ -99,6 +100,7 @@ def test_start_goal_margins_and_wishes_are_of_the_true_joints() -> None:
     assert near.certified and away < plain - 0.02
 
 
+@pytest.mark.turns(3)
 @pytest.mark.parametrize(("mm", "mrad"), [(0.5, 0.5), (2.0, 2.0), (4.0, 5.0)])
 @pytest.mark.parametrize("end", ["start", "goal"])
 def test_beside_a_straight_elbow_a_plan_begins_at_the_start(mm: float, mrad: float, end: str) -> None:

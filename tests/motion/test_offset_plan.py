@@ -202,6 +202,7 @@ def test_what_is_not_made_is_refused_in_one_sentence(what: str) -> None:
 BONES = aa.Body.bones(0.05, 0.05)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_a_plan_about_obstacles_is_clear_between_the_rows(name: str) -> None:
     rng, detours = np.random.default_rng(8), 0

@@ -109,6 +109,7 @@ def test_a_fold_is_passed_as_any_place() -> None:
     passed(path)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_theta_2_and_theta_6_at_0_are_passed_as_any_place(name: str) -> None:
     """Joints go straight through; rows are on both sides of where branches meet."""

@@ -31,6 +31,7 @@ def drawn(joint: int, rng: np.random.Generator) -> tuple[aa.Arm, aa.Line, np.nda
     return arm, aa.Line(arm.forward(start)[0], arm.forward(end)[0]), start
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("joint", sorted(HINGE))
 def test_where_follow_passes_a_plan_does(joint: int) -> None:
     """The branch changes at the hinge's 0; joints, pose and limits do not notice."""
@@ -51,6 +52,7 @@ def test_where_follow_passes_a_plan_does(joint: int) -> None:
     assert ways > 3 and certified >= 0.95 * ways, (certified, ways)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("joint", sorted(HINGE))
 def test_a_singularity_margin_is_kept_with_a_locked_joint(joint: int) -> None:
     """A certificate with a margin says that no hinge comes nearer to 0, nor passes it."""

@@ -118,6 +118,7 @@ FROM_HOME: list[tuple[aa.Arm, np.ndarray, float]] = [
 ]  # fmt: skip
 
 
+@pytest.mark.turns(3)
 @pytest.mark.slow
 @pytest.mark.parametrize(("arm", "home", "tilt"), FROM_HOME)
 def test_every_line_from_a_home_posture(arm: aa.Arm, home: np.ndarray, tilt: float) -> None:
@@ -267,6 +268,7 @@ def test_a_singularity_margin_leaves_no_crossing() -> None:
     assert not aa.plan(arm, line(arm, HOMES[0], [0.1, 0, 0]), start=HOMES[0]).ok
 
 
+@pytest.mark.turns(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("joint", [1, 2, 3, 5, 6, 7])
 @pytest.mark.parametrize("room", [0.0, 1e-9, 1e-7, 1e-5, 1e-4])
@@ -378,6 +380,7 @@ def test_a_start_outside_the_limits_is_called_that(away: float) -> None:
     assert text.count("start lies outside the limits") == 1 and "lower one" in text
 
 
+@pytest.mark.turns(3)
 @pytest.mark.parametrize(
     "home", [[0, 0, 0, -90, 0, 90, 0], [0, 0, 0, -90, 0, 45, 0], [0, 30, 0, -90, 0, 0, 0]]
 )

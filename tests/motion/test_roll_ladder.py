@@ -63,6 +63,7 @@ def test_no_roll_by_hand_costs_less(arm: aa.Arm) -> None:
     assert compared > 3
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("arm", ARMS)
 def test_the_roll_begins_and_ends_with_what_is_given(arm: aa.Arm) -> None:
     rng, proven = generator(16, 51), 0

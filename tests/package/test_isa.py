@@ -1,36 +1,30 @@
-"""The core laws on every instruction set that was built and that this processor has."""
+"""The core laws on every instruction set that this processor has."""
 
 from __future__ import annotations
 
+import importlib
 import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from support.needs import missing
+from support.programs import counts
 
 from armangle import _core, _cpu
 
-TESTS = Path(__file__).parents[1]
-LAWS = ["laws/test_kinematics.py", "laws/test_feasible.py"]
+ROOT = Path(__file__).resolve().parents[2]
 
 
-def is_built(level: str) -> bool:
-    """Whether the package holds the extension of a level."""
-    return bool(list(Path(_cpu.__file__).parent.glob(f"_core_{level}.*")))
-
-
-@pytest.mark.parametrize("level", _core.LEVELS)
-def test_the_core_laws_hold(level: str) -> None:
-    if not _cpu.supports(level):
-        pytest.skip(f"this processor lacks {level}")
-    if not is_built(level):
-        missing(f"the level {level} was not built; ARMANGLE_LEVELS=all builds every level")
-    command = [sys.executable, "-m", "pytest", "-q", "-m", "core", "-p", "no:cacheprovider", *LAWS]
-    environment = {**os.environ, "ARMANGLE_ISA": level}
-    run = subprocess.run(command, cwd=TESTS, env=environment, capture_output=True, text=True, check=False)
-    assert run.returncode == 0, run.stdout[-4000:] + run.stderr[-2000:]
+@pytest.mark.parametrize("level", [level for level in _core.LEVELS if _cpu.supports(level)])
+def test_the_core_laws_hold(level: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In C++ with the flags of each level; `make levels` asks Python of every level of a wheel."""
+    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
+    flags = importlib.import_module("run_cpp").level_flags(level)
+    found = counts("core_laws", *flags)
+    assert {found[name] for name in ("pose_lost", "joints_lost", "bits_differ", "wrong")} == {0}, found
+    assert found["regular"] > 1000 and found["inside"] > 10_000 and found["outside"] > 10_000
+    assert found["width"] == {"avx512": 8, "avx2": 4}.get(level, 2)
 
 
 def refusal(has: set[str], isa: str | None, monkeypatch: pytest.MonkeyPatch) -> str:
@@ -54,7 +48,8 @@ def test_a_level_that_is_not_there_is_refused(monkeypatch: pytest.MonkeyPatch) -
 
 def test_the_portable_level_serves_where_the_best_is_missing() -> None:
     """In a process of its own: two levels in one interpreter are nothing that a user has."""
-    worst = [level for level in _core.LEVELS if is_built(level)][-1]
+    folder = Path(_cpu.__file__).parent
+    worst = [level for level in _core.LEVELS if list(folder.glob(f"_core_{level}.*"))][-1]
     code = (
         f"from armangle import _cpu; _cpu.supports = {{{worst!r}}}.__contains__; "
         "import armangle; armangle.Arm; print(armangle.ISA)"

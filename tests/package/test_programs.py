@@ -2,32 +2,15 @@
 
 from __future__ import annotations
 
-import functools
-import os
-import subprocess
-import tempfile
 from pathlib import Path
 
 import pytest
-from support.needs import missing, need_tool
+from support.needs import missing
+from support.programs import counts
 
-ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 EIGEN = Path("/usr/include/eigen3")
 STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Werror")
-
-
-@functools.cache
-def counts(name: str, *flags: str) -> dict[str, float]:
-    """Return the lines "name number" of a program of `cpp/`."""
-    with tempfile.TemporaryDirectory() as folder:
-        program = Path(folder) / name
-        built = [*flags, "-std=c++20", "-ffp-contract=off", "-pthread", f"-I{ROOT / 'include'}"]
-        source = HERE / "cpp" / f"{name}.cpp"
-        subprocess.run([need_tool(os.environ.get("CXX", "g++")), *built, source, "-o", program], check=True)
-        printed = subprocess.run([program], capture_output=True, text=True, check=True).stdout
-    lines = (line.split() for line in printed.splitlines())
-    return {words[0]: float(words[1]) for words in lines if len(words) == 2}
 
 
 CALLED = """make_arm limit_table forward jacobian inverse feasible feasible_all nearest step follow

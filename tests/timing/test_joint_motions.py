@@ -54,6 +54,7 @@ def pair(rng: np.random.Generator, arm: aa.Arm, size: float) -> Floats:
     return np.array([first, first + size * (last - first)])
 
 
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("arm", [ARM, OFFSET], ids=["srs", "offset"])
 @pytest.mark.parametrize("size", [1.0, 0.05, 1e-3])
 @pytest.mark.parametrize("j", [None, 50.0, 500.0])
@@ -107,6 +108,7 @@ def test_corners_are_stops_or_rounded_within_the_tolerance() -> None:
         kept(rounded, ARM.velocity, A, j)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("j", [None, 200.0])
 def test_a_larger_tolerance_is_made_use_of(rng: np.random.Generator, j: float | None) -> None:
@@ -125,6 +127,7 @@ def test_a_larger_tolerance_is_made_use_of(rng: np.random.Generator, j: float | 
     assert durations[1] <= durations[0] and durations[2] < 0.95 * durations[1]
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9])
 def test_a_tolerance_that_is_too_small_to_be_used_is_a_stop(
     rng: np.random.Generator, tolerance: float
@@ -139,6 +142,7 @@ def test_a_tolerance_that_is_too_small_to_be_used_is_a_stop(
     assert found.deviation.position <= tolerance
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("end", ["start", "goal"])
 def test_a_singular_home_is_left_within_the_tolerance(end: str) -> None:
     """Joints leave it as the root of s: at no finite speed along the path."""
@@ -158,6 +162,7 @@ def test_a_singular_home_is_left_within_the_tolerance(end: str) -> None:
         kept(found, np.full(7, 2.0), A, j)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("j", [None, 50.0])
 def test_a_spline_is_met_and_takes_as_long_however_many_rows_it_has(
     rng: np.random.Generator, j: float | None
@@ -252,6 +257,7 @@ LEAPING = (
 )
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ["fourier_gr2t2d_left", "openarm_v10"])
 def test_a_leap_in_what_is_not_proven_is_rounded_or_refused(name: str) -> None:
     """From θ2 = θ6 = 0 a plan may leap by micro-radians within 1e-7 of s, which its rows do not show. An
@@ -272,6 +278,7 @@ def test_a_leap_in_what_is_not_proven_is_rounded_or_refused(name: str) -> None:
         kept(aa.retime(path, acceleration=A, **given), arm.velocity, A, given.get("jerk"))
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("seed", [4, 10])
 def test_acceleration_does_not_leap_at_stops_between_short_and_long_ways(seed: int) -> None:
     """Where s changes 5000 times as fast before a stop as after it, and where a corner is of 1e-7 rad."""

@@ -40,6 +40,7 @@ def ends(path: aa.JointPath) -> Any:
     return [rate / np.abs(rate).max() for rate in rates]
 
 
+@pytest.mark.turns(3)
 @pytest.mark.parametrize("name", PATHS)
 @pytest.mark.parametrize("speeds", [(0.2, 0.0), (0.0, 0.3), (0.5, 0.4)])
 def test_it_begins_and_ends_as_asked_within_every_bound(name: str, speeds: tuple[float, float]) -> None:
@@ -80,6 +81,7 @@ def keeps(found: aa.Trajectory, jerk: float | None = None) -> None:
     assert jerk is None or np.abs(np.diff(at.qdd, axis=0)).max() <= 1.003 * jerk * t[1]
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize(("jerk", "seed"), [(None, 0), (None, 1), (None, 2), (JERK, 0), (JERK, 1)])
 def test_a_motion_goes_on_where_another_one_is(jerk: float | None, seed: int) -> None:
     """Both halves take what the whole takes, from and to its velocities; with jerk its accelerations too."""

@@ -78,6 +78,7 @@ def test_limits_are_kept_between_rows(name: str) -> None:
     assert more >= 2 and refused <= 4
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("given", [{}, {"jerk": 500.0}, {"tolerance": 1e-4}], ids=str)
 def test_a_timed_path_keeps_the_limits_that_it_rides_on(given: dict[str, float]) -> None:
     """Clipped joints would leave the path."""
@@ -116,6 +117,7 @@ HOMES: dict[str, Any] = {
 }
 
 
+@pytest.mark.turns(3)
 @pytest.mark.parametrize("name", HOMES)
 @pytest.mark.parametrize("count", [10, 60, 300])
 @pytest.mark.parametrize("shift", [(0.0, 0.2, 0.05), (-0.1, -0.2, 0.05), (0.1, 0.0, 0.1)], ids=str)
@@ -144,6 +146,7 @@ def test_a_plan_from_home_is_timed_from_its_rows() -> None:
     assert np.abs(found.at(DENSE).q - plan.at(DENSE).q).max() < 0.05
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", HOMES)
 @pytest.mark.parametrize("hinge", [1, 5])
 @pytest.mark.parametrize("count", [20, 100])
@@ -207,6 +210,7 @@ def test_rows_are_where_their_s_says(seed: int) -> None:
         aa.JointPath.from_joints(arm, leaps, s=s[stands], between="tool").at(0.5)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("shift", [(-0.1, -0.2, 0.05), (0.1, 0.2, 0.05), (0.0, 0.2, 0.05), (-0.05, 0.2, 0)])
 def test_bounded_jerk_costs_a_plan_from_home_little_and_its_rows_are_timed_again(shift: Any) -> None:
