@@ -57,7 +57,7 @@ levels:  ## the core laws on every instruction set that wheels hold and this pro
 	PYTHONPATH=build/levels $(PYTHON) -m pytest -q tests/package/test_isa.py
 
 thorough:  ## all tests, with all cases of the laws that show some by turns in `make check`, each header alone, both compilers
-	ARMANGLE_LAWS_COUNT=1 $(PYTHON) -m pytest $(PARALLEL) tests
+	ARMANGLE_LAWS_COUNT=1 $(PYTHON) -m pytest $(PARALLEL) tests/*/
 
 nearest:  ## the law of solve against a dense grid in all branches, for SECONDS=600, first seed SEED=
 	$(PYTHON) tests/laws/long_nearest.py $(SECONDS) $(SEED)
