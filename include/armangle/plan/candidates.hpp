@@ -14,7 +14,7 @@
 
 namespace armangle {
 
-/// One configuration: q lies within the limits, on one of the permitted turns.
+/// One configuration: q lies within the limits, in one of the permitted revolutions.
 struct Candidate {
     double phi;
     Rating worth;
@@ -22,7 +22,8 @@ struct Candidate {
     std::uint32_t arc;
 };
 
-/// The configurations of one phi: all turns from the lowest values `q` on, joint 1 counted fastest.
+/// The configurations of one phi: all revolutions of the joints from the lowest values `q` on, joint 1
+/// counted fastest.
 struct Windings {
     std::uint32_t first;  // index of the first one among the configurations of the section
     double phi, q[joints];
@@ -51,7 +52,7 @@ inline constexpr int windings = 2;      // turns of a joint, either way from the
 
 namespace detail {
 
-/// theta of all joints at eight phi at once.
+/// The model angles theta of all joints at eight phi at once.
 struct EightThetas {
     double theta[joints][8];
 
@@ -76,16 +77,17 @@ struct EightThetas {
 
 }  // namespace detail
 
-/// Joint values from which a section can be reached.
+/// The range of joint values from which a section can be reached.
 struct Window {
     bool set = false;
     double lower[joint_slots] = {}, upper[joint_slots] = {};
 };
 
-/// Computes the configurations of a section from which a plan is made.
+/// Computes the configurations of a section among which a plan is searched.
 class Candidates {
 public:
-    /// spread: turns of a joint of more than a turn at the first section, either way from the nearest one.
+    /// `spread`: the number of revolutions that are tried at the first section for joints with a range above
+    /// 2 pi, on either side of the nearest one.
     Candidates(const Task& task, const Objective& objective, int spread)
         : task_(task), objective_(objective), spread_(spread) {
         const double far = tolerance::largest_angle;
@@ -95,8 +97,8 @@ public:
         }
     }
 
-    /// Samples every arc evenly, closer where joints move fast; every turn within the limits is a
-    /// configuration of its own.
+    /// Writes configurations of a section: every arc is sampled evenly, and closer where joints move fast.
+    /// Every revolution within the limits is a configuration of its own.
     void fill(const Tube& tube, const Section& l, const Window& window, Postures& out) {
         out.clear();
         if (l.status != Status::OK) return;
@@ -113,13 +115,14 @@ public:
         }
     }
 
-    /// Sets joints near which the turns of a first section are chosen, instead of the middle of their ranges.
+    /// Sets joints near which the revolutions at a first section are chosen, instead of the middles of the
+    /// ranges.
     void set_reference(const double* q) noexcept { reference_ = q; }
 
     /// Adds a phi that each section tries, for example that of the start or goal.
     void hold(double phi) noexcept { held_[held_count_++] = phi; }
 
-    /// Whether the limits permit more turns at the first section than were used.
+    /// Whether the limits permit more revolutions at the first section than were tried.
     bool left_windings_out() const noexcept { return left_out_; }
 
     /// Adds the configuration q with which a plan must begin or end, whatever its margin.
@@ -137,7 +140,7 @@ public:
         out.groups.push_back(alone);
     }
 
-    /// Adds the configurations of given theta, on the turns within the limits.
+    /// Adds the configurations of given model angles, in all revolutions within the limits.
     void put_posture(double phi, const double* theta, const Window& window, Postures& out) {
         Point p{phi, {}};
         std::copy(theta, theta + joints, p.theta);
@@ -150,11 +153,12 @@ private:
         double phi, theta[joint_slots];
     };
 
-    /// The turns to add to q, first to last; none if last < first.
+    /// The numbers of revolutions to add to q, first to last; none if last < first.
     struct Turns {
         int first, last;
     };
 
+    /// Samples an arc evenly.
     void spread_over(const Arc& arc, bool full) {
         points_.clear();
         const double width = arc.upper - arc.lower;
@@ -164,6 +168,7 @@ private:
         if (!full) points_.push_back({arc.upper, {}});
     }
 
+    /// Adds the fixed phi that lie on an arc.
     void add_held(const Arc& arc) {
         points_.clear();
         for (int i = 0; i < held_count_; ++i) {
@@ -173,13 +178,13 @@ private:
         }
     }
 
-    /// Whether a point only serves to show how far joints move to the end of an arc.
+    /// Whether a point is an end of an arc, which only shows how far joints move up to it.
     static bool is_end(const Point& p, const Section& l, const Arc& arc) noexcept {
         return !l.full && !detail::is_isolated(arc) && (p.phi == arc.lower || p.phi == arc.upper);
     }
 
-    /// Adds points on either side of the phi where a joint of more than a turn reaches a limit: the ends of
-    /// its turns. Between two of them, or one and the end of the arc, there is a point however near they are.
+    /// Adds points on either side of each phi where a joint with a range above 2 pi reaches a limit. At least
+    /// one point lies between two such phi, or between one and the end of the arc.
     void add_ends(const Section& l, const Arc& arc) {
         ends_.assign({arc.lower, arc.upper});
         for (int p = 0; p < pivots; ++p) {
@@ -208,7 +213,7 @@ private:
                   [](const Point& a, const Point& b) { return a.phi < b.phi; });
     }
 
-    /// Computes theta of points from their phi, eight at a time.
+    /// Computes theta of the points from their phi, eight at a time.
     static void solve(const Section& l, std::vector<Point>& points) noexcept {
         constexpr std::size_t eight = 8;
         for (std::size_t first = 0; first < points.size(); first += eight) {
@@ -221,7 +226,7 @@ private:
         }
     }
 
-    /// Whether some joint turns far from one point to the next.
+    /// Whether some joint moves far from one point to the next.
     static bool turns_far(const Point& a, const Point& b) noexcept {
         const JointLanes turn = wrap(JointLanes::load(b.theta) - JointLanes::load(a.theta));
         return any(abs(turn) > JointLanes(candidate_rule::move));
@@ -254,8 +259,8 @@ private:
         return held ? to_q(task_.arm, j, task_.held_theta_7) : armangle::middle(task_.limits, j);
     }
 
-    /// The turns of joint j at a first section within the limits: some about the middle. A joint whose turn
-    /// cannot change, or is irrelevant, has one.
+    /// The revolutions of joint j at a first section within the limits: some around the middle. A joint whose
+    /// revolution cannot change, or does not matter, has one.
     Turns first_turns(int j, double q, double fewest, double most) noexcept {
         const bool fixed = j % 2 == 1 || is_unlimited(task_.limits, j);
         const double near = reference_ ? reference_[j] : at_rest(j);
@@ -265,7 +270,8 @@ private:
         return {static_cast<int>(max(fewest, middle - spread)), static_cast<int>(min(most, middle + spread))};
     }
 
-    /// Adds the turns of a point within the limits that the previous section can reach.
+    /// Adds the configurations of a point: all revolutions within the limits that the previous section can
+    /// reach.
     void put(const Point& p, std::uint32_t arc, const Window& window, Postures& out) {
         const JointLanes q = to_q(JointLanes::load(p.theta), JointLanes::load(task_.arm.sign),
                                   JointLanes::load(task_.arm.offset));

@@ -77,7 +77,7 @@ struct Proof {
 
 namespace detail {
 
-/// In each row one entry must be positive: the only one, or either of two.
+/// Conditions to prove: each row has one or two entries, of which one must be positive.
 template <class T>
 struct Conditions {
     static constexpr int capacity = 28;
@@ -101,13 +101,13 @@ struct Conditions {
     }
 };
 
-/// A range (near, far) of |theta| with its cosines; near <= 0 and far >= pi have no effect.
+/// A range (near, far) of |theta| with the cosines of its ends; near <= 0 and far >= pi have no effect.
 struct HalfTurn {
     bool has_near = false, has_far = false, empty = false;
     Interval cos_near{0.0}, cos_far{0.0};
 };
 
-/// The range of theta = turn + g |a| within (lower, upper); turn = centre + 2 pi k.
+/// The range of |a| for which theta = turn + g |a| lies within (lower, upper), where turn = centre + 2 pi k.
 inline HalfTurn half_turn(const ThetaRange& range, double turn, double g) noexcept {
     const double lower = range.lower, upper = range.upper;
     const double near = (g > 0 ? lower - turn : turn - upper) + proof::slack,
@@ -121,11 +121,11 @@ inline HalfTurn half_turn(const ThetaRange& range, double turn, double g) noexce
     return out;
 }
 
-/// How a pivot is tracked: by sectors if it has a turn or more, otherwise by its cone of up to (narrow), or
-/// over (wide), half a turn.
+/// How joints 1, 3, 5 and 7 are proven: by sectors if the range is 2 pi or more, otherwise by a cone of
+/// directions of up to (narrow) or over (wide) 180 degrees.
 enum class PivotKind { turning, narrow, wide };
 
-/// The statement to prove about a curve, made once.
+/// The statement to prove about a curve.
 struct Claim {
     const Curve& curve;
     const Limits& limits;                   // to prove
@@ -182,7 +182,7 @@ struct Claim {
         }
     }
 
-    /// The limits of a joint, as theta, widened by the slack if the curve begins or ends on one.
+    /// The limits of joint j as a range of theta, widened by the slack if the curve begins or ends on one.
     ThetaRange claimed_range(int j) const noexcept {
         const ThetaRange range = theta_range(curve.arm, limits, j);
         ThetaRange out = range;
@@ -200,14 +200,15 @@ struct Claim {
         return t.eta.sin == 0 && t.eta.cos > 0 && t.excess <= t.rounding;
     }
 
-    /// Whether a range of s ends the curve with the arm stretched: there the elbow may reach its end.
+    /// Whether a range of s ends at an end of the curve where the arm is stretched; there the elbow may reach
+    /// its end.
     bool stretches_out(double from, double to) const noexcept {
         return (stretched[0] && from == curve.stretches.front().start) ||
                (stretched[1] && to == curve.stretches.back().end);
     }
 
-    /// The hinge that is 0 at the start (end) of the curve, if a range of s begins (ends) there
-    /// (Curve::hinge_shut), and which of the two; -1: none.
+    /// The joint (0: joint 2, 1: joint 6) that is 0 at the start (end) of the curve, if the range of s begins
+    /// (ends) there (Curve::hinge_shut); -1: none. `way` is 1 at the start, -1 at the end.
     int shut_at(const Stretch& x, double from, double to, double& way) const noexcept {
         const Stretch &front = curve.stretches.front(), &back = curve.stretches.back();
         if (asked_margin > 0) return -1;
@@ -216,6 +217,7 @@ struct Claim {
         return &x == &back && to == back.end ? curve.hinge_shut(x, x.q_end) : -1;
     }
 
+    /// Whether the limits permit any curve: no range of a joint is empty.
     bool possible() const noexcept {
         bool ok = !elbow.empty;
         for (int h = 0; h < hinges; ++h)
@@ -224,8 +226,8 @@ struct Claim {
         return ok;
     }
 
-    /// Whether a joint leads all the way without moving, at a value within its limits up to rounding, and the
-    /// curve returns the limit: a locked joint has no other value.
+    /// Whether joint j leads the whole curve with a constant value within its limits, up to rounding. The
+    /// curve then returns the limit itself, since a locked joint has no other value.
     static bool stands_still(const Curve& c, const Limits& limits, int j) noexcept {
         const double theta = c.stretches.front().coefficient[0];
         for (const Stretch& x : c.stretches) {
@@ -237,19 +239,21 @@ struct Claim {
         return max(limits.lower[j] - q, q - limits.upper[j]) <= proof::converted * (1 + abs(theta));
     }
 
+    /// Adds the conditions that a cosine lies within a range of |theta|.
     template <class T>
     static void limit_half_turn(const HalfTurn& h, const T& cosine, Conditions<T>& out) noexcept {
         if (h.has_near) out.add(T(h.cos_near) - cosine);
         if (h.has_far) out.add(cosine - T(h.cos_far));
     }
 
-    /// sin(theta - angle) times the length of the direction.
+    /// The value sin(theta - angle) times the length of the direction vector (u, v).
     template <class T>
     static T beyond(const T& u, const T& v, const SinCos<Interval>& angle) noexcept {
         return u * T(angle.cos) - v * T(angle.sin);
     }
 
-    /// Whether theta can be in the sector about `middle` and within the limits; adds the conditions for that.
+    /// Adds the conditions that theta stays in the sector around `middle` and within the limits; false if it
+    /// cannot.
     template <class T>
     bool turning(int p, const T& u, const T& v, double middle, Conditions<T>& out) const noexcept {
         if (!(middle > lower[p] && middle < upper[p])) return false;
@@ -261,13 +265,14 @@ struct Claim {
         return true;
     }
 
-    /// The arc in which a stretch is proven to stay: the one that holds psi at its middle; -1: none.
+    /// The index of the allowed arc in which a stretch is to be proven: the one that contains psi at s; -1:
+    /// none.
     int arc_at(const Stretch& x, double s) const noexcept {
         const double near = s < 0.5 * (x.start + x.end) ? x.psi : x.psi_end;
         return find(*allowed, curve.solve(x, s, phi_at(x, s), x.q, near).psi, 0.0).index;
     }
 
-    /// psi within an arc, narrowed by the slack: its direction within a cone.
+    /// Adds the conditions that psi stays within an arc, narrowed by the slack.
     template <class T>
     void limit_psi(const Arc& arc, const Stretch& x, const T& s, const PlacedDirections<T>& here,
                    Conditions<T>& out) const noexcept {
@@ -280,10 +285,10 @@ struct Claim {
         limit_cone(above, below, r - l > pi, out);
     }
 
-    /// All conditions over a range of s; false if they cannot hold. arc: must hold psi; null: any. bent:
-    /// whether the elbow stays away from its end. shut: a hinge that is 0 at an end of the range. The
-    /// directions next to it are divided by the distance to that end; by the mean value theorem the quotients
-    /// are their slopes. way: 1 if the range begins there, else -1.
+    /// Writes all conditions over a range of s; false if they cannot hold. arc: must contain psi; null: any.
+    /// bent: whether the elbow stays away from its end. shut: joint 2 or 6 (0, 1) if it is 0 at an end of the
+    /// range. The directions of its neighbours are then divided by the distance to that end; by the mean
+    /// value theorem the quotients are their slopes. way: 1 if the range begins at that end, else -1.
     template <class T>
     bool evaluate(const Stretch& x, const T& s, const double* middle, const Arc* arc, bool bent,
                   Conditions<T>& out, int shut = -1, double way = 1) const noexcept {
@@ -332,7 +337,8 @@ struct Claim {
         return true;
     }
 
-    /// A pivot within its limits and on its turn.
+    /// Adds the conditions that joint 1, 3, 5 or 7 stays within its limits, in its revolution; false if it
+    /// cannot.
     template <class T>
     bool limit_pivot(int p, const T& u, const T& v, double middle, Conditions<T>& out) const noexcept {
         if (kind[p] == PivotKind::turning) return turning(p, u, v, middle, out);
@@ -340,8 +346,8 @@ struct Claim {
         return true;
     }
 
-    /// A hinge of either sign within its limits, of less than a turn, or within +-60 degrees. A requested
-    /// margin still keeps it from 0.
+    /// Adds the conditions that joint 2 or 6, of either sign, stays within its limits, or within +-60
+    /// degrees. A requested margin still keeps it away from 0.
     template <class T>
     void limit_crossing(int h, const T& sine, const T& cosine, Conditions<T>& out) const noexcept {
         const double l = hinge_lower[h], u = hinge_upper[h];
@@ -350,8 +356,8 @@ struct Claim {
         if (asked_margin > 0) out.add(sine * sine - T(sine_square));
     }
 
-    /// Conditions for a direction to stay in a cone, of more than half a turn if wide: above its lower and
-    /// below its upper end.
+    /// Adds the conditions that a direction stays in a cone: above its lower and below its upper end, or, if
+    /// the cone is wider than 180 degrees, one of both.
     template <class T>
     static void limit_cone(const T& above, const T& below, bool wide, Conditions<T>& out) noexcept {
         if (wide) return out.add_either(above, below);
@@ -360,7 +366,8 @@ struct Claim {
     }
 };
 
-/// Whether every condition is positive over the whole range; lower(i, k) bounds entry k of row i.
+/// Whether every row has an entry that is positive over the whole range; lower(i, k) is a lower bound of
+/// entry k of row i.
 template <class T, class Lower>
 bool all_positive(const Conditions<T>& c, const Lower& lower) noexcept {
     for (int i = 0; i < c.count; ++i) {
@@ -370,7 +377,7 @@ bool all_positive(const Conditions<T>& c, const Lower& lower) noexcept {
     return true;
 }
 
-/// Proves a curve stretch by stretch, or reports where and why it cannot.
+/// Proves a curve stretch by stretch, or records where and why it cannot.
 class Prover {
 public:
     Prover(const Curve& curve, const Limits& limits, double margin, const AlsoKept& kept)
@@ -379,6 +386,7 @@ public:
         for (int k = 0; k < kept.scenes.count; ++k) clear_.emplace_back(curve, kept.scenes[k], kept.touching);
     }
 
+    /// Proves all stretches and returns what remains unproven.
     Proof run() {
         const bool possible = claim_.possible();
         const Stretch* before = nullptr;
@@ -401,7 +409,7 @@ public:
     }
 
 private:
-    /// Whether a stretch is collision-free: for each scene, on its part.
+    /// Whether a stretch is collision-free: for each scene, on its part of the path.
     bool keeps_clear(const Stretch& x) {
         const int count = kept_.scenes.count;
         for (int k = 0; k < count; ++k) {
@@ -413,6 +421,7 @@ private:
         return true;
     }
 
+    /// Records an unproven range of s; neighbouring ones are joined.
     void leave(double from, double to) {
         if (!proof_.open.empty() && proof_.open.back() == from)
             proof_.open.back() = to;
@@ -442,7 +451,7 @@ private:
         }
     }
 
-    /// Whether a joint jumps between two places: after repeated halving, one half holds most of its move.
+    /// Whether a joint jumps between two places: after repeated halving, one half contains most of its move.
     bool leaps(const Stretch& x, double from, double to, PlacedPosture a, PlacedPosture b) const noexcept {
         while (largest_move(a.q, b.q) > proof::leap) {
             const double half = 0.5 * (from + to);
@@ -455,6 +464,7 @@ private:
         return false;
     }
 
+    /// Proves a range of s by bisection; false if some part remains unproven.
     bool prove(const Stretch& x, double from, double to, int depth) {
         if (budget_ <= 0) return false;
         double middle[pivots];
@@ -468,8 +478,8 @@ private:
         return prove(x, from, half, depth + 1) && prove(x, half, to, depth + 1);
     }
 
-    /// Continuous angles of the turning pivots at s. False unless the ends of the stretch are very near. Then
-    /// the curve's angle between them, on the turn of their interpolation, is the angle of the sector.
+    /// Computes the continuous angles of the joints that are proven by sectors, at s. False if the ends of
+    /// the stretch do not determine their revolution.
     bool place(const Stretch& x, double s, double* middle) const noexcept {
         bool any = false;
         for (int p = 0; p < pivots; ++p) any = any || claim_.kind[p] == PivotKind::turning;
@@ -484,6 +494,7 @@ private:
         return true;
     }
 
+    /// Whether all conditions are proven over a range of s.
     bool stands(const Stretch& x, double from, double to, const double* middle) noexcept {
         const Arc* arc = nullptr;
         if (claim_.allowed && !claim_.allowed->full) {

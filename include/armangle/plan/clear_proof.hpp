@@ -40,24 +40,25 @@ namespace detail {
 
 using Enclosed = Jet<Interval, 2>;
 
-/// Bounds over a stretch of s for all points of a shape: m per unit of s, and per its square.
+/// Bounds of the motion of all points of a shape over a stretch of s: speed (m per unit of s) and second
+/// derivative (m per its square).
 struct Haste {
     double speed = 0, bend = 0;
 };
 
-/// The greatest magnitude of a member, and of a vector of members.
+/// The greatest magnitude of a member of an interval, and of a vector of intervals.
 inline double greatest(const Interval& x) noexcept { return max(-x.lo, x.hi); }
 inline double greatest(const Vec3<Interval>& v) noexcept {
     const Interval x = greatest(v.x), y = greatest(v.y), z = greatest(v.z);
     return sqrt(x * x + y * y + z * z).hi;
 }
 
-/// Coefficient k of a vector of series.
+/// The k-th Taylor coefficient of each component.
 inline Vec3<Interval> coefficient(const Vec3<Enclosed>& v, int k) noexcept {
     return {v.x.coefficient[k], v.y.coefficient[k], v.z.coefficient[k]};
 }
 
-/// Bounds for a point fixed to a frame.
+/// Bounds for the point p fixed to a frame.
 inline Haste haste(const Pose<Enclosed>& frame, const Vec3<double>& p) noexcept {
     const auto at = [&](int k) {
         const Mat3<Interval> turn{coefficient(frame.rotation.x, k), coefficient(frame.rotation.y, k),
@@ -67,7 +68,7 @@ inline Haste haste(const Pose<Enclosed>& frame, const Vec3<double>& p) noexcept 
     return {at(1), 2.0 * at(2)};
 }
 
-/// Bounds for a segment: its points move at most as its ends do.
+/// Bounds for all points of a rod's segment, which move at most as its ends do.
 inline Haste haste(const Pose<Enclosed>& frame, const Rod& rod) noexcept {
     const Haste a = haste(frame, rod.begin);
     if (rod.is_sphere()) return a;
@@ -75,7 +76,7 @@ inline Haste haste(const Pose<Enclosed>& frame, const Rod& rod) noexcept {
     return {max(a.speed, b.speed), max(a.bend, b.bend)};
 }
 
-/// Bounds for all points of a ball: its centre, plus the rotation of the rest about it.
+/// Bounds for all points of a ball: those of its centre, plus the rotation of the ball around it.
 inline Haste haste(const Pose<Enclosed>& frame, const Ball& ball) noexcept {
     const auto turn = [&](int k) {
         const double x = greatest(coefficient(frame.rotation.x, k)),
@@ -87,7 +88,7 @@ inline Haste haste(const Pose<Enclosed>& frame, const Ball& ball) noexcept {
     return {c.speed + turn(1), c.bend + 2.0 * turn(2)};
 }
 
-/// Two shapes of which one moves: a limb (a part of links 3 and 4, or a swinging one) or a held shape.
+/// Two shapes of which at least one moves: a limb (a rod of links 1 to 6) or a tool shape.
 struct WatchedPair {
     enum class Kind : std::uint8_t { limb_ground, limb_held, limb_limb, held_ground } kind;
     int mover, other;  // the limb or held shape, and the possible obstacle if that moves
@@ -100,22 +101,23 @@ struct WatchedPair {
         return solid.kind == SolidKind::half_space &&
                (kind == Kind::limb_ground || kind == Kind::held_ground);
     }
-    /// For a half-space the depth itself, which is linear; otherwise the difference of squares.
+    /// F, which is positive if the pair does not collide, at a distance (m) of the cores: distance^2 - R^2;
+    /// for a half-space distance - R.
     double F(double distance) const noexcept {
         return plane() ? distance - R : (distance - R) * (distance + R);
     }
-    /// The bound A of this pair over a stretch of width h.
+    /// The upper bound A of the second derivative of F over a stretch of width h.
     double bend(const Haste& w, double h) const noexcept {
         return plane() ? w.bend : 2.0 * (w.speed * w.speed + (R + w.speed * h) * w.bend);
     }
 };
 
-/// Whether F > 0 between two ends, if F_a, F_b > 0 and its curvature is at most A.
+/// Whether F > 0 between two ends, if F is at least F_a and F_b there and its second derivative is at most A.
 inline bool stays_positive(double F_a, double F_b, double A, double h) noexcept {
     return F_a > 0 && F_b > 0 && A < infinity && least_between(F_a, F_b, A, h) > 0;
 }
 
-/// Bounds for the motion of the shapes of a scene over a stretch.
+/// Bounds for the motion of all shapes of a scene over a stretch.
 class SceneMotion {
 public:
     explicit SceneMotion(const Scene& scene, double slack = clear_proof::slack)
@@ -124,6 +126,7 @@ public:
         held_.resize(static_cast<std::size_t>(scene.held_count));
     }
 
+    /// Computes the bounds from enclosures of the frames over a stretch.
     void enclose(const SceneFrames<Enclosed>& f, int limbs) {
         for (int k = 0; k < limbs; ++k)
             limb_[static_cast<std::size_t>(k)] = haste(limb_frame(scene_, f, k), limb_rod(scene_, k));
@@ -134,6 +137,7 @@ public:
         }
     }
 
+    /// The bounds for the relative motion of a pair.
     Haste of(const WatchedPair& pair) const noexcept {
         using Kind = WatchedPair::Kind;
         const Haste& a = pair.kind == Kind::held_ground ? held(pair.mover) : limb(pair.mover);
@@ -145,11 +149,11 @@ public:
     const Haste& held(int h) const noexcept { return held_[static_cast<std::size_t>(h)]; }
     const Scene& scene() const noexcept { return scene_; }
 
-    /// Least permitted distance of the cores of two shapes.
+    /// The least permitted distance (m) of the cores of two shapes with these radii.
     double sum_of_radii(double one, double other) const noexcept {
         return one + other + scene_.clearance + slack_;
     }
-    /// The reserve contained in it.
+    /// The slack (m) contained in that distance.
     double slack() const noexcept { return slack_; }
 
 private:
@@ -158,11 +162,12 @@ private:
     std::vector<Haste> limb_, held_;
 };
 
-/// Every moving shape at its place, in the DH base.
+/// Every moving shape at one place of the path, in the DH base.
 struct PlacedScene {
     std::vector<Rod> limb;
     std::vector<Solid> held;
 
+    /// Places all shapes by their frames.
     void place(const Scene& scene, const SceneFrames<double>& f) {
         limb.clear();
         held.clear();
@@ -171,6 +176,7 @@ struct PlacedScene {
         for (int h = 0; h < scene.held_count; ++h) held.push_back(placed(f.flange, scene.held[h]));
     }
 
+    /// The distance (m) of the cores of a pair.
     double distance(const WatchedPair& pair) const noexcept {
         using Kind = WatchedPair::Kind;
         const auto i = static_cast<std::size_t>(pair.mover), j = static_cast<std::size_t>(pair.other);
@@ -182,8 +188,8 @@ struct PlacedScene {
     }
 };
 
-/// Tests limbs against the balls of the ground: found(limb, ball, obstacle) for those within reach(limb) plus
-/// their radius.
+/// Calls found(limb, ball, obstacle) for the balls whose surface is within reach(limb) (m) of a limb's
+/// segment.
 template <class Reach, class Found>
 void near_balls(const Scene& scene, const std::vector<Rod>& limb, const Reach& reach, const Found& found) {
     for (int block = 0; block < scene.block_count; ++block)
@@ -192,7 +198,7 @@ void near_balls(const Scene& scene, const std::vector<Rod>& limb, const Reach& r
                        [&](const Solid& ball, int id) { found(k, ball, id); });
 }
 
-/// Calls found(pair) for each pair of placed moving shapes that is within half a stretch's motion of contact.
+/// Calls found(pair) for each pair that could collide within half a stretch of width h.
 template <class Found>
 void near_pairs(const SceneMotion& moving, const PlacedScene& at, double h, const Found& found) {
     using Kind = WatchedPair::Kind;
@@ -260,17 +266,18 @@ void near_pairs(const SceneMotion& moving, const PlacedScene& at, double h, cons
     }
 }
 
-/// The proof of one curve, stretch by stretch.
+/// Proves that a curve is collision-free, stretch by stretch.
 class ClearProver {
 public:
-    /// `touching`: a requested end may touch, so distances are proven without the slack.
+    /// `touching`: a requested end may touch an obstacle, so distances are proven without the slack.
     ClearProver(const Curve& curve, const Scene& scene, bool touching)
         : curve_(curve),
           scene_(scene),
           moving_(scene, touching ? -clear_proof::slack : clear_proof::slack),
           budget_(0) {}
 
-    /// Whether a part of a stretch is collision-free; a place of a collision is added to `violated`.
+    /// Whether the part [from, to] of a stretch is proven collision-free; the place of a collision is added
+    /// to `violated`.
     bool prove(const Stretch& x, double from, double to, std::vector<double>& violated) {
         if (scene_.base_tag) {
             violated.push_back(0.5 * (from + to));
@@ -310,11 +317,13 @@ private:
         return out;
     }
 
+    /// Bounds the motion of all shapes over a range of s.
     void enclose(double from, double to) {
         --budget_;
         moving_.enclose(frames(Enclosed::variable(Interval(from, to))), limb_count(scene_));
     }
 
+    /// Measures the distances of the listed pairs at s.
     template <class Take>
     void measure(double s, std::vector<WatchedPair>& pairs, const Take& take) {
         here_.place(scene_, frames(s));
@@ -326,8 +335,8 @@ private:
         if (touches_) violated_->push_back(s);
     }
 
-    /// Whether no listed pair collides between two s at which they are measured; `moving_` encloses the
-    /// stretch.
+    /// Whether no listed pair collides between two s at which they were measured, by bisection. `moving_`
+    /// must hold the bounds over this range.
     bool stands(double from, double to, const std::vector<WatchedPair>& pairs, int depth) {
         if (touches_) return touches_ = false;
         const double h = to - from, middle = 0.5 * (from + to);

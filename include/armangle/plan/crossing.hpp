@@ -52,7 +52,7 @@ inline constexpr double beside[] = {
     0.01, 0.03, 0.08, 0.2,  0.45};  // of the step at a fixed end: additional sections
 }  // namespace crossing_rule
 
-/// The problem of a crossing.
+/// The problem of a path that may change its branch.
 struct CrossingTask {
     std::vector<int> branches;     // branches that may be used
     std::vector<double> sections;  // s, rising from 0 to 1
@@ -65,27 +65,28 @@ struct CrossingTask {
 
 namespace detail {
 
-/// Signed distance of a hinge's theta from the nearest of 0 and +-pi, where branches meet.
+/// The signed difference (rad) of theta of joint 2 or 6 from the nearest of 0 and +-pi, where branches meet.
 inline double from_meeting(double theta) noexcept { return theta - pi * round(theta / pi); }
 
-/// Whether hinge h comes near 0, or near pi if limits permit, on a circle.
+/// Whether joint 2 or 6 (h: 0, 1) comes near 0, or near pi if limits permit, at some phi.
 inline bool meets(const JointFunctions<double>& f, const LimitTable& limits, int h) noexcept {
     const double most = 1.0 - std::cos(crossing_rule::near);
     return f.hinge[h].high.below_one < most ||
            (f.hinge[h].low.above_minus_one < most && limits.least_cosine[h] < most - 1.0);
 }
 
-/// The joint that rotates about one axis with the joint two further on if hinge h is 0.
+/// The joint that rotates around one axis with the joint two further on if joint 2 or 6 (h: 0, 1) is 0: joint
+/// 1 or 5.
 inline int leading_joint(int h) noexcept { return pivot_joint[2 * h] + 1; }
 
-/// Searches a path that may change its branch.
+/// Searches a path that may change its branch where two branches meet.
 class Crossing {
 public:
     Crossing(const Task& task, const CrossingTask& asked) : task_(task), asked_(asked) {
         if (task.encumbered()) left_.resize(asked.sections.size() * configurations);
     }
 
-    /// The stretches of a path, and the branch in which it begins; none if no path exists.
+    /// Returns the stretches of a path, and the branch in which it begins; none if no path exists.
     std::vector<Stretch> run(int& gc, long long& links) {
         find_wished();
         if (!search(links)) return {};
@@ -101,8 +102,8 @@ public:
         return draw(false);
     }
 
-    /// The same path without crowded knots of phi: third derivatives of a spline with knots 1e-6 of s apart
-    /// are mere rounding.
+    /// Returns the same path with fewer knots of phi. Third derivatives of a spline with knots 1e-6 of s
+    /// apart are mere rounding.
     std::vector<Stretch> calmly() const { return asked_.locked ? std::vector<Stretch>{} : draw(true); }
 
     /// The first joints of the path.
@@ -138,6 +139,7 @@ private:
 
     // ---- search
 
+    /// The cost of the distances from joint limits.
     double limit_cost(const double* q) const noexcept {
         double sum = 0;
         for (int j = 0; j < joints; ++j) {
@@ -151,8 +153,8 @@ private:
         return task_.margin_scale() * sum;
     }
 
-    /// Computes the target phi at each section, NaN without a target: the same in all branches of one side of
-    /// the elbow.
+    /// Computes the target phi at each section; NaN without a target. It is the same in all branches with one
+    /// sign of the elbow.
     void find_wished() {
         wished_.assign(asked_.sections.size(), not_a_number);
         if (!(asked_.wish > 0) || asked_.branches.empty()) return;
@@ -160,11 +162,12 @@ private:
             wished_[k] = task_.wished_phi(asked_.branches.front(), asked_.sections[k]);
     }
 
-    /// Cost of phi at section k for its distance from the target.
+    /// The cost of phi at section k for its distance from the target.
     double wish_cost_of(std::size_t k, double phi) const noexcept {
         return asked_.wish * wish_cost(phi - wished_[k]);
     }
 
+    /// The node of a configuration at section k, with its cost.
     Node node(std::size_t k, const Candidate& x) const noexcept {
         Node out{x, {}, limit_cost(x.q) + wish_cost_of(k, x.phi)};
         for (int h = 0; h < hinges; ++h)
@@ -172,8 +175,8 @@ private:
         return out;
     }
 
-    /// Whether obstacles and the user permit phi at section k. The permitted arcs are stored, because search
-    /// and smoothing ask a thousand times at one section.
+    /// Whether obstacles and the user permit phi at section k. The permitted arcs are stored, because they
+    /// are needed often.
     bool open(std::size_t k, const SelfMotion<double>& m, double phi) {
         if (!task_.encumbered()) return true;
         std::unique_ptr<ArcSet>& left = left_[k * configurations + static_cast<std::size_t>(index(m.gc))];
@@ -187,7 +190,8 @@ private:
         return contains(*left, phi);
     }
 
-    /// Adds the configurations of a section on a grid of the leading theta, near hinge h.
+    /// Adds the configurations of a section for values of theta_1 (theta_5) on a grid, near theta_2 (theta_6)
+    /// = 0 (h: 0, 1).
     void fill_led(std::size_t k, const Section& l, int gc, int h, const Window& window,
                   Candidates& candidates, Postures& out) {
         if (l.status == Status::UNREACHABLE || l.status == Status::FOLDED) return;
@@ -239,6 +243,7 @@ private:
         }
     }
 
+    /// Searches the path of least cost from section to section; false if there is none.
     bool search(long long& links) {
         const Objective plain;
         std::size_t n = asked_.sections.size();
@@ -349,7 +354,8 @@ private:
         return true;
     }
 
-    /// Keeps only the cheapest configurations of a section, as many as may be linked to as many again.
+    /// Keeps only the cheapest configurations of a section, so that the number of links to the next stays
+    /// limited.
     void keep_cheapest(std::vector<Node>& layer, long long links) {
         const auto size = static_cast<long long>(layer.size());
         const long long most = std::max(crossing_rule::least_postures, links / std::max(size, 1LL));
@@ -362,7 +368,7 @@ private:
             if (x.cost > *last) x.cost = infinity;
     }
 
-    /// Whether any turn of a block was reached.
+    /// Whether any revolution of a block was reached.
     static bool leads_on(const Block& block, const std::vector<Node>& layer) noexcept {
         std::size_t count = 1;
         for (const int n : block.windings.count) count *= static_cast<std::size_t>(n);
@@ -371,14 +377,14 @@ private:
         return false;
     }
 
-    /// Gives a row with hinges at 0 or pi the signs of the row next to it.
+    /// If theta_2 or theta_6 of a row is 0 or pi, gives it the branch signs of the row next to it.
     void share_branch(Row& row, const Row& beside) const noexcept {
         const int shared = shared_signs(chain(task_.arm, row.q).theta);
         row.gc = (row.gc & ~shared) | (beside.gc & shared);
     }
 
-    /// The branch of an end, on the side of the elbow that is used: a requested one, if a hinge is at 0 (pi)
-    /// and two coincide.
+    /// The branch of an end of the path, with the elbow sign that is used. If two branches coincide there, a
+    /// requested one.
     int own_branch(const Anchor& end) const noexcept {
         const Chain now = chain(task_.arm, end.q);
         const int own = (index(configuration(task_.arm, now.theta)) & ~2) | (asked_.branches.front() & 2);
@@ -393,7 +399,7 @@ private:
         return max(abs(x.hinge[0]), abs(x.hinge[1])) <= tolerance::one_axis;
     }
 
-    /// Adds the links of a configuration to the blocks of the previous section, if they are cheapest so far.
+    /// Links a configuration to the blocks of the previous section, where this is cheaper than before.
     void link(Node& x, int gc, const EightBlocks& eight, const std::vector<Node>& before,
               double ds) const noexcept {
         const int differ = gc ^ eight.gc;
@@ -420,7 +426,8 @@ private:
         return self_motion(task_.arm, row.circle, configuration(row.gc));
     }
 
-    /// Moves the row to x along its leader; false if no configuration exists there.
+    /// Moves a row to the value x of its parameter (phi or a leading joint); false if there is no
+    /// configuration.
     bool put(Row& row, double x) const noexcept {
         const SelfMotion<double> m = motion(row);
         Directions<double> d;
@@ -445,7 +452,8 @@ private:
         return true;
     }
 
-    /// dtheta / dphi of the pivot that may lead near hinge h; 0 if it may not, for |theta| beyond `near`.
+    /// The derivative dtheta / dphi of joint 1 (5) near theta_2 (theta_6) = 0; 0 if this joint may not lead
+    /// there.
     double speed(const Row& row, int h) const noexcept {
         const double theta = from_meeting(to_theta(task_.arm, hinge_joint[h], row.q[hinge_joint[h]]));
         if (abs(theta) > 2 * crossing_rule::near) return 0;
@@ -454,12 +462,13 @@ private:
         const double slope = abs(t.slope(sin_cos(row.phi)));
         return slope > crossing_rule::slope ? slope / max(abs(std::sin(theta)), 1e-12) : 0.0;
     }
+    /// Theta of the joint that may lead near joint 2 or 6 (h: 0, 1), at a row.
     SinCos<double> leading_theta(const Row& row, int h) const noexcept {
         const int j = leading_joint(h) - 1;
         return sin_cos(to_theta(task_.arm, j, row.q[j]));
     }
 
-    /// Makes a pivot lead the row (0: none).
+    /// Makes joint `lead` (1..7) the parameter of a row; 0: phi.
     void set_lead(Row& row, int lead) const noexcept {
         row.lead = lead;
         if (lead == 0) {
@@ -471,8 +480,8 @@ private:
         row.side = t.slope(sin_cos(row.phi)) > 0 ? -1.0 : 1.0;
     }
 
-    /// Each row moves along the fastest of phi, theta_1 and theta_5. A pivot keeps leading while it is no
-    /// slower than phi, so the leader changes where either would do.
+    /// Chooses the parameter of each row: the fastest of phi, theta_1 and theta_5. A joint keeps leading
+    /// while it is no slower than phi, so that the change happens where both are possible.
     void choose_leads() {
         const std::size_t n = rows_.size();
         std::vector<int> lead(n, 0);
@@ -501,6 +510,7 @@ private:
 
     // ---- smoothing: Gauss-Newton steps with Marquardt's damping, as relax.hpp
 
+    /// The cost of the path: joint travel, distances from limits, and distances from the target.
     double energy() const noexcept {
         double sum = 0;
         for (std::size_t k = 0; k < rows_.size(); ++k) {
@@ -515,13 +525,14 @@ private:
         }
         return sum;
     }
+    /// The part of s that a row represents.
     double share(std::size_t k) const noexcept {
         const std::size_t n = rows_.size();
         return 0.5 *
                ((k ? rows_[k].s - rows_[k - 1].s : 0.0) + (k + 1 < n ? rows_[k + 1].s - rows_[k].s : 0.0));
     }
 
-    /// dq of each row along its leader, by differences.
+    /// Computes the derivative of each row's joints with respect to its parameter, by differences.
     void find_slopes() {
         for (Row& row : rows_) {
             Row left = row, right = row;
@@ -533,6 +544,7 @@ private:
         }
     }
 
+    /// Reduces the cost of the path by damped Gauss-Newton steps.
     void relax() {
         const std::size_t n = rows_.size();
         if (n < 2) return;
@@ -596,6 +608,7 @@ private:
         }
     }
 
+    /// Adds the derivatives of a row's own cost.
     void own_slopes(std::size_t k, double& gradient, double& diagonal) const noexcept {
         const Row& row = rows_[k];
         if (!is_nan(wished_[k])) {
@@ -622,10 +635,11 @@ private:
 
     // ---- curve
 
-    /// Value, slope and curvature by s of the leader (0: phi) at the end of a stretch.
+    /// Value, first and second derivative of a parameter with respect to s.
     struct Joint3 {
         double value, slope, curvature;
     };
+    /// Computes them at the end of a stretch.
     Joint3 at_end(const Curve& curve, const Stretch& x, int lead, double near) const noexcept {
         using J = Jet<double, 3>;
         const J s = J::variable(x.end);
@@ -635,7 +649,8 @@ private:
         return {lift(angle.value(), near), angle.coefficient[1], 2 * angle.coefficient[2]};
     }
 
-    /// Splines of the runs of rows with the same leader; each joins the next with two derivatives.
+    /// Draws the path as splines over runs of rows with the same parameter. Each spline joins the next with
+    /// two continuous derivatives.
     std::vector<Stretch> draw(bool few) const {
         std::vector<Stretch> out;
         const std::size_t n = rows_.size();
@@ -667,13 +682,13 @@ private:
         return out;
     }
 
-    /// The leader from row k to the next: that of either row, the later one first.
+    /// The parameter from row k to the next: that of either row, the later one first.
     int step_lead(std::size_t k) const noexcept {
         return rows_[k + 1].lead != 0 ? rows_[k + 1].lead : rows_[k].lead;
     }
 
-    /// Whether the leader needs no knot at s after others and before the last: it is smooth where phi needs
-    /// many. After phi, whose derivatives it inherits, knots start unchanged; each segment ends at one.
+    /// Whether a spline needs no knot at s, because the knots before it and the last one are close enough.
+    /// After a run of phi, knots start as dense as before; the end of each segment stays a knot.
     bool crowded(double s, const std::vector<double>& before, double last, bool first) const noexcept {
         const std::size_t n = before.size();
         double apart = crossing_rule::apart;
@@ -684,7 +699,7 @@ private:
         return true;
     }
 
-    /// Whether phi is straight from a knot over the crowded rows from k on.
+    /// Whether phi is nearly straight from a knot at s over the rows from k on.
     bool is_straight(std::size_t k, std::size_t to, double s, double phi) const noexcept {
         std::size_t end = k;
         while (end < to && rows_[end].s < s + crossing_rule::apart) ++end;

@@ -25,9 +25,9 @@
 
 namespace armangle {
 
-/// phi on one stretch [start, end] of s: c0 + c1 t + c2 t^2 + c3 t^3, t in [0, 1]; a stretch lies within one
-/// segment. If a joint leads (led.hpp), its theta instead, and phi follows. Holds doubles alone, so that a
-/// curve fits into an array.
+/// One stretch [start, end] of a curve: phi = c0 + c1 t + c2 t^2 + c3 t^3, t in [0, 1]. A stretch lies within
+/// one segment. If a joint leads (led.hpp), the polynomial is its theta instead, and phi follows. Holds
+/// doubles alone, so that a curve fits into an array.
 struct Stretch {
     double start, end, coefficient[4];
     double q[joints], psi;          // at its start, continuous: reference for the turns of inner values
@@ -38,7 +38,7 @@ struct Stretch {
 
 inline constexpr std::size_t stretch_width = sizeof(Stretch) / sizeof(double);
 
-/// phi, or theta of the leading joint.
+/// The value of a stretch's polynomial at s: phi, or theta of the leading joint.
 template <class T>
 T phi_at(const Stretch& x, const T& s) noexcept {
     const T t = (s - T(x.start)) / (T(x.end) - T(x.start));
@@ -46,12 +46,12 @@ T phi_at(const Stretch& x, const T& s) noexcept {
     return T(c[0]) + t * (T(c[1]) + t * (T(c[2]) + t * T(c[3])));
 }
 
-/// The segment that a stretch lies within.
+/// The segment of the path in which a stretch lies.
 inline const Segment& segment_of(std::span<const Segment> segments, const Stretch& x) noexcept {
     return segments[segment_index(segments.data(), segments.size(), 0.5 * (x.start + x.end))];
 }
 
-/// The stretch that holds s; between two the later one.
+/// The stretch that contains s; between two, the later one.
 inline const Stretch& stretch_at(std::span<const Stretch> stretches, double s) noexcept {
     std::size_t low = 0, high = stretches.size();
     while (high - low > 1) {
@@ -68,8 +68,8 @@ struct PlacedPosture {
     Pose<double> pose;
 };
 
-/// The same for any scalar: the self-motion, phi, the angles. If a joint leads, also its theta and the
-/// squared slope of its tie (led.hpp: slope_square).
+/// A configuration for any scalar: the self-motion, phi and the directions of the joints. If a joint leads,
+/// also its theta and the squared slope of its equation (led.hpp: slope_square).
 template <class T>
 struct PlacedDirections {
     SelfMotion<T> motion;
@@ -87,12 +87,12 @@ inline constexpr double there = 1e-5;   // rad: joints this near to the limit ha
 inline constexpr double shut = 3e-6;
 }  // namespace curve_rule
 
-/// Whether the limits permit a joint a whole turn, so that an angle may be within them on two turns.
+/// Whether the range of joint j is at least 2 pi, so that one angle may fit in two revolutions.
 inline bool has_a_turn(const Limits& limits, int j) noexcept {
     return limits.upper[j] - limits.lower[j] >= two_pi - 2 * tolerance::angle;
 }
 
-/// A view: the caller owns arm, path and stretches.
+/// A curve over the path; arm, path and stretches belong to the caller.
 struct Curve {
     const Arm& arm;
     SmoothPlane plane;
@@ -107,7 +107,7 @@ struct Curve {
     /// along it.
     int branch(const Stretch& x) const noexcept { return x.branch < 0 ? gc : static_cast<int>(x.branch); }
 
-    /// The hinge (0: joint 2, 1: joint 6) that is 0 or pi at joints q while a pivot next to the other one
+    /// The joint (0: joint 2, 1: joint 6) that is 0 or pi at joints q while a neighbour of the other one
     /// leads the stretch; -1: none.
     int hinge_shut(const Stretch& x, const double* q) const noexcept {
         const int through = hinge_led_through(static_cast<int>(x.lead));
@@ -117,14 +117,14 @@ struct Curve {
         return abs(std::sin(theta)) <= tolerance::one_axis ? other : -1;
     }
 
-    /// The self-motion in phi at s, for any scalar.
+    /// The self-motion at s, counted in phi, for any scalar.
     template <class T>
     SelfMotion<T> motion_at(const Stretch& x, const T& s) const noexcept {
         const Circle<T> c = circle(arm, flange_pose(arm, pose_at(segment(x), s)), plane);
         return self_motion(arm, c, spread<T>(configuration(branch(x))));
     }
 
-    /// The configuration at s with phi, or leading theta, equal to `value`, for any scalar.
+    /// Computes the configuration at s with phi, or leading theta, equal to `value`, for any scalar.
     template <class T>
     PlacedDirections<T> place(const Stretch& x, const T& s, const T& value) const noexcept {
         PlacedDirections<T> out;
@@ -144,8 +144,8 @@ struct Curve {
         return out;
     }
 
-    /// The configuration at s with joints on the turn nearest to `near` within the limits (psi nearest to
-    /// near_psi). value: phi, or theta of the leading joint.
+    /// The configuration at s with joints in the revolution nearest to `near` within the limits, and psi
+    /// nearest to near_psi. value: phi, or theta of the leading joint.
     PlacedPosture solve(const Stretch& x, double s, double value, const double* near,
                         double near_psi) const noexcept {
         PlacedPosture out;
@@ -176,6 +176,7 @@ struct Curve {
         return out;
     }
 
+    /// The configuration at s.
     PlacedPosture at(double s) const noexcept { return at(stretch(s), s); }
 
     /// The same on a given stretch that holds s.
@@ -186,7 +187,8 @@ struct Curve {
         return solve(x, s, phi_at(x, s), near, t < 0.5 ? x.psi : x.psi_end);
     }
 
-    /// q', q'', q''' by s: three rows of seven. Between two segments, those of the later one.
+    /// The derivatives q', q'', q''' with respect to s: three rows of seven. Between two segments, those of
+    /// the later one.
     void derivatives(double s, double* out) const noexcept {
         using J = Jet<double, 3>;
         const Stretch& x = stretch(s);
@@ -215,9 +217,9 @@ struct Curve {
         return makes_one_axis(place(x, s, phi_at(x, s)).angles, hinge_joint[h], curve_rule::shut);
     }
 
-    /// The joints at an end where hinge h is 0, as the limit from within. The directions (V, U) of both
-    /// neighbours vanish with the distance and are divided by it. way: 1 if the stretch begins there, -1 if
-    /// it ends. Does nothing if h < 0.
+    /// Replaces the directions of the neighbours of joint 2 or 6 (h: 0, 1) at an end where that joint is 0,
+    /// by their limit from within. These directions (V, U) vanish with the distance and are divided by it.
+    /// way: 1 if the stretch begins there, -1 if it ends. Does nothing if h < 0.
     template <int K>
     void open_hinge(const Stretch& x, double s, int h, double way,
                     Directions<Jet<double, K>>& d) const noexcept {
@@ -245,8 +247,8 @@ struct Curve {
 
 namespace detail {
 
-/// The polar form of a cubic spline on the knots t[3] .. t[4] (t: the six knots around), from its four
-/// control values.
+/// The polar form (blossom) of a cubic spline on the interval t[3] .. t[4], from its four control values; t:
+/// the six knots around.
 inline double blossom(const double* c, const double* t, const double (&u)[3]) noexcept {
     double d[4] = {c[0], c[1], c[2], c[3]};
     for (int r = 1; r <= 3; ++r)
@@ -258,7 +260,7 @@ inline double blossom(const double* c, const double* t, const double (&u)[3]) no
     return d[3];
 }
 
-/// The six knots about interval i of the breaks (i - 2 .. i + 3), with repeated ends.
+/// The six knots around interval i of the breaks (i - 2 .. i + 3), with repeated ends.
 inline void knots_about(const std::vector<double>& breaks, std::size_t i, double (&t)[6]) noexcept {
     for (std::size_t k = 0; k < 6; ++k)
         t[k] = breaks[std::clamp<std::size_t>(i + k, 2, breaks.size() + 1) - 2];
@@ -297,7 +299,7 @@ inline Spline spline(const std::vector<double>& breaks, const std::vector<double
     return out;
 }
 
-/// The same function on more breaks, which include the old ones, by knot insertion.
+/// The same spline on more breaks, which include the old ones, by knot insertion.
 inline Spline refined(const Spline& old, const std::vector<double>& breaks) {
     Spline out{breaks, std::vector<double>(breaks.size() + 2)};
     std::size_t at = 0;
@@ -338,7 +340,7 @@ inline std::vector<Stretch> stretches_of(const Spline& x, std::span<const Segmen
     return out;
 }
 
-/// phi as straight pieces through the values.
+/// The stretches of a polyline phi(s) through the given values.
 inline std::vector<Stretch> straight_stretches(const std::vector<double>& s, const std::vector<double>& phi) {
     std::vector<Stretch> out(s.size() - 1);
     for (std::size_t i = 0; i + 1 < s.size(); ++i) {
@@ -352,8 +354,8 @@ inline std::vector<Stretch> straight_stretches(const std::vector<double>& s, con
 
 namespace detail {
 
-/// The configuration at an end of a stretch, near given joints. If theta_2 or theta_6 vanishes, joints 1 and
-/// 5 are the limits from within. They vary as the root of the distance: so they leave a stretched arm.
+/// The configuration at an end of a stretch, near given joints. If theta_2 or theta_6 vanishes there, joints
+/// 1 and 5 are the limits from within, since they vary like the root of the distance.
 inline PlacedPosture end_posture(const Curve& curve, const Stretch& x, bool last, const double* near,
                                  double psi) noexcept {
     const double s = last ? x.end : x.start,
@@ -386,8 +388,8 @@ inline PlacedPosture end_posture(const Curve& curve, const Stretch& x, bool last
 
 }  // namespace detail
 
-/// Gives every stretch the configurations at its ends, continuous from q0 and psi0 on. `stretches` are those
-/// of the curve.
+/// Computes the joints at the ends of every stretch, continuous from q0 and psi0 on. `stretches` are those of
+/// the curve.
 inline void lift_stretches(const Curve& curve, std::span<Stretch> stretches, const double* q0,
                            double psi0) noexcept {
     double q[joints], psi = psi0;

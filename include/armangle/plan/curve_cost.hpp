@@ -51,17 +51,18 @@ public:
         return sum;
     }
 
-    /// Joint travel of a curve: the integral of |dq/ds|^2.
+    /// The joint travel of a curve: the integral of |dq/ds|^2 (rad^2).
     double travel(const Curve& drawn) const noexcept { return summed(drawn, square); }
 
-    /// Cost of a motion with dq/ds.
+    /// The cost of a motion with joint rates dq/ds.
     double moving(const double* rate) const noexcept {
         const Objective& w = objective_;
         const double hurried = w.duration > 0 ? w.duration * task_.length * pace(w.slowness, rate) : 0.0;
         return w.travel * square(rate) + hurried;
     }
 
-    /// Weighted cost of an angle of a self-motion at s for its distance from the target.
+    /// The weighted cost of an angle of a self-motion at s for its distance from the target; 0 without a
+    /// target.
     double unwished(const SelfMotion<double>& m, double angle, double s) const noexcept {
         if (!task_.wish) return 0;
         const Pose<double> flange = flange_pose(task_.arm, task_.pose(s));
@@ -69,7 +70,7 @@ public:
                wish_cost(angle - wished_angle(task_.arm, *task_.wish, flange, m, s));
     }
 
-    /// The objective of a curve, by sums over the same samples.
+    /// The objective of a curve, summed over samples.
     double objective(const Curve& drawn) const noexcept {
         double near = 0;
         for (const Stretch& x : drawn.stretches)
@@ -84,12 +85,13 @@ public:
         return moved + near;
     }
 
+    /// The configuration of a curve at s on a stretch.
     static PlacedPosture curve_at(const Curve& drawn, const Stretch& x, double s) noexcept {
         return drawn.solve(x, s, phi_at(x, s), s < 0.5 * (x.start + x.end) ? x.q : x.q_end, x.psi);
     }
 
-    /// Cost of holding the arm angle of the start (or goal) constant in a reference, by sums. Infinite if
-    /// that violates a limit or margin, or a joint jumps.
+    /// The cost of a path with the arm angle of the start (or goal, `back`) held constant, for one definition
+    /// of psi. Infinite if that violates a limit or margin, or a joint jumps.
     double held_cost(Reference reference, const double* end, bool back) const noexcept {
         Arm arm = task_.arm;
         arm.reference = reference;
@@ -120,7 +122,7 @@ public:
         return sum;
     }
 
-    /// The branches that a curve uses, as bits.
+    /// The branches that a curve uses, one bit each.
     unsigned passed(const Curve& drawn) const noexcept {
         unsigned out = 0;
         for (const Stretch& x : drawn.stretches)
@@ -148,7 +150,7 @@ public:
         return true;
     }
 
-    /// Whether a joint moves farther from sample to sample than it would in a step.
+    /// Whether a joint moves farther between two samples than the search permits between two sections.
     bool hurries(const Curve& drawn) const noexcept {
         double most = 0;
         for (const Stretch& x : drawn.stretches)
@@ -160,7 +162,7 @@ public:
         return most > CurveCostTuning::held_move;
     }
 
-    /// The least margin along a curve, sampled in every stretch, without joint 4.
+    /// The least margin (rad) along a curve, sampled in every stretch, without joint 4.
     double least_margin(const Curve& drawn) const noexcept {
         double least = infinity;
         const auto look = [&](const double* q) { least = min(least, rating(task_, objective_, q).margin); };
@@ -173,7 +175,7 @@ public:
         return least;
     }
 
-    /// The margin of joint 4 along a path.
+    /// The least margin (rad) of joint 4 along a path.
     double least_elbow_margin(const Tube& t, const Way& way) const noexcept {
         double least = infinity;
         for (std::size_t k = 0; k < way.rows.size(); ++k)
@@ -182,10 +184,10 @@ public:
         return least;
     }
 
-    /// Whether to prefer a path through several branches over a proven one: if it costs less, or has less
-    /// than half the travel in one of two cases. First, the arm begins (ends) in its home position and the
-    /// path costs no more than a constant arm angle. Second, it changes branches in the arm's plane and no
-    /// constant arm angle is possible.
+    /// Whether to prefer a path through several branches over a proven one: if it costs less, or if it has
+    /// less than half the joint travel in one of two cases. In the first case the arm begins (ends) in its
+    /// home position and the path costs no more than a constant arm angle. In the second it changes branches
+    /// in the arm's plane and no constant arm angle is possible.
     bool calmer(const Curve& crossing, const Curve& proven, const double* start,
                 const double* goal) const noexcept {
         const double cost = objective(crossing);

@@ -73,7 +73,8 @@ struct CurveThrough {
     }
 
 private:
-    /// Largest deviation of a joint from the straight move between two rows q, stored one after the other.
+    /// The largest deviation (rad) of a joint from the straight move between two rows q, which are stored one
+    /// after the other.
     template <class Corrected>
     static double swing(const Curve& curve, const Corrected& corrected, const Stretch& x,
                         const double* q) noexcept {
@@ -87,7 +88,7 @@ private:
         }
         return most;
     }
-    /// Deviation from q at a share of a stretch after its start.
+    /// The largest deviation (rad) from joints q at a share of a stretch.
     template <class Corrected>
     static double off_at(const Curve& curve, const Corrected& corrected, const Stretch& x, const double* q,
                          double share) noexcept {
@@ -110,7 +111,8 @@ private:
                off_at(curve, corrected, x, q + joints, 1.0) <= through_rule::there;
     }
 
-    /// Makes the pivot next to a hinge lead if joints then deviate less: first for the hinge nearer to 0.
+    /// Makes a neighbour of joint 2 or 6 lead a stretch if joints then deviate less; the joint nearer to 0 is
+    /// tried first.
     template <class Corrected>
     static void calm(const Curve& curve, const Corrected& corrected, const double* q, Stretch& x) noexcept {
         double open[hinges];
@@ -131,7 +133,8 @@ private:
         if (open[1 - nearer] <= through_rule::near) lead(curve, corrected, 1 - nearer, q, most, x);
     }
 
-    /// Makes the pivot next to hinge h lead from row q to the next, if no joint then deviates above `most`.
+    /// Makes the neighbour of joint 2 or 6 (h: 0, 1) lead from row q to the next, if no joint then deviates
+    /// by more than `most` (rad).
     template <class Corrected>
     static bool lead(const Curve& curve, const Corrected& corrected, int h, const double* q, double most,
                      Stretch& x) noexcept {

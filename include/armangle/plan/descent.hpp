@@ -47,7 +47,7 @@ using SeriesInS = Jet<double, 1>;
 template <int K>
 using SeriesInPhi = Jet<SeriesInS, K>;
 
-/// A point of the integration: all data that are independent of phi.
+/// A point of the integration over s, with all data that do not depend on phi.
 struct GaussPoint {
     double s, weight;
     std::size_t cell;                 // its interval: depends on control values cell .. cell + 3
@@ -76,7 +76,7 @@ inline double gauss_weight(std::size_t n, std::size_t k) noexcept {
     return weight[n - 1][k];
 }
 
-/// s sin + c cos + k as a series in phi, K = 1 or 3.
+/// The Taylor series of s sin + c cos + k in phi, K = 1 or 3.
 template <int K>
 SeriesInPhi<K> series(const Harmonic<SeriesInS>& f, const SinCos<double>& phi) noexcept {
     const SinCos<SeriesInS> at{SeriesInS(phi.sin), SeriesInS(phi.cos)};
@@ -90,7 +90,8 @@ SeriesInPhi<K> series(const Harmonic<SeriesInS>& f, const SinCos<double>& phi) n
     return out;
 }
 
-/// Stores the arcs of phi that obstacles and the user permit at a point; if none, an arc without any phi.
+/// Stores the arcs of phi that obstacles and the user permit at a point. If there are none, an arc without
+/// any phi.
 inline void leave_open(const Task& task, int gc, GaussPoint& p, std::vector<Arc>& arcs) {
     const SelfMotion<double> m = self_motion(task.arm, task.circle_at(p.s), configuration(gc));
     ArcSet any, left;
@@ -115,8 +116,8 @@ struct Quadrature {
     std::vector<Arc> open;  // the arcs of all points
 };
 
-/// If `cut`, no rule crosses the end of a segment, where the path's velocity jumps. points: of an interval, 1
-/// to 4.
+/// Computes the Gauss points of all intervals. If `cut`, no interval crosses the end of a segment, where the
+/// path's velocity jumps. points: per interval, 1 to 4.
 inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>& breaks, bool cut,
                              std::size_t points = descent_rule::points) {
     using detail::SeriesInS;
@@ -169,13 +170,13 @@ inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>
     return out;
 }
 
-/// Which ends of a curve are fixed, and joints at s = 0 from which turns are counted.
+/// Which ends of a curve are fixed, and the joints at s = 0 that determine the revolutions.
 struct FixedEnds {
     bool first, last;
     double q[joints];
 };
 
-/// A curve of a branch and the descent of its objective.
+/// Minimizes the objective over curves of one branch.
 class Descent {
 public:
     Descent(const Task& task, const Objective& objective, const FixedEnds& ends,
@@ -198,12 +199,13 @@ public:
     double energy() const noexcept { return here_.energy; }
     const Terms& terms() const noexcept { return here_.terms; }
     const std::vector<double>& control() const noexcept { return control_; }
-    /// The least distance at a Gauss point, among those that the objective weighs (rad).
+    /// The least distance (rad) from limits and singularities at a Gauss point, among those that the
+    /// objective weighs.
     double margin() const noexcept { return here_.margin; }
     const double* first_q() const noexcept { return here_.q; }
 
-    /// Descends until another step would save at most this share of the objective, or `work` is spent. If the
-    /// wall stops it earlier, it continues from a softer wall.
+    /// Minimizes until another step would save at most the share `done` of the objective, or `work` is spent.
+    /// If the cost near limits stops it earlier, it continues with a softer one.
     void run(double done, long long& work) {
         if (go_down(done, work) || work <= 0) return;
         const std::vector<double> stopped = control_;
@@ -229,8 +231,8 @@ public:
         return saving_ / max(here_.energy, descent_rule::tiny);
     }
 
-    /// Halves the intervals on which the spline bends too sharply for its knots, or the integrand rises too
-    /// fast for its points.
+    /// The breaks with those intervals halved on which the spline bends too sharply for its knots, or the
+    /// integrand varies too fast for its points.
     std::vector<double> finer(double narrowest) const {
         const std::vector<double>& breaks = quadrature_->breaks;
         const std::size_t n = breaks.size() - 1;
@@ -263,7 +265,7 @@ public:
     }
 
 private:
-    /// Takes steps until another would save at most this share of the objective; whether that was reached.
+    /// Takes steps until another would save at most this share of the objective; true if that was reached.
     bool go_down(double done, long long& work) {
         double damping = 1e-3;
         for (int round = 0; round < descent_rule::rounds && damping < 1e9 && work > 0; ++round) {
@@ -317,8 +319,8 @@ private:
     double saving_ = 0, slope_ = 0;
     double asked_wall_, wall_;  // r, at the end and now
 
-    /// Weight of the cost that enforces limits: as large as the heaviest of the others. So their common scale
-    /// is irrelevant, and none of them pushes a curve through.
+    /// The weight of the cost that enforces limits: that of the heaviest other term. So the common scale of
+    /// the weights does not matter.
     double wall_weight() const noexcept {
         const Objective& w = objective_;
         const double heaviest =
@@ -357,10 +359,10 @@ inline void Descent::bend_duration(const Rates& rates, double n, double weight, 
     f.v_v += weight * (v_v - 7 / n * by_v * by_v);
 }
 
-/// Objective and derivatives at one point; false beyond a limit. q, rate: joints of the previous point (ds
-/// before), replaced by those of this one. The first point's (ds = 0) are on the turn nearest to q, and moved
-/// into the limits if no end is fixed: a joint of less than a turn may begin on its other side. Order of the
-/// derivatives: 2, or 0 for the value alone.
+/// Computes the objective and its derivatives at one point; false beyond a limit. q, rate: joints of the
+/// previous point (ds before), replaced by those of this one. At the first point (ds = 0) the joints are in
+/// the revolution nearest to q, and moved into the limits if no end is fixed. Order of the derivatives: 2, or
+/// 0 for the value alone.
 template <int Order>
 bool Descent::integrand(const detail::GaussPoint& p, double phi, double v, const double* before, double ds,
                         double* q, double* rate, Integrand& f, Terms& terms) const noexcept {
@@ -479,8 +481,8 @@ bool Descent::integrand(const detail::GaussPoint& p, double phi, double v, const
     return inside && f.value < infinity;
 }
 
-/// Energy, and with Order 2 its gradient and the band of second derivatives, at these control values; false
-/// if a value does not exist.
+/// Computes the objective at these control values and, with Order 2, its gradient and the band of second
+/// derivatives; false if a value does not exist.
 template <int Order>
 bool Descent::assemble(const std::vector<double>& control, Assembly& out) const {
     const std::size_t n = control.size();
@@ -528,8 +530,8 @@ bool Descent::assemble(const std::vector<double>& control, Assembly& out) const 
     return true;
 }
 
-/// step_ = -(H + damping |diag H|)^-1 gradient by the band's L D L^T factorization; false if it is not
-/// positive definite. Fixed ends do not move.
+/// Computes the step -(H + damping |diag H|)^-1 gradient with a banded L D L^T factorization; false if the
+/// matrix is not positive definite. Fixed ends do not move.
 inline bool Descent::solve(double damping) {
     const std::size_t n = control_.size();
     factor_.resize(n);
@@ -566,7 +568,7 @@ inline bool Descent::solve(double damping) {
     return true;
 }
 
-/// Takes the step, or the part of it that lowers the objective within the limits; false if none does.
+/// Takes the step, or the part of it that lowers the objective within the limits; false if no part does.
 inline bool Descent::advance() {
     double most = 0;
     for (const double x : step_) most = max(most, abs(x));

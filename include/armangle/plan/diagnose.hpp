@@ -60,12 +60,11 @@ struct BranchReport {
 
 namespace detail {
 
-/// How far (rad, within a quarter turn) joint `far` must turn before the end effector can move with a twist,
-/// if both hinges are 0. at: the DH frames; speed: of the tool's origin, which is at tip.
-///
+/// How far (rad, at most 90 degrees) joint `far` must rotate before the end effector can move with a twist,
+/// if theta_2 and theta_6 are 0. at: the DH frames; speed: velocity of the tool's origin, which is at tip.
 /// Joints 1 to 4 alone move the wrist (5 to 7 and 4 the shoulder, relative to the tool): three equations for
-/// the near pivot, the near hinge and the elbow. The remaining rotation is about the far pivot's axis and the
-/// far hinge's. The far pivot turns the latter, and the result is the angle about its axis.
+/// the near pivot, its neighbour and the elbow. The remaining rotation is around the axes of joint `far` and
+/// its neighbour.
 inline double turn_before(const Pose<double> (&at)[joints + 1], const Vec3<double>& tip,
                           const Vec3<double>& speed, const Vec3<double>& turning, int far) noexcept {
     const int pivot = far == 5 ? 0 : 4, hinge = far == 5 ? 1 : 5;  // near pivot and hinge: axes i of frame i
@@ -84,7 +83,7 @@ inline double turn_before(const Pose<double> (&at)[joints + 1], const Vec3<doubl
     return angle - pi * round(angle / pi);
 }
 
-/// Whether a self-motion has an arm angle after a limit is widened.
+/// Whether a self-motion has an arm angle after a limit of a joint is widened by `extra` (rad).
 inline bool opens(const Task& task, const SelfMotion<double>& m, int joint, bool upper,
                   double extra) noexcept {
     Limits wide = task.limits;
@@ -93,7 +92,7 @@ inline bool opens(const Task& task, const SelfMotion<double>& m, int joint, bool
     return feasible(m, limit_table(task.arm, wide, task.table.margin), arcs) == Status::OK;
 }
 
-/// How far one limit must be widened to leave an arm angle; infinite if that alone does not help.
+/// How far (rad) one limit must be widened so that an arm angle exists; infinite if that alone does not help.
 inline double opening(const Task& task, const SelfMotion<double>& m, int joint, bool upper) noexcept {
     const double limit = upper ? task.limits.upper[joint] : task.limits.lower[joint];
     if (!(abs(limit) < infinity) || !opens(task, m, joint, upper, two_pi)) return infinity;
@@ -105,7 +104,7 @@ inline double opening(const Task& task, const SelfMotion<double>& m, int joint, 
     return high;
 }
 
-/// A minimal set of joints whose arm angles have no common part: any smaller set has one.
+/// A minimal set of joints (bits) whose limits together leave no arm angle.
 inline unsigned blocking_joints(const LimitTable& limits, const SelfMotion<double>& m) noexcept {
     const JointFunctions<double> f = joint_functions(m);
     ArcSet each[joints];
@@ -148,6 +147,7 @@ public:
                 const std::vector<SelfMotion<double>>& motions, std::size_t empty)
         : task_(task), gc_(gc), s_(s), motions_(motions), empty_(empty) {}
 
+    /// Computes how far (rad) one limit of a joint must be widened.
     double of(int joint, bool upper) const {
         double most = opening(task_, motions_[empty_], joint, upper);
         std::size_t worst = empty_;
@@ -178,7 +178,7 @@ private:
         return limit_table(task_.arm, wide, task_.table.margin);
     }
 
-    /// The largest opening between the neighbours of a motion.
+    /// The largest required widening (rad) between the neighbours of a self-motion, by golden-section search.
     double beside(std::size_t at, int joint, bool upper) const noexcept {
         const double share = 0.5 * (std::sqrt(5.0) - 1.0);
         double low = s_[at ? at - 1 : 0], high = s_[std::min(at + 1, s_.size() - 1)], most = 0;
@@ -217,8 +217,8 @@ private:
 
 }  // namespace detail
 
-/// Reports the joints that leave no arm angle on these sections of a path (each of them empty). Also finds
-/// the limit that, widened alone, would leave one at every s: some percent more than the least.
+/// Reports the joints that leave no arm angle on these sections of a path (each of them has none). Also finds
+/// the limits that, widened alone, would leave one at every s, by slightly more than the least amount.
 inline void explain_limits(const Task& task, const Tube& tube, std::size_t from, std::size_t to, int shown,
                            BranchReport& out) {
     const std::size_t count = to - from;

@@ -37,7 +37,7 @@ struct Bend {
     double first[joints], second[joints];
 };
 
-/// Range of u within the accelerations at y.
+/// The range of u = d2s/dt2 that the acceleration bounds permit at y = (ds/dt)^2.
 struct Pull {
     double least = -infinity, most = infinity;
 };
@@ -58,7 +58,7 @@ inline Pull pull(const Bend& bend, const JointBounds& bounds, double y) noexcept
     return out;
 }
 
-/// Greatest y within the velocities.
+/// The greatest y = (ds/dt)^2 that the velocity bounds permit.
 inline double velocity_cap(const Bend& bend, const JointBounds& bounds) noexcept {
     double out = duration_rule::most;
     for (int j = 0; j < joints; ++j) {
@@ -68,7 +68,7 @@ inline double velocity_cap(const Bend& bend, const JointBounds& bounds) noexcept
     return out;
 }
 
-/// The greatest y up to `cap` from which some u reaches [0, next] over a step of s.
+/// The greatest y up to `cap` from which a permitted u leads to a y in [0, next] over a step of s.
 inline double leading_on(const Bend& bend, const JointBounds& bounds, double cap, double next,
                          double step) noexcept {
     const auto leads = [&](double y) {
@@ -86,7 +86,7 @@ inline double leading_on(const Bend& bend, const JointBounds& bounds, double cap
 
 }  // namespace detail
 
-/// The duration of a curve from rest to rest (s); infinite if joints have no finite rate along it.
+/// The least duration (s) of a curve from rest to rest; infinite if joints have no finite rate along it.
 inline double duration(const Curve& curve, const JointBounds& bounds) {
     std::vector<double> at;
     for (const Stretch& x : curve.stretches) {

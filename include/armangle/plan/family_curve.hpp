@@ -10,7 +10,8 @@
 
 namespace armangle {
 
-/// A view: the path and the stretches belong to others. phi of a stretch is the free number.
+/// A curve of the redundant parameter over the path, for any kind of arm; path and stretches belong to the
+/// caller. phi of a stretch is the redundant parameter.
 template <explicit_family F>
 struct FamilyCurve {
     F family;
@@ -18,14 +19,15 @@ struct FamilyCurve {
     std::span<const Segment> segments;
     std::span<const Stretch> stretches;
 
-    /// The directions on a stretch at s, on any scalar, and the room of the posture.
+    /// Computes the directions of the joints on a stretch at s, for any scalar. Returns the distance from the
+    /// end of the reach (a share of the reach); positive if a solution exists.
     template <class T>
     T place(const Stretch& x, const T& s, Directions<T>& out) const noexcept {
         return family.place(pose_at(segment_of(segments, x), s), gc, phi_at(x, s), out);
     }
 
-    /// The posture at s, joints on the turns that are nearest to the straight way from end to end of the
-    /// stretch; NaN where there is none.
+    /// The configuration at s, with joints in the revolution nearest to the straight line between the ends of
+    /// the stretch; NaN if there is no solution.
     PlacedPosture at(const Stretch& x, double s) const noexcept {
         PlacedPosture out;
         out.pose = pose_at(segment_of(segments, x), s);
@@ -40,9 +42,10 @@ struct FamilyCurve {
                 there ? lift(to_q(family.rows(), j, atan2(d.y[j], d.x[j])), way.near(j, s)) : not_a_number;
         return out;
     }
+    /// The configuration at s.
     PlacedPosture at(double s) const noexcept { return at(stretch_at(stretches, s), s); }
 
-    /// q', q'', q''' with respect to s: three rows of seven.
+    /// The derivatives q', q'', q''' with respect to s: three rows of seven.
     void derivatives(double s, double* out) const noexcept {
         using J = Jet<double, 3>;
         Directions<J> d;
@@ -55,7 +58,7 @@ struct FamilyCurve {
     }
 };
 
-/// Gives every stretch the joints at its ends, lifted from q0 on.
+/// Computes the joints at the ends of every stretch, continuous from q0 on.
 template <class F>
 void lift_stretches(const FamilyCurve<F>& curve, std::span<Stretch> stretches, const double* q0) noexcept {
     double q[joints];
@@ -73,8 +76,8 @@ void lift_stretches(const FamilyCurve<F>& curve, std::span<Stretch> stretches, c
     }
 }
 
-/// The proof of a curve within limits and clear of obstacles, the limits with some slack to spare but where
-/// it begins or ends on one.
+/// Proves that a curve keeps its limits and is collision-free. Limits are proven with a slack, except those
+/// on which the curve begins or ends.
 template <class F>
 Proof certify(const FamilyCurve<F>& curve, const Limits& limits, const ProofTuning& tuning,
               const std::function<void()>& checkpoint) {

@@ -21,35 +21,36 @@
 
 namespace armangle {
 
-/// How a path is planned for a family.
+/// Parameters of FamilyPlanner.
 struct FamilyTuning {
     ProofTuning proof;
-    /// How far the tool goes from section to section at most (rad; a reach is a radian), and how many
-    /// sections there are at least.
+    /// The largest motion of the tool from section to section (rad; the reach counts as a radian), and the
+    /// least number of sections.
     double spacing = 0.04;
     int least_sections = 9;
-    /// Of the free number, from posture to posture of the search (rad), and how far from the ends of its arc
-    /// they stay (rad), or this share of it.
+    /// The largest step of the redundant parameter between two configurations of the search (rad), and their
+    /// distance from the ends of an arc (rad, or a share of it).
     double step = 0.05;
     double inset = 0.02, inset_share = 0.25;
-    /// How far a joint may move from section to section of the search (rad).
+    /// The largest joint move from section to section of the search (rad).
     double link = 0.6;
-    /// How often sections are put between where the search finds no way on, or the proof does not hold.
+    /// How often sections are added where the search finds no continuation, or the proof fails.
     int rounds = 8;
-    /// Steps of the descent, the farthest of one (rad), and the share of the objective that ends it.
+    /// The number of steps of the descent, the largest one (rad), and the share of the objective at which it
+    /// ends.
     int steps = 60;
     double farthest = 0.3, settled = 1e-7;
-    /// How far a start or a goal may lie outside the arcs, by rounding (rad).
+    /// How far a start or a goal may lie outside the arcs by rounding (rad).
     double beside = 1e-6;
-    /// Sections of an empty range, both its ends too, that are asked for how far a limit would have to move,
-    /// and halvings to that.
+    /// The number of sections that are examined to explain an empty range, and the bisections of the required
+    /// widening of a limit.
     int explained = 3, halvings = 24;
 };
 
 namespace detail {
 
-/// Plans a path for one family, which knows the obstacles. Of PlanOptions it does not read arcs of the user,
-/// duration, a margin of singularities, a free roll, and a wish for the elbow.
+/// Plans a path for one arm of any kind. Of PlanOptions it ignores: arcs of the user, duration, a singularity
+/// margin, a free roll, and a target for the elbow.
 template <explicit_family F>
 class FamilyPlanner {
 public:
@@ -65,6 +66,7 @@ public:
         if (options.goal) ends_[1] = end(options.goal, 1.0);
     }
 
+    /// Plans the path and returns the plan or the reports of its failure.
     Plan run() {
         survey();
         for (Branch& branch : branches_) find_way(branch);
@@ -99,7 +101,7 @@ private:
         Status status;
         Tag pair;  // that touches, where obstacles leave nothing
     };
-    /// A posture, with two derivatives by the free number.
+    /// A configuration with two derivatives with respect to the redundant parameter.
     struct State {
         double free, q[joints], slope[joints], theta[joints];
         double cost, cost_1, cost_2;  // of margins and the wish
@@ -123,6 +125,7 @@ private:
         int from;
     };
 
+    /// The order of branches: those with a path by cost, then the others by how far they lead.
     static bool before(const BranchReport& a, const BranchReport& b) noexcept {
         if ((a.verdict == Verdict::ok) != (b.verdict == Verdict::ok)) return a.verdict == Verdict::ok;
         if (a.verdict == Verdict::ok) return a.cost < b.cost;
@@ -137,8 +140,8 @@ private:
 
     // -- postures
 
-    /// The posture of a free number; joints next to `near`, or within their limits. False where there is
-    /// none.
+    /// Computes the configuration of a value of the redundant parameter, in the revolution nearest to `near`,
+    /// or within the limits if it is null. False if there is no solution.
     bool state(double s, const Pose<double>& at, int gc, double free, const double* near,
                State& out) const noexcept {
         using J = Jet<double, 2>;
@@ -181,12 +184,12 @@ private:
         return out.cost == out.cost;
     }
 
-    /// From a joint's value to another: the shorter way where its limits leave it a whole turn.
+    /// The difference of two values of joint j (rad): the shorter way round if its range is at least 2 pi.
     double way(int j, double from, double to) const noexcept {
         return has_a_turn_[j] ? wrap(to - from) : to - from;
     }
 
-    /// The posture of given joints at an end of the path.
+    /// The place of given joints at an end of the path; `gap` is infinite if they do not solve its pose.
     End end(const double* q, double s) const noexcept {
         const OnSelfMotion on = family_.on(q);
         End out{q, on.lambda, infinity, on.gc};
@@ -202,6 +205,7 @@ private:
 
     // -- sections
 
+    /// Computes the sections at s of the branches in `asked` (bits).
     void look(double s, unsigned asked, Section (&out)[configurations]) const {
         pass_checkpoint();
         ArcSet arcs[configurations];
@@ -213,7 +217,7 @@ private:
             if (asked >> gc & 1u) out[gc] = {s, at, arcs[gc], status[gc], pair[gc]};
     }
 
-    /// Sections evenly along the way of the tool.
+    /// Computes sections at equal distances along the tool's path, for all branches.
     void survey() {
         const double reach = family_.rows().reach;
         constexpr int parts = 8;
@@ -264,7 +268,7 @@ private:
         }
     }
 
-    /// Puts a section half way behind section k; false where there is no room.
+    /// Inserts a section half way between sections k and k + 1; false if they are too close.
     bool halve(Branch& branch, std::size_t k) const {
         const double a = branch.sections[k].s, b = branch.sections[k + 1].s, s = 0.5 * (a + b);
         if (!(b - a > parameter_rule::same)) return false;
@@ -277,15 +281,17 @@ private:
 
     // -- search
 
-    /// Whether an end is one of the postures of its section.
+    /// Whether the arcs of a section contain a given end, up to rounding.
     bool is_held(const Section& at, const End& end) const noexcept {
         return abs(wrap(nearest(at.arcs, wrap(end.lambda)) - end.lambda)) <= tuning_.beside;
     }
+    /// The start or goal that section k must use; null: none.
     const End* anchor(const Branch& branch, std::size_t k) const noexcept {
         if (k == 0 && ends_[0].q) return &ends_[0];
         return k + 1 == branch.sections.size() && ends_[1].q ? &ends_[1] : nullptr;
     }
 
+    /// The configurations of section k that the search tries.
     std::vector<Node> nodes(const Branch& branch, std::size_t k) const {
         std::vector<Node> out;
         const Section& section = branch.sections[k];
@@ -312,7 +318,8 @@ private:
         return out;
     }
 
-    /// The least cost from row to row; the sections reached. Fills the way to the last of them.
+    /// Finds the path of least cost from section to section and returns the number of sections reached.
+    /// Stores the path to the last of them.
     std::size_t search(Branch& branch) const {
         std::vector<std::vector<Node>> layer;
         const Objective& w = options_.objective;
@@ -362,8 +369,7 @@ private:
         return layer.size();
     }
 
-    /// The way of a branch through sections that are put between where it ends; or the report of why there
-    /// is none.
+    /// Finds a path in a branch, with sections added where it ends, or writes the report why there is none.
     void find_way(Branch& branch) {
         BranchReport& report = branch.report;
         if (report.elsewhere) return advance();
@@ -400,7 +406,7 @@ private:
         if (options_.advanced) options_.advanced();
     }
 
-    /// Names the pair that is too near at joints that keep their limits.
+    /// If the joints q keep their limits, reports the pair that is too near there.
     void tell_touching(const double* q, BranchReport& report) const noexcept {
         for (int j = 0; j < joints; ++j)
             if (q[j] < limits_.lower[j] - tolerance::angle || q[j] > limits_.upper[j] + tolerance::angle)
@@ -412,7 +418,7 @@ private:
         report.shortfall = near.shortfall;
     }
 
-    /// Whether a section holds nothing; if so, where and why.
+    /// Whether some section has no arc; if so, reports where and why.
     bool is_shut(Branch& branch) const {
         BranchReport& report = branch.report;
         const auto shut = [](const Section& x) { return x.arcs.empty(); };
@@ -439,14 +445,17 @@ private:
 
     // -- descent
 
+    /// The squared joint distance of two configurations (rad^2).
     double travel(const State& a, const State& b) const noexcept {
         double sum = 0;
         for (int j = 0; j < joints; ++j) sum += (b.q[j] - a.q[j]) * (b.q[j] - a.q[j]);
         return sum;
     }
+    /// The part of s that section k represents.
     double share_of(const std::vector<Section>& x, std::size_t k, std::size_t n) const noexcept {
         return 0.5 * ((k + 1 < n ? x[k + 1].s : x[k].s) - (k > 0 ? x[k - 1].s : x[k].s));
     }
+    /// The objective of a path.
     double cost_of(const Branch& branch, const std::vector<State>& way) const noexcept {
         double sum = 0;
         for (std::size_t k = 0; k < way.size(); ++k) {
@@ -458,7 +467,8 @@ private:
         return sum;
     }
 
-    /// Lifts a way from its first posture on, or from joints that are given, onto turns that keep the limits.
+    /// Makes the joints of a path continuous, in revolutions that keep the limits, starting from its first
+    /// configuration or the given joints.
     void lift_way(Branch& branch) const noexcept {
         std::vector<State>& way = branch.way;
         if (way.empty()) return;
@@ -480,7 +490,7 @@ private:
         }
     }
 
-    /// The free number within the arc of a section that it lies in, some room off the ends.
+    /// The value near `wanted` within the arc of a section that contains `free`, slightly inside its ends.
     double within_arc(const Section& section, double free, double wanted) const noexcept {
         const double at = nearest(section.arcs, wrap(free));
         for (int i = 0; i < section.arcs.count; ++i) {
@@ -496,7 +506,8 @@ private:
         return free;
     }
 
-    /// Newton's method on all free numbers but those that are given.
+    /// Minimizes the objective by Newton's method over the redundant parameter at all sections that are not
+    /// fixed.
     void descend(Branch& branch) const {
         std::vector<State>& way = branch.way;
         const std::vector<Section>& at = branch.sections;
@@ -566,6 +577,7 @@ private:
 
     // -- the curve
 
+    /// The spline of the redundant parameter along a path, as stretches.
     std::vector<Stretch> curve_of(const Branch& branch) const {
         std::vector<double> s, free;
         for (std::size_t k = 0; k < branch.way.size(); ++k) {
@@ -578,7 +590,8 @@ private:
         return out;
     }
 
-    /// Puts sections and postures between where a proof is open, and descends again.
+    /// Inserts sections and configurations where the proof is open, and minimizes again; false if nothing was
+    /// inserted.
     bool refine(Branch& branch, const Proof& proof) const {
         std::vector<Section> sections{branch.sections[0]};
         std::vector<State> way{branch.way[0]};
@@ -613,7 +626,7 @@ private:
         return finer;
     }
 
-    /// The curve of a branch and its proof, with more sections where it is not proven.
+    /// Draws the curve of a branch and proves it, with more sections where the proof fails.
     void draw(Branch& branch) {
         BranchReport& report = branch.report;
         Branch finer = branch;
@@ -651,6 +664,7 @@ private:
         branch.sections = std::move(finer.sections);
         branch.way = std::move(finer.way);
     }
+    /// Reports the least margins of a path.
     void take_margins(const Branch& branch, BranchReport& report) const noexcept {
         report.margin = report.elbow_margin = infinity;
         for (const State& at : branch.way) {
@@ -660,7 +674,7 @@ private:
         report.cost = branch.cost;
     }
 
-    /// The longest way that leads from the start, as far as it is proven, where none leads to the end.
+    /// If no path leads to the end, makes the longest proven path from the start the plan.
     void draw_part() {
         std::stable_sort(branches_.begin(), branches_.end(),
                          [](const Branch& a, const Branch& b) { return before(a.report, b.report); });
@@ -679,7 +693,8 @@ private:
 
     // -- why there is none
 
-    /// Which limits leave nothing where a branch is shut, and which of them, moved alone, would leave some.
+    /// Reports which limits leave no solution where a branch has none, and which of them, widened alone,
+    /// would leave some.
     void explain(Branch& branch) const {
         BranchReport& report = branch.report;
         for (int k = 0; k < 2; ++k)
@@ -722,8 +737,8 @@ private:
                 if (extra < infinity) report.openings.push_back({j + 1, upper, 1.01 * extra});
             }
     }
-    /// How far one limit must move out at a section; `known` where that does already, infinity where it never
-    /// does.
+    /// How far (rad) one limit must be widened at a section so that a solution exists. Returns `known` if
+    /// that amount suffices, infinity if no amount does.
     template <class Opens>
     double opening(const Section& x, int j, bool upper, double known, const Opens& opens) const {
         const auto wider = [&](double by) {

@@ -9,10 +9,12 @@
 
 namespace armangle {
 
-/// c0 + ... + c5 t^5, t in [0, 1]. Holds doubles alone, so that it fits into an array.
+/// The correction c0 + ... + c5 t^5 (rad) of a leading joint's angle, t in [0, 1]. Holds doubles alone, so
+/// that it fits into an array.
 struct LeadShift {
     double start, end, coefficient[6];
 
+    /// The correction (rad) at s.
     template <class T>
     T at(const T& s) const noexcept {
         const T t = (s - T(start)) / (T(end) - T(start));

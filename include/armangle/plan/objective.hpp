@@ -48,8 +48,8 @@ inline constexpr double home = 0.1;       // ... and below this one from a singu
 inline constexpr double still = 1e-6;     // time for a unit of s without motion: keeps the pace smooth (s)
 }  // namespace objective_rule
 
-/// Typical speed of a joint on a path that turns the arm by `length` (rad): its greatest, or the speed that
-/// it reaches with this acceleration over that distance.
+/// The typical speed (rad/s) of a joint on a path that turns the arm by `length` (rad): its greatest, or the
+/// speed that it reaches with this acceleration over that distance.
 inline double joint_speed(double velocity, double acceleration, double length) noexcept {
     return min(velocity, std::sqrt(acceleration * length));
 }
@@ -72,16 +72,15 @@ inline double pace(const double* slowness, const double* rate) noexcept {
 /// The kind of a distance.
 enum class Kind { limit, singularity };
 
-/// The weight of a distance of this kind.
+/// The objective's weight for distances of this kind.
 inline double weight(const Objective& objective, Kind kind) noexcept {
     return kind == Kind::limit ? objective.limits : objective.singularities;
 }
 
-/// Cost of a distance from a limit or a singularity. The tangent below the floor keeps the cost finite at
-/// distance 0, where a path may begin, so that it leaves calmly: no motion of least cost is faster than the
-/// root of the possible saving. The slope points outward, so a configuration does not stay there as with a
-/// constant. A singularity's floor is higher: many motions begin at theta_2 = 0 or theta_6 = 0, and leaving
-/// in haste takes longer than it gains.
+/// The cost of a distance (rad) from a limit or a singularity; 0 from `enough` on. Below a floor the cost is
+/// its tangent, so that it is finite at distance 0, where a path may begin. The slope there is finite too, so
+/// that the path leaves calmly, and it points outward, so that it does leave. The floor is higher for
+/// singularities, since many motions begin at theta_2 = 0 or theta_6 = 0.
 template <class T>
 T cost(const T& distance, Kind kind, double enough) noexcept {
     if (!(distance < T(enough)) || enough <= objective_rule::floor) return T(0.0);
@@ -98,14 +97,14 @@ inline double wish_cost(double gap) noexcept { return gap == gap ? 2 - 2 * sin_c
 
 namespace detail {
 
-/// Calls take(distance, kind) for the limits of joint j.
+/// Calls take(distance, kind) with the distances (rad) of joint value q from the limits of joint j.
 template <class T, class Take>
 void limit_distances(const Task& task, int j, const T& q, const Take& take) {
     if (task.limits.lower[j] > -infinity) take(q - T(task.limits.lower[j]), Kind::limit);
     if (task.limits.upper[j] < infinity) take(T(task.limits.upper[j]) - q, Kind::limit);
 }
 
-/// Calls take(distance, kind) for the angles 0 and +-pi of theta, where a joint is singular.
+/// Calls take(distance, kind) with the distances (rad) of theta from 0 and +-pi, where the arm is singular.
 template <class T, class Take>
 void singular_distances(const Task& task, const T& theta, const Take& take) {
     const T size = abs(wrap(theta));
@@ -115,7 +114,7 @@ void singular_distances(const Task& task, const T& theta, const Take& take) {
 
 }  // namespace detail
 
-/// Calls take(distance, kind) for all distances that depend on phi: not for joint 4, which is the same for
+/// Calls take(distance, kind) for all distances that depend on phi. Joint 4 is left out: it is the same for
 /// every phi.
 template <class T, class Take>
 void distances(const Task& task, const T* q, const Take& take) {
@@ -127,7 +126,7 @@ void distances(const Task& task, const T* q, const Take& take) {
     }
 }
 
-/// Rating of a configuration.
+/// The rating of a configuration.
 struct Rating {
     double margin = infinity;  // rad: the least distance
     double cost = 0;           // of all distances, weighted
@@ -143,7 +142,7 @@ inline Rating rating(const Task& task, const Objective& objective, const double*
     return out;
 }
 
-/// The margin of joint 4 at q_4 and theta_4 - delta = +-eta: it depends on the path, not on phi.
+/// The margin (rad) of joint 4 at q_4 and theta_4 - delta = +-eta. It depends on the path, not on phi.
 inline double elbow_margin(const Task& task, const Objective& objective, double q_4,
                            const SinCos<double>& eta) noexcept {
     double least = infinity;

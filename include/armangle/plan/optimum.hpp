@@ -44,7 +44,7 @@ struct Optimum {
 
 namespace detail {
 
-/// The result of a descent.
+/// The result of a descent on these breaks.
 inline Optimum result(Descent& descent, const std::vector<double>& breaks) {
     Optimum out{{breaks, descent.control()},
                 descent.energy(),
@@ -59,7 +59,7 @@ inline Optimum result(Descent& descent, const std::vector<double>& breaks) {
 /// Whether one is better than another.
 inline bool less(const Optimum& a, const Optimum& b) noexcept { return a.energy < b.energy; }
 
-/// The starting curves of descents, and the best of them.
+/// Compares starting curves and improves the best of them.
 class Comparison {
 public:
     Comparison(const Task& task, const Objective& objective, const Tube& tube, const Way& way,
@@ -68,7 +68,8 @@ public:
         for (const Section& l : tube.sections) s_.push_back(l.s);
     }
 
-    /// The descents on few knots, the best first; on more if no starting curve respects the limits there.
+    /// Returns the minima found on few knots, the best first. Uses more knots if no starting curve respects
+    /// the limits there.
     std::vector<Optimum> run() {
         start();
         for (const int intervals : {optimum_rule::coarse, optimum_rule::middling}) {
@@ -79,7 +80,7 @@ public:
     }
 
 private:
-    /// Equal intervals, and some breaks near a fixed end.
+    /// Breaks of s: equal intervals, and some near a fixed end.
     std::vector<double> breaks(int intervals) const {
         std::vector<double> out{0.0};
         for (const double s : optimum_rule::beside)
@@ -91,7 +92,7 @@ private:
         return out;
     }
 
-    /// psi - phi along the sections, for a reference: the angle between the two zeros.
+    /// The difference psi - phi (rad) at each section, for one definition of psi.
     std::vector<double> offsets(Reference reference) const {
         Arm arm = task_.arm;
         arm.reference = reference;
@@ -127,8 +128,8 @@ private:
         if (task_.arm.reference == Reference::vector) held(offsets(Reference::vector), first, last);
     }
 
-    /// Adds the curves of a target for psi, as near as arcs allow, which leave a fixed end (reach it) sooner
-    /// and later.
+    /// Adds the curves that follow the target for psi as nearly as the arcs allow. They leave a fixed start
+    /// (reach a fixed goal) sooner or later.
     void wish(double first, double last) {
         std::vector<double> wished;
         for (const Section& l : tube_.sections) {
@@ -149,7 +150,7 @@ private:
         }
     }
 
-    /// phi, or the nearest angle to it in the nearest arc.
+    /// Returns phi, or the nearest angle to it in the nearest arc.
     double on_arc(const Section& l, double phi) const noexcept {
         if (l.full || l.count == 0) return phi;
         const Arc& a = tube_.arc(l)[nearest_arc(tube_, l, phi)];
@@ -158,8 +159,8 @@ private:
         return min(max(phi, a.lower + turn + inset), a.upper + turn - inset);
     }
 
-    /// Adds the curves on which phi + turn is constant, through a fixed end, or with all constants, as far as
-    /// they stay on arcs.
+    /// Adds the curves on which phi + turn is constant, through a fixed end, or else with many constants, if
+    /// they stay on the arcs.
     void held(const std::vector<double>& turn, double first, double last) {
         if (ends_.first) {
             add(turn, first + turn.front());
@@ -175,6 +176,7 @@ private:
         if (on_arcs(phi)) curves_.push_back(std::move(phi));
     }
 
+    /// Whether a curve stays on the arcs, tested at some sections.
     bool on_arcs(const std::vector<double>& phi) const noexcept {
         const std::size_t stride = phi.size() / optimum_rule::layers + 1;
         for (std::size_t k = 0; k < phi.size(); k += stride) {
@@ -206,8 +208,8 @@ private:
         return out;
     }
 
-    /// The first of rated curves, without those that begin and end near a better one: they would descend to
-    /// the same.
+    /// The first of the rated curves, without those that begin and end near a better one, since they would
+    /// lead to the same minimum.
     std::vector<Start> apart(const std::vector<Start>& all) const {
         std::vector<Start> out;
         for (const Start& x : all) {
@@ -223,6 +225,7 @@ private:
         return out;
     }
 
+    /// Improves the best starting curves on a quadrature; the best result first.
     std::vector<Optimum> best_of(const Quadrature& q) const {
         std::vector<Start> order;
         for (std::size_t i = 0; i < curves_.size(); ++i) order.push_back({0.0, i});
@@ -255,14 +258,14 @@ private:
 
 }  // namespace detail
 
-/// The best curves of a branch on few knots, the best first: descents from its paths of largest margin and of
-/// least cost (not whole: none), and from the curves of constant angle.
+/// The best curves of a branch on few knots, the best first. The starting curves are its path of largest
+/// margin, its path of least cost (ignored if not whole), and curves of constant angle.
 inline std::vector<Optimum> coarse_optima(const Task& task, const Objective& objective, const Tube& tube,
                                           const Way& way, const Way& cheap, const FixedEnds& ends) {
     return detail::Comparison(task, objective, tube, way, cheap, ends).run();
 }
 
-/// A curve with its rating, unchanged.
+/// Rates a curve without changing it.
 inline Optimum as_it_is(const Task& task, const Objective& objective, int gc, const FixedEnds& ends,
                         const Spline& curve) {
     const Quadrature q = quadrature(task, gc, curve.breaks, true);
@@ -273,8 +276,8 @@ inline Optimum as_it_is(const Task& task, const Objective& objective, int gc, co
     return out;
 }
 
-/// The optimum next to a curve, on as many knots as its bends need; none if the curve itself violates limits.
-/// wall: of descent_rule::wall.
+/// The minimum next to a curve, on as many knots as its bends need. Not found if the curve itself violates
+/// limits. wall: one of descent_rule::wall.
 inline Optimum fine_optimum(const Task& task, const Objective& objective, int gc, FixedEnds ends, Spline now,
                             double wall) {
     Optimum out;
@@ -294,7 +297,7 @@ inline Optimum fine_optimum(const Task& task, const Objective& objective, int gc
     return out;
 }
 
-/// The optima next to several rated curves, the best first. Curves worse than an optimum already found are
+/// The minima next to several rated curves, the best first. Curves worse than a minimum already found are
 /// left out.
 inline std::vector<Optimum> fine_optima(const Task& task, const Objective& objective, int gc,
                                         const FixedEnds& ends, const std::vector<Optimum>& coarse,

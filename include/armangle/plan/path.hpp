@@ -57,13 +57,13 @@ inline constexpr double off = 3.0 / 16.0;  // greatest min(1 - e, h): deviation 
 inline constexpr double apart = 1e-9;      // m and rad: segments with a larger gap do not join
 }  // namespace path_rule
 
-/// e(u) of a blend: progress of the motion that ends.
+/// The progress e(u) of the motion that ends in a blend.
 template <class T>
 T ending(const T& u) noexcept {
     return u * (T(2.0) + u * u * (u - T(2.0)));
 }
 
-/// h(u) of a blend: progress of the motion that begins.
+/// The progress h(u) of the motion that begins in a blend.
 template <class T>
 T beginning(const T& u) noexcept {
     return u * u * u * (T(2.0) - u);
@@ -71,19 +71,19 @@ T beginning(const T& u) noexcept {
 
 namespace detail {
 
-/// Position within the segment, u in [0, 1].
+/// The position of s within a segment, in [0, 1].
 template <class T>
 T share(const Segment& g, const T& s) noexcept {
     return (s - T(g.start)) / (T(g.end) - T(g.start));
 }
 
-/// A frame turned about its own z axis.
+/// A frame rotated around its own z axis by an angle (sine and cosine).
 template <class T>
 Mat3<T> about_own_z(const Mat3<T>& frame, const SinCos<T>& sc) noexcept {
     return {frame.x * sc.cos + frame.y * sc.sin, frame.y * sc.cos - frame.x * sc.sin, frame.z};
 }
 
-/// A frame turned about the axis of a motion, up to t.
+/// A frame rotated around the axis of a motion, by its angle up to t.
 template <class T>
 Mat3<T> turned(const Mat3<T>& frame, const Motion& w, const T& t) noexcept {
     if (w.alpha == 0) return frame;
@@ -93,7 +93,7 @@ Mat3<T> turned(const Mat3<T>& frame, const Motion& w, const T& t) noexcept {
 
 }  // namespace detail
 
-/// Pose of a segment at s.
+/// The pose of a segment at s, for any scalar.
 template <class T>
 Pose<T> pose_at(const Segment& g, const T& s) noexcept {
     const T u = detail::share(g, s);
@@ -126,7 +126,7 @@ Pose<T> pose_at(const Segment& g, const T& s) noexcept {
     return out;
 }
 
-/// Angular velocity per unit of s, in the frame of the poses.
+/// The angular velocity (rad per unit of s) of a segment, in the frame of the poses.
 template <class T>
 Vec3<T> angular_velocity(const Segment& g, const T& s) noexcept {
     const T rate = T(1.0) / (T(g.end) - T(g.start));
@@ -142,7 +142,7 @@ Vec3<T> angular_velocity(const Segment& g, const T& s) noexcept {
     return out;
 }
 
-/// The segment that holds s; between two, the later one.
+/// The index of the segment that contains s; between two, the later one.
 inline std::size_t segment_index(const Segment* segments, std::size_t n, double s) noexcept {
     std::size_t low = 0, high = n;
     while (high - low > 1) {
@@ -152,13 +152,13 @@ inline std::size_t segment_index(const Segment* segments, std::size_t n, double 
     return low;
 }
 
-/// The shortest rotation from one frame to another: unit axis and angle in [0, pi].
+/// A rotation as unit axis and angle in [0, pi] (rad).
 struct AxisAngle {
     Vec3<double> axis;
     double angle;
 };
 
-/// The shortest rotation from one frame to another; about any suitable axis if it is half a turn.
+/// The shortest rotation from one frame to another; around any suitable axis if its angle is 180 degrees.
 inline AxisAngle shortest_rotation(const Mat3<double>& from, const Mat3<double>& to) noexcept {
     // D = to from^T by its entries: its columns are the images of the unit vectors.
     const auto entry = [&](const Vec3<double>& i, const Vec3<double>& j) {  // i . D j
@@ -202,7 +202,8 @@ inline void turn_to(Segment& g, const Mat3<double>& to) noexcept {
 
 }  // namespace detail
 
-/// Straight line at constant speed; the frame takes the shortest rotation, or keeps its first orientation.
+/// A straight line at constant speed. The frame takes the shortest rotation, or keeps its first orientation
+/// if `fixed`.
 inline Segment line(double start, double end, const Pose<double>& from, const Pose<double>& to,
                     bool fixed) noexcept {
     Segment g = detail::still(start, end, from);
@@ -211,8 +212,8 @@ inline Segment line(double start, double end, const Pose<double>& from, const Po
     return g;
 }
 
-/// Rotation about a line (point, unit direction) by an angle, with an advance (m) along it; `carried`: the
-/// frame rotates too.
+/// A rotation around a line (point, unit direction) by an angle (rad), with an advance (m) along it;
+/// `carried`: the frame rotates too.
 inline Segment screw(double start, double end, const Pose<double>& from, const Vec3<double>& point,
                      const Vec3<double>& direction, double angle, double advance, bool carried) noexcept {
     Segment g = detail::still(start, end, from);
@@ -250,26 +251,26 @@ inline ArcThrough arc_through(const Vec3<double>& from, const Vec3<double>& via,
     return {centre, axis, angle > 0 ? angle : angle + two_pi};
 }
 
-/// The same arc with the shortest rotation of the frame to another.
+/// The same arc, with the shortest rotation of the frame to that of a pose.
 inline Segment arc_to(Segment g, const Pose<double>& to) noexcept {
     detail::turn_to(g, to.rotation);
     return g;
 }
 
-/// Length of the path of the tool's origin (m), and turn of the frame (rad), in a motion.
+/// The length (m) of the path of the tool's origin in a motion and, below, the rotation (rad) of its frame.
 inline double length(const Motion& w) noexcept {
     return norm(Vec3<double>{norm(w.along), w.beta * norm(w.a), 0});
 }
 inline double turn(const Motion& w) noexcept { return abs(w.alpha); }
 
-/// The largest angle of a sine or cosine in the segment (rad).
+/// The largest angle (rad) whose sine or cosine the segment uses.
 inline double largest_angle(const Segment& g) noexcept {
     const double first = max(abs(g.motion.alpha), abs(g.motion.beta));
     return max(abs(g.rolled),
                g.blended != 0 ? 2 * (first + max(abs(g.next.alpha), abs(g.next.beta))) : first);
 }
 
-/// The size of a segment (m): sqrt(length^2 + (radian turn)^2) of its motions, and its roll.
+/// The size (m) of a segment: sqrt(length^2 + (radian turn)^2) of its motions, plus its roll.
 inline double size(const Segment& g) noexcept {
     const auto of = [](const Motion& w) {
         return norm(Vec3<double>{length(w), path_rule::radian * turn(w), 0});
@@ -279,7 +280,7 @@ inline double size(const Segment& g) noexcept {
 
 namespace detail {
 
-/// The part of a segment (not a blend) between two of its t.
+/// The part of a segment (not of a blend) between two of its t.
 inline Segment part(const Segment& g, double from, double to) noexcept {
     Segment out = g;
     const Motion& w = g.motion;
@@ -299,7 +300,7 @@ inline Segment part(const Segment& g, double from, double to) noexcept {
 
 }  // namespace detail
 
-/// A segment whose frame also turns about its own z axis, by roll + rate s.
+/// The segment with its frame also rotated around its own z axis, by roll + rate s (rad).
 inline Segment rolled(Segment g, double roll, double rate) noexcept {
     g.rotation = detail::about_own_z(g.rotation, sin_cos(roll + rate * g.start));
     g.rolled += rate * (g.end - g.start);
@@ -313,9 +314,9 @@ struct Joined {
     double off_position = 0, off_rotation = 0;
 };
 
-/// Joins segments, with s divided by their sizes and constant ones left out. Corners are rounded: the blend
-/// after segment i begins and ends `radius[i]` (m, by size) from its corner. In a segment shorter than two
-/// radii it ends at the middle; 0: no blend. Blends or rolled segments need all radii 0.
+/// Joins segments to one path. Each gets a range of s in proportion to its size; constant ones are left out.
+/// Corners are rounded: the blend after segment i begins and ends `radius[i]` (m, by size) from its corner,
+/// at most at the middle of a segment. Radius 0: no blend. Blends or rolled segments need all radii 0.
 inline Joined joined(std::span<const Segment> given, std::span<const double> radius) {
     Joined out;
     std::vector<Segment> whole;
@@ -374,7 +375,8 @@ inline Joined joined(std::span<const Segment> given, std::span<const double> rad
     return out;
 }
 
-/// Gap between the end of a segment and the start of the next: m, or rad if that is larger.
+/// The gap between the end of a segment and the start of the next: the larger of the distance (m) and the
+/// rotation (rad).
 inline double gap(const Segment& before, const Segment& after) noexcept {
     const Pose<double> from = pose_at(before, before.end), to = pose_at(after, after.start);
     return max(norm(to.position - from.position), shortest_rotation(from.rotation, to.rotation).angle);

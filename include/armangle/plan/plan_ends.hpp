@@ -22,7 +22,7 @@ struct PlanEndsTuning {
     static constexpr double widest_gap = 0.05;  // of an end from the solution that replaces it (rad)
 };
 
-/// Distance of a hinge's theta from 0 and +-pi.
+/// The distance (rad) of theta of joint 2 or 6 from the nearest of 0 and +-pi.
 inline double hinge_clearance(double theta) noexcept {
     const double size = abs(theta);
     return min(size, pi - size);
@@ -40,7 +40,7 @@ inline double hinge_sine(const Arm& arm, const double* q) noexcept {
     return max(abs(std::sin(now.theta[1])), abs(std::sin(now.theta[5])));
 }
 
-/// The start and end of a plan, and whether a branch's tube holds them.
+/// The start and goal of a plan, and whether a branch's tube contains them.
 struct AnchoredEnds {
     Anchor start, goal;
     bool starts, arrives;
@@ -74,7 +74,8 @@ public:
         return out;
     }
 
-    /// Fixes a joint at its value in the start or the goal, or in the middle of its limits.
+    /// Sets a locked joint of a crossing: its value in the given end, or the middle of its limits if `end` is
+    /// null.
     void lock(CrossingTask& asked, int joint, const double* end) const noexcept {
         const int j = joint - 1;
         const double low = task_.limits.lower[j], high = task_.limits.upper[j];
@@ -83,7 +84,8 @@ public:
         asked.theta = to_theta(task_.arm, j, q);
     }
 
-    /// Whether a requested end is in a configuration of this side of the elbow.
+    /// Whether a requested end q has an anchor and lies in a configuration with this sign of the elbow; true
+    /// if q is null.
     bool hold(const Anchor& anchor, const double* q, int elbow) const noexcept {
         if (!q) return true;
         const Chain now = chain(task_.arm, q);
@@ -91,12 +93,13 @@ public:
         return anchor.given && (is_straight(now.theta) || (own & 2) == elbow);
     }
 
+    /// Whether the elbow is stretched, up to rounding.
     bool is_straight(const double* theta) const noexcept {
         return abs(wrap(theta[3] - task_.arm.delta_angle)) <= PlanEndsTuning::straight;
     }
 
-    /// The anchor of given joints on a section; not `given` if they are in another branch, forbidden, or
-    /// singular.
+    /// The anchor of given joints on a section. It is not `given` if they are in another branch, forbidden,
+    /// or singular.
     Anchor anchor(const Tube& tube, const Section& l, const double* q) const {
         const Chain now = chain(task_.arm, q);
         Anchor out;
@@ -127,7 +130,7 @@ public:
     }
 
     /// The anchor of given joints at an end of the path, also if theta_2 or theta_6 vanishes: then theta_1
-    /// (theta_5) is kept, and phi follows.
+    /// (theta_5) is kept, and phi follows from it.
     Anchor meeting_anchor(double s, const double* q, int elbow, const CrossingTask& asked) const {
         const Chain now = chain(task_.arm, q);
         Configuration<double> gc = configuration(task_.arm, now.theta);
@@ -210,16 +213,16 @@ private:
         return false;
     }
 
-    /// The solution of phi on a section, on the turns nearest to given joints, and the largest difference of
-    /// a joint.
+    /// Computes the solution of phi on a section, in the revolution nearest to given joints. Returns the
+    /// largest difference (rad) of a joint.
     double placed(const Section& l, double phi, const double* near, double* q) const noexcept {
         const Joints solved = joints_near(task_.arm, directions(l.motion, sin_cos(phi)), near);
         for (int j = 0; j < joints; ++j) q[j] = solved.q[j];
         return largest_move(q, near);
     }
 
-    /// phi of the solution on a section nearest to joints that are slightly off, by golden-section search
-    /// from a first guess.
+    /// The phi of the solution on a section that is nearest to given joints, by golden-section search from a
+    /// first guess.
     double nearest_phi(const Section& l, double phi, const double* near) const noexcept {
         const double share = 0.5 * (std::sqrt(5.0) - 1.0);
         double q[joints], low = phi - PlanEndsTuning::beside, high = phi + PlanEndsTuning::beside;
@@ -243,8 +246,8 @@ private:
         return 0.5 * (low + high);
     }
 
-    /// Whether a configuration belongs to a branch: with a straight elbow to either bend; with theta_2 or
-    /// theta_6 at 0 (pi) to either sign.
+    /// Whether model angles belong to a branch. A stretched elbow belongs to both signs; theta_2 or theta_6
+    /// at 0 (pi) also belongs to both.
     bool is_of(const double* theta, int gc) const noexcept {
         const int differ = index(configuration(task_.arm, theta)) ^ gc;
         return !(differ & ~shared_signs(theta) & ~(is_straight(theta) ? 2 : 0));

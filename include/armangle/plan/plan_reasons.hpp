@@ -67,8 +67,8 @@ public:
         explain_limits(task_, t, at, end, PlanReasonsTuning::samples, out);
     }
 
-    /// The nearest pair at the arm angle within the limits that keeps the largest distance, among some
-    /// samples; its tag is 0 if there is none.
+    /// The nearest pair at the arm angle, among samples within the limits, that keeps the largest distance;
+    /// its tag is 0 if there is none.
     Proximity roomiest(const SelfMotion<double>& m, const Scene& scene, const ArcSet& own) const noexcept {
         Proximity best{-infinity, 0, {}, {}, not_a_number};
         const auto look = [&](double phi) {
@@ -84,8 +84,9 @@ public:
         return best;
     }
 
-    /// Finds the pair that leaves sections `at` to `end` no arm angle, and by how much it is too near at the
-    /// worst place: of some sections the one with least room, refined between its neighbours.
+    /// Finds the pair that leaves no arm angle to sections `at` to `end`, and by how much (m) it is too near
+    /// at the worst place. The worst place is searched among some sections and refined between its
+    /// neighbours.
     void explain_touching(const Tube& t, std::size_t at, std::size_t end, BranchReport& out) const {
         double worst = t.sections[at].s, least = infinity;
         Proximity nearest{infinity, 0, {}, {}, not_a_number};
@@ -126,7 +127,7 @@ public:
         out.shortfall = scene.clearance - nearest.distance;
     }
 
-    /// Explains whether an obstacle, or the user, ends the arc in which a path ends.
+    /// If an obstacle, or the user, ends the arc in which a path ends, reports it.
     void explain_end(const Tube& t, const Way& way, BranchReport& out) const noexcept {
         if (!task_.encumbered()) return;
         const Section& l = t.sections[way.reached - 1];
@@ -142,7 +143,7 @@ public:
         }
     }
 
-    /// psi of the arm angle of a section nearest to phi.
+    /// The psi (rad) of the permitted arm angle of a section that is nearest to phi; NaN if there is none.
     double nearest_psi(const Tube& t, const Section& l, double phi) const noexcept {
         ArcSet arcs;
         make_empty(arcs);
@@ -154,7 +155,8 @@ public:
                          l.motion.circle.z * sc.cos + l.motion.circle.e * sc.sin);
     }
 
-    /// If both hinges are at 0: reports how far joint 1 or 5 must turn first, the least that limits permit.
+    /// If theta_2 and theta_6 are 0 at joints q, reports how far joint 1 or 5 must rotate first, the least
+    /// that limits permit.
     void explain_turns(const double* q, double s, BranchReport& out) const noexcept {
         if (task_.arm.roll_free || hinge_sine(task_.arm, q) > PlanReasonsTuning::nearly_shut) return;
         const Segment& g = task_.segments[segment_index(task_.segments, task_.segment_count, s)];
@@ -183,7 +185,7 @@ public:
         }
     }
 
-    /// Reports which end a branch cannot have, and why.
+    /// Reports which of start and goal a branch cannot have, and why.
     void refuse_end(const AnchoredEnds& fixed, const double* start, const double* goal,
                     BranchReport& out) const {
         const Anchor& missing = fixed.starts ? fixed.goal : fixed.start;

@@ -80,7 +80,7 @@ inline constexpr double end_off = 1e-7;  // error of joints at the end itself (r
 
 namespace detail {
 
-/// One plan: sections, search, curve and proof of each branch; docs/background/paths.md.
+/// Plans one path: sections, search, curve and proof of each branch; docs/background/paths.md.
 class Planner {
 public:
     Planner(const Arm& arm, const Segment* segments, std::size_t n, const double* rows, std::size_t row_count,
@@ -130,7 +130,8 @@ private:
         if (options_.advanced) options_.advanced();
     }
 
-    /// The tube of a branch, with additional sections in the shadows of obstacles that `base` misses.
+    /// The tube of a branch, with additional sections where obstacles block phi between the parameters of
+    /// `base`.
     Tube tube_on(int gc, const std::vector<double>& base) const {
         if (!task_.scenes) return tube(task_, gc, base);
         std::vector<double> all = base;
@@ -140,7 +141,7 @@ private:
         return tube(task_, gc, all);
     }
 
-    /// Parameters in the shadows of obstacles between those of `base_`, for one side of the elbow.
+    /// Parameters between those of `base_` at which obstacles block some phi, for one sign of the elbow.
     std::vector<double> shadows(int elbow) const {
         std::vector<double> found;
         for (int k = 0; k < task_.scenes.count; ++k) {
@@ -155,14 +156,14 @@ private:
         return found;
     }
 
-    /// The proof of a curve.
+    /// Proves a curve.
     Proof proven(const Curve& drawn) const {
         return certify(drawn, task_.limits, options_.singularity_margin,
                        {task_.scenes, task_.allowed_everywhere, touching_, &task_.checkpoint});
     }
 
-    /// Whether the start or the goal has no more than the required clearance, up to rounding. Joints taken
-    /// from the end of a collision-free arc are exactly at it.
+    /// Whether the start or the goal has no more than the required clearance, up to rounding. Joints from the
+    /// end of a collision-free arc are exactly at it.
     bool touches() const noexcept { return touches(options_.start, 0) || touches(options_.goal, 1); }
 
     /// The same for joints q at s.
@@ -172,7 +173,7 @@ private:
         return at.nearest_pair(q, straight_rule::slack).room < straight_rule::slack;
     }
 
-    /// The options with the fixed joint 7 in both ends, for an arm with free roll.
+    /// The options with joint 7 of both ends set to its fixed value, for an arm with free roll.
     PlanOptions with_held_roll(const Arm& arm, const PlanOptions& given) noexcept {
         PlanOptions out = given;
         if (!arm.roll_free) return out;
@@ -186,12 +187,13 @@ private:
         return out;
     }
 
+    /// The unit direction from shoulder to wrist at s, in the frame of the DH rows.
     Vec3<double> wrist(double s) const noexcept {
         return triad(task_.arm, flange_pose(task_.arm, task_.pose(s))).w;
     }
 
-    /// Order of branches: first those with a path, by the objective, then by the least margin. Of the others
-    /// first those of start and goal, by how far they lead.
+    /// The order of branches: those with a path first, by the objective, then by the least margin. The others
+    /// follow: those that contain start and goal first, then by how far they lead.
     static bool before(const BranchReport& a, const BranchReport& b) noexcept {
         if ((a.verdict == Verdict::ok) != (b.verdict == Verdict::ok)) return a.verdict == Verdict::ok;
         if (a.verdict != Verdict::ok && a.elsewhere != b.elsewhere) return b.elsewhere;
@@ -212,9 +214,9 @@ private:
         long long most = 0;   // ... including those not counted
     };
 
-    /// Surveys all permitted branches. They share the permitted links, in order. Threads survey branches with
-    /// a share each; a result counts if the branch would have found the same in its turn. Otherwise it is
-    /// surveyed again.
+    /// Surveys all permitted branches, which share the permitted number of links in order. Threads survey
+    /// branches with a share each. A result counts if the branch would have found the same in its turn;
+    /// otherwise it is surveyed again.
     void survey_all() {
         std::vector<int> asked;
         for (int gc = 0; gc < configurations; ++gc)
@@ -255,7 +257,8 @@ private:
         }
     }
 
-    /// Whether a branch has a path, its rating, or the reason for none. allowed: permitted links.
+    /// Searches a path in a branch; the result has its rating, or the reason for none. allowed: permitted
+    /// links.
     Surveyed survey(int gc, const long long allowed) const {
         Surveyed found;
         BranchReport& out = found.report;
@@ -308,8 +311,8 @@ private:
         return found;
     }
 
-    /// The best path with as few turns at a free start as give `enough` margin, or with all that are tried;
-    /// `found` tells which. links: permitted number, counted down.
+    /// The best path with the fewest revolutions at a free start that give `enough` margin, or with all that
+    /// are tried; `found` returns their number. links: permitted number, counted down.
     Way widest(const Tube& t, const AnchoredEnds& fixed, long long& links, int& found) const {
         Way best;
         const int first = loose_ && !fixed.start.given && !fixed.goal.given ? any_winding : 0;
@@ -327,22 +330,23 @@ private:
         return best;
     }
 
-    /// The search with this spread of turns, or with those of `loose_`.
+    /// The search with this spread of revolutions, or with the task `loose_`.
     Search search(const Tube& t, const Anchor& start, const Anchor& goal, int spread,
                   long long& links) const {
         const Task& task = spread == any_winding ? *loose_ : task_;
         return {task, t, options_.objective, start, goal, std::max(spread, 0), links};
     }
 
-    /// Whether a path found without limits of joints with several turns respects them as well as any path.
+    /// Whether a path found without the limits of joints with several revolutions respects them as well as
+    /// any path.
     bool is_inside(const Way& way) const noexcept {
         for (const Candidate& x : way.rows)
             if (!within_limits(task_.limits, x.q, 0.0)) return false;
         return winds_well(way);
     }
 
-    /// Makes the task without limits of joints with two turns or more, if there are many: their combinations
-    /// are too many to search, and a motion seldom needs them.
+    /// Makes the task without the limits of joints with a range of 4 pi or more, if there are many. Their
+    /// combinations are too many to search, and a motion seldom needs them.
     void loosen() {
         Limits free = task_.limits;
         int wide = 0;
@@ -361,8 +365,8 @@ private:
         return a.whole ? a.margin > b.margin + link_rule::tie : a.reached > b.reached;
     }
 
-    /// Whether other turns cannot improve a path: its distance from the limits of all joints with several
-    /// turns exceeds its margin, or the required one.
+    /// Whether other revolutions cannot improve a path, because its distance from the limits of all joints
+    /// with several revolutions exceeds its margin, or the required one.
     bool winds_well(const Way& way) const noexcept {
         const double enough = min(way.margin + link_rule::tie, options_.objective.enough);
         for (const Candidate& x : way.rows)
@@ -374,7 +378,7 @@ private:
         return true;
     }
 
-    /// Number of links that may be tried.
+    /// The number of links that may be tried.
     long long allowance() const noexcept {
         return plan_rule::links * std::max(static_cast<long long>(base_.size()), plan_rule::least_sections);
     }
@@ -415,7 +419,7 @@ private:
 
     // ---- paths through several branches (crossing.hpp)
 
-    /// Hinges that come near 0 (pi) on some section of the path, by the bit of their sign in gc.
+    /// Which of joints 2 and 6 come near 0 (pi) on some section of the path, by the bit of their sign in gc.
     int meeting(int elbow) const noexcept {
         int out = 0;
         for (const double s : base_) {
@@ -429,7 +433,7 @@ private:
     }
 
     /// Searches a path that changes branches, or begins or ends where two meet. Used if no branch has a
-    /// proven path, or those from a given start (goal) are less calm.
+    /// proven path, or if the proven path from a given start (goal) costs much more.
     void cross() {
         const bool proven = plan_.ok && plan_.proof.certified(), free = !options_.start && !options_.goal;
         const int locked = proven ? 0 : ends_.locked_joint();
@@ -471,8 +475,8 @@ private:
         if (!plan_.ok && tried.start.given) cross_partly(tried);
     }
 
-    /// The curve as far as the start leads through branches that meet, up to the first violated limit. Used
-    /// if that is farther than in one of them.
+    /// Draws the curve as far as the start leads through branches that meet, up to the first violated limit.
+    /// Used if that is farther than in a single branch.
     void cross_partly(CrossingTask& asked) {
         asked.goal = {};
         asked.partial = true;
@@ -519,7 +523,7 @@ private:
         }
     }
 
-    /// Reports for branches with a singular end that the search of a continuation was given up.
+    /// Reports for branches with a singular end that the search of a continuation was stopped early.
     void give_up_crossing() noexcept {
         for (BranchReport& x : plan_.branches) {
             const bool end = x.verdict == Verdict::start || x.verdict == Verdict::goal;
@@ -529,7 +533,7 @@ private:
         }
     }
 
-    /// Sections for all branches used, and some close to a fixed end.
+    /// The sections of a crossing, for all branches used, and some close to a fixed end.
     std::vector<double> crossing_sections(const CrossingTask& asked) {
         std::vector<double> out;  // so the same path is found however few rows are requested
         for (std::size_t k = 0; k + 1 < base_.size(); ++k) {
@@ -560,8 +564,8 @@ private:
         return out;
     }
 
-    /// Makes a stretch end at the exact joints of a goal: with a hinge at 0, phi does not determine how its
-    /// two neighbours share their turn.
+    /// Makes a stretch end at the exact joints of a goal. If theta_2 or theta_6 is 0, phi determines only the
+    /// total rotation of its two neighbours.
     static void end_at(const double* goal, Stretch& x) noexcept {
         double off[joints], most = 0;
         for (int j = 0; j < joints; ++j) {
@@ -607,8 +611,9 @@ private:
         return false;
     }
 
-    /// Draws the curve with the full target for psi. If that is not proven, or hurries, takes the least
-    /// objective with less of it: near theta_2 = 0 or theta_6 = 0 the target may need too much room.
+    /// Draws the curve with the full target for psi. If that is not proven, or a joint moves too fast, takes
+    /// the curve of least objective with a smaller weight of the target. Near theta_2 = 0 or theta_6 = 0 the
+    /// target may need too much joint motion.
     bool draw_wished(const CrossingTask& asked, Plan& out) {
         bool any = false;
         for (const double share : plan_rule::of_wish) {
@@ -660,8 +665,9 @@ private:
         plan_.proof = found.proof;
     }
 
-    /// Curve and proof of a branch that has a path: the curve of least objective. If that is not proven, a
-    /// smooth curve along the path, with new sections where it violates a limit; false if it always does.
+    /// Computes curve and proof of a branch that has a path: the curve of least objective. If that is not
+    /// proven, a smooth curve along the path, with new sections where it violates a limit; false if it always
+    /// does.
     bool realise(BranchReport& report, Plan& out) {
         std::vector<double> base = base_;
         Plan best;
@@ -699,7 +705,7 @@ private:
         return false;
     }
 
-    /// Whether the curve begins (ends) away from an anchor, or leaves it in a jump: with theta_2 or theta_6
+    /// Whether the curve begins (ends) away from an anchor, or leaves it in a jump. With theta_2 or theta_6
     /// at 0 or pi the joints are no continuous function of the arm angle.
     bool leaps(const Anchor& anchor, const Plan& out, bool end) const noexcept {
         if (!anchor.given) return false;
@@ -714,7 +720,7 @@ private:
         return !leaps(fixed.start, out, false) && !leaps(fixed.goal, out, true);
     }
 
-    /// Finds the curve of least objective near the branch's coarse ones; returns whether it is proven.
+    /// Finds the curve of least objective near the branch's coarse ones; true if it is proven.
     bool optimise(const Tube& t, const AnchoredEnds& fixed, BranchReport& report, Plan& out) const {
         const std::vector<Optimum>& coarse = coarse_[static_cast<std::size_t>(report.gc)];
         const FixedEnds ends = fixed_ends(fixed, coarse.front().q);
@@ -731,7 +737,8 @@ private:
         return false;
     }
 
-    /// Finds a curve along the path of the search, with least objective on its knots if that is proven too.
+    /// Finds a curve along the path of the search. On its knots the objective is also minimized, if that
+    /// curve is proven too. False if there is none.
     bool follow_way(const Tube& t, const AnchoredEnds& fixed, const std::vector<double>& base,
                     BranchReport& report, Plan& out) {
         Search ways = search(t, fixed.start, fixed.goal, spread_[t.gc], links_);
@@ -758,7 +765,7 @@ private:
         return true;
     }
 
-    /// The curve of the plan so far.
+    /// The curve of a plan as it is now.
     Curve curve(const Plan& x) const noexcept {
         return {task_.arm, task_.plane, x.gc, {task_.segments, task_.segment_count}, x.stretches};
     }
@@ -774,7 +781,7 @@ private:
     }
 
     /// Writes a spline of phi(s) into a plan: its branch and its stretches with joint values. The first
-    /// joints are on the turns nearest to q.
+    /// joints are in the revolution nearest to q.
     void draw(const Tube& t, const Spline& drawn, const double* q, Plan& out) const {
         out.gc = t.gc;
         out.stretches = stretches_of(drawn, {task_.segments, task_.segment_count});
@@ -794,7 +801,7 @@ private:
         report.margin = cost_.least_margin(curve(out));
     }
 
-    /// Adds sections about each violation, so that the tube has exact arcs there.
+    /// Adds sections around each violation, so that the tube has exact arcs there.
     void add_sections(const Plan& plan, std::vector<double>& base) const {
         const Curve drawn = curve(plan);
         for (const double s : plan.proof.violated) {
@@ -817,7 +824,7 @@ private:
         s.back() = 1;
     }
 
-    /// The curve of a branch as far as a path from the start leads.
+    /// Makes the curve of a branch the plan, as far as a path from the start leads.
     void partial(int gc) {
         const Tube t = tube_on(gc, base_);
         Anchor start;

@@ -26,7 +26,7 @@ inline constexpr double steepest = 1e3;  // upper bound used for dq/dphi
 
 namespace detail {
 
-/// Gauss-Newton's method on the rows of a path.
+/// Minimizes joint travel and margin costs over phi at the rows of a path, by damped Gauss-Newton steps.
 class Relaxation {
 public:
     Relaxation(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed,
@@ -72,7 +72,7 @@ private:
     }
     double* slope(std::size_t k) noexcept { return slope_.data() + k * joints; }
 
-    /// Energy, gradient and Gauss-Newton matrix at the present path.
+    /// Computes the cost, its gradient and the Gauss-Newton matrix at the present path.
     double assemble() {
         double energy = 0;
         for (std::size_t k = 0; k < n_; ++k) {
@@ -89,6 +89,7 @@ private:
         return energy;
     }
 
+    /// Adds the joint travel from row k to the next.
     double travel(std::size_t k) {
         const double w = objective_.travel / span(k);
         const Candidate &a = way_.rows[k], &b = way_.rows[k + 1];
@@ -105,8 +106,8 @@ private:
         return w * sum;
     }
 
-    /// Cost of a configuration's distances, each linear in phi (Gauss-Newton). The second derivative of c = 1
-    /// / d^2 would be 3 c'^2 / (2 c); in this form it stays positive on the tangent below the floor.
+    /// Adds the cost of the distances of configuration k, each taken as linear in phi. The second derivative
+    /// of c = 1 / d^2 would be 3 c'^2 / (2 c); in this form it stays positive on the tangent below the floor.
     double barrier(std::size_t k) {
         using Slope = Jet<double, 1>;
         Slope q[joints];
@@ -128,7 +129,7 @@ private:
         return sum;
     }
 
-    /// move = -(H + damping diag H)^-1 gradient by the Thomas algorithm; fixed ends do not move.
+    /// Computes the step -(H + damping diag H)^-1 gradient by the Thomas algorithm; fixed ends do not move.
     void solve(double damping) {
         double carried = 0, before = 0;
         for (std::size_t k = 0; k < n_; ++k) {
@@ -144,7 +145,8 @@ private:
         for (std::size_t k = n_ - 1; k-- > 0;) move_[k] -= off_[k] * move_[k + 1];
     }
 
-    /// Moves every configuration as far as its arc and the floor allow; returns the largest move.
+    /// Moves every configuration as far as its arc and the floor allow; returns the largest change of phi
+    /// (rad).
     double apply() {
         double most = 0;
         for (std::size_t k = 0; k < n_; ++k) {
@@ -171,7 +173,7 @@ private:
         return most;
     }
 
-    /// phi kept inside its arc, or not farther outside than before.
+    /// Restricts phi to its arc; a phi that was outside may stay where it was.
     double held(const Section& l, const Candidate& old, double phi) const noexcept {
         if (l.full) return phi;
         const Arc& a = tube_.arc(l)[old.arc];
@@ -193,8 +195,8 @@ private:
 
 }  // namespace detail
 
-/// Smooths the inner configurations of a path (and its ends, unless fixed) in place. No margin falls below
-/// `floor` that was above it.
+/// Smooths the inner configurations of a path (and its ends, unless fixed) in place. Margins above `floor`
+/// (rad) stay above it.
 inline void relax(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed,
                   bool last_fixed, double floor) {
     detail::Relaxation(task, tube, objective, way, first_fixed, last_fixed, floor).run();

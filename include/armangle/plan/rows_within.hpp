@@ -43,8 +43,8 @@ inline constexpr int more_rows = 20000;  // at most
 
 namespace detail {
 
-/// Searches rows to insert. draw(rows) returns a function of s: the configuration there. solve(s, psi, gc,
-/// near, q) writes the joints of an arm angle on the turns nearest to others; false if there are none.
+/// Finds rows to insert. draw(rows) returns a function of s: the configuration there. solve(s, psi, gc, near,
+/// q) writes the joints of an arm angle in the revolutions nearest to `near`; false if there are none.
 template <class Draw, class Solve>
 class RowsWithin {
 public:
@@ -91,6 +91,7 @@ private:
         int gc = 0;                                  // ... and its branch
     };
 
+    /// The violation (rad) of the limits of joint j; negative within.
     double beyond(const double* q, int j) const noexcept {
         return max(limits_.lower[j] - q[j], q[j] - limits_.upper[j]);
     }
@@ -106,7 +107,7 @@ private:
         return false;
     }
 
-    /// The largest violation of limits in a gap, beyond that of the given rows around it.
+    /// Finds the largest limit violation between two rows, beyond that of the given rows around it.
     template <class At>
     Between look(const At& at, std::size_t k) const {
         Between out{k};
@@ -158,6 +159,7 @@ private:
         return beyond(x.q, j) <= within_rule::kept;
     }
 
+    /// Inserts the new rows.
     void insert(const std::vector<Between>& found) {
         PathRows rows;
         std::vector<Gap> gaps;

@@ -13,7 +13,7 @@
 
 namespace armangle {
 
-/// None, one, or `count` scenes, each for an equal part of [0, 1].
+/// The scenes of a path: none, one, or `count` scenes, each for an equal part of [0, 1].
 struct ScenesAlong {
     const Scene* const* scene = nullptr;
     int count = 0;
@@ -22,7 +22,7 @@ struct ScenesAlong {
     const Scene& operator[](int k) const noexcept { return *scene[k]; }
     /// Where part k begins.
     double begin(int k) const noexcept { return static_cast<double>(k) / count; }
-    /// The parts that s belongs to: at a boundary, both.
+    /// The first and the last part to which s belongs; they differ at a boundary.
     int first(double s) const noexcept { return part(s - edge); }
     int last(double s) const noexcept { return part(s + edge); }
     const Scene& at(double s) const noexcept { return (*this)[last(s)]; }

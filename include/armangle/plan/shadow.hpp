@@ -27,8 +27,8 @@ inline constexpr double settled = 1e-7;         // m^2: accuracy of that distanc
 
 namespace detail {
 
-/// A lower bound of F = distance^2 - R^2 over all turns of a rod about the x axis; if it is negative, it is
-/// attained. Lemma: witnesses.hpp, with the amplitude of all pairs.
+/// A lower bound of F = distance^2 - R^2 (m^2) over all rotations of a rod around the x axis. If it is
+/// negative, some rotation attains it. Bound: see witnesses.hpp.
 inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noexcept {
     if (solid.kind == SolidKind::half_space) {
         const double n = off_axis(solid.a);
@@ -81,20 +81,20 @@ inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noe
     return best;
 }
 
-/// The shadows of a scene on a path, for one side of the elbow.
+/// Finds the ranges of s in which a scene blocks some phi, for one sign of the elbow.
 class Shadows {
 public:
     Shadows(const Task& task, const Scene& scene, int elbow)
         : task_(task), scene_(scene), gc_(configuration(elbow)), moving_(scene_) {}
 
-    /// Parameters between those of `base` for additional sections.
+    /// Returns parameters between those of `base` where additional sections are needed.
     std::vector<double> find(const std::vector<double>& base) {
         for (std::size_t i = 0; i + 1 < base.size(); ++i) between(base[i], base[i + 1]);
         return std::move(found_);
     }
 
 private:
-    /// All shapes at one s, relative to the circle's axis.
+    /// All shapes at one s, in the frame of the axis shoulder-wrist.
     struct Place {
         Pose<double> to_axis;
         AxisFrames<double> frames;
@@ -108,6 +108,7 @@ private:
         return self_motion(task_.arm, task_.circle_at(s), gc_);
     }
 
+    /// The least F of a pair over all phi, at one place.
     double F(const Place& at, const WatchedPair& pair) const noexcept {
         using Kind = WatchedPair::Kind;
         if (pair.kind == Kind::held_ground) {
@@ -121,7 +122,7 @@ private:
         return least_over_turns(rod, placed(at.frames.flange, scene_.held[pair.other]), pair.R);
     }
 
-    /// Bounds the motion of shapes over a stretch at any constant phi.
+    /// Bounds the motion of the shapes over a stretch, at any constant phi.
     void enclose(double from, double to) {
         --budget_;
         const Segment& g =
@@ -135,6 +136,7 @@ private:
         moving_.enclose(frames, scene_.part_count);
     }
 
+    /// Searches between two parameters.
     void between(double from, double to) {
         const double h = to - from, middle = 0.5 * (from + to);
         for (const double s : {from, middle, to}) {
@@ -156,7 +158,7 @@ private:
         search(from, to, open);
     }
 
-    /// The pairs that may come near within half a stretch, by enclosing balls.
+    /// Collects the pairs that may come near within half a stretch of width h, by bounding balls.
     void gather(const Place& at, double h) {
         using Kind = WatchedPair::Kind;
         const Solid none{SolidKind::ball, 0.0, {0, 0, 0}, {0, 0, 0}, {}};
@@ -204,7 +206,7 @@ private:
                           pair_tag(scene_.first_held + held, k)});
     }
 
-    /// Searches shadows of pairs that are clear at both ends.
+    /// Searches by bisection for pairs that collide between two parameters at which they do not.
     void search(double from, double to, const std::vector<WatchedPair>& pairs) {
         const double h = to - from, middle = 0.5 * (from + to);
         std::vector<WatchedPair> left;
@@ -235,7 +237,7 @@ private:
         search(middle, to, high);
     }
 
-    /// Adds both ends of a shadow that holds `in`, and `in`.
+    /// Adds the place `in` of a collision and, by bisection, both ends of the range of s around it.
     void needle(double from, double in, double to, const WatchedPair& pair) {
         found_.push_back(in);
         for (const double clear : {from, to}) {

@@ -54,16 +54,17 @@ namespace margin_rule {
 inline constexpr double short_path = 0.5;  // rad: margins count less on a path that turns the arm by less
 }  // namespace margin_rule
 
-/// Factor of the cost of margins on a path that turns the arm by `length` (rad). On long and short paths it
-/// grows like joint travel, so a short path is no reason to swing away from a limit.
+/// The factor of the cost of margins on a path that turns the arm by `length` (rad). It grows like joint
+/// travel, so that margins do not dominate a short path.
 inline double margin_scale(double length) noexcept {
     const double share = length / margin_rule::short_path;
     return max(length * length, min(1.0, share * share));
 }
-/// The same for a target of psi: the user requested it, so it is worth a turn of the arm on a short path too.
+/// The same factor for a target of psi. It is at least 1, since the user requested it.
 inline double wish_scale(double length) noexcept { return max(1.0, length * length); }
 
-/// The constants of a plan: the arm, the limits (narrowed by the requested margin), the path, the plane.
+/// The constant data of a plan: the arm, the limits (narrowed by the requested margin), the path and the
+/// plane of phi.
 struct Task {
     const Arm& arm;
     Limits limits;
@@ -102,19 +103,19 @@ struct Task {
         out.pivot[pivots - 1] = {{none, none, T(at.sin)}, {none, none, T(at.cos)}, T(1.0)};
         return out;
     }
-    /// phi (rad) at which the user wants the elbow in branch gc at s; NaN without a wish. phi is the arm
-    /// angle counted from a zero that moves with the path.
+    /// The phi (rad) in branch gc at s that the user's target for the elbow asks for; NaN without a target.
+    /// phi is the arm angle measured from the plane of this path.
     double wished_phi(int gc, double s) const noexcept {
         if (!wish) return not_a_number;
         const SelfMotion<double> m = self_motion(arm, circle_at(s), configuration(gc));
         return wished_angle(arm, *wish, flange_pose(arm, pose(s)), m, s);
     }
 
-    /// Whether obstacles or the user may forbid phi.
+    /// Whether obstacles or the user may forbid some phi.
     bool encumbered() const noexcept { return scenes || allowed; }
 
-    /// The part of `own`, arcs of phi within the limits, that the user and the scene permit. `blocking` is
-    /// the pair that alone blocks all phi, or 0.
+    /// Writes the part of `own`, arcs of phi within the limits, that the user and the scene permit.
+    /// `blocking` is the pair that alone blocks all phi, or 0.
     Status keep_open(double s, const SelfMotion<double>& m, const ArcSet& own, ArcSet& out,
                      Tag& blocking) const {
         ArcSet asked = own;
@@ -144,7 +145,7 @@ struct Task {
     }
 
 private:
-    /// All arcs shifted by an angle.
+    /// Shifts all arcs by an angle (rad).
     static void turn(const ArcSet& arcs, double by, ArcSet& out) noexcept {
         make_empty(out);
         if (arcs.full) return make_full(out);
@@ -179,7 +180,7 @@ struct Tube {
     const Arc* arc(const Section& section) const noexcept { return arcs.data() + section.first; }
 };
 
-/// Index of the arc of a section that holds phi, or is nearest to it.
+/// The index of the arc of a section that contains phi, or is nearest to it.
 inline std::uint32_t nearest_arc(const Tube& tube, const Section& x, double phi) noexcept {
     double least = infinity;
     std::uint32_t nearest = 0;
@@ -213,7 +214,7 @@ struct SolvedSection {
     ArcSet arcs;
 };
 
-/// The section of a branch at s: its arcs, or the reason for none.
+/// Computes the section of a branch at s: its arcs, or the reason for none.
 inline SolvedSection solve_section(const Task& task, int gc, double s) {
     task.pass_checkpoint();
     SolvedSection out;
@@ -235,7 +236,8 @@ inline SolvedSection solve_section(const Task& task, int gc, double s) {
 /// Distance of two points or directions.
 inline double gap(const Vec3<double>& a, const Vec3<double>& b) noexcept { return norm(a - b); }
 
-/// Largest turn (rad, as a chord) of the wrist's direction, the tool and the elbow between two circles.
+/// The largest rotation (rad, as a chord) of the wrist's direction, the tool and the elbow between two
+/// circles.
 inline double turned(const Circle<double>& p, const Circle<double>& q) noexcept {
     const double wrist = gap(p.w, q.w), elbow = hypot(p.triangle.eta.sin - q.triangle.eta.sin,
                                                       p.triangle.eta.cos - q.triangle.eta.cos);
@@ -247,11 +249,11 @@ inline double turned(const Circle<double>& p, const Circle<double>& q) noexcept 
     return max(max(wrist, elbow), max(x, z));
 }
 
-/// Difference of two neighbours, in rising order: small; an arc moved far; an arc appeared, vanished, split
-/// or jumped.
+/// The difference of two neighbouring sections, in rising order: small; an arc moved far; an arc appeared,
+/// vanished, split or jumped.
 enum class Change { small, shifted, event };
 
-/// The change of the arcs of one section against those of another: arcs with one partner, and arcs without.
+/// The change from the arcs of one section to those of another; an arc without a partner is an event.
 inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
     Change worst = Change::small;
     for (int i = 0; i < a.count; ++i) {
@@ -273,7 +275,7 @@ inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
     return worst;
 }
 
-/// The same for two sections, whichever has more arcs.
+/// The larger change of both directions.
 inline Change change(const SolvedSection& a, const SolvedSection& b) noexcept {
     if ((a.section.status == Status::OK) != (b.section.status == Status::OK)) return Change::event;
     if (a.section.status != Status::OK || (a.arcs.full && b.arcs.full)) return Change::small;
@@ -282,7 +284,7 @@ inline Change change(const SolvedSection& a, const SolvedSection& b) noexcept {
     return std::max(one, other);
 }
 
-/// The sections of one branch, halved until neighbours are similar.
+/// Builds the sections of one branch, halving their distance until neighbours are similar.
 class TubeBuilder {
 public:
     TubeBuilder(const Task& task, int gc) : task_(task) { tube_.gc = gc; }
@@ -311,6 +313,8 @@ private:
         tube_.sections.push_back(x.section);
     }
 
+    /// Whether two neighbours are similar enough, or `depth` halvings are the most that their difference is
+    /// worth.
     bool alike(const SolvedSection& left, const SolvedSection& right, int depth) const noexcept {
         if (depth < tube_rule::turn_depth &&
             turned(left.section.motion.circle, right.section.motion.circle) > tube_rule::turn)
@@ -319,7 +323,8 @@ private:
         return now == Change::small || (now == Change::shifted && depth >= tube_rule::shift_depth);
     }
 
-    /// Few if a joint has almost no room: then its arcs never overlap, and it leads instead (crossing.hpp).
+    /// The largest number of additional sections. It is small if a joint has almost no range: then its arcs
+    /// never overlap, and that joint leads instead (crossing.hpp).
     std::size_t most_between() const noexcept {
         const auto narrow = [this](int j) {
             return task_.limits.upper[j] - task_.limits.lower[j] < tube_rule::no_room;
@@ -329,8 +334,8 @@ private:
         return tube_rule::most_between;
     }
 
-    /// Inserts sections by halving until neighbours are similar. All steps advance together, so if the number
-    /// is limited, no step is neglected in favour of another.
+    /// Inserts sections by halving until neighbours are similar. All intervals are halved together, so that a
+    /// limited number of sections is spread evenly.
     void halve() {
         const std::size_t most = row_.size() + most_between();
         unlike_.assign(row_.size() - 1, true);
@@ -363,7 +368,8 @@ private:
 
 }  // namespace detail
 
-/// The tube of a branch with sections at all of `base` (rising, from 0 to 1) and as many between as needed.
+/// Computes the tube of a branch with sections at all of `base` (rising, from 0 to 1) and as many between as
+/// needed.
 inline Tube tube(const Task& task, int gc, const std::vector<double>& base) {
     return detail::TubeBuilder(task, gc).build(base);
 }
@@ -377,8 +383,8 @@ inline constexpr double least_length =
     1e-4;  // least length of a path, so that a resting tool has weight (rad)
 }  // namespace parameter_rule
 
-/// Rising parameters: the requested rows, the ends of segments, and equal steps between them: enough in
-/// number, and enough per turn.
+/// Rising parameters of a path: the requested rows, the ends of segments, and equal steps between them,
+/// enough in number and for the rotation of each segment.
 inline std::vector<double> base_parameters(const Segment* segments, std::size_t n, const double* rows,
                                            std::size_t row_count) {
     std::vector<double> all(rows, rows + row_count), given, out;
@@ -404,8 +410,8 @@ inline std::vector<double> base_parameters(const Segment* segments, std::size_t 
     return out;
 }
 
-/// How far a path turns the direction of the wrist, the tool and the elbow (rad; at each step the one that
-/// turns most), at least `least_length`. Unreachable places do not count.
+/// How far a path turns the arm (rad), at least `least_length`: at each step the largest rotation of the
+/// wrist's direction, the tool or the elbow. Unreachable places do not count.
 inline double turned_length(const Task& task, const std::vector<double>& base) noexcept {
     struct Facing {
         Vec3<double> wrist, x, z, elbow;
@@ -427,8 +433,8 @@ inline double turned_length(const Task& task, const std::vector<double>& base) n
     return max(parameter_rule::least_length, sum);
 }
 
-/// The sections that become knots of the curve: all of `base`, and of the others those no closer than a share
-/// of their step. Closer knots would carry the noise of a search into the curvature.
+/// The indices of the sections that become knots of the curve: all of `base`, and others if they are not too
+/// close. Closer knots would carry the noise of the search into the curvature.
 inline std::vector<std::size_t> knots(const Tube& t, const std::vector<double>& base, std::size_t count) {
     std::vector<std::size_t> out{0};
     for (std::size_t k = 1, b = 1; k + 1 < count; ++k) {

@@ -53,14 +53,14 @@ struct Way {
 
 namespace detail {
 
-/// The turns of up to eight phi, side by side.
+/// The revolutions of up to eight phi, for vector operations.
 struct EightWindings {
     double phi[8], q[joints][8] = {}, count[joints][8] = {}, first[8] = {};
     int used = 0;
 
     EightWindings() noexcept { std::fill(phi, phi + 8, not_a_number); }
 
-    /// Stores turns in the next place.
+    /// Stores the revolutions of one phi in the next place.
     void add(const Windings& group) noexcept {
         const int i = used++;
         phi[i] = group.phi;
@@ -72,13 +72,13 @@ struct EightWindings {
     }
 };
 
-/// The joint moves to a configuration from eight phi: from which of their turns, and how long.
+/// The joint moves from eight phi to a configuration: from which revolution, and how long (squared, rad^2).
 struct EightMoves {
     unsigned linked;  // bit i: neither phi nor a joint moves too far from phi i
     double from[8], travel[8];
 
-    /// From the nearest turns; any other is more than half a turn away. turn: largest change of phi; move: of
-    /// a joint (rad).
+    /// Computes the moves from the nearest revolutions; any other is more than pi away. turn: largest change
+    /// of phi; move: largest move of a joint (rad).
     EightMoves(const Task& task, const Candidate& to, const EightWindings& groups, double turn,
                double move) noexcept {
         const Slots most = move, none = 0.0;
@@ -107,10 +107,10 @@ struct EightMoves {
     }
 };
 
-/// The search of one tube, section by section.
+/// Searches the best path through one tube, section by section.
 class Search {
 public:
-    /// spread: of turns at a free start (candidates.hpp); links: permitted number, counted down.
+    /// spread: of revolutions at a free start (candidates.hpp); links: permitted number, counted down.
     Search(const Task& task, const Tube& tube, const Objective& objective, const Anchor& start,
            const Anchor& goal, int spread, long long& links)
         : task_(task),
@@ -125,8 +125,8 @@ public:
             if (end->given) candidates_.hold(end->phi);
     }
 
-    /// The path of the best labels. Configurations below `floor` are left out, and with a floor the cost
-    /// alone decides.
+    /// Finds the path of largest margin, ties decided by cost. Configurations with a margin below `floor`
+    /// (rad) are left out; if a floor is given, cost alone decides.
     Way run(double floor) {
         floor_ = floor;
         way_ = Way{};
@@ -170,13 +170,14 @@ private:
         }
     };
 
+    /// The order of two labels.
     bool better(const Label& a, const Label& b) const noexcept {
         if (floor_ > -infinity) return a.cost < b.cost;
         if (a.margin > b.margin + link_rule::tie) return true;
         return a.margin >= b.margin - link_rule::tie && a.cost < b.cost;
     }
 
-    /// Advances `here_` to section k; false, and nothing changed, if no configuration of it has a link.
+    /// Advances `here_` to section k. False, with nothing changed, if no configuration of it can be reached.
     bool advance(std::size_t k) {
         next_.clear();
         const Section& l = tube_.sections[k];
@@ -206,7 +207,7 @@ private:
         return true;
     }
 
-    /// Collects the turns that were reached side by side.
+    /// Collects the reached configurations of the last section for vector operations.
     void gather() {
         alive_.clear();
         const std::vector<Windings>& groups = here_.postures.groups;
@@ -219,12 +220,14 @@ private:
         }
     }
 
+    /// The link of configuration x at section k; not alive if its margin is below the floor or nothing
+    /// reaches it.
     Link reached_by(std::size_t k, const Candidate& x) const noexcept {
         if (!(x.worth.margin >= floor_)) return {};
         return k == 0 ? Link{{x.worth.margin, 0}, 0} : join(k, x);
     }
 
-    /// Joint values within a move of those reached at the previous section.
+    /// The range of joint values within one move of those reached at the previous section.
     Window window(std::size_t k) const noexcept {
         Window out;
         out.set = k > 0;
@@ -262,14 +265,14 @@ private:
         return best;
     }
 
-    /// Permitted gap between the arcs of sections k - 1 and k. If limits of two joints meet in a fixed end,
-    /// the arc grows out of a moving point, and no common part remains.
+    /// The permitted gap (rad) between the arcs of sections k - 1 and k. If limits of two joints meet in a
+    /// fixed end, the arc grows out of a moving point, and no common part remains.
     double cornered(std::size_t k) const noexcept {
         const bool fixed = (k == 1 && start_.given) || (k + 1 == tube_.sections.size() && goal_.given);
         return fixed ? tube_rule::still : tolerance::angle;
     }
 
-    /// Whether some phi between those of a and b, on the shorter way round, is in both their arcs; a gap of
+    /// Whether some phi between those of a and b, on the shorter way round, lies in both their arcs; a gap of
     /// at most `slack` (rad) also counts.
     bool joined(const Section& la, const Candidate& a, const Section& lb, const Candidate& b,
                 double slack) const noexcept {
@@ -295,7 +298,8 @@ private:
         trace(best);
     }
 
-    /// Goes back along the links; computes joints from phi again, on the turns nearest to the following ones.
+    /// Follows the links backwards and computes the joints again from phi, in the revolutions nearest to the
+    /// next row.
     void trace(std::size_t at) {
         way_.rows.resize(way_.reached);
         way_.rows.back() = here_.postures.all[at];

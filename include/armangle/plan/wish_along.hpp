@@ -33,8 +33,8 @@ struct WishAlong {
     }
 };
 
-/// The target at s as an angle of a self-motion there, whatever its reference; flange: its pose. NaN if all
-/// angles are equally good.
+/// The target at s as an angle of a self-motion, in the reference in which that self-motion is counted;
+/// flange: its pose. NaN if all angles are equally good.
 inline double wished_angle(const Arm& arm, const WishAlong& wish, const Pose<double>& flange,
                            const SelfMotion<double>& m, double s) noexcept {
     if (wish.kind != Wish::psi) return psi_towards(arm, m, {wish.kind, not_a_number, wish.target}).psi;
