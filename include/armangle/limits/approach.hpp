@@ -20,7 +20,7 @@
 
 namespace armangle {
 
-/// How a pose is approached.
+/// Parameters of approach and approach_parallel.
 struct ApproachTuning {
     double longest = 0.5;     // rad: largest move of a joint in one round
     double damping = 1e-9;    // added to the second derivatives, in squares of the arm's size
@@ -34,7 +34,8 @@ struct ApproachTuning {
 
 namespace detail {
 
-/// The second derivatives of half the squared distance, and minus the first, with `damping` on the diagonal.
+/// The second derivatives of half the squared distance with respect to the joints, with `damping` on the
+/// diagonal, and minus the first derivatives.
 inline JointQuadratic second_derivatives(const Jacobian& J, const Twist& rest, double length,
                                          double damping) noexcept {
     const double square = length * length;
@@ -81,7 +82,8 @@ inline bool is_convex(const JointQuadratic& p) noexcept {
 
 }  // namespace detail
 
-/// The configuration within limits from which no small move comes nearer, from `start`, in at most `rounds`.
+/// From `start`, within the limits and in at most `rounds`: the configuration from which no small change
+/// comes nearer to a pose. One radian counts `length` (m).
 template <class A>
 Relaxed approach(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& command,
                  double length, int rounds, const ApproachTuning& tuning = {}) noexcept {
@@ -121,7 +123,7 @@ Relaxed approach(const A& arm, const Limits& limits, const Joints& start, const 
     return best;
 }
 
-/// A configuration of the pose's orientation.
+/// A configuration with (nearly) the orientation of a pose.
 struct Parallel {
     Joints at;
     double gap;  // m: distance of its position
@@ -129,10 +131,9 @@ struct Parallel {
     bool held;   // whether a limit other than joint 4's keeps it from coming nearer
 };
 
-/// The configuration within limits and of the pose's orientation from which no small move comes nearer to its
-/// position. The method of multipliers: the orientation that is approached is turned until the one found is
-/// the pose's. Its cost less that of the turn is a lower bound: the search ends once that is above `enough`
-/// (m).
+/// The configuration within limits, with the orientation of the pose, from which no small change comes nearer
+/// to its position. Method of multipliers: the commanded orientation is changed until the one found is that
+/// of the pose. The search ends early if its lower bound of the distance exceeds `enough` (m).
 template <class A>
 Parallel approach_parallel(const A& arm, const Limits& limits, const Joints& start,
                            const Pose<double>& command, double enough = infinity,

@@ -41,8 +41,8 @@ struct ArcSet {
     bool empty() const noexcept { return count == 0; }
 };
 
-/// What is feasible of a pose and branch: arcs of which every value is proven; what is proven neither way and
-/// left out, and its measure (rad).
+/// The feasible values of a pose and branch: `arcs`, in which every value is proven, and `unproven`, the
+/// length (rad) of what remains undecided and is left out.
 struct ProvenArcs {
     ArcSet arcs, open;
     Status status;
@@ -63,10 +63,10 @@ inline void make_full(ArcSet& set) noexcept {
 
 namespace detail {
 
-/// Whether an arc is a single angle, within the tolerance.
+/// Whether an arc is a single angle, up to the tolerance.
 inline bool is_isolated(const Arc& arc) noexcept { return arc.upper - arc.lower < tolerance::angle; }
 
-/// Inserts an arc on any turn.
+/// Inserts an arc, given on any multiple of 2 pi, in order.
 inline void put(ArcSet& set, Arc arc) noexcept {
     if (set.count == ArcSet::capacity) return;
     double turn = 0;
@@ -79,7 +79,7 @@ inline void put(ArcSet& set, Arc arc) noexcept {
     set.arc[at] = arc;
 }
 
-/// Inserts an arc unless it is a mere touching point.
+/// Inserts an arc unless it is a single angle.
 inline void push(ArcSet& set, const Arc& arc) noexcept {
     if (!is_isolated(arc)) put(set, arc);
 }
@@ -111,7 +111,7 @@ inline void merge(ArcSet& set) noexcept {
 
 }  // namespace detail
 
-/// The set of one arc from `lower` to `upper` (rad), on any turn.
+/// Makes the set one arc from `lower` to `upper` (rad), given on any multiple of 2 pi.
 inline void make_arc(ArcSet& set, double lower, double upper, Tag lower_tag, Tag upper_tag) noexcept {
     make_empty(set);
     if (upper - lower >= two_pi - tolerance::angle) return make_full(set);
@@ -119,8 +119,8 @@ inline void make_arc(ArcSet& set, double lower, double upper, Tag lower_tag, Tag
     detail::put(set, {start, start + (upper - lower), lower_tag, upper_tag});
 }
 
-/// The set of n arcs (lower, upper, lower, ...) that are already in the exact form of a set; false if they
-/// are not.
+/// Makes the set from n arcs (lower, upper, lower, ...) that are already ordered and normalized; false if
+/// they are not.
 inline bool make_ordered(ArcSet& set, const double* ends, int n) noexcept {
     make_empty(set);
     if (n < 1 || n > ArcSet::capacity) return false;
@@ -137,8 +137,8 @@ inline bool make_ordered(ArcSet& set, const double* ends, int n) noexcept {
 
 namespace detail {
 
-/// Inserts the common part of arcs p and q, on any turn. Keeps an isolated arc unchanged, and skips points
-/// where the two only touch.
+/// Inserts the common part of arcs p and q, given on any multiple of 2 pi. An isolated angle is kept
+/// unchanged; points where the arcs only touch are skipped.
 inline void put_common(ArcSet& set, const Arc& p, const Arc& q) noexcept {
     const Arc& narrow = is_isolated(p) ? p : q;
     const Arc& other = is_isolated(p) ? q : p;
@@ -156,7 +156,7 @@ inline void put_common(ArcSet& set, const Arc& p, const Arc& q) noexcept {
 
 }  // namespace detail
 
-/// Intersection of a and b.
+/// The intersection of a and b.
 inline void intersect(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
     if (a.full) {
         out = b;
@@ -177,9 +177,9 @@ inline void intersect(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
     detail::merge(out);
 }
 
-/// Calls each(lower, upper) for the common part of each arc of `a` with each arc of `b` shifted by -`turn`.
-/// Unsorted; parts shorter than the tolerance are skipped. A whole circle is one arc with a seam at +-pi.
-/// Returns the smallest gap between two arcs, or their smallest overlap (rad).
+/// Calls each(lower, upper) for the common part of each arc of `a` with each arc of `b` shifted by -`turn`
+/// (rad). The parts are unsorted; those shorter than the tolerance are skipped. A whole circle is one arc
+/// with a seam at +-pi. Returns the smallest gap between two arcs, or their smallest overlap (rad).
 template <class Each>
 ARMANGLE_INLINE double each_overlap(const ArcSet& a, const ArcSet& b, double turn,
                                     const Each& each) noexcept {
@@ -214,7 +214,7 @@ ARMANGLE_INLINE double each_common(const ArcSet& a, const ArcSet& b, const Each&
     return infinity;
 }
 
-/// Closure of the complement.
+/// The complement of a set, with its ends.
 inline void complement(const ArcSet& a, ArcSet& out) noexcept {
     if (a.empty()) return make_full(out);
     if (a.full) return make_empty(out);
@@ -228,7 +228,8 @@ inline void complement(const ArcSet& a, ArcSet& out) noexcept {
     detail::merge(out);
 }
 
-/// The union of many arcs, on any turn and of any length, which may overlap: one sweep over their lower ends.
+/// The union of many arcs of any length, given on any multiple of 2 pi, which may overlap: one sweep over
+/// their lower ends.
 class UnionOfArcs {
 public:
     /// Adds an arc.
@@ -279,8 +280,8 @@ private:
         full_ = count_ == 1 && arc_[0].upper - arc_[0].lower >= two_pi - tolerance::angle;
     }
 
-    /// Extends an arc by `next`, shifted by `turn`, which begins after it. Returns false if there is a gap
-    /// between them.
+    /// Extends an arc by `next`, shifted by `turn` (rad), which begins after it. Returns false if there is a
+    /// gap between them.
     static bool swallow(Arc& arc, const Arc& next, double turn) noexcept {
         if (next.lower + turn - arc.upper >= tolerance::angle) return false;
         if (next.upper + turn > arc.upper) {
@@ -291,20 +292,20 @@ private:
     }
 };
 
-/// Total length in rad.
+/// The total length (rad) of a set.
 inline double measure(const ArcSet& set) noexcept {
     double sum = 0;
     for (int i = 0; i < set.count; ++i) sum += set.arc[i].upper - set.arc[i].lower;
     return sum;
 }
 
-/// The arc that holds psi within `slack`, and psi on its turn; index -1 if no arc does.
+/// The arc that contains psi up to a tolerance, and psi shifted into its range; index -1 if there is none.
 struct Place {
     int index;
     double psi;
 };
 
-/// Finds the arc that holds psi or is within `slack` (rad) of it; index -1 if none is.
+/// Finds the arc that contains psi or is within `slack` (rad) of it; index -1 if there is none.
 inline Place find(const ArcSet& set, double psi, double slack = tolerance::angle) noexcept {
     psi = wrap(psi);
     if (set.full) return {0, psi};
@@ -322,10 +323,10 @@ inline Place find(const ArcSet& set, double psi, double slack = tolerance::angle
     return {index, at};
 }
 
-/// Whether psi is in the set, within the angular tolerance.
+/// Whether psi is in the set, up to the angular tolerance.
 inline bool contains(const ArcSet& set, double psi) noexcept { return find(set, psi).index >= 0; }
 
-/// Union of a and b.
+/// The union of a and b.
 inline void unite(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
     if (a.empty()) {
         out = b;

@@ -15,22 +15,22 @@
 
 namespace armangle {
 
-/// Whether theta_2 or theta_6 is 0 or pi. There the two neighbouring joints share their turn arbitrarily, but
-/// at no nearby pose.
+/// Whether theta_2 or theta_6 is 0 or pi. Its two neighbours then rotate around one axis, which happens at no
+/// nearby pose.
 inline bool shares_a_turn(const Arm& arm, const double* q) noexcept {
     bool shares = false;
     for (const int j : hinge_joint) shares |= abs(sin_cos(to_theta(arm, j, q[j])).sin) <= tolerance::angle;
     return shares;
 }
 
-/// Whether psi does not move a joint.
+/// Whether a joint does not move with psi: joint 4 alone.
 inline bool is_fixed_by_pose(const Arm&, int joint) noexcept { return joint == 3; }
 
 namespace detail {
 
-/// Derivatives at the psi near the best one where the slope of joint j by psi is 0. A search that compares
-/// values knows this psi to half the digits only. The secant method refines it until the slope no longer
-/// falls. Returns `d` if no such psi is near, as for joint 4.
+/// Derivatives at the psi near the best one where the derivative of joint j with respect to psi is 0. A
+/// search that compares values knows this psi to half the digits only. The secant method refines it. Returns
+/// `d` if no such psi is near, as for joint 4.
 inline Derivatives at_its_top(const Arm& arm, const Pose<double>& pose, const Nearest& best, int j,
                               Derivatives d) noexcept {
     constexpr double aside = 1e-7, near = 1e-3;
@@ -62,7 +62,7 @@ inline bool is_as_good_beside(const Arm& arm, const Pose<double>& pose, const Ne
     return false;
 }
 
-/// The distance of a joint to one of its limits (rad); its change is `sign` times that of the joint.
+/// The distance (rad) of a joint to one of its limits; it changes by `sign` times the change of the joint.
 struct LimitEnd {
     int joint;
     double sign, distance;

@@ -22,9 +22,9 @@ struct BestYaw {
     double reached;  // total weight of the reachable poses
 };
 
-/// The yaw arcs at which a pose is reachable if the base moves to `at` (m, in the frame of poses) and keeps
-/// its rotation. Yaw turns about axis 1 and is counted about the z axis of that frame. Axis 1 must be along
-/// z: up +1, hanging -1. `t` is the arm's limit_table().
+/// Computes the yaw angles of the base at which a pose is reachable, if the base moves to `at` (m, in the
+/// frame of poses) and keeps its orientation otherwise. Yaw is a rotation around axis 1, counted around the z
+/// axis of that frame. Axis 1 must be along z, up or down. `t` is the arm's limit_table().
 template <class AnyArm, class Table>
 Status yaw_arcs(const AnyArm& arm, const Pose<double>& pose, const Vec3<double>& at, const Table& t,
                 ArcSet& out) noexcept {
@@ -47,8 +47,8 @@ Status yaw_arcs(const AnyArm& arm, const Pose<double>& pose, const Vec3<double>&
     return status;
 }
 
-/// Best yaw of events in rising order of yaw; `before` is the weight just before the first. Intervals shorter
-/// than the angular tolerance count only if there are no others.
+/// The best yaw of events in rising order; `before` is the total weight just before the first. Intervals
+/// shorter than the angular tolerance count only if there are no others.
 inline BestYaw best_yaw(const YawEvent* events, int count, double before) noexcept {
     if (count == 0) return {0.0, two_pi, before};
     const auto length = [&](int i) {

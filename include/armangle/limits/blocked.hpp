@@ -16,7 +16,8 @@
 
 namespace armangle {
 
-/// Arcs that limits block; Psi is the complement. This is a list, not a set: arcs may overlap or touch.
+/// A list of arcs that limits block; they may overlap or touch. The feasible psi are the complement of their
+/// union.
 struct Blocked {
     static constexpr int capacity =
         2 * pivots + 4 * hinges + pivots + 1;  // pivots, hinges, the paper's arcs, and one scratch slot
@@ -28,8 +29,7 @@ struct Blocked {
     double furthest = -infinity;  // the upper end that lies furthest, and its cause
     Arc arc[capacity];
 
-    /// Adds an arc with lower in [-pi, pi), unless it is shorter than the tolerance and so a touching point.
-    /// Without branching.
+    /// Adds an arc with lower in [-pi, pi), unless it is shorter than the tolerance. Without branches.
     ARMANGLE_INLINE void add(const Arc& a) noexcept {
         const bool kept = a.upper - a.lower >= tolerance::angle, further = kept & (a.upper > furthest);
         arc[count] = a;
@@ -42,8 +42,8 @@ struct Blocked {
 
 namespace detail {
 
-/// Blocks the intersection of a and b. On a circle it has at most two pieces; each begins at the lower end of
-/// one arc. A whole circle has no ends, wherever its seam lies.
+/// Blocks the intersection of a and b, which has at most two pieces. Each begins at the lower end of one arc.
+/// A whole circle has no ends, wherever its seam lies.
 ARMANGLE_INLINE void block_both(const Arc& a, const Arc& b, Blocked& out) noexcept {
     const double width_a = a.upper - a.lower, width_b = b.upper - b.lower;
     const double whole = two_pi - tolerance::same_psi;
@@ -56,8 +56,8 @@ ARMANGLE_INLINE void block_both(const Arc& a, const Arc& b, Blocked& out) noexce
              room_b < width_b ? a.upper_tag : b.upper_tag});
 }
 
-/// Blocks psi_sing -+ epsilon of eq. (31) if the discriminant of eq. (30) is small: the paper's own
-/// avoidance.
+/// Blocks psi_sing -+ epsilon of eq. (31) if the discriminant of eq. (30) is small: the singularity avoidance
+/// of the paper.
 inline void avoid_paper_singularity(const LimitTable& t, const JointFunctions<double>& f, int pivot,
                                     Blocked& out) noexcept {
     const Harmonic<double> n = slope_numerator(f.pivot[pivot]);
@@ -70,13 +70,13 @@ inline void avoid_paper_singularity(const LimitTable& t, const JointFunctions<do
     out.add({lower + turn, psi + t.psi_margin + turn, tag, tag});
 }
 
-/// Whether a hinge reaches 0 or pi, where the directions (V, U) of its pivots vanish. Only then can an end be
-/// a jump.
+/// Whether joint 2 or 6 reaches 0 or pi at some psi, where the directions (V, U) of its neighbours vanish.
+/// Only then can an arc end at a jump.
 inline bool may_jump(const Hinge<double>& h) noexcept {
     return min(h.high.below_one, h.low.above_minus_one) <= tolerance::touching;
 }
 
-/// |theta| of a hinge that is independent of psi.
+/// The constant |theta| (rad) of joint 2 or 6 if it does not depend on psi.
 inline double constant_hinge(const Hinge<double>& h, const Pivot<double>& p) noexcept {
     const SinCos<double> zero{0.0, 1.0};
     const double sine = hypot(p.U.at(zero), p.V.at(zero)), cosine = h.H.at(zero);
@@ -87,15 +87,15 @@ inline double constant_hinge(const Hinge<double>& h, const Pivot<double>& p) noe
 
 }  // namespace detail
 
-/// The two lanes of a pivot in PivotArcs as bits: its lower limit and its upper limit.
+/// The two bits of a pivot joint in PivotArcs: of its lower limit and of its upper limit.
 constexpr unsigned pivot_bits(int pivot) noexcept { return 1u << pivot | 1u << (pivots + pivot); }
 
-/// Bits for joints 1 and 3; joints 5 and 7; all pivots; and one bit a pivot instead of two.
+/// Bits for joints 1 and 3; joints 5 and 7; all four; and one bit a joint instead of two.
 inline constexpr unsigned shoulder_pivots = pivot_bits(0) | pivot_bits(1),
                           wrist_pivots = pivot_bits(2) | pivot_bits(3),
                           all_pivots = shoulder_pivots | wrist_pivots, each_pivot = (1u << pivots) - 1;
 
-/// Blocks the arcs that the limits of some pivots forbid.
+/// Adds the arcs that the limits of some pivot joints (`which`: bits) forbid.
 inline void block_pivots(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b,
                          unsigned which, Blocked& out) noexcept {
     if (t.psi_margin > 0)
@@ -115,7 +115,7 @@ inline void block_pivots(const LimitTable& t, const JointFunctions<double>& f, c
     });
 }
 
-/// Blocks the arcs that the limits of a hinge (0, 1 for joints 2, 6) forbid.
+/// Adds the arcs that the limits of joint 2 or 6 (`hinge`: 0, 1) forbid.
 inline void block_hinge(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b, int hinge,
                         Blocked& out) noexcept {
     const int negative = f.hinge[hinge].g < 0, count = t.piece_count[hinge][negative];
@@ -147,8 +147,8 @@ inline void block_hinge(const LimitTable& t, const JointFunctions<double>& f, co
 
 namespace detail {
 
-/// order[k] is the index of the arc with the k-th lowest lower end. Counting instead of swapping avoids
-/// branches that depend on the data.
+/// Sorts blocked arcs: order[k] is the index of the arc with the k-th lowest lower end. Counting instead of
+/// swapping avoids branches that depend on the data.
 inline void sort_arcs(const Blocked& blocked, int* order) noexcept {
     for (int i = 0; i < blocked.count; ++i) {
         int rank = 0;
@@ -161,8 +161,9 @@ inline void sort_arcs(const Blocked& blocked, int* order) noexcept {
 
 }  // namespace detail
 
-/// The free arcs between the blocked ones: one sweep over the circle. Returns the smallest gap or overlap of
-/// two neighbours (rad), infinite without any; below the tolerance narrow_gaps() lists the places.
+/// Writes the free arcs between the blocked ones, in one sweep over the circle. Returns the smallest gap or
+/// overlap of two neighbours (rad), infinite if there is none. If it is below the tolerance, narrow_gaps()
+/// lists the places.
 inline double free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
     make_empty(out);
     if (blocked.all) return infinity;
@@ -198,8 +199,8 @@ inline double free_arcs(const Blocked& blocked, ArcSet& out) noexcept {
     return least;
 }
 
-/// Places where blocked arcs touch or leave less than the tolerance between them, by the same sweep. A place
-/// has no width if only rounding separates the arcs.
+/// Writes the places where blocked arcs touch or leave less than the tolerance between them. A place has no
+/// width if only rounding separates the arcs.
 inline void narrow_gaps(const Blocked& blocked, ArcSet& out) noexcept {
     make_empty(out);
     if (blocked.count == 0) return;

@@ -21,31 +21,34 @@ namespace detail {
 
 using Slots = Lane<8>;
 
-/// Arcs from lower in [-pi, pi) over at most one turn; an arc of width 0 is empty.
+/// Arcs of several boundary functions, from lower in [-pi, pi) and at most 2 pi long; an arc of width 0 is
+/// empty.
 struct ArcLanes {
     Slots lower, upper;
 };
 
-/// Distance from the start of an arc to the end of another. It is less than the arc's width if the other arc
-/// cuts it.
+/// The distance from the start of an arc to the end of another one. It is less than the arc's width if the
+/// other arc cuts it.
 template <class T>
 ARMANGLE_INLINE T room_in(const T& lower, const T& other_lower, const T& other_width) noexcept {
     const T ahead = lower - other_lower;
     return other_width - select(ahead < T(0.0), ahead + T(two_pi), ahead);
 }
 
-/// The arcs {B < 0} for given phi and alpha.
+/// The arcs {B < 0} of boundary functions, from phi (`middle`) and alpha (`half`).
 ARMANGLE_INLINE ArcLanes negative_arcs(const Slots& middle, const Slots& half) noexcept {
     const Slots start = middle + half, turn = select(start >= Slots(pi), Slots(two_pi), Slots(0.0));
     return {start - turn, (middle - half) + (Slots(two_pi) - turn)};
 }
 
-/// sqrt(a^2 + b^2 - c^2), or 0 if B never changes sign. With -c it gives alpha = acos(-c / h).
+/// The value sqrt(a^2 + b^2 - c^2), or 0 if B never changes its sign. Together with -c it gives alpha =
+/// acos(-c / h).
 ARMANGLE_INLINE Slots half_chord(const Slots& excess) noexcept { return sqrt(max(excess, Slots(0.0))); }
 
 }  // namespace detail
 
-/// Arcs blocked by the pivots' limits: lanes 0-3 start at their lower limits, lanes 4-7 at the upper ones.
+/// The arcs that the limits of joints 1, 3, 5 and 7 block: lanes 0-3 belong to their lower limits, lanes 4-7
+/// to the upper ones.
 struct PivotArcs {
     double lower[2 * pivots], upper[2 * pivots];
     // One bit a lane. kept: the arc blocks something (limited, moving, longer than the tolerance). cut: it
@@ -53,7 +56,8 @@ struct PivotArcs {
     unsigned kept, cut, constant, touching;
 };
 
-/// The arcs where the boundary function of a hinge's limit is negative, by piece, hinge and end (near, far).
+/// The arcs where the boundary function of a limit of joint 2 or 6 is negative, by piece, joint and end
+/// (near, far).
 struct HingeArcs {
     double lower[pieces][2 * hinges], upper[pieces][2 * hinges];
     unsigned touching;  // one bit a hinge and end: the hinge turns back there
@@ -67,26 +71,26 @@ struct Boundaries {
 
 namespace detail {
 
-/// One coefficient of the four pivots, for both limits.
+/// One coefficient of all four pivot joints, for both limits.
 template <class Get>
 ARMANGLE_INLINE Slots of_pivots(const JointFunctions<double>& f, const Get& get) noexcept {
     const double four[pivots] = {get(f.pivot[0]), get(f.pivot[1]), get(f.pivot[2]), get(f.pivot[3])};
     return twice(four);
 }
 
-/// phi and alpha of the boundary functions of the pivots, lanes as in PivotArcs.
+/// The angles phi and alpha of the boundary functions of the pivot joints; lanes as in PivotArcs.
 struct PivotAngles {
     Slots middle, half;
     unsigned constant, touching;
 };
 
-/// One bit a boundary function with a single root within rounding, where the joint turns back. excess is a^2
-/// + b^2 - c^2.
+/// One bit for each boundary function with a double root up to rounding, where the joint turns back. excess
+/// is a^2 + b^2 - c^2.
 ARMANGLE_INLINE unsigned touching_bits(const Slots& excess, const Slots& square) noexcept {
     return bits(abs(excess) < Slots(tolerance::turning_back) * square);
 }
 
-/// Computes the angles from the coefficients.
+/// Computes these angles from the coefficients.
 ARMANGLE_INLINE PivotAngles pivot_angles(const LimitTable& t, const JointFunctions<double>& f) noexcept {
     using P = const Pivot<double>&;
     const Harmonic<Slots> U{of_pivots(f, [](P p) { return p.U.s; }), of_pivots(f, [](P p) { return p.U.c; }),
@@ -103,14 +107,16 @@ ARMANGLE_INLINE PivotAngles pivot_angles(const LimitTable& t, const JointFunctio
             touching_bits(excess, square) | bits(nought)};
 }
 
-/// The angles for the other sign of both hinges: B changes its sign, so blocked and allowed are exchanged.
+/// The angles for the other sign of theta_2 and theta_6: B changes its sign, so that blocked and permitted
+/// psi are exchanged.
 ARMANGLE_INLINE PivotAngles opposite(const PivotAngles& p) noexcept {
     const Slots turn = select(p.middle > Slots(0.0), Slots(-pi), Slots(pi));
     return {p.middle + turn, Slots(pi) - p.half, p.constant, p.touching};
 }
 
-/// If a pivot has at most half a turn, each limit blocks its own arc. If it has more, it is outside only
-/// where *both* arcs overlap; each arc is then cut to its part of the overlap, from its own lower end on.
+/// Computes the blocked arcs. If the range of a joint is at most pi, each limit blocks its own arc. If it is
+/// larger, only the overlap of both arcs is blocked; each arc is then cut to its part of the overlap, from
+/// its own lower end on.
 ARMANGLE_INLINE void pivot_arcs(const LimitTable& t, const PivotAngles& p, PivotArcs& out) noexcept {
     const ArcLanes arc = negative_arcs(p.middle, p.half);
     const Slots width = arc.upper - arc.lower, other_width = swap_halves(width),
@@ -131,21 +137,21 @@ ARMANGLE_INLINE void pivot_arcs(const LimitTable& t, const PivotAngles& p, Pivot
     out.cut = bits(cut);
 }
 
-/// One number of both hinges' limits, near and far.
+/// One number of all limits of joints 2 and 6, near and far.
 template <class Get>
 ARMANGLE_INLINE Slots of_ends(const HingePiece& first, const HingePiece& second, const Get& get) noexcept {
     const double four[2 * hinges] = {get(first.near), get(first.far), get(second.near), get(second.far)};
     return twice(four);
 }
 
-/// One number of each hinge, for both of its limits.
+/// One number of joint 2 and one of joint 6, each for both of its limits.
 ARMANGLE_INLINE Slots of_hinges(double first, double second) noexcept {
     const double four[2 * hinges] = {first, first, second, second};
     return twice(four);
 }
 
-/// a^2 + b^2 - c^2 = (max H - cos(limit)) (cos(limit) - min H). Each factor comes from the small numbers: 1 -
-/// cos or 1 + cos.
+/// Solves the boundary functions of joints 2 and 6: a^2 + b^2 - c^2 = (max H - cos(limit)) (cos(limit) - min
+/// H). Each factor is computed from 1 - cos or 1 + cos, which keeps its digits.
 ARMANGLE_INLINE void solve_hinges(const LimitTable& t, const JointFunctions<double>& f,
                                   HingeArcs& out) noexcept {
     const Hinge<double>&p = f.hinge[0], &q = f.hinge[1];

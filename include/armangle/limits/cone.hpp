@@ -7,13 +7,13 @@
 
 namespace armangle {
 
-/// The directions from angle `lower` to `upper`: those allowed for a joint that is independent of psi.
+/// The directions from angle `lower` to `upper` (rad), which the limits of a joint permit.
 struct Cone {
     bool free, wide;  // a full turn or more; more than half a turn
     bool straight;    // half a turn: both limits have the same boundary function
     SinCos<double> lower, upper, middle;
 
-    /// Whether a unit direction lies in the cone or within `slack` of it.
+    /// Whether a unit direction (sine and cosine of an angle) lies in the cone or within `slack` (rad) of it.
     bool contains(const SinCos<double>& at, double slack = tolerance::angle) const noexcept {
         const double above = at.sin * lower.cos - at.cos * lower.sin,
                      below = upper.sin * at.cos - upper.cos * at.sin;
@@ -24,7 +24,7 @@ struct Cone {
     }
 };
 
-/// The cone of a range of theta.
+/// Computes the cone of a range of theta.
 inline Cone cone(const ThetaRange& range) noexcept {
     const double lower = range.lower, upper = range.upper;
     Cone out{};

@@ -11,14 +11,14 @@
 
 namespace armangle {
 
-/// dpsi by the twist (v, omega) for each end of a set of arcs: lower, upper. NaN if an end does not move
-/// smoothly: a full circle has no end, and a jump has no slope. The slope is unbounded if a joint only
-/// touches its limit.
+/// The derivatives of psi with respect to the twist (v, omega) for each end of a set of arcs: lower, upper.
+/// NaN if an end does not move smoothly: a full circle has no end, and a jump has no derivative. It is
+/// unbounded if a joint only touches its limit.
 struct EndSlopes {
     double entry[ArcSet::capacity][2][6];
 };
 
-/// Slopes of the ends of `arcs`, the feasible arcs of (pose, gc).
+/// Computes these derivatives for `arcs`, the feasible arcs of (pose, gc).
 inline void end_slopes(const Arm& arm, const Pose<double>& pose, int gc, const ArcSet& arcs,
                        EndSlopes& out) noexcept {
     for (int i = 0; i < arcs.count; ++i)
@@ -37,8 +37,9 @@ inline void end_slopes(const Arm& arm, const Pose<double>& pose, int gc, const A
         }
 }
 
-/// Gradient of the total of freedom() by the twist (v, omega) of the pose: slopes of upper ends minus those
-/// of lower ends. NaN if an end does not move smoothly; 0 without arcs, or with whole circles alone.
+/// The gradient of the total of freedom() with respect to the twist (v, omega) of the pose: derivatives of
+/// upper ends minus those of lower ends. NaN if an end does not move smoothly; 0 without arcs, or with whole
+/// circles alone.
 inline void freedom_gradient(const Arm& arm, const Pose<double>& pose, const LimitTable& t,
                              double (&out)[6]) noexcept {
     for (double& slope : out) slope = 0;

@@ -14,8 +14,8 @@ namespace armangle {
 
 namespace detail {
 
-/// Marks ends at which the direction (V, U) of a pivot vanishes: the joint jumps there and does not reach its
-/// limit.
+/// Marks the ends at which the direction (V, U) of a pivot joint vanishes: there the joint jumps and does not
+/// reach its limit.
 inline void mark_jumps(const JointFunctions<double>& f, ArcSet& set) noexcept {
     const auto mark = [&f](double psi, Tag& tag) {
         const int joint = tag_joint(tag) - 1;
@@ -34,8 +34,8 @@ inline void mark_jumps(const JointFunctions<double>& f, ArcSet& set) noexcept {
     }
 }
 
-/// Limits half a turn apart have the same boundary. The side on which the joint is decides which limit it
-/// reaches.
+/// Corrects the tags of limits that are pi apart and have the same boundary function. The side on which the
+/// joint is decides which limit it reaches.
 inline void tell_opposite_limits(const LimitTable& t, const JointFunctions<double>& shoulder,
                                  const JointFunctions<double>& wrist, ArcSet& set) noexcept {
     const auto tell = [&](double psi, Tag& tag) {
@@ -53,8 +53,8 @@ inline void tell_opposite_limits(const LimitTable& t, const JointFunctions<doubl
     }
 }
 
-/// Identifies the causes of the ends of free arcs. The joint functions are those of the shoulder's sign and
-/// of the wrist's.
+/// Completes the tags of the ends of free arcs and returns OK, or LIMITS if there are no arcs. The joint
+/// functions are those of the shoulder's sign and of the wrist's.
 inline Status tell_ends(const LimitTable& t, const JointFunctions<double>& shoulder,
                         const JointFunctions<double>& wrist, ArcSet& out) noexcept {
     if (!out.full) {
@@ -64,9 +64,9 @@ inline Status tell_ends(const LimitTable& t, const JointFunctions<double>& shoul
     return out.empty() ? Status::LIMITS : Status::OK;
 }
 
-/// Whether the first and last joint of a side, if they rotate about one axis, can share their turn within
-/// their limits. The pose determines theta_last + theta_first (theta_last - theta_first if the hinge between
-/// them is pi).
+/// Whether the first and last joint of a side (0: shoulder, 1: wrist) keep their limits if they rotate around
+/// one axis. The pose determines only theta_last + theta_first, or theta_last - theta_first if the joint
+/// between them is at pi.
 inline bool can_share(const LimitTable& t, const Directions<double>& d, int side, double slack) noexcept {
     const int first = 4 * side, last = first + 2;
     const double way = d.x[first + 1] < 0 ? -1.0 : 1.0;
@@ -79,8 +79,8 @@ inline bool can_share(const LimitTable& t, const Directions<double>& d, int side
     return at >= lower && at <= upper;
 }
 
-/// Whether the joints of `which`, one bit each, are within the limits at these directions, or violate them by
-/// at most `slack` (rad).
+/// Whether the joints of `which` (bits) are within the limits at these directions, or violate them by at most
+/// `slack` (rad).
 inline bool allows(const LimitTable& t, const Configuration<double>& gc, const Directions<double>& d,
                    unsigned which, double slack) noexcept {
     for (int h = 0; h < hinges; ++h) {
@@ -108,18 +108,18 @@ inline bool allows(const LimitTable& t, const Configuration<double>& gc, const D
 
 inline constexpr unsigned all_joints = (1u << joints) - 1;
 
-/// Whether isolated psi may be feasible besides the free arcs. One cause is a locked joint; another is a
-/// joint that turns back at its limit. Near a singularity a joint turns through its whole range on an arc
-/// below the tolerance. If blocked arcs meet (their smallest `gap` is about 0), two joints may reach their
-/// limits at once.
+/// Whether isolated psi may be feasible besides the free arcs. Possible causes are a locked joint, or a joint
+/// that turns back at its limit. Near a singularity a joint may use its whole range on an arc below the
+/// tolerance. If blocked arcs just meet (their smallest `gap` is about 0), two joints may reach their limits
+/// at once.
 inline bool may_isolate(const LimitTable& t, const Blocked& blocked, const ArcSet& out, double gap) noexcept {
     const bool beside =
         (gap < tolerance::angle || blocked.touching) && !(t.psi_margin > 0);  // psi_margin concerns psi alone
     return beside || t.locked || (out.empty() && (!blocked.all || blocked.touching));
 }
 
-/// Result of the sweep: whether isolated psi may exist besides the arcs. The joint functions are those of the
-/// shoulder's sign and of the wrist's.
+/// The result of the sweep over blocked arcs: the status, and whether isolated psi may exist besides the
+/// arcs. The joint functions are those of the shoulder's sign and of the wrist's.
 struct Left {
     Status status;
     bool may_isolate;
@@ -132,8 +132,8 @@ inline Left finish(const LimitTable& t, const JointFunctions<double>& shoulder,
     return {tell_ends(t, shoulder, wrist, out), may_isolate(t, blocked, out, gap), gap, blocked.beyond};
 }
 
-/// The cause of an isolated psi at these directions: a hinge at 0 or pi, or the nearest limit among those of
-/// `which`.
+/// The tag of an isolated psi at these directions: joint 2 or 6 at 0 or pi, or the nearest limit among the
+/// joints of `which`.
 inline Tag nearest_limit(const LimitTable& t, const Configuration<double>& gc, const Directions<double>& d,
                          unsigned which) noexcept {
     double least = infinity;
@@ -160,7 +160,7 @@ inline Tag nearest_limit(const LimitTable& t, const Configuration<double>& gc, c
     return tag;
 }
 
-/// Calls each(psi) where a joint turns back or a hinge is at 0 or pi.
+/// Calls each(psi) where a joint turns back or joint 2 or 6 is at 0 or pi.
 template <class Each>
 void each_turning(const JointFunctions<double>& shoulder, const JointFunctions<double>& wrist,
                   const Each& each) noexcept {
@@ -175,7 +175,7 @@ void each_turning(const JointFunctions<double>& shoulder, const JointFunctions<d
 
 /// Calls each(psi) where joints may reach their limits at a single psi, known to `slack` (rad): where a joint
 /// turns back, and at the ends of blocked arcs. A joint that moves slowly determines the end of its arc less
-/// precisely than a fast one. If arcs overlap slightly, any of their ends may be the feasible psi.
+/// precisely than a fast one. If arcs overlap slightly, any of their ends may be feasible.
 template <class Each>
 void each_meeting(const JointFunctions<double>& shoulder, const JointFunctions<double>& wrist,
                   const Blocked& blocked, bool turning, double slack, const Each& each) noexcept {
@@ -185,8 +185,8 @@ void each_meeting(const JointFunctions<double>& shoulder, const JointFunctions<d
             if (!lies_within(blocked, wrap(end), slack)) each(wrap(end));
 }
 
-/// Adds isolated psi where blocked arcs touch and the joints of `which`, one bit each, are within their
-/// limits. The joint functions are as in finish().
+/// Adds isolated psi where blocked arcs touch and the joints of `which` (bits) are within their limits. The
+/// joint functions are as in finish().
 [[gnu::noinline, gnu::cold]] inline Status add_isolated(const LimitTable& t, const SelfMotion<double>& motion,
                                                         const JointFunctions<double>& shoulder,
                                                         const JointFunctions<double>& wrist,
@@ -232,7 +232,7 @@ namespace detail {
 
 }  // namespace detail
 
-/// Status of the elbow: OK, or why no psi is feasible; theta_4 is the same for all psi.
+/// The status of the elbow: OK, or why no psi is feasible; theta_4 is the same for all psi.
 ARMANGLE_INLINE Status elbow_status(const SelfMotion<double>& m, const LimitTable& t) noexcept {
     if (is_unreachable(m.circle)) return Status::UNREACHABLE;
     if (is_folded(m.circle)) return Status::FOLDED;
@@ -243,7 +243,7 @@ ARMANGLE_INLINE Status elbow_status(const SelfMotion<double>& m, const LimitTabl
 
 namespace detail {
 
-/// The arcs that the limits of all joints but the fourth permit, and the arcs that they block.
+/// Writes the arcs that the limits of all joints but the fourth permit, and the arcs that they block.
 inline Left free_of_all(const JointFunctions<double>& f, const LimitTable& t, Blocked& blocked,
                         ArcSet& out) noexcept {
     Boundaries b;
@@ -253,7 +253,7 @@ inline Left free_of_all(const JointFunctions<double>& f, const LimitTable& t, Bl
     return finish(t, f, f, blocked, out);
 }
 
-/// The psi that the limits of all joints but the fourth permit.
+/// Writes the psi that the limits of all joints but the fourth permit, isolated ones included.
 ARMANGLE_INLINE Status moving_joints(const SelfMotion<double>& m, const JointFunctions<double>& f,
                                      const LimitTable& t, ArcSet& out) noexcept {
     Blocked blocked;
@@ -265,7 +265,8 @@ ARMANGLE_INLINE Status moving_joints(const SelfMotion<double>& m, const JointFun
 
 }  // namespace detail
 
-/// Psi_all of one pose and branch with joint functions f; if it is empty, the status gives the reason.
+/// Computes the feasible arcs of one pose and branch with joint functions f. If there are none, the status
+/// gives the reason.
 ARMANGLE_INLINE Status feasible(const SelfMotion<double>& m, const JointFunctions<double>& f,
                                 const LimitTable& t, ArcSet& out) noexcept {
     make_empty(out);
@@ -273,12 +274,12 @@ ARMANGLE_INLINE Status feasible(const SelfMotion<double>& m, const JointFunction
     return elbow == Status::OK ? detail::moving_joints(m, f, t, out) : elbow;
 }
 
-/// The same if the joint functions are not known yet.
+/// The same without given joint functions.
 ARMANGLE_INLINE Status feasible(const SelfMotion<double>& m, const LimitTable& t, ArcSet& out) noexcept {
     return feasible(m, joint_functions(m), t, out);
 }
 
-/// Psi_i of one joint (0..6), and the status of that joint alone.
+/// Computes the arcs that one joint (0..6) permits alone, and the status of that joint.
 inline Status joint_arcs(const SelfMotion<double>& m, const JointFunctions<double>& f, const LimitTable& t,
                          int joint, ArcSet& out) noexcept {
     make_empty(out);
@@ -300,7 +301,7 @@ inline Status joint_arcs(const SelfMotion<double>& m, const JointFunctions<doubl
     return detail::add_isolated(t, m, f, f, blocked, out, 1u << joint);
 }
 
-/// Value in q at the end that a tag marks; NaN for an end set by the user.
+/// The joint value q (rad) at the end that a tag marks; NaN for an end set by the user.
 inline double end_value(const Arm& arm, double margin, const Configuration<double>& gc, Tag tag) noexcept {
     const int joint = tag_joint(tag) - 1;
     if (joint < 0) return not_a_number;
@@ -319,7 +320,7 @@ inline double end_value(const Arm& arm, double margin, const Configuration<doubl
                 arm.joint_middle[joint]);
 }
 
-/// The sets of GC 0..7, each with the reason if it is empty.
+/// The arcs of branches 0..7, each with the reason if there are none.
 struct AllArcs {
     ArcSet arcs[configurations];
     Status status[configurations];
@@ -335,13 +336,13 @@ inline void append(const Blocked& from, Blocked& to) noexcept {
     for (int i = 0; i < from.count; ++i) to.add(from.arc[i]);
 }
 
-/// Arcs blocked by the joints on either side of the elbow, for one sign of theta_2 and theta_6.
+/// The arcs blocked by the joints on either side of the elbow, for one sign of theta_2 and theta_6.
 struct Sides {
     JointFunctions<double> f;
     Blocked shoulder, wrist;
 };
 
-/// Blocks the arcs of both sides; only the limits of the pivots in `which` count.
+/// Computes the blocked arcs of both sides; of joints 1, 3, 5 and 7 only those in `which` count.
 inline void block_sides(const LimitTable& t, const SelfMotion<double>& m, unsigned which,
                         Sides& out) noexcept {
     out.f = joint_functions(m);

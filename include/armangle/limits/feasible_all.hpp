@@ -14,9 +14,10 @@ namespace armangle {
 
 namespace detail {
 
-/// Whether the search must work on the joints: no arc is wider than the tolerance, and isolated psi may be
-/// wrong or hidden; or joints may `meet` at their limits at a psi near arcs; or a joint is `beyond` its limit
-/// at every psi by less than the tolerance. The paper's own avoidance concerns psi, not configurations.
+/// Whether the feasible set must be searched on the joints instead of psi. This is so if no arc is wider than
+/// the tolerance and isolated psi may be wrong or missing; if joints may `meet` at their limits at a psi near
+/// arcs; or if a joint violates its limit at every psi by less than the tolerance. The paper's own avoidance
+/// concerns psi, not configurations.
 inline bool joints_tell(const LimitTable& t, const ArcSet& arcs, const Left& left, bool hides,
                         bool meet) noexcept {
     if (t.psi_margin > 0) return false;
@@ -26,7 +27,7 @@ inline bool joints_tell(const LimitTable& t, const ArcSet& arcs, const Left& lef
     return !arcs.empty() || (hides && (left.status == Status::LIMITS || left.status == Status::ELBOW_LIMIT));
 }
 
-/// Whether a branch may have solutions that arcs miss. The joint functions matter only if the elbow permits
+/// Whether a branch may have solutions that arcs miss. The joint functions are used only if the elbow permits
 /// the pose.
 inline bool may_hide(const LimitTable& t, const Circle<double>& c, Status status,
                      const JointFunctions<double>& f) noexcept {
@@ -34,15 +35,16 @@ inline bool may_hide(const LimitTable& t, const Circle<double>& c, Status status
     return status == Status::ELBOW_LIMIT && is_about_straight(t, c);
 }
 
-/// What the search on the joints knows of a pose: any solution in any branch, searched once, when a branch
-/// first needs it; and the rounds left for all branches.
+/// The state of the search on the joints for one pose: any solution in any branch, searched once when a
+/// branch first needs it, and the number of rounds left for all branches.
 struct Hidden {
     bool asked = false;
     int rounds = nearest_rule::settling;
     Nearest found;
 };
 
-/// The arcs and status of a branch after the search on the joints; no solution if no branch has one.
+/// Computes the arcs and status of a branch by the search on the joints. It has no solution if no branch has
+/// one.
 [[gnu::noinline, gnu::cold]] inline Status told_by_joints(const Arm& arm, const Pose<double>& pose, int gc,
                                                           const LimitTable& t, const Left& left, bool hides,
                                                           Hidden& any, ArcSet& out) noexcept {
@@ -62,7 +64,7 @@ struct Hidden {
     return left.status == Status::OK ? Status::LIMITS : left.status;
 }
 
-/// The status and arcs of a branch; searches on the joints if necessary.
+/// Completes status and arcs of a branch; searches on the joints if necessary.
 inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<double>& c,
                         const LimitTable& t, int gc, const JointFunctions<double>& f, Hidden& any, Left& left,
                         ArcSet& arcs) noexcept {
@@ -78,8 +80,8 @@ inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<d
     left.status = told_by_joints(arm, pose, gc, t, left, hides, any, arcs);
 }
 
-/// The slow half of feasible(): computes the branch again, and where rounding may hide solutions from the
-/// arcs, searches on the joints.
+/// The slow part of feasible(): computes the branch again, and searches on the joints where rounding may hide
+/// solutions from the arcs.
 [[gnu::noinline, gnu::cold]] inline Status feasible_again(const Arm& arm, const Pose<double>& pose, int gc,
                                                           const LimitTable& t, ArcSet& out) noexcept {
     const SelfMotion<double> m = self_motion(arm, pose, gc);
@@ -98,8 +100,8 @@ inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<d
 
 }  // namespace detail
 
-/// Psi_all of a user's pose in branch gc, 0..7. The self-motion is not kept, because that would cost
-/// registers.
+/// Computes the feasible arcs of a user's pose in branch gc, 0..7. If there are none, the status gives the
+/// reason.
 ARMANGLE_INLINE Status feasible(const Arm& arm, const Pose<double>& pose, int gc, const LimitTable& t,
                                 ArcSet& out) noexcept {
     const SelfMotion<double> m = self_motion(arm, pose, gc);
@@ -117,7 +119,8 @@ ARMANGLE_INLINE Status feasible(const Arm& arm, const Pose<double>& pose, int gc
     return detail::feasible_again(arm, pose, gc, t, out);
 }
 
-/// Psi_all of the eight branches of a user's pose; the same sets as eight calls of feasible().
+/// Computes the feasible arcs of a user's pose in all eight branches; the same sets as eight calls of
+/// feasible().
 inline void feasible_all(const Arm& arm, const Pose<double>& pose, const LimitTable& t,
                          AllArcs& out) noexcept {
     const Circle<double> on = circle(arm, flange_pose(arm, pose));

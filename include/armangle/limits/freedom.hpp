@@ -19,9 +19,9 @@ struct Freedom {
 
 namespace detail {
 
-/// If theta_2 (side 0; theta_6: side 1) is 0 or pi, its two neighbours rotate about one axis and only their
-/// common turn matters. With along = cos(theta_2), the second becomes theta_3 + along theta_1 with the range
-/// that both permit; the first becomes unlimited.
+/// The limits of a side (0: shoulder, 1: wrist) whose middle joint is at 0 or pi, so that its two neighbours
+/// rotate around one axis and only their total rotation matters. With along = cos(theta_2), the second
+/// becomes theta_3 + along theta_1 with the range that both permit; the first becomes unlimited.
 inline Limits shared_limits(const Arm& arm, Limits limits, int side, double along) noexcept {
     const int first = 4 * side, second = first + 2;
     const ThetaRange a = theta_range(arm, limits, first), b = theta_range(arm, limits, second);
@@ -35,20 +35,21 @@ inline Limits shared_limits(const Arm& arm, Limits limits, int side, double alon
     return limits;
 }
 
-/// cos(theta_2) (side 0; theta_6: side 1) of a circle on which it stays at 0 or pi: +1 or -1.
+/// The value cos(theta_2) (side 0; theta_6: side 1) on a circle on which this joint stays at 0 or pi: +1 or
+/// -1.
 inline double lost_side(const JointFunctions<double>& f, int side) noexcept {
     return f.hinge[side].H.at({0.0, 1.0}) < 0 ? -1.0 : 1.0;
 }
 
-/// One psi of a branch at which a hinge is at 0 or pi. Its two neighbours share their turn freely, so a
-/// solution may exist although no arc holds it.
+/// One psi of a branch at which joint 2 or 6 is at 0 or pi. Only the total rotation of its two neighbours is
+/// determined there, so a solution may exist although no arc contains it.
 struct Needle {
     double along[hinges];       // cos(theta) of each hinge at 0 or pi, 0 for others
     Limits limits;              // the two ranges on such a side are combined
     double theta[joint_slots];  // on such a side the first joint is 0 and the second has the common turn
 };
 
-/// The needle at psi: on sides whose hinge is at 0 or pi, both turns are combined.
+/// Computes the needle at psi: on sides whose middle joint is at 0 or pi, both neighbours are combined.
 inline Needle needle(const Arm& arm, const SelfMotion<double>& m, double psi) noexcept {
     const Directions<double> d = directions(m, sin_cos(psi));
     Needle n{{0, 0}, arm.limits, {}};
@@ -64,7 +65,7 @@ inline Needle needle(const Arm& arm, const SelfMotion<double>& m, double psi) no
     return n;
 }
 
-/// Whether all joints of a needle but `except` (0..6, or -1) are within their limits.
+/// Whether all joints of a needle, except joint `except` (0..6, or -1), are within their limits.
 inline bool holds(const Arm& arm, const Needle& n, int except) noexcept {
     bool inside = true;
     for (int j = 0; j < joints; ++j)
@@ -73,7 +74,8 @@ inline bool holds(const Arm& arm, const Needle& n, int except) noexcept {
     return inside;
 }
 
-/// Calls each(needle) for the isolated singular psi of a branch; two joint functions give its hinges.
+/// Calls each(needle) for the isolated singular psi of a branch. The two joint functions are those of its
+/// signs of theta_2 and theta_6.
 template <class Each>
 [[gnu::cold]] void each_needle(const Arm& arm, const SelfMotion<double>& m,
                                const JointFunctions<double>& shoulder, const JointFunctions<double>& wrist,
@@ -86,12 +88,12 @@ template <class Each>
     }
 }
 
-/// How to treat joints that rotate about one axis on the whole circle. apart: each keeps its own limits and
-/// the turn from inverse(), as in feasible(). shared: they are one joint with the range of both.
+/// How to treat two joints that rotate around one axis at every psi. apart: each keeps its own limits, as in
+/// feasible(). shared: they are one joint with the range of both.
 enum class OneAxis : std::uint8_t { apart, shared };
 
 /// Computes the arcs of the eight branches of a circle in order and calls each(gc, result of the sweep, arcs,
-/// shoulder and wrist joint functions). Stops if `each` returns true. Only the limits of the pivots in
+/// shoulder and wrist joint functions). Stops if `each` returns true. Of joints 1, 3, 5 and 7 only those in
 /// `which` count.
 template <class Each>
 void each_branch(const Arm& arm, const Circle<double>& circle, const LimitTable& own, unsigned which,
@@ -139,7 +141,7 @@ void each_branch(const Arm& arm, const Circle<double>& circle, const LimitTable&
     }
 }
 
-/// Of two reasons, the one that is nearer to a solution.
+/// Returns that of two reasons which is nearer to a solution.
 inline Status nearer_reason(Status a, Status b) noexcept {
     const auto rank = [](Status s) {
         switch (s) {
@@ -155,8 +157,8 @@ inline Status nearer_reason(Status a, Status b) noexcept {
     return rank(b) < rank(a) ? b : a;
 }
 
-/// Freedom from the arcs of each branch; used if two joints may rotate about one axis or an isolated psi may
-/// be feasible.
+/// Computes the freedom from the arcs of each branch; used if two joints may rotate around one axis or an
+/// isolated psi may be feasible.
 [[gnu::noinline, gnu::cold]] inline Freedom freedom_by_branches(const Arm& arm, const Pose<double>& pose,
                                                                 const Circle<double>& c,
                                                                 const LimitTable& t) noexcept {
@@ -216,7 +218,7 @@ struct Common {
     double gap = infinity;  // smallest gap or overlap between two arcs (rad)
 };
 
-/// Whether a hinge violates its limits for every psi and either sign, by more than rounding.
+/// Whether joint 2 or 6 violates its limits at every psi and with either sign, by more than rounding.
 ARMANGLE_INLINE bool is_shut(const LimitTable& t, const JointFunctions<double>& f) noexcept {
     bool shut = false;
     for (int h = 0; h < hinges; ++h)
@@ -225,8 +227,8 @@ ARMANGLE_INLINE bool is_shut(const LimitTable& t, const JointFunctions<double>& 
     return shut;
 }
 
-/// Tests eight psi, one bit each: are the joints of a half (0: 1 to 3, 1: 5 to 7) inside their limits by more
-/// than rounding? One result for theta of its hinge > 0, one for < 0.
+/// Tests eight psi at once: are the joints of a half (0: 1 to 3, 1: 5 to 7) inside their limits by more than
+/// rounding? Writes one bit each, for a positive and for a negative middle joint.
 ARMANGLE_INLINE void glance(const LimitTable& t, const JointFunctions<double>& f, int half,
                             const SinCos<Slots>& psi, unsigned (&out)[2]) noexcept {
     const auto at = [&psi](const Harmonic<double>& h) {
@@ -253,8 +255,8 @@ ARMANGLE_INLINE void glance(const LimitTable& t, const JointFunctions<double>& f
     }
 }
 
-/// Whether one of eight psi, in any branch of an elbow, is inside all limits by more than rounding. The joint
-/// functions are those of positive hinges.
+/// Whether one of eight fixed psi, in any branch of an elbow, is inside all limits by more than rounding. The
+/// joint functions are those of positive theta_2 and theta_6.
 ARMANGLE_INLINE bool holds_at_a_glance(const LimitTable& t, const JointFunctions<double>& f) noexcept {
     constexpr double c = 0.92387953251128674, s = 0.38268343236508977;  // of pi / 8; others in steps of pi /
                                                                         // 4
@@ -266,10 +268,10 @@ ARMANGLE_INLINE bool holds_at_a_glance(const LimitTable& t, const JointFunctions
     return ((shoulder[0] | shoulder[1]) & (wrist[0] | wrist[1])) != 0;
 }
 
-/// Whether the psi of all branches are the intersections of their two halves, without isolated psi. freedom()
-/// and is_reachable() share this pass. Each half is solved once for a sign of its hinge and serves two
-/// branches. The pass calls each(gc, shoulder, wrist) for the branches whose elbow is within its limits. It
-/// stops if that returns true, or if is_enough(joint functions) does before any arc is computed.
+/// Calls each(gc, shoulder, wrist) with the arcs of both halves for the branches whose elbow is within its
+/// limits. Each half is solved once for a sign and serves two branches. Stops if that returns true, or if
+/// is_enough(joint functions) does. Returns true if the intersections of the halves are all psi; false if
+/// isolated psi may exist.
 template <class Enough, class Each>
 ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const LimitTable& t, Status& status,
                                const Enough& is_enough, const Each& each) noexcept {
@@ -326,7 +328,7 @@ ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const Li
 
 }  // namespace detail
 
-/// Freedom of a user's pose within the limits of the table, which must be made from arm.limits.
+/// Computes the freedom of a user's pose within the limits of the table, which must be made from arm.limits.
 inline Freedom freedom(const Arm& arm, const Pose<double>& pose, const LimitTable& t) noexcept {
     const Circle<double> c = circle(arm, flange_pose(arm, pose));
     Freedom out{0, 0, 0, 0, is_folded(c) ? Status::FOLDED : Status::UNREACHABLE};

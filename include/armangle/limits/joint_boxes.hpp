@@ -20,7 +20,7 @@ namespace armangle {
 
 using Boxes = Lane<8>;
 
-/// One joint over eight boxes, in theta of the branch with a positive hinge.
+/// One joint over eight boxes of psi, in theta of the branch with positive theta_2 and theta_6.
 struct JointBoxes {
     Boxes theta;                    // at the middles
     Enclosure<Boxes> rate, second;  // theta', theta'' per rad of psi
@@ -36,7 +36,7 @@ struct SideBoxes {
 
 namespace detail {
 
-/// A harmonic that has the same coefficients in every lane.
+/// A harmonic with the same coefficients in every lane.
 ARMANGLE_INLINE Harmonic<Boxes> spread(const Harmonic<double>& f) noexcept {
     return {Boxes(f.s), Boxes(f.c), Boxes(f.k)};
 }
@@ -46,7 +46,7 @@ struct HarmonicBoxes {
     Enclosure<Boxes> value, slope;
 };
 
-/// A harmonic over boxes with middles `at` and half widths r.
+/// Bounds a harmonic over boxes with middles `at` and half widths r (rad).
 ARMANGLE_INLINE HarmonicBoxes over(const Harmonic<double>& harmonic, const SinCos<Boxes>& at,
                                    const Boxes& r) noexcept {
     const Harmonic<Boxes> f = spread(harmonic);
@@ -54,14 +54,15 @@ ARMANGLE_INLINE HarmonicBoxes over(const Harmonic<double>& harmonic, const SinCo
     return {{swing + f.k, abs(slope) * r + abs(swing) * half}, {slope, abs(swing) * r + abs(slope) * half}};
 }
 
-/// Half width of the band about theta(m): the tangent's part plus the curvature's.
+/// The half width (rad) of the band around theta(m) in which the joint stays over a box: the part of the
+/// tangent plus that of the curvature.
 ARMANGLE_INLINE Boxes travel(const JointBoxes& j, const Boxes& r) noexcept {
     return abs(j.rate.middle) * r + Boxes(0.5) * j.second.largest() * r * r;
 }
 
 }  // namespace detail
 
-/// Joints 1-3 (side 0) or 5-7 (side 1) over boxes with middles `at` and half widths r.
+/// Bounds joints 1-3 (side 0) or 5-7 (side 1) over boxes with middles `at` and half widths r (rad).
 inline SideBoxes side_boxes(const JointFunctions<double>& f, int side, const SinCos<Boxes>& at,
                             const Boxes& r) noexcept {
     const Pivot<double>&first = f.pivot[2 * side], &last = f.pivot[2 * side + 1];

@@ -79,18 +79,18 @@ struct LimitTable {
 
 namespace detail {
 
-/// Which of a joint's own limits, in q, is the lower (upper) limit of theta.
+/// Whether the lower (upper) limit of theta is the lower or the upper limit of the joint value q.
 inline Side limit_side(const Arm& arm, int joint, bool lower_theta) noexcept {
     return (arm.sign[joint] > 0) == lower_theta ? Side::lower : Side::upper;
 }
 
-/// The end of a range of |theta| at an angle, with its cosine.
+/// The end of a range of |theta| at an angle (rad), with its cosine.
 inline HingeEnd hinge_end(double angle, Tag tag) noexcept {
     const SinCos<double> half = sin_cos(0.5 * min(max(angle, 0.0), pi));
     return {angle, tag, 2.0 * half.sin * half.sin, 2.0 * half.cos * half.cos};
 }
 
-/// Adds a range of |theta| reduced by the margins, unless it becomes empty.
+/// Adds a permitted range of |theta|, reduced by the margins, unless it becomes empty.
 inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) noexcept {
     const int joint = hinge_joint[hinge] + 1;
     if (piece.near.angle < t.margin) piece.near = hinge_end(t.margin, make_tag(joint, Side::near_margin));
@@ -101,8 +101,8 @@ inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) 
     t.piece[hinge][negative][count++] = piece;
 }
 
-/// Adds the parts of [lower, upper], on all turns, that meet the half circle of |theta|. A limit within the
-/// angular tolerance of 0 or pi forbids nothing, or all but one point.
+/// Adds the parts of [lower, upper], over all multiples of 2 pi, that lie in the half circle of |theta|. A
+/// limit within the angular tolerance of 0 or pi forbids nothing, or all but one point.
 inline void fill_hinge(LimitTable& t, const Arm& arm, const Limits& limits, int hinge,
                        int negative) noexcept {
     const int j = hinge_joint[hinge];
@@ -126,7 +126,7 @@ inline void fill_hinge(LimitTable& t, const Arm& arm, const Limits& limits, int 
     }
 }
 
-/// Stores the limits of a pivot.
+/// Stores the limits of joint 1, 3, 5 or 7.
 inline void fill_pivot(LimitTable& t, const Arm& arm, const Limits& limits, int pivot) noexcept {
     const int j = pivot_joint[pivot];
     t.range[pivot] = theta_range(arm, limits, j);
@@ -143,7 +143,7 @@ inline void fill_pivot(LimitTable& t, const Arm& arm, const Limits& limits, int 
     t.v[pivots + pivot] = c.upper.sin;
 }
 
-/// The cosines between which a hinge is within its limits; inverted if no |theta| is allowed.
+/// Computes the cosines between which joint 2 or 6 is within its limits; inverted if no |theta| is permitted.
 inline void fill_cosines(LimitTable& t, int hinge) noexcept {
     t.least_cosine[hinge] = infinity;
     t.most_cosine[hinge] = -infinity;
@@ -155,7 +155,7 @@ inline void fill_cosines(LimitTable& t, int hinge) noexcept {
         }
 }
 
-/// Whether |theta| of a hinge has the same ranges for both signs of theta.
+/// Whether |theta| of joint 2 or 6 has the same ranges for both signs of theta.
 inline bool is_alike(const LimitTable& t, int hinge) noexcept {
     bool alike = t.piece_count[hinge][0] == t.piece_count[hinge][1];
     for (int k = 0; k < t.piece_count[hinge][0]; ++k) {
@@ -167,8 +167,8 @@ inline bool is_alike(const LimitTable& t, int hinge) noexcept {
 
 }  // namespace detail
 
-/// Limits of an arm's joints, with a margin (rad, >= 0) that keeps |sin theta_2|, |sin theta_6|, |sin(theta_4
-/// - delta)| >= sin(margin).
+/// Converts limits of an arm's joints, with a margin (rad, >= 0) that keeps |sin theta_2|, |sin theta_6|,
+/// |sin(theta_4 - delta)| >= sin(margin).
 inline LimitTable limit_table(const Arm& arm, const Limits& limits, double margin = 0.0,
                               double psi_margin = 0.0, double discriminant = 0.0) noexcept {
     LimitTable t{};

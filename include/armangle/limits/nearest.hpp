@@ -86,7 +86,8 @@ inline constexpr int settling = 1200;     // rounds of settled() for one pose, o
 
 namespace detail {
 
-/// Distance of a hinge or the elbow from straight below which psi may not distinguish solutions (rad).
+/// The distance (rad) of joint 2, 4 or 6 from its singular position below which psi may not distinguish
+/// solutions.
 ARMANGLE_INLINE double poor_band(const LimitTable& t) noexcept {
     return t.locked ? nearest_rule::beside_locked : nearest_rule::beside;
 }
@@ -119,7 +120,7 @@ ARMANGLE_INLINE bool is_bent(const LimitTable& t, const Circle<double>& c,
     return !comes_near_straight(max(poor_band(t), nearest_rule::bent), c, f);
 }
 
-/// The square of the smallest distance of the hinges and the elbow from straight (rad^2).
+/// The square of the smallest distance of joints 2, 4 and 6 from their singular positions (rad^2).
 inline double least_bend(const Circle<double>& c, const JointFunctions<double>& f) noexcept {
     double square = c.triangle.eta.sin * c.triangle.eta.sin;
     for (const Hinge<double>& h : f.hinge)
@@ -127,13 +128,13 @@ inline double least_bend(const Circle<double>& c, const JointFunctions<double>& 
     return square;
 }
 
-/// Uncertainty of a joint given psi (rad). Next to a hinge at b from straight a joint turns by 1 / b for each
-/// radian of psi, which is known to rounding / b.
+/// The uncertainty (rad) of a joint for a given psi, from the squared bend. If theta_2 or theta_6 is b from
+/// 0, a neighbour moves by 1 / b for each radian of psi, which is known to rounding / b.
 inline double untold(double least_bend) noexcept {
     return min(nearest_rule::digits * tolerance::rounding / least_bend, nearest_rule::poor);
 }
 
-/// Largest gap or overlap of blocked arcs that rounding alone may cause (rad). Near the psi where a joint
+/// The largest gap or overlap (rad) of blocked arcs that rounding alone may cause. Near the psi where a joint
 /// turns back it is the root of the joint's uncertainty.
 inline double unclear_gap(double least_bend) noexcept {
     return min(sqrt(untold(least_bend)), nearest_rule::poor);
@@ -158,12 +159,13 @@ struct JointCost {
     double centre() const noexcept { return min(max(near, lower), upper); }
 };
 
-/// Two lines below the largest cost of a joint over eight boxes, by the offset from their middles: one rises
-/// and one falls. No solution costs less than at their crossing, up to the square of the width.
+/// Two lines below the largest cost of a joint over eight boxes, as functions of the offset from their
+/// middles; one rises and one falls. No solution costs less than at their crossing, up to the square of the
+/// width.
 struct Wedge {
     Boxes rising, rise, falling, fall;  // value at the middle and slope; -infinity: no line
 
-    /// Takes a line if it is higher at the middle than the present one.
+    /// Adds a line if it is higher at the middle than the present one.
     void add(const Boxes& value, const Boxes& slope) noexcept {
         const auto up = (Boxes(0.0) <= slope) & (rising < value),
                    down = (slope <= Boxes(0.0)) & (falling < value);
@@ -173,26 +175,27 @@ struct Wedge {
         fall = select(down, slope, fall);
     }
 
-    /// Takes the lines of another wedge.
+    /// Adds the lines of another wedge.
     void add(const Wedge& other) noexcept {
         add(other.rising, other.rise);
         add(other.falling, other.fall);
     }
 
-    /// The crossing of the lines, or its nearest point in boxes of half width r: offset from their middles.
+    /// The crossing of the two lines, or the nearest point to it within boxes of half width r, as an offset
+    /// from their middles.
     Boxes cross(const Boxes& r) const noexcept {
         const Boxes none(-infinity), steep = max(rise - fall, Boxes(1e-300));
         const Boxes apart = select((rising == none) & (falling == none), Boxes(0.0), falling - rising);
         return min(max(apart / steep, -r), r);
     }
 
-    /// The steepest slope of the two lines; infinite without any.
+    /// The steepest slope of the two lines; infinite if there are none.
     Boxes steepest() const noexcept {
         const Boxes none(-infinity);
         return select((rising == none) & (falling == none), Boxes(infinity), max(rise, -fall));
     }
 
-    /// The higher of the two lines at an offset.
+    /// The higher of the two lines at an offset from the middles.
     Boxes at(const Boxes& off) const noexcept { return max(rising + rise * off, falling + fall * off); }
 };
 
@@ -206,7 +209,8 @@ struct BoxCosts {
     Wedge wedge;      // used if the cost is a maximum
 };
 
-/// Data common to all branches of one elbow: joint functions with positive hinges, and the ends of turns.
+/// Data common to all branches with one sign of the elbow: joint functions for positive theta_2 and theta_6,
+/// and the psi where a revolution of a joint ends.
 struct ElbowBranches {
     bool open = false;
     SelfMotion<double> motion;  // with positive hinges
@@ -225,13 +229,13 @@ struct ElbowBranches {
     int corners = 0;
 };
 
-/// Shares of two joints that rotate about one axis because the hinge between them is 0 or pi. The pose
-/// determines v = wanted - epsilon u alone; u and v are the distances from `near`.
+/// How two joints that rotate around one axis share their rotation. The pose determines v = wanted - epsilon
+/// u alone; u and v are their distances from `near`.
 struct Split {
     double u, v, cost;
 };
 
-/// Costs of solutions in the chosen metric.
+/// Computes costs of solutions in the chosen metric.
 class PostureCosts {
 public:
     PostureCosts(const Arm& arm, const NearestOptions& options) noexcept : arm_(arm), options_(options) {
@@ -249,7 +253,7 @@ protected:
     /// Whether the cost is a sum of squares.
     bool squares() const noexcept { return options_.metric == Metric::l2; }
 
-    /// Cost of joint j (0..6) in the chosen metric.
+    /// The parameters of the cost of joint j (0..6) in the chosen metric.
     JointCost joint_cost(int j) const noexcept {
         JointCost c{};
         c.sign = arm_.sign[j];
@@ -276,16 +280,16 @@ protected:
         if (above && !below) c.near = c.upper - away;
     }
 
-    /// Cost of a joint at a distance d from `near`.
+    /// The cost of a joint at a distance d (rad) from `near`.
     double cost_of(const JointCost& c, double d) const noexcept {
         if (squares()) return c.weight * d * d;
         if (!(c.weight > 0)) return options_.metric == Metric::max ? 0.0 : -infinity;
         return c.weight * abs(d) - c.room;
     }
-    /// Combines two costs.
+    /// Combines two costs: their sum or their maximum.
     double both(double a, double b) const noexcept { return squares() ? a + b : max(a, b); }
 
-    /// Cost of all joints; without joint 4 if the cost is a maximum.
+    /// The cost of all joints; without joint 4 if the cost is a maximum.
     double cost_of(const double* q) const noexcept {
         double sum = cost_of(joint_[0], q[0] - joint_[0].near);
         for (int j = 1; j < joints; ++j)
@@ -293,8 +297,7 @@ protected:
         return sum;
     }
 
-    /// Largest difference of equal costs, caused by rounding of the joints. Otherwise the search would chase
-    /// the last digit of the noise of a cost that does not depend on psi.
+    /// The difference up to which two costs count as equal, from the rounding of the joints.
     double tie(double cost) const noexcept {
         const double size = abs(cost);
         return squares() ? nearest_rule::tie * (size + 2.0 * sqrt(size * grain_))
@@ -341,7 +344,7 @@ protected:
     }
 
     /// The solution at psi, at(psi), with no joint beyond its limits. At an end of an arc rounding may
-    /// violate a limit. psi then moves back into the arc, is_open(psi), as little as necessary; if it is the
+    /// violate a limit. psi then moves back into the arc, is_open(psi), as little as necessary. If it is the
     /// only psi, the joint is set to its limit.
     template <class At, class Open>
     Nearest kept_within(const At& at, const Open& is_open, double psi, int gc) const noexcept {
@@ -379,7 +382,7 @@ protected:
     double most_margin_ = 0;  // rad: possible distance of joints with two limits; 0 if none has two
 };
 
-/// The search for one pose: the arcs of each branch, and the least cost on each of them.
+/// Searches the nearest solution of one pose: the arcs of each branch, and the least cost on each of them.
 class NearestSearch : PostureCosts {
 public:
     /// Computes everything that depends on the pose but not on psi.
@@ -429,7 +432,7 @@ public:
         if (out.count > 0) out.status = Status::OK;
     }
 
-    /// Puts the result of best() first and removes the result of its arc alone.
+    /// Puts the result of best() first and removes the other result of the same arc.
     void lead(Nearests& out) const noexcept {
         const Nearest first = NearestSearch(arm_, limits_, pose_, options_, rounds_).best();
         if (first.status != Status::OK) return;
@@ -445,7 +448,7 @@ public:
         out.found[0] = first;
     }
 
-    /// Any solution, without a seed: on an arc, or found near the arcs; otherwise the reason.
+    /// Returns any solution, without a seed: on an arc, or found near the arcs; otherwise the reason.
     [[gnu::noinline, gnu::cold]] Nearest some() noexcept {
         for (int elbow = 0; elbow < 2; ++elbow)
             if (elbow_[elbow].open) open(elbow);
@@ -465,8 +468,8 @@ public:
         return out;
     }
 
-    /// Removes isolated psi without a solution from a branch's arcs, all without one if a joint is `beyond`
-    /// its limit on them, and adds those found on the joints.
+    /// Removes isolated psi without a solution from a branch's arcs, and adds those found on the joints. If a
+    /// joint is slightly `beyond` its limit on the arcs, also removes arcs without a solution.
     void keep_held(int gc, bool beyond, ArcSet& arcs) noexcept {
         const ElbowBranches& e = elbow_[gc >> 1 & 1];
         if (!e.open) return make_empty(arcs);
@@ -497,7 +500,7 @@ private:
 
     static constexpr unsigned elbow_branches = 0x33;  // of the first elbow: gc 0, 1, 4, 5
 
-    /// The cost is a sum: first searches the cheaper elbow, then the other one if it may be better.
+    /// If the cost is a sum: searches the cheaper elbow sign first, then the other one if it may be better.
     Best of_both_elbows() noexcept {
         const double cost = elbow_[0].cost_4;
         const int first = elbow_[1].cost_4 < cost - tie(cost);
@@ -513,7 +516,8 @@ private:
         return best_;
     }
 
-    /// The cost is a maximum: searches each elbow separately, the second only if its own cost permits.
+    /// If the cost is a maximum: searches each elbow sign separately, the second only if its own cost
+    /// permits.
     Best of_each_elbow() noexcept {
         Best found;
         for (int elbow = 0; elbow < 2; ++elbow) {
@@ -527,7 +531,8 @@ private:
         return found;
     }
 
-    /// Offers the solutions of an elbow that need no search; returns whether a search may find a better one.
+    /// Offers the solutions of an elbow sign that need no search; returns whether a search may find a better
+    /// one.
     bool begin(int elbow) noexcept {
         ElbowBranches& e = elbow_[elbow];
         if (!e.open) return false;
@@ -546,7 +551,7 @@ private:
         return true;
     }
 
-    /// Whether one elbow's best is cheaper than another's: with joint 4, or on a tie without it.
+    /// Whether one elbow's best solution is cheaper than another's, with joint 4; if equal, without it.
     bool is_cheaper(const Best& one, const Best& other) const noexcept {
         const double now = with_elbow(one), before = with_elbow(other);
         if (!(abs(now - before) <= tie(before))) return now < before;
@@ -555,7 +560,8 @@ private:
 
     // -- the problem
 
-    /// Sets up one elbow: joint 4, common to all its branches, or the reason why none of them has an arc.
+    /// Sets up one elbow sign: joint 4, which all its branches share, or the reason why none of them has an
+    /// arc.
     void bend(int elbow) noexcept {
         ElbowBranches& e = elbow_[elbow];
         e.motion = self_motion(arm_, circle_, Configuration<double>{1.0, elbow ? -1.0 : 1.0, 1.0});
@@ -572,8 +578,8 @@ private:
         e.cost_4 = cost_of(c, to_q(theta_4, c.sign, c.offset, c.lower, c.upper, c.near) - c.near);
     }
 
-    /// Whether joint 4 violates a limit by no more than the accuracy of the wrist's distance: near straight,
-    /// the bend is the root of its rounding.
+    /// Whether joint 4 violates a limit by no more than the accuracy of the wrist's distance. Near the
+    /// stretched arm the bend is the root of its rounding.
     bool straight_within_limits(const ElbowBranches& e) const noexcept {
         if (!(abs(circle_.triangle.eta.sin) <= nearest_rule::straight)) return false;
         const JointCost& c = joint_[3];
@@ -583,13 +589,13 @@ private:
         return abs(off - circle_.distance) <= 2.0 * tolerance::stretched * arm_.size;
     }
 
-    /// Computes the joint functions of one elbow and the ends of turns.
+    /// Computes the joint functions of one elbow sign and the psi where revolutions end.
     void open(int elbow) noexcept {
         fill_functions(elbow_[elbow]);
         fill_cuts(elbow_[elbow]);
     }
 
-    /// Computes the joint functions of one elbow and their singularities.
+    /// Computes the joint functions of one elbow sign and their singularities.
     void fill_functions(ElbowBranches& e) const noexcept {
         e.functions = joint_functions(e.motion);
         e.lost[0] = shoulder_singular(e.motion);
@@ -601,17 +607,17 @@ private:
                       comes_near_straight(nearest_rule::beside_max, circle_, e.functions));
     }
 
-    /// The index gc of a branch (shoulder + 2 wrist) of an elbow.
+    /// The index gc of a branch (shoulder + 2 wrist) with one elbow sign.
     static int gc_of(int elbow, int branch) noexcept { return (branch & 1) + 2 * elbow + 4 * (branch >> 1); }
 
-    /// The arcs of a branch of an open elbow, computed on first use: most branches are too expensive to need
-    /// them.
+    /// The arcs of a branch, computed on first use, since most branches are too expensive to need them.
     const ArcSet& arcs(int gc) noexcept {
         if (!is_in(gc, filled_)) fill_arcs(gc);
         return arcs_.arcs[gc];
     }
 
-    /// Arcs blocked by the limits for one elbow and one sign of both hinges.
+    /// The arcs blocked by the limits for one elbow sign and one sign of theta_2 and theta_6, computed on
+    /// first use.
     const Sides& sides(int elbow, int negative) noexcept {
         const ElbowBranches& e = elbow_[elbow];
         Sides& out = sides_[elbow][negative];
@@ -661,8 +667,8 @@ private:
         if (options_.clear[gc]) keep(arcs, *options_.clear[gc], options_.blocked[gc], status);
     }
 
-    /// Keeps only isolated psi that have a solution within the limits; if a joint is `beyond` its limit, also
-    /// only such arcs. Otherwise an invalid one could be the nearest and hide the others.
+    /// Keeps only those isolated psi that have a solution within the limits, since an invalid one could be
+    /// the nearest and hide the others. If a joint is slightly `beyond` its limit, this applies to all arcs.
     [[gnu::noinline, gnu::cold]] void keep_tenable(int gc, bool beyond, ArcSet& arcs) noexcept {
         if (arcs.full && !beyond) return;
         const ArcSet before = arcs;
@@ -677,8 +683,8 @@ private:
         best_ = best;
     }
 
-    /// Adds psi at which several joints reach their limits at once, though rounding leaves none; decides on
-    /// the joints themselves.
+    /// Adds psi at which several joints reach their limits at once, if a solution on the joints exists there;
+    /// rounding may leave no arc.
     [[gnu::noinline, gnu::cold]] void add_meeting(int gc, const JointFunctions<double>& shoulder,
                                                   const JointFunctions<double>& wrist, const Blocked& blocked,
                                                   ArcSet& arcs) noexcept {
@@ -709,7 +715,7 @@ private:
         return out;
     }
 
-    /// Notes a cut at an end of one of the arcs.
+    /// If the end of a revolution coincides with an end of one of the arcs, records it as a corner.
     void find_corner(ElbowBranches& e, int gc, double cut, const ArcSet& arcs) const noexcept {
         if (arcs.full) return;
         const double near = max(unclear_gap(least_bend(circle_, e.functions)), tolerance::locked);
@@ -721,22 +727,22 @@ private:
         }
     }
 
-    /// The reason why no arc of any branch has a solution.
+    /// The empty result, with the reason why no arc of any branch has a solution.
     Nearest nothing() noexcept {
         for (int gc = 0; gc < configurations; ++gc) arcs(gc);
         const Nearest out = PostureCosts::nothing(arcs_.status);
         return out.status == Status::OK ? refused(Status::LIMITS) : out;  // arcs, but no solution on its pose
     }
 
-    /// Keeps the part of the arcs that lies `within`; if none remains, the status gives the reason.
+    /// Keeps the part of the arcs that lies `within`; if none remains, sets the status to `otherwise`.
     static void keep(ArcSet& arcs, const ArcSet& within, Status otherwise, Status& status) noexcept {
         const ArcSet before = arcs;
         intersect(before, within, arcs);
         if (arcs.empty() && !before.empty()) status = otherwise;
     }
 
-    /// Handles a side whose first and last joint rotate about one axis on the whole circle: the first joint,
-    /// 0 by convention, blocks nothing; only the hinge does.
+    /// Computes the blocked arcs of a side whose first and last joint rotate around one axis at every psi.
+    /// The first joint, 0 by convention, blocks nothing; only the middle joint does.
     void block_lost(Sides& sides, int side) const noexcept {
         Boundaries b;
         boundaries(limits_, sides.f, b);
@@ -745,7 +751,7 @@ private:
         block_hinge(limits_, sides.f, b, side, blocked);
     }
 
-    /// The psi at which the two joints of a lost side can share their common turn within their limits.
+    /// The psi at which the two joints of such a side can share their rotation within their limits.
     ArcSet split_arc(const ElbowBranches& e, int side) const noexcept {
         ArcSet out;
         const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2];
@@ -766,7 +772,8 @@ private:
         return out;
     }
 
-    /// The psi where joint j (0..6, not 3) has a value, or is half a turn from it (hinge: mirrored).
+    /// The psi where joint j (0..6, not 3) has the given value, or is pi away from it (joints 2 and 6: where
+    /// theta is mirrored).
     Roots limit_psi(const ElbowBranches& e, int j, double value) const noexcept {
         const SinCos<double> at = sin_cos(to_theta(value, arm_.sign[j], arm_.offset[j]));
         if (j % 2 == 0) {
@@ -778,7 +785,8 @@ private:
         return roots({H.s, H.c, H.k - at.cos});
     }
 
-    /// Finds the psi where a joint with a full turn or more reaches a limit: one of its turns ends there.
+    /// Finds the psi where a joint with a range of 2 pi or more reaches a limit: one of its revolutions ends
+    /// there.
     void fill_cuts(ElbowBranches& e) const noexcept {
         e.cuts = 0;
         for (int j = 0; j < joints; ++j) {
@@ -793,21 +801,20 @@ private:
 
     // -- the cost
 
-    /// Cost of a solution including joint 4; infinite if there is none.
+    /// The cost of a solution including joint 4; infinite if there is none.
     double with_elbow(const Best& b) const noexcept {
         if (b.gc < 0) return infinity;
         return squares() ? b.cost : max(b.cost, elbow_[b.gc >> 1 & 1].cost_4);
     }
 
-    /// A joint over boxes. q is the value at their middles on the turn nearest to `near` within the limits.
-    /// `least` is the smallest |q - near| over the turns of q +- travel within the limits, infinite if there
-    /// are none.
+    /// A joint over boxes. q is the value at their middles, in the revolution nearest to `near` within the
+    /// limits. `least` is the smallest |q - near| over the revolutions of q +- travel within the limits,
+    /// infinite if there are none.
     struct Winding {
         Boxes q, least;
     };
 
-    /// Computes both from the position of q relative to the value within the limits nearest to `near`: on one
-    /// side the first turn, on the other the next.
+    /// Computes both from the distance of q to the value within the limits nearest to `near`.
     ARMANGLE_INLINE static Winding winding(const JointCost& c, const Boxes& any,
                                            const Boxes& travel) noexcept {
         if (c.direct) {
@@ -830,14 +837,15 @@ private:
         return {any + Boxes(two_pi) * (turn + next), Boxes(abs(centre - c.near)) + least};
     }
 
-    /// Whether the turn on the other side of `near` is beyond the limits, and stays there up to the next cut.
-    /// Then q is the nearest turn, however far it is.
+    /// Whether the revolution on the other side of `near` is beyond the limits, and stays there up to the
+    /// next cut. Then q is the nearest revolution, however far it is.
     static auto alone(const JointCost& c, const Boxes& q, const Boxes& off) noexcept {
         const Boxes rival = q - select(off < Boxes(0.0), Boxes(-two_pi), Boxes(two_pi));
         return (rival < Boxes(c.lower - tolerance::angle)) | (Boxes(c.upper + tolerance::angle) < rival);
     }
 
-    /// Adds the cost of one joint over eight boxes; negative: in the branch with a negative hinge.
+    /// Adds the cost of joint i of a side over eight boxes; negative: in the branch with a negative middle
+    /// joint.
     ARMANGLE_INLINE void add(BoxCosts& sum, const SideBoxes& boxes, int i, const JointCost& c, bool negative,
                              const Boxes& r) const noexcept {
         if (!(c.weight > 0)) return;
@@ -874,13 +882,14 @@ private:
         if (c.wide) sum.smooth &= bits((abs(off) + j.travel < Boxes(pi)) | alone(c, q, off));
     }
 
-    /// The costs of no joint: the start of sums and maxima.
+    /// The neutral costs with which sums and maxima start.
     BoxCosts no_costs() const noexcept {
         const Boxes start(squares() ? 0.0 : -infinity), zero(0.0);
         return {start, zero, {zero, zero}, start, zero, 0xff, {start, zero, start, zero}};
     }
 
-    /// Costs of the three joints of a side; negative: in the branch with a negative hinge.
+    /// Computes the costs of the three joints of a side; negative: in the branch with a negative middle
+    /// joint.
     void side_costs(const ElbowBranches& e, const SideBoxes& boxes, int side, bool negative,
                     const SinCos<Boxes>& at, const Boxes& r, BoxCosts& sum) const noexcept {
         sum = no_costs();
@@ -893,11 +902,11 @@ private:
         sum.smooth &= boxes.regular;
     }
 
-    /// Costs of each side over eight boxes, with its hinge positive and negative.
+    /// The costs of each side over eight boxes, with its middle joint positive and negative.
     struct SidesCosts {
         BoxCosts shoulder[2], wrist[2];
 
-        /// Computes the sides that some branches of an elbow use, one bit a gc; other sides are left out.
+        /// Computes the sides that the given branches (bits) use; other sides are left out.
         SidesCosts(const NearestSearch& search, const ElbowBranches& e, unsigned branches,
                    const Boxes& middle, const Boxes& r) noexcept {
             static constexpr unsigned of_shoulder[2] = {0x55, 0xaa}, of_wrist[2] = {0x0f, 0xf0};
@@ -913,7 +922,7 @@ private:
         }
     };
 
-    /// Cost of the two sides and the elbow together.
+    /// The cost of the two sides and the elbow together.
     BoxCosts total(const ElbowBranches& e, const BoxCosts& a, const BoxCosts& b) const noexcept {
         const Boxes elbow(e.cost_4);
         if (!squares()) {
@@ -933,21 +942,22 @@ private:
 
     // -- solutions at which two joints rotate about one axis
 
-    /// q_first and q_last of a side rotate about one axis if the hinge is 0 (or pi): the pose determines
-    /// q_last + epsilon q_first.
+    /// The sign epsilon for a side whose middle joint is 0 (or pi), so that its first and last joint rotate
+    /// around one axis: the pose determines q_last + epsilon q_first.
     double epsilon(const ElbowBranches& e, int side) const noexcept {
         const bool flipped = e.functions.hinge[side].H.at({0.0, 1.0}) < 0;
         return joint_[4 * side].sign * joint_[4 * side + 2].sign * (flipped ? -1.0 : 1.0);
     }
 
-    /// wanted = v + epsilon u of a lost side, where the first angle is 0 by convention and the last is theta.
+    /// The value wanted = v + epsilon u of such a side, where the first angle is 0 by convention and the last
+    /// is theta.
     double lost_wish(const ElbowBranches& e, int side, double theta) const noexcept {
         const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2];
         const double first = to_q(0.0, a.sign, a.offset), last = to_q(theta, b.sign, b.offset);
         return last - b.near + epsilon(e, side) * (first - a.near);
     }
 
-    /// The cheapest shares of `wanted` within the limits; infinite cost if there are none.
+    /// The cheapest way to share `wanted` within the limits; infinite cost if there is none.
     Split split(const JointCost& a, const JointCost& b, double eps, double wanted) const noexcept {
         const double t0 = min(eps * (a.lower - a.near), eps * (a.upper - a.near));  // t = eps u
         const double t1 = max(eps * (a.lower - a.near), eps * (a.upper - a.near));
@@ -966,14 +976,15 @@ private:
         return {u, v, both(cost_of(a, u), cost_of(b, v))};
     }
 
-    /// The cheapest `wanted` between two bounds; the cost is convex in it.
+    /// The cheapest value of `wanted` between two bounds; the cost is convex in it.
     double cheapest_wish(const JointCost& a, const JointCost& b, double eps, double lower,
                          double upper) const noexcept {
         const double free = b.centre() - b.near + eps * (a.centre() - a.near);
         return min(max(free, lower), upper);
     }
 
-    /// Costs of a side whose first and last joint rotate about one axis: those of the cheapest shares.
+    /// Computes the costs of a side whose first and last joint rotate around one axis, with the cheapest
+    /// shares.
     void lost_costs(const ElbowBranches& e, int side, bool negative, const SinCos<Boxes>& at, const Boxes& r,
                     BoxCosts& out) const noexcept {
         const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2], &h = joint_[4 * side + 1];
@@ -1015,8 +1026,8 @@ private:
 
     // -- solutions
 
-    /// The solution of a branch at psi, near `near`. If the hinge between two joints is at most `straight`
-    /// from 0 or pi, they get the cheapest shares.
+    /// The joints of a branch at psi, in the revolutions nearest to `near`. If theta_2 or theta_6 is at most
+    /// `straight` (rad) from 0 or pi, its neighbours share their rotation in the cheapest way.
     Joints posture(int gc, double psi, double straight = tolerance::singular) const noexcept {
         const ElbowBranches& e = elbow_[gc >> 1 & 1];
         SelfMotion<double> m = e.motion;
@@ -1036,7 +1047,7 @@ private:
         return out;
     }
 
-    /// Gives two joints that rotate about one axis the cheapest shares of their turn.
+    /// Splits the rotation of two joints that rotate around one axis in the cheapest way.
     void share(const ElbowBranches&, int side, bool flipped, Joints& q) const noexcept {
         const int i = 4 * side;
         const JointCost &a = joint_[i], &b = joint_[i + 2];
@@ -1052,17 +1063,17 @@ private:
         q.q[i + 2] = b.near + best.v;
     }
 
-    /// Offers the solution of a branch at psi if it is within the limits. A box's value at its middle is no
-    /// such cost: near a singular psi both parts of a pivot are rounding, and no solution need have it.
+    /// Offers the solution of a branch at psi if it is within the limits. Its cost is computed from the
+    /// joints, since near a singular psi the value in the middle of a box is mere rounding.
     void try_point(int gc, double psi, bool stationary) noexcept {
         const Joints q = posture(gc, psi);
         if (!within_limits(arm_.limits, q.q, tolerance::angle)) return;
         offer(gc, psi, cost_of(q.q), stationary);
     }
 
-    /// Takes a solution if it is better. A stationary point is more accurate than its cost. Among equal
-    /// costs, as for the mirrored solutions of an arm in one plane, the lowest gc, then the lowest psi, is
-    /// kept.
+    /// Keeps a solution if it is better than the best. A stationary point is more accurate than its cost.
+    /// Among equal costs, as for the mirrored solutions of an arm in one plane, the lowest gc, then the
+    /// lowest psi, is kept.
     void offer(int gc, double psi, double cost, bool stationary) noexcept {
         const bool equal = best_.gc >= 0 && abs(cost - best_.cost) <= tie(cost);
         const bool beside = gc == best_.gc && abs(wrap(psi - best_.psi)) <= nearest_rule::apart;
@@ -1083,7 +1094,7 @@ private:
         first_ = seeded ? carried() : -pi + pi / nearest_rule::first_boxes;
     }
 
-    /// Computes bounds of one elbow's branches over these boxes.
+    /// Computes lower bounds for all branches of one elbow sign over these boxes.
     void survey(int elbow) noexcept {
         const ElbowBranches& e = elbow_[elbow];
         constexpr int n = nearest_rule::first_boxes;
@@ -1096,7 +1107,7 @@ private:
         }
     }
 
-    /// Computes bounds of an elbow's four branches over eight boxes, from box i on.
+    /// Computes lower bounds for the four branches of an elbow sign over eight boxes, from box i on.
     void survey_eight(const ElbowBranches& e, int elbow, int i, const Boxes& middle,
                       const Boxes& r) noexcept {
         const unsigned some = options_.branches & elbow_branches << 2 * elbow;
@@ -1109,13 +1120,13 @@ private:
         }
     }
 
-    /// psi of the seed's elbow on the circle of the pose.
+    /// The psi that keeps the seed's elbow axis on the circle of the pose.
     double carried() const noexcept {
         const Chain now = chain(arm_, options_.near);
         return arm_angle(circle_, now.z3);
     }
 
-    /// Finds the best solution of some branches, or of one arc if only_arc is not -1.
+    /// Finds the best solution of some branches (bits), or of one arc if only_arc is not -1.
     void search(unsigned branches, int only_arc) noexcept {
         offer_middles(branches, only_arc);
         search_boxes(branches, only_arc);
@@ -1147,7 +1158,7 @@ private:
         }
     }
 
-    /// Searches the boxes in rising order of their bounds until none can hold a better solution.
+    /// Searches the boxes in rising order of their bounds until none can contain a better solution.
     void search_boxes(unsigned branches, int only_arc) noexcept {
         constexpr int n = nearest_rule::first_boxes;
         branches &= options_.branches;
@@ -1179,10 +1190,11 @@ private:
         }
     }
 
-    /// Whether a branch is in a set of one bit each.
+    /// Whether branch gc is in a set of bits.
     static bool is_in(int gc, unsigned branches) noexcept { return branches >> gc & 1; }
 
-    /// Searches a box of some branches of an elbow: together those that contain all of it, others singly.
+    /// Searches a box for some branches of an elbow sign: together those whose arcs contain all of it, others
+    /// singly.
     void look_into(unsigned branches, int i, int only_arc) noexcept {
         const double width = two_pi / nearest_rule::first_boxes, middle = first_ + width * i;
         const double from = middle - 0.5 * width, to = middle + 0.5 * width;
@@ -1203,29 +1215,29 @@ private:
         return set.full || begin.psi + (to - from) <= set.arc[begin.index].upper;
     }
 
-    /// Whether psi lies in an arc of a branch, or in arc only_arc alone if that is not -1.
+    /// Whether psi lies in an arc of a branch, or in arc only_arc if that is not -1.
     bool holds(int gc, int only_arc, double psi) noexcept {
         const Place place = find(arcs(gc), psi, 0.0);
         return place.index >= 0 && (only_arc < 0 || place.index == only_arc);
     }
 
-    /// Whether a box with this bound cannot hold a better solution.
+    /// Whether a box with this lower bound cannot contain a better solution.
     bool dropped(double least) const noexcept { return !(least < worth()) || least > ceiling_; }
 
-    /// Bit k is set if box k may hold a better solution: its bound of the cost is not dropped().
+    /// Eight bits: bit k is set if box k may contain a better solution, by its lower bound `least`.
     unsigned kept(const Boxes& least) const noexcept {
         return bits((least < Boxes(worth())) & (least <= Boxes(ceiling_)));
     }
 
-    /// The largest cost that is better than the best.
+    /// The largest cost that still counts as better than the best one.
     double worth() const noexcept { return best_.cost < infinity ? best_.cost - tie(best_.cost) : infinity; }
 
-    /// Whether a box with this bound may hold a solution as good as the best.
+    /// Whether a box with this lower bound may contain a solution as good as the best.
     bool equals_best(double least) const noexcept {
         return !(least > best_.cost + tie(best_.cost)) && !(least > ceiling_);
     }
 
-    /// Searches the parts of a box that lie in arcs of a branch, cut at the ends of turns.
+    /// Searches the parts of a box that lie in arcs of a branch, cut where revolutions end.
     void clip(int gc, int only_arc, double from, double to) noexcept {
         const ArcSet& set = arcs(gc);
         for (int i = 0; i < set.count; ++i) {
@@ -1241,12 +1253,12 @@ private:
         }
     }
 
-    /// The elbow of some branches, which all have the same one.
+    /// The data of the elbow sign that these branches share.
     const ElbowBranches& elbow_of(unsigned branches) const noexcept {
         return elbow_[(branches & elbow_branches) == 0];
     }
 
-    /// Cuts a part of an arc at the ends of turns, and searches each piece.
+    /// Cuts a part of an arc where revolutions end, and searches each piece.
     void cut(unsigned branches, double from, double to) noexcept {
         const ElbowBranches& e = elbow_of(branches);
         try_end(branches, from);
@@ -1264,8 +1276,8 @@ private:
         }
     }
 
-    /// Offers the solutions at psi if a turn ends there: two turns that end at one psi, from either side,
-    /// coexist only there.
+    /// If a revolution of a joint ends at psi, offers the solutions there: two revolutions that end at one
+    /// psi, from either side, are both possible only there.
     void try_end(unsigned branches, double psi) noexcept {
         const ElbowBranches& e = elbow_of(branches);
         bool ends = false;
@@ -1274,7 +1286,7 @@ private:
             if (is_in(gc, branches)) try_point(gc, psi, false);
     }
 
-    /// Splits [from, to], on which no turn ends, into eight boxes.
+    /// Splits [from, to], in which no revolution ends, into eight boxes and searches them.
     void descend(unsigned branches, double from, double to, int depth) noexcept {
         const double radius = (to - from) / 16;
         if (radius < nearest_rule::narrowest || depth > nearest_rule::deepest || --work_ < 0) {
@@ -1369,14 +1381,15 @@ private:
         }
     }
 
-    /// Costs of a branch over eight boxes.
+    /// The costs of a branch over eight boxes.
     BoxCosts costs(int gc, const Boxes& middle, const Boxes& r) const noexcept {
         const ElbowBranches& e = elbow_[gc >> 1 & 1];
         const SidesCosts sides(*this, e, 1u << gc, middle, r);
         return total(e, sides.shoulder[gc & 1], sides.wrist[gc >> 2 & 1]);
     }
 
-    /// Refines a minimum by Newton's method: from its cost alone it is known to half the digits.
+    /// Refines the best solution by Newton's method. From its cost alone a minimum is known to half the
+    /// digits.
     void polish() noexcept {
         if (!squares() || best_.gc < 0 || best_.stationary) return;
         const double radius = 4 * nearest_rule::apart, psi = best_.psi;
@@ -1387,7 +1400,7 @@ private:
         if (abs(move) < radius && holds(gc, -1, psi - move)) newton(gc, psi, radius, here.slope[0], second);
     }
 
-    /// Finds the minimum of a box on which the cost is convex.
+    /// Finds the minimum of a box on which the cost is convex, and offers it.
     void newton(int gc, double middle, double radius, double slope, double second) noexcept {
         double lower = middle - radius, upper = middle + radius, psi = middle;
         for (int i = 0; i < nearest_rule::newton; ++i) {
@@ -1405,8 +1418,8 @@ private:
         try_point(gc, psi, true);
     }
 
-    /// Offers the isolated psi of an elbow at which two joints rotate about one axis and share their turn
-    /// freely.
+    /// Offers the isolated psi of an elbow sign at which two joints rotate around one axis and can share
+    /// their rotation in any way.
     void singular_points(int elbow) noexcept {
         const ElbowBranches& e = elbow_[elbow];
         if (limits_.margin > 0 || !e.open) return;
@@ -1418,7 +1431,8 @@ private:
         }
     }
 
-    /// Costs of joints 2 and 6 at a psi, and their slopes by psi; valid if the cost depends on |theta| alone.
+    /// The costs of joints 2 and 6 at a psi, and their derivatives with respect to psi; valid if the cost
+    /// depends on |theta| alone.
     struct Bends {
         double cost[hinges], slope[hinges];
 
@@ -1442,15 +1456,15 @@ private:
         return out;
     }
 
-    /// The psi at which the larger cost of joints 2 and 6 is least. No solution of the elbow costs less than
-    /// `cost`, in any branch; -infinity if unknown.
+    /// The psi at which the larger cost of joints 2 and 6 is least. No solution with this elbow sign costs
+    /// less than `cost`, in any branch; -infinity if unknown.
     struct LeastBent {
         double cost, psi;
     };
 
-    /// Valid if the limits of joints 2 and 6 are symmetric about theta = 0. Each |theta| is least where its
-    /// cosine is largest, and rises from there up to half a turn on either side. So the larger cost is least
-    /// at one of these two psi, or where the costs cross on the shorter way between them.
+    /// Computes it if the limits of joints 2 and 6 are symmetric around theta = 0. Each |theta| is least
+    /// where its cosine is largest, and rises from there on both sides. So the larger cost is least at one of
+    /// these two psi, or where the costs cross on the shorter way between them.
     LeastBent least_bent(const ElbowBranches& e) const noexcept {
         if (options_.metric != Metric::margin || e.delicate) return {-infinity, not_a_number};
         double top[hinges];
@@ -1486,7 +1500,7 @@ private:
         }
     }
 
-    /// Offers the solutions at a psi where two joints of a side rotate about one axis.
+    /// Offers the solutions at a psi where two joints of a side rotate around one axis.
     void touch(int elbow, int side, double psi) noexcept {
         const Pivot<double>& p = elbow_[elbow].functions.pivot[2 * side];
         const SinCos<double> at = sin_cos(psi);
@@ -1507,7 +1521,7 @@ private:
 
     // -- results
 
-    /// A solution at the middle or an end of an arc.
+    /// A solution at the middle or an end of an arc; empty if there is none.
     Nearest somewhere(int gc, const Arc& arc) noexcept {
         Nearest out;
         for (const double psi : {0.5 * (arc.lower + arc.upper), arc.lower, arc.upper}) {
@@ -1518,7 +1532,7 @@ private:
         return out;
     }
 
-    /// Returns the seed itself if it solves the pose: nothing is nearer.
+    /// Returns the seed itself if it solves the pose, since nothing is nearer; false if it does not.
     bool keep_near(Nearest& out) noexcept {
         if (!options_.near || options_.metric == Metric::margin) return false;
         if (!within_limits(arm_.limits, options_.near, 0.0)) return false;
@@ -1563,7 +1577,8 @@ private:
         return settled_on.status != Status::OK && meets_it ? out : settled_on;
     }
 
-    /// The limits of a search near a configuration: each hinge keeps its side if that is requested.
+    /// The limits of a search near a configuration. If branches are restricted, joints 2, 4 and 6 keep the
+    /// signs of gc.
     Limits sides_of(int gc, const Joints& q) const noexcept {
         Limits out = arm_.limits;
         if (limits_.margin > 0) keep_off_singular(arm_, q.q, limits_.margin, out);
@@ -1574,7 +1589,7 @@ private:
         return out;
     }
 
-    /// The complete result for joints by themselves; empty if the caller did not permit them.
+    /// The complete result for given joints; empty if the caller did not permit them.
     Nearest told(const Joints& q) const noexcept {
         const Posture here = forward(arm_, q.q);
         if (is_nan(here.psi)) return refused(Status::FOLDED);
@@ -1584,15 +1599,15 @@ private:
         return finished(q.q, here.psi, gc);
     }
 
-    /// Whether all hinges and the elbow keep the margin of singularities.
+    /// Whether joints 2, 4 and 6 keep the singularity margin.
     bool is_off_singular(const Joints& q) const noexcept {
         double least = infinity;
         for (const int h : {1, 3, 5}) least = min(least, abs(sin_cos(detail::bend(arm_, h, q.q[h])).sin));
         return least >= limits_.sin_margin - tolerance::isolated;
     }
 
-    /// The branch of a configuration: if a hinge or the elbow is straight, it belongs to several; the
-    /// requested one of them.
+    /// The branch of a configuration. At a singularity it belongs to several branches; then the requested one
+    /// of them.
     int asked_branch(int gc, const Joints& q) const noexcept {
         // a stretched elbow's bend is the root of the rounding of the wrist's distance
         const double untold = sqrt(2.0 * tolerance::stretched);
@@ -1611,13 +1626,13 @@ private:
 
     // -- near singularities, and where limits leave isolated solutions: psi has too few digits there
 
-    /// Cost of a solution, as an angle.
+    /// The cost of a solution as an angle (rad); infinite if there is none.
     double rank(const Nearest& x) const noexcept {
         if (x.status != Status::OK) return infinity;
         return options_.metric == Metric::margin ? -x.margin : x.distance;
     }
 
-    /// Replaces a solution by a better one that is found on the joints themselves.
+    /// Replaces a solution by a better one that is found numerically on the joints.
     [[gnu::noinline, gnu::cold]] void look_beside(Nearest& out) noexcept {
         // a result near the seed is so good that few other starts matter
         if (options_.near && options_.metric != Metric::margin) {
@@ -1656,7 +1671,8 @@ private:
         if (!squares() && out.status == Status::OK) narrow(out);
     }
 
-    /// Starts at the psi where a hinge is nearest to 0 and to pi, if near enough; all around if both are.
+    /// Starts searches at the psi where joint 2 or 6 is nearest to 0 and to pi, if near enough; all around
+    /// the circle if both are.
     void look_beside_straight(int elbow, Nearest& out) noexcept {
         const ElbowBranches& e = elbow_[elbow];
         const double band = any_ ? poor_band(limits_) : nearest_rule::beside, gap = 0.5 * band * band;
@@ -1671,7 +1687,8 @@ private:
         }
     }
 
-    /// Starts at the psi where a joint is at a limit; if a solution is known, only for locked joints.
+    /// Starts searches at the psi where a joint is at a limit; if a solution is known, only for locked
+    /// joints.
     void look_at_limits(int elbow, Nearest& out) noexcept {
         const ElbowBranches& e = elbow_[elbow];
         for (int j = 0; j < joints; ++j) {
@@ -1687,8 +1704,8 @@ private:
         }
     }
 
-    /// Takes any solution with a bend of the elbow that the pose does not distinguish from its own. Beside
-    /// theta_2, theta_6 = 0 the directions of joints turn with a bend of the size of these.
+    /// Takes any solution with a bend of the elbow that the pose does not distinguish from its own. Near
+    /// theta_2 or theta_6 = 0 such a small bend moves their neighbours far.
     void try_bends(int elbow, Nearest& out) noexcept {
         const BendRange bends = bends_of(arm_, circle_.distance);
         const auto &w = circle_.w, &e = circle_.tool_e, &z = circle_.tool_z;
@@ -1725,7 +1742,8 @@ private:
             }
     }
 
-    /// Starts at psi with all branches of an elbow that may be nearer, with and without shares.
+    /// Starts searches at psi in all branches of an elbow sign that may be nearer, with and without shared
+    /// rotations.
     void starts_at(int elbow, double psi, double near, Nearest& out) noexcept {
         for (int branch = 0; branch < 4; ++branch) {
             const int gc = gc_of(elbow, branch);
@@ -1737,8 +1755,8 @@ private:
         }
     }
 
-    /// The same joints, each on the turn nearest to `near` among those that its limits permit, or miss by at
-    /// most the joint's uncertainty.
+    /// The same joints, each in the revolution nearest to `near` among those that its limits permit, or miss
+    /// by at most the joint's uncertainty.
     Joints turned(Joints q) const noexcept {
         for (int j = 0; j < joints; ++j) {
             const JointCost& c = joint_[j];
@@ -1749,12 +1767,12 @@ private:
         return q;
     }
 
-    /// Cost of joints, including joint 4.
+    /// The cost of joints, including joint 4.
     double whole_cost(const Joints& q) const noexcept {
         return squares() ? cost_of(q.q) : max(cost_of(q.q), cost_of(joint_[3], q.q[3] - joint_[3].near));
     }
 
-    /// Tries a start that may improve: near to the pose, and cheaper than the best solution.
+    /// Tries a start that may improve the result: near to the pose, and cheaper than the best solution.
     void try_start(const Joints& start, int gc, double near, Nearest& out) noexcept {
         if (any_ && out.status == Status::OK) return;
         Joints inside = start;
@@ -1766,7 +1784,7 @@ private:
         try_beside(inside, gc, out);
     }
 
-    /// Moves a start onto the pose within the limits, then to the least cost nearby; takes the result if it
+    /// Moves a start onto the pose within the limits, then to the least cost nearby; keeps the result if it
     /// improves.
     void try_beside(const Joints& start, int gc, Nearest& out) noexcept {
         Drawing pull;
@@ -1779,7 +1797,7 @@ private:
         if (rank(found) < rank(out) - nearest_rule::gain) out = found;
     }
 
-    /// The solution near a start, moved to the least attraction; empty if none is there.
+    /// The solution near a start, moved to the least attraction; empty if there is none.
     Nearest moved_onto_pose(const Joints& start, int gc, const Drawing& pull) noexcept {
         const Pose<double> pose{orthonormal(pose_.rotation), pose_.position};
         const Limits limits = sides_of(gc, start);
@@ -1847,7 +1865,7 @@ private:
 }  // namespace detail
 
 /// The solution of a pose that is nearest to a seed, globally over the permitted branches, all feasible psi
-/// and all turns.
+/// and all revolutions.
 inline Nearest nearest_posture(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                                const NearestOptions& options) noexcept {
     int rounds = nearest_rule::settling;

@@ -36,6 +36,7 @@ struct Starts {
         for (double& d : distance) d = infinity;
     }
 
+    /// Keeps a start if its distance is among the smallest.
     void offer(const Joints& q, double off) noexcept {
         int worst = 0;
         for (int i = 1; i < Kept; ++i)
@@ -46,7 +47,7 @@ struct Starts {
     }
 };
 
-/// Distance of joints from the seed in the chosen metric; NaN without a seed.
+/// The distance (rad) of joints from the seed in the chosen metric; NaN without a seed.
 inline double joint_distance(const double* q, const NearestOptions& options) noexcept {
     if (!options.near || options.metric == Metric::margin) return not_a_number;
     double sum = 0, largest = 0;
@@ -58,15 +59,15 @@ inline double joint_distance(const double* q, const NearestOptions& options) noe
     return sqrt(options.metric == Metric::max ? largest : sum);
 }
 
-/// The limits within which no hinge comes nearer to straight or folded than a margin (rad); false if there
-/// are none.
+/// The limits around q within which joints 2, 4 and 6 keep a margin (rad) from their singular positions;
+/// false if there are none.
 inline bool limits_about(const Arm& arm, const Joints& q, double margin, Limits& out) noexcept {
     out = arm.limits;
     return !(margin > 0) || keep_off_singular(arm, q.q, margin, out);
 }
 
-/// The nearest configurations of many starts: the arm angles of all branches of the nominal arm about the
-/// poses moved into its reach, one for each side of the stretched arm, and the seed.
+/// Searches the nearest configuration to an unreachable pose from many starts: arm angles of all branches of
+/// the nominal arm at the pose moved into its reach, for each sign of the elbow, and the seed.
 template <class A>
 class OutsideSearch {
 public:
@@ -76,7 +77,7 @@ public:
         for (int j = 0; j < joints; ++j) seed_.q[j] = options.near ? options.near[j] : rows_.joint_middle[j];
     }
 
-    /// Offers the starts about the poses moved into reach, one for each side of the stretched arm.
+    /// Offers the starts at the poses moved into reach, one for each sign of the elbow.
     void begin(const Pose<double> (&drawn)[2]) noexcept {
         offer(seed_);
         for (int gc = 0; gc < configurations; ++gc) {
@@ -89,8 +90,8 @@ public:
         }
     }
 
-    /// The nearest configuration of the asked orientation; false if there is none, or a limit other than
-    /// joint 4's keeps it from the position.
+    /// Finds the nearest configuration with the orientation of the pose; false if there is none, or if a
+    /// limit other than joint 4's keeps it from the position.
     bool parallel(Joints& out) const noexcept {
         Least least;
         bool held = false;
@@ -105,7 +106,7 @@ public:
         return least.distance < infinity && !held;
     }
 
-    /// The nearest configuration; false if the margin permits none.
+    /// Finds the nearest configuration; false if the margin permits none.
     bool nearest(Joints& out) const noexcept {
         Least least;
         each([&](const Joints& q, const Limits& about) {
@@ -116,7 +117,7 @@ public:
     }
 
 private:
-    /// The least distance, and of equal ones the least move.
+    /// The least distance (m); of equal ones, the one with the least joint move (rad).
     struct Least {
         double distance = infinity, move = infinity;
 
@@ -169,7 +170,7 @@ private:
 
 namespace detail {
 
-/// A pose with its wrist drawn into the nominal arm's reach, for each side of the stretched arm.
+/// A pose with its wrist moved into the nominal arm's reach, for each sign of the elbow.
 struct DrawnInReach {
     Pose<double> pose[2];
     double gap[2] = {infinity, infinity};  // m; infinite if limits permit no such elbow
@@ -189,7 +190,7 @@ struct DrawnInReach {
     }
 };
 
-/// A configuration in the words of a solution that is not the asked pose's, because of `status`.
+/// The result for a configuration that does not solve the pose; `status` is the reason.
 template <class A>
 Nearest beside(const A& arm, const Joints& q, Status status, const Pose<double>& asked,
                const NearestOptions& options, double length) noexcept {
@@ -208,9 +209,9 @@ Nearest beside(const A& arm, const Joints& q, Status status, const Pose<double>&
 
 }  // namespace detail
 
-/// nearest_posture, or without a solution the configuration of the nearest reachable pose, with the reason in
-/// its status. `length` converts one radian to metres. All branches and arm angles are used. The margin of
-/// `limits` still holds; if it permits no configuration, the result is empty.
+/// Returns nearest_posture. If the pose has no solution, the configuration of the nearest reachable pose,
+/// with the reason in its status. `length` (m) converts one radian to metres. All branches and arm angles are
+/// used. The margin of `limits` still holds; if it permits no configuration, the result is empty.
 inline Nearest nearest_outside(const Arm& arm, const LimitTable& limits, const Pose<double>& asked,
                                const NearestOptions& options, double length) noexcept {
     const Nearest exact = nearest_posture(arm, limits, asked, options);
@@ -230,9 +231,9 @@ inline Nearest nearest_outside(const Arm& arm, const LimitTable& limits, const P
     return search.nearest(at) ? detail::beside(arm, at, exact.status, asked, options, length) : exact;
 }
 
-/// The same for any arm with frames and a Jacobian, for a pose of which `exact` says that it has no solution:
-/// a local minimum, the best of many starts. The orientation is kept unless a limit other than joint 4's
-/// forbids that.
+/// The same for any other kind of arm, for a pose for which `exact` states the reason of having no solution.
+/// The result is a local minimum, the best of many starts. The orientation is kept unless a limit other than
+/// joint 4's forbids that.
 template <class A>
 Nearest nearest_outside(const A& arm, double margin, const Nearest& exact, const Pose<double>& asked,
                         const NearestOptions& options, double length) noexcept {

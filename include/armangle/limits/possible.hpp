@@ -17,18 +17,18 @@ namespace armangle {
 
 namespace detail {
 
-/// The bend of the elbow (rad) at a wrist distance n (m), clamped to the reach.
+/// The bend of the elbow (rad) for a distance n (m) of wrist and shoulder, clamped to the reach.
 inline double bend_at(const Arm& arm, double n) noexcept {
     const double L = arm.reach, D = arm.inner_reach;
     return 2.0 * atan2(sqrt(max((L - n) * (L + n), 0.0)), sqrt(max((n - D) * (n + D), 0.0)));
 }
 
-/// The angle at the shoulder (rad) for a bend of the elbow.
+/// The angle (rad) at the shoulder between upper arm and wrist, for a bend of the elbow.
 inline double shoulder_angle(const Arm& arm, const SinCos<double>& eta) noexcept {
     return atan2(arm.forearm * eta.sin, arm.upper_arm + arm.forearm * eta.cos);
 }
 
-/// The bends (rad) at which a pose with this wrist distance is solved.
+/// The bends (rad) at which a pose with this wrist distance counts as solved.
 struct BendRange {
     double least, most;
 };
@@ -37,15 +37,15 @@ inline BendRange bends_of(const Arm& arm, double n) noexcept {
     return {bend_at(arm, n + off), bend_at(arm, max(n - off, 0.0))};
 }
 
-/// The circle of a pose with another bend of the elbow.
+/// The circle of a pose with its elbow bent by another angle (rad).
 inline Circle<double> with_bend(const Arm& arm, Circle<double> c, double bend) noexcept {
     c.triangle.eta = sin_cos(bend);
     c.triangle.kappa = sin_cos(shoulder_angle(arm, c.triangle.eta));
     return c;
 }
 
-/// How far the frames beside the elbow, and theta_4, may turn (rad) while a pose stays solved. If the elbow
-/// may be straight or folded, solutions on either side of it belong to a branch.
+/// How far (rad) the frames next to the elbow, and theta_4, may rotate while a pose stays solved. If the
+/// elbow may be stretched or folded, this includes its other sign.
 inline double turn_slack(const Arm& arm, const Circle<double>& c) noexcept {
     const BendRange bends = bends_of(arm, c.distance);
     const double here = atan2(c.triangle.eta.sin, c.triangle.eta.cos);
@@ -68,8 +68,8 @@ inline Arc negative_arc(const Harmonic<double>& B) noexcept {
     return {lower, lower + two_pi - 2.0 * half, 0, 0};
 }
 
-/// The psi at which no joint but the fourth violates its limits by more than the slack (rad); the signs of
-/// hinges are those of the branch, whatever the joint functions have.
+/// Writes the psi at which no joint but the fourth violates its limits by more than the slack (rad). The
+/// signs of theta_2 and theta_6 are those of the branch, whatever the joint functions have.
 inline void possible(const LimitTable& t, const SelfMotion<double>& m, const JointFunctions<double>& f,
                      double slack, ArcSet& out) noexcept {
     slack += 2.0 * tolerance::angle;  // so that no gap is lost as too narrow
@@ -110,8 +110,8 @@ inline void possible(const LimitTable& t, const SelfMotion<double>& m, const Joi
     free_arcs(blocked, out);
 }
 
-/// The psi at which a branch may have solutions; none lies elsewhere for certain, with all rounding of the
-/// pose.
+/// Writes the psi at which a branch may have solutions. Elsewhere there is certainly none, with all rounding
+/// of the pose.
 [[gnu::noinline, gnu::cold]] inline void possible(const Arm& arm, const LimitTable& t,
                                                   const SelfMotion<double>& m, ArcSet& out) noexcept {
     const double slack = turn_slack(arm, m.circle);

@@ -14,7 +14,8 @@
 
 namespace armangle {
 
-/// What is proven for all poses of a cell: nothing; each is reachable at some azimuth and roll; none is.
+/// What is proven for all poses of a cell: nothing; each is reachable at some azimuth and roll; none is
+/// reachable.
 enum class Proven : std::uint8_t { unknown, all, none };
 
 /// Half the extent of a cell along each of its axes (m, m, rad, rad).
@@ -29,7 +30,7 @@ inline constexpr int halvings = 3;
 
 namespace detail {
 
-/// Whether the direction (V, U) is inside a cone for all members, or outside it for all members.
+/// Whether a direction (V, U) is inside a cone for all members of its intervals, or outside for all.
 struct ConeVerdict {
     bool inside, outside;
 };
@@ -45,7 +46,7 @@ inline ConeVerdict cone_verdict(const Cone& cone, const Interval& sine, const In
     return {in_lower && in_upper, off_lower || off_upper};
 }
 
-/// The same for |theta| of a hinge with cosine H, over its pieces.
+/// The same for |theta| of joint 2 or 6 with cosine H: inside one of its permitted ranges, or outside all.
 inline ConeVerdict hinge_verdict(const LimitTable& t, int hinge, int negative, const Interval& H) noexcept {
     ConeVerdict out{false, true};
     for (int k = 0; k < t.piece_count[hinge][negative]; ++k) {
@@ -58,7 +59,7 @@ inline ConeVerdict hinge_verdict(const LimitTable& t, int hinge, int negative, c
     return out;
 }
 
-/// A box of reduced poses as a circle of intervals.
+/// The circle, in intervals, of a box of reduced poses.
 inline Circle<Interval> circle_of_box(const Arm& arm, const ReducedPose& at, const CellSize& half) noexcept {
     const auto box = [](double middle, double size) {
         return Interval(below(middle - size), above(middle + size));
@@ -80,7 +81,7 @@ inline Circle<Interval> circle_of_box(const Arm& arm, const ReducedPose& at, con
     return c;
 }
 
-/// The boxes of one cell for one elbow.
+/// Proves one cell for one sign of the elbow.
 class CellProof {
 public:
     CellProof(const ReducedArm<Arm>& arm, const Circle<Interval>& c, int side) noexcept : t_(arm.free_table) {
@@ -94,14 +95,15 @@ public:
         if (!none_) f_ = joint_functions(m);
     }
 
-    /// Whether a branch of this elbow is within its limits over the whole box at psi.
+    /// Whether a branch of this elbow is proven within its limits over the whole box at psi.
     bool holds(double psi, int gc_2, int gc_6) const noexcept {
         if (!whole_) return false;
         const SinCos<Interval> at = sin_cos(Interval(psi));
         return side(0, gc_2, at).inside && side(1, gc_6, at).inside;
     }
 
-    /// Whether no branch of this elbow reaches any part of the box at a psi in [lower, upper].
+    /// Whether it is proven that no branch of this elbow reaches any part of the box at a psi in [lower,
+    /// upper].
     bool none(double lower, double upper, int halvings) const noexcept {
         if (none_) return true;
         const SinCos<Interval> at = sin_cos(Interval(lower, upper));
@@ -120,7 +122,7 @@ private:
     bool none_ = false, whole_ = false;
     JointFunctions<Interval> f_;
 
-    /// The verdict for the hinge and the inner pivot of the shoulder (half 0) or wrist (half 1).
+    /// The verdict for joints 2 and 3 (half 0) or joints 5 and 6 (half 1).
     ConeVerdict side(int half, int negative, const SinCos<Interval>& at) const noexcept {
         const int pivot = half == 0 ? 1 : 2;
         const Interval g(negative ? -1.0 : 1.0);
@@ -133,8 +135,8 @@ private:
 
 }  // namespace detail
 
-/// What is proven for the cell of this size about a reduced pose. psi and gc (0..7) solve its middle; gc is
-/// -1 if it is unreachable.
+/// Tries to prove a cell of this size around a reduced pose. psi and gc (0..7) solve its middle; gc is -1 if
+/// the middle is unreachable.
 inline Proven proven_cell(const ReducedArm<Arm>& arm, const ReducedPose& middle, const CellSize& half,
                           double psi, int gc) noexcept {
     const Circle<Interval> c = detail::circle_of_box(arm.free, middle, half);

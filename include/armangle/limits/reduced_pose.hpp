@@ -18,14 +18,14 @@
 
 namespace armangle {
 
-/// A pose in coordinates suited to an S-R-S arm; azimuth and roll turn it about axes 1 and 7.
+/// A pose in coordinates suited to an S-R-S arm; azimuth and roll rotate it around axes 1 and 7.
 struct ReducedPose {
     double r, height;      // m: the wrist from axis 1, and above the shoulder along axis 1
     double tilt, turn;     // rad: angle of axis 7 to the line shoulder-wrist, and turn about that line
     double azimuth, roll;  // rad
 };
 
-/// Values of one cell of the map at its centre; psi of an arm with an offset is its free joint.
+/// The values of one cell of the map at its centre; for an arm with an offset, psi is its free joint.
 struct ReducedCell {
     std::uint8_t gc;         // bit k: branch k solves it at some azimuth and roll
     std::uint8_t yaw, roll;  // share of the azimuths (rolls) at which some roll (azimuth) reaches it, in
@@ -34,8 +34,8 @@ struct ReducedCell {
     float freedom;           // rad: length of the psi that joints 2 to 6 permit, summed over the branches
 };
 
-/// The arm as a map uses it: no base and tool, psi from axis 1; joints 1 and 7 without limits, or one of them
-/// limited.
+/// The arms that a map uses: without base and tool, psi from axis 1; joints 1 and 7 without limits, or one of
+/// them limited.
 template <class AnyArm>
 struct ReducedArm {
     using Table = decltype(limit_table(std::declval<const AnyArm&>(), 0.0));
@@ -44,7 +44,7 @@ struct ReducedArm {
     bool mirrored;  // turn and -turn have the same cell: joints 3 and 5 have symmetric ranges
 };
 
-/// Distances (m) of the wrist of a reduced pose, r and height, beyond which no pose is held.
+/// The distances (m) of the wrist from the shoulder between which poses can be reachable.
 struct ReducedReach {
     double inner, outer;
 };
@@ -65,13 +65,13 @@ AnyArm bare(const AnyArm& arm, bool keep_first, bool keep_last) noexcept {
     return remade(arm, p);
 }
 
-/// Whether a joint's theta may be negated: it is unlimited, or its range is symmetric.
+/// Whether theta of a joint may be negated: it is unlimited, or its range is symmetric.
 inline bool is_symmetric(const Arm& arm, int joint) noexcept {
     const ThetaRange range = theta_range(arm, arm.limits, joint);
     return !(range.upper - range.lower < two_pi) || range.lower == -range.upper;
 }
 
-/// The flange of a reduced pose, in the frame of the DH rows.
+/// The flange pose of a reduced pose, in the frame of the DH rows.
 inline Pose<double> reduced_flange(const Arm& arm, const ReducedPose& at) noexcept {
     const SinCos<double> azimuth = sin_cos(at.azimuth), tilt = sin_cos(at.tilt), turn = sin_cos(at.turn),
                          roll = sin_cos(at.roll);
@@ -89,7 +89,7 @@ struct HalfOfMap {
     ArcSet arcs;
 };
 
-/// The share of the circle in 255ths, rounded down.
+/// The share of the circle that a set covers, in 255ths, rounded down.
 inline std::uint8_t share_of_circle(const ArcSet& set) noexcept {
     if (set.full) return 255;
     return static_cast<std::uint8_t>(std::floor(min(254.0, 255.0 / two_pi * measure(set))));
@@ -97,7 +97,7 @@ inline std::uint8_t share_of_circle(const ArcSet& set) noexcept {
 
 }  // namespace detail
 
-/// The arms of a map; the margin (rad) is that of limit_table().
+/// Makes the arms of a map; the margin (rad) is that of limit_table().
 template <class AnyArm>
 ReducedArm<AnyArm> reduced_arm(const AnyArm& arm, double margin) noexcept {
     const AnyArm free = detail::bare(arm, false, false), yawed = detail::bare(arm, true, false),
@@ -113,13 +113,13 @@ ReducedArm<AnyArm> reduced_arm(const AnyArm& arm, double margin) noexcept {
             mirrored};
 }
 
-/// The user's pose of reduced coordinates; r > 0, or the height must not be 0.
+/// The user's pose of reduced coordinates; r and the height must not both be 0.
 inline Pose<double> pose_of(const Arm& arm, const ReducedPose& at) noexcept {
     return user_pose(arm, detail::reduced_flange(arm, at));
 }
 
-/// Reduced coordinates of a user's pose. The azimuth is 0 if the wrist lies on axis 1, the turn is 0 if axis
-/// 7 is along shoulder-wrist.
+/// The reduced coordinates of a user's pose. The azimuth is 0 if the wrist lies on axis 1; the turn is 0 if
+/// axis 7 is along shoulder-wrist.
 inline ReducedPose reduced_pose(const Arm& arm, const Pose<double>& pose) noexcept {
     const Pose<double> flange = flange_pose(arm, pose);
     const auto& [x7, y7, z7] = flange.rotation;
@@ -139,11 +139,11 @@ inline ReducedPose reduced_pose(const Arm& arm, const Pose<double>& pose) noexce
     return out;
 }
 
-/// The cells of one wrist position of an arm of a kind.
+/// Computes the cells of one wrist position, for one kind of arm.
 template <class AnyArm>
 class ReducedPlace;
 
-/// The psi of the shoulder are computed once, those of the wrist once a tilt.
+/// For an S-R-S arm: the psi of the shoulder are computed once, those of the wrist once a tilt.
 template <>
 class ReducedPlace<Arm> {
 public:
@@ -166,7 +166,7 @@ public:
     /// Whether the elbow reaches this wrist position; if not, all cells are empty.
     bool any() const noexcept { return any_; }
 
-    /// Sets the tilt of the following cells.
+    /// Sets the tilt (rad) of the following cells.
     void tilt(double angle) noexcept {
         at_.tilt = angle;
         const SinCos<double> t = sin_cos(angle);
@@ -182,7 +182,7 @@ public:
         }
     }
 
-    /// The cell at a turn in [-pi, pi]; yaw and roll are 0 unless requested.
+    /// The cell at a turn in [-pi, pi] (rad); yaw and roll are 0 unless requested.
     ReducedCell cell(double turn, bool with_yaw, bool with_roll) noexcept {
         if (!tilted_plain_) [[unlikely]]
             return exact_cell(turn, with_yaw, with_roll);
@@ -211,7 +211,7 @@ public:
         return out;
     }
 
-    /// The middle psi of the widest arc at a turn, and its branch; gc is -1 if there is none.
+    /// Finds the middle psi of the widest arc at a turn, and its branch; gc is -1 if there is none.
     void widest(double turn, double& psi, int& gc) const noexcept {
         double most = 0;
         gc = -1;
@@ -236,7 +236,7 @@ private:
     bool plain_ = true, tilted_plain_ = true;  // no hinge reaches 0 or pi, no joint is locked
     detail::HalfOfMap shoulder_[2][2], wrist_[2][2];
 
-    /// The share of the circle at which one joint is within its limits.
+    /// Collects the share of the circle at which one joint is within its limits.
     struct Share {
         bool done;  // the whole circle, or not requested
         ThetaRange range;
@@ -262,7 +262,8 @@ private:
         }
     };
 
-    /// The psi that the shoulder's joints (half 0; wrist: half 1) permit for one sign of the hinge.
+    /// Computes the psi that the joints of one half (0: shoulder, 1: wrist) permit, for one sign of its
+    /// middle joint.
     void find(SelfMotion<double> m, int negative, int half, detail::HalfOfMap& out) noexcept {
         m.gc.shoulder = m.gc.wrist = negative ? -1.0 : 1.0;
         detail::Sides sides;
@@ -273,7 +274,7 @@ private:
             !arm_.free_table.locked && !detail::may_jump(sides.f.hinge[half]);
     }
 
-    /// The same by the general functions, if two joints may rotate about one axis or a joint is locked.
+    /// The same by the general functions, if two joints may rotate around one axis or a joint is locked.
     [[gnu::noinline, gnu::cold]] ReducedCell exact_cell(double turn, bool with_yaw,
                                                         bool with_roll) const noexcept {
         ReducedPose at = at_;

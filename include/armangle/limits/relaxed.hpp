@@ -18,7 +18,7 @@
 
 namespace armangle {
 
-/// Distances of the wrist from the shoulder (m).
+/// The least and greatest distance (m) of the wrist from the shoulder.
 struct ReachShell {
     double inner, outer;
 };
@@ -33,7 +33,8 @@ inline constexpr double beside = 1e-6;    // rad that a hinge may be on the othe
 
 namespace detail {
 
-/// The bend, in [0, pi], at which the wrist has this distance from the shoulder: 0 beyond reach.
+/// The bend (rad, in [0, pi]) of the elbow at which the wrist has this distance (m) from the shoulder; 0
+/// beyond reach.
 inline double bend_of(const Arm& arm, double distance) noexcept {
     const double gone = arm.reach * arm.reach - distance * distance;
     return 2.0 * std::asin(min(sqrt(max(gone, 0.0) / (4.0 * arm.upper_arm * arm.forearm)), 1.0));
@@ -41,8 +42,8 @@ inline double bend_of(const Arm& arm, double distance) noexcept {
 
 }  // namespace detail
 
-/// Keeps a joint on one side (+1, -1) of a value q_0, within half a turn, at least `margin` (rad) from both
-/// ends. Returns false, and changes nothing, if its limits permit no such value.
+/// Restricts the limits of a joint to one side (+1, -1) of a value q_0, at most pi away and at least `margin`
+/// (rad) from both ends. Returns false, and changes nothing, if its limits permit no such value.
 inline bool keep_beside(const Arm& arm, int joint, double q_0, double side, double margin,
                         Limits& limits) noexcept {
     const double a = q_0 + arm.sign[joint] * side * margin, b = q_0 + arm.sign[joint] * side * (pi - margin);
@@ -53,15 +54,16 @@ inline bool keep_beside(const Arm& arm, int joint, double q_0, double side, doub
     return true;
 }
 
-/// Keeps a hinge, joint 2, 4 or 6 (1, 3 or 5), on one side (+1, -1) of straight, on the turn of the value q.
+/// Restricts joint 2, 4 or 6 (`hinge`: 1, 3 or 5) to one side (+1, -1) of its singular position, in the
+/// revolution of the value q.
 inline bool keep_on_side(const Arm& arm, int hinge, double q, double side, double margin,
                          Limits& limits) noexcept {
     const double straight = q - arm.sign[hinge] * detail::bend(arm, hinge, q);
     return keep_beside(arm, hinge, straight, side, margin, limits);
 }
 
-/// Keeps all three hinges `margin` (rad) away from straight and folded, on the sides and turns that q has.
-/// Returns false if the limits permit no such configuration.
+/// Restricts joints 2, 4 and 6 to at least `margin` (rad) from their singular positions, on the sides and in
+/// the revolutions that q has. Returns false if the limits permit no such configuration.
 inline bool keep_off_singular(const Arm& arm, const double* q, double margin, Limits& limits) noexcept {
     for (const int hinge : {1, 3, 5}) {
         const double side = detail::bend(arm, hinge, q[hinge]) < 0 ? -1.0 : 1.0;
@@ -70,16 +72,16 @@ inline bool keep_off_singular(const Arm& arm, const double* q, double margin, Li
     return true;
 }
 
-/// The limits with joint 4 kept on q_4's side of the stretched arm, if its own limits permit that.
+/// The limits with joint 4 restricted to q_4's side of the stretched arm, if its own limits permit that.
 inline Limits on_one_side(const Arm& arm, double q_4, double margin) noexcept {
     Limits out = arm.limits;
     keep_on_side(arm, 3, q_4, detail::elbow_bend(arm, q_4) < 0 ? -1.0 : 1.0, margin, out);
     return out;
 }
 
-/// The limits with every hinge kept `margin` (rad) away from straight and folded, on the side that q has, if
-/// its own limits permit; without a margin joint 4 alone. If a branch is requested (0..7; -1: none), every
-/// hinge on its side, or next to it, stays there.
+/// The limits with joints 2, 4 and 6 restricted to at least `margin` (rad) from their singular positions, on
+/// the side that q has, if their own limits permit. Without a margin this applies to joint 4 alone. If a
+/// branch is requested (0..7; -1: none), each of these joints that has its sign, or nearly, keeps it.
 inline Limits on_these_sides(const Arm& arm, const double* q, double margin, int gc) noexcept {
     Limits out = arm.limits;
     const Configuration<double> asked = configuration(gc < 0 ? 0 : gc);
@@ -94,21 +96,21 @@ inline Limits on_these_sides(const Arm& arm, const double* q, double margin, int
     return out;
 }
 
-/// The shell of wrist distances that joint 4 permits within these limits, on one side of the stretched arm.
+/// The range of wrist distances that joint 4 permits within these limits, on one side of the stretched arm.
 inline ReachShell reach_shell(const Arm& arm, const Limits& limits) noexcept {
     const double a = detail::wrist_distance(arm, detail::elbow_bend(arm, limits.lower[3])),
                  b = detail::wrist_distance(arm, detail::elbow_bend(arm, limits.upper[3]));
     return {min(a, b), max(a, b)};
 }
 
-/// A pose with its wrist moved into a shell.
+/// A pose with its wrist moved into a range of distances from the shoulder.
 struct Drawn {
     Pose<double> pose;  // in the user's frame
     double gap;         // m, from the commanded wrist to the shell; 0 inside
 };
 
-/// Moves a command into the shell. `now` is the current flange pose; its ray is used if the commanded wrist
-/// coincides with the shoulder.
+/// Moves the wrist of a pose along its ray from the shoulder into the range. `now` is the current flange
+/// pose; its ray is used if the wrist coincides with the shoulder.
 inline Drawn drawn_in_reach(const Arm& arm, const ReachShell& shell, const Pose<double>& command,
                             const Pose<double>& now) noexcept {
     Pose<double> flange = flange_pose(arm, command);
@@ -128,7 +130,8 @@ struct Relaxed {
 
 namespace detail {
 
-/// Distance (m) of the end effector at q from a pose; a radian counts `length`. `rest` is the difference.
+/// The distance (m) of the end effector at q from a pose; one radian counts `length` (m). `rest` is the
+/// difference.
 template <class A>
 double distance(const A& arm, const double* q, const Pose<double>& command, double length,
                 Twist& rest) noexcept {
@@ -136,7 +139,7 @@ double distance(const A& arm, const double* q, const Pose<double>& command, doub
     return size(rest, length);
 }
 
-/// Normal equations of the distance: H = J' W J, g = J' W rest.
+/// The normal equations of that distance: H = J' W J, g = J' W rest.
 inline JointQuadratic normal_equations(const Jacobian& J, const Twist& rest, double length,
                                        double damping) noexcept {
     const double w = length * length, weight[6] = {1, 1, 1, w, w, w};
@@ -157,7 +160,8 @@ inline JointQuadratic normal_equations(const Jacobian& J, const Twist& rest, dou
 
 }  // namespace detail
 
-/// The configuration within limits from which no small move comes nearer, from `start`, in at most `rounds`.
+/// From `start`, within the limits and in at most `rounds`: the configuration from which no small change
+/// comes nearer to a pose.
 template <class A>
 Relaxed relaxed(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& command,
                 double length, int rounds = relaxed_rule::rounds) noexcept {

@@ -36,7 +36,8 @@ struct Drawing {
 
 namespace detail {
 
-/// Half of a configuration's cost on the way: the squared distance from the pose, plus the attraction.
+/// Half of the cost that is minimized: the squared distance (m^2) from the pose, plus `share` times the
+/// attraction.
 inline double settling_cost(const Drawing& pull, double share, const double* q, double distance) noexcept {
     double sum = distance * distance;
     for (int j = 0; j < joints; ++j) {
@@ -46,7 +47,7 @@ inline double settling_cost(const Drawing& pull, double share, const double* q, 
     return 0.5 * sum;
 }
 
-/// Up to sixteen rows as a vector.
+/// Up to sixteen numbers as a vector.
 struct Rows {
     static constexpr int capacity = 16;
     double row[capacity] = {};
@@ -101,7 +102,7 @@ struct JointLeastSquares {
         }
     }
 
-    /// The normal equations of the same problem: an active set needs only the signs of its slopes.
+    /// The normal equations of the same problem, for the active-set method.
     JointQuadratic quadratic() const noexcept {
         JointQuadratic out;
         for (int j = 0; j < joints; ++j) {
@@ -112,7 +113,8 @@ struct JointLeastSquares {
     }
 };
 
-/// The rows of a configuration: first its pose, then attraction and damping (m^2/rad^2).
+/// The rows of the least-squares problem at a configuration: first its pose, then attraction and damping
+/// (m^2/rad^2).
 template <class A>
 JointLeastSquares settling_rows(const A& arm, const double* q, const Twist& rest, const Drawing& pull,
                                 double share, double damping) noexcept {
@@ -135,9 +137,9 @@ JointLeastSquares settling_rows(const A& arm, const double* q, const Twist& rest
 
 }  // namespace detail
 
-/// The configuration within limits, from `start`, at which no small move lowers distance^2 + share sum w (q -
-/// near)^2; `share` in m^2/rad^2. Each round counts against `budget`. Without a share it stops if rounds no
-/// longer approach the pose.
+/// From `start`, within the limits: the configuration at which no small change lowers distance^2 + share sum
+/// w (q - near)^2; `share` in m^2/rad^2. Each round counts against `budget`. Without a share it stops if
+/// rounds no longer approach the pose.
 template <class A>
 Relaxed settled(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& pose,
                 const Drawing& pull, double share, int& budget) noexcept {
@@ -185,13 +187,14 @@ Relaxed settled(const A& arm, const Limits& limits, const Joints& start, const P
     return best;
 }
 
-/// Whether a configuration solves the pose.
+/// Whether a configuration solves the pose up to rounding.
 template <class A>
 bool meets(const A& arm, const Relaxed& at) noexcept {
     return at.distance <= settled_rule::meets * nominal(arm).size;
 }
 
-/// Moves the start onto the pose, then towards the attraction and back; returns the best solution.
+/// Moves the start onto the pose, then towards the attraction and back onto the pose; returns the best
+/// solution.
 template <class A>
 Relaxed settled_beside(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& pose,
                        const Drawing& pull, int& budget) noexcept {
@@ -206,8 +209,9 @@ Relaxed settled_beside(const A& arm, const Limits& limits, const Joints& start, 
     return best;
 }
 
-/// Asks visit(joints) with the elbow as it is. If it is within `most` of straight, where it does not bend by
-/// itself, asks again from the other side, and from well off straight on both sides, until visit agrees.
+/// Calls visit(joints) with the elbow as it is. If it is within `most` (rad) of the stretched arm, where it
+/// does not bend by itself, also with the opposite bend, and well bent to both sides, until visit returns
+/// true.
 template <class Visit>
 void with_either_bend(const Arm& nominal, Joints q, double most, const Visit& visit) noexcept {
     const double straight = lift(to_q(nominal, 3, nominal.delta_angle), q.q[3]), bend = q.q[3] - straight;

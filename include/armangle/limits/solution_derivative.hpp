@@ -20,14 +20,15 @@
 
 namespace armangle {
 
-/// dq of a solution, row j for joint j + 1: by the twist (v, omega) of the pose (rad/m, rad/rad) and by the
-/// seven values of the seed (rad/rad).
+/// The derivatives of a solution's joints, row j for joint j + 1: with respect to the twist (v, omega) of the
+/// pose (rad/m, rad/rad) and to the seven values of the seed (rad/rad).
 struct SolutionDerivative {
     static constexpr int columns = 6 + joints;
     double entry[joints][columns];
 };
 
-/// Derivatives of dq_j/dpsi for each joint by the twist and by psi, in the seven columns of Derivatives.
+/// The derivatives of dq_j/dpsi for each joint with respect to the twist and to psi, in the seven columns of
+/// Derivatives.
 inline void slope_derivatives(const Arm& arm, const Pose<double>& pose, double psi, int gc,
                               double (&out)[joints][joints]) noexcept {
     const auto variable = [](int k) {
@@ -57,18 +58,19 @@ namespace detail {
 /// (rad/rad).
 inline constexpr double stationary_slope = 1e-3;
 
-/// Derivative of a solution's psi by the twist and by the seed.
+/// The derivatives of a solution's psi with respect to the twist and to the seed.
 struct PsiSlope {
     double by[SolutionDerivative::columns] = {};
 
-    /// Sets the slope of psi that keeps f = 0, given the derivatives of f by x and psi.
+    /// Sets the derivative of psi such that a condition f = 0 stays fulfilled, given the derivatives of f
+    /// with respect to twist and psi.
     void hold(const double* f_by_twist, double f_by_psi) noexcept {
         for (int k = 0; k < 6; ++k) by[k] = -f_by_twist[k] / f_by_psi;
     }
 };
 
-/// The joint that stops psi where the distance to the seed still falls: at its limit, or at the margin to
-/// theta_2 or theta_6 = 0 or pi; -1 if none does.
+/// The joint that limits psi while the distance to the seed would still fall: at its limit, or at the margin
+/// to theta_2 or theta_6 = 0 or pi; -1 if none does.
 inline int stopped_joint(const Arm& arm, double singularity_margin, const double* q, const Derivatives& d,
                          double cost_slope) noexcept {
     for (int j = 0; j < joints; ++j) {
@@ -86,7 +88,7 @@ inline int stopped_joint(const Arm& arm, double singularity_margin, const double
     return -1;
 }
 
-/// Slope of psi for the solution nearest to a seed; false if no condition determines psi.
+/// Computes the derivative of psi for the solution nearest to a seed; false if no condition determines psi.
 template <class AnyArm>
 bool nearest_slope(const AnyArm& arm, double singularity_margin, const Pose<double>& pose,
                    const Nearest& best, const NearestOptions& options, const Derivatives& d,
@@ -114,8 +116,8 @@ bool nearest_slope(const AnyArm& arm, double singularity_margin, const Pose<doub
     return true;
 }
 
-/// Slope of psi for the solution with the largest margin; false at a fold of an arm with an offset, and if
-/// joint 4 alone decides, because then all psi are equal.
+/// Computes the derivative of psi for the solution with the largest margin. False at a fold of an arm with an
+/// offset, and if joint 4 alone decides, because then all psi are equal.
 template <class AnyArm>
 bool widest_slope(const AnyArm& arm, double singularity_margin, const Pose<double>& pose, const Nearest& best,
                   const Derivatives& d, PsiSlope& out) noexcept {
@@ -143,9 +145,9 @@ bool widest_slope(const AnyArm& arm, double singularity_margin, const Pose<doubl
 
 }  // namespace detail
 
-/// Derivative of a solution from nearest_posture() with these options, limits and margin (rad): metric l2
-/// with a seed, or margin, whose columns for the seed are 0. NaN without a solution, if a joint has no
-/// derivative (theta_2 or theta_6 at 0 or pi, straight or folded elbow), or if nothing determines psi.
+/// The derivative of a solution from nearest_posture() with these options, limits and margin (rad), for
+/// metric l2 with a seed, or margin, whose columns for the seed are 0. NaN without a solution, if a joint has
+/// no derivative (theta_2 or theta_6 at 0 or pi, stretched or folded elbow), or if nothing determines psi.
 template <class AnyArm>
 SolutionDerivative solution_derivative(const AnyArm& arm, double singularity_margin, const Pose<double>& pose,
                                        const Nearest& best, const NearestOptions& options) noexcept {

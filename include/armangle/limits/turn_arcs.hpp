@@ -16,7 +16,7 @@
 
 namespace armangle {
 
-/// The turning part: the base about axis 1, or the tool about axis 7.
+/// Which part rotates: the base around axis 1, or the tool around axis 7.
 enum class Turned : std::uint8_t { base, tool };
 
 namespace turn_rule {
@@ -25,13 +25,13 @@ inline constexpr double noise = 1e-6;  // rad: a motion against the slope up to 
 
 namespace detail {
 
-/// Ranges of a continuous angle over an arc; one more for each jump within the arc.
+/// The ranges of a continuous angle over an arc; one more for each jump within the arc.
 struct Swings {
     int count = 0;
     double least[3], most[3];
 };
 
-/// The psi of a walk over an arc in rising order: its ends, quarters, stationary psi, jumps.
+/// The psi at which an arc is sampled, in rising order: its ends, quarters, stationary psi and jumps.
 struct Walk {
     static constexpr int capacity = 8;
     int count = 0;
@@ -54,9 +54,9 @@ struct Walk {
     }
 };
 
-/// Range of theta of a pivot next to a hinge over [lower, upper], continuous from the principal value at the
-/// lower end. theta jumps by pi if theta_2 or theta_6 reaches 0 or pi, or nearly so. The range across the
-/// jump is excluded: joint and neighbour swing together there, and the arc describes neither.
+/// The range of theta of a pivot joint next to joint 2 or 6 over [lower, upper] of psi, continuous from the
+/// principal value at the lower end. theta jumps by pi where theta_2 or theta_6 reaches 0 or pi, or nearly
+/// so; the range across the jump is left out.
 inline Swings swings(const Pivot<double>& p, const Hinge<double>& h, double lower, double upper) noexcept {
     using Lanes = Lane<Walk::capacity>;
     Walk walk;
@@ -112,12 +112,13 @@ inline Swings swings(const Pivot<double>& p, const Hinge<double>& h, double lowe
     return out;
 }
 
-/// Computes the turns of the base or tool within the range of its joint.
+/// Computes the rotations of the base or tool at which a pose is reachable, within the range of its joint.
 class TurnArcs {
 public:
     TurnArcs(const Arm& arm, const LimitTable& t, Turned turned) noexcept
         : arm_(arm), t_(t), side_(turned == Turned::base ? 0 : 1), end_(side_ == 0 ? 0 : pivots - 1) {}
 
+    /// Computes the rotations for a pose, or the reason if there are none.
     Status find(const Pose<double>& pose, const Circle<double>& c, ArcSet& out) noexcept {
         Status reason = is_folded(c) ? Status::FOLDED : Status::UNREACHABLE;
         bool hides = t_.locked;
@@ -148,7 +149,8 @@ private:
     int side_, end_;
     UnionOfArcs turns_;
 
-    /// Adds the turns at which joint `joint` is within these limits, if its theta is from least to most.
+    /// Adds the rotations at which joint `joint` is within these limits, if its theta lies between least and
+    /// most.
     void add(const Limits& limits, int joint, double along, double least, double most) noexcept {
         const ThetaRange range = theta_range(arm_, limits, joint);
         if (!(range.upper - range.lower < two_pi)) return turns_.add_full();
@@ -157,6 +159,7 @@ private:
                     make_tag(joint + 1, limit_side(arm_, joint, along < 0))});
     }
 
+    /// Adds the rotations that the arcs of one branch permit.
     void add_arcs(const SelfMotion<double>& m, const ArcSet& arcs, const JointFunctions<double>& f) noexcept {
         const bool lost = side_ == 0 ? shoulder_singular(m) : wrist_singular(m);
         const double along = lost ? lost_side(f, side_) : 1.0;
@@ -174,7 +177,7 @@ private:
         }
     }
 
-    /// Adds the turns of a solution that arcs miss: first one that solves the pose as given.
+    /// Adds the rotations of a solution that the arcs miss: first of one that solves the pose as given.
     [[gnu::noinline, gnu::cold]] void add_hidden(const Arm& arm, const LimitTable& t,
                                                  const Pose<double>& pose) noexcept {
         const Nearest found = some_posture(arm, t, pose);
@@ -184,7 +187,7 @@ private:
         add(arm_.limits, joint, 1.0, theta, theta);
     }
 
-    /// Then one that solves it at another turn.
+    /// The same for one that solves it at another rotation.
     [[gnu::noinline, gnu::cold]] void add_hidden_elsewhere(const Pose<double>& pose) noexcept {
         ArmParameters p = arm_;
         p.limits.lower[pivot_joint[end_]] = -infinity;
@@ -193,7 +196,7 @@ private:
         add_hidden(free, limit_table(free, t_.margin), pose);
     }
 
-    /// Adds an isolated configuration, whose hinge may be 0 or pi.
+    /// Adds an isolated configuration, at which joint 2 or 6 may be 0 or pi.
     void add_needle(const Needle& n) noexcept {
         const double along = n.along[side_];
         const int joint = along != 0 ? 4 * side_ + 2 : pivot_joint[end_];
@@ -201,7 +204,7 @@ private:
         add(n.limits, joint, along < 0 && side_ == 0 ? -1.0 : 1.0, n.theta[joint], n.theta[joint]);
     }
 
-    /// Adds the psi at which two joints rotate about one axis at that psi alone.
+    /// Adds the isolated psi at which two joints rotate around one axis.
     void add_needles(const SelfMotion<double>& m, const JointFunctions<double>& shoulder,
                      const JointFunctions<double>& wrist) noexcept {
         if (elbow_status(m, t_) != Status::OK) return;
@@ -211,9 +214,10 @@ private:
 
 }  // namespace detail
 
-/// Angles alpha (rad) such that some branch and arm angle solves the pose, turned by alpha about axis 1 of
-/// the base or axis 7 (the flange's z), within the limits. Ends carry joint 1 or 7 and its limit (joint 3 if
-/// joints 1 and 3 rotate about one axis). OK, or the obstruction of the *other* joints.
+/// Computes the angles alpha (rad) such that some branch and arm angle solves the pose, rotated by alpha
+/// around axis 1 of the base or axis 7 (the flange's z), within the limits. The ends are tagged with joint 1
+/// or 7 and its limit (joint 3 if joints 1 and 3 rotate around one axis). OK, or the obstruction by the other
+/// joints.
 inline Status turn_arcs(const Arm& arm, const Pose<double>& pose, const LimitTable& t, Turned turned,
                         ArcSet& out) noexcept {
     return detail::TurnArcs(arm, t, turned).find(pose, circle(arm, flange_pose(arm, pose)), out);
