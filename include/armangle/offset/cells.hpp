@@ -23,7 +23,8 @@ inline constexpr int depth = 32;  // halvings of a cell; narrowest is reached be
 inline constexpr int root_steps = 60;
 }  // namespace offset_rule
 
-/// cut_off of elbow.hpp with its slope, which is known where the value is.
+/// Like cut_off of elbow.hpp on a jet: 0 if a gap is within rounding, else the given value. The derivatives
+/// are known only if the case is decided.
 template <int K>
 Jet<Interval, K> cut_off(const Jet<Interval, K>& gap, const Jet<Interval, K>& rounding,
                          const Jet<Interval, K>& value) noexcept {
@@ -35,30 +36,31 @@ Jet<Interval, K> cut_off(const Jet<Interval, K>& gap, const Jet<Interval, K>& ro
 
 namespace detail {
 
-/// The self-motion of a pose and branch, evaluated at a value of the free joint or over a cell of them.
+/// The joints of a pose and branch, at a value of the free joint or bounded over a cell of such values.
 class OffsetCells {
 public:
     OffsetCells(const OffsetArm& arm, const Pose<double>& pose, int gc) noexcept
         : arm_(arm), motion_(offset_motion(arm, pose, gc)) {}
 
-    /// g^2 - t^2 of a value within reach; -infinity beyond it.
+    /// The value g^2 - t^2 (m^2) at a value of the free joint (rad), negative if there is no solution;
+    /// -infinity if the wrist is out of reach.
     double inside(double free) const noexcept {
         const OffsetWrist<double> wrist = offset_wrist(arm_, motion_, sin_cos(to_theta(arm_.rest, 6, free)));
         return wrist.excess <= 0 ? wrist.inside : -infinity;
     }
 
-    /// theta of all joints at a value of the free joint that has a posture.
+    /// The model angles theta (rad) of all joints at a value of the free joint that has a solution.
     void at(double free, double* theta) const noexcept {
         const SinCos<double> theta_7 = sin_cos(to_theta(arm_.rest, 6, free));
         const OffsetWrist<double> wrist = offset_wrist(arm_, motion_, theta_7);
         angles(directions(motion_, wrist, theta_7, sqrt(max(wrist.inside, 0.0)))).store(theta);
     }
-    /// The same with two derivatives by the free joint.
+    /// The same with two derivatives with respect to the free joint.
     void at(double free, Jet<double, 2> (&theta)[joints]) const noexcept {
         angles_along(arm_, motion_, free, theta);
     }
 
-    /// What is known of postures over a cell.
+    /// Bounds of the joints over a cell.
     struct Over {
         Known exists;   // inside: at every value of the cell; outside: at none
         bool beyond;    // out of reach all over the cell
@@ -66,14 +68,15 @@ public:
         JointOver joint[joints];
     };
 
-    /// A cell looked at as far as the wrist.
+    /// The part of a cell's computation that ends at the wrist.
     struct Begun {
         double middle, half;
         SinCos<Jet<Interval, 1>> theta_7;
         OffsetWrist<Jet<Interval, 1>> wrist;
     };
 
-    /// Whether there are postures over the cell [middle - half, middle + half], and joints 4 and 7.
+    /// Computes whether solutions exist over the cell [middle - half, middle + half], and bounds of joints 4
+    /// and 7.
     void begin(double middle, double half, Begun& begun, Over& out) const noexcept {
         using Cell = Jet<Interval, 1>;
         const Cell free = Cell::variable({below(middle - half), above(middle + half)});
@@ -95,8 +98,8 @@ public:
         out.joint[6] = enclosed(begun.theta_7.sin, begun.theta_7.cos);
     }
 
-    /// All joints over a cell that is not outside. Where exists is open they hold for the postures that there
-    /// are.
+    /// Completes the bounds of all joints over a cell that is not outside. If the existence is undecided,
+    /// they hold for those values that have a solution.
     void finish(const Begun& begun, Over& out) const noexcept {
         using Cell = Jet<Interval, 1>;
         const Directions<Cell> d = directions(motion_, begun.wrist, begun.theta_7, sqrt(begun.wrist.inside));
@@ -111,7 +114,8 @@ public:
     }
 
 private:
-    /// What a function encloses over a cell, by its values and by its value at the middle and its slope.
+    /// The range of a function over a cell, as the intersection of its values and of the bound from its value
+    /// at the middle and its slope.
     static Interval mean_value(const Jet<Interval, 1>& over, double middle, double half,
                                double rounding) noexcept {
         const Interval slope = over.coefficient[1];
@@ -120,7 +124,7 @@ private:
         return meet(over.value(), {middle - reach, middle + reach});
     }
 
-    /// A joint about the middle of what its direction encloses.
+    /// Bounds a joint by its direction vector alone, without a value at the middle.
     static JointOver enclosed(const Jet<Interval, 1>& y, const Jet<Interval, 1>& x) noexcept {
         const double down = y.value().middle(), along = x.value().middle(), size = hypot(down, along);
         const bool known = size > 0 && size < infinity;
@@ -132,8 +136,8 @@ private:
     OffsetMotion<> motion_;
 };
 
-/// Judges cells of the free joint by the limits: a cell is outside, or a piece of it is proven to be inside
-/// and the rest to be outside, or it is open. Cells: OffsetCells, or the same of another arm.
+/// Decides cells of the free joint by the joint limits: a cell is outside; or a piece of it is proven inside
+/// and the rest outside; or it is undecided. Cells: OffsetCells, or the same class for another kind of arm.
 template <class Cells>
 class CellJudge {
 public:
@@ -143,7 +147,8 @@ public:
 
     const Cells cells;
 
-    /// Judges [lower, upper]. Known::inside: `piece` is what keeps the limits there, perhaps nothing.
+    /// Decides [lower, upper]. If the result is Known::inside, `piece` is the part that keeps the limits,
+    /// perhaps empty.
     Known look(double lower, double upper, typename Cells::Over& cell, Piece& piece) noexcept {
         ++looks_;
         piece = {lower, upper, 0, 0};
@@ -178,16 +183,16 @@ public:
         return Known::inside;
     }
 
-    /// How many cells were looked at.
+    /// The number of cells that were examined.
     int looks() const noexcept { return looks_; }
-    /// Why there is nothing, of a circle that was looked at whole.
+    /// The reason why a whole circle without any inside piece has none.
     Status refusal() const noexcept {
         if (exists_) return Status::LIMITS;
         return within_reach_ ? Status::NO_POSTURE : Status::UNREACHABLE;
     }
 
 private:
-    /// Whether a joint keeps a range over a cell.
+    /// Whether a joint keeps its range over a cell: inside, outside or undecided.
     static Known found(const ThetaRanges::One& range, const JointOver& joint) noexcept {
         const double about = wrap(joint.middle - range.middle);
         const double from = about + joint.off.lo, to = about + joint.off.hi;
@@ -196,13 +201,14 @@ private:
         return !turned_round && (from > range.half || to < -range.half) ? Known::outside : Known::open;
     }
 
-    /// A cell on which a limit is broken throughout.
+    /// Records a cell in which a limit is violated throughout.
     Known broken(const typename Cells::Over& cell) noexcept {
         exists_ = exists_ || cell.exists == Known::inside;
         return Known::outside;
     }
 
-    /// Cuts a piece to where g^2 - t^2 is not negative: it rises or falls over the whole cell.
+    /// Cuts a piece down to where g^2 - t^2 is not negative; false unless that is monotonic over the whole
+    /// cell.
     bool cut_at_fold(const Interval& slope, Piece& piece) const noexcept {
         if (!(slope.lo > 0 || slope.hi < 0)) return false;
         const auto gap = [this](double free) noexcept { return cells.inside(free); };
@@ -212,7 +218,7 @@ private:
         return true;
     }
 
-    /// Cuts a piece to where a joint keeps its range; false where its slope does not say.
+    /// Cuts a piece down to where a joint keeps its range; false unless the joint is monotonic over the cell.
     bool cut(const ThetaRanges::One& range, const JointOver& joint, Piece& piece) const noexcept {
         if (!(joint.slope.lo > 0 || joint.slope.hi < 0)) return false;
         const double about = wrap(joint.middle - range.middle);
@@ -233,8 +239,8 @@ private:
         return true;
     }
 
-    /// Cuts a piece to where a function that rises or falls all over it is not negative; at an end of the
-    /// piece up to `slack`: of a locked joint one value is left.
+    /// Cuts a piece down to where a monotonic function is not negative. At an end of the piece values down to
+    /// -`slack` count, so that a locked joint keeps one value.
     template <class F>
     static void keep_positive(const F& f, double slack, Tag tag, Piece& piece) noexcept {
         const double a = f(piece.lower), b = f(piece.upper);
@@ -253,7 +259,7 @@ private:
         (kept_a ? piece.upper_tag : piece.lower_tag) = tag;
     }
 
-    /// The root of f in [a, b], whose ends have values of two signs: regula falsi (Illinois).
+    /// The root of f in [a, b], whose values at the ends have opposite signs, by regula falsi (Illinois).
     template <class F>
     static double root(const F& f, double a, double fa, double b, double fb) noexcept {
         for (int pass = 0; pass < offset_rule::root_steps && b - a > 1e-15 * (1.0 + abs(a)); ++pass) {

@@ -18,16 +18,17 @@ namespace offset_rule {
 inline constexpr double farthest_secant = 20.0;  // of the last change of what was found
 }  // namespace offset_rule
 
-/// Where the rows without the offset lead, seen from the true tool.
+/// The rigid transform, in the user's frame, from the end effector's pose at joints q to the pose that the
+/// arm without the offset would have.
 inline Pose<double> correction(const OffsetArm& arm, const double* q) noexcept {
     return tool_pose(arm.own, q) * inverted(tool_pose(arm, q));
 }
 
-/// What of an arm with an offset keeps clear of obstacles: its true links.
+/// The arm whose links must avoid obstacles: the arm with its offset.
 inline const OffsetArm& body(const OffsetArm& arm) noexcept { return arm; }
 
-/// What to show next: where the secant through the last two guesses says that what is found is what is shown.
-/// Both move along one curve, that of the free joint.
+/// The next target for the tracker of the arm without the offset, by a secant step through the last two
+/// guesses.
 inline Pose<double> next_guess(const OffsetArm&, const Guess& last, const Guess& now) noexcept {
     const Vec3<double> off = now.found.position - now.shown.position;
     const Vec3<double> change = off - (last.found.position - last.shown.position);
@@ -38,13 +39,15 @@ inline Pose<double> next_guess(const OffsetArm&, const Guess& last, const Guess&
     return next;
 }
 
-/// An elbow hint as the rows see it: behind a_1 all is shifted, before a_6 nothing is.
+/// The elbow's target for the arm without the offset. With the offset before the shoulder, a point is shifted
+/// like the tool.
 inline Towards seen_hint(const OffsetArm& arm, const Pose<double>& seen, Towards elbow) noexcept {
     if (arm.mirrored && elbow.wish == Wish::point) elbow.target = elbow.target + seen.position;
     return elbow;
 }
 
-/// A solution of a target in branch gc within these limits, collision-free, that is near in time.
+/// A collision-free solution of a target in branch gc within these limits that the joints reach in a short
+/// time.
 inline Nearest resting_solution(const OffsetArm& arm, const Limits& limits, const Scene* scene,
                                 const Pose<double>& pose, int gc, const NearestOptions& options) noexcept {
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};

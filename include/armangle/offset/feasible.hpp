@@ -18,34 +18,35 @@
 
 namespace armangle {
 
-/// How the feasible intervals are found.
+/// Parameters of OffsetArcs.
 struct OffsetArcsTuning {
     TrigRootsTuning roots;
-    /// Cells that all branches of a pose may take for their undecided pieces.
+    /// The number of cells that all branches of a pose together may use for undecided pieces.
     int looks = 1200;
-    /// Half width (rad) of a cell that is given up.
+    /// Cells narrower than this half width (rad) are abandoned.
     double narrowest = 1e-9;
-    /// Roots nearer to each other than this (rad) are one place: an arc between them would be one angle.
+    /// Roots nearer to each other than this (rad) are one place, since an arc between them would be a single
+    /// angle.
     double one_place = tolerance::angle;
-    /// A place of more than one root that is wider than this (rad) is undecided.
+    /// A place with more than one root that is wider than this (rad) is undecided.
     double widest_place = 4e-9;
-    /// How far (rad) beside a place its end is looked for before the next root.
+    /// How far (rad) from a place its end may be searched before the next root.
     double beside = 1e-11;
-    /// Steps of regula falsi to an end, and every how many one bisects.
+    /// Steps of regula falsi to an end; every `bisected`-th one bisects.
     int end_steps = 40;
     int bisected = 4;
-    /// Looks at eight values each for a value that is feasible by itself.
+    /// The number of rounds of eight values that search an isolated feasible value.
     int alone_looks = 10;
-    /// Unproven circle (rad) that may hide an arc.
+    /// The unproven length (rad) that may hide an arc.
     double hidden = 1e-6;
 };
 
 namespace detail {
 
-/// The arcs of one pose within limits, branch by branch.
+/// Computes the arcs of one pose within limits, branch by branch.
 class OffsetArcs {
 public:
-    /// Limits in the robot's order.
+    /// The limits are given in the robot's joint order.
     OffsetArcs(const OffsetArm& arm, const Pose<double>& pose, const Limits& limits,
                const OffsetArcsTuning& tuning) noexcept
         : arm_(arm),
@@ -56,7 +57,8 @@ public:
           kappa_(forms_.kappa()),
           looks_(tuning.looks) {}
 
-    /// The arcs of branch gc (0..7), of as many branches still to be found.
+    /// Computes the arcs of branch gc (0..7). `branches` is the number of branches still to be computed,
+    /// which share the cells.
     void find(int gc, int branches, ProvenArcs& out) noexcept {
         make_empty(out.arcs);
         make_empty(out.open);
@@ -93,14 +95,14 @@ public:
 private:
     static constexpr int most_places = 256, most_forms = 2 * ThetaRanges::capacity + 3, most_cells = 1024;
 
-    /// Where a verdict may change: roots of one or more forms. A root of a locked joint counts twice, and so
-    /// does what may be more than one root.
+    /// A place where the verdict may change: roots of one or more limits. A root of a locked joint counts
+    /// twice, and so does an enclosure that may contain several roots.
     struct Place {
         double lower, upper;  // lower in [-pi, pi)
         int roots;
     };
-    /// The circle as one elbow sees it: places, and behind each a segment up to the next, which may hold
-    /// postures or not. Without a place the circle is one segment.
+    /// The circle of the free joint for one elbow sign: places, and after each a segment up to the next one,
+    /// which may have solutions or not. Without a place the whole circle is one segment.
     struct Circle {
         bool made = false, within_reach = false;
         int count = 0;
@@ -111,7 +113,7 @@ private:
         int before(int i) const noexcept { return i > 0 ? i - 1 : count - 1; }
         int behind(int i) const noexcept { return i + 1 < count ? i + 1 : 0; }
     };
-    /// What is found of one branch; ends are those of the segments inside.
+    /// The results of one branch; the ends belong to the segments inside.
     struct Branch {
         Branch(const OffsetMotion<>& m, int index) noexcept : motion(m), gc(index) {}
         OffsetMotion<> motion;
@@ -127,14 +129,14 @@ private:
         BentForm form;
         bool locked;
     };
-    /// By how much eight postures keep the limits: the least of the joints (rad), of g^2 - t^2 and of the
-    /// reach (shares of the arm's), which of them it is, and where there is a posture.
+    /// The margins of eight values of the free joint: the least of the joint limits (rad), of g^2 - t^2 and
+    /// of the reach (as shares of the arm's), which of them is the least, and where a solution exists.
     struct Margin {
         RootLanes least, which;
         RootLanes asked;  // by how much the limit that was asked for is kept
         LaneMask<8> exists;
     };
-    /// An end to be found between a value that is inside and one that is not.
+    /// An end of a feasible interval, to be found between a value inside and one outside.
     struct End {
         double inside, outside, far_inside, far_outside;
         int segment;
@@ -156,7 +158,7 @@ private:
 
     // -- places
 
-    /// Finds where the verdicts of an elbow's branches may change.
+    /// Finds the places where the verdicts of the branches with one elbow sign may change.
     void make_circle(double elbow, Circle& circle) noexcept {
         circle.made = true;
         circle.count = 0;
@@ -224,7 +226,7 @@ private:
         }
     }
 
-    /// Sorts places, and makes one of those that are nearer to each other than an arc may be short.
+    /// Sorts places and joins those that are too near to each other for an arc between them.
     void join(Circle& circle) const noexcept {
         std::sort(circle.place, circle.place + circle.count,
                   [](const Place& a, const Place& b) { return a.lower < b.lower; });
@@ -265,7 +267,7 @@ private:
         return kappa_.c[0] + kappa_.c[1] * at.cos + kappa_.s[1] * at.sin;
     }
 
-    /// Whether reach and joints 4 and 7 leave a value.
+    /// Whether reach and the limits of joints 4 and 7 permit a value of theta_7.
     bool possible(double elbow, double x) const noexcept {
         const double kappa = kappa_at(x);
         if (!(abs(kappa) <= 1.0)) return false;
@@ -279,7 +281,8 @@ private:
         return true;
     }
 
-    /// The forms of the limits of joints 1, 2, 3, 5 and 6, of the folds, and of what has no axis 5.
+    /// Collects the equations of the limits of joints 1, 2, 3, 5 and 6, of the folds, and of the values at
+    /// which axis 5 is undefined.
     void find_limits() noexcept {
         const auto put = [this](const BentForm& form, bool is_locked) {
             limit_[limits_++] = {form, is_locked};
@@ -306,8 +309,8 @@ private:
 
     // -- verdicts
 
-    /// Limits have numbers: 2 i and 2 i + 1 are the lower and the upper end of range i, then come fold and
-    /// reach.
+    /// Computes the margins of eight values. Limits are numbered: 2 i and 2 i + 1 are the lower and the upper
+    /// end of range i, then follow fold and reach.
     Margin margin(const OffsetMotion<>& motion, const RootLanes& x,
                   const RootLanes& asked = RootLanes(0.0)) const noexcept {
         const SinCos<RootLanes> theta_7 = sin_cos(x);
@@ -343,7 +346,7 @@ private:
         return make_tag(second ? 4 : 5, Side::near_singular);
     }
 
-    /// Whether each segment is inside, by its middle.
+    /// Decides each segment by its middle.
     void judge_segments(const Circle& circle, Branch& branch) const noexcept {
         const int n = circle.count > 0 ? circle.count : 1;
         int asked[8], count = 0;
@@ -368,7 +371,7 @@ private:
 
     // -- ends
 
-    /// The ends of the segments that are inside, and places that are feasible by themselves.
+    /// Finds the ends of the segments inside, and isolated feasible values.
     void find_ends(const Circle& circle, Branch& branch) noexcept {
         End end[8];
         int count = 0;
@@ -410,7 +413,7 @@ private:
         if (count > 0) settle_ends(end, count, branch);
     }
 
-    /// Finds eight ends by regula falsi (Illinois) on the limit that is broken beyond each.
+    /// Finds eight ends at once by regula falsi (Illinois) on the limit that is violated beyond each.
     void settle_ends(const End* end, int count, Branch& branch) const noexcept {
         double in[8], out[8];
         for (int i = 0; i < 8; ++i) {
@@ -458,7 +461,7 @@ private:
         }
     }
 
-    /// Keeps a value that is feasible by itself: where two limits meet, or of a locked joint.
+    /// Searches a feasible value at a single place, where two limits meet or a joint is locked, and keeps it.
     void find_alone(const Place& place, Branch& branch) const noexcept {
         double lower = place.lower - tuning_.beside, upper = place.upper + tuning_.beside;
         double best = -infinity, value = lower;
@@ -487,7 +490,7 @@ private:
 
     // -- what is undecided
 
-    /// Judges an undecided place by interval cells, as far as looks are left.
+    /// Decides an undecided place by interval cells, as far as the budget allows.
     void judge_place(double lower, double upper, Branch& branch) noexcept {
         struct Cell {
             double lower, upper;
@@ -522,7 +525,7 @@ private:
         branch.exists = branch.exists || judge.refusal() == Status::LIMITS;
     }
 
-    /// Why a branch holds nothing.
+    /// The reason why a branch has no solution.
     Status refusal(const Circle& circle, const Branch& branch) noexcept {
         if (branch.exists) return Status::LIMITS;
         if (!circle.within_reach) return Status::UNREACHABLE;
@@ -551,7 +554,7 @@ private:
 
     // -- pieces
 
-    /// Adds a piece of theta_7, of any lift, as one of the free joint.
+    /// Adds a piece of theta_7, on any multiple of 2 pi, as a piece of the free joint.
     void add(double lower, double upper, Tag lower_tag, Tag upper_tag, Pieces& pieces) const noexcept {
         const double sign = arm_.rest.sign[6], p = to_q(lower, sign, arm_.rest.offset[6]),
                      q = to_q(upper, sign, arm_.rest.offset[6]);
@@ -560,7 +563,7 @@ private:
         else
             add_free({q, p, upper_tag, lower_tag}, pieces);
     }
-    /// Adds a piece of the free joint, of any lift.
+    /// Adds a piece of the free joint, on any multiple of 2 pi.
     static void add_free(Piece piece, Pieces& pieces) noexcept {
         const double start = wrap(piece.lower) >= pi ? -pi : wrap(piece.lower), by = start - piece.lower;
         piece.lower = start;
@@ -585,8 +588,8 @@ private:
 
 }  // namespace detail
 
-/// The values of the free joint at which branch gc holds a pose within limits of the joints, in the robot's
-/// order.
+/// Computes the values of the free joint at which branch gc solves a pose within limits of the joints, which
+/// are in the robot's order.
 inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, const Limits& limits,
                      ProvenArcs& out, const OffsetArcsTuning& tuning = {}) noexcept {
     detail::OffsetArcs(arm, pose, limits, tuning).find(gc, 1, out);
@@ -597,14 +600,14 @@ inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, Pro
     feasible(arm, pose, gc, arm.own.limits, out);
 }
 
-/// The same of all branches, which share the roots.
+/// The same for all eight branches, which share the roots.
 inline void feasible_all(const OffsetArm& arm, const Pose<double>& pose, const Limits& limits,
                          ProvenArcs (&out)[configurations], const OffsetArcsTuning& tuning = {}) noexcept {
     detail::OffsetArcs all(arm, pose, limits, tuning);
     for (int gc = 0; gc < configurations; ++gc) all.find(gc, configurations - gc, out[gc]);
 }
 
-/// The same arcs, whose ends name the robot's joints.
+/// The same arcs with tags that name the robot's joints.
 inline ArcSet in_robot_order(const OffsetArm& arm, ArcSet arcs) noexcept {
     const auto named = [&arm](Tag tag) {
         const int joint = tag_joint(tag);
@@ -617,8 +620,8 @@ inline ArcSet in_robot_order(const OffsetArm& arm, ArcSet arcs) noexcept {
     return arcs;
 }
 
-/// The value in q of the robot's joint that makes an end of an arc at a value of the free joint; NaN without
-/// a joint.
+/// The value q (rad) of the robot's joint that causes an end of an arc at a value of the free joint; NaN if
+/// no joint does.
 inline double end_value(const OffsetArm& arm, const Pose<double>& pose, int gc, Tag tag,
                         double free) noexcept {
     const int joint = tag_joint(tag) - 1;

@@ -11,20 +11,20 @@
 
 namespace armangle {
 
-/// Stands where an S-R-S arm has its LimitTable: an arm with an offset has its limits in its rows, and no
-/// margin.
+/// Takes the place of the LimitTable of an S-R-S arm. An arm with an offset uses the limits in its
+/// parameters, without a margin.
 struct OffsetLimits {};
 inline OffsetLimits limit_table(const OffsetArm&, double) noexcept { return {}; }
 
 namespace detail {
 
-/// Whether a branch that is empty, but for what is unproven, holds a pose.
+/// Whether a branch without proven arcs has a solution in its unproven part, by numerical search.
 [[gnu::noinline, gnu::cold]] inline bool holds_unproven(const OffsetArm& arm, const Pose<double>& pose,
                                                         int gc) noexcept {
     return nearest(arm, pose, nullptr, nullptr, 1u << gc).status == Status::OK;
 }
 
-/// Freedom from the intervals of each branch, within the limits of the arm.
+/// Computes the freedom from the arcs of each branch, within the limits of the arm.
 inline Freedom freedom_of(const OffsetArm& arm, const Pose<double>& pose,
                           const ProvenArcs (&found)[configurations]) noexcept {
     Freedom out{0, 0, 0, 0, Status::UNREACHABLE};
@@ -43,14 +43,14 @@ inline Freedom freedom_of(const OffsetArm& arm, const Pose<double>& pose,
 
 }  // namespace detail
 
-/// Freedom of a user's pose within the limits of the arm.
+/// Computes the freedom of a user's pose within the limits of the arm.
 inline Freedom freedom(const OffsetArm& arm, const Pose<double>& pose, OffsetLimits) noexcept {
     ProvenArcs found[configurations];
     feasible_all(arm, pose, arm.own.limits, found);
     return detail::freedom_of(arm, pose, found);
 }
 
-/// Whether any branch and value of the free joint holds a pose within the limits.
+/// Whether any branch and value of the free joint solves a pose within the limits.
 inline bool is_reachable(const OffsetArm& arm, const Pose<double>& pose, OffsetLimits) noexcept {
     const OffsetArcsTuning tuning;
     detail::OffsetArcs all(arm, pose, arm.own.limits, tuning);

@@ -19,7 +19,7 @@ namespace armangle {
 
 namespace detail {
 
-/// Inverts a matrix with complete pivoting; false if a pivot vanishes beside entries of size one.
+/// Inverts a matrix with complete pivoting; false if a pivot is negligible compared to entries of size one.
 inline bool invert(double (&m)[joints][joints], double (&out)[joints][joints]) noexcept {
     for (int i = 0; i < joints; ++i)
         for (int k = 0; k < joints; ++k) out[i][k] = i == k ? 1.0 : 0.0;
@@ -63,7 +63,7 @@ inline bool invert(double (&m)[joints][joints], double (&out)[joints][joints]) n
     return true;
 }
 
-/// M^-1 at joints q. Where M is singular all rows but the free joint's are infinite.
+/// Computes M^-1 at joints q. If M is singular, all rows but that of the free joint are infinite.
 inline void derivatives_at(const OffsetArm& arm, const Jacobian& jac,
                            double (&out)[joints][joints]) noexcept {
     const int free = robot_joint(arm, joints - 1);
@@ -84,7 +84,7 @@ inline void derivatives_at(const OffsetArm& arm, const Jacobian& jac,
         }
 }
 
-/// dM u along a motion w of the joints, but for its seventh row, which is 0.
+/// Computes (dM) u for a motion w of the joints, without its seventh row, which is 0.
 inline void jacobian_change(const Jacobian& jac, const double* w, const double* u,
                             double (&out)[6]) noexcept {
     const auto linear = [&jac](int i) {
@@ -106,8 +106,8 @@ inline void jacobian_change(const Jacobian& jac, const double* w, const double* 
 
 }  // namespace detail
 
-/// Derivatives of the joints at (pose, free joint, gc). OK, or a status of inverse() with all numbers NaN.
-/// Infinite for all joints but the free one where they do not exist.
+/// The derivatives of the joints at (pose, free joint, gc). Status OK, or a status of inverse() with all
+/// numbers NaN. Derivatives that do not exist are infinite.
 inline Derivatives inverse_derivative(const OffsetArm& arm, const Pose<double>& pose, double free,
                                       int gc) noexcept {
     Derivatives out;
@@ -119,8 +119,8 @@ inline Derivatives inverse_derivative(const OffsetArm& arm, const Pose<double>& 
     return out;
 }
 
-/// Derivatives of dq_j/dfree for each joint by the twist and by the free joint, in the seven columns of
-/// Derivatives.
+/// The derivatives of dq_j/dfree for each joint with respect to the twist and to the free joint, in the seven
+/// columns of Derivatives.
 inline void slope_derivatives(const OffsetArm& arm, const Pose<double>& pose, double free, int gc,
                               double (&out)[joints][joints]) noexcept {
     const Inverse at = inverse(arm, pose, free, gc);
@@ -139,10 +139,10 @@ inline void slope_derivatives(const OffsetArm& arm, const Pose<double>& pose, do
     }
 }
 
-/// Where two joints share a turn the derivatives are infinite, and say so themselves.
+/// Always false: where two joints rotate around one axis, the derivatives are infinite anyway.
 inline bool shares_a_turn(const OffsetArm&, const double*) noexcept { return false; }
 
-/// The free joint moves every other.
+/// Always false: every other joint moves with the free joint.
 inline bool is_fixed_by_pose(const OffsetArm&, int) noexcept { return false; }
 
 }  // namespace armangle

@@ -23,8 +23,8 @@ namespace detail {
 
 inline constexpr int form_samples = 16;
 
-/// cos and sin of a turn's 16th parts, and with them the transform: column k < 9 is that of cos kx, k > 8
-/// that of sin (k - 8)x.
+/// Cosine and sine of multiples of 2 pi / 16, and the matrix of the discrete transform: column k < 9 belongs
+/// to cos kx, column k > 8 to sin (k - 8)x.
 struct FormTables {
     double c[form_samples], s[form_samples];
     double transform[form_samples][form_samples];
@@ -41,7 +41,7 @@ struct FormTables {
     }
 
 private:
-    /// cos(2 pi i / 16), of each quarter the same numbers.
+    /// The value cos(2 pi i / 16), with the same digits in each quadrant.
     static double turn(int i) noexcept {
         constexpr double part[] = {1.0, 0.92387953251128674, 0.70710678118654752, 0.38268343236508977, 0.0};
         i &= 15;
@@ -53,7 +53,8 @@ inline const FormTables form_tables;
 
 }  // namespace detail
 
-/// The limits of one pose as functions of theta_7.
+/// The limits of one pose as functions of theta_7; each member returns a function that is 0 where a joint has
+/// the given angle.
 class LimitForms {
 public:
     LimitForms(const OffsetArm& arm, const OffsetMotion<>& m) noexcept : arm_(arm.rest), a_6_(arm.a_6) {
@@ -102,18 +103,19 @@ public:
         }
     }
 
-    /// cos eta, by which theta_4 - delta = elbow eta.
+    /// The polynomial cos eta, where theta_4 - delta = elbow eta.
     TrigPolynomial kappa() const noexcept { return linear(kappa_[0], kappa_[1], kappa_[2]); }
 
-    /// 0 where the bend of the elbow has this cosine: 1 and -1 are the ends of the reach.
+    /// The function that is 0 where the bend of the elbow has this cosine; 1 and -1 are the ends of the
+    /// reach.
     BentForm bend(double cosine) const noexcept {
         return {linear(kappa_[0] - of_angle(cosine), kappa_[1], kappa_[2]), {}, false};
     }
 
-    /// |w x y6|^2: 0 where every direction of axis 5 would do.
+    /// The function |w x y6|^2, which is 0 where axis 5 may have any direction.
     BentForm across() const noexcept { return {transformed(across_2_, 2), {}, false}; }
 
-    /// t + g sine: 0 where sin theta_5 = sine; 1 and -1 are the folds.
+    /// The function t + g sine, which is 0 where sin theta_5 = sine; 1 and -1 are the folds.
     BentForm theta_5(double sine) const noexcept {
         const Number by = of_angle(sine), straight = in_kappa(arm_.d_se, arm_.a_3) * by;
         const Number odd = in_sigma(arm_.d_se, arm_.a_3) * by;
@@ -122,7 +124,7 @@ public:
                 linear(odd, 0.0, 0.0), true};
     }
 
-    /// h + sin (w.x6) - cos (w.z7), from z4 = -sin theta_6 x6 + cos theta_6 z7.
+    /// The function h + sin (w.x6) - cos (w.z7) for theta_6 = at, from z4 = -sin theta_6 x6 + cos theta_6 z7.
     BentForm theta_6(double at) const noexcept {
         const SinCos<Number> angle = direction(at);
         const Number straight = in_kappa(-arm_.a_3, arm_.d_se), odd = in_sigma(-arm_.a_3, arm_.d_se);
@@ -132,7 +134,8 @@ public:
         return {even, linear(odd, 0.0, 0.0), bends_};
     }
 
-    /// theta_1 = at or at + pi: N = k n, m = -s4 w.n, n = (-sin, cos, 0), k = a_3 + a_4 c4 - d_ew s4.
+    /// The function for theta_1 = at or at + pi: N = k n, m = -s4 w.n, n = (-sin, cos, 0), k = a_3 + a_4 c4 -
+    /// d_ew s4.
     BentForm theta_1(double at) const noexcept {
         const SinCos<Number> angle = direction(at);
         const auto along = [&](const Samples(&v)[3]) {
@@ -144,7 +147,7 @@ public:
         return unit_form(cc_ * (w * w), s4_k_ * -w, w - t_ * y, y, normal, 3);
     }
 
-    /// theta_2 = at or -at: N = k z0, m = g cos theta_2 - s4 w.z0.
+    /// The function for theta_2 = at or -at: N = k z0, m = g cos theta_2 - s4 w.z0.
     BentForm theta_2(double at) const noexcept {
         const Samples cosine = all(direction(at).cos), &w = w_[2], &y = y_[2];
         const Samples beside = w - t_ * y, u = all(arm_.d_se) * cosine - w;
@@ -160,7 +163,8 @@ public:
         return unit_form(square, mixed, beside, y, normal_[2], 3);
     }
 
-    /// theta_3 = at or at + pi: N = sin q z0 - cos (w x z0), m = sin c4 w.z0, q = d_se + d_ew c4 + a_4 s4.
+    /// The function for theta_3 = at or at + pi: N = sin q z0 - cos (w x z0), m = sin c4 w.z0, q = d_se +
+    /// d_ew c4 + a_4 s4.
     BentForm theta_3(double at) const noexcept {
         const SinCos<Number> angle = direction(at);
         const Samples sine = all(angle.sin), cosine = all(angle.cos);
@@ -183,7 +187,7 @@ private:
     struct Vec {
         Number of[3];
     };
-    /// even + odd sigma.
+    /// A number even + odd sigma, with sigma = sin eta.
     struct Ring {
         Samples even, odd;
         ARMANGLE_INLINE friend Ring operator+(const Ring& a, const Ring& b) noexcept {
@@ -198,7 +202,7 @@ private:
     };
 
     static Number given(double x) noexcept { return {x, abs(x), 2.0 * Number::rounding * abs(x)}; }
-    /// A sine or cosine that was computed.
+    /// A computed sine or cosine, with its error.
     static Number of_angle(double x) noexcept { return {x, abs(x), tolerance::rounding}; }
     static SinCos<Number> direction(double at) noexcept {
         const SinCos<double> angle = sin_cos(at);
@@ -207,7 +211,7 @@ private:
     static Samples of(const Row& x) noexcept { return {x, 1.0, Number::rounding}; }
     static Samples all(const Number& x) noexcept { return {Row(x.value), x.size, x.radius}; }
     static Samples all(double x) noexcept { return Samples(x); }
-    /// The same with the size of the samples that there are.
+    /// The same with the size reduced to that of the samples.
     static Samples tight(const Samples& x) noexcept {
         double sample[detail::form_samples];
         abs(x.value).store(sample);
@@ -223,10 +227,10 @@ private:
         return {{p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]}};
     }
 
-    /// What a sin theta_4 + b cos theta_4 has of kappa, and of elbow sigma.
+    /// The coefficients of kappa and, below, of elbow sigma in a sin theta_4 + b cos theta_4.
     Number in_kappa(double a, double b) const noexcept { return sine_ * a + cosine_ * b; }
     Number in_sigma(double a, double b) const noexcept { return cosine_ * a - sine_ * b; }
-    /// fixed + a sin theta_4 + b cos theta_4.
+    /// The number fixed + a sin theta_4 + b cos theta_4.
     Ring ring(double fixed, double a, double b) const noexcept {
         return {all(fixed) + all(in_kappa(a, b)) * kappa_at_, all(in_sigma(a, b))};
     }
@@ -234,9 +238,9 @@ private:
         return {a.even * b.even + a.odd * b.odd * square_, a.even * b.odd + a.odd * b.even};
     }
 
-    /// What the forms of theta_1 and theta_2 have in common. Of an arm whose axes 3 and 5 are one at theta_4
-    /// = 0 they have the factor 4 sin^2(theta_4 / 2), which is left out; of one without elbow offsets sin^2
-    /// theta_4.
+    /// Computes what the functions of theta_1 and theta_2 share. If axes 3 and 5 coincide at theta_4 = 0,
+    /// they have the factor 4 sin^2(theta_4 / 2), which is left out; without elbow offsets the factor is
+    /// sin^2 theta_4.
     void prepare_shoulder() noexcept {
         const Samples a_3 = all(arm_.a_3), d_ew = all(arm_.d_ew), half = all(0.5);
         if (plain_) {
@@ -257,7 +261,7 @@ private:
         k_h_square_ = multiply(k_square_, h_square_);
     }
 
-    /// F of N = k n, n a unit vector: D m^2 - 2 h (m k) B + k^2 (h^2 (1 - y^2) - C^2).
+    /// The function F of N = k n for a unit vector n: D m^2 - 2 h (m k) B + k^2 (h^2 (1 - y^2) - C^2).
     BentForm unit_form(const Ring& m_square, const Ring& m_k, const Samples& b, const Samples& y,
                        const Samples& normal, int degree) const noexcept {
         const Ring first = m_square * across_2_ - multiply(h_, m_k) * (all(2.0) * b);
@@ -270,8 +274,8 @@ private:
         return {transformed(f.even, degree), transformed(f.odd, degree - 1), true};
     }
 
-    /// A polynomial of this degree from its samples. An error e of the samples makes one of a value of
-    /// (1 + 2 degree) e at most; the sums of the transform have 16 terms and tables of one rounding.
+    /// The polynomial of this degree through the samples, with its error. An error e of the samples changes a
+    /// value by at most (1 + 2 degree) e; the sums of the transform have 16 terms.
     static TrigPolynomial transformed(const Samples& f, int degree) noexcept {
         double sample[detail::form_samples], coefficient[detail::form_samples];
         f.value.store(sample);
@@ -291,7 +295,7 @@ private:
         return out;
     }
 
-    /// c0 + c1 cos + s1 sin.
+    /// The polynomial c0 + c1 cos + s1 sin.
     static TrigPolynomial linear(const Number& c0, const Number& c1, const Number& s1) noexcept {
         TrigPolynomial out;
         out.degree = 1;
@@ -302,8 +306,9 @@ private:
         return out;
     }
 
-    /// The rounding of a value: k-th cosines and sines, made one from the other, are off by 4 k roundings and
-    /// k times the error of x; then there are two for each term.
+    /// A bound of the rounding when a polynomial is evaluated. The k-th cosines and sines, each computed from
+    /// the one before, are off by 4 k roundings and k times the error of x; two more roundings are added for
+    /// each term.
     static double evaluation(const TrigPolynomial& p) noexcept {
         const double first = (2 * p.degree + 1) * Number::rounding * p.slope_bound(0);
         return first + (4.0 * Number::rounding + tolerance::rounding) * p.slope_bound(1);

@@ -17,8 +17,8 @@
 
 namespace armangle {
 
-/// An arm whose free joint, 7 (1 of a mirrored one), takes the place of psi. make_offset_arm is the only
-/// maker.
+/// An arm with an offset, whose free joint, 7 (1 if mirrored), takes the place of psi. Only make_offset_arm
+/// creates one.
 struct OffsetArm {
     Arm own;        // the rows but for the offset, as the robot has them
     Arm rest;       // the same in the order of the formulas, without base and tool
@@ -26,19 +26,20 @@ struct OffsetArm {
     bool mirrored;  // whether that order is the robot's from joint 7 to joint 1
 };
 
-/// The rows without the offset.
+/// The S-R-S arm without the offset, which supplies limits and parameters.
 inline const Arm& nominal(const OffsetArm& arm) noexcept { return arm.own; }
 
-/// A pose as it would be without the rounding of its numbers: its rotation is made exact. The reach depends
-/// on the free joint, so that no pose is drawn into it.
+/// The pose with an exact rotation. Its position is not moved into the reach, which depends on the free
+/// joint.
 inline Pose<double> within_rounding(const OffsetArm&, const Pose<double>& pose, double) noexcept {
     return {orthonormal(pose.rotation), pose.position};
 }
 
-/// Which of the robot's joints (0..6) is joint j of the formulas, and the other way round.
+/// Converts joint j (0..6) of the formulas to the robot's joint, and back.
 inline int robot_joint(const OffsetArm& arm, int j) noexcept { return arm.mirrored ? joints - 1 - j : j; }
 
-/// The arm of these rows with an offset between axes 6 and 7, or, `mirrored`, between axes 1 and 2.
+/// Creates an arm from DH parameters with an offset (m) between axes 6 and 7, or, if `mirrored`, between axes
+/// 1 and 2.
 inline OffsetArm make_offset_arm(const ArmParameters& parameters, double offset, bool mirrored) noexcept {
     ArmParameters rest = parameters;
     rest.base = rest.tool = identity_pose();
@@ -60,30 +61,30 @@ inline OffsetArm make_offset_arm(const ArmParameters& parameters, double offset,
     return {make_arm(parameters), make_arm(rest), mirrored ? -offset : offset, mirrored};
 }
 
-/// The arm of other parameters and the same offset.
+/// Creates an arm with other parameters and the same offset.
 inline OffsetArm remade(const OffsetArm& arm, const ArmParameters& parameters) noexcept {
     return make_offset_arm(parameters, arm.mirrored ? -arm.a_6 : arm.a_6, arm.mirrored);
 }
 
-/// C, a half turn about x.
+/// The rotation C by 180 degrees around x.
 inline constexpr Pose<double> half_turn_about_x{{{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}, {0, 0, 0}};
 
-/// C p^-1 C, the pose as a mirrored arm's formulas see it; its own inverse.
+/// The pose C p^-1 C, which a mirrored arm's formulas use; the function is its own inverse.
 template <class T>
 Pose<T> mirrored_pose(const Pose<T>& p) noexcept {
     const Pose<T> half_turn = spread<T>(half_turn_about_x);
     return half_turn * inverted(p) * half_turn;
 }
 
-/// The 0T7 of the formulas for a pose given by the user.
+/// The pose 0T7 that the formulas use for a pose given by the user.
 template <class T>
 Pose<T> flange_pose(const OffsetArm& arm, const Pose<T>& pose) noexcept {
     const Pose<T> flange = flange_pose(arm.own, pose);
     return arm.mirrored ? mirrored_pose(flange) : flange;
 }
 
-/// The DH frames 0..7 at joint values q, in the frame that poses are given in, with the offset in its row;
-/// the last is the flange, without the tool.
+/// Computes the DH frames 0..7 at joint values q, in the frame in which poses are given, with the offset in
+/// its row. The last one is the flange, without the tool.
 inline void frames(const OffsetArm& arm, const double* q, Pose<double> (&out)[joints + 1]) noexcept {
     frames(arm.own, q, out);
     const int row = arm.mirrored ? 1 : 6;
@@ -91,7 +92,7 @@ inline void frames(const OffsetArm& arm, const double* q, Pose<double> (&out)[jo
     for (int i = row; i <= joints; ++i) out[i].position = out[i].position + shift;
 }
 
-/// The pose of the tool at joint values q, as the user sees it.
+/// The pose of the end effector at joint values q, in the user's frame.
 inline Pose<double> tool_pose(const OffsetArm& arm, const double* q) noexcept {
     Pose<double> frame[joints + 1];
     frames(arm, q, frame);

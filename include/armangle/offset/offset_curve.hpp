@@ -20,7 +20,7 @@
 
 namespace armangle {
 
-/// The pose of the tool at joint values on any scalar.
+/// The pose of the end effector at joint values, for any scalar.
 template <class T>
 Pose<T> tool_pose(const OffsetArm& arm, const T* q) noexcept {
     SinCos<T> angle[joints];
@@ -37,14 +37,14 @@ Pose<T> tool_pose(const OffsetArm& arm, const T* q) noexcept {
     return user_pose(arm.own, flange);
 }
 
-/// A view: the arm, the path and the rows belong to others.
+/// The curve of an arm with an offset through rows; arm, path and rows belong to the caller.
 struct OffsetCurve {
     const OffsetArm& arm;
     std::span<const Segment> segments;
     std::span<const double> s, free;  // of the rows, two or more; s rises, free is lifted
     const double* q;                  // (n, 7)
 
-    /// The posture at s next to the straight way from row to row; NaN where there is none.
+    /// The configuration at s nearest to the straight line between two rows; NaN if there is none.
     PlacedPosture at(double x) const noexcept {
         const Gap gap = gap_at(x);
         const double share = (x - gap.start) / gap.length;
@@ -59,8 +59,8 @@ struct OffsetCurve {
         return out;
     }
 
-    /// q', q'', q''' with respect to s: three rows of seven, at a row those of what follows. NaN where there
-    /// is no posture, or the arm is stretched.
+    /// The derivatives q', q'', q''' with respect to s: three rows of seven; at a row those of what follows.
+    /// NaN if there is no solution or the arm is stretched.
     void derivatives(double x, double* out) const noexcept {
         using J = Jet<double, 3>;
         std::fill(out, out + 3 * joints, not_a_number);
@@ -83,14 +83,14 @@ struct OffsetCurve {
     }
 
 private:
-    /// Times as fast as the free joint that the self-motion moves a joint which leads instead.
+    /// A joint leads instead of the free joint if the self-motion moves it this many times as fast.
     static constexpr double fast = 10.0;
 
     template <class T>
     using Equations = detail::SevenEquations<T>;
     using Row = Equations<double>::Row;
 
-    /// Two rows beside each other, and the joint (0..6) that leads from one to the next.
+    /// Two neighbouring rows, and the joint (0..6) that is linear between them.
     struct Gap {
         std::size_t row;
         const double *from, *to;  // (7,)
@@ -112,7 +112,7 @@ private:
         return {v.x.coefficient[k], v.y.coefficient[k], v.z.coefficient[k]};
     }
 
-    /// From one pose to the next: lengths as shares of the reach, and the turn, exact where it vanishes.
+    /// The difference from one pose to another: lengths as shares of the reach, and the rotation.
     template <class T>
     typename Equations<T>::Row rest(const Pose<T>& from, const Pose<T>& to) const noexcept {
         const Vec3<T> twice = cross(from.rotation.x, to.rotation.x) + cross(from.rotation.y, to.rotation.y) +
@@ -133,8 +133,8 @@ private:
         }
         return out;
     }
-    /// The free joint, or the joint that the self-motion moves fastest half way between two rows if that is
-    /// more than `fast` times as fast; the last joint if the arm is stretched.
+    /// The joint that is linear between two rows: the free joint, or the joint that the self-motion moves
+    /// fastest half way if it is more than `fast` times as fast; the last joint if the arm is stretched.
     int leader(const double* from, const double* to) const noexcept {
         double middle[joint_slots] = {};
         for (int j = 0; j < joints; ++j) middle[j] = from[j] + 0.5 * (to[j] - from[j]);
@@ -152,7 +152,8 @@ private:
         }
         return joints - 1;
     }
-    /// Newton's method from joints `at`, of which one stays.
+    /// Solves for the other joints by Newton's method from joints `at`, of which joint `lead` keeps its
+    /// value; false if it does not converge.
     bool solve(const Pose<double>& pose, int lead, double* at) const noexcept {
         double before = infinity;
         for (int round = 0;; ++round) {

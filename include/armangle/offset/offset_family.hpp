@@ -11,7 +11,8 @@
 
 namespace armangle {
 
-/// A view of an arm (self_motion/explicit_family.hpp).
+/// Adapts an arm with an offset to the functions that need an explicit family
+/// (self_motion/explicit_family.hpp, which explains the members).
 class OffsetFamily {
 public:
     /// `scene`: the obstacles, or null.
@@ -77,7 +78,7 @@ public:
         return max(nearest - arm_->rest.reach, arm_->rest.inner_reach - farthest);
     }
 
-    /// theta: of the robot's joints.
+    /// theta: angles of the robot's joints.
     template <class T, class Take>
     void singular_distances(const T* theta, const Take& take) const noexcept {
         const double zero[] = {0.0, arm_->rest.delta_angle};

@@ -20,14 +20,14 @@ namespace armangle {
 /// Signs of theta_2, theta_4 - delta and cos theta_5, with the index of configuration().
 using OffsetBranch = Configuration<double>;
 
-/// The branch of model angles in the order of the formulas.
+/// The branch of model angles theta (rad), which are in the order of the formulas.
 inline OffsetBranch offset_branch(const OffsetArm& arm, const double* theta) noexcept {
     const auto sign = [](double angle) { return wrap(angle) < 0 ? -1.0 : 1.0; };
     return {sign(theta[1]), sign(theta[3] - arm.rest.delta_angle),
             abs(wrap(theta[4])) > half_pi ? -1.0 : 1.0};
 }
 
-/// What a pose fixes, and the branch: what is left is theta_7.
+/// The data of a pose and a branch; only theta_7 remains free.
 template <class T = double>
 struct OffsetMotion {
     Vec3<T> from_shoulder;  // p - S: of frame 6's origin
@@ -35,7 +35,7 @@ struct OffsetMotion {
     OffsetBranch branch;
 };
 
-/// The self-motion of a pose in a branch (0..7).
+/// Computes the self-motion of a pose in a branch (0..7).
 template <class T>
 OffsetMotion<T> offset_motion(const OffsetArm& arm, const Pose<T>& pose, int gc) noexcept {
     const Pose<T> flange = flange_pose(arm, pose);
@@ -45,7 +45,7 @@ OffsetMotion<T> offset_motion(const OffsetArm& arm, const Pose<T>& pose, int gc)
 
 namespace detail {
 
-/// A vector of the pose in the scalar of theta_7: as it is, or the same in all lanes.
+/// Converts a vector of the pose to the scalar type of theta_7.
 template <class T, class U>
 Vec3<T> in_scalar(const Vec3<U>& v) noexcept {
     if constexpr (std::is_same_v<T, U>)
@@ -56,7 +56,7 @@ Vec3<T> in_scalar(const Vec3<U>& v) noexcept {
 
 }  // namespace detail
 
-/// The frames at one theta_7, as far as g and t: whether there is a posture.
+/// The wrist and elbow at one theta_7; they show whether a solution exists.
 template <class T>
 struct OffsetWrist {
     Vec3<T> x6, y6, w;
@@ -67,7 +67,7 @@ struct OffsetWrist {
     T excess;           // m beyond the reach, or inside the inner reach
 };
 
-/// Wrist and elbow at a theta_7.
+/// Computes them at a theta_7 (sine and cosine).
 template <class T, class U>
 OffsetWrist<T> offset_wrist(const OffsetArm& arm, const OffsetMotion<U>& m,
                             const SinCos<T>& theta_7) noexcept {
@@ -94,14 +94,14 @@ OffsetWrist<T> offset_wrist(const OffsetArm& arm, const OffsetMotion<U>& m,
     return out;
 }
 
-/// theta_5 where g is not 0: `root` is sqrt(g^2 - t^2).
+/// Sine and cosine of theta_5 if g is not 0; `root` is sqrt(g^2 - t^2).
 template <class T, class U>
 SinCos<T> theta_5_of(const OffsetMotion<U>& m, const OffsetWrist<T>& wrist, const T& root) noexcept {
     const T side = select(wrist.g < T(0.0), T(-1.0), T(1.0)), size = T(1.0) / abs(wrist.g);
     return {-(side * wrist.t) * size, T(m.branch.wrist) * root * size};
 }
 
-/// z_4, the direction of axis 5; r = g cos theta_5.
+/// The direction z_4 of axis 5; r = g cos theta_5.
 template <class T>
 Vec3<T> axis_5(const OffsetWrist<T>& wrist, const T& r) noexcept {
     const Vec3<T> across = cross(wrist.w, wrist.y6);
@@ -110,7 +110,7 @@ Vec3<T> axis_5(const OffsetWrist<T>& wrist, const T& r) noexcept {
     return combine(flat, wrist.h * scale, across, r * scale);
 }
 
-/// The seven angles as directions, where there is a posture of this theta_5: r = g cos theta_5.
+/// The directions of all joints if a solution with this theta_5 exists: r = g cos theta_5.
 template <class T, class U>
 Directions<T> directions(const OffsetMotion<U>& m, const OffsetWrist<T>& wrist, const SinCos<T>& theta_7,
                          const SinCos<T>& theta_5, const T& r) noexcept {
@@ -142,7 +142,7 @@ Directions<T> directions(const OffsetMotion<U>& m, const OffsetWrist<T>& wrist, 
     return d;
 }
 
-/// The same, r known by `root`, sqrt(g^2 - t^2).
+/// The same, with r from `root` = sqrt(g^2 - t^2).
 template <class T, class U>
 Directions<T> directions(const OffsetMotion<U>& m, const OffsetWrist<T>& wrist, const SinCos<T>& theta_7,
                          const T& root) noexcept {

@@ -12,18 +12,18 @@
 
 namespace armangle {
 
-/// What forward kinematics says of a posture: `free` is the free joint's value (rad, robot coordinates) as an
-/// angle in (-pi, pi].
+/// The result of forward kinematics: `free` is the value of the free joint (rad, robot coordinates), wrapped
+/// to (-pi, pi].
 struct OffsetPosture {
     Pose<double> pose;
     double free;
     int gc;
 };
 
-/// The number of a posture that says where the elbow is.
+/// The free joint's value (rad), under the name that all kinds of arm share for their redundant parameter.
 inline double redundancy(const OffsetPosture& posture) noexcept { return posture.free; }
 
-/// q -> (pose, free, GC).
+/// Forward kinematics: pose, free joint and branch of joint values q (rad).
 inline OffsetPosture forward(const OffsetArm& arm, const double* q) noexcept {
     double theta[joints];
     Pose<double> frame[joints + 1];
@@ -33,8 +33,8 @@ inline OffsetPosture forward(const OffsetArm& arm, const double* q) noexcept {
     return {frame[joints] * arm.own.tool, free <= -pi ? pi : free, index(offset_branch(arm, theta))};
 }
 
-/// The geometric Jacobian of the tool at the robot's joint values, as the user sees it: rows 0-2 linear
-/// velocity, rows 3-5 angular velocity, a column for each joint.
+/// The geometric Jacobian of the end effector at joint values q, in the user's frame: rows 0-2 linear, rows
+/// 3-5 angular velocity, one column a joint.
 inline Jacobian jacobian(const OffsetArm& arm, const double* q) noexcept {
     Pose<double> frame[joints + 1];
     frames(arm, q, frame);
@@ -49,7 +49,7 @@ inline Jacobian jacobian(const OffsetArm& arm, const double* q) noexcept {
     return out;
 }
 
-/// Directions in the order of the robot's joints.
+/// Reorders directions to the order of the robot's joints.
 inline Directions<double> in_robot_order(const OffsetArm& arm, const Directions<double>& d) noexcept {
     Directions<double> out = d;
     for (int j = 0; j < joints; ++j) {
@@ -61,8 +61,8 @@ inline Directions<double> in_robot_order(const OffsetArm& arm, const Directions<
 
 namespace detail {
 
-/// theta_5 where g = 0, S on axis 5: joints 3 and 5 turn about that axis as they like. It is the seed's where
-/// that is of the branch, else 0 or pi.
+/// Chooses theta_5 (sine and cosine) if g = 0: the shoulder lies on axis 5, so that joints 3 and 5 rotate
+/// around one axis. It is the seed's if that belongs to the branch, else 0 or pi.
 inline SinCos<double> free_theta_5(const OffsetArm& arm, const OffsetMotion<>& m,
                                    const double* seed) noexcept {
     const double side = m.branch.wrist;
@@ -71,8 +71,8 @@ inline SinCos<double> free_theta_5(const OffsetArm& arm, const OffsetMotion<>& m
     return wanted.cos * side > 0 ? wanted : SinCos<double>{0.0, side};
 }
 
-/// theta_1 where theta_2 is no more than `straight` (a sine) off 0 or pi, and joints 1 and 3 turn about one
-/// axis: the seed's, theta_3 takes the rest.
+/// If |sin theta_2| is at most `straight`, joints 1 and 3 rotate around one axis: theta_1 becomes the seed's
+/// and theta_3 takes the rest.
 inline void share_turn(const OffsetArm& arm, const double* seed, double straight,
                        Directions<double>& d) noexcept {
     if (!seed || !(abs(d.y[1]) <= straight)) return;
@@ -88,10 +88,9 @@ inline void share_turn(const OffsetArm& arm, const double* seed, double straight
 
 }  // namespace detail
 
-/// The angles of a pose (its rotation exact), a value of the free joint and a branch, as directions in the
-/// robot's order, where the status is OK: else UNREACHABLE (the wrist, at this value of the free joint),
-/// NO_POSTURE (axis 5 cannot be square to axis 6 there) or NEAR_SINGULAR (every direction of axis 5 would
-/// do).
+/// Computes the directions of all joints, in the robot's order, for a pose with an exact rotation, a value of
+/// the free joint and a branch. Else returns UNREACHABLE (the wrist, at this value of the free joint),
+/// NO_POSTURE (axis 5 cannot be orthogonal to axis 6 there) or NEAR_SINGULAR (axis 5 may have any direction).
 inline Status directions(const OffsetArm& arm, const Pose<double>& exact, double free, int gc,
                          const double* seed, Directions<double>& out) noexcept {
     const OffsetMotion<> m = offset_motion(arm, exact, gc);
@@ -111,8 +110,9 @@ inline Status directions(const OffsetArm& arm, const Pose<double>& exact, double
     return Status::OK;
 }
 
-/// (pose, free, GC) -> q, each joint on the turn within its limits that is nearest to the seed, or to the
-/// middle of its range. Else a status of directions(), or BAD_INPUT.
+/// Inverse kinematics: joint values of (pose, free joint, branch gc), each in the revolution within its
+/// limits nearest to the seed, or to the middle of its range without one. Else a status of directions(), or
+/// BAD_INPUT.
 inline Inverse inverse(const OffsetArm& arm, const Pose<double>& pose, double free, int gc,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;
@@ -129,8 +129,8 @@ inline Inverse inverse(const OffsetArm& arm, const Pose<double>& pose, double fr
     return out;
 }
 
-/// theta of all joints, in the order of the formulas, with derivatives by the free joint, at a value of it
-/// that has a posture.
+/// Computes theta of all joints, in the order of the formulas, with derivatives with respect to the free
+/// joint, at a value that has a solution.
 template <int N>
 void angles_along(const OffsetArm& arm, const OffsetMotion<>& m, double free,
                   Jet<double, N> (&theta)[joints]) noexcept {
@@ -141,9 +141,8 @@ void angles_along(const OffsetArm& arm, const OffsetMotion<>& m, double free,
     for (int j = 0; j < joints; ++j) theta[j] = atan2(d.y[j], d.x[j]);
 }
 
-/// dq/d(free joint) at a fixed pose, in `q` (rad/rad): the motion that leaves the tool where it is. Infinite
-/// where it does not exist: of joints whose axes meet at theta_2 = 0 or pi, and at a fold. Else a status of
-/// inverse().
+/// The derivatives dq/d(free joint) at a fixed pose, in `q` (rad/rad). Infinite where they do not exist: for
+/// joints that rotate around one axis at theta_2 = 0 or pi, and at a fold. Else a status of inverse().
 inline Inverse self_motion_rate(const OffsetArm& arm, const Pose<double>& pose, double free,
                                 int gc) noexcept {
     Inverse out = inverse(arm, pose, free, gc);
@@ -158,14 +157,14 @@ inline Inverse self_motion_rate(const OffsetArm& arm, const Pose<double>& pose, 
     return out;
 }
 
-/// By how much a value of the free joint puts the wrist beyond the reach, or inside the inner reach (m).
+/// The distance (m) of the wrist beyond the reach, or inside the inner reach, at a value of the free joint;
+/// <= 0 if reachable.
 inline double reach_excess(const OffsetArm& arm, const Pose<double>& pose, double free) noexcept {
     const OffsetMotion<> m = offset_motion(arm, Pose<double>{orthonormal(pose.rotation), pose.position}, 0);
     return offset_wrist(arm, m, sin_cos(to_theta(arm.rest, 6, free))).excess;
 }
 
-/// The same at the value of the free joint at which it is least; the wrist's distance from the shoulder has
-/// one sine.
+/// The same at that value of the free joint at which it is least, in closed form.
 inline double reach_excess(const OffsetArm& arm, const Pose<double>& pose) noexcept {
     const OffsetMotion<> m = offset_motion(arm, Pose<double>{orthonormal(pose.rotation), pose.position}, 0);
     const Vec3<double>& s = m.from_shoulder;
@@ -175,9 +174,9 @@ inline double reach_excess(const OffsetArm& arm, const Pose<double>& pose) noexc
     return max(nearest - arm.rest.reach, arm.rest.inner_reach - farthest);
 }
 
-/// The nearest pose of the same orientation within reach, ignoring limits, and its distance (m) from this
-/// one: the wrist moves along its line from the shoulder, at the value of the free joint at which it has
-/// least to go.
+/// The nearest reachable pose with the same orientation, ignoring joint limits, and its distance (m) from the
+/// given one. The wrist moves along its line from the shoulder, at the value of the free joint with the least
+/// distance.
 inline NearestPose nearest_within_reach(const OffsetArm& arm, const Pose<double>& pose) noexcept {
     const double gap = reach_excess(arm, pose);
     if (!(gap > 0)) return {pose, 0.0};

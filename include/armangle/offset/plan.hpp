@@ -9,9 +9,9 @@
 
 namespace armangle {
 
-/// Plans like plan() of the exact arm. `phi` of the stretches is the value of the free joint, and so is the
-/// psi that is wished. The options must not ask for more than one scene, arcs of the user, duration, a
-/// margin of singularities, a free roll, or a wish for the elbow: these are not read.
+/// Plans a path like plan() for an S-R-S arm. `phi` of the stretches is the value of the free joint, and so
+/// is the target for psi. These options are ignored: several scenes, arcs of the user, duration, a
+/// singularity margin, a free roll, and a target for the elbow.
 inline Plan plan(const OffsetArm& arm, const Segment* segments, std::size_t n, const PlanOptions& options,
                  const FamilyTuning& tuning = {}) {
     const Scene* const scene = options.scenes.count > 0 ? &options.scenes[0] : nullptr;

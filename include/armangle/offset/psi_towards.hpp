@@ -19,7 +19,7 @@
 
 namespace armangle {
 
-/// How the best value of the free joint is found.
+/// Parameters of psi_towards.
 struct OffsetTowardsTuning {
     int cells = 24;           // of the circle, to begin with
     int looks = 4000;         // cells looked at before the best found is taken
@@ -30,15 +30,15 @@ struct OffsetTowardsTuning {
 
 namespace detail {
 
-/// The search of one pose and branch.
+/// Searches the best value of the free joint for one pose and branch.
 class OffsetTowards {
 public:
-    /// `v`: the wish, in the frame of the formulas.
+    /// `v`: the direction in which the elbow should be far, in the frame of the formulas.
     OffsetTowards(const OffsetArm& arm, const Pose<double>& exact, int gc, const Vec3<double>& v,
                   const OffsetTowardsTuning& tuning) noexcept
         : arm_(arm), motion_(offset_motion(arm, exact, gc)), cells_(arm, exact, gc), v_(v), tuning_(tuning) {}
 
-    /// The value of the free joint; NaN where the branch has no posture.
+    /// The best value of the free joint; NaN if the branch has no solution.
     double best() noexcept {
         struct Cell {
             double lower, upper;
@@ -99,7 +99,7 @@ private:
     }
     double gain_at(double free) const noexcept { return gain<double>(free); }
 
-    /// Takes a value that gains more than the best, and goes on from it by Newton's method.
+    /// Takes a value that is better than the best one, and improves it by Newton's method.
     void offer(double free) noexcept {
         if (!(cells_.inside(free) >= 0)) return;
         double now = gain_at(free);
@@ -129,9 +129,9 @@ private:
 
 }  // namespace detail
 
-/// The value of the free joint at which the elbow is where it is wished, as near as branch gc of the pose
-/// lets it be, whatever the limits; NaN with `on_axis` where the point is the shoulder (of a mirrored arm:
-/// the wrist), with `no` where the branch has no posture.
+/// The value of the free joint (rad) at which the elbow is as near to its target as branch gc of the pose
+/// allows, ignoring joint limits. NaN with `on_axis` if the target point is the shoulder (for a mirrored arm:
+/// the wrist), NaN with `no` if the branch has no solution.
 inline WishedPsi psi_towards(const OffsetArm& arm, const Pose<double>& pose, int gc, const Towards& towards,
                              const OffsetTowardsTuning& tuning = {}) noexcept {
     if (towards.wish == Wish::psi) return {wrap(towards.psi), Indifferent::no};

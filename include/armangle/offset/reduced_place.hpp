@@ -12,12 +12,13 @@
 
 namespace armangle {
 
-/// The wrist of the reduced pose is off the one that the links reach by the offset.
+/// The distances (m) of the reduced pose's wrist from the shoulder between which poses can be reachable; the
+/// offset widens those of the links.
 inline ReducedReach reduced_reach(const OffsetArm& arm) noexcept {
     return {max(0.0, arm.own.inner_reach - abs(arm.a_6)), arm.own.reach + abs(arm.a_6)};
 }
 
-/// Every cell is found by itself.
+/// Computes the cells of one wrist position, each independently.
 template <>
 class ReducedPlace<OffsetArm> {
 public:
@@ -28,13 +29,13 @@ public:
         any_ = distance >= reach.inner - slack && distance <= reach.outer + slack;
     }
 
-    /// Whether the links may reach this wrist position; if not, all cells are empty.
+    /// Whether the links can reach this wrist position; if not, all cells are empty.
     bool any() const noexcept { return any_; }
 
-    /// Sets the tilt of the following cells.
+    /// Sets the tilt (rad) of the following cells.
     void tilt(double angle) noexcept { at_.tilt = angle; }
 
-    /// The cell at a turn in [-pi, pi]; yaw and roll are 0 unless requested.
+    /// The cell at a turn in [-pi, pi] (rad); yaw and roll are 0 unless requested.
     ReducedCell cell(double turn, bool with_yaw, bool with_roll) const noexcept {
         ReducedPose at = at_;
         at.turn = turn;

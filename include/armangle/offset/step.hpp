@@ -11,7 +11,8 @@
 
 namespace armangle {
 
-/// A view of an arm (motion/stepping_family.hpp).
+/// Adapts an arm with an offset to the functions that need a stepping family (motion/stepping_family.hpp,
+/// which explains the members).
 class OffsetSteps {
 public:
     explicit OffsetSteps(const OffsetArm& arm) noexcept : arm_(&arm) {}
@@ -53,8 +54,8 @@ private:
 
 static_assert(stepping_family<OffsetSteps>);
 
-/// The step from q_now to `pose` (as the user sees it) within the arm's limits; Step::psi is the free joint's
-/// value.
+/// The step from joints q_now to `pose` (in the user's frame) within the arm's limits; Step::psi is the value
+/// of the free joint.
 inline Step step(const OffsetArm& arm, const double* q_now, const Pose<double>& pose,
                  const StepOptions& options) noexcept {
     return step(OffsetSteps(arm), q_now, pose, options);

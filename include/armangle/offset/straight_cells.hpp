@@ -10,8 +10,8 @@ namespace armangle {
 
 namespace detail {
 
-/// The ways of the joints over a cell. By its slope a joint is on a straight one; where that says less, as
-/// beside a fold, it is anywhere in its range. False where nothing is known.
+/// Bounds all joints over a cell by straight lines plus errors. If the slope of a joint gives no good bound,
+/// as near a fold, its whole range is the error. False if a joint has no bound.
 inline bool straight_cell(const OffsetArm& arm, const OffsetCells::Over& over, double half,
                           StraightCell& out) noexcept {
     for (int j = 0; j < joints; ++j) {
@@ -27,7 +27,7 @@ inline bool straight_cell(const OffsetArm& arm, const OffsetCells::Over& over, d
     return true;
 }
 
-/// The work on one pose and branch.
+/// Bounds the joints over cells for one pose and branch.
 class OffsetStraightCells {
 public:
     static constexpr double widest = 0.05;  // rad: half width
@@ -35,6 +35,7 @@ public:
     OffsetStraightCells(const OffsetArm& arm, const Pose<double>& pose, int gc) noexcept
         : arm_(arm), cells_(arm, pose, gc) {}
 
+    /// Bounds the joints over the cell [middle - half, middle + half]; false if there is no bound.
     bool over(double middle, double half, StraightCell& out) const noexcept {
         OffsetCells::Begun begun;
         OffsetCells::Over over;
@@ -51,7 +52,7 @@ private:
 
 }  // namespace detail
 
-/// The closed form on intervals proves cells of an arm with an offset.
+/// Registers OffsetStraightCells as the bounds for an arm with an offset.
 template <>
 struct CellsOf<OffsetArm> {
     using type = detail::OffsetStraightCells;

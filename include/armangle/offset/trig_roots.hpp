@@ -19,26 +19,28 @@
 
 namespace armangle {
 
-/// How far the isolation of roots goes.
+/// Parameters of trig_roots.
 struct TrigRootsTuning {
-    /// A piece is cut into cells no wider than a turn by this many times the degree.
+    /// Pieces are cut into cells of at most 2 pi divided by this and by the degree.
     int cells = 8;
-    /// Half width (rad) of a cell that is left undecided: as near, two limits are one place.
+    /// Cells narrower than this half width (rad) are left undecided; two limits so near are one place.
     double narrowest = 2.5e-10;
-    /// Rounds of eight cells for one function on one piece; the cells left then are undecided.
+    /// The largest number of rounds of eight cells for one function on one piece; remaining cells are
+    /// undecided.
     int rounds = 256;
-    /// Newton's steps towards a root that is alone, at most.
+    /// The largest number of Newton steps to a single root.
     int newton = 8;
 };
 
-/// c[0] + sum c[k] cos kx + s[k] sin kx, computed within `error`; its error includes that of x, 1e-15 rad.
+/// A trigonometric polynomial c[0] + sum c[k] cos kx + s[k] sin kx. Its value is computed within `error`,
+/// which includes an error of x of 1e-15 rad.
 struct TrigPolynomial {
     static constexpr int most = 4;
     int degree = 0;
     double c[most + 1] = {}, s[most + 1] = {};
     double error = 0;
 
-    /// A bound of the k-th derivative.
+    /// An upper bound of the absolute value of its k-th derivative.
     double slope_bound(int order) const noexcept {
         double sum = order == 0 ? abs(c[0]) : 0.0;
         for (int k = 1; k <= degree; ++k) {
@@ -50,13 +52,13 @@ struct TrigPolynomial {
     }
 };
 
-/// F0 + elbow sigma F1.
+/// The function F0 + elbow sigma F1.
 struct BentForm {
     TrigPolynomial even, odd;  // F0, F1
     bool bent = true;          // whether there is an F1
 };
 
-/// A piece of the circle that may hold roots: one if it is settled, of a function that rises or falls there.
+/// A piece of the circle that may contain roots; exactly one if it is settled.
 struct RootEnclosure {
     double lower, upper;
     bool settled;
@@ -66,13 +68,13 @@ namespace detail {
 
 using RootLanes = Lane<8>;
 
-/// A trigonometric polynomial and its derivatives at eight places.
+/// The values and derivatives of a trigonometric polynomial at eight places.
 template <int Order>
 struct TrigDerivatives {
     RootLanes of[Order + 1];
 };
 
-/// The same of several polynomials at once: cosines and sines of the multiples are computed once.
+/// Computes them for several polynomials at once, which share cosines and sines.
 template <int Order, int Count>
 ARMANGLE_INLINE void derivatives(const TrigPolynomial* const (&p)[Count], int degree, const RootLanes& x,
                                  TrigDerivatives<Order> (&out)[Count]) noexcept {
@@ -100,7 +102,7 @@ ARMANGLE_INLINE void derivatives(const TrigPolynomial* const (&p)[Count], int de
     }
 }
 
-/// The search for the roots of one function.
+/// Searches the roots of one function.
 class TrigRoots {
 public:
     TrigRoots(const BentForm& form, const TrigPolynomial& kappa, double elbow,
@@ -117,7 +119,7 @@ public:
           kappa_1_(kappa.slope_bound(1)),
           square_2_(2.0 * kappa_1_ * (kappa_1_ + 1.0)) {}
 
-    /// give(enclosure) of all that may be roots in [lower, upper], in no order.
+    /// Calls give(enclosure) for everything that may be a root in [lower, upper], unsorted.
     template <class Give>
     void run(double lower, double upper, const Give& give) noexcept {
         const double widest = two_pi / (tuning_.cells * std::max(degree_, 1));
@@ -141,13 +143,14 @@ private:
     struct Cell {
         double lower, upper;
     };
-    /// A cell on which the function rises or falls, the least of its slope and the most of its bend.
+    /// A cell on which the function is monotonic, with a lower bound of its slope and an upper bound of its
+    /// second derivative.
     struct Alone {
         double lower, upper, start, slope, bend;
     };
     static RootEnclosure undecided(const Cell& cell) noexcept { return {cell.lower, cell.upper, false}; }
 
-    /// What is wrong at most with G, where sigma is known between two numbers.
+    /// An upper bound of the error of the function's value, if sigma lies between two numbers.
     ARMANGLE_INLINE RootLanes error(const RootLanes& odd, const RootLanes& least,
                                     const RootLanes& most) const noexcept {
         if (!form_.bent) return RootLanes(form_.even.error);
@@ -159,7 +162,7 @@ private:
         return RootLanes(form_.even.error) + most * RootLanes(form_.odd.error) + odd * of_sigma;
     }
 
-    /// Looks at eight cells: drops them, halves them, or leaves them to be refined.
+    /// Examines eight cells: drops them, halves them, or keeps them for refinement.
     template <class Give>
     void look(const Give& give) noexcept {
         const int n = count_ < 8 ? count_ : 8;
@@ -257,7 +260,7 @@ private:
         cell_[count_++] = {cell.lower, middle};
     }
 
-    /// G and its slope, and what may be wrong with G.
+    /// Value and slope of the function, and an upper bound of the value's error.
     struct Value {
         RootLanes g, slope, wrong;
     };
@@ -279,7 +282,8 @@ private:
                 error(abs(g[0]), sigma, sigma)};
     }
 
-    /// Finds the roots of eight cells that hold one at most: Newton's method within what the signs leave.
+    /// Refines the roots of eight cells that contain at most one each, by Newton's method within the brackets
+    /// that the signs give.
     template <class Give>
     void refine(int first, const Give& give) noexcept {
         const int n = alone_count_ - first < 8 ? alone_count_ - first : 8;
@@ -330,13 +334,13 @@ private:
         });
     }
 
-    /// Whether half a cell would tell more about its root: beside sigma = 0, where its slope is steeper.
+    /// Whether halving the cell would locate its root better: near sigma = 0, where the slope varies fast.
     bool is_rough(double lower, double upper, double bend, double reach) const noexcept {
         return bend == infinity && min(reach, 0.25 * (upper - lower)) > tuning_.narrowest;
     }
 
-    /// How far a root is at most from a place: by the slope there, as long as it cannot halve on the way, or
-    /// by the least of the cell.
+    /// An upper bound of the distance of a root from a place, by the slope there while it cannot halve on the
+    /// way, or by the least slope of the cell.
     static RootLanes near(const Value& at, const RootLanes& least, const RootLanes& bend) noexcept {
         const RootLanes size = abs(at.g) + at.wrong, half = RootLanes(0.5) * abs(at.slope), by = size / half;
         return select(bend * by <= half, by, size / least) + RootLanes(1e-15);
@@ -361,8 +365,8 @@ private:
 
 }  // namespace detail
 
-/// give(enclosure) of all roots of form in [lower, upper], on which |kappa| <= 1 up to rounding; `elbow` is 1
-/// or -1.
+/// Calls give(enclosure) for all roots of `form` in [lower, upper], on which |kappa| <= 1 up to rounding;
+/// `elbow` is 1 or -1.
 template <class Give>
 void trig_roots(const BentForm& form, const TrigPolynomial& kappa, double elbow, double lower, double upper,
                 const TrigRootsTuning& tuning, const Give& give) noexcept {

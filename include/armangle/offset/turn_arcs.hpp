@@ -21,7 +21,7 @@ namespace armangle {
 
 namespace detail {
 
-/// How the extremes of an angle over an arc are found.
+/// Parameters of OffsetTurns.
 struct OffsetTurnTuning {
     int cells = 24;            // of the circle, to begin with
     int looks = 4000;          // cells looked at on one arc
@@ -29,7 +29,7 @@ struct OffsetTurnTuning {
     double continuous = 1e-3;  // rad: what an angle may move over such a cell; by more it jumps
 };
 
-/// The turns of one pose about one end's axis.
+/// Computes the rotations of one pose around axis 1 or 7 at which it is reachable.
 class OffsetTurns {
 public:
     OffsetTurns(const OffsetArm& arm, const Pose<double>& exact, Turned turned,
@@ -40,6 +40,7 @@ public:
           joint_((turned == Turned::tool) != arm.mirrored ? joints - 1 : 0),
           range_(theta_range(arm.rest, arm.rest.limits, joint_)) {}
 
+    /// Computes the rotations, or the reason if there are none.
     Status find(ArcSet& out) noexcept {
         Limits others = arm_.own.limits;
         const int own = robot_joint(arm_, joint_);
@@ -50,7 +51,7 @@ public:
         return find(found, out);
     }
 
-    /// The same from what the other joints leave.
+    /// The same, given the arcs that the other joints permit.
     Status find(const ProvenArcs (&found)[configurations], ArcSet& out) noexcept {
         Status why = Status::UNREACHABLE;
         unsigned open = 0;
@@ -75,8 +76,8 @@ private:
         double lower, upper;
     };
 
-    /// Adds the turn of a solution in what is unproven of some branches, first one that holds the pose as it
-    /// is.
+    /// Adds the rotation of a solution in unproven parts of some branches, first of one that solves the pose
+    /// as given.
     [[gnu::noinline, gnu::cold]] void add_hidden(const OffsetArm& arm, unsigned branches) noexcept {
         const OffsetNearest found = nearest(arm, pose_, nullptr, nullptr, branches);
         if (found.status != Status::OK) return;
@@ -84,7 +85,7 @@ private:
         add(theta, theta);
     }
 
-    /// Then one that holds it at another turn.
+    /// The same for one that solves it at another rotation.
     [[gnu::noinline, gnu::cold]] void add_hidden_elsewhere(unsigned branches) noexcept {
         ArmParameters p = arm_.own;
         p.limits.lower[robot_joint(arm_, joint_)] = -infinity;
@@ -92,8 +93,7 @@ private:
         add_hidden(remade(arm_, p), branches);
     }
 
-    /// The turns at which the joint is within its limits, its angle being from
-    /// least to most.
+    /// Adds the rotations at which the joint is within its limits, if its angle lies between least and most.
     void add(double least, double most) noexcept {
         if (!(range_.upper - range_.lower < two_pi)) return turns_.add_full();
         const int own = robot_joint(arm_, joint_) + 1;
@@ -153,7 +153,7 @@ private:
         add(least, most);
     }
 
-    /// The angle over a cell; unbounded where it is not known.
+    /// Bounds the joint's angle over a cell; unbounded if nothing is known.
     JointOver over_cell(const OffsetCells& cells, double middle, double half) const noexcept {
         const JointOver unknown{0.0, Interval::whole(), Interval::whole()};
         OffsetCells::Over over;
@@ -176,9 +176,8 @@ private:
 
 }  // namespace detail
 
-/// Angles alpha (rad) such that the pose turned by alpha about axis 1 of the
-/// base, or about axis 7, is held within the limits by some branch and value of
-/// the free joint. OK, or why there is none.
+/// Computes the angles alpha (rad) such that some branch and value of the free joint solves the pose, rotated
+/// by alpha around axis 1 of the base or axis 7, within the limits. OK, or the reason if there are none.
 inline Status turn_arcs(const OffsetArm& arm, const Pose<double>& pose, OffsetLimits, Turned turned,
                         ArcSet& out) noexcept {
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
