@@ -23,7 +23,7 @@ public:
     std::size_t arcs() const noexcept { return arcs_; }
     std::size_t first(long long set) const noexcept { return first_[static_cast<std::size_t>(set)]; }
 
-    /// The set with its ends tagged tag, tag + 1, ...
+    /// Reads set number `set`; its ends are tagged tag, tag + 1, ...
     armangle::ArcSet load(long long set, int tag) const noexcept {
         armangle::ArcSet out;
         const long long n = count_.data<long long>()[set];

@@ -54,7 +54,8 @@ public:
     Buffer& operator=(const Buffer&) = delete;
     ~Buffer() { release(); }
 
-    /// Returns false, without setting an error, if the object offers no such memory.
+    /// Acquires the memory of an object. Returns false, without setting an error, if the object offers no
+    /// such memory.
     bool try_get(nb::handle object, bool writable = false) noexcept {
         const int flags = PyBUF_STRIDES | PyBUF_FORMAT | (writable ? PyBUF_WRITABLE : 0);
         if (PyObject_GetBuffer(object.ptr(), &view_, flags) == 0) return held_ = true;
@@ -83,7 +84,7 @@ public:
         return static_cast<T*>(view_.buf);
     }
 
-    /// Whether it is a C-contiguous array of exactly these extents.
+    /// Whether the view is a C-contiguous array of exactly these extents.
     bool is_array(char kind, std::initializer_list<Py_ssize_t> extents) const noexcept {
         if (!is(kind) || ndim() != static_cast<int>(extents.size())) return false;
         Py_ssize_t step = view_.itemsize;
@@ -94,7 +95,7 @@ public:
         return true;
     }
 
-    /// Number of elements in a batch: the product of all extents but the `inner` last.
+    /// The number of elements in a batch: the product of all extents but the `inner` last.
     std::size_t elements(int inner) const noexcept {
         std::size_t count = 1;
         for (int i = 0; i < ndim() - inner; ++i) count *= static_cast<std::size_t>(shape(i));
@@ -139,9 +140,9 @@ inline bool is_masked_array(nb::handle object) noexcept {
     return PyObject_TypeCheck(object.ptr(), reinterpret_cast<PyTypeObject*>(type)) != 0;
 }
 
-/// A small matrix (rows x columns; one row: a vector) read from a float64 or float32 array in any order, or
-/// from nested lists or tuples of numbers. False for anything else: the general function then raises the
-/// error.
+/// Reads a small matrix (rows x columns; one row: a vector) from a float64 or float32 array in any order, or
+/// from nested lists or tuples of numbers. Returns false for anything else: the general function then raises
+/// the error.
 class SmallMatrix {
 public:
     bool read(nb::handle object, int rows, int columns, double* to) noexcept {
@@ -154,7 +155,7 @@ public:
         return b.is('f') && read_array<float>(b, rows, columns, to);
     }
 
-    /// Reads a (4,4) pose of an arm and corrects float32 rounding. False as above.
+    /// Reads a (4,4) pose of an arm and corrects float32 rounding; false as above.
     template <class AnyArm>
     bool read_pose(const AnyArm& arm, nb::handle object, double* to) noexcept {
         if (!read(object, 4, 4, to)) return false;
@@ -162,7 +163,7 @@ public:
         return true;
     }
 
-    /// Relative rounding of the numbers read; 0: exact.
+    /// The relative rounding of the numbers read; 0 if they are exact.
     double precision() const noexcept { return precision_; }
 
 private:
@@ -203,13 +204,14 @@ private:
     }
 };
 
-/// numpy.empty, kept for the lifetime of the process.
+/// The function numpy.empty, kept for the lifetime of the process.
 inline PyObject* numpy_empty() {
     static PyObject* function = nb::object(nb::module_::import_("numpy").attr("empty")).release().ptr();
     return function;
 }
 
-/// A new float64 array; the shape is a Python int or tuple.
+/// A new float64 array of a shape, which is a Python int or tuple. The two functions below make shapes (7,)
+/// and (4, 4).
 inline nb::object new_array(nb::handle shape) {
     PyObject* arguments[] = {shape.ptr()};
     PyObject* array = PyObject_Vectorcall(numpy_empty(), arguments, 1, nullptr);
@@ -227,7 +229,7 @@ inline nb::object new_array44() {
     return new_array(shape);
 }
 
-/// numpy.float64(value).
+/// The object numpy.float64(value).
 inline nb::object numpy_float(double value) {
     static PyObject* type = nb::object(nb::module_::import_("numpy").attr("float64")).release().ptr();
     const nb::object number = nb::float_(value);
@@ -237,7 +239,7 @@ inline nb::object numpy_float(double value) {
     return nb::steal(made);
 }
 
-/// numpy.int64 of a global configuration; the eight objects are made once.
+/// The object numpy.int64(gc) of a branch 0..7; the eight objects are made once.
 inline nb::object numpy_index(int gc) {
     static PyObject* known = [] {
         const nb::object type = nb::module_::import_("numpy").attr("int64");
@@ -248,7 +250,7 @@ inline nb::object numpy_index(int gc) {
     return nb::borrow(PyTuple_GET_ITEM(known, gc));
 }
 
-/// A named tuple of a Python class, without calling the class's own __new__.
+/// Makes a named tuple of a Python class from items, without calling the class's own __new__.
 template <class... Items>
 nb::object new_named(nb::handle kind, Items&&... items) {
     nb::object owned[] = {nb::cast(std::forward<Items>(items))...};
@@ -263,8 +265,8 @@ nb::object new_named(nb::handle kind, Items&&... items) {
     return nb::steal(made);
 }
 
-/// The common batch axes of several arrays broadcast to one shape; axes that are contiguous in all are
-/// merged.
+/// The common batch axes of several arrays that are broadcast to one shape; axes that are contiguous in all
+/// are merged.
 template <int N>
 class Grid {
 public:

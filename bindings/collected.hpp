@@ -22,7 +22,7 @@ using namespace armangle;
 /// blocks all.
 using ArcColumns = nb::typed<nb::tuple, Ints, Floats, Codes, Codes, Floats, Codes, nb::object, nb::object>;
 
-/// Values as a NumPy array with this number of columns, without a copy.
+/// Moves values into a NumPy array with this number of columns, without a copy.
 template <class T>
 nb::object owned(std::vector<T>&& values, std::size_t columns) {
     auto* kept = new std::vector<T>(std::move(values));
@@ -32,13 +32,15 @@ nb::object owned(std::vector<T>&& values, std::size_t columns) {
     return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), {rows, columns}, owner));
 }
 
-/// Memory that grows without initialization: its own, or a part of another's until that is too small.
+/// Memory that grows without initialization: its own, or a part of another object's memory until that is too
+/// small.
 template <class T>
 struct Grown {
     std::unique_ptr<T[]> own;
     T* data = nullptr;
     std::size_t size = 0, capacity = 0;
 
+    /// Makes room for `wanted` values in all.
     void reserve(std::size_t wanted) {
         if (wanted <= capacity) return;
         std::unique_ptr<T[]> larger(new T[wanted]);
@@ -47,9 +49,11 @@ struct Grown {
         data = own.get();
         capacity = wanted;
     }
+    /// Makes room for `more` values beyond the present ones.
     void room_for(std::size_t more) {
         if (size + more > capacity) reserve(size + more + capacity / 2);
     }
+    /// Uses a part of another object's memory.
     void borrow(const Grown& whole, std::size_t first, std::size_t count) {
         data = whole.data + first;
         capacity = count;
@@ -75,7 +79,7 @@ struct Collected {
     Grown<std::int8_t> coarse;           // with a scene: whether narrow arcs may be missing
     bool with_scene = false;
 
-    /// Allocates room for this number of sets.
+    /// Allocates memory for this number of sets.
     void reserve(std::size_t sets) {
         count.reserve(sets);
         status.reserve(sets);
@@ -88,7 +92,7 @@ struct Collected {
         blocking.reserve(sets);
         coarse.reserve(sets);
     }
-    /// Uses the room of another object for the sets from `first` on.
+    /// Uses the memory of another object for the sets from `first` on.
     void borrow(const Collected& whole, std::size_t first, std::size_t sets) {
         count.borrow(whole.count, first, sets);
         status.borrow(whole.status, first, sets);
@@ -103,17 +107,19 @@ struct Collected {
         coarse.borrow(whole.coarse, first, sets);
     }
 
+    /// The number of a pair for Python: obstacle * 256 + link; -1: none.
     static std::int64_t pair_of(Tag tag) noexcept {
         return tag_obstacle(tag) < 0 ? -1 : 256 * tag_obstacle(tag) + tag_link(tag);
     }
 
+    /// Adds the arcs of an S-R-S arm.
     void add(const Arm& arm, double margin, const Configuration<double>& gc, const ArcSet& set,
              Status outcome, Tag blocks_all = 0, bool narrow_left_out = false) {
         const auto value_of = [&](Tag tag, double) { return end_value(arm, margin, gc, tag); };
         add(set, outcome, value_of, blocks_all, narrow_left_out);
     }
 
-    /// Adds a set; value_of(tag, psi) is the value in q of the joint that causes an end.
+    /// Adds a set; value_of(tag, psi) is the joint value q (rad) that causes an end.
     template <class ValueOf>
     void add(const ArcSet& set, Status outcome, const ValueOf& value_of, Tag blocks_all = 0,
              bool narrow_left_out = false) {
@@ -148,7 +154,7 @@ struct Collected {
                 pair.data[pair.size++] = pair_of(tag);
     }
 
-    /// One of the columns of ArcColumns; may be called once.
+    /// Column `index` of ArcColumns as an array; may be called once.
     nb::object column(std::size_t index) {
         switch (index) {
             case 0: return count.release(1);

@@ -6,7 +6,8 @@
 
 namespace binding {
 
-/// Applies one(inputs..., outputs...) to each element; raises the first problem, named after `argument`.
+/// Applies one(inputs..., outputs...) to each element of broadcast arrays; raises the first problem, named
+/// after `argument`.
 template <int N, class One>
 void for_each(const char* argument, const Buffer* const (&buffers)[N], const int (&inner)[N], int threads,
               const One& one) {
@@ -51,7 +52,7 @@ void for_each_run(const char* argument, const Buffer* const (&buffers)[N], const
     refuse(armangle::first_problem(outcomes, armangle::most_threads), *buffers[0], inner[0], argument);
 }
 
-/// Raises for poses (..., 4, 4) that are not rigid or not in m.
+/// Raises an error for poses (..., 4, 4) that are not rigid or not in m.
 template <class Handle>
 void check_poses(const Handle& self, Floats poses, const char* argument) {
     const Buffer p(poses);
@@ -60,7 +61,7 @@ void check_poses(const Handle& self, Floats poses, const char* argument) {
     });
 }
 
-/// Raises for joints (..., 7) that are not finite or not in rad.
+/// Raises an error for joints (..., 7) that are not finite or not in rad.
 template <class Handle>
 void check_joint_rows(const Handle& self, Floats q, const char* argument) {
     const Buffer rows(q);
@@ -75,8 +76,8 @@ void bind_checks(nb::class_<Handle>& arm) {
     arm.def("check_joints", &check_joint_rows<Handle>, nb::arg("q"), nb::arg("argument"));
 }
 
-/// A run of an inverse: pointers and strides of poses, psi (rad) and gc from the offsets `at`. `nan`: a pose
-/// out of reach gives NaN instead of an error.
+/// Makes the InverseBatch of a run: pointers and strides of poses, psi (rad) and gc at the offsets `at`.
+/// `nan`: an unreachable pose gives NaN instead of an error.
 inline armangle::InverseBatch asked_batch(const Buffer& pose, const Buffer& psi, const Buffer& gc,
                                           const Py_ssize_t* at, const Py_ssize_t* step, bool nan) {
     armangle::InverseBatch b;
@@ -108,7 +109,8 @@ struct Asked {
     int gc;
 };
 
-/// Checks an element. For an arm whose inverse determines the reach, checks the numbers alone.
+/// Checks one element of an inverse. For arms whose inverse itself determines the reach, only the numbers are
+/// checked.
 inline armangle::Problem check_asked(const armangle::Arm& arm, const armangle::InverseBatch& b,
                                      double& value) noexcept {
     return armangle::detail::check_element(arm, b, 0, value);
@@ -118,7 +120,8 @@ armangle::Problem check_asked(const AnyArm& arm, const armangle::InverseBatch& b
     return armangle::detail::check_numbers(arm, b, 0, value);
 }
 
-/// Applies one(asked, out, value), which returns its problem, to each requested configuration of an arm.
+/// Applies one(asked, out, value), which returns its problem, to each pose, psi and branch of broadcast
+/// arrays.
 template <class AnyArm, class One>
 void for_each_asked(const AnyArm& arm, Floats pose, Floats psi, Ints gc, Floats out, int rank, int threads,
                     const One& one) {

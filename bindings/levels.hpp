@@ -20,7 +20,7 @@ struct Levels {
 
 constexpr bool has(unsigned flags, unsigned wanted) noexcept { return (flags & wanted) == wanted; }
 
-/// Register state saved by the operating system: XCR0.
+/// The register state that the operating system saves (XCR0).
 inline unsigned saved_state() noexcept {
     unsigned low, high;
     __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));

@@ -59,7 +59,7 @@ private:
 void bind_offset(nb::class_<OffsetHandle>& arm);
 void bind_offset_chain(nb::class_<OffsetChainHandle>& arm);
 
-/// The arm into whose reach a rounded pose is taken.
+/// The arm whose reach limits a rounded pose.
 template <class AnyArm>
 const armangle::Arm& reaching(const AnyArm& arm) noexcept {
     return nominal(arm);

@@ -7,7 +7,7 @@
 
 namespace binding {
 
-/// The problem, the argument, the index in its batch, and the offending value.
+/// The error of a call: the problem, the argument, the index in its batch, and the offending value.
 struct Refusal {
     armangle::Problem problem;
     const char* argument;
@@ -25,9 +25,9 @@ inline bool is_in_one_value(armangle::Problem problem) noexcept {
     return false;
 }
 
-/// Throws if a problem was found in a batch. The batch axes are those of the argument `lead` before its
-/// `inner` last ones. An axis along which it is repeated is left out of the index of its own value.
-/// `argument` names the problem's argument; `joint_argument` is used if joint values are another one.
+/// Throws a Refusal if a problem was found in a batch. The batch axes are those of the argument `lead` before
+/// its `inner` last ones. An axis along which it is repeated is left out of the index. `argument` names the
+/// problem's argument; `joint_argument` is used if joint values are another one.
 inline void refuse(const armangle::Outcome& found, const Buffer& lead, int inner, const char* argument,
                    const char* joint_argument = nullptr) {
     if (found.problem == armangle::Problem::none) return;
@@ -43,7 +43,7 @@ inline void refuse(const armangle::Outcome& found, const Buffer& lead, int inner
     throw refusal;
 }
 
-/// Throws if a problem was found in a value without batch axes.
+/// Throws a Refusal if a problem was found in a value without batch axes.
 inline void refuse_one(armangle::Problem problem, const char* argument, double value) {
     if (problem != armangle::Problem::none) throw Refusal{problem, argument, {}, value};
 }

@@ -11,7 +11,7 @@
 
 namespace binding {
 
-/// The function (done, total) of the Python call that runs in this thread; null: none.
+/// The function (done, total) that reports progress of the Python call in this thread; null: none.
 PyObject*& progress_of_this_thread() noexcept;
 
 /// One call of the core. All its threads call `ended()` between pieces of work. The calling thread, which
@@ -24,7 +24,7 @@ public:
     Watch(const Watch&) = delete;
     Watch& operator=(const Watch&) = delete;
 
-    /// Whether to end; called by a thread that has finished `done` of its elements.
+    /// Whether the call must end; called by a thread that has finished `done` of its elements.
     bool ended(std::size_t thread, std::size_t done) noexcept {
         done_[thread].count.store(done, std::memory_order_relaxed);
         if (thread == 0 && --left_ == 0) look();  // parallel() gives the calling thread this number
@@ -46,7 +46,7 @@ public:
         if (PyErr_CheckSignals() != 0 || !told()) ended_.store(true, std::memory_order_relaxed);
     }
 
-    /// Throws the exception that ended the call, with the interpreter's lock held.
+    /// Throws the exception that ended the call; the interpreter's lock must be held.
     void raise() {
         if (ended_.load(std::memory_order_relaxed)) throw nb::python_error();
         if (progress_ && !told(total_)) throw nb::python_error();
@@ -58,7 +58,8 @@ private:
     static constexpr auto patience = std::chrono::milliseconds(50);
     static constexpr unsigned longest_stride = 4096;
 
-    /// Sets the number of pieces until the next look to some 0.1 ms, or to one if they became slow.
+    /// Sets the number of pieces until the next look at the clock to some 0.1 ms, or to one if they became
+    /// slow.
     void look() noexcept {
         const Clock::time_point now = Clock::now();
         stride_ = now - looked_ < piece ? std::min(2 * stride_, longest_stride) : 1u;
@@ -96,7 +97,7 @@ private:
     unsigned stride_ = 1, left_ = 1;
 };
 
-/// parallel(n, threads, work) with the interpreter's lock released, watched. work(begin, end, thread, watch)
+/// Runs parallel(n, threads, work) with the interpreter's lock released. work(begin, end, thread, watch)
 /// calls watch.ended between its elements. Throws what a signal handler raised.
 template <class Work>
 void watched(std::size_t n, int threads, const Work& work) {
