@@ -26,14 +26,14 @@ inline bool is_alike(const Arm& arm) noexcept {
     return alike;
 }
 
-/// Turn of joints q: bit i - 1 is set where A_i < 0.
+/// The number Turn of joints q: bit i - 1 is set where A_i < 0.
 inline int turn(const double* q) noexcept {
     int bits = 0;
     for (int j = 0; j < joints; ++j) bits |= (q[j] < 0) << j;
     return bits;
 }
 
-/// Status of joints q.
+/// The number Status of joints q.
 inline int status(const Arm& arm, const double* q) noexcept {
     const Chain c = chain(arm, q);
     const Vec3<double> wrist = c.flange.position - c.flange.rotation.z * arm.d_wf;
@@ -44,7 +44,7 @@ inline int status(const Arm& arm, const double* q) noexcept {
 
 namespace detail {
 
-/// The cosine of a joint's theta, 1 or -1, if theta is 0 or pi; 0 otherwise.
+/// The cosine (1 or -1) of a joint's theta if theta is 0 or pi; 0 otherwise.
 inline double straight(const Arm& arm, const double* q, int joint) noexcept {
     const SinCos<double> at = sin_cos(to_theta(arm, joint, q[joint]));
     if (abs(at.sin) > tolerance::angle) return 0.0;
@@ -56,7 +56,7 @@ struct Range {
     double lower, upper;
 };
 
-/// Joints that rotate about one axis; only the sum of their turns is fixed.
+/// Joints that rotate around one axis; only the sum of their rotations is fixed.
 struct OneAxis {
     static constexpr int most = 3;
     int count = 0;
@@ -70,9 +70,9 @@ struct OneAxis {
     }
 };
 
-/// Redistributes the turn of some joints. In order, each joint takes the value `near` if all can then keep
-/// their limits, with the signs of Turn if one is given. Otherwise it takes the middle of the range that
-/// permits this. Returns false, and changes nothing, if no distribution is possible.
+/// Redistributes the rotation of some joints around one axis. In order, each joint takes its value in `near`
+/// if all can then keep their limits, with the signs of Turn if one is given. Otherwise it takes the middle
+/// of the range that permits this. Returns false, and changes nothing, if no distribution is possible.
 inline bool share_turn(const Arm& arm, const OneAxis& axis, const double* near, const int* turn,
                        double* q) noexcept {
     // range of each joint's turn, and of the sum of it and all later joints
@@ -119,11 +119,11 @@ inline bool share_turn(const Arm& arm, const OneAxis& axis, const double* near, 
 
 }  // namespace detail
 
-/// Redistributes the turns that pose, E1 and Status leave undetermined. If A6 is 0, A5 and A7 rotate about
-/// one axis. If A2 and A4 are 0, A1 and A5 do. If all are 0, all three do. A1, then A5, takes the seed's
-/// value (default: the middle of its range) if all can then keep their limits, and the signs of Turn if
-/// given. Otherwise it takes the middle of the range that permits this. Returns false, and changes nothing,
-/// if nothing is undetermined or no distribution exists.
+/// Redistributes the rotations that pose, E1 and Status leave undetermined. If A6 is 0, A5 and A7 rotate
+/// around one axis. If A2 and A4 are 0, A1 and A5 do. If all are 0, all three do. A1, then A5, takes the
+/// seed's value (default: the middle of its range) if all can then keep their limits, and the signs of Turn
+/// if given. Otherwise it takes the middle of the range that permits this. Returns false, and changes
+/// nothing, if nothing is undetermined or no distribution exists.
 inline bool share_turns(const Arm& arm, const double* seed, const int* turn, double* q) noexcept {
     const double upright = detail::straight(arm, q, 1) * detail::straight(arm, q, 3),
                  wrist = detail::straight(arm, q, 5);
@@ -135,8 +135,9 @@ inline bool share_turns(const Arm& arm, const double* seed, const int* turn, dou
     return detail::share_turn(arm, axis, seed ? seed : arm.joint_middle, turn, q);
 }
 
-/// The unique solution of a pose with A3 = e1 and the given Status. Each joint is on the turn within its
-/// limits nearest to the seed. LIMITS if no solution with this Status has that A3, regardless of limits.
+/// The unique solution of a pose with A3 = e1 (rad) and the given Status. Each joint is in the revolution
+/// within its limits nearest to the seed. LIMITS if no solution with this Status has that A3, regardless of
+/// limits.
 inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double e1, int wanted,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;
@@ -179,7 +180,8 @@ inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double e1, int 
 
 namespace detail {
 
-/// Adds the values of A3 over one arc with the wrist on one side of axis 1, if that side is `behind`.
+/// Adds the values of A3 over one arc of psi, if the wrist is behind axis 1 there (`behind`), or else in
+/// front of it.
 inline void add_values(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
                        double lower, double upper, bool behind, UnionOfArcs& out) noexcept {
     const Directions<double> d = directions(m, sin_cos(0.5 * (lower + upper)));
@@ -193,8 +195,8 @@ inline void add_values(const Arm& arm, const SelfMotion<double>& m, const JointF
     }
 }
 
-/// Adds the values of A3 if A2 is 0: A1 and A3 share a fixed turn within their ranges. The sign of -sin(A4)
-/// cos(A3) decides whether the wrist is in front of axis 1.
+/// Adds the values of A3 if A2 is 0, so that A1 and A3 rotate around one axis and share a fixed rotation
+/// within their ranges. The sign of -sin(A4) cos(A3) decides whether the wrist is in front of axis 1.
 inline void add_shared(const Arm& arm, const armangle::detail::Needle& n, bool behind,
                        UnionOfArcs& out) noexcept {
     constexpr int first = 0, third = 2, fourth = 3;
@@ -218,7 +220,7 @@ inline void add_shared(const Arm& arm, const armangle::detail::Needle& n, bool b
 
 }  // namespace detail
 
-/// The values of E1 for which a pose has a solution with this Status within all limits.
+/// Computes the values of E1 (rad) for which a pose has a solution with this Status within all limits.
 inline armangle::Status e1_arcs(const Arm& arm, const Pose<double>& pose, int wanted, const LimitTable& t,
                                 ArcSet& out) noexcept {
     make_empty(out);

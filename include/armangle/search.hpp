@@ -23,12 +23,12 @@ struct SearchOptions {
     double length = 0.0;                  // > 0: accept an approximate solution; metres that equal one radian
 };
 
-/// Answer of a callback about a solution.
+/// The answer of a callback to a solution.
 enum class Answer { accepted, refused, stop };
 
-/// Result of a search. If the status is OK, the configuration solves the pose. With options.length alone,
-/// other statuses may come with numbers too: a configuration within the window that no small move improves,
-/// `gap` from the pose.
+/// Result of a search. If the status is OK, the configuration solves the pose. If options.length is given,
+/// other statuses may also have a configuration: within the window, at distance `gap` from the pose, not
+/// improved by any small change.
 struct Found {
     Nearest posture;  // NaN if none was found; its status is the result
     double gap;       // m, one radian counting as options.length; 0 if the pose is solved
@@ -51,15 +51,15 @@ inline Limits search_window(const Arm& arm, const SearchOptions& options) noexce
 
 namespace detail {
 
-/// One direction along the arcs of one branch: rising (way +1) or falling (-1) psi from a start, on a grid of
-/// the resolution, and the ends of all arcs on the way.
+/// Steps along the arcs of one branch: rising (way +1) or falling (-1) psi from a start, on a grid of the
+/// resolution, and the ends of all arcs on the way.
 class ArcWalk {
 public:
     ArcWalk() = default;
     ArcWalk(const ArcSet& arcs, double start, double way, double resolution, bool with_start) noexcept
         : arcs_(&arcs), start_(start), way_(way), resolution_(resolution), gone_(with_start ? -1e-12 : 0.0) {}
 
-    /// The next psi within the arcs, at most half a turn from the start; false if none remains.
+    /// The next psi within the arcs, at most pi from the start; false if none remains.
     bool next(double& psi) noexcept {
         if (!arcs_) return false;
         while (gone_ < pi) {
@@ -81,7 +81,7 @@ public:
     }
 
 private:
-    /// Distance of an angle from the start along this direction, in [0, 2 pi).
+    /// The distance (rad, in [0, 2 pi)) of an angle from the start along this direction.
     double distance_to(double at) const noexcept {
         const double off = way_ * (at - start_);
         return off - two_pi * std::floor(off / two_pi);
@@ -91,7 +91,8 @@ private:
     double start_ = 0, way_ = 1, resolution_ = 1, gone_ = 0;
 };
 
-/// Enumerates the solutions of all branches in sixteen directions, each time the one nearest to the seed.
+/// Enumerates the solutions of all branches in sixteen directions (both from the start of each branch), each
+/// time the one nearest to the seed.
 class OutwardWalk {
 public:
     OutwardWalk(const Arm& arm, const LimitTable& limits, const Pose<double>& pose, const Nearest& first,
@@ -131,6 +132,7 @@ private:
         bool open = false;
     };
 
+    /// Computes the next solution of one direction.
     void advance(Way& way, int gc) noexcept {
         double psi = 0;
         way.open = way.walk.next(psi);
@@ -162,8 +164,9 @@ inline armangle::Found nothing(Status why) noexcept {
     return out;
 }
 
-/// Improves an approximate solution until no small move brings it nearer to the pose; starts there and at the
-/// seed, and keeps the better result. Returns the distance from the pose. The limits are the arm's.
+/// Improves an approximate solution until no small change brings it nearer to the pose. It starts there and
+/// at the seed, and keeps the better result. Returns the distance (m) from the pose. The limits are the
+/// arm's.
 inline double come_nearer(const Arm& boxed, const Pose<double>& pose, const SearchOptions& options,
                           Nearest& posture) noexcept {
     Joints from_posture{}, from_seed{};
@@ -192,10 +195,11 @@ inline double come_nearer(const Arm& boxed, const Pose<double>& pose, const Sear
 
 }  // namespace detail
 
-/// The solution that a callback accepts: Answer accept(const double* q). It first sees the solution nearest
-/// to the seed within the window, then others outward over arcs and branches, on the turns nearest to the
-/// seed. The status is OK; NOT_ALLOWED if it rejected all (`proven`) or stopped; BAD_INPUT; or why the window
-/// has no solution; then it sees an approximate one if options.length is given.
+/// Searches the solution that a callback accepts: Answer accept(double* q). It first sees the solution
+/// nearest to the seed within the window, then others outward over arcs and branches, in the revolutions
+/// nearest to the seed. The status is OK; NOT_ALLOWED if it rejected all (`proven`) or stopped; BAD_INPUT; or
+/// the reason why the window has no solution. In that case it sees an approximate one if options.length is
+/// given.
 template <class Accept>
 Found search(const Arm& arm, const Pose<double>& pose, const SearchOptions& options,
              const Accept& accept) noexcept {

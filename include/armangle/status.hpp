@@ -34,7 +34,7 @@ enum class Status : std::int8_t {
 
 inline constexpr int status_count = 21;
 
-/// Whether a solution within all limits was found for the requested pose.
+/// Whether a status means that a solution within all limits was found for the requested pose.
 constexpr bool is_solved(Status status) noexcept {
     return status == Status::OK || status == Status::UNPROVEN;
 }
