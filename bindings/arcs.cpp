@@ -27,11 +27,13 @@ namespace {
 /// excepted).
 enum class Wanted : int { branch, joints, branches, clear, soft };
 
+/// The number of sets that a request has for each pose.
 constexpr int sets_of(Wanted wanted) noexcept {
     if (wanted == Wanted::joints) return joints;
     return wanted == Wanted::branches ? configurations : 1;
 }
 
+/// The arguments for the arcs of an S-R-S arm that all poses share.
 struct Request {
     const ArmHandle& self;
     const LimitTable& limits;
@@ -49,6 +51,7 @@ void add_clear(const Request& r, const Configuration<double>& gc, const Cleared&
     to.add(r.self.arm, r.limits.margin, gc, left, status, cleared.blocking, cleared.coarse);
 }
 
+/// Adds the arcs of all eight branches of a pose; with a scene, their collision-free parts.
 void collect_branches(const Request& r, const Pose<double>& pose, Collected& to) {
     AllArcs all;
     feasible_all(r.self.arm, pose, r.limits, all);
@@ -63,6 +66,7 @@ void collect_branches(const Request& r, const Pose<double>& pose, Collected& to)
     }
 }
 
+/// Adds the requested sets of one pose; returns its problem.
 Problem collect_pose(const Request& r, const double* m, long long gc, Collected& to, double& value) {
     const Problem problem = check_pose(r.self.arm, m, value);
     if (problem != Problem::none) return problem;
@@ -122,7 +126,7 @@ Problem collect_pose(const Request& r, const double* m, long long gc, Collected&
         });
 }
 
-/// Arrays of the sets of all elements.
+/// Computes the requested sets of all poses as flat arrays.
 ArcColumns feasible_many(const ArmHandle& self, Floats pose, Ints gc, double margin, double psi_margin,
                          double discriminant, Wanted wanted, int threads, const SceneHandle* scene) {
     const Buffer p(pose), g(gc);
@@ -159,7 +163,8 @@ struct ProvenRequest {
 };
 
 /// Calls take(k, set, found, blocking, value_of) for each set of a pose. `found` has the status and the
-/// unproven length; value_of(tag, psi) is the value of the joint that causes an end.
+/// unproven length; value_of(tag, psi) is the joint value q (rad) that causes an end; `blocking` is the pair
+/// that blocks all, or 0.
 template <class Take>
 void proven_sets(const ChainArm& arm, const Pose<double>& pose, const ProvenRequest& r, const Take& take) {
     ProvenArcs found;
@@ -174,14 +179,15 @@ void proven_sets(const ChainArm& arm, const Pose<double>& pose, const ProvenRequ
     }
 }
 
-/// Leaves what obstacles leave. An own chain with an offset has no scene.
+/// Reduces proven arcs to their collision-free parts, if there is a scene. Arms with an own chain and an
+/// offset have none.
 void keep_off(const OffsetArm& arm, const ProvenRequest& r, const Pose<double>& pose, int gc,
               ProvenArcs& found, Tag& blocking) {
     if (r.scene) keep_clear(arm, *r.scene, pose, gc, found, blocking, r.wanted == Wanted::soft);
 }
 void keep_off(const OffsetChain&, const ProvenRequest&, const Pose<double>&, int, ProvenArcs&, Tag&) {}
 
-/// The same for an arm with an offset, without margin, which it does not support yet.
+/// The same for an arm with an offset; a margin is not supported.
 template <class AnyOffset, class Take>
 void proven_offset_sets(const AnyOffset& arm, const Pose<double>& pose, const ProvenRequest& r,
                         const Take& take) {
@@ -214,8 +220,9 @@ void proven_sets(const OffsetChain& arm, const Pose<double>& pose, const ProvenR
     proven_offset_sets(arm, pose, r, take);
 }
 
-/// The proven sets of a nearly S-R-S arm or of one with an offset. `unproven` receives the unproven length,
-/// one a set. With `left_out` the sets are the unproven ones within the limits, without a scene.
+/// Computes the proven sets of a nearly S-R-S arm, or of an arm with an offset, as flat arrays. `unproven`
+/// receives the unproven length (rad) of each set. With `left_out` the sets are the unproven ones within the
+/// limits, without a scene.
 template <class Handle>
 ArcColumns proven_feasible_many(const Handle& self, Floats pose, Ints gc, double margin, Wanted wanted,
                                 Floats unproven, int threads, const SceneHandle* scene, bool left_out) {
@@ -272,7 +279,7 @@ ArcColumns proven_feasible_many(const Handle& self, Floats pose, Ints gc, double
     return whole.release();
 }
 
-/// The sets of one pose, converted to arrays when Python reads them.
+/// The sets of one pose, which become NumPy arrays when Python reads them.
 struct ArcsOfOne {
     Collected sets;
     nb::object made[Collected::columns];
@@ -284,8 +291,8 @@ struct ArcsOfOne {
     }
 };
 
-/// The sets of one pose, a small (4,4) matrix. None if an argument is not regular: the general function then
-/// converts it or raises the error.
+/// Computes the sets of one pose, a small (4,4) matrix. None if an argument is not regular: the general
+/// function then converts it or raises the error.
 std::unique_ptr<ArcsOfOne> feasible_one(const ArmHandle& self, nb::handle pose, nb::handle gc_object,
                                         nb::handle margin_object, nb::handle psi_margin,
                                         nb::handle discriminant, Wanted wanted, nb::handle threads,
@@ -307,7 +314,7 @@ std::unique_ptr<ArcsOfOne> feasible_one(const ArmHandle& self, nb::handle pose, 
     return out;
 }
 
-/// One joint's function of psi on one circle and branch.
+/// One joint as a function of psi, for one pose and branch.
 struct JointFunctionHandle {
     Arm arm;
     SelfMotion<double> motion;
@@ -327,6 +334,7 @@ struct JointFunctionHandle {
     }
 };
 
+/// Makes the function of joint 0..6 for a pose and branch.
 JointFunctionHandle joint_function(const ArmHandle& self, Floats pose, long long gc, int joint) {
     const Buffer m(pose);
     double value = 0;
@@ -340,6 +348,7 @@ JointFunctionHandle joint_function(const ArmHandle& self, Floats pose, long long
     return {self.arm, motion, joint_functions(motion), joint};
 }
 
+/// Applies a function to each psi of an array.
 template <class Function>
 void map_psi(Floats psi, Floats out, const Function& function) {
     const Buffer in(psi), to(out, true);
@@ -355,7 +364,7 @@ void map_psi(Floats psi, Floats out, const Function& function) {
 
 std::vector<double> listed(const Roots& r) { return {r.psi, r.psi + r.count}; }
 
-/// Sets made from arrays of [lower, upper] on any turn; overlapping arcs are merged.
+/// Makes sets from arrays of [lower, upper] on any multiple of 2 pi; overlapping arcs are merged.
 nb::typed<nb::tuple, Ints, Floats> arcs_from(Ints count, Floats psi) {
     const Buffer n(count), x(psi);
     std::vector<std::int64_t> counts;
@@ -382,7 +391,8 @@ nb::typed<nb::tuple, Ints, Floats> arcs_from(Ints count, Floats psi) {
 
 enum class SetOperation { intersection, union_, complement };
 
-/// a and b, a or b, or not a. `source` gives the end (of a, then of b) from which each end came, or -1.
+/// Computes the intersection or union of sets a and b, or the complement of a. `source` gives the end (of a,
+/// then of b) from which each end came, or -1.
 nb::typed<nb::tuple, Ints, Floats, Ints> combine(SetOperation operation, Ints count_a, Floats psi_a,
                                                  Ints index_a, Ints count_b, Floats psi_b, Ints index_b) {
     const ArcArrays a(count_a, psi_a), b(count_b, psi_b);

@@ -10,6 +10,7 @@ namespace binding {
 
 namespace {
 
+/// Copies an array of exactly these extents; raises an error for any other.
 void copy(nb::handle from, double* to, std::initializer_list<Py_ssize_t> extents) {
     const Buffer b(from);
     if (!b.is_array('d', extents))
@@ -19,8 +20,8 @@ void copy(nb::handle from, double* to, std::initializer_list<Py_ssize_t> extents
     std::memcpy(to, b.data<double>(), count * sizeof(double));
 }
 
-/// lengths: d_bs d_se d_ew d_wf a_3 a_4 d_4; joints: sign, offset, lower, upper, consecutively; transforms:
-/// 16 numbers each; the vector of the reference.
+/// Reads the parameters of an arm. lengths: d_bs d_se d_ew d_wf a_3 a_4 d_4 (m); joint_map: sign, offset,
+/// lower, upper, consecutively; base, tool: 16 numbers each; vector: for Reference::vector.
 armangle::ArmParameters parameters(Floats lengths, Floats joint_map, Floats base, Floats tool,
                                    armangle::Reference reference, Floats vector) {
     armangle::ArmParameters p;
@@ -50,6 +51,7 @@ armangle::ArmParameters parameters(Floats lengths, Floats joint_map, Floats base
     return p;
 }
 
+/// Constructs an S-R-S arm from these arrays.
 void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, Floats tool,
                armangle::Reference reference, Floats vector) {
     const armangle::Arm arm =
@@ -57,7 +59,7 @@ void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, F
     new (self) ArmHandle{arm, armangle::limit_table(arm)};
 }
 
-/// chain: eight transforms, 16 numbers each.
+/// Constructs a nearly S-R-S arm; chain: eight transforms, 16 numbers each.
 void construct_chain(ChainArmHandle* self, Floats lengths, Floats joint_map, Floats base, Floats tool,
                      armangle::Reference reference, Floats vector, Floats chain) {
     constexpr int links = armangle::joints + 1;
@@ -73,7 +75,8 @@ std::vector<double> joint_middle(const armangle::Arm& arm) {
     return {arm.joint_middle, arm.joint_middle + armangle::joints};
 }
 
-/// Deviation of each link from the nominal one, base to end effector: m and rad.
+/// The deviation of each link from the nominal one, from base to end effector: position (m) and rotation
+/// (rad).
 std::vector<std::vector<double>> deviations(const ChainArmHandle& self) {
     std::vector<std::vector<double>> out;
     for (const armangle::LinkDeviation& d : self.arm.deviation) out.push_back({d.position, d.rotation});

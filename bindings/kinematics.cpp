@@ -10,7 +10,7 @@ using namespace armangle;
 
 namespace {
 
-/// Joints as a new array; None if they must be within their limits and are not.
+/// Joints as a new array; None if they must be within their limits (`keep`) and are not.
 nb::object joints_of(const double* q, const Limits& limits, bool keep) {
     if (keep && !(limit_margin(limits, q) >= -tolerance::angle)) return nb::none();
     nb::object out = new_array7();
@@ -19,8 +19,8 @@ nb::object joints_of(const double* q, const Limits& limits, bool keep) {
     return out;
 }
 
-/// One regular inverse: a small (4,4) matrix, float psi, integer gc. None if an argument is not regular, or
-/// required limits are violated: the general function then raises the error.
+/// Inverse kinematics of one pose: a small (4,4) matrix, float psi, integer gc. None if an argument is not
+/// regular, or required limits are violated: the general function then raises the error.
 nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_object, nb::handle gc_object,
                        bool limits) {
     double psi, value;
@@ -39,7 +39,7 @@ nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_ob
                      limits);
 }
 
-/// One regular inverse of a nearly S-R-S arm.
+/// The same for a nearly S-R-S arm.
 nb::object near_inverse_one(const ChainArmHandle& self, nb::handle pose, nb::handle psi_object,
                             nb::handle gc_object, bool limits) {
     double psi, m[16];
@@ -54,6 +54,7 @@ nb::object near_inverse_one(const ChainArmHandle& self, nb::handle pose, nb::han
     return joints_of(found.q, nominal(self.arm).limits, limits);
 }
 
+/// Inverse kinematics of arrays of poses, psi and branches; writes joints (..., 7).
 template <class Handle>
 void inverse_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats seed, Floats out,
                   Enforce limits, Enforce unreachable, int threads, bool all_branches) {
@@ -86,8 +87,8 @@ void inverse_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats s
     refuse(found, p, 2, of_branch ? "branch" : "pose", "seed");
 }
 
-/// One regular forward: (pose, psi, gc) of a small vector (7,). None if it is not regular, or the arm angle
-/// does not exist: the general function then raises the error.
+/// Forward kinematics of one small vector (7,): returns (pose, psi, gc). None if it is not regular, or the
+/// arm angle does not exist: the general function then raises the error.
 template <class Handle>
 nb::object forward_one(const Handle& self, nb::handle q) {
     double joint[joints], value;
@@ -101,6 +102,8 @@ nb::object forward_one(const Handle& self, nb::handle q) {
     return nb::make_tuple(pose, numpy_float(posture.psi), numpy_index(posture.gc));
 }
 
+/// Forward kinematics of joints (..., 7); writes poses, psi and branches. With `nan`, psi is NaN where it
+/// does not exist, instead of an error.
 template <class Handle>
 void forward_many(const Handle& self, Floats q, Floats pose, Floats psi, Ints gc, bool nan, int threads) {
     const Buffer in(q), p(pose, true), a(psi, true), g(gc, true);
@@ -116,6 +119,7 @@ void forward_many(const Handle& self, Floats q, Floats pose, Floats psi, Ints gc
     });
 }
 
+/// Writes the eight link frames (..., 8, 4, 4) of joints (..., 7).
 template <class Handle>
 void frames_many(const Handle& self, Floats q, Floats out, int threads) {
     for_each_joints<double>(self.arm, q, out, 3, threads, [&](const double* joint, double* to) {
@@ -125,6 +129,7 @@ void frames_many(const Handle& self, Floats q, Floats out, int threads) {
     });
 }
 
+/// Writes the elbow positions (..., 3) of joints (..., 7).
 template <class Handle>
 void elbow_many(const Handle& self, Floats q, Floats out, int threads) {
     for_each_joints<double>(self.arm, q, out, 1, threads, [&](const double* joint, double* to) {
@@ -159,6 +164,7 @@ Wished wished_psi(const OffsetArm& arm, const Pose<double>& pose, int gc, const 
     return {found.psi, excess > 0 ? Problem::unreachable : Problem::no_posture, excess};
 }
 
+/// Writes the psi of the elbow's target for each pose and branch.
 template <class Handle>
 void psi_towards_many(const Handle& self, Floats pose, Ints gc, Wish wish, Floats target, Floats out,
                       bool nan, int threads) {
@@ -181,6 +187,7 @@ void psi_towards_many(const Handle& self, Floats pose, Ints gc, Wish wish, Float
     });
 }
 
+/// Writes the Jacobians (..., 6, 7) of joints (..., 7).
 template <class Handle>
 void jacobian_many(const Handle& self, Floats q, Floats out, int threads) {
     for_each_joints<double>(self.arm, q, out, 2, threads, [&](const double* joint, double* to) {
@@ -189,6 +196,7 @@ void jacobian_many(const Handle& self, Floats q, Floats out, int threads) {
     });
 }
 
+/// Writes the gradients dpsi/dq (..., 7) of joints (..., 7).
 void psi_gradient_many(const ArmHandle& self, Floats q, Floats out, int threads) {
     for_each_joints<double>(self.arm, q, out, 1, threads, [&](const double* joint, double* to) {
         double gradient[joints];
@@ -197,6 +205,7 @@ void psi_gradient_many(const ArmHandle& self, Floats q, Floats out, int threads)
     });
 }
 
+/// Writes the distance (rad) of joints (..., 7) to their nearest limit.
 template <class Handle>
 void limit_margin_many(const Handle& self, Floats q, Floats out) {
     for_each_joints<double>(self.arm, q, out, 0, 1, [&](const double* joint, double* to) {
@@ -204,6 +213,7 @@ void limit_margin_many(const Handle& self, Floats q, Floats out) {
     });
 }
 
+/// Writes dq/dpsi (..., 7) of an S-R-S arm for each pose, psi and branch.
 void self_motion_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats out, int threads) {
     for_each_asked(self.arm, pose, psi, gc, out, 1, threads, [&](const Asked& asked, double* to, double&) {
         const SelfMotion<double> m = self_motion(self.arm, asked.pose, asked.gc);
@@ -213,13 +223,14 @@ void self_motion_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, F
     });
 }
 
-/// Distance (m) of an unsolvable pose beyond the reach; for an arm with its own chain, at every psi.
+/// The distance (m) of an unsolvable pose beyond the reach. For an arm with its own chain it is the least
+/// over all psi; for an arm with an offset that at the given free joint.
 double excess_of(const ChainArm& arm, const Asked& asked) { return reach_excess(arm, asked.pose); }
 double excess_of(const OffsetArm& arm, const Asked& asked) {
     return reach_excess(arm, asked.pose, asked.psi);
 }
 
-/// dq/dpsi of a nearly S-R-S arm; dq by the free joint for an arm with an offset.
+/// Writes dq/dpsi of a nearly S-R-S arm, or dq/d(free joint) of an arm with an offset.
 template <class Handle>
 void self_motion_rate_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats out, int threads) {
     for_each_asked(self.arm, pose, psi, gc, out, 1, threads,
@@ -231,7 +242,8 @@ void self_motion_rate_many(const Handle& self, Floats pose, Floats psi, Ints gc,
                    });
 }
 
-/// dq by twist and psi, (..., 7, 7); with `nan`, NaN if the geometry has no solution.
+/// Writes the derivatives (..., 7, 7) of the joints with respect to twist and psi; with `nan`, NaN if the
+/// pose has no solution.
 void inverse_derivative_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats out, bool nan,
                              int threads) {
     const Buffer p(pose), a(psi), g(gc), to(out, true);
@@ -243,7 +255,7 @@ void inverse_derivative_many(const ArmHandle& self, Floats pose, Floats psi, Int
                     });
 }
 
-/// The same of an arm with an offset, by twist and free joint.
+/// The same for an arm with an offset, with respect to twist and free joint.
 void offset_derivative_many(const OffsetHandle& self, Floats pose, Floats free, Ints gc, Floats out, bool nan,
                             int threads) {
     for_each_asked(
@@ -255,7 +267,8 @@ void offset_derivative_many(const OffsetHandle& self, Floats pose, Floats free, 
         });
 }
 
-/// Pulls gradients by the joints (..., 7) back to poses (..., 4, 4) and psi; for the operators of torch.
+/// Converts gradients with respect to the joints (..., 7) to gradients with respect to poses (..., 4, 4) and
+/// psi; for the operators of torch.
 void inverse_pullback_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats by_q,
                            Floats by_pose, Floats by_psi, bool nan) {
     const Buffer p(pose), a(psi), g(gc), q(by_q), to(by_pose, true), to_psi(by_psi, true);
@@ -269,7 +282,8 @@ void inverse_pullback_many(const ArmHandle& self, Floats pose, Floats psi, Ints 
                     });
 }
 
-/// Pulls gradients by poses and psi back to the joints; with `nan`, NaN if they do not exist.
+/// Converts gradients with respect to poses and psi to gradients with respect to the joints; with `nan`, NaN
+/// if they do not exist.
 void forward_pullback_many(const ArmHandle& self, Floats q, Floats by_pose, Floats by_psi, Floats by_q,
                            bool nan) {
     const Buffer in(q), p(by_pose), a(by_psi), to(by_q, true);
@@ -286,7 +300,7 @@ void forward_pullback_many(const ArmHandle& self, Floats q, Floats by_pose, Floa
     });
 }
 
-/// Converts gradients by twists (..., 6) to gradients by the entries of poses.
+/// Converts gradients with respect to twists (..., 6) to gradients with respect to the entries of poses.
 void pose_gradient_many(Floats pose, Floats by_twist, Floats by_pose) {
     const Buffer p(pose), t(by_twist), to(by_pose, true);
     for_each<3>("pose", {&p, &t, &to}, {2, 1, 2}, 1, [&](const Py_ssize_t* at, double&) {
@@ -298,6 +312,7 @@ void pose_gradient_many(Floats pose, Floats by_twist, Floats by_pose) {
     });
 }
 
+/// Writes the gradients (..., 7) of the distance to the nearest limit.
 template <class Handle>
 void limit_margin_gradient_many(const Handle& self, Floats q, Floats out) {
     for_each_joints<double>(self.arm, q, out, 1, 1, [&](const double* joint, double* to) {
@@ -307,7 +322,7 @@ void limit_margin_gradient_many(const Handle& self, Floats q, Floats out) {
     });
 }
 
-/// Writes the nearest pose within reach and returns its distance (m).
+/// Writes the nearest reachable pose and returns its distance (m) from the given one.
 template <class Handle>
 double nearest_pose(const Handle& self, Floats pose, Floats out) {
     const Buffer from(pose), to(out, true);
@@ -316,7 +331,7 @@ double nearest_pose(const Handle& self, Floats pose, Floats out) {
     return nearest.gap;
 }
 
-/// theta of joint values, or the inverse: joint_map.hpp on arrays (..., 7).
+/// Converts joint values (..., 7) to model angles theta, or back (joint_map.hpp).
 template <class Handle, bool to_model>
 void joint_map_many(const Handle& self, Floats from, Floats to) {
     const Buffer in(from), out(to, true);
@@ -330,7 +345,7 @@ void joint_map_many(const Handle& self, Floats from, Floats to) {
     });
 }
 
-/// Corrects poses for the rounding of their numbers to `precision`.
+/// Corrects poses in place for the rounding of their numbers to `precision` (ratio).
 template <class Handle>
 void settle_many(const Handle& self, Floats poses, double precision) {
     const Buffer in_place(poses, true);
@@ -340,7 +355,7 @@ void settle_many(const Handle& self, Floats poses, double precision) {
     });
 }
 
-/// Functions that have the same form for S-R-S and nearly S-R-S arms.
+/// Binds the functions that have the same form for S-R-S and nearly S-R-S arms.
 template <class Handle>
 void bind_both(nb::class_<Handle>& arm) {
     using namespace nb::literals;
@@ -396,7 +411,7 @@ void bind_chain_kinematics(nb::class_<ChainArmHandle>& arm) {
             "threads"_a);
 }
 
-/// What arms with an offset have with and without an own chain.
+/// Binds the functions that arms with an offset have with and without an own chain.
 template <class Handle>
 void bind_offset_rows(nb::class_<Handle>& arm) {
     using namespace nb::literals;

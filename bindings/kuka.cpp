@@ -12,7 +12,7 @@ using namespace armangle;
 
 namespace {
 
-/// codes: Status and Turn of each q.
+/// Writes Status and Turn (..., 2) of joints (..., 7).
 void kuka_codes(const ArmHandle& self, Floats q, Ints codes, int threads) {
     for_each_joints<long long>(self.arm, q, codes, 1, threads, [&](const double* joint, long long* code) {
         code[0] = kuka::status(self.arm, joint);
@@ -20,7 +20,7 @@ void kuka_codes(const ArmHandle& self, Floats q, Ints codes, int threads) {
     });
 }
 
-/// Joints of each pose, E1 and Status, and the outcome.
+/// Writes the joints for each pose, E1 and Status, and the status of the solution.
 void kuka_inverse(const ArmHandle& self, Floats pose, Floats e1, Ints status, Floats seed, Floats out,
                   Ints outcome, int threads) {
     const Buffer p(pose), e(e1), s(status), q(out, true), code(outcome, true);
@@ -42,8 +42,8 @@ void kuka_inverse(const ArmHandle& self, Floats pose, Floats e1, Ints status, Fl
                 });
 }
 
-/// Redistributes the undetermined turns in one configuration (7,) so that it has a Turn; false if that is
-/// impossible.
+/// Redistributes the undetermined rotations of one configuration (7,) so that it has the given Turn; false if
+/// that is impossible.
 bool kuka_share_turns(const ArmHandle& self, Floats q, Floats seed, int turn) {
     const Buffer at(q, true);
     Buffer near;
@@ -51,7 +51,7 @@ bool kuka_share_turns(const ArmHandle& self, Floats q, Floats seed, int turn) {
     return kuka::share_turns(self.arm, near.held() ? near.data<double>() : nullptr, &turn, at.data<double>());
 }
 
-/// The values of E1 within the limits, for each pose (..., 4, 4) and Status (n,).
+/// Computes the values of E1 within the limits for each pose (..., 4, 4) and Status (n,).
 ArcColumns kuka_e1_arcs(const ArmHandle& self, Floats pose, Ints status) {
     const Buffer p(pose), s(status);
     const std::size_t n = p.elements(2);

@@ -11,7 +11,7 @@ using namespace armangle;
 
 namespace {
 
-/// Poses (n, 4, 4), values of the free joint and branches for the rows of q.
+/// Forward kinematics: writes poses (n, 4, 4), values of the free joint and branches for the rows of q.
 template <class Handle>
 void offset_forward(const Handle& self, Floats q, Floats pose, Floats free, Ints gc, int threads) {
     const Buffer in(q), p(pose, true), f(free, true), g(gc, true);
@@ -27,7 +27,7 @@ void offset_forward(const Handle& self, Floats q, Floats pose, Floats free, Ints
     });
 }
 
-/// The DH frames (n, 8, 4, 4) for the rows of q.
+/// Writes the DH frames (n, 8, 4, 4) for the rows of q.
 template <class Handle>
 void offset_frames(const Handle& self, Floats q, Floats out, int threads) {
     for_each_joints<double>(self.arm, q, out, 3, threads, [&](const double* joint, double* to) {
@@ -37,7 +37,7 @@ void offset_frames(const Handle& self, Floats q, Floats out, int threads) {
     });
 }
 
-/// Raises for a configuration outside its limits, or makes it NaN, as requested.
+/// If a configuration violates its limits, returns the problem or makes it NaN, as requested.
 template <class Handle>
 Problem enforce_limits(const Handle& self, Enforce limits, Inverse& found, double& value) noexcept {
     if (limits == Enforce::ignore || !(found.margin < -tolerance::angle)) return Problem::none;
@@ -50,7 +50,7 @@ Problem enforce_limits(const Handle& self, Enforce limits, Inverse& found, doubl
     return limits == Enforce::raise ? Problem::joint_limit : Problem::none;
 }
 
-/// Joints of each pose, value of the free joint and branch, and the outcome.
+/// Inverse kinematics: writes the joints for each pose, value of the free joint and branch, and the status.
 template <class Handle>
 void offset_inverse(const Handle& self, Floats pose, Floats free, Ints gc, Floats seed, Floats out,
                     Ints outcome, Enforce limits, int threads) {
@@ -74,7 +74,8 @@ void offset_inverse(const Handle& self, Floats pose, Floats free, Ints gc, Float
                 });
 }
 
-/// Deviation of each link from the nominal one, base to end effector: m and rad.
+/// The deviation of each link from the nominal one, from base to end effector: position (m) and rotation
+/// (rad).
 std::vector<std::vector<double>> deviations(const OffsetChainHandle& self) {
     std::vector<std::vector<double>> out;
     for (const LinkDeviation& d : self.arm.deviation) out.push_back({d.position, d.rotation});

@@ -28,7 +28,7 @@ const Segment* as_segments(const Buffer& b) noexcept {
 }
 Vec3<double> as_vector(const double* v) noexcept { return {v[0], v[1], v[2]}; }
 
-/// Segments through n poses at rising s; one pose gives a constant path.
+/// Writes the segments through n poses at rising s; one pose gives a constant path.
 void path_waypoints(Floats poses, Floats s, Floats out) {
     const Buffer p(poses), at(s), to(out, true);
     const double* const begins = at.data<double>();
@@ -40,12 +40,14 @@ void path_waypoints(Floats poses, Floats s, Floats out) {
         segments[i] = line(begins[i], n > 1 ? begins[i + 1] : 1.0, pose(i), pose(i + 1), false);
 }
 
+/// Writes a straight segment between two poses.
 void path_line(Floats start, Floats end, bool fixed, Floats out) {
     const Buffer a(start), b(end), to(out, true);
     *reinterpret_cast<Segment*>(to.data<double>()) =
         line(0, 1, load_pose(a.data<double>()), load_pose(b.data<double>()), fixed);
 }
 
+/// Writes a rotation around a line, with an advance, and its last pose.
 void path_screw(Floats start, Floats point, Floats direction, double angle, double advance, bool carried,
                 Floats end, Floats out) {
     const Buffer a(start), p(point), d(direction), to(out, true);
@@ -55,7 +57,7 @@ void path_screw(Floats start, Floats point, Floats direction, double angle, doub
     *reinterpret_cast<Segment*>(to.data<double>()) = g;
 }
 
-/// Centre, axis and angle of the arc through three points; angle 0 if they lie on a line.
+/// The centre, axis and angle (rad) of the arc through three points; angle 0 if they lie on a line.
 nb::tuple arc_through_points(Floats from, Floats via, Floats to) {
     const Buffer a(from), b(via), c(to);
     const ArcThrough arc =
@@ -64,8 +66,8 @@ nb::tuple arc_through_points(Floats from, Floats via, Floats to) {
                           nb::make_tuple(arc.axis.x, arc.axis.y, arc.axis.z), arc.angle);
 }
 
-/// The first segment that does not begin where the previous one ends, and the gap (m or rad); the number of
-/// segments if there is none.
+/// The index of the first segment that does not begin where the previous one ends, and the gap (m or rad);
+/// the number of segments if there is none.
 nb::tuple path_gap(Floats segments) {
     const Buffer g(segments);
     const auto n = static_cast<std::size_t>(g.shape(0));
@@ -76,7 +78,7 @@ nb::tuple path_gap(Floats segments) {
     return nb::make_tuple(n, 0.0);
 }
 
-/// Consecutive segments with rounded corners, and their deviation from the given ones: m, rad.
+/// Joins segments with rounded corners; also returns the largest deviations from the given ones (m, rad).
 nb::tuple path_joined(Floats segments, Floats radius) {
     const Buffer g(segments), r(radius);
     const auto n = static_cast<std::size_t>(g.shape(0));
@@ -89,14 +91,14 @@ nb::tuple path_joined(Floats segments, Floats radius) {
     return nb::make_tuple(out, path.off_position, path.off_rotation);
 }
 
-/// Segments whose frames also turn about their own z axes, by roll + rate s.
+/// Writes the segments with frames that also rotate around their own z axes, by roll + rate s (rad).
 void path_rolled(Floats segments, double roll, double rate, Floats out) {
     const Buffer g(segments), to(out, true);
     auto* turned = reinterpret_cast<Segment*>(to.data<double>());
     for (Py_ssize_t i = 0; i < g.shape(0); ++i) turned[i] = rolled(as_segments(g)[i], roll, rate);
 }
 
-/// Poses (4x4) at s.
+/// Writes the poses (4x4) at s.
 void path_poses(Floats segments, Floats s, Floats out) {
     const Buffer g(segments), x(s), to(out, true);
     const auto n = static_cast<std::size_t>(g.shape(0));
@@ -107,7 +109,8 @@ void path_poses(Floats segments, Floats s, Floats out) {
     }
 }
 
-/// Derivatives 1, 2, 3 by s of the point, and 0, 1, 2 of the angular velocity: (3, 6) each.
+/// Writes the derivatives 1, 2, 3 of the position with respect to s, and 0, 1, 2 of the angular velocity: (3,
+/// 6) for each s.
 void path_derivatives(Floats segments, Floats s, Floats out) {
     const Buffer g(segments), x(s), to(out, true);
     const auto n = static_cast<std::size_t>(g.shape(0));
@@ -127,6 +130,7 @@ void path_derivatives(Floats segments, Floats s, Floats out) {
     }
 }
 
+/// A branch report as a tuple for Python.
 nb::tuple as_tuple(const BranchReport& r) {
     nb::list openings;
     for (const Opening& o : r.openings) openings.append(nb::make_tuple(o.joint, o.upper, o.extra));
@@ -137,6 +141,7 @@ nb::tuple as_tuple(const BranchReport& r) {
                           nb::make_tuple(r.turns[0], r.turns[1]));
 }
 
+/// Values as a float64 array with `width` columns.
 nb::object as_array(const std::vector<double>& values, std::size_t width) {
     nb::object out = new_array(nb::make_tuple(values.size() / width, width));
     if (!values.empty())
@@ -144,15 +149,15 @@ nb::object as_array(const std::vector<double>& values, std::size_t width) {
     return out;
 }
 
-/// A set of arcs whose ends are marked as the user's.
+/// Reads a set of arcs and marks its ends as the user's.
 ArcSet of_user(nb::handle count, nb::handle psi) {
     ArcSet out = ArcArrays(count, psi).load(0, 0);
     for (int i = 0; i < out.count; ++i) out.arc[i].lower_tag = out.arc[i].upper_tag = make_tag(0, Side::user);
     return out;
 }
 
-/// Arcs of psi from a Python function of s that returns (count, psi); it is called once for each s. An
-/// exception is stored, and afterwards all arcs are empty.
+/// Arcs of psi from a Python function of s that returns (count, psi); it is called once for each s. If it
+/// raises, the exception is stored, and all further arcs are empty.
 class AskedArcs {
 public:
     explicit AskedArcs(nb::object function) : function_(std::move(function)) {}
@@ -183,7 +188,7 @@ private:
     std::exception_ptr raised_;
 };
 
-/// Ends a plan at its next checkpoint.
+/// Thrown to end a plan at its next checkpoint.
 struct Interrupted {};
 
 ChainPlan planned(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
@@ -200,12 +205,12 @@ ChainPlan planned(const OffsetArm& arm, const Segment* segments, std::size_t n, 
     return {plan(arm, segments, n, options), {}, {}};
 }
 
-/// (ok, gc, plane, stretches, open, start gap, goal gap, branches, shifts, base). weights: limits,
-/// singularities, travel, enough, psi, duration, and seven velocities and accelerations. wished: psi at equal
-/// steps of s, or the elbow's point or direction; None without a target. allowed: count and arcs, the same
-/// for every s; allowed_at: a function of s that returns them. scenes: each for an equal part of the path.
-/// held: q of joint 7 if the roll is free. true_scene: the scene of an arm with its own chain; `scenes` are
-/// then those of its nominal arm.
+/// Plans a path and returns (ok, gc, plane, stretches, open, start gap, goal gap, branches, shifts, base).
+/// weights: limits, singularities, travel, enough, psi, duration, and seven velocities and accelerations.
+/// wished: psi at equal steps of s, or the elbow's point or direction; None without a target. allowed: count
+/// and arcs, the same for every s; allowed_at: a function of s that returns them. scenes: each for an equal
+/// part of the path. held_q_7: q of joint 7 if the roll is free. true_scene: the scene of an arm with its own
+/// chain; `scenes` are then those of its nominal arm.
 template <class Handle>
 nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats start, Floats goal,
                      unsigned branches, Floats weights, double singularity_margin, double limit_margin,
@@ -288,6 +293,7 @@ nb::object plan_path(const Handle& self, Floats segments, Floats rows, Floats st
                           as_array(out.proof.open, 2), out.start_gap, out.goal_gap, reports, shifts, base);
 }
 
+/// A view of the arrays of a curve.
 Curve as_curve(const Arm& arm, const Buffer& segments, const Buffer& stretches, const Buffer& plane,
                int gc) noexcept {
     const double* v = plane.data<double>();
@@ -299,7 +305,7 @@ Curve as_curve(const Arm& arm, const Buffer& segments, const Buffer& stretches, 
              static_cast<std::size_t>(stretches.shape(0))}};
 }
 
-/// The joints along the arm's own curve, or along the nominal arm's.
+/// The curve that gives the arm's joints: for a nearly S-R-S arm the nominal curve with corrections.
 const Curve& joints_along(const Arm&, const Curve& curve, const Buffer&) noexcept { return curve; }
 CorrectedCurve joints_along(const ChainArm& arm, const Curve& curve, const Buffer& shifts) noexcept {
     return {arm,
@@ -312,27 +318,27 @@ FamilyCurve<OffsetFamily> joints_along(const OffsetArm& arm, const Curve& curve,
     return {OffsetFamily(arm), curve.gc, curve.segments, curve.stretches};
 }
 
-/// The arm; if it has its own chain, the nominal arm on the base of its plan, if that has one.
+/// The arm; if it has its own chain and the plan has a base, the arm on that base.
 const Arm& standing(const Arm& arm, const Floats&) noexcept { return arm; }
 const OffsetArm& standing(const OffsetArm& arm, const Floats&) noexcept { return arm; }
 ChainArm standing(const ChainArm& arm, const Floats& base) {
     return base.is_none() ? arm : with_base(arm, load_pose(Buffer(base).data<double>()));
 }
 
-/// psi of a configuration on a curve, in the arm's definition.
+/// The psi of a configuration on a curve, in the arm's own definition.
 double psi_of(const Arm&, const PlacedPosture& at) noexcept { return at.psi; }
 double psi_of(const OffsetArm&, const PlacedPosture& at) noexcept { return at.psi; }
 double psi_of(const ChainArm& arm, const PlacedPosture& at) noexcept {
     return lift(forward(arm, at.q).psi, at.psi);
 }
 
-/// A configuration on a curve without a leading joint.
+/// The configuration at s of a curve without a leading joint.
 PlacedPosture along(const Arm&, const Curve& curve, double s) noexcept { return curve.at(s); }
 PlacedPosture along(const ChainArm& arm, const Curve& curve, double s) noexcept {
     return CorrectedCurve{arm, curve, {}}.at(s);
 }
 
-/// Distance (m) of the end effector from a pose.
+/// The distance (m) of the end effector from a pose at joints q.
 double off(const Arm& arm, const double* q, const Pose<double>& pose) noexcept {
     return position_error(arm, chain(arm, q), pose);
 }
@@ -341,8 +347,8 @@ double off(const AnyArm& arm, const double* q, const Pose<double>& pose) noexcep
     return norm(forward(arm, q).pose.position - pose.position);
 }
 
-/// q, psi, branch (as a float), pose, distance to the nearest limit and residual at s. roll_free: joint 7 is
-/// constant, and the pose is the one reached.
+/// Writes q, psi, branch (as a float), pose, distance to the nearest limit and residual at each s. roll_free:
+/// joint 7 is constant, and the pose is the one reached.
 template <class Handle>
 void curve_at(const Handle& self, Floats segments, Floats stretches, Floats plane, int gc, bool roll_free,
               Floats shifts, Floats base, Floats s, Floats q, Floats psi, Floats branch, Floats pose,
@@ -364,7 +370,7 @@ void curve_at(const Handle& self, Floats segments, Floats stretches, Floats plan
     }
 }
 
-/// q', q'', q''' at s: (3, 7) each.
+/// Writes q', q'', q''' at each s: (3, 7).
 template <class Handle>
 void curve_derivatives(const Handle& self, Floats segments, Floats stretches, Floats plane, int gc,
                        bool roll_free, Floats shifts, Floats base, Floats s, Floats out) {
@@ -377,7 +383,7 @@ void curve_derivatives(const Handle& self, Floats segments, Floats stretches, Fl
             .derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
 }
 
-/// The segments of a path, unchanged.
+/// A view of the segments of a path.
 std::span<const Segment> as_path(const Buffer& segments) noexcept {
     return {as_segments(segments), static_cast<std::size_t>(segments.shape(0))};
 }
@@ -394,7 +400,7 @@ PathRows as_rows(const Buffer& s, const Buffer& psi, const Buffer& q, const Buff
             std::vector<int>(gc.data<std::int64_t>(), gc.data<std::int64_t>() + n)};
 }
 
-/// The curve through rows from another source.
+/// The curve through rows that were computed elsewhere.
 CurveThrough through(const Arm& arm, std::span<const Segment> path, const PathRows& rows) {
     return {arm, path, rows, [](const Curve&, const Stretch&, double, PlacedPosture q) { return q; }};
 }
@@ -405,7 +411,7 @@ CurveThrough through(const ChainArm& arm, std::span<const Segment> path, const P
             }};
 }
 
-/// The same as plane, stretches, and the row after which no continuation exists, or -1.
+/// Returns plane and stretches of that curve, and the row after which no continuation exists, or -1.
 template <class Handle>
 nb::object curve_through(const Handle& self, Floats segments, Floats s, Floats q, Floats psi, Ints gc) {
     const Buffer g(segments), at(s), joint_values(q), angles(psi), branches(gc);
@@ -417,7 +423,7 @@ nb::object curve_through(const Handle& self, Floats segments, Floats s, Floats q
     return nb::make_tuple(as_array({p.x, p.y, p.z, e.x, e.y, e.z}, 6), out, curve.torn);
 }
 
-/// The configuration between rows as a function of s.
+/// Returns a function of s that gives the configuration between rows.
 template <class SrsArm>
 auto between(const SrsArm& arm, std::span<const Segment> path, const PathRows& rows) {
     return [&arm, path, gc = rows.gc[0], curve = through(arm, path, rows)](double s) {
@@ -435,8 +441,8 @@ const Limits& limits_of(const SrsArm& arm) noexcept {
 }
 const Limits& limits_of(const OffsetArm& arm) noexcept { return arm.own.limits; }
 
-/// Rows (s, psi, q, gc), with more inserted where the straight line violates a limit (rows_within.hpp); the
-/// largest remaining violation, its joint, and the row before.
+/// Returns the rows (s, psi, q, gc), with more inserted where the straight line violates a limit
+/// (rows_within.hpp); also the largest remaining violation, its joint, and the row before it.
 template <class Handle>
 nb::object rows_within(const Handle& self, Floats segments, Floats s, Floats q, Floats psi, Ints gc) {
     const Buffer g(segments), at(s), joint_values(q), angles(psi), branches(gc);
@@ -456,7 +462,7 @@ nb::object rows_within(const Handle& self, Floats segments, Floats s, Floats q, 
                           as_array(kept, 1), passed.excess, passed.joint, passed.row);
 }
 
-/// The rows (s, free, q) of a path of an arm with an offset, kept during queries.
+/// Arrays of the rows (s, free, q) of a path of an arm with an offset, kept during queries.
 class OffsetRows {
 public:
     OffsetRows(Floats segments, Floats s, Floats free, Floats q)
@@ -474,7 +480,7 @@ private:
     const Buffer segments_, s_, free_, q_;
 };
 
-/// Values between these rows: q, free, branch, pose, margin, residual at s.
+/// Writes q, free, branch, pose, margin and residual at each s between these rows.
 void rows_at(const OffsetHandle& self, Floats segments, Floats rows_s, Floats free, Floats rows_q, Floats s,
              Floats q, Floats psi, Floats branch, Floats pose, Floats margin, Floats residual) {
     const OffsetRows rows(segments, rows_s, free, rows_q);
@@ -492,7 +498,7 @@ void rows_at(const OffsetHandle& self, Floats segments, Floats rows_s, Floats fr
     }
 }
 
-/// Their q', q'', q''' at s: (3, 7) each.
+/// Writes q', q'', q''' at each s between these rows: (3, 7).
 void rows_derivatives(const OffsetHandle& self, Floats segments, Floats rows_s, Floats free, Floats rows_q,
                       Floats s, Floats out) {
     const OffsetRows rows(segments, rows_s, free, rows_q);
@@ -502,7 +508,7 @@ void rows_derivatives(const OffsetHandle& self, Floats segments, Floats rows_s, 
         curve.derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
 }
 
-/// Eight branch reports of one pose.
+/// The eight branch reports of one pose.
 nb::object explain_pose(const ArmHandle& self, Floats segment, double singularity_margin) {
     const Buffer g(segment);
     Task task{self.arm, self.arm.limits, limit_table(self.arm, singularity_margin), as_segments(g), 1, {}};
@@ -512,8 +518,7 @@ nb::object explain_pose(const ArmHandle& self, Floats segment, double singularit
     return out;
 }
 
-/// (lower, upper) of a sine or cosine over intervals, and of their arithmetic: used by the tests of the
-/// enclosures.
+/// Evaluates an interval operation on arrays of (lower, upper); used by the tests of interval arithmetic.
 void interval_many(int operation, Floats a, Floats b, Floats out) {
     const Buffer x(a), y(b), to(out, true);
     for (Py_ssize_t i = 0; i < x.shape(0); ++i) {
@@ -526,7 +531,7 @@ void interval_many(int operation, Floats a, Floats b, Floats out) {
     }
 }
 
-/// Unproven stretches of a curve, and the places of violations.
+/// Proves a curve: returns its unproven stretches and the places of violations.
 nb::tuple certify_curve(const ArmHandle& self, Floats segments, Floats stretches, Floats plane, int gc,
                         double singularity_margin, const SceneHandle* scene) {
     const Buffer g(segments), x(stretches), v(plane);
@@ -536,7 +541,7 @@ nb::tuple certify_curve(const ArmHandle& self, Floats segments, Floats stretches
     return nb::make_tuple(as_array(proof.open, 2), as_array(proof.violated, 1));
 }
 
-/// Functions that every kind of arm has.
+/// Binds the functions that every kind of arm has.
 template <class Handle>
 void bind_planning_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
@@ -552,7 +557,7 @@ void bind_planning_of(nb::class_<Handle>& arm) {
     arm.def("rows_within", &rows_within<Handle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
 }
 
-/// What arms with an arm angle answer.
+/// Binds the functions of arms with an arm angle.
 template <class Handle>
 void bind_curve_through(nb::class_<Handle>& arm) {
     using namespace nb::literals;

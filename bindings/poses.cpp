@@ -42,7 +42,7 @@ Mat3<double> rotation_of(Orientation kind, const double* x) noexcept {
     return from_rotation_vector({x[0], x[1], x[2]});
 }
 
-/// Writes poses of orientations; `name` is the name of the argument.
+/// Writes the poses of orientations in one notation; `name` is the name of the argument for errors.
 void rotations_many(Orientation kind, Floats numbers, Floats out, const char* name) {
     const Buffer in(numbers), to(out, true);
     for_each<2>(name, {&in, &to}, {1, 2}, 1, [&](const Py_ssize_t* at, double& value) {
@@ -54,6 +54,7 @@ void rotations_many(Orientation kind, Floats numbers, Floats out, const char* na
     });
 }
 
+/// Raises an error for poses (..., 4, 4) that are not rigid.
 void check_transforms(Floats poses, const char* argument) {
     const Buffer p(poses);
     for_each<1>(argument, {&p}, {2}, 1, [&](const Py_ssize_t* at, double& value) {

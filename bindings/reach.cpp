@@ -18,12 +18,13 @@ using namespace armangle;
 
 namespace {
 
-/// The table of the arm's limits, narrowed if a margin is requested.
+/// The table of the arm's limits, with a margin if one is requested.
 LimitTable table(const ArmHandle& self, double margin) {
     return margin > 0 ? limit_table(self.arm, margin) : self.limits;
 }
 OffsetLimits table(const OffsetHandle& self, double margin) { return limit_table(self.arm, margin); }
 
+/// Writes for each pose whether any branch and arm angle solves it.
 template <class Handle>
 void reachable_many(const Handle& self, Floats pose, double margin, Ints out, int threads) {
     const Buffer in(pose), to(out, true);
@@ -37,7 +38,7 @@ void reachable_many(const Handle& self, Floats pose, double margin, Ints out, in
     });
 }
 
-/// widths: total and widest; codes: gc, arcs, status.
+/// Writes the freedom of each pose. widths: total and widest (rad); codes: gc, arcs, status.
 template <class Handle>
 void freedom_many(const Handle& self, Floats pose, double margin, Floats widths, Ints codes, int threads) {
     const Buffer in(pose), wide(widths, true), code(codes, true);
@@ -58,6 +59,7 @@ void freedom_many(const Handle& self, Floats pose, double margin, Floats widths,
     });
 }
 
+/// Writes the gradients (..., 6) of the total freedom with respect to the twist of each pose.
 void freedom_gradient_many(const ArmHandle& self, Floats pose, double margin, Floats out, int threads) {
     const Buffer in(pose), to(out, true);
     const LimitTable limits = table(self, margin);
@@ -72,6 +74,7 @@ void freedom_gradient_many(const ArmHandle& self, Floats pose, double margin, Fl
     });
 }
 
+/// Collects the turns of elements [begin, end).
 template <class Handle, class Table>
 [[gnu::noinline]] void turns_range(const Handle& self, const Table& limits, Turned turned,
                                    const double* poses, std::size_t begin, std::size_t end,
@@ -86,7 +89,7 @@ template <class Handle, class Table>
     }
 }
 
-/// The turns of each pose (n, 4, 4).
+/// Computes the turns of base or tool at which each pose (n, 4, 4) is reachable.
 template <class Handle>
 ArcColumns turns_many(const Handle& self, Floats pose, Turned turned, double margin, int threads) {
     const Buffer p(pose);
@@ -108,7 +111,7 @@ ArcColumns turns_many(const Handle& self, Floats pose, Turned turned, double mar
     return whole.release();
 }
 
-/// Best yaw of one base position over the poses; `events` and `set` are work space.
+/// The best yaw of one base position over the poses; `events` is work space.
 template <class AnyArm, class Table>
 BestYaw place_at(const AnyArm& arm, const Table& limits, const std::vector<Pose<double>>& poses,
                  const double* weight, const Vec3<double>& at, std::vector<YawEvent>& events) {
@@ -135,7 +138,7 @@ BestYaw place_at(const AnyArm& arm, const Table& limits, const std::vector<Pose<
     return best_yaw(events.data(), static_cast<int>(events.size()), always + at_seam);
 }
 
-/// Checks a pose of an arm on one of several base positions (k, 3).
+/// Checks a pose relative to each of several base positions (k, 3).
 template <class AnyArm>
 Problem check_placed(const AnyArm& arm, const double* m, const Buffer& positions, double& value) noexcept {
     Problem problem = check_pose(m, value);
@@ -149,7 +152,7 @@ Problem check_placed(const AnyArm& arm, const double* m, const Buffer& positions
     return problem;
 }
 
-/// For each base position (k, 3): yaw, stretch and weight reached, (k, 3).
+/// Writes for each base position (k, 3): yaw, stretch and weight reached, (k, 3).
 template <class Handle>
 void place_many(const Handle& self, Floats pose, Floats weight, Floats position, double margin, Floats out,
                 int threads) {
@@ -196,7 +199,7 @@ struct MapAngles {
     std::size_t cells() const { return tilts * turns; }
 };
 
-/// Destination of the cells of one wrist position; null: not requested.
+/// Where the cells of one wrist position are written; null: not requested.
 struct CellColumns {
     std::uint8_t* gc;
     float* freedom;
@@ -215,7 +218,7 @@ struct CellColumns {
     }
 };
 
-/// What is proven of a whole cell, about its middle at the tilt that the place has.
+/// What is proven for a whole cell around its middle, at the tilt that is set.
 Proven proven_of(const ReducedArm<Arm>& arm, const ReducedPlace<Arm>& place, const ReducedPose& middle,
                  const CellSize& half) {
     double psi = 0;
@@ -223,14 +226,14 @@ Proven proven_of(const ReducedArm<Arm>& arm, const ReducedPlace<Arm>& place, con
     place.widest(middle.turn, psi, gc);
     return proven_cell(arm, middle, half, psi, gc);
 }
-/// Nothing is of an arm with an offset, and Python does not ask.
+/// For an arm with an offset nothing is proven, and Python does not ask for it.
 Proven proven_of(const ReducedArm<OffsetArm>&, const ReducedPlace<OffsetArm>&, const ReducedPose&,
                  const CellSize&) {
     return Proven::unknown;
 }
 
-/// The cells of one wrist position, tilt by tilt; if turn and -turn have the same cell, each is computed
-/// once.
+/// Writes the cells of one wrist position, tilt by tilt. If turn and -turn have the same cell, each is
+/// computed once.
 template <class AnyArm>
 void place_cells(const ReducedArm<AnyArm>& arm, double r, double height, const MapAngles& d,
                  const CellSize& half, const CellColumns& to) {
@@ -255,8 +258,8 @@ void place_cells(const ReducedArm<AnyArm>& arm, double r, double height, const M
     }
 }
 
-/// The cells (k, tilts, turns) of a map at wrist positions (k, 2), r and height. Also yaw, roll, and the
-/// proof for cells of `size` along each axis (4,), or None.
+/// Writes the cells (k, tilts, turns) of a map at wrist positions (k, 2), r and height. Optional: yaw, roll,
+/// and the proof for cells of `size` along each axis (4,).
 template <class Handle>
 void map_cells(const Handle& self, Floats places, Floats tilt, Floats turn, Floats size, double margin,
                Bytes gc, Singles freedom, std::optional<Bytes> yaw, std::optional<Bytes> roll,
@@ -283,7 +286,7 @@ void map_cells(const Handle& self, Floats places, Floats tilt, Floats turn, Floa
             });
 }
 
-/// Poses (n, 4, 4) of reduced coordinates (n, 6): r, height, tilt, turn, azimuth, roll.
+/// Writes the poses (n, 4, 4) of reduced coordinates (n, 6): r, height, tilt, turn, azimuth, roll.
 template <class Handle>
 void poses_of_reduced(const Handle& self, Floats coordinates, Floats out) {
     const Buffer in(coordinates), to(out, true);
@@ -294,7 +297,7 @@ void poses_of_reduced(const Handle& self, Floats coordinates, Floats out) {
     }
 }
 
-/// Reduced coordinates (n, 6) of poses (n, 4, 4).
+/// Writes the reduced coordinates (n, 6) of poses (n, 4, 4).
 template <class Handle>
 void reduced_of_poses(const Handle& self, Floats pose, Floats out) {
     const Buffer in(pose), to(out, true);
@@ -309,7 +312,7 @@ void reduced_of_poses(const Handle& self, Floats pose, Floats out) {
     });
 }
 
-/// Slopes of the ends of the feasible arcs of one pose, (count, 2, 6) in rows of six.
+/// Writes the derivatives of the ends of the feasible arcs of one pose, (count, 2, 6) in rows of six.
 void end_slopes_one(const ArmHandle& self, Floats pose, long long gc, double margin, Floats out) {
     const Buffer p(pose), to(out, true);
     const Pose<double> frame = load_pose(p.data<double>());
@@ -322,14 +325,14 @@ void end_slopes_one(const ArmHandle& self, Floats pose, long long gc, double mar
         std::memcpy(to.data<double>() + 12 * i, slopes.entry[i], sizeof(slopes.entry[i]));
 }
 
-/// Smallest and largest distance (m) of the wrist of reduced coordinates.
+/// The smallest and largest distance (m) of the wrist from the shoulder in reduced coordinates.
 template <class Handle>
 std::pair<double, double> reduced_distances(const Handle& self) {
     const ReducedReach reach = reduced_reach(self.arm);
     return {reach.inner, reach.outer};
 }
 
-/// What arms of all kinds with closed intervals answer.
+/// Binds the functions of all kinds of arms with closed intervals.
 template <class Handle>
 void bind_reach_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;

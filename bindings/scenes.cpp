@@ -12,8 +12,8 @@ using namespace armangle;
 
 namespace {
 
-/// The frame of a solid's row: the user's, the DH base, DH frame 7, or the tool's. A row of points only marks
-/// their place among the obstacles.
+/// The frame of a solid's row: the user's, the DH base, DH frame 7, or the tool's. A row of `points` only
+/// reserves its number among the obstacles.
 enum class Within : int { user, base, flange, tool, points };
 
 /// kind, radius, a, b, three axes, and frame. Corners of hulls and distances of fields are stored separately.
@@ -29,6 +29,7 @@ constexpr Py_ssize_t field_width = 5;
 
 Vec3<double> vector_of(const double* x) noexcept { return {x[0], x[1], x[2]}; }
 
+/// Raises an error unless an array has rows of this width.
 void check_rows(const Buffer& rows, Py_ssize_t width) {
     if (rows.ndim() != 2 || !rows.is_array('d', {rows.shape(0), width}))
         throw std::invalid_argument("rows of another width were expected");
@@ -36,6 +37,7 @@ void check_rows(const Buffer& rows, Py_ssize_t width) {
 
 Within frame_of(const double* row) noexcept { return static_cast<Within>(static_cast<int>(row[17])); }
 
+/// Makes the solid of a row, in the DH base or in DH frame 7.
 Solid solid_of(const Arm& arm, const Pose<double>& base, const double* row) noexcept {
     const Solid solid{static_cast<SolidKind>(static_cast<int>(row[0])),
                       row[1],
@@ -52,14 +54,14 @@ Solid solid_of(const Arm& arm, const Pose<double>& base, const double* row) noex
 
 Rod rod_of(const double* row) noexcept { return {vector_of(row + 2), vector_of(row + 5), row[1]}; }
 
-/// A ball of the user, and its place among the obstacles.
+/// A ball of the user, and its number among the obstacles.
 struct PlacedBall {
     Vec3<double> centre;
     double radius;
     std::uint16_t id;
 };
 
-/// Bits of x (below 2^21), with two zeros after each.
+/// Spreads the bits of x (below 2^21): two zeros follow each bit.
 std::uint64_t spaced(std::uint64_t x) noexcept {
     x = (x | x << 32) & 0x1f00000000ffff;
     x = (x | x << 16) & 0x1f0000ff0000ff;
@@ -68,7 +70,7 @@ std::uint64_t spaced(std::uint64_t x) noexcept {
     return (x | x << 2) & 0x1249249249249249;
 }
 
-/// The box about points.
+/// The bounding box of points.
 struct PairBounds {
     Vec3<double> low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
 
@@ -78,7 +80,7 @@ struct PairBounds {
     }
 };
 
-/// Sorts balls in Morton order: neighbours in it are near in space.
+/// Sorts balls in Morton order, in which neighbours are near in space.
 void sort_by_place(std::vector<PlacedBall>& balls) {
     PairBounds bounds;
     for (const PlacedBall& ball : balls) bounds.hold(ball.centre);
@@ -98,7 +100,7 @@ void sort_by_place(std::vector<PlacedBall>& balls) {
     balls = std::move(sorted);
 }
 
-/// Balls that each enclose `each` units of members {centre, radius}; `unit` members form a unit.
+/// Makes bounding balls of `each` units of members {centre, radius}; `unit` members form a unit.
 template <class Members>
 std::vector<BallGroup> grouped(const Members& members, std::size_t each, std::size_t unit) {
     std::vector<BallGroup> out;
@@ -180,7 +182,7 @@ void fill_hulls_and_fields(std::vector<Solid>& solids, const Buffer& corners, co
     }
 }
 
-/// Pose of link 0 in the DH base.
+/// The pose of link 0 in the DH base.
 Pose<double> base_link(const Arm&) noexcept { return identity_pose(); }
 Pose<double> base_link(const OffsetArm&) noexcept { return identity_pose(); }
 Pose<double> base_link(const ChainArm& arm) noexcept {
@@ -278,8 +280,8 @@ void make_scene(SceneHandle* self, const Handle& of, Floats solids, Py_ssize_t f
     bound_parts(v);
 }
 
-/// The link on which each rod rests, 0, 3, 4 or 7, or minus the link with which it swings. The rods are
-/// transformed to that link, or to its axis.
+/// Writes the link on which each rod rests, 0, 3, 4 or 7, or minus the link with which it swings. The rods
+/// are transformed to that link, or to its axis.
 void resting_links(const ArmHandle& self, Floats rods, Ints link) {
     const Buffer rows(rods, true), out(link, true);
     check_rows(rows, rod_width);
@@ -295,14 +297,15 @@ void resting_links(const ArmHandle& self, Floats rods, Ints link) {
     }
 }
 
-/// Two own shapes that are always too near: obstacle * 256 + link, or -1; and their largest distance (m).
+/// Finds two shapes of the arm that are always too near: obstacle * 256 + link, or -1; and their largest
+/// distance (m).
 nb::tuple always_near_of(const SceneHandle& scene, const ArmHandle& self) {
     const OwnDistance found = always_near(self.arm, scene.view);
     return nb::make_tuple(pair_number(found.pair), found.most);
 }
 
-/// Least distance (m) of each two rods, in the order of their DH frames, over all joints: below the diagonal
-/// of out (n, n). All pairs share `cells`.
+/// Writes lower bounds of the distance (m) of each two rods over all joints, below the diagonal of out (n,
+/// n). The rods are in the order of their DH frames. All pairs share the budget of `cells`.
 void never_nearer_all(const ArmHandle& self, Floats rods, Floats out, int cells) {
     const Buffer rows(rods), to(out, true);
     check_rows(rows, rod_width);
@@ -326,8 +329,8 @@ void never_nearer_all(const ArmHandle& self, Floats rods, Floats out, int cells)
     });
 }
 
-/// The same of any other arm, whose axes do not all meet: what a joint turns swings, off its axis or on it,
-/// and stays in the frame of its own link.
+/// The same for any other kind of arm, whose axes do not all meet: every rod stays in the frame of its own
+/// link, and those of links 1, 2, 5 and 6 count as swinging.
 template <class Handle>
 void true_links(const Handle&, Floats rods, Ints link) {
     const Buffer rows(rods, true), out(link, true);
@@ -341,8 +344,8 @@ void true_links(const Handle&, Floats rods, Ints link) {
     }
 }
 
-/// distance, psi_rate, six coordinates of two points in the user's frame; the pair is obstacle * 256 + link.
-/// Without a pair the points are NaN.
+/// Writes distance, psi_rate, and six coordinates of two points in the user's frame; the pair is obstacle *
+/// 256 + link. Without a pair the points are NaN.
 void store_proximity(const Arm& arm, const Proximity& found, double* out, long long* pair) noexcept {
     out[0] = found.distance;
     out[1] = found.psi_rate;
@@ -361,7 +364,7 @@ Problem reached(const SelfMotion<double>& m, double& value) noexcept {
     return is_folded(m.circle) ? Problem::folded : Problem::none;
 }
 
-/// The nearest pair of each (pose, psi, gc).
+/// Writes the nearest pair of each (pose, psi, gc) of an S-R-S arm.
 void proximity_many(const ArmHandle& self, const SceneHandle& scene, Floats pose, Floats psi, Ints gc,
                     Floats out, Ints pair, int threads) {
     const Buffer p(pose), a(psi), g(gc), to(out, true), who(pair, true);
@@ -382,7 +385,7 @@ void proximity_many(const ArmHandle& self, const SceneHandle& scene, Floats pose
         });
 }
 
-/// The same for the true chain.
+/// The same for the true chain of a nearly S-R-S arm.
 void near_proximity_many(const ChainArmHandle& self, const SceneHandle& scene, Floats pose, Floats psi,
                          Ints gc, Floats out, Ints pair, int threads) {
     const Buffer p(pose), a(psi), g(gc), to(out, true), who(pair, true);
@@ -408,7 +411,7 @@ void near_proximity_many(const ChainArmHandle& self, const SceneHandle& scene, F
                 });
 }
 
-/// The nearest pair at each q of an arm with an offset.
+/// Writes the nearest pair at each q of an arm with an offset.
 void offset_proximity_many(const OffsetHandle& self, const SceneHandle& scene, Floats q, Floats out,
                            Ints pair, int threads) {
     const Buffer in(q), to(out, true), who(pair, true);
@@ -426,7 +429,7 @@ void offset_proximity_many(const OffsetHandle& self, const SceneHandle& scene, F
     });
 }
 
-/// The psi with the largest clearance for each (pose, gc) within the limits: psi, its nearest pair, and the
+/// Writes for each (pose, gc) the psi with the largest clearance within the limits, its nearest pair, and the
 /// status of the limits.
 void widest_many(const ArmHandle& self, const SceneHandle& scene, Floats pose, Ints gc, double margin,
                  Floats psi, Floats out, Ints pair, Ints status, int threads) {
@@ -452,7 +455,7 @@ void widest_many(const ArmHandle& self, const SceneHandle& scene, Floats pose, I
                 });
 }
 
-/// The proven arcs of a pose and branch within the limits.
+/// Computes the proven arcs of a pose and branch within the limits.
 void feasible_of(const ChainArmHandle& self, const Pose<double>& pose, int gc, double margin,
                  ProvenArcs& out) noexcept {
     feasible(self.arm, pose, gc, self.arm.nominal.limits, margin, out);
@@ -462,7 +465,7 @@ void feasible_of(const OffsetHandle& self, const Pose<double>& pose, int gc, dou
     feasible(self.arm, pose, gc, out);
 }
 
-/// The same of proven arcs.
+/// The same as widest_many for arms with proven arcs.
 template <class Handle>
 void proven_widest_many(const Handle& self, const SceneHandle& scene, Floats pose, Ints gc, double margin,
                         Floats psi, Floats out, Ints pair, Ints status, int threads) {

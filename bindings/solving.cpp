@@ -15,7 +15,7 @@ using namespace armangle;
 
 namespace {
 
-/// Options common to all poses.
+/// The options of a search that are common to all poses.
 struct SolveOptions {
     Metric metric;
     double weight[joints];
@@ -42,13 +42,15 @@ NearestOptions nearest_options(const SolveOptions& o, const double* near, const 
     return out;
 }
 
-/// Constraints of an arm with its own chain: a singularity margin (rad), and a scene; null: none.
+/// The constraints of an arm with its own chain or an offset: a singularity margin (rad), and a scene; null:
+/// none.
 struct KeptOff {
     double margin;
     const Scene* scene;
 };
 
-/// The arm's constraints besides poses: limits with margin, or the margin and scene.
+/// The constraints of a search besides the poses: for an S-R-S arm limits with a margin, for others margin
+/// and scene.
 LimitTable limits_with(const ArmHandle& arm, double margin, const Scene*) {
     return margin == 0 ? arm.limits : limit_table(arm.arm, arm.arm.limits, margin);
 }
@@ -60,7 +62,7 @@ KeptOff limits_with(const Handle&, double margin, const Scene* scene) {
 const LimitTable& own_limits(const ArmHandle& arm) { return arm.limits; }
 double own_limits(const ChainArmHandle&) { return 0.0; }
 
-/// The nearest posture within the arm's own limits.
+/// The nearest solution within the arm's own limits.
 template <class Handle>
 Nearest nearest_of(const Handle& self, const Pose<double>& pose, const NearestOptions& options) noexcept {
     return nearest_posture(self.arm, own_limits(self), pose, options);
@@ -75,7 +77,8 @@ Nearest nearest_of(const OffsetChainHandle& self, const Pose<double>& pose,
     return nearest_posture(self.arm, pose, options);
 }
 
-/// The poses of a batch, seeds (or none) and allowed arcs (or none, or one set for all), checked one by one.
+/// The arguments of a search over a batch: poses, seeds (or none) and allowed arcs (or none, or one set for
+/// all). Each is checked when it is used.
 template <class Handle>
 class Work {
 public:
@@ -131,7 +134,8 @@ private:
     std::vector<ArcSet> allowed_;
 };
 
-/// The nearest solution; if `length` is not 0, otherwise the configuration of the nearest reachable pose.
+/// The nearest solution. If `length` is not 0 and there is none, the configuration of the nearest reachable
+/// pose.
 Nearest answer(const Arm& arm, const LimitTable& limits, const Pose<double>& pose, const NearestOptions& o,
                double length) noexcept {
     return length > 0 ? nearest_outside(arm, limits, pose, o, length) : nearest_posture(arm, limits, pose, o);
@@ -168,7 +172,8 @@ void nearest_postures(const ChainArm& arm, const KeptOff& kept, const Pose<doubl
     armangle::nearest_postures(arm, kept.margin, pose, o, out, kept.scene);
 }
 
-/// Writes q (n, 7), psi, distance, margin, gap (n,) as float64, gc (n,) as int64, status (n,) as int8.
+/// Searches the solution of each pose. Writes q (n, 7), psi, distance, margin, gap (n,) as float64, gc (n,)
+/// as int64, status (n,) as int8.
 template <class Handle>
 void solve_many(const Handle& self, Floats pose, Floats near, const SolveOptions& options, Ints allowed_count,
                 Floats allowed_psi, Floats q, Floats psi, Ints gc, Floats distance, Codes status,
@@ -195,8 +200,8 @@ void solve_many(const Handle& self, Floats pose, Floats near, const SolveOptions
     refuse(first_problem(outcomes, most_threads), work.pose(), 2, "pose", "seed");
 }
 
-/// Gradients (n, 6) of the margin of the best solutions q (n, 7), psi, gc (n,) of poses (n, 4, 4); NaN if q
-/// is NaN.
+/// Writes the gradients (n, 6) of the margin of the best solutions q (n, 7), psi, gc (n,) of poses (n, 4, 4);
+/// NaN if q is NaN.
 void best_gradient_many(const ArmHandle& self, Floats pose, Floats q, Floats psi, Ints gc, Floats out,
                         int threads) {
     const Buffer p(pose), joint(q), a(psi), g(gc), to(out, true);
@@ -214,8 +219,8 @@ void best_gradient_many(const ArmHandle& self, Floats pose, Floats q, Floats psi
                 });
 }
 
-/// Derivatives (n, 7, 13) of the solutions q (n, 7), psi, gc (n,) of poses (n, 4, 4) by twist and seed.
-/// `near` (n, 7) holds the seeds, and is ignored for margin. NaN if q is NaN.
+/// Writes the derivatives (n, 7, 13) of the solutions q (n, 7), psi, gc (n,) of poses (n, 4, 4) with respect
+/// to twist and seed. `near` (n, 7) holds the seeds, and is ignored for the metric margin. NaN if q is NaN.
 template <class Handle>
 void solution_derivative_many(const Handle& self, Floats pose, Floats near, const SolveOptions& options,
                               Floats q, Floats psi, Ints gc, Floats out, int threads) {
@@ -236,8 +241,9 @@ void solution_derivative_many(const Handle& self, Floats pose, Floats near, cons
                 });
 }
 
-/// A named tuple `kind` of (q, psi, gc, distance, status of `statuses`, margin, gap, pose). None if pose or
-/// near is no small matrix: the general function then converts it or raises the error. near may be None.
+/// Searches the solution of one pose: a named tuple `kind` of (q, psi, gc, distance, status of `statuses`,
+/// margin, gap, pose). None if pose or near is no small matrix: the general function then converts it or
+/// raises the error. near may be None.
 template <class Handle>
 nb::object solve_one(const Handle& self, nb::handle pose, nb::handle near, Metric metric, nb::handle kind,
                      nb::handle statuses) {
@@ -264,8 +270,8 @@ nb::object solve_one(const Handle& self, nb::handle pose, nb::handle near, Metri
                      found.margin, found.gap, held);
 }
 
-/// The number of solutions of each pose, their data in the order of the poses, and the reason if there are
-/// none.
+/// Returns the number of solutions of each pose, their data in the order of the poses, and the reason for
+/// poses without any.
 template <class Handle>
 nb::typed<nb::tuple, Ints, Floats, Floats, Ints, Floats, Floats, Codes> solutions_many(
     const Handle& self, Floats pose, Floats near, const SolveOptions& options, Ints allowed_count,

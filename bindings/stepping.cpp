@@ -23,7 +23,7 @@ void make_policy(Policy* self, Rule rule, double K, double alpha, Outside outsid
     new (self) Policy{rule, K, alpha, outside};
 }
 
-/// Rule::towards: `target` is a point or a direction; psi is for Wish::psi.
+/// The policy for an elbow target: `target` is a point or a direction, psi is for Wish::psi.
 Policy towards(Wish wish, double psi, Floats target, double K, Outside outside) {
     const Buffer at(target);
     if (!at.is_array('d', {3})) throw std::invalid_argument("3 numbers were expected");
@@ -31,7 +31,7 @@ Policy towards(Wish wish, double psi, Floats target, double K, Outside outside) 
     return {Rule::towards, K, Policy{}.alpha, outside, {wish, psi, {v[0], v[1], v[2]}}};
 }
 
-/// Reads one of two words; false for anything else.
+/// Reads one of two words as a bool; false for anything else.
 bool read_word(nb::handle word, const char* no, const char* yes, bool& is_yes) noexcept {
     if (!PyUnicode_CheckExact(word.ptr())) return false;
     is_yes = PyUnicode_CompareWithASCIIString(word.ptr(), yes) == 0;
@@ -70,7 +70,7 @@ bool read_options(nb::handle gc, nb::handle carry, nb::handle max_joint_step, nb
     return margin >= 0 && margin <= most_margin;
 }
 
-/// Bounds from Python as 22 numbers: dt, velocities, accelerations, present velocities.
+/// Reads bounds from Python: 22 numbers, dt, velocities, accelerations, present velocities; or None.
 struct GivenBounds {
     Bounds value{};
 
@@ -89,7 +89,7 @@ struct GivenBounds {
     }
 };
 
-/// The arm's own limits, or limits with a margin.
+/// The arm's own limits, or a table with a margin.
 struct DrawnLimits {
     std::optional<LimitTable> with_margin;
     const LimitTable& table;
@@ -99,6 +99,7 @@ struct DrawnLimits {
           table(with_margin ? *with_margin : arm.limits) {}
 };
 
+/// Makes one step of an arm of any kind, within limits with a margin (rad).
 Step next_step(const ArmHandle& self, double margin, const double* q, const Pose<double>& pose,
                const StepOptions& options) noexcept {
     const DrawnLimits limits(self, margin);
@@ -119,7 +120,7 @@ Step next_step(const OffsetChainHandle& self, double, const double* q, const Pos
     return step(self.arm, q, pose, options);
 }
 
-/// Corrects a pose of this relative precision if its rounding alone puts it out of reach.
+/// Corrects a pose of this relative precision if only its rounding makes it unreachable.
 template <class Handle>
 Pose<double> as_meant(const Handle& self, const Pose<double>& pose, double precision) noexcept {
     return precision > 0 ? within_rounding(reaching(self.arm), pose, precision) : pose;
@@ -140,8 +141,9 @@ nb::object no_velocity() {
     return nb::borrow(kept);
 }
 
-/// A named tuple `kind` of (q, psi, gc, status of `statuses`, margin, velocity, why). None if q or pose is no
-/// small matrix, or an option has no usual form: the general function then converts them or raises the error.
+/// Makes one step: a named tuple `kind` of (q, psi, gc, status of `statuses`, margin, velocity, why). None if
+/// q or pose is no small matrix, or an option has no usual form: the general function then converts them or
+/// raises the error.
 template <class Handle>
 nb::object step_one(const Handle& self, nb::handle q_now, nb::handle pose, const Policy& policy,
                     nb::handle gc, nb::handle carry, nb::handle max_joint_step, nb::handle singularity_margin,
@@ -208,7 +210,7 @@ using FollowColumns = nb::typed<nb::tuple, Floats, Floats, Ints, Codes, Floats, 
 /// None, one for all poses, or one a pose.
 using Scenes = Strided<const Scene* const>;
 
-/// What is followed: the poses and what is asked of each of them.
+/// The poses to follow, and the options for each of them.
 struct Asked {
     const double* poses;
     std::size_t n;
@@ -217,7 +219,7 @@ struct Asked {
     Scenes scenes;
 };
 
-/// Calls run(ahead), without the interpreter's lock: a window of coming poses, or null.
+/// Calls run(ahead), without the interpreter's lock: `ahead` is a window of coming poses, or null.
 template <class View, class Run>
 void with_window(const View& view, std::size_t window, const Asked& asked, const Run& run) {
     std::vector<typename View::Section> sections(window ? Lookahead<View>::sections_for(window) : 0);
@@ -227,6 +229,7 @@ void with_window(const View& view, std::size_t window, const Asked& asked, const
     run(window ? &ahead : nullptr);
 }
 
+/// Follows the poses with one kind of arm and fills the rows.
 void run(const ArmHandle& self, const double* start, const FollowOptions& wanted, const Asked& asked,
          const FollowRows& rows) {
     const DrawnLimits limits(self, wanted.singularity_margin);
@@ -309,8 +312,8 @@ void bind_stepping_of(nb::class_<Handle>& arm) {
             "allowed_psi"_a.none(), "bounds"_a.none(), "columns"_a, "scenes"_a);
 }
 
-/// Next psi of each (set, psi): eq. (36) or another rule; for an elbow's target, `wish` is its psi.
-/// kept_count, kept_arcs: None, or sets of arcs on which the policy acts if they lie in the same arcs.
+/// Writes the next psi of each (set, psi), by eq. (36) or another rule; for an elbow's target, `wish` is its
+/// psi. kept_count, kept_arcs: None, or sets of arcs on which the policy acts if they lie in the same arcs.
 void resolve_many(const Policy& policy, Ints count, Floats psi_arcs, Ints kept_count, Floats kept_arcs,
                   Ints index, Floats psi, Floats wish, Floats out, Codes status) {
     const ArcArrays arcs(count, psi_arcs);

@@ -16,6 +16,7 @@ namespace {
 /// jerks.
 constexpr int option_count = 11;
 
+/// Reads the options of a tracker in this order.
 TrackerOptions options_of(Floats numbers) {
     const Buffer given(numbers);
     if (!given.is_array('d', {option_count + 3 * joints}))
@@ -38,15 +39,15 @@ TrackerOptions options_of(Floats numbers) {
     return o;
 }
 
-/// The scene must outlive the tracker.
+/// Constructs the tracker of an S-R-S arm. The scene must outlive it.
 void make_tracker(Tracker<>* self, const ArmHandle& arm, Floats numbers, const SceneHandle* scene) {
     TrackerOptions o = options_of(numbers);
     if (scene) o.scene = &scene->view;
     new (self) Tracker<>(arm.arm, o);
 }
 
-/// The tracker of an arm whose tool is not where its nominal arm's is, with a scene, made ready for the
-/// nominal arm and for the true links, or with neither.
+/// Constructs the tracker of an arm whose end effector is not where its nominal arm's is. A scene is given
+/// twice: prepared for the nominal arm and for the true links.
 template <class AnyArm, class Handle>
 void make_corrected_tracker(CorrectedTracker<AnyArm>* self, const Handle& arm, Floats numbers,
                             const SceneHandle* nominal, const SceneHandle* scene) {
@@ -62,7 +63,7 @@ void start_tracker(Loop& self, Floats q) {
     self.start(given.data<double>());
 }
 
-/// Writes the saved state of a tracker to `numbers`, which has room for saved_size.
+/// Writes the state of a tracker to `numbers`, which has saved_size elements.
 template <class Loop>
 void save_tracker(const Loop& self, Floats numbers) {
     const Buffer out(numbers, true);
@@ -71,6 +72,7 @@ void save_tracker(const Loop& self, Floats numbers) {
     save(self, out.data<double>());
 }
 
+/// Restores such a state.
 template <class Loop>
 void restore_tracker(Loop& self, Floats numbers) {
     const Buffer in(numbers);
@@ -102,11 +104,11 @@ nb::object ticked(Loop& self, const Command& command, nb::handle names) {
                      now.pair ? at(names, 3)(pair_number(now.pair)) : nb::none());
 }
 
-/// A target pose from Python, and the command that it gives.
+/// A target pose from Python, and the command to the tracker that uses it.
 class HandGiven {
 public:
-    /// False if it is no small matrix: the general function then converts it or raises the error. Throws if
-    /// it was probably not meant in m.
+    /// Reads the pose into the command. False if it is no small matrix: the general function then converts it
+    /// or raises the error. Throws if it was probably not meant in m.
     template <class AnyArm>
     bool read(const AnyArm& arm, nb::handle pose, Command& command) {
         double m[16], value = 0;
@@ -123,7 +125,8 @@ private:
     Pose<double> wanted_;
 };
 
-/// A cycle with a target pose alone, which is the usual case; None as for `HandGiven::read`.
+/// Advances one cycle with a target pose alone, which is the usual case; None if HandGiven::read returns
+/// false.
 template <class Loop>
 nb::object track_hand(Loop& self, nb::handle pose, nb::handle names) {
     HandGiven hand;
@@ -131,7 +134,7 @@ nb::object track_hand(Loop& self, nb::handle pose, nb::handle names) {
     return hand.read(self.arm(), pose, command) ? ticked(self, command, names) : nb::none();
 }
 
-/// Any cycle; None if pose or elbow is no small matrix.
+/// Advances one cycle with any command; None if pose or elbow is no small matrix.
 template <class Loop>
 nb::object track_one(Loop& self, nb::handle pose, nb::handle names, nb::handle elbow, Wish wish, double dt,
                      int reconfigure) {
@@ -147,15 +150,16 @@ nb::object track_one(Loop& self, nb::handle pose, nb::handle names, nb::handle e
     return ticked(self, command, names);
 }
 
-/// Room (m, without the clearance), distance of the cores (m) and number of the nearest pair of the present
-/// configuration, within `reach` (m), of a tracker with a scene.
+/// The nearest pair of the present configuration within `reach` (m), for a tracker with a scene: its distance
+/// beyond the clearance (m), the distance of the cores (m), and its number.
 template <class Loop>
 nb::tuple nearest_of(const Loop& self, double reach) {
     const NearestPair nearest = self.nearest_pair(reach);
     return nb::make_tuple(nearest.room, nearest.core, pair_number(nearest.pair));
 }
 
-/// Cycles over poses (n, 4, 4); writes q (n, 7). An interrupted run leaves the tracker unchanged.
+/// Advances one cycle for each of the poses (n, 4, 4); writes q (n, 7). An interrupted run leaves the tracker
+/// unchanged.
 template <class Loop>
 void track_many(Loop& self, Floats poses, Floats q) {
     const Buffer in(poses), out(q, true);
@@ -185,7 +189,8 @@ void track_many(Loop& self, Floats poses, Floats q) {
     self = moved;
 }
 
-/// The poses (n, 4, 4) that a target filter (omega, patience, jump, turn) computes from samples, every dt s.
+/// Writes the poses (n, 4, 4) that a target filter (omega, patience, jump, turn) computes from samples, one
+/// every dt s.
 void smooth_hand(double omega, double patience, double jump, double turn, Floats samples, double dt,
                  Floats poses) {
     const Buffer in(samples), out(poses, true);

@@ -17,8 +17,8 @@ using namespace armangle;
 
 namespace {
 
-/// Arms by the key that Python computed from their numbers. They are never removed: compiled functions hold
-/// the key.
+/// Arms by a key that Python computed from their numbers. They are never removed, since compiled functions
+/// use the key.
 class KeptArms {
 public:
     void keep(std::int64_t key, const ArmHandle& arm) {
@@ -45,7 +45,7 @@ KeptArms& kept_arms() {
 constexpr std::size_t most_elements = 64;  // of a block, whose numbers are converted on the stack
 constexpr std::size_t pose_size = 16;
 
-/// A block of elements: arguments and results of `count` of them, consecutively.
+/// A block of `count` consecutive elements of a call: arguments and results.
 struct Block {
     const ArmHandle* self;
     const LimitTable* limits;
@@ -62,8 +62,8 @@ struct Block {
     Outcome outcome;
 };
 
-/// Defaults of most tasks: no psi and gc among the arguments; no numbers per element that change, and none
-/// that psi changes; no psi and gc among the results.
+/// The properties of most tasks: no psi and gc among the arguments, no change (tangent or gradient) per
+/// element, no psi and gc among the results.
 struct Plain {
     static constexpr std::size_t change = 0;
     static constexpr bool has_branch = false, psi_changes = false, gives_psi = false, gives_branch = false;
@@ -74,7 +74,7 @@ void no_numbers(double* to, std::size_t count) {
     for (std::size_t k = 0; k < count; ++k) to[k] = not_a_number;
 }
 
-/// Calls one(element, its first input number, its first output number) for finite joints; NaN for others.
+/// Calls one(element, joints, its first output number) for elements with finite joints; others become NaN.
 template <class One>
 void each_posture(Block& b, std::size_t size, const One& one) {
     for (std::size_t i = 0; i < b.count; ++i) {
@@ -86,7 +86,7 @@ void each_posture(Block& b, std::size_t size, const One& one) {
     }
 }
 
-/// The same for poses: non-finite ones give NaN, non-rigid ones are reported.
+/// The same for poses: non-finite ones become NaN, non-rigid ones are reported.
 template <class One>
 void each_pose(Block& b, std::size_t size, const One& one) {
     for (std::size_t i = 0; i < b.count; ++i) {
@@ -201,7 +201,7 @@ struct InversePullTask : Plain {
     }
 };
 
-/// The solution nearest to a seed, or the one with the largest margin, which ignores the seed.
+/// Searches the solution nearest to a seed, or the one with the largest margin, which ignores the seed.
 template <Metric metric>
 struct SolveTask : Plain {
     static constexpr std::size_t input = pose_size, change = joints, output = joints;
@@ -230,8 +230,8 @@ struct SolveTask : Plain {
     }
 };
 
-/// Derivative of that solution by the twist of the pose and by the seed: (7, 13). It is solved again, because
-/// float32 results have lost the digits that identify a joint at its limit.
+/// Computes the derivative (7, 13) of that solution with respect to the twist of the pose and the seed. It is
+/// solved again, because float32 results have lost the digits that identify a joint at its limit.
 template <Metric metric>
 struct SolveDerivativeTask : Plain {
     static constexpr std::size_t input = pose_size, change = joints;
@@ -296,7 +296,7 @@ xla::Error* failed(const xla::Call& call, xla::ErrorCode code, const std::string
     return call.api->make_error(&error);
 }
 
-/// The problem of an element in words. Python has better messages, but XLA cannot call it.
+/// A sentence for the problem of an element. Python has better messages, but XLA cannot call it.
 std::string words(const Outcome& outcome) {
     const std::string at = " at element " + std::to_string(outcome.index) + " of the batch";
     switch (outcome.problem) {
@@ -307,10 +307,12 @@ std::string words(const Outcome& outcome) {
     }
 }
 
+/// Argument k of a call.
 const xla::Buffer& argument(const xla::Call& call, int k) {
     return *static_cast<const xla::Buffer*>(call.arguments.items[k]);
 }
 
+/// Result k of a call.
 const xla::Buffer& result(const xla::Call& call, int k) {
     return *static_cast<const xla::Buffer*>(call.results.items[k]);
 }
@@ -326,7 +328,7 @@ T attribute(const xla::Call& call, std::string_view name) {
     return T{};
 }
 
-/// Numbers of a block of a buffer as doubles: in place, or converted into `room`.
+/// The numbers of a block of a buffer as doubles: in place, or converted into `room`.
 template <class T>
 const double* read(const xla::Buffer& buffer, std::size_t first, std::size_t count, double* room) {
     const T* from = static_cast<const T*>(buffer.data) + first;
@@ -335,7 +337,7 @@ const double* read(const xla::Buffer& buffer, std::size_t first, std::size_t cou
     return room;
 }
 
-/// The destination of a block of results: in place, or in `room` before conversion.
+/// Where to write a block of results: in place, or into `room` before conversion.
 template <class T>
 double* target(const xla::Buffer& buffer, std::size_t first, double* room) {
     if constexpr (std::is_same_v<T, double>) return static_cast<T*>(buffer.data) + first;
@@ -363,7 +365,7 @@ void settle(const Arm& arm, double* poses, std::size_t count) {
     }
 }
 
-/// All elements of a call, block by block; T is float or double.
+/// Runs a task for all elements of a call, block by block; T is float or double.
 template <class Task, class T>
 Outcome over(const xla::Call& call, const ArmHandle& self, const LimitTable& limits, std::size_t n) {
     constexpr int first_change = Task::has_branch ? 3 : 1;
@@ -409,7 +411,7 @@ Outcome over(const xla::Call& call, const ArmHandle& self, const LimitTable& lim
     return {};
 }
 
-/// Answers XLA's initial query for the version of a handler; false if it is another call.
+/// Answers XLA's query for the version of a handler; false if it is another call.
 bool told_version(const xla::Call& call) {
     for (xla::Extension* e = call.head.extensions; e; e = e->next) {
         if (e->kind != xla::asks_metadata) continue;
@@ -421,6 +423,7 @@ bool told_version(const xla::Call& call) {
     return false;
 }
 
+/// The handler that XLA calls for a task.
 template <class Task>
 xla::Error* handler(xla::Call* asked) noexcept {
     const xla::Call& call = *asked;
@@ -450,7 +453,7 @@ nb::capsule target_of() {
     return nb::capsule(reinterpret_cast<void*>(function), "xla._CUSTOM_CALL_TARGET");
 }
 
-/// The handlers by name, for jax.ffi.register_ffi_target.
+/// Returns the handlers by name, for jax.ffi.register_ffi_target.
 nb::typed<nb::dict, nb::str, nb::object> xla_targets() {
     nb::dict targets;
     targets["forward"] = target_of<ForwardTask>();
