@@ -279,9 +279,10 @@ ArcColumns proven_feasible_many(const Handle& self, Floats pose, Ints gc, double
     return whole.release();
 }
 
-/// The sets of one pose, which become NumPy arrays when Python reads them.
-struct ArcsOfOne {
+/// The sets of a pose or of a few, converted to arrays when Python reads them.
+struct ArcsOfFew {
     Collected sets;
+    Py_ssize_t rows;  // -1: one pose without a batch axis
     nb::object made[Collected::columns];
 
     nb::object column(std::size_t index) {
@@ -291,26 +292,33 @@ struct ArcsOfOne {
     }
 };
 
-/// Computes the sets of one pose, a small (4,4) matrix. None if an argument is not regular: the general
-/// function then converts it or raises the error.
-std::unique_ptr<ArcsOfOne> feasible_one(const ArmHandle& self, nb::handle pose, nb::handle gc_object,
+/// The sets of one pose, a small (4,4) matrix, or of up to `few` rows of them. None if an argument is not
+/// regular: the general function then converts it or raises the error.
+std::unique_ptr<ArcsOfFew> feasible_few(const ArmHandle& self, nb::handle pose, nb::handle gc_object,
                                         nb::handle margin_object, nb::handle psi_margin,
                                         nb::handle discriminant, Wanted wanted, nb::handle threads,
                                         const SceneHandle* scene) {
     double margin, psi_wide, threshold, m[16], value;
-    long long gc, one;
+    long long gc[few], one;
     if (!as_double(margin_object, margin) || !(margin >= 0 && margin <= most_margin)) return nullptr;
     if (!as_double(psi_margin, psi_wide) || !(psi_wide >= 0 && psi_wide <= most_margin)) return nullptr;
     if (!as_double(discriminant, threshold) || !(threshold >= 0)) return nullptr;
-    if (!as_index(threads, one) || one != 1 || !as_index(gc_object, gc)) return nullptr;
-    if (!SmallMatrix().read_pose(self.arm, pose, m)) return nullptr;
-    auto out = std::make_unique<ArcsOfOne>();
+    if (!as_index(threads, one) || one != 1) return nullptr;
+    Buffer batch;
+    const bool single = as_index(gc_object, gc[0]) && SmallMatrix().read_pose(self.arm, pose, m);
+    const Py_ssize_t rows = single ? 1 : few_rows(pose, batch, {4, 4});
+    if (!rows || !few_branches(gc_object, rows, gc)) return nullptr;
+    auto out = std::make_unique<ArcsOfFew>();
+    out->rows = single ? -1 : rows;
     out->sets.with_scene = scene != nullptr;
-    out->sets.reserve(static_cast<std::size_t>(sets_of(wanted)));
+    out->sets.reserve(static_cast<std::size_t>(rows) * static_cast<std::size_t>(sets_of(wanted)));
     const bool plain = margin == 0 && psi_wide == 0;
     const LimitTable own = plain ? LimitTable{} : limit_table(self.arm, margin, psi_wide, threshold);
     const Request request{self, plain ? self.limits : own, wanted, scene ? &scene->view : nullptr};
-    if (collect_pose(request, m, gc, out->sets, value) != Problem::none) return nullptr;
+    for (Py_ssize_t i = 0; i < rows; ++i) {
+        const double* at = single ? m : batch.data<double>() + 16 * i;
+        if (collect_pose(request, at, gc[i], out->sets, value) != Problem::none) return nullptr;
+    }
     return out;
 }
 
@@ -483,8 +491,10 @@ void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("CONSTANT", Case::constant);
     arm.def("feasible_many", &feasible_many, "pose"_a, "gc"_a, "margin"_a, "psi_margin"_a, "discriminant"_a,
             "wanted"_a, "threads"_a, "scene"_a.none());
-    nb::class_<ArcsOfOne>(m, "ArcsOfOne").def("column", &ArcsOfOne::column, "index"_a);
-    arm.def("feasible_one", &feasible_one, "pose"_a.none(), "gc"_a.none(), "margin"_a.none(),
+    nb::class_<ArcsOfFew>(m, "ArcsOfFew")
+        .def_ro("rows", &ArcsOfFew::rows)
+        .def("column", &ArcsOfFew::column, "index"_a);
+    arm.def("feasible_few", &feasible_few, "pose"_a.none(), "gc"_a.none(), "margin"_a.none(),
             "psi_margin"_a.none(), "discriminant"_a.none(), "wanted"_a, "threads"_a.none(), "scene"_a.none());
     arm.def("joint_function", &joint_function, "pose"_a, "gc"_a, "joint"_a);
     nb::class_<JointFunctionHandle>(m, "JointFunction")

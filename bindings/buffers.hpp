@@ -124,6 +124,15 @@ inline bool as_double(nb::handle h, double& out) noexcept {
     return false;
 }
 
+/// Reads a Python int or NumPy integer as an index; false for anything else (bool and float too).
+inline bool as_index(nb::handle h, long long& out) noexcept {
+    if (PyBool_Check(h.ptr()) || !PyIndex_Check(h.ptr())) return false;
+    out = PyNumber_AsSsize_t(h.ptr(), nullptr);
+    if (out != -1 || !PyErr_Occurred()) return true;
+    PyErr_Clear();
+    return false;
+}
+
 /// Corrects a pose for the rounding of its numbers to `precision` (ratio; 0: exact numbers).
 template <class AnyArm>
 void settle(const AnyArm& arm, double precision, double* m) noexcept {
@@ -204,6 +213,38 @@ private:
     }
 };
 
+/// The most rows of a batch that is answered like a single element: at once, without threads or progress.
+inline constexpr Py_ssize_t few = 16;
+
+/// The rows of a small C-contiguous float64 array (n, inner...), n from 1 to `few`; 0 for anything else.
+inline Py_ssize_t few_rows(nb::handle object, Buffer& rows,
+                           std::initializer_list<Py_ssize_t> inner) noexcept {
+    if (is_masked_array(object) || !rows.try_get(object)) return 0;
+    if (!rows.is('d') || rows.ndim() != static_cast<int>(inner.size()) + 1) return 0;
+    const Py_ssize_t n = rows.shape(0);
+    if (n < 1 || n > few) return 0;
+    Py_ssize_t step = rows.stride(rows.ndim() - 1), k = rows.ndim() - 1;
+    if (step != static_cast<Py_ssize_t>(sizeof(double))) return 0;
+    for (auto extent = inner.end(); extent != inner.begin(); --k) {
+        if (rows.shape(static_cast<int>(k)) != *--extent || rows.stride(static_cast<int>(k)) != step)
+            return 0;
+        step *= *extent;
+    }
+    return n == 1 || rows.stride(0) == step ? n : 0;
+}
+
+/// The branches of n rows: one integer for all, or a C-contiguous int64 array (n,). False for anything else.
+inline bool few_branches(nb::handle object, Py_ssize_t n, long long (&gc)[few]) noexcept {
+    if (as_index(object, gc[0])) {
+        for (Py_ssize_t i = 1; i < n; ++i) gc[i] = gc[0];
+        return true;
+    }
+    Buffer b;
+    if (is_masked_array(object) || !b.try_get(object) || !b.is_array('l', {n})) return false;
+    std::memcpy(gc, b.data<long long>(), static_cast<std::size_t>(n) * sizeof(long long));
+    return true;
+}
+
 /// The function numpy.empty, kept for the lifetime of the process.
 inline PyObject* numpy_empty() {
     static PyObject* function = nb::object(nb::module_::import_("numpy").attr("empty")).release().ptr();
@@ -219,6 +260,21 @@ inline nb::object new_array(nb::handle shape) {
     return nb::steal(array);
 }
 
+/// The same of (n, inner...).
+template <class... Inner>
+nb::object new_rows(Py_ssize_t n, Inner... inner) {
+    return new_array(nb::make_tuple(n, inner...));
+}
+
+/// A new array (n,) of a type of NumPy.
+inline nb::object new_rows_of(nb::handle type, Py_ssize_t n) {
+    const nb::object length = nb::int_(n);
+    PyObject* arguments[] = {length.ptr(), type.ptr()};
+    PyObject* array = PyObject_Vectorcall(numpy_empty(), arguments, 2, nullptr);
+    if (!array) throw nb::python_error();
+    return nb::steal(array);
+}
+
 inline nb::object new_array7() {
     static PyObject* seven = PyLong_FromLong(armangle::joints);
     return new_array(seven);
@@ -227,6 +283,13 @@ inline nb::object new_array7() {
 inline nb::object new_array44() {
     static PyObject* shape = nb::make_tuple(4, 4).release().ptr();
     return new_array(shape);
+}
+
+/// A new array filled with `count` numbers.
+inline nb::object copied(nb::object array, const double* from, std::size_t count) {
+    const Buffer to(array, true);
+    std::memcpy(to.data<double>(), from, count * sizeof(double));
+    return array;
 }
 
 /// The object numpy.float64(value).
@@ -339,15 +402,6 @@ private:
     Py_ssize_t shape_[most_axes] = {};
     Py_ssize_t stride_[most_axes][N] = {};
 };
-
-/// Reads a Python int or NumPy integer as an index; false for anything else (bool and float too).
-inline bool as_index(nb::handle h, long long& out) noexcept {
-    if (PyBool_Check(h.ptr()) || !PyIndex_Check(h.ptr())) return false;
-    out = PyNumber_AsSsize_t(h.ptr(), nullptr);
-    if (out != -1 || !PyErr_Occurred()) return true;
-    PyErr_Clear();
-    return false;
-}
 
 /// The bound arm with its limits, without margin.
 struct ArmHandle {

@@ -10,48 +10,49 @@ using namespace armangle;
 
 namespace {
 
-/// Joints as a new array; None if they must be within their limits (`keep`) and are not.
-nb::object joints_of(const double* q, const Limits& limits, bool keep) {
-    if (keep && !(limit_margin(limits, q) >= -tolerance::angle)) return nb::none();
-    nb::object out = new_array7();
-    const Buffer to(out, true);
-    std::memcpy(to.data<double>(), q, joints * sizeof(double));
-    return out;
-}
-
-/// Inverse kinematics of one pose: a small (4,4) matrix, float psi, integer gc. None if an argument is not
-/// regular, or required limits are violated: the general function then raises the error.
-nb::object inverse_one(const ArmHandle& self, nb::handle pose, nb::handle psi_object, nb::handle gc_object,
-                       bool limits) {
-    double psi, value;
-    long long gc;
-    if (!as_double(psi_object, psi) || !as_index(gc_object, gc) ||
-        !(std::fabs(psi) <= tolerance::largest_angle))
-        return nb::none();
-    if (gc < 0 || gc >= configurations) return nb::none();
-    double m[16];
-    const Arm& arm = self.arm;
-    if (!SmallMatrix().read_pose(arm, pose, m) || check_pose(arm, m, value) != Problem::none)
-        return nb::none();
-    const SelfMotion<double> motion = self_motion(arm, load_pose(m), static_cast<int>(gc));
-    if (is_folded(motion.circle) || is_unreachable(motion.circle)) return nb::none();
-    return joints_of(joints_within_limits(arm, directions(motion, sin_cos(psi)), nullptr).q, arm.limits,
-                     limits);
-}
-
-/// The same for a nearly S-R-S arm.
-nb::object near_inverse_one(const ChainArmHandle& self, nb::handle pose, nb::handle psi_object,
-                            nb::handle gc_object, bool limits) {
-    double psi, m[16];
-    long long gc;
-    if (!as_double(psi_object, psi) || !as_index(gc_object, gc) || gc < 0 || gc >= configurations)
-        return nb::none();
-    if (!SmallMatrix().read_pose(nominal(self.arm), pose, m)) return nb::none();
+/// Solves one element of a regular inverse; false if a pose, psi (rad) or gc is not regular, or out of reach.
+bool solve_regular(const Arm& arm, const double* m, double psi, long long gc, double* q) noexcept {
     double value;
-    if (check_pose(self.arm, m, value) != Problem::none) return nb::none();
-    const Inverse found = inverse(self.arm, load_pose(m), psi, static_cast<int>(gc));
-    if (found.status != Status::OK) return nb::none();
-    return joints_of(found.q, nominal(self.arm).limits, limits);
+    if (!(std::fabs(psi) <= tolerance::largest_angle) || gc < 0 || gc >= configurations) return false;
+    if (check_pose(arm, m, value) != Problem::none) return false;
+    const SelfMotion<double> motion = self_motion(arm, load_pose(m), static_cast<int>(gc));
+    if (is_folded(motion.circle) || is_unreachable(motion.circle)) return false;
+    const Joints found = joints_within_limits(arm, directions(motion, sin_cos(psi)), nullptr);
+    std::memcpy(q, found.q, joints * sizeof(double));
+    return true;
+}
+bool solve_regular(const ChainArm& arm, const double* m, double psi, long long gc, double* q) noexcept {
+    double value;
+    if (gc < 0 || gc >= configurations || check_pose(arm, m, value) != Problem::none) return false;
+    const Inverse found = inverse(arm, load_pose(m), psi, static_cast<int>(gc));
+    std::memcpy(q, found.q, joints * sizeof(double));
+    return found.status == Status::OK;
+}
+
+/// Regular inverses: a (4,4) matrix, a float psi and an integer gc, or up to `few` rows of them. None if an
+/// argument is not regular, or required limits are violated: the general function then raises the error.
+template <class Handle>
+nb::object inverse_few(const Handle& self, nb::handle pose, nb::handle psi, nb::handle gc, bool limits) {
+    const Limits& own = reaching(self.arm).limits;
+    const auto kept = [&](const double* q) { return !limits || limit_margin(own, q) >= -tolerance::angle; };
+    double m[16], angle = 0, q[few * joints];
+    long long branch[few];
+    const bool one_angle = as_double(psi, angle);
+    if (one_angle && as_index(gc, branch[0]) && SmallMatrix().read_pose(reaching(self.arm), pose, m)) {
+        if (!solve_regular(self.arm, m, angle, branch[0], q) || !kept(q)) return nb::none();
+        return copied(new_array7(), q, joints);
+    }
+    Buffer poses, angles;
+    const Py_ssize_t n = few_rows(pose, poses, {4, 4});
+    if (!n || !(one_angle || few_rows(psi, angles, {}) == n) || !few_branches(gc, n, branch))
+        return nb::none();
+    for (Py_ssize_t i = 0; i < n; ++i) {
+        const double at = one_angle ? angle : angles.data<double>()[i];
+        double* to = q + i * joints;
+        if (!solve_regular(self.arm, poses.data<double>() + 16 * i, at, branch[i], to) || !kept(to))
+            return nb::none();
+    }
+    return copied(new_rows(n, joints), q, static_cast<std::size_t>(n) * joints);
 }
 
 /// Inverse kinematics of arrays of poses, psi and branches; writes joints (..., 7).
@@ -382,7 +383,8 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
         .value("IGNORE", Enforce::ignore)
         .value("RAISE", Enforce::raise)
         .value("NAN", Enforce::nan);
-    arm.def("inverse_one", &inverse_one, "pose"_a.none(), "psi"_a.none(), "gc"_a.none(), "limits"_a = false);
+    arm.def("inverse_few", &inverse_few<ArmHandle>, "pose"_a.none(), "psi"_a.none(), "gc"_a.none(),
+            "limits"_a = false);
     bind_both(arm);
     nb::enum_<Wish>(m, "Wish")
         .value("PSI", Wish::psi)
@@ -404,7 +406,7 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
 
 void bind_chain_kinematics(nb::class_<ChainArmHandle>& arm) {
     using namespace nb::literals;
-    arm.def("inverse_one", &near_inverse_one, "pose"_a.none(), "psi"_a.none(), "gc"_a.none(),
+    arm.def("inverse_few", &inverse_few<ChainArmHandle>, "pose"_a.none(), "psi"_a.none(), "gc"_a.none(),
             "limits"_a = false);
     bind_both(arm);
     arm.def("self_motion_many", &self_motion_rate_many<ChainArmHandle>, "pose"_a, "psi"_a, "gc"_a, "out"_a,

@@ -241,33 +241,72 @@ void solution_derivative_many(const Handle& self, Floats pose, Floats near, cons
                 });
 }
 
-/// Searches the solution of one pose: a named tuple `kind` of (q, psi, gc, distance, status of `statuses`,
-/// margin, gap, pose). None if pose or near is no small matrix: the general function then converts it or
-/// raises the error. near may be None.
-template <class Handle>
-nb::object solve_one(const Handle& self, nb::handle pose, nb::handle near, Metric metric, nb::handle kind,
-                     nb::handle statuses) {
-    double q[joints], m[16], value = 0;
-    if (!SmallMatrix().read_pose(reaching(self.arm), pose, m)) return nb::none();
-    if (!near.is_none() && !SmallMatrix().read(near, 1, joints, q)) return nb::none();
-    Problem problem = check_pose(self.arm, m, value);
-    refuse_one(problem, "pose", value);
-    if (!near.is_none()) problem = check_joints(self.arm, q, value);
-    refuse_one(problem, "seed", value);
-    NearestOptions options;
-    options.metric = metric;
-    options.near = near.is_none() ? nullptr : q;
-    const Nearest found = nearest_of(self, load_pose(m), options);
-    nb::object joint_values = new_array7();
-    const Buffer to(joint_values, true);
-    std::memcpy(to.data<double>(), found.q, joints * sizeof(double));
+/// One row of a named tuple `kind` of (q, psi, gc, distance, status of `statuses`, margin, gap, pose).
+nb::object solution_of(const Nearest& found, const double* m, nb::handle kind, nb::handle statuses) {
+    const nb::object q = copied(new_array7(), found.q, joints);
     PyObject* status = PyTuple_GetItem(statuses.ptr(), static_cast<Py_ssize_t>(found.status));
     if (!status) throw nb::python_error();
-    nb::object held = new_array44();
-    const Buffer frame(held, true);
-    for (int i = 0; i < 16; ++i) frame.data<double>()[i] = is_solved(found.status) ? m[i] : not_a_number;
-    return new_named(kind, joint_values, found.psi, found.gc, found.distance, nb::handle(status),
-                     found.margin, found.gap, held);
+    double frame[16];
+    for (int i = 0; i < 16; ++i) frame[i] = is_solved(found.status) ? m[i] : not_a_number;
+    return new_named(kind, q, found.psi, found.gc, found.distance, nb::handle(status), found.margin,
+                     found.gap, copied(new_array44(), frame, 16));
+}
+
+/// The same of n rows as arrays; the status as int8 codes.
+nb::object solutions_of(const Nearest* found, const double* m, Py_ssize_t n, nb::handle kind) {
+    static PyObject* int64 = nb::object(nb::module_::import_("numpy").attr("int64")).release().ptr();
+    static PyObject* int8 = nb::object(nb::module_::import_("numpy").attr("int8")).release().ptr();
+    const nb::object q = new_rows(n, joints), pose = new_rows(n, 4, 4);
+    const nb::object psi = new_rows(n), distance = new_rows(n), margin = new_rows(n), gap = new_rows(n);
+    const nb::object gc = new_rows_of(int64, n), status = new_rows_of(int8, n);
+    const Buffer to_q(q, true), to_pose(pose, true), to_psi(psi, true), to_distance(distance, true),
+        to_margin(margin, true), to_gap(gap, true), to_gc(gc, true), to_status(status, true);
+    for (Py_ssize_t i = 0; i < n; ++i) {
+        const Nearest& one = found[i];
+        std::memcpy(to_q.data<double>() + joints * i, one.q, joints * sizeof(double));
+        for (Py_ssize_t k = 16 * i; k < 16 * (i + 1); ++k)
+            to_pose.data<double>()[k] = is_solved(one.status) ? m[k] : not_a_number;
+        to_psi.data<double>()[i] = one.psi;
+        to_distance.data<double>()[i] = one.distance;
+        to_margin.data<double>()[i] = one.margin;
+        to_gap.data<double>()[i] = one.gap;
+        to_gc.data<long long>()[i] = one.gc;
+        to_status.data<std::int8_t>()[i] = static_cast<std::int8_t>(one.status);
+    }
+    return new_named(kind, q, psi, gc, distance, status, margin, gap, pose);
+}
+
+/// The nearest solution of a pose (4,4) to a seed (7,), or of up to `few` rows of both, as a named tuple
+/// `kind`. None if a pose or seed is no such matrix: the general function then converts it or raises the
+/// error.
+template <class Handle>
+nb::object solve_few(const Handle& self, nb::handle pose, nb::handle near, Metric metric, nb::handle kind,
+                     nb::handle statuses) {
+    double q[joints], m[16], value = 0;
+    const bool one_seed = SmallMatrix().read(near, 1, joints, q);
+    NearestOptions options;
+    options.metric = metric;
+    if (one_seed && SmallMatrix().read_pose(reaching(self.arm), pose, m)) {
+        Problem problem = check_pose(self.arm, m, value);
+        refuse_one(problem, "pose", value);
+        problem = check_joints(self.arm, q, value);
+        refuse_one(problem, "seed", value);
+        options.near = q;
+        return solution_of(nearest_of(self, load_pose(m), options), m, kind, statuses);
+    }
+    Buffer poses, seeds;
+    const Py_ssize_t n = few_rows(pose, poses, {4, 4});
+    if (!n || !(one_seed || few_rows(near, seeds, {joints}) == n)) return nb::none();
+    Nearest found[few];
+    for (Py_ssize_t i = 0; i < n; ++i) {
+        const double* at = poses.data<double>() + 16 * i;
+        options.near = one_seed ? q : seeds.data<double>() + joints * i;
+        if (check_pose(self.arm, at, value) != Problem::none ||
+            check_joints(self.arm, options.near, value) != Problem::none)
+            return nb::none();
+        found[i] = nearest_of(self, load_pose(at), options);
+    }
+    return solutions_of(found, poses.data<double>(), n, kind);
 }
 
 /// Returns the number of solutions of each pose, their data in the order of the poses, and the reason for
@@ -311,7 +350,7 @@ nb::typed<nb::tuple, Ints, Floats, Floats, Ints, Floats, Floats, Codes> solution
 template <class Handle>
 void bind_solving_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
-    arm.def("solve_one", &solve_one<Handle>, "pose"_a.none(), "near"_a.none(), "metric"_a, "kind"_a,
+    arm.def("solve_few", &solve_few<Handle>, "pose"_a.none(), "near"_a.none(), "metric"_a, "kind"_a,
             "statuses"_a);
     arm.def("solve_many", &solve_many<Handle>, "pose"_a, "near"_a.none(), "options"_a,
             "allowed_count"_a.none(), "allowed_psi"_a.none(), "q"_a, "psi"_a, "gc"_a, "distance"_a,

@@ -135,7 +135,7 @@ def test_one_float32_pose_is_read_as_it_comes_and_is_one_of_many() -> None:
     near = np.zeros(7)
     arcs, found = arm.feasible(poses, gc), arm.solve(poses, near)
     for i, pose in enumerate(poses):
-        assert arm._handle.inverse_one(pose, float(psi[i]), int(gc[i])) is not None
+        assert arm._handle.inverse_few(pose, float(psi[i]), int(gc[i])) is not None
         assert np.array_equal(arm.feasible(pose, gc[i]).intervals, arcs[i].intervals)
         one, row = arm.solve(pose, near), found.row(i)
         for mine, theirs in zip(one, row, strict=True):

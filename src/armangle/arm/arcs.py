@@ -75,7 +75,7 @@ def _is_nothing(value: object) -> bool:
 
 
 class _Pairs(NamedTuple):
-    """The core's pair numbers of a batch, in the columns that one pose has (`_core.ArcsOfOne`)."""
+    """The core's pair numbers of a batch, in the columns that a few poses have (`_core.ArcsOfFew`)."""
 
     pair: Ints
     blocking: Ints
@@ -151,7 +151,7 @@ class ArcSet:
     _coarse: NDArray[np.int8] | None  # the same: whether narrow arcs are missing
     _names: Names  # (obstacle, link)
     _unproven: Floats | None  # of each set, rad; None: everything is proven
-    _of: tuple[_core.ArcsOfOne | _Pairs, PairNames | None]  # computes missing values on first use
+    _of: tuple[_core.ArcsOfFew | _Pairs, PairNames | None]  # computes missing values on first use
 
     def __init__(self, intervals: ArrayLike = ()) -> None:
         psi = as_floats("intervals", np.empty((0, 2)) if _is_nothing(intervals) else intervals, (2,))
@@ -234,11 +234,11 @@ class ArcSet:
         return new
 
     @classmethod
-    def _of_one(cls, shape: Shape, sets: _core.ArcsOfOne, ready: Ready | None = None) -> ArcSet:
-        """Return the sets of one pose, for a control loop: arrays are created when they are read."""
+    def _of_few(cls, sets: Shape, found: _core.ArcsOfFew, ready: Ready | None = None) -> ArcSet:
+        """Return the sets of one pose or of a few; their arrays are created when they are read."""
         new = cls.__new__(cls)
-        object.__setattr__(new, "shape", shape)
-        object.__setattr__(new, "_of", (sets, None if ready is None else ready.names))
+        object.__setattr__(new, "shape", sets if found.rows < 0 else (found.rows, *sets))
+        object.__setattr__(new, "_of", (found, None if ready is None else ready.names))
         return new
 
     if not TYPE_CHECKING:  # a type checker should know the existing attributes

@@ -889,7 +889,7 @@ class Arm(FrozenValue):
         """
         known = type(limits) is bool and isinstance(on_error, str) and on_error in ON_ERROR
         if known and gc is not None and seed is None and out is None and thread_count() == 1:
-            plain: Floats | None = self._handle.inverse_one(pose, psi, gc, limits)
+            plain: Floats | None = self._handle.inverse_few(pose, psi, gc, limits)
             if plain is not None:
                 return plain
         if psi is None:
@@ -1344,9 +1344,9 @@ class Arm(FrozenValue):
             return self._proven_arcs(pose, gc, margin, wanted, sets, ready, progress)
         handle, threads = None if ready is None else ready.handle, thread_count()
         if progress is None:
-            of_one = self._handle.feasible_one(pose, gc, margin, *paper, wanted, threads, handle)
-            if of_one is not None:
-                return ArcSet._of_one(sets, of_one, ready)
+            few = self._handle.feasible_few(pose, gc, margin, *paper, wanted, threads, handle)
+            if few is not None:
+                return ArcSet._of_few(sets, few, ready)
         batch, (poses, branches) = self._branches(pose, gc)
         with progressing(as_progress(progress)):
             columns = self._handle.feasible_many(poses, branches, margin, *paper, wanted, threads, handle)
@@ -1562,7 +1562,7 @@ class Arm(FrozenValue):
         plain = plain and self.singularity_margin == 0.0 and isinstance(roll, str) and roll == "pose"
         if plain and prefer == "seed" and seed is not None and isinstance(metric, str) and metric in _METRICS:
             one = None if thread_count() != 1 else (
-                self._handle.solve_one(pose, seed, _METRICS[metric], Solution, STATUSES)
+                self._handle.solve_few(pose, seed, _METRICS[metric], Solution, STATUSES)
             )  # fmt: skip
             if one is not None:
                 return cast(Solution, one)

@@ -20,7 +20,7 @@ _ELBOW = 3
 _MOST_OFF = np.array([MAX_LENGTH, MAX_ANGLE])
 _NOTHING = 0.02  # m, rad: a smaller tool is within the accuracy of a calibration
 _ASKED = {
-    "feasible_one": "feasible",
+    "feasible_few": "feasible",
     "feasible_many": "feasible",
     "psi_towards_many": "psi_towards",
     "joint_function": "gradients.joint_function",
