@@ -16,13 +16,13 @@ Allowed = ArcSet | Callable[[Floats], ArcSet]
 
 
 def one_allowed(allowed: Allowed, pose: Floats) -> tuple[Any, Any]:
-    """Return count and angles of the arcs permitted at one pose."""
+    """Return the number of arcs and their ends (n, 2), rad, that `allowed` gives for one pose."""
     arcs = _checked(allowed_arcs(allowed, pose))
     return arcs._count, arcs._psi
 
 
 def allowed_arcs(allowed: Allowed, poses: Floats) -> ArcSet:
-    """Return the user's arcs for poses (..., 4, 4): one set, or one a pose."""
+    """Return the arm angles that the user allows for poses (..., 4, 4): one set, or one for each pose."""
     if isinstance(allowed, ArcSet):
         return _few(allowed)
     if not callable(allowed):
@@ -36,13 +36,14 @@ def allowed_arcs(allowed: Allowed, poses: Floats) -> ArcSet:
 
 
 def _checked(arcs: object) -> ArcSet:
+    """Return the result of the user's function; raise if it is not the arcs of one pose."""
     if not isinstance(arcs, ArcSet) or arcs.shape:
         raise InputError(f"allowed gives {arcs!r}, wanted an ArcSet of shape ()")
     return _few(arcs)
 
 
 def _few(arcs: ArcSet) -> ArcSet:
-    """Return the arcs if they are few enough (16) to be intersected with any feasible ones without loss."""
+    """Return the set itself; raise if it has more than 16 arcs, which an intersection could not hold."""
     most = _core.ARC_CAPACITY // 2
     if (arcs._count > most).any():
         raise InputError(f"allowed holds {int(arcs._count.max())} arcs, wanted at most {most}")

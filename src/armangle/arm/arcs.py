@@ -71,6 +71,7 @@ def _nested(items: list[Any], shape: Shape) -> Any:
 
 
 def _is_nothing(value: object) -> bool:
+    """Return whether a value is an empty tuple or list."""
     return isinstance(value, (tuple, list)) and not value
 
 
@@ -87,7 +88,7 @@ class _Pairs(NamedTuple):
 
 
 def _named(pair: Ints, blocking: Ints, names: PairNames) -> tuple[Ints, Ints, Names]:
-    """Return pair numbers as indices into a list of names; -1 stays -1."""
+    """Return codes of (obstacle, link) pairs as indices into a list of their names; -1 (no pair) stays -1."""
     known, place = np.unique(np.concatenate([pair.ravel(), blocking]), return_inverse=True)
     none = int((known < 0).sum())
     place = place.ravel() - none
@@ -96,12 +97,12 @@ def _named(pair: Ints, blocking: Ints, names: PairNames) -> tuple[Ints, Ints, Na
 
 
 def _pairs_of(arcs: ArcSet) -> Ints:
-    """Return a copy of the pair indices of a set, -1 for all without a scene."""
+    """Return a copy of the pair index of each arc end; -1 everywhere without a scene."""
     return np.full(arcs._psi.shape, -1) if arcs._pair is None else arcs._pair.copy()
 
 
 def _coarse_of(arcs: ArcSet) -> NDArray[np.int8]:
-    """Return whether each set lacks narrow arcs, as 0 or 1."""
+    """Return for each set whether it lacks narrow arcs for want of memory, as 0 or 1."""
     return np.zeros(len(arcs._count), dtype=np.int8) if arcs._coarse is None else arcs._coarse
 
 
@@ -184,10 +185,12 @@ class ArcSet:
         names: Names = (),
         unproven: Floats | None = None,
     ) -> None:
+        """Set all fields from flat arrays of the core; `status` None: OK if there is an arc, else LIMITS."""
         self._keep_arrays(shape, (count, psi, joint, side, value, status), unproven)
         self._keep_pairs(pair, blocking, coarse, names)
 
     def _keep_arrays(self, shape: Shape, arrays: tuple[Any, ...], unproven: Floats | None) -> None:
+        """Set the shape and the arrays of arcs, read-only; a missing status follows from the counts."""
         *columns, status = arrays
         if status is None:
             status = np.where(columns[0] > 0, Status.OK, Status.LIMITS).astype(np.int8)
@@ -203,12 +206,13 @@ class ArcSet:
         coarse: NDArray[np.int8] | None = None,
         names: Names = (),
     ) -> None:
+        """Set the pairs (obstacle, link) at the arc ends and their names, arrays read-only."""
         for name, found in zip(_OF_SCENES, (pair, blocking, coarse, names), strict=True):
             object.__setattr__(self, name, frozen(found) if isinstance(found, np.ndarray) else found)
 
     @classmethod
     def _empty(cls, shape: Shape) -> ArcSet:
-        """Return empty sets."""
+        """Return a batch of this shape whose sets have no arcs."""
         codes = np.zeros(math.prod(shape), dtype=np.int8)
         ends = np.empty((0, 2), dtype=np.int8)
         return cls._from_core(
@@ -323,6 +327,7 @@ class ArcSet:
         return coarse[()]
 
     def _named(self, code: int) -> tuple[str, str] | None:
+        """Return the names (obstacle, link) of a pair index; None for -1."""
         return self._names[code] if code >= 0 else None
 
     @property
@@ -348,6 +353,7 @@ class ArcSet:
         return self._measure().reshape(self.shape)[()]
 
     def _measure(self) -> Floats:
+        """Return the total length of each set's arcs, rad, as a flat array."""
         rows = np.repeat(np.arange(len(self._count)), self._count)
         widths = self._psi[:, 1] - self._psi[:, 0]
         return np.bincount(rows, weights=widths, minlength=len(self._count)).astype(np.float64)
@@ -369,6 +375,7 @@ class ArcSet:
         return _nested([self._ends_of(i) for i in range(len(self._count))], self.shape)
 
     def _ends_of(self, index: int) -> list[tuple[ArcEnd, ...]]:
+        """Return the two ends of each arc of one set, by the set's flat index."""
         out: list[tuple[ArcEnd, ...]] = []
         for arc in range(self._start[index], self._start[index + 1]):
             pair = []
@@ -425,6 +432,7 @@ class ArcSet:
         return self._query(psi, True)[()]
 
     def _query(self, psi: ArrayLike, nearest: bool) -> Floats:
+        """Return whether each arm angle is in its set (1 or 0), or the nearest angle in it if `nearest`."""
         angles = as_floats("psi", psi)
         check_angles("psi", angles)
         shape, index, angles = self._pair_with(angles)
@@ -433,6 +441,7 @@ class ArcSet:
         return out.reshape(shape)
 
     def _pair_with(self, angles: Floats) -> tuple[Shape, Ints, Floats]:
+        """Return the broadcast shape of sets and angles, and each pair as flat set index and angle (rad)."""
         if not self.shape:
             return angles.shape, np.zeros(angles.size, dtype=np.int64), np.ascontiguousarray(angles).ravel()
         index = np.arange(len(self._count)).reshape(self.shape)
@@ -458,6 +467,7 @@ class ArcSet:
         return self.shape[0]
 
     def _need_one(self, what: str) -> None:
+        """Raise if this is a batch; `what` names the operation that needs one set."""
         if self.shape:
             raise InputError(f"{what} needs arcs of one pose; these have shape {self.shape}: index them")
 
@@ -489,6 +499,7 @@ class ArcSet:
         return self._combine(SetOperation.COMPLEMENT, self)
 
     def _combine(self, operation: SetOperation, other: ArcSet) -> ArcSet:
+        """Return union or intersection with another set, broadcast; each arc keeps the cause of its ends."""
         if not isinstance(other, ArcSet):
             return NotImplemented
         a, b = (np.arange(len(s._count)).reshape(s.shape) for s in (self, other))
@@ -506,6 +517,7 @@ class ArcSet:
         none = source < 0
 
         def carried(mine: NDArray[Any], theirs: NDArray[Any], empty: float) -> NDArray[Any]:
+            """Return for each arc end of the result the value at the end of either set that it stems from."""
             pool = np.concatenate([mine.ravel(), theirs.ravel(), [empty]]).astype(mine.dtype)
             return pool[np.where(none, -1, source)]
 
@@ -530,7 +542,7 @@ class ArcSet:
         return ArcSet._from_core(a.shape, (count, psi, joint, side, value, status, pair, None, coarse, names))
 
     def _less(self, other: ArcSet) -> ArcSet:
-        """Return the set without another, excluding points where the rest only touches the other."""
+        """Return the difference of two sets, without the single points where both only touch."""
         left = self & ~other
         wide = left._psi[:, 1] > left._psi[:, 0]
         of = np.repeat(np.arange(len(left._count)), left._count)[wide]

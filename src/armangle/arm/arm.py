@@ -320,6 +320,7 @@ class Arm(FrozenValue):
         return cast(Arm, object.__new__(cls if plain or cls is not Arm else kind))
 
     def __init__(self, *unnamed: Never, **numbers: Unpack[ArmArguments]) -> None:
+        """Check the numbers and create the core's arm; all arguments are keywords."""
         if unnamed:
             raise TypeError(
                 f"Arm takes keywords alone, but {len(unnamed)} values came without: "
@@ -509,7 +510,8 @@ class Arm(FrozenValue):
     def _of_file(
         cls, read: Callable[[bool], Chain], fit: Fit, angle: float | None, length: float | None
     ) -> Arm:
-        """Return the arm of a file that `read` reads, of the first kind that fits.
+        """Return the arm of the file that `read` reads: the first kind of arm that fits within the
+        tolerances.
 
         The argument of `read`: whether base and tip are guessed for an offset wrist or shoulder.
         """
@@ -567,6 +569,7 @@ class Arm(FrozenValue):
 
     @classmethod
     def _from_description(cls, description: ArmDescription, report: ImportReport | None = None) -> Arm:
+        """Return the arm with the numbers of a description."""
         numbers = {field.name: getattr(description, field.name) for field in _FIELDS}
         return cls(**numbers, report=report)
 
@@ -575,6 +578,7 @@ class Arm(FrozenValue):
         return write_urdf(self._description())
 
     def _description(self) -> ArmDescription:
+        """Return the numbers of this arm as a description."""
         return ArmDescription(**{field.name: getattr(self, field.name) for field in _FIELDS})
 
     # -- the arm as a value --------------------------------------------------------------------------
@@ -696,12 +700,13 @@ class Arm(FrozenValue):
         return own or self._prepared(cast(Scene, scene))
 
     def _prepared(self, scene: Scene) -> Ready:
-        """Return a scene prepared for this arm, which keeps the data of its own links."""
+        """Return a scene prepared for this arm; which links never collide is found once for each arm."""
         ready = make_ready(self, scene, self._ready)
         self._fill({"_apart": ready.apart})
         return ready
 
     def _numbers(self) -> dict[str, Any]:
+        """Return all constructor arguments of this arm by name."""
         return {name: getattr(self, name) for name in (*(field.name for field in _FIELDS), *_KEPT)}
 
     def __eq__(self, other: object) -> bool:
@@ -927,6 +932,9 @@ class Arm(FrozenValue):
         self, pose: ArrayLike, psi: ArrayLike, gc: ArrayLike, seed: ArrayLike | None, beyond: _core.Enforce,
         nan: bool, out: Floats | None, *, all_branches: bool = False,
     ) -> Floats:  # fmt: skip
+        """Return joint values (..., 7) of poses, arm angles and branches; NaN or an error where
+        none exist.
+        """
         seeds = [] if seed is None else [("seed", as_floats("seed", seed, (JOINTS,)), 1)]
         batch, arrays = self._postures(pose, psi, gc, *seeds)
         result = output(out, (*batch, JOINTS))
@@ -1569,6 +1577,7 @@ class Arm(FrozenValue):
         beyond = relaxing_length(fallback, length, gc, allowed, self.scene)
 
         def ask(arm: Arm, poses: ArrayLike, seeds: ArrayLike | None, weights: ArrayLike | None) -> Solution:
+            """Return the solutions of poses with the options of this call."""
             return Question(
                 arm, poses, seeds, metric, weights, prefer, gc, allowed, beyond, progress
             ).solve()  # fmt: skip
@@ -1677,7 +1686,7 @@ class Arm(FrozenValue):
         return found if within else self._with_instead(found, frame)
 
     def _branches_of(self, pose: Floats) -> tuple[Branch, ...]:
-        """Return what the limits leave of each branch at one pose, and why nothing."""
+        """Return for each branch whether the limits permit one pose, and if not, which of them forbid it."""
         segment = np.empty((1, _core.SEGMENT_WIDTH))
         _core.path_waypoints(pose[None], np.zeros(1), segment)
         return tuple(map(branch_of, self._handle.explain_pose(segment, self.singularity_margin)))
@@ -1692,7 +1701,7 @@ class Arm(FrozenValue):
         return replace(found, instead=instead, instead_moved=moved, instead_turned=turned)
 
     def _meets(self, branch: Branch, pose: Floats, scene: Scene) -> Branch:
-        """Return a branch's finding, or that obstacles block everything within its limits."""
+        """Return the finding of a branch, changed if obstacles block every arm angle within its limits."""
         if not branch.ok:
             return branch
         found = self._widest(pose, branch.gc, scene)
@@ -1712,16 +1721,17 @@ class Arm(FrozenValue):
 
 
 def _beyond(keep: bool, nan: bool) -> _core.Enforce:
-    """Return the action for joints that have no turn within their limits."""
+    """Return what the core does with joint values outside the limits: ignore it, give NaN, or raise."""
     return _core.Enforce.IGNORE if not keep else _core.Enforce.NAN if nan else _core.Enforce.RAISE
 
 
 def _raised(error: ModelError) -> Never:
+    """Raise an error (a function, for use in an expression)."""
     raise error
 
 
 def _told(found: tuple[AnyDescription, ImportReport]) -> tuple[AnyDescription, ImportReport]:
-    """Return the findings in a file after warning of its notes."""
+    """Return what was found in a file, after a warning for each of its notes."""
     warn_of(found[1].notes)
     return found
 
@@ -1737,6 +1747,7 @@ def _offset_kind(own_chain: bool = False) -> Any:
 
 
 def _rebuilt(arguments: dict[str, Any]) -> Arm:
+    """Return an arm from its constructor arguments (for pickle)."""
     return Arm(**arguments)
 
 
@@ -1813,7 +1824,7 @@ def _complete(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _given_frame(changes: ArmArguments, name: str, kept: Floats) -> ArrayLike:
-    """Return a changed frame; None stands for the identity."""
+    """Return the frame that `changes` gives under this name, the kept one without; None is the identity."""
     if name not in changes:
         return kept
     given = cast(ArrayLike | None, changes.get(name))
@@ -1841,6 +1852,7 @@ def _check_link(what: str, along: str, across: str, values: dict[str, Any]) -> N
 
 
 def _seven(name: str, value: ArrayLike, *, infinite: bool) -> Floats:
+    """Return seven numbers as float64; raise for NaN and, unless `infinite`, for infinities."""
     array = (one_or_seven(name, value) if name in _ONE_FOR_ALL else as_floats(name, value, (JOINTS,))).copy()
     if array.shape != (JOINTS,):
         raise InputError(f"{name} has shape {array.shape}, wanted ({JOINTS},)")
@@ -1877,6 +1889,7 @@ def _checked_reference(reference: Reference) -> str | tuple[float, ...]:
 
 
 def _core_reference(reference: str | tuple[float, ...]) -> tuple[_core.Reference, Floats]:
+    """Return the core's kind of reference direction and its vector, which only kind VECTOR uses."""
     if isinstance(reference, str):
         return _REFERENCES[reference], np.array([0.0, 0.0, 1.0])
     return _core.Reference.VECTOR, np.array(reference)

@@ -38,7 +38,7 @@ _ASKED = {
 
 
 def asked_of(name: str) -> str:
-    """Return the public function that uses this function of the core."""
+    """Return the name of the public function that calls a function of the core, for error messages."""
     return _ASKED.get(name, name.removesuffix("_many"))
 
 
@@ -90,7 +90,7 @@ class _Reaching(Protocol):
 
     @property
     def deviation(self) -> ChainDeviation:
-        """The bands in which branches merge."""
+        """How far the chain is off its nominal arm, with the angles in which branches merge."""
 
     def inverse(self, pose: Floats, psi: Any, gc: Any, *, limits: bool) -> Floats: ...
 
@@ -122,7 +122,7 @@ def leaves_out(bare: ChainHandle | None, whole: ChainHandle, at: int) -> bool:
 
 
 def check_kept_chain(changes: Iterable[str]) -> None:
-    """Raise if a change concerns the nominal arm alone: the chain, and every pose, would not change."""
+    """Raise if a change names a number of the nominal arm alone, which would not change the chain."""
     nominal = {*LENGTHS, *ELBOW_OFFSETS, "a_1", "a_6", "signs", "offsets"}
     changed = [name for name in changes if name in nominal]
     if changed:
@@ -133,7 +133,7 @@ def check_kept_chain(changes: Iterable[str]) -> None:
 
 
 def moved_ends(chain: Floats, old: tuple[Floats, Floats], new: tuple[Floats, Floats]) -> Floats:
-    """Return a chain with changed base and tool."""
+    """Return the links of a chain for new frames of base and tool, each given as (base, tool)."""
     out = chain.copy()
     out[0] = new[0] @ np.linalg.solve(old[0], chain[0])
     out[-1] = chain[-1] @ np.linalg.solve(old[1], new[1])

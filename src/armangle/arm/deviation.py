@@ -111,14 +111,14 @@ def proven_share_of(arm: Chained) -> float:
 
 
 def _postures(arm: Chained, rng: np.random.Generator, count: int) -> Floats:
-    """Return random configurations (n, 7) within the limits; joints with more than a turn use one turn."""
+    """Return random configurations (n, 7) within the limits, rad; a range above 2π is cut to [-π, π]."""
     wide = ~(arm.upper - arm.lower < 2.0 * np.pi)
     lower, upper = np.where(wide, -np.pi, arm.lower), np.where(wide, np.pi, arm.upper)
     return rng.uniform(lower, upper, (count, JOINTS))
 
 
 def _band(arm: Chained, rng: np.random.Generator, joint: int) -> float:
-    """Return the largest distance of a singular angle from 0 where the inverse does not reproduce joints."""
+    """Return the largest |angle| (rad) of a singular joint at which the inverse misses random joints."""
     q = _postures(arm, rng, _IN_BAND)
     angle = _WIDEST * _NARROWEST ** rng.uniform(0.0, 1.0, _IN_BAND) * rng.choice((-1.0, 1.0), _IN_BAND)
     start = arm.delta if joint == _SINGULAR_JOINTS[1] else 0.0

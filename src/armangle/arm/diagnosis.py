@@ -170,6 +170,7 @@ class Branch:
         return f"GC {self.gc}: {said}"
 
     def _sentence(self, where: str, path: bool) -> str:
+        """Return the finding in words; `where` is the part of the path, "" at a pose."""
         match self.verdict:
             case Verdict.OK:
                 if not path:
@@ -225,6 +226,7 @@ class Branch:
                 return f"every tested curve {broken} a limit between the samples{where}."
 
     def _anchor(self) -> str:
+        """Return in words why the start or the goal of a path is not in this branch."""
         if self.elsewhere:
             return "belongs to another global configuration."
         if self.status == Status.NOT_ALLOWED:
@@ -243,7 +245,7 @@ class Branch:
         return f"is blocked: {link} is {self.short * MILLIMETRES:.3g} mm too near to {obstacle}."
 
     def _shut(self, way: str) -> str:
-        """Return the turns at rest that a path requires at rest of a configuration with θ2 and θ6 at 0."""
+        """Return in words the joint rotations at rest that a path through θ2 = θ6 = 0 requires."""
         turns = ", or ".join(
             f"joint {joint} by {math.degrees(turn):.3g}° (and joint {joint + 2} back by as much)"
             for joint, turn in self.turns
@@ -252,12 +254,13 @@ class Branch:
         return f"{singular}: along this path the end effector can {way} at rest: {turns}."
 
     def _beyond(self) -> str:
-        """Return by how much a start or a goal violates limits, the largest first."""
+        """Return in words by how much the start or the goal is outside limits, the largest excess first."""
         worst = sorted(self.openings, key=lambda opening: -opening.extra)
         parts = [f"{math.degrees(o.extra):.3g}° beyond the {o.side} one of joint {o.joint}" for o in worst]
         return ", ".join(parts)
 
     def _blocked(self, where: str, path: bool) -> str:
+        """Return in words which obstacle or margin forbids every arm angle; `where`: the part of the path."""
         sentence = STATUSES[self.status].sentence
         if self.touching is None:
             return f"{sentence[0].lower()}{sentence[1:-1]}{where}."
@@ -269,6 +272,7 @@ class Branch:
         return f"within the limits {link} is{by} too near to {obstacle}{where} at every arm angle."
 
     def _why(self) -> str:
+        """Return in words which joint limits or margins leave no arm angle."""
         if self.status in (Status.ELBOW_MARGIN, Status.NO_POSTURE, Status.NEAR_SINGULAR):
             return STATUSES[self.status].sentence
         names = " and ".join(map(str, self.blocking))
@@ -281,7 +285,7 @@ class Branch:
 
 
 def _wider(opening: Opening) -> str:
-    """Return an opening in words."""
+    """Return in words by how much a joint limit would have to move to leave a solution."""
     limit = f"the {opening.side} limit of joint {opening.joint}"
     return f"{math.degrees(opening.extra):.3g}° more of {limit}"
 
@@ -375,6 +379,7 @@ class Diagnosis:
         return "\n".join([*head, *self._nearest_poses()])
 
     def _said(self, branch: Branch) -> str:
+        """Return the finding of a branch as a sentence without the branch's number."""
         return branch.explain(path=self.path).split(": ", 1)[1]
 
     def _line(self, alike: list[Branch]) -> str:
@@ -395,6 +400,7 @@ class Diagnosis:
         out, place = [], "The nearest pose within {} is {} away: x, y, z = {} m{}"
 
         def at(pose: Floats) -> str:
+            """Return the position of a pose as "x, y, z" in m."""
             return ", ".join(f"{value:.6g}" for value in pose[:3, 3])
 
         drawn = millimetres(self.nearest_gap)
@@ -414,11 +420,12 @@ class Diagnosis:
 
 
 def _numbers(branches: list[Branch]) -> str:
+    """Return the numbers of branches, separated by commas."""
     return ", ".join(str(branch.gc) for branch in branches)
 
 
 def branch_of(report: tuple[Any, ...], ready: Ready | None = None, redundancy: str = ARM_ANGLE) -> Branch:
-    """Return the branch of a report from the core; `ready`: its scene.
+    """Return the finding of a branch from the core's report; `ready` is its scene, for names.
 
     `redundancy`: which number of the arm is free (`Arm.redundancy`).
     """

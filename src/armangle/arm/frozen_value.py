@@ -15,6 +15,6 @@ class FrozenValue:
         raise AttributeError(f"{type(self).__name__} is frozen: {name} cannot be set; use with_()")
 
     def _fill(self, values: Mapping[str, Any]) -> None:
-        """Set the attributes during creation."""
+        """Set attributes by name, once, while the value is made."""
         for name, value in values.items():
             object.__setattr__(self, name, value)

@@ -37,6 +37,7 @@ class JointFunction:
     _handle: _core.JointFunction
 
     def __init__(self, handle: _core.JointFunction, of: tuple[Any, ...], joint: int) -> None:
+        """Keep the core's function, the arm, pose and branch that it is of, and the joint 1..7."""
         self._handle, self._of, self.joint = handle, of, joint
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -85,6 +86,7 @@ class JointFunction:
         return self._map(psi, self._handle.derivative)
 
     def _map(self, psi: ArrayLike, function: Any) -> Floats | np.float64:
+        """Return a function of the core, value or derivative, at each arm angle."""
         angles = as_floats("psi", psi)
         check_angles("psi", angles)
         out = np.empty(angles.shape)
@@ -111,4 +113,5 @@ class JointFunction:
 
 
 def _remade(arm: Any, pose: Floats, gc: int, joint: int) -> JointFunction:
+    """Return the joint function of an arm, pose and branch again (for pickle)."""
     return JointFunction(arm._handle.joint_function(pose, gc, joint - 1), (arm, pose, gc), joint)

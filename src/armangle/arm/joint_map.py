@@ -16,7 +16,7 @@ def to_theta(arm: _core.Arm, q: Floats) -> Floats:
 
 
 def to_q(arm: _core.Arm, theta: Floats) -> Floats:
-    """Return the joint values (..., 7) of model angles (..., 7), rad, without choosing a turn."""
+    """Return the joint values (..., 7) of model angles (..., 7), rad; no multiple of 2π is added."""
     out = np.empty_like(theta)
     arm.q_many(theta, out)
     return out

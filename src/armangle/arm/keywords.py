@@ -17,20 +17,23 @@ _Answer = TypeVar("_Answer")
 def names_keywords(
     kind: str | None, hints: Mapping[str, str]
 ) -> Callable[[Callable[_Asked, _Answer]], Callable[_Asked, _Answer]]:
-    """Return a decorator for methods of `kind`, or for functions called by their own name if that is None.
+    """Return a decorator that checks the keywords of methods of `kind` (None: of functions).
 
     A keyword that they do not accept raises an error with its hint.
     """
 
     def called(door: Callable[_Asked, _Answer]) -> str:
+        """Return a function's name for error messages."""
         owner = door.__qualname__.removesuffix(".__init__")
         return owner if kind is None else f"{door.__name__} of an {kind}"
 
     def decorated(door: Callable[_Asked, _Answer]) -> Callable[_Asked, _Answer]:
+        """Return the function with the check of its keywords before it."""
         known = signature(door).parameters
 
         @wraps(door)
         def asked(*args: _Asked.args, **keywords: _Asked.kwargs) -> _Answer:
+            """Check the keywords, then call the function."""
             for name in keywords:
                 if name in hints and name not in known:
                     raise InputError(f"{called(door)} takes no {name}=: {hints[name].format(name=name)}")

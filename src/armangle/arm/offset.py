@@ -80,6 +80,7 @@ class OffsetArm(Arm):
     _handle: Any  # an OffsetHandle
 
     def __init__(self, *unnamed: Never, a_1: float = 0.0, a_6: float = 0.0, **numbers: Any) -> None:
+        """Check the numbers and create the core's arm; exactly one of a_1 and a_6 is not 0."""
         for name in _NO_FIELDS:
             given = numbers.pop(name, None)
             if isinstance(given, np.ndarray) or given not in (None, 0.0, "base", (), []):
@@ -103,7 +104,7 @@ class OffsetArm(Arm):
             self._fill({"_ready": self._prepared(scene)})
 
     def _core_numbers(self) -> tuple[Floats, Floats, Floats, Floats, float, bool]:
-        """Return lengths, rows of the joints, base, tool, the offset, and whether it is at the shoulder."""
+        """Return lengths (m), rows of joint data, base, tool, offset (m), and if it is at the shoulder."""
         rows, mirrored = self._rows, self.a_1 != 0.0
         lengths = np.array([rows.d_bs, rows.d_se, rows.d_ew, rows.d_wf, rows.a_3, rows.a_4])
         joints = np.array([rows.signs, rows.offsets, rows.lower, rows.upper], dtype=np.float64)
@@ -111,11 +112,13 @@ class OffsetArm(Arm):
 
     @classmethod
     def _of(cls, found: OffsetDescription, **more: Any) -> Arm:
+        """Return the arm of a description, or the one on its own chain if the description has one."""
         own = ("chain",) if found.chain is not None else ()
         names = [f.name for f in fields(found) if f.name in own or f.name not in _NO_FIELDS]
         return Arm(**{name: getattr(found, name) for name in names}, **more)
 
     def _keeping(self, scene: Scene | None, singularity_margin: float) -> Arm:
+        """See `Arm._keeping`; raise for a singularity margin."""
         _refuse_margin(singularity_margin)
         return super()._keeping(scene, singularity_margin)
 
@@ -125,6 +128,7 @@ class OffsetArm(Arm):
         return write_chain(chain_of(OffsetDescription(**numbers)), self.name)
 
     def _numbers(self) -> dict[str, Any]:
+        """See `Arm._numbers`."""
         return {**super()._numbers(), "a_1": self.a_1, "a_6": self.a_6}
 
     def __eq__(self, other: object) -> bool:
@@ -137,6 +141,7 @@ class OffsetArm(Arm):
         return hash((self.a_1, self.a_6, self._rows))
 
     def _source(self) -> str:
+        """See `Arm._source`."""
         offset = f"a_1={self.a_1!r}" if self.a_1 else f"a_6={self.a_6!r}"
         rows = self._rows._source().removeprefix("Arm(").removesuffix(")")
         scene = "" if self.scene is None else f", scene={self.scene!r}"
@@ -236,7 +241,7 @@ class OffsetArm(Arm):
         return result
 
     def _raise(self, codes: Ints, missing: NDArray[np.bool_], *, one_of_eight: bool) -> None:
-        """Raise the reason of the first pose without a solution."""
+        """Raise the error of the first pose that has no solution; `codes` holds the status of each."""
         if one_of_eight:  # the reason of the branch nearest to a solution
             at = tuple(int(i) for i in np.argwhere(missing.all(axis=-1))[0])
             ok = codes[at] == Status.OK.value
@@ -263,18 +268,21 @@ class OffsetArm(Arm):
         self, pose: ArrayLike, gc: ArrayLike, wanted: Wanted, sets: Shape, scene: Scene | None,
         progress: Progress | bool | None = None, paper: tuple[float, float] = (0.0, 0.0),
     ) -> ArcSet:  # fmt: skip
+        """See `Arm._arcs`."""
         return self._proven_arcs(pose, gc, 0.0, wanted, sets, self._ready_for(scene), progress)
 
     def _without_scene(self) -> OffsetArm:
+        """Return this arm without its obstacles."""
         return self if self.scene is None else cast(OffsetArm, self.with_(scene=None))
 
     def _branches_of(self, pose: Floats) -> tuple[Branch, ...]:
+        """See `Arm._branches_of`."""
         free = self._without_scene()
         arcs, each = free.feasible(pose), free.feasible(pose, per_joint=True)
         return tuple(free._branch_of(pose, gc, arcs, each) for gc in range(CONFIGURATIONS))
 
     def _branch_of(self, pose: Floats, gc: int, arcs: ArcSet, each: ArcSet) -> Branch:
-        """Return what the limits leave of a branch, and why nothing."""
+        """Return the finding of one branch from its feasible arcs, of all joints together and each alone."""
         status = STATUSES[int(np.asarray(arcs.status)[gc])]
         if np.asarray(arcs.count)[gc] > 0:
             best = self.solve(pose, prefer="margin", gc=gc)
@@ -294,11 +302,12 @@ class OffsetArm(Arm):
 
     @staticmethod
     def _blocking(gc: int, each: ArcSet) -> tuple[int, ...]:
-        """Return joints whose limits together leave nothing, none of which can be left out."""
+        """Return joints 1..7 whose limits together leave no value of the free joint; none can be left out."""
         counts, ends = np.asarray(each.count), each.intervals
         sets = [ArcSet(ends[gc, joint][: counts[gc, joint]]) for joint in range(JOINTS)]
 
         def is_shut(joints: list[int]) -> bool:
+            """Return whether the arcs of some joints have no point in common."""
             left = ArcSet([(-np.pi, np.pi)])
             for joint in joints:
                 left = left & sets[joint]
@@ -314,7 +323,9 @@ class OffsetArm(Arm):
         return tuple(joint + 1 for joint in needed)
 
     def _openings(self, pose: Floats, gc: int) -> tuple[Opening, ...]:
-        """Return single limits that would leave a solution if they were moved out, the least first."""
+        """Return each limit that would leave a solution if it alone moved, with how far (rad), the least
+        first.
+        """
         found = []
         for joint in range(JOINTS):
             for side, limits, far in (("lower", self.lower, -np.inf), ("upper", self.upper, np.inf)):
@@ -333,7 +344,7 @@ class OffsetArm(Arm):
         return tuple(sorted(found, key=lambda opening: opening.extra))
 
     def clearance(self, q: ArrayLike, scene: Scene | None = None) -> Clearance:
-        """See `Arm.clearance`: psi_rate is by the value of the free joint, NaN beside a fold."""
+        """See `Arm.clearance`: psi_rate is per rad of the free joint, NaN where two branches meet."""
         ready = self._needed(self.scene if scene is None else scene)
         joints = as_floats("q", q, (JOINTS,))
         batch = joints.shape[:-1]
@@ -346,6 +357,7 @@ KINDS.append(OffsetArm)
 
 
 def _refuse_margin(margin: float | None) -> None:
+    """Raise for a singularity margin other than 0 or None, which this kind of arm does not have."""
     if margin:
         raise unsupported("singularity_margin=", "with_(lower=..., upper=...) is the margin that it has")
 
@@ -364,6 +376,7 @@ def as_srs(arm: Arm, what: str) -> Arm:
 
 
 def _checked_gc(gc: ArrayLike) -> Ints:
+    """Return branch numbers; raise unless all are 0 to 7."""
     branches = as_gc(gc)
     if ((branches < 0) | (branches >= CONFIGURATIONS)).any():
         at = np.argwhere((branches < 0) | (branches >= CONFIGURATIONS))[0]

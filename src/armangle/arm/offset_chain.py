@@ -55,6 +55,7 @@ class OffsetChainArm(OffsetArm):
     __slots__ = ()
 
     def __init__(self, *unnamed: Never, chain: ArrayLike, **numbers: Any) -> None:
+        """Check numbers and chain and create the core's arm; raise for a scene."""
         _refuse_scene(numbers.get("scene"))
         links = checked_chain(chain)
         assert links is not None
@@ -64,6 +65,7 @@ class OffsetChainArm(OffsetArm):
         self._fill({"chain": links, "_handle": handle})
 
     def _keeping(self, scene: Scene | None, singularity_margin: float) -> Arm:
+        """See `Arm._keeping`; raise for a scene."""
         _refuse_scene(scene)
         return super()._keeping(scene, singularity_margin)
 
@@ -76,6 +78,7 @@ class OffsetChainArm(OffsetArm):
     __hash__ = OffsetArm.__hash__
 
     def _source(self) -> str:
+        """See `Arm._source`."""
         assert self.chain is not None
         return f"{super()._source().removesuffix(')')}, chain={self.chain.tolist()})"
 
@@ -131,10 +134,11 @@ class OffsetChainArm(OffsetArm):
         raise unsupported("freedom", "feasible has the intervals, and how much is unproven")
 
     def _branches_of(self, pose: Floats) -> tuple[Branch, ...]:
+        """Raise: it is not made for this kind."""
         raise unsupported("explain")
 
     def clearance(self, q: ArrayLike, scene: Scene | None = None) -> Clearance:
-        """Raise: this kind knows no obstacles."""
+        """Raise: this kind has no obstacles."""
         raise unsupported("clearance")
 
 
@@ -142,5 +146,6 @@ KINDS.append(OffsetChainArm)
 
 
 def _refuse_scene(scene: Scene | None) -> None:
+    """Raise if a scene is given."""
     if scene is not None:
         raise unsupported("scene=")

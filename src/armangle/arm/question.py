@@ -59,6 +59,7 @@ class Question:
         prefer: str, gc: int | Iterable[int] | None, allowed: Allowed | None, length: float = 0.0,
         progress: Progress | bool | None = None,
     ) -> None:  # fmt: skip
+        """Check all conditions and broadcast poses and seeds to one batch."""
         named = [("pose", as_poses("pose", pose, arm._handle), 2)]
         if seed is not None:
             named.append(("seed", as_floats("seed", seed, (JOINTS,)), 1))
@@ -85,7 +86,7 @@ class Question:
             self.allowed = (arcs._count, arcs._psi)
 
     def solve(self) -> Solution:
-        """Return the nearest solution of each pose."""
+        """Return for each pose the solution that the conditions rate best."""
         q = np.empty((*self.batch, JOINTS))
         psi, distance, margin, gap = (np.empty(self.batch) for _ in range(4))
         gc, status = np.empty(self.batch, np.int64), np.empty(self.batch, np.int8)
@@ -103,7 +104,7 @@ class Question:
         return every if self.batch else every.row(())
 
     def solutions(self) -> Solutions:
-        """Return the nearest solution of each branch and arc of each pose."""
+        """Return for each pose the best solution of each branch and arc."""
         with progressing(self.progress):
             columns = self.handle.solutions_many(
                 self.poses, self.near, self.options, *self.allowed, self.threads, self.scene
@@ -112,7 +113,7 @@ class Question:
 
 
 def relaxing_length(fallback: Fallback, length: float, *narrowed: object) -> float:
-    """Return the metres that count as one radian for a pose without a solution; 0 for no approximate one."""
+    """Return the length (m) for which a position error counts like 1 rad; 0 if fallback is None."""
     metres = as_number("length", length, 0.0, _LONGEST, low_open=True)
     if fallback is None:
         return 0.0
@@ -143,6 +144,7 @@ def widest_solution(arm: Any, pose: ArrayLike, seed: ArrayLike | None, gc: Any) 
     best = room.argmax(axis=-1)[..., None]
 
     def taken(column: Any) -> Any:
+        """Return the column's entry at the best branch of each pose."""
         return np.take_along_axis(column, best, axis=-1)[..., 0]
 
     ok, branch = np.asarray(taken(room) > -np.inf), branches[best[..., 0]]
@@ -175,7 +177,7 @@ def weights_of(weight: ArrayLike | None) -> Floats:
 
 
 def branch_bits(gc: int | Iterable[int] | None) -> int:
-    """Return one bit for each permitted global configuration."""
+    """Return permitted branches as a number whose bit gc is set for branch gc; None permits all."""
     if gc is None:
         return (1 << CONFIGURATIONS) - 1
     given = [*gc] if isinstance(gc, Iterable) else [gc]

@@ -55,7 +55,7 @@ def check_free_roll(arm: Rolled, scene: object) -> None:
 
 
 def _turning(arm: Rolled) -> str | None:
-    """Return the name of a shape of link 7 or the gripper that is not round about axis 7; None if all are."""
+    """Return the name of a shape of link 7 or the gripper that a roll would move; None if all are round."""
     body = () if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
     shapes = [(shape.name or "link_7", shape) for frame, shape in body if frame == JOINTS]
     shapes += [(shape.name or "hand", shape) for shape in arm.hand]
@@ -109,8 +109,8 @@ def solve_free(
 
 
 def _on_ladder(arm: Rolled, pose: Any, near: Any, weights: Floats, by_margin: bool, ask: Any) -> Solution:
-    """Return the best of `LADDER` turns about the tool's z axis, each with its exact arcs, and of finer ones
-    near it; if none has a solution, of ten times as many.
+    """Return the best solution over `LADDER` equal rolls about the tool's z axis and finer ones near the
+    best; ten times as many if none has a solution.
     """
     poses = as_poses("pose", pose, arm._handle)
     _core.check_transforms(poses, "pose")  # before a turn becomes another axis
@@ -120,13 +120,14 @@ def _on_ladder(arm: Rolled, pose: Any, near: Any, weights: Floats, by_margin: bo
         poses, seeds = np.broadcast_to(poses, (*batch, 4, 4)), np.broadcast_to(seeds, (*batch, JOINTS))
 
     def best_of(which: Any, angles: Floats) -> tuple[list[Any], Floats, Floats]:
-        """Return the best columns of some poses at angles (..., k), their ratings, and their angles."""
+        """Return for some poses the best of the rolls (..., k), rad: its solution, rating and angle."""
         near_them = None if seeds is None else seeds[which][..., None, :]
         found: Solution = ask(arm, poses[which][..., None, :, :] @ about_z(angles), near_them, weights)
         worth = np.where(found.ok, found.margin if by_margin else -np.asarray(found.distance), -np.inf)
         best = worth.argmax(axis=-1)
 
         def taken(column: Any) -> Any:
+            """Return the column's entry at the best roll of each pose."""
             column = np.asarray(column)
             index = best.reshape(*best.shape, *[1] * (column.ndim - best.ndim))
             return np.take_along_axis(column, index, axis=best.ndim).squeeze(best.ndim)
@@ -134,12 +135,14 @@ def _on_ladder(arm: Rolled, pose: Any, near: Any, weights: Floats, by_margin: bo
         return [np.array(taken(column)) for column in found], taken(worth), taken(angles)
 
     def ladder(rungs: int, like: Floats) -> Floats:
+        """Return equally spaced rolls over 2π, rad, for each pose."""
         return np.broadcast_to(np.arange(rungs) * (2 * np.pi / rungs), (*like.shape[:-2], rungs))
 
     every, worth, at = best_of(..., ladder(LADDER, poses))
     worth, at = np.array(worth), np.array(at)
 
     def improve(which: Any, angles: Floats) -> None:
+        """Try more rolls (rad) for some poses and keep them where they are better."""
         columns, better, there = best_of(which, angles)
         gained = better > worth[which]
         for column, new in zip((*every, worth, at), (*columns, better, there), strict=True):

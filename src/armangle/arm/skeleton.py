@@ -71,7 +71,7 @@ def elbow_points(arm: Arm, pose: ArrayLike, gc: int, psi: ArrayLike) -> Floats:
 
 
 def blockers(arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike) -> NDArray[np.bool_]:
-    """Return which joints forbid arm angles.
+    """Return for each joint whether its limits forbid an arm angle.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def blockers(arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike) -> NDArr
 
 
 def unproven(arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike) -> NDArray[np.bool_]:
-    """Return where arm angles are proven neither feasible nor blocked; arguments as for `blockers`."""
+    """Return whether an arm angle is in the part that is proven neither feasible nor blocked."""
     left_out = arm._left_out(poses, gc)
     return np.asarray(left_out.contains(as_floats("psi", psi)), dtype=np.bool_)
 

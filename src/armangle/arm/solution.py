@@ -164,12 +164,14 @@ class Solutions:
     __slots__ = ("_pose", "count", "distance", "gc", "margin", "psi", "q", "status")
 
     def __init__(self, shape: tuple[int, ...], columns: tuple[Any, ...], pose: Floats) -> None:
+        """Arrange the core's flat solutions of each pose in padded arrays, read-only."""
         self._pose = frozen(pose.copy())
         count, q, psi, gc, distance, margin, status = columns
         width = int(count.max(initial=0))
         filled = np.arange(width) < count[:, None]
 
         def table(values: NDArray[Any], blank: float, *tail: int) -> NDArray[Any]:
+            """Return a flat column of solutions as an array (poses, most solutions), padded with `blank`."""
             out = np.full((len(count), width, *tail), blank, values.dtype)
             out[filled] = values
             return frozen(out.reshape((*shape, width, *tail)))
@@ -206,6 +208,7 @@ class Solutions:
         )  # fmt: skip
 
     def _one(self, what: str) -> int:
+        """Return the number of solutions; raise for a batch, where `what` has no meaning."""
         if isinstance(self.count, int):
             return self.count
         raise TypeError(f"{what} is of the solutions of one pose, these are of a batch {self.count.shape}")

@@ -55,6 +55,7 @@ def as_wish(point: ArrayLike | None, direction: Direction | None) -> tuple[Wish,
 
 
 def _finite(name: str, value: Any) -> Floats:
+    """Return vectors (..., 3) as float64; raise unless all numbers are finite."""
     vectors = as_floats(name, value, (3,))
     if not np.isfinite(vectors).all():
         raise InputError(f"{name} is {vectors.tolist()!s:.100}, wanted finite numbers")
