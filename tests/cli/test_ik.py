@@ -107,7 +107,7 @@ def test_a_file_of_poses(line: Rows, cli: Cli) -> None:
     assert len(cli("ik {R} --pose line.csv --psi 90 --gc 3 -o q.csv").out.splitlines()) == 22
     assert np.allclose(aa.io.load_joints("q.csv").psi, np.pi / 2)
     ran = cli("ik {R} --pose line.csv --psi 35 --gc 3 -o q.csv")
-    assert ran.status == 1 and "21 of 21 poses fail; pose 0: psi 35.00 deg is not feasible" in ran.text
+    assert ran.status == 1 and "21 of 21 poses fail; pose 0: psi 35.00 deg is not feasible: joint" in ran.text
     assert (aa.io.load_joints("q.csv").status == aa.Status.OUTSIDE).all()
     line[4, 0, 3] += 3
     aa.io.save(line, "far.csv")

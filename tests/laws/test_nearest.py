@@ -636,6 +636,7 @@ def test_a_row_of_a_batch_is_what_one_pose_gives() -> None:
             assert np.array_equal(mine, theirs, equal_nan=True)
     assert IIWA.solve(poses[0], seed=Q).row(-1).gc == batch.row((0, 2)).gc
     assert repr(batch.row((1, 2))) == "<Solution: none, UNREACHABLE>"
+    assert "gap" not in repr(batch.row((0, 0)))
     for bad in (0, (0, 3), (2, 0), (0, 1, 0), 1.0, (0, True), "0"):
         with pytest.raises(
             aa.InputError, match=r"index is .*, wanted that of one pose of a batch of shape \(2, 3\)"

@@ -196,7 +196,7 @@ def test_batches_threads_and_seeds(any_arm: aa.Arm) -> None:
         stretched = abs(one.q[3]) < 1e-6  # of either branch
         assert stretched or one.gc == arm.forward(one.q)[2]
         assert not one.ok
-        assert "q=[" in repr(one)
+        assert "q=[" in repr(one) and f"gap={one.gap:.6g}" in repr(one)
 
 
 def test_never_worse_than_the_pose_within_reach_and_a_clamp(arm: aa.Arm) -> None:

@@ -336,6 +336,7 @@ def test_path_draws_psi_and_joints_with_limits() -> None:
             np.testing.assert_allclose(panels[1 + joint].lines[k].get_ydata(), np.degrees(motion.q[:, joint]))
     assert {"α = 5", "α = 20", "limit"} == _figure_labels(panels[0])
     assert panels[7].get_xlabel() == "path parameter s"
+    assert panels[0].figure.get_suptitle() == IIWA.name
 
 
 def test_path_marks_where_it_fails() -> None:

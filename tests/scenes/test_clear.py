@@ -287,6 +287,9 @@ def test_feasible_with_a_scene_is_both() -> None:
     apart = arm.feasible(poses, gc) & arm._clear(poses, gc, scene)
     assert both == apart
     assert repr(both.ends) == repr(apart.ends)
+    plain = arm.feasible(poses, gc)  # names of pairs are kept beside a set that has none
+    assert repr((both & plain).ends) == repr(both.ends) == repr((plain & both).ends)
+    assert both != plain and both[:10] != both[10:] and both[:10] == both[:10]
     every = in_threads(2, lambda: arm.with_(scene=scene).feasible(poses))
     for k in range(20):
         assert every[k, gc[k]] == both[k]
