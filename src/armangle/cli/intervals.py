@@ -81,11 +81,12 @@ def show_intervals(asked: Asked, args: argparse.Namespace) -> int:
 
 
 def _feasible(arm: Arm, frame: Floats, gc: int, scene: Scene | None, args: argparse.Namespace) -> ArcSet:
+    """Return the feasible arm angles of a pose and branch with the scene and margin of the options."""
     return arm.with_(scene=scene, singularity_margin=args.singularity_margin).feasible(frame, gc)
 
 
 def _why(arm: Arm, pose: Floats, found: list[Entry]) -> str:
-    """Return all different reasons in words."""
+    """Return in words the reasons why branches have no interval, each reason once with its branches."""
     reasons: dict[Status, list[str]] = {}
     for gc, _, intervals in found:
         reasons.setdefault(Status(int(intervals.status)), []).append(str(gc))
@@ -96,6 +97,7 @@ def _why(arm: Arm, pose: Floats, found: list[Entry]) -> str:
 
 
 def _show(arm: Arm, frame: Floats, found: list[Entry], margin: float) -> None:
+    """Print the intervals of all branches or joints as a table, with strips of the circle."""
     per_joint = found[0][1] is not None
     rows: list[list[str]] = []
     for gc, joint, intervals in found:
@@ -118,6 +120,7 @@ def _show(arm: Arm, frame: Floats, found: list[Entry], margin: float) -> None:
 
 
 def _lines(intervals: ArcSet) -> list[tuple[str, str, str, str]]:
+    """Return each interval as text: its two ends (deg) and their causes; one line with the status if none."""
     if intervals.is_empty:
         return [("-", "-", f"none: {Status(int(intervals.status)).name}", "")]
     lines = []
@@ -128,6 +131,7 @@ def _lines(intervals: ArcSet) -> list[tuple[str, str, str, str]]:
 
 
 def _end_text(end: ArcEnd) -> str:
+    """Return the cause of an interval's end: an obstacle, a joint limit, or that no more is proven."""
     if end.obstacle is not None:
         return f"{end.link} at {end.obstacle}"
     if end.side == "unproven":
@@ -136,13 +140,13 @@ def _end_text(end: ArcEnd) -> str:
 
 
 def _unproven(arm: Arm, frame: Floats, gc: int, joint: int | None, margin: float) -> ArcSet:
-    """Return the arm angles for which nothing is proven."""
+    """Return the arm angles that are proven neither feasible nor infeasible."""
     arm = arm.with_(singularity_margin=margin)
     return arm._left_out(frame, gc) if joint is None else arm._left_out(frame, gc, Wanted.JOINTS)[joint - 1]
 
 
 def _strip(intervals: ArcSet, unproven: ArcSet) -> str:
-    """Return the circle from -180 to 180 deg as a strip of characters, "?" where nothing is proven."""
+    """Return the circle from -180 to 180 deg as characters: filled where feasible, "?" where unproven."""
     centres = (np.arange(_STRIP) + 0.5) / _STRIP * 2 * np.pi - np.pi
     cells = zip(np.asarray(intervals.contains(centres)), np.asarray(unproven.contains(centres)), strict=True)
     drawn = {True: paint("?", "yellow"), False: paint("·", "dim")}
@@ -150,6 +154,7 @@ def _strip(intervals: ArcSet, unproven: ArcSet) -> str:
 
 
 def _facts(gc: int, joint: int | None, intervals: ArcSet) -> dict[str, Any]:
+    """Return the intervals of a branch, or of one joint in it, for JSON."""
     ends = [[_end_facts(end) for end in pair] for pair in intervals.ends]
     facts: dict[str, Any] = {"gc": gc} if joint is None else {"gc": gc, "joint": joint}
     status = Status(int(intervals.status)).name
@@ -158,5 +163,6 @@ def _facts(gc: int, joint: int | None, intervals: ArcSet) -> dict[str, Any]:
 
 
 def _end_facts(end: ArcEnd) -> dict[str, Any]:
+    """Return the cause of an interval's end for JSON."""
     facts: dict[str, Any] = {"joint": end.joint, "side": end.side, "value": end.value}
     return facts if end.obstacle is None else facts | {"obstacle": end.obstacle, "link": end.link}

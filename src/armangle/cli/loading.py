@@ -137,7 +137,7 @@ def _fit(text: str) -> dict[str, Any]:
 
 
 def _read(file: str, options: dict[str, Any], quiet: bool) -> Arm:
-    """Return the arm of a file, and pass its reader's warnings on."""
+    """Return the arm of a file; warnings of its reader are passed on unless `quiet`."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         arm = (Arm.from_mjcf if is_mjcf(file) else Arm.from_urdf)(file, **options)
@@ -147,7 +147,9 @@ def _read(file: str, options: dict[str, Any], quiet: bool) -> Arm:
 
 
 def _named_links(file: str, base: str | None, tip: str | None) -> tuple[str | None, str | None]:
-    """Return base and tip, those of the only arm with an offset without an S-R-S arm; else the choices."""
+    """Return base and tip; without a tip, those of the file's only arm with an offset, or an error that lists
+    the choices.
+    """
     if tip is not None:
         return base, tip
     found = (mjcf_candidates if is_mjcf(file) else urdf_candidates)(file, base)

@@ -60,6 +60,7 @@ class _Parser(argparse.ArgumentParser):
     """Reports argument errors in the same form as other messages."""
 
     def error(self, message: str) -> NoReturn:
+        """Print usage and message, and exit with the status for wrong input."""
         self.print_usage(sys.stderr)
         note(f"{self.prog}: error: {message}")
         self.exit(BAD_INPUT)
@@ -114,7 +115,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _complain(error: Exception, status: int) -> int:
-    """Print an error, with the command line's advice instead of Python's."""
+    """Print an error in the command line's words, and return the exit status."""
     from ..arm.chain import NOMINAL
 
     doors = f"\n{_DOORS}" if isinstance(error, ModelError) and "tolerance" in str(error) else ""
@@ -123,6 +124,7 @@ def _complain(error: Exception, status: int) -> int:
 
 
 def _run(words: list[str]) -> int:
+    """Run the command of the given words and return its exit status."""
     top = _top_parser()
     asked = top.parse_args(words)
     if asked.command is None:
@@ -160,10 +162,11 @@ def command_parser(name: str, command: Command | None = None) -> argparse.Argume
 
 
 def _warn_as_notes() -> None:
-    """Print warnings like remarks, each once, without the line of Python that raised them."""
+    """Make Python print warnings as notes of the command line, each once."""
     said = set[str]()
 
     def remark(message: Warning | str, *_: object) -> None:
+        """Print a warning with the option's name instead of Python's, unless it was printed before."""
         for python, option in _LIMITS.items():
             message = str(message).replace(python, option)
         if str(message) not in said:
@@ -175,14 +178,17 @@ def _warn_as_notes() -> None:
 
 
 def _command(name: str) -> Command:
+    """Return the module of a command."""
     return cast(Command, importlib.import_module(f".commands.{name}", __package__))
 
 
 def _formatter(prog: str) -> argparse.HelpFormatter:
+    """Return the layout of help texts."""
     return argparse.RawDescriptionHelpFormatter(prog, max_help_position=26, width=79)
 
 
 def _top_parser() -> argparse.ArgumentParser:
+    """Return the parser of the options before the command."""
     width = max(map(len, COMMANDS))
     listed = "\n".join(f"  {name:{width}}  {line}" for name, line in COMMANDS.items())
     parser = _Parser(

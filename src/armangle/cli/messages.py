@@ -45,4 +45,5 @@ def paragraph(text: str) -> str:
 
 
 def _filled(line: str) -> str:
+    """Return a line broken at blanks to the width of the screen."""
     return textwrap.fill(line, WIDTH, break_long_words=False, break_on_hyphens=False)

@@ -84,7 +84,7 @@ class Run:
 
     @property
     def name(self) -> str:
-        """Name of its files."""
+        """Name of the run's files, without ending."""
         return f"alpha{self.policy.alpha:g}_K{self.policy.K:g}"
 
     @property
@@ -209,6 +209,7 @@ def _figure(size: tuple[float, float]) -> Any:
 
 
 def _legend_entries(panel: Any) -> list[tuple[Any, str]]:
+    """Return the curves of a panel with their labels."""
     return list(zip(*panel.get_legend_handles_labels(), strict=True))
 
 
@@ -229,7 +230,7 @@ def from_start(made: Run) -> JointPath:
 
 
 def _shade_infeasible(panel: Any, made: Run) -> None:
-    """Shade the infeasible arm angles, pose by pose."""
+    """Shade the infeasible arm angles of each pose in a panel of arm angle over s."""
     path = made.path
     shown = np.degrees([made.psi_start, *path.psi])
     low, high = shown.min() - _ROOM_DEG, shown.max() + _ROOM_DEG

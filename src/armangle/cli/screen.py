@@ -52,6 +52,7 @@ def show_json(value: Any) -> None:
 
 
 def _jsonable(value: Any) -> Any:
+    """Return a value as what JSON can hold: arrays as lists, enums as names, NaN as None."""
     if isinstance(value, dict):
         return {key: _jsonable(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -94,7 +95,7 @@ def counted(count: int, thing: str) -> str:
 
 
 def plural(count: int, thing: str) -> str:
-    """Return a thing, or things."""
+    """Return the noun, with an s unless count is 1."""
     return thing if count == 1 else f"{thing}s"
 
 
@@ -114,7 +115,7 @@ def joint_margins(arm: Arm, q: Floats) -> Floats:
 
 
 def called(arm: Arm) -> str:
-    """Return the name of an arm in errors about unsupported options."""
+    """Return an arm's name and kind for errors about options that need an arm angle."""
     end = arm.kind.split("_")[1]
     return f"{arm.name or 'the arm'}, which has an offset {end} and no arm angle"
 
@@ -213,6 +214,7 @@ def progress(what: str) -> Iterator[None]:
 
 
 def _tick(what: str, over: threading.Event, share: list[tuple[int, int]]) -> None:
+    """Print a task's progress and duration on a terminal until `over` is set."""
     start = time.monotonic()
     if over.wait(_PATIENCE):
         return

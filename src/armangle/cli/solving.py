@@ -54,7 +54,7 @@ class Asked:
 
     @property
     def pick(self) -> Any:
-        """Selects the one result from a batch of one, or keeps all."""
+        """Index that takes the single result of one pose out of a batch of one, or keeps a batch."""
         return 0 if self.frame.ndim == 2 else slice(None)
 
 
@@ -98,7 +98,7 @@ def solve(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
 
 
 def _seed(asked: Asked) -> tuple[Floats, str]:
-    """Return the reference joints, and their name."""
+    """Return the joints of --seed or the middle of the limits (rad), and how to call them."""
     if asked.seed is not None:
         return asked.seed, "--seed"
     lower, upper = asked.arm.lower, asked.arm.upper
@@ -136,7 +136,7 @@ def _show_one(arm: Arm, found: Solution, name: str, metric: str) -> None:
 
 
 def _path(arm: Arm, frames: Floats, found: Solution) -> JointPath:
-    """Return one row a pose, each with its status."""
+    """Return the solutions of poses as a path with one row for each pose, each with its status."""
     residual, ok = np.full(len(frames), np.nan), np.asarray(found.ok)
     residual[ok] = _off(arm, found.q[ok], frames[ok])
     rows: dict[str, Any] = {key: getattr(found, key) for key in ("q", "psi", "gc", "status", "margin")}
@@ -144,7 +144,7 @@ def _path(arm: Arm, frames: Floats, found: Solution) -> JointPath:
 
 
 def _off(arm: Arm, q: Floats, frames: Floats) -> Floats:
-    """Return the distance of joints from the positions of poses, m."""
+    """Return the distance (m) between the positions that joints reach and those of the poses."""
     return np.asarray(np.linalg.norm(forward(arm, q)[0][:, :3, 3] - frames[:, :3, 3], axis=1))
 
 
@@ -200,7 +200,7 @@ def solve_at_psi(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
 
 
 def _rows(asked: Asked, psi: float, gc: int) -> JointPath:
-    """Return one row a pose, each with its status."""
+    """Return the solutions at one arm angle and branch as a path with one row for each pose."""
     arm, frames = asked.arm, asked.frames
     q = arm.inverse(frames, psi, gc, seed=asked.seed, on_error="nan")
     solved = np.isfinite(q).all(axis=1)

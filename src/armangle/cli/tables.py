@@ -61,5 +61,6 @@ def table(headings: Sequence[str], rows: Iterable[Sequence[str]], *, left: Itera
 
 
 def _padded(cell: str, width: int, left: bool) -> str:
+    """Return a cell's text with blanks up to a width, which colours do not count towards."""
     space = " " * (width - len(plain_text(cell)))
     return cell + space if left else space + cell

@@ -43,7 +43,7 @@ _WRITE = """\
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments."""
+    """Add the arguments of `armangle demo` to its parser."""
     parser.add_argument(
         "-o", "--output", metavar="DIR", help="write a joint CSV and a picture a run there, and poses.csv"
     )
@@ -93,6 +93,7 @@ def _write(runs: list[paper_example.Run], folder: Path) -> tuple[list[str], Miss
 
 
 def _show(runs: list[paper_example.Run]) -> None:
+    """Print the setting of the example and a table with one row for each run."""
     first = runs[0]
     show(paint("One straight line, five ways to keep off the joint limits", "bold"))
     show(f"{paragraph(_STORY)}\n")
@@ -114,7 +115,7 @@ def _show(runs: list[paper_example.Run]) -> None:
 
 
 def _show_next(folder: str | None, files: int, *, drawn: bool) -> None:
-    """Print which file to open, and what to try next."""
+    """Print which written file to open, or which command to try next."""
     if folder is None:
         show(f"\nTry next:\n{_WRITE}\n{_VIEW}")
         return
@@ -128,6 +129,10 @@ def _show_next(folder: str | None, files: int, *, drawn: bool) -> None:
 
 
 def _facts(made: paper_example.Run) -> dict[str, Any]:
+    """Return the results of a run for JSON:
+
+    policy, ends, margin and largest step (rad), time for each pose.
+    """
     path = made.path
     return {
         "name": made.name, "alpha": made.policy.alpha, "K": made.policy.K, "psi_start": made.psi_start,

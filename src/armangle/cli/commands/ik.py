@@ -59,7 +59,7 @@ _NOT_WITH = {
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments."""
+    """Add the arguments of `armangle ik` to its parser."""
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument(
         "--pose", metavar="POSE", help="x,y,z,qw,qx,qy,qz (m, unit quaternion), or a FILE of poses"
@@ -149,7 +149,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _asked(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> Asked:
-    """Return the pose of --pose or --joints, with branches and the arm angle of joints."""
+    """Return the pose of --pose or --joints with seed, scene, branch and arm angle."""
     seed = None if args.seed is None else joints("--seed", args.seed, arm)
     if args.joints is None:
         return Asked(arm, poses("--pose", args.pose), seed, scene, args.gc, args.psi)

@@ -59,7 +59,7 @@ _SAME = 1e-12  # m, and of a rotation's entries
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments."""
+    """Add the arguments of `armangle inspect` to its parser."""
     parser.add_argument("robot", metavar="ARM", help="a name of the catalogue, or a URDF, MJCF or TOML")
     add(parser, "links", "tool", "joints")
     parser.add_argument(
@@ -91,7 +91,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print the requested data of the arm; status 1 if it is of no known kind, or joints violate limits."""
+    """Print the requested data of the arm; status 1 if its kind is unsupported or joints violate limits."""
     if args.joints is None:
         refuse(args, ("kuka", "plot"), "the arm alone: give --joints")
     if args.body is not None:
@@ -187,6 +187,7 @@ def _kind(arm: Arm) -> str:
 
 
 def _toml(arm: Arm) -> str:
+    """Return the numbers of an S-R-S arm as TOML."""
     report = arm.report
     source = "" if report is None else f"{report.source}, {report.base} to {report.tip}"
     tip = "" if report is None else report.tip
@@ -206,6 +207,7 @@ def _write_arm(arm: Arm, text: str | None, file: str) -> None:
 
 
 def _write(text: str, file: str) -> None:
+    """Write text to a file and print its name to stderr."""
     with replacing(file) as out:
         out.write(text.encode())
     note(f"wrote {file}")
@@ -262,6 +264,7 @@ def _draw(arm: Arm, args: argparse.Namespace) -> int:
 
 
 def _show_one(arm: Arm, q: Floats, pose: Floats, psi: float, gc: int) -> None:
+    """Print pose (m), arm angle, branch and limit margin (deg) of one row of joints."""
     show(paint("pose (m)", "bold"))
     for line in pose:
         show(" ".join(f"{fixed(value, 6):>10}" for value in line))
@@ -275,6 +278,7 @@ def _show_one(arm: Arm, q: Floats, pose: Floats, psi: float, gc: int) -> None:
 
 
 def _show_many(arm: Arm, pose: Floats, psi: Floats, gc: Ints, margin: Floats) -> None:
+    """Print a table of positions (m), arm angles, branches and limit margins (deg), one row for each pose."""
     rows = [
         [str(i), *(fixed(v, 4) for v in pose[i, :3, 3]), degrees(psi[i]), str(gc[i]), degrees(margin[i])]
         for i in range(len(psi))
@@ -317,7 +321,7 @@ def _body(args: argparse.Namespace) -> int:
 
 
 def _said(pairs: list[LinkPair]) -> Iterator[str]:
-    """Return the facts known of pairs of links: those that provably never collide, and those checked."""
+    """Yield sentences: which pairs of links provably never collide, and which are checked."""
     never = [pair for pair in pairs if pair.apart is not None and not pair.ignored]
     checked = [pair for pair in pairs if pair.apart is None and not pair.ignored]
     yield "Neighbouring links are not checked against each other."
@@ -329,6 +333,7 @@ def _said(pairs: list[LinkPair]) -> Iterator[str]:
 
 
 def _facts(frame: int, shape: Any) -> dict[str, Any]:
+    """Return kind, frame, radius, length (m) and volume (m³) of a shape of the collision model."""
     capsule = isinstance(shape, Capsule)
     length = float(np.linalg.norm(np.subtract(shape.end, shape.begin))) if capsule else 0.0
     volume = np.pi * shape.radius**2 * (length + 4 / 3 * shape.radius)

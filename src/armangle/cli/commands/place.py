@@ -29,7 +29,7 @@ _MOST = 1_000_000  # positions
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments."""
+    """Add the arguments of `armangle place` to its parser."""
     parser.add_argument("path", metavar="PATH", help="poses in the world, with the columns x,y,z,qw,qx,qy,qz")
     for axis in ("x", "y"):
         parser.add_argument(
@@ -64,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _line(option: str, text: str, step: float) -> Floats:
-    """Return the positions of FROM,TO."""
+    """Return the positions from FROM to TO, `step` (m) apart."""
     try:
         first, last = (number(part) for part in text.split(","))
     except (ValueError, argparse.ArgumentTypeError):
@@ -80,6 +80,7 @@ def _line(option: str, text: str, step: float) -> Floats:
 
 
 def _show(found: Placement) -> None:
+    """Print the best base positions, and how many poses the best one does not reach, with the reasons."""
     order = np.lexsort((-found.stretch.ravel(), -found.reached.ravel()))[:_ROWS]
     lines = []
     for k in order[found.reached.ravel()[order] > 0]:
@@ -103,6 +104,7 @@ def _show(found: Placement) -> None:
 
 
 def _facts(found: Placement) -> dict[str, object]:
+    """Return a placement for JSON: the poses reached from each base position, and the best base pose."""
     base = dict(zip(COLUMNS, rows_from_poses(found.best()[None])[0].tolist(), strict=True))
     missed = [{"pose": k, "status": why.name} for k, why in found.missed()]
     return {

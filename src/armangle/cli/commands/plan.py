@@ -70,7 +70,7 @@ _CHOICES = {"outside": ("nearest", "stop"), "carry": ("psi", "elbow"), "on_fail"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments."""
+    """Add the arguments of `armangle plan` to its parser."""
     parser.add_argument("path", metavar="PATH", help="poses with the columns x,y,z,qw,qx,qy,qz")
     add(parser, "start")
     parser.add_argument("--goal", metavar="Q", help="q1,..,q7 in degrees: the joints at the last pose")
@@ -130,7 +130,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _plan(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[JointPath, dict[str, Any]]:
-    """Return the planned path, and the facts about it."""
+    """Return the path planned as a whole, and the facts about it."""
     start = None if args.start is None else joints("--start", args.start, arm)
     goal = None if args.goal is None else joints("--goal", args.goal, arm)
     margin = args.limit_margin or 0.0
@@ -158,7 +158,7 @@ def _plan(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[Join
 
 
 def _step(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[JointPath, dict[str, Any]]:
-    """Return the path of --policy, and the facts about it."""
+    """Return the path that --policy produces pose by pose, and the facts about it."""
     refuse(args, ("goal", "limit-margin", "samples", "blend", "duration", "acceleration"), "--policy")
     if args.start is None:
         raise InputError("--policy needs --start, the joints before the first pose")
@@ -215,7 +215,7 @@ def _setting(key: str, text: str) -> Any:
 
 
 def _wish(text: str) -> dict[str, Any]:
-    """Return a target for the arm angle: psi in rad, a direction or a point."""
+    """Return the target of --psi: psi (rad), a direction or a point (m), by its keyword of `plan`."""
     kind, colon, value = text.strip().partition(":")
     if colon:
         if kind not in ("direction", "point"):
@@ -241,7 +241,10 @@ def _acceleration(arm: Arm, args: argparse.Namespace) -> Floats | None:
 
 
 def _facts(path: JointPath, start: Floats) -> dict[str, Any]:
-    """Return the facts about any path."""
+    """Return numbers about a path for JSON:
+
+    poses by status, branch, arm angles and largest joint step (rad).
+    """
     solved = path.status == Status.OK
     psi = path.psi[solved]
     moved = np.abs(np.diff(np.vstack([start, path.q[solved]]), axis=0))
@@ -258,6 +261,7 @@ def _facts(path: JointPath, start: Floats) -> dict[str, Any]:
 
 
 def _show(path: JointPath, facts: dict[str, Any]) -> None:
+    """Print the facts about a path as a table."""
     planned = "certified" in facts
     first, last = facts["psi"]
     rows = [

@@ -30,7 +30,7 @@ _SHOWN = 10  # tiles listed by number
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments."""
+    """Add the arguments of `armangle reach` to its parser."""
     parser.add_argument("store", metavar="FILE", help="folder of the map, or an address that fsspec knows")
     parser.add_argument("--spacing", type=number, metavar="M", help=f"of the wrist (default {_SPACING:g})")
     parser.add_argument("--angle", type=angle, metavar="DEG", help=f"of axis 7 (default {_ANGLE:g})")
@@ -84,6 +84,7 @@ def _check_alone(args: argparse.Namespace) -> None:
 
 
 def _make(args: argparse.Namespace) -> ReachMap:
+    """Compute the map of --robot and return it."""
     names = USUAL if args.fields is None else tuple(args.fields.split(","))
     with _Meter(args.store) as meter:
         return reach_map(
@@ -99,11 +100,13 @@ def _make(args: argparse.Namespace) -> ReachMap:
 
 
 def _resume(found: ReachMap, args: argparse.Namespace) -> ReachMap:
+    """Compute the missing tiles of a map, or a part of them, and return it."""
     with _Meter(args.store) as meter:
         return found.resume(part=_part(args.part), scheduler=args.scheduler, progress=meter)
 
 
 def _verify(found: ReachMap, args: argparse.Namespace) -> int:
+    """Print which tiles are missing or differ from their checksums; status 1 if there are any."""
     with _Meter(f"verifying {args.store}") as meter:
         wrong = found.verify(meter)
     missing = found.missing
@@ -120,7 +123,7 @@ def _verify(found: ReachMap, args: argparse.Namespace) -> int:
 
 
 def _part(text: str | None) -> tuple[int, int] | None:
-    """Return I and N of I/N."""
+    """Return (I, N) of the text "I/N": part I of N."""
     if text is None:
         return None
     try:
@@ -131,11 +134,13 @@ def _part(text: str | None) -> tuple[int, int] | None:
 
 
 def _listed(tiles: tuple[int, ...]) -> str:
+    """Return the first tile numbers as text, and how many more there are."""
     more = f" and {len(tiles) - _SHOWN} more" if len(tiles) > _SHOWN else ""
     return ", ".join(map(str, tiles[:_SHOWN])) + more
 
 
 def _facts(found: ReachMap, missing: tuple[int, ...]) -> dict[str, object]:
+    """Return a map's arm, grid and missing tiles for JSON."""
     return {
         "store": found.path, "robot": found.arm.name, "fields": list(found.fields),
         "shape": list(found.shape), "spacing": found.spacing, "tiles": found.tiles, "missing": list(missing),
@@ -143,6 +148,7 @@ def _facts(found: ReachMap, missing: tuple[int, ...]) -> dict[str, object]:
 
 
 def _show(found: ReachMap, missing: tuple[int, ...]) -> None:
+    """Print a map's arm, grid and fields, and how many tiles are missing."""
     r, z, tilts, turns = found.shape
     show(f"{found.path}: what {found.arm.name or 'an arm'} reaches")
     show(f"  {r} x {z} places of the wrist, {1e3 * found.spacing:g} mm apart")
@@ -155,6 +161,7 @@ class _Meter:
     """Shows on a terminal the number of finished tiles and the remaining time."""
 
     def __init__(self, what: str) -> None:
+        """Start the clock; `what` names the task on the terminal."""
         self._what, self._start = what, time.monotonic()
         self._shown = sys.stderr.isatty()
 

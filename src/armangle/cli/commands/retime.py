@@ -29,7 +29,7 @@ EXAMPLE = """\
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments."""
+    """Add the arguments of `armangle retime` to its parser."""
     parser.add_argument("joints", metavar="JOINTS", help="the columns q1..q7, as plan writes them")
     add(parser, "velocity", "acceleration")
     parser.add_argument("--jerk", metavar="J", help="bound of the joints, deg/s^3; rounds corners")
@@ -84,6 +84,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _show(arm: Arm, found: Trajectory) -> None:
+    """Print the fastest velocity and acceleration of each joint, and the duration."""
     rows = [
         [str(i + 1), arm.joint_names[i], degrees(np.abs(found.qd[:, i]).max(), 2),
          degrees(np.abs(found.qdd[:, i]).max(), 2)]

@@ -26,7 +26,7 @@ _DOUBTS = ("lengths", "limits", "velocity")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments."""
+    """Add the arguments of `armangle robots` to its parser."""
     parser.add_argument("name", nargs="*", metavar="NAME", help="one arm, or words to search for")
     add(parser, "json")
 
@@ -68,18 +68,22 @@ def _show_all(entries: Sequence[CatalogueEntry]) -> None:
 
 
 def _arm(entry: CatalogueEntry) -> Arm:
+    """Return the arm of an entry of the catalogue."""
     return Arm._from_description(entry.description)
 
 
 def _offset(entry: CatalogueEntry) -> str:
+    """Return whether the elbow of an arm is "offset" or "in line"."""
     return "offset" if any(getattr(entry.description, name) for name in ELBOW_OFFSETS) else "in line"
 
 
 def _doubtful(entry: CatalogueEntry) -> str:
+    """Return which numbers of an entry (such as limits) its source may have wrong, separated by commas."""
     return ", ".join(what for what in _DOUBTS if not getattr(entry, f"{what}_trusted"))
 
 
 def _show_one(entry: CatalogueEntry) -> None:
+    """Print all numbers of an arm of the catalogue."""
     d = entry.description
     show(paint(entry.name, "bold"))
     show(paragraph(f"{entry.title}. Source: {entry.source}."))
@@ -100,7 +104,7 @@ def _show_one(entry: CatalogueEntry) -> None:
 
 
 def _show_offset(name: str, *, as_json: bool) -> None:
-    """Show an arm with an offset wrist or shoulder."""
+    """Print all numbers of an arm with an offset wrist or shoulder."""
     arm, source = Arm.from_catalogue(name), offset_source(name)
     if as_json:
         keys = (*_LENGTHS[:-1], "a_1", "a_6", *_JOINTS, "notes", "base", "tool", "reach")
@@ -112,6 +116,7 @@ def _show_offset(name: str, *, as_json: bool) -> None:
 
 
 def _facts(entry: CatalogueEntry) -> dict[str, Any]:
+    """Return all numbers of an entry for JSON."""
     d = entry.description
     keys = (*_LENGTHS, *_JOINTS, "notes", "base", "tool")
     facts = {"name": entry.name, "title": entry.title, "source": entry.source}

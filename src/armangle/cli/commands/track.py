@@ -37,7 +37,7 @@ _SLOWEST, _MOST_TICKS = 1.0, 10_000_000  # s between two rows, and their number:
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments."""
+    """Add the arguments of `armangle track` to its parser."""
     parser.add_argument(
         "path", metavar="POSES",
         help="poses with the columns x,y,z,qw,qx,qy,qz, one for each cycle, or at times of a column t (s); "
@@ -93,7 +93,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _say_other_time(path: str, lasts: float) -> None:
-    """Print a note if rows take `lasts` seconds, but another time according to their column t."""
+    """Print a note if the file's column t lasts another time than `lasts` (s), which --rate gives."""
     try:
         times = sample_times(path)
     except ModelError:  # t is ignored, whatever its values
@@ -105,7 +105,7 @@ def _say_other_time(path: str, lasts: float) -> None:
 
 
 def _ticks(frames: Floats, args: argparse.Namespace) -> tuple[Floats, float]:
-    """Return the pose of each cycle, NaN if missing, and cycles per second: from the file, or --rate."""
+    """Return the pose of each control cycle (NaN if missing) and the cycles per second."""
     if args.rate is not None:
         _say_other_time(args.path, (len(frames) - 1) / args.rate)
         return frames, args.rate
@@ -154,6 +154,7 @@ def _rates(ticks: list[Tracked], dt: float) -> tuple[Floats, Floats]:
 
 
 def _rows(arm: Arm, first: Floats, ticks: list[Tracked], dt: float) -> TrajectoryTable:
+    """Return the cycles as a trajectory that starts at rest at `first`; `dt` is the cycle time (s)."""
     qd, qdd = _rates(ticks, dt)
     q = np.stack([first, *(tick.q for tick in ticks)])
     rest = np.zeros((1, q.shape[1]))
@@ -164,6 +165,10 @@ def _rows(arm: Arm, first: Floats, ticks: list[Tracked], dt: float) -> Trajector
 
 
 def _summary(ticks: list[Tracked], first: Floats, dt: float) -> dict[str, Any]:
+    """Return numbers about all cycles for JSON:
+
+    statuses, reasons, distances from the target, largest rates.
+    """
     qd, qdd = _rates(ticks, dt)
     away = np.array([tick.distance for tick in ticks])
     status = np.array([int(tick.status) for tick in ticks])
@@ -196,6 +201,7 @@ def _reasons(ticks: list[Tracked], dt: float) -> list[dict[str, Any]]:
 
 
 def _show(arm: Arm, facts: dict[str, Any]) -> None:
+    """Print the summary as a table."""
     away = facts["distance"]
     rows = [
         ["cycles", str(facts["ticks"]), f"of {facts['dt']:.4g} s"],

@@ -35,7 +35,7 @@ _HOST = "127.0.0.1"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments."""
+    """Add the arguments of `armangle view` to its parser."""
     parser.add_argument(
         "path", nargs="?", metavar="FILE", help="a motion to play: joints, or poses to step along"
     )
@@ -53,7 +53,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Serve until interrupted."""
+    """Serve the viewer until interrupted."""
     host, port = _address(args.address)
     if args.robot is None:
         for option in ("path", *given(args, ("start", *ARM, *SCENE))):
