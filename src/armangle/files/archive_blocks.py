@@ -81,6 +81,7 @@ def word_block(blocks: Mapping[str, NDArray[Any]], path: PathLike, name: str) ->
 
 
 def _read_npz(path: PathLike) -> dict[str, NDArray[Any]]:
+    """Return the arrays of an NPZ file by name; raise if it is not one."""
     with _opening.open_file(path, _opening.NUMBERS, partial(_fail, path)) as file:
         try:
             return members_of(file)
@@ -89,7 +90,7 @@ def _read_npz(path: PathLike) -> dict[str, NDArray[Any]]:
 
 
 def members_of(file: BinaryIO) -> dict[str, NDArray[Any]]:
-    """Return the arrays of an archive; unpacks nothing larger than its bytes can hold, or too long.
+    """Return the arrays of an NPZ archive by name; raise if it would unpack to too many bytes.
 
     Invalid data makes zipfile, zlib and numpy raise almost anything.
     """
@@ -109,7 +110,9 @@ def members_of(file: BinaryIO) -> dict[str, NDArray[Any]]:
 
 
 def array_of(data: bytes, name: str) -> NDArray[Any]:
-    """Return the array of the bytes of an .npy file, which lies within those bytes."""
+    """Return the array that the bytes of an .npy file hold; raise if its header claims more
+    than they hold.
+    """
     head = io.BytesIO(data)
     version = npy.read_magic(head)
     if version not in ((1, 0), (2, 0)):
@@ -122,6 +125,7 @@ def array_of(data: bytes, name: str) -> NDArray[Any]:
 
 
 def _read_json(path: PathLike) -> dict[str, NDArray[Any]]:
+    """Return the lists of a JSON file as arrays by name; raise if it is no table."""
     text = _opening.text_of(path, _opening.TEXT, partial(_fail, path))
     try:
         table = json.loads(text)
@@ -139,7 +143,7 @@ def _read_json(path: PathLike) -> dict[str, NDArray[Any]]:
 
 
 def _column(value: Any, path: PathLike, name: str) -> NDArray[Any]:
-    """Return a JSON value as numbers or words, otherwise as objects."""
+    """Return a JSON list as an array of numbers or words; of objects if it holds anything else."""
     try:
         array = np.array(value, dtype=object)
     except (ValueError, RecursionError):
@@ -161,4 +165,5 @@ def _column(value: Any, path: PathLike, name: str) -> NDArray[Any]:
 
 
 def _fail(path: PathLike, message: str) -> NoReturn:
+    """Raise the error of a file."""
     raise ModelError(message, source=str(path))

@@ -78,16 +78,19 @@ def load_cloud(path: PathLike, radius: float, *, name: str | None = None) -> Clo
 
 
 def _fail(path: PathLike, wanted: str) -> NoReturn:
+    """Raise the error of a file that holds no points."""
     raise SceneError("Cloud", "path", str(path), wanted)
 
 
 def _npy(data: bytes) -> Floats:
+    """Return the points of the bytes of an NPY file."""
     if not data.startswith(b"\x93NUMPY"):
         raise ValueError("it has no header of NPY")
     return array_of(data, "it")
 
 
 def _npz(data: bytes) -> Floats:
+    """Return the points of the bytes of an NPZ file."""
     if not zipfile.is_zipfile(io.BytesIO(data)):
         raise ValueError("it is no NPZ: not a zip archive")
     arrays = members_of(io.BytesIO(data))
@@ -97,6 +100,7 @@ def _npz(data: bytes) -> Floats:
 
 
 def _csv(data: bytes) -> Floats:
+    """Return the points of the bytes of a CSV file: columns x, y, z by name, or the only three."""
     text = data.decode("utf-8-sig")
     first = text.split("\n", 1)[0].strip()
     names = [word.strip().lower() for word in first.split(",")]
@@ -156,6 +160,7 @@ def _pcd(data: bytes) -> Floats:
 
 
 def _columns_of_text(body: bytes, count: int, names: list[str]) -> Floats:
+    """Return x, y and z (n, 3) of the rows of a text; `names` are its columns."""
     if len(body) > _opening.TEXT:
         raise ValueError(f"more than {_opening.TEXT // _opening.MIB} MiB of text; write it as binary")
     columns = [names.index(axis) for axis in _AXES]
@@ -166,5 +171,6 @@ def _columns_of_text(body: bytes, count: int, names: list[str]) -> Floats:
 
 
 def _columns_of_bytes(body: bytes, count: int, fields: list[Any]) -> Floats:
+    """Return x, y and z (n, 3) of `count` binary rows; `fields` are its columns and their types."""
     table = np.frombuffer(body, dtype=np.dtype(fields), count=count)
     return np.column_stack([table[axis].astype(np.float64) for axis in _AXES])

@@ -37,6 +37,7 @@ class RowLines:
     """The lines of a file for csv.reader, with a limit: `taken` is set to 0 after each row."""
 
     def __init__(self, file: TextIO) -> None:
+        """Read from an open text file."""
         self.file = file
         self.taken = 0
 
@@ -89,6 +90,7 @@ class CsvFile:
         *,
         lost: bool = False,
     ) -> None:
+        """Set which columns a file must and may have; if `lost`, an empty number is NaN, not an error."""
         self.path = path
         self.lost = lost
         self.required = tuple(required)
@@ -112,6 +114,7 @@ class CsvFile:
             self.fail(f"cannot be read: {error.strerror}")
 
     def _blocks(self, file: TextIO) -> Iterator[CsvBlock]:
+        """Yield the rows of an open file, at most `BLOCK` at a time."""
         lines_of_row = RowLines(file)
         reader: Any = csv.reader(lines_of_row, strict=True)
         width = 0
@@ -147,6 +150,9 @@ class CsvFile:
             yield self._block(rows, lines)
 
     def _header(self, row: list[str], line: int) -> int:
+        """Find the columns in the header row and return how many cells each row has; raise if
+        one is missing.
+        """
         if len(row) > _MOST_COLUMNS:
             self.fail(f"{len(row)} columns, wanted at most {_MOST_COLUMNS}", line)
         names = [name.strip() for name in row]
@@ -160,6 +166,7 @@ class CsvFile:
         return len(row)
 
     def _block(self, rows: list[list[str]], lines: list[int]) -> CsvBlock:
+        """Return rows of cells as numbers and words; raise at the first cell that is no number."""
         columns = list(zip(*rows, strict=True))
         numbers = np.full((len(rows), len(self.numbers)), np.nan)
         for k, name in enumerate(self.numbers):
@@ -175,6 +182,7 @@ class CsvFile:
         return CsvBlock(numbers, words, lines)
 
     def _fail_at_word(self, name: str, cells: Sequence[str], lines: list[int]) -> NoReturn:
+        """Raise at the first cell of a column that is no number."""
         for cell, line in zip(cells, lines, strict=True):
             try:
                 number_in(cell)
@@ -185,7 +193,7 @@ class CsvFile:
 
 
 def _hint(names: list[str], missing: list[str], known: Collection[str]) -> str:
-    """Return the header, and a possible correction."""
+    """Return in words the header that was found, and what the writer may have meant."""
     for separator, word in _SEPARATORS.items():
         if separator in names[0]:
             return f"the file seems to be separated by {word}, wanted commas"

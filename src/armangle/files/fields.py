@@ -58,4 +58,5 @@ def load_field(path: PathLike, *, name: str | None = None) -> Field:
 
 
 def _fail(path: PathLike, wanted: str) -> NoReturn:
+    """Raise the error of a file that holds no distance field."""
     raise SceneError("Field", "path", str(path), wanted)

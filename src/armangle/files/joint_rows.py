@@ -51,6 +51,7 @@ def row_fault(numbers: Floats, words: list[str] | None, given: Collection[str]) 
 
 
 def _status_fault(q: Floats, words: list[str]) -> Fault | None:
+    """Return the first row whose status is unknown, or contradicts whether it has joints; None if none."""
     for row, word in enumerate(words):
         if word not in _NAMES:
             return row, "status", f"status is {word!r}, wanted one of {', '.join(_NAMES)}"
@@ -77,7 +78,7 @@ def unsaid_fault(numbers: Floats, status: NDArray[np.int8]) -> Fault | None:
 
 
 def codes(numbers: Floats, words: list[str] | None) -> NDArray[np.int8]:
-    """Return the `Status` of rows: from their words, or by whether they have joints."""
+    """Return the `Status` of each row from its word; without words, OK if it has joints, else NOT_REACHED."""
     if words is not None:
         return np.array([_NAMES[word] for word in words], dtype=np.int8)
     solved = np.isfinite(numbers[:, :JOINTS]).all(axis=1)
@@ -85,4 +86,5 @@ def codes(numbers: Floats, words: list[str] | None) -> NDArray[np.int8]:
 
 
 def _are_ok(words: list[str]) -> NDArray[np.bool_]:
+    """Return which status words stand for a row with joints."""
     return np.array([_NAMES[word] in SOLVED for word in words], dtype=np.bool_)

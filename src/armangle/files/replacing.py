@@ -58,7 +58,7 @@ def replacing(path: PathLike) -> Iterator[BinaryIO]:
 
 
 def _target(path: PathLike) -> Path:
-    """Return the file behind all links of a name."""
+    """Return the file that a path leads to through links."""
     try:
         return Path(os.path.realpath(path))
     except ValueError as error:  # a name that no file can have
@@ -66,7 +66,7 @@ def _target(path: PathLike) -> Path:
 
 
 def _check_replaceable(path: PathLike) -> None:
-    """Reject a target that a rename would destroy unintentionally; root may rename over anything."""
+    """Raise if the target is a folder, a device, or a file that may not be written."""
     try:
         mode = os.stat(path).st_mode  # noqa: PTH116 - follows links, /proc's too
     except FileNotFoundError:

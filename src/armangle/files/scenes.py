@@ -145,6 +145,8 @@ def body_toml(body: Body) -> str:
 
 
 def _text(path: PathLike, most: int) -> str:
+    """Return the text of a file; raise if it cannot be read or is larger than `most` bytes."""
+
     def fail(why: str) -> NoReturn:
         raise SceneError("file", "path", str(path), f"a text file that can be read ({why})")
 
@@ -152,6 +154,7 @@ def _text(path: PathLike, most: int) -> str:
 
 
 def _toml(path: PathLike) -> dict[str, Any]:
+    """Return the tables of a TOML file."""
     try:
         return _opening.parse_toml(_text(path, _opening.TABLES))
     except SceneError:
@@ -161,13 +164,14 @@ def _toml(path: PathLike) -> dict[str, Any]:
 
 
 def _refuse_other_keys(where: str, table: dict[str, Any], known: set[str]) -> None:
+    """Raise if a table has a key that is not in `known`."""
     for key in table:
         if key not in known:
             raise SceneError(where, "key", key, f"one of {', '.join(sorted(known))}")
 
 
 def _refuse_silence(where: str, table: dict[str, Any], shapes: list[Shape]) -> None:
-    """Reject a file without obstacles unless it says so: it may be the wrong one, or incomplete."""
+    """Raise if a file has no obstacles and does not say `obstacles = []`."""
     if "obstacles" in table and (table["obstacles"] != [] or shapes):
         raise SceneError(where, "obstacles", table["obstacles"], "[], and no table of a shape beside it")
     if not shapes and "obstacles" not in table:
@@ -178,6 +182,7 @@ def _refuse_silence(where: str, table: dict[str, Any], shapes: list[Shape]) -> N
 
 
 def _refuse_missing(where: str, table: dict[str, Any], keys: tuple[str, ...]) -> None:
+    """Raise if a table lacks one of the keys."""
     for key in keys:
         if key not in table:
             raise SceneError(where, key, Words("missing"), f"keys {', '.join(keys)}")
@@ -194,6 +199,7 @@ def _rows(path: PathLike, table: dict[str, Any], kinds: Any) -> Iterator[tuple[s
 
 
 def _shape(where: str, kind: str, row: dict[str, Any], folder: Path | None = None) -> Shape:
+    """Return the shape of one table [[kind]]; file names in it are relative to `folder`."""
     make, wanted, more = _KINDS[kind]
     _refuse_other_keys(where, row, {*wanted, *more})
     _refuse_missing(where, row, wanted)
@@ -219,7 +225,7 @@ def _shape(where: str, kind: str, row: dict[str, Any], folder: Path | None = Non
 
 
 def _said_of(where: str, make: Callable[..., _Made], *given: Any, **named: Any) -> _Made:
-    """Return the object made from these, or the error with its place in the file."""
+    """Return make(*given, **named); a SceneError is raised again with its place in the file."""
     try:
         return make(*given, **named)
     except SceneError as error:
@@ -227,6 +233,7 @@ def _said_of(where: str, make: Callable[..., _Made], *given: Any, **named: Any) 
 
 
 def _moved(where: str, error: SceneError) -> SceneError:
+    """Return the error with its place in the file in front."""
     wanted = str(error).rpartition(", wanted ")[2]
     return SceneError(f"{where}: {error.shape}", error.name, error.value, wanted)
 
@@ -239,21 +246,25 @@ class _Moveit:
     """
 
     def __init__(self, text: str, source: str) -> None:
+        """Split the text into lines that are not empty; `source` names it in errors."""
         self.lines = [line.strip() for line in text.splitlines() if line.strip()]
         self.source = source
         self.at = 1
 
     def fail(self, wanted: str) -> NoReturn:
+        """Raise at the present line; `wanted` says what should be there."""
         line = self.lines[self.at] if self.at < len(self.lines) else "the end of the file"
         raise SceneError(self.source, f"line {self.at + 1} (of those with text)", line, wanted)
 
     def line(self) -> str:
+        """Return the present line and go to the next."""
         if self.at >= len(self.lines):
             self.fail("more lines")
         self.at += 1
         return self.lines[self.at - 1]
 
     def numbers(self, count: int) -> Floats:
+        """Return the `count` numbers of the present line and go to the next."""
         words = self.lines[self.at].split() if self.at < len(self.lines) else []
         try:
             values = np.array([number_in(word) for word in words])
@@ -265,6 +276,7 @@ class _Moveit:
         return values
 
     def pose(self) -> Floats:
+        """Return the pose (4, 4) of a line x y z (m) and a line of a quaternion x y z w."""
         position, turn = self.numbers(3), self.numbers(4)
         try:
             return np.asarray(pose(position, xyzw=turn))
@@ -273,6 +285,7 @@ class _Moveit:
             self.fail("a quaternion x y z w of length 1")
 
     def count(self) -> int:
+        """Return the whole number of a line."""
         value = float(self.numbers(1)[0])
         if value < 0 or value != int(value):
             self.at -= 1
@@ -280,6 +293,7 @@ class _Moveit:
         return int(value)
 
     def shapes(self) -> list[Shape]:
+        """Return the shapes of all objects of the file."""
         out: list[Shape] = []
         while self.at < len(self.lines) and self.lines[self.at] != ".":
             if not self.line().startswith("*"):
@@ -290,6 +304,7 @@ class _Moveit:
         return out
 
     def object(self, name: str) -> list[Shape]:
+        """Return the shapes of one object; its pose is there in newer files alone."""
         newer = self.at < len(self.lines) and len(self.lines[self.at].split()) > 1
         frame = self.pose() if newer else np.eye(4)
         rows = [self.shape(frame) for _ in range(self.count())]
@@ -301,7 +316,7 @@ class _Moveit:
         return [make(name if len(made) == 1 else f"{name}_{k}") for k, make in enumerate(made)]
 
     def shape(self, frame: Floats) -> list[Callable[[str], Shape]]:
-        """Return functions that make the shapes of one shape of the file, given their names."""
+        """Return for each ball or capsule that covers one shape of the file a function from name to it."""
         kind = self.line()
         rods: list[Rod] = []
         size = np.zeros(3)
@@ -325,6 +340,7 @@ class _Moveit:
         return [partial(_as_shape, rod, place) for rod in rods]
 
     def mesh(self) -> list[Rod]:
+        """Return capsules that cover a mesh of triangles."""
         corners, triangles = (int(n) for n in self.numbers(2))
         vertices = np.array([self.numbers(3) for _ in range(corners)]).reshape(-1, 3)
         faces = np.array([self.numbers(3) for _ in range(triangles)], dtype=np.int64).reshape(-1, 3)
@@ -337,6 +353,7 @@ class _Moveit:
 
 
 def _as_shape(rod: Rod, place: Floats, name: str) -> Shape:
+    """Return a rod as a ball or a capsule at a pose `place` (4, 4)."""
     begin, end = (place[:3, :3] @ p + place[:3, 3] for p in (rod.begin, rod.end))
     if (rod.begin == rod.end).all():
         return Ball(begin, rod.radius, name=name)

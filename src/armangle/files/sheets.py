@@ -74,6 +74,7 @@ def plain(array: NDArray[Any]) -> Any:
 
 
 def _write_csv(sheet: Sheet, file: BinaryIO) -> None:
+    """Write a sheet as CSV with a header."""
     names = [name for block in sheet.blocks for name in sheet.headings.get(block, (block,))]
     file.write((",".join(names) + "\n").encode())
     columns = [column for array in sheet.blocks.values() for column in np.atleast_2d(array.T)]
@@ -84,16 +85,19 @@ def _write_csv(sheet: Sheet, file: BinaryIO) -> None:
 
 
 def _write_npz(sheet: Sheet, file: BinaryIO) -> None:
+    """Write a sheet as NPZ, an array for each block."""
     arrays: dict[str, Any] = {"kind": np.array(sheet.kind), **sheet.blocks}
     np.savez_compressed(file, **arrays)
 
 
 def _write_json(sheet: Sheet, file: BinaryIO) -> None:
+    """Write a sheet as JSON, a list for each block."""
     table = {"kind": sheet.kind} | {name: plain(array) for name, array in sheet.blocks.items()}
     file.write(json.dumps(table, allow_nan=False).encode() + b"\n")
 
 
 def _write_yaml(sheet: Sheet, file: BinaryIO) -> None:
+    """Write a trajectory as a ROS message JointTrajectory in YAML; raise for any other sheet."""
     if not sheet.joint_names:
         if sheet.kind == "trajectory":
             raise InputError("a trajectory without joint names cannot be saved as .yaml")

@@ -122,7 +122,7 @@ def save(value: Any, path: PathLike) -> None:
 
 @singledispatch
 def sheet_of(value: Any) -> Sheet:
-    """Return the columns for saving a value; a new type registers its own."""
+    """Return the columns under which a value is saved; each type registers its own function."""
     if not isinstance(value, (np.ndarray, list, tuple)):
         raise InputError(f"a {type(value).__name__} cannot be saved, wanted a path or poses (N, 4, 4)")
     if np.shape(value)[-1:] == (JOINTS,):
@@ -159,6 +159,7 @@ def _(value: Solutions) -> Sheet:
 
 
 def _solution_rows(q: Floats, psi: Any, gc: Any, margin: Any, status: NDArray[Any]) -> Sheet:
+    """Return the columns for solutions, one row for each; arrays of any shape are flattened."""
     names = np.array([status.name for status in STATUSES])[status]
     blocks = {"s": even_parameters(len(q)), "q": q, "psi": np.ravel(psi), "gc": np.ravel(gc)}
     return Sheet("joints", blocks | {"status": names, "margin": np.ravel(margin)}, _HEADINGS)
@@ -241,6 +242,7 @@ def sample_times(path: PathLike) -> Floats | None:
 
 
 def _poses_or_lost(rows: Floats) -> Floats:
+    """Return rows x, y, z, quaternion as poses (n, 4, 4); NaN for rows with a NaN."""
     came = np.isfinite(rows).all(axis=1)
     if came.all():
         return poses_from_rows(rows)
@@ -250,6 +252,7 @@ def _poses_or_lost(rows: Floats) -> Floats:
 
 
 def _pose_rows(file: CsvFile, block: CsvBlock, lost: bool) -> Floats:
+    """Return the rows of a block; raise at the first that is no pose (nor, if `lost`, empty)."""
     fault = _pose_fault(block.numbers, lost)
     if fault is not None:
         row, column, message = fault
@@ -258,7 +261,10 @@ def _pose_rows(file: CsvFile, block: CsvBlock, lost: bool) -> Floats:
 
 
 def _pose_fault(rows: Floats, lost: bool) -> tuple[int, str, str] | None:
-    """Return row, column and fault of the first of rows (N, 7) that is neither a pose nor `lost`."""
+    """Return row, column and reason of the first row (of (N, 7)) that is no pose; None if all are.
+
+    Empty rows count as poses if `lost`.
+    """
     infinite = ~np.isfinite(rows)
     if lost:
         infinite[np.isnan(rows).all(axis=1)] = False
@@ -314,6 +320,7 @@ def load_joints(path: PathLike) -> JointTable:
 
 
 def _joints_of(path: PathLike) -> JointTable:
+    """Return the rows of a joint file of any format."""
     if Path(path).suffix.lower() in (".npz", ".json"):
         return _joints_from_blocks(path)
     file = CsvFile(path, JOINT_COLUMNS, OPTIONAL, ("status",))
@@ -335,6 +342,7 @@ def _joints_of(path: PathLike) -> JointTable:
 
 
 def _joints_from_blocks(path: PathLike) -> JointTable:
+    """Return the rows of a joint file in NPZ or JSON."""
     blocks = read_blocks(path)
     q = number_block(blocks, path, "q", JOINTS)
     unknown = np.full(len(q), np.nan)
@@ -354,6 +362,9 @@ def _joints_from_blocks(path: PathLike) -> JointTable:
 
 
 def _joint_table(numbers: Floats, status: NDArray[np.int8]) -> JointTable:
+    """Return numbers (q, s, psi, gc, margin) and statuses as a table; a missing s becomes even
+    from 0 to 1.
+    """
     s, psi, gc, margin = numbers[:, JOINTS:].T
     if len(s) and np.isnan(s).all():
         s = np.linspace(0.0, 1.0, len(s))

@@ -107,7 +107,7 @@ def load_trajectory(path: PathLike) -> TrajectoryTable:
 
 
 def holds_trajectory(path: PathLike) -> bool:
-    """Return whether a readable CSV, NPZ or JSON file has the columns of a trajectory."""
+    """Return whether a file has the columns of a trajectory; False if it cannot be read."""
     if Path(path).suffix.lower() in (".npz", ".json"):
         return {"t", "qd", "qdd"} <= read_blocks(path).keys()
     try:
@@ -119,6 +119,7 @@ def holds_trajectory(path: PathLike) -> bool:
 
 
 def _from_csv(path: PathLike) -> TrajectoryTable:
+    """Return the trajectory of a CSV file."""
     file = CsvFile(path, _NUMBERS, ("s",))
     parts = [np.empty((0, len(_NUMBERS) + 1))]
     lines: list[int] = []
@@ -134,6 +135,7 @@ def _from_csv(path: PathLike) -> TrajectoryTable:
 
 
 def _from_blocks(path: PathLike) -> TrajectoryTable:
+    """Return the trajectory of an NPZ or JSON file."""
     blocks = read_blocks(path)
     t = number_block(blocks, path, "t", 0)
     s = number_block(blocks, path, "s", 0) if "s" in blocks else np.full(len(t), np.nan)
@@ -148,7 +150,7 @@ def _from_blocks(path: PathLike) -> TrajectoryTable:
 
 
 def _from_message(path: PathLike) -> TrajectoryTable:
-    """Read the message line by line in the one form that `save` writes, without a YAML library."""
+    """Return the trajectory of a YAML file of the form that `save` writes, read without a YAML library."""
     names: tuple[str, ...] = ()
     columns: dict[str, list[Any]] = {"t": [], "q": [], "qd": [], "qdd": []}
     text = _opening.text_of(path, _opening.TEXT, partial(_refuse, path))
@@ -174,7 +176,7 @@ def _from_message(path: PathLike) -> TrajectoryTable:
 
 
 def _list(path: PathLike, line: int, text: str, kind: type) -> list[Any]:
-    """Return seven words or numbers of a flow list."""
+    """Return the seven words or numbers of a list in brackets; raise for anything else."""
     try:
         found = json.loads(text, parse_int=float)  # an integer may be too large
     except (ValueError, RecursionError):
@@ -186,7 +188,7 @@ def _list(path: PathLike, line: int, text: str, kind: type) -> list[Any]:
 
 
 def _fault(columns: dict[str, Floats]) -> tuple[int, str] | None:
-    """Return the first row that is invalid in a trajectory, and its fault."""
+    """Return the first row that no trajectory may have, and what is wrong; None if all rows are right."""
     for name, column in columns.items():
         bad = ~np.isfinite(column)
         if bad.any():
@@ -202,4 +204,5 @@ def _fault(columns: dict[str, Floats]) -> tuple[int, str] | None:
 
 
 def _refuse(path: PathLike, message: str, line: int | None = None) -> NoReturn:
+    """Raise the error of a file."""
     raise ModelError(message, source=str(path), line=line)
