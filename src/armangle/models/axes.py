@@ -84,7 +84,9 @@ class Axes:
         return np.asarray(self.points[index[0]] + step, dtype=np.float64)
 
     def misses(self, where: str) -> dict[str, float]:
-        """Return the lengths (m), by name, that separate three axes from one point."""
+        """Return by a sentence's words the lengths (m) by which the three axes of shoulder or wrist miss a
+        common point.
+        """
         a, b, c = _CENTRES[where]
         lengths: dict[str, float] = {}
         for i, j in pairwise((a, b, c)):
@@ -129,7 +131,7 @@ def exceeds(value: float, most: float) -> bool:
 
 
 def above(value: float) -> str:
-    """Return a number of three digits above the value, as text."""
+    """Return a number slightly above the value, with three digits, as text."""
     step = 10.0 ** (math.floor(math.log10(value)) - 2)
     return f"{(math.floor(value / step) + 1) * step:.3g}"
 
@@ -190,7 +192,7 @@ def _square_sentence(i: int, axes: Axes) -> str:
 
 
 def _elbow_reasons(axes: Axes) -> list[Reason]:
-    """Return which link has no length: axis 4 passes through its other end."""
+    """Return reasons for links without length: axis 4 passes through the shoulder or the wrist."""
     reasons = []
     upper, fore = axes.elbow_ends()
     for where, part, end in (("shoulder", "upper arm", upper), ("wrist", "forearm", fore)):
@@ -219,10 +221,12 @@ def worst_difference(one: Chain, other: Chain) -> tuple[float, float]:
     """
 
     def distance(q: FloatArray) -> FloatArray:
+        """Return the distances (...) between the end effectors of both chains at joints (..., n), m."""
         difference = one.forward(q) - other.forward(q)
         return np.asarray(np.linalg.norm(difference[..., :3, 3], axis=-1), dtype=np.float64)
 
     def angle(q: FloatArray) -> FloatArray:
+        """Return the angles (...) between the end effectors of both chains at joints (..., n), rad."""
         return rotation_angle(one.forward(q) - other.forward(q))
 
     joints = len(one.joints)
@@ -237,7 +241,7 @@ def rotation_angle(difference: FloatArray) -> FloatArray:
 
 
 def _climb(size: Callable[[FloatArray], FloatArray], q: NDArray[np.float64]) -> float:
-    """Return the largest value of ``size`` found from starts ``q`` (n, joints)."""
+    """Return the largest value of `size` found by coordinate search from the joints `q` (n, joints)."""
     found = size(q)
     if found.max() <= ROUNDING:
         return float(found.max())

@@ -26,19 +26,21 @@ _THICKNESS = (
 
 
 def _most_shapes(shapes: int) -> int:
-    """Return the permitted number of rods for a shape."""
+    """Return the largest number of rods for one shape; raise unless it is an integer in range."""
     if isinstance(shapes, bool) or not isinstance(shapes, int) or not 1 <= shapes <= MOST_SHAPES:
         raise SceneError("Body", "shapes", shapes, f"an integer from 1 to {MOST_SHAPES}")
     return shapes
 
 
 def _flag(owner: str, name: str, value: bool) -> bool:
+    """Return True or False; raise for anything else."""
     if not isinstance(value, bool):
         raise SceneError(owner, name, value, "True or False")
     return value
 
 
 def _as_shape(name: str, rod: Rod) -> Ball | Capsule:
+    """Return a rod as a named capsule, or as a ball if its ends coincide."""
     if (rod.begin == rod.end).all():
         return Ball(rod.begin, rod.radius, name=name)
     return Capsule(rod.begin, rod.end, rod.radius, name=name)
@@ -85,6 +87,7 @@ class Body:
     def __init__(
         self, links: Mapping[int, Iterable[Ball | Capsule]], *, ignore: Iterable[tuple[str, str]] = ()
     ) -> None:
+        """Check the shapes of each DH frame 0..7 and keep them, frames in order."""
         if not isinstance(links, Mapping) or not links:
             wanted = "a mapping of at least one DH frame (0..7) to balls and capsules, as {4: [Ball(...)]}"
             raise SceneError("Body", "links", links, wanted)
@@ -187,6 +190,7 @@ class Body:
 
     @classmethod
     def _from_covered(cls, covered: Covered) -> Body:
+        """Return the collision model of covered links."""
         links = {frame: [_as_shape(name, rod) for name, rod in rods] for frame, rods in covered.links.items()}
         new = cls(links, ignore=covered.ignore)
         _set(new, notes=tuple(covered.notes))
@@ -228,7 +232,7 @@ class Body:
 
     @classmethod
     def _guessed(cls, d_se: float, d_ew: float) -> Body:
-        """Return bones and plates of an arm with these lengths, m, without other data of its links."""
+        """Return a collision model of bones and plates guessed from the lengths (m) of the arm."""
         radius = round(_THICKNESS * 0.5 * (d_se + d_ew), 4)
         new = cls.bones(radius, radius, plates=True)
         why = f"{_THICKNESS:g} of the mean of d_se and d_ew, not measured: not trusted"
@@ -246,7 +250,7 @@ class Body:
     def _shapes(
         self, d_se: float, d_ew: float, a_3: float, a_4: float, d_4: float
     ) -> list[tuple[int, Shape]]:
-        """Return (DH frame, shape) for an arm with these lengths."""
+        """Return all shapes with their DH frames, for an arm with these lengths (m)."""
         if self._bones is None:
             return [(frame, shape) for frame, shapes in self.links for shape in shapes]
         upper_arm, forearm, plates = self._bones

@@ -46,7 +46,7 @@ class RigidBody:
     parted: bool = False
 
     def add(self, link: str, carried: int) -> None:
-        """Append a link, after those above it, with this number of further links of this body."""
+        """Append a link; `carried` is how many links of this body are fixed to it."""
         self.links.append(link)
         if carried == 0:
             self.ends.append(link)
@@ -57,7 +57,7 @@ class RigidBody:
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """A joint between two rigid bodies, by their numbers; it rotates, or moves otherwise.
+    """A joint between two rigid bodies, given by their numbers.
 
     `bound` is a verb with its object: the reason why a rotating joint cannot move on its own.
     """
@@ -78,12 +78,12 @@ class Tree:
 
     @cached_property
     def over(self) -> dict[int, int]:
-        """The joint that carries each body, for those that are carried."""
+        """The number of the joint that carries each body, for those that have one."""
         return {joint.below: number for number, joint in enumerate(self.joints)}
 
     @cached_property
     def under(self) -> list[list[int]]:
-        """The joints that are attached to each body."""
+        """The numbers of the joints attached to each body."""
         carried: list[list[int]] = [[] for _ in self.bodies]
         for number, joint in enumerate(self.joints):
             carried[joint.above].append(number)
@@ -149,7 +149,9 @@ class Tree:
         return self.bodies[body].links[0]
 
     def instead_of(self, base: str, tip: str) -> str:
-        """Return advice if more than an arm lies between base and tip, beginning with "; "; otherwise ""."""
+        """Return advice on another base, after "; ", if more than seven joints lie between base and tip; else
+        "".
+        """
         near = self.base_above(tip)
         if near == base or len(self.run_up(self.body_of(tip))) < JOINTS:
             return ""
@@ -220,13 +222,13 @@ class Candidate:
         return f"{self.base!r} to {self.tip!r} ({self.verdict()}{self.other_tips()})"
 
     def other_tips(self) -> str:
-        """Return in words the other possible tip links; empty if there are none."""
+        """Return in words the other tip links that the file offers; "" if there are none."""
         others = [end for end in self.ends if end != self.tip]
         return f"; or tip {listed(others, _MOST_TIPS)}" if others else ""
 
 
 def moved_base(joint: str, base: str) -> str:
-    """Return the note about a joint that moves an arm's base: a lift, a waist, a free base."""
+    """Return a note that a joint (of a lift or mobile base) moves the base and is not in the arm."""
     return f"joint {joint!r} moves the base {base!r}: no part of the arm"
 
 
@@ -291,7 +293,7 @@ def find_candidates(
 def _candidate(
     tree: Tree, chain: Callable[[str, str], Chain], way: Sequence[int], base: str | None = None
 ) -> Candidate:
-    """Return seven joints of a tree with their measures."""
+    """Return a candidate of seven joints of a tree, with its deviation from an S-R-S arm."""
     first, last = tree.bodies[tree.joints[way[0]].above], tree.bodies[tree.joints[way[-1]].below]
     ends = (base or first.links[0], last.parting)
     how = _nearness(chain, ends)
@@ -360,7 +362,7 @@ def chosen(found: Sequence[Candidate], rank: int) -> Candidate | None:
 
 
 def _taken(one: Candidate, found: Sequence[Candidate]) -> tuple[str, ...]:
-    """Return notes of the tips and chains that were not chosen."""
+    """Return notes on the tips and chains that were not chosen."""
     others = [other for other in found if other is not one]
     notes = []
     if len(one.ends) > 1:
@@ -393,7 +395,7 @@ def _base_of(
 
 
 def _why_none(tree: Tree) -> str:
-    """Return why the longest run of joints is not an arm, beginning with ": ", if any joint rotates."""
+    """Return, after ": ", why the longest run of rotating joints is no arm; "" if no joint rotates."""
     runs = [tree.run_up(joint.below, bound=True) for joint in tree.joints]
     run = max(runs, key=len, default=[])
     if not run:
@@ -409,4 +411,5 @@ def _why_none(tree: Tree) -> str:
 
 
 def _lines(candidates: Sequence[Candidate]) -> str:
+    """Return candidates as text, separated by semicolons."""
     return "; ".join(map(str, candidates))

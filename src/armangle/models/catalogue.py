@@ -103,6 +103,7 @@ def is_file_or_text(source: str) -> bool:
 
 
 def _words(text: str) -> list[str]:
+    """Return the words of a text in lower case."""
     return re.findall(r"[a-z0-9]+", text.lower())
 
 
@@ -128,7 +129,7 @@ def load_robot(name: str) -> CatalogueEntry:
 
 
 def _makers(known: Sequence[str]) -> list[str]:
-    """Return the first words of the names, without duplicates."""
+    """Return the makers in the names of arms (their first words), each once."""
     return sorted({name.partition("_")[0] for name in known})
 
 
@@ -224,14 +225,14 @@ def _toml_text(value: str) -> str:
 
 
 def _degrees_text(angle: float) -> str:
-    """Return an angle (rad) in degrees: rounded if that converts back to the same angle."""
+    """Return an angle (rad) as text in degrees, rounded if that converts back to the same angle."""
     degrees = _short(math.degrees(angle), math.degrees(_SAME))
     rounded = round(degrees, _LONG) if math.isfinite(degrees) else degrees
     return repr(rounded if math.radians(rounded) == angle else degrees)
 
 
 def _short(value: float, same: float = _SAME) -> float:
-    """Return the short decimal that equals the number within `same`, otherwise the number."""
+    """Return a number rounded to few decimals if that changes it by at most `same`, else the number."""
     rounded = round(float(value), _SHORT) + 0.0 if math.isfinite(value) else value
     return float(rounded if abs(rounded - value) <= same else value)
 
@@ -240,11 +241,13 @@ class _Reader:
     """Checks the table of one file key by key."""
 
     def __init__(self, source: str, text: str, table: dict[str, Any]) -> None:
+        """Keep the file's name, text and table."""
         self.source = source
         self.text = text
         self.table = table
 
     def entry(self, name: str) -> CatalogueEntry:
+        """Return the checked entry; raise at the first wrong key."""
         self.refuse_unknown_keys()
         title, source, tip = (self.words(key) for key in _WORDS)
         revision = self.words("revision") if "revision" in self.table else ""
@@ -263,12 +266,13 @@ class _Reader:
         return CatalogueEntry(name, title, source, revision, tip, arm, *trusted)
 
     def fail(self, key: str, message: str) -> NoReturn:
-        """Raise with the line of a key."""
+        """Raise an error with the line of the key."""
         found = re.search(rf"^\s*{re.escape(key)}\s*=", self.text, re.MULTILINE)
         line = self.text.count("\n", 0, found.end()) + 1 if found else None
         raise ModelError(f"{key} {message}", source=self.source, line=line)
 
     def refuse_unknown_keys(self) -> None:
+        """Raise if the table has a key that no robot file has."""
         known = {*_WORDS, *LENGTHS, *ELBOW_OFFSETS, *_ANGLES, *_OPTIONAL_ANGLES, *FRAMES}
         known |= {f"{key}_{what}" for key in _DOUBTS for what in ("trusted", "reason")}
         known |= {"signs", "joint_names", "revision"}
@@ -277,59 +281,69 @@ class _Reader:
             self.fail(key, f"is not a key{f'; did you mean {near[0]}?' if near else ''}")
 
     def get(self, key: str) -> Any:
+        """Return the value of a key; raise if it is missing."""
         if key not in self.table:
             self.fail(key, "is missing")
         return self.table[key]
 
     def words(self, key: str) -> str:
+        """Return a text that is not empty."""
         value = self.get(key)
         if not isinstance(value, str) or not value.strip():
             self.fail(key, f"is {value!r}, wanted words")
         return value
 
     def number(self, key: str) -> float:
+        """Return a finite number."""
         return self.finite(key, self.get(key))
 
     def finite(self, key: str, value: Any, allow_infinite: bool = False) -> float:
+        """Return a value as a finite number, or an infinite one if allowed; raise for anything else."""
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
         if not number or not (abs(value) <= _LARGEST or (allow_infinite and abs(value) == math.inf)):
             self.fail(key, f"has {value!r:.40}, wanted a finite number")
         return float(value)
 
     def seven(self, key: str) -> list[Any]:
+        """Return a list of seven values."""
         values = self.get(key)
         if not isinstance(values, list) or len(values) != JOINTS:
             self.fail(key, f"is {values!r}, wanted {JOINTS} values")
         return values
 
     def radians(self, key: str) -> tuple[float, ...]:
+        """Return seven angles of a key in degrees, as rad; only offsets must be finite."""
         return tuple(math.radians(self.finite(key, v, key != "offsets_deg")) for v in self.seven(key))
 
     def signs(self) -> tuple[int, ...]:
+        """Return seven signs, each 1 or -1."""
         values = self.seven("signs")
         if any(value not in (1, -1) for value in values):
             self.fail("signs", f"is {values}, wanted 1 or -1 each")
         return tuple(int(value) for value in values)
 
     def joint_names(self) -> tuple[str, ...]:
+        """Return seven names."""
         values = self.seven("joint_names")
         if not all(isinstance(value, str) and value for value in values):
             self.fail("joint_names", f"is {values}, wanted {JOINTS} names")
         return tuple(values)
 
     def frame(self, key: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Return a matrix (4, 4)."""
         rows = self.get(key)
         if not isinstance(rows, list) or [isinstance(r, list) and len(r) for r in rows] != [4] * 4:
             self.fail(key, "is not a 4x4 matrix")
         return np.array([[self.finite(key, value) for value in row] for row in rows])
 
     def check_limits(self, lower: tuple[float, ...], upper: tuple[float, ...]) -> None:
+        """Raise if a lower limit is above the upper one."""
         for joint, (low, high) in enumerate(zip(lower, upper, strict=True), start=1):
             if low > high:
                 self.fail("lower_deg", f"is above upper_deg at joint {joint}")
 
     def doubt(self, what: str) -> str:
-        """Return why numbers are not trusted; empty if they are."""
+        """Return why the source's lengths, limits or velocities are doubtful; "" if they are trusted."""
         trusted = self.table.get(f"{what}_trusted", True)
         if not isinstance(trusted, bool):
             self.fail(f"{what}_trusted", f"is {trusted!r}, wanted true or false")

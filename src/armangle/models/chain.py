@@ -135,7 +135,7 @@ def chain_of(arm: ArmDescription) -> Chain:
 
 
 def links_of(chain: Chain) -> FloatArray:
-    """Return the frames (8, 4, 4) between the joints: the pose of the tip is L0 Rz(q1) L1 ... Rz(q7) L7."""
+    """Return the fixed transforms L0..L7 (8, 4, 4) with tip pose = L0 Rz(q1) L1 ... Rz(q7) L7."""
     turns = [_onto(joint.axis) for joint in chain.joints]
     befores = [np.eye(4), *(turn.T for turn in turns)]
     origins = [*(joint.origin for joint in chain.joints), chain.tip_origin]
@@ -154,7 +154,7 @@ def _onto(axis: FloatArray) -> FloatArray:
 
 
 def _link(arm: ArmDescription, row: int) -> FloatArray:
-    """Return the (4, 4) transform over link ``row`` with the joint at q = 0."""
+    """Return the transform (4, 4) from DH frame `row` to the next, with the joint between them at 0."""
     step = translation([0.0, 0.0, (arm.d_bs, 0.0, arm.d_se, arm.d_4, arm.d_ew, 0.0, arm.d_wf)[row]])
     a_1, a_6 = (arm.a_1, arm.a_6) if isinstance(arm, OffsetDescription) else (0.0, 0.0)
     step[0, 3] = (a_1, 0.0, arm.a_3, arm.a_4, 0.0, a_6, 0.0)[row]

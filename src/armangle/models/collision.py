@@ -35,7 +35,7 @@ class Covered:
     ignore: list[tuple[str, str]] = field(default_factory=list)
 
     def add(self, frame: int, link: str, place: Floats, rods: list[Rod]) -> None:
-        """Add rods that are given in a frame `place` (4, 4) of the DH frame."""
+        """Add rods given in a frame whose pose in the DH frame is `place` (4, 4)."""
         turn, shift = place[:3, :3], place[:3, 3]
         for begin, end, radius in rods:
             moved = Rod(turn @ begin + shift, turn @ end + shift, radius)
@@ -79,12 +79,14 @@ def cover_urdf(source: Source, base: str | None, tip: str | None, shapes: int, h
 
 
 def _refusal(where: str, error: ValueError) -> ArmangleError:
+    """Return an error with the shape's place in the file."""
     if isinstance(error, ArmangleError):
         return error
     return SceneError(where, "geometry", str(error), "a shape that can be read")
 
 
 def _size(arm: ArmDescription) -> float:
+    """Return the sum of the lengths of an arm, m."""
     return arm.d_bs + arm.d_se + arm.d_ew + arm.d_wf
 
 
@@ -117,6 +119,7 @@ def _urdf_rods(element: Any, where: str, folder: Path, shapes: int, hulls: bool,
 
 
 def _positive(shape: Any, name: str) -> float:
+    """Return a positive number of an attribute; raise for anything else."""
     value = float(numbers_of(shape.get(name), 1)[0])
     if value <= 0:
         raise ValueError(f"{name} is {value}, wanted a length > 0")
@@ -124,6 +127,7 @@ def _positive(shape: Any, name: str) -> float:
 
 
 def _mesh_rods(shape: Any, where: str, folder: Path, shapes: int, hulls: bool, size: float) -> list[Rod]:
+    """Return rods that contain a mesh file, in the frame of its <collision>."""
     name = shape.get("filename", "")
     try:
         path = mesh_file(name, folder)
@@ -164,7 +168,7 @@ def solid_rods(
 
 
 def _refuse_unless_sized(where: str, name: str, extent: float, size: float) -> None:
-    """Reject a shape that is far larger than the arm: it has other units."""
+    """Raise if a shape (`extent`, m) is far larger than the arm (`size`, m), as one given in mm."""
     if extent > TOO_LARGE * size:
         wanted = f'a shape in metres of an arm {size:.3g} m long (in mm? then scale="0.001 0.001 0.001")'
         raise SceneError(where, name, f"{extent:.4g} m across", wanted)
@@ -202,11 +206,12 @@ def cover_mjcf(source: Any, base: str | None, tip: str | None, shapes: int) -> C
 
 
 def _refuse_kind(where: str, kind: str) -> NoReturn:
+    """Raise for a kind of shape that is not supported."""
     raise SceneError(where, "type", kind, "sphere, capsule, cylinder, box, ellipsoid or mesh")
 
 
 def _finish(out: Covered, chain: Chain, arm: ArmDescription) -> None:
-    """Reject a model without shapes, and permit contact of links whose covers always overlap."""
+    """Raise if no link has a shape; ignore pairs of links whose covers always overlap, and note them."""
     if not out.links:
         raise SceneError(
             chain.source, "collision", None,
@@ -245,7 +250,7 @@ def always_touching(covered: Covered, arm: ArmDescription) -> list[tuple[str, st
 
 
 def _segments_apart(one: Floats, other: Floats) -> float:
-    """Return an approximate distance of two segments (2, 3), m, never too small: from points on the first."""
+    """Return the distance (m) of two segments (2, 3), or slightly more: it tries points of the first."""
     along = other[1] - other[0]
     points = one[0] + np.linspace(0, 1, 33)[:, None] * (one[1] - one[0])
     share = np.clip((points - other[0]) @ along / max(float(along @ along), 1e-300), 0, 1)

@@ -37,7 +37,9 @@ class Rod(NamedTuple):
         return float(np.pi * self.radius**2 * (length + 4.0 / 3.0 * self.radius))
 
     def excess(self, points: Floats) -> float:
-        """Return how far the farthest of points (N, 3) is outside, m; not positive: all are inside."""
+        """Return how far (m) the farthest of points (N, 3) is outside the rod; 0 or less if all
+        are inside.
+        """
         along = self.end - self.begin
         square = max(float(along @ along), 1e-300)
         share = np.clip((points - self.begin) @ along / square, 0.0, 1.0)
@@ -45,7 +47,7 @@ class Rod(NamedTuple):
 
 
 def around(points: Floats) -> Rod:
-    """Return the smallest of a few rods, along the points' own axes, that contain all points (N, 3)."""
+    """Return a small rod that contains points (N, 3): the best of some along their principal axes."""
     middle = points.mean(axis=0)
     axes = np.linalg.svd(points - middle, full_matrices=False)[2] if len(points) > 2 else np.eye(3)
     centre = _middle(points)
@@ -66,13 +68,13 @@ def around(points: Floats) -> Rod:
 
 
 def _holding(points: Floats, begin: Floats, end: Floats) -> Rod:
-    """Return the rod about a segment that contains points, including rounding."""
+    """Return the thinnest rod about a segment that contains points (N, 3), thicker by rounding."""
     radius = Rod(begin, end, 0.0).excess(points)
     return Rod(begin, end, radius * (1.0 + _ROUNDING) + _ROUNDING)
 
 
 def _middle(points: Floats) -> Floats:
-    """Return a point near the centre of the smallest ball: each step moves towards the farthest point.
+    """Return nearly the centre (3,) of the smallest ball that contains points (N, 3).
 
     Source: Badoiu and Clarkson, Smaller core-sets for balls (2003).
     """
@@ -84,7 +86,9 @@ def _middle(points: Floats) -> Floats:
 
 
 def cover_cylinder(radius: float, length: float, most: int) -> list[Rod]:
-    """Return rods that contain a cylinder about the z axis: they contain the rims of its pieces."""
+    """Return at most `most` rods that contain a cylinder about the z axis, centred at the origin; lengths in
+    m.
+    """
     best: list[Rod] = []
     for pieces in range(1, most + 1):
         half = length / pieces / 2
@@ -95,7 +99,10 @@ def cover_cylinder(radius: float, length: float, most: int) -> list[Rod]:
 
 
 def _rims(radius: float, half: float, height: float) -> Rod:
-    """Return the smallest rod on the z axis that contains a cylinder of half length `half` about a height."""
+    """Return the smallest rod on the z axis that contains a cylinder:
+
+    its half length, its middle's height, m.
+    """
     rods = []
     for back in np.linspace(0.0, half, 30):
         end = np.array([0.0, 0.0, half - back])
@@ -105,7 +112,7 @@ def _rims(radius: float, half: float, height: float) -> Rod:
 
 
 def cover_box(size: Floats, most: int) -> list[Rod]:
-    """Return rods that contain a box about the origin with edges (3,): they contain corners of its pieces."""
+    """Return at most `most` rods that contain a box about the origin with edge lengths (3,), m."""
     return cover_mesh(*box_mesh(size), most)
 
 
@@ -149,11 +156,12 @@ Cell = tuple[Floats, Rod]
 
 
 def _volume(cells: tuple[Cell, Cell]) -> float:
+    """Return the volume of the rods of two cells, m³."""
     return cells[0][1].volume + cells[1][1].volume
 
 
 def _cuts(triangles: Floats, directions: Floats) -> Iterator[tuple[Cell, Cell]]:
-    """Return the ways to cut a cell in two, each half with its rod."""
+    """Yield ways to cut a cell's triangles in two, each half with the rod that contains it."""
     for normal in directions:
         height = triangles @ normal
         low, high = float(height.min()), float(height.max())
@@ -165,7 +173,7 @@ def _cuts(triangles: Floats, directions: Floats) -> Iterator[tuple[Cell, Cell]]:
 
 
 def cut(triangles: Floats, normal: Floats, height: float) -> tuple[Floats, Floats]:
-    """Return triangles (N, 3, 3) below and above a plane; those across it are cut."""
+    """Return the parts of triangles (N, 3, 3) below and above the plane normal · x = height."""
     over = triangles @ normal - height
     sides = over > 0
     count = sides.sum(axis=1)

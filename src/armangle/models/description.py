@@ -21,6 +21,7 @@ _MINUS_INFINITE = (float("-inf"),) * JOINTS
 
 
 def _identity() -> NDArray[np.float64]:
+    """Return the identity (4, 4)."""
     return np.eye(4)
 
 

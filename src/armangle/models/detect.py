@@ -144,7 +144,7 @@ def srs_arm(chain: Chain) -> ArmDescription:
 
 
 def _chain_notes(chain: Chain, arm: ArmDescription) -> tuple[str, ...]:
-    """Return a note about the deviation of a kept chain from the arm that defines psi and gc."""
+    """Return a note on how far a kept chain is off the S-R-S arm that defines psi and gc; none if not."""
     off = residual(chain, arm)
     if max(off) <= ROUNDING:
         return ()
@@ -196,7 +196,7 @@ def residual(chain: Chain, arm: ArmDescription) -> tuple[float, float]:
 
 
 def _snapped(chain: Chain, slack: _Slack = _EXACT) -> ArmDescription:
-    """Return the arm whose axes are those of the chain at q = 0, moved into place."""
+    """Return the S-R-S arm nearest to a chain at q = 0: axes made perpendicular and intersecting."""
     axes = Axes(*chain.lines())
     return _with_tool(chain, axes, _plainest([*_writings(chain, axes, slack)], slack))
 
@@ -244,14 +244,16 @@ def chain_core(arm: ArmDescription) -> _core.ChainArm:
 
 
 def _misses(found: Nearness, angle: float, length: float) -> str:
-    """Return the deviations of the axes that exceed the tolerances."""
+    """Return as text the deviations of the axes that exceed the tolerances (rad, m)."""
     off = [f"{millimetres(found.miss)}"] if exceeds(found.miss, length) else []
     off += [f"{np.degrees(found.tilt):.4g} deg"] if exceeds(found.tilt, angle) else []
     return " and ".join(off)
 
 
 def _fitted_sentence(chain: Chain, found: Nearness, angle: float, length: float) -> str:
-    """Return the tolerances that accept the fitted arm, if any, and its deviation from the chain."""
+    """Return in words the tolerances with which the fitted S-R-S arm is accepted, and its deviation; "" if
+    none are.
+    """
     if not found.near and not _within_most(chain, found):
         return ""
     wanted = tolerances(
@@ -266,11 +268,12 @@ def _fitted_sentence(chain: Chain, found: Nearness, angle: float, length: float)
 
 
 def _differs(off: tuple[float, float]) -> str:
+    """Return a deviation (m, rad) as text in mm and degrees."""
     return f"{millimetres(off[0])} and {math.degrees(off[1]):.3g} deg"
 
 
 def _writings(chain: Chain, axes: Axes, slack: _Slack) -> Iterator[ArmDescription]:
-    """Yield the arm, without its tool, for every choice of senses without a negative length."""
+    """Yield the S-R-S arm of the axes, without tool, for each choice of axis signs with lengths ≥ 0."""
     shoulder, wrist = axes.centre("shoulder"), axes.centre("wrist")
     upper, fore = axes.elbow_ends()
     spans = {0: shoulder, 2: upper - shoulder, 3: fore - upper, 4: wrist - fore, 6: _tip(chain) - wrist}
@@ -296,7 +299,7 @@ def _write(
     spans: dict[int, FloatArray],
     slack: _Slack,
 ) -> ArmDescription:
-    """Return the arm for one choice of signs.
+    """Return the S-R-S arm without tool for one choice of axis signs.
 
     The z axes of the DH frames at q = 0 are the signed axes. Each x axis is the common normal of two of them,
     on the side given by the twists (-, +, +, -, -, +) of the paper's Table 1.
@@ -307,6 +310,7 @@ def _write(
     turns = [_angle_about(z[i], x[i - 1], x[i]) for i in range(1, 6)]
 
     def size(joint: int, direction: FloatArray) -> float:
+        """Return the length (m) of a link's vector along a direction, rounded; 0 if it is tiny."""
         along = float(spans[joint] @ direction)
         least = slack.length if joint in _ENDS else ZERO_LENGTH
         return 0.0 if abs(along) <= least else _rounded(along)
@@ -367,6 +371,7 @@ def _angle_about(axis: FloatArray, start: FloatArray, end: FloatArray) -> float:
 
 
 def _rounded(value: float) -> float:
+    """Return a length (m) without the rounding of the file."""
     return round(value, _LENGTH_DIGITS)
 
 
@@ -387,8 +392,8 @@ def _tidy(frame: FloatArray, axes: Axes) -> FloatArray:
 
 
 def _plainest(writings: list[ArmDescription], slack: _Slack) -> ArmDescription:
-    """Return the representation with the fewest offsets, then the smallest, then the least rotated base, each
-    as far as the tolerance tells, and among equals the one with the fewest mirrored axes.
+    """Return the arm with the fewest joint offsets, then the smallest, then the least rotated base, then the
+    fewest mirrored axes; each as far as the tolerance tells.
     """
     measures: tuple[tuple[Callable[[ArmDescription], float], float], ...] = (
         (lambda arm: sum(abs(offset) > slack.zero for offset in arm.offsets), 0.0),
@@ -400,6 +405,7 @@ def _plainest(writings: list[ArmDescription], slack: _Slack) -> ArmDescription:
         writings = [arm for arm, cost in zip(writings, costs, strict=True) if cost <= min(costs) + tie]
 
     def mirrored(arm: ArmDescription) -> tuple[int, tuple[int, ...]]:
+        """Return the sort key of an arm: how many axes are mirrored, and which."""
         minus = tuple(int(sign < 0) for sign in arm.signs)
         return sum(minus), minus
 

@@ -71,7 +71,7 @@ def dh_chain(
 
 
 def _refuse_other_units(table: FloatArray) -> None:
-    """Raise if a row holds an angle of more than two turns, or a length beyond that of any link."""
+    """Raise if an angle is above 4π or a length beyond that of any link: probably degrees or mm."""
     units = (
         ("a", 0, LONGEST_LINK, "lengths are in m: was this in mm?"),
         ("alpha", 1, _MOST_TURNED, "angles are in rad: were these degrees?"),

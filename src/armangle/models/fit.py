@@ -63,7 +63,7 @@ def fit(start: ArmDescription, chain: Chain) -> ArmDescription:
 
 
 def _postures(chain: Chain) -> FloatArray:
-    """Return random configurations (n, 7) within the limits; joints with more than a turn use one turn."""
+    """Return random configurations (n, 7) within the limits, rad; a range above 2π is cut to [-π, π]."""
     lower = np.array([joint.lower for joint in chain.joints])
     upper = np.array([joint.upper for joint in chain.joints])
     wide = ~(upper - lower < 2.0 * np.pi) | (lower == upper)
@@ -74,7 +74,7 @@ def _postures(chain: Chain) -> FloatArray:
 
 
 def _error(arm: ArmDescription, q: FloatArray, wanted: FloatArray, lever: float) -> FloatArray:
-    """Return the error of the tip at each configuration, m: positions, and rotations times the lever."""
+    """Return the errors of the tip at configurations q (n, 7), m: positions, and rotations times `lever`."""
     found = chain_of(arm).forward(q)
     turn = np.swapaxes(wanted[:, :3, :3], 1, 2) @ found[:, :3, :3]
     axis = turn - np.swapaxes(turn, 1, 2)
@@ -83,7 +83,7 @@ def _error(arm: ArmDescription, q: FloatArray, wanted: FloatArray, lever: float)
 
 
 def _moved(arm: ArmDescription, step: FloatArray) -> ArmDescription:
-    """Return the arm with lengths, zeros, base and tool moved by a small step."""
+    """Return the arm with a small step added to its lengths (m), zeros (rad), base and tool."""
     lengths, zeros, base, tool = np.split(step, np.cumsum([len(_LENGTHS), len(_ZEROS), 6]))
     offsets = np.array(arm.offsets)
     offsets[list(_ZEROS)] += zeros
@@ -97,7 +97,7 @@ def _moved(arm: ArmDescription, step: FloatArray) -> ArmDescription:
 
 
 def _small(twist: FloatArray) -> FloatArray:
-    """Return the frame (4, 4) of a translation and a rotation vector."""
+    """Return the frame (4, 4) of a twist: translation (m), then rotation vector (rad)."""
     angle = float(np.linalg.norm(twist[3:]))
     axis = twist[3:] / angle if angle else np.array([0.0, 0.0, 1.0])
     return np.asarray(translation(twist[:3]) @ rotation_about(axis, np.float64(angle)), dtype=np.float64)

@@ -59,6 +59,7 @@ def offset_source(name: str) -> str:
 
 
 def _tables() -> dict[str, Any]:
+    """Return the tables of all arms with an offset wrist or shoulder, by name."""
     return tomllib.loads(files(__package__).joinpath("offset_arms.toml").read_text(encoding="utf-8"))
 
 
@@ -102,41 +103,46 @@ def offset_end(chain: Chain) -> tuple[str, float]:
 
 
 def _with_one_offset(found: OffsetDescription) -> OffsetDescription:
-    """Return the rows without the smaller of their two offsets."""
+    """Return the arm with the smaller of a_1 and a_6 set to 0."""
     return replace(found, a_1=0.0) if abs(found.a_1) <= abs(found.a_6) else replace(found, a_6=0.0)
 
 
 def _off(chain: Chain, found: OffsetDescription) -> tuple[float, float]:
-    """Return the deviation of rows from a chain at the tip, m and rad."""
+    """Return the largest deviation (m, rad) between the tips of a chain and an arm."""
     return worst_difference(chain, chain_of(found))
 
 
 def _within(off: tuple[float, float], length: float, angle: float) -> bool:
+    """Return whether a deviation (m, rad) is within tolerances."""
     return not exceeds(off[0], length) and not exceeds(off[1], angle)
 
 
 def _kind(found: OffsetDescription) -> str:
+    """Return in words where the offset is, and its length in mm."""
     if found.a_1:
         return f"an offset shoulder, a_1 = {millimetres(abs(found.a_1))}"
     return f"an offset wrist, a_6 = {millimetres(abs(found.a_6))}"
 
 
 def _differs(off: tuple[float, float]) -> str:
+    """Return a deviation (m, rad) as text in mm and rad."""
     return f"{millimetres(off[0])} and {off[1]:.3g} rad"
 
 
 def _tolerances(off: tuple[float, float]) -> str:
-    """Return the tolerances that accept this deviation, as text."""
+    """Return as text the tolerances with which a deviation (m, rad) is accepted."""
     return tolerances(max(off[0], LENGTH_TOLERANCE), max(off[1], ANGLE_TOLERANCE))
 
 
 def _rounded_up(off: tuple[float, float]) -> tuple[float, float]:
-    """Return the tolerances (m, rad) of `_tolerances`, rounded like there."""
+    """Return as numbers (m, rad) the tolerances that `_tolerances` writes."""
     return float(above(max(off[0], LENGTH_TOLERANCE))), float(above(max(off[1], ANGLE_TOLERANCE)))
 
 
 def _read(chain: Chain) -> OffsetDescription:
-    """Return the rows of neighbouring axes, each pair treated as perpendicular."""
+    """Return the arm whose axes are those of the chain, neighbours made perpendicular, with any
+    a_1 and a_6.
+    """
     points, axes = chain.lines()
     signs = np.ones(7)
     z = axes.copy()
@@ -190,21 +196,23 @@ def _common_normal(p: FloatArray, u: FloatArray, r: FloatArray, v: FloatArray) -
 
 
 def _angle(start: FloatArray, end: FloatArray, axis: FloatArray) -> float:
+    """Return the angle (rad) from one vector to another about an axis."""
     return float(np.arctan2(np.cross(start, end) @ axis, start @ end))
 
 
 def _frame(x: FloatArray, z: FloatArray, origin: FloatArray) -> FloatArray:
+    """Return the frame (4, 4) with these x and z axes and origin (m)."""
     frame = np.eye(4)
     frame[:3, 0], frame[:3, 1], frame[:3, 2], frame[:3, 3] = x, np.cross(z, x), z, origin
     return frame
 
 
 def _quarters(angle: float) -> float:
-    """Return an angle without the rounding of the file's decimals; whole quarters of a turn exactly."""
+    """Return an angle (rad), or the multiple of π/2 that it differs from by rounding only."""
     quarter = round(angle / (np.pi / 2))
     return quarter * np.pi / 2 if abs(angle - quarter * np.pi / 2) < 1e-12 else angle
 
 
 def _rounded(value: float) -> float:
-    """Return a number without the rounding of the file's decimals."""
+    """Return a number rounded to 12 decimals."""
     return float(np.round(value, 12)) + 0.0

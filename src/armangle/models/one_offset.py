@@ -60,7 +60,9 @@ def describe_offset_chain(
 
 
 def describe_near_offset(chain: Chain) -> tuple[OffsetDescription, ImportReport]:
-    """Return a chain with the arm with one offset wrist or shoulder beside it, from its neighbouring axes."""
+    """Return the arm with one offset that is nearest to a chain, with the chain itself in it,
+    and a report.
+    """
     if len(chain.joints) != 7:
         raise ModelError(f"{chain.source}: the chain has {len(chain.joints)} rotating joints, wanted 7")
     found = _with_one_offset(_read(chain))
@@ -80,7 +82,7 @@ def describe_near_offset(chain: Chain) -> tuple[OffsetDescription, ImportReport]
 
 
 def own_arm(read: Callable[[bool], Chain]) -> tuple[Chain, ArmDescription]:
-    """Return the chain that `read` reads of a file and the arm that it is, for a `Body`.
+    """Return the chain of a file and its arm, of the kind that fits, for a `Body`.
 
     `read` takes whether the guess of base and tip is for an arm with an offset wrist or shoulder.
     """
@@ -107,5 +109,5 @@ def _with_offset(read: Callable[[bool], Chain], least: float) -> tuple[Chain, Ar
 
 
 def _without_offset(found: OffsetDescription, off: tuple[float, float], length: float, angle: float) -> bool:
-    """Return whether the tolerances cover the offsets, so that the arm is an `Arm`."""
+    """Return whether the arm counts as S-R-S: its offsets and deviations are within the tolerances."""
     return max(abs(found.a_1), abs(found.a_6)) <= length and _within(off, length, angle)

@@ -25,7 +25,7 @@ _SUSPICIOUS_LIMIT = 20.0  # rad: no joint turns three times, but many files have
 
 
 def import_report(chain: Chain, residual: tuple[float, float], notes: tuple[str, ...]) -> ImportReport:
-    """Return the deviation of a chain from the arm made from it; `residual` (m, rad) is that of the tip."""
+    """Return how far a chain is off its arm; `residual` is the largest deviation of the tip (m, rad)."""
     axes = Axes(*chain.lines())
     shoulder, wrist = axes.worst_miss
     position, rotation = residual
@@ -55,7 +55,7 @@ def warn_of(notes: Iterable[str]) -> None:
 
 
 def import_notes(chain: Chain) -> tuple[str, ...]:
-    """Return the reader's notes, and untrusted limits and velocities."""
+    """Return the reader's notes, and notes on limits and velocities that look wrong."""
     return (*chain.notes, *_limit_notes(chain), *_velocity_notes(chain))
 
 

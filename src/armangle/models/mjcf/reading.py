@@ -89,6 +89,7 @@ def is_mjcf(source: str | bytes | os.PathLike[str]) -> bool:
 
 
 def _refuse(source: str, message: str) -> NoReturn:
+    """Raise the error of a source."""
     raise ModelError(message, source=source)
 
 
@@ -96,6 +97,7 @@ class _Model:
     """A compiled MuJoCo model without shapes, used for its tree alone."""
 
     def __init__(self, source: str | os.PathLike[str]) -> None:
+        """Compile the model of a file or of XML text."""
         self.mujoco: Any = needed("mujoco", "reading MJCF needs", "mujoco")
         check_source(source)
         text = isinstance(source, str) and source.lstrip().startswith("<")
@@ -111,6 +113,7 @@ class _Model:
             self.fail(f"mujoco refuses it: {str(error).strip()}")
 
     def fail(self, message: str) -> NoReturn:
+        """Raise an error with the source of the model."""
         _refuse(self.source, message)
 
     def name(self, kind: str, index: int) -> str:
@@ -168,7 +171,7 @@ class _Model:
         return tree
 
     def held(self) -> dict[int, str]:
-        """Return the reasons why joints cannot move on their own: active equalities."""
+        """Return by joint index why an equality of the model keeps the joint from moving freely."""
         held = dict[int, str]()
         for joint, other in self.equalities(self.mujoco.mjtEq.mjEQ_JOINT):
             alone = "is held still by an equality"
@@ -176,7 +179,7 @@ class _Model:
         return held
 
     def equalities(self, kind: Any) -> Iterator[tuple[int, int]]:
-        """Yield both joints or bodies of the active equalities of a kind; -1 for none."""
+        """Yield the two joints, or bodies, of each active equality of a kind; -1 if there is no second."""
         model = self.model
         for number in np.flatnonzero((model.eq_type == kind) & (np.asarray(model.eq_active0) != 0)):
             ends = int(model.eq_obj1id[number]), int(model.eq_obj2id[number])
@@ -184,7 +187,7 @@ class _Model:
             yield (int(model.site_bodyid[ends[0]]), int(model.site_bodyid[ends[1]])) if of_sites else ends
 
     def notes(self, chain: Sequence[int]) -> Iterator[str]:
-        """Yield the unused bounds of a chain's hinges in the model."""
+        """Yield notes on bounds of a chain's joints that the model has and this library does not use."""
         names = [self.name("joint", index) for index in chain]
         free = [name for name, index in zip(names, chain, strict=True)
                 if not self.model.jnt_limited[index] and self.model.jnt_range[index].any()]  # fmt: skip
@@ -209,7 +212,7 @@ class _Model:
                     yield f"an equality ({word}) binds joint {', '.join(map(repr, tied))}: {NOT_USED}"
 
     def across(self, first: int, second: int) -> set[int]:
-        """Return the joints between two bodies."""
+        """Return the joints between two bodies, on the way through their nearest common ancestor."""
         ways = [
             {joint for body in self.path(0, end) for joint in self.joints(body)} for end in (first, second)
         ]
@@ -254,7 +257,7 @@ class _Model:
         return replace(chain, notes=(*guessed, *chain.notes, *moved))
 
     def lift(self, body: int) -> str | None:
-        """Return the name of the nearest joint that moves a body, None if it is fixed."""
+        """Return the name of the nearest joint at or above a body; None if the body is fixed."""
         while body and not self.joints(body):
             body = int(self.model.body_parentid[body])
         joints = self.joints(body)
@@ -268,7 +271,7 @@ class _Model:
         return above
 
     def hinge(self, index: int, frame: FloatArray) -> Joint:
-        """Return a joint whose body is at ``frame`` in the model's reference position."""
+        """Return a joint of the model, given the pose of its body at the reference position."""
         model = self.model
         name = self.name("joint", index)
         kind = int(model.jnt_type[index])

@@ -80,7 +80,7 @@ def chain_along(
 
 
 def _closer(robot: RobotElement, elements: Sequence[JointElement], joints: Sequence[Joint]) -> list[str]:
-    """Return notes of other limits, velocities and accelerations in the file that are not used."""
+    """Return notes on narrower limits and slower velocities that other parts of the file state."""
     soft, commands, more = [], [], []
     for element, joint in zip(elements, joints, strict=True):
         safety = element.parts.get("safety_controller")
@@ -98,7 +98,7 @@ def _closer(robot: RobotElement, elements: Sequence[JointElement], joints: Seque
 
 
 def _narrower(joint: Joint, lower: str, upper: str) -> list[str]:
-    """Return limits that another part of the file has as text, if they are closer than the joint's."""
+    """Return, in a list, the joint's limits in another part of the file if they are narrower; else []."""
     try:
         low, high = number_in(lower or "-inf"), number_in(upper or "inf")
     except ValueError:
@@ -168,7 +168,7 @@ def _limits(
 
 
 def _unless_huge(joint: JointElement, key: str, limit: float, notes: list[str]) -> float:
-    """Return a limit; if it is so large that it means none, infinite with a note."""
+    """Return a limit (rad); if it is so large that none is meant, an infinite one and add a note."""
     if abs(limit) < HUGE_LIMIT:
         return limit
     notes.append(f"{key} limit of joint {joint.name!r} is {limit:g} rad: taken as none")
@@ -286,6 +286,7 @@ class _Reader:
     """Reads the chain between two links of one robot."""
 
     def __init__(self, robot: RobotElement, above: dict[str, JointElement]) -> None:
+        """Keep the robot and the joint above each link."""
         self.robot = robot
         self.above = above
 
@@ -307,13 +308,14 @@ def _bytes_of(path: str | os.PathLike[str]) -> bytes:
     """Return the contents of a file."""
 
     def fail(why: str) -> NoReturn:
+        """Raise the error of this file."""
         raise ModelError(why, source=str(Path(path)))
 
     return _opening.bytes_of(path, MAX_BYTES, fail)
 
 
 def _parse(text: str | bytes, source: str) -> RobotElement:
-    """Return the links and joints of a document; blank lines before it count as lines, but are permitted."""
+    """Return the links and joints of a document; blank lines before it are permitted."""
     if len(text) > MAX_BYTES:
         raise ModelError(_opening.too_long(len(text), MAX_BYTES), source=source)
     if isinstance(text, str):
@@ -353,7 +355,7 @@ def _ends(robot: RobotElement, joint: JointElement) -> tuple[str, str]:
 
 
 def _failing(robot: RobotElement) -> Callable[[str], NoReturn]:
-    """Return a function that rejects a file with an open end, and lists what was left out of it."""
+    """Return a function that raises the file's error, with a list of joints that were left out."""
     lost = "".join(f"; {note}" for note in robot.notes if "that is not there" in note)
     return lambda message: robot.fail(message + lost)
 
@@ -411,7 +413,9 @@ def _tree(robot: RobotElement, above: dict[str, JointElement]) -> Tree:
 
 
 def _bound(joint: JointElement) -> str:
-    """Return why a joint that is meant to rotate cannot move on its own, if so."""
+    """Return why a rotating joint cannot move on its own (it mimics another, or is of unknown type); "" if it
+    can.
+    """
     if joint.kind not in (*_MOVING, *_REFUSED, "fixed"):
         return f"has unknown type {joint.kind!r}"
     if joint.kind in _MOVING and "mimic" in joint.parts:
@@ -420,7 +424,7 @@ def _bound(joint: JointElement) -> str:
 
 
 def _refuse_unless_rotating(robot: RobotElement, joint: JointElement) -> None:
-    """Reject a joint on the path that may be meant as a free rotation but is not."""
+    """Raise for a joint on the path that mimics another or whose type is unknown."""
     robot.refuse_expression(joint)
     bound = _bound(joint)
     if bound:

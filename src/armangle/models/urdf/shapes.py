@@ -71,6 +71,7 @@ def origin_of(element: Any) -> Floats:
     part = element.find("origin")
 
     def read(key: str, count: int) -> Floats | None:
+        """Return the numbers of an attribute; None if it is missing."""
         text = None if part is None else part.get(key)
         return None if text is None else numbers_of(text, count)
 
@@ -78,7 +79,7 @@ def origin_of(element: Any) -> Floats:
 
 
 def numbers_of(text: str | None, count: int, default: float | None = None) -> Floats:
-    """Return so many numbers of an attribute.
+    """Return the `count` numbers of an attribute's text; `default` for each if there is none.
 
     Raises
     ------
@@ -103,6 +104,7 @@ def mesh_file(name: str, folder: Path) -> Path:
     """
 
     def fail(why: str) -> NoReturn:
+        """Raise an error with the mesh's name."""
         raise ValueError(f"{name}: {why}")
 
     scheme, _, rest = name.rpartition("://")

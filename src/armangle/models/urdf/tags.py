@@ -78,7 +78,10 @@ class RobotElement:
     def numbers(
         self, joint: JointElement, part: str, key: str, count: int, *, infinite: bool = False
     ) -> NDArray[np.float64] | None:
-        """Return ``count`` numbers of an attribute inside a joint, None if missing; finite, or not NaN."""
+        """Return the `count` numbers of an attribute inside a joint; None if missing.
+
+        NaN raises, and unless `infinite` also an infinite number.
+        """
         element = joint.parts.get(part)
         text = element.attributes.get(key) if element else None
         if text is None:
@@ -98,7 +101,7 @@ def is_expression(text: str) -> bool:
 
 
 def numbers_in(text: str, count: int, *, infinite: bool = False) -> NDArray[np.float64]:
-    """Return the ``count`` numbers of an attribute's text; finite, or not NaN.
+    """Return the `count` numbers of an attribute's text; raise for NaN and, unless `infinite`, infinities.
 
     Raises
     ------
@@ -120,6 +123,7 @@ class _Reader:
     """Builds a :class:`RobotElement` from the events of one expat parser."""
 
     def __init__(self, source: str, skipped: int) -> None:
+        """Begin to read; `skipped` is the number of lines before the text."""
         self.robot = RobotElement(source)
         self.skipped = skipped
         self.open: list[str] = []  # the present tag and those around it; where each begins
@@ -136,14 +140,17 @@ class _Reader:
         self.parser.CharacterDataHandler = self._text
 
     def _here(self) -> Element:
+        """Return the present place in the file, as an element without attributes."""
         parser = self.parser
         return Element({}, parser.CurrentLineNumber + self.skipped, parser.CurrentColumnNumber + 1)
 
     def _refuse_doctype(self, *_: object) -> None:
+        """Raise for a DOCTYPE, whose entities could expand without bound."""
         message = "a DOCTYPE is refused: a robot needs none, and entities can expand without bound"
         self.robot.fail(message, self._here())
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        """Handle an opening tag: of the robot, a link, a joint, or a part of a joint."""
         self.open.append(tag)
         element = self._here()
         element.attributes = attributes
@@ -176,7 +183,7 @@ class _Reader:
             ends[end] = ends.get(end, "") + text
 
     def _in_xacro(self) -> bool:
-        """Return whether only tags of xacro lie between the robot and the present tag, and none defines."""
+        """Return whether the present tag is in tags of xacro alone, outside a macro's definition."""
         around = self.open[1:-1]
         return "xacro:macro" not in around and all(other.startswith(_XACRO) for other in around)
 
@@ -207,11 +214,13 @@ class _Reader:
         return self.robot
 
     def _start_robot(self, tag: str, element: Element) -> None:
+        """Handle the outer tag; raise unless it is <robot>."""
         if tag != "robot":
             self.robot.fail(f"not a robot: the outer element is <{tag}>, wanted <robot>", element)
         self.robot.name = element.attributes.get("name", "")
 
     def _start_part(self, tag: str, element: Element) -> None:
+        """Handle the tag of a link or joint; raise if its name is missing or used twice."""
         name = element.attributes.get("name", "")
         if not name:
             self.robot.fail(f"a <{tag}> has no name", element)
@@ -225,6 +234,7 @@ class _Reader:
         self.robot.joints[name] = self.joint
 
     def _end(self, _tag: str) -> None:
+        """Handle a closing tag."""
         if len(self.open) == _PART_DEPTH:
             self.joint = None
         self.open.pop()

@@ -58,6 +58,7 @@ def _write_joint(
 
 
 def _write_origin(joint: ElementTree.Element, frame: FloatArray) -> None:
+    """Append an <origin> with a frame's translation (m) and roll, pitch, yaw (rad)."""
     ElementTree.SubElement(joint, "origin", xyz=_text(frame[:3, 3]), rpy=_text(to_rpy(frame)))
 
 
@@ -83,6 +84,7 @@ def _write_limit(element: ElementTree.Element, joint: Joint) -> None:
 
 
 def _text(values: Iterable[float]) -> str:
+    """Return numbers as text, separated by blanks."""
     return " ".join(repr(round(float(value), _WRITTEN_DIGITS) + 0.0) for value in values)
 
 
