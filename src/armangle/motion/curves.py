@@ -41,7 +41,7 @@ class Placed(NamedTuple):
 
     @classmethod
     def empty(cls, n: int) -> Placed:
-        """Return n empty rows."""
+        """Return n rows of memory that is not set."""
         return cls(*(np.empty((n, *shape)) for shape in ((JOINTS,), (), (), (4, 4), (), ())))
 
 
@@ -101,6 +101,7 @@ class Curve:
 
     @property
     def _columns(self) -> tuple[Floats, Floats, Floats, int, bool, Floats, Floats | None]:
+        """The numbers of the curve in the core's order."""
         free = self.roll == "free"
         return self.segments, self.stretches, self.plane, self.gc, free, self.shifts, self.base
 
@@ -156,7 +157,8 @@ class OffsetCurve:
         return out
 
     def torn(self, handle: Any, gc: Ints) -> int:
-        """Return the first row, of branches gc (n,), after which no motion reaches the next; or -1.
+        """Return the index of the first row from which no motion leads to the next row; -1 if all are
+        connected. `gc` (n,) are the branches of the rows.
 
         Branches meet at θ2 = 0 and at a fold, which joints pass in a straight line; not at the elbow.
         """
@@ -172,6 +174,7 @@ class OffsetCurve:
 
     @property
     def _columns(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """The numbers of the curve in the core's order."""
         return self.segments, self.s, self.free, self.q
 
 
@@ -253,19 +256,19 @@ class JointSpline(_JointRows):
 
     @cached_property
     def moving(self) -> Ints:
-        """The rows through which the spline passes."""
+        """Indices of the rows through which the spline passes: not those that repeat the row before."""
         repeats = repeated(self.q) if self.rests else np.zeros(len(self.q) - 1, dtype=bool)
         return np.arange(len(self.q)) if repeats.all() else np.append(0, np.flatnonzero(~repeats) + 1)
 
     @cached_property
     def own(self) -> Floats:
-        """The s of all rows without the rests, shape (n,)."""
+        """The spline's parameter at each row, (n,): s without the parts in which the joints rest."""
         moves = np.isin(np.arange(1, len(self.s)), self.moving)
         return np.append(0.0, np.cumsum(np.diff(self.s) * moves))
 
     @cached_property
     def spline(self) -> Any:
-        """The spline of SciPy, over s without the rests."""
+        """The spline of SciPy, a function of `own`."""
         interpolate = needed("scipy.interpolate", "a spline through joints needs", "time")
         ends = tuple("not-a-knot" if slope is None else (1, slope) for slope in self.slopes)
         return interpolate.CubicSpline(self.own[self.moving], self.q[self.moving], bc_type=ends)
@@ -286,7 +289,7 @@ class JointSpline(_JointRows):
         return np.where(moves, np.stack([self.spline(own, order) for order in (1, 2, 3)], axis=1), 0.0)
 
     def passed(self, lower: Floats, upper: Floats) -> Floats:
-        """Return the largest limit violation (7,) after every moving row but the last, rad."""
+        """Return for each joint by how much (rad) the spline exceeds a limit, at most over each piece."""
         a, b, c, _ = self.spline.c
         with np.errstate(divide="ignore", invalid="ignore"):
             root = np.sqrt(b * b - 3 * a * c)
@@ -297,7 +300,7 @@ class JointSpline(_JointRows):
 
 
 def repeated(q: Floats) -> NDArray[np.bool_]:
-    """Return which rows of joints (n, 7) repeat the one before, (n - 1,): equal up to tiny differences."""
+    """Return which rows of joints (n, 7) are equal to the row before except for noise, (n - 1,)."""
     steps = np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0)
     beside = np.pad(steps, 1, constant_values=np.inf)
     small = np.minimum(beside[:-2], beside[2:]) >= APART * steps  # next to longer ones
@@ -310,7 +313,7 @@ def repeated(q: Floats) -> NDArray[np.bool_]:
 
 
 def _placed(arm: Arm, q: Floats) -> Placed:
-    """Return rows (N,) of joints that determine the path of the end effector."""
+    """Return rows of a curve from its joints q (N, 7): pose, arm angle, branch and margin are computed."""
     pose, psi, gc = arm.forward(q, on_error="nan")
     margin = np.asarray(arm.limit_margin(q))
     return Placed(q, np.asarray(psi), np.asarray(gc, dtype=np.float64), pose, margin, np.zeros(len(q)))

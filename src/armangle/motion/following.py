@@ -196,7 +196,7 @@ def follow(
 def _sampled(
     handle: _core.Arm | None, poses: Path | Sequence[Path] | ArrayLike, blend: ArrayLike, samples: int | None
 ) -> tuple[Path | None, Floats, Floats]:
-    """Return the path, its s and its poses (N, 4, 4); no path if poses are given."""
+    """Return path, parameters s (N,) and poses (N, 4, 4); the path is None if poses were given."""
     path = as_path(poses, blend)
     if path is None:
         frames = np.ascontiguousarray(as_poses("poses", cast("ArrayLike", poses), handle))

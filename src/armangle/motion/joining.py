@@ -62,7 +62,7 @@ class JoinedCurve:
 
     @property
     def leads_the_tool(self) -> bool:
-        """Whether the joints determine the path of the end effector, on one of them."""
+        """Whether the joints determine the path of the end effector in at least one part."""
         return any(curve.leads_the_tool for curve in self.curves)
 
     def at(self, handle: Any, s: Floats) -> Placed:
@@ -89,7 +89,7 @@ class JoinedCurve:
         return out
 
     def _parts(self, s: Floats) -> tuple[Ints, Floats]:
-        """Return the curve of each s (at a joint the later one), and its parameter on it."""
+        """Return for each s the index of its curve and the parameter on that curve."""
         k = np.clip(np.searchsorted(self.ends, s, side="right") - 1, 0, len(self.curves) - 1)
         inner = (s - self.ends[k]) / (self.ends[k + 1] - self.ends[k])
         return k, np.asarray(np.clip(inner, 0.0, 1.0))
@@ -154,12 +154,12 @@ def join(paths: Sequence[JointPath]) -> JointPath:
 
 
 def _bare(arm: Arm) -> Arm:
-    """Return the arm without obstacles and margin."""
+    """Return the arm without obstacles and singularity margin."""
     return arm.with_(scene=None, singularity_margin=0.0)
 
 
 def _scenes(paths: Sequence[JointPath]) -> tuple[Scene, ...]:
-    """Return the obstacles along all paths: one scene, or one a row; none if one path has none."""
+    """Return the obstacles of all paths: none if one path has none, one scene, or one for each row."""
     if not all(path.scenes for path in paths):
         return ()
     rows = [
@@ -171,6 +171,7 @@ def _scenes(paths: Sequence[JointPath]) -> tuple[Scene, ...]:
 
 
 def _joined(paths: Sequence[JointPath]) -> JointPath:
+    """Return paths that were checked as one path, with s in proportion to their rows."""
     curves = [path._drawn for path in paths]
     if len(paths) == 1:
         return paths[0]

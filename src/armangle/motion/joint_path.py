@@ -81,7 +81,7 @@ def even_parameters(n: int) -> Floats:
 
 
 def rows_between(arm: Arm, curve: AnyCurve, rows: Floats, step: float) -> Floats:
-    """Return s of rows with more inserted, so that no joint moves more than `step` between two, rad.
+    """Return the s of rows with rows inserted so that no joint moves more than `step` (rad) between two.
 
     A jump, as at a singular end, remains between two rows within `FINEST` of each other.
     """
@@ -107,7 +107,9 @@ def _outside(q: Floats, beyond: Floats, verb: str) -> str:
 
 
 def _unwrapped(arm: Arm, q: Floats) -> Floats:
-    """Return rows of joints (n, 7) in which unlimited joints take the shorter way to the next row."""
+    """Return joints (n, 7) with 2π added where an unlimited joint so takes the shorter way to
+    the next row.
+    """
     out = np.array(q, order="C")
     free = np.isinf(arm.lower) & np.isinf(arm.upper)
     out[:, free] = np.unwrap(out[:, free], axis=0)
@@ -115,7 +117,7 @@ def _unwrapped(arm: Arm, q: Floats) -> Floats:
 
 
 def _raise_where_wrapped(arm: Arm, q: Floats) -> None:
-    """Raise if a joint moves by more than half a turn between rows although the shorter way is possible.
+    """Raise if a joint moves by more than π between two rows although ±2π would be shorter and within limits.
 
     Values beyond one turn of an encoder, [-π, π] or [0, 2π], do not wrap.
     """
@@ -160,7 +162,7 @@ def _smooth(path: JointPath) -> JointSpline | None:
 
 
 def _raise_where_torn(gc: Ints, row: int) -> None:
-    """Raise if no joint motion continues from a row to the next; below 0: nowhere."""
+    """Raise if no joint motion leads from row `row` to the next; -1 stands for no such row."""
     if row < 0:
         return
     over = (
@@ -363,7 +365,7 @@ class JointPath:
         return float(self.s[at]), *names[at]
 
     def _nearest(self) -> tuple[Floats, list[tuple[str, str]]]:
-        """Return distances (N,), and for each row obstacle and link."""
+        """Return for each row the distance to the obstacles (m) and the names of obstacle and link."""
         apart, names = np.full(len(self), np.nan), [("", "")] * len(self)
         known = np.flatnonzero(np.isfinite(self.psi) & np.isfinite(self.poses).all(axis=(1, 2)))
         for k in known.tolist() if self.scenes else ():
@@ -535,7 +537,10 @@ class JointPath:
         return curve
 
     def _led(self, between: Between) -> JointLines | JointSpline:
-        """Return the curve in joint space through the rows."""
+        """Return the curve through the rows in joint space:
+
+        linear or a spline; raise if it exceeds limits.
+        """
         kept = self._apart()
         rows = self._rows_of_joints(kept)
         if between == "joints":
@@ -572,7 +577,7 @@ class JointPath:
         return out
 
     def _through(self, segments: Floats, s: Floats, q: Floats, psi: Floats, gc: Ints) -> tuple[AnyCurve, int]:
-        """Return the curve through rows, linear in psi, in the leading joint, or in the free joint.
+        """Return the curve through the rows on the path of the end effector; psi or a joint is linear in s.
 
         Also the row after which no motion reaches the branch of the next, or -1.
         """
@@ -583,7 +588,7 @@ class JointPath:
         return Curve(segments, stretches, plane, int(gc[0])), torn
 
     def _apart(self) -> Ints:
-        """Return which rows have their own s; other rows have the s of the row before.
+        """Return the indices of rows with a larger s than the row before; others repeat its joints.
 
         Raises
         ------
@@ -601,7 +606,7 @@ class JointPath:
         return kept
 
     def _straight(self, rows: Ints) -> Floats:
-        """Return the segments from pose to pose of these rows."""
+        """Return path segments that lead straight from pose to pose of these rows."""
         segments = np.empty((max(len(rows) - 1, 1), _core.SEGMENT_WIDTH))
         _core.path_waypoints(
             np.ascontiguousarray(self.poses[rows]), np.ascontiguousarray(self.s[rows]), segments
@@ -692,7 +697,9 @@ class JointPath:
         return self._held(at, before, held)
 
     def _held(self, at: int, before: Floats, held: Floats) -> str:
-        """Return the joint motion from `before` to pose `at` with constant arm angle."""
+        """Return in words how far joints would move from `before` to `held`, those of pose `at` at the same
+        psi.
+        """
         near = held + _TURN * np.round((before - held) / _TURN)
         if self.status[at] == Status.JOINT_JUMP:
             move = np.abs(near - before)

@@ -61,7 +61,7 @@ def checked_options(
 
 
 def outside_of(fallback: Fallback) -> str:
-    """Return the core's option for a pose out of reach."""
+    """Return the core's word for what happens at a pose out of reach."""
     if fallback is None:
         return "refuse"
     chosen("fallback", fallback, ("nearest_pose",))
@@ -84,7 +84,7 @@ def as_seconds(dt: float) -> float:
 
 
 def free_roll(arm: Arm, roll: Roll, name: str, joints: Floats, scene: object) -> Any:
-    """Return the core's arm with joint 7 of `joints` fixed, or None if the roll is the pose's.
+    """Return the core's arm with joint 7 of `joints` fixed if the roll is free; None if poses give it.
 
     Raises
     ------
@@ -125,7 +125,7 @@ _UNBOUNDED = np.concatenate([[1.0], np.full(2 * JOINTS, np.inf), np.zeros(JOINTS
 
 
 def joint_bound(arm: Arm, name: str, value: Bound, stated: Floats) -> Floats:
-    """Return a bound as (7,), infinite if there is none; True: the arm's own; a number: for all joints.
+    """Return a bound for each joint (7,): infinite for None, the arm's own for True, else the given one.
 
     Raises
     ------
@@ -194,7 +194,9 @@ def check_offset_chain(arm: Arm, policy: Policy, **asked: Any) -> None:
 def step_bounds(
     arm: Arm, velocity: Bound, acceleration: Bound, velocity_now: ArrayLike | None, dt: float | None
 ) -> Floats:
-    """Return dt, velocities, accelerations and present velocities in the core's order, (22,)."""
+    """Return dt (s), bounds of velocity and acceleration, and present velocities, in the core's
+    order (22,).
+    """
     fastest = joint_bound(arm, "velocity", velocity, arm.velocity)
     hardest = joint_bound(arm, "acceleration", acceleration, arm.acceleration)
     if velocity_now is None:
@@ -223,12 +225,12 @@ def finite_seven(name: str, value: ArrayLike) -> Floats:
 
 
 def without_last(bounds: Floats) -> Floats:
-    """Return bounds without a previous velocity of joint 7, which is constant."""
+    """Return bounds with 0 for the present velocity of joint 7, which does not move."""
     out = bounds.copy()
     out[-1] = 0.0
     return out
 
 
 def no_bounds() -> Floats:
-    """Return the core's bounds if only `max_joint_step` limits the joints."""
+    """Return bounds for the core that limit nothing."""
     return _UNBOUNDED

@@ -26,6 +26,7 @@ RADIAN: float = _core.RADIAN
 
 
 def _vector(name: str, value: ArrayLike) -> Floats:
+    """Return three finite numbers, read-only."""
     vector = np.array(as_floats(name, value, (3,)), order="C")
     if vector.ndim != 1:
         raise InputError(f"{name} has shape {vector.shape}, wanted (3,)")
@@ -40,6 +41,7 @@ class Path:
     _segments: Floats
 
     def _set(self, **values: Any) -> None:
+        """Set attributes of the path, once, while it is made."""
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
@@ -123,12 +125,13 @@ class Chain(Path):
     """Segments in the core's format: the path of a joint path, or of a rolled path."""
 
     def __init__(self, segments: Floats, deviation: Deviation) -> None:
+        """Keep segments and how far rounded corners are off."""
         self._segments = frozen(segments)
         self.deviation = deviation
 
 
 def rolled(path: Path, roll: float, rate: float) -> Path:
-    """Return a path whose frames also turn about their own z axes, by ``roll + rate s``, rad."""
+    """Return a path whose end effector also rotates about its own z axis, by roll + rate s (rad)."""
     if isinstance(path, Waypoints) and len(path) == 1:
         return Waypoints(np.asarray(path.poses) @ about_z([roll]))
     out = np.empty_like(path._segments)
@@ -142,7 +145,7 @@ def deviation_of(path: Path | None) -> Deviation:
 
 
 def greatest(deviations: Iterable[Deviation]) -> Deviation:
-    """Return the largest of several, separately for position and rotation."""
+    """Return the largest position (m) and the largest rotation (rad) of several deviations."""
     return Deviation(*(max(column) for column in zip(NO_DEVIATION, *deviations, strict=True)))
 
 

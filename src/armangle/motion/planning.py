@@ -336,7 +336,7 @@ def plan(
 def _refuse(
     arm: OffsetArm, psi: Any, objective: Objective, allowed: object, scene: object, roll: Roll
 ) -> None:
-    """Refuse what is not made for an arm with an offset wrist or shoulder."""
+    """Raise for options that an arm with an offset wrist or shoulder does not support."""
     asked = {
         "a scene that moves": (scene is not None, "follow takes one for each row"),
         "allowed=": (allowed is not None, "psi= is a wish for the free joint"),
@@ -352,7 +352,7 @@ def _refuse(
 
 
 def _taken(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
-    """Return the solution of a pose nearest to joints that are slightly off; otherwise the joints.
+    """Return joints that reach the pose exactly, if q nearly does; otherwise q itself.
 
     Used if θ2 or θ6 is nearly 0 and the arm angle of the joints does not give that pose.
     """
@@ -366,7 +366,7 @@ def _taken(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
 def _standing(
     still: Scene | None, scene: Callable[[float], Scene] | None, speed: float | None
 ) -> tuple[list[Scene], float]:
-    """Return the obstacles, each scene for an equal part of the path, and their largest motion, m."""
+    """Return the scene of each equal part of the path, and the largest motion (m) within a part."""
     if scene is None:
         if speed is not None:
             raise InputError("obstacle_speed is of a scene that moves, and scene is no function of s")
@@ -389,7 +389,7 @@ def _standing(
 
 
 def _kept_off(scenes: list[Scene], more: float, *, soft: bool = False) -> list[Scene]:
-    """Return scenes with larger clearance, m; `soft`: plus each scene's soft clearance.
+    """Return scenes with the clearance larger by `more` (m); `soft`: also by their soft clearance.
 
     If no scene has a soft clearance, there are none for `soft`.
     """
@@ -401,7 +401,7 @@ def _kept_off(scenes: list[Scene], more: float, *, soft: bool = False) -> list[S
 
 
 def _weights(arm: Arm, objective: Objective) -> Floats:
-    """Return an objective in the core's format: weights, and bounds of joint velocities."""
+    """Return the weights of an objective and the bounds of joint velocities, in the core's order."""
     of = objective
     hardest = arm.acceleration if of.acceleration is None else np.broadcast_to(of.acceleration, JOINTS)
     bounds = [*arm.velocity, *hardest]
@@ -416,7 +416,7 @@ def _weights(arm: Arm, objective: Objective) -> Floats:
 def _with_roll(
     arm: Arm, roll: Roll, start: Floats | None, goal: Floats | None, scene: object, kept: float
 ) -> tuple[Any, float]:
-    """Return the core's arm for planning, and joint 7's value if the roll is free."""
+    """Return the core's arm for planning and the fixed value (rad) of joint 7 if the roll is free."""
     at_rest = np.clip(0.0, arm.lower, arm.upper)
     bounded = np.isfinite(arm.lower) & np.isfinite(arm.upper)
     at_rest[bounded] = 0.5 * (arm.lower[bounded] + arm.upper[bounded])
@@ -438,7 +438,10 @@ def _with_roll(
 
 
 def _wished(psi: Any) -> tuple[Wish, Floats | None]:
-    """Return a target in the core's format: its kind, and ψ over s, or the point or direction."""
+    """Return the target of the elbow for the core:
+
+    its kind, and psi over s (rad), a point (m) or direction.
+    """
     if psi is None:
         return Wish.PSI, None
     if isinstance(psi, str):
@@ -463,7 +466,10 @@ def _wished(psi: Any) -> tuple[Wish, Floats | None]:
 
 
 def _asked(allowed: Allowed | None, path: Path) -> tuple[Any, Any, Any]:
-    """Return count and angles of arcs that are the same everywhere, or a function of s that returns them."""
+    """Return the allowed arcs for the core:
+
+    their number and ends (rad) if they are the same all along the path; else a function of s.
+    """
     if allowed is None:
         return None, None, None
     if isinstance(allowed, ArcSet) or not callable(allowed):
@@ -475,6 +481,7 @@ def _result(
     arm: Arm, path: Path, rows: Floats, curve: Curve | None, diagnosis: Diagnosis, ok: bool, open_: Floats,
     scenes: tuple[Scene, ...],
 ) -> JointPath:  # fmt: skip
+    """Return the planned path as rows at `rows`, with its diagnosis; rows after the reached s are empty."""
     n = len(rows)
     columns = blank_rows(n)
     reached = 0
@@ -501,7 +508,7 @@ def _result(
 
 
 def _left_between(arm: Arm, curve: Curve, rows: Floats) -> Floats:
-    """Return the ranges of s between rows in which the end effector leaves its pose, shape (k, 2).
+    """Return ranges (k, 2) of s between rows in which the end effector is not at its pose.
 
     The proof covers limits and obstacles; if θ2 and θ6 are 0 all along, joints may drift between rows.
     """
@@ -511,6 +518,7 @@ def _left_between(arm: Arm, curve: Curve, rows: Floats) -> Floats:
 
 
 def _reason(diagnosis: Diagnosis) -> Status:
+    """Return the status of the branch that comes furthest: why no path exists."""
     best = max(diagnosis.branches, key=lambda b: (b.reached, b.verdict != Verdict.GOAL))
     return best.status if best.status != Status.OK else Status.LIMITS
 
@@ -523,6 +531,7 @@ def _rows(path: Path, samples: int | None) -> Floats:
 
 
 def _limit_margin(arm: Arm, value: float) -> float:
+    """Return the margin to joint limits, rad; raise if it exceeds half of a joint's range."""
     margin = as_number("limit_margin (rad)", value, 0.0, np.pi)
     narrowest = float((arm.upper - arm.lower).min())
     if 2 * margin > narrowest:
@@ -532,7 +541,7 @@ def _limit_margin(arm: Arm, value: float) -> float:
 
 
 def _check_within(arm: Arm, name: str, q: Floats | None) -> None:
-    """Reject joints outside the limits: their pose cannot belong to a path.
+    """Raise if joints are outside the limits; None passes.
 
     Raises
     ------
@@ -551,7 +560,7 @@ def _check_within(arm: Arm, name: str, q: Floats | None) -> None:
 
 
 def _outside(arm: Arm, **ends: Floats | None) -> str:
-    """Return which joint of which end violates its limits, as a sentence, or ""."""
+    """Return as a sentence which joint of start or goal is outside its limits; "" if none is."""
     for name, q in ends.items():
         if q is None:
             continue
@@ -564,6 +573,7 @@ def _outside(arm: Arm, **ends: Floats | None) -> str:
 
 
 def _branches(gc: int | Iterable[int] | None) -> int:
+    """Return permitted branches as a number whose bit gc is set for branch gc; None permits all."""
     if gc is None:
         return (1 << CONFIGURATIONS) - 1
     values: list[Any] = list(gc) if isinstance(gc, Iterable) and not isinstance(gc, (str, bytes)) else [gc]
@@ -579,6 +589,7 @@ def _branches(gc: int | Iterable[int] | None) -> int:
 
 
 def _empty(arm: Arm) -> JointPath:
+    """Return the plan of a path without poses."""
     return JointPath(
         arm=arm, s=np.empty(0), poses=np.empty((0, 4, 4)), **blank_rows(0), uncertified=np.empty((0, 2)),
         diagnosis=Diagnosis(()),

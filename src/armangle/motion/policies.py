@@ -20,11 +20,13 @@ _OUTSIDE = named(_core.Outside)
 
 
 def _check_outside(outside: str) -> None:
+    """Raise unless it is a known word for an arm angle outside the feasible arcs."""
     if not isinstance(outside, str) or outside not in _OUTSIDE:
         raise InputError(f"outside is {outside!r}, wanted 'nearest', 'stop' or 'escape'")
 
 
 def _check_number(name: str, value: float, low: float, high: float, low_open: bool) -> None:
+    """Raise unless a number is between `low` (without itself if `low_open`) and `high`."""
     real = isinstance(value, Real) and not isinstance(value, bool)
     if not real or not low <= value <= high or (low_open and value == low):
         bracket = "(" if low_open else "["
@@ -32,7 +34,7 @@ def _check_number(name: str, value: float, low: float, high: float, low_open: bo
 
 
 def _gain(rate: float, dt: float | None) -> float:
-    """Return K per step of a rate (1/s), over a step of dt (s)."""
+    """Return the share K of the way per step that a rate (1/s) means for a step of dt (s)."""
     if dt is None:
         raise InputError("dt is missing: a policy with rate= needs the time of a step in s")
     _check_number("dt", dt, 0.0, _LONGEST, True)
@@ -56,12 +58,14 @@ class _Rated(_Rule):
     _fixed: Any
 
     def _check_strength(self) -> None:
+        """Raise unless K is in [0, 1], the rate is valid, and `outside` is a known word."""
         _check_number("K", self.K, 0.0, 1.0, False)
         if self.rate is not None:
             _check_number("rate", self.rate, 0.0, 1e9, False)
         _check_outside(self.outside)
 
     def _of_gain(self, K: float) -> Any:
+        """Return the core's policy with the strength K per step."""
         raise NotImplementedError
 
     def _native(self, dt: float | None) -> Any:
@@ -108,6 +112,7 @@ class Repulsion(_Rated):
         object.__setattr__(self, "_fixed", self._of_gain(self.K))
 
     def _of_gain(self, K: float) -> Any:
+        """Return the core's policy with the strength K per step."""
         return _core.Policy(_core.Rule.REPULSION, K, self.alpha, _OUTSIDE[self.outside])
 
 
@@ -169,6 +174,7 @@ class Centre(_Rated):
         object.__setattr__(self, "_fixed", self._of_gain(self.K))
 
     def _of_gain(self, K: float) -> Any:
+        """Return the core's policy with the strength K per step."""
         return _core.Policy(_core.Rule.CENTRE, K, 1.0, _OUTSIDE[self.outside])
 
 
@@ -251,6 +257,7 @@ class Towards(_Rated):
         return kind, float("nan"), target
 
     def _of_gain(self, K: float) -> Any:
+        """Return the core's policy with the strength K per step."""
         kind, psi, target = self._wish
         return _core.Policy.towards(kind, psi, target, K, _OUTSIDE[self.outside])
 

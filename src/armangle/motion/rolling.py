@@ -36,12 +36,14 @@ Rung = tuple[float, float]
 
 
 def is_laddered(arm: Arm, roll: Roll) -> bool:
-    """Return whether the roll is free and about an axis other than 7, so that rolls must be tried."""
+    """Return whether the roll is free and about an axis other than axis 7, so that several
+    rolls are tried.
+    """
     return chosen("roll", roll, ROLLS) == "free" and not is_along_axis_7(arm)
 
 
 def ladder(arm: Arm, path: Path, start: Floats | None, goal: Floats | None) -> list[Rung]:
-    """Return rungs, roll and rate, rad: through start and goal if they are given.
+    """Return pairs (roll at the start, roll over the path), rad, to try; they fit start and goal if given.
 
     Rates are about that of the given path, and about the one that cancels the path's own roll.
     """
@@ -70,19 +72,19 @@ def _by_size(rates: Floats) -> Floats:
 
 
 def _rolls(path: Path) -> float:
-    """Return how far a path turns its frames about their own z axes, rad."""
+    """Return how far the path rotates the end effector about its own z axis, rad."""
     along = path.derivative(_TRIED)[:, 3:]
     rates = (along * path.pose(_TRIED)[:, :3, 2]).sum(axis=1)
     return float(0.5 * (rates[:-1] + rates[1:]).mean())
 
 
 def _growing() -> list[Rung]:
-    """Return the rungs whose roll changes linearly along the path."""
+    """Return pairs (roll, change over the path), rad, with a change other than 0."""
     return [(float(roll), float(rate)) for rate, roll in product(_GROWING, _STEP * np.arange(LADDER))]
 
 
 def _roll(frame: Floats, held: Floats) -> float:
-    """Return the turn about the z axis of a frame that comes nearest to another, rad."""
+    """Return the rotation (rad) about the z axis of a frame that brings it nearest to another frame."""
     apart = frame[:3, :3].T @ held[:3, :3]
     return float(np.arctan2(apart[1, 0] - apart[0, 1], apart[0, 0] + apart[1, 1]))
 
@@ -91,7 +93,9 @@ def best_planned(
     arm: Arm, path: Path, start: Floats | None, goal: Floats | None,
     planned: Callable[[Path, Progress], JointPath], tell: Progress,
 ) -> JointPath:  # fmt: skip
-    """Return the plan of the rung of least cost; if none is feasible, of the one that comes furthest."""
+    """Return the plan with the lowest cost over all tried rolls; if none is feasible, the one that comes
+    furthest.
+    """
     rungs = ladder(arm, path, start, goal)
     held, furthest = _held(arm, path, rungs)
     every: list[JointPath] = []
@@ -112,7 +116,10 @@ def best_planned(
 
 
 def _worth(result: JointPath) -> tuple[bool, bool, float]:
-    """Return the sort key of plans: solved ones by proof and cost, others by how far they come."""
+    """Return a sort key, lower is better:
+
+    solved and certified first, then by cost, else by how far it comes.
+    """
     branches = result.diagnosis.branches if result.diagnosis else ()
     costs = [branch.cost for branch in branches if branch.ok]
     come = max((max(branch.reached, branch.s_from) for branch in branches), default=0.0)
@@ -120,8 +127,8 @@ def _worth(result: JointPath) -> tuple[bool, bool, float]:
 
 
 def _held(arm: Arm, path: Path, rungs: list[Rung]) -> tuple[list[Rung], Rung]:
-    """Return the rungs whose tested poses are all reachable, those with most freedom first, and the one that
-    comes furthest.
+    """Return the rolls with which all tested poses are reachable, those with the longest arcs first, and the
+    roll that comes furthest.
     """
     frames = np.stack([rolled(path, *rung).pose(_TRIED) for rung in rungs])
     free = arm.nominal.freedom(frames)
@@ -135,11 +142,12 @@ def _held(arm: Arm, path: Path, rungs: list[Rung]) -> tuple[list[Rung], Rung]:
 def best_followed(
     arm: Arm, path: Path, start: Floats, followed: Callable[[Rung, Progress], JointPath], tell: Progress
 ) -> JointPath:
-    """Return the rung that is followed furthest; among equals the one with the least joint travel."""
+    """Return the path that comes furthest over all tried rolls; among equals the least joint motion."""
     rungs = ladder(arm, path, start, None)
     results = [followed(rung, part(tell, k, len(rungs))) for k, rung in enumerate(rungs)]
 
     def worth(result: JointPath) -> tuple[int, float]:
+        """Return a sort key, lower is better: solved rows, then the sum of squared joint steps."""
         done = int((result.status == Status.OK).sum())
         moved = np.diff(np.vstack([start, result.q[np.isfinite(result.q[:, 0])]]), axis=0)
         return -done, float((moved**2).sum())

@@ -316,7 +316,7 @@ def _asked(
     core_step: Callable[..., Step | None], handle: _core.Arm | None, q_now: ArrayLike, pose: ArrayLike,
     native: Any, given: tuple[Any, ...], rest: tuple[Any, ...],
 ) -> Step:  # fmt: skip
-    """Return the core's step; convert or reject what it cannot read directly."""
+    """Return the core's step; options that it cannot read directly are converted first, or raise."""
     plain = core_step(q_now, pose, native, *given, *rest)
     if plain is not None:
         return plain
@@ -332,5 +332,5 @@ def _asked(
 
 
 def _least(arm: Arm, now: Step) -> float:
-    """Return the margin of a step with free roll, including joint 7."""
+    """Return the limit margin (rad) of a step with free roll, joint 7 included."""
     return min(now.margin, float(last_margin(arm, now.q)))

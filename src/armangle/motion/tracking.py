@@ -270,6 +270,7 @@ class Tracker:
         soft_clearance: float = 0.02,
         detours: bool = True,
     ) -> None:
+        """Check the numbers and create the control loop; it begins with `start`."""
         if not isinstance(arm, Arm):
             raise InputError(f"arm is {arm!r:.50}, wanted an Arm")
         if filter is not None and not isinstance(filter, HandFilter):
@@ -296,7 +297,7 @@ class Tracker:
         self._make(arm, given)
 
     def _make(self, arm: Arm, given: Floats) -> None:
-        """Create the loop from checked numbers."""
+        """Create the control loop for an arm from checked numbers."""
         ready = arm._ready
         self._name_pair = None if ready is None else ready.names.pair
         self._core: _core.Tracker | _core.ChainTracker | _core.OffsetTracker
@@ -316,7 +317,7 @@ class Tracker:
         self._started = False
 
     def _leading(self, nominal: Arm, scene: Scene | None) -> _core.Scene | None:
-        """Return a scene made ready for the arm beside the true one, whose tracker chooses where to go."""
+        """Return the scene prepared for the nominal arm, whose tracker chooses the motion for a chain."""
         if scene is None:
             return None
         self._leader = make_ready(nominal, scene, self._leader)
@@ -393,7 +394,7 @@ class Tracker:
         return self
 
     def _check_clear(self, escaping: bool) -> None:
-        """Reject a start in collision."""
+        """Raise if the start is in collision, or with `escaping` if it is too deep in one to leave it."""
         if self._name_pair is None:
             return
         room, core, number = self._core.nearest_pair(0.0)
@@ -407,7 +408,7 @@ class Tracker:
         )  # fmt: skip
 
     def _check_started(self) -> None:
-        """Reject commands before a start configuration is given."""
+        """Raise unless `start` was called."""
         if not self._started:
             raise InputError("the tracker has not begun: call start(q) first, with the joints where they are")
 
@@ -511,7 +512,7 @@ class Tracker:
         return out
 
     def _saved(self) -> Floats:
-        """Return the state that one cycle passes to the next."""
+        """Return the numbers that one cycle passes to the next."""
         out = np.empty(self._core.saved_size)
         self._core.save(out)
         return out
@@ -536,7 +537,7 @@ class Tracker:
 
 
 def _rebuilt(kind: type[Tracker], arm: Arm, given: Floats, started: bool, saved: Floats) -> Tracker:
-    """Return the tracker of a copy or a pickle."""
+    """Return the tracker of a copy or a pickle, with the saved numbers."""
     tracker = kind.__new__(kind)
     tracker._make(arm, given)
     tracker._core.restore(saved)
@@ -545,14 +546,14 @@ def _rebuilt(kind: type[Tracker], arm: Arm, given: Floats, started: bool, saved:
 
 
 def _each(name: str, bound: Bound) -> Bound:
-    """Return a single bound as one for each joint."""
+    """Return one number as seven; other bounds are unchanged."""
     if bound is None or isinstance(bound, bool) or np.ndim(bound) != 0:
         return bound
     return np.full(JOINTS, as_floats(name, bound))
 
 
 def _hint(elbow: ArrayLike | None, direction: Direction | None) -> tuple[ArrayLike | None, Wish]:
-    """Return the vector of the elbow's target, and its kind."""
+    """Return the target of the elbow: a point (m) or a direction, and which of both it is."""
     if direction is None:
         return elbow, Wish.POINT
     if elbow is not None:
@@ -563,6 +564,7 @@ def _hint(elbow: ArrayLike | None, direction: Direction | None) -> tuple[ArrayLi
 
 
 def _branch(reconfigure: int) -> int:
+    """Return a branch number; raise unless it is an integer 0 to 7."""
     index = np.asarray(reconfigure)
     if index.dtype.kind not in "iu" or index.ndim or not 0 <= index < CONFIGURATIONS:
         raise InputError(f"reconfigure is {reconfigure!r:.50}, wanted an integer from 0 to 7")
