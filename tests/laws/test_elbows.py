@@ -42,6 +42,7 @@ def test_feasible_is_within_limits(name: str, seed: int) -> None:
     assert found.samples == psi.size and found.clear > 0.2 * found.samples
 
 
+@pytest.mark.turns(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["forearm", *(name for name in LINKS if LINKS[name][4])])
 def test_plans_over_a_gap_or_a_slant_are_certified_and_true(name: str) -> None:

@@ -36,6 +36,7 @@ def turned() -> aa.JointPath:
     return aa.plan(ARM, first @ aa.pose(s * [0.1, 0.15, -0.1], rotvec=s * [0.2, 0.1, -0.15]), start=READY)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_what_a_dense_search_can_follow_is_planned_and_proven(name: str) -> None:
     paths = planned(name)

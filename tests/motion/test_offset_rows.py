@@ -58,6 +58,7 @@ def test_its_derivatives_are_differences(name: str, policy: Any) -> None:
     assert np.abs(exact[:, 1:]).max() > 0.1
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 @pytest.mark.parametrize("jerk", [None, 60.0])
 def test_it_is_timed_within_its_bounds(name: str, jerk: float | None) -> None:

@@ -208,6 +208,7 @@ def test_planar_lines_pass_where_two_branches_meet() -> None:
     assert crossed >= 10
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("tilt", [0.0, 0.01, 0.1, 1.0])
 def test_refusals_of_singular_starts_are_not_refuted(tilt: float) -> None:

@@ -72,6 +72,7 @@ def test_nor_by_a_calibrated_arm(name: str) -> None:
     assert farthest(calibrated.calibrated(name, 1.0, 2.0), draw.generator(*name.encode(), 2)) <= OFF
 
 
+@pytest.mark.turns(3)
 @pytest.mark.parametrize("name", srs_catalogue())
 def test_nor_is_one_that_trembles(name: str) -> None:
     assert farthest(named(name), draw.generator(*name.encode(), 3), TREMBLE) <= MARGIN

@@ -138,6 +138,7 @@ def _apart(one: aa.ArcSet, other: aa.ArcSet) -> float:
     return float((one & ~other).measure + (other & ~one).measure)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @EVERY
 def test_distances_are_those_of_the_true_links(arm: aa.Arm) -> None:
@@ -159,6 +160,7 @@ def test_distances_are_those_of_the_true_links(arm: aa.Arm) -> None:
                 assert abs(slope - near.psi_rate) < 1e-4 * max(1.0, abs(slope))
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @EVERY
 def test_no_arm_angle_is_wider(arm: aa.Arm) -> None:

@@ -63,6 +63,7 @@ def posed(arm: aa.Arm, rng: np.random.Generator, gc: int) -> tuple[Any, int]:
     return arm.forward(rng.uniform(*span))[0], gc
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @pytest.mark.core
 @pytest.mark.parametrize("body", BODIES)
@@ -85,6 +86,7 @@ def test_a_psi_is_clear_if_and_only_if_no_link_touches(arm: aa.Arm, body: str) -
         assert not wrong.any(), (k, psi[wrong], least[wrong] - kept)
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
 def test_an_end_is_where_the_named_pair_is_as_near_as_is_asked(arm: aa.Arm) -> None:

@@ -43,6 +43,7 @@ def of_balls(
     return aa.Field(told, low, spacing, name="seen")
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_what_a_field_leaves_lies_between_the_balls_and_larger_balls(noise: float) -> None:
@@ -83,6 +84,7 @@ def test_the_nearest_of_a_field_is_a_lower_bound_with_a_direction() -> None:
             assert np.linalg.norm(near.points[1] - ball.points[1]) < 0.05
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_arcs_distances_and_the_widest_arm_angle_are_of_one_surface(noise: float) -> None:
     """As far as `Field` says: a hundredth of a spacing too near, a quarter too far."""

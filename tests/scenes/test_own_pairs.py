@@ -48,6 +48,7 @@ def distances(arm: aa.Arm, q: Floats) -> Floats:
     return out
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_no_posture_brings_shapes_nearer_than_is_proven(name: str) -> None:
     rng = generator(31, len(name))

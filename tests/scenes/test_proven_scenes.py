@@ -184,6 +184,7 @@ def test_every_solution_keeps_clear_and_none_is_nearer_than_solve(arm: aa.Arm) -
     assert found > 10
 
 
+@pytest.mark.turns(2)
 @EVERY_OFFSET
 def test_prefer_clearance_is_the_farthest_from_the_obstacles(arm: aa.Arm) -> None:
     asked = 0
