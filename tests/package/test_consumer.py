@@ -198,10 +198,7 @@ def root(request: pytest.FixtureRequest, prefix: Path) -> Path:
 
 
 def build(project: Path, root: Path, compiler: str, folder: Path, program: str, *options: str) -> Path:
-    """Return a program of a CMake project built against `root`; the project's others are not built.
-
-    What g++ sees only where it optimises, the examples show.
-    """
+    """Return a program of a CMake project built against `root`; the project's others are not built."""
     found = [f"-Darmangle_ROOT={root}", f"-DCMAKE_CXX_COMPILER={compiler}", "-DCMAKE_BUILD_TYPE=Debug"]
     run(need_tool("cmake"), "-S", project, "-B", folder, *found, *options)
     run(need_tool("cmake"), "--build", folder, "--target", program)
@@ -220,9 +217,9 @@ def arm() -> aa.Arm:
 def examples(prefix: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of the compiled examples, built as a user's project does that takes no warning.
 
-    `make thorough` optimises them as users do; -O1 finds most of what they then meet in half the time.
+    `make thorough` optimises them as users do. `.ci/run` lets no warning pass where the core is optimised.
     """
-    strict = f"-DCMAKE_CXX_FLAGS={' '.join([*STRICT, *BARE, '-O3' if draw.COUNT else '-O1'])}"
+    strict = f"-DCMAKE_CXX_FLAGS={' '.join([*STRICT, *BARE, *(['-O3'] if draw.COUNT else [])])}"
     return build(EXAMPLES, prefix, "g++", tmp_path_factory.mktemp("examples"), "all", strict).parent
 
 
@@ -252,9 +249,9 @@ def test_the_follow_example_prints_the_numbers_of_python(arm: aa.Arm, examples: 
 
 
 def test_the_control_loop_does_not_allocate(examples: Path) -> None:
-    """5 s at 1 kHz; the worst step is printed and not judged: other programs share the machine."""
-    printed = table(run(examples / "realtime", 5))
-    assert printed["steps"] == [[5000.0]]
+    """2 s at 1 kHz; the worst step is printed and not judged: other programs share the machine."""
+    printed = table(run(examples / "realtime", 2))
+    assert printed["steps"] == [[2000.0]]
     assert printed["failed"] == printed["allocations"] == [[0.0]]
     assert printed["worst_us"][0][0] > 0
     print(f"worst step {printed['worst_us'][0][0]:.1f} us, mean {printed['mean_us'][0][0]:.2f} us")

@@ -140,6 +140,109 @@ def type_psi(page: Any, degrees: str) -> None:
     box.press("Enter")
 
 
+# -- pages of their own, first: a page that is open draws, and takes half of the processor from another -----
+
+PHONE = {"width": 390, "height": 844}
+_WHOLE = "b => [...b.querySelectorAll('*')].every(e => e.scrollWidth <= e.clientWidth)"
+
+
+def test_a_phone_shows_the_whole_arm_and_tells_the_branches_apart(browser: Any, folder: Path) -> None:
+    viewer = Viewer(ViewerState(FULL, _START), port=0)
+    page = browser.new_page(viewport=PHONE)
+    page.set_default_timeout(4e3 * PATIENCE)
+    try:
+        page.goto(viewer.url + SHARP)
+        page.wait_for_selector("canvas")
+        page.locator("[data-panel=reasons]").wait_for()
+        page.get_by_role("alert").get_by_role("button").dispatch_event("click")
+        covered = page.get_by_text(f"armangle: {FULL.name}").bounding_box()["y"]
+        until(lambda: picture(page).std() * 255 > 5, "the canvas is not blank")
+        client = next(iter(viewer._server.get_clients().values()))
+        points = viewer.state.arm.frames(viewer.state.q)[:, :3, 3]
+
+        def is_in_view() -> bool:
+            at = _on_screen(client.camera, points)  # the camera arrives after the first picture
+            return bool(((at > 0) & (at < [PHONE["width"], covered])).all())
+
+        until(is_in_view, "the whole arm is in view")
+        page.get_by_role("button", name="GC 7", exact=False).scroll_into_view_if_needed()
+        page.screenshot(path=folder / "14_phone.png")
+        for gc in range(8):
+            button = page.get_by_role("button", name=f"GC {gc}", exact=False)
+            assert button.evaluate(_WHOLE), f"the name of GC {gc} is cut"
+    finally:
+        page.close()
+        viewer.stop()
+
+
+def _on_screen(camera: Any, points: np.ndarray) -> np.ndarray:
+    """Return where a camera sees points (n, 3), px from the upper left."""
+    forward = camera.look_at - camera.position
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, camera.up_direction)
+    right /= np.linalg.norm(right)
+    seen = (points - camera.position) @ np.stack([right, np.cross(forward, right), forward], axis=1)
+    scale = PHONE["height"] / 2 / np.tan(camera.fov / 2)
+    return seen[:, :2] / seen[:, 2:] * scale + [PHONE["width"] / 2, PHONE["height"] / 2]
+
+
+BODY_ARM = FULL.with_(body=aa.Body.bones(upper_arm=0.06, forearm=0.05))
+APART = 560
+"""px: to the right of it is nothing of the arm."""
+
+
+def test_a_box_is_dragged_and_what_touches_is_red(browser: Any, folder: Path) -> None:
+    elbow = BODY_ARM.elbow(_START)
+    crate = aa.Box(aa.pose([0.5, 0.4, 0.5]), [0.12, 0.12, 0.12], name="crate")
+    scene = aa.Scene([crate, aa.Ball(elbow + np.array([0, 0, 0.5]), 0.08, name="lamp")], clearance=0.01)
+    viewer = Viewer(ViewerState(BODY_ARM.with_(scene=scene), _START), port=0)
+    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+    page.set_default_timeout(4e3 * PATIENCE)  # the first picture
+    try:
+        page.goto(viewer.url + SHARP)
+        page.wait_for_selector("canvas")
+        page.locator("[data-panel=reasons]").wait_for()
+        page.get_by_role("alert").get_by_role("button").dispatch_event("click")
+        until(lambda: picture(page).std() * 255 > 5, "the canvas is not blank", 4 * PATIENCE)
+        state, before = viewer.state, viewer.state.arcs
+        says(page, f"mm from {state.nearest.link} to {state.nearest.obstacle}")
+        page.screenshot(path=folder / "12_scene.png")
+        image = picture(page)
+        blue = (image[..., 2] > 0.8) & (image[..., 0] < 0.4) & (image[..., 1] > 0.35) & (image[..., 1] < 0.65)
+        rows, columns = np.nonzero(blue[:, APART:])
+        assert len(rows) > 10, "the handle of the box is seen"
+        top = rows.argmin()
+        x, y = float(columns[top] + APART), float(rows[top]) + 3
+        page.mouse.move(x, y)
+        page.mouse.down()
+        for k in range(1, 11):
+            page.mouse.move(x, y - 4 * k)
+        until(lambda: state.boxes[0][1].pose != crate.pose, "the box follows its handle")
+        page.mouse.up()
+        untouched = red_of(picture(page))  # the arrows of handles
+        assert state.touching is None
+        viewer.act(lambda: state.move_box("crate", aa.pose(elbow + np.array([0, 0, 0.12]))))
+        assert state.arcs != before
+        says(page, "too near to crate")
+        until(lambda: red_of(picture(page)) > untouched + 1000, "what touches is red")
+        shown = viewer.scene.surroundings
+        assert shown is not None and shown._label.text == f"{1e3 * float(state.nearest.distance):.1f} mm"
+        page.screenshot(path=folder / "13_touched.png")
+        page.get_by_role("button", name="Reset").click()
+        until(lambda: state.scene == scene, "the box is back")
+    finally:
+        page.close()
+        viewer.stop()
+
+
+def red_of(image: np.ndarray) -> int:
+    """How many pixels are of a touched shape, through which one sees."""
+    return int(((image[..., 0] > 0.6) & (image[..., 1] < 0.45) & (image[..., 2] < 0.45)).sum())
+
+
+# -- one page for the rest ----------------------------------------------------------------------------
+
+
 def test_the_slider_moves_the_arm(viewer: Viewer, page: Any, folder: Path) -> None:
     state = viewer.state
     page.screenshot(path=folder / "1_begin.png")
@@ -318,101 +421,3 @@ def test_the_gizmo_drags_the_arm(viewer: Viewer, page: Any, folder: Path) -> Non
     assert state.gc == 3
     assert ARM.within_limits(state.q, tol=1e-9)
     page.screenshot(path=folder / "7_dragged.png")
-
-
-PHONE = {"width": 390, "height": 844}
-_WHOLE = "b => [...b.querySelectorAll('*')].every(e => e.scrollWidth <= e.clientWidth)"
-
-
-def test_a_phone_shows_the_whole_arm_and_tells_the_branches_apart(browser: Any, folder: Path) -> None:
-    viewer = Viewer(ViewerState(FULL, _START), port=0)
-    page = browser.new_page(viewport=PHONE)
-    page.set_default_timeout(4e3 * PATIENCE)
-    try:
-        page.goto(viewer.url + SHARP)
-        page.wait_for_selector("canvas")
-        page.locator("[data-panel=reasons]").wait_for()
-        page.get_by_role("alert").get_by_role("button").dispatch_event("click")
-        covered = page.get_by_text(f"armangle: {FULL.name}").bounding_box()["y"]
-        until(lambda: picture(page).std() * 255 > 5, "the canvas is not blank")
-        client = next(iter(viewer._server.get_clients().values()))
-        points = viewer.state.arm.frames(viewer.state.q)[:, :3, 3]
-
-        def is_in_view() -> bool:
-            at = _on_screen(client.camera, points)  # the camera arrives after the first picture
-            return bool(((at > 0) & (at < [PHONE["width"], covered])).all())
-
-        until(is_in_view, "the whole arm is in view")
-        page.get_by_role("button", name="GC 7", exact=False).scroll_into_view_if_needed()
-        page.screenshot(path=folder / "14_phone.png")
-        for gc in range(8):
-            button = page.get_by_role("button", name=f"GC {gc}", exact=False)
-            assert button.evaluate(_WHOLE), f"the name of GC {gc} is cut"
-    finally:
-        page.close()
-        viewer.stop()
-
-
-def _on_screen(camera: Any, points: np.ndarray) -> np.ndarray:
-    """Return where a camera sees points (n, 3), px from the upper left."""
-    forward = camera.look_at - camera.position
-    forward /= np.linalg.norm(forward)
-    right = np.cross(forward, camera.up_direction)
-    right /= np.linalg.norm(right)
-    seen = (points - camera.position) @ np.stack([right, np.cross(forward, right), forward], axis=1)
-    scale = PHONE["height"] / 2 / np.tan(camera.fov / 2)
-    return seen[:, :2] / seen[:, 2:] * scale + [PHONE["width"] / 2, PHONE["height"] / 2]
-
-
-BODY_ARM = FULL.with_(body=aa.Body.bones(upper_arm=0.06, forearm=0.05))
-APART = 560
-"""px: to the right of it is nothing of the arm."""
-
-
-def test_a_box_is_dragged_and_what_touches_is_red(browser: Any, folder: Path) -> None:
-    elbow = BODY_ARM.elbow(_START)
-    crate = aa.Box(aa.pose([0.5, 0.4, 0.5]), [0.12, 0.12, 0.12], name="crate")
-    scene = aa.Scene([crate, aa.Ball(elbow + np.array([0, 0, 0.5]), 0.08, name="lamp")], clearance=0.01)
-    viewer = Viewer(ViewerState(BODY_ARM.with_(scene=scene), _START), port=0)
-    page = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
-    page.set_default_timeout(4e3 * PATIENCE)  # the first picture
-    try:
-        page.goto(viewer.url + SHARP)
-        page.wait_for_selector("canvas")
-        page.locator("[data-panel=reasons]").wait_for()
-        page.get_by_role("alert").get_by_role("button").dispatch_event("click")
-        until(lambda: picture(page).std() * 255 > 5, "the canvas is not blank", 4 * PATIENCE)
-        state, before = viewer.state, viewer.state.arcs
-        says(page, f"mm from {state.nearest.link} to {state.nearest.obstacle}")
-        page.screenshot(path=folder / "12_scene.png")
-        image = picture(page)
-        blue = (image[..., 2] > 0.8) & (image[..., 0] < 0.4) & (image[..., 1] > 0.35) & (image[..., 1] < 0.65)
-        rows, columns = np.nonzero(blue[:, APART:])
-        assert len(rows) > 10, "the handle of the box is seen"
-        top = rows.argmin()
-        x, y = float(columns[top] + APART), float(rows[top]) + 3
-        page.mouse.move(x, y)
-        page.mouse.down()
-        for k in range(1, 11):
-            page.mouse.move(x, y - 4 * k)
-        until(lambda: state.boxes[0][1].pose != crate.pose, "the box follows its handle")
-        page.mouse.up()
-        untouched = red_of(picture(page))  # the arrows of handles
-        assert state.touching is None
-        viewer.act(lambda: state.move_box("crate", aa.pose(elbow + np.array([0, 0, 0.12]))))
-        assert state.arcs != before
-        says(page, "too near to crate")
-        until(lambda: red_of(picture(page)) > untouched + 1000, "what touches is red")
-        shown = viewer.scene.surroundings
-        assert shown is not None and shown._label.text == f"{1e3 * float(state.nearest.distance):.1f} mm"
-        page.screenshot(path=folder / "13_touched.png")
-        page.get_by_role("button", name="Reset").click()
-        until(lambda: state.scene == scene, "the box is back")
-    finally:
-        page.close()
-        viewer.stop()
-
-
-def red_of(image: np.ndarray) -> int:
-    """How many pixels are of a touched shape, through which one sees."""
-    return int(((image[..., 0] > 0.6) & (image[..., 1] < 0.45) & (image[..., 2] < 0.45)).sum())

@@ -149,7 +149,7 @@ private:
         for (int k = 0; k < 20; ++k) {
             for (std::size_t j = 0; j < joints; ++j)
                 q[j] = armangle::middle(arm_->limits, static_cast<int>(j)) +
-                       std::sin(static_cast<double>((j + 2) * (k + 1)));
+                       std::sin(static_cast<double>(j + 2) * (k + 1));
             state.setJointGroupPositions(&group, q);
             state.update();
             const Eigen::Isometry3d base = state.getGlobalLinkTransform(base_frame_);
