@@ -72,7 +72,7 @@ def placement(found: Placement, *, ax: Any = None) -> Any:
 
 
 def _edges(line: Floats) -> Floats:
-    """Return the edges of cells about rising positions; for one position a cell of 0.1 m."""
+    """Return the borders between cells centred at rising positions (m); one position gets a cell of 0.1 m."""
     if len(line) == 1:
         return np.array([line[0] - 0.05, line[0] + 0.05])
     middle = 0.5 * (line[1:] + line[:-1])

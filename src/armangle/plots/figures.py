@@ -75,7 +75,7 @@ def arm_frames(arm: Arm, q: ArrayLike | None = None, *, ax: Any = None) -> Any:
 
 
 def _neighbours(origins: Floats, near: float) -> list[list[int]]:
-    """Return runs of frames, each within `near` of the first of its run."""
+    """Return groups of consecutive frames whose origins (n, 3) are within `near` (m) of the group's first."""
     runs = [[0]]
     for i in range(1, len(origins)):
         if np.linalg.norm(origins[i] - origins[runs[-1][0]]) <= near:
@@ -86,6 +86,7 @@ def _neighbours(origins: Floats, near: float) -> list[list[int]]:
 
 
 def _frame(space: Any, frame: Floats, origin: Floats, length: float, name: str) -> None:
+    """Draw the axes of a frame at `origin` with its name, and a thin line from where the frame really is."""
     space.plot(*np.array([frame[:3, 3], origin]).T, color=BLACK, lw=0.6, ls=":")
     for column, colour in enumerate((VERMILION, GREEN, BLUE)):
         space.plot(*np.array([origin, origin + length * frame[:3, column]]).T, color=colour, lw=2)
@@ -94,7 +95,7 @@ def _frame(space: Any, frame: Floats, origin: Floats, length: float, name: str) 
 
 
 def _emptiest_way(frame: Floats) -> Floats:
-    """Return the unit vector, perpendicular to the line of sight, farthest from the drawn axes."""
+    """Return the unit vector across the line of sight that is farthest from the axes of a frame."""
     angle = np.arange(0.0, 2 * np.pi, np.pi / 8)[:, None]
     ways: Floats = np.cos(angle) * _RIGHT + np.sin(angle) * np.cross(_TO_VIEWER, _RIGHT)
     nearest: Floats = (ways @ frame[:3, :3]).max(axis=1)

@@ -99,7 +99,7 @@ def _map_panel(
     posed: NDArray[np.bool_],
     gc: int,
 ) -> None:
-    """Draw one region: blocked arcs as cells, the lowest joint on top; hatched without a pose."""
+    """Draw the map of one branch: blocked arm angles over s in the colour of the blocking joint."""
     edges = np.concatenate([s[:1], 0.5 * (s[1:] + s[:-1]), s[-1:]])
     if len(s) == 1:
         edges = s[0] + np.array([-0.5, 0.5])
@@ -131,7 +131,7 @@ def _map_panel(
 
 
 def _name_islands(panel: Any, clear: ArcSet, blocked: ArcSet, s: Floats) -> None:
-    """Write the name of each obstacle at the widest place of the arc that it ends."""
+    """Write each obstacle's name where the arc that it blocks is widest."""
     widest: dict[str, tuple[float, float, float]] = {}
     for at in range(len(s)):
         for (lower, upper), names in zip(blocked[at], _names(clear, blocked, at), strict=True):
@@ -147,7 +147,7 @@ def _name_islands(panel: Any, clear: ArcSet, blocked: ArcSet, s: Floats) -> None
 
 
 def _names(clear: ArcSet, blocked: ArcSet, at: int) -> list[set[str]]:
-    """Return the obstacles of each blocked arc at a pose."""
+    """Return the obstacles that end each blocked arc at row `at`."""
     if not blocked[at].is_full:
         return [{end.obstacle for end in ends if end.obstacle} for ends in blocked[at].ends]
     alone = clear.blocking[at]
@@ -173,6 +173,7 @@ def _cells(
 
 
 def _draw_curve(panel: Any, curve: JointPath, gc: int) -> None:
+    """Draw the chosen arm angle over s where the motion is in this branch."""
     psi = np.where(curve.gc == gc, curve.psi, np.nan)
     if not np.isfinite(psi).any():
         return
@@ -184,6 +185,7 @@ def _draw_curve(panel: Any, curve: JointPath, gc: int) -> None:
 
 
 def _map_legend(figure: Any, curve: bool, whole: bool, obstacles: bool, chain: bool, columns: int) -> None:
+    """Draw the legend of a map; the flags say which entries it needs."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

@@ -89,7 +89,7 @@ def repulsion(
 
 
 def _change(policy: Policy, arcs: ArcSet, psi: Floats, dt: float | None) -> Floats:
-    """Return the step of the core's own policy at each psi, rad."""
+    """Return by how much a policy moves each arm angle psi in one step, rad."""
     out, code = np.empty(len(psi)), np.empty(len(psi), dtype=np.int8)
     index = np.zeros(len(psi), dtype=np.int64)
     if isinstance(policy, Towards) and policy.psi is None:
@@ -100,6 +100,7 @@ def _change(policy: Policy, arcs: ArcSet, psi: Floats, dt: float | None) -> Floa
 
 
 def _policy_text(policy: Policy) -> str:
+    """Return a policy and its numbers as text for a legend."""
     match policy:
         case Repulsion(rate=None):
             return f"α = {policy.alpha:g}, K = {policy.K:g}"
@@ -201,7 +202,7 @@ def _named(paths: Paths, arm: Arm | None) -> tuple[dict[str, Shown], Arm]:
 
 
 def arm_of(name: str, motion: Shown, given: Arm | None) -> Arm:
-    """Return the arm of a motion called `name`: its own, or the given one for a file."""
+    """Return the arm of a motion: its own, or the given one if the motion was read from a file."""
     if isinstance(motion, JointPath):
         return motion.arm
     if isinstance(motion, Trajectory):
@@ -218,7 +219,7 @@ def _abscissa(motion: Shown) -> Floats:
 
 
 def _arm_angle(motion: Shown, arm: Arm) -> Floats:
-    """Return arm angle, or value of the free joint, at each row, rad, without jumps by full turns."""
+    """Return the arm angle, or value of the free joint, of each row, rad, without jumps by 2π."""
     if isinstance(motion, JointPath):
         return motion.psi
     solved = np.isfinite(motion.q).all(axis=1)
@@ -244,6 +245,7 @@ def _limits(panel: Any, lower: float, upper: float) -> None:
 
 
 def _path_legend(panels: Any) -> None:
+    """Draw one legend for all panels, each label once."""
     shown: dict[str, Any] = {}
     for panel in panels:
         for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):

@@ -114,6 +114,7 @@ def circle(
 def _arcs(
     polar: Any, arcs: ArcSet, base: float, width: float, face: str, edge: str, hatch: str | None = None
 ) -> None:
+    """Draw arcs of a ring, which begins at radius `base`, in these colours."""
     whole = arcs.is_full  # a bar all around would have a seam
     for lower, upper in arcs:
         polar.bar(
@@ -125,6 +126,7 @@ def _arcs(
 
 
 def _ring(polar: Any, feasible: ArcSet, unproven: ArcSet, unsolved: ArcSet, joint: int) -> None:
+    """Draw the ring of one joint: feasible, blocked, unproven and unsolved arm angles."""
     base = _INNER + (joint - 1) * _STEP
     _arcs(polar, feasible, base, _WIDTH, FREE, PALE)
     blocked = (~feasible)._less(unproven)._less(unsolved)
@@ -134,7 +136,7 @@ def _ring(polar: Any, feasible: ArcSet, unproven: ArcSet, unsolved: ArcSet, join
 
 
 def _obstacle_ring(polar: Any, clear: ArcSet, calm: ArcSet, unproven: ArcSet, unsolved: ArcSet) -> None:
-    """Draw the arcs blocked by obstacles, with their names, and paler those without soft clearance."""
+    """Draw the ring of obstacles: blocked arcs with names, and paler those nearer than the soft clearance."""
     base = _INNER + JOINTS * _STEP
     _arcs(polar, calm, base, _WIDTH, FREE, PALE)
     _arcs(polar, clear & ~calm, base, _WIDTH, MID, PALE)
@@ -153,7 +155,7 @@ def _obstacle_ring(polar: Any, clear: ArcSet, calm: ArcSet, unproven: ArcSet, un
 
 
 def _outer_ring(polar: Any, blocked: dict[str, ArcSet], base: float) -> None:
-    """Draw the blocked pieces, each divided among the colours of its blockers."""
+    """Draw the outer ring, each piece divided among the colours of all that block it."""
     ends = [angle for arcs in blocked.values() for arc in arcs for angle in arc]
     cuts = np.unique(np.concatenate([(np.array(ends) + np.pi) % (2 * np.pi) - np.pi, [-np.pi, np.pi]]))
     for lower, upper in pairwise(cuts):
@@ -165,7 +167,7 @@ def _outer_ring(polar: Any, blocked: dict[str, ArcSet], base: float) -> None:
 
 
 def _mark_singular(polar: Any, arm: Arm, pose: Any, gc: int, every: ArcSet) -> None:
-    """Mark where a joint of an S-R-S arm jumps or has a corner, on that joint's ring."""
+    """Mark on each joint's ring the arm angles at which the joint jumps or has a corner."""
     if every.status in (Status.UNREACHABLE, Status.FOLDED) or arm.kind != "srs":
         return
     for joint in range(1, JOINTS + 1):
@@ -174,6 +176,7 @@ def _mark_singular(polar: Any, arm: Arm, pose: Any, gc: int, every: ArcSet) -> N
 
 
 def _dress_circle(polar: Any, radius: float, gc: int, every: ArcSet, feasible: ArcSet) -> None:
+    """Draw ticks, title and the limits of the circle's plot."""
     polar.set_theta_zero_location("N")
     polar.set_ylim(0, radius)
     polar.set_yticks([])
@@ -195,6 +198,7 @@ def _dress_circle(polar: Any, radius: float, gc: int, every: ArcSet, feasible: A
 
 
 def _circle_legend(polar: Any, arm: Arm, user: bool, *, made: bool) -> None:
+    """Draw the legend of the circle."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -355,16 +359,18 @@ class _SolvedJoint:
     kind = ""
 
     def __init__(self, arm: Arm, pose: ArrayLike, gc: int, joint: int) -> None:
+        """Keep arm, pose, branch and joint 1..7."""
         self.joint = joint
         self.arm, self.pose, self.gc = arm, np.asarray(pose), gc
 
     def value(self, psi: Any) -> Any:
-        """Return the joint's value, rad, NaN without a solution."""
+        """Return the value (rad) of the joint at each arm angle, NaN where there is no solution."""
         poses = np.broadcast_to(self.pose, (len(psi), 4, 4))
         return self.arm.inverse(poses, psi, self.gc, limits=False, on_error="nan")[:, self.joint - 1]
 
 
 def _profile(panel: Any, arm: Arm, function: Any, angles: Any, blocked: ArcSet) -> None:
+    """Draw one joint over the arm angle, with its limits and special values."""
     joint = function.joint
     values = np.degrees(function.value(angles))
     limits = np.degrees([arm.lower[joint - 1], arm.upper[joint - 1]])
@@ -386,6 +392,7 @@ def _profile(panel: Any, arm: Arm, function: Any, angles: Any, blocked: ArcSet) 
 
 
 def _profile_legend(panels: Any, marked: bool, chain: bool) -> None:
+    """Draw the legend of the joints' panels."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

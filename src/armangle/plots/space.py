@@ -19,14 +19,16 @@ def extent(points: Floats) -> float:
 
 
 def draw_sticks(space: Any, points: Floats, colour: str, *, lw: float, label: str = "_") -> None:
-    """Draw a skeleton: round joints, a square tool."""
+    """Draw the corners (n, 3) of an arm as connected lines, joints round, tool square."""
     space.plot(*points.T, color=colour, lw=lw, solid_capstyle="round", solid_joinstyle="round", label=label)
     space.plot(*points[[0, 1, 3, 5, 6]].T, "o", color=colour, ms=lw + 2)
     space.plot(*points[-1:].T, "s", color=colour, ms=lw + 2)
 
 
 def finish_space(space: Any, points: Floats, view: tuple[float, float] | None = None) -> None:
-    """Give the axes one scale and their units; seen from `view` (azimuth, elevation in deg)."""
+    """Give the axes one scale around points (n, 3), and labels in m; `view` is (azimuth,
+    elevation) in deg.
+    """
     size = extent(points)
     middle = 0.5 * (points.max(axis=0) + points.min(axis=0))
     ranges = np.maximum(np.ptp(points, axis=0), _LEAST_RANGE * size) * _ROOM
@@ -46,6 +48,7 @@ def finish_space(space: Any, points: Floats, view: tuple[float, float] | None = 
 
 
 def _locator(share: float) -> Any:
+    """Return ticks for an axis; `share` is its length relative to the longest axis."""
     from matplotlib.ticker import MaxNLocator
 
     return MaxNLocator(max(2, round(6 * share)))

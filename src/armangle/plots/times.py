@@ -164,7 +164,7 @@ def _speeds(panel: Any, t: Floats, speeds: Floats, velocity: ArrayLike | None) -
 
 
 def _shade(panel: Any, begin: Any, end: Any, statuses: Any) -> None:
-    """Colour the time by the statuses of the cycles."""
+    """Colour the background of each time span by the status of its cycles."""
     cuts = np.flatnonzero(np.diff(statuses)) + 1
     for first, last in zip([0, *cuts], [*cuts, len(statuses)], strict=True):
         status = Tracking(statuses[first])

@@ -81,7 +81,7 @@ def virtual_arm(arm: Arm, q: ArrayLike, *, ax: Any = None) -> Any:
 
 
 def _viewpoint(axis: Floats, front: Floats) -> tuple[float, float]:
-    """Return azimuth and elevation (deg) that show both elbows and the angle between them."""
+    """Return azimuth and elevation (deg) from which both elbows and the arm angle are visible."""
     length = float(np.linalg.norm(front))
     front = front / length if length > 0 else np.cross(axis, [0.0, 1.0, 0.0])
     up = axis if axis[2] >= 0 else -axis
@@ -92,12 +92,14 @@ def _viewpoint(axis: Floats, front: Floats) -> tuple[float, float]:
 
 
 def _outward(point: Floats, centre: Floats) -> Floats:
+    """Return the unit vector from a centre to a point; z if both coincide."""
     away = point - centre
     length = np.linalg.norm(away)
     return away / length if length > 0 else np.array([0.0, 0.0, 1.0])
 
 
 def _half_plane(space: Any, shoulder: Floats, wrist: Floats, out: Floats) -> None:
+    """Draw the half-plane from the line shoulder-wrist in direction `out`, at which psi is 0."""
     art3d = importlib.import_module("mpl_toolkits.mplot3d.art3d")
     corners = np.array([shoulder, wrist, wrist + 1.35 * out, shoulder + 1.35 * out])
     space.add_collection3d(
@@ -149,6 +151,7 @@ def virtual_plane(arm: Arm, q: ArrayLike, *, ax: Axes | None = None) -> Axes:
 
 
 def _plane_drawing(axes: Axes, flat: Floats) -> None:
+    """Draw the virtual arm and its triangle from points (n, 2) of its plane."""
     shoulder, elbow, wrist = flat[0], flat[2], flat[4]
     size = float(np.ptp(flat, axis=0).max())
     axes.plot(*flat.T, color=SKY, lw=5, solid_capstyle="round", label="virtual arm")
@@ -172,5 +175,6 @@ def _plane_drawing(axes: Axes, flat: Floats) -> None:
 
 
 def _arc(axes: Axes, begin: float, end: float, radius: float, colour: str, label: str) -> None:
+    """Draw an arc about the origin from angle `begin` to `end` (rad from the vertical axis) with a label."""
     angle = np.linspace(begin, end, _ARC_SAMPLES)
     axes.plot(radius * np.sin(angle), radius * np.cos(angle), color=colour, lw=2, label=label)
