@@ -37,7 +37,7 @@ def fill_here(store: Store, tiles: Sequence[int], progress: Progress | None) -> 
 
 
 def check_scheduler(scheduler: Any) -> None:
-    """Raise if it is neither an address nor a client."""
+    """Raise unless it is the address of a Dask scheduler or a Dask client."""
     address = isinstance(scheduler, str) and "://" in scheduler
     if not address and not all(hasattr(scheduler, name) for name in ("map", "scheduler_info")):
         wanted = "a distributed.Client, or an address such as tcp://host:8786"

@@ -26,6 +26,7 @@ class MapValues:
     """
 
     def __init__(self, store: Store, name: str) -> None:
+        """Keep the store and the name of the field."""
         self._store, self._name = store, name
         self.array: Any = store.arrays[name]
 

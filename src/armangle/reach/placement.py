@@ -64,13 +64,13 @@ class Placement:
         return out
 
     def _best_index(self) -> tuple[int, int]:
-        """Return the position with the largest weight; among equals the one with the widest interval."""
+        """Return the base (i, j) with the largest weight of poses; among equals the widest yaw interval."""
         most = self.reached >= self.reached.max() - 1e-9 * max(1.0, abs(float(self.reached.max())))
         i, j = np.unravel_index(int(np.argmax(np.where(most, self.stretch, -1.0))), self.reached.shape)
         return int(i), int(j)
 
     def best(self) -> Floats:
-        """Return the base (4, 4) with the largest weight; among equals the one with most room for the yaw."""
+        """Return the base (4, 4) with the largest weight; among equals the one whose yaw may vary most."""
         return self.base(*self._best_index())
 
     def missed(self, base: ArrayLike | None = None) -> tuple[tuple[int, Status], ...]:
@@ -205,7 +205,7 @@ def _is_empty(poses: ArrayLike) -> bool:
 
 
 def _line(name: str, values: ArrayLike) -> Floats:
-    """Return positions along an axis, at least one, finite and within the size of a workshop."""
+    """Return positions (n,) along an axis, m; raise unless they are finite and below the size limit."""
     out = np.array(as_floats(name, values))
     if out.ndim != 1 or not len(out):
         raise InputError(f"{name} has shape {out.shape}, wanted (n,) with n >= 1")
@@ -217,7 +217,7 @@ def _line(name: str, values: ArrayLike) -> Floats:
 
 
 def _weights(weight: ArrayLike | None, count: int) -> Floats:
-    """Return the weight of each pose."""
+    """Return the weight of each pose, all 1 by default."""
     if weight is None:
         return np.ones(count)
     out = np.array(as_floats("weight", weight))

@@ -67,6 +67,7 @@ class ReachMap:
     """
 
     def __init__(self, path: PathLike) -> None:
+        """Open the map of a store."""
         self._store = Store(path)
 
     @property
@@ -327,7 +328,7 @@ class ReachMap:
         return out
 
     def _draws(self, rng: np.random.Generator) -> Iterator[Floats]:
-        """Draw poses with the wrist anywhere within reach, and yield the reachable ones."""
+        """Yield poses drawn uniformly among those with the wrist in reach, without the unreachable ones."""
         arm = self.arm
         inner, outer = arm._handle.reduced_distances()
         while True:
@@ -438,13 +439,14 @@ def reach_map(
 
 
 def _checked_field(name: str, known: tuple[str, ...]) -> str:
+    """Return a field's name; raise if the map has no such field."""
     if name not in known:
         raise InputError(f"field is {name!r:.50}, wanted one of {', '.join(map(repr, known))}")
     return name
 
 
 def _names(fields: Iterable[str]) -> tuple[str, ...]:
-    """Return the names of fields in the order of the store."""
+    """Return names of fields in the order of a store; raise for unknown ones."""
     given = [fields] if isinstance(fields, str) else fields
     try:
         wanted = {*given}
@@ -460,7 +462,7 @@ def _names(fields: Iterable[str]) -> tuple[str, ...]:
 def _checked_run(
     part: tuple[int, int] | None, scheduler: Any, progress: Progress | bool | None
 ) -> tuple[int, int]:
-    """Return the requested share and their number, counted from 1; raise if the arguments are invalid."""
+    """Return the part as (number from 1, count); raise if part, scheduler or progress are invalid."""
     as_progress(progress)
     if scheduler is not None:
         check_scheduler(scheduler)

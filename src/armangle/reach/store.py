@@ -93,11 +93,12 @@ class Store:
 
     @cached_property
     def _marks(self) -> Any:
+        """The array of marks: for each tile 0 if it is missing, else the check sum of its values."""
         return self._group[_MARK]
 
     # -- tiles -------------------------------------------------------------------------------------------
     def computed(self, tile: int) -> Tile:
-        """Return the computed values of a tile, of its shape."""
+        """Return the values of a tile's cells, computed from the arm."""
         grid = self.grid
         places = grid.places(tile)
         cells = (len(places), grid.tilts, grid.turns)
@@ -110,7 +111,7 @@ class Store:
         return {name: made[name].astype(FIELDS[name], copy=False).reshape(grid.tile) for name in self.fields}
 
     def write(self, tile: int, values: Tile) -> None:
-        """Write the values of a tile, and finally its mark."""
+        """Store the values of a tile and then, as proof that it is complete, its check sum."""
         with self.writing():
             for name, array in self.arrays.items():
                 array[self.grid.window(tile)] = values[name]
@@ -139,7 +140,7 @@ class Store:
         return values
 
     def check_readable(self, name: str) -> None:
-        """Raise an error with its name if a tile of a field cannot be read.
+        """Raise an error that names the first tile of a field that cannot be read.
 
         Raises
         ------
@@ -169,7 +170,7 @@ class Store:
         return tuple(k for k, mark in enumerate(self._all_marks()) if not mark)
 
     def broken(self) -> Iterator[tuple[int, bool]]:
-        """Return each marked tile, and whether its values differ from its mark, which is then removed."""
+        """Yield each tile with a mark and whether its values differ; the mark of a wrong one is removed."""
         for tile, mark in enumerate(self._all_marks()):
             if not mark:
                 continue
@@ -183,12 +184,14 @@ class Store:
             yield tile, wrong
 
     def _all_marks(self) -> list[int]:
+        """Return the marks of all tiles; 0 for one that cannot be read."""
         try:
             return [int(mark) for mark in self._marks[:]]
         except Exception:  # one of them cannot be read
             return [self._mark(tile) for tile in range(self.grid.tiles)]
 
     def _mark(self, tile: int) -> int:
+        """Return the mark of a tile: its check sum, 0 if it is missing or cannot be read."""
         try:
             return int(self._marks[tile])
         except Exception:  # a damaged mark counts as missing
@@ -263,7 +266,7 @@ def make_store(arm: Arm, place: PathLike, grid: Grid, names: tuple[str, ...]) ->
 
 
 def _of_another(place: str, name: str, had: Any, wanted: Any) -> InputError:
-    """Return the error for continuing a map of another arm, grid or margin."""
+    """Return the error for a map that was begun with another arm, grid, margin or instruction set."""
     if isinstance(had, dict) and isinstance(wanted, dict):
         names = [key for key in wanted if had.get(key) != wanted[key]]
         what = f"{name} that differs in {', '.join(names)}"
@@ -335,11 +338,13 @@ def _group(place: str) -> Any:
 
 
 def _zarr_store(place: str) -> Any:
+    """Return the store object of zarr for a folder or an address."""
     storage = _zarr().storage
     return storage.FsspecStore.from_url(place) if "://" in place else storage.LocalStore(place)
 
 
 def _zarr() -> Any:
+    """Return the module zarr; raise if it is missing or too old."""
     zarr = needed("zarr", "a reach map needs", "reach")
     needed("zarr.storage", "a reach map needs", "reach")
     version = tuple(int(part) for part in zarr.__version__.split(".")[:3] if part.isdigit())
@@ -350,7 +355,7 @@ def _zarr() -> Any:
 
 
 def _check_sum(arrays: Any) -> int:
-    """Return the CRC of a tile's values, never 0, because 0 means no mark."""
+    """Return the CRC-32 of a tile's values; 1 instead of 0, which stands for a missing tile."""
     sum_so_far = 0
     for values in arrays:
         sum_so_far = zlib.crc32(np.ascontiguousarray(values).view(np.uint8).data, sum_so_far)
@@ -365,6 +370,7 @@ def _to_json(arm: Arm) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
+    """Return a value as JSON can hold it: arrays as lists, infinities as text."""
     if isinstance(value, np.ndarray):
         return _plain(value.tolist())
     if isinstance(value, (list, tuple)):
@@ -373,6 +379,7 @@ def _plain(value: Any) -> Any:
 
 
 def _from_json(value: Any) -> Any:
+    """Return a value that `_plain` wrote: text "inf" as number, lists with text as tuples."""
     if isinstance(value, list):
         rows = [_from_json(one) for one in value]
         return tuple(rows) if any(isinstance(one, str) for one in rows) else rows
