@@ -31,7 +31,7 @@ class Clearance(NamedTuple):
 
 
 def clearance_of(ready: Ready, numbers: Floats, pairs: Ints) -> Clearance:
-    """Return the value from the core's numbers (..., 8) and pairs (...)."""
+    """Return the core's numbers (..., 8) and pair codes (...) as a `Clearance` with names."""
     named = [ready.names.pair(code) or (None, None) for code in pairs.ravel().tolist()]
     points = frozen(numbers[..., 2:].reshape(*pairs.shape, 2, 3).copy())
     if not pairs.shape:

@@ -42,7 +42,7 @@ def scenes_at(scene: Scenes | None, s: Sequence[float]) -> list[Scene]:
 
 
 def ready_each(arm: Built, scenes: Iterable[Scene]) -> list[Ready]:
-    """Return scenes prepared for an arm; the data of its own links are computed once."""
+    """Return each scene prepared for an arm; what concerns the arm alone is computed once."""
     last, out = arm._ready, []
     for scene in scenes:
         last = arm._ready if scene is arm.scene and arm._ready is not None else make_ready(arm, scene, last)

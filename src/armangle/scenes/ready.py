@@ -168,7 +168,7 @@ def make_ready(arm: Built, scene: Scene, last: Ready | None = None) -> Ready:
 
 
 def _warn_of_always_near(pair: tuple[str, str] | None, most: float) -> None:
-    """Warn of two own shapes that violate the clearance in every configuration, at most `most` m apart."""
+    """Warn of two own links that are in every configuration nearer than the clearance: at most `most` (m)."""
     if pair is None:
         return
     apart = f"overlap by at least {-most * MILLIMETRES:.3g} mm"
@@ -183,7 +183,7 @@ def _warn_of_always_near(pair: tuple[str, str] | None, most: float) -> None:
 
 
 def _refuse_millimetres(arm: Built, scene: Scene) -> None:
-    """Reject shapes that are far too thick, or a clearance far too large, for an arm of this length."""
+    """Raise for shapes or a clearance that are so large for this arm that they were meant in mm."""
     length = arm.d_bs + arm.d_se + arm.d_ew + arm.d_wf
     named = [*zip(scene.names, scene.shapes, strict=True), *((s.name or "hand", s) for s in arm.hand)]
     for name, shape in named:
@@ -203,7 +203,7 @@ _SOLID_WIDTH, _ROD_WIDTH, _POINT_WIDTH, _CORNER_WIDTH, _FIELD_WIDTH = 18, 8, 5, 
 
 
 def _points(scene: Scene) -> Floats:
-    """Return the points of all clouds: x, y, z, radius and index of their shape."""
+    """Return the points of all clouds: x, y, z, radius (m) and the index of the cloud."""
     clouds = [(at, shape) for at, shape in enumerate(scene.shapes) if isinstance(shape, Cloud)]
     out = np.empty((sum(len(cloud.points) for _, cloud in clouds), _POINT_WIDTH))
     first = 0
@@ -215,7 +215,7 @@ def _points(scene: Scene) -> Floats:
 
 
 def _corners(shapes: tuple[Shape, ...], hand: tuple[Shape, ...], first_of_hand: int) -> Floats:
-    """Return the corners of all hulls: the row of their solid, x, y, z."""
+    """Return the corners of all hulls: index of the hull, then x, y, z (m)."""
     rows = [*enumerate(shapes), *enumerate(hand, start=first_of_hand)]
     hulls = [(at, shape._corners()) for at, shape in rows if isinstance(shape, Hull)]
     parts = [np.column_stack([np.full(len(corners), at), corners]) for at, corners in hulls]
@@ -223,12 +223,12 @@ def _corners(shapes: tuple[Shape, ...], hand: tuple[Shape, ...], first_of_hand: 
 
 
 def _rod(link: _Link) -> list[float]:
-    """Return frame, radius, begin, end of a link's row."""
+    """Return a link's capsule as numbers: its frame, radius (m), and both ends (m)."""
     return [link.frame, link.row[1], *link.row[2:8]]
 
 
 def _sorted_links(arm: Built) -> _Links:
-    """Return the shapes of an arm, sorted by where they rest or swing."""
+    """Return the arm's shapes, sorted by how they move with arm angle, pose and joints."""
     shapes = [] if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
     rods: Floats = np.array([[frame, *shape._row()[1:8]] for frame, shape in shapes], dtype=np.float64)
     rods = rods.reshape(-1, _ROD_WIDTH)
@@ -252,7 +252,7 @@ def _sorted_links(arm: Built) -> _Links:
 
 
 def _own_pairs(mine: _Links, first_obstacle: int, ignored: NDArray[np.int8]) -> Ints:
-    """Return pairs (obstacle, link) of shapes of links 1 to 6 that must not touch."""
+    """Return the pairs of the arm's own shapes, links 1 to 6, that must not touch."""
     turning = [*mine.swings, *mine.parts]
     first_swing = len(mine.parts) + len(mine.base) + len(mine.held)
     places = [*range(first_swing, first_swing + len(mine.swings)), *range(len(mine.parts))]
@@ -311,7 +311,7 @@ def link_pairs(arm: Built) -> list[LinkPair]:
 
 
 def _never_nearer(arm: Built, own: list[_Link], links: list[_Link]) -> Floats:
-    """Return lower bounds of the distances of own shapes (rows) and links (columns), m; not for a gripper."""
+    """Return lower bounds (m) of the distance of own shapes (rows) to links (columns); -inf for a gripper."""
     _, found = never_nearer(arm)
     out = np.full((len(own), len(links)), -np.inf)
     for i, mine in enumerate(own):
@@ -324,14 +324,14 @@ def _never_nearer(arm: Built, own: list[_Link], links: list[_Link]) -> Floats:
 def _let_touch(
     ignored: NDArray[np.int8], first: int, own: list[_Link], links: list[_Link], pair: tuple[str, str]
 ) -> None:
-    """Permit contact of two links, whichever is the obstacle; own obstacles begin at `first`."""
+    """Mark a pair of own links as permitted to touch, in both orders; own shapes begin at row `first`."""
     for one, other in (pair, pair[::-1]):
         rows = [first + i for i, link in enumerate(own) if link.name == one]
         ignored[np.ix_(rows, [i for i, link in enumerate(links) if link.name == other])] = 1
 
 
 def _ignored(scene: Scene, obstacles: list[str], links: list[_Link], own: list[_Link]) -> NDArray[np.int8]:
-    """Return which pairs may touch: those given by the scene, and neighbouring own links."""
+    """Return for each obstacle and link whether they may touch, by the scene or as neighbours."""
     out = np.zeros((len(obstacles), len(links)), dtype=np.int8)
     names = [link.name for link in links]
     for at, (obstacle, link) in enumerate(scene.ignore):

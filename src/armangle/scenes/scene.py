@@ -58,6 +58,7 @@ class Scene:
         soft: float = 0.0,
         ignore: Iterable[tuple[str, str]] = (),
     ) -> None:
+        """Check shapes, clearances (m) and pairs to ignore."""
         listed = as_shapes("Scene", shapes, SHAPES)
         if len(listed) > _core.MOST_OBSTACLES:
             raise SceneError("Scene", "shapes", len(listed), f"at most {_core.MOST_OBSTACLES} shapes")
@@ -75,7 +76,7 @@ class Scene:
 
 
 def no_scene(given: object, wanted: str, owner: str = "scene") -> SceneError:
-    """Return the error for a value that is not a scene: what it is, and how to make one from it."""
+    """Return the error for a value that is no scene, with a hint how to make one from it."""
     seen: object = given
     how = ""
     if isinstance(given, SHAPES):
@@ -92,7 +93,7 @@ def no_scene(given: object, wanted: str, owner: str = "scene") -> SceneError:
 
 
 def _word(shape: Shape) -> str:
-    """Return the kind of a shape in lower case: half_space."""
+    """Return the kind of a shape in lower case, such as half_space."""
     return "".join(f"_{c.lower()}" if c.isupper() else c for c in type(shape).__name__).lstrip("_")
 
 
@@ -111,7 +112,7 @@ def as_shapes(owner: str, shapes: Iterable[Shape], kinds: tuple[type, ...]) -> t
 def as_pairs(
     ignore: Iterable[tuple[str, str]], owner: str = "Scene", wanted: str = "pairs of names (obstacle, link)"
 ) -> Pairs:
-    """Return pairs of names."""
+    """Return pairs of names as tuples; raise for anything else."""
     if isinstance(ignore, (str, bytes)) or not isinstance(ignore, Iterable):
         raise SceneError(owner, "ignore", ignore, wanted)
     pairs = []

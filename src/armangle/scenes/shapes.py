@@ -23,7 +23,7 @@ _NO_AXES = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
 def _point(shape: str, name: str, value: ArrayLike) -> Point:
-    """Return three finite numbers, m."""
+    """Return three finite numbers (m); raise for anything else."""
     try:
         array = np.asarray(value)
         if array.dtype.kind not in "fiu":
@@ -40,7 +40,7 @@ def _point(shape: str, name: str, value: ArrayLike) -> Point:
 
 
 def _length(shape: str, name: str, value: float, *, positive: bool = False, signed: bool = False) -> float:
-    """Return a finite number >= 0 (> 0 if `positive`, any if `signed`), m."""
+    """Return a length in m, ≥ 0 (> 0 if `positive`, of any sign if `signed`); raise for anything else."""
     low = -LARGEST if signed else 0.0
     try:
         if isinstance(value, (str, bytes, bool)):
@@ -55,12 +55,13 @@ def _length(shape: str, name: str, value: float, *, positive: bool = False, sign
 
 
 def _thin(shape: str, name: str, radius: float) -> None:
-    """Reject a radius that is too large for a link or a point of a cloud."""
+    """Raise for a radius (m) so large that it was probably meant in mm."""
     if radius > THICK:
         raise SceneError(shape, name, radius, "a radius in m: was this in mm?")
 
 
 def _named(shape: str, name: str | None) -> str | None:
+    """Return the name of a shape; raise unless it is text or None."""
     if name is not None and (not isinstance(name, str) or not name.strip()):
         raise SceneError(shape, "name", name, "a word, or None")
     return name
@@ -95,10 +96,12 @@ class Ball:
     name: str | None = None
 
     def __init__(self, center: ArrayLike, radius: float, *, name: str | None = None) -> None:
+        """Check the numbers."""
         _set(self, center=_point("Ball", "center", center), radius=_length("Ball", "radius", radius))
         _set(self, name=_named("Ball", name))
 
     def _row(self) -> list[float]:
+        """Return the shape as the core's numbers."""
         return [SolidKind.BALL.value, self.radius, *self.center, *self.center, *_NO_AXES]
 
     def _thickness(self) -> float:
@@ -129,15 +132,18 @@ class Capsule:
     name: str | None = None
 
     def __init__(self, begin: ArrayLike, end: ArrayLike, radius: float, *, name: str | None = None) -> None:
+        """Check the numbers."""
         _set(self, begin=_point("Capsule", "begin", begin), end=_point("Capsule", "end", end))
         _set(self, radius=_length("Capsule", "radius", radius), name=_named("Capsule", name))
 
     def _row(self) -> list[float]:
+        """Return the shape as the core's numbers; a ball if both ends coincide."""
         if self.begin == self.end:
             return Ball(self.begin, self.radius)._row()
         return [SolidKind.CAPSULE.value, self.radius, *self.begin, *self.end, *_NO_AXES]
 
     def _thickness(self) -> float:
+        """Return the smallest extent, m."""
         return 2 * self.radius
 
 
@@ -175,6 +181,7 @@ class Box:
     def __init__(
         self, pose: ArrayLike, size: ArrayLike, radius: float = 0.0, *, name: str | None = None
     ) -> None:
+        """Check the numbers."""
         frame = as_transform("pose", pose)
         _point("Box", "pose", frame[:3, 3])
         edges = _point("Box", "size", size)
@@ -184,11 +191,13 @@ class Box:
         _set(self, radius=_length("Box", "radius", radius), name=_named("Box", name))
 
     def _row(self) -> list[float]:
+        """Return the shape as the core's numbers."""
         frame: Floats = np.array(self.pose)
         half = (edge / 2 for edge in self.size)
         return [SolidKind.BOX.value, self.radius, *frame[:3, 3], *half, *frame[:3, :3].T.ravel()]
 
     def _thickness(self) -> float:
+        """Return the smallest extent, m."""
         return min(self.size) + 2 * self.radius
 
 
@@ -220,6 +229,7 @@ class HalfSpace:
     name: str | None = None
 
     def __init__(self, normal: ArrayLike, offset: float, *, name: str | None = None) -> None:
+        """Check the numbers; the normal is made of length 1."""
         vector = np.array(_point("HalfSpace", "normal", normal))
         size = float(np.linalg.norm(vector))
         if size == 0:
@@ -228,14 +238,16 @@ class HalfSpace:
         _set(self, offset=_length("HalfSpace", "offset", offset, signed=True), name=_named("HalfSpace", name))
 
     def _row(self) -> list[float]:
+        """Return the shape as the core's numbers."""
         return [SolidKind.HALF_SPACE.value, 0.0, *self.normal, self.offset, 0.0, 0.0, *_NO_AXES]
 
     def _thickness(self) -> float:
+        """Return 0: it has no size that could be in wrong units."""
         return 0.0
 
 
 def _points(shape: str, points: ArrayLike) -> Floats:
-    """Return points (N, 3), N >= 1, as a frozen copy."""
+    """Return points (N, 3), m, as a read-only copy; raise for anything else."""
     wanted = "points (m), an array of shape (N, 3) with N >= 1"
     try:
         array = np.asarray(points)
@@ -262,11 +274,13 @@ class _Points:
     name: str | None
 
     def __init__(self, points: ArrayLike, radius: float, *, name: str | None = None) -> None:
+        """Check the numbers."""
         shape = type(self).__name__
         _set(self, points=_points(shape, points), radius=_length(shape, "radius", radius))
         _set(self, name=_named(shape, name))
 
     def _thickness(self) -> float:
+        """Return the smallest extent along an axis, m."""
         return float(np.ptp(self.points, axis=0).min()) + 2 * self.radius
 
     def __repr__(self) -> str:
@@ -319,13 +333,16 @@ class Cloud(_Points):
     """
 
     def __init__(self, points: ArrayLike, radius: float, *, name: str | None = None) -> None:
+        """Check the numbers."""
         super().__init__(points, radius, name=name)
         _thin("Cloud", "radius", self.radius)
 
     def _thickness(self) -> float:
+        """Return 0: a cloud may be of any size."""
         return 0.0  # its points may be anywhere
 
     def _row(self) -> list[float]:
+        """Return the core's numbers of a cloud, whose points are given separately."""
         return [SolidKind.BALL.value, self.radius, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, *_NO_AXES]
 
 
@@ -354,9 +371,11 @@ class Hull(_Points):
     """
 
     def __init__(self, points: ArrayLike, radius: float = 0.0, *, name: str | None = None) -> None:
+        """Check the numbers."""
         super().__init__(points, radius, name=name)
 
     def _middle(self) -> Floats:
+        """Return the middle of the points' bounding box, m."""
         return np.asarray((self.points.min(axis=0) + self.points.max(axis=0)) / 2)
 
     def _corners(self) -> Floats:
@@ -364,6 +383,7 @@ class Hull(_Points):
         return np.unique(self.points, axis=0) - self._middle()
 
     def _row(self) -> list[float]:
+        """Return the core's numbers of a hull, whose corners are given separately."""
         return [SolidKind.HULL.value, self.radius, *self._middle().tolist(), 0.0, 0.0, 0.0, *_NO_AXES]
 
 
@@ -417,6 +437,7 @@ class Field:
     def __init__(
         self, distance: ArrayLike, origin: ArrayLike, spacing: float, *, name: str | None = None
     ) -> None:
+        """Check the numbers: distances must not change faster than the position."""
         wanted = "distances (m), an array of shape (I, J, K), each at least 2"
         try:
             array = np.asarray(distance)
@@ -462,11 +483,13 @@ class Field:
         return partial(Field, name=self.name), (self.distance, self.origin, self.spacing)
 
     def _row(self) -> list[float]:
+        """Return the core's numbers of a field, whose distances are given separately."""
         half = self.spacing * (np.array(self.distance.shape) - 1) / 2
         middle = (half + self.origin).tolist()
         return [SolidKind.FIELD.value, 0.0, *middle, *half.tolist(), *_NO_AXES]
 
     def _thickness(self) -> float:
+        """Return the smallest edge of the grid, m."""
         return float(self.spacing * (min(self.distance.shape) - 1))
 
 
@@ -479,5 +502,6 @@ HOLDABLE = (Ball, Capsule, Box, Hull)
 
 
 def _set(shape: object, **values: object) -> None:
+    """Set attributes of a shape, once, while it is made."""
     for name, value in values.items():
         object.__setattr__(shape, name, value)
