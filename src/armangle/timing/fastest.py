@@ -83,7 +83,7 @@ def fastest(g: Grid, acceleration: Floats, most: Floats, ends: tuple[float, floa
 
 
 def _squares(g: Grid, acceleration: Floats, most: Floats, ends: tuple[float, float]) -> Floats:
-    """Return y at the grid points, linear between them: the acceleration of s is constant there."""
+    """Return (ds/dt)² at the grid points of the fastest timing; between them d²s/dt² is constant."""
     sparse = needed("scipy.sparse")
     n = len(g.s)
     step = np.diff(g.s)
@@ -121,7 +121,7 @@ def _squares(g: Grid, acceleration: Floats, most: Floats, ends: tuple[float, flo
 
 
 def _limited(most: Floats, g: Grid, acceleration: Floats, ends: tuple[float, float]) -> Floats:
-    """Return the largest ds/dt scaled to reachable values: HiGHS fails on programs of many scales.
+    """Return upper bounds of ds/dt at the grid points, reduced to what can be reached from the ends.
 
     A joint at a distance of L rad from a place of speed v is at most √(v² + 2 a L) fast. If no joint moves, s
     has no natural speed and gets an upper bound.
@@ -155,7 +155,7 @@ REST = End(), End()
 
 
 class _Course(NamedTuple):
-    """A piece of s over r in [0, 1]; s = first + (last - first) (10 r³ - 15 r⁴ + 6 r⁵) from rest to rest.
+    """A piece of s as a polynomial of r in [0, 1], at rest or moving at its ends.
 
     s leaves rest as r³, so that dr/dt need not vanish at the ends however small the jerk. At a moving end
     ds/dr is not 0, and d²s/dr² is.
@@ -166,7 +166,7 @@ class _Course(NamedTuple):
     ends: tuple[End, End] = REST
 
     def _shape(self, r: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return s and its three derivatives for a length of 1."""
+        """Return s and its first three derivatives with respect to r, for s from 0 to 1."""
         left, (starts, arrives) = 1 - r, (end.speed > 0 for end in self.ends)
         if starts and arrives:
             return r, np.ones_like(r), np.zeros_like(r), np.zeros_like(r)
@@ -182,7 +182,7 @@ class _Course(NamedTuple):
         )
 
     def s(self, r: Floats) -> Floats:
-        """Return s at r, between the ends."""
+        """Return s at r."""
         return np.clip(self.first + (self.last - self.first) * self._shape(r)[0], self.first, self.last)
 
     def rates(self, r: Floats) -> tuple[Floats, Floats, Floats]:
@@ -191,7 +191,7 @@ class _Course(NamedTuple):
         return first, second, third
 
     def squares(self) -> list[tuple[float, float]]:
-        """Return y and dy/dr at moving ends, at which d²s/dr² is 0; NaN if free."""
+        """Return for each end (dr/dt)² and its derivative with respect to r; NaN at an end at rest."""
         rate = self.rates(np.array([0.0, 1.0]))[0]
         return [
             ((end.speed / rate[k]) ** 2, 2 * end.acceleration / rate[k])
@@ -205,7 +205,7 @@ class _Course(NamedTuple):
         return composed(of_s(np.clip(self.s(r), self.first, np.nextafter(self.last, 0))), *self.rates(r))
 
     def r(self, s: Floats) -> Floats:
-        """Return the r of rising s, on the same side of a node as s."""
+        """Return r at rising values of s."""
         table = np.linspace(0, 1, 20_001)
         known = self.s(table)
         r = np.interp(s, known, table)
@@ -289,7 +289,7 @@ def smooth(
 
 
 def _speed_of(timing: Timing, course: _Course, places: Floats) -> Floats:
-    """Return dr/dt of a timing over s at places; infinite if s rests as r changes."""
+    """Return dr/dt at r `places` of a timing over s; infinite where s does not change with r."""
     s = np.append(timing.coefficients[:, 0], 1.0)
     speed = np.sqrt(np.interp(course.s(places), s, timing.speeds() ** 2))
     rate = course.rates(places)[0]
@@ -300,7 +300,7 @@ def _spread_knots(
     course: _Course, derivatives: Callable[[Floats], Floats], g: Grid, bounds: tuple[Floats, Floats, Floats],
     most: Callable[[Floats], Floats], knots: int, before: Smooth | None,
 ) -> tuple[Floats, Floats]:  # fmt: skip
-    """Return knots where the speed changes, from 0 to 1, and the places of the bounds."""
+    """Return the spline's knots in r, dense where speed changes, and the r at which bounds are checked."""
     count = min(knots, max(FEWEST, len(g.s)))
     places = np.union1d(_within(np.linspace(0.0, 1.0, count + 1)), course.r(_within(g.s)))
     fast, bent, _ = _reach(course, derivatives, bounds, most, places)
@@ -318,7 +318,7 @@ def _spread_knots(
 
 
 def _fine_ends(knots: Floats, squares: list[tuple[float, float]]) -> Floats:
-    """Return knots so near to an end where y falls that a spline of positive coefficients falls as fast."""
+    """Return knots, with more at an end where (dr/dt)² falls too fast for the spline to stay positive."""
     (first, slope), (last, rise) = squares
     while first + slope * knots[1] / 3 < first / 2:
         knots = np.insert(knots, 1, knots[1] / 2)
@@ -328,6 +328,7 @@ def _fine_ends(knots: Floats, squares: list[tuple[float, float]]) -> Floats:
 
 
 def _speed_at(places: Floats, before: Smooth) -> Floats:
+    """Return dr/dt of an earlier result at r `places`."""
     return np.asarray(np.interp(places, before.places, before.speed))
 
 
@@ -335,7 +336,9 @@ def _reach(
     course: _Course, derivatives: Callable[[Floats], Floats], bounds: tuple[Floats, Floats, Floats],
     most: Callable[[Floats], Floats], places: Floats,
 ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
-    """Return dr/dt by speeds alone, approximately by all bounds, and q', q'', q''' by r (3, N, 7)."""
+    """Return at r `places` the largest dr/dt by velocity bounds, that by all bounds (roughly), and q', q'',
+    q''' with respect to r.
+    """
     velocity, acceleration, jerk = bounds
     q1, q2, q3 = d = course.derivatives(derivatives, places).transpose(1, 0, 2)
     with np.errstate(divide="ignore", over="ignore"):
@@ -348,12 +351,12 @@ def _reach(
 
 
 def needed_knots(speed: Floats) -> int:
-    """Return the number of intervals that a spline needs for a speed that falls and rises as often."""
+    """Return how many intervals a spline needs for a speed with so many minima."""
     return min(PER_DIP * _dips(speed), MOST)
 
 
 def _dips(speed: Floats) -> int:
-    """Return how often a speed falls by the factor `DEEP` and rises by it again."""
+    """Return how many minima a speed has that are deeper than the factor `DEEP`."""
     found, low, high, falls = 0, np.inf, 0.0, True
     for here in speed.tolist():
         low, high = min(low, here), max(high, here)
@@ -365,19 +368,19 @@ def _dips(speed: Floats) -> int:
 
 
 def _spent(places: Floats, speed: Floats) -> Floats:
-    """Return the time up to each of the places."""
+    """Return the time (s) from the first place up to each, for a speed at each."""
     slowness = 1 / speed
     return np.append(0.0, np.cumsum(np.diff(places) * (slowness[1:] + slowness[:-1]) / 2))
 
 
 def _changes(speed: Floats) -> Floats:
-    """Return the accumulated change of a speed's logarithm; infinite speeds count as constant."""
+    """Return the sum of |change of log(speed)| up to each place."""
     speed = np.minimum(speed, np.max(speed, initial=1.0, where=np.isfinite(speed)))
     return np.append(0.0, np.cumsum(np.abs(np.diff(np.log(speed)))))
 
 
 def _spread(places: Floats, rising: list[Floats], count: int) -> Floats:
-    """Return knots from 0 to 1 that divide each of the rising quantities into equal shares."""
+    """Return count + 1 knots from 0 to 1 at which the mean of the rising quantities grows by equal shares."""
     share = np.mean([(each - each[0]) / np.ptp(each) for each in rising if np.ptp(each) > 0], axis=0)
     knots = np.interp(np.linspace(0.0, 1.0, count + 1), share, places)
     knots[[0, -1]] = 0.0, 1.0
@@ -385,15 +388,17 @@ def _spread(places: Floats, rising: list[Floats], count: int) -> Floats:
 
 
 def _within(ends: Floats) -> Floats:
-    """Return places within intervals."""
+    """Return places inside each interval between consecutive ends."""
     return np.asarray((ends[:-1, None] + np.diff(ends)[:, None] * WITHIN).reshape(-1))
 
 
 def _bounded(bounds: Floats) -> list[tuple[int, float]]:
+    """Return joint and bound of each joint with a finite bound."""
     return [(j, float(bounds[j])) for j in range(JOINTS) if np.isfinite(bounds[j])]
 
 
 def _diagonal(values: Floats) -> Any:
+    """Return a sparse diagonal matrix."""
     return needed("scipy.sparse").diags(values)
 
 
@@ -401,6 +406,7 @@ class _Spline:
     """y(r) by cubic B-splines, its values and two derivatives at places."""
 
     def __init__(self, knots: Floats, places: Floats) -> None:
+        """Compute the matrices that give y and two derivatives at the places from coefficients."""
         self._knots = np.concatenate([np.zeros(3), knots, np.ones(3)])
         self.ends, self._places = knots, places
         self.count = len(knots) + 2
@@ -422,7 +428,7 @@ class _Spline:
         return (values.tocsr() @ change).tocsr()
 
     def held(self, squares: list[tuple[float, float]]) -> Floats:
-        """Return coefficients (K,) that give y and dy/dr at both ends, if these are numbers; NaN: free."""
+        """Return coefficients (K,) fixed by y and dy/dr at the ends; NaN for those that are free."""
         (first, slope), (last, rise) = squares
         out = np.full(self.count, np.nan)
         out[:2] = first, first + slope * self.ends[1] / 3
@@ -430,7 +436,9 @@ class _Spline:
         return out
 
     def shape(self, reach: Floats, calm: int) -> Floats:
-        """Return coefficients shaped like `reach` (at the places), below it over `calm` knots around."""
+        """Return positive coefficients of a smooth curve below `reach`, which is given at the places; `calm`
+        is the number of knots over which it is smoothed.
+        """
         middles = np.convolve(self._knots[1:-1], np.ones(3) / 3, mode="valid")
         low = np.log(np.interp(middles, self._places, reach))
         padded = np.pad(low, 2 * calm, mode="edge")
@@ -454,14 +462,14 @@ class _Spline:
 
 
 def _rows(spline: _Spline, factors: tuple[Floats, ...], joint: int) -> Any:
-    """Return the rows of sum factor_k[:, joint] y^(k)."""
+    """Return the matrix that gives sum_k factor_k[:, joint] d^k y/dr^k from spline coefficients."""
     return sum(
         _diagonal(factor[:, joint]) @ matrix for factor, matrix in zip(factors, spline.orders, strict=False)
     )
 
 
 class _Programs:
-    """The sequence of linear programs in z, y = unit z, and the time to be minimized.
+    """Minimizes time by a sequence of linear programs in z, where the spline's coefficients are unit * z.
 
     Bounds apply at many places, above and below. A program holds the relevant ones, adds others when they are
     violated, and starts from the solution of the previous one.
@@ -471,6 +479,7 @@ class _Programs:
         self, spline: _Spline, guesses: list[Floats], most: Floats, turned: list[Any], jolted: list[Any],
         held: Floats,
     ) -> None:  # fmt: skip
+        """Build the rows of all bounds from the spline's matrices and the first guesses."""
         stack = needed("scipy.sparse").vstack
         turns, jolts = stack(turned).tocsr(), stack(jolted).tocsr()
         self._linear = stack([_diagonal(1 / most) @ spline.values, turns, -turns]).tocsr()
@@ -492,19 +501,20 @@ class _Programs:
         self._basis: Basis | None = None
 
     def _time(self, z: Floats) -> float:
+        """Return the time (s) of coefficients z."""
         return float(np.sum(self._weights / np.sqrt(self._values @ z)))
 
     def _kept(self, z: Floats) -> Floats:
-        """Return z scaled to respect the bounds, which are all homogeneous."""
+        """Return z scaled down (or up) as a whole until the bounds hold exactly."""
         linear, jolted = self._shares(z)
         return np.asarray(z * ((1 - TOLERANCE) / max(linear.max(), jolted.max() ** (2 / 3))))
 
     def _shares(self, z: Floats) -> tuple[Floats, Floats]:
-        """Return the used shares of the bounds: of velocity and acceleration, and of jerk."""
+        """Return the share of each bound that z uses, for velocity and acceleration, and for jerk."""
         return self._linear @ z, (self._jolted @ z) * np.sqrt(self._y @ z)
 
     def best(self) -> Floats:
-        """Return the final coefficients of the sequence."""
+        """Return the coefficients z that the sequence of programs ends with."""
         z = np.ones(len(self._unit))
         if not self._free.all():
             z = self._brought_within(z)
@@ -523,7 +533,7 @@ class _Programs:
         return self._unit * z
 
     def _brought_within(self, z: Floats) -> Floats:
-        """Return coefficients that respect the bounds, or the bounds enlarged as little as found.
+        """Return coefficients that respect the bounds, or exceed all by as little as the programs find.
 
         Coefficients of the ends cannot be scaled. In these programs all rows share one slack, which is the
         cost.
@@ -532,6 +542,7 @@ class _Programs:
         stack = needed("scipy.sparse").hstack
 
         def elastic(rows: Any) -> Any:
+            """Return rows with one more variable, which loosens all of them alike."""
             return stack([rows, np.full((rows.shape[0], 1), -1.0)]).tocsr()
 
         for _ in range(ROUNDS):
@@ -555,18 +566,18 @@ class _Programs:
         return z
 
     def _room(self, z: Floats) -> tuple[Floats, Floats]:
-        """Return the permitted change of coefficients in one program: least and greatest."""
+        """Return the least and greatest coefficients that the next program may choose."""
         return np.where(self._free, z / GROWTH, z), np.where(self._free, GROWTH * z, z)
 
     def _ask(self, z: Floats, most: float) -> Any:
-        """Add the rows whose use by z exceeds that share, and return them, (K,)."""
+        """Add the rows of which z uses more than the share `most`, and return their indices."""
         new = np.flatnonzero((np.concatenate(self._shares(z)) > most) & ~self._is_asked)
         self._is_asked[new] = True
         self._asked = np.append(self._asked, new)
         return new
 
     def _next(self, z: Floats) -> Floats:
-        """Return the best z with 1 / √y replaced by its tangent at the previous z."""
+        """Return the z of least time, with the time and jerk bounds linear about the present z."""
         y = self._values @ z
         cost = -(self._values.T @ (self._weights * y**-1.5))
         program = LinearProgram(cost, self._rows(z, self._asked), *self._room(z), self._basis)
@@ -579,7 +590,7 @@ class _Programs:
             program.add(self._rows(z, new))
 
     def _rows(self, z: Floats, asked: Any) -> Any:
-        """Return rows in the order of the request; those of jerk by their tangents at z."""
+        """Return the rows of these indices; jerk bounds are replaced by tangents at z."""
         is_linear = asked < self._linear.shape[0]
         jolts = asked[~is_linear] - self._linear.shape[0]
         here = self._y[jolts]

@@ -35,7 +35,7 @@ class Grid(NamedTuple):
         return Grid(self.s[first : last + 1], after, before, self.turns[first:last])
 
     def with_dense(self, near: Floats) -> Grid:
-        """Return the grid with the turns of corners closer to the next one than `near` (N + 1,)."""
+        """Return the grid with corners nearer to each other than `near` (in s) treated as curvature."""
         jump = corners(self)
         ends = np.union1d([0, len(self.s) - 1], np.flatnonzero(jump.any(axis=1)))
         apart = np.diff(self.s[ends])
@@ -45,7 +45,7 @@ class Grid(NamedTuple):
 
 
 def grid(motion: Motion, count: int, least: int, more: Floats) -> Grid:
-    """Return at least `count` intervals over [0, 1], `least` or more between breaks, and ends at `more`.
+    """Return derivatives on at least `count` intervals over [0, 1], `least` between breaks, also at `more`.
 
     If that makes more than `MANY` intervals, there are fewer between breaks.
 
@@ -75,14 +75,14 @@ def grid(motion: Motion, count: int, least: int, more: Floats) -> Grid:
 
 
 def composed(d: Floats, first: Floats, second: Floats, third: Floats) -> Floats:
-    """Return the derivatives (N, 3, 7) of q(s(r)) from those of q(s), and s', s'', s''' (N,)."""
+    """Return the derivatives (N, 3, 7) of q(s(r)) with respect to r, from those of q(s) and of s(r)."""
     d1, d2, d3 = d.transpose(1, 0, 2)
     r1, r2, r3 = first[:, None], second[:, None], third[:, None]
     return np.stack([d1 * r1, d2 * r1**2 + d1 * r2, d3 * r1**3 + 3 * d2 * r1 * r2 + d1 * r3], axis=1)
 
 
 def corners(g: Grid) -> Floats:
-    """Return q' after - q' before, (N + 1, 7), with 0 if the two differ by rounding alone."""
+    """Return the jump of q' at each grid point, (N + 1, 7); 0 if it is rounding alone."""
     after, before = g.after[:, 0], g.before[:, 0]
     rate = np.maximum(np.abs(after), np.abs(before)).max(axis=1, keepdims=True)
     return np.where(np.abs(after - before) > SMOOTH * rate + NOTHING * rate.max(), after - before, 0.0)

@@ -42,6 +42,7 @@ class LinearProgram:
     def __init__(
         self, cost: Floats, rows: Any, lowest: Floats, highest: Floats, basis: Basis | None = None
     ) -> None:
+        """Build the program that minimizes cost @ z; `basis` is where the solver begins."""
         highspy = needed("highspy")
         self._lowest, self._highest = lowest, highest
         self._solver = _silent(highspy)
@@ -63,6 +64,7 @@ class LinearProgram:
 
     @staticmethod
     def _ends(count: int) -> tuple[Floats, Floats]:
+        """Return the lower and upper bounds of `count` rows: none and 1."""
         return np.full(count, -np.inf), np.ones(count)
 
     def add(self, rows: Any) -> None:
@@ -73,7 +75,7 @@ class LinearProgram:
         self._solver.addRows(len(low), low, high, rows.nnz, begins, places, rows.data)
 
     def solved(self) -> Floats:
-        """Return z.
+        """Return the solution z.
 
         Raises
         ------
@@ -90,6 +92,7 @@ class LinearProgram:
         return np.asarray(np.clip(z, self._lowest, self._highest))
 
     def _is_solved(self) -> bool:
+        """Solve the program and return whether the solver found the optimum."""
         self._solver.run()
         return bool(self._solver.getModelStatus() == needed("highspy").HighsModelStatus.kOptimal)
 
@@ -105,6 +108,7 @@ def _silent(highspy: Any) -> Any:
 
     class Silent(highspy.Highs):  # type: ignore[misc]  # the package is an extra, and Any without it
         def enableCallbacks(self) -> Any:
+            """Switch the solver's output off at its first own call."""
             self.setOptionValue("output_flag", False)
             return super().enableCallbacks()
 

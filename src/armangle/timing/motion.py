@@ -43,12 +43,12 @@ class Motion(Protocol):
 
 
 def breaks(motion: Motion) -> Floats:
-    """Return the s where derivatives of q may jump, including 0 and 1; of close ones the last."""
+    """Return the s at which derivatives of q may jump, with 0 and 1; of several close ones only the last."""
     return _close_breaks(motion)[1]
 
 
 def just_before(motion: Motion, s: Floats) -> Floats:
-    """Return s (N,) reduced by the last digit; at a break, reduced to before all breaks close to it."""
+    """Return the s just below each given one; below the whole group for one in a group of close breaks."""
     first, last = _close_breaks(motion)
     k = np.minimum(np.searchsorted(last, s), len(last) - 1)
     return np.nextafter(np.where(last[k] == s, first[k], s), 0.0)
@@ -70,7 +70,7 @@ def _close_breaks(motion: Motion) -> tuple[Floats, Floats]:
 
 
 def steep_ends(motion: Motion) -> tuple[bool, bool]:
-    """Return whether joints have no finite rate along the path at its start, and at its end.
+    """Return whether dq/ds is infinite or unproven at the start, and at the end.
 
     Also if no rate is proven: near an end where branches meet a plan may be uncertified, and jump.
     """
@@ -106,6 +106,7 @@ class Part:
     """
 
     def __init__(self, whole: Motion, first: float, last: float) -> None:
+        """Take the part of a motion from s = `first` to `last`."""
         self.whole, self.first, self.last = whole, first, last
         self._end = float(just_before(whole, np.array([last]))[0])
         every = breaks(whole)
@@ -127,12 +128,12 @@ class Part:
         return self.whole.at(self.s(np.asarray(s)))
 
     def derivatives(self, s: ArrayLike, /) -> Floats:
-        """Return three derivatives of q by r, (..., 3, 7); at the end those from before it."""
+        """Return q', q'', q''' with respect to r, (..., 3, 7); at the end those from before it."""
         inside = np.minimum(self.s(np.asarray(s)), self._end)
         return self.whole.derivatives(inside) * self._width ** np.arange(1, 4)[:, None]
 
     def tool_derivatives(self, s: Floats) -> tuple[Floats, Floats]:
-        """Return two derivatives of the end effector's position by r."""
+        """Return p' (m) and p'' (m) of the end effector's position with respect to r."""
         first, second = tool_derivatives(self.whole, np.minimum(self.s(s), self._end))
         return first * self._width, second * self._width**2
 
@@ -142,6 +143,7 @@ class Part:
 
     @property
     def _width(self) -> float:
+        """The length of the part in s."""
         return self.last - self.first
 
 
@@ -152,7 +154,7 @@ def _joints_lead(motion: Motion) -> bool:
 
 
 def _where_joints_lead(motion: Motion, s: Floats) -> tuple[Floats, Floats]:
-    """Return p' = J q' and p'' = J q'' + J' q', J' a difference over a short step along q'."""
+    """Return p' and p'' of the end effector (N, 3), m, from the Jacobian J: J q' and J q'' + J' q'."""
     q, d = motion.at(s).q, motion.derivatives(s)
     slope, bend = d[:, 0], d[:, 1, :, None]
     before, here, after = (motion.arm.jacobian(q + step * slope)[:, :3] for step in (-STEP, 0.0, STEP))

@@ -108,11 +108,11 @@ class _Bounds(NamedTuple):
         return any(end.speed for end in self.ends)
 
     def within(self, share: float) -> _Bounds:
-        """Return bounds scaled by a share of time: a motion slowed down by it respects the original ones."""
+        """Return the bounds for a motion that is then slowed down by the factor 1 / share."""
         return self._replace(velocity=self.velocity / share, acceleration=self.acceleration / share**2)
 
     def of_part(self, way: Part, ends: tuple[End, End]) -> _Bounds:
-        """Return the bounds of a part of a motion, with its ends converted from the whole's s."""
+        """Return the bounds for a part of a motion, with ds/dt at the ends in the part's own parameter."""
         width = way.last - way.first
         first, last = (End(end.speed / width, end.acceleration / width) for end in ends)
         return self._replace(ends=(first, last))
@@ -230,14 +230,14 @@ def retime(
 
 
 def _not_trusted(arm: Arm) -> tuple[str, ...]:
-    """Return the notes about untrusted velocities of the arm, with the reasons."""
+    """Return the arm's notes about velocities that its source may have wrong."""
     report = arm.report
     every = (*arm.notes, *(() if report is None else report.notes))
     return tuple(note for note in every if note.startswith("velocity") and "not trusted" in note)
 
 
 def _without_repeats(path: Motion) -> Motion:
-    """Return rows of joints without those that repeat the one before; the first and the last stay."""
+    """Return the path without rows of joints that repeat the row before."""
     if not isinstance(path, JointPath) or path.path is not None:
         return path
     repeats = repeated(path.q)
@@ -260,7 +260,7 @@ class _Way(NamedTuple):
 
 
 def _ways(path: Motion, b: _Bounds, tell: Progress) -> list[_Way]:
-    """Return timings of the path: with its corners, if they are few or none may be rounded, and without."""
+    """Return the ways to time a path: with its corners, and with corners rounded within the tolerance."""
     steep = steep_ends(path) if b.tolerance > 0 else (False, False)
     left = np.where(steep, np.maximum(BESIDE, beside_ends(path)), 0.0)
     inner = Part(path, float(left[0]), 1.0 - float(left[1])) if any(steep) else path
@@ -298,7 +298,7 @@ def _ways(path: Motion, b: _Bounds, tell: Progress) -> list[_Way]:
 
 
 def _least_with_stops(path: Motion, g: Grid, b: _Bounds) -> float:
-    """Return the least duration of a motion that stops at every corner, s: by |q⃛| alone, d = j t³ / 32."""
+    """Return a lower bound (s) of the duration of a motion that stops at every corner."""
     stops = g.s[np.union1d([0, len(g.s) - 1], np.flatnonzero(corners(g).any(axis=1)))]
     ways = np.abs(np.diff(path.at(stops).q, axis=0))
     least = 2 * np.sqrt(ways / b.acceleration) if b.jerk is None else np.cbrt(32 * ways / b.jerk)
@@ -306,7 +306,7 @@ def _least_with_stops(path: Motion, g: Grid, b: _Bounds) -> float:
 
 
 def _kept(path: Motion, b: _Bounds, tell: Progress) -> tuple[Grid, Timing]:
-    """Return the timing that respects the bounds, also between grid points, and the grid."""
+    """Return a timing that respects all bounds, also between grid points, and its grid."""
     if b.jerk is not None:
         return _kept_with_jerk(path, b, b.jerk, tell)
     if not b.moving:
@@ -318,7 +318,7 @@ def _kept(path: Motion, b: _Bounds, tell: Progress) -> tuple[Grid, Timing]:
 
 
 def _kept_on_grids(path: Motion, b: _Bounds, tell: Progress) -> tuple[Grid, Timing]:
-    """Return the result of `_kept` without a bound on jerk."""
+    """Return a timing within the bounds without one on jerk, on grids made finer until it holds."""
     more, takes = np.empty(0), np.inf
     for attempt in range(MOST_FINER):
         tell(attempt, MOST_FINER)
@@ -345,7 +345,7 @@ def _kept_on_grids(path: Motion, b: _Bounds, tell: Progress) -> tuple[Grid, Timi
 
 
 def _exceeded(s: Floats, factor: Floats) -> PathError:
-    """Return the error of a motion with a moving end that would have to take `factor` (N,) times as long."""
+    """Return the error that a motion with a moving end would need `factor` (N,) times as long at s."""
     most = float(factor.max())
     return PathError(
         "no timing is found that keeps the bounds from start= to goal=: beside s = "
@@ -355,7 +355,7 @@ def _exceeded(s: Floats, factor: Floats) -> PathError:
 
 
 def _between_stops(path: Motion, b: _Bounds, more: Floats) -> tuple[Grid, Floats]:
-    """Return a grid with at least one point between two slow corners, and the largest ds/dt."""
+    """Return a grid with a point between any two slow corners, and the largest ds/dt at its points."""
     g = grid(path, GRID, LEAST_BETWEEN_BREAKS, more)
     caps = _speed_caps(path, g, b)
     slow = _corner_caps(g, b) < SLOW * caps
@@ -368,7 +368,7 @@ def _between_stops(path: Motion, b: _Bounds, more: Floats) -> tuple[Grid, Floats
 
 
 def _kept_with_jerk(path: Motion, b: _Bounds, jerk: Floats, tell: Progress) -> tuple[Grid, Timing]:
-    """Return the result of `_kept`; every part between two corners is timed, and slowed down, separately."""
+    """Return a timing within bounds on jerk too: each part between corners is timed on its own."""
     g = grid(path, GRID, 1, np.empty(0))
     ends = np.union1d([0.0, 1.0], g.s[corners(g).any(axis=1)])
     ways = [Part(path, first, last) for first, last in pairwise(ends.tolist())]
@@ -381,7 +381,7 @@ def _kept_with_jerk(path: Motion, b: _Bounds, jerk: Floats, tell: Progress) -> t
 
 
 def _part_kept(way: Part, full: float, b: _Bounds, jerk: Floats, tell: Progress) -> Timing:
-    """Return the timing of a part between two corners: the fastest of several attempts.
+    """Return the fastest of several timings of a part between two corners.
 
     `full` is its share of the grid; less than 1 if there are many parts, with one attempt each.
     """
@@ -431,7 +431,7 @@ def _part_kept(way: Part, full: float, b: _Bounds, jerk: Floats, tell: Progress)
 
 
 def _raise_for_leaps(path: Motion, timing: Timing, velocity: Floats) -> None:
-    """Raise if joints move farther in a time than the largest velocity permits, whatever q' is."""
+    """Raise if joints move between two times farther than the velocity bounds permit."""
     if not np.isfinite(timing.t).all():
         last = int(np.argmin(np.isfinite(timing.t))) - 1
         _raise_leap(f"behind s = {timing.coefficients[last, 0]:.6g} joints leap")
@@ -474,6 +474,7 @@ def _raise_for_unproven(path: Motion, timing: Timing, b: _Bounds) -> None:
 
 
 def _raise_leap(where: str) -> None:
+    """Raise the error of a path whose joints jump."""
     raise PathError(
         f"no timing is found: {where}: between rows, or near a configuration where branches meet or the arm "
         "is stretched. At an end tolerance= may round that; otherwise leave it out, or plan the path."
@@ -481,7 +482,7 @@ def _raise_leap(where: str) -> None:
 
 
 def _slack(g: Grid, caps: Floats, timing: Timing, b: _Bounds) -> Floats:
-    """Return places of the grid, (N,), at which only its coarseness limits the motion, not a bound.
+    """Return the grid points (as s) at which a finer grid, not a bound, would permit a faster motion.
 
     Between two points of the grid s has one acceleration. Near a stop, where s rises from rest to a cap, that
     may be far less than the joints permit.
@@ -502,7 +503,7 @@ def _slack(g: Grid, caps: Floats, timing: Timing, b: _Bounds) -> Floats:
 
 
 def _finer(s: Floats, bad: Floats) -> Floats:
-    """Return places that divide the intervals of s with bad places, and their neighbours."""
+    """Return places that divide the intervals around the bad places."""
     k = np.clip(np.searchsorted(s, bad, side="right") - 1, 0, len(s) - 2)
     k = np.unique(np.clip(k[:, None] + np.arange(-1, 2), 0, len(s) - 2))
     return np.asarray((s[k, None] + (s[k + 1] - s[k])[:, None] * np.arange(1, FINER) / FINER).reshape(-1))
@@ -512,6 +513,7 @@ def _checked(
     path: Motion, velocity: Bound, acceleration: Bound, jerk: ArrayLike | None, tolerance: float | None,
     tool_speed: float | None, cycle: float,
 ) -> _Bounds:  # fmt: skip
+    """Return the bounds as numbers in rad, m, s; raise if an argument is invalid."""
     if not isinstance(path, Motion):
         if isinstance(path, np.ndarray) and path.shape[-1:] == (JOINTS,):
             raise InputError("path is an array, wanted a JointPath: of joints JointPath.from_joints(arm, q)")
@@ -551,12 +553,12 @@ def _ends(path: Motion, start: ArrayLike | None, goal: ArrayLike | None, b: _Bou
 
 
 def _places(path: Motion) -> tuple[float, float]:
-    """Return the s of the ends of a path, the last one on the side before it."""
+    """Return the s of the start and, just below 1, of the end of a path."""
     return 0.0, float(just_before(path, np.ones(1))[0])
 
 
 def _end(path: Motion, name: str, value: ArrayLike, s: float, b: _Bounds) -> End:
-    """Return the motion of s at an end with given joint velocities, or with accelerations too (2, 7)."""
+    """Return ds/dt and d²s/dt² at an end from joint velocities (7,), or with accelerations too (2, 7)."""
     with_acceleration = np.ndim(value) == 2 and np.shape(value)[0] == 2
     rows = [finite_seven(name, row) for row in (np.asarray(value) if with_acceleration else [value])]
     speeds, accelerations = rows[0], rows[-1] if with_acceleration else None
@@ -587,6 +589,7 @@ def _end(path: Motion, name: str, value: ArrayLike, s: float, b: _Bounds) -> End
 
 
 def _check_below(name: str, given: Floats, bound: Floats, unit: str) -> None:
+    """Raise if a value exceeds the bound of its joint."""
     over = np.abs(given) > bound * (1 + ALONG)
     if over.any():
         joint = int(np.argmax(over))
@@ -597,7 +600,7 @@ def _check_below(name: str, given: Floats, bound: Floats, unit: str) -> None:
 
 
 def _check_along(name: str, what: str, given: Floats, there: Floats, room: ArrayLike, unit: str) -> None:
-    """Reject values farther than `room` from the joint motion that the path permits at an end."""
+    """Raise if values differ by more than `room` from what the path permits at an end."""
     off = np.abs(given - there)
     if (off > room).any():
         joint = int(np.argmax(off - room))
@@ -617,7 +620,7 @@ def _stands(path: Motion) -> bool:
 
 
 def _timed(g: Grid, caps: Floats, b: _Bounds) -> Timing:
-    """Return a timing that respects the bounds at the grid points, and largest ds/dt `caps` (N + 1,)."""
+    """Return the fastest timing within the bounds at grid points and ds/dt at most `caps` (N + 1,)."""
     stops = np.union1d([0, len(g.s) - 1], np.flatnonzero(caps == 0))
     pieces = []
     for first, last in pairwise(stops.tolist()):
@@ -639,7 +642,7 @@ def _speed_caps(path: Motion, g: Grid, b: _Bounds) -> Floats:
 
 
 def _corner_caps(g: Grid, b: _Bounds) -> Floats:
-    """Return the largest ds/dt at every grid point by its corner; infinite without one."""
+    """Return the largest ds/dt at each grid point by the velocity jump there; infinite without a jump."""
     jump = np.abs(corners(g))
     with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
         within = np.where(jump > 0, b.acceleration * b.cycle / jump, np.inf).min(axis=1)
@@ -649,7 +652,7 @@ def _corner_caps(g: Grid, b: _Bounds) -> Floats:
 
 
 def _at_tool_speed(path: Motion, s: Floats, b: _Bounds) -> Floats:
-    """Return the ds/dt of the tool speed at s (N,); infinite without one."""
+    """Return the ds/dt with which the tool has its requested speed at s (N,); infinite without one."""
     if b.tool_speed is None:
         return np.full(len(s), np.inf)
     return np.asarray(
@@ -658,7 +661,7 @@ def _at_tool_speed(path: Motion, s: Floats, b: _Bounds) -> Floats:
 
 
 def _excess(path: Motion, g: Grid, timing: Timing, b: _Bounds) -> tuple[Floats, Floats]:
-    """Return places between grid points, and the factors by which time must be stretched for them."""
+    """Return s between grid points, and by which factor the timing is too fast there."""
     t = _times_between(g, timing)
     s, speed, acceleration = timing.at(t)
     d = path.derivatives(s)
@@ -680,7 +683,7 @@ def _excess(path: Motion, g: Grid, timing: Timing, b: _Bounds) -> tuple[Floats, 
 
 
 def _times_between(g: Grid, timing: Timing) -> Floats:
-    """Return times inside the pieces of a timing, and times with s inside the intervals of the grid."""
+    """Return times at which a timing is checked: inside each piece and each interval of the grid."""
     inside = np.array([1e-6, 0.02, 0.08, 0.16, 0.3, 0.5, 0.7, 0.84, 0.92, 0.98, 1 - 1e-6])
     t = (timing.t[:-1, None] + np.diff(timing.t)[:, None] * inside).reshape(-1)
     dense = np.union1d(t, np.linspace(0.0, timing.duration, CHECKED))

@@ -72,6 +72,7 @@ class Rounded:
     def __init__(
         self, motion: Motion, breaks: Floats, inside: ArrayLike = 0.0, slopes: Slopes = (None, None)
     ) -> None:
+        """Make the spline through the configurations at s `breaks`, `inside` (rad) within the limits."""
         self._motion, self.breaks = motion, breaks
         q = np.array(motion.at(breaks).q)
         self._low = np.minimum(motion.arm.lower, q.min(axis=0))  # a path may begin outside its limits
@@ -108,10 +109,13 @@ class Rounded:
         return self._curve.derivatives(None, np.asarray(s))
 
     def _tool(self, q: Floats) -> Floats:
+        """Return the pose of the end effector at joints q."""
         return np.asarray(self.arm.forward(q, on_error="nan")[0])
 
     def deviations(self) -> tuple[Floats, Floats]:
-        """Return the largest deviation of the end effector between nodes, m and rad, (K - 1,) each."""
+        """Return by how much (m, rad) the end effector leaves its path, the largest between
+        each two nodes.
+        """
         s = self.breaks[:-1, None] + np.diff(self.breaks)[:, None] * LOOKED_AT
         here, there = (self._tool(q) for q in (self.at(s).q, self._motion.at(s).q))
         away = np.linalg.norm(here[..., :3, 3] - there[..., :3, 3], axis=-1)
@@ -119,7 +123,7 @@ class Rounded:
         return away.max(axis=1) / SURE, 2 * np.arcsin(np.minimum(chord, 1.0)).max(axis=1) / SURE
 
     def passed(self) -> Floats:
-        """Return the largest limit violation between nodes, (K - 1, 7) rad."""
+        """Return by how much (rad) each joint exceeds a limit between each two nodes, (K - 1, 7)."""
         return self._curve.passed(self._low, self._high)
 
 
@@ -198,7 +202,7 @@ def rounded(
 
 
 def _nodes(corners: Floats, reach: Floats, parts: Any) -> Floats:
-    """Return nodes from 0 to 1: on both sides of a corner at its reach, and parts between."""
+    """Return the s of the spline's nodes: on both sides of each corner at its reach, and evenly between."""
     out = [corners[:1]]
     for k, (first, last) in enumerate(pairwise(corners.tolist())):
         rows = first + np.array(_between(last - first, float(reach[k]), float(reach[k + 1])))
@@ -211,7 +215,9 @@ def _nodes(corners: Floats, reach: Floats, parts: Any) -> Floats:
 
 
 def _between(room: float, left: float, right: float) -> list[float]:
-    """Return the nodes on a distance `room` between two corners of such reach; 0: of an end."""
+    """Return the nodes between two corners, as distances from the first; a reach of 0 is an end
+    of the path.
+    """
     after, before = [left], [room - right]
     while left and APART * after[-1] <= room / 2:
         after.append(APART * after[-1])

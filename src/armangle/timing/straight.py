@@ -22,7 +22,7 @@ _SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 
 
 def is_straight(g: Grid, most: Floats) -> bool:
-    """Return whether every joint is linear over s, and ds/dt `most` (N + 1,) is constant inside."""
+    """Return whether every joint is linear in s and the bound `most` on ds/dt is the same all along."""
     slope = g.after[:, 0]
     even = np.abs(slope - slope[0]).max() <= SAME * np.abs(slope[0]).max()
     way = (g.s[-1] - g.s[0]) ** np.arange(1, 3)[:, None]
@@ -54,7 +54,9 @@ def straight(g: Grid, acceleration: Floats, jerk: Floats, most: Floats) -> Timin
 
 
 def _peak(way: float, a: float, j: float) -> float:
-    """Return the speed that two ramps reach over a distance, without a cruise between."""
+    """Return the speed reached by accelerating over half the distance `way` from rest, within a
+    and jerk j.
+    """
     ramp = a / j
     v = a / 2 * (np.sqrt(ramp**2 + 4 * way / a) - ramp)
     return float(v if v * j >= a**2 else np.cbrt((way / 2) ** 2 * j))

@@ -18,7 +18,8 @@ STEADY = 1e-6
 def speed_lost(
     path: Motion, g: Grid, tool_speed: float, velocity: Floats, acceleration: Floats, jump: Floats
 ) -> SpeedLoss | None:
-    """Return the first place, except ramps, where joints cannot follow the constant tool speed.
+    """Return the first place at which joints cannot keep the constant tool speed; None if they can. Ramps are
+    not counted.
 
     Parameters
     ----------
@@ -52,7 +53,7 @@ def speed_lost(
 
 
 def not_held(path: Motion, timing: Timing, tool_speed: float, share: float) -> SpeedLoss | None:
-    """Return where a timing deviates from the tool speed between its ramps, though each place permits it.
+    """Return where a timing has another tool speed between its ramps; None if nowhere.
 
     It deviates if the tool is slower by more than this share of it. A ramp ends where the tool has reached
     the speed, and begins where it only slows down from then on.
@@ -67,13 +68,15 @@ def not_held(path: Motion, timing: Timing, tool_speed: float, share: float) -> S
 
 
 def _path_speed(first: Floats, tool_speed: float) -> Floats:
-    """Return ds/dt of the tool speed; infinite where the tool rests."""
+    """Return ds/dt for the tool speed; infinite where the tool does not move with s."""
     way = np.linalg.norm(first, axis=1)
     return np.where(way > RESTS, tool_speed / np.maximum(way, RESTS), np.inf)
 
 
 def _first(s: Floats, ratio: Floats, bound: str) -> SpeedLoss | None:
-    """Return where one of the ratios (N, 7) first exceeds 1, and the joint of the largest ratio there."""
+    """Return the first s at which a ratio (N, 7) exceeds 1, with the joint of the largest; None
+    if none does.
+    """
     known = np.where(np.isnan(ratio), 0.0, ratio)
     over = known.max(axis=1, initial=0.0) > 1 + 1e-9
     if not over.any():

@@ -57,7 +57,7 @@ class Timing:
         return self._orders(t)[3]
 
     def _orders(self, t: Floats) -> tuple[Floats, ...]:
-        """Return s and its first three derivatives, by Taylor's shift of the polynomials."""
+        """Return s and its first three derivatives with respect to t."""
         k = self._piece(t)
         x, c = t - self.t[k], self.coefficients[k].T
         found = []
@@ -67,6 +67,7 @@ class Timing:
         return tuple(np.asarray(each) for each in found)
 
     def _piece(self, t: Floats) -> Any:
+        """Return the index of the piece at times t."""
         return np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.coefficients) - 1)
 
     def speeds(self) -> Floats:
@@ -74,13 +75,13 @@ class Timing:
         return np.append(self.coefficients[:, 1], self.end_speed)
 
     def rests(self) -> Floats:
-        """Return the s of pieces in which s never moves, (N,): its speed is 0 at both ends of them."""
+        """Return the s at which the motion rests for a while."""
         begin, speed = self.coefficients[:, 0], self.speeds()
         k = np.flatnonzero((speed[:-1] == 0) & (speed[1:] == 0))
         return np.asarray((begin[k] + np.append(begin[1:], 1.0)[k]) / 2)
 
     def of_part(self, first: float, last: float) -> Timing:
-        """Return the timing over s from `first` to `last` if this one is over 0 to 1."""
+        """Return this timing, over s from 0 to 1, as one over s from `first` to `last`."""
         coefficients = self.coefficients * (last - first)
         coefficients[:, 0] += first
         return Timing(self.t, coefficients, self.end_speed * (last - first))
@@ -96,7 +97,7 @@ _TERMS = 6
 
 
 def from_speeds(s: Floats, speed: Floats) -> Timing:
-    """Return the timing of speeds ds/dt at s (N + 1,), with constant acceleration between neighbours."""
+    """Return the timing with ds/dt `speed` at s (N + 1,) and constant d²s/dt² between."""
     step = np.diff(s)
     with np.errstate(divide="ignore", over="ignore"):  # infinite where the speed is 0
         duration = 2 * step / (speed[1:] + speed[:-1])
@@ -107,7 +108,7 @@ def from_speeds(s: Floats, speed: Floats) -> Timing:
 
 
 def through(t: Floats, s: Floats, speed: Floats, acceleration: Floats) -> Timing:
-    """Return the timing with given s, ds/dt and d²s/dt² at times (K + 1,): of degree 5 between."""
+    """Return the timing with these s, ds/dt and d²s/dt² at times t (K + 1,), a quintic between two."""
     h = np.diff(t)
     v, a = speed[:-1] * h, acceleration[:-1] * h**2 / 2
     left = np.diff(s) - v - a
@@ -125,7 +126,7 @@ def through(t: Floats, s: Floats, speed: Floats, acceleration: Floats) -> Timing
 
 
 def of_jerks(s: float, durations: Floats, jerks: Floats) -> Timing:
-    """Return the timing from rest at s with one jerk for each duration (K,); durations of 0 are left out."""
+    """Return the timing from rest at s with constant d³s/dt³ `jerks` for each of the durations."""
     rows, state = [], np.array([s, 0.0, 0.0])
     kept = durations > 0
     for time, jerk in zip(durations[kept], jerks[kept], strict=True):
@@ -303,6 +304,7 @@ class Trajectory:
         return " ".join([self._explained(), *(f"Note: {note}." for note in self.notes)])
 
     def _explained(self) -> str:
+        """Return in words the duration, and whether the requested tool speed is constant."""
         if self.duration == 0:
             return "No joint moves along the path: 0 s, at rest."
         text = f"{self.duration:.6g} s along the path."
@@ -342,7 +344,7 @@ def sampled(
 
 
 def resting(path: Motion, q: Floats, tool_speed: float | None) -> Trajectory:
-    """Return the trajectory of a path without joint motion from q (7,): one row at rest, 0 s."""
+    """Return the trajectory that stays at q (7,): one row, 0 s long."""
     timing = Timing(np.zeros(2), np.eye(1, _TERMS))  # s = 1
     still = np.zeros((1, len(q)))
     return Trajectory(path, np.zeros(1), np.ones(1), q[None].copy(), still, still.copy(), timing, tool_speed)
