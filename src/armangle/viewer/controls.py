@@ -56,6 +56,7 @@ class Controls:
     """
 
     def __init__(self, server: Any, state: ViewerState, act: Act, runs: Mapping[str, JointPath]) -> None:
+        """Build the panel with all its folders; `act` executes a command on the state."""
         self._state, self._act, self._runs = state, act, runs
         self._gui = server.gui
         self.playing = False
@@ -75,6 +76,7 @@ class Controls:
     # -- construction --------------------------------------------------------------------------------
 
     def _add_doors(self) -> None:
+        """Add the buttons to reset and to export the configuration."""
         self._gui.add_html(row_style("doors", 2, gap=9))
         self.reset = self._gui.add_button("Reset")
         self.reset.on_click(lambda _: self._act(self.begin_again))
@@ -82,6 +84,7 @@ class Controls:
         self.export.on_click(self._download)
 
     def _add_player(self) -> None:
+        """Add the folder that plays a motion, if there is one."""
         self._row: Any = None
         if not self._runs:
             return
@@ -96,6 +99,7 @@ class Controls:
         self._play.on_click(lambda _: self.set_playing(not self.playing))
 
     def _add_arm_angle(self) -> None:
+        """Add the folder of the arm angle: slider, policy and its numbers."""
         policy = self._state.policy
         gain = 0.1 if policy is None or isinstance(policy, Hold) else float(policy.K)
         alpha = float(policy.alpha) if isinstance(policy, Repulsion) else Repulsion().alpha
@@ -117,6 +121,7 @@ class Controls:
             control.on_update(lambda event: self._by_hand(event, self._set_policy))
 
     def _add_configurations(self) -> None:
+        """Add the folder with a button for each branch."""
         with self._gui.add_folder("Global configuration (shoulder, elbow, wrist)"):
             self._gui.add_html(row_style("configurations", _BUTTONS_A_ROW, gap=3))
             self.buttons = [self._gui.add_button(gc_name(gc)) for gc in range(CONFIGURATIONS)]
@@ -128,6 +133,7 @@ class Controls:
             button.on_click(lambda _, gc=gc: self._act(lambda: self._change(gc)))
 
     def _add_joints(self) -> None:
+        """Add the folder with a slider for each joint."""
         with self._gui.add_folder("Joints (deg)"):
             self.joints = [self._add_joint(joint) for joint in range(1, JOINTS + 1)]
         for joint, slider in enumerate(self.joints, start=1):
@@ -135,6 +141,7 @@ class Controls:
             slider.on_update(lambda event, wish=wish: self._by_hand(event, wish))
 
     def _add_joint(self, joint: int) -> Any:
+        """Return the slider of a joint 1..7 between its limits (deg)."""
         low, high = slider_range(self._state.arm.lower[joint - 1], self._state.arm.upper[joint - 1])
         locked = high <= low
         return self._gui.add_slider(
@@ -143,6 +150,7 @@ class Controls:
         )  # fmt: skip
 
     def _add_tool(self) -> None:
+        """Add the folder in which the pose of the tool is typed as numbers."""
         with self._gui.add_folder("Tool by numbers"):
             self.xyz = self._gui.add_text("x y z (m)", "", hint="three numbers in m, or such as 400 0 500 mm")
             self.rpy = self._gui.add_text(
@@ -156,6 +164,7 @@ class Controls:
         self.go.on_click(lambda _: self._act(self.move_there))
 
     def _add_obstacles(self) -> None:
+        """Add the folder with the clearance, if there is a scene."""
         self.clearance: Any = None
         scene = self._state.scene
         if scene is None:
@@ -171,40 +180,48 @@ class Controls:
     # -- actions -------------------------------------------------------------------------------------
 
     def _download(self, event: Any) -> None:
+        """Send the configuration as a file to the browser that asked for it."""
         if event.client is not None:
             text = self._state.export()
             event.client.send_file_download(EXPORT_NAME, text.encode(), save_immediately=True)
 
     def _by_hand(self, event: Any, wish: Callable[[], object]) -> None:
-        """Handle a change by a person; changes by the program itself come without a client."""
+        """Execute a command if a person changed the control; changes by this program come
+        without a client.
+        """
         if event.client_id is not None:
             self._act(wish)
 
     def moved(self) -> None:
-        """Discard typed numbers that were not executed: the arm was moved otherwise."""
+        """Forget typed numbers that were not executed, because the arm has moved in another way."""
         self._written, self._refusal = {id(text): text.value for text in (self.xyz, self.rpy)}, ""
 
     def _turn(self) -> None:
+        """Set the arm angle to the slider's."""
         self.moved()
         value = self._taken[id(self.psi)] = self.psi.value
         self._state.set_psi(np.radians(value))
 
     def _turn_joint(self, joint: int) -> None:
+        """Set a joint 1..7 to its slider's value."""
         self.moved()
         slider = self.joints[joint - 1]
         value = self._taken[id(slider)] = slider.value
         self._state.set_joint(joint, float(np.radians(value)))
 
     def _change(self, gc: int) -> None:
+        """Go to a branch."""
         self.moved()
         self._state.set_gc(gc)
 
     def _seek(self) -> None:
+        """Go to the row of the motion that the slider shows."""
         self.moved()
         value = self._taken[id(self._row)] = self._row.value
         self._state.seek(int(value) - 1)
 
     def _type(self) -> None:
+        """Hide the last error when the person types on."""
         self._refusal = ""
 
     def move_there(self) -> None:
@@ -226,17 +243,18 @@ class Controls:
         self._state.reset()
 
     def _set_slider(self, slider: Any, value: float) -> None:
-        """Set a slider to the state, unless a person has moved it since it was read."""
+        """Show the state's value on a slider, unless a person has moved the slider in between."""
         if slider.value == self._taken.pop(id(slider), slider.value):
             _show(slider, value=float(np.clip(value, slider.min, slider.max)))
 
     def _write(self, text: Any, words: str) -> None:
-        """Write words into a box, unless a person has typed there since it was written or discarded."""
+        """Show text in a box, unless a person has typed there in between."""
         if text.value == self._written[id(text)]:
             _show(text, value=words)
             self._written[id(text)] = words
 
     def _set_policy(self) -> None:
+        """Set the policy and its numbers to those of the panel."""
         gain, alpha = float(self._gain.value), float(self._alpha.value)
         policies: dict[str, Policy | None] = {
             TRACK: None,
@@ -248,6 +266,7 @@ class Controls:
         self._state.policy = policies[self.policy.value]
 
     def _set_clearance(self) -> None:
+        """Set the clearance of the scene to the slider's."""
         value = self._taken[id(self.clearance)] = self.clearance.value
         self._state.set_clearance(1e-3 * float(value))
 
@@ -268,7 +287,7 @@ class Controls:
     # -- display -------------------------------------------------------------------------------------
 
     def update(self) -> None:
-        """Show the state."""
+        """Show the state in all controls."""
         state = self._state
         self._status.content = status_panel(state)
         self._set_slider(self.psi, _rounded_degrees(state.psi))
@@ -315,6 +334,7 @@ def slider_range(lower: float, upper: float) -> tuple[float, float]:
 
 
 def _policy_name(policy: Policy | None) -> str:
+    """Return the menu's name of a policy."""
     match policy:
         case None:
             return TRACK
@@ -328,6 +348,7 @@ def _policy_name(policy: Policy | None) -> str:
 
 
 def _rounded_degrees(angle: float) -> float:
+    """Return an angle (rad) in degrees, rounded to 0.1."""
     return round(float(np.degrees(angle)), 1)
 
 

@@ -48,14 +48,16 @@ def opening_posture(arm: Arm) -> Floats:
 
 
 def _one_turn(arm: Arm) -> tuple[Floats, Floats]:
-    """Return the limits, rad; those wider than a turn are narrowed to the turn nearest zero."""
+    """Return the limits (rad), those more than 2π apart cut to 2π around 0."""
     turn = 2 * np.pi
     lower = np.maximum(arm.lower, np.minimum(-np.pi, arm.upper - turn))
     return lower, np.minimum(arm.upper, np.maximum(np.pi, arm.lower + turn))
 
 
 def _chosen(joint: int, lower: float, upper: float) -> float:
-    """Return the value of a joint 0..6 in [lower, upper], rad from straight."""
+    """Return the value of a joint 0..6 (counted from 0) in [lower, upper], rad, relative to the stretched
+    arm.
+    """
     cuts = np.pi * np.arange(np.ceil(lower / np.pi), np.floor(upper / np.pi) + 1)
     ends = np.unique([lower, *(cuts if joint in _SINGULAR else ()), upper])
     pieces = list(pairwise(ends)) or [(lower, upper)]

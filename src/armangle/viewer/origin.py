@@ -49,6 +49,7 @@ def _host(url: str) -> str:
 
 
 def _is_address(host: str) -> bool:
+    """Return whether a host is given as an IP address."""
     try:
         ipaddress.ip_address(host)
     except ValueError:
@@ -57,6 +58,7 @@ def _is_address(host: str) -> bool:
 
 
 def _own_name() -> str:
+    """Return the name of this machine, in lower case."""
     return socket.gethostname().lower()
 
 
@@ -90,9 +92,10 @@ def checked_origins() -> Iterator[None]:
 
 
 def _checked(answer: Callable[[Any, Any], Any] | None) -> Callable[[Any, Any], Awaitable[Any]]:
-    """Return a handler of requests that first performs the check."""
+    """Return a request handler that first checks where the request comes from."""
 
     async def answered(connection: Any, request: Any) -> Any:
+        """Answer a request, or reject one that comes from a page of another site."""
         if not may_talk(request.headers):
             return connection.respond(HTTPStatus.FORBIDDEN, "this page belongs to another site\n")
         answered_as_before = None if answer is None else answer(connection, request)

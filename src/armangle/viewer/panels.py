@@ -51,7 +51,7 @@ def status_panel(state: ViewerState) -> str:
 
 
 def _nearest(state: ViewerState) -> str:
-    """Return which link is how near to which obstacle."""
+    """Return HTML that says how near which link is to which obstacle; "" without a scene."""
     near = state.nearest
     if near is None or near.obstacle is None:
         return ""
@@ -94,6 +94,7 @@ def arcs_panel(state: ViewerState) -> str:
 
 
 def _key(name: str, colour: str) -> str:
+    """Return HTML with a coloured square and the name that it stands for."""
     square = f'<span style="color:{colour}">■</span>'
     return f'<span style="white-space:nowrap">{square} {escape(name)}</span>'
 
@@ -117,6 +118,7 @@ def _blocking_obstacles(state: ViewerState) -> list[str]:
 
 
 def _bar(low: float, high: float, colour: str) -> str:
+    """Return HTML of a bar of the strip from one angle to another, deg."""
     left, width = (low + 180) / 3.6, (high - low) / 3.6
     return (
         f'<div style="position:absolute;top:0;bottom:0;left:{left:.3f}%;width:{width:.3f}%;'
@@ -125,6 +127,7 @@ def _bar(low: float, high: float, colour: str) -> str:
 
 
 def _marker(percent: float) -> str:
+    """Return HTML of the mark on the strip at the present arm angle."""
     return (
         f'<div style="position:absolute;top:-3px;bottom:-3px;left:calc({percent:.3f}% - 1px);width:3px;'
         f'background:{BLACK};outline:1px solid white"></div>'

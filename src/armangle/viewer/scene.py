@@ -46,6 +46,7 @@ class Scene:
     """
 
     def __init__(self, server: Any, state: ViewerState, solids: list[Solid]) -> None:
+        """Create all nodes: arm, handle, circle, other configurations and obstacles."""
         self._state = state
         self._size = state.arm.reach
         self._api = api = server.scene
@@ -83,6 +84,7 @@ class Scene:
         self._circle_of: tuple[bytes, int, int] | None = None
 
     def _add_room(self, server: Any) -> None:
+        """Add floor and light, and place the camera."""
         state, size = self._state, self._size
         base = state.arm.base[:3, 3]
         centre = base + np.array([0.0, 0.0, 0.45 * (size + state.arm.d_bs)])
@@ -165,6 +167,7 @@ class Scene:
                 node.colors = segment_colours(circle.blocker[shown])
 
     def _update_ghosts(self) -> None:
+        """Show the other configurations as stick figures if that is switched on."""
         figures = list(self._state.ghosts().values()) if self.show_ghosts else []
         self._ghosts.visible = bool(figures)
         if figures:
@@ -212,10 +215,12 @@ def figure_segments(figures: list[Floats]) -> Floats:
 
 
 def _add_solid(api: Any, parent: str, solid: Solid, vertices: Floats) -> Any:
+    """Return a new mesh node of a solid."""
     return api.add_mesh_simple(
         f"{parent}/{solid.name}", vertices, solid.faces, color=solid.colour, side="double"
     )
 
 
 def _place(node: Any, row: Floats) -> None:
+    """Set the position and orientation of a node from a row x, y, z, quaternion."""
     node.position, node.wxyz = row[:3], row[3:]

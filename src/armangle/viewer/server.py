@@ -77,6 +77,7 @@ class Viewer:
         base: str | None = None,
         tip: str | None = None,
     ) -> None:
+        """Start the server and show the state."""
         viser = _viser()
         for motion in (runs or {}).values():
             state.check_motion(motion)
@@ -102,6 +103,7 @@ class Viewer:
         self._wire(dict(runs or {}))
 
     def _wire(self, runs: dict[str, JointPath]) -> None:
+        """Connect the handles and controls with the functions that they call."""
         self.scene.gizmo.on_update(self._drag)
         if self.scene.surroundings is not None:
             for name, handle in self.scene.surroundings.handles.items():
@@ -112,6 +114,7 @@ class Viewer:
         self._player.start()
 
     def _take_ghosts(self) -> None:
+        """Show or hide the other configurations as the switch says."""
         self.scene.show_ghosts = bool(self.controls.ghosts.value)
 
     def show_voxels(self, found: Voxels | None) -> None:
@@ -133,12 +136,13 @@ class Viewer:
             self.controls.update()
 
     def _drag(self, event: Any) -> None:
-        """Follow the gizmo while it is held; move it to the tool when it is released."""
+        """Move the arm with the handle of the tool; put the handle back to the tool when it is released."""
         handle = self.scene.gizmo
         if event.phase != "update":  # events may overtake each other: the last one is start or end
             self._held = event.phase == "start"
 
         def follow_hand() -> None:
+            """Move the arm to the pose of the handle."""
             self.controls.moved()
             self.state.set_pose(_pose(np.array(handle.position), np.array(handle.wxyz)))
 
@@ -155,6 +159,7 @@ class Viewer:
         )
 
     def _play(self) -> None:
+        """Step through the motion while it is played; runs in a thread of its own."""
         while not self._stopped.wait(_FRAME_TIME):
             motion = self.state.motion
             if not self.controls.playing or motion is None:
@@ -177,6 +182,7 @@ class Viewer:
 
 
 def _pose(position: Floats, wxyz: Floats) -> Floats:
+    """Return the pose (4, 4) of a position (m) and a unit quaternion."""
     pose: Floats = poses_from_rows(np.hstack([position, wxyz])[None])[0]
     return pose
 
@@ -187,6 +193,7 @@ def _quiet() -> redirect_stdout[io.StringIO]:
 
 
 def _viser() -> Any:
+    """Return the package viser; raise with the command to install it."""
     return needed("viser", "the viewer needs", "view")
 
 
@@ -214,6 +221,7 @@ def _free_port(host: str) -> int:
 
 
 def _taken(host: str, port: int) -> OutputError:
+    """Return the error of a port that another program uses."""
     return OutputError(f"port {port} of {host} is taken by another program; name another, or 0 for any")
 
 

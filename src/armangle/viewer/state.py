@@ -131,6 +131,7 @@ class ViewerState:
         self.reset()
 
     def _checked(self, q: ArrayLike) -> Floats:
+        """Return joints; raise unless they are within the limits."""
         joints = one_posture("q", q)
         lower, upper = self.arm.lower - _ROUNDING, self.arm.upper + _ROUNDING
         outside = np.flatnonzero((joints < lower) | (joints > upper))
@@ -153,9 +154,11 @@ class ViewerState:
             self.nearest = self.arm.clearance(self.q)
 
     def _arcs(self, gc: int) -> ArcSet:
+        """Return the feasible arm angles of a branch at the present pose."""
         return self.arm.feasible(self.pose, gc)
 
     def _say(self, ok: bool, text: str) -> Answer:
+        """Keep a sentence for the screen and return it as the answer."""
         self.message = text
         return Answer(ok, text)
 
@@ -243,7 +246,7 @@ class ViewerState:
         return self._say(False, self._why(path.poses[failure or 0], self.gc, status))
 
     def _track(self, wanted: Floats) -> Answer:
-        """Show the configuration in which a tracker with the target `wanted` comes to rest."""
+        """Show the configuration at which a tracker comes to rest near the pose `wanted`."""
         tracker = Tracker(self.arm, _TICK, _FASTEST, _HARDEST)
         try:
             tracker.start(self.q, outside="escape")
@@ -266,7 +269,7 @@ class ViewerState:
         )
 
     def set_psi(self, psi: float) -> Answer:
-        """Turn the elbow to an arm angle (rad), or to the nearest feasible one; the tool stays."""
+        """Set the arm angle (rad), or the nearest feasible one, without moving the tool."""
         angle = float(psi)
         if not np.isfinite(angle):
             raise InputError(f"psi is {angle}, wanted a finite angle in rad")
@@ -288,6 +291,7 @@ class ViewerState:
         return self._say(False, f"ψ = {degrees_text(angle)} {why}.")
 
     def _turn_to(self, psi: float) -> None:
+        """Set the arm angle without moving the tool."""
         self._take(self._at(psi, self.gc))
 
     def _at(self, psi: float, gc: int) -> Floats:
@@ -356,6 +360,7 @@ class ViewerState:
         return self._take_scene(replace(self.scene, clearance=clearance))
 
     def _take_scene(self, scene: Scene) -> Answer:
+        """Set another scene, and say whether the arm is in collision now."""
         self.arm = self.arm.with_(scene=scene)
         self._look()
         return self._say(self.touching is None, self.touching or "")
@@ -399,6 +404,7 @@ class ViewerState:
         return [self.reason(gc) for gc in range(CONFIGURATIONS)]
 
     def _why(self, pose: Floats, gc: int, status: Status) -> str:
+        """Return in words why a branch has no solution at a pose."""
         if self.scene is not None and status in (Status.CLEARANCE, Status.POSE_BLOCKED):
             pair = self.arm._clear(pose, gc, self.scene).blocking
             return status.sentence if pair is None else f"{pair[1]} meets {pair[0]} at every ψ."

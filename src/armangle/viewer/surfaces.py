@@ -84,6 +84,9 @@ def _rounded(corners: Floats, radius: float) -> tuple[Floats, Any]:
 
 
 def _plate(plane: HalfSpace, size: float) -> tuple[Floats, Any]:
+    """Return vertices and faces of a square of the plane of a half-space, with edges in proportion to `size`
+    (m).
+    """
     normal = np.array(plane.normal)
     side = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     side *= _PLATE * size / np.linalg.norm(side)

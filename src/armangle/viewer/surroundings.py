@@ -30,6 +30,7 @@ class Surroundings:
     """
 
     def __init__(self, server: Any, state: ViewerState, tool: str) -> None:
+        """Create the nodes of obstacles and collision shapes; `tool` is the node of the tool."""
         self._state, self._api = state, server.scene
         self._size = state.arm.reach
         self._nodes: dict[str, list[tuple[Any, Any]]] = {}  # by name, each with its own colour
@@ -46,13 +47,14 @@ class Surroundings:
         self._red: set[str] = set()
 
     def _links(self, tool: str) -> list[tuple[str, str, Shape]]:
-        """Return (parent node, name of the link, shape)."""
+        """Return the parent node, the name and the shape of each collision shape of the arm."""
         arm = self._state.arm
         shapes = [] if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
         links = [(f"/arm/{frame}", shape.name or f"link_{frame}", shape) for frame, shape in shapes]
         return links + [(tool, shape.name or "hand", shape) for shape in arm.hand]
 
     def _add(self, path: str, name: str, shape: Shape, colour: Any, opacity: float) -> None:
+        """Create the node of one shape."""
         if isinstance(shape, Cloud | Field):
             points, size = points_of(shape)
             node = self._api.add_point_cloud(path, points.astype(np.float32), colour, point_size=size)
@@ -68,6 +70,7 @@ class Surroundings:
         self._nodes.setdefault(name, []).append((node, colour))
 
     def _add_handle(self, at: int, box: Box) -> Any:
+        """Return the handle that moves a box."""
         scale = min(max(_HANDLE * self._size, _BEYOND * max(box.size)), _LARGEST * self._size)
         return self._api.add_transform_controls(f"/boxes/{at}", scale=scale, depth_test=False, opacity=0.7)
 
@@ -94,10 +97,12 @@ class Surroundings:
 
 
 def _place(node: Any, pose: Any) -> None:
+    """Set a node to a pose (4, 4)."""
     row = rows_from_poses(np.array(pose)[None])[0]
     node.position, node.wxyz = row[:3], row[3:]
 
 
 def _paint(node: Any, rgb: tuple[int, int, int]) -> None:
+    """Set the colour of a node."""
     name = "colors" if hasattr(node, "colors") else "color"
     setattr(node, name, np.array(rgb, dtype=np.uint8) if name == "colors" else rgb)
