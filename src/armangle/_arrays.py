@@ -96,6 +96,7 @@ def millimetres(length: float) -> str:
 
 
 def _plain(value: Any) -> bool:
+    """Return whether a value is a number, list or array."""
     return isinstance(value, (list, tuple, np.ndarray, float, int, np.number))
 
 
@@ -117,6 +118,7 @@ def looks_like(name: str, shape: Shape) -> str:
 
 
 def _numbers(name: str, value: ArrayLike, tail: Shape, meaning: str = "") -> NDArray[Any]:
+    """Return a value as an array of real numbers; raise with a hint for anything else."""
     try:
         array = np.asarray(value)
         if array.dtype.kind not in "fiu" or _masked(name, value):
@@ -129,21 +131,21 @@ def _numbers(name: str, value: ArrayLike, tail: Shape, meaning: str = "") -> NDA
 
 
 def _masked(name: str, value: Any) -> str:
-    """Return that some elements of a value are masked; '' otherwise."""
+    """Return an error text if some elements of an array are masked; "" otherwise."""
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         return f"{name} has masked elements, which are no numbers: fill them, or leave them out"
     return ""
 
 
 def _posture(name: str, value: Any) -> str:
-    """Return that a value is the whole result of `forward`; '' otherwise."""
+    """Return an error text if a value is the whole result of `forward`; "" otherwise."""
     if isinstance(value, tuple) and len(value) == 3 and np.shape(value[0])[-2:] == (4, 4):
         return f"{name} is a tuple of three, as arm.forward returns (pose, psi, gc): wanted the first of them"
     return ""
 
 
 def _tensor(name: str, value: Any) -> str:
-    """Return why another library's array gives no numbers, and the call that does; '' otherwise."""
+    """Return an error text with the right call if a value is another library's array; "" otherwise."""
     kinds = type(value).__mro__
     libraries = {kind.__module__.partition(".")[0] for kind in kinds}
     if libraries & {"jax", "jaxlib"} and any("Tracer" in kind.__name__ for kind in kinds):
@@ -167,7 +169,7 @@ def _tensor(name: str, value: Any) -> str:
 
 
 def _aligned(array: Floats, tail: Shape) -> Floats:
-    """Return the array aligned, each element contiguous, all strides whole doubles; copied if necessary."""
+    """Return an array whose elements of shape `tail` are contiguous and aligned; a copy if necessary."""
     step = array.itemsize
     for axis in range(1, len(tail) + 1):
         if array.strides[-axis] != step and array.shape[-axis] > 1:
@@ -208,7 +210,7 @@ def one_or_seven(name: str, value: ArrayLike) -> Floats:
 
 
 def named(kind: type[AnyEnum]) -> dict[str, AnyEnum]:
-    """Return the members of an enumeration of the core by their words in arguments."""
+    """Return the members of an enumeration by their names in lower case."""
     return {member.name.lower(): member for member in kind}
 
 
@@ -227,7 +229,7 @@ def frozen(array: AnyArray) -> AnyArray:
 
 
 def as_gc(value: ArrayLike) -> Ints:
-    """Return `value` as int64; the range 0..7 is checked where it is used."""
+    """Return branch numbers as int64; their range is not checked here."""
     array = np.asarray(value)
     if array.dtype.kind not in "iu" and array.size:  # an empty array has no kind
         raise InputError(f"gc has type {array.dtype}, wanted integers from 0 to 7")
@@ -263,7 +265,7 @@ def as_number(name: str, value: float, low: float, high: float, *, low_open: boo
 
 
 def check_angles(name: str, angles: Floats) -> None:
-    """Raise if an angle is not finite, or so large that its fraction of a turn has no digits."""
+    """Raise if an angle (rad) is not finite or so large that rounding spoils it."""
     bad = ~(np.abs(angles) <= _core.LARGEST_ANGLE)
     if bad.any():
         index = tuple(int(i) for i in np.argwhere(bad)[0])
@@ -272,6 +274,7 @@ def check_angles(name: str, angles: Floats) -> None:
 
 
 def _bad_angle(what: str, value: float) -> ArmangleError:
+    """Return the error of an angle that is not finite or too large."""
     if np.isfinite(value):
         return InputError(f"{what}, wanted an angle in rad within ±{_core.LARGEST_ANGLE:g}")
     return InputError(f"{what}, wanted finite angles in rad")
@@ -306,7 +309,7 @@ def broadcast(named: Sequence[tuple[str, NDArray[Any], int]]) -> tuple[Shape, li
 
 
 def _repeated(element: NDArray[Any], batch: Shape) -> NDArray[Any]:
-    """Return one contiguous element as a batch: like np.broadcast_to, in a tenth of its time."""
+    """Return one element as a batch of equal ones, without copying it."""
     strides = (0,) * len(batch) + element.strides
     return np.ndarray(batch + element.shape, element.dtype, element, 0, strides)
 
@@ -432,7 +435,7 @@ _core.on_refusal(_refusal)
 
 
 def about_z(angles: ArrayLike) -> Floats:
-    """Return the rotations (N, 4, 4) about z by angles (N,), rad."""
+    """Return the poses (..., 4, 4) that rotate about z by angles (...), rad."""
     turn = np.asarray(angles, dtype=np.float64)
     out = np.tile(np.eye(4), (*turn.shape, 1, 1))
     out[..., 0, 0] = out[..., 1, 1] = np.cos(turn)
@@ -442,7 +445,7 @@ def about_z(angles: ArrayLike) -> Floats:
 
 
 def warn(text: str) -> None:
-    """Warn with the line of the caller outside this package."""
+    """Give a warning that points at the line outside this package that called it."""
     level, frame = 1, sys._getframe()
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("armangle"):
         level, frame = level + 1, frame.f_back

@@ -15,7 +15,7 @@ MENDED_BY = "in armangle's folder: pip install --force-reinstall --no-deps ."
 
 
 def _load() -> tuple[str, ModuleType]:
-    """Return the name and module of the level to use, best first."""
+    """Return the name and module of the compiled core for the best instruction set of this processor."""
     forced = os.environ.get("ARMANGLE_ISA")
     if forced is not None and forced not in LEVELS:
         raise ImportError(f"ARMANGLE_ISA is {forced!r}, wanted one of {', '.join(LEVELS)}")

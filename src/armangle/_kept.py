@@ -23,7 +23,7 @@ _ARMS: dict[int, Arm] = {}
 
 
 def keep(arm: Arm, asked: str) -> int:
-    """Return the key of an arm, the same in every process, and keep the arm for the process's lifetime.
+    """Keep an arm for the lifetime of the process and return its key, the same in every process.
 
     Compiled functions hold the key. In a process that does not know it, they fail instead of using another
     arm.
@@ -52,7 +52,7 @@ def kept(key: int) -> Arm:
 
 
 def is_widest(arm: Arm, seed: Array | None, prefer: str) -> bool:
-    """Return whether `solve` asks for the largest margin instead of the solution nearest to a seed."""
+    """Return whether `solve` is to find the largest margin, not the solution nearest to a seed."""
     if arm.scene is not None:
         raise UnsupportedError("solve is not made for an arm with a scene here: use Arm.solve")
     return chosen("prefer", prefer, ("seed", "margin")) == "margin" or seed is None
@@ -111,7 +111,9 @@ class Kept:
         return self._limit_margin(q)
 
     def _freedom(self, pose: Array) -> Array:
+        """See `freedom`."""
         raise NotImplementedError
 
     def _limit_margin(self, q: Array) -> Array:
+        """See `limit_margin`."""
         raise NotImplementedError

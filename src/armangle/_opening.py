@@ -91,7 +91,7 @@ def text_of(path: PathLike, most: int, fail: Fail) -> str:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Return the tables of a text.
+    """Return the tables of a TOML text.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def _open(path: str, flags: int) -> int:
-    """Open a regular file without blocking if it has been replaced since the check."""
+    """Open a regular file; raise for a device or pipe."""
     mode = Path(path).stat().st_mode
     for is_kind, what in _KINDS.items():
         if is_kind(mode):
@@ -120,6 +120,6 @@ def _open(path: str, flags: int) -> int:
 
 
 def too_long(size: int, most: int) -> str:
-    """Return the error for a size, both numbers in the unit of the bound."""
+    """Return the error text for a size above the bound, both in bytes."""
     unit, name = (MIB, "MiB") if most >= MIB else (1, "bytes")
     return f"{-(-size // unit)} {name}, wanted at most {most // unit} {name}"

@@ -22,6 +22,7 @@ class Bar:
     """A bar on stderr, removed at the end; `what` is written before it."""
 
     def __init__(self, what: str = "") -> None:
+        """Start the clock."""
         self.what = what
         self.began = time.monotonic()
 
@@ -78,6 +79,7 @@ def in_parts(progress: Progress | None) -> Iterator[Progress]:
     most = -1
 
     def tell(done: int, total: int) -> None:
+        """Report the share of the whole that is done, if it has grown."""
         nonlocal most
         share = min(PARTS * done // total, PARTS - 1)
         if whole is not None and share > most:

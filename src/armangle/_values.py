@@ -32,10 +32,12 @@ def by_content(kind: Kind) -> Kind:
     """
 
     def equals(self: Any, other: object) -> Any:
+        """Return whether both objects have the same content."""
         alike = isinstance(other, tuple) if issubclass(kind, tuple) else type(other) is type(self)
         return same(_content(self), _content(other)) if alike else NotImplemented
 
     def differs(self: Any, other: object) -> Any:
+        """Return whether the contents differ."""
         found = equals(self, other)
         return found if found is NotImplemented else not found
 
@@ -45,6 +47,7 @@ def by_content(kind: Kind) -> Kind:
 
 
 def _content(value: Any) -> list[Any]:
+    """Return the parts of an object that count for equality."""
     if isinstance(value, tuple):
         return list(value)
     if is_dataclass(value):

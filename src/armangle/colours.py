@@ -31,7 +31,7 @@ def wrapped_degrees(psi: Floats) -> Floats:
 
 
 def unjoined(x: Floats, y: Floats, jump: float = FULL_TURN / 2) -> tuple[Floats, Floats]:
-    """Return a curve with NaN inserted between points whose y differ by more than `jump`."""
+    """Return a curve with NaN where y jumps by more than `jump`, so that no line is drawn there."""
     at = np.flatnonzero(np.abs(np.diff(y)) > jump) + 1
     return np.insert(x, at, np.nan), np.insert(y, at, np.nan)
 

@@ -32,6 +32,7 @@ class ArmangleError(Exception):
     """Base of every error raised by armangle; the middle of a very long message is removed."""
 
     def __init__(self, *arguments: object) -> None:
+        """Shorten very long texts."""
         super().__init__(*(shortened(x) if isinstance(x, str) else x for x in arguments))
 
 
@@ -62,6 +63,7 @@ class ModelError(InputError):
         line: int | None = None,
         column: int | None = None,
     ) -> None:
+        """Put the place in the file in front of the message."""
         shown = source if source is None or source.isprintable() else repr(source)
         where = [str(part) for part in (shown, line, column) if part is not None]
         super().__init__(f"{':'.join(where)}: {message}" if where else message)
@@ -107,6 +109,7 @@ class SceneError(InputError):
     value: Any
 
     def __init__(self, shape: str, name: str, value: Any, wanted: str) -> None:
+        """Make the message from the shape, the argument, its value and what was wanted."""
         super().__init__(f"{shape}: {name} is {value!r:.200}, wanted {wanted}")
         self.shape = shape
         self.name = name
@@ -117,7 +120,7 @@ class SceneError(InputError):
 
 
 def _remade(kind: type[SceneError], message: str, attributes: dict[str, Any]) -> SceneError:
-    """Return a copy of an error whose constructor takes more than its message."""
+    """Return a copy of an error from its message and attributes (for pickle)."""
     new = kind.__new__(kind, message)
     new.args = (message,)
     new.__dict__.update(attributes)

@@ -32,7 +32,7 @@ def inverse(
     *,
     on_error: OnError = "raise",
 ) -> Floats:
-    """Return the derivative of `inverse`'s joints by the pose and by the arm angle.
+    """Return the derivative of the joints of `inverse` with respect to the pose and the arm angle.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def inverse(
 
 
 def psi(arm: Arm, q: ArrayLike) -> Floats:
-    """Return the derivative of the arm angle by the joints.
+    """Return the derivative of the arm angle with respect to the joints.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def psi(arm: Arm, q: ArrayLike) -> Floats:
 
 
 def feasible(arm: Arm, pose: ArrayLike, gc: int) -> tuple[ArcSet, Floats]:
-    """Return the feasible arcs of one pose, and the derivatives of their ends by the pose.
+    """Return the feasible arcs of one pose, and the derivatives of their ends with respect to the pose.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def feasible(arm: Arm, pose: ArrayLike, gc: int) -> tuple[ArcSet, Floats]:
 
 
 def limit_margin(arm: Arm, q: ArrayLike) -> Floats:
-    """Return the derivative of `limit_margin` by the joints.
+    """Return the derivative of `limit_margin` with respect to the joints.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def limit_margin(arm: Arm, q: ArrayLike) -> Floats:
 
 
 def freedom(arm: Arm, pose: ArrayLike) -> Floats:
-    """Return the derivative of the total of `freedom` by the pose.
+    """Return the derivative of the total of `freedom` with respect to the pose.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def freedom(arm: Arm, pose: ArrayLike) -> Floats:
 
 
 def margin(arm: Arm, pose: ArrayLike, *, gc: int | Iterable[int] | None = None) -> Floats:
-    """Return the derivative of the margin of ``solve(pose, prefer="margin")`` by the pose.
+    """Return the derivative of the margin of ``solve(pose, prefer="margin")`` with respect to the pose.
 
     At that solution psi cannot increase the distance of the joint nearest to a limit, or two joints are
     equally near and psi moves them in opposite directions. The gradient is theirs, with psi following. The
@@ -240,7 +240,7 @@ def solve(
     prefer: Prefer = "seed",
     gc: int | Iterable[int] | None = None,
 ) -> Floats:
-    """Return the derivative of the joints of ``arm.solve``'s solution by the pose and by the seed.
+    """Return the derivative of the joints of ``arm.solve`` with respect to the pose and the seed.
 
     The derivative follows one solution. The solution jumps where another branch, arm angle or turn is equally
     good, and its slope changes where a joint reaches a limit: there the derivative is that of the solution

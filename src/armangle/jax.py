@@ -179,9 +179,11 @@ class Kinematics(Kept):
         return q, psi, gc, gc >= 0
 
     def _freedom(self, pose: Array) -> Array:
+        """See `Kept.freedom`."""
         return _freedom((self._key, self.arm.singularity_margin), _array("pose", pose, (4, 4)))
 
     def _limit_margin(self, q: Array) -> Array:
+        """See `Kept.limit_margin`."""
         return _limit_margin(self._key, _array("q", q, (JOINTS,)))
 
 
@@ -201,7 +203,7 @@ def _array(name: str, value: Any, tail: tuple[int, ...]) -> Array:
 
 
 def _call(name: str, key: int, shapes: Any, *given: Array, margin: float = 0.0) -> Any:
-    """Call a handler of the core; `shapes` are (shape, dtype) of each result."""
+    """Return the results of a handler of the core; `shapes` are (shape, dtype) of each result."""
     results = tuple(jax.ShapeDtypeStruct(shape, dtype) for shape, dtype in shapes)
     function = jax.ffi.ffi_call(f"armangle_{name}", results, vmap_method="broadcast_all")
     found = function(*given, arm=np.int64(key), margin=np.float64(margin))
@@ -217,6 +219,7 @@ class _LinearMap:
     """
 
     def __init__(self, name: str, fixed: int, push: Any, pull: Any) -> None:
+        """Keep the function `push`, its transpose `pull`, and how many leading arguments are not linear."""
         self._name, self._fixed, self._push, self._pull = name, fixed, push, pull
 
     @functools.cached_property
@@ -236,6 +239,7 @@ class _LinearMap:
         return list(self._primitive.bind(*given, **about))
 
     def _mapped(self, given: Any, axes: Any, **about: Any) -> Any:
+        """Return the results for arguments with a batch axis (the rule of vmap)."""
         size = next(x.shape[axis] for x, axis in zip(given, axes, strict=True) if axis is not None)
         whole = [
             jnp.broadcast_to(x, (size, *x.shape)) if axis is None else jnp.moveaxis(x, axis, 0)
@@ -245,6 +249,7 @@ class _LinearMap:
         return found, [0] * len(found)
 
     def _transposed(self, changes: Any, *given: Any, **about: Any) -> Any:
+        """Return the transpose applied to the cotangents (the rule of reverse mode)."""
         if all(type(change) is ad.Zero for change in changes):
             return [None] * len(given)
         back = [ad.instantiate_zeros(change) for change in changes]
@@ -252,31 +257,37 @@ class _LinearMap:
 
 
 def _forward_push(q: Array, dq: Array, *, key: int) -> list[Array]:
+    """Return the changes of pose and psi for a change dq."""
     batch = q.shape[:-1]
     return list(_call("forward_push", key, [((*batch, 4, 4), q.dtype), (batch, q.dtype)], q, dq))
 
 
 def _forward_pull(q: Array, by_pose: Array, by_psi: Array, *, key: int) -> list[Array]:
+    """Return the gradient by q for gradients by pose and by psi."""
     return [_call("forward_pull", key, [(q.shape, q.dtype)], q, by_pose, by_psi)]
 
 
 def _inverse_push(
     pose: Array, psi: Array, gc: Array, moved: Array, turned: Array, *, key: int
 ) -> list[Array]:
+    """Return the change of q for changes of pose and psi."""
     shape = (*psi.shape, JOINTS)
     return [_call("inverse_push", key, [(shape, pose.dtype)], pose, psi, gc, moved, turned)]
 
 
 def _inverse_pull(pose: Array, psi: Array, gc: Array, by_q: Array, *, key: int) -> list[Array]:
+    """Return the gradients by pose and psi for a gradient by q."""
     shapes = [(pose.shape, pose.dtype), (psi.shape, pose.dtype)]
     return list(_call("inverse_pull", key, shapes, pose, psi, gc, by_q))
 
 
 def _product_push(slope: Array, change: Array) -> list[Array]:
+    """Return the sum of slope times change over the last axis; 0 times infinity counts as 0."""
     return [jnp.where(change == 0, 0, slope * change).sum(-1)]
 
 
 def _product_pull(slope: Array, by: Array) -> list[Array]:
+    """Return the gradient by the change; 0 times infinity counts as 0."""
     return [jnp.where(by[..., None] == 0, 0, slope * by[..., None])]
 
 
@@ -286,7 +297,7 @@ _product_map = _LinearMap("product", 1, _product_push, _product_pull)
 
 
 def _twist(pose: Array, moved: Array) -> Array:
-    """(v, omega) of a change of a pose: dp, and half the axial vector of dR Rᵀ minus its transpose."""
+    """Return the twist (v, ω), m and rad, of a change of a pose: v = dp, ω from dR Rᵀ."""
     turned = moved[..., :3, :3] @ jnp.swapaxes(pose[..., :3, :3], -1, -2)
     skew = 0.5 * (turned - jnp.swapaxes(turned, -1, -2))
     omega = jnp.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], axis=-1)
@@ -294,12 +305,14 @@ def _twist(pose: Array, moved: Array) -> Array:
 
 
 def _forward_value(key: int, q: Array) -> Any:
+    """Return pose, psi and gc of joints."""
     batch = q.shape[:-1]
     shapes = (((*batch, 4, 4), q.dtype), (batch, q.dtype), (batch, np.int32))
     return _call("forward", key, shapes, q)
 
 
 def _forward_jvp(key: int, given: Any, changes: Any) -> Any:
+    """Return pose, psi and gc, and their changes for a change of q."""
     (q,), (dq,) = given, changes
     pose, psi, gc = _forward(key, q)
     none = np.zeros(gc.shape, jax.dtypes.float0)
@@ -307,15 +320,18 @@ def _forward_jvp(key: int, given: Any, changes: Any) -> Any:
 
 
 def _inverse_value(key: int, pose: Array, psi: Array, gc: Array) -> Any:
+    """Return joints of poses, arm angles and branches."""
     return _call("inverse", key, [((*psi.shape, JOINTS), pose.dtype)], pose, psi, gc)
 
 
 def _inverse_jvp(key: int, given: Any, changes: Any) -> Any:
+    """Return joints and their change for changes of pose and psi."""
     (dq,) = _inverse_map(*given, *changes[:2], key=key)
     return _inverse(key, *given), dq
 
 
 def _solve_value(what: tuple[int, float, str], pose: Array, seed: Array) -> Any:
+    """Return q, psi and gc of the solution for each pose."""
     key, margin, name = what
     batch = pose.shape[:-2]
     shapes = (((*batch, JOINTS), pose.dtype), (batch, pose.dtype), (batch, np.int32))
@@ -323,6 +339,7 @@ def _solve_value(what: tuple[int, float, str], pose: Array, seed: Array) -> Any:
 
 
 def _solve_jvp(what: tuple[int, float, str], given: Any, changes: Any) -> Any:
+    """Return the solution and the change of its joints for changes of pose and seed."""
     (pose, seed), (moved, dseed) = given, changes
     key, margin, name = what
     q, psi, gc = _solve(what, pose, seed)
@@ -335,11 +352,13 @@ def _solve_jvp(what: tuple[int, float, str], given: Any, changes: Any) -> Any:
 
 
 def _freedom_value(what: tuple[int, float], pose: Array) -> Any:
+    """Return the total length of the feasible intervals of each pose, rad."""
     key, margin = what
     return _call("freedom", key, [(pose.shape[:-2], pose.dtype)], pose, margin=margin)
 
 
 def _freedom_jvp(what: tuple[int, float], given: Any, changes: Any) -> Any:
+    """Return the freedom and its change for a change of pose."""
     (pose,), (moved,) = given, changes
     key, margin = what
     slope = _call("freedom_gradient", key, [((*pose.shape[:-2], 6), pose.dtype)], pose, margin=margin)
@@ -347,10 +366,12 @@ def _freedom_jvp(what: tuple[int, float], given: Any, changes: Any) -> Any:
 
 
 def _limit_margin_value(key: int, q: Array) -> Any:
+    """Return the distance to the nearest joint limit, rad."""
     return _call("limit_margin", key, [(q.shape[:-1], q.dtype)], q)
 
 
 def _limit_margin_jvp(key: int, given: Any, changes: Any) -> Any:
+    """Return the limit margin and its change for a change of q."""
     (q,), (dq,) = given, changes
     slope = _call("limit_margin_gradient", key, [(q.shape, q.dtype)], q)
     return _limit_margin(key, q), _product_map(slope, dq)[0]

@@ -77,7 +77,7 @@ class KukaFrame(NamedTuple):
 
 
 def _checked(arm: Arm) -> Arm:
-    """Return the arm if it is built as these controllers assume."""
+    """Return the arm; raise unless it has the structure that these controllers assume."""
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
     if not as_srs(arm, "kuka")._handle.is_kuka:
@@ -89,6 +89,7 @@ def _checked(arm: Arm) -> Arm:
 
 
 def _codes(arm: Arm, q: ArrayLike) -> Ints:
+    """Return Status and Turn of joints, (..., 2)."""
     joints = as_floats("q", q, (JOINTS,))
     out = np.empty((*joints.shape[:-1], 2), np.int64)
     _checked(arm)._handle.kuka_codes(joints, out, thread_count())
@@ -326,6 +327,7 @@ def from_frame(arm: Arm, frame: KukaFrame, *, seed: ArrayLike | None = None) -> 
 
 
 def _listed(names: list[str]) -> str:
+    """Return names as text with "and" before the last."""
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
@@ -386,7 +388,7 @@ def text(frame: KukaFrame) -> str:
 
 
 def _bits(name: str, value: ArrayLike, count: int) -> Ints:
-    """Return bit fields 0..count-1 as int64."""
+    """Return integers as int64; raise unless each is in 0..count - 1."""
     try:
         given = np.asarray(value)
     except ValueError:
@@ -400,7 +402,7 @@ def _bits(name: str, value: ArrayLike, count: int) -> Ints:
 
 
 def _short(value: object) -> str:
-    """Return the given value in few words."""
+    """Return a value as a few words for an error."""
     return (
         type(value).__name__
         if isinstance(value, Iterable) and not isinstance(value, str)

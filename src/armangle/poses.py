@@ -102,7 +102,7 @@ def pose(
 
 
 def _instead_of_positions(xyz: ArrayLike) -> str:
-    """Return the probable meaning of an argument that holds no positions, or ''."""
+    """Return what an argument without positions probably is, as the end of an error; "" if unknown."""
     try:
         shape = np.shape(xyz)
     except ValueError:  # a ragged list
@@ -111,7 +111,7 @@ def _instead_of_positions(xyz: ArrayLike) -> str:
 
 
 def _turns(name: str, value: ArrayLike) -> Floats:
-    """Return the poses (..., 4, 4) at the origin with an orientation, given as the argument `name`."""
+    """Return poses at the origin with the orientations given as the argument `name`."""
     if name == "matrix":
         rotations = as_floats(name, value, (3, 3), ": rotation matrices")
         turns = np.zeros((*rotations.shape[:-2], 4, 4))
@@ -167,6 +167,7 @@ def nearest_rotation(pose: ArrayLike) -> Floats:
 
 
 def _orthonormality_error(frame: Floats) -> float:
+    """Return the largest entry of |RᵀR - 1| of a pose's rotation R."""
     rotation = frame[:3, :3]
     return float(np.abs(rotation.T @ rotation - np.eye(3)).max())
 

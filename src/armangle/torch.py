@@ -171,9 +171,11 @@ class Kinematics(Kept):
         return q, psi, gc, gc >= 0
 
     def _freedom(self, pose: Tensor) -> Tensor:
+        """See `Kept.freedom`."""
         return torch.ops.armangle.freedom(_tensor("pose", pose, (4, 4)), self._key)
 
     def _limit_margin(self, q: Tensor) -> Tensor:
+        """See `Kept.limit_margin`."""
         return torch.ops.armangle.limit_margin(_joints(q), self._key)
 
 
@@ -193,6 +195,7 @@ def _tensor(name: str, value: Tensor, tail: tuple[int, ...], of: Tensor = None) 
 
 
 def _joints(q: Tensor) -> Tensor:
+    """Return joints as a checked tensor (..., 7)."""
     return _tensor("q", q, (7,))
 
 
@@ -200,34 +203,40 @@ def _joints(q: Tensor) -> Tensor:
 
 
 def _given(tensor: Tensor) -> Any:
+    """Return the numbers of a tensor as an array."""
     return tensor.detach().numpy()
 
 
 def _double(tensor: Tensor, inner: int = 0) -> Any:
-    """The numbers of a tensor as float64, its `inner` last axes contiguous."""
+    """Return the numbers of a tensor as float64, with its `inner` last axes contiguous."""
     return as_floats("gradient", _given(tensor), tuple(tensor.shape[tensor.ndim - inner :]))
 
 
 def _as(dtype: Any, array: Any) -> Tensor:
+    """Return an array as a contiguous tensor of this type."""
     return torch.as_tensor(array).to(dtype).contiguous()
 
 
 def _how(nan: bool) -> OnError:
+    """Return the word of `on_error` for a flag."""
     return "nan" if nan else "raise"
 
 
 def _forward(q: Tensor, arm: int, nan: bool) -> tuple[Tensor, Tensor, Tensor]:
+    """Return pose, psi and gc of joints; `arm` is a key of `kept`."""
     pose, psi, gc = kept(arm).forward(_given(q), on_error=_how(nan))
     return _as(q.dtype, pose), _as(q.dtype, psi), torch.as_tensor(gc)
 
 
 def _forward_pullback(q: Tensor, by_pose: Tensor, by_psi: Tensor, arm: int, nan: bool) -> Tensor:
+    """Return the gradient by q for gradients by pose and by psi."""
     out = np.empty(q.shape)
     kept(arm)._handle.forward_pullback_many(_double(q, 1), _double(by_pose, 2), _double(by_psi), out, nan)
     return _as(q.dtype, out)
 
 
 def _inverse(pose: Tensor, psi: Tensor, gc: Tensor, arm: int, nan: bool) -> Tensor:
+    """Return joints of poses, arm angles and branches."""
     given = _given(pose), _given(psi), _given(gc)
     return _as(pose.dtype, kept(arm).inverse(*given, limits=False, on_error=_how(nan)))
 
@@ -235,6 +244,7 @@ def _inverse(pose: Tensor, psi: Tensor, gc: Tensor, arm: int, nan: bool) -> Tens
 def _inverse_pullback(
     pose: Tensor, psi: Tensor, gc: Tensor, by_q: Tensor, arm: int, nan: bool
 ) -> tuple[Tensor, Tensor]:
+    """Return the gradients by pose and psi for a gradient by q."""
     known = kept(arm)
     by_pose, by_psi = np.empty(pose.shape), np.empty(psi.shape)
     poses = as_poses("pose", _given(pose), known._handle)
@@ -244,10 +254,12 @@ def _inverse_pullback(
 
 
 def _freedom(pose: Tensor, arm: int) -> Tensor:
+    """Return the total length of the feasible intervals of each pose, rad."""
     return _as(pose.dtype, kept(arm).freedom(_given(pose)).total)
 
 
 def _freedom_pullback(pose: Tensor, by_total: Tensor, arm: int) -> Tensor:
+    """Return the gradient by pose for a gradient by the freedom."""
     known, poses = kept(arm), as_poses("pose", _given(pose), kept(arm)._handle)
     steepness = _double(by_total)[..., None]
     slope = gradients.freedom(known, poses)
@@ -257,6 +269,7 @@ def _freedom_pullback(pose: Tensor, by_total: Tensor, arm: int) -> Tensor:
 
 
 def _solve(pose: Tensor, seed: Tensor, arm: int, widest: bool) -> tuple[Tensor, Tensor, Tensor]:
+    """Return q, psi and gc of the solution for each pose."""
     found = kept(arm).solve(_given(pose), None if widest else _given(seed))
     q, psi, gc = (np.asarray(column) for column in (found.q, found.psi, found.gc))
     return _as(pose.dtype, q), _as(pose.dtype, psi), torch.as_tensor(gc)
@@ -265,6 +278,7 @@ def _solve(pose: Tensor, seed: Tensor, arm: int, widest: bool) -> tuple[Tensor, 
 def _solve_pullback(
     pose: Tensor, seed: Tensor, by_q: Tensor, arm: int, widest: bool
 ) -> tuple[Tensor, Tensor]:
+    """Return the gradients by pose and seed for a gradient by q."""
     known, change = kept(arm), _double(by_q, 1)[..., None]
     poses = as_poses("pose", _given(pose), known._handle)
     slopes = gradients.solve(known, poses, None if widest else _given(seed))
@@ -275,10 +289,12 @@ def _solve_pullback(
 
 
 def _limit_margin(q: Tensor, arm: int) -> Tensor:
+    """Return the distance to the nearest joint limit, rad."""
     return _as(q.dtype, kept(arm).limit_margin(_given(q)))
 
 
 def _limit_margin_gradient(q: Tensor, arm: int) -> Tensor:
+    """Return the derivative of the limit margin with respect to q."""
     return _as(q.dtype, gradients.limit_margin(kept(arm), _given(q)))
 
 
@@ -287,6 +303,7 @@ def _define(name: str, schema: str, function: Any, shapes: Any) -> Any:
     operator = torch.library.custom_op(f"armangle::{name}", function, mutates_args=(), schema=schema)
 
     def mapped(info: Any, axes: Any, *given: Any) -> Any:
+        """Return the results for arguments with a batch axis (the rule of vmap)."""
         moved = [
             value if not isinstance(value, torch.Tensor)
             else value.expand(info.batch_size, *value.shape) if axis is None
@@ -302,25 +319,30 @@ def _define(name: str, schema: str, function: Any, shapes: Any) -> Any:
 
 
 def _like(k: int) -> Any:
-    """Return the rule that a result has the shape and type of argument k."""
+    """Return a function that gives an empty tensor like its argument k."""
     return lambda *given: torch.empty_like(given[k], memory_format=torch.contiguous_format)
 
 
 def _tail(inner: int, *tail: int) -> Any:
-    """Return the rule that a result has the batch axes of argument 0, all but `inner`, and a tail."""
+    """Return a function that gives an empty tensor with the batch axes of its first argument and shape
+    `tail`.
+    """
     return lambda lead, *_: lead.new_empty((*lead.shape[: lead.ndim - inner], *tail))
 
 
 def _forward_shapes(q: Tensor, *_: Any) -> Any:
+    """Return empty results of `_forward`."""
     batch = q.shape[:-1]
     return q.new_empty((*batch, 4, 4)), q.new_empty(batch), q.new_empty(batch, dtype=torch.int64)
 
 
 def _pulled_shapes(pose: Tensor, psi: Tensor, *_: Any) -> Any:
+    """Return empty results of `_inverse_pullback`."""
     return _like(0)(pose), _like(0)(psi)
 
 
 def _solved_shapes(pose: Tensor, *_: Any) -> Any:
+    """Return empty results of `_solve`."""
     batch = pose.shape[:-2]
     return pose.new_empty((*batch, JOINTS)), pose.new_empty(batch), pose.new_empty(batch, dtype=torch.int64)
 
@@ -361,53 +383,63 @@ _define("limit_margin_gradient", "(Tensor q, int arm) -> Tensor", _limit_margin_
 
 
 def _save_forward(ctx: Any, inputs: Any, output: Any) -> None:
+    """Keep what the gradient of `_forward` needs."""
     q, ctx.arm, ctx.nan = inputs
     ctx.save_for_backward(q)
     ctx.mark_non_differentiable(output[2])
 
 
 def _forward_backward(ctx: Any, by_pose: Tensor, by_psi: Tensor, _: Tensor) -> Any:
+    """Return the gradients by all arguments of `_forward`."""
     (q,) = ctx.saved_tensors
     return torch.ops.armangle.forward_pullback(q, by_pose, by_psi, ctx.arm, ctx.nan), None, None
 
 
 def _save_inverse(ctx: Any, inputs: Any, output: Any) -> None:
+    """Keep what the gradient of `_inverse` needs."""
     pose, psi, gc, ctx.arm, ctx.nan = inputs
     ctx.save_for_backward(pose, psi, gc)
 
 
 def _inverse_backward(ctx: Any, by_q: Tensor) -> Any:
+    """Return the gradients by all arguments of `_inverse`."""
     by_pose, by_psi = torch.ops.armangle.inverse_pullback(*ctx.saved_tensors, by_q, ctx.arm, ctx.nan)
     return by_pose, by_psi, None, None, None
 
 
 def _save_solve(ctx: Any, inputs: Any, output: Any) -> None:
+    """Keep what the gradient of `_solve` needs."""
     pose, seed, ctx.arm, ctx.widest = inputs
     ctx.save_for_backward(pose, seed)
     ctx.mark_non_differentiable(output[1], output[2])
 
 
 def _solve_backward(ctx: Any, by_q: Tensor, *_: Tensor) -> Any:
+    """Return the gradients by all arguments of `_solve`."""
     by_pose, by_seed = torch.ops.armangle.solve_pullback(*ctx.saved_tensors, by_q, ctx.arm, ctx.widest)
     return by_pose, by_seed, None, None
 
 
 def _save_freedom(ctx: Any, inputs: Any, output: Any) -> None:
+    """Keep what the gradient of `_freedom` needs."""
     pose, ctx.arm = inputs
     ctx.save_for_backward(pose)
 
 
 def _freedom_backward(ctx: Any, by_total: Tensor) -> Any:
+    """Return the gradients by all arguments of `_freedom`."""
     (pose,) = ctx.saved_tensors
     return torch.ops.armangle.freedom_pullback(pose, by_total, ctx.arm), None
 
 
 def _save_limit_margin(ctx: Any, inputs: Any, output: Any) -> None:
+    """Keep what the gradient of `_limit_margin` needs."""
     q, ctx.arm = inputs
     ctx.save_for_backward(q)
 
 
 def _limit_margin_backward(ctx: Any, by_margin: Tensor) -> Any:
+    """Return the gradients by all arguments of `_limit_margin`."""
     (q,) = ctx.saved_tensors
     return by_margin[..., None] * torch.ops.armangle.limit_margin_gradient(q, ctx.arm), None
 

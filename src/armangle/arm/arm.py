@@ -1241,7 +1241,7 @@ class Arm(FrozenValue):
         return self._arcs(pose, gc, Wanted.BRANCH, (), self.scene, progress)
 
     def feasible_turns(self, pose: ArrayLike, about: Literal["base", "tool"]) -> ArcSet:
-        """Return all turns about the axis of joint 1 or of joint 7 at which a pose can be reached.
+        """Return all angles of rotation about joint 1's or joint 7's axis at which a pose can be reached.
 
         Only that joint depends on such a turn: it moves by the angle and the other joints stay. So the
         intervals follow from the feasible arm angles of the other joints, in closed form. Obstacles are

@@ -99,9 +99,8 @@ def cover_cylinder(radius: float, length: float, most: int) -> list[Rod]:
 
 
 def _rims(radius: float, half: float, height: float) -> Rod:
-    """Return the smallest rod on the z axis that contains a cylinder:
-
-    its half length, its middle's height, m.
+    """Return the smallest rod on the z axis that contains a cylinder: its half length, its middle's height,
+    m.
     """
     rods = []
     for back in np.linspace(0.0, half, 30):

@@ -537,9 +537,8 @@ class JointPath:
         return curve
 
     def _led(self, between: Between) -> JointLines | JointSpline:
-        """Return the curve through the rows in joint space:
-
-        linear or a spline; raise if it exceeds limits.
+        """Return the curve through the rows in joint space: linear or a spline; raise if it
+        exceeds limits.
         """
         kept = self._apart()
         rows = self._rows_of_joints(kept)

@@ -438,9 +438,8 @@ def _with_roll(
 
 
 def _wished(psi: Any) -> tuple[Wish, Floats | None]:
-    """Return the target of the elbow for the core:
-
-    its kind, and psi over s (rad), a point (m) or direction.
+    """Return the target of the elbow for the core: its kind, and psi over s (rad), a point (m) or
+    direction.
     """
     if psi is None:
         return Wish.PSI, None
@@ -466,9 +465,8 @@ def _wished(psi: Any) -> tuple[Wish, Floats | None]:
 
 
 def _asked(allowed: Allowed | None, path: Path) -> tuple[Any, Any, Any]:
-    """Return the allowed arcs for the core:
-
-    their number and ends (rad) if they are the same all along the path; else a function of s.
+    """Return the allowed arcs for the core: their number and ends (rad) if they are the same all along the
+    path; else a function of s.
     """
     if allowed is None:
         return None, None, None

@@ -116,9 +116,8 @@ def best_planned(
 
 
 def _worth(result: JointPath) -> tuple[bool, bool, float]:
-    """Return a sort key, lower is better:
-
-    solved and certified first, then by cost, else by how far it comes.
+    """Return a sort key, lower is better: solved and certified first, then by cost, else by how
+    far it comes.
     """
     branches = result.diagnosis.branches if result.diagnosis else ()
     costs = [branch.cost for branch in branches if branch.ok]

@@ -129,9 +129,8 @@ def _show_next(folder: str | None, files: int, *, drawn: bool) -> None:
 
 
 def _facts(made: paper_example.Run) -> dict[str, Any]:
-    """Return the results of a run for JSON:
-
-    policy, ends, margin and largest step (rad), time for each pose.
+    """Return the results of a run for JSON: policy, ends, margin and largest step (rad), time for
+    each pose.
     """
     path = made.path
     return {

@@ -241,9 +241,8 @@ def _acceleration(arm: Arm, args: argparse.Namespace) -> Floats | None:
 
 
 def _facts(path: JointPath, start: Floats) -> dict[str, Any]:
-    """Return numbers about a path for JSON:
-
-    poses by status, branch, arm angles and largest joint step (rad).
+    """Return numbers about a path for JSON: poses by status, branch, arm angles and largest joint
+    step (rad).
     """
     solved = path.status == Status.OK
     psi = path.psi[solved]

@@ -165,9 +165,8 @@ def _rows(arm: Arm, first: Floats, ticks: list[Tracked], dt: float) -> Trajector
 
 
 def _summary(ticks: list[Tracked], first: Floats, dt: float) -> dict[str, Any]:
-    """Return numbers about all cycles for JSON:
-
-    statuses, reasons, distances from the target, largest rates.
+    """Return numbers about all cycles for JSON: statuses, reasons, distances from the target,
+    largest rates.
     """
     qd, qdd = _rates(ticks, dt)
     away = np.array([tick.distance for tick in ticks])
