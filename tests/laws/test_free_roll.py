@@ -99,6 +99,8 @@ def test_one_pose_is_a_row_of_its_batch_and_another_axis_goes_by_a_ladder(name: 
     for k in range(6):
         one = arm.solve(poses[k], seed=near[k], roll="free")
         assert isinstance(one.status, aa.Status) and np.array_equal(one.q, free.q[k])
+    shared = arm.solve(poses[:3], seed=near[2], roll="free")  # one seed for all poses
+    assert shared.q.shape == (3, 7) and np.array_equal(shared.q[2], free.q[2])
     straight = along_axis_7(arm)
     poses = straight.forward(q)[0]
     batch = straight.solve(poses, seed=near, roll="free")
