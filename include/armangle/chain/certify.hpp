@@ -33,16 +33,18 @@ inline constexpr int pieces = 64;             // that a stretch may take on aver
 
 namespace detail {
 
-/// The greatest size in an interval.
+/// The largest absolute value in an interval.
 inline double size_of(const Interval& x) noexcept { return greater(std::fabs(x.lo), std::fabs(x.hi)); }
 
-/// A cubic and a radius for each joint, over |s - middle| <= half: the posture is within.
+/// Bounds of the joint angles over the parameters |s - middle| <= half: a cubic and a radius for each joint.
+/// The true arm has exactly one posture within `radius` of the cubic, and it is within `within`.
 struct JointTube {
     double middle, half;
     double theta[joints][4];  // Taylor coefficients at the middle
     double radius[joints];    // of the box that holds one posture alone
     double within[joints];    // how near to the cubic that posture is
 
+    /// The range (rad) of joint j's cubic over parameters middle + off, widened by `more` on both sides.
     Interval range(int j, const Interval& off, double more) const noexcept {
         const double* c = theta[j];
         const Interval cubic =
@@ -54,6 +56,7 @@ struct JointTube {
 /// Proves the joints of a nearly S-R-S arm along a curve of its nominal arm.
 class TubeProver {
 public:
+    /// Prepares the proof of a curve; `also` is the proof of its nominal arm, `scene` may be null.
     TubeProver(const CorrectedCurve& curve, const Limits& limits, double margin, const Proof& also,
                const Scene* scene) noexcept
         : curve_(curve),
@@ -64,7 +67,8 @@ public:
         budget_ = static_cast<long long>(curve.curve.stretches.size() + 8) * chain_tuning::pieces;
     }
 
-    /// checkpoint() is called between the stretches.
+    /// Proves all stretches and returns the ranges of s that are not proven; checkpoint() is called between
+    /// stretches.
     Proof run(const std::function<void()>& checkpoint) {
         for (const Stretch& x : curve_.curve.stretches) {
             if (checkpoint) checkpoint();
@@ -77,19 +81,21 @@ public:
         return std::move(proof_);
     }
 
-    /// How far (rad) a joint that was looked at is beyond its limits at most; <= 0 within them.
+    /// The largest violation (rad) of a joint limit found at sampled places; <= 0 if all are within limits.
     double excess() const noexcept { return excess_; }
 
-    /// How much (m) a place that was looked at lacks of the clearance; <= 0: nothing.
+    /// The largest lack of clearance (m) found at sampled places; <= 0 if there is none.
     double short_of() const noexcept { return short_; }
 
 private:
+    /// Whether the proof of the nominal arm holds all over a stretch.
     bool also_proven(const Stretch& x) const noexcept {
         for (std::size_t i = 0; i + 1 < also_.open.size(); i += 2)
             if (also_.open[i] < x.end && also_.open[i + 1] > x.start) return false;
         return true;
     }
 
+    /// Adds [from, to] to the ranges of s that are not proven.
     void leave(double from, double to) {
         if (!proof_.open.empty() && proof_.open.back() == from) {
             proof_.open.back() = to;
@@ -99,7 +105,7 @@ private:
         }
     }
 
-    /// Looks for places where a limit is passed, or the inverse gives no posture.
+    /// Samples a stretch, and records how much limits and clearance are violated or that no posture is found.
     void look(const Stretch& x) {
         for (int i = 0; i <= looks; ++i) {
             const double s = x.start + (x.end - x.start) * i / looks;
@@ -116,6 +122,8 @@ private:
         }
     }
 
+    /// The posture of the nominal arm at s, found from the joints interpolated between the ends of the
+    /// stretch.
     PlacedPosture nominal_at(const Stretch& x, double s) const noexcept {
         const double t = (s - x.start) / (x.end - x.start);
         double near[joints];
@@ -123,6 +131,8 @@ private:
         return curve_.curve.solve(x, s, phi_at(x, s), near, x.psi);
     }
 
+    /// Proves [from, to] of a stretch, in halves if it is not proven as a whole; false if the work is used
+    /// up.
     bool prove(const Stretch& x, double from, double to, int depth) noexcept {
         JointTube tube;
         if (--budget_ < 0) return false;
@@ -135,7 +145,7 @@ private:
         return prove(x, from, half, depth + 1) && prove(x, half, to, depth + 1);
     }
 
-    /// The tube of a piece; false where it is not proven.
+    /// Computes the tube of the piece [from, to] in `out`; returns whether it is proven to hold one posture.
     bool enclose(const Stretch& x, double from, double to, JointTube& out) const noexcept {
         using J = Jet<Interval, 2>;
         using Row = SevenEquations<Interval>::Row;
@@ -199,7 +209,7 @@ private:
         return true;
     }
 
-    /// Whether limits and singularity margin hold in a tube, and the branch.
+    /// Whether joint limits, singularity margin and branch hold for all postures of a tube.
     bool keeps(const Stretch& x, const JointTube& tube) const noexcept {
         const Arm& arm = curve_.curve.arm;
         const Configuration<double> side = configuration(curve_.curve.branch(x));
@@ -221,7 +231,7 @@ private:
                (x.lead != 0 || dot(curve_.plane_at(x, s).along, elbow_axis(angle)).lo > 0);
     }
 
-    /// Whether the posture at the end of the tube before is that which this one begins with.
+    /// Whether the posture at the end of the previous tube is the one at the beginning of this tube.
     bool goes_on(const JointTube& tube) const noexcept {
         if (!known_) return true;
         bool held = true, holds = true;
@@ -234,7 +244,7 @@ private:
         return held || holds;
     }
 
-    /// Whether nothing touches in a tube: about the straight move of its linear part.
+    /// Whether no link collides in a tube: it is checked as a straight joint motion with a radius.
     bool is_clear(const JointTube& tube) noexcept {
         if (!move_) return true;
         double q[joints], d[joints], off[joints];
@@ -265,9 +275,10 @@ private:
 
 }  // namespace detail
 
-/// Proves limits and a singularity margin (rad) of the true joints along a curve, where `also`, the proof of
-/// the nominal arm's, holds; and that nothing touches in a scene of the true arm. `excess`: how far (rad) a
-/// joint that was looked at is beyond its limits; `short_of`: how much (m) of the clearance is lacking there.
+/// Proves that the true joints of a chain keep limits and singularity margin (rad) along a curve, and the
+/// clearance of `scene` (null: none). `also` is the proof for the nominal arm. Returns the ranges of s that
+/// are not proven; `excess` is the largest violation of a limit found (rad), `short_of` the largest lack of
+/// clearance (m).
 inline Proof certify(const CorrectedCurve& curve, const Limits& limits, double margin, const Proof& also,
                      const Scene* scene, double& excess, double& short_of,
                      const std::function<void()>& checkpoint = {}) {

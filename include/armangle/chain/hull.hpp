@@ -24,17 +24,18 @@ inline constexpr double grown = 2.0;       // a radius over the defect it has to
 inline constexpr int growths = 3;
 }  // namespace chain_tuning
 
-/// theta(t) is within `radius` of centre + slope t for |t| <= half, and dtheta/dt within slope_radius of
-/// slope.
+/// Bounds of the joints for psi + t, |t| <= half (rad): theta(t) is within `radius` of theta + slope t, and
+/// dtheta/dpsi within `slope_radius` of `slope`.
 template <class T>
 struct Hull {
     T psi, half;
     T theta[joints], slope[joints], radius[joints], slope_radius[joints];
 
+    /// By how much (rad) a joint can differ from its value at the middle.
     T reach(int joint) const noexcept { return half * abs(slope[joint]) + radius[joint]; }
 };
 
-/// One of hulls side by side.
+/// Number k of N hulls that are computed at once.
 template <int N>
 inline Hull<double> lane(const Hull<Lane<N>>& hulls, int k) noexcept {
     Hull<double> out;
@@ -51,7 +52,7 @@ inline Hull<double> lane(const Hull<Lane<N>>& hulls, int k) noexcept {
 
 namespace detail {
 
-/// What a hull is proven from: all derivatives at its centre, along u.
+/// The derivatives at the centre of a hull that its proof needs; u is dtheta/dpsi.
 template <class T>
 struct HullCentre {
     using Row = typename SevenEquations<T>::Row;
@@ -73,25 +74,27 @@ struct HullCentre {
     Sizes row[joints];          // sizes of the rows of C
 };
 
-/// How a frame turns while the joints before it turn at constant rates: its velocity and three derivatives.
+/// Angular velocity of a frame and its three derivatives while the joints before it rotate at constant rates.
 template <class T>
 struct Spin {
     Vec3<T> velocity, acceleration, jerk, snap;
 
-    /// A vector of the frame and its derivatives.
+    /// The first three derivatives of a vector.
     struct Moving {
         Vec3<T> first, second, third;
     };
+    /// The derivatives of a vector fixed in the frame.
     ARMANGLE_INLINE Moving of(const Vec3<T>& v) const noexcept {
         const Vec3<T> a = cross(velocity, v), b = cross(acceleration, v) + cross(velocity, a);
         return {a, b, cross(jerk, v) + cross(acceleration, a) * T(2.0) + cross(velocity, b)};
     }
+    /// The fourth derivative of a vector fixed in the frame, whose first three are `m`.
     ARMANGLE_INLINE Vec3<T> fourth(const Vec3<T>& v, const Moving& m) const noexcept {
         return cross(snap, v) + (cross(jerk, m.first) + cross(acceleration, m.second)) * T(3.0) +
                cross(velocity, m.third);
     }
 
-    /// One more joint, whose axis turns with the frame before it.
+    /// Adds a joint with this axis, whose derivatives are `m`, rotating at this rate.
     ARMANGLE_INLINE void add(const Vec3<T>& axis, const Moving& m, const T& rate) noexcept {
         velocity = velocity + axis * rate;
         acceleration = acceleration + m.first * rate;
@@ -100,13 +103,13 @@ struct Spin {
     }
 };
 
-/// A vector of zeros.
+/// The zero vector.
 template <class T>
 ARMANGLE_INLINE Vec3<T> no_vector() noexcept {
     return {T(0.0), T(0.0), T(0.0)};
 }
 
-/// At constant rates u of the joints and of psi. Where the posture is singular nothing of it is a number.
+/// Computes the derivatives at a posture, with all joints rotating at dtheta/dpsi. NaN at a singular posture.
 template <class T>
 ARMANGLE_INLINE void hull_centre(const ChainArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
                                  const SinCos<T>* angle, HullCentre<T>& out) noexcept {
@@ -188,13 +191,13 @@ ARMANGLE_INLINE void hull_centre(const ChainArm& arm, const Pose<T>& pose, const
     out.snap = max(norm(fourth.wrist), norm(fourth.turn));
 }
 
-/// Bounds of the third-order rest of the Jacobian's columns over a stretch and a box.
+/// Bounds of the third-order remainder of the Jacobian's columns over a stretch of psi and a box of joints.
 template <class T>
 struct ColumnRest {
     T wrist[joints], turn[joints], psi;
 };
 
-/// A column turns with the joints before it, or as seen from the tip, which nearly stays, with those behind.
+/// Bounds of the remainder for |t| <= half (rad) and joints within `radius` (rad) of their linear motion.
 template <class T>
 ARMANGLE_INLINE ColumnRest<T> column_rest(const ChainArm& arm, const HullCentre<T>& at, const T& half,
                                           const T (&radius)[joints]) noexcept {
@@ -229,7 +232,7 @@ ARMANGLE_INLINE ColumnRest<T> column_rest(const ChainArm& arm, const HullCentre<
     return out;
 }
 
-/// G of a box.
+/// The matrix G of the header comment: how much the Newton step changes per change of each joint in the box.
 template <class T>
 ARMANGLE_INLINE void contraction(const ChainArm& arm, const HullCentre<T>& at, const T& half,
                                  const T (&radius)[joints], T (&G)[joints][joints]) noexcept {
@@ -243,7 +246,7 @@ ARMANGLE_INLINE void contraction(const ChainArm& arm, const HullCentre<T>& at, c
         }
 }
 
-/// d + G x
+/// Element i of d + G x.
 template <class T>
 ARMANGLE_INLINE T grown_by(const T (&d)[joints], const T (&G)[joints][joints], const T (&x)[joints],
                            int i) noexcept {
@@ -254,7 +257,8 @@ ARMANGLE_INLINE T grown_by(const T (&d)[joints], const T (&G)[joints][joints], c
 
 }  // namespace detail
 
-/// The hulls of |t| <= half about postures; false (a mask of lanes) where one is not proven.
+/// Computes the hull over |t| <= half (rad) about a posture with these angles; returns whether it is proven,
+/// as a mask if T is several lanes.
 template <class T>
 inline auto prove_hull(const ChainArm& arm, const Pose<T>& pose, const detail::PsiPlane<T>& plane,
                        const SinCos<T>* angle, const T& psi, const T& half, Hull<T>& out) noexcept {

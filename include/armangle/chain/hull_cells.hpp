@@ -11,17 +11,19 @@ namespace armangle {
 
 namespace detail {
 
-/// The work on one pose and branch.
+/// Proven bounds of the true joints over cells of psi, for one pose and branch.
 class HullCells {
 public:
     static constexpr double widest = 0.0123;  // rad: wider ones are hardly ever proven
 
+    /// Prepares the cells of a pose (tool frame) in branch gc.
     HullCells(const ChainArm& arm, const Pose<double>& pose, int gc) noexcept
         : arm_(arm),
           pose_(pose),
           on_(triad(arm.nominal, flange_pose(arm.nominal, pose))),
           gc_(configuration(gc)) {}
 
+    /// Computes the bounds over |psi - middle| <= half (rad) in `out`; returns whether they are proven.
     bool over(double psi, double half, StraightCell& out) noexcept {
         const PsiPlane<double> plane(on_, sin_cos(psi));
         SinCos<double> angle[joints];
@@ -41,7 +43,7 @@ public:
     }
 
 private:
-    /// The posture at a plane: the quick way, or from that found last, which is near.
+    /// Computes the posture at a psi, directly or from the posture found last; returns whether one is found.
     bool posture(const PsiPlane<double>& plane, SinCos<double> (&angle)[joints]) noexcept {
         bool found = solve_quickly(arm_, pose_, plane, gc_, angle);
         if (!found && known_) {
@@ -66,13 +68,14 @@ private:
 
 }  // namespace detail
 
-/// Hulls prove cells of an own chain.
+/// Selects HullCells for an arm on its own chain.
 template <>
 struct CellsOf<ChainArm> {
     using type = detail::HullCells;
 };
 
-/// Psi_all of a pose in branch gc of the true chain that keeps clear of a scene.
+/// The values of psi at which branch gc of the true chain has a solution within the limits, with the
+/// singularity margin (rad), that is free of collisions in a scene.
 inline void feasible(const ChainArm& arm, const Scene& scene, const Pose<double>& pose, int gc,
                      const Limits& limits, double margin, ProvenArcs& out, Tag& blocking) noexcept {
     feasible(arm, pose, gc, limits, margin, out);

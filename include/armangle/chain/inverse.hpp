@@ -38,24 +38,26 @@ inline constexpr double band_sine = 0.17;
 
 namespace detail {
 
-/// psi on the circle of the true pose, as a plane that corrected poses can take up.
+/// The plane of a psi (rad) in the frame of a pose: what the elbow axis z_3 must fulfil to have that psi.
 template <class T>
 struct PsiPlane {
     Vec3<T> across;  // e cos(psi) - z sin(psi): the elbow axis z_3 is orthogonal to it
     Vec3<T> along;   // e sin(psi) + z cos(psi): and on the side of this
 
+    /// The plane of a psi on the circle of a pose.
     PsiPlane(const Triad<T>& on, const SinCos<T>& psi) noexcept
         : across(combine(on.e, psi.cos, on.z, -psi.sin)), along(combine(on.e, psi.sin, on.z, psi.cos)) {}
 
     PsiPlane(const Vec3<T>& a, const Vec3<T>& b) noexcept : across(a), along(b) {}
 
-    /// That of another psi of the circle, `by` further.
+    /// The plane of psi + `by`.
     PsiPlane turned(const T& by) const noexcept {
         const SinCos<T> sc = sin_cos(by);
         return {combine(across, sc.cos, along, -sc.sin), combine(along, sc.cos, across, sc.sin)};
     }
 
-    /// The normal at psi = 0 of a wrist p = S->W (m), w = p / |p|: the one whose z_3 has this psi.
+    /// The unit normal that stands for psi = 0 in the closed form of a pose whose wrist is p (m, from the
+    /// shoulder; w = p / |p|), so that its psi is this plane's.
     Vec3<T> normal(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) const noexcept {
         const Vec3<T> in_plane = w - across * dot(across, w);
         const Vec3<T> upright = in_plane * (T(1.0) / norm(in_plane)), z = cross(across, upright);
@@ -67,8 +69,8 @@ struct PsiPlane {
     }
 };
 
-/// Unit directions of the nominal posture of a pose 0T7 at the plane's psi; out of reach, of the nearest
-/// wrist.
+/// The angles of the nominal arm's posture for a flange pose, a psi and a branch; a wrist out of reach is
+/// moved to the nearest reachable distance.
 template <class T>
 ARMANGLE_INLINE void nominal_posture(const Arm& arm, const Pose<T>& flange, const PsiPlane<T>& plane,
                                      const Configuration<T>& gc, SinCos<T>* angle) noexcept {
@@ -83,7 +85,7 @@ ARMANGLE_INLINE void nominal_posture(const Arm& arm, const Pose<T>& flange, cons
     }
 }
 
-/// a^-1 b
+/// Pose b in the frame of a: a^-1 b.
 template <class T>
 ARMANGLE_INLINE Pose<T> from_to(const Pose<T>& a, const Pose<T>& b) noexcept {
     const Mat3<T>& r = a.rotation;
@@ -98,7 +100,7 @@ ARMANGLE_INLINE T taxi_length(const Vec3<T>& v) noexcept {
     return abs(v.x) + abs(v.y) + abs(v.z);
 }
 
-/// How far a pose is from the identity: the shift as a share of `size`, and the turn in rad.
+/// The distance of a pose from the identity: translation (m) over `size` plus rotation angle (rad).
 template <class T>
 ARMANGLE_INLINE T remainder(const Pose<T>& p, double size) noexcept {
     const Mat3<T>& r = p.rotation;
@@ -106,16 +108,14 @@ ARMANGLE_INLINE T remainder(const Pose<T>& p, double size) noexcept {
     return taxi_length(p.position) * T(1.0 / size) + T(0.5) * taxi_length(turn);
 }
 
-/// Directions of a posture, and how far it is from what is wanted: shift as a share of the size, turn and psi
-/// in rad.
+/// A posture and its error: position over size, plus rotation and psi in rad.
 template <class T>
 struct Found {
     SinCos<T> angle[joints];
     T left;
 };
 
-/// The posture after so many corrections of the pose. A lane that is settled stays, whatever its neighbours
-/// need.
+/// The posture after at most `corrections` corrections of the pose; a lane that has converged is not changed.
 template <class T>
 ARMANGLE_INLINE Found<T> correct(const ChainArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
                                  const Configuration<T>& gc, int corrections) noexcept {
@@ -137,10 +137,9 @@ ARMANGLE_INLINE Found<T> correct(const ChainArm& arm, const Pose<T>& pose, const
     }
 }
 
-/// The seven equations at a posture: how far wrist (m, as a share of the reach), turn and psi are from those
-/// wanted, and the columns of their Jacobian. The wrist and not the tip, whose rows would nearly be those of
-/// the turn. psi by its elbow axis z_3, which must be orthogonal to the plane's `across`; dz_3 = a_i x z_3 of
-/// the nominal axes i = 1, 2, 3.
+/// The seven equations at a posture: the errors `left` of the wrist (m, over the reach), rotation (rad) and
+/// psi, and the columns of their Jacobian by the joints. psi is measured by the elbow axis z_3, which must be
+/// orthogonal to the plane's `across`.
 template <class T>
 struct SevenEquations {
     struct Row {
@@ -149,9 +148,11 @@ struct SevenEquations {
     };
     Row left, column[joints];
 
+    /// The sum of all absolute errors.
     T size() const noexcept { return taxi_length(left.wrist) + taxi_length(left.turn) + abs(left.psi); }
 };
 
+/// Computes the seven equations at a posture with these angles.
 template <class T>
 ARMANGLE_INLINE SevenEquations<T> seven_equations(const ChainArm& arm, const Pose<T>& pose,
                                                   const PsiPlane<T>& plane, const SinCos<T>* angle) noexcept {
@@ -184,8 +185,8 @@ ARMANGLE_INLINE T triple(const Vec3<T>& a, const Vec3<T>& b, const Vec3<T>& c) n
     return dot(a, cross(b, c));
 }
 
-/// The seven equations with joints 5-7 taken out by the rows of the turn, a 3x3 block: what is left to joints
-/// 1-4. Where a determinant vanishes nothing is a number.
+/// The seven equations with joints 5-7 eliminated by the rows of the rotation: the rest is for joints 1-4. At
+/// a vanishing determinant all values are NaN or infinite.
 template <class T>
 struct Reduced {
     using Row = typename SevenEquations<T>::Row;
@@ -196,6 +197,7 @@ struct Reduced {
     T m_12, m_02, m_01;  // Cramer's rule: minors
     T per_det, per;      // one over each determinant
 
+    /// Eliminates joints 5-7.
     ARMANGLE_INLINE explicit Reduced(const SevenEquations<T>& f) noexcept : c_(f.column) {
         const Vec3<T> r_5 = cross(c_[5].turn, c_[6].turn), r_6 = cross(c_[6].turn, c_[4].turn),
                       r_7 = cross(c_[4].turn, c_[5].turn);
@@ -216,20 +218,20 @@ struct Reduced {
         per = T(1.0) / (c_[1].psi * m_02 - c_[0].psi * m_12 - c_[2].psi * m_01);
     }
 
-    /// Whether no determinant vanishes.
+    /// Whether both determinants are clearly not 0.
     ARMANGLE_INLINE auto is_regular() const noexcept {
         const T most(1.0 / chain_tuning::vanishing), of_turn = abs(per_det), of_rest = abs(per);
         return (of_turn < most) & (of_rest < most);
     }
-    /// Joints 5-7 that make a turn.
+    /// The rates of joints 5-7 that give a rotation vector.
     ARMANGLE_INLINE Vec3<T> turned_back(const Vec3<T>& v) const noexcept {
         return {dot(undo[0], v), dot(undo[1], v), dot(undo[2], v)};
     }
-    /// How far joints 5-7 move the wrist.
+    /// The displacement of the wrist by rates x of joints 5-7.
     ARMANGLE_INLINE Vec3<T> moved(const Vec3<T>& x) const noexcept {
         return c_[4].wrist * x.x + c_[5].wrist * x.y + c_[6].wrist * x.z;
     }
-    /// The joints that make what is left vanish.
+    /// Solves the equations: the joint step (rad) that makes the errors `left` vanish.
     ARMANGLE_INLINE void solve(const Row& left, T (&step)[joints]) const noexcept {
         const Vec3<T> rest = turned_back(left.turn), s = left.wrist - moved(rest);
         const T h = left.psi, g_0 = c_[0].psi, g_1 = c_[1].psi, g_2 = c_[2].psi;
@@ -251,13 +253,13 @@ private:
     const Row* c_;
 };
 
-/// Newton's step in closed form.
+/// The joint step (rad) of Newton's method for the seven equations.
 template <class T>
 ARMANGLE_INLINE void newton_step(const SevenEquations<T>& f, T (&step)[joints]) noexcept {
     Reduced<T>(f).solve(f.left, step);
 }
 
-/// theta + step
+/// Adds a step (rad) to the joint angles.
 template <class T>
 ARMANGLE_INLINE void turn_by(const T (&step)[joints], SinCos<T>* angle) noexcept {
     for (int j = 0; j < joints; ++j) {
@@ -267,7 +269,7 @@ ARMANGLE_INLINE void turn_by(const T (&step)[joints], SinCos<T>* angle) noexcept
     }
 }
 
-/// Whether a posture is of the branch, and its elbow on the side that psi says.
+/// Whether a posture is in the branch and has the plane's psi, not psi + pi.
 template <class T>
 ARMANGLE_INLINE auto is_of(const Arm& arm, const PsiPlane<T>& plane, const Configuration<T>& gc,
                            const SinCos<T>* angle) noexcept {
@@ -276,8 +278,8 @@ ARMANGLE_INLINE auto is_of(const Arm& arm, const PsiPlane<T>& plane, const Confi
            (angle[5].sin * gc.wrist >= T(0.0)) & (dot(plane.along, elbow_axis(angle)) > T(0.0));
 }
 
-/// The posture of (pose, psi, GC) by one correction and Newton's steps; `left` is infinite where it is of
-/// another branch, NaN where a step was none.
+/// The posture of a pose, psi and branch by one correction and a few Newton steps. `left` is infinite if it
+/// is in another branch, NaN if a step failed.
 template <class T>
 ARMANGLE_INLINE Found<T> find_posture(const ChainArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
                                       const Configuration<T>& gc) noexcept {
@@ -296,17 +298,19 @@ ARMANGLE_INLINE Found<T> find_posture(const ChainArm& arm, const Pose<T>& pose, 
     return out;
 }
 
-/// The inverse of the seven equations' Jacobian: row i is joint i + 1, columns as the rows of the equations.
+/// The inverse of the seven equations' Jacobian: row i belongs to joint i + 1, with the columns in the order
+/// of the equations.
 template <class T>
 struct InverseSlope {
     typename SevenEquations<T>::Row row[joints];
 
+    /// The step of joint i + 1 for errors x.
     ARMANGLE_INLINE T times(int i, const typename SevenEquations<T>::Row& x) const noexcept {
         return dot(row[i].wrist, x.wrist) + dot(row[i].turn, x.turn) + row[i].psi * x.psi;
     }
 };
 
-/// The inverse in closed form: what Reduced::solve() makes of each number that is left.
+/// Computes the inverse of the Jacobian in closed form, from the reduced equations.
 template <class T>
 ARMANGLE_INLINE InverseSlope<T> inverse_slope(const SevenEquations<T>& f, const Reduced<T>& to) noexcept {
     const auto& w = to.w;
@@ -340,13 +344,14 @@ ARMANGLE_INLINE InverseSlope<T> inverse_slope(const SevenEquations<T>& f, const 
     return out;
 }
 
-/// Whether two branches are near to meeting: |sin| of theta_2, theta_4 - delta or theta_6 small.
+/// Whether a posture is near a singularity: |sin| of theta_2, theta_4 - delta or theta_6 is small.
 inline bool near_singular(const Arm& arm, const SinCos<double>* angle) noexcept {
     const double bend = angle[3].sin * arm.delta.cos - angle[3].cos * arm.delta.sin;
     return !(min(min(abs(angle[1].sin), abs(angle[5].sin)), abs(bend)) > chain_tuning::band_sine);
 }
 
-/// Newton with short steps from a posture, in place, where the quick way did not lead to it.
+/// Newton's method with limited steps from a posture, which is replaced; for postures that find_posture()
+/// misses. Returns OK, NEAR_SINGULAR or NO_CONVERGENCE.
 inline Status newton(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                      const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     bool solved = false;
@@ -371,7 +376,7 @@ inline Status newton(const ChainArm& arm, const Pose<double>& pose, const PsiPla
     return solved || near_singular(arm.nominal, angle) ? Status::NEAR_SINGULAR : Status::NO_CONVERGENCE;
 }
 
-/// The same of postures side by side, of those that are wanted; tells which of them it leads to.
+/// The same for several postures at once, only those in `wanted`; returns which of them converge.
 template <int N>
 inline LaneMask<N> newton(const ChainArm& arm, const Pose<Lane<N>>& pose, const PsiPlane<Lane<N>>& plane,
                           const Configuration<Lane<N>>& gc, const LaneMask<N>& wanted,
@@ -404,8 +409,8 @@ inline LaneMask<N> newton(const ChainArm& arm, const Pose<Lane<N>>& pose, const 
     return solved & is_of(arm.nominal, plane, gc, angle);
 }
 
-/// Bends the angles of theta_2, theta_4 - delta and theta_6 that are nearer to singular than this on the side
-/// of the branch, to begin again where its postures lie.
+/// Replaces theta_2, theta_4 - delta and theta_6 by `bend` (rad), with the sign of the branch, where they are
+/// nearer to a singularity than that: a new start for Newton's method.
 template <class T>
 ARMANGLE_INLINE void bend_by(double bend, const Arm& arm, const Configuration<T>& gc,
                              SinCos<T> (&angle)[joints]) noexcept {
@@ -422,7 +427,7 @@ ARMANGLE_INLINE void bend_by(double bend, const Arm& arm, const Configuration<T>
     bent(angle[5], {0, 1}, gc.wrist);
 }
 
-/// The posture of (pose, psi, GC) where the quick way leads to it.
+/// Computes the posture by find_posture(); returns whether it converges.
 inline bool solve_quickly(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                           const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     const Found<double> found = find_posture(arm, pose, plane, gc);
@@ -430,7 +435,7 @@ inline bool solve_quickly(const ChainArm& arm, const Pose<double>& pose, const P
     return found.left <= chain_tuning::settled;
 }
 
-/// The posture where neither the quick way nor short steps lead to it: from a bend of the branch's own.
+/// Computes the posture by Newton's method from starts that are moved away from singularities.
 inline Status solve_bent(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                          const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     const auto begin = [&angle](const Found<double>& from) {
@@ -447,7 +452,7 @@ inline Status solve_bent(const ChainArm& arm, const Pose<double>& pose, const Ps
     return status;
 }
 
-/// The posture from one whose psi is `by` further, which comes back in steps.
+/// Computes the posture by finding that of psi + `by` (rad) and following it back in steps.
 inline Status solve_beside(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                            double by, const Configuration<double>& gc,
                            SinCos<double> (&angle)[joints]) noexcept {
@@ -459,8 +464,7 @@ inline Status solve_beside(const ChainArm& arm, const Pose<double>& pose, const 
     return status;
 }
 
-/// The posture from one far from it on the circle, which comes back in steps. Those are looked for side by
-/// side.
+/// Computes the posture by finding those of several distant psi at once and following one back in steps.
 inline Status solve_from_far(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                              const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     using Far = Lane<chain_tuning::far>;
@@ -496,8 +500,7 @@ inline Status solve_from_far(const ChainArm& arm, const Pose<double>& pose, cons
     return Status::NEAR_SINGULAR;
 }
 
-/// The posture of (pose, psi, GC) of a pose that may be within reach: the quick way, from a bend, and at last
-/// from postures beside it or far from it, which lead on where two branches are nearer than bends are.
+/// Computes the posture of a pose within reach: tries all methods above, the fastest first.
 inline Status solve_angles(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                            const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     if (solve_quickly(arm, pose, plane, gc, angle)) return Status::OK;
@@ -507,8 +510,8 @@ inline Status solve_angles(const ChainArm& arm, const Pose<double>& pose, const 
     return status == Status::NEAR_SINGULAR ? solve_from_far(arm, pose, plane, gc, angle) : status;
 }
 
-/// Whether a seed is a posture of (pose, psi, GC), or so near to one that Newton's method leads to it: where
-/// branches meet there may be another, which the pose alone would lead to.
+/// Whether a seed (joint values, rad) is a posture of the pose, psi and branch, or so near to one that
+/// Newton's method converges to it; the posture is then in `angle`. Used because a psi may have two postures.
 inline bool is_held_by(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                        const Configuration<double>& gc, const double* seed,
                        SinCos<double> (&angle)[joints]) noexcept {
@@ -529,7 +532,7 @@ inline bool is_held_by(const ChainArm& arm, const Pose<double>& pose, const PsiP
            is_of(arm.nominal, plane, gc, angle);
 }
 
-/// theta in (-pi, pi] of a posture; the eighth slot is 0.
+/// The joint angles in (-pi, pi] of a posture, from sines and cosines; the eighth slot is 0.
 inline JointLanes theta_of(const SinCos<double>* angle) noexcept {
     double y[joint_slots] = {}, x[joint_slots] = {0, 0, 0, 0, 0, 0, 0, 1};
     for (int j = 0; j < joints; ++j) {
@@ -539,7 +542,7 @@ inline JointLanes theta_of(const SinCos<double>* angle) noexcept {
     return atan2(JointLanes::of(y), JointLanes::of(x));
 }
 
-/// The same of postures side by side.
+/// The same for several postures at once.
 template <int N>
 ARMANGLE_INLINE void theta_of(const SinCos<Lane<N>>* angle, Lane<N> (&theta)[joints]) noexcept {
     for (int j = 0; j < joints; ++j) theta[j] = atan2(angle[j].sin, angle[j].cos);
@@ -549,7 +552,7 @@ inline void theta_of(const SinCos<double>* angle, double (&theta)[joints]) noexc
     for (int j = 0; j < joints; ++j) theta[j] = all[j];
 }
 
-/// Why a pose has no posture before any is looked for; OK where one may be.
+/// UNREACHABLE or FOLDED if a pose surely has no posture; OK if it may have one.
 inline Status reach_status(const ChainArm& arm, const Triad<double>& on) noexcept {
     const Arm& nominal = arm.nominal;
     const double outside = max(on.distance - nominal.reach, nominal.inner_reach - on.distance);
@@ -559,10 +562,10 @@ inline Status reach_status(const ChainArm& arm, const Triad<double>& on) noexcep
 
 }  // namespace detail
 
-/// (pose, psi, GC) -> q of the true chain, as inverse() of the exact arm. Pose and psi are kept to
-/// chain_tuning::residual, GC exactly: else NEAR_SINGULAR where branches meet, or NO_CONVERGENCE. A rotation
-/// that is one within its tolerance stands for the nearest exact one. A seed that is a posture of them is the
-/// answer, where there are two.
+/// The joint values of the true chain for a pose, psi and branch, as inverse() of the exact arm. The result
+/// has the pose and psi within chain_tuning::residual and exactly this branch; otherwise the status is
+/// NEAR_SINGULAR where branches meet, or NO_CONVERGENCE. A rotation within its tolerance is replaced by the
+/// nearest exact one. If there are two postures, one equal to the seed is returned.
 inline Inverse inverse(const ChainArm& arm, const Pose<double>& pose, double psi, int gc,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;
@@ -587,12 +590,12 @@ inline Inverse inverse(const ChainArm& arm, const Pose<double>& pose, double psi
     return out;
 }
 
-/// How far (m) the wrist of a pose is out of the nominal reach; <= 0 within.
+/// By how much (m) the wrist of a pose is outside the nominal arm's reach; <= 0 if it is inside.
 inline double reach_excess(const ChainArm& arm, const Pose<double>& pose) noexcept {
     return circle(arm.nominal, flange_pose(arm.nominal, pose)).triangle.excess;
 }
 
-/// dq/dpsi (rad/rad) of the true chain at (pose, psi, GC), in `q`: Newton's step for a unit of psi.
+/// The derivative dq/dpsi (rad/rad) of the true chain at a pose, psi and branch, returned as `q`.
 inline Inverse self_motion_rate(const ChainArm& arm, const Pose<double>& pose, double psi, int gc) noexcept {
     Inverse out = inverse(arm, pose, psi, gc);
     if (out.status != Status::OK) return out;

@@ -10,7 +10,7 @@ namespace armangle {
 
 namespace detail {
 
-/// The problem that a batch reports for a status.
+/// The problem of a batch element with this status.
 constexpr Problem problem_of(Status status) noexcept {
     switch (status) {
         case Status::OK: return Problem::none;
@@ -22,7 +22,7 @@ constexpr Problem problem_of(Status status) noexcept {
     }
 }
 
-/// One element by the scalar inverse: reports or fills with NaN, as asked.
+/// Solves one element of a batch; on failure fills it with NaN or reports the problem, as the batch says.
 inline void solve_element(const ChainArm& arm, const InverseBatch& b, std::size_t i,
                           Outcome& outcome) noexcept {
     double value = 0;
@@ -41,7 +41,7 @@ inline void solve_element(const ChainArm& arm, const InverseBatch& b, std::size_
     outcome.report(problem_of(found.status), i, value);
 }
 
-/// Which joints, side by side, meet the poses so nearly that inverse() may give them back.
+/// Which of several postures reach their poses within the tolerance of inverse().
 template <class T>
 ARMANGLE_INLINE auto meets(const ChainArm& arm, const T (&q)[joints], const Pose<T>& pose) noexcept {
     SinCos<T> angle[joints];
@@ -52,7 +52,7 @@ ARMANGLE_INLINE auto meets(const ChainArm& arm, const T (&q)[joints], const Pose
 
 }  // namespace detail
 
-/// Inverse kinematics of elements [begin, end), each as inverse() gives it.
+/// Solves elements [begin, end) of a batch, each with the same result as inverse().
 inline void inverse_range(const ChainArm& arm, const InverseBatch& b, std::size_t begin, std::size_t end,
                           Outcome& outcome) noexcept {
     using detail::Batch;

@@ -31,12 +31,13 @@ inline constexpr double alone = 0.4;
 
 namespace detail {
 
-/// The share a / sin theta_2 of joints 1-4, that of theta_6 by joints 5-7, and that of all joints, by
-/// determinants of the true chain and of the nominal arm at a posture.
+/// How near a posture is to a second one, as the share a / sin theta_2 of the header comment: of joints 1-4,
+/// of joints 5-7 (theta_6), and of all joints, from determinants of the true chain and the nominal arm.
 template <class T>
 struct MeetingShare {
     T of_rest, of_turn, of_all;
 
+    /// Computes the shares at a posture with these angles.
     MeetingShare(const ChainArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
                  const SinCos<T>* angle) noexcept {
         const Arm& nominal = arm.nominal;
@@ -55,8 +56,8 @@ struct MeetingShare {
     }
 };
 
-/// The share that counts where joints j and j + 2 share a turn, the hinge between them being nearly straight:
-/// `here` and at three more eighths of the circle.
+/// The largest share if joints j and j + 2 rotate together about nearly one axis (sin of the joint between is
+/// small): `here`, and at three other values of that common rotation.
 template <class T>
 ARMANGLE_INLINE T share_all_round(const ChainArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
                                   const SinCos<T>* angle, int j, const T& here) noexcept {
@@ -76,7 +77,7 @@ ARMANGLE_INLINE T share_all_round(const ChainArm& arm, const Pose<T>& pose, cons
     return middle + swing;
 }
 
-/// The largest share of a posture. Negative where no second one is of the branch.
+/// The largest share of a posture; negative if there is no second posture in its branch.
 template <class T>
 ARMANGLE_INLINE T meeting_share(const ChainArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
                                 const SinCos<T>* angle) noexcept {
@@ -90,8 +91,8 @@ ARMANGLE_INLINE T meeting_share(const ChainArm& arm, const Pose<T>& pose, const 
     return out;
 }
 
-/// Whether the postures that are within `reach` of theta are the only ones of the branch, by the share at
-/// theta.
+/// Whether the postures within `reach` (rad, of each joint) of theta are the only ones of their psi and
+/// branch; `share` is that at theta.
 inline bool is_alone(const Arm& nominal, double share, const double (&theta)[joints],
                      const double (&reach)[joints]) noexcept {
     if (share <= 0) return true;

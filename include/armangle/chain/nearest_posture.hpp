@@ -36,9 +36,11 @@ inline constexpr double straight = 0.2;     // rad off straight: an elbow that m
 
 namespace detail {
 
-/// The nearest posture: on the arcs that are proven by branch and bound, and beside them.
+/// The search for the nearest posture of a pose: branch and bound on the proven arcs of psi, and a local
+/// search where nothing is proven.
 class ProvenSearch : PostureCosts {
 public:
+    /// Prepares the search; `margin` (rad) is the singularity margin, `scene` may be null.
     ProvenSearch(const ChainArm& arm, double margin, const Pose<double>& pose, const NearestOptions& options,
                  const Scene* scene) noexcept
         : PostureCosts(arm.nominal, options),
@@ -56,7 +58,7 @@ public:
         }
     }
 
-    /// The nearest posture of all.
+    /// The nearest posture over all permitted branches.
     Nearest best() noexcept {
         Nearest out;
         if (keep_near(out)) return out;
@@ -85,7 +87,7 @@ public:
         return out;
     }
 
-    /// The nearest posture of each branch and arc.
+    /// The nearest posture of each permitted branch and proven arc.
     void all(Nearests& out) noexcept {
         out.count = 0;
         for (int gc = 0; gc < configurations; ++gc) {
@@ -108,7 +110,7 @@ private:
         double cost = infinity, psi = 0;
         int gc = -1;
     };
-    /// A posture, and whether it meets pose, branch and limits.
+    /// A posture: whether one was found, and whether it is within the limits.
     struct Spot {
         SinCos<double> angle[joints];
         double q[joint_slots];
@@ -117,7 +119,7 @@ private:
 
     // -- postures
 
-    /// The posture that inverse() gives.
+    /// The posture of a branch and psi, as inverse() gives it.
     Spot spot(int gc, double psi) const noexcept {
         Spot out;
         const PsiPlane<double> plane(on_, sin_cos(psi));
@@ -126,7 +128,7 @@ private:
         return out;
     }
 
-    /// The joint values of a posture that is found, and whether it keeps the limits.
+    /// Computes the joint values of a posture that was found, and whether they are within the limits.
     void finish(Spot& out) const noexcept {
         if (!out.found) return;
         double near[joint_slots] = {};
@@ -138,9 +140,11 @@ private:
         out.kept = within_limits(limits, out.q, tolerance::angle);
     }
 
+    /// The cost of joint 4 alone.
     double elbow_cost(const double* q) const noexcept { return cost_of(joint_[3], q[3] - joint_[3].near); }
 
-    /// What a posture costs: with joint 4, unless it alone has decided.
+    /// The cost of joint values; for the metric of the largest difference it includes joint 4, unless its
+    /// cost is already fixed as a bound.
     double cost(const double* q) const noexcept {
         if (squares()) return cost_of(q);
         const double of_elbow = elbow_cost(q);
@@ -148,12 +152,14 @@ private:
         return of_elbow <= elbow_most_ ? cost_of(q) : infinity;
     }
 
-    /// Offers a posture at psi.
+    /// Tries the posture at a psi: keeps it if it is the best so far, and returns its cost; infinite without
+    /// one.
     double offer(int gc, double psi) noexcept {
         const Spot at = spot(gc, psi);
         return offer(gc, psi, at);
     }
-    /// What is taken is what inverse() gives there: beside singularities others may have the same psi.
+    /// The same with the posture given. What is kept is the posture that inverse() gives there, as a psi may
+    /// have two near singularities.
     double offer(int gc, double psi, const Spot& at) noexcept {
         double here = at.kept ? cost(at.q) : infinity;
         if (!(here < best_.cost)) return here;
@@ -166,7 +172,8 @@ private:
 
     // -- bounds
 
-    /// Least |q - near| of a joint within `reach` of theta, over the windings that the limits leave.
+    /// The least |q - near| (rad) of a joint whose angle is within `reach` of theta, over the multiples of 2
+    /// pi within its limits; infinite if there are none.
     static double least_off(const JointCost& c, double theta, double reach) noexcept {
         const double lower = c.lower - tolerance::angle, upper = c.upper + tolerance::angle;
         if (!(reach < pi)) return abs(c.centre() - c.near);
@@ -179,7 +186,8 @@ private:
         return out;
     }
 
-    /// No posture of a stretch costs less, where each joint is within `reach` of theta.
+    /// A lower bound of the cost of postures whose joints are each within `reach` (rad) of theta; infinite if
+    /// a limit is violated by all.
     double bound(const double* theta, const double* reach) const noexcept {
         double sum = squares() ? 0.0 : -infinity;
         for (int j = 0; j < joints; ++j) {
@@ -195,12 +203,12 @@ private:
         return sum;
     }
 
-    /// Whether a posture of such a bound is worth a look.
+    /// Whether a lower bound is not below the best cost so far.
     bool dropped(double least) const noexcept {
         return !(least < (best_.cost < infinity ? best_.cost - tie(best_.cost) : infinity));
     }
 
-    /// The motion of all postures of a branch, by what deviations can do at most.
+    /// The motion of the nominal arm, widened to contain all postures of the true chain in a branch.
     CorrectedMotion<double> motion_of_all(int gc) const noexcept {
         Triad<double> on = on_;
         const double shy = tolerance::reach * arm_.reach;  // of a stretched elbow, whose rates are infinite
@@ -210,7 +218,7 @@ private:
         return out;
     }
 
-    /// First bounds of a branch.
+    /// Computes first lower bounds of the cost in each piece of the circle of a branch.
     void survey(int gc) noexcept {
         const CorrectedMotion<double> coarse = motion_of_all(gc);
         const double half = pi / chain_tuning::first_pieces;
@@ -224,7 +232,8 @@ private:
 
     // -- branch and bound
 
-    /// The arcs of a branch, less what the caller does not allow; whether there is something to search.
+    /// Computes the proven arcs of a branch, restricted to those that the caller allows; whether any are
+    /// left.
     bool ask(int gc) noexcept {
         if (asked_ == gc) return true;
         if (status_[gc] != Status::OK) return false;
@@ -252,7 +261,7 @@ private:
         return false;
     }
 
-    /// All branches in the order of their bounds.
+    /// Searches all branches, those with the least lower bound first.
     void search() noexcept {
         bool done[configurations] = {};
         for (;;) {
@@ -266,7 +275,7 @@ private:
         }
     }
 
-    /// A piece of an arc, and what nothing in it costs less than.
+    /// A piece of an arc, and a lower bound of the cost in it.
     struct Piece {
         double lower, upper, least;
 
@@ -274,7 +283,7 @@ private:
         double half() const noexcept { return 0.5 * (upper - lower); }
     };
 
-    /// One arc in pieces, the best of them on top.
+    /// Searches an arc, divided into pieces.
     void search_arc(const Arc& arc, int gc) noexcept {
         constexpr int n = chain_tuning::first_pieces;
         constexpr double width = two_pi / n;
@@ -289,15 +298,14 @@ private:
         while (waiting_ > 0) look(gc, trail);
     }
 
-    /// Keeps a piece for a look, among those from `base` on in order: the best is on top.
+    /// Puts a piece on the stack, sorted by bound above index `base`: the least is on top.
     void wait(const Piece& piece, int base) noexcept {
         int k = waiting_++;
         for (; k > base && piece_[k - 1].least < piece.least; --k) piece_[k] = piece_[k - 1];
         piece_[k] = piece;
     }
 
-    /// Looks at the pieces on top, several at once: each is done with, or its parts wait above the others, so
-    /// that few wait.
+    /// Examines several pieces from the top of the stack at once: each is dismissed, polished or divided.
     void look(int gc, PostureTrail<several>& trail) noexcept {
         Piece now[several];
         int count = 0;
@@ -383,8 +391,8 @@ private:
         }
     }
 
-    /// The end of a hull towards which the cost only falls: -1 or 1; 0 where it may turn, or jump to another
-    /// winding.
+    /// The end of a hull (-1 or 1) at which the cost is least because it is monotonic over the hull; 0 if
+    /// that is not proven.
     double falling(const Hull<double>& hull, const Spot& at, const double (&reach)[joints]) const noexcept {
         if (!squares() || !at.kept) return 0.0;
         double slope = 0, radius = 0;
@@ -403,7 +411,8 @@ private:
         return slope > 0 ? -1.0 : 1.0;
     }
 
-    /// Offers a posture; dcost/dpsi there where costs are squares, NaN where there is no posture.
+    /// Tries the posture at a psi and returns dcost/dpsi there, for costs that are sums of squares; NaN
+    /// without a posture.
     double offer_and_slope(int gc, double psi) noexcept { return offer_and_slope(gc, psi, spot(gc, psi)); }
     double offer_and_slope(int gc, double psi, const Spot& at) noexcept {
         offer(gc, psi, at);
@@ -419,7 +428,7 @@ private:
         return out;
     }
 
-    /// The least cost of a narrow piece.
+    /// Finds the least cost in a narrow piece, to rounding.
     void polish(int gc, double from, double to) noexcept {
         const Spot first = spot(gc, from), last = spot(gc, to);
         for (int j = 0; first.found && last.found && j < joints; ++j) {
@@ -443,8 +452,8 @@ private:
         settle(gc, 0.5 * (a + b));
     }
 
-    /// The psi beside `outside` up to which joint j stays on the winding that it has at `inside`: there it is
-    /// at a limit, and goes on at the other, a turn away.
+    /// The psi between `inside` and `outside` up to which joint j keeps its multiple of 2 pi; beyond it, the
+    /// joint jumps from one limit to the other.
     double winding_end(int gc, double inside, double outside, int j) const noexcept {
         const double begun = spot(gc, inside).q[j];
         for (int pass = 0; pass < chain_tuning::polishes && abs(outside - inside) > chain_tuning::residual;
@@ -458,7 +467,8 @@ private:
         return inside;
     }
 
-    /// Takes a stationary psi where its cost is that of the best but for rounding: it has more digits.
+    /// Replaces the best psi by a stationary one nearby if the cost is equal to rounding: it is more
+    /// accurate.
     void settle(int gc, double psi) noexcept {
         const Spot at = spot(gc, psi);
         if (gc != best_.gc || !at.kept || !(abs(psi - best_.psi) <= chain_tuning::polished)) return;
@@ -466,7 +476,7 @@ private:
         if (here <= best_.cost + tie(best_.cost)) best_ = {here, psi, gc};
     }
 
-    /// The same by golden sections.
+    /// Finds the least cost in a piece by golden sections.
     void by_sections(int gc, double from, double to) noexcept {
         offer(gc, from);
         offer(gc, to);
@@ -492,18 +502,18 @@ private:
 
     // -- what arcs do not tell of
 
-    /// A part of a stretch that is not proven, about psi, and what no posture in it costs less than.
+    /// A part of psi that is not proven: its middle and a lower bound of the cost in it.
     struct Doubt {
         double psi, least;
         int gc;
     };
-    /// The parts that may hold something nearer than the best, those of least bounds in order; and the least
-    /// bound of all.
+    /// The unproven parts with the least bounds, in order, and the least bound of all.
     struct Doubts {
         int count = 0;
         double least = infinity;
         Doubt part[chain_tuning::doubts];
 
+        /// Adds a part.
         void add(const Doubt& one) noexcept {
             least = min(least, one.least);
             if (count == chain_tuning::doubts && !(one.least < part[count - 1].least)) return;
@@ -512,6 +522,7 @@ private:
             part[k] = one;
         }
     };
+    /// Collects the unproven parts that may hold a lower cost than the best.
     Doubts doubts() const noexcept {
         Doubts out;
         out.least = lost_;
@@ -533,7 +544,8 @@ private:
         return out;
     }
 
-    /// Puts in the place of a posture a better one that arcs do not tell of; says where there may be one yet.
+    /// Replaces the solution by a better one found in unproven parts; its status is UNPROVEN if there may be
+    /// an even better one.
     void look_beside(Nearest& out) noexcept {
         const Doubts all = doubts();
         if (dropped(all.least)) return;
@@ -559,7 +571,7 @@ private:
         if (out.status == Status::LIMITS) out.status = Status::NEAR_SINGULAR;  // not proven either
     }
 
-    /// Offers a posture of each part of what is not proven; whether one keeps the limits.
+    /// Tries a posture of each unproven part; returns whether one is within the limits.
     bool offer_all_over() noexcept {
         for (int gc = 0; gc < configurations; ++gc) {
             PostureTrail<several> trail(near_, pose_, on_, configuration(gc));
@@ -591,8 +603,8 @@ private:
         return best_.gc >= 0;
     }
 
-    /// Begins in the middle of a part: at the nominal posture, and where joints about one axis share their
-    /// turn as the seed wishes.
+    /// Searches from the middle of an unproven part: from the nominal posture there, and from one in which
+    /// joints that rotate about one axis are near the seed.
     void try_doubt(const Doubt& doubt, Nearest& out) noexcept {
         if (!is_solved(out.status) && !scene_) {  // settling gives up where it goes slowly
             offer(doubt.gc, doubt.psi);
@@ -613,8 +625,8 @@ private:
         if (shared) try_beside(at.q, out);
     }
 
-    /// Gives joints j and j + 2, about one axis where the hinge between them is straight, the shares of their
-    /// turn that cost least; whether it does.
+    /// Distributes the rotation of joints j and j + 2 between them at least cost, if the joint between them
+    /// (`sine`, `cosine` of its angle) is near 0 or pi, where only their sum matters; returns whether it did.
     bool share(int j, double sine, double cosine, double* q) const noexcept {
         const JointCost &a = joint_[j], &b = joint_[j + 2];
         const double weight = a.weight + b.weight;
@@ -626,8 +638,8 @@ private:
         return true;
     }
 
-    /// Settles joints on the pose within the limits, then where they cost least beside that, and takes them
-    /// where they gain.
+    /// Searches from joints `start` (rad) for a posture of the pose within the limits, then for one of lower
+    /// cost, and keeps it if it is better than `out`.
     void try_beside(const double* start, Nearest& out) noexcept {
         Joints from{};
         for (int j = 0; j < joints; ++j) from.q[j] = start[j];
@@ -649,13 +661,14 @@ private:
         best_.cost = squares() ? rank * rank : rank;
     }
 
+    /// What solutions are compared by, lower is better: the distance, or minus the limit margin.
     double rank_of(const Nearest& x) const noexcept {
         return options_.metric == Metric::margin ? -x.margin : x.distance;
     }
 
     // -- results
 
-    /// The seed itself, where it is a posture of the pose: nothing is nearer.
+    /// Returns the seed itself in `out` if it is a posture of the pose within the limits: it costs nothing.
     bool keep_near(Nearest& out) noexcept {
         if (!options_.near || options_.metric == Metric::margin) return false;
         if (!within_limits(arm_.limits, options_.near, 0.0)) return false;
@@ -669,7 +682,7 @@ private:
         return true;
     }
 
-    /// Offers the seed's own branch and psi: near to a posture of the pose it is hard to beat.
+    /// Tries the branch and psi of the seed first, as a good start.
     void begin_at_seed() noexcept {
         if (!options_.near || options_.metric == Metric::margin) return;
         const Posture here = forward(near_, options_.near);
@@ -677,7 +690,7 @@ private:
         if (contains(arcs_.arcs, here.psi)) offer(here.gc, here.psi);
     }
 
-    /// What is told of the best posture found.
+    /// The best posture found, as a result.
     Nearest result() noexcept {
         const int gc = best_.gc;
         const auto at = [this, gc](double psi) {
@@ -712,16 +725,15 @@ private:
 
 }  // namespace detail
 
-/// The posture of a pose that is nearest to a seed, globally: over the allowed branches, all psi, all
-/// windings. UNPROVEN: it is a posture, but it is not proven that none is nearer. What is not proven is
-/// searched where no `scene` is to be kept clear of. `margin` (rad) is kept around singularities, and nothing
-/// searched beside them.
+/// The posture of a pose that is nearest to a seed, globally: over the permitted branches, all psi and all
+/// multiples of 2 pi within the limits. UNPROVEN: a posture, but a nearer one is not excluded. `margin` is
+/// the singularity margin (rad). Unproven parts are searched only without a scene and without a margin.
 inline Nearest nearest_posture(const ChainArm& arm, double margin, const Pose<double>& pose,
                                const NearestOptions& options, const Scene* scene = nullptr) noexcept {
     return detail::ProvenSearch(arm, margin, pose, options, scene).best();
 }
 
-/// The nearest posture of each branch and proven arc, by rising distance.
+/// The nearest posture of each permitted branch and proven arc, by rising distance.
 inline void nearest_postures(const ChainArm& arm, double margin, const Pose<double>& pose,
                              const NearestOptions& options, Nearests& out,
                              const Scene* scene = nullptr) noexcept {

@@ -23,7 +23,7 @@ inline constexpr double same_pose = 1e-12;   // m and rad: two poses that roundi
 inline constexpr double like = 0.05;  // rad: how far the nominal posture of an end may be from the true one
 }  // namespace chain_tuning
 
-/// A plan about the nominal arm, and what takes its curve to the true chain.
+/// A plan of the nominal arm, with what turns its curve into one of the true chain.
 struct ChainPlan : Plan {
     LeadShifts shifts;
     std::optional<Pose<double>> base;  // where the nominal arm stands, if not on its own base
@@ -31,14 +31,14 @@ struct ChainPlan : Plan {
 
 namespace detail {
 
-/// Whether two poses are no farther apart than `off` (m and rad).
+/// Whether two poses differ by at most `off` in position (m) and in rotation (rad).
 inline bool is_same(const Pose<double>& a, const Pose<double>& b, double off) noexcept {
     const Twist apart = difference(a, b);
     return max(norm(apart.linear), norm(apart.angular)) <= off;
 }
 
-/// The joints of the nominal arm at the pose, psi and GC that the true arm has at q: these themselves, where
-/// it has the pose there too. False where it has none near them.
+/// Computes joint values of the nominal arm with the pose, psi and branch that the true arm has at q; q
+/// itself if the nominal arm has that pose there too. False if there are none near q.
 inline bool nominal_joints(const ChainArm& arm, const double* q, double (&out)[joint_slots]) noexcept {
     const Posture at = forward(arm, q);
     std::copy(q, q + joints, out);
@@ -49,18 +49,19 @@ inline bool nominal_joints(const ChainArm& arm, const double* q, double (&out)[j
     return found.status == Status::OK && largest_move(found.q, q) <= chain_tuning::like;
 }
 
-/// Whether the true arm has the pose at joints q.
+/// Whether the true arm has the pose at joints q (within rounding of the caller).
 inline bool belongs(const ChainArm& arm, const double* q, const Pose<double>& pose) noexcept {
     return is_same(tool_pose(arm, q), pose, PlanEndsTuning::on_pose);
 }
 
-/// How far (rad) from joints q the curve is at s; infinite where it has no posture there.
+/// The largest joint difference (rad) between q and the curve at s; infinite if the curve has no posture
+/// there.
 inline double gap_at(const CorrectedCurve& drawn, const double* q, double s) noexcept {
     const PlacedPosture at = drawn.at(s);
     return is_finite(at.q) ? largest_move(at.q, q) : infinity;
 }
 
-/// A plan that says that an end is a posture which the nominal arm does not have.
+/// A failed plan for an end (s = 0 or 1) whose posture the nominal arm does not have.
 inline ChainPlan refused_end(const ChainArm& arm, const double* q, double s, unsigned branches) {
     ChainPlan out;
     const int own = forward(arm, q).gc;
@@ -76,14 +77,14 @@ inline ChainPlan refused_end(const ChainArm& arm, const double* q, double s, uns
     return out;
 }
 
-/// Whether a plan fails at an end, which is in none of the branches.
+/// Whether a plan fails at start or goal in at least one of the branches.
 inline bool refuses_end(const Plan& plan) noexcept {
     return std::any_of(plan.branches.begin(), plan.branches.end(), [](const BranchReport& x) {
         return !x.elsewhere && (x.verdict == Verdict::start || x.verdict == Verdict::goal);
     });
 }
 
-/// The plan about the nominal arm as it stands.
+/// Plans on the nominal arm with its present base, and corrects and proves the curve for the true chain.
 inline ChainPlan plan_about(const ChainArm& arm, const Segment* segments, std::size_t n, const double* rows,
                             std::size_t row_count, PlanOptions options, const Scene* scene) {
     Scene wide{};
@@ -171,7 +172,7 @@ inline ChainPlan plan_about(const ChainArm& arm, const Segment* segments, std::s
     return best;
 }
 
-/// The base on which the nominal arm has the true pose at joints q.
+/// The base for which the nominal arm has the true arm's pose at joints q.
 inline Pose<double> base_at(const ChainArm& arm, const double* q) noexcept {
     Pose<double> out = tool_pose(arm, q) * inverted(tool_pose(arm.nominal, q)) * arm.nominal.base;
     out.rotation = orthonormal(out.rotation);
@@ -180,12 +181,10 @@ inline Pose<double> base_at(const ChainArm& arm, const double* q) noexcept {
 
 }  // namespace detail
 
-/// Plans as plan() of the exact arm; the stretches are of the nominal arm's curve, the proof is of the true
-/// joints along it. Of obstacles the options hold those of the nominal arm, and `scene` is the same one of
-/// the true arm, which keeps the clearance that it asks.
-///
-/// Where that fails from (to) a posture, the nominal arm is moved to where it has that one: beside a straight
-/// elbow it may be too short for it, or bent the other way. `base` of the plan says where it stands then.
+/// Plans as plan() of the exact arm. The stretches belong to the nominal arm's curve; the proof is for the
+/// true joints along it. The options' obstacles are prepared for the nominal arm, `scene` is the same scene
+/// prepared for the true arm. If no path is found from the start or to the goal, it tries again with the
+/// nominal arm on a base at which it has that posture: the `base` of the plan.
 inline ChainPlan plan(const ChainArm& arm, const Segment* segments, std::size_t n, const double* rows,
                       std::size_t row_count, const PlanOptions& options, const Scene* scene = nullptr) {
     ChainPlan found = detail::plan_about(arm, segments, n, rows, row_count, options, scene);

@@ -15,18 +15,19 @@ inline constexpr int places = 64;  // of the circle, each with the posture that 
 
 namespace detail {
 
-/// The postures of a pose in one branch that were found last. Beside singularities a posture leads to its
-/// neighbours, where the pose alone does not.
+/// Finds postures of a pose in one branch at many psi, and keeps those found last: near singularities a
+/// posture leads to its neighbours where the pose alone does not.
 template <int N>
 class PostureTrail {
 public:
     using Several = Lane<N>;
 
+    /// Prepares for a pose in a branch.
     PostureTrail(const ChainArm& arm, const Pose<double>& pose, const Triad<double>& on,
                  const Configuration<double>& gc) noexcept
         : arm_(arm), pose_(pose), on_(on), gc_(gc) {}
 
-    /// The postures at the first `count` of these psi, and which of them are found.
+    /// Finds the postures at the first `count` of these psi (rad); is_found says which were found.
     Found<Several> find(const double (&psi)[N], int count, const PsiPlane<Several>& plane,
                         bool (&is_found)[N]) noexcept {
         Found<Several> out = find_posture(arm_, spread<Several>(pose_), plane, spread<Several>(gc_));
@@ -44,8 +45,7 @@ public:
     }
 
 private:
-    /// The postures that are missing, each from that of the nearest psi that has one, as long as that leads
-    /// to some.
+    /// Finds missing postures by Newton's method, each from the known posture of the nearest psi.
     void follow(const double (&psi)[N], int count, const PsiPlane<Several>& plane, bool (&is_found)[N],
                 Found<Several>& found) noexcept {
         for (int k = 0; k < N; ++k)
@@ -87,7 +87,7 @@ private:
         }
     }
 
-    /// A first posture, by a long search.
+    /// Finds a first posture by the slower methods of solve_angles(); at most `hard` times.
     bool first(double psi, int k, Found<Several>& found) noexcept {
         if (hard_++ >= chain_tuning::hard) return false;
         SinCos<double> angle[joints];
@@ -99,13 +99,13 @@ private:
         return true;
     }
 
-    /// The place that a posture of this psi is kept in.
+    /// The index of the memory for postures near this psi.
     static int place(double psi) noexcept {
         const int k = static_cast<int>((wrap(psi) + pi) * (chain_tuning::places / two_pi));
         return k < chain_tuning::places ? k : chain_tuning::places - 1;
     }
 
-    /// The place of the posture that is known nearest to a psi.
+    /// The index of the known posture whose psi is nearest; -1 if none is known.
     int nearest(double psi) const noexcept {
         int out = -1;
         double least = infinity;
@@ -119,6 +119,7 @@ private:
         return out;
     }
 
+    /// Keeps posture k as the known one near this psi.
     void remember(double psi, int k, const Found<Several>& found) noexcept {
         const int at = place(psi);
         for (int j = 0; j < joints; ++j) known_[at].angle[j] = {found.angle[j].sin[k], found.angle[j].cos[k]};
