@@ -35,14 +35,16 @@ struct ChainCellsTuning {
 
 namespace detail {
 
-/// The self-motion of a pose and branch on the true chain, with the members of OffsetCells.
+/// Bounds of the joints of a pose and branch over cells of the free joint, on the true chain; has the members
+/// of OffsetCells.
 class ChainCells {
 public:
-    /// What is known of postures over a cell.
+    /// Bounds of all postures over a cell.
     struct Over : OffsetCells::Over {
         bool regular;  // all nominal postures that there can be
     };
 
+    /// Prepares the cells of a pose (tool frame) in branch gc.
     ChainCells(const OffsetChain& arm, const Pose<double>& pose, int gc,
                const ChainCellsTuning& tuning = {}) noexcept
         : arm_(arm),
@@ -54,35 +56,38 @@ public:
         for (int k = 1; k < joints; ++k) length_[k] = length_[k - 1] + norm(arm.row[k].position);
     }
 
-    /// theta of all joints at a value of the free joint that has a posture; NaN where none is found.
+    /// Computes the angles of all joints at a value of the free joint (rad); NaN if no posture is found.
     void at(double free, double* theta) const noexcept {
         ChainPosture found;
         const bool ok = posture(free, found) == Status::OK;
         for (int j = 0; j < joints; ++j)
             theta[j] = ok ? atan2(found.angle[j].sin, found.angle[j].cos) : not_a_number;
     }
+    /// Finds the posture at a value of the free joint.
     Status posture(double free, ChainPosture& found) const noexcept {
         return find_posture(arm_, flange_, theta_7_of(free), branch_, nullptr, found);
     }
+    /// Sine and cosine of theta_7 at a value of the free joint.
     SinCos<double> theta_7_of(double free) const noexcept {
         return sin_cos(to_theta(arm_.nominal.rest, 6, free));
     }
+    /// The flange pose of which the cells are.
     const Pose<double>& flange() const noexcept { return flange_; }
-    /// Half width (rad) at which a cell that is not regular is left open: its halves hardly ever are, as X
-    /// adds more than they are wide.
+    /// The half width (rad) below which a cell that is not regular is not divided further.
     double narrowest(const Over& over, double least) const noexcept {
         return over.regular ? least : max(least, 0.5 * arm_.shift / arm_.nominal.rest.reach);
     }
-    /// The true chain has no closed form where the nominal one folds.
+    /// -infinity: a test of the nominal closed form, which does not apply to the true chain.
     double inside(double) const noexcept { return -infinity; }
 
-    /// A cell looked at as far as the wrist.
+    /// A cell of which the wrist is bounded, but not yet all joints.
     struct Begun {
         double middle, half;
         JointOver theta_5;
     };
 
-    /// Whether postures can be over the cell [middle - half, middle + half], and joints 4 and 7.
+    /// Begins a cell [middle - half, middle + half] of the free joint: bounds joints 4 and 7, and whether
+    /// there can be postures.
     void begin(double middle, double half, Begun& begun, Over& out) const noexcept {
         const OffsetArm& arm = arm_.nominal;
         const Arm& rest = arm.rest;
@@ -126,7 +131,8 @@ public:
         begun.theta_5 = branch_.wrist > 0 ? joint_between(a, b) : joint_between(pi - b, pi - a);
     }
 
-    /// All joints over a cell that is not outside; joints are known where a posture exists all over it.
+    /// Bounds all joints over a cell that was begun; unknown joints stay unbounded if no posture is proven
+    /// all over the cell.
     void finish(const Begun& begun, Over& out) const noexcept {
         for (int j = 0; j < joints; ++j)
             if (j != 3 && j != 6) out.joint[j] = {0.0, Interval::whole(), Interval::whole()};
@@ -149,27 +155,30 @@ public:
     }
 
 private:
-    /// d theta / d theta_7 is within `off` of `rate` all over a cell.
+    /// Derivatives of the joints by theta_7: over the cell each is within `off` of `rate`.
     struct Followed {
         double rate[joints], off[joints];
     };
 
-    /// eta of the wrist's distance, rad.
+    /// The elbow angle eta (rad) for a distance (m) of the wrist.
     double bend(double distance) const noexcept {
         const Triangle<double> found = triangle(arm_.nominal.rest, distance);
         return atan2(found.eta.sin, found.eta.cos);
     }
 
+    /// The angle (rad) of a sine, also near 1.
     static double asin_of(double sine) noexcept {
         return atan2(sine, sqrt(max((1.0 - sine) * (1.0 + sine), 0.0)));
     }
 
+    /// The bounds of a joint that is between two angles (rad).
     static JointOver joint_between(double from, double to) noexcept {
         const double middle = 0.5 * (from + to), half = above(0.5 * (to - from)) + angle_rounding;
         return {wrap(middle), {-half, half}, Interval::whole()};
     }
 
-    /// Follows the self-motion from a posture over theta_7 +- half; false where that is not proven.
+    /// Bounds the derivatives along the self-motion from a posture, for theta_7 +- half; false if that is not
+    /// proven.
     bool follow(const ChainPosture& here, double half, Followed& out) const noexcept {
         double inverse[6][6];
         Pose<double> frame[joints + 1];
@@ -221,9 +230,8 @@ private:
         return false;
     }
 
-    /// How far axes (turn) and the moves of frame 6 by them (shift, m) are at most from what their rates at
-    /// the middle of a cell make of them: at second order, and by what the joints are off their rates. The
-    /// joints before an axis turn it, or, as the tip stays, those behind it.
+    /// Bounds by how much the joint axes (rotation) and the displacements of frame 6 that they cause (m)
+    /// differ over the cell from their linear change at its middle.
     void column_rest(const double (&lever)[joints], double half, const Followed& way, double (&shift)[joints],
                      double (&turn)[joints]) const noexcept {
         struct Side {
@@ -250,11 +258,13 @@ private:
         }
     }
 
+    /// The origin of frame 6 (m) of a flange pose.
     Vec3<double> origin_of_6(const Pose<double>& flange) const noexcept {
         return mul_add(flange.rotation.z, -arm_.nominal.rest.d_wf, flange.position);
     }
 
-    /// The inverse of the Jacobian of joints 1 to 6 at a posture, and how they follow joint 7.
+    /// Inverts the Jacobian of joints 1 to 6 at a posture and computes their rates by theta_7; false if it is
+    /// singular.
     bool invert(const Pose<double> (&frame)[joints + 1], double (&inverse)[6][6],
                 double (&rate)[joints]) const noexcept {
         double a[6][13] = {};
@@ -296,7 +306,8 @@ private:
         return true;
     }
 
-    /// Whether a cell stays on the branch's side of theta_2, theta_4 - delta and cos theta_5 = 0.
+    /// Whether the signs of theta_2, theta_4 - delta and cos theta_5 stay those of the branch all over a
+    /// cell.
     bool keeps_branch(const double* theta, double half, const Followed& way) const noexcept {
         const auto reach = [&](int j) { return half * (abs(way.rate[j]) + way.off[j]) + tuning_.rounding; };
         const double shoulder = branch_.shoulder * wrap(theta[1]),

@@ -24,7 +24,8 @@ struct OffsetChainArcsTuning {
 
 namespace detail {
 
-/// Cells of the free joint that are still to be judged, the widest first.
+/// A queue of cells of the free joint that are not decided yet; each half goes to its end, so the widest come
+/// first.
 struct ChainCellQueue {
     struct Cell {
         double lower, upper;
@@ -36,11 +37,14 @@ struct ChainCellQueue {
     int first = 0, last = 0;
     Cell cell[capacity];
 
+    /// Begins with `cells` equal cells of the circle.
     explicit ChainCellQueue(int cells) noexcept {
         for (int k = 0; k < cells; ++k)
             cell[last++] = {-pi + two_pi * k / cells, -pi + two_pi * (k + 1) / cells};
     }
+    /// Whether two more cells would not fit.
     bool full() const noexcept { return last + 2 > capacity; }
+    /// Adds both halves of a cell.
     void halve(const Cell& one) noexcept {
         cell[last++] = {one.lower, one.middle()};
         cell[last++] = {one.middle(), one.upper};
@@ -49,8 +53,8 @@ struct ChainCellQueue {
 
 }  // namespace detail
 
-/// The values of the free joint at which branch gc holds a pose within limits of the joints, in the robot's
-/// order.
+/// The values of the free joint at which branch gc reaches a pose within the limits (given in the robot's
+/// order of joints).
 inline void feasible(const OffsetChain& arm, const Pose<double>& pose, int gc, const Limits& limits,
                      ProvenArcs& out, const OffsetChainArcsTuning& tuning = {}) noexcept {
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
@@ -90,25 +94,24 @@ inline void feasible(const OffsetChain& arm, const Pose<double>& pose, int gc, c
     out.status = out.unproven > 0 ? Status::NEAR_SINGULAR : judge.refusal();
 }
 
-/// The same within the arm's own limits.
+/// The same with the arm's own limits.
 inline void feasible(const OffsetChain& arm, const Pose<double>& pose, int gc, ProvenArcs& out) noexcept {
     feasible(arm, pose, gc, arm.nominal.own.limits, out);
 }
 
-/// The same of all branches.
+/// The same for all branches.
 inline void feasible_all(const OffsetChain& arm, const Pose<double>& pose, const Limits& limits,
                          ProvenArcs (&out)[configurations],
                          const OffsetChainArcsTuning& tuning = {}) noexcept {
     for (int gc = 0; gc < configurations; ++gc) feasible(arm, pose, gc, limits, out[gc], tuning);
 }
 
-/// The same arcs, whose ends name the robot's joints.
+/// The same arcs with the robot's joint numbers in the tags of their ends.
 inline ArcSet in_robot_order(const OffsetChain& arm, const ArcSet& arcs) noexcept {
     return in_robot_order(arm.nominal, arcs);
 }
 
-/// The value in q of the robot's joint that makes an end of an arc at a value of the free joint; NaN without
-/// a joint.
+/// The joint value (rad) that ends an arc, a limit of the joint in the tag; NaN if the tag names no joint.
 inline double end_value(const OffsetChain& arm, const Pose<double>&, int, Tag tag, double) noexcept {
     const int joint = tag_joint(tag) - 1;
     if (joint < 0) return not_a_number;
