@@ -7,7 +7,7 @@ import pytest
 from support.calibrated import ARMS, NAMES, calibrated, postures
 from support.draw import generator
 from support.laws import POSE, circle_gap, gap
-from support.moves import in_a_loop, moved, refused
+from support.moves import moved, refused
 
 import armangle as aa
 from armangle.arm.chain import edge_of_reach
@@ -58,16 +58,6 @@ def test_a_path_that_leaves_the_reach_says_so_where_branches_meet_first() -> Non
     assert edge_of_reach(arm, start) == edge_of_reach(arm.nominal, end) == ""
 
 
-@EVERY
-def test_follow_is_step_in_a_loop(arm: aa.Arm) -> None:
-    rng, q = generator(43), postures(arm, 1, 44)[0] * 0.5
-    poses = [arm.forward(q)[0]]
-    for _ in range(6):
-        poses.append(nudged(poses[-1], rng, 3e-3))
-    done = in_a_loop(arm, np.array(poses), q, "hold")
-    assert done.residual.max() <= POSE or (done.status != aa.Status.OK).any()
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_without_deviation_it_is_the_exact_step(name: str) -> None:
     arm = aa.Arm.from_catalogue(name)
@@ -103,30 +93,6 @@ def test_a_wish_too_far_is_shortened_and_a_pose_too_far_is_a_jump() -> None:
     assert aa.step(arm, q, pose, allowed=none).status == aa.Status.NOT_ALLOWED
 
 
-@EVERY
-def test_bounds_are_kept_or_named(arm: aa.Arm) -> None:
-    rng = generator(47)
-    fastest, hardest, dt = np.full(7, 1.0), np.full(7, 20.0), 0.02
-    q, before, kept, reasons = postures(arm, 1, 48)[0] * 0.4, np.zeros(7), 0, set()
-    pose = arm.forward(q)[0]
-    for _ in range(40):
-        pose = nudged(pose, rng, 2e-4)
-        asked = {"velocity": fastest, "acceleration": hardest, "velocity_now": before, "dt": dt}
-        now = aa.step(arm, q, pose, **asked)
-        assert (np.abs(now.velocity) <= fastest + 1e-9).all()
-        assert (np.abs(now.velocity - before) <= hardest * dt + 1e-9).all()
-        assert arm.within_limits(now.q, 1e-9)
-        if now.status is aa.Status.OK:
-            assert gap(arm.forward(now.q)[0], pose) <= POSE
-            kept += 1
-        else:
-            reasons.add(now.status)
-            pose = arm.forward(now.q)[0]
-        q, before = now.q, now.velocity
-    assert kept >= 10
-    assert reasons <= {aa.Status.PARTIAL, aa.Status.LIMITS, aa.Status.NEAR_SINGULAR, aa.Status.NO_CONVERGENCE}
-
-
 def test_a_bound_shortens_a_wish_and_names_itself_where_the_pose_is_too_far() -> None:
     arm, q = ARMS["kuka_iiwa7_r800 1.0 mm"], Q
     pose, psi, _ = arm.forward(q)
@@ -144,24 +110,6 @@ def test_a_bound_shortens_a_wish_and_names_itself_where_the_pose_is_too_far() ->
     np.testing.assert_array_less(np.abs(some.velocity), 0.01 + 1e-12)
     path = aa.follow(arm, np.stack([pose, there]), start=q, velocity=1.0, dt=0.01, on_fail="hold")
     assert path.status.tolist() == [aa.Status.OK, aa.Status.PARTIAL]
-
-
-@pytest.mark.slow
-@EVERY
-@pytest.mark.parametrize("acceleration", [None, 2.0])
-def test_a_target_aside_is_come_to_and_rested_on(arm: aa.Arm, acceleration: float | None) -> None:
-    q, dt, before = postures(arm, 1, 48)[0] * 0.4, 0.01, np.zeros(7)
-    there = moved(arm.forward(q)[0], [0.001, -0.002, 0.0015])
-    asked = {"velocity": 1.0, "acceleration": acceleration, "dt": dt, "policy": aa.Hold()}
-    for _ in range(600):
-        now = aa.step(arm, q, there, velocity_now=before, **asked)
-        assert now.status in (aa.Status.OK, aa.Status.PARTIAL)
-        assert (np.abs(now.velocity) <= 1.0 + 1e-9).all()
-        if acceleration:
-            assert (np.abs(now.velocity - before) <= acceleration * dt + 1e-9).all()
-        q, before = now.q, now.velocity
-    assert now.status is aa.Status.OK and gap(arm.forward(q)[0], there) <= POSE
-    assert np.abs(before).max() < 1e-6
 
 
 def test_what_a_chain_cannot_be_asked_is_refused_by_name() -> None:

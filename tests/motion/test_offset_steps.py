@@ -66,18 +66,6 @@ def test_a_motion_is_followed_until_no_posture_is_one_step_away(arm: aa.Arm, pol
     assert done >= 0.4 * 8 * count
 
 
-@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
-def test_a_loop_of_steps_is_follow(arm: aa.Arm) -> None:
-    poses, q = motion(arm, np.random.default_rng(3), 40)
-    path = aa.follow(arm, poses, start=q[0], on_fail="hold")
-    now = q[0]
-    for i, pose in enumerate(poses):
-        step = aa.step(arm, now, pose)
-        np.testing.assert_array_equal(step.q, path.q[i])
-        assert step.status == path.status[i] and step.gc == path.gc[i]
-        now = step.q
-
-
 def test_holding_the_free_joint_holds_it_to_the_bit_where_it_may() -> None:
     pose = FR3.forward(READY)[0].copy()
     pose[:3, 3] += [0.0005, -0.0003, 0.0004]
