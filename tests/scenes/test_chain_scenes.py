@@ -28,9 +28,6 @@ CHAINS = {
     name: ARMS[name] for name in ("kuka_iiwa7_r800 0.1 mm", "barrett_wam7 1.0 mm", "openarm_v10 2.0 mm")
 }
 CHAINS["on another base"] = CHAINS["barrett_wam7 1.0 mm"].with_(base=BASE)
-EVERY = pytest.mark.parametrize("arm", CHAINS.values(), ids=CHAINS.keys())
-MOST_OFF = 1e-6  # rad: so near an end a psi may be left out
-SLACK = 3e-9  # m
 
 
 def obstacles(arm: aa.Arm, rng: np.random.Generator, how_many: int) -> list[Any]:
@@ -79,40 +76,11 @@ def away(arcs: aa.ArcSet, psi: Any) -> Any:
     return np.array([np.min(np.abs(np.angle(np.exp(1j * (ends - x)))), initial=9.0) for x in psi])
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("body", BODIES)
-@EVERY
-def test_what_is_clear_is_clear_and_what_is_left_out_touches(arm: aa.Arm, body: str) -> None:
-    asked = lost = 0
-    for made, _, pose, _, gc, scene, rng in questions(arm, BODIES[body], 1):
-        own, arcs = made.feasible(pose, gc), made.with_(scene=scene).feasible(pose, gc)
-        psi = np.concatenate([rng.uniform(-np.pi, np.pi, 300), arcs.intervals.ravel() if arcs.ends else []])
-        inside = arcs.contains(psi)
-        assert not (inside & ~own.contains(psi)).any()
-        least = apart_at(made, pose, psi, gc, scene)
-        assert (least[inside] >= scene.clearance - 1e-12).all()
-        out = own.contains(psi) & ~inside & (away(arcs, psi) > MOST_OFF) & (away(own, psi) > MOST_OFF)
-        asked += out.sum()
-        lost += (least[out] > scene.clearance + SLACK).sum()
-        assert lost == 0 or arcs.unproven > 0
-        assert all(end.obstacle in (*scene.names, *_links(made)) for end in _obstacle_ends(arcs))
-    assert asked > 100 and lost <= 0.01 * asked
-
-
-def _links(arm: aa.Arm) -> set[str]:
-    shapes = arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
-    return {shape.name or f"link_{link}" for link, shape in shapes}
-
-
 def _obstacle_psi(arcs: aa.ArcSet) -> Any:
     rows = zip(arcs.intervals, arcs.ends, strict=True) if arcs.ends else ()
     return np.array(
         [psi for row, ends in rows for psi, end in zip(row, ends, strict=True) if end.side == "obstacle"]
     )
-
-
-def _obstacle_ends(arcs: aa.ArcSet) -> list[Any]:
-    return [end for pair in arcs.ends for end in pair if end.side == "obstacle"]
 
 
 def test_without_deviation_the_arcs_are_those_of_the_exact_arm() -> None:
@@ -136,77 +104,6 @@ def test_without_deviation_the_arcs_are_those_of_the_exact_arm() -> None:
 
 def _apart(one: aa.ArcSet, other: aa.ArcSet) -> float:
     return float((one & ~other).measure + (other & ~one).measure)
-
-
-@pytest.mark.turns(2)
-@pytest.mark.slow
-@EVERY
-def test_distances_are_those_of_the_true_links(arm: aa.Arm) -> None:
-    for body in BODIES.values():
-        for made, q, pose, psi, gc, scene, _ in questions(arm, body, 3):
-            apart, names = distances(made, q, scene)
-            near = made.clearance(made.inverse(pose, psi, gc, limits=False), scene)
-            assert abs(near.distance - apart.min()) < 1e-8
-            assert {near.obstacle, near.link} == set(names[int(np.argmin(apart))])
-            if near.distance > 0:
-                assert abs(np.linalg.norm(near.points[0] - near.points[1]) - near.distance) < 1e-9
-            beside = [
-                made.clearance(made.inverse(pose, psi + step, gc, limits=False), scene)
-                for step in (-1e-6, 1e-6)
-            ]
-            pair = near.obstacle, near.link
-            if near.distance > 0 and all((one.obstacle, one.link) == pair for one in beside):
-                slope = (beside[1].distance - beside[0].distance) / 2e-6
-                assert abs(slope - near.psi_rate) < 1e-4 * max(1.0, abs(slope))
-
-
-@pytest.mark.turns(2)
-@pytest.mark.slow
-@EVERY
-def test_no_arm_angle_is_wider(arm: aa.Arm) -> None:
-    for made, _, pose, _, gc, scene, _ in questions(arm, BONES, 7):
-        found = made._widest(pose, gc, scene)
-        own = made.feasible(pose, gc)
-        if own.is_empty:
-            assert np.isnan(found.psi)
-            continue
-        grid = np.linspace(-np.pi, np.pi, 1001)
-        grid = grid[own.contains(grid)]
-        every = apart_at(made, pose, grid, gc, scene)
-        if np.isnan(found.psi):  # the cores of links are inside something at every psi
-            assert np.nanmax(every) < -0.99 * THINNEST and found.arcs.is_empty
-            continue
-        assert own.contains(found.psi) and found.arcs == made.with_(scene=scene).feasible(pose, gc)
-        assert found.nearest.distance >= np.nanmax(every) - 1e-6 - own.unproven
-        at = distances(made, made.inverse(pose, found.psi, gc, limits=False), scene)[0].min()
-        assert abs(at - found.nearest.distance) < 1e-8
-
-
-@pytest.mark.slow
-@EVERY
-def test_solve_step_and_follow_keep_clear(arm: aa.Arm) -> None:
-    refused = 0
-    for made, q, pose, _, _, scene, _ in questions(arm, BONES, 4):
-        found = made.with_(scene=scene).solve(pose, seed=q)
-        every = made.with_(scene=scene).feasible(pose)
-        if not found.ok:
-            assert np.all(every.is_empty)
-            refused += 1
-            continue
-        assert every[found.gc].contains(found.psi)
-        assert distances(made, found.q, scene)[0].min() >= scene.clearance - 1e-9
-        assert np.abs(made.forward(found.q)[0] - pose).max() < 1e-11
-        many = made.with_(scene=scene).solutions(pose, seed=q)
-        assert abs(many[0].distance - found.distance) < 1e-9
-        ahead = pose.copy()
-        ahead[2, 3] += 1e-3
-        taken = aa.step(made.with_(scene=scene), found.q, ahead, dt=0.1)
-        if taken.status is aa.Status.OK:
-            assert distances(made, taken.q, scene)[0].min() >= scene.clearance - 1e-9
-            path = aa.follow(made.with_(scene=scene), np.stack([pose, ahead]), start=found.q)
-            assert path.ok
-            assert (distances(made, path.q, scene)[0].min(axis=-1) >= scene.clearance - 1e-9).all()
-    assert refused < count(9)
 
 
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800 1.0 mm", "openarm_v10 2.0 mm"])
@@ -291,13 +188,3 @@ def test_a_tracker_never_touches_with_the_true_links(name: str) -> None:
     assert followed > 300
     assert stood > 50
     assert touched > 0 or not name.endswith("2.0 mm")
-
-
-def test_a_tracker_refuses_to_start_where_the_true_links_touch() -> None:
-    arm = ARMS["kuka_iiwa7_r800 1.0 mm"].with_(body=BONES)
-    beside_elbow = arm.frames(HOME)[3, :3, 3] + np.array([0.0, 0.0, 0.12])
-    tracker = aa.Tracker(arm.with_(scene=aa.Scene([aa.Ball(beside_elbow, 0.06, name="lamp")])))
-    with pytest.raises(aa.SceneError, match="lamp"):
-        tracker.start(HOME)
-    tracker.start(HOME, outside="escape")
-    assert tracker.step(arm.forward(HOME)[0]).status is aa.Tracking.RETURNING

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes.test_chain_scenes import ALL_LINKS, BASE, BONES, HOME, away, obstacles, questions
+from scenes.test_chain_scenes import ALL_LINKS, BASE, BONES, CHAINS, HOME, away, obstacles, questions
 from support.calibrated import ARMS
 from support.draw import count
 from support.touching import distances
@@ -33,6 +33,8 @@ FAMILIES = {
 OFFSET = {name: arm for name, arm in FAMILIES.items() if arm.redundancy != "arm_angle"}
 BODIES = {"bones": BONES, "all links": ALL_LINKS}
 EVERY = pytest.mark.parametrize("arm", FAMILIES.values(), ids=FAMILIES.keys())
+MADE = FAMILIES | {f"chain {name}": arm for name, arm in CHAINS.items()}
+MORE = pytest.mark.parametrize("arm", MADE.values(), ids=MADE.keys())
 EVERY_OFFSET = pytest.mark.parametrize("arm", OFFSET.values(), ids=OFFSET.keys())
 EACH_BODY = pytest.mark.parametrize("body", BODIES.values(), ids=BODIES.keys())
 
@@ -54,10 +56,11 @@ def obstacle_ends(arcs: aa.ArcSet) -> list[tuple[float, aa.types.ArcEnd]]:
     return [(float(psi), end) for psi, end in pairs if end.side == "obstacle"]
 
 
+@pytest.mark.turns(2)
 @EACH_BODY
-@EVERY
+@MORE
 def test_a_value_is_feasible_if_and_only_if_it_keeps_limits_and_clear(arm: aa.Arm, body: aa.Body) -> None:
-    inside = outside = 0
+    inside = outside = unproven = 0
     for made, _, pose, _, gc, scene, rng in questions(arm, body, 21):
         own, arcs = made.feasible(pose, gc), made.with_(scene=scene).feasible(pose, gc)
         ends = arcs.intervals.ravel() if arcs.ends else np.empty(0)
@@ -76,7 +79,13 @@ def test_a_value_is_feasible_if_and_only_if_it_keeps_limits_and_clear(arm: aa.Ar
         assert arcs.unproven < 1e-6 or made.chain is not None
         inside += int(said.sum())
         outside += int((kept & ~said).sum())
-    assert inside > 50 and outside > 50
+        unproven += int((lost & (away(own, psi) > 1e-6) & (away(arcs, psi) > 1e-6)).sum())
+        shapes = {
+            *scene.names,
+            *(pair for named in distances(made, q[there][:1], scene)[1] for pair in named),
+        }
+        assert {name for _, end in obstacle_ends(arcs) for name in (end.obstacle, end.link)} <= shapes
+    assert inside > 50 and outside > 50 and unproven <= 0.01 * outside
 
 
 @EVERY_OFFSET
@@ -106,14 +115,15 @@ def test_an_end_of_an_obstacle_is_where_its_pair_comes_to_the_clearance(arm: aa.
     assert checked > 3
 
 
+@pytest.mark.turns(2)
 @EACH_BODY
-@EVERY_OFFSET
+@MORE
 def test_distances_are_those_of_the_true_links(arm: aa.Arm, body: aa.Body) -> None:
     for made, q, pose, psi, gc, scene, _ in questions(arm, body, 24):
         apart, names = distances(made, q, scene)
         near = made.clearance(q, scene)
         assert abs(near.distance - apart.min()) < 1e-8
-        assert {near.obstacle, near.link} == set(names[int(np.argmin(apart))])
+        assert {near.obstacle, near.link} in [{*names[i]} for i in np.flatnonzero(apart < apart.min() + 1e-8)]
         if near.distance > 0:
             assert abs(np.linalg.norm(near.points[0] - near.points[1]) - near.distance) < 1e-9
         step = 1e-6
@@ -127,7 +137,7 @@ def test_distances_are_those_of_the_true_links(arm: aa.Arm, body: aa.Body) -> No
             assert abs(slope - near.psi_rate) < 1e-3 * max(1.0, abs(slope))
 
 
-@EVERY_OFFSET
+@MORE
 def test_solve_is_the_nearest_that_is_clear(arm: aa.Arm) -> None:
     solved = refused = 0
     for made, q, pose, _, _, scene, rng in questions(arm, BONES, 25):
@@ -140,7 +150,8 @@ def test_solve_is_the_nearest_that_is_clear(arm: aa.Arm) -> None:
             refused += 1
             continue
         solved += 1
-        assert found.status is aa.Status.OK
+        proven = found.status is aa.Status.OK
+        assert proven or (made.chain is not None and found.status is aa.Status.UNPROVEN)
         assert room(made, found.q, scene) >= -SLACK
         assert np.abs(made.forward(found.q)[0] - pose).max() < 1e-9
         assert made.within_limits(found.q)
@@ -148,7 +159,7 @@ def test_solve_is_the_nearest_that_is_clear(arm: aa.Arm) -> None:
             psi = np.concatenate([
                 np.linspace(a, b, 200) for a, b in np.atleast_2d(every[gc].intervals) if np.isfinite(a)
             ] or [np.empty(0)])  # fmt: skip
-            if not len(psi):
+            if not len(psi) or not proven:
                 continue
             near = np.broadcast_to(seed, (len(psi), 7))
             tried = made.inverse(np.broadcast_to(pose, (len(psi), 4, 4)), psi, gc, seed=near, on_error="nan")
@@ -185,7 +196,7 @@ def test_every_solution_keeps_clear_and_none_is_nearer_than_solve(arm: aa.Arm) -
 
 
 @pytest.mark.turns(2)
-@EVERY_OFFSET
+@MORE
 def test_prefer_clearance_is_the_farthest_from_the_obstacles(arm: aa.Arm) -> None:
     asked = 0
     for made, q, pose, _, gc, scene, _ in questions(arm, BONES, 26):
@@ -197,12 +208,12 @@ def test_prefer_clearance_is_the_farthest_from_the_obstacles(arm: aa.Arm) -> Non
             continue
         psi = np.concatenate([np.linspace(a, b, 300) for a, b in arcs.intervals])
         best = np.nanmax(room(made, held(made, pose, psi, gc), scene))
-        assert room(made, found.q, scene) >= best - 1e-6
+        assert room(made, found.q, scene) >= best - 1e-6 - made.feasible(pose, gc).unproven
         asked += 1
     assert asked > 1
 
 
-@EVERY_OFFSET
+@MORE
 def test_steps_keep_clear(arm: aa.Arm) -> None:
     taken = 0
     for made, q, pose, _, _, scene, rng in questions(arm, BONES, 27):
@@ -299,9 +310,10 @@ def test_a_tracker_never_touches(arm: aa.Arm) -> None:
     assert followed > 50
 
 
-def test_a_tracker_refuses_to_start_where_the_links_touch() -> None:
-    arm = FAMILIES["franka_fr3"].with_(body=BONES)
-    q = 0.5 * (arm.lower + arm.upper)
+@pytest.mark.parametrize("name", ["franka_fr3", "own chain"])
+def test_a_tracker_refuses_to_start_where_the_links_touch(name: str) -> None:
+    arm = FAMILIES[name].with_(body=BONES)
+    q = HOME if name == "own chain" else 0.5 * (arm.lower + arm.upper)
     at_elbow = aa.Scene([aa.Ball(arm.elbow(q) + np.array([0, 0, 0.12]), 0.06, name="lamp")])
     with pytest.raises(aa.SceneError, match="lamp"):
         aa.Tracker(arm.with_(scene=at_elbow)).start(q)
