@@ -67,6 +67,7 @@ struct LimitEnd {
     int joint;
     double sign, distance;
 
+    /// The derivative of this distance by column k of the joints' derivatives.
     double slope(const Derivatives& d, int k) const noexcept { return sign * d.entry[joint][k]; }
 };
 
@@ -77,6 +78,7 @@ struct Deciding {
     double least = infinity;  // rad
 };
 
+/// The limits whose distances determine the margin at q.
 inline Deciding deciding(const Arm& arm, const double* q, const Derivatives& d) noexcept {
     constexpr int psi = joints - 1;
     LimitEnd side[2 * joints];

@@ -126,6 +126,7 @@ struct Left {
     double gap;           // rad: smallest gap or overlap between two blocked arcs
     bool beyond = false;  // the arcs hold only if rounding explains that a joint is beyond its limit
 };
+/// Turns blocked arcs into free ones, and names the limit at each of their ends.
 inline Left finish(const LimitTable& t, const JointFunctions<double>& shoulder,
                    const JointFunctions<double>& wrist, const Blocked& blocked, ArcSet& out) noexcept {
     const double gap = free_arcs(blocked, out);

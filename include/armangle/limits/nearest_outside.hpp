@@ -32,6 +32,7 @@ struct Starts {
     Joints at[Kept];
     double distance[Kept];
 
+    /// Begins without any start configuration.
     Starts() noexcept {
         for (double& d : distance) d = infinity;
     }
@@ -71,6 +72,7 @@ inline bool limits_about(const Arm& arm, const Joints& q, double margin, Limits&
 template <class A>
 class OutsideSearch {
 public:
+    /// Prepares the search; `length` (m) is the position error that counts like 1 rad.
     OutsideSearch(const A& arm, double margin, const Pose<double>& asked, const NearestOptions& options,
                   double length) noexcept
         : arm_(arm), rows_(nominal(arm)), margin_(margin), asked_(asked), options_(options), length_(length) {
@@ -130,6 +132,7 @@ private:
         }
     };
 
+    /// Offers as starts the joints q, moved within the limits, and where a few steps from them lead.
     void offer(Joints q) noexcept {
         Twist rest;
         Limits about;
@@ -175,6 +178,7 @@ struct DrawnInReach {
     Pose<double> pose[2];
     double gap[2] = {infinity, infinity};  // m; infinite if limits permit no such elbow
 
+    /// Moves the asked pose towards that of `near` until its wrist is in reach, for each sign of the elbow.
     DrawnInReach(const Arm& rows, double margin, const Pose<double>& asked, const double* near) noexcept
         : pose{asked, asked} {
         const Pose<double> now = chain(rows, near ? near : rows.joint_middle).flange;

@@ -32,6 +32,7 @@ inline double shoulder_angle(const Arm& arm, const SinCos<double>& eta) noexcept
 struct BendRange {
     double least, most;
 };
+/// The range of the elbow angle (rad) for a distance n (m) of the wrist, with the tolerance of the search.
 inline BendRange bends_of(const Arm& arm, double n) noexcept {
     const double off = settled_rule::meets * arm.size;
     return {bend_at(arm, n + off), bend_at(arm, max(n - off, 0.0))};

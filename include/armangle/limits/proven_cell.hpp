@@ -35,6 +35,7 @@ struct ConeVerdict {
     bool inside, outside;
 };
 
+/// Whether an angle with these bounds of sine and cosine is in a cone for certain, and whether it may be.
 inline ConeVerdict cone_verdict(const Cone& cone, const Interval& sine, const Interval& cosine) noexcept {
     if (cone.free) return {true, false};
     const Interval above = sine * Interval(cone.lower.cos) - cosine * Interval(cone.lower.sin),
@@ -84,6 +85,7 @@ inline Circle<Interval> circle_of_box(const Arm& arm, const ReducedPose& at, con
 /// Proves one cell for one sign of the elbow.
 class CellProof {
 public:
+    /// Prepares the proof over the poses of a cell, given as intervals; `side`: elbow + (0) or - (1).
     CellProof(const ReducedArm<Arm>& arm, const Circle<Interval>& c, int side) noexcept : t_(arm.free_table) {
         SelfMotion<Interval> m =
             self_motion(arm.free, c, Configuration<Interval>{1.0, side ? -1.0 : 1.0, 1.0});

@@ -48,6 +48,7 @@ struct ReducedArm {
 struct ReducedReach {
     double inner, outer;
 };
+/// The least and greatest distance (m) of the wrist from the shoulder.
 inline ReducedReach reduced_reach(const Arm& arm) noexcept { return {arm.inner_reach, arm.reach}; }
 
 namespace detail {
@@ -147,6 +148,7 @@ class ReducedPlace;
 template <>
 class ReducedPlace<Arm> {
 public:
+    /// Prepares for a wrist at radius r and height (m) in the arm's base.
     ReducedPlace(const ReducedArm<Arm>& arm, double r, double height) noexcept
         : arm_(arm), at_{r, height, 0, 0, 0, 0} {
         const Vec3<double> p{r, 0.0, height};
