@@ -68,6 +68,8 @@ struct ElbowChoice {
     double psi, confidence;
 };
 
+/// The arm angle nearest to a target of the elbow, and its weight, which falls to 0 towards the line
+/// shoulder-wrist and is 0 if no arm angle is nearer than others.
 inline ElbowChoice hinted_psi(const Arm& arm, const SelfMotion<double>& m, const Towards& hint) noexcept {
     const WishedPsi wished = psi_towards(arm, m, hint);
     Vec3<double> v = arm.has_base ? arm.base_inverse.rotation * hint.target : hint.target;

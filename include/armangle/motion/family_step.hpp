@@ -26,6 +26,7 @@ namespace detail {
 template <stepping_family F>
 class FamilyStep {
 public:
+    /// Prepares a step from joints q_now to a pose.
     FamilyStep(const F& family, const double* q_now, const Pose<double>& pose,
                const StepOptions& options) noexcept
         : family_(family),
@@ -135,12 +136,14 @@ private:
         to.q.store(q);
         return !blocked_ && is_clear(family_.arm(), *scene_, q) ? Status::OK : Status::CLEARANCE;
     }
+    /// The joints at value lambda of the redundant number, with the largest permitted joint step as bound.
     Status at(int gc, double lambda, Lifted& to) const noexcept { return at(gc, lambda, to, longest_); }
 
     /// Whether the bounds permit the joints q.
     bool keeps(const double* q) const noexcept {
         return !options_.bounds || detail::keeps(rows_, bounds_, q_now_, q, longest_);
     }
+    /// Whether the bounds permit these joints.
     bool keeps(const Lifted& to) const noexcept {
         double q[joint_slots];
         to.q.store(q);

@@ -87,11 +87,14 @@ struct FamilyWalk {
     double q[joint_slots];
     Bounds bounds;
 
+    /// The branch of the present joints.
     int gc() const noexcept { return family.on(q, identity_pose(), Carry::psi).gc; }
+    /// The distance (m) of the present joints' tool from the position of a pose.
     double residual(const Pose<double>& pose) const noexcept {
         return norm(tool_pose(family.arm(), q).position - pose.position);
     }
 
+    /// Makes a step to a pose and takes its joints as the present ones.
     Step on(const Pose<double>& pose, StepOptions options) noexcept {
         if (options.bounds) options.bounds = &bounds;
         const Step next = step(family, q, pose, options);

@@ -66,10 +66,13 @@ public:
         if (goes_on) accelerate(before, dt);
     }
 
+    /// The filtered target pose.
     const Pose<double>& pose() const noexcept { return shown_; }
+    /// The velocity of the target (m/s, rad/s).
     const Twist& velocity() const noexcept { return shown_velocity_; }
     /// m/s^2 and rad/s^2, some hundredths of a second late; 0 while no sample is accepted.
     const Twist& acceleration() const noexcept { return acceleration_; }
+    /// Whether the last cycle had no accepted sample, so that the pose continues at a decaying velocity.
     bool held() const noexcept { return held_; }
     /// The target pose predicted `ahead` s from now, at constant velocity.
     Pose<double> predicted(double ahead) const noexcept { return moved_by(shown_, shown_velocity_ * ahead); }
@@ -83,6 +86,7 @@ public:
     }
 
 private:
+    /// Whether samples are used as they come, without a filter.
     bool is_plain() const noexcept { return !(options_.omega < infinity); }
 
     /// Advances the estimate by dt (s). True if the acceleration may be updated; false if the sample is
@@ -126,6 +130,7 @@ private:
         shown_velocity_ = velocity_ + (faster - pull * (w * dt)) * left;
     }
 
+    /// Whether two poses are equal to the bit.
     static bool same(const Pose<double>& a, const Pose<double>& b) noexcept {
         const auto equal = [](const Vec3<double>& u, const Vec3<double>& v) {
             return u.x == v.x && u.y == v.y && u.z == v.z;

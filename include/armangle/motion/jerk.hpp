@@ -39,6 +39,7 @@ namespace armangle {
 struct JerkBounds {
     double velocity, acceleration, jerk;
 
+    /// Whether the jerk is bounded.
     bool has_jerk() const noexcept { return jerk < infinity; }
 };
 
@@ -56,6 +57,7 @@ struct StoppingWay {
     double way = 0, per_v = 0, per_a = 0;
 };
 
+/// The stopping distance from velocity v and acceleration a within the bounds, with its derivatives.
 inline StoppingWay stopping(const JerkBounds& b, double v, double a) noexcept {
     StoppingWay out;
     const double J = b.jerk, A = b.acceleration;

@@ -68,11 +68,13 @@ struct FamilySections {
     F family;
 
     const Arm& rows() const noexcept { return family.rows(); }
+    /// Computes the section of a pose in branch gc.
     void fill(const Pose<double>& pose, int gc, Section& to) const noexcept {
         to.pose = {orthonormal(pose.rotation), pose.position};
         to.gc = gc;
         arcs_within(to, rows().limits, to.arcs);
     }
+    /// Removes the arm angles at which an obstacle is touched from a section.
     void clear(const Scene& scene, Section& to) const noexcept {
         ProvenArcs own;
         own.arcs = to.arcs;
@@ -82,12 +84,14 @@ struct FamilySections {
         keep_clear(family.arm(), scene, to.pose, to.gc, own, blocking);
         to.arcs = own.arcs;
     }
+    /// Computes the joints at lambda in a section; false if there are none.
     bool joints_at(const Section& at, double lambda, Joints& q) const noexcept {
         Directions<double> d;
         if (family.at(at.pose, at.gc, lambda, nullptr, d) != Status::OK) return false;
         q = joints_within_limits(rows(), d, nullptr);
         return true;
     }
+    /// Computes the arcs of a section within the joint moves that the box permits from q.
     void window(const Section& to, const double* q, const MoveBox& box, ArcSet& out) const noexcept {
         Limits narrow;
         make_empty(out);
@@ -100,6 +104,7 @@ struct FamilySections {
     }
 
 private:
+    /// Computes the arcs of a section within these limits.
     void arcs_within(const Section& to, const Limits& limits, ArcSet& out) const noexcept {
         ProvenArcs found;
         family.arcs(to.pose, to.gc, limits, found);
@@ -236,11 +241,13 @@ private:
         }
     }
 
+    /// Adds psi, or psi + 2 pi, if it is in the arc.
     static void probe(const Arc& arc, double psi, bool linked, Probes& out) noexcept {
         for (double turn : {0.0, two_pi})
             if (psi + turn >= arc.lower && psi + turn <= arc.upper) out.add(psi + turn, linked);
     }
 
+    /// Adds values spread evenly over an arc, and the ends of `known` arcs and `doubtful` values in it.
     static void spread(const Arc& arc, const ArcSet& known, const Probes& doubtful, Probes& out) noexcept {
         const double width = arc.upper - arc.lower;
         const int parts =

@@ -312,6 +312,7 @@ inline bool may_leave(const Chain& now, const Policy& policy) noexcept {
 /// The alternatives that a step tries if the psi that the policy requests cannot be reached.
 class StepAside {
 public:
+    /// Prepares the alternatives to a step that the rule does not permit.
     StepAside(const Arm& arm, const LimitTable& limits, const double* q_now, const Chain& now,
               const StepOptions& options) noexcept
         : arm_(arm),
@@ -455,6 +456,7 @@ private:
         return take(to.q);
     }
 
+    /// The step within the bounds of the joints that is made in a branch.
     BoundedStep bounded(const Branch& b) const noexcept {
         return {arm_, *b.motion, *b.functions, q_now_, bounds_, options_.max_joint_step};
     }
@@ -837,6 +839,7 @@ private:
         return finished(why, why, out);
     }
 
+    /// Completes a step with its status and reason, and returns it.
     Step& finished(Status status, Status why, Step& out) const noexcept {
         complete(arm_, q_now_, options_.dt, status, why, out);
         return out;

@@ -135,9 +135,11 @@ inline constexpr int rounds = 6, starts = 16;    // of the relaxation in one cyc
 template <class Body = Arm>
 class Tracker {
 public:
+    /// Prepares the tracking loop of an arm, which must outlive it.
     Tracker(const Arm& arm, const TrackerOptions& options) noexcept
         requires std::is_same_v<Body, Arm>
         : Tracker(arm, options, arm, options.scene) {}
+    /// Prepares the loop for an arm whose true links are those of `body`, among the obstacles `about`.
     Tracker(const Arm& arm, const TrackerOptions& options, const Body& body, const Scene* about) noexcept
         : arm_(arm), body_(body), about_(about), options_(options), hand_(options.hand) {
         for (int j = 0; j < joints; ++j) {
@@ -1295,6 +1297,7 @@ private:
         draw_ = draw_ * 1664525u + 1013904223u;
         return (draw_ >> 8) * 0x1p-24;
     }
+    /// A random value that is uniformly distributed in the arcs.
     double drawn(const ArcSet& arcs) noexcept {
         if (arcs.full) return two_pi * drawn();
         double all = 0;
@@ -1408,6 +1411,7 @@ private:
         go(t, v, next);
     }
 
+    /// Computes the joints after one cycle at velocities v.
     void go(const Tick& t, const double (&v)[joints], Joints& next) const noexcept {
         for (int j = 0; j < joints; ++j) next.q[j] = q_.q[j] + v[j] * t.dt;
         next.q[joints] = 0;
@@ -1432,6 +1436,7 @@ private:
         v_[j] = v;
     }
 
+    /// Takes the joints of the next cycle and returns what is reported of it.
     Tracked finish(const Tick& t, const Goal& goal, const Joints& next, bool valid, bool misled) noexcept {
         Tracked out{};
         bool fastest = false, outside = false;
