@@ -19,7 +19,9 @@ struct Dual {
     Partials partial;
 
     Dual() noexcept = default;
+    /// A constant: all derivatives are 0.
     ARMANGLE_INLINE Dual(double constant) noexcept : value(constant), partial(0.0) {}
+    /// A value with its derivatives.
     ARMANGLE_INLINE Dual(double v, const Partials& p) noexcept : value(v), partial(p) {}
 
     ARMANGLE_INLINE friend Dual operator+(const Dual& a, const Dual& b) noexcept {
@@ -44,10 +46,13 @@ struct Dual {
     friend bool operator==(const Dual& a, const Dual& b) noexcept { return a.value == b.value; }
 };
 
+/// `yes` if mask, otherwise `no`.
 ARMANGLE_INLINE Dual select(bool mask, const Dual& yes, const Dual& no) noexcept { return mask ? yes : no; }
 
+/// a b + c.
 ARMANGLE_INLINE Dual mul_add(const Dual& a, const Dual& b, const Dual& c) noexcept { return a * b + c; }
 
+/// The absolute value; at 0 the derivative of the positive side.
 ARMANGLE_INLINE Dual abs(const Dual& a) noexcept { return a.value < 0 ? -a : a; }
 
 /// The square root; its derivatives are not finite at value 0.
@@ -56,6 +61,7 @@ ARMANGLE_INLINE Dual sqrt(const Dual& a) noexcept {
     return {root, a.partial * Dual::Partials(0.5 / root)};
 }
 
+/// Sine and cosine of an angle (rad), with derivatives.
 ARMANGLE_INLINE SinCos<Dual> sin_cos(const Dual& a) noexcept {
     const SinCos<double> now = sin_cos(a.value);
     return {{now.sin, a.partial * Dual::Partials(now.cos)}, {now.cos, a.partial * Dual::Partials(-now.sin)}};

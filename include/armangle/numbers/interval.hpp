@@ -49,11 +49,16 @@ struct Interval {
     double lo, hi;
 
     Interval() noexcept = default;
+    /// An exact number.
     Interval(double x) noexcept : lo(x), hi(x) {}
+    /// The interval [lower, upper].
     Interval(double lower, double upper) noexcept : lo(lower), hi(upper) {}
 
+    /// All real numbers.
     static Interval whole() noexcept { return {-infinity, infinity}; }
+    /// The middle, rounded.
     double middle() const noexcept { return lo + 0.5 * (hi - lo); }
+    /// Whether both ends are finite.
     bool bounded() const noexcept { return lo > -infinity && hi < infinity; }  // false for NaN
 
     friend Interval operator+(const Interval& a, const Interval& b) noexcept {
@@ -91,8 +96,10 @@ struct Interval {
     }
 };
 
+/// Whether the condition may hold.
 inline bool any(Decision mask) noexcept { return mask.may_hold; }
 
+/// `yes` if the mask holds for certain, `no` if it fails for certain, otherwise everything.
 inline Interval select(Decision mask, const Interval& yes, const Interval& no) noexcept {
     if (!mask.may_fail) return yes;
     return mask.may_hold ? Interval::whole() : no;
@@ -106,10 +113,12 @@ inline Interval cut_off(const Interval& gap, const Interval& rounding, const Int
     return {0.0, vanishes.may_fail ? detail::greater(value.hi, 0.0) : 0.0};
 }
 
+/// The enclosure of a b + c.
 inline Interval mul_add(const Interval& a, const Interval& b, const Interval& c) noexcept {
     return a * b + c;
 }
 
+/// The enclosure of |a|.
 inline Interval abs(const Interval& a) noexcept {
     if (a.lo >= 0) return a;
     if (a.hi <= 0) return -a;
@@ -130,13 +139,16 @@ inline Interval sqrt(const Interval& a) noexcept {
     return {detail::greater(lo, 0.0), detail::above(std::sqrt(a.hi))};
 }
 
+/// The enclosure of sqrt(a^2 + b^2).
 inline Interval hypot(const Interval& a, const Interval& b) noexcept { return sqrt(square(a) + square(b)); }
 
+/// The enclosure of the lesser number.
 inline Interval min(const Interval& a, const Interval& b) noexcept {
     if (!a.bounded() || !b.bounded()) return Interval::whole();
     return {detail::lesser(a.lo, b.lo), detail::lesser(a.hi, b.hi)};
 }
 
+/// The enclosure of the greater number.
 inline Interval max(const Interval& a, const Interval& b) noexcept { return -min(-a, -b); }
 
 /// The intersection of two enclosures of one number, which always overlap; if one is unbounded, the other.

@@ -43,6 +43,7 @@ ARMANGLE_INLINE unsigned register_bits(Mask2 mask) noexcept {
     return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(mask)));
 }
 #elif defined(__aarch64__)
+/// The square root of each lane.
 ARMANGLE_INLINE Values2 register_sqrt(Values2 x) noexcept {
     return reinterpret_cast<Values2>(vsqrtq_f64(reinterpret_cast<float64x2_t>(x)));
 }
@@ -52,6 +53,7 @@ ARMANGLE_INLINE Values2 register_sqrt(Values2 x) noexcept {
 }
 #endif
 #if !defined(__x86_64__)
+/// One bit for each lane of a mask.
 ARMANGLE_INLINE unsigned register_bits(Mask2 mask) noexcept {
     return (mask[0] ? 1u : 0u) | (mask[1] ? 2u : 0u);
 }
@@ -74,10 +76,13 @@ ARMANGLE_INLINE Values2 register_mul_add(Values2 a, Values2 b, Values2 c) noexce
 using Values4 = Vector<4>::Values;
 using Mask4 = Vector<4>::Mask;
 
+/// The square root of each lane.
 ARMANGLE_INLINE Values4 register_sqrt(Values4 x) noexcept { return _mm256_sqrt_pd(x); }
+/// One bit for each lane of a mask.
 ARMANGLE_INLINE unsigned register_bits(Mask4 mask) noexcept {
     return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(mask)));
 }
+/// a b + c of each lane.
 ARMANGLE_INLINE Values4 register_mul_add(Values4 a, Values4 b, Values4 c) noexcept {
 #if defined(__FMA__)
     return _mm256_fmadd_pd(a, b, c);
@@ -92,10 +97,13 @@ using Values8 = Vector<8>::Values;
 using Mask8 = Vector<8>::Mask;
 
 // the plain form of the square root triggers -Wmaybe-uninitialized in g++ 12
+/// The square root of each lane.
 ARMANGLE_INLINE Values8 register_sqrt(Values8 x) noexcept { return _mm512_mask_sqrt_pd(x, 0xff, x); }
+/// One bit for each lane of a mask.
 ARMANGLE_INLINE unsigned register_bits(Mask8 mask) noexcept {
     return _cvtmask8_u32(_mm512_movepi64_mask(reinterpret_cast<__m512i>(mask)));
 }
+/// a b + c of each lane.
 ARMANGLE_INLINE Values8 register_mul_add(Values8 a, Values8 b, Values8 c) noexcept {
     return _mm512_fmadd_pd(a, b, c);
 }

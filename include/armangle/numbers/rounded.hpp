@@ -26,6 +26,7 @@ struct Rounded {
     static constexpr double rounding = 0x1p-52;
 
     Rounded() noexcept = default;
+    /// A computed value with a bound `most` of its size and a bound `within` of its error.
     ARMANGLE_INLINE Rounded(const T& about, double most, double within) noexcept
         : value(about), size(most), radius(within) {}
     /// One exact number.

@@ -44,8 +44,11 @@ ARMANGLE_INLINE double abs(double x) noexcept { return std::fabs(x); }
 ARMANGLE_INLINE double copysign(double magnitude, double sign) noexcept {
     return std::copysign(magnitude, sign);
 }
+/// `yes` if mask, otherwise `no`.
 ARMANGLE_INLINE double select(bool mask, double yes, double no) noexcept { return mask ? yes : no; }
+/// Whether a condition holds in any lane; a number has one.
 ARMANGLE_INLINE bool any(bool mask) noexcept { return mask; }
+/// Whether a condition holds in all lanes; a number has one.
 ARMANGLE_INLINE bool all(bool mask) noexcept { return mask; }
 
 /// a b + c, for every scalar type: one rounding if the hardware has a fused operation, otherwise two.
