@@ -21,6 +21,7 @@ public:
 
     const Arm& rows() const noexcept { return arm_->own; }
 
+    /// The value of the free joint (rad) and the branch at joints q.
     OnSelfMotion on(const double* q) const noexcept {
         return {q[robot_joint(*arm_, 6)], forward(*arm_, q).gc};
     }
@@ -40,6 +41,7 @@ public:
         return min(wrist.inside * T(per_reach * per_reach), -wrist.excess * T(per_reach));
     }
 
+    /// Computes the proven arcs of the asked branches of a pose, their statuses, and pairs that block them.
     void arcs(const Pose<double>& pose, const Limits& limits, unsigned asked, ArcSet (&out)[configurations],
               Status (&status)[configurations], Tag (&pair)[configurations]) const noexcept {
         const OffsetArcsTuning tuning;
@@ -55,6 +57,8 @@ public:
         }
     }
 
+    /// Whether the motions from q by -d and by d (rad), with deviations `off`, are proven free of collisions,
+    /// are known to collide, or neither.
     detail::Shown claim(const double* q, const double (&d)[joints],
                         const double (&off)[joints]) const noexcept {
         if (!scene_) return detail::Shown::proven;
@@ -63,12 +67,14 @@ public:
         return max(at.touching[0], at.touching[1]) > 0 ? detail::Shown::broken : detail::Shown::open;
     }
 
+    /// The pair nearest to a collision at joints q, and by how much it lacks clearance (m).
     TooNear nearest(const double* q) const noexcept {
         if (!scene_) return {};
         const Proximity near = proximity(*arm_, *scene_, q, {});
         return {near.pair, scene_->clearance - near.distance};
     }
 
+    /// By how much (m) a pose is out of reach; <= 0 if it is in reach.
     double excess(const Pose<double>& pose) const noexcept {
         const OffsetMotion<> m = offset_motion(*arm_, pose, 0);
         const Vec3<double>& s = m.from_shoulder;

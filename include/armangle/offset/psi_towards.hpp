@@ -97,6 +97,7 @@ private:
         const SinCos<T> theta_7 = sin_cos(T(arm_.rest.sign[6]) * free + T(arm_.rest.offset[6]));
         return gain_of(offset_wrist(arm_, motion_, theta_7));
     }
+    /// What is maximized at a value of the free joint.
     double gain_at(double free) const noexcept { return gain<double>(free); }
 
     /// Takes a value that is better than the best one, and improves it by Newton's method.

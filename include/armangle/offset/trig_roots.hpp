@@ -105,6 +105,8 @@ ARMANGLE_INLINE void derivatives(const TrigPolynomial* const (&p)[Count], int de
 /// Searches the roots of one function.
 class TrigRoots {
 public:
+    /// Prepares the search for the roots of `form`; kappa and `elbow` give the elbow angle that it depends
+    /// on.
     TrigRoots(const BentForm& form, const TrigPolynomial& kappa, double elbow,
               const TrigRootsTuning& tuning) noexcept
         : form_(form),
@@ -148,6 +150,7 @@ private:
     struct Alone {
         double lower, upper, start, slope, bend;
     };
+    /// A cell in which no root is proven or excluded.
     static RootEnclosure undecided(const Cell& cell) noexcept { return {cell.lower, cell.upper, false}; }
 
     /// An upper bound of the error of the function's value, if sigma lies between two numbers.
@@ -254,6 +257,7 @@ private:
         }
     }
 
+    /// Puts both halves of a cell on the stack.
     void halve(const Cell& cell) noexcept {
         const double middle = 0.5 * (cell.lower + cell.upper);
         cell_[count_++] = {middle, cell.upper};
@@ -264,6 +268,7 @@ private:
     struct Value {
         RootLanes g, slope, wrong;
     };
+    /// The function, its slope and its error bound at several x.
     Value value(const RootLanes& x) const noexcept {
         if (!form_.bent) {
             TrigDerivatives<1> d[1];
