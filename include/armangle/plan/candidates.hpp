@@ -56,6 +56,7 @@ namespace detail {
 struct EightThetas {
     double theta[joints][8];
 
+    /// The model angles theta at eight values of phi (rad).
     EightThetas(const Section& l, const double* phi) noexcept {
         const SinCos<Slots> sc = sin_cos(Slots::load(phi));
         const auto at = [&](const Harmonic<double>& f) {

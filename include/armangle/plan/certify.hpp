@@ -72,6 +72,7 @@ struct AlsoKept {
 struct Proof {
     std::vector<double> open;      // ends of unproven stretches, two each, merged if they meet
     std::vector<double> violated;  // s
+    /// Whether nothing is left unproven.
     bool certified() const noexcept { return open.empty(); }
 };
 
@@ -88,11 +89,13 @@ struct Conditions {
     int count = 0;
     Row row[capacity];
 
+    /// Adds the condition that a number is positive.
     void add(const T& only) noexcept {
         row[count].entries = 1;
         row[count].entry[0] = only;
         ++count;
     }
+    /// Adds the condition that one of two numbers is positive.
     void add_either(const T& one, const T& other) noexcept {
         row[count].entries = 2;
         row[count].entry[0] = one;
@@ -140,6 +143,7 @@ struct Claim {
     double lower[pivots], upper[pivots];  // theta, narrowed by the slack
     SinCos<Interval> at_lower[pivots], at_upper[pivots];
 
+    /// Prepares the conditions of a curve: limits, singularity margin (rad) and allowed arcs (null: all).
     Claim(const Curve& c, const Limits& l, double margin, const ArcSet* arcs) noexcept
         : curve(c), limits(l), allowed(arcs), asked_margin(margin) {
         const Arm& arm = c.arm;
@@ -380,6 +384,7 @@ bool all_positive(const Conditions<T>& c, const Lower& lower) noexcept {
 /// Proves a curve stretch by stretch, or records where and why it cannot.
 class Prover {
 public:
+    /// Prepares the proof of a curve.
     Prover(const Curve& curve, const Limits& limits, double margin, const AlsoKept& kept)
         : curve_(curve), claim_(curve, limits, margin, kept.allowed), kept_(kept) {
         budget_ = static_cast<long long>(curve.stretches.size() + 8) * proof::evaluations;

@@ -48,6 +48,7 @@ struct Haste {
 
 /// The greatest magnitude of a member of an interval, and of a vector of intervals.
 inline double greatest(const Interval& x) noexcept { return max(-x.lo, x.hi); }
+/// An upper bound of the length of an enclosed vector.
 inline double greatest(const Vec3<Interval>& v) noexcept {
     const Interval x = greatest(v.x), y = greatest(v.y), z = greatest(v.z);
     return sqrt(x * x + y * y + z * z).hi;
@@ -97,6 +98,7 @@ struct WatchedPair {
     Tag tag;           // identifies the pair
     double F_a = 0, F_b = 0;
 
+    /// Whether the obstacle is a half-space.
     bool plane() const noexcept {
         return solid.kind == SolidKind::half_space &&
                (kind == Kind::limb_ground || kind == Kind::held_ground);
@@ -120,6 +122,7 @@ inline bool stays_positive(double F_a, double F_b, double A, double h) noexcept 
 /// Bounds for the motion of all shapes of a scene over a stretch.
 class SceneMotion {
 public:
+    /// Prepares bounds of how fast the shapes of a scene move.
     explicit SceneMotion(const Scene& scene, double slack = clear_proof::slack)
         : scene_(scene), slack_(slack) {
         limb_.resize(static_cast<std::size_t>(limb_count(scene)));
@@ -145,7 +148,9 @@ public:
         const Haste& b = pair.kind == Kind::limb_held ? held(pair.other) : limb(pair.other);
         return {a.speed + b.speed, a.bend + b.bend};
     }
+    /// The bounds for limb k: a part of link 3 or 4, or a swinging shape.
     const Haste& limb(int k) const noexcept { return limb_[static_cast<std::size_t>(k)]; }
+    /// The bounds for shape h of link 7 or the gripper.
     const Haste& held(int h) const noexcept { return held_[static_cast<std::size_t>(h)]; }
     const Scene& scene() const noexcept { return scene_; }
 

@@ -82,6 +82,7 @@ inline int leading_joint(int h) noexcept { return pivot_joint[2 * h] + 1; }
 /// Searches a path that may change its branch where two branches meet.
 class Crossing {
 public:
+    /// Prepares the search for a path that changes branches.
     Crossing(const Task& task, const CrossingTask& asked) : task_(task), asked_(asked) {
         if (task.encumbered()) left_.resize(asked.sections.size() * configurations);
     }
@@ -395,6 +396,7 @@ private:
         return (out ^ own) & ~shared ? own : out;
     }
 
+    /// Whether theta_2 and theta_6 are both 0 or pi at a configuration.
     static bool both_shut(const Node& x) noexcept {
         return max(abs(x.hinge[0]), abs(x.hinge[1])) <= tolerance::one_axis;
     }
@@ -422,6 +424,7 @@ private:
 
     // ---- rows
 
+    /// The self-motion of a row.
     SelfMotion<double> motion(const Row& row) const noexcept {
         return self_motion(task_.arm, row.circle, configuration(row.gc));
     }
@@ -713,6 +716,7 @@ private:
         return true;
     }
 
+    /// Adds the stretches from row `from` to row `to` with the same leading joint, as a spline; true.
     bool piece(std::size_t from, std::size_t to, int lead, bool few, std::vector<Stretch>& out) const {
         std::vector<double> s, x;
         Row led = rows_[from];

@@ -100,7 +100,9 @@ struct Curve {
     std::span<const Segment> segments;
     std::span<const Stretch> stretches;
 
+    /// The path segment of a stretch.
     const Segment& segment(const Stretch& x) const noexcept { return segment_of(segments, x); }
+    /// The stretch at s.
     const Stretch& stretch(double s) const noexcept { return stretch_at(stretches, s); }
 
     /// The branch of a stretch. If joint 1 or 3 (5 or 7) leads, the sign of theta_2 (theta_6) may change

@@ -22,6 +22,7 @@ struct CurveCostTuning {
 /// Rates curves of a task by an objective.
 class CurveCost {
 public:
+    /// Prepares for a task and the weights of the objective.
     CurveCost(const Task& task, const Objective& objective) noexcept : task_(task), objective_(objective) {}
 
     /// The integral of `cost` of dq/ds along a curve, by differences.
@@ -45,6 +46,7 @@ public:
         return sum;
     }
 
+    /// The sum of squares of seven rates.
     static double square(const double* rate) noexcept {
         double sum = 0;
         for (int j = 0; j < joints; ++j) sum += rate[j] * rate[j];

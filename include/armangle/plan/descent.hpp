@@ -67,6 +67,7 @@ inline double gauss_node(std::size_t n, std::size_t k) noexcept {
         {0.06943184420297371, 0.33000947820757187, 0.6699905217924281, 0.9305681557970263}};
     return node[n - 1][k];
 }
+/// The weight of point k of n in Gauss' quadrature over [0, 1].
 inline double gauss_weight(std::size_t n, std::size_t k) noexcept {
     constexpr double weight[4][4] = {
         {1.0},
@@ -179,6 +180,7 @@ struct FixedEnds {
 /// Minimizes the objective over curves of one branch.
 class Descent {
 public:
+    /// Prepares a descent; `wall` is the weight of the cost that enforces limits.
     Descent(const Task& task, const Objective& objective, const FixedEnds& ends,
             double wall = descent_rule::wall[0])
         : task_(task), objective_(objective), ends_(ends), asked_wall_(wall), wall_(wall) {}
@@ -196,12 +198,16 @@ public:
         return assemble<0>(control, there_) ? there_.energy : infinity;
     }
 
+    /// The present cost.
     double energy() const noexcept { return here_.energy; }
+    /// The present cost by its terms.
     const Terms& terms() const noexcept { return here_.terms; }
+    /// The present coefficients of the curve.
     const std::vector<double>& control() const noexcept { return control_; }
     /// The least distance (rad) from limits and singularities at a Gauss point, among those that the
     /// objective weighs.
     double margin() const noexcept { return here_.margin; }
+    /// The joints at the start of the curve.
     const double* first_q() const noexcept { return here_.q; }
 
     /// Minimizes until another step would save at most the share `done` of the objective, or `work` is spent.

@@ -172,6 +172,7 @@ public:
     }
 
 private:
+    /// The limits with one limit of a joint moved out by `extra` (rad).
     LimitTable moved_out(int joint, bool upper, double extra) const noexcept {
         Limits wide = task_.limits;
         (upper ? wide.upper : wide.lower)[joint] += upper ? extra : -extra;

@@ -42,6 +42,7 @@ struct Pull {
     double least = -infinity, most = infinity;
 };
 
+/// The range of d2s/dt2 that the acceleration bounds permit at a place, at (ds/dt)^2 = y.
 inline Pull pull(const Bend& bend, const JointBounds& bounds, double y) noexcept {
     Pull out;
     for (int j = 0; j < joints; ++j) {

@@ -54,6 +54,7 @@ namespace detail {
 template <explicit_family F>
 class FamilyPlanner {
 public:
+    /// Prepares a plan along path segments.
     FamilyPlanner(const F& family, const Segment* segments, std::size_t n, const PlanOptions& options,
                   const FamilyTuning& tuning)
         : family_(family),
@@ -131,9 +132,11 @@ private:
         if (a.verdict == Verdict::ok) return a.cost < b.cost;
         return a.elsewhere != b.elsewhere ? b.elsewhere : a.reached > b.reached;
     }
+    /// Lets the caller stop the computation.
     void pass_checkpoint() const {
         if (options_.checkpoint) options_.checkpoint();
     }
+    /// The pose at s.
     Pose<double> pose(double s) const noexcept {
         return pose_at(path_[segment_index(path_.data(), path_.size(), s)], s);
     }
@@ -402,6 +405,7 @@ private:
         }
         advance();
     }
+    /// Reports progress.
     void advance() const {
         if (options_.advanced) options_.advanced();
     }

@@ -35,6 +35,7 @@ struct Objective {
 struct Terms {
     double travel = 0, limits = 0, singularities = 0, psi = 0, duration = 0;
 
+    /// The weighted sum of all terms.
     double weighed(const Objective& w) const noexcept {
         return w.travel * travel + w.limits * limits + w.singularities * singularities + w.psi * psi +
                w.duration * duration;
@@ -65,6 +66,7 @@ inline double pace_to_8(const double* slowness, const double* rate) noexcept {
     }
     return sum;
 }
+/// The approximate largest ratio of a joint's rate to its bound; `slowness` is one over the bounds.
 inline double pace(const double* slowness, const double* rate) noexcept {
     return std::sqrt(std::sqrt(std::sqrt(pace_to_8(slowness, rate))));
 }
@@ -132,6 +134,7 @@ struct Rating {
     double cost = 0;           // of all distances, weighted
 };
 
+/// The least margin (rad) and the cost of limits and singularities at joints q.
 inline Rating rating(const Task& task, const Objective& objective, const double* q) noexcept {
     Rating out;
     distances(task, q, [&](double distance, Kind kind) {

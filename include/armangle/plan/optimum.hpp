@@ -39,6 +39,7 @@ struct Optimum {
     double margin = -infinity;  // rad: the least distance at its Gauss points
     double q[joints] = {};      // at the first of them: determines the turns
 
+    /// Whether a curve was found.
     bool found() const noexcept { return energy < infinity; }
 };
 
@@ -62,6 +63,7 @@ inline bool less(const Optimum& a, const Optimum& b) noexcept { return a.energy 
 /// Compares starting curves and improves the best of them.
 class Comparison {
 public:
+    /// Prepares the comparison of curves in a tube.
     Comparison(const Task& task, const Objective& objective, const Tube& tube, const Way& way,
                const Way& cheap, const FixedEnds& ends)
         : task_(task), objective_(objective), tube_(tube), way_(way), cheap_(cheap), ends_(ends) {
@@ -105,6 +107,7 @@ private:
         return out;
     }
 
+    /// Collects the curves from which descents begin.
     void start() {
         curves_.clear();
         std::vector<double> phi;
@@ -170,6 +173,7 @@ private:
             for (int i = 0; i < optimum_rule::held; ++i) add(turn, i * two_pi / optimum_rule::held);
         }
     }
+    /// Adds the starting curve phi = sum - turn, if it is in the arcs.
     void add(const std::vector<double>& turn, double sum) {
         std::vector<double> phi;
         for (const double t : turn) phi.push_back(sum - t);

@@ -238,6 +238,7 @@ struct ArcThrough {
     double angle;
 };
 
+/// The circular arc from one point through another to a third (m).
 inline ArcThrough arc_through(const Vec3<double>& from, const Vec3<double>& via,
                               const Vec3<double>& to) noexcept {
     const Vec3<double> a = via - from, b = to - from, normal = cross(a, b);
@@ -261,6 +262,7 @@ inline Segment arc_to(Segment g, const Pose<double>& to) noexcept {
 inline double length(const Motion& w) noexcept {
     return norm(Vec3<double>{norm(w.along), w.beta * norm(w.a), 0});
 }
+/// The angle (rad) by which a motion rotates.
 inline double turn(const Motion& w) noexcept { return abs(w.alpha); }
 
 /// The largest angle (rad) whose sine or cosine the segment uses.

@@ -45,6 +45,7 @@ struct AnchoredEnds {
     Anchor start, goal;
     bool starts, arrives;
 
+    /// Whether start and goal are both kept.
     bool held() const noexcept { return starts && arrives; }
 };
 

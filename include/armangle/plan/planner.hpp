@@ -83,6 +83,7 @@ namespace detail {
 /// Plans one path: sections, search, curve and proof of each branch; docs/background/paths.md.
 class Planner {
 public:
+    /// Prepares a plan along path segments, with rows at these s.
     Planner(const Arm& arm, const Segment* segments, std::size_t n, const double* rows, std::size_t row_count,
             const PlanOptions& options)
         : options_(with_held_roll(arm, options)),
@@ -110,6 +111,7 @@ public:
         touching_ = touches();
     }
 
+    /// Plans all permitted branches and returns the best plan.
     Plan run() {
         survey_all();
         std::stable_sort(plan_.branches.begin(), plan_.branches.end(),
@@ -126,6 +128,7 @@ public:
     }
 
 private:
+    /// Reports progress.
     void advance() const {
         if (options_.advanced) options_.advanced();
     }
@@ -360,6 +363,7 @@ private:
         if (wide > plan_rule::few_winding) loose_.emplace(task_).limits = free;
     }
 
+    /// Whether one way through the sections is better than another.
     static bool better(const Way& a, const Way& b) noexcept {
         if (a.whole != b.whole) return a.whole;
         return a.whole ? a.margin > b.margin + link_rule::tie : a.reached > b.reached;
@@ -575,6 +579,7 @@ private:
         for (int j = 0; j < joints && most <= PlanReasonsTuning::end_move; ++j) x.q_end[j] += off[j];
     }
 
+    /// Draws the curve of a path that changes branches; false if there is none.
     bool draw_crossing_once(const CrossingTask& asked, Plan& out) {
         Crossing crossing(task_, asked);
         out.stretches = crossing.run(out.gc, links_);
@@ -598,6 +603,7 @@ private:
         return true;
     }
 
+    /// The same, tried several times with changed sections.
     bool draw_crossing(CrossingTask& asked, Plan& out) {
         for (int round = 0; round < plan_rule::crossing_rounds; ++round) {
             if (!draw_crossing_once(asked, out)) return false;
@@ -716,6 +722,7 @@ private:
         return !(off(end ? x.end : x.start) <= plan_rule::end_off) ||
                !(off(end ? x.end - inside : x.start + inside) <= PlanReasonsTuning::end_move);
     }
+    /// Whether the curve begins and ends at the given joints.
     bool holds_ends(const AnchoredEnds& fixed, const Plan& out) const noexcept {
         return !leaps(fixed.start, out, false) && !leaps(fixed.goal, out, true);
     }

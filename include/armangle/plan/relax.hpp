@@ -29,6 +29,7 @@ namespace detail {
 /// Minimizes joint travel and margin costs over phi at the rows of a path, by damped Gauss-Newton steps.
 class Relaxation {
 public:
+    /// Prepares a descent of the values phi at the sections of a way.
     Relaxation(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed,
                bool last_fixed, double floor)
         : task_(task), tube_(tube), objective_(objective), way_(way), floor_(floor) {
@@ -44,6 +45,7 @@ public:
         best_.resize(n_);
     }
 
+    /// Minimizes the cost.
     void run() {
         if (n_ < 2) return;
         double damping = 1e-3, energy = assemble();
@@ -66,10 +68,13 @@ public:
     }
 
 private:
+    /// The length in s from section k to the next.
     double span(std::size_t k) const noexcept { return tube_.sections[k + 1].s - tube_.sections[k].s; }
+    /// The length in s that belongs to section k.
     double share(std::size_t k) const noexcept {
         return 0.5 * ((k ? span(k - 1) : 0.0) + (k + 1 < n_ ? span(k) : 0.0));
     }
+    /// The derivatives of the joints by phi at section k.
     double* slope(std::size_t k) noexcept { return slope_.data() + k * joints; }
 
     /// Computes the cost, its gradient and the Gauss-Newton matrix at the present path.

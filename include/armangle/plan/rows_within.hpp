@@ -48,9 +48,11 @@ namespace detail {
 template <class Draw, class Solve>
 class RowsWithin {
 public:
+    /// Prepares for rows of joints along a path.
     RowsWithin(const Limits& limits, const Draw& draw, const Solve& solve, PathRows& rows)
         : limits_(limits), draw_(draw), solve_(solve), given_(rows.q), rows_(rows) {}
 
+    /// Inserts rows until no joint passes a limit between two of them; the largest violation that is left.
     PassedLimit run() {
         const std::size_t n = rows_.size();
         for (std::size_t k = 0; k + 1 < n; ++k) gaps_.push_back({k, is_near(k)});
@@ -95,6 +97,7 @@ private:
     double beyond(const double* q, int j) const noexcept {
         return max(limits_.lower[j] - q[j], q[j] - limits_.upper[j]);
     }
+    /// The joints of a row.
     const double* joints_of(std::size_t row) const noexcept { return rows_.q.data() + joints * row; }
 
     /// Whether a joint may reach a limit between row k and the next.

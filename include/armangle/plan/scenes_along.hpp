@@ -24,12 +24,15 @@ struct ScenesAlong {
     double begin(int k) const noexcept { return static_cast<double>(k) / count; }
     /// The first and the last part to which s belongs; they differ at a boundary.
     int first(double s) const noexcept { return part(s - edge); }
+    /// The index of the last scene that holds at s.
     int last(double s) const noexcept { return part(s + edge); }
+    /// The scene at s.
     const Scene& at(double s) const noexcept { return (*this)[last(s)]; }
 
 private:
     static constexpr double edge = 1e-9;  // of s
 
+    /// The index of the part of the path that contains s.
     int part(double s) const noexcept {
         const int k = static_cast<int>(max(s, 0.0) * count);
         return k < count ? k : count - 1;

@@ -84,6 +84,7 @@ inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noe
 /// Finds the ranges of s in which a scene blocks some phi, for one sign of the elbow.
 class Shadows {
 public:
+    /// Prepares for a scene and an elbow sign.
     Shadows(const Task& task, const Scene& scene, int elbow)
         : task_(task), scene_(scene), gc_(configuration(elbow)), moving_(scene_) {}
 
@@ -100,10 +101,12 @@ private:
         AxisFrames<double> frames;
     };
 
+    /// The frames of the arm's parts at s.
     Place place(double s) const noexcept {
         const SelfMotion<double> m = motion(s);
         return {inverted(axis_frame(task_.arm, m.circle)), axis_frames(task_.arm, m)};
     }
+    /// The self-motion at s.
     SelfMotion<double> motion(double s) const noexcept {
         return self_motion(task_.arm, task_.circle_at(s), gc_);
     }

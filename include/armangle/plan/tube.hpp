@@ -80,16 +80,21 @@ struct Task {
     double held_theta_7 = 0;                                  // fixed joint 7 of an arm with free roll
     std::function<void()> checkpoint = {};  // called between pieces of work; an exception ends the plan
 
+    /// Lets the caller stop the computation.
     void pass_checkpoint() const {
         if (checkpoint) checkpoint();
     }
 
+    /// What a margin is divided by in the cost.
     double margin_scale() const noexcept { return armangle::margin_scale(length); }
+    /// What a difference from the wished psi is divided by in the cost.
     double wish_scale() const noexcept { return armangle::wish_scale(length); }
 
+    /// The pose at s.
     Pose<double> pose(double s) const noexcept {
         return pose_at(segments[segment_index(segments, segment_count, s)], s);
     }
+    /// The circle of the elbow at s.
     Circle<double> circle_at(double s) const noexcept {
         return circle(arm, flange_pose(arm, pose(s)), plane);
     }
@@ -177,6 +182,7 @@ struct Tube {
     std::vector<Section> sections;
     std::vector<Arc> arcs;
 
+    /// The arcs of a section.
     const Arc* arc(const Section& section) const noexcept { return arcs.data() + section.first; }
 };
 
@@ -287,8 +293,10 @@ inline Change change(const SolvedSection& a, const SolvedSection& b) noexcept {
 /// Builds the sections of one branch, halving their distance until neighbours are similar.
 class TubeBuilder {
 public:
+    /// Prepares the tube of branch gc.
     TubeBuilder(const Task& task, int gc) : task_(task) { tube_.gc = gc; }
 
+    /// Builds the sections at the s in `base`, and more where arcs change.
     Tube build(const std::vector<double>& base) {
         tube_.sections.reserve(base.size() + base.size() / 2);
         SolvedSection first = solve_section(task_, tube_.gc, base[0]);
@@ -306,6 +314,7 @@ public:
     }
 
 private:
+    /// Adds a section.
     void add(SolvedSection& x) {
         x.section.first = static_cast<std::uint32_t>(tube_.arcs.size());
         x.section.count = static_cast<std::uint32_t>(x.arcs.count);

@@ -289,6 +289,7 @@ private:
         return lower <= upper + slack;
     }
 
+    /// Chooses the best end and follows its links back.
     void finish() {
         std::size_t best = 0;
         for (std::size_t i = 1; i < here_.links.size(); ++i)
