@@ -123,6 +123,7 @@ struct LeftOut {
     Tag pair[most];
     int count = 0;
 
+    /// Whether the list has this pair.
     bool holds(Tag asked) const noexcept {
         for (int k = 0; k < count; ++k)
             if (pair[k] == asked) return true;
@@ -133,6 +134,7 @@ struct LeftOut {
 /// Collects the blocked arcs of all pairs of shapes for one pose and branch.
 class Clearing {
 public:
+    /// Prepares a self-motion in a scene; pairs in left_out are ignored.
     Clearing(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, Covered& out,
              const LeftOut* left_out = nullptr) noexcept
         : scene_(scene),
@@ -337,6 +339,7 @@ private:
         return meets;
     }
 
+    /// The number among the obstacles of ball i of a block of eight.
     int id(int block, int i) const noexcept { return scene_.ball_id[8 * block + i]; }
 
     /// Adds the arcs that one solid blocks for all parts; `frame` transforms the solid into the frame of the
@@ -481,6 +484,7 @@ private:
         if (arc.half > 0 && !scene_.may_touch(id, part)) block(arc.centre, arc.half, id, part);
     }
 
+    /// Blocks the arc centre +- half (rad) by a pair.
     void block(double centre, double half, int id, int link) noexcept {
         const Tag pair = pair_tag(id, link);
         if (left_out_ == nullptr || !left_out_->holds(pair)) cover(out_, centre, half, pair);

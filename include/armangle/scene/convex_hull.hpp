@@ -56,9 +56,12 @@ public:
         Vec3<double> p, q, w;  // of one hull, of the other, p - q
     };
 
+    /// Begins with one corner.
     explicit Simplex(const Corner& first) noexcept : corner_{first}, v_(first.w) {}
 
+    /// The point of the simplex that is nearest to the origin.
     const Vec3<double>& nearest() const noexcept { return v_; }
+    /// Whether the simplex contains the origin.
     bool holds_origin() const noexcept { return inside_; }
 
     /// The nearest point of the simplex as a pair of points, one of each hull.

@@ -37,6 +37,7 @@ struct Field {
                    static_cast<std::size_t>(size[2]) +
                static_cast<std::size_t>(k);
     }
+    /// The distance (m) at a node.
     float at(int i, int j, int k) const noexcept { return value[place(i, j, k)]; }
 };
 
@@ -115,6 +116,7 @@ struct Surroundings {
     int node[3][4];
     double value[64];
 
+    /// Reads the 64 nodes around a place.
     Surroundings(const Field& field, const GridPlace& place) noexcept {
         for (int axis = 0; axis < 3; ++axis)
             for (int k = 0; k < 4; ++k) {
@@ -142,6 +144,7 @@ struct Ways {
     double x[4], y[4];
     Lane<8> z;
 
+    /// The squared distances of a point from the nodes.
     Ways(const Surroundings& about, const Vec3<double>& p, double per) noexcept {
         double along[4];
         about.squares(p.x, 0, per, x);
@@ -149,6 +152,7 @@ struct Ways {
         about.squares(p.z, 2, per, along);
         z = twice(along);
     }
+    /// The squared distances from eight of the nodes.
     Lane<8> square(int eighth) const noexcept {
         const int i = eighth / 2, j = 2 * (eighth % 2);
         return z + first_halves(Lane<8>(x[i] + y[j]), Lane<8>(x[i] + y[j + 1]));

@@ -116,7 +116,9 @@ private:
     };
     static constexpr int most_stretches = 96;
 
+    /// Whether the obstacle is a half-space.
     bool flat() const noexcept { return solid_.kind == SolidKind::half_space; }
+    /// Whether the obstacle is a distance field.
     bool is_field() const noexcept { return solid_.kind == SolidKind::field; }
 
     /// The nearest points of the pair at psi, their distance (m) and F = distance^2 - R^2.
@@ -147,6 +149,7 @@ private:
 
     /// Whether a distance field proves a stretch free: not, up to the agreed tolerance, or wholly.
     enum class Kept { no, nearly, whole };
+    /// Whether the pair keeps its distance all over a stretch, for a distance field.
     Kept field_keeps(const Stretch& s, double h, const Drift& m) const noexcept {
         const double whole = hypot(R_, gap_), must = whole - field_rule::agreed_free * solid_.field->spacing,
                      a = hypot(s.a.distance, gap_), b = hypot(s.b.distance, gap_),
@@ -232,6 +235,7 @@ private:
         return s;
     }
 
+    /// Puts a stretch on the stack.
     void push(const Stretch& s) noexcept { stack_[count_++] = s; }
 
     const MovingRod& rod_;

@@ -106,6 +106,7 @@ struct Scene {
     }
     /// The first number of the rods of links 1, 2, 5 and 6 among the obstacles, and among the links.
     int first_swing_obstacle() const noexcept { return first_held + held_count; }
+    /// The number of the first swinging link among the links.
     int first_swing_link() const noexcept { return part_count + base_count + held_count; }
 };
 
@@ -149,7 +150,9 @@ constexpr Tag pair_tag(int obstacle, int link) noexcept {
     return static_cast<Tag>(obstacle + 1) << 16 | static_cast<Tag>(link + 1) << 8 |
            make_tag(0, Side::obstacle);
 }
+/// The number of the obstacle in a tag; -1 if it has none.
 constexpr int tag_obstacle(Tag tag) noexcept { return static_cast<int>(tag >> 16) - 1; }  // -1: none
+/// The number of the link in a tag.
 constexpr int tag_link(Tag tag) noexcept { return static_cast<int>(tag >> 8 & 0xff) - 1; }
 
 /// Where a rod given in a DH frame (0..7) rests: link 0, 7, 3 or 4. What lies on a joint's axis rests in both

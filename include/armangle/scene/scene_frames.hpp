@@ -66,9 +66,11 @@ inline const Pose<T>& limb_frame(const Scene& scene, const SceneFrames<T>& f, in
     if (limb < scene.part_count) return scene.parts[limb].lower ? f.plane.lower : f.plane.upper;
     return f.swinging[swinging_place(scene.swings[limb - scene.part_count].link)];
 }
+/// The rod of a limb.
 inline const Rod& limb_rod(const Scene& scene, int limb) noexcept {
     return limb < scene.part_count ? scene.parts[limb].rod : scene.swings[limb - scene.part_count].rod;
 }
+/// The number of limbs: parts of the arm plane and swinging links.
 inline int limb_count(const Scene& scene) noexcept { return scene.part_count + scene.swing_count; }
 /// The number among the links of a limb; the functions below give the limb of a link and of an obstacle.
 inline int limb_link(const Scene& scene, int limb) noexcept {

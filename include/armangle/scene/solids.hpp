@@ -25,6 +25,7 @@ struct Rod {
     Vec3<double> begin, end;
     double radius;
 
+    /// Whether both ends coincide, so that the rod is a ball.
     bool is_sphere() const noexcept { return begin.x == end.x && begin.y == end.y && begin.z == end.z; }
 };
 
@@ -81,6 +82,7 @@ struct Ball {
     double radius;
 };
 
+/// A ball that contains a solid.
 inline Ball around(const Solid& solid) noexcept {
     if (solid.kind == SolidKind::capsule)
         return {(solid.a + solid.b) * 0.5, 0.5 * norm(solid.b - solid.a) + solid.radius};

@@ -122,6 +122,7 @@ struct Around {
     double clear[2], touching[2];
     Tag pair;  // who touches, or hinders a proof
 
+    /// Whether the motion is proven free of collisions in both directions.
     bool is_clear() const noexcept { return clear[0] >= 1.0 && clear[1] >= 1.0; }
 };
 
@@ -129,6 +130,7 @@ struct Around {
 template <class AnyArm>
 class StraightMove {
 public:
+    /// Prepares for an arm in a scene.
     StraightMove(const AnyArm& arm, const Scene& scene) noexcept : arm_(arm), scene_(scene) {}
 
     /// The share of the motion d (rad) from q that is proven collision-free; 1: all of it. A pair that
@@ -302,6 +304,7 @@ private:
         return out;
     }
 
+    /// The corners of a solid without its radius.
     static Core core_of(const Solid& solid, int link) noexcept {
         Core out;
         out.link = link;
@@ -372,6 +375,7 @@ private:
         return j < link ? dot(n, cross(at_.axis[j], p - at_.origin[j])) : 0.0;
     }
 
+    /// The speed along n of point p of a link at joint rates d.
     double rate(const double (&d)[joints], int link, const Vec3<double>& p,
                 const Vec3<double>& n) const noexcept {
         double out = 0;
@@ -601,9 +605,11 @@ private:
         found(m);
     }
 
+    /// The nearest points of a rod and a solid.
     static Approach approach(const Rod& rod, const Solid& solid) noexcept {
         return nearest(rod.begin, rod.end, solid);
     }
+    /// The nearest points of two solids.
     static Approach approach(const Solid& held, const Solid& solid) noexcept { return nearest(held, solid); }
 
     /// The distance (m) of two cores at which the shapes have the clearance plus the slack.
@@ -628,6 +634,7 @@ private:
             m.height = dot(m.n, hull_of(solid).farthest(m.n));
     }
 
+    /// The convex hull of a solid in its frame.
     static ConvexHull hull_of(const Solid& solid) noexcept {
         return {solid.corners, solid.corner_count, {solid.axes, solid.a}};
     }

@@ -164,6 +164,7 @@ public:
     const Vec3<double>& centre() const noexcept { return centre_; }  // at psi = 0, of a ball that
     double bound() const noexcept { return bound_; }                 // holds the segment for all theta
     double radius() const noexcept { return radius_; }
+    /// Whether psi rotates the rod, as it does on links 3 and 4.
     bool turns() const noexcept { return turns_; }
 
 private:

@@ -60,6 +60,7 @@ inline Extent extent(const Solid& solid) noexcept {
 /// Finds the arcs that one solid blocks for one rod; not for half-spaces and fields.
 class Witnesses {
 public:
+    /// Prepares a rod and a solid with the sum of radii R (m).
     Witnesses(const Rod& rod, const Solid& solid, double R) noexcept : rod_(rod), solid_(solid), R_(R) {
         const Extent mine = extent(as_solid(rod)), other = extent(solid);
         amplitude_ = 2.0 * mine.off_axis * min(other.off_axis, mine.off_axis + R);
@@ -165,6 +166,7 @@ private:
         return s.a + min(max(t, 0.125 * h), 0.875 * h);
     }
 
+    /// Puts a stretch on the stack.
     void push(const Stretch& s) noexcept { stack_[count_++] = s; }
 
     const Rod& rod_;
