@@ -33,9 +33,12 @@ class ChainIkSolverPos : public KDL::ChainIkSolverPos {
 public:
     static constexpr int first_error = -100;  // error = first_error - Status
 
+    /// Prepares for an arm, which must outlive this object, with a singularity margin (rad).
     explicit ChainIkSolverPos(const Arm& arm, double singularity_margin = 0.0)
         : arm_(arm), limits_(limit_table(arm, singularity_margin)) {}
 
+    /// KDL's interface: the joints of a pose that are nearest to q_init; returns KDL's code, E_NOERROR if
+    /// found.
     int CartToJnt(const KDL::JntArray& q_init, const KDL::Frame& p_in, KDL::JntArray& q_out) override {
         if (q_init.rows() != joints || q_out.rows() != joints) return error = E_SIZE_MISMATCH;
         double seed[joints];
@@ -52,6 +55,7 @@ public:
 
     void updateInternalDataStructures() override {}  // nothing to update: the arm is constant
 
+    /// The meaning of a code that CartToJnt() returned.
     const char* strError(const int code) const override {
         const int status = first_error - code;
         if (status > 0 && status < status_count) return sentence(static_cast<Status>(status));

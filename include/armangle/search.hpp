@@ -56,6 +56,7 @@ namespace detail {
 class ArcWalk {
 public:
     ArcWalk() = default;
+    /// Begins a walk from `start` over the arcs in steps of `resolution` (rad), in the direction `way`.
     ArcWalk(const ArcSet& arcs, double start, double way, double resolution, bool with_start) noexcept
         : arcs_(&arcs), start_(start), way_(way), resolution_(resolution), gone_(with_start ? -1e-12 : 0.0) {}
 
@@ -95,6 +96,7 @@ private:
 /// time the one nearest to the seed.
 class OutwardWalk {
 public:
+    /// Prepares a walk over all branches outward from the solution `first`.
     OutwardWalk(const Arm& arm, const LimitTable& limits, const Pose<double>& pose, const Nearest& first,
                 const SearchOptions& options) noexcept
         : arm_(arm), seed_(options.seed) {
