@@ -10,6 +10,7 @@ namespace {
 /// The notation of an orientation.
 enum class Orientation : int { wxyz, xyzw, rpy, rotvec };
 
+/// Reports the first of `count` numbers that is not finite, in `value`.
 Problem check_finite(const double* x, int count, double& value) noexcept {
     for (int i = 0; i < count; ++i) {
         value = x[i];
@@ -18,6 +19,7 @@ Problem check_finite(const double* x, int count, double& value) noexcept {
     return Problem::none;
 }
 
+/// Reports numbers that are not finite or too large, or a quaternion that is not of length 1, in `value`.
 Problem check_orientation(Orientation kind, const double* x, double& value) noexcept {
     if (kind == Orientation::wxyz || kind == Orientation::xyzw) {
         const Problem problem = check_finite(x, 4, value);
@@ -32,6 +34,7 @@ Problem check_orientation(Orientation kind, const double* x, double& value) noex
     return Problem::none;
 }
 
+/// The rotation matrix of an orientation in this convention.
 Mat3<double> rotation_of(Orientation kind, const double* x) noexcept {
     switch (kind) {
         case Orientation::wxyz: return from_quaternion(x[0], x[1], x[2], x[3]);

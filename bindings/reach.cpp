@@ -188,6 +188,7 @@ struct MapAngles {
     std::size_t tilts, turns;
     bool opposed;
 
+    /// Reads the angles of tilt and turn (rad).
     MapAngles(const Buffer& of_tilt, const Buffer& of_turn)
         : tilt(of_tilt.data<double>()),
           turn(of_turn.data<double>()),
@@ -196,6 +197,7 @@ struct MapAngles {
           opposed(true) {
         for (std::size_t k = 0; k < turns; ++k) opposed &= turn[k] == -turn[turns - 1 - k];
     }
+    /// The number of cells of one wrist position.
     std::size_t cells() const { return tilts * turns; }
 };
 
@@ -205,10 +207,12 @@ struct CellColumns {
     float* freedom;
     std::uint8_t *yaw, *roll, *proven;
 
+    /// The columns from cell k on.
     CellColumns at(std::size_t k) const {
         const auto moved = [k](std::uint8_t* column) { return column ? column + k : nullptr; };
         return {gc + k, freedom + k, moved(yaw), moved(roll), moved(proven)};
     }
+    /// Writes the values of cell k.
     void write(const ReducedCell& cell, Proven certain, std::size_t k) const {
         gc[k] = cell.gc;
         freedom[k] = cell.freedom;

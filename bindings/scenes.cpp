@@ -27,6 +27,7 @@ constexpr Py_ssize_t corner_width = 4;
 /// The row of the field, number of nodes along each axis, spacing.
 constexpr Py_ssize_t field_width = 5;
 
+/// The vector of three numbers.
 Vec3<double> vector_of(const double* x) noexcept { return {x[0], x[1], x[2]}; }
 
 /// Raises an error unless an array has rows of this width.
@@ -35,6 +36,7 @@ void check_rows(const Buffer& rows, Py_ssize_t width) {
         throw std::invalid_argument("rows of another width were expected");
 }
 
+/// The link with which a solid moves.
 Within frame_of(const double* row) noexcept { return static_cast<Within>(static_cast<int>(row[17])); }
 
 /// Makes the solid of a row, in the DH base or in DH frame 7.
@@ -52,6 +54,7 @@ Solid solid_of(const Arm& arm, const Pose<double>& base, const double* row) noex
     }
 }
 
+/// The rod of a row of numbers.
 Rod rod_of(const double* row) noexcept { return {vector_of(row + 2), vector_of(row + 5), row[1]}; }
 
 /// A ball of the user, and its number among the obstacles.
@@ -74,6 +77,7 @@ std::uint64_t spaced(std::uint64_t x) noexcept {
 struct PairBounds {
     Vec3<double> low{infinity, infinity, infinity}, high{-infinity, -infinity, -infinity};
 
+    /// Extends the box to contain a point.
     void hold(const Vec3<double>& p) noexcept {
         low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
         high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
@@ -185,6 +189,7 @@ void fill_hulls_and_fields(std::vector<Solid>& solids, const Buffer& corners, co
 /// The pose of link 0 in the DH base.
 Pose<double> base_link(const Arm&) noexcept { return identity_pose(); }
 Pose<double> base_link(const OffsetArm&) noexcept { return identity_pose(); }
+/// The pose of the first link in the frame of the nominal arm's base.
 Pose<double> base_link(const ChainArm& arm) noexcept {
     return arm.nominal.has_base ? arm.nominal.base_inverse * arm.link[0] : arm.link[0];
 }
@@ -358,6 +363,7 @@ void store_proximity(const Arm& arm, const Proximity& found, double* out, long l
     *pair = pair_number(found.pair);
 }
 
+/// The problem of a pose that is out of reach or folded; `value` is by how much it is out of reach (m).
 Problem reached(const SelfMotion<double>& m, double& value) noexcept {
     value = m.circle.triangle.excess;
     if (is_unreachable(m.circle)) return Problem::unreachable;

@@ -24,6 +24,7 @@ struct SolveOptions {
     double length;  // m that count as one radian for an approximate solution; 0: none
 };
 
+/// Makes options from seven weights, bits of branches, a margin (rad) and a length (m).
 void make_solve_options(SolveOptions* self, Metric metric, Floats weight, unsigned branches, double margin,
                         double length) {
     const Buffer w(weight);
@@ -32,6 +33,7 @@ void make_solve_options(SolveOptions* self, Metric metric, Floats weight, unsign
     std::memcpy(self->weight, w.data<double>(), sizeof(self->weight));
 }
 
+/// The core's options with a seed (null: none) and allowed arcs (null: all).
 NearestOptions nearest_options(const SolveOptions& o, const double* near, const ArcSet* allowed) noexcept {
     NearestOptions out;
     out.metric = o.metric;

@@ -74,6 +74,7 @@ bool read_options(nb::handle gc, nb::handle carry, nb::handle max_joint_step, nb
 struct GivenBounds {
     Bounds value{};
 
+    /// Reads dt, velocities, accelerations and present velocities (22 numbers) into the options.
     GivenBounds(nb::handle given, StepOptions& options) {
         if (given.is_none()) return;
         const Buffer numbers(given);
@@ -94,6 +95,7 @@ struct DrawnLimits {
     std::optional<LimitTable> with_margin;
     const LimitTable& table;
 
+    /// The arm's table of limits, or one with a margin (rad).
     DrawnLimits(const ArmHandle& arm, double margin)
         : with_margin(margin == 0 ? std::nullopt : std::optional(limit_table(arm.arm, margin))),
           table(with_margin ? *with_margin : arm.limits) {}

@@ -81,12 +81,14 @@ void restore_tracker(Loop& self, Floats numbers) {
     restore(self, in.data<double>());
 }
 
+/// Element `index` of a tuple.
 nb::object at(nb::handle values, int index) {
     PyObject* item = PyTuple_GetItem(values.ptr(), index);
     if (!item) throw nb::python_error();
     return nb::borrow(item);
 }
 
+/// A new array of seven numbers.
 nb::object joint_array(const double* values) {
     nb::object array = new_array7();
     std::memcpy(Buffer(array, true).data<double>(), values, joints * sizeof(double));

@@ -19,6 +19,7 @@ PyObject*& progress_of_this_thread() noexcept;
 /// Python every 0.05 s.
 class Watch {
 public:
+    /// Watches a computation of `total` elements.
     explicit Watch(std::size_t total = 0) noexcept
         : total_(total), progress_(total ? progress_of_this_thread() : nullptr) {}
     Watch(const Watch&) = delete;
@@ -70,12 +71,14 @@ private:
         looked_ = Clock::now();
     }
 
+    /// Reports progress; false if the caller's function raised.
     bool told() noexcept {
         if (!progress_) return true;
         std::size_t done = 0;
         for (const Count& one : done_) done += one.count.load(std::memory_order_relaxed);
         return told(done < total_ ? done : total_);
     }
+    /// Reports that `done` elements are done; false if the caller's function raised.
     bool told(std::size_t done) noexcept {
         progress_of_this_thread() = nullptr;  // functions that it calls have no progress function
         PyObject* said = PyObject_CallFunction(progress_, "nn", static_cast<Py_ssize_t>(done),

@@ -21,11 +21,13 @@ namespace {
 /// use the key.
 class KeptArms {
 public:
+    /// Keeps an arm under a key.
     void keep(std::int64_t key, const ArmHandle& arm) {
         const std::lock_guard lock(mutex_);
         if (!arms_.contains(key)) arms_.emplace(key, std::make_unique<ArmHandle>(arm));
     }
 
+    /// The arm of a key; null if it is unknown.
     const ArmHandle* find(std::int64_t key) {
         const std::lock_guard lock(mutex_);
         const auto found = arms_.find(key);
