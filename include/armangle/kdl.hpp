@@ -53,6 +53,7 @@ public:
         return error = E_NOERROR;
     }
 
+    /// KDL's interface; does nothing.
     void updateInternalDataStructures() override {}  // nothing to update: the arm is constant
 
     /// The meaning of a code that CartToJnt() returned.

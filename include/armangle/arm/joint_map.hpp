@@ -24,6 +24,7 @@ ARMANGLE_INLINE T to_q(T theta, T sign, T offset) noexcept {
 inline double to_theta(const Arm& arm, int j, double q) noexcept {
     return to_theta(q, arm.sign[j], arm.offset[j]);
 }
+/// The value (rad) of joint j at the model angle theta.
 inline double to_q(const Arm& arm, int j, double theta) noexcept {
     return to_q(theta, arm.sign[j], arm.offset[j]);
 }

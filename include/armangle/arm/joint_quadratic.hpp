@@ -80,6 +80,7 @@ inline void solve_free(const JointQuadratic& p, const bool (&free)[joints], doub
 /// The unconstrained minimum of a cost, reusable for costs that differ in g alone.
 class Unbounded {
 public:
+    /// Factorizes the quadratic form with all joints free.
     explicit Unbounded(const JointQuadratic& p) noexcept {
         factors_.of(all, [&p](int a, int b) { return p.H[a][b]; });
     }

@@ -48,6 +48,7 @@ inline constexpr double calm = 0.1;       // m/s and rad/s of oscillation up to 
 /// A target whose samples may be late, jump or fail: its pose and velocity.
 class Hand {
 public:
+    /// A filter without a target yet.
     explicit Hand(const HandFilter& options) noexcept : options_(options) {}
 
     /// Starts with a target at rest.

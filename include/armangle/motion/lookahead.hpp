@@ -34,6 +34,7 @@ struct ExactSections {
     const Arm& arm;
     const LimitTable& limits;
 
+    /// The arm whose limits and rows of joints count.
     const Arm& rows() const noexcept { return arm; }
     /// Computes the section of a pose in branch gc.
     void fill(const Pose<double>& pose, int gc, Section& to) const noexcept {
@@ -67,6 +68,7 @@ struct FamilySections {
     };
     F family;
 
+    /// The arm whose limits and rows of joints count.
     const Arm& rows() const noexcept { return family.rows(); }
     /// Computes the section of a pose in branch gc.
     void fill(const Pose<double>& pose, int gc, Section& to) const noexcept {
@@ -191,6 +193,7 @@ class Image {
     using Section = typename View::Section;
 
 public:
+    /// Prepares the image of a set of one section in another.
     Image(const Links<View>& links, const Section& from, const ArcSet& set, const Section& to)
         : links_(links), from_(from), set_(set), to_(to) {}
 

@@ -31,9 +31,11 @@ namespace detail {
 /// A number that is smaller than x, and below a number that is greater, by more than the rounding of one
 /// operation.
 inline double below(double x) noexcept { return x - (std::fabs(x) * 0x1p-52 + 1e-300); }
+/// A number above x, by more than the rounding of the operation that gave x.
 inline double above(double x) noexcept { return x + (std::fabs(x) * 0x1p-52 + 1e-300); }
 /// The lesser and, below, the greater of two numbers, each by one comparison.
 inline double lesser(double a, double b) noexcept { return a < b ? a : b; }
+/// The greater of two numbers.
 inline double greater(double a, double b) noexcept { return a < b ? b : a; }
 
 /// Bound of the error of sin_cos(double) for |x| <= 1e3. The reduction errs by at most two roundings of a

@@ -59,6 +59,7 @@ inline FixedEnds fixed_ends(const AnchoredEnds& ends, const double* q) noexcept 
 /// Finds the anchors of given joints on sections of a path; docs/background/paths.md.
 class PlanEnds {
 public:
+    /// Prepares for the start and goal of a task.
     explicit PlanEnds(const Task& task) noexcept : task_(task) {}
 
     /// A joint, 1..7, with a range below a thousandth of a radian, so that it determines phi; or 0. Among

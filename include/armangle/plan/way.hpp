@@ -58,6 +58,7 @@ struct EightWindings {
     double phi[8], q[joints][8] = {}, count[joints][8] = {}, first[8] = {};
     int used = 0;
 
+    /// Begins with eight empty places.
     EightWindings() noexcept { std::fill(phi, phi + 8, not_a_number); }
 
     /// Stores the revolutions of one phi in the next place.

@@ -164,6 +164,7 @@ struct Resting {
     bool swings;
 };
 
+/// The link and position at which a rod given in a DH frame is fixed, and whether it swings with a joint.
 inline Resting resting_link(const Arm& arm, int frame, Rod& rod) noexcept {
     const auto moved = [&rod](int to, bool along_z, const Pose<double>& by) {
         const auto off = [along_z](const Vec3<double>& p) { return p.x != 0 || (along_z ? p.y : p.z) != 0; };

@@ -76,9 +76,11 @@ inline int limb_count(const Scene& scene) noexcept { return scene.part_count + s
 inline int limb_link(const Scene& scene, int limb) noexcept {
     return limb < scene.part_count ? limb : scene.first_swing_link() + limb - scene.part_count;
 }
+/// The limb of a link of this number.
 inline int limb_of_link(const Scene& scene, int link) noexcept {
     return link < scene.part_count ? link : link - scene.first_swing_link() + scene.part_count;
 }
+/// The limb of an obstacle of this number, which is a shape of the arm.
 inline int limb_of_obstacle(const Scene& scene, int obstacle) noexcept {
     const int at = obstacle - scene.first_swing_obstacle();
     return at < scene.swing_count ? scene.part_count + at : at - scene.swing_count;
