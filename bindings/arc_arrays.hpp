@@ -9,6 +9,7 @@ namespace binding {
 
 class ArcArrays {
 public:
+    /// Checks the arrays: numbers of arcs and their ends (n, 2), rad.
     ArcArrays(nb::handle count, nb::handle psi) : count_(count), psi_(psi) {
         if (!count_.is('l') || !psi_.is('d'))
             throw std::invalid_argument("arc arrays of int64 and float64 were expected");
@@ -19,8 +20,11 @@ public:
         }
     }
 
+    /// The number of sets.
     std::size_t sets() const noexcept { return first_.size(); }
+    /// The number of arcs of all sets.
     std::size_t arcs() const noexcept { return arcs_; }
+    /// The index of the first arc of a set.
     std::size_t first(long long set) const noexcept { return first_[static_cast<std::size_t>(set)]; }
 
     /// Reads set number `set`; its ends are tagged tag, tag + 1, ...

@@ -62,18 +62,25 @@ public:
         PyErr_Clear();
         return false;
     }
+    /// Acquires the memory of an object; raises if it has none.
     void get(nb::handle object, bool writable = false) {
         if (!try_get(object, writable)) throw std::invalid_argument("an array was expected");
     }
+    /// Releases the memory.
     void release() noexcept {
         if (held_) PyBuffer_Release(&view_);
         held_ = false;
     }
 
+    /// Whether memory is acquired.
     bool held() const noexcept { return held_; }
+    /// The number of axes.
     int ndim() const noexcept { return view_.ndim; }
+    /// The length of axis i.
     Py_ssize_t shape(int i) const noexcept { return view_.shape[i]; }
+    /// The bytes from one element to the next along axis i.
     Py_ssize_t stride(int i) const noexcept { return view_.strides[i]; }
+    /// Whether the elements are of this kind.
     bool is(char kind) const noexcept {  // 'd', 'f', or an integer of 8 bytes as 'l'
         const char* f = view_.format;
         if (!f || f[1]) return false;
@@ -154,6 +161,7 @@ inline bool is_masked_array(nb::handle object) noexcept {
 /// the error.
 class SmallMatrix {
 public:
+    /// Reads an array, or nested lists, of rows x columns numbers; false if it is anything else.
     bool read(nb::handle object, int rows, int columns, double* to) noexcept {
         if (PyList_CheckExact(object.ptr()) || PyTuple_CheckExact(object.ptr()))
             return read_rows(object, rows, columns, to);
@@ -194,6 +202,7 @@ private:
         return true;
     }
 
+    /// Reads a list or tuple of `count` numbers; false if it is anything else.
     static bool read_numbers(nb::handle sequence, int count, double* to) noexcept {
         if (!PyList_CheckExact(sequence.ptr()) && !PyTuple_CheckExact(sequence.ptr())) return false;
         if (PySequence_Fast_GET_SIZE(sequence.ptr()) != count) return false;
@@ -203,6 +212,7 @@ private:
         return true;
     }
 
+    /// Reads a list or tuple of rows of numbers; false if it is anything else.
     static bool read_rows(nb::handle sequence, int rows, int columns, double* to) noexcept {
         if (rows == 1) return read_numbers(sequence, columns, to);
         if (PySequence_Fast_GET_SIZE(sequence.ptr()) != rows) return false;
@@ -275,11 +285,13 @@ inline nb::object new_rows_of(nb::handle type, Py_ssize_t n) {
     return nb::steal(array);
 }
 
+/// A new array of seven numbers.
 inline nb::object new_array7() {
     static PyObject* seven = PyLong_FromLong(armangle::joints);
     return new_array(seven);
 }
 
+/// A new array (4, 4).
 inline nb::object new_array44() {
     static PyObject* shape = nb::make_tuple(4, 4).release().ptr();
     return new_array(shape);
@@ -347,6 +359,7 @@ public:
         for (int d = 0; d < ndim_; ++d) size_ *= static_cast<std::size_t>(shape_[d]);
     }
 
+    /// The number of elements.
     std::size_t size() const noexcept { return size_; }
 
     /// Calls run(flat index, offsets in elements of 8 bytes, strides, count) for each run of the last axis
@@ -381,6 +394,7 @@ public:
     }
 
 private:
+    /// Joins axes that one stride steps through, so that runs are long.
     void collapse() noexcept {
         for (int d = ndim_ - 1; d > 0; --d) {
             bool one = true;

@@ -59,6 +59,7 @@ struct Grown {
         capacity = count;
     }
 
+    /// The values as an array with these columns, which owns them.
     nb::object release(std::size_t columns) {
         T* kept = own.release();
         nb::capsule owner(kept, [](void* p) noexcept { delete[] static_cast<T*>(p); });
@@ -169,6 +170,7 @@ struct Collected {
         }
     }
 
+    /// All columns as arrays.
     ArcColumns release() {
         return nb::make_tuple(column(0), column(1), column(2), column(3), column(4), column(5), column(6),
                               column(7), column(8));
@@ -205,6 +207,7 @@ inline void join(std::vector<Collected>& parts, Collected& whole) {
     to = std::move(all);
 }
 
+/// Appends all parts in order to `whole`.
 inline void join(std::vector<Collected>& parts, Collected& whole) {
     join<&Collected::count>(parts, whole);
     join<&Collected::psi>(parts, whole);

@@ -71,6 +71,7 @@ void construct_chain(ChainArmHandle* self, Floats lengths, Floats joint_map, Flo
         armangle::make_near_arm(parameters(lengths, joint_map, base, tool, reference, vector), link)};
 }
 
+/// The middle of each joint's range (rad).
 std::vector<double> joint_middle(const armangle::Arm& arm) {
     return {arm.joint_middle, arm.joint_middle + armangle::joints};
 }
@@ -127,6 +128,7 @@ nb::object exchange_progress(nb::object function) {
 
 }  // namespace
 
+/// The progress function of this thread; null if there is none.
 PyObject*& progress_of_this_thread() noexcept {
     static thread_local PyObject* function = nullptr;
     return function;

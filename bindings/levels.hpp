@@ -18,6 +18,7 @@ struct Levels {
     bool v3 = false, v4 = false;  // of the x86-64 ABI: x86-64-v3 and -v4
 };
 
+/// Whether all wanted bits are set.
 constexpr bool has(unsigned flags, unsigned wanted) noexcept { return (flags & wanted) == wanted; }
 
 /// The register state that the operating system saves (XCR0).
@@ -27,6 +28,7 @@ inline unsigned saved_state() noexcept {
     return low;
 }
 
+/// Which x86-64 levels processor and operating system support.
 inline Levels levels() noexcept {
     constexpr unsigned ymm = 0x6, zmm = 0xe6;
     constexpr unsigned in_leaf_1 =
@@ -43,6 +45,7 @@ inline Levels levels() noexcept {
     return out;
 }
 
+/// Whether the processor supports a level, such as "avx2".
 inline bool supports(const char* level) noexcept {
     const auto is = [level](const char* name) { return std::strcmp(level, name) == 0; };
     return is("sse2") || (is("avx2") && levels().v3) || (is("avx512") && levels().v4);
@@ -50,6 +53,7 @@ inline bool supports(const char* level) noexcept {
 
 #else
 
+/// Whether the processor supports a level: only "base" is known here.
 inline bool supports(const char* level) noexcept { return std::strcmp(level, "base") == 0; }
 
 #endif

@@ -3,6 +3,7 @@
 
 #include "levels.hpp"
 
+/// Prints the best level that this processor supports.
 int main() {
     const bool is_x86 = binding::supports("sse2");
     if (binding::supports("avx512"))

@@ -23,9 +23,11 @@ using namespace armangle;
 
 namespace {
 
+/// The rows of a buffer as segments.
 const Segment* as_segments(const Buffer& b) noexcept {
     return reinterpret_cast<const Segment*>(b.data<double>());
 }
+/// The vector of three numbers.
 Vec3<double> as_vector(const double* v) noexcept { return {v[0], v[1], v[2]}; }
 
 /// Writes the segments through n poses at rising s; one pose gives a constant path.
@@ -160,8 +162,10 @@ ArcSet of_user(nb::handle count, nb::handle psi) {
 /// raises, the exception is stored, and all further arcs are empty.
 class AskedArcs {
 public:
+    /// Keeps the user's function.
     explicit AskedArcs(nb::object function) : function_(std::move(function)) {}
 
+    /// Calls the function for s, or takes its earlier result; empty after it raised.
     void at(double s, ArcSet& out) {
         make_empty(out);
         if (raised_) return;
@@ -178,6 +182,7 @@ public:
         } catch (...) { raised_ = std::current_exception(); }
     }
 
+    /// Raises what the function raised.
     void raise() const {
         if (raised_) std::rethrow_exception(raised_);
     }
@@ -191,15 +196,18 @@ private:
 /// Thrown to end a plan at its next checkpoint.
 struct Interrupted {};
 
+/// Plans on an S-R-S arm.
 ChainPlan planned(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
                   std::size_t row_count, const PlanOptions& options, const Scene*) {
     return {plan(arm, segments, n, rows, row_count, options), {}, {}};
 }
+/// Plans on an arm with its own chain.
 ChainPlan planned(const ChainArm& arm, const Segment* segments, std::size_t n, const double* rows,
                   std::size_t row_count, const PlanOptions& options, const Scene* scene) {
     return plan(arm, segments, n, rows, row_count, options, scene);
 }
 
+/// Plans on an arm with an offset.
 ChainPlan planned(const OffsetArm& arm, const Segment* segments, std::size_t n, const double*, std::size_t,
                   const PlanOptions& options, const Scene*) {
     return {plan(arm, segments, n, options), {}, {}};
@@ -307,6 +315,7 @@ Curve as_curve(const Arm& arm, const Buffer& segments, const Buffer& stretches, 
 
 /// The curve that gives the arm's joints: for a nearly S-R-S arm the nominal curve with corrections.
 const Curve& joints_along(const Arm&, const Curve& curve, const Buffer&) noexcept { return curve; }
+/// The curve of an arm with its own chain.
 CorrectedCurve joints_along(const ChainArm& arm, const Curve& curve, const Buffer& shifts) noexcept {
     return {arm,
             curve,
@@ -314,26 +323,32 @@ CorrectedCurve joints_along(const ChainArm& arm, const Curve& curve, const Buffe
              static_cast<std::size_t>(shifts.shape(0))}};
 }
 
+/// The curve of an arm with an offset.
 FamilyCurve<OffsetFamily> joints_along(const OffsetArm& arm, const Curve& curve, const Buffer&) noexcept {
     return {OffsetFamily(arm), curve.gc, curve.segments, curve.stretches};
 }
 
 /// The arm; if it has its own chain and the plan has a base, the arm on that base.
 const Arm& standing(const Arm& arm, const Floats&) noexcept { return arm; }
+/// The arm itself, whose plan has no base of its own.
 const OffsetArm& standing(const OffsetArm& arm, const Floats&) noexcept { return arm; }
+/// The arm on the base of its plan, if that has one.
 ChainArm standing(const ChainArm& arm, const Floats& base) {
     return base.is_none() ? arm : with_base(arm, load_pose(Buffer(base).data<double>()));
 }
 
 /// The psi of a configuration on a curve, in the arm's own definition.
 double psi_of(const Arm&, const PlacedPosture& at) noexcept { return at.psi; }
+/// The psi of a posture on a curve: the free joint.
 double psi_of(const OffsetArm&, const PlacedPosture& at) noexcept { return at.psi; }
+/// The psi of a posture on a curve of the nominal arm, in the true arm's definition.
 double psi_of(const ChainArm& arm, const PlacedPosture& at) noexcept {
     return lift(forward(arm, at.q).psi, at.psi);
 }
 
 /// The configuration at s of a curve without a leading joint.
 PlacedPosture along(const Arm&, const Curve& curve, double s) noexcept { return curve.at(s); }
+/// The configuration at s of a curve of the nominal arm, corrected to the true chain.
 PlacedPosture along(const ChainArm& arm, const Curve& curve, double s) noexcept {
     return CorrectedCurve{arm, curve, {}}.at(s);
 }
@@ -387,10 +402,12 @@ void curve_derivatives(const Handle& self, Floats segments, Floats stretches, Fl
 std::span<const Segment> as_path(const Buffer& segments) noexcept {
     return {as_segments(segments), static_cast<std::size_t>(segments.shape(0))};
 }
+/// The pose at s of a path.
 Pose<double> pose_of(std::span<const Segment> path, double s) noexcept {
     return pose_at(path[segment_index(path.data(), path.size(), s)], s);
 }
 
+/// The arrays as rows of a path.
 PathRows as_rows(const Buffer& s, const Buffer& psi, const Buffer& q, const Buffer& gc) {
     const auto n = static_cast<std::size_t>(s.shape(0));
     const auto all = [](const Buffer& x, std::size_t count) {
@@ -404,6 +421,7 @@ PathRows as_rows(const Buffer& s, const Buffer& psi, const Buffer& q, const Buff
 CurveThrough through(const Arm& arm, std::span<const Segment> path, const PathRows& rows) {
     return {arm, path, rows, [](const Curve&, const Stretch&, double, PlacedPosture q) { return q; }};
 }
+/// The curve of an arm with its own chain through rows.
 CurveThrough through(const ChainArm& arm, std::span<const Segment> path, const PathRows& rows) {
     return {arm.nominal, path, rows,
             [&arm](const Curve& curve, const Stretch& x, double s, const PlacedPosture& q) {
@@ -430,6 +448,7 @@ auto between(const SrsArm& arm, std::span<const Segment> path, const PathRows& r
         return along(arm, Curve{nominal(arm), curve.plane, gc, path, curve.stretches}, s);
     };
 }
+/// A function that gives the configuration at s between rows of an arm with an offset.
 auto between(const OffsetArm& arm, std::span<const Segment> path, const PathRows& rows) {
     return [&arm, path, rows](double s) {
         return OffsetCurve{arm, path, rows.s, rows.psi, rows.q.data()}.at(s);
@@ -439,6 +458,7 @@ template <class SrsArm>
 const Limits& limits_of(const SrsArm& arm) noexcept {
     return nominal(arm).limits;
 }
+/// The limits of an arm with an offset.
 const Limits& limits_of(const OffsetArm& arm) noexcept { return arm.own.limits; }
 
 /// Returns the rows (s, psi, q, gc), with more inserted where the straight line violates a limit
@@ -465,8 +485,10 @@ nb::object rows_within(const Handle& self, Floats segments, Floats s, Floats q, 
 /// Arrays of the rows (s, free, q) of a path of an arm with an offset, kept during queries.
 class OffsetRows {
 public:
+    /// Acquires the arrays of a curve.
     OffsetRows(Floats segments, Floats s, Floats free, Floats q)
         : segments_(segments), s_(s), free_(free), q_(q) {}
+    /// The curve of these rows.
     OffsetCurve curve(const OffsetArm& arm) const noexcept {
         const auto n = static_cast<std::size_t>(s_.shape(0));
         return {arm,

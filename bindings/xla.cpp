@@ -39,6 +39,7 @@ private:
     std::unordered_map<std::int64_t, std::unique_ptr<ArmHandle>> arms_;
 };
 
+/// The arms that compiled functions hold keys of.
 KeptArms& kept_arms() {
     static KeptArms arms;
     return arms;
@@ -130,6 +131,7 @@ InverseBatch asked_of(const Block& b) {
 struct ForwardTask : Plain {
     static constexpr std::size_t input = joints, output = pose_size;
     static constexpr bool gives_psi = true, gives_branch = true;
+    /// Writes pose, psi and gc of joints.
     static void run(Block& b) {
         for (std::size_t i = 0; i < b.count; ++i) {
             b.out_psi[i] = not_a_number;
@@ -148,6 +150,7 @@ struct ForwardTask : Plain {
 struct ForwardPushTask : Plain {
     static constexpr std::size_t input = joints, change = joints, output = pose_size;
     static constexpr bool gives_psi = true;
+    /// Writes the changes of pose and psi for a change of the joints.
     static void run(Block& b) {
         no_numbers(b.out_psi, b.count);
         each_posture(b, output, [&b](std::size_t i, const double* q, double* pose) {
@@ -160,6 +163,7 @@ struct ForwardPushTask : Plain {
 struct ForwardPullTask : Plain {
     static constexpr std::size_t input = joints, change = pose_size, output = joints;
     static constexpr bool psi_changes = true;
+    /// Writes the gradient by the joints for gradients by pose and psi.
     static void run(Block& b) {
         each_posture(b, output, [&b](std::size_t i, const double* q, double* to) {
             double by_q[joints];
@@ -172,6 +176,7 @@ struct ForwardPullTask : Plain {
 struct InverseTask : Plain {
     static constexpr std::size_t input = pose_size, output = joints;
     static constexpr bool has_branch = true;
+    /// Writes joints of poses, arm angles and branches.
     static void run(Block& b) {
         InverseBatch batch = asked_of(b);
         batch.out = {b.out, joints};
@@ -184,6 +189,7 @@ struct InverseTask : Plain {
 struct InversePushTask : Plain {
     static constexpr std::size_t input = pose_size, change = pose_size, output = joints;
     static constexpr bool has_branch = true, psi_changes = true;
+    /// Writes the change of the joints for changes of pose and psi.
     static void run(Block& b) {
         each_pose(b, output, [&b](std::size_t i, const Pose<double>& pose, double* to) {
             inverse_pushforward(b.self->arm, pose, b.psi[i], static_cast<int>(b.gc[i]),
@@ -196,6 +202,7 @@ struct InversePushTask : Plain {
 struct InversePullTask : Plain {
     static constexpr std::size_t input = pose_size, change = joints, output = pose_size;
     static constexpr bool has_branch = true, gives_psi = true;
+    /// Writes the gradients by pose and psi for a gradient by the joints.
     static void run(Block& b) {
         const PullbackBatch batch{asked_of(b), {b.change, joints}, {b.out, pose_size}, {b.out_psi, 1}};
         pullback_range(b.self->arm, batch, 0, b.count, b.outcome);
@@ -209,6 +216,7 @@ struct SolveTask : Plain {
     static constexpr std::size_t input = pose_size, change = joints, output = joints;
     static constexpr bool gives_psi = true, gives_branch = true;
 
+    /// The options of a search from a seed.
     static NearestOptions options(const double* seed) {
         NearestOptions out;
         out.metric = metric;
@@ -216,6 +224,7 @@ struct SolveTask : Plain {
         return out;
     }
 
+    /// Writes joints, psi and gc of the solution of each pose.
     static void run(Block& b) {
         for (std::size_t i = 0; i < b.count; ++i) {
             b.out_psi[i] = not_a_number;
@@ -238,6 +247,7 @@ template <Metric metric>
 struct SolveDerivativeTask : Plain {
     static constexpr std::size_t input = pose_size, change = joints;
     static constexpr std::size_t output = joints * SolutionDerivative::columns;
+    /// Writes the derivative of the solution's joints by pose and seed.
     static void run(Block& b) {
         each_pose(b, output, [&b](std::size_t i, const Pose<double>& pose, double* to) {
             const double* seed = b.change + joints * i;
@@ -252,6 +262,7 @@ struct SolveDerivativeTask : Plain {
 
 struct FreedomTask : Plain {
     static constexpr std::size_t input = pose_size, output = 1;
+    /// Writes the length of the feasible intervals of each pose (rad).
     static void run(Block& b) {
         each_pose(b, output, [&b](std::size_t, const Pose<double>& pose, double* to) {
             *to = freedom(b.self->arm, pose, *b.limits).total;
@@ -261,6 +272,7 @@ struct FreedomTask : Plain {
 
 struct FreedomGradientTask : Plain {
     static constexpr std::size_t input = pose_size, output = 6;
+    /// Writes the derivative of that length by the pose.
     static void run(Block& b) {
         each_pose(b, output, [&b](std::size_t, const Pose<double>& pose, double* to) {
             double slope[output];
@@ -272,6 +284,7 @@ struct FreedomGradientTask : Plain {
 
 struct LimitMarginTask : Plain {
     static constexpr std::size_t input = joints, output = 1;
+    /// Writes the distance to the nearest joint limit (rad).
     static void run(Block& b) {
         each_posture(b, output, [&b](std::size_t, const double* q, double* to) {
             *to = limit_margin(b.self->arm.limits, q);
@@ -281,6 +294,7 @@ struct LimitMarginTask : Plain {
 
 struct LimitMarginGradientTask : Plain {
     static constexpr std::size_t input = joints, output = joints;
+    /// Writes the derivative of the limit margin by the joints.
     static void run(Block& b) {
         each_posture(b, output, [&b](std::size_t, const double* q, double* to) {
             double slope[joints];
@@ -290,6 +304,7 @@ struct LimitMarginGradientTask : Plain {
     }
 };
 
+/// Makes an error for XLA.
 xla::Error* failed(const xla::Call& call, xla::ErrorCode code, const std::string& why) {
     xla::NewError error{};
     error.head.size = xla::new_error_size;
