@@ -48,6 +48,7 @@ def within(highest: float, unit: float, name: str, *, positive: bool = False) ->
     most = f" to {highest:.4g}" if math.isfinite(highest) else ""
 
     def read(text: str) -> float:
+        """Return a number times the unit; raise unless it is in the range."""
         value = number(text)
         if not 0 <= value <= highest or (positive and value == 0):
             raise argparse.ArgumentTypeError(f"{text.strip()} {name}, wanted {least}{most} {name}")

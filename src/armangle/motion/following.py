@@ -137,6 +137,7 @@ def follow(
     if laddered and len(frames):
 
         def followed(rung: Rung, tell: Progress) -> JointPath:
+            """Return the motion along the path with this roll."""
             turned = frames @ about_z(rung[0] + rung[1] * s) if path is None else rolled(path, *rung)
             return follow(
                 arm, turned, start=joints, gc=gc, policy=policy, dt=dt, carry=carry,

@@ -259,6 +259,7 @@ def plan(
         if is_laddered(arm, roll):
 
             def planned_rolled(turned: Path, tell: Progress) -> JointPath:
+                """Return the plan of the path with another roll."""
                 count = (
                     len(rows)
                     if samples is None and isinstance(whole, Waypoints) and len(rows) > 1
@@ -283,6 +284,7 @@ def plan(
         calm = ready_each(arm.nominal, _kept_off(standing, more, soft=True))
 
         def planned(along: list[Ready], first: Floats | None, last: Floats | None, tell: Progress) -> Any:
+            """Return the core's plan for these scenes and ends."""
             with progressing(tell):
                 return handle.plan_path(
                     whole._segments, rows, first, last, _branches(gc), weights,

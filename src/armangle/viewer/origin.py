@@ -79,6 +79,7 @@ def checked_origins() -> Iterator[None]:
         serve, called = module.serve, threading.Event()
 
         def serve_checked(handler: Any, *args: Any, process_request: Any = None, **named: Any) -> Any:
+            """Serve with the check before the given handler of requests."""
             called.set()
             return serve(handler, *args, process_request=_checked(process_request), **named)
 
