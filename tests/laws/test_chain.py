@@ -329,27 +329,6 @@ def test_a_chain_with_the_tool_and_base_of_its_arm_is_taken() -> None:
             assert made.with_(chain=links).chain is not None
 
 
-@pytest.mark.parametrize(("name", "ask"), [
-    ("explain", lambda arm, pose, q: arm.explain(pose)),
-    ("gradients.joint_function", lambda arm, pose, q: aa.gradients.joint_function(arm, pose, 0, 1)),
-    ("feasible_turns", lambda arm, pose, q: arm.feasible_turns(pose, about="base")),
-    ("gradients.feasible", lambda arm, pose, q: aa.gradients.feasible(arm, pose, 0)),
-    ("gradients.inverse", lambda arm, pose, q: aa.gradients.inverse(arm, pose, 0.0, 0)),
-    ("gradients.psi", lambda arm, pose, q: aa.gradients.psi(arm, q)),
-    ("gradients.margin", lambda arm, pose, q: aa.gradients.margin(arm, pose)),
-    ("gradients.freedom", lambda arm, pose, q: aa.gradients.freedom(arm, pose)),
-    ("freedom", lambda arm, pose, q: arm.freedom(pose)),
-    ("place", lambda arm, pose, q: aa.place(arm, pose[None], [0.0], [0.0])),
-    ("aa.kuka", lambda arm, pose, q: aa.kuka.to_e1(arm, q)),
-])  # fmt: skip
-def test_what_is_not_made_for_a_chain_is_refused_by_name(name: str, ask: object) -> None:
-    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
-    q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
-    refusal = rf"\b{name}\b.* is not made for an arm with a chain of its own: use arm\."
-    with pytest.raises(aa.UnsupportedError, match=refusal):
-        ask(arm, arm.forward(q)[0], q)
-
-
 @pytest.mark.parametrize("name", ARMS)
 def test_the_elbow_comes_as_near_to_a_point_as_the_deviation_leaves(name: str) -> None:
     arm = ARMS[name]

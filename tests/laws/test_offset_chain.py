@@ -6,7 +6,6 @@ The reference is the chain walked link by link, and a dense grid of the free joi
 from __future__ import annotations
 
 import pickle
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ import pytest
 from support.calibrated import calibrated_offset, plain_forward
 
 import armangle as aa
-from armangle.errors import UnsupportedError
 
 ARMS = [
     calibrated_offset("franka_fr3", 1.0, 1.0),
@@ -139,37 +137,6 @@ def test_a_copy_a_file_and_its_source_are_the_same_arm(arm: aa.Arm) -> None:
     assert again.kind == arm.kind and again.redundancy == arm.redundancy
     np.testing.assert_allclose(again.forward(q)[0], pose, rtol=0, atol=1e-12)
     assert again.report is not None and any("at the tip" in note for note in again.report.notes)
-
-
-REFUSED: dict[str, Callable[[aa.Arm, Any, Any], Any]] = {
-    "scene=": lambda arm, q, pose: arm.with_(scene=aa.Scene([aa.Ball([3.0, 3.0, 3.0], 0.1)])),
-    "singularity_margin=": lambda arm, q, pose: arm.with_(singularity_margin=0.1),
-    "explain": lambda arm, q, pose: arm.explain(pose),
-    "freedom": lambda arm, q, pose: arm.freedom(pose),
-    "feasible_turns": lambda arm, q, pose: arm.feasible_turns(pose, about="tool"),
-    "self_motion": lambda arm, q, pose: arm.self_motion(*arm.forward(q)),
-    "plan": lambda arm, q, pose: aa.plan(arm, [pose, pose], start=q),
-    "Tracker": lambda arm, q, pose: aa.Tracker(arm, dt=0.01, velocity=1.0),
-    "deviation": lambda arm, q, pose: arm.deviation,
-    "velocity=": lambda arm, q, pose: aa.step(arm, q, pose, velocity=1.0, dt=0.01),
-    "Towards": lambda arm, q, pose: aa.step(arm, q, pose, policy=aa.Towards(direction="up")),
-    "follow(velocity=)": lambda arm, q, pose: aa.follow(arm, [pose, pose], start=q, velocity=1.0, dt=0.01),
-    "lookahead=": lambda arm, q, pose: aa.follow(arm, [pose, pose], start=q, lookahead=1),
-    "follow(scene=)": lambda arm, q, pose: aa.follow(arm, [pose], start=q, scene=lambda s: None),
-    "psi_towards": lambda arm, q, pose: arm.psi_towards(pose, 0, direction="up"),
-    "clearance": lambda arm, q, pose: arm.clearance(q),
-    "fallback": lambda arm, q, pose: arm.solve(pose, q, fallback="nearest_pose"),
-    "gradients.solve": lambda arm, q, pose: aa.gradients.solve(arm, pose, q),
-    "reach_map": lambda arm, q, pose: aa.place(arm, pose[None], [0.0], [0.0]),
-}
-
-
-@pytest.mark.parametrize("what", REFUSED)
-def test_what_is_not_made_for_this_kind_says_so(what: str) -> None:
-    arm = ARMS[0]
-    q = joints(arm, 1, 8)[0]
-    with pytest.raises(UnsupportedError):
-        REFUSED[what](arm, q, arm.forward(q)[0])
 
 
 def test_a_chain_far_from_its_rows_is_rejected() -> None:

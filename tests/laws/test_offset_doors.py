@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -115,23 +114,6 @@ def test_a_word_of_the_name_is_enough_for_the_hint() -> None:
 
 
 POSE, PSI, GC = FR3.forward(Q)
-LACKING: dict[str, Callable[[aa.Arm], object]] = {
-    "gradients.psi": lambda arm: aa.gradients.psi(arm, Q),
-    "gradients.feasible": lambda arm: aa.gradients.feasible(arm, POSE, int(GC)),
-    "gradients.freedom": lambda arm: aa.gradients.freedom(arm, POSE),
-    "gradients.margin": lambda arm: aa.gradients.margin(arm, POSE),
-    "gradients.joint_function": lambda arm: aa.gradients.joint_function(arm, POSE, int(GC), 1),
-    "d_4": lambda arm: arm.with_(d_4=0.01),
-    "reference": lambda arm: arm.with_(reference="stereographic"),
-    "singularity_margin": lambda arm: arm.with_(singularity_margin=0.1),
-}
-
-
-@pytest.mark.parametrize("arm", [FR3, MIRRORED], ids=lambda arm: arm.name)
-@pytest.mark.parametrize("what", LACKING)
-def test_what_is_not_made_for_it_is_refused_by_name(arm: aa.Arm, what: str) -> None:
-    with pytest.raises(aa.UnsupportedError, match=what):
-        LACKING[what](arm)
 
 
 @pytest.mark.parametrize("arm", [FR3, MIRRORED], ids=lambda arm: arm.name)

@@ -7,7 +7,7 @@ import pytest
 from support.calibrated import ARMS, NAMES, calibrated, postures
 from support.draw import generator
 from support.laws import POSE, circle_gap, gap
-from support.moves import moved, refused
+from support.moves import moved
 
 import armangle as aa
 from armangle.arm.chain import edge_of_reach
@@ -110,14 +110,6 @@ def test_a_bound_shortens_a_wish_and_names_itself_where_the_pose_is_too_far() ->
     np.testing.assert_array_less(np.abs(some.velocity), 0.01 + 1e-12)
     path = aa.follow(arm, np.stack([pose, there]), start=q, velocity=1.0, dt=0.01, on_fail="hold")
     assert path.status.tolist() == [aa.Status.OK, aa.Status.PARTIAL]
-
-
-def test_what_a_chain_cannot_be_asked_is_refused_by_name() -> None:
-    arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
-    pose = arm.forward(Q)[0]
-    said = "fallback=.* is not made for an arm with a chain"
-    refused(aa.UnsupportedError, said, aa.step, arm, Q, pose, fallback="nearest_pose")
-    refused(aa.UnsupportedError, said, aa.follow, arm, pose[None], start=Q, fallback="nearest_pose")
 
 
 def crossing(arm: aa.Arm, joint: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

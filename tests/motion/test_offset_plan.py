@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -183,21 +182,6 @@ def test_ends_that_are_none_of_the_path_are_refused() -> None:
     assert not path.ok and "beyond the upper one of joint 1" in path.explain()
     other = aa.plan(ARM, poses, start=READY, gc=6)
     assert not other.ok and "another global configuration" in other.explain()
-
-
-LACKS: dict[str, dict[str, Any]] = {
-    "a scene that moves": {"scene": lambda s: aa.Scene(), "obstacle_speed": 0.1},
-    "allowed=": {"allowed": lambda pose: None},
-    "roll='free'": {"roll": "free"},
-    r"Objective\(duration=\)": {"objective": aa.Objective(duration=1.0, acceleration=5.0)},
-    "a wish for the elbow": {"psi": aa.Towards(direction="up")},
-}
-
-
-@pytest.mark.parametrize("what", LACKS)
-def test_what_is_not_made_is_refused_in_one_sentence(what: str) -> None:
-    with pytest.raises(aa.UnsupportedError, match=f"plan with {what} is not made for an arm with an offset"):
-        aa.plan(ARM, turned().poses, **LACKS[what])
 
 
 BONES = aa.Body.bones(0.05, 0.05)

@@ -148,23 +148,6 @@ def test_why_there_is_no_step() -> None:
     assert aa.follow(FR3, np.empty((0, 4, 4)), start=READY).q.shape == (0, 7)
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [("carry", "elbow"), ("fallback", "nearest_pose"), ("roll", "free")],
-)
-def test_what_is_not_made_for_it_is_refused_by_name(name: str, value: Any) -> None:
-    pose, asked = FR3.forward(READY)[0], {name: value, "dt": 0.01}
-    with pytest.raises(aa.UnsupportedError, match=f"{name}.* is not made for an arm with an offset wrist"):
-        aa.step(FR3, READY, pose, **asked)
-    with pytest.raises(aa.UnsupportedError, match=f"{name}.* is not made for an arm with an offset wrist"):
-        aa.follow(FR3, pose[None], start=READY, **asked)
-
-
-def test_it_keeps_no_singularity_margin() -> None:
-    with pytest.raises(aa.UnsupportedError, match="singularity_margin= is not made for"):
-        FR3.with_(singularity_margin=0.1)
-
-
 def test_a_wish_for_the_free_joint_is_met() -> None:
     pose, free, _ = FR3.forward(READY)
     q = READY
@@ -174,8 +157,3 @@ def test_a_wish_for_the_free_joint_is_met() -> None:
         np.testing.assert_allclose(FR3.forward(now.q)[0], pose, atol=1e-9)
         q = now.q
     assert abs(q[6] - (READY[6] - 0.4)) < 1e-6
-
-
-def test_the_kinematics_of_the_paper_are_not_made_for_it() -> None:
-    with pytest.raises(aa.UnsupportedError, match=r"resolve is not made for .*: step"):
-        aa.resolve(FR3, FR3.forward(READY)[0], 0.0, 0)

@@ -1,0 +1,102 @@
+"""What is not made for a kind of arm is refused by its name; `docs/robots.md` and its test have the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from support.calibrated import calibrated, calibrated_offset
+
+import armangle as aa
+
+Rows = list[tuple[str, Callable[[aa.Arm], Any]]]
+WRIST = "is not made for an arm with an offset wrist"
+CHAIN = "is not made for an arm with a chain"
+
+
+def q(arm: aa.Arm) -> Any:
+    """Joints amid the limits, of a joint without any amid a turn."""
+    return 0.5 * (np.maximum(arm.lower, -3.0) + np.minimum(arm.upper, 3.0)) + 0.1
+
+
+def pose(arm: aa.Arm) -> Any:
+    """The pose there."""
+    return arm.forward(q(arm))[0]
+
+
+def steps(said: str, **asked: Any) -> Rows:
+    """`step` and `follow` with an option."""
+    return [
+        (f"{name}.* {said}", call)
+        for name in asked
+        for call in (
+            lambda arm: aa.step(arm, q(arm), pose(arm), dt=0.01, **asked),
+            lambda arm: aa.follow(arm, pose(arm)[None], start=q(arm), dt=0.01, **asked),
+        )
+    ]
+
+
+def plan(said: str, **asked: Any) -> Rows:
+    """`plan` with an option."""
+    said = f"plan with {said} is not made for an arm with an offset"
+    return [(said, lambda arm: aa.plan(arm, np.stack([pose(arm)] * 2), **asked))]
+
+
+OFFSET: Rows = [
+    ("gradients.psi", lambda arm: aa.gradients.psi(arm, q(arm))),
+    ("gradients.feasible", lambda arm: aa.gradients.feasible(arm, pose(arm), 0)),
+    ("gradients.freedom", lambda arm: aa.gradients.freedom(arm, pose(arm))),
+    ("gradients.margin", lambda arm: aa.gradients.margin(arm, pose(arm))),
+    ("gradients.joint_function", lambda arm: aa.gradients.joint_function(arm, pose(arm), 0, 1)),
+    ("d_4", lambda arm: arm.with_(d_4=0.01)),
+    ("reference", lambda arm: arm.with_(reference="stereographic")),
+    ("singularity_margin= is not made for", lambda arm: arm.with_(singularity_margin=0.1)),
+    (r"resolve is not made for .*: step", lambda arm: aa.resolve(arm, pose(arm), 0.0, 0)),
+    *plan("a scene that moves", scene=lambda s: aa.Scene(), obstacle_speed=0.1),
+    *plan("allowed=", allowed=lambda pose: None),
+    *plan("roll='free'", roll="free"),
+    *plan(r"Objective\(duration=\)", objective=aa.Objective(duration=1.0, acceleration=5.0)),
+    *plan("a wish for the elbow", psi=aa.Towards(direction="up")),
+]
+OWN: Rows = [
+    (rf"\b{name}\b.* {CHAIN} of its own: use arm\.", call)
+    for name, call in (
+        ("explain", lambda arm: arm.explain(pose(arm))),
+        ("gradients.joint_function", lambda arm: aa.gradients.joint_function(arm, pose(arm), 0, 1)),
+        ("feasible_turns", lambda arm: arm.feasible_turns(pose(arm), about="base")),
+        ("gradients.feasible", lambda arm: aa.gradients.feasible(arm, pose(arm), 0)),
+        ("gradients.inverse", lambda arm: aa.gradients.inverse(arm, pose(arm), 0.0, 0)),
+        ("gradients.psi", lambda arm: aa.gradients.psi(arm, q(arm))),
+        ("gradients.margin", lambda arm: aa.gradients.margin(arm, pose(arm))),
+        ("gradients.freedom", lambda arm: aa.gradients.freedom(arm, pose(arm))),
+        ("freedom", lambda arm: arm.freedom(pose(arm))),
+        ("place", lambda arm: aa.place(arm, pose(arm)[None], [0.0], [0.0])),
+        ("aa.kuka", lambda arm: aa.kuka.to_e1(arm, q(arm))),
+    )
+]
+BOTH: Rows = [
+    ("deviation", lambda arm: arm.deviation),
+    ("velocity", lambda arm: aa.follow(arm, [pose(arm)] * 2, start=q(arm), velocity=1.0, dt=0.01)),
+    ("scene", lambda arm: aa.follow(arm, [pose(arm)], start=q(arm), scene=lambda s: None)),
+]
+MIRRORED = aa.Arm(a_1=0.1, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, lower=[-2.6] * 7, upper=[2.6] * 7)
+KINDS: list[tuple[aa.Arm, Rows]] = [
+    (aa.Arm.from_catalogue("franka_fr3"), OFFSET),
+    (aa.Arm.from_catalogue("franka_fr3"), steps(WRIST, carry="elbow")),
+    (aa.Arm.from_catalogue("franka_fr3"), steps(WRIST, fallback="nearest_pose")),
+    (aa.Arm.from_catalogue("franka_fr3"), steps(WRIST, roll="free")),
+    (MIRRORED, OFFSET),
+    (calibrated("kuka_iiwa7_r800", 1.0, 1.0), OWN + steps(CHAIN, fallback="nearest_pose")),
+    (calibrated_offset("franka_fr3", 1.0, 1.0), BOTH),
+]
+
+
+@pytest.mark.parametrize(
+    ("arm", "said", "call"),
+    [pytest.param(arm, *row, id=f"{arm.kind}-{row[0][:30]}") for arm, rows in KINDS for row in rows],
+)
+def test_what_is_not_made_for_a_kind_is_refused_by_name(arm: aa.Arm, said: str, call: Any) -> None:
+    with pytest.raises(aa.UnsupportedError, match=said):
+        call(arm)
