@@ -18,7 +18,9 @@ def margins(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
 
 
 def finds_a_way(arm: aa.Arm, path: aa.Path, gc: int, margin: float, start: np.ndarray | None = None) -> bool:
-    """Whether postures on a grid of psi join up from s = 0 to 1, all `margin` (rad) within their limits."""
+    """Whether solutions on a grid of psi connect from s = 0 to 1, all with at least `margin`
+    (rad) to limits.
+    """
     grid = np.linspace(-np.pi, np.pi, GRID, endpoint=False)
     before = live = None
     for s in np.linspace(0, 1, STEPS):
@@ -41,7 +43,9 @@ def finds_a_way(arm: aa.Arm, path: aa.Path, gc: int, margin: float, start: np.nd
 
 
 def planar_motion(arm: aa.Arm, rng: np.random.Generator) -> tuple[aa.Line, np.ndarray]:
-    """A line in the plane of joints 2, 4, 6 with its joints by plane trigonometry, calm and within limits."""
+    """A line in the plane of joints 2, 4, 6, with joints from plane trigonometry that are
+    within the limits.
+    """
     s, bend = np.linspace(0, 1, 201), [1, 3, 5]
     while True:
         start = np.zeros(7)
@@ -75,7 +79,9 @@ def planar_motion(arm: aa.Arm, rng: np.random.Generator) -> tuple[aa.Line, np.nd
 def turned_at_standing_tool(
     arm: aa.Arm, start: np.ndarray, move: float = 0.4, shown: int = 20
 ) -> list[np.ndarray]:
-    """Some postures that the self-motion leads to, within limits and with steps of less than `move` (rad)."""
+    """Some configurations that the self-motion of `start` reaches within limits, in steps below
+    `move` (rad).
+    """
     pose, psi, gc = arm.forward(start)
     found: list[np.ndarray] = []
     for way in (1, -1):

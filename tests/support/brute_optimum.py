@@ -28,7 +28,7 @@ class Best(NamedTuple):
 
 
 def near(case: Case, q: np.ndarray) -> np.ndarray:
-    """What postures (..., 7) cost for being near limits and singularities; infinite outside."""
+    """The cost of configurations (..., 7) near limits and singularities; infinite outside the limits."""
     arm, weights = case.arm, case.objective
     hinges = np.abs(np.angle(np.exp(1j * (arm.signs * q + arm.offsets)[..., [1, 5]])))
     room = np.concatenate([q - arm.lower, arm.upper - q], axis=-1) - case.limit_margin
@@ -40,14 +40,14 @@ def near(case: Case, q: np.ndarray) -> np.ndarray:
 
 
 def shares(case: Case) -> np.ndarray:
-    """The weight of each step's posture in the integral of what is near."""
+    """The weight of each step's configuration in the integral of that cost."""
     out = np.full(STEPS + 1, margin_scale(case.arm, case.path) / STEPS)
     out[[0, -1]] /= 2
     return out
 
 
 def search(case: Case) -> Best | None:
-    """The best way on the grid in all branches, or in that of the start; None where there is none."""
+    """The best path on the grid over all branches, or in the branch of the start; None if there is none."""
     arm = case.arm.with_(reference="stereographic")
     branches = range(8) if case.start is None else [int(arm.forward(case.start)[2])]
     found = [way for gc in branches if (way := _in_branch(case, arm, gc)) is not None]
@@ -55,6 +55,7 @@ def search(case: Case) -> Best | None:
 
 
 def _in_branch(case: Case, arm: aa.Arm, gc: int) -> Best | None:
+    """The best path on the grid in one branch by dynamic programming; None if there is none."""
     grid = np.linspace(-np.pi, np.pi, GRID, endpoint=False)
     poses = case.path.pose(np.linspace(0, 1, STEPS + 1))
     weight, own = case.objective.travel * STEPS, shares(case)
@@ -92,18 +93,20 @@ def _in_branch(case: Case, arm: aa.Arm, gc: int) -> Best | None:
 
 
 def descend(case: Case, way: Best) -> np.ndarray:
-    """The joints (SAMPLES, 7) of the way after Gauss-Newton steps on psi at the steps."""
+    """The joints (SAMPLES, 7) of a path after Gauss-Newton steps on psi."""
     arm, weight, own = case.arm.with_(reference="stereographic"), case.objective.travel * STEPS, shares(case)
     s, probe, fixed = np.linspace(0, 1, STEPS + 1), 1e-4, case.start is not None
     poses, psi, damping = case.path.pose(s), way.psi, 1e-3
 
     def joints(angles: np.ndarray) -> np.ndarray:
+        """The joints at arm angles (STEPS + 1,), without jumps by 2π."""
         q = arm.inverse(poses, angles, way.gc, limits=False)
         if case.start is not None:
             q[0] = case.start
         return np.unwrap(q, axis=0) if fixed else q
 
     def total(q: np.ndarray) -> float:
+        """The objective of joints at the steps."""
         return float(weight * (np.diff(q, axis=0) ** 2).sum() + (near(case, q) * own).sum())
 
     energy = total(joints(psi))

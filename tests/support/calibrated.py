@@ -21,20 +21,20 @@ Z = np.array([0.0, 0.0, 1.0])
 
 
 def off(links: Array, mm: float, mrad: float, rng: np.random.Generator) -> Array:
-    """Links moved by random shifts and turns of this size."""
+    """Links moved by random translations (mm) and rotations (mrad) of this size."""
     shifts, turns = (size * 1e-3 / 3**0.5 * rng.normal(size=(8, 3)) for size in (mm, mrad))
     return np.array([link @ aa.pose(s, rotvec=t) for link, s, t in zip(links, shifts, turns, strict=True)])
 
 
 def calibrated(name: str, mm: float, mrad: float, seed: int = 0) -> aa.Arm:
-    """An arm of the catalogue whose links are off at random."""
+    """An arm of the catalogue on its own chain, whose links differ from the nominal ones at random."""
     arm = aa.Arm.from_catalogue(name)
     rng = generator(seed, round(10 * mm), len(name))
     return arm.with_(chain=off(links_of(chain_of(arm._description())), mm, mrad, rng))
 
 
 def calibrated_offset(name: str, mm: float, mrad: float, seed: int = 0) -> aa.Arm:
-    """An arm of the catalogue with an offset wrist or shoulder whose links are off at random."""
+    """The same for an arm with an offset wrist or shoulder."""
     arm = aa.Arm.from_catalogue(name)
     rows = OffsetDescription(**{f.name: getattr(arm, f.name) for f in fields(OffsetDescription)})
     rng = generator(seed, round(10 * mm), len(name))
@@ -42,7 +42,7 @@ def calibrated_offset(name: str, mm: float, mrad: float, seed: int = 0) -> aa.Ar
 
 
 def plain_forward(arm: aa.Arm, q: Array) -> Array:
-    """The tip of a chain, walked link by link."""
+    """The tip pose of a chain, multiplied link by link."""
     pose = arm.chain[0]
     for angle, link in zip(q, arm.chain[1:], strict=True):
         pose = pose @ turn(Z, angle) @ link
@@ -50,11 +50,12 @@ def plain_forward(arm: aa.Arm, q: Array) -> Array:
 
 
 def postures(arm: aa.Arm, n: int, *seed: int) -> Array:
+    """Random joint values (n, 7) within the limits."""
     return generator(*seed).uniform(arm.lower, arm.upper, (n, 7))
 
 
 def off_singular(arm: aa.Arm, q: Array, least: float) -> Array:
-    """Whether theta_2, theta_4 - delta and theta_6 are away from singular (rad)."""
+    """Whether theta_2, theta_4 - delta and theta_6 are all at least `least` (rad) from singular values."""
     return np.asarray((np.abs(np.sin(bends(arm, q))) > np.sin(least)).all(axis=1))
 
 

@@ -21,7 +21,7 @@ ALPHAS = np.array([-1, 1, 1, -1, -1, 1, 0]) * np.pi / 2
 
 
 def turn(axis: Array, angle: float) -> Array:
-    """Return a homogeneous turn by Rodrigues' formula."""
+    """Return the homogeneous rotation (4, 4) about a unit axis by Rodrigues' formula."""
     c, s = math.cos(angle), math.sin(angle)
     x, y, z = (float(v) for v in axis)
     k = 1 - c
@@ -34,14 +34,14 @@ def turn(axis: Array, angle: float) -> Array:
 
 
 def shift(x: float, y: float, z: float) -> Array:
-    """Return a homogeneous shift, m."""
+    """Return a homogeneous translation (m)."""
     frame = np.eye(4)
     frame[:3, 3] = x, y, z
     return frame
 
 
 def frame_from(origin: ElementTree.Element | None) -> Array:
-    """Return the frame of an ``<origin>``."""
+    """Return the frame (4, 4) of an ``<origin>``."""
     if origin is None:
         return np.eye(4)
     xyz = [float(v) for v in origin.get("xyz", "0 0 0").split()]
@@ -51,7 +51,7 @@ def frame_from(origin: ElementTree.Element | None) -> Array:
 
 
 def urdf_forward(text: str, tip: str, q: dict[str, float]) -> Array:
-    """Return the pose of a link in its root link, walking the file joint by joint."""
+    """Return the pose of a link in its root link, by multiplying the joints of the file in order."""
     joints = {j.find("child").get("link"): j for j in ElementTree.fromstring(text).iter("joint")}
     pose = np.eye(4)
     while tip in joints:
@@ -67,7 +67,7 @@ def urdf_forward(text: str, tip: str, q: dict[str, float]) -> Array:
 
 
 def dh_forward(arm: Any, q: Array) -> Array:
-    """Return base * DH(s q + o) * tool of anything with the fields of a description."""
+    """Return base * DH(s q + o) * tool of an object with the fields of a description."""
     pose = np.array(arm.base)
     a = (0, 0, arm.a_3, arm.a_4, 0, 0, 0)
     d = (arm.d_bs, 0, arm.d_se, arm.d_4, arm.d_ew, 0, arm.d_wf)
@@ -85,7 +85,7 @@ def pose_error(one: Array, other: Array) -> tuple[float, float]:
 
 
 def random_frame(rng: np.random.Generator, size: float = 1.0, right_angles: bool = False) -> Array:
-    """Return a random frame; with ``right_angles`` its axes are those of the parent, permuted."""
+    """Return a random frame; with ``right_angles`` its rotation is a product of quarter rotations."""
     frame = shift(*rng.uniform(-size, size, 3))
     if right_angles:
         for axis in rng.permutation(np.eye(3)):
@@ -96,7 +96,7 @@ def random_frame(rng: np.random.Generator, size: float = 1.0, right_angles: bool
 
 
 def rpy(frame: Array) -> tuple[float, float, float]:
-    """Return roll, pitch, yaw of a frame."""
+    """Return roll, pitch, yaw (rad) of a frame."""
     r = frame[:3, :3]
     reach = np.hypot(r[0, 0], r[1, 0])
     if reach < 1e-7:
@@ -162,6 +162,7 @@ def urdf_of(arm: Any, rng: np.random.Generator, clutter: bool = True) -> str:
     parent, parent_frame = "root", np.eye(4)
 
     def add(name: str, kind: str, frame: Array, inside: str = "") -> None:
+        """Append a link and the joint that carries it, at a frame in the root."""
         nonlocal parent, parent_frame
         step = np.linalg.inv(parent_frame) @ frame
         numbers = (" ".join(repr(float(v)) for v in values) for values in (step[:3, 3], rpy(step)))
@@ -190,7 +191,7 @@ def urdf_of(arm: Any, rng: np.random.Generator, clutter: bool = True) -> str:
 
 
 def simple_urdf(joints: str = "", count: int = 7, links: str = "", **change: str) -> str:
-    """Return a straight chain l0 .. l<count>, with text of some joints changed by name."""
+    """Return the URDF of a straight chain l0 .. l<count>; `change` replaces text in joints by name."""
     text = ['<robot name="simple">']
     text += [f'<link name="l{i}"/>' for i in range(count + 1)]
     for i in range(1, count + 1):
@@ -204,6 +205,7 @@ def simple_urdf(joints: str = "", count: int = 7, links: str = "", **change: str
 
 
 def joint_xml(name: str, parent: str, child: str, kind: str = "revolute", inside: str = "") -> str:
+    """Return the XML of a joint."""
     return (
         f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>{inside}</joint>'
     )
@@ -213,7 +215,7 @@ LIMIT = '<limit lower="-1" upper="2"/>'
 
 
 def broken_chain(joint: int, frame, seed: int = 0) -> Chain:
-    """Return the chain of a plain arm with everything from one joint on moved by a frame."""
+    """Return the chain of a simple arm in which all from one joint on is moved by a frame."""
     made = RandomArm(np.random.default_rng(seed), right_angles=True)
     made.base, made.tool, made.offsets = np.eye(4), np.eye(4), np.zeros(7)
     made.d_bs, made.d_se, made.d_ew, made.d_wf = 0.3, 0.4, 0.4, 0.1

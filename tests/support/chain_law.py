@@ -27,7 +27,7 @@ MOST = 12  # arm angles of a circle at which one is looked for, each hinge
 
 @dataclass
 class Verdict:
-    """How many arm angles were asked, how many decided, and the sentences on those that are wrong."""
+    """How many arm angles were tested, how many are decided, and sentences on those that are wrong."""
 
     samples: int = 0
     decided: int = 0
@@ -37,6 +37,7 @@ class Verdict:
     wrong: list[str] = field(default_factory=list)
 
     def add(self, other: Verdict) -> None:
+        """Add the numbers of another verdict."""
         for name in ("samples", "decided", "inside", "unproven", "by_newton"):
             setattr(self, name, getattr(self, name) + getattr(other, name))
         self.wrong += other.wrong
@@ -53,7 +54,7 @@ class Case:
 
 
 def turned(angle: Array) -> Array:
-    """Turns about z, (..., 4, 4)."""
+    """Rotations about z, (..., 4, 4)."""
     out = np.zeros((*angle.shape, 4, 4))
     out[..., 0, 0] = out[..., 1, 1] = np.cos(angle)
     out[..., 1, 0] = np.sin(angle)
@@ -63,7 +64,7 @@ def turned(angle: Array) -> Array:
 
 
 def walked(arm: aa.Arm, q: Array) -> tuple[Array, Array, Array]:
-    """Tips (n, 4, 4), axes and points (n, 7, 3) of the chain at joints (n, 7)."""
+    """Tip poses (n, 4, 4), joint axes and points (n, 7, 3) of the chain at joints (n, 7)."""
     pose, axes, points = np.broadcast_to(arm.chain[0], (len(q), 4, 4)), [], []
     for joint in range(7):
         axes.append(pose[:, :3, 2])
@@ -73,7 +74,7 @@ def walked(arm: aa.Arm, q: Array) -> tuple[Array, Array, Array]:
 
 
 def elbow_angles(arm: aa.Arm, pose: Array, q: Array) -> Array:
-    """psi (n,) at joints (n, 7): the nominal elbow axis about the wrist of a pose, from its zero."""
+    """The arm angles (n,) of joints (n, 7), from the direction of the elbow axis about shoulder-wrist."""
     flange = np.linalg.inv(arm.base) @ pose @ np.linalg.inv(arm.tool)
     p = flange[:3, 3] - arm.d_wf * flange[:3, 2] - [0.0, 0.0, arm.d_bs]
     w = p / np.linalg.norm(p)
@@ -87,14 +88,14 @@ def elbow_angles(arm: aa.Arm, pose: Array, q: Array) -> Array:
 
 
 def branches(arm: aa.Arm, q: Array) -> Array:
-    """GC (n,) at joints (n, 7)."""
+    """The branches (n,) of joints (n, 7)."""
     theta = arm.signs * q + arm.offsets
     theta[:, 3] -= arm.delta
     return (np.sin(theta[:, [1, 3, 5]]) < 0) @ [1, 2, 4]
 
 
 def is_posture(arm: aa.Arm, pose: Array, psi: Array, gc: int, q: Array) -> Array:
-    """Whether joints (n, 7) hold the pose at psi (n,) in the branch; of rows of NaN not."""
+    """Whether joints (n, 7) have the pose, psi (n,) and branch; False for rows of NaN."""
     known = np.isfinite(q).all(axis=1)
     at = walked(arm, np.where(known[:, None], q, 0.0))[0]
     met = np.abs(at - pose).max(axis=(1, 2)) <= MET
@@ -103,13 +104,13 @@ def is_posture(arm: aa.Arm, pose: Array, psi: Array, gc: int, q: Array) -> Array
 
 
 def margins(arm: aa.Arm, q: Array) -> Array:
-    """Least distance (n,) of a joint to its limits, on the winding that suits it best."""
+    """Least distance (n,), rad, of a joint to its limits, after adding the best multiple of 2π."""
     middle, half = 0.5 * (arm.lower + arm.upper), 0.5 * (arm.upper - arm.lower)
     return np.where(half >= np.pi, np.inf, half - circle_gap(q, middle)).min(axis=1)
 
 
 def newton(arm: aa.Arm, pose: Array, psi: Array, q: Array, passes: int = 30) -> Array:
-    """Joints (n, 7) after Newton's steps on pose and psi (n,), all rows at once."""
+    """Joints (n, 7) after steps of Newton's method towards the pose and psi (n,)."""
     for _ in range(passes):
         at, axes, points = walked(arm, q)
         spin = pose[:3, :3] @ np.swapaxes(at[:, :3, :3], 1, 2)
@@ -131,18 +132,21 @@ def newton(arm: aa.Arm, pose: Array, psi: Array, q: Array, passes: int = 30) -> 
 
 
 def wrapped(angle: Array) -> Array:
+    """Angles in [-π, π)."""
     return np.asarray((angle + np.pi) % TURN - np.pi)
 
 
 def found_from(arm: aa.Arm, pose: Array, psi: Array, gc: int, starts: Array) -> tuple[Array, Array]:
-    """Joints by Newton from starts (n, 7), and which of them are postures that another step leaves."""
+    """Joints by Newton's method from starts (n, 7), and which of them have converged to solutions."""
     q = newton(arm, pose, psi, starts)
     settled = np.abs(newton(arm, pose, psi, q, passes=1) - q).max(axis=1, initial=0.0) < 0.1 * CLEAR
     return q, settled & is_posture(arm, pose, psi, gc, q)
 
 
 def beside_singular(arm: aa.Arm, psi: Array, q: Array) -> tuple[Array, Array]:
-    """Starts (m, 7), and their psi (m,): where a second posture may be beside postures (n, 7) at psi (n,)."""
+    """Starts (m, 7), and their psi (m,), near which second solutions may exist beside those at
+    joints (n, 7).
+    """
     zero = np.zeros(7)
     zero[3] = arm.delta
     theta = arm.signs * q + arm.offsets - zero
@@ -173,7 +177,7 @@ def cases(seed: int, count: int) -> Iterator[Case]:
 
 
 def drawn(seed: int, number: int, name: str) -> Case | None:
-    """The case of an arm that two numbers draw; None where the posture drawn has no arm angle."""
+    """The case drawn by two numbers for an arm; None if the drawn configuration has no arm angle."""
     rng = np.random.default_rng([79, seed, number])
     mm, mrad = 0.1 * 20 ** rng.random(), 0.1 * 50 ** rng.random()
     exact = aa.Arm.from_catalogue(name)
@@ -189,7 +193,7 @@ def drawn(seed: int, number: int, name: str) -> Case | None:
 
 
 def misleading(arm: aa.Arm, pose: Array, gc: int, rng: np.random.Generator) -> dict[str, Array]:
-    """Limits: the arm's own, of any place and width, or at values that joints take at this pose."""
+    """Limits at random places, or at values that joints take at this pose; or the arm's own."""
     kind = rng.random()
     if kind < 0.3:
         return {}
@@ -206,7 +210,7 @@ def misleading(arm: aa.Arm, pose: Array, gc: int, rng: np.random.Generator) -> d
 
 
 def judge(case: Case, rng: np.random.Generator, angles: int) -> Verdict:
-    """Ask a case at arm angles anywhere and beside the ends of its arcs, and say what is wrong."""
+    """Compare a case's arcs with solutions at random arm angles and near the ends of the arcs."""
     arm, pose, gc, out = case.arm, case.pose, case.gc, Verdict()
     arcs = arm.feasible(pose, gc)
     psi = rng.uniform(-np.pi, np.pi, angles)

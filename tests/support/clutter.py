@@ -18,16 +18,18 @@ GRIP = 0.03  # m
 
 
 def with_body(name: str) -> aa.Arm:
+    """An arm of the catalogue with a collision model and a ball as gripper."""
     grip = aa.Ball([0.0, 0.0, 0.12], GRIP, name="grip")
     return aa.Arm.from_catalogue(name).with_(body=BODY, hand=[grip])
 
 
 def distance(arm: aa.Arm, scene: aa.Scene, q: Array) -> Array:
-    """Return the clearance of postures by the arm angle: another way than a tick's."""
+    """The distances of configurations from obstacles, computed by another method than the tracker's."""
     return np.asarray(arm.clearance(q, scene).distance)
 
 
 def shape(rng: np.random.Generator, at: Array, name: str) -> aa.Ball | aa.Capsule | aa.Box:
+    """A random ball, capsule or box at a point."""
     kind = rng.integers(3)
     if kind == 0:
         return aa.Ball(at, rng.uniform(0.03, 0.1), name=name)
@@ -40,7 +42,7 @@ def shape(rng: np.random.Generator, at: Array, name: str) -> aa.Ball | aa.Capsul
 
 
 def cluttered(arm: aa.Arm, start: Array, rng: np.random.Generator, count: int = 6) -> aa.Scene:
-    """A scene of obstacles about the arm that leaves the start clear."""
+    """A scene of obstacles around the arm, without collision at the start."""
     shoulder = (arm.base @ np.array([0, 0, arm.d_bs, 1.0]))[:3]
     reach = arm.d_se + arm.d_ew
     found: list[aa.Ball | aa.Capsule | aa.Box] = []
@@ -54,10 +56,11 @@ def cluttered(arm: aa.Arm, start: Array, rng: np.random.Generator, count: int = 
 
 
 def between(q: Array, parts: int = 4) -> Array:
-    """Joints (n, 7) and what lies between them."""
+    """The joints (n, 7) with intermediate rows inserted."""
     share = np.arange(parts)[:, None, None] / parts
     return np.concatenate([(q[:-1] + share * np.diff(q, axis=0)).reshape(-1, 7), q[-1:]])
 
 
 def started(arm: aa.Arm, scene: aa.Scene, start: Array, **options: Any) -> aa.Tracker:
+    """A tracker at rest at the start among the obstacles."""
     return begun(start, arm.with_(scene=scene), DT, **options)

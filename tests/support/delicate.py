@@ -39,19 +39,20 @@ class Delicate:
         return f"{self.number}-{self.metric}-{self.kind}-{beside or 'regular'}"
 
     def solve(self) -> aa.Solution:
+        """Solve the pose by the case's metric."""
         if self.metric == "best":
             return self.arm.solve(self.pose, prefer="margin")
         return self.arm.solve(self.pose, self.near, metric="max" if self.metric == "max" else "l2")
 
     def excess(self, found: aa.Solution) -> float:
-        """Return by how much a solution costs more than the posture that the pose came from."""
+        """Return by how much a solution costs more than the configuration that the pose was made from."""
         if self.metric == "best":
             return float(self.arm.limit_margin(self.q) - found.margin)
         off = np.abs(self.q - self.near)
         return float(found.distance - (off.max() if self.metric == "max" else np.linalg.norm(off)))
 
     def faults(self) -> dict[str, float]:
-        """Return what is wrong with the solution, and by how much (rad; of the pose: m)."""
+        """Return the faults of the solution and their sizes (rad; of the pose: m)."""
         found = self.solve()
         if not found.ok:
             return {"none": np.inf}
@@ -66,11 +67,12 @@ class Delicate:
 
 @cache
 def _catalogue() -> list[aa.Arm]:
+    """All S-R-S arms of the catalogue."""
     return [aa.Arm.from_catalogue(name) for name in srs_catalogue()]
 
 
 def delicate(number: int, seed: int) -> Delicate:
-    """Return one such question; a posture's own seed, one beside it or one anywhere."""
+    """Return a case near singularities; the seed is the configuration itself, near it, or anywhere."""
     rng = np.random.default_rng([number, seed, 78])
     arm = _catalogue()[int(rng.integers(len(_catalogue())))]
     low, high = np.maximum(arm.lower, -4.0), np.minimum(arm.upper, 4.0)
@@ -115,7 +117,7 @@ class DelicateOffset:
         return f"{self.number}-{self.arm._rows.name}-{beside or 'regular'}"
 
     def faults(self) -> dict[str, float]:
-        """Return what is wrong with the solution, and by how much (rad; of the pose: m)."""
+        """Return the faults of the solution and their sizes (rad; of the pose: m)."""
         found = self.arm.solve(self.pose, self.near)
         if not found.ok:
             return {"none": np.inf}
@@ -127,7 +129,7 @@ class DelicateOffset:
 
 
 def delicate_offset(number: int, seed: int, arm: aa.Arm) -> DelicateOffset:
-    """Return such a question of an offset arm: theta_2 and the elbow beside straight, theta_5 beside a fold.
+    """Return such a case of an arm with an offset: theta_2, elbow or theta_5 near a singularity.
 
     The seed is the posture, one beside it, or one anywhere.
     """

@@ -14,15 +14,15 @@ SEED = int(os.environ.get("ARMANGLE_LAWS_SEED", 0))
 
 
 def count(own: int, arms: int = 1) -> int:
-    """How many examples to draw, where the suite draws `own`; of each arm, for a law of so many."""
+    """The number of examples to draw: `own`, or COUNT shared by `arms` if that is more."""
     return max(own, -(-COUNT // arms))
 
 
 def generator(*own: int) -> np.random.Generator:
-    """Random numbers of a law's own seed, and others for each SEED."""
+    """Random numbers from a law's own seed, different for each SEED."""
     return np.random.default_rng([*own, SEED] if SEED else list(own))
 
 
 def header() -> str:
-    """What a report begins with, so that a run can be repeated."""
+    """The first line of a test report, with which the run can be repeated."""
     return f"laws: at least {COUNT} examples, ARMANGLE_LAWS_SEED={SEED}"

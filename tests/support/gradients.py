@@ -15,25 +15,27 @@ HOME = np.array([0.1, 0.0, 0.2, -1.5, 0.3, 1.0, 0.4])
 
 
 def calm(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
-    """The postures no closer to a singular one than 0.2 rad."""
+    """The configurations at least 0.2 rad from singularities."""
     return q[(np.abs(np.sin(bends(arm, q))) > 0.2).all(axis=1)]
 
 
 def postures(name: str, count: int, *seed: int) -> tuple[aa.Arm, np.ndarray]:
-    """An arm of the catalogue on a tilted base, and calm postures within its limits."""
+    """An arm of the catalogue on a tilted base, and configurations within its limits far from
+    singularities.
+    """
     arm = aa.Arm.from_catalogue(name).with_(base=aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]))
     return arm, calm(arm, draw.generator(*seed).uniform(arm.lower, arm.upper, (count, 7)))
 
 
 def moved(pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
-    """Poses after a small twist: v of the origin, then omega as a rotation vector."""
+    """Poses after a small twist (v, omega) in base coordinates: translation, and rotation vector."""
     out = aa.pose(np.zeros(3), rotvec=twist[..., 3:]) @ pose
     out[..., :3, 3] = pose[..., :3, 3] + twist[..., :3]
     return out
 
 
 def change(pose: np.ndarray, twist: np.ndarray) -> np.ndarray:
-    """How the entries of poses change with a twist."""
+    """The derivative of the entries of poses for a twist."""
     out = np.zeros_like(pose)
     out[..., :3, :3] = np.cross(twist[..., None, 3:], np.swapaxes(pose[..., :3, :3], -1, -2)).swapaxes(-1, -2)
     out[..., :3, 3] = twist[..., :3]

@@ -42,13 +42,13 @@ def axis_distance(arm: aa.Arm, pose: Array) -> Array:
 
 
 def is_regular(arm: aa.Arm, q: Array, pose: Array) -> NDArray[np.bool_]:
-    """Where joints must come back: |sin| of all three bends >= 1e-3 and r >= 1 mm."""
+    """Where the inverse must reproduce joints: |sin| of all three bends >= 1e-3 and r >= 1 mm."""
     bent = np.abs(np.sin(bends(arm, q))).min(axis=-1) >= 1e-3
     return np.asarray(bent & (axis_distance(arm, pose) >= 1e-3))
 
 
 def members(arcs: aa.ArcSet, psi: Array) -> NDArray[np.bool_]:
-    """Whether psi (P, K) lies in arcs of shape (P,), from the intervals alone and without slack."""
+    """Whether psi (P, K) lies in the intervals of arcs (P,), without tolerance."""
     lower, upper = arcs.intervals[..., 0], arcs.intervals[..., 1]
     past = (psi[:, :, None] - lower[:, None]) % TURN
     return np.asarray((past <= (upper - lower)[:, None]).any(-1) | arcs.is_full[:, None])
@@ -66,12 +66,12 @@ class Truth:
     """What rounding of psi and of the pose does to the joint, rad."""
 
     def is_clear(self, slack: float) -> NDArray[np.bool_]:
-        """Whether a joint is further from its limits than rounding moves it, and than `slack`, rad."""
+        """Whether joints are farther from their limits than rounding moves them and than `slack` (rad)."""
         return np.asarray(self.distance > slack + 1e-15 + self.blur)
 
 
 def truth(arm: aa.Arm, pose: Array, gc: Array, psi: Array) -> Truth:
-    """The joints at psi (P, K) of poses (P, 4, 4), each against its limits, whatever the winding."""
+    """The joints at psi (P, K) of poses (P, 4, 4), each compared with its limits up to multiples of 2π."""
     free = unlimited(arm)
     q = free.inverse(pose[:, None], psi, gc[:, None], limits=False)
     width = arm.upper - arm.lower
@@ -85,7 +85,7 @@ def truth(arm: aa.Arm, pose: Array, gc: Array, psi: Array) -> Truth:
 
 
 def _sensitivity(arm: aa.Arm, q: Array) -> Array:
-    """How rounding of the pose grows in a pivot: 1 / |sin| of its bend.
+    """By how much a joint's rounding error exceeds that of the pose: 1 / |sin| of its bend.
 
     Where the bend vanishes on the whole circle the library's convention takes its place: nothing grows.
     """
@@ -105,7 +105,7 @@ class Verdict:
 
 
 def classify(arm: aa.Arm, pose: Array, gc: Array, psi: Array) -> Verdict:
-    """feasible <=> within limits, for each joint and for all, where the joints are clear of their limits.
+    """Compare arcs, of each joint and of all, with limits at psi, where all joints are clear of their limits.
 
     Clear is further from a limit than 1e-9 rad and than rounding of psi and pose moves the joint. A sample
     whose joint is beyond its limit at a psi 1e-9 rad away, or may be for all that rounding leaves of it

@@ -27,13 +27,13 @@ class Case:
 
 
 def box(rng: np.random.Generator) -> tuple[Array, Array]:
-    """Ranges of any place and width, most of one sign or beyond half a turn, two arrays (7,)."""
+    """Random joint ranges, many of one sign or beyond ±π, two arrays (7,)."""
     middle, width = rng.uniform(-4, 4, 7), rng.choice(WIDTHS, 7)
     return middle - width / 2, middle + width / 2
 
 
 def tangent(arm: aa.Arm, pose: Array, gc: int, rng: np.random.Generator) -> tuple[Array, Array]:
-    """One limit of each joint at a value that it takes at this pose where it turns or jumps, (7,) each.
+    """Limits (7,) such that one limit of each joint is where the joint has an extreme or jumps at this pose.
 
     Or next to it, or at a multiple of a right angle; the other limit between 1e-7 and 10 rad away.
     """
@@ -53,7 +53,7 @@ def tangent(arm: aa.Arm, pose: Array, gc: int, rng: np.random.Generator) -> tupl
 
 
 def limits(arm: aa.Arm, pose: Array, gc: int, rng: np.random.Generator) -> tuple[Array, Array]:
-    """Misleading limits, some joints left with those of the arm itself, (7,) each."""
+    """Limits chosen to mislead, for some joints those of the arm itself, (7,) each."""
     lower, upper = tangent(unlimited(arm), pose, gc, rng) if rng.random() < 0.6 else box(rng)
     if rng.random() < 0.3:
         own = rng.random(7) < 0.5
@@ -62,7 +62,7 @@ def limits(arm: aa.Arm, pose: Array, gc: int, rng: np.random.Generator) -> tuple
 
 
 def angles(arm: aa.Arm, pose: Array, gc: Array, rng: np.random.Generator) -> Array:
-    """Arm angles (P, K): a third anywhere, the others 1e-12 to 0.3 rad beside an end of some joint's arcs."""
+    """Arm angles (P, K): a third random, the others 1e-12 to 0.3 rad from an end of some joint's arcs."""
     ends = arm.feasible(pose, gc, per_joint=True).intervals.reshape(len(pose), -1)
     ends = np.concatenate([ends, np.full((len(pose), 1), np.nan)], axis=1)
     anywhere = rng.uniform(-np.pi, np.pi, (len(pose), ANGLES))
@@ -72,7 +72,7 @@ def angles(arm: aa.Arm, pose: Array, gc: Array, rng: np.random.Generator) -> Arr
 
 
 def cases(seed: int, count: int) -> Iterator[Case]:
-    """`count` cases over all arms and regimes, reproducible from the seed."""
+    """`count` cases over all arms and regimes, the same for the same seed."""
     rng = draw.generator(seed)
     for k in range(count):
         arm, regime = arms()[k % len(arms())], REGIMES[rng.integers(len(REGIMES))]

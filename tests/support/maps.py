@@ -51,14 +51,14 @@ if {peak}:
 
 
 def small_tiles(monkeypatch: pytest.MonkeyPatch, cells: int = CELLS) -> None:
-    """Make tiles of about so many cells."""
+    """Set the size of tiles to about this many cells."""
     monkeypatch.setattr(grid, "_CELLS", cells)
 
 
 def made(
     name: str, place: Path, *, spacing: float = 0.05, tilt: float = 0.2, margin: float = 0.0, **options: Any
 ) -> aa.ReachMap:
-    """A map of a few tiles."""
+    """A map with a few tiles."""
     arm = aa.Arm.from_catalogue(name).with_(singularity_margin=margin)
     return aa.reach_map(arm, place, spacing=spacing, tilt=tilt, **options)
 
@@ -66,7 +66,7 @@ def made(
 def process(
     name: str, place: Path, *, spacing: float, tilt: float, cluster: bool = False
 ) -> subprocess.Popen[str]:
-    """A process, of a group of its own, that makes a map: by two threads, or by a Dask worker in it."""
+    """Start a process that computes a map, with two threads or a Dask worker."""
     script = _SCRIPT.format(spacing=spacing, tilt=tilt, cluster=cluster, threads=2, peak=False)
     words = [sys.executable, "-c", script, name, str(place), str(CELLS)]
     return subprocess.Popen(
@@ -75,7 +75,9 @@ def process(
 
 
 def peak(name: str, place: Path, *, spacing: float, tilt: float) -> float:
-    """The most memory, MB, of a process that makes a map by one thread with tiles as large as usual."""
+    """The largest memory (MB) of a process that computes a map with one thread and tiles of the
+    usual size.
+    """
     script = _SCRIPT.format(spacing=spacing, tilt=tilt, cluster=False, threads=1, peak=True)
     words = [sys.executable, "-c", script, name, str(place), str(grid._CELLS)]
     return float(subprocess.run(words, check=True, capture_output=True, text=True).stdout)
@@ -84,7 +86,7 @@ def peak(name: str, place: Path, *, spacing: float, tilt: float) -> float:
 def killed_and_resumed(
     name: str, place: Path, rng: np.random.Generator, clusters: Sequence[bool], **options: float
 ) -> int:
-    """Begin a map once for each of `clusters`, kill all its processes at some time; how many were alive."""
+    """Begin a map once for each of `clusters` and kill the process; return how often it was still running."""
     died = 0
     for cluster in clusters:
         running = process(name, place, cluster=cluster, **options)
@@ -105,7 +107,7 @@ def killed_and_resumed(
 
 
 def digest(place: Path) -> str:
-    """The bytes of all files of a store, and their names."""
+    """A hash of the names and bytes of all files of a store."""
     sums = hashlib.sha256()
     for file in sorted(place.rglob("*")):
         if file.is_file():
@@ -114,12 +116,13 @@ def digest(place: Path) -> str:
 
 
 def whole(name: str, **options: Any) -> str:
-    """The bytes of a map that is made in one go, with tiles as large as they are now: once for all tests."""
+    """The hash of a map computed in one run with the present size of tiles; computed once for all tests."""
     return _whole(name, grid._CELLS, **options)
 
 
 @functools.cache
 def _whole(name: str, cells: int, **options: Any) -> str:
+    """The same for this size of tiles."""
     with tempfile.TemporaryDirectory() as folder:
         made(name, Path(folder) / "whole.zarr", **options)
         return digest(Path(folder) / "whole.zarr")

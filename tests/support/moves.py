@@ -15,21 +15,21 @@ DENSE = np.linspace(0, 1, 5001)
 
 
 def moved(pose: Array, by: Any) -> Array:
-    """A pose whose place is moved by so much (m)."""
+    """A pose with its position moved by a vector (m)."""
     out = np.array(pose)
     out[:3, 3] += by
     return out
 
 
 def line(arm: Any, q: Any, shift: Any, back: bool = False) -> aa.Line:
-    """A line of the tool from a posture, also where that has no arm angle; or to it."""
+    """A line of the tool by a vector (m) from the pose of joints q, or to it if `back`."""
     first = np.asarray(arm.forward(np.asarray(q, float), on_error="nan")[0])
     last = moved(first, shift)
     return aa.Line(last, first) if back else aa.Line(first, last)
 
 
 def along(pose: Array, by: Any, count: int) -> Array:
-    """Poses (count, 4, 4) from one on, evenly moved by so much (m) in all."""
+    """Poses (count, 4, 4) from a pose on, evenly spaced over a vector (m)."""
     out = np.repeat(np.asarray(pose)[None], count, axis=0)
     out[:, :3, 3] += np.linspace(0, 1, count)[:, None] * np.asarray(by)
     return out
@@ -45,7 +45,7 @@ def limited(arm: Any, joint: int, lower: float | None = None, upper: float | Non
 
 
 def begun(start: Any, *words: Any, **options: Any) -> aa.Tracker:
-    """A tracker that stands at joints."""
+    """A tracker at rest at these joints."""
     tracker = aa.Tracker(*words, **options)
     tracker.start(start)
     return tracker
@@ -54,13 +54,13 @@ def begun(start: Any, *words: Any, **options: Any) -> aa.Tracker:
 def refused(
     error: type[BaseException], said: str, call: Callable[..., object], *words: Any, **options: Any
 ) -> None:
-    """A call is refused by this class, which says this."""
+    """Check that a call raises this error with this text."""
     with pytest.raises(error, match=said):
         call(*words, **options)
 
 
 def proven(result: aa.JointPath, start: Any = None, goal: Any = None, s: Array = DENSE) -> aa.types.PathPoint:
-    """Check that a plan is certified and everything that this promises: ends, pose, limits, and no leap."""
+    """Check that a plan is certified, and that ends, pose, limits and continuity are as promised."""
     assert result.certified, result.explain()
     arm, here = result.arm, result.at(s)
     for row, end in ((0, start), (-1, goal)):
@@ -76,7 +76,7 @@ def proven(result: aa.JointPath, start: Any = None, goal: Any = None, s: Array =
 
 
 def slopes_hold(result: aa.JointPath, s: Any, h: float = 1e-6, atol: float = 1e-5) -> None:
-    """Check the first derivatives against differences of the joints."""
+    """Check the first derivatives against finite differences of the joints."""
     s = np.atleast_1d(s)
     around = (result.at(s + h).q - result.at(s - h).q) / (2 * h)
     np.testing.assert_allclose(result.derivatives(s)[:, 0], around, atol=atol, rtol=atol)
@@ -85,7 +85,8 @@ def slopes_hold(result: aa.JointPath, s: Any, h: float = 1e-6, atol: float = 1e-
 def just_inside(
     result: aa.JointPath, joints: Any = range(7), where: Any = None, loose: float | None = 1e-3
 ) -> int:
-    """Check that no limit just inside what a plan needs is proven, and one `loose` outside is; how often.
+    """Check that a plan with a limit just inside the needed range fails and with one `loose` outside
+    succeeds. Return how many limits were tried.
 
     `where` says of which rows of DENSE an extreme counts.
     """
@@ -105,7 +106,7 @@ def just_inside(
 def in_a_loop(
     arm: Any, poses: Any, start: Array, on_fail: Any = "stop", velocity_now: Any = None, **options: Any
 ) -> aa.JointPath:
-    """Follow poses, and check that this is `step` in a loop, bit for bit."""
+    """Follow poses, and check that the result equals `step` in a loop to the bit."""
     bounded = "acceleration" in options or velocity_now is not None
     velocity = np.zeros(7) if velocity_now is None else velocity_now
     given = {"velocity_now": velocity_now} if velocity_now is not None else {}

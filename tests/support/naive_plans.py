@@ -21,7 +21,7 @@ KINDS = ("short", "long", "singular", "limits", "corner", "weights", "margins", 
 
 @dataclass
 class Case:
-    """A path, and what is asked of a plan along it."""
+    """A path, and the arguments of a plan along it."""
 
     kind: str
     seed: int
@@ -42,7 +42,7 @@ class Case:
         )  # fmt: skip
 
     def cost(self, q: np.ndarray) -> float:
-        """Return the objective of joints at s evenly, by plain sums."""
+        """Return the objective of joints at equal steps of s, by simple sums."""
         weights = self.objective
         found = terms(self.arm, self.path, q, weights.enough, self.limit_margin, self.singularity_margin)
         return (
@@ -52,7 +52,7 @@ class Case:
         )
 
     def keeps(self, q: np.ndarray) -> bool:
-        """Return whether joints (N, 7) keep the limits and margins asked, and none jumps."""
+        """Return whether joints (N, 7) are within limits and margins and do not jump."""
         room = np.minimum(q - self.arm.lower, self.arm.upper - q).min()
         theta = self.arm.signs * q + self.arm.offsets - np.array([0, 0, 0, self.arm.delta, 0, 0, 0])
         clear = np.arcsin(np.abs(np.sin(theta[:, [1, 3, 5]]))).min()
@@ -63,7 +63,7 @@ class Case:
         )
 
     def naive(self) -> Iterator[tuple[str, np.ndarray]]:
-        """Yield the naive motions that are feasible: what was done, and joints (SAMPLES, 7)."""
+        """Yield simple motions that are feasible: their names and joints (SAMPLES, 7)."""
         for name, q in self._tried():
             ends = [(self.start, q[0]), (self.goal, q[-1])]
             arrives = all(want is None or np.abs(want - at).max() < 1e-6 for want, at in ends)
@@ -71,6 +71,7 @@ class Case:
                 yield name, q
 
     def _tried(self) -> Iterator[tuple[str, np.ndarray]]:
+        """Yield all simple motions: a constant arm angle, and others, with their names."""
         poses = self.path.pose(EVEN)
         first = self.start
         for reference in ("base axis", "stereographic"):
@@ -126,6 +127,7 @@ def case(seed: int, kind: str | None = None) -> Case:
 
 
 def _path(arm: aa.Arm, q: np.ndarray, kind: str, rng: np.random.Generator) -> aa.Path:
+    """A random path of this kind from joints q."""
     first = arm.forward(q)[0]
     way = rng.normal(size=3)
     way /= np.linalg.norm(way)

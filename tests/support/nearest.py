@@ -20,7 +20,7 @@ SLACK = 1e-14  # rad beyond a limit, of rounding: more would let the grid pass a
 
 @dataclass(frozen=True)
 class Case:
-    """One question; `number` says which."""
+    """Arguments of `solve`, numbered."""
 
     number: int
     arm: aa.Arm
@@ -36,7 +36,7 @@ class Case:
     """Which of joints 2, 4, 6 are exactly singular in the posture that the pose came from, counted from 0."""
 
     def kinds(self) -> list[str]:
-        """Return what makes the case one of a hard kind."""
+        """Return in words what makes the case hard."""
         arm = self.arm
         hard = {
             "with an offset elbow": bool(arm.a_3 or arm.a_4),
@@ -50,28 +50,31 @@ class Case:
         return f"{self.number}-{self.prefer}-{self.metric}"
 
     def _asked(self) -> dict[str, Any]:
+        """Return the keyword arguments of `solve`."""
         return {
             "metric": self.metric, "weight": self.weight, "prefer": self.prefer, "gc": self.gc,
             "allowed": self.allowed,
         }  # fmt: skip
 
     def keeping(self) -> aa.Arm:
-        """Return the arm that keeps the margin of singularities."""
+        """Return the arm with the case's singularity margin."""
         return self.arm.with_(singularity_margin=self.singularity_margin)
 
     def solve(self) -> aa.Solution:
+        """Solve the case."""
         return self.keeping().solve(self.pose, self.near, **self._asked())
 
     def solutions(self) -> aa.types.Solutions:
+        """Return all solutions of the case."""
         return self.keeping().solutions(self.pose, self.near, **self._asked())
 
     def arcs(self) -> aa.ArcSet:
-        """Return the arm angles that may be used in each branch, of shape (8,)."""
+        """Return the permitted arm angles of each branch, shape (8,)."""
         arcs = self.keeping().feasible(self.pose)
         return arcs if self.allowed is None else arcs & self.allowed
 
     def costs(self, q: Array) -> Array:
-        """Return what postures (..., 7) cost; infinite beyond the limits."""
+        """Return the costs of joint values (..., 7); infinite outside the limits."""
         within = self.arm.within_limits(q, SLACK)
         if self.prefer == "margin":
             return np.where(within, -self.arm.limit_margin(q), np.inf)
@@ -81,12 +84,12 @@ class Case:
 
 
 def cost_of(case: Case, found: aa.Solution) -> float:
-    """Return what a solution costs."""
+    """Return the cost of a solution."""
     return float(-found.margin if case.prefer == "margin" else found.distance)
 
 
 def least_beside(case: Case, count: int) -> float:
-    """Return the least cost that `solve` finds over poses as far away as the rounding of their numbers.
+    """Return the least cost that `solve` finds over poses that differ by rounding.
 
     Within 1e-11 rad of a singular arm angle joints turn by so much that the pose's last digit decides.
     """
@@ -101,7 +104,7 @@ def least_beside(case: Case, count: int) -> float:
 
 
 def _arm(rng: np.random.Generator, number: int) -> aa.Arm:
-    """The iiwa, one of the catalogue, or an arm of any lengths, offsets, signs and limits."""
+    """An arm of the catalogue, or one with random lengths, offsets, signs and limits."""
     if number % 6 == 0:
         return aa.Arm.from_catalogue("kuka_iiwa7_r800")
     if number % 6 == 1:
@@ -117,7 +120,7 @@ def _arm(rng: np.random.Generator, number: int) -> aa.Arm:
 
 
 def cases(count: int, seed: int) -> list[Case]:
-    """Return random cases: seeds anywhere or beside the posture, poses regular, singular, stretched."""
+    """Return random cases: poses regular, singular or stretched, seeds anywhere or near a solution."""
     out: list[Case] = []
     for number in range(count):
         rng = np.random.default_rng([number, seed, 77])
@@ -138,7 +141,7 @@ def cases(count: int, seed: int) -> list[Case]:
 
 
 def narrowed(case: Case) -> Case:
-    """Return the case with some of the branches, arcs of the caller's and a margin of singularities."""
+    """Return the case with fewer branches, allowed arcs and a singularity margin."""
     rng = np.random.default_rng([case.number, 5])
     gc = tuple(np.flatnonzero(rng.random(8) < 0.5).tolist()) or (int(rng.integers(8)),)
     lower = rng.uniform(-np.pi, np.pi, 2)
@@ -148,7 +151,7 @@ def narrowed(case: Case) -> Case:
 
 
 def brute_force(case: Case, grid: int) -> float:
-    """Return the least cost on a grid of psi in all branches, its best points polished by golden section."""
+    """Return the least cost on a grid of psi in all branches, improved by golden section."""
     psi = np.linspace(-np.pi, np.pi, grid, endpoint=False)
     arm, arcs = case.arm, case.arcs()
     gc = np.array([one for one in case.gc if not arcs[one].is_empty], dtype=np.int64)
@@ -159,6 +162,7 @@ def brute_force(case: Case, grid: int) -> float:
     seed = middle if case.prefer == "margin" else case.near
 
     def at(gc: NDArray[np.int64], angle: Array) -> Array:
+        """The costs at arm angles in branches."""
         return case.costs(arm.inverse(case.pose, angle, gc, seed=seed, on_error="nan", limits=False))
 
     on_grid = np.where(arcs[gc][:, None].contains(psi), at(gc[:, None], psi), np.inf)

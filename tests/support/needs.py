@@ -21,7 +21,7 @@ MODELS = Path(os.environ.get(MODELS_FOLDER, ROOT.parent / "shared" / "models"))
 
 
 def missing(reason: str) -> NoReturn:
-    """Skip the test, or the module that is being collected, for want of something."""
+    """Skip the test or module because something is missing; fail if no test may be skipped."""
     if os.environ.get(NO_SKIP):
         pytest.fail(f"{reason}, and {NO_SKIP} is set")
     pytest.skip(reason, allow_module_level=True)
@@ -44,14 +44,14 @@ def need_tool(name: str) -> str:
 
 
 def no_models(reason: str) -> NoReturn:
-    """Skip for want of robot files, which nobody promises but who sets ARMANGLE_MODELS."""
+    """Skip because robot files are missing; fail if ARMANGLE_MODELS says where they are."""
     if MODELS_FOLDER in os.environ:
         missing(reason)
     pytest.skip(f"{reason} (set {MODELS_FOLDER})")
 
 
 def case(name: str) -> Path:
-    """Return the path of a small file, beside the models, that shows an oddity of real ones; or skip."""
+    """Return the path of a small file with a peculiarity of real robot files, or skip."""
     path = MODELS.with_name("cases") / name
     if not path.is_file():
         pytest.skip(f"no file {path}")

@@ -33,7 +33,9 @@ DIGITS = 50
 
 
 def parked(arm: aa.Arm, rng: np.random.Generator) -> Array:
-    """Return joint values (7,) within limits, some hinges and perhaps all pivots 1e-13 to 1e-5 rad from 0."""
+    """Return joints (7,) within limits with some of joints 2, 4, 6 (and others) 1e-13 to 1e-5 rad from
+    singular.
+    """
     near = np.full(7, rng.random() < 0.5)
     near[list(HINGES)] = rng.random(3) < 0.5
     near[rng.choice(HINGES)] = True
@@ -48,7 +50,7 @@ def parked(arm: aa.Arm, rng: np.random.Generator) -> Array:
 
 
 def at_limit(arm: aa.Arm, rng: np.random.Generator) -> Array:
-    """Return joint values (7,): joint 2 or 6 exactly on a limit, the elbow within 1e-5 rad of straight."""
+    """Return joints (7,) with joint 2 or 6 exactly at a limit and the elbow within 1e-5 rad of stretched."""
     straight = (arm.delta - arm.offsets[3]) * arm.signs[3]
     q = rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi))
     q[3] = straight - 2 * np.pi * np.round(straight / (2 * np.pi))
@@ -59,24 +61,30 @@ def at_limit(arm: aa.Arm, rng: np.random.Generator) -> Array:
 
 
 def _dh(theta: Any, alpha: int, d: float, a: float) -> Any:
+    """The DH transform (4, 4) of mpmath numbers; alpha in quarter rotations."""
     c, s, x, z = mpmath.cos(theta), mpmath.sin(theta), 1 - abs(alpha), alpha
     return mpmath.matrix([[c, -s * x, s * z, a * c], [s, c * x, -c * z, a * s], [0, z, x, d], [0, 0, 0, 1]])
 
 
 def _cross(a: Any, b: Any) -> Any:
+    """The cross product."""
     return mpmath.matrix(
         [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]],
     )
 
 
 def _columns(*vectors: Any) -> Any:
+    """The matrix (3, 3) with these columns."""
     return mpmath.matrix([[v[i] for v in vectors] for i in range(3)])
 
 
 class SelfMotion:
-    """All solutions of the exact pose of a configuration of an arm without d_4, base and tool."""
+    """All solutions of the exact pose of a configuration, in many digits, for an arm without d_4, base and
+    tool.
+    """
 
     def __init__(self, arm: aa.Arm, q: Array) -> None:
+        """Compute the exact pose of joints q."""
         self.arm = arm
         lengths = (arm.d_bs, 0, arm.d_se, 0, arm.d_ew, 0, arm.d_wf), (0, 0, arm.a_3, arm.a_4, 0, 0, 0)
         self.d, self.a = ([mpmath.mpf(float(x)) for x in row] for row in lengths)
@@ -94,10 +102,11 @@ class SelfMotion:
         self.u = across / mpmath.norm(across)
 
     def _step(self, joint: int, theta: Any) -> Any:
+        """The transform over one joint at model angle theta."""
         return _dh(theta, ALPHA[joint], self.d[joint], self.a[joint])
 
     def at(self, elbow: int, phi: float) -> Iterator[tuple[int, list[Any]]]:
-        """Yield (gc, theta) of the four branches with this sign of the elbow, at an angle about S-W."""
+        """Yield (gc, theta) of the four branches with this elbow sign, at angle phi about shoulder-wrist."""
         d, a = self.d, self.a
         delta = mpmath.atan2(d[2] * a[3] - a[2] * d[4], a[2] * a[3] + d[2] * d[4])
         theta_4 = delta + elbow * abs(_wrapped(self.theta[3] - delta))
@@ -123,7 +132,7 @@ class SelfMotion:
                 yield gc, [*first, third, theta_4, *fifth, last]
 
     def within(self, theta: list[Any], inside: float) -> bool:
-        """Return whether all joints are inside their limits by this much, rad."""
+        """Return whether all joints are inside their limits by at least `inside` (rad)."""
         for j, angle in enumerate(theta):
             q = (angle - mpmath.mpf(float(self.arm.offsets[j]))) * int(self.arm.signs[j])
             lower, upper = float(self.arm.lower[j]) + inside, float(self.arm.upper[j]) - inside
@@ -133,7 +142,7 @@ class SelfMotion:
         return True
 
     def branches(self, inside: float, samples: int) -> int:
-        """Return one bit a branch of which a sampled solution is within the limits."""
+        """Return bits of the branches that have a sampled solution within the limits."""
         held = 0
         for k in range(samples):
             for elbow in (1, -1):
@@ -144,8 +153,10 @@ class SelfMotion:
 
 
 def _three(x: Any, y: Any, z: Any, sign: int) -> tuple[Any, Any]:
+    """Two angles of a direction (x, y, z), for a sign of the second."""
     return mpmath.atan2(sign * y, sign * x), sign * mpmath.atan2(mpmath.sqrt(x * x + y * y), z)
 
 
 def _wrapped(angle: Any) -> Any:
+    """An angle in [-π, π]."""
     return angle - 2 * mpmath.pi * mpmath.nint(angle / (2 * mpmath.pi))

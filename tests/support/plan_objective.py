@@ -17,7 +17,7 @@ REFERENCE, FLOOR, HOME, ENOUGH = 0.2, 0.02, 0.1, 0.35
 
 @dataclass
 class Terms:
-    """Of a motion over s in [0, 1], each without its weight."""
+    """The terms of the objective of a motion, each without its weight."""
 
     travel: float
     limits: float
@@ -25,11 +25,12 @@ class Terms:
 
     @property
     def total(self) -> float:
+        """The sum of all terms."""
         return self.travel + self.limits + self.singularities
 
 
 def length(arm: aa.Arm, path: aa.Path, steps: int = 2001) -> float:
-    """How far the path turns the wrist's direction, the tool and the elbow, rad; 1e-4 at least."""
+    """By how much a path rotates wrist direction, tool and elbow, rad; at least 1e-4."""
     frames = arm.frames(np.zeros(7))
     shoulder = frames[1, :3, 3]
     poses = path.pose(np.linspace(0, 1, steps))
@@ -47,13 +48,13 @@ def length(arm: aa.Arm, path: aa.Path, steps: int = 2001) -> float:
 
 
 def margin_scale(arm: aa.Arm, path: aa.Path) -> float:
-    """What the cost of margins is multiplied by."""
+    """The factor of the cost of margins."""
     turned = length(arm, path)
     return max(turned**2, min(1.0, (turned / 0.5) ** 2))
 
 
 def nearness(distance: np.ndarray, enough: float, floor: float = FLOOR) -> np.ndarray:
-    """The cost of distances (..., k), summed over k; its tangent below the floor."""
+    """The cost of distances (..., k) from limits, summed over k; below the floor its tangent."""
     if enough <= FLOOR:
         return np.zeros(distance.shape[:-1])
     held = np.maximum(distance, floor)
@@ -63,7 +64,7 @@ def nearness(distance: np.ndarray, enough: float, floor: float = FLOOR) -> np.nd
 
 
 def singular(distance: np.ndarray, enough: float) -> np.ndarray:
-    """The same of distances from singularities."""
+    """The same for distances from singularities."""
     return nearness(distance, enough, min(HOME, enough / 2))
 
 
@@ -71,7 +72,7 @@ def terms(
     arm: aa.Arm, path: aa.Path, q: np.ndarray, enough: float = ENOUGH, limit_margin: float = 0.0,
     singularity_margin: float = 0.0,
 ) -> Terms:  # fmt: skip
-    """The terms of joints (N, 7) at s evenly from 0 to 1."""
+    """The terms of joints (N, 7) at equal steps of s from 0 to 1."""
     moving = [0, 1, 2, 4, 5, 6]
     steps = np.diff(q, axis=0)
     theta = arm.signs * q + arm.offsets
@@ -80,6 +81,7 @@ def terms(
     weight = margin_scale(arm, path)
 
     def mean(x: np.ndarray) -> float:
+        """The mean over s times the weight."""
         return float((0.5 * (x[1:] + x[:-1])).mean()) * weight
 
     return Terms(
@@ -97,7 +99,7 @@ def planned(result: aa.JointPath) -> np.ndarray:
 
 
 def reversals(q: np.ndarray, still: float = 1e-3) -> int:
-    """How often joints (N, 7) turn back by more than `still` (rad), summed over the joints."""
+    """The number of reversals by more than `still` (rad) over all joints of (N, 7)."""
     count = 0
     for joint in q.T:
         way, farthest = 0.0, joint[0]
@@ -110,7 +112,7 @@ def reversals(q: np.ndarray, still: float = 1e-3) -> int:
 
 
 def free_lines(arm: aa.Arm, length: float, number: int) -> list[tuple[np.ndarray, aa.Line, aa.JointPath]]:
-    """Lines on which a held arm angle keeps 6 degrees, with that motion."""
+    """Random lines on which a constant arm angle is possible with 6 degrees to limits, with that motion."""
     rng, found = np.random.default_rng(1), []
     while len(found) < number:
         q = rng.uniform(arm.lower * 0.8, arm.upper * 0.8)

@@ -21,7 +21,7 @@ QUICK = "clang++" if shutil.which("clang++") else "g++"
 
 @functools.cache
 def counts(name: str, *flags: str, compiler: str = QUICK) -> dict[str, float]:
-    """Return the lines "name number" of a program of `cpp/`."""
+    """Return the numbers by name that a program of `cpp/` prints."""
     with tempfile.TemporaryDirectory() as folder:
         program = Path(folder) / name
         built = [*flags, "-std=c++20", "-ffp-contract=off", "-pthread", f"-I{ROOT / 'include'}"]

@@ -12,7 +12,7 @@ Row = tuple[type[Exception], str, Callable[[], Any]]
 
 
 def not_refused(rows: Iterable[Row]) -> list[str]:
-    """Say which rows (class, what the message must hold as a pattern, call) are not refused so."""
+    """Return sentences on rows (error class, pattern of its message, call) whose call does not raise so."""
     wrong = []
     for k, (error, pattern, call) in enumerate(rows):
         try:

@@ -20,7 +20,7 @@ CATALOGUE = srs_catalogue()
 
 
 def frame(rng: np.random.Generator) -> Array:
-    """A random rigid transform within a metre, shape (4, 4)."""
+    """A random rigid transform with positions within 1 m, shape (4, 4)."""
     rotation, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     out = np.eye(4)
     out[:3, :3] = rotation * np.linalg.det(rotation)
@@ -66,7 +66,7 @@ LINKS = {
 
 
 def slanted(name: str, seed: int = 0) -> aa.Arm:
-    """An arm of `LINKS` with random signs, zeros, limits and frames."""
+    """An arm with the elbow of this name in `LINKS` and random signs, zeros, limits and frames."""
     d_se, d_ew, a_3, a_4, d_4 = LINKS[name]
     rng = np.random.default_rng([seed, list(LINKS).index(name)])
     plain = aa.Arm(d_bs=0.2, d_se=d_se, d_ew=d_ew, d_wf=0.1, a_3=a_3, a_4=a_4, d_4=d_4)
@@ -81,14 +81,15 @@ def slanted(name: str, seed: int = 0) -> aa.Arm:
 
 @functools.cache
 def all_arms() -> tuple[aa.Arm, ...]:
-    """The arms, and those of every kind of elbow."""
+    """The arms of `arms`, and one for each kind of elbow."""
     return (*arms(), *map(slanted, LINKS))
 
 
 def in_every_regime(law: Callable[[aa.Arm, str], None]) -> Callable[[aa.Arm], None]:
-    """Make one test of an arm of a law for each regime; what fails is told with its regime."""
+    """Make one test of an arm that checks a law in each regime; a failure names the regime."""
 
     def of_arm(arm: aa.Arm) -> None:
+        """Check the law for an arm in each regime."""
         for regime in REGIMES:
             try:
                 law(arm, regime)
@@ -101,7 +102,7 @@ def in_every_regime(law: Callable[[aa.Arm, str], None]) -> Callable[[aa.Arm], No
 
 
 def unlimited(arm: aa.Arm) -> aa.Arm:
-    """The same arm without limits: every winding is as good as another."""
+    """The same arm without limits."""
     return arm.with_(lower=None, upper=None)
 
 
@@ -116,12 +117,12 @@ def joint_values(arm: aa.Arm, theta: Array) -> Array:
 
 
 def bends(arm: aa.Arm, q: Array) -> Array:
-    """theta_2, theta_4 - delta and theta_6: what vanishes where the arm is singular, shape (..., 3)."""
+    """Angles theta_2, theta_4 - delta, theta_6 (..., 3); one is 0 or π at each singularity."""
     return model_angles(arm, q)[..., [1, 3, 5]] - np.array([0.0, arm.delta, 0.0])
 
 
 def finite_limits(arm: aa.Arm) -> tuple[Array, Array]:
-    """Limits, half a turn where there is none, two arrays (7,)."""
+    """The limits, ±π where there are none, two arrays (7,)."""
     return np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
 
 
@@ -133,7 +134,7 @@ def uniform(arm: aa.Arm, n: int, rng: np.random.Generator) -> Array:
 
 
 def _bent(arm: aa.Arm, n: int, rng: np.random.Generator, bend: Array, chosen: NDArray[np.bool_]) -> Array:
-    """Uniform postures whose angles (theta_2, theta_4 - delta, theta_6) are `bend` (n, 3) where `chosen`."""
+    """Random joints whose angles (theta_2, theta_4 - delta, theta_6) are `bend` (n, 3) where `chosen`."""
     theta = model_angles(arm, uniform(arm, n, rng))
     straight = np.array([0.0, arm.delta, 0.0])
     theta[:, [1, 3, 5]] = np.where(chosen, bend + straight, theta[:, [1, 3, 5]])
@@ -141,7 +142,7 @@ def _bent(arm: aa.Arm, n: int, rng: np.random.Generator, bend: Array, chosen: ND
 
 
 def _some(n: int, rng: np.random.Generator) -> NDArray[np.bool_]:
-    """Which of three are chosen: each non-empty choice alike, shape (n, 3)."""
+    """A random choice of at least one of three, (n, 3)."""
     return (rng.integers(1, 8, n)[:, None] & np.array([1, 2, 4])) > 0
 
 

@@ -28,7 +28,7 @@ REST = 0.5
 
 @dataclass(frozen=True)
 class Stream:
-    """A hand at every tick: where it is, what its tracker says, and at which ticks it says something new."""
+    """The poses of a hand at each control cycle, what a tracker is given, and when that is new."""
 
     dt: float
     true: Array
@@ -48,7 +48,7 @@ def rotation(vectors: Array) -> Array:
 
 
 def posture(arm: aa.Arm) -> Array:
-    """Return joints with room on all sides: where a stream begins."""
+    """Return joints far from limits, at which a stream begins."""
     given = POSTURES.get(arm.name or "")
     if given is not None:
         return np.radians(given)
@@ -62,7 +62,7 @@ def posture(arm: aa.Arm) -> Array:
 
 
 def _smooth(rng: np.random.Generator, t: Array, highest: float) -> Array:
-    """Return three smooth random functions (n, 3) of about unit amplitude."""
+    """Return three smooth random functions of time (n, 3) with amplitudes near 1."""
     out = np.zeros((len(t), 3))
     for _ in range(5):
         f, phase = rng.uniform(0.1, 1.0, 3) * highest, rng.uniform(0, 2 * np.pi, 3)
@@ -71,7 +71,7 @@ def _smooth(rng: np.random.Generator, t: Array, highest: float) -> Array:
 
 
 def hand(arm: aa.Arm, scenario: str, seed: int, dt: float, seconds: float) -> Array:
-    """Return where the hand is, (n, 4, 4), beginning where the arm stands at `posture`."""
+    """Return the poses of a hand (n, 4, 4), beginning at the pose of `posture`."""
     rng = np.random.default_rng([seed, SCENARIOS.index(scenario)])
     t = dt * np.arange(round(seconds / dt))
     reach = arm.d_se + arm.d_ew
@@ -101,7 +101,7 @@ def hand(arm: aa.Arm, scenario: str, seed: int, dt: float, seconds: float) -> Ar
 
 
 def noisy(poses: Array, rng: np.random.Generator) -> Array:
-    """Return poses as a hand tracker sees them."""
+    """Return poses with the noise of a hand tracker."""
     out = poses.copy()
     out[:, :3, 3] += NOISE[0] * rng.normal(size=(len(poses), 3))
     out[:, :3, :3] = rotation(NOISE[1] * rng.normal(size=(len(poses), 3))) @ poses[:, :3, :3]
@@ -118,7 +118,7 @@ def stream(
     noise: bool = True,
     rate: float = HAND_RATE,
 ) -> Stream:
-    """Return a stream; without noise the hand is seen at every tick, as it is."""
+    """Return a stream; without noise the tracker is given the hand's pose in each cycle."""
     true = hand(arm, scenario, seed, dt, seconds)
     if not noise:
         return Stream(dt, true, true, np.ones(len(true), bool))
@@ -134,7 +134,7 @@ def stream(
 
 
 def judged(arm: aa.Arm, true: Array, dt: float) -> NDArray[np.bool_]:
-    """Return at which ticks the hand has been in reach for `REST` s."""
+    """Return in which cycles the hand has been in reach for `REST` s."""
     ok = np.asarray(arm.solve(true).ok)
     blocked = np.where(ok, -1, np.arange(len(ok)))
     last = np.maximum.accumulate(blocked)
@@ -142,7 +142,7 @@ def judged(arm: aa.Arm, true: Array, dt: float) -> NDArray[np.bool_]:
 
 
 def errors(arm: aa.Arm, q: Array, true: Array) -> tuple[Array, Array]:
-    """Return how far the tool is from the hand: m, and rad."""
+    """Return the distance of the tool from the hand in each cycle, m and rad."""
     poses = arm.forward(q)[0]
     relative = np.einsum("nji,njk->nik", poses[:, :3, :3], true[:, :3, :3])
     axis = np.stack([relative[:, 2, 1] - relative[:, 1, 2], relative[:, 0, 2] - relative[:, 2, 0],

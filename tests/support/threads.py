@@ -11,6 +11,6 @@ Answer = TypeVar("Answer")
 
 
 def in_threads(n: int, call: Callable[[], Answer]) -> Answer:
-    """Return what a call returns with so many threads."""
+    """Return the result of a call with n threads."""
     with aa.threads(n):
         return call()

@@ -17,22 +17,25 @@ HARDEST = 10.0
 
 
 def named(name: str) -> aa.Arm:
+    """An arm of the catalogue."""
     return aa.Arm.from_catalogue(name)
 
 
 def settled(tracker: aa.Tracker, pose: Array, seconds: float) -> aa.types.Tracked:
+    """The result of the last cycle after tracking a pose for so long (s)."""
     for _ in range(round(seconds / DT)):
         now = tracker.step(pose)
     return now
 
 
 def random_rotation(rng: np.random.Generator) -> Array:
+    """A random rotation matrix."""
     axis = rng.normal(size=3)
     return streams.rotation(rng.uniform(0, np.pi) * axis[None] / np.linalg.norm(axis))[0]
 
 
 def hostile(arm: aa.Arm, rng: np.random.Generator) -> Array:
-    """One command of a kind drawn anew."""
+    """One target of a random kind: far away, a jump, invalid, and others."""
     pose = np.eye(4)
     kind = rng.integers(6)
     if kind == 0:  # anywhere, in reach or metres away
@@ -56,6 +59,7 @@ def hostile(arm: aa.Arm, rng: np.random.Generator) -> Array:
 
 
 def check_bounds(arm: aa.Arm, q: Array, dt: Array, hardest: float = HARDEST) -> None:
+    """Check that joints (n + 1, 7) stay within limits, velocities and accelerations."""
     v = np.diff(q, axis=0) / dt[:, None]
     before = np.concatenate([np.zeros((1, 7)), v[:-1]])
     assert np.isfinite(q).all()
@@ -80,10 +84,12 @@ READY = [0.0, -np.pi / 4, 0.0, -3 * np.pi / 4, 0.0, np.pi / 2, np.pi / 4]
 
 
 def start_of(arm: aa.Arm) -> Array:
+    """The joints at which a run of this arm begins."""
     return np.array(READY) if arm.kind.startswith("offset") else streams.posture(arm)
 
 
 def command(arm: aa.Arm, rng: np.random.Generator) -> Array:
+    """One target for this arm, of a random kind."""
     if not arm.kind.startswith("offset"):
         return hostile(arm, rng)
     pose = arm.forward(rng.uniform(arm.lower, arm.upper))[0].copy()
@@ -97,7 +103,7 @@ def command(arm: aa.Arm, rng: np.random.Generator) -> Array:
 
 
 def differences(q: Array, dt: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """Velocity, acceleration and jerk of rows that begin at rest, and what rounding makes of each."""
+    """Velocity, acceleration and jerk of rows that begin at rest, and the rounding error of each."""
     step = dt[:, None]
     ulp = np.spacing(np.abs(q).max())
     v = np.diff(q, axis=0) / step
@@ -111,6 +117,7 @@ def differences(q: Array, dt: Array) -> tuple[Array, Array, Array, Array, Array,
 
 
 def check_jerk(arm: aa.Arm, q: Array, dt: Array, jerk: object, hardest: object = HARDEST) -> None:
+    """Check that joints (n + 1, 7) stay within limits, velocities, accelerations and jerks."""
     v, a, j, v_off, a_off, j_off = differences(q, dt)
     assert np.isfinite(q).all()
     assert (q >= arm.lower).all()

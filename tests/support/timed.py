@@ -10,7 +10,7 @@ Array = np.ndarray
 
 
 def kept(found: aa.Trajectory, velocity: Array, a: float, j: float | None) -> None:
-    """Hold bounds (rad/s, rad/s², rad/s³) between the rows, and rest at both ends."""
+    """Check bounds (rad/s, rad/s², rad/s³) between the rows, and rest at both ends."""
     t = np.linspace(0.0, found.duration, 2001)
     h = t[1]
     speed = np.diff(found.at(t).q, axis=0) / h

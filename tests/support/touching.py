@@ -31,7 +31,7 @@ def from_core(points: Floats, shape: Any) -> Floats:
 
 
 def least_along(core: Any, far: float, begin: Floats, end: Floats, *others: Floats) -> Floats:
-    """Least of core(points, *others) along segments (..., 3): of a distance, which is convex there.
+    """The least value of the convex function core(points, *others) on each segment (..., 3).
 
     What is certainly not below `far`, by the distance of the middle, is that lower bound.
     """
@@ -41,6 +41,7 @@ def least_along(core: Any, far: float, begin: Floats, end: Floats, *others: Floa
     low, high = np.zeros(start.shape[:-1]), np.ones(start.shape[:-1])
 
     def at(share: Floats) -> Floats:
+        """The function at shares of the segments."""
         distance: Floats = core(start + share[..., None] * along, *rest)
         return distance
 
@@ -53,25 +54,25 @@ def least_along(core: Any, far: float, begin: Floats, end: Floats, *others: Floa
 
 
 def segment_distance(begin: Floats, end: Floats, shape: Any, far: float = np.inf) -> Floats:
-    """Distances of segments (..., 3) from a shape's surface, negative inside; bounds beyond `far`."""
+    """Signed distances of segments (..., 3) from a shape's surface, as lower bounds beyond `far`."""
     radius = getattr(shape, "radius", 0.0)
     return least_along(lambda points: from_core(points, shape), far + radius, begin, end) - radius
 
 
 def ends(shape: aa.Ball | aa.Capsule) -> tuple[Floats, Floats]:
-    """Both ends of a rod."""
+    """Both ends of a ball or capsule."""
     if isinstance(shape, aa.Ball):
         return np.array(shape.center), np.array(shape.center)
     return np.array(shape.begin), np.array(shape.end)
 
 
 def moved(frame: Floats, point: Floats) -> Floats:
-    """A point of frames (..., 4, 4)."""
+    """A point given in frames (..., 4, 4), in the base."""
     return frame[..., :3, :3] @ point + frame[..., :3, 3]
 
 
 def distances(arm: aa.Arm, q: Floats, scene: aa.Scene, far: float = np.inf) -> Told:
-    """Distances (..., pairs) of links 1..6 from obstacles and from one another, and the pairs' names.
+    """Distances (..., pairs) between links and obstacles and between links, and the names of the pairs.
 
     At joints (..., 7). Links side by side, and pairs that the scene lets touch, are left out. Of those that
     are farther than `far`, m, a lower bound beyond it is enough.

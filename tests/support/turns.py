@@ -8,7 +8,7 @@ import pytest
 
 
 def left_out(items: list[pytest.Item]) -> set[pytest.Item]:
-    """Return the cases that are not shown of laws marked `turns(n)`: all but one in n of each law.
+    """Return the cases of laws marked `turns(n)` that are not run: all but one in n of each law.
 
     Places in the lists of the parameters are added up, so that the cases that stay lie on diagonals of the
     table of all cases: most values of each parameter stay. Parameters that go together count once.
