@@ -42,6 +42,26 @@ def test_a_start_beside_the_first_pose_is_taken_to_it(off: float, which: str) ->
         np.testing.assert_allclose(IIWA.forward(at)[0], way.start, atol=1e-12)
 
 
+@pytest.mark.parametrize("off", [1e-4, 1e-2])
+@pytest.mark.parametrize("which", ["start", "goal"])
+@pytest.mark.parametrize("name", ["aldebaran_romeo_right", "jvrc1_left", "openarm_v10"])
+def test_an_elbow_just_past_straight_is_taken_to_its_other_side(name: str, which: str, off: float) -> None:
+    """If the limits of joint 4 permit the path on that side alone."""
+    arm = aa.Arm.from_catalogue(name)
+    straight = (arm.delta - arm.offsets[3]) * arm.signs[3]
+    way = 1.0 if arm.upper[3] - straight > straight - arm.lower[3] else -1.0
+    middle = 0.5 * (np.maximum(arm.lower, -2.0) + np.minimum(arm.upper, 2.0)) + 0.3
+    bent = np.clip(middle, arm.lower + 0.2, arm.upper - 0.2)
+    past = bent.copy()
+    past[3], bent[3] = straight - way * off, straight + way * 0.8
+    ends = arm.forward(past)[0], arm.forward(bent)[0]
+    result = aa.plan(arm, aa.Line(*(ends if which == "start" else ends[::-1])), **{which: past}, samples=20)
+    assert result.ok, result.explain()
+    at = result.q[0 if which == "start" else -1]
+    assert np.abs(at - past).max() <= aa.motion.planning.START_GAP
+    assert (way * (result.q[:, 3] - straight) >= 0).all()
+
+
 def test_how_fast_a_start_is_left_does_not_count() -> None:
     """Of many rows the first is a short way: a posture near its limit is left within a few of them."""
     near = CALM.copy()

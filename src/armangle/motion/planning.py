@@ -296,12 +296,15 @@ def plan(
         found = planned(calm or along, first, last, part(tell, 0, 1 + bool(calm)))
         if calm and not (found[0] and len(found[4]) == 0):
             found = planned(along, first, last, part(tell, 1, 2))
-        if roll == "pose" and not (found[0] and max(found[5], found[6]) <= START_GAP):
-            held = [_taken(arm, whole.pose(s), q) for s, q in ((0.0, first), (1.0, last))]
-            if any(q is not each for q, each in zip((first, last), held, strict=True)):
-                again = planned(along, held[0], held[1], tell)
-                if again[0] or max(again[5], again[6]) <= START_GAP:
-                    found, (first, last) = again, held
+        for taken in (_taken, _past_straight) if roll == "pose" else ():
+            if found[0] and max(found[5], found[6]) <= START_GAP:
+                break
+            held = [taken(arm, whole.pose(s), q) for s, q in ((0.0, first), (1.0, last))]
+            if all(q is each for q, each in zip((first, last), held, strict=True)):
+                continue
+            again = planned(along, held[0], held[1], tell)
+            if again[0] or (taken is _taken and max(again[5], again[6]) <= START_GAP):
+                found, (first, last) = again, held
         ok, branch, plane, stretches, open_, start_gap, goal_gap, reports, *chain = found
         for name, joints, gap in (("start", first, start_gap), ("goal", last, goal_gap)):
             if gap > START_GAP:
@@ -363,6 +366,19 @@ def _taken(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
     nearest = arm.with_(scene=None, singularity_margin=0.0).solve(pose, seed=q)
     away = np.abs(nearest.q - q).max()
     return nearest.q if ANGLE_TOLERANCE < away <= START_GAP else q
+
+
+def _past_straight(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
+    """Return the solution of a pose nearest to joints with the elbow on its other side; otherwise the joints.
+
+    Used if the elbow is nearly straight and the limits of joint 4 permit the path on its other side alone.
+    """
+    if q is None:
+        return q
+    own = int(arm.forward(q, on_error="nan")[2])
+    others = [gc for gc in range(8) if (gc ^ own) & 2]
+    nearest = arm.with_(scene=None, singularity_margin=0.0).solve(pose, seed=q, gc=others)
+    return nearest.q if nearest.ok and np.abs(nearest.q - q).max() <= START_GAP else q
 
 
 def _standing(
