@@ -54,10 +54,6 @@ inline void slope_derivatives(const Arm& arm, const Pose<double>& pose, double p
 
 namespace detail {
 
-/// A joint that is stationary over psi is no steeper than this at a psi that is known to half its digits
-/// (rad/rad).
-inline constexpr double stationary_slope = 1e-3;
-
 /// The derivatives of a solution's psi with respect to the twist and to the seed.
 struct PsiSlope {
     double by[SolutionDerivative::columns] = {};
@@ -138,7 +134,9 @@ bool widest_slope(const AnyArm& arm, double singularity_margin, const Pose<doubl
     double by[joints][joints];
     slope_derivatives(arm, pose, best.psi, best.gc, by);
     const double (&row)[joints] = by[who.flattest->joint];
-    if (!(abs(growth) < stationary_slope)) return false;  // a fold ends psi
+    // The best psi costs less than a neighbour by more than the search tells: it is off the level place of
+    // the parabola by that much at most, unless a fold ends psi before.
+    if (!(growth * growth <= 2.0 * abs(row[6]) * nearest_rule::gain)) return false;
     out.hold(row, row[6]);
     return true;
 }
