@@ -381,7 +381,8 @@ private:
             if (is_shut(branch)) break;
             reached = search(branch);
             if (reached == branch.sections.size() || reached == 0) break;
-            if (round == tuning_.rounds || !halve(branch, reached - 1)) break;
+            report.given_up = round == tuning_.rounds;
+            if (report.given_up || !halve(branch, reached - 1)) break;
             if (reached >= 2) halve(branch, reached - 2);
         }
         report.sections = static_cast<unsigned>(branch.sections.size());
@@ -390,7 +391,9 @@ private:
             const bool at_start = k == 0 && ends_[0].q;
             const bool at_goal =
                 k + 1 == branch.sections.size() && ends_[1].q && !is_held(branch.sections[k], ends_[1]);
-            report.verdict = at_start ? Verdict::start : Verdict::dead_end;
+            report.verdict = at_start          ? Verdict::start
+                             : report.given_up ? Verdict::unresolved
+                                               : Verdict::dead_end;
             if (at_goal) report.verdict = Verdict::goal;
             report.status = Status::LIMITS;
             report.from = report.to = branch.sections[k > 0 ? k - 1 : 0].s;
