@@ -48,7 +48,7 @@ public:
         NearestOptions options;
         options.near = seed;
         const Nearest found = nearest_posture(arm_, limits_, pose, options);
-        if (found.status != Status::OK) return error = first_error - static_cast<int>(found.status);
+        if (!is_solved(found.status)) return error = first_error - static_cast<int>(found.status);
         for (unsigned i = 0; i < joints; ++i) q_out(i) = found.q[i];
         return error = E_NOERROR;
     }

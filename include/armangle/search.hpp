@@ -219,7 +219,7 @@ Found search(const Arm& arm, const Pose<double>& pose, const SearchOptions& opti
     Found out{};
     out.posture = nearest_posture(boxed, limits, pose, nearest);
     const Status status = out.posture.status;
-    if (status != Status::OK) {
+    if (!is_solved(status)) {
         if (!(options.length > 0)) return detail::nothing(status);
         out.posture = nearest_outside(boxed, limits, pose, nearest, options.length);
         if (std::isnan(out.posture.q[0])) return detail::nothing(status);

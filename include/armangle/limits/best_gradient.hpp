@@ -57,7 +57,7 @@ inline bool is_as_good_beside(const Arm& arm, const Pose<double>& pose, const Ne
     constexpr double aside = 1e-5;
     for (const double psi : {best.psi - aside, best.psi + aside}) {
         const Inverse found = inverse(arm, pose, psi, best.gc, best.q);
-        if (found.status == Status::OK && found.margin > least - tolerance::angle) return true;
+        if (is_solved(found.status) && found.margin > least - tolerance::angle) return true;
     }
     return false;
 }

@@ -105,8 +105,9 @@ inline void block_pivots(const LimitTable& t, const JointFunctions<double>& f, c
         const Pivot<double>& pivot = f.pivot[p];
         const double k = pivot.g / hypot(pivot.U.k, pivot.V.k);
         const SinCos<double> at{pivot.U.k * k, pivot.V.k * k};
-        out.all |= !t.cone[p].contains(at);
-        out.beyond |= !t.cone[p].contains(at, 0.0);
+        const bool inside = t.cone[p].contains(at);
+        out.all |= !inside;
+        out.beyond |= inside && !t.cone[p].contains(at, 0.0);
     });
     out.touching |= (b.pivot.touching & which) != 0;
     for_each_bit(b.pivot.kept & which, [&](int i) {
@@ -126,13 +127,14 @@ inline void block_hinge(const LimitTable& t, const JointFunctions<double>& f, co
     } else if (is_constant(f.hinge[hinge])) {
         const double angle = detail::constant_hinge(f.hinge[hinge], f.pivot[2 * hinge]);
         const auto is_inside = [&](double slack) {
-            bool inside = false;
+            bool in_piece = false;
             for (int k = 0; k < count; ++k)
-                inside |= angle >= piece[k].near.angle - slack && angle <= piece[k].far.angle + slack;
-            return inside;
+                in_piece |= angle >= piece[k].near.angle - slack && angle <= piece[k].far.angle + slack;
+            return in_piece;
         };
-        out.all |= !is_inside(tolerance::angle);
-        out.beyond |= !is_inside(0.0);
+        const bool inside = is_inside(tolerance::angle);
+        out.all |= !inside;
+        out.beyond |= inside && !is_inside(0.0);
     } else {
         const auto outside = [&b, hinge](int end, Tag tag) {
             return Arc{b.hinge.lower[end / 2][2 * hinge + end % 2],

@@ -1821,7 +1821,7 @@ private:
             const double inside = min(max(c.near, limits.lower[j]), limits.upper[j]);
             least = max(least, cost_of(c, inside - c.near));
         }
-        double step = nearest_rule::beside;
+        double step = nearest_rule::gain;
         for (int i = 0; i < nearest_rule::halvings && most - least > nearest_rule::gain; ++i) {
             // nearby solutions are found in small steps: steps grow until one is too long
             const double half = max(most - step, 0.5 * (most + least));

@@ -219,11 +219,11 @@ Nearest beside(const A& arm, const Joints& q, Status status, const Pose<double>&
 inline Nearest nearest_outside(const Arm& arm, const LimitTable& limits, const Pose<double>& asked,
                                const NearestOptions& options, double length) noexcept {
     const Nearest exact = nearest_posture(arm, limits, asked, options);
-    if (exact.status == Status::OK) return exact;
+    if (is_solved(exact.status)) return exact;
     const detail::DrawnInReach drawn(arm, limits.margin, asked, options.near);
     const int nearer = drawn.gap[0] <= drawn.gap[1] ? 0 : 1;
     Nearest out = nearest_posture(arm, limits, drawn.pose[nearer], options);
-    if (out.status == Status::OK) {
+    if (is_solved(out.status)) {
         Twist rest;
         out.status = exact.status;
         out.gap = detail::distance(arm, out.q, asked, length, rest);

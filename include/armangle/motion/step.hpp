@@ -772,7 +772,7 @@ private:
         const bool may_change = options_.gc < 0 && !(limits_.margin > 0);
         if (may_change && !(largest_move(found.q, q_now_) <= step_rule::far))
             found = nearest_of(pose, this_side());
-        for (int j = 0; j < joint_slots && found.status == Status::OK; ++j) to.q[j] = found.q[j];
+        for (int j = 0; j < joint_slots && is_solved(found.status); ++j) to.q[j] = found.q[j];
         return true;
     }
 
