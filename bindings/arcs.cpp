@@ -179,21 +179,13 @@ void proven_sets(const ChainArm& arm, const Pose<double>& pose, const ProvenRequ
     }
 }
 
-/// Reduces proven arcs to their collision-free parts, if there is a scene. Arms with an own chain and an
-/// offset have none.
-void keep_off(const OffsetArm& arm, const ProvenRequest& r, const Pose<double>& pose, int gc,
-              ProvenArcs& found, Tag& blocking) {
-    if (r.scene) keep_clear(arm, *r.scene, pose, gc, found, blocking, r.wanted == Wanted::soft);
-}
-void keep_off(const OffsetChain&, const ProvenRequest&, const Pose<double>&, int, ProvenArcs&, Tag&) {}
-
 /// The same for an arm with an offset; a margin is not supported.
 template <class AnyOffset, class Take>
 void proven_offset_sets(const AnyOffset& arm, const Pose<double>& pose, const ProvenRequest& r,
                         const Take& take) {
     const auto give = [&](int k, int gc, ProvenArcs& found) {
         Tag blocking = 0;
-        keep_off(arm, r, pose, gc, found, blocking);
+        if (r.scene) keep_clear(arm, *r.scene, pose, gc, found, blocking, r.wanted == Wanted::soft);
         take(k, in_robot_order(arm, r.left_out ? found.open : found.arcs), found, blocking,
              [&](Tag tag, double free) { return end_value(arm, pose, gc, tag, free); });
     };

@@ -434,6 +434,7 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_chain_kinematics(nb::class_<ChainArmHandle>& arm);
 void bind_chain_arcs(nb::class_<ChainArmHandle>& arm);
 void bind_chain_scenes(nb::class_<ChainArmHandle>& arm);
+void bind_chain_reach(nb::class_<ChainArmHandle>& arm);
 void bind_chain_stepping(nb::class_<ChainArmHandle>& arm);
 void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_arcs(nb::module_& m, nb::class_<ArmHandle>& arm);

@@ -191,6 +191,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_chain_kinematics(near);
     binding::bind_chain_arcs(near);
     binding::bind_chain_scenes(near);
+    binding::bind_chain_reach(near);
     binding::bind_stepping(m, arm);
     binding::bind_chain_stepping(near);
     binding::bind_planning(m, arm);

@@ -227,7 +227,8 @@ void self_motion_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, F
 /// The distance (m) of an unsolvable pose beyond the reach. For an arm with its own chain it is the least
 /// over all psi; for an arm with an offset that at the given free joint.
 double excess_of(const ChainArm& arm, const Asked& asked) { return reach_excess(arm, asked.pose); }
-double excess_of(const OffsetArm& arm, const Asked& asked) {
+template <free_joint_arm A>
+double excess_of(const A& arm, const Asked& asked) {
     return reach_excess(arm, asked.pose, asked.psi);
 }
 
@@ -257,7 +258,8 @@ void inverse_derivative_many(const ArmHandle& self, Floats pose, Floats psi, Int
 }
 
 /// The same for an arm with an offset, with respect to twist and free joint.
-void offset_derivative_many(const OffsetHandle& self, Floats pose, Floats free, Ints gc, Floats out, bool nan,
+template <class Handle>
+void offset_derivative_many(const Handle& self, Floats pose, Floats free, Ints gc, Floats out, bool nan,
                             int threads) {
     for_each_asked(
         self.arm, pose, free, gc, out, 2, threads, [&](const Asked& asked, double* to, double& value) {
@@ -423,6 +425,10 @@ void bind_offset_rows(nb::class_<Handle>& arm) {
     arm.def("limit_margin_many", &limit_margin_many<Handle>, "q"_a, "out"_a);
     arm.def("limit_margin_gradient_many", &limit_margin_gradient_many<Handle>, "q"_a, "out"_a);
     arm.def("jacobian_many", &jacobian_many<Handle>, "q"_a, "out"_a, "threads"_a);
+    arm.def("self_motion_many", &self_motion_rate_many<Handle>, "pose"_a, "psi"_a, "gc"_a, "out"_a,
+            "threads"_a);
+    arm.def("inverse_derivative_many", &offset_derivative_many<Handle>, "pose"_a, "psi"_a, "gc"_a, "out"_a,
+            "nan"_a, "threads"_a);
     arm.def_prop_ro("reach", [](const Handle& a) { return nominal(a.arm).reach; });
     arm.def_prop_ro("inner_reach", [](const Handle& a) { return nominal(a.arm).inner_reach; });
     arm.def_prop_ro("delta", [](const Handle& a) { return nominal(a.arm).delta_angle; });
@@ -434,10 +440,6 @@ void bind_offset_kinematics(nb::class_<OffsetHandle>& arm) {
     using namespace nb::literals;
     arm.def("psi_towards_many", &psi_towards_many<OffsetHandle>, "pose"_a, "gc"_a, "wish"_a, "target"_a,
             "out"_a, "nan"_a, "threads"_a);
-    arm.def("self_motion_many", &self_motion_rate_many<OffsetHandle>, "pose"_a, "psi"_a, "gc"_a, "out"_a,
-            "threads"_a);
-    arm.def("inverse_derivative_many", &offset_derivative_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "nan"_a,
-            "threads"_a);
     arm.def("nearest_pose", &nearest_pose<OffsetHandle>, "pose"_a, "out"_a);
     bind_offset_rows(arm);
 }

@@ -99,6 +99,8 @@ void bind_offset_chain(nb::class_<OffsetChainHandle>& arm) {
     bind_offset_chain_stepping(arm);
     bind_offset_chain_arcs(arm);
     bind_offset_chain_kinematics(arm);
+    bind_offset_chain_scenes(arm);
+    bind_offset_chain_reach(arm);
     bind_offset_chain_solving(arm);
     bind_both_doors(arm);
     arm.def(nb::init<Floats, Floats, Floats, Floats, double, bool, Floats>(), "lengths"_a, "joint_rows"_a,

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "armangle/motion/freedom.hpp"
 #include "offset_handle.hpp"
 #include "collected.hpp"
 #include "elements.hpp"
@@ -23,6 +24,17 @@ LimitTable table(const ArmHandle& self, double margin) {
     return margin > 0 ? limit_table(self.arm, margin) : self.limits;
 }
 OffsetLimits table(const OffsetHandle& self, double margin) { return limit_table(self.arm, margin); }
+/// The view of an arm on its own chain, which knows its limits and the margin.
+ChainSteps table(const ChainArmHandle& self, double margin) { return {self.arm, margin}; }
+auto table(const OffsetChainHandle& self, double) { return steps_of(self.arm); }
+
+template <class AnyArm, class Table>
+Freedom freedom_within(const AnyArm& arm, const Table& limits, const Pose<double>& pose) noexcept {
+    if constexpr (stepping_family<Table>)
+        return freedom(limits, pose);
+    else
+        return freedom(arm, pose, limits);
+}
 
 /// Writes for each pose whether any branch and arm angle solves it.
 template <class Handle>
@@ -47,7 +59,7 @@ void freedom_many(const Handle& self, Floats pose, double margin, Floats widths,
         const double* m = in.data<double>() + at[0];
         const Problem problem = check_pose(self.arm, m, value);
         if (problem != Problem::none) return problem;
-        const Freedom f = freedom(self.arm, load_pose(m), limits);
+        const Freedom f = freedom_within(self.arm, limits, load_pose(m));
         double* to = wide.data<double>() + at[1];
         to[0] = f.total;
         to[1] = f.widest;
@@ -336,12 +348,19 @@ std::pair<double, double> reduced_distances(const Handle& self) {
     return {reach.inner, reach.outer};
 }
 
+/// What arms of all kinds answer.
+template <class Handle>
+void bind_freedom(nb::class_<Handle>& arm) {
+    using namespace nb::literals;
+    arm.def("freedom_many", &freedom_many<Handle>, "pose"_a, "margin"_a, "widths"_a, "codes"_a, "threads"_a);
+}
+
 /// Binds the functions of all kinds of arms with closed intervals.
 template <class Handle>
 void bind_reach_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
+    bind_freedom(arm);
     arm.def("reachable_many", &reachable_many<Handle>, "pose"_a, "margin"_a, "out"_a, "threads"_a);
-    arm.def("freedom_many", &freedom_many<Handle>, "pose"_a, "margin"_a, "widths"_a, "codes"_a, "threads"_a);
     arm.def("turns_many", &turns_many<Handle>, "pose"_a, "turned"_a, "margin"_a, "threads"_a);
     arm.def("map_cells", &map_cells<Handle>, "places"_a, "tilt"_a, "turn"_a, "size"_a, "margin"_a, "gc"_a,
             "freedom"_a, "yaw"_a.none(), "roll"_a.none(), "proven"_a.none(), "threads"_a);
@@ -355,6 +374,8 @@ void bind_reach_of(nb::class_<Handle>& arm) {
 }  // namespace
 
 void bind_offset_reach(nb::class_<OffsetHandle>& arm) { bind_reach_of(arm); }
+void bind_chain_reach(nb::class_<ChainArmHandle>& arm) { bind_freedom(arm); }
+void bind_offset_chain_reach(nb::class_<OffsetChainHandle>& arm) { bind_freedom(arm); }
 
 void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;

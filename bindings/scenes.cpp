@@ -190,8 +190,10 @@ void fill_hulls_and_fields(std::vector<Solid>& solids, const Buffer& corners, co
 Pose<double> base_link(const Arm&) noexcept { return identity_pose(); }
 Pose<double> base_link(const OffsetArm&) noexcept { return identity_pose(); }
 /// The pose of the first link in the frame of the nominal arm's base.
-Pose<double> base_link(const ChainArm& arm) noexcept {
-    return arm.nominal.has_base ? arm.nominal.base_inverse * arm.link[0] : arm.link[0];
+template <class AnyChain>
+Pose<double> base_link(const AnyChain& arm) noexcept {
+    const Arm& rows = nominal(arm);
+    return rows.has_base ? rows.base_inverse * arm.link[0] : arm.link[0];
 }
 
 /// Rows of solids: first the user's (points of clouds are separate), then link 0 from `first_base` on, then
@@ -418,8 +420,9 @@ void near_proximity_many(const ChainArmHandle& self, const SceneHandle& scene, F
 }
 
 /// Writes the nearest pair at each q of an arm with an offset.
-void offset_proximity_many(const OffsetHandle& self, const SceneHandle& scene, Floats q, Floats out,
-                           Ints pair, int threads) {
+template <class Handle>
+void offset_proximity_many(const Handle& self, const SceneHandle& scene, Floats q, Floats out, Ints pair,
+                           int threads) {
     const Buffer in(q), to(out, true), who(pair, true);
     for_each<3>("q", {&in, &to, &who}, {1, 1, 0}, threads, [&](const Py_ssize_t* at, double& value) {
         const double* joint = in.data<double>() + at[0];
@@ -429,8 +432,8 @@ void offset_proximity_many(const OffsetHandle& self, const SceneHandle& scene, F
         const Inverse rate = self_motion_rate(self.arm, here.pose, here.free, here.gc);
         double d[joints];
         for (int j = 0; j < joints; ++j) d[j] = rate.q[j];
-        store_proximity(self.arm.own, proximity(self.arm, scene.view, joint, d), to.data<double>() + at[1],
-                        who.data<long long>() + at[2]);
+        store_proximity(nominal(self.arm), proximity(self.arm, scene.view, joint, d),
+                        to.data<double>() + at[1], who.data<long long>() + at[2]);
         return Problem::none;
     });
 }
@@ -466,8 +469,8 @@ void feasible_of(const ChainArmHandle& self, const Pose<double>& pose, int gc, d
                  ProvenArcs& out) noexcept {
     feasible(self.arm, pose, gc, self.arm.nominal.limits, margin, out);
 }
-void feasible_of(const OffsetHandle& self, const Pose<double>& pose, int gc, double,
-                 ProvenArcs& out) noexcept {
+template <class Handle>
+void feasible_of(const Handle& self, const Pose<double>& pose, int gc, double, ProvenArcs& out) noexcept {
     feasible(self.arm, pose, gc, out);
 }
 
@@ -508,13 +511,18 @@ void bind_chain_scenes(nb::class_<ChainArmHandle>& arm) {
             "psi"_a, "out"_a, "pair"_a, "status"_a, "threads"_a);
 }
 
-void bind_offset_scenes(nb::class_<OffsetHandle>& arm) {
+/// Binds the functions of an arm with an offset, with or without its own chain.
+template <class Handle>
+void bind_free_joint_scenes(nb::class_<Handle>& arm) {
     using namespace nb::literals;
-    arm.def("resting_links", &true_links<OffsetHandle>, "rods"_a, "link"_a);
-    arm.def("proximity_many", &offset_proximity_many, "scene"_a, "q"_a, "out"_a, "pair"_a, "threads"_a);
-    arm.def("widest_many", &proven_widest_many<OffsetHandle>, "scene"_a, "pose"_a, "gc"_a, "margin"_a,
-            "psi"_a, "out"_a, "pair"_a, "status"_a, "threads"_a);
+    arm.def("resting_links", &true_links<Handle>, "rods"_a, "link"_a);
+    arm.def("proximity_many", &offset_proximity_many<Handle>, "scene"_a, "q"_a, "out"_a, "pair"_a,
+            "threads"_a);
+    arm.def("widest_many", &proven_widest_many<Handle>, "scene"_a, "pose"_a, "gc"_a, "margin"_a, "psi"_a,
+            "out"_a, "pair"_a, "status"_a, "threads"_a);
 }
+void bind_offset_scenes(nb::class_<OffsetHandle>& arm) { bind_free_joint_scenes(arm); }
+void bind_offset_chain_scenes(nb::class_<OffsetChainHandle>& arm) { bind_free_joint_scenes(arm); }
 
 void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
@@ -539,6 +547,9 @@ void bind_scenes(nb::module_& m, nb::class_<ArmHandle>& arm) {
              "cloud"_a, "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "apart"_a, "own"_a,
              "clearance"_a, "soft"_a)
         .def("__init__", &make_scene<OffsetHandle>, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a,
+             "cloud"_a, "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "apart"_a, "own"_a,
+             "clearance"_a, "soft"_a)
+        .def("__init__", &make_scene<OffsetChainHandle>, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a,
              "cloud"_a, "corners"_a, "fields"_a, "distances"_a, "rods"_a, "ignored"_a, "apart"_a, "own"_a,
              "clearance"_a, "soft"_a)
         .def("__init__", &make_scene<ArmHandle>, "arm"_a, "solids"_a, "first_base"_a, "first_held"_a,

@@ -69,13 +69,9 @@ template <class Handle>
 Nearest nearest_of(const Handle& self, const Pose<double>& pose, const NearestOptions& options) noexcept {
     return nearest_posture(self.arm, own_limits(self), pose, options);
 }
-Nearest nearest_of(const OffsetHandle& self, const Pose<double>& pose,
-                   const NearestOptions& options) noexcept {
-    return nearest_posture(self.arm, pose, options);
-}
-
-Nearest nearest_of(const OffsetChainHandle& self, const Pose<double>& pose,
-                   const NearestOptions& options) noexcept {
+template <class Handle>
+    requires free_joint_arm<decltype(Handle::arm)>
+Nearest nearest_of(const Handle& self, const Pose<double>& pose, const NearestOptions& options) noexcept {
     return nearest_posture(self.arm, pose, options);
 }
 
@@ -146,7 +142,8 @@ Nearest solved(const ChainArm& arm, const KeptOff& kept, const Pose<double>& pos
                const NearestOptions& o) noexcept {
     return nearest_posture(arm, kept.margin, pose, o, kept.scene);
 }
-Nearest solved(const OffsetArm& arm, const KeptOff& kept, const Pose<double>& pose,
+template <free_joint_arm A>
+Nearest solved(const A& arm, const KeptOff& kept, const Pose<double>& pose,
                const NearestOptions& o) noexcept {
     return nearest_posture(arm, pose, o, kept.scene);
 }
@@ -157,16 +154,13 @@ Nearest answer(const A& arm, const KeptOff& kept, const Pose<double>& pose, cons
     if (!(length > 0) || is_solved(exact.status)) return exact;
     return nearest_outside(arm, kept.margin, exact, pose, o, length);
 }
-Nearest answer(const OffsetChain& arm, const KeptOff&, const Pose<double>& pose, const NearestOptions& o,
+Nearest answer(const OffsetChain& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
                double) noexcept {
-    return nearest_posture(arm, pose, o);
+    return solved(arm, kept, pose, o);
 }
-void nearest_postures(const OffsetChain& arm, const KeptOff&, const Pose<double>& pose,
-                      const NearestOptions& o, Nearests& out) noexcept {
-    armangle::nearest_postures(arm, pose, o, out);
-}
-void nearest_postures(const OffsetArm& arm, const KeptOff& kept, const Pose<double>& pose,
-                      const NearestOptions& o, Nearests& out) noexcept {
+template <free_joint_arm A>
+void nearest_postures(const A& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
+                      Nearests& out) noexcept {
     armangle::nearest_postures(arm, pose, o, out, kept.scene);
 }
 void nearest_postures(const ChainArm& arm, const KeptOff& kept, const Pose<double>& pose,
@@ -364,13 +358,17 @@ void bind_solving_of(nb::class_<Handle>& arm) {
 }  // namespace
 
 void bind_chain_solving(nb::class_<ChainArmHandle>& arm) { bind_solving_of(arm); }
-void bind_offset_solving(nb::class_<OffsetHandle>& arm) {
+
+/// Binds the functions of an arm with an offset, with or without its own chain.
+template <class Handle>
+void bind_free_joint_solving(nb::class_<Handle>& arm) {
     using namespace nb::literals;
     bind_solving_of(arm);
-    arm.def("solution_derivative_many", &solution_derivative_many<OffsetHandle>, "pose"_a, "near"_a,
-            "options"_a, "q"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
+    arm.def("solution_derivative_many", &solution_derivative_many<Handle>, "pose"_a, "near"_a, "options"_a,
+            "q"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
 }
-void bind_offset_chain_solving(nb::class_<OffsetChainHandle>& arm) { bind_solving_of(arm); }
+void bind_offset_solving(nb::class_<OffsetHandle>& arm) { bind_free_joint_solving(arm); }
+void bind_offset_chain_solving(nb::class_<OffsetChainHandle>& arm) { bind_free_joint_solving(arm); }
 
 void bind_solving(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;

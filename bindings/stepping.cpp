@@ -108,18 +108,16 @@ Step next_step(const ArmHandle& self, double margin, const double* q, const Pose
     return step(self.arm, limits.table, q, pose, options);
 }
 
-OffsetSteps steps_of(const OffsetHandle& self, double) noexcept { return OffsetSteps(self.arm); }
+template <class Handle>
+auto steps_of(const Handle& self, double) noexcept {
+    return armangle::steps_of(self.arm);
+}
 ChainSteps steps_of(const ChainArmHandle& self, double margin) noexcept { return {self.arm, margin}; }
 
 template <class Handle>
 Step next_step(const Handle& self, double margin, const double* q, const Pose<double>& pose,
                const StepOptions& options) noexcept {
     return step(steps_of(self, margin), q, pose, options);
-}
-
-Step next_step(const OffsetChainHandle& self, double, const double* q, const Pose<double>& pose,
-               const StepOptions& options) noexcept {
-    return step(self.arm, q, pose, options);
 }
 
 /// Corrects a pose of this relative precision if only its rounding makes it unreachable.
@@ -249,13 +247,6 @@ void run(const Handle& self, const double* start, const FollowOptions& wanted, c
         follow(family, start, asked.poses, asked.n, asked.options, wanted.on_fail, asked.allowed, rows, ahead,
                asked.scenes);
     });
-}
-
-/// Bounds, a window and scenes were rejected before this call.
-void run(const OffsetChainHandle& self, const double* start, const FollowOptions& wanted, const Asked& asked,
-         const FollowRows& rows) {
-    nb::gil_scoped_release release;
-    follow(self.arm, start, asked.poses, asked.n, asked.options, wanted.on_fail, asked.allowed, rows);
 }
 
 template <class Handle>

@@ -256,6 +256,7 @@ void bind_tracking(nb::module_& m) {
     bind_loop(tracker);
     bind_corrected<ChainArm, ChainArmHandle>(m, "ChainTracker");
     bind_corrected<OffsetArm, OffsetHandle>(m, "OffsetTracker");
+    bind_corrected<OffsetChain, OffsetChainHandle>(m, "OffsetChainTracker");
 }
 
 }  // namespace binding

@@ -3,8 +3,9 @@
 
 #include "armangle.hpp"
 #include "offset/step.hpp"
-#include "offset/chain/step.hpp"
-#include "offset/correction.hpp"
+#include "offset/chain/nearest_posture.hpp"
+#include "offset/chain/self_motion_rate.hpp"
+#include "offset/next_guess.hpp"
 #include "offset/inverse_derivative.hpp"
 #include "offset/nearest_posture.hpp"
 #include "offset/psi_towards.hpp"

@@ -58,7 +58,7 @@ def inverse(
 
     Raises
     ------
-    As `inverse`, and UnsupportedError for an arm with its own chain.
+    As `inverse`, and UnsupportedError for a nearly S-R-S arm with its own chain.
 
     Examples
     --------
@@ -267,7 +267,8 @@ def solve(
 
     Raises
     ------
-    As `Arm.solve`, and UnsupportedError for an arm with a scene or its own chain.
+    As `Arm.solve`, and UnsupportedError for an arm with a scene, and for a
+    nearly S-R-S arm with its own chain.
 
     Examples
     --------

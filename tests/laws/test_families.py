@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.calibrated import calibrated
+from support.calibrated import calibrated, calibrated_offset
 
 import armangle as aa
 
@@ -22,7 +22,9 @@ EXACT = [aa.Arm.from_catalogue(name) for name in ("kuka_iiwa7_r800", "openarm_v1
 OFFSET = [aa.Arm.from_catalogue(name) for name in ("franka_fr3", "ufactory_xarm7", "willow_garage_pr2_right")]
 OFFSET.append(MIRRORED)
 CALIBRATED = [calibrated("kuka_iiwa7_r800", 1.0, 1.0)]
-ARMS = [*EXACT, *OFFSET, *CALIBRATED]
+OFFSET_CHAIN = [calibrated_offset("franka_fr3", 1.0, 1.0), calibrated_offset("fetch", 1.0, 1.0)]
+CHAINS = [*CALIBRATED, *OFFSET_CHAIN]
+ARMS = [*EXACT, *OFFSET, *CHAINS]
 CLOSED = [*EXACT, *OFFSET]  # those whose answers are closed forms, or complete searches
 
 
@@ -165,6 +167,26 @@ def grid_of(arm: aa.Arm, pose: Any, seed: Any, psi: Any) -> Any:
     )
 
 
+@pytest.mark.parametrize("arm", CHAINS, ids=named)
+def test_freedom_of_a_chain_counts_its_proven_intervals_and_the_branches_with_a_solution(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(8)
+    q = within(arm, rng, 12)
+    pose, _, gc = arm.forward(q)
+    pose[8:, :3, 3] += 5.0
+    arcs, has = arm.feasible(pose), arm.freedom(pose)
+    np.testing.assert_allclose(has.total, arcs.measure.sum(axis=-1), rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(has.arcs, arcs.count.sum(axis=-1))
+    held = has.gc[:, None] >> np.arange(8) & 1
+    assert (held[arcs.count > 0] == 1).all()
+    assert held[np.arange(8), gc[:8]].sum() >= 7  # one near where branches meet may be missed
+    empty = (arcs.count == 0) & (np.asarray(arcs.unproven) == 0)
+    assert not held[empty].any() and not has.gc[8:].any()
+    for one, branch in np.argwhere(held == 1):
+        assert arm.solve(pose[one], gc=int(branch)).ok
+    assert (has.status[8:] == aa.Status.UNREACHABLE).all()
+    np.testing.assert_array_equal(has.status == aa.Status.OK, has.gc != 0)
+
+
 @pytest.mark.parametrize("arm", CLOSED, ids=named)
 @pytest.mark.parametrize("metric", ["l2", "max", "margin"])
 def test_no_solution_of_a_grid_costs_less_than_that_of_solve(arm: aa.Arm, metric: str) -> None:
@@ -278,6 +300,34 @@ def test_explain_names_limits_that_block_and_by_how_much_they_must_be_wider(arm:
                 assert wider(arm, opening, 1e-3).feasible(one, branch.gc).ok
                 assert not wider(arm, opening, -1e-4).feasible(one, branch.gc).ok
     assert seen > 25
+
+
+@pytest.mark.parametrize("arm", CHAINS, ids=named)
+def test_explain_of_a_chain_names_limits_that_block_and_by_how_much_they_must_be_wider(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(11)
+    shut = opened = 0
+    for q in within(arm, rng, 8):
+        one, low = arm.forward(q)[0], q - 0.5
+        low[3] = q[3] + 0.05
+        tight = arm.with_(lower=low, upper=q + 0.5)
+        arcs, told = tight.feasible(one), tight.explain(one)
+        for branch in told.branches:
+            if arcs.count[branch.gc] > 0:
+                assert branch.ok and branch.margin >= 0
+                continue
+            if arcs.unproven[branch.gc] == 0:
+                assert not branch.ok and branch.status == arcs.status[branch.gc]
+            if branch.status is not aa.Status.LIMITS:
+                continue
+            shut += 1
+            assert not tight.solve(one, gc=branch.gc).ok
+            if branch.blocking:
+                held = np.isin(np.arange(1, 8), branch.blocking)
+                assert only(tight, held).feasible(one, branch.gc).measure == 0.0
+            for opening in branch.openings[:2]:
+                opened += 1
+                assert wider(tight, opening, 1e-3).solve(one, gc=branch.gc).ok
+    assert shut > 3 and opened > 1
 
 
 def only(arm: aa.Arm, held: Any) -> aa.Arm:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.calibrated import ARMS as CALIBRATED
-from support.calibrated import calibrated
+from support.calibrated import calibrated, calibrated_offset
 from support.moves import in_a_loop, moved
 
 import armangle as aa
@@ -23,7 +23,8 @@ MIRRORED = aa.Arm(
 OFFSET = [aa.Arm.from_catalogue(name) for name in ("franka_fr3", "ufactory_xarm7", "willow_garage_pr2_right")]
 OFFSET.append(MIRRORED)
 CHAIN = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
-ARMS = [aa.Arm.from_catalogue("kuka_iiwa7_r800"), CHAIN, *OFFSET]
+OFFSET_CHAIN = [calibrated_offset("franka_fr3", 1.0, 1.0), calibrated_offset("fetch", 1.0, 1.0)]
+ARMS = [aa.Arm.from_catalogue("kuka_iiwa7_r800"), CHAIN, *OFFSET, *OFFSET_CHAIN]
 POLICIES: Any = (aa.Repulsion(), aa.Hold(), aa.Centre(K=0.3))
 DT = 0.01
 NAMED = (aa.Status.PARTIAL, aa.Status.LIMITS, aa.Status.NEAR_SINGULAR, aa.Status.NO_CONVERGENCE)
@@ -168,7 +169,7 @@ def test_a_wish_for_the_elbow_is_met_and_the_tool_stays(arm: aa.Arm) -> None:
             continue
         goal = np.clip(at[own[0]], *ends[own[0]])
         met += abs(np.angle(np.exp(1j * (now.psi - goal)))) < 1e-3
-    assert met >= 5
+    assert met >= (4 if arm in OFFSET_CHAIN else 5)  # more of their starts lie where nothing is proven
 
 
 def narrow(arm: aa.Arm, rng: np.random.Generator, q: Any) -> aa.Arm:

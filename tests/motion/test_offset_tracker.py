@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import numpy as np
 import pytest
 from motion.test_offset_steps import ARMS, FR3, READY, motion
+from support.calibrated import calibrated_offset
 
 import armangle as aa
 
@@ -24,7 +26,15 @@ def keeps_bounds(arm: aa.Arm, q0: Any, ticks: list[aa.types.Tracked], dt: float,
     assert (arm.limit_margin(q) >= -1e-9).all()
 
 
-@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
+FETCH = calibrated_offset("fetch", 1.0, 1.0)
+CHAINS = [
+    calibrated_offset("franka_fr3", 1.0, 1.0),
+    calibrated_offset("franka_fr3", 20.0, 10.0),
+    FETCH.with_(lower=np.maximum(FETCH.lower, -3.0), upper=np.minimum(FETCH.upper, 3.0)),
+]
+
+
+@pytest.mark.parametrize("arm", [*ARMS, *CHAINS], ids=lambda arm: f"{arm.name} {arm.kind}")
 def test_a_slow_hand_is_followed_exactly_and_bounds_are_kept(arm: aa.Arm) -> None:
     arm = arm.with_(velocity=np.minimum(arm.velocity, 3.0))
     following = late = nearest = total = 0
@@ -69,3 +79,24 @@ def test_what_is_no_pose_moves_nothing_wrong() -> None:
     now = tracker.step(np.full((4, 4), np.nan))
     assert np.isfinite(now.q).all() and np.abs(now.q - READY).max() < 1e-9
     np.testing.assert_array_equal(tracker.run(np.empty((0, 4, 4))), np.empty((0, 7)))
+
+
+@pytest.mark.parametrize("arm", CHAINS, ids=lambda arm: f"{arm.name} {arm.kind}")
+def test_a_target_at_rest_is_reached_by_the_true_arm_and_a_copy_goes_on_alike(arm: aa.Arm) -> None:
+    rng, reached = np.random.default_rng(4), 0
+    arm = arm.with_(velocity=np.minimum(arm.velocity, 3.0))
+    lower, upper = np.maximum(arm.lower, -3.0), np.minimum(arm.upper, 3.0)
+    for start, goal in 0.5 * (lower + upper) + 0.4 * (upper - lower) * rng.uniform(-1, 1, (3, 2, 7)):
+        pose, tracker = arm.forward(goal)[0], aa.Tracker(arm, dt=0.004).start(start)
+        ticks = run(tracker, [pose] * 1000)
+        other = copy.deepcopy(tracker)
+        ticks += run(tracker, [pose] * 1500)
+        np.testing.assert_array_equal(
+            [now.q for now in run(other, [pose] * 1500)], [now.q for now in ticks[1000:]]
+        )
+        keeps_bounds(arm, start, ticks, 0.004, 10.0)
+        last = ticks[-1]
+        off = np.linalg.norm(arm.forward(last.q)[0][:3, 3] - pose[:3, 3])
+        assert off <= last.distance + 1e-9
+        reached += last.status == aa.Tracking.FOLLOWING and off < 1e-9
+    assert reached >= 2  # the other is still on its way

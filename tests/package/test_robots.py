@@ -114,10 +114,8 @@ CALLS: dict[str, tuple[Callable[[At], Any], ...]] = {
     "`arm.freedom`": (lambda at: at.arm.freedom(at.pose),),
     "`arm.explain`": (lambda at: at.arm.explain(at.pose),),
     "`arm.feasible_turns`": (lambda at: at.arm.feasible_turns(at.pose, about="base"),),
-    "`arm.self_motion`, `psi_towards`": (
-        lambda at: at.arm.self_motion(at.pose, at.psi, at.gc),
-        lambda at: at.arm.psi_towards(at.pose, at.gc, direction="up"),
-    ),
+    "`arm.self_motion`": (lambda at: at.arm.self_motion(at.pose, at.psi, at.gc),),
+    "`arm.psi_towards`": (lambda at: at.arm.psi_towards(at.pose, at.gc, direction="up"),),
     "`arm.clearance`": (lambda at: at.guarded().clearance(at.q),),
     "`aa.step`, `aa.follow`": (
         lambda at: aa.step(at.arm, at.q, at.next),

@@ -63,7 +63,6 @@ OFFSET: Rows = [
 OWN: Rows = [
     (rf"\b{name}\b.* {CHAIN} of its own: use arm\.", call)
     for name, call in (
-        ("explain", lambda arm: arm.explain(pose(arm))),
         ("gradients.joint_function", lambda arm: aa.gradients.joint_function(arm, pose(arm), 0, 1)),
         ("feasible_turns", lambda arm: arm.feasible_turns(pose(arm), about="base")),
         ("gradients.feasible", lambda arm: aa.gradients.feasible(arm, pose(arm), 0)),
@@ -71,15 +70,16 @@ OWN: Rows = [
         ("gradients.psi", lambda arm: aa.gradients.psi(arm, q(arm))),
         ("gradients.margin", lambda arm: aa.gradients.margin(arm, pose(arm))),
         ("gradients.freedom", lambda arm: aa.gradients.freedom(arm, pose(arm))),
-        ("freedom", lambda arm: arm.freedom(pose(arm))),
         ("place", lambda arm: aa.place(arm, pose(arm)[None], [0.0], [0.0])),
         ("aa.kuka", lambda arm: aa.kuka.to_e1(arm, q(arm))),
     )
 ]
 BOTH: Rows = [
     ("deviation", lambda arm: arm.deviation),
-    ("velocity", lambda arm: aa.follow(arm, [pose(arm)] * 2, start=q(arm), velocity=1.0, dt=0.01)),
-    ("scene", lambda arm: aa.follow(arm, [pose(arm)], start=q(arm), scene=lambda s: None)),
+    ("feasible_turns", lambda arm: arm.feasible_turns(pose(arm), about="tool")),
+    ("plan", lambda arm: aa.plan(arm, [pose(arm)] * 2, start=q(arm))),
+    ("fallback", lambda arm: arm.solve(pose(arm), q(arm), fallback="nearest_pose")),
+    ("place", lambda arm: aa.place(arm, pose(arm)[None], [0.0], [0.0])),
 ]
 MIRRORED = aa.Arm(a_1=0.1, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, lower=[-2.6] * 7, upper=[2.6] * 7)
 KINDS: list[tuple[aa.Arm, Rows]] = [

@@ -24,6 +24,16 @@ inline void put_column(Jacobian& to, int joint, const Vec3<double>& axis,
     for (int k = 0; k < 6; ++k) to.entry[k][joint] = column[k];
 }
 
+/// The Jacobian of an arm whose joint i rotates around the z axis of frame i, with its end effector behind
+/// frame 7: of frames in the user's frame, and the signs and the tool of `rows`.
+inline Jacobian jacobian_of(const Arm& rows, const Pose<double> (&frame)[joints + 1]) noexcept {
+    const Vec3<double> tip = (frame[joints] * rows.tool).position;
+    Jacobian out;
+    for (int i = 0; i < joints; ++i)
+        put_column(out, i, frame[i].rotation.z * rows.sign[i], tip - frame[i].position);
+    return out;
+}
+
 }  // namespace detail
 
 /// Geometric Jacobian of the end effector in the user's frame: rows 0-2 linear, rows 3-5 angular velocity.

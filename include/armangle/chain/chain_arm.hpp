@@ -195,6 +195,15 @@ inline ChainArm with_base(const ChainArm& arm, const Pose<double>& base) noexcep
     return out;
 }
 
+/// Returns the same chain within other limits.
+inline ChainArm with_limits(const ChainArm& arm, const Limits& limits) noexcept {
+    ArmParameters parameters = arm.nominal;
+    parameters.limits = limits;
+    ChainArm out = arm;
+    out.nominal = make_arm(parameters);
+    return out;
+}
+
 }  // namespace armangle
 
 #include "../names/end.hpp"

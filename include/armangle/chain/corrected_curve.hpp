@@ -25,6 +25,34 @@ namespace armangle {
 
 namespace detail {
 
+/// Newton's method: equations() returns those of the present joints, and move(step) moves the joints. Returns
+/// whether the joints solve them.
+template <class EquationsNow, class Move>
+bool settle_by_newton(const EquationsNow& equations, const Move& move) noexcept {
+    double before = infinity;
+    for (int pass = 0;; ++pass) {
+        const auto now = equations();
+        const double left = now.size();
+        const bool solved = left <= chain_tuning::residual;
+        if (left <= chain_tuning::settled || (solved && !(left < before))) return true;
+        InverseSlope<double> back;
+        if (pass == chain_tuning::newton_steps || !(left < infinity) || !eliminate(now, back)) return solved;
+        before = left;
+        double step[joints], longest = 0;
+        for (int j = 0; j < joints; ++j) {
+            step[j] = back.times(j, now.left);
+            longest = max(longest, abs(step[j]));
+        }
+        if (longest > chain_tuning::largest_step)
+            for (double& part : step) part *= chain_tuning::largest_step / longest;
+        move(step);
+    }
+}
+
+}  // namespace detail
+
+namespace detail {
+
 /// The seven equations with a joint's theta, as its sine and cosine, in place of psi.
 template <class T>
 SevenEquations<T> led_equations(const ChainArm& arm, const Pose<T>& pose, int joint, const SinCos<T>& wanted,
@@ -201,25 +229,9 @@ private:
         double theta[joints];
         detail::theta_of(curve.arm, q, theta);
         detail::sin_cos_all(theta, angle);
-        double before = infinity;
-        for (int pass = 0;; ++pass) {
-            const detail::SevenEquations<double> now = equations(x, s, angle);
-            const double left = now.size();
-            const bool solved = left <= chain_tuning::residual;
-            if (left <= chain_tuning::settled || (solved && !(left < before))) return true;
-            detail::InverseSlope<double> back;
-            if (pass == chain_tuning::newton_steps || !(left < infinity) || !detail::eliminate(now, back))
-                return solved;
-            before = left;
-            double step[joints], longest = 0;
-            for (int j = 0; j < joints; ++j) {
-                step[j] = back.times(j, now.left);
-                longest = max(longest, abs(step[j]));
-            }
-            if (longest > chain_tuning::largest_step)
-                for (double& part : step) part *= chain_tuning::largest_step / longest;
-            detail::turn_by(step, angle);
-        }
+        return detail::settle_by_newton(
+            [&]() noexcept { return equations(x, s, angle); },
+            [&](const double (&step)[joints]) noexcept { detail::turn_by(step, angle); });
     }
 };
 

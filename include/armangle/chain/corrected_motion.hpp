@@ -14,6 +14,7 @@
 
 #include "../circle/joint_function.hpp"
 #include "../limits/limit_table.hpp"
+#include "../self_motion/pieces.hpp"
 #include "inverse.hpp"
 
 #include "../names/begin.hpp"
@@ -38,9 +39,6 @@ template <class T>
 struct Coarse {
     T theta[joints], reach[joints], upper_arm;
 };
-
-/// What is known of a stretch: that it keeps what is asked, that it breaks it, or neither.
-enum class Known : std::uint8_t { inside, outside, open };
 
 /// The joint functions of a ball of poses 0T7, in one branch. usable() says whether there are any. Balls side
 /// by side are lanes of T.

@@ -14,7 +14,7 @@
 // its measure is counted.
 #pragma once
 
-#include "../limits/feasible.hpp"
+#include "../self_motion/pieces.hpp"
 #include "corrected_motion.hpp"
 #include "hull.hpp"
 #include "meeting_share.hpp"
@@ -38,113 +38,7 @@ inline constexpr int depth = 24;          // looks within looks; narrowest is re
 inline constexpr int root_steps = 8;
 }  // namespace chain_tuning
 
-/// The ranges of theta that limits and margin leave, each as a middle and a half width below pi.
-struct ThetaRanges {
-    struct One {
-        int joint;
-        double middle, half;
-        Tag low, high;
-    };
-    static constexpr int capacity = joints + 3;
-    int count = 0;
-    One one[capacity];
-
-    ThetaRanges(const Arm& arm, const Limits& limits, double margin,
-                const Configuration<double>& gc) noexcept {
-        for (int j = 0; j < joints; ++j) {
-            const ThetaRange range = theta_range(arm, limits, j);
-            if (!(range.upper - range.lower < two_pi)) continue;
-            add(j, range.lower, range.upper, make_tag(j + 1, detail::limit_side(arm, j, true)),
-                make_tag(j + 1, detail::limit_side(arm, j, false)));
-        }
-        if (!(margin > 0)) return;
-        keep_off(1, 0.0, gc.shoulder, margin);
-        keep_off(3, arm.delta_angle, gc.elbow, margin);
-        keep_off(5, 0.0, gc.wrist, margin);
-    }
-
-private:
-    void add(int joint, double lower, double upper, Tag low, Tag high) noexcept {
-        one[count++] = {joint, wrap(0.5 * (lower + upper)), 0.5 * (upper - lower), low, high};
-    }
-    void keep_off(int joint, double zero, double side, double margin) noexcept {
-        const Tag near = make_tag(joint + 1, Side::near_margin), far = make_tag(joint + 1, Side::far_margin);
-        const double a = zero + side * margin, b = zero + side * (pi - margin);
-        if (side > 0) add(joint, a, b, near, far);
-        if (side < 0) add(joint, b, a, far, near);
-    }
-};
-
 namespace detail {
-
-/// A stretch [lower, upper] of psi within the limits, and what made its ends.
-struct Piece {
-    double lower, upper;
-    Tag lower_tag, upper_tag;
-};
-
-/// Collects pieces of the circle [-pi, pi], in any order.
-class Pieces {
-public:
-    /// A piece of no width is kept where limits make both ends: a locked joint is there alone. What is beyond
-    /// the capacity, neighbours joined, is lost.
-    void add(Piece piece) noexcept {
-        const bool ended = piece.lower_tag != 0 && piece.upper_tag != 0;
-        if (ended && abs(piece.upper - piece.lower) < tolerance::angle) piece.upper = piece.lower;
-        if (!(piece.upper > piece.lower || (ended && piece.upper == piece.lower))) return;
-        if (count_ == capacity) join();
-        if (count_ == capacity) {
-            lost_ += piece.upper - piece.lower;
-            return;
-        }
-        int k = count_++;
-        for (; k > 0 && piece_[k - 1].lower > piece.lower; --k) piece_[k] = piece_[k - 1];
-        piece_[k] = piece;
-    }
-
-    /// The set, neighbours joined, also over the seam. What is lost is counted as not proven.
-    void finish(ArcSet& out, double& lost) noexcept {
-        make_empty(out);
-        lost += lost_;
-        join();
-        for (int i = 0; i < count_; ++i) {
-            const Piece& one = piece_[i];
-            if (out.count == ArcSet::capacity)
-                lost += one.upper - one.lower;
-            else
-                put(out, {one.lower, one.upper, one.lower_tag, one.upper_tag});
-        }
-        if (out.count == 1 && out.arc[0].upper - out.arc[0].lower >= two_pi - tolerance::angle)
-            return make_full(out);
-        merge(out);
-        for (int i = 0; i < out.count && !out.full; ++i) {
-            Arc& arc = out.arc[i];
-            if (arc.lower_tag == 0) arc.lower_tag = make_tag(0, Side::unproven);
-            if (arc.upper_tag == 0) arc.upper_tag = make_tag(0, Side::unproven);
-        }
-    }
-
-private:
-    /// Makes one of neighbours.
-    void join() noexcept {
-        int joined = 0;
-        for (int i = 0; i < count_; ++joined) {
-            Piece one = piece_[i];
-            for (++i; i < count_ && piece_[i].lower - one.upper < tolerance::angle; ++i) {
-                if (piece_[i].upper < one.upper) continue;
-                one.upper = piece_[i].upper;
-                one.upper_tag = piece_[i].upper_tag;
-            }
-            piece_[joined] = one;
-        }
-        count_ = joined;
-    }
-
-    static constexpr int capacity = 512;
-    int count_ = 0;
-    Piece piece_[capacity];
-    double lost_ = 0;
-};
 
 /// What a stretch is cut into where a motion tells more: pieces by rising psi, each inside, outside, or open
 /// with what is open there.

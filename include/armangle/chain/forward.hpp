@@ -85,13 +85,7 @@ inline Vec3<double> elbow_position(const ChainArm& arm, const double* q) noexcep
 inline Jacobian jacobian(const ChainArm& arm, const double* q) noexcept {
     Pose<double> frame[joints + 1];
     frames(arm, q, frame);
-    const Vec3<double> at = (frame[joints] * arm.nominal.tool).position;
-    Jacobian out;
-    for (int i = 0; i < joints; ++i) {
-        const Vec3<double> axis = frame[i].rotation.z * arm.nominal.sign[i];
-        detail::put_column(out, i, axis, at - frame[i].position);
-    }
-    return out;
+    return detail::jacobian_of(arm.nominal, frame);
 }
 
 /// q -> (pose, psi, GC) of the true chain. GC is that of the nominal arm at the same theta; psi is that of

@@ -65,6 +65,9 @@ private:
 
 static_assert(stepping_family<ChainSteps>);
 
+/// Returns the view of an arm, without a margin around singularities.
+inline ChainSteps steps_of(const ChainArm& arm) noexcept { return {arm, 0.0}; }
+
 /// The step from q_now to `pose` (as the user sees it) within the arm's limits and a margin (rad) around
 /// singularities.
 inline Step step(const ChainArm& arm, double margin, const double* q_now, const Pose<double>& pose,

@@ -9,8 +9,8 @@
 // is an end, found as a root.
 #pragma once
 
-#include "../chain/feasible.hpp"
 #include "../self_motion/joint_over.hpp"
+#include "../self_motion/pieces.hpp"
 #include "offset_posture.hpp"
 
 #include "../names/begin.hpp"

@@ -4,7 +4,7 @@
 // Intervals decide, but for what they leave unproven (feasible.hpp): there a search for a posture does.
 #pragma once
 
-#include "../limits/freedom.hpp"
+#include "../self_motion/freedom_of.hpp"
 #include "nearest.hpp"
 
 #include "../names/begin.hpp"
@@ -27,18 +27,7 @@ namespace detail {
 /// Computes the freedom from the arcs of each branch, within the limits of the arm.
 inline Freedom freedom_of(const OffsetArm& arm, const Pose<double>& pose,
                           const ProvenArcs (&found)[configurations]) noexcept {
-    Freedom out{0, 0, 0, 0, Status::UNREACHABLE};
-    for (int gc = 0; gc < configurations; ++gc) {
-        const ArcSet& arcs = found[gc].arcs;
-        const bool held = !arcs.empty() || (found[gc].unproven > 0 && holds_unproven(arm, pose, gc));
-        out.gc = static_cast<std::uint8_t>(out.gc | held << gc);
-        out.arcs = static_cast<std::uint8_t>(out.arcs + arcs.count);
-        out.total += measure(arcs);
-        for (int i = 0; i < arcs.count; ++i)
-            out.widest = max(out.widest, arcs.arc[i].upper - arcs.arc[i].lower);
-        out.status = nearer_reason(out.status, held ? Status::OK : found[gc].status);
-    }
-    return out;
+    return freedom_of(found, [&](int gc) noexcept { return holds_unproven(arm, pose, gc); });
 }
 
 }  // namespace detail

@@ -64,12 +64,13 @@ inline bool invert(double (&m)[joints][joints], double (&out)[joints][joints]) n
 }
 
 /// Computes M^-1 at joints q. If M is singular, all rows but that of the free joint are infinite.
-inline void derivatives_at(const OffsetArm& arm, const Jacobian& jac,
-                           double (&out)[joints][joints]) noexcept {
+template <free_joint_arm AnyArm>
+void derivatives_at(const AnyArm& arm, const Jacobian& jac, double (&out)[joints][joints]) noexcept {
     const int free = robot_joint(arm, joints - 1);
+    const double size = nominal(arm).size;
     double m[joints][joints];
     for (int k = 0; k < joints; ++k) {
-        for (int i = 0; i < 6; ++i) m[i][k] = i < 3 ? jac.entry[i][k] / arm.own.size : jac.entry[i][k];
+        for (int i = 0; i < 6; ++i) m[i][k] = i < 3 ? jac.entry[i][k] / size : jac.entry[i][k];
         m[6][k] = k == free ? 1.0 : 0.0;
     }
     const bool regular = invert(m, out);
@@ -80,7 +81,7 @@ inline void derivatives_at(const OffsetArm& arm, const Jacobian& jac,
             else if (!regular)
                 out[j][k] = infinity;
             else if (k < 3)
-                out[j][k] /= arm.own.size;
+                out[j][k] /= size;
         }
 }
 
@@ -108,8 +109,8 @@ inline void jacobian_change(const Jacobian& jac, const double* w, const double* 
 
 /// The derivatives of the joints at (pose, free joint, gc). Status OK, or a status of inverse() with all
 /// numbers NaN. Derivatives that do not exist are infinite.
-inline Derivatives inverse_derivative(const OffsetArm& arm, const Pose<double>& pose, double free,
-                                      int gc) noexcept {
+template <free_joint_arm AnyArm>
+Derivatives inverse_derivative(const AnyArm& arm, const Pose<double>& pose, double free, int gc) noexcept {
     Derivatives out;
     const Inverse at = inverse(arm, pose, free, gc);
     out.status = at.status;
@@ -121,8 +122,9 @@ inline Derivatives inverse_derivative(const OffsetArm& arm, const Pose<double>& 
 
 /// The derivatives of dq_j/dfree for each joint with respect to the twist and to the free joint, in the seven
 /// columns of Derivatives.
-inline void slope_derivatives(const OffsetArm& arm, const Pose<double>& pose, double free, int gc,
-                              double (&out)[joints][joints]) noexcept {
+template <free_joint_arm AnyArm>
+void slope_derivatives(const AnyArm& arm, const Pose<double>& pose, double free, int gc,
+                       double (&out)[joints][joints]) noexcept {
     const Inverse at = inverse(arm, pose, free, gc);
     const Jacobian jac = jacobian(arm, at.q);
     double by[joints][joints], along[joints], u[joints];
@@ -140,10 +142,16 @@ inline void slope_derivatives(const OffsetArm& arm, const Pose<double>& pose, do
 }
 
 /// Always false: where two joints rotate around one axis, the derivatives are infinite anyway.
-inline bool shares_a_turn(const OffsetArm&, const double*) noexcept { return false; }
+template <free_joint_arm AnyArm>
+bool shares_a_turn(const AnyArm&, const double*) noexcept {
+    return false;
+}
 
 /// Always false: every other joint moves with the free joint.
-inline bool is_fixed_by_pose(const OffsetArm&, int) noexcept { return false; }
+template <free_joint_arm AnyArm>
+bool is_fixed_by_pose(const AnyArm&, int) noexcept {
+    return false;
+}
 
 }  // namespace armangle
 

@@ -29,6 +29,15 @@ struct OffsetArm {
 /// The S-R-S arm without the offset, which supplies limits and parameters.
 inline const Arm& nominal(const OffsetArm& arm) noexcept { return arm.own; }
 
+/// The arm whose formulas give the free joint and GC: it itself.
+inline const OffsetArm& nominal_offset(const OffsetArm& arm) noexcept { return arm; }
+
+/// An arm whose redundancy is the value of joint 7 (1), with or without a chain of its own.
+template <class AnyArm>
+concept free_joint_arm = requires(const AnyArm& arm) {
+    { nominal_offset(arm) } -> std::same_as<const OffsetArm&>;
+};
+
 /// The pose with an exact rotation. Its position is not moved into the reach, which depends on the free
 /// joint.
 inline Pose<double> within_rounding(const OffsetArm&, const Pose<double>& pose, double) noexcept {
@@ -64,6 +73,13 @@ inline OffsetArm make_offset_arm(const ArmParameters& parameters, double offset,
 /// Creates an arm with other parameters and the same offset.
 inline OffsetArm remade(const OffsetArm& arm, const ArmParameters& parameters) noexcept {
     return make_offset_arm(parameters, arm.mirrored ? -arm.a_6 : arm.a_6, arm.mirrored);
+}
+
+/// Returns the same arm within other limits, in the robot's order.
+inline OffsetArm with_limits(const OffsetArm& arm, const Limits& limits) noexcept {
+    ArmParameters parameters = arm.own;
+    parameters.limits = limits;
+    return remade(arm, parameters);
 }
 
 /// The rotation C by 180 degrees around x.

@@ -155,25 +155,10 @@ private:
     /// Solves for the other joints by Newton's method from joints `at`, of which joint `lead` keeps its
     /// value; false if it does not converge.
     bool solve(const Pose<double>& pose, int lead, double* at) const noexcept {
-        double before = infinity;
-        for (int round = 0;; ++round) {
-            const Equations<double> now = equations(pose, lead, at);
-            const double left = now.size();
-            const bool solved = left <= chain_tuning::residual;
-            if (left <= chain_tuning::settled || (solved && !(left < before))) return true;
-            detail::InverseSlope<double> back;
-            if (round == chain_tuning::newton_steps || !(left < infinity) || !detail::eliminate(now, back))
-                return solved;
-            before = left;
-            double step[joints], longest = 0;
-            for (int j = 0; j < joints; ++j) {
-                step[j] = back.times(j, now.left);
-                longest = max(longest, abs(step[j]));
-            }
-            const double share =
-                longest > chain_tuning::largest_step ? chain_tuning::largest_step / longest : 1.0;
-            for (int j = 0; j < joints; ++j) at[j] += share * step[j];
-        }
+        return detail::settle_by_newton([&]() noexcept { return equations(pose, lead, at); },
+                                        [&](const double (&step)[joints]) noexcept {
+                                            for (int j = 0; j < joints; ++j) at[j] += step[j];
+                                        });
     }
 };
 

@@ -38,15 +38,7 @@ inline OffsetPosture forward(const OffsetArm& arm, const double* q) noexcept {
 inline Jacobian jacobian(const OffsetArm& arm, const double* q) noexcept {
     Pose<double> frame[joints + 1];
     frames(arm, q, frame);
-    const Vec3<double> tip = (frame[joints] * arm.own.tool).position;
-    Jacobian out;
-    for (int j = 0; j < joints; ++j) {
-        const Vec3<double> axis = frame[j].rotation.z * arm.own.sign[j];
-        const Vec3<double> linear = cross(axis, tip - frame[j].position);
-        const double column[6] = {linear.x, linear.y, linear.z, axis.x, axis.y, axis.z};
-        for (int k = 0; k < 6; ++k) out.entry[k][j] = column[k];
-    }
-    return out;
+    return detail::jacobian_of(arm.own, frame);
 }
 
 /// Reorders directions to the order of the robot's joints.

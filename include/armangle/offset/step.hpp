@@ -13,19 +13,21 @@ namespace armangle {
 
 /// Adapts an arm with an offset to the functions that need a stepping family (motion/stepping_family.hpp,
 /// which explains the members).
-class OffsetSteps {
+template <free_joint_arm AnyArm>
+class FreeJointSteps {
 public:
-    explicit OffsetSteps(const OffsetArm& arm) noexcept : arm_(&arm) {}
+    explicit FreeJointSteps(const AnyArm& arm) noexcept : arm_(&arm) {}
 
-    const OffsetArm& arm() const noexcept { return *arm_; }
-    const Arm& rows() const noexcept { return arm_->own; }
+    const AnyArm& arm() const noexcept { return *arm_; }
+    const Arm& rows() const noexcept { return nominal(*arm_); }
     double margin() const noexcept { return 0.0; }
 
     OnSelfMotion on(const double* q, const Pose<double>&, Carry) const noexcept {
+        const OffsetArm& formulas = nominal_offset(*arm_);
         double theta[joints];
-        for (int j = 0; j < joints; ++j) theta[j] = to_theta(arm_->rest, j, q[robot_joint(*arm_, j)]);
-        const double free = wrap(q[robot_joint(*arm_, 6)]);
-        return {free <= -pi ? pi : free, index(offset_branch(*arm_, theta))};
+        for (int j = 0; j < joints; ++j) theta[j] = to_theta(formulas.rest, j, q[robot_joint(formulas, j)]);
+        const double free = wrap(q[robot_joint(formulas, 6)]);
+        return {free <= -pi ? pi : free, index(offset_branch(formulas, theta))};
     }
     Status at(const Pose<double>& pose, int gc, double free, const double* seed,
               Directions<double>& d) const noexcept {
@@ -35,13 +37,14 @@ public:
         feasible(*arm_, pose, gc, limits, out);
     }
     std::array<BranchMeeting, 3> meetings() const noexcept {
-        return {{{robot_joint(*arm_, 1), 0.0},
-                 {robot_joint(*arm_, 3), arm_->rest.delta_angle},
-                 {robot_joint(*arm_, 4), half_pi}}};
+        const OffsetArm& formulas = nominal_offset(*arm_);
+        return {{{robot_joint(formulas, 1), 0.0},
+                 {robot_joint(formulas, 3), formulas.rest.delta_angle},
+                 {robot_joint(formulas, 4), half_pi}}};
     }
     std::span<const int> hinges() const noexcept { return {}; }
     double towards(const Pose<double>& pose, int gc, const Towards& towards) const noexcept {
-        return psi_towards(*arm_, pose, gc, towards).psi;
+        return psi_towards(nominal_offset(*arm_), pose, gc, towards).psi;
     }
     Nearest nearest(const Pose<double>& pose, const NearestOptions& options,
                     const Scene* scene) const noexcept {
@@ -49,16 +52,23 @@ public:
     }
 
 private:
-    const OffsetArm* arm_;
+    const AnyArm* arm_;
 };
 
-static_assert(stepping_family<OffsetSteps>);
+/// Returns the view of an arm.
+template <free_joint_arm AnyArm>
+FreeJointSteps<AnyArm> steps_of(const AnyArm& arm) noexcept {
+    return FreeJointSteps<AnyArm>(arm);
+}
+
+static_assert(stepping_family<FreeJointSteps<OffsetArm>>);
 
 /// The step from joints q_now to `pose` (in the user's frame) within the arm's limits; Step::psi is the value
 /// of the free joint.
-inline Step step(const OffsetArm& arm, const double* q_now, const Pose<double>& pose,
-                 const StepOptions& options) noexcept {
-    return step(OffsetSteps(arm), q_now, pose, options);
+template <free_joint_arm AnyArm>
+Step step(const AnyArm& arm, const double* q_now, const Pose<double>& pose,
+          const StepOptions& options) noexcept {
+    return step(steps_of(arm), q_now, pose, options);
 }
 
 }  // namespace armangle

@@ -28,17 +28,18 @@ inline bool straight_cell(const OffsetArm& arm, const OffsetCells::Over& over, d
 }
 
 /// Bounds the joints over cells for one pose and branch.
-class OffsetStraightCells {
+template <class AnyArm, class FreeCells>
+class StraightCells {
 public:
     static constexpr double widest = 0.05;  // rad: half width
 
-    OffsetStraightCells(const OffsetArm& arm, const Pose<double>& pose, int gc) noexcept
-        : arm_(arm), cells_(arm, pose, gc) {}
+    StraightCells(const AnyArm& arm, const Pose<double>& pose, int gc) noexcept
+        : arm_(nominal_offset(arm)), cells_(arm, pose, gc) {}
 
     /// Bounds the joints over the cell [middle - half, middle + half]; false if there is no bound.
     bool over(double middle, double half, StraightCell& out) const noexcept {
-        OffsetCells::Begun begun;
-        OffsetCells::Over over;
+        typename FreeCells::Begun begun;
+        typename FreeCells::Over over;
         cells_.begin(middle, half, begun, over);
         if (over.exists == Known::outside) return false;
         cells_.finish(begun, over);
@@ -47,15 +48,15 @@ public:
 
 private:
     const OffsetArm& arm_;
-    const OffsetCells cells_;
+    const FreeCells cells_;
 };
 
 }  // namespace detail
 
-/// Registers OffsetStraightCells as the bounds for an arm with an offset.
+/// Registers the bounds for an arm with an offset: the closed form on intervals.
 template <>
 struct CellsOf<OffsetArm> {
-    using type = detail::OffsetStraightCells;
+    using type = detail::StraightCells<OffsetArm, detail::OffsetCells>;
 };
 
 }  // namespace armangle

@@ -73,6 +73,7 @@ from .deviation import ChainDeviation, deviation_of, proven_share_of
 from .diagnosis import Branch, Diagnosis, Verdict, branch_of
 from .freedom import Freedom
 from .frozen_value import FrozenValue
+from .interval_diagnosis import branches_by_intervals
 from .keywords import names_keywords
 from .question import METRICS as _METRICS
 from .question import (
@@ -1428,8 +1429,7 @@ class Arm(FrozenValue):
         """
         poses = as_poses("pose", pose, self._handle)
         if self.chain is not None:
-            free = self if self.scene is None else self.with_(scene=None)
-            held = free.solve(poses, seed=np.clip(0.0, self.lower, self.upper)).ok
+            held = self._without_scene().solve(poses, seed=np.clip(0.0, self.lower, self.upper)).ok
             return np.asarray(held)[()]
         out = np.empty(poses.shape[:-2], np.int64)
         self._handle.reachable_many(poses, self.singularity_margin, out, thread_count())
@@ -1439,7 +1439,8 @@ class Arm(FrozenValue):
         """Return which branches reach a pose, and the length of their feasible intervals.
 
         The numbers of `feasible` without its intervals: nine bytes a pose, for maps and statistics. Obstacles
-        are ignored.
+        are ignored. For an arm with its own chain the intervals are the proven ones, and a branch whose only
+        solutions are near where branches meet may be missed.
 
         Parameters
         ----------
@@ -1661,7 +1662,9 @@ class Arm(FrozenValue):
         Diagnosis
             ``branches[k]`` is that of GC k; ``explain()`` says it in words. If limits permit a branch but the
             arm's `scene` blocks it, the finding names the blocking pair and the missing distance. For a pose
-            beyond all limits ``instead`` is the result of ``solve(pose, fallback="nearest_pose")``.
+            beyond all limits ``instead`` is the result of ``solve(pose, fallback="nearest_pose")``. For an
+            arm with its own chain ``excess`` and ``nearest`` are those of `nominal`, and the other findings
+            are the true arm's.
 
         Raises
         ------
@@ -1681,12 +1684,18 @@ class Arm(FrozenValue):
         if scene is not None:
             branches = tuple(replace(self._meets(branch, frame, scene), scene=True) for branch in branches)
         nearest = np.empty((4, 4))
-        gap = self._handle.nearest_pose(frame, nearest)
+        gap = self.nominal._handle.nearest_pose(frame, nearest)
         found = Diagnosis(branches, path=False, nearest=nearest, nearest_gap=gap)
         return found if within else self._with_instead(found, frame)
 
+    def _without_scene(self) -> Arm:
+        """Return this arm without its obstacles."""
+        return self if self.scene is None else self.with_(scene=None)
+
     def _branches_of(self, pose: Floats) -> tuple[Branch, ...]:
         """Return for each branch whether the limits permit one pose, and if not, which of them forbid it."""
+        if self.chain is not None:
+            return branches_by_intervals(self._without_scene(), pose)
         segment = np.empty((1, _core.SEGMENT_WIDTH))
         _core.path_waypoints(pose[None], np.zeros(1), segment)
         return tuple(map(branch_of, self._handle.explain_pose(segment, self.singularity_margin)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import Any, Literal, Never, cast
+from typing import Any, Literal, Never
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,7 +39,8 @@ from ..status import STATUSES, Status
 from .arcs import ArcSet
 from .arm import KINDS, ON_ERROR, Arm, OnError
 from .chain import asked_of
-from .diagnosis import Branch, Opening, Verdict
+from .diagnosis import Branch
+from .interval_diagnosis import branches_by_intervals
 
 _NO_FIELDS = ("d_4", "chain", "reference")
 _INSTEAD = {
@@ -271,77 +272,9 @@ class OffsetArm(Arm):
         """See `Arm._arcs`."""
         return self._proven_arcs(pose, gc, 0.0, wanted, sets, self._ready_for(scene), progress)
 
-    def _without_scene(self) -> OffsetArm:
-        """Return this arm without its obstacles."""
-        return self if self.scene is None else cast(OffsetArm, self.with_(scene=None))
-
     def _branches_of(self, pose: Floats) -> tuple[Branch, ...]:
         """See `Arm._branches_of`."""
-        free = self._without_scene()
-        arcs, each = free.feasible(pose), free.feasible(pose, per_joint=True)
-        return tuple(free._branch_of(pose, gc, arcs, each) for gc in range(CONFIGURATIONS))
-
-    def _branch_of(self, pose: Floats, gc: int, arcs: ArcSet, each: ArcSet) -> Branch:
-        """Return the finding of one branch from its feasible arcs, of all joints together and each alone."""
-        status = STATUSES[int(np.asarray(arcs.status)[gc])]
-        if np.asarray(arcs.count)[gc] > 0:
-            best = self.solve(pose, prefer="margin", gc=gc)
-            return Branch(gc, Verdict.OK, margin=float(best.margin))
-        if status == Status.NEAR_SINGULAR:
-            found = self.solve(pose, np.clip(0.0, self.lower, self.upper), gc=gc)
-            return Branch(
-                gc, Verdict.OK if found.ok else Verdict.UNRESOLVED, Status.OK if found.ok else status
-            )
-        if status == Status.UNREACHABLE:
-            gap = self._handle.nearest_pose(pose, np.empty((4, 4)))
-            return Branch(gc, Verdict.UNREACHABLE, status, excess=float(gap))
-        if status != Status.LIMITS:
-            return Branch(gc, Verdict.IMPOSSIBLE, status)
-        blocking, openings = self._blocking(gc, each), self._openings(pose, gc)
-        return Branch(gc, Verdict.IMPOSSIBLE, status, blocking=blocking, openings=openings)
-
-    @staticmethod
-    def _blocking(gc: int, each: ArcSet) -> tuple[int, ...]:
-        """Return joints 1..7 whose limits together leave no value of the free joint; none can be left out."""
-        counts, ends = np.asarray(each.count), each.intervals
-        sets = [ArcSet(ends[gc, joint][: counts[gc, joint]]) for joint in range(JOINTS)]
-
-        def is_shut(joints: list[int]) -> bool:
-            """Return whether the arcs of some joints have no point in common."""
-            left = ArcSet([(-np.pi, np.pi)])
-            for joint in joints:
-                left = left & sets[joint]
-            return bool(left.is_empty)
-
-        needed = list(range(JOINTS))
-        if not is_shut(needed):  # what each leaves meets at single angles alone
-            return ()
-        for joint in range(JOINTS):
-            fewer = [one for one in needed if one != joint]
-            if is_shut(fewer):
-                needed = fewer
-        return tuple(joint + 1 for joint in needed)
-
-    def _openings(self, pose: Floats, gc: int) -> tuple[Opening, ...]:
-        """Return each limit that would leave a solution if it alone moved, with how far (rad), the least
-        first.
-        """
-        found = []
-        for joint in range(JOINTS):
-            for side, limits, far in (("lower", self.lower, -np.inf), ("upper", self.upper, np.inf)):
-                if not np.isfinite(limits[joint]):
-                    continue
-                moved, seed = limits.copy(), np.clip(0.0, self.lower, self.upper)
-                moved[joint], seed[joint] = far, limits[joint]
-                wider = (
-                    self.with_(scene=None, lower=moved)
-                    if side == "lower"
-                    else self.with_(scene=None, upper=moved)
-                )
-                nearest = wider.solve(pose, seed, weight=np.eye(JOINTS)[joint], gc=gc)
-                if nearest.ok:
-                    found.append(Opening(joint + 1, cast(Any, side), float(nearest.distance)))
-        return tuple(sorted(found, key=lambda opening: opening.extra))
+        return branches_by_intervals(self._without_scene(), pose)
 
     def clearance(self, q: ArrayLike, scene: Scene | None = None) -> Clearance:
         """See `Arm.clearance`: psi_rate is per rad of the free joint, NaN where two branches meet."""

@@ -6,20 +6,17 @@ from collections.abc import Iterable
 from typing import Any, Never
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import Floats, as_poses
+from .._arrays import Floats
 from .._progress import Progress
 from ..errors import UnsupportedError
-from ..scenes.clearance import Clearance
-from ..scenes.scene import Scene
 from .allowed import Allowed
 from .arm import KINDS, Arm, checked_chain, names_keywords_of_arm
 from .chain import asked_of, check_chain
 from .deviation import ChainDeviation
-from .diagnosis import Branch
-from .freedom import Freedom
+from .diagnosis import Diagnosis
 from .offset import OffsetArm
 from .question import Fallback, MetricName, Prefer, relaxing_length
 from .roll import Roll
@@ -55,19 +52,15 @@ class OffsetChainArm(OffsetArm):
     __slots__ = ()
 
     def __init__(self, *unnamed: Never, chain: ArrayLike, **numbers: Any) -> None:
-        """Check numbers and chain and create the core's arm; raise for a scene."""
-        _refuse_scene(numbers.get("scene"))
-        links = checked_chain(chain)
+        """Check numbers and chain, create the core's arm, and prepare its obstacles."""
+        links, scene = checked_chain(chain), numbers.pop("scene", None)
         assert links is not None
         super().__init__(*unnamed, **numbers)
         handle = OffsetChainHandle(*self._core_numbers(), links)
         check_chain(self.name, handle)
-        self._fill({"chain": links, "_handle": handle})
-
-    def _keeping(self, scene: Scene | None, singularity_margin: float) -> Arm:
-        """See `Arm._keeping`; raise for a scene."""
-        _refuse_scene(scene)
-        return super()._keeping(scene, singularity_margin)
+        self._fill({"chain": links, "_handle": handle, "scene": scene})
+        if scene is not None:
+            self._fill({"_ready": self._prepared(scene)})
 
     def __eq__(self, other: object) -> bool:
         same = super().__eq__(other)
@@ -120,32 +113,9 @@ class OffsetChainArm(OffsetArm):
             roll=roll, progress=progress,
         )  # fmt: skip
 
-    def psi_towards(self, *_: Any, **__: Any) -> Any:
-        """Raise: it is not made for this kind."""
-        raise unsupported("psi_towards")
-
-    def reachable(self, pose: ArrayLike) -> NDArray[np.bool_] | np.bool_:
-        """See `Arm.reachable`: `solve` decides; a pose near where branches meet may be missed."""
-        poses = as_poses("pose", pose, self._handle)
-        return np.asarray(self.solve(poses, np.clip(0.0, self.lower, self.upper)).ok)[()]
-
-    def freedom(self, pose: ArrayLike) -> Freedom:
-        """Raise: it is not made for this kind."""
-        raise unsupported("freedom", "feasible has the intervals, and how much is unproven")
-
-    def _branches_of(self, pose: Floats) -> tuple[Branch, ...]:
-        """Raise: it is not made for this kind."""
-        raise unsupported("explain")
-
-    def clearance(self, q: ArrayLike, scene: Scene | None = None) -> Clearance:
-        """Raise: this kind has no obstacles."""
-        raise unsupported("clearance")
+    def _with_instead(self, found: Diagnosis, pose: Floats) -> Diagnosis:
+        """Return the diagnosis as it is: this kind has no nearest reachable pose."""
+        return found
 
 
 KINDS.append(OffsetChainArm)
-
-
-def _refuse_scene(scene: Scene | None) -> None:
-    """Raise if a scene is given."""
-    if scene is not None:
-        raise unsupported("scene=")

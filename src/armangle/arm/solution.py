@@ -20,10 +20,7 @@ _KINDS: dict[Status, type[NoSolutionError]] = {
     ),
     **dict.fromkeys((Status.CLEARANCE, Status.POSE_BLOCKED), CollisionError),
 }
-_HINT = (
-    "arm.explain(pose) says by how much, and what would help (arm.nominal.explain of an arm with its own "
-    "chain, arm.feasible of one with an offset wrist or shoulder)."
-)
+_HINT = "arm.explain(pose) says by how much, and what would help."
 _HINTS = {
     Status.NOT_ALLOWED: "arm.feasible(pose) has the arm angles of every branch that limits leave.",
 }

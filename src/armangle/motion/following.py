@@ -27,7 +27,6 @@ from .options import (
     check_arm,
     check_chain,
     check_offset,
-    check_offset_chain,
     checked_options,
     core_policy,
     free_roll,
@@ -157,9 +156,6 @@ def follow(
     window = _window(lookahead, len(frames))
     if isinstance(arm, OffsetArm):
         check_offset(fallback, roll, carry)
-        check_offset_chain(
-            arm, policy, velocity=velocity, acceleration=acceleration, lookahead=window, scene=scene
-        )
     elif arm.chain is not None:
         check_chain(fallback)
     options = _core.FollowOptions(

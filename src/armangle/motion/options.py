@@ -23,12 +23,10 @@ from .._arrays import (
 from ..arm.arm import Arm
 from ..arm.chain import unsupported
 from ..arm.offset import unsupported as offset_lacks
-from ..arm.offset_chain import OffsetChainArm
-from ..arm.offset_chain import unsupported as offset_chain_lacks
 from ..arm.question import Fallback
 from ..arm.roll import ROLLS, Roll, check_free_roll, is_along_axis_7, last_margin
 from ..errors import InputError
-from .policies import POLICIES, Policy, Towards
+from .policies import POLICIES, Policy
 
 Carry = Literal["psi", "elbow"]
 Options = tuple[int | None, Carry, float | None, float, float | None, str]
@@ -178,17 +176,6 @@ def check_offset(fallback: Fallback, roll: Roll, carry: Carry) -> None:
     for name, (value, usual) in plain.items():
         if not (value is None or (isinstance(value, str) and value == usual)):
             raise offset_lacks(f"{name}=")
-
-
-def check_offset_chain(arm: Arm, policy: Policy, **asked: Any) -> None:
-    """Raise for options of a step that an own chain with an offset wrist or shoulder does not support."""
-    if not isinstance(arm, OffsetChainArm):
-        return
-    if isinstance(policy, Towards) and policy.psi is None:
-        raise offset_chain_lacks("a policy Towards a point or direction")
-    for name, value in asked.items():
-        if value is not None and value is not False and not (np.isscalar(value) and value == 0):
-            raise offset_chain_lacks(f"{name}=")
 
 
 def step_bounds(

@@ -24,7 +24,6 @@ from .options import (
     check_arm,
     check_chain,
     check_offset,
-    check_offset_chain,
     checked_options,
     core_policy,
     free_roll,
@@ -295,7 +294,6 @@ def step(
     bounds = None
     if isinstance(arm, OffsetArm):
         check_offset(fallback, roll, carry)
-        check_offset_chain(arm, policy, velocity=velocity, acceleration=acceleration)
     elif arm.chain is not None:
         check_chain(fallback)
     if velocity is not None or acceleration is not None:

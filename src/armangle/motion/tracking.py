@@ -26,8 +26,6 @@ from .._values import by_content
 from ..arm.arm import Arm
 from ..arm.keywords import names_keywords
 from ..arm.offset import OffsetArm
-from ..arm.offset_chain import OffsetChainArm
-from ..arm.offset_chain import unsupported as unsupported_chain
 from ..arm.wish import DIRECTIONS, Direction
 from ..errors import InputError, SceneError
 from ..scenes.ready import Ready, make_ready
@@ -188,7 +186,8 @@ class Tracker:
     folded. If a target has rested for a second and the arm comes no nearer, the arm moves straight in joint
     space (TURNING) to a solution near in time. It keeps this choice until the target moves. If there is no
     solution, the arm comes to rest as near as was found. For an arm with an offset there are rare
-    exceptions.
+    exceptions. For one with an offset and its own chain, a cycle that looks for another solution takes some
+    milliseconds, the others take some 0.1 ms.
 
     The joints returned satisfy ``|v| <= velocity`` and ``|v - v before| <= acceleration·dt`` with ``v = (q -
     q before) / dt``, and can always brake before their limits. With `jerk` they satisfy ``|a - a before| <=
@@ -300,12 +299,11 @@ class Tracker:
         """Create the control loop for an arm from checked numbers."""
         ready = arm._ready
         self._name_pair = None if ready is None else ready.names.pair
-        self._core: _core.Tracker | _core.ChainTracker | _core.OffsetTracker
+        self._core: _core.Tracker | _core.ChainTracker | _core.OffsetTracker | _core.OffsetChainTracker
         about = None if ready is None else ready.handle
-        if isinstance(arm, OffsetChainArm):
-            raise unsupported_chain("Tracker", "follow, or step in your own loop, does")
         if isinstance(arm, OffsetArm):
-            self._core = _core.OffsetTracker(arm._handle, given, self._leading(arm._rows, arm.scene), about)
+            made = _core.OffsetTracker if arm.chain is None else _core.OffsetChainTracker
+            self._core = made(arm._handle, given, self._leading(arm._rows, arm.scene), about)
         elif arm.chain is None:
             self._core = _core.Tracker(arm._handle, given, about)
         else:

@@ -13,7 +13,6 @@ from .._arrays import CONFIGURATIONS, JOINTS, Floats, one_posture
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm, nearest_rotation
 from ..arm.configuration import gc_signs
-from ..arm.offset_chain import OffsetChainArm, unsupported
 from ..arm.skeleton import alike, blockers, corners, elbow_points, first_blocker, unproven, unsolved
 from ..errors import InputError, LimitError, SceneError, UnreachableError
 from ..motion.following import follow
@@ -122,8 +121,6 @@ class ViewerState:
     _home_row: int = field(init=False, default=0)
 
     def __post_init__(self) -> None:
-        if isinstance(self.arm, OffsetChainArm):
-            raise unsupported("the viewer")
         if self.policy is not None:
             core_policy(self.policy, None)  # rejects a rate
         self._home_arm = self.arm

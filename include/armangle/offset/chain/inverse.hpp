@@ -183,28 +183,38 @@ inline bool find_at_once(const OffsetChain& arm, const Pose<double>& flange, con
     return is_of(arm, branch, out, tuning);
 }
 
+/// By how much (m) at least the wrist of a flange pose is beyond the reach, or inside the inner reach.
+inline double certain_excess(const OffsetChain& arm, const Pose<double>& flange,
+                             const SinCos<double>& theta_7) noexcept {
+    const OffsetMotion<> m = motion_of_flange(arm.nominal, flange, configuration(0));
+    return offset_wrist(arm.nominal, m, theta_7).excess - (arm.shift + abs(arm.nominal.a_6) * arm.turn);
+}
+
+/// The posture that Newton's method leads to from the joints of a seed (q), if it is of the branch.
+inline bool find_beside(const OffsetChain& arm, const Pose<double>& flange, const SinCos<double>& theta_7,
+                        const OffsetBranch& branch, const double* seed, ChainPosture& out,
+                        const OffsetChainTuning& tuning) noexcept {
+    for (int j = 0; j < 6; ++j)
+        out.angle[j] = sin_cos(to_theta(arm.nominal.rest, j, seed[robot_joint(arm, j)]));
+    out.angle[6] = theta_7;
+    settle(arm, flange, 6, tuning, out);
+    return is_of(arm, branch, out, tuning);
+}
+
 /// The same, also where it has to be looked for; the seed (q, or null) is the last posture to start from.
 /// Else UNREACHABLE, which is certain, or NEAR_SINGULAR: none of the branch is found.
 inline Status find_posture(const OffsetChain& arm, const Pose<double>& flange, const SinCos<double>& theta_7,
                            const OffsetBranch& branch, const double* seed, ChainPosture& out,
                            const OffsetChainTuning& tuning = {}) noexcept {
     if (find_at_once(arm, flange, theta_7, branch, out, tuning)) return Status::OK;
-    const OffsetMotion<> m = motion_of_flange(arm.nominal, flange, branch);
-    if (offset_wrist(arm.nominal, m, theta_7).excess > arm.shift + abs(arm.nominal.a_6) * arm.turn)
-        return Status::UNREACHABLE;
+    if (certain_excess(arm, flange, theta_7) > 0) return Status::UNREACHABLE;
     nominal_posture(arm.nominal, flange, theta_7, branch, out.angle);
     for (int part = 1; part < tuning.parts; ++part)
         settle(grown(arm, static_cast<double>(part) / tuning.parts), flange, 6, tuning, out);
     settle(arm, flange, 6, tuning, out);
     if (is_of(arm, branch, out, tuning)) return Status::OK;
-    if (seed) {
-        for (int j = 0; j < 6; ++j)
-            out.angle[j] = sin_cos(to_theta(arm.nominal.rest, j, seed[robot_joint(arm, j)]));
-        out.angle[6] = theta_7;
-        settle(arm, flange, 6, tuning, out);
-        if (is_of(arm, branch, out, tuning)) return Status::OK;
-    }
-    return Status::NEAR_SINGULAR;
+    const bool beside = seed && find_beside(arm, flange, theta_7, branch, seed, out, tuning);
+    return beside ? Status::OK : Status::NEAR_SINGULAR;
 }
 
 /// Directions of the robot's joints.
@@ -219,6 +229,22 @@ inline Directions<double> directions_of(const OffsetChain& arm, const ChainPostu
 }
 
 }  // namespace detail
+
+/// Returns the directions of the robot's joints at an exact pose, a value of the free joint and a branch: of
+/// the solution that Newton's method finds from the joints of a seed (q, or null), or else of any.
+inline Status directions(const OffsetChain& arm, const Pose<double>& pose, double free, int gc,
+                         const double* seed, Directions<double>& d) noexcept {
+    const Pose<double> flange = flange_pose(arm, pose);
+    const SinCos<double> theta_7 = sin_cos(to_theta(arm.nominal.rest, 6, free));
+    const OffsetBranch branch = configuration(gc);
+    const OffsetChainTuning tuning;
+    detail::ChainPosture found;
+    Status status = Status::OK;
+    if (!seed || !detail::find_beside(arm, flange, theta_7, branch, seed, found, tuning))
+        status = detail::find_posture(arm, flange, theta_7, branch, nullptr, found, tuning);
+    d = detail::directions_of(arm, found);
+    return status;
+}
 
 /// (pose, free, GC) -> q, as inverse() of an offset arm, on the true chain. NEAR_SINGULAR: no posture of the
 /// branch is found there, near to where two branches meet.

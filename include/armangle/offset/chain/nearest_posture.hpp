@@ -10,11 +10,18 @@
 #include <optional>
 
 #include "../../limits/nearest.hpp"
+#include "../straight_cells.hpp"
 #include "feasible.hpp"
 
 #include "../../names/begin.hpp"
 
 namespace armangle {
+
+/// Registers the bounds for an arm on its own chain: cells of the true chain.
+template <>
+struct CellsOf<OffsetChain> {
+    using type = detail::StraightCells<OffsetChain, detail::ChainCells>;
+};
 
 /// How the posture that costs least is found.
 struct OffsetChainNearestTuning {
@@ -38,18 +45,50 @@ struct OffsetChainNearestTuning {
 
 namespace detail {
 
+/// How near a status is to a solution.
+inline int how_near(Status status) noexcept {
+    switch (status) {
+        case Status::UNREACHABLE: return 0;
+        case Status::NO_POSTURE: return 1;
+        case Status::NOT_ALLOWED: return 3;
+        case Status::CLEARANCE: return 4;
+        default: return is_solved(status) ? 5 : 2;
+    }
+}
+
+/// The answer of a pose without a solution.
+inline Nearest unsolved(Status why) noexcept {
+    Nearest out{};
+    for (double& q : out.q) q = not_a_number;
+    out.psi = out.distance = out.margin = out.gap = not_a_number;
+    out.gc = -1;
+    out.status = why;
+    return out;
+}
+
+/// Whether a solution costs less than another, or, if neither is one, its status is nearer to a solution.
+inline bool is_better(const Nearest& a, const Nearest& b, Metric metric) noexcept {
+    if (!is_solved(a.status) || !is_solved(b.status)) return how_near(a.status) > how_near(b.status);
+    return metric == Metric::margin ? a.margin > b.margin : a.distance < b.distance;
+}
+
 /// The search of one pose.
 class ChainSearch {
 public:
+    /// With a scene, a solution that collides is none.
     ChainSearch(const OffsetChain& arm, const Pose<double>& pose, const NearestOptions& options,
-                const OffsetChainNearestTuning& tuning) noexcept
-        : arm_(arm), pose_{orthonormal(pose.rotation), pose.position}, o_(options), tuning_(tuning) {
+                const Scene* scene, const OffsetChainNearestTuning& tuning) noexcept
+        : arm_(arm),
+          pose_{orthonormal(pose.rotation), pose.position},
+          o_(options),
+          scene_(scene),
+          tuning_(tuning) {
         const Arm& own = arm.nominal.own;
         for (int j = 0; j < joints; ++j) near_[j] = o_.near ? o_.near[j] : own.joint_middle[j];
     }
 
     Nearest run() noexcept {
-        if (o_.allowed && o_.allowed->empty()) return refused(Status::NOT_ALLOWED);
+        if (o_.allowed && o_.allowed->empty()) return unsolved(Status::NOT_ALLOWED);
         for (int gc = 0; gc < configurations; ++gc) {
             if (!(o_.branches >> gc & 1u)) continue;
             Branch& one = branch_[gc].emplace(arm_, pose_, gc);
@@ -64,14 +103,14 @@ public:
         for (const std::optional<Branch>& one : branch_) {
             if (!one) continue;
             const Status its = one->any ? Status::OK : one->judge.refusal();
-            if (rank(its) > rank(why)) why = its;
+            if (how_near(its) > how_near(why)) why = its;
         }
         look_at_folds();
         if (left_open_ < cost_ && found_.gc >= 0) polish(branch_[found_.gc]->judge.cells.flange());
         if (found_.gc < 0) {
-            if (left_open_ < infinity) return refused(Status::NEAR_SINGULAR);
+            if (left_open_ < infinity) return unsolved(Status::NEAR_SINGULAR);
             if (why == Status::OK) why = Status::LIMITS;
-            return refused(o_.allowed && why == Status::LIMITS ? Status::NOT_ALLOWED : why);
+            return unsolved(o_.allowed && why == Status::LIMITS ? Status::NOT_ALLOWED : why);
         }
         found_.status = left_open_ < cost_ - tie() ? Status::UNPROVEN : Status::OK;
         return found_;
@@ -96,18 +135,6 @@ private:
         friend bool operator<(const Cell& a, const Cell& b) noexcept { return a.least > b.least; }  // a heap
     };
 
-    static int rank(Status status) noexcept {
-        if (status == Status::UNREACHABLE) return 0;
-        return status == Status::NO_POSTURE ? 1 : 2;
-    }
-    static Nearest refused(Status why) noexcept {
-        Nearest out{};
-        for (double& q : out.q) q = not_a_number;
-        out.psi = out.distance = out.margin = out.gap = not_a_number;
-        out.gc = -1;
-        out.status = why;
-        return out;
-    }
     double tie() const noexcept { return tuning_.tie * abs(cost_) + 1e-24; }
 
     /// Takes the posture of a value of the free joint if it is within the limits and costs less.
@@ -130,7 +157,7 @@ private:
             sum = o_.metric == Metric::l2 ? sum + o_.weight[j] * d * d : max(sum, sqrt(o_.weight[j]) * d);
         }
         const double cost = o_.metric == Metric::margin ? -margin : sum;
-        if (!(cost < cost_)) return false;
+        if (!(cost < cost_) || (scene_ && !is_clear(arm_, *scene_, q.q))) return false;
         cost_ = cost;
         best_ = at;
         for (int j = 0; j < joints; ++j) found_.q[j] = q.q[j];
@@ -343,6 +370,7 @@ private:
     const OffsetChain& arm_;
     const Pose<double> pose_;
     const NearestOptions& o_;
+    const Scene* const scene_;
     const OffsetChainNearestTuning& tuning_;
     const OffsetChainTuning posture_;
     double near_[joints], cost_ = infinity, left_open_ = infinity;
@@ -350,31 +378,65 @@ private:
     int count_ = 0, open_count_ = 0;
     Cell heap_[most_cells], open_[most_open];
     ChainPosture best_;
-    Nearest found_ = refused(Status::LIMITS);
+    Nearest found_ = unsolved(Status::LIMITS);
 };
 
 }  // namespace detail
 
-/// The posture of a pose that costs least: over the branches and values of the free joint that may be used,
-/// and all turns. UNPROVEN where one that costs less is not excluded.
-inline Nearest nearest_posture(const OffsetChain& arm, const Pose<double>& pose,
-                               const NearestOptions& options,
-                               const OffsetChainNearestTuning& tuning = {}) noexcept {
-    return detail::ChainSearch(arm, pose, options, tuning).run();
+/// Returns the feasible and collision-free intervals of a branch that may be used; `scene` may be null.
+inline ProvenArcs intervals_to_search(const OffsetChain& arm, const Pose<double>& exact, int gc,
+                                      const ArcSet* allowed, const Scene* scene) noexcept {
+    ProvenArcs out;
+    Tag blocking = 0;
+    feasible(arm, exact, gc, out);
+    if (allowed && !out.arcs.empty()) {
+        const ArcSet every = out.arcs;
+        intersect(every, *allowed, out.arcs);
+        if (out.arcs.empty()) out.status = Status::NOT_ALLOWED;
+    }
+    if (scene) keep_clear(arm, *scene, exact, gc, out, blocking);
+    return out;
 }
 
-/// The nearest posture of each branch and arc, by rising cost.
+/// Returns the joints of a pose that cost least: over the branches and values of the free joint that may be
+/// used, and all turns. The status is UNPROVEN if a solution that costs less is not excluded. With a scene,
+/// only collision-free values are searched, and any unproven interval makes the answer UNPROVEN.
+inline Nearest nearest_posture(const OffsetChain& arm, const Pose<double>& pose,
+                               const NearestOptions& options, const Scene* scene = nullptr,
+                               const OffsetChainNearestTuning& tuning = {}) noexcept {
+    if (!scene) return detail::ChainSearch(arm, pose, options, nullptr, tuning).run();
+    const Pose<double> exact{orthonormal(pose.rotation), pose.position};
+    if (rest_contact(arm, *scene, exact)) return detail::unsolved(Status::POSE_BLOCKED);
+    Nearest best = detail::unsolved(Status::UNREACHABLE);
+    bool unproven = false;
+    for (int gc = 0; gc < configurations; ++gc) {
+        if (!(options.branches >> gc & 1u)) continue;
+        const ProvenArcs clear = intervals_to_search(arm, exact, gc, options.allowed, scene);
+        unproven = unproven || clear.unproven > 0;
+        Nearest found = detail::unsolved(clear.status);
+        if (!clear.arcs.empty()) {
+            NearestOptions one = options;
+            one.branches = 1u << gc;
+            one.allowed = &clear.arcs;
+            found = detail::ChainSearch(arm, pose, one, scene, tuning).run();
+        }
+        if (is_solved(found.status)) unproven = unproven || found.status == Status::UNPROVEN;
+        if (detail::is_better(found, best, options.metric)) best = found;
+    }
+    if (unproven) best.status = is_solved(best.status) ? Status::UNPROVEN : Status::NEAR_SINGULAR;
+    return best;
+}
+
+/// Returns the best solution of each branch and interval, by rising cost.
 inline void nearest_postures(const OffsetChain& arm, const Pose<double>& pose, const NearestOptions& options,
-                             Nearests& out, const OffsetChainNearestTuning& tuning = {}) noexcept {
+                             Nearests& out, const Scene* scene = nullptr,
+                             const OffsetChainNearestTuning& tuning = {}) noexcept {
     out.count = 0;
-    out.status = nearest_posture(arm, pose, options, tuning).status;
+    out.status = nearest_posture(arm, pose, options, scene, tuning).status;
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
     for (int gc = 0; gc < configurations; ++gc) {
         if (!(options.branches >> gc & 1u)) continue;
-        ProvenArcs arcs;
-        feasible(arm, exact, gc, arcs);
-        ArcSet open = arcs.arcs;
-        if (options.allowed) intersect(arcs.arcs, *options.allowed, open);
+        const ArcSet open = intervals_to_search(arm, exact, gc, options.allowed, scene).arcs;
         for (int i = 0; i < open.count && out.count < Nearests::capacity; ++i) {
             NearestOptions one = options;
             ArcSet own;
@@ -382,13 +444,11 @@ inline void nearest_postures(const OffsetChain& arm, const Pose<double>& pose, c
             if (open.full) make_full(own);
             one.branches = 1u << gc;
             one.allowed = &own;
-            const Nearest found = nearest_posture(arm, pose, one, tuning);
+            const Nearest found = detail::ChainSearch(arm, pose, one, scene, tuning).run();
             if (!is_solved(found.status)) continue;
-            const auto cost = [&](const Nearest& n) {
-                return options.metric == Metric::margin ? -n.margin : n.distance;
-            };
             int at = out.count++;
-            for (; at > 0 && cost(out.found[at - 1]) > cost(found); --at) out.found[at] = out.found[at - 1];
+            for (; at > 0 && detail::is_better(found, out.found[at - 1], options.metric); --at)
+                out.found[at] = out.found[at - 1];
             out.found[at] = found;
         }
     }

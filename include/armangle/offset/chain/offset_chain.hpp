@@ -38,6 +38,9 @@ struct OffsetChain {
 /// The nominal arm, whose limits, free joint and GC it has: its rows without the offset.
 inline const Arm& nominal(const OffsetChain& arm) noexcept { return arm.nominal.own; }
 
+/// The arm whose formulas give the free joint and GC.
+inline const OffsetArm& nominal_offset(const OffsetChain& arm) noexcept { return arm.nominal; }
+
 namespace detail {
 
 /// H_0 ... H_7 with the offset a_1 or a_6 in its row.
@@ -116,6 +119,13 @@ inline OffsetChain make_offset_chain(const ArmParameters& parameters, double off
     return out;
 }
 
+/// Returns the same chain within other limits, in the robot's order.
+inline OffsetChain with_limits(const OffsetChain& arm, const Limits& limits) noexcept {
+    OffsetChain out = arm;
+    out.nominal = with_limits(arm.nominal, limits);
+    return out;
+}
+
 /// Which of the robot's joints (0..6) is joint j of the formulas, and the other way round.
 inline int robot_joint(const OffsetChain& arm, int j) noexcept { return robot_joint(arm.nominal, j); }
 
@@ -163,11 +173,7 @@ inline OffsetPosture forward(const OffsetChain& arm, const double* q) noexcept {
 inline Jacobian jacobian(const OffsetChain& arm, const double* q) noexcept {
     Pose<double> frame[joints + 1];
     frames(arm, q, frame);
-    const Vec3<double> tip = (frame[joints] * arm.nominal.own.tool).position;
-    Jacobian out;
-    for (int j = 0; j < joints; ++j)
-        detail::put_column(out, j, frame[j].rotation.z * arm.nominal.own.sign[j], tip - frame[j].position);
-    return out;
+    return detail::jacobian_of(arm.nominal.own, frame);
 }
 
 namespace detail {

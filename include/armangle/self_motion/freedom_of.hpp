@@ -1,0 +1,34 @@
+// The redundancy left to a pose, counted from the proven intervals of all branches.
+#pragma once
+
+#include "../limits/freedom.hpp"
+
+#include "../names/begin.hpp"
+
+namespace armangle {
+
+namespace detail {
+
+/// Counts the intervals of each branch. If nothing of a branch is proven to be feasible, but not everything
+/// is excluded, holds(gc) decides whether it has a solution.
+template <class Holds>
+Freedom freedom_of(const ProvenArcs (&found)[configurations], const Holds& holds) noexcept {
+    Freedom out{0, 0, 0, 0, Status::UNREACHABLE};
+    for (int gc = 0; gc < configurations; ++gc) {
+        const ArcSet& arcs = found[gc].arcs;
+        const bool held = !arcs.empty() || (found[gc].unproven > 0 && holds(gc));
+        out.gc = static_cast<std::uint8_t>(out.gc | held << gc);
+        out.arcs = static_cast<std::uint8_t>(out.arcs + arcs.count);
+        out.total += measure(arcs);
+        for (int i = 0; i < arcs.count; ++i)
+            out.widest = max(out.widest, arcs.arc[i].upper - arcs.arc[i].lower);
+        out.status = nearer_reason(out.status, held ? Status::OK : found[gc].status);
+    }
+    return out;
+}
+
+}  // namespace detail
+
+}  // namespace armangle
+
+#include "../names/end.hpp"

@@ -1,0 +1,106 @@
+"""Why no branch of an arm holds a pose, from its proven intervals: for arms that are not exactly S-R-S."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal, Protocol
+
+import numpy as np
+
+from .._arrays import CONFIGURATIONS, JOINTS, Floats
+from .._core import Wanted
+from ..status import STATUSES, Status
+from .arcs import ArcSet
+from .diagnosis import Branch, Opening, Verdict
+from .solution import Solution
+
+_SIDES: tuple[tuple[Literal["lower", "upper"], float], ...] = (("lower", -np.inf), ("upper", np.inf))
+
+
+class _Diagnosed(Protocol):
+    """The functions that an arm must have."""
+
+    lower: Floats
+    upper: Floats
+
+    @property
+    def nominal(self) -> Any:
+        """The arm that defines psi and gc."""
+
+    @property
+    def solve(self) -> Callable[..., Solution]:
+        """The nearest solution of a pose."""
+
+    @property
+    def with_(self) -> Callable[..., Any]:
+        """The arm with other limits."""
+
+    def feasible(self, pose: Any, gc: Any = None, *, per_joint: bool = False) -> ArcSet: ...
+    def _left_out(self, pose: Any, gc: Any, wanted: Wanted = ...) -> ArcSet: ...
+
+
+def branches_by_intervals(arm: _Diagnosed, pose: Floats) -> tuple[Branch, ...]:
+    """Return what the limits leave of each branch of an arm without obstacles, and why nothing.
+
+    If a branch is UNREACHABLE, its excess is that of the nominal arm.
+    """
+    arcs = arm.feasible(pose)
+    return tuple(_branch_of(arm, pose, gc, arcs) for gc in range(CONFIGURATIONS))
+
+
+def _branch_of(arm: _Diagnosed, pose: Floats, gc: int, arcs: ArcSet) -> Branch:
+    """Return what the limits leave of a branch, and why nothing."""
+    status = STATUSES[int(np.asarray(arcs.status)[gc])]
+    if np.asarray(arcs.count)[gc] > 0:
+        best = arm.solve(pose, prefer="margin", gc=gc)
+        return Branch(gc, Verdict.OK, margin=float(best.margin))
+    if status == Status.NEAR_SINGULAR:
+        found = arm.solve(pose, np.clip(0.0, arm.lower, arm.upper), gc=gc)
+        verdict = Verdict.OK if found.ok else Verdict.UNRESOLVED
+        return Branch(gc, verdict, Status.OK if found.ok else status)
+    if status == Status.UNREACHABLE:
+        gap = arm.nominal._handle.nearest_pose(pose, np.empty((4, 4)))
+        return Branch(gc, Verdict.UNREACHABLE, status, excess=float(gap))
+    if status != Status.LIMITS:
+        return Branch(gc, Verdict.IMPOSSIBLE, status)
+    blocking, openings = _blocking(arm, pose, gc), _openings(arm, pose, gc)
+    return Branch(gc, Verdict.IMPOSSIBLE, status, blocking=blocking, openings=openings)
+
+
+def _blocking(arm: _Diagnosed, pose: Floats, gc: int) -> tuple[int, ...]:
+    """Return joints whose limits together leave nothing, none of which can be left out."""
+    left = arm.feasible(pose, gc, per_joint=True) | arm._left_out(pose, gc, Wanted.JOINTS)
+    counts, ends = np.asarray(left.count), left.intervals
+    sets = [ArcSet(ends[joint][: counts[joint]]) for joint in range(JOINTS)]
+
+    def is_shut(joints: list[int]) -> bool:
+        open_ = ArcSet([(-np.pi, np.pi)])
+        for joint in joints:
+            open_ = open_ & sets[joint]
+        return bool(open_.is_empty)
+
+    needed = list(range(JOINTS))
+    if not is_shut(needed):  # the rest is excluded by cells of all joints, or meets at single angles alone
+        return ()
+    for joint in range(JOINTS):
+        fewer = [one for one in needed if one != joint]
+        if is_shut(fewer):
+            needed = fewer
+    return tuple(joint + 1 for joint in needed)
+
+
+def _openings(arm: _Diagnosed, pose: Floats, gc: int) -> tuple[Opening, ...]:
+    """Return single limits that would leave a solution if they were moved out, the least first."""
+    found = []
+    for joint in range(JOINTS):
+        for side, far in _SIDES:
+            limits = getattr(arm, side)
+            if not np.isfinite(limits[joint]):
+                continue
+            moved, seed = limits.copy(), np.clip(0.0, arm.lower, arm.upper)
+            moved[joint], seed[joint] = far, limits[joint]
+            wider = arm.with_(**{side: moved})
+            nearest = wider.solve(pose, seed, weight=np.eye(JOINTS)[joint], gc=gc)
+            if nearest.ok:
+                found.append(Opening(joint + 1, side, float(nearest.distance)))
+    return tuple(sorted(found, key=lambda opening: opening.extra))
