@@ -52,9 +52,9 @@ laws:  ## inverse, arcs and tracker with EXAMPLES=5000 random examples a law, an
 levels:  ## the core laws on every instruction set that wheels hold and this processor has
 	rm -rf build/levels
 	ARMANGLE_LEVELS=all $(PYTHON) -m pip install -q --no-deps --target build/levels .
-	for level in $$(PYTHONPATH=build/levels $(PYTHON) -c 'from armangle import _core, _cpu; print(*filter(_cpu.supports, _core.LEVELS))'); \
-	    do ARMANGLE_ISA=$$level PYTHONPATH=build/levels $(PYTHON) -m pytest $(PARALLEL) -m core tests/laws tests/scenes || exit 1; done
-	PYTHONPATH=build/levels $(PYTHON) -m pytest -q tests/package/test_isa.py
+	for level in $$(PYTHONPATH=$(CURDIR)/build/levels $(PYTHON) -c 'from armangle import _core, _cpu; print(*filter(_cpu.supports, _core.LEVELS))'); \
+	    do ARMANGLE_ISA=$$level PYTHONPATH=$(CURDIR)/build/levels $(PYTHON) -m pytest $(PARALLEL) -m core tests/laws tests/scenes || exit 1; done
+	PYTHONPATH=$(CURDIR)/build/levels $(PYTHON) -m pytest -q tests/package/test_isa.py
 
 thorough:  ## all tests, with all cases of the laws that show some by turns in `make check`, each header alone, both compilers
 	ARMANGLE_LAWS_COUNT=1 $(PYTHON) -m pytest $(PARALLEL) tests/*/
