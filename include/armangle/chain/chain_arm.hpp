@@ -14,7 +14,7 @@
 
 namespace armangle {
 
-/// How far a link is from the nominal one: m, and rad.
+/// By how much a link differs from the nominal one: translation (m) and rotation (rad).
 struct LinkDeviation {
     double position, rotation;
 };
@@ -35,19 +35,19 @@ struct ChainArm {
         behind[joints];  // m: of links from a joint's frame to the wrist, and from the first
 };
 
-/// The nominal arm, whose limits, psi and GC it has.
+/// The nominal arm, which defines limits, psi and GC.
 inline const Arm& nominal(const ChainArm& arm) noexcept { return arm.nominal; }
 
 namespace detail {
 
-/// A shift along the z axis, m.
+/// A translation along the z axis (m).
 inline Pose<double> along_z(double shift) noexcept {
     Pose<double> out = identity_pose();
     out.position.z = shift;
     return out;
 }
 
-/// H_0 ... H_7: base, the DH rows at theta = 0, and the tool with the last of them.
+/// The fixed transforms H_0 ... H_7 of the nominal arm, between its joints.
 inline void nominal_links(const Arm& arm, Pose<double> (&out)[joints + 1]) noexcept {
     const Pose<double> origin = identity_pose();
     out[0] = arm.base;
@@ -60,8 +60,8 @@ inline void nominal_links(const Arm& arm, Pose<double> (&out)[joints + 1]) noexc
     out[7] = dh_step<0>(origin, 0.0, 1.0, arm.d_wf, 0.0) * arm.tool;
 }
 
-/// Links in q, T = L_0 Rz(q_1) L_1 ..., as links in theta: Rz(s (theta - o)) = S Rz(theta) Rz(-o) S, where S
-/// is a half turn about x for s = -1.
+/// Converts the links of T = L_0 Rz(q_1) L_1 ... into links with theta as angles: Rz(s (theta - o)) = S
+/// Rz(theta) Rz(-o) S, where S is the identity, or a rotation by pi about x for s = -1.
 inline void links_in_theta(const Arm& arm, const Pose<double> (&in_q)[joints + 1],
                            Pose<double> (&out)[joints + 1]) noexcept {
     constexpr Pose<double> flip{{{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}, {0, 0, 0}};
@@ -74,8 +74,8 @@ inline void links_in_theta(const Arm& arm, const Pose<double> (&in_q)[joints + 1
     }
 }
 
-/// Turns and slides the frame of joint k (0..6) along its axis to where both links that meet there are
-/// nearest to the nominal ones, the others held.
+/// Rotates and moves the frame of joint k (0..6) about and along its axis, such that the two links at it come
+/// as near as possible to the nominal ones. The pose of the tip is unchanged.
 inline void settle_frame(const Pose<double> (&nominal)[joints + 1], Pose<double> (&link)[joints + 1],
                          int k) noexcept {
     Pose<double>& before = link[k];
@@ -103,15 +103,14 @@ inline void settle_frame(const Pose<double> (&nominal)[joints + 1], Pose<double>
     after = along_z(-slide) * after;
 }
 
-/// Angle of a rotation, rad, from its chord: exact also when small.
+/// The angle (rad) of a rotation, accurate also if small.
 inline double turn_of(const Mat3<double>& r) noexcept {
     const Vec3<double> x = r.x - Vec3<double>{1, 0, 0}, y = r.y - Vec3<double>{0, 1, 0},
                        z = r.z - Vec3<double>{0, 0, 1};
     return 2.0 * std::asin(min(sqrt((dot(x, x) + dot(y, y) + dot(z, z)) / 8.0), 1.0));
 }
 
-/// How far a pose moves a point that is within a distance of its origin, at most: its turn moves the point
-/// across its axis alone.
+/// An upper bound (m) of the displacement that a pose causes at points within a distance (m) of its origin.
 inline double farthest_moved(const Pose<double>& by, double distance) noexcept {
     const Mat3<double>& r = by.rotation;
     const Vec3<double> axis{r.y.z - r.z.y, r.z.x - r.x.z, r.x.y - r.y.x};
@@ -120,7 +119,7 @@ inline double farthest_moved(const Pose<double>& by, double distance) noexcept {
                  turn_of(r) * distance + sqrt(max(dot(by.position, by.position) - along * along, 0.0)));
 }
 
-/// Measures how far the nominal links are from the true ones, and what that moves: what proofs are made of.
+/// Computes the deviations of the links from the nominal ones, and bounds of what they cause at the wrist.
 inline void measure(ChainArm& out) noexcept {
     const Arm& arm = out.nominal;
     Pose<double> nominal[joints + 1];
@@ -169,8 +168,8 @@ inline void measure(ChainArm& out) noexcept {
 
 }  // namespace detail
 
-/// The arm of these parameters whose own chain is L_0 Rz(q_1) L_1 ... Rz(q_7) L_7, from the frame that poses
-/// are given in to the tip; rotations orthonormal. The parameters are the nominal arm.
+/// Makes an arm on its own chain L_0 Rz(q_1) L_1 ... Rz(q_7) L_7, from the frame of poses to the tip, with
+/// orthonormal rotations. The parameters are those of the nominal arm.
 inline ChainArm make_near_arm(const ArmParameters& parameters,
                               const Pose<double> (&links)[joints + 1]) noexcept {
     constexpr int sweeps =
@@ -185,7 +184,7 @@ inline ChainArm make_near_arm(const ArmParameters& parameters,
     return out;
 }
 
-/// The same chain about a nominal arm that stands on another base: so it can be the true one at a posture.
+/// The same chain, with a nominal arm on another base.
 inline ChainArm with_base(const ChainArm& arm, const Pose<double>& base) noexcept {
     ArmParameters parameters = arm.nominal;
     parameters.base = base;
@@ -195,7 +194,7 @@ inline ChainArm with_base(const ChainArm& arm, const Pose<double>& base) noexcep
     return out;
 }
 
-/// Returns the same chain within other limits.
+/// The same chain with other limits.
 inline ChainArm with_limits(const ChainArm& arm, const Limits& limits) noexcept {
     ArmParameters parameters = arm.nominal;
     parameters.limits = limits;

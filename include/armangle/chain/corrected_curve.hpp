@@ -25,8 +25,8 @@ namespace armangle {
 
 namespace detail {
 
-/// Newton's method: equations() returns those of the present joints, and move(step) moves the joints. Returns
-/// whether the joints solve them.
+/// Newton's method: equations() returns the equations at the present joints, move(step) changes the joints.
+/// Returns whether it converges.
 template <class EquationsNow, class Move>
 bool settle_by_newton(const EquationsNow& equations, const Move& move) noexcept {
     double before = infinity;
@@ -53,7 +53,7 @@ bool settle_by_newton(const EquationsNow& equations, const Move& move) noexcept 
 
 namespace detail {
 
-/// The seven equations with a joint's theta, as its sine and cosine, in place of psi.
+/// The seven equations in which the angle of a joint (1..7), given as sine and cosine, replaces psi.
 template <class T>
 SevenEquations<T> led_equations(const ChainArm& arm, const Pose<T>& pose, int joint, const SinCos<T>& wanted,
                                 const SinCos<T>* angle) noexcept {
@@ -65,7 +65,7 @@ SevenEquations<T> led_equations(const ChainArm& arm, const Pose<T>& pose, int jo
     return out;
 }
 
-/// The inverse of the seven equations' Jacobian by elimination; false where it has none.
+/// Inverts the Jacobian of the seven equations by elimination; false if it is singular.
 inline bool eliminate(const SevenEquations<double>& f, InverseSlope<double>& out) noexcept {
     double a[joints][2 * joints] = {};
     for (int k = 0; k < joints; ++k) {
@@ -97,13 +97,14 @@ inline bool eliminate(const SevenEquations<double>& f, InverseSlope<double>& out
 
 }  // namespace detail
 
-/// A view: a curve of the nominal arm, the arm whose joints are asked, and the shifts of what leads.
+/// The joints of an arm on its own chain along a curve of the nominal arm; refers to its arguments. `shifts`
+/// are added to leading joints.
 struct CorrectedCurve {
     const ChainArm& arm;
     const Curve& curve;
     std::span<const LeadShift> shifts;
 
-    /// theta of the joint that leads a stretch at s, on any scalar.
+    /// The angle theta (rad) of the leading joint of a stretch at s.
     template <class T>
     T led_at(const Stretch& x, const T& s) const noexcept {
         const double middle = 0.5 * (x.start + x.end);
@@ -113,7 +114,7 @@ struct CorrectedCurve {
         return out;
     }
 
-    /// The seven equations at s, on any scalar.
+    /// The seven equations at s at a posture with these angles.
     template <class T>
     detail::SevenEquations<T> equations(const Stretch& x, const T& s, const SinCos<T>* angle) const noexcept {
         const Pose<T> pose = pose_at(curve.segment(x), s);
@@ -121,7 +122,7 @@ struct CorrectedCurve {
         return detail::led_equations(arm, pose, static_cast<int>(x.lead), sin_cos(led_at(x, s)), angle);
     }
 
-    /// The inverse of their Jacobian at a posture; false where branches meet.
+    /// Inverts their Jacobian at a posture; false if it is singular.
     bool inverse_slope(const Stretch& x, const detail::SevenEquations<double>& f,
                        detail::InverseSlope<double>& out) const noexcept {
         if (x.lead != 0) return detail::eliminate(f, out);
@@ -130,17 +131,18 @@ struct CorrectedCurve {
         return reduced.is_regular();
     }
 
-    /// The plane of phi at s where phi is given, on any scalar.
+    /// The plane of the curve's phi at s.
     template <class T>
     detail::PsiPlane<T> plane_at(const Stretch& x, const T& s) const noexcept {
         return {triad(curve.arm, flange_pose(curve.arm, pose_at(curve.segment(x), s)), curve.plane),
                 sin_cos(phi_at(x, s))};
     }
 
-    /// The true posture at s, on the windings of the nominal one; NaN where there is none.
+    /// The true posture at s, with the joints' multiples of 2 pi as on the nominal curve; NaN if there is
+    /// none.
     PlacedPosture at(double s) const noexcept { return at(curve.stretch(s), s); }
 
-    /// The same on a stretch that s is on; beyond a limit the nominal arm stays on its windings.
+    /// The same on a given stretch that contains s.
     PlacedPosture at(const Stretch& x, double s) const noexcept {
         const double t = (s - x.start) / (x.end - x.start);
         PlacedPosture nominal = curve.at(x, s);
@@ -149,7 +151,7 @@ struct CorrectedCurve {
         return lifted(x, s, nominal);
     }
 
-    /// The same, next to a nominal posture at s.
+    /// The same, found from a nominal posture at s.
     PlacedPosture lifted(const Stretch& x, double s, PlacedPosture out) const noexcept {
         SinCos<double> angle[joints];
         const bool found = x.lead == 0 ? solve_plane(x, s, out.pose, angle) : solve_led(x, s, out.q, angle);
@@ -163,8 +165,8 @@ struct CorrectedCurve {
         return out;
     }
 
-    /// theta(s) as Taylor coefficients at s, theirs of order 0 being `theta`: that of a posture on the curve.
-    /// At a posture that solves the equations each step of Newton's method makes one coefficient more right.
+    /// Computes theta(s) as Taylor coefficients up to order K at a posture `theta` (rad) on the curve, by
+    /// steps of Newton's method.
     template <int K>
     void expand(const Stretch& x, double s, const double* theta,
                 Jet<double, K> (&out)[joints]) const noexcept {
@@ -192,7 +194,7 @@ struct CorrectedCurve {
         }
     }
 
-    /// q', q'', q''' with respect to s, as Curve::derivatives; NaN where there is no posture.
+    /// The derivatives q', q'', q''' with respect to s, as Curve::derivatives(); NaN without a posture.
     void derivatives(double s, double* out) const noexcept {
         const Stretch& x = curve.stretch(s);
         const PlacedPosture here = at(s);
@@ -205,7 +207,7 @@ struct CorrectedCurve {
                 out[(k - 1) * joints + j] = curve.arm.sign[j] * series[j].coefficient[k] * (k == 3 ? 6.0 : k);
     }
 
-    /// The Taylor coefficients of one order of a row.
+    /// The coefficients of order k of a row of Taylor series.
     template <class T, int K>
     static typename detail::SevenEquations<T>::Row order(
         const typename detail::SevenEquations<Jet<T, K>>::Row& row, int k) noexcept {
@@ -216,14 +218,14 @@ struct CorrectedCurve {
     }
 
 private:
-    /// The posture on the plane of phi.
+    /// Finds the posture with the curve's phi.
     bool solve_plane(const Stretch& x, double s, const Pose<double>& pose,
                      SinCos<double> (&angle)[joints]) const noexcept {
         const Configuration<double> gc = configuration(curve.branch(x));
         return detail::solve_angles(arm, pose, plane_at(x, s), gc, angle) == Status::OK;
     }
 
-    /// The posture whose leading joint is where it is wanted, by Newton's method from joints q.
+    /// Finds the posture with the leading joint's angle, by Newton's method from joints q.
     bool solve_led(const Stretch& x, double s, const double* q,
                    SinCos<double> (&angle)[joints]) const noexcept {
         double theta[joints];
@@ -242,8 +244,8 @@ struct RunEnd {
     double value = 0, slope = 0, curvature = 0;
 };
 
-/// How far the true theta of the joint that leads stretch `led` is from the nominal one at s, where stretch x
-/// meets it: of the postures on x; 0 where there is none.
+/// The difference (rad) between the true and the nominal angle of the joint that leads stretch `led`, with
+/// derivatives by s, for the true posture on the neighbouring stretch x; 0 if that has none.
 inline RunEnd end_beside(const CorrectedCurve& curve, const Stretch& x, const Stretch& led,
                          double s) noexcept {
     using J = Jet<double, 2>;
@@ -258,7 +260,7 @@ inline RunEnd end_beside(const CorrectedCurve& curve, const Stretch& x, const St
     return abs(out.slope) + abs(out.curvature) < infinity ? out : RunEnd{};
 }
 
-/// The quintic between two ends.
+/// The quintic over [start, end] with these values and derivatives at its ends.
 inline LeadShift joined(double start, double end, const RunEnd& a, const RunEnd& b) noexcept {
     const double h = end - start, d0 = a.slope * h, d1 = b.slope * h, c0 = a.curvature * h * h,
                  c1 = b.curvature * h * h, rise = b.value - a.value;
@@ -270,8 +272,8 @@ inline LeadShift joined(double start, double end, const RunEnd& a, const RunEnd&
 
 }  // namespace detail
 
-/// The shifts of what leads along a curve: so that the true joints go on from run to run, and begin and end
-/// at the joints asked, if any.
+/// The shifts of leading joints along a curve with which the true joints are continuous between stretches,
+/// and begin and end at the given joints (null: none).
 inline LeadShifts lead_shifts(const ChainArm& arm, const Curve& curve, const double* start,
                               const double* goal) {
     LeadShifts out;

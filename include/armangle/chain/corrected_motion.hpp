@@ -21,34 +21,34 @@
 
 namespace armangle {
 
-/// A ball of poses: how far the wrist (m) and the turn (rad) may be from the centre.
+/// A ball of poses: bounds of the distance of the wrist (m) and of the rotation (rad) from a centre.
 template <class T>
 struct PoseBall {
     T wrist, turn;
 };
 
-/// How fast X moves with psi: its wrist (m/rad) and its turn (rad/rad), at most.
+/// Bounds of how fast the corrected pose X changes with psi: its wrist (m/rad) and rotation (rad/rad).
 template <class T>
 struct Pace {
     T wrist, turn;
 };
 
-/// Where each joint is: within `reach` of theta; infinite where that is not known. `upper_arm` is how far
-/// frame 3 may turn away from that of the middle.
+/// Bounds of the joints over a stretch: each is within `reach` (rad) of theta; infinite if unknown.
+/// `upper_arm` bounds the rotation (rad) of frame 3 from the middle.
 template <class T>
 struct Coarse {
     T theta[joints], reach[joints], upper_arm;
 };
 
-/// The joint functions of a ball of poses 0T7, in one branch. usable() says whether there are any. Balls side
-/// by side are lanes of T.
+/// The joint functions of all poses 0T7 in a ball, in one branch. usable() tells whether they are valid. T
+/// may be several lanes, for several balls.
 template <class T>
 class CorrectedMotion {
 public:
     using Mask = decltype(T() < T());
 
-    /// Of the pose at the centre of a ball of poses, in branch `gc`. `on` has the axis S-W and the zero of
-    /// psi of `centre`. Not usable unless its distance S-W is strictly between the inner and the outer reach.
+    /// Prepares for a ball around pose `centre` in branch `gc`; `on` has its axis shoulder-wrist and the zero
+    /// of psi. Not usable unless the wrist is strictly within reach.
     CorrectedMotion(const Arm& arm, const Pose<T>& centre, const Triad<T>& on,
                     const Configuration<T>& gc) noexcept
         : arm_(&arm),
@@ -62,7 +62,7 @@ public:
         elbow_ = m.elbow;
     }
 
-    /// One of motions side by side.
+    /// Number k of several motions.
     template <int N>
     CorrectedMotion(const CorrectedMotion<Lane<N>>& all, int k) noexcept
         : arm_(all.arm_),
@@ -86,34 +86,38 @@ public:
         wrist_ = all.wrist_[k];
     }
 
-    /// Takes a ball about the centre; `psi_shift` is how much an angle on its circle may differ from the true
-    /// psi. Not where it goes beyond the reach: there need be no posture.
+    /// Widens the functions to a ball around the centre, and psi by `psi_shift` (rad). Not usable if the ball
+    /// is partly out of reach.
     void widen(const PoseBall<T>& ball, const T& psi_shift) noexcept {
         const T least = distance_ - ball.wrist, most = distance_ + ball.wrist;
         usable_ = known_ & (T(arm_->inner_reach) < least) & (most < T(arm_->reach));
         widen(ball, psi_shift, least, most, true);
     }
-    /// The same of what a ball has within the reach, where all its postures are, if there are any.
+    /// The same for the part of the ball that is in reach.
     void widen_within_reach(const PoseBall<T>& ball, const T& psi_shift) noexcept {
         usable_ = known_;
         widen(ball, psi_shift, max(distance_ - ball.wrist, T(arm_->inner_reach)),
               min(distance_ + ball.wrist, T(arm_->reach)), false);
     }
+    /// Whether (or for which lanes) the bounds are valid.
     const Mask& usable() const noexcept { return usable_; }
-    /// Gives up motions side by side but some.
+    /// Keeps only the lanes in `some`.
     void keep(const Mask& some) noexcept { usable_ = usable_ & some; }
 
-    /// A limit as functions of psi: kept where both are >= 0, or one of them where `either`; each is known
-    /// within its slack. What is no limit is never broken: where it is not kept there may be no posture.
+    /// A condition as two functions of psi: it holds if both are >= 0, or, if `either`, one of them; each is
+    /// known up to its slack. If `limit` is false, a violation does not exclude a posture but means that none
+    /// is certain.
     struct Condition {
         Harmonic<double> low, high;
         double low_slack, high_slack;
         bool either, limit;
 
-        /// Which of some psi, a bit each, keep it, and which break it; and where each function is open.
+        /// For several psi, as bits: where the condition certainly holds, where it is certainly violated, and
+        /// where each function is undecided.
         struct Told {
             unsigned inside, outside, low_open, high_open;
         };
+        /// Evaluates the condition at several psi.
         template <int N>
         ARMANGLE_INLINE Told at(const SinCos<Lane<N>>& psi) const noexcept {
             using Several = Lane<N>;
@@ -128,7 +132,7 @@ public:
         }
     };
 
-    /// Theta of a joint in [lower, upper], less than a turn, psi on the circle of the centre.
+    /// The condition that the angle of a joint is in [lower, upper] (rad, less than 2 pi apart).
     Condition condition(int joint, double lower, double upper) const noexcept {
         const double radius = joint < 3 ? shoulder_ : wrist_;
         Condition out{{0, 0, 0}, {0, 0, 0}, 1.0, 1.0, upper - lower > pi, true};
@@ -165,7 +169,8 @@ public:
         return out;
     }
 
-    /// That the directions of the joints beside a hinge (0, 1) do not vanish: there a posture is.
+    /// The condition that a posture exists: the joints next to hinge joint 2 (0) or 6 (1) have well-defined
+    /// directions.
     Condition regular(int hinge) const noexcept {
         const double radius = hinge == 0 ? shoulder_ : wrist_;
         const Harmonic<double>& H = f_.hinge[hinge].H;
@@ -174,8 +179,8 @@ public:
         return {{-H.s, -H.c, most - H.k}, {H.s, H.c, most + H.k}, 0.0, 0.0, false, false};
     }
 
-    /// How fast X moves with psi over |psi - middle| <= half < 1, on the circle of the centre, stretches side
-    /// by side; and in which of them that is known.
+    /// Computes how fast X changes with psi over |psi - middle| <= half < 1, for several stretches; returns
+    /// for which the result is valid.
     template <int N>
     ARMANGLE_INLINE LaneMask<N> pace(const ChainArm& near, const Lane<N>& middle, const Lane<N>& half,
                                      Pace<Lane<N>>& out) const noexcept {
@@ -235,8 +240,8 @@ public:
         return known & (out.wrist <= supposed.wrist) & (out.turn <= supposed.turn);
     }
 
-    /// How fast the function of a limit of a joint may change with psi beside that of the centre, X at a
-    /// pace.
+    /// Bounds of how fast the limit functions change with psi in addition to those of the centre, for X
+    /// changing at this pace.
     template <int N>
     ARMANGLE_INLINE Lane<N> drift(const bool (&of_shoulder)[N], const Pace<Lane<N>>& x) const noexcept {
         using Several = Lane<N>;
@@ -249,7 +254,7 @@ public:
         return Several::load(wide) + Several::load(rate) * x.wrist + Several::load(turns) * x.turn;
     }
 
-    /// The joints over |psi - middle| <= half, psi on the circle of the centre.
+    /// The bounds of the joints over |psi - middle| <= half (rad).
     Coarse<T> over(const T& middle, const T& half) const noexcept {
         Coarse<T> out;
         SinCos<T> towards[joints];
@@ -258,7 +263,7 @@ public:
         return out;
     }
 
-    /// Of over() all but theta, and the directions that it is of, of no size.
+    /// The same as over(), but with directions `towards` (of any length) instead of theta.
     ARMANGLE_INLINE void reaches(const T& middle, const T& half, Coarse<T>& out,
                                  SinCos<T> (&towards)[joints]) const noexcept {
         const SinCos<T> at = sin_cos(middle);
@@ -293,12 +298,13 @@ private:
     template <class>
     friend class CorrectedMotion;
 
-    /// The triangle of an arm at one distance beside that of the centre.
+    /// How the triangle shoulder-elbow-wrist at another distance differs from that of the centre.
     struct Seen {
         T beta, gamma, tilt, bend;           // chords of what its angles differ
         T bend_rate, beta_rate, gamma_rate;  // how fast they change, rad/m; of the latter two cotangents
         T least_cosine;                      // of both angles beside S-W
 
+        /// Takes the larger of both differences.
         void also(const Seen& other) noexcept {
             beta = max(beta, other.beta);
             gamma = max(gamma, other.gamma);
@@ -309,6 +315,7 @@ private:
             gamma_rate = max(gamma_rate, other.gamma_rate);
         }
     };
+    /// The differences at a distance (m) of the wrist.
     ARMANGLE_INLINE Seen seen_at(const T& distance) const noexcept {
         const T La(arm_->upper_arm), Lb(arm_->forearm);
         const Triangle<T> t = triangle(*arm_, distance);
@@ -325,6 +332,7 @@ private:
                 min(t.kappa.cos, mul_add(t.eta.cos, t.kappa.cos, t.eta.sin * t.kappa.sin))};
     }
 
+    /// Widens the functions to a ball whose wrist distances are in [least, most].
     void widen(const PoseBall<T>& ball, const T& psi_shift, const T& least, const T& most,
                bool whole) noexcept {
         const T zero(0.0), one(1.0);
@@ -375,16 +383,17 @@ private:
         wrist_ = hypot(lean, gamma + seen.tilt) + ball.turn;
     }
 
-    /// No less than the angle of a chord below 1.
+    /// An upper bound of the angle of a chord below 1.
     static T arc(const T& chord) noexcept { return chord * (T(1.0) + T(0.05) * chord * chord); }
 
     static constexpr double slack = 1.1;  // of a small angle over its sine, and of turns about two axes
 
+    /// The chord between two angles given by sine and cosine.
     static T chord(const SinCos<T>& a, const SinCos<T>& b) noexcept {
         return hypot(a.sin - b.sin, a.cos - b.cos);
     }
 
-    /// How far a harmonic is from its value at `middle` over |psi - middle| <= half.
+    /// A bound of the change of a harmonic function from its value at `middle` over |psi - middle| <= half.
     static T swept(const Harmonic<T>& h, const SinCos<T>& middle, const T& half) noexcept {
         return half * (abs(h.slope(middle)) + T(0.5) * half * hypot(h.s, h.c));
     }
@@ -407,7 +416,7 @@ inline constexpr double first_turn = 1.5;
 
 namespace detail {
 
-/// The ball that frames turning by up to `turn[k]` keep X in; F_0 does not turn.
+/// The ball in which X stays if each frame k of the nominal arm rotates by up to turn[k] (rad).
 template <class T>
 ARMANGLE_INLINE PoseBall<T> turned_ball(const ChainArm& arm, const T (&turn)[joints + 1]) noexcept {
     constexpr double slack = 1.1;  // products of deviations
@@ -420,7 +429,7 @@ ARMANGLE_INLINE PoseBall<T> turned_ball(const ChainArm& arm, const T (&turn)[joi
     return out;
 }
 
-/// How far the nominal frames F_k = H_0 Rz(theta_1) ... Rz(theta_k) turn over a stretch.
+/// Bounds of the rotation (rad) of the nominal frames F_k = H_0 Rz(theta_1) ... Rz(theta_k) over a stretch.
 template <class T>
 ARMANGLE_INLINE void frames_turn(const Coarse<T>& c, const T& turn_of_pose, T (&turn)[joints + 1]) noexcept {
     turn[0] = T(0.0);
@@ -433,7 +442,7 @@ ARMANGLE_INLINE void frames_turn(const Coarse<T>& c, const T& turn_of_pose, T (&
     turn[5] = min(turn[4] + c.reach[4], turn[6] + c.reach[5]);
 }
 
-/// The circle of a corrected pose 0T7 whose psi is that of a plane.
+/// The circle of a corrected pose 0T7, with the zero of psi at the given plane.
 template <class T>
 ARMANGLE_INLINE Triad<T> triad_of(const Arm& arm, const Pose<T>& flange, const PsiPlane<T>& plane) noexcept {
     return triad(arm, flange,
@@ -442,8 +451,8 @@ ARMANGLE_INLINE Triad<T> triad_of(const Arm& arm, const Pose<T>& flange, const P
 
 }  // namespace detail
 
-/// The motions over |psi - middle| <= half, by postures at the middle: `angle`, on the plane of the pose's
-/// circle `on`. Their psi count from the middle. `joints_over` takes where the joints are then.
+/// The motion over |psi - middle| <= half (rad), found from postures at the middle with these angles. Its psi
+/// counts from the middle. `joints_over` receives the bounds of the joints.
 template <class T>
 inline CorrectedMotion<T> motion_about(const ChainArm& arm, const Triad<T>& on,
                                        const detail::PsiPlane<T>& plane, const SinCos<T> (&angle)[joints],
@@ -477,7 +486,7 @@ inline CorrectedMotion<T> motion_about(const ChainArm& arm, const Triad<T>& on,
     return out;
 }
 
-/// The motion over the whole circle: the links between the joints move X by what they can, for any theta.
+/// The motion over the whole circle of psi, valid for all joint angles.
 inline CorrectedMotion<double> motion_around(const ChainArm& arm, const Pose<double>& pose,
                                              const Triad<double>& on,
                                              const Configuration<double>& gc) noexcept {
@@ -491,7 +500,7 @@ inline CorrectedMotion<double> motion_around(const ChainArm& arm, const Pose<dou
     return out;
 }
 
-/// Where the joints are over |psi - middle| <= half.
+/// The bounds of the joints over |psi - middle| <= half (rad).
 template <class T>
 inline Coarse<T> coarse_about(const ChainArm& arm, const Triad<T>& on, const detail::PsiPlane<T>& plane,
                               const SinCos<T> (&angle)[joints], const Configuration<T>& gc,

@@ -20,20 +20,22 @@ inline constexpr int passes = 10;       // repetitions of one control cycle
 inline constexpr double stays = 1e-12;  // m: a smaller change of the corrected target ends them
 }  // namespace chain_tuning
 
-/// Returns N(theta) T(theta)^-1 at joint values q: where the nominal tool is, seen from the true one.
+/// The transform N(theta) T(theta)^-1 at joint values q, which takes a target of the true tool to that of the
+/// nominal tool.
 template <class AnyArm>
 Pose<double> correction(const AnyArm& arm, const double* q) noexcept {
     return tool_pose(nominal(arm), q) * inverted(tool_pose(arm, q));
 }
 
-/// The wish for the elbow in the frame in which the nominal arm has the corrected target.
+/// The target of the elbow, transformed like the corrected target.
 inline Towards seen_hint(const ChainArm&, const Pose<double>& seen, Towards elbow) noexcept {
     elbow.target = seen.rotation * elbow.target;
     if (elbow.wish == Wish::point) elbow.target = elbow.target + seen.position;
     return elbow;
 }
 
-/// Returns a solution of a target in branch gc within these limits, collision-free, that is near in time.
+/// A collision-free solution of a target in branch gc within these limits, not necessarily the nearest, but
+/// found in a bounded time.
 template <class AnyArm>
 Nearest resting_solution(const AnyArm& arm, const Limits& limits, const Scene* scene,
                          const Pose<double>& pose, int gc, const NearestOptions& options) noexcept {
@@ -50,22 +52,23 @@ Nearest resting_solution(const AnyArm& arm, const Limits& limits, const Scene* s
     return steps_of(narrow).nearest(pose, options, scene);
 }
 
-/// The correction that a cycle began with, and that of the joints that it led to.
+/// The correction with which a cycle was computed, and the correction at the joints that it gave.
 struct Guess {
     Pose<double> shown, found;
 };
 
-/// The next correction to try. If the deviation is small, it is the one found.
+/// The next correction to try: the one at the joints found, which suffices if the deviation is small.
 inline Pose<double> next_guess(const ChainArm&, const Guess&, const Guess& now) noexcept { return now.found; }
 
-/// A Tracker of the nominal arm whose target is corrected for the true arm. The arm must have
-/// seen_hint(arm, seen, elbow), next_guess, nominal(arm), steps_of(arm) and forward(arm, q).
+/// Tracks with the Tracker of the nominal arm, whose target is corrected for the true arm. The arm's type
+/// must have seen_hint(arm, seen, elbow), next_guess, nominal(arm), steps_of(arm) and forward(arm, q).
 template <class AnyArm>
 class CorrectedTracker {
 public:
     using Inner = Tracker<AnyArm>;
 
-    /// The options' scene is that of the nominal arm, `about` the same made ready for the arm; or both null.
+    /// Prepares the tracker. The options' scene is that of the nominal arm, `about` the same scene prepared
+    /// for the true arm; or both are null.
     CorrectedTracker(const AnyArm& arm, const TrackerOptions& options, const Scene* about = nullptr) noexcept
         : arm_(arm), length_(options.length), dt_(options.dt), tracker_(nominal(arm), options, arm, about) {
         double middle[joint_slots];
@@ -73,7 +76,7 @@ public:
         start(middle);
     }
 
-    /// At rest at q, as Tracker.
+    /// Starts at rest at joints q.
     void start(const double* q) noexcept {
         tracker_.start(q, forward(arm_, q).pose);
         drift_ = {0, 0, 0};
@@ -81,18 +84,19 @@ public:
 
     const double* q() const noexcept { return tracker_.q(); }
     const AnyArm& arm() const noexcept { return arm_; }
-    /// As Tracker, of the body.
+    /// See Tracker: the nearest pair of the true arm.
     NearestPair nearest_pair(double reach) const noexcept { return tracker_.nearest_pair(reach); }
 
-    /// As Tracker.
+    /// See Tracker.
     void look_again() noexcept { tracker_.look_again(); }
-    /// As Tracker.
+    /// The state that one cycle passes to the next; see Tracker.
     template <class Visit>
     void each_number(Visit& visit) {
         visit(drift_);
         tracker_.each_number(visit);
     }
 
+    /// Computes the next cycle: repeats the nominal tracker's cycle until its target agrees with the joints.
     Tracked step(const Command& command) noexcept {
         const Inner before = tracker_;
         const double time = command.dt > 0 && command.dt < infinity ? command.dt : dt_;
@@ -124,7 +128,7 @@ public:
     }
 
 private:
-    /// Replaces what the result says of the nominal end effector by what holds for the true one.
+    /// Replaces what a result says about the nominal end effector by the values of the true one.
     void correct(Tracked& out) const noexcept {
         const auto now = forward(arm_, out.q);
         out.psi = redundancy(now);

@@ -40,8 +40,8 @@ inline constexpr int root_steps = 8;
 
 namespace detail {
 
-/// What a stretch is cut into where a motion tells more: pieces by rising psi, each inside, outside, or open
-/// with what is open there.
+/// The sections of a stretch by rising psi: each is inside the limits, outside, or undecided with the
+/// conditions that are undecided.
 struct Sections {
     using Open = unsigned;  // a bit each range; then one each hinge, beside which a posture may not be
     static constexpr int conditions = ThetaRanges::capacity + hinges;
@@ -56,7 +56,7 @@ struct Sections {
     Section section[capacity];
 };
 
-/// The conditions of a motion that are asked, each with its bit.
+/// The conditions of a motion that are tested, each with its bit.
 struct AskedConditions {
     int count = 0;
     int bit[Sections::conditions];
@@ -64,7 +64,7 @@ struct AskedConditions {
 };
 inline constexpr Sections::Open hinge_bit = 1u << ThetaRanges::capacity;
 
-/// Whether a hull stays on the branch's side of theta_2, theta_4 - delta and theta_6 = 0.
+/// Whether theta_2, theta_4 - delta and theta_6 keep the signs of the branch all over a hull.
 inline bool keeps_branch(const Arm& nominal, const Configuration<double>& gc,
                          const Hull<double>& hull) noexcept {
     const double zero[] = {0.0, nominal.delta_angle, 0.0}, side[] = {gc.shoulder, gc.elbow, gc.wrist};
@@ -76,9 +76,10 @@ inline bool keeps_branch(const Arm& nominal, const Configuration<double>& gc,
     return true;
 }
 
-/// The work on one pose and branch.
+/// Computes the feasible arcs of one pose and branch.
 class ArcProof {
 public:
+    /// Prepares for a pose in a branch; only_joint (0..6) restricts the limits to one joint, -1: all.
     ArcProof(const ChainArm& arm, const Pose<double>& pose, const Triad<double>& on,
              const Configuration<double>& gc, const ThetaRanges& ranges, int only_joint) noexcept
         : arm_(arm),
@@ -89,6 +90,7 @@ public:
           only_(only_joint),
           trail_(arm, pose, on, gc) {}
 
+    /// Computes the arcs.
     void run(ProvenArcs& out) noexcept {
         const CorrectedMotion<double> all = motion_around(arm_, pose_, on_, gc_);
         Open every = hinge_bit | hinge_bit << 1;
@@ -129,7 +131,7 @@ private:
     using Several = Lane<several>;
     using Condition = CorrectedMotion<double>::Condition;
 
-    /// What is open, and how many looks led to it.
+    /// An undecided stretch, its undecided conditions, and the number of divisions that led to it.
     struct Stretch {
         double lower, upper;
         Open open;
@@ -145,7 +147,7 @@ private:
         Stretch stretch[Capacity];
     };
 
-    /// An end to be found: of the piece of a hull, where joint j is at theta.
+    /// An end to be computed in a hull: where joint j has the angle theta.
     struct End {
         int of, joint;
         double theta;
@@ -153,7 +155,7 @@ private:
         Tag tag;
     };
 
-    /// Parts [lower, upper] where a motion's conditions change; of those asked alone.
+    /// Divides [lower, upper] into sections in which no tested condition of the motion changes.
     void part(const CorrectedMotion<double>& motion, Open asked, double lower, double upper,
               AskedConditions& conditions, Sections& out) noexcept {
         Condition(&condition)[Sections::conditions] = conditions.condition;
@@ -194,16 +196,17 @@ private:
             tell(condition, bit, n, at + k, min_of(several, ends - 1 - k), out);
     }
 
-    /// One side of a condition: a harmonic that is known within a slack.
+    /// One side of a condition: a harmonic function that is known within a slack.
     struct Slackened {
         Harmonic<double> f;
         double slack;
         bool limit;
     };
 
+    /// The lesser number.
     static constexpr int min_of(int a, int b) noexcept { return a < b ? a : b; }
 
-    /// Where sides come to their slack, and limits to the other end of it.
+    /// Adds the psi at which functions reach the ends of their slack.
     template <class Add>
     static void add_crossings(const Slackened* side, int count, double lower, double upper,
                               const Add& add) noexcept {
@@ -233,7 +236,7 @@ private:
         }
     }
 
-    /// What conditions say of the sections between ends in a row, on which none of them changes.
+    /// Decides the sections between consecutive ends by the conditions at their middles.
     void tell(const Condition* condition, const int* bit, int n, const double* at, int count,
               Sections& out) noexcept {
         double middle[several];
@@ -270,7 +273,7 @@ private:
         }
     }
 
-    /// Remembers what breaks a stretch: whether it is the elbow, and it alone.
+    /// Records which conditions exclude a stretch, to report whether joint 4 alone excludes the pose.
     void block(Open broken) noexcept {
         if (broken == 0) return;
         Tag by_elbow = 0;
@@ -280,7 +283,7 @@ private:
         elbow_blocks_ = by_elbow;
     }
 
-    /// Keeps what is inside, and what is open for another look; psi counts from `origin`.
+    /// Keeps the sections inside, and the undecided ones for another look; their psi counts from `origin`.
     void take(const Sections& parts, double origin, int depth) noexcept {
         for (int i = parts.count - 1; i >= 0; --i) {
             const Sections::Section& one = parts.section[i];
@@ -289,7 +292,7 @@ private:
         }
     }
 
-    /// An end that is looked for: of a section, where joint j is at theta, or half a turn from it; f is the
+    /// An end to be computed in a section: where joint j has the angle theta (or theta + pi); f is the
     /// function of its limit.
     struct Crossing {
         int of, joint;
@@ -299,7 +302,8 @@ private:
         Harmonic<double> f;
     };
 
-    /// The open functions of a range in a section, at most two. False where they are none with ends.
+    /// Collects the undecided functions of a joint's range in a section, at most two; false if their ends
+    /// cannot be computed so.
     static bool crossings_of(const ThetaRanges::One& range, const Condition& c, bool low, bool high,
                              double side, int of, Crossing* out, int& count) noexcept {
         if (range.joint == 3) return false;
@@ -317,7 +321,7 @@ private:
         return true;
     }
 
-    /// Keeps what is inside, and cuts what is open at its ends, several at once.
+    /// Keeps the sections inside, and computes ends in the undecided ones, several at once.
     void settle_sections(const CorrectedMotion<double>& all, const AskedConditions& asked,
                          const Sections& parts) noexcept {
         constexpr int most = 2 * several + 2;
@@ -363,8 +367,8 @@ private:
         settle_them();
     }
 
-    /// Cuts sections at their ends: of each function one, where it is proven to rise or fall all over the
-    /// section. The true function is that of the motion's centre, and what X adds to it changes slowly.
+    /// Cuts sections at computed ends: one for each function, if it is proven to be monotonic over the
+    /// section. The true function differs from that of the motion's centre by a slowly changing amount.
     void settle_crossings(const CorrectedMotion<double>& all, const Sections& parts, const int* pending,
                           int sections, const Crossing* crossing, int count) noexcept {
         double s[several], c[several], k[several], target[several], section_lower[several],
@@ -460,7 +464,7 @@ private:
         }
     }
 
-    /// Takes off a piece what is below a psi, or above it.
+    /// Cuts off the part of a piece below psi, or above it, and sets the tag of the new end.
     static void cut_piece(Piece& piece, double psi, bool below, Tag tag) noexcept {
         if (below && psi > piece.lower) {
             piece.lower = psi;
@@ -471,8 +475,8 @@ private:
         }
     }
 
-    /// Leads postures to where joint[i] is at its theta, by Newton on the seven equations and that; and tells
-    /// which of them come there.
+    /// Moves postures by Newton's method until joint[i] has its wanted angle, with psi free; returns which of
+    /// them converge.
     LaneMask<several> lead(const int (&joint)[several], const SinCos<Several>& wanted,
                            LaneMask<several> going, SinCos<Several>* angle, Several& psi) const noexcept {
         const Pose<Several> pose = spread<Several>(pose_);
@@ -501,7 +505,7 @@ private:
         return there;
     }
 
-    /// Of each lane the number of its joint.
+    /// For each lane the value of its joint.
     template <class Get>
     ARMANGLE_INLINE static Several of_joints(const int (&joint)[several], const Get& get) noexcept {
         Several row[joints], out;
@@ -510,7 +514,7 @@ private:
         return out;
     }
 
-    /// How far each lane's joint is from where it is wanted.
+    /// For each lane the difference (rad) of its joint from the wanted angle.
     ARMANGLE_INLINE static Several gap_to(const SinCos<Several>& wanted, const int (&joint)[several],
                                           const SinCos<Several>* angle) noexcept {
         const Several s = of_joints(joint, [&](int j) { return angle[j].sin; }),
@@ -518,13 +522,13 @@ private:
         return atan2(wanted.sin * c - wanted.cos * s, wanted.cos * c + wanted.sin * s);
     }
 
-    /// Leaves a stretch for a look of this round.
+    /// Keeps a stretch to be examined in this round; if there is no memory, in the next.
     void open(const Stretch& one) noexcept {
         if (next_.count == next_.capacity) return leave(one);
         next_.stretch[next_.count++] = one;
     }
 
-    /// Leaves a stretch to the next round, or gives it up.
+    /// Keeps a stretch for the next round; in the last one it is left unproven.
     void leave(const Stretch& one) noexcept {
         if (round_ + 1 < chain_tuning::rounds && left_.count < left_.capacity) {
             left_.stretch[left_.count] = one;
@@ -534,13 +538,13 @@ private:
         give_up(one);
     }
 
-    /// Leaves a stretch out as not proven.
+    /// Counts a stretch as unproven.
     void give_up(const Stretch& one) noexcept {
         unproven_ += one.upper - one.lower;
         open_.add({one.lower, one.upper, 0, 0});
     }
 
-    /// Leaves both halves of a stretch for a look each, or a narrow one to the next round.
+    /// Keeps both halves of a stretch to be examined, or a narrow stretch for the next round.
     void halve(const Stretch& one) noexcept {
         const double middle = one.middle();
         const bool narrow =
@@ -550,7 +554,7 @@ private:
         open({one.lower, middle, one.open, one.depth + 1});
     }
 
-    /// Looks at what is open until nothing is, at several stretches at once.
+    /// Examines undecided stretches, several at once, until none is left in this round.
     void settle_all() noexcept {
         while (next_.count > 0) {
             Stretch now[several];
@@ -569,7 +573,7 @@ private:
         }
     }
 
-    /// Settles stretches on which something is open, or opens parts of them.
+    /// Decides stretches, or divides them.
     void settle(const Stretch* now, int count) noexcept {
         double middle[several], half[several];
         for (int k = 0; k < several; ++k) {
@@ -617,7 +621,7 @@ private:
         }
     }
 
-    /// Gives up stretches deep in a band: there is no posture, or a second one, and so it is beside them.
+    /// Leaves stretches unproven where there is no posture or a second one, and in their neighbours too.
     void give_up_deep(const double (&middle)[several], const double (&half)[several], const Stretch* now,
                       int count, const bool (&is_found)[several], const Several& share,
                       bool (&is_settled)[several]) noexcept {
@@ -638,7 +642,7 @@ private:
         }
     }
 
-    /// Settles a stretch, or opens parts of it, by what is known about the posture at its middle.
+    /// Decides a stretch, or parts of it, by the motion about the posture at its middle.
     void settle_by_motion(const Stretch& now, const CorrectedMotion<Several>& motions,
                           const Coarse<Several>& over, int k, double share) noexcept {
         const double middle = now.middle(), half = now.half();
@@ -661,7 +665,7 @@ private:
         take(parts, middle, now.depth + 1);
     }
 
-    /// Settles stretches by hulls about the postures at their middles, where those say all.
+    /// Decides stretches by hulls about the postures at their middles, where those decide everything.
     void settle_by_hulls(const Stretch* now, const bool (&by_hull)[several], const Hull<Several>& hulls,
                          const Found<Several>& found, const Several& share,
                          bool (&is_settled)[several]) noexcept {
@@ -709,7 +713,8 @@ private:
         }
     }
 
-    /// Where a joint comes to an end of its range in a hull, once each; false where the hull does not say.
+    /// Collects where a joint reaches the ends of its range in a hull, each at most once; false if the hull
+    /// does not determine that.
     static bool ends_of(const ThetaRanges::One& range, const Hull<double>& hull, int k, End* end,
                         int& count) noexcept {
         const int j = range.joint;
@@ -722,9 +727,8 @@ private:
         return true;
     }
 
-    /// Cuts pieces of hulls at their ends, or says that it fails: Newton on the seven equations and the joint
-    /// at its theta, at all ends at once. An end may lie beyond the hull, whose joint then does not come to
-    /// it.
+    /// Computes the ends by Newton's method, all at once, and cuts the hulls' pieces at them; `fails` tells
+    /// for which hulls that fails. An end beyond its hull cuts nothing.
     void cut(const End* end, int count, const Hull<Several>& hulls, const Found<Several>& found, Piece* piece,
              bool (&fails)[several]) const noexcept {
         int of[several], joint[several];
@@ -783,7 +787,8 @@ private:
 
 }  // namespace detail
 
-/// Psi_all of a pose in branch gc of the true chain; of one joint (0..6) alone where it is named.
+/// The values of psi at which branch gc of the true chain reaches a pose within the limits and the
+/// singularity margin (rad); of one joint's limits alone if `joint` (0..6) is given.
 inline void feasible(const ChainArm& arm, const Pose<double>& pose, int gc, const Limits& limits,
                      double margin, ProvenArcs& out, int joint = -1) noexcept {
     make_empty(out.arcs);

@@ -12,8 +12,8 @@ namespace armangle {
 
 namespace detail {
 
-/// Walks the true chain: visit(k, frame) with the frame of joint k + 1 before it turns, for k = 0..6, and
-/// the tip for k = 7; angle[k] is of theta_{k+1}.
+/// Calls visit(k, frame) with the true frame of joint k + 1 before its rotation, for k = 0..6, and with the
+/// tip for k = 7; angle[k] is theta_{k+1}.
 template <class T, class Visit>
 ARMANGLE_INLINE void walk_links(const ChainArm& arm, const SinCos<T>* angle, const Visit& visit) noexcept {
     Pose<T> frame = spread<T>(arm.link[0]);
@@ -24,7 +24,7 @@ ARMANGLE_INLINE void walk_links(const ChainArm& arm, const SinCos<T>* angle, con
     visit(joints, frame);
 }
 
-/// T(theta)
+/// The true pose of the tip for these angles.
 template <class T>
 ARMANGLE_INLINE Pose<T> tip(const ChainArm& arm, const SinCos<T>* angle) noexcept {
     Pose<T> out;
@@ -34,18 +34,18 @@ ARMANGLE_INLINE Pose<T> tip(const ChainArm& arm, const SinCos<T>* angle) noexcep
     return out;
 }
 
-/// Sine and cosine of seven angles, all in one register.
+/// The sines and cosines of seven angles (rad).
 inline void sin_cos_all(const double* theta, SinCos<double> (&out)[joints]) noexcept {
     const SinCos<JointLanes> both = sin_cos(joint_lanes(theta));
     for (int j = 0; j < joints; ++j) out[j] = {both.sin[j], both.cos[j]};
 }
 
-/// theta of seven joint values.
+/// The model angles theta (rad) of seven joint values.
 inline void theta_of(const Arm& arm, const double* q, double (&theta)[joints]) noexcept {
     for (int j = 0; j < joints; ++j) theta[j] = to_theta(arm, j, q[j]);
 }
 
-/// z_3 of N(theta) in the frame of the DH rows: eq. (15), the third column of 0R3.
+/// The elbow axis z_3 of the nominal arm, in its base frame: eq. (15), the third column of 0R3.
 template <class T>
 ARMANGLE_INLINE Vec3<T> elbow_axis(const SinCos<T>* a) noexcept {
     return {a[0].cos * a[1].cos * a[2].sin + a[0].sin * a[2].cos,
@@ -54,7 +54,7 @@ ARMANGLE_INLINE Vec3<T> elbow_axis(const SinCos<T>* a) noexcept {
 
 }  // namespace detail
 
-/// The true frames 0..7 at joint values q, in the frame that poses are given in: joint i turns about the z
+/// The true frames 0..7 at joint values q, in the frame that poses are given in: joint i rotates about the z
 /// axis of frame i - 1, and frame 7 times the tool is the pose.
 inline void frames(const ChainArm& arm, const double* q, Pose<double> (&out)[joints + 1]) noexcept {
     double theta[joints];
@@ -74,22 +74,22 @@ inline Pose<double> tool_pose(const ChainArm& arm, const double* q) noexcept {
     return detail::tip(arm, angle);
 }
 
-/// The origin of true frame 3, m in the frame that poses are given in.
+/// The position of the elbow: the origin of true frame 3 (m, in the frame of poses).
 inline Vec3<double> elbow_position(const ChainArm& arm, const double* q) noexcept {
     Pose<double> frame[joints + 1];
     frames(arm, q, frame);
     return frame[3].position;
 }
 
-/// The geometric Jacobian of the true chain, as that of the arm.
+/// The geometric Jacobian of the true chain.
 inline Jacobian jacobian(const ChainArm& arm, const double* q) noexcept {
     Pose<double> frame[joints + 1];
     frames(arm, q, frame);
     return detail::jacobian_of(arm.nominal, frame);
 }
 
-/// q -> (pose, psi, GC) of the true chain. GC is that of the nominal arm at the same theta; psi is that of
-/// its elbow axis, from the reference plane of the true pose.
+/// The pose, psi and GC of joint values q of the true chain. GC is that of the nominal arm at the same theta;
+/// psi is measured by its elbow axis from the reference plane of the true pose.
 inline Posture forward(const ChainArm& arm, const double* q) noexcept {
     double theta[joint_slots] = {};
     SinCos<double> angle[joints];

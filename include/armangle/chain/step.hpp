@@ -9,16 +9,19 @@
 
 namespace armangle {
 
-/// A view of an arm (motion/stepping_family.hpp), with a margin (rad) kept around singularities. A wish for
-/// the elbow is one for that of the nominal arm.
+/// What steps need to know about an arm on its own chain (motion/stepping_family.hpp), with a singularity
+/// margin (rad). A target for the elbow is one for the nominal arm's elbow.
 class ChainSteps {
 public:
+    /// Prepares for an arm, which must outlive this object.
     ChainSteps(const ChainArm& arm, double margin) noexcept : arm_(&arm), margin_(margin) {}
 
     const ChainArm& arm() const noexcept { return *arm_; }
+    /// The nominal arm.
     const Arm& rows() const noexcept { return arm_->nominal; }
     double margin() const noexcept { return margin_; }
 
+    /// The psi and branch of joints q; psi from the elbow if `carry` says so or psi is undefined.
     OnSelfMotion on(const double* q, const Pose<double>& pose, Carry carry) const noexcept {
         const Posture now = forward(*arm_, q);
         if (carry == Carry::psi && !is_nan(now.psi)) return {now.psi, now.gc};
@@ -28,6 +31,7 @@ public:
         detail::sin_cos_all(theta, angle);
         return {arm_angle(triad(rows(), flange_pose(rows(), pose)), detail::elbow_axis(angle)), now.gc};
     }
+    /// Computes the directions of the joints at a pose, branch and psi.
     Status at(const Pose<double>& pose, int gc, double psi, const double*,
               Directions<double>& d) const noexcept {
         const Triad<double> on = triad(rows(), flange_pose(rows(), pose));
@@ -43,16 +47,21 @@ public:
         d.x[joints] = 1.0;
         return status;
     }
+    /// The proven arcs of a pose in branch gc.
     void arcs(const Pose<double>& pose, int gc, const Limits& limits, ProvenArcs& out) const noexcept {
         feasible(*arm_, pose, gc, limits, margin_, out);
     }
+    /// The joints and angles at which branches meet.
     std::array<BranchMeeting, 3> meetings() const noexcept {
         return {{{1, 0.0}, {3, rows().delta_angle}, {5, 0.0}}};
     }
+    /// The joints 2 and 6 of which a branch may change in a step.
     std::span<const int> hinges() const noexcept { return hinge_joint; }
+    /// The psi nearest to a target of the elbow.
     double towards(const Pose<double>& pose, int gc, const Towards& towards) const noexcept {
         return psi_towards(rows(), self_motion(rows(), pose, configuration(gc)), towards).psi;
     }
+    /// The nearest solution of a pose.
     Nearest nearest(const Pose<double>& pose, const NearestOptions& options,
                     const Scene* scene) const noexcept {
         return nearest_posture(*arm_, margin_, pose, options, scene);
@@ -65,11 +74,10 @@ private:
 
 static_assert(stepping_family<ChainSteps>);
 
-/// Returns the view of an arm, without a margin around singularities.
+/// The functions for steps of an arm, without a singularity margin.
 inline ChainSteps steps_of(const ChainArm& arm) noexcept { return {arm, 0.0}; }
 
-/// The step from q_now to `pose` (as the user sees it) within the arm's limits and a margin (rad) around
-/// singularities.
+/// The step from joints q_now to `pose` within the arm's limits and a singularity margin (rad).
 inline Step step(const ChainArm& arm, double margin, const double* q_now, const Pose<double>& pose,
                  const StepOptions& options) noexcept {
     return step(ChainSteps(arm, margin), q_now, pose, options);
