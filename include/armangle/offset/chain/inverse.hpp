@@ -29,22 +29,22 @@ struct OffsetChainTuning {
 
 namespace detail {
 
-/// A posture by the directions of its joints in the order of the formulas, and what is left of the pose:
-/// shift as a share of the reach, turn in rad.
+/// A posture as directions of its joints in the order of the formulas, and its error: translation over the
+/// reach plus rotation (rad).
 struct ChainPosture {
     SinCos<double> angle[joints];
     double left = infinity;
 };
 
-/// Frames of the true chain, a share of the way from the nominal one: frame[k] of joint k + 1 before it turns
-/// and the flange.
+/// Computes the frames of the true chain: frame[k] of joint k + 1 before its rotation, and the flange.
 inline void walk_rows(const OffsetChain& arm, const SinCos<double>* angle,
                       Pose<double> (&frame)[joints + 1]) noexcept {
     frame[0] = arm.row[0];
     for (int k = 0; k < joints; ++k) frame[k + 1] = turned_about_z(frame[k], angle[k]) * arm.row[k + 1];
 }
 
-/// Solves the six equations a x = b with pivots by rows; false where one vanishes.
+/// Solves six equations (a: coefficients, then the right side) by elimination with pivots; false if one is
+/// too small.
 inline bool solve_six(double (&a)[6][7], double (&x)[6], double least_pivot) noexcept {
     for (int c = 0; c < 6; ++c) {
         int best = c;
@@ -69,8 +69,8 @@ inline bool solve_six(double (&a)[6][7], double (&x)[6], double least_pivot) noe
     return true;
 }
 
-/// The equations of the joints but `held` (0..6) at a posture of the true chain: columns, and what is left in
-/// the last. The origin of frame 6 and not the flange, whose rows would nearly be those of the turn.
+/// Computes the six equations of all joints except `held` (0..6) at a posture: the Jacobian's columns, then
+/// the error. The position is that of frame 6's origin. Returns the size of the error.
 inline double six_equations(const OffsetChain& arm, const Pose<double>& flange, const SinCos<double>* angle,
                             int held, double (&a)[6][7]) noexcept {
     Pose<double> frame[joints + 1];
@@ -97,7 +97,8 @@ inline double six_equations(const OffsetChain& arm, const Pose<double>& flange, 
     return apart > 1.0 ? norm(shift) + norm(turn) : infinity;  // a turn beyond a right angle looks smaller
 }
 
-/// The nominal posture of a flange pose at theta_7, of the nearest one that exists.
+/// The posture of the nominal arm for a flange pose and theta_7; if there is none, that of the nearest pose
+/// that has one.
 inline void nominal_posture(const OffsetArm& arm, const Pose<double>& flange, const SinCos<double>& theta_7,
                             const OffsetBranch& branch, SinCos<double> (&angle)[joints]) noexcept {
     const OffsetMotion<> m = motion_of_flange(arm, flange, branch);
@@ -114,7 +115,7 @@ inline void nominal_posture(const OffsetArm& arm, const Pose<double>& flange, co
     angle[6] = theta_7;
 }
 
-/// Turns a joint by an angle.
+/// Rotates a joint by an angle (rad).
 inline void turn_joint(double by, SinCos<double>& angle) noexcept {
     const SinCos<double> more = sin_cos(by);
     const double sine = angle.sin * more.cos + angle.cos * more.sin,
@@ -122,7 +123,7 @@ inline void turn_joint(double by, SinCos<double>& angle) noexcept {
     angle = {sine * per, cosine * per};
 }
 
-/// Newton's method from a posture, joint `held` (0..6) as it is.
+/// Newton's method from a posture, with joint `held` (0..6) fixed.
 inline void settle(const OffsetChain& arm, const Pose<double>& flange, int held,
                    const OffsetChainTuning& tuning, ChainPosture& at) noexcept {
     double a[6][7], step[6], before = infinity;
@@ -140,20 +141,20 @@ inline void settle(const OffsetChain& arm, const Pose<double>& flange, int held,
     }
 }
 
-/// The signs of a posture of the nominal arm.
+/// The branch of a posture.
 inline OffsetBranch branch_of(const OffsetChain& arm, const SinCos<double>* angle) noexcept {
     double theta[joints];
     for (int j = 0; j < joints; ++j) theta[j] = atan2(angle[j].sin, angle[j].cos);
     return offset_branch(arm.nominal, theta);
 }
 
-/// Whether a posture holds the pose and is of a branch.
+/// Whether a posture reaches the pose within the tolerance, in the branch.
 inline bool is_of(const OffsetChain& arm, const OffsetBranch& branch, const ChainPosture& at,
                   const OffsetChainTuning& tuning) noexcept {
     return at.left <= tuning.residual && index(branch_of(arm, at.angle)) == index(branch);
 }
 
-/// The arm a share of the way from its nominal arm to itself.
+/// The arm whose links are between the nominal ones (share 0) and the true ones (share 1).
 inline OffsetChain grown(const OffsetChain& arm, double share) noexcept {
     OffsetChain out = arm;
     for (int k = 1; k < joints; ++k) {
@@ -167,8 +168,8 @@ inline OffsetChain grown(const OffsetChain& arm, double share) noexcept {
     return out;
 }
 
-/// The posture of a flange pose, theta_7 and branch on the true chain, if the nominal one leads to it at
-/// once.
+/// Finds the posture of a flange pose, theta_7 and branch by corrections and Newton's method from the nominal
+/// posture; false if that fails.
 inline bool find_at_once(const OffsetChain& arm, const Pose<double>& flange, const SinCos<double>& theta_7,
                          const OffsetBranch& branch, ChainPosture& out,
                          const OffsetChainTuning& tuning = {}) noexcept {
@@ -183,14 +184,14 @@ inline bool find_at_once(const OffsetChain& arm, const Pose<double>& flange, con
     return is_of(arm, branch, out, tuning);
 }
 
-/// By how much (m) at least the wrist of a flange pose is beyond the reach, or inside the inner reach.
+/// By how much (m) at least the wrist of a flange pose is out of reach; <= 0 if that is not certain.
 inline double certain_excess(const OffsetChain& arm, const Pose<double>& flange,
                              const SinCos<double>& theta_7) noexcept {
     const OffsetMotion<> m = motion_of_flange(arm.nominal, flange, configuration(0));
     return offset_wrist(arm.nominal, m, theta_7).excess - (arm.shift + abs(arm.nominal.a_6) * arm.turn);
 }
 
-/// The posture that Newton's method leads to from the joints of a seed (q), if it is of the branch.
+/// Finds the posture by Newton's method from joints of a seed (q); false if it fails or is in another branch.
 inline bool find_beside(const OffsetChain& arm, const Pose<double>& flange, const SinCos<double>& theta_7,
                         const OffsetBranch& branch, const double* seed, ChainPosture& out,
                         const OffsetChainTuning& tuning) noexcept {
@@ -201,8 +202,8 @@ inline bool find_beside(const OffsetChain& arm, const Pose<double>& flange, cons
     return is_of(arm, branch, out, tuning);
 }
 
-/// The same, also where it has to be looked for; the seed (q, or null) is the last posture to start from.
-/// Else UNREACHABLE, which is certain, or NEAR_SINGULAR: none of the branch is found.
+/// Finds the posture by all methods, at last from the seed (q, or null). Otherwise UNREACHABLE, which is
+/// certain, or NEAR_SINGULAR: no posture in the branch was found.
 inline Status find_posture(const OffsetChain& arm, const Pose<double>& flange, const SinCos<double>& theta_7,
                            const OffsetBranch& branch, const double* seed, ChainPosture& out,
                            const OffsetChainTuning& tuning = {}) noexcept {
@@ -217,7 +218,7 @@ inline Status find_posture(const OffsetChain& arm, const Pose<double>& flange, c
     return beside ? Status::OK : Status::NEAR_SINGULAR;
 }
 
-/// Directions of the robot's joints.
+/// The directions of the robot's joints.
 inline Directions<double> directions_of(const OffsetChain& arm, const ChainPosture& at) noexcept {
     Directions<double> out{};
     for (int j = 0; j < joints; ++j) {
@@ -246,8 +247,8 @@ inline Status directions(const OffsetChain& arm, const Pose<double>& pose, doubl
     return status;
 }
 
-/// (pose, free, GC) -> q, as inverse() of an offset arm, on the true chain. NEAR_SINGULAR: no posture of the
-/// branch is found there, near to where two branches meet.
+/// The joint values of the true chain for a pose, a value of the free joint (rad) and a branch.
+/// NEAR_SINGULAR: no solution in the branch is found, near where two branches meet.
 inline Inverse inverse(const OffsetChain& arm, const Pose<double>& pose, double free, int gc,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;

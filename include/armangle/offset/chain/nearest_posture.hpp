@@ -45,7 +45,7 @@ struct OffsetChainNearestTuning {
 
 namespace detail {
 
-/// How near a status is to a solution.
+/// A number that is larger the nearer a status is to a solution.
 inline int how_near(Status status) noexcept {
     switch (status) {
         case Status::UNREACHABLE: return 0;
@@ -56,7 +56,7 @@ inline int how_near(Status status) noexcept {
     }
 }
 
-/// The answer of a pose without a solution.
+/// The result for a pose without a solution.
 inline Nearest unsolved(Status why) noexcept {
     Nearest out{};
     for (double& q : out.q) q = not_a_number;
@@ -72,10 +72,10 @@ inline bool is_better(const Nearest& a, const Nearest& b, Metric metric) noexcep
     return metric == Metric::margin ? a.margin > b.margin : a.distance < b.distance;
 }
 
-/// The search of one pose.
+/// The search for the nearest posture of one pose.
 class ChainSearch {
 public:
-    /// With a scene, a solution that collides is none.
+    /// Prepares the search; with a scene, solutions that collide are rejected.
     ChainSearch(const OffsetChain& arm, const Pose<double>& pose, const NearestOptions& options,
                 const Scene* scene, const OffsetChainNearestTuning& tuning) noexcept
         : arm_(arm),
@@ -87,6 +87,7 @@ public:
         for (int j = 0; j < joints; ++j) near_[j] = o_.near ? o_.near[j] : own.joint_middle[j];
     }
 
+    /// Returns the nearest posture.
     Nearest run() noexcept {
         if (o_.allowed && o_.allowed->empty()) return unsolved(Status::NOT_ALLOWED);
         for (int gc = 0; gc < configurations; ++gc) {
@@ -135,16 +136,17 @@ private:
         friend bool operator<(const Cell& a, const Cell& b) noexcept { return a.least > b.least; }  // a heap
     };
 
+    /// By how much costs may differ and count as equal.
     double tie() const noexcept { return tuning_.tie * abs(cost_) + 1e-24; }
 
-    /// Takes the posture of a value of the free joint if it is within the limits and costs less.
+    /// Tries the posture at a value of the free joint: keeps it if it is within the limits and costs less.
     void offer(const ChainCells& cells, int gc, double free) noexcept {
         ChainPosture at;
         if (find_at_once(arm_, cells.flange(), cells.theta_7_of(free), configuration(gc), at))
             take(at, gc, free);
     }
 
-    /// Takes a posture of the pose if it is within the limits and costs less; tells whether it did.
+    /// Keeps a posture if it is within the limits and costs less; returns whether it did.
     bool take(const ChainPosture& at, int gc, double free) noexcept {
         if (o_.allowed && !contains(*o_.allowed, free)) return false;
         const Arm& own = arm_.nominal.own;
@@ -169,7 +171,7 @@ private:
         return true;
     }
 
-    /// The same of a posture of any value of the free joint and branch.
+    /// The same for a posture in any branch and with any value of the free joint.
     bool take(const ChainPosture& at) noexcept {
         if (!(at.left <= posture_.residual)) return false;
         const int gc = index(branch_of(arm_, at.angle));
@@ -177,7 +179,7 @@ private:
         return (o_.branches >> gc & 1u) != 0 && take(at, gc, wrap(to_q(arm_.nominal.rest, 6, theta)));
     }
 
-    /// What a cell costs at least, and how the cost goes over it.
+    /// A lower bound of the cost in a cell, and bounds of its slope.
     struct Bound {
         double least = 0;
         bool possible = true, smooth = true;
@@ -185,7 +187,7 @@ private:
         double squares = 0, largest = 0, margin = infinity;
     };
 
-    /// Adds joint j (of the formulas) over a cell.
+    /// Adds the cost of joint j (in the order of the formulas) over a cell.
     void add(int j, const JointOver& over, Bound& out) const noexcept {
         const Arm& own = arm_.nominal.own;
         const int k = robot_joint(arm_, j);
@@ -222,6 +224,7 @@ private:
                                     Interval(here + off.lo - near_[k], here + off.hi - near_[k]) * over.slope;
     }
 
+    /// The bound of a cell.
     Bound bound(const ChainCells::Over& over) const noexcept {
         Bound out;
         for (int j = 0; j < joints && out.possible; ++j) add(j, over.joint[j], out);
@@ -231,7 +234,7 @@ private:
         return out;
     }
 
-    /// Takes the postures that Newton's method leads to from the seed, each joint held in turn.
+    /// Tries the postures that Newton's method finds from the seed, with each joint fixed in turn.
     void look_beside_seed() noexcept {
         const Pose<double> flange = flange_pose(arm_, pose_);
         for (int held = 0; held < joints; ++held) {
@@ -243,6 +246,7 @@ private:
         }
     }
 
+    /// Adds a cell to the queue; without memory it stays open.
     void push(const Cell& cell) noexcept {
         if (count_ == most_cells) {
             left_open_ = min(left_open_, cell.least);
@@ -252,7 +256,7 @@ private:
         std::push_heap(heap_, heap_ + count_);
     }
 
-    /// The cells of a branch to begin with: of the circle, or of what is allowed.
+    /// Adds the first cells of a branch: of the circle, or of the allowed arcs.
     void begin(int gc) noexcept {
         const double width = two_pi / tuning_.cells, least = o_.metric == Metric::margin ? -infinity : 0.0;
         const auto put = [&](double lower, double upper) {
@@ -265,7 +269,7 @@ private:
         for (int i = 0; i < o_.allowed->count; ++i) put(o_.allowed->arc[i].lower, o_.allowed->arc[i].upper);
     }
 
-    /// Searches all branches, what can cost least first.
+    /// Examines the cells of all branches, the one with the least bound first.
     void search() noexcept {
         for (int looks = 0; count_ > 0; ++looks) {
             std::pop_heap(heap_, heap_ + count_);
@@ -279,6 +283,7 @@ private:
         }
     }
 
+    /// Examines a cell: dismisses it, decides it at its best end, divides it or leaves it open.
     void look(const Cell& cell) noexcept {
         Branch& one = *branch_[cell.gc];
         const ChainCells& cells = one.judge.cells;
@@ -314,8 +319,8 @@ private:
         if (open_count_ < most_open) open_[open_count_++] = cell;
     }
 
-    /// Searches what is open for postures, a place of neighbouring cells at a time: at the values of the free
-    /// joint, and with joint 5 held about the fold. Nothing of it is proven.
+    /// Searches postures in open cells, neighbours together, at values of the free joint and with joint 5
+    /// fixed near the fold. Finds solutions, but proves nothing.
     void look_at_folds() noexcept {
         std::sort(open_, open_ + open_count_, [](const Cell& a, const Cell& b) noexcept {
             return a.gc != b.gc ? a.gc < b.gc : a.lower < b.lower;
@@ -330,6 +335,7 @@ private:
         }
     }
 
+    /// The same for one range of open cells.
     void look_at_fold(int gc, double lower, double upper) noexcept {
         const ChainCells& cells = branch_[gc]->judge.cells;
         const double side = 1.0 / (tuning_.samples - 1);
@@ -351,7 +357,8 @@ private:
         }
     }
 
-    /// Moves the best along its self-motion as long as that costs less, by joint 7 or by joint 5.
+    /// Moves the best posture along its self-motion as long as the cost falls, by steps of joint 7 or joint
+    /// 5.
     void polish(const Pose<double>& flange) noexcept {
         double step = tuning_.beside_fold / tuning_.samples;
         for (int pass = 0; pass < tuning_.polish && step > tuning_.polished; ++pass) {
@@ -383,7 +390,7 @@ private:
 
 }  // namespace detail
 
-/// Returns the feasible and collision-free intervals of a branch that may be used; `scene` may be null.
+/// The feasible, collision-free and allowed intervals of a branch; `scene` may be null.
 inline ProvenArcs intervals_to_search(const OffsetChain& arm, const Pose<double>& exact, int gc,
                                       const ArcSet* allowed, const Scene* scene) noexcept {
     ProvenArcs out;

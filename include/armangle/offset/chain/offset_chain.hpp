@@ -35,28 +35,28 @@ struct OffsetChain {
     double shift, turn;  // how far X is from P at most: m of the origin of frame 6, rad
 };
 
-/// The nominal arm, whose limits, free joint and GC it has: its rows without the offset.
+/// The arm without the offset, which defines limits.
 inline const Arm& nominal(const OffsetChain& arm) noexcept { return arm.nominal.own; }
 
-/// The arm whose formulas give the free joint and GC.
+/// The arm with the offset, which defines free joint and GC.
 inline const OffsetArm& nominal_offset(const OffsetChain& arm) noexcept { return arm.nominal; }
 
 namespace detail {
 
-/// H_0 ... H_7 with the offset a_1 or a_6 in its row.
+/// The fixed transforms H_0 ... H_7 of the nominal arm, with the offset a_1 or a_6 (m).
 inline void nominal_links(const Arm& rows, double a_1, double a_6, Pose<double> (&out)[joints + 1]) noexcept {
     nominal_links(rows, out);
     out[1].position = out[1].position + out[1].rotation.x * a_1;
     out[6].position = out[6].position + out[6].rotation.x * a_6;
 }
 
-/// By how much D moves a point at most that is within a distance (m) of its origin.
+/// An upper bound (m) of the displacement that a deviation causes at points within a distance (m).
 inline double farthest_moved_by(const LinkDeviation& d, double distance) noexcept {
     return d.position + d.rotation * distance;
 }
 
-/// Measures how far X is from P at most. A deviation is seen from the frame before its link, or from the one
-/// behind it, whichever moves frame 6 less.
+/// Computes bounds of how far X is from P. Each deviation is taken from the frame before or after its link,
+/// whichever moves frame 6 less.
 inline void measure(OffsetChain& out) noexcept {
     out.shift = out.turn = 0;
     double before = 0;  // m from the frame before the link to the origin of frame 6, at most
@@ -80,8 +80,8 @@ inline void measure(OffsetChain& out) noexcept {
 
 }  // namespace detail
 
-/// The arm of these parameters and this offset (make_offset_arm) whose own chain is
-/// L_0 Rz(q_1) L_1 ... Rz(q_7) L_7, from the frame that poses are given in to the tip; rotations orthonormal.
+/// Makes an arm on its own chain L_0 Rz(q_1) L_1 ... Rz(q_7) L_7, from the frame of poses to the tip, with
+/// orthonormal rotations. The parameters and the offset are those of the nominal arm (make_offset_arm).
 inline OffsetChain make_offset_chain(const ArmParameters& parameters, double offset, bool mirrored,
                                      const Pose<double> (&links)[joints + 1]) noexcept {
     constexpr int sweeps = 32;  // neighbouring axes are nearly square: frames hardly disturb each other
@@ -119,28 +119,28 @@ inline OffsetChain make_offset_chain(const ArmParameters& parameters, double off
     return out;
 }
 
-/// Returns the same chain within other limits, in the robot's order.
+/// The same chain with other limits, in the robot's order of joints.
 inline OffsetChain with_limits(const OffsetChain& arm, const Limits& limits) noexcept {
     OffsetChain out = arm;
     out.nominal = with_limits(arm.nominal, limits);
     return out;
 }
 
-/// Which of the robot's joints (0..6) is joint j of the formulas, and the other way round.
+/// The robot's joint (0..6) that is joint j of the formulas, and vice versa.
 inline int robot_joint(const OffsetChain& arm, int j) noexcept { return robot_joint(arm.nominal, j); }
 
-/// A pose as it would be without the rounding of its numbers.
+/// The pose with the rounding of its numbers removed where that makes it reachable.
 inline Pose<double> within_rounding(const OffsetChain& arm, const Pose<double>& pose,
                                     double precision) noexcept {
     return within_rounding(arm.nominal, pose, precision);
 }
 
-/// The 0T7 of the formulas for a pose given by the user.
+/// The flange pose 0T7 of the formulas for a pose given by the user.
 inline Pose<double> flange_pose(const OffsetChain& arm, const Pose<double>& pose) noexcept {
     return arm.first * flange_pose(arm.nominal, pose) * arm.last;
 }
 
-/// The true frames 0..7 at joint values q, in the frame that poses are given in: joint i turns about the z
+/// The true frames 0..7 at joint values q, in the frame that poses are given in: joint i rotates about the z
 /// axis of frame i - 1, and frame 7 times the tool is the pose.
 inline void frames(const OffsetChain& arm, const double* q, Pose<double> (&out)[joints + 1]) noexcept {
     const Arm& own = arm.nominal.own;
@@ -161,7 +161,8 @@ inline Pose<double> tool_pose(const OffsetChain& arm, const double* q) noexcept 
     return frame;
 }
 
-/// q -> (pose, free, GC) of the true chain; GC is that of the nominal arm at the same theta.
+/// The pose, the free joint's value and the GC of joint values q of the true chain; GC is that of the nominal
+/// arm at the same theta.
 inline OffsetPosture forward(const OffsetChain& arm, const double* q) noexcept {
     double theta[joints];
     for (int j = 0; j < joints; ++j) theta[j] = to_theta(arm.nominal.rest, j, q[robot_joint(arm, j)]);
@@ -169,7 +170,7 @@ inline OffsetPosture forward(const OffsetChain& arm, const double* q) noexcept {
     return {tool_pose(arm, q), free <= -pi ? pi : free, index(offset_branch(arm.nominal, theta))};
 }
 
-/// The geometric Jacobian of the true chain, as that of the arm.
+/// The geometric Jacobian of the true chain.
 inline Jacobian jacobian(const OffsetChain& arm, const double* q) noexcept {
     Pose<double> frame[joints + 1];
     frames(arm, q, frame);
@@ -178,7 +179,7 @@ inline Jacobian jacobian(const OffsetChain& arm, const double* q) noexcept {
 
 namespace detail {
 
-/// X(theta) of a flange pose, on any scalar; angle[k] is of theta_{k+1} in the order of the formulas.
+/// The corrected pose X(theta) of a flange pose; angle[k] is theta_{k+1} in the order of the formulas.
 template <class T>
 Pose<T> corrected_pose(const OffsetChain& arm, const Pose<T>& flange, const SinCos<T>* angle) noexcept {
     Pose<T> out = flange, frame = spread<T>(arm.nominal_row[0]);
