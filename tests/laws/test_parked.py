@@ -53,3 +53,17 @@ def test_a_hinge_on_its_limit_with_a_straight_elbow(name: str) -> None:
         held = feasible_is_solvable(arm, q)
         assert arm.reachable(arm.forward(q, on_error="nan")[0]) == bool(held), q.tolist()
         assert held >> int(arm.forward(q, on_error="nan")[2]) & 1, q.tolist()
+
+
+def test_a_search_that_is_cut_short_says_so() -> None:
+    """It finds a solution, and does not say that none is nearer; `solutions` says the same."""
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
+    rng, said = draw.generator(4202), set()
+    for _ in range(draw.count(60)):
+        pose = arm.forward(parked(arm, rng), on_error="nan")[0]
+        seed = rng.uniform(-0.3, 0.3, 7)
+        found = arm.solve(pose, seed=seed)
+        assert found.ok
+        assert arm.solutions(pose, seed=seed)[0].status == found.status
+        said.add(found.status)
+    assert said == {aa.Status.OK, aa.Status.UNPROVEN}

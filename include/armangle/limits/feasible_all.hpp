@@ -61,6 +61,7 @@ struct Hidden {
             search.put_in(gc, any.found.gc == gc ? any.found : search.some(), out);
     }
     if (!out.empty()) return Status::OK;
+    if (any.rounds < 0) return Status::NEAR_SINGULAR;  // the search was cut short
     return left.status == Status::OK ? Status::LIMITS : left.status;
 }
 

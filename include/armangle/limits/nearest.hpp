@@ -406,7 +406,7 @@ public:
         out = best_.gc >= 0 ? result() : nothing();
         if (elbow_[0].delicate || elbow_[1].delicate) [[unlikely]]
             look_beside(out);
-        return out;
+        return proven(out);
     }
 
     /// The nearest solution of each branch and arc.
@@ -429,13 +429,14 @@ public:
             }
         }
         lead(out);
-        if (out.count > 0) out.status = Status::OK;
+        if (out.count > 0) out.status = out.found[0].status;
     }
 
     /// Puts the result of best() first and removes the other result of the same arc.
     void lead(Nearests& out) const noexcept {
-        const Nearest first = NearestSearch(arm_, limits_, pose_, options_, rounds_).best();
-        if (first.status != Status::OK) return;
+        int rounds = nearest_rule::settling;
+        const Nearest first = NearestSearch(arm_, limits_, pose_, options_, rounds).best();
+        if (!is_solved(first.status)) return;
         const int arc = find(arcs_.arcs[first.gc], first.psi).index;
         int at = 0;
         const auto is_its = [&](const Nearest& row) {
@@ -465,7 +466,7 @@ public:
             look_beside_straight(elbow, out);
             look_at_limits(elbow, out);
         }
-        return out;
+        return out.status == Status::OK ? out : proven(out);
     }
 
     /// Removes isolated psi without a solution from a branch's arcs, and adds those found on the joints. If a
@@ -1186,6 +1187,7 @@ private:
             const int given = nearest_rule::work < left_ ? nearest_rule::work : left_;
             work_ = given;
             look_into(next.branches, next.index, only_arc);
+            cut_ |= work_ < 0;
             left_ -= work_ > 0 ? given - work_ : given;
         }
     }
@@ -1549,6 +1551,15 @@ private:
         return true;
     }
 
+    /// What is known of a result: if the search was cut short, a nearer solution, or any, may be left.
+    Nearest proven(Nearest out) const noexcept {
+        if (!cut_ && rounds_ >= 0) return out;
+        const bool none = out.status == Status::LIMITS || out.status == Status::ELBOW_LIMIT;
+        if (out.status == Status::OK) out.status = Status::UNPROVEN;
+        if (none) out.status = Status::NEAR_SINGULAR;
+        return out;
+    }
+
     /// The complete result for the best solution found.
     Nearest result() noexcept {
         if (best_.gc < 0) return refused(Status::LIMITS);
@@ -1856,6 +1867,7 @@ private:
     double first_ = 0;
     int work_ = 0;  // splits left for a first box
     int left_ = nearest_rule::all_work;
+    bool cut_ = false;  // some first box was not searched to its end
     int& rounds_;       // of settled(), left for the pose
     bool any_ = false;  // any solution will do
     double least_[configurations][nearest_rule::first_boxes],

@@ -1497,10 +1497,10 @@ class Arm(FrozenValue):
         by the arm's limits, `scene` and `singularity_margin` is nearer: bounds exclude parts of the circle
         without a nearer one, not sampling. Within 1e-5 rad of two or three of straight shoulder, elbow and
         wrist at once the arm angle has too few digits, and the search is local: one of a hundred such poses
-        has a nearer solution, mostly by less than 0.001 rad. Near singularities of an own chain the proof may
-        fail: then the status is UNPROVEN. For an arm with an offset, UNPROVEN says that the pose has
-        solutions only where two joints turn about one axis; there ``metric="max"``, a margin and `allowed`
-        are not compared.
+        has a nearer solution, mostly by less than 0.001 rad. If such a search is cut short, or the proof
+        fails near singularities of an own chain, the status is UNPROVEN; NEAR_SINGULAR if nothing was found.
+        For an arm with an offset, UNPROVEN says that the pose has solutions only where two joints turn about
+        one axis; there ``metric="max"``, a margin and `allowed` are not compared.
 
         Parameters
         ----------

@@ -35,8 +35,8 @@ class Solution(NamedTuple):
     chosen metric, rad, NaN without a seed; ``status (...)`` a `Status`, for a batch int8 codes; ``margin
     (...)`` distance to the nearest joint limit, rad; ``pose (..., 4, 4)`` that q solves, and ``gap (...)`` by
     which it differs from the requested one, ``sqrt(|dp|² + (length·angle)²)``, m. If the status is OK, the
-    pose is the requested one and the gap 0. The same holds for UNPROVEN: near singularities of an arm with
-    its own chain, where no proof excludes a nearer solution. Otherwise the numbers are NaN and gc is -1; with
+    pose is the requested one and the gap 0. The same holds for UNPROVEN: near singularities, where no
+    proof excludes a nearer solution. Otherwise the numbers are NaN and gc is -1; with
     ``fallback="nearest_pose"`` they are those of the nearest pose.
 
     It is a tuple of these eight fields, so that ``q, psi, *_ = solution``. `row` gives one pose of a batch.
@@ -155,7 +155,7 @@ class Solutions:
     gc : ndarray of int64, shape (..., k)
         Global configurations; -1 beyond the count.
     status : Status, or ndarray of int8, shape (...)
-        The reason if there are none, otherwise OK.
+        The reason if there are none; UNPROVEN if a nearer one is not excluded (`Solution`); otherwise OK.
     """
 
     __slots__ = ("_pose", "count", "distance", "gc", "margin", "psi", "q", "status")
@@ -201,7 +201,7 @@ class Solutions:
         number = range(self._one("[]"))[k]
         return Solution(
             self.q[number], float(self.psi[number]), int(self.gc[number]), float(self.distance[number]),
-            Status.OK, float(self.margin[number]), 0.0, self._pose,
+            STATUSES[int(np.asarray(self.status))], float(self.margin[number]), 0.0, self._pose,
         )  # fmt: skip
 
     def _one(self, what: str) -> int:
