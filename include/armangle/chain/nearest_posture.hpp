@@ -414,6 +414,7 @@ private:
     /// Tries the posture at a psi and returns dcost/dpsi there, for costs that are sums of squares; NaN
     /// without a posture.
     double offer_and_slope(int gc, double psi) noexcept { return offer_and_slope(gc, psi, spot(gc, psi)); }
+    /// The same with the posture given.
     double offer_and_slope(int gc, double psi, const Spot& at) noexcept {
         offer(gc, psi, at);
         if (!at.kept) return not_a_number;
