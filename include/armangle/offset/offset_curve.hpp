@@ -98,6 +98,8 @@ private:
         int lead;
     };
 
+    /// The two rows between which x lies: the first's number, joints of both, its s, their distance in s, and
+    /// the joint that leads between them.
     Gap gap_at(double x) const noexcept {
         const auto after = std::upper_bound(s.begin(), s.end(), x) - s.begin();
         const auto last = std::ssize(s) - 2;
@@ -105,9 +107,11 @@ private:
         const double *from = q + joints * row, *to = from + joints;
         return {row, from, to, s[row], s[row + 1] - s[row], leader(from, to)};
     }
+    /// The path segment that contains x.
     const Segment& segment(double x) const noexcept {
         return segments[segment_index(segments.data(), segments.size(), x)];
     }
+    /// The k-th Taylor coefficient of each component.
     static Vec3<double> coefficient(const Vec3<Jet<double, 3>>& v, int k) noexcept {
         return {v.x.coefficient[k], v.y.coefficient[k], v.z.coefficient[k]};
     }

@@ -19,6 +19,7 @@ public:
     explicit OffsetFamily(const OffsetArm& arm, const Scene* scene = nullptr) noexcept
         : arm_(&arm), scene_(scene) {}
 
+    /// The arm without the offset, whose limits and rows of joints count.
     const Arm& rows() const noexcept { return arm_->own; }
 
     /// The value of the free joint (rad) and the branch at joints q.

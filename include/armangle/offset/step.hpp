@@ -16,12 +16,16 @@ namespace armangle {
 template <free_joint_arm AnyArm>
 class FreeJointSteps {
 public:
+    /// Prepares for an arm, which must outlive this object.
     explicit FreeJointSteps(const AnyArm& arm) noexcept : arm_(&arm) {}
 
     const AnyArm& arm() const noexcept { return *arm_; }
+    /// The arm without the offset, whose limits and rows of joints count.
     const Arm& rows() const noexcept { return nominal(*arm_); }
+    /// The singularity margin: none.
     double margin() const noexcept { return 0.0; }
 
+    /// The value of the free joint (rad) and the branch at joints q.
     OnSelfMotion on(const double* q, const Pose<double>&, Carry) const noexcept {
         const OffsetArm& formulas = nominal_offset(*arm_);
         double theta[joints];
@@ -29,23 +33,29 @@ public:
         const double free = wrap(q[robot_joint(formulas, 6)]);
         return {free <= -pi ? pi : free, index(offset_branch(formulas, theta))};
     }
+    /// Computes the directions of the joints at a pose, branch and value of the free joint.
     Status at(const Pose<double>& pose, int gc, double free, const double* seed,
               Directions<double>& d) const noexcept {
         return directions(*arm_, pose, free, gc, seed, d);
     }
+    /// The proven arcs of the free joint at a pose in branch gc.
     void arcs(const Pose<double>& pose, int gc, const Limits& limits, ProvenArcs& out) const noexcept {
         feasible(*arm_, pose, gc, limits, out);
     }
+    /// The joints and angles at which branches meet.
     std::array<BranchMeeting, 3> meetings() const noexcept {
         const OffsetArm& formulas = nominal_offset(*arm_);
         return {{{robot_joint(formulas, 1), 0.0},
                  {robot_joint(formulas, 3), formulas.rest.delta_angle},
                  {robot_joint(formulas, 4), half_pi}}};
     }
+    /// The joints of which a branch may change in a step: none.
     std::span<const int> hinges() const noexcept { return {}; }
+    /// The value of the free joint nearest to a target of the elbow.
     double towards(const Pose<double>& pose, int gc, const Towards& towards) const noexcept {
         return psi_towards(nominal_offset(*arm_), pose, gc, towards).psi;
     }
+    /// The nearest solution of a pose.
     Nearest nearest(const Pose<double>& pose, const NearestOptions& options,
                     const Scene* scene) const noexcept {
         return nearest_posture(*arm_, pose, options, scene);
