@@ -277,6 +277,7 @@ struct ArcsOfFew {
     Py_ssize_t rows;  // -1: one pose without a batch axis
     nb::object made[Collected::columns];
 
+    /// Column `index` of the sets as an array, made on first use.
     nb::object column(std::size_t index) {
         if (index >= Collected::columns) throw nb::index_error();
         if (!made[index].is_valid()) made[index] = sets.column(index);
@@ -321,10 +322,13 @@ struct JointFunctionHandle {
     JointFunctions<double> f;
     int joint;
 
+    /// The joint's value (rad) at psi.
     double value(double psi) const noexcept {
         return joints_within_limits(arm, directions(motion, sin_cos(psi)), nullptr).q[joint];
     }
+    /// The joint's derivative by psi (rad/rad).
     double slope(double psi) const noexcept { return rate(arm, f, sin_cos(psi)).q[joint]; }
+    /// The stationary and singular psi of the joint.
     Profile special() const noexcept {
         for (int h = 0; h < hinges; ++h)
             if (hinge_joint[h] == joint) return profile(f.hinge[h]);
@@ -362,6 +366,7 @@ void map_psi(Floats psi, Floats out, const Function& function) {
         });
 }
 
+/// The roots as a vector.
 std::vector<double> listed(const Roots& r) { return {r.psi, r.psi + r.count}; }
 
 /// Makes sets from arrays of [lower, upper] on any multiple of 2 pi; overlapping arcs are merged.

@@ -49,6 +49,7 @@ using Singles = ArrayHandle<Float32>;
 class Buffer {
 public:
     Buffer() = default;
+    /// Acquires the memory of an object; raises if it has none.
     Buffer(nb::handle object, bool writable = false) { get(object, writable); }
     Buffer(const Buffer&) = delete;
     Buffer& operator=(const Buffer&) = delete;

@@ -137,6 +137,7 @@ PyObject*& progress_of_this_thread() noexcept {
 }  // namespace binding
 
 #define ARMANGLE_NAMED_MODULE(name, m) NB_MODULE(name, m)
+/// Makes the Python module of the core.
 ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     namespace nb = nanobind;
     using binding::ArmHandle;

@@ -3,4 +3,5 @@
 
 #include "levels.hpp"
 
+/// Makes the Python module that tells what the processor supports.
 NB_MODULE(_cpu, m) { m.def("supports", &binding::supports, nanobind::arg("level")); }

@@ -21,6 +21,7 @@ bool solve_regular(const Arm& arm, const double* m, double psi, long long gc, do
     std::memcpy(q, found.q, joints * sizeof(double));
     return true;
 }
+/// Writes the joints of a pose, psi and branch; false if there is a problem that must be reported.
 bool solve_regular(const ChainArm& arm, const double* m, double psi, long long gc, double* q) noexcept {
     double value;
     if (gc < 0 || gc >= configurations || check_pose(arm, m, value) != Problem::none) return false;
@@ -148,6 +149,7 @@ struct Wished {
     double value;
 };
 
+/// The psi nearest to a target of the elbow, or the problem if there is none.
 Wished wished_psi(const Arm& arm, const Pose<double>& pose, int gc, const Towards& wish) {
     const SelfMotion<double> motion = self_motion(arm, pose, gc);
     const WishedPsi found = psi_towards(arm, motion, wish);
@@ -157,6 +159,7 @@ Wished wished_psi(const Arm& arm, const Pose<double>& pose, int gc, const Toward
     if (is_folded(motion.circle)) return {found.psi, Problem::folded, 0};
     return {found.psi, found.why == Indifferent::still ? Problem::still : Problem::on_axis, 0};
 }
+/// The value of the free joint nearest to a target of the elbow, or the problem if there is none.
 Wished wished_psi(const OffsetArm& arm, const Pose<double>& pose, int gc, const Towards& wish) {
     const WishedPsi found = psi_towards(arm, pose, gc, wish);
     if (found.why == Indifferent::on_axis) return {found.psi, Problem::on_end, 0};
@@ -227,6 +230,7 @@ void self_motion_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, F
 /// The distance (m) of an unsolvable pose beyond the reach. For an arm with its own chain it is the least
 /// over all psi; for an arm with an offset that at the given free joint.
 double excess_of(const ChainArm& arm, const Asked& asked) { return reach_excess(arm, asked.pose); }
+/// By how much (m) the wrist is out of reach at a value of the free joint.
 template <free_joint_arm A>
 double excess_of(const A& arm, const Asked& asked) {
     return reach_excess(arm, asked.pose, asked.psi);

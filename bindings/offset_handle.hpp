@@ -10,9 +10,11 @@ namespace binding {
 /// lower, upper (4, 7).
 struct OffsetHandle {
     armangle::OffsetArm arm;
+    /// Constructs an arm with an offset (m), at the shoulder if `mirrored`, from these arrays.
     OffsetHandle(Floats lengths, Floats joint_rows, Floats base, Floats tool, double offset, bool mirrored)
         : arm(make_offset_arm(parameters(lengths, joint_rows, base, tool), offset, mirrored)) {}
 
+    /// The parameters of the arm without the offset, from these arrays.
     static armangle::ArmParameters parameters(Floats lengths, Floats joint_rows, Floats base, Floats tool) {
         const Buffer l(lengths), rows(joint_rows), b(base), t(tool);
         armangle::ArmParameters out;
@@ -40,11 +42,13 @@ struct OffsetHandle {
 /// support it cannot take it. chain: eight transforms, 16 numbers each.
 struct OffsetChainHandle {
     armangle::OffsetChain arm;
+    /// Constructs an arm on its own chain whose nominal arm has an offset; chain: eight transforms.
     OffsetChainHandle(Floats lengths, Floats joint_rows, Floats base, Floats tool, double offset,
                       bool mirrored, Floats chain)
         : arm(made(OffsetHandle::parameters(lengths, joint_rows, base, tool), offset, mirrored, chain)) {}
 
 private:
+    /// Makes the arm; raises unless the chain has eight transforms.
     static armangle::OffsetChain made(const armangle::ArmParameters& parameters, double offset, bool mirrored,
                                       Floats chain) {
         constexpr int links = armangle::joints + 1;
@@ -64,7 +68,9 @@ template <class AnyArm>
 const armangle::Arm& reaching(const AnyArm& arm) noexcept {
     return nominal(arm);
 }
+/// The arm whose reach counts: itself.
 inline const armangle::OffsetArm& reaching(const armangle::OffsetArm& arm) noexcept { return arm; }
+/// The arm whose reach counts: the nominal one.
 inline const armangle::OffsetArm& reaching(const armangle::OffsetChain& arm) noexcept { return arm.nominal; }
 
 void bind_offset_stepping(nb::class_<OffsetHandle>& arm);

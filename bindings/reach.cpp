@@ -23,9 +23,11 @@ namespace {
 LimitTable table(const ArmHandle& self, double margin) {
     return margin > 0 ? limit_table(self.arm, margin) : self.limits;
 }
+/// What the arm uses instead of a table of limits.
 OffsetLimits table(const OffsetHandle& self, double margin) { return limit_table(self.arm, margin); }
 /// The view of an arm on its own chain, which knows its limits and the margin.
 ChainSteps table(const ChainArmHandle& self, double margin) { return {self.arm, margin}; }
+/// The functions for steps of the arm, which know its limits.
 auto table(const OffsetChainHandle& self, double) { return steps_of(self.arm); }
 
 template <class AnyArm, class Table>

@@ -188,6 +188,7 @@ void fill_hulls_and_fields(std::vector<Solid>& solids, const Buffer& corners, co
 
 /// The pose of link 0 in the DH base.
 Pose<double> base_link(const Arm&) noexcept { return identity_pose(); }
+/// The pose of the first link in the frame of the arm's base: the identity.
 Pose<double> base_link(const OffsetArm&) noexcept { return identity_pose(); }
 /// The pose of the first link in the frame of the nominal arm's base.
 template <class AnyChain>

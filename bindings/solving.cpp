@@ -62,6 +62,7 @@ KeptOff limits_with(const Handle&, double margin, const Scene* scene) {
 }
 /// The same without a margin.
 const LimitTable& own_limits(const ArmHandle& arm) { return arm.limits; }
+/// What an arm with its own chain uses instead of a table of limits: a margin of 0.
 double own_limits(const ChainArmHandle&) { return 0.0; }
 
 /// The nearest solution within the arm's own limits.
@@ -71,6 +72,7 @@ Nearest nearest_of(const Handle& self, const Pose<double>& pose, const NearestOp
 }
 template <class Handle>
     requires free_joint_arm<decltype(Handle::arm)>
+/// The nearest solution within the arm's own limits.
 Nearest nearest_of(const Handle& self, const Pose<double>& pose, const NearestOptions& options) noexcept {
     return nearest_posture(self.arm, pose, options);
 }
@@ -80,6 +82,7 @@ Nearest nearest_of(const Handle& self, const Pose<double>& pose, const NearestOp
 template <class Handle>
 class Work {
 public:
+    /// Acquires the arrays and reads the allowed arcs.
     Work(const Handle& arm, Floats pose, Floats near, Ints allowed_count, Floats allowed_psi,
          const SolveOptions& o, const SceneHandle* scene)
         : arm_(arm),
@@ -94,6 +97,7 @@ public:
             allowed_.push_back(arrays.load(static_cast<long long>(i), 0));
     }
 
+    /// The number of poses.
     std::size_t size() const noexcept { return pose_.elements(2); }
     const Buffer& pose() const noexcept { return pose_; }
 
@@ -138,15 +142,19 @@ Nearest answer(const Arm& arm, const LimitTable& limits, const Pose<double>& pos
                double length) noexcept {
     return length > 0 ? nearest_outside(arm, limits, pose, o, length) : nearest_posture(arm, limits, pose, o);
 }
+/// The nearest solution of a pose within margin and scene.
 Nearest solved(const ChainArm& arm, const KeptOff& kept, const Pose<double>& pose,
                const NearestOptions& o) noexcept {
     return nearest_posture(arm, kept.margin, pose, o, kept.scene);
 }
+/// The nearest solution of a pose within the scene.
 template <free_joint_arm A>
 Nearest solved(const A& arm, const KeptOff& kept, const Pose<double>& pose,
                const NearestOptions& o) noexcept {
     return nearest_posture(arm, pose, o, kept.scene);
 }
+/// The nearest solution. If `length` is not 0 and there is none, the configuration of the nearest reachable
+/// pose.
 template <class A>
 Nearest answer(const A& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
                double length) noexcept {
@@ -154,15 +162,18 @@ Nearest answer(const A& arm, const KeptOff& kept, const Pose<double>& pose, cons
     if (!(length > 0) || is_solved(exact.status)) return exact;
     return nearest_outside(arm, kept.margin, exact, pose, o, length);
 }
+/// The nearest solution of a pose within the scene.
 Nearest answer(const OffsetChain& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
                double) noexcept {
     return solved(arm, kept, pose, o);
 }
+/// The nearest solution of each branch and arc within the scene.
 template <free_joint_arm A>
 void nearest_postures(const A& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
                       Nearests& out) noexcept {
     armangle::nearest_postures(arm, pose, o, out, kept.scene);
 }
+/// The nearest solution of each branch and arc within margin and scene.
 void nearest_postures(const ChainArm& arm, const KeptOff& kept, const Pose<double>& pose,
                       const NearestOptions& o, Nearests& out) noexcept {
     armangle::nearest_postures(arm, kept.margin, pose, o, out, kept.scene);

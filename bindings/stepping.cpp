@@ -19,6 +19,7 @@ namespace {
 
 constexpr double longest_step = 1e9;  // s
 
+/// Makes a policy.
 void make_policy(Policy* self, Rule rule, double K, double alpha, Outside outside) {
     new (self) Policy{rule, K, alpha, outside};
 }
@@ -112,6 +113,7 @@ template <class Handle>
 auto steps_of(const Handle& self, double) noexcept {
     return armangle::steps_of(self.arm);
 }
+/// The functions for steps of an arm on its own chain, with a singularity margin (rad).
 ChainSteps steps_of(const ChainArmHandle& self, double margin) noexcept { return {self.arm, margin}; }
 
 template <class Handle>
@@ -191,6 +193,7 @@ struct FollowOptions {
     std::size_t lookahead;
 };
 
+/// Makes the options of a sequence of steps.
 void make_follow_options(FollowOptions* self, const Policy& policy, std::optional<int> gc, Carry carry,
                          std::optional<double> max_joint_step, double singularity_margin,
                          std::optional<double> dt, bool nearest, OnFail on_fail, std::size_t lookahead) {
