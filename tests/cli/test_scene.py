@@ -21,11 +21,13 @@ INTERVALS = f"ik --intervals {{R}} --joints {DEGREES}"
 
 @pytest.fixture(autouse=True)
 def lamp(cli: Cli) -> aa.Scene:
+    """Write a scene file with a ball and return its scene."""
     Path("cell.toml").write_text('[[ball]]\nname = "lamp"\ncenter = [0.28, 0.26, 0.6]\nradius = 0.05\n')
     return aa.io.load_scene("cell.toml")
 
 
 def clear_of(scene: aa.Scene, rows: np.ndarray) -> bool:
+    """Whether joints of all rows are free of collisions."""
     return all(ARM.clearance(row, scene).distance > -1e-9 for row in rows)
 
 

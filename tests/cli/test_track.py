@@ -28,6 +28,7 @@ def hand(cli: Cli) -> Path:
 
 
 def ran(**options: object) -> list[aa.types.Tracked]:
+    """Return the result of each cycle of a tracker along the file's poses."""
     tracker = begun(START, ARM, dt=1 / 100, **options)
     return [tracker.step(pose) for pose in aa.io.load_poses("hand.csv")]
 
@@ -127,6 +128,7 @@ def test_empty_rows_at_the_end_of_a_file_are_no_samples(hand: Path) -> None:
 
 
 def with_times(hand: Path, times: object, count: int | None = None) -> None:
+    """Add a column t to the file of poses."""
     lines = hand.read_text().splitlines()[:count]
     rows = [f"{time},{line}" for time, line in zip(times, lines[1:], strict=True)]  # type: ignore[call-overload]  # any
     hand.write_text("\n".join([f"t,{lines[0]}", *rows]))
