@@ -88,6 +88,7 @@ box
 
 
 def file(tmp_path: Path, text: str, name: str = "cell.toml") -> Path:
+    """Write a text to a file and return its path."""
     path = tmp_path / name
     path.write_text(text)
     return path
@@ -121,6 +122,7 @@ def test_the_scenes_of_moveit_are_read(tmp_path: Path) -> None:
 
 
 def _nearest(post: aa.Ball | aa.Capsule, point: np.ndarray) -> np.ndarray:
+    """Return the point of the core of a shape that is nearest to a point."""
     if isinstance(post, aa.Ball):
         return np.array(post.center)
     begin, along = np.array(post.begin), np.subtract(post.end, post.begin)

@@ -19,6 +19,7 @@ JOINTS = tuple(f"A{i}" for i in range(1, 8))
 
 
 def table(rows: int = 50, names: tuple[str, ...] = JOINTS) -> TrajectoryTable:
+    """Return a random trajectory."""
     rng = np.random.default_rng(rows)
     t = np.cumsum(rng.integers(1, 10**7, rows)) * 1e-9
     q, qd, qdd = rng.normal(size=(3, rows, 7))
@@ -59,6 +60,7 @@ def test_load_joints_of_joints_alone_has_none_and_of_yaml_says_who_reads_it(tmp_
 
 
 def row(t: str, rest: str = "0") -> str:
+    """Return a line of CSV."""
     return f"{t}{f',{rest}' * 21}\n"
 
 
