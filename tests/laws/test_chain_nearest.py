@@ -21,6 +21,7 @@ EVERY = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
 
 
 def cases(arm: aa.Arm, n: int, seed: int) -> list[Case]:
+    """Return cases with random poses, seeds, metrics and options."""
     rng = generator(seed)
     out = []
     for number in range(n):
@@ -35,6 +36,7 @@ def cases(arm: aa.Arm, n: int, seed: int) -> list[Case]:
 
 
 def cost(case: Case, found: aa.Solution) -> float:
+    """Return the cost of a solution."""
     return float(-found.margin if case.prefer == "margin" else found.distance)
 
 

@@ -35,6 +35,7 @@ def slope_of(values: Values, step: float = STEP) -> np.ndarray:
 
 
 def arms() -> list[aa.Arm]:
+    """Return arms of the catalogue, one with base and tool, and arms with other elbows."""
     tool, base = (
         aa.pose([0.05, 0.02, 0.1], rpy=[0.3, 0.2, 0.1]),
         aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]),

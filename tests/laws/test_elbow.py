@@ -79,6 +79,7 @@ def test_no_arm_angle_brings_the_elbow_farther_along(arm: aa.Arm) -> None:
 
 
 def farthest(arm: aa.Arm, word: str) -> None:
+    """Check that psi_towards a direction is better than any other arm angle."""
     pose, _, gc = arm.forward(postures(arm, "uniform", draw.count(40), 4))
     psi = arm.psi_towards(pose, gc, direction=word)
     along = np.array(WORDS[word], dtype=float)
@@ -121,6 +122,7 @@ def test_both_elbows_of_a_pose_go_to_the_same_place() -> None:
 
 
 def beyond(x: float) -> Array:
+    """A pose at x (m), far away."""
     pose = np.eye(4)
     pose[0, 3] = x
     return pose

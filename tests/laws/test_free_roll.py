@@ -24,6 +24,7 @@ def rolled(poses: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def along_axis_7(arm: aa.Arm) -> aa.Arm:
+    """The arm with a tool whose z axis is axis 7."""
     tool = np.eye(4)
     tool[2, 3] = 0.13
     return arm.with_(tool=tool)
@@ -35,11 +36,13 @@ def arms(rng: np.random.Generator) -> list[aa.Arm]:
 
 
 def near_limits(arm: aa.Arm, rng: np.random.Generator, count: int) -> np.ndarray:
+    """Random joints within the limits or up to 0.2 rad outside."""
     lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
     return rng.uniform(lower - 0.2, upper + 0.2, (count, 7))
 
 
 def same_but_for_roll(a: np.ndarray, b: np.ndarray) -> None:
+    """Check that two poses differ by a rotation about their z axes only."""
     assert np.allclose(a[..., :3, 2:], b[..., :3, 2:], rtol=0, atol=1e-9)
 
 

@@ -15,6 +15,7 @@ COUNT = 4000
 
 
 def enclosures(operation: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the core's result of an interval operation for each row."""
     out = np.empty_like(a)
     _core.interval_many(operation, np.ascontiguousarray(a), np.ascontiguousarray(b), out)
     return out

@@ -155,6 +155,7 @@ def test_self_motion_where_it_does_not_exist() -> None:
 
 
 def _wide(arm: aa.Arm) -> aa.Arm:
+    """The arm with limits several revolutions wide."""
     lower, upper = finite_limits(arm)
     return arm.with_(lower=lower - 14, upper=upper + 15)
 

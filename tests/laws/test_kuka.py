@@ -67,6 +67,7 @@ TOFAS_TCP = [134.73358038802547, -154.2600792356306, -86.36828559938691, 0.0, 1.
 
 
 def joints_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> np.ndarray:
+    """Random joints, some with A2, A3 or more at 0."""
     q = rng.uniform(arm.lower, arm.upper, (count, 7))
     q[: count // 20, 1] = 0.0
     q[count // 20 : count // 10, 2] = 0.0

@@ -89,6 +89,7 @@ def apart(arm: aa.Arm, q: Array, poses: Array) -> tuple[Array, Array]:
 
 
 def distances(arm: aa.Arm, q: Array, poses: Array, length: float) -> Array:
+    """The distances of joints from poses; `length` (m) converts rotation to m."""
     moves, turns = apart(arm, q, poses)
     return np.sqrt((moves**2).sum(-1) + length**2 * (turns**2).sum(-1))
 

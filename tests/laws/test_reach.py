@@ -29,6 +29,7 @@ def unequal() -> aa.Arm:
 
 
 def size(arm: aa.Arm) -> float:
+    """The sum of all lengths of an arm, m."""
     ends = np.linalg.norm(arm.base[:3, 3]) + np.linalg.norm(arm.tool[:3, 3])
     return float(arm.reach + abs(arm.d_bs) + abs(arm.d_wf) + ends)
 

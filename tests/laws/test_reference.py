@@ -28,6 +28,7 @@ def test_the_round_trip_holds(arm: aa.Arm, regime: str) -> None:
 
 
 def round_trip(arm: aa.Arm, regime: str, reference: Any) -> None:
+    """Check that inverse reproduces the joints with this reference."""
     other = unlimited(arm).with_(reference=reference)
     q = postures(arm, regime, draw.count(60), 1)
     pose, psi, gc = other.forward(q)
@@ -45,6 +46,7 @@ def test_one_angle_of_the_pose_turns_one_psi_into_the_other(arm: aa.Arm) -> None
 
 
 def turned(arm: aa.Arm, reference: Any) -> None:
+    """Check that the reference only shifts the arm angle."""
     free, other = unlimited(arm), unlimited(arm).with_(reference=reference)
     q = postures(arm, "uniform", draw.count(60), 2)
     pose, psi, _ = free.forward(q)
@@ -65,6 +67,7 @@ def test_feasible_sets_are_the_same_postures(arm: aa.Arm) -> None:
 
 
 def same_postures(arm: aa.Arm, reference: Any) -> None:
+    """Check that the reference changes neither feasible joints nor solutions."""
     other = arm.with_(reference=reference)
     q = postures(arm, "uniform", draw.count(40), 3)
     pose, psi, gc = arm.forward(q)

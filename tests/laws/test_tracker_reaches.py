@@ -56,6 +56,7 @@ def drawn(arm: aa.Arm, rng: np.random.Generator, count: int) -> Array:
 
 
 def at_rest(arm: aa.Arm, start: Array, **options: bool) -> aa.Tracker:
+    """A tracker at rest at the start; 3 rad/s if the arm states no velocities."""
     known = np.isfinite(arm.velocity).all()
     return begun(start, arm, DT, velocity=True if known else 3.0, **options)
 
