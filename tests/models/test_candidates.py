@@ -20,6 +20,7 @@ STRAIGHT = ((0, 0, 0.3), (0, 0, 0), (0, 0, 0.2), (0, 0, 0.2), (0, 0, 0.2), (0, 0
 
 
 def origin(xyz: Sequence[float], angles: Sequence[float] = (0, 0, 0)) -> str:
+    """Return an <origin>."""
     return f'<origin xyz="{" ".join(map(repr, xyz))}" rpy="{" ".join(map(repr, angles))}"/>'
 
 
@@ -37,6 +38,7 @@ def arm(
 
 
 def robot(*parts: str) -> str:
+    """Return a URDF of these parts."""
     return f'<robot name="made"><link name="foot"/>{"".join(parts)}</robot>'
 
 
@@ -46,10 +48,12 @@ def under(kind: str, link: str = "torso", parent: str = "foot", name: str = "lif
 
 
 def fixed(link: str, parent: str) -> str:
+    """Return a link with a fixed joint to its parent."""
     return f'<link name="{link}"/>' + joint_xml(f"{link}_on_{parent}", parent, link, "fixed")
 
 
 def ends(text: str) -> list[tuple[str, str]]:
+    """Return base and tip of each candidate."""
     return [(one.base, one.tip) for one in urdf_candidates(text)]
 
 

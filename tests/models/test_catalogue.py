@@ -239,6 +239,7 @@ def test_written_toml_reads_back_whatever_the_numbers(tmp_path):
 
 
 def toml_trip(arm: ArmDescription, path) -> ArmDescription:
+    """Return the arm after writing it as TOML and reading it."""
     path.write_text(robot_toml(arm, title="Some arm", source="a test", tip='the "tip"'), "utf-8")
     entry = read_robot(path)
     assert (entry.title, entry.source, entry.tip) == ("Some arm", "a test", 'the "tip"')

@@ -206,6 +206,7 @@ def test_sizes_of_a_file_mean_what_the_format_says(tmp_path: Path) -> None:
 
 
 def _as_rod(shape: Any, frame: Floats) -> Rod:
+    """Return a ball or capsule as a rod in another frame."""
     ends = [shape.center] * 2 if isinstance(shape, aa.Ball) else [shape.begin, shape.end]
     begin, end = (frame[:3, :3] @ p + frame[:3, 3] for p in ends)
     return Rod(begin, end, shape.radius)

@@ -57,6 +57,7 @@ def mjcf_of(arm: RandomArm, rng: np.random.Generator) -> str:
 
 
 def model_of(world: str, rest: str = "") -> str:
+    """Return the MJCF of a world."""
     return (
         '<mujoco model="made"><compiler angle="radian" autolimits="false"/>'
         f"<worldbody>{world}</worldbody>{rest}</mujoco>"
@@ -89,6 +90,7 @@ def quat(matrix) -> np.ndarray:
 
 
 def own_pose(mujoco: ModuleType, text: str, q, kind: str, name: str) -> np.ndarray:
+    """Return the pose of a body or site that MuJoCo computes."""
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)
     data.qpos[:7] = q

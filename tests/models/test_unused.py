@@ -23,6 +23,7 @@ CONTROL = (
 
 
 def with_joint(inside: str, name: str = "j3", kind: str = "revolute", more: str = "") -> str:
+    """Return a URDF in which one joint has this content."""
     number = int(name[1:])
     return simple_urdf(more, **{name: joint_xml(name, f"l{number - 1}", f"l{number}", kind, inside)})
 
@@ -115,6 +116,7 @@ def test_a_comment_may_be_in_any_encoding() -> None:
 
 
 def read_with_a_comment(codec: str, declared: str | None) -> None:
+    """Read a URDF with a comment in another encoding."""
     word = {"latin-1": "Gr\u00f6\u00dfe"}.get(codec, "\u6a5f\u68b0")
     body = simple_urdf("<visual/>").replace("<robot", f"<!-- {word} -->\n<robot", 1)
     head = "" if declared is None else f'<?xml version="1.0" encoding="{declared}"?>\n'
