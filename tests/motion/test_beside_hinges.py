@@ -32,6 +32,7 @@ def starts(arm: Any, n: int, seed: int, open_: float = 0.0) -> Any:
 
 
 def lines(arm: Any, rows: int, n: int, seed: int, open_: float = 0.0) -> Any:
+    """Yield start joints and poses along a line from them."""
     for q, shift in starts(arm, n, seed, open_):
         yield q, line(arm, q, shift).pose(np.linspace(0, 1, rows))
 

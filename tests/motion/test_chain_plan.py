@@ -26,6 +26,7 @@ def lines(arm: aa.Arm, n: int, *seed: int) -> list[tuple[Array, aa.Line]]:
 
 
 def margins(arm: aa.Arm, q: Array) -> Array:
+    """The least distance (rad) of joints to their limits."""
     return np.minimum(q - arm.lower, arm.upper - q).min(axis=-1)
 
 

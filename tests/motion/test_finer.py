@@ -15,12 +15,14 @@ SHIFTS = ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.1, 0.15, 0.0), (0.0, 0.15, 0.1))
 
 
 def corners() -> Array:
+    """Poses along a path with corners."""
     poses = np.repeat(ARM.forward(Q)[0][None], len(SHIFTS), axis=0)
     poses[:, :3, 3] += SHIFTS
     return poses
 
 
 def motion(kind: str) -> aa.JointPath:
+    """A motion through the corners of this kind."""
     if kind == "plan":
         return aa.plan(ARM, corners(), start=Q)
     if kind == "follow":

@@ -33,6 +33,7 @@ def moves(arm: aa.Arm, q: Array, pose: Array) -> tuple[Array, Array]:
 
 
 def inside(arm: aa.Arm, q: Array) -> Array:
+    """Whether rows of joints are within the limits."""
     return np.asarray((q >= arm.lower - 1e-9).all(axis=1) & (q <= arm.upper + 1e-9).all(axis=1))
 
 

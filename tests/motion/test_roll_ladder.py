@@ -21,6 +21,7 @@ DENSE = np.linspace(0, 1, 301)
 
 
 def rolled(frame: np.ndarray, angle: float) -> np.ndarray:
+    """A frame rotated about its z axis."""
     return frame @ aa.pose([0, 0, 0], rpy=[0, 0, angle])
 
 
@@ -37,10 +38,12 @@ def seam(arm: aa.Arm, rng: np.random.Generator) -> tuple[np.ndarray, aa.Line]:
 
 
 def cost(plan: aa.JointPath) -> float:
+    """The least cost of the branches of a plan."""
     return min((branch.cost for branch in plan.diagnosis.branches if branch.ok), default=np.inf)
 
 
 def the_wire_is_held(plan: aa.JointPath, path: aa.Path) -> None:
+    """Check that a plan keeps position and z axis of the path."""
     at = plan.at(DENSE)
     np.testing.assert_allclose(at.pose[:, :3, 2:], path.pose(DENSE)[:, :3, 2:], atol=1e-11)
     np.testing.assert_allclose(plan.arm.forward(at.q)[0], at.pose, atol=1e-11)

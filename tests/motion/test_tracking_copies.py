@@ -24,6 +24,7 @@ EVERY_WAY = pytest.mark.parametrize("way", WAYS)
 
 
 def go_on_alike(one: aa.Tracker, other: aa.Tracker, arm: aa.Arm, seed: int) -> None:
+    """Check that two trackers give equal results for the same commands."""
     rng = np.random.default_rng(seed)
     for _ in range(6):
         pose = command(arm, rng)

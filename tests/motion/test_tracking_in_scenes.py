@@ -54,6 +54,7 @@ def test_hostile_ticks_touch_nothing_and_keep_the_bounds(name: str, jerk: float 
 
 
 def hostile_run(arm: aa.Arm, scene: aa.Scene, rng: np.random.Generator, ticks: int) -> Array:
+    """The joints of a tracker for hostile targets among obstacles."""
     tracker = started(arm, scene, streams.posture(arm))
     q = [tracker.q[None]]
     while sum(map(len, q)) < ticks:
@@ -125,6 +126,7 @@ def clear_posture(arm: aa.Arm, scene: aa.Scene, start: Array, rng: np.random.Gen
 
 
 def kept(arm: aa.Arm, scene: aa.Scene, rows: list[Array]) -> None:
+    """Check that rows keep bounds and clearance."""
     joints = np.array(rows)
     check_bounds(arm, joints, np.full(len(joints) - 1, DT))
     assert distance(arm, scene, between(joints)).min() >= CLEARANCE
