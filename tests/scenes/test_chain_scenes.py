@@ -77,6 +77,7 @@ def away(arcs: aa.ArcSet, psi: Any) -> Any:
 
 
 def _obstacle_psi(arcs: aa.ArcSet) -> Any:
+    """The ends of arcs that obstacles cause."""
     rows = zip(arcs.intervals, arcs.ends, strict=True) if arcs.ends else ()
     return np.array(
         [psi for row, ends in rows for psi, end in zip(row, ends, strict=True) if end.side == "obstacle"]
@@ -103,6 +104,7 @@ def test_without_deviation_the_arcs_are_those_of_the_exact_arm() -> None:
 
 
 def _apart(one: aa.ArcSet, other: aa.ArcSet) -> float:
+    """The length (rad) in which two sets of arcs differ."""
     return float((one & ~other).measure + (other & ~one).measure)
 
 
