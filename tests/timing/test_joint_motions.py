@@ -46,6 +46,7 @@ def least_time(way: Floats, velocity: Floats, a: float, j: float) -> float:
 
 
 def pair(rng: np.random.Generator, arm: aa.Arm, size: float) -> Floats:
+    """A random configuration, and one at the share `size` of the way from it to another."""
     first, last = (
         rng.uniform(arm.lower * 0.9, arm.upper * 0.9, (2, 7))
         if arm is ARM

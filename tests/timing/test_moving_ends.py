@@ -90,6 +90,7 @@ def test_a_motion_goes_on_where_another_one_is(jerk: float | None, seed: int) ->
     q = Q + np.linspace(0.0, 1.0, 2)[:, None] * rng.uniform(-0.6, 0.6, 7)
 
     def timed(rows: Any, **ends: Any) -> aa.Trajectory:
+        """The trajectory through rows of joints with moving ends."""
         path = aa.JointPath.from_joints(ARM, rows, between="joints")
         return aa.retime(path, acceleration=A, jerk=jerk, **ends)
 

@@ -71,6 +71,7 @@ def motions(arm: aa.Arm, start: list[float]) -> Motions:
             given[f"through theta_{joint} = {angle:.3g}"] = passing
 
     def again(path: aa.JointPath, folder: Path) -> aa.JointPath:
+        """The path after saving and loading it."""
         aa.io.save(path, folder / "again.csv")
         table = aa.io.load_joints(folder / "again.csv")
         return aa.JointPath.from_joints(arm, table.q, s=table.s, status=table.status)

@@ -32,6 +32,7 @@ def shifted(*shift: float) -> Array:
 
 
 def curve_of_poses(n: int) -> Array:
+    """Poses along a curve."""
     t = np.linspace(0, 1, n)
     poses = np.repeat(shifted(0, 0, 0)[None], n, axis=0)
     poses[:, :3, 3] += np.stack([0.1 * t, 0.1 * np.sin(3 * t), -0.1 * t], axis=1)
@@ -204,22 +205,26 @@ def test_corners_are_rounded_no_further_than_said() -> None:
 
 
 def walk(seed: int, rows: int, size: float) -> aa.JointPath:
+    """A path through random joints."""
     return aa.JointPath.from_joints(
         ARM, np.cumsum(np.vstack([Q, np.random.default_rng(seed).normal(size=(rows, 7)) * size]), axis=0)
     )
 
 
 def waypoints() -> aa.JointPath:
+    """A plan through random positions."""
     poses = np.repeat(ARM.forward(Q)[0][None], 60, axis=0)
     poses[1:, :3, 3] += np.random.default_rng(0).normal(size=(59, 3)) * 0.05
     return aa.plan(ARM, poses, start=Q)
 
 
 def back() -> aa.JointPath:
+    """A plan to a point and back."""
     return aa.plan(ARM, np.stack([shifted(0, 0, 0), shifted(0.1, 0, 0), shifted(0.0, 0.001, 0)]), start=Q)
 
 
 def one_by_one() -> aa.JointPath:
+    """A path in which the joints move one after another."""
     q = np.radians([0, 30, 0, -90, 0, 60, 0]) + 0.15 * np.tril(np.ones((4, 7)), -1)
     return aa.JointPath.from_joints(ARM, q, between="joints")
 

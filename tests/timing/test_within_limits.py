@@ -29,6 +29,7 @@ RIDING = [1.26221, -0.49796, -1.75243, 0.25599, 1.40474, 1.52206, -1.85793]
 
 
 def rows(arm: Any, q: Any, shift: Any, count: int = 80) -> Any:
+    """Poses along a line from joints."""
     return line(arm, q, shift).pose(np.linspace(0, 1, count))
 
 
@@ -38,6 +39,7 @@ def passed(arm: Any, q: Any) -> float:
 
 
 def riding() -> aa.JointPath:
+    """A path along limits."""
     arm = ARMS["kuka_iiwa7_r800"]
     poses = rows(arm, RIDING, [0.1108, 0.2563, -0.1097])[::4]
     return aa.follow(arm, poses, start=RIDING, policy=aa.Towards(direction="up"))
