@@ -32,6 +32,7 @@ def served() -> Iterator[Served]:
     running: list[Viewer] = []
 
     def begin(state: ViewerState | None = None, *words: Any) -> Viewer:
+        """Start a viewer that is stopped after the test."""
         running.append(Viewer(state or paper(), *words, port=0))
         return running[-1]
 
