@@ -119,7 +119,7 @@ inline Arm make_arm(const ArmParameters& parameters) noexcept {
     return arm;
 }
 
-/// The same arm with joint 7 at its current value: a solved pose may have any roll about axis 7.
+/// The arm with joint 7 fixed at its current value: a solved pose may have any roll about axis 7.
 inline Arm with_free_roll(const Arm& arm) noexcept {
     ArmParameters p = arm;
     p.roll_free = true;

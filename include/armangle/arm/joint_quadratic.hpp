@@ -146,7 +146,8 @@ void minimise(const JointQuadratic& p, const double* lower, const double* upper,
         free[released] = true;
     }
 }
-/// The same, with the factorization of H.
+/// Stores in x the minimum of the quadratic form within bounds of the joints, with the factorization of its
+/// matrix H.
 inline void minimise(const JointQuadratic& p, const double* lower, const double* upper,
                      double (&x)[joints]) noexcept {
     minimise(p, lower, upper, x, [&p](const bool (&free)[joints], double (&y)[joints]) noexcept {

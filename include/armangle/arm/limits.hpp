@@ -49,7 +49,7 @@ ARMANGLE_INLINE double limit_margin(const Limits& limits, const JointLanes& q) n
     if (any(is_nan(q))) return not_a_number;  // min would ignore NaN
     return least(min(q - JointLanes::load(limits.lower), JointLanes::load(limits.upper) - q));
 }
-/// The same for an array of seven joint values.
+/// The distance (rad) of seven joint values to the nearest limit; negative outside.
 inline double limit_margin(const Limits& limits, const double* q) noexcept {
     return limit_margin(limits, joint_lanes(q));
 }

@@ -47,7 +47,8 @@ Problem check_numbers(const AnyArm& arm, const InverseBatch& b, std::size_t i, d
     return Problem::none;
 }
 
-/// The same for an S-R-S arm, which also checks whether the pose is reachable.
+/// The problem of element i of a batch for an S-R-S arm, with `value` that shows it: invalid numbers, or a
+/// pose out of reach.
 inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t i, double& value) noexcept {
     const Problem numbers = check_numbers(arm, b, i, value);
     if (numbers != Problem::none) return numbers;

@@ -142,7 +142,8 @@ struct CorrectedCurve {
     /// none.
     PlacedPosture at(double s) const noexcept { return at(curve.stretch(s), s); }
 
-    /// The same on a given stretch that contains s.
+    /// The true posture at s, which is on stretch x, with the joints' multiples of 2 pi as on the nominal
+    /// curve; NaN if there is none.
     PlacedPosture at(const Stretch& x, double s) const noexcept {
         const double t = (s - x.start) / (x.end - x.start);
         PlacedPosture nominal = curve.at(x, s);
@@ -151,7 +152,7 @@ struct CorrectedCurve {
         return lifted(x, s, nominal);
     }
 
-    /// The same, found from a nominal posture at s.
+    /// The true posture at s on stretch x, found from the nominal posture `out` there.
     PlacedPosture lifted(const Stretch& x, double s, PlacedPosture out) const noexcept {
         SinCos<double> angle[joints];
         const bool found = x.lead == 0 ? solve_plane(x, s, out.pose, angle) : solve_led(x, s, out.q, angle);

@@ -93,7 +93,8 @@ public:
         usable_ = known_ & (T(arm_->inner_reach) < least) & (most < T(arm_->reach));
         widen(ball, psi_shift, least, most, true);
     }
-    /// The same for the part of the ball that is in reach.
+    /// Widens the functions to the part of a ball around the centre that is in reach, and psi by `psi_shift`
+    /// (rad).
     void widen_within_reach(const PoseBall<T>& ball, const T& psi_shift) noexcept {
         usable_ = known_;
         widen(ball, psi_shift, max(distance_ - ball.wrist, T(arm_->inner_reach)),
@@ -263,7 +264,8 @@ public:
         return out;
     }
 
-    /// The same as over(), but with directions `towards` (of any length) instead of theta.
+    /// The bounds of the joints over |psi - middle| <= half (rad), with directions `towards` (of any length)
+    /// instead of theta.
     ARMANGLE_INLINE void reaches(const T& middle, const T& half, Coarse<T>& out,
                                  SinCos<T> (&towards)[joints]) const noexcept {
         const SinCos<T> at = sin_cos(middle);

@@ -377,7 +377,8 @@ inline Status newton(const ChainArm& arm, const Pose<double>& pose, const PsiPla
     return solved || near_singular(arm.nominal, angle) ? Status::NEAR_SINGULAR : Status::NO_CONVERGENCE;
 }
 
-/// The same for several postures at once, only those in `wanted`; returns which of them converge.
+/// Newton's method with limited steps from several postures at once, only those in `wanted`; returns which of
+/// them converge.
 template <int N>
 inline LaneMask<N> newton(const ChainArm& arm, const Pose<Lane<N>>& pose, const PsiPlane<Lane<N>>& plane,
                           const Configuration<Lane<N>>& gc, const LaneMask<N>& wanted,
@@ -543,7 +544,7 @@ inline JointLanes theta_of(const SinCos<double>* angle) noexcept {
     return atan2(JointLanes::of(y), JointLanes::of(x));
 }
 
-/// The same for several postures at once.
+/// The joint angles (rad) of several postures at once, from sines and cosines.
 template <int N>
 ARMANGLE_INLINE void theta_of(const SinCos<Lane<N>>* angle, Lane<N> (&theta)[joints]) noexcept {
     for (int j = 0; j < joints; ++j) theta[j] = atan2(angle[j].sin, angle[j].cos);

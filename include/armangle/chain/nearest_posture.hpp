@@ -158,8 +158,8 @@ private:
         const Spot at = spot(gc, psi);
         return offer(gc, psi, at);
     }
-    /// The same with the posture given. What is kept is the posture that inverse() gives there, as a psi may
-    /// have two near singularities.
+    /// Tries a given posture at a psi: keeps it if it is the best so far, and returns its cost. What is kept
+    /// is the posture that inverse() gives there, as a psi may have two near singularities.
     double offer(int gc, double psi, const Spot& at) noexcept {
         double here = at.kept ? cost(at.q) : infinity;
         if (!(here < best_.cost)) return here;
@@ -414,7 +414,7 @@ private:
     /// Tries the posture at a psi and returns dcost/dpsi there, for costs that are sums of squares; NaN
     /// without a posture.
     double offer_and_slope(int gc, double psi) noexcept { return offer_and_slope(gc, psi, spot(gc, psi)); }
-    /// The same with the posture given.
+    /// Tries a given posture at a psi and returns dcost/dpsi there; NaN if it is not within the limits.
     double offer_and_slope(int gc, double psi, const Spot& at) noexcept {
         offer(gc, psi, at);
         if (!at.kept) return not_a_number;

@@ -154,7 +154,8 @@ ARMANGLE_INLINE JointLanes joints_near(const Arm& arm, const Directions<double>&
     return q;
 }
 
-/// The same for and with arrays of seven joint values.
+/// The joint values of the directions, each in the revolution nearest to `near` (seven values, rad),
+/// regardless of limits.
 inline Joints joints_near(const Arm& arm, const Directions<double>& d, const double* near) noexcept {
     Joints out;
     joints_near(arm, d, joint_lanes(near)).store(out.q);

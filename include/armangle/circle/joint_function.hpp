@@ -13,9 +13,9 @@ template <class T>
 struct Harmonic {
     T s, c, k;
 
-    /// Its value at psi.
+    /// The value of the function at psi.
     T at(const SinCos<T>& psi) const noexcept { return mul_add(s, psi.sin, mul_add(c, psi.cos, k)); }
-    /// Its derivative at psi.
+    /// The derivative of the function at psi.
     T slope(const SinCos<T>& psi) const noexcept { return s * psi.cos - c * psi.sin; }
 };
 

@@ -35,7 +35,7 @@ ARMANGLE_INLINE SelfMotion<T> self_motion(const Arm& arm, const Pose<T>& pose,
     return self_motion(arm, circle(arm, flange_pose(arm, pose)), gc);
 }
 
-/// The same for the branch with index gc, 0..7. The signs are computed after the circle, which needs all
+/// The self-motion of a pose in branch gc, 0..7. The signs are computed after the circle, which needs all
 /// registers.
 ARMANGLE_INLINE SelfMotion<double> self_motion(const Arm& arm, const Pose<double>& pose, int gc) noexcept {
     const Circle<double> on = circle(arm, flange_pose(arm, pose));

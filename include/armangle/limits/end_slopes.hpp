@@ -18,7 +18,8 @@ struct EndSlopes {
     double entry[ArcSet::capacity][2][6];
 };
 
-/// Computes these derivatives for `arcs`, the feasible arcs of (pose, gc).
+/// Computes the derivatives of the ends of `arcs`, the feasible arcs of (pose, gc), with respect to the twist
+/// of the pose.
 inline void end_slopes(const Arm& arm, const Pose<double>& pose, int gc, const ArcSet& arcs,
                        EndSlopes& out) noexcept {
     for (int i = 0; i < arcs.count; ++i)

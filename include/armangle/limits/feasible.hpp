@@ -275,7 +275,7 @@ ARMANGLE_INLINE Status feasible(const SelfMotion<double>& m, const JointFunction
     return elbow == Status::OK ? detail::moving_joints(m, f, t, out) : elbow;
 }
 
-/// The same without given joint functions.
+/// Computes the feasible arcs of one pose and branch. If there are none, the status gives the reason.
 ARMANGLE_INLINE Status feasible(const SelfMotion<double>& m, const LimitTable& t, ArcSet& out) noexcept {
     return feasible(m, joint_functions(m), t, out);
 }

@@ -47,7 +47,8 @@ inline ConeVerdict cone_verdict(const Cone& cone, const Interval& sine, const In
     return {in_lower && in_upper, off_lower || off_upper};
 }
 
-/// The same for |theta| of joint 2 or 6 with cosine H: inside one of its permitted ranges, or outside all.
+/// Whether |theta| of joint 2 or 6, whose cosine is in H, is for certain inside one of its permitted ranges,
+/// or outside all.
 inline ConeVerdict hinge_verdict(const LimitTable& t, int hinge, int negative, const Interval& H) noexcept {
     ConeVerdict out{false, true};
     for (int k = 0; k < t.piece_count[hinge][negative]; ++k) {

@@ -276,7 +276,8 @@ private:
             !arm_.free_table.locked && !detail::may_jump(sides.f.hinge[half]);
     }
 
-    /// The same by the general functions, if two joints may rotate around one axis or a joint is locked.
+    /// The cell at a turn (rad) by the general functions; used if two joints may rotate around one axis or a
+    /// joint is locked.
     [[gnu::noinline, gnu::cold]] ReducedCell exact_cell(double turn, bool with_yaw,
                                                         bool with_roll) const noexcept {
         ReducedPose at = at_;

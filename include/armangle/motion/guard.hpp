@@ -174,8 +174,8 @@ private:
         }
     }
 
-    /// The same if all joints stop at the present rate r: v dt + 2 v / r + a / r^2 must stay within the
-    /// limits.
+    /// Narrows the moves such that, if all joints stop at the present rate r, v dt + 2 v / r + a / r^2 stays
+    /// within the limits.
     void narrow_at_rate(const double* least, const double* greatest, double (&lower)[joints],
                         double (&upper)[joints]) const noexcept {
         const double along = 1.0 / (rate_ * rate_ * dt_), lasting = dt_ + 2.0 / rate_ + along;
@@ -204,7 +204,7 @@ private:
         return q_[j] + move >= least - tolerance::bound && q_[j] + move <= most + tolerance::bound;
     }
 
-    /// The same as `share`, for joints that all stop at one rate.
+    /// The largest share of a move v that joints which all stop at one rate can make.
     double share_at_rate(const double (&v)[joints]) noexcept {
         double a[joints], d[joints], corner[joints], off[joints], along = 0, square = 0;
         for (int j = 0; j < joints; ++j) a[j] = (v[j] - before_[j]) / dt_;

@@ -151,7 +151,8 @@ struct Links {
         intersect(all, within, out);
     }
 
-    /// The same, starting from psi on section `from`.
+    /// Computes the arcs of section `to`, within `within`, that one step can reach from psi on section
+    /// `from`.
     void reach(const Section& from, double psi, const Section& to, const ArcSet& within,
                ArcSet& out) const noexcept {
         Joints q;

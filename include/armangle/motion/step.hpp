@@ -642,8 +642,8 @@ private:
                (either && settle_from(2 * straight - theta_4, pose, -1, why, out));
     }
 
-    /// The same, starting from the present joints with another theta_4 (NaN: unchanged). The solution must
-    /// have elbow sign `side` (0, 1; -1: either) and stay within the limits and one step.
+    /// Finds a solution numerically from the present joints with another theta_4 (NaN: unchanged). The
+    /// solution must have elbow sign `side` (0, 1; -1: either) and stay within the limits and one step.
     bool settle_from(double theta_4, const Pose<double>& pose, int side, Status& why,
                      Step& out) const noexcept {
         Limits box = arm_.limits;

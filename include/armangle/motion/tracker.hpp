@@ -168,7 +168,7 @@ public:
     /// back within the bounds.
     void start(const double* q) noexcept { start(q, user_pose(arm_, chain(arm_, q).flange)); }
 
-    /// The same with a target away from the end effector.
+    /// Starts at rest at joints q with a target away from the end effector.
     void start(const double* q, const Pose<double>& hand) noexcept {
         for (int j = 0; j < joints; ++j) {
             q_.q[j] = q[j];
@@ -238,8 +238,8 @@ public:
         return out;
     }
 
-    /// The same without recording the distance to the target. Call note() with that distance afterwards; it
-    /// depends on the tool.
+    /// Computes the next cycle without recording the distance to the target. Call note() with that distance
+    /// afterwards; it depends on the tool.
     Tracked tick(const Command& command) noexcept {
         const bool valid =
             command.pose && is_rigid(*command.pose) && norm(command.pose->position) <= tolerance::length;
@@ -494,8 +494,8 @@ private:
         }
     }
 
-    /// The same for a joint with bounded jerk. A joint that cannot stop within its limits stops as soon as it
-    /// can.
+    /// Computes the velocities that a joint with bounded jerk may have next. A joint that cannot stop within
+    /// its limits stops as soon as it can.
     void box_of_jerk(Tick& t, int j) const noexcept {
         const JerkBounds& b = bound_[j];
         const double v = v_[j], a = a_[j], dt = t.dt, change = b.jerk * dt;
@@ -566,9 +566,10 @@ private:
         return out;
     }
 
-    /// The same for the joint moves of a part of the end effector's path, whose velocities the box bounds. A
-    /// joint that reaches its greatest velocity before it must brake slows no other. A goal that accelerates
-    /// by `gain` (rad/s^2) changes the deceleration that is available.
+    /// Computes how fast the displacements d of the joints along a part of the end effector's path can be
+    /// made, with velocities bounded by the box. A joint that reaches its greatest velocity before it must
+    /// brake slows no other. A goal that accelerates by `gain` (rad/s^2) changes the deceleration that is
+    /// available.
     Pace pace(const double (&d)[joints], const double (&gain)[joints], double share,
               double dt) const noexcept {
         Pace out{1.0 / (track_rule::ticks * dt), 1.0};

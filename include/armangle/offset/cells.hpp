@@ -55,7 +55,8 @@ public:
         const OffsetWrist<double> wrist = offset_wrist(arm_, motion_, theta_7);
         angles(directions(motion_, wrist, theta_7, sqrt(max(wrist.inside, 0.0)))).store(theta);
     }
-    /// The same with two derivatives with respect to the free joint.
+    /// Computes the angles of all joints at a value of the free joint (rad), with two derivatives with
+    /// respect to it.
     void at(double free, Jet<double, 2> (&theta)[joints]) const noexcept {
         angles_along(arm_, motion_, free, theta);
     }

@@ -595,12 +595,13 @@ inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, con
     detail::OffsetArcs(arm, pose, limits, tuning).find(gc, 1, out);
 }
 
-/// The same within the arm's own limits.
+/// Computes the values of the free joint at which branch gc solves a pose within the arm's own limits.
 inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, ProvenArcs& out) noexcept {
     feasible(arm, pose, gc, arm.own.limits, out);
 }
 
-/// The same for all eight branches, which share the roots.
+/// Computes the values of the free joint at which each branch solves a pose within limits; all share the
+/// roots.
 inline void feasible_all(const OffsetArm& arm, const Pose<double>& pose, const Limits& limits,
                          ProvenArcs (&out)[configurations], const OffsetArcsTuning& tuning = {}) noexcept {
     detail::OffsetArcs all(arm, pose, limits, tuning);

@@ -156,7 +156,7 @@ inline double reach_excess(const OffsetArm& arm, const Pose<double>& pose, doubl
     return offset_wrist(arm, m, sin_cos(to_theta(arm.rest, 6, free))).excess;
 }
 
-/// The same at that value of the free joint at which it is least, in closed form.
+/// By how much (m) a pose is out of reach at the best value of the free joint; <= 0 if it is in reach.
 inline double reach_excess(const OffsetArm& arm, const Pose<double>& pose) noexcept {
     const OffsetMotion<> m = offset_motion(arm, Pose<double>{orthonormal(pose.rotation), pose.position}, 0);
     const Vec3<double>& s = m.from_shoulder;

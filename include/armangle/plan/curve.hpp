@@ -181,7 +181,7 @@ struct Curve {
     /// The configuration at s.
     PlacedPosture at(double s) const noexcept { return at(stretch(s), s); }
 
-    /// The same on a given stretch that holds s.
+    /// The configuration at s, which is on stretch x; NaN if there is none.
     PlacedPosture at(const Stretch& x, double s) const noexcept {
         const double t = (s - x.start) / (x.end - x.start);
         double near[joints];

@@ -169,7 +169,7 @@ private:
     /// end of a collision-free arc are exactly at it.
     bool touches() const noexcept { return touches(options_.start, 0) || touches(options_.goal, 1); }
 
-    /// The same for joints q at s.
+    /// Whether joints q (null: false) at s have no more than the required clearance, up to rounding.
     bool touches(const double* q, double s) const noexcept {
         if (!q || !task_.scenes) return false;
         StraightMove at(task_.arm, task_.scenes.at(s));
@@ -603,7 +603,8 @@ private:
         return true;
     }
 
-    /// The same, tried several times with changed sections.
+    /// Draws the curve of a path that changes branches, several times with changed sections until it is
+    /// proven; false if that fails.
     bool draw_crossing(CrossingTask& asked, Plan& out) {
         for (int round = 0; round < plan_rule::crossing_rounds; ++round) {
             if (!draw_crossing_once(asked, out)) return false;
@@ -799,7 +800,8 @@ private:
         lift_stretches(curve(out), out.stretches, q, psi);
     }
 
-    /// The same for an optimum, with its proof, and its rating in the report.
+    /// Writes an optimal curve into a plan, with its proof, and its rating into the report. The first joints
+    /// are in the revolution nearest to q.
     void draw(const Tube& t, const Optimum& x, const double* q, BranchReport& report, Plan& out) const {
         draw(t, x.curve, q, out);
         out.proof = proven(curve(out));

@@ -60,7 +60,8 @@ inline double margin_scale(double length) noexcept {
     const double share = length / margin_rule::short_path;
     return max(length * length, min(1.0, share * share));
 }
-/// The same factor for a target of psi. It is at least 1, since the user requested it.
+/// The factor of the cost of a target of psi for a path of this length. It is at least 1, since the user
+/// requested it.
 inline double wish_scale(double length) noexcept { return max(1.0, length * length); }
 
 /// The constant data of a plan: the arm, the limits (narrowed by the requested margin), the path and the

@@ -546,8 +546,8 @@ inline void clear(const Arm& arm, const Scene& scene, const SelfMotion<double>& 
     out.status = out.arcs.empty() ? Status::CLEARANCE : Status::OK;
 }
 
-/// The same for all eight branches of a pose. Without rods of links 1, 2, 5 and 6 the result depends on the
-/// sign of the elbow alone and is computed once for each.
+/// Computes the collision-free psi of a pose in all eight branches. Without rods of links 1, 2, 5 and 6 the
+/// result depends on the sign of the elbow alone and is computed once for each.
 inline void clear_all(const Arm& arm, const Scene& scene, const Pose<double>& pose,
                       Cleared (&out)[configurations]) noexcept {
     for (int gc = 0; gc < configurations; ++gc) {

@@ -94,12 +94,12 @@ inline void feasible(const OffsetChain& arm, const Pose<double>& pose, int gc, c
     out.status = out.unproven > 0 ? Status::NEAR_SINGULAR : judge.refusal();
 }
 
-/// The same with the arm's own limits.
+/// The values of the free joint at which branch gc reaches a pose within the arm's own limits.
 inline void feasible(const OffsetChain& arm, const Pose<double>& pose, int gc, ProvenArcs& out) noexcept {
     feasible(arm, pose, gc, arm.nominal.own.limits, out);
 }
 
-/// The same for all branches.
+/// The values of the free joint at which each branch reaches a pose within the limits.
 inline void feasible_all(const OffsetChain& arm, const Pose<double>& pose, const Limits& limits,
                          ProvenArcs (&out)[configurations],
                          const OffsetChainArcsTuning& tuning = {}) noexcept {

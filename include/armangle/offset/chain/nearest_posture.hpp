@@ -171,7 +171,8 @@ private:
         return true;
     }
 
-    /// The same for a posture in any branch and with any value of the free joint.
+    /// Keeps a posture in any branch and with any value of the free joint if it is within the limits and
+    /// costs less; returns whether it did.
     bool take(const ChainPosture& at) noexcept {
         if (!(at.left <= posture_.residual)) return false;
         const int gc = index(branch_of(arm_, at.angle));
@@ -335,7 +336,8 @@ private:
         }
     }
 
-    /// The same for one range of open cells.
+    /// Searches postures in a range of open cells, at values of the free joint and with joint 5 fixed near
+    /// the fold.
     void look_at_fold(int gc, double lower, double upper) noexcept {
         const ChainCells& cells = branch_[gc]->judge.cells;
         const double side = 1.0 / (tuning_.samples - 1);
