@@ -394,7 +394,7 @@ void proximity_many(const ArmHandle& self, const SceneHandle& scene, Floats pose
         });
 }
 
-/// The same for the true chain of a nearly S-R-S arm.
+/// Writes the nearest pair of each (pose, psi, gc) of a nearly S-R-S arm.
 void near_proximity_many(const ChainArmHandle& self, const SceneHandle& scene, Floats pose, Floats psi,
                          Ints gc, Floats out, Ints pair, int threads) {
     const Buffer p(pose), a(psi), g(gc), to(out, true), who(pair, true);

@@ -60,7 +60,7 @@ template <class Handle>
 KeptOff limits_with(const Handle&, double margin, const Scene* scene) {
     return {margin, scene};
 }
-/// The same without a margin.
+/// The table of the arm's limits, without a margin.
 const LimitTable& own_limits(const ArmHandle& arm) { return arm.limits; }
 /// What an arm with its own chain uses instead of a table of limits: a margin of 0.
 double own_limits(const ChainArmHandle&) { return 0.0; }
@@ -259,7 +259,7 @@ nb::object solution_of(const Nearest& found, const double* m, nb::handle kind, n
                      found.gap, copied(new_array44(), frame, 16));
 }
 
-/// The same of n rows as arrays; the status as int8 codes.
+/// A named tuple `kind` of n solutions as arrays; the status as int8 codes.
 nb::object solutions_of(const Nearest* found, const double* m, Py_ssize_t n, nb::handle kind) {
     static PyObject* int64 = nb::object(nb::module_::import_("numpy").attr("int64")).release().ptr();
     static PyObject* int8 = nb::object(nb::module_::import_("numpy").attr("int8")).release().ptr();

@@ -31,7 +31,7 @@ public:
         if (thread == 0 && --left_ == 0) look();  // parallel() gives the calling thread this number
         return ended_.load(std::memory_order_relaxed);
     }
-    /// The same for a thread without a number.
+    /// Whether the call must end; called by a thread without a number.
     bool ended() noexcept {
         if (std::this_thread::get_id() == caller_ && --left_ == 0) look();
         return ended_.load(std::memory_order_relaxed);
