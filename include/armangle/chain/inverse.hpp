@@ -549,6 +549,7 @@ template <int N>
 ARMANGLE_INLINE void theta_of(const SinCos<Lane<N>>* angle, Lane<N> (&theta)[joints]) noexcept {
     for (int j = 0; j < joints; ++j) theta[j] = atan2(angle[j].sin, angle[j].cos);
 }
+/// The joint angles (rad) of a posture, from sines and cosines.
 inline void theta_of(const SinCos<double>* angle, double (&theta)[joints]) noexcept {
     const JointLanes all = theta_of(angle);
     for (int j = 0; j < joints; ++j) theta[j] = all[j];

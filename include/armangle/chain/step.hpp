@@ -19,6 +19,7 @@ public:
     const ChainArm& arm() const noexcept { return *arm_; }
     /// The nominal arm.
     const Arm& rows() const noexcept { return arm_->nominal; }
+    /// The singularity margin (rad).
     double margin() const noexcept { return margin_; }
 
     /// The psi and branch of joints q; psi from the elbow if `carry` says so or psi is undefined.

@@ -977,7 +977,7 @@ private:
         return {u, v, both(cost_of(a, u), cost_of(b, v))};
     }
 
-    /// The cheapest value of `wanted` between two bounds; the cost is convex in it.
+    /// The cheapest common rotation (rad) of two joints that rotate about one axis, from `lower` to `upper`.
     double cheapest_wish(const JointCost& a, const JointCost& b, double eps, double lower,
                          double upper) const noexcept {
         const double free = b.centre() - b.near + eps * (a.centre() - a.near);
@@ -1551,7 +1551,7 @@ private:
         return true;
     }
 
-    /// What is known of a result: if the search was cut short, a nearer solution, or any, may be left.
+    /// The result with the status UNPROVEN (or NEAR_SINGULAR without a solution) if the search was cut short.
     Nearest proven(Nearest out) const noexcept {
         if (!cut_ && rounds_ >= 0) return out;
         const bool none = out.status == Status::LIMITS || out.status == Status::ELBOW_LIMIT;

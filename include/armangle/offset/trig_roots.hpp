@@ -74,7 +74,7 @@ struct TrigDerivatives {
     RootLanes of[Order + 1];
 };
 
-/// Computes them for several polynomials at once, which share cosines and sines.
+/// Computes the values and derivatives of several polynomials at once, which share cosines and sines.
 template <int Order, int Count>
 ARMANGLE_INLINE void derivatives(const TrigPolynomial* const (&p)[Count], int degree, const RootLanes& x,
                                  TrigDerivatives<Order> (&out)[Count]) noexcept {
