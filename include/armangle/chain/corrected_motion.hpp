@@ -488,7 +488,7 @@ inline CorrectedMotion<T> motion_about(const ChainArm& arm, const Triad<T>& on,
     return out;
 }
 
-/// The motion over the whole circle of psi, valid for all joint angles.
+/// Bounds of the joints of the true chain at a pose over the whole circle of psi, valid for all joint angles.
 inline CorrectedMotion<double> motion_around(const ChainArm& arm, const Pose<double>& pose,
                                              const Triad<double>& on,
                                              const Configuration<double>& gc) noexcept {

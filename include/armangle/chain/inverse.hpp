@@ -305,7 +305,7 @@ template <class T>
 struct InverseSlope {
     typename SevenEquations<T>::Row row[joints];
 
-    /// The step of joint i + 1 for errors x.
+    /// The step (rad) of joint i + 1 that removes the errors x: row i of this inverse times x.
     ARMANGLE_INLINE T times(int i, const typename SevenEquations<T>::Row& x) const noexcept {
         return dot(row[i].wrist, x.wrist) + dot(row[i].turn, x.turn) + row[i].psi * x.psi;
     }

@@ -66,7 +66,7 @@ inline const Pose<T>& limb_frame(const Scene& scene, const SceneFrames<T>& f, in
     if (limb < scene.part_count) return scene.parts[limb].lower ? f.plane.lower : f.plane.upper;
     return f.swinging[swinging_place(scene.swings[limb - scene.part_count].link)];
 }
-/// The rod of a limb.
+/// The rod of a limb: a part of link 3 or 4, or a shape that swings with joint 1, 2, 5 or 6.
 inline const Rod& limb_rod(const Scene& scene, int limb) noexcept {
     return limb < scene.part_count ? scene.parts[limb].rod : scene.swings[limb - scene.part_count].rod;
 }
@@ -76,11 +76,11 @@ inline int limb_count(const Scene& scene) noexcept { return scene.part_count + s
 inline int limb_link(const Scene& scene, int limb) noexcept {
     return limb < scene.part_count ? limb : scene.first_swing_link() + limb - scene.part_count;
 }
-/// The limb of a link of this number.
+/// The number among the limbs (parts of links 3 and 4, then swinging shapes) of a link of this number.
 inline int limb_of_link(const Scene& scene, int link) noexcept {
     return link < scene.part_count ? link : link - scene.first_swing_link() + scene.part_count;
 }
-/// The limb of an obstacle of this number, which is a shape of the arm.
+/// The number among the limbs of an obstacle of this number, which is a shape of the arm.
 inline int limb_of_obstacle(const Scene& scene, int obstacle) noexcept {
     const int at = obstacle - scene.first_swing_obstacle();
     return at < scene.swing_count ? scene.part_count + at : at - scene.swing_count;
