@@ -66,7 +66,7 @@ inline const Pose<T>& limb_frame(const Scene& scene, const SceneFrames<T>& f, in
     if (limb < scene.part_count) return scene.parts[limb].lower ? f.plane.lower : f.plane.upper;
     return f.swinging[swinging_place(scene.swings[limb - scene.part_count].link)];
 }
-/// The rod of a limb: a part of link 3 or 4, or a shape that swings with joint 1, 2, 5 or 6.
+/// The rod of a limb: a part of link 3 or 4, or a swinging shape of link 1, 2, 5 or 6.
 inline const Rod& limb_rod(const Scene& scene, int limb) noexcept {
     return limb < scene.part_count ? scene.parts[limb].rod : scene.swings[limb - scene.part_count].rod;
 }
