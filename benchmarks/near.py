@@ -89,8 +89,11 @@ def farthest_from_merging(arm: aa.Arm, pose: Floats, gc: NDArray[np.int64]) -> f
     psi = np.linspace(-np.pi, np.pi, 2000)
     farthest = 0.0
     for one, branch in zip(pose, gc, strict=True):
-        theta = arm.signs * arm.inverse(one, psi, branch, on_error="nan", limits=False) + arm.offsets
-        theta[:, 3] -= arm.delta
+        theta = (
+            arm.geometry.signs * arm.inverse(one, psi, branch, on_error="nan", limits=False)
+            + arm.geometry.offsets
+        )
+        theta[:, 3] -= arm.geometry.delta
         sines = np.abs(np.sin(theta[np.isfinite(theta).all(axis=1), 1:6:2]))
         farthest = max(farthest, float(np.arcsin(sines.min(initial=0.0 if sines.size == 0 else 1.0))))
     return farthest
@@ -101,7 +104,7 @@ def of_arcs(arm: aa.Arm) -> tuple[float, str]:
     pose, _, gc = arm.forward(drawn(arm, ARCS), on_error="nan")
     same = [np.repeat(one[None], 100, axis=0) for one in pose]
     taken = [microseconds(lambda k=k: arm.feasible(same[k], gc[k]), 100) for k in range(ARCS)]
-    left = np.asarray(arm.feasible(pose, gc).unproven) if arm.chain is not None else np.zeros(ARCS)
+    left = np.asarray(arm.feasible(pose, gc).unproven) if arm.geometry.chain is not None else np.zeros(ARCS)
     share = f"{100 * (1 - left.mean() / (2 * np.pi)):.2f} %, {100 * (left == 0).mean():.1f} % whole"
     if left.any():
         off = farthest_from_merging(arm, pose[left > 0], gc[left > 0])

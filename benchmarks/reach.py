@@ -44,16 +44,18 @@ def in_the_ball(arm: aa.Arm, count: int) -> Floats:
     """Return poses whose wrist is even in the ball of the reach, their rotations even too."""
     rng = np.random.default_rng(16)
     place = rng.normal(size=(count, 3))
-    place *= arm.reach * np.cbrt(rng.random((count, 1))) / np.linalg.norm(place, axis=1, keepdims=True)
+    place *= (
+        arm.geometry.reach * np.cbrt(rng.random((count, 1))) / np.linalg.norm(place, axis=1, keepdims=True)
+    )
     turned = rng.normal(size=(count, 4))
     poses = aa.pose(np.zeros((count, 3)), wxyz=turned / np.linalg.norm(turned, axis=1, keepdims=True))
-    poses[:, :3, 3] = place + [0.0, 0.0, arm.d_bs] + arm.d_wf * poses[:, :3, 2]
+    poses[:, :3, 3] = place + [0.0, 0.0, arm.geometry.d_bs] + arm.geometry.d_wf * poses[:, :3, 2]
     return arm.base @ poses @ arm.tool
 
 
 def cells_of(name: str, arm: aa.Arm, fields: tuple[str, ...], goal: float) -> Workload:
     """Return the making of one tile of a map, without the store."""
-    grid = Grid.of(arm.reach, arm.reach / 12, np.radians(5.0))
+    grid = Grid.of(arm.geometry.reach, arm.geometry.reach / 12, np.radians(5.0))
     axes, places = grid.axes, np.concatenate([grid.places(tile) for tile in range(grid.tiles)])
     cells = (len(places), grid.tilts, grid.turns)
     gc, freedom = np.empty(cells, np.uint8), np.empty(cells, np.float32)
@@ -106,13 +108,13 @@ def make(spacing: float, degrees: float, threads: int, how: str, place: str) -> 
     arm = workloads.arm()
     started = time.perf_counter()
     if how == "compute":
-        store = make_store(arm, place, Grid.of(arm.reach, spacing, np.radians(degrees)), USUAL, 0.0)
+        store = make_store(arm, place, Grid.of(arm.geometry.reach, spacing, np.radians(degrees)), USUAL, 0.0)
         started = time.thread_time()
         for tile in range(store.grid.tiles):
             store.computed(tile)
         seconds, cells = time.thread_time() - started, store.grid.cells
     elif how == "write":
-        store = make_store(arm, place, Grid.of(arm.reach, spacing, np.radians(degrees)), USUAL, 0.0)
+        store = make_store(arm, place, Grid.of(arm.geometry.reach, spacing, np.radians(degrees)), USUAL, 0.0)
         values = [store.computed(tile) for tile in range(store.grid.tiles)]
         started = time.process_time()
         for tile, made in enumerate(values):

@@ -33,14 +33,15 @@ def inverse(arm: aa.Arm, pose: Any, psi: Any, gc: Any) -> Any:
         rows = [[c, o, twist * s], [s, o, -twist * c], [o, twist * one, o]]
         return xp.stack([xp.stack(row, axis=-1) for row in rows], axis=-2)
 
+    g = arm.geometry
     flange = constant(np.linalg.inv(arm.base)) @ pose @ constant(np.linalg.inv(arm.tool))
     rotation = flange[..., :3, :3]
-    p = flange[..., :3, 3] - arm.d_wf * rotation[..., :3, 2] - constant([0.0, 0.0, arm.d_bs])
+    p = flange[..., :3, 3] - g.d_wf * rotation[..., :3, 2] - constant([0.0, 0.0, g.d_bs])
     square = xp.sum(p * p, axis=-1)
     n, across = xp.sqrt(square), xp.sqrt(p[..., 0] ** 2 + p[..., 1] ** 2)
     shoulder, elbow, wrist = sign(0), sign(1), sign(2)
-    bend = elbow * xp.acos((square - arm.d_se**2 - arm.d_ew**2) / (2 * arm.d_se * arm.d_ew))
-    lean = elbow * xp.acos((square + arm.d_se**2 - arm.d_ew**2) / (2 * arm.d_se * n))
+    bend = elbow * xp.acos((square - g.d_se**2 - g.d_ew**2) / (2 * g.d_se * g.d_ew))
+    lean = elbow * xp.acos((square + g.d_se**2 - g.d_ew**2) / (2 * g.d_se * n))
     first = xp.atan2(p[..., 1], p[..., 0]), xp.atan2(across, p[..., 2]) + lean
     at_zero = turned(first[0], -1) @ turned(first[1], 1) @ turned(xp.zeros_like(n), 1)
     w, o = p / n[..., None], xp.zeros_like(n)
@@ -62,7 +63,7 @@ def inverse(arm: aa.Arm, pose: Any, psi: Any, gc: Any) -> Any:
         c * lower[..., 1, 0] - s * lower[..., 0, 0], c * lower[..., 1, 1] - s * lower[..., 0, 1]
     )
     theta = xp.stack([theta_1, theta_2, theta_3, bend, theta_5, theta_6, theta_7], axis=-1)
-    free = constant(arm.signs) * (theta - constant(arm.offsets))
+    free = constant(g.signs) * (theta - constant(g.offsets))
     return free - 2 * xp.pi * xp.round(free / (2 * xp.pi))
 
 

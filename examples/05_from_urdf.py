@@ -26,7 +26,9 @@ file.write_text(text)
 
 arm = aa.Arm.from_urdf(file)
 report = arm.report
-print(f"{report.base} to {report.tip}: lengths {arm.d_bs, arm.d_se, arm.d_ew, arm.d_wf} m, signs {arm.signs}")
+has = arm.geometry
+lengths = has.d_bs, has.d_se, has.d_ew, has.d_wf
+print(f"{report.base} to {report.tip}: lengths {lengths} m, signs {has.signs}")
 print(f"worst difference from the file's own kinematics: {report.residual_position:.1e} m")
 
 q = np.radians([20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0])
@@ -39,9 +41,9 @@ plt.show()
 # ``psi`` is. Where the axes miss in other ways too, the error says which, and by how much.
 
 lines = text.splitlines()
-at = next(i for i, line in enumerate(lines) if f'name="{arm.joint_names[6]}"' in line)
+at = next(i for i, line in enumerate(lines) if f'name="{arm.geometry.joint_names[6]}"' in line)
 origin = next(i for i in range(at, len(lines)) if "<origin" in lines[i])
 lines[origin] = lines[origin].replace('xyz="0 ', 'xyz="0.088 ', 1).replace('xyz="0.0 ', 'xyz="0.088 ', 1)
 moved = aa.Arm.from_urdf("\n".join(lines))
-print(moved.kind, moved.redundancy, f"{1e3 * moved.a_6:.0f} mm")
+print(moved.kind, moved.redundancy, f"{1e3 * moved.geometry.a_6:.0f} mm")
 assert np.allclose(moved.inverse(*moved.forward(q)), q)

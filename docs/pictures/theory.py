@@ -41,21 +41,29 @@ def elbow_triangle() -> Figure:
     figure = Figure(figsize=(8.2, 3.4))
     arm = aa.Arm(d_bs=0.3, d_se=0.5, d_ew=0.4, d_wf=0.1, a_3=0.12, a_4=-0.10)
     for place, a in ((121, ARM), (122, arm)):
-        _triangle(figure.add_subplot(place), a, a.delta - 1.15)
+        _triangle(figure.add_subplot(place), a, a.geometry.delta - 1.15)
     figure.axes[0].set_title("no offset: δ = 0", fontsize=9)
     figure.axes[1].set_title(
-        f"a_3 = 0.12 m, a_4 = −0.10 m: δ = {np.degrees(arm.delta):.0f}°".replace("-", "−"), fontsize=9
+        f"a_3 = 0.12 m, a_4 = −0.10 m: δ = {np.degrees(arm.geometry.delta):.0f}°".replace("-", "−"),
+        fontsize=9,
     )
     return figure
 
 
 def _triangle(ax: Any, arm: aa.Arm, theta_4: float) -> None:
     shoulder = np.zeros(2)
-    elbow = np.array([arm.a_3, arm.d_se])
+    elbow = np.array([arm.geometry.a_3, arm.geometry.d_se])
     cosine, sine = np.cos(theta_4), np.sin(theta_4)
-    wrist = elbow + np.array([arm.a_4 * cosine - arm.d_ew * sine, arm.a_4 * sine + arm.d_ew * cosine])
+    wrist = elbow + np.array(
+        [
+            arm.geometry.a_4 * cosine - arm.geometry.d_ew * sine,
+            arm.geometry.a_4 * sine + arm.geometry.d_ew * cosine,
+        ]
+    )
     forearm = wrist - elbow
-    links = np.array([shoulder, [0, arm.d_se], elbow, elbow + arm.a_4 * np.array([cosine, sine]), wrist])
+    links = np.array(
+        [shoulder, [0, arm.geometry.d_se], elbow, elbow + arm.geometry.a_4 * np.array([cosine, sine]), wrist]
+    )
     ax.plot(*links.T, color=GREY, lw=4, solid_joinstyle="round", zorder=2)
     ax.plot(*np.stack([shoulder, elbow, wrist, shoulder]).T, color=BLUE, lw=1.3, zorder=3)
     ax.plot(*np.stack([elbow, elbow + 0.7 * elbow]).T, color=BLUE, lw=0.8, ls=":", zorder=1)

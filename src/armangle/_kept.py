@@ -30,12 +30,29 @@ def keep(arm: Arm, asked: str) -> int:
     """
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
-    if as_srs(arm, asked).chain is not None:
+    if as_srs(arm, asked).geometry.chain is not None:
         raise unsupported(asked)
-    lengths = [arm.d_bs, arm.d_se, arm.d_ew, arm.d_wf, arm.a_3, arm.a_4, arm.d_4, arm.singularity_margin]
-    parts = [lengths, arm.signs, arm.offsets, arm.lower, arm.upper, arm.base.ravel(), arm.tool.ravel()]
+    lengths = [
+        arm.geometry.d_bs,
+        arm.geometry.d_se,
+        arm.geometry.d_ew,
+        arm.geometry.d_wf,
+        arm.geometry.a_3,
+        arm.geometry.a_4,
+        arm.geometry.d_4,
+        arm.singularity_margin,
+    ]
+    parts = [
+        lengths,
+        arm.geometry.signs,
+        arm.geometry.offsets,
+        arm.lower,
+        arm.upper,
+        arm.base.ravel(),
+        arm.tool.ravel(),
+    ]
     numbers = np.concatenate([np.asarray(part, dtype=np.float64) for part in parts])
-    digest = hashlib.sha256(numbers.tobytes() + repr(arm.reference).encode()).digest()
+    digest = hashlib.sha256(numbers.tobytes() + repr(arm.geometry.reference).encode()).digest()
     key = int.from_bytes(digest[:8], "little") >> 1  # fits into a signed integer of 64 bits
     _ARMS.setdefault(key, arm)
     return key

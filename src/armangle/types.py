@@ -4,6 +4,7 @@ from .arm.arcs import ArcEnd
 from .arm.deviation import ChainDeviation
 from .arm.diagnosis import Branch, Diagnosis, Opening, Verdict
 from .arm.freedom import Freedom
+from .arm.geometry import Geometry
 from .arm.joint_function import JointFunction
 from .arm.solution import Solutions
 from .models.description import ImportReport
@@ -24,6 +25,7 @@ __all__ = [
     "Deviation",
     "Diagnosis",
     "Freedom",
+    "Geometry",
     "ImportReport",
     "JointFunction",
     "Opening",

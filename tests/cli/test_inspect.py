@@ -49,7 +49,7 @@ def test_robots(cli: Cli) -> None:
     assert all(name in listed for name in (*srs_catalogue(), "franka_fr3"))
     facts = cli("robots --json").facts
     assert [entry["name"] for entry in facts] == list(srs_catalogue())
-    assert all(entry["reach"] == aa.Arm.from_catalogue(entry["name"]).reach for entry in facts)
+    assert all(entry["reach"] == aa.Arm.from_catalogue(entry["name"]).geometry.reach for entry in facts)
     found = cli("robots Fourier left").out
     assert [name for name in srs_catalogue() if name in found] == list(aa.catalogue("left fourier"))
     assert "Source:" in cli("robots iiwa7").out
@@ -141,7 +141,10 @@ def test_numbers_of_the_file_are_shown(cli: Cli) -> None:
     assert "reach mm, shoulder to wrist: 800" in ran.text and "base x,y,z,qw,qx,qy,qz: identity" in ran.text
     assert "tool x,y,z,qw,qx,qy,qz: 0.01,0,0,1,0,0,0" in ran.text and "\nd_se = 0.4\n" in ran.out
     rows = ran.out.split("joint  name")[1].splitlines()[1:8]
-    wanted = [[f"{s:+d}", f"{np.degrees(zero):.2f}"] for s, zero in zip(arm.signs, arm.offsets, strict=True)]
+    wanted = [
+        [f"{s:+d}", f"{np.degrees(zero):.2f}"]
+        for s, zero in zip(arm.geometry.signs, arm.geometry.offsets, strict=True)
+    ]
     assert [row.split()[-2:] for row in rows] == wanted
 
 

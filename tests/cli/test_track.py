@@ -94,7 +94,7 @@ def test_a_first_pose_that_no_posture_holds_needs_a_start(cli: Cli) -> None:
 
 def test_it_says_why_and_by_whom_the_hand_was_stopped(cli: Cli) -> None:
     pose = ARM.forward(START)[0]
-    at = pose[0, 3] - ARM.d_wf * pose[0, 2] + 0.1  # 55 mm before the forearm
+    at = pose[0, 3] - ARM.geometry.d_wf * pose[0, 2] + 0.1  # 55 mm before the forearm
     Path("wall.toml").write_text(f'[[half_space]]\nname = "wall"\nnormal = [-1, 0, 0]\noffset = {-at}\n')
     scene = f"{TRACK} --rate 100 --scene wall.toml --body 50,45"
     facts = cli(f"{scene} --json").facts

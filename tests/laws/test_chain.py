@@ -39,12 +39,12 @@ def test_forward_is_the_chain_walked_link_by_link(arm: aa.Arm) -> None:
     frames = arm.frames(q)
     assert gap(frames[:, 7] @ arm.tool, pose) <= POSE
     assert gap(arm.elbow(q), frames[:, 3, :3, 3]) == 0.0
-    assert gap(gc, arm.nominal.forward(q)[2]) == 0
+    assert gap(gc, arm.deviation.nominal.forward(q)[2]) == 0
     for row, frame in zip(q, frames, strict=True):  # joint i turns about z of frame i - 1
         for joint in range(7):
             moved = row.copy()
             moved[joint] += 0.7
-            axis = frame[joint, :3, 2] * arm.signs[joint]
+            axis = frame[joint, :3, 2] * arm.geometry.signs[joint]
             spun = turn(axis, 0.7)
             spun[:3, 3] = frame[joint, :3, 3] - spun[:3, :3] @ frame[joint, :3, 3]
             assert gap(spun @ plain_forward(arm, row), plain_forward(arm, moved)) <= POSE
@@ -56,8 +56,8 @@ def test_the_proven_share_is_that_of_other_poses_too(arm: aa.Arm) -> None:
     left_out = arm.feasible(arm.forward(postures(arm, 400, 43))[0]).unproven
     share = float(np.mean(~left_out.any(axis=-1)))
     by_chance = np.sqrt(share * (1.0 - share) * (1 / 50 + 1 / 400))
-    assert abs(arm.proven_share - share) <= 4.0 * by_chance + 1 / 50
-    assert arm.nominal.proven_share == 1.0
+    assert abs(arm.deviation.proven_share - share) <= 4.0 * by_chance + 1 / 50
+    assert arm.deviation.nominal.deviation.proven_share == 1.0
 
 
 @EVERY
@@ -75,7 +75,7 @@ def test_the_inverse_meets_the_true_pose_or_says_why_not(arm: aa.Arm) -> None:
     assert gap(again[clear], q[clear]) <= 1e-9
     assert solved.mean() >= 0.99
     # the naive way, the joints of the nominal arm, is off by the deviation
-    naive = arm.nominal.inverse(pose[clear], psi[clear], gc[clear], on_error="nan", limits=False)
+    naive = arm.deviation.nominal.inverse(pose[clear], psi[clear], gc[clear], on_error="nan", limits=False)
     reached = np.isfinite(naive[:, 0])
     away = np.linalg.norm((arm.forward(naive[reached])[0] - pose[clear][reached])[:, :3, 3], axis=-1)
     assert np.median(away) > 1e4 * POSE
@@ -117,8 +117,8 @@ def test_a_branch_without_a_certain_posture_is_nan_beside_the_others() -> None:
     far = np.stack([pose, pose])
     far[1, :3, 3] += 3.0
     with pytest.raises(aa.UnreachableError, match=r"^pose\[1\] is out of reach"):
-        arm.nominal.inverse(far, psi, limits=False)
-    tight = arm.nominal.with_(lower=-0.05, upper=0.05)
+        arm.deviation.nominal.inverse(far, psi, limits=False)
+    tight = arm.deviation.nominal.with_(lower=-0.05, upper=0.05)
     with pytest.raises(aa.LimitError, match=r"of the solution of pose, gc 0 is outside its limits"):
         tight.inverse(tight.forward([0.1, 0.4, 0.2, -1.0, 0.3, 0.8, 0.5])[0], 0.1)
 
@@ -138,7 +138,8 @@ def test_without_deviation_it_is_the_exact_arm(name: str) -> None:
     assert gap(arm.jacobian(q), near.jacobian(q)) <= 1e-12
     assert gap(arm.self_motion(pose, psi, gc), near.self_motion(pose, psi, gc)) <= 1e-9
     assert near.deviation.position_max <= 1e-12 and near.deviation.bands == (0.0, 0.0, 0.0)
-    assert arm.deviation == aa.types.ChainDeviation()
+    assert arm.deviation.position_max == 0.0 and arm.deviation.bands == (0.0, 0.0, 0.0)
+    assert arm.deviation.nominal is arm
 
 
 @EVERY
@@ -224,7 +225,7 @@ def test_a_file_that_is_nearly_srs_keeps_its_chain() -> None:
     assert 0.0 < read.deviation.position_rms <= read.deviation.position_max < 0.01
     assert "mrad rms" in str(read.deviation)
     exact = aa.Arm.from_catalogue("kuka_iiwa7_r800")
-    assert aa.Arm.from_urdf(exact.to_urdf()).chain is None
+    assert aa.Arm.from_urdf(exact.to_urdf()).geometry.chain is None
 
 
 def test_the_arm_as_a_value_keeps_its_chain() -> None:
@@ -240,8 +241,8 @@ def test_the_arm_as_a_value_keeps_its_chain() -> None:
 
     assert pickle.loads(pickle.dumps(arm)) == arm
     assert eval(repr(arm), {"Arm": aa.Arm}) == arm
-    assert arm.nominal.chain is None and arm.nominal != arm and arm.nominal.nominal is not arm
-    assert arm.with_(reference="stereographic").chain is not None
+    assert arm.deviation.nominal.geometry.chain is None and arm.deviation.nominal != arm
+    assert arm.with_(reference="stereographic").geometry.chain is not None
 
 
 @pytest.mark.parametrize(
@@ -249,15 +250,15 @@ def test_the_arm_as_a_value_keeps_its_chain() -> None:
 )
 def test_the_nominal_arm_is_not_changed_behind_its_chain(change: dict[str, Any]) -> None:
     arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
-    with pytest.raises(aa.InputError, match=f"with_\\({next(iter(change))}=.*arm.nominal"):
+    with pytest.raises(aa.InputError, match=f"with_\\({next(iter(change))}=.*arm.deviation.nominal"):
         arm.with_(**change)
-    assert arm.nominal.with_(**change).chain is None
-    assert arm.with_(**change, chain=None).chain is None
+    assert arm.deviation.nominal.with_(**change).geometry.chain is None
+    assert arm.with_(**change, chain=None).geometry.chain is None
 
 
 def test_a_chain_alone_says_what_it_needs() -> None:
     with pytest.raises(aa.InputError, match="d_bs, d_se, d_ew, d_wf are not given"):
-        aa.Arm(chain=ARMS["kuka_iiwa7_r800 1.0 mm"].chain)
+        aa.Arm(chain=ARMS["kuka_iiwa7_r800 1.0 mm"].geometry.chain)
 
 
 def test_a_dh_table_is_a_chain() -> None:
@@ -326,7 +327,7 @@ def test_a_chain_with_the_tool_and_base_of_its_arm_is_taken() -> None:
         made = aa.Arm.from_catalogue(name)
         for mm, mrad in CALIBRATIONS:
             links = off(links_of(chain_of(made._description())), mm, mrad, generator(19))
-            assert made.with_(chain=links).chain is not None
+            assert made.with_(chain=links).geometry.chain is not None
 
 
 @pytest.mark.parametrize("name", ARMS)

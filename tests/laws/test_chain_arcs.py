@@ -62,7 +62,9 @@ def test_the_naive_way_keeps_the_nominal_arcs_and_breaks_limits() -> None:
     pose, _, gc = arm.forward(postures(arm, 60, 27))
     broken = [0, 0]
     for i in range(len(pose)):
-        for k, arcs in enumerate((arm.nominal.feasible(pose[i], gc[i]), arm.feasible(pose[i], gc[i]))):
+        for k, arcs in enumerate(
+            (arm.deviation.nominal.feasible(pose[i], gc[i]), arm.feasible(pose[i], gc[i]))
+        ):
             for lower, upper in arcs.intervals:
                 inside = np.linspace(lower + 1e-6, upper - 1e-6, 40)
                 joints = arm.inverse(pose[i], inside, gc[i], on_error="nan", limits=False)
@@ -100,8 +102,8 @@ def test_shapes_joints_and_branches() -> None:
     assert kept.measure <= wide.measure
     for psi in np.linspace(-3, 3, 40):
         if psi in kept:
-            theta = arm.signs * arm.inverse(pose[0], psi, gc[0], limits=False) + arm.offsets
-            theta[3] -= arm.delta
+            theta = arm.geometry.signs * arm.inverse(pose[0], psi, gc[0], limits=False) + arm.geometry.offsets
+            theta[3] -= arm.geometry.delta
             assert (np.abs(np.sin(theta[1:6:2])) >= np.sin(0.3) - 1e-9).all()
 
 

@@ -53,7 +53,7 @@ def test_no_grid_of_the_true_inverse_finds_a_nearer_posture(arm: aa.Arm) -> None
         assert np.abs(pose - case.pose).max() <= 1e-12
         assert gc == found.gc and abs(psi - found.psi) % (2 * np.pi) <= 1e-9
         # the naive way: the nearest posture of the nominal arm misses the pose, or the limits
-        naive = arm.nominal.solve(case.pose, case.near, metric=case.metric, weight=case.weight)
+        naive = arm.deviation.nominal.solve(case.pose, case.near, metric=case.metric, weight=case.weight)
         assert not naive.ok or np.abs(arm.forward(naive.q)[0] - case.pose).max() > 1e-6
 
 
@@ -93,8 +93,8 @@ def beside_singular(arm: aa.Arm, n: int, seed: int) -> Any:
     q = rng.uniform(arm.lower, arm.upper, (n, 7))
     for row in range(n):
         joint = (1, 3, 5)[row % 3]
-        theta = rng.normal(0, 0.01) + (arm.delta if joint == 3 else 0.0)
-        q[row, joint] = arm.signs[joint] * (theta - arm.offsets[joint])
+        theta = rng.normal(0, 0.01) + (arm.geometry.delta if joint == 3 else 0.0)
+        q[row, joint] = arm.geometry.signs[joint] * (theta - arm.geometry.offsets[joint])
     return q
 
 
@@ -147,8 +147,8 @@ def test_what_is_asked_is_kept() -> None:
         assert (0.5 <= kept.psi <= 1.0 and kept.distance >= one.distance) if kept.ok else True
         off = arm.with_(singularity_margin=0.2).solve(pose[i], near[i])
         if off.ok:
-            theta = arm.signs * off.q + arm.offsets
-            theta[3] -= arm.delta
+            theta = arm.geometry.signs * off.q + arm.geometry.offsets
+            theta[3] -= arm.geometry.delta
             assert (np.abs(np.sin(theta[1:6:2])) >= np.sin(0.2) - 1e-9).all()
     far = pose[0].copy()
     far[0, 3] += 5.0

@@ -45,7 +45,7 @@ def arms() -> list[aa.Arm]:
     lengths = {"d_bs": 0.3, "d_se": 0.4, "d_ew": 0.35, "d_wf": 0.1, "a_3": 0.05, "a_4": -0.03, "d_4": 0.04}
     gap = aa.Arm(**lengths, signs=[1, -1] * 3 + [1], offsets=np.linspace(-0.6, 0.6, 7), base=base, tool=tool)
     return [
-        *(arm for arm in own if arm.chain is None),
+        *(arm for arm in own if arm.geometry.chain is None),
         mounted,
         mounted.with_(reference="stereographic"),
         mounted.with_(reference=[0.2, 0.5, 0.8]),
@@ -346,7 +346,7 @@ def test_it_has_no_derivative_where_two_joints_turn_about_one_axis(name: str) ->
     free = int(arm.redundancy[-1]) - 1
     q = np.clip([0.3, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5], arm.lower + 0.1, arm.upper - 0.1)
     hinge = 1 if free == 6 else 5
-    q[hinge] = -arm.offsets[hinge] * arm.signs[hinge]
+    q[hinge] = -arm.geometry.offsets[hinge] * arm.geometry.signs[hinge]
     pose, psi, gc = arm.forward(q)
     slope = aa.gradients.inverse(arm, pose, psi, gc)
     others = np.arange(7) != free

@@ -38,8 +38,10 @@ def test_the_elbow_is_a_link_from_shoulder_and_wrist(arm: aa.Arm, regime: str) -
     q = postures(arm, regime, draw.count(100), 1)
     shoulder, wrist = shoulder_and_wrist(arm, q)
     elbow = arm.elbow(q)
-    assert gap(np.linalg.norm(elbow - shoulder, axis=-1), np.hypot(arm.d_se, arm.a_3)) <= 1e-14
-    forearm = np.hypot(np.hypot(arm.d_ew, arm.a_4), arm.d_4)
+    assert (
+        gap(np.linalg.norm(elbow - shoulder, axis=-1), np.hypot(arm.geometry.d_se, arm.geometry.a_3)) <= 1e-14
+    )
+    forearm = np.hypot(np.hypot(arm.geometry.d_ew, arm.geometry.a_4), arm.geometry.d_4)
     assert gap(np.linalg.norm(elbow - wrist, axis=-1), forearm) <= 1e-14
     axis = arm.frames(q)[:, 3, :3, 2]  # of joint 4
     assert gap(np.einsum("ni,ni->n", elbow - shoulder, axis), 0) <= 1e-14

@@ -15,18 +15,18 @@ def test_the_links_are_as_long_as_their_slant(name: str) -> None:
     arm = slanted(name)
     d_se, d_ew, a_3, a_4, d_4 = LINKS[name]
     upper, fore = np.hypot(d_se, a_3), np.hypot(d_ew, a_4)
-    assert arm.reach == pytest.approx(np.hypot(upper + fore, d_4), abs=1e-15)
-    assert arm.inner_reach == pytest.approx(np.hypot(upper - fore, d_4), abs=1e-15)
+    assert arm.geometry.reach == pytest.approx(np.hypot(upper + fore, d_4), abs=1e-15)
+    assert arm.geometry.inner_reach == pytest.approx(np.hypot(upper - fore, d_4), abs=1e-15)
     q = np.random.default_rng(1).uniform(-np.pi, np.pi, (500, 7))
     frames = unlimited(arm).frames(q)
     wrist, shoulder = frames[..., 5, :3, 3], frames[..., 1, :3, 3]
     far = np.linalg.norm(wrist - shoulder, axis=-1)
-    assert arm.inner_reach - 1e-12 <= far.min() and far.max() <= arm.reach + 1e-12
+    assert arm.geometry.inner_reach - 1e-12 <= far.min() and far.max() <= arm.geometry.reach + 1e-12
     stretched = q.copy()
-    stretched[:, 3] = arm.signs[3] * (arm.delta - arm.offsets[3])
+    stretched[:, 3] = arm.geometry.signs[3] * (arm.geometry.delta - arm.geometry.offsets[3])
     frames = unlimited(arm).frames(stretched)
     far = np.linalg.norm(frames[..., 5, :3, 3] - frames[..., 1, :3, 3], axis=-1)
-    np.testing.assert_allclose(far, arm.reach, atol=1e-12)
+    np.testing.assert_allclose(far, arm.geometry.reach, atol=1e-12)
 
 
 @pytest.mark.slow

@@ -65,7 +65,7 @@ def test_the_free_joint_moves_at_its_own_rate_and_where_there_is_none_it_is_infi
     free = int(arm.redundancy[-1]) - 1
     np.testing.assert_allclose(arm.self_motion(*arm.forward(q))[:, free], 1.0, rtol=0, atol=1e-14)
     hinge = 1 if free == 6 else 5
-    q[:, hinge] = -arm.signs[hinge] * arm.offsets[hinge]
+    q[:, hinge] = -arm.geometry.signs[hinge] * arm.geometry.offsets[hinge]
     assert (np.abs(arm.self_motion(*arm.forward(q))[:, [hinge - 1, hinge + 1]]) > 1e6).all()
 
 
@@ -118,7 +118,7 @@ def test_no_psi_of_a_grid_brings_the_elbow_nearer(arm: aa.Arm, wish: str) -> Non
 def test_where_every_elbow_is_as_good_it_is_said(arm: aa.Arm) -> None:
     q = within(arm, np.random.default_rng(6), 1)[0]
     pose, _, gc = arm.forward(q)
-    end = arm.frames(q)[1 if arm.a_6 else 6, :3, 3]
+    end = arm.frames(q)[1 if arm.geometry.a_6 else 6, :3, 3]
     with pytest.raises(aa.UnreachableError, match="as good"):
         arm.psi_towards(pose, gc, point=end)
     far = pose.copy()

@@ -57,7 +57,7 @@ def test_poses_that_are_singular_for_every_psi(bend: list[float]) -> None:
         generated_arm(2),
     ):
         theta = rng.choice([0, np.pi / 2, -np.pi / 2, np.pi, 0.3, -2.0], (POSES, 7))
-        theta[:, [1, 3, 5]] = np.array(bend) + np.array([0, arm.delta, 0])
+        theta[:, [1, 3, 5]] = np.array(bend) + np.array([0, arm.geometry.delta, 0])
         q = joint_values(arm, theta)
         free = unlimited(arm)
         pose, psi, gc = free.forward(q, on_error="nan")
@@ -300,7 +300,9 @@ def test_a_posture_amid_its_limits_beside_a_singular_one_has_arcs(off: float, wi
         for hinge in HINGES:
             theta = rng.uniform(-2.5, 2.5, (draw.count(4, arms=len(some)), 7))
             theta[:, [1, 5]] = rng.uniform(0.3, 1.5, (len(theta), 2)) * rng.choice([-1, 1], (len(theta), 2))
-            theta[:, 3] = arm.delta + rng.uniform(0.4, 1.5, len(theta)) * rng.choice([-1, 1], len(theta))
+            theta[:, 3] = arm.geometry.delta + rng.uniform(0.4, 1.5, len(theta)) * rng.choice(
+                [-1, 1], len(theta)
+            )
             theta[:, hinge] = off * rng.choice([-1, 1], len(theta))
             for q in joint_values(arm, theta):
                 boxed = arm.with_(lower=q - width, upper=q + width)
@@ -324,10 +326,10 @@ def mended(arm: aa.Arm) -> MendedArm:
     """The same arm for the second implementation."""
     lengths = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4")
     names = (*lengths, "signs", "offsets", "lower", "upper", "base", "tool")
-    return MendedArm(**{name: getattr(arm, name) for name in names})
+    return MendedArm(**{name: arm._number(name) for name in names})
 
 
-@pytest.mark.parametrize("arm", [arm for arm in arms() if arm.d_4 == 0], ids=lambda arm: arm.name)
+@pytest.mark.parametrize("arm", [arm for arm in arms() if arm.geometry.d_4 == 0], ids=lambda arm: arm.name)
 def test_a_second_implementation_finds_the_same_joints_and_slopes(arm: aa.Arm) -> None:
     """In every branch, off singular postures, and the pose at them too."""
     other, rng = mended(arm), draw.generator(15)
@@ -368,12 +370,14 @@ def test_a_second_implementation_finds_the_same_arcs(margin: float) -> None:
     rng = draw.generator(9)
     said = []
     for arm in arms():
-        if arm.d_4 != 0:  # the second implementation has the paper's lengths alone, and no gap along axis 4
+        if (
+            arm.geometry.d_4 != 0
+        ):  # the second implementation has the paper's lengths alone, and no gap along axis 4
             continue
         for pose in arm.forward(postures(arm, "uniform", 4, 9))[0]:
             said.append(same_arcs(arm, pose, int(rng.integers(8)), margin))
     for case in cases(seed=10, count=30):
-        if case.arm.d_4 != 0:
+        if case.arm.geometry.d_4 != 0:
             continue
         q = unlimited(case.arm).inverse(case.pose, 0.3, case.gc)
         regular = np.abs(np.sin(bends(case.arm, q))).min(-1) > 1e-3
@@ -391,9 +395,9 @@ def test_all_branches_at_once_are_the_branches_one_by_one(name: str, margin: flo
     q = np.random.default_rng(7).uniform(
         np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), (count, 7)
     )
-    q[: count // 10, 1] = -arm.offsets[1] * arm.signs[1]  # theta_2 = 0
+    q[: count // 10, 1] = -arm.geometry.offsets[1] * arm.geometry.signs[1]  # theta_2 = 0
     pose, _, _ = arm.forward(q)
-    pose[-1, :3, 3] += 10.0 * arm.reach  # out of reach
+    pose[-1, :3, 3] += 10.0 * arm.geometry.reach  # out of reach
     together, one_by_one = arm.feasible(pose), arm.feasible(pose[:, None], np.arange(8))
     assert together.shape == (count, 8) and arm.feasible(pose[0]).shape == (8,)
     assert together == one_by_one

@@ -119,7 +119,7 @@ def test_self_motion_leaves_the_tool(arm: aa.Arm, regime: str) -> None:
     posture = arm.inverse(pose, psi, gc, limits=False)
     finite = np.where(np.isfinite(rate), rate, 0.0)
     moved = np.abs(np.einsum("nij,nj->ni", arm.jacobian(posture), finite)).max(axis=-1)
-    long = arm.reach + np.linalg.norm(arm.tool[:3, 3]) + np.linalg.norm(arm.base[:3, 3])
+    long = arm.geometry.reach + np.linalg.norm(arm.tool[:3, 3]) + np.linalg.norm(arm.base[:3, 3])
     size = max(1.0, long) * np.maximum(1.0, np.abs(rate).max(axis=-1))
     # rounding of the pose is 1 / |sin| as large in the joints of a bend, and the rates move the tool by that
     sine = np.abs(np.sin(bends(arm, posture)))[:, [0, 2]].min(axis=-1)
@@ -299,13 +299,15 @@ def dh(theta: float, alpha: float, d: float, a: float) -> Array:
 
 @any_arm
 def test_frames_are_those_of_the_dh_rows(arm: aa.Arm) -> None:
-    d = (arm.d_bs, 0, arm.d_se, arm.d_4, arm.d_ew, 0, arm.d_wf)
-    a = (0, 0, arm.a_3, arm.a_4, 0, 0, 0)
+    d = (arm.geometry.d_bs, 0, arm.geometry.d_se, arm.geometry.d_4, arm.geometry.d_ew, 0, arm.geometry.d_wf)
+    a = (0, 0, arm.geometry.a_3, arm.geometry.a_4, 0, 0, 0)
     q = np.random.default_rng(3).uniform(-2, 2, (6, 7))
     frames = arm.frames(q)
     for one, joints in zip(frames, q, strict=True):
         by_hand = [arm.base]
-        for theta, row in zip(arm.signs * joints + arm.offsets, zip(TWIST, d, a, strict=True), strict=True):
+        for theta, row in zip(
+            arm.geometry.signs * joints + arm.geometry.offsets, zip(TWIST, d, a, strict=True), strict=True
+        ):
             by_hand.append(by_hand[-1] @ dh(theta, *row))
         assert gap(one, np.array(by_hand)) <= 2e-14
     assert gap(frames[:, 7] @ arm.tool, arm.forward(q)[0]) <= 1e-14

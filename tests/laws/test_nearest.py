@@ -56,7 +56,7 @@ def test_nothing_nearer_is_allowed(case: Case) -> None:
         return
     assert cost_of(asked, found) <= best + AT_AN_END
     assert found.gc in asked.gc
-    theta = case.arm.signs * found.q + case.arm.offsets
+    theta = case.arm.geometry.signs * found.q + case.arm.geometry.offsets
     regular = np.abs(np.sin(theta[[1, 5]])).min() > 1e-9  # else two joints share a turn as no arc has it
     assert not regular or asked.arcs()[found.gc].contains(found.psi)
 
@@ -214,7 +214,9 @@ def beside_straight(name: str, joint: int, off: float, locked: tuple[int, ...]) 
     arm = aa.Arm.from_catalogue(name)
     rng = np.random.default_rng(11)
     q = rng.uniform(0.9 * arm.lower + 0.1 * arm.upper, 0.1 * arm.lower + 0.9 * arm.upper)
-    q[joint] = off - arm.signs[joint] * (arm.offsets[joint] - (joint == 3) * arm.delta)
+    q[joint] = off - arm.geometry.signs[joint] * (
+        arm.geometry.offsets[joint] - (joint == 3) * arm.geometry.delta
+    )
     q = np.clip(q, arm.lower, arm.upper)
     held = np.isin(np.arange(7), locked)
     arm = arm.with_(lower=np.where(held, q, arm.lower), upper=np.where(held, q, arm.upper))
@@ -470,7 +472,7 @@ def test_a_posture_on_a_limit_beside_straight_is_not_sought_a_turn_away() -> Non
         rng = draw.generator(19, number)
         arm = arms()[number % len(arms())]
         q = drawn(arm, rng)
-        q[3] = 1e-9 - arm.signs[3] * (arm.offsets[3] - arm.delta)
+        q[3] = 1e-9 - arm.geometry.signs[3] * (arm.geometry.offsets[3] - arm.geometry.delta)
         at_limit = int(rng.choice([0, 1, 2, 4, 5, 6]))
         side = rng.choice([-7.0, 7.0])
         lower, upper = q - 3.0, q + 3.0
@@ -507,10 +509,10 @@ def test_a_margin_of_singularities_that_locked_joints_break_leaves_no_posture() 
         q = drawn(arm, rng)
         held = np.isin(np.arange(7), rng.permutation(7)[:2])
         boxed = arm.with_(lower=np.where(held, q, arm.lower), upper=np.where(held, q, arm.upper))
-        straight = np.array([0.0, arm.delta, 0.0])
+        straight = np.array([0.0, arm.geometry.delta, 0.0])
 
         def bends(joints: NDArray[np.float64], arm: aa.Arm = arm, straight: NDArray[np.float64] = straight):
-            return np.abs(np.sin((arm.signs * joints + arm.offsets)[[1, 3, 5]] - straight))
+            return np.abs(np.sin((arm.geometry.signs * joints + arm.geometry.offsets)[[1, 3, 5]] - straight))
 
         found = boxed.with_(singularity_margin=0.3).solve(boxed.forward(q)[0], seed=q)
         assert not found.ok or bends(found.q).min() >= np.sin(0.3) - 1e-9
@@ -530,7 +532,7 @@ def test_the_first_of_the_solutions_is_what_solve_returns(kind: str) -> None:
             arm = arms()[number % len(arms())]
             q = drawn(arm, rng)
             if kind == "singular":
-                q[1] = -arm.signs[1] * arm.offsets[1]
+                q[1] = -arm.geometry.signs[1] * arm.geometry.offsets[1]
             q = np.clip(q, arm.lower, arm.upper)
             pose, near = arm.forward(q)[0], q if kind == "own" else drawn(arm, rng)
         for metric in ("l2", "max"):

@@ -41,7 +41,7 @@ def test_forward_is_the_chain_walked_link_by_link(arm: aa.Arm) -> None:
     np.testing.assert_allclose(pose, [plain_forward(arm, row) for row in q], rtol=0, atol=1e-14)
     free = q[:, int(arm.redundancy[-1]) - 1]
     np.testing.assert_array_equal(psi, free)
-    np.testing.assert_array_equal(gc, arm.nominal.forward(q)[2])
+    np.testing.assert_array_equal(gc, arm.deviation.nominal.forward(q)[2])
     np.testing.assert_allclose(arm.frames(q)[:, 7] @ arm.tool, pose, rtol=0, atol=1e-14)
     step = 1e-6 * np.eye(7)
     for i in range(7):
@@ -124,8 +124,8 @@ def test_follow_keeps_to_the_poses_and_the_joints_do_not_jump(arm: aa.Arm) -> No
 
 @pytest.mark.parametrize("arm", ARMS, ids=IDS)
 def test_a_copy_a_file_and_its_source_are_the_same_arm(arm: aa.Arm) -> None:
-    assert arm.kind == f"{arm.nominal.kind}_chain" and arm.nominal.chain is None
-    assert pickle.loads(pickle.dumps(arm)) == arm != arm.nominal
+    assert arm.kind == f"{arm.deviation.nominal.kind}_chain" and arm.deviation.nominal.geometry.chain is None
+    assert pickle.loads(pickle.dumps(arm)) == arm != arm.deviation.nominal
     assert eval(repr(arm), {"Arm": aa.Arm}) == arm
     q = joints(arm, 20, 7)
     pose = arm.forward(q)[0]
@@ -142,4 +142,4 @@ def test_a_copy_a_file_and_its_source_are_the_same_arm(arm: aa.Arm) -> None:
 def test_a_chain_far_from_its_rows_is_rejected() -> None:
     arm = ARMS[0]
     with pytest.raises(aa.InputError, match="from the nominal link"):
-        arm.nominal.with_(chain=arm.with_tool(aa.pose([0.0, 0.0, 0.5])).chain)
+        arm.deviation.nominal.with_(chain=arm.with_tool(aa.pose([0.0, 0.0, 0.5])).geometry.chain)

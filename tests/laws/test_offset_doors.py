@@ -31,7 +31,7 @@ def test_frames_lead_along_the_chain_to_the_pose(arm: aa.Arm) -> None:
     frames = arm.frames(q)
     np.testing.assert_allclose(frames[:, 7] @ arm.tool, arm.forward(q)[0], rtol=0, atol=1e-14)
     np.testing.assert_array_equal(arm.elbow(q), frames[:, 3, :3, 3])
-    row, offset = (1, arm.a_1) if arm.a_1 else (6, arm.a_6)
+    row, offset = (1, arm.geometry.a_1) if arm.geometry.a_1 else (6, arm.geometry.a_6)
     plain = arm._rows.frames(q)
     moved = frames[:, row:, :3, 3] - plain[:, row:, :3, 3]
     np.testing.assert_allclose(moved, offset * plain[:, row, None, :3, 0] + 0 * moved, rtol=0, atol=1e-14)
@@ -67,7 +67,7 @@ def test_limits_are_enforced_as_asked() -> None:
 
 def test_a_copy_with_changes_keeps_the_rest() -> None:
     arm = FR3.with_(lower=FR3.lower + 0.1, acceleration=10.0, name="mine")
-    assert arm.name == "mine" and arm.a_6 == FR3.a_6 and (arm.acceleration == 10.0).all()
+    assert arm.name == "mine" and arm.geometry.a_6 == FR3.geometry.a_6 and (arm.acceleration == 10.0).all()
     np.testing.assert_array_equal(arm.lower, FR3.lower + 0.1)
     np.testing.assert_array_equal(arm.velocity, FR3.velocity)
     assert pickle.loads(pickle.dumps(arm)) == arm and eval(repr(arm), {"Arm": aa.Arm}) == arm
@@ -89,9 +89,9 @@ def test_a_file_is_read_back_by_the_door_of_any_arm(arm: aa.Arm) -> None:
     for read in (aa.Arm.from_urdf(arm.to_urdf()), aa.Arm.load(arm.to_urdf())):
         q = joints(arm, 20)
         np.testing.assert_allclose(read.forward(q)[0], arm.forward(q)[0], atol=1e-9)
-        assert (read.d_se, read.d_ew, read.kind, read.redundancy) == (
-            arm.d_se,
-            arm.d_ew,
+        assert (read.geometry.d_se, read.geometry.d_ew, read.kind, read.redundancy) == (
+            arm.geometry.d_se,
+            arm.geometry.d_ew,
             arm.kind,
             arm.redundancy,
         )

@@ -42,9 +42,9 @@ def beside_straight(rng: np.random.Generator, arm: aa.Arm, locks: int) -> tuple[
     low, high = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
     q = rng.uniform(low, high)
     for hinge in (1, 3, 5):
-        straight = arm.delta if hinge == 3 else rng.choice([0.0, np.pi])
+        straight = arm.geometry.delta if hinge == 3 else rng.choice([0.0, np.pi])
         theta = straight + rng.choice([-1, 1]) * rng.choice(OFF)
-        value = arm.signs[hinge] * (theta - arm.offsets[hinge])
+        value = arm.geometry.signs[hinge] * (theta - arm.geometry.offsets[hinge])
         value = (value + np.pi) % (2 * np.pi) - np.pi
         if rng.random() < 0.6 and low[hinge] <= value <= high[hinge]:
             q[hinge] = value
@@ -106,9 +106,9 @@ def on_limits_beside_straight(rng: np.random.Generator, arm: aa.Arm) -> Array:
     low, high = np.maximum(arm.lower, -2 * np.pi), np.minimum(arm.upper, 2 * np.pi)
     q = rng.uniform(low, high)
     for hinge in rng.choice([1, 3, 5], rng.integers(1, 3), replace=False):
-        straight = arm.delta if hinge == 3 else rng.choice([0.0, np.pi])
+        straight = arm.geometry.delta if hinge == 3 else rng.choice([0.0, np.pi])
         theta = straight + rng.choice([-1, 1]) * 10.0 ** rng.uniform(-5.5, -0.5)
-        value = arm.signs[hinge] * (theta - arm.offsets[hinge])
+        value = arm.geometry.signs[hinge] * (theta - arm.geometry.offsets[hinge])
         if low[hinge] <= value <= high[hinge]:
             q[hinge] = value
     for joint in rng.choice(7, rng.integers(2, 4), replace=False):
@@ -217,7 +217,7 @@ def test_where_axes_3_and_5_are_one_line_arcs_hold_the_posture_of_the_pose() -> 
         q = rng.uniform(low, high)
         for joint in rng.choice(7, rng.integers(1, 3), replace=False):
             q[joint] = rng.choice([low[joint], high[joint]])
-        q[3] = -arm.signs[3] * arm.offsets[3]
+        q[3] = -arm.geometry.signs[3] * arm.geometry.offsets[3]
         pose, psi, gc = arm.forward(q)
         arcs = arm.feasible(pose, gc)
         assert arcs.contains(psi), (arm.name, q.tolist())

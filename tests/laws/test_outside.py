@@ -41,7 +41,9 @@ def drawn(arm: aa.Arm, rng: np.random.Generator, count: int) -> Array:
 
 def at_edges(arm: aa.Arm, q: Array, rng: np.random.Generator) -> Array:
     """The same with some joints at a limit, or a hinge straight."""
-    straight = np.clip(arm.signs * (np.eye(7)[3] * arm.delta - arm.offsets), arm.lower, arm.upper)
+    straight = np.clip(
+        arm.geometry.signs * (np.eye(7)[3] * arm.geometry.delta - arm.geometry.offsets), arm.lower, arm.upper
+    )
     q = np.where((rng.random(q.shape) < 0.4) & (np.arange(7) % 2 == 1), straight, q)
     end = np.where(rng.random(q.shape) < 0.5, np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi))
     return np.where(rng.random(q.shape) < 0.3, end, q)
@@ -63,7 +65,7 @@ def outside(arm: aa.Arm, rng: np.random.Generator, kind: str, count: int = POSES
             poses[:, :3, 3] += size * shift
             turns *= size
         if kind == "inner":
-            shoulder = (arm.base @ np.array([0, 0, arm.d_bs, 1.0]))[:3]
+            shoulder = (arm.base @ np.array([0, 0, arm.geometry.d_bs, 1.0]))[:3]
             poses[:, :3, 3] = shoulder + 0.4 * rng.random((len(poses), 1)) * (poses[:, :3, 3] - shoulder)
         poses[:, :3, :3] = streams.rotation(turns) @ poses[:, :3, :3]
         found_now = arm.solve(poses)
@@ -154,13 +156,15 @@ def test_a_wrist_out_of_reach_is_drawn_along_its_ray(arm: aa.Arm) -> None:
     found = arm.solve(poses, fallback="nearest_pose")
     moves, turns = apart(arm, found.q, poses)
     held = np.linalg.norm(turns, axis=1) < 1e-7
-    shoulder = (arm.base @ np.array([0, 0, arm.d_bs, 1.0]))[:3]
+    shoulder = (arm.base @ np.array([0, 0, arm.geometry.d_bs, 1.0]))[:3]
     flange = poses @ np.linalg.inv(arm.tool)
-    wrist = flange[:, :3, 3] - arm.d_wf * flange[:, :3, 2]
+    wrist = flange[:, :3, 3] - arm.geometry.d_wf * flange[:, :3, 2]
     ray = wrist - shoulder
     far = np.linalg.norm(ray, axis=1)
     bend = np.array([np.clip(0.0, arm.lower[3], arm.upper[3]), arm.lower[3], arm.upper[3]])
-    reach = np.sqrt(arm.d_se**2 + arm.d_ew**2 + 2 * arm.d_se * arm.d_ew * np.cos(bend))
+    reach = np.sqrt(
+        arm.geometry.d_se**2 + arm.geometry.d_ew**2 + 2 * arm.geometry.d_se * arm.geometry.d_ew * np.cos(bend)
+    )
     gap = np.maximum(far - reach.max(), reach.min() - far)
     assert held.sum() > 10
     assert np.abs(np.linalg.norm(moves, axis=1) - gap)[held].max() < 1e-12
@@ -176,7 +180,9 @@ def test_an_offset_arm_out_of_reach_is_drawn_to_its_edge(arm: aa.Arm) -> None:
     moves, turns = (np.linalg.norm(x, axis=1) for x in apart(arm, found.q, poses))
     held = turns < 1e-7
     edge = np.array([arm.explain(pose).nearest_gap for pose in poses])
-    stretched = np.abs(arm.signs[3] * found.q[:, 3] + arm.offsets[3] - arm.delta) < 1e-4
+    stretched = (
+        np.abs(arm.geometry.signs[3] * found.q[:, 3] + arm.geometry.offsets[3] - arm.geometry.delta) < 1e-4
+    )
     assert (held & stretched).sum() > 5
     assert (moves >= edge - 1e-9)[held].all()
     assert np.abs(moves - edge)[held & stretched].max() < 1e-6
@@ -220,7 +226,11 @@ def test_the_singularity_margin_holds_beside_the_pose_too(arm: aa.Arm, kind: str
     found = arm.with_(singularity_margin=margin).solve(poses, fallback="nearest_pose")
     free = arm.solve(poses, fallback="nearest_pose")
     assert np.isfinite(found.q).all()
-    theta = arm.signs * found.q + arm.offsets - np.where(np.arange(7) == 3, arm.delta, 0.0)
+    theta = (
+        arm.geometry.signs * found.q
+        + arm.geometry.offsets
+        - np.where(np.arange(7) == 3, arm.geometry.delta, 0.0)
+    )
     assert (np.abs(np.sin(theta[:, [1, 3, 5]])) >= np.sin(margin) - 1e-12).all()
     assert (arm.limit_margin(found.q) >= -1e-9).all()
     assert np.abs(found.gap - distances(arm, found.q, poses, LENGTH)).max() < 1e-7
@@ -230,13 +240,13 @@ def test_the_singularity_margin_holds_beside_the_pose_too(arm: aa.Arm, kind: str
 
 
 def test_a_pose_that_only_the_margin_forbids_gets_its_nearest_neighbour(arm: aa.Arm) -> None:
-    straight = arm.signs * (np.array([0, 0, 0, arm.delta, 0, 0, 0]) - arm.offsets)
-    q = np.array([0.3, 0.7, 0.2, straight[3] + 0.02 * arm.signs[3], 0.1, 0.8, 0.1])
+    straight = arm.geometry.signs * (np.array([0, 0, 0, arm.geometry.delta, 0, 0, 0]) - arm.geometry.offsets)
+    q = np.array([0.3, 0.7, 0.2, straight[3] + 0.02 * arm.geometry.signs[3], 0.1, 0.8, 0.1])
     pose = arm.forward(q)[0]
     found = arm.with_(singularity_margin=0.1).solve(pose, seed=q, fallback="nearest_pose")
     assert found.status is aa.Status.ELBOW_MARGIN
     assert 0 < found.gap < 0.01
-    assert abs(np.sin(arm.signs[3] * (found.q[3] - straight[3]))) >= np.sin(0.1)
+    assert abs(np.sin(arm.geometry.signs[3] * (found.q[3] - straight[3]))) >= np.sin(0.1)
     none = arm.with_(singularity_margin=1.5).solve(pose, seed=q, fallback="nearest_pose")
     assert none.status is aa.Status.ELBOW_MARGIN  # which limits may leave nothing of
 
@@ -265,7 +275,7 @@ def test_explain_names_what_solve_finds(arm: aa.Arm, kind: str) -> None:
 
 def test_explain_names_nothing_where_the_margin_leaves_no_posture(arm: aa.Arm) -> None:
     lower, upper = arm.lower.copy(), arm.upper.copy()
-    straight = -arm.signs[5] * arm.offsets[5]
+    straight = -arm.geometry.signs[5] * arm.geometry.offsets[5]
     lower[5], upper[5] = straight - 0.1, straight + 0.1
     stiff = arm.with_(lower=lower, upper=upper)
     said = stiff.with_(singularity_margin=0.2).explain(stiff.forward(0.5 * (lower + upper) + 0.05)[0])

@@ -31,13 +31,13 @@ def unequal() -> aa.Arm:
 def size(arm: aa.Arm) -> float:
     """The sum of all lengths of an arm, m."""
     ends = np.linalg.norm(arm.base[:3, 3]) + np.linalg.norm(arm.tool[:3, 3])
-    return float(arm.reach + abs(arm.d_bs) + abs(arm.d_wf) + ends)
+    return float(arm.geometry.reach + abs(arm.geometry.d_bs) + abs(arm.geometry.d_wf) + ends)
 
 
 def wrist(arm: aa.Arm, pose: Array) -> Array:
     """The wrist seen from the shoulder, in the frame of the base."""
     flange = np.linalg.inv(arm.base) @ pose @ np.linalg.inv(arm.tool)
-    return flange[:3, 3] - arm.d_wf * flange[:3, 2] - np.array([0, 0, arm.d_bs])
+    return flange[:3, 3] - arm.geometry.d_wf * flange[:3, 2] - np.array([0, 0, arm.geometry.d_bs])
 
 
 @pytest.mark.parametrize("arm", [*map(placed, NAMES), unequal()], ids=lambda arm: arm.name or "unequal")
@@ -49,7 +49,7 @@ def test_no_pose_of_that_orientation_within_reach_is_nearer(arm: aa.Arm) -> None
         found = arm.explain(pose)
         assert found.nearest is not None
         distance = np.linalg.norm(wrist(arm, pose))
-        excess = max(distance - arm.reach, arm.inner_reach - distance, 0.0)
+        excess = max(distance - arm.geometry.reach, arm.geometry.inner_reach - distance, 0.0)
         assert abs(found.nearest_gap - excess) <= 1e-13 * size(arm)
         moved = np.linalg.norm(found.nearest[:3, 3] - pose[:3, 3])
         assert abs(moved - found.nearest_gap) <= 1e-13 * size(arm)
@@ -70,11 +70,11 @@ def test_no_pose_of_that_orientation_within_reach_is_nearer(arm: aa.Arm) -> None
 def test_a_wrist_on_the_shoulder_goes_out_to_the_inner_reach() -> None:
     arm = unequal()
     flange = np.eye(4)
-    flange[2, 3] = arm.d_bs + arm.d_wf
+    flange[2, 3] = arm.geometry.d_bs + arm.geometry.d_wf
     found = arm.explain(arm.base @ flange)
-    assert found.nearest_gap == pytest.approx(arm.inner_reach, abs=1e-14)
+    assert found.nearest_gap == pytest.approx(arm.geometry.inner_reach, abs=1e-14)
     assert found.nearest is not None
-    assert np.linalg.norm(wrist(arm, found.nearest)) == pytest.approx(arm.inner_reach, abs=1e-12)
+    assert np.linalg.norm(wrist(arm, found.nearest)) == pytest.approx(arm.geometry.inner_reach, abs=1e-12)
 
 
 def test_the_explanation_says_where_and_copies_keep_it() -> None:
@@ -105,9 +105,13 @@ def rounded(arm: aa.Arm, count: int) -> tuple[Array, Array, Array]:
     q = rng.uniform(-3, 3, (count, 7))
     at = np.arange(count) % 4
     theta = np.where(
-        at == 1, arm.delta, np.where(at == 2, arm.delta + np.pi, arm.signs[3] * q[:, 3] + arm.offsets[3])
+        at == 1,
+        arm.geometry.delta,
+        np.where(
+            at == 2, arm.geometry.delta + np.pi, arm.geometry.signs[3] * q[:, 3] + arm.geometry.offsets[3]
+        ),
     )
-    q[:, 3] = arm.signs[3] * (theta - arm.offsets[3])
+    q[:, 3] = arm.geometry.signs[3] * (theta - arm.geometry.offsets[3])
     pose, psi, gc = arm.forward(q, on_error="nan")
     some = np.isfinite(psi)
     return pose[some].astype(np.float32), psi[some], gc[some]
@@ -168,7 +172,9 @@ def test_every_function_takes_a_float32_pose_at_its_reach() -> None:
 
 def test_what_is_farther_than_rounding_is_out_of_reach_in_float32_too() -> None:
     arm = aa.Arm.from_catalogue(NAMES[0])
-    far = aa.pose([arm.reach + arm.d_wf + 1e-4, 0, arm.d_bs], rpy=[0, np.pi / 2, 0])
+    far = aa.pose(
+        [arm.geometry.reach + arm.geometry.d_wf + 1e-4, 0, arm.geometry.d_bs], rpy=[0, np.pi / 2, 0]
+    )
     with pytest.raises(aa.UnreachableError, match=re.escape("pose is out of reach by 0.1")):
         arm.inverse(far.astype(np.float32), 0.0, 0, limits=False)
     assert aa.step(arm, np.zeros(7), far.astype(np.float32)).status is aa.Status.UNREACHABLE

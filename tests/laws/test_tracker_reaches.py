@@ -51,7 +51,7 @@ def drawn(arm: aa.Arm, rng: np.random.Generator, count: int) -> Array:
     lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
     room = 0.02 * (upper - lower)
     q = rng.uniform(lower + room, upper - room, (4 * count + 40, 7))
-    bend = arm.signs[3] * q[:, 3] + arm.offsets[3] - arm.delta
+    bend = arm.geometry.signs[3] * q[:, 3] + arm.geometry.offsets[3] - arm.geometry.delta
     return q[np.abs(np.sin(bend)) > np.sin(MARGIN)][:count]
 
 

@@ -34,7 +34,7 @@ def poses_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> Poses:
     lower, upper = np.maximum(arm.lower, -bound), np.minimum(arm.upper, bound)
     q = rng.uniform(lower - 0.3, upper + 0.3, (count, 7))
     for joint in (1, 5):
-        q[rng.random(count) < 0.1, joint] = -arm.offsets[joint] * arm.signs[joint]
+        q[rng.random(count) < 0.1, joint] = -arm.geometry.offsets[joint] * arm.geometry.signs[joint]
     return arm.forward(q, on_error="nan")[0]
 
 
@@ -44,7 +44,7 @@ SINGULAR = [(), (1,), (3,), (5,), (1, 3), (3, 5), (1, 5), (1, 3, 5)]
 
 def postures_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> Poses:
     """Postures within the limits: each bend at 0 or not, some joints exactly at a limit."""
-    straight = arm.signs * (np.array([0, 0, 0, arm.delta, 0, 0, 0]) - arm.offsets)
+    straight = arm.geometry.signs * (np.array([0, 0, 0, arm.geometry.delta, 0, 0, 0]) - arm.geometry.offsets)
     q = rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), (len(SINGULAR), count, 7))
     for own, joints in zip(q, SINGULAR, strict=True):
         ends = rng.choice([-1, 0, 0, 0, 0, 1], own.shape)
@@ -92,7 +92,7 @@ def test_freedom_is_the_sum_of_feasible() -> None:
 def test_freedom_agrees_with_arcs_and_postures_where_joints_are_one_axis(name: str) -> None:
     arm = aa.Arm.from_catalogue(name)
     q = postures_of(arm, draw.generator(16, 5), draw.count(40))
-    theta, poses = arm.signs * q + arm.offsets, arm.forward(q, on_error="nan")[0]
+    theta, poses = arm.geometry.signs * q + arm.geometry.offsets, arm.forward(q, on_error="nan")[0]
     has, arcs = arm.freedom(poses), arm.feasible(poses)
     assert np.abs(has.total - arcs.measure.sum(axis=-1)).max() < 1e-12
     assert np.array_equal(has.arcs, arcs.count.sum(axis=-1))
@@ -123,7 +123,9 @@ def test_a_posture_at_its_limits_holds_its_pose(name: str) -> None:
     pose, psi, gc = arm.forward(q, on_error="nan")
     known = np.isfinite(psi)
     pose, psi, gc, q = pose[known], psi[known], gc[known], q[known]
-    bends = np.sin((arm.signs * q + arm.offsets - [0, 0, 0, arm.delta, 0, 0, 0])[:, [1, 3, 5]])
+    bends = np.sin(
+        (arm.geometry.signs * q + arm.geometry.offsets - [0, 0, 0, arm.geometry.delta, 0, 0, 0])[:, [1, 3, 5]]
+    )
     sharp = (np.abs(bends) > 0.02).all(axis=-1)
     assert sharp.sum() > 20
     has = arm.freedom(pose)

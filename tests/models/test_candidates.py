@@ -300,14 +300,14 @@ def test_chains_of_offset_arms_are_called_what_they_are(one: Arm, end: str) -> N
     assert verdicts == [f"offset {end}"] * 2
     with pytest.raises(ModelError, match=f"not unique, name them; candidates: .*offset {end}"):
         Arm.from_urdf(text)
-    assert Arm.from_urdf(text, tip="r_tip").joint_names[0] == f"r_{one.joint_names[0]}"
+    assert Arm.from_urdf(text, tip="r_tip").geometry.joint_names[0] == f"r_{one.geometry.joint_names[0]}"
 
 
 def test_an_exact_arm_of_a_file_comes_before_one_with_an_offset() -> None:
     text = robot(inside(FR3.to_urdf(), "l", "foot"), arm("a", "foot"))
     assert [found.rank() for found in urdf_candidates(text)] == [0, 1]
-    assert Arm.from_urdf(text).joint_names[0] == "a_j1"
-    assert Arm.from_urdf(text, tip="l_tip").joint_names[0] == "l_joint_1"
+    assert Arm.from_urdf(text).geometry.joint_names[0] == "a_j1"
+    assert Arm.from_urdf(text, tip="l_tip").geometry.joint_names[0] == "l_joint_1"
 
 
 def test_a_calibrated_offset_arm_is_near_one_with_its_residual() -> None:
@@ -321,7 +321,7 @@ def test_a_calibrated_offset_arm_is_near_one_with_its_residual() -> None:
     hinged = robot(inside(text, "l", "foot"), under("revolute", "jaw", "l_tip", "jaw_hinge"))
     with pytest.warns(UserWarning, match="not quite the arm of its file"):
         read = Arm.from_urdf(hinged, length_tolerance=2e-3, angle_tolerance=1e-3)
-    assert read.joint_names[0] == "l_joint_1"
+    assert read.geometry.joint_names[0] == "l_joint_1"
 
 
 def test_an_offset_arm_stands_between_hinges() -> None:
@@ -331,5 +331,5 @@ def test_an_offset_arm_stands_between_hinges() -> None:
         parts = [under("revolute", below, above, f"{below}_j") for above, below in pairwise(links)]
         jaw = [under("revolute", "jaw", "l_tip", "jaw_hinge")] if gripper else []
         read = Arm.from_urdf(robot(*parts, inside(FR3.to_urdf(), "l", links[-1]), *jaw))
-        assert read.joint_names == tuple(f"l_{name}" for name in FR3.joint_names)
+        assert read.geometry.joint_names == tuple(f"l_{name}" for name in FR3.geometry.joint_names)
         np.testing.assert_allclose(read.forward(q)[0], FR3.forward(q)[0], rtol=0, atol=1e-9)

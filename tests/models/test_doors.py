@@ -63,8 +63,10 @@ def test_an_arm_says_that_its_limits_are_not_used(arm: aa.Arm) -> None:
     text = arm.to_urdf().replace('type="revolute"', 'type="continuous"')
     with pytest.warns(UserWarning, match="joint 'joint_1' is continuous, .* NOT used") as caught:
         read = aa.Arm.from_urdf(text)
-    assert [str(one.message) for one in caught] == list(read.notes) and caught[0].filename == __file__
-    assert len(read.notes) == 7 and np.isinf(read.lower).all()
+    assert [str(one.message) for one in caught] == list(read.geometry.notes) and caught[
+        0
+    ].filename == __file__
+    assert len(read.geometry.notes) == 7 and np.isinf(read.lower).all()
     assert "note: joint 'joint_7' is continuous" in str(read.report)
     used = aa.Arm.from_urdf(text, continuous_limits="use")
     np.testing.assert_allclose([used.lower, used.upper], [arm.lower, arm.upper], rtol=0, atol=1e-9)
@@ -103,19 +105,20 @@ def test_limits_that_cannot_be_meant_are_noted():
 def test_limits_of_an_arm_that_look_like_degrees_are_noted():
     with pytest.warns(UserWarning, match="limits look like degrees"):
         arm = PLAIN.with_(lower=-170, upper=170)
-    (note,) = set(arm.notes) - set(PLAIN.notes)
+    (note,) = set(arm.geometry.notes) - set(PLAIN.geometry.notes)
     assert note.startswith("limits look like degrees where rad are wanted: joint ")
-    assert arm.with_(upper=175).notes.count(note) == 0 and len(arm.with_(upper=175).notes) == len(arm.notes)
-    assert arm.with_(lower=-2.9, upper=2.9).notes == PLAIN.notes
+    other = arm.with_(upper=175).geometry.notes
+    assert other.count(note) == 0 and len(other) == len(arm.geometry.notes)
+    assert arm.with_(lower=-2.9, upper=2.9).geometry.notes == PLAIN.geometry.notes
 
 
 def test_lengths_of_an_arm_that_look_like_mm_are_noted():
     with pytest.warns(UserWarning, match="lengths look like mm where m are wanted: d_bs 340, d_se 400$"):
         arm = PLAIN.with_(d_bs=340, d_se=400)
-    (note,) = set(arm.notes) - set(PLAIN.notes)
+    (note,) = set(arm.geometry.notes) - set(PLAIN.geometry.notes)
     assert note.startswith("lengths look like mm")
-    assert len(arm.with_(d_wf=0.2).notes) == len(arm.notes)
-    assert arm.with_(d_bs=0.34, d_se=0.4).notes == PLAIN.notes
+    assert len(arm.with_(d_wf=0.2).geometry.notes) == len(arm.geometry.notes)
+    assert arm.with_(d_bs=0.34, d_se=0.4).geometry.notes == PLAIN.geometry.notes
 
 
 LEFTOVERS = (
@@ -211,13 +214,15 @@ def test_the_fitted_arm_is_nearer_than_the_snapped_one_and_a_minimum(seed):
     def mean_square(candidate: aa.Arm) -> float:
         difference = candidate.forward(q)[0] - chain.forward(q)
         turned = np.linalg.norm(difference[:, :3, :3], axis=(1, 2)) ** 2 / 2
-        return float((difference[:, :3, 3] ** 2).sum(axis=1).mean() + (candidate.reach**2 * turned).mean())
+        return float(
+            (difference[:, :3, 3] ** 2).sum(axis=1).mean() + (candidate.geometry.reach**2 * turned).mean()
+        )
 
     fitted = aa.Arm._from_description(arm)
     least = mean_square(fitted)
     for name in ("d_se", "d_ew", "a_3", "a_4", "d_4"):
         for step in (-8e-3, 8e-3):
-            assert mean_square(fitted.with_(**{name: getattr(fitted, name) + step})) > least
+            assert mean_square(fitted.with_(**{name: getattr(fitted.geometry, name) + step})) > least
     for frame in (shift(8e-3, 0, 0), shift(0, 0, -8e-3), turn(Z, 16e-3)):
         assert mean_square(fitted.with_(base=fitted.base @ frame)) > least
         assert mean_square(fitted.with_(tool=frame @ fitted.tool)) > least
@@ -272,20 +277,20 @@ def test_each_case_is_read_and_met(name):
     chain = read_urdf(case(name), report.base, report.tip)
     np.testing.assert_allclose(arm.forward(q)[0], chain.forward(q), atol=1e-9)
     quiet = name in ("01_rpy_wrist_d_ew_0.urdf", "11_newline_first.urdf", READ[9])
-    assert bool(arm.notes) is not quiet
+    assert bool(arm.geometry.notes) is not quiet
 
 
 def test_a_near_arm_keeps_its_elbow_offset():
     file = case("07_near_with_elbow_offset.urdf")
     arms = [aa.Arm.from_urdf(file, fit="srs", length_tolerance=length) for length in (0.0196, 0.0201)]
     assert arms[0] == arms[1]
-    assert 0.015 < arms[0].a_3 < 0.045
+    assert 0.015 < arms[0].geometry.a_3 < 0.045
 
 
 def test_mjcf_needs_no_meshes():
     need("mujoco")
     arm = aa.Arm.from_mjcf(case("16_mjcf_mesh_missing.xml"))
-    assert (arm.d_bs, arm.d_se, arm.d_ew) == pytest.approx((0.3, 0.4, 0.39))
+    assert (arm.geometry.d_bs, arm.geometry.d_se, arm.geometry.d_ew) == pytest.approx((0.3, 0.4, 0.39))
     with pytest.raises(aa.ArmangleError, match="no chain of 7 rotating joints is found") as caught:
         read_mjcf(case("17_mjcf_six_hinges.xml"))
     assert "not unique" not in str(caught.value)
@@ -307,14 +312,20 @@ def test_an_offset_arm_has_the_notes_that_an_arm_has():
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             arm = aa.Arm.from_urdf(changed)
-        assert [str(one.message) for one in caught] == [note for note in arm.notes if "0 to 0" in note]
-        assert arm.report is not None and arm.report.notes == arm.notes
-        assert len(arm.notes) == count and all(what in note for note in arm.notes)
+        assert [str(one.message) for one in caught] == [
+            note for note in arm.geometry.notes if "0 to 0" in note
+        ]
+        assert arm.report is not None and arm.report.notes == arm.geometry.notes
+        assert len(arm.geometry.notes) == count and all(what in note for note in arm.geometry.notes)
         assert arm.with_(name="mine").report == arm.report
     report = aa.Arm.from_urdf(text).report
     assert report is not None and report.residual_position <= 1e-9
-    assert report.wrist_miss == pytest.approx(FR3.a_6, abs=1e-9)
-    assert FR3.report is None and FR3.reach == FR3._rows.reach and FR3.d_se == FR3._rows.d_se
+    assert report.wrist_miss == pytest.approx(FR3.geometry.a_6, abs=1e-9)
+    assert (
+        FR3.report is None
+        and FR3.geometry.reach == FR3._rows.geometry.reach
+        and FR3.geometry.d_se == FR3._rows.geometry.d_se
+    )
 
 
 def calibrated(arm: aa.Arm, seed: int = 0) -> Chain:
@@ -344,7 +355,7 @@ def test_a_calibrated_offset_arm_keeps_its_chain_and_tolerances_idealise_it(seed
         arm = aa.Arm.from_urdf(text, length_tolerance=length, angle_tolerance=5e-3)
     assert warned[0].filename == __file__
     report = arm.report
-    assert report is not None and report.notes == (str(warned[0].message),) == arm.notes
+    assert report is not None and report.notes == (str(warned[0].message),) == arm.geometry.notes
     assert 1e-4 < report.residual_position <= length
     apart = np.linalg.norm((arm.forward(q)[0] - chain.forward(q))[:, :3, 3], axis=-1)
     assert 0.5 * report.residual_position < apart.max() <= report.residual_position
@@ -382,7 +393,7 @@ def test_a_near_arm_keeps_its_chain_and_is_idealised_only_where_asked(name: str)
         ideal = aa.Arm.from_urdf(text, fit="srs")
     assert ideal.kind == "srs" and ideal.report is not None
     assert len(caught) == 1 and caught[0].filename == __file__
-    assert str(caught[0].message) in ideal.report.notes and ideal.notes == ideal.report.notes
+    assert str(caught[0].message) in ideal.report.notes and ideal.geometry.notes == ideal.report.notes
     assert f"{1e3 * ideal.report.residual_position:.4g} mm" in str(caught[0].message)
     apart = np.linalg.norm((ideal.forward(q)[0] - chain.forward(q))[:, :3, 3], axis=-1).max()
     assert 1e-4 < apart <= ideal.report.residual_position * (1 + 1e-6)
@@ -444,7 +455,7 @@ def test_a_real_file_that_is_near_keeps_its_chain() -> None:
     for file in (model("kinova_gen3_7dof"), case("15_tilt_0.02_deg_and_13_mm.urdf")):
         with pytest.raises(ModelError, match='fit="own" takes it as it is'):
             aa.Arm.from_urdf(file, fit="srs", length_tolerance=1e-4)
-        assert aa.Arm.from_urdf(file).chain is not None
+        assert aa.Arm.from_urdf(file).geometry.chain is not None
 
 
 def test_a_joint_that_moves_the_base_is_noted() -> None:
@@ -458,7 +469,7 @@ def test_a_joint_that_moves_the_base_is_noted() -> None:
     for base in (None, "base"):
         assert aa.Arm.from_urdf(lifted, base).report.notes == (note,)
     assert aa.Arm.from_urdf(text).report.notes == ()
-    assert aa.Arm.from_urdf(FR3.to_urdf().replace("</robot>", f"{lift}</robot>")).notes == (note,)
+    assert aa.Arm.from_urdf(FR3.to_urdf().replace("</robot>", f"{lift}</robot>")).geometry.notes == (note,)
 
 
 def test_a_joint_that_moves_the_base_of_a_model_is_noted() -> None:
@@ -478,11 +489,15 @@ def test_limits_of_a_file_that_cannot_be_meant_are_warned_of() -> None:
         for door in (aa.Arm.from_urdf, aa.Arm.load):
             with pytest.warns(UserWarning, match=said) as caught:
                 arm = door(text)
-            assert len(caught) == 1 and caught[0].filename == __file__ and str(caught[0].message) in arm.notes
+            assert (
+                len(caught) == 1
+                and caught[0].filename == __file__
+                and str(caught[0].message) in arm.geometry.notes
+            )
 
 
 def test_an_offset_arm_is_not_idealised():
-    assert aa.Arm.from_urdf(FR3.to_urdf()).a_6 == pytest.approx(FR3.a_6)
+    assert aa.Arm.from_urdf(FR3.to_urdf()).geometry.a_6 == pytest.approx(FR3.geometry.a_6)
     with pytest.raises(ModelError, match='fit="own" takes it: it is S-R-S but for an offset wrist'):
         aa.Arm.from_urdf(FR3.to_urdf(), fit="srs", length_tolerance=0.01)
     with pytest.warns(UserWarning, match="not quite the arm of its file: .* at the tip"):

@@ -323,8 +323,8 @@ def test_noise_does_not_lock_a_bounded_loop(noise: float) -> None:
 def test_out_of_reach_it_brakes_or_goes_to_the_nearest_pose() -> None:
     q = np.radians([10, 40, 0, -80, 0, 60, 0])
     pose = IIWA.forward(q)[0].copy()
-    shoulder = np.array([0, 0, IIWA.d_bs])
-    along = pose[:3, 3] - IIWA.d_wf * pose[:3, 2] - shoulder
+    shoulder = np.array([0, 0, IIWA.geometry.d_bs])
+    along = pose[:3, 3] - IIWA.geometry.d_wf * pose[:3, 2] - shoulder
     pose[:3, 3] += 2.0 * along / np.linalg.norm(along)
     moving = np.array([0.3, -0.2, 0, 0, 0, 0.1, 0])
     now = aa.step(IIWA, q, pose, dt=0.01, acceleration=10.0, velocity_now=moving)
@@ -334,7 +334,7 @@ def test_out_of_reach_it_brakes_or_goes_to_the_nearest_pose() -> None:
     steps, _ = run(pose, q, 0.01, 400, acceleration=10.0, fallback="nearest_pose", policy=aa.Hold())
     assert {(now.status, now.why) for now in steps} == {(aa.Status.PARTIAL, aa.Status.UNREACHABLE)}
     last = IIWA.forward(steps[-1].q)[0]
-    gap = np.linalg.norm(along) + 2.0 - IIWA.d_se - IIWA.d_ew
+    gap = np.linalg.norm(along) + 2.0 - IIWA.geometry.d_se - IIWA.geometry.d_ew
     assert np.linalg.norm(last[:3, 3] - pose[:3, 3]) == pytest.approx(gap, abs=1e-9)
     assert np.abs(last[:3, :3] - pose[:3, :3]).max() <= 1e-9
     assert np.abs(steps[-1].velocity).max() == 0.0

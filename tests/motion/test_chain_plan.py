@@ -56,7 +56,7 @@ def test_the_naive_way_plans_the_nominal_arm_and_misses_the_poses(name: str) -> 
     arm = ARMS[name]
     off = []
     for _, way in lines(arm, 6, 32):
-        path, naive = aa.plan(arm, way), aa.plan(arm.nominal, way)
+        path, naive = aa.plan(arm, way), aa.plan(arm.deviation.nominal, way)
         if path.ok and naive.ok:
             off.append(gap(arm.forward(naive.q)[0], naive.poses))
             assert gap(arm.forward(path.q)[0], path.poses) <= POSE
@@ -67,11 +67,13 @@ def test_limits_beside_the_nominal_joints_are_kept_by_the_true_ones() -> None:
     """A plan that goes along a limit: the nominal joints keep it, the true ones would not: it moves off."""
     arm, careless = ARMS["kuka_iiwa7_r800 2.0 mm"], aa.Objective(limits=0, singularities=0)
     way = line(arm, START, (0.0, 0.15, 0.05))
-    free = aa.plan(arm.nominal, way, objective=careless, gc=2).q
+    free = aa.plan(arm.deviation.nominal, way, objective=careless, gc=2).q
     for joint, side in ((0, "lower"), (4, "lower"), (4, "upper"), (6, "upper")):
         ends = {"lower": free[:, joint].min() + 0.03, "upper": free[:, joint].max() - 0.03}
         tight = limited(arm, joint, **{side: ends[side]})
-        naive, path = (aa.plan(one, way, objective=careless, gc=2) for one in (tight.nominal, tight))
+        naive, path = (
+            aa.plan(one, way, objective=careless, gc=2) for one in (tight.deviation.nominal, tight)
+        )
         true = tight.inverse(naive.poses, naive.psi, naive.gc, seed=naive.q, limits=False)
         assert path.certified and margins(tight, path.at(DENSE).q).min() >= 0.0
         assert margins(tight, true).min() < 0.0
@@ -88,8 +90,8 @@ def test_start_goal_margins_and_wishes_are_of_the_true_joints() -> None:
     kept = aa.plan(arm.with_(singularity_margin=0.2), way, limit_margin=0.3)
     assert kept.certified
     q = kept.at(DENSE).q
-    theta = arm.signs * q + arm.offsets
-    theta[:, 3] -= arm.delta
+    theta = arm.geometry.signs * q + arm.geometry.offsets
+    theta[:, 3] -= arm.geometry.delta
     assert margins(arm, q).min() >= 0.3 and np.abs(np.sin(theta[:, 1:6:2])).min() >= np.sin(0.2)
     keen, window, point = aa.Objective(psi=1e3), aa.ArcSet([[0.1, 0.6]]), (0.0, 0.3, 0.4)
     held = aa.plan(arm, way, psi=0.3, objective=keen)

@@ -38,7 +38,7 @@ def test_a_step_meets_the_true_pose_or_says_why_not(arm: aa.Arm) -> None:
         assert circle_gap(psi, now.psi) <= 1e-10
         assert arm.limit_margin(now.q) >= -1e-9 and np.abs(now.q - q).max() <= 0.2
         # the naive way, a step of the nominal arm, misses it
-        naive = aa.step(arm.nominal, q, pose)
+        naive = aa.step(arm.deviation.nominal, q, pose)
         assert naive.status != aa.Status.OK or gap(arm.forward(naive.q)[0], pose) > 1e5 * POSE
     assert taken >= 5
 
@@ -55,7 +55,7 @@ def test_a_path_that_leaves_the_reach_says_so_where_branches_meet_first() -> Non
     assert "It is at the edge of reach" in motion.explain()
     beyond = edge_of_reach(arm, end)
     assert "the edge of reach, or beyond: of the S-R-S arm beside the chain the pose is out of" in beyond
-    assert edge_of_reach(arm, start) == edge_of_reach(arm.nominal, end) == ""
+    assert edge_of_reach(arm, start) == edge_of_reach(arm.deviation.nominal, end) == ""
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -115,8 +115,8 @@ def test_a_bound_shortens_a_wish_and_names_itself_where_the_pose_is_too_far() ->
 def crossing(arm: aa.Arm, joint: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     """Two postures well within the limits, less than 0.15 rad apart, on both sides of where branches meet."""
     q = arm.lower + (arm.upper - arm.lower) * rng.uniform(0.2, 0.8, 7)
-    zero = arm.delta if joint == 3 else 0.0
-    q[joint] = arm.signs[joint] * (zero - arm.offsets[joint])
+    zero = arm.geometry.delta if joint == 3 else 0.0
+    q[joint] = arm.geometry.signs[joint] * (zero - arm.geometry.offsets[joint])
     off = rng.choice([0.05, 0.02, 0.01, 0.003])
     move = rng.normal(size=7) * rng.choice([0.02, 0.01, 0.003])
     move[joint] = 0.0

@@ -176,7 +176,7 @@ def test_an_opening_of_a_path_opens_all_of_it_and_is_hardly_more_than_it_takes()
         seed += 1
         arm = random_arm(rng)
         q, way = rng.uniform(arm.lower + 0.05, arm.upper - 0.05), rng.normal(size=3)
-        path = line(arm, q, 0.3 * (arm.d_se + arm.d_ew) * way / np.linalg.norm(way))
+        path = line(arm, q, 0.3 * (arm.geometry.d_se + arm.geometry.d_ew) * way / np.linalg.norm(way))
         for branch in aa.plan(arm, path, samples=2).diagnosis.branches:
             if branch.verdict != aa.types.Verdict.IMPOSSIBLE or not branch.openings:
                 continue

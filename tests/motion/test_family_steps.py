@@ -60,7 +60,7 @@ def test_a_walk_under_bounds_keeps_them_and_is_ok_only_on_its_pose(arm: aa.Arm) 
         goal = arm.forward(q, on_error="nan")[0]
         for i in range(40):
             if i % 10 == 0:
-                goal = moved(goal, rng.normal(scale=2e-3 * arm.reach, size=3))
+                goal = moved(goal, rng.normal(scale=2e-3 * arm.geometry.reach, size=3))
             now = aa.step(
                 arm, q, goal, policy=POLICIES[k % 3], dt=DT, velocity=fastest, acceleration=hardest,
                 velocity_now=before,

@@ -67,7 +67,7 @@ def test_a_wish_from_where_two_branches_meet_is_met(arm: aa.Arm, start: str, by:
 def tracked(arm: aa.Arm, q: Array, pose: Array, wish: float) -> Array:
     """Track a pose with a wished arm angle; return the joints of each cycle."""
     tracker = begun(q, arm, DT, velocity=2.0, acceleration=10.0)
-    base = (arm.base @ np.array([0, 0, arm.d_bs, 1.0]))[:3]
+    base = (arm.base @ np.array([0, 0, arm.geometry.d_bs, 1.0]))[:3]
     elbow = arm.elbow(arm.inverse(pose, wish, arm.forward(q)[2], limits=False))
     ticks = [tracker.step(pose, elbow_direction=elbow - base) for _ in range(1000)]
     assert all(t.status == aa.Tracking.FOLLOWING for t in ticks)

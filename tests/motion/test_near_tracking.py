@@ -45,7 +45,7 @@ def test_the_true_tool_follows_a_slow_hand_to_rounding(name: str) -> None:
         if tick.status == aa.Tracking.FOLLOWING:
             assert np.abs(pose - hand).max() <= 1e-8 and tick.distance <= 1e-9
     # the naive loop tracks with the nominal arm, and misses by the deviation
-    naive = tracker_at(arm.nominal, start)
+    naive = tracker_at(arm.deviation.nominal, start)
     for hand in hands:
         last = naive.step(hand)
     assert np.linalg.norm((arm.forward(last.q)[0] - hands[-1])[:3, 3]) > 1e4 * ticks[-1].distance

@@ -117,12 +117,12 @@ def test_theta_2_and_theta_6_at_0_are_passed_as_any_place(name: str) -> None:
     arm = aa.Arm.from_catalogue(name).with_(lower=np.full(7, -4.0), upper=np.full(7, 4.0))
     for joint in (2, 6):
         middle = np.array(READY[name])
-        middle[joint - 1] = -arm.signs[joint - 1] * arm.offsets[joint - 1]
+        middle[joint - 1] = -arm.geometry.signs[joint - 1] * arm.geometry.offsets[joint - 1]
         way = np.array([0.05, 0.03, -0.06, 0.04, 0.05, 0.04, -0.05])
         way[joint - 1] = 0.2
         q = middle + np.linspace(-0.48, 0.52, 20)[:, None] * way
         rows = aa.JointPath.from_joints(arm, q, between="tool")
-        assert len(set(rows.gc.tolist())) == 2 or joint == (2 if arm.a_1 else 6)
+        assert len(set(rows.gc.tolist())) == 2 or joint == (2 if arm.geometry.a_1 else 6)
         passed(rows)
         followed = aa.follow(arm, arm.forward(q)[0], start=q[0], policy=aa.Hold())
         assert followed.ok

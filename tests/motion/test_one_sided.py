@@ -15,7 +15,7 @@ from armangle.models.catalogue import srs_catalogue
 
 def straight(arm: aa.Arm) -> float:
     """The q_4 of a straight elbow."""
-    return float(arm.signs[3] * (arm.delta - arm.offsets[3]))
+    return float(arm.geometry.signs[3] * (arm.geometry.delta - arm.geometry.offsets[3]))
 
 
 def one_sided() -> list[tuple[aa.Arm, float]]:
@@ -23,7 +23,7 @@ def one_sided() -> list[tuple[aa.Arm, float]]:
     out = []
     for arm in map(aa.Arm.from_catalogue, srs_catalogue()):
         above, below = float(arm.upper[3]) - straight(arm), straight(arm) - float(arm.lower[3])
-        bare = 0 <= min(above, below) < 0.01 < max(above, below) and arm.a_3 == arm.a_4 == 0
+        bare = 0 <= min(above, below) < 0.01 < max(above, below) and arm.geometry.a_3 == arm.geometry.a_4 == 0
         if bare or arm.name in ("pollen_reachy2_left", "fourier_gr2t2_left"):  # these have hardly more
             out.append((arm, 1.0 if above > below else -1.0))
     return out

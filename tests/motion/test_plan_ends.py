@@ -89,13 +89,15 @@ def test_what_follow_does_from_where_a_hinge_is_shut_a_plan_does(
     rng, ways, certified = generator(21, hinge), 0, 0
     for _ in range(count(draws)):
         start = rng.uniform(0.8 * arm.lower, 0.8 * arm.upper)
-        start[hinge] = arm.signs[hinge] * -arm.offsets[hinge]
+        start[hinge] = arm.geometry.signs[hinge] * -arm.geometry.offsets[hinge]
         if half_turn:
             start[hinge] = min(
-                arm.lower[5], arm.upper[5], key=lambda q: np.cos(arm.signs[5] * q + arm.offsets[5])
+                arm.lower[5],
+                arm.upper[5],
+                key=lambda q: np.cos(arm.geometry.signs[5] * q + arm.geometry.offsets[5]),
             )
         else:
-            start[3] = arm.signs[3] * (arm.delta - arm.offsets[3])
+            start[3] = arm.geometry.signs[3] * (arm.geometry.delta - arm.geometry.offsets[3])
         way = line(arm, start, length * rng.normal(size=3))
         if not aa.follow(arm, way, start=start, samples=2001, max_joint_step=0.02, policy=aa.Hold()).ok:
             continue

@@ -18,7 +18,7 @@ HINGE = {1: 1, 3: 1, 5: 5, 7: 5}
 def drawn(joint: int, rng: np.random.Generator) -> tuple[aa.Arm, aa.Line, np.ndarray] | None:
     """An arm with a joint locked, and a line whose two ends have the hinge beside it on either side of 0."""
     free, hinge = ARMS[str(rng.choice(NAMES))], HINGE[joint]
-    middle = float(np.angle(np.exp(-1j * free.signs[hinge] * free.offsets[hinge])))
+    middle = float(np.angle(np.exp(-1j * free.geometry.signs[hinge] * free.geometry.offsets[hinge])))
     if not free.lower[hinge] + 0.2 < middle < free.upper[hinge] - 0.2:
         return None
     start = rng.uniform(0.8 * free.lower, 0.8 * free.upper)
@@ -67,7 +67,7 @@ def test_a_singularity_margin_is_kept_with_a_locked_joint(joint: int) -> None:
         if not path.certified:
             continue
         dense = path.at(np.linspace(0, 1, 2001)).q
-        theta = arm.signs * dense + arm.offsets
+        theta = arm.geometry.signs * dense + arm.geometry.offsets
         assert np.abs(np.sin(theta[:, [1, 5]])).min() > np.sin(0.01) - 1e-9
     assert asked > 2
 

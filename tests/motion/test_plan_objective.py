@@ -143,7 +143,7 @@ def test_the_margin_said_is_that_of_the_curve() -> None:
             continue
         best = result.diagnosis.branches[0]
         q = planned(result)
-        theta = np.abs(arm.signs * q + arm.offsets)[:, [1, 5]]
+        theta = np.abs(arm.geometry.signs * q + arm.geometry.offsets)[:, [1, 5]]
         moving = [0, 1, 2, 4, 5, 6]
         limits = np.minimum(q - arm.lower, arm.upper - q)[:, moving].min()
         true = min(limits, theta.min(), (np.pi - theta).min())

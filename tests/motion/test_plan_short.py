@@ -22,7 +22,7 @@ def case(arm: aa.Arm, hinge: float, length: float, rng: np.random.Generator) -> 
     joint = rng.choice([1, 5])
     room = 0.1 * (arm.upper - arm.lower)
     q = rng.uniform(arm.lower + room, arm.upper - room)
-    q[joint] = arm.signs[joint] * (hinge * rng.choice([-1, 1]) - arm.offsets[joint])
+    q[joint] = arm.geometry.signs[joint] * (hinge * rng.choice([-1, 1]) - arm.geometry.offsets[joint])
     first = arm.forward(q, on_error="nan")[0]
     last, way = first.copy(), rng.normal(size=3)
     last[:3, 3] += length * way / np.linalg.norm(way)

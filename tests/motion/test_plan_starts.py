@@ -48,7 +48,7 @@ def test_a_start_beside_the_first_pose_is_taken_to_it(off: float, which: str) ->
 def test_an_elbow_just_past_straight_is_taken_to_its_other_side(name: str, which: str, off: float) -> None:
     """If the limits of joint 4 permit the path on that side alone."""
     arm = aa.Arm.from_catalogue(name)
-    straight = (arm.delta - arm.offsets[3]) * arm.signs[3]
+    straight = (arm.geometry.delta - arm.geometry.offsets[3]) * arm.geometry.signs[3]
     way = 1.0 if arm.upper[3] - straight > straight - arm.lower[3] else -1.0
     middle = 0.5 * (np.maximum(arm.lower, -2.0) + np.minimum(arm.upper, 2.0)) + 0.3
     bent = np.clip(middle, arm.lower + 0.2, arm.upper - 0.2)

@@ -256,7 +256,7 @@ def test_a_step_to_a_near_posture_beyond_the_straight_elbow_is_found(name: str, 
     arm = aa.Arm.from_catalogue(name)
     rng = np.random.default_rng(5)
     low, high = np.maximum(arm.lower, -TURN), np.minimum(arm.upper, TURN)
-    straight = (arm.delta - arm.offsets[3]) / arm.signs[3]
+    straight = (arm.geometry.delta - arm.geometry.offsets[3]) / arm.geometry.signs[3]
     turned = 0
     for _ in range(draw.count(120)):
         q = rng.uniform(low, high)

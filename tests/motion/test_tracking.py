@@ -96,12 +96,16 @@ def test_out_of_reach_the_gap_is_that_of_joint_4_and_the_rotation_is_held() -> N
     arm = ARM_OF["kuka_iiwa14_r820"]
     start = streams.posture(arm)
     home = arm.forward(start)[0]
-    shoulder = np.array([0, 0, arm.d_bs])
-    outer = np.sqrt(arm.d_se**2 + arm.d_ew**2 + 2 * arm.d_se * arm.d_ew * np.cos(STILL))
+    shoulder = np.array([0, 0, arm.geometry.d_bs])
+    outer = np.sqrt(
+        arm.geometry.d_se**2
+        + arm.geometry.d_ew**2
+        + 2 * arm.geometry.d_se * arm.geometry.d_ew * np.cos(STILL)
+    )
     for far in (0.3, 0.6, 1.5):
         away = moved(home, far * (home[:3, 3] - shoulder) / np.linalg.norm(home[:3, 3] - shoulder))
         now = settled(tracker_at(arm, start), away, 12.0)
-        wrist = away[:3, 3] - arm.d_wf * away[:3, 2]
+        wrist = away[:3, 3] - arm.geometry.d_wf * away[:3, 2]
         assert now.status == aa.Tracking.NEAREST
         assert now.why == aa.Status.UNREACHABLE
         assert now.gap == pytest.approx(np.linalg.norm(wrist - shoulder) - outer, abs=1e-12)
@@ -246,9 +250,9 @@ def test_an_elbow_that_bends_already_is_not_bent_too_far() -> None:
     """A hand that comes in from near the reach: RMS 8.1 mm; 11.1 mm if the elbow counted from rest."""
     arm = ARM_OF["kuka_iiwa14_r820"]
     start = streams.posture(arm)
-    home, reach = arm.forward(start)[0], arm.d_se + arm.d_ew
+    home, reach = arm.forward(start)[0], arm.geometry.d_se + arm.geometry.d_ew
     flange = home @ np.linalg.inv(arm.tool)
-    out = flange[:3, 3] - arm.d_wf * flange[:3, 2] - (arm.base @ [0, 0, arm.d_bs, 1])[:3]
+    out = flange[:3, 3] - arm.geometry.d_wf * flange[:3, 2] - (arm.base @ [0, 0, arm.geometry.d_bs, 1])[:3]
     near = np.linalg.norm(out)
     s = np.linspace(0, 1, round(2.0 / DT))
     going = near + (0.95 * reach - near) * s**3 * (10 - 15 * s + 6 * s**2)
@@ -268,7 +272,7 @@ def test_an_elbow_hint_turns_the_elbow_and_leaves_the_tool(arm: aa.Arm, kind: st
     start = streams.posture(arm)
     pose, _, gc = arm.forward(start)
     tracker = tracker_at(arm, start)
-    shoulder = (arm.base @ np.array([0, 0, arm.d_bs, 1.0]))[:3]
+    shoulder = (arm.base @ np.array([0, 0, arm.geometry.d_bs, 1.0]))[:3]
     elbow = arm.elbow(start)
     hint = elbow + (0.2 if kind == "point" else 0.1) * streams.rotation(np.array([[0.3, 0.2, 0.4]]))[0, 0]
     if kind == "direction":
@@ -288,8 +292,12 @@ def test_an_elbow_hint_that_says_nothing_moves_nothing(hint: str, kind: str) -> 
     arm = ARM_OF["kuka_iiwa14_r820"]
     start = streams.posture(arm)
     pose = arm.forward(start)[0]
-    tracker, shoulder = tracker_at(arm, start), np.array([0.0, 0.0, arm.d_bs])
-    point = {"shoulder": shoulder, "wrist": pose[:3, 3] - arm.d_wf * pose[:3, 2], "nan": np.full(3, np.nan)}
+    tracker, shoulder = tracker_at(arm, start), np.array([0.0, 0.0, arm.geometry.d_bs])
+    point = {
+        "shoulder": shoulder,
+        "wrist": pose[:3, 3] - arm.geometry.d_wf * pose[:3, 2],
+        "nan": np.full(3, np.nan),
+    }
     given = point[hint] - (shoulder if kind == "elbow_direction" else 0.0)
     now = tracker.step(pose, **{kind: given})
     assert np.abs(now.q - tracker_at(arm, start).step(pose).q).max() < 1e-15
@@ -302,7 +310,7 @@ def test_psi_is_continuous_under_hints_that_jump(arm: aa.Arm, seed: int) -> None
     stream = streams.stream(arm, "inside", seed, seconds=6.0, noise=False)
     tracker = tracker_at(arm, streams.posture(arm))
     before = arm.elbow(tracker.q)
-    fastest = arm.velocity[:3].sum() * (arm.d_se + abs(arm.a_3)) * DT
+    fastest = arm.velocity[:3].sum() * (arm.geometry.d_se + abs(arm.geometry.a_3)) * DT
     hint = rng.normal(size=3)
     for i, pose in enumerate(stream.true):
         if i % 40 == 0:

@@ -50,7 +50,7 @@ def test_hostile_hands_never_break_a_bound(name: str, irregular: bool, jerk: flo
         return
     check_bounds(arm, joints, np.array(times))
     if arm.kind == "srs":
-        bend = arm.signs[3] * joints[:, 3] + arm.offsets[3] - arm.delta
+        bend = arm.geometry.signs[3] * joints[:, 3] + arm.geometry.offsets[3] - arm.geometry.delta
         bend = np.mod(bend + np.pi, 2 * np.pi) - np.pi
         assert (np.sign(bend) == np.sign(bend[0])).all(), "the elbow went through straight"
 

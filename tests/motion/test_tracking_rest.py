@@ -90,7 +90,7 @@ def test_every_constant_hand_brings_the_arm_to_rest(name: str) -> None:
         if arcs.is_empty:
             continue
         held = arm.inverse(hand, arcs.nearest(now.psi), now.gc, seed=now.q, limits=False)
-        bend = arm.signs[3] * held[3] + arm.offsets[3] - arm.delta
+        bend = arm.geometry.signs[3] * held[3] + arm.geometry.offsets[3] - arm.geometry.delta
         assert abs(np.sin(bend)) < np.sin(STILL), "the arm stands although its branch holds the hand"
 
 
@@ -98,14 +98,14 @@ def test_every_constant_hand_brings_the_arm_to_rest(name: str) -> None:
 def test_a_hand_with_a_folded_elbow_is_reached(name: str) -> None:
     """A margin off straight was kept off folded too, 0.8 rad of it."""
     arm = aa.Arm.from_catalogue(name)
-    delta = arm.delta
+    delta = arm.geometry.delta
     for bend in (2.4, 2.5, 2.6):
         there = 0.5 * (arm.lower + arm.upper) + 0.1
-        there[3] = arm.signs[3] * (bend + delta - arm.offsets[3])
+        there[3] = arm.geometry.signs[3] * (bend + delta - arm.geometry.offsets[3])
         if not arm.lower[3] < there[3] < arm.upper[3]:
             continue
         start = there.copy()
-        start[3] -= 1.0 * arm.signs[3]
+        start[3] -= 1.0 * arm.geometry.signs[3]
         assert at_rest(arm, start, arm.forward(there)[0]).status == aa.Tracking.FOLLOWING
 
 

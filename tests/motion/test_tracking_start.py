@@ -35,7 +35,7 @@ def straight(arm: aa.Arm, rng: np.random.Generator) -> Array:
         if rng.random() > about:
             continue
         bend = rng.choice([rng.uniform(-BENT, BENT), 10 ** rng.uniform(-9, -2)])
-        q[hinge] = arm.signs[hinge] * (bend - arm.offsets[hinge])
+        q[hinge] = arm.geometry.signs[hinge] * (bend - arm.geometry.offsets[hinge])
     return np.clip(q, arm.lower, arm.upper)
 
 
@@ -84,7 +84,7 @@ def test_a_hand_that_trembles_near_the_reach_is_not_drawn_back(name: str, bend: 
     """Noise was taken for speed, and the elbow kept the margin of a fast hand, 8 mm away."""
     arm = aa.Arm.from_catalogue(name)
     start = 0.5 * (np.maximum(arm.lower, -2.0) + np.minimum(arm.upper, 2.0)) + 0.3
-    start[3] = arm.signs[3] * (bend - arm.offsets[3])
+    start[3] = arm.geometry.signs[3] * (bend - arm.geometry.offsets[3])
     hand = arm.forward(start)[0]
     hands = np.repeat(hand[None], 1500, axis=0)
     hands[:, :3, 3] += np.random.default_rng(0).normal(0, 1e-4, (1500, 3))

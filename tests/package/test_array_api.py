@@ -37,7 +37,7 @@ def arm() -> aa.Arm:
 
 def asked(count: int) -> tuple[Any, Any, Any]:
     q = draw.generator(17, 41).uniform(-3, 3, (count, 7))
-    hinges = (arm().signs * q + arm().offsets)[:, [1, 3, 5]]
+    hinges = (arm().geometry.signs * q + arm().geometry.offsets)[:, [1, 3, 5]]
     return arm().forward(q[(np.abs(np.sin(hinges)) > 0.1).all(axis=1)])
 
 

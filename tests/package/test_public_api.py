@@ -70,7 +70,8 @@ VALUES = [
 
 def test_every_field_is_in_the_docstring() -> None:
     found = {name: fields(PUBLIC[name]) for name in VALUES}
-    assert {"d_bs", "report"} <= found["Arm"] and "x" in found["Placement"]
+    assert {"geometry", "report"} <= found["Arm"]
+    assert "d_bs" in found["Geometry"] and "x" in found["Placement"]
     assert sum(map(len, found.values())) > 100
     texts = {name: f"{PUBLIC[name].__doc__} {PUBLIC[name].__init__.__doc__}" for name in VALUES}
     missing = [(name, field) for name in VALUES for field in found[name]
@@ -114,7 +115,7 @@ def test_the_repr_of_an_arm_and_of_a_policy_is_itself() -> None:
     for arm in arms():
         again = eval(repr(arm), SCOPE)
         assert again == arm and hash(again) == hash(arm)
-        assert arm.with_() == arm and arm.with_(d_se=arm.d_se + 0.1) != arm
+        assert arm.with_() == arm and arm.with_(d_se=arm.geometry.d_se + 0.1) != arm
     for policy in POLICIES:
         assert eval(repr(policy), SCOPE) == policy
         with pytest.raises(dataclasses.FrozenInstanceError):

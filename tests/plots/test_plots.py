@@ -73,7 +73,14 @@ def test_arm_frames_draws_the_frames_where_they_are(arm: aa.Arm) -> None:
 def test_the_skeleton_has_the_lengths_of_the_arm() -> None:
     points = np.array(plots.arm_frames(WAM, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]).lines[0].get_data_3d()).T
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    wanted = [WAM.d_bs, WAM.d_se, abs(WAM.a_3), abs(WAM.a_4), WAM.d_ew, WAM.d_wf]
+    wanted = [
+        WAM.geometry.d_bs,
+        WAM.geometry.d_se,
+        abs(WAM.geometry.a_3),
+        abs(WAM.geometry.a_4),
+        WAM.geometry.d_ew,
+        WAM.geometry.d_wf,
+    ]
     np.testing.assert_allclose(lengths[:6], wanted, atol=1e-12)
 
 
@@ -127,8 +134,8 @@ def test_virtual_plane_has_true_lengths_and_angles(arm: aa.Arm) -> None:
     pose, _, gc = arm.forward(q)
     virtual = arm.inverse(pose, 0.0, gc, limits=False)
     points = plots.virtual_plane(arm, q).lines[0].get_xydata()
-    assert np.linalg.norm(points[1]) == pytest.approx(arm.d_se, abs=1e-12)
-    theta_2 = arm.signs[1] * virtual[1] + arm.offsets[1]
+    assert np.linalg.norm(points[1]) == pytest.approx(arm.geometry.d_se, abs=1e-12)
+    theta_2 = arm.geometry.signs[1] * virtual[1] + arm.geometry.offsets[1]
     assert abs(np.arctan2(*points[1])) == pytest.approx(abs(theta_2), abs=1e-9)
     wrist = arm.frames(q)[5, :3, 3] - arm.frames(q)[1, :3, 3]
     assert np.linalg.norm(points[-1]) == pytest.approx(np.linalg.norm(wrist), abs=1e-12)

@@ -125,7 +125,7 @@ def test_cells_of_random_arms_with_base_tool_signs_offsets(tmp_path: Path) -> No
         base[:3, 3] = 0.1, 0.2, 0.3
         arm = random_arm(rng).with_(base=base, tool=tool)
         with aa.threads(1):
-            found = aa.reach_map(arm, tmp_path / f"{k}.zarr", spacing=arm.reach / 4, tilt=0.5)
+            found = aa.reach_map(arm, tmp_path / f"{k}.zarr", spacing=arm.geometry.reach / 4, tilt=0.5)
         assert found.arm == arm
         held += check_cells(arm, found, rng, 300)
     assert held > 200
@@ -137,7 +137,7 @@ def test_what_is_proven_of_a_cell_holds_everywhere_in_it(name: str, tmp_path: Pa
     found = made(name, tmp_path / "a.zarr", spacing=0.1, tilt=0.5, fields=("gc", "proven"))
     rng = draw.generator(16, 26, ARMS.index(name))
     steps = np.array([0.01, 0.01, 0.02, 0.02])
-    distance, cone = arm.reach * rng.uniform(0.2, 1.1, 150), np.arccos(rng.uniform(-1, 1, 150))
+    distance, cone = arm.geometry.reach * rng.uniform(0.2, 1.1, 150), np.arccos(rng.uniform(-1, 1, 150))
     places = np.column_stack([distance * np.sin(cone) + 0.005, distance * np.cos(cone)])
     tilt, turn = rng.uniform(0.02, 3.1, 12), rng.uniform(-3, 3, 16)
     cells = (len(places), 12, 16)
@@ -195,7 +195,7 @@ def test_samples_are_even_over_what_is_reached(name: str, tmp_path: Path) -> Non
     drawn = found.coordinates(found.sample(4000, seed=1))
     rng = draw.generator(16, 24)
     place = rng.uniform(-1, 1, (60_000, 3))
-    place = place[np.linalg.norm(place, axis=1) < 1] * arm.reach
+    place = place[np.linalg.norm(place, axis=1) < 1] * arm.geometry.reach
     tilt = np.arccos(rng.uniform(-1, 1, len(place)))
     six = np.column_stack(
         [np.hypot(*place[:, :2].T), place[:, 2], tilt, rng.uniform(-np.pi, np.pi, (len(place), 3))]

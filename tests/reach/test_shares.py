@@ -52,10 +52,12 @@ def test_the_share_of_orientations_at_a_point(name: str) -> None:
 def test_what_a_table_errs_by_that_takes_joints_1_and_7_to_turn_fully(name: str) -> None:
     arm, rng, count = aa.Arm.from_catalogue(name), draw.generator(16, 50), draw.count(20_000)
     place = rng.normal(size=(count, 3))
-    place *= arm.reach * np.cbrt(rng.random((count, 1))) / np.linalg.norm(place, axis=1, keepdims=True)
+    place *= (
+        arm.geometry.reach * np.cbrt(rng.random((count, 1))) / np.linalg.norm(place, axis=1, keepdims=True)
+    )
     turned = rng.normal(size=(count, 4))
     poses = aa.pose(np.zeros(3), wxyz=turned / np.linalg.norm(turned, axis=1, keepdims=True))
-    poses[:, :3, 3] = place + [0.0, 0.0, arm.d_bs] + arm.d_wf * poses[:, :3, 2]
+    poses[:, :3, 3] = place + [0.0, 0.0, arm.geometry.d_bs] + arm.geometry.d_wf * poses[:, :3, 2]
     lower, upper = arm.lower.copy(), arm.upper.copy()
     lower[[0, 6]], upper[[0, 6]] = -np.inf, np.inf
     poses = arm.base @ poses @ arm.tool

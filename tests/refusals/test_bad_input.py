@@ -272,7 +272,7 @@ def test_every_public_function_and_argument_is_in_the_matrix() -> None:
     named = {name.split(".")[0] for name in FUNCTIONS} | OTHERS
     results = {
         "ArcEnd", "Branch", "ChainDeviation", "Clearance", "Deviation", "Diagnosis", "Freedom",
-        "ImportReport",
+        "Geometry", "ImportReport",
         "JointFunction", "JointPath", "JointTable", "Opening", "Path", "PathPoint", "Placement", "Resolution",
         "Solution", "Solutions", "SpeedLoss", "Step", "Tracked", "Trajectory", "TrajectoryPoint",
         "TrajectoryTable", "Voxels",
@@ -375,7 +375,7 @@ def test_every_door_of_kuka_asks_for_the_units() -> None:
 def test_a_far_pose_and_a_joint_just_outside_are_no_mistake() -> None:
     """A pose of 30 lengths of the arm is unreachable, and joints a turn outside their limits are outside."""
     far = POSE.copy()
-    far[:3, 3] *= 30 * ARM.reach / np.linalg.norm(far[:3, 3])
+    far[:3, 3] *= 30 * ARM.geometry.reach / np.linalg.norm(far[:3, 3])
     assert ARM.solve(far).status == aa.Status.UNREACHABLE
     assert not ARM.within_limits(ARM.upper + 6.2)
     assert np.isfinite(ARM.forward(ARM.lower - 6.2)[0]).all()

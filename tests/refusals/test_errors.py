@@ -230,7 +230,7 @@ def test_unreachable_and_limits_may_be_nan_instead() -> None:
 
 def test_an_arm_is_frozen() -> None:
     with pytest.raises(AttributeError, match="d_se"):
-        ARM.d_se = 1.0
+        ARM.geometry.d_se = 1.0
     with pytest.raises(ValueError, match="read-only"):
         ARM.lower[0] = 1.0
 

@@ -75,7 +75,7 @@ OWN: Rows = [
     )
 ]
 BOTH: Rows = [
-    ("deviation", lambda arm: arm.deviation),
+    ("deviation", lambda arm: arm.deviation.bands),
     ("feasible_turns", lambda arm: arm.feasible_turns(pose(arm), about="tool")),
     ("plan", lambda arm: aa.plan(arm, [pose(arm)] * 2, start=q(arm))),
     ("fallback", lambda arm: arm.solve(pose(arm), q(arm), fallback="nearest_pose")),

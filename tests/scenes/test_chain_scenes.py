@@ -36,7 +36,7 @@ def obstacles(arm: aa.Arm, rng: np.random.Generator, how_many: int) -> list[Any]
     for kind in range(how_many):
         along = rng.normal(size=3)
         along /= np.linalg.norm(along)
-        centre = shoulder + along * rng.uniform(0.2, 0.8) * arm.reach
+        centre = shoulder + along * rng.uniform(0.2, 0.8) * arm.geometry.reach
         radius = rng.uniform(0.0, 0.08)
         match (kind + how_many) % 4:
             case 0:
@@ -47,7 +47,7 @@ def obstacles(arm: aa.Arm, rng: np.random.Generator, how_many: int) -> list[Any]
                 size = rng.uniform(0, 0.3, 3)
                 out.append(aa.Box(aa.pose(centre, rpy=rng.uniform(-3, 3, 3)), size, radius))
             case _:
-                out.append(aa.HalfSpace(along, float(along @ (shoulder - 0.4 * arm.reach * along))))
+                out.append(aa.HalfSpace(along, float(along @ (shoulder - 0.4 * arm.geometry.reach * along))))
     return out
 
 
@@ -136,7 +136,7 @@ def test_the_naive_way_keeps_the_nominal_links_clear_and_touches() -> None:
     asked = [each for seed in range(5, 13) for each in questions(ARMS["openarm_v10 2.0 mm"], BONES, seed)]
     for arm, _, pose, _, gc, scene, _ in asked:
         apart = apart_at(
-            arm, pose, _obstacle_psi(arm.nominal.with_(scene=scene).feasible(pose, gc)), gc, scene
+            arm, pose, _obstacle_psi(arm.deviation.nominal.with_(scene=scene).feasible(pose, gc)), gc, scene
         )
         short += (scene.clearance - apart[np.isfinite(apart)]).tolist()
         kept = apart_at(arm, pose, _obstacle_psi(arm.with_(scene=scene).feasible(pose, gc)), gc, scene)
@@ -173,7 +173,7 @@ def test_a_tracker_never_touches_with_the_true_links(name: str) -> None:
         hands[:, :3, 3] += 0.15 * 0.004 * np.arange(700)[:, None] * way
         trackers = [
             aa.Tracker(one.with_(scene=scene), dt=0.004, velocity=2.0, acceleration=20.0)
-            for one in (arm, arm.nominal)
+            for one in (arm, arm.deviation.nominal)
         ]
         for tracker in trackers:
             tracker.start(HOME)

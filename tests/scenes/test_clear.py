@@ -46,7 +46,7 @@ def shoulder(arm: aa.Arm) -> Any:
 def obstacle(arm: aa.Arm, rng: np.random.Generator, kind: int) -> Any:
     """A random shape within reach of the links."""
     along = rng.normal(size=3)
-    centre = shoulder(arm) + along / np.linalg.norm(along) * rng.uniform(0.2, 1.1) * arm.d_se * 1.6
+    centre = shoulder(arm) + along / np.linalg.norm(along) * rng.uniform(0.2, 1.1) * arm.geometry.d_se * 1.6
     radius = rng.uniform(0.0, 0.08)
     if kind == 0:
         return aa.Ball(centre, radius)

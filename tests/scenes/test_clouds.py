@@ -19,7 +19,8 @@ FREE = ARM.with_(lower=np.full(7, -np.inf), upper=np.full(7, np.inf))
 BODY = aa.Body({
     0: [aa.Ball([0, 0, 0.05], 0.05, name="foot")],
     2: [aa.Ball([0.05, 0.03, 0.1], 0.04)],
-    3: [aa.Capsule([-ARM.a_3, -ARM.d_se, 0], [-ARM.a_3, 0, 0], 0.05), aa.Ball([0, 0, 0], 0.06)],
+    3: [aa.Capsule([-ARM.geometry.a_3, -ARM.geometry.d_se, 0], [-ARM.geometry.a_3, 0, 0], 0.05),
+        aa.Ball([0, 0, 0], 0.06)],
     4: [aa.Capsule([0.02, 0.05, 0.1], [0.03, -0.06, 0.18], 0.03)],
 })  # fmt: skip
 BONES = aa.Body.bones(upper_arm=0.06, forearm=0.05, plates=True)
@@ -95,7 +96,7 @@ def nearest(arm: aa.Arm, q: Any, points: NDArray[np.float64]) -> float:
     """The least distance of points from the axes of the links of a posture, less the links' radii."""
     assert arm.body is not None
     frames = arm.frames(q)
-    rods = arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
+    rods = arm.body._shapes(arm.geometry)
     return min(
         float(from_segment(points, *(moved(frames[link], p) for p in ends(rod))).min()) - rod.radius
         for link, rod in rods
@@ -107,7 +108,7 @@ def test_the_ends_of_a_million_points_are_where_the_nearest_of_them_touches() ->
     rng, arm, checked = generator(4), FREE.with_(body=BONES), 0
     points = room(rng)
     scene, shuffled = (aa.Scene([aa.Cloud(p, 0.004)]) for p in (points, rng.permutation(points)))
-    points = points[np.linalg.norm(points - SHOULDER, axis=1) < arm.reach]
+    points = points[np.linalg.norm(points - SHOULDER, axis=1) < arm.geometry.reach]
     kept, other = arm.with_(scene=scene), arm.with_(scene=shuffled)
     for k in range(count(10)):
         pose, gc = posed(rng, ARM), k % 8

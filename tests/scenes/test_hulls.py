@@ -134,9 +134,9 @@ def test_arcs_of_a_hull_are_what_its_triangles_say() -> None:
         limits = np.empty(0) if arcs.is_full else arcs.intervals.ravel()
         psi = np.concatenate([rng.uniform(-np.pi, np.pi, 12), limits, limits - 1e-6, limits + 1e-6])
         frames = arm.frames(arm.inverse(pose, psi, gc, limits=False))
-        upper = frames[:, 3, :3, :3] @ [-arm.a_3, -arm.d_se, 0] + frames[:, 3, :3, 3]
-        foot = frames[:, 3, :3, :3] @ [-arm.a_3, 0, 0] + frames[:, 3, :3, 3]
-        wrist = frames[:, 4, :3, :3] @ [0, 0, arm.d_ew] + frames[:, 4, :3, 3]
+        upper = frames[:, 3, :3, :3] @ [-arm.geometry.a_3, -arm.geometry.d_se, 0] + frames[:, 3, :3, 3]
+        foot = frames[:, 3, :3, :3] @ [-arm.geometry.a_3, 0, 0] + frames[:, 3, :3, 3]
+        wrist = frames[:, 4, :3, :3] @ [0, 0, arm.geometry.d_ew] + frames[:, 4, :3, 3]
         apart = np.minimum(
             least(upper, foot, corners) - 0.06, least(frames[:, 4, :3, 3], wrist, corners) - 0.05
         )

@@ -117,7 +117,7 @@ def test_a_needle_between_rows_is_seen_and_a_near_miss_is_certified(kind: str) -
 
 
 def test_what_blocks_every_psi_for_a_thousandth_of_the_way_is_found() -> None:
-    wrist, across = POSE[:3, 3] - POSE[:3, 2] * BARE.d_wf, np.array([0.0, 0.1, 0.0])
+    wrist, across = POSE[:3, 3] - POSE[:3, 2] * BARE.geometry.d_wf, np.array([0.0, 0.1, 0.0])
     for s in (0.1234, 0.5004, 0.876):
         scene = aa.Scene([aa.Ball(wrist + s * across, 0.0001, name="needle")])
         found = aa.plan(THIN.with_(scene=scene), aa.Line(LINE[0], LINE[-1]))
@@ -144,7 +144,7 @@ def test_a_scene_that_blocks_the_start_says_so() -> None:
 @pytest.mark.parametrize("which", ["start", "goal"])
 def test_an_end_that_touches_is_the_first_reason_whatever_else_there_is(which: str) -> None:
     """Also where no arm angle would help, or the path runs out of reach later."""
-    wrist = POSE[:3, 3] - POSE[:3, 2] * BARE.d_wf
+    wrist = POSE[:3, 3] - POSE[:3, 2] * BARE.geometry.d_wf
     far = np.tile(POSE, (50, 1, 1))
     far[:, 0, 3] += np.linspace(0.0, 1.5, 50)
     for path in (LINE, far):
@@ -168,7 +168,7 @@ def test_the_reason_for_a_range_says_by_how_much_it_is_shut_at_its_worst() -> No
     for _ in range(count(5)):
         path, _ = line(rng)
         at = path.pose(rng.uniform(0.1, 0.9))
-        wrist = at[:3, 3] - at[:3, 2] * BARE.d_wf
+        wrist = at[:3, 3] - at[:3, 2] * BARE.geometry.d_wf
         off = rng.normal(size=3)
         radius = rng.uniform(0.02, 0.1)
         scene = aa.Scene([aa.Ball(wrist + off / np.linalg.norm(off) * 0.08, radius)], clearance=0.01)

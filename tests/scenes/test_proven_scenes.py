@@ -33,7 +33,7 @@ FAMILIES = {
     "fetch on its own chain": calibrated_offset("fetch", 1.0, 1.0),
 }
 FREE = {name: arm for name, arm in FAMILIES.items() if arm.redundancy != "arm_angle"}
-OFFSET = {name: arm for name, arm in FREE.items() if arm.chain is None}
+OFFSET = {name: arm for name, arm in FREE.items() if arm.geometry.chain is None}
 BODIES = {"bones": BONES, "all links": ALL_LINKS}
 EVERY = pytest.mark.parametrize("arm", FAMILIES.values(), ids=FAMILIES.keys())
 MADE = FAMILIES | {f"chain {name}": arm for name, arm in CHAINS.items()}
@@ -80,7 +80,7 @@ def test_a_value_is_feasible_if_and_only_if_it_keeps_limits_and_clear(arm: aa.Ar
         assert (left[said & at_end] >= -SLACK).all()
         lost = kept & ~said & ~at_end & (left > SLACK)
         assert not lost.any() or arcs.unproven > 0
-        assert arcs.unproven < 1e-6 or made.chain is not None
+        assert arcs.unproven < 1e-6 or made.geometry.chain is not None
         inside += int(said.sum())
         outside += int((kept & ~said).sum())
         unproven += int((lost & (away(own, psi) > 1e-6) & (away(arcs, psi) > 1e-6)).sum())
@@ -151,12 +151,12 @@ def test_solve_is_the_nearest_that_is_clear(arm: aa.Arm) -> None:
         if not found.ok:
             assert np.all(every.is_empty), found.status
             proven = (aa.Status.CLEARANCE, aa.Status.POSE_BLOCKED, aa.Status.LIMITS)
-            assert found.status in proven or (arm.chain is not None and np.sum(every.unproven) > 0)
+            assert found.status in proven or (arm.geometry.chain is not None and np.sum(every.unproven) > 0)
             refused += 1
             continue
         solved += 1
         proven = found.status is aa.Status.OK
-        assert proven or (made.chain is not None and found.status is aa.Status.UNPROVEN)
+        assert proven or (made.geometry.chain is not None and found.status is aa.Status.UNPROVEN)
         assert room(made, found.q, scene) >= -SLACK
         assert np.abs(made.forward(found.q)[0] - pose).max() < 1e-9
         assert made.within_limits(found.q)

@@ -56,7 +56,7 @@ def test_bones_say_what_they_leave_bare() -> None:
 def test_any_arm_has_a_guessed_body_that_says_so(name: str) -> None:
     arm = aa.Arm.from_catalogue(name).with_(body="guessed")
     assert arm.body is not None and not arm.body.trusted
-    radius = round(0.12 * (arm.d_se + arm.d_ew), 4)
+    radius = round(0.12 * (arm.geometry.d_se + arm.geometry.d_ew), 4)
     assert arm.body == aa.Body.bones(upper_arm=radius, forearm=radius, plates=True)
     assert "not measured: not trusted" in arm.body.notes[0] and f"{1e3 * radius:g} mm" in arm.body.notes[0]
     best = arm.solve(arm.forward(np.clip(np.full(7, 0.7), arm.lower, arm.upper))[0], prefer="margin")

@@ -11,8 +11,8 @@ STEPS, GRID, MOVE = 120, 180, 0.35
 
 def margins(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
     """Least distance to limits and singularities of joints (..., 7), rad; negative outside."""
-    theta = arm.signs * q + arm.offsets
-    sines = np.abs(np.sin(theta[..., [1, 3, 5]] - [0.0, arm.delta, 0.0]))
+    theta = arm.geometry.signs * q + arm.geometry.offsets
+    sines = np.abs(np.sin(theta[..., [1, 3, 5]] - [0.0, arm.geometry.delta, 0.0]))
     limits = np.minimum(q - arm.lower, arm.upper - q).min(axis=-1)
     return np.minimum(limits, np.arcsin(sines).min(axis=-1))
 
@@ -56,12 +56,16 @@ def planar_motion(arm: aa.Arm, rng: np.random.Generator) -> tuple[aa.Line, np.nd
         last[[0, 2], 3] += length * np.array([np.cos(way), np.sin(way)])
         path = aa.Line(first, last)
         pose = path.pose(s)
-        wrist = pose[:, :3, 3] - pose[:, :3, 2] * arm.d_wf - [0, 0, arm.d_bs]
-        cosine = ((wrist**2).sum(axis=1) - arm.d_se**2 - arm.d_ew**2) / (2 * arm.d_se * arm.d_ew)
+        wrist = pose[:, :3, 3] - pose[:, :3, 2] * arm.geometry.d_wf - [0, 0, arm.geometry.d_bs]
+        cosine = ((wrist**2).sum(axis=1) - arm.geometry.d_se**2 - arm.geometry.d_ew**2) / (
+            2 * arm.geometry.d_se * arm.geometry.d_ew
+        )
         if (np.abs(cosine) > 0.9995).any():
             continue
         elbow = np.sign(start[3]) * np.arccos(cosine)
-        lean = np.arctan2(arm.d_ew * np.sin(elbow), arm.d_se + arm.d_ew * np.cos(elbow))
+        lean = np.arctan2(
+            arm.geometry.d_ew * np.sin(elbow), arm.geometry.d_se + arm.geometry.d_ew * np.cos(elbow)
+        )
         for sign in (-1, 1):
             q = np.zeros((len(s), 7))
             q[:, 1] = np.unwrap(np.arctan2(wrist[:, 0], wrist[:, 2]) - sign * lean)

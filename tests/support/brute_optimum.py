@@ -30,7 +30,7 @@ class Best(NamedTuple):
 def near(case: Case, q: np.ndarray) -> np.ndarray:
     """The cost of configurations (..., 7) near limits and singularities; infinite outside the limits."""
     arm, weights = case.arm, case.objective
-    hinges = np.abs(np.angle(np.exp(1j * (arm.signs * q + arm.offsets)[..., [1, 5]])))
+    hinges = np.abs(np.angle(np.exp(1j * (arm.geometry.signs * q + arm.geometry.offsets)[..., [1, 5]])))
     room = np.concatenate([q - arm.lower, arm.upper - q], axis=-1) - case.limit_margin
     free = room[..., MOVING + [7 + j for j in MOVING]]
     clear = np.concatenate([hinges, np.pi - hinges], axis=-1) - case.singularity_margin

@@ -36,15 +36,15 @@ def calibrated(name: str, mm: float, mrad: float, seed: int = 0) -> aa.Arm:
 def calibrated_offset(name: str, mm: float, mrad: float, seed: int = 0) -> aa.Arm:
     """The same for an arm with an offset wrist or shoulder."""
     arm = aa.Arm.from_catalogue(name)
-    rows = OffsetDescription(**{f.name: getattr(arm, f.name) for f in fields(OffsetDescription)})
+    rows = OffsetDescription(**{f.name: arm._number(f.name) for f in fields(OffsetDescription)})
     rng = generator(seed, round(10 * mm), len(name))
     return arm.with_(chain=off(links_of(chain_of(rows)), mm, mrad, rng))
 
 
 def plain_forward(arm: aa.Arm, q: Array) -> Array:
     """The tip pose of a chain, multiplied link by link."""
-    pose = arm.chain[0]
-    for angle, link in zip(q, arm.chain[1:], strict=True):
+    pose = arm.geometry.chain[0]
+    for angle, link in zip(q, arm.geometry.chain[1:], strict=True):
         pose = pose @ turn(Z, angle) @ link
     return pose
 

@@ -65,21 +65,21 @@ def turned(angle: Array) -> Array:
 
 def walked(arm: aa.Arm, q: Array) -> tuple[Array, Array, Array]:
     """Tip poses (n, 4, 4), joint axes and points (n, 7, 3) of the chain at joints (n, 7)."""
-    pose, axes, points = np.broadcast_to(arm.chain[0], (len(q), 4, 4)), [], []
+    pose, axes, points = np.broadcast_to(arm.geometry.chain[0], (len(q), 4, 4)), [], []
     for joint in range(7):
         axes.append(pose[:, :3, 2])
         points.append(pose[:, :3, 3])
-        pose = pose @ turned(q[:, joint]) @ arm.chain[joint + 1]
+        pose = pose @ turned(q[:, joint]) @ arm.geometry.chain[joint + 1]
     return pose, np.stack(axes, axis=1), np.stack(points, axis=1)
 
 
 def elbow_angles(arm: aa.Arm, pose: Array, q: Array) -> Array:
     """The arm angles (n,) of joints (n, 7), from the direction of the elbow axis about shoulder-wrist."""
     flange = np.linalg.inv(arm.base) @ pose @ np.linalg.inv(arm.tool)
-    p = flange[:3, 3] - arm.d_wf * flange[:3, 2] - [0.0, 0.0, arm.d_bs]
+    p = flange[:3, 3] - arm.geometry.d_wf * flange[:3, 2] - [0.0, 0.0, arm.geometry.d_bs]
     w = p / np.linalg.norm(p)
     z = np.array([p[1], -p[0], 0.0]) / np.hypot(p[0], p[1])
-    s, c = (f((arm.signs * q + arm.offsets)[:, :3]) for f in (np.sin, np.cos))
+    s, c = (f((arm.geometry.signs * q + arm.geometry.offsets)[:, :3]) for f in (np.sin, np.cos))
     axis = np.stack([
         c[:, 0] * c[:, 1] * s[:, 2] + s[:, 0] * c[:, 2], s[:, 0] * c[:, 1] * s[:, 2] - c[:, 0] * c[:, 2],
         -s[:, 1] * s[:, 2],
@@ -89,8 +89,8 @@ def elbow_angles(arm: aa.Arm, pose: Array, q: Array) -> Array:
 
 def branches(arm: aa.Arm, q: Array) -> Array:
     """The branches (n,) of joints (n, 7)."""
-    theta = arm.signs * q + arm.offsets
-    theta[:, 3] -= arm.delta
+    theta = arm.geometry.signs * q + arm.geometry.offsets
+    theta[:, 3] -= arm.geometry.delta
     return (np.sin(theta[:, [1, 3, 5]]) < 0) @ [1, 2, 4]
 
 
@@ -148,8 +148,8 @@ def beside_singular(arm: aa.Arm, psi: Array, q: Array) -> tuple[Array, Array]:
     joints (n, 7).
     """
     zero = np.zeros(7)
-    zero[3] = arm.delta
-    theta = arm.signs * q + arm.offsets - zero
+    zero[3] = arm.geometry.delta
+    theta = arm.geometry.signs * q + arm.geometry.offsets - zero
     angles, starts = [np.empty(0)], [np.empty((0, 7))]
     for hinge in (1, 3, 5):
         sine = np.sin(theta[:, hinge])
@@ -163,7 +163,7 @@ def beside_singular(arm: aa.Arm, psi: Array, q: Array) -> tuple[Array, Array]:
                 start[:, hinge - 1] += turn
                 start[:, hinge + 1] -= side * turn
             angles.append(psi[near])
-            starts.append(arm.signs * (start + zero - arm.offsets))
+            starts.append(arm.geometry.signs * (start + zero - arm.geometry.offsets))
     return np.concatenate(angles), np.concatenate(starts)
 
 

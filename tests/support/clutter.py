@@ -43,8 +43,8 @@ def shape(rng: np.random.Generator, at: Array, name: str) -> aa.Ball | aa.Capsul
 
 def cluttered(arm: aa.Arm, start: Array, rng: np.random.Generator, count: int = 6) -> aa.Scene:
     """A scene of obstacles around the arm, without collision at the start."""
-    shoulder = (arm.base @ np.array([0, 0, arm.d_bs, 1.0]))[:3]
-    reach = arm.d_se + arm.d_ew
+    shoulder = (arm.base @ np.array([0, 0, arm.geometry.d_bs, 1.0]))[:3]
+    reach = arm.geometry.d_se + arm.geometry.d_ew
     found: list[aa.Ball | aa.Capsule | aa.Box] = []
     for k in range(20 * count):
         one = shape(rng, shoulder + 0.5 * reach * rng.normal(size=3), f"obstacle {k}")

@@ -76,8 +76,8 @@ def delicate(number: int, seed: int) -> Delicate:
     rng = np.random.default_rng([number, seed, 78])
     arm = _catalogue()[int(rng.integers(len(_catalogue())))]
     low, high = np.maximum(arm.lower, -4.0), np.minimum(arm.upper, 4.0)
-    q, straight = rng.uniform(low, high), -arm.signs * arm.offsets
-    straight[3] += arm.signs[3] * arm.delta
+    q, straight = rng.uniform(low, high), -arm.geometry.signs * arm.geometry.offsets
+    straight[3] += arm.geometry.signs[3] * arm.geometry.delta
     hinges = HINGES[int(rng.integers(len(HINGES)))]
     for hinge in hinges:
         q[hinge] = straight[hinge] + rng.choice(OFF)
@@ -137,10 +137,10 @@ def delicate_offset(number: int, seed: int, arm: aa.Arm) -> DelicateOffset:
     low, high = np.maximum(arm.lower, -4.0), np.minimum(arm.upper, 4.0)  # of a joint without limits, any
     q = rng.uniform(low, high)
     hinges = OFFSET_HINGES[int(rng.integers(len(OFFSET_HINGES)))]
-    zero = {1: 0.0, 3: arm._rows.delta, 4: np.pi / 2}
+    zero = {1: 0.0, 3: arm._rows.geometry.delta, 4: np.pi / 2}
     for hinge in hinges:
         joint = hinge if arm._free_joint == 7 else 6 - hinge
-        straight = arm._rows.signs[joint] * (zero[hinge] - arm._rows.offsets[joint])
+        straight = arm._rows.geometry.signs[joint] * (zero[hinge] - arm._rows.geometry.offsets[joint])
         q[joint] = straight + rng.choice(OFF)
     q = np.clip(q, arm.lower, arm.upper)
     beside = q + rng.normal(0, 10.0 ** -rng.uniform(0, 6), 7)

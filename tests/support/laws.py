@@ -37,7 +37,7 @@ def circle_gap(a: Array, b: Array) -> Array:
 def axis_distance(arm: aa.Arm, pose: Array) -> Array:
     """Distance r of the wrist from the base axis, m, shape (...)."""
     flange = np.linalg.inv(arm.base) @ pose @ np.linalg.inv(arm.tool)
-    wrist = flange[..., :3, 3] - arm.d_wf * flange[..., :3, 2]
+    wrist = flange[..., :3, 3] - arm.geometry.d_wf * flange[..., :3, 2]
     return np.asarray(np.hypot(wrist[..., 0], wrist[..., 1]))
 
 

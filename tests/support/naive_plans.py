@@ -54,7 +54,11 @@ class Case:
     def keeps(self, q: np.ndarray) -> bool:
         """Return whether joints (N, 7) are within limits and margins and do not jump."""
         room = np.minimum(q - self.arm.lower, self.arm.upper - q).min()
-        theta = self.arm.signs * q + self.arm.offsets - np.array([0, 0, 0, self.arm.delta, 0, 0, 0])
+        theta = (
+            self.arm.geometry.signs * q
+            + self.arm.geometry.offsets
+            - np.array([0, 0, 0, self.arm.geometry.delta, 0, 0, 0])
+        )
         clear = np.arcsin(np.abs(np.sin(theta[:, [1, 3, 5]]))).min()
         return bool(
             room >= self.limit_margin + 1e-9

@@ -39,7 +39,7 @@ class Case:
         """Return in words what makes the case hard."""
         arm = self.arm
         hard = {
-            "with an offset elbow": bool(arm.a_3 or arm.a_4),
+            "with an offset elbow": bool(arm.geometry.a_3 or arm.geometry.a_4),
             "with limits of one sign": bool(((arm.lower > 0) | (arm.upper < 0)).any()),
             "with a range over a turn": bool((arm.upper - arm.lower > 2 * np.pi).any()),
             "exactly singular": bool(self.straight),
@@ -127,7 +127,9 @@ def cases(count: int, seed: int) -> list[Case]:
         arm = _arm(rng, number)
         low, high = np.maximum(arm.lower, -4.0), np.minimum(arm.upper, 4.0)
         q, near = rng.uniform(low, high, (2, 7))
-        straight = arm.signs * (np.array([0, 0, 0, arm.delta, 0, 0, 0]) - arm.offsets)
+        straight = arm.geometry.signs * (
+            np.array([0, 0, 0, arm.geometry.delta, 0, 0, 0]) - arm.geometry.offsets
+        )
         singular = {1: [1], 2: [5], 3: [1, 5], 4: [1, 3]}.get(int(rng.integers(12)), [])
         q[singular] = straight[singular]
         if rng.random() < 0.25:

@@ -40,8 +40,8 @@ def parked(arm: aa.Arm, rng: np.random.Generator) -> Array:
     near[list(HINGES)] = rng.random(3) < 0.5
     near[rng.choice(HINGES)] = True
     straight = np.zeros(7)
-    straight[3] = arm.delta
-    q = (straight - arm.offsets) * arm.signs
+    straight[3] = arm.geometry.delta
+    q = (straight - arm.geometry.offsets) * arm.geometry.signs
     q -= 2 * np.pi * np.round(q / (2 * np.pi))
     near &= (q >= arm.lower - 1e-9) & (q <= arm.upper + 1e-9)  # other joints cannot come near 0
     q += 10.0 ** rng.uniform(-13, -5) * rng.normal(size=7)
@@ -51,7 +51,7 @@ def parked(arm: aa.Arm, rng: np.random.Generator) -> Array:
 
 def at_limit(arm: aa.Arm, rng: np.random.Generator) -> Array:
     """Return joints (7,) with joint 2 or 6 exactly at a limit and the elbow within 1e-5 rad of stretched."""
-    straight = (arm.delta - arm.offsets[3]) * arm.signs[3]
+    straight = (arm.geometry.delta - arm.geometry.offsets[3]) * arm.geometry.signs[3]
     q = rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi))
     q[3] = straight - 2 * np.pi * np.round(straight / (2 * np.pi))
     q[3] += rng.choice([0, 1]) * 10.0 ** rng.uniform(-13, -5) * rng.normal()
@@ -86,10 +86,14 @@ class SelfMotion:
     def __init__(self, arm: aa.Arm, q: Array) -> None:
         """Compute the exact pose of joints q."""
         self.arm = arm
-        lengths = (arm.d_bs, 0, arm.d_se, 0, arm.d_ew, 0, arm.d_wf), (0, 0, arm.a_3, arm.a_4, 0, 0, 0)
+        lengths = (
+            (arm.geometry.d_bs, 0, arm.geometry.d_se, 0, arm.geometry.d_ew, 0, arm.geometry.d_wf),
+            (0, 0, arm.geometry.a_3, arm.geometry.a_4, 0, 0, 0),
+        )
         self.d, self.a = ([mpmath.mpf(float(x)) for x in row] for row in lengths)
         self.theta = [
-            int(arm.signs[i]) * mpmath.mpf(float(q[i])) + mpmath.mpf(float(arm.offsets[i])) for i in range(7)
+            int(arm.geometry.signs[i]) * mpmath.mpf(float(q[i])) + mpmath.mpf(float(arm.geometry.offsets[i]))
+            for i in range(7)
         ]
         frames = [mpmath.eye(4)]
         for i in range(7):
@@ -134,7 +138,7 @@ class SelfMotion:
     def within(self, theta: list[Any], inside: float) -> bool:
         """Return whether all joints are inside their limits by at least `inside` (rad)."""
         for j, angle in enumerate(theta):
-            q = (angle - mpmath.mpf(float(self.arm.offsets[j]))) * int(self.arm.signs[j])
+            q = (angle - mpmath.mpf(float(self.arm.geometry.offsets[j]))) * int(self.arm.geometry.signs[j])
             lower, upper = float(self.arm.lower[j]) + inside, float(self.arm.upper[j]) - inside
             turns = mpmath.ceil((lower - q) / (2 * mpmath.pi)) if np.isfinite(lower) else 0
             if q + 2 * mpmath.pi * turns > upper:

@@ -34,10 +34,13 @@ def length(arm: aa.Arm, path: aa.Path, steps: int = 2001) -> float:
     frames = arm.frames(np.zeros(7))
     shoulder = frames[1, :3, 3]
     poses = path.pose(np.linspace(0, 1, steps))
-    flange_to_wrist = np.linalg.inv(arm.tool) @ np.array([0, 0, -arm.d_wf, 1.0])
+    flange_to_wrist = np.linalg.inv(arm.tool) @ np.array([0, 0, -arm.geometry.d_wf, 1.0])
     wrist = (poses @ flange_to_wrist)[:, :3] - shoulder
     reach = np.linalg.norm(wrist, axis=1)
-    upper, lower = np.hypot(arm.d_se, arm.a_3), np.hypot(arm.d_ew, arm.a_4)
+    upper, lower = (
+        np.hypot(arm.geometry.d_se, arm.geometry.a_3),
+        np.hypot(arm.geometry.d_ew, arm.geometry.a_4),
+    )
     cosine = np.clip((reach**2 - upper**2 - lower**2) / (2 * upper * lower), -1, 1)
     elbow = np.stack([cosine, np.sqrt(1 - cosine**2)], axis=1)
     chords = [
@@ -75,7 +78,7 @@ def terms(
     """The terms of joints (N, 7) at equal steps of s from 0 to 1."""
     moving = [0, 1, 2, 4, 5, 6]
     steps = np.diff(q, axis=0)
-    theta = arm.signs * q + arm.offsets
+    theta = arm.geometry.signs * q + arm.geometry.offsets
     hinges = np.abs(np.angle(np.exp(1j * theta[:, [1, 5]])))
     bounds = np.concatenate([q - arm.lower, arm.upper - q], axis=1)[:, moving + [7 + j for j in moving]]
     weight = margin_scale(arm, path)

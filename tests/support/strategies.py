@@ -72,7 +72,7 @@ def slanted(name: str, seed: int = 0) -> aa.Arm:
     plain = aa.Arm(d_bs=0.2, d_se=d_se, d_ew=d_ew, d_wf=0.1, a_3=a_3, a_4=a_4, d_4=d_4)
     signs, offsets = rng.choice([-1, 1], 7), rng.choice([0.0, np.pi / 2, -np.pi / 2, 0.3], 7)
     middle, half = rng.uniform(-1, 1, 7), rng.uniform(1.0, 3.5, 7)
-    middle[3] = signs[3] * (plain.delta - offsets[3])
+    middle[3] = signs[3] * (plain.geometry.delta - offsets[3])
     return plain.with_(
         signs=signs, offsets=offsets, lower=middle - half, upper=middle + half,
         base=frame(rng), tool=frame(rng), name=name,
@@ -108,17 +108,17 @@ def unlimited(arm: aa.Arm) -> aa.Arm:
 
 def model_angles(arm: aa.Arm, q: Array) -> Array:
     """Model angles theta of joint values, rad, shape (..., 7)."""
-    return np.asarray(arm.signs * q + arm.offsets)
+    return np.asarray(arm.geometry.signs * q + arm.geometry.offsets)
 
 
 def joint_values(arm: aa.Arm, theta: Array) -> Array:
     """Joint values q of model angles, rad, shape (..., 7)."""
-    return np.asarray(arm.signs * (theta - arm.offsets))
+    return np.asarray(arm.geometry.signs * (theta - arm.geometry.offsets))
 
 
 def bends(arm: aa.Arm, q: Array) -> Array:
     """Angles theta_2, theta_4 - delta, theta_6 (..., 3); one is 0 or π at each singularity."""
-    return model_angles(arm, q)[..., [1, 3, 5]] - np.array([0.0, arm.delta, 0.0])
+    return model_angles(arm, q)[..., [1, 3, 5]] - np.array([0.0, arm.geometry.delta, 0.0])
 
 
 def finite_limits(arm: aa.Arm) -> tuple[Array, Array]:
@@ -136,7 +136,7 @@ def uniform(arm: aa.Arm, n: int, rng: np.random.Generator) -> Array:
 def _bent(arm: aa.Arm, n: int, rng: np.random.Generator, bend: Array, chosen: NDArray[np.bool_]) -> Array:
     """Random joints whose angles (theta_2, theta_4 - delta, theta_6) are `bend` (n, 3) where `chosen`."""
     theta = model_angles(arm, uniform(arm, n, rng))
-    straight = np.array([0.0, arm.delta, 0.0])
+    straight = np.array([0.0, arm.geometry.delta, 0.0])
     theta[:, [1, 3, 5]] = np.where(chosen, bend + straight, theta[:, [1, 3, 5]])
     return joint_values(arm, theta)
 
@@ -177,7 +177,7 @@ def at_reach(arm: aa.Arm, n: int, rng: np.random.Generator) -> Array:
 
 def folded(arm: aa.Arm, n: int, rng: np.random.Generator) -> Array:
     """Folded, exactly or nearly; with links of one length only nearly: psi does not exist there, (n, 7)."""
-    least = -10 if arm.inner_reach < 1e-6 * arm.reach else -17
+    least = -10 if arm.geometry.inner_reach < 1e-6 * arm.geometry.reach else -17
     off = rng.choice([-1, 1], (n, 3)) * 10 ** rng.uniform(least, -3, (n, 3))
     return _bent(arm, n, rng, np.pi + off, np.array([False, True, False]) & np.ones((n, 1), bool))
 

@@ -56,7 +56,9 @@ def posture(arm: aa.Arm) -> Array:
     width = arm.upper - arm.lower
     rng = np.random.default_rng(1)
     trial = middle + width * rng.uniform(-0.3, 0.3, (2000, 7))
-    bend = np.abs(np.sin(trial[:, [1, 3, 5]] * arm.signs[[1, 3, 5]] + arm.offsets[[1, 3, 5]])).min(-1)
+    bend = np.abs(
+        np.sin(trial[:, [1, 3, 5]] * arm.geometry.signs[[1, 3, 5]] + arm.geometry.offsets[[1, 3, 5]])
+    ).min(-1)
     room = np.minimum(trial - arm.lower, arm.upper - trial).min(-1)
     return np.asarray(trial[np.argmax(np.minimum(room, bend))])
 
@@ -74,7 +76,7 @@ def hand(arm: aa.Arm, scenario: str, seed: int, dt: float, seconds: float) -> Ar
     """Return the poses of a hand (n, 4, 4), beginning at the pose of `posture`."""
     rng = np.random.default_rng([seed, SCENARIOS.index(scenario)])
     t = dt * np.arange(round(seconds / dt))
-    reach = arm.d_se + arm.d_ew
+    reach = arm.geometry.d_se + arm.geometry.d_ew
     start = arm.forward(posture(arm))[0]
     highest, metres, radians = 0.35, 0.1 * reach, 0.3
     centre = np.zeros(3)
@@ -85,7 +87,7 @@ def hand(arm: aa.Arm, scenario: str, seed: int, dt: float, seconds: float) -> Ar
         centre = 0.2 * reach * direction / np.linalg.norm(direction)
     if scenario == "singular":
         metres, radians = 0.2 * reach, 0.5
-        over = arm.base @ np.array([0, 0, arm.d_bs + 0.7 * reach, 1.0])
+        over = arm.base @ np.array([0, 0, arm.geometry.d_bs + 0.7 * reach, 1.0])
         centre = 0.6 * (over[:3] - start[:3, 3])
     if scenario == "limits":
         radians = 0.8

@@ -45,8 +45,8 @@ def hostile(arm: aa.Arm, rng: np.random.Generator) -> Array:
         pose = arm.forward(rng.uniform(arm.lower, arm.upper))[0].copy()
     elif kind == 2:  # the wrist in the shoulder
         pose[:3, :3] = random_rotation(rng)
-        pose[:3, 3] = [0, 0, arm.d_bs]
-        pose[:3, 3] += pose[:3, 2] * arm.d_wf
+        pose[:3, 3] = [0, 0, arm.geometry.d_bs]
+        pose[:3, 3] += pose[:3, 2] * arm.geometry.d_wf
         pose = arm.base @ pose @ arm.tool
     elif kind == 3:
         pose[rng.integers(3), rng.integers(4)] = rng.choice([np.nan, np.inf, 1e300])
@@ -54,7 +54,7 @@ def hostile(arm: aa.Arm, rng: np.random.Generator) -> Array:
         pose[:3, :3] *= rng.uniform(-2, 2)
     else:  # stretched out along a random ray
         pose[:3, :3] = random_rotation(rng)
-        pose[:3, 3] = (arm.d_se + arm.d_ew) * rng.normal(size=3)
+        pose[:3, 3] = (arm.geometry.d_se + arm.geometry.d_ew) * rng.normal(size=3)
     return pose
 
 

@@ -79,7 +79,7 @@ def distances(arm: aa.Arm, q: Floats, scene: aa.Scene, far: float = np.inf) -> T
     """
     frames = arm.frames(q)
     assert arm.body is not None
-    rods = arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
+    rods = arm.body._shapes(arm.geometry)
     places = [tuple(moved(frames[..., link, :, :], p) for p in ends(rod)) for link, rod in rods]
     columns, names = [], []
     for (link, rod), (begin, end) in zip(rods, places, strict=True):

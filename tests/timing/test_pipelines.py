@@ -44,7 +44,7 @@ Motions = dict[str, Callable[[Path], aa.JointPath]]
 def through(arm: aa.Arm, q: Array, joint: int, angle: float = 0.0) -> Array | None:
     """Rows that pass an angle of a joint's theta, evenly in all joints; None where limits forbid it."""
     middle = q.copy()
-    middle[joint - 1] = arm.signs[joint - 1] * (angle - arm.offsets[joint - 1])
+    middle[joint - 1] = arm.geometry.signs[joint - 1] * (angle - arm.geometry.offsets[joint - 1])
     way = 0.3 * SWING
     way[joint - 1] = 0.1
     found = middle + np.linspace(-0.97, 1.0, ROWS)[:, None] * way

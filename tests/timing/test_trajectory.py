@@ -56,7 +56,7 @@ def test_yaml_is_a_joint_trajectory_message(tmp_path: Path) -> None:
     aa.io.save(found, tmp_path / "a.yaml")
     message = yaml.safe_load((tmp_path / "a.yaml").read_text())
     assert set(message) == {"header", "joint_names", "points"}
-    assert message["joint_names"] == list(ARM.joint_names)
+    assert message["joint_names"] == list(ARM.geometry.joint_names)
     assert len(message["points"]) == len(found)
     for point, t, q, qd, qdd in zip(message["points"], found.t, found.q, found.qd, found.qdd, strict=True):
         assert set(point) == {"positions", "velocities", "accelerations", "effort", "time_from_start"}
@@ -74,6 +74,6 @@ def test_speeds_that_are_not_trusted_are_said_where_they_are_used() -> None:
     rows = np.linspace(doubtful.lower, doubtful.upper, 12)[5:7]
     path = aa.JointPath.from_joints(doubtful, rows, between="joints")
     own, given = (aa.retime(path, acceleration=1.0, **how) for how in ({}, {"velocity": 0.5}))
-    assert len(own.notes) == 1 and own.notes[0] in doubtful.notes and own.notes[0] in own.explain()
+    assert len(own.notes) == 1 and own.notes[0] in doubtful.geometry.notes and own.notes[0] in own.explain()
     assert given.notes == () and "trusted" not in given.explain()
     assert aa.retime(LINE).notes == ()

@@ -33,7 +33,7 @@ def _well_inside(arm: aa.Arm) -> None:
     q = opening_posture(arm)
     least = np.minimum(0.6, 0.25 * (arm.upper - arm.lower)) - 1e-9
     assert (np.minimum(q - arm.lower, arm.upper - q) >= least).all()
-    theta = arm.signs * q + arm.offsets - np.array([0, 0, 0, arm.delta, 0, 0, 0])
+    theta = arm.geometry.signs * q + arm.geometry.offsets - np.array([0, 0, 0, arm.geometry.delta, 0, 0, 0])
     away = np.abs((theta + np.pi / 2) % np.pi - np.pi / 2)  # from the multiples of pi
     assert (away >= least)[[1, 3, 5]].all()
     np.testing.assert_array_equal(opening_posture(arm), q)
@@ -107,7 +107,7 @@ def test_an_arm_with_an_offset_is_moved_over_its_free_joint(made: aa.Arm) -> Non
     nearer = moved(state.pose, [0.0, 0.0, -0.02])
     assert state.set_pose(nearer).ok and np.allclose(state.pose, nearer, atol=1e-6)
     assert not state.set_pose(moved(nearer, [3.0, 0.0, 0.0])).ok and "mm short of it" in state.message
-    if made.chain is None:  # the intervals of a chain leave out what is not proven
+    if made.geometry.chain is None:  # the intervals of a chain leave out what is not proven
         assert state.reason(state.gc) is None
     for gc, figure in state.ghosts().items():
         assert gc != state.gc and figure.shape == (9, 3)

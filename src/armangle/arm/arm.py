@@ -69,10 +69,11 @@ from ..status import STATUSES, Status
 from .allowed import Allowed
 from .arcs import ArcSet
 from .chain import ChainHandle, check_chain, check_kept_chain, leaves_out, moved_ends
-from .deviation import ChainDeviation, deviation_of, proven_share_of
+from .deviation import ChainDeviation
 from .diagnosis import Branch, Diagnosis, Verdict, branch_of
 from .freedom import Freedom
 from .frozen_value import FrozenValue
+from .geometry import DERIVED, GEOMETRY, Geometry
 from .interval_diagnosis import branches_by_intervals
 from .keywords import names_keywords
 from .question import METRICS as _METRICS
@@ -132,6 +133,7 @@ _ELSEWHERE = {
 }
 """Replacements for names that other libraries have, or that are elsewhere."""
 _KEPT = ("report", "scene", "singularity_margin")  # fields besides the numbers of the description
+_OWN = tuple(field.name for field in _FIELDS if field.name not in GEOMETRY)
 _OPTIONAL = (*JOINT_ROWS, *FRAMES, "joint_names", "chain")  # None stands for the default
 
 
@@ -251,6 +253,8 @@ class Arm(FrozenValue):
 
     Attributes
     ----------
+    geometry : Geometry
+        Lengths, signs, offsets, reference, chain, names of the joints and notes, as given, and the reach.
     report : ImportReport or None
         Findings in the file from which the arm was read; None for an arm made otherwise.
 
@@ -269,31 +273,19 @@ class Arm(FrozenValue):
     [0.1, 0.2, 0.3, -0.4, 0.5, 0.6, 0.7]
     """
 
-    __slots__ = (*(field.name for field in _FIELDS), *_KEPT, "_handle", "_ready", "_apart")
+    __slots__ = (*_OWN, "geometry", *_KEPT, "_handle", "_ready", "_apart")
     __signature__ = _signature()  # the keywords that __init__ checks by the list of fields
 
-    d_bs: float
-    d_se: float
-    d_ew: float
-    d_wf: float
-    a_3: float
-    a_4: float
-    d_4: float
+    geometry: Geometry
     lower: Floats
     upper: Floats
-    signs: Ints
-    offsets: Floats
     base: Floats
     tool: Floats
     velocity: Floats
     acceleration: Floats
     name: str
-    joint_names: tuple[str, ...]
-    reference: str | tuple[float, ...]
-    chain: Floats | None
     body: Body | None
     hand: tuple[SceneShape, ...]
-    notes: tuple[str, ...]
     report: ImportReport | None
     scene: Scene | None
     singularity_margin: float
@@ -308,10 +300,11 @@ class Arm(FrozenValue):
             told = f"'Arm' object has no attribute {name!r}"
             if name in _ELSEWHERE:
                 told += f": {_ELSEWHERE[name].format(name=name)}"
+            elif name in GEOMETRY:
+                told += f": arm.geometry.{name}"
+            elif name in ("nominal", "proven_share"):
+                told += f": arm.deviation.{name}"
             raise AttributeError(told, name=name, obj=self)
-
-    a_1: float = 0.0
-    a_6: float = 0.0
 
     def __new__(cls, *_: Never, **numbers: Any) -> Arm:
         """Return an arm of the kind that its numbers determine."""
@@ -343,8 +336,13 @@ class Arm(FrozenValue):
             near = ChainHandle(*given_to_core, values["chain"])
             check_chain(values["name"], near)
             handle = cast(_core.Arm, near)
-        kept = {"report": report, "scene": scene, "singularity_margin": margin}
-        self._fill({**values, **kept, "_handle": handle, "_ready": None, "_apart": None})
+        geometry = Geometry(
+            **{n: value for n, value in values.items() if n in GEOMETRY},
+            **cast(dict[str, Any], {n: float(getattr(handle, n)) for n in DERIVED}),
+        )
+        own = {n: value for n, value in values.items() if n not in GEOMETRY}
+        kept = {"geometry": geometry, "report": report, "scene": scene, "singularity_margin": margin}
+        self._fill({**own, **kept, "_handle": handle, "_ready": None, "_apart": None})
         if scene is not None:
             self._fill({"_ready": self._prepared(scene)})
 
@@ -442,8 +440,8 @@ class Arm(FrozenValue):
             "own": the arm has the file's own kinematics. If its axes are exactly those of an S-R-S arm, or
             of one with an offset wrist or shoulder, the closed form is exact. Otherwise its own chain is
             kept, up to 50 mm and 2 degrees from S-R-S or from an arm with one such offset: poses and joints
-            are then the file's to rounding, and psi and gc are those of that arm (`nominal`). "srs": the
-            S-R-S arm fitted to the file, whose tip is off by what a warning and ``report`` say.
+            are then the file's to rounding, and psi and gc are those of that arm (`deviation.nominal`).
+            "srs": the S-R-S arm fitted to the file, whose tip is off by what a warning and ``report`` say.
         angle_tolerance, length_tolerance : float, optional
             With "own": how far from S-R-S an own chain may be, if more than 2 degrees and 50 mm. If it is
             farther: how far an arm with an offset wrist or shoulder may be from the file; a warning reports
@@ -580,7 +578,11 @@ class Arm(FrozenValue):
 
     def _description(self) -> ArmDescription:
         """Return the numbers of this arm as a description."""
-        return ArmDescription(**{field.name: getattr(self, field.name) for field in _FIELDS})
+        return ArmDescription(**{field.name: self._number(field.name) for field in _FIELDS})
+
+    def _number(self, name: str) -> Any:
+        """Return one of the constructor's arguments."""
+        return getattr(self.geometry if name in GEOMETRY else self, name)
 
     # -- the arm as a value --------------------------------------------------------------------------
 
@@ -610,13 +612,19 @@ class Arm(FrozenValue):
         if changes.keys() <= {"scene", "singularity_margin"}:
             return self._keeping(**{**{name: getattr(self, name) for name in _KEPT[1:]}, **changes})
         kept = self._numbers()
-        if self.chain is not None and "chain" not in changes:
+        if self.geometry.chain is not None and "chain" not in changes:
             check_kept_chain(changes)
-        if self.chain is not None and "chain" not in changes and not changes.keys().isdisjoint(FRAMES):
+        if (
+            self.geometry.chain is not None
+            and "chain" not in changes
+            and not changes.keys().isdisjoint(FRAMES)
+        ):
             frames = {name: as_transform(name, _given_frame(changes, name, kept[name])) for name in FRAMES}
-            kept["chain"] = moved_ends(self.chain, (self.base, self.tool), (frames["base"], frames["tool"]))
+            kept["chain"] = moved_ends(
+                self.geometry.chain, (self.base, self.tool), (frames["base"], frames["tool"])
+            )
         numbers = {**kept, **changes}
-        if self.chain is None and changes.get("chain") is not None:
+        if self.geometry.chain is None and changes.get("chain") is not None:
             return self._with_chain(numbers, [end for end in FRAMES if end not in changes])
         return Arm(**numbers)
 
@@ -708,7 +716,7 @@ class Arm(FrozenValue):
 
     def _numbers(self) -> dict[str, Any]:
         """Return all constructor arguments of this arm by name."""
-        return {name: getattr(self, name) for name in (*(field.name for field in _FIELDS), *_KEPT)}
+        return {name: self._number(name) for name in (*(field.name for field in _FIELDS), *_KEPT)}
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Arm):
@@ -716,10 +724,19 @@ class Arm(FrozenValue):
         if (self.scene, self.singularity_margin) != (other.scene, other.singularity_margin):
             return False
         compared = [field.name for field in _FIELDS if field.compare]
-        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in compared)
+        return all(np.array_equal(self._number(name), other._number(name)) for name in compared)
 
     def __hash__(self) -> int:
-        return hash((self.name, self.d_bs, self.d_se, self.d_ew, self.d_wf, (self.lower + 0.0).tobytes()))
+        return hash(
+            (
+                self.name,
+                self.geometry.d_bs,
+                self.geometry.d_se,
+                self.geometry.d_ew,
+                self.geometry.d_wf,
+                (self.lower + 0.0).tobytes(),
+            )
+        )
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuilt, (self._numbers(),)
@@ -733,9 +750,9 @@ class Arm(FrozenValue):
     def _source(self) -> str:
         """Return Python source of this arm: all values that are not the default."""
         shown = [
-            f"{field.name}={_source_text(getattr(self, field.name))}"
+            f"{field.name}={_source_text(self._number(field.name))}"
             for field in _FIELDS
-            if field.repr and not np.array_equal(getattr(self, field.name), _default(field))
+            if field.repr and not np.array_equal(self._number(field.name), _default(field))
         ]
         shown += [f"scene={self.scene!r}"] * (self.scene is not None)
         shown += [f"singularity_margin={self.singularity_margin:.17g}"] * (self.singularity_margin != 0)
@@ -743,12 +760,12 @@ class Arm(FrozenValue):
 
     def __str__(self) -> str:
         """Return a readable description: lengths in mm, limits in degrees."""
-        offsets = [name for name in ELBOW_OFFSETS if getattr(self, name)]
-        lengths = ", ".join(f"{n} {getattr(self, n) * MILLIMETRES:.6g}" for n in (*LENGTHS, *offsets))
+        offsets = [name for name in ELBOW_OFFSETS if self._number(name)]
+        lengths = ", ".join(f"{n} {self._number(n) * MILLIMETRES:.6g}" for n in (*LENGTHS, *offsets))
         ranges = zip(np.degrees(self.lower), np.degrees(self.upper), strict=True)
         limits = ", ".join(f"{lower:.5g} to {upper:.5g}" for lower, upper in ranges)
         return (
-            f"{self.name or 'arm'}: {lengths} mm, reach {self.reach * MILLIMETRES:.6g} mm\n"
+            f"{self.name or 'arm'}: {lengths} mm, reach {self.geometry.reach * MILLIMETRES:.6g} mm\n"
             f"limits of joints 1 to 7: {limits} deg"
         )
 
@@ -759,7 +776,7 @@ class Arm(FrozenValue):
         "srs", "srs_chain" (its own chain, nearly S-R-S), "offset_wrist" or "offset_shoulder",
         "offset_wrist_chain" or "offset_shoulder_chain" (its own chain, nearly such an arm).
         """
-        return "srs" if self.chain is None else "srs_chain"
+        return "srs" if self.geometry.chain is None else "srs_chain"
 
     @property
     def redundancy(self) -> str:
@@ -767,41 +784,14 @@ class Arm(FrozenValue):
         return "arm_angle"
 
     @property
-    def reach(self) -> float:
-        """Largest distance shoulder-wrist, m."""
-        return float(self._handle.reach)
-
-    @property
-    def inner_reach(self) -> float:
-        """Smallest distance shoulder-wrist, m."""
-        return float(self._handle.inner_reach)
-
-    @property
-    def delta(self) -> float:
-        """Model angle θ4 of the stretched arm, rad; 0 without elbow offset."""
-        return float(self._handle.delta)
-
-    @property
-    def nominal(self) -> Arm:
-        """The S-R-S arm that defines psi and gc: the arm itself, or the one fitted to its own chain."""
-        return self if self.chain is None else self.with_(chain=None, scene=None)
-
-    @property
     def deviation(self) -> ChainDeviation:
-        """Deviation of the arm's own chain from its nominal arm, and the bands where its branches merge.
-
-        Measured on first use over random configurations within the limits; all zero without a chain.
-        """
-        return deviation_of(self)
+        """Deviation of the arm's own chain from its nominal arm, and that arm: ``deviation.nominal``."""
+        return ChainDeviation(self)
 
     @property
-    def proven_share(self) -> float:
-        """The share of poses, 0 to 1, whose feasible intervals are completely proven in all branches.
-
-        Measured on first use, at the poses of 50 random configurations within the limits; 1 without a chain.
-        At the other poses `feasible` leaves out unproven parts and returns their length in ``unproven``.
-        """
-        return proven_share_of(self)
+    def _nominal(self) -> Arm:
+        """The arm that defines psi and gc: the arm itself, or the one fitted to its own chain."""
+        return self if self.geometry.chain is None else self.with_(chain=None, scene=None)
 
     # -- kinematics ----------------------------------------------------------------------------------
 
@@ -1094,7 +1084,7 @@ class Arm(FrozenValue):
         batch, (poses, branches, targets) = self._branches(pose, gc, ("point or direction", target, 1))
         out = np.empty(batch)
         nan = chosen("on_error", on_error, ON_ERROR) == "nan"
-        self.nominal._handle.psi_towards_many(poses, branches, wish, targets, out, nan, thread_count())
+        self._nominal._handle.psi_towards_many(poses, branches, wish, targets, out, nan, thread_count())
         return out[()]
 
     # -- differential ------------------------------------------------------------------------------
@@ -1349,7 +1339,7 @@ class Arm(FrozenValue):
         """
         margin = 0.0 if wanted is Wanted.CLEAR else self.singularity_margin
         ready = self._ready_for(scene)
-        if self.chain is not None:
+        if self.geometry.chain is not None:
             return self._proven_arcs(pose, gc, margin, wanted, sets, ready, progress)
         handle, threads = None if ready is None else ready.handle, thread_count()
         if progress is None:
@@ -1428,7 +1418,7 @@ class Arm(FrozenValue):
         [True, False]
         """
         poses = as_poses("pose", pose, self._handle)
-        if self.chain is not None:
+        if self.geometry.chain is not None:
             held = self._without_scene().solve(poses, seed=np.clip(0.0, self.lower, self.upper)).ok
             return np.asarray(held)[()]
         out = np.empty(poses.shape[:-2], np.int64)
@@ -1684,7 +1674,7 @@ class Arm(FrozenValue):
         if scene is not None:
             branches = tuple(replace(self._meets(branch, frame, scene), scene=True) for branch in branches)
         nearest = np.empty((4, 4))
-        gap = self.nominal._handle.nearest_pose(frame, nearest)
+        gap = self._nominal._handle.nearest_pose(frame, nearest)
         found = Diagnosis(branches, path=False, nearest=nearest, nearest_gap=gap)
         return found if within else self._with_instead(found, frame)
 
@@ -1694,7 +1684,7 @@ class Arm(FrozenValue):
 
     def _branches_of(self, pose: Floats) -> tuple[Branch, ...]:
         """Return for each branch whether the limits permit one pose, and if not, which of them forbid it."""
-        if self.chain is not None:
+        if self.geometry.chain is not None:
             return branches_by_intervals(self._without_scene(), pose)
         segment = np.empty((1, _core.SEGMENT_WIDTH))
         _core.path_waypoints(pose[None], np.zeros(1), segment)
@@ -1815,8 +1805,9 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
 
 def _complete(given: dict[str, Any]) -> dict[str, Any]:
     """Return a value for each field; raise Python's own error for a wrong or missing keyword."""
+    known = {f.name for f in _FIELDS}
     for name in given:
-        if name not in Arm.__slots__:
+        if name not in known:
             raise TypeError(f"Arm() got an unexpected keyword argument {name!r}")
     missing = [f.name for f in _FIELDS if _default(f) is MISSING and f.name not in given]
     if missing and given.get("chain") is not None:

@@ -14,6 +14,7 @@ from ..errors import InputError, UnreachableError, UnsupportedError
 from ..models.axes import MAX_ANGLE, MAX_LENGTH
 from ..models.description import ELBOW_OFFSETS, LENGTHS
 from .deviation import ChainDeviation
+from .geometry import Geometry
 from .joint_map import to_theta
 
 _ELBOW = 3
@@ -51,7 +52,7 @@ class ChainHandle(_core.ChainArm):
         raise unsupported(asked_of(name))
 
 
-NOMINAL = "arm.nominal, the S-R-S arm beside it, whose joints miss the true poses by arm.deviation"
+NOMINAL = "arm.deviation.nominal, the S-R-S arm beside it, whose joints miss the true poses by arm.deviation"
 
 
 def unsupported(what: str, instead: str = NOMINAL) -> UnsupportedError:
@@ -77,15 +78,11 @@ def check_chain(name: str, handle: _core.ChainArm | _core.OffsetChain) -> None:
 class _Reaching(Protocol):
     """The functions that an arm must have."""
 
-    chain: Floats | None
+    geometry: Geometry
     _handle: _core.Arm
 
     @property
-    def delta(self) -> float:
-        """θ4 of the stretched arm, rad."""
-
-    @property
-    def nominal(self) -> _Reaching:
+    def _nominal(self) -> _Reaching:
         """The S-R-S arm fitted to the chain."""
 
     @property
@@ -99,14 +96,14 @@ def edge_of_reach(arm: _Reaching, pose: Floats) -> str:
     """Return a sentence, with a space before it, if a pose is at the edge of reach of a chain, where branches
     merge; otherwise "".
     """
-    if arm.chain is None:
+    if arm.geometry.chain is None:
         return ""
-    nominal = arm.nominal
+    nominal = arm._nominal
     try:
         q = nominal.inverse(pose, 0.0, 0, limits=False)
     except UnreachableError as error:
         return f" It is at the edge of reach, or beyond: of the S-R-S arm beside the chain the {error}."
-    bend = abs(float(to_theta(nominal._handle, q)[_ELBOW]) - nominal.delta) % (2 * math.pi)
+    bend = abs(float(to_theta(nominal._handle, q)[_ELBOW]) - nominal.geometry.delta) % (2 * math.pi)
     straight = min(bend, 2 * math.pi - bend) <= arm.deviation.bands[1]
     return " It is at the edge of reach: the elbow is straight." if straight else ""
 
@@ -128,7 +125,7 @@ def check_kept_chain(changes: Iterable[str]) -> None:
     if changed:
         raise InputError(
             f"with_({changed[0]}=...) would change the S-R-S arm beside the chain and no pose: "
-            "give the new chain= with it, or ask it of arm.nominal"
+            "give the new chain= with it, or ask it of arm.deviation.nominal"
         )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Protocol
 
@@ -10,6 +9,9 @@ import numpy as np
 
 from .. import _core
 from .._arrays import JOINTS, MILLIMETRES, Floats
+from ..errors import UnsupportedError
+from .frozen_value import FrozenValue
+from .geometry import Geometry
 from .joint_map import to_q, to_theta
 
 _SEED = 5
@@ -23,12 +25,22 @@ _AGAIN = 1e-6  # rad: accuracy at which the inverse reproduces joints
 _SINGULAR_JOINTS = (1, 3, 5)
 
 
-@dataclass(frozen=True)
-class ChainDeviation:
-    """Deviation of the end effector of an arm's own chain from its nominal arm, within the limits.
+class ChainDeviation(FrozenValue):
+    """Deviation of an arm's own chain from its nominal arm, within the limits: `Arm.deviation`.
+
+    Each number is measured when it is first read, over random configurations. Without an own chain all are 0,
+    and the share is 1.
 
     Parameters
     ----------
+    arm : Arm
+        The arm whose chain is compared.
+
+    Attributes
+    ----------
+    nominal : Arm
+        The arm that defines psi and gc, without obstacles: the one fitted to the chain. For an arm without an
+        own chain it is the arm itself.
     position_rms, position_max : float
         Distance, m: over some thousand random configurations, and the largest of them; elsewhere it may be
         some percent larger.
@@ -38,13 +50,64 @@ class ChainDeviation:
         Largest |θ2|, |θ4 - δ| and |θ6| (rad) of a random configuration there that `Arm.inverse` did not
         reproduce. Two branches meet at 0; on the true arm they separate or merge. In these bands the status
         is NEAR_SINGULAR, or the solution is another one of the same pose, psi and gc.
+    proven_share : float
+        The share of poses, 0 to 1, whose feasible intervals are completely proven in all branches: of 50
+        random configurations. At the other poses `Arm.feasible` leaves out unproven parts and returns their
+        length in ``unproven``.
     """
 
-    position_rms: float = 0.0
-    position_max: float = 0.0
-    rotation_rms: float = 0.0
-    rotation_max: float = 0.0
-    bands: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    __slots__ = ("_arm",)
+    _arm: Chained
+
+    def __init__(self, arm: Chained) -> None:
+        self._fill({"_arm": arm})
+
+    def __eq__(self, other: object) -> bool:
+        return self._arm == other._arm if isinstance(other, ChainDeviation) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._arm)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return ChainDeviation, (self._arm,)
+
+    def __repr__(self) -> str:
+        return f"{self._arm!r}.deviation"
+
+    @property
+    def nominal(self) -> Any:
+        """The arm that defines psi and gc."""
+        return self._arm._nominal
+
+    @property
+    def position_rms(self) -> float:
+        """Root mean square of the distance, m."""
+        return _off(self._arm)[0]
+
+    @property
+    def position_max(self) -> float:
+        """Largest distance, m."""
+        return _off(self._arm)[1]
+
+    @property
+    def rotation_rms(self) -> float:
+        """Root mean square of the angle, rad."""
+        return _off(self._arm)[2]
+
+    @property
+    def rotation_max(self) -> float:
+        """Largest angle, rad."""
+        return _off(self._arm)[3]
+
+    @property
+    def bands(self) -> tuple[float, float, float]:
+        """Largest |θ2|, |θ4 - δ| and |θ6| of a configuration that the inverse did not reproduce, rad."""
+        return _bands(self._arm)
+
+    @property
+    def proven_share(self) -> float:
+        """The share of poses whose feasible intervals are completely proven."""
+        return _proven_share(self._arm)
 
     def __str__(self) -> str:
         """Return both in mm, mrad and degrees, on one line."""
@@ -62,17 +125,18 @@ class Chained(Protocol):
 
     lower: Floats
     upper: Floats
-    chain: Floats | None
+    geometry: Geometry
     _handle: _core.Arm
 
     @property
-    def delta(self) -> float:
-        """θ4 of the stretched arm, rad."""
+    def redundancy(self) -> str:
+        """The meaning of psi."""
 
     @property
-    def nominal(self) -> Chained:
+    def _nominal(self) -> Chained:
         """The exact arm that defines the arm angle."""
 
+    def __hash__(self) -> int: ...
     def forward(self, q: Floats, *, on_error: Any) -> tuple[Floats, Any, Any]: ...
     def inverse(self, pose: Floats, psi: Any, gc: Any, *, limits: bool, on_error: Any) -> Floats: ...
     def within_limits(self, q: Floats, tol: float) -> Any: ...
@@ -80,30 +144,42 @@ class Chained(Protocol):
 
 
 @lru_cache(maxsize=64)
-def deviation_of(arm: Chained) -> ChainDeviation:
-    """Return the deviation of an arm; zero without its own chain."""
-    if arm.chain is None:
-        return ChainDeviation()
-    rng = np.random.default_rng(_SEED)
-    q = _postures(arm, rng, _POSTURES)
-    true, near = arm.forward(q, on_error="nan")[0], arm.nominal.forward(q, on_error="nan")[0]
+def _off(arm: Chained) -> tuple[float, float, float, float]:
+    """Return root mean square and maximum of the distance, m, and of the angle, rad."""
+    if arm.geometry.chain is None:
+        return 0.0, 0.0, 0.0, 0.0
+    q = _postures(arm, np.random.default_rng(_SEED), _POSTURES)
+    true, near = arm.forward(q, on_error="nan")[0], arm._nominal.forward(q, on_error="nan")[0]
     position = np.linalg.norm((true - near)[:, :3, 3], axis=-1)
     chord = np.linalg.norm((true - near)[:, :3, :3], axis=(-2, -1)) / np.sqrt(8.0)
     rotation = 2.0 * np.arcsin(np.minimum(chord, 1.0))
-    first, second, third = (_band(arm, rng, joint) for joint in _SINGULAR_JOINTS)
-    return ChainDeviation(
+    return (
         float(np.sqrt(np.mean(position**2))),
         float(position.max()),
         float(np.sqrt(np.mean(rotation**2))),
         float(rotation.max()),
-        (first, second, third),
     )
 
 
 @lru_cache(maxsize=64)
-def proven_share_of(arm: Chained) -> float:
+def _bands(arm: Chained) -> tuple[float, float, float]:
+    """Return the largest distances of the three singular angles from 0 where the inverse loses joints."""
+    if arm.geometry.chain is None:
+        return 0.0, 0.0, 0.0
+    if arm.redundancy != "arm_angle":
+        raise UnsupportedError(
+            "deviation.bands is not made for an arm on its own chain with an offset wrist or shoulder: "
+            "the notes of report say how far the chain is off"
+        )
+    rng = np.random.default_rng(_SEED)
+    first, second, third = (_band(arm, rng, joint) for joint in _SINGULAR_JOINTS)
+    return first, second, third
+
+
+@lru_cache(maxsize=64)
+def _proven_share(arm: Chained) -> float:
     """Return the share of random configurations' poses whose intervals are proven in all branches."""
-    if arm.chain is None:
+    if arm.geometry.chain is None:
         return 1.0
     q = _postures(arm, np.random.default_rng(_SEED), LOOKED_AT)
     left_out = arm.feasible(arm.forward(q, on_error="nan")[0]).unproven
@@ -121,11 +197,11 @@ def _band(arm: Chained, rng: np.random.Generator, joint: int) -> float:
     """Return the largest |angle| (rad) of a singular joint at which the inverse misses random joints."""
     q = _postures(arm, rng, _IN_BAND)
     angle = _WIDEST * _NARROWEST ** rng.uniform(0.0, 1.0, _IN_BAND) * rng.choice((-1.0, 1.0), _IN_BAND)
-    start = arm.delta if joint == _SINGULAR_JOINTS[1] else 0.0
+    start = arm.geometry.delta if joint == _SINGULAR_JOINTS[1] else 0.0
     theta = to_theta(arm._handle, q)
     theta[:, joint] = angle + start
     q[:, joint] = to_q(arm._handle, theta)[:, joint]
-    theta[:, _SINGULAR_JOINTS[1]] -= arm.delta
+    theta[:, _SINGULAR_JOINTS[1]] -= arm.geometry.delta
     others = [other for other in _SINGULAR_JOINTS if other != joint]
     alone = (np.abs(np.sin(theta[:, others])) > np.sin(_WIDEST)).all(axis=1)
     counts = alone & np.asarray(arm.within_limits(q, 1e-9))

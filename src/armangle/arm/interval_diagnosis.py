@@ -24,7 +24,7 @@ class _Diagnosed(Protocol):
     upper: Floats
 
     @property
-    def nominal(self) -> Any:
+    def _nominal(self) -> Any:
         """The arm that defines psi and gc."""
 
     @property
@@ -59,7 +59,7 @@ def _branch_of(arm: _Diagnosed, pose: Floats, gc: int, arcs: ArcSet) -> Branch:
         verdict = Verdict.OK if found.ok else Verdict.UNRESOLVED
         return Branch(gc, verdict, Status.OK if found.ok else status)
     if status == Status.UNREACHABLE:
-        gap = arm.nominal._handle.nearest_pose(pose, np.empty((4, 4)))
+        gap = arm._nominal._handle.nearest_pose(pose, np.empty((4, 4)))
         return Branch(gc, Verdict.UNREACHABLE, status, excess=float(gap))
     if status != Status.LIMITS:
         return Branch(gc, Verdict.IMPOSSIBLE, status)

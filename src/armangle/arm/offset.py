@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any, Literal, Never
 
 import numpy as np
@@ -72,10 +72,8 @@ class OffsetArm(Arm):
     arm of the same numbers without a_1, a_6 and scene.
     """
 
-    __slots__ = ("_free_joint", "_rows", "a_1", "a_6")
+    __slots__ = ("_free_joint", "_rows")
 
-    a_1: float
-    a_6: float
     _free_joint: Literal[1, 7]
     _rows: Arm
     _handle: Any  # an OffsetHandle
@@ -90,7 +88,9 @@ class OffsetArm(Arm):
         scene = numbers.pop("scene", None)
         rows = Arm(*unnamed, **numbers)
         limit = _core.LENGTH_LIMIT
-        offsets = {n: as_number(f"{n} (m)", x, -limit, limit) for n, x in (("a_1", a_1), ("a_6", a_6))}
+        offsets: dict[str, Any] = {
+            n: as_number(f"{n} (m)", x, -limit, limit) for n, x in (("a_1", a_1), ("a_6", a_6))
+        }
         if bool(offsets["a_1"]) == bool(offsets["a_6"]):
             raise InputError(
                 f"a_1 is {offsets['a_1']:g} and a_6 is {offsets['a_6']:g}, wanted one of them: "
@@ -99,17 +99,18 @@ class OffsetArm(Arm):
         mirrored = offsets["a_1"] != 0.0
         kept = {name: getattr(rows, name) for name in Arm.__slots__ if not name.startswith("_")}
         own = {"_rows": rows, "_free_joint": 1 if mirrored else 7, "_ready": None, "_apart": None}
-        self._fill({**kept, **offsets, **own, "scene": scene})
+        self._fill({**kept, **own, "geometry": replace(rows.geometry, **offsets), "scene": scene})
         self._fill({"_handle": OffsetHandle(*self._core_numbers())})
         if scene is not None:
             self._fill({"_ready": self._prepared(scene)})
 
     def _core_numbers(self) -> tuple[Floats, Floats, Floats, Floats, float, bool]:
         """Return lengths (m), rows of joint data, base, tool, offset (m), and if it is at the shoulder."""
-        rows, mirrored = self._rows, self.a_1 != 0.0
-        lengths = np.array([rows.d_bs, rows.d_se, rows.d_ew, rows.d_wf, rows.a_3, rows.a_4])
-        joints = np.array([rows.signs, rows.offsets, rows.lower, rows.upper], dtype=np.float64)
-        return lengths, joints, rows.base, rows.tool, self.a_1 if mirrored else self.a_6, mirrored
+        rows, own = self._rows, self.geometry
+        mirrored = own.a_1 != 0.0
+        lengths = np.array([own.d_bs, own.d_se, own.d_ew, own.d_wf, own.a_3, own.a_4])
+        joints = np.array([own.signs, own.offsets, rows.lower, rows.upper], dtype=np.float64)
+        return lengths, joints, rows.base, rows.tool, own.a_1 if mirrored else own.a_6, mirrored
 
     @classmethod
     def _of(cls, found: OffsetDescription, **more: Any) -> Arm:
@@ -125,59 +126,44 @@ class OffsetArm(Arm):
 
     def to_urdf(self) -> str:
         """Return a kinematic URDF (joints and limits, no geometry) that imports back to this arm."""
-        numbers = {f.name: getattr(self, f.name) for f in fields(OffsetDescription)}
+        numbers = {f.name: self._number(f.name) for f in fields(OffsetDescription)}
         return write_chain(chain_of(OffsetDescription(**numbers)), self.name)
 
     def _numbers(self) -> dict[str, Any]:
         """See `Arm._numbers`."""
-        return {**super()._numbers(), "a_1": self.a_1, "a_6": self.a_6}
+        return {**super()._numbers(), "a_1": self.geometry.a_1, "a_6": self.geometry.a_6}
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, OffsetArm):
             return False if isinstance(other, Arm) else NotImplemented
-        mine, its = ((arm.a_1, arm.a_6, arm._rows, arm.scene) for arm in (self, other))
-        return mine == its and (self.chain is None) == (other.chain is None)
+        mine, its = ((arm.geometry.a_1, arm.geometry.a_6, arm._rows, arm.scene) for arm in (self, other))
+        return mine == its and (self.geometry.chain is None) == (other.geometry.chain is None)
 
     def __hash__(self) -> int:
-        return hash((self.a_1, self.a_6, self._rows))
+        return hash((self.geometry.a_1, self.geometry.a_6, self._rows))
 
     def _source(self) -> str:
         """See `Arm._source`."""
-        offset = f"a_1={self.a_1!r}" if self.a_1 else f"a_6={self.a_6!r}"
+        offset = f"a_1={self.geometry.a_1!r}" if self.geometry.a_1 else f"a_6={self.geometry.a_6!r}"
         rows = self._rows._source().removeprefix("Arm(").removesuffix(")")
         scene = "" if self.scene is None else f", scene={self.scene!r}"
         return f"Arm({offset}, {rows}{scene})"
 
     def __str__(self) -> str:
         """Return a readable description: lengths in mm, limits in degrees."""
-        offset = ("a_1", self.a_1) if self.a_1 else ("a_6", self.a_6)
+        offset = ("a_1", self.geometry.a_1) if self.geometry.a_1 else ("a_6", self.geometry.a_6)
         first, rest = str(self._rows).split(": ", 1)
         return f"{first}: {offset[0]} {offset[1] * MILLIMETRES:.6g}, {rest}"
 
     @property
     def kind(self) -> str:
         """See `Arm.kind`."""
-        return "offset_shoulder" if self.a_1 else "offset_wrist"
+        return "offset_shoulder" if self.geometry.a_1 else "offset_wrist"
 
     @property
     def redundancy(self) -> str:
         """See `Arm.redundancy`."""
         return f"joint_{self._free_joint}"
-
-    @property
-    def reach(self) -> float:
-        """See `Arm.reach`."""
-        return self._rows.reach
-
-    @property
-    def inner_reach(self) -> float:
-        """See `Arm.inner_reach`."""
-        return self._rows.inner_reach
-
-    @property
-    def delta(self) -> float:
-        """See `Arm.delta`."""
-        return self._rows.delta
 
     # -- kinematics --------------------------------------------------------------------------------
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any, Never
 
 import numpy as np
@@ -15,14 +16,13 @@ from ..errors import UnsupportedError
 from .allowed import Allowed
 from .arm import KINDS, Arm, checked_chain, names_keywords_of_arm
 from .chain import asked_of, check_chain
-from .deviation import ChainDeviation
 from .diagnosis import Diagnosis
 from .offset import OffsetArm
 from .question import Fallback, MetricName, Prefer, relaxing_length
 from .roll import Roll
 from .solution import Solution
 
-NOMINAL = "arm.nominal, the arm with an offset beside it, whose joints miss the true poses"
+NOMINAL = "arm.deviation.nominal, the arm with an offset beside it, whose joints miss the true poses"
 
 
 def unsupported(what: str, instead: str = f"use {NOMINAL}") -> UnsupportedError:
@@ -58,32 +58,33 @@ class OffsetChainArm(OffsetArm):
         super().__init__(*unnamed, **numbers)
         handle = OffsetChainHandle(*self._core_numbers(), links)
         check_chain(self.name, handle)
-        self._fill({"chain": links, "_handle": handle, "scene": scene})
+        own = replace(self.geometry, chain=links)
+        self._fill({"geometry": own, "_handle": handle, "scene": scene})
         if scene is not None:
             self._fill({"_ready": self._prepared(scene)})
 
     def __eq__(self, other: object) -> bool:
         same = super().__eq__(other)
-        if same is not True or not isinstance(other, Arm) or other.chain is None or self.chain is None:
+        if (
+            same is not True
+            or not isinstance(other, Arm)
+            or other.geometry.chain is None
+            or self.geometry.chain is None
+        ):
             return False if same is True else same
-        return np.array_equal(self.chain, other.chain)
+        return np.array_equal(self.geometry.chain, other.geometry.chain)
 
     __hash__ = OffsetArm.__hash__
 
     def _source(self) -> str:
         """See `Arm._source`."""
-        assert self.chain is not None
-        return f"{super()._source().removesuffix(')')}, chain={self.chain.tolist()})"
+        assert self.geometry.chain is not None
+        return f"{super()._source().removesuffix(')')}, chain={self.geometry.chain.tolist()})"
 
     @property
     def kind(self) -> str:
         """See `Arm.kind`."""
         return f"{super().kind}_chain"
-
-    @property
-    def deviation(self) -> ChainDeviation:
-        """Raise: it is not made for this kind; the notes of `report` say how far the chain is off."""
-        raise unsupported("deviation", "the notes of report say how far the chain is off")
 
     @names_keywords_of_arm
     def solve(

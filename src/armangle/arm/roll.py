@@ -11,6 +11,7 @@ from .._arrays import JOINTS, Floats, about_z, as_poses
 from ..errors import InputError
 from ..scenes.ready import Built
 from ..scenes.shapes import RODS
+from .geometry import Geometry
 from .solution import Solution
 
 Roll = Literal["pose", "free"]
@@ -32,6 +33,10 @@ class Rolled(Built, Protocol):
     upper: Floats
     tool: Floats
 
+    @property
+    def geometry(self) -> Geometry:
+        """Its lengths and its chain."""
+
     def forward(self, q: Floats, *, on_error: Any) -> tuple[Floats, Any, Any]: ...
     def with_(self, *, lower: Floats, upper: Floats) -> Rolled: ...
 
@@ -41,7 +46,7 @@ def is_along_axis_7(arm: Rolled) -> bool:
 
     False for an arm with its own chain, whose arm angle belongs to the fitted arm.
     """
-    return arm.chain is None and bool(np.abs(arm.tool[:2, 2:]).max() <= _ALONG)
+    return arm.geometry.chain is None and bool(np.abs(arm.tool[:2, 2:]).max() <= _ALONG)
 
 
 def check_free_roll(arm: Rolled, scene: object) -> None:
@@ -56,7 +61,7 @@ def check_free_roll(arm: Rolled, scene: object) -> None:
 
 def _turning(arm: Rolled) -> str | None:
     """Return the name of a shape of link 7 or the gripper that a roll would move; None if all are round."""
-    body = () if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
+    body = () if arm.body is None else arm.body._shapes(arm.geometry)
     shapes = [(shape.name or "link_7", shape) for frame, shape in body if frame == JOINTS]
     shapes += [(shape.name or "hand", shape) for shape in arm.hand]
     for name, shape in shapes:

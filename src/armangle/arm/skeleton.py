@@ -34,7 +34,7 @@ def skeleton(arm: Arm, q: ArrayLike) -> Floats:
     """
     frames = arm.frames(q)
     points = frames[..., [0, 1, 3, 3, 4, 5, 7, 7], :3, 3]
-    points[..., 2, :] -= arm.a_3 * frames[..., 3, :3, 0]
+    points[..., 2, :] -= arm.geometry.a_3 * frames[..., 3, :3, 0]
     points[..., 7, :] = (frames[..., 7, :, :] @ arm.tool)[..., :3, 3]
     return points
 
@@ -123,8 +123,8 @@ def corners(arm: Arm, q: ArrayLike) -> Floats:
     if arm.redundancy == "arm_angle":
         return points
     frames = arm.frames(q)
-    if arm.a_1:
-        turned = frames[..., 1, :3, 3] - arm.a_1 * frames[..., 1, :3, 0]
+    if arm.geometry.a_1:
+        turned = frames[..., 1, :3, 3] - arm.geometry.a_1 * frames[..., 1, :3, 0]
         return np.insert(points, SHOULDER, turned, axis=-2)
     return np.insert(points, WRIST + 1, frames[..., 6, :3, 3], axis=-2)
 

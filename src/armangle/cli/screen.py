@@ -172,8 +172,8 @@ def show_configuration(arm: Arm, q: Floats, psi: float, gc: int) -> None:
     show(f"{angle}, {paint('gc', 'bold')} {gc}{signs}\n")
     margins = joint_margins(arm, q)
     rows = [
-        [str(i + 1), arm.joint_names[i], degrees(q[i]), degrees(arm.lower[i], 2), degrees(arm.upper[i], 2),
-         degrees(margins[i], 2)]
+        [str(i + 1), arm.geometry.joint_names[i], degrees(q[i]), degrees(arm.lower[i], 2),
+         degrees(arm.upper[i], 2), degrees(margins[i], 2)]
         for i in range(len(q))
     ]  # fmt: skip
     show(table(["joint", "name", "q deg", "lower", "upper", "margin"], rows, left=(1,)))

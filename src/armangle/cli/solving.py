@@ -208,7 +208,7 @@ def _rows(asked: Asked, psi: float, gc: int) -> JointPath:
     rows = blank_rows(len(frames))
     why = np.asarray(arm.feasible(frames[~solved], gc).status)
     rows["status"][~solved] = np.where(why == Status.OK, Status.OUTSIDE, why)
-    if isinstance(arm, Arm) and arm.chain is not None:
+    if isinstance(arm, Arm) and arm.geometry.chain is not None:
         held = np.isfinite(arm.inverse(frames, psi, gc, seed=asked.seed, on_error="nan", limits=False)).all(
             axis=1
         )

@@ -168,7 +168,7 @@ def _solution_rows(q: Floats, psi: Any, gc: Any, margin: Any, status: NDArray[An
 @sheet_of.register
 def _(value: Trajectory) -> Sheet:
     blocks = {name: getattr(value, name) for name in ("t", "s", *RATES)}
-    return Sheet("trajectory", blocks, RATES, value.path.arm.joint_names)
+    return Sheet("trajectory", blocks, RATES, value.path.arm.geometry.joint_names)
 
 
 @sheet_of.register

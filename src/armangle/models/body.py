@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from .._arrays import JOINTS
 from ..errors import SceneError
+from ..scenes.ready import Lengths
 from ..scenes.scene import Pairs, as_pairs, as_shapes
 from ..scenes.shapes import RODS, Ball, Capsule, Shape, _length, _set, _thin
 
@@ -247,20 +248,18 @@ class Body:
         more = ", plates=True" if plates else ""
         return f"Body.bones(upper_arm={upper_arm!r}, forearm={forearm!r}{more})"
 
-    def _shapes(
-        self, d_se: float, d_ew: float, a_3: float, a_4: float, d_4: float
-    ) -> list[tuple[int, Shape]]:
+    def _shapes(self, lengths: Lengths) -> list[tuple[int, Shape]]:
         """Return all shapes with their DH frames, for an arm with these lengths (m)."""
         if self._bones is None:
             return [(frame, shape) for frame, shapes in self.links for shape in shapes]
         upper_arm, forearm, plates = self._bones
-        foot = (-a_3, 0.0, 0.0)
+        foot = (-lengths.a_3, 0.0, 0.0)
         shapes: list[tuple[int, Shape]] = [
-            (3, Capsule((-a_3, -d_se, 0.0), foot, upper_arm, name="upper_arm")),
-            (4, Capsule((0.0, 0.0, 0.0), (0.0, 0.0, d_ew), forearm, name="forearm")),
+            (3, Capsule((-lengths.a_3, -lengths.d_se, 0.0), foot, upper_arm, name="upper_arm")),
+            (4, Capsule((0.0, 0.0, 0.0), (0.0, 0.0, lengths.d_ew), forearm, name="forearm")),
         ]
-        if plates and (a_3 or d_4):
-            shapes.append((3, Capsule(foot, (0.0, 0.0, d_4), upper_arm, name="upper_arm")))
-        if plates and a_4:
-            shapes.append((4, Capsule((-a_4, 0.0, 0.0), (0.0, 0.0, 0.0), forearm, name="forearm")))
+        if plates and (lengths.a_3 or lengths.d_4):
+            shapes.append((3, Capsule(foot, (0.0, 0.0, lengths.d_4), upper_arm, name="upper_arm")))
+        if plates and lengths.a_4:
+            shapes.append((4, Capsule((-lengths.a_4, 0.0, 0.0), (0.0, 0.0, 0.0), forearm, name="forearm")))
         return shapes

@@ -74,8 +74,8 @@ def describe_near_offset(chain: Chain) -> tuple[OffsetDescription, ImportReport]
     notes = (
         *import_notes(chain),
         f"only nearly S-R-S but for {_kind(found)}: the chain of the file is kept, and psi and gc are those "
-        f"of that arm, which differs by up to {_differs(off)} at the tip; arm.proven_share says how often "
-        "feasible intervals are proven completely",
+        f"of that arm, which differs by up to {_differs(off)} at the tip; arm.deviation.proven_share says "
+        "how often feasible intervals are proven completely",
     )
     found = replace(found, notes=notes, chain=links_of(chain))
     return found, import_report(chain, (0.0, 0.0), notes)

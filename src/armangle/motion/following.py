@@ -156,7 +156,7 @@ def follow(
     window = _window(lookahead, len(frames))
     if isinstance(arm, OffsetArm):
         check_offset(fallback, roll, carry)
-    elif arm.chain is not None:
+    elif arm.geometry.chain is not None:
         check_chain(fallback)
     options = _core.FollowOptions(
         native, branch, CARRIES[kept], most, margin, time, beyond == "nearest",

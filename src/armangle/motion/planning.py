@@ -273,15 +273,15 @@ def plan(
 
             return best_planned(arm, whole, first, last, planned_rolled, tell)
         weights = _weights(arm, objective)
-        if arm.chain is not None and callable(scene):
+        if arm.geometry.chain is not None and callable(scene):
             raise unsupported("plan with a scene that moves", "follow, which takes one for each row")
         standing, more = _standing(arm.scene, scene, obstacle_speed)
-        along, truth = ready_each(arm.nominal, _kept_off(standing, more)), None
-        if arm.chain is not None and along:
+        along, truth = ready_each(arm._nominal, _kept_off(standing, more)), None
+        if arm.geometry.chain is not None and along:
             truth = arm._needed(arm.scene).handle
         handle, last_joint = _with_roll(arm, roll, first, last, scene or arm.scene, kept)
         wished, asked = _wished(psi), _asked(allowed, whole)
-        calm = ready_each(arm.nominal, _kept_off(standing, more, soft=True))
+        calm = ready_each(arm._nominal, _kept_off(standing, more, soft=True))
 
         def planned(along: list[Ready], first: Floats | None, last: Floats | None, tell: Progress) -> Any:
             """Return the core's plan for these scenes and ends."""

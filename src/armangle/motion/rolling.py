@@ -130,7 +130,7 @@ def _held(arm: Arm, path: Path, rungs: list[Rung]) -> tuple[list[Rung], Rung]:
     roll that comes furthest.
     """
     frames = np.stack([rolled(path, *rung).pose(_TRIED) for rung in rungs])
-    free = arm.nominal.freedom(frames)
+    free = arm._nominal.freedom(frames)
     least, branches = np.min(free.total, axis=1), np.asarray(free.gc)
     whole = np.bitwise_and.reduce(branches, axis=1) != 0
     order = np.lexsort((-least, ~whole))

@@ -275,7 +275,7 @@ def step(
         bare
         and type(arm) is Arm
         and arm.scene is None
-        and arm.chain is None
+        and arm.geometry.chain is None
         and isinstance(roll, str)
         and roll == "pose"
     ):
@@ -294,7 +294,7 @@ def step(
     bounds = None
     if isinstance(arm, OffsetArm):
         check_offset(fallback, roll, carry)
-    elif arm.chain is not None:
+    elif arm.geometry.chain is not None:
         check_chain(fallback)
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)

@@ -302,13 +302,13 @@ class Tracker:
         self._core: _core.Tracker | _core.ChainTracker | _core.OffsetTracker | _core.OffsetChainTracker
         about = None if ready is None else ready.handle
         if isinstance(arm, OffsetArm):
-            made = _core.OffsetTracker if arm.chain is None else _core.OffsetChainTracker
+            made = _core.OffsetTracker if arm.geometry.chain is None else _core.OffsetChainTracker
             self._core = made(arm._handle, given, self._leading(arm._rows, arm.scene), about)
-        elif arm.chain is None:
+        elif arm.geometry.chain is None:
             self._core = _core.Tracker(arm._handle, given, about)
         else:
             near = cast(_core.ChainArm, arm._handle)
-            self._core = _core.ChainTracker(near, given, self._leading(arm.nominal, arm.scene), about)
+            self._core = _core.ChainTracker(near, given, self._leading(arm._nominal, arm.scene), about)
         self._arm, self._given = arm, given
         self._dt = float(given[0])
         self._names = Tracked, _TRACKINGS, STATUSES, self._name_pair

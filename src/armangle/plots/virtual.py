@@ -141,7 +141,7 @@ def virtual_plane(arm: Arm, q: ArrayLike, *, ax: Axes | None = None) -> Axes:
     points = (skeleton(arm, virtual)[1:6] - base[:3, 3]) @ base[:3, :3]
     theta = to_theta(arm._handle, virtual)
     plane = np.array([np.cos(theta[0]), np.sin(theta[0]), 0.0])
-    flat = np.column_stack([points @ plane, points[:, 2] - arm.d_bs])
+    flat = np.column_stack([points @ plane, points[:, 2] - arm.geometry.d_bs])
     if flat[-1, 0] < -1e-9:
         flat[:, 0] *= -1
     axes = flat_axes(ax, (6.4, 5.2))

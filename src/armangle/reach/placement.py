@@ -165,7 +165,7 @@ def place(
     """
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
-    if arm.chain is not None:
+    if arm.geometry.chain is not None:
         raise unsupported("place")
     lean = float(np.arccos(min(1.0, abs(float(arm.base[2, 2])))))
     if np.hypot(arm.base[0, 2], arm.base[1, 2]) > _UPRIGHT:

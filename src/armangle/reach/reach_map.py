@@ -422,9 +422,9 @@ def reach_map(
     """
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
-    if arm.chain is not None:
+    if arm.geometry.chain is not None:
         raise unsupported("reach_map")
-    gap = as_number("spacing", spacing, _LEAST_SPACING, arm.reach)
+    gap = as_number("spacing", spacing, _LEAST_SPACING, arm.geometry.reach)
     angle = as_number("tilt", tilt, _LEAST_ANGLE, _MOST_ANGLE)
     names = _names(fields)
     if isinstance(arm, OffsetArm) and "proven" in names:

@@ -366,7 +366,7 @@ def _to_json(arm: Arm) -> dict[str, Any]:
     """Return the data of an arm that a map depends on, in words and numbers; infinities as text."""
     kind = OffsetDescription if isinstance(arm, OffsetArm) else ArmDescription
     names = [field.name for field in fields(kind) if field.name not in _LEFT_OUT]
-    return {name: _plain(getattr(arm, name)) for name in names}
+    return {name: _plain(arm._number(name)) for name in names}
 
 
 def _plain(value: Any) -> Any:

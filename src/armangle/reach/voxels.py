@@ -55,9 +55,9 @@ def voxels_of(arm: Arm, spacing: float, orientations: int) -> Voxels:
     if not whole or not 1 <= orientations <= _MOST_ORIENTATIONS:
         wanted = f"an integer from 1 to {_MOST_ORIENTATIONS}"
         raise InputError(f"orientations is {orientations!r:.50}, wanted {wanted}")
-    shoulder = (arm.base @ [0.0, 0.0, arm.d_bs, 1.0])[:3]
+    shoulder = (arm.base @ [0.0, 0.0, arm.geometry.d_bs, 1.0])[:3]
     radius = arm._handle.reduced_distances()[1] + float(
-        np.linalg.norm(arm.tool[:3, 3] + [0.0, 0.0, arm.d_wf])
+        np.linalg.norm(arm.tool[:3, 3] + [0.0, 0.0, arm.geometry.d_wf])
     )
     half = int(radius / edge) + 1
     if (2 * half + 1) ** 3 > _MOST_VOXELS:

@@ -67,6 +67,25 @@ class _Links(NamedTuple):
     swings: list[_Link]
 
 
+class Lengths(Protocol):
+    """Lengths of an arm, m, as in `Arm`."""
+
+    @property
+    def d_bs(self) -> float: ...
+    @property
+    def d_se(self) -> float: ...
+    @property
+    def d_ew(self) -> float: ...
+    @property
+    def d_wf(self) -> float: ...
+    @property
+    def a_3(self) -> float: ...
+    @property
+    def a_4(self) -> float: ...
+    @property
+    def d_4(self) -> float: ...
+
+
 class Shaped(Protocol):
     """The functions that a collision model must have."""
 
@@ -74,21 +93,12 @@ class Shaped(Protocol):
     def ignore(self) -> Pairs:
         """Pairs of links that may touch."""
 
-    def _shapes(
-        self, d_se: float, d_ew: float, a_3: float, a_4: float, d_4: float
-    ) -> list[tuple[int, Shape]]: ...
+    def _shapes(self, lengths: Lengths) -> list[tuple[int, Shape]]: ...
 
 
 class Built(Protocol):
     """The functions that an arm must have."""
 
-    d_bs: float
-    d_se: float
-    d_ew: float
-    d_wf: float
-    a_3: float
-    a_4: float
-    d_4: float
     hand: tuple[Shape, ...]
     scene: Scene | None
     _handle: _core.Arm
@@ -96,8 +106,8 @@ class Built(Protocol):
     _apart: Floats | None
 
     @property
-    def chain(self) -> object:
-        """The arm's own chain, or None."""
+    def geometry(self) -> Lengths:
+        """Its lengths."""
 
     @property
     def body(self) -> Shaped | None:
@@ -184,7 +194,7 @@ def _warn_of_always_near(pair: tuple[str, str] | None, most: float) -> None:
 
 def _refuse_millimetres(arm: Built, scene: Scene) -> None:
     """Raise for shapes or a clearance that are so large for this arm that they were meant in mm."""
-    length = arm.d_bs + arm.d_se + arm.d_ew + arm.d_wf
+    length = arm.geometry.d_bs + arm.geometry.d_se + arm.geometry.d_ew + arm.geometry.d_wf
     named = [*zip(scene.names, scene.shapes, strict=True), *((s.name or "hand", s) for s in arm.hand)]
     for name, shape in named:
         thick = shape._thickness()
@@ -229,7 +239,7 @@ def _rod(link: _Link) -> list[float]:
 
 def _sorted_links(arm: Built) -> _Links:
     """Return the arm's shapes, sorted by how they move with arm angle, pose and joints."""
-    shapes = [] if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
+    shapes = [] if arm.body is None else arm.body._shapes(arm.geometry)
     rods: Floats = np.array([[frame, *shape._row()[1:8]] for frame, shape in shapes], dtype=np.float64)
     rods = rods.reshape(-1, _ROD_WIDTH)
     rest = np.zeros(len(rods), dtype=np.int64)
@@ -271,7 +281,7 @@ def never_nearer(arm: Built) -> tuple[list[tuple[int, Shape]], Floats]:
     For all joints, ignoring limits. -inf for neighbours, for pairs that touch at some joints, and for pairs
     without a proof at a fixed effort; for an arm that is not exactly S-R-S always.
     """
-    shapes = [] if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
+    shapes = [] if arm.body is None else arm.body._shapes(arm.geometry)
     out = np.full((len(shapes), len(shapes)), -np.inf)
     if isinstance(arm._handle, _core.Arm) and shapes:
         order = np.argsort([frame for frame, _ in shapes], kind="stable")

@@ -51,9 +51,9 @@ def pose_of_text(xyz: str, rpy: str, arm: Arm) -> Floats:
     place = unit * _three("x y z", xyz.strip().rstrip("m"), "in m, or in mm: 400 0 500 mm")
     angles = _three("roll pitch yaw", rpy.strip().removesuffix("deg").removesuffix("°"), "in degrees")
     far = float(np.linalg.norm(place - arm.base[:3, 3]))
-    if far > _FAR * arm.reach:
+    if far > _FAR * arm.geometry.reach:
         raise InputError(
-            f"x y z is {far:.4g} m from the base and the arm reaches {arm.reach:.3g} m; "
+            f"x y z is {far:.4g} m from the base and the arm reaches {arm.geometry.reach:.3g} m; "
             f"with mm behind the numbers they are mm: 400 0 500 mm"
         )
     return from_rpy(place, np.radians(angles))

@@ -40,7 +40,7 @@ def opening_posture(arm: Arm) -> Floats:
     [0.0, 0.25, 0.0, -0.25, 0.0, 0.25, 1.0]
     """
     lower, upper = _one_turn(arm)
-    straight = np.array([arm.delta if joint == 3 else 0.0 for joint in range(JOINTS)])
+    straight = np.array([arm.geometry.delta if joint == 3 else 0.0 for joint in range(JOINTS)])
     ends = np.sort(to_theta(arm._handle, np.stack([lower, upper])) - straight, axis=0)
     bend = np.array([_chosen(joint, *ends[:, joint]) for joint in range(JOINTS)])
     joints: Floats = np.clip(to_q(arm._handle, bend + straight) + 0.0, arm.lower, arm.upper)

@@ -48,7 +48,7 @@ class Scene:
     def __init__(self, server: Any, state: ViewerState, solids: list[Solid]) -> None:
         """Create all nodes: arm, handle, circle, other configurations and obstacles."""
         self._state = state
-        self._size = state.arm.reach
+        self._size = state.arm.geometry.reach
         self._api = api = server.scene
         self._voxels: Any = None
         api.set_up_direction("+z")
@@ -87,7 +87,7 @@ class Scene:
         """Add floor and light, and place the camera."""
         state, size = self._state, self._size
         base = state.arm.base[:3, 3]
-        centre = base + np.array([0.0, 0.0, 0.45 * (size + state.arm.d_bs)])
+        centre = base + np.array([0.0, 0.0, 0.45 * (size + state.arm.geometry.d_bs)])
         centre += _PANEL_SIDE * size
         camera = server.initial_camera
         camera.position, camera.look_at, camera.up = centre + _EYE * size, centre, (0.0, 0.0, 1.0)
@@ -105,7 +105,7 @@ class Scene:
         if camera.aspect >= 1.0:
             return
         arm = self._state.arm
-        height = (1.0 + _GIZMO) * (self._size + arm.d_bs)  # includes the gizmo on top
+        height = (1.0 + _GIZMO) * (self._size + arm.geometry.d_bs)  # includes the gizmo on top
         half = np.tan(camera.fov / 2)
         distance = height / (2 * half * min(1.0 - _PANEL_SHARE, camera.aspect))
         eye = _EYE / np.linalg.norm(_EYE)

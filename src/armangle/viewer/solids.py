@@ -51,7 +51,7 @@ def capsules(arm: Arm, *, skip: frozenset[int] = frozenset()) -> list[Solid]:
     """Return the arm's links as capsules; frames in `skip` (0..7) have their own solids."""
     q = np.zeros(JOINTS)
     points, frames = corners(arm, q), arm.frames(q)
-    size = arm.reach
+    size = arm.geometry.reach
     solids = []
     for k, (name, frame, thickness) in enumerate(_links(arm)):
         local = (points[k : k + 2] - frames[frame, :3, 3]) @ frames[frame, :3, :3]
@@ -65,9 +65,9 @@ def capsules(arm: Arm, *, skip: frozenset[int] = frozenset()) -> list[Solid]:
 def _links(arm: Arm) -> list[tuple[str, int, float]]:
     """Return the links between neighbouring corners, with that along an offset."""
     links = list(_LINKS)
-    if arm.a_1:
+    if arm.geometry.a_1:
         links.insert(1, _SHOULDER)
-    if arm.a_6:
+    if arm.geometry.a_6:
         links.insert(5, _WRIST)
     return links
 

@@ -32,7 +32,7 @@ class Surroundings:
     def __init__(self, server: Any, state: ViewerState, tool: str) -> None:
         """Create the nodes of obstacles and collision shapes; `tool` is the node of the tool."""
         self._state, self._api = state, server.scene
-        self._size = state.arm.reach
+        self._size = state.arm.geometry.reach
         self._nodes: dict[str, list[tuple[Any, Any]]] = {}  # by name, each with its own colour
         shapes = () if state.scene is None else zip(state.scene.names, state.scene.shapes, strict=True)
         for at, (name, shape) in enumerate(shapes):
@@ -49,7 +49,7 @@ class Surroundings:
     def _links(self, tool: str) -> list[tuple[str, str, Shape]]:
         """Return the parent node, the name and the shape of each collision shape of the arm."""
         arm = self._state.arm
-        shapes = [] if arm.body is None else arm.body._shapes(arm.d_se, arm.d_ew, arm.a_3, arm.a_4, arm.d_4)
+        shapes = [] if arm.body is None else arm.body._shapes(arm.geometry)
         links = [(f"/arm/{frame}", shape.name or f"link_{frame}", shape) for frame, shape in shapes]
         return links + [(tool, shape.name or "hand", shape) for shape in arm.hand]
 

@@ -55,6 +55,7 @@ EXAMPLE = """\
   armangle inspect kuka_iiwa7_r800 --joints 10,20,30,-40,50,60,70"""
 
 _LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf", "a_3", "a_4")
+_DEVIATION = ("position_rms", "position_max", "rotation_rms", "rotation_max", "bands")
 _SAME = 1e-12  # m, and of a rotation's entries
 
 
@@ -115,48 +116,48 @@ def run(args: argparse.Namespace) -> int:
 def _describe(arm: Arm, args: argparse.Namespace) -> int:
     """Print the numbers of the arm."""
     kind, report = _kind(arm), arm.report
-    offset = "a_1" if arm.a_1 else "a_6" if arm.a_6 else "d_4"
+    offset = "a_1" if arm.geometry.a_1 else "a_6" if arm.geometry.a_6 else "d_4"
     text = _toml(arm) if kind in ("srs", "srs_fitted") else None
     if args.output is not None:
         _write_arm(arm, text, args.output)
     if args.json:
         numbers = {
-            name: getattr(arm, name)
+            name: arm._number(name)
             for name in (*_LENGTHS, offset, "lower", "upper", "signs", "offsets", "reach")
         }
         facts = {"kind": kind, "redundancy": arm.redundancy, **({} if report is None else asdict(report))}
         deviation: dict[str, Any] = {}
         if kind == "srs_chain":
-            deviation["deviation"] = asdict(arm.deviation)
-        if arm.chain is not None:
-            deviation["proven_share"] = arm.proven_share
+            deviation["deviation"] = {name: getattr(arm.deviation, name) for name in _DEVIATION}
+        if arm.geometry.chain is not None:
+            deviation["proven_share"] = arm.deviation.proven_share
         show_json(facts | numbers | deviation | {"toml": text})
         return 0
     show(paint(f"{arm.name}: {_KINDS[kind]}", "bold"))
     for line in () if report is None else str(report).splitlines():
         show(paint(paragraph(line), "bold") if line.startswith("note: ") else paragraph(line))
     show()
-    lengths = ", ".join(f"{name} {getattr(arm, name) * 1e3:.6g}" for name in (*_LENGTHS, offset))
+    lengths = ", ".join(f"{name} {arm._number(name) * 1e3:.6g}" for name in (*_LENGTHS, offset))
     show(paragraph(f"lengths mm: {lengths}"))
-    show(f"reach mm, shoulder to wrist: {arm.reach * 1e3:.6g}")
+    show(f"reach mm, shoulder to wrist: {arm.geometry.reach * 1e3:.6g}")
     for name, frame in (("base", arm.base), ("tool", arm.tool)):
         row = ",".join(f"{value:.6g}" for value in rows_from_poses(frame[None])[0].round(6) + 0.0)
         same = np.allclose(frame, np.eye(4), rtol=0, atol=_SAME)
         show(paragraph(f"{name} {','.join(COLUMNS)}: {'identity' if same else row}"))
     show()
     rows = [
-        [str(i + 1), name, degrees(arm.lower[i], 2), degrees(arm.upper[i], 2), f"{arm.signs[i]:+d}",
-         degrees(arm.offsets[i], 2)]
-        for i, name in enumerate(arm.joint_names)
+        [str(i + 1), name, degrees(arm.lower[i], 2), degrees(arm.upper[i], 2), f"{arm.geometry.signs[i]:+d}",
+         degrees(arm.geometry.offsets[i], 2)]
+        for i, name in enumerate(arm.geometry.joint_names)
     ]  # fmt: skip
     show(table(["joint", "name", "lower deg", "upper deg", "sign", "zero deg"], rows, left=(1,)))
     if arm.redundancy != "arm_angle":
         show(paragraph(f"\n{redundancy_name(arm)} is the redundancy: psi is its value."))
     if kind == "srs_chain":
         show(paragraph(f"the chain of the file, from that arm: {arm.deviation}"))
-    if arm.chain is not None:
+    if arm.geometry.chain is not None:
         with progress("proving intervals"):
-            share = arm.proven_share
+            share = arm.deviation.proven_share
         show(
             paragraph(f"all feasible intervals are proven at {100 * share:.3g} % of {LOOKED_AT} random poses")
         )

@@ -86,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
 def _show(arm: Arm, found: Trajectory) -> None:
     """Print the fastest velocity and acceleration of each joint, and the duration."""
     rows = [
-        [str(i + 1), arm.joint_names[i], degrees(np.abs(found.qd[:, i]).max(), 2),
+        [str(i + 1), arm.geometry.joint_names[i], degrees(np.abs(found.qd[:, i]).max(), 2),
          degrees(np.abs(found.qdd[:, i]).max(), 2)]
         for i in range(JOINTS)
     ]  # fmt: skip

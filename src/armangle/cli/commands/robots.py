@@ -61,7 +61,7 @@ def _show_all(entries: Sequence[CatalogueEntry]) -> None:
     for before, maker, entry in zip(["", *makers], makers, entries, strict=False):
         if rows and maker != before and max(makers.count(maker), makers.count(before)) > 1:
             rows.append([""] * 4)
-        rows.append([entry.name, f"{_arm(entry).reach * 1e3:.0f}", _offset(entry), _doubtful(entry)])
+        rows.append([entry.name, f"{_arm(entry).geometry.reach * 1e3:.0f}", _offset(entry), _doubtful(entry)])
     show(table(["name", "reach mm", "elbow", "not trusted"], rows, left=(0, 2, 3)))
     show(f"\n{len(entries)} arms; reach: greatest distance of the wrist from the shoulder")
     show(paragraph(f"with an offset wrist or shoulder: {', '.join(offset_catalogue())}"))
@@ -92,7 +92,7 @@ def _show_one(entry: CatalogueEntry) -> None:
     for line in d.notes:
         show(paragraph(f"Note: {line}"))
     lengths = [f"{name} {getattr(d, name) * 1e3:g}" for name in _LENGTHS]
-    reach = f"reach, shoulder to wrist, {_arm(entry).reach * 1e3:.1f}"
+    reach = f"reach, shoulder to wrist, {_arm(entry).geometry.reach * 1e3:.1f}"
     show(paragraph(f"Lengths (mm): {', '.join(lengths)}; {reach}") + "\n")
     rows = [
         [str(i + 1), d.joint_names[i], degrees(d.lower[i], 1), degrees(d.upper[i], 1),
@@ -108,10 +108,14 @@ def _show_offset(name: str, *, as_json: bool) -> None:
     arm, source = Arm.from_catalogue(name), offset_source(name)
     if as_json:
         keys = (*_LENGTHS[:-1], "a_1", "a_6", *_JOINTS, "notes", "base", "tool", "reach")
-        show_json({"name": name, "source": source} | {key: getattr(arm, key) for key in keys})
+        show_json({"name": name, "source": source} | {key: arm._number(key) for key in keys})
         return
     show(paint(name, "bold"))
-    for line in (f"Source: {source}.", *(f"Note: {note}" for note in arm.notes), *str(arm).splitlines()):
+    for line in (
+        f"Source: {source}.",
+        *(f"Note: {note}" for note in arm.geometry.notes),
+        *str(arm).splitlines(),
+    ):
         show(paragraph(line))
 
 
@@ -122,4 +126,4 @@ def _facts(entry: CatalogueEntry) -> dict[str, Any]:
     facts = {"name": entry.name, "title": entry.title, "source": entry.source}
     facts |= {"revision": entry.revision, "tip": entry.tip}
     trust = {f"{what}_trusted": getattr(entry, f"{what}_trusted") for what in _DOUBTS}
-    return facts | {key: getattr(d, key) for key in keys} | trust | {"reach": _arm(entry).reach}
+    return facts | {key: getattr(d, key) for key in keys} | trust | {"reach": _arm(entry).geometry.reach}

@@ -160,7 +160,7 @@ def _rows(arm: Arm, first: Floats, ticks: list[Tracked], dt: float) -> Trajector
     rest = np.zeros((1, q.shape[1]))
     t = np.asarray(dt * np.arange(len(q)), dtype=float)
     return TrajectoryTable(
-        t, even_parameters(len(q)), q, np.vstack([rest, qd]), np.vstack([rest, qdd]), arm.joint_names
+        t, even_parameters(len(q)), q, np.vstack([rest, qd]), np.vstack([rest, qdd]), arm.geometry.joint_names
     )
 
 
@@ -218,7 +218,12 @@ def _show(arm: Arm, facts: dict[str, Any]) -> None:
     if reasons:
         show(table(["not on the target", "why", "cycles", "from s", "to s"], reasons, left=(0, 1)))
     speeds = [
-        [str(j + 1), arm.joint_names[j], degrees(facts["fastest"][j], 2), degrees(facts["hardest"][j], 1)]
+        [
+            str(j + 1),
+            arm.geometry.joint_names[j],
+            degrees(facts["fastest"][j], 2),
+            degrees(facts["hardest"][j], 1),
+        ]
         for j in range(len(facts["fastest"]))
     ]
     show(table(["joint", "name", "fastest deg/s", "hardest deg/s^2"], speeds, left=(1,)))
