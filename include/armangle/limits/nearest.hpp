@@ -304,6 +304,25 @@ protected:
                          : nearest_rule::tie * size + nearest_rule::noise * grain_;
     }
 
+    /// The cheapest way to share `wanted` within the limits; infinite cost if there is none.
+    Split split(const JointCost& a, const JointCost& b, double eps, double wanted) const noexcept {
+        const double t0 = min(eps * (a.lower - a.near), eps * (a.upper - a.near));  // t = eps u
+        const double t1 = max(eps * (a.lower - a.near), eps * (a.upper - a.near));
+        const double from = max(t0, wanted - (b.upper - b.near)), to = min(t1, wanted - (b.lower - b.near));
+        if (!(from <= to + tolerance::angle)) return {0, 0, infinity};
+        const double weights = a.weight + b.weight;
+        double t = 0.0;
+        if (squares()) {
+            t = weights > 0 ? b.weight * wanted / weights : 0.0;
+        } else if (b.weight > 0) {  // both cost the same, or one as much as possible
+            const double equal = (b.weight * abs(wanted) - b.room + a.room) / weights;
+            t = copysign(a.weight > 0 ? min(max(equal, 0.0), abs(wanted)) : abs(wanted), wanted);
+        }
+        t = min(max(t, from), to);
+        const double u = eps * t, v = wanted - t;
+        return {u, v, both(cost_of(a, u), cost_of(b, v))};
+    }
+
     // -- results
 
     /// The empty result with its reason.
@@ -956,25 +975,6 @@ private:
         const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2];
         const double first = to_q(0.0, a.sign, a.offset), last = to_q(theta, b.sign, b.offset);
         return last - b.near + epsilon(e, side) * (first - a.near);
-    }
-
-    /// The cheapest way to share `wanted` within the limits; infinite cost if there is none.
-    Split split(const JointCost& a, const JointCost& b, double eps, double wanted) const noexcept {
-        const double t0 = min(eps * (a.lower - a.near), eps * (a.upper - a.near));  // t = eps u
-        const double t1 = max(eps * (a.lower - a.near), eps * (a.upper - a.near));
-        const double from = max(t0, wanted - (b.upper - b.near)), to = min(t1, wanted - (b.lower - b.near));
-        if (!(from <= to + tolerance::angle)) return {0, 0, infinity};
-        const double weights = a.weight + b.weight;
-        double t = 0.0;
-        if (squares()) {
-            t = weights > 0 ? b.weight * wanted / weights : 0.0;
-        } else if (b.weight > 0) {  // both cost the same, or one as much as possible
-            const double equal = (b.weight * abs(wanted) - b.room + a.room) / weights;
-            t = copysign(a.weight > 0 ? min(max(equal, 0.0), abs(wanted)) : abs(wanted), wanted);
-        }
-        t = min(max(t, from), to);
-        const double u = eps * t, v = wanted - t;
-        return {u, v, both(cost_of(a, u), cost_of(b, v))};
     }
 
     /// The cheapest common rotation (rad) of two joints that rotate about one axis, from `lower` to `upper`.

@@ -2,11 +2,13 @@
 // a box.
 //
 // The middle is the exact value at the middle of the box. The radius bounds how far the value moves over the
-// box. The radius does not include rounding (interval.hpp does), so conclusions from an enclosure hold up to
-// rounding. Source: centred forms, R. E. Moore, Interval Analysis (1966), chapter 6.
+// box; it is huge or NaN if nothing is known. The radius does not include rounding (interval.hpp does), so
+// conclusions from an enclosure hold up to rounding. Enclosures of lanes are a scalar: the library's formulas
+// run on Jet<Enclosure<Lane<8>>, K> unchanged. Source: centred forms, R. E. Moore, Interval Analysis (1966),
+// chapter 6.
 #pragma once
 
-#include "scalar.hpp"
+#include "angles.hpp"
 
 #include "../names/begin.hpp"
 
@@ -16,6 +18,11 @@ namespace armangle {
 template <class T>
 struct Enclosure {
     T middle, radius;
+
+    Enclosure() noexcept = default;
+    ARMANGLE_INLINE Enclosure(const T& about, const T& within) noexcept : middle(about), radius(within) {}
+    /// One number.
+    ARMANGLE_INLINE Enclosure(double exact) noexcept : middle(exact), radius(0.0) {}
 
     /// The largest absolute value.
     T largest() const noexcept { return abs(middle) + radius; }
@@ -36,7 +43,86 @@ struct Enclosure {
     ARMANGLE_INLINE friend Enclosure operator*(const Enclosure& a, const T& k) noexcept {
         return {a.middle * k, a.radius * abs(k)};
     }
+    ARMANGLE_INLINE friend Enclosure operator-(const Enclosure& a) noexcept { return {-a.middle, a.radius}; }
+    /// Nothing is known if the divisor may be 0.
+    ARMANGLE_INLINE friend Enclosure operator/(const Enclosure& a, const Enclosure& b) noexcept {
+        const T ratio = a.middle / b.middle, least = abs(b.middle) - b.radius;
+        return {ratio, select(T(0.0) < least, (a.radius + abs(ratio) * b.radius) / least, T(infinity))};
+    }
 };
+
+/// Result of a comparison over boxes: whether it holds at the middles, and whether it is the same over all of
+/// a box.
+template <class Mask>
+struct BoxDecision {
+    Mask holds, same;
+};
+
+template <class T>
+ARMANGLE_INLINE auto operator<(const Enclosure<T>& a, const Enclosure<T>& b) noexcept {
+    const T apart = b.middle - a.middle;
+    return BoxDecision<decltype(apart < apart)>{T(0.0) < apart, a.radius + b.radius < abs(apart)};
+}
+template <class T>
+ARMANGLE_INLINE auto operator<=(const Enclosure<T>& a, const Enclosure<T>& b) noexcept {
+    const T apart = b.middle - a.middle;
+    return BoxDecision<decltype(apart < apart)>{T(0.0) <= apart, a.radius + b.radius < abs(apart)};
+}
+template <class T>
+ARMANGLE_INLINE auto operator==(const Enclosure<T>& a, const Enclosure<T>& b) noexcept {
+    const T apart = b.middle - a.middle;
+    return BoxDecision<decltype(apart < apart)>{apart == T(0.0), a.radius + b.radius < abs(apart)};
+}
+
+/// Nothing is known where the mask changes within a box.
+template <class Mask, class T>
+ARMANGLE_INLINE Enclosure<T> select(const BoxDecision<Mask>& mask, const Enclosure<T>& yes,
+                                    const Enclosure<T>& no) noexcept {
+    return {select(mask.holds, yes.middle, no.middle),
+            select(mask.same, select(mask.holds, yes.radius, no.radius), T(infinity))};
+}
+
+template <class T>
+ARMANGLE_INLINE Enclosure<T> mul_add(const Enclosure<T>& a, const Enclosure<T>& b,
+                                     const Enclosure<T>& c) noexcept {
+    return a * b + c;
+}
+
+/// The lesser and the greater of two: neither moves farther than the one of them that moves farther.
+template <class T>
+ARMANGLE_INLINE Enclosure<T> min(Enclosure<T> a, Enclosure<T> b) noexcept {
+    return {min(a.middle, b.middle), max(a.radius, b.radius)};
+}
+template <class T>
+ARMANGLE_INLINE Enclosure<T> max(Enclosure<T> a, Enclosure<T> b) noexcept {
+    return {max(a.middle, b.middle), max(a.radius, b.radius)};
+}
+
+/// Square roots of the members that have one.
+template <class T>
+ARMANGLE_INLINE Enclosure<T> sqrt(const Enclosure<T>& a) noexcept {
+    const T zero(0.0), root = sqrt(max(a.middle, zero)), least = sqrt(max(a.lower(), zero));
+    const T most = sqrt(max(a.upper(), zero));
+    return {root, max(root - least, most - root)};
+}
+
+/// Sine and cosine: |f(m + d) - f(m)| <= |f'(m)| d + d^2 / 2.
+template <class T>
+ARMANGLE_INLINE SinCos<Enclosure<T>> sin_cos(const Enclosure<T>& a) noexcept {
+    const SinCos<T> at = sin_cos(a.middle);
+    const T bend = T(0.5) * a.radius * a.radius;
+    return {{at.sin, abs(at.cos) * a.radius + bend}, {at.cos, abs(at.sin) * a.radius + bend}};
+}
+
+/// Angle of the direction (x, y), continued over the box from the middle's; unknown if it may turn by a
+/// quarter.
+template <class T>
+ARMANGLE_INLINE Enclosure<T> atan2(const Enclosure<T>& y, const Enclosure<T>& x) noexcept {
+    const T size = sqrt(x.middle * x.middle + y.middle * y.middle);
+    const T away = (abs(x.middle) * y.radius + abs(y.middle) * x.radius) / size;  // across the direction
+    const T along = size - (abs(x.middle) * x.radius + abs(y.middle) * y.radius) / size;
+    return {atan2(y.middle, x.middle), select(T(0.0) < along, away / along, T(infinity))};
+}
 
 /// The square of one value; tighter than a product of two independent values.
 template <class T>
@@ -51,6 +137,18 @@ ARMANGLE_INLINE Enclosure<T> reciprocal(const Enclosure<T>& a) noexcept {
     const auto positive = T(0.0) < least;
     const T one_over = T(1.0) / select(T(0.0) < a.middle, a.middle, T(1.0));
     return {one_over, a.radius * one_over / select(positive, least, T(1.0))};
+}
+
+/// Jets over boxes whose variable is in [-1, 1]: a derivative moves by the next one at most. What is not
+/// known is bounded by a large number.
+template <class T, int K>
+ARMANGLE_INLINE void tighten(Enclosure<T> (&coefficient)[K]) noexcept {
+    const T unknown(1e100);
+    for (int k = K; k-- > 0;) {
+        T& radius = coefficient[k].radius;
+        radius = select(radius < unknown, radius, unknown);
+        if (k + 1 < K) radius = min(radius, T(k + 1.0) * coefficient[k + 1].largest());
+    }
 }
 
 }  // namespace armangle

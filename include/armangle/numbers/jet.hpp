@@ -12,6 +12,11 @@
 
 namespace armangle {
 
+/// Takes what the coefficients of a result tell of each other: nothing, of exact ones. Scalars that bound
+/// (enclosure.hpp) have their own.
+template <class T, int K>
+ARMANGLE_INLINE void tighten(T (&)[K]) noexcept {}
+
 /// coefficient[k] = f^(k) / k!
 template <class T, int K>
 struct Jet {
@@ -36,11 +41,13 @@ struct Jet {
     friend Jet operator+(const Jet& a, const Jet& b) noexcept {
         Jet out;
         for (int k = 0; k <= K; ++k) out.coefficient[k] = a.coefficient[k] + b.coefficient[k];
+        tighten(out.coefficient);
         return out;
     }
     friend Jet operator-(const Jet& a, const Jet& b) noexcept {
         Jet out;
         for (int k = 0; k <= K; ++k) out.coefficient[k] = a.coefficient[k] - b.coefficient[k];
+        tighten(out.coefficient);
         return out;
     }
     friend Jet operator-(const Jet& a) noexcept {
@@ -55,6 +62,7 @@ struct Jet {
             for (int i = 1; i <= k; ++i)
                 out.coefficient[k] = out.coefficient[k] + a.coefficient[i] * b.coefficient[k - i];
         }
+        tighten(out.coefficient);
         return out;
     }
     friend Jet operator/(const Jet& a, const Jet& b) noexcept {
@@ -64,6 +72,7 @@ struct Jet {
             for (int i = 1; i <= k; ++i) rest = rest - b.coefficient[i] * out.coefficient[k - i];
             out.coefficient[k] = rest / b.coefficient[0];
         }
+        tighten(out.coefficient);
         return out;
     }
 
@@ -127,6 +136,7 @@ Jet<T, K> sqrt(const Jet<T, K>& a) noexcept {
         for (int i = 1; i < k; ++i) rest = rest - out.coefficient[i] * out.coefficient[k - i];
         out.coefficient[k] = rest / twice;
     }
+    tighten(out.coefficient);
     return out;
 }
 
@@ -146,6 +156,8 @@ SinCos<Jet<T, K>> sin_cos(const Jet<T, K>& a) noexcept {
         out.sin.coefficient[k] = s / T(static_cast<double>(k));
         out.cos.coefficient[k] = c / T(static_cast<double>(k));
     }
+    tighten(out.sin.coefficient);
+    tighten(out.cos.coefficient);
     return out;
 }
 
@@ -166,6 +178,7 @@ Jet<T, K> atan2(const Jet<T, K>& y, const Jet<T, K>& x) noexcept {
         turn[k] = turn[k] / size.coefficient[0];
         out.coefficient[k + 1] = turn[k] / T(static_cast<double>(k + 1));
     }
+    tighten(out.coefficient);
     return out;
 }
 

@@ -42,6 +42,8 @@ public:
     OffsetCells(const OffsetArm& arm, const Pose<double>& pose, int gc) noexcept
         : arm_(arm), motion_(offset_motion(arm, pose, gc)) {}
 
+    const OffsetMotion<>& motion() const noexcept { return motion_; }
+
     /// The value g^2 - t^2 (m^2) at a value of the free joint (rad), negative if there is no solution;
     /// -infinity if the wrist is out of reach.
     double inside(double free) const noexcept {
@@ -58,7 +60,7 @@ public:
     /// Computes the angles of all joints at a value of the free joint (rad), with two derivatives with
     /// respect to it.
     void at(double free, Jet<double, 2> (&theta)[joints]) const noexcept {
-        angles_along(arm_, motion_, free, theta);
+        angles_along(arm_, motion_, Jet<double, 2>::variable(free), theta);
     }
 
     /// Bounds of the joints over a cell.

@@ -92,6 +92,24 @@ public:
         out.status = out.unproven > tuning_.hidden ? Status::NEAR_SINGULAR : refusal(circle, branch);
     }
 
+    /// take(free) of the values of the free joint at which theta_2 of branch gc may be 0 or pi, among those
+    /// that joints 4 and 7 leave.
+    template <class Take>
+    void straight(int gc, const Take& take) noexcept {
+        const double elbow = configuration(gc).elbow;
+        Circle& circle = circle_[elbow > 0];
+        if (!circle.made) make_circle(elbow, circle);
+        const auto tell = [&](const BentForm& form) {
+            for (int i = 0; i < circle.pieces; ++i)
+                trig_roots(form, kappa_, elbow, circle.piece_lower[i], circle.piece_upper[i], tuning_.roots,
+                           [&](const RootEnclosure& root) {
+                               take(to_q(arm_.rest, 6, 0.5 * (root.lower + root.upper)));
+                           });
+        };
+        for (const double cosine : {1.0, -1.0})
+            if (may_be(1, cosine > 0 ? 0.0 : pi)) tell(forms_.straight(cosine));
+    }
+
 private:
     static constexpr int most_places = 256, most_forms = 2 * ThetaRanges::capacity + 3, most_cells = 1024;
 
@@ -109,6 +127,8 @@ private:
         Place place[most_places];
         bool possible[most_places];
         double length[most_places];  // of the segments
+        int pieces = 0;              // that reach and joints 4 and 7 leave
+        double piece_lower[most_places], piece_upper[most_places];
 
         int before(int i) const noexcept { return i > 0 ? i - 1 : count - 1; }
         int behind(int i) const noexcept { return i + 1 < count ? i + 1 : 0; }
@@ -152,6 +172,13 @@ private:
         return out;
     }
     static bool locked(const ThetaRanges::One& range) noexcept { return 2.0 * range.half < tolerance::angle; }
+    /// Whether a joint's range holds an angle, or one beside it.
+    bool may_be(int joint, double angle) const noexcept {
+        for (int i = 0; i < ranges_.count; ++i)
+            if (ranges_.one[i].joint == joint)
+                return abs(wrap(angle - ranges_.one[i].middle)) <= ranges_.one[i].half + tolerance::locked;
+        return true;
+    }
     bool undecided(const Place& place) const noexcept {
         return place.roots > 1 && place.upper - place.lower > tuning_.widest_place;
     }
@@ -196,8 +223,9 @@ private:
         join(circle);
         measure_segments(circle);
         const int segments = circle.count > 0 ? circle.count : 1;
-        double lower[most_places], upper[most_places];
-        int pieces = 0;
+        double (&lower)[most_places] = circle.piece_lower, (&upper)[most_places] = circle.piece_upper;
+        int& pieces = circle.pieces;
+        pieces = 0;
         for (int i = 0; i < segments; ++i) {
             const double from = circle.count > 0 ? circle.place[i].upper : -pi;
             const double middle = from + 0.5 * circle.length[i];
@@ -404,11 +432,16 @@ private:
                 branch.upper[before] = (before >= i ? place.lower + two_pi : place.lower);
                 branch.upper_tag[before] = 0;
             }
-            if (undecided(place)) continue;
+            if (undecided(place)) {
+                if (!in_before && !in_behind) find_alone(place, branch);
+                continue;
+            }
             if (in_before && in_behind) branch.lower[i] = place.lower;
             if (!in_before && in_behind) ask(i, true);
             if (in_before && !in_behind) ask(before, false);
-            if (!in_before && !in_behind && place.roots > 1) find_alone(place, branch);
+            // roots at the very end of what joints 4 and 7 leave are not looked for
+            const bool ends = circle.possible[before] != circle.possible[i];
+            if (!in_before && !in_behind && (place.roots > 1 || ends)) find_alone(place, branch);
         }
         if (count > 0) settle_ends(end, count, branch);
     }

@@ -5,7 +5,7 @@
 #pragma once
 
 #include "../self_motion/freedom_of.hpp"
-#include "nearest.hpp"
+#include "nearest_posture.hpp"
 
 #include "../names/begin.hpp"
 
@@ -18,16 +18,19 @@ inline OffsetLimits limit_table(const OffsetArm&, double) noexcept { return {}; 
 
 namespace detail {
 
-/// Whether a branch without proven arcs has a solution in its unproven part, by numerical search.
-[[gnu::noinline, gnu::cold]] inline bool holds_unproven(const OffsetArm& arm, const Pose<double>& pose,
-                                                        int gc) noexcept {
-    return nearest(arm, pose, nullptr, nullptr, 1u << gc).status == Status::OK;
+/// A solution in the branches of the bits, by search.
+[[gnu::noinline, gnu::cold]] inline Nearest find_any(const OffsetArm& arm, const Pose<double>& pose,
+                                                     unsigned branches) noexcept {
+    NearestOptions asked;
+    asked.branches = branches;
+    return nearest_posture(arm, pose, asked);
 }
 
 /// Computes the freedom from the arcs of each branch, within the limits of the arm.
 inline Freedom freedom_of(const OffsetArm& arm, const Pose<double>& pose,
                           const ProvenArcs (&found)[configurations]) noexcept {
-    return freedom_of(found, [&](int gc) noexcept { return holds_unproven(arm, pose, gc); });
+    return freedom_of(found,
+                      [&](int gc) noexcept { return is_solved(find_any(arm, pose, 1u << gc).status); });
 }
 
 }  // namespace detail
@@ -50,7 +53,7 @@ inline bool is_reachable(const OffsetArm& arm, const Pose<double>& pose, OffsetL
         if (!found.arcs.empty()) return true;
         open |= found.unproven > 0 ? 1u << gc : 0u;
     }
-    return open != 0 && nearest(arm, pose, nullptr, nullptr, open).status == Status::OK;
+    return open != 0 && is_solved(detail::find_any(arm, pose, open).status);
 }
 
 }  // namespace armangle

@@ -95,6 +95,9 @@ public:
         across_2_ = tight(length_2_ - t_ * t_);
         h_square_ = multiply(h_, h_);
         prepare_shoulder();
+        up_ = S.of[2];
+        up_x_ = x7.of[2];
+        up_y_ = y7.of[2];
         const Vec px = cross(S, x7), py = cross(S, y7);
         for (int i = 0; i < 3; ++i) {
             w_[i] = tight(all(S.of[i]) - all(a_6_) * (all(x7.of[i]) * c - all(y7.of[i]) * s));
@@ -132,6 +135,16 @@ public:
             linear(Number(arm_.d_ew) + straight * kappa_[0] - angle.sin * a_6_ - angle.cos * along_z_,
                    straight * kappa_[1] + angle.sin * along_x_, straight * kappa_[2] - angle.sin * along_y_);
         return {even, linear(odd, 0.0, 0.0), bends_};
+    }
+
+    /// The function w.z0 - cosine (d_se + d_ew c4 + a_4 s4), which is 0 wherever theta_2 = 0 (cosine 1) or pi
+    /// (-1), of either wrist.
+    BentForm straight(double cosine) const noexcept {
+        const Number by(-cosine), straight = in_kappa(arm_.a_4, arm_.d_ew) * by;
+        const auto even =
+            linear(up_ + Number(arm_.d_se) * by + straight * kappa_[0],
+                   straight * kappa_[1] - Number(a_6_) * up_x_, straight * kappa_[2] + Number(a_6_) * up_y_);
+        return {even, linear(in_sigma(arm_.a_4, arm_.d_ew) * by, 0.0, 0.0), bends_};
     }
 
     /// The function for theta_1 = at or at + pi: N = k n, m = -s4 w.n, n = (-sin, cos, 0), k = a_3 + a_4 c4 -
@@ -316,7 +329,7 @@ private:
 
     const Arm& arm_;
     const double a_6_;
-    Number along_x_, along_y_, along_z_, kappa_[3], sine_, cosine_;
+    Number along_x_, along_y_, along_z_, up_, up_x_, up_y_, kappa_[3], sine_, cosine_;
     bool plain_, reduced_, bends_;
     Samples kappa_at_, square_, length_2_, t_, across_2_, w_[3], y_[3], normal_[3];
     Ring s4_, c4_, g_, h_, h_square_;

@@ -1,135 +1,149 @@
-// The nearest posture of an arm with an offset in every metric, among arcs of the user's own, and one for
-// each branch and arc: NearestOptions as of any arm.
+// The nearest posture of an arm with an offset in every metric, globally over the branches, the values of the
+// free joint and all turns; and one for each branch and arc.
 //
-// feasible.hpp gives the arcs of a branch: on them every value has a posture within the limits, so that cells
-// need not be judged, only bounded.
+//     1. a candidate near the seed     -> the box about the seed that holds whatever costs less
+//     2. arcs of all branches in the box (feasible.hpp): on them every value has a posture
+//     3. cells of the arcs, the one of the least bound first (cost_cells.hpp): dropped, left with one end,
+//        finished by Newton's method where the cost is convex, or divided
+//     4. where joints share a turn, or the free joint has too few digits, the joints themselves (beside.hpp)
 //
-//     cost |\      _        a cell is dropped where its bound is above the best cost known, left with one end
-//          | \    / \       where the cost rises or falls all over it, and halved else
+//     cost |\      _        The first cell whose bound is above the best cost known ends the search: the best
+//          | \    / \       is proven. A search whose cells are spent before says UNPROVEN.
 //          +------------ free
-//
-// Postures of which arcs do not tell, where two joints share a turn, are nearest.hpp's.
 #pragma once
 
-#include "../limits/nearest.hpp"
+#include <algorithm>
+#include <optional>
+
 #include "../scene/clear_cells.hpp"
-#include "nearest.hpp"
+#include "beside.hpp"
+#include "cost_cells.hpp"
+#include "feasible.hpp"
+#include "straight_cells.hpp"
 
 #include "../names/begin.hpp"
 
 namespace armangle {
 
-/// How the least cost on an arc is found.
+/// How the least cost of a pose is found.
 struct OffsetCostTuning {
-    int cells = 24;            // of the circle, to begin with
-    int looks = 10000;         // cells looked at on one arc before the best found is taken
-    double finest = 2e-7;      // rad: half width of a cell whose smooth cost is finished by Newton's method
-    double narrowest = 1e-12;  // rad: half width of any other cell that is not halved again
-    int newton = 8;
+    /// A cell to begin with is no wider (rad).
+    double widest = 0.15;
+    /// Looks at as many cells as the processor has lanes, for one pose; those left then are not proven.
+    int looks = 160;
+    /// Cells that all branches may take for pieces of the circle that roots leave undecided.
+    int undecided = 160;
+    /// Half width (rad) of a cell that is not divided again: a place to look beside.
+    double narrowest = 1e-9;
+    /// Steps of Newton's method.
+    int newton = 12;
+    /// Values of a candidate on both sides of the seed's.
+    double aside[8] = {0.0, 0.05, -0.05, 0.15, -0.15, 0.4, -0.4, 1.0};
+    /// The box about the seed is larger by this share.
+    double roomy = 1e-6;
+    /// rad: a start beside a shared turn is no farther than this from its posture.
+    double settling = 1e-3;
+    /// rad: two places nearer to each other than this are one.
+    double one_place = 1e-5;
 };
 
 namespace detail {
 
-/// The search of one pose over arcs of the free joint. Options are in the order of the formulas.
-class OffsetArcSearch : PostureCosts {
+/// The search of one pose. Options are in the order of the formulas.
+class OffsetNearestSearch : OffsetCosts {
 public:
-    OffsetArcSearch(const OffsetArm& arm, const Pose<double>& exact, const NearestOptions& in_order,
-                    const OffsetCostTuning& tuning) noexcept
-        : PostureCosts(arm.rest, in_order), offset_(arm), pose_(exact), tuning_(tuning) {}
-
-    /// Offers some postures of an arc, so that less of it, and of others, need be searched.
-    void begin(int gc, const Arc& arc) noexcept {
-        const OffsetCells cells(offset_, pose_, gc);
-        const int parts = parts_of(arc);
-        const double width = (arc.upper - arc.lower) / parts;
-        for (int k = 0; k < parts; ++k) offer(cells, gc, arc, arc.lower + (k + 0.5) * width);
-        if (options_.near && options_.metric != Metric::margin) {
-            const double seed = lift(joint_[joints - 1].near, 0.5 * (arc.lower + arc.upper));
-            offer(cells, gc, arc, min(max(seed, arc.lower), arc.upper));
-        }
+    OffsetNearestSearch(const OffsetArm& arm, const Pose<double>& exact, const NearestOptions& in_order,
+                        const Scene* scene, const OffsetCostTuning& tuning) noexcept
+        : OffsetCosts(arm.rest, in_order),
+          offset_(arm),
+          pose_(exact),
+          tuning_(tuning),
+          scene_(scene),
+          beside_(arm, exact, in_order) {
+        if (scene_) move_.emplace(arm, *scene_);
     }
 
-    /// Searches an arc of branch gc for what costs less than the best known.
-    void search(int gc, const Arc& arc) noexcept {
-        struct Cell {
-            double lower, upper;
-        };
-        const OffsetCells cells(offset_, pose_, gc);
-        offer(cells, gc, arc, arc.lower);
-        if (!(arc.upper > arc.lower)) return;
-        offer(cells, gc, arc, arc.upper);
-        Cell stack[most_cells];
-        const int parts = parts_of(arc);
-        const double width = (arc.upper - arc.lower) / parts;
-        int top = 0, looks = 0;
-        for (int k = parts; k-- > 0;)
-            stack[top++] = {arc.lower + k * width, k + 1 < parts ? arc.lower + (k + 1) * width : arc.upper};
-        while (top > 0 && looks++ < tuning_.looks) {
-            const Cell cell = stack[--top];
-            const double middle = 0.5 * (cell.lower + cell.upper), half = middle - cell.lower;
-            Bound of;
-            if (!bound(cells, middle, half, of) || dropped(of.least)) continue;
-            if (of.rises || of.falls) {
-                offer(cells, gc, arc, of.rises ? cell.lower : cell.upper);
-                continue;
-            }
-            offer(cells, gc, arc, middle);
-            const bool finished = of.smooth && squares();
-            if (half < (finished ? tuning_.finest : tuning_.narrowest) || top + 2 > most_cells) {
-                offer(cells, gc, arc, cell.lower);
-                offer(cells, gc, arc, cell.upper);
-                continue;
-            }
-            stack[top++] = {middle, cell.upper};
-            stack[top++] = {cell.lower, middle};
-        }
+    /// The best posture of all, in the robot's order.
+    Nearest best() noexcept {
+        Nearest out;
+        if (scene_ && rest_contact(offset_, *scene_, pose_)) return refused(Status::POSE_BLOCKED);
+        if (keep_near(out)) return out;
+        find_candidate();
+        open_arcs();
+        best_ = settled_best();
+        if (gc_ < 0) best_ = nothing(status_);
+        told_ = cost_of_result(best_);
+        look_beside(beside_);
+        if (best_.status == Status::OK && best_.gc < 0) best_.status = Status::NEAR_SINGULAR;
+        if (!is_solved(best_.status)) return best_;
+        if (is_open_below(told_)) best_.status = Status::UNPROVEN;
+        return in_robot_order(best_);
     }
 
-    /// Whether a posture was found.
-    bool found() const noexcept { return gc_ >= 0; }
-    /// Forgets it.
+    /// The best posture of each branch and arc, the best of all first.
+    void all_of(Nearests& out) noexcept {
+        const Nearest first = best();
+        out.count = 0;
+        out.status = first.status;
+        box_ = infinity;
+        open_arcs();
+        const bool found = is_solved(first.status);
+        const int its = found ? find(arcs_[first.gc], first.psi).index : -1;
+        for (int gc = 0; gc < configurations; ++gc)
+            for (int i = 0; i < arcs_[gc].count; ++i) {
+                if (found && gc == first.gc && i == its) continue;
+                const Nearest here = of_arc(gc, i);
+                if (is_solved(here.status)) insert(out, in_robot_order(here));
+            }
+        if (!found) return;
+        out.status = Status::OK;
+        if (out.count == Nearests::capacity) --out.count;
+        for (int at = out.count; at > 0; --at) out.found[at] = out.found[at - 1];
+        ++out.count;
+        out.found[0] = first;
+    }
+
+private:
+    enum Extent { all, one };
+    static constexpr int lanes = register_width, most_cells = 512, most_places = 64;
+    static constexpr unsigned every = (1u << configurations) - 1;
+
+    /// Part of an arc, and a bound of what a posture costs there.
+    struct Cell {
+        double lower, upper, least;
+        int gc, arc;
+    };
+    /// A piece of the circle whose postures are looked for in the joints themselves.
+    struct Beside {
+        int gc;
+        double lower, upper, least;
+        bool one;  // a single value, at which joints share a turn
+    };
+    static bool later(const Cell& a, const Cell& b) noexcept { return a.least > b.least; }
+
+    bool is_asked(int gc) const noexcept { return (options_.branches >> gc & 1u) != 0; }
+    bool dropped(double least) const noexcept { return least >= cost_ - tie(cost_); }
     void forget() noexcept {
         cost_ = infinity;
         gc_ = -1;
     }
 
-    /// The best posture, in the robot's order.
-    Nearest result() const noexcept {
-        const OffsetCells cells(offset_, pose_, gc_);
-        const auto at = [&](double free) {
-            Joints out{};
-            joints_at(cells, free, out.q);
-            return out;
-        };
-        const auto is_open = [&](double free) {
-            const double lifted = lift(free, 0.5 * (arc_.lower + arc_.upper));
-            return lifted >= arc_.lower && lifted <= arc_.upper;
-        };
-        Nearest in_order = kept_within(at, is_open, free_, gc_);
-        if (!settle(in_order)) return refused(Status::NEAR_SINGULAR);
-        Nearest out = in_order;
-        for (int j = 0; j < joints; ++j) out.q[robot_joint(offset_, j)] = in_order.q[j];
-        out.psi = out.psi <= -pi ? pi : out.psi;
-        return out;
+    /// The best posture of one branch and arc, in the order of the formulas.
+    Nearest of_arc(int gc, int arc) noexcept {
+        forget();
+        one_gc_ = gc;
+        one_arc_ = arc;
+        extent_ = one;
+        best_ = settled_best();
+        told_ = cost_of_result(best_);
+        NearestOptions options = options_;
+        options.branches = 1u << gc;
+        OffsetBeside beside(offset_, pose_, options);
+        look_beside(beside);
+        return best_;
     }
 
-    using PostureCosts::insert;
-    using PostureCosts::nothing;
-    using PostureCosts::refused;
-
-private:
-    static constexpr int most_cells = 128;
-
-    /// What a cell may cost at least, and how the cost goes over it.
-    struct Bound {
-        double least;
-        bool smooth, rises, falls;  // each joint keeps one turn; the cost goes one way
-    };
-
-    int parts_of(const Arc& arc) const noexcept {
-        return 1 + static_cast<int>((arc.upper - arc.lower) / (two_pi / tuning_.cells));
-    }
-    bool dropped(double least) const noexcept { return least >= cost_ - tie(cost_); }
+    // -- postures
 
     void joints_at(const OffsetCells& cells, double free, double* q) const noexcept {
         double theta[joint_slots];
@@ -141,29 +155,16 @@ private:
         const JointCost& c = joint_[j];
         return to_q(theta, c.sign, c.offset, c.lower, c.upper, c.near);
     }
-    /// Puts a posture on its pose to the last digits, where the free joint has too few; whether it is there.
-    bool settle(Nearest& in_order) const noexcept {
-        Joints at{};
-        for (int j = 0; j < joints; ++j) at.q[robot_joint(offset_, j)] = in_order.q[j];
-        const double size = offset_.own.size;
-        Twist rest;
-        const bool kept = within_limits(offset_.own.limits, at.q, 0.0);
-        if (kept && distance(offset_, at.q, pose_, size, rest) <= 0.1 * settled_rule::meets * size)
-            return true;
-        int rounds = settled_rule::rounds;
-        const Relaxed on = settled(offset_, offset_.own.limits, at, pose_, {}, 0.0, rounds);
-        if (!meets(offset_, on)) return false;
-        for (int j = 0; j < joints; ++j) at.q[j] = on.at.q[robot_joint(offset_, j)];
-        in_order = finished(at.q, in_order.psi, in_order.gc);
-        return true;
-    }
     /// Of all joints.
-    double cost_at(const OffsetCells& cells, double free) const noexcept {
-        double q[joint_slots];
-        joints_at(cells, free, q);
+    double cost_of_all(const double* q) const noexcept {
         double sum = cost_of(joint_[0], q[0] - joint_[0].near);
         for (int j = 1; j < joints; ++j) sum = both(sum, cost_of(joint_[j], q[j] - joint_[j].near));
         return sum;
+    }
+    double cost_at(const OffsetCells& cells, double free) const noexcept {
+        double q[joint_slots];
+        joints_at(cells, free, q);
+        return cost_of_all(q);
     }
     /// A sum of squares with two derivatives by the free joint.
     Jet<double, 2> squares_at(const OffsetCells& cells, double free) const noexcept {
@@ -179,118 +180,601 @@ private:
         return sum;
     }
 
-    /// Takes a posture of an arc that costs less than the best; Newton's method moves it within the arc.
-    void offer(const OffsetCells& cells, int gc, const Arc& arc, double free) noexcept {
-        double now = cost_at(cells, free);
+    /// The seed itself, where it is a posture of the pose: nothing is nearer.
+    bool keep_near(Nearest& out) noexcept {
+        if (!options_.near || options_.metric == Metric::margin) return false;
+        Joints near{};
+        for (int j = 0; j < joints; ++j) near.q[robot_joint(offset_, j)] = options_.near[j];
+        if (!within_limits(offset_.own.limits, near.q, 0.0)) return false;
+        const OffsetPosture here = forward(offset_, near.q);
+        if (!is_asked(here.gc) || !same_pose(offset_.own.size, pose_, here.pose)) return false;
+        if (options_.allowed && !contains(*options_.allowed, here.free)) return false;
+        if (move_ && !move_->is_clear_at(near.q)) return false;
+        out = in_robot_order(finished(options_.near, here.free, here.gc));
+        return true;
+    }
+
+    // -- a candidate, and the box that it leaves
+
+    /// Looks for a posture beside the seed's value of the free joint: first in the seed's branch, then in
+    /// all.
+    void find_candidate() noexcept {
+        if (!options_.near || options_.metric == Metric::margin) return;
+        Joints near{};
+        for (int j = 0; j < joints; ++j) near.q[robot_joint(offset_, j)] = options_.near[j];
+        const int own = forward(offset_, near.q).gc;
+        try_branch(own);
+        for (int gc = 0; gc < configurations && gc_ < 0; ++gc)
+            if (gc != own) try_branch(gc);
+        box_ = cost_;
+    }
+    void try_branch(int gc) noexcept {
+        if (!is_asked(gc)) return;
+        const OffsetCells cells(offset_, pose_, gc);
+        double free[8], value[8];
+        const double at = options_.near[joints - 1];
+        for (int i = 0; i < 8; ++i)
+            free[i] = min(max(at + tuning_.aside[i], joint_[6].lower), joint_[6].upper);
+        costs_within(cells.motion(), Boxes::load(free)).store(value);
+        int best = 0;
+        for (int i = 1; i < 8; ++i)
+            if (value[i] < value[best]) best = i;
+        if (!(value[best] < cost_) || !is_kept(cells, free[best])) return;
+        double from = free[best], now = value[best];
         for (int pass = 0; squares() && pass < tuning_.newton; ++pass) {
-            const Jet<double, 2> here = squares_at(cells, free);
-            const double to = free - 0.5 * here.coefficient[1] / here.coefficient[2];
-            if (!(here.coefficient[2] > 0 && to >= arc.lower && to <= arc.upper)) break;
-            const double then = cost_at(cells, to);
-            if (!(then <= now)) break;
-            const bool still = abs(to - free) < tolerance::rounding;
-            free = to;
+            const Jet<double, 2> here = squares_at(cells, from);
+            double to = from - 0.5 * here.coefficient[1] / here.coefficient[2];
+            if (!(here.coefficient[2] > 0)) break;
+            double then = infinity;
+            for (int halving = 0; halving < 3 && !(then < now); ++halving, to = 0.5 * (from + to)) {
+                double cost[8];
+                costs_within(cells.motion(), Boxes(to)).store(cost);
+                then = is_kept(cells, to) ? cost[0] : infinity;
+                if (then < now) break;
+            }
+            if (!(then < now * (1.0 - 1e-6))) break;
+            from = to;
             now = then;
-            if (still) break;
         }
-        if (!(now < cost_) && gc_ >= 0) return;
+        cost_ = now;
+        free_ = wrap(from);
+        gc_ = gc;
+        arc_ = {from, from, 0, 0};
+    }
+    /// What eight postures of a branch cost; infinite where there is none within the limits.
+    Boxes costs_within(const OffsetMotion<>& m, const Boxes& free) const noexcept {
+        const SinCos<Boxes> theta_7 = sin_cos(to_theta(free, Boxes(joint_[6].sign), Boxes(joint_[6].offset)));
+        const OffsetWrist<Boxes> wrist = offset_wrist(offset_, m, theta_7);
+        auto exists = (wrist.excess <= Boxes(0.0)) & (Boxes(0.0) <= wrist.inside);
+        Boxes sum(squares() ? 0.0 : -infinity);
+        if (!any(exists)) return Boxes(infinity);
+        const Directions<Boxes> d = directions(m, wrist, theta_7, sqrt(max(wrist.inside, Boxes(0.0))));
+        for (int j = 0; j < joints; ++j) {
+            const JointCost& c = joint_[j];
+            const Boxes q = to_q(atan2(d.y[j], d.x[j]), Boxes(c.sign), Boxes(c.offset), Boxes(c.lower),
+                                 Boxes(c.upper), Boxes(c.near));
+            exists = exists & (Boxes(c.lower) <= q) & (q <= Boxes(c.upper));
+            const Boxes d_j = q - Boxes(c.near), weight(c.weight);
+            if (squares())
+                sum = mul_add(weight * d_j, d_j, sum);
+            else
+                sum = max(sum, c.weight > 0 ? weight * abs(d_j) - Boxes(c.room) : Boxes(0.0));
+        }
+        return select(exists, sum, Boxes(infinity));
+    }
+    /// Whether a value may be used, and its posture touches nothing.
+    bool is_kept(const OffsetCells& cells, double free) noexcept {
+        if (options_.allowed && !contains(*options_.allowed, wrap(free))) return false;
+        if (!move_) return true;
+        double q[joint_slots], robot[joint_slots] = {};
+        joints_at(cells, free, q);
+        for (int j = 0; j < joints; ++j) robot[robot_joint(offset_, j)] = q[j];
+        return move_->is_clear_at(robot);
+    }
+
+    /// The limits, in the robot's order, and no farther from the seed than what costs as much as the
+    /// candidate.
+    Limits box() const noexcept {
+        Limits out = offset_.own.limits;
+        if (!(box_ < infinity)) return out;
+        for (int j = 0; j < joints; ++j) {
+            const JointCost& c = joint_[j];
+            if (!(c.weight > 0)) continue;
+            const double most = squares() ? sqrt(box_ / c.weight) : (box_ + c.room) / c.weight;
+            const double reach = most * (1.0 + tuning_.roomy) + tolerance::angle;
+            const int k = robot_joint(offset_, j);
+            out.lower[k] = max(out.lower[k], c.near - reach);
+            out.upper[k] = min(out.upper[k], c.near + reach);
+        }
+        return out;
+    }
+
+    /// The arcs of each branch that may be used, why there are none, and places that arcs do not tell of.
+    void open_arcs() noexcept {
+        OffsetArcsTuning how;
+        how.looks = tuning_.undecided;
+        OffsetArcs arcs(offset_, pose_, box(), how);
+        unsigned elbows = 0;
+        for (int gc = 0; gc < configurations; ++gc) {
+            make_empty(arcs_[gc]);
+            make_empty(left_open_[gc]);
+            status_[gc] = Status::UNREACHABLE;
+            if (!is_asked(gc)) continue;
+            ProvenArcs found;
+            arcs.find(gc, std::popcount(options_.branches & every & ~((1u << gc) - 1u)), found);
+            for (int i = 0; i < found.open.count; ++i) remember_open(gc, found.open.arc[i]);
+            Tag blocking = 0;
+            if (scene_) keep_clear(offset_, *scene_, pose_, gc, found, blocking, false, {}, &left_open_[gc]);
+            arcs_[gc] = found.arcs;
+            status_[gc] = found.status;
+            const unsigned elbow = configuration(gc).elbow > 0 ? 1u : 2u;
+            if ((elbows & elbow) == 0) {
+                elbows |= elbow;
+                const auto remember_it = [&](double free) { remember_shared(gc, free); };
+                arcs.straight(gc, remember_it);
+                beside_.across_axis_6(gc, remember_it);
+            }
+            if (status_[gc] != Status::OK || !options_.allowed) continue;
+            intersect(found.arcs, *options_.allowed, arcs_[gc]);
+            if (arcs_[gc].empty()) status_[gc] = Status::NOT_ALLOWED;
+        }
+    }
+    /// A piece that is proven neither way.
+    void remember_open(int gc, const Arc& arc) noexcept {
+        const double least = least_over(gc, arc.lower, arc.upper);
+        if (!dropped(least)) remember(gc, arc.lower, arc.upper, least);
+    }
+    /// A value at which joints of an elbow's branches may share a turn.
+    void remember_shared(int gc, double free) noexcept {
+        const int sides[] = {gc, gc ^ wrist_bit(gc)};
+        for (const int side : sides) {
+            int asked = is_asked(side) ? side : side ^ shoulder_bit(side);
+            if (!is_asked(asked)) continue;
+            const double at = beside_.shared(side, free);
+            if (!is_nan(at)) remember(asked, at, at, -infinity, true);
+        }
+    }
+    static int wrist_bit(int gc) noexcept {
+        for (int bit = 1; bit < configurations; bit <<= 1)
+            if (configuration(gc ^ bit).wrist != configuration(gc).wrist) return bit;
+        return 0;
+    }
+    static int shoulder_bit(int gc) noexcept {
+        for (int bit = 1; bit < configurations; bit <<= 1)
+            if (configuration(gc ^ bit).shoulder != configuration(gc).shoulder) return bit;
+        return 0;
+    }
+
+    // -- cells
+
+    /// Searches all arcs, or one, for what costs less than the best known.
+    void search() noexcept {
+        count_ = 0;
+        looks_ = 0;
+        for (int gc = 0; gc < configurations; ++gc)
+            for (int i = 0; i < arcs_[gc].count; ++i) {
+                if (extent_ == one && !(gc == one_gc_ && i == one_arc_)) continue;
+                begin(gc, i);
+            }
+        while (count_ > 0) {
+            // as many cells of one branch as there are lanes, the first of which has the least bound
+            Cell cell[lanes];
+            int n = 0;
+            while (count_ > 0 && n == 0) {
+                const Cell next = pop();
+                if (dropped(next.least)) {  // so are all others
+                    count_ = 0;
+                    return;
+                }
+                n = divide(next, cell);
+            }
+            if (n == 0) return;
+            if (looks_++ >= tuning_.looks) {
+                open_below_ = min(open_below_, cell[0].least);
+                return;
+            }
+            look(cell, n);
+        }
+    }
+
+    /// Puts an arc's cells into the heap, with what the free joint alone costs there.
+    void begin(int gc, int index) noexcept {
+        const Arc& arc = arcs_[gc].arc[index];
+        if (arc.upper < arc.lower) return;
+        const OffsetCells cells(offset_, pose_, gc);
+        offer(cells, gc, arc, arc.lower);
+        if (!(arc.upper > arc.lower)) {
+            if (is_nan(cost_at(cells, arc.lower))) remember(gc, arc.lower, arc.lower, -infinity, true);
+            return;
+        }
+        offer(cells, gc, arc, arc.upper);
+        const int parts = 1 + static_cast<int>((arc.upper - arc.lower) / (tuning_.widest * lanes));
+        const double width = (arc.upper - arc.lower) / parts;
+        for (int k = 0; k < parts; ++k) {
+            Cell cell{arc.lower + k * width, k + 1 < parts ? arc.lower + (k + 1) * width : arc.upper, 0, gc,
+                      index};
+            cell.least = least_of_free(cell);
+            push(cell);
+        }
+    }
+    /// What the free joint alone costs over a cell at least.
+    double least_of_free(const Cell& cell) const noexcept {
+        const JointCost& c = joint_[joints - 1];
+        const double middle = 0.5 * (cell.lower + cell.upper), half = middle - cell.lower;
+        const double off = abs(c.wide ? wrap(middle - c.near)
+                                      : turned(joints - 1, to_theta(middle, c.sign, c.offset)) - c.near) -
+                           half;
+        return squares() || c.weight > 0 ? cost_of(c, max(off, 0.0)) : -infinity;
+    }
+    /// Cuts a cell into as many as there are lanes.
+    static int divide(const Cell& cell, Cell (&out)[lanes]) noexcept {
+        const double width = (cell.upper - cell.lower) / lanes;
+        for (int k = 0; k < lanes; ++k) {
+            out[k] = cell;
+            out[k].lower = cell.lower + k * width;
+            out[k].upper = k + 1 < lanes ? cell.lower + (k + 1) * width : cell.upper;
+        }
+        return lanes;
+    }
+    void push(const Cell& cell) noexcept {
+        if (count_ == most_cells) {
+            open_below_ = min(open_below_, cell.least);
+            return;
+        }
+        cell_[count_++] = cell;
+        std::push_heap(cell_, cell_ + count_, later);
+    }
+    Cell pop() noexcept {
+        std::pop_heap(cell_, cell_ + count_, later);
+        return cell_[--count_];
+    }
+
+    /// Bounds cells of one arc, and keeps those that may hold less than the best known.
+    void look(const Cell (&cell)[lanes], int n) noexcept {
+        const int gc = cell[0].gc;
+        const Arc& arc = arcs_[gc].arc[cell[0].arc];
+        const OffsetCells cells(offset_, pose_, gc);
+        double middle[lanes], half[lanes];
+        for (int i = 0; i < lanes; ++i) {
+            const Cell& at = cell[i < n ? i : 0];
+            middle[i] = 0.5 * (at.lower + at.upper);
+            half[i] = 0.5 * (at.upper - at.lower) * (1.0 + 1e-9) + tolerance::same_psi;
+        }
+        const OffsetCellCosts found =
+            costs(OffsetOverCells(offset_, cells.motion(), CostCells::load(middle), CostCells::load(half)));
+        double value[lanes], least[lanes], best[lanes];
+        found.value.store(value);
+        found.least.store(least);
+        found.best.store(best);
+        int first = 0;
+        for (int i = 1; i < n; ++i)
+            if (value[i] < value[first]) first = i;
+        if (value[first] < cost_) offer(cells, gc, arc, middle[first]);
+        for (int i = 0; i < n; ++i) {
+            Cell left = cell[i];
+            left.least = is_nan(least[i]) ? cell[i].least : max(cell[i].least, least[i]);
+            if (dropped(left.least)) continue;
+            if ((found.rises | found.falls) >> i & 1u) {
+                offer(cells, gc, arc, found.rises >> i & 1u ? left.lower : left.upper);
+                continue;
+            }
+            if (found.bowl >> i & 1u && finish(cells, gc, arc, left, middle[i] + best[i] * half[i])) continue;
+            if (!squares())
+                offer(cells, gc, arc, min(max(middle[i] + best[i] * half[i], left.lower), left.upper));
+            if (dropped(left.least)) continue;
+            if (half[i] < tuning_.narrowest) {
+                offer(cells, gc, arc, left.lower);
+                offer(cells, gc, arc, left.upper);
+                if (!dropped(left.least)) remember(gc, left.lower, left.upper, left.least);
+                continue;
+            }
+            push(left);
+        }
+    }
+
+    /// Finds the least of a cell on which the cost is convex; false if Newton's method does not come there.
+    bool finish(const OffsetCells& cells, int gc, const Arc& arc, const Cell& cell, double free) noexcept {
+        free = min(max(free, cell.lower), cell.upper);
+        double lower = cell.lower, upper = cell.upper;
+        for (int pass = 0; pass < tuning_.newton; ++pass) {
+            const Jet<double, 2> here = squares_at(cells, free);
+            const double slope = here.coefficient[1], bend = 2.0 * here.coefficient[2];
+            (slope > 0 ? upper : lower) = free;
+            double to = free - slope / bend;
+            if (!(bend > 0)) to = 0.5 * (lower + upper);
+            to = min(max(to, lower), upper);
+            const bool still = abs(to - free) <= tolerance::rounding * (1.0 + abs(free));
+            free = to;
+            if (!still) continue;
+            offer(cells, gc, arc, free);
+            return true;
+        }
+        offer(cells, gc, arc, free);
+        return false;
+    }
+
+    /// Takes a posture of an arc that costs less than the best.
+    void offer(const OffsetCells& cells, int gc, const Arc& arc, double free) noexcept {
+        const double now = cost_at(cells, free);
+        if (!(now < cost_)) return;
         cost_ = now;
         free_ = wrap(free);
         gc_ = gc;
         arc_ = arc;
     }
 
-    /// Bounds a cell; false where some joint has no turn within its limits there.
-    bool bound(const OffsetCells& cells, double middle, double half, Bound& out) const noexcept {
-        OffsetCells::Over over;
-        OffsetCells::Begun begun;
-        cells.begin(middle, half, begun, over);
-        if (over.exists == Known::outside) return false;
-        cells.finish(begun, over);
-        out = {squares() ? 0.0 : -infinity, over.exists == Known::inside, false, false};
-        JointBound one[joints];
-        Interval slope(0.0);
-        double at_middle = 0;
-        for (int j = 0; j < joints; ++j) {
-            if (!bound(joint_[j], over.joint[j], one[j])) return false;
-            out.least = both(out.least, one[j].least);
-            out.smooth = out.smooth && one[j].smooth;
-            at_middle += one[j].middle;
-            slope = slope + one[j].slope;
-        }
-        if (!out.smooth) return true;
-        if (squares()) {
-            if (!slope.bounded()) {
-                out.smooth = false;
-                return true;
+    // -- results
+
+    /// The best of what is searched that can be put on its pose. What cannot is cut off its arc, and is a
+    /// place to look beside; nobody knows then what that holds.
+    Nearest settled_best() noexcept {
+        search();
+        for (int pass = 0; gc_ >= 0 && pass < most_places; ++pass) {
+            const Nearest out = result();
+            if (is_solved(out.status)) return out;
+            remember(gc_, free_, free_, -infinity, true);
+            open_below_ = -infinity;
+            if (box_ < infinity) {  // of a candidate that may not exist
+                box_ = infinity;
+                open_arcs();
             }
-            out.least = max(out.least, at_middle - half * max(abs(slope.lo), abs(slope.hi)));
-            out.rises = slope.lo >= 0;
-            out.falls = !out.rises && slope.hi <= 0;
-            return true;
+            cut_off_best();
+            forget();
+            search();
         }
-        out.rises = out.falls = true;
-        for (int j = 0; j < joints; ++j) {  // those that may be the largest
-            if (!(one[j].most >= out.least)) continue;
-            out.rises = out.rises && one[j].slope.lo >= 0;
-            out.falls = out.falls && one[j].slope.hi <= 0;
-        }
-        if (out.rises) out.falls = false;
-        return true;
+        return refused(Status::NEAR_SINGULAR);
+    }
+    /// Cuts the best, and what is as near to it as one place, off its arc. Of a shorter arc nothing is left:
+    /// its ends change sides.
+    void cut_off_best() noexcept {
+        ArcSet& arcs = arcs_[gc_];
+        const Place at = find(arcs, free_);
+        if (at.index < 0) return;
+        Arc& arc = arcs.arc[at.index];
+        if (at.psi - arc.lower <= arc.upper - at.psi)
+            arc.lower = at.psi + tuning_.one_place;
+        else
+            arc.upper = at.psi - tuning_.one_place;
+        arcs.full = false;
     }
 
-    /// What a joint costs over a cell, and d(cost)/d(free).
-    struct JointBound {
-        double least, most, middle;
-        Interval slope;
-        bool smooth;  // one turn costs least all over the cell
-    };
-    bool bound(const JointCost& c, const JointOver& over, JointBound& out) const noexcept {
-        out = {cost_of(c, 0.0), infinity, 0.0, Interval::whole(), false};
-        if (!over.off.bounded()) return true;
-        const Interval off = c.sign > 0 ? over.off : -over.off;
-        const double at = to_q(over.middle, c.sign, c.offset);
-        const double fewest = ceil((c.lower - at) / two_pi), most_turns = floor((c.upper - at) / two_pi);
-        const double turn = min(max(round((c.near - at) / two_pi), fewest), max(fewest, most_turns));
-        double least = infinity, most = infinity, second = infinity, here = at;
-        for (const double k : {turn - 1.0, turn, turn + 1.0}) {
-            const double q = at + two_pi * k;
-            const double from = max(q + off.lo, c.lower - tolerance::angle),
-                         to = min(q + off.hi, c.upper + tolerance::angle);
-            if (!(from <= to)) continue;
-            const double nearest = max(0.0, max(from - c.near, c.near - to));
-            if (nearest < least) {
-                second = least;
-                least = nearest;
-                most = max(abs(from - c.near), abs(to - c.near));
-                here = q;
-            } else {
-                second = min(second, nearest);
-            }
-        }
-        if (!(least < infinity)) return false;
-        out.least = cost_of(c, least);
-        out.most = cost_of(c, most);
-        out.middle = cost_of(c, here - c.near);
-        // a turn of a joint that has several may end within the cell
-        out.smooth = second > most && (!c.wide || (here + off.lo >= c.lower && here + off.hi <= c.upper));
-        const Interval d{here + off.lo - c.near, here + off.hi - c.near};
-        const Interval rate = Interval(c.sign) * over.slope;
-        if (squares()) {
-            out.slope = Interval(2.0 * c.weight) * d * rate;
-        } else {
-            const Interval way(d.hi <= 0 || d.lo < 0 ? -1.0 : 1.0, d.hi > 0 || d.lo >= 0 ? 1.0 : -1.0);
-            out.slope = Interval(c.weight) * way * rate;
-        }
+    /// The best posture, in the order of the formulas: put on its pose to the last digits.
+    Nearest result() const noexcept {
+        const OffsetCells cells(offset_, pose_, gc_);
+        const auto at = [&](double free) {
+            Joints out{};
+            joints_at(cells, free, out.q);
+            return out;
+        };
+        const auto is_open = [&](double free) {
+            const double lifted = lift(free, 0.5 * (arc_.lower + arc_.upper));
+            return lifted >= arc_.lower && lifted <= arc_.upper;
+        };
+        Nearest out = kept_within(at, is_open, free_, gc_);
+        if (!settle(out)) return refused(Status::NEAR_SINGULAR);
+        return out;
+    }
+    /// Puts a posture on its pose where the free joint has too few digits; whether it is there.
+    bool settle(Nearest& in_order) const noexcept {
+        Joints at{};
+        for (int j = 0; j < joints; ++j) at.q[robot_joint(offset_, j)] = in_order.q[j];
+        const double size = offset_.own.size;
+        Twist rest;
+        const bool kept = within_limits(offset_.own.limits, at.q, 0.0);
+        if (kept && distance(offset_, at.q, pose_, size, rest) <= 0.1 * settled_rule::meets * size)
+            return true;
+        int rounds = settled_rule::rounds;
+        const Relaxed on = settled(offset_, offset_.own.limits, at, pose_, {}, 0.0, rounds);
+        if (!meets(offset_, on)) return false;
+        for (int j = 0; j < joints; ++j) at.q[j] = on.at.q[robot_joint(offset_, j)];
+        in_order = finished(at.q, in_order.psi, in_order.gc);
         return true;
+    }
+    Nearest in_robot_order(const Nearest& in_order) const noexcept {
+        Nearest out = in_order;
+        for (int j = 0; j < joints; ++j) out.q[robot_joint(offset_, j)] = in_order.q[j];
+        out.psi = out.psi <= -pi ? pi : out.psi;
+        return out;
+    }
+    /// The cost of a posture that was found.
+    double cost_of_result(const Nearest& in_order) const noexcept {
+        return is_solved(in_order.status) ? cost_of_all(in_order.q) : infinity;
+    }
+
+    // -- where the free joint has too few digits
+
+    /// Remembers a piece, or one value: a place to start from, also within a piece. Places of one kind that
+    /// meet become one.
+    void remember(int gc, double lower, double upper, double least, bool single = false) noexcept {
+        for (int i = 0; i < places_; ++i) {
+            Beside& known = place_[i];
+            if (known.gc != gc || known.one != single || lower > known.upper + tuning_.one_place ||
+                upper < known.lower - tuning_.one_place)
+                continue;
+            known.lower = min(known.lower, lower);
+            known.upper = max(known.upper, upper);
+            known.least = min(known.least, least);
+            return;
+        }
+        if (places_ == most_places)
+            open_below_ = min(open_below_, least);
+        else
+            place_[places_++] = {gc, lower, upper, least, single};
+    }
+
+    /// Looks beside the places, in the order of what they may cost.
+    void look_beside(OffsetBeside& beside) noexcept {
+        const auto share = [this](Joints& robot) { share_turn(robot); };
+        const auto worth = [this](const Joints& robot) { return is_worth(robot); };
+        const auto take = [this](const Joints& robot, int gc) { take_beside(robot, gc); };
+        if (squares() && best_.gc >= 0) {
+            Joints at{};
+            for (int j = 0; j < joints; ++j) at.q[robot_joint(offset_, j)] = best_.q[j];
+            beside.begin(best_.gc, at, worth, take);
+        }
+        std::sort(place_, place_ + places_,
+                  [](const Beside& a, const Beside& b) { return a.least < b.least; });
+        const auto look_at = [&](int gc, double lower, double upper) {
+            const bool done = beside.look(gc, lower, upper, share, worth, take);
+            told_ = cost_of_result(best_);
+            return done;
+        };
+        count_ = looks_ = 0;
+        for (int i = 0; i < places_; ++i) {
+            const Beside& place = place_[i];
+            if (!is_searched(place)) continue;
+            if (place.least >= told_ - tie(told_)) break;
+            if (!place.one)
+                divide_place({place.lower, place.upper, place.least, place.gc, 0}, look_at);
+            else if (!look_at(place.gc, place.lower, place.upper))
+                open_below_ = -infinity;
+        }
+        if (!beside.finish(worth, take)) open_below_ = -infinity;
+    }
+    /// Looks beside the parts of a piece, by rising bound. Parts over which the joints move farther than a
+    /// start may be from its posture are divided; where they turn however narrow the part, joints must share
+    /// a turn.
+    template <class Look>
+    void divide_place(const Cell& whole, const Look& look_at) noexcept {
+        const OffsetCells cells(offset_, pose_, whole.gc);
+        Cell cell[lanes] = {whole};
+        for (int n = 1; n > 0;) {
+            const int gc = cell[0].gc;
+            double middle[lanes], half[lanes], least[lanes], moved[lanes];
+            for (int i = 0; i < lanes; ++i) {
+                const Cell& at = cell[i < n ? i : 0];
+                middle[i] = 0.5 * (at.lower + at.upper);
+                half[i] = 0.5 * (at.upper - at.lower) * (1.0 + 1e-9) + tolerance::same_psi;
+            }
+            const OffsetOverCells over(offset_, cells.motion(), CostCells::load(middle),
+                                       CostCells::load(half));
+            CostCells square(0.0);
+            for (int j = 0; j < joints; ++j)
+                square = mul_add(CostCells(joint_[j].weight) * over.travel[j], over.travel[j], square);
+            costs(over).least.store(least);
+            sqrt(square).store(moved);
+            for (int i = 0; i < n; ++i) {
+                Cell part = cell[i];
+                part.least = is_nan(least[i]) ? part.least : max(part.least, least[i]);
+                if (part.least >= told_ - tie(told_)) continue;
+                OffsetCells::Begun begun;
+                OffsetCells::Over known;
+                cells.begin(middle[i], half[i], begun, known);
+                if (known.exists == Known::outside) continue;
+                const bool near =
+                    moved[i] <= tuning_.settling || beside_.is_shared(gc, part.lower, part.upper);
+                if (!near && half[i] > tuning_.narrowest) {
+                    push(part);
+                    continue;
+                }
+                if (!look_at(gc, part.lower, part.upper) || !(near || is_at_shared(part)))
+                    open_below_ = min(open_below_, part.least);
+            }
+            n = 0;
+            if (count_ == 0) return;
+            const Cell next = pop();
+            if (next.least >= told_ - tie(told_)) break;
+            if (looks_++ >= tuning_.looks) {
+                open_below_ = min(open_below_, next.least);
+                break;
+            }
+            n = divide(next, cell);
+        }
+        count_ = 0;
+    }
+    /// Whether a part of a piece is at a value where joints share a turn, which is a place of its own.
+    bool is_at_shared(const Cell& part) const noexcept {
+        for (int i = 0; i < places_; ++i)
+            if (place_[i].one && part.lower <= place_[i].upper + tuning_.one_place &&
+                part.upper >= place_[i].lower - tuning_.one_place)
+                return true;
+        return false;
+    }
+    /// Whether a place is of what is searched: of one arc, the places that meet it, of either shoulder.
+    bool is_searched(const Beside& place) const noexcept {
+        if (extent_ == all) return true;
+        if (place.gc != one_gc_ && !(place.one && place.gc == (one_gc_ ^ shoulder_bit(one_gc_))))
+            return false;
+        const Arc& arc = arcs_[one_gc_].arc[one_arc_];
+        const double half = 0.5 * (place.upper - place.lower) + tuning_.one_place,
+                     at = lift(0.5 * (place.lower + place.upper), 0.5 * (arc.lower + arc.upper));
+        return at + half >= arc.lower && at - half <= arc.upper;
+    }
+    /// Whether a posture near these joints may cost less than the best.
+    bool is_worth(const Joints& robot) const noexcept {
+        if (!squares() || !(told_ < infinity)) return true;
+        double q[joint_slots];
+        for (int j = 0; j < joints; ++j) q[j] = robot.q[robot_joint(offset_, j)];
+        return sqrt(cost_of_all(q)) < sqrt(told_) + tuning_.settling;
+    }
+    /// Takes a posture that costs less than the best.
+    void take_beside(const Joints& robot, int gc) noexcept {
+        double q[joint_slots];
+        for (int j = 0; j < joints; ++j) q[j] = robot.q[robot_joint(offset_, j)];
+        const double cost = cost_of_all(q), free = wrap(q[joints - 1]);
+        if (cost >= told_ - tie(told_)) return;
+        if (options_.allowed && !contains(*options_.allowed, free)) return;
+        if (extent_ == one && find(arcs_[one_gc_], free).index != one_arc_) return;
+        if (move_ && !move_->is_clear_at(robot.q)) return;
+        best_ = finished(q, free, gc);
+        if (!squares()) best_.status = Status::UNPROVEN;
+        told_ = cost;
+    }
+
+    /// Gives joints 1 and 3, which turn about one axis, the cheapest shares of their turn within the limits.
+    void share_turn(Joints& robot) const noexcept {
+        double q[joint_slots];
+        for (int j = 0; j < joints; ++j) q[j] = robot.q[robot_joint(offset_, j)];
+        const JointCost &a = joint_[0], &b = joint_[2];
+        const double cosine = sin_cos(to_theta(q[1], joint_[1].sign, joint_[1].offset)).cos;
+        const double eps = a.sign * b.sign * (cosine < 0 ? -1.0 : 1.0);
+        const double wish = wrap(q[2] - b.near + eps * (q[0] - a.near));
+        Split best{0, 0, infinity};
+        for (const int k : {0, -1, 1, -2, 2}) {
+            const Split now = split(a, b, eps, wish + two_pi * k);
+            if (now.cost < best.cost) best = now;
+        }
+        if (!(best.cost < infinity)) return;
+        q[0] = a.near + best.u;
+        q[2] = b.near + best.v;
+        for (const int j : {0, 2}) robot.q[robot_joint(offset_, j)] = q[j];
+    }
+
+    /// Whether cells that were not looked at, or of which nobody knows whether something touches there, may
+    /// hold a posture that costs less, by more than rounding.
+    bool is_open_below(double cost) const noexcept {
+        const double slack = squares() ? 2.0 * sqrt(cost) * tolerance::angle : tolerance::angle;
+        if (open_below_ < cost - slack) return true;
+        for (int gc = 0; gc < configurations; ++gc)
+            for (int i = 0; i < left_open_[gc].count; ++i) {
+                const Arc& arc = left_open_[gc].arc[i];
+                if (least_over(gc, arc.lower, arc.upper) < cost - slack) return true;
+            }
+        return false;
+    }
+    double least_over(int gc, double lower, double upper) const noexcept {
+        const CostCells middle(0.5 * (lower + upper)), half(0.5 * (upper - lower) + tolerance::same_psi);
+        const OffsetMotion<> m = offset_motion(offset_, pose_, gc);
+        const double least = costs(OffsetOverCells(offset_, m, middle, half)).least[0];
+        return is_nan(least) ? -infinity : least;
     }
 
     const OffsetArm& offset_;
     const Pose<double>& pose_;
     const OffsetCostTuning& tuning_;
-    double cost_ = infinity, free_ = 0;
-    int gc_ = -1;
+    const Scene* const scene_;
+    std::optional<StraightMove<OffsetArm>> move_;  // where there are obstacles
+    OffsetBeside beside_;
+    ArcSet arcs_[configurations], left_open_[configurations];
+    Status status_[configurations];
+    double cost_ = infinity, free_ = 0, box_ = infinity;
+    Extent extent_ = all;
+    int gc_ = -1, one_gc_ = 0, one_arc_ = 0, looks_ = 0, count_ = 0, places_ = 0;
     Arc arc_{};
+    double open_below_ = infinity, told_ = infinity;
+    Nearest best_{};
+    Cell cell_[most_cells];
+    Beside place_[most_places];
 };
 
 /// What is asked, in the order of the formulas: `near` is where the seed goes.
@@ -306,77 +790,17 @@ inline NearestOptions in_formula_order(const OffsetArm& arm, const NearestOption
     return out;
 }
 
-/// The arcs of each branch that may be used, and why there are none.
-struct OffsetOpen {
-    ArcSet arcs[configurations];
-    Status status[configurations];
-    bool doubtful = false;  // some branch has more than arcs tell
-
-    OffsetOpen(const OffsetArm& arm, const Pose<double>& exact, const NearestOptions& o,
-               const Scene* scene) noexcept {
-        constexpr unsigned all = (1u << configurations) - 1;
-        ProvenArcs found[configurations];
-        if ((o.branches & all) == all) feasible_all(arm, exact, arm.own.limits, found);
-        for (int gc = 0; gc < configurations; ++gc) {
-            make_empty(arcs[gc]);
-            status[gc] = Status::UNREACHABLE;
-            if (!(o.branches >> gc & 1u)) continue;
-            if ((o.branches & all) != all) feasible(arm, exact, gc, found[gc]);
-            Tag blocking = 0;
-            if (scene) keep_clear(arm, *scene, exact, gc, found[gc], blocking);
-            arcs[gc] = found[gc].arcs;
-            status[gc] = found[gc].status;
-            doubtful = doubtful || found[gc].unproven > 0 || found[gc].status == Status::NEAR_SINGULAR;
-            if (status[gc] != Status::OK || !o.allowed) continue;
-            intersect(found[gc].arcs, *o.allowed, arcs[gc]);
-            if (arcs[gc].empty()) status[gc] = Status::NOT_ALLOWED;
-        }
-    }
-};
-
-/// A posture of nearest() in the words of any arm's.
-inline Nearest as_nearest(const OffsetNearest& found, bool seeded) noexcept {
-    Nearest out{};
-    for (int j = 0; j < joints; ++j) out.q[j] = found.q[j];
-    out.psi = found.free;
-    out.gc = found.gc;
-    out.status = found.status;
-    out.distance = seeded ? found.distance : not_a_number;
-    out.margin = found.margin;
-    out.gap = is_solved(found.status) ? 0.0 : not_a_number;
-    return out;
-}
-
 }  // namespace detail
 
 /// The posture of a pose that costs least, globally: over the branches and values of the free joint that may
-/// be used, and all turns. Where the metric is l2 and nothing is `allowed`, also of those postures of which
-/// arcs do not tell; else UNPROVEN where there are such, and none that arcs tell of.
+/// be used, and all turns, clear of a scene (null: none). UNPROVEN: a posture, but one that costs less may
+/// exist: the cells are spent, obstacles hide it, or it was found beside the arcs in a metric but l2.
 inline Nearest nearest_posture(const OffsetArm& arm, const Pose<double>& pose, const NearestOptions& options,
                                const Scene* scene = nullptr, const OffsetCostTuning& tuning = {}) noexcept {
-    const bool squares = options.metric == Metric::l2, seeded = options.near != nullptr;
-    if (squares && !options.allowed)
-        return detail::as_nearest(nearest(arm, pose, options.near, options.weight, options.branches, scene),
-                                  seeded);
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
     double near[joints];
     const NearestOptions in_order = detail::in_formula_order(arm, options, near);
-    const detail::OffsetOpen open(arm, exact, options, scene);
-    detail::OffsetArcSearch search(arm, exact, in_order, tuning);
-    for (int gc = 0; gc < configurations; ++gc)
-        for (int i = 0; i < open.arcs[gc].count; ++i) search.begin(gc, open.arcs[gc].arc[i]);
-    for (int gc = 0; gc < configurations; ++gc)
-        for (int i = 0; i < open.arcs[gc].count; ++i) search.search(gc, open.arcs[gc].arc[i]);
-    if (search.found()) return search.result();
-    Nearest none = search.nothing(open.status);
-    if (!open.doubtful) return none;
-    const OffsetNearest beside = nearest(arm, pose, options.near, options.weight, options.branches, scene);
-    const bool kept =
-        is_solved(beside.status) && !(options.allowed && !contains(*options.allowed, beside.free));
-    if (!kept) return none;
-    none = detail::as_nearest(beside, false);
-    none.status = Status::UNPROVEN;
-    return none;
+    return detail::OffsetNearestSearch(arm, exact, in_order, scene, tuning).best();
 }
 
 /// The nearest posture of each branch and arc: first that of nearest_posture(), then by rising cost.
@@ -386,27 +810,7 @@ inline void nearest_postures(const OffsetArm& arm, const Pose<double>& pose, con
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
     double near[joints];
     const NearestOptions in_order = detail::in_formula_order(arm, options, near);
-    const detail::OffsetOpen open(arm, exact, options, scene);
-    detail::OffsetArcSearch search(arm, exact, in_order, tuning);
-    const Nearest first = nearest_posture(arm, pose, options, scene, tuning);
-    const int its = is_solved(first.status) ? find(open.arcs[first.gc], first.psi).index : -1;
-    out.count = 0;
-    out.status = first.status;
-    for (int gc = 0; gc < configurations; ++gc)
-        for (int i = 0; i < open.arcs[gc].count; ++i) {
-            const bool is_first = is_solved(first.status) && gc == first.gc && i == its;
-            if (is_first) continue;
-            search.forget();
-            search.begin(gc, open.arcs[gc].arc[i]);
-            search.search(gc, open.arcs[gc].arc[i]);
-            if (search.found()) search.insert(out, search.result());
-        }
-    if (!is_solved(first.status)) return;
-    out.status = Status::OK;
-    if (out.count == Nearests::capacity) --out.count;
-    for (int at = out.count; at > 0; --at) out.found[at] = out.found[at - 1];
-    ++out.count;
-    out.found[0] = first;
+    detail::OffsetNearestSearch(arm, exact, in_order, scene, tuning).all_of(out);
 }
 
 }  // namespace armangle

@@ -122,12 +122,12 @@ inline Inverse inverse(const OffsetArm& arm, const Pose<double>& pose, double fr
 }
 
 /// Computes theta of all joints, in the order of the formulas, with derivatives with respect to the free
-/// joint, at a value that has a solution.
-template <int N>
-void angles_along(const OffsetArm& arm, const OffsetMotion<>& m, double free,
-                  Jet<double, N> (&theta)[joints]) noexcept {
-    using J = Jet<double, N>;
-    const SinCos<J> theta_7 = sin_cos(J(arm.rest.sign[6]) * J::variable(free) + J(arm.rest.offset[6]));
+/// joint, at a value that has a solution, or over cells of such values.
+template <class T, int N>
+void angles_along(const OffsetArm& arm, const OffsetMotion<>& m, const Jet<T, N>& free,
+                  Jet<T, N> (&theta)[joints]) noexcept {
+    using J = Jet<T, N>;
+    const SinCos<J> theta_7 = sin_cos(J(arm.rest.sign[6]) * free + J(arm.rest.offset[6]));
     const OffsetWrist<J> wrist = offset_wrist(arm, m, theta_7);
     const Directions<J> d = directions(m, wrist, theta_7, sqrt(max(wrist.inside, J(0.0))));
     for (int j = 0; j < joints; ++j) theta[j] = atan2(d.y[j], d.x[j]);
@@ -141,7 +141,7 @@ inline Inverse self_motion_rate(const OffsetArm& arm, const Pose<double>& pose, 
     if (out.status != Status::OK) return out;
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
     Jet<double, 1> theta[joints];
-    angles_along(arm, offset_motion(arm, exact, gc), free, theta);
+    angles_along(arm, offset_motion(arm, exact, gc), Jet<double, 1>::variable(free), theta);
     for (int j = 0; j < joints; ++j) {
         const double rate = arm.rest.sign[j] * theta[j].coefficient[1];
         out.q[robot_joint(arm, j)] = is_nan(rate) ? infinity : rate;

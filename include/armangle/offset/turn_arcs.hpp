@@ -79,8 +79,8 @@ private:
     /// Adds the rotation of a solution in unproven parts of some branches, first of one that solves the pose
     /// as given.
     [[gnu::noinline, gnu::cold]] void add_hidden(const OffsetArm& arm, unsigned branches) noexcept {
-        const OffsetNearest found = nearest(arm, pose_, nullptr, nullptr, branches);
-        if (found.status != Status::OK) return;
+        const Nearest found = find_any(arm, pose_, branches);
+        if (!is_solved(found.status)) return;
         const double theta = to_theta(arm.rest, joint_, found.q[robot_joint(arm, joint_)]);
         add(theta, theta);
     }

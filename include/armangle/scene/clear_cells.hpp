@@ -77,6 +77,8 @@ public:
 
     /// A pair that was found to touch; 0 if there was none.
     Tag touching() const noexcept { return touching_; }
+    /// Where it is not known whether something touches.
+    const ArcSet& left_open() const noexcept { return left_open_; }
 
 private:
     /// Decides a cell, or halves it and decides both halves in rising order.
@@ -113,8 +115,21 @@ private:
     void leave_out(double lower, double upper, const Around& at, ArcSet& out) noexcept {
         const bool touches = min(at.touching[0], at.touching[1]) >= 1.0;
         if (touches) touching_ = at.pair;
-        if (!touches) unproven_ += max(upper - lower, tolerance::angle);
+        if (!touches) {
+            unproven_ += max(upper - lower, tolerance::angle);
+            leave_open(lower, upper);
+        }
         end(touches ? at.pair : make_tag(0, Side::unproven), out);
+    }
+    void leave_open(double lower, double upper) noexcept {
+        if (left_open_.full) return;
+        Arc* const last = left_open_.count > 0 ? &left_open_.arc[left_open_.count - 1] : nullptr;
+        if (last && last->upper >= lower)
+            last->upper = upper;
+        else if (left_open_.count < ArcSet::capacity)
+            put(left_open_, {lower, upper, 0, 0});
+        else
+            make_full(left_open_);
     }
     void add_clear(double lower, double upper) noexcept {
         if (!open_) start_ = lower;
@@ -138,6 +153,7 @@ private:
     bool open_ = false;
     double start_ = 0, end_ = 0, unproven_ = 0;
     Tag tag_ = 0, touching_ = 0;
+    ArcSet left_open_;
     int looks_;
 };
 
@@ -160,10 +176,13 @@ Tag rest_contact(const AnyArm& arm, const Scene& scene, const Pose<double>& pose
 
 /// Reduces the proven arcs of a pose and branch to their collision-free parts. `blocking` becomes the pair
 /// that touches if nothing remains; 0 if none is known. `turning_alone` skips the tool and link 0.
+/// `left_open`, if not null, becomes the part where it is not known whether something touches.
 template <class AnyArm>
 void keep_clear(const AnyArm& arm, const Scene& scene, const Pose<double>& pose, int gc, ProvenArcs& arcs,
-                Tag& blocking, bool turning_alone = false, const ClearCellsTuning& tuning = {}) noexcept {
+                Tag& blocking, bool turning_alone = false, const ClearCellsTuning& tuning = {},
+                ArcSet* left_open = nullptr) noexcept {
     blocking = 0;
+    if (left_open) make_empty(*left_open);
     make_empty(arcs.open);
     if (arcs.arcs.empty()) return;
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
@@ -176,6 +195,7 @@ void keep_clear(const AnyArm& arm, const Scene& scene, const Pose<double>& pose,
     const ArcSet own = arcs.arcs;
     detail::ClearCells<AnyArm> proof(arm, scene, exact, gc, tuning);
     proof.run(own, arcs.arcs, arcs.unproven);
+    if (left_open) *left_open = proof.left_open();
     if (!arcs.arcs.empty()) return;
     blocking = proof.touching();
     arcs.status = blocking ? Status::CLEARANCE : Status::NEAR_SINGULAR;
