@@ -71,7 +71,7 @@ public:
         find_candidate();
         open_arcs();
         best_ = settled_best();
-        if (gc_ < 0) best_ = nothing(status_);
+        if (!is_solved(best_.status)) best_ = nothing(status_);
         told_ = cost_of_result(best_);
         look_beside(beside_);
         if (best_.status == Status::OK && best_.gc < 0) best_.status = Status::NEAR_SINGULAR;
@@ -505,37 +505,50 @@ private:
 
     // -- results
 
-    /// The best of what is searched that can be put on its pose. What cannot is cut off its arc, and is a
-    /// place to look beside; nobody knows then what that holds.
+    /// The best of what is searched, put on its pose. Where the free joint has too few digits, that may cost
+    /// more, or fail: such a place is cut off its arc and looked at later, and the search goes on.
     Nearest settled_best() noexcept {
+        Nearest out = refused(Status::NEAR_SINGULAR);
         search();
         for (int pass = 0; gc_ >= 0 && pass < most_places; ++pass) {
-            const Nearest out = result();
-            if (is_solved(out.status)) return out;
-            remember(gc_, free_, free_, -infinity, true);
-            open_below_ = -infinity;
-            if (box_ < infinity) {  // of a candidate that may not exist
+            const Nearest found = result();
+            const double cost = cost_of_result(found), least = cost_of_result(out);
+            if (cost < least) out = found;
+            if (is_near(cost)) return out;
+            if (box_ < infinity) {  // the candidate may not exist
                 box_ = infinity;
                 open_arcs();
             }
             cut_off_best();
-            forget();
+            cost_ = min(cost, least);
+            gc_ = -1;
             search();
         }
-        return refused(Status::NEAR_SINGULAR);
+        return out;
     }
-    /// Cuts the best, and what is as near to it as one place, off its arc. Of a shorter arc nothing is left:
-    /// its ends change sides.
+    /// Whether a posture costs what the best should, but for what a start may be off.
+    bool is_near(double cost) const noexcept {
+        if (squares()) return sqrt(cost) <= sqrt(cost_) + tuning_.settling;
+        return cost <= cost_ + tuning_.settling;
+    }
+    /// Cuts the best, and what is as near to it as one place, off its arc, and remembers it as a piece. Of a
+    /// shorter arc nothing is left: its ends change sides.
     void cut_off_best() noexcept {
         ArcSet& arcs = arcs_[gc_];
         const Place at = find(arcs, free_);
         if (at.index < 0) return;
         Arc& arc = arcs.arc[at.index];
-        if (at.psi - arc.lower <= arc.upper - at.psi)
-            arc.lower = at.psi + tuning_.one_place;
-        else
-            arc.upper = at.psi - tuning_.one_place;
         arcs.full = false;
+        const double lower = max(arc.lower, at.psi - tuning_.one_place),
+                     upper = min(arc.upper, at.psi + tuning_.one_place);
+        remember(gc_, lower, upper, -infinity);
+        if (at.psi - arc.lower <= arc.upper - at.psi) {
+            if (lower > arc.lower) remember(gc_, arc.lower, lower, -infinity);
+            arc.lower = at.psi + tuning_.one_place;
+        } else {
+            if (upper < arc.upper) remember(gc_, upper, arc.upper, -infinity);
+            arc.upper = at.psi - tuning_.one_place;
+        }
     }
 
     /// The best posture, in the order of the formulas: put on its pose to the last digits.

@@ -1489,8 +1489,9 @@ class Arm(FrozenValue):
         wrist at once the arm angle has too few digits, and the search is local: one of a hundred such poses
         has a nearer solution, mostly by less than 0.001 rad. If such a search is cut short, or the proof
         fails near singularities of an own chain, the status is UNPROVEN; NEAR_SINGULAR if nothing was found.
-        For an arm with an offset, UNPROVEN says that the pose has solutions only where two joints turn about
-        one axis; there ``metric="max"``, a margin and `allowed` are not compared.
+        For an arm with an offset too, OK says that no solution is nearer. Where two joints turn about one
+        axis, at a fold and at the stretched elbow, the nearest is searched for in the joints; what stays open
+        there is UNPROVEN, and so is what is found there with ``metric="max"`` or a margin.
 
         Parameters
         ----------
