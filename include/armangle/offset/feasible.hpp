@@ -223,7 +223,8 @@ private:
         join(circle);
         measure_segments(circle);
         const int segments = circle.count > 0 ? circle.count : 1;
-        double (&lower)[most_places] = circle.piece_lower, (&upper)[most_places] = circle.piece_upper;
+        double (&lower)[most_places] = circle.piece_lower;
+        double (&upper)[most_places] = circle.piece_upper;
         int& pieces = circle.pieces;
         pieces = 0;
         for (int i = 0; i < segments; ++i) {

@@ -5,7 +5,8 @@
 //     2. arcs of all branches in the box (feasible.hpp): on them every value has a posture
 //     3. cells of the arcs, the one of the least bound first (cost_cells.hpp): dropped, left with one end,
 //        finished by Newton's method where the cost is convex, or divided
-//     4. where joints share a turn, or the free joint has too few digits, the joints themselves (beside.hpp)
+//     4. where joints share a turn, or the free joint has too few digits, the joints themselves
+//     (offset_beside.hpp)
 //
 //     cost |\      _        The first cell whose bound is above the best cost known ends the search: the best
 //          | \    / \       is proven. A search whose cells are spent before says UNPROVEN.
@@ -16,7 +17,7 @@
 #include <optional>
 
 #include "../scene/clear_cells.hpp"
-#include "beside.hpp"
+#include "offset_beside.hpp"
 #include "cost_cells.hpp"
 #include "feasible.hpp"
 #include "straight_cells.hpp"
