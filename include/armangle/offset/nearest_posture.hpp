@@ -627,7 +627,7 @@ private:
         if (squares() && best_.gc >= 0) {
             Joints at{};
             for (int j = 0; j < joints; ++j) at.q[robot_joint(offset_, j)] = best_.q[j];
-            beside.begin(best_.gc, at, worth, take);
+            beside.begin(best_.gc, at, share, worth, take);
         }
         std::sort(place_, place_ + places_,
                   [](const Beside& a, const Beside& b) { return a.least < b.least; });

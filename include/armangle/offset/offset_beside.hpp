@@ -101,13 +101,20 @@ public:
         return rounds_ > 0;
     }
 
-    /// Takes a posture that is to be finished, if it is where the free joint has too few digits.
-    template <class Worth, class Take>
-    void begin(int gc, const Joints& at, const Worth& worth, const Take& take) noexcept {
+    /// Takes a posture that is to be finished, if it is where the free joint has too few digits; where joints
+    /// 1 and 3 turn about one axis also with their cheapest shares.
+    template <class Share, class Worth, class Take>
+    void begin(int gc, const Joints& at, const Share& share, const Worth& worth, const Take& take) noexcept {
         for (int bit = 0; bit < 3; ++bit) {
             const Meeting m = meeting(bit);
-            if (abs(sin_cos(to_theta(arm_.own, m.joint, at.q[m.joint]) - m.zero).sin) <= tuning_.shared)
-                return settle(gc, at, true, worth, take);
+            if (abs(sin_cos(to_theta(arm_.own, m.joint, at.q[m.joint]) - m.zero).sin) > tuning_.shared)
+                continue;
+            if (bit == 0) {
+                Joints shared = at;
+                share(shared);
+                settle(gc, shared, true, worth, take);
+            }
+            return settle(gc, at, true, worth, take);
         }
     }
 
