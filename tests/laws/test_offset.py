@@ -250,7 +250,7 @@ def parked(arm: aa.Arm, rng: np.random.Generator, many: int) -> Any:
     """Return joint values of which most are at a limit or at a multiple of a quarter turn of their angle."""
     q = within(arm, rng, many)
     lower, upper = np.maximum(arm.lower, -7.0), np.minimum(arm.upper, 7.0)
-    quarter = arm.signs * (np.pi / 2 * rng.integers(-2, 3, q.shape) - arm.offsets)
+    quarter = arm.geometry.signs * (np.pi / 2 * rng.integers(-2, 3, q.shape) - arm.geometry.offsets)
     kind = rng.uniform(size=q.shape)
     q = np.where((kind < 0.5) & (lower <= quarter) & (quarter <= upper), quarter, q)
     return np.where(kind > 0.7, np.where(rng.uniform(size=q.shape) < 0.5, lower, upper), q)
