@@ -137,8 +137,8 @@ def test_distances_are_those_of_the_true_links(arm: aa.Arm, body: aa.Body) -> No
         one, other = made.clearance(beside, scene).distance
         pairs = made.clearance(beside, scene)
         if {*pairs.obstacle, *pairs.link} == {near.obstacle, near.link}:
-            slope = (other - one) / (2 * step)
-            assert abs(slope - near.psi_rate) < 1e-3 * max(1.0, abs(slope))
+            slope, share = (other - one) / (2 * step), 1e-4 if made.kind == "srs_chain" else 1e-3
+            assert abs(slope - near.psi_rate) < share * max(1.0, abs(slope))
 
 
 @MORE

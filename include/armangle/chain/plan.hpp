@@ -159,7 +159,7 @@ inline ChainPlan plan_about(const ChainArm& arm, const Segment* segments, std::s
             const double gap = gap_at(curve, end.q, end.s);
             (end.s > 0 ? now.goal_gap : now.start_gap) = gap;
             const double most =
-                belongs(arm, end.q, end.pose) ? PlanReasonsTuning::end_move : tolerance::largest_angle;
+                belongs(arm, end.q, end.pose) ? PlanEndsTuning::end_move : tolerance::largest_angle;
             if (!(gap <= most)) now = refused_end(arm, end.q, end.s, options.branches);
         }
         const bool done = kept || !(excess < infinity);

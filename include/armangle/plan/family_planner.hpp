@@ -391,9 +391,8 @@ private:
             const bool at_start = k == 0 && ends_[0].q;
             const bool at_goal =
                 k + 1 == branch.sections.size() && ends_[1].q && !is_held(branch.sections[k], ends_[1]);
-            report.verdict = at_start          ? Verdict::start
-                             : report.given_up ? Verdict::unresolved
-                                               : Verdict::dead_end;
+            report.verdict = report.given_up ? Verdict::unresolved : Verdict::dead_end;
+            if (at_start) report.verdict = Verdict::start;
             if (at_goal) report.verdict = Verdict::goal;
             report.status = Status::LIMITS;
             report.from = report.to = branch.sections[k > 0 ? k - 1 : 0].s;

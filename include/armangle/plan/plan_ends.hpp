@@ -14,8 +14,9 @@ namespace armangle::detail {
 
 /// What counts as the same posture at an end of a path.
 struct PlanEndsTuning {
-    static constexpr double locked = 1e-3;  // range below which a joint determines phi (rad)
-    static constexpr double beside = 0.2;   // of phi: range to search the solution nearest to a start (rad)
+    static constexpr double end_move = 1e-3;  // largest move of a joint there (rad); more is a jump
+    static constexpr double locked = 1e-3;    // range below which a joint determines phi (rad)
+    static constexpr double beside = 0.2;     // of phi: range to search the solution nearest to a start (rad)
     static constexpr double beside_singular = 0.02;  // |sin| of theta_2, theta_6 of an end that is led (rad)
     static constexpr double on_pose = 1e-6;          // m and rad: an end this near belongs to its pose
     static constexpr double straight = 1e-7;    // theta_4 to which rounding may bend a straight elbow (rad)
@@ -54,6 +55,17 @@ inline FixedEnds fixed_ends(const AnchoredEnds& ends, const double* q) noexcept 
     FixedEnds out{ends.start.given, ends.goal.given, {}};
     std::copy(q, q + joints, out.q);
     return out;
+}
+
+/// Makes a stretch end at the exact joints of a goal. If theta_2 or theta_6 is 0, phi determines only the
+/// total rotation of its two neighbours.
+inline void end_at(const double* goal, Stretch& x) noexcept {
+    double off[joints], most = 0;
+    for (int j = 0; j < joints; ++j) {
+        off[j] = wrap(goal[j] - x.q_end[j]);
+        most = max(most, abs(off[j]));
+    }
+    for (int j = 0; j < joints && most <= PlanEndsTuning::end_move; ++j) x.q_end[j] += off[j];
 }
 
 /// Finds the anchors of given joints on sections of a path; docs/background/paths.md.

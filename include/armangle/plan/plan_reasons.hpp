@@ -20,7 +20,6 @@ struct PlanReasonsTuning {
     static constexpr int thirds = 8;     // steps that narrow the neighbours of the worst place
     static constexpr double nearly_shut =
         1e-3;  // |sin| of theta_2 and theta_6 that together reject an end (rad), or soon after (s)
-    static constexpr double end_move = 1e-3;  // largest move of a joint there (rad); more is a jump
 };
 
 /// Explains failures of one task.
@@ -178,7 +177,7 @@ public:
                 std::copy(q, q + joints, there);
                 there[j] += task_.arm.sign[j] * all;
                 there[back] += task_.arm.sign[back] * shared * all;
-                if (!(abs(turn) > PlanReasonsTuning::end_move) || !within_limits(task_.limits, there, 0.0))
+                if (!(abs(turn) > PlanEndsTuning::end_move) || !within_limits(task_.limits, there, 0.0))
                     continue;
                 out.turns[h] = task_.arm.sign[j] * all;
                 break;

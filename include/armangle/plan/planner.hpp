@@ -568,17 +568,6 @@ private:
         return out;
     }
 
-    /// Makes a stretch end at the exact joints of a goal. If theta_2 or theta_6 is 0, phi determines only the
-    /// total rotation of its two neighbours.
-    static void end_at(const double* goal, Stretch& x) noexcept {
-        double off[joints], most = 0;
-        for (int j = 0; j < joints; ++j) {
-            off[j] = wrap(goal[j] - x.q_end[j]);
-            most = max(most, abs(off[j]));
-        }
-        for (int j = 0; j < joints && most <= PlanReasonsTuning::end_move; ++j) x.q_end[j] += off[j];
-    }
-
     /// Draws the curve of a path that changes branches; false if there is none.
     bool draw_crossing_once(const CrossingTask& asked, Plan& out) {
         Crossing crossing(task_, asked);
@@ -721,7 +710,7 @@ private:
         const double inside = plan_rule::end_step * (x.end - x.start);
         const auto off = [&](double s) { return largest_move(drawn.at(s).q, anchor.q); };
         return !(off(end ? x.end : x.start) <= plan_rule::end_off) ||
-               !(off(end ? x.end - inside : x.start + inside) <= PlanReasonsTuning::end_move);
+               !(off(end ? x.end - inside : x.start + inside) <= PlanEndsTuning::end_move);
     }
     /// Whether the curve begins and ends at the given joints.
     bool holds_ends(const AnchoredEnds& fixed, const Plan& out) const noexcept {
