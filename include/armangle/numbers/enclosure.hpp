@@ -19,7 +19,9 @@ template <class T>
 struct Enclosure {
     T middle, radius;
 
+    /// Uninitialized.
     Enclosure() noexcept = default;
+    /// The values within `within` of `about`.
     ARMANGLE_INLINE Enclosure(const T& about, const T& within) noexcept : middle(about), radius(within) {}
     /// One number.
     ARMANGLE_INLINE Enclosure(double exact) noexcept : middle(exact), radius(0.0) {}
@@ -82,6 +84,7 @@ ARMANGLE_INLINE Enclosure<T> select(const BoxDecision<Mask>& mask, const Enclosu
             select(mask.same, select(mask.holds, yes.radius, no.radius), T(infinity))};
 }
 
+/// The enclosure of a b + c.
 template <class T>
 ARMANGLE_INLINE Enclosure<T> mul_add(const Enclosure<T>& a, const Enclosure<T>& b,
                                      const Enclosure<T>& c) noexcept {
@@ -139,8 +142,8 @@ ARMANGLE_INLINE Enclosure<T> reciprocal(const Enclosure<T>& a) noexcept {
     return {one_over, a.radius * one_over / select(positive, least, T(1.0))};
 }
 
-/// Jets over boxes whose variable is in [-1, 1]: a derivative moves by the next one at most. What is not
-/// known is bounded by a large number.
+/// Tightens the coefficients of a jet over boxes whose variable is in [-1, 1]: a derivative changes at most
+/// by the next one. Unknown ones are bounded by a large number.
 template <class T, int K>
 ARMANGLE_INLINE void tighten(Enclosure<T> (&coefficient)[K]) noexcept {
     const T unknown(1e100);

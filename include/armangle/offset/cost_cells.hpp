@@ -14,8 +14,8 @@
 
 namespace armangle {
 
-/// cut_off of elbow.hpp over boxes: it moves no farther than its value, and its slope is known where the gap
-/// has one sign.
+/// The enclosure of cut_off() of elbow.hpp: 0 if the gap is below its rounding, otherwise the value. Its
+/// radius is that of the value; its derivative is known if the gap has one sign.
 template <class T, int K>
 Jet<Enclosure<T>, K> cut_off(const Jet<Enclosure<T>, K>& gap, const Jet<Enclosure<T>, K>& rounding,
                              const Jet<Enclosure<T>, K>& value) noexcept {
@@ -30,13 +30,14 @@ namespace detail {
 /// As many cells as the processor has lanes.
 using CostCells = Lane<register_width>;
 
-/// The joints of a pose and branch over cells of the free joint, in the order of the formulas. The free joint
-/// is at the middle + half u, u in [-1, 1].
+/// Bounds of the joints of a pose and branch over cells of the free joint, in the order of the formulas. The
+/// free joint is middle + half u, u in [-1, 1].
 struct OffsetOverCells {
     CostCells theta[joints];                            // at the middles
     CostCells travel[joints];                           // theta stays within theta +- travel
     Enclosure<CostCells> rate[joints], second[joints];  // d theta / du, and once more
 
+    /// Computes the bounds over cells middle +- half (rad).
     OffsetOverCells(const OffsetArm& arm, const OffsetMotion<>& m, const CostCells& middle,
                     const CostCells& half) noexcept {
         using Over = Enclosure<CostCells>;
@@ -53,7 +54,7 @@ struct OffsetOverCells {
     }
 };
 
-/// What cells cost.
+/// Bounds of the cost over cells.
 struct OffsetCellCosts {
     CostCells value;              // at the middles
     CostCells least;              // a lower bound over the cells
@@ -61,24 +62,26 @@ struct OffsetCellCosts {
     unsigned rises, falls, bowl;  // one bit a cell: what the cost does all over it
 };
 
-/// Costs of postures over cells.
+/// Computes bounds of the cost over cells.
 class OffsetCosts : protected PostureCosts {
 protected:
     using PostureCosts::PostureCosts;
 
-    /// What cells of postures within the limits cost.
+    /// The bounds of the cost over cells whose postures are within the limits.
     OffsetCellCosts costs(const OffsetOverCells& over) const noexcept {
         return squares() ? sums(over) : largest(over);
     }
 
 private:
     using Lanes = CostCells;
-    /// A joint's way from `near` over cells: on the turn that costs least at the middles.
+    /// The difference of a joint from the seed over cells, with the multiple of 2 pi that is cheapest at the
+    /// middles.
     struct Way {
         Lanes middle, least,
             most;  // from `near` at the middles; the least and the largest size over the cells
         LaneMask<register_width> smooth;  // whether that turn is the nearest all over the cell
     };
+    /// The difference of joint j from the seed over cells.
     Way way(int j, const OffsetOverCells& over) const noexcept {
         const JointCost& c = joint_[j];
         const Lanes zero(0.0), near(c.near), lower(c.lower), upper(c.upper), travel = over.travel[j];
@@ -101,6 +104,7 @@ private:
         return out;
     }
 
+    /// The cost as a sum of squares.
     OffsetCellCosts sums(const OffsetOverCells& over) const noexcept {
         const Lanes zero(0.0), one(1.0), half(0.5), two(2.0);
         Lanes value(0.0), least(0.0), slope(0.0);
@@ -131,6 +135,7 @@ private:
                 bits(bowl)};
     }
 
+    /// The cost as the largest difference, or as minus the limit margin.
     OffsetCellCosts largest(const OffsetOverCells& over) const noexcept {
         const Lanes zero(0.0), none(-infinity), half(0.5);
         Lanes value = none, least = none;

@@ -92,8 +92,8 @@ public:
         out.status = out.unproven > tuning_.hidden ? Status::NEAR_SINGULAR : refusal(circle, branch);
     }
 
-    /// take(free) of the values of the free joint at which theta_2 of branch gc may be 0 or pi, among those
-    /// that joints 4 and 7 leave.
+    /// Calls take(free) for the values of the free joint at which theta_2 of branch gc may be 0 or pi, among
+    /// those that joints 4 and 7 permit.
     template <class Take>
     void straight(int gc, const Take& take) noexcept {
         const double elbow = configuration(gc).elbow;
@@ -130,7 +130,9 @@ private:
         int pieces = 0;              // that reach and joints 4 and 7 leave
         double piece_lower[most_places], piece_upper[most_places];
 
+        /// The place before place i.
         int before(int i) const noexcept { return i > 0 ? i - 1 : count - 1; }
+        /// The place after place i.
         int behind(int i) const noexcept { return i + 1 < count ? i + 1 : 0; }
     };
     /// The results of one branch; the ends belong to the segments inside.
@@ -163,6 +165,7 @@ private:
         bool is_lower;
     };
 
+    /// The limits in the order of the formulas.
     static Limits in_order(const OffsetArm& arm, const Limits& limits) noexcept {
         Limits out;
         for (int j = 0; j < joints; ++j) {
@@ -171,14 +174,16 @@ private:
         }
         return out;
     }
+    /// Whether a range is so narrow that the joint is fixed.
     static bool locked(const ThetaRanges::One& range) noexcept { return 2.0 * range.half < tolerance::angle; }
-    /// Whether a joint's range holds an angle, or one beside it.
+    /// Whether a joint may have an angle within its range, or nearly.
     bool may_be(int joint, double angle) const noexcept {
         for (int i = 0; i < ranges_.count; ++i)
             if (ranges_.one[i].joint == joint)
                 return abs(wrap(angle - ranges_.one[i].middle)) <= ranges_.one[i].half + tolerance::locked;
         return true;
     }
+    /// Whether a place with several roots is too wide to be decided as one.
     bool undecided(const Place& place) const noexcept {
         return place.roots > 1 && place.upper - place.lower > tuning_.widest_place;
     }
@@ -279,6 +284,7 @@ private:
         --circle.count;
     }
 
+    /// Computes the lengths of the segments between places.
     static void measure_segments(Circle& circle) noexcept {
         if (circle.count == 0) circle.length[0] = two_pi;
         for (int i = 0; i < circle.count; ++i) {
@@ -287,10 +293,12 @@ private:
             circle.length[i] = max(end - circle.place[i].upper, 0.0);
         }
     }
+    /// The middle of the segment after place i.
     static double middle_of(const Circle& circle, int i) noexcept {
         return circle.count > 0 ? circle.place[i].upper + 0.5 * circle.length[i] : 0.0;
     }
 
+    /// The cosine kappa of the elbow angle at a value of theta_7.
     double kappa_at(double x) const noexcept {
         const SinCos<double> at = sin_cos(x);
         return kappa_.c[0] + kappa_.c[1] * at.cos + kappa_.s[1] * at.sin;
@@ -368,6 +376,7 @@ private:
         return out;
     }
 
+    /// The tag of the limit with this number.
     Tag tag_of(double which) const noexcept {
         const int i = static_cast<int>(which) / 2;
         const bool second = static_cast<int>(which) % 2 != 0;

@@ -14,11 +14,12 @@ namespace armangle {
 /// Takes the place of the LimitTable of an S-R-S arm. An arm with an offset uses the limits in its
 /// parameters, without a margin.
 struct OffsetLimits {};
+/// Does nothing: these arms have no table of limits.
 inline OffsetLimits limit_table(const OffsetArm&, double) noexcept { return {}; }
 
 namespace detail {
 
-/// A solution in the branches of the bits, by search.
+/// A solution in one of the branches whose bits are set, by search.
 [[gnu::noinline, gnu::cold]] inline Nearest find_any(const OffsetArm& arm, const Pose<double>& pose,
                                                      unsigned branches) noexcept {
     NearestOptions asked;

@@ -50,9 +50,10 @@ struct OffsetCostTuning {
 
 namespace detail {
 
-/// The search of one pose. Options are in the order of the formulas.
+/// The search for the nearest posture of one pose. Options are in the order of the formulas.
 class OffsetNearestSearch : OffsetCosts {
 public:
+    /// Prepares the search; `scene` may be null.
     OffsetNearestSearch(const OffsetArm& arm, const Pose<double>& exact, const NearestOptions& in_order,
                         const Scene* scene, const OffsetCostTuning& tuning) noexcept
         : OffsetCosts(arm.rest, in_order),
@@ -64,7 +65,7 @@ public:
         if (scene_) move_.emplace(arm, *scene_);
     }
 
-    /// The best posture of all, in the robot's order.
+    /// The best posture, in the robot's order.
     Nearest best() noexcept {
         Nearest out;
         if (scene_ && rest_contact(offset_, *scene_, pose_)) return refused(Status::POSE_BLOCKED);
@@ -109,21 +110,25 @@ private:
     static constexpr int lanes = register_width, most_cells = 512, most_places = 64;
     static constexpr unsigned every = (1u << configurations) - 1;
 
-    /// Part of an arc, and a bound of what a posture costs there.
+    /// A part of an arc, and a lower bound of the cost in it.
     struct Cell {
         double lower, upper, least;
         int gc, arc;
     };
-    /// A piece of the circle whose postures are looked for in the joints themselves.
+    /// A part of the circle in which postures are searched by their joints (beside.hpp).
     struct Beside {
         int gc;
         double lower, upper, least;
         bool one;  // a single value, at which joints share a turn
     };
+    /// The order of cells in the heap: the least bound on top.
     static bool later(const Cell& a, const Cell& b) noexcept { return a.least > b.least; }
 
+    /// Whether a branch is permitted.
     bool is_asked(int gc) const noexcept { return (options_.branches >> gc & 1u) != 0; }
+    /// Whether a lower bound is not below the best cost.
     bool dropped(double least) const noexcept { return least >= cost_ - tie(cost_); }
+    /// Forgets the best posture.
     void forget() noexcept {
         cost_ = infinity;
         gc_ = -1;
@@ -146,28 +151,30 @@ private:
 
     // -- postures
 
+    /// Computes the joints at a value of the free joint, each with its cheapest multiple of 2 pi.
     void joints_at(const OffsetCells& cells, double free, double* q) const noexcept {
         double theta[joint_slots];
         cells.at(free, theta);
         for (int j = 0; j < joints; ++j) q[j] = turned(j, theta[j]);
     }
-    /// q of joint j on the turn within its limits that costs least.
+    /// The value of joint j at theta, within its limits and with the cheapest multiple of 2 pi.
     double turned(int j, double theta) const noexcept {
         const JointCost& c = joint_[j];
         return to_q(theta, c.sign, c.offset, c.lower, c.upper, c.near);
     }
-    /// Of all joints.
+    /// The cost of all joints.
     double cost_of_all(const double* q) const noexcept {
         double sum = cost_of(joint_[0], q[0] - joint_[0].near);
         for (int j = 1; j < joints; ++j) sum = both(sum, cost_of(joint_[j], q[j] - joint_[j].near));
         return sum;
     }
+    /// The cost of the posture at a value of the free joint.
     double cost_at(const OffsetCells& cells, double free) const noexcept {
         double q[joint_slots];
         joints_at(cells, free, q);
         return cost_of_all(q);
     }
-    /// A sum of squares with two derivatives by the free joint.
+    /// The cost as a sum of squares, with two derivatives by the free joint.
     Jet<double, 2> squares_at(const OffsetCells& cells, double free) const noexcept {
         using J = Jet<double, 2>;
         J theta[joints];
@@ -181,7 +188,7 @@ private:
         return sum;
     }
 
-    /// The seed itself, where it is a posture of the pose: nothing is nearer.
+    /// Returns the seed itself in `out` if it is a posture of the pose: it costs nothing.
     bool keep_near(Nearest& out) noexcept {
         if (!options_.near || options_.metric == Metric::margin) return false;
         Joints near{};
@@ -197,7 +204,7 @@ private:
 
     // -- a candidate, and the box that it leaves
 
-    /// Looks for a posture beside the seed's value of the free joint: first in the seed's branch, then in
+    /// Tries postures near the seed's value of the free joint: in the seed's branch, and if there is none in
     /// all.
     void find_candidate() noexcept {
         if (!options_.near || options_.metric == Metric::margin) return;
@@ -209,6 +216,7 @@ private:
             if (gc != own) try_branch(gc);
         box_ = cost_;
     }
+    /// Tries postures of a branch at eight values near the seed's.
     void try_branch(int gc) noexcept {
         if (!is_asked(gc)) return;
         const OffsetCells cells(offset_, pose_, gc);
@@ -242,7 +250,7 @@ private:
         gc_ = gc;
         arc_ = {from, from, 0, 0};
     }
-    /// What eight postures of a branch cost; infinite where there is none within the limits.
+    /// The costs of eight postures of a branch; infinite without one within the limits.
     Boxes costs_within(const OffsetMotion<>& m, const Boxes& free) const noexcept {
         const SinCos<Boxes> theta_7 = sin_cos(to_theta(free, Boxes(joint_[6].sign), Boxes(joint_[6].offset)));
         const OffsetWrist<Boxes> wrist = offset_wrist(offset_, m, theta_7);
@@ -263,7 +271,7 @@ private:
         }
         return select(exists, sum, Boxes(infinity));
     }
-    /// Whether a value may be used, and its posture touches nothing.
+    /// Whether a value of the free joint is allowed and its posture is free of collisions.
     bool is_kept(const OffsetCells& cells, double free) noexcept {
         if (options_.allowed && !contains(*options_.allowed, wrap(free))) return false;
         if (!move_) return true;
@@ -273,7 +281,7 @@ private:
         return move_->is_clear_at(robot);
     }
 
-    /// The limits, in the robot's order, and no farther from the seed than what costs as much as the
+    /// The limits in the robot's order, narrowed around the seed to the joints that cost less than the
     /// candidate.
     Limits box() const noexcept {
         Limits out = offset_.own.limits;
@@ -290,7 +298,8 @@ private:
         return out;
     }
 
-    /// The arcs of each branch that may be used, why there are none, and places that arcs do not tell of.
+    /// Computes the permitted arcs of each branch, or the reason for none, and the places that arcs do not
+    /// cover.
     void open_arcs() noexcept {
         OffsetArcsTuning how;
         how.looks = tuning_.undecided;
@@ -323,12 +332,12 @@ private:
             if (arcs_[gc].empty()) status_[gc] = Status::NOT_ALLOWED;
         }
     }
-    /// A piece that is proven neither way.
+    /// Remembers an undecided part, if it may hold a lower cost.
     void remember_open(int gc, const Arc& arc) noexcept {
         const double least = least_over(gc, arc.lower, arc.upper);
         if (!dropped(least)) remember(gc, arc.lower, arc.upper, least);
     }
-    /// A value at which joints of an elbow's branches may share a turn.
+    /// Remembers a value at which joints of both branches with one elbow sign may rotate about a common axis.
     void remember_shared(int gc, double free) noexcept {
         const int sides[] = {gc, gc ^ wrist_bit(gc)};
         for (const int side : sides) {
@@ -338,11 +347,13 @@ private:
             if (!is_nan(at)) remember(asked, at, at, -infinity, true);
         }
     }
+    /// The bit of the branch number that is the wrist's sign.
     static int wrist_bit(int gc) noexcept {
         for (int bit = 1; bit < configurations; bit <<= 1)
             if (configuration(gc ^ bit).wrist != configuration(gc).wrist) return bit;
         return 0;
     }
+    /// The bit of the branch number that is the shoulder's sign.
     static int shoulder_bit(int gc) noexcept {
         for (int bit = 1; bit < configurations; bit <<= 1)
             if (configuration(gc ^ bit).shoulder != configuration(gc).shoulder) return bit;
@@ -351,7 +362,7 @@ private:
 
     // -- cells
 
-    /// Searches all arcs, or one, for what costs less than the best known.
+    /// Searches all arcs, or one, for postures that cost less than the best.
     void search() noexcept {
         count_ = 0;
         looks_ = 0;
@@ -381,7 +392,7 @@ private:
         }
     }
 
-    /// Puts an arc's cells into the heap, with what the free joint alone costs there.
+    /// Adds the first cells of an arc to the heap, with the least cost of the free joint alone as bound.
     void begin(int gc, int index) noexcept {
         const Arc& arc = arcs_[gc].arc[index];
         if (arc.upper < arc.lower) return;
@@ -401,7 +412,7 @@ private:
             push(cell);
         }
     }
-    /// What the free joint alone costs over a cell at least.
+    /// The least cost of the free joint alone over a cell.
     double least_of_free(const Cell& cell) const noexcept {
         const JointCost& c = joint_[joints - 1];
         const double middle = 0.5 * (cell.lower + cell.upper), half = middle - cell.lower;
@@ -410,7 +421,7 @@ private:
                            half;
         return squares() || c.weight > 0 ? cost_of(c, max(off, 0.0)) : -infinity;
     }
-    /// Cuts a cell into as many as there are lanes.
+    /// Divides a cell into as many as there are lanes.
     static int divide(const Cell& cell, Cell (&out)[lanes]) noexcept {
         const double width = (cell.upper - cell.lower) / lanes;
         for (int k = 0; k < lanes; ++k) {
@@ -420,6 +431,7 @@ private:
         }
         return lanes;
     }
+    /// Adds a cell to the heap; without memory it stays open.
     void push(const Cell& cell) noexcept {
         if (count_ == most_cells) {
             open_below_ = min(open_below_, cell.least);
@@ -428,12 +440,13 @@ private:
         cell_[count_++] = cell;
         std::push_heap(cell_, cell_ + count_, later);
     }
+    /// Takes the cell with the least bound from the heap.
     Cell pop() noexcept {
         std::pop_heap(cell_, cell_ + count_, later);
         return cell_[--count_];
     }
 
-    /// Bounds cells of one arc, and keeps those that may hold less than the best known.
+    /// Computes the bounds of cells of one arc, and keeps those that may hold a lower cost.
     void look(const Cell (&cell)[lanes], int n) noexcept {
         const int gc = cell[0].gc;
         const Arc& arc = arcs_[gc].arc[cell[0].arc];
@@ -476,7 +489,7 @@ private:
         }
     }
 
-    /// Finds the least of a cell on which the cost is convex; false if Newton's method does not come there.
+    /// Finds the least cost in a cell over which it is convex, by Newton's method; false if that fails.
     bool finish(const OffsetCells& cells, int gc, const Arc& arc, const Cell& cell, double free) noexcept {
         free = min(max(free, cell.lower), cell.upper);
         double lower = cell.lower, upper = cell.upper;
@@ -497,7 +510,7 @@ private:
         return false;
     }
 
-    /// Takes a posture of an arc that costs less than the best.
+    /// Keeps a posture of an arc if it costs less than the best.
     void offer(const OffsetCells& cells, int gc, const Arc& arc, double free) noexcept {
         const double now = cost_at(cells, free);
         if (!(now < cost_)) return;
@@ -509,8 +522,9 @@ private:
 
     // -- results
 
-    /// The best of what is searched, put on its pose. Where the free joint has too few digits, that may cost
-    /// more, or fail: such a place is cut off its arc and looked at later, and the search goes on.
+    /// The best posture found, moved onto the pose exactly. If that fails or costs more, because the free
+    /// joint has too few digits there, the place is removed from its arc to be searched otherwise, and the
+    /// search continues.
     Nearest settled_best() noexcept {
         Nearest out = refused(Status::NEAR_SINGULAR);
         search();
@@ -530,13 +544,13 @@ private:
         }
         return out;
     }
-    /// Whether a posture costs what the best should, but for what a start may be off.
+    /// Whether a cost equals the best up to the accuracy of a start.
     bool is_near(double cost) const noexcept {
         if (squares()) return sqrt(cost) <= sqrt(cost_) + tuning_.settling;
         return cost <= cost_ + tuning_.settling;
     }
-    /// Cuts the best, and what is as near to it as one place, off its arc, and remembers it as a piece. Of a
-    /// shorter arc nothing is left: its ends change sides.
+    /// Removes the best value and its neighbourhood from its arc, and remembers it as a place to search by
+    /// joints.
     void cut_off_best() noexcept {
         ArcSet& arcs = arcs_[gc_];
         const Place at = find(arcs, free_);
@@ -555,7 +569,7 @@ private:
         }
     }
 
-    /// The best posture, in the order of the formulas: put on its pose to the last digits.
+    /// The best posture in the order of the formulas, moved onto the pose to the last digits.
     Nearest result() const noexcept {
         const OffsetCells cells(offset_, pose_, gc_);
         const auto at = [&](double free) {
@@ -571,7 +585,7 @@ private:
         if (!settle(out)) return refused(Status::NEAR_SINGULAR);
         return out;
     }
-    /// Puts a posture on its pose where the free joint has too few digits; whether it is there.
+    /// Moves a posture onto the pose where the free joint has too few digits; false if that fails.
     bool settle(Nearest& in_order) const noexcept {
         Joints at{};
         for (int j = 0; j < joints; ++j) at.q[robot_joint(offset_, j)] = in_order.q[j];
@@ -587,21 +601,22 @@ private:
         in_order = finished(at.q, in_order.psi, in_order.gc);
         return true;
     }
+    /// The result with joints in the robot's order.
     Nearest in_robot_order(const Nearest& in_order) const noexcept {
         Nearest out = in_order;
         for (int j = 0; j < joints; ++j) out.q[robot_joint(offset_, j)] = in_order.q[j];
         out.psi = out.psi <= -pi ? pi : out.psi;
         return out;
     }
-    /// The cost of a posture that was found.
+    /// The cost of a result; infinite without a solution.
     double cost_of_result(const Nearest& in_order) const noexcept {
         return is_solved(in_order.status) ? cost_of_all(in_order.q) : infinity;
     }
 
     // -- where the free joint has too few digits
 
-    /// Remembers a piece, or one value: a place to start from, also within a piece. Places of one kind that
-    /// meet become one.
+    /// Remembers a part of the circle, or a single value, to be searched by joints; neighbours of one kind
+    /// are joined.
     void remember(int gc, double lower, double upper, double least, bool single = false) noexcept {
         for (int i = 0; i < places_; ++i) {
             Beside& known = place_[i];
@@ -619,7 +634,7 @@ private:
             place_[places_++] = {gc, lower, upper, least, single};
     }
 
-    /// Looks beside the places, in the order of what they may cost.
+    /// Searches the remembered places by joints, the least bound first.
     void look_beside(OffsetBeside& beside) noexcept {
         const auto share = [this](Joints& robot) { share_turn(robot); };
         const auto worth = [this](const Joints& robot) { return is_worth(robot); };
@@ -648,9 +663,8 @@ private:
         }
         if (!beside.finish(worth, take)) open_below_ = -infinity;
     }
-    /// Looks beside the parts of a piece, by rising bound. Parts over which the joints move farther than a
-    /// start may be from its posture are divided; where they turn however narrow the part, joints must share
-    /// a turn.
+    /// Searches the parts of a place by rising bound. Parts over which joints move too far are divided; where
+    /// they move however narrow the part is, joints rotate about a common axis.
     template <class Look>
     void divide_place(const Cell& whole, const Look& look_at) noexcept {
         const OffsetCells cells(offset_, pose_, whole.gc);
@@ -699,7 +713,7 @@ private:
         }
         count_ = 0;
     }
-    /// Whether a part of a piece is at a value where joints share a turn, which is a place of its own.
+    /// Whether a part contains a single value that is remembered as a place of its own.
     bool is_at_shared(const Cell& part) const noexcept {
         for (int i = 0; i < places_; ++i)
             if (place_[i].one && part.lower <= place_[i].upper + tuning_.one_place &&
@@ -707,7 +721,7 @@ private:
                 return true;
         return false;
     }
-    /// Whether a place is of what is searched: of one arc, the places that meet it, of either shoulder.
+    /// Whether a place belongs to what is searched: to all, or to the arc.
     bool is_searched(const Beside& place) const noexcept {
         if (extent_ == all) return true;
         if (place.gc != one_gc_ && !(place.one && place.gc == (one_gc_ ^ shoulder_bit(one_gc_))))
@@ -724,7 +738,7 @@ private:
         for (int j = 0; j < joints; ++j) q[j] = robot.q[robot_joint(offset_, j)];
         return sqrt(cost_of_all(q)) < sqrt(told_) + tuning_.settling;
     }
-    /// Takes a posture that costs less than the best.
+    /// Keeps a posture if it costs less than the best.
     void take_beside(const Joints& robot, int gc) noexcept {
         double q[joint_slots];
         for (int j = 0; j < joints; ++j) q[j] = robot.q[robot_joint(offset_, j)];
@@ -738,7 +752,8 @@ private:
         told_ = cost;
     }
 
-    /// Gives joints 1 and 3, which turn about one axis, the cheapest shares of their turn within the limits.
+    /// Sets joints 1 and 3, which rotate about one axis, to the cheapest values within the limits with the
+    /// same sum.
     void share_turn(Joints& robot) const noexcept {
         double q[joint_slots];
         for (int j = 0; j < joints; ++j) q[j] = robot.q[robot_joint(offset_, j)];
@@ -757,8 +772,7 @@ private:
         for (const int j : {0, 2}) robot.q[robot_joint(offset_, j)] = q[j];
     }
 
-    /// Whether cells that were not looked at, or of which nobody knows whether something touches there, may
-    /// hold a posture that costs less, by more than rounding.
+    /// Whether cells that were not examined, or not decided for obstacles, may hold a posture of lower cost.
     bool is_open_below(double cost) const noexcept {
         const double slack = squares() ? 2.0 * sqrt(cost) * tolerance::angle : tolerance::angle;
         if (open_below_ < cost - slack) return true;
@@ -769,6 +783,7 @@ private:
             }
         return false;
     }
+    /// A lower bound of the cost over [lower, upper] of the free joint.
     double least_over(int gc, double lower, double upper) const noexcept {
         const CostCells middle(0.5 * (lower + upper)), half(0.5 * (upper - lower) + tolerance::same_psi);
         const OffsetMotion<> m = offset_motion(offset_, pose_, gc);
@@ -794,7 +809,7 @@ private:
     Beside place_[most_places];
 };
 
-/// What is asked, in the order of the formulas: `near` is where the seed goes.
+/// The options in the order of the formulas; `near` stores the seed.
 inline NearestOptions in_formula_order(const OffsetArm& arm, const NearestOptions& asked,
                                        double (&near)[joints]) noexcept {
     NearestOptions out = asked;
@@ -809,9 +824,9 @@ inline NearestOptions in_formula_order(const OffsetArm& arm, const NearestOption
 
 }  // namespace detail
 
-/// The posture of a pose that costs least, globally: over the branches and values of the free joint that may
-/// be used, and all turns, clear of a scene (null: none). UNPROVEN: a posture, but one that costs less may
-/// exist: the cells are spent, obstacles hide it, or it was found beside the arcs in a metric but l2.
+/// The posture of a pose with the least cost, globally: over the permitted branches and values of the free
+/// joint and all multiples of 2 pi, without collision in `scene` (null: none). UNPROVEN: a posture, but a
+/// cheaper one is not excluded.
 inline Nearest nearest_posture(const OffsetArm& arm, const Pose<double>& pose, const NearestOptions& options,
                                const Scene* scene = nullptr, const OffsetCostTuning& tuning = {}) noexcept {
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};

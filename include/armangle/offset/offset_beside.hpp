@@ -38,9 +38,11 @@ struct OffsetBesideTuning {
 
 namespace detail {
 
-/// The work on one pose. Options are in the order of the formulas; joints that are told in the robot's.
+/// Searches postures of one pose where the free joint does not determine them well. Options are in the order
+/// of the formulas; joints given to callbacks are in the robot's order.
 class OffsetBeside {
 public:
+    /// Prepares for a pose (with an exact rotation).
     OffsetBeside(const OffsetArm& arm, const Pose<double>& exact, const NearestOptions& in_order) noexcept
         : arm_(arm), pose_(exact), branches_(in_order.branches), rounds_(tuning_.rounds) {
         for (int j = 0; j < joints; ++j) {
@@ -50,7 +52,8 @@ public:
         }
     }
 
-    /// Of a value of the free joint, that beside it at which joints of a branch share a turn; NaN: none.
+    /// The value of the free joint near `free` at which joints of a branch rotate about a common axis; NaN if
+    /// there is none.
     double shared(int gc, double free) const noexcept {
         const OffsetMotion<> m = offset_motion(arm_, pose_, gc);
         const OffsetWrist<double> wrist = wrist_at(m, free);
@@ -64,7 +67,8 @@ public:
         return leaning(m, at, lean) <= tuning_.shared ? at : not_a_number;
     }
 
-    /// Whether S is on axis 5 all over lower ... upper: joints 1, 2, 3 and 5 share a turn.
+    /// Whether S is on axis 5 all over [lower, upper] of the free joint, so that joints 1, 2, 3 and 5 rotate
+    /// about S.
     bool is_shared(int gc, double lower, double upper) const noexcept {
         const OffsetMotion<> m = offset_motion(arm_, pose_, gc);
         const double least = tuning_.shared * arm_.rest.reach;
@@ -75,8 +79,7 @@ public:
         return true;
     }
 
-    /// take(free) of the values of the free joint at which S may be on axis 5: on the plane across axis 6, t
-    /// = 0.
+    /// Calls take(free) for the values of the free joint at which S may be on axis 5: those with t = 0.
     template <class Take>
     void across_axis_6(int gc, const Take& take) const noexcept {
         const OffsetMotion<> m = offset_motion(arm_, pose_, gc);
@@ -85,9 +88,9 @@ public:
             if (x != 0 || y != 0) take(to_q(arm_.rest, 6, atan2(side * y, side * x)));
     }
 
-    /// Looks for postures beside the values lower ... upper of the free joint. share(joints) gives
-    /// joints 1 and 3 the cheapest shares; worth(joints) says whether a posture near them may cost less than
-    /// the best; take(joints, gc) takes a posture. False if the rounds are spent.
+    /// Searches postures near values [lower, upper] of the free joint. share(joints) sets joints 1 and 3 to
+    /// the cheapest values with the same sum; worth(joints) tells whether a posture near them may cost less
+    /// than the best; take(joints, gc) receives a posture. False if the rounds are used up.
     template <class Share, class Worth, class Take>
     bool look(int gc, double lower, double upper, const Share& share, const Worth& worth,
               const Take& take) noexcept {
@@ -118,7 +121,8 @@ public:
         }
     }
 
-    /// Finishes what may become the best: the nearest beside it. False if the rounds are spent.
+    /// Improves the prepared postures to the nearest ones to the seed, unless worth() rejects them. False if
+    /// the rounds are used up.
     template <class Worth, class Take>
     bool finish(const Worth& worth, const Take& take) noexcept {
         for (int i = 0; i < left_; ++i) {
@@ -136,11 +140,13 @@ public:
     }
 
 private:
+    /// The wrist at a value of the free joint.
     OffsetWrist<double> wrist_at(const OffsetMotion<>& m, double free) const noexcept {
         return offset_wrist(arm_, m, sin_cos(to_theta(arm_.rest, 6, free)));
     }
 
-    /// sin(theta_2) (cos theta_1, sin theta_1), smooth where theta_2 is 0 or pi; its size.
+    /// Computes sin(theta_2) (cos theta_1, sin theta_1), which is smooth where theta_2 is 0 or pi; returns
+    /// its length.
     double leaning(const OffsetMotion<>& m, double free, double (&out)[2]) const noexcept {
         const SinCos<double> theta_7 = sin_cos(to_theta(arm_.rest, 6, free));
         const OffsetWrist<double> wrist = offset_wrist(arm_, m, theta_7);
@@ -150,7 +156,7 @@ private:
         out[1] = size * d.y[0];
         return abs(d.y[1]);
     }
-    /// Where theta_2 is nearest to 0 or pi, beside a value of the free joint.
+    /// The value near `free` of the free joint at which theta_2 is nearest to 0 or pi.
     double straightest(const OffsetMotion<>& m, double free) const noexcept {
         double now[2], then[2], best = free, least = infinity;
         for (int pass = 0; pass < tuning_.steps; ++pass) {
@@ -167,7 +173,7 @@ private:
         return best;
     }
 
-    /// Tries the postures at a value of the free joint: one, or of those of S on axis 5 the cheapest.
+    /// Tries the posture at a value of the free joint; if S is on axis 5, the cheapest of the postures there.
     template <class Share, class Worth, class Take>
     void try_at(int gc, const OffsetMotion<>& m, double free, const Share& share, const Worth& worth,
                 const Take& take) noexcept {
@@ -224,8 +230,8 @@ private:
                true, worth, take);
     }
 
-    /// Puts a start on its pose. Rounding may put a joint just beyond the end of its turns: it is also tried
-    /// there, if that turn is nearer to the seed.
+    /// Moves a start onto the pose. If adding 2 pi to a joint brings it nearer to the seed and beyond its
+    /// limit by rounding only, that is tried too.
     template <class Worth, class Take>
     void settle(int gc, const Joints& start, bool rough, const Worth& worth, const Take& take) noexcept {
         int joint[joints], count = 0;
@@ -247,7 +253,8 @@ private:
             settle_turns(gc, at, rough, worth, take);
         }
     }
-    /// The same on the turns that the start has. Unless it has the cheapest shares, it is finished later.
+    /// The same without adding 2 pi. The posture is kept to be improved later, unless it is already the
+    /// cheapest.
     template <class Worth, class Take>
     void settle_turns(int gc, const Joints& start, bool rough, const Worth& worth,
                       const Take& take) noexcept {
@@ -260,18 +267,20 @@ private:
         offer(on.at, take);
         if (rough && left_ < most_left) later_[left_++] = {gc, on.at, false};
     }
+    /// Gives a posture to take() if its branch is permitted.
     template <class Take>
     void offer(const Joints& at, const Take& take) const noexcept {
         const int own = asked_branch(forward(arm_, at.q).gc, at);
         if (branches_ >> own & 1u) take(at, own);
     }
 
-    /// What is 0 where branches meet: theta_2, theta_4 - delta, and theta_5 + pi/2.
+    /// A joint and the angle at which branches meet: theta_2, theta_4 - delta, or theta_5 + pi/2 is 0.
     struct Meeting {
         int joint;  // of the robot
         double zero;
         double untold;  // rad: nearer, a posture is of both branches; a bend is the root of a rounding
     };
+    /// The place where the branches differ in bit `bit` (0..2) of their number.
     Meeting meeting(int bit) const noexcept {
         const double root = sqrt(2.0 * tolerance::stretched);
         static constexpr int joint[] = {1, 3, 4};
@@ -293,7 +302,7 @@ private:
         return gc;
     }
 
-    /// The limits, with each sign of a branch kept where branches are chosen.
+    /// The limits of the arm, narrowed to the side of each branch sign if not all branches are permitted.
     Limits sides_of(int gc, const Joints& at) const noexcept {
         Limits out = arm_.own.limits;
         if ((branches_ & ((1u << configurations) - 1)) == (1u << configurations) - 1) return out;
