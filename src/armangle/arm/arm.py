@@ -1393,9 +1393,10 @@ class Arm(FrozenValue):
     def reachable(self, pose: ArrayLike) -> NDArray[np.bool_] | np.bool_:
         """Return whether any branch and arm angle reaches a pose within the limits.
 
-        Exact, in closed form, for an S-R-S arm, in less than a microsecond a pose of a batch. An own chain with
-        an offset may miss a branch near a pose where branches meet. `freedom` tells which branches reach a pose
-        and over what length, `explain` why none does. Obstacles are ignored: ``solve(pose).ok`` includes them.
+        Exact, in closed form, for an S-R-S arm, in less than a microsecond a pose of a batch. An own chain
+        with an offset may miss a branch near a pose where branches meet. `freedom` tells which branches
+        reach a pose and over what length, `explain` why none does. Obstacles are ignored: ``solve(pose).ok``
+        includes them.
 
         Parameters
         ----------
@@ -1490,8 +1491,8 @@ class Arm(FrozenValue):
         has a nearer solution, mostly by less than 0.001 rad. If such a search is cut short, or the proof
         fails near singularities of an own chain, the status is UNPROVEN; NEAR_SINGULAR if nothing was found.
         For an arm with an offset too, OK says that no solution is nearer. Where two joints turn about one
-        axis, at a fold and at the stretched elbow, the search is local; what stays open there is UNPROVEN, and
-        so is what is found there with ``metric="max"`` or a margin.
+        axis, at a fold and at the stretched elbow, the search is local; what stays open there is UNPROVEN,
+        and so is what is found there with ``metric="max"`` or a margin.
 
         Parameters
         ----------
