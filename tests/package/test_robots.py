@@ -97,39 +97,43 @@ CALLS: dict[str, tuple[Callable[[At], Any], ...]] = {
         lambda at: at.arm.limit_margin(at.q),
     ),
     "`arm.inverse`": (lambda at: at.arm.inverse(at.pose, at.psi, at.gc),),
-    "`arm.feasible`": (lambda at: proven_arcs(at.arm.feasible(at.pose, at.gc)),),
+    "`arm.feasible`, with `scene` too": (
+        lambda at: proven_arcs(at.arm.feasible(at.pose, at.gc)),
+        lambda at: proven_arcs(at.guarded().feasible(at.pose, at.gc)),
+    ),
     "`arm.feasible` with `singularity_margin`": (
         lambda at: proven_arcs(at.arm.with_(singularity_margin=0.02).feasible(at.pose, at.gc)),
     ),
-    "`arm.feasible` with `scene`": (lambda at: proven_arcs(at.guarded().feasible(at.pose, at.gc)),),
-    "`arm.solve`": (lambda at: solved(at.arm.solve(at.pose, seed=at.q + 0.05)),),
+    "`arm.solve`, with `scene` too": (
+        lambda at: solved(at.arm.solve(at.pose, seed=at.q + 0.05)),
+        lambda at: solved(at.guarded().solve(at.pose, seed=at.q + 0.05)),
+    ),
     '`arm.solve(prefer="margin")`': (lambda at: solved(at.arm.solve(at.pose, prefer="margin")),),
     '`arm.solve(roll="free")`': (lambda at: solved(at.arm.solve(at.pose, seed=at.q, roll="free")),),
     '`arm.solve(fallback="nearest_pose")`': (
         lambda at: at.arm.solve(at.far, seed=at.q, fallback="nearest_pose"),
     ),
-    "`arm.solve` with `scene`": (lambda at: solved(at.guarded().solve(at.pose, seed=at.q + 0.05)),),
     "`arm.solutions`": (lambda at: at.arm.solutions(at.pose, seed=at.q),),
-    "`arm.reachable`": (lambda at: at.arm.reachable(at.pose),),
-    "`arm.freedom`": (lambda at: at.arm.freedom(at.pose),),
+    "`arm.reachable`, `freedom`": (
+        lambda at: at.arm.reachable(at.pose),
+        lambda at: at.arm.freedom(at.pose),
+    ),
     "`arm.explain`": (lambda at: at.arm.explain(at.pose),),
     "`arm.feasible_turns`": (lambda at: at.arm.feasible_turns(at.pose, about="base"),),
-    "`arm.self_motion`": (lambda at: at.arm.self_motion(at.pose, at.psi, at.gc),),
-    "`arm.psi_towards`": (lambda at: at.arm.psi_towards(at.pose, at.gc, direction="up"),),
-    "`arm.clearance`": (lambda at: at.guarded().clearance(at.q),),
-    "`aa.step`, `aa.follow`": (
+    "`arm.self_motion`, `psi_towards`, `clearance`": (
+        lambda at: at.arm.self_motion(at.pose, at.psi, at.gc),
+        lambda at: at.arm.psi_towards(at.pose, at.gc, direction="up"),
+        lambda at: at.guarded().clearance(at.q),
+    ),
+    "`aa.step`, `aa.follow`, with bounds, `aa.Towards` and `lookahead` too": (
         lambda at: aa.step(at.arm, at.q, at.next),
-        lambda at: aa.follow(at.arm, [at.pose, at.next], start=at.q),
-    ),
-    "`aa.step(velocity=...)`": (lambda at: aa.step(at.arm, at.q, at.next, velocity=1.0, dt=0.01),),
-    "`aa.step(policy=aa.Towards(direction=...))`": (
+        lambda at: aa.step(at.arm, at.q, at.next, velocity=1.0, dt=0.01),
         lambda at: aa.step(at.arm, at.q, at.next, policy=aa.Towards(direction="up")),
-    ),
-    "`aa.follow(lookahead=...)`": (
+        lambda at: aa.follow(at.arm, [at.pose, at.next], start=at.q),
         lambda at: aa.follow(at.arm, [at.pose, at.next], start=at.q, lookahead=1),
     ),
-    "`aa.plan`": (lambda at: aa.plan(at.arm, aa.Line(at.pose, at.next), start=at.q).certified,),
-    "`aa.plan` with `scene`": (
+    "`aa.plan`, with `scene` too": (
+        lambda at: aa.plan(at.arm, aa.Line(at.pose, at.next), start=at.q).certified,
         lambda at: aa.plan(at.guarded(), aa.Line(at.pose, at.next), start=at.q).certified,
     ),
     "`aa.Tracker`": (lambda at: tracked(aa.Tracker(at.arm, dt=0.01, velocity=1.0), at),),
