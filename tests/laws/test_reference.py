@@ -172,7 +172,7 @@ def test_it_is_part_of_the_arm() -> None:
     for reference in ("stereographic", (0.5, 1.0, -0.25)):
         other = IIWA.with_(reference=reference)
         assert other.geometry.reference == reference and other != IIWA
-        assert eval(repr(other), {"Arm": aa.Arm}).reference == reference
+        assert eval(repr(other), {"Arm": aa.Arm}).geometry.reference == reference
         assert other.with_(reference="base") == IIWA
     assert IIWA.with_(reference=[0, 0, 8]).geometry.reference == (0.0, 0.0, 1.0)
     assert IIWA.geometry.reference == "base" and "reference" not in repr(IIWA)

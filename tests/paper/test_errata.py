@@ -40,11 +40,11 @@ def test_section_3_1_centre_of_the_circle_is_half_way_only_for_equal_links(
     pose, _, gc = mended.forward(arm, START)
     p = mended.wrist_vector(arm, pose)
     elbows = [
-        arm.geometry.d_se * mended.on_circle(mended.circle(arm, pose, gc).shoulder, psi)[:, 1]
+        arm.d_se * mended.on_circle(mended.circle(arm, pose, gc).shoulder, psi)[:, 1]
         for psi in np.linspace(-np.pi, np.pi, 8, endpoint=False)
     ]
     fraction = np.mean(elbows, axis=0) @ p / (p @ p)
-    holds = (arm.geometry.d_se**2 - arm.geometry.d_ew**2 + p @ p) / (2 * p @ p)
+    holds = (arm.d_se**2 - arm.d_ew**2 + p @ p) / (2 * p @ p)
     assert fraction == pytest.approx(holds, abs=1e-14)
     assert (abs(fraction - paper.circle_centre_fraction()) < 1e-14) == is_half
 
@@ -66,8 +66,8 @@ def test_gc_3_of_the_example_counts_the_negative_signs_of_shoulder_and_elbow() -
 def test_eq_4_loses_half_the_digits_on_a_nearly_straight_arm() -> None:
     errors = []
     for ulps in range(1, 41):
-        n = ARM.geometry.reach - ulps * np.spacing(0.5)
-        holds = np.sqrt(8 * (ARM.geometry.reach - n) / ARM.geometry.reach)
+        n = ARM.reach - ulps * np.spacing(0.5)
+        holds = np.sqrt(8 * (ARM.reach - n) / ARM.reach)
         printed = paper.theta_4(np.array([0.0, 0.0, n]), 1, IIWA7)
         errors.append((abs(printed / holds - 1), abs(mended.elbow(ARM, n, 1)[0] / holds - 1)))
     assert max(e[0] for e in errors) > 0.01

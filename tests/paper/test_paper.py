@@ -103,7 +103,7 @@ def test_eqs_5_and_7_bring_the_virtual_wrist_to_the_real_one(theta: Array) -> No
     p_26 = paper.shoulder_wrist_vector(paper.chain_transforms(theta, IIWA7)[7], IIWA7)
     gc_4 = signs_of(theta)[1]
     virtual = paper.virtual_frames(p_26, gc_4, IIWA7)
-    wrist = virtual[4][:3, 3] + IIWA7.geometry.d_ew * virtual[4][:3, 2] - virtual[2][:3, 3]
+    wrist = virtual[4][:3, 3] + IIWA7.d_ew * virtual[4][:3, 2] - virtual[2][:3, 3]
     assert close(wrist, p_26)
     beta = mended.elbow(ARM, float(np.linalg.norm(p_26)), gc_4)[1]
     assert close(virtual[3][:3, :3], mended.virtual_rotation(ARM, p_26, beta))
