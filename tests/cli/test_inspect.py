@@ -48,10 +48,11 @@ def test_robots(cli: Cli) -> None:
     listed = cli("robots").out
     assert all(name in listed for name in (*srs_catalogue(), "franka_fr3"))
     facts = cli("robots --json").facts
-    assert [entry["name"] for entry in facts] == list(srs_catalogue())
+    assert [entry["name"] for entry in facts] == list(aa.catalogue())
     assert all(entry["reach"] == aa.Arm.from_catalogue(entry["name"]).geometry.reach for entry in facts)
     found = cli("robots Fourier left").out
     assert [name for name in srs_catalogue() if name in found] == list(aa.catalogue("left fourier"))
+    assert "franka_fr3" in cli("robots franka").out and "Source:" in cli("robots xarm").out
     assert "Source:" in cli("robots iiwa7").out
     assert "Source: MuJoCo model (ffw_bg2)" in cli("robots robotis_ai_worker_left").text
     facts = cli("robots fetch --json").facts

@@ -108,8 +108,10 @@ CALLS: dict[str, tuple[Callable[[At], Any], ...]] = {
         lambda at: solved(at.arm.solve(at.pose, seed=at.q + 0.05)),
         lambda at: solved(at.guarded().solve(at.pose, seed=at.q + 0.05)),
     ),
-    '`arm.solve(prefer="margin")`': (lambda at: solved(at.arm.solve(at.pose, prefer="margin")),),
-    '`arm.solve(roll="free")`': (lambda at: solved(at.arm.solve(at.pose, seed=at.q, roll="free")),),
+    '`arm.solve(prefer="margin")`, `arm.solve(roll="free")`': (
+        lambda at: solved(at.arm.solve(at.pose, prefer="margin")),
+        lambda at: solved(at.arm.solve(at.pose, seed=at.q, roll="free")),
+    ),
     '`arm.solve(fallback="nearest_pose")`': (
         lambda at: at.arm.solve(at.far, seed=at.q, fallback="nearest_pose"),
     ),
@@ -131,6 +133,13 @@ CALLS: dict[str, tuple[Callable[[At], Any], ...]] = {
         lambda at: aa.step(at.arm, at.q, at.next, policy=aa.Towards(direction="up")),
         lambda at: aa.follow(at.arm, [at.pose, at.next], start=at.q),
         lambda at: aa.follow(at.arm, [at.pose, at.next], start=at.q, lookahead=1),
+    ),
+    '`aa.step(fallback="nearest_pose")`': (
+        lambda at: aa.step(at.arm, at.q, at.far, fallback="nearest_pose"),
+    ),
+    '`aa.follow(roll="free")`, `aa.plan(roll="free")`': (
+        lambda at: aa.follow(at.arm, [at.pose, at.next], start=at.q, roll="free"),
+        lambda at: aa.plan(at.arm, aa.Line(at.pose, at.next), start=at.q, roll="free"),
     ),
     "`aa.plan`, with `scene` too": (
         lambda at: aa.plan(at.arm, aa.Line(at.pose, at.next), start=at.q).certified,

@@ -118,9 +118,9 @@ def load_robot(name: str) -> CatalogueEntry:
     >>> load_robot("kuka_iiwa7_r800").description.d_bs
     0.34
     """
-    known = srs_catalogue()
-    if name not in known:
-        near = _near(str(name), (*known, *offset_catalogue()))
+    if name not in srs_catalogue():
+        known = catalogue()
+        near = _near(str(name), known)
         hint = (
             f"did you mean {' or '.join(map(repr, near))}?" if near else f"it has {', '.join(_makers(known))}"
         )

@@ -170,9 +170,9 @@ class ImportReport:
             ("three shoulder axes miss a point by", self.shoulder_miss * 1e3, "mm"),
             ("three wrist axes miss a point by", self.wrist_miss * 1e3, "mm"),
             ("neighbouring axes are square within", np.degrees(self.angle_miss), "deg"),
-            ("position agrees with the file within", self.residual_position * 1e3, "mm"),
-            ("orientation agrees with the file within", np.degrees(self.residual_rotation), "deg"),
+            ("nominal position agrees with the file within", self.residual_position * 1e3, "mm"),
+            ("nominal orientation agrees with the file within", np.degrees(self.residual_rotation), "deg"),
         )
         lines = [f"{self.source}: {self.base} to {self.tip}", f"joints: {', '.join(self.joint_names)}"]
-        lines += [f"{what:39}  {value:.6f} {unit}" for what, value, unit in rows]
+        lines += [f"{what:47}  {value:.6f} {unit}" for what, value, unit in rows]
         return "\n".join([*lines, *(f"note: {line}" for line in self.notes)])

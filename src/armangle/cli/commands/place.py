@@ -12,7 +12,7 @@ from ...files.tables import load_poses
 from ...poses import COLUMNS, rows_from_poses
 from ...reach.placement import Placement, place
 from ..arguments import add, add_arm, number
-from ..loading import any_arm, srs
+from ..loading import any_arm
 from ..messages import note
 from ..screen import counted, degrees, progress, show, show_json
 from ..tables import table
@@ -45,7 +45,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the best bases; status 1 if no pose is reachable from any."""
-    arm = srs(any_arm(args), "place")
+    arm = any_arm(args)
     x, y = _line("--x", args.x, args.step), _line("--y", args.y, args.step)
     if len(x) * len(y) > _MOST:
         raise InputError(f"--step {args.step:g} makes {len(x) * len(y)} positions, wanted at most {_MOST}")

@@ -10,7 +10,7 @@ from ...errors import InputError
 from ...reach.reach_map import ReachMap, reach_map
 from ...reach.store import FIELDS, USUAL
 from ..arguments import DEGREE, add, add_arm, angle, number, refuse
-from ..loading import any_arm, srs
+from ..loading import any_arm
 from ..messages import note
 from ..pictures import draw
 from ..screen import counted, show, show_json
@@ -88,7 +88,7 @@ def _make(args: argparse.Namespace) -> ReachMap:
     names = USUAL if args.fields is None else tuple(args.fields.split(","))
     with _Meter(args.store) as meter:
         return reach_map(
-            srs(any_arm(args), "reach").with_(singularity_margin=args.singularity_margin),
+            any_arm(args).with_(singularity_margin=args.singularity_margin),
             args.store,
             spacing=_SPACING if args.spacing is None else args.spacing,
             tilt=_ANGLE * DEGREE if args.angle is None else args.angle,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...arm.arm import Arm
-from ...models.catalogue import CatalogueEntry, catalogue, load_robot, srs_catalogue
+from ...models.catalogue import CatalogueEntry, catalogue, load_robot
 from ...models.description import ELBOW_OFFSETS
 from ...models.offset import offset_catalogue, offset_source
 from ..arguments import add
@@ -34,37 +34,38 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print a table of all arms, or of those that match words, or one arm."""
     search = " ".join(args.name)
-    if search in offset_catalogue():
-        _show_offset(search, as_json=args.json)
-        return 0
-    known = srs_catalogue()
-    names = (search,) if search in known else tuple(name for name in catalogue(search) if name in known)
+    names = (search,) if search in catalogue() else catalogue(search)
     if len(names) < 2:
-        entry = load_robot(names[0] if names else search)
+        name = names[0] if names else search
         if args.json:
-            show_json(_facts(entry))
+            show_json(_facts(name))
+        elif name in offset_catalogue():
+            _show_offset(name)
         else:
-            _show_one(entry)
-        return 0
-    entries = [load_robot(name) for name in names]
-    if args.json:
-        show_json([_facts(entry) for entry in entries])
+            _show_one(load_robot(name))
+    elif args.json:
+        show_json([_facts(name) for name in names])
     else:
-        _show_all(entries)
+        _show_all(names)
     return 0
 
 
-def _show_all(entries: Sequence[CatalogueEntry]) -> None:
+def _show_all(names: Sequence[str]) -> None:
     """Print a table with a blank line between makers of several arms."""
     rows: list[list[str]] = []
-    makers = [entry.name.partition("_")[0] for entry in entries]
-    for before, maker, entry in zip(["", *makers], makers, entries, strict=False):
+    makers = [name.partition("_")[0] for name in names]
+    for before, maker, name in zip(["", *makers], makers, names, strict=False):
         if rows and maker != before and max(makers.count(maker), makers.count(before)) > 1:
             rows.append([""] * 4)
-        rows.append([entry.name, f"{_arm(entry).geometry.reach * 1e3:.0f}", _offset(entry), _doubtful(entry)])
+        if name in offset_catalogue():
+            arm = Arm.from_catalogue(name)
+            what = [arm.kind.replace("_", " "), ""]
+        else:
+            entry = load_robot(name)
+            arm, what = _arm(entry), [_offset(entry), _doubtful(entry)]
+        rows.append([name, f"{arm.geometry.reach * 1e3:.0f}", *what])
     show(table(["name", "reach mm", "elbow", "not trusted"], rows, left=(0, 2, 3)))
-    show(f"\n{len(entries)} arms; reach: greatest distance of the wrist from the shoulder")
-    show(paragraph(f"with an offset wrist or shoulder: {', '.join(offset_catalogue())}"))
+    show(f"\n{len(names)} arms; reach: greatest distance of the wrist from the shoulder")
 
 
 def _arm(entry: CatalogueEntry) -> Arm:
@@ -103,13 +104,9 @@ def _show_one(entry: CatalogueEntry) -> None:
     show(table(headings, rows, left=(1,)))
 
 
-def _show_offset(name: str, *, as_json: bool) -> None:
+def _show_offset(name: str) -> None:
     """Print all numbers of an arm with an offset wrist or shoulder."""
     arm, source = Arm.from_catalogue(name), offset_source(name)
-    if as_json:
-        keys = (*_LENGTHS[:-1], "a_1", "a_6", *_JOINTS, "notes", "base", "tool", "reach")
-        show_json({"name": name, "source": source} | {key: arm._number(key) for key in keys})
-        return
     show(paint(name, "bold"))
     for line in (
         f"Source: {source}.",
@@ -119,8 +116,13 @@ def _show_offset(name: str, *, as_json: bool) -> None:
         show(paragraph(line))
 
 
-def _facts(entry: CatalogueEntry) -> dict[str, Any]:
-    """Return all numbers of an entry for JSON."""
+def _facts(name: str) -> dict[str, Any]:
+    """Return all numbers of an arm of the catalogue for JSON."""
+    if name in offset_catalogue():
+        arm = Arm.from_catalogue(name)
+        numbers = (*_LENGTHS[:-1], "a_1", "a_6", *_JOINTS, "notes", "base", "tool", "reach")
+        return {"name": name, "source": offset_source(name)} | {key: arm._number(key) for key in numbers}
+    entry = load_robot(name)
     d = entry.description
     keys = (*_LENGTHS, *_JOINTS, "notes", "base", "tool")
     facts = {"name": entry.name, "title": entry.title, "source": entry.source}
