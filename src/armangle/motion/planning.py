@@ -371,9 +371,14 @@ def _taken(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
 def _past_straight(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
     """Return the solution of a pose nearest to joints with the elbow on its other side; otherwise the joints.
 
-    Used if the elbow is nearly straight and the limits of joint 4 permit the path on its other side alone.
+    Used only if the limits of joint 4 end less than `START_GAP` beyond the stretched arm on this side, so that
+    the arm can hardly bend there.
     """
     if q is None:
+        return q
+    shape = arm.geometry
+    straight = (shape.delta - shape.offsets[3]) * shape.signs[3]
+    if (arm.upper[3] - straight if q[3] > straight else straight - arm.lower[3]) >= START_GAP:
         return q
     own = int(arm.forward(q, on_error="nan")[2])
     others = [gc for gc in range(8) if (gc ^ own) & 2]
