@@ -371,8 +371,8 @@ def _taken(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
 def _past_straight(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
     """Return the solution of a pose nearest to joints with the elbow on its other side; otherwise the joints.
 
-    Used only if the limits of joint 4 end less than `START_GAP` beyond the stretched arm on this side, so that
-    the arm can hardly bend there.
+    Used only if the limits of joint 4 end less than `START_GAP` beyond the stretched arm on this side, so
+    that the arm can hardly bend there.
     """
     if q is None:
         return q
