@@ -74,15 +74,18 @@ def _listening() -> Iterator[None]:
 @pytest.mark.parametrize("name", LONG)
 def test_a_signal_ends_a_batch_before_all_is_done(name: str) -> None:
     told: list[tuple[int, int]] = []
-    begun = threading.Event()
+    begun, sent = threading.Event(), threading.Event()
 
     def interrupt() -> None:
         begun.wait()
         os.kill(os.getpid(), signal.SIGINT)
+        sent.set()
 
     def tell(done: int, total: int) -> None:
         told.append((done, total))
         begun.set()
+        if 2 * done > total:  # a fast machine waits for the other thread here
+            sent.wait()
 
     before = TRACKER.q.copy()
     thread = threading.Thread(target=interrupt)
