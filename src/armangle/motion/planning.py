@@ -29,6 +29,7 @@ from ..arm.arcs import ArcSet
 from ..arm.arm import MOST_MARGIN, Arm
 from ..arm.chain import unsupported
 from ..arm.diagnosis import Diagnosis, Verdict, branch_of
+from ..arm.joint_map import to_q
 from ..arm.keywords import names_keywords
 from ..arm.offset import OffsetArm
 from ..arm.offset import unsupported as offset_lacks
@@ -376,8 +377,7 @@ def _past_straight(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
     """
     if q is None:
         return q
-    shape = arm.geometry
-    straight = (shape.delta - shape.offsets[3]) * shape.signs[3]
+    straight = to_q(arm._handle, np.full(JOINTS, arm.geometry.delta))[3]
     if (arm.upper[3] - straight if q[3] > straight else straight - arm.lower[3]) >= START_GAP:
         return q
     own = int(arm.forward(q, on_error="nan")[2])
