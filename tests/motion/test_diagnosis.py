@@ -118,9 +118,7 @@ def test_an_impossible_place_of_a_path_has_no_feasible_arc() -> None:
         found += 1
         middle = 0.5 * (branch.s_from + branch.s_to)
         assert all(arm.feasible(path.pose(s), branch.gc).is_empty for s in (branch.s_from, branch.s_to))
-        assert branch.blocking and np.isfinite(middle)
-        # A start beside a straight elbow may be taken to its other side.
-        assert not result.certified or (branch.gc not in result.gc and np.abs(result.q[0] - q).max() < 0.05)
+        assert branch.blocking and not result.certified and np.isfinite(middle)
     assert found > 3
 
 

@@ -658,8 +658,10 @@ private:
             if (place.least >= told_ - tie(told_)) break;
             if (!place.one)
                 divide_place({place.lower, place.upper, place.least, place.gc, 0}, look_at);
-            else if (!look_at(place.gc, place.lower, place.upper))
-                open_below_ = -infinity;
+            else {
+                if (!look_at(place.gc, place.lower, place.upper)) open_below_ = -infinity;
+                open_below_ = min(open_below_, place.least);
+            }
         }
         if (!beside.finish(worth, take)) open_below_ = -infinity;
     }
@@ -698,8 +700,8 @@ private:
                     push(part);
                     continue;
                 }
-                if (!look_at(gc, part.lower, part.upper) || !(near || is_at_shared(part)))
-                    open_below_ = min(open_below_, part.least);
+                look_at(gc, part.lower, part.upper);
+                open_below_ = min(open_below_, part.least);
             }
             n = 0;
             if (count_ == 0) return;
@@ -712,14 +714,6 @@ private:
             n = divide(next, cell);
         }
         count_ = 0;
-    }
-    /// Whether a part contains a single value that is remembered as a place of its own.
-    bool is_at_shared(const Cell& part) const noexcept {
-        for (int i = 0; i < places_; ++i)
-            if (place_[i].one && part.lower <= place_[i].upper + tuning_.one_place &&
-                part.upper >= place_[i].lower - tuning_.one_place)
-                return true;
-        return false;
     }
     /// Whether a place belongs to what is searched: to all, or to the arc.
     bool is_searched(const Beside& place) const noexcept {
@@ -748,7 +742,6 @@ private:
         if (extent_ == one && find(arcs_[one_gc_], free).index != one_arc_) return;
         if (move_ && !move_->is_clear_at(robot.q)) return;
         best_ = finished(q, free, gc);
-        if (!squares()) best_.status = Status::UNPROVEN;
         told_ = cost;
     }
 

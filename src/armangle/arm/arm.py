@@ -1491,8 +1491,8 @@ class Arm(FrozenValue):
         has a nearer solution, mostly by less than 0.001 rad. If such a search is cut short, or the proof
         fails near singularities of an own chain, the status is UNPROVEN; NEAR_SINGULAR if nothing was found.
         For an arm with an offset too, OK says that no solution is nearer. Where two joints turn about one
-        axis, at a fold and at the stretched elbow, the search is local; what stays open there is UNPROVEN,
-        and so is what is found there with ``metric="max"`` or a margin.
+        axis, at a fold and at the stretched elbow, the search is local: the status is UNPROVEN if a nearer
+        solution could be there.
 
         Parameters
         ----------
