@@ -26,7 +26,7 @@
 #include "limits/boundaries.hpp"
 #include "limits/blocked.hpp"
 #include "limits/feasible.hpp"
-#include "limits/nearest.hpp"
+#include "limits/nearest_search.hpp"
 #include "limits/feasible_all.hpp"
 #include "limits/freedom.hpp"
 #include "limits/end_slopes.hpp"

@@ -12,7 +12,7 @@
 // middle of the stretch, and the answer is Status::UNPROVEN.
 #pragma once
 
-#include "../limits/nearest.hpp"
+#include "../limits/nearest_search.hpp"
 #include "../limits/settled.hpp"
 #include "hull_cells.hpp"
 

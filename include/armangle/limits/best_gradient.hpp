@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "../circle/derivatives.hpp"
-#include "nearest.hpp"
+#include "nearest_search.hpp"
 
 #include "../names/begin.hpp"
 

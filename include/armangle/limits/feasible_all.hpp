@@ -6,7 +6,7 @@
 // arcs, freedom and nearest solutions agree whether a solution exists.
 #pragma once
 
-#include "nearest.hpp"
+#include "nearest_search.hpp"
 
 #include "../names/begin.hpp"
 

@@ -6,7 +6,7 @@
 //      finds within them. It starts where it is nearest: all branches and arm angles of the nominal arm.
 #pragma once
 
-#include "nearest.hpp"
+#include "nearest_search.hpp"
 #include "approach.hpp"
 
 #include "../names/begin.hpp"

@@ -7,7 +7,7 @@
 // If nothing stands about, a target that has a solution is therefore reached, whatever came before.
 #pragma once
 
-#include "../limits/nearest.hpp"
+#include "../limits/nearest_search.hpp"
 #include "../scene/clear.hpp"
 
 #include "../names/begin.hpp"

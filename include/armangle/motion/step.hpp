@@ -11,7 +11,7 @@
 
 #include "../circle/forward.hpp"
 #include "../circle/inverse.hpp"
-#include "../limits/nearest.hpp"
+#include "../limits/nearest_search.hpp"
 #include "../limits/settled.hpp"
 #include "bounds.hpp"
 #include "leaving.hpp"

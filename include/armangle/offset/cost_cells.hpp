@@ -7,7 +7,7 @@
 //                           convex all over it.
 #pragma once
 
-#include "../limits/nearest.hpp"
+#include "../limits/nearest_search.hpp"
 #include "offset_posture.hpp"
 
 #include "../names/begin.hpp"

@@ -8,7 +8,7 @@
 // limits/settled.hpp.
 #pragma once
 
-#include "../limits/nearest.hpp"
+#include "../limits/nearest_search.hpp"
 #include "cells.hpp"
 
 #include "../names/begin.hpp"

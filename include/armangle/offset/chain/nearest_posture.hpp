@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "../../limits/nearest.hpp"
+#include "../../limits/nearest_search.hpp"
 #include "../straight_cells.hpp"
 #include "feasible.hpp"
 
