@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pytest
 from support import draw
 from support.needs import need
 
 import armangle as aa
 
-rtb = need("roboticstoolbox")
 ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 
 
-def test_both_have_one_forward_and_one_jacobian(tmp_path: Path) -> None:
+@pytest.fixture
+def chain(tmp_path: Path) -> Any:
+    """The arm in the other library."""
     file = tmp_path / "iiwa.urdf"
     file.write_text(ARM.to_urdf(), encoding="utf-8")
-    chain = rtb.Robot.URDF(str(file)).ets()
+    return need("roboticstoolbox").Robot.URDF(str(file)).ets()
+
+
+def test_both_have_one_forward_and_one_jacobian(chain: Any) -> None:
     for q in draw.generator(17, 51).uniform(ARM.lower, ARM.upper, (50, 7)):
         pose = ARM.forward(q)[0]
         assert np.allclose(chain.eval(q), pose, rtol=0, atol=1e-12)
@@ -32,11 +38,8 @@ def test_a_pose_of_its_kind_is_taken() -> None:
     assert np.allclose(ARM.solve(frame, seed=q).q, q, rtol=0, atol=1e-9)
 
 
-def test_its_answer_is_no_nearer_than_ours(tmp_path: Path) -> None:
-    file, rng = tmp_path / "iiwa.urdf", draw.generator(17, 52)
-    file.write_text(ARM.to_urdf(), encoding="utf-8")
-    chain = rtb.Robot.URDF(str(file)).ets()
-    answered = 0
+def test_its_answer_is_no_nearer_than_ours(chain: Any) -> None:
+    answered, rng = 0, draw.generator(17, 52)
     for _ in range(40):
         goal = ARM.forward(rng.uniform(ARM.lower, ARM.upper))[0]
         near = rng.uniform(ARM.lower, ARM.upper)

@@ -176,8 +176,8 @@ class Candidate:
         From base to tip.
     nearness : Nearness or None
         Deviation of the axes from those of an S-R-S arm; None if the joints cannot be read.
-    residual : float
-        Largest distance found between the nearest S-R-S arm and the file, m; NaN if the chain is not near.
+    chain : Chain or None
+        As the file has it; None if it cannot be read.
     offset : str
         "wrist" or "shoulder" if the chain is S-R-S except for one offset there, or nearly; otherwise empty.
     offset_residual : float
@@ -189,9 +189,16 @@ class Candidate:
     ends: tuple[str, ...]
     joints: tuple[str, ...]
     nearness: Nearness | None
-    residual: float
+    chain: Chain | None
     offset: str = ""
     offset_residual: float = math.nan
+
+    @cached_property
+    def residual(self) -> float:
+        """Largest distance between the nearest S-R-S arm and the file, m; NaN if the chain is not near."""
+        if self.chain is None or self.nearness is None or not self.nearness.near:
+            return math.nan
+        return residual(self.chain, fitted_arm(self.chain))[0]
 
     def verdict(self) -> str:
         """Return in words how near to S-R-S the chain is."""
@@ -296,24 +303,21 @@ def _candidate(
     """Return a candidate of seven joints of a tree, with its deviation from an S-R-S arm."""
     first, last = tree.bodies[tree.joints[way[0]].above], tree.bodies[tree.joints[way[-1]].below]
     ends = (base or first.links[0], last.parting)
-    how = _nearness(chain, ends)
-    offset, off_by = ("", math.nan) if how is None or how.srs else offset_end(chain(*ends))
-    off = _residual(chain(*ends)) if how is not None and how.near else math.nan
+    read, how = _readable(chain, ends)
+    offset, off_by = ("", math.nan) if read is None or how is None or how.srs else offset_end(read)
     names = tuple(tree.joints[number].name for number in way)
-    return Candidate(*ends, tuple(last.ends), names, how, off, offset, off_by)
+    return Candidate(*ends, tuple(last.ends), names, how, read, offset, off_by)
 
 
-def _nearness(chain: Callable[[str, str], Chain], ends: tuple[str, str]) -> Nearness | None:
-    """Return the deviation of a chain from S-R-S, None if it cannot be read."""
+def _readable(
+    chain: Callable[[str, str], Chain], ends: tuple[str, str]
+) -> tuple[Chain | None, Nearness | None]:
+    """Return a chain and its deviation from S-R-S, None if it cannot be read."""
     try:
-        return nearness(Axes(*chain(*ends).lines()))
+        read = chain(*ends)
+        return read, nearness(Axes(*read.lines()))
     except ModelError:
-        return None
-
-
-def _residual(chain: Chain) -> float:
-    """Return the largest distance found between a chain and the S-R-S arm fitted to it, m."""
-    return residual(chain, fitted_arm(chain))[0]
+        return None, None
 
 
 def guess(

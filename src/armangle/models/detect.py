@@ -129,7 +129,7 @@ def describe_chain(
             *notes,
             f"{NOT_EXACT} the S-R-S arm fitted to it differs by up to {_differs(off)} at the tip",
         )
-    arm = replace(arm, notes=notes if exact else (*notes, *_chain_notes(chain, arm)))
+    arm = replace(arm, notes=notes if exact else (*notes, *_chain_notes(off)))
     if not exact and max(off) > ROUNDING:
         arm = replace(arm, chain=links_of(chain))
     return arm, import_report(chain, off, arm.notes)
@@ -143,9 +143,8 @@ def srs_arm(chain: Chain) -> ArmDescription:
         return describe_chain(chain, exact=False, of_body=True)[0]
 
 
-def _chain_notes(chain: Chain, arm: ArmDescription) -> tuple[str, ...]:
-    """Return a note on how far a kept chain is off the S-R-S arm that defines psi and gc; none if not."""
-    off = residual(chain, arm)
+def _chain_notes(off: tuple[float, float]) -> tuple[str, ...]:
+    """Return a note on how far (m, rad) a kept chain is off the S-R-S arm that defines psi and gc."""
     if max(off) <= ROUNDING:
         return ()
     return (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import tomllib
 from dataclasses import fields, replace
+from functools import cache
 from importlib.resources import files
 from typing import Any
 
@@ -58,6 +59,7 @@ def offset_source(name: str) -> str:
     return f"{table['source']}; revision: {table.get('revision', 'not checked')}"
 
 
+@cache
 def _tables() -> dict[str, Any]:
     """Return the tables of all arms with an offset wrist or shoulder, by name."""
     return tomllib.loads(files(__package__).joinpath("offset_arms.toml").read_text(encoding="utf-8"))
