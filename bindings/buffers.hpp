@@ -143,7 +143,7 @@ inline bool as_index(nb::handle h, long long& out) noexcept {
 
 /// Corrects a pose for the rounding of its numbers to `precision` (ratio; 0: exact numbers).
 template <class AnyArm>
-void settle(const AnyArm& arm, double precision, double* m) noexcept {
+void correct_rounding(const AnyArm& arm, double precision, double* m) noexcept {
     if (!(precision > 0)) return;
     double last_row[4];
     std::memcpy(last_row, m + 12, sizeof(last_row));
@@ -177,7 +177,7 @@ public:
     template <class AnyArm>
     bool read_pose(const AnyArm& arm, nb::handle object, double* to) noexcept {
         if (!read(object, 4, 4, to)) return false;
-        settle(arm, precision_, to);
+        correct_rounding(arm, precision_, to);
         return true;
     }
 

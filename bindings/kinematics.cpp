@@ -354,10 +354,10 @@ void joint_map_many(const Handle& self, Floats from, Floats to) {
 
 /// Corrects poses in place for the rounding of their numbers to `precision` (ratio).
 template <class Handle>
-void settle_many(const Handle& self, Floats poses, double precision) {
+void correct_poses_many(const Handle& self, Floats poses, double precision) {
     const Buffer in_place(poses, true);
     for_each<1>("pose", {&in_place}, {2}, 1, [&](const Py_ssize_t* at, double&) {
-        settle(reaching(self.arm), precision, in_place.data<double>() + at[0]);
+        correct_rounding(reaching(self.arm), precision, in_place.data<double>() + at[0]);
         return Problem::none;
     });
 }
@@ -376,7 +376,7 @@ void bind_both(nb::class_<Handle>& arm) {
     arm.def("jacobian_many", &jacobian_many<Handle>, "q"_a, "out"_a, "threads"_a);
     arm.def("theta_many", &joint_map_many<Handle, true>, "q"_a, "out"_a);
     arm.def("q_many", &joint_map_many<Handle, false>, "theta"_a, "out"_a);
-    arm.def("settle_many", &settle_many<Handle>, "poses"_a, "precision"_a);
+    arm.def("correct_poses_many", &correct_poses_many<Handle>, "poses"_a, "precision"_a);
     arm.def("limit_margin_many", &limit_margin_many<Handle>, "q"_a, "out"_a);
     arm.def("limit_margin_gradient_many", &limit_margin_gradient_many<Handle>, "q"_a, "out"_a);
 }
@@ -423,7 +423,7 @@ void bind_chain_kinematics(nb::class_<ChainArmHandle>& arm) {
 template <class Handle>
 void bind_offset_rows(nb::class_<Handle>& arm) {
     using namespace nb::literals;
-    arm.def("settle_many", &settle_many<Handle>, "poses"_a, "precision"_a);
+    arm.def("correct_poses_many", &correct_poses_many<Handle>, "poses"_a, "precision"_a);
     arm.def("theta_many", &joint_map_many<Handle, true>, "q"_a, "out"_a);
     arm.def("q_many", &joint_map_many<Handle, false>, "theta"_a, "out"_a);
     arm.def("limit_margin_many", &limit_margin_many<Handle>, "q"_a, "out"_a);

@@ -180,7 +180,7 @@ void fill_hulls_and_fields(std::vector<Solid>& solids, const Buffer& corners, co
         first += size;
         if (first > to.distances.size())
             throw std::invalid_argument("a field needs a distance for each node");
-        settle(field, to.distances.data() + (first - size));
+        raise_to_lower_bounds(field, to.distances.data() + (first - size));
         to.fields.push_back(field);
         solids.at(static_cast<std::size_t>(row[0])).field = &to.fields.back();
     }

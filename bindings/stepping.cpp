@@ -92,12 +92,12 @@ struct GivenBounds {
 };
 
 /// The arm's own limits, or a table with a margin.
-struct DrawnLimits {
+struct LimitsWithMargin {
     std::optional<LimitTable> with_margin;
     const LimitTable& table;
 
     /// The arm's table of limits, or one with a margin (rad).
-    DrawnLimits(const ArmHandle& arm, double margin)
+    LimitsWithMargin(const ArmHandle& arm, double margin)
         : with_margin(margin == 0 ? std::nullopt : std::optional(limit_table(arm.arm, margin))),
           table(with_margin ? *with_margin : arm.limits) {}
 };
@@ -105,7 +105,7 @@ struct DrawnLimits {
 /// Makes one step of an arm of any kind, within limits with a margin (rad).
 Step next_step(const ArmHandle& self, double margin, const double* q, const Pose<double>& pose,
                const StepOptions& options) noexcept {
-    const DrawnLimits limits(self, margin);
+    const LimitsWithMargin limits(self, margin);
     return step(self.arm, limits.table, q, pose, options);
 }
 
@@ -235,7 +235,7 @@ void with_window(const View& view, std::size_t window, const Asked& asked, const
 /// Follows the poses with one kind of arm and fills the rows.
 void run(const ArmHandle& self, const double* start, const FollowOptions& wanted, const Asked& asked,
          const FollowRows& rows) {
-    const DrawnLimits limits(self, wanted.singularity_margin);
+    const LimitsWithMargin limits(self, wanted.singularity_margin);
     with_window(ExactSections{self.arm, limits.table}, wanted.lookahead, asked, [&](auto* ahead) {
         follow(self.arm, limits.table, start, asked.poses, asked.n, asked.options, wanted.on_fail,
                asked.allowed, rows, ahead, asked.scenes);

@@ -370,7 +370,7 @@ void write(const xla::Buffer& buffer, std::size_t first, std::size_t count, cons
 }
 
 /// Corrects poses for the rounding of their numbers to float.
-void settle(const Arm& arm, double* poses, std::size_t count) {
+void correct_rounding(const Arm& arm, double* poses, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
         double* m = poses + pose_size * i;
         double value = 0;
@@ -397,7 +397,8 @@ Outcome over(const xla::Call& call, const ArmHandle& self, const LimitTable& lim
     for (std::size_t first = 0; first < n; first += most_elements) {
         b.count = n - first < most_elements ? n - first : most_elements;
         b.in = read<T>(argument(call, 0), first * Task::input, b.count * Task::input, in);
-        if constexpr (Task::input == pose_size && !std::is_same_v<T, double>) settle(self.arm, in, b.count);
+        if constexpr (Task::input == pose_size && !std::is_same_v<T, double>)
+            correct_rounding(self.arm, in, b.count);
         if constexpr (Task::has_branch) {
             b.psi = read<T>(argument(call, 1), first, b.count, psi);
             const auto* branch = static_cast<const std::int32_t*>(argument(call, 2).data) + first;
@@ -429,7 +430,7 @@ Outcome over(const xla::Call& call, const ArmHandle& self, const LimitTable& lim
 }
 
 /// Answers XLA's query for the version of a handler; false if it is another call.
-bool told_version(const xla::Call& call) {
+bool answer_version_query(const xla::Call& call) {
     for (xla::Extension* e = call.head.extensions; e; e = e->next) {
         if (e->kind != xla::asks_metadata) continue;
         xla::Version& version = reinterpret_cast<xla::MetadataQuestion*>(e)->answer->version;
@@ -444,7 +445,7 @@ bool told_version(const xla::Call& call) {
 template <class Task>
 xla::Error* handler(xla::Call* asked) noexcept {
     const xla::Call& call = *asked;
-    if (told_version(call) || call.stage != xla::Stage::execute) return nullptr;
+    if (answer_version_query(call) || call.stage != xla::Stage::execute) return nullptr;
     const ArmHandle* self = kept_arms().find(attribute<std::int64_t>(call, "arm"));
     if (!self)
         return failed(call, xla::ErrorCode::not_found,

@@ -38,7 +38,7 @@
 #include "limits/solution_derivative.hpp"
 #include "limits/relaxed.hpp"
 #include "limits/approach.hpp"
-#include "limits/settled.hpp"
+#include "limits/solve_locally.hpp"
 #include "limits/nearest_outside.hpp"
 #include "scene/solids.hpp"
 #include "scene/never_nearer.hpp"

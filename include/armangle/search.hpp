@@ -58,23 +58,27 @@ public:
     ArcWalk() = default;
     /// Begins a walk from `start` over the arcs in steps of `resolution` (rad), in the direction `way`.
     ArcWalk(const ArcSet& arcs, double start, double way, double resolution, bool with_start) noexcept
-        : arcs_(&arcs), start_(start), way_(way), resolution_(resolution), gone_(with_start ? -1e-12 : 0.0) {}
+        : arcs_(&arcs),
+          start_(start),
+          way_(way),
+          resolution_(resolution),
+          walked_(with_start ? -1e-12 : 0.0) {}
 
     /// The next psi within the arcs, at most pi from the start; false if none remains.
     bool next(double& psi) noexcept {
         if (!arcs_) return false;
-        while (gone_ < pi) {
-            const double grid = min(resolution_ * (std::floor(gone_ / resolution_ + 1e-9) + 1.0), pi);
-            double ahead = gone_ < 0 ? 0.0 : grid;
+        while (walked_ < pi) {
+            const double grid = min(resolution_ * (std::floor(walked_ / resolution_ + 1e-9) + 1.0), pi);
+            double ahead = walked_ < 0 ? 0.0 : grid;
             bool end = false;
             for (int i = 0; i < arcs_->count && !arcs_->full; ++i)
                 for (const double at : {arcs_->arc[i].lower, arcs_->arc[i].upper}) {
                     const double off = distance_to(at);
-                    if (off <= gone_ || off > ahead) continue;
+                    if (off <= walked_ || off > ahead) continue;
                     ahead = off;
                     end = true;
                 }
-            gone_ = ahead;
+            walked_ = ahead;
             psi = wrap(start_ + way_ * ahead);
             if (end || arcs_->full || contains(*arcs_, psi)) return true;
         }
@@ -89,7 +93,7 @@ private:
     }
 
     const ArcSet* arcs_ = nullptr;
-    double start_ = 0, way_ = 1, resolution_ = 1, gone_ = 0;
+    double start_ = 0, way_ = 1, resolution_ = 1, walked_ = 0;
 };
 
 /// Enumerates the solutions of all branches in sixteen directions (both from the start of each branch), each

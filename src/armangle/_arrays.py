@@ -62,7 +62,7 @@ def as_poses(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Float
         raise InputError(f"{name} has shape {array.shape}, wanted (..., 4, 4){looks_like(name, array.shape)}")
     poses = _aligned(array.astype(np.float64, copy=False), (4, 4))
     if arm is not None and array.dtype.kind == "f" and array.dtype.itemsize < poses.itemsize:
-        arm.settle_many(poses, float(np.finfo(array.dtype).eps))
+        arm.correct_poses_many(poses, float(np.finfo(array.dtype).eps))
     return poses
 
 

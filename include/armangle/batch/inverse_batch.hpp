@@ -131,7 +131,8 @@ inline void fill_nan(double* q) noexcept {
 }
 
 /// Handles an element that is not regular: reports it or fills it with NaN, as requested.
-inline void settle_element(const Arm& arm, const InverseBatch& b, std::size_t i, Outcome& outcome) noexcept {
+inline void handle_irregular(const Arm& arm, const InverseBatch& b, std::size_t i,
+                             Outcome& outcome) noexcept {
     double value = 0;
     const Problem problem = check_element(arm, b, i, value);
     if (problem == Problem::none) return;
@@ -172,7 +173,7 @@ inline void inverse_range(const Arm& arm, const InverseBatch& b, std::size_t beg
         const auto plain = (in.bad == Batch(0.0)) & !(is_folded(m.circle) | is_unreachable(m.circle));
         if (!all(plain))
             for (std::size_t k = 0; k < count; ++k)
-                if (!plain[static_cast<int>(k)]) detail::settle_element(arm, b, at[k], outcome);
+                if (!plain[static_cast<int>(k)]) detail::handle_irregular(arm, b, at[k], outcome);
         if (b.limits != Enforce::ignore)
             for (std::size_t k = 0; k < count; ++k) detail::enforce_limits(arm, b, at[k], outcome);
     }

@@ -112,7 +112,7 @@ private:
             const PlacedPosture here = curve_.lifted(x, s, nominal_at(x, s));
             const double margin = limit_margin(limits_, here.q);
             const double room = move_ && is_finite(here.q) ? move_->nearest_pair(here.q, 0.0).room : 0.0;
-            if (room < -straight_rule::slack - proof::broken) {
+            if (room < -straight_move_tuning::slack - proof::broken) {
                 short_ = max(short_, -room);
                 if (margin >= -proof::broken) proof_.violated.push_back(s);
             }
@@ -224,7 +224,7 @@ private:
         }
         const Interval bend = angle[3].sin * Interval(arm.delta.cos) - angle[3].cos * Interval(arm.delta.sin);
         const Interval s(tube.middle - tube.half, tube.middle + tube.half);
-        const int through = hinge_led_through(static_cast<int>(x.lead));  // its sign comes out
+        const int through = hinge_crossed_by(static_cast<int>(x.lead));  // its sign comes out
         return (through == 0 || (angle[1].sin * Interval(side.shoulder)).lo > sine_) &&
                (bend * Interval(side.elbow)).lo > sine_ &&
                (through == 1 || (angle[5].sin * Interval(side.wrist)).lo > sine_) &&

@@ -76,8 +76,8 @@ inline void links_in_theta(const Arm& arm, const Pose<double> (&in_q)[joints + 1
 
 /// Rotates and moves the frame of joint k (0..6) about and along its axis, such that the two links at it come
 /// as near as possible to the nominal ones. The pose of the tip is unchanged.
-inline void settle_frame(const Pose<double> (&nominal)[joints + 1], Pose<double> (&link)[joints + 1],
-                         int k) noexcept {
+inline void align_frame(const Pose<double> (&nominal)[joints + 1], Pose<double> (&link)[joints + 1],
+                        int k) noexcept {
     Pose<double>& before = link[k];
     Pose<double>& after = link[k + 1];
     const Pose<double>& wanted = nominal[k];
@@ -179,7 +179,7 @@ inline ChainArm make_near_arm(const ArmParameters& parameters,
     detail::nominal_links(out.nominal, nominal);
     detail::links_in_theta(out.nominal, links, out.link);
     for (int sweep = 0; sweep < sweeps; ++sweep)
-        for (int k = 0; k < joints; ++k) detail::settle_frame(nominal, out.link, k);
+        for (int k = 0; k < joints; ++k) detail::align_frame(nominal, out.link, k);
     detail::measure(out);
     return out;
 }

@@ -28,7 +28,7 @@ namespace detail {
 /// Newton's method: equations() returns the equations at the present joints, move(step) changes the joints.
 /// Returns whether it converges.
 template <class EquationsNow, class Move>
-bool settle_by_newton(const EquationsNow& equations, const Move& move) noexcept {
+bool solve_by_newton(const EquationsNow& equations, const Move& move) noexcept {
     double before = infinity;
     for (int pass = 0;; ++pass) {
         const auto now = equations();
@@ -55,8 +55,8 @@ namespace detail {
 
 /// The seven equations in which the angle of a joint (1..7), given as sine and cosine, replaces psi.
 template <class T>
-SevenEquations<T> led_equations(const ChainArm& arm, const Pose<T>& pose, int joint, const SinCos<T>& wanted,
-                                const SinCos<T>* angle) noexcept {
+SevenEquations<T> lead_equations(const ChainArm& arm, const Pose<T>& pose, int joint, const SinCos<T>& wanted,
+                                 const SinCos<T>* angle) noexcept {
     const Vec3<T> none{T(0.0), T(0.0), T(0.0)};
     SevenEquations<T> out = seven_equations(arm, pose, PsiPlane<T>(none, none), angle);
     const SinCos<T>& now = angle[joint - 1];
@@ -106,7 +106,7 @@ struct CorrectedCurve {
 
     /// The angle theta (rad) of the leading joint of a stretch at s.
     template <class T>
-    T led_at(const Stretch& x, const T& s) const noexcept {
+    T lead_angle(const Stretch& x, const T& s) const noexcept {
         const double middle = 0.5 * (x.start + x.end);
         T out = phi_at(x, s);
         for (const LeadShift& y : shifts)
@@ -119,7 +119,7 @@ struct CorrectedCurve {
     detail::SevenEquations<T> equations(const Stretch& x, const T& s, const SinCos<T>* angle) const noexcept {
         const Pose<T> pose = pose_at(curve.segment(x), s);
         if (x.lead == 0) return detail::seven_equations(arm, pose, plane_at(x, s), angle);
-        return detail::led_equations(arm, pose, static_cast<int>(x.lead), sin_cos(led_at(x, s)), angle);
+        return detail::lead_equations(arm, pose, static_cast<int>(x.lead), sin_cos(lead_angle(x, s)), angle);
     }
 
     /// Inverts their Jacobian at a posture; false if it is singular.
@@ -155,7 +155,7 @@ struct CorrectedCurve {
     /// The true posture at s on stretch x, found from the nominal posture `out` there.
     PlacedPosture lifted(const Stretch& x, double s, PlacedPosture out) const noexcept {
         SinCos<double> angle[joints];
-        const bool found = x.lead == 0 ? solve_plane(x, s, out.pose, angle) : solve_led(x, s, out.q, angle);
+        const bool found = x.lead == 0 ? solve_plane(x, s, out.pose, angle) : solve_lead(x, s, out.q, angle);
         const JointLanes theta = detail::theta_of(angle);
         for (int j = 0; j < joints; ++j)
             out.q[j] = found ? lift(to_q(curve.arm, j, theta[j]), out.q[j]) : not_a_number;
@@ -227,12 +227,12 @@ private:
     }
 
     /// Finds the posture with the leading joint's angle, by Newton's method from joints q.
-    bool solve_led(const Stretch& x, double s, const double* q,
-                   SinCos<double> (&angle)[joints]) const noexcept {
+    bool solve_lead(const Stretch& x, double s, const double* q,
+                    SinCos<double> (&angle)[joints]) const noexcept {
         double theta[joints];
         detail::theta_of(curve.arm, q, theta);
         detail::sin_cos_all(theta, angle);
-        return detail::settle_by_newton(
+        return detail::solve_by_newton(
             [&]() noexcept { return equations(x, s, angle); },
             [&](const double (&step)[joints]) noexcept { detail::turn_by(step, angle); });
     }
@@ -247,8 +247,8 @@ struct RunEnd {
 
 /// The difference (rad) between the true and the nominal angle of the joint that leads stretch `led`, with
 /// derivatives by s, for the true posture on the neighbouring stretch x; 0 if that has none.
-inline RunEnd end_beside(const CorrectedCurve& curve, const Stretch& x, const Stretch& led,
-                         double s) noexcept {
+inline RunEnd end_from_neighbour(const CorrectedCurve& curve, const Stretch& x, const Stretch& led,
+                                 double s) noexcept {
     using J = Jet<double, 2>;
     const PlacedPosture here = curve.at(x, s);
     if (!is_finite(here.q)) return {};
@@ -288,13 +288,14 @@ inline LeadShifts lead_shifts(const ChainArm& arm, const Curve& curve, const dou
         const Stretch &first = all[from], &last = all[to - 1];
         if (first.lead == 0) continue;
         const CorrectedCurve so_far{arm, curve, out};
-        const detail::RunEnd left = from == 0 ? asked(first, start, first.start)
-                                              : detail::end_beside(so_far, all[from - 1], first, first.start);
+        const detail::RunEnd left =
+            from == 0 ? asked(first, start, first.start)
+                      : detail::end_from_neighbour(so_far, all[from - 1], first, first.start);
         detail::RunEnd right;
         if (to == all.size())
             right = asked(last, goal, last.end);
         else if (all[to].lead == 0)
-            right = detail::end_beside(so_far, all[to], last, last.end);
+            right = detail::end_from_neighbour(so_far, all[to], last, last.end);
         out.push_back(detail::joined(first.start, last.end, left, right));
     }
     return out;

@@ -29,7 +29,7 @@ struct PoseBall {
 
 /// Bounds of how fast the corrected pose X changes with psi: its wrist (m/rad) and rotation (rad/rad).
 template <class T>
-struct Pace {
+struct PoseRate {
     T wrist, turn;
 };
 
@@ -115,19 +115,19 @@ public:
 
         /// For several psi, as bits: where the condition certainly holds, where it is certainly violated, and
         /// where each function is undecided.
-        struct Told {
+        struct Decided {
             unsigned inside, outside, low_open, high_open;
         };
         /// Evaluates the condition at several psi.
         template <int N>
-        ARMANGLE_INLINE Told at(const SinCos<Lane<N>>& psi) const noexcept {
+        ARMANGLE_INLINE Decided at(const SinCos<Lane<N>>& psi) const noexcept {
             using Several = Lane<N>;
             const Several a = Harmonic<Several>{low.s, low.c, low.k}.at(psi),
                           b = Harmonic<Several>{high.s, high.c, high.k}.at(psi);
             const unsigned a_in = bits(a > Several(low_slack)), b_in = bits(b > Several(high_slack));
             const unsigned a_out = bits(a < Several(-low_slack)), b_out = bits(b < Several(-high_slack));
-            Told out{either ? a_in | b_in : a_in & b_in, either ? a_out & b_out : a_out | b_out,
-                     ~(a_in | a_out), ~(b_in | b_out)};
+            Decided out{either ? a_in | b_in : a_in & b_in, either ? a_out & b_out : a_out | b_out,
+                        ~(a_in | a_out), ~(b_in | b_out)};
             if (!limit) out.outside = 0;
             return out;
         }
@@ -183,8 +183,8 @@ public:
     /// Computes how fast X changes with psi over |psi - middle| <= half < 1, for several stretches; returns
     /// for which the result is valid.
     template <int N>
-    ARMANGLE_INLINE LaneMask<N> pace(const ChainArm& near, const Lane<N>& middle, const Lane<N>& half,
-                                     Pace<Lane<N>>& out) const noexcept {
+    ARMANGLE_INLINE LaneMask<N> pose_rate(const ChainArm& near, const Lane<N>& middle, const Lane<N>& half,
+                                          PoseRate<Lane<N>>& out) const noexcept {
         using Several = Lane<N>;
         const Several one(1.0), zero(0.0);
         const SinCos<Several> at = sin_cos(middle), by = sin_cos(half);
@@ -212,7 +212,7 @@ public:
             speed[1 + 4 * h] =
                 hypot(speed[4 * h], sweep(f_.hinge[h].H).speed +
                                         Several(2.0 * slack * ((h == 0 ? shoulder_ : wrist_) + psi_shift_)));
-        const auto kept = [&](const Pace<Several>& x) {
+        const auto kept = [&](const PoseRate<Several>& x) {
             const Several shoulder = Several(shoulder_rate_) * x.wrist,
                           wrist = Several(wrist_rate_) * x.wrist + x.turn;
             const auto pivot = [&](int p) {
@@ -226,17 +226,17 @@ public:
             turn[7] = x.turn;
             turn[6] = turn[7] + pivot(3);
             turn[5] = min(turn[4] + pivot(2), turn[6] + speed[5] + Several(1.5) * wrist);
-            Pace<Several> sum{zero, zero};
+            PoseRate<Several> sum{zero, zero};
             for (int k = 1; k <= joints; ++k) {
                 sum.wrist = mul_add(turn[k], Several(near.swing[k]), sum.wrist);
                 sum.turn = mul_add(turn[k], Several(near.deviation[k].rotation), sum.turn);
             }
-            return Pace<Several>{sum.wrist * Several(slack / (1.0 - min(near.turn, 0.5))),
-                                 sum.turn * Several(slack)};
+            return PoseRate<Several>{sum.wrist * Several(slack / (1.0 - min(near.turn, 0.5))),
+                                     sum.turn * Several(slack)};
         };
         // kept() is affine and rises: what it does not raise it bounds
-        const Pace<Several> still = kept({zero, zero}),
-                            supposed{still.wrist + still.wrist, still.turn + still.turn};
+        const PoseRate<Several> still = kept({zero, zero}),
+                                supposed{still.wrist + still.wrist, still.turn + still.turn};
         out = kept(supposed);
         return known & (out.wrist <= supposed.wrist) & (out.turn <= supposed.turn);
     }
@@ -244,7 +244,7 @@ public:
     /// Bounds of how fast the limit functions change with psi in addition to those of the centre, for X
     /// changing at this pace.
     template <int N>
-    ARMANGLE_INLINE Lane<N> drift(const bool (&of_shoulder)[N], const Pace<Lane<N>>& x) const noexcept {
+    ARMANGLE_INLINE Lane<N> drift(const bool (&of_shoulder)[N], const PoseRate<Lane<N>>& x) const noexcept {
         using Several = Lane<N>;
         double rate[N], wide[N], turns[N];
         for (int k = 0; k < N; ++k) {

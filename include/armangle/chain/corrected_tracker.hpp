@@ -134,7 +134,7 @@ private:
         out.psi = redundancy(now);
         out.gc = now.gc;
         out.distance = size(difference(now.pose, tracker_.hand()), length_);
-        if (out.status != Tracking::FOLLOWING || out.distance <= track_rule::exact) return;
+        if (out.status != Tracking::FOLLOWING || out.distance <= tracker_tuning::exact) return;
         out.status = Tracking::LAGGING;
         out.why = Status::NO_CONVERGENCE;
     }

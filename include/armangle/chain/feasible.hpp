@@ -100,17 +100,17 @@ public:
             Sections sections;
             AskedConditions asked;
             part(all, every, -pi, pi, asked, sections);
-            settle_sections(all, asked, sections);
+            decide_sections(all, asked, sections);
         } else {
             for (int k = chain_tuning::cells; k > 0; --k)
                 open({-pi + two_pi * (k - 1) / chain_tuning::cells, -pi + two_pi * k / chain_tuning::cells,
                       every, 0});
         }
-        settle_all();
+        decide_all();
         // the whole circle is looked at before any place of it takes all looks
         while (left_.count > 0 && ++round_ < chain_tuning::rounds) {
             while (left_.count > 0) open(left_.stretch[--left_.count]);
-            settle_all();
+            decide_all();
         }
         double beyond = 0;
         pieces_.finish(out.arcs, beyond);
@@ -247,12 +247,12 @@ private:
         const SinCos<Several> psi = sin_cos(Several::load(middle));
         Open is_open[several] = {}, broken[several] = {}, low[several] = {}, high[several] = {};
         for (int i = 0; i < n; ++i) {
-            const Condition::Told told = condition[i].at(psi);
-            for_each_bit(told.outside & ((1u << count) - 1), [&](int k) { broken[k] |= 1u << bit[i]; });
-            for_each_bit(~(told.outside | told.inside) & ((1u << count) - 1), [&](int k) {
+            const Condition::Decided decided = condition[i].at(psi);
+            for_each_bit(decided.outside & ((1u << count) - 1), [&](int k) { broken[k] |= 1u << bit[i]; });
+            for_each_bit(~(decided.outside | decided.inside) & ((1u << count) - 1), [&](int k) {
                 is_open[k] |= 1u << bit[i];
-                low[k] |= (told.low_open >> k & 1) << bit[i];
-                high[k] |= (told.high_open >> k & 1) << bit[i];
+                low[k] |= (decided.low_open >> k & 1) << bit[i];
+                high[k] |= (decided.high_open >> k & 1) << bit[i];
             });
         }
         for (int k = 0; k < count; ++k) {
@@ -322,13 +322,13 @@ private:
     }
 
     /// Keeps the sections inside, and computes ends in the undecided ones, several at once.
-    void settle_sections(const CorrectedMotion<double>& all, const AskedConditions& asked,
+    void decide_sections(const CorrectedMotion<double>& all, const AskedConditions& asked,
                          const Sections& parts) noexcept {
         constexpr int most = 2 * several + 2;
         Crossing crossing[most];
         int count = 0, pending[several], waiting = 0;
-        const auto settle_them = [&] {
-            if (waiting > 0) settle_crossings(all, parts, pending, waiting, crossing, count);
+        const auto cut_waiting = [&] {
+            if (waiting > 0) cut_at_crossings(all, parts, pending, waiting, crossing, count);
             count = waiting = 0;
         };
         for (int i = 0; i < parts.count; ++i) {
@@ -336,17 +336,17 @@ private:
             if (one.known == Known::inside) pieces_.add({one.lower, one.upper, 0, 0});
             if (one.known != Known::open) continue;
             const int before = count;
-            bool told = one.open < hinge_bit;
-            for (int k = 0; told && k < asked.count; ++k) {
+            bool decided = one.open < hinge_bit;
+            for (int k = 0; decided && k < asked.count; ++k) {
                 const int bit = asked.bit[k];
                 if (!(one.open >> bit & 1)) continue;
                 const int joint = ranges_.one[bit].joint;
-                told = crossings_of(ranges_.one[bit], asked.condition[k], one.low >> bit & 1,
-                                    one.high >> bit & 1, joint == 1 ? gc_.shoulder : gc_.wrist, waiting,
-                                    crossing, count) &&
-                       count - before <= several;
+                decided = crossings_of(ranges_.one[bit], asked.condition[k], one.low >> bit & 1,
+                                       one.high >> bit & 1, joint == 1 ? gc_.shoulder : gc_.wrist, waiting,
+                                       crossing, count) &&
+                          count - before <= several;
             }
-            if (!told) {
+            if (!decided) {
                 count = before;
                 open({one.lower, one.upper, one.open, 0});
                 continue;
@@ -356,7 +356,7 @@ private:
                 const int n = count - before;
                 for (int k = 0; k < n; ++k) mine[k] = crossing[before + k];
                 count = before;
-                settle_them();
+                cut_waiting();
                 for (; count < n; ++count) {
                     crossing[count] = mine[count];
                     crossing[count].of = 0;
@@ -364,12 +364,12 @@ private:
             }
             pending[waiting++] = i;
         }
-        settle_them();
+        cut_waiting();
     }
 
     /// Cuts sections at computed ends: one for each function, if it is proven to be monotonic over the
     /// section. The true function differs from that of the motion's centre by a slowly changing amount.
-    void settle_crossings(const CorrectedMotion<double>& all, const Sections& parts, const int* pending,
+    void cut_at_crossings(const CorrectedMotion<double>& all, const Sections& parts, const int* pending,
                           int sections, const Crossing* crossing, int count) noexcept {
         double s[several], c[several], k[several], target[several], section_lower[several],
             section_upper[several];
@@ -409,8 +409,8 @@ private:
         good = good & is_of(arm_.nominal, PsiPlane<Several>(on, sin_cos(psi)), gc, angle);
         const Several from = min(lower, psi), to = max(upper, psi);
         const Several middle = Several(0.5) * (from + to), reach = Several(0.5) * (to - from);
-        Pace<Several> x;
-        good = good & (reach < Several(1.0)) & all.pace(arm_, middle, reach, x);
+        PoseRate<Several> x;
+        good = good & (reach < Several(1.0)) & all.pose_rate(arm_, middle, reach, x);
         const SinCos<Several> at = sin_cos(middle), by = sin_cos(reach);
         const Several slope = f.s * at.cos - f.c * at.sin, bend = f.s * at.sin + f.c * at.cos;
         good = good & (abs(slope) * by.cos - abs(bend) * by.sin > all.drift(of_shoulder, x));
@@ -555,7 +555,7 @@ private:
     }
 
     /// Examines undecided stretches, several at once, until none is left in this round.
-    void settle_all() noexcept {
+    void decide_all() noexcept {
         while (next_.count > 0) {
             Stretch now[several];
             int count = 0;
@@ -584,7 +584,7 @@ private:
         const Several psi = Several::load(middle);
         const PsiPlane<Several> plane(spread<Several>(on_), sin_cos(psi));
         const Pose<Several> pose = spread<Several>(pose_);
-        bool is_found[several], is_settled[several] = {}, some_narrow = false;
+        bool is_found[several], is_decided[several] = {}, some_narrow = false;
         const Found<Several> found = trail_.find(middle, count, plane, is_found);
         const Several share = meeting_share(arm_, pose, plane, found.angle);
         for (int k = 0; k < count; ++k) some_narrow |= is_found[k] && half[k] <= chain_tuning::widest_hull;
@@ -594,56 +594,56 @@ private:
             bool by_hull[several];
             for (int k = 0; k < several; ++k)
                 by_hull[k] = k < count && is_found[k] && half[k] <= chain_tuning::widest_hull && proven[k];
-            settle_by_hulls(now, by_hull, hull, found, share, is_settled);
+            decide_by_hulls(now, by_hull, hull, found, share, is_decided);
         }
-        give_up_deep(middle, half, now, count, is_found, share, is_settled);
+        give_up_deep(middle, half, now, count, is_found, share, is_decided);
         bool by_motion[several] = {}, some_by_motion = false;
         for (int k = 0; k < count; ++k) {
             const bool second = !(share[k] < chain_tuning::alone) && half[k] < chain_tuning::given_up;
-            by_motion[k] = !is_settled[k] && is_found[k] && !second;
+            by_motion[k] = !is_decided[k] && is_found[k] && !second;
             some_by_motion |= by_motion[k];
-            if (!is_settled[k] && is_found[k] && second) give_up(now[k]);
+            if (!is_decided[k] && is_found[k] && second) give_up(now[k]);
         }
         if (!some_by_motion) {
             for (int k = count - 1; k >= 0; --k)
-                if (!is_settled[k] && !is_found[k]) halve(now[k]);
+                if (!is_decided[k] && !is_found[k]) halve(now[k]);
             return;
         }
         Coarse<Several> over;
         const CorrectedMotion<Several> motions = motion_about(
             arm_, spread<Several>(on_), plane, found.angle, spread<Several>(gc_), Several::load(half), over);
         for (int k = count - 1; k >= 0; --k) {
-            if (is_settled[k]) continue;
+            if (is_decided[k]) continue;
             if (!is_found[k])
                 halve(now[k]);
             else if (by_motion[k])
-                settle_by_motion(now[k], motions, over, k, share[k]);
+                decide_by_motion(now[k], motions, over, k, share[k]);
         }
     }
 
     /// Leaves stretches unproven where there is no posture or a second one, and in their neighbours too.
     void give_up_deep(const double (&middle)[several], const double (&half)[several], const Stretch* now,
                       int count, const bool (&is_found)[several], const Several& share,
-                      bool (&is_settled)[several]) noexcept {
-        bool hopeless[several] = {};
+                      bool (&is_decided)[several]) noexcept {
+        bool unresolvable[several] = {};
         for (int k = 0; k < count; ++k)
-            hopeless[k] = !is_settled[k] && (!is_found[k] || !(share[k] < chain_tuning::alone));
+            unresolvable[k] = !is_decided[k] && (!is_found[k] || !(share[k] < chain_tuning::alone));
         for (int k = 0; k < count; ++k) {
-            bool deep = hopeless[k] && half[k] <= chain_tuning::widest_hull, some_beside = false;
+            bool deep = unresolvable[k] && half[k] <= chain_tuning::widest_hull, some_adjacent = false;
             for (int i = 0; i < count && deep; ++i) {
                 if (i == k || abs(middle[i] - middle[k]) > chain_tuning::beside * (half[i] + half[k]))
                     continue;
-                some_beside = true;
-                deep = hopeless[i];
+                some_adjacent = true;
+                deep = unresolvable[i];
             }
-            if (!deep || !some_beside) continue;
-            is_settled[k] = true;
+            if (!deep || !some_adjacent) continue;
+            is_decided[k] = true;
             give_up(now[k]);
         }
     }
 
     /// Decides a stretch, or parts of it, by the motion about the posture at its middle.
-    void settle_by_motion(const Stretch& now, const CorrectedMotion<Several>& motions,
+    void decide_by_motion(const Stretch& now, const CorrectedMotion<Several>& motions,
                           const Coarse<Several>& over, int k, double share) noexcept {
         const double middle = now.middle(), half = now.half();
         if (!motions.usable()[k]) return halve(now);
@@ -666,9 +666,9 @@ private:
     }
 
     /// Decides stretches by hulls about the postures at their middles, where those decide everything.
-    void settle_by_hulls(const Stretch* now, const bool (&by_hull)[several], const Hull<Several>& hulls,
+    void decide_by_hulls(const Stretch* now, const bool (&by_hull)[several], const Hull<Several>& hulls,
                          const Found<Several>& found, const Several& share,
-                         bool (&is_settled)[several]) noexcept {
+                         bool (&is_decided)[several]) noexcept {
         Piece piece[several];
         End end[several];
         int ends = 0;
@@ -696,8 +696,8 @@ private:
             }
             block(broken);
             piece[k] = {now[k].lower, now[k].upper, 0, 0};
-            is_settled[k] = broken != 0;
-            if (is_settled[k]) continue;
+            is_decided[k] = broken != 0;
+            if (is_decided[k]) continue;
             for (int i = 0; i < ranges_.count && !fails[k]; ++i) {
                 if (!(undecided >> i & 1)) continue;
                 if (ends + 2 > several) find_ends();
@@ -707,9 +707,9 @@ private:
         }
         find_ends();
         for (int k = 0; k < several; ++k) {
-            if (!by_hull[k] || is_settled[k] || fails[k]) continue;
+            if (!by_hull[k] || is_decided[k] || fails[k]) continue;
             pieces_.add(piece[k]);
-            is_settled[k] = true;
+            is_decided[k] = true;
         }
     }
 

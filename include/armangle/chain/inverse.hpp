@@ -455,9 +455,9 @@ inline Status solve_bent(const ChainArm& arm, const Pose<double>& pose, const Ps
 }
 
 /// Computes the posture by finding that of psi + `by` (rad) and following it back in steps.
-inline Status solve_beside(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
-                           double by, const Configuration<double>& gc,
-                           SinCos<double> (&angle)[joints]) noexcept {
+inline Status solve_from_nearby_psi(const ChainArm& arm, const Pose<double>& pose,
+                                    const PsiPlane<double>& plane, double by, const Configuration<double>& gc,
+                                    SinCos<double> (&angle)[joints]) noexcept {
     const PsiPlane<double> beside = plane.turned(by);
     Status status = Status::OK;
     if (!solve_quickly(arm, pose, beside, gc, angle)) status = solve_bent(arm, pose, beside, gc, angle);
@@ -508,7 +508,7 @@ inline Status solve_angles(const ChainArm& arm, const Pose<double>& pose, const 
     if (solve_quickly(arm, pose, plane, gc, angle)) return Status::OK;
     Status status = solve_bent(arm, pose, plane, gc, angle);
     for (const double by : chain_tuning::aside)
-        if (status == Status::NEAR_SINGULAR) status = solve_beside(arm, pose, plane, by, gc, angle);
+        if (status == Status::NEAR_SINGULAR) status = solve_from_nearby_psi(arm, pose, plane, by, gc, angle);
     return status == Status::NEAR_SINGULAR ? solve_from_far(arm, pose, plane, gc, angle) : status;
 }
 

@@ -13,7 +13,7 @@
 #pragma once
 
 #include "../limits/nearest_search.hpp"
-#include "../limits/settled.hpp"
+#include "../limits/solve_locally.hpp"
 #include "hull_cells.hpp"
 
 #include "../names/begin.hpp"
@@ -25,10 +25,10 @@ inline constexpr int first_pieces = 16;      // of the whole circle
 inline constexpr double widest_piece = 0.4;  // rad: half width of a piece that is looked at about its middle
 inline constexpr double polished = 1e-4;     // rad: half width of a piece that is polished
 inline constexpr double doubtful = 0.1;      // rad: width of a part of a stretch that is not proven
-inline constexpr int doubts = 24;            // such parts that joints are settled from
-inline constexpr int settling = 600;         // rounds of settled() for one pose, of some microseconds each
-inline constexpr double shared = 0.3;        // sine of a hinge beside which two joints share a turn
-inline constexpr int polishes = 60;          // halvings, or golden sections, of a piece
+inline constexpr int unproven_parts = 24;    // such parts that joints are settled from
+inline constexpr int local_rounds = 600;  // rounds of solve_locally() for one pose, of some microseconds each
+inline constexpr double shared = 0.3;     // sine of a hinge beside which two joints share a turn
+inline constexpr int polishes = 60;       // halvings, or golden sections, of a piece
 inline constexpr double golden = 0.6180339887498949;
 inline constexpr double elbow_tie = 1e-12;  // rad, of joint 4 where it alone decides
 inline constexpr double straight = 0.2;     // rad off straight: an elbow that may
@@ -66,7 +66,7 @@ public:
         search();
         // where costs are a maximum and joint 4 decides, the other joints choose among what it leaves
         if (best_.gc >= 0 && !squares()) {
-            const Spot at = spot(best_.gc, best_.psi);
+            const PointSolution at = solution_at(best_.gc, best_.psi);
             const double of_elbow = elbow_cost(at.q);
             if (of_elbow >= best_.cost - chain_tuning::elbow_tie) {
                 elbow_most_ = of_elbow + chain_tuning::elbow_tie;
@@ -83,7 +83,7 @@ public:
             out = nothing(status_);
             if (out.status == Status::OK) out = refused(Status::LIMITS);
         }
-        look_beside(out);
+        search_by_joints(out);
         return out;
     }
 
@@ -111,7 +111,7 @@ private:
         int gc = -1;
     };
     /// A posture: whether one was found, and whether it is within the limits.
-    struct Spot {
+    struct PointSolution {
         SinCos<double> angle[joints];
         double q[joint_slots];
         bool found = false, kept = false;
@@ -120,8 +120,8 @@ private:
     // -- postures
 
     /// The posture of a branch and psi, as inverse() gives it.
-    Spot spot(int gc, double psi) const noexcept {
-        Spot out;
+    PointSolution solution_at(int gc, double psi) const noexcept {
+        PointSolution out;
         const PsiPlane<double> plane(on_, sin_cos(psi));
         out.found = solve_angles(near_, pose_, plane, configuration(gc), out.angle) == Status::OK;
         finish(out);
@@ -129,7 +129,7 @@ private:
     }
 
     /// Computes the joint values of a posture that was found, and whether they are within the limits.
-    void finish(Spot& out) const noexcept {
+    void finish(PointSolution& out) const noexcept {
         if (!out.found) return;
         double near[joint_slots] = {};
         for (int j = 0; j < joints; ++j) near[j] = joint_[j].near;
@@ -155,17 +155,17 @@ private:
     /// Tries the posture at a psi: keeps it if it is the best so far, and returns its cost; infinite without
     /// one.
     double offer(int gc, double psi) noexcept {
-        const Spot at = spot(gc, psi);
+        const PointSolution at = solution_at(gc, psi);
         return offer(gc, psi, at);
     }
     /// Tries a given posture at a psi: keeps it if it is the best so far, and returns its cost. What is kept
     /// is the posture that inverse() gives there, as a psi may have two near singularities.
-    double offer(int gc, double psi, const Spot& at) noexcept {
+    double offer(int gc, double psi, const PointSolution& at) noexcept {
         double here = at.kept ? cost(at.q) : infinity;
         if (!(here < best_.cost)) return here;
-        const Spot told = spot(gc, wrap(psi));
-        here =
-            told.found && within_limits(arm_.limits, told.q, tolerance::isolated) ? cost(told.q) : infinity;
+        const PointSolution exact = solution_at(gc, wrap(psi));
+        here = exact.found && within_limits(arm_.limits, exact.q, tolerance::isolated) ? cost(exact.q)
+                                                                                       : infinity;
         if (here < best_.cost) best_ = {here, psi, gc};
         return here;
     }
@@ -323,7 +323,7 @@ private:
         const PsiPlane<Several> plane(spread<Several>(on_), sin_cos(psi));
         bool is_found[several], narrow[several], some_narrow = false;
         Found<Several> found = trail.find(middle, count, plane, is_found);
-        Spot at[several];
+        PointSolution at[several];
         for (int k = 0; k < count; ++k) {
             for (int j = 0; j < joints; ++j) at[k].angle[j] = {found.angle[j].sin[k], found.angle[j].cos[k]};
             at[k].found = is_found[k];
@@ -393,7 +393,8 @@ private:
 
     /// The end of a hull (-1 or 1) at which the cost is least because it is monotonic over the hull; 0 if
     /// that is not proven.
-    double falling(const Hull<double>& hull, const Spot& at, const double (&reach)[joints]) const noexcept {
+    double falling(const Hull<double>& hull, const PointSolution& at,
+                   const double (&reach)[joints]) const noexcept {
         if (!squares() || !at.kept) return 0.0;
         double slope = 0, radius = 0;
         for (int j = 0; j < joints; ++j) {
@@ -413,9 +414,11 @@ private:
 
     /// Tries the posture at a psi and returns dcost/dpsi there, for costs that are sums of squares; NaN
     /// without a posture.
-    double offer_and_slope(int gc, double psi) noexcept { return offer_and_slope(gc, psi, spot(gc, psi)); }
+    double offer_and_slope(int gc, double psi) noexcept {
+        return offer_and_slope(gc, psi, solution_at(gc, psi));
+    }
     /// Tries a given posture at a psi and returns dcost/dpsi there; NaN if it is not within the limits.
-    double offer_and_slope(int gc, double psi, const Spot& at) noexcept {
+    double offer_and_slope(int gc, double psi, const PointSolution& at) noexcept {
         offer(gc, psi, at);
         if (!at.kept) return not_a_number;
         const PsiPlane<double> plane(on_, sin_cos(psi));
@@ -431,7 +434,7 @@ private:
 
     /// Finds the least cost in a narrow piece, to rounding.
     void polish(int gc, double from, double to) noexcept {
-        const Spot first = spot(gc, from), last = spot(gc, to);
+        const PointSolution first = solution_at(gc, from), last = solution_at(gc, to);
         for (int j = 0; first.found && last.found && j < joints; ++j) {
             if (!(abs(first.q[j] - last.q[j]) > pi)) continue;
             polish(gc, from, winding_end(gc, from, to, j));
@@ -450,17 +453,17 @@ private:
             (slope < 0 ? a : b) = psi;
             (slope < 0 ? at_a : at_b) = slope;
         }
-        settle(gc, 0.5 * (a + b));
+        solve_at(gc, 0.5 * (a + b));
     }
 
     /// The psi between `inside` and `outside` up to which joint j keeps its multiple of 2 pi; beyond it, the
     /// joint jumps from one limit to the other.
     double winding_end(int gc, double inside, double outside, int j) const noexcept {
-        const double begun = spot(gc, inside).q[j];
+        const double begun = solution_at(gc, inside).q[j];
         for (int pass = 0; pass < chain_tuning::polishes && abs(outside - inside) > chain_tuning::residual;
              ++pass) {
             const double middle = 0.5 * (inside + outside);
-            const Spot at = spot(gc, middle);
+            const PointSolution at = solution_at(gc, middle);
             const bool stays = at.found && abs(at.q[j] - begun) < pi && at.q[j] >= joint_[j].lower &&
                                at.q[j] <= joint_[j].upper;
             (stays ? inside : outside) = middle;
@@ -470,8 +473,8 @@ private:
 
     /// Replaces the best psi by a stationary one nearby if the cost is equal to rounding: it is more
     /// accurate.
-    void settle(int gc, double psi) noexcept {
-        const Spot at = spot(gc, psi);
+    void solve_at(int gc, double psi) noexcept {
+        const PointSolution at = solution_at(gc, psi);
         if (gc != best_.gc || !at.kept || !(abs(psi - best_.psi) <= chain_tuning::polished)) return;
         const double here = cost(at.q);
         if (here <= best_.cost + tie(best_.cost)) best_ = {here, psi, gc};
@@ -504,28 +507,28 @@ private:
     // -- what arcs do not tell of
 
     /// A part of psi that is not proven: its middle and a lower bound of the cost in it.
-    struct Doubt {
+    struct UnprovenPart {
         double psi, least;
         int gc;
     };
     /// The unproven parts with the least bounds, in order, and the least bound of all.
-    struct Doubts {
+    struct UnprovenParts {
         int count = 0;
         double least = infinity;
-        Doubt part[chain_tuning::doubts];
+        UnprovenPart part[chain_tuning::unproven_parts];
 
         /// Adds a part.
-        void add(const Doubt& one) noexcept {
+        void add(const UnprovenPart& one) noexcept {
             least = min(least, one.least);
-            if (count == chain_tuning::doubts && !(one.least < part[count - 1].least)) return;
-            int k = count < chain_tuning::doubts ? count++ : count - 1;
+            if (count == chain_tuning::unproven_parts && !(one.least < part[count - 1].least)) return;
+            int k = count < chain_tuning::unproven_parts ? count++ : count - 1;
             for (; k > 0 && one.least < part[k - 1].least; --k) part[k] = part[k - 1];
             part[k] = one;
         }
     };
     /// Collects the unproven parts that may hold a lower cost than the best.
-    Doubts doubts() const noexcept {
-        Doubts out;
+    UnprovenParts unproven_parts() const noexcept {
+        UnprovenParts out;
         out.least = lost_;
         for (int gc = 0; gc < configurations; ++gc) {
             if (doubt_[gc].empty() || dropped(least_[gc])) continue;
@@ -547,24 +550,24 @@ private:
 
     /// Replaces the solution by a better one found in unproven parts; its status is UNPROVEN if there may be
     /// an even better one.
-    void look_beside(Nearest& out) noexcept {
-        const Doubts all = doubts();
+    void search_by_joints(Nearest& out) noexcept {
+        const UnprovenParts all = unproven_parts();
         if (dropped(all.least)) return;
         if (!(margin_ > 0)) {
             if (options_.near) {
                 Joints seed{};
                 for (int j = 0; j < joints; ++j) seed.q[j] = options_.near[j];
                 with_either_bend(arm_, seed, chain_tuning::straight, [&](const Joints& from) {
-                    try_beside(from.q, out);
+                    try_locally(from.q, out);
                     return false;
                 });
             }
-            if (is_solved(out.status)) try_beside(out.q, out);
+            if (is_solved(out.status)) try_locally(out.q, out);
             for (int i = 0; i < all.count && (rounds_ > 0 || !is_solved(out.status)); ++i)
-                if (!dropped(all.part[i].least)) try_doubt(all.part[i], out);
+                if (!dropped(all.part[i].least)) try_unproven(all.part[i], out);
             if (!is_solved(out.status) && !scene_ && offer_all_over()) {
                 out = result();
-                try_beside(out.q, out);
+                try_locally(out.q, out);
             }
         }
         if (dropped(all.least)) return;
@@ -591,7 +594,7 @@ private:
                     const Found<Several> found = trail.find(psi, count, plane, is_found);
                     for (int k = 0; k < count; ++k) {
                         if (!is_found[k]) continue;
-                        Spot at;
+                        PointSolution at;
                         for (int j = 0; j < joints; ++j)
                             at.angle[j] = {found.angle[j].sin[k], found.angle[j].cos[k]};
                         at.found = true;
@@ -606,24 +609,24 @@ private:
 
     /// Searches from the middle of an unproven part: from the nominal posture there, and from one in which
     /// joints that rotate about one axis are near the seed.
-    void try_doubt(const Doubt& doubt, Nearest& out) noexcept {
+    void try_unproven(const UnprovenPart& unproven, Nearest& out) noexcept {
         if (!is_solved(out.status) && !scene_) {  // settling gives up where it goes slowly
-            offer(doubt.gc, doubt.psi);
+            offer(unproven.gc, unproven.psi);
             if (best_.gc >= 0) out = result();
         }
-        const Found<double> found = correct(near_, pose_, PsiPlane<double>(on_, sin_cos(doubt.psi)),
-                                            configuration(doubt.gc), chain_tuning::corrections);
-        Spot at;
+        const Found<double> found = correct(near_, pose_, PsiPlane<double>(on_, sin_cos(unproven.psi)),
+                                            configuration(unproven.gc), chain_tuning::corrections);
+        PointSolution at;
         for (int j = 0; j < joints; ++j) at.angle[j] = found.angle[j];
         at.found = true;
         finish(at);
-        try_beside(at.q, out);
+        try_locally(at.q, out);
         const SinCos<double>(&angle)[joints] = at.angle;
         const double bend = angle[3].sin * arm_.delta.cos - angle[3].cos * arm_.delta.sin;
         bool shared = share(0, angle[1].sin, angle[1].cos, at.q);
         shared |= share(2, bend, angle[3].cos, at.q);
         shared |= share(4, angle[5].sin, angle[5].cos, at.q);
-        if (shared) try_beside(at.q, out);
+        if (shared) try_locally(at.q, out);
     }
 
     /// Distributes the rotation of joints j and j + 2 between them at least cost, if the joint between them
@@ -641,15 +644,15 @@ private:
 
     /// Searches from joints `start` (rad) for a posture of the pose within the limits, then for one of lower
     /// cost, and keeps it if it is better than `out`.
-    void try_beside(const double* start, Nearest& out) noexcept {
+    void try_locally(const double* start, Nearest& out) noexcept {
         Joints from{};
         for (int j = 0; j < joints; ++j) from.q[j] = start[j];
-        Drawing pull;
+        Attraction pull;
         for (int j = 0; options_.metric != Metric::margin && j < joints; ++j) {
             pull.weight[j] = options_.weight[j];
             pull.near[j] = joint_[j].near;
         }
-        const Relaxed at = settled_beside(near_, arm_.limits, from, pose_, pull, rounds_);
+        const Relaxed at = solve_locally_attracted(near_, arm_.limits, from, pose_, pull, rounds_);
         if (!meets(near_, at)) return;
         const Posture here = forward(near_, at.at.q);
         if (is_nan(here.psi) || !(options_.branches >> here.gc & 1)) return;
@@ -657,7 +660,7 @@ private:
         if (scene_ && !is_clear(near_, *scene_, at.at.q)) return;
         const Nearest found = finished(at.at.q, here.psi, here.gc);
         const double rank = rank_of(found);
-        if (is_solved(out.status) && !(rank < rank_of(out) - nearest_rule::gain)) return;
+        if (is_solved(out.status) && !(rank < rank_of(out) - nearest_tuning::gain)) return;
         out = found;
         best_.cost = squares() ? rank * rank : rank;
     }
@@ -695,13 +698,13 @@ private:
     Nearest result() noexcept {
         const int gc = best_.gc;
         const auto at = [this, gc](double psi) {
-            const Spot here = spot(gc, psi);
+            const PointSolution here = solution_at(gc, psi);
             Joints out{};
             for (int j = 0; j < joints; ++j) out.q[j] = here.q[j];
             return out;
         };
         const auto is_open = [this, gc](double psi) {
-            return spot(gc, psi).found && !(options_.allowed && !contains(*options_.allowed, psi));
+            return solution_at(gc, psi).found && !(options_.allowed && !contains(*options_.allowed, psi));
         };
         return kept_within(at, is_open, wrap(best_.psi), gc);  // what inverse() gives at the psi that is told
     }
@@ -716,10 +719,10 @@ private:
     ProvenArcs arcs_;
     int asked_ = -1;  // the branch whose arcs these are
     Best best_;
-    double elbow_most_ = infinity;         // what joint 4 may cost
-    ArcSet doubt_[configurations];         // what is not proven of the branches that were asked
-    double lost_ = infinity;               // the least bound of what was given up
-    int rounds_ = chain_tuning::settling;  // of settled(), left to the pose
+    double elbow_most_ = infinity;             // what joint 4 may cost
+    ArcSet doubt_[configurations];             // what is not proven of the branches that were asked
+    double lost_ = infinity;                   // the least bound of what was given up
+    int rounds_ = chain_tuning::local_rounds;  // of solve_locally(), left to the pose
     int waiting_ = 0;
     Piece piece_[capacity];  // of the arc that is searched
 };

@@ -15,11 +15,11 @@
 namespace armangle {
 
 namespace chain_tuning {
-inline constexpr int plans = 4;              // of the nominal arm, with limits drawn in further
-inline constexpr double drawn_more = 1.5;    // of what a joint was beyond its limit ...
-inline constexpr double drawn_least = 1e-3;  // ... and this much more (rad)
-inline constexpr double wider_least = 1e-3;  // m: the same of the clearance
-inline constexpr double same_pose = 1e-12;   // m and rad: two poses that rounding alone tells apart
+inline constexpr int plans = 4;               // of the nominal arm, with limits drawn in further
+inline constexpr double narrow_factor = 1.5;  // of what a joint was beyond its limit ...
+inline constexpr double narrow_least = 1e-3;  // ... and this much more (rad)
+inline constexpr double wider_least = 1e-3;   // m: the same of the clearance
+inline constexpr double same_pose = 1e-12;    // m and rad: two poses that rounding alone tells apart
 inline constexpr double like = 0.05;  // rad: how far the nominal posture of an end may be from the true one
 }  // namespace chain_tuning
 
@@ -166,8 +166,10 @@ inline ChainPlan plan_about(const ChainArm& arm, const Segment* segments, std::s
         if (!found || kept) best = std::move(now);
         found = true;
         if (done) break;
-        if (excess > 0) options.limit_margin += chain_tuning::drawn_more * excess + chain_tuning::drawn_least;
-        if (short_of > 0) wide.clearance += chain_tuning::drawn_more * short_of + chain_tuning::wider_least;
+        if (excess > 0)
+            options.limit_margin += chain_tuning::narrow_factor * excess + chain_tuning::narrow_least;
+        if (short_of > 0)
+            wide.clearance += chain_tuning::narrow_factor * short_of + chain_tuning::wider_least;
     }
     return best;
 }

@@ -271,10 +271,10 @@ private:
     void join() noexcept {
         int kept = 0;
         for (int i = 1; i < count_; ++i)
-            if (!swallow(arc_[kept], arc_[i], 0.0)) arc_[++kept] = arc_[i];
+            if (!absorb(arc_[kept], arc_[i], 0.0)) arc_[++kept] = arc_[i];
         count_ = count_ ? kept + 1 : 0;
         int first = 0;
-        while (first + 1 < count_ && swallow(arc_[count_ - 1], arc_[first], two_pi)) ++first;
+        while (first + 1 < count_ && absorb(arc_[count_ - 1], arc_[first], two_pi)) ++first;
         for (int i = first; i < count_; ++i) arc_[i - first] = arc_[i];
         count_ -= first;
         full_ = count_ == 1 && arc_[0].upper - arc_[0].lower >= two_pi - tolerance::angle;
@@ -282,7 +282,7 @@ private:
 
     /// Extends an arc by `next`, shifted by `turn` (rad), which begins after it. Returns false if there is a
     /// gap between them.
-    static bool swallow(Arc& arc, const Arc& next, double turn) noexcept {
+    static bool absorb(Arc& arc, const Arc& next, double turn) noexcept {
         if (next.lower + turn - arc.upper >= tolerance::angle) return false;
         if (next.upper + turn > arc.upper) {
             arc.upper = next.upper + turn;

@@ -52,7 +52,7 @@ inline Derivatives at_its_top(const Arm& arm, const Pose<double>& pose, const Ne
 }
 
 /// Whether a nearby psi has the same margin, as happens if joint 4 alone decides.
-inline bool is_as_good_beside(const Arm& arm, const Pose<double>& pose, const Nearest& best,
+inline bool is_as_good_nearby(const Arm& arm, const Pose<double>& pose, const Nearest& best,
                               double least) noexcept {
     constexpr double aside = 1e-5;
     for (const double psi : {best.psi - aside, best.psi + aside}) {
@@ -121,7 +121,7 @@ inline void best_gradient(const Arm& arm, const Pose<double>& pose, const Neares
     double share = 1.0;
     const bool by_the_elbow = who.flattest && is_fixed_by_pose(arm, who.flattest->joint);
     if (shares_a_turn(arm, best.q) &&
-        !(by_the_elbow && detail::is_as_good_beside(arm, pose, best, who.least)))
+        !(by_the_elbow && detail::is_as_good_nearby(arm, pose, best, who.least)))
         return;
     if (who.rising && who.falling) {
         const double up = who.rising->slope(d, psi), down = who.falling->slope(d, psi);

@@ -31,13 +31,13 @@ protected:
     /// Places equal boxes around the circle; the seed's own psi is the middle of one.
     void place_boxes() noexcept {
         const bool seeded = options_.near && options_.metric != Metric::margin;
-        first_ = seeded ? carried() : -pi + pi / nearest_rule::first_boxes;
+        first_ = seeded ? carried() : -pi + pi / nearest_tuning::first_boxes;
     }
 
     /// Computes lower bounds for all branches of one elbow sign over these boxes.
     void survey(int elbow) noexcept {
         const ElbowBranches& e = elbow_[elbow];
-        constexpr int n = nearest_rule::first_boxes;
+        constexpr int n = nearest_tuning::first_boxes;
         const double width = two_pi / n;
         const Boxes r(0.5 * width);
         for (int i = 0; i < n; i += 8) {
@@ -74,7 +74,7 @@ protected:
 
     /// Offers a first solution to compare with: the best middle of a box.
     void offer_middles(unsigned branches, int only_arc) noexcept {
-        constexpr int n = nearest_rule::first_boxes;
+        constexpr int n = nearest_tuning::first_boxes;
         branches &= options_.branches;
         unsigned passed[configurations] = {};
         for (;;) {
@@ -100,7 +100,7 @@ protected:
 
     /// Searches the boxes in rising order of their bounds until none can contain a better solution.
     void search_boxes(unsigned branches, int only_arc) noexcept {
-        constexpr int n = nearest_rule::first_boxes;
+        constexpr int n = nearest_tuning::first_boxes;
         branches &= options_.branches;
         struct Box {
             double least;
@@ -123,7 +123,7 @@ protected:
             const Box next = box[at];
             if (dropped(next.least)) break;
             box[at] = box[--count];
-            const int given = nearest_rule::work < left_ ? nearest_rule::work : left_;
+            const int given = nearest_tuning::work < left_ ? nearest_tuning::work : left_;
             work_ = given;
             look_into(next.branches, next.index, only_arc);
             cut_ |= work_ < 0;
@@ -134,7 +134,7 @@ protected:
     /// Searches a box for some branches of an elbow sign: together those whose arcs contain all of it, others
     /// singly.
     void look_into(unsigned branches, int i, int only_arc) noexcept {
-        const double width = two_pi / nearest_rule::first_boxes, middle = first_ + width * i;
+        const double width = two_pi / nearest_tuning::first_boxes, middle = first_ + width * i;
         const double from = middle - 0.5 * width, to = middle + 0.5 * width;
         unsigned whole = 0;
         for (int gc = 0; gc < configurations; ++gc)
@@ -218,7 +218,7 @@ protected:
     /// Splits [from, to], in which no revolution ends, into eight boxes and searches them.
     void descend(unsigned branches, double from, double to, int depth) noexcept {
         const double radius = (to - from) / 16;
-        if (radius < nearest_rule::narrowest || depth > nearest_rule::deepest || --work_ < 0) {
+        if (radius < nearest_tuning::narrowest || depth > nearest_tuning::deepest || --work_ < 0) {
             for (int gc = 0; gc < configurations; ++gc) {
                 if (!is_in(gc, branches)) continue;
                 try_point(gc, from, false);
@@ -314,7 +314,7 @@ protected:
     /// digits.
     void polish() noexcept {
         if (!squares() || best_.gc < 0 || best_.stationary) return;
-        const double radius = 4 * nearest_rule::apart, psi = best_.psi;
+        const double radius = 4 * nearest_tuning::apart, psi = best_.psi;
         const int gc = best_.gc;
         const BoxCosts here = costs(gc, Boxes(psi), Boxes(radius));
         if (!(here.smooth & 1) || !(here.second.lower()[0] > 0)) return;
@@ -325,14 +325,15 @@ protected:
     /// Finds the minimum of a box on which the cost is convex, and offers it.
     void newton(int gc, double middle, double radius, double slope, double second) noexcept {
         double lower = middle - radius, upper = middle + radius, psi = middle;
-        for (int i = 0; i < nearest_rule::newton; ++i) {
+        for (int i = 0; i < nearest_tuning::newton; ++i) {
             (slope > 0 ? upper : lower) = psi;
             double next = psi - slope / second;
             if (!(next >= lower && next <= upper)) next = slope > 0 ? lower : upper;
             if (i > 3 && !(next > lower && next < upper)) next = 0.5 * (lower + upper);
             const double move = abs(next - psi);
             psi = next;
-            if (!(move > nearest_rule::narrowest && move * move > nearest_rule::settled * radius)) break;
+            if (!(move > nearest_tuning::narrowest && move * move > nearest_tuning::smallest_square * radius))
+                break;
             const BoxCosts at = costs(gc, Boxes(psi), Boxes(0.0));
             slope = at.slope[0];
             second = at.second.middle[0];
@@ -344,10 +345,10 @@ protected:
     double ceiling_ = infinity;                       // cost of another elbow
     double first_ = 0;
     int work_ = 0;  // splits left for a first box
-    int left_ = nearest_rule::all_work;
+    int left_ = nearest_tuning::all_work;
     bool cut_ = false;  // some first box was not searched to its end
-    double least_[configurations][nearest_rule::first_boxes],
-        value_[configurations][nearest_rule::first_boxes];
+    double least_[configurations][nearest_tuning::first_boxes],
+        value_[configurations][nearest_tuning::first_boxes];
 };
 
 }  // namespace detail

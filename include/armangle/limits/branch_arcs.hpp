@@ -1,5 +1,5 @@
 // The arcs of each branch at one pose, with the solutions that rounding hides from them, and the joints of a
-// solution. Where psi has too few digits, joints are moved onto the pose numerically (settled.hpp).
+// solution. Where psi has too few digits, joints are moved onto the pose numerically (solve_locally.hpp).
 #pragma once
 
 #include <iterator>
@@ -16,7 +16,7 @@ namespace detail {
 /// Solutions as joints: of a branch at psi, and near joints, where psi has too few digits.
 class JointSearch : protected ElbowCosts {
 public:
-    /// `rounds` are those of settled() that are left for the pose; they are counted down.
+    /// `rounds` are those of solve_locally() that are left for the pose; they are counted down.
     JointSearch(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                 const NearestOptions& options, int& rounds) noexcept
         : ElbowCosts(arm, limits, pose, options), rounds_(rounds) {}
@@ -32,7 +32,7 @@ protected:
         double near[joints];
         for (int j = 0; j < joints; ++j) near[j] = joint_[j].near;
         Joints out = joints_within_limits(arm_, d, near);
-        if (e.drawn) out.q[3] = min(max(out.q[3], joint_[3].lower), joint_[3].upper);
+        if (e.elbow_to_limit) out.q[3] = min(max(out.q[3], joint_[3].lower), joint_[3].upper);
         for (int side = 0; side < 2; ++side) {
             const int h = 4 * side + 1;
             if (!e.lost[side] && !(hypot(d.y[h - 1], d.x[h - 1]) <= tolerance::singular)) {
@@ -67,13 +67,13 @@ protected:
         Twist rest;
         const Pose<double> pose{orthonormal(pose_.rotation), pose_.position};
         const double off = distance(arm_, q.q, pose, arm_.size, rest);
-        if (out.margin >= 0 && off <= 0.1 * settled_rule::meets * arm_.size) return out;
-        int rounds = settled_rule::rounds;
-        const Relaxed on = settled(arm_, sides_of(out.gc, q), q, pose, {}, 0.0, rounds);
-        const Nearest settled_on = meets(arm_, on) ? told(on.at) : refused(Status::LIMITS);
+        if (out.margin >= 0 && off <= 0.1 * local_solve_tuning::meets * arm_.size) return out;
+        int rounds = local_solve_tuning::rounds;
+        const Relaxed on = solve_locally(arm_, sides_of(out.gc, q), q, pose, {}, 0.0, rounds);
+        const Nearest moved_on = meets(arm_, on) ? make_result(on.at) : refused(Status::LIMITS);
         // in its self-motion a solution at a limit may settle outside the permitted arcs
-        const bool meets_it = out.margin >= 0 && off <= settled_rule::meets * arm_.size;
-        return settled_on.status != Status::OK && meets_it ? out : settled_on;
+        const bool meets_it = out.margin >= 0 && off <= local_solve_tuning::meets * arm_.size;
+        return moved_on.status != Status::OK && meets_it ? out : moved_on;
     }
 
     /// The limits of a search near a configuration. If branches are restricted, joints 2, 4 and 6 keep the
@@ -89,7 +89,7 @@ protected:
     }
 
     /// The complete result for given joints; empty if the caller did not permit them.
-    Nearest told(const Joints& q) const noexcept {
+    Nearest make_result(const Joints& q) const noexcept {
         const Posture here = forward(arm_, q.q);
         if (is_nan(here.psi)) return refused(Status::FOLDED);
         if (!is_off_singular(q)) return refused(Status::NEAR_SINGULAR);
@@ -109,8 +109,8 @@ protected:
     /// of them.
     int asked_branch(int gc, const Joints& q) const noexcept {
         // a stretched elbow's bend is the root of the rounding of the wrist's distance
-        const double untold = sqrt(2.0 * tolerance::stretched);
-        unsigned straight = abs(circle_.triangle.eta.sin) <= untold ? 2u : 0u;
+        const double uncertainty = sqrt(2.0 * tolerance::stretched);
+        unsigned straight = abs(circle_.triangle.eta.sin) <= uncertainty ? 2u : 0u;
         for (int h = 0; h < hinges; ++h) {
             const int j = hinge_joint[h];
             const double sine = sin_cos(to_theta(q.q[j], arm_.sign[j], arm_.offset[j])).sin;
@@ -134,7 +134,7 @@ protected:
     Joints turned(Joints q) const noexcept {
         for (int j = 0; j < joints; ++j) {
             const JointCost& c = joint_[j];
-            const double beside = nearest_rule::beside;
+            const double beside = nearest_tuning::near_straight;
             const double theta = to_theta(q.q[j], c.sign, c.offset);
             q.q[j] = to_q(theta, c.sign, c.offset, c.lower - beside, c.upper + beside, c.near);
         }
@@ -147,17 +147,17 @@ protected:
     }
 
     /// The solution near a start, moved to the least attraction; empty if there is none.
-    Nearest moved_onto_pose(const Joints& start, int gc, const Drawing& pull) noexcept {
+    Nearest moved_onto_pose(const Joints& start, int gc, const Attraction& pull) noexcept {
         const Pose<double> pose{orthonormal(pose_.rotation), pose_.position};
         const Limits limits = sides_of(gc, start);
-        bool drawn = false;
-        for (const double weight : pull.weight) drawn |= weight > 0;
-        const Relaxed at = drawn ? settled_beside(arm_, limits, start, pose, pull, rounds_)
-                                 : settled(arm_, limits, start, pose, pull, 0.0, rounds_);
-        return meets(arm_, at) ? told(at.at) : refused(Status::LIMITS);
+        bool is_attracted = false;
+        for (const double weight : pull.weight) is_attracted |= weight > 0;
+        const Relaxed at = is_attracted ? solve_locally_attracted(arm_, limits, start, pose, pull, rounds_)
+                                        : solve_locally(arm_, limits, start, pose, pull, 0.0, rounds_);
+        return meets(arm_, at) ? make_result(at.at) : refused(Status::LIMITS);
     }
 
-    int& rounds_;  // of settled(), left for the pose
+    int& rounds_;  // of solve_locally(), left for the pose
 };
 
 /// The arcs of each branch, computed on first use, and the best solution found on them.
@@ -191,8 +191,8 @@ protected:
         ElbowBranches& e = elbow_[elbow];
         e.motion = self_motion(arm_, circle_, Configuration<double>{1.0, elbow ? -1.0 : 1.0, 1.0});
         Status status = elbow_status(e.motion, limits_);
-        e.drawn = status == Status::ELBOW_LIMIT && straight_within_limits(e);
-        if (e.drawn) status = Status::OK;
+        e.elbow_to_limit = status == Status::ELBOW_LIMIT && straight_within_limits(e);
+        if (e.elbow_to_limit) status = Status::OK;
         for (int branch = 0; branch < 4; ++branch) {
             const int gc = gc_of(elbow, branch);
             arcs_.status[gc] = status;
@@ -284,14 +284,15 @@ protected:
         ElbowBranches& e = elbow_[gc >> 1 & 1];
         SelfMotion<double> m = e.motion;
         m.gc = configuration(gc);
-        const double slack = untold(least_bend(circle_, shoulder)), gap = max(sqrt(slack), tolerance::locked);
+        const double slack = uncertainty(least_bend(circle_, shoulder)),
+                     gap = max(sqrt(slack), tolerance::locked);
         const auto look = [&](double psi) {
             const Directions<double> d = directions(m, sin_cos(psi));
             if (contains(arcs, psi) || !allows(limits_, m.gc, d, all_joints, slack)) return;
             const Nearest found = moved_onto_pose(turned(posture(gc, psi)), gc, {});
             if (found.status != Status::OK || found.gc != gc) return;
             put_in(gc, found, arcs);
-            e.delicate = true;
+            e.ill_conditioned = true;
         };
         each_meeting(shoulder, wrist, blocked, true, gap, look);
     }
@@ -316,7 +317,7 @@ protected:
             const double off = min(abs(wrap(cut - arcs.arc[i].lower)), abs(wrap(cut - arcs.arc[i].upper)));
             if (off > near || e.corners == static_cast<int>(std::size(e.corner))) continue;
             e.corner[e.corners++] = {gc, cut};
-            e.delicate = true;
+            e.ill_conditioned = true;
         }
     }
 
@@ -378,7 +379,7 @@ protected:
     /// lowest psi, is kept.
     void offer(int gc, double psi, double cost, bool stationary) noexcept {
         const bool equal = best_.gc >= 0 && abs(cost - best_.cost) <= tie(cost);
-        const bool beside = gc == best_.gc && abs(wrap(psi - best_.psi)) <= nearest_rule::apart;
+        const bool beside = gc == best_.gc && abs(wrap(psi - best_.psi)) <= nearest_tuning::apart;
         const bool lower = gc < best_.gc || (gc == best_.gc && wrap(psi) < wrap(best_.psi));
         bool better = cost < best_.cost;
         if (equal && stationary != best_.stationary)
@@ -416,7 +417,7 @@ protected:
         const auto is_open = [this, gc](double psi) { return holds(gc, -1, psi); };
         // the result of inverse() at the returned psi
         const Nearest out = kept_within(at, is_open, wrap(best_.psi), gc);
-        return out.margin > 0 && !elbow_[gc >> 1 & 1].delicate ? out : checked(out);
+        return out.margin > 0 && !elbow_[gc >> 1 & 1].ill_conditioned ? out : checked(out);
     }
 
     AllArcs arcs_;

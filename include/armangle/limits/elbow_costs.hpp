@@ -67,10 +67,11 @@ struct ElbowBranches {
     bool open = false;
     SelfMotion<double> motion;  // with positive hinges
     JointFunctions<double> functions;
-    bool lost[2] = {};      // this side's first and last joint rotate about one axis for every psi
-    bool hides = false;     // arcs may miss solutions
-    bool delicate = false;  // psi may have too few digits to distinguish solutions
-    bool drawn = false;     // move joint 4 to its limit, which the pose cannot distinguish from its value
+    bool lost[2] = {};             // this side's first and last joint rotate about one axis for every psi
+    bool hides = false;            // arcs may miss solutions
+    bool ill_conditioned = false;  // psi may have too few digits to distinguish solutions
+    bool elbow_to_limit =
+        false;  // move joint 4 to its limit, which the pose cannot distinguish from its value
     double cost_4;
     int cuts = 0;
     double cut[24];
@@ -95,7 +96,7 @@ protected:
     /// Whether joint 4 violates a limit by no more than the accuracy of the wrist's distance. Near the
     /// stretched arm the bend is the root of its rounding.
     bool straight_within_limits(const ElbowBranches& e) const noexcept {
-        if (!(abs(circle_.triangle.eta.sin) <= nearest_rule::straight)) return false;
+        if (!(abs(circle_.triangle.eta.sin) <= nearest_tuning::straight)) return false;
         const JointCost& c = joint_[3];
         const double theta_4 = atan2(e.motion.elbow.theta_4.sin, e.motion.elbow.theta_4.cos);
         const double q = to_q(theta_4, c.sign, c.offset, c.lower, c.upper, c.near);
@@ -116,9 +117,9 @@ protected:
         e.lost[1] = wrist_singular(e.motion);
         e.hides = may_hide(limits_, circle_, e.functions);
         // for a largest cost the search is less accurate near straight
-        e.delicate = limits_.locked || e.hides ||
-                     (options_.metric == Metric::max &&
-                      comes_near_straight(nearest_rule::beside_max, circle_, e.functions));
+        e.ill_conditioned = limits_.locked || e.hides ||
+                            (options_.metric == Metric::max &&
+                             comes_near_straight(nearest_tuning::near_straight_max, circle_, e.functions));
     }
 
     /// The index gc of a branch (shoulder + 2 wrist) with one elbow sign.

@@ -39,15 +39,15 @@ inline bool may_hide(const LimitTable& t, const Circle<double>& c, Status status
 /// branch first needs it, and the number of rounds left for all branches.
 struct Hidden {
     bool asked = false;
-    int rounds = nearest_rule::settling;
+    int rounds = nearest_tuning::local_rounds;
     Nearest found;
 };
 
 /// Computes the arcs and status of a branch by the search on the joints. It has no solution if no branch has
 /// one.
-[[gnu::noinline, gnu::cold]] inline Status told_by_joints(const Arm& arm, const Pose<double>& pose, int gc,
-                                                          const LimitTable& t, const Left& left, bool hides,
-                                                          Hidden& any, ArcSet& out) noexcept {
+[[gnu::noinline, gnu::cold]] inline Status solve_by_joints(const Arm& arm, const Pose<double>& pose, int gc,
+                                                           const LimitTable& t, const Left& left, bool hides,
+                                                           Hidden& any, ArcSet& out) noexcept {
     NearestOptions options;
     options.branches = 1u << gc;
     NearestSearch search(arm, t, pose, options, any.rounds);
@@ -78,7 +78,7 @@ inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<d
         possible(arm, t, self_motion(arm, c, configuration(gc)), may);
         if (may.empty()) return;
     }
-    left.status = told_by_joints(arm, pose, gc, t, left, hides, any, arcs);
+    left.status = solve_by_joints(arm, pose, gc, t, left, hides, any, arcs);
 }
 
 /// The slow part of feasible(): computes the branch again, and searches on the joints where rounding may hide
@@ -114,7 +114,7 @@ ARMANGLE_INLINE Status feasible(const Arm& arm, const Pose<double>& pose, int gc
     Blocked blocked;
     const bool bent = detail::is_bent(t, m.circle, f);
     const detail::Left left = detail::free_of_all(f, t, blocked, out);
-    if (!left.may_isolate && !left.beyond && (bent || !out.empty()) && left.gap > nearest_rule::poor)
+    if (!left.may_isolate && !left.beyond && (bent || !out.empty()) && left.gap > nearest_tuning::poor)
         [[likely]]
         return left.status;
     return detail::feasible_again(arm, pose, gc, t, out);

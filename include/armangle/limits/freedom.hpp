@@ -229,8 +229,8 @@ ARMANGLE_INLINE bool is_shut(const LimitTable& t, const JointFunctions<double>& 
 
 /// Tests eight psi at once: are the joints of a half (0: 1 to 3, 1: 5 to 7) inside their limits by more than
 /// rounding? Writes one bit each, for a positive and for a negative middle joint.
-ARMANGLE_INLINE void glance(const LimitTable& t, const JointFunctions<double>& f, int half,
-                            const SinCos<Slots>& psi, unsigned (&out)[2]) noexcept {
+ARMANGLE_INLINE void inside_at_eight(const LimitTable& t, const JointFunctions<double>& f, int half,
+                                     const SinCos<Slots>& psi, unsigned (&out)[2]) noexcept {
     const auto at = [&psi](const Harmonic<double>& h) {
         return mul_add(Slots(h.s), psi.sin, mul_add(Slots(h.c), psi.cos, Slots(h.k)));
     };
@@ -257,14 +257,14 @@ ARMANGLE_INLINE void glance(const LimitTable& t, const JointFunctions<double>& f
 
 /// Whether one of eight fixed psi, in any branch of an elbow, is inside all limits by more than rounding. The
 /// joint functions are those of positive theta_2 and theta_6.
-ARMANGLE_INLINE bool holds_at_a_glance(const LimitTable& t, const JointFunctions<double>& f) noexcept {
+ARMANGLE_INLINE bool holds_at_fixed_psi(const LimitTable& t, const JointFunctions<double>& f) noexcept {
     constexpr double c = 0.92387953251128674, s = 0.38268343236508977;  // of pi / 8; others in steps of pi /
                                                                         // 4
     constexpr double sines[8] = {s, c, c, s, -s, -c, -c, -s}, cosines[8] = {c, s, -s, -c, -c, -s, s, c};
     const SinCos<Slots> psi{Slots::load(sines), Slots::load(cosines)};
     unsigned shoulder[2], wrist[2];
-    glance(t, f, 0, psi, shoulder);
-    glance(t, f, 1, psi, wrist);
+    inside_at_eight(t, f, 0, psi, shoulder);
+    inside_at_eight(t, f, 1, psi, wrist);
     return ((shoulder[0] | shoulder[1]) & (wrist[0] | wrist[1])) != 0;
 }
 
@@ -319,7 +319,7 @@ ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const Li
             Common common;
             if (each(shoulder + 2 * side + 4 * wrist, one.free, other.free, common)) return true;
             const double gap = min(min(one.gap, other.gap), common.gap);
-            if (gap <= nearest_rule::poor && gap <= unclear_gap(least_bend(c, f))) return false;
+            if (gap <= nearest_tuning::poor && gap <= unclear_gap(least_bend(c, f))) return false;
             if (common.held) status = Status::OK;
         }
     }
@@ -357,10 +357,10 @@ inline bool is_reachable(const Arm& arm, const Pose<double>& pose, const LimitTa
         common.gap = each_common(shoulder, wrist, [&](double, double) { common.held = true; });
         return reached = common.held;
     };
-    const auto glance = [&](const JointFunctions<double>& f) {
-        return reached = detail::holds_at_a_glance(t, f);
+    const auto inside_at_eight = [&](const JointFunctions<double>& f) {
+        return reached = detail::holds_at_fixed_psi(t, f);
     };
-    if (detail::each_pair(arm, c, t, status, glance, look)) [[likely]]
+    if (detail::each_pair(arm, c, t, status, inside_at_eight, look)) [[likely]]
         return reached;
     return detail::is_held_by_a_branch(arm, pose, c, t);
 }

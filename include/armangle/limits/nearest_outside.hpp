@@ -13,7 +13,7 @@
 
 namespace armangle {
 
-namespace outside_rule {
+namespace outside_tuning {
 inline constexpr double straight = 1e-7;  // rad: distance of joint 4 from straight, 1e-15 of the reach
 inline constexpr double inside = 1e-9;    // rad: added to a margin, so that rounding does not violate it
 inline constexpr int psis = 16;           // number of arm angles tried in each branch
@@ -22,7 +22,7 @@ inline constexpr int scouted = 8;         // ... and the nearest after a few rou
 inline constexpr int few = 3;             // Newton rounds for scouting
 inline constexpr int rounds = 30;         // Newton rounds to the end
 inline constexpr double same = 1e-9;      // m: starts whose results are this close are equally good
-}  // namespace outside_rule
+}  // namespace outside_tuning
 
 namespace detail {
 
@@ -85,8 +85,8 @@ public:
         for (int gc = 0; gc < configurations; ++gc) {
             const bool other_side = configuration(gc).elbow < 0;
             const SelfMotion<double> m = self_motion(rows_, drawn[other_side], gc);
-            for (int i = 0; i < outside_rule::psis; ++i) {
-                const SinCos<double> psi = sin_cos(two_pi / outside_rule::psis * i);
+            for (int i = 0; i < outside_tuning::psis; ++i) {
+                const SinCos<double> psi = sin_cos(two_pi / outside_tuning::psis * i);
                 offer(joints_within_limits(rows_, directions(m, psi), seed_.q));
             }
         }
@@ -99,7 +99,7 @@ public:
         bool held = false;
         each([&](const Joints& q, const Limits& about) {
             const Parallel end =
-                approach_parallel(arm_, about, q, asked_, least.distance - outside_rule::same);
+                approach_parallel(arm_, about, q, asked_, least.distance - outside_tuning::same);
             if (end.kept && least.takes(end.gap, largest_move(end.at.q, seed_.q))) {
                 out = end.at;
                 held = end.held;
@@ -112,7 +112,7 @@ public:
     bool nearest(Joints& out) const noexcept {
         Least least;
         each([&](const Joints& q, const Limits& about) {
-            const Relaxed end = approach(arm_, about, q, asked_, length_, outside_rule::rounds);
+            const Relaxed end = approach(arm_, about, q, asked_, length_, outside_tuning::rounds);
             if (least.takes(end.distance, largest_move(end.at.q, seed_.q))) out = end.at;
         });
         return least.distance < infinity;
@@ -124,8 +124,8 @@ private:
         double distance = infinity, move = infinity;
 
         bool takes(double off, double moved) noexcept {
-            const bool better = off < distance - outside_rule::same;
-            if (!better && !(off < distance + outside_rule::same && moved < move)) return false;
+            const bool better = off < distance - outside_tuning::same;
+            if (!better && !(off < distance + outside_tuning::same && moved < move)) return false;
             distance = min(distance, off);
             move = moved;
             return true;
@@ -141,7 +141,7 @@ private:
         if (!limits_about(rows_, q, margin_, about)) return;
         for (int j = 0; j < joints; ++j) q.q[j] = min(max(q.q[j], about.lower[j]), about.upper[j]);
         starts_.offer(q, distance(arm_, q.q, asked_, length_, rest));
-        const Relaxed soon = approach(arm_, about, q, asked_, length_, outside_rule::few);
+        const Relaxed soon = approach(arm_, about, q, asked_, length_, outside_tuning::few);
         scouts_.offer(soon.at, soon.distance);
     }
 
@@ -154,8 +154,8 @@ private:
             limits_about(rows_, q, margin_, about);
             follow(q, about);
         };
-        for (int i = 0; i < outside_rule::kept; ++i) one(starts_.at[i], starts_.distance[i]);
-        for (int i = 0; i < outside_rule::scouted; ++i) one(scouts_.at[i], scouts_.distance[i]);
+        for (int i = 0; i < outside_tuning::kept; ++i) one(starts_.at[i], starts_.distance[i]);
+        for (int i = 0; i < outside_tuning::scouted; ++i) one(scouts_.at[i], scouts_.distance[i]);
     }
 
     const A& arm_;
@@ -165,8 +165,8 @@ private:
     const NearestOptions& options_;
     double length_;
     Joints seed_{};
-    Starts<outside_rule::kept> starts_;
-    Starts<outside_rule::scouted> scouts_;
+    Starts<outside_tuning::kept> starts_;
+    Starts<outside_tuning::scouted> scouts_;
 };
 
 }  // namespace detail
@@ -174,20 +174,20 @@ private:
 namespace detail {
 
 /// A pose with its wrist moved into the nominal arm's reach, for each sign of the elbow.
-struct DrawnInReach {
+struct MovedForEachElbow {
     Pose<double> pose[2];
     double gap[2] = {infinity, infinity};  // m; infinite if limits permit no such elbow
 
     /// Moves the asked pose towards that of `near` until its wrist is in reach, for each sign of the elbow.
-    DrawnInReach(const Arm& rows, double margin, const Pose<double>& asked, const double* near) noexcept
+    MovedForEachElbow(const Arm& rows, double margin, const Pose<double>& asked, const double* near) noexcept
         : pose{asked, asked} {
         const Pose<double> now = chain(rows, near ? near : rows.joint_middle).flange;
-        const double off = max(outside_rule::straight, margin + outside_rule::inside);
+        const double off = max(outside_tuning::straight, margin + outside_tuning::inside);
         for (int side = 0; side < 2; ++side) {
             Limits one = rows.limits;
             const double sign = side == 0 ? 1.0 : -1.0;
             if (!keep_on_side(rows, 3, rows.joint_middle[3], sign, off, one)) continue;
-            const Drawn in = drawn_in_reach(rows, reach_shell(rows, one), asked, now);
+            const MovedIntoReach in = move_into_reach(rows, reach_shell(rows, one), asked, now);
             pose[side] = in.pose;
             gap[side] = in.gap;
         }
@@ -196,8 +196,8 @@ struct DrawnInReach {
 
 /// The result for a configuration that does not solve the pose; `status` is the reason.
 template <class A>
-Nearest beside(const A& arm, const Joints& q, Status status, const Pose<double>& asked,
-               const NearestOptions& options, double length) noexcept {
+Nearest approximate_result(const A& arm, const Joints& q, Status status, const Pose<double>& asked,
+                           const NearestOptions& options, double length) noexcept {
     Nearest out{};
     Twist rest;
     for (int j = 0; j < joints; ++j) out.q[j] = q.q[j];
@@ -220,7 +220,7 @@ inline Nearest nearest_outside(const Arm& arm, const LimitTable& limits, const P
                                const NearestOptions& options, double length) noexcept {
     const Nearest exact = nearest_posture(arm, limits, asked, options);
     if (is_solved(exact.status)) return exact;
-    const detail::DrawnInReach drawn(arm, limits.margin, asked, options.near);
+    const detail::MovedForEachElbow drawn(arm, limits.margin, asked, options.near);
     const int nearer = drawn.gap[0] <= drawn.gap[1] ? 0 : 1;
     Nearest out = nearest_posture(arm, limits, drawn.pose[nearer], options);
     if (is_solved(out.status)) {
@@ -232,7 +232,8 @@ inline Nearest nearest_outside(const Arm& arm, const LimitTable& limits, const P
     detail::OutsideSearch search(arm, limits.margin, asked, options, length);
     Joints at{};
     search.begin(drawn.pose);
-    return search.nearest(at) ? detail::beside(arm, at, exact.status, asked, options, length) : exact;
+    return search.nearest(at) ? detail::approximate_result(arm, at, exact.status, asked, options, length)
+                              : exact;
 }
 
 /// The same for any other kind of arm, for a pose for which `exact` states the reason of having no solution.
@@ -244,9 +245,9 @@ Nearest nearest_outside(const A& arm, double margin, const Nearest& exact, const
     const Pose<double> command{orthonormal(asked.rotation), asked.position};
     detail::OutsideSearch search(arm, margin, command, options, length);
     Joints at{};
-    search.begin(detail::DrawnInReach(nominal(arm), margin, command, options.near).pose);
+    search.begin(detail::MovedForEachElbow(nominal(arm), margin, command, options.near).pose);
     const bool found = search.parallel(at) || search.nearest(at);
-    return found ? detail::beside(arm, at, exact.status, command, options, length) : exact;
+    return found ? detail::approximate_result(arm, at, exact.status, command, options, length) : exact;
 }
 
 }  // namespace armangle

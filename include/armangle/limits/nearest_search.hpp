@@ -30,8 +30,8 @@ public:
         const Best found = together ? of_both_elbows() : of_each_elbow();
         best_ = found;
         out = best_.gc >= 0 ? result() : nothing();
-        if (elbow_[0].delicate || elbow_[1].delicate) [[unlikely]]
-            look_beside(out);
+        if (elbow_[0].ill_conditioned || elbow_[1].ill_conditioned) [[unlikely]]
+            search_by_joints(out);
         return proven(out);
     }
 
@@ -60,7 +60,7 @@ public:
 
     /// Puts the result of best() first and removes the other result of the same arc.
     void lead(Nearests& out) const noexcept {
-        int rounds = nearest_rule::settling;
+        int rounds = nearest_tuning::local_rounds;
         const Nearest first = NearestSearch(arm_, limits_, pose_, options_, rounds).best();
         if (!is_solved(first.status)) return;
         const int arc = find(arcs_.arcs[first.gc], first.psi).index;
@@ -89,7 +89,7 @@ public:
         for (int elbow = 0; elbow < 2 && out.status != Status::OK; ++elbow) {
             if (!elbow_[elbow].hides) continue;
             try_bends(elbow, out);
-            look_beside_straight(elbow, out);
+            search_near_singular(elbow, out);
             look_at_limits(elbow, out);
         }
         return out.status == Status::OK ? out : proven(out);
@@ -197,13 +197,13 @@ private:
     /// where its cosine is largest, and rises from there on both sides. So the larger cost is least at one of
     /// these two psi, or where the costs cross on the shorter way between them.
     LeastBent least_bent(const ElbowBranches& e) const noexcept {
-        if (options_.metric != Metric::margin || e.delicate) return {-infinity, not_a_number};
+        if (options_.metric != Metric::margin || e.ill_conditioned) return {-infinity, not_a_number};
         double top[hinges];
         for (int h = 0; h < hinges; ++h) {
             const JointCost& c = joint_[hinge_joint[h]];
             const Harmonic<double>& H = e.functions.hinge[h].H;
             top[h] = atan2(H.s, H.c);
-            const bool alike = abs(to_theta(arm_, hinge_joint[h], c.near)) <= nearest_rule::noise;
+            const bool alike = abs(to_theta(arm_, hinge_joint[h], c.near)) <= nearest_tuning::noise;
             if (!(c.weight > 0 && alike)) return {-infinity, not_a_number};
         }
         const double way = wrap(top[1] - top[0]);
@@ -223,7 +223,7 @@ private:
             (now.gap() > 0 ? before : behind) = x;
             double move = -now.gap() / (now.slope[1] - now.slope[0]);
             // one cost rises and the other falls: the smaller one is never above the crossing
-            if (move * move <= nearest_rule::settled || i == nearest_rule::newton)
+            if (move * move <= nearest_tuning::smallest_square || i == nearest_tuning::newton)
                 return {min(now.cost[0] + now.slope[0] * move, now.cost[1] + now.slope[1] * move),
                         top[0] + x + move};
             if (!((x + move - before) * (x + move - behind) < 0)) move = 0.5 * (before + behind) - x;
@@ -270,12 +270,12 @@ private:
     }
 
     /// Replaces a solution by a better one that is found numerically on the joints.
-    [[gnu::noinline, gnu::cold]] void look_beside(Nearest& out) noexcept {
+    [[gnu::noinline, gnu::cold]] void search_by_joints(Nearest& out) noexcept {
         // a result near the seed is so good that few other starts matter
         if (options_.near && options_.metric != Metric::margin) {
             Joints q{};
             for (int j = 0; j < joints; ++j) q.q[j] = options_.near[j];
-            try_start(q, forward(arm_, q.q).gc, nearest_rule::seed, out);
+            try_start(q, forward(arm_, q.q).gc, nearest_tuning::seed, out);
         }
         if (out.status != Status::OK) {
             // whether a solution exists must not depend on the seed
@@ -289,20 +289,20 @@ private:
         if (out.status == Status::OK) {
             Joints q{};
             for (int j = 0; j < joints; ++j) q.q[j] = out.q[j];
-            try_beside(q, out.gc, out);
+            try_locally(q, out.gc, out);
             const Joints other = turned(q);
-            if (largest_move(other.q, q.q) > pi) try_start(other, out.gc, nearest_rule::start, out);
+            if (largest_move(other.q, q.q) > pi) try_start(other, out.gc, nearest_tuning::start, out);
         }
         for (int elbow = 0; elbow < 2; ++elbow) {
             ElbowBranches& e = elbow_[elbow];
             if (!e.open) continue;
             open(elbow);
             if (out.status != Status::OK) break;
-            look_beside_straight(elbow, out);
+            search_near_singular(elbow, out);
             if (limits_.locked) look_at_limits(elbow, out);
             for (int i = 0; i < e.corners; ++i) {
                 const auto& [gc, psi] = e.corner[i];
-                try_start(turned(posture(gc, psi)), gc, nearest_rule::start, out);
+                try_start(turned(posture(gc, psi)), gc, nearest_tuning::start, out);
             }
         }
         if (!squares() && out.status == Status::OK) narrow(out);
@@ -310,17 +310,18 @@ private:
 
     /// Starts searches at the psi where joint 2 or 6 is nearest to 0 and to pi, if near enough; all around
     /// the circle if both are.
-    void look_beside_straight(int elbow, Nearest& out) noexcept {
+    void search_near_singular(int elbow, Nearest& out) noexcept {
         const ElbowBranches& e = elbow_[elbow];
-        const double band = any_ ? poor_band(limits_) : nearest_rule::beside, gap = 0.5 * band * band;
+        const double band = any_ ? poor_band(limits_) : nearest_tuning::near_straight,
+                     gap = 0.5 * band * band;
         for (const Hinge<double>& h : e.functions.hinge) {
             const double top = atan2(h.H.s, h.H.c);
             const bool high = h.high.below_one <= gap, low = h.low.above_minus_one <= gap;
-            if (high) starts_at(elbow, top, nearest_rule::start, out);
-            if (low) starts_at(elbow, top + pi, nearest_rule::start, out);
+            if (high) starts_at(elbow, top, nearest_tuning::start, out);
+            if (low) starts_at(elbow, top + pi, nearest_tuning::start, out);
             if (!(h.swing <= band && (high || low || circle_.triangle.eta.sin <= band))) continue;
-            for (int i = 1; i < nearest_rule::first_boxes; ++i)
-                starts_at(elbow, top + two_pi / nearest_rule::first_boxes * i, nearest_rule::seed, out);
+            for (int i = 1; i < nearest_tuning::first_boxes; ++i)
+                starts_at(elbow, top + two_pi / nearest_tuning::first_boxes * i, nearest_tuning::seed, out);
         }
     }
 
@@ -335,7 +336,7 @@ private:
             for (const double limit : {c.lower, c.upper}) {
                 if (!(abs(limit) < infinity)) continue;
                 const Roots at = limit_psi(e, j, limit);
-                for (int i = 0; i < at.count; ++i) starts_at(elbow, at.psi[i], nearest_rule::start, out);
+                for (int i = 0; i < at.count; ++i) starts_at(elbow, at.psi[i], nearest_tuning::start, out);
                 if (locked) break;
             }
         }
@@ -385,7 +386,7 @@ private:
         for (int branch = 0; branch < 4; ++branch) {
             const int gc = gc_of(elbow, branch);
             if (!(options_.branches >> gc & 1) || !contains(possible(gc), psi)) continue;
-            const Joints shared = turned(posture(gc, psi, nearest_rule::beside)),
+            const Joints shared = turned(posture(gc, psi, nearest_tuning::near_straight)),
                          plain = turned(posture(gc, psi));
             try_start(shared, gc, near, out);
             if (largest_move(shared.q, plain.q) > tolerance::angle) try_start(plain, gc, near, out);
@@ -401,20 +402,20 @@ private:
         if (!(rank(finished(inside.q, 0.0, gc)) < rank(out))) return;
         Twist rest;
         if (distance(arm_, inside.q, pose_, arm_.size, rest) > near * arm_.size) return;
-        try_beside(inside, gc, out);
+        try_locally(inside, gc, out);
     }
 
     /// Moves a start onto the pose within the limits, then to the least cost nearby; keeps the result if it
     /// improves.
-    void try_beside(const Joints& start, int gc, Nearest& out) noexcept {
-        Drawing pull;
+    void try_locally(const Joints& start, int gc, Nearest& out) noexcept {
+        Attraction pull;
         for (int j = 0; squares() && !any_ && j < joints; ++j) {
             pull.weight[j] = joint_[j].weight;
             pull.near[j] = joint_[j].near;
         }
         const Nearest found = moved_onto_pose(start, gc, pull);
         if (found.status != Status::OK) return;
-        if (rank(found) < rank(out) - nearest_rule::gain) out = found;
+        if (rank(found) < rank(out) - nearest_tuning::gain) out = found;
     }
 
     /// Lowers the largest cost of a joint near a solution by bisection, within the box of lower costs.
@@ -430,8 +431,8 @@ private:
             const double inside = min(max(c.near, limits.lower[j]), limits.upper[j]);
             least = max(least, cost_of(c, inside - c.near));
         }
-        double step = nearest_rule::gain;
-        for (int i = 0; i < nearest_rule::halvings && most - least > nearest_rule::gain; ++i) {
+        double step = nearest_tuning::gain;
+        for (int i = 0; i < nearest_tuning::halvings && most - least > nearest_tuning::gain; ++i) {
             // nearby solutions are found in small steps: steps grow until one is too long
             const double half = max(most - step, 0.5 * (most + least));
             Limits box = limits;
@@ -442,13 +443,13 @@ private:
                 box.lower[j] = max(box.lower[j], c.near - room);
                 box.upper[j] = min(box.upper[j], c.near + room);
             }
-            const Relaxed lower = settled(arm_, box, q, pose, {}, 0.0, rounds_);
+            const Relaxed lower = solve_locally(arm_, box, q, pose, {}, 0.0, rounds_);
             if (meets(arm_, lower)) q = lower.at;
             (meets(arm_, lower) ? most : least) = half;
             step = meets(arm_, lower) ? 4.0 * step : infinity;
         }
-        const Nearest found = told(q);
-        if (found.status == Status::OK && rank(found) < rank(out) - nearest_rule::gain) out = found;
+        const Nearest found = make_result(q);
+        if (found.status == Status::OK && rank(found) < rank(out) - nearest_tuning::gain) out = found;
     }
 
     bool any_ = false;  // any solution will do
@@ -460,7 +461,7 @@ private:
 /// and all revolutions.
 inline Nearest nearest_posture(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                                const NearestOptions& options) noexcept {
-    int rounds = nearest_rule::settling;
+    int rounds = nearest_tuning::local_rounds;
     return detail::NearestSearch(arm, limits, pose, options, rounds).best();
 }
 
@@ -468,7 +469,7 @@ inline Nearest nearest_posture(const Arm& arm, const LimitTable& limits, const P
 /// digits for arcs, this function decides whether a pose is solvable.
 inline Nearest some_posture(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                             unsigned branches = (1u << configurations) - 1) noexcept {
-    int rounds = nearest_rule::settling;
+    int rounds = nearest_tuning::local_rounds;
     NearestOptions options;
     options.branches = branches;
     return detail::NearestSearch(arm, limits, pose, options, rounds).some();
@@ -477,7 +478,7 @@ inline Nearest some_posture(const Arm& arm, const LimitTable& limits, const Pose
 /// The nearest solution of each branch and arc: first that of nearest_posture(), then by rising distance.
 inline void nearest_postures(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                              const NearestOptions& options, Nearests& out) noexcept {
-    int rounds = nearest_rule::settling;
+    int rounds = nearest_tuning::local_rounds;
     detail::NearestSearch(arm, limits, pose, options, rounds).all(out);
 }
 

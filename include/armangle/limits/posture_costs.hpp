@@ -3,7 +3,7 @@
 
 #include "feasible.hpp"
 #include "possible.hpp"
-#include "settled.hpp"
+#include "solve_locally.hpp"
 
 #include "../names/begin.hpp"
 
@@ -42,19 +42,20 @@ struct Nearests {
     Nearest found[capacity];
 };
 
-namespace nearest_rule {
+namespace nearest_tuning {
 inline constexpr int first_boxes = 16;      // on the whole circle, for each elbow
 inline constexpr double narrowest = 1e-15;  // half width below which a box is not split (rad)
-inline constexpr double settled = 1e-16;    // square of Newton's last move and of its box's radius (rad)
-inline constexpr double tie = 1e-13;        // costs closer than this share of them are equal
-inline constexpr double noise = 1e-12;      // error of a joint's value if the cost is a maximum (rad)
-inline constexpr int work = 400;            // largest number of splits of a first box: a hundred are many
-inline constexpr int all_work = 4000;       // largest number of splits for one pose, each some microseconds
-inline constexpr double apart = 1e-6;       // arm angles further apart are two solutions (rad)
+inline constexpr double smallest_square =
+    1e-16;                              // square of Newton's last move and of its box's radius (rad)
+inline constexpr double tie = 1e-13;    // costs closer than this share of them are equal
+inline constexpr double noise = 1e-12;  // error of a joint's value if the cost is a maximum (rad)
+inline constexpr int work = 400;        // largest number of splits of a first box: a hundred are many
+inline constexpr int all_work = 4000;   // largest number of splits for one pose, each some microseconds
+inline constexpr double apart = 1e-6;   // arm angles further apart are two solutions (rad)
 inline constexpr int newton = 40, deepest = 20;
-inline constexpr double beside = 1e-5;      // rad from straight at which psi may have too few digits
-inline constexpr double beside_max = 2e-4;  // rad: the same for the metric max
-inline constexpr double beside_locked =
+inline constexpr double near_straight = 1e-5;      // rad from straight at which psi may have too few digits
+inline constexpr double near_straight_max = 2e-4;  // rad: the same for the metric max
+inline constexpr double near_straight_locked =
     1e-2;                                 // rad: the same with a locked joint, which permits a single psi
 inline constexpr double closed = 1e-8;    // rad: largest missing part of a full turn that arcs may bridge
 inline constexpr double straight = 1e-5;  // rad from a straight elbow: its bend is the root of a rounding
@@ -65,15 +66,16 @@ inline constexpr double start = 1e-3;     // most of a start from the pose (of t
 inline constexpr double seed = 0.3;       // the same for the seed, and for starts that represent many
 inline constexpr double gain = 1e-11;     // rad: ignore smaller improvements near another solution
 inline constexpr int halvings = 40;       // bisections of the range of a largest cost
-inline constexpr int settling = 1200;     // rounds of settled() for one pose, of some microseconds each
-}  // namespace nearest_rule
+inline constexpr int local_rounds =
+    1200;  // rounds of solve_locally() for one pose, of some microseconds each
+}  // namespace nearest_tuning
 
 namespace detail {
 
 /// The distance (rad) of joint 2, 4 or 6 from its singular position below which psi may not distinguish
 /// solutions.
 ARMANGLE_INLINE double poor_band(const LimitTable& t) noexcept {
-    return t.locked ? nearest_rule::beside_locked : nearest_rule::beside;
+    return t.locked ? nearest_tuning::near_straight_locked : nearest_tuning::near_straight;
 }
 
 /// Whether the elbow is so near to stretched or folded that psi is inaccurate.
@@ -101,7 +103,7 @@ ARMANGLE_INLINE bool may_hide(const LimitTable& t, const Circle<double>& c,
 /// Whether a circle is regular: psi has enough digits for every set that the limits may leave.
 ARMANGLE_INLINE bool is_bent(const LimitTable& t, const Circle<double>& c,
                              const JointFunctions<double>& f) noexcept {
-    return !comes_near_straight(max(poor_band(t), nearest_rule::bent), c, f);
+    return !comes_near_straight(max(poor_band(t), nearest_tuning::bent), c, f);
 }
 
 /// The square of the smallest distance of joints 2, 4 and 6 from their singular positions (rad^2).
@@ -114,14 +116,14 @@ inline double least_bend(const Circle<double>& c, const JointFunctions<double>& 
 
 /// The uncertainty (rad) of a joint for a given psi, from the squared bend. If theta_2 or theta_6 is b from
 /// 0, a neighbour moves by 1 / b for each radian of psi, which is known to rounding / b.
-inline double untold(double least_bend) noexcept {
-    return min(nearest_rule::digits * tolerance::rounding / least_bend, nearest_rule::poor);
+inline double uncertainty(double least_bend) noexcept {
+    return min(nearest_tuning::digits * tolerance::rounding / least_bend, nearest_tuning::poor);
 }
 
 /// The largest gap or overlap (rad) of blocked arcs that rounding alone may cause. Near the psi where a joint
 /// turns back it is the root of the joint's uncertainty.
 inline double unclear_gap(double least_bend) noexcept {
-    return min(sqrt(untold(least_bend)), nearest_rule::poor);
+    return min(sqrt(uncertainty(least_bend)), nearest_tuning::poor);
 }
 
 /// Whether a single psi may be feasible although the arcs of a branch show none: rounding explains the
@@ -129,7 +131,7 @@ inline double unclear_gap(double least_bend) noexcept {
 inline bool may_meet(const Circle<double>& c, const JointFunctions<double>& f, double gap,
                      bool empty) noexcept {
     const double bend = least_bend(c, f);
-    return gap <= unclear_gap(bend) || (empty && bend <= nearest_rule::bent * nearest_rule::bent);
+    return gap <= unclear_gap(bend) || (empty && bend <= nearest_tuning::bent * nearest_tuning::bent);
 }
 
 /// The cost of one joint: w d^2, or w |d| - room, with d = q - near.
@@ -174,7 +176,7 @@ protected:
         c.offset = arm_.offset[j];
         c.lower = arm_.limits.lower[j];
         c.upper = arm_.limits.upper[j];
-        c.wide = !(c.upper - c.lower < two_pi - nearest_rule::closed);
+        c.wide = !(c.upper - c.lower < two_pi - nearest_tuning::closed);
         c.near = options_.near ? options_.near[j] : arm_.joint_middle[j];
         c.weight = options_.metric == Metric::max ? sqrt(options_.weight[j]) : options_.weight[j];
         if (options_.metric == Metric::margin) measure_margin(c, arm_.joint_middle[j]);
@@ -214,8 +216,8 @@ protected:
     /// The difference up to which two costs count as equal, from the rounding of the joints.
     double tie(double cost) const noexcept {
         const double size = abs(cost);
-        return squares() ? nearest_rule::tie * (size + 2.0 * sqrt(size * grain_))
-                         : nearest_rule::tie * size + nearest_rule::noise * grain_;
+        return squares() ? nearest_tuning::tie * (size + 2.0 * sqrt(size * grain_))
+                         : nearest_tuning::tie * size + nearest_tuning::noise * grain_;
     }
 
     /// The cheapest way to share `wanted` within the limits; infinite cost if there is none.

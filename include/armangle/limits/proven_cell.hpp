@@ -23,10 +23,10 @@ struct CellSize {
     double r, height, tilt, turn;
 };
 
-namespace proven_rule {
+namespace proven_tuning {
 inline constexpr int boxes = 12;  // number of boxes that cover psi
 inline constexpr int halvings = 3;
-}  // namespace proven_rule
+}  // namespace proven_tuning
 
 namespace detail {
 
@@ -147,11 +147,11 @@ inline Proven proven_cell(const ReducedArm<Arm>& arm, const ReducedPose& middle,
         const detail::CellProof proof(arm, c, gc >> 1 & 1);
         return proof.holds(psi, gc & 1, gc >> 2) ? Proven::all : Proven::unknown;
     }
-    const double step = two_pi / proven_rule::boxes;
+    const double step = two_pi / proven_tuning::boxes;
     for (int side = 0; side < 2; ++side) {
         const detail::CellProof proof(arm, c, side);
-        for (int k = 0; k < proven_rule::boxes; ++k)
-            if (!proof.none(-pi + k * step, -pi + (k + 1) * step + 1e-12, proven_rule::halvings))
+        for (int k = 0; k < proven_tuning::boxes; ++k)
+            if (!proof.none(-pi + k * step, -pi + (k + 1) * step + 1e-12, proven_tuning::halvings))
                 return Proven::unknown;
     }
     return Proven::none;

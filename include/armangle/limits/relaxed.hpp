@@ -23,13 +23,13 @@ struct ReachShell {
     double inner, outer;
 };
 
-namespace relaxed_rule {
-inline constexpr int rounds = 15;         // Gauss-Newton rounds
-inline constexpr double longest = 0.5;    // rad: largest move of a joint in one round
-inline constexpr double damping = 1e-9;   // added to H, in m^2/rad^2
-inline constexpr double settled = 1e-13;  // rad: smaller moves count as none
-inline constexpr double beside = 1e-6;    // rad that a hinge may be on the other side of a branch to keep
-}  // namespace relaxed_rule
+namespace relaxed_tuning {
+inline constexpr int rounds = 15;               // Gauss-Newton rounds
+inline constexpr double longest = 0.5;          // rad: largest move of a joint in one round
+inline constexpr double damping = 1e-9;         // added to H, in m^2/rad^2
+inline constexpr double smallest_move = 1e-13;  // rad: smaller moves count as none
+inline constexpr double side_slack = 1e-6;  // rad that a hinge may be on the other side of a branch to keep
+}  // namespace relaxed_tuning
 
 namespace detail {
 
@@ -44,8 +44,8 @@ inline double bend_of(const Arm& arm, double distance) noexcept {
 
 /// Restricts the limits of a joint to one side (+1, -1) of a value q_0, at most pi away and at least `margin`
 /// (rad) from both ends. Returns false, and changes nothing, if its limits permit no such value.
-inline bool keep_beside(const Arm& arm, int joint, double q_0, double side, double margin,
-                        Limits& limits) noexcept {
+inline bool limit_to_side(const Arm& arm, int joint, double q_0, double side, double margin,
+                          Limits& limits) noexcept {
     const double a = q_0 + arm.sign[joint] * side * margin, b = q_0 + arm.sign[joint] * side * (pi - margin);
     const double lower = max(limits.lower[joint], min(a, b)), upper = min(limits.upper[joint], max(a, b));
     if (lower > upper) return false;
@@ -59,7 +59,7 @@ inline bool keep_beside(const Arm& arm, int joint, double q_0, double side, doub
 inline bool keep_on_side(const Arm& arm, int hinge, double q, double side, double margin,
                          Limits& limits) noexcept {
     const double straight = q - arm.sign[hinge] * detail::bend(arm, hinge, q);
-    return keep_beside(arm, hinge, straight, side, margin, limits);
+    return limit_to_side(arm, hinge, straight, side, margin, limits);
 }
 
 /// Restricts joints 2, 4 and 6 to at least `margin` (rad) from their singular positions, on the sides and in
@@ -89,7 +89,7 @@ inline Limits on_these_sides(const Arm& arm, const double* q, double margin, int
     for (int i = 0; i < 3; ++i) {
         const int hinge = 2 * i + 1;
         const double bend = detail::bend(arm, hinge, q[hinge]), own = bend < 0 ? -1.0 : 1.0;
-        const bool stays = gc >= 0 && bend * sides[i] > -relaxed_rule::beside;
+        const bool stays = gc >= 0 && bend * sides[i] > -relaxed_tuning::side_slack;
         const double side = stays ? sides[i] : own, off = stays ? max(margin, tolerance::angle) : margin;
         if (stays || hinge == 3 || margin > 0) keep_on_side(arm, hinge, q[hinge], side, off, out);
     }
@@ -104,15 +104,15 @@ inline ReachShell reach_shell(const Arm& arm, const Limits& limits) noexcept {
 }
 
 /// A pose with its wrist moved into a range of distances from the shoulder.
-struct Drawn {
+struct MovedIntoReach {
     Pose<double> pose;  // in the user's frame
     double gap;         // m, from the commanded wrist to the shell; 0 inside
 };
 
 /// Moves the wrist of a pose along its ray from the shoulder into the range. `now` is the current flange
 /// pose; its ray is used if the wrist coincides with the shoulder.
-inline Drawn drawn_in_reach(const Arm& arm, const ReachShell& shell, const Pose<double>& command,
-                            const Pose<double>& now) noexcept {
+inline MovedIntoReach move_into_reach(const Arm& arm, const ReachShell& shell, const Pose<double>& command,
+                                      const Pose<double>& now) noexcept {
     Pose<double> flange = flange_pose(arm, command);
     const Triad<double> t = triad(arm, flange);
     const double kept = min(max(t.distance, shell.inner), shell.outer), gap = abs(t.distance - kept);
@@ -164,18 +164,18 @@ inline JointQuadratic normal_equations(const Jacobian& J, const Twist& rest, dou
 /// comes nearer to a pose.
 template <class A>
 Relaxed relaxed(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& command,
-                double length, int rounds = relaxed_rule::rounds) noexcept {
+                double length, int rounds = relaxed_tuning::rounds) noexcept {
     Relaxed best{start, 0};
     for (int j = 0; j < joints; ++j) best.at.q[j] = min(max(start.q[j], limits.lower[j]), limits.upper[j]);
     Twist rest;
     best.distance = detail::distance(arm, best.at.q, command, length, rest);
-    double damping = relaxed_rule::damping;
+    double damping = relaxed_tuning::damping;
     for (int round = 0; round < rounds; ++round) {
         const JointQuadratic p = detail::normal_equations(jacobian(arm, best.at.q), rest, length, damping);
         double lower[joints], upper[joints], move[joints] = {}, longest = 0;
         for (int j = 0; j < joints; ++j) {
-            lower[j] = max(limits.lower[j] - best.at.q[j], -relaxed_rule::longest);
-            upper[j] = min(limits.upper[j] - best.at.q[j], relaxed_rule::longest);
+            lower[j] = max(limits.lower[j] - best.at.q[j], -relaxed_tuning::longest);
+            upper[j] = min(limits.upper[j] - best.at.q[j], relaxed_tuning::longest);
         }
         minimise(p, lower, upper, move);
         Relaxed next = best;
@@ -183,13 +183,13 @@ Relaxed relaxed(const A& arm, const Limits& limits, const Joints& start, const P
             next.at.q[j] = min(max(best.at.q[j] + move[j], limits.lower[j]), limits.upper[j]);
             longest = max(longest, abs(move[j]));
         }
-        if (!(longest > relaxed_rule::settled)) break;
+        if (!(longest > relaxed_tuning::smallest_move)) break;
         Twist next_rest;
         next.distance = detail::distance(arm, next.at.q, command, length, next_rest);
         if (next.distance < best.distance) {
             best = next;
             rest = next_rest;
-            damping = max(0.1 * damping, relaxed_rule::damping);
+            damping = max(0.1 * damping, relaxed_tuning::damping);
         } else {
             damping *= 100.0;
         }

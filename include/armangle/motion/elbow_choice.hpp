@@ -23,7 +23,7 @@
 
 namespace armangle {
 
-namespace elbow_rule {
+namespace elbow_choice_tuning {
 inline constexpr double longest = 0.2;  // rad: largest change of the carried psi in a control cycle
 inline constexpr double unsure = 0.05;  // an elbow target this near to the shoulder-wrist line is ignored
 inline constexpr double centre = 0.03;  // cost of a joint off its middle: of x^2, x a share of half the range
@@ -42,7 +42,7 @@ inline constexpr int looks = 5;              // number of times checked within i
 inline constexpr double detour = 0.8;        // rad: largest change of psi to pass through
 inline constexpr double spin = 2.0;          // times their greatest velocity is too fast for a pivot's half
                                              // turn
-}  // namespace elbow_rule
+}  // namespace elbow_choice_tuning
 
 /// The psi of a self-motion that moves the joints least from q, weighted by their velocity bounds `fastest`
 /// (rad/s). It starts at the psi that keeps the elbow axis z3 and improves it by one Gauss-Newton step.
@@ -59,7 +59,7 @@ inline double psi_carried(const Arm& arm, const SelfMotion<double>& m, const Joi
         size += weight * slope.q[j] * slope.q[j];
     }
     if (!(size > 0)) return held;
-    return held - min(max(along / size, -elbow_rule::longest), elbow_rule::longest);
+    return held - min(max(along / size, -elbow_choice_tuning::longest), elbow_choice_tuning::longest);
 }
 
 /// The psi that an elbow target requests, and its confidence: 0 if the target's point or direction lies along
@@ -75,7 +75,7 @@ inline ElbowChoice hinted_psi(const Arm& arm, const SelfMotion<double>& m, const
     Vec3<double> v = arm.has_base ? arm.base_inverse.rotation * hint.target : hint.target;
     if (hint.wish == Wish::point) v = v + arm.base_inverse.position - Vec3<double>{0, 0, arm.d_bs};
     const double far = norm(v), across = norm(v - m.circle.w * dot(v, m.circle.w));
-    if (wished.why != Indifferent::no || !(across > elbow_rule::unsure * far) || !(far < infinity))
+    if (wished.why != Indifferent::no || !(across > elbow_choice_tuning::unsure * far) || !(far < infinity))
         return {0.0, 0.0};
     return {wished.psi, across / far};
 }
@@ -101,13 +101,14 @@ inline Boxes crowding(const Arm& arm, const SelfMotion<double>& m, const JointFu
             if (!(half > 0) || !(half < infinity)) continue;
             const Boxes there = lift(to_q(theta[k], Boxes(arm.sign[j]), Boxes(arm.offset[j])), Boxes(q[j]));
             const Boxes share = (there - Boxes(arm.joint_middle[j])) * Boxes(1.0 / half), x = share * share;
-            cost = cost + Boxes(elbow_rule::centre) * x +
-                   select(x < Boxes(1.0), Boxes(elbow_rule::room) * x / (Boxes(elbow_rule::edge) - x),
-                          Boxes(elbow_rule::beyond) * x);
+            cost = cost + Boxes(elbow_choice_tuning::centre) * x +
+                   select(x < Boxes(1.0),
+                          Boxes(elbow_choice_tuning::room) * x / (Boxes(elbow_choice_tuning::edge) - x),
+                          Boxes(elbow_choice_tuning::beyond) * x);
         }
         const Boxes near = max(Boxes(margin) - bend, Boxes(0.0)),
                     far = max(bend - Boxes(pi - margin), Boxes(0.0));
-        cost = cost + Boxes(elbow_rule::singular) * (near * near + far * far);
+        cost = cost + Boxes(elbow_choice_tuning::singular) * (near * near + far * far);
     }
     return cost;
 }
@@ -128,7 +129,7 @@ inline double turn_to_room(const Arm& arm, const SelfMotion<double>& m, double p
     for (int part = 0; part < count; part += joint_slots) {
         const Boxes turn = Boxes::load(turns + part);
         const Boxes costs = detail::crowding(arm, m, f, sin_cos(Boxes(psi) + turn), q, margin) +
-                            Boxes(elbow_rule::turning) * turn * turn;
+                            Boxes(elbow_choice_tuning::turning) * turn * turn;
         costs.store(cost + part);
     }
     for (int i = 1; i < count; ++i) best = cost[i] < cost[best] ? i : best;
@@ -177,7 +178,7 @@ inline bool better_through(const Arm& arm, int side, const double* q) noexcept {
 /// (rad/s).
 inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, const Hand& hand,
                                const Vec3<double>& z3, const double* q, const double* fastest) noexcept {
-    static constexpr double between = elbow_rule::foresight / elbow_rule::looks;
+    static constexpr double between = elbow_choice_tuning::foresight / elbow_choice_tuning::looks;
     const auto motion_of = [&](const Pose<double>& pose) {
         return self_motion(arm, circle(arm, flange_pose(arm, pose)), gc);
     };
@@ -185,7 +186,7 @@ inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, 
     const Mat3<double> turned = from_rotation_vector(move.angular);
     Pose<double> pose = hand.pose();
     double before[hinges]{};
-    for (int look = 0; look <= elbow_rule::looks; ++look) {
+    for (int look = 0; look <= elbow_choice_tuning::looks; ++look) {
         if (look > 0) pose = {turned * pose.rotation, pose.position + move.linear};
         const SelfMotion<double> m = motion_of(pose);
         if (is_folded(m.circle) || is_unreachable(m.circle)) return {};
@@ -200,7 +201,7 @@ inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, 
             const SinCos<double> cone = lean(there.elbow, side == 0 ? there.elbow.beta : there.elbow.gamma);
             const double slowest = min(fastest[4 * side], fastest[4 * side + 2]);
             const double spin = abs(now - last) / between / (way * cone.sin * cone.sin);
-            if (!(way <= elbow_rule::detour) || spin < elbow_rule::spin * slowest) continue;
+            if (!(way <= elbow_choice_tuning::detour) || spin < elbow_choice_tuning::spin * slowest) continue;
             const SinCos<double> turn = sin_cos(psi);
             return {true, combine(there.circle.z, turn.cos, there.circle.e, turn.sin)};
         }
@@ -213,18 +214,18 @@ inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, 
 /// and `hardest` bound its velocity and acceleration.
 inline double bend_ahead(const Arm& arm, const Vec3<double>& wrist, const Vec3<double>& speed, double bending,
                          double fastest, double hardest) noexcept {
-    const double start = elbow_rule::under_way * min(max(bending, 0.0), fastest);
-    const double a = elbow_rule::acceleration * hardest, ramp = (fastest - start) / a;
+    const double start = elbow_choice_tuning::under_way * min(max(bending, 0.0), fastest);
+    const double a = elbow_choice_tuning::acceleration * hardest, ramp = (fastest - start) / a;
     if (is_nan(ramp)) return 0.0;  // no bounds: always in time
     double need = 0;
-    for (int i = 1; i <= elbow_rule::glances; ++i) {
-        const double after = elbow_rule::horizon * i / elbow_rule::glances;
+    for (int i = 1; i <= elbow_choice_tuning::glances; ++i) {
+        const double after = elbow_choice_tuning::horizon * i / elbow_choice_tuning::glances;
         const double bend = detail::bend_of(arm, norm(wrist + speed * after));
         const double way = after < ramp ? (start + 0.5 * a * after) * after
                                         : fastest * after - 0.5 * (fastest - start) * ramp;
         need = max(need, bend - way);
     }
-    return min(need, elbow_rule::most);
+    return min(need, elbow_choice_tuning::most);
 }
 
 }  // namespace armangle

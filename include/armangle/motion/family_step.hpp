@@ -11,7 +11,7 @@
 //     - under bounds: as far towards a solution as they allow
 #pragma once
 
-#include "../limits/settled.hpp"
+#include "../limits/solve_locally.hpp"
 #include "../scene/clear_cells.hpp"
 #include "pace.hpp"
 #include "stepping_family.hpp"
@@ -60,9 +60,9 @@ public:
         if (arcs_.status == Status::OK && take(own_, wish, options_.allowed, out)) return out;
         const bool merging = !(family_.margin() > 0) && (unproven_ || meeting() != 1u << own_);
         // near a hinge the arcs of other branches sweep joints around
-        const bool hinged = merging && hinge_sine() <= step_rule::shut;
-        if ((hinged && settle(out)) || elsewhere(out)) return out;
-        if ((merging && !hinged && settle(out)) || beside(out)) return out;
+        const bool is_singular = merging && singularity_sine() <= step_tuning::shut;
+        if ((is_singular && solve_nearby(out)) || change_branch(out)) return out;
+        if ((merging && !is_singular && solve_nearby(out)) || take_nearest(out)) return out;
         why = reason(why);
         // the straight way to the solution of another pose may collide
         if (options_.bounds && !options_.scene && approach(why, out)) return out;
@@ -236,7 +236,7 @@ private:
 
     /// Finds a solution within the box in another branch that one step can reach; of several, the one with
     /// the least joint motion. False if there is none.
-    bool elsewhere(Step& out) noexcept {
+    bool change_branch(Step& out) noexcept {
         const unsigned branches = meeting();
         double least = infinity;
         for (int gc = 0; gc < configurations; ++gc) {
@@ -252,15 +252,15 @@ private:
     }
 
     /// Finds a solution within the box numerically, starting from the present joints; false if there is none.
-    bool settle(Step& out) const noexcept {
+    bool solve_nearby(Step& out) const noexcept {
         Limits limits;
         if (!box({}, limits)) return false;
         Joints start{};
         for (int j = 0; j < joints; ++j) start.q[j] = q_now_[j];
         Relaxed found{start, infinity};
         with_either_bend(rows_, start, longest_, [&](const Joints& from) {
-            int rounds = settled_rule::rounds;
-            found = settled(family_.arm(), limits, from, pose_, {}, 0.0, rounds);
+            int rounds = local_solve_tuning::rounds;
+            found = solve_locally(family_.arm(), limits, from, pose_, {}, 0.0, rounds);
             return meets(family_.arm(), found);
         });
         return meets(family_.arm(), found) && offer(found.at.q, out);
@@ -279,7 +279,7 @@ private:
 
     /// Takes the solution nearest to the present joints, if it is within the box. It is searched only if
     /// parts of the arcs are unproven.
-    bool beside(Step& out) const noexcept {
+    bool take_nearest(Step& out) const noexcept {
         const bool approaches = options_.bounds && !options_.scene;
         if (!unproven_ || approaches) return false;
         const unsigned branches = meeting();
@@ -298,7 +298,7 @@ private:
     }
 
     /// The smallest |sin| of the joints with a singular position (see hinges()); infinite if there is none.
-    double hinge_sine() const noexcept {
+    double singularity_sine() const noexcept {
         double bend = infinity;
         for (const int j : family_.hinges()) bend = min(bend, abs(std::sin(to_theta(rows_, j, q_now_[j]))));
         return bend;
@@ -308,21 +308,22 @@ private:
     /// the neighbouring joints far. If the policy alone requests that, the joints move less. False if this
     /// does not apply.
     bool calm(double wish, Step& out) noexcept {
-        const double bend = hinge_sine();
+        const double bend = singularity_sine();
         if (!may_sweep(bend, options_)) return false;
         Step next;
-        if (!settle(next)) return false;
+        if (!solve_nearby(next)) return false;
         const bool parted = next.gc != own_ || !contains(arcs_.arcs, next.psi);
         if (family_.margin() > 0 && parted) return false;
         const double least = largest_move(next.q, q_now_);
         Lifted carried;
         const bool solved = at(own_, now_.lambda, carried, pi) == Status::OK;
         const double move = largest_move(carried.q, here_);
-        if (!solved || !(move <= calm_move(bend, least))) {
+        if (!solved || !(move <= damped_move(bend, least))) {
             out = next;
             return true;
         }
-        const double most = max(step_rule::sweep * least, move) + calm_drift(bend, options_.max_joint_step);
+        const double most =
+            max(step_tuning::sweep * least, move) + damped_drift(bend, options_.max_joint_step);
         if (!(most < options_.max_joint_step)) return false;
         longest_ = most;
         Status why;
@@ -377,7 +378,7 @@ private:
         free.policy = {Rule::hold};
         FamilyStep unbounded(family_, q_now_, pose_, free);
         Step next;
-        if (family_.margin() > 0 || !unbounded.settle(next)) next = unbounded();
+        if (family_.margin() > 0 || !unbounded.solve_nearby(next)) next = unbounded();
         for (int j = 0; j < joint_slots; ++j) to[j] = next.q[j];
         if (next.status == Status::OK) {
             Bounds slow = bounds_;

@@ -23,7 +23,7 @@
 
 namespace armangle {
 
-namespace guard_rule {
+namespace guard_tuning {
 inline constexpr double standoff = 1e-4;  // m beyond the clearance at which an approach ends
 inline constexpr double look = 0.03;      // m within which pairs are constrained at rest; more with speed
 inline constexpr double farthest = 0.3;   // m: upper bound of that distance
@@ -35,7 +35,7 @@ inline constexpr int tries = 5;           // number of velocities tried between 
 inline constexpr double cautious = 0.9;   // share of the proven part that is tried next
 inline constexpr double finer = 0.8;      // factor from one stopping rate to the next one tried ...
 inline constexpr int rates = 40;          // ... up to so many
-}  // namespace guard_rule
+}  // namespace guard_tuning
 
 /// Keeps a control cycle, and braking after it, collision-free in a scene; for an Arm or a ChainArm.
 template <class AnyArm>
@@ -60,8 +60,8 @@ public:
         const double stop = bounds_ ? 4.0 / rate : braking(v);
         double sum = 0;
         for (int j = 0; j < joints; ++j) sum += abs(v[j]);
-        lasting_ = max(dt + 0.5 * (stop + dt), guard_rule::ticks * dt);
-        const double reach = min(guard_rule::look + 0.5 * size_ * sum * lasting_, guard_rule::farthest);
+        lasting_ = max(dt + 0.5 * (stop + dt), guard_tuning::ticks * dt);
+        const double reach = min(guard_tuning::look + 0.5 * size_ * sum * lasting_, guard_tuning::farthest);
         count_ = move_.near(q, reach, near_);
     }
 
@@ -82,11 +82,12 @@ public:
                 bounds_ ? stopping_velocity(before_[j], changing_[j], rate_, dt_) : before_[j] * slower;
             wished[j] = v[j];
         }
-        for (int trial = 0; trial < guard_rule::tries; ++trial) {
+        for (int trial = 0; trial < guard_tuning::tries; ++trial) {
             for (int j = 0; j < joints; ++j) v[j] = braked[j] + part * (wished[j] - braked[j]);
             const double free = share(v);
             if (!(free < 1.0)) return trial == 0;
-            part *= trial + 2 < guard_rule::tries ? max(min(guard_rule::cautious * free, 0.5), 0.1) : 0.02;
+            part *=
+                trial + 2 < guard_tuning::tries ? max(min(guard_tuning::cautious * free, 0.5), 0.1) : 0.02;
         }
         for (int j = 0; j < joints; ++j) v[j] = braked[j];
         next_rate_ = rate_;
@@ -102,26 +103,26 @@ public:
         armangle::minimise(p, lower, upper, v);
         double most = 0, pressed = 0;
         for (int j = 0; j < joints; ++j) most = max(most, p.H[j][j]);
-        bool minded[straight_rule::most_near]{};
-        for (int round = 0; round < guard_rule::rounds; ++round) {
+        bool is_watched[straight_move_tuning::most_near]{};
+        for (int round = 0; round < guard_tuning::rounds; ++round) {
             JointQuadratic with = p;
             bool changed = false;
             pressed = 0;
             for (int i = 0; i < count_; ++i) {
                 const NearPair& pair = near_[i];
                 const double slowest =
-                    -max((pair.room - guard_rule::standoff) / lasting_, -guard_rule::retreat);
+                    -max((pair.room - guard_tuning::standoff) / lasting_, -guard_tuning::retreat);
                 double now = 0;
                 for (int j = 0; j < joints; ++j) now += pair.rate[j] * v[j];
-                changed |= minded[i] != (now < slowest);
-                minded[i] = now < slowest;
-                if (!minded[i]) continue;
+                changed |= is_watched[i] != (now < slowest);
+                is_watched[i] = now < slowest;
+                if (!is_watched[i]) continue;
                 if (slowest - now > pressed) blocking_ = pair.pair;
                 pressed = max(pressed, slowest - now);
                 for (int j = 0; j < joints; ++j) {
-                    with.g[j] += guard_rule::weight * most * slowest * pair.rate[j];
+                    with.g[j] += guard_tuning::weight * most * slowest * pair.rate[j];
                     for (int k = 0; k < joints; ++k)
-                        with.H[j][k] += guard_rule::weight * most * pair.rate[j] * pair.rate[k];
+                        with.H[j][k] += guard_tuning::weight * most * pair.rate[j] * pair.rate[k];
                 }
             }
             if (!changed) return;
@@ -134,11 +135,11 @@ public:
     bool clear(const double* from, const double* to, Tag& pair) noexcept {
         double d[joints];
         for (int j = 0; j < joints; ++j) d[j] = to[j] - from[j];
-        return !(move_.proven(from, d, pair, straight_rule::many_looks) < 1.0);
+        return !(move_.proven(from, d, pair, straight_move_tuning::many_looks) < 1.0);
     }
 
     /// The nearest pair at joints q within the look-ahead distance; 0 if there is none.
-    Tag nearest_at(const double* q) noexcept { return move_.nearest_pair(q, guard_rule::look).pair; }
+    Tag nearest_at(const double* q) noexcept { return move_.nearest_pair(q, guard_tuning::look).pair; }
 
     /// The pair that blocked this cycle; 0 if none did.
     Tag blocking() const noexcept { return blocking_; }
@@ -190,7 +191,7 @@ private:
     /// The greatest of some rates (1/s) at which all joints can stop from v and a; 0 if there is none.
     double stopping_rate(const double (&v)[joints], const double (&a)[joints]) const noexcept {
         double rate = min(1.0 / dt_, 2.0 * rate_);
-        for (int trial = 0; trial < guard_rule::rates; ++trial, rate *= guard_rule::finer) {
+        for (int trial = 0; trial < guard_tuning::rates; ++trial, rate *= guard_tuning::finer) {
             bool all = true;
             for (int j = 0; j < joints && all; ++j) all = stops_at(bounds_[j], v[j], a[j], rate);
             if (all) return rate;
@@ -219,7 +220,7 @@ private:
         }
         const double part = square > 0 ? min(max(along / square, 0.0), 1.0) : 0.0;
         for (int j = 0; j < joints; ++j) off[j] = abs(corner[j] - part * d[j]);
-        const double out = move_.proven(q_, d, blocking_, straight_rule::looks, off);
+        const double out = move_.proven(q_, d, blocking_, straight_move_tuning::looks, off);
         if (!(out < 1.0)) next_rate_ = rate;
         return out;
     }
@@ -244,7 +245,7 @@ private:
     double rate_ = 0, next_rate_ = 0;  // 1/s
     double dt_ = 0, lasting_ = 0;      // s
     Limits limits_{};
-    NearPair near_[straight_rule::most_near];
+    NearPair near_[straight_move_tuning::most_near];
     int count_ = 0;
     Tag blocking_ = 0;
 };

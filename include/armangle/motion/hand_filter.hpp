@@ -29,21 +29,21 @@ struct HandFilter {
     double turn = 0.35;      // rad: the same for rotations
 };
 
-namespace hand_rule {
-inline constexpr double stale = 0.06;     // s: a sample repeated for longer is a target at rest ...
-inline constexpr double periods = 1.25;   // ... unless so many of the device's periods last longer
-inline constexpr double seldom = 0.5;     // s: longer than the period of any device
-inline constexpr double slowing = 0.15;   // s in which a prediction without samples slows down
-inline constexpr double fastest = 20.0;   // m/s and rad/s: a faster difference of samples is a jump
-inline constexpr double smooth = 0.03;    // s over which the acceleration is averaged
-inline constexpr double rare = 1.5;       // cycles between samples beyond which corrections are spread ...
-inline constexpr double settles = 1.0;    // ... over so many of their periods, ...
-inline constexpr double longest = 0.025;  // ... each of which counts as at most this, s
-inline constexpr double shared = 0.4;     // of that time, taken from 1 / omega of the estimate, ...
-inline constexpr double least = 0.5;      // ... of which at least this share remains
-inline constexpr double newest = 0.125;   // weight of the newest sample in the changes of velocity
-inline constexpr double calm = 0.1;       // m/s and rad/s of oscillation up to which a velocity is accepted
-}  // namespace hand_rule
+namespace hand_filter_tuning {
+inline constexpr double stale = 0.06;    // s: a sample repeated for longer is a target at rest ...
+inline constexpr double periods = 1.25;  // ... unless so many of the device's periods last longer
+inline constexpr double seldom = 0.5;    // s: longer than the period of any device
+inline constexpr double slowing = 0.15;  // s in which a prediction without samples slows down
+inline constexpr double fastest = 20.0;  // m/s and rad/s: a faster difference of samples is a jump
+inline constexpr double smooth = 0.03;   // s over which the acceleration is averaged
+inline constexpr double rare = 1.5;      // cycles between samples beyond which corrections are spread ...
+inline constexpr double convergence_periods = 1.0;  // ... over so many of their periods, ...
+inline constexpr double longest = 0.025;            // ... each of which counts as at most this, s
+inline constexpr double shared = 0.4;               // of that time, taken from 1 / omega of the estimate, ...
+inline constexpr double least = 0.5;                // ... of which at least this share remains
+inline constexpr double newest = 0.125;             // weight of the newest sample in the changes of velocity
+inline constexpr double calm = 0.1;  // m/s and rad/s of oscillation up to which a velocity is accepted
+}  // namespace hand_filter_tuning
 
 /// A target whose samples may be late, jump or fail: its pose and velocity.
 class Hand {
@@ -53,9 +53,9 @@ public:
 
     /// Starts with a target at rest.
     void start(const Pose<double>& pose) noexcept {
-        pose_ = shown_ = told_ = sample_ = suspect_ = pose;
+        pose_ = shown_ = last_sample_ = sample_ = suspect_ = pose;
         velocity_ = shown_velocity_ = acceleration_ = measured_ = drift_ = Twist{};
-        age_ = suspected_ = changed_ = changes_ = settling_ = 0;
+        age_ = suspected_ = changed_ = changes_ = convergence_time_ = 0;
         held_ = false;
     }
 
@@ -81,8 +81,8 @@ public:
     /// The state that one cycle passes to the next (saved.hpp).
     template <class Visit>
     void each_number(Visit& visit) {
-        visit.all(pose_, sample_, suspect_, told_, shown_, velocity_, shown_velocity_, acceleration_,
-                  measured_, drift_, changes_, settling_, age_, since_, period_, changed_, between_,
+        visit.all(pose_, sample_, suspect_, last_sample_, shown_, velocity_, shown_velocity_, acceleration_,
+                  measured_, drift_, changes_, convergence_time_, age_, since_, period_, changed_, between_,
                   suspected_, held_);
     }
 
@@ -119,12 +119,12 @@ private:
 
     /// Updates the shown pose: the estimate, or the value that converges to it.
     void show(double dt) noexcept {
-        if (!(settling_ > 0)) {
+        if (!(convergence_time_ > 0)) {
             shown_ = pose_;
             shown_velocity_ = velocity_;
             return;
         }
-        const double w = 1.0 / settling_, left = std::exp(-w * dt);
+        const double w = 1.0 / convergence_time_, left = std::exp(-w * dt);
         const Twist off = difference(moved_by(pose_, velocity_ * -dt), shown_),
                     faster = shown_velocity_ - velocity_, pull = faster + off * w;
         shown_ = moved_by(pose_, (off + pull * dt) * left);
@@ -144,8 +144,9 @@ private:
     /// because a target that rested has a long one.
     double stale() const noexcept {
         const double period = min(between_[0], between_[1]);
-        return period < hand_rule::seldom ? max(hand_rule::stale, hand_rule::periods * period)
-                                          : hand_rule::stale;
+        return period < hand_filter_tuning::seldom
+                   ? max(hand_filter_tuning::stale, hand_filter_tuning::periods * period)
+                   : hand_filter_tuning::stale;
     }
 
     /// Whether a motion (m, rad) is larger than a jump.
@@ -166,7 +167,7 @@ private:
         remember(sample);
         if (suspected_ < options_.patience) {
             wait(dt);
-            told_ = pose_;
+            last_sample_ = pose_;
         } else {
             start(sample);
         }
@@ -178,23 +179,23 @@ private:
         held_ = true;
         since_ += dt;
         pose_ = moved_by(pose_, velocity_ * dt);
-        velocity_ = velocity_ * std::exp(-dt / hand_rule::slowing);
+        velocity_ = velocity_ * std::exp(-dt / hand_filter_tuning::slowing);
         acceleration_ = Twist{};
         return false;
     }
 
     /// Takes the pose of the sample, regardless of predictions made without samples.
     bool rest_plain() noexcept {
-        pose_ = told_;
+        pose_ = last_sample_;
         if (age_ > 2.0 * period_) velocity_ = acceleration_ = Twist{};
         return false;
     }
 
     /// Takes the sample unfiltered. The velocity is that between the last two samples, less if it oscillates.
     void take(const Pose<double>& sample) noexcept {
-        const Twist speed = difference(told_, sample) * (1.0 / age_);
-        const bool possible =
-            norm(speed.linear) < hand_rule::fastest && norm(speed.angular) < hand_rule::fastest;
+        const Twist speed = difference(last_sample_, sample) * (1.0 / age_);
+        const bool possible = norm(speed.linear) < hand_filter_tuning::fastest &&
+                              norm(speed.angular) < hand_filter_tuning::fastest;
         velocity_ = possible ? speed * believed(speed) : Twist{};
         period_ = age_;
         pose_ = sample;
@@ -206,10 +207,10 @@ private:
         const auto size = [](const Twist& t) { return std::hypot(norm(t.linear), norm(t.angular)); };
         const Twist change = speed - measured_;
         measured_ = speed;
-        drift_ = drift_ + (change - drift_) * hand_rule::newest;
-        changes_ += (size(change) - changes_) * hand_rule::newest;
+        drift_ = drift_ + (change - drift_) * hand_filter_tuning::newest;
+        changes_ += (size(change) - changes_) * hand_filter_tuning::newest;
         const double tremble = max(changes_ - size(drift_), 0.0);
-        const double share = hand_rule::calm / max(tremble, hand_rule::calm);
+        const double share = hand_filter_tuning::calm / max(tremble, hand_filter_tuning::calm);
         return share * share;
     }
 
@@ -220,7 +221,9 @@ private:
         const Pose<double> predicted = moved_by(pose_, velocity_ * dt);
         const Twist rest = difference(predicted, sample);
         const double T = since_ + dt;
-        settling_ = T > hand_rule::rare * dt ? hand_rule::settles * min(T, hand_rule::longest) : 0.0;
+        convergence_time_ = T > hand_filter_tuning::rare * dt ? hand_filter_tuning::convergence_periods *
+                                                                    min(T, hand_filter_tuning::longest)
+                                                              : 0.0;
         const double a = std::exp(-estimating() * T);
         pose_ = moved_by(predicted, rest * (1.0 - a * a));
         const Twist now = (velocity_ + rest * ((1.0 - a) * (1.0 - a) / T)) * (repeated ? a : 1.0);
@@ -229,43 +232,45 @@ private:
 
     /// The factor that reduces a velocity to the greatest possible one.
     static double possible(const Vec3<double>& velocity) noexcept {
-        return hand_rule::fastest / max(norm(velocity), hand_rule::fastest);
+        return hand_filter_tuning::fastest / max(norm(velocity), hand_filter_tuning::fastest);
     }
 
     /// The filter frequency (1/s) of the estimate. It is raised because the shown pose, which converges to
     /// the estimate, also smooths and lags.
     double estimating() const noexcept {
-        return options_.omega / max(hand_rule::least, 1.0 - hand_rule::shared * options_.omega * settling_);
+        return options_.omega / max(hand_filter_tuning::least,
+                                    1.0 - hand_filter_tuning::shared * options_.omega * convergence_time_);
     }
 
     /// Averages the acceleration from the last change of the shown velocity.
     void accelerate(const Twist& before, double dt) noexcept {
         const Twist change = (shown_velocity_ - before) * (1.0 / dt);
-        acceleration_ = acceleration_ + (change - acceleration_) * -std::expm1(-dt / hand_rule::smooth);
+        acceleration_ =
+            acceleration_ + (change - acceleration_) * -std::expm1(-dt / hand_filter_tuning::smooth);
     }
 
     /// Stores an accepted sample as the last one.
     void remember(const Pose<double>& sample) noexcept {
         sample_ = sample;
-        told_ = pose_;
+        last_sample_ = pose_;
         age_ = 0;
         since_ = 0;
     }
 
     HandFilter options_;
     Pose<double> pose_ = identity_pose(), sample_ = identity_pose(), suspect_ = identity_pose();
-    Pose<double> told_ = identity_pose();   // the sample when it last changed
-    Pose<double> shown_ = identity_pose();  // the part of the estimate that is followed
+    Pose<double> last_sample_ = identity_pose();  // the sample when it last changed
+    Pose<double> shown_ = identity_pose();        // the part of the estimate that is followed
     Twist velocity_, shown_velocity_, acceleration_;
-    Twist measured_, drift_;  // last difference velocity, and the mean of its changes ...
-    double changes_ = 0;      // ... and of their sizes, m/s and rad/s
-    double settling_ = 0;     // s in which the shown pose converges to the estimate; 0: they are equal
-    double age_ = 0;          // s since the sample changed
-    double since_ = 0;        // s since a sample was accepted
-    double period_ = 0;       // s between samples
-    double changed_ = 0;      // s since the sample differed ...
-    double between_[2]{};     // ... and between such changes, the last two
-    double suspected_ = 0;    // s that a jump has lasted
+    Twist measured_, drift_;       // last difference velocity, and the mean of its changes ...
+    double changes_ = 0;           // ... and of their sizes, m/s and rad/s
+    double convergence_time_ = 0;  // s in which the shown pose converges to the estimate; 0: they are equal
+    double age_ = 0;               // s since the sample changed
+    double since_ = 0;             // s since a sample was accepted
+    double period_ = 0;            // s between samples
+    double changed_ = 0;           // s since the sample differed ...
+    double between_[2]{};          // ... and between such changes, the last two
+    double suspected_ = 0;         // s that a jump has lasted
     bool held_ = false;
 };
 

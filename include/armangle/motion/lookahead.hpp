@@ -114,7 +114,7 @@ private:
     }
 };
 
-namespace ahead_rule {
+namespace lookahead_tuning {
 inline constexpr double spacing = 0.35;  // rad: between two linked psi closer than this, all are linked
 inline constexpr int least = 3;          // least number of psi sampled inside an arc, however narrow
 inline constexpr int halvings = 12;      // bisections of the gap between a linked psi and one that is not
@@ -122,7 +122,7 @@ inline constexpr double reserve =
     0.01;  // share of a step kept in reserve, so that more than a point remains at the end of a tube
 inline constexpr double run_up =
     0.5;  // the same with bounds on acceleration: the reserve to catch up after a late start
-}  // namespace ahead_rule
+}  // namespace lookahead_tuning
 
 namespace detail {
 
@@ -254,8 +254,8 @@ private:
     /// Adds values spread evenly over an arc, and the ends of `known` arcs and `doubtful` values in it.
     static void spread(const Arc& arc, const ArcSet& known, const Probes& doubtful, Probes& out) noexcept {
         const double width = arc.upper - arc.lower;
-        const int parts =
-            1 + static_cast<int>(max(double(ahead_rule::least), ceil(width / ahead_rule::spacing)));
+        const int parts = 1 + static_cast<int>(max(double(lookahead_tuning::least),
+                                                   ceil(width / lookahead_tuning::spacing)));
         for (int k = 0; k <= parts; ++k)
             out.add(k == parts ? arc.upper : arc.lower + width * k / parts, false);
         for (int i = 0; i < known.count; ++i)
@@ -267,7 +267,7 @@ private:
     double last_linked(double inside, double outside) const noexcept {
         const double first = inside + (outside - inside) * 0x1p-12;
         if (!linked(first)) return inside;
-        for (int k = 0; k < ahead_rule::halvings; ++k) {
+        for (int k = 0; k < lookahead_tuning::halvings; ++k) {
             const double middle = 0.5 * (inside + outside);
             (linked(middle) ? inside : outside) = middle;
         }
@@ -314,14 +314,14 @@ public:
           n_(n),
           allowed_(allowed),
           scenes_(scenes),
-          links_{view, {}, 1.0 - ahead_rule::reserve},
+          links_{view, {}, 1.0 - lookahead_tuning::reserve},
           section_(workspace),
           ahead_(ahead) {
         for (int i = 0; i < joints; ++i)
             links_.most[i] =
                 min(bounds ? bounds->velocity[i] * bounds->dt : infinity, largest_step) - tolerance::bound;
         for (int i = 0; bounds && i < joints; ++i)
-            if (bounds->acceleration[i] < infinity) links_.share = 1.0 - ahead_rule::run_up;
+            if (bounds->acceleration[i] < infinity) links_.share = 1.0 - lookahead_tuning::run_up;
     }
 
     /// The psi of pose i from which as many of the coming poses as possible can be reached, starting from q.
@@ -347,7 +347,7 @@ public:
         Section& here = section_[i - first_];
         ArcSet start;
         links_.reach(q, true, 1.0, here, here.tube, start);
-        const bool led_back = links_.share == 1.0 - ahead_rule::run_up && !here.tube.empty();
+        const bool led_back = links_.share == 1.0 - lookahead_tuning::run_up && !here.tube.empty();
         if (!start.empty() || led_back) return &here.tube;
         if (drawn) begin();
         if (plain_) return nullptr;

@@ -29,7 +29,7 @@ struct Policy {
 
 /// The policy for one self-motion: a point or direction for the elbow becomes a target psi; NaN if all psi
 /// are equally good.
-inline Policy settled(Policy policy, const Arm& arm, const SelfMotion<double>& m) noexcept {
+inline Policy resolved_policy(Policy policy, const Arm& arm, const SelfMotion<double>& m) noexcept {
     if (policy.rule == Rule::towards)
         policy.towards = {Wish::psi, psi_towards(arm, m, policy.towards).psi, {}};
     return policy;

@@ -12,7 +12,7 @@
 #include "../circle/forward.hpp"
 #include "../circle/inverse.hpp"
 #include "../limits/nearest_search.hpp"
-#include "../limits/settled.hpp"
+#include "../limits/solve_locally.hpp"
 #include "bounds.hpp"
 #include "leaving.hpp"
 #include "pace.hpp"
@@ -23,7 +23,7 @@
 
 namespace armangle {
 
-namespace step_rule {
+namespace step_tuning {
 inline constexpr double length = 0.2;  // m that count as one radian for the nearest pose if limits forbid all
 inline constexpr int halvings = 40;    // bisections of the way out of a blocked arc within the bounds
 inline constexpr double straight = 0.05;   // |sin| of theta_2, theta_4, theta_6 below which joints decide
@@ -36,7 +36,7 @@ inline constexpr double drift = 0.01;   // rad that a policy may move a joint th
 inline constexpr double shut = 0.25;    // ... and a whole step from this one on
 inline constexpr double turning = 0.3;  // share of the accelerations that slows psi near a hinge
 inline constexpr double far = 1.0;      // rad from a joint to its own branch: others may be nearer
-}  // namespace step_rule
+}  // namespace step_tuning
 
 /// The quantity carried from one pose to the next: the number psi (the paper), or the elbow axis itself.
 enum class Carry : std::uint8_t { psi, elbow };
@@ -138,7 +138,7 @@ inline SelfMotion<double> motion_from(const Arm& arm, const double* q_now, const
     Configuration<double> branch = gc < 0 ? configuration(arm, now.theta) : configuration(gc);
     const SelfMotion<double> own = self_motion(arm, pose, branch);
     const double bent = elbow_bend(arm, q_now[3]);
-    if (gc >= 0 || !(abs(bent) <= step_rule::straight)) [[likely]]
+    if (gc >= 0 || !(abs(bent) <= step_tuning::straight)) [[likely]]
         return own;
     branch.elbow = -branch.elbow;
     const SelfMotion<double> other = self_motion(arm, pose, branch);
@@ -190,7 +190,7 @@ struct BranchParts {
 
 /// The policy with its target converted to a psi of this self-motion.
 inline Policy policy_on(const StepOptions& options, const Arm& arm, const SelfMotion<double>& m) noexcept {
-    return options.policy.rule == Rule::towards ? settled(options.policy, arm, m) : options.policy;
+    return options.policy.rule == Rule::towards ? resolved_policy(options.policy, arm, m) : options.policy;
 }
 
 /// Computes the arcs of the branch of `parts.motion` and the psi that the policy requests, starting from psi.
@@ -263,7 +263,7 @@ ARMANGLE_INLINE Step stepped(const Lifted& to, const double* q_now, double dt, d
 }
 
 /// The smaller |sin| of theta_2 and theta_6 (rad).
-inline double hinge_bend(double theta_2, double theta_6) noexcept {
+inline double singularity_sine(double theta_2, double theta_6) noexcept {
     return min(abs(std::sin(theta_2)), abs(std::sin(theta_6)));
 }
 
@@ -272,7 +272,7 @@ inline double hinge_bend(double theta_2, double theta_6) noexcept {
 inline bool may_sweep(double bend, const StepOptions& options) noexcept {
     const Rule rule = options.policy.rule;
     const bool asked = rule != Rule::repulsion && !(rule == Rule::hold && options.carry == Carry::elbow);
-    return bend <= step_rule::shut && !asked;
+    return bend <= step_tuning::shut && !asked;
 }
 
 /// Whether the straight joint motion to a configuration of another branch keeps the end effector near its
@@ -284,24 +284,24 @@ bool passes(const AnyArm& arm, const double* q_now, const double* q) noexcept {
     const Pose<double> here = tool_pose(arm, q_now);
     const Twist way = difference(here, tool_pose(arm, q));
     const Twist off = difference(moved_by(here, way * 0.5), tool_pose(arm, middle));
-    return size(off, step_rule::length) <= size(way, step_rule::length) + tolerance::angle;
+    return size(off, step_tuning::length) <= size(way, step_tuning::length) + tolerance::angle;
 }
 
 /// How far (rad) joints may move near theta_2 = 0 or theta_6 = 0 if psi is carried, while the nearest
 /// solution is `least` rad away. The value grows with the |sin| `bend` of that joint and is infinite above a
 /// threshold.
-inline double calm_move(double bend, double least) noexcept {
-    if (bend >= step_rule::awake) return infinity;
-    const double share = (bend - step_rule::calm) / (step_rule::awake - step_rule::calm);
-    return step_rule::sweep * least / (1.0 - max(share, 0.0)) + tolerance::angle;
+inline double damped_move(double bend, double least) noexcept {
+    if (bend >= step_tuning::awake) return infinity;
+    const double share = (bend - step_tuning::calm) / (step_tuning::awake - step_tuning::calm);
+    return step_tuning::sweep * least / (1.0 - max(share, 0.0)) + tolerance::angle;
 }
 
 /// How far (rad) a policy may move joints in addition near theta_2 = 0 or theta_6 = 0, at most one step. It
 /// grows with the |sin| `bend`, so that a suspended policy catches up in many steps.
-inline double calm_drift(double bend, double longest) noexcept {
-    const double share = (bend - step_rule::calm) / (step_rule::shut - step_rule::calm);
-    const double growth = max(longest / step_rule::drift, 1.0);
-    return step_rule::drift * std::pow(growth, min(max(share, 0.0), 1.0));
+inline double damped_drift(double bend, double longest) noexcept {
+    const double share = (bend - step_tuning::calm) / (step_tuning::shut - step_tuning::calm);
+    const double growth = max(longest / step_tuning::drift, 1.0);
+    return step_tuning::drift * std::pow(growth, min(max(share, 0.0), 1.0));
 }
 
 /// Whether the policy requests another psi, and theta_2 = 0 or theta_6 = 0 must be left first.
@@ -310,11 +310,11 @@ inline bool may_leave(const Chain& now, const Policy& policy) noexcept {
 }
 
 /// The alternatives that a step tries if the psi that the policy requests cannot be reached.
-class StepAside {
+class StepFallback {
 public:
     /// Prepares the alternatives to a step that the rule does not permit.
-    StepAside(const Arm& arm, const LimitTable& limits, const double* q_now, const Chain& now,
-              const StepOptions& options) noexcept
+    StepFallback(const Arm& arm, const LimitTable& limits, const double* q_now, const Chain& now,
+                 const StepOptions& options) noexcept
         : arm_(arm),
           limits_(limits),
           q_now_(q_now),
@@ -333,7 +333,8 @@ public:
         if (leave(pose, psi, out) || exact(psi, out)) return finished(Status::OK, Status::OK, out);
         if (stand(pose, out)) return finished(Status::OK, Status::OK, out);
         Status why = refusal();
-        if (settle(pose, why, out) || turn_elbow(psi, why, out)) return finished(Status::OK, Status::OK, out);
+        if (solve_nearby(pose, why, out) || turn_elbow(psi, why, out))
+            return finished(Status::OK, Status::OK, out);
         const bool blocked = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED;
         const Circle<double>& c = branch_[0].motion->circle;
         if (options_.scene) {  // the way to the solution of another pose may collide
@@ -376,26 +377,26 @@ private:
     bool calm(const Pose<double>& pose, double psi, Step& out) const noexcept {
         const Branch& own = branch_[0];
         if (own.status != Status::OK) return false;
-        const double bend = hinge_bend(now_.theta[1], now_.theta[5]);
+        const double bend = singularity_sine(now_.theta[1], now_.theta[5]);
         if (!may_sweep(bend, options_)) return false;
         const BoundedStep step = bounded(own);
         const double carried = largest_move(step.at(psi).q, q_now_);
         double least = 0;
-        if (bend < step_rule::awake) {
+        if (bend < step_tuning::awake) {
             const int side = index(own.motion->gc) & 2;
             Status why = Status::OK;
-            if (!settle_from(now_.theta[3], pose, side, why, out)) return false;
+            if (!solve_from(now_.theta[3], pose, side, why, out)) return false;
             const bool apart = limits_.margin > 0 && out.gc != index(own.motion->gc);  // by the margin
             if (apart || (limits_.margin > 0 && !contains(*own.arcs, out.psi))) return false;
             least = largest_move(out.q, q_now_);
-            if (carried > calm_move(bend, least)) return true;
+            if (carried > damped_move(bend, least)) return true;
         }
         const double most =
-            max(step_rule::sweep * least, carried) + calm_drift(bend, options_.max_joint_step);
+            max(step_tuning::sweep * least, carried) + damped_drift(bend, options_.max_joint_step);
         if (largest_move(step.at(own.wish).q, q_now_) <= most) return false;
         StepOptions slower = options_;
         slower.max_joint_step = min(options_.max_joint_step, most);
-        StepAside aside(arm_, limits_, q_now_, now_, slower);
+        StepFallback aside(arm_, limits_, q_now_, now_, slower);
         aside.branch_[0] = own;
         return aside.exact(psi, out);
     }
@@ -403,7 +404,7 @@ private:
     /// Keeps the present joints if they solve the pose. Near a singularity psi may have too few digits for
     /// the usual check.
     bool stand(const Pose<double>& pose, Step& out) const noexcept {
-        const double length = arm_.size, most = settled_rule::meets * length;
+        const double length = arm_.size, most = local_solve_tuning::meets * length;
         if (!(arm_.upper_arm > 0 && arm_.forearm > 0)) return false;  // such an arm has no elbow
         if (limits_.margin > 0 || !(limit_margin(arm_.limits, q_now_) >= -tolerance::angle)) return false;
         if (!(size(difference(user_pose(arm_, now_.flange), pose), length) <= most)) return false;
@@ -420,7 +421,7 @@ private:
     bool leave(const Pose<double>& pose, double psi, Step& out) const noexcept {
         if (!may_leave(now_, options_.policy)) return false;
         const Twist off = difference(user_pose(arm_, now_.flange), pose);
-        if (!(size(off, step_rule::length) <= tolerance::angle)) return false;
+        if (!(size(off, step_tuning::length) <= tolerance::angle)) return false;
         Leaving way;
         double missed = infinity;  // without flip
         for (int flip = 0; flip < 4; ++flip) {
@@ -435,7 +436,7 @@ private:
             missed = min(missed, abs(wrap(wish - psi)));
             offer_ways_on(arm_, parts.motion, *b.kept, now_, psi, wish, q_now_, way);
         }
-        if (way.gc < 0 || !(way.missed < missed - leaving_rule::off)) return false;
+        if (way.gc < 0 || !(way.missed < missed - leaving_tuning::off)) return false;
         const auto take = [&](const double* q) {
             const bool is_step =
                 largest_move(q, q_now_) <= options_.max_joint_step &&
@@ -618,34 +619,34 @@ private:
         if (!bound || options_.policy.rule == Rule::repulsion) return wish;
         const double way = wrap(wish - psi);
         const double speed =
-            speed_beside(arm_, *b.motion, *b.functions, now_, psi, way, q_now_, bounds_.velocity_now,
-                         bounds_.velocity, bounds_.acceleration, step_rule::turning);
+            speed_near_singular(arm_, *b.motion, *b.functions, now_, psi, way, q_now_, bounds_.velocity_now,
+                                bounds_.velocity, bounds_.acceleration, step_tuning::turning);
         return psi + copysign(min(abs(way), speed * bounds_.dt), way);
     }
 
     /// Finds a solution near the present joints numerically. It is used if joint 2, 4 or 6 is nearly
     /// singular, where psi has too few digits to check limits. The sign of the elbow is kept, unless it is
     /// mere rounding.
-    bool settle(const Pose<double>& pose, Status& why, Step& out) const noexcept {
+    bool solve_nearby(const Pose<double>& pose, Status& why, Step& out) const noexcept {
         const bool limits = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED ||
                             why == Status::ELBOW_LIMIT || why == Status::JOINT_JUMP;
         const double straight = arm_.delta_angle;
         double bend = abs(std::sin(now_.theta[3] - straight));
         for (const int j : hinge_joint) bend = min(bend, abs(std::sin(now_.theta[j])));
-        if (!limits || limits_.margin > 0 || bend > step_rule::straight) return false;
+        if (!limits || limits_.margin > 0 || bend > step_tuning::straight) return false;
         // a stretched elbow does not bend by itself: start from the pose's theta_4; either side is allowed
         const SinCos<double>& bent = branch_[0].motion->elbow.theta_4;
         const double theta_4 = atan2(bent.sin, bent.cos);
         const int side = index(configuration(arm_, now_.theta)) & 2;
-        const bool either = abs(std::sin(now_.theta[3] - straight)) <= step_rule::stretched;
-        return settle_from(theta_4, pose, either ? -1 : side, why, out) ||
-               (either && settle_from(2 * straight - theta_4, pose, -1, why, out));
+        const bool either = abs(std::sin(now_.theta[3] - straight)) <= step_tuning::stretched;
+        return solve_from(theta_4, pose, either ? -1 : side, why, out) ||
+               (either && solve_from(2 * straight - theta_4, pose, -1, why, out));
     }
 
     /// Finds a solution numerically from the present joints with another theta_4 (NaN: unchanged). The
     /// solution must have elbow sign `side` (0, 1; -1: either) and stay within the limits and one step.
-    bool settle_from(double theta_4, const Pose<double>& pose, int side, Status& why,
-                     Step& out) const noexcept {
+    bool solve_from(double theta_4, const Pose<double>& pose, int side, Status& why,
+                    Step& out) const noexcept {
         Limits box = arm_.limits;
         Joints start;
         for (int j = 0; j < joint_slots; ++j) start.q[j] = q_now_[j];
@@ -658,9 +659,9 @@ private:
         Relaxed at{start, infinity};
         for (const double q_4 : {lift(to_q(arm_, 3, theta_4), q_now_[3]), q_now_[3]}) {
             if (meets(arm_, at)) break;
-            int rounds = settled_rule::rounds;
+            int rounds = local_solve_tuning::rounds;
             start.q[3] = q_4;
-            at = settled(arm_, box, start, pose, {}, 0.0, rounds);
+            at = solve_locally(arm_, box, start, pose, {}, 0.0, rounds);
         }
         if (!meets(arm_, at) || largest_move(at.at.q, q_now_) > options_.max_joint_step) return false;
         for (int j = 0; j < joint_slots; ++j) out.q[j] = at.at.q[j];
@@ -701,7 +702,7 @@ private:
         for (const double w : {way[swap], way[!swap]}) {
             if (!(abs(w) < infinity)) continue;
             double low = 0, high = 1;  // shares of the way within the bounds
-            for (int k = 0; k < step_rule::halvings; ++k) {
+            for (int k = 0; k < step_tuning::halvings; ++k) {
                 const double middle = 0.5 * (low + high);
                 (step.keeps(now.psi + middle * w) ? low : high) = middle;
             }
@@ -767,10 +768,10 @@ private:
         if (own.status != Status::OK) return least < infinity;
         // near a hinge at 0 an arc may hold psi only by rounding, with joints beyond a limit
         const bool within = limit_margin(arm_.limits, to.q) >= -tolerance::angle;
-        if (within && contains(*own.arcs, psi) && !(least > step_rule::far)) return true;
+        if (within && contains(*own.arcs, psi) && !(least > step_tuning::far)) return true;
         Nearest found = nearest_of(pose, 1u << index(own.motion->gc));
         const bool may_change = options_.gc < 0 && !(limits_.margin > 0);
-        if (may_change && !(largest_move(found.q, q_now_) <= step_rule::far))
+        if (may_change && !(largest_move(found.q, q_now_) <= step_tuning::far))
             found = nearest_of(pose, this_side());
         for (int j = 0; j < joint_slots && is_solved(found.status); ++j) to.q[j] = found.q[j];
         return true;
@@ -811,7 +812,7 @@ private:
     Step to_nearest(const Pose<double>& pose, Status why) noexcept {
         Step out;
         const Limits side = on_these_sides(arm_, q_now_, limits_.margin, options_.gc);
-        const Drawn drawn = drawn_in_reach(arm_, reach_shell(arm_, side), pose, now_.flange);
+        const MovedIntoReach drawn = move_into_reach(arm_, reach_shell(arm_, side), pose, now_.flange);
         BranchParts parts;
         double psi = 0;
         branch_[0] = begin(drawn.pose, psi, parts);
@@ -819,7 +820,7 @@ private:
         Joints start;
         for (int j = 0; j < joints; ++j) start.q[j] = q_now_[j];
         start.q[joints] = 0;
-        const Joints to = relaxed(arm_, side, start, pose, step_rule::length).at;
+        const Joints to = relaxed(arm_, side, start, pose, step_tuning::length).at;
         double way[joints];
         for (int j = 0; j < joints; ++j) way[j] = to.q[j] - q_now_[j];
         go(way, pace(way, bounds_.dt, bounds_.velocity, bounds_.acceleration), out);
@@ -857,11 +858,11 @@ private:
 };
 
 /// Tries the alternatives of a step; kept out of line.
-[[gnu::noinline]] inline Step step_aside(const Arm& arm, const LimitTable& limits, const double* q_now,
-                                         const Chain& now, const Pose<double>& pose,
-                                         const StepOptions& options, double psi = 0,
-                                         const Branch* own = nullptr) noexcept {
-    return StepAside(arm, limits, q_now, now, options)(pose, psi, own);
+[[gnu::noinline]] inline Step step_by_fallback(const Arm& arm, const LimitTable& limits, const double* q_now,
+                                               const Chain& now, const Pose<double>& pose,
+                                               const StepOptions& options, double psi = 0,
+                                               const Branch* own = nullptr) noexcept {
+    return StepFallback(arm, limits, q_now, now, options)(pose, psi, own);
 }
 
 }  // namespace detail
@@ -872,7 +873,7 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
     const JointLanes here = joint_lanes(q_now);
     if (!is_rigid(pose) || !is_finite(here)) return detail::refused(arm, q_now, options.dt);
     if (options.bounds || options.allowed || options.scene)
-        return detail::step_aside(arm, limits, q_now, now, pose, options);
+        return detail::step_by_fallback(arm, limits, q_now, now, pose, options);
     const SelfMotion<double> m = detail::motion_from(arm, q_now, now, pose, options.gc);
     const double psi = detail::carried_psi(arm, now, m.circle, options.carry);
     const JointFunctions<double> f = joint_functions(m);
@@ -883,12 +884,12 @@ inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_
         detail::Lifted to;
         if (next.status == Status::OK &&
             detail::is_step(arm, m, next.psi, here, options.max_joint_step, to) &&
-            !detail::may_sweep(detail::hinge_bend(now.theta[1], now.theta[5]), options) &&
+            !detail::may_sweep(detail::singularity_sine(now.theta[1], now.theta[5]), options) &&
             !detail::may_leave(now, options.policy)) [[likely]]
             return detail::stepped(to, q_now, options.dt, next.psi, index(m.gc));
     }
     const detail::Branch own{&m, &f, &arcs, &arcs, &arcs, &arcs, next.status, next.psi};
-    return detail::step_aside(arm, limits, q_now, now, pose, options, psi, &own);
+    return detail::step_by_fallback(arm, limits, q_now, now, pose, options, psi, &own);
 }
 
 /// Computes the step from joints q_now to `pose`: one pass of fig. 10.

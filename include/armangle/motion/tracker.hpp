@@ -15,7 +15,7 @@
 #include <optional>
 #include <type_traits>
 
-#include "../limits/settled.hpp"
+#include "../limits/solve_locally.hpp"
 #include "../scene/clear.hpp"
 #include "elbow_choice.hpp"
 #include "guard.hpp"
@@ -79,7 +79,7 @@ struct Tracked {
     Tag pair;    // if an obstacle is the reason: obstacle and link; 0: none
 };
 
-namespace track_rule {
+namespace tracker_tuning {
 inline constexpr double exact = 1e-9;       // m: within this distance the end effector is at its target
 inline constexpr double rounding = 2e-15;   // rad: error that a sum of joint values may have
 inline constexpr double outside = 1e-9;     // rad: joints this far outside the box are rounding errors
@@ -126,7 +126,7 @@ inline constexpr double led = 0.02;     // rad nearer to the elbow's target wort
 inline constexpr int turns = 8;         // configurations that are tried for one target
 inline constexpr int ways = 2, most_ways = 600;  // ways around an obstacle tried in a cycle, and in all
 inline constexpr int rounds = 6, starts = 16;    // of the relaxation in one cycle
-}  // namespace track_rule
+}  // namespace tracker_tuning
 
 /// Joints that follow a target in control cycles within bounds on velocity and acceleration;
 /// docs/background/paths.md. The `Body` must avoid obstacles: the arm itself or the true chain that it
@@ -148,7 +148,7 @@ public:
         }
         Limits soft = arm.limits;
         for (int j = 0; j < joints; ++j) {
-            const double room = min(track_rule::soft, 0.1 * (soft.upper[j] - soft.lower[j]));
+            const double room = min(tracker_tuning::soft, 0.1 * (soft.upper[j] - soft.lower[j]));
             soft.lower[j] += room;
             soft.upper[j] -= room;
         }
@@ -156,8 +156,8 @@ public:
         clear_ = limit_table(arm, soft, options.singularity_margin);
         if (options.scene) {
             kept_ = soft_ = *options.scene;
-            kept_.clearance += guard_rule::standoff;
-            soft_.clearance += max(options.soft_clearance, guard_rule::standoff);
+            kept_.clearance += guard_tuning::standoff;
+            soft_.clearance += max(options.soft_clearance, guard_tuning::standoff);
         }
         double middle[joint_slots];
         for (int j = 0; j < joint_slots; ++j) middle[j] = arm.joint_middle[j];
@@ -181,7 +181,7 @@ public:
         side_ = side_to_keep();
         least_bend_ = bend_to_keep();
         relaxing_ = false;
-        stood_ = q_;
+        stalled_at_ = q_;
         forget();
         tried_ = 0;
         barred_ = 0;
@@ -205,18 +205,18 @@ public:
         hand_.each_number(visit);
         choice_.each_number(visit);
         visit.all(q_, relaxed_, v_, a_, stopping_rate_, wrist_speed_, margin_, side_, least_bend_, ahead_,
-                  asked_, stood_, stood_for_, nearest_, waited_, hinted_, before_, fixed_, arrived_,
-                  given_up_, closest_, idle_, relaxing_, searching_, tried_, tried_for_, leg_, sought_,
-                  barred_, draw_, escaping_, goal_pose_, goal_at_, goal_gap_);
+                  asked_, stalled_at_, stalled_for_, nearest_, waited_, hinted_, before_, fixed_, arrived_,
+                  given_up_, closest_, idle_, relaxing_, searching_, tried_, tried_for_, waypoint_,
+                  detour_target_, barred_, draw_, escaping_, goal_pose_, goal_at_, goal_gap_);
         visit.within(goal_why_, 0, status_count - 1);
         visit.within(turning_to_, -1, configurations - 1);
-        visit.within(legs_, 0, 2);
+        visit.within(waypoint_count_, 0, 2);
     }
     /// The nearest pair of the present configuration among those within `reach` (m) beyond the clearance. Its
     /// room allows for rounding: joints at the end of an arc may touch by that.
     NearestPair nearest_pair(double reach) const noexcept {
         NearestPair out = StraightMove(body_, *about_).nearest_pair(q_.q, reach);
-        out.room += straight_rule::rounded;
+        out.room += straight_move_tuning::rounded;
         return out;
     }
     /// Prepares for changed obstacles after a state was restored: the next cycle treats the target as moved,
@@ -249,8 +249,8 @@ public:
         t.gc = branch(t.now);
         hand_.tick(valid ? command.pose : nullptr, t.dt);
         see(command);
-        t.there =
-            size(difference(user_pose(arm_, t.now.flange), wanted_), options_.length) <= track_rule::exact;
+        t.there = size(difference(user_pose(arm_, t.now.flange), wanted_), options_.length) <=
+                  tracker_tuning::exact;
         t.rests = t.there && is_singular(t.now);
         if (command.reconfigure >= 0 && command.reconfigure < configurations &&
             command.reconfigure != index(t.gc)) {
@@ -277,9 +277,9 @@ public:
         }
         Goal goal;
         Joints next;
-        heed_hand(t);
+        note_target_motion(t);
         const bool there =
-            choice_.state == RestingChoice::taken ? seek_choice(t, goal, next) : seek(t, goal, next);
+            choice_.state == RestingChoice::taken ? pursue_choice(t, goal, next) : pursue(t, goal, next);
         arrived_ = there && !given_up_;
         goal_at_ = goal.at;
         goal_why_ = static_cast<int>(goal.why);
@@ -289,7 +289,7 @@ public:
         } else if (there) {
             fixed_ ? meet() : forget();
             rest();
-            given_up_ = fixed_ && creeps(goal);
+            given_up_ = fixed_ && makes_no_progress(goal);
         } else if (turning_to_ >= 0) {
             turn(t, goal, next);
         } else {
@@ -309,17 +309,18 @@ public:
         const double time = seconds(dt);
         choice_.rested += time;
         if (turning_to_ < 0) idle_ += time;
-        const bool met = distance <= track_rule::exact && closest_ > 0;
-        const bool nearer =
-            distance < closest_ - track_rule::gain || distance < (1.0 - track_rule::progress) * closest_;
+        const bool met = distance <= tracker_tuning::exact && closest_ > 0;
+        const bool nearer = distance < closest_ - tracker_tuning::gain ||
+                            distance < (1.0 - tracker_tuning::progress) * closest_;
         if (met || nearer) {
             closest_ = met ? 0.0 : distance;
             idle_ = 0;
         }
         const bool busy = asked_ || (options_.scene && turning_to_ >= 0);
-        if (distance <= track_rule::exact || busy || choice_.rested < track_rule::patience) return;
+        if (distance <= tracker_tuning::exact || busy || choice_.rested < tracker_tuning::patience) return;
         if (choice_.state == RestingChoice::open) ask_next_branch();
-        const bool holds = goal_why_ == static_cast<int>(Status::OK), idle = idle_ >= track_rule::patience;
+        const bool holds = goal_why_ == static_cast<int>(Status::OK),
+                   idle = idle_ >= tracker_tuning::patience;
         if (choice_.state == RestingChoice::found && (!holds || idle)) take_choice();
         if (choice_.state == RestingChoice::none && idle && !arrived_ && !given_up_ && !options_.scene) {
             choice_.at = goal_at_;  // no branch has a solution: the nearest that was found
@@ -348,7 +349,7 @@ private:
         Joints at;
         double psi = 0, gap = 0;
         Status why = Status::OK;
-        bool settled = false;         // it is near the present one
+        bool is_nearby = false;       // it is near the present one
         bool posture_only = false;    // the pose may have no arc: only this configuration
         int gc = 0;                   // of that configuration
         Status blocked = Status::OK;  // or why obstacles leave no solution of the pose
@@ -377,10 +378,10 @@ private:
     }
 
     /// If the target has moved, discards what earlier attempts found.
-    void heed_hand(const Tick& t) noexcept {
+    void note_target_motion(const Tick& t) noexcept {
         const Towards hint = t.elbow ? *t.elbow : Towards{};
-        const double speed = size(hand_.velocity(), options_.length), moved = gone_from(before_);
-        fixed_ = max(speed, moved) <= track_rule::exact && norm(hint.target - hinted_.target) == 0 &&
+        const double speed = size(hand_.velocity(), options_.length), moved = distance_to_target(before_);
+        fixed_ = max(speed, moved) <= tracker_tuning::exact && norm(hint.target - hinted_.target) == 0 &&
                  hint.wish == hinted_.wish;
         hinted_ = hint;
         before_ = hand_.pose();
@@ -388,21 +389,21 @@ private:
         if (!fixed_) {
             closest_ = infinity;
             idle_ = 0;
-            const int home = moved > track_rule::exact ? own_branch(t) : choice_.home;
+            const int home = moved > tracker_tuning::exact ? own_branch(t) : choice_.home;
             choice_ = {};
             choice_.home = home;
         }
-        if (tried_ > 0 && gone_from(tried_for_) > track_rule::lively) tried_ = 0;
-        if (legs_ == 0 || !(gone_from(sought_) > track_rule::strayed)) return;
+        if (tried_ > 0 && distance_to_target(tried_for_) > tracker_tuning::lively) tried_ = 0;
+        if (waypoint_count_ == 0 || !(distance_to_target(detour_target_) > tracker_tuning::strayed)) return;
         if (asked_) {
-            legs_ = 0;
+            waypoint_count_ = 0;
         } else {
             rest();
         }
     }
 
     /// The distance (m) from a pose to the target.
-    double gone_from(const Pose<double>& hand) const noexcept {
+    double distance_to_target(const Pose<double>& hand) const noexcept {
         return size(difference(hand, hand_.pose()), options_.length);
     }
 
@@ -410,8 +411,8 @@ private:
     /// there: no motion across the limit exists.
     static Limits parted(Limits limits) noexcept {
         for (int j = 0; j < joints; ++j) {
-            const double over = limits.upper[j] - limits.lower[j] - two_pi + track_rule::seam;
-            if (!(over > 0 && over <= 2.0 * track_rule::seam)) continue;
+            const double over = limits.upper[j] - limits.lower[j] - two_pi + tracker_tuning::seam;
+            if (!(over > 0 && over <= 2.0 * tracker_tuning::seam)) continue;
             limits.lower[j] += 0.5 * over;
             limits.upper[j] -= 0.5 * over;
         }
@@ -441,7 +442,8 @@ private:
         const double above = arm_.limits.upper[3] - straight, below = straight - arm_.limits.lower[3];
         const bool up = arm_.sign[3] * own > 0;
         const double room = up ? above : below, other = up ? below : above;
-        return abs(bend) <= track_rule::level && room < track_rule::scant && room < other ? -own : own;
+        return abs(bend) <= tracker_tuning::level && room < tracker_tuning::scant && room < other ? -own
+                                                                                                  : own;
     }
 
     /// The bend (rad) from the stretched arm that joint 4 must keep from now on. It is smaller than the
@@ -477,7 +479,7 @@ private:
                 continue;
             }
             const double a = options_.acceleration[j], most = options_.velocity[j];
-            const double change = max(a * t.dt - track_rule::rounding / t.dt, 0.0);
+            const double change = max(a * t.dt - tracker_tuning::rounding / t.dt, 0.0);
             const double down = fastest(q_.q[j] - limits.lower[j], a, t.dt),
                          up = fastest(limits.upper[j] - q_.q[j], a, t.dt);
             t.lower[j] = max(-min(most, down), v_[j] - change);
@@ -506,11 +508,11 @@ private:
         upper = max(min(upper, fastest_easing(b, v, dt)), lower);
         lower = min(max(lower, -fastest_easing(b, -v, dt)), upper);
         const auto fastest_up = [&](double room) {
-            const double way = max(room - track_rule::rounding, detail::stopping(b, v, a).way);
+            const double way = max(room - tracker_tuning::rounding, detail::stopping(b, v, a).way);
             return fastest_stopping(b, v, way, dt, lower, upper);
         };
         const auto fastest_down = [&](double room) {
-            const double way = max(room - track_rule::rounding, detail::stopping(b, -v, -a).way);
+            const double way = max(room - tracker_tuning::rounding, detail::stopping(b, -v, -a).way);
             return -fastest_stopping(b, -v, way, dt, -upper, -lower);
         };
         const double down = fastest_down(q_.q[j] - t.limits.lower[j]),
@@ -556,11 +558,11 @@ private:
 
     /// Computes the factor for the displacements d of all joints.
     Pace pace(const double (&d)[joints], double dt) const noexcept {
-        Pace out{1.0 / (track_rule::ticks * dt), 1.0};
+        Pace out{1.0 / (tracker_tuning::ticks * dt), 1.0};
         for (int j = 0; j < joints; ++j) {
             const double way = abs(d[j]);
             if (!(way > 0)) continue;
-            brake(out, j, way, track_rule::braking * options_.acceleration[j]);
+            brake(out, j, way, tracker_tuning::braking * options_.acceleration[j]);
             out.at_most(options_.velocity[j] / way, 0.0);
         }
         return out;
@@ -572,11 +574,11 @@ private:
     /// available.
     Pace pace(const double (&d)[joints], const double (&gain)[joints], double share,
               double dt) const noexcept {
-        Pace out{1.0 / (track_rule::ticks * dt), 1.0};
+        Pace out{1.0 / (tracker_tuning::ticks * dt), 1.0};
         for (int j = 0; j < joints; ++j) {
             const double way = abs(d[j]), a = options_.acceleration[j], v = options_.velocity[j];
             const double away = d[j] > 0 ? gain[j] : -gain[j];
-            const double hard = min(max(share * a + away, track_rule::assured * a), a);
+            const double hard = min(max(share * a + away, tracker_tuning::assured * a), a);
             if (way > 0 && 2.0 * hard * way < v * v) brake(out, j, way, hard);
         }
         return out;
@@ -587,14 +589,14 @@ private:
     void brake(Pace& out, int j, double way, double hard) const noexcept {
         out.at_most(sqrt(2.0 * hard / way), 0.5);
         if (bound_[j].has_jerk())
-            out.at_most(std::cbrt(track_rule::braking * bound_[j].jerk / way), 2.0 / 3.0);
+            out.at_most(std::cbrt(tracker_tuning::braking * bound_[j].jerk / way), 2.0 / 3.0);
     }
 
     // -- the goal
 
     /// Computes the goal, and the joints of the next cycle if they can be there. If the elbow bends fast
     /// enough, the goal may be at the end of the reach; otherwise the elbow keeps its margin.
-    bool seek(const Tick& t, Goal& goal, Joints& next) noexcept {
+    bool pursue(const Tick& t, Goal& goal, Joints& next) noexcept {
         const Pose<double>& wanted = wanted_;
         const Circle<double> c = circle(arm_, flange_pose(arm_, wanted));
         grow_margin(t, c);
@@ -611,8 +613,9 @@ private:
                 return true;
             }
         }
-        goal.settled = posture && is_beside(t) && goal.blocked == Status::OK && settle(t, goal);
-        if (posture && !is_beside_hand(t, c, goal))
+        goal.is_nearby =
+            posture && is_near_singular(t) && goal.blocked == Status::OK && solve_nearby(t, goal);
+        if (posture && !nearby_is_as_close(t, c, goal))
             relaxing_ = false;
         else
             relax(t, elbow_turns(t) ? one_side(elbow_side(t), margin) : t.limits, goal);
@@ -642,13 +645,14 @@ private:
 
     /// Whether only the elbow's margin keeps the goal from the target, and the goal's configuration is far
     /// away while a nearby one is about as close to the target.
-    bool is_beside_hand(const Tick& t, const Circle<double>& c, const Goal& goal) const noexcept {
+    bool nearby_is_as_close(const Tick& t, const Circle<double>& c, const Goal& goal) const noexcept {
         if (!(goal.gap > 0) || turning_to_ >= 0 || goal.blocked != Status::OK) return false;
         const ReachShell all = reach_shell(arm_, kept_on(side_, 0.0));
-        if (max(c.distance - all.outer, all.inner - c.distance) > track_rule::worth) return false;
-        if (farthest_move(goal.at) <= track_rule::remote) return false;
-        const Relaxed beside = relaxed(arm_, t.limits, q_, wanted_, options_.length, track_rule::rounds);
-        return beside.distance <= size(difference(goal.pose, wanted_), options_.length) + track_rule::worth;
+        if (max(c.distance - all.outer, all.inner - c.distance) > tracker_tuning::worth) return false;
+        if (farthest_move(goal.at) <= tracker_tuning::remote) return false;
+        const Relaxed beside = relaxed(arm_, t.limits, q_, wanted_, options_.length, tracker_tuning::rounds);
+        return beside.distance <=
+               size(difference(goal.pose, wanted_), options_.length) + tracker_tuning::worth;
     }
 
     /// If theta_2 or theta_6 is 0 and the end effector at the target, keeps the joints, or rotates the
@@ -671,7 +675,7 @@ private:
         Joints wanted = q_;
         for (int j = 0; j < joints; ++j) wanted.q[j] += min(max(share * way.d[j], lower[j]), upper[j]);
         const Pose<double> there = user_pose(arm_, chain(arm_, wanted.q).flange);
-        return size(difference(there, wanted_), options_.length) <= track_rule::exact &&
+        return size(difference(there, wanted_), options_.length) <= tracker_tuning::exact &&
                taken(t, wanted.q, next);
     }
 
@@ -696,29 +700,29 @@ private:
             missed = min(missed, abs(way));
             offer_ways_on(arm_, m, arcs, t.now, held, held + way, q_.q, best);
         }
-        return best.missed < missed - track_rule::led ? best : Leaving{};
+        return best.missed < missed - tracker_tuning::led ? best : Leaving{};
     }
 
     /// Whether theta_2 or theta_6 is nearly 0 and psi has no target. There the neighbouring joints move far
     /// while psi hardly changes.
-    bool is_beside(const Tick& t) const noexcept {
+    bool is_near_singular(const Tick& t) const noexcept {
         const double bend = min(abs(sin_cos(t.now.theta[1]).sin), abs(sin_cos(t.now.theta[5]).sin));
-        return bend <= track_rule::shut && !t.elbow && turning_to_ < 0;
+        return bend <= tracker_tuning::shut && !t.elbow && turning_to_ < 0;
     }
 
     /// Finds the solution of the goal's pose nearest to the joints. True if it is nearby and no joint is near
     /// a limit there.
-    bool settle(const Tick& t, Goal& goal) const noexcept {
-        Drawing near;
+    bool solve_nearby(const Tick& t, Goal& goal) const noexcept {
+        Attraction near;
         for (int j = 0; j < joints; ++j) {
             near.weight[j] = 1.0;
             near.near[j] = q_.q[j];
         }
-        int rounds = settled_rule::rounds;
-        const double share = settled_rule::share * arm_.size * arm_.size;
-        const Relaxed about = settled(arm_, t.limits, q_, goal.pose, near, share, rounds);
-        const Relaxed found = settled(arm_, t.limits, about.at, goal.pose, near, 0.0, rounds);
-        if (!meets(arm_, found) || limit_margin(arm_.limits, joint_lanes(found.at.q)) < track_rule::roomy)
+        int rounds = local_solve_tuning::rounds;
+        const double share = local_solve_tuning::share * arm_.size * arm_.size;
+        const Relaxed about = solve_locally(arm_, t.limits, q_, goal.pose, near, share, rounds);
+        const Relaxed found = solve_locally(arm_, t.limits, about.at, goal.pose, near, 0.0, rounds);
+        if (!meets(arm_, found) || limit_margin(arm_.limits, joint_lanes(found.at.q)) < tracker_tuning::roomy)
             return false;
         const Chain there = chain(arm_, found.at.q);
         goal.at = found.at;
@@ -732,7 +736,7 @@ private:
     bool within(const Tick& t, const Circle<double>& c, double margin, Goal& goal) noexcept {
         const Pose<double>& wanted = wanted_;
         const Limits limits = one_side(elbow_side(t), margin);
-        const Drawn drawn = drawn_in_reach(arm_, reach_shell(arm_, limits), wanted, t.now.flange);
+        const MovedIntoReach drawn = move_into_reach(arm_, reach_shell(arm_, limits), wanted, t.now.flange);
         goal.pose = drawn.pose;
         goal.gap = drawn.gap;
         goal.why = drawn.gap > 0 ? reason(c) : Status::OK;
@@ -744,8 +748,8 @@ private:
     bool holds_hand(const Tick& t, Goal& goal) noexcept {
         if (!within(t, circle(arm_, flange_pose(arm_, wanted_)), options_.still_margin, goal)) return false;
         const double q_4 = goal.at.q[3];
-        return q_4 >= arm_.limits.lower[3] - track_rule::outside &&
-               q_4 <= arm_.limits.upper[3] + track_rule::outside;
+        return q_4 >= arm_.limits.lower[3] - tracker_tuning::outside &&
+               q_4 <= arm_.limits.upper[3] + tracker_tuning::outside;
     }
 
     /// Whether the requested branch reaches the target, or comes as near as the arm's own branch.
@@ -755,7 +759,7 @@ private:
         if (!(there.gap > 0)) return true;
         const int to = turning_to_;
         turning_to_ = -1;
-        const bool nearer = holds_hand(t, here) && here.gap < there.gap - track_rule::exact;
+        const bool nearer = holds_hand(t, here) && here.gap < there.gap - tracker_tuning::exact;
         turning_to_ = to;
         return !nearer;
     }
@@ -787,7 +791,7 @@ private:
             std::optional<Scene> around;
             if (options_.scene) {
                 around = *about_;
-                around->clearance += guard_rule::standoff;
+                around->clearance += guard_tuning::standoff;
             }
             const Limits limits = kept_on(side, options_.still_margin);
             const Nearest one =
@@ -807,7 +811,7 @@ private:
         double d[joints];
         Tag pair = 0;
         for (int j = 0; j < joints; ++j) d[j] = to[j] - q_.q[j];
-        return !(StraightMove(body_, *about_).proven(q_.q, d, pair, straight_rule::many_looks) < 1.0);
+        return !(StraightMove(body_, *about_).proven(q_.q, d, pair, straight_move_tuning::many_looks) < 1.0);
     }
 
     /// Starts a straight joint motion to the chosen solution, where the arm stays until the target moves.
@@ -818,7 +822,7 @@ private:
     }
 
     /// Sets the chosen solution as the goal; true if the joints of the next cycle can be there.
-    bool seek_choice(const Tick& t, Goal& goal, Joints& next) noexcept {
+    bool pursue_choice(const Tick& t, Goal& goal, Joints& next) noexcept {
         grow_margin(t, circle(arm_, flange_pose(arm_, wanted_)));
         const Chain there = chain(arm_, choice_.at.q);
         goal.why = static_cast<Status>(choice_.why);
@@ -863,13 +867,13 @@ private:
             arm_.base.rotation * from_base + arm_.base.position - wanted_.position;
         const Vec3<double> speed =
             arm_.base_inverse.rotation * (hand.linear + cross(hand.angular, arm_to_hand));
-        wrist_speed_ = wrist_speed_ + (speed - wrist_speed_) * -std::expm1(-t.dt / track_rule::trembling);
-        const double share = min(norm(wrist_speed_) / track_rule::fast, 1.0);
+        wrist_speed_ = wrist_speed_ + (speed - wrist_speed_) * -std::expm1(-t.dt / tracker_tuning::trembling);
+        const double share = min(norm(wrist_speed_) / tracker_tuning::fast, 1.0);
         const double wanted =
             options_.still_margin + share * max(options_.elbow_margin - options_.still_margin, 0.0);
-        const double lasting = wanted > margin_ ? track_rule::growing : track_rule::shrinking;
+        const double lasting = wanted > margin_ ? tracker_tuning::growing : tracker_tuning::shrinking;
         margin_ += (wanted - margin_) * -std::expm1(-t.dt / lasting);
-        if (abs(wanted - margin_) < track_rule::negligible) margin_ = wanted;
+        if (abs(wanted - margin_) < tracker_tuning::negligible) margin_ = wanted;
         ahead_ = bend_ahead(arm_, wrist, wrist_speed_, side_ * arm_.sign[3] * v_[3], options_.velocity[3],
                             options_.acceleration[3]);
     }
@@ -892,8 +896,8 @@ private:
             if (turning_to_ >= 0) return offer(t, c, configuration(turning_to_), avoid, least, goal);
             if (arrived_ && fixed_) offer(t, c, t.gc, avoid, least, goal);
             if (least < infinity) return;
-            const bool shoulder = abs(wrap(t.now.theta[1])) < track_rule::crossing,
-                       wrist = abs(wrap(t.now.theta[5])) < track_rule::crossing;
+            const bool shoulder = abs(wrap(t.now.theta[1])) < tracker_tuning::crossing,
+                       wrist = abs(wrap(t.now.theta[5])) < tracker_tuning::crossing;
             for (int flip = 0; flip < 4; ++flip) {
                 if ((flip & 1 && !shoulder) || (flip & 2 && !wrist)) continue;
                 Configuration<double> gc = t.gc;
@@ -923,7 +927,8 @@ private:
         const double psi = choose_psi(t, m, avoid, goal);
         if (is_nan(psi)) return;
         const Joints at = joints_within_limits(arm_, directions(m, sin_cos(psi)), q_.q);
-        if (!within_limits(arm_.limits, at.q, track_rule::beyond)) return;  // at hinge 0 psi is inaccurate
+        if (!within_limits(arm_.limits, at.q, tracker_tuning::beyond))
+            return;  // at hinge 0 psi is inaccurate
         double cost = 0;
         for (int j = 0; j < joints; ++j) cost += (at.q[j] - q_.q[j]) * (at.q[j] - q_.q[j]);
         if (!(cost < least)) return;
@@ -971,7 +976,7 @@ private:
     /// A factor from 1 down to 0 towards theta_2 and theta_6 = 0, where psi is not influenced.
     static double regular(const Tick& t) noexcept {
         const double sine = min(abs(sin_cos(t.now.theta[1]).sin), abs(sin_cos(t.now.theta[5]).sin));
-        const double share = min(sine / track_rule::irregular, 1.0);
+        const double share = min(sine / tracker_tuning::irregular, 1.0);
         return share * share;
     }
 
@@ -991,9 +996,9 @@ private:
     /// The psi near the given one whose joints will be far from their limits at the predicted target.
     double foreseen(const SelfMotion<double>& m, double psi) const noexcept {
         const Twist hand = heading();
-        if (turning_to_ >= 0 || size(hand, options_.length) * track_rule::preview < tolerance::angle)
+        if (turning_to_ >= 0 || size(hand, options_.length) * tracker_tuning::preview < tolerance::angle)
             return psi;
-        const Pose<double> there = moved_by(wanted_, hand * track_rule::preview);
+        const Pose<double> there = moved_by(wanted_, hand * tracker_tuning::preview);
         const SelfMotion<double> ahead = self_motion(arm_, circle(arm_, flange_pose(arm_, there)), m.gc);
         if (is_folded(ahead.circle) || is_unreachable(ahead.circle)) return psi;
         const auto axis = [](const Triad<double>& on, double angle) {
@@ -1016,7 +1021,7 @@ private:
         Joints from = before;
         double least = detail::distance(arm_, before.q, wanted, options_.length, rest);
         if (relaxing_) {
-            least -= track_rule::worth;
+            least -= tracker_tuning::worth;
             const double here = detail::distance(arm_, q_.q, wanted, options_.length, rest);
             if (here < least) {
                 least = here;
@@ -1024,8 +1029,8 @@ private:
             }
         }
         const SelfMotion<double> m = self_motion(arm_, circle(arm_, flange_pose(arm_, goal.pose)), t.gc);
-        for (int i = 0; i < track_rule::starts; ++i) {
-            const SinCos<double> at = sin_cos(two_pi / track_rule::starts * i);
+        for (int i = 0; i < tracker_tuning::starts; ++i) {
+            const SinCos<double> at = sin_cos(two_pi / tracker_tuning::starts * i);
             Joints one = joints_within_limits(arm_, directions(m, at), q_.q);
             for (int j = 0; j < joints; ++j) one.q[j] = min(max(one.q[j], limits.lower[j]), limits.upper[j]);
             const double off = detail::distance(arm_, one.q, wanted, options_.length, rest);
@@ -1033,10 +1038,10 @@ private:
             least = off;
             from = one;
         }
-        const Relaxed found = relaxed(arm_, limits, from, wanted, options_.length, track_rule::rounds);
+        const Relaxed found = relaxed(arm_, limits, from, wanted, options_.length, tracker_tuning::rounds);
         const double here = detail::distance(arm_, q_.q, wanted, options_.length, rest),
                      way = farthest_move(found.at);
-        const bool pays = way <= track_rule::near || here - found.distance > track_rule::pays * way;
+        const bool pays = way <= tracker_tuning::near || here - found.distance > tracker_tuning::pays * way;
         relaxed_ = pays ? found.at : q_;
         relaxing_ = true;
         goal.at = relaxed_;
@@ -1058,7 +1063,7 @@ private:
             narrow.lower[j] = q_.q[j] + t.lower[j] * t.dt;
             narrow.upper[j] = q_.q[j] + t.upper[j] * t.dt;
         }
-        if (goal.settled && taken(t, goal.at.q, next)) return true;
+        if (goal.is_nearby && taken(t, goal.at.q, next)) return true;
         const LimitTable table = limit_table(arm_, narrow);
         const Circle<double> c = circle(arm_, flange_pose(arm_, goal.pose));
         const auto crosses = [&](int j) {
@@ -1110,22 +1115,23 @@ private:
         double most = infinity, hardest = infinity, jerk = infinity;
         for (int j = 0; j < joints; ++j) {
             most = min(most, 0.5 * options_.velocity[j] / abs(slope.q[j]));
-            hardest = min(hardest, track_rule::turning * options_.acceleration[j] / abs(slope.q[j]));
-            jerk = min(jerk, track_rule::turning * options_.jerk[j] / abs(slope.q[j]));
+            hardest = min(hardest, tracker_tuning::turning * options_.acceleration[j] / abs(slope.q[j]));
+            jerk = min(jerk, tracker_tuning::turning * options_.jerk[j] / abs(slope.q[j]));
         }
         double speed = min(most, sqrt(2.0 * hardest * abs(way)));
         if (jerk < infinity) speed = min(speed, std::cbrt(jerk * way * way));
         if (t.elbow || is_nearly_singular(t.now))
-            speed = min(speed, speed_beside(arm_, m, f, t.now, held, way, q_.q, v_, options_.velocity,
-                                            options_.acceleration, track_rule::turning));
-        return held + copysign(min(abs(way) / track_rule::ticks, speed * t.dt), way);
+            speed = min(speed, speed_near_singular(arm_, m, f, t.now, held, way, q_.q, v_, options_.velocity,
+                                                   options_.acceleration, tracker_tuning::turning));
+        return held + copysign(min(abs(way) / tracker_tuning::ticks, speed * t.dt), way);
     }
 
     /// Whether the bounds permit these joints next. Violations by rounding alone are corrected in `next`.
     bool taken(const Tick& t, const double* wanted, Joints& next) const noexcept {
         for (int j = 0; j < joints; ++j) {
             const double move = wanted[j] - q_.q[j], least = t.lower[j] * t.dt, most = t.upper[j] * t.dt;
-            if (!(move >= least - track_rule::outside && move <= most + track_rule::outside)) return false;
+            if (!(move >= least - tracker_tuning::outside && move <= most + tracker_tuning::outside))
+                return false;
             next.q[j] = wanted[j];
             if (move < least) next.q[j] = q_.q[j] + least;
             if (move > most) next.q[j] = q_.q[j] + most;
@@ -1141,8 +1147,8 @@ private:
     void approach(const Tick& t, const Goal& goal, Joints& next) noexcept {
         const Pose<double> here = user_pose(arm_, t.now.flange);
         const Twist lead = goal_velocity(t, goal), rest = difference(here, goal.pose) - lead * t.dt;
-        const double late = min(size(rest, options_.length) / track_rule::late, 1.0);
-        const double damping = track_rule::regular + late * track_rule::damping;
+        const double late = min(size(rest, options_.length) / tracker_tuning::late, 1.0);
+        const double damping = tracker_tuning::regular + late * tracker_tuning::damping;
         const Jacobian J = jacobian(arm_, q_.q);
         const double length = options_.length;
         const auto equations = [&](const Twist& move, double metres) {
@@ -1158,15 +1164,15 @@ private:
             return pace(d, gain, share, t.dt);
         };
         const auto pace_of_position = [&](const Twist& move, double share) {
-            const JointQuadratic alone = equations(move, track_rule::aside * length);
+            const JointQuadratic alone = equations(move, tracker_tuning::aside * length);
             double d[joints];
             Unbounded(alone).minimise(alone.g, d);
             return pace(d, gain, share, t.dt);
         };
         // A target at rest is reached soonest if all joints arrive together. A moving one stays nearer if
         // position does not wait for the joints that rotate the tool.
-        const Pace turning = pace_of(fixed_ ? rest : Twist{{}, rest.angular}, track_rule::braking),
-                   moving = fixed_ ? turning : pace_of_position({rest.linear, {}}, track_rule::direct);
+        const Pace turning = pace_of(fixed_ ? rest : Twist{{}, rest.angular}, tracker_tuning::braking),
+                   moving = fixed_ ? turning : pace_of_position({rest.linear, {}}, tracker_tuning::direct);
         const Twist nearer{rest.linear * moving.k, rest.angular * turning.k};
         for (int j = 0; j < joints; ++j) way[j] = goal.at.q[j] - q_.q[j];
         p = equations(lead + nearer, length);
@@ -1215,33 +1221,33 @@ private:
     /// (`off`, m) counts. If all attempts for a resting target fail, the arm stops.
     void watch(const Tick& t, const Goal& goal, double off) noexcept {
         if (fixed_ && !t.guard) return;  // see the choice for a target at rest
-        const bool counts = fixed_ || off > track_rule::worth, still = has_stalled(t);
+        const bool counts = fixed_ || off > tracker_tuning::worth, still = has_stalled(t);
         const bool stuck = no_nearer(t, off) || still;
         if (stuck && counts) searching_ = true;
         if (!searching_) return;
-        if (weary() || goal.blocked != Status::OK) {
+        if (detours_exhausted() || goal.blocked != Status::OK) {
             if (t.guard && !options_.detours && tried_ == 0) {  // find the obstacle
                 ++tried_;
                 tried_for_ = hand_.pose();
                 barred_ = 0;
                 t.guard->clear(q_.q, goal.at.q, barred_);
             }
-            given_up_ = fixed_ && idle_ >= track_rule::patience;
+            given_up_ = fixed_ && idle_ >= tracker_tuning::patience;
         } else if (t.guard) {
             search(t, goal);
         } else {
             if (tried_ == 0) tried_for_ = hand_.pose();
-            tried_ += track_rule::most_ways / track_rule::turns;
+            tried_ += tracker_tuning::most_ways / tracker_tuning::turns;
             turn_to(goal.at, goal.gc);
         }
     }
 
     /// Starts a straight joint motion to a configuration of branch gc.
     void turn_to(const Joints& at, int gc) noexcept {
-        leg_[0] = at;
-        legs_ = 1;
+        waypoint_[0] = at;
+        waypoint_count_ = 1;
         turning_to_ = gc;
-        sought_ = hand_.pose();
+        detour_target_ = hand_.pose();
         searching_ = false;
         forget();
     }
@@ -1250,16 +1256,18 @@ private:
     /// distance.
     bool no_nearer(const Tick& t, double off) noexcept {
         waited_ += t.dt;
-        const bool fast = size(speed_, options_.length) > track_rule::slow;
-        if (off < (1.0 - track_rule::progress) * nearest_ || (fast && !fixed_)) {
+        const bool fast = size(speed_, options_.length) > tracker_tuning::slow;
+        if (off < (1.0 - tracker_tuning::progress) * nearest_ || (fast && !fixed_)) {
             nearest_ = off;
             waited_ = 0;
         }
-        return waited_ >= track_rule::patience;
+        return waited_ >= tracker_tuning::patience;
     }
 
     /// Whether all detours have been tried for a resting target, or none is permitted.
-    bool weary() const noexcept { return tried_ >= track_rule::most_ways || !(options_.detours || asked_); }
+    bool detours_exhausted() const noexcept {
+        return tried_ >= tracker_tuning::most_ways || !(options_.detours || asked_);
+    }
 
     /// Tries some ways to solutions of the goal's pose: straight, or through a random configuration.
     void search(const Tick& t, const Goal& goal) noexcept {
@@ -1272,7 +1280,7 @@ private:
             barred_ = 0;
             tried_for_ = hand_.pose();
         }
-        for (int k = 0; k < track_rule::ways; ++k) {
+        for (int k = 0; k < tracker_tuning::ways; ++k) {
             const bool first = tried_++ == 0;
             Tag other = 0, &pair = first ? barred_ : other;
             Joints to = goal.at, via = q_;
@@ -1287,10 +1295,10 @@ private:
             }
             if (!t.guard->clear(q_.q, via.q, pair) || !t.guard->clear(via.q, to.q, pair)) continue;
             turn_to(to, index(t.gc));
-            leg_[legs_++] = via;
+            waypoint_[waypoint_count_++] = via;
             return;
         }
-        if (weary()) searching_ = false;
+        if (detours_exhausted()) searching_ = false;
     }
 
     /// A pseudo-random number in [0, 1) and, below, a random arm angle of some arcs.
@@ -1316,42 +1324,42 @@ private:
     void rest() noexcept {
         turning_to_ = -1;
         asked_ = false;
-        legs_ = 0;
+        waypoint_count_ = 0;
         searching_ = false;
     }
 
     /// Whether no joint has moved noticeably for the time of a stall.
     bool has_stalled(const Tick& t) noexcept {
-        constexpr double lasting = track_rule::stall;
+        constexpr double lasting = tracker_tuning::stall;
         for (int j = 0; j < joints; ++j) {
             const double possible = 0.25 * min(min(options_.velocity[j], lasting * options_.acceleration[j]),
                                                0.5 * lasting * lasting * options_.jerk[j]);  // from rest
-            const double slowest = min(track_rule::standing, possible);
-            if (abs(q_.q[j] - stood_.q[j]) <= slowest * lasting) continue;
-            stood_ = q_;
-            stood_for_ = 0;
+            const double slowest = min(tracker_tuning::standing, possible);
+            if (abs(q_.q[j] - stalled_at_.q[j]) <= slowest * lasting) continue;
+            stalled_at_ = q_;
+            stalled_for_ = 0;
             searching_ = false;
             return false;
         }
-        stood_for_ += t.dt;
-        return stood_for_ >= track_rule::stall;
+        stalled_for_ += t.dt;
+        return stalled_for_ >= tracker_tuning::stall;
     }
 
     /// Records that the end effector is at its goal and the target at rest, so that moving away counts as no
     /// progress.
-    void meet() noexcept { nearest_ = stood_for_ = 0; }
+    void meet() noexcept { nearest_ = stalled_for_ = 0; }
 
     /// Whether the end effector has been at its goal for a while, which is not the target, without coming
     /// nearer to the target.
-    bool creeps(const Goal& goal) const noexcept {
-        const bool calm = margin_ - options_.still_margin < track_rule::calm;
-        const bool is_hand = size(difference(goal.pose, wanted_), options_.length) <= track_rule::exact;
-        return calm && !is_hand && closest_ > track_rule::exact && idle_ >= track_rule::patience;
+    bool makes_no_progress(const Goal& goal) const noexcept {
+        const bool calm = margin_ - options_.still_margin < tracker_tuning::calm;
+        const bool is_hand = size(difference(goal.pose, wanted_), options_.length) <= tracker_tuning::exact;
+        return calm && !is_hand && closest_ > tracker_tuning::exact && idle_ >= tracker_tuning::patience;
     }
 
     /// Resets the stall detection.
     void forget() noexcept {
-        stood_for_ = 0;
+        stalled_for_ = 0;
         waited_ = 0;
         nearest_ = infinity;
     }
@@ -1359,21 +1367,21 @@ private:
     /// Moves in a straight joint motion to a configuration of the goal, chosen in the first cycle, or along
     /// the way that was found. The path of the end effector is free.
     void turn(const Tick& t, const Goal& goal, Joints& next) noexcept {
-        if (legs_ == 0) {
-            leg_[legs_++] = goal.at;
-            sought_ = hand_.pose();
+        if (waypoint_count_ == 0) {
+            waypoint_[waypoint_count_++] = goal.at;
+            detour_target_ = hand_.pose();
         }
         double way[joints], v[joints], slowing[joints], longest = 0;
-        const Joints& to = leg_[legs_ - 1];
+        const Joints& to = waypoint_[waypoint_count_ - 1];
         for (int j = 0; j < joints; ++j) {
             way[j] = to.q[j] - q_.q[j];
             longest = max(longest, abs(way[j]));
         }
         const Pace at = pace(way, t.dt);
         const double k = at.k;
-        if (longest < track_rule::turned) {
-            if (legs_ > 1) {
-                --legs_;
+        if (longest < tracker_tuning::turned) {
+            if (waypoint_count_ > 1) {
+                --waypoint_count_;
             } else if (!fixed_) {
                 rest();
             }
@@ -1394,7 +1402,7 @@ private:
         const bool chosen = choice_.state == RestingChoice::taken;
         if (!(chosen && !t.guard) && has_stalled(t)) {  // an obstacle blocks nevertheless
             if (chosen) choice_.state = RestingChoice::left;
-            if (t.guard) tried_ += track_rule::most_ways / (asked_ ? 1 : track_rule::turns);
+            if (t.guard) tried_ += tracker_tuning::most_ways / (asked_ ? 1 : tracker_tuning::turns);
             tried_for_ = hand_.pose();
             rest();
             forget();
@@ -1422,7 +1430,7 @@ private:
     Twist goal_velocity(const Tick& t, const Goal& goal) const noexcept {
         if (goal.why == Status::OK) return speed_;
         const Twist speed = difference(goal_pose_, goal.pose) * (1.0 / t.dt);
-        const bool leapt = !(size(speed, options_.length) < track_rule::leap);
+        const bool leapt = !(size(speed, options_.length) < tracker_tuning::leap);
         return leapt ? Twist{} : speed;
     }
 
@@ -1432,7 +1440,7 @@ private:
     /// rounding of a position, divided by dt^2, could make a stop impossible.
     void go_on(const Tick& t, int j, double v) noexcept {
         const double wanted = min(max(v, t.lower[j]), t.upper[j]);
-        if (bound_[j].has_jerk() && abs(wanted - v) * t.dt <= track_rule::rounding) v = wanted;
+        if (bound_[j].has_jerk() && abs(wanted - v) * t.dt <= tracker_tuning::rounding) v = wanted;
         a_[j] = (v - v_[j]) / t.dt;
         v_[j] = v;
     }
@@ -1449,10 +1457,10 @@ private:
             q_.q[j] = out.q[j] = to;
             out.velocity[j] = v;
             go_on(t, j, v);
-            fastest |= abs(v_[j]) >= options_.velocity[j] * (1.0 - track_rule::exact);
+            fastest |= abs(v_[j]) >= options_.velocity[j] * (1.0 - tracker_tuning::exact);
         }
         const double bend = detail::elbow_bend(arm_, q_.q[3]);
-        if (abs(bend) > track_rule::level) side_ = bend < 0 ? -1.0 : 1.0;
+        if (abs(bend) > tracker_tuning::level) side_ = bend < 0 ? -1.0 : 1.0;
         if (bent() >= options_.still_margin) least_bend_ = options_.still_margin;
         const Chain now = chain(arm_, q_.q);
         const Pose<double> tool = user_pose(arm_, now.flange);
@@ -1461,15 +1469,16 @@ private:
         const Triad<double> on = triad(arm_, flange_pose(arm_, tool));
         out.psi = arm_angle(on, now.z3);
         out.gc = index(configuration(arm_, now.theta));
-        out.status = out.distance <= track_rule::exact ? Tracking::FOLLOWING : Tracking::LAGGING;
+        out.status = out.distance <= tracker_tuning::exact ? Tracking::FOLLOWING : Tracking::LAGGING;
         out.why = out.status == Tracking::FOLLOWING ? Status::OK : goal.why;
         if (out.status == Tracking::LAGGING && goal.why != Status::OK) out.status = Tracking::NEAREST;
         if (out.status == Tracking::LAGGING)
             out.why = fastest ? Status::VELOCITY_LIMIT : Status::ACCELERATION_LIMIT;
         const Tag met = t.guard ? t.guard->blocking() : 0;
         if (out.status == Tracking::LAGGING && met) out.why = Status::CLEARANCE;
-        const bool waits = met && waited_ >= track_rule::patience;  // a way may still be found
-        const bool ended = given_up_ || waits || (weary() && stood_for_ >= track_rule::stall);
+        const bool waits = met && waited_ >= tracker_tuning::patience;  // a way may still be found
+        const bool ended =
+            given_up_ || waits || (detours_exhausted() && stalled_for_ >= tracker_tuning::stall);
         if (out.status == Tracking::LAGGING && ended) {
             out.status = Tracking::NEAREST;
             out.why = met || barred_ ? Status::CLEARANCE : Status::LIMITS;
@@ -1522,8 +1531,8 @@ private:
     Joints goal_at_{};                       // configuration of the last goal ...
     double goal_gap_ = 0;                    // its gap (m)
     int goal_why_ = 0;                       // ... and why it is not the target
-    Joints stood_{};                         // where the arm stands, or last stood
-    double stood_for_ = 0;                   // s for which it has, away from its goal
+    Joints stalled_at_{};                    // where the arm stands, or last stood
+    double stalled_for_ = 0;                 // s for which it has, away from its goal
     double nearest_ = 0;                     // m: smallest distance to its goal ...
     double waited_ = 0;                      // ... and s since
     Towards hinted_{};                       // elbow's target in the previous cycle ...
@@ -1533,13 +1542,13 @@ private:
     bool given_up_ = false;
     double closest_ = infinity, idle_ = 0;  // m: smallest distance to it, and s since
     bool relaxing_ = false;
-    bool searching_ = false;                    // for a way around an obstacle
-    int tried_ = 0;                             // detours tried since the target moved ...
-    Pose<double> tried_for_ = identity_pose();  // ... from here
-    int legs_ = 0;                              // remaining legs of the way that was found
-    Joints leg_[2]{};                           // the last leg first
-    Pose<double> sought_ = identity_pose();     // the target for which it was found, unfiltered
-    Tag barred_ = 0;                            // the pair that blocks the straight way
+    bool searching_ = false;                        // for a way around an obstacle
+    int tried_ = 0;                                 // detours tried since the target moved ...
+    Pose<double> tried_for_ = identity_pose();      // ... from here
+    int waypoint_count_ = 0;                        // remaining legs of the way that was found
+    Joints waypoint_[2]{};                          // the last leg first
+    Pose<double> detour_target_ = identity_pose();  // the target for which it was found, unfiltered
+    Tag barred_ = 0;                                // the pair that blocks the straight way
     std::uint32_t draw_ = 1;
     bool escaping_ = false;  // the arm started in collision
     Scene kept_{}, soft_{};  // the scene with the required clearances, and with the soft ones

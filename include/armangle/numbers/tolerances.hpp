@@ -1,7 +1,7 @@
 // The tolerances of the geometry, each with its reason. Formulas in arm/, circle/, limits/ and batch/ hold no
 // literal of their own. Search ranges and proof depths are not tolerances; they are named next to their
-// algorithm (namespaces ahead_rule, candidate_rule, link_rule, relax_rule, tube_rule, parameter_rule,
-// turn_rule, plan_rule, proof).
+// algorithm (namespaces lookahead_tuning, candidate_tuning, way_tuning, relax_tuning, tube_tuning,
+// tube_parameter_tuning, turn_tuning, plan_tuning, proof).
 #pragma once
 
 #include "../names/begin.hpp"

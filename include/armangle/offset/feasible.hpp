@@ -427,7 +427,7 @@ private:
                             segment,
                             is_lower};
             if (count < 8) return;
-            settle_ends(end, count, branch);
+            refine_ends(end, count, branch);
             count = 0;
         };
         for (int i = 0; i < circle.count; ++i) {
@@ -453,11 +453,11 @@ private:
             const bool ends = circle.possible[before] != circle.possible[i];
             if (!in_before && !in_behind && (place.roots > 1 || ends)) find_alone(place, branch);
         }
-        if (count > 0) settle_ends(end, count, branch);
+        if (count > 0) refine_ends(end, count, branch);
     }
 
     /// Finds eight ends at once by regula falsi (Illinois) on the limit that is violated beyond each.
-    void settle_ends(const End* end, int count, Branch& branch) const noexcept {
+    void refine_ends(const End* end, int count, Branch& branch) const noexcept {
         double in[8], out[8];
         for (int i = 0; i < 8; ++i) {
             in[i] = end[i < count ? i : 0].inside;

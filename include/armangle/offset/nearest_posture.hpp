@@ -6,7 +6,7 @@
 //     3. cells of the arcs, the one of the least bound first (cost_cells.hpp): dropped, left with one end,
 //        finished by Newton's method where the cost is convex, or divided
 //     4. where joints share a turn, or the free joint has too few digits, the joints themselves
-//     (offset_beside.hpp)
+//     (offset_joint_search.hpp)
 //
 //     cost |\      _        The first cell whose bound is above the best cost known ends the search: the best
 //          | \    / \       is proven. A search whose cells are spent before says UNPROVEN.
@@ -17,7 +17,7 @@
 #include <optional>
 
 #include "../scene/clear_cells.hpp"
-#include "offset_beside.hpp"
+#include "offset_joint_search.hpp"
 #include "cost_cells.hpp"
 #include "feasible.hpp"
 #include "straight_cells.hpp"
@@ -43,7 +43,7 @@ struct OffsetCostTuning {
     /// The box about the seed is larger by this share.
     double roomy = 1e-6;
     /// rad: a start beside a shared turn is no farther than this from its posture.
-    double settling = 1e-3;
+    double near_best = 1e-3;
     /// rad: two places nearer to each other than this are one.
     double one_place = 1e-5;
 };
@@ -61,7 +61,7 @@ public:
           pose_(exact),
           tuning_(tuning),
           scene_(scene),
-          beside_(arm, exact, in_order) {
+          joint_search_(arm, exact, in_order) {
         if (scene_) move_.emplace(arm, *scene_);
     }
 
@@ -72,13 +72,13 @@ public:
         if (keep_near(out)) return out;
         find_candidate();
         open_arcs();
-        best_ = settled_best();
+        best_ = best_on_pose();
         if (!is_solved(best_.status)) best_ = nothing(status_);
-        told_ = cost_of_result(best_);
-        look_beside(beside_);
+        result_cost_ = cost_of_result(best_);
+        search_by_joints(joint_search_);
         if (best_.status == Status::OK && best_.gc < 0) best_.status = Status::NEAR_SINGULAR;
         if (!is_solved(best_.status)) return best_;
-        if (is_open_below(told_)) best_.status = Status::UNPROVEN;
+        if (is_open_below(result_cost_)) best_.status = Status::UNPROVEN;
         return in_robot_order(best_);
     }
 
@@ -116,7 +116,7 @@ private:
         int gc, arc;
     };
     /// A part of the circle in which postures are searched by their joints (beside.hpp).
-    struct Beside {
+    struct SearchedPlace {
         int gc;
         double lower, upper, least;
         bool one;  // a single value, at which joints share a turn
@@ -140,12 +140,12 @@ private:
         one_gc_ = gc;
         one_arc_ = arc;
         extent_ = one;
-        best_ = settled_best();
-        told_ = cost_of_result(best_);
+        best_ = best_on_pose();
+        result_cost_ = cost_of_result(best_);
         NearestOptions options = options_;
         options.branches = 1u << gc;
-        OffsetBeside beside(offset_, pose_, options);
-        look_beside(beside);
+        OffsetJointSearch joint_search(offset_, pose_, options);
+        search_by_joints(joint_search);
         return best_;
     }
 
@@ -325,7 +325,7 @@ private:
                 elbows |= elbow;
                 const auto remember_it = [&](double free) { remember_shared(gc, free); };
                 arcs.straight(gc, remember_it);
-                beside_.across_axis_6(gc, remember_it);
+                joint_search_.across_axis_6(gc, remember_it);
             }
             if (status_[gc] != Status::OK || !options_.allowed) continue;
             intersect(found.arcs, *options_.allowed, arcs_[gc]);
@@ -343,7 +343,7 @@ private:
         for (const int side : sides) {
             int asked = is_asked(side) ? side : side ^ shoulder_bit(side);
             if (!is_asked(asked)) continue;
-            const double at = beside_.shared(side, free);
+            const double at = joint_search_.shared(side, free);
             if (!is_nan(at)) remember(asked, at, at, -infinity, true);
         }
     }
@@ -525,7 +525,7 @@ private:
     /// The best posture found, moved onto the pose exactly. If that fails or costs more, because the free
     /// joint has too few digits there, the place is removed from its arc to be searched otherwise, and the
     /// search continues.
-    Nearest settled_best() noexcept {
+    Nearest best_on_pose() noexcept {
         Nearest out = refused(Status::NEAR_SINGULAR);
         search();
         for (int pass = 0; gc_ >= 0 && pass < most_places; ++pass) {
@@ -546,8 +546,8 @@ private:
     }
     /// Whether a cost equals the best up to the accuracy of a start.
     bool is_near(double cost) const noexcept {
-        if (squares()) return sqrt(cost) <= sqrt(cost_) + tuning_.settling;
-        return cost <= cost_ + tuning_.settling;
+        if (squares()) return sqrt(cost) <= sqrt(cost_) + tuning_.near_best;
+        return cost <= cost_ + tuning_.near_best;
     }
     /// Removes the best value and its neighbourhood from its arc, and remembers it as a place to search by
     /// joints.
@@ -582,20 +582,20 @@ private:
             return lifted >= arc_.lower && lifted <= arc_.upper;
         };
         Nearest out = kept_within(at, is_open, free_, gc_);
-        if (!settle(out)) return refused(Status::NEAR_SINGULAR);
+        if (!move_onto_pose(out)) return refused(Status::NEAR_SINGULAR);
         return out;
     }
     /// Moves a posture onto the pose where the free joint has too few digits; false if that fails.
-    bool settle(Nearest& in_order) const noexcept {
+    bool move_onto_pose(Nearest& in_order) const noexcept {
         Joints at{};
         for (int j = 0; j < joints; ++j) at.q[robot_joint(offset_, j)] = in_order.q[j];
         const double size = offset_.own.size;
         Twist rest;
         const bool kept = within_limits(offset_.own.limits, at.q, 0.0);
-        if (kept && distance(offset_, at.q, pose_, size, rest) <= 0.1 * settled_rule::meets * size)
+        if (kept && distance(offset_, at.q, pose_, size, rest) <= 0.1 * local_solve_tuning::meets * size)
             return true;
-        int rounds = settled_rule::rounds;
-        const Relaxed on = settled(offset_, offset_.own.limits, at, pose_, {}, 0.0, rounds);
+        int rounds = local_solve_tuning::rounds;
+        const Relaxed on = solve_locally(offset_, offset_.own.limits, at, pose_, {}, 0.0, rounds);
         if (!meets(offset_, on)) return false;
         for (int j = 0; j < joints; ++j) at.q[j] = on.at.q[robot_joint(offset_, j)];
         in_order = finished(at.q, in_order.psi, in_order.gc);
@@ -619,7 +619,7 @@ private:
     /// are joined.
     void remember(int gc, double lower, double upper, double least, bool single = false) noexcept {
         for (int i = 0; i < places_; ++i) {
-            Beside& known = place_[i];
+            SearchedPlace& known = place_[i];
             if (known.gc != gc || known.one != single || lower > known.upper + tuning_.one_place ||
                 upper < known.lower - tuning_.one_place)
                 continue;
@@ -635,27 +635,27 @@ private:
     }
 
     /// Searches the remembered places by joints, the least bound first.
-    void look_beside(OffsetBeside& beside) noexcept {
+    void search_by_joints(OffsetJointSearch& joint_search) noexcept {
         const auto share = [this](Joints& robot) { share_turn(robot); };
         const auto worth = [this](const Joints& robot) { return is_worth(robot); };
-        const auto take = [this](const Joints& robot, int gc) { take_beside(robot, gc); };
+        const auto take = [this](const Joints& robot, int gc) { take_found(robot, gc); };
         if (squares() && best_.gc >= 0) {
             Joints at{};
             for (int j = 0; j < joints; ++j) at.q[robot_joint(offset_, j)] = best_.q[j];
-            beside.begin(best_.gc, at, share, worth, take);
+            joint_search.begin(best_.gc, at, share, worth, take);
         }
         std::sort(place_, place_ + places_,
-                  [](const Beside& a, const Beside& b) { return a.least < b.least; });
+                  [](const SearchedPlace& a, const SearchedPlace& b) { return a.least < b.least; });
         const auto look_at = [&](int gc, double lower, double upper) {
-            const bool done = beside.look(gc, lower, upper, share, worth, take);
-            told_ = cost_of_result(best_);
+            const bool done = joint_search.look(gc, lower, upper, share, worth, take);
+            result_cost_ = cost_of_result(best_);
             return done;
         };
         count_ = looks_ = 0;
         for (int i = 0; i < places_; ++i) {
-            const Beside& place = place_[i];
+            const SearchedPlace& place = place_[i];
             if (!is_searched(place)) continue;
-            if (place.least >= told_ - tie(told_)) break;
+            if (place.least >= result_cost_ - tie(result_cost_)) break;
             if (!place.one)
                 divide_place({place.lower, place.upper, place.least, place.gc, 0}, look_at);
             else {
@@ -663,7 +663,7 @@ private:
                 open_below_ = min(open_below_, place.least);
             }
         }
-        if (!beside.finish(worth, take)) open_below_ = -infinity;
+        if (!joint_search.finish(worth, take)) open_below_ = -infinity;
     }
     /// Searches the parts of a place by rising bound. Parts over which joints move too far are divided; where
     /// they move however narrow the part is, joints rotate about a common axis.
@@ -689,13 +689,13 @@ private:
             for (int i = 0; i < n; ++i) {
                 Cell part = cell[i];
                 part.least = is_nan(least[i]) ? part.least : max(part.least, least[i]);
-                if (part.least >= told_ - tie(told_)) continue;
+                if (part.least >= result_cost_ - tie(result_cost_)) continue;
                 OffsetCells::Begun begun;
                 OffsetCells::Over known;
                 cells.begin(middle[i], half[i], begun, known);
                 if (known.exists == Known::outside) continue;
                 const bool near =
-                    moved[i] <= tuning_.settling || beside_.is_shared(gc, part.lower, part.upper);
+                    moved[i] <= tuning_.near_best || joint_search_.is_shared(gc, part.lower, part.upper);
                 if (!near && half[i] > tuning_.narrowest) {
                     push(part);
                     continue;
@@ -706,7 +706,7 @@ private:
             n = 0;
             if (count_ == 0) return;
             const Cell next = pop();
-            if (next.least >= told_ - tie(told_)) break;
+            if (next.least >= result_cost_ - tie(result_cost_)) break;
             if (looks_++ >= tuning_.looks) {
                 open_below_ = min(open_below_, next.least);
                 break;
@@ -716,7 +716,7 @@ private:
         count_ = 0;
     }
     /// Whether a place belongs to what is searched: to all, or to the arc.
-    bool is_searched(const Beside& place) const noexcept {
+    bool is_searched(const SearchedPlace& place) const noexcept {
         if (extent_ == all) return true;
         if (place.gc != one_gc_ && !(place.one && place.gc == (one_gc_ ^ shoulder_bit(one_gc_))))
             return false;
@@ -727,22 +727,22 @@ private:
     }
     /// Whether a posture near these joints may cost less than the best.
     bool is_worth(const Joints& robot) const noexcept {
-        if (!squares() || !(told_ < infinity)) return true;
+        if (!squares() || !(result_cost_ < infinity)) return true;
         double q[joint_slots];
         for (int j = 0; j < joints; ++j) q[j] = robot.q[robot_joint(offset_, j)];
-        return sqrt(cost_of_all(q)) < sqrt(told_) + tuning_.settling;
+        return sqrt(cost_of_all(q)) < sqrt(result_cost_) + tuning_.near_best;
     }
     /// Keeps a posture if it costs less than the best.
-    void take_beside(const Joints& robot, int gc) noexcept {
+    void take_found(const Joints& robot, int gc) noexcept {
         double q[joint_slots];
         for (int j = 0; j < joints; ++j) q[j] = robot.q[robot_joint(offset_, j)];
         const double cost = cost_of_all(q), free = wrap(q[joints - 1]);
-        if (cost >= told_ - tie(told_)) return;
+        if (cost >= result_cost_ - tie(result_cost_)) return;
         if (options_.allowed && !contains(*options_.allowed, free)) return;
         if (extent_ == one && find(arcs_[one_gc_], free).index != one_arc_) return;
         if (move_ && !move_->is_clear_at(robot.q)) return;
         best_ = finished(q, free, gc);
-        told_ = cost;
+        result_cost_ = cost;
     }
 
     /// Sets joints 1 and 3, which rotate about one axis, to the cheapest values within the limits with the
@@ -789,17 +789,17 @@ private:
     const OffsetCostTuning& tuning_;
     const Scene* const scene_;
     std::optional<StraightMove<OffsetArm>> move_;  // where there are obstacles
-    OffsetBeside beside_;
+    OffsetJointSearch joint_search_;
     ArcSet arcs_[configurations], left_open_[configurations];
     Status status_[configurations];
     double cost_ = infinity, free_ = 0, box_ = infinity;
     Extent extent_ = all;
     int gc_ = -1, one_gc_ = 0, one_arc_ = 0, looks_ = 0, count_ = 0, places_ = 0;
     Arc arc_{};
-    double open_below_ = infinity, told_ = infinity;
+    double open_below_ = infinity, result_cost_ = infinity;
     Nearest best_{};
     Cell cell_[most_cells];
-    Beside place_[most_places];
+    SearchedPlace place_[most_places];
 };
 
 /// The options in the order of the formulas; `near` stores the seed.

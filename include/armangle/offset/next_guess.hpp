@@ -14,9 +14,9 @@
 
 namespace armangle {
 
-namespace offset_rule {
+namespace offset_tuning {
 inline constexpr double farthest_secant = 20.0;  // of the last change of what was found
-}  // namespace offset_rule
+}  // namespace offset_tuning
 
 /// The next target for the tracker of the arm without the offset, by a secant step through the last two
 /// guesses.
@@ -26,7 +26,7 @@ Pose<double> next_guess(const AnyArm&, const Guess& last, const Guess& now) noex
     const Vec3<double> change = off - (last.found.position - last.shown.position);
     const double size = dot(change, change), share = dot(off, change) / size;
     Pose<double> next = now.found;
-    if (size > 0 && abs(share) <= offset_rule::farthest_secant)
+    if (size > 0 && abs(share) <= offset_tuning::farthest_secant)
         next.position = next.position - (now.found.position - last.found.position) * share;
     return next;
 }

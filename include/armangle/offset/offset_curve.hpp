@@ -159,10 +159,10 @@ private:
     /// Solves for the other joints by Newton's method from joints `at`, of which joint `lead` keeps its
     /// value; false if it does not converge.
     bool solve(const Pose<double>& pose, int lead, double* at) const noexcept {
-        return detail::settle_by_newton([&]() noexcept { return equations(pose, lead, at); },
-                                        [&](const double (&step)[joints]) noexcept {
-                                            for (int j = 0; j < joints; ++j) at[j] += step[j];
-                                        });
+        return detail::solve_by_newton([&]() noexcept { return equations(pose, lead, at); },
+                                       [&](const double (&step)[joints]) noexcept {
+                                           for (int j = 0; j < joints; ++j) at[j] += step[j];
+                                       });
     }
 };
 

@@ -128,19 +128,21 @@ private:
             const bool one_way = over.slope.lo >= 0 || over.slope.hi <= 0;
             const double then = theta_at(cells, cell.upper);
             const double about = now + wrap(over.middle - before), to = now + wrap(then - before);
-            const bool told = over.off.bounded() && about + over.off.hi <= max(most, to) + tolerance::angle &&
-                              about + over.off.lo >= min(least, to) - tolerance::angle;
+            const bool decided = over.off.bounded() &&
+                                 about + over.off.hi <= max(most, to) + tolerance::angle &&
+                                 about + over.off.lo >= min(least, to) - tolerance::angle;
             const bool narrow = half < tuning_.narrowest || ++looks > tuning_.looks || top + 2 > most_cells;
-            if (!one_way && !told && !narrow) {
+            if (!one_way && !decided && !narrow) {
                 stack[top++] = {middle, cell.upper};
                 stack[top++] = {cell.lower, middle};
                 continue;
             }
             double moved = wrap(then - before);
             before = then;
-            if (one_way && over.slope.lo >= 0 && moved < -turn_rule::noise) moved += two_pi;
-            if (one_way && over.slope.hi <= 0 && moved > turn_rule::noise) moved -= two_pi;
-            if (!one_way && !told && abs(moved) > tuning_.continuous) {  // what lies in between is not known
+            if (one_way && over.slope.lo >= 0 && moved < -turn_tuning::noise) moved += two_pi;
+            if (one_way && over.slope.hi <= 0 && moved > turn_tuning::noise) moved -= two_pi;
+            if (!one_way && !decided &&
+                abs(moved) > tuning_.continuous) {  // what lies in between is not known
                 add(least, most);
                 now = least = most = then;
                 continue;

@@ -11,10 +11,10 @@
 //   pivot of a turn or more: the direction stays in a sector of +-60 degrees about an angle that continues
 //     from stretch to stretch, and within its limits by the same boundary functions;
 //   hinge, elbow: sin > 0 keeps the half turn, and so the turn; cos is between those of its limits.
-// If a joint leads (led.hpp), its theta is a polynomial of s. The condition sin > 0 of the hinge next to it
-// is replaced: the root that gives phi must stay simple, and the hinge within its limits, of less than a
-// turn. So the hinge may pass 0. Source: R. E. Moore, Interval Analysis (1966): the mean value form and
-// bisection.
+// If a joint leads (psi_from_joint.hpp), its theta is a polynomial of s. The condition sin > 0 of the hinge
+// next to it is replaced: the root that gives phi must stay simple, and the hinge within its limits, of less
+// than a turn. So the hinge may pass 0. Source: R. E. Moore, Interval Analysis (1966): the mean value form
+// and bisection.
 //
 // Arcs of psi from the user are one more pivot, with the direction of psi. Collisions are excluded by
 // distances (clear_proof.hpp).
@@ -212,13 +212,13 @@ struct Claim {
     }
 
     /// The joint (0: joint 2, 1: joint 6) that is 0 at the start (end) of the curve, if the range of s begins
-    /// (ends) there (Curve::hinge_shut); -1: none. `way` is 1 at the start, -1 at the end.
+    /// (ends) there (Curve::singular_hinge); -1: none. `way` is 1 at the start, -1 at the end.
     int shut_at(const Stretch& x, double from, double to, double& way) const noexcept {
         const Stretch &front = curve.stretches.front(), &back = curve.stretches.back();
         if (asked_margin > 0) return -1;
         way = &x == &front && from == front.start ? 1 : -1;
-        if (way > 0) return curve.hinge_shut(x, x.q);
-        return &x == &back && to == back.end ? curve.hinge_shut(x, x.q_end) : -1;
+        if (way > 0) return curve.singular_hinge(x, x.q);
+        return &x == &back && to == back.end ? curve.singular_hinge(x, x.q_end) : -1;
     }
 
     /// Whether the limits permit any curve: no range of a joint is empty.
@@ -308,7 +308,7 @@ struct Claim {
         limit_half_turn(elbow, eta.cos, out);
         if (lead >= 0) out.add(here.room - T(proof::least_slope_square));
         for (int h = 0; h < hinges; ++h) {
-            const bool crosses = h == hinge_led_through(static_cast<int>(x.lead));
+            const bool crosses = h == hinge_crossed_by(static_cast<int>(x.lead));
             if (crosses) {
                 if (!(hinge_lower[h] < hinge_upper[h])) return false;
                 limit_crossing(h, d.y[hinge_joint[h]], d.x[hinge_joint[h]], out);

@@ -42,7 +42,7 @@ using Enclosed = Jet<Interval, 2>;
 
 /// Bounds of the motion of all points of a shape over a stretch of s: speed (m per unit of s) and second
 /// derivative (m per its square).
-struct Haste {
+struct MotionBounds {
     double speed = 0, bend = 0;
 };
 
@@ -60,7 +60,7 @@ inline Vec3<Interval> coefficient(const Vec3<Enclosed>& v, int k) noexcept {
 }
 
 /// Bounds for the point p fixed to a frame.
-inline Haste haste(const Pose<Enclosed>& frame, const Vec3<double>& p) noexcept {
+inline MotionBounds motion_bounds(const Pose<Enclosed>& frame, const Vec3<double>& p) noexcept {
     const auto at = [&](int k) {
         const Mat3<Interval> turn{coefficient(frame.rotation.x, k), coefficient(frame.rotation.y, k),
                                   coefficient(frame.rotation.z, k)};
@@ -70,28 +70,28 @@ inline Haste haste(const Pose<Enclosed>& frame, const Vec3<double>& p) noexcept 
 }
 
 /// Bounds for all points of a rod's segment, which move at most as its ends do.
-inline Haste haste(const Pose<Enclosed>& frame, const Rod& rod) noexcept {
-    const Haste a = haste(frame, rod.begin);
+inline MotionBounds motion_bounds(const Pose<Enclosed>& frame, const Rod& rod) noexcept {
+    const MotionBounds a = motion_bounds(frame, rod.begin);
     if (rod.is_sphere()) return a;
-    const Haste b = haste(frame, rod.end);
+    const MotionBounds b = motion_bounds(frame, rod.end);
     return {max(a.speed, b.speed), max(a.bend, b.bend)};
 }
 
 /// Bounds for all points of a ball: those of its centre, plus the rotation of the ball around it.
-inline Haste haste(const Pose<Enclosed>& frame, const Ball& ball) noexcept {
+inline MotionBounds motion_bounds(const Pose<Enclosed>& frame, const Ball& ball) noexcept {
     const auto turn = [&](int k) {
         const double x = greatest(coefficient(frame.rotation.x, k)),
                      y = greatest(coefficient(frame.rotation.y, k)),
                      z = greatest(coefficient(frame.rotation.z, k));
         return (x + y + z) * ball.radius;
     };
-    const Haste c = haste(frame, ball.centre);
+    const MotionBounds c = motion_bounds(frame, ball.centre);
     return {c.speed + turn(1), c.bend + 2.0 * turn(2)};
 }
 
 /// Two shapes of which at least one moves: a limb (a rod of links 1 to 6) or a tool shape.
 struct WatchedPair {
-    enum class Kind : std::uint8_t { limb_ground, limb_held, limb_limb, held_ground } kind;
+    enum class Kind : std::uint8_t { arm_rod_ground, arm_rod_held, arm_rod_pair, held_ground } kind;
     int mover, other;  // the limb or held shape, and the possible obstacle if that moves
     Solid solid;       // the possible obstacle on the ground, in the DH base
     double R;          // m: least distance of the cores; radii, clearance and slack
@@ -101,7 +101,7 @@ struct WatchedPair {
     /// Whether the obstacle is a half-space.
     bool plane() const noexcept {
         return solid.kind == SolidKind::half_space &&
-               (kind == Kind::limb_ground || kind == Kind::held_ground);
+               (kind == Kind::arm_rod_ground || kind == Kind::held_ground);
     }
     /// F, which is positive if the pair does not collide, at a distance (m) of the cores: distance^2 - R^2;
     /// for a half-space distance - R.
@@ -109,7 +109,7 @@ struct WatchedPair {
         return plane() ? distance - R : (distance - R) * (distance + R);
     }
     /// The upper bound A of the second derivative of F over a stretch of width h.
-    double bend(const Haste& w, double h) const noexcept {
+    double bend(const MotionBounds& w, double h) const noexcept {
         return plane() ? w.bend : 2.0 * (w.speed * w.speed + (R + w.speed * h) * w.bend);
     }
 };
@@ -125,33 +125,34 @@ public:
     /// Prepares bounds of how fast the shapes of a scene move.
     explicit SceneMotion(const Scene& scene, double slack = clear_proof::slack)
         : scene_(scene), slack_(slack) {
-        limb_.resize(static_cast<std::size_t>(limb_count(scene)));
+        arm_rod_.resize(static_cast<std::size_t>(arm_rod_count(scene)));
         held_.resize(static_cast<std::size_t>(scene.held_count));
     }
 
     /// Computes the bounds from enclosures of the frames over a stretch.
-    void enclose(const SceneFrames<Enclosed>& f, int limbs) {
-        for (int k = 0; k < limbs; ++k)
-            limb_[static_cast<std::size_t>(k)] = haste(limb_frame(scene_, f, k), limb_rod(scene_, k));
+    void enclose(const SceneFrames<Enclosed>& f, int arm_rods) {
+        for (int k = 0; k < arm_rods; ++k)
+            arm_rod_[static_cast<std::size_t>(k)] =
+                motion_bounds(arm_rod_frame(scene_, f, k), arm_rod_at(scene_, k));
         for (std::size_t h = 0; h < held_.size(); ++h) {
             Ball core = around(scene_.held[h]);
             core.radius -= scene_.held[h].radius;
-            held_[h] = haste(f.flange, core);
+            held_[h] = motion_bounds(f.flange, core);
         }
     }
 
     /// The bounds for the relative motion of a pair.
-    Haste of(const WatchedPair& pair) const noexcept {
+    MotionBounds of(const WatchedPair& pair) const noexcept {
         using Kind = WatchedPair::Kind;
-        const Haste& a = pair.kind == Kind::held_ground ? held(pair.mover) : limb(pair.mover);
-        if (pair.kind == Kind::limb_ground || pair.kind == Kind::held_ground) return a;
-        const Haste& b = pair.kind == Kind::limb_held ? held(pair.other) : limb(pair.other);
+        const MotionBounds& a = pair.kind == Kind::held_ground ? held(pair.mover) : arm_rod(pair.mover);
+        if (pair.kind == Kind::arm_rod_ground || pair.kind == Kind::held_ground) return a;
+        const MotionBounds& b = pair.kind == Kind::arm_rod_held ? held(pair.other) : arm_rod(pair.other);
         return {a.speed + b.speed, a.bend + b.bend};
     }
     /// The bounds for limb k: a part of link 3 or 4, or a swinging shape.
-    const Haste& limb(int k) const noexcept { return limb_[static_cast<std::size_t>(k)]; }
+    const MotionBounds& arm_rod(int k) const noexcept { return arm_rod_[static_cast<std::size_t>(k)]; }
     /// The bounds for shape h of link 7 or the gripper.
-    const Haste& held(int h) const noexcept { return held_[static_cast<std::size_t>(h)]; }
+    const MotionBounds& held(int h) const noexcept { return held_[static_cast<std::size_t>(h)]; }
     const Scene& scene() const noexcept { return scene_; }
 
     /// The least permitted distance (m) of the cores of two shapes with these radii.
@@ -164,20 +165,20 @@ public:
 private:
     const Scene& scene_;
     double slack_;
-    std::vector<Haste> limb_, held_;
+    std::vector<MotionBounds> arm_rod_, held_;
 };
 
 /// Every moving shape at one place of the path, in the DH base.
 struct PlacedScene {
-    std::vector<Rod> limb;
+    std::vector<Rod> arm_rod;
     std::vector<Solid> held;
 
     /// Places all shapes by their frames.
     void place(const Scene& scene, const SceneFrames<double>& f) {
-        limb.clear();
+        arm_rod.clear();
         held.clear();
-        for (int k = 0; k < limb_count(scene); ++k)
-            limb.push_back(placed(limb_frame(scene, f, k), limb_rod(scene, k)));
+        for (int k = 0; k < arm_rod_count(scene); ++k)
+            arm_rod.push_back(placed(arm_rod_frame(scene, f, k), arm_rod_at(scene, k)));
         for (int h = 0; h < scene.held_count; ++h) held.push_back(placed(f.flange, scene.held[h]));
     }
 
@@ -186,9 +187,9 @@ struct PlacedScene {
         using Kind = WatchedPair::Kind;
         const auto i = static_cast<std::size_t>(pair.mover), j = static_cast<std::size_t>(pair.other);
         if (pair.kind == Kind::held_ground) return nearest(held[i], pair.solid).distance;
-        const Rod& rod = limb[i];
-        if (pair.kind == Kind::limb_ground) return nearest(rod.begin, rod.end, pair.solid).distance;
-        const Solid other = pair.kind == Kind::limb_held ? held[j] : as_solid(limb[j]);
+        const Rod& rod = arm_rod[i];
+        if (pair.kind == Kind::arm_rod_ground) return nearest(rod.begin, rod.end, pair.solid).distance;
+        const Solid other = pair.kind == Kind::arm_rod_held ? held[j] : as_solid(arm_rod[j]);
         return nearest(rod.begin, rod.end, other).distance;
     }
 };
@@ -196,10 +197,10 @@ struct PlacedScene {
 /// Calls found(limb, ball, obstacle) for the balls whose surface is within reach(limb) (m) of a limb's
 /// segment.
 template <class Reach, class Found>
-void near_balls(const Scene& scene, const std::vector<Rod>& limb, const Reach& reach, const Found& found) {
+void near_balls(const Scene& scene, const std::vector<Rod>& arm_rod, const Reach& reach, const Found& found) {
     for (int block = 0; block < scene.block_count; ++block)
-        for (int k = 0; k < static_cast<int>(limb.size()); ++k)
-            balls_near(scene, block, limb[static_cast<std::size_t>(k)], reach(k),
+        for (int k = 0; k < static_cast<int>(arm_rod.size()); ++k)
+            balls_near(scene, block, arm_rod[static_cast<std::size_t>(k)], reach(k),
                        [&](const Solid& ball, int id) { found(k, ball, id); });
 }
 
@@ -218,43 +219,43 @@ void near_pairs(const SceneMotion& moving, const PlacedScene& at, double h, cons
         return dot(d, d) >= R * R;
     };
     const auto reach = [&](int k) {
-        return moving.sum_of_radii(limb_rod(scene, k).radius, 0.0) + 0.5 * moving.limb(k).speed * h;
+        return moving.sum_of_radii(arm_rod_at(scene, k).radius, 0.0) + 0.5 * moving.arm_rod(k).speed * h;
     };
-    near_balls(scene, at.limb, reach, [&](int k, const Solid& ball, int id) {
-        const int link = limb_link(scene, k);
+    near_balls(scene, at.arm_rod, reach, [&](int k, const Solid& ball, int id) {
+        const int link = link_of_arm_rod(scene, k);
         if (scene.may_touch(id, link)) return;
-        offer({Kind::limb_ground, k, 0, ball, moving.sum_of_radii(limb_rod(scene, k).radius, ball.radius),
-               pair_tag(id, link)});
+        offer({Kind::arm_rod_ground, k, 0, ball,
+               moving.sum_of_radii(arm_rod_at(scene, k).radius, ball.radius), pair_tag(id, link)});
     });
-    for (int k = 0; k < limb_count(scene); ++k) {
-        const Rod& rod = at.limb[static_cast<std::size_t>(k)];
+    for (int k = 0; k < arm_rod_count(scene); ++k) {
+        const Rod& rod = at.arm_rod[static_cast<std::size_t>(k)];
         const Ball own = around(as_solid(rod));
-        const int link = limb_link(scene, k);
+        const int link = link_of_arm_rod(scene, k);
         const auto far = [&](const Solid& solid, double speed) {
             return solid.kind != SolidKind::half_space && apart(own, around(solid), speed);
         };
         for (int n = 0; n < scene.solid_count; ++n) {
             const Solid& solid = scene.solids[n];
             const int id = scene.solid_id[n];
-            if (scene.unasked(id, link) || far(solid, moving.limb(k).speed)) continue;
-            offer({Kind::limb_ground, k, 0, solid, moving.sum_of_radii(rod.radius, solid.radius),
+            if (scene.unasked(id, link) || far(solid, moving.arm_rod(k).speed)) continue;
+            offer({Kind::arm_rod_ground, k, 0, solid, moving.sum_of_radii(rod.radius, solid.radius),
                    pair_tag(id, link)});
         }
         for (int held = 0; held < scene.held_count; ++held) {
             const Solid& solid = at.held[static_cast<std::size_t>(held)];
             const int id = scene.first_held + held;
-            const bool away = far(solid, moving.limb(k).speed + moving.held(held).speed);
+            const bool away = far(solid, moving.arm_rod(k).speed + moving.held(held).speed);
             if (away || scene.unasked(id, link)) continue;
-            offer({Kind::limb_held, k, held, none, moving.sum_of_radii(rod.radius, solid.radius),
+            offer({Kind::arm_rod_held, k, held, none, moving.sum_of_radii(rod.radius, solid.radius),
                    pair_tag(id, link)});
         }
     }
     for (int n = 0; n < scene.own_count; ++n) {
         if (scene.never_meet(scene.own[n].obstacle, scene.own[n].link)) continue;
-        const int a = limb_of_link(scene, scene.own[n].link),
-                  b = limb_of_obstacle(scene, scene.own[n].obstacle);
-        offer({Kind::limb_limb, a, b, none,
-               moving.sum_of_radii(limb_rod(scene, a).radius, limb_rod(scene, b).radius),
+        const int a = arm_rod_of_link(scene, scene.own[n].link),
+                  b = arm_rod_of_obstacle(scene, scene.own[n].obstacle);
+        offer({Kind::arm_rod_pair, a, b, none,
+               moving.sum_of_radii(arm_rod_at(scene, a).radius, arm_rod_at(scene, b).radius),
                pair_tag(scene.own[n].obstacle, scene.own[n].link)});
     }
     for (int held = 0; held < scene.held_count; ++held) {
@@ -325,7 +326,7 @@ private:
     /// Bounds the motion of all shapes over a range of s.
     void enclose(double from, double to) {
         --budget_;
-        moving_.enclose(frames(Enclosed::variable(Interval(from, to))), limb_count(scene_));
+        moving_.enclose(frames(Enclosed::variable(Interval(from, to))), arm_rod_count(scene_));
     }
 
     /// Measures the distances of the listed pairs at s.

@@ -3,7 +3,7 @@
 //     theta_2 |.        GC 0        At theta_2 = 0 the solutions of two branches coincide, and theta_1 is
 //             |  ` .                free: a motion that keeps theta_1 passes through. phi does not
 //           0 +------`o--------> s  describe it there (every theta_1 belongs to one phi), but theta_1 does:
-//             |        ` . _        it leads, and phi follows (led.hpp).
+//             |        ` . _        it leads, and phi follows (psi_from_joint.hpp).
 //             |    GC 1     ` '
 //
 // The search is that of way.hpp over the configurations of several branches at once. It adds grids of the
@@ -22,7 +22,7 @@
 
 namespace armangle {
 
-namespace crossing_rule {
+namespace crossing_tuning {
 inline constexpr double near = 0.35;   // |theta| of a hinge up to which the pivot next to it may lead (rad)
 inline constexpr double grid = 0.25;   // spacing of the leading theta (rad)
 inline constexpr double move = 0.8;    // of a joint from section to section (rad)
@@ -50,7 +50,7 @@ inline constexpr double shut_step = 5e-3;  // of s: from an end with both hinges
 inline constexpr double beside[] = {
     1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3,
     0.01, 0.03, 0.08, 0.2,  0.45};  // of the step at a fixed end: additional sections
-}  // namespace crossing_rule
+}  // namespace crossing_tuning
 
 /// The problem of a path that may change its branch.
 struct CrossingTask {
@@ -70,7 +70,7 @@ inline double from_meeting(double theta) noexcept { return theta - pi * round(th
 
 /// Whether joint 2 or 6 (h: 0, 1) comes near 0, or near pi if limits permit, at some phi.
 inline bool meets(const JointFunctions<double>& f, const LimitTable& limits, int h) noexcept {
-    const double most = 1.0 - std::cos(crossing_rule::near);
+    const double most = 1.0 - std::cos(crossing_tuning::near);
     return f.hinge[h].high.below_one < most ||
            (f.hinge[h].low.above_minus_one < most && limits.least_cosine[h] < most - 1.0);
 }
@@ -147,7 +147,7 @@ private:
             if (j == 3) continue;
             for (const double d : {q[j] - task_.limits.lower[j], task_.limits.upper[j] - q[j]}) {
                 if (!(d < infinity)) continue;
-                const double share = crossing_rule::reference / max(d, crossing_rule::floor);
+                const double share = crossing_tuning::reference / max(d, crossing_tuning::floor);
                 sum += share * share;
             }
         }
@@ -193,24 +193,24 @@ private:
 
     /// Adds the configurations of a section for values of theta_1 (theta_5) on a grid, near theta_2 (theta_6)
     /// = 0 (h: 0, 1).
-    void fill_led(std::size_t k, const Section& l, int gc, int h, const Window& window,
-                  Candidates& candidates, Postures& out) {
+    void fill_by_lead(std::size_t k, const Section& l, int gc, int h, const Window& window,
+                      Candidates& candidates, Postures& out) {
         if (l.status == Status::UNREACHABLE || l.status == Status::FOLDED) return;
         if (!meets(l.functions, task_.table, h)) return;
         const int joint = leading_joint(h), j = hinge_joint[h];
         const double own = (h == 0 ? configuration(gc).shoulder : configuration(gc).wrist);
         const Anchor& end = asked_.start.given ? asked_.start : asked_.goal;
         const double from = end.given ? to_theta(task_.arm, joint - 1, end.q[joint - 1]) : 0.0;
-        const int n = static_cast<int>(two_pi / crossing_rule::grid);
+        const int n = static_cast<int>(two_pi / crossing_tuning::grid);
         for (int i = 0; i < n; ++i) {
             const SinCos<double> theta = sin_cos(from + two_pi * i / n);
-            const Harmonic<double> f = tie(l.functions, joint, theta);
+            const Harmonic<double> f = joint_condition(l.functions, joint, theta);
             for (const double side : {-1.0, 1.0}) {
-                const Led<double> led = led_angle(f, side);
-                if (!(led.slope_square > crossing_rule::slope * crossing_rule::slope)) continue;
-                const Directions<double> d = led_directions(l.motion, led.psi, joint, theta);
+                const PsiFromJoint<double> led = psi_from_joint(f, side);
+                if (!(led.slope_square > crossing_tuning::slope * crossing_tuning::slope)) continue;
+                const Directions<double> d = directions_with_joint(l.motion, led.psi, joint, theta);
                 const double angle = atan2(d.y[j], d.x[j]);
-                if (abs(from_meeting(angle)) > crossing_rule::near || (angle * own < 0) ||
+                if (abs(from_meeting(angle)) > crossing_tuning::near || (angle * own < 0) ||
                     (angle == 0 && own < 0))
                     continue;
                 if (!open(k, l.motion, atan2(led.psi.sin, led.psi.cos))) continue;
@@ -227,16 +227,16 @@ private:
         if (l.status == Status::UNREACHABLE || l.status == Status::FOLDED) return;
         const int j = asked_.locked - 1;
         const SinCos<double> theta = sin_cos(asked_.theta);
-        const Harmonic<double> f = tie(l.functions, asked_.locked, theta);
+        const Harmonic<double> f = joint_condition(l.functions, asked_.locked, theta);
         for (const double side : {-1.0, 1.0}) {
-            const Led<double> led = led_angle(f, side);
-            if (!(led.slope_square > crossing_rule::slope * crossing_rule::slope)) continue;
-            const Directions<double> d = led_directions(l.motion, led.psi, asked_.locked, theta);
+            const PsiFromJoint<double> led = psi_from_joint(f, side);
+            if (!(led.slope_square > crossing_tuning::slope * crossing_tuning::slope)) continue;
+            const Directions<double> d = directions_with_joint(l.motion, led.psi, asked_.locked, theta);
             double all[joint_slots];
             angles(d).store(all);
             double now[joints];
             for (int i = 0; i < joints; ++i) now[i] = all[i];
-            const bool there = abs(wrap(all[j] - asked_.theta)) < crossing_rule::slope;
+            const bool there = abs(wrap(all[j] - asked_.theta)) < crossing_tuning::slope;
             if (!there || index(configuration(task_.arm, now)) != gc) continue;
             if (!open(k, l.motion, atan2(led.psi.sin, led.psi.cos))) continue;
             all[j] = asked_.theta;
@@ -279,7 +279,8 @@ private:
                         fill_locked(k, l, gc, window, candidates[b], here);
                     } else {
                         candidates[b].fill(alone, l, window, here);
-                        for (int h = 0; h < hinges; ++h) fill_led(k, l, gc, h, window, candidates[b], here);
+                        for (int h = 0; h < hinges; ++h)
+                            fill_by_lead(k, l, gc, h, window, candidates[b], here);
                     }
                 }
                 const std::size_t at = layers[k].size();
@@ -322,8 +323,8 @@ private:
                 if (!(x.cost < infinity)) continue;
                 alive = true;
                 for (int j = 0; j < joints; ++j) {
-                    window.lower[j] = min(window.lower[j], x.posture.q[j] - crossing_rule::move);
-                    window.upper[j] = max(window.upper[j], x.posture.q[j] + crossing_rule::move);
+                    window.lower[j] = min(window.lower[j], x.posture.q[j] - crossing_tuning::move);
+                    window.upper[j] = max(window.upper[j], x.posture.q[j] + crossing_tuning::move);
                 }
             }
             if (alive) continue;
@@ -359,7 +360,7 @@ private:
     /// limited.
     void keep_cheapest(std::vector<Node>& layer, long long links) {
         const auto size = static_cast<long long>(layer.size());
-        const long long most = std::max(crossing_rule::least_postures, links / std::max(size, 1LL));
+        const long long most = std::max(crossing_tuning::least_postures, links / std::max(size, 1LL));
         if (size <= most) return;
         costs_.clear();
         for (const Node& x : layer) costs_.push_back(x.cost);
@@ -406,7 +407,7 @@ private:
               double ds) const noexcept {
         const int differ = gc ^ eight.gc;
         if (differ & 2) return;
-        const EightMoves moves(task_, x.posture, eight.windings, infinity, crossing_rule::move);
+        const EightMoves moves(task_, x.posture, eight.windings, infinity, crossing_tuning::move);
         for_each_bit(moves.linked, [&](int i) {
             const auto from = static_cast<std::uint32_t>(moves.from[i]);
             const Node& y = before[from];
@@ -414,7 +415,8 @@ private:
             if (!(cost < x.cost)) return;
             for (int h = 0; h < hinges; ++h) {
                 if (!(differ & (h == 0 ? 1 : 4))) continue;
-                if (abs(x.hinge[h]) > crossing_rule::near || abs(y.hinge[h]) > crossing_rule::near) return;
+                if (abs(x.hinge[h]) > crossing_tuning::near || abs(y.hinge[h]) > crossing_tuning::near)
+                    return;
             }
             if (differ == 5 && !both_shut(x) && !both_shut(y)) return;
             x.cost = cost;
@@ -440,10 +442,11 @@ private:
             d = directions(m, phi);
         } else {
             const SinCos<double> theta = sin_cos(x);
-            const Led<double> led = led_angle(tie(joint_functions(m), row.lead, theta), row.side);
-            if (!(led.slope_square > crossing_rule::slope * crossing_rule::slope)) return false;
+            const PsiFromJoint<double> led =
+                psi_from_joint(joint_condition(joint_functions(m), row.lead, theta), row.side);
+            if (!(led.slope_square > crossing_tuning::slope * crossing_tuning::slope)) return false;
             phi = led.psi;
-            d = led_directions(m, phi, row.lead, theta);
+            d = directions_with_joint(m, phi, row.lead, theta);
             Configuration<double> sign = m.gc;
             (row.lead == 1 ? sign.shoulder : sign.wrist) = d.y[row.lead] < 0 ? -1.0 : 1.0;
             row.gc = index(sign);
@@ -459,11 +462,11 @@ private:
     /// there.
     double speed(const Row& row, int h) const noexcept {
         const double theta = from_meeting(to_theta(task_.arm, hinge_joint[h], row.q[hinge_joint[h]]));
-        if (abs(theta) > 2 * crossing_rule::near) return 0;
+        if (abs(theta) > 2 * crossing_tuning::near) return 0;
         const JointFunctions<double> f = joint_functions(motion(row));
-        const Harmonic<double> t = tie(f, leading_joint(h), leading_theta(row, h));
+        const Harmonic<double> t = joint_condition(f, leading_joint(h), leading_theta(row, h));
         const double slope = abs(t.slope(sin_cos(row.phi)));
-        return slope > crossing_rule::slope ? slope / max(abs(std::sin(theta)), 1e-12) : 0.0;
+        return slope > crossing_tuning::slope ? slope / max(abs(std::sin(theta)), 1e-12) : 0.0;
     }
     /// Theta of the joint that may lead near joint 2 or 6 (h: 0, 1), at a row.
     SinCos<double> leading_theta(const Row& row, int h) const noexcept {
@@ -479,7 +482,7 @@ private:
             return;
         }
         row.x = to_theta(task_.arm, lead - 1, row.q[lead - 1]);
-        const Harmonic<double> t = tie(joint_functions(motion(row)), lead, sin_cos(row.x));
+        const Harmonic<double> t = joint_condition(joint_functions(motion(row)), lead, sin_cos(row.x));
         row.side = t.slope(sin_cos(row.phi)) > 0 ? -1.0 : 1.0;
     }
 
@@ -489,7 +492,7 @@ private:
         const std::size_t n = rows_.size();
         std::vector<int> lead(n, 0);
         for (std::size_t k = 0; k < n; ++k) {
-            double most = crossing_rule::leads;
+            double most = crossing_tuning::leads;
             for (int h = 0; h < hinges; ++h) {
                 const double now = speed(rows_[k], h);
                 if (now > most) {
@@ -500,7 +503,7 @@ private:
         }
         const auto spread = [&](std::size_t k, std::size_t from) {
             if (lead[k] != 0 || lead[from] == 0) return;
-            if (speed(rows_[k], lead[from] == 1 ? 0 : 1) > crossing_rule::keeps) lead[k] = lead[from];
+            if (speed(rows_[k], lead[from] == 1 ? 0 : 1) > crossing_tuning::keeps) lead[k] = lead[from];
         };
         for (std::size_t k = 1; k < n; ++k) spread(k, k - 1);
         for (std::size_t k = n - 1; k-- > 0;) spread(k, k + 1);
@@ -540,10 +543,10 @@ private:
         for (Row& row : rows_) {
             Row left = row, right = row;
             const bool both =
-                put(left, row.x - crossing_rule::probe) && put(right, row.x + crossing_rule::probe);
+                put(left, row.x - crossing_tuning::probe) && put(right, row.x + crossing_tuning::probe);
             for (int j = 0; j < joints; ++j)
-                row.slope[j] = both ? (right.q[j] - left.q[j]) / (2 * crossing_rule::probe) : 0.0;
-            row.phi_slope = both ? wrap(right.phi - left.phi) / (2 * crossing_rule::probe) : 0.0;
+                row.slope[j] = both ? (right.q[j] - left.q[j]) / (2 * crossing_tuning::probe) : 0.0;
+            row.phi_slope = both ? wrap(right.phi - left.phi) / (2 * crossing_tuning::probe) : 0.0;
         }
     }
 
@@ -553,9 +556,9 @@ private:
         if (n < 2) return;
         std::vector<double> gradient(n), diagonal(n), off(n), move(n);
         std::vector<Row> best;
-        double now = energy(), damping = crossing_rule::damping, mark = now;
+        double now = energy(), damping = crossing_tuning::damping, mark = now;
         int idle = 0;
-        for (int round = 0; round < crossing_rule::rounds && damping < 1e6; ++round) {
+        for (int round = 0; round < crossing_tuning::rounds && damping < 1e6; ++round) {
             find_slopes();
             for (std::size_t k = 0; k < n; ++k) {
                 gradient[k] = diagonal[k] = off[k] = 0;
@@ -586,7 +589,7 @@ private:
             for (std::size_t k = n - 1; k-- > 0;) move[k] -= diagonal[k] * move[k + 1];
             best = rows_;
             for (std::size_t k = 0; k < n; ++k) {
-                const double step = min(max(move[k], -crossing_rule::step), crossing_rule::step);
+                const double step = min(max(move[k], -crossing_tuning::step), crossing_tuning::step);
                 Row row = rows_[k];
                 if (!row.fixed && put(row, row.x + step) && within_limits(task_.limits, row.q, 0.0) &&
                     open(k, motion(row), row.phi))
@@ -594,18 +597,18 @@ private:
             }
             const double then = energy();
             if (then < now) {
-                const bool done = now - then < crossing_rule::done * now;
+                const bool done = now - then < crossing_tuning::done * now;
                 now = then;
-                damping = max(damping * crossing_rule::ease, crossing_rule::least_damping);
+                damping = max(damping * crossing_tuning::ease, crossing_tuning::least_damping);
                 if (done) return;
             } else {
                 rows_ = best;
-                damping *= crossing_rule::firm;
+                damping *= crossing_tuning::firm;
             }
-            if (now < (1 - crossing_rule::worth) * mark) {
+            if (now < (1 - crossing_tuning::worth) * mark) {
                 mark = now;
                 idle = 0;
-            } else if (++idle == crossing_rule::patience) {
+            } else if (++idle == crossing_tuning::patience) {
                 return;
             }
         }
@@ -618,7 +621,7 @@ private:
             const SinCos<double> gap = sin_cos(row.phi - wished_[k]);
             const double w = 2 * share(k) * asked_.wish * row.phi_slope;
             gradient += w * gap.sin;
-            diagonal += w * row.phi_slope * max(gap.cos, crossing_rule::least_bend);
+            diagonal += w * row.phi_slope * max(gap.cos, crossing_tuning::least_bend);
         }
         for (int j = 0; j < joints; ++j) {
             if (j == 3) continue;
@@ -626,9 +629,9 @@ private:
                 const double d =
                     sign < 0 ? task_.limits.upper[j] - row.q[j] : row.q[j] - task_.limits.lower[j];
                 if (!(d < infinity)) continue;
-                const double held = max(d, crossing_rule::floor);
-                const double c = share(k) * task_.margin_scale() * crossing_rule::reference *
-                                 crossing_rule::reference / (held * held);
+                const double held = max(d, crossing_tuning::floor);
+                const double c = share(k) * task_.margin_scale() * crossing_tuning::reference *
+                                 crossing_tuning::reference / (held * held);
                 const double slope = -2 * c / held * sign * row.slope[j];
                 gradient += slope;
                 diagonal += 1.5 * slope * slope / max(c, 1e-300);
@@ -694,9 +697,9 @@ private:
     /// After a run of phi, knots start as dense as before; the end of each segment stays a knot.
     bool crowded(double s, const std::vector<double>& before, double last, bool first) const noexcept {
         const std::size_t n = before.size();
-        double apart = crossing_rule::apart;
+        double apart = crossing_tuning::apart;
         if (!first) apart = n < 2 ? 0.0 : min(apart, 2 * (before[n - 1] - before[n - 2]));
-        if (s - before[n - 1] >= apart && last - s >= crossing_rule::apart) return false;
+        if (s - before[n - 1] >= apart && last - s >= crossing_tuning::apart) return false;
         for (std::size_t i = 0; i < task_.segment_count; ++i)
             if (task_.segments[i].end == s) return false;
         return true;
@@ -705,13 +708,13 @@ private:
     /// Whether phi is nearly straight from a knot at s over the rows from k on.
     bool is_straight(std::size_t k, std::size_t to, double s, double phi) const noexcept {
         std::size_t end = k;
-        while (end < to && rows_[end].s < s + crossing_rule::apart) ++end;
+        while (end < to && rows_[end].s < s + crossing_tuning::apart) ++end;
         if (rows_[end].lead != 0) return false;
         const double all = lift(rows_[end].x, phi) - phi;
         for (std::size_t i = k; i < end; ++i) {
             if (rows_[i].lead != 0) return false;
             const double on = phi + all * (rows_[i].s - s) / (rows_[end].s - s);
-            if (abs(lift(rows_[i].x, on) - on) > crossing_rule::straight) return false;
+            if (abs(lift(rows_[i].x, on) - on) > crossing_tuning::straight) return false;
         }
         return true;
     }

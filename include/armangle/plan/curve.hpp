@@ -15,7 +15,7 @@
 #include <span>
 #include <vector>
 
-#include "../circle/led.hpp"
+#include "../circle/psi_from_joint.hpp"
 #include "../limits/limit_table.hpp"
 #include "../numbers/jet.hpp"
 #include "path.hpp"
@@ -26,8 +26,8 @@
 namespace armangle {
 
 /// One stretch [start, end] of a curve: phi = c0 + c1 t + c2 t^2 + c3 t^3, t in [0, 1]. A stretch lies within
-/// one segment. If a joint leads (led.hpp), the polynomial is its theta instead, and phi follows. Holds
-/// doubles alone, so that a curve fits into an array.
+/// one segment. If a joint leads (psi_from_joint.hpp), the polynomial is its theta instead, and phi follows.
+/// Holds doubles alone, so that a curve fits into an array.
 struct Stretch {
     double start, end, coefficient[4];
     double q[joints], psi;          // at its start, continuous: reference for the turns of inner values
@@ -69,7 +69,7 @@ struct PlacedPosture {
 };
 
 /// A configuration for any scalar: the self-motion, phi and the directions of the joints. If a joint leads,
-/// also its theta and the squared slope of its equation (led.hpp: slope_square).
+/// also its theta and the squared slope of its equation (psi_from_joint.hpp: slope_square).
 template <class T>
 struct PlacedDirections {
     SelfMotion<T> motion;
@@ -79,13 +79,13 @@ struct PlacedDirections {
     Directions<T> angles;
 };
 
-namespace curve_rule {
+namespace curve_tuning {
 inline constexpr double inside = 1e-9;  // of a stretch: distance from its end to evaluate the joints' limit
 inline constexpr double there = 1e-5;   // rad: joints this near to the limit have reached it
 /// Sine of a hinge that is 0 at an end of its stretch, below which the joints next to it are read between the
 /// ends: the directions are no longer than this, and round to 2e-15.
 inline constexpr double shut = 3e-6;
-}  // namespace curve_rule
+}  // namespace curve_tuning
 
 /// Whether the range of joint j is at least 2 pi, so that one angle may fit in two revolutions.
 inline bool has_a_turn(const Limits& limits, int j) noexcept {
@@ -111,8 +111,8 @@ struct Curve {
 
     /// The joint (0: joint 2, 1: joint 6) that is 0 or pi at joints q while a neighbour of the other one
     /// leads the stretch; -1: none.
-    int hinge_shut(const Stretch& x, const double* q) const noexcept {
-        const int through = hinge_led_through(static_cast<int>(x.lead));
+    int singular_hinge(const Stretch& x, const double* q) const noexcept {
+        const int through = hinge_crossed_by(static_cast<int>(x.lead));
         if (through < 0) return -1;
         const int other = 1 - through;
         const double theta = to_theta(arm, hinge_joint[other], q[hinge_joint[other]]);
@@ -139,10 +139,11 @@ struct Curve {
         const int joint = static_cast<int>(x.lead);
         out.functions = joint_functions(out.motion);
         out.theta = sin_cos(value);
-        const Led<T> led = led_angle(tie(out.functions, joint, out.theta), T(x.side));
+        const PsiFromJoint<T> led =
+            psi_from_joint(joint_condition(out.functions, joint, out.theta), T(x.side));
         out.phi = led.psi;
         out.room = led.slope_square;
-        out.angles = led_directions(out.motion, out.phi, joint, out.theta);
+        out.angles = directions_with_joint(out.motion, out.phi, joint, out.theta);
         return out;
     }
 
@@ -153,9 +154,9 @@ struct Curve {
         PlacedPosture out;
         out.pose = pose_at(segment(x), s);
         PlacedDirections<double> here = place(x, s, value);
-        const bool shut = hinge_shut(x, x.q) >= 0 || hinge_shut(x, x.q_end) >= 0;
+        const bool shut = singular_hinge(x, x.q) >= 0 || singular_hinge(x, x.q_end) >= 0;
         keep_shares(arm, here.motion, here.phi, static_cast<int>(x.lead), near, here.angles,
-                    shut ? curve_rule::shut : tolerance::one_axis);
+                    shut ? curve_tuning::shut : tolerance::one_axis);
         const Joints q = joints_within_limits(arm, here.angles, near);
         for (int j = 0; j < joint_slots; ++j) out.q[j] = q.q[j];
         for (int j = 0; j < joints; ++j)  // another turn may hold too, but the curve would jump
@@ -171,7 +172,7 @@ struct Curve {
             lift(arm_angle(circle(arm, flange_pose(arm, out.pose)), c.z * here.phi.cos + c.e * here.phi.sin),
                  near_psi);
         Configuration<double> sign = here.motion.gc;
-        const int through = hinge_led_through(static_cast<int>(x.lead));
+        const int through = hinge_crossed_by(static_cast<int>(x.lead));
         if (through == 0) sign.shoulder = here.angles.y[1];
         if (through == 1) sign.wrist = here.angles.y[5];
         out.gc = index(sign);
@@ -194,14 +195,14 @@ struct Curve {
     void derivatives(double s, double* out) const noexcept {
         using J = Jet<double, 3>;
         const Stretch& x = stretch(s);
-        const int from = hinge_shut(x, x.q), to = hinge_shut(x, x.q_end);
+        const int from = singular_hinge(x, x.q), to = singular_hinge(x, x.q_end);
         double about = s;  // of the series: an end with a shut hinge, if that is near
         if (from >= 0 && barely_open(x, s, from)) about = x.start;
         if (to >= 0 && barely_open(x, s, to)) about = x.end;
         const J at = J::variable(about);
         Directions<J> d = place(x, at, phi_at(x, at)).angles;
-        if (about == x.start) open_hinge(x, about, from, 1.0, d);
-        if (about == x.end) open_hinge(x, about, to, -1.0, d);
+        if (about == x.start) set_singular_limit(x, about, from, 1.0, d);
+        if (about == x.end) set_singular_limit(x, about, to, -1.0, d);
         const double off = s - about;
         for (int j = 0; j < joints; ++j) {
             const J theta = atan2(d.y[j], d.x[j]);
@@ -216,15 +217,15 @@ struct Curve {
     /// Whether joint 2 (h = 0) or joint 6 (h = 1) is so near to 0 or pi at s that the angles of the joints
     /// before and after it lose digits.
     bool barely_open(const Stretch& x, double s, int h) const noexcept {
-        return makes_one_axis(place(x, s, phi_at(x, s)).angles, hinge_joint[h], curve_rule::shut);
+        return makes_one_axis(place(x, s, phi_at(x, s)).angles, hinge_joint[h], curve_tuning::shut);
     }
 
     /// Replaces the directions of the neighbours of joint 2 or 6 (h: 0, 1) at an end where that joint is 0,
     /// by their limit from within. These directions (V, U) vanish with the distance and are divided by it.
     /// way: 1 if the stretch begins there, -1 if it ends. Does nothing if h < 0.
     template <int K>
-    void open_hinge(const Stretch& x, double s, int h, double way,
-                    Directions<Jet<double, K>>& d) const noexcept {
+    void set_singular_limit(const Stretch& x, double s, int h, double way,
+                            Directions<Jet<double, K>>& d) const noexcept {
         if (h < 0) return;
         using Longer = Jet<double, K + 1>;
         const Longer at = Longer::variable(s);
@@ -361,17 +362,17 @@ namespace detail {
 inline PlacedPosture end_posture(const Curve& curve, const Stretch& x, bool last, const double* near,
                                  double psi) noexcept {
     const double s = last ? x.end : x.start,
-                 way = (last ? -1.0 : 1.0) * curve_rule::inside * (x.end - x.start);
+                 way = (last ? -1.0 : 1.0) * curve_tuning::inside * (x.end - x.start);
     const PlacedPosture here = curve.solve(x, s, phi_at(x, s), near, psi);
-    if (const int h = curve.hinge_shut(x, here.q); h >= 0) {
+    if (const int h = curve.singular_hinge(x, here.q); h >= 0) {
         Directions<Jet<double, 0>> d;
-        curve.open_hinge(x, s, h, last ? -1.0 : 1.0, d);
+        curve.set_singular_limit(x, s, h, last ? -1.0 : 1.0, d);
         double limit[joints];
         std::copy(near, near + joints, limit);
         for (const int j : {pivot_joint[2 * h], pivot_joint[2 * h + 1]}) {
             const double theta = atan2(d.y[j].value(), d.x[j].value());
             const double q = lift(to_q(curve.arm, j, theta), near[j]);
-            if (last || abs(q - near[j]) > curve_rule::there) limit[j] = q;
+            if (last || abs(q - near[j]) > curve_tuning::there) limit[j] = q;
         }
         return curve.solve(x, s, phi_at(x, s), limit, psi);
     }
@@ -383,7 +384,7 @@ inline PlacedPosture end_posture(const Curve& curve, const Stretch& x, bool last
     double limit[joints];
     for (int j = 0; j < joints; ++j) {
         limit[j] = 2 * beside.q[j] - off.q[j];
-        if (abs(limit[j] - near[j]) <= curve_rule::there) limit[j] = near[j];
+        if (abs(limit[j] - near[j]) <= curve_tuning::there) limit[j] = near[j];
     }
     return curve.solve(x, s, phi_at(x, s), limit, psi);
 }

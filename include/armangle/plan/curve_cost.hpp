@@ -114,7 +114,7 @@ public:
                 q[j] = here.q[j];
             }
             if (i > 0) sum += moving(rate) / CurveCostTuning::held_steps;
-            if (!within_limits(task_.limits, q, 0.0) || hinge_clearance(arm, q) < task_.table.margin)
+            if (!within_limits(task_.limits, q, 0.0) || singularity_distance(arm, q) < task_.table.margin)
                 return infinity;
             const double half = i == 0 || i == CurveCostTuning::held_steps ? 0.5 : 1.0;
             const double here_cost = task_.margin_scale() * rating(task_, objective_, q).cost +
@@ -200,7 +200,7 @@ public:
             min(held_cost(Reference::base, end, !start), held_cost(Reference::stereographic, end, !start));
         double home = infinity;
         for (const double* q : {start, goal})
-            if (q) home = min(home, hinge_clearance(task_.arm, q));
+            if (q) home = min(home, singularity_distance(task_.arm, q));
         if (home < CurveCostTuning::home && naive < infinity) return cost <= naive;
         const unsigned through = passed(crossing);
         return (through & (through - 1)) && naive == infinity && stays_in_plane(crossing);

@@ -16,7 +16,7 @@
 
 namespace armangle {
 
-namespace through_rule {
+namespace curve_through_tuning {
 inline constexpr double near = 0.35;    // |sin| of theta_2, theta_6 up to which the pivot next to it may lead
 inline constexpr double shut = 1e-6;    // |sin| of these near which phi has no usable rate
 inline constexpr double swing = 0.002;  // share of the move from row to row by which a joint may deviate
@@ -24,7 +24,7 @@ inline constexpr double calmer = 0.9;   // largest share of a deviation that lea
 inline constexpr double round = 0.5;    // rad: a led stretch lets no joint deviate farther
 inline constexpr double there = 1e-5;   // rad: distance of a led stretch's ends from its rows
 inline constexpr double looks[] = {1e-6, 1e-4, 0.003, 0.03, 0.1, 0.25, 0.5, 0.75, 0.9, 0.97, 0.997};
-}  // namespace through_rule
+}  // namespace curve_through_tuning
 
 /// If an arm has its own chain, this is the curve of the nominal arm, and the true joint leads.
 struct CurveThrough {
@@ -79,7 +79,7 @@ private:
     static double swing(const Curve& curve, const Corrected& corrected, const Stretch& x,
                         const double* q) noexcept {
         double most = 0;
-        for (const double share : through_rule::looks) {
+        for (const double share : curve_through_tuning::looks) {
             double straight[joints];
             for (int j = 0; j < joints; ++j) straight[j] = q[j] + share * (q[joints + j] - q[j]);
             const double off = off_at(curve, corrected, x, straight, share);
@@ -107,8 +107,8 @@ private:
     template <class Corrected>
     static bool meets_rows(const Curve& curve, const Corrected& corrected, const double* q,
                            const Stretch& x) noexcept {
-        return off_at(curve, corrected, x, q, 0.0) <= through_rule::there &&
-               off_at(curve, corrected, x, q + joints, 1.0) <= through_rule::there;
+        return off_at(curve, corrected, x, q, 0.0) <= curve_through_tuning::there &&
+               off_at(curve, corrected, x, q + joints, 1.0) <= curve_through_tuning::there;
     }
 
     /// Makes a neighbour of joint 2 or 6 lead a stretch if joints then deviate less; the joint nearer to 0 is
@@ -123,14 +123,14 @@ private:
             open[h] = min(opened(q), opened(q + joints));
         }
         const int nearer = open[0] <= open[1] ? 0 : 1;
-        if (open[nearer] > through_rule::near) return;
-        const bool shut = open[nearer] <= through_rule::shut || !meets_rows(curve, corrected, q, x);
+        if (open[nearer] > curve_through_tuning::near) return;
+        const bool shut = open[nearer] <= curve_through_tuning::shut || !meets_rows(curve, corrected, q, x);
         const double before = swing(curve, corrected, x, q),
-                     few = through_rule::swing * detail::largest_move(q, q + joints);
+                     few = curve_through_tuning::swing * detail::largest_move(q, q + joints);
         if (!shut && before <= few) return;
-        const double most = shut ? infinity : through_rule::calmer * before;
+        const double most = shut ? infinity : curve_through_tuning::calmer * before;
         if (lead(curve, corrected, nearer, q, most, x)) return;
-        if (open[1 - nearer] <= through_rule::near) lead(curve, corrected, 1 - nearer, q, most, x);
+        if (open[1 - nearer] <= curve_through_tuning::near) lead(curve, corrected, 1 - nearer, q, most, x);
     }
 
     /// Makes the neighbour of joint 2 or 6 (h: 0, 1) lead from row q to the next, if no joint then deviates
@@ -147,7 +147,7 @@ private:
         for (const double side : {-1.0, 1.0}) {
             led.side = side;
             if (!meets_rows(curve, corrected, q, led)) continue;
-            if (!(swing(curve, corrected, led, q) <= min(most, through_rule::round))) continue;
+            if (!(swing(curve, corrected, led, q) <= min(most, curve_through_tuning::round))) continue;
             x = led;
             return true;
         }

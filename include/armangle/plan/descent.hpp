@@ -19,7 +19,7 @@
 
 namespace armangle {
 
-namespace descent_rule {
+namespace descent_tuning {
 inline constexpr int rounds = 60;
 inline constexpr double step = 0.4;    // largest change of phi in one round (rad)
 inline constexpr double done = 1e-9;   // share of the objective that another step would still save
@@ -39,7 +39,7 @@ inline constexpr int levels = 6;       // halvings of an interval
 inline constexpr long long work = 5000;
 inline constexpr std::size_t points = 4;           // of an interval, unless segments cut it
 inline constexpr std::size_t most_points = 20000;  // of a curve: beyond, an interval has one
-}  // namespace descent_rule
+}  // namespace descent_tuning
 
 namespace detail {
 
@@ -120,10 +120,10 @@ struct Quadrature {
 /// Computes the Gauss points of all intervals. If `cut`, no interval crosses the end of a segment, where the
 /// path's velocity jumps. points: per interval, 1 to 4.
 inline Quadrature quadrature(const Task& task, int gc, const std::vector<double>& breaks, bool cut,
-                             std::size_t points = descent_rule::points) {
+                             std::size_t points = descent_tuning::points) {
     using detail::SeriesInS;
     Quadrature out{breaks, {}, {}};
-    const bool many = breaks.size() * descent_rule::points > descent_rule::most_points;
+    const bool many = breaks.size() * descent_tuning::points > descent_tuning::most_points;
     std::vector<double> ends;
     std::size_t next = 0;
     for (std::size_t i = 0; i + 1 < breaks.size(); ++i) {
@@ -182,7 +182,7 @@ class Descent {
 public:
     /// Prepares a descent; `wall` is the weight of the cost that enforces limits.
     Descent(const Task& task, const Objective& objective, const FixedEnds& ends,
-            double wall = descent_rule::wall[0])
+            double wall = descent_tuning::wall[0])
         : task_(task), objective_(objective), ends_(ends), asked_wall_(wall), wall_(wall) {}
 
     /// Starts at a curve on the breaks of the quadrature; false if it violates limits.
@@ -193,7 +193,7 @@ public:
     }
 
     /// The objective of a curve on the breaks of the quadrature; infinite if it violates limits.
-    double glance(const Quadrature& quadrature, const std::vector<double>& control) {
+    double inside_at_eight(const Quadrature& quadrature, const std::vector<double>& control) {
         quadrature_ = &quadrature;
         return assemble<0>(control, there_) ? there_.energy : infinity;
     }
@@ -216,11 +216,11 @@ public:
         if (go_down(done, work) || work <= 0) return;
         const std::vector<double> stopped = control_;
         const double least = here_.energy;
-        for (const double wall : descent_rule::soft) {
+        for (const double wall : descent_tuning::soft) {
             if (!(wall > asked_wall_)) continue;
             wall_ = wall;
             assemble<2>(control_, here_);
-            go_down(descent_rule::rough, work);
+            go_down(descent_tuning::rough, work);
         }
         wall_ = asked_wall_;
         if (assemble<2>(control_, here_)) go_down(done, work);
@@ -234,7 +234,7 @@ public:
     /// curve is no minimum.
     double stationarity() {
         if (!solve(0)) return infinity;
-        return saving_ / max(here_.energy, descent_rule::tiny);
+        return saving_ / max(here_.energy, descent_tuning::tiny);
     }
 
     /// The breaks with those intervals halved on which the spline bends too sharply for its knots, or the
@@ -253,7 +253,7 @@ public:
             third[i] = 6 * cubic / (h * h * h);
         }
         const double allowed =
-            descent_rule::sharp * max(here_.energy, descent_rule::tiny) / static_cast<double>(n);
+            descent_tuning::sharp * max(here_.energy, descent_tuning::tiny) / static_cast<double>(n);
         for (std::size_t i = 0; i < n; ++i) {
             out.push_back(breaks[i]);
             const double h = breaks[i + 1] - breaks[i];
@@ -263,7 +263,7 @@ public:
             const Interior& f = here_.interior[i];
             const bool bends = f.stiffness * h * slope * slope > allowed;
             const bool rises =
-                f.most > descent_rule::even * f.least && f.most * h > descent_rule::small * energy();
+                f.most > descent_tuning::even * f.least && f.most * h > descent_tuning::small * energy();
             if (h > narrowest && (bends || rises)) out.push_back(breaks[i] + 0.5 * h);
         }
         out.push_back(breaks.back());
@@ -274,14 +274,14 @@ private:
     /// Takes steps until another would save at most this share of the objective; true if that was reached.
     bool go_down(double done, long long& work) {
         double damping = 1e-3;
-        for (int round = 0; round < descent_rule::rounds && damping < 1e9 && work > 0; ++round) {
+        for (int round = 0; round < descent_tuning::rounds && damping < 1e9 && work > 0; ++round) {
             task_.pass_checkpoint();
             work -= static_cast<long long>(quadrature_->breaks.size());
             if (!solve(damping)) {
                 damping *= 10;
                 continue;
             }
-            if (saving_ <= done * max(here_.energy, descent_rule::tiny)) return true;
+            if (saving_ <= done * max(here_.energy, descent_tuning::tiny)) return true;
             damping = advance() ? max(damping * 0.1, 1e-9) : damping * 10;
         }
         return false;
@@ -455,17 +455,17 @@ bool Descent::integrand(const detail::GaussPoint& p, double phi, double v, const
         }
     };
     const auto wall = [this](const Curved& distance) {
-        const Curved held = max(distance, Curved(descent_rule::tiny));
-        const Curved near = Curved(wall_) / held - Curved(wall_ / descent_rule::before);
+        const Curved held = max(distance, Curved(descent_tuning::tiny));
+        const Curved near = Curved(wall_) / held - Curved(wall_ / descent_tuning::before);
         return Curved(wall_weight()) * near * near;
     };
     distances(task_, joint, [&](const Curved& distance, Kind kind) {
         if (!(distance.value() > 0)) inside = false;
         if (weight(objective_, kind) > 0) f.margin = min(f.margin, distance.value());
-        if (!(distance.value() < max(objective_.enough, descent_rule::before))) return;
+        if (!(distance.value() < max(objective_.enough, descent_tuning::before))) return;
         const Curved near = cost(distance, kind, objective_.enough);
         Curved sum = Curved(weight(objective_, kind)) * near;
-        if (distance.value() < descent_rule::before) sum = sum + wall(distance);
+        if (distance.value() < descent_tuning::before) sum = sum + wall(distance);
         add(sum);
         (kind == Kind::limit ? terms.limits : terms.singularities) += p.weight * scale * near.value();
     });
@@ -477,7 +477,7 @@ bool Descent::integrand(const detail::GaussPoint& p, double phi, double v, const
         for (const double distance : {here - arc.lower, arc.upper - here}) {
             if (!(here > arc.lower && here < arc.upper)) continue;
             open = true;
-            if (!(distance < descent_rule::before)) continue;
+            if (!(distance < descent_tuning::before)) continue;
             Curved off(distance);
             if constexpr (Order == 2) off.coefficient[1] = distance == here - arc.lower ? 1.0 : -1.0;
             add(wall(off));
@@ -547,7 +547,7 @@ inline bool Descent::solve(double damping) {
         for (std::size_t k = std::min<std::size_t>(i, 3) + 1; k-- > 0;) {
             const std::size_t j = i - k;
             double sum = here_.band[i][k];
-            if (k == 0) sum += damping * abs(sum) + descent_rule::tiny;
+            if (k == 0) sum += damping * abs(sum) + descent_tuning::tiny;
             if (fixed(i) || fixed(j)) sum = k == 0 ? 1.0 : 0.0;
             for (std::size_t m = i > 3 ? i - 3 : 0; m < j; ++m)
                 if (j - m <= 3) sum -= factor_[i][i - m] * factor_[m][0] * factor_[j][j - m];
@@ -578,7 +578,7 @@ inline bool Descent::solve(double damping) {
 inline bool Descent::advance() {
     double most = 0;
     for (const double x : step_) most = max(most, abs(x));
-    double share = min(1.0, descent_rule::step / most);
+    double share = min(1.0, descent_tuning::step / most);
     for (int half = 0; half < 5; ++half, share *= 0.5) {
         tried_ = control_;
         for (std::size_t i = 0; i < tried_.size(); ++i) tried_[i] += share * step_[i];

@@ -129,12 +129,12 @@ inline unsigned blocking_joints(const LimitTable& limits, const SelfMotion<doubl
 
 }  // namespace detail
 
-namespace opening_rule {
+namespace diagnose_tuning {
 inline constexpr int between = 4;      // self-motions sampled between two sections
 inline constexpr int golden = 30;      // golden-section steps about the worst of them
 inline constexpr double spare = 0.01;  // share of an opening that is added to it ...
 inline constexpr double least = 1e-6;  // ... and the least amount added (rad)
-}  // namespace opening_rule
+}  // namespace diagnose_tuning
 
 namespace detail {
 
@@ -151,7 +151,7 @@ public:
     double of(int joint, bool upper) const {
         double most = opening(task_, motions_[empty_], joint, upper);
         std::size_t worst = empty_;
-        const auto spared = [&] { return most * (1 + opening_rule::spare) + opening_rule::least; };
+        const auto spared = [&] { return most * (1 + diagnose_tuning::spare) + diagnose_tuning::least; };
         for (bool all = false; !all && most < infinity;) {
             all = true;
             LimitTable table = moved_out(joint, upper, spared());
@@ -166,7 +166,7 @@ public:
                 all = false;
                 if (most < infinity) table = moved_out(joint, upper, spared());
             }
-            if (all) most = max(most, beside(worst, joint, upper));
+            if (all) most = max(most, largest_widening(worst, joint, upper));
         }
         return most < infinity ? spared() : infinity;
     }
@@ -180,7 +180,7 @@ private:
     }
 
     /// The largest required widening (rad) between the neighbours of a self-motion, by golden-section search.
-    double beside(std::size_t at, int joint, bool upper) const noexcept {
+    double largest_widening(std::size_t at, int joint, bool upper) const noexcept {
         const double share = 0.5 * (std::sqrt(5.0) - 1.0);
         double low = s_[at ? at - 1 : 0], high = s_[std::min(at + 1, s_.size() - 1)], most = 0;
         const auto here = [&](double s) {
@@ -191,7 +191,7 @@ private:
         };
         double left = high - share * (high - low), right = low + share * (high - low);
         double at_left = here(left), at_right = here(right);
-        for (int i = 0; i < opening_rule::golden; ++i) {
+        for (int i = 0; i < diagnose_tuning::golden; ++i) {
             if (at_left > at_right) {
                 high = right;
                 right = left;
@@ -239,8 +239,8 @@ inline void explain_limits(const Task& task, const Tube& tube, std::size_t from,
         if (k + 1 == tube.sections.size()) break;
         const Section& next = tube.sections[k + 1];
         if (x.status == Status::OK && next.status == Status::OK) continue;
-        for (int i = 1; i < opening_rule::between; ++i) {
-            s.push_back(x.s + (next.s - x.s) * i / opening_rule::between);
+        for (int i = 1; i < diagnose_tuning::between; ++i) {
+            s.push_back(x.s + (next.s - x.s) * i / diagnose_tuning::between);
             motions.push_back(self_motion(task.arm, task.circle_at(s.back()), configuration(tube.gc)));
         }
     }

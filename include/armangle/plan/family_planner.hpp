@@ -236,7 +236,7 @@ private:
                 gone.push_back(length_ + tuning_.spacing * s);
                 last = here;
             }
-        length_ = max(length_, parameter_rule::least_length);
+        length_ = max(length_, tube_parameter_tuning::least_length);
         const double whole = gone.back();
         const int count =
             std::max(tuning_.least_sections - 1, static_cast<int>(std::ceil(whole / tuning_.spacing)));
@@ -274,7 +274,7 @@ private:
     /// Inserts a section half way between sections k and k + 1; false if they are too close.
     bool halve(Branch& branch, std::size_t k) const {
         const double a = branch.sections[k].s, b = branch.sections[k + 1].s, s = 0.5 * (a + b);
-        if (!(b - a > parameter_rule::same)) return false;
+        if (!(b - a > tube_parameter_tuning::same)) return false;
         Section all[configurations];
         look(s, 1u << branch.report.gc, all);
         branch.sections.insert(branch.sections.begin() + static_cast<std::ptrdiff_t>(k) + 1,
@@ -607,7 +607,7 @@ private:
             bool open = false;
             for (std::size_t i = 0; i < proof.open.size(); i += 2)
                 open = open || (proof.open[i] < b && proof.open[i + 1] > a);
-            if (open && b - a > parameter_rule::same) {
+            if (open && b - a > tube_parameter_tuning::same) {
                 Section all[configurations];
                 look(0.5 * (a + b), 1u << branch.report.gc, all);
                 const Section& half = all[branch.report.gc];

@@ -42,12 +42,12 @@ struct Terms {
     }
 };
 
-namespace objective_rule {
+namespace objective_tuning {
 inline constexpr double reference = 0.2;  // r of the cost (rad)
 inline constexpr double floor = 0.02;     // below this distance the cost is its tangent (rad) ...
 inline constexpr double home = 0.1;       // ... and below this one from a singularity
 inline constexpr double still = 1e-6;     // time for a unit of s without motion: keeps the pace smooth (s)
-}  // namespace objective_rule
+}  // namespace objective_tuning
 
 /// The typical speed (rad/s) of a joint on a path that turns the arm by `length` (rad): its greatest, or the
 /// speed that it reaches with this acceleration over that distance.
@@ -58,7 +58,7 @@ inline double joint_speed(double velocity, double acceleration, double length) n
 /// The time for a unit of s (s), to the power of 8. It is the largest time of a joint, as the smooth norm of
 /// order 8 of all, which is up to 28 % more.
 inline double pace_to_8(const double* slowness, const double* rate) noexcept {
-    const double least = objective_rule::still * objective_rule::still;
+    const double least = objective_tuning::still * objective_tuning::still;
     double sum = least * least * least * least;
     for (int j = 0; j < joints; ++j) {
         const double x = slowness[j] * rate[j], square = x * x;
@@ -85,12 +85,12 @@ inline double weight(const Objective& objective, Kind kind) noexcept {
 /// singularities, since many motions begin at theta_2 = 0 or theta_6 = 0.
 template <class T>
 T cost(const T& distance, Kind kind, double enough) noexcept {
-    if (!(distance < T(enough)) || enough <= objective_rule::floor) return T(0.0);
+    if (!(distance < T(enough)) || enough <= objective_tuning::floor) return T(0.0);
     const double floor =
-        kind == Kind::limit ? objective_rule::floor : min(objective_rule::home, 0.5 * enough);
+        kind == Kind::limit ? objective_tuning::floor : min(objective_tuning::home, 0.5 * enough);
     const T held = max(distance, T(floor));
-    const T share = T(objective_rule::reference) / held;
-    const T near = share - T(objective_rule::reference / enough);
+    const T share = T(objective_tuning::reference) / held;
+    const T near = share - T(objective_tuning::reference / enough);
     return near * near + T(2.0) * near * share * (held - distance) / held;
 }
 

@@ -14,13 +14,13 @@
 
 namespace armangle {
 
-namespace optimum_rule {
-inline constexpr int coarse = 12;       // intervals of the curves that are compared ...
-inline constexpr int middling = 48;     // ... and if none of those respects the limits
-inline constexpr int held = 48;         // constant angles that are tried if the start is free
-inline constexpr std::size_t many = 6;  // with more starting curves, a quick evaluation selects the best
-inline constexpr int glances = 6;       // ... on so many intervals
-inline constexpr double beside_better = 0.4;        // of phi at both ends: counts as near a better one (rad)
+namespace optimum_tuning {
+inline constexpr int coarse = 12;           // intervals of the curves that are compared ...
+inline constexpr int middling = 48;         // ... and if none of those respects the limits
+inline constexpr int held = 48;             // constant angles that are tried if the start is free
+inline constexpr std::size_t many = 6;      // with more starting curves, a quick evaluation selects the best
+inline constexpr int glances = 6;           // ... on so many intervals
+inline constexpr double near_better = 0.4;  // of phi at both ends: counts as near a better one (rad)
 inline constexpr double soon[] = {0.03, 0.1, 0.3};  // of s: distance from a fixed end to a target for psi
 inline constexpr double inset = 0.02;               // of that target from the ends of its arc (rad)
 inline constexpr int layers = 48;                   // sections on which starting curves are first evaluated
@@ -28,7 +28,7 @@ inline constexpr int descents = 3;                  // of the best starting curv
 inline constexpr double beside[] = {1e-4, 1e-3, 5e-3,
                                     0.02};  // of a fixed end: more breaks, because it may be left fast
 inline constexpr double narrowest = 1e-4;   // intervals up to this length are not halved (of s)
-}  // namespace optimum_rule
+}  // namespace optimum_tuning
 
 /// A curve of a branch with its rating.
 struct Optimum {
@@ -74,7 +74,7 @@ public:
     /// the limits there.
     std::vector<Optimum> run() {
         start();
-        for (const int intervals : {optimum_rule::coarse, optimum_rule::middling}) {
+        for (const int intervals : {optimum_tuning::coarse, optimum_tuning::middling}) {
             std::vector<Optimum> best = best_of(quadrature(task_, tube_.gc, breaks(intervals), false));
             if (!best.empty()) return best;
         }
@@ -85,11 +85,11 @@ private:
     /// Breaks of s: equal intervals, and some near a fixed end.
     std::vector<double> breaks(int intervals) const {
         std::vector<double> out{0.0};
-        for (const double s : optimum_rule::beside)
+        for (const double s : optimum_tuning::beside)
             if (ends_.first) out.push_back(s);
         for (int i = 1; i < intervals; ++i) out.push_back(static_cast<double>(i) / intervals);
-        for (std::size_t i = std::size(optimum_rule::beside); i-- > 0;)
-            if (ends_.last) out.push_back(1.0 - optimum_rule::beside[i]);
+        for (std::size_t i = std::size(optimum_tuning::beside); i-- > 0;)
+            if (ends_.last) out.push_back(1.0 - optimum_tuning::beside[i]);
         out.push_back(1.0);
         return out;
     }
@@ -140,7 +140,7 @@ private:
                          now = task_.wished_phi(tube_.gc, l.s);
             wished.push_back(now == now ? lift(now, before) : before);
         }
-        for (const double soon : optimum_rule::soon) {
+        for (const double soon : optimum_tuning::soon) {
             std::vector<double> phi = wished;
             for (std::size_t k = 0; k < phi.size(); ++k) {
                 if (ends_.first) phi[k] += (first - wished.front()) * std::exp(-s_[k] / soon);
@@ -158,7 +158,7 @@ private:
         if (l.full || l.count == 0) return phi;
         const Arc& a = tube_.arc(l)[nearest_arc(tube_, l, phi)];
         const double middle = 0.5 * (a.lower + a.upper), turn = lift(middle, phi) - middle;
-        const double inset = min(optimum_rule::inset, 0.5 * (a.upper - a.lower));
+        const double inset = min(optimum_tuning::inset, 0.5 * (a.upper - a.lower));
         return min(max(phi, a.lower + turn + inset), a.upper + turn - inset);
     }
 
@@ -170,7 +170,7 @@ private:
         } else if (ends_.last) {
             add(turn, last + turn.back());
         } else {
-            for (int i = 0; i < optimum_rule::held; ++i) add(turn, i * two_pi / optimum_rule::held);
+            for (int i = 0; i < optimum_tuning::held; ++i) add(turn, i * two_pi / optimum_tuning::held);
         }
     }
     /// Adds the starting curve phi = sum - turn, if it is in the arcs.
@@ -182,7 +182,7 @@ private:
 
     /// Whether a curve stays on the arcs, tested at some sections.
     bool on_arcs(const std::vector<double>& phi) const noexcept {
-        const std::size_t stride = phi.size() / optimum_rule::layers + 1;
+        const std::size_t stride = phi.size() / optimum_tuning::layers + 1;
         for (std::size_t k = 0; k < phi.size(); k += stride) {
             const Section& l = tube_.sections[k];
             if (l.full) continue;
@@ -204,7 +204,7 @@ private:
         std::vector<Start> out;
         for (const Start& x : curves) {
             Descent descent(task_, objective_, ends_);
-            const double energy = descent.glance(q, spline(q.breaks, s_, curves_[x.curve]).control);
+            const double energy = descent.inside_at_eight(q, spline(q.breaks, s_, curves_[x.curve]).control);
             if (energy < infinity) out.push_back({energy, x.curve});
         }
         std::stable_sort(out.begin(), out.end(),
@@ -220,11 +220,11 @@ private:
             const std::vector<double>& phi = curves_[x.curve];
             const bool seen = std::any_of(out.begin(), out.end(), [&](const Start& y) {
                 const std::vector<double>& other = curves_[y.curve];
-                return abs(wrap(phi.front() - other.front())) < optimum_rule::beside_better &&
-                       abs(wrap(phi.back() - other.back())) < optimum_rule::beside_better;
+                return abs(wrap(phi.front() - other.front())) < optimum_tuning::near_better &&
+                       abs(wrap(phi.back() - other.back())) < optimum_tuning::near_better;
             });
             if (!seen) out.push_back(x);
-            if (out.size() == optimum_rule::many) break;
+            if (out.size() == optimum_tuning::many) break;
         }
         return out;
     }
@@ -233,18 +233,18 @@ private:
     std::vector<Optimum> best_of(const Quadrature& q) const {
         std::vector<Start> order;
         for (std::size_t i = 0; i < curves_.size(); ++i) order.push_back({0.0, i});
-        if (order.size() > optimum_rule::many) {
-            const Quadrature few = quadrature(task_, tube_.gc, breaks(optimum_rule::glances), false, 2);
+        if (order.size() > optimum_tuning::many) {
+            const Quadrature few = quadrature(task_, tube_.gc, breaks(optimum_tuning::glances), false, 2);
             order = apart(sorted(few, order));
             order.push_back({0.0, 0});
         }
         order = sorted(q, order);
         std::vector<Optimum> out;
-        for (std::size_t i = 0; i < order.size() && i < optimum_rule::descents; ++i) {
-            long long work = descent_rule::work;
+        for (std::size_t i = 0; i < order.size() && i < optimum_tuning::descents; ++i) {
+            long long work = descent_tuning::work;
             Descent descent(task_, objective_, ends_);
             descent.stand(q, spline(q.breaks, s_, curves_[order[i].curve]).control);
-            descent.run(descent_rule::rough, work);
+            descent.run(descent_tuning::rough, work);
             out.push_back(detail::result(descent, q.breaks));
         }
         std::stable_sort(out.begin(), out.end(), less);
@@ -281,20 +281,20 @@ inline Optimum as_it_is(const Task& task, const Objective& objective, int gc, co
 }
 
 /// The minimum next to a curve, on as many knots as its bends need. Not found if the curve itself violates
-/// limits. wall: one of descent_rule::wall.
+/// limits. wall: one of descent_tuning::wall.
 inline Optimum fine_optimum(const Task& task, const Objective& objective, int gc, FixedEnds ends, Spline now,
                             double wall) {
     Optimum out;
-    long long work = descent_rule::work;
-    for (int level = 0; level <= descent_rule::levels && work > 0; ++level) {
+    long long work = descent_tuning::work;
+    for (int level = 0; level <= descent_tuning::levels && work > 0; ++level) {
         const Quadrature q = quadrature(task, gc, now.breaks, true);
         Descent descent(task, objective, ends, wall);
         if (!descent.stand(q, now.control)) break;
-        descent.run(descent_rule::done, work);
+        descent.run(descent_tuning::done, work);
         now.control = descent.control();
         out = detail::result(descent, now.breaks);
         std::copy(out.q, out.q + joints, ends.q);
-        std::vector<double> finer = descent.finer(optimum_rule::narrowest);
+        std::vector<double> finer = descent.finer(optimum_tuning::narrowest);
         if (finer.size() == now.breaks.size()) break;
         now = refined(now, finer);
     }

@@ -17,26 +17,27 @@ struct PlanEndsTuning {
     static constexpr double end_move = 1e-3;  // largest move of a joint there (rad); more is a jump
     static constexpr double locked = 1e-3;    // range below which a joint determines phi (rad)
     static constexpr double beside = 0.2;     // of phi: range to search the solution nearest to a start (rad)
-    static constexpr double beside_singular = 0.02;  // |sin| of theta_2, theta_6 of an end that is led (rad)
-    static constexpr double on_pose = 1e-6;          // m and rad: an end this near belongs to its pose
+    static constexpr double near_singular = 0.02;  // |sin| of theta_2, theta_6 of an end that is led (rad)
+    static constexpr double on_pose = 1e-6;        // m and rad: an end this near belongs to its pose
     static constexpr double straight = 1e-7;    // theta_4 to which rounding may bend a straight elbow (rad)
     static constexpr double widest_gap = 0.05;  // of an end from the solution that replaces it (rad)
 };
 
 /// The distance (rad) of theta of joint 2 or 6 from the nearest of 0 and +-pi.
-inline double hinge_clearance(double theta) noexcept {
+inline double singularity_distance(double theta) noexcept {
     const double size = abs(theta);
     return min(size, pi - size);
 }
 
 /// The smaller distance of theta_2 and theta_6 from 0 and +-pi (rad). At 0 the arm angle does not determine
 /// how the joints next to that one share their rotation.
-inline double hinge_clearance(const Arm& arm, const double* q) noexcept {
-    return min(hinge_clearance(wrap(to_theta(arm, 1, q[1]))), hinge_clearance(wrap(to_theta(arm, 5, q[5]))));
+inline double singularity_distance(const Arm& arm, const double* q) noexcept {
+    return min(singularity_distance(wrap(to_theta(arm, 1, q[1]))),
+               singularity_distance(wrap(to_theta(arm, 5, q[5]))));
 }
 
 /// The larger of |sin theta_2| and |sin theta_6|.
-inline double hinge_sine(const Arm& arm, const double* q) noexcept {
+inline double singularity_sine(const Arm& arm, const double* q) noexcept {
     const Chain now = chain(arm, q);
     return max(abs(std::sin(now.theta[1])), abs(std::sin(now.theta[5])));
 }
@@ -123,9 +124,9 @@ public:
             out.phi = nearest_phi(l, out.phi, q);
             most = placed(l, out.phi, q, out.q);
         }
-        double clear = hinge_clearance(task_.arm, out.q);
+        double clear = singularity_distance(task_.arm, out.q);
         if (norm(tool_pose(task_.arm, q).position - task_.pose(l.s).position) <= PlanEndsTuning::on_pose)
-            clear = min(clear, hinge_clearance(task_.arm, q));
+            clear = min(clear, singularity_distance(task_.arm, q));
         out.elsewhere = !is_of(now.theta, tube.gc);
         if (out.elsewhere) return out;
         if (most > tolerance::angle && clear < proof::least_margin) return out;
@@ -153,7 +154,7 @@ public:
         Anchor out;
         out.phi = arm_angle(m.circle, now.z3);
         const double shoulder = abs(std::sin(now.theta[1])), wrist = abs(std::sin(now.theta[5]));
-        if (!asked.locked && min(shoulder, wrist) > PlanEndsTuning::beside_singular) {
+        if (!asked.locked && min(shoulder, wrist) > PlanEndsTuning::near_singular) {
             Section l{};
             l.motion = m;
             if (placed(l, out.phi, q, out.q) > tolerance::angle) out.phi = nearest_phi(l, out.phi, q);
@@ -162,10 +163,10 @@ public:
             const int beside = shoulder < wrist ? 1 : 5, joint = asked.locked ? asked.locked : beside;
             const SinCos<double> theta = sin_cos(asked.locked ? asked.theta : now.theta[joint - 1]);
             const JointFunctions<double> of = joint_functions(m);
-            const Harmonic<double> f = tie(of, joint, theta);
+            const Harmonic<double> f = joint_condition(of, joint, theta);
             out.gap = infinity;
             const auto take = [&](const SinCos<double>& phi) {
-                Directions<double> d = led_directions(m, phi, joint, theta);
+                Directions<double> d = directions_with_joint(m, phi, joint, theta);
                 keep_shares(task_.arm, m, phi, joint, q, d);
                 const Joints solved = joints_near(task_.arm, d, q);
                 const double gap = largest_move(solved.q, q);
@@ -182,7 +183,7 @@ public:
                 take(sin_cos(atan2(end * cosine.s, end * cosine.c)));
             }
             if (!(out.gap <= tolerance::angle))
-                for (const double side : {-1.0, 1.0}) take(led_angle(f, side).psi);
+                for (const double side : {-1.0, 1.0}) take(psi_from_joint(f, side).psi);
         }
         out.given = out.gap <= PlanEndsTuning::widest_gap &&
                     within_limits(task_.limits, out.q, tolerance::angle) && open(s, m, out.phi, out);

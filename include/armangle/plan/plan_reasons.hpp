@@ -158,7 +158,7 @@ public:
     /// If theta_2 and theta_6 are 0 at joints q, reports how far joint 1 or 5 must rotate first, the least
     /// that limits permit.
     void explain_turns(const double* q, double s, BranchReport& out) const noexcept {
-        if (task_.arm.roll_free || hinge_sine(task_.arm, q) > PlanReasonsTuning::nearly_shut) return;
+        if (task_.arm.roll_free || singularity_sine(task_.arm, q) > PlanReasonsTuning::nearly_shut) return;
         const Segment& g = task_.segments[segment_index(task_.segments, task_.segment_count, s)];
         const Pose<Jet<double, 1>> moved = pose_at(g, Jet<double, 1>::variable(s));
         const auto part = [](const Vec3<Jet<double, 1>>& x, int k) {

@@ -22,7 +22,7 @@
 #include "plan_ends.hpp"
 #include "plan_reasons.hpp"
 #include "relax.hpp"
-#include "shadow.hpp"
+#include "blocked_ranges.hpp"
 #include "../batch/parallel.hpp"
 #include "../scene/proximity.hpp"
 #include "../scene/straight_move.hpp"
@@ -61,7 +61,7 @@ struct Plan {
     std::vector<BranchReport> branches;  // the permitted branches, best first
 };
 
-namespace plan_rule {
+namespace plan_tuning {
 inline constexpr int rounds = 4;            // of new sections where the proof found a violation
 inline constexpr int crossing_rounds = 10;  // the same for a path through several branches
 inline constexpr double cheap = 0.02;       // least margin of the path of least cost (rad)
@@ -76,7 +76,7 @@ inline constexpr double of_wish[] = {1, 0.1, 0};  // weights of psi's target tri
 inline constexpr double end_step =
     1e-9;  // of the first (last) stretch: distance of the sample nearest to an end
 inline constexpr double end_off = 1e-7;  // error of joints at the end itself (rad), by rounding
-}  // namespace plan_rule
+}  // namespace plan_tuning
 
 namespace detail {
 
@@ -138,14 +138,14 @@ private:
     Tube tube_on(int gc, const std::vector<double>& base) const {
         if (!task_.scenes) return tube(task_, gc, base);
         std::vector<double> all = base;
-        const std::vector<double>& more = shadows_[gc & 2 ? 1 : 0];
+        const std::vector<double>& more = blocked_ranges_[gc & 2 ? 1 : 0];
         all.insert(all.end(), more.begin(), more.end());
         tidy(all);
         return tube(task_, gc, all);
     }
 
     /// Parameters between those of `base_` at which obstacles block some phi, for one sign of the elbow.
-    std::vector<double> shadows(int elbow) const {
+    std::vector<double> blocked_ranges(int elbow) const {
         std::vector<double> found;
         for (int k = 0; k < task_.scenes.count; ++k) {
             const double begin = task_.scenes.begin(k), end = task_.scenes.begin(k + 1);
@@ -153,7 +153,8 @@ private:
             for (const double s : base_)
                 if (s > begin && s < end) within.push_back(s);
             within.push_back(end);
-            for (const double s : Shadows(task_, task_.scenes[k], elbow).find(within)) found.push_back(s);
+            for (const double s : BlockedRanges(task_, task_.scenes[k], elbow).find(within))
+                found.push_back(s);
             if (k) found.push_back(begin);
         }
         return found;
@@ -173,7 +174,7 @@ private:
     bool touches(const double* q, double s) const noexcept {
         if (!q || !task_.scenes) return false;
         StraightMove at(task_.arm, task_.scenes.at(s));
-        return at.nearest_pair(q, straight_rule::slack).room < straight_rule::slack;
+        return at.nearest_pair(q, straight_move_tuning::slack).room < straight_move_tuning::slack;
     }
 
     /// The options with joint 7 of both ends set to its fixed value, for an arm with free roll.
@@ -203,7 +204,7 @@ private:
         if (a.verdict != Verdict::ok) return a.reached > b.reached;
         if (a.cost != b.cost) return a.cost < b.cost;
         const double x = min(a.margin, a.elbow_margin), y = min(b.margin, b.elbow_margin);
-        if (abs(x - y) > link_rule::tie) return x > y;
+        if (abs(x - y) > way_tuning::tie) return x > y;
         return a.margin > b.margin;
     }
 
@@ -227,12 +228,12 @@ private:
         for (const int elbow : {0, 2})
             if (task_.scenes &&
                 std::any_of(asked.begin(), asked.end(), [=](int gc) { return (gc & 2) == elbow; }))
-                shadows_[elbow / 2] = shadows(elbow);
+                blocked_ranges_[elbow / 2] = blocked_ranges(elbow);
         std::vector<std::optional<Surveyed>> found(asked.size());
         const bool of_user = options_.allowed && !options_.allowed_everywhere;  // one thread calls the user's
                                                                                 // function
-        if (options_.threads != 1 && asked.size() > 1 && base_.size() >= plan_rule::alone && !of_user) {
-            const long long share = links_ / plan_rule::at_once;
+        if (options_.threads != 1 && asked.size() > 1 && base_.size() >= plan_tuning::alone && !of_user) {
+            const long long share = links_ / plan_tuning::at_once;
             std::atomic<bool> spent{false};
             const auto look = [&](std::size_t k) {
                 if (spent) return;
@@ -298,7 +299,7 @@ private:
             long long uncounted = left;  // the budget of other branches is not spent on it
             if (options_.start || options_.goal)
                 cheap = search(t, fixed.start, fixed.goal, found.spread, uncounted)
-                            .run(min(way.margin, plan_rule::cheap));
+                            .run(min(way.margin, plan_tuning::cheap));
             found.most = allowed - uncounted;
             found.coarse = coarse_optima(task_, options_.objective, t, way, cheap, ends);
             if (found.coarse.empty())
@@ -319,7 +320,7 @@ private:
     Way widest(const Tube& t, const AnchoredEnds& fixed, long long& links, int& found) const {
         Way best;
         const int first = loose_ && !fixed.start.given && !fixed.goal.given ? any_winding : 0;
-        for (int spread = first; spread <= candidate_rule::windings; ++spread) {
+        for (int spread = first; spread <= candidate_tuning::windings; ++spread) {
             Way way = search(t, fixed.start, fixed.goal, spread, links).run(-infinity);
             if (spread == any_winding && way.whole && !is_inside(way)) continue;
             const bool more = way.more && !way.given_up, spent = way.given_up;
@@ -360,19 +361,19 @@ private:
             free.upper[j] = infinity;
             ++wide;
         }
-        if (wide > plan_rule::few_winding) loose_.emplace(task_).limits = free;
+        if (wide > plan_tuning::few_winding) loose_.emplace(task_).limits = free;
     }
 
     /// Whether one way through the sections is better than another.
     static bool better(const Way& a, const Way& b) noexcept {
         if (a.whole != b.whole) return a.whole;
-        return a.whole ? a.margin > b.margin + link_rule::tie : a.reached > b.reached;
+        return a.whole ? a.margin > b.margin + way_tuning::tie : a.reached > b.reached;
     }
 
     /// Whether other revolutions cannot improve a path, because its distance from the limits of all joints
     /// with several revolutions exceeds its margin, or the required one.
     bool winds_well(const Way& way) const noexcept {
-        const double enough = min(way.margin + link_rule::tie, options_.objective.enough);
+        const double enough = min(way.margin + way_tuning::tie, options_.objective.enough);
         for (const Candidate& x : way.rows)
             for (int p = 0; p < pivots && options_.objective.limits > 0; ++p) {
                 const int j = pivot_joint[p];
@@ -384,7 +385,8 @@ private:
 
     /// The number of links that may be tried.
     long long allowance() const noexcept {
-        return plan_rule::links * std::max(static_cast<long long>(base_.size()), plan_rule::least_sections);
+        return plan_tuning::links *
+               std::max(static_cast<long long>(base_.size()), plan_tuning::least_sections);
     }
 
     /// Chooses the best branch with a proven curve; else the first without a violation; else a partial path.
@@ -442,7 +444,7 @@ private:
         const bool proven = plan_.ok && plan_.proof.certified(), free = !options_.start && !options_.goal;
         const int locked = proven ? 0 : ends_.locked_joint();
         const bool margin = options_.singularity_margin > 0 && !locked;
-        if (margin || base_.size() > crossing_rule::most_sections || (proven && free)) return;
+        if (margin || base_.size() > crossing_tuning::most_sections || (proven && free)) return;
         CrossingTask tried;
         for (const int elbow : {0, 2}) {
             const int meet = locked ? 5 : meeting(elbow);
@@ -487,7 +489,7 @@ private:
         links_ = allowance();
         Plan found;
         double end = 0;
-        for (int round = 0; round < plan_rule::rounds; ++round) {
+        for (int round = 0; round < plan_tuning::rounds; ++round) {
             Plan drawn;
             if (!draw_crossing_once(asked, drawn) || leaps(asked.start, drawn, false)) break;
             double kept = drawn.stretches.back().end;
@@ -500,7 +502,7 @@ private:
                 found = std::move(drawn);
             }
             if (whole || asked.sections.size() == before ||
-                asked.sections.size() > crossing_rule::most_sections)
+                asked.sections.size() > crossing_tuning::most_sections)
                 break;
         }
         std::erase_if(found.stretches, [end](const Stretch& x) { return x.end > end; });
@@ -542,27 +544,28 @@ private:
         std::vector<double> out;  // so the same path is found however few rows are requested
         for (std::size_t k = 0; k + 1 < base_.size(); ++k) {
             const double gap = base_[k + 1] - base_[k];
-            const int parts = static_cast<int>(std::ceil(gap / crossing_rule::longest));
+            const int parts = static_cast<int>(std::ceil(gap / crossing_tuning::longest));
             for (int i = 0; i < parts; ++i) out.push_back(base_[k] + gap * i / parts);
         }
         out.push_back(1.0);
         const double first = out[1], last = 1.0 - out[out.size() - 2];
-        if (base_.size() <= plan_rule::least_sections)
+        if (base_.size() <= plan_tuning::least_sections)
             for (const int gc : asked.branches) {
                 const Tube t = tube_on(gc, base_);
-                if (t.sections.size() > base_.size() + plan_rule::least_sections) continue;
+                if (t.sections.size() > base_.size() + plan_tuning::least_sections) continue;
                 for (const Section& x : t.sections) out.push_back(x.s);
             }
-        for (const double share : crossing_rule::beside) {
+        for (const double share : crossing_tuning::beside) {
             if (asked.start.given) out.push_back(share * first);
             if (asked.goal.given) out.push_back(1.0 - share * last);
         }
         const bool from_shut =
-                       asked.start.given && hinge_sine(task_.arm, asked.start.q) <= tolerance::one_axis,
-                   to_shut = asked.goal.given && hinge_sine(task_.arm, asked.goal.q) <= tolerance::one_axis;
+                       asked.start.given && singularity_sine(task_.arm, asked.start.q) <= tolerance::one_axis,
+                   to_shut =
+                       asked.goal.given && singularity_sine(task_.arm, asked.goal.q) <= tolerance::one_axis;
         std::erase_if(out, [&](double s) {
-            return (from_shut && s > 0 && s < crossing_rule::shut_step) ||
-                   (to_shut && s < 1 && 1 - s < crossing_rule::shut_step);
+            return (from_shut && s > 0 && s < crossing_tuning::shut_step) ||
+                   (to_shut && s < 1 && 1 - s < crossing_tuning::shut_step);
         });
         tidy(out);
         return out;
@@ -595,13 +598,13 @@ private:
     /// Draws the curve of a path that changes branches, several times with changed sections until it is
     /// proven; false if that fails.
     bool draw_crossing(CrossingTask& asked, Plan& out) {
-        for (int round = 0; round < plan_rule::crossing_rounds; ++round) {
+        for (int round = 0; round < plan_tuning::crossing_rounds; ++round) {
             if (!draw_crossing_once(asked, out)) return false;
             const bool held = !leaps(asked.start, out, false) && !leaps(asked.goal, out, true);
             if (held && (out.proof.certified() || out.proof.violated.empty())) return true;
             const std::size_t before = asked.sections.size();
             add_sections(out, asked.sections);
-            if (asked.sections.size() == before || asked.sections.size() > crossing_rule::most_sections)
+            if (asked.sections.size() == before || asked.sections.size() > crossing_tuning::most_sections)
                 break;
         }
         return false;
@@ -612,7 +615,7 @@ private:
     /// target may need too much joint motion.
     bool draw_wished(const CrossingTask& asked, Plan& out) {
         bool any = false;
-        for (const double share : plan_rule::of_wish) {
+        for (const double share : plan_tuning::of_wish) {
             if (share < 1 && !(asked.wish > 0)) break;
             CrossingTask some = asked;
             some.wish *= share;
@@ -667,7 +670,7 @@ private:
     bool realise(BranchReport& report, Plan& out) {
         std::vector<double> base = base_;
         Plan best;
-        for (int round = 0; round < plan_rule::rounds; ++round) {
+        for (int round = 0; round < plan_tuning::rounds; ++round) {
             const Tube t = tube_on(report.gc, base);
             const AnchoredEnds fixed = ends_.ends(t, options_.start, options_.goal);
             if (!fixed.held()) break;
@@ -707,9 +710,9 @@ private:
         if (!anchor.given) return false;
         const Curve drawn = curve(out);
         const Stretch& x = end ? out.stretches.back() : out.stretches.front();
-        const double inside = plan_rule::end_step * (x.end - x.start);
+        const double inside = plan_tuning::end_step * (x.end - x.start);
         const auto off = [&](double s) { return largest_move(drawn.at(s).q, anchor.q); };
-        return !(off(end ? x.end : x.start) <= plan_rule::end_off) ||
+        return !(off(end ? x.end : x.start) <= plan_tuning::end_off) ||
                !(off(end ? x.end - inside : x.start + inside) <= PlanEndsTuning::end_move);
     }
     /// Whether the curve begins and ends at the given joints.
@@ -721,7 +724,7 @@ private:
     bool optimise(const Tube& t, const AnchoredEnds& fixed, BranchReport& report, Plan& out) const {
         const std::vector<Optimum>& coarse = coarse_[static_cast<std::size_t>(report.gc)];
         const FixedEnds ends = fixed_ends(fixed, coarse.front().q);
-        for (const double wall : descent_rule::wall) {
+        for (const double wall : descent_tuning::wall) {
             bool slipped = false;
             for (const Optimum& best : fine_optima(task_, options_.objective, t.gc, ends, coarse, wall)) {
                 draw(t, best, fixed.start.given ? fixed.start.q : best.q, report, out);
@@ -741,7 +744,7 @@ private:
         Search ways = search(t, fixed.start, fixed.goal, spread_[t.gc], links_);
         const Way best = ways.run(-infinity);
         if (!best.whole) return false;
-        const double floor = link_rule::keep * min(best.margin, options_.objective.enough);
+        const double floor = way_tuning::keep * min(best.margin, options_.objective.enough);
         Way way = ways.run(floor);
         if (!way.whole) way = best;
         relax(task_, t, options_.objective, way, fixed.start.given, fixed.goal.given, floor);
@@ -753,7 +756,7 @@ private:
         Plan better;
         BranchReport its = report;
         const Optimum least =
-            fine_optimum(task_, options_.objective, t.gc, ends, drawn, descent_rule::wall[0]);
+            fine_optimum(task_, options_.objective, t.gc, ends, drawn, descent_tuning::wall[0]);
         if (least.found()) draw(t, least, first, its, better);
         if (least.found() && better.proof.certified() && holds_ends(fixed, better)) {
             out = std::move(better);
@@ -815,9 +818,9 @@ private:
     /// Sorts parameters from 0 to 1 and removes duplicates.
     static void tidy(std::vector<double>& s) {
         std::sort(s.begin(), s.end());
-        s.erase(
-            std::unique(s.begin(), s.end(), [](double a, double b) { return b - a <= parameter_rule::same; }),
-            s.end());
+        s.erase(std::unique(s.begin(), s.end(),
+                            [](double a, double b) { return b - a <= tube_parameter_tuning::same; }),
+                s.end());
         s.front() = 0;
         s.back() = 1;
     }
@@ -835,7 +838,7 @@ private:
         Way way = search(t, start, goal, spread_[gc], links_).run(-infinity);
         if (way.reached < 2) return;
         relax(task_, t, options_.objective, way, start.given, false,
-              link_rule::keep * min(way.margin, options_.objective.enough));
+              way_tuning::keep * min(way.margin, options_.objective.enough));
         draw(t, along(t, way, base_), way.rows[0].q, plan_);
     }
 
@@ -845,8 +848,8 @@ private:
     std::vector<double> base_;
     long long links_;  // that may still be tried
     static constexpr int any_winding = -1;
-    int spread_[configurations] = {};  // of each branch: the turns with which its path was found
-    std::vector<double> shadows_[2];   // for each requested side of the elbow
+    int spread_[configurations] = {};        // of each branch: the turns with which its path was found
+    std::vector<double> blocked_ranges_[2];  // for each requested side of the elbow
     Task task_;
     PlanEnds ends_{task_};
     PlanReasons reasons_{task_};
@@ -858,11 +861,11 @@ private:
 
 }  // namespace detail
 
-namespace plan_rule {
+namespace plan_tuning {
 /// Alternatives tried if duration is weighed, besides a plan without it: its weight next to a weight of
 /// travel that is at least this share of it.
 inline constexpr double calm[] = {0, 0.1, 1};
-}  // namespace plan_rule
+}  // namespace plan_tuning
 
 /// Plans the path of n segments, from s = 0 to 1. rows: parameters that must be sections.
 ///
@@ -883,7 +886,7 @@ inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const d
     if (!(weight > 0) || !best.ok) return best;
     asked.objective.duration = weight;
     double least = takes(best);
-    for (const double calm : plan_rule::calm) {
+    for (const double calm : plan_tuning::calm) {
         asked.objective.travel = max(options.objective.travel, calm * weight);
         Plan now = planned();
         const double time = takes(now);

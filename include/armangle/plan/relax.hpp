@@ -15,14 +15,14 @@
 
 namespace armangle {
 
-namespace relax_rule {
+namespace relax_tuning {
 inline constexpr int rounds = 30;
 inline constexpr double step = 0.15;   // largest change of phi in one round (rad)
 inline constexpr double done = 1e-5;   // a round with a smaller move is the last (rad)
 inline constexpr double inset = 0.02;  // from the ends of an arc (rad), or this share of narrow ones:
 inline constexpr double narrow = 0.1;
 inline constexpr double steepest = 1e3;  // upper bound used for dq/dphi
-}  // namespace relax_rule
+}  // namespace relax_tuning
 
 namespace detail {
 
@@ -49,7 +49,7 @@ public:
     void run() {
         if (n_ < 2) return;
         double damping = 1e-3, energy = assemble();
-        for (int round = 0; round < relax_rule::rounds; ++round) {
+        for (int round = 0; round < relax_tuning::rounds; ++round) {
             solve(damping);
             for (std::size_t k = 0; k < n_; ++k) best_[k] = way_.rows[k];
             const double most = apply();
@@ -57,7 +57,7 @@ public:
             if (now < energy) {
                 energy = now;
                 damping = max(damping * 0.3, 1e-6);
-                if (most < relax_rule::done) return;
+                if (most < relax_tuning::done) return;
             } else {
                 for (std::size_t k = 0; k < n_; ++k) way_.rows[k] = best_[k];
                 if (damping > 1e6) return;
@@ -86,7 +86,7 @@ private:
                 armangle::rate(task_.arm, tube_.sections[k].functions, sin_cos(way_.rows[k].phi));
             for (int j = 0; j < joints; ++j) {
                 const double r = rate.q[j];
-                slope(k)[j] = max(-relax_rule::steepest, min(relax_rule::steepest, r));
+                slope(k)[j] = max(-relax_tuning::steepest, min(relax_tuning::steepest, r));
             }
             energy += barrier(k);
         }
@@ -158,7 +158,7 @@ private:
             if (!free_[k]) continue;
             const Section& l = tube_.sections[k];
             const Candidate old = way_.rows[k];
-            double step = min(max(move_[k], -relax_rule::step), relax_rule::step);
+            double step = min(max(move_[k], -relax_tuning::step), relax_tuning::step);
             for (int half = 0; half < 4; ++half, step *= 0.5) {
                 Candidate x = old;
                 x.phi = held(l, old, old.phi + step);
@@ -183,7 +183,7 @@ private:
         if (l.full) return phi;
         const Arc& a = tube_.arc(l)[old.arc];
         const double middle = 0.5 * (a.lower + a.upper), turn = lift(middle, old.phi) - middle;
-        const double inset = min(relax_rule::inset, relax_rule::narrow * (a.upper - a.lower));
+        const double inset = min(relax_tuning::inset, relax_tuning::narrow * (a.upper - a.lower));
         return min(max(phi, min(a.lower + turn + inset, old.phi)), max(a.upper + turn - inset, old.phi));
     }
 

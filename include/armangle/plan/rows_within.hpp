@@ -28,7 +28,7 @@ struct PassedLimit {
     std::size_t row = 0;  // among the given rows
 };
 
-namespace within_rule {
+namespace rows_within_tuning {
 inline constexpr int places = 24;        // between two rows, denser near these
 inline constexpr double kept = 2e-10;    // rad: a smaller violation counts as none
 inline constexpr double inside = 1.1;    // of the violation at the middle: distance inside of the new row
@@ -39,7 +39,7 @@ inline constexpr double still = 1e-6;    // ... below which psi does not move th
 inline constexpr double step = 0.2;      // rad, of psi
 inline constexpr double near = 1e-3;     // rad: motion of joints between rows beyond the direct move
 inline constexpr int more_rows = 20000;  // at most
-}  // namespace within_rule
+}  // namespace rows_within_tuning
 
 namespace detail {
 
@@ -56,17 +56,17 @@ public:
     PassedLimit run() {
         const std::size_t n = rows_.size();
         for (std::size_t k = 0; k + 1 < n; ++k) gaps_.push_back({k, is_near(k)});
-        int left = within_rule::more_rows;
+        int left = rows_within_tuning::more_rows;
         PassedLimit worst;
-        for (int level = 0; level <= within_rule::levels; ++level) {
+        for (int level = 0; level <= rows_within_tuning::levels; ++level) {
             const auto at = draw_(rows_);
             std::vector<Between> found;
             for (std::size_t k = 0; k < gaps_.size(); ++k) {
                 if (!gaps_[k].open) continue;
                 Between passed = look(at, k);
-                gaps_[k].open = passed.excess > within_rule::kept;
+                gaps_[k].open = passed.excess > rows_within_tuning::kept;
                 if (!gaps_[k].open) continue;
-                if (level < within_rule::levels && left > 0 && put_between(at, passed)) {
+                if (level < rows_within_tuning::levels && left > 0 && put_between(at, passed)) {
                     --left;
                     found.push_back(passed);
                 } else {
@@ -103,7 +103,7 @@ private:
     /// Whether a joint may reach a limit between row k and the next.
     bool is_near(std::size_t k) const noexcept {
         const double *a = joints_of(k), *b = joints_of(k + 1);
-        double move = within_rule::near;
+        double move = rows_within_tuning::near;
         for (int j = 0; j < joints; ++j) move = max(move, abs(b[j] - a[j]));
         for (int j = 0; j < joints; ++j)
             if (max(beyond(a, j), beyond(b, j)) > -move) return true;
@@ -116,8 +116,8 @@ private:
         Between out{k};
         const double *a = given_.data() + joints * gaps_[k].row, *b = a + joints;
         const double from = rows_.s[k], to = rows_.s[k + 1];
-        for (int i = 1; i <= within_rule::places; ++i) {
-            const double share = 0.5 * (1.0 - std::cos(pi * i / (within_rule::places + 1)));
+        for (int i = 1; i <= rows_within_tuning::places; ++i) {
+            const double share = 0.5 * (1.0 - std::cos(pi * i / (rows_within_tuning::places + 1)));
             const auto here = at(from + (to - from) * share);
             for (int j = 0; j < joints; ++j) {
                 const double excess = beyond(here.q, j) - max(0.0, max(beyond(a, j), beyond(b, j)));
@@ -143,23 +143,24 @@ private:
         const int j = x.joint;
         const bool above = x.q[j] - limits_.upper[j] > limits_.lower[j] - x.q[j];
         const double middle_of_range = 0.5 * (limits_.lower[j] + limits_.upper[j]);
-        const double inside = within_rule::inside * x.excess;
+        const double inside = rows_within_tuning::inside * x.excess;
         const double wanted =
             above ? limits_.upper[j] - min(inside, max(limits_.upper[j] - middle_of_range, 0.0))
                   : limits_.lower[j] + min(inside, max(middle_of_range - limits_.lower[j], 0.0));
-        for (int round = 0; round < within_rule::rounds; ++round) {
+        for (int round = 0; round < rows_within_tuning::rounds; ++round) {
             const double off = wanted - x.q[j];
             if (above ? off >= 0 : off <= 0) return true;
             double beside[joint_slots];
-            if (!solve_(x.s, x.psi + within_rule::probe, x.gc, x.q, beside)) return false;
-            const double slope = (beside[j] - x.q[j]) / within_rule::probe;
-            if (!(abs(slope) > within_rule::still)) return false;
-            const double by = off / slope, psi = x.psi + min(max(by, -within_rule::step), within_rule::step);
+            if (!solve_(x.s, x.psi + rows_within_tuning::probe, x.gc, x.q, beside)) return false;
+            const double slope = (beside[j] - x.q[j]) / rows_within_tuning::probe;
+            if (!(abs(slope) > rows_within_tuning::still)) return false;
+            const double by = off / slope,
+                         psi = x.psi + min(max(by, -rows_within_tuning::step), rows_within_tuning::step);
             if (!solve_(x.s, psi, x.gc, x.q, beside)) return false;
             x.psi = psi;
             std::copy(beside, beside + joints, x.q);
         }
-        return beyond(x.q, j) <= within_rule::kept;
+        return beyond(x.q, j) <= rows_within_tuning::kept;
     }
 
     /// Inserts the new rows.

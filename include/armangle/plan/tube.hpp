@@ -50,14 +50,14 @@ inline SmoothPlane smooth_plane(const std::vector<Vec3<double>>& wrists) {
     return best;
 }
 
-namespace margin_rule {
+namespace tube_margin_tuning {
 inline constexpr double short_path = 0.5;  // rad: margins count less on a path that turns the arm by less
-}  // namespace margin_rule
+}  // namespace tube_margin_tuning
 
 /// The factor of the cost of margins on a path that turns the arm by `length` (rad). It grows like joint
 /// travel, so that margins do not dominate a short path.
 inline double margin_scale(double length) noexcept {
-    const double share = length / margin_rule::short_path;
+    const double share = length / tube_margin_tuning::short_path;
     return max(length * length, min(1.0, share * share));
 }
 /// The factor of the cost of a target of psi for a path of this length. It is at least 1, since the user
@@ -203,7 +203,7 @@ inline std::uint32_t nearest_arc(const Tube& tube, const Section& x, double phi)
     return nearest;
 }
 
-namespace tube_rule {
+namespace tube_tuning {
 inline constexpr double turn = 0.15;   // wrist, tool and elbow turn at most this between sections (rad)
 inline constexpr double shift = 0.3;   // an end moves at most this share of its arc ...
 inline constexpr double still = 0.02;  // ... or less than this (rad)
@@ -211,7 +211,7 @@ inline constexpr int turn_depth = 16, shift_depth = 5, event_depth = 12;  // hal
 inline constexpr double no_room = 5e-6;    // range of a joint for which sections are of little use (rad)
 inline constexpr std::size_t block = 256;  // steps that are halved together ...
 inline constexpr std::size_t most_between = 16384;  // ... with at most so many additional sections
-}  // namespace tube_rule
+}  // namespace tube_tuning
 
 namespace detail {
 
@@ -274,10 +274,10 @@ inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
             if (min(x.upper, y.upper + t) <= max(x.lower, y.lower + t)) continue;
             ++partners;
             const double moved = max(abs(x.lower - y.lower - t), abs(x.upper - y.upper - t));
-            least = min(least, moved <= tube_rule::still ? 0.0 : moved / min(width, y.upper - y.lower));
+            least = min(least, moved <= tube_tuning::still ? 0.0 : moved / min(width, y.upper - y.lower));
         }
         if (partners != 1) return Change::event;
-        if (least > tube_rule::shift) worst = Change::shifted;
+        if (least > tube_tuning::shift) worst = Change::shifted;
     }
     return worst;
 }
@@ -302,8 +302,8 @@ public:
         tube_.sections.reserve(base.size() + base.size() / 2);
         SolvedSection first = solve_section(task_, tube_.gc, base[0]);
         add(first);
-        for (std::size_t from = 0; from + 1 < base.size(); from += tube_rule::block) {
-            const std::size_t to = std::min(from + tube_rule::block, base.size() - 1);
+        for (std::size_t from = 0; from + 1 < base.size(); from += tube_tuning::block) {
+            const std::size_t to = std::min(from + tube_tuning::block, base.size() - 1);
             row_.assign(1, first);
             for (std::size_t i = from + 1; i <= to; ++i)
                 row_.push_back(solve_section(task_, tube_.gc, base[i]));
@@ -326,22 +326,22 @@ private:
     /// Whether two neighbours are similar enough, or `depth` halvings are the most that their difference is
     /// worth.
     bool alike(const SolvedSection& left, const SolvedSection& right, int depth) const noexcept {
-        if (depth < tube_rule::turn_depth &&
-            turned(left.section.motion.circle, right.section.motion.circle) > tube_rule::turn)
+        if (depth < tube_tuning::turn_depth &&
+            turned(left.section.motion.circle, right.section.motion.circle) > tube_tuning::turn)
             return false;
-        const Change now = depth < tube_rule::event_depth ? change(left, right) : Change::small;
-        return now == Change::small || (now == Change::shifted && depth >= tube_rule::shift_depth);
+        const Change now = depth < tube_tuning::event_depth ? change(left, right) : Change::small;
+        return now == Change::small || (now == Change::shifted && depth >= tube_tuning::shift_depth);
     }
 
     /// The largest number of additional sections. It is small if a joint has almost no range: then its arcs
     /// never overlap, and that joint leads instead (crossing.hpp).
     std::size_t most_between() const noexcept {
         const auto narrow = [this](int j) {
-            return task_.limits.upper[j] - task_.limits.lower[j] < tube_rule::no_room;
+            return task_.limits.upper[j] - task_.limits.lower[j] < tube_tuning::no_room;
         };
         for (int j = 0; j < joints; ++j)
-            if (j != 3 && narrow(j)) return tube_rule::block;
-        return tube_rule::most_between;
+            if (j != 3 && narrow(j)) return tube_tuning::block;
+        return tube_tuning::most_between;
     }
 
     /// Inserts sections by halving until neighbours are similar. All intervals are halved together, so that a
@@ -349,7 +349,7 @@ private:
     void halve() {
         const std::size_t most = row_.size() + most_between();
         unlike_.assign(row_.size() - 1, true);
-        for (int depth = 0; depth <= tube_rule::turn_depth; ++depth) {
+        for (int depth = 0; depth <= tube_tuning::turn_depth; ++depth) {
             finer_.assign(1, row_[0]);
             still_unlike_.clear();
             for (std::size_t i = 0; i + 1 < row_.size(); ++i) {
@@ -384,14 +384,14 @@ inline Tube tube(const Task& task, int gc, const std::vector<double>& base) {
     return detail::TubeBuilder(task, gc).build(base);
 }
 
-namespace parameter_rule {
+namespace tube_parameter_tuning {
 inline constexpr int least_steps = 32;      // of s, between sections that always exist
 inline constexpr double turn = 0.5;         // of a segment between two of them (rad)
 inline constexpr double knot_share = 0.24;  // of a step: least distance of knots
 inline constexpr double same = 1e-12;       // parameters closer than this are equal
 inline constexpr double least_length =
     1e-4;  // least length of a path, so that a resting tool has weight (rad)
-}  // namespace parameter_rule
+}  // namespace tube_parameter_tuning
 
 /// Rising parameters of a path: the requested rows, the ends of segments, and equal steps between them,
 /// enough in number and for the rotation of each segment.
@@ -404,16 +404,15 @@ inline std::vector<double> base_parameters(const Segment* segments, std::size_t 
     }
     std::sort(all.begin(), all.end());
     for (const double s : all)
-        if (given.empty() || s - given.back() > parameter_rule::same) given.push_back(s);
+        if (given.empty() || s - given.back() > tube_parameter_tuning::same) given.push_back(s);
     given.back() = 1.0;
     for (std::size_t i = 0; i + 1 < given.size(); ++i) {
         const double gap = given[i + 1] - given[i];
         const Segment& g = segments[segment_index(segments, n, given[i] + 0.5 * gap)];
         const double turn = largest_angle(g) * gap / (g.end - g.start);
-        const int steps = std::max(
-            1,
-            static_cast<int>(std::ceil(max(gap * parameter_rule::least_steps, turn / parameter_rule::turn) -
-                                       parameter_rule::same)));
+        const int steps = std::max(1, static_cast<int>(std::ceil(max(gap * tube_parameter_tuning::least_steps,
+                                                                     turn / tube_parameter_tuning::turn) -
+                                                                 tube_parameter_tuning::same)));
         for (int k = 0; k < steps; ++k) out.push_back(given[i] + gap * k / steps);
     }
     out.push_back(1.0);
@@ -440,7 +439,7 @@ inline double turned_length(const Task& task, const std::vector<double>& base) n
         if (turn < infinity) sum += turn;
         before = here;
     }
-    return max(parameter_rule::least_length, sum);
+    return max(tube_parameter_tuning::least_length, sum);
 }
 
 /// The indices of the sections that become knots of the curve: all of `base`, and others if they are not too
@@ -450,7 +449,7 @@ inline std::vector<std::size_t> knots(const Tube& t, const std::vector<double>& 
     for (std::size_t k = 1, b = 1; k + 1 < count; ++k) {
         const double s = t.sections[k].s;
         while (b + 1 < base.size() && base[b] < s) ++b;
-        const double room = parameter_rule::knot_share * (base[b] - base[b - 1]);
+        const double room = tube_parameter_tuning::knot_share * (base[b] - base[b - 1]);
         if (s == base[b] || (s - t.sections[out.back()].s >= room && base[b] - s >= room)) out.push_back(k);
     }
     if (count > 1) out.push_back(count - 1);

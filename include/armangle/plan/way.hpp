@@ -20,12 +20,12 @@
 
 namespace armangle {
 
-namespace link_rule {
+namespace way_tuning {
 inline constexpr double turn = 0.7;   // of phi from section to section (rad)
 inline constexpr double move = 1.0;   // of a joint (rad)
 inline constexpr double keep = 0.95;  // share of the best margin that the path of least cost keeps
 inline constexpr double tie = 1e-6;   // margins closer than this are equal (rad)
-}  // namespace link_rule
+}  // namespace way_tuning
 
 /// A configuration with which a plan must begin or end.
 struct Anchor {
@@ -174,8 +174,8 @@ private:
     /// The order of two labels.
     bool better(const Label& a, const Label& b) const noexcept {
         if (floor_ > -infinity) return a.cost < b.cost;
-        if (a.margin > b.margin + link_rule::tie) return true;
-        return a.margin >= b.margin - link_rule::tie && a.cost < b.cost;
+        if (a.margin > b.margin + way_tuning::tie) return true;
+        return a.margin >= b.margin - way_tuning::tie && a.cost < b.cost;
     }
 
     /// Advances `here_` to section k. False, with nothing changed, if no configuration of it can be reached.
@@ -239,8 +239,8 @@ private:
         for (std::size_t i = 0; i < here_.postures.all.size(); ++i) {
             if (!here_.links[i].label.alive()) continue;
             for (int j = 0; j < joints; ++j) {
-                out.lower[j] = min(out.lower[j], here_.postures.all[i].q[j] - link_rule::move);
-                out.upper[j] = max(out.upper[j], here_.postures.all[i].q[j] + link_rule::move);
+                out.lower[j] = min(out.lower[j], here_.postures.all[i].q[j] - way_tuning::move);
+                out.upper[j] = max(out.upper[j], here_.postures.all[i].q[j] + way_tuning::move);
             }
         }
         return out;
@@ -252,7 +252,7 @@ private:
         const double ds = l.s - b.s, rated = ds * task_.margin_scale() * x.worth.cost;
         Link best;
         for (const EightWindings& groups : alive_) {
-            const EightMoves moves(task_, x, groups, link_rule::turn, link_rule::move);
+            const EightMoves moves(task_, x, groups, way_tuning::turn, way_tuning::move);
             for_each_bit(moves.linked, [&](int i) {
                 const auto from = static_cast<std::uint32_t>(moves.from[i]);
                 const Label& old = here_.links[from].label;
@@ -270,7 +270,7 @@ private:
     /// fixed end, the arc grows out of a moving point, and no common part remains.
     double cornered(std::size_t k) const noexcept {
         const bool fixed = (k == 1 && start_.given) || (k + 1 == tube_.sections.size() && goal_.given);
-        return fixed ? tube_rule::still : tolerance::angle;
+        return fixed ? tube_tuning::still : tolerance::angle;
     }
 
     /// Whether some phi between those of a and b, on the shorter way round, lies in both their arcs; a gap of

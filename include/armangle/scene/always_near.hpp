@@ -34,13 +34,13 @@ inline LinkShape link_shape(const Arm& arm, const Scene& scene, int obstacle) no
         return {scene.solids[k], 0};
     }
     if (obstacle < scene.first_swing_obstacle()) return {scene.held[obstacle - scene.first_held], joints};
-    const int limb = obstacle - scene.first_swing_obstacle();
-    if (limb >= scene.swing_count) {
-        const Part& part = scene.parts[limb - scene.swing_count];
+    const int arm_rod = obstacle - scene.first_swing_obstacle();
+    if (arm_rod >= scene.swing_count) {
+        const Part& part = scene.parts[arm_rod - scene.swing_count];
         return {as_solid(part.rod), part.lower ? 4 : 3};
     }
     // back from where resting_link took it
-    const SwingingPart& part = scene.swings[limb];
+    const SwingingPart& part = scene.swings[arm_rod];
     const bool above = part.link == 1 || part.link == 5;
     const Pose<double> step = dh_frame(arm, above ? part.link : part.link + 1, 0.0);
     return {placed(above ? inverted(step) : step, as_solid(part.rod)), part.link};

@@ -21,7 +21,7 @@ struct ClearCellsTuning {
     /// The largest number of cells that are examined for one pose and branch.
     int looks = 3000;
     /// A cell is halved if less than this share of each half is decided.
-    double least_told = 0.2;
+    double least_decided = 0.2;
     /// Cells narrower than this half width (rad) are abandoned; `unknown` holds if no bound of the joints
     /// exists.
     double narrowest = 1e-11, unknown = 1e-8;
@@ -68,7 +68,7 @@ public:
             tag_ = own.full ? 0 : arc.lower_tag;
             open_ = false;
             for (int k = 0; k < n; ++k)
-                settle(arc.lower + width * k / n, arc.lower + width * (k + 1) / n, out);
+                decide(arc.lower + width * k / n, arc.lower + width * (k + 1) / n, out);
             if (open_) close(own.full ? 0 : arc.upper_tag, out);
         }
         merge(out);
@@ -82,7 +82,7 @@ public:
 
 private:
     /// Decides a cell, or halves it and decides both halves in rising order.
-    void settle(double lower, double upper, ArcSet& out) noexcept {
+    void decide(double lower, double upper, ArcSet& out) noexcept {
         const double middle = 0.5 * (lower + upper), half = 0.5 * (upper - lower);
         StraightCell cell;
         const bool spent = --looks_ < 0, known = !spent && cells_.over(middle, half, cell);
@@ -91,16 +91,16 @@ private:
         if (spent || half <= (known ? tuning_.narrowest : tuning_.unknown))
             return leave_out(lower, upper, at, out);
         const double back = max(at.clear[0], at.touching[0]), ahead = max(at.clear[1], at.touching[1]);
-        if (max(back, ahead) < tuning_.least_told) {
-            settle(lower, middle, out);
-            return settle(middle, upper, out);
+        if (max(back, ahead) < tuning_.least_decided) {
+            decide(lower, middle, out);
+            return decide(middle, upper, out);
         }
         const double from = back < 1.0 ? middle - back * half : lower,
                      to = ahead < 1.0 ? middle + ahead * half : upper;
-        if (from > lower) settle(lower, from, out);
+        if (from > lower) decide(lower, from, out);
         tell(at.clear[0] >= at.touching[0], from, middle, at.pair, out);
         tell(at.clear[1] >= at.touching[1], middle, to, at.pair, out);
-        if (to < upper) settle(to, upper, out);
+        if (to < upper) decide(to, upper, out);
     }
 
     /// Records the interval [lower, upper] as collision-free or as blocked by a pair.

@@ -41,7 +41,7 @@ struct Field {
     float at(int i, int j, int k) const noexcept { return value[place(i, j, k)]; }
 };
 
-namespace field_rule {
+namespace field_tuning {
 /// Of phi beyond one spacing, and so of a field: at most so much a metre.
 inline constexpr double steepest = 5.0 / 3.0;
 /// Places that a segment is asked at, and how far apart they are at most while there are enough (spacings).
@@ -58,11 +58,11 @@ inline constexpr double sliver = 1e-6;
 /// Places that are kept of a box that is cut into eighths, and where that ends (share of the spacing).
 inline constexpr int most_pieces = 64;
 inline constexpr double enough_in_box = 0.5;
-}  // namespace field_rule
+}  // namespace field_tuning
 
 /// Raises each value to the lower bound that the values of its neighbours prove. One pass in rising order and
 /// one in falling order suffice.
-inline void settle(const Field& field, float* value) noexcept {
+inline void raise_to_lower_bounds(const Field& field, float* value) noexcept {
     const double length[4] = {0.0, field.spacing, sqrt(2.0) * field.spacing, sqrt(3.0) * field.spacing};
     const auto raise = [&](int i, int j, int k, int way) {
         double most = value[field.place(i, j, k)];
@@ -165,7 +165,8 @@ template <class Square>
 inline double best_node(const Field& field, const Surroundings& about, double more_way,
                         const Square& square) noexcept {
     using Eight = Lane<8>;
-    const Eight steeper(field_rule::steepest - 1.0), off(more_way), one(1.0), zero(0.0), size(-field.spacing);
+    const Eight steeper(field_tuning::steepest - 1.0), off(more_way), one(1.0), zero(0.0),
+        size(-field.spacing);
     Eight most(-infinity);
     for (int k = 0; k < 8; ++k) {
         const Eight r = sqrt(square(k)) + off, phi = mul_add(steeper, max(r - one, zero), r);
@@ -196,8 +197,9 @@ inline double at_least(const Field& field, const Vec3<double>& p, const Vec3<dou
         const Ways one(about, p, per), other(about, q, per);
         return best_node(field, about, bow * per, [&](int k) { return max(one.square(k), other.square(k)); });
     }
-    const double half = 0.5 * (at_least(field, p) + at_least(field, q) - field_rule::steepest * norm(q - p));
-    return half - field_rule::steepest * bow;
+    const double half =
+        0.5 * (at_least(field, p) + at_least(field, q) - field_tuning::steepest * norm(q - p));
+    return half - field_tuning::steepest * bow;
 }
 
 /// The unit direction from a place towards the nearest obstacle, estimated from the gradient of the
@@ -224,15 +226,15 @@ inline Vec3<double> towards_obstacle(const Field& field, const Vec3<double>& p) 
 
 /// An approach from a place, in the field's frame, to the estimated nearest point of an obstacle, with the
 /// given distance.
-inline Approach beside_place(const Field& field, const Vec3<double>& p, double distance) noexcept {
+inline Approach approach_from(const Field& field, const Vec3<double>& p, double distance) noexcept {
     return {p, p + towards_obstacle(field, p) * max(at_least(field, p), 0.0), distance};
 }
 
 /// The number of intervals into which a segment of this length (m) is divided; the field is evaluated at
 /// their ends.
 inline int place_count(const Field& field, double length) noexcept {
-    const double most = field_rule::most_places,
-                 wanted = length * (1.0 - field_rule::same_length) / (field_rule::apart * field.spacing);
+    const double most = field_tuning::most_places,
+                 wanted = length * (1.0 - field_tuning::same_length) / (field_tuning::apart * field.spacing);
     return static_cast<int>(std::ceil(min(wanted, most)));
 }
 
@@ -289,10 +291,10 @@ inline Approach segment_field(const Vec3<double>& a, const Vec3<double>& b, cons
     const double length = norm(d), gap = half_gap(field, length);
     const int last = place_count(field, length);
     const auto place = [&](int k) { return mul_add(d, last > 0 ? double(k) / last : 0.0, a); };
-    const LeastPlace found = least_place(last, 2.0 * field_rule::steepest * gap, 0.0,
+    const LeastPlace found = least_place(last, 2.0 * field_tuning::steepest * gap, 0.0,
                                          [&](int k) { return at_least(field, place(k)); });
     const double best = max(found.value, 0.0), least = sqrt(max((best - gap) * (best + gap), 0.0));
-    return beside_place(field, place(found.at), least);
+    return approach_from(field, place(found.at), least);
 }
 
 /// A lower bound of the field over the sample places of a moving segment. Each place stays within `bow` (m)
@@ -302,7 +304,7 @@ inline double least_along(const Vec3<double> (&first)[2], const Vec3<double> (&l
     const Vec3<double> d = first[1] - first[0], e = last[1] - last[0];
     const double length = norm(d), gap = half_gap(field, length);
     const int count = place_count(field, length);
-    const double rise = field_rule::steepest * max(2.0 * gap, count > 0 ? norm(e) / count : 0.0);
+    const double rise = field_tuning::steepest * max(2.0 * gap, count > 0 ? norm(e) / count : 0.0);
     return least_place(count, rise, enough,
                        [&](int k) {
                            const double t = count > 0 ? double(k) / count : 0.0;
@@ -317,7 +319,7 @@ inline Approach box_field(const Pose<double>& frame, const Vec3<double>& half, c
     struct BoxPart {
         Vec3<double> centre, half;
     };
-    BoxPart stack[field_rule::most_pieces]{{{0, 0, 0}, half}};
+    BoxPart stack[field_tuning::most_pieces]{{{0, 0, 0}, half}};
     Vec3<double> lowest = frame.position;
     double least = infinity;
     for (int count = 1; count > 0;) {
@@ -325,7 +327,7 @@ inline Approach box_field(const Pose<double>& frame, const Vec3<double>& half, c
         const Vec3<double> place = frame.rotation * piece.centre + frame.position;
         const double size = norm(piece.half), bound = max(at_least(field, place) - size, 0.0);
         if (bound >= least) continue;
-        if (size <= field_rule::enough_in_box * field.spacing || count + 2 > field_rule::most_pieces) {
+        if (size <= field_tuning::enough_in_box * field.spacing || count + 2 > field_tuning::most_pieces) {
             least = bound;
             lowest = place;
             continue;
@@ -340,7 +342,7 @@ inline Approach box_field(const Pose<double>& frame, const Vec3<double>& half, c
         stack[count++] = {piece.centre - along, piece.half - along};
         stack[count++] = {piece.centre + along, piece.half - along};
     }
-    return beside_place(field, lowest, least);
+    return approach_from(field, lowest, least);
 }
 
 }  // namespace detail

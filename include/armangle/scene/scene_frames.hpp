@@ -62,26 +62,27 @@ inline void add_swinging(const Arm& arm, const Directions<T>& d, SceneFrames<T>&
 
 /// The frame to which limb number `limb` is fixed; the functions below give its rod and the number of limbs.
 template <class T>
-inline const Pose<T>& limb_frame(const Scene& scene, const SceneFrames<T>& f, int limb) noexcept {
-    if (limb < scene.part_count) return scene.parts[limb].lower ? f.plane.lower : f.plane.upper;
-    return f.swinging[swinging_place(scene.swings[limb - scene.part_count].link)];
+inline const Pose<T>& arm_rod_frame(const Scene& scene, const SceneFrames<T>& f, int arm_rod) noexcept {
+    if (arm_rod < scene.part_count) return scene.parts[arm_rod].lower ? f.plane.lower : f.plane.upper;
+    return f.swinging[swinging_place(scene.swings[arm_rod - scene.part_count].link)];
 }
 /// The rod of a limb: a part of link 3 or 4, or a swinging shape of link 1, 2, 5 or 6.
-inline const Rod& limb_rod(const Scene& scene, int limb) noexcept {
-    return limb < scene.part_count ? scene.parts[limb].rod : scene.swings[limb - scene.part_count].rod;
+inline const Rod& arm_rod_at(const Scene& scene, int arm_rod) noexcept {
+    return arm_rod < scene.part_count ? scene.parts[arm_rod].rod
+                                      : scene.swings[arm_rod - scene.part_count].rod;
 }
 /// The number of limbs: parts of the arm plane and swinging links.
-inline int limb_count(const Scene& scene) noexcept { return scene.part_count + scene.swing_count; }
+inline int arm_rod_count(const Scene& scene) noexcept { return scene.part_count + scene.swing_count; }
 /// The number among the links of a limb; the functions below give the limb of a link and of an obstacle.
-inline int limb_link(const Scene& scene, int limb) noexcept {
-    return limb < scene.part_count ? limb : scene.first_swing_link() + limb - scene.part_count;
+inline int link_of_arm_rod(const Scene& scene, int arm_rod) noexcept {
+    return arm_rod < scene.part_count ? arm_rod : scene.first_swing_link() + arm_rod - scene.part_count;
 }
 /// The number among the limbs (parts of links 3 and 4, then swinging shapes) of a link of this number.
-inline int limb_of_link(const Scene& scene, int link) noexcept {
+inline int arm_rod_of_link(const Scene& scene, int link) noexcept {
     return link < scene.part_count ? link : link - scene.first_swing_link() + scene.part_count;
 }
 /// The number among the limbs of an obstacle of this number, which is a shape of the arm.
-inline int limb_of_obstacle(const Scene& scene, int obstacle) noexcept {
+inline int arm_rod_of_obstacle(const Scene& scene, int obstacle) noexcept {
     const int at = obstacle - scene.first_swing_obstacle();
     return at < scene.swing_count ? scene.part_count + at : at - scene.swing_count;
 }

@@ -26,7 +26,7 @@
 
 namespace armangle {
 
-namespace straight_rule {
+namespace straight_move_tuning {
 inline constexpr int looks = 8;          // of one move
 inline constexpr int many_looks = 64;    // the same where there is time
 inline constexpr double least = 0.1;     // of an even share of the move that each look has to prove
@@ -35,7 +35,7 @@ inline constexpr double rounded = 1e-8;  // m that joints where an obstacle ends
 inline constexpr double rough = 0.005;   // m more that is kept from fields, beside which proofs are short
 inline constexpr int most_near = 16;     // pairs that are minded
 inline constexpr int chords = 3;         // towards the end of what is proven to touch
-}  // namespace straight_rule
+}  // namespace straight_move_tuning
 
 /// A pair of shapes, or of corners of them, near each other: its distance beyond the clearance and the
 /// derivatives with respect to the joints.
@@ -136,8 +136,8 @@ public:
     /// The share of the motion d (rad) from q that is proven collision-free; 1: all of it. A pair that
     /// touches already must not come nearer. `blocking`: the pair at which the proof ended. With `off` the
     /// joints may deviate from the line by that much each (rad).
-    double proven(const double* q, const double (&d)[joints], Tag& blocking, int looks = straight_rule::looks,
-                  const double* off = nullptr) noexcept {
+    double proven(const double* q, const double (&d)[joints], Tag& blocking,
+                  int looks = straight_move_tuning::looks, const double* off = nullptr) noexcept {
         double done = 0, spread[joints + 1] = {};
         for (int j = 0; off && j < joints; ++j) spread[j + 1] = spread[j] + off[j];
         const auto beside = [&](int link, const Vec3<double>& p) {
@@ -156,14 +156,14 @@ public:
                        spread[link] * radius;
             };
             for_near(way, [&](const Meeting& m) {
-                const double free = off ? free_beside(m, d, more_of(m, beside)) : free_share(m, d);
+                const double free = off ? free_share_nearer(m, d, more_of(m, beside)) : free_share(m, d);
                 if (!(free < share)) return;
                 share = free;
                 nearest = m.pair;
             });
             if (share >= 1.0 - done) return 1.0;
             last = nearest;
-            if (!(share * looks > straight_rule::least)) break;
+            if (!(share * looks > straight_move_tuning::least)) break;
             done += share;
         }
         blocking = last;
@@ -209,13 +209,13 @@ public:
 
     /// Writes the pairs whose distance at q is within `reach` (m) of the clearance and returns their number.
     /// The nearest ones are kept if there are too many.
-    int near(const double* q, double reach, NearPair (&out)[straight_rule::most_near]) noexcept {
+    int near(const double* q, double reach, NearPair (&out)[straight_move_tuning::most_near]) noexcept {
         place(q);
         int count = 0;
         const auto way = [&](int, const Vec3<double>&, double) { return reach; };
         for_near(way, [&](const Meeting& m) {
             if (!(m.apart > 0) && !m.flat) return;
-            const double kept = m.rough ? straight_rule::rough : 0.0;
+            const double kept = m.rough ? straight_move_tuning::rough : 0.0;
             for (int i = 0; i < m.a.count; ++i) {
                 if (m.b.count == 0) add(m, i, -1, kept, reach, out, count);
                 for (int k = 0; k < m.b.count; ++k) add(m, i, k, kept, reach, out, count);
@@ -237,7 +237,7 @@ public:
 
     /// Whether nothing touches at q, with half the slack as tolerance for the end of a proven stretch.
     bool is_clear_at(const double* q) noexcept {
-        return nearest_pair(q, straight_rule::slack).room >= -0.5 * straight_rule::slack;
+        return nearest_pair(q, straight_move_tuning::slack).room >= -0.5 * straight_move_tuning::slack;
     }
 
     /// The nearest pair at q. Its rate is the derivative of the distance along the joint velocity d.
@@ -246,7 +246,7 @@ public:
         place(q);
         held_rests_ = turning_alone;
         Proximity out{infinity, 0, {}, {}, 0.0};
-        const double kept = scene_.clearance + straight_rule::slack;
+        const double kept = scene_.clearance + straight_move_tuning::slack;
         const auto way = [&](int, const Vec3<double>&, double) { return max(out.distance - kept, 0.0); };
         for_near(way, [&](const Meeting& m) {
             const double distance = m.apart - m.radius_a - m.radius_b;
@@ -342,16 +342,16 @@ private:
     void place(const double* q) noexcept {
         place_arm(arm_, scene_, q, at_);
         flange_ = at_.frames.flange;
-        for (int k = 0; k < detail::limb_count(scene_); ++k) {
-            limb_[k] = placed(detail::limb_frame(scene_, at_.frames, k), detail::limb_rod(scene_, k));
+        for (int k = 0; k < detail::arm_rod_count(scene_); ++k) {
+            arm_rod_[k] = placed(detail::arm_rod_frame(scene_, at_.frames, k), detail::arm_rod_at(scene_, k));
             link_[k] = link_of(k);
         }
     }
 
     /// The link to which a limb is fixed.
-    int link_of(int limb) const noexcept {
-        if (limb >= scene_.part_count) return scene_.swings[limb - scene_.part_count].link;
-        return scene_.parts[limb].lower ? 4 : 3;
+    int link_of(int arm_rod) const noexcept {
+        if (arm_rod >= scene_.part_count) return scene_.swings[arm_rod - scene_.part_count].link;
+        return scene_.parts[arm_rod].lower ? 4 : 3;
     }
 
     /// Sets the sums of |d_j| over the joints below each link.
@@ -388,7 +388,7 @@ private:
     /// the share, so that chords between samples are safe.
     void add_touching(const Meeting& m, const double (&d)[joints], double more,
                       double (&most)[2]) const noexcept {
-        const double spare = m.R + straight_rule::slack - more;
+        const double spare = m.R + straight_move_tuning::slack - more;
         if (!(m.apart < spare)) return;
         const auto velocity = [&](int link, const Vec3<double>& p) {
             Vec3<double> out{0, 0, 0};
@@ -410,7 +410,7 @@ private:
             };
             const double at_last = beyond(1.0);
             double kept = at_last < 0 ? 1.0 : 0.0;
-            for (int pass = 0; pass < straight_rule::chords && at_last >= 0; ++pass) {
+            for (int pass = 0; pass < straight_move_tuning::chords && at_last >= 0; ++pass) {
                 const double here = beyond(kept);
                 if (!(here < 0)) break;
                 kept += (1.0 - kept) * here / (here - at_last);
@@ -434,9 +434,9 @@ private:
 
     /// Like free_share, for cores that may be nearer by `more` (m) than they are at q. If they touch already,
     /// only rounding is allowed.
-    double free_beside(Meeting m, const double (&d)[joints], double more) const noexcept {
+    double free_share_nearer(Meeting m, const double (&d)[joints], double more) const noexcept {
         const bool touches = !(m.apart > m.R);
-        if (touches && more > straight_rule::slack) return 0.0;
+        if (touches && more > straight_move_tuning::slack) return 0.0;
         if (!touches) m.R += more;
         return touches || m.apart > m.R ? free_share(m, d) : 0.0;
     }
@@ -475,12 +475,12 @@ private:
     /// Adds the corner pair (i, k) of a meeting to the nearest ones, after subtracting `kept` (m) from its
     /// distance; k = -1: the plane of b.
     void add(const Meeting& m, int i, int k, double kept, double reach,
-             NearPair (&out)[straight_rule::most_near], int& count) const noexcept {
+             NearPair (&out)[straight_move_tuning::most_near], int& count) const noexcept {
         const Vec3<double>& p = m.a.corner[i];
         const double room = dot(m.n, p) - (k < 0 ? m.height : dot(m.n, m.b.corner[k])) - m.R - kept;
         if (!(room < reach)) return;
         int place = count;
-        if (count == straight_rule::most_near) {
+        if (count == straight_move_tuning::most_near) {
             place = 0;
             for (int n = 1; n < count; ++n)
                 if (out[n].room > out[place].room) place = n;
@@ -501,13 +501,13 @@ private:
     /// radius) (m) of the moving shape.
     template <class Way, class Found>
     void for_near(const Way& way, const Found& found) const noexcept {
-        for (int k = 0; k < detail::limb_count(scene_); ++k) limb_against_all(k, way, found);
+        for (int k = 0; k < detail::arm_rod_count(scene_); ++k) arm_rod_against_all(k, way, found);
         for (int n = 0; n < scene_.own_count; ++n) {
             if (scene_.never_meet(scene_.own[n].obstacle, scene_.own[n].link)) continue;
-            const int a = detail::limb_of_link(scene_, scene_.own[n].link),
-                      b = detail::limb_of_obstacle(scene_, scene_.own[n].obstacle);
-            meet(limb_[a], link_[a], as_solid(limb_[b]), link_[b],
-                 way_of(way, limb_[a], link_[a]) + way_of(way, limb_[b], link_[b]),
+            const int a = detail::arm_rod_of_link(scene_, scene_.own[n].link),
+                      b = detail::arm_rod_of_obstacle(scene_, scene_.own[n].obstacle);
+            meet(arm_rod_[a], link_[a], as_solid(arm_rod_[b]), link_[b],
+                 way_of(way, arm_rod_[a], link_[a]) + way_of(way, arm_rod_[b], link_[b]),
                  pair_tag(scene_.own[n].obstacle, scene_.own[n].link), found);
         }
         for (int h = 0; h < scene_.held_count && !held_rests_; ++h) {
@@ -517,7 +517,7 @@ private:
             const double far = way(joints, bound.centre, bound.radius);
             const auto near = [&](const BallGroup& group) {
                 return norm(bound.centre - group.centre) <
-                       bound.radius + group.radius + scene_.clearance + straight_rule::slack + far;
+                       bound.radius + group.radius + scene_.clearance + straight_move_tuning::slack + far;
             };
             for_ground(scene_, near, [&](const Solid& solid, int id) {
                 if (!scene_.may_touch(id, link) && !away(bound, solid, far))
@@ -536,23 +536,23 @@ private:
     bool away(const Ball& bound, const Solid& solid, double far) const noexcept {
         if (solid.kind == SolidKind::half_space) return false;
         const Ball other = around(solid);
-        const double R = bound.radius + other.radius + scene_.clearance + straight_rule::slack + far;
+        const double R = bound.radius + other.radius + scene_.clearance + straight_move_tuning::slack + far;
         const Vec3<double> d = bound.centre - other.centre;
         return dot(d, d) >= R * R;
     }
 
     /// Calls found(meeting) for the near pairs of limb k with obstacles and the tool.
     template <class Way, class Found>
-    void limb_against_all(int k, const Way& way, const Found& found) const noexcept {
-        const Rod& rod = limb_[k];
-        const int place = detail::limb_link(scene_, k), link = link_[k];
+    void arm_rod_against_all(int k, const Way& way, const Found& found) const noexcept {
+        const Rod& rod = arm_rod_[k];
+        const int place = detail::link_of_arm_rod(scene_, k), link = link_[k];
         const double far = way_of(way, rod, link);
         const Ball bound = around(as_solid(rod));
         const auto near = [&](const BallGroup& group) {
             return norm(bound.centre - group.centre) <
-                   bound.radius + group.radius + scene_.clearance + straight_rule::slack + far;
+                   bound.radius + group.radius + scene_.clearance + straight_move_tuning::slack + far;
         };
-        const double reach = rod.radius + scene_.clearance + straight_rule::slack + far;
+        const double reach = rod.radius + scene_.clearance + straight_move_tuning::slack + far;
         for_blocks(scene_, near, [&](int block) {
             detail::balls_near(scene_, block, rod, reach, [&](const Solid& ball, int id) {
                 if (!scene_.may_touch(id, place)) meet(rod, link, ball, far, pair_tag(id, place), found);
@@ -615,7 +615,7 @@ private:
     /// The distance (m) of two cores at which the shapes have the clearance plus the slack.
     template <class Moving>
     double apart(const Moving& a, const Solid& b) const noexcept {
-        return a.radius + b.radius + scene_.clearance + straight_rule::slack;
+        return a.radius + b.radius + scene_.clearance + straight_move_tuning::slack;
     }
 
     /// Sets the separating plane of a meeting with a solid at rest.
@@ -645,7 +645,7 @@ private:
     Pose<double> flange_;
     bool held_rests_ = false;
     double sum_[joints + 1] = {};
-    Rod limb_[2 * most_parts];
+    Rod arm_rod_[2 * most_parts];
     int link_[2 * most_parts] = {};
 };
 

@@ -22,7 +22,7 @@
 
 namespace armangle {
 
-namespace witness_rule {
+namespace witnesses_tuning {
 /// A stretch shorter than this (rad) that is neither proven free nor witnessed counts as blocked.
 inline constexpr double sliver = 1e-10;
 /// Shorter steps (rad) of an arc's end are rounding.
@@ -34,7 +34,7 @@ inline constexpr int most_queries = 200, most_halvings = 12;
 inline constexpr int most_steps = 60;
 /// Rounding of F as a share of the squares of all coordinates.
 inline constexpr double rounding = 4e-16;
-}  // namespace witness_rule
+}  // namespace witnesses_tuning
 
 namespace detail {
 
@@ -64,7 +64,7 @@ public:
     Witnesses(const Rod& rod, const Solid& solid, double R) noexcept : rod_(rod), solid_(solid), R_(R) {
         const Extent mine = extent(as_solid(rod)), other = extent(solid);
         amplitude_ = 2.0 * mine.off_axis * min(other.off_axis, mine.off_axis + R);
-        noise_ = witness_rule::rounding * (mine.square + other.square);
+        noise_ = witnesses_tuning::rounding * (mine.square + other.square);
     }
 
     /// Calls blocked(lower, upper) for arcs (rad) that together cover all blocked psi.
@@ -84,10 +84,10 @@ public:
         while (count_ > 0) {
             const Stretch cell = stack_[--count_];
             if (!(cell.b > cell.a) || proven(cell)) continue;
-            const bool spent = queries_ >= witness_rule::most_queries || count_ + 2 > most_stretches;
-            if (spent && !rod_.is_sphere() && halvings < witness_rule::most_halvings)
+            const bool spent = queries_ >= witnesses_tuning::most_queries || count_ + 2 > most_stretches;
+            if (spent && !rod_.is_sphere() && halvings < witnesses_tuning::most_halvings)
                 return halve(blocked, halvings + 1);
-            if (spent || cell.b - cell.a < witness_rule::sliver) {
+            if (spent || cell.b - cell.a < witnesses_tuning::sliver) {
                 blocked(cell.a, cell.b);
                 continue;
             }
@@ -143,12 +143,12 @@ private:
         };
         include(from.arc, from.psi);
         for (const bool upper : {false, true}) {
-            for (int step = 0; step < witness_rule::most_steps && arc.b - arc.a < two_pi; ++step) {
+            for (int step = 0; step < witnesses_tuning::most_steps && arc.b - arc.a < two_pi; ++step) {
                 const double end = upper ? arc.b : arc.a;
                 const Sample here = at(end);
                 if (here.F >= -noise_) break;
                 include(here.arc, end);
-                if (abs((upper ? arc.b : arc.a) - end) < witness_rule::settled) break;
+                if (abs((upper ? arc.b : arc.a) - end) < witnesses_tuning::settled) break;
             }
         }
         arc.b = min(arc.b, arc.a + two_pi);

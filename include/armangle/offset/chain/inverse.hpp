@@ -124,8 +124,8 @@ inline void turn_joint(double by, SinCos<double>& angle) noexcept {
 }
 
 /// Newton's method from a posture, with joint `held` (0..6) fixed.
-inline void settle(const OffsetChain& arm, const Pose<double>& flange, int held,
-                   const OffsetChainTuning& tuning, ChainPosture& at) noexcept {
+inline void solve_on_pose(const OffsetChain& arm, const Pose<double>& flange, int held,
+                          const OffsetChainTuning& tuning, ChainPosture& at) noexcept {
     double a[6][7], step[6], before = infinity;
     for (int pass = 0; pass <= tuning.steps; ++pass) {
         at.left = six_equations(arm, flange, at.angle, held, a);
@@ -180,7 +180,7 @@ inline bool find_at_once(const OffsetChain& arm, const Pose<double>& flange, con
         wanted.rotation = orthonormal(wanted.rotation);
     }
     nominal_posture(arm.nominal, wanted, theta_7, branch, out.angle);
-    settle(arm, flange, 6, tuning, out);
+    solve_on_pose(arm, flange, 6, tuning, out);
     return is_of(arm, branch, out, tuning);
 }
 
@@ -192,13 +192,13 @@ inline double certain_excess(const OffsetChain& arm, const Pose<double>& flange,
 }
 
 /// Finds the posture by Newton's method from joints of a seed (q); false if it fails or is in another branch.
-inline bool find_beside(const OffsetChain& arm, const Pose<double>& flange, const SinCos<double>& theta_7,
-                        const OffsetBranch& branch, const double* seed, ChainPosture& out,
-                        const OffsetChainTuning& tuning) noexcept {
+inline bool find_near_seed(const OffsetChain& arm, const Pose<double>& flange, const SinCos<double>& theta_7,
+                           const OffsetBranch& branch, const double* seed, ChainPosture& out,
+                           const OffsetChainTuning& tuning) noexcept {
     for (int j = 0; j < 6; ++j)
         out.angle[j] = sin_cos(to_theta(arm.nominal.rest, j, seed[robot_joint(arm, j)]));
     out.angle[6] = theta_7;
-    settle(arm, flange, 6, tuning, out);
+    solve_on_pose(arm, flange, 6, tuning, out);
     return is_of(arm, branch, out, tuning);
 }
 
@@ -211,10 +211,10 @@ inline Status find_posture(const OffsetChain& arm, const Pose<double>& flange, c
     if (certain_excess(arm, flange, theta_7) > 0) return Status::UNREACHABLE;
     nominal_posture(arm.nominal, flange, theta_7, branch, out.angle);
     for (int part = 1; part < tuning.parts; ++part)
-        settle(grown(arm, static_cast<double>(part) / tuning.parts), flange, 6, tuning, out);
-    settle(arm, flange, 6, tuning, out);
+        solve_on_pose(grown(arm, static_cast<double>(part) / tuning.parts), flange, 6, tuning, out);
+    solve_on_pose(arm, flange, 6, tuning, out);
     if (is_of(arm, branch, out, tuning)) return Status::OK;
-    const bool beside = seed && find_beside(arm, flange, theta_7, branch, seed, out, tuning);
+    const bool beside = seed && find_near_seed(arm, flange, theta_7, branch, seed, out, tuning);
     return beside ? Status::OK : Status::NEAR_SINGULAR;
 }
 
@@ -241,7 +241,7 @@ inline Status directions(const OffsetChain& arm, const Pose<double>& pose, doubl
     const OffsetChainTuning tuning;
     detail::ChainPosture found;
     Status status = Status::OK;
-    if (!seed || !detail::find_beside(arm, flange, theta_7, branch, seed, found, tuning))
+    if (!seed || !detail::find_near_seed(arm, flange, theta_7, branch, seed, found, tuning))
         status = detail::find_posture(arm, flange, theta_7, branch, nullptr, found, tuning);
     d = detail::directions_of(arm, found);
     return status;

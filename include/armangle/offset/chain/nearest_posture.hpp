@@ -35,7 +35,7 @@ struct OffsetChainNearestTuning {
     double narrowest = 1e-3, finest = 1e-7;
     /// Postures looked for in an open place, and how far joint 5 is turned from the fold for them (rad).
     int samples = 16;
-    double beside_fold = 0.4;
+    double near_fold = 0.4;
     /// Steps of the search for the best beside an open place, and its last step (rad).
     int polish = 200;
     double polished = 1e-10;
@@ -98,7 +98,7 @@ public:
                 offer(one.judge.cells, gc, -pi + two_pi * (k + 0.5) / tuning_.first);
             begin(gc);
         }
-        if (o_.near) look_beside_seed();
+        if (o_.near) search_near_seed();
         search();
         Status why = Status::UNREACHABLE;
         for (const std::optional<Branch>& one : branch_) {
@@ -236,13 +236,13 @@ private:
     }
 
     /// Tries the postures that Newton's method finds from the seed, with each joint fixed in turn.
-    void look_beside_seed() noexcept {
+    void search_near_seed() noexcept {
         const Pose<double> flange = flange_pose(arm_, pose_);
         for (int held = 0; held < joints; ++held) {
             ChainPosture at;
             for (int j = 0; j < joints; ++j)
                 at.angle[j] = sin_cos(to_theta(arm_.nominal.rest, j, near_[robot_joint(arm_, j)]));
-            settle(arm_, flange, held, posture_, at);
+            solve_on_pose(arm_, flange, held, posture_, at);
             take(at);
         }
     }
@@ -352,9 +352,9 @@ private:
         const double sine = fold.angle[4].sin < 0 ? -1.0 : 1.0;
         for (int k = 0; k < tuning_.samples; ++k) {
             ChainPosture at = fold;
-            const SinCos<double> by = sin_cos((2.0 * side * k - 1.0) * tuning_.beside_fold);
+            const SinCos<double> by = sin_cos((2.0 * side * k - 1.0) * tuning_.near_fold);
             at.angle[4] = {sine * by.cos, -by.sin};
-            settle(arm_, cells.flange(), 4, posture_, at);
+            solve_on_pose(arm_, cells.flange(), 4, posture_, at);
             take(at);
         }
     }
@@ -362,14 +362,14 @@ private:
     /// Moves the best posture along its self-motion as long as the cost falls, by steps of joint 7 or joint
     /// 5.
     void polish(const Pose<double>& flange) noexcept {
-        double step = tuning_.beside_fold / tuning_.samples;
+        double step = tuning_.near_fold / tuning_.samples;
         for (int pass = 0; pass < tuning_.polish && step > tuning_.polished; ++pass) {
             bool better = false;
             for (const int held : {6, 4})
                 for (const double by : {step, -step}) {
                     ChainPosture at = best_;
                     turn_joint(by, at.angle[held]);
-                    settle(arm_, flange, held, posture_, at);
+                    solve_on_pose(arm_, flange, held, posture_, at);
                     better = take(at) || better;
                 }
             if (!better) step *= 0.5;

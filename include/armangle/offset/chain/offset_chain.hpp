@@ -91,12 +91,12 @@ inline OffsetChain make_offset_chain(const ArmParameters& parameters, double off
     Pose<double> nominal[joints + 1];
     detail::nominal_links(own, mirrored ? offset : 0.0, mirrored ? 0.0 : offset, nominal);
     detail::links_in_theta(own, links, out.link);
-    const auto settle = [](const Pose<double>(&wanted)[joints + 1],
-                           Pose<double>(&link)[joints + 1]) noexcept {
+    const auto align_frames = [](const Pose<double>(&wanted)[joints + 1],
+                                 Pose<double>(&link)[joints + 1]) noexcept {
         for (int sweep = 0; sweep < sweeps; ++sweep)
-            for (int k = 0; k < joints; ++k) detail::settle_frame(wanted, link, k);
+            for (int k = 0; k < joints; ++k) detail::align_frame(wanted, link, k);
     };
-    settle(nominal, out.link);
+    align_frames(nominal, out.link);
     for (int k = 0; k <= joints; ++k) {
         const Pose<double> off = nominal[k] * inverted(out.link[k]);
         out.deviation[k] = {norm(off.position), detail::turn_of(off.rotation)};
@@ -110,7 +110,7 @@ inline OffsetChain make_offset_chain(const ArmParameters& parameters, double off
         for (int k = 0; k <= joints; ++k) out.row[k] = other[k];
     }
     detail::nominal_links(out.nominal.rest, 0.0, out.nominal.a_6, out.nominal_row);
-    settle(out.nominal_row, out.row);  // a mirrored arm's frames are others
+    align_frames(out.nominal_row, out.row);  // a mirrored arm's frames are others
     out.first = out.nominal_row[0] * inverted(out.row[0]);
     out.last = inverted(out.row[joints]) * out.nominal_row[joints];
     out.row[0] = out.nominal_row[0];

@@ -22,7 +22,7 @@ namespace armangle {
 /// The harmonic in psi that vanishes where a joint (1..7, but 4) has the angle theta (sine and cosine). For
 /// joints 1, 3, 5 and 7 it also vanishes where the joint has theta + pi.
 template <class T>
-Harmonic<T> tie(const JointFunctions<T>& f, int joint, const SinCos<T>& theta) noexcept {
+Harmonic<T> joint_condition(const JointFunctions<T>& f, int joint, const SinCos<T>& theta) noexcept {
     if (joint % 2 == 0) {
         Harmonic<T> out = f.hinge[joint / 4].H;
         out.k = out.k - theta.cos;
@@ -36,14 +36,14 @@ Harmonic<T> tie(const JointFunctions<T>& f, int joint, const SinCos<T>& theta) n
 /// An arm angle that follows from a prescribed joint angle. `slope_square` is the squared slope of the
 /// equation there; near 0 the joint does not determine psi.
 template <class T>
-struct Led {
+struct PsiFromJoint {
     SinCos<T> psi;
     T slope_square;
 };
 
 /// Solves the harmonic equation f = 0 for the root where f falls (side 1) or rises (side -1) with psi.
 template <class T>
-Led<T> led_angle(const Harmonic<T>& f, const T& side) noexcept {
+PsiFromJoint<T> psi_from_joint(const Harmonic<T>& f, const T& side) noexcept {
     const T square = f.s * f.s + f.c * f.c;
     T room = square - f.k * f.k;
     if constexpr (std::is_same_v<T, double>) room = max(room, 0.0);
@@ -53,14 +53,14 @@ Led<T> led_angle(const Harmonic<T>& f, const T& side) noexcept {
 
 /// The neighbour (0: joint 2, 1: joint 6) of a prescribed joint 1, 3, 5 or 7, whose sign results; -1 if joint
 /// 2 or 6, or no joint, is prescribed.
-constexpr int hinge_led_through(int joint) noexcept { return joint % 2 == 1 ? joint / 4 : -1; }
+constexpr int hinge_crossed_by(int joint) noexcept { return joint % 2 == 1 ? joint / 4 : -1; }
 
 /// The directions of all joints at psi if `joint` has the prescribed angle theta. If joint 1 or 3 (5 or 7) is
 /// prescribed, the sign of theta_2 (theta_6) results. If joint 3 (7) is prescribed, joint 1 (5) follows from
 /// it.
 template <class T>
-Directions<T> led_directions(const SelfMotion<T>& m, const SinCos<T>& psi, int joint,
-                             const SinCos<T>& theta) noexcept {
+Directions<T> directions_with_joint(const SelfMotion<T>& m, const SinCos<T>& psi, int joint,
+                                    const SinCos<T>& theta) noexcept {
     Directions<T> d = directions(m, psi);
     const Frames<T> f = frames(m, psi);
     const T s = theta.sin, c = theta.cos;
@@ -90,9 +90,9 @@ inline void keep_shares(const Arm& arm, const SelfMotion<double>& m, const SinCo
                         const double* near, Directions<double>& d,
                         double sine = tolerance::one_axis) noexcept {
     for (const int joint : {1, 5}) {
-        if (joint / 4 == hinge_led_through(lead) || !makes_one_axis(d, joint, sine)) continue;
+        if (joint / 4 == hinge_crossed_by(lead) || !makes_one_axis(d, joint, sine)) continue;
         const SinCos<double> theta = sin_cos(to_theta(arm, joint - 1, near[joint - 1]));
-        const Directions<double> led = led_directions(m, psi, joint, theta);
+        const Directions<double> led = directions_with_joint(m, psi, joint, theta);
         for (int j = joint - 1; j <= joint + 1; ++j) {
             d.x[j] = led.x[j];
             d.y[j] = led.y[j];

@@ -5,7 +5,7 @@
 //     folds, stretched elbow  the free joint has too few digits
 //
 // At such a place a start is chosen, with the cheapest shares of the turn, and put on its pose by
-// limits/settled.hpp.
+// limits/solve_locally.hpp.
 #pragma once
 
 #include "../limits/nearest_search.hpp"
@@ -16,7 +16,7 @@
 namespace armangle {
 
 /// How postures are looked for beside the arcs.
-struct OffsetBesideTuning {
+struct OffsetJointSearchTuning {
     /// Off straight (rad), or S off axis 5 (of the reach): nearer, joints may share a turn.
     double shared = 1e-5;
     /// A place at which a joint is farther off straight than this (rad) is no place of a shared turn.
@@ -32,7 +32,7 @@ struct OffsetBesideTuning {
     double exact = 1e-10;
     /// Starts nearer to each other than this (rad) are one, and postures nearer than `basin` end in one.
     double same = 1e-8, basin = 1e-4;
-    /// Rounds of settled() for one pose.
+    /// Rounds of solve_locally() for one pose.
     int rounds = 200;
 };
 
@@ -40,10 +40,11 @@ namespace detail {
 
 /// Searches postures of one pose where the free joint does not determine them well. Options are in the order
 /// of the formulas; joints given to callbacks are in the robot's order.
-class OffsetBeside {
+class OffsetJointSearch {
 public:
     /// Prepares for a pose (with an exact rotation).
-    OffsetBeside(const OffsetArm& arm, const Pose<double>& exact, const NearestOptions& in_order) noexcept
+    OffsetJointSearch(const OffsetArm& arm, const Pose<double>& exact,
+                      const NearestOptions& in_order) noexcept
         : arm_(arm), pose_(exact), branches_(in_order.branches), rounds_(tuning_.rounds) {
         for (int j = 0; j < joints; ++j) {
             const int k = robot_joint(arm, j);
@@ -115,9 +116,9 @@ public:
             if (bit == 0) {
                 Joints shared = at;
                 share(shared);
-                settle(gc, shared, true, worth, take);
+                solve_start_and_turns(gc, shared, true, worth, take);
             }
-            return settle(gc, at, true, worth, take);
+            return solve_start_and_turns(gc, at, true, worth, take);
         }
     }
 
@@ -133,7 +134,7 @@ public:
                 known = known || (later_[k].done && largest_move(on.q, later_[k].at.q) <= tuning_.basin);
             if (known) continue;
             later_[i].done = true;
-            const Relaxed at = settled_beside(arm_, sides_of(gc, on), on, pose_, pull_, rounds_);
+            const Relaxed at = solve_locally_attracted(arm_, sides_of(gc, on), on, pose_, pull_, rounds_);
             if (meets(arm_, at)) offer(at.at, take);
         }
         return rounds_ > 0 && left_ < most_left;
@@ -188,15 +189,15 @@ private:
         if (!(abs(wrist.g) <= least && abs(wrist.t) <= least)) {
             const Directions<double> d = directions(m, wrist, theta_7, sqrt(max(wrist.inside, 0.0)));
             const bool near_fold = wrist.inside <= least * arm_.rest.reach;
-            settle(gc, start(d, tuning_.shared), !(abs(d.y[1]) <= tuning_.exact), worth, take);
-            if (near_fold) settle(gc, start(d, tuning_.far), true, worth, take);
+            solve_start_and_turns(gc, start(d, tuning_.shared), !(abs(d.y[1]) <= tuning_.exact), worth, take);
+            if (near_fold) solve_start_and_turns(gc, start(d, tuning_.far), true, worth, take);
             return;
         }
         Joints at[parts];
         double cost[parts];
         const auto turned = [&](double theta_5, Joints& to) {
             to = start(directions(m, wrist, theta_7, sin_cos(theta_5), 0.0), tuning_.shared);
-            double out = settling_cost(pull_, 1.0, to.q, 0.0);
+            double out = local_cost(pull_, 1.0, to.q, 0.0);
             for (int j = 0; j < joints; ++j) {
                 const double beyond =
                     max(arm_.own.limits.lower[j] - to.q[j], to.q[j] - arm_.own.limits.upper[j]);
@@ -222,18 +223,19 @@ private:
                 }
             if (!within_limits(arm_.own.limits, at[k].q, tuning_.beyond)) continue;
             found = true;
-            settle(gc, at[k], false, worth, take);
+            solve_start_and_turns(gc, at[k], false, worth, take);
         }
         if (found) return;
-        settle(gc,
-               start(directions(m, wrist, theta_7, free_theta_5(arm_, m, pull_.near), 0.0), tuning_.shared),
-               true, worth, take);
+        solve_start_and_turns(
+            gc, start(directions(m, wrist, theta_7, free_theta_5(arm_, m, pull_.near), 0.0), tuning_.shared),
+            true, worth, take);
     }
 
     /// Moves a start onto the pose. If adding 2 pi to a joint brings it nearer to the seed and beyond its
     /// limit by rounding only, that is tried too.
     template <class Worth, class Take>
-    void settle(int gc, const Joints& start, bool rough, const Worth& worth, const Take& take) noexcept {
+    void solve_start_and_turns(int gc, const Joints& start, bool rough, const Worth& worth,
+                               const Take& take) noexcept {
         int joint[joints], count = 0;
         double other[joints];
         for (int j = 0; j < joints; ++j)
@@ -250,19 +252,18 @@ private:
             Joints at = start;
             for (int k = 0; k < count; ++k)
                 if (chosen >> k & 1) at.q[joint[k]] = other[k];
-            settle_turns(gc, at, rough, worth, take);
+            solve_start(gc, at, rough, worth, take);
         }
     }
     /// The same without adding 2 pi. The posture is kept to be improved later, unless it is already the
     /// cheapest.
     template <class Worth, class Take>
-    void settle_turns(int gc, const Joints& start, bool rough, const Worth& worth,
-                      const Take& take) noexcept {
+    void solve_start(int gc, const Joints& start, bool rough, const Worth& worth, const Take& take) noexcept {
         if (!is_finite(start.q) || !worth(start)) return;
         for (int i = 0; i < tried_; ++i)
             if (largest_move(start.q, start_[i].q) <= tuning_.same) return;
         start_[tried_ < most_starts ? tried_++ : most_starts - 1] = start;
-        const Relaxed on = settled(arm_, sides_of(gc, start), start, pose_, {}, 0.0, rounds_);
+        const Relaxed on = solve_locally(arm_, sides_of(gc, start), start, pose_, {}, 0.0, rounds_);
         if (!meets(arm_, on)) return;
         offer(on.at, take);
         if (rough && left_ < most_left) later_[left_++] = {gc, on.at, false};
@@ -278,7 +279,7 @@ private:
     struct Meeting {
         int joint;  // of the robot
         double zero;
-        double untold;  // rad: nearer, a posture is of both branches; a bend is the root of a rounding
+        double uncertainty;  // rad: nearer, a posture is of both branches; a bend is the root of a rounding
     };
     /// The place where the branches differ in bit `bit` (0..2) of their number.
     Meeting meeting(int bit) const noexcept {
@@ -295,7 +296,7 @@ private:
         for (int bit = 0; bit < 3; ++bit) {
             const Meeting m = meeting(bit);
             const double sine = sin_cos(to_theta(arm_.own, m.joint, at.q[m.joint]) - m.zero).sin;
-            if (abs(sine) <= m.untold) both |= 1 << bit;
+            if (abs(sine) <= m.uncertainty) both |= 1 << bit;
         }
         for (int flip = 0; flip < configurations; ++flip)
             if ((flip & ~both) == 0 && (branches_ >> (gc ^ flip) & 1u)) return gc ^ flip;
@@ -311,17 +312,18 @@ private:
         for (int bit = 0; bit < 3; ++bit) {
             const Meeting m = meeting(bit);
             const double off = off_angle(arm_.own, m.joint, m.zero, at.q[m.joint]);
-            keep_beside(arm_.own, m.joint, at.q[m.joint] - arm_.own.sign[m.joint] * off, side[bit], 0.0, out);
+            limit_to_side(arm_.own, m.joint, at.q[m.joint] - arm_.own.sign[m.joint] * off, side[bit], 0.0,
+                          out);
         }
         return out;
     }
 
     const OffsetArm& arm_;
     const Pose<double>& pose_;
-    const OffsetBesideTuning tuning_{};
+    const OffsetJointSearchTuning tuning_{};
     const unsigned branches_;
     static constexpr int most_starts = 32, parts = 32;  // of the circle of theta_5
-    Drawing pull_;                                      // in the robot's order
+    Attraction pull_;                                   // in the robot's order
     int rounds_, tried_ = 0;
     Joints start_[most_starts];
     struct Later {

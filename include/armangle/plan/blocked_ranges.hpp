@@ -17,13 +17,13 @@
 
 namespace armangle {
 
-namespace shadow_rule {
+namespace blocked_ranges_tuning {
 inline constexpr double narrowest = 1e-6;       // of s: islands with a narrower shadow are left to the proof
 inline constexpr int halvings = 20;             // of the interval that holds an end of a shadow
 inline constexpr int evaluations = 32;          // over stretches, of all between two sections
 inline constexpr int starts = 4, queries = 96;  // of the least distance over phi without a closed form
 inline constexpr double settled = 1e-7;         // m^2: accuracy of that distance
-}  // namespace shadow_rule
+}  // namespace blocked_ranges_tuning
 
 namespace detail {
 
@@ -56,12 +56,12 @@ inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noe
         const SinCos<double> turn = sin_cos(psi);
         return of(nearest(turned_by(rod.begin, turn), turned_by(rod.end, turn), solid).distance);
     };
-    Slice piece[shadow_rule::queries + shadow_rule::starts];
+    Slice piece[blocked_ranges_tuning::queries + blocked_ranges_tuning::starts];
     int count = 0;
-    const double width = two_pi / shadow_rule::starts, first = at(0.0);
+    const double width = two_pi / blocked_ranges_tuning::starts, first = at(0.0);
     double best = first, before = first;
-    for (int i = 1; i <= shadow_rule::starts; ++i) {
-        const double here = i == shadow_rule::starts ? first : at(i * width);
+    for (int i = 1; i <= blocked_ranges_tuning::starts; ++i) {
+        const double here = i == blocked_ranges_tuning::starts ? first : at(i * width);
         piece[count++] = {(i - 1) * width, before, i * width, here};
         best = min(best, here);
         before = here;
@@ -71,7 +71,8 @@ inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noe
         for (int i = 1; i < count; ++i)
             if (piece[i].lowest(amplitude) < piece[low].lowest(amplitude)) low = i;
         const double least = piece[low].lowest(amplitude);
-        if (query == shadow_rule::queries || best - least < shadow_rule::settled) return max(least, 0.0);
+        if (query == blocked_ranges_tuning::queries || best - least < blocked_ranges_tuning::settled)
+            return max(least, 0.0);
         const Slice old = piece[low];
         const double middle = 0.5 * (old.a + old.b), here = at(middle);
         best = min(best, here);
@@ -82,10 +83,10 @@ inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noe
 }
 
 /// Finds the ranges of s in which a scene blocks some phi, for one sign of the elbow.
-class Shadows {
+class BlockedRanges {
 public:
     /// Prepares for a scene and an elbow sign.
-    Shadows(const Task& task, const Scene& scene, int elbow)
+    BlockedRanges(const Task& task, const Scene& scene, int elbow)
         : task_(task), scene_(scene), gc_(configuration(elbow)), moving_(scene_) {}
 
     /// Returns parameters between those of `base` where additional sections are needed.
@@ -120,7 +121,7 @@ private:
         }
         const Part& part = scene_.parts[pair.mover];
         const Rod rod = placed(part.lower ? at.frames.lower : at.frames.upper, part.rod);
-        if (pair.kind == Kind::limb_ground)
+        if (pair.kind == Kind::arm_rod_ground)
             return least_over_turns(rod, placed(at.to_axis, pair.solid), pair.R);
         return least_over_turns(rod, placed(at.frames.flange, scene_.held[pair.other]), pair.R);
     }
@@ -146,7 +147,7 @@ private:
             const SelfMotion<double> m = motion(s);
             if (is_unreachable(m.circle) || is_folded(m.circle)) return;
         }
-        budget_ = shadow_rule::evaluations;
+        budget_ = blocked_ranges_tuning::evaluations;
         enclose(from, to);
         near_.clear();
         gather(place(middle), h);
@@ -166,7 +167,7 @@ private:
         using Kind = WatchedPair::Kind;
         const Solid none{SolidKind::ball, 0.0, {0, 0, 0}, {0, 0, 0}, {}};
         const auto reach = [&](const WatchedPair& pair) { return 0.5 * moving_.of(pair).speed * h; };
-        const auto limb = [&](int k, const Solid& solid, const WatchedPair& pair) {
+        const auto arm_rod = [&](int k, const Solid& solid, const WatchedPair& pair) {
             const double more = reach(pair);
             if (!(more < infinity)) return;
             const Part& part = scene_.parts[k];
@@ -184,9 +185,10 @@ private:
             const Solid here = placed(at.to_axis, solid);
             for (int k = 0; k < scene_.part_count; ++k)
                 if (!scene_.unasked(id, k))
-                    limb(k, here,
-                         {Kind::limb_ground, k, 0, solid,
-                          moving_.sum_of_radii(scene_.parts[k].rod.radius, solid.radius), pair_tag(id, k)});
+                    arm_rod(
+                        k, here,
+                        {Kind::arm_rod_ground, k, 0, solid,
+                         moving_.sum_of_radii(scene_.parts[k].rod.radius, solid.radius), pair_tag(id, k)});
             for (int held = 0; held < scene_.held_count; ++held) {
                 const int link = scene_.part_count + scene_.base_count + held;
                 const WatchedPair pair{Kind::held_ground,
@@ -203,10 +205,10 @@ private:
         for (int held = 0; held < scene_.held_count; ++held)
             for (int k = 0; k < scene_.part_count; ++k)
                 if (!scene_.unasked(scene_.first_held + held, k))
-                    limb(k, placed(at.frames.flange, scene_.held[held]),
-                         {Kind::limb_held, k, held, none,
-                          moving_.sum_of_radii(scene_.parts[k].rod.radius, scene_.held[held].radius),
-                          pair_tag(scene_.first_held + held, k)});
+                    arm_rod(k, placed(at.frames.flange, scene_.held[held]),
+                            {Kind::arm_rod_held, k, held, none,
+                             moving_.sum_of_radii(scene_.parts[k].rod.radius, scene_.held[held].radius),
+                             pair_tag(scene_.first_held + held, k)});
     }
 
     /// Searches by bisection for pairs that collide between two parameters at which they do not.
@@ -216,7 +218,7 @@ private:
         for (const WatchedPair& pair : pairs)
             if (!stays_positive(pair.F_a, pair.F_b, pair.bend(moving_.of(pair), h), h)) left.push_back(pair);
         if (left.empty()) return;
-        if (h < shadow_rule::narrowest || budget_ <= 0) {
+        if (h < blocked_ranges_tuning::narrowest || budget_ <= 0) {
             found_.push_back(middle);
             return;
         }
@@ -245,7 +247,7 @@ private:
         found_.push_back(in);
         for (const double clear : {from, to}) {
             double outside = clear, inside = in;
-            for (int k = 0; k < shadow_rule::halvings; ++k) {
+            for (int k = 0; k < blocked_ranges_tuning::halvings; ++k) {
                 const double middle = 0.5 * (outside + inside);
                 (F(place(middle), pair) > 0 ? outside : inside) = middle;
             }

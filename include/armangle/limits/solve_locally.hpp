@@ -14,7 +14,7 @@
 
 namespace armangle {
 
-namespace settled_rule {
+namespace local_solve_tuning {
 inline constexpr int rounds = 40;            // Gauss-Newton rounds
 inline constexpr int patience = 6;           // stop after so many rounds that do not halve the distance
 inline constexpr double longest = 0.5;       // rad: largest move of a joint in one round
@@ -27,10 +27,10 @@ inline constexpr double exact = 2e-15;       // a pose this near is not improved
 inline constexpr double meets = 1e-13;       // a pose this near is solved (same unit)
 inline constexpr double bent = 0.05;   // rad off straight: where an elbow begins that may bend either way
 inline constexpr double same = 4e-15;  // poses this near are equal (same unit; of a unit vector)
-}  // namespace settled_rule
+}  // namespace local_solve_tuning
 
 /// Attracts a configuration on its way to a pose: joint j by weight[j] towards near[j].
-struct Drawing {
+struct Attraction {
     double weight[joints] = {}, near[joints] = {};
 };
 
@@ -38,7 +38,7 @@ namespace detail {
 
 /// Half of the cost that is minimized: the squared distance (m^2) from the pose, plus `share` times the
 /// attraction.
-inline double settling_cost(const Drawing& pull, double share, const double* q, double distance) noexcept {
+inline double local_cost(const Attraction& pull, double share, const double* q, double distance) noexcept {
     double sum = distance * distance;
     for (int j = 0; j < joints; ++j) {
         const double off = q[j] - pull.near[j];
@@ -118,8 +118,8 @@ struct JointLeastSquares {
 /// The rows of the least-squares problem at a configuration: first its pose, then attraction and damping
 /// (m^2/rad^2).
 template <class A>
-JointLeastSquares settling_rows(const A& arm, const double* q, const Twist& rest, const Drawing& pull,
-                                double share, double damping) noexcept {
+JointLeastSquares local_rows(const A& arm, const double* q, const Twist& rest, const Attraction& pull,
+                             double share, double damping) noexcept {
     const Jacobian J = jacobian(arm, q);
     const double length = nominal(arm).size, r[6] = {rest.linear.x,  rest.linear.y,  rest.linear.z,
                                                      rest.angular.x, rest.angular.y, rest.angular.z};
@@ -143,28 +143,28 @@ JointLeastSquares settling_rows(const A& arm, const double* q, const Twist& rest
 /// w (q - near)^2; `share` in m^2/rad^2. Each round counts against `budget`. Without a share it stops if
 /// rounds no longer approach the pose.
 template <class A>
-Relaxed settled(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& pose,
-                const Drawing& pull, double share, int& budget) noexcept {
+Relaxed solve_locally(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& pose,
+                      const Attraction& pull, double share, int& budget) noexcept {
     const double length = nominal(arm).size, square = length * length;
     Relaxed best{start, 0};
     for (int j = 0; j < joints; ++j) best.at.q[j] = min(max(start.q[j], limits.lower[j]), limits.upper[j]);
     Twist rest;
     best.distance = detail::distance(arm, best.at.q, pose, length, rest);
-    double cost = detail::settling_cost(pull, share, best.at.q, best.distance);
-    double damping = settled_rule::damping, before = infinity;
-    for (int round = 0; round < settled_rule::rounds && damping < settled_rule::most; ++round) {
-        if (share == 0 && best.distance <= settled_rule::exact * length) break;
-        if (round % settled_rule::patience == 0) {
+    double cost = detail::local_cost(pull, share, best.at.q, best.distance);
+    double damping = local_solve_tuning::damping, before = infinity;
+    for (int round = 0; round < local_solve_tuning::rounds && damping < local_solve_tuning::most; ++round) {
+        if (share == 0 && best.distance <= local_solve_tuning::exact * length) break;
+        if (round % local_solve_tuning::patience == 0) {
             if (share == 0 && best.distance > 0.5 * before) break;
             before = best.distance;
         }
         if (--budget < 0) break;
         const detail::JointLeastSquares rows =
-            detail::settling_rows(arm, best.at.q, rest, pull, share, damping * square);
+            detail::local_rows(arm, best.at.q, rest, pull, share, damping * square);
         double lower[joints], upper[joints], move[joints] = {}, longest = 0;
         for (int j = 0; j < joints; ++j) {
-            lower[j] = max(limits.lower[j] - best.at.q[j], -settled_rule::longest);
-            upper[j] = min(limits.upper[j] - best.at.q[j], settled_rule::longest);
+            lower[j] = max(limits.lower[j] - best.at.q[j], -local_solve_tuning::longest);
+            upper[j] = min(limits.upper[j] - best.at.q[j], local_solve_tuning::longest);
         }
         minimise(rows.quadratic(), lower, upper, move,
                  [&rows](const bool (&free)[joints], double (&y)[joints]) noexcept { rows.solve(free, y); });
@@ -173,15 +173,15 @@ Relaxed settled(const A& arm, const Limits& limits, const Joints& start, const P
             next.at.q[j] = min(max(best.at.q[j] + move[j], limits.lower[j]), limits.upper[j]);
             longest = max(longest, abs(next.at.q[j] - best.at.q[j]));
         }
-        if (!(longest > settled_rule::still)) break;
+        if (!(longest > local_solve_tuning::still)) break;
         Twist next_rest;
         next.distance = detail::distance(arm, next.at.q, pose, length, next_rest);
-        const double next_cost = detail::settling_cost(pull, share, next.at.q, next.distance);
+        const double next_cost = detail::local_cost(pull, share, next.at.q, next.distance);
         if (next_cost < cost) {
             best = next;
             rest = next_rest;
             cost = next_cost;
-            damping = max(1e-3 * damping, settled_rule::damping);
+            damping = max(1e-3 * damping, local_solve_tuning::damping);
         } else {
             damping *= 1e3;
         }
@@ -192,21 +192,22 @@ Relaxed settled(const A& arm, const Limits& limits, const Joints& start, const P
 /// Whether a configuration solves the pose up to rounding.
 template <class A>
 bool meets(const A& arm, const Relaxed& at) noexcept {
-    return at.distance <= settled_rule::meets * nominal(arm).size;
+    return at.distance <= local_solve_tuning::meets * nominal(arm).size;
 }
 
 /// Moves the start onto the pose, then towards the attraction and back onto the pose; returns the best
 /// solution.
 template <class A>
-Relaxed settled_beside(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& pose,
-                       const Drawing& pull, int& budget) noexcept {
+Relaxed solve_locally_attracted(const A& arm, const Limits& limits, const Joints& start,
+                                const Pose<double>& pose, const Attraction& pull, int& budget) noexcept {
     const double size = nominal(arm).size;
-    const auto drawn = [&pull](const Relaxed& x) { return detail::settling_cost(pull, 1.0, x.at.q, 0.0); };
-    Relaxed best = settled(arm, limits, start, pose, pull, 0.0, budget), from = best;
-    for (const double share : {settled_rule::share, settled_rule::last_share}) {
-        const Relaxed beside = settled(arm, limits, from.at, pose, pull, share * size * size, budget);
-        from = settled(arm, limits, beside.at, pose, pull, 0.0, budget);
-        if (meets(arm, from) && !(meets(arm, best) && drawn(best) <= drawn(from))) best = from;
+    const auto attraction = [&pull](const Relaxed& x) { return detail::local_cost(pull, 1.0, x.at.q, 0.0); };
+    Relaxed best = solve_locally(arm, limits, start, pose, pull, 0.0, budget), from = best;
+    for (const double share : {local_solve_tuning::share, local_solve_tuning::last_share}) {
+        const Relaxed attracted =
+            solve_locally(arm, limits, from.at, pose, pull, share * size * size, budget);
+        from = solve_locally(arm, limits, attracted.at, pose, pull, 0.0, budget);
+        if (meets(arm, from) && !(meets(arm, best) && attraction(best) <= attraction(from))) best = from;
     }
     return best;
 }
@@ -218,7 +219,7 @@ template <class Visit>
 void with_either_bend(const Arm& nominal, Joints q, double most, const Visit& visit) noexcept {
     const double straight = lift(to_q(nominal, 3, nominal.delta_angle), q.q[3]), bend = q.q[3] - straight;
     if (visit(q) || !(abs(bend) <= most)) return;
-    for (const double begin : {-bend, settled_rule::bent, -settled_rule::bent}) {
+    for (const double begin : {-bend, local_solve_tuning::bent, -local_solve_tuning::bent}) {
         q.q[3] = straight + begin;
         if (visit(q)) return;
     }
@@ -231,8 +232,8 @@ inline bool same_pose(double size, const Pose<double>& pose, const Pose<double>&
         return max(max(abs(d.x), abs(d.y)), abs(d.z));
     };
     const auto &r = pose.rotation, &s = other.rotation;
-    return far(pose.position, other.position) <= settled_rule::same * size &&
-           max(max(far(r.x, s.x), far(r.y, s.y)), far(r.z, s.z)) <= settled_rule::same;
+    return far(pose.position, other.position) <= local_solve_tuning::same * size &&
+           max(max(far(r.x, s.x), far(r.y, s.y)), far(r.z, s.z)) <= local_solve_tuning::same;
 }
 
 }  // namespace armangle
