@@ -193,7 +193,7 @@ public:
     }
 
     /// The objective of a curve on the breaks of the quadrature; infinite if it violates limits.
-    double inside_at_eight(const Quadrature& quadrature, const std::vector<double>& control) {
+    double objective_of(const Quadrature& quadrature, const std::vector<double>& control) {
         quadrature_ = &quadrature;
         return assemble<0>(control, there_) ? there_.energy : infinity;
     }

@@ -15,12 +15,12 @@
 namespace armangle {
 
 namespace optimum_tuning {
-inline constexpr int coarse = 12;           // intervals of the curves that are compared ...
-inline constexpr int middling = 48;         // ... and if none of those respects the limits
-inline constexpr int held = 48;             // constant angles that are tried if the start is free
-inline constexpr std::size_t many = 6;      // with more starting curves, a quick evaluation selects the best
-inline constexpr int glances = 6;           // ... on so many intervals
-inline constexpr double near_better = 0.4;  // of phi at both ends: counts as near a better one (rad)
+inline constexpr int coarse = 12;       // intervals of the curves that are compared ...
+inline constexpr int middling = 48;     // ... and if none of those respects the limits
+inline constexpr int held = 48;         // constant angles that are tried if the start is free
+inline constexpr std::size_t many = 6;  // with more starting curves, a quick evaluation selects the best
+inline constexpr int starting_intervals = 6;        // ... on so many intervals
+inline constexpr double near_better = 0.4;          // of phi at both ends: counts as near a better one (rad)
 inline constexpr double soon[] = {0.03, 0.1, 0.3};  // of s: distance from a fixed end to a target for psi
 inline constexpr double inset = 0.02;               // of that target from the ends of its arc (rad)
 inline constexpr int layers = 48;                   // sections on which starting curves are first evaluated
@@ -204,7 +204,7 @@ private:
         std::vector<Start> out;
         for (const Start& x : curves) {
             Descent descent(task_, objective_, ends_);
-            const double energy = descent.inside_at_eight(q, spline(q.breaks, s_, curves_[x.curve]).control);
+            const double energy = descent.objective_of(q, spline(q.breaks, s_, curves_[x.curve]).control);
             if (energy < infinity) out.push_back({energy, x.curve});
         }
         std::stable_sort(out.begin(), out.end(),
@@ -234,7 +234,8 @@ private:
         std::vector<Start> order;
         for (std::size_t i = 0; i < curves_.size(); ++i) order.push_back({0.0, i});
         if (order.size() > optimum_tuning::many) {
-            const Quadrature few = quadrature(task_, tube_.gc, breaks(optimum_tuning::glances), false, 2);
+            const Quadrature few =
+                quadrature(task_, tube_.gc, breaks(optimum_tuning::starting_intervals), false, 2);
             order = apart(sorted(few, order));
             order.push_back({0.0, 0});
         }
