@@ -37,15 +37,9 @@ inline constexpr double finer = 0.8;      // factor from one stopping rate to th
 inline constexpr int rates = 40;          // ... up to so many
 }  // namespace guard_tuning
 
-/// Keeps a control cycle, and braking after it, collision-free in a scene; for an Arm or a ChainArm.
-template <class AnyArm>
+/// Keeps a control cycle, and braking after it, collision-free in a scene.
 class Guard {
 public:
-    /// `bounds` are the bounds of all joints if jerk is bounded, otherwise null.
-    Guard(const AnyArm& arm, const Scene& scene, const double* acceleration,
-          const JerkBounds* bounds) noexcept
-        : move_(arm, scene), size_(nominal(arm).size), acceleration_(acceleration), bounds_(bounds) {}
-
     /// Sets the state at the start of a cycle and the `limits` that braking must respect. If jerk is bounded,
     /// `rate` is the rate at which the joints can stop.
     void begin(const double* q, const double* v, const double* a, double dt, const Limits& limits,
@@ -62,7 +56,7 @@ public:
         for (int j = 0; j < joints; ++j) sum += abs(v[j]);
         lasting_ = max(dt + 0.5 * (stop + dt), guard_tuning::ticks * dt);
         const double reach = min(guard_tuning::look + 0.5 * size_ * sum * lasting_, guard_tuning::farthest);
-        count_ = move_.near(q, reach, near_);
+        count_ = near(q, reach, near_);
     }
 
     /// The rate (1/s) at which the joints can stop after the cycle.
@@ -135,16 +129,32 @@ public:
     bool clear(const double* from, const double* to, Tag& pair) noexcept {
         double d[joints];
         for (int j = 0; j < joints; ++j) d[j] = to[j] - from[j];
-        return !(move_.proven(from, d, pair, straight_move_tuning::many_looks) < 1.0);
+        return !(proven(from, d, pair, straight_move_tuning::many_looks, nullptr) < 1.0);
     }
 
     /// The nearest pair at joints q within the look-ahead distance; 0 if there is none.
-    Tag nearest_at(const double* q) noexcept { return move_.nearest_pair(q, guard_tuning::look).pair; }
+    Tag nearest_at(const double* q) noexcept { return nearest_pair(q, guard_tuning::look).pair; }
 
     /// The pair that blocked this cycle; 0 if none did.
     Tag blocking() const noexcept { return blocking_; }
 
+protected:
+    /// `size` (m) is that of the arm; `bounds` are the bounds of all joints if jerk is bounded, otherwise
+    /// null.
+    Guard(double size, const double* acceleration, const JerkBounds* bounds) noexcept
+        : size_(size), acceleration_(acceleration), bounds_(bounds) {}
+    ~Guard() = default;
+
 private:
+    /// Finds the pairs within `reach` (m) at joints q; returns their number.
+    virtual int near(const double* q, double reach,
+                     NearPair (&pairs)[straight_move_tuning::most_near]) noexcept = 0;
+    /// The nearest pair at joints q within `reach` (m).
+    virtual NearestPair nearest_pair(const double* q, double reach) noexcept = 0;
+    /// See StraightMove::proven.
+    virtual double proven(const double* q, const double (&d)[joints], Tag& pair, int looks,
+                          const double* off) noexcept = 0;
+
     /// The time (s) in which all joints stop together from velocities v.
     double braking(const double* v) const noexcept {
         double out = 0;
@@ -220,7 +230,7 @@ private:
         }
         const double part = square > 0 ? min(max(along / square, 0.0), 1.0) : 0.0;
         for (int j = 0; j < joints; ++j) off[j] = abs(corner[j] - part * d[j]);
-        const double out = move_.proven(q_, d, blocking_, straight_move_tuning::looks, off);
+        const double out = proven(q_, d, blocking_, straight_move_tuning::looks, off);
         if (!(out < 1.0)) next_rate_ = rate;
         return out;
     }
@@ -234,10 +244,9 @@ private:
             d[j] = v[j] * lasting;
             if (!is_within(j, d[j])) return 0.5;
         }
-        return move_.proven(q_, d, blocking_);
+        return proven(q_, d, blocking_, straight_move_tuning::looks, nullptr);
     }
 
-    StraightMove<AnyArm> move_;
     double size_;
     const double* acceleration_;
     const JerkBounds* bounds_;
@@ -248,6 +257,31 @@ private:
     NearPair near_[straight_move_tuning::most_near];
     int count_ = 0;
     Tag blocking_ = 0;
+};
+
+/// The guard of an Arm, a ChainArm or another body.
+template <class AnyArm>
+class GuardOf final : public Guard {
+public:
+    /// See Guard.
+    GuardOf(const AnyArm& arm, const Scene& scene, const double* acceleration,
+            const JerkBounds* bounds) noexcept
+        : Guard(nominal(arm).size, acceleration, bounds), move_(arm, scene) {}
+
+private:
+    int near(const double* q, double reach,
+             NearPair (&pairs)[straight_move_tuning::most_near]) noexcept override {
+        return move_.near(q, reach, pairs);
+    }
+    NearestPair nearest_pair(const double* q, double reach) noexcept override {
+        return move_.nearest_pair(q, reach);
+    }
+    double proven(const double* q, const double (&d)[joints], Tag& pair, int looks,
+                  const double* off) noexcept override {
+        return move_.proven(q, d, pair, looks, off);
+    }
+
+    StraightMove<AnyArm> move_;
 };
 
 }  // namespace armangle
