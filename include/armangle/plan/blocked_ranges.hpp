@@ -89,7 +89,8 @@ public:
     BlockedRanges(const Task& task, const Scene& scene, int elbow)
         : task_(task), scene_(scene), gc_(configuration(elbow)), moving_(scene_) {}
 
-    /// Returns parameters between those of `base` where additional sections are needed.
+    /// Returns parameters s between those of `base` at which a tube needs more sections; empty if obstacles
+    /// block no phi that the sections of `base` miss. Call it once.
     std::vector<double> find(const std::vector<double>& base) {
         for (std::size_t i = 0; i + 1 < base.size(); ++i) between(base[i], base[i + 1]);
         return std::move(found_);

@@ -483,8 +483,9 @@ private:
         return prove(x, from, half, depth + 1) && prove(x, half, to, depth + 1);
     }
 
-    /// Computes the continuous angles of the joints that are proven by sectors, at s. False if the ends of
-    /// the stretch do not determine their revolution.
+    /// Computes theta (rad) at s of joints 1, 3, 5 and 7 into `middle`, without jumps by 2 pi, if one of them
+    /// is proven by sectors; otherwise leaves `middle` unchanged. False if the ends of the stretch do not
+    /// determine the revolution.
     bool place(const Stretch& x, double s, double* middle) const noexcept {
         bool any = false;
         for (int p = 0; p < pivots; ++p) any = any || claim_.kind[p] == PivotKind::turning;

@@ -304,6 +304,7 @@ public:
     }
 
 private:
+    /// The frames of the links of the curve at s.
     template <class T>
     SceneFrames<T> frames(const T& s) const noexcept {
         const Stretch& x = *stretch_;

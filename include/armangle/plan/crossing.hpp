@@ -87,7 +87,9 @@ public:
         if (task.encumbered()) left_.resize(asked.sections.size() * configurations);
     }
 
-    /// Returns the stretches of a path, and the branch in which it begins; none if no path exists.
+    /// Returns the stretches of a path and writes the branch in which it begins to `gc`; empty, with `gc`
+    /// unchanged, if no path exists. Subtracts the links that it tried from `links`, and stops when none
+    /// remain.
     std::vector<Stretch> run(int& gc, long long& links) {
         find_wished();
         if (!search(links)) return {};
@@ -103,11 +105,11 @@ public:
         return draw(false);
     }
 
-    /// Returns the same path with fewer knots of phi. Third derivatives of a spline with knots 1e-6 of s
-    /// apart are mere rounding.
+    /// Returns the same path with fewer knots of phi, since third derivatives of a spline with knots 1e-6 of
+    /// s apart are mere rounding. Empty if a joint is locked.
     std::vector<Stretch> calmly() const { return asked_.locked ? std::vector<Stretch>{} : draw(true); }
 
-    /// The first joints of the path.
+    /// The joints (rad) at the start of the path that run() found.
     const double* first() const noexcept { return rows_.front().q; }
 
 private:
@@ -191,8 +193,8 @@ private:
         return contains(*left, phi);
     }
 
-    /// Adds the configurations of a section for values of theta_1 (theta_5) on a grid, near theta_2 (theta_6)
-    /// = 0 (h: 0, 1).
+    /// Appends to `out` the permitted configurations of section k in branch gc at which theta_1 (theta_5) has
+    /// values on a grid and theta_2 (theta_6) is near 0 or pi (h: 0, 1); none if the pose is out of reach.
     void fill_by_lead(std::size_t k, const Section& l, int gc, int h, const Window& window,
                       Candidates& candidates, Postures& out) {
         if (l.status == Status::UNREACHABLE || l.status == Status::FOLDED) return;
@@ -221,7 +223,8 @@ private:
         }
     }
 
-    /// Adds the configurations of a section with the locked joint at its value.
+    /// Appends to `out` the permitted configurations of section k in branch gc with the locked joint at its
+    /// value; none if the pose is out of reach.
     void fill_locked(std::size_t k, const Section& l, int gc, const Window& window, Candidates& candidates,
                      Postures& out) {
         if (l.status == Status::UNREACHABLE || l.status == Status::FOLDED) return;
@@ -244,7 +247,8 @@ private:
         }
     }
 
-    /// Searches the path of least cost from section to section; false if there is none.
+    /// Searches the path of least cost from section to section, with at most `links` links, and stores its
+    /// rows; false if there is none.
     bool search(long long& links) {
         const Objective plain;
         std::size_t n = asked_.sections.size();
@@ -356,8 +360,8 @@ private:
         return true;
     }
 
-    /// Keeps only the cheapest configurations of a section, so that the number of links to the next stays
-    /// limited.
+    /// Sets the cost of all but the cheapest configurations of a section to infinity, so that the links to
+    /// the next section stay within `links`.
     void keep_cheapest(std::vector<Node>& layer, long long links) {
         const auto size = static_cast<long long>(layer.size());
         const long long most = std::max(crossing_tuning::least_postures, links / std::max(size, 1LL));
@@ -402,7 +406,9 @@ private:
         return max(abs(x.hinge[0]), abs(x.hinge[1])) <= tolerance::one_axis;
     }
 
-    /// Links a configuration to the blocks of the previous section, where this is cheaper than before.
+    /// Links x to a configuration of the previous section, at the distance ds of s, where that lowers the
+    /// cost of x; leaves x unchanged if none does. Branches may differ only where joint 2 or 6 is near 0 or
+    /// pi.
     void link(Node& x, int gc, const EightBlocks& eight, const std::vector<Node>& before,
               double ds) const noexcept {
         const int differ = gc ^ eight.gc;
@@ -614,7 +620,8 @@ private:
         }
     }
 
-    /// Adds the derivatives of a row's own cost.
+    /// Adds the first derivative (`gradient`) and a positive second derivative (`diagonal`) of the cost of
+    /// row k by its phi.
     void own_slopes(std::size_t k, double& gradient, double& diagonal) const noexcept {
         const Row& row = rows_[k];
         if (!is_nan(wished_[k])) {
@@ -671,7 +678,7 @@ private:
         return out;
     }
 
-    /// The stretches from row to row if a locked joint leads.
+    /// The stretches from row to row if a joint is locked: it leads each, with its constant value.
     std::vector<Stretch> stand_still() {
         std::vector<Stretch> out;
         for (Row& row : rows_) set_lead(row, asked_.locked);

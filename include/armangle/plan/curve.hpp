@@ -105,8 +105,8 @@ struct Curve {
     /// The stretch at s.
     const Stretch& stretch(double s) const noexcept { return stretch_at(stretches, s); }
 
-    /// The branch of a stretch. If joint 1 or 3 (5 or 7) leads, the sign of theta_2 (theta_6) may change
-    /// along it.
+    /// The branch (0..7) of a stretch: its own, or that of the whole curve. If joint 1 or 3 (5 or 7) leads,
+    /// the sign of theta_2 (theta_6) may change along it.
     int branch(const Stretch& x) const noexcept { return x.branch < 0 ? gc : static_cast<int>(x.branch); }
 
     /// The joint (0: joint 2, 1: joint 6) that is 0 or pi at joints q while a neighbour of the other one
@@ -220,9 +220,9 @@ struct Curve {
         return makes_one_axis(place(x, s, phi_at(x, s)).angles, hinge_joint[h], curve_tuning::shut);
     }
 
-    /// Replaces the directions of the neighbours of joint 2 or 6 (h: 0, 1) at an end where that joint is 0,
-    /// by their limit from within. These directions (V, U) vanish with the distance and are divided by it.
-    /// way: 1 if the stretch begins there, -1 if it ends. Does nothing if h < 0.
+    /// Replaces in d the directions of the neighbours of joint 2 or 6 (h: 0, 1), at an end s where that joint
+    /// is 0 or pi, by their limit from within. They vanish with the distance there, so they are divided by
+    /// it. way: 1 if the stretch begins at s, -1 if it ends. Nothing if h < 0.
     template <int K>
     void set_singular_limit(const Stretch& x, double s, int h, double way,
                             Directions<Jet<double, K>>& d) const noexcept {
@@ -263,13 +263,13 @@ inline double blossom(const double* c, const double* t, const double (&u)[3]) no
     return d[3];
 }
 
-/// The six knots around interval i of the breaks (i - 2 .. i + 3), with repeated ends.
+/// Writes the six knots around interval i of the breaks (i - 2 .. i + 3) to t, with repeated ends.
 inline void knots_about(const std::vector<double>& breaks, std::size_t i, double (&t)[6]) noexcept {
     for (std::size_t k = 0; k < 6; ++k)
         t[k] = breaks[std::clamp<std::size_t>(i + k, 2, breaks.size() + 1) - 2];
 }
 
-/// The three knots whose mean is the Greville abscissa of control value j.
+/// Writes the three knots whose mean is the Greville abscissa of control value j to t.
 inline void knots_of_control(const std::vector<double>& breaks, std::size_t j, double (&t)[3]) noexcept {
     for (std::size_t k = 0; k < 3; ++k)
         t[k] = breaks[std::clamp<std::size_t>(j + 1 + k, 3, breaks.size() + 2) - 3];
@@ -343,7 +343,7 @@ inline std::vector<Stretch> stretches_of(const Spline& x, std::span<const Segmen
     return out;
 }
 
-/// The stretches of a polyline phi(s) through the given values.
+/// The stretches of the polyline phi(s) through the given values, one fewer than these.
 inline std::vector<Stretch> straight_stretches(const std::vector<double>& s, const std::vector<double>& phi) {
     std::vector<Stretch> out(s.size() - 1);
     for (std::size_t i = 0; i + 1 < s.size(); ++i) {

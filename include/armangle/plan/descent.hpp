@@ -91,8 +91,8 @@ SeriesInPhi<K> series(const Harmonic<SeriesInS>& f, const SinCos<double>& phi) n
     return out;
 }
 
-/// Stores the arcs of phi that obstacles and the user permit at a point. If there are none, an arc without
-/// any phi.
+/// Appends the arcs of phi that obstacles and the user permit at point p to `arcs` and stores their place in
+/// p. If all phi are permitted, appends nothing; if none is, an arc without any phi.
 inline void leave_open(const Task& task, int gc, GaussPoint& p, std::vector<Arc>& arcs) {
     const SelfMotion<double> m = self_motion(task.arm, task.circle_at(p.s), configuration(gc));
     ArcSet any, left;
@@ -202,12 +202,12 @@ public:
     double energy() const noexcept { return here_.energy; }
     /// The present cost by its terms.
     const Terms& terms() const noexcept { return here_.terms; }
-    /// The present coefficients of the curve.
+    /// The spline coefficients of phi (rad) that the steps have reached.
     const std::vector<double>& control() const noexcept { return control_; }
     /// The least distance (rad) from limits and singularities at a Gauss point, among those that the
     /// objective weighs.
     double margin() const noexcept { return here_.margin; }
-    /// The joints at the start of the curve.
+    /// The joints (rad) at the start of the curve.
     const double* first_q() const noexcept { return here_.q; }
 
     /// Minimizes until another step would save at most the share `done` of the objective, or `work` is spent.
@@ -237,8 +237,8 @@ public:
         return saving_ / max(here_.energy, descent_tuning::tiny);
     }
 
-    /// The breaks with those intervals halved on which the spline bends too sharply for its knots, or the
-    /// integrand varies too fast for its points.
+    /// The breaks of s, with those intervals halved on which the spline bends too sharply for its knots, or
+    /// the integrand varies too fast for its points; intervals up to `narrowest` stay as they are.
     std::vector<double> finer(double narrowest) const {
         const std::vector<double>& breaks = quadrature_->breaks;
         const std::size_t n = breaks.size() - 1;
@@ -271,7 +271,8 @@ public:
     }
 
 private:
-    /// Takes steps until another would save at most this share of the objective; true if that was reached.
+    /// Takes steps until another would save at most the share `done` of the objective; each step subtracts
+    /// the number of its breaks from `work`. False if that was not reached before rounds or work were spent.
     bool go_down(double done, long long& work) {
         double damping = 1e-3;
         for (int round = 0; round < descent_tuning::rounds && damping < 1e9 && work > 0; ++round) {
@@ -342,7 +343,8 @@ private:
     bool advance();
 };
 
-/// Derivatives of the pace n: with x_j = slowness_j r_j its slope by r_j is slowness_j (x_j / n)^7.
+/// Adds the derivatives of the pace n, times `weight`, to f: with x_j = slowness_j r_j the slope of n by r_j
+/// is slowness_j (x_j / n)^7.
 inline void Descent::bend_duration(const Rates& rates, double n, double weight, Integrand& f) const noexcept {
     const double* slowness = objective_.slowness;
     double by_phi = 0, by_v = 0, phi_phi = 0, phi_v = 0, v_v = 0, bent = 0, bent_v = 0;
@@ -365,10 +367,10 @@ inline void Descent::bend_duration(const Rates& rates, double n, double weight, 
     f.v_v += weight * (v_v - 7 / n * by_v * by_v);
 }
 
-/// Computes the objective and its derivatives at one point; false beyond a limit. q, rate: joints of the
-/// previous point (ds before), replaced by those of this one. At the first point (ds = 0) the joints are in
-/// the revolution nearest to q, and moved into the limits if no end is fixed. Order of the derivatives: 2, or
-/// 0 for the value alone.
+/// Computes the objective at one point: its value and, if Order is 2, its derivatives in f, and its parts in
+/// `terms`; false beyond a limit. q, rate: joints of the previous point (ds before), replaced by those of
+/// this one. At the first point (ds = 0) the joints are in the revolution nearest to q, and moved into the
+/// limits if no end is fixed.
 template <int Order>
 bool Descent::integrand(const detail::GaussPoint& p, double phi, double v, const double* before, double ds,
                         double* q, double* rate, Integrand& f, Terms& terms) const noexcept {

@@ -147,7 +147,8 @@ public:
                 const std::vector<SelfMotion<double>>& motions, std::size_t empty)
         : task_(task), gc_(gc), s_(s), motions_(motions), empty_(empty) {}
 
-    /// Computes how far (rad) one limit of a joint must be widened.
+    /// How far (rad) one limit of a joint must be moved outwards so that every section has a solution;
+    /// infinite if no widening of this limit suffices.
     double of(int joint, bool upper) const {
         double most = opening(task_, motions_[empty_], joint, upper);
         std::size_t worst = empty_;

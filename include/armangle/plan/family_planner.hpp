@@ -126,7 +126,7 @@ private:
         int from;
     };
 
-    /// The order of branches: those with a path by cost, then the others by how far they lead.
+    /// Whether branch a comes before b: those with a path by cost, then the others by how far they lead.
     static bool before(const BranchReport& a, const BranchReport& b) noexcept {
         if ((a.verdict == Verdict::ok) != (b.verdict == Verdict::ok)) return a.verdict == Verdict::ok;
         if (a.verdict == Verdict::ok) return a.cost < b.cost;
@@ -271,7 +271,8 @@ private:
         }
     }
 
-    /// Inserts a section half way between sections k and k + 1; false if they are too close.
+    /// Inserts a section of the branch half way between its sections k and k + 1; false, without a change, if
+    /// they are too close.
     bool halve(Branch& branch, std::size_t k) const {
         const double a = branch.sections[k].s, b = branch.sections[k + 1].s, s = 0.5 * (a + b);
         if (!(b - a > tube_parameter_tuning::same)) return false;
@@ -294,7 +295,8 @@ private:
         return k + 1 == branch.sections.size() && ends_[1].q ? &ends_[1] : nullptr;
     }
 
-    /// The configurations of section k that the search tries.
+    /// The configurations of section k that the search tries: that of a given end, or some on each arc; empty
+    /// if the section has no arc, or not that of the end.
     std::vector<Node> nodes(const Branch& branch, std::size_t k) const {
         std::vector<Node> out;
         const Section& section = branch.sections[k];
@@ -321,8 +323,8 @@ private:
         return out;
     }
 
-    /// Finds the path of least cost from section to section and returns the number of sections reached.
-    /// Stores the path to the last of them.
+    /// Finds the path of least cost from section to section, stores it in the branch as far as it leads, and
+    /// returns the number of sections reached.
     std::size_t search(Branch& branch) const {
         std::vector<std::vector<Node>> layer;
         const Objective& w = options_.objective;
@@ -412,7 +414,8 @@ private:
         if (options_.advanced) options_.advanced();
     }
 
-    /// If the joints q keep their limits, reports the pair that is too near there.
+    /// If the joints q are within the limits and two shapes are too near, writes these to `report` and sets
+    /// its status to CLEARANCE; otherwise leaves it unchanged.
     void tell_touching(const double* q, BranchReport& report) const noexcept {
         for (int j = 0; j < joints; ++j)
             if (q[j] < limits_.lower[j] - tolerance::angle || q[j] > limits_.upper[j] + tolerance::angle)
@@ -424,7 +427,8 @@ private:
         report.shortfall = near.shortfall;
     }
 
-    /// Whether some section has no arc; if so, reports where and why.
+    /// Whether some section has no arc. If so, writes to the report of the branch where, why, and how far a
+    /// path leads.
     bool is_shut(Branch& branch) const {
         BranchReport& report = branch.report;
         const auto shut = [](const Section& x) { return x.arcs.empty(); };
@@ -473,8 +477,9 @@ private:
         return sum;
     }
 
-    /// Makes the joints of a path continuous, in revolutions that keep the limits, starting from its first
-    /// configuration or the given joints.
+    /// Adds turns of 2 pi to the joints of the branch's path, so that they are continuous and within the
+    /// limits. It begins at the given start, else in the revolution with the fewest turns, or that of the
+    /// goal.
     void lift_way(Branch& branch) const noexcept {
         std::vector<State>& way = branch.way;
         if (way.empty()) return;
@@ -512,8 +517,8 @@ private:
         return free;
     }
 
-    /// Minimizes the objective by Newton's method over the redundant parameter at all sections that are not
-    /// fixed.
+    /// Lowers the objective of the branch's path by Newton steps of the redundant parameter at all sections
+    /// that are not fixed.
     void descend(Branch& branch) const {
         std::vector<State>& way = branch.way;
         const std::vector<Section>& at = branch.sections;
@@ -583,7 +588,7 @@ private:
 
     // -- the curve
 
-    /// The spline of the redundant parameter along a path, as stretches.
+    /// The stretches of a spline of the redundant parameter through the branch's path.
     std::vector<Stretch> curve_of(const Branch& branch) const {
         std::vector<double> s, free;
         for (std::size_t k = 0; k < branch.way.size(); ++k) {
@@ -596,8 +601,8 @@ private:
         return out;
     }
 
-    /// Inserts sections and configurations where the proof is open, and minimizes again; false if nothing was
-    /// inserted.
+    /// Inserts sections and configurations into the branch's path where the proof is open, and minimizes
+    /// again; false if nothing was inserted.
     bool refine(Branch& branch, const Proof& proof) const {
         std::vector<Section> sections{branch.sections[0]};
         std::vector<State> way{branch.way[0]};
@@ -670,7 +675,7 @@ private:
         branch.sections = std::move(finer.sections);
         branch.way = std::move(finer.way);
     }
-    /// Reports the least margins of a path.
+    /// Writes the cost of a path and its least distances (rad) from limits to `report`.
     void take_margins(const Branch& branch, BranchReport& report) const noexcept {
         report.margin = report.elbow_margin = infinity;
         for (const State& at : branch.way) {

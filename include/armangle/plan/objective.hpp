@@ -94,7 +94,8 @@ T cost(const T& distance, Kind kind, double enough) noexcept {
     return near * near + T(2.0) * near * share * (held - distance) / held;
 }
 
-/// Cost of the angle between the arm angle and its target; 0 without a target.
+/// The cost 2 - 2 cos(gap) of an angle `gap` (rad) between the arm angle and its target; 0 if `gap` is NaN,
+/// that is without a target.
 inline double wish_cost(double gap) noexcept { return gap == gap ? 2 - 2 * sin_cos(gap).cos : 0.0; }
 
 namespace detail {

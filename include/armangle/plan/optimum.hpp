@@ -82,7 +82,7 @@ public:
     }
 
 private:
-    /// Breaks of s: equal intervals, and some near a fixed end.
+    /// Breaks of s from 0 to 1: equal intervals, and more breaks near a fixed end.
     std::vector<double> breaks(int intervals) const {
         std::vector<double> out{0.0};
         for (const double s : optimum_tuning::beside)
@@ -199,7 +199,8 @@ private:
         std::size_t curve;
     };
 
-    /// The starting curves that respect the limits on a quadrature, the best first.
+    /// Those of `curves` that respect the limits on a quadrature, with their objectives, the lowest first;
+    /// empty if none does.
     std::vector<Start> sorted(const Quadrature& q, const std::vector<Start>& curves) const {
         std::vector<Start> out;
         for (const Start& x : curves) {
@@ -212,8 +213,8 @@ private:
         return out;
     }
 
-    /// The first of the rated curves, without those that begin and end near a better one, since they would
-    /// lead to the same minimum.
+    /// The first of the rated curves, at most `many`, without those that begin and end near a better one:
+    /// they would lead to the same minimum.
     std::vector<Start> apart(const std::vector<Start>& all) const {
         std::vector<Start> out;
         for (const Start& x : all) {
@@ -229,7 +230,8 @@ private:
         return out;
     }
 
-    /// Improves the best starting curves on a quadrature; the best result first.
+    /// Improves the best starting curves on a quadrature; the best result first, empty if no curve respects
+    /// the limits.
     std::vector<Optimum> best_of(const Quadrature& q) const {
         std::vector<Start> order;
         for (std::size_t i = 0; i < curves_.size(); ++i) order.push_back({0.0, i});
@@ -263,8 +265,9 @@ private:
 
 }  // namespace detail
 
-/// The best curves of a branch on few knots, the best first. The starting curves are its path of largest
-/// margin, its path of least cost (ignored if not whole), and curves of constant angle.
+/// The best curves of a branch on few knots, the best first; empty if none respects the limits. The starting
+/// curves are its path of largest margin, its path of least cost (ignored if not whole), and curves of
+/// constant angle.
 inline std::vector<Optimum> coarse_optima(const Task& task, const Objective& objective, const Tube& tube,
                                           const Way& way, const Way& cheap, const FixedEnds& ends) {
     return detail::Comparison(task, objective, tube, way, cheap, ends).run();
@@ -302,8 +305,8 @@ inline Optimum fine_optimum(const Task& task, const Objective& objective, int gc
     return out;
 }
 
-/// The minima next to several rated curves, the best first. Curves worse than a minimum already found are
-/// left out.
+/// The minima next to several rated curves, the best first; empty if none is found. Curves worse than a
+/// minimum already found are left out.
 inline std::vector<Optimum> fine_optima(const Task& task, const Objective& objective, int gc,
                                         const FixedEnds& ends, const std::vector<Optimum>& coarse,
                                         double wall) {

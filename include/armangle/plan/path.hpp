@@ -193,7 +193,7 @@ inline Segment still(double start, double end, const Pose<double>& from) noexcep
     return {start, end, from.position, orthonormal(from.rotation), none, none, 0.0, 0.0};
 }
 
-/// Rotates a segment from its first rotation to another by the shortest rotation.
+/// Sets the rotation of segment g such that it ends in the orientation `to`, by the shortest rotation.
 inline void turn_to(Segment& g, const Mat3<double>& to) noexcept {
     const AxisAngle turn = shortest_rotation(g.rotation, orthonormal(to));
     g.motion.axis = turn.axis;

@@ -58,8 +58,9 @@ inline FixedEnds fixed_ends(const AnchoredEnds& ends, const double* q) noexcept 
     return out;
 }
 
-/// Makes a stretch end at the exact joints of a goal. If theta_2 or theta_6 is 0, phi determines only the
-/// total rotation of its two neighbours.
+/// Makes stretch x end at the exact joints of a goal, because phi determines only the sum of the rotations of
+/// two joints if theta_2 or theta_6 is 0 there. Leaves x unchanged if a joint would move by more than
+/// `end_move` (rad).
 inline void end_at(const double* goal, Stretch& x) noexcept {
     double off[joints], most = 0;
     for (int j = 0; j < joints; ++j) {
@@ -89,8 +90,8 @@ public:
         return out;
     }
 
-    /// Sets a locked joint of a crossing: its value in the given end, or the middle of its limits if `end` is
-    /// null.
+    /// Locks `joint` (1..7) in a crossing at its value in the end `end`, kept within the limits, or at the
+    /// middle of its limits if `end` is null.
     void lock(CrossingTask& asked, int joint, const double* end) const noexcept {
         const int j = joint - 1;
         const double low = task_.limits.lower[j], high = task_.limits.upper[j];
@@ -201,7 +202,8 @@ public:
     }
 
 private:
-    /// Whether obstacles and the user permit phi at s; if not, the reason.
+    /// Whether obstacles and the user permit phi at s. If not, writes the reason, and the pair of shapes that
+    /// is too near, to `why`.
     bool open(double s, const SelfMotion<double>& m, double phi, Anchor& why) const {
         if (!task_.encumbered()) return true;
         ArcSet any, left;
@@ -228,8 +230,8 @@ private:
         return false;
     }
 
-    /// Computes the solution of phi on a section, in the revolution nearest to given joints. Returns the
-    /// largest difference (rad) of a joint.
+    /// Writes the solution of phi on a section to q, in the revolution nearest to the joints `near`, and
+    /// returns its largest difference (rad) of a joint from them.
     double placed(const Section& l, double phi, const double* near, double* q) const noexcept {
         const Joints solved = joints_near(task_.arm, directions(l.motion, sin_cos(phi)), near);
         for (int j = 0; j < joints; ++j) q[j] = solved.q[j];

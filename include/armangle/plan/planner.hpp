@@ -144,7 +144,8 @@ private:
         return tube(task_, gc, all);
     }
 
-    /// Parameters between those of `base_` at which obstacles block some phi, for one sign of the elbow.
+    /// Parameters between those of `base_` at which obstacles block some phi, for one sign of the elbow;
+    /// empty without any.
     std::vector<double> blocked_ranges(int elbow) const {
         std::vector<double> found;
         for (int k = 0; k < task_.scenes.count; ++k) {
@@ -196,8 +197,8 @@ private:
         return triad(task_.arm, flange_pose(task_.arm, task_.pose(s))).w;
     }
 
-    /// The order of branches: those with a path first, by the objective, then by the least margin. The others
-    /// follow: those that contain start and goal first, then by how far they lead.
+    /// Whether branch a comes before b: those with a path first, by the objective, then by the least margin.
+    /// The others follow: those that contain start and goal first, then by how far they lead.
     static bool before(const BranchReport& a, const BranchReport& b) noexcept {
         if ((a.verdict == Verdict::ok) != (b.verdict == Verdict::ok)) return a.verdict == Verdict::ok;
         if (a.verdict != Verdict::ok && a.elsewhere != b.elsewhere) return b.elsewhere;
@@ -571,7 +572,8 @@ private:
         return out;
     }
 
-    /// Draws the curve of a path that changes branches; false if there is none.
+    /// Writes the curve of a path that changes branches, and its proof, to `out`; false if there is no path.
+    /// The curve need not be proven.
     bool draw_crossing_once(const CrossingTask& asked, Plan& out) {
         Crossing crossing(task_, asked);
         out.stretches = crossing.run(out.gc, links_);
@@ -595,8 +597,8 @@ private:
         return true;
     }
 
-    /// Draws the curve of a path that changes branches, several times with changed sections until it is
-    /// proven; false if that fails.
+    /// Writes a proven curve that changes branches to `out`: draws it several times with more sections in
+    /// `asked` where it violates a limit. False if that fails.
     bool draw_crossing(CrossingTask& asked, Plan& out) {
         for (int round = 0; round < plan_tuning::crossing_rounds; ++round) {
             if (!draw_crossing_once(asked, out)) return false;
@@ -631,7 +633,8 @@ private:
         return any;
     }
 
-    /// Makes a path through several branches the plan.
+    /// Makes `found`, a path through several branches, the plan, and reports its least distances (rad) from
+    /// limits.
     void take(Plan& found) {
         const Curve drawn = curve(found);
         const unsigned through = cost_.passed(drawn);
@@ -664,9 +667,9 @@ private:
         plan_.proof = found.proof;
     }
 
-    /// Computes curve and proof of a branch that has a path: the curve of least objective. If that is not
-    /// proven, a smooth curve along the path, with new sections where it violates a limit; false if it always
-    /// does.
+    /// Writes the proven curve of a branch that has a path to `out`: the curve of least objective. If that is
+    /// not proven, a smooth curve along the path, with new sections where it violates a limit. False, with
+    /// the reason in `report`, if none is proven.
     bool realise(BranchReport& report, Plan& out) {
         std::vector<double> base = base_;
         Plan best;
@@ -720,7 +723,8 @@ private:
         return !leaps(fixed.start, out, false) && !leaps(fixed.goal, out, true);
     }
 
-    /// Finds the curve of least objective near the branch's coarse ones; true if it is proven.
+    /// Finds the curve of least objective near the branch's coarse ones and writes it to `out`, with its cost
+    /// in `report`; false if none is proven.
     bool optimise(const Tube& t, const AnchoredEnds& fixed, BranchReport& report, Plan& out) const {
         const std::vector<Optimum>& coarse = coarse_[static_cast<std::size_t>(report.gc)];
         const FixedEnds ends = fixed_ends(fixed, coarse.front().q);
@@ -737,8 +741,8 @@ private:
         return false;
     }
 
-    /// Finds a curve along the path of the search. On its knots the objective is also minimized, if that
-    /// curve is proven too. False if there is none.
+    /// Writes a curve along the path of the search to `out`, proven or not. If it is proven, the objective is
+    /// also minimized on its knots, which is kept if it is proven too. False if the search has no whole path.
     bool follow_way(const Tube& t, const AnchoredEnds& fixed, const std::vector<double>& base,
                     BranchReport& report, Plan& out) {
         Search ways = search(t, fixed.start, fixed.goal, spread_[t.gc], links_);
@@ -802,7 +806,8 @@ private:
         report.margin = cost_.least_margin(curve(out));
     }
 
-    /// Adds sections around each violation, so that the tube has exact arcs there.
+    /// Adds sections to `base` around each violation of a plan's proof, so that the tube has exact arcs
+    /// there.
     void add_sections(const Plan& plan, std::vector<double>& base) const {
         const Curve drawn = curve(plan);
         for (const double s : plan.proof.violated) {
@@ -815,7 +820,7 @@ private:
         tidy(base);
     }
 
-    /// Sorts parameters from 0 to 1 and removes duplicates.
+    /// Sorts parameters in place, removes duplicates, and sets the first to 0 and the last to 1.
     static void tidy(std::vector<double>& s) {
         std::sort(s.begin(), s.end());
         s.erase(std::unique(s.begin(), s.end(),

@@ -74,7 +74,7 @@ private:
     double share(std::size_t k) const noexcept {
         return 0.5 * ((k ? span(k - 1) : 0.0) + (k + 1 < n_ ? span(k) : 0.0));
     }
-    /// The derivatives of the joints by phi at section k.
+    /// The seven derivatives of the joints by phi at section k.
     double* slope(std::size_t k) noexcept { return slope_.data() + k * joints; }
 
     /// Computes the cost, its gradient and the Gauss-Newton matrix at the present path.
@@ -200,8 +200,8 @@ private:
 
 }  // namespace detail
 
-/// Smooths the inner configurations of a path (and its ends, unless fixed) in place. Margins above `floor`
-/// (rad) stay above it.
+/// Moves the inner configurations of a path (and its ends, unless fixed) in place, so that joints travel
+/// less. Distances from limits above `floor` (rad) stay above it.
 inline void relax(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed,
                   bool last_fixed, double floor) {
     detail::Relaxation(task, tube, objective, way, first_fixed, last_fixed, floor).run();

@@ -97,7 +97,7 @@ private:
     double beyond(const double* q, int j) const noexcept {
         return max(limits_.lower[j] - q[j], q[j] - limits_.upper[j]);
     }
-    /// The joints of a row.
+    /// The seven joints (rad) of a row.
     const double* joints_of(std::size_t row) const noexcept { return rows_.q.data() + joints * row; }
 
     /// Whether a joint may reach a limit between row k and the next.
@@ -130,7 +130,8 @@ private:
         return out;
     }
 
-    /// Computes the row in the middle of a gap; false if psi cannot move the joint into its limits.
+    /// Computes a row in the middle of the gap of x and stores it in x, with psi moved such that the joint is
+    /// within its limits; false if psi cannot do that, or the gap is too narrow.
     template <class At>
     bool put_between(const At& at, Between& x) const {
         const double from = rows_.s[x.gap], to = rows_.s[x.gap + 1];

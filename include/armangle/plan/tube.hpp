@@ -60,8 +60,8 @@ inline double margin_scale(double length) noexcept {
     const double share = length / tube_margin_tuning::short_path;
     return max(length * length, min(1.0, share * share));
 }
-/// The factor of the cost of a target of psi for a path of this length. It is at least 1, since the user
-/// requested it.
+/// The factor by which the cost of a target of psi is multiplied for a path along which joints turn by
+/// `length` (rad): its square, at least 1, since the user requested the target.
 inline double wish_scale(double length) noexcept { return max(1.0, length * length); }
 
 /// The constant data of a plan: the arm, the limits (narrowed by the requested margin), the path and the
@@ -120,8 +120,9 @@ struct Task {
     /// Whether obstacles or the user may forbid some phi.
     bool encumbered() const noexcept { return scenes || allowed; }
 
-    /// Writes the part of `own`, arcs of phi within the limits, that the user and the scene permit.
-    /// `blocking` is the pair that alone blocks all phi, or 0.
+    /// Writes to `out` the part of `own` (arcs of phi within the limits at s) that the user and the scene
+    /// permit. OK if some remains, else the reason. `blocking` is the pair of shapes that alone blocks all
+    /// phi, or 0.
     Status keep_open(double s, const SelfMotion<double>& m, const ArcSet& own, ArcSet& out,
                      Tag& blocking) const {
         ArcSet asked = own;
@@ -183,7 +184,7 @@ struct Tube {
     std::vector<Section> sections;
     std::vector<Arc> arcs;
 
-    /// The arcs of a section.
+    /// The first of the `section.count` arcs of a section.
     const Arc* arc(const Section& section) const noexcept { return arcs.data() + section.first; }
 };
 
@@ -315,7 +316,7 @@ public:
     }
 
 private:
-    /// Adds a section.
+    /// Appends section x and its arcs to the tube.
     void add(SolvedSection& x) {
         x.section.first = static_cast<std::uint32_t>(tube_.arcs.size());
         x.section.count = static_cast<std::uint32_t>(x.arcs.count);

@@ -171,7 +171,7 @@ private:
         }
     };
 
-    /// The order of two labels.
+    /// Whether label a is better than b: by cost if margins have a floor, otherwise by margin, then by cost.
     bool better(const Label& a, const Label& b) const noexcept {
         if (floor_ > -infinity) return a.cost < b.cost;
         if (a.margin > b.margin + way_tuning::tie) return true;
