@@ -672,7 +672,8 @@ private:
 
     // -- results
 
-    /// Returns the seed itself in `out` if it is a posture of the pose within the limits: it costs nothing.
+    /// If the seed itself solves the pose within limits, permitted arcs and scene, writes it to `out` as the
+    /// solution, since it costs nothing. Otherwise returns false and leaves `out` unchanged.
     bool keep_near(Nearest& out) noexcept {
         if (!options_.near || options_.metric == Metric::margin) return false;
         if (!within_limits(arm_.limits, options_.near, 0.0)) return false;

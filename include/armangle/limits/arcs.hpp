@@ -66,7 +66,7 @@ namespace detail {
 /// Whether an arc is a single angle, up to the tolerance.
 inline bool is_isolated(const Arc& arc) noexcept { return arc.upper - arc.lower < tolerance::angle; }
 
-/// Inserts an arc, given on any multiple of 2 pi, in order.
+/// Inserts an arc, given on any multiple of 2 pi, into `set` in order; drops it if the set is full.
 inline void put(ArcSet& set, Arc arc) noexcept {
     if (set.count == ArcSet::capacity) return;
     double turn = 0;
@@ -79,12 +79,12 @@ inline void put(ArcSet& set, Arc arc) noexcept {
     set.arc[at] = arc;
 }
 
-/// Inserts an arc unless it is a single angle.
+/// Inserts an arc into `set` unless it is a single angle.
 inline void push(ArcSet& set, const Arc& arc) noexcept {
     if (!is_isolated(arc)) put(set, arc);
 }
 
-/// Merges arcs whose gap is shorter than the tolerance, also across the seam.
+/// Merges arcs of `set` whose gap is shorter than the tolerance, also across the seam.
 inline void merge(ArcSet& set) noexcept {
     int kept = 0;
     for (int i = 1; i < set.count; ++i) {
@@ -137,8 +137,8 @@ inline bool make_ordered(ArcSet& set, const double* ends, int n) noexcept {
 
 namespace detail {
 
-/// Inserts the common part of arcs p and q, given on any multiple of 2 pi. An isolated angle is kept
-/// unchanged; points where the arcs only touch are skipped.
+/// Inserts the common part of arcs p and q, given on any multiple of 2 pi, into `set`; nothing if they do not
+/// overlap. An isolated angle is kept unchanged; points where the arcs only touch are skipped.
 inline void put_common(ArcSet& set, const Arc& p, const Arc& q) noexcept {
     const Arc& narrow = is_isolated(p) ? p : q;
     const Arc& other = is_isolated(p) ? q : p;

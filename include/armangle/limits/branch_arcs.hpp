@@ -43,7 +43,8 @@ protected:
         return out;
     }
 
-    /// Splits the rotation of two joints that rotate around one axis in the cheapest way.
+    /// Splits in q the rotation of two joints that rotate around one axis in the cheapest way within their
+    /// limits; leaves q unchanged if there is none. side 0: joints 1 and 3, side 1: joints 5 and 7.
     void share(const ElbowBranches&, int side, bool flipped, Joints& q) const noexcept {
         const int i = 4 * side;
         const JointCost &a = joint_[i], &b = joint_[i + 2];
@@ -203,7 +204,8 @@ protected:
         e.cost_4 = cost_of(c, to_q(theta_4, c.sign, c.offset, c.lower, c.upper, c.near) - c.near);
     }
 
-    /// The arcs of a branch, computed on first use, since most branches are too expensive to need them.
+    /// The arcs of psi of a branch within the limits, empty if there are none; computed on first use, since
+    /// most branches are too expensive to need them.
     const ArcSet& arcs(int gc) noexcept {
         if (!is_in(gc, filled_)) fill_arcs(gc);
         return arcs_.arcs[gc];
@@ -276,8 +278,8 @@ protected:
         best_ = best;
     }
 
-    /// Adds psi at which several joints reach their limits at once, if a solution on the joints exists there;
-    /// rounding may leave no arc.
+    /// Adds to `arcs` the psi at which several joints reach their limits at once, if a solution on the joints
+    /// exists there; rounding may leave no arc.
     [[gnu::noinline, gnu::cold]] void add_meeting(int gc, const JointFunctions<double>& shoulder,
                                                   const JointFunctions<double>& wrist, const Blocked& blocked,
                                                   ArcSet& arcs) noexcept {
@@ -297,7 +299,7 @@ protected:
         each_meeting(shoulder, wrist, blocked, true, gap, look);
     }
 
-    /// The psi at which a branch may have solutions, computed on first use.
+    /// The psi at which a branch may have solutions, computed on first use; empty if it certainly has none.
     const ArcSet& possible(int gc) noexcept {
         ArcSet& out = possible_[gc];
         if (is_in(gc, judged_)) return out;
@@ -309,7 +311,8 @@ protected:
         return out;
     }
 
-    /// If the end of a revolution coincides with an end of one of the arcs, records it as a corner.
+    /// If the psi `cut` where a revolution ends coincides with an end of one of the arcs, records it in e as
+    /// a corner.
     void find_corner(ElbowBranches& e, int gc, double cut, const ArcSet& arcs) const noexcept {
         if (arcs.full) return;
         const double near = max(unclear_gap(least_bend(circle_, e.functions)), tolerance::locked);
@@ -335,8 +338,8 @@ protected:
         if (arcs.empty() && !before.empty()) status = otherwise;
     }
 
-    /// Computes the blocked arcs of a side whose first and last joint rotate around one axis at every psi.
-    /// The first joint, 0 by convention, blocks nothing; only the middle joint does.
+    /// Computes the blocked arcs of a side (0: shoulder, 1: wrist) whose first and last joint rotate around
+    /// one axis at every psi. The first joint, 0 by convention, blocks nothing; only the middle joint does.
     void block_lost(Sides& sides, int side) const noexcept {
         Boundaries b;
         boundaries(limits_, sides.f, b);
@@ -345,7 +348,8 @@ protected:
         block_hinge(limits_, sides.f, b, side, blocked);
     }
 
-    /// The psi at which the two joints of such a side can share their rotation within their limits.
+    /// The psi at which the two joints of such a side can share their rotation within their limits; empty if
+    /// they never can.
     ArcSet split_arc(const ElbowBranches& e, int side) const noexcept {
         ArcSet out;
         const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2];
@@ -395,10 +399,10 @@ protected:
         return place.index >= 0 && (only_arc < 0 || place.index == only_arc);
     }
 
-    /// The largest cost that still counts as better than the best one.
+    /// The largest cost that still counts as better than the best one; infinite if there is no solution yet.
     double worth() const noexcept { return best_.cost < infinity ? best_.cost - tie(best_.cost) : infinity; }
 
-    /// A solution at the middle or an end of an arc; empty if there is none.
+    /// A solution at the middle or an end of an arc; a result with another status than OK if there is none.
     Nearest somewhere(int gc, const Arc& arc) noexcept {
         Nearest out;
         for (const double psi : {0.5 * (arc.lower + arc.upper), arc.lower, arc.upper}) {

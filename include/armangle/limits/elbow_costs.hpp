@@ -110,7 +110,7 @@ protected:
         fill_cuts(elbow_[elbow]);
     }
 
-    /// Computes the joint functions of one elbow sign and their singularities.
+    /// Computes the joint functions of one elbow sign, e, and how near they come to singularities.
     void fill_functions(ElbowBranches& e) const noexcept {
         e.functions = joint_functions(e.motion);
         e.lost[0] = shoulder_singular(e.motion);
@@ -138,8 +138,8 @@ protected:
         return roots({H.s, H.c, H.k - at.cos});
     }
 
-    /// Finds the psi where a joint with a range of 2 pi or more reaches a limit: one of its revolutions ends
-    /// there.
+    /// Stores in e the psi where a joint with a range of 2 pi or more reaches a limit: one of its revolutions
+    /// ends there.
     void fill_cuts(ElbowBranches& e) const noexcept {
         e.cuts = 0;
         for (int j = 0; j < joints; ++j) {
@@ -189,8 +189,8 @@ protected:
         return (rival < Boxes(c.lower - tolerance::angle)) | (Boxes(c.upper + tolerance::angle) < rival);
     }
 
-    /// Adds the cost of joint i of a side over eight boxes; negative: in the branch with a negative middle
-    /// joint.
+    /// Adds the cost of joint i of a side over eight boxes to `sum`; negative: in the branch with a negative
+    /// middle joint.
     ARMANGLE_INLINE void add(BoxCosts& sum, const SideBoxes& boxes, int i, const JointCost& c, bool negative,
                              const Boxes& r) const noexcept {
         if (!(c.weight > 0)) return;
@@ -233,8 +233,8 @@ protected:
         return {start, zero, {zero, zero}, start, zero, 0xff, {start, zero, start, zero}};
     }
 
-    /// Computes the costs of the three joints of a side; negative: in the branch with a negative middle
-    /// joint.
+    /// Writes the costs of the three joints of a side over eight boxes to `sum`; negative: in the branch with
+    /// a negative middle joint.
     void side_costs(const ElbowBranches& e, const SideBoxes& boxes, int side, bool negative,
                     const SinCos<Boxes>& at, const Boxes& r, BoxCosts& sum) const noexcept {
         sum = no_costs();
@@ -367,6 +367,7 @@ protected:
         double gap() const noexcept { return cost[1] - cost[0]; }
     };
 
+    /// The costs of joints 2 and 6 at psi, and their slopes by theta.
     Bends bends_at(const ElbowBranches& e, double psi) const noexcept {
         const SinCos<double> at = sin_cos(psi);
         Lane<hinges> sine, cosine;

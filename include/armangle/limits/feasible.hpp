@@ -14,8 +14,8 @@ namespace armangle {
 
 namespace detail {
 
-/// Marks the ends at which the direction (V, U) of a pivot joint vanishes: there the joint jumps and does not
-/// reach its limit.
+/// Corrects in `set` the tags of ends at which the direction (V, U) of a pivot joint vanishes: there the
+/// joint jumps and does not reach its limit.
 inline void mark_jumps(const JointFunctions<double>& f, ArcSet& set) noexcept {
     const auto mark = [&f](double psi, Tag& tag) {
         const int joint = tag_joint(tag) - 1;
@@ -34,8 +34,8 @@ inline void mark_jumps(const JointFunctions<double>& f, ArcSet& set) noexcept {
     }
 }
 
-/// Corrects the tags of limits that are pi apart and have the same boundary function. The side on which the
-/// joint is decides which limit it reaches.
+/// Corrects in `set` the tags of limits that are pi apart and have the same boundary function. The side on
+/// which the joint is decides which limit it reaches.
 inline void tell_opposite_limits(const LimitTable& t, const JointFunctions<double>& shoulder,
                                  const JointFunctions<double>& wrist, ArcSet& set) noexcept {
     const auto tell = [&](double psi, Tag& tag) {
@@ -126,7 +126,8 @@ struct Left {
     double gap;           // rad: smallest gap or overlap between two blocked arcs
     bool beyond = false;  // the arcs hold only if rounding explains that a joint is beyond its limit
 };
-/// Turns blocked arcs into free ones, and names the limit at each of their ends.
+/// Writes the arcs between the blocked ones, with the limit at each of their ends, to `out`; empty if
+/// everything is blocked. Returns the status, and whether single psi may remain.
 inline Left finish(const LimitTable& t, const JointFunctions<double>& shoulder,
                    const JointFunctions<double>& wrist, const Blocked& blocked, ArcSet& out) noexcept {
     const double gap = free_arcs(blocked, out);
@@ -186,8 +187,8 @@ void each_meeting(const JointFunctions<double>& shoulder, const JointFunctions<d
             if (!lies_within(blocked, wrap(end), slack)) each(wrap(end));
 }
 
-/// Adds isolated psi where blocked arcs touch and the joints of `which` (bits) are within their limits. The
-/// joint functions are as in finish().
+/// Adds single psi to `out` where blocked arcs touch and the joints of `which` (bits) are within their
+/// limits. The joint functions are as in finish(). Returns OK or the reason why `out` is empty.
 [[gnu::noinline, gnu::cold]] inline Status add_isolated(const LimitTable& t, const SelfMotion<double>& motion,
                                                         const JointFunctions<double>& shoulder,
                                                         const JointFunctions<double>& wrist,
@@ -244,7 +245,8 @@ ARMANGLE_INLINE Status elbow_status(const SelfMotion<double>& m, const LimitTabl
 
 namespace detail {
 
-/// Writes the arcs that the limits of all joints but the fourth permit, and the arcs that they block.
+/// Writes the arcs that the limits of all joints but the fourth permit to `out`, and those that they forbid
+/// to `blocked`.
 inline Left free_of_all(const JointFunctions<double>& f, const LimitTable& t, Blocked& blocked,
                         ArcSet& out) noexcept {
     Boundaries b;
@@ -254,7 +256,8 @@ inline Left free_of_all(const JointFunctions<double>& f, const LimitTable& t, Bl
     return finish(t, f, f, blocked, out);
 }
 
-/// Writes the psi that the limits of all joints but the fourth permit, isolated ones included.
+/// Writes the psi that the limits of all joints but the fourth permit, single ones included, to `out`;
+/// returns OK, or the reason if it is empty.
 ARMANGLE_INLINE Status moving_joints(const SelfMotion<double>& m, const JointFunctions<double>& f,
                                      const LimitTable& t, ArcSet& out) noexcept {
     Blocked blocked;
@@ -329,7 +332,7 @@ struct AllArcs {
 
 namespace detail {
 
-/// Appends the blocked arcs of another list.
+/// Appends the blocked arcs of `from` to `to`.
 inline void append(const Blocked& from, Blocked& to) noexcept {
     to.all |= from.all;
     to.touching |= from.touching;

@@ -43,8 +43,9 @@ struct Hidden {
     Nearest found;
 };
 
-/// Computes the arcs and status of a branch by the search on the joints. It has no solution if no branch has
-/// one.
+/// Writes the arcs of a branch that the search on the joints finds to `out`. Returns OK, NEAR_SINGULAR if the
+/// search was cut short, or the reason why there are none. If `any` knows that no branch has a solution, this
+/// one has none.
 [[gnu::noinline, gnu::cold]] inline Status solve_by_joints(const Arm& arm, const Pose<double>& pose, int gc,
                                                            const LimitTable& t, const Left& left, bool hides,
                                                            Hidden& any, ArcSet& out) noexcept {
@@ -65,7 +66,8 @@ struct Hidden {
     return left.status == Status::OK ? Status::LIMITS : left.status;
 }
 
-/// Completes status and arcs of a branch; searches on the joints if necessary.
+/// Completes the status in `left` and the arcs of a branch; searches on the joints if rounding may hide
+/// solutions, and keeps in `any` what other branches need of that.
 inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<double>& c,
                         const LimitTable& t, int gc, const JointFunctions<double>& f, Hidden& any, Left& left,
                         ArcSet& arcs) noexcept {
@@ -81,8 +83,8 @@ inline void tell_branch(const Arm& arm, const Pose<double>& pose, const Circle<d
     left.status = solve_by_joints(arm, pose, gc, t, left, hides, any, arcs);
 }
 
-/// The slow part of feasible(): computes the branch again, and searches on the joints where rounding may hide
-/// solutions from the arcs.
+/// The slow part of feasible(): computes the arcs of a branch again into `out`, and searches on the joints
+/// where rounding may hide solutions. Returns OK, or the reason if `out` is empty.
 [[gnu::noinline, gnu::cold]] inline Status feasible_again(const Arm& arm, const Pose<double>& pose, int gc,
                                                           const LimitTable& t, ArcSet& out) noexcept {
     const SelfMotion<double> m = self_motion(arm, pose, gc);

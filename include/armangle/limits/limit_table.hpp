@@ -90,7 +90,8 @@ inline HingeEnd hinge_end(double angle, Tag tag) noexcept {
     return {angle, tag, 2.0 * half.sin * half.sin, 2.0 * half.cos * half.cos};
 }
 
-/// Adds a permitted range of |theta|, reduced by the margins, unless it becomes empty.
+/// Adds a permitted range of |theta| of joint 2 or 6 (`hinge`: 0, 1) to t, reduced by the margin, unless it
+/// becomes empty.
 inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) noexcept {
     const int joint = hinge_joint[hinge] + 1;
     if (piece.near.angle < t.margin) piece.near = hinge_end(t.margin, make_tag(joint, Side::near_margin));
@@ -101,8 +102,9 @@ inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) 
     t.piece[hinge][negative][count++] = piece;
 }
 
-/// Adds the parts of [lower, upper], over all multiples of 2 pi, that lie in the half circle of |theta|. A
-/// limit within the angular tolerance of 0 or pi forbids nothing, or all but one point.
+/// Adds to t the parts of the limits of joint 2 or 6 (`hinge`: 0, 1), over all multiples of 2 pi, that lie in
+/// the half circle of |theta|. A limit within the angular tolerance of 0 or pi forbids nothing, or all but
+/// one point.
 inline void fill_hinge(LimitTable& t, const Arm& arm, const Limits& limits, int hinge,
                        int negative) noexcept {
     const int j = hinge_joint[hinge];
@@ -126,7 +128,7 @@ inline void fill_hinge(LimitTable& t, const Arm& arm, const Limits& limits, int 
     }
 }
 
-/// Stores the limits of joint 1, 3, 5 or 7.
+/// Stores the limits of joint 1, 3, 5 or 7 (`pivot`: 0 to 3) in t.
 inline void fill_pivot(LimitTable& t, const Arm& arm, const Limits& limits, int pivot) noexcept {
     const int j = pivot_joint[pivot];
     t.range[pivot] = theta_range(arm, limits, j);
@@ -143,7 +145,8 @@ inline void fill_pivot(LimitTable& t, const Arm& arm, const Limits& limits, int 
     t.v[pivots + pivot] = c.upper.sin;
 }
 
-/// Computes the cosines between which joint 2 or 6 is within its limits; inverted if no |theta| is permitted.
+/// Stores in t the cosines between which joint 2 or 6 (`hinge`: 0, 1) is within its limits; infinity and
+/// -infinity if no |theta| is permitted.
 inline void fill_cosines(LimitTable& t, int hinge) noexcept {
     t.least_cosine[hinge] = infinity;
     t.most_cosine[hinge] = -infinity;

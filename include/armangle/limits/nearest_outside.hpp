@@ -60,8 +60,8 @@ inline double joint_distance(const double* q, const NearestOptions& options) noe
     return sqrt(options.metric == Metric::max ? largest : sum);
 }
 
-/// The limits around q within which joints 2, 4 and 6 keep a margin (rad) from their singular positions;
-/// false if there are none.
+/// Writes to `out` the limits around q within which joints 2, 4 and 6 keep a margin (rad) from their singular
+/// positions; false if no joints within the limits do.
 inline bool limits_about(const Arm& arm, const Joints& q, double margin, Limits& out) noexcept {
     out = arm.limits;
     return !(margin > 0) || keep_off_singular(arm, q.q, margin, out);
@@ -123,6 +123,8 @@ private:
     struct Least {
         double distance = infinity, move = infinity;
 
+        /// Stores the distance `off` and the joint motion `moved` if they are better than those stored, and
+        /// returns whether they are. Among equal distances the shorter motion is better.
         bool takes(double off, double moved) noexcept {
             const bool better = off < distance - outside_tuning::same;
             if (!better && !(off < distance + outside_tuning::same && moved < move)) return false;

@@ -243,7 +243,8 @@ private:
         }
     }
 
-    /// Returns the seed itself if it solves the pose, since nothing is nearer; false if it does not.
+    /// If the seed itself solves the pose within limits and permitted arcs, writes it to `out` as the
+    /// solution, since nothing is nearer. Otherwise returns false and leaves `out` unchanged.
     bool keep_near(Nearest& out) noexcept {
         if (!options_.near || options_.metric == Metric::margin) return false;
         if (!within_limits(arm_.limits, options_.near, 0.0)) return false;

@@ -154,6 +154,7 @@ struct Split {
 /// Computes costs of solutions in the chosen metric.
 class PostureCosts {
 public:
+    /// Computes the cost function of each joint: its seed, weight and limits.
     PostureCosts(const Arm& arm, const NearestOptions& options) noexcept : arm_(arm), options_(options) {
         double narrowest = infinity;
         for (int j = 0; j < joints && options.metric == Metric::margin; ++j)
@@ -184,8 +185,8 @@ protected:
         return c;
     }
 
-    /// Sets up a cost that is the negative distance to the nearest limit. A joint with one limit can move so
-    /// far from it that another joint decides.
+    /// Makes c a cost that is the negative distance (rad) to the nearest limit. A joint with one limit can
+    /// move so far from it that another joint decides.
     void measure_margin(JointCost& c, double middle) const noexcept {
         const bool below = c.lower > -infinity, above = c.upper < infinity;
         c.near = middle;
@@ -196,7 +197,8 @@ protected:
         if (above && !below) c.near = c.upper - away;
     }
 
-    /// The cost of a joint at a distance d (rad) from `near`.
+    /// The cost of a joint at a distance d (rad) from `near`; -infinity for the metric margin if the joint
+    /// has not two limits, since others decide.
     double cost_of(const JointCost& c, double d) const noexcept {
         if (squares()) return c.weight * d * d;
         if (!(c.weight > 0)) return options_.metric == Metric::max ? 0.0 : -infinity;

@@ -54,8 +54,9 @@ inline bool limit_to_side(const Arm& arm, int joint, double q_0, double side, do
     return true;
 }
 
-/// Restricts joint 2, 4 or 6 (`hinge`: 1, 3 or 5) to one side (+1, -1) of its singular position, in the
-/// revolution of the value q.
+/// Restricts joint 2, 4 or 6 (`hinge`: 1, 3 or 5) in `limits` to one side (+1, -1) of its singular position,
+/// in the revolution of the value q and at least `margin` (rad) from it. Returns false, and changes nothing,
+/// if the limits permit no such value.
 inline bool keep_on_side(const Arm& arm, int hinge, double q, double side, double margin,
                          Limits& limits) noexcept {
     const double straight = q - arm.sign[hinge] * detail::bend(arm, hinge, q);

@@ -196,7 +196,7 @@ bool meets(const A& arm, const Relaxed& at) noexcept {
 }
 
 /// Moves the start onto the pose, then towards the attraction and back onto the pose; returns the best
-/// solution.
+/// solution, or joints with the distance left if none is found. Subtracts its rounds from `budget`.
 template <class A>
 Relaxed solve_locally_attracted(const A& arm, const Limits& limits, const Joints& start,
                                 const Pose<double>& pose, const Attraction& pull, int& budget) noexcept {

@@ -57,8 +57,8 @@ public:
         const OffsetWrist<double> wrist = offset_wrist(arm_, motion_, theta_7);
         angles(directions(motion_, wrist, theta_7, sqrt(max(wrist.inside, 0.0)))).store(theta);
     }
-    /// Computes the angles of all joints at a value of the free joint (rad), with two derivatives with
-    /// respect to it.
+    /// Writes theta (rad) of all joints at a value of the free joint (rad) to `theta`, with two derivatives
+    /// by it. There must be a solution.
     void at(double free, Jet<double, 2> (&theta)[joints]) const noexcept {
         angles_along(arm_, motion_, Jet<double, 2>::variable(free), theta);
     }
@@ -78,8 +78,8 @@ public:
         OffsetWrist<Jet<Interval, 1>> wrist;
     };
 
-    /// Computes whether solutions exist over the cell [middle - half, middle + half], and bounds of joints 4
-    /// and 7.
+    /// Starts `out`: whether solutions exist over the cell [middle - half, middle + half] of the free joint,
+    /// and bounds of joints 4 and 7. `begun` keeps what finish() needs.
     void begin(double middle, double half, Begun& begun, Over& out) const noexcept {
         using Cell = Jet<Interval, 1>;
         const Cell free = Cell::variable({below(middle - half), above(middle + half)});
@@ -150,8 +150,8 @@ public:
 
     const Cells cells;
 
-    /// Decides [lower, upper]. If the result is Known::inside, `piece` is the part that keeps the limits,
-    /// perhaps empty.
+    /// Decides the cell [lower, upper] of the free joint: inside all limits, outside, or open. If it is
+    /// inside, `piece` is the part that keeps the limits, perhaps empty. Bounds of the joints come in `cell`.
     Known look(double lower, double upper, typename Cells::Over& cell, Piece& piece) noexcept {
         ++looks_;
         piece = {lower, upper, 0, 0};

@@ -190,7 +190,8 @@ private:
 
     // -- places
 
-    /// Finds the places where the verdicts of the branches with one elbow sign may change.
+    /// Stores in `circle` the places where the verdicts of the branches with one elbow sign may change, and
+    /// the segments between them.
     void make_circle(double elbow, Circle& circle) noexcept {
         circle.made = true;
         circle.count = 0;
@@ -260,7 +261,7 @@ private:
         }
     }
 
-    /// Sorts places and joins those that are too near to each other for an arc between them.
+    /// Sorts the places of `circle` and joins those that are too near to each other for an arc between them.
     void join(Circle& circle) const noexcept {
         std::sort(circle.place, circle.place + circle.count,
                   [](const Place& a, const Place& b) { return a.lower < b.lower; });
@@ -284,7 +285,7 @@ private:
         --circle.count;
     }
 
-    /// Computes the lengths of the segments between places.
+    /// Stores in `circle` the lengths (rad) of the segments between places; one of 2 pi without places.
     static void measure_segments(Circle& circle) noexcept {
         if (circle.count == 0) circle.length[0] = two_pi;
         for (int i = 0; i < circle.count; ++i) {
@@ -384,7 +385,7 @@ private:
         return make_tag(second ? 4 : 5, Side::near_singular);
     }
 
-    /// Decides each segment by its middle.
+    /// Stores in `branch` whether each segment is within the limits, decided at its middle.
     void judge_segments(const Circle& circle, Branch& branch) const noexcept {
         const int n = circle.count > 0 ? circle.count : 1;
         int asked[8], count = 0;
@@ -409,7 +410,7 @@ private:
 
     // -- ends
 
-    /// Finds the ends of the segments inside, and isolated feasible values.
+    /// Adds to `branch` the ends of the segments inside, and isolated feasible values.
     void find_ends(const Circle& circle, Branch& branch) noexcept {
         End end[8];
         int count = 0;
@@ -456,7 +457,8 @@ private:
         if (count > 0) refine_ends(end, count, branch);
     }
 
-    /// Finds eight ends at once by regula falsi (Illinois) on the limit that is violated beyond each.
+    /// Finds up to eight ends at once by regula falsi (Illinois) on the limit that is violated beyond each,
+    /// and stores them in `branch`.
     void refine_ends(const End* end, int count, Branch& branch) const noexcept {
         double in[8], out[8];
         for (int i = 0; i < 8; ++i) {
@@ -504,7 +506,8 @@ private:
         }
     }
 
-    /// Searches a feasible value at a single place, where two limits meet or a joint is locked, and keeps it.
+    /// Searches a feasible value at a single place, where two limits meet or a joint is locked, and stores it
+    /// in `branch` if there is one.
     void find_alone(const Place& place, Branch& branch) const noexcept {
         double lower = place.lower - tuning_.beside, upper = place.upper + tuning_.beside;
         double best = -infinity, value = lower;
@@ -533,7 +536,8 @@ private:
 
     // -- what is undecided
 
-    /// Decides an undecided place by interval cells, as far as the budget allows.
+    /// Decides an undecided place by interval cells, as far as the budget allows; `branch` gets the parts
+    /// inside and those that remain unproven.
     void judge_place(double lower, double upper, Branch& branch) noexcept {
         struct Cell {
             double lower, upper;
@@ -597,7 +601,7 @@ private:
 
     // -- pieces
 
-    /// Adds a piece of theta_7, on any multiple of 2 pi, as a piece of the free joint.
+    /// Adds a range of theta_7 (rad), on any multiple of 2 pi, to `pieces` as a range of the free joint.
     void add(double lower, double upper, Tag lower_tag, Tag upper_tag, Pieces& pieces) const noexcept {
         const double sign = arm_.rest.sign[6], p = to_q(lower, sign, arm_.rest.offset[6]),
                      q = to_q(upper, sign, arm_.rest.offset[6]);
@@ -606,7 +610,7 @@ private:
         else
             add_free({q, p, upper_tag, lower_tag}, pieces);
     }
-    /// Adds a piece of the free joint, on any multiple of 2 pi.
+    /// Adds a range of the free joint (rad), on any multiple of 2 pi, to `pieces`, cut at pi.
     static void add_free(Piece piece, Pieces& pieces) noexcept {
         const double start = wrap(piece.lower) >= pi ? -pi : wrap(piece.lower), by = start - piece.lower;
         piece.lower = start;
@@ -651,7 +655,7 @@ inline void feasible_all(const OffsetArm& arm, const Pose<double>& pose, const L
     for (int gc = 0; gc < configurations; ++gc) all.find(gc, configurations - gc, out[gc]);
 }
 
-/// The same arcs with tags that name the robot's joints.
+/// The same arcs, with tags that name the robot's joints instead of those of the formulas.
 inline ArcSet in_robot_order(const OffsetArm& arm, ArcSet arcs) noexcept {
     const auto named = [&arm](Tag tag) {
         const int joint = tag_joint(tag);

@@ -19,7 +19,8 @@ namespace armangle {
 
 namespace detail {
 
-/// Inverts a matrix with complete pivoting; false if a pivot is negligible compared to entries of size one.
+/// Writes the inverse of m, which it overwrites, to `out`, with complete pivoting; false if a pivot is
+/// negligible compared to entries of size one.
 inline bool invert(double (&m)[joints][joints], double (&out)[joints][joints]) noexcept {
     for (int i = 0; i < joints; ++i)
         for (int k = 0; k < joints; ++k) out[i][k] = i == k ? 1.0 : 0.0;

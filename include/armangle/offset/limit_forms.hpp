@@ -217,6 +217,7 @@ private:
     static Number given(double x) noexcept { return {x, abs(x), 2.0 * Number::rounding * abs(x)}; }
     /// A computed sine or cosine, with its error.
     static Number of_angle(double x) noexcept { return {x, abs(x), tolerance::rounding}; }
+    /// The sine and cosine of an angle (rad), with their errors.
     static SinCos<Number> direction(double at) noexcept {
         const SinCos<double> angle = sin_cos(at);
         return {of_angle(angle.sin), of_angle(angle.cos)};
@@ -240,13 +241,15 @@ private:
         return {{p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]}};
     }
 
-    /// The coefficients of kappa and, below, of elbow sigma in a sin theta_4 + b cos theta_4.
+    /// The coefficient of kappa in a sin theta_4 + b cos theta_4.
     Number in_kappa(double a, double b) const noexcept { return sine_ * a + cosine_ * b; }
+    /// The coefficient of the elbow's sign times sigma in a sin theta_4 + b cos theta_4.
     Number in_sigma(double a, double b) const noexcept { return cosine_ * a - sine_ * b; }
     /// The number fixed + a sin theta_4 + b cos theta_4.
     Ring ring(double fixed, double a, double b) const noexcept {
         return {all(fixed) + all(in_kappa(a, b)) * kappa_at_, all(in_sigma(a, b))};
     }
+    /// The product of two functions even + odd sigma, with sigma^2 replaced by its samples.
     ARMANGLE_INLINE Ring multiply(const Ring& a, const Ring& b) const noexcept {
         return {a.even * b.even + a.odd * b.odd * square_, a.even * b.odd + a.odd * b.even};
     }
@@ -282,6 +285,7 @@ private:
         return form(first + second, degree);
     }
 
+    /// The coefficients of a sampled function whose even part has this degree, its odd part one less.
     BentForm form(const Ring& f, int degree) const noexcept {
         if (!bends_) return {transformed(f.even, degree), {}, false};
         return {transformed(f.even, degree), transformed(f.odd, degree - 1), true};

@@ -121,7 +121,7 @@ private:
         double lower, upper, least;
         bool one;  // a single value, at which joints share a turn
     };
-    /// The order of cells in the heap: the least bound on top.
+    /// Whether cell a comes after b in the heap, which has the least bound on top.
     static bool later(const Cell& a, const Cell& b) noexcept { return a.least > b.least; }
 
     /// Whether a branch is permitted.
@@ -151,7 +151,8 @@ private:
 
     // -- postures
 
-    /// Computes the joints at a value of the free joint, each with its cheapest multiple of 2 pi.
+    /// Writes the joints at a value of the free joint (rad) to q, each with its cheapest multiple of 2 pi.
+    /// There must be a solution.
     void joints_at(const OffsetCells& cells, double free, double* q) const noexcept {
         double theta[joint_slots];
         cells.at(free, theta);
@@ -188,7 +189,8 @@ private:
         return sum;
     }
 
-    /// Returns the seed itself in `out` if it is a posture of the pose: it costs nothing.
+    /// If the seed itself solves the pose within limits, permitted arcs and scene, writes it to `out` as the
+    /// solution, since it costs nothing. Otherwise returns false and leaves `out` unchanged.
     bool keep_near(Nearest& out) noexcept {
         if (!options_.near || options_.metric == Metric::margin) return false;
         Joints near{};
@@ -412,7 +414,7 @@ private:
             push(cell);
         }
     }
-    /// The least cost of the free joint alone over a cell.
+    /// The least cost of the free joint alone over a cell; -infinity if the metric does not weigh it.
     double least_of_free(const Cell& cell) const noexcept {
         const JointCost& c = joint_[joints - 1];
         const double middle = 0.5 * (cell.lower + cell.upper), half = middle - cell.lower;
@@ -421,7 +423,7 @@ private:
                            half;
         return squares() || c.weight > 0 ? cost_of(c, max(off, 0.0)) : -infinity;
     }
-    /// Divides a cell into as many as there are lanes.
+    /// Divides a cell into as many equal ones as there are lanes, written to `out`, and returns their number.
     static int divide(const Cell& cell, Cell (&out)[lanes]) noexcept {
         const double width = (cell.upper - cell.lower) / lanes;
         for (int k = 0; k < lanes; ++k) {
@@ -585,7 +587,8 @@ private:
         if (!move_onto_pose(out)) return refused(Status::NEAR_SINGULAR);
         return out;
     }
-    /// Moves a posture onto the pose where the free joint has too few digits; false if that fails.
+    /// Moves a posture, whose free joint may have too few digits, onto the pose; false, without a change, if
+    /// that fails.
     bool move_onto_pose(Nearest& in_order) const noexcept {
         Joints at{};
         for (int j = 0; j < joints; ++j) at.q[robot_joint(offset_, j)] = in_order.q[j];
@@ -634,7 +637,8 @@ private:
             place_[places_++] = {gc, lower, upper, least, single};
     }
 
-    /// Searches the remembered places by joints, the least bound first.
+    /// Searches the remembered places by joints, the least bound first, and keeps what is better than the
+    /// best posture.
     void search_by_joints(OffsetJointSearch& joint_search) noexcept {
         const auto share = [this](Joints& robot) { share_turn(robot); };
         const auto worth = [this](const Joints& robot) { return is_worth(robot); };
@@ -745,8 +749,8 @@ private:
         result_cost_ = cost;
     }
 
-    /// Sets joints 1 and 3, which rotate about one axis, to the cheapest values within the limits with the
-    /// same sum.
+    /// Sets joints 1 and 3 of `robot`, which rotate about one axis, to the cheapest values within the limits
+    /// with the same sum; leaves them unchanged if there are none.
     void share_turn(Joints& robot) const noexcept {
         double q[joint_slots];
         for (int j = 0; j < joints; ++j) q[j] = robot.q[robot_joint(offset_, j)];
@@ -776,7 +780,7 @@ private:
             }
         return false;
     }
-    /// A lower bound of the cost over [lower, upper] of the free joint.
+    /// A lower bound of the cost over [lower, upper] of the free joint (rad); -infinity if none is known.
     double least_over(int gc, double lower, double upper) const noexcept {
         const CostCells middle(0.5 * (lower + upper)), half(0.5 * (upper - lower) + tolerance::same_psi);
         const OffsetMotion<> m = offset_motion(offset_, pose_, gc);

@@ -15,7 +15,7 @@ namespace armangle {
 /// (self_motion/explicit_family.hpp, which explains the members).
 class OffsetFamily {
 public:
-    /// `scene`: the obstacles, or null.
+    /// Keeps pointers to the arm and to its obstacles `scene`, or null.
     explicit OffsetFamily(const OffsetArm& arm, const Scene* scene = nullptr) noexcept
         : arm_(&arm), scene_(scene) {}
 
@@ -42,7 +42,8 @@ public:
         return min(wrist.inside * T(per_reach * per_reach), -wrist.excess * T(per_reach));
     }
 
-    /// Computes the proven arcs of the asked branches of a pose, their statuses, and pairs that block them.
+    /// Computes the proven arcs of the branches in `asked` (bits): their free joint in `out`, `status` (OK,
+    /// or why an arc is empty), and in `pair` the shapes that alone block a branch, or 0.
     void arcs(const Pose<double>& pose, const Limits& limits, unsigned asked, ArcSet (&out)[configurations],
               Status (&status)[configurations], Tag (&pair)[configurations]) const noexcept {
         const OffsetArcsTuning tuning;

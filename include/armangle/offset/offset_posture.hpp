@@ -63,8 +63,8 @@ inline SinCos<double> free_theta_5(const OffsetArm& arm, const OffsetMotion<>& m
     return wanted.cos * side > 0 ? wanted : SinCos<double>{0.0, side};
 }
 
-/// If |sin theta_2| is at most `straight`, joints 1 and 3 rotate around one axis: theta_1 becomes the seed's
-/// and theta_3 takes the rest.
+/// If |sin theta_2| is at most `straight`, joints 1 and 3 rotate around one axis: in d, theta_1 becomes the
+/// seed's and theta_3 takes the rest. Otherwise, or if `seed` is null, d is unchanged.
 inline void share_turn(const OffsetArm& arm, const double* seed, double straight,
                        Directions<double>& d) noexcept {
     if (!seed || !(abs(d.y[1]) <= straight)) return;

@@ -33,7 +33,8 @@ public:
         const double free = wrap(q[robot_joint(formulas, 6)]);
         return {free <= -pi ? pi : free, index(offset_branch(formulas, theta))};
     }
-    /// Computes the directions of the joints at a pose, branch and value of the free joint.
+    /// Writes the directions of the joints at a pose, branch and value of the free joint (rad) to d; if the
+    /// status is not OK, d is no solution.
     Status at(const Pose<double>& pose, int gc, double free, const double* seed,
               Directions<double>& d) const noexcept {
         return directions(*arm_, pose, free, gc, seed, d);

@@ -36,7 +36,8 @@ public:
     StraightCells(const AnyArm& arm, const Pose<double>& pose, int gc) noexcept
         : arm_(nominal_offset(arm)), cells_(arm, pose, gc) {}
 
-    /// Bounds the joints over the cell [middle - half, middle + half]; false if there is no bound.
+    /// Writes bounds of the joints over the cell [middle - half, middle + half] of the free joint (rad) to
+    /// `out`; false if there is no solution, or no bound.
     bool over(double middle, double half, StraightCell& out) const noexcept {
         typename FreeCells::Begun begun;
         typename FreeCells::Over over;

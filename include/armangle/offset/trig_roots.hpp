@@ -105,8 +105,8 @@ ARMANGLE_INLINE void derivatives(const TrigPolynomial* const (&p)[Count], int de
 /// Searches the roots of one function.
 class TrigRoots {
 public:
-    /// Prepares the search for the roots of `form`; kappa and `elbow` give the elbow angle that it depends
-    /// on.
+    /// Computes the bounds of derivatives that the search for the roots of `form` needs. The function depends
+    /// on the elbow angle, whose cosine is the polynomial `kappa` and whose sine has the sign `elbow`.
     TrigRoots(const BentForm& form, const TrigPolynomial& kappa, double elbow,
               const TrigRootsTuning& tuning) noexcept
         : form_(form),
@@ -351,6 +351,7 @@ private:
         return select(bend * by <= half, by, size / least) + RootLanes(1e-15);
     }
 
+    /// Calls give() with a proven single root between lower and upper, widened by rounding.
     template <class Give>
     void give_root(double lower, double upper, const Give& give) const noexcept {
         give({lower - 1e-15, upper + 1e-15, true});

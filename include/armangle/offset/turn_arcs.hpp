@@ -102,12 +102,14 @@ private:
                     make_tag(own, limit_side(arm_.rest, joint_, false))});
     }
 
+    /// Theta (rad) of the turned joint at a value of the free joint (rad) with a solution.
     double theta_at(const OffsetCells& cells, double free) const noexcept {
         double theta[joint_slots];
         cells.at(free, theta);
         return theta[joint_];
     }
 
+    /// Adds the angles of the turned joint along an arc of the free joint.
     void add_arc(const OffsetCells& cells, const Arc& arc) noexcept {
         if (joint_ == joints - 1) {
             const double a = to_theta(arm_.rest, joint_, arc.lower),

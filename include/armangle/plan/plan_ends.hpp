@@ -73,7 +73,7 @@ inline void end_at(const double* goal, Stretch& x) noexcept {
 /// Finds the anchors of given joints on sections of a path; docs/background/paths.md.
 class PlanEnds {
 public:
-    /// Prepares for the start and goal of a task.
+    /// Keeps a reference to the task; start and goal are arguments of the functions below.
     explicit PlanEnds(const Task& task) noexcept : task_(task) {}
 
     /// A joint, 1..7, with a range below a thousandth of a radian, so that it determines phi; or 0. Among

@@ -32,7 +32,8 @@ struct ScenesAlong {
 private:
     static constexpr double edge = 1e-9;  // of s
 
-    /// The index of the part of the path that contains s.
+    /// The index (0 to count - 1) of the part of the path whose range of s contains s; the last part beyond
+    /// 1.
     int part(double s) const noexcept {
         const int k = static_cast<int>(max(s, 0.0) * count);
         return k < count ? k : count - 1;

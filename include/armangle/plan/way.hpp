@@ -290,7 +290,8 @@ private:
         return lower <= upper + slack;
     }
 
-    /// Chooses the best end and follows its links back.
+    /// Chooses the best configuration of the last section and writes the path to it, with its margin and
+    /// cost, to the result.
     void finish() {
         std::size_t best = 0;
         for (std::size_t i = 1; i < here_.links.size(); ++i)

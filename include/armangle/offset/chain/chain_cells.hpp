@@ -56,14 +56,15 @@ public:
         for (int k = 1; k < joints; ++k) length_[k] = length_[k - 1] + norm(arm.row[k].position);
     }
 
-    /// Computes the angles of all joints at a value of the free joint (rad); NaN if no posture is found.
+    /// Writes theta (rad) of all joints at a value of the free joint (rad); NaN if no posture is found.
     void at(double free, double* theta) const noexcept {
         ChainPosture found;
         const bool ok = posture(free, found) == Status::OK;
         for (int j = 0; j < joints; ++j)
             theta[j] = ok ? atan2(found.angle[j].sin, found.angle[j].cos) : not_a_number;
     }
-    /// Finds the posture at a value of the free joint.
+    /// Writes the posture at a value of the free joint (rad) to `found`; if the status is not OK, there is
+    /// none, or none was found.
     Status posture(double free, ChainPosture& found) const noexcept {
         return find_posture(arm_, flange_, theta_7_of(free), branch_, nullptr, found);
     }
@@ -86,8 +87,8 @@ public:
         JointOver theta_5;
     };
 
-    /// Begins a cell [middle - half, middle + half] of the free joint: bounds joints 4 and 7, and whether
-    /// there can be postures.
+    /// Starts `out`: bounds of joints 4 and 7 over the cell [middle - half, middle + half] of the free joint,
+    /// and whether postures can exist. `begun` keeps what finish() needs.
     void begin(double middle, double half, Begun& begun, Over& out) const noexcept {
         const OffsetArm& arm = arm_.nominal;
         const Arm& rest = arm.rest;
@@ -177,8 +178,8 @@ private:
         return {wrap(middle), {-half, half}, Interval::whole()};
     }
 
-    /// Bounds the derivatives along the self-motion from a posture, for theta_7 +- half; false if that is not
-    /// proven.
+    /// Writes bounds of the joints' derivatives along the self-motion from a posture, for theta_7 +- half, to
+    /// `out`; false if they are not proven.
     bool follow(const ChainPosture& here, double half, Followed& out) const noexcept {
         double inverse[6][6];
         Pose<double> frame[joints + 1];
@@ -230,8 +231,8 @@ private:
         return false;
     }
 
-    /// Bounds by how much the joint axes (rotation) and the displacements of frame 6 that they cause (m)
-    /// differ over the cell from their linear change at its middle.
+    /// Bounds by how much each joint axis (`turn`, rad) and the displacement of frame 6 that it causes
+    /// (`shift`, m) differ over the cell from their linear change at its middle.
     void column_rest(const double (&lever)[joints], double half, const Followed& way, double (&shift)[joints],
                      double (&turn)[joints]) const noexcept {
         struct Side {
@@ -263,8 +264,8 @@ private:
         return mul_add(flange.rotation.z, -arm_.nominal.rest.d_wf, flange.position);
     }
 
-    /// Inverts the Jacobian of joints 1 to 6 at a posture and computes their rates by theta_7; false if it is
-    /// singular.
+    /// Writes the inverse of the Jacobian of joints 1 to 6 at a posture to `inverse` and their rates by
+    /// theta_7 to `rate`; false if it is singular.
     bool invert(const Pose<double> (&frame)[joints + 1], double (&inverse)[6][6],
                 double (&rate)[joints]) const noexcept {
         double a[6][13] = {};

@@ -43,8 +43,8 @@ inline void walk_rows(const OffsetChain& arm, const SinCos<double>* angle,
     for (int k = 0; k < joints; ++k) frame[k + 1] = turned_about_z(frame[k], angle[k]) * arm.row[k + 1];
 }
 
-/// Solves six equations (a: coefficients, then the right side) by elimination with pivots; false if one is
-/// too small.
+/// Solves six equations (a: coefficients, then the right side; overwritten) by elimination with pivots and
+/// writes the solution to x; false if a pivot is too small.
 inline bool solve_six(double (&a)[6][7], double (&x)[6], double least_pivot) noexcept {
     for (int c = 0; c < 6; ++c) {
         int best = c;
@@ -69,8 +69,8 @@ inline bool solve_six(double (&a)[6][7], double (&x)[6], double least_pivot) noe
     return true;
 }
 
-/// Computes the six equations of all joints except `held` (0..6) at a posture: the Jacobian's columns, then
-/// the error. The position is that of frame 6's origin. Returns the size of the error.
+/// Writes the six equations of all joints except `held` (0..6) at a posture to a: the Jacobian's columns,
+/// then the error. The position is that of frame 6's origin. Returns the size of the error.
 inline double six_equations(const OffsetChain& arm, const Pose<double>& flange, const SinCos<double>* angle,
                             int held, double (&a)[6][7]) noexcept {
     Pose<double> frame[joints + 1];
@@ -97,8 +97,8 @@ inline double six_equations(const OffsetChain& arm, const Pose<double>& flange, 
     return apart > 1.0 ? norm(shift) + norm(turn) : infinity;  // a turn beyond a right angle looks smaller
 }
 
-/// The posture of the nominal arm for a flange pose and theta_7; if there is none, that of the nearest pose
-/// that has one.
+/// Writes the posture of the nominal arm for a flange pose and theta_7 to `angle`; if there is none, that of
+/// the nearest pose that has one.
 inline void nominal_posture(const OffsetArm& arm, const Pose<double>& flange, const SinCos<double>& theta_7,
                             const OffsetBranch& branch, SinCos<double> (&angle)[joints]) noexcept {
     const OffsetMotion<> m = motion_of_flange(arm, flange, branch);
@@ -123,7 +123,8 @@ inline void turn_joint(double by, SinCos<double>& angle) noexcept {
     angle = {sine * per, cosine * per};
 }
 
-/// Newton's method from a posture, with joint `held` (0..6) fixed.
+/// Moves the posture `at` onto the flange pose by Newton's method, with joint `held` (0..6) fixed. `at.left`
+/// is the error that remains: large if the method fails.
 inline void solve_on_pose(const OffsetChain& arm, const Pose<double>& flange, int held,
                           const OffsetChainTuning& tuning, ChainPosture& at) noexcept {
     double a[6][7], step[6], before = infinity;
@@ -231,8 +232,9 @@ inline Directions<double> directions_of(const OffsetChain& arm, const ChainPostu
 
 }  // namespace detail
 
-/// Returns the directions of the robot's joints at an exact pose, a value of the free joint and a branch: of
-/// the solution that Newton's method finds from the joints of a seed (q, or null), or else of any.
+/// Writes the directions of the robot's joints at an exact pose, a value of the free joint (rad) and a branch
+/// to d: of the solution that Newton's method finds from the joints of a seed (q, or null), or else of any.
+/// If the status is not OK, d is no solution.
 inline Status directions(const OffsetChain& arm, const Pose<double>& pose, double free, int gc,
                          const double* seed, Directions<double>& d) noexcept {
     const Pose<double> flange = flange_pose(arm, pose);

@@ -136,7 +136,7 @@ private:
         friend bool operator<(const Cell& a, const Cell& b) noexcept { return a.least > b.least; }  // a heap
     };
 
-    /// By how much costs may differ and count as equal.
+    /// The difference up to which two costs count as equal.
     double tie() const noexcept { return tuning_.tie * abs(cost_) + 1e-24; }
 
     /// Tries the posture at a value of the free joint: keeps it if it is within the limits and costs less.

@@ -81,7 +81,8 @@ inline void measure(OffsetChain& out) noexcept {
 }  // namespace detail
 
 /// Makes an arm on its own chain L_0 Rz(q_1) L_1 ... Rz(q_7) L_7, from the frame of poses to the tip, with
-/// orthonormal rotations. The parameters and the offset are those of the nominal arm (make_offset_arm).
+/// orthonormal rotations, and measures how far each of its links is from the nominal arm. `parameters` and
+/// `offset` (m, that of the wrist; `mirrored`: of the shoulder) describe that nominal arm (make_offset_arm).
 inline OffsetChain make_offset_chain(const ArmParameters& parameters, double offset, bool mirrored,
                                      const Pose<double> (&links)[joints + 1]) noexcept {
     constexpr int sweeps = 32;  // neighbouring axes are nearly square: frames hardly disturb each other
