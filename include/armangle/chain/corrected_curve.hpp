@@ -65,7 +65,8 @@ SevenEquations<T> lead_equations(const ChainArm& arm, const Pose<T>& pose, int j
     return out;
 }
 
-/// Inverts the Jacobian of the seven equations by elimination; false if it is singular.
+/// Writes the inverse of the Jacobian of the seven equations to `out`, by elimination; false if it is
+/// singular.
 inline bool eliminate(const SevenEquations<double>& f, InverseSlope<double>& out) noexcept {
     double a[joints][2 * joints] = {};
     for (int k = 0; k < joints; ++k) {
@@ -122,7 +123,7 @@ struct CorrectedCurve {
         return detail::lead_equations(arm, pose, static_cast<int>(x.lead), sin_cos(lead_angle(x, s)), angle);
     }
 
-    /// Inverts their Jacobian at a posture; false if it is singular.
+    /// Writes the inverse of their Jacobian at a posture to `out`; false if it is singular.
     bool inverse_slope(const Stretch& x, const detail::SevenEquations<double>& f,
                        detail::InverseSlope<double>& out) const noexcept {
         if (x.lead != 0) return detail::eliminate(f, out);
@@ -219,14 +220,15 @@ struct CorrectedCurve {
     }
 
 private:
-    /// Finds the posture with the curve's phi.
+    /// Writes the posture with the curve's phi at s to `angle`; false if none is found.
     bool solve_plane(const Stretch& x, double s, const Pose<double>& pose,
                      SinCos<double> (&angle)[joints]) const noexcept {
         const Configuration<double> gc = configuration(curve.branch(x));
         return detail::solve_angles(arm, pose, plane_at(x, s), gc, angle) == Status::OK;
     }
 
-    /// Finds the posture with the leading joint's angle, by Newton's method from joints q.
+    /// Writes the posture with the leading joint's angle at s to `angle`, by Newton's method from joints q;
+    /// false if that does not converge.
     bool solve_lead(const Stretch& x, double s, const double* q,
                     SinCos<double> (&angle)[joints]) const noexcept {
         double theta[joints];

@@ -47,8 +47,8 @@ class CorrectedMotion {
 public:
     using Mask = decltype(T() < T());
 
-    /// Prepares for a ball around pose `centre` in branch `gc`; `on` has its axis shoulder-wrist and the zero
-    /// of psi. Not usable unless the wrist is strictly within reach.
+    /// Computes the joint functions of `arm` for a ball around pose `centre` in branch gc; `on` has its axis
+    /// shoulder-wrist and the zero of psi. Not usable unless the wrist is strictly within reach.
     CorrectedMotion(const Arm& arm, const Pose<T>& centre, const Triad<T>& on,
                     const Configuration<T>& gc) noexcept
         : arm_(&arm),

@@ -155,7 +155,8 @@ private:
         Tag tag;
     };
 
-    /// Divides [lower, upper] into sections in which no tested condition of the motion changes.
+    /// Divides [lower, upper] into sections in which none of the conditions `asked` (bits) of the motion
+    /// changes, and writes them to `out`; `conditions` gets these conditions.
     void part(const CorrectedMotion<double>& motion, Open asked, double lower, double upper,
               AskedConditions& conditions, Sections& out) noexcept {
         Condition(&condition)[Sections::conditions] = conditions.condition;
@@ -302,8 +303,8 @@ private:
         Harmonic<double> f;
     };
 
-    /// Collects the undecided functions of a joint's range in a section, at most two; false if their ends
-    /// cannot be computed so.
+    /// Appends the undecided functions of a joint's range in a section, at most two, to `out` and counts them
+    /// in `count`; false if their ends cannot be computed so.
     static bool crossings_of(const ThetaRanges::One& range, const Condition& c, bool low, bool high,
                              double side, int of, Crossing* out, int& count) noexcept {
         if (range.joint == 3) return false;
@@ -621,7 +622,8 @@ private:
         }
     }
 
-    /// Leaves stretches unproven where there is no posture or a second one, and in their neighbours too.
+    /// Leaves stretches unproven, and marks them in `is_decided`, where no unique posture is found there nor
+    /// in their neighbours.
     void give_up_deep(const double (&middle)[several], const double (&half)[several], const Stretch* now,
                       int count, const bool (&is_found)[several], const Several& share,
                       bool (&is_decided)[several]) noexcept {
@@ -665,7 +667,8 @@ private:
         take(parts, middle, now.depth + 1);
     }
 
-    /// Decides stretches by hulls about the postures at their middles, where those decide everything.
+    /// Decides stretches by hulls around the postures at their middles and marks them in `is_decided`, where
+    /// the hulls decide everything.
     void decide_by_hulls(const Stretch* now, const bool (&by_hull)[several], const Hull<Several>& hulls,
                          const Found<Several>& found, const Several& share,
                          bool (&is_decided)[several]) noexcept {
@@ -713,8 +716,8 @@ private:
         }
     }
 
-    /// Collects where a joint reaches the ends of its range in a hull, each at most once; false if the hull
-    /// does not determine that.
+    /// Appends where a joint reaches the ends of its range in a hull, each at most once, to `end`, counted in
+    /// `count`; false if the hull does not determine that.
     static bool ends_of(const ThetaRanges::One& range, const Hull<double>& hull, int k, End* end,
                         int& count) noexcept {
         const int j = range.joint;
@@ -727,7 +730,7 @@ private:
         return true;
     }
 
-    /// Computes the ends by Newton's method, all at once, and cuts the hulls' pieces at them; `fails` tells
+    /// Computes the ends by Newton's method, all at once, and cuts each hull's `piece` at them; `fails` tells
     /// for which hulls that fails. An end beyond its hull cuts nothing.
     void cut(const End* end, int count, const Hull<Several>& hulls, const Found<Several>& found, Piece* piece,
              bool (&fails)[several]) const noexcept {

@@ -43,7 +43,8 @@ public:
     }
 
 private:
-    /// Computes the posture at a psi, directly or from the posture found last; returns whether one is found.
+    /// Writes the posture at a psi to `angle`, found directly or from the posture found last; false if none
+    /// is found.
     bool posture(const PsiPlane<double>& plane, SinCos<double> (&angle)[joints]) noexcept {
         bool found = solve_quickly(arm_, pose_, plane, gc_, angle);
         if (!found && known_) {
@@ -74,8 +75,9 @@ struct CellsOf<ChainArm> {
     using type = detail::HullCells;
 };
 
-/// The values of psi at which branch gc of the true chain has a solution within the limits, with the
-/// singularity margin (rad), that is free of collisions in a scene.
+/// Writes to `out` the values of psi at which branch gc of the true chain has a solution within the limits,
+/// with the singularity margin (rad), that is free of collisions in a scene; empty, with the reason in its
+/// status, if there are none. `blocking` is the pair that alone blocks all, or 0.
 inline void feasible(const ChainArm& arm, const Scene& scene, const Pose<double>& pose, int gc,
                      const Limits& limits, double margin, ProvenArcs& out, Tag& blocking) noexcept {
     feasible(arm, pose, gc, limits, margin, out);

@@ -70,8 +70,8 @@ struct PsiPlane {
     }
 };
 
-/// The angles of the nominal arm's posture for a flange pose, a psi and a branch; a wrist out of reach is
-/// moved to the nearest reachable distance.
+/// Writes the angles of the nominal arm's posture for a flange pose, a psi and a branch to `angle`; a wrist
+/// out of reach is moved to the nearest reachable distance.
 template <class T>
 ARMANGLE_INLINE void nominal_posture(const Arm& arm, const Pose<T>& flange, const PsiPlane<T>& plane,
                                      const Configuration<T>& gc, SinCos<T>* angle) noexcept {
@@ -260,7 +260,7 @@ ARMANGLE_INLINE void newton_step(const SevenEquations<T>& f, T (&step)[joints]) 
     Reduced<T>(f).solve(f.left, step);
 }
 
-/// Adds a step (rad) to the joint angles.
+/// Adds a step (rad) to each joint angle in `angle`.
 template <class T>
 ARMANGLE_INLINE void turn_by(const T (&step)[joints], SinCos<T>* angle) noexcept {
     for (int j = 0; j < joints; ++j) {
@@ -351,8 +351,8 @@ inline bool near_singular(const Arm& arm, const SinCos<double>* angle) noexcept 
     return !(min(min(abs(angle[1].sin), abs(angle[5].sin)), abs(bend)) > chain_tuning::band_sine);
 }
 
-/// Newton's method with limited steps from a posture, which is replaced; for postures that find_posture()
-/// misses. Returns OK, NEAR_SINGULAR or NO_CONVERGENCE.
+/// Newton's method with limited steps from the posture `angle`, which is replaced; for postures that
+/// find_posture() misses. Returns OK, NEAR_SINGULAR or NO_CONVERGENCE; `angle` is a posture only with OK.
 inline Status newton(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                      const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     bool solved = false;
@@ -377,8 +377,8 @@ inline Status newton(const ChainArm& arm, const Pose<double>& pose, const PsiPla
     return solved || near_singular(arm.nominal, angle) ? Status::NEAR_SINGULAR : Status::NO_CONVERGENCE;
 }
 
-/// Newton's method with limited steps from several postures at once, only those in `wanted`; returns which of
-/// them converge.
+/// Newton's method with limited steps from several postures `angle` at once, only those in `wanted`; returns
+/// which of them converge.
 template <int N>
 inline LaneMask<N> newton(const ChainArm& arm, const Pose<Lane<N>>& pose, const PsiPlane<Lane<N>>& plane,
                           const Configuration<Lane<N>>& gc, const LaneMask<N>& wanted,
@@ -411,8 +411,8 @@ inline LaneMask<N> newton(const ChainArm& arm, const Pose<Lane<N>>& pose, const 
     return solved & is_of(arm.nominal, plane, gc, angle);
 }
 
-/// Replaces theta_2, theta_4 - delta and theta_6 by `bend` (rad), with the sign of the branch, where they are
-/// nearer to a singularity than that: a new start for Newton's method.
+/// Replaces theta_2, theta_4 - delta and theta_6 in `angle` by `bend` (rad), with the sign of the branch,
+/// where they are nearer to a singularity than that: a new start for Newton's method.
 template <class T>
 ARMANGLE_INLINE void bend_by(double bend, const Arm& arm, const Configuration<T>& gc,
                              SinCos<T> (&angle)[joints]) noexcept {
@@ -429,7 +429,7 @@ ARMANGLE_INLINE void bend_by(double bend, const Arm& arm, const Configuration<T>
     bent(angle[5], {0, 1}, gc.wrist);
 }
 
-/// Computes the posture by find_posture(); returns whether it converges.
+/// Writes the posture that find_posture() finds to `angle`; false if it does not converge.
 inline bool solve_quickly(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                           const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     const Found<double> found = find_posture(arm, pose, plane, gc);
@@ -437,7 +437,8 @@ inline bool solve_quickly(const ChainArm& arm, const Pose<double>& pose, const P
     return found.left <= chain_tuning::settled;
 }
 
-/// Computes the posture by Newton's method from starts that are moved away from singularities.
+/// Computes the posture `angle` by Newton's method from starts that are moved away from singularities. A
+/// status as of newton().
 inline Status solve_bent(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                          const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     const auto begin = [&angle](const Found<double>& from) {
@@ -454,7 +455,8 @@ inline Status solve_bent(const ChainArm& arm, const Pose<double>& pose, const Ps
     return status;
 }
 
-/// Computes the posture by finding that of psi + `by` (rad) and following it back in steps.
+/// Computes the posture `angle` by finding that of psi + `by` (rad) and following it back in steps. A status
+/// as of newton().
 inline Status solve_from_nearby_psi(const ChainArm& arm, const Pose<double>& pose,
                                     const PsiPlane<double>& plane, double by, const Configuration<double>& gc,
                                     SinCos<double> (&angle)[joints]) noexcept {
@@ -466,7 +468,8 @@ inline Status solve_from_nearby_psi(const ChainArm& arm, const Pose<double>& pos
     return status;
 }
 
-/// Computes the posture by finding those of several distant psi at once and following one back in steps.
+/// Computes the posture `angle` by finding those of several distant psi at once and following one back in
+/// steps. A status as of newton().
 inline Status solve_from_far(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                              const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     using Far = Lane<chain_tuning::far>;
@@ -502,7 +505,8 @@ inline Status solve_from_far(const ChainArm& arm, const Pose<double>& pose, cons
     return Status::NEAR_SINGULAR;
 }
 
-/// Computes the posture of a pose within reach: tries all methods above, the fastest first.
+/// Computes the posture `angle` of a pose within reach: tries all methods above, the fastest first. A status
+/// as of newton().
 inline Status solve_angles(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                            const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     if (solve_quickly(arm, pose, plane, gc, angle)) return Status::OK;
@@ -544,12 +548,12 @@ inline JointLanes theta_of(const SinCos<double>* angle) noexcept {
     return atan2(JointLanes::of(y), JointLanes::of(x));
 }
 
-/// The joint angles (rad) of several postures at once, from sines and cosines.
+/// Writes the joint angles (rad) of several postures at once to `theta`, from sines and cosines.
 template <int N>
 ARMANGLE_INLINE void theta_of(const SinCos<Lane<N>>* angle, Lane<N> (&theta)[joints]) noexcept {
     for (int j = 0; j < joints; ++j) theta[j] = atan2(angle[j].sin, angle[j].cos);
 }
-/// The joint angles (rad) of a posture, from sines and cosines.
+/// Writes the joint angles (rad) of a posture to `theta`, from sines and cosines.
 inline void theta_of(const SinCos<double>* angle, double (&theta)[joints]) noexcept {
     const JointLanes all = theta_of(angle);
     for (int j = 0; j < joints; ++j) theta[j] = all[j];

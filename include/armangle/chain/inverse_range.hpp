@@ -22,7 +22,8 @@ constexpr Problem problem_of(Status status) noexcept {
     }
 }
 
-/// Solves one element of a batch; on failure fills it with NaN or reports the problem, as the batch says.
+/// Solves element i of a batch; on failure fills it with NaN or reports the problem in `outcome`, as the
+/// batch says.
 inline void solve_element(const ChainArm& arm, const InverseBatch& b, std::size_t i,
                           Outcome& outcome) noexcept {
     double value = 0;
@@ -52,7 +53,8 @@ ARMANGLE_INLINE auto meets(const ChainArm& arm, const T (&q)[joints], const Pose
 
 }  // namespace detail
 
-/// Solves elements [begin, end) of a batch, each with the same result as inverse().
+/// Solves elements [begin, end) of a batch, each with the same result as inverse(); problems come in
+/// `outcome`.
 inline void inverse_range(const ChainArm& arm, const InverseBatch& b, std::size_t begin, std::size_t end,
                           Outcome& outcome) noexcept {
     using detail::Batch;

@@ -143,8 +143,8 @@ private:
     /// The cost of joint 4 alone.
     double elbow_cost(const double* q) const noexcept { return cost_of(joint_[3], q[3] - joint_[3].near); }
 
-    /// The cost of joint values; for the metric of the largest difference it includes joint 4, unless its
-    /// cost is already fixed as a bound.
+    /// The cost of joint values. For the metric of the largest difference it includes joint 4; once that cost
+    /// is fixed as a bound, it is infinite beyond it.
     double cost(const double* q) const noexcept {
         if (squares()) return cost_of(q);
         const double of_elbow = elbow_cost(q);
@@ -306,6 +306,7 @@ private:
     }
 
     /// Examines several pieces from the top of the stack at once: each is dismissed, polished or divided.
+    /// `trail` finds their postures.
     void look(int gc, PostureTrail<several>& trail) noexcept {
         Piece now[several];
         int count = 0;
@@ -629,8 +630,9 @@ private:
         if (shared) try_locally(at.q, out);
     }
 
-    /// Distributes the rotation of joints j and j + 2 between them at least cost, if the joint between them
-    /// (`sine`, `cosine` of its angle) is near 0 or pi, where only their sum matters; returns whether it did.
+    /// Distributes in q the rotation of joints j and j + 2 between them at least cost, if the joint between
+    /// them (`sine`, `cosine` of its angle) is near 0 or pi, where only their sum matters; false, without a
+    /// change, if it is not.
     bool share(int j, double sine, double cosine, double* q) const noexcept {
         const JointCost &a = joint_[j], &b = joint_[j + 2];
         const double weight = a.weight + b.weight;

@@ -45,7 +45,8 @@ public:
     }
 
 private:
-    /// Finds missing postures by Newton's method, each from the known posture of the nearest psi.
+    /// Adds missing postures to `found` and marks them in `is_found`, by Newton's method, each from the known
+    /// posture of the nearest psi.
     void follow(const double (&psi)[N], int count, const PsiPlane<Several>& plane, bool (&is_found)[N],
                 Found<Several>& found) noexcept {
         for (int k = 0; k < N; ++k)
@@ -87,7 +88,8 @@ private:
         }
     }
 
-    /// Finds a first posture by the slower methods of solve_angles(); at most `hard` times.
+    /// Writes a first posture, by the slower methods of solve_angles(), to lane k of `found`; false if none
+    /// is found, or after `hard` attempts.
     bool first(double psi, int k, Found<Several>& found) noexcept {
         if (hard_++ >= chain_tuning::hard) return false;
         SinCos<double> angle[joints];

@@ -32,7 +32,8 @@ public:
         detail::sin_cos_all(theta, angle);
         return {arm_angle(triad(rows(), flange_pose(rows(), pose)), detail::elbow_axis(angle)), now.gc};
     }
-    /// Computes the directions of the joints at a pose, branch and psi.
+    /// Writes the directions of the joints at a pose, branch and psi to d; if the status is not OK, d is no
+    /// solution.
     Status at(const Pose<double>& pose, int gc, double psi, const double*,
               Directions<double>& d) const noexcept {
         const Triad<double> on = triad(rows(), flange_pose(rows(), pose));

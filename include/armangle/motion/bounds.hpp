@@ -136,8 +136,8 @@ inline double braked(const Arm& arm, const Bounds& b, const double* q_now, int i
     return v > 0 ? min(move, max(room, 0.0)) : max(move, min(room, 0.0));
 }
 
-/// Joint h is 0 (or pi: flipped), so that its neighbours h - 1 and h + 1 rotate around one axis. Splits their
-/// total rotation equally between them, as far as a box of moves from q_now permits.
+/// Splits the total rotation of two joints around one axis equally between them in q, as far as a box of
+/// moves from q_now permits. They are the neighbours h - 1 and h + 1 of joint h, which is 0 (or pi: flipped).
 inline void share_turn(const Arm& arm, int h, bool flipped, const double* q_now, const MoveBox& box,
                        Joints& q) noexcept {
     const int a = h - 1, b = h + 1;

@@ -82,7 +82,8 @@ private:
         return stepped(to, q_now_, options_.dt, lambda, gc);
     }
 
-    /// Computes the value that the policy requests, from the arcs. Returns the reason if there is none.
+    /// Replaces `wish`, the present value, by the value that the policy requests within the arcs; returns the
+    /// reason if there is none.
     Status wanted(double& wish) noexcept {
         look();
         if (arcs_.status != Status::OK) return arcs_.status;
@@ -136,7 +137,8 @@ private:
         to.q.store(q);
         return !blocked_ && is_clear(family_.arm(), *scene_, q) ? Status::OK : Status::CLEARANCE;
     }
-    /// The joints at value lambda of the redundant number, with the largest permitted joint step as bound.
+    /// Writes the joints at value lambda of the redundant number to `to`, with the largest permitted joint
+    /// step as bound; the reason if there are none.
     Status at(int gc, double lambda, Lifted& to) const noexcept { return at(gc, lambda, to, longest_); }
 
     /// Whether the bounds permit the joints q.
@@ -192,8 +194,8 @@ private:
         return true;
     }
 
-    /// Takes the value that the policy requests, on the part `ahead` if it is given; false if the step cannot
-    /// reach it.
+    /// Takes the value `wish` that the policy requests, or that on the part `ahead` if it is given. If the
+    /// step cannot reach it, returns false, with the reason in `why` (OK: the bounds).
     bool requested(double& wish, Status& why, Step& out) noexcept {
         if (on_ahead(wish, out)) return true;
         Lifted to;
@@ -203,8 +205,8 @@ private:
         return true;
     }
 
-    /// Takes the solution on the part of the arcs from which the coming poses can be reached; false if there
-    /// is none.
+    /// Takes the solution on the part of the arcs from which the coming poses can be reached, and replaces
+    /// `wish` by its value; false if there is none, or no such part is given.
     bool on_ahead(double& wish, Step& out) noexcept {
         if (!options_.ahead) return false;
         ArcSet both;
@@ -266,7 +268,8 @@ private:
         return meets(family_.arm(), found) && offer(found.at.q, out);
     }
 
-    /// Takes joints that solve the pose, if bounds, branch, allowed arcs and obstacles permit this step.
+    /// Writes the step to joints q, which solve the pose, to `out`; false if bounds, branch, allowed arcs or
+    /// obstacles do not permit it.
     bool offer(const double* q, Step& out) const noexcept {
         if (!(largest_move(q, q_now_) <= longest_) || !keeps(q)) return false;
         const OnSelfMotion there = family_.on(q, pose_, Carry::psi);
@@ -353,8 +356,8 @@ private:
         return why == Status::OK || why == Status::CLEARANCE ? Status::JOINT_JUMP : why;
     }
 
-    /// Moves as far as a step may towards a solution of the pose: PARTIAL, or OK if it arrives. False if
-    /// there is none.
+    /// Writes a step to `out` that moves as far as it may towards a solution of the pose: PARTIAL with the
+    /// reason `why`, or OK if it arrives. False if there is none.
     bool approach(Status why, Step& out) noexcept {
         double to[joint_slots], way[joints];
         if (!heading(to, why)) return false;

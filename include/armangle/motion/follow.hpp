@@ -50,7 +50,8 @@ inline void fill_row(const FollowRows& rows, std::size_t i, const Step& now, dou
     rows.status[i] = static_cast<std::int8_t>(now.status);
 }
 
-/// Sets the velocity before the next step to that of this step; 0 if the joints did not move.
+/// Sets the present velocity in `bounds` to that of the step between two rows of joints; 0 if they did not
+/// move.
 inline void carry_velocity(const double* to, const double* from, Bounds& bounds) noexcept {
     for (int j = 0; j < joints; ++j) bounds.velocity_now[j] = (to[j] - from[j]) / bounds.dt;
 }

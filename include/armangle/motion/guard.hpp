@@ -163,9 +163,9 @@ private:
         return out;
     }
 
-    /// Computes the part of the velocity box in which every joint stays within its limits, although all
-    /// joints stop together in the time of the slowest. If one joint can only just stop before its limit, the
-    /// others are restricted to its stopping time. Otherwise all of them would have to stop.
+    /// Writes the part of the velocity box in which every joint stays within its limits, although all joints
+    /// stop together in the time of the slowest, to `lower` and `upper`. If one joint can only just stop
+    /// before its limit, the others may brake no longer than it does.
     void narrow(const double* least, const double* greatest, double (&lower)[joints],
                 double (&upper)[joints]) const noexcept {
         if (bounds_) return narrow_at_rate(least, greatest, lower, upper);
@@ -185,7 +185,7 @@ private:
         }
     }
 
-    /// Narrows the moves such that, if all joints stop at the present rate r, v dt + 2 v / r + a / r^2 stays
+    /// The same with bounded jerk: if all joints stop at the present rate r, v dt + 2 v / r + a / r^2 stays
     /// within the limits.
     void narrow_at_rate(const double* least, const double* greatest, double (&lower)[joints],
                         double (&upper)[joints]) const noexcept {

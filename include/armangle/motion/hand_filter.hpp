@@ -175,6 +175,7 @@ private:
     }
 
     /// A cycle without an accepted sample: the pose continues at the predicted velocity, which decays.
+    /// Returns false, since nothing was accepted.
     bool wait(double dt) noexcept {
         held_ = true;
         since_ += dt;
@@ -184,7 +185,8 @@ private:
         return false;
     }
 
-    /// Takes the pose of the sample, regardless of predictions made without samples.
+    /// Takes the pose of the sample, regardless of predictions made without samples. Returns false, since
+    /// nothing new was accepted.
     bool rest_plain() noexcept {
         pose_ = last_sample_;
         if (age_ > 2.0 * period_) velocity_ = acceleration_ = Twist{};

@@ -92,7 +92,8 @@ inline double easing(double left, double jerk, double dt) noexcept {
 
 }  // namespace detail
 
-/// The largest next velocity from which a joint can still reach its velocity bound without overshoot.
+/// The largest next velocity from which a joint can still reach its velocity bound without overshoot;
+/// infinite without such a bound.
 inline double fastest_easing(const JerkBounds& b, double v, double dt) noexcept {
     return b.velocity < infinity ? v + detail::easing(b.velocity - v, b.jerk, dt) * dt : infinity;
 }

@@ -36,7 +36,8 @@ struct ExactSections {
 
     /// The arm whose limits and rows of joints count.
     const Arm& rows() const noexcept { return arm; }
-    /// Computes the section of a pose in branch gc.
+    /// Computes the self-motion of a pose in branch gc and its arcs of psi within the limits (perhaps none)
+    /// in `to`.
     void fill(const Pose<double>& pose, int gc, Section& to) const noexcept {
         to.motion = self_motion(arm, pose, configuration(gc));
         to.functions = joint_functions(to.motion);
@@ -47,7 +48,7 @@ struct ExactSections {
         const ArcSet own = to.arcs;
         keep_clear(arm, scene, to.motion, own, to.arcs);
     }
-    /// Computes the joints at psi of a section; false if there is no solution.
+    /// Writes the joints at psi of a section to q; always true, since psi is on an arc.
     bool joints_at(const Section& at, double psi, Joints& q) const noexcept {
         q = joints_within_limits(arm, directions(at.motion, sin_cos(psi)), nullptr);
         return true;
@@ -70,13 +71,13 @@ struct FamilySections {
 
     /// The arm whose limits and rows of joints count.
     const Arm& rows() const noexcept { return family.rows(); }
-    /// Computes the section of a pose in branch gc.
+    /// Computes the arcs of a pose in branch gc within the limits (perhaps none) in `to`.
     void fill(const Pose<double>& pose, int gc, Section& to) const noexcept {
         to.pose = {orthonormal(pose.rotation), pose.position};
         to.gc = gc;
         arcs_within(to, rows().limits, to.arcs);
     }
-    /// Removes the arm angles at which an obstacle is touched from a section.
+    /// Removes the values at which an obstacle is touched from the arcs of a section.
     void clear(const Scene& scene, Section& to) const noexcept {
         ProvenArcs own;
         own.arcs = to.arcs;
@@ -86,7 +87,7 @@ struct FamilySections {
         keep_clear(family.arm(), scene, to.pose, to.gc, own, blocking);
         to.arcs = own.arcs;
     }
-    /// Computes the joints at lambda in a section; false if there are none.
+    /// Writes the joints at lambda in a section to q; false if there are none.
     bool joints_at(const Section& at, double lambda, Joints& q) const noexcept {
         Directions<double> d;
         if (family.at(at.pose, at.gc, lambda, nullptr, d) != Status::OK) return false;
@@ -224,7 +225,8 @@ private:
     /// Whether psi on section `to` is reachable from the set.
     bool linked(double psi) const noexcept { return links_.linked(to_, psi, from_, set_); }
 
-    /// Adds the psi reached from the ends and the middle of an arc. Samples of a wide target could miss them.
+    /// Adds to `known` the psi reached from the ends and the middle of an arc. Samples of a wide target could
+    /// miss them.
     void seed(const Arc& arc, ArcSet& known) const noexcept {
         for (double psi : {arc.lower, 0.5 * (arc.lower + arc.upper), arc.upper}) {
             ArcSet reached;
@@ -375,7 +377,7 @@ private:
         back(count_ - 1);
     }
 
-    /// Computes section i within the user's arcs and the scene.
+    /// Computes the arcs of section i within the limits, the user's arcs and the scene in `to`; perhaps none.
     void fill(Section& to, std::size_t i) const noexcept {
         links_.view.fill(load_pose(poses_ + 16 * i), gc_, to);
         const ArcSet own = to.arcs;

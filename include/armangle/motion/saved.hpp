@@ -29,7 +29,7 @@ public:
         x = value == 1.0;
     }
     void operator()(int& x) { within(x, -largest, largest); }
-    /// An integer that must be in a range.
+    /// Saves or restores an integer; a restored value outside [least, most] leaves x unchanged.
     void within(int& x, int least, int most) {
         double value = x;
         one_(value);

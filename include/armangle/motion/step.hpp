@@ -203,8 +203,8 @@ inline double wish_ahead(const ArcSet& arcs, Policy policy, const ArcSet* ahead,
     return resolve(policy, near.empty() ? *ahead : near, psi).psi;
 }
 
-/// Whether the joints of psi are a permitted step: in their present revolutions, no longer than `longest`
-/// (rad). False if theta_2 or theta_6 is 0, where psi does not determine their neighbours.
+/// Whether the joints of psi, written to `to`, are a permitted step: in their present revolutions, no longer
+/// than `longest` (rad). False if theta_2 or theta_6 is 0, where psi does not determine their neighbours.
 ARMANGLE_INLINE bool is_step(const Arm& arm, const SelfMotion<double>& m, double psi, const JointLanes& here,
                              double longest, Lifted& to) noexcept {
     const Directions<double> d = directions(m, sin_cos(psi));
@@ -315,7 +315,8 @@ public:
     }
 
 private:
-    /// Computes the pose in the branch of the joints, and the psi that they carry to it.
+    /// Computes the pose in the branch of the joints, stored in `parts`, and writes the psi that they carry
+    /// to it.
     Branch begin(const Pose<double>& pose, double& psi, BranchParts& parts) const noexcept {
         parts.motion = motion_from(arm_, q_now_, now_, pose, options_.gc);
         psi = carried_psi(arm_, now_, parts.motion.circle, options_.carry);
@@ -364,8 +365,8 @@ private:
         return aside.exact(psi, out);
     }
 
-    /// Keeps the present joints if they solve the pose. Near a singularity psi may have too few digits for
-    /// the usual check.
+    /// Writes a step to `out` that keeps the present joints, if they solve the pose; otherwise false. Near a
+    /// singularity psi may have too few digits for the usual check.
     bool stand(const Pose<double>& pose, Step& out) const noexcept {
         const double length = arm_.size, most = local_solve_tuning::meets * length;
         if (!(arm_.upper_arm > 0 && arm_.forearm > 0)) return false;  // such an arm has no elbow
@@ -380,7 +381,8 @@ private:
     }
 
     /// If theta_2 or theta_6 is 0, the end effector is at its pose and the policy requests another psi,
-    /// rotates the neighbouring joints until psi can move. False if this does not apply.
+    /// writes a step to `out` that rotates the neighbouring joints until psi can move. False if this does not
+    /// apply.
     bool leave(const Pose<double>& pose, double psi, Step& out) const noexcept {
         if (!may_leave(now_, options_.policy)) return false;
         const Twist off = difference(user_pose(arm_, now_.flange), pose);
@@ -437,7 +439,8 @@ private:
         return (!(flip & 1) || crosses(1, 0.0, least)) && (!(flip & 2) || crosses(5, 0.0, least));
     }
 
-    /// The branch with the shoulder sign (bit 1) and wrist sign (bit 2) changed.
+    /// The branch with the shoulder sign (bit 1 of `flip`) and wrist sign (bit 2) changed; `parts` stores
+    /// what it refers to.
     Branch flipped(const SelfMotion<double>& motion, int flip, double psi, const StepOptions& options,
                    BranchParts& parts) const noexcept {
         parts.motion = motion;
@@ -636,9 +639,9 @@ private:
         return asked && (!options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step));
     }
 
-    /// Leaves the collision at psi, as far as a step may go. Tries the end of the blocked arc that costs less
-    /// joint motion, unless a link comes nearer to its closest obstacle; then the other end. False if psi is
-    /// collision-free, or neither way is possible.
+    /// Writes a step to `out` that leaves the collision at psi, as far as it may go. Tries the end of the
+    /// blocked arc that costs less joint motion, unless a link comes nearer to its closest obstacle; then the
+    /// other end. False if psi is not in collision, or no step helps.
     bool escape(double psi, Step& out) const noexcept {
         const Branch& b = branch_[0];
         if (b.status != Status::OK || contains(*b.arcs, psi)) return false;
@@ -740,8 +743,9 @@ private:
         return true;
     }
 
-    /// Moves as far as a step may towards a solution of the pose; false if there is none within `longest`
-    /// (rad) of every joint. If a single limit blocks, no joint makes a whole revolution instead.
+    /// Writes a step to `out` that moves as far as it may towards a solution of the pose; false if there is
+    /// none within `longest` (rad) of every joint. If a single limit blocks, no joint makes a whole
+    /// revolution instead.
     bool approach(const Pose<double>& pose, double psi, double longest, Step& out) const noexcept {
         Joints to{};
         if (!heading(pose, psi, to) || !(largest_move(to.q, q_now_) <= longest)) return false;

@@ -274,7 +274,9 @@ private:
         return !nearer;
     }
 
-    /// Searches one more branch for the solution that the joints reach in the shortest time.
+    /// Searches the next branch (0..7) for a collision-free solution of the target, and keeps it if the
+    /// joints reach it sooner than those of the branches before. After the last branch the choice is found,
+    /// or none.
     void ask_next_branch() noexcept {
         const int gc = choice_.asked++;
         const bool may = options_.detours || gc == choice_.home;

@@ -112,8 +112,9 @@ protected:
         return out;
     }
 
-    /// Computes the next joint velocities within the bounds after which every joint can still brake. A joint
-    /// outside its limits must return, as fast as if it had come to rest there.
+    /// Stores in t the limits, and the joint velocities of this cycle within the bounds after which every
+    /// joint can still brake. A joint outside its limits must return, as fast as if it had come to rest
+    /// there.
     void box(Tick& t) const noexcept {
         const Limits& limits = t.limits = elbow_turns(t) ? arm_.limits : kept_on(side_, least_bend_);
         for (int j = 0; j < joints; ++j) {
@@ -139,8 +140,8 @@ protected:
         }
     }
 
-    /// Computes the velocities that a joint with bounded jerk may have next. A joint that cannot stop within
-    /// its limits stops as soon as it can.
+    /// Stores in t the velocities that joint j with bounded jerk may have next. A joint that cannot stop
+    /// within its limits stops as soon as it can.
     void box_of_jerk(Tick& t, int j) const noexcept {
         const JerkBounds& b = bound_[j];
         const double v = v_[j], a = a_[j], dt = t.dt, change = b.jerk * dt;
@@ -167,8 +168,8 @@ protected:
         lower = min(max(down, in_up), upper);
     }
 
-    /// Limits the velocities so that joints with bounded jerk do not overshoot. `ahead` (rad/s^2) is how the
-    /// requested velocity continues to change.
+    /// Changes the velocities v (rad/s) so that joints with bounded jerk do not overshoot. `ahead` (rad/s^2)
+    /// is how the requested velocity continues to change.
     void ease(const Tick& t, const double (&ahead)[joints], double (&v)[joints]) const noexcept {
         for (int j = 0; j < joints; ++j) {
             const JerkBounds& b = bound_[j];
@@ -180,7 +181,7 @@ protected:
         }
     }
 
-    /// The largest velocity v with v dt + v^2 / 2a <= room.
+    /// The largest velocity v with v dt + v^2 / 2a <= room; 0 without room, infinite with infinite room.
     static double fastest(double room, double a, double dt) noexcept {
         if (!(room > 0)) return 0.0;
         if (!(room < infinity)) return infinity;
@@ -263,7 +264,7 @@ protected:
         return out;
     }
 
-    /// Computes the joints after one cycle at velocities v.
+    /// Writes the joints after one cycle at velocities v (rad/s) to `next`.
     void go(const Tick& t, const double (&v)[joints], Joints& next) const noexcept {
         for (int j = 0; j < joints; ++j) next.q[j] = q_.q[j] + v[j] * t.dt;
         next.q[joints] = 0;

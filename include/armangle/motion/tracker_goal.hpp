@@ -60,8 +60,8 @@ protected:
         return exact(t, goal, next) || (!(goal.gap > 0) && stays_there(t, goal, next));
     }
 
-    /// Whether the end effector is already at the target and the joints may stay. The limits may end just
-    /// here and leave an arc of width 0.
+    /// Whether the end effector is already at the target and the joints may stay; if so, writes them to
+    /// `goal` and `next`. The limits may end just here and leave an arc of width 0.
     bool stays_there(const Tick& t, Goal& goal, Joints& next) const noexcept {
         if (!t.there || goal.blocked != Status::OK || !taken(t, q_.q, next)) return false;
         goal = Goal{};
@@ -84,9 +84,9 @@ protected:
                size(difference(goal.pose, wanted_), options_.length) + tracker_tuning::worth;
     }
 
-    /// If theta_2 or theta_6 is 0 and the end effector at the target, keeps the joints, or rotates the
-    /// neighbours of that joint until psi can move towards the elbow's target. False if the joints move too
-    /// fast.
+    /// If theta_2 or theta_6 is 0 and the end effector at the target, makes it the goal and writes joints to
+    /// `next`: the present ones, or the neighbours of that joint rotated until psi can move towards the
+    /// elbow's target. False if the joints move too fast.
     bool rest_or_leave(const Tick& t, const Circle<double>& c, Goal& goal, Joints& next) const noexcept {
         goal = Goal{};
         goal.pose = wanted_;
@@ -160,8 +160,8 @@ protected:
         return true;
     }
 
-    /// Moves the target into joint 4's reach with this margin (rad), and finds a configuration there; false
-    /// if limits permit none.
+    /// Moves the target into joint 4's reach with this margin (rad), and stores pose and configuration in
+    /// `goal`; false if limits permit no configuration there.
     bool within(const Tick& t, const Circle<double>& c, double margin, Goal& goal) noexcept {
         const Pose<double>& wanted = wanted_;
         const Limits limits = one_side(elbow_side(t), margin);
@@ -233,7 +233,8 @@ protected:
         return least < infinity;
     }
 
-    /// Offers the solution of one branch as the goal's configuration; `avoid`: only if it is collision-free.
+    /// Stores the solution of one branch in `goal` if its squared joint motion (rad^2) is below `least`,
+    /// which it then replaces; `avoid`: only if it is collision-free.
     void offer(const Tick& t, const Circle<double>& c, const Configuration<double>& gc, bool avoid,
                double& least, Goal& goal) const noexcept {
         const SelfMotion<double> m = self_motion(arm_, c, gc);
@@ -269,7 +270,8 @@ protected:
         return in_clear_part(arcs, clear, carried, carried + turn);
     }
 
-    /// Removes the colliding parts of both sets; false, with the reason in the goal, if nothing remains.
+    /// Removes the colliding parts of `arcs` and `clear`; false, with the reason in the goal, if nothing of
+    /// `arcs` remains.
     bool keep_clear_parts(const SelfMotion<double>& m, ArcSet& arcs, ArcSet& clear,
                           Goal& goal) const noexcept {
         Cleared open;
@@ -365,7 +367,8 @@ protected:
         goal.posture_only = true;
     }
 
-    /// Finds a solution of the goal's pose within the bounds; false if there is none.
+    /// Writes joints that solve the goal's pose within the bounds of this cycle to `next`; false if there are
+    /// none.
     bool exact(const Tick& t, const Goal& goal, Joints& next) const noexcept {
         if (goal.blocked != Status::OK) return false;
         if (goal.posture_only) return taken(t, goal.at.q, next);
@@ -393,8 +396,8 @@ protected:
         return false;
     }
 
-    /// Finds the joints on one self-motion within the bounds whose psi is nearest to `wish`; false if there
-    /// are none.
+    /// Writes the joints of the next cycle on one self-motion to `next`: within the bounds, with psi nearest
+    /// to `wish`. False if there are none.
     bool exact_in(const Tick& t, const SelfMotion<double>& m, const LimitTable& table, double wish,
                   Joints& next) const noexcept {
         static constexpr double inside[] = {0, 1e-6, 1e-3, 0.1, 0.5};  // shares of the distance to the middle

@@ -18,7 +18,8 @@ protected:
         return size(difference(hand, hand_.pose()), options_.length);
     }
 
-    /// Moves towards the goal as far as the bounds allow: first the end effector, then the configuration.
+    /// Writes joints that move towards the goal as far as the bounds allow to `next`: first the end effector,
+    /// then the configuration.
     void approach(const Tick& t, const Goal& goal, Joints& next) noexcept {
         const Pose<double> here = user_pose(arm_, t.now.flange);
         const Twist lead = goal_velocity(t, goal), rest = difference(here, goal.pose) - lead * t.dt;
@@ -77,8 +78,8 @@ protected:
         return {{rows[0], rows[1], rows[2]}, {rows[3], rows[4], rows[5]}};
     }
 
-    /// Minimizes a quadratic cost of the velocities in the box, with collision-free braking if there are
-    /// obstacles.
+    /// Writes the velocities v (rad/s) in the box of this cycle that minimize a quadratic cost, with
+    /// collision-free braking if there are obstacles.
     void least_squares(const Tick& t, const JointQuadratic& p, const double (&ahead)[joints],
                        double (&v)[joints]) const noexcept {
         if (!t.guard) {
@@ -182,7 +183,7 @@ protected:
         return (draw_ >> 8) * 0x1p-24;
     }
 
-    /// A random value that is uniformly distributed in the arcs.
+    /// A random angle (rad) that is uniformly distributed in the arcs; NaN if there are none.
     double drawn(const ArcSet& arcs) noexcept {
         if (arcs.full) return two_pi * drawn();
         double all = 0;
@@ -240,8 +241,8 @@ protected:
         nearest_ = infinity;
     }
 
-    /// Moves in a straight joint motion to a configuration of the goal, chosen in the first cycle, or along
-    /// the way that was found. The path of the end effector is free.
+    /// Writes the next joints of a straight joint motion to `next`: to a configuration of the goal, chosen in
+    /// the first cycle, or along the detour that was found. The path of the end effector is free.
     void turn(const Tick& t, const Goal& goal, Joints& next) noexcept {
         if (waypoint_count_ == 0) {
             waypoint_[waypoint_count_++] = goal.at;
@@ -286,7 +287,7 @@ protected:
         go(t, v, next);
     }
 
-    /// Comes to rest, because all attempts for a resting target failed.
+    /// Writes joints that come to rest to `next`, because all attempts for a resting target failed.
     void stand(const Tick& t, Joints& next) noexcept {
         double v[joints];
         const double none[joints] = {};
