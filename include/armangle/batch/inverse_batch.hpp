@@ -69,8 +69,8 @@ struct LaneInput {
     Batch near[joints];
 };
 
-/// Loads the value that each joint should be near: the seed, or the middle of the range. Marks a lane as bad
-/// if its seed is not finite or far outside the limits.
+/// Loads into `in` the value that each joint should be near: the seed, or the middle of the range. Marks a
+/// lane as bad if its seed is not finite or far outside the limits.
 inline void load_seed(const Arm& arm, const InverseBatch& b, const std::size_t* at, LaneInput& in) noexcept {
     for (int j = 0; j < joints; ++j) {
         in.near[j] = Batch(arm.joint_middle[j]);
@@ -125,12 +125,13 @@ inline void solve_block(const Arm& arm, const LaneInput& in, const SelfMotion<Ba
     }
 }
 
-/// Writes seven NaN.
+/// Writes seven NaN to q.
 inline void fill_nan(double* q) noexcept {
     for (int j = 0; j < joints; ++j) q[j] = not_a_number;
 }
 
-/// Handles an element that is not regular: reports it or fills it with NaN, as requested.
+/// Fills an element that is not regular with NaN and reports the problem in `outcome`, unless NaN alone is
+/// requested.
 inline void handle_irregular(const Arm& arm, const InverseBatch& b, std::size_t i,
                              Outcome& outcome) noexcept {
     double value = 0;
@@ -141,7 +142,7 @@ inline void handle_irregular(const Arm& arm, const InverseBatch& b, std::size_t 
     if (!geometry || b.unreachable != Enforce::nan) outcome.report(problem, i, value);
 }
 
-/// Handles an element outside its limits: reports it or fills it with NaN, as requested.
+/// If an element is outside its limits, fills it with NaN and reports it in `outcome` if requested.
 inline void enforce_limits(const Arm& arm, const InverseBatch& b, std::size_t i, Outcome& outcome) noexcept {
     double* q = b.out.at(i);
     for (int j = 0; j < joints; ++j) {
@@ -155,7 +156,8 @@ inline void enforce_limits(const Arm& arm, const InverseBatch& b, std::size_t i,
 
 }  // namespace detail
 
-/// Inverse kinematics of elements [begin, end): checks, solves and stores each in one pass.
+/// Inverse kinematics of elements [begin, end): checks, solves and stores each in one pass; problems come in
+/// `outcome`.
 inline void inverse_range(const Arm& arm, const InverseBatch& b, std::size_t begin, std::size_t end,
                           Outcome& outcome) noexcept {
     using detail::Batch;

@@ -43,8 +43,8 @@ inline void store_rows(const Batch (&lane)[size], const std::size_t* at, std::si
 
 }  // namespace detail
 
-/// Writes inverse_derivative() of elements [begin, end) into b.out, 49 numbers an element. Reports bad input,
-/// and geometry without a solution unless b.unreachable requests NaN.
+/// Writes inverse_derivative() of elements [begin, end) into b.out, 49 numbers an element. Reports bad input
+/// in `outcome`, and geometry without a solution unless b.unreachable requests NaN.
 inline void derivative_range(const Arm& arm, const InverseBatch& b, std::size_t begin, std::size_t end,
                              Outcome& outcome) noexcept {
     using detail::Batch;
@@ -77,8 +77,8 @@ struct PullbackBatch {
     Strided<double> by_pose, by_psi;
 };
 
-/// inverse_pullback() of elements [begin, end). Reports invalid poses, and missing gradients unless
-/// `at.unreachable` requests NaN.
+/// Computes inverse_pullback() of elements [begin, end). Reports invalid poses in `outcome`, and missing
+/// gradients unless `at.unreachable` requests NaN.
 inline void pullback_range(const Arm& arm, const PullbackBatch& b, std::size_t begin, std::size_t end,
                            Outcome& outcome) noexcept {
     using detail::Batch;

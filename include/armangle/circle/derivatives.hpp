@@ -145,7 +145,8 @@ struct Derivatives {
 
 namespace detail {
 
-/// Computes the rates of a pose that has a solution; else returns BAD_INPUT, UNREACHABLE or FOLDED.
+/// Writes the rates of a pose that has a solution to `out`; else returns BAD_INPUT, UNREACHABLE or FOLDED and
+/// leaves `out` unchanged.
 inline Status rates_at(const Arm& arm, const Pose<double>& pose, double psi, int gc,
                        Rates<double>& out) noexcept {
     if (gc < 0 || gc >= configurations || !(abs(psi) <= tolerance::largest_angle) || !is_rigid(pose))

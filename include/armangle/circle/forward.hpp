@@ -20,8 +20,8 @@ struct Posture {
     int gc;             // 0..7
 };
 
-/// The arm angle of a configuration (rad), under the name that all kinds of arm share for their redundant
-/// parameter.
+/// The arm angle of a configuration (rad; NaN if the wrist coincides with the shoulder), under the name that
+/// all kinds of arm share for their redundant parameter.
 inline double redundancy(const Posture& posture) noexcept { return posture.psi; }
 
 /// Forward kinematics: pose, psi and branch of joint values q (rad). psi is measured on the computed pose, so

@@ -56,8 +56,8 @@ ARMANGLE_INLINE Frames<T> frames(const SelfMotion<T>& m, const SinCos<T>& psi) n
     return out;
 }
 
-/// Stores the directions of joints 1 to 3, given theta_1 and sin(theta_2). theta_3 follows from theta_1 and
-/// not from eq. (19), which loses theta_1 + theta_3 if theta_2 vanishes.
+/// Stores the directions of joints 1 to 3 in d, given theta_1 and sin(theta_2). theta_3 follows from theta_1
+/// and not from eq. (19), which loses theta_1 + theta_3 if theta_2 vanishes.
 template <class T>
 ARMANGLE_INLINE void put_shoulder(const Frames<T>& f, const SinCos<T>& theta_1, const T& sin_2,
                                   Directions<T>& d) noexcept {
@@ -69,7 +69,7 @@ ARMANGLE_INLINE void put_shoulder(const Frames<T>& f, const SinCos<T>& theta_1, 
     d.x[2] = theta_1.sin * f.z3.x - theta_1.cos * f.z3.y;  // for (19)
 }
 
-/// Stores the directions of joints 5 to 7 likewise, given theta_5 (of any length, like theta_1) and
+/// Stores the directions of joints 5 to 7 in d likewise, given theta_5 (of any length, like theta_1) and
 /// sin(theta_6).
 template <class T>
 ARMANGLE_INLINE void put_wrist(const Frames<T>& f, const SinCos<T>& theta_5, const T& sin_6,

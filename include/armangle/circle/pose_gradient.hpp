@@ -18,8 +18,8 @@ namespace armangle {
 /// or the pose has no solution.
 enum class Hindrance : int { none = 0, psi = 1, shoulder = 2, elbow = 4, wrist = 6, unreachable = 7 };
 
-/// Converts a gradient with respect to the entries of a pose (4x4, row by row) to one with respect to its
-/// twist (v, omega).
+/// Converts a gradient with respect to the entries of a pose (4x4, row by row) to `by_twist`, that with
+/// respect to its twist (v, omega).
 inline void twist_gradient(const Pose<double>& pose, const double* by_entry, double (&by_twist)[6]) noexcept {
     const Pose<double> g = load_pose(by_entry);
     const auto& [x, y, z] = pose.rotation;
@@ -39,7 +39,7 @@ ARMANGLE_INLINE Pose<T> pose_gradient(const Pose<T>& pose, const Vec3<T>& linear
             linear};
 }
 
-/// Writes a gradient with respect to a pose's entries (4x4, row by row); the last row is 0.
+/// Writes a gradient with respect to a pose's entries to `by_entry` (4x4, row by row); the last row is 0.
 inline void store_gradient(const Pose<double>& gradient, double* by_entry) noexcept {
     store_pose(gradient, by_entry);
     by_entry[15] = 0;
@@ -52,8 +52,8 @@ inline void twist_of(const Pose<double>& pose, const double* change, double (&tw
     for (int k = 3; k < 6; ++k) twist[k] *= 0.5;
 }
 
-/// The gradient of a function of forward() with respect to the joints, from its gradients with respect to the
-/// pose's entries and to psi.
+/// Writes the gradient of a function of forward() with respect to the joints to `by_q`, from its gradients
+/// with respect to the pose's entries and to psi. Returns why it does not exist, or none.
 inline Hindrance forward_pullback(const Arm& arm, const double* q, const double* by_pose, double by_psi,
                                   double (&by_q)[joints]) noexcept {
     const Jacobian j = jacobian(arm, q);
@@ -139,8 +139,8 @@ inline Hindrance inverse_pullback(const Arm& arm, const Pose<double>& pose, doub
     return why;
 }
 
-/// The change of the joints of inverse() for a change of the pose's entries and of psi. NaN for each joint
-/// whose derivative does not exist.
+/// Writes the change of the joints of inverse() for a change of the pose's entries and of psi to `dq`. NaN
+/// for each joint whose derivative does not exist.
 inline void inverse_pushforward(const Arm& arm, const Pose<double>& pose, double psi, int gc,
                                 const double* change, double psi_change, double* dq) noexcept {
     const Derivatives d = inverse_derivative(arm, pose, psi, gc);

@@ -84,8 +84,9 @@ inline bool makes_one_axis(const Directions<double>& d, int hinge,
     return abs(d.y[hinge]) <= sine * hypot(d.x[hinge], d.y[hinge]);
 }
 
-/// If theta_2 (theta_6) is 0 or pi, keeps joint 1 (5) at its value in `near` and computes joint 3 (7), unless
-/// one of them is the prescribed joint `lead`. The arm angle determines only the sum of their rotations.
+/// If theta_2 (theta_6) is 0 or pi, replaces the directions of its neighbours in d: joint 1 (5) keeps its
+/// value in `near` and joint 3 (7) follows, unless one of them is the prescribed joint `lead`. The arm angle
+/// determines only the sum of their rotations.
 inline void keep_shares(const Arm& arm, const SelfMotion<double>& m, const SinCos<double>& psi, int lead,
                         const double* near, Directions<double>& d,
                         double sine = tolerance::one_axis) noexcept {

@@ -175,7 +175,7 @@ private:
     }
 
     /// A cycle without an accepted sample: the pose continues at the predicted velocity, which decays.
-    /// Returns false, since nothing was accepted.
+    /// Returns false, as estimate() then does.
     bool wait(double dt) noexcept {
         held_ = true;
         since_ += dt;
@@ -185,8 +185,8 @@ private:
         return false;
     }
 
-    /// Takes the pose of the sample, regardless of predictions made without samples. Returns false, since
-    /// nothing new was accepted.
+    /// Takes the pose of an unfiltered sample that repeats, regardless of predictions made without samples.
+    /// Returns false, as estimate() then does.
     bool rest_plain() noexcept {
         pose_ = last_sample_;
         if (age_ > 2.0 * period_) velocity_ = acceleration_ = Twist{};

@@ -279,7 +279,8 @@ private:
         if (round_) round_against(near);
     }
 
-    /// Adds the arcs that these balls block for planar parts, eight balls at a time.
+    /// Adds the arcs that the balls of `near` block for planar parts, eight balls at a time; fills up `near`
+    /// with balls that block nothing.
     void planar_against(Near& near) noexcept {
         for (int i = near.count; i % 8 != 0; ++i) {  // filled up with what nothing reaches
             near.x[i] = near.rho[i] = 0;
@@ -598,8 +599,8 @@ inline Tag base_contact(const Scene& scene) noexcept {
     return found;
 }
 
-/// Intersects the arcs `own` within the joint limits with the collision-free arcs. CLEARANCE if nothing
-/// remains.
+/// Writes the collision-free part of `own`, arcs within the joint limits, to `out`. If that is empty, returns
+/// the reason, CLEARANCE or that of clear().
 inline Status keep_clear(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, const ArcSet& own,
                          ArcSet& out) noexcept {
     Cleared cleared;

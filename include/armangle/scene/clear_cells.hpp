@@ -77,7 +77,7 @@ public:
 
     /// A pair that was found to touch; 0 if there was none.
     Tag touching() const noexcept { return touching_; }
-    /// Where it is not known whether something touches.
+    /// The arcs on which it is not known whether something touches; empty if all is decided.
     const ArcSet& left_open() const noexcept { return left_open_; }
 
 private:
@@ -121,6 +121,7 @@ private:
         }
         end(touches ? at.pair : make_tag(0, Side::unproven), out);
     }
+    /// Adds an undecided cell, right of those before; everything counts as undecided if there are too many.
     void leave_open(double lower, double upper) noexcept {
         if (left_open_.full) return;
         Arc* const last = left_open_.count > 0 ? &left_open_.arc[left_open_.count - 1] : nullptr;
@@ -131,6 +132,7 @@ private:
         else
             make_full(left_open_);
     }
+    /// Begins a collision-free arc, or continues it to `upper`.
     void add_clear(double lower, double upper) noexcept {
         if (!open_) start_ = lower;
         open_ = true;
@@ -140,6 +142,7 @@ private:
         if (open_) close(by, out);
         tag_ = by;
     }
+    /// Appends the collision-free arc to `out`, ended by the pair `by`.
     void close(Tag by, ArcSet& out) noexcept {
         if (out.count == ArcSet::capacity) unproven_ += end_ - start_;
         put(out, {start_, end_, tag_, by});

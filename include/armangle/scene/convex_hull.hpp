@@ -109,18 +109,19 @@ private:
         Vec3<double> v;
     };
 
-    /// Keeps the face whose point is nearer to the origin.
+    /// Replaces `best` by the found face if its point is nearer to the origin.
     static void keep(const Face& found, Face& best) noexcept {
         if (found.square < best.square) best = found;
     }
 
-    /// Tries corner i as the nearest face.
+    /// Keeps corner i in `best` if it is nearer to the origin.
     void keep_point(int i, Face& best) const noexcept {
         const Vec3<double>& v = corner_[i].w;
         keep({{i, 0, 0}, {1, 0, 0}, 1, dot(v, v), v}, best);
     }
 
-    /// Tries the edge of corners i and j, if its nearest point lies between both.
+    /// Keeps the edge of corners i and j in `best` if its nearest point lies between both and is nearer to
+    /// the origin.
     void keep_edge(int i, int j, Face& best) const noexcept {
         const Vec3<double>&a = corner_[i].w, d = corner_[j].w - a;
         const double along = -dot(a, d), square = dot(d, d);
@@ -130,7 +131,8 @@ private:
         keep({{i, j, 0}, {1.0 - t, t, 0}, 2, dot(v, v), v}, best);
     }
 
-    /// Tries the triangle of corners i, j and k, if its nearest point lies within.
+    /// Keeps the triangle of corners i, j and k in `best` if its nearest point lies within and is nearer to
+    /// the origin.
     void keep_triangle(int i, int j, int k, Face& best) const noexcept {
         const Vec3<double>&a = corner_[i].w, &b = corner_[j].w, &c = corner_[k].w;
         const Vec3<double> n = cross(b - a, c - a);

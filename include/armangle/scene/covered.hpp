@@ -21,7 +21,7 @@ struct Covered {
 
 namespace detail {
 
-/// Removes the arc with index `at`.
+/// Removes the arc with index `at` from `set`.
 inline void remove_arc(Covered& set, int at) noexcept {
     for (int i = at; i + 1 < set.count; ++i) set.arc[i] = set.arc[i + 1];
     --set.count;
@@ -79,8 +79,8 @@ inline bool covers(const Covered& set, double centre, double half) noexcept {
     return false;
 }
 
-/// Adds the blocked arc of `half` rad on both sides of `centre` (any multiple of 2 pi), caused by pair `tag`.
-/// Half width 0 adds nothing, pi the whole circle.
+/// Adds to `set` the blocked arc of `half` rad on both sides of `centre` (any multiple of 2 pi), caused by
+/// pair `tag`. Half width 0 adds nothing, pi the whole circle.
 inline void cover(Covered& set, double centre, double half, Tag tag) noexcept {
     if (set.all || 2.0 * half < tolerance::angle) return;
     if (2.0 * half >= two_pi - tolerance::angle) {

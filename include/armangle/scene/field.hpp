@@ -256,6 +256,8 @@ struct LeastPlace {
     int at;
 };
 
+/// The least of f(0) to f(last), which differ by no more than `rise` from one to the next, or a value not
+/// above `enough`; calls f only where that may be found.
 template <class F>
 LeastPlace least_place(int last, double rise, double enough, const F& f) noexcept {
     struct Stretch {

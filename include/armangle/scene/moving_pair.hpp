@@ -52,7 +52,8 @@ public:
         sliver_ = bracket_ = field_tuning::sliver;
         gap_ = half_gap(*solid.field, norm(here.end - here.begin));
     }
-    /// A pair of two moving rods; R (m) is the sum of the radii and the clearance.
+    /// A pair of two moving rods, `rod` and `other`, which must outlive it; R (m) is the sum of the radii and
+    /// the clearance.
     MovingPair(const MovingRod& rod, const MovingRod& other, double R) noexcept
         : rod_(rod), other_(&other), solid_(as_solid(other.at({0.0, 1.0}))), R_(R) {}
 

@@ -110,8 +110,8 @@ struct Scene {
     int first_swing_link() const noexcept { return part_count + base_count + held_count; }
 };
 
-/// Makes two rods in the arm plane that enclose all parts of link 3 and of link 4, for a quick test. With few
-/// parts none are made.
+/// Stores two rods in the arm plane in `scene` that enclose all parts of link 3 and of link 4, for a quick
+/// test. With few parts none are made.
 inline void bound_parts(Scene& scene) noexcept {
     scene.bound_count = 0;
     if (scene.part_count <= few_parts) return;  // these are asked themselves
@@ -238,8 +238,8 @@ struct AxisFrames {
     Pose<T> upper, lower, flange;
 };
 
-/// Computes DH frames 3 and 4 from the elbow and the directions of the arm plane: w along shoulder-wrist, f
-/// away from it in the plane, z normal to the plane.
+/// Writes DH frames 3 and 4 to `upper` and `lower`, from the elbow and the directions of the arm plane: w
+/// along shoulder-wrist, f away from it in the plane, z normal to the plane.
 template <class T>
 inline void plane_frames(const Arm& arm, const Elbow<T>& e, Vec3<T> w, Vec3<T> z, const Vec3<T>& f,
                          Pose<T>& upper, Pose<T>& lower) noexcept {

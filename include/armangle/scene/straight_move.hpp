@@ -441,7 +441,8 @@ private:
         return touches || m.apart > m.R ? free_share(m, d) : 0.0;
     }
 
-    /// The share of the motion d over which two cores are proven not to touch.
+    /// The share of the motion d over which two cores are proven not to touch; 0 if they do so already, above
+    /// 1 or infinite if the proof reaches beyond the motion.
     double free_share(const Meeting& m, const double (&d)[joints]) const noexcept {
         if (!(m.apart > 0) && !m.flat) return 0.0;
         const double R = min(m.R, m.apart), spare = m.apart - R;
@@ -472,8 +473,9 @@ private:
         return least;
     }
 
-    /// Adds the corner pair (i, k) of a meeting to the nearest ones, after subtracting `kept` (m) from its
-    /// distance; k = -1: the plane of b.
+    /// Adds the corner pair (i, k) of a meeting to the nearest ones in `out`, counted in `count`, after
+    /// subtracting `kept` (m) from its distance. k = -1: the plane of b. Nothing if it is not below `reach`
+    /// (m).
     void add(const Meeting& m, int i, int k, double kept, double reach,
              NearPair (&out)[straight_move_tuning::most_near], int& count) const noexcept {
         const Vec3<double>& p = m.a.corner[i];
@@ -618,7 +620,7 @@ private:
         return a.radius + b.radius + scene_.clearance + straight_move_tuning::slack;
     }
 
-    /// Sets the separating plane of a meeting with a solid at rest.
+    /// Stores the separating plane of a meeting with a solid at rest in m; leaves it unchanged if they touch.
     static void set_plane(Meeting& m, const Approach& at, const Solid& solid) noexcept {
         if (m.flat) {
             m.n = solid.a;
