@@ -138,7 +138,7 @@ private:
         bool open = false;
     };
 
-    /// Computes the next solution of one direction.
+    /// Computes the next solution of one direction in `way`, or closes it if the arcs end.
     void advance(Way& way, int gc) noexcept {
         double psi = 0;
         way.open = way.walk.next(psi);

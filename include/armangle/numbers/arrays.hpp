@@ -16,7 +16,7 @@ struct Strided {
     T* data;
     std::ptrdiff_t stride;
 
-    /// Element i.
+    /// A pointer to element i, whether or not the array is that long.
     T* at(std::size_t i) const noexcept { return data + static_cast<std::ptrdiff_t>(i) * stride; }
     /// The array that starts at element i.
     Strided from(std::size_t i) const noexcept { return {at(i), stride}; }
@@ -69,7 +69,7 @@ inline Pose<double> load_pose(const double* m) noexcept {
     return {{{m[0], m[4], m[8]}, {m[1], m[5], m[9]}, {m[2], m[6], m[10]}}, {m[3], m[7], m[11]}};
 }
 
-/// Writes a pose as 16 numbers, row by row.
+/// Writes a pose to m as 16 numbers, row by row.
 inline void store_pose(const Pose<double>& p, double* m) noexcept {
     const auto& [x, y, z] = p.rotation;
     const double rows[16] = {x.x, y.x, z.x, p.position.x, x.y, y.y, z.y, p.position.y,

@@ -143,7 +143,7 @@ ARMANGLE_INLINE Enclosure<T> reciprocal(const Enclosure<T>& a) noexcept {
 }
 
 /// Tightens the coefficients of a jet over boxes whose variable is in [-1, 1]: a derivative changes at most
-/// by the next one. Unknown ones are bounded by a large number.
+/// by the next one. Unknown ones (infinite or NaN) are bounded by a large number.
 template <class T, int K>
 ARMANGLE_INLINE void tighten(Enclosure<T> (&coefficient)[K]) noexcept {
     const T unknown(1e100);

@@ -126,6 +126,7 @@ Jet<T, K> wrap(Jet<T, K> a) noexcept {
     return a;
 }
 
+/// The square root of a series; NaN if its value is negative.
 template <class T, int K>
 Jet<T, K> sqrt(const Jet<T, K>& a) noexcept {
     Jet<T, K> out;
@@ -140,6 +141,7 @@ Jet<T, K> sqrt(const Jet<T, K>& a) noexcept {
     return out;
 }
 
+/// The sine and cosine of a series, from s' = c a' and c' = -s a'.
 template <class T, int K>
 SinCos<Jet<T, K>> sin_cos(const Jet<T, K>& a) noexcept {
     SinCos<Jet<T, K>> out;
