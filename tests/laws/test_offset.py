@@ -257,6 +257,24 @@ def parked(arm: aa.Arm, rng: np.random.Generator, many: int) -> Any:
 
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
+def test_what_inverse_answers_beside_an_end_is_on_its_pose(arm: aa.Arm) -> None:
+    """At a fold, a stretched elbow or where the wrist nears the shoulder, and just beyond: to 1e-11, or NaN."""
+    rng = np.random.default_rng(23)
+    q = parked(arm, rng, count(200))
+    off = 10.0 ** rng.uniform(-13, -4, q.shape) * rng.choice([-1, 0, 1], q.shape)
+    pose, free, gc = arm.forward(q + off)
+    again = arm.inverse(pose, free, gc, limits=False)  # the exact value has an answer
+    np.testing.assert_allclose(arm.forward(again)[0], pose, rtol=0, atol=1e-11)
+    beside = free[:, None] + 10.0 ** rng.uniform(-15, -3, (len(q), 30)) * rng.choice([-1, 1], (len(q), 30))
+    branch = np.where(rng.uniform(size=beside.shape) < 0.7, gc[:, None], rng.integers(0, 8, beside.shape))
+    found = arm.inverse(pose[:, None], beside, branch, limits=False, on_error="nan")
+    there = np.isfinite(found[..., 0])
+    assert 0.1 < there.mean() < 1
+    wanted = np.broadcast_to(pose[:, None], (*there.shape, 4, 4))[there]
+    np.testing.assert_allclose(arm.forward(found[there])[0], wanted, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
 def test_of_a_parked_posture_nothing_nearer_is_missed_where_the_answer_says_ok(arm: aa.Arm) -> None:
     """The posture that a pose was made of is never nearer than an answer OK, but for the pose's rounding.
 

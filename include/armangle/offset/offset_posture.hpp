@@ -87,14 +87,17 @@ inline Status directions(const OffsetArm& arm, const Pose<double>& exact, double
                          const double* seed, Directions<double>& out) noexcept {
     const OffsetMotion<> m = offset_motion(arm, exact, gc);
     const SinCos<double> theta_7 = sin_cos(to_theta(arm.rest, 6, free));
-    const OffsetWrist<double> wrist = offset_wrist(arm, m, theta_7);
-    if (!(wrist.excess <= tolerance::reach * arm.rest.size)) return Status::UNREACHABLE;
-    const double square = wrist.length * wrist.length, across = square - wrist.t * wrist.t;
-    if (!(wrist.inside >= -tolerance::vanishing * square)) return Status::NO_POSTURE;
-    if (!(across > tolerance::touching * square)) return Status::NEAR_SINGULAR;
+    OffsetWrist<double> wrist = offset_wrist(arm, m, theta_7);
+    const double rounding = tolerance::reach * arm.rest.size;
+    if (!(wrist.excess <= rounding)) return Status::UNREACHABLE;
+    const double across = hypot(wrist.u, wrist.v);
+    if (across < abs(wrist.g))  // g^2 - t^2 = u^2 + v^2 - h^2, here with more digits
+        wrist.inside = (across - wrist.h) * (across + wrist.h);
+    if (!(wrist.inside >= 0) && !(take_fold(arm, wrist) <= rounding)) return Status::NO_POSTURE;
+    if (!(across * across > tolerance::touching * wrist.length * wrist.length)) return Status::NEAR_SINGULAR;
     Directions<double> d;
     if (abs(wrist.g) > tolerance::folded * arm.rest.reach)
-        d = directions(m, wrist, theta_7, sqrt(max(wrist.inside, 0.0)));
+        d = directions(m, wrist, theta_7, sqrt(wrist.inside));
     else
         d = directions(m, wrist, theta_7, detail::free_theta_5(arm, m, seed), 0.0);
     detail::share_turn(arm, seed, tolerance::one_axis, d);
@@ -142,9 +145,10 @@ inline Inverse self_motion_rate(const OffsetArm& arm, const Pose<double>& pose, 
     const Pose<double> exact{orthonormal(pose.rotation), pose.position};
     Jet<double, 1> theta[joints];
     angles_along(arm, offset_motion(arm, exact, gc), Jet<double, 1>::variable(free), theta);
+    const bool one_axis = abs(sin_cos(theta[1].value()).sin) <= tolerance::rounding;
     for (int j = 0; j < joints; ++j) {
         const double rate = arm.rest.sign[j] * theta[j].coefficient[1];
-        out.q[robot_joint(arm, j)] = is_nan(rate) ? infinity : rate;
+        out.q[robot_joint(arm, j)] = is_nan(rate) || (one_axis && (j == 0 || j == 2)) ? infinity : rate;
     }
     return out;
 }

@@ -88,7 +88,7 @@ private:
         const T root = sqrt(max(wrist.inside, T(0.0)));
         const SinCos<T> theta_5 = theta_5_of(motion_, wrist, root);
         const T side = select(wrist.g < T(0.0), T(-1.0), T(1.0)), r = side * T(motion_.branch.wrist) * root;
-        const Vec3<T> z4 = axis_5(wrist, r);
+        const Vec3<T> z4 = axis_5(wrist, in_scalar<T>(motion_.flange.z), r);
         const Vec3<T> x4 = combine(wrist.y6, -theta_5.sin, cross(z4, wrist.y6), -theta_5.cos);
         const Vec3<T> elbow = wrist.w - x4 * T(arm_.rest.a_4) - z4 * T(arm_.rest.d_ew);
         return dot(in_scalar<T>(v_), elbow);
