@@ -45,7 +45,7 @@ def bar(done: int, total: int, seconds: float) -> str:
 
 
 def as_progress(progress: Progress | bool | None) -> Progress | None:
-    """Return the function of `progress`: itself, a bar, or none."""
+    """Return the function of `progress`: itself, a bar (True), or None (None, False); raise for others."""
     if progress is None or progress is False:
         return None
     if progress is True:
@@ -57,7 +57,7 @@ def as_progress(progress: Progress | bool | None) -> Progress | None:
 
 @contextmanager
 def progressing(progress: Progress | None) -> Iterator[None]:
-    """Let the calls of the core in this block report their progress to a function, some times a second."""
+    """Let the core report progress in this block to a function, some times a second; None changes nothing."""
     if progress is None:  # the caller's function stays
         yield
         return

@@ -700,7 +700,7 @@ class Arm(FrozenValue):
         return self.with_(tool=self.tool @ as_transform("tool", tool))
 
     def _ready_for(self, scene: Scene | None) -> Ready | None:
-        """Return a scene prepared for this arm: its own, or another one."""
+        """Return a scene prepared for this arm: its own, or another one; None if `scene` is None."""
         return self._ready if scene is self.scene else None if scene is None else self._needed(scene)
 
     def _needed(self, scene: Scene | None) -> Ready:

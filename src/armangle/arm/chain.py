@@ -93,8 +93,8 @@ class _Reaching(Protocol):
 
 
 def edge_of_reach(arm: _Reaching, pose: Floats) -> str:
-    """Return a sentence, with a space before it, if a pose is at the edge of reach of a chain, where branches
-    merge; otherwise "".
+    """Return " It is at the edge of reach ..." if branches of a chain merge at a pose, or its nominal S-R-S
+    arm does not reach the pose; otherwise "", as for other arms.
     """
     if arm.geometry.chain is None:
         return ""

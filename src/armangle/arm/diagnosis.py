@@ -425,7 +425,9 @@ def _numbers(branches: list[Branch]) -> str:
 
 
 def branch_of(report: tuple[Any, ...], ready: Ready | None = None, redundancy: str = ARM_ANGLE) -> Branch:
-    """Return the finding of a branch from the core's report; `ready` is its scene, for names.
+    """Return the core's report about one branch of a plan, a tuple, as a `Branch`: proven, or why not.
+
+    `ready`: the scene, for the names of shapes that are too near; None without obstacles.
 
     `redundancy`: which number of the arm is free (`Arm.redundancy`).
     """

@@ -39,7 +39,9 @@ def any_arm(args: argparse.Namespace, *, quiet: bool = False) -> Arm:
 
 
 def with_scene(args: argparse.Namespace) -> tuple[Arm, Scene | None]:
-    """Return the arm with its collision model and tool geometry, and the scene of --scene."""
+    """Return the arm and the scene of --scene. With it the arm has its collision model and tool geometry;
+    without it the arm is as loaded, and the scene None.
+    """
     arm = any_arm(args)
     if args.scene is None:
         for option in given(args, SCENE):

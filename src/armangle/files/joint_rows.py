@@ -63,7 +63,7 @@ def _status_fault(q: Floats, words: list[str]) -> Fault | None:
 
 
 def unsaid_fault(numbers: Floats, status: NDArray[np.int8]) -> Fault | None:
-    """Return the first row with status OK that lacks psi or gc although other OK rows have it.
+    """Return the first row with status OK that lacks psi or gc although other OK rows have it, else None.
 
     A file without any psi or gc is valid.
     """

@@ -309,7 +309,7 @@ def _write(
     turns = [_angle_about(z[i], x[i - 1], x[i]) for i in range(1, 6)]
 
     def size(joint: int, direction: FloatArray) -> float:
-        """Return the length (m) of a link's vector along a direction, rounded; 0 if it is tiny."""
+        """Return the component (m, signed, rounded) of link vector `joint` along a unit vector; 0 if tiny."""
         along = float(spans[joint] @ direction)
         least = slack.length if joint in _ENDS else ZERO_LENGTH
         return 0.0 if abs(along) <= least else _rounded(along)

@@ -461,8 +461,8 @@ def _with_roll(
 
 
 def _wished(psi: Any) -> tuple[Wish, Floats | None]:
-    """Return the target of the elbow for the core: its kind, and psi over s (rad), a point (m) or
-    direction.
+    """Return the kind of the elbow's target, and its numbers: psi over s (rad), a point (m) or a direction.
+    These are None without a target.
     """
     if psi is None:
         return Wish.PSI, None

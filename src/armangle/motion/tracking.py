@@ -315,7 +315,7 @@ class Tracker:
         self._started = False
 
     def _leading(self, nominal: Arm, scene: Scene | None) -> _core.Scene | None:
-        """Return the scene prepared for the nominal arm, whose tracker chooses the motion for a chain."""
+        """Return the scene prepared for the nominal arm, whose tracker leads that of a chain, or None."""
         if scene is None:
             return None
         self._leader = make_ready(nominal, scene, self._leader)
@@ -551,7 +551,7 @@ def _each(name: str, bound: Bound) -> Bound:
 
 
 def _hint(elbow: ArrayLike | None, direction: Direction | None) -> tuple[ArrayLike | None, Wish]:
-    """Return the target of the elbow: a point (m) or a direction, and which of both it is."""
+    """Return the target of the elbow, and its kind: a point (m; None without a target) or a direction."""
     if direction is None:
         return elbow, Wish.POINT
     if elbow is not None:

@@ -111,7 +111,7 @@ class Built(Protocol):
 
     @property
     def body(self) -> Shaped | None:
-        """The collision model of its links."""
+        """The collision model of its links, or None."""
 
 
 def make_ready(arm: Built, scene: Scene, last: Ready | None = None) -> Ready:

@@ -364,7 +364,7 @@ class ViewerState:
 
     @property
     def scene(self) -> Scene | None:
-        """The obstacles."""
+        """The obstacles, or None."""
         return self.arm.scene
 
     @property
@@ -397,7 +397,7 @@ class ViewerState:
         return self._why(self.pose, gc, Status(int(arcs.status)))
 
     def reasons(self) -> list[str | None]:
-        """Return `reason` for each of the eight global configurations."""
+        """Return `reason` for each of the eight global configurations: why it has no solution, or None."""
         return [self.reason(gc) for gc in range(CONFIGURATIONS)]
 
     def _why(self, pose: Floats, gc: int, status: Status) -> str:
@@ -451,7 +451,9 @@ class ViewerState:
     # -- motions -------------------------------------------------------------------------------------
 
     def set_motion(self, motion: JointPath) -> Answer:
-        """Select a motion to play and go to its first solved row; `reset` returns there.
+        """Select a motion to play and go to its first solved row, where `reset` returns.
+
+        The answer says whether every row is solved, and if not, why.
 
         Raises
         ------

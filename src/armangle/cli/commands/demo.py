@@ -69,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write(runs: list[paper_example.Run], folder: Path) -> tuple[list[str], MissingExtraError | None]:
-    """Write all files and return their names, and the reason for missing pictures."""
+    """Write all files and return their names, and the reason for missing pictures, or None."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

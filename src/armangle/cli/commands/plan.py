@@ -130,7 +130,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _plan(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[JointPath, dict[str, Any]]:
-    """Return the path planned as a whole, and the facts about it."""
+    """Return the joint path of `plan` with the options in `args` (not ok if there is none), and the facts to
+    print. Raise if an option is invalid.
+    """
     start = None if args.start is None else joints("--start", args.start, arm)
     goal = None if args.goal is None else joints("--goal", args.goal, arm)
     margin = args.limit_margin or 0.0

@@ -123,7 +123,7 @@ def _verify(found: ReachMap, args: argparse.Namespace) -> int:
 
 
 def _part(text: str | None) -> tuple[int, int] | None:
-    """Return (I, N) of the text "I/N": part I of N."""
+    """Return (I, N) of the text "I/N", part I of N; None without text; raise for another text."""
     if text is None:
         return None
     try:

@@ -92,7 +92,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _start(arm: Arm, text: str | None) -> Floats | None:
-    """Return the first joints, which must be within the limits."""
+    """Return the joints (rad) of --start, None without it; raise if they are outside the limits."""
     if text is None:
         return None
     start = joints("--start", text)
@@ -102,7 +102,7 @@ def _start(arm: Arm, text: str | None) -> Floats | None:
 
 
 def _address(text: str) -> tuple[str, int | None]:
-    """Return host and port of HOST:PORT, HOST or :PORT."""
+    """Return host and port of HOST:PORT, HOST (then port None) or :PORT (then the default host)."""
     host, colon, port = text.rpartition(":") if ":" in text else (text, "", "")
     if colon and not port.isdecimal():
         raise InputError(f"--address is {text!r}, wanted HOST:PORT")

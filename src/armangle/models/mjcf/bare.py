@@ -84,7 +84,7 @@ def _servos(spec: Any, mujoco: Any) -> dict[str, tuple[float, float]]:
 
 
 def _tendons(spec: Any, mujoco: Any) -> list[tuple[str, set[str] | None]]:
-    """Return the tendons with limits or an equality, each with the joints that it binds."""
+    """Return the names of tendons with limits or an equality, each with the joints of `_bound`."""
     equal = mujoco.mjtEq.mjEQ_TENDON
     tied = {
         name for one in spec.equalities if one.type == equal and one.active for name in (one.name1, one.name2)

@@ -121,7 +121,7 @@ class _Model:
         return str(getattr(self.model, kind)(index).name) or f"{kind}_{index}"
 
     def find(self, kind: str, name: str) -> int | None:
-        """Return the index of a name among ``body`` or ``site``."""
+        """Return the index of a name among ``body`` or ``site``; None if there is no such name."""
         count = {"body": self.model.nbody, "site": self.model.nsite}[kind]
         return next((i for i in range(count) if self.name(kind, i) == name), None)
 
