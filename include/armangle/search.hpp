@@ -100,7 +100,8 @@ private:
 /// time the one nearest to the seed.
 class OutwardWalk {
 public:
-    /// Prepares a walk over all branches outward from the solution `first`.
+    /// Computes the feasible arcs of all branches and, in each, the first solution in both directions of psi:
+    /// from the solution `first` in its branch, from the seed's psi in others.
     OutwardWalk(const Arm& arm, const LimitTable& limits, const Pose<double>& pose, const Nearest& first,
                 const SearchOptions& options) noexcept
         : arm_(arm), seed_(options.seed) {

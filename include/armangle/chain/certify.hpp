@@ -56,7 +56,8 @@ struct JointTube {
 /// Proves the joints of a nearly S-R-S arm along a curve of its nominal arm.
 class TubeProver {
 public:
-    /// Prepares the proof of a curve; `also` is the proof of its nominal arm, `scene` may be null.
+    /// Keeps the curve of the true chain, the proof `also` of its nominal arm's curve and a singularity
+    /// margin (rad), and computes the work that the proof may take; `scene` may be null.
     TubeProver(const CorrectedCurve& curve, const Limits& limits, double margin, const Proof& also,
                const Scene* scene) noexcept
         : curve_(curve),

@@ -67,8 +67,8 @@ class CorrectedTracker {
 public:
     using Inner = Tracker<AnyArm>;
 
-    /// Prepares the tracker. The options' scene is that of the nominal arm, `about` the same scene prepared
-    /// for the true arm; or both are null.
+    /// A loop at rest at the middles of the joint ranges. The options' scene is that of the nominal arm,
+    /// `about` the same scene prepared for the true arm; or both are null.
     CorrectedTracker(const AnyArm& arm, const TrackerOptions& options, const Scene* about = nullptr) noexcept
         : arm_(arm), length_(options.length), dt_(options.dt), tracker_(nominal(arm), options, arm, about) {
         double middle[joint_slots];

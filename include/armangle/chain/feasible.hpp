@@ -79,7 +79,8 @@ inline bool keeps_branch(const Arm& nominal, const Configuration<double>& gc,
 /// Computes the feasible arcs of one pose and branch.
 class ArcProof {
 public:
-    /// Prepares for a pose in a branch; only_joint (0..6) restricts the limits to one joint, -1: all.
+    /// Keeps references to a pose in a branch and the joint ranges; only_joint (0..6) restricts the limits to
+    /// one joint, -1: all.
     ArcProof(const ChainArm& arm, const Pose<double>& pose, const Triad<double>& on,
              const Configuration<double>& gc, const ThetaRanges& ranges, int only_joint) noexcept
         : arm_(arm),

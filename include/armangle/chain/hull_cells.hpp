@@ -16,7 +16,7 @@ class HullCells {
 public:
     static constexpr double widest = 0.0123;  // rad: wider ones are hardly ever proven
 
-    /// Prepares the cells of a pose (tool frame) in branch gc.
+    /// Computes the axis shoulder-wrist of a pose (tool frame) in branch gc; no posture is known yet.
     HullCells(const ChainArm& arm, const Pose<double>& pose, int gc) noexcept
         : arm_(arm),
           pose_(pose),

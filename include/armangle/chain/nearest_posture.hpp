@@ -40,7 +40,8 @@ namespace detail {
 /// search where nothing is proven.
 class ProvenSearch : PostureCosts {
 public:
-    /// Prepares the search; `margin` (rad) is the singularity margin, `scene` may be null.
+    /// Computes the status of every permitted branch for a pose and first bounds of its costs; `margin` (rad)
+    /// is the singularity margin, `scene` may be null.
     ProvenSearch(const ChainArm& arm, double margin, const Pose<double>& pose, const NearestOptions& options,
                  const Scene* scene) noexcept
         : PostureCosts(arm.nominal, options),

@@ -13,7 +13,7 @@ namespace armangle {
 /// margin (rad). A target for the elbow is one for the nominal arm's elbow.
 class ChainSteps {
 public:
-    /// Prepares for an arm, which must outlive this object.
+    /// Keeps a pointer to an arm, and its singularity margin (rad).
     ChainSteps(const ChainArm& arm, double margin) noexcept : arm_(&arm), margin_(margin) {}
 
     const ChainArm& arm() const noexcept { return *arm_; }

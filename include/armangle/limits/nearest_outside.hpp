@@ -72,7 +72,8 @@ inline bool limits_about(const Arm& arm, const Joints& q, double margin, Limits&
 template <class A>
 class OutsideSearch {
 public:
-    /// Prepares the search; `length` (m) is the position error that counts like 1 rad.
+    /// Keeps its arguments (which must outlive it) for nearest(). Without a seed the search begins at the
+    /// middles of the joint ranges. `length` (m) is the position error that counts like 1 rad.
     OutsideSearch(const A& arm, double margin, const Pose<double>& asked, const NearestOptions& options,
                   double length) noexcept
         : arm_(arm), rows_(nominal(arm)), margin_(margin), asked_(asked), options_(options), length_(length) {

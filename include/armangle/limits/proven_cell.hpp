@@ -86,7 +86,8 @@ inline Circle<Interval> circle_of_box(const Arm& arm, const ReducedPose& at, con
 /// Proves one cell for one sign of the elbow.
 class CellProof {
 public:
-    /// Prepares the proof over the poses of a cell, given as intervals; `side`: elbow + (0) or - (1).
+    /// Computes joint functions over all poses of a cell, given as intervals, and whether joint 4 is within
+    /// its limits for all or none of them. `side`: elbow + (0) or - (1).
     CellProof(const ReducedArm<Arm>& arm, const Circle<Interval>& c, int side) noexcept : t_(arm.free_table) {
         SelfMotion<Interval> m =
             self_motion(arm.free, c, Configuration<Interval>{1.0, side ? -1.0 : 1.0, 1.0});

@@ -148,7 +148,8 @@ class ReducedPlace;
 template <>
 class ReducedPlace<Arm> {
 public:
-    /// Prepares for a wrist at radius r and height (m) in the arm's base.
+    /// Computes for a wrist at radius r and height (m) in the arm's base which elbow signs joint 4 permits,
+    /// and the feasible psi of the shoulder's joints.
     ReducedPlace(const ReducedArm<Arm>& arm, double r, double height) noexcept
         : arm_(arm), at_{r, height, 0, 0, 0, 0} {
         const Vec3<double> p{r, 0.0, height};

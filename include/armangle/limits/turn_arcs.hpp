@@ -115,7 +115,8 @@ inline Swings swings(const Pivot<double>& p, const Hinge<double>& h, double lowe
 /// Computes the rotations of the base or tool at which a pose is reachable, within the range of its joint.
 class TurnArcs {
 public:
-    /// Prepares for rotations about joint 1's axis (Turned::base) or joint 7's (Turned::tool).
+    /// Keeps its arguments; the rotations are about joint 1's axis (Turned::base) or joint 7's
+    /// (Turned::tool).
     TurnArcs(const Arm& arm, const LimitTable& t, Turned turned) noexcept
         : arm_(arm), t_(t), side_(turned == Turned::base ? 0 : 1), end_(side_ == 0 ? 0 : pivots - 1) {}
 

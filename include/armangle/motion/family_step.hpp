@@ -26,7 +26,8 @@ namespace detail {
 template <stepping_family F>
 class FamilyStep {
 public:
-    /// Prepares a step from joints q_now to a pose.
+    /// Computes the redundant parameter and branch of joints q_now, and whether obstacles block the pose
+    /// whatever the joints; the step itself follows by operator().
     FamilyStep(const F& family, const double* q_now, const Pose<double>& pose,
                const StepOptions& options) noexcept
         : family_(family),

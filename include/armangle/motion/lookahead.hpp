@@ -195,7 +195,8 @@ class Image {
     using Section = typename View::Section;
 
 public:
-    /// Prepares the image of a set of one section in another.
+    /// Keeps references: the psi of section `to` that one step reaches from the arcs `set` of section `from`
+    /// are to be found.
     Image(const Links<View>& links, const Section& from, const ArcSet& set, const Section& to)
         : links_(links), from_(from), set_(set), to_(to) {}
 

@@ -19,7 +19,7 @@ namespace armangle {
 template <class One>
 class EachNumber {
 public:
-    /// Prepares to call `one` for each number.
+    /// Calls `one` for each number of the values that it is given.
     explicit EachNumber(const One& one) noexcept : one_(one) {}
 
     void operator()(double& x) { one_(x); }

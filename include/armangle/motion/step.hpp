@@ -275,7 +275,8 @@ inline bool may_leave(const Chain& now, const Policy& policy) noexcept {
 /// The alternatives that a step tries if the psi that the policy requests cannot be reached.
 class StepFallback {
 public:
-    /// Prepares the alternatives to a step that the rule does not permit.
+    /// Keeps references to its arguments: joints q_now with frames `now`, from which the usual step is not
+    /// permitted.
     StepFallback(const Arm& arm, const LimitTable& limits, const double* q_now, const Chain& now,
                  const StepOptions& options) noexcept
         : arm_(arm),

@@ -407,11 +407,11 @@ private:
 template <class Body = Arm>
 class Tracker final : public TrackerLoop {
 public:
-    /// Prepares the tracking loop of an arm, which must outlive it.
+    /// A loop of an arm, which must outlive it, at rest at the middles of the joint ranges.
     Tracker(const Arm& arm, const TrackerOptions& options) noexcept
         requires std::is_same_v<Body, Arm>
         : Tracker(arm, options, arm, options.scene) {}
-    /// Prepares the loop for an arm whose true links are those of `body`, among the obstacles `about`.
+    /// The same for an arm whose true links are those of `body`, among the obstacles `about` (null: none).
     Tracker(const Arm& arm, const TrackerOptions& options, const Body& body, const Scene* about) noexcept
         : TrackerLoop(arm, options, !std::is_same_v<Body, Arm>), body_(body), about_(about) {
         double middle[joint_slots];

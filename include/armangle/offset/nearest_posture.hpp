@@ -53,7 +53,7 @@ namespace detail {
 /// The search for the nearest posture of one pose. Options are in the order of the formulas.
 class OffsetNearestSearch : OffsetCosts {
 public:
-    /// Prepares the search; `scene` may be null.
+    /// Keeps its arguments for the search; options are in the order of the formulas, `scene` may be null.
     OffsetNearestSearch(const OffsetArm& arm, const Pose<double>& exact, const NearestOptions& in_order,
                         const Scene* scene, const OffsetCostTuning& tuning) noexcept
         : OffsetCosts(arm.rest, in_order),

@@ -22,7 +22,8 @@ inline ReducedReach reduced_reach(const OffsetArm& arm) noexcept {
 template <>
 class ReducedPlace<OffsetArm> {
 public:
-    /// Prepares for a wrist at radius r and height (m) in the arm's base.
+    /// Computes for a wrist at radius r and height (m) in the arm's base whether its distance is within
+    /// reach.
     ReducedPlace(const ReducedArm<OffsetArm>& arm, double r, double height) noexcept
         : arm_(arm), at_{r, height, 0, 0, 0, 0} {
         const ReducedReach reach = reduced_reach(arm.free);

@@ -16,7 +16,7 @@ namespace armangle {
 template <free_joint_arm AnyArm>
 class FreeJointSteps {
 public:
-    /// Prepares for an arm, which must outlive this object.
+    /// Keeps a pointer to an arm.
     explicit FreeJointSteps(const AnyArm& arm) noexcept : arm_(&arm) {}
 
     const AnyArm& arm() const noexcept { return *arm_; }

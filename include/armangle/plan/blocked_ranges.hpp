@@ -85,7 +85,7 @@ inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noe
 /// Finds the ranges of s in which a scene blocks some phi, for one sign of the elbow.
 class BlockedRanges {
 public:
-    /// Prepares for a scene and an elbow sign.
+    /// Keeps references to a task and one of its scenes; elbow: 0 (+) or 2 (-), the bit of its sign in gc.
     BlockedRanges(const Task& task, const Scene& scene, int elbow)
         : task_(task), scene_(scene), gc_(configuration(elbow)), moving_(scene_) {}
 

@@ -143,7 +143,8 @@ struct Claim {
     double lower[pivots], upper[pivots];  // theta, narrowed by the slack
     SinCos<Interval> at_lower[pivots], at_upper[pivots];
 
-    /// Prepares the conditions of a curve: limits, singularity margin (rad) and allowed arcs (null: all).
+    /// Computes what a proof of curve c must show: limits `l`, singularity margin (rad) and allowed arcs
+    /// (null: all), and in which revolution each joint begins.
     Claim(const Curve& c, const Limits& l, double margin, const ArcSet* arcs) noexcept
         : curve(c), limits(l), allowed(arcs), asked_margin(margin) {
         const Arm& arm = c.arm;
@@ -384,7 +385,7 @@ bool all_positive(const Conditions<T>& c, const Lower& lower) noexcept {
 /// Proves a curve stretch by stretch, or records where and why it cannot.
 class Prover {
 public:
-    /// Prepares the proof of a curve.
+    /// Computes the conditions of a curve and the work that its proof may take; proves nothing yet.
     Prover(const Curve& curve, const Limits& limits, double margin, const AlsoKept& kept)
         : curve_(curve), claim_(curve, limits, margin, kept.allowed), kept_(kept) {
         budget_ = static_cast<long long>(curve.stretches.size() + 8) * proof::evaluations;

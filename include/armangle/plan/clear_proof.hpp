@@ -89,10 +89,10 @@ inline MotionBounds motion_bounds(const Pose<Enclosed>& frame, const Ball& ball)
     return {c.speed + turn(1), c.bend + 2.0 * turn(2)};
 }
 
-/// Two shapes of which at least one moves: a limb (a rod of links 1 to 6) or a tool shape.
+/// Two shapes of which at least one moves: an arm rod (a rod of links 1 to 6) or a tool shape.
 struct WatchedPair {
     enum class Kind : std::uint8_t { arm_rod_ground, arm_rod_held, arm_rod_pair, held_ground } kind;
-    int mover, other;  // the limb or held shape, and the possible obstacle if that moves
+    int mover, other;  // the arm rod or held shape, and the possible obstacle if that moves
     Solid solid;       // the possible obstacle on the ground, in the DH base
     double R;          // m: least distance of the cores; radii, clearance and slack
     Tag tag;           // identifies the pair
@@ -122,7 +122,8 @@ inline bool stays_positive(double F_a, double F_b, double A, double h) noexcept 
 /// Bounds for the motion of all shapes of a scene over a stretch.
 class SceneMotion {
 public:
-    /// Prepares bounds of how fast the shapes of a scene move.
+    /// Reserves bounds of motion for each shape of a scene, to be computed for a stretch; distances are
+    /// proven with `slack` (m) to spare.
     explicit SceneMotion(const Scene& scene, double slack = clear_proof::slack)
         : scene_(scene), slack_(slack) {
         arm_rod_.resize(static_cast<std::size_t>(arm_rod_count(scene)));
@@ -149,7 +150,7 @@ public:
         const MotionBounds& b = pair.kind == Kind::arm_rod_held ? held(pair.other) : arm_rod(pair.other);
         return {a.speed + b.speed, a.bend + b.bend};
     }
-    /// The bounds for limb k: a part of link 3 or 4, or a swinging shape.
+    /// The bounds for arm rod k: a part of link 3 or 4, or a swinging shape.
     const MotionBounds& arm_rod(int k) const noexcept { return arm_rod_[static_cast<std::size_t>(k)]; }
     /// The bounds for shape h of link 7 or the gripper.
     const MotionBounds& held(int h) const noexcept { return held_[static_cast<std::size_t>(h)]; }
@@ -194,8 +195,8 @@ struct PlacedScene {
     }
 };
 
-/// Calls found(limb, ball, obstacle) for the balls whose surface is within reach(limb) (m) of a limb's
-/// segment.
+/// Calls found(k, ball, obstacle) for the balls whose surface is within reach(k) (m) of the segment of arm
+/// rod k.
 template <class Reach, class Found>
 void near_balls(const Scene& scene, const std::vector<Rod>& arm_rod, const Reach& reach, const Found& found) {
     for (int block = 0; block < scene.block_count; ++block)

@@ -82,7 +82,7 @@ inline int leading_joint(int h) noexcept { return pivot_joint[2 * h] + 1; }
 /// Searches a path that may change its branch where two branches meet.
 class Crossing {
 public:
-    /// Prepares the search for a path that changes branches.
+    /// Keeps references to its arguments; run() searches the path.
     Crossing(const Task& task, const CrossingTask& asked) : task_(task), asked_(asked) {
         if (task.encumbered()) left_.resize(asked.sections.size() * configurations);
     }

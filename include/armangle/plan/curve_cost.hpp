@@ -22,7 +22,7 @@ struct CurveCostTuning {
 /// Rates curves of a task by an objective.
 class CurveCost {
 public:
-    /// Prepares for a task and the weights of the objective.
+    /// Keeps references to a task and the weights of the objective.
     CurveCost(const Task& task, const Objective& objective) noexcept : task_(task), objective_(objective) {}
 
     /// The integral of `cost` of dq/ds along a curve, by differences.

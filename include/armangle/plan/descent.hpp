@@ -180,7 +180,8 @@ struct FixedEnds {
 /// Minimizes the objective over curves of one branch.
 class Descent {
 public:
-    /// Prepares a descent; `wall` is the weight of the cost that enforces limits.
+    /// Keeps references to its arguments; `wall` is the weight of the cost that enforces limits. No curve is
+    /// set yet.
     Descent(const Task& task, const Objective& objective, const FixedEnds& ends,
             double wall = descent_tuning::wall[0])
         : task_(task), objective_(objective), ends_(ends), asked_wall_(wall), wall_(wall) {}

@@ -54,7 +54,8 @@ namespace detail {
 template <explicit_family F>
 class FamilyPlanner {
 public:
-    /// Prepares a plan along path segments.
+    /// Keeps the path of n segments and computes the redundant parameter and branch of given start and goal
+    /// joints.
     FamilyPlanner(const F& family, const Segment* segments, std::size_t n, const PlanOptions& options,
                   const FamilyTuning& tuning)
         : family_(family),

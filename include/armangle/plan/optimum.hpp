@@ -63,7 +63,8 @@ inline bool less(const Optimum& a, const Optimum& b) noexcept { return a.energy 
 /// Compares starting curves and improves the best of them.
 class Comparison {
 public:
-    /// Prepares the comparison of curves in a tube.
+    /// Keeps references to a branch's tube, its path of largest margin `way` and of least cost `cheap`, and
+    /// the joints at fixed ends.
     Comparison(const Task& task, const Objective& objective, const Tube& tube, const Way& way,
                const Way& cheap, const FixedEnds& ends)
         : task_(task), objective_(objective), tube_(tube), way_(way), cheap_(cheap), ends_(ends) {

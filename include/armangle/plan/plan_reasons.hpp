@@ -25,7 +25,7 @@ struct PlanReasonsTuning {
 /// Explains failures of one task.
 class PlanReasons {
 public:
-    /// Prepares for the reasons why a task has no path.
+    /// Keeps a reference to the task that has no path.
     explicit PlanReasons(const Task& task) noexcept : task_(task) {}
 
     /// Index of the first section without an arc; the number of sections if there is none.

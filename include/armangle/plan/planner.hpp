@@ -83,7 +83,8 @@ namespace detail {
 /// Plans one path: sections, search, curve and proof of each branch; docs/background/paths.md.
 class Planner {
 public:
-    /// Prepares a plan along path segments, with rows at these s.
+    /// Computes the sections of a path of n segments, with rows at the given s, the limits with their
+    /// margins, and the zero of phi along it.
     Planner(const Arm& arm, const Segment* segments, std::size_t n, const double* rows, std::size_t row_count,
             const PlanOptions& options)
         : options_(with_held_roll(arm, options)),

@@ -29,7 +29,7 @@ namespace detail {
 /// Minimizes joint travel and margin costs over phi at the rows of a path, by damped Gauss-Newton steps.
 class Relaxation {
 public:
-    /// Prepares a descent of the values phi at the sections of a way.
+    /// Keeps references to a path `way`, whose phi it changes except at fixed ends, and reserves its memory.
     Relaxation(const Task& task, const Tube& tube, const Objective& objective, Way& way, bool first_fixed,
                bool last_fixed, double floor)
         : task_(task), tube_(tube), objective_(objective), way_(way), floor_(floor) {

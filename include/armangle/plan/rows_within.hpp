@@ -48,7 +48,8 @@ namespace detail {
 template <class Draw, class Solve>
 class RowsWithin {
 public:
-    /// Prepares for rows of joints along a path.
+    /// Keeps `rows`, joints along a path that may exceed limits, which it changes; `draw` computes a curve
+    /// through rows and `solve` the joints of a psi.
     RowsWithin(const Limits& limits, const Draw& draw, const Solve& solve, PathRows& rows)
         : limits_(limits), draw_(draw), solve_(solve), given_(rows.q), rows_(rows) {}
 

@@ -295,7 +295,7 @@ inline Change change(const SolvedSection& a, const SolvedSection& b) noexcept {
 /// Builds the sections of one branch, halving their distance until neighbours are similar.
 class TubeBuilder {
 public:
-    /// Prepares the tube of branch gc.
+    /// An empty tube of branch gc.
     TubeBuilder(const Task& task, int gc) : task_(task) { tube_.gc = gc; }
 
     /// Builds the sections at the s in `base`, and more where arcs change.

@@ -134,7 +134,8 @@ struct LeftOut {
 /// Collects the blocked arcs of all pairs of shapes for one pose and branch.
 class Clearing {
 public:
-    /// Prepares a self-motion in a scene; pairs in left_out are ignored.
+    /// Places the shapes of the arm in the frame of the axis shoulder-wrist, where psi rotates them; pairs in
+    /// `left_out` (null: none) are ignored, and blocked arcs go to `out`.
     Clearing(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, Covered& out,
              const LeftOut* left_out = nullptr) noexcept
         : scene_(scene),

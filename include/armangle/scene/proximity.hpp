@@ -20,7 +20,7 @@ namespace detail {
 /// Searches the nearest pair of shapes at one pose, branch and psi.
 class Nearby {
 public:
-    /// Prepares the search for the nearest pair at psi (rad).
+    /// Places the moving shapes at psi (rad) of a self-motion; pairs in `left_out` (null: none) are ignored.
     Nearby(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, double psi,
            const LeftOut* left_out = nullptr) noexcept
         : scene_(scene),

@@ -1,6 +1,6 @@
 // The shapes of an arm that move, by the frames that they are fixed to.
 //
-//   limb    place                    fixed to
+//   shape   number as arm rod       fixed to
 //   part    0 .. part_count - 1      DH frame 3 or 4
 //   swing   part_count ..            link 1, 2, 5 or 6, from the frame that it swings about (swing.hpp)
 //   held    counted by itself        DH frame 7
@@ -60,28 +60,29 @@ inline void add_swinging(const Arm& arm, const Directions<T>& d, SceneFrames<T>&
     add_swinging(arm, angle, out);
 }
 
-/// The frame to which limb number `limb` is fixed; the functions below give its rod and the number of limbs.
+/// The frame to which an arm rod is fixed. Arm rods are numbered: first the parts of links 3 and 4 (the arm
+/// plane), then the shapes of links 1, 2, 5 and 6 (swings).
 template <class T>
 inline const Pose<T>& arm_rod_frame(const Scene& scene, const SceneFrames<T>& f, int arm_rod) noexcept {
     if (arm_rod < scene.part_count) return scene.parts[arm_rod].lower ? f.plane.lower : f.plane.upper;
     return f.swinging[swinging_place(scene.swings[arm_rod - scene.part_count].link)];
 }
-/// The rod of a limb: a part of link 3 or 4, or a swinging shape of link 1, 2, 5 or 6.
+/// The arm rod with this number, in that frame.
 inline const Rod& arm_rod_at(const Scene& scene, int arm_rod) noexcept {
     return arm_rod < scene.part_count ? scene.parts[arm_rod].rod
                                       : scene.swings[arm_rod - scene.part_count].rod;
 }
-/// The number of limbs: parts of the arm plane and swinging links.
+/// The number of arm rods.
 inline int arm_rod_count(const Scene& scene) noexcept { return scene.part_count + scene.swing_count; }
-/// The number among the links of a limb; the functions below give the limb of a link and of an obstacle.
+/// The number of an arm rod in the count of links (see Scene).
 inline int link_of_arm_rod(const Scene& scene, int arm_rod) noexcept {
     return arm_rod < scene.part_count ? arm_rod : scene.first_swing_link() + arm_rod - scene.part_count;
 }
-/// The number among the limbs (parts of links 3 and 4, then swinging shapes) of a link of this number.
+/// The reverse: the arm rod of a link number, which must be that of a part or a swing.
 inline int arm_rod_of_link(const Scene& scene, int link) noexcept {
     return link < scene.part_count ? link : link - scene.first_swing_link() + scene.part_count;
 }
-/// The number among the limbs of an obstacle of this number, which is a shape of the arm.
+/// The arm rod of an obstacle number (see Scene), which must be that of a shape of links 1 to 6.
 inline int arm_rod_of_obstacle(const Scene& scene, int obstacle) noexcept {
     const int at = obstacle - scene.first_swing_obstacle();
     return at < scene.swing_count ? scene.part_count + at : at - scene.swing_count;

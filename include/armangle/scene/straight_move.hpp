@@ -130,7 +130,7 @@ struct Around {
 template <class AnyArm>
 class StraightMove {
 public:
-    /// Prepares for an arm in a scene.
+    /// Keeps references to an arm and a scene prepared for it.
     StraightMove(const AnyArm& arm, const Scene& scene) noexcept : arm_(arm), scene_(scene) {}
 
     /// The share of the motion d (rad) from q that is proven collision-free; 1: all of it. A pair that
@@ -348,7 +348,7 @@ private:
         }
     }
 
-    /// The link to which a limb is fixed.
+    /// The link (1 to 6) to which an arm rod is fixed.
     int link_of(int arm_rod) const noexcept {
         if (arm_rod >= scene_.part_count) return scene_.swings[arm_rod - scene_.part_count].link;
         return scene_.parts[arm_rod].lower ? 4 : 3;
@@ -543,7 +543,7 @@ private:
         return dot(d, d) >= R * R;
     }
 
-    /// Calls found(meeting) for the near pairs of limb k with obstacles and the tool.
+    /// Calls found(meeting) for the near pairs of arm rod k with obstacles and the tool.
     template <class Way, class Found>
     void arm_rod_against_all(int k, const Way& way, const Found& found) const noexcept {
         const Rod& rod = arm_rod_[k];

@@ -60,7 +60,8 @@ inline Extent extent(const Solid& solid) noexcept {
 /// Finds the arcs that one solid blocks for one rod; not for half-spaces and fields.
 class Witnesses {
 public:
-    /// Prepares a rod and a solid with the sum of radii R (m).
+    /// Keeps a rod and a solid, which must outlive it, and computes how much their distance may vary over
+    /// psi; R (m) is the sum of radii and clearance.
     Witnesses(const Rod& rod, const Solid& solid, double R) noexcept : rod_(rod), solid_(solid), R_(R) {
         const Extent mine = extent(as_solid(rod)), other = extent(solid);
         amplitude_ = 2.0 * mine.off_axis * min(other.off_axis, mine.off_axis + R);

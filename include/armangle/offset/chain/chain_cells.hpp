@@ -44,7 +44,7 @@ public:
         bool regular;  // all nominal postures that there can be
     };
 
-    /// Prepares the cells of a pose (tool frame) in branch gc.
+    /// Computes the flange pose of a pose (tool frame) in branch gc and the lengths (m) along the links.
     ChainCells(const OffsetChain& arm, const Pose<double>& pose, int gc,
                const ChainCellsTuning& tuning = {}) noexcept
         : arm_(arm),
