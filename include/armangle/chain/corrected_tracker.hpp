@@ -128,7 +128,8 @@ public:
     }
 
 private:
-    /// Replaces what a result says about the nominal end effector by the values of the true one.
+    /// Replaces psi, branch and distance to the target in `out` by those of the true arm; if this distance is
+    /// too large, the status becomes LAGGING.
     void correct(Tracked& out) const noexcept {
         const auto now = forward(arm_, out.q);
         out.psi = redundancy(now);

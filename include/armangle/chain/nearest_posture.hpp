@@ -153,8 +153,8 @@ private:
         return of_elbow <= elbow_most_ ? cost_of(q) : infinity;
     }
 
-    /// Tries the posture at a psi: keeps it if it is the best so far, and returns its cost; infinite without
-    /// one.
+    /// Keeps the posture at a psi if it is within the limits and the best so far, and returns its cost;
+    /// infinite without one.
     double offer(int gc, double psi) noexcept {
         const PointSolution at = solution_at(gc, psi);
         return offer(gc, psi, at);
@@ -414,12 +414,12 @@ private:
         return slope > 0 ? -1.0 : 1.0;
     }
 
-    /// Tries the posture at a psi and returns dcost/dpsi there, for costs that are sums of squares; NaN
-    /// without a posture.
+    /// Keeps the posture at a psi if it is the best so far, and returns dcost/dpsi there, for costs that are
+    /// sums of squares; NaN without a posture.
     double offer_and_slope(int gc, double psi) noexcept {
         return offer_and_slope(gc, psi, solution_at(gc, psi));
     }
-    /// Tries a given posture at a psi and returns dcost/dpsi there; NaN if it is not within the limits.
+    /// The same for a given posture; NaN if it is not within the limits.
     double offer_and_slope(int gc, double psi, const PointSolution& at) noexcept {
         offer(gc, psi, at);
         if (!at.kept) return not_a_number;
@@ -577,7 +577,8 @@ private:
         if (out.status == Status::LIMITS) out.status = Status::NEAR_SINGULAR;  // not proven either
     }
 
-    /// Tries a posture of each unproven part; returns whether one is within the limits.
+    /// Keeps the best of the postures in the middles of all unproven parts; false if none is within the
+    /// limits.
     bool offer_all_over() noexcept {
         for (int gc = 0; gc < configurations; ++gc) {
             PostureTrail<several> trail(near_, pose_, on_, configuration(gc));
@@ -668,7 +669,7 @@ private:
         best_.cost = squares() ? rank * rank : rank;
     }
 
-    /// What solutions are compared by, lower is better: the distance, or minus the limit margin.
+    /// The value by which solutions are compared, lower is better: the distance, or minus the limit margin.
     double rank_of(const Nearest& x) const noexcept {
         return options_.metric == Metric::margin ? -x.margin : x.distance;
     }
@@ -690,7 +691,8 @@ private:
         return true;
     }
 
-    /// Tries the branch and psi of the seed first, as a good start.
+    /// Keeps the solution at the branch and psi of the seed, if these are feasible, as a first one to compare
+    /// with.
     void begin_at_seed() noexcept {
         if (!options_.near || options_.metric == Metric::margin) return;
         const Posture here = forward(near_, options_.near);

@@ -72,7 +72,8 @@ protected:
         search_boxes(branches, only_arc);
     }
 
-    /// Offers a first solution to compare with: the best middle of a box.
+    /// Keeps the solution at the cheapest middle of a box that is feasible in one of `branches` (bits), if
+    /// any, so that dearer boxes can be skipped. only_arc: the index of the arc that must hold it, or -1.
     void offer_middles(unsigned branches, int only_arc) noexcept {
         constexpr int n = nearest_tuning::first_boxes;
         branches &= options_.branches;
@@ -205,8 +206,8 @@ protected:
         }
     }
 
-    /// If a revolution of a joint ends at psi, offers the solutions there: two revolutions that end at one
-    /// psi, from either side, are both possible only there.
+    /// If a revolution of a joint ends at psi, keeps the solutions there that are better than the best: two
+    /// revolutions that end at one psi, from either side, are both possible only there.
     void try_end(unsigned branches, double psi) noexcept {
         const ElbowBranches& e = elbow_of(branches);
         bool ends = false;
@@ -322,7 +323,8 @@ protected:
         if (abs(move) < radius && holds(gc, -1, psi - move)) newton(gc, psi, radius, here.slope[0], second);
     }
 
-    /// Finds the minimum of a box on which the cost is convex, and offers it.
+    /// Finds the minimum of a box on which the cost is convex, and keeps it if it is better than the best
+    /// solution.
     void newton(int gc, double middle, double radius, double slope, double second) noexcept {
         double lower = middle - radius, upper = middle + radius, psi = middle;
         for (int i = 0; i < nearest_tuning::newton; ++i) {

@@ -370,8 +370,8 @@ protected:
         return out;
     }
 
-    /// Offers the solution of a branch at psi if it is within the limits. Its cost is computed from the
-    /// joints, since near a singular psi the value in the middle of a box is mere rounding.
+    /// Keeps the solution of a branch at psi if it is within the limits and better than the best. Its cost is
+    /// computed from the joints, since near a singular psi the value in the middle of a box is mere rounding.
     void try_point(int gc, double psi, bool stationary) noexcept {
         const Joints q = posture(gc, psi);
         if (!within_limits(arm_.limits, q.q, tolerance::angle)) return;

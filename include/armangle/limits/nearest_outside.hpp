@@ -80,7 +80,8 @@ public:
         for (int j = 0; j < joints; ++j) seed_.q[j] = options.near ? options.near[j] : rows_.joint_middle[j];
     }
 
-    /// Offers the starts at the poses moved into reach, one for each sign of the elbow.
+    /// Adds as starts the seed and configurations of the poses moved into reach, one pose for each sign of
+    /// the elbow.
     void begin(const Pose<double> (&drawn)[2]) noexcept {
         offer(seed_);
         for (int gc = 0; gc < configurations; ++gc) {
@@ -135,7 +136,8 @@ private:
         }
     };
 
-    /// Offers as starts the joints q, moved within the limits, and where a few steps from them lead.
+    /// Adds as starts the joints q, moved within the limits, and the joints after a few steps from them
+    /// towards the pose. Nothing if the limits with their margin permit no such joints.
     void offer(Joints q) noexcept {
         Twist rest;
         Limits about;

@@ -141,7 +141,7 @@ private:
         return found;
     }
 
-    /// Offers the solutions of an elbow sign that need no search; returns whether a search may find a better
+    /// Keeps the solutions of an elbow sign that need no search; returns whether a search may find a better
     /// one.
     bool begin(int elbow) noexcept {
         ElbowBranches& e = elbow_[elbow];
@@ -174,8 +174,8 @@ private:
         return squares() ? b.cost : max(b.cost, elbow_[b.gc >> 1 & 1].cost_4);
     }
 
-    /// Offers the isolated psi of an elbow sign at which two joints rotate around one axis and can share
-    /// their rotation in any way.
+    /// Keeps the best solutions at the psi of an elbow sign at which two joints rotate around one axis and
+    /// can share their rotation in any way.
     void singular_points(int elbow) noexcept {
         const ElbowBranches& e = elbow_[elbow];
         if (limits_.margin > 0 || !e.open) return;
@@ -231,7 +231,8 @@ private:
         }
     }
 
-    /// Offers the solutions at a psi where two joints of a side rotate around one axis.
+    /// Keeps the solutions at a psi where two joints of a side rotate around one axis, if they are better
+    /// than the best.
     void touch(int elbow, int side, double psi) noexcept {
         const Pivot<double>& p = elbow_[elbow].functions.pivot[2 * side];
         const SinCos<double> at = sin_cos(psi);
@@ -343,8 +344,8 @@ private:
         }
     }
 
-    /// Takes any solution with a bend of the elbow that the pose does not distinguish from its own. Near
-    /// theta_2 or theta_6 = 0 such a small bend moves their neighbours far.
+    /// Replaces `out` by any solution with a bend of the elbow that the pose does not distinguish from its
+    /// own. Near theta_2 or theta_6 = 0 such a small bend moves their neighbours far.
     void try_bends(int elbow, Nearest& out) noexcept {
         const BendRange bends = bends_of(arm_, circle_.distance);
         const auto &w = circle_.w, &e = circle_.tool_e, &z = circle_.tool_z;
@@ -394,7 +395,8 @@ private:
         }
     }
 
-    /// Tries a start that may improve the result: near to the pose, and cheaper than the best solution.
+    /// Solves from a start that is near to the pose and cheaper than the best solution, and replaces `out` if
+    /// the result is better.
     void try_start(const Joints& start, int gc, double near, Nearest& out) noexcept {
         if (any_ && out.status == Status::OK) return;
         Joints inside = start;

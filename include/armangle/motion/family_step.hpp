@@ -281,8 +281,8 @@ private:
         return true;
     }
 
-    /// Takes the solution nearest to the present joints, if it is within the box. It is searched only if
-    /// parts of the arcs are unproven.
+    /// Writes the solution nearest to the present joints to `out`, if it is within the box of moves;
+    /// otherwise false. It is searched only if parts of the arcs are unproven.
     bool take_nearest(Step& out) const noexcept {
         const bool approaches = options_.bounds && !options_.scene;
         if (!unproven_ || approaches) return false;
@@ -308,9 +308,9 @@ private:
         return bend;
     }
 
-    /// Near a singular joint: takes the solution next to the present one if the requested value would move
-    /// the neighbouring joints far. If the policy alone requests that, the joints move less. False if this
-    /// does not apply.
+    /// Near a singular joint: writes the solution next to the present one to `out` if the requested value
+    /// would move the neighbouring joints far. If the policy alone requests that, the joints move less. False
+    /// if this does not apply.
     bool calm(double wish, Step& out) noexcept {
         const double bend = singularity_sine();
         if (!may_sweep(bend, options_)) return false;

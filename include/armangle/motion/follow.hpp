@@ -69,7 +69,7 @@ struct ExactWalk {
     /// The distance (m) of the end effector from a pose.
     double residual(const Pose<double>& pose) const noexcept { return position_error(arm, now, pose); }
 
-    /// Makes the step to the next pose and keeps its result as the state.
+    /// Makes a step to a pose and keeps its joints as the present ones.
     Step on(const Pose<double>& pose, StepOptions options) noexcept {
         const bool bounded = options.bounds != nullptr;
         if (bounded) options.bounds = &bounds;

@@ -193,7 +193,8 @@ private:
         return false;
     }
 
-    /// Takes the sample unfiltered. The velocity is that between the last two samples, less if it oscillates.
+    /// Sets the estimate to the sample, unfiltered. The velocity is that between the last two samples, less
+    /// if it oscillates.
     void take(const Pose<double>& sample) noexcept {
         const Twist speed = difference(last_sample_, sample) * (1.0 / age_);
         const bool possible = norm(speed.linear) < hand_filter_tuning::fastest &&
@@ -217,8 +218,7 @@ private:
     }
 
     /// Moves the estimate towards a sample. If the sample is `repeated`, the target rests and its velocity
-    /// decays. Otherwise, without a bound, a target that turns once between two looks would turn
-    /// indefinitely.
+    /// decays; otherwise a target that turned once between two samples would seem to turn indefinitely.
     void blend(const Pose<double>& sample, double dt, bool repeated) noexcept {
         const Pose<double> predicted = moved_by(pose_, velocity_ * dt);
         const Twist rest = difference(predicted, sample);

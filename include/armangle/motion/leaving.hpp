@@ -120,9 +120,8 @@ inline Joints posture_on_side(const Arm& arm, const SelfMotion<double>& m, const
 
 }  // namespace detail
 
-/// Adds the ways out of the singular configuration q, whose psi is `held`, within the arcs of a self-motion.
-/// `best` becomes the way whose psi is nearest to `wish`; if two are equal, the one with the smaller joint
-/// motion.
+/// Replaces `best` by a better joint motion out of the singular configuration q, whose psi is `held`, within
+/// the arcs of a self-motion: one whose psi is nearer to `wish`, or as near with less motion.
 inline void offer_ways_on(const Arm& arm, const SelfMotion<double>& m, const ArcSet& arcs, const Chain& now,
                           double held, double wish, const double* q, Leaving& best) noexcept {
     for (const double side : {1.0, -1.0}) {

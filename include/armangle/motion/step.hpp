@@ -324,8 +324,8 @@ private:
         return look(arm_, limits_, psi, options_, parts);
     }
 
-    /// Takes the psi that the policy requests, unless the coming poses restrict it; false if it is no
-    /// permitted step.
+    /// Writes the step to the psi that the policy requests to `out`; false if the coming poses restrict psi,
+    /// or it is no permitted step.
     bool plain(Step& out) const noexcept {
         const Branch& own = branch_[0];
         if (own.status != Status::OK || options_.ahead) return false;
@@ -336,9 +336,9 @@ private:
         return !options_.bounds || keeps(arm_, bounds_, q_now_, out.q, options_.max_joint_step);
     }
 
-    /// Near theta_2 = 0 or theta_6 = 0: takes the solution next to the present one if the requested psi would
-    /// move the neighbouring joints far. If the policy alone requests that, psi moves less. False if this
-    /// does not apply.
+    /// Near theta_2 = 0 or theta_6 = 0: writes the solution next to the present one to `out` if the requested
+    /// psi would move the neighbouring joints far. If the policy alone requests that, psi moves less. False
+    /// if this does not apply.
     bool calm(const Pose<double>& pose, double psi, Step& out) const noexcept {
         const Branch& own = branch_[0];
         if (own.status != Status::OK) return false;
@@ -527,7 +527,8 @@ private:
         return least < infinity;
     }
 
-    /// Takes the solution of one branch, if its joints move less than `least` (rad), which is then updated.
+    /// Writes the solution of one branch within the bounds, nearest to psi or to the part `ahead` (null:
+    /// none), to `out` if its joints move less than `least` (rad), which is then updated; otherwise false.
     bool take(const Branch& b, double psi, const ArcSet* ahead, double& least, Step& out) const noexcept {
         if (b.status != Status::OK) return false;
         const BoundedStep step = bounded(b);
@@ -825,7 +826,7 @@ private:
     int count_ = 1;
 };
 
-/// Tries the alternatives of a step; kept out of line.
+/// The step by the alternatives of StepFallback; kept out of line.
 [[gnu::noinline]] inline Step step_by_fallback(const Arm& arm, const LimitTable& limits, const double* q_now,
                                                const Chain& now, const Pose<double>& pose,
                                                const StepOptions& options, double psi = 0,

@@ -216,7 +216,7 @@ private:
         return size < infinity && (hint.wish == Wish::point || size > 0);
     }
 
-    /// Takes the target from the filter; `seen` in the command moves it to this arm's frame.
+    /// Sets the target of this cycle to the filtered one; `seen` in the command moves it to this arm's frame.
     void see(const Command& command) noexcept {
         wanted_ = hand_.pose();
         speed_ = hand_.velocity();
@@ -331,7 +331,8 @@ private:
         v_[j] = v;
     }
 
-    /// Takes the joints of the next cycle and returns what is reported of it.
+    /// Makes `next` the present joints and returns the result of the cycle; `valid`: the command has a pose,
+    /// `misled`: its hint for the elbow is invalid.
     Tracked finish(const Tick& t, const Goal& goal, const Joints& next, bool valid, bool misled) noexcept {
         Tracked out{};
         bool fastest = false, outside = false;

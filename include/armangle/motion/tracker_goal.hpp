@@ -108,7 +108,8 @@ protected:
                taken(t, wanted.q, next);
     }
 
-    /// The way out of the singularity that comes nearest to the elbow's target; gc -1 if none comes nearer.
+    /// The joint motion out of the singularity that brings psi nearest to the elbow's target; gc -1 if none
+    /// brings it nearer.
     Leaving way_on(const Tick& t, const Circle<double>& c, double held) const noexcept {
         Leaving best;
         double missed = infinity;
@@ -420,7 +421,8 @@ protected:
         return false;
     }
 
-    /// The psi of the next cycle on the way to `wish`, such that it can come to rest there.
+    /// The psi (rad) of the next cycle on the way to `wish`, moved no farther than lets it come to rest
+    /// there.
     double turned(const Tick& t, const SelfMotion<double>& m, const JointFunctions<double>& f,
                   double wish) const noexcept {
         const double held = psi_carried(arm_, m, f, t.now.z3, q_.q, options_.velocity),

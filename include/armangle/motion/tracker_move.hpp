@@ -145,7 +145,8 @@ protected:
         return tried_ >= tracker_tuning::most_ways || !(options_.detours || asked_);
     }
 
-    /// Tries some ways to solutions of the goal's pose: straight, or through a random configuration.
+    /// Tests some detours to solutions of the goal's pose, straight or through a random configuration, and
+    /// begins one that is collision-free.
     void search(const Tick& t, const Goal& goal) noexcept {
         const SelfMotion<double> m = self_motion(arm_, circle(arm_, flange_pose(arm_, goal.pose)), t.gc);
         ArcSet own, arcs;

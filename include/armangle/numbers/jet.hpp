@@ -12,8 +12,8 @@
 
 namespace armangle {
 
-/// Takes what the coefficients of a result tell of each other: nothing, of exact ones. Scalars that bound
-/// (enclosure.hpp) have their own.
+/// Does nothing: coefficients of exact numbers tell nothing of each other. Scalars that bound (enclosure.hpp)
+/// have their own function.
 template <class T, int K>
 ARMANGLE_INLINE void tighten(T (&)[K]) noexcept {}
 

@@ -206,8 +206,8 @@ private:
 
     // -- a candidate, and the box that it leaves
 
-    /// Tries postures near the seed's value of the free joint: in the seed's branch, and if there is none in
-    /// all.
+    /// Keeps the best of some postures near the seed's value of the free joint: in the seed's branch, and if
+    /// there is none, in the others.
     void find_candidate() noexcept {
         if (!options_.near || options_.metric == Metric::margin) return;
         Joints near{};
@@ -218,7 +218,7 @@ private:
             if (gc != own) try_branch(gc);
         box_ = cost_;
     }
-    /// Tries postures of a branch at eight values near the seed's.
+    /// Keeps the best of the postures of a branch at eight values near the seed's.
     void try_branch(int gc) noexcept {
         if (!is_asked(gc)) return;
         const OffsetCells cells(offset_, pose_, gc);
@@ -442,7 +442,7 @@ private:
         cell_[count_++] = cell;
         std::push_heap(cell_, cell_ + count_, later);
     }
-    /// Takes the cell with the least bound from the heap.
+    /// Removes the cell with the least bound from the heap and returns it.
     Cell pop() noexcept {
         std::pop_heap(cell_, cell_ + count_, later);
         return cell_[--count_];
@@ -719,7 +719,7 @@ private:
         }
         count_ = 0;
     }
-    /// Whether a place belongs to what is searched: to all, or to the arc.
+    /// Whether the present search includes a place: it is for all branches, or for the place's arc.
     bool is_searched(const SearchedPlace& place) const noexcept {
         if (extent_ == all) return true;
         if (place.gc != one_gc_ && !(place.one && place.gc == (one_gc_ ^ shoulder_bit(one_gc_))))

@@ -123,7 +123,7 @@ private:
                               cross(from.rotation.z, to.rotation.z);
         return {(to.position - from.position) * T(1.0 / arm.rest.reach), twice * T(0.5), T(0.0)};
     }
-    /// What joints `at` leave of a pose, and their Jacobian with a row for the joint that leads.
+    /// The error of the pose at joints `at`, and its Jacobian with a row for the joint that leads.
     Equations<double> equations(const Pose<double>& pose, int lead, const double* at) const noexcept {
         const Jacobian J = jacobian(arm, at);
         const double per_reach = 1.0 / arm.rest.reach;

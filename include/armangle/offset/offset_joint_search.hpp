@@ -106,8 +106,8 @@ public:
         return rounds_ > 0;
     }
 
-    /// Takes a posture that is to be finished, if it is where the free joint has too few digits; where joints
-    /// 1 and 3 turn about one axis also with their cheapest shares.
+    /// If a posture is at a place where the free joint has too few digits, keeps it for finish(); where
+    /// joints 1 and 3 rotate about one axis, also with their cheapest shares.
     template <class Share, class Worth, class Take>
     void begin(int gc, const Joints& at, const Share& share, const Worth& worth, const Take& take) noexcept {
         for (int bit = 0; bit < 3; ++bit) {
@@ -175,7 +175,8 @@ private:
         return best;
     }
 
-    /// Tries the posture at a value of the free joint; if S is on axis 5, the cheapest of the postures there.
+    /// Gives the posture at a value of the free joint to take(); if S is on axis 5, the cheapest of the
+    /// postures there.
     template <class Share, class Worth, class Take>
     void try_at(int gc, const OffsetMotion<>& m, double free, const Share& share, const Worth& worth,
                 const Take& take) noexcept {

@@ -99,10 +99,12 @@ private:
         const SinCos<T> theta_7 = sin_cos(T(arm_.rest.sign[6]) * free + T(arm_.rest.offset[6]));
         return gain_of(offset_wrist(arm_, motion_, theta_7));
     }
-    /// What is maximized at a value of the free joint.
+    /// The distance (m) to maximize, that of the elbow along the direction v, at a value of the free joint
+    /// (rad).
     double gain_at(double free) const noexcept { return gain<double>(free); }
 
-    /// Takes a value that is better than the best one, and improves it by Newton's method.
+    /// If the branch has a solution at this value of the free joint (rad) and it is better than the best one,
+    /// improves it by Newton's method and keeps it.
     void offer(double free) noexcept {
         if (!(cells_.inside(free) >= 0)) return;
         double now = gain_at(free);

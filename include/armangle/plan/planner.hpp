@@ -366,7 +366,7 @@ private:
         if (wide > plan_tuning::few_winding) loose_.emplace(task_).limits = free;
     }
 
-    /// Whether one way through the sections is better than another.
+    /// Whether path a is better than b: by margin if both lead from start to goal, else by how far they lead.
     static bool better(const Way& a, const Way& b) noexcept {
         if (a.whole != b.whole) return a.whole;
         return a.whole ? a.margin > b.margin + way_tuning::tie : a.reached > b.reached;

@@ -86,9 +86,9 @@ struct Task {
         if (checkpoint) checkpoint();
     }
 
-    /// What a margin is divided by in the cost.
+    /// The factor margin_scale() for the path of this task.
     double margin_scale() const noexcept { return armangle::margin_scale(length); }
-    /// What a difference from the wished psi is divided by in the cost.
+    /// The factor wish_scale() for the path of this task.
     double wish_scale() const noexcept { return armangle::wish_scale(length); }
 
     /// The pose at s.

@@ -244,7 +244,8 @@ inline double half_gap(const Field& field, double length) noexcept {
     return count > 0 ? 0.5 * length / count : 0.0;
 }
 
-/// By how much more than `reach` (m) the sample places must be away so that segment_field gives `reach`.
+/// The distance (m) that the field must have at the sample places of a segment of this length, minus `reach`,
+/// so that segment_field gives at least `reach`.
 inline double reach_of_places(const Field& field, double length, double reach) noexcept {
     return hypot(reach, half_gap(field, length)) - reach;
 }

@@ -140,7 +140,8 @@ private:
     /// The difference up to which two costs count as equal.
     double tie() const noexcept { return tuning_.tie * abs(cost_) + 1e-24; }
 
-    /// Tries the posture at a value of the free joint: keeps it if it is within the limits and costs less.
+    /// Keeps the posture at a value of the free joint (rad) if there is one within the limits that costs less
+    /// than the best.
     void offer(const ChainCells& cells, int gc, double free) noexcept {
         ChainPosture at;
         if (find_at_once(arm_, cells.flange(), cells.theta_7_of(free), configuration(gc), at))
@@ -236,7 +237,8 @@ private:
         return out;
     }
 
-    /// Tries the postures that Newton's method finds from the seed, with each joint fixed in turn.
+    /// Keeps the best of the postures that Newton's method finds from the seed, with each joint fixed in
+    /// turn.
     void search_near_seed() noexcept {
         const Pose<double> flange = flange_pose(arm_, pose_);
         for (int held = 0; held < joints; ++held) {
