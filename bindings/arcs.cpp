@@ -179,7 +179,8 @@ void proven_sets(const ChainArm& arm, const Pose<double>& pose, const ProvenRequ
     }
 }
 
-/// The same for an arm with an offset; a margin is not supported.
+/// Calls take(k, set, found, blocking, value_of) for each set of a pose of an arm with an offset, as for a
+/// chain; a singularity margin is not supported.
 template <class AnyOffset, class Take>
 void proven_offset_sets(const AnyOffset& arm, const Pose<double>& pose, const ProvenRequest& r,
                         const Take& take) {

@@ -173,7 +173,8 @@ public:
         return b.is('f') && read_array<float>(b, rows, columns, to);
     }
 
-    /// Reads a (4,4) pose of an arm and corrects float32 rounding; false as above.
+    /// Reads a (4,4) pose of an arm into `to` and corrects float32 rounding; false if it is no array or
+    /// nested list of 4 x 4 numbers.
     template <class AnyArm>
     bool read_pose(const AnyArm& arm, nb::handle object, double* to) noexcept {
         if (!read(object, 4, 4, to)) return false;
@@ -271,7 +272,7 @@ inline nb::object new_array(nb::handle shape) {
     return nb::steal(array);
 }
 
-/// The same of (n, inner...).
+/// A new float64 array of shape (n, inner...).
 template <class... Inner>
 nb::object new_rows(Py_ssize_t n, Inner... inner) {
     return new_array(nb::make_tuple(n, inner...));
@@ -370,7 +371,8 @@ public:
         for_runs(begin, end, run, [](std::size_t) { return false; }, end - begin);
     }
 
-    /// The same in pieces of some elements, until ended(elements done) is true.
+    /// Calls run(flat index, offsets, strides, count) for each run of the last axis within [begin, end), in
+    /// pieces of some elements, until ended(elements done) is true.
     template <class Run, class Ended>
     void for_runs(std::size_t begin, std::size_t end, const Run& run, const Ended& ended,
                   std::size_t piece = 1024) const {

@@ -261,7 +261,8 @@ void inverse_derivative_many(const ArmHandle& self, Floats pose, Floats psi, Int
                     });
 }
 
-/// The same for an arm with an offset, with respect to twist and free joint.
+/// Writes the derivatives (..., 7, 7) of the joints of an arm with an offset with respect to twist and free
+/// joint; with `nan`, NaN if the pose has no solution.
 template <class Handle>
 void offset_derivative_many(const Handle& self, Floats pose, Floats free, Ints gc, Floats out, bool nan,
                             int threads) {

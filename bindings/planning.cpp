@@ -162,7 +162,7 @@ ArcSet of_user(nb::handle count, nb::handle psi) {
 /// raises, the exception is stored, and all further arcs are empty.
 class AskedArcs {
 public:
-    /// Keeps the user's function.
+    /// Keeps the user's function, which is called for the arcs permitted at each s.
     explicit AskedArcs(nb::object function) : function_(std::move(function)) {}
 
     /// Calls the function for s, or takes its earlier result; empty after it raised.

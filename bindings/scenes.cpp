@@ -337,8 +337,8 @@ void never_nearer_all(const ArmHandle& self, Floats rods, Floats out, int cells)
     });
 }
 
-/// The same for any other kind of arm, whose axes do not all meet: every rod stays in the frame of its own
-/// link, and those of links 1, 2, 5 and 6 count as swinging.
+/// Writes the link of each rod of an arm whose axes do not all meet, negative (swinging) for links 1, 2, 5
+/// and 6; rods stay in the frames of their own links.
 template <class Handle>
 void true_links(const Handle&, Floats rods, Ints link) {
     const Buffer rows(rods, true), out(link, true);
@@ -475,7 +475,8 @@ void feasible_of(const Handle& self, const Pose<double>& pose, int gc, double, P
     feasible(self.arm, pose, gc, out);
 }
 
-/// The same as widest_many for arms with proven arcs.
+/// Writes the arm angle (rad) in the middle of the widest arc at the greatest possible clearance, and the
+/// nearest pair there, for arms with proven arcs; see widest_many.
 template <class Handle>
 void proven_widest_many(const Handle& self, const SceneHandle& scene, Floats pose, Ints gc, double margin,
                         Floats psi, Floats out, Ints pair, Ints status, int threads) {

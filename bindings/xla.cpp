@@ -89,7 +89,8 @@ void each_posture(Block& b, std::size_t size, const One& one) {
     }
 }
 
-/// The same for poses: non-finite ones become NaN, non-rigid ones are reported.
+/// Calls one(element, pose, its first output number) for elements with rigid poses; others become NaN, and
+/// non-rigid ones are reported.
 template <class One>
 void each_pose(Block& b, std::size_t size, const One& one) {
     for (std::size_t i = 0; i < b.count; ++i) {

@@ -21,7 +21,7 @@ ARMANGLE_INLINE Configuration<double> configuration(int index) noexcept {
     return {index & 1 ? -1.0 : 1.0, index & 2 ? -1.0 : 1.0, index & 4 ? -1.0 : 1.0};
 }
 
-/// The same signs in every lane of a vector.
+/// The signs of a branch, in every lane of a vector.
 template <class T>
 ARMANGLE_INLINE Configuration<T> spread(const Configuration<double>& gc) noexcept {
     return {T(gc.shoulder), T(gc.elbow), T(gc.wrist)};

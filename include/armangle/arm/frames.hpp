@@ -51,7 +51,8 @@ ARMANGLE_INLINE void walk(const Arm& arm, const SinCos<T>* angle, const Visit& v
     visit(7, frame = dh_step<0>(frame, angle[6].sin, angle[6].cos, arm.d_wf, 0.0));
 }
 
-/// The same at joint values q (rad); also writes the model angles theta (rad) to `theta_out`.
+/// Multiplies the DH rows at joint values q (rad), calls visit(i, 0Ti) for i = 0..7, and writes the model
+/// angles theta (rad) to `theta_out`.
 template <class Visit>
 ARMANGLE_INLINE void walk(const Arm& arm, const JointLanes& q, double* theta_out,
                           const Visit& visit) noexcept {

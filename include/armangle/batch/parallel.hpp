@@ -54,8 +54,8 @@ void parallel(std::size_t n, int threads, const Work& work) {
 }
 
 /// Calls work(k) for every k in [0, n), each on the first free thread; for few elements of unequal cost. If a
-/// call of work throws, the exception is rethrown here and the remaining elements are skipped. idle() is
-/// called as above and may throw too.
+/// call of work throws, the exception is rethrown here and the remaining elements are skipped. The calling
+/// thread calls idle() meanwhile, which may throw to end the work.
 template <class Work, class Idle>
 void in_turn(std::size_t n, int threads, const Work& work, const Idle& idle) {
     std::atomic<std::size_t> next{0};

@@ -84,10 +84,10 @@ public:
 
     const double* q() const noexcept { return tracker_.q(); }
     const AnyArm& arm() const noexcept { return arm_; }
-    /// See Tracker: the nearest pair of the true arm.
+    /// The nearest pair of shapes of the true arm and its obstacles within `reach` (m); see Tracker.
     NearestPair nearest_pair(double reach) const noexcept { return tracker_.nearest_pair(reach); }
 
-    /// See Tracker.
+    /// Makes the next cycle treat the target as moved, because obstacles have changed; see Tracker.
     void look_again() noexcept { tracker_.look_again(); }
     /// The state that one cycle passes to the next; see Tracker.
     template <class Visit>

@@ -419,7 +419,8 @@ private:
     double offer_and_slope(int gc, double psi) noexcept {
         return offer_and_slope(gc, psi, solution_at(gc, psi));
     }
-    /// The same for a given posture; NaN if it is not within the limits.
+    /// Keeps a given posture at a psi if it is the best so far, and returns dcost/dpsi there; NaN if it is
+    /// not within the limits.
     double offer_and_slope(int gc, double psi, const PointSolution& at) noexcept {
         offer(gc, psi, at);
         if (!at.kept) return not_a_number;

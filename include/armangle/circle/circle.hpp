@@ -46,8 +46,8 @@ ARMANGLE_INLINE Triad<T> triad(const Arm& arm, const Pose<T>& flange, const Norm
 
 namespace detail {
 
-/// The same for the two rarer definitions of psi. Not inlined, and with the flange by value, so that the
-/// common path can keep it in registers.
+/// Computes the triad of a flange pose 0T7 for the two rarer definitions of psi. Not inlined, and with the
+/// flange by value, so that the common path can keep it in registers.
 template <class T>
 ARMANGLE_SELDOM Triad<T> other_triad(const Arm& arm, Pose<T> flange) noexcept {
     return triad(arm, flange,

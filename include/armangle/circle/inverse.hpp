@@ -69,8 +69,8 @@ ARMANGLE_INLINE void put_shoulder(const Frames<T>& f, const SinCos<T>& theta_1, 
     d.x[2] = theta_1.sin * f.z3.x - theta_1.cos * f.z3.y;  // for (19)
 }
 
-/// Stores the directions of joints 5 to 7 in d likewise, given theta_5 (of any length, like theta_1) and
-/// sin(theta_6).
+/// Stores the directions of joints 5 to 7 in d, given theta_5 (of any length, like theta_1) and sin(theta_6);
+/// theta_7 follows from theta_5.
 template <class T>
 ARMANGLE_INLINE void put_wrist(const Frames<T>& f, const SinCos<T>& theta_5, const T& sin_6,
                                Directions<T>& d) noexcept {

@@ -47,7 +47,7 @@ ARMANGLE_INLINE Vec3<T> normal_about_z(const Arm& arm, const Vec3<T>& p, const V
     return select(on_axis, convention_normal(w, m), regular);
 }
 
-/// The same with the arm's reference vector in place of the z axis.
+/// The unit normal of the plane through w and the arm's reference vector, where psi is 0.
 template <class T>
 ARMANGLE_INLINE Vec3<T> normal_about_vector(const Arm& arm, const Vec3<T>& p, const Vec3<T>& w) noexcept {
     const auto& [x, y, z] = arm.reference_frame;

@@ -191,7 +191,8 @@ inline Status nearer_reason(Status a, Status b) noexcept {
     return out;
 }
 
-/// Whether any branch solves the pose, by the same method.
+/// Whether any branch solves the pose within the limits, from the arcs of each branch; used if two joints may
+/// rotate around one axis or an isolated psi may be feasible.
 [[gnu::noinline, gnu::cold]] inline bool is_held_by_a_branch(const Arm& arm, const Pose<double>& pose,
                                                              const Circle<double>& c,
                                                              const LimitTable& t) noexcept {

@@ -104,7 +104,7 @@ struct JointLeastSquares {
         }
     }
 
-    /// The normal equations of the same problem, for the active-set method.
+    /// The normal equations of this least-squares problem, for the active-set method.
     JointQuadratic quadratic() const noexcept {
         JointQuadratic out;
         for (int j = 0; j < joints; ++j) {

@@ -189,7 +189,7 @@ private:
         add(arm_.limits, joint, 1.0, theta, theta);
     }
 
-    /// Adds the rotations of a solution that the arcs miss, of one that solves the pose at another rotation.
+    /// Adds the rotation at which a solution that the arcs miss solves the pose, if one is found.
     [[gnu::noinline, gnu::cold]] void add_hidden_elsewhere(const Pose<double>& pose) noexcept {
         ArmParameters p = arm_;
         p.limits.lower[pivot_joint[end_]] = -infinity;

@@ -185,8 +185,8 @@ private:
         }
     }
 
-    /// The same with bounded jerk: if all joints stop at the present rate r, v dt + 2 v / r + a / r^2 stays
-    /// within the limits.
+    /// Narrows the velocity box as narrow() does, for bounded jerk: if all joints stop at the present rate r,
+    /// v dt + 2 v / r + a / r^2 stays within the limits.
     void narrow_at_rate(const double* least, const double* greatest, double (&lower)[joints],
                         double (&upper)[joints]) const noexcept {
         const double along = 1.0 / (rate_ * rate_ * dt_), lasting = dt_ + 2.0 / rate_ + along;
@@ -263,7 +263,8 @@ private:
 template <class AnyArm>
 class GuardOf final : public Guard {
 public:
-    /// See Guard.
+    /// A guard of an arm in a scene, with the accelerations (rad/s^2) and jerk bounds (null: none) of its
+    /// joints.
     GuardOf(const AnyArm& arm, const Scene& scene, const double* acceleration,
             const JerkBounds* bounds) noexcept
         : Guard(nominal(arm).size, acceleration, bounds), move_(arm, scene) {}

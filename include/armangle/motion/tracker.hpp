@@ -412,7 +412,8 @@ public:
     Tracker(const Arm& arm, const TrackerOptions& options) noexcept
         requires std::is_same_v<Body, Arm>
         : Tracker(arm, options, arm, options.scene) {}
-    /// The same for an arm whose true links are those of `body`, among the obstacles `about` (null: none).
+    /// A loop of an arm whose true links are those of `body`, among the obstacles `about` (null: none), at
+    /// rest at the middles of the joint ranges.
     Tracker(const Arm& arm, const TrackerOptions& options, const Body& body, const Scene* about) noexcept
         : TrackerLoop(arm, options, !std::is_same_v<Body, Arm>), body_(body), about_(about) {
         double middle[joint_slots];

@@ -39,7 +39,7 @@ struct Lane {
     Values part[registers];
 
     Lane() noexcept = default;
-    /// The same number in all lanes.
+    /// All lanes x.
     ARMANGLE_INLINE Lane(double x) noexcept {
         for (auto& r : part) r = x - Values{};
     }

@@ -101,7 +101,7 @@ ARMANGLE_INLINE Vec3<T> spread(const Vec3<double>& v) noexcept {
     return {T(v.x), T(v.y), T(v.z)};
 }
 
-/// A constant pose as a pose of the scalar type T, the same in every lane.
+/// A constant pose as a pose of the scalar type T, equal in every lane.
 template <class T>
 ARMANGLE_INLINE Pose<T> spread(const Pose<double>& p) noexcept {
     return {{spread<T>(p.rotation.x), spread<T>(p.rotation.y), spread<T>(p.rotation.z)},

@@ -225,7 +225,7 @@ private:
     static Samples of(const Row& x) noexcept { return {x, 1.0, Number::rounding}; }
     static Samples all(const Number& x) noexcept { return {Row(x.value), x.size, x.radius}; }
     static Samples all(double x) noexcept { return Samples(x); }
-    /// The same with the size reduced to that of the samples.
+    /// Samples x with their bound of size reduced to the largest of them.
     static Samples tight(const Samples& x) noexcept {
         double sample[detail::form_samples];
         abs(x.value).store(sample);
@@ -312,7 +312,7 @@ private:
         return out;
     }
 
-    /// The polynomial c0 + c1 cos + s1 sin.
+    /// The polynomial c0 + c1 cos x + s1 sin x, with the errors of its coefficients.
     static TrigPolynomial linear(const Number& c0, const Number& c1, const Number& s1) noexcept {
         TrigPolynomial out;
         out.degree = 1;

@@ -44,7 +44,8 @@ inline Pose<double> within_rounding(const OffsetArm&, const Pose<double>& pose, 
     return {orthonormal(pose.rotation), pose.position};
 }
 
-/// Converts joint j (0..6) of the formulas to the robot's joint, and back.
+/// Converts joint j (0..6) of the formulas to the robot's joint, or the robot's to that of the formulas: both
+/// are the same map.
 inline int robot_joint(const OffsetArm& arm, int j) noexcept { return arm.mirrored ? joints - 1 - j : j; }
 
 /// Creates an arm from DH parameters with an offset (m) between axes 6 and 7, or, if `mirrored`, between axes

@@ -233,8 +233,8 @@ private:
             true, worth, take);
     }
 
-    /// Moves a start onto the pose. If adding 2 pi to a joint brings it nearer to the seed and beyond its
-    /// limit by rounding only, that is tried too.
+    /// Moves a start onto the pose, see solve_start(). If adding 2 pi to joints brings them nearer to the
+    /// seed and beyond a limit by rounding only, starts there too.
     template <class Worth, class Take>
     void solve_start_and_turns(int gc, const Joints& start, bool rough, const Worth& worth,
                                const Take& take) noexcept {
@@ -257,8 +257,8 @@ private:
             solve_start(gc, at, rough, worth, take);
         }
     }
-    /// The same without adding 2 pi. The posture is kept to be improved later, unless it is already the
-    /// cheapest.
+    /// Moves a start onto the pose, gives the posture to take(), and keeps it for finish() if it is `rough`.
+    /// Nothing if that fails, worth() rejects the start, or a start near it was tried.
     template <class Worth, class Take>
     void solve_start(int gc, const Joints& start, bool rough, const Worth& worth, const Take& take) noexcept {
         if (!is_finite(start.q) || !worth(start)) return;

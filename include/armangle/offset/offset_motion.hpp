@@ -159,7 +159,7 @@ Directions<T> directions(const OffsetMotion<U>& m, const OffsetWrist<T>& wrist, 
     return d;
 }
 
-/// The same, with r from `root` = sqrt(g^2 - t^2).
+/// The directions of all joints of a solution, with `root` = sqrt(g^2 - t^2); its sign is that of the branch.
 template <class T, class U>
 Directions<T> directions(const OffsetMotion<U>& m, const OffsetWrist<T>& wrist, const SinCos<T>& theta_7,
                          const T& root) noexcept {

@@ -93,7 +93,8 @@ private:
         const Vec3<T> elbow = wrist.w - x4 * T(arm_.rest.a_4) - z4 * T(arm_.rest.d_ew);
         return dot(in_scalar<T>(v_), elbow);
     }
-    /// The same at a value of the free joint (rad).
+    /// The component (m) of the elbow's position along the wanted direction at a value of the free joint
+    /// (rad).
     template <class T>
     T gain(const T& free) const noexcept {
         const SinCos<T> theta_7 = sin_cos(T(arm_.rest.sign[6]) * free + T(arm_.rest.offset[6]));

@@ -51,7 +51,8 @@ public:
         return find(found, out);
     }
 
-    /// The same, given the arcs that the other joints permit.
+    /// Writes the rotations (rad) at which the pose has a solution to `out`, given the arcs `found` that all
+    /// joints but the turned one permit; the reason if there are none.
     Status find(const ProvenArcs (&found)[configurations], ArcSet& out) noexcept {
         Status why = Status::UNREACHABLE;
         unsigned open = 0;
@@ -85,7 +86,8 @@ private:
         add(theta, theta);
     }
 
-    /// The same for one that solves it at another rotation.
+    /// Adds the rotation at which a solution in unproven parts of some branches (bits) solves the pose, if
+    /// one is found.
     [[gnu::noinline, gnu::cold]] void add_hidden_elsewhere(unsigned branches) noexcept {
         ArmParameters p = arm_.own;
         p.limits.lower[robot_joint(arm_, joint_)] = -infinity;

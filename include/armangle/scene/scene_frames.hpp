@@ -50,7 +50,8 @@ inline void add_swinging(const Arm& arm, const Angle& angle, SceneFrames<T>& out
     out.swinging[3] = turned_about_z(out.flange, back(6));
 }
 
-/// The same with the joint angles given as direction vectors.
+/// Computes the frames of links 1, 2, 5 and 6 from the flange and frames 3 and 4, which are set already, and
+/// the joint angles as direction vectors.
 template <class T>
 inline void add_swinging(const Arm& arm, const Directions<T>& d, SceneFrames<T>& out) noexcept {
     const auto angle = [&d](int j) {
@@ -78,7 +79,7 @@ inline int arm_rod_count(const Scene& scene) noexcept { return scene.part_count 
 inline int link_of_arm_rod(const Scene& scene, int arm_rod) noexcept {
     return arm_rod < scene.part_count ? arm_rod : scene.first_swing_link() + arm_rod - scene.part_count;
 }
-/// The reverse: the arm rod of a link number, which must be that of a part or a swing.
+/// The arm rod with a number in the count of links (see Scene), which must be that of a part or a swing.
 inline int arm_rod_of_link(const Scene& scene, int link) noexcept {
     return link < scene.part_count ? link : link - scene.first_swing_link() + scene.part_count;
 }

@@ -85,7 +85,8 @@ double levers(const Arm&, const Placement& at, int link, const Vec3<double>& p,
     return upper + weight(4) * norm(wrist - elbow) + weight(link) * norm(p - wrist);
 }
 
-/// The same for any other kind of arm; the shapes of a link are fixed to the frame of that number.
+/// Writes the frames of all links of any other kind of arm at joint values q to `out`; the shapes of a link
+/// are fixed to the frame of that number.
 template <class AnyArm>
 void place_arm(const AnyArm& arm, const Scene&, const double* q, Placement& out) noexcept {
     const Arm& rows = nominal(arm);

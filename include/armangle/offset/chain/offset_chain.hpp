@@ -127,7 +127,8 @@ inline OffsetChain with_limits(const OffsetChain& arm, const Limits& limits) noe
     return out;
 }
 
-/// The robot's joint (0..6) that is joint j of the formulas, and vice versa.
+/// Converts joint j (0..6) of the formulas to the robot's joint, or the robot's to that of the formulas: both
+/// are the same map.
 inline int robot_joint(const OffsetChain& arm, int j) noexcept { return robot_joint(arm.nominal, j); }
 
 /// The pose with the rounding of its numbers removed where that makes it reachable.
