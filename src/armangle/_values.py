@@ -11,7 +11,7 @@ Kind = TypeVar("Kind", bound=type)
 
 
 def same(a: Any, b: Any) -> bool:
-    """Return whether two values have the same content."""
+    """Return whether two values have the same content; NaN equals NaN in arrays of floats."""
     if a is b:
         return True
     if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):

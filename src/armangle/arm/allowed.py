@@ -36,7 +36,7 @@ def allowed_arcs(allowed: Allowed, poses: Floats) -> ArcSet:
 
 
 def _checked(arcs: object) -> ArcSet:
-    """Return the result of the user's function; raise if it is not the arcs of one pose."""
+    """Return the arcs that the user's function gave for one pose; raise if it gave anything else."""
     if not isinstance(arcs, ArcSet) or arcs.shape:
         raise InputError(f"allowed gives {arcs!r}, wanted an ArcSet of shape ()")
     return _few(arcs)

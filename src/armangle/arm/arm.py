@@ -170,7 +170,7 @@ class ArmArguments(TypedDict, total=False):
 
 
 def _default(field: Field[Any]) -> Any:
-    """Return the default of a field; MISSING if it is required."""
+    """Return the default value of an argument of `Arm`; MISSING if it is required."""
     return field.default_factory() if field.default_factory is not MISSING else field.default
 
 
@@ -557,7 +557,7 @@ class Arm(FrozenValue):
 
     @classmethod
     def _of_offset_chain(cls, read: Callable[[bool], Chain]) -> Arm | None:
-        """Return the arm of a file on its own chain if it is nearly one with an offset wrist or shoulder."""
+        """Return the arm of a file on its own chain if its wrist or shoulder nearly has an offset, else None."""
         try:
             found, report = describe_near_offset(read(True))
             arm = cast(Arm, _offset_kind(own_chain=True)._of(found, report=report))
@@ -629,7 +629,7 @@ class Arm(FrozenValue):
         return Arm(**numbers)
 
     def _keeping(self, scene: Scene | None, singularity_margin: float) -> Arm:
-        """Return this arm with another scene and margin."""
+        """Return this arm with another scene (None: none) and singularity margin (rad)."""
         margin = as_number("singularity_margin (rad)", singularity_margin, 0.0, MOST_MARGIN)
         ready = self._ready_for(scene)
         new = object.__new__(type(self))
@@ -1355,7 +1355,7 @@ class Arm(FrozenValue):
         self, pose: ArrayLike, gc: ArrayLike, margin: float, wanted: Wanted, sets: Shape, ready: Ready | None,
         progress: Progress | bool | None,
     ) -> ArcSet:  # fmt: skip
-        """Return the sets of the arm's own chain."""
+        """Return the proven feasible arcs of poses and branches of an arm on its own chain."""
         batch, (poses, branches) = self._branches(pose, gc)
         unproven = np.zeros((*batch, *sets)).reshape(-1)
         handle = cast(ChainHandle, self._handle)
@@ -1702,7 +1702,7 @@ class Arm(FrozenValue):
         return replace(found, instead=instead, instead_moved=moved, instead_turned=turned)
 
     def _meets(self, branch: Branch, pose: Floats, scene: Scene) -> Branch:
-        """Return the finding of a branch, changed if obstacles block every arm angle within its limits."""
+        """Return `branch`, or if obstacles block every arm angle within limits, one that says so."""
         if not branch.ok:
             return branch
         found = self._widest(pose, branch.gc, scene)
@@ -1732,7 +1732,7 @@ def _raised(error: ModelError) -> Never:
 
 
 def _told(found: tuple[AnyDescription, ImportReport]) -> tuple[AnyDescription, ImportReport]:
-    """Return what was found in a file, after a warning for each of its notes."""
+    """Return description and report unchanged, after a warning for each important note in the report."""
     warn_of(found[1].notes)
     return found
 
@@ -1877,7 +1877,7 @@ def _checked_names(name: str, joint_names: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _checked_reference(reference: Reference) -> str | tuple[float, ...]:
-    """Return a word, or a vector as a tuple."""
+    """Return the checked `reference`: a word, or a vector scaled to the largest entry 1; raise for others."""
     if isinstance(reference, str):
         return chosen("reference", reference, _REFERENCES)
     vector = as_floats("reference", reference, (3,))

@@ -159,7 +159,7 @@ class Branch:
         return self.verdict == Verdict.OK
 
     def explain(self, *, path: bool = True) -> str:
-        """Return the finding as a sentence; `path` tells where on the path it holds."""
+        """Return as a sentence whether there is a path, and if not, why; `path` adds where along it."""
         where = ""
         if path and self.verdict not in (Verdict.OK, Verdict.START, Verdict.GOAL):
             where = f" from s = {self.s_from:.4g} to {self.s_to:.4g}"
@@ -379,11 +379,11 @@ class Diagnosis:
         return "\n".join([*head, *self._nearest_poses()])
 
     def _said(self, branch: Branch) -> str:
-        """Return the finding of a branch as a sentence without the branch's number."""
+        """Return a sentence on whether a branch has a path, and if not, why, without the branch's number."""
         return branch.explain(path=self.path).split(": ", 1)[1]
 
     def _line(self, alike: list[Branch]) -> str:
-        """Return in words the common finding of several branches, and which limits would help in which."""
+        """Return the common reason why several branches have no path, and which wider limits help each."""
         if len(set(map(self._said, alike))) == 1:
             return self._said(alike[0])
         least: dict[tuple[int, str], Opening] = {}

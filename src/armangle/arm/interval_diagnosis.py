@@ -49,7 +49,7 @@ def branches_by_intervals(arm: _Diagnosed, pose: Floats) -> tuple[Branch, ...]:
 
 
 def _branch_of(arm: _Diagnosed, pose: Floats, gc: int, arcs: ArcSet) -> Branch:
-    """Return what the limits leave of a branch, and why nothing."""
+    """Return whether a branch has a solution within the limits, and if not, why."""
     status = STATUSES[int(np.asarray(arcs.status)[gc])]
     if np.asarray(arcs.count)[gc] > 0:
         best = arm.solve(pose, prefer="margin", gc=gc)

@@ -107,7 +107,7 @@ def _bare_arm(args: argparse.Namespace, *, quiet: bool) -> Arm:
 
 
 def _of_file(file: str, args: argparse.Namespace, quiet: bool) -> Arm:
-    """Return the arm of a file: exact if it is, otherwise as in --fit, otherwise with its own chain."""
+    """Return the arm of a URDF or MJCF file: exact if it is; otherwise as --fit says, or on its own chain."""
     base, tip = _named_links(file, *links_of(args))
     options: dict[str, Any] = {"base": base, "tip": tip}
     limits = getattr(args, "continuous_limits", None)
@@ -124,7 +124,7 @@ def _of_file(file: str, args: argparse.Namespace, quiet: bool) -> Arm:
 
 
 def _fit(text: str) -> dict[str, Any]:
-    """Return the library's options for --fit."""
+    """Return the arguments of `Arm.from_urdf` for the text KIND or KIND,MM,DEG of --fit; raise for others."""
     kind, comma, given = text.partition(",")
     if kind not in _FITS:
         raise InputError(f"--fit is {text!r}, wanted one of {', '.join(_FITS)}, also with ,MM,DEG")

@@ -209,7 +209,7 @@ def _figure(size: tuple[float, float]) -> Any:
 
 
 def _legend_entries(panel: Any) -> list[tuple[Any, str]]:
-    """Return the curves of a panel with their labels."""
+    """Return the curves of a panel that have a label, each with its label."""
     return list(zip(*panel.get_legend_handles_labels(), strict=True))
 
 

@@ -108,7 +108,7 @@ def _seed(asked: Asked) -> tuple[Floats, str]:
 
 
 def _nearest(asked: Asked, seed: Floats, args: argparse.Namespace) -> Solution:
-    """Return the nearest solution of each pose."""
+    """Return the solution of each pose nearest to `seed`; its status says where there is none."""
     arm, frames = asked.arm, asked.frames
     return arm.with_(scene=asked.scene, singularity_margin=args.singularity_margin).solve(
         frames, seed, metric=args.metric or "l2", gc=asked.gc, roll=args.roll,

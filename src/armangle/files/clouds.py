@@ -83,14 +83,14 @@ def _fail(path: PathLike, wanted: str) -> NoReturn:
 
 
 def _npy(data: bytes) -> Floats:
-    """Return the points of the bytes of an NPY file."""
+    """Return the array in the bytes of an NPY file; ValueError if they are none."""
     if not data.startswith(b"\x93NUMPY"):
         raise ValueError("it has no header of NPY")
     return array_of(data, "it")
 
 
 def _npz(data: bytes) -> Floats:
-    """Return the points of the bytes of an NPZ file."""
+    """Return the array `points`, or the only one, in the bytes of an NPZ file; ValueError without it."""
     if not zipfile.is_zipfile(io.BytesIO(data)):
         raise ValueError("it is no NPZ: not a zip archive")
     arrays = members_of(io.BytesIO(data))

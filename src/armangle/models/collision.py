@@ -206,7 +206,7 @@ def cover_mjcf(source: Any, base: str | None, tip: str | None, shapes: int) -> C
 
 
 def _refuse_kind(where: str, kind: str) -> NoReturn:
-    """Raise for a kind of shape that is not supported."""
+    """Raise, because a shape's kind is not supported."""
     raise SceneError(where, "type", kind, "sphere, capsule, cylinder, box, ellipsoid or mesh")
 
 

@@ -87,7 +87,7 @@ def offset_hint(chain: Chain) -> str:
 
 def offset_end(chain: Chain) -> tuple[str, float]:
     """Return where the one offset of a chain is, "shoulder" or "wrist", and the distance of such an arm from
-    the chain at the tip, m: 0 within a file's rounding. Empty if it is not even near one.
+    the chain at the tip, m: 0 within a file's rounding. ("", NaN) if it is not even near one.
     """
     try:
         found = _with_one_offset(_read(chain))

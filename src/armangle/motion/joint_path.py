@@ -162,7 +162,7 @@ def _smooth(path: JointPath) -> JointSpline | None:
 
 
 def _raise_where_torn(gc: Ints, row: int) -> None:
-    """Raise if no joint motion leads from row `row` to the next; -1 stands for no such row."""
+    """Raise because no joint motion leads from row `row` to the next; do nothing if `row` is -1."""
     if row < 0:
         return
     over = (
@@ -509,7 +509,7 @@ class JointPath:
 
     @cached_property
     def _drawn(self) -> AnyCurve:
-        """The joint motion between the rows: the given curve, or the one through the rows."""
+        """The joint motion between the rows: the given curve, or one through the rows; raise if some are unsolved."""
         if self.curve is not None:
             return self.curve
         if self.diagnosis is not None or not self.ok or len(self) == 0:
@@ -605,7 +605,7 @@ class JointPath:
         return kept
 
     def _straight(self, rows: Ints) -> Floats:
-        """Return path segments that lead straight from pose to pose of these rows."""
+        """Return the path segments, one a row, that lead straight from pose to pose of these rows."""
         segments = np.empty((max(len(rows) - 1, 1), _core.SEGMENT_WIDTH))
         _core.path_waypoints(
             np.ascontiguousarray(self.poses[rows]), np.ascontiguousarray(self.s[rows]), segments

@@ -539,7 +539,7 @@ def _left_between(arm: Arm, curve: Curve, rows: Floats) -> Floats:
 
 
 def _reason(diagnosis: Diagnosis) -> Status:
-    """Return the status of the branch that comes furthest: why no path exists."""
+    """Return the reason why no path exists: the status of the branch whose path leads furthest."""
     best = max(diagnosis.branches, key=lambda b: (b.reached, b.verdict != Verdict.GOAL))
     return best.status if best.status != Status.OK else Status.LIMITS
 

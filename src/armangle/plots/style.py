@@ -51,7 +51,7 @@ def space_axes(ax: Any | None, size: tuple[float, float] = (7.2, 6.4)) -> Any:
 
 
 def _projected(name: str, spoken: str, ax: Any | None, size: tuple[float, float]) -> Any:
-    """Return the given axes, or new ones of this projection; raise if the given ones have another."""
+    """Return `ax`, or new axes of this projection if it is None; raise if it has another projection."""
     plt = pyplot()
     if ax is None:
         return plt.subplots(figsize=size, layout="constrained", subplot_kw={"projection": name})[1]

@@ -293,7 +293,7 @@ def _array(
     place: str, name: str, shape: tuple[int, ...], chunks: tuple[int, ...], kind: str,
     axes: tuple[str, ...], codecs: Any,
 ) -> Any:  # fmt: skip
-    """Return an empty array of the store; reuse one of a killed run if it has the same form."""
+    """Create and return an array of the store, all 0; an equal one of a killed run is kept and returned."""
     zarr = _zarr()
     try:
         return zarr.create_array(

@@ -148,7 +148,7 @@ class Part:
 
 
 def _joints_lead(motion: Motion) -> bool:
-    """Return whether the joints determine the path of the end effector."""
+    """Return whether the motion is given by its joints, so that the end effector follows from them."""
     curve: Any = getattr(motion, "curve", motion)
     return curve is not None and curve.leads_the_tool is True
 

@@ -103,7 +103,7 @@ def _shape(shape: Any, folder: Path) -> Any:
 
 
 def _colour(visual: Any, default: tuple[int, int, int]) -> tuple[int, int, int]:
-    """Return the RGB of a visual's own material."""
+    """Return the RGB (0 to 255) of a visual's own material, or `default` without one."""
     colour = visual.find("material/color")
     if colour is None or colour.get("rgba") is None:
         return default

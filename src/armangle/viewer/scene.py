@@ -215,7 +215,7 @@ def figure_segments(figures: list[Floats]) -> Floats:
 
 
 def _add_solid(api: Any, parent: str, solid: Solid, vertices: Floats) -> Any:
-    """Return a new mesh node of a solid."""
+    """Add a solid to the page as a mesh and return its node."""
     return api.add_mesh_simple(
         f"{parent}/{solid.name}", vertices, solid.faces, color=solid.colour, side="double"
     )

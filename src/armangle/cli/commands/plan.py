@@ -160,7 +160,7 @@ def _plan(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[Join
 
 
 def _step(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[JointPath, dict[str, Any]]:
-    """Return the path that --policy produces pose by pose, and the facts about it."""
+    """Return the path that --policy produces pose by pose, not ok if it stops, and the facts to print."""
     refuse(args, ("goal", "limit-margin", "samples", "blend", "duration", "acceleration"), "--policy")
     if args.start is None:
         raise InputError("--policy needs --start, the joints before the first pose")

@@ -134,7 +134,9 @@ def _ticks(frames: Floats, args: argparse.Namespace) -> tuple[Floats, float]:
 
 
 def _start(arm: Arm, text: str | None, frame: Floats, scene: Scene | None) -> Floats:
-    """Return the given joints, or the best ones at the first pose."""
+    """Return the joints (rad) of --start, or those of the first pose with the largest distance from limits;
+    raise if they are outside the limits, or the pose has none.
+    """
     if text is not None:
         q = joints("--start", text)
         if not arm.within_limits(q):

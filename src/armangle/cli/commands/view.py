@@ -110,7 +110,7 @@ def _address(text: str) -> tuple[str, int | None]:
 
 
 def _demo() -> dict[str, JointPath]:
-    """Return the motions of the paper's arm, by name."""
+    """Return the motions of the paper's example, one for each policy, by the policy's name."""
     arm, start, poses = paper_example.example()
     return {
         f"α = {policy.alpha:g}, K = {policy.K:g}": follow(

@@ -171,7 +171,7 @@ class _Model:
         return tree
 
     def held(self) -> dict[int, str]:
-        """Return by joint index why an equality of the model keeps the joint from moving freely."""
+        """Return the index of each joint that an equality of the model keeps from moving freely, and why."""
         held = dict[int, str]()
         for joint, other in self.equalities(self.mujoco.mjtEq.mjEQ_JOINT):
             alone = "is held still by an equality"

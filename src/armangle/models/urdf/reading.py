@@ -328,7 +328,7 @@ def _parse(text: str | bytes, source: str) -> RobotElement:
 
 
 def _parents(robot: RobotElement) -> dict[str, JointElement]:
-    """Return the joint above each link that has one; joints at missing links are noted."""
+    """Return by link name the joint that carries it; raise for two. Joints at missing links are noted."""
     above: dict[str, JointElement] = {}
     for joint in robot.joints.values():
         parent, child = _ends(robot, joint)
