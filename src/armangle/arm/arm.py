@@ -557,7 +557,7 @@ class Arm(FrozenValue):
 
     @classmethod
     def _of_offset_chain(cls, read: Callable[[bool], Chain]) -> Arm | None:
-        """Return the arm of a file on its own chain if its wrist or shoulder nearly has an offset, else None."""
+        """Return the arm of a file on its own chain if it nearly is one with an offset, else None."""
         try:
             found, report = describe_near_offset(read(True))
             arm = cast(Arm, _offset_kind(own_chain=True)._of(found, report=report))

@@ -509,7 +509,7 @@ class JointPath:
 
     @cached_property
     def _drawn(self) -> AnyCurve:
-        """The joint motion between the rows: the given curve, or one through the rows; raise if some are unsolved."""
+        """The motion between the rows: the given curve, or one through them; raise if some are unsolved."""
         if self.curve is not None:
             return self.curve
         if self.diagnosis is not None or not self.ok or len(self) == 0:
