@@ -150,6 +150,7 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     m.attr("ROTATION_TOLERANCE") = armangle::tolerance::rotation;
     m.attr("UNIT_TOLERANCE") = armangle::tolerance::unit;
     m.attr("LARGEST_ANGLE") = armangle::tolerance::largest_angle;
+    m.attr("LIKELY_DEGREES") = armangle::likely_degrees;
     m.attr("FARTHEST") = armangle::tolerance::farthest;
     m.attr("LENGTH_LIMIT") = armangle::tolerance::length;
     m.attr("ARC_CAPACITY") = armangle::ArcSet::capacity;

@@ -13,7 +13,7 @@ namespace {
 /// Solves one element of a regular inverse; false if a pose, psi (rad) or gc is not regular, or out of reach.
 bool solve_regular(const Arm& arm, const double* m, double psi, long long gc, double* q) noexcept {
     double value;
-    if (!(std::fabs(psi) <= tolerance::largest_angle) || gc < 0 || gc >= configurations) return false;
+    if (!(std::fabs(psi) <= likely_degrees) || gc < 0 || gc >= configurations) return false;
     if (check_pose(arm, m, value) != Problem::none) return false;
     const SelfMotion<double> motion = self_motion(arm, load_pose(m), static_cast<int>(gc));
     if (is_folded(motion.circle) || is_unreachable(motion.circle)) return false;
@@ -24,7 +24,8 @@ bool solve_regular(const Arm& arm, const double* m, double psi, long long gc, do
 /// Writes the joints of a pose, psi and branch; false if there is a problem that must be reported.
 bool solve_regular(const ChainArm& arm, const double* m, double psi, long long gc, double* q) noexcept {
     double value;
-    if (gc < 0 || gc >= configurations || check_pose(arm, m, value) != Problem::none) return false;
+    if (!(std::fabs(psi) <= likely_degrees) || gc < 0 || gc >= configurations) return false;
+    if (check_pose(arm, m, value) != Problem::none) return false;
     const Inverse found = inverse(arm, load_pose(m), psi, static_cast<int>(gc));
     std::memcpy(q, found.q, joints * sizeof(double));
     return found.status == Status::OK;

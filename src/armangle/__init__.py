@@ -57,8 +57,9 @@ def __getattr__(name: str) -> Any:
         value = import_module(f".{name}", __name__)
     else:
         told = f"module {__name__!r} has no attribute {name!r}"
-        if not name.startswith("_") and hasattr(import_module(".arm.arm", __name__).Arm, name):
-            told += f": it is of an Arm, arm.{name}"
+        if not name.startswith("_") and hasattr(arm := import_module(".arm.arm", __name__).Arm, name):
+            made = isinstance(vars(arm).get(name), classmethod)
+            told += f": it is of {'the class Arm, armangle.Arm' if made else 'an Arm, arm'}.{name}"
         raise AttributeError(told, name=name, obj=modules[__name__])
     globals()[name] = value
     return value

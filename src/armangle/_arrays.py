@@ -231,7 +231,8 @@ def frozen(array: AnyArray) -> AnyArray:
 def as_gc(value: ArrayLike) -> Ints:
     """Return branch numbers as int64; their range is not checked here."""
     array = np.asarray(value)
-    if array.dtype.kind not in "iu" and array.size:  # an empty array has no kind
+    typed = array.size or hasattr(value, "dtype")  # an empty list has no type
+    if array.dtype.kind not in "iu" and typed:
         raise InputError(f"gc has type {array.dtype}, wanted integers from 0 to 7")
     index: Ints = array.astype(np.int64, copy=False)
     return index if all(stride % 8 == 0 for stride in index.strides) else index.copy()
@@ -250,6 +251,15 @@ def number_in(text: str) -> float:
     if "_" in text or not text.isascii():
         raise ValueError(f"could not convert string to float: {text!r:.50}")
     return float(text)
+
+
+def hint_degrees(name: str, angles: Floats, most: float = _core.LIKELY_DEGREES) -> None:
+    """Warn if the largest finite angle (rad) was probably given in degrees: it is larger than `most`, rad."""
+    sizes = np.abs(angles)
+    sizes = np.where(np.isfinite(sizes), sizes, 0.0)
+    if sizes.max(initial=0.0) > most:
+        verb = "holds" if sizes.ndim else "is"
+        warn(f"{name} {verb} {angles.flat[sizes.argmax()]:g}, wanted rad: were these degrees?")
 
 
 def as_number(name: str, value: float, low: float, high: float, *, low_open: bool = False) -> float:
@@ -363,7 +373,10 @@ def _refusal(problem: Problem, name: str, index: Shape, value: float) -> Armangl
         case Problem.POSE_NOT_FINITE:
             return InputError(f"{where} holds {value}, wanted finite numbers")
         case Problem.POSE_LAST_ROW:
-            return InputError(f"{where} has {value:g} in its last row, wanted 0 0 0 1")
+            return InputError(
+                f"{where} has {value:g} in its last row, wanted 0 0 0 1: is the matrix transposed? "
+                "The position belongs into the last column"
+            )
         case Problem.POSE_NOT_ROTATION:
             return InputError(
                 f"the rotation of {where} is not orthonormal: |RᵀR - I| is {value:.3g}, wanted at "

@@ -1,4 +1,4 @@
-"""Values compare by content: arrays element for element, and NaN equals NaN."""
+"""Values compare by content: arrays element for element, NaN equals NaN. Results have no truth value."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def by_content(kind: Kind) -> Kind:
     """Make objects of a class equal if their content is: a bool, never an array. They have no hash.
 
     The content is that of a tuple, the fields of a dataclass that take part in comparisons, or all attributes
-    except the handle of the core.
+    except the handle of the core. A class with ``ok`` is a result, which gets no truth value.
     """
 
     def equals(self: Any, other: object) -> Any:
@@ -43,6 +43,17 @@ def by_content(kind: Kind) -> Kind:
 
     for name, method in (("__eq__", equals), ("__ne__", differs), ("__hash__", None)):
         setattr(kind, name, method)
+    return without_truth(kind) if hasattr(kind, "ok") else kind
+
+
+def without_truth(kind: Kind) -> Kind:
+    """Let ``bool()`` and ``if`` raise for a result: they would be True without a solution."""
+
+    def refuse(self: Any) -> bool:
+        """Raise an error that names ``.ok``."""
+        raise TypeError(f"{type(self).__name__} has no truth value: ask .ok, whether there is a solution")
+
+    kind.__bool__ = refuse  # type: ignore[attr-defined]
     return kind
 
 

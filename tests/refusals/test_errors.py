@@ -70,7 +70,13 @@ VALUES: list[tuple[str, Callable[[], Any]]] = [
     (r"rotation of pose\[1\] .* 1e-06", lambda: FREE([POSE, SKEW], 0.0, 0)),
     ("rotation of pose is a reflection.* -1", lambda: FREE(MIRRORED, 0.0, 0)),
     ("^pose has 2 in its last row", lambda: FREE(changed(POSE, (3, 3), 2), 0, 0)),
+    ("^pose has 0.* in its last row.* transposed", lambda: ARM.solve(POSE.T)),
+    (r"^pose\[0\] has .* in its last row.* transposed", lambda: ARM.solve(np.swapaxes(BATCH, 1, 2))),
     (r"^gc\[1\] is -1, .* 0 to 7", lambda: ARM.feasible(POSE, [0, -1])),
+    *((f"^gc has type {kind}", lambda kind=kind: ARM.feasible(BATCH[:0], np.empty(0, kind)))
+      for kind in ("bool", "float64")),
+    ("with_ is 'limit_margin', wanted one of 'd_bs', .*'singularity_margin'",
+     lambda: ARM.with_(limit_margin=1)),  # type: ignore[call-arg]  # wrong on purpose
     ("^gc has type float64", lambda: FREE(POSE, 0.0, 1.0)),
     (r"^lower\[2\] is 1 and upper\[2\] is -1",
      made(lower=changed(-np.ones(7), 2, 1), upper=changed(np.ones(7), 2, -1))),

@@ -11,6 +11,9 @@ namespace armangle {
 /// The square root of 1000: the geometric mean between a length in m and the same number read in mm.
 inline constexpr double between_metres_and_millimetres = 31.622776601683793;
 
+/// A larger arm angle (rad), beyond two turns, was probably given in degrees.
+inline constexpr double likely_degrees = 2.0 * two_pi;
+
 /// Checks a 4x4 target pose and stores the offending value. A position (m) far beyond all lengths of the arm
 /// was meant in mm if the reading in mm is closer by ratio.
 template <class AnyArm>

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import Floats, Ints, Shape, as_floats, check_angles, frozen
+from .._arrays import Floats, Ints, Shape, as_floats, check_angles, frozen, hint_degrees
 from .._core import SetOperation, Side
+from .._values import without_truth
 from ..errors import InputError
 from ..scenes.ready import PairNames, Ready
 from ..status import STATUSES, Status
@@ -106,6 +107,7 @@ def _coarse_of(arcs: ArcSet) -> NDArray[np.int8]:
     return np.zeros(len(arcs._count), dtype=np.int8) if arcs._coarse is None else arcs._coarse
 
 
+@without_truth
 class ArcSet:
     """Closed arcs on the circle, of shape () for one pose or of the shape of a batch.
 
@@ -159,6 +161,7 @@ class ArcSet:
         if psi.ndim != 2:
             raise InputError(f"intervals has shape {psi.shape}, wanted (k, 2)")
         check_angles("intervals", psi)
+        hint_degrees("intervals", psi)
         if (psi[:, 1] < psi[:, 0]).any():
             at = int(np.argmax(psi[:, 1] < psi[:, 0]))
             raise InputError(f"intervals[{at}] is {psi[at].tolist()}, wanted upper >= lower")

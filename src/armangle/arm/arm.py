@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import MISSING, Field, fields, replace
+from functools import cache
 from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any, Literal, Never, TypedDict, TypeVar, Unpack, cast
 
@@ -30,6 +31,7 @@ from .._arrays import (
     check_source,
     chosen,
     frozen,
+    hint_degrees,
     named,
     one_or_seven,
     one_pose,
@@ -514,7 +516,7 @@ class Arm(FrozenValue):
 
         The argument of `read`: whether base and tip are guessed for an offset wrist or shoulder.
         """
-        idealised = chosen("fit", fit, _FITS) == "srs"
+        idealised, read = chosen("fit", fit, _FITS) == "srs", cache(read)
         most = (MAX_ANGLE, MAX_LENGTH) if idealised else (None, None)
         given: dict[str, Any] = {
             name: value if value is not None else default
@@ -607,8 +609,10 @@ class Arm(FrozenValue):
         Raises
         ------
         InputError, LimitError
-            As `Arm`.
+            As `Arm`, also for an unknown keyword.
         """
+        for name in changes:
+            chosen("a keyword of with_", name, ArmArguments.__annotations__)
         if changes.keys() <= {"scene", "singularity_margin"}:
             return self._keeping(**{**{name: getattr(self, name) for name in _KEPT[1:]}, **changes})
         kept = self._numbers()
@@ -946,6 +950,7 @@ class Arm(FrozenValue):
     ) -> tuple[Shape, list[NDArray[Any]]]:
         """Return poses, arm angles, branches and accompanying arrays, broadcast to one batch shape."""
         poses, angles = as_poses("pose", pose, self._handle), as_floats("psi", psi)
+        hint_degrees("psi", angles)
         return broadcast([("pose", poses, 2), ("psi", angles, 0), ("gc", as_gc(gc), 0), *more])
 
     def _branches(
@@ -1793,7 +1798,10 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
     notes = (values["notes"],) if isinstance(values["notes"], str) else tuple(values["notes"])
     of_units = {
         LIKE_DEGREES: degrees_notes(values["joint_names"], values["lower"], values["upper"]),
-        LIKE_MILLIMETRES: millimetre_notes({name: values[name] for name in (*LENGTHS, *ELBOW_OFFSETS)}),
+        LIKE_MILLIMETRES: millimetre_notes(
+            {name: values[name] for name in (*LENGTHS, *ELBOW_OFFSETS)}
+            | {name: float(np.linalg.norm(values[name][:3, 3])) for name in FRAMES}
+        ),
     }
     for what, found in of_units.items():
         kept = tuple(note for note in notes if not note.startswith(what))

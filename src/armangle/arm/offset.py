@@ -24,6 +24,7 @@ from .._arrays import (
     broadcast,
     check_angles,
     chosen,
+    hint_degrees,
     output,
 )
 from .._core import Wanted
@@ -208,6 +209,7 @@ class OffsetArm(Arm):
             poses, values = poses[..., None, :, :], values[..., None]
             seeds = None if seeds is None else seeds[..., None, :]
         check_angles("psi", values)
+        hint_degrees("psi", values)
         branches = np.arange(CONFIGURATIONS) if gc is None else _checked_gc(gc)
         named: list[tuple[str, NDArray[Any], int]] = [
             ("pose", poses, 2), ("psi", values, 0), ("gc", branches, 0),

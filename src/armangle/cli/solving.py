@@ -47,6 +47,10 @@ class Asked:
     gc: int | None
     psi: float | None
 
+    def __post_init__(self) -> None:
+        if self.frame.ndim == 2:  # an error of one pose names it without an index
+            self.arm.reachable(self.frame)
+
     @property
     def frames(self) -> Floats:
         """All poses, (N, 4, 4)."""

@@ -129,9 +129,14 @@ def describe_chain(
             *notes,
             f"{NOT_EXACT} the S-R-S arm fitted to it differs by up to {_differs(off)} at the tip",
         )
-    arm = replace(arm, notes=notes if exact else (*notes, *_chain_notes(off)))
     if not exact and max(off) > ROUNDING:
         arm = replace(arm, chain=links_of(chain))
+        notes = (
+            *notes,
+            "only nearly S-R-S: the chain of the file is kept, and psi and gc are those of the S-R-S arm "
+            f"fitted to it, which differs by up to {_differs(off)} at the tip",
+        )
+    arm = replace(arm, notes=notes)
     return arm, import_report(chain, off, arm.notes)
 
 
@@ -141,16 +146,6 @@ def srs_arm(chain: Chain) -> ArmDescription:
         return describe_chain(chain, of_body=True)[0]
     except ModelError:
         return describe_chain(chain, exact=False, of_body=True)[0]
-
-
-def _chain_notes(off: tuple[float, float]) -> tuple[str, ...]:
-    """Return a note on how far (m, rad) a kept chain is off the S-R-S arm that defines psi and gc."""
-    if max(off) <= ROUNDING:
-        return ()
-    return (
-        "only nearly S-R-S: the chain of the file is kept, and psi and gc are those of the S-R-S arm fitted "
-        f"to it, which differs by up to {_differs(off)} at the tip",
-    )
 
 
 @dataclass(frozen=True)

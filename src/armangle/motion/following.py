@@ -30,6 +30,7 @@ from .options import (
     checked_options,
     core_policy,
     free_roll,
+    hint_step,
     no_bounds,
     outside_of,
     step_bounds,
@@ -153,6 +154,7 @@ def follow(
     branch, kept, most, margin, time, beyond = checked_options(
         gc, carry, max_joint_step, arm.singularity_margin, dt, outside_of(fallback)
     )
+    hint_step(max_joint_step)
     window = _window(lookahead, len(frames))
     if isinstance(arm, OffsetArm):
         check_offset(fallback, roll, carry)

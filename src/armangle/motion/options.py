@@ -16,6 +16,7 @@ from .._arrays import (
     as_gc,
     as_number,
     chosen,
+    hint_degrees,
     named,
     one_or_seven,
     warn,
@@ -56,6 +57,12 @@ def checked_options(
     if dt is not None:
         dt = as_number("dt", dt, 0.0, LONGEST_STEP, low_open=True)
     return gc, kept, max_joint_step, margin, dt, outside
+
+
+def hint_step(max_joint_step: float | None) -> None:
+    """Warn if the largest move of a joint (rad) was probably given in degrees: more than half a turn."""
+    if isinstance(max_joint_step, (float, int)) and max_joint_step > np.pi:
+        hint_degrees("max_joint_step", np.asarray(max_joint_step), np.pi)
 
 
 def outside_of(fallback: Fallback) -> str:

@@ -12,14 +12,13 @@ from numpy.typing import ArrayLike
 from .._arrays import (
     CONFIGURATIONS,
     JOINTS,
-    TURN,
     Floats,
     as_floats,
     as_number,
     as_poses,
     chosen,
+    hint_degrees,
     one_posture,
-    warn,
 )
 from .._core import ANGLE_TOLERANCE, LARGEST_ANGLE, Wish
 from .._progress import Progress, as_progress, in_parts, part, progressing
@@ -480,8 +479,7 @@ def _wished(psi: Any) -> tuple[Wish, Floats | None]:
         raise InputError(f"psi has shape {angles.shape}, wanted one number or (n,)")
     if not np.isfinite(angles).all():
         raise InputError(f"psi holds {angles[~np.isfinite(angles)][0]}, wanted finite numbers")
-    if angles.size == 1 and abs(angles[0]) > TURN:
-        warn(f"psi is {angles[0]:g}, wanted rad: were these degrees?")
+    hint_degrees("psi", angles)
     if np.abs(angles).max() > LARGEST_ANGLE:
         raise InputError(f"psi holds {np.abs(angles).max():g}, wanted rad within ±{LARGEST_ANGLE:g}")
     return Wish.PSI, np.unwrap(angles)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import TURN, Floats, named, warn
+from .._arrays import Floats, hint_degrees, named
 from ..arm.wish import Direction, as_wish
 from ..errors import InputError
 
@@ -244,8 +244,7 @@ class Towards(_Rated):
             raise InputError(f"psi is {self.psi!r}, wanted rad, or point= or direction= for the elbow")
         if self.psi is not None:
             _check_number("psi", self.psi, -_core.LARGEST_ANGLE, _core.LARGEST_ANGLE, False)
-            if abs(self.psi) > 2 * TURN:
-                warn(f"psi is {self.psi:g}, wanted rad: were these degrees?")
+            hint_degrees("psi", np.asarray(self.psi))
             return _core.Wish.PSI, float(self.psi), np.zeros(3)
         kind, target = as_wish(self.point, self.direction)
         name = kind.name.lower()

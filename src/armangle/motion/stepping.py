@@ -9,7 +9,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, as_floats, as_gc, as_poses, broadcast, check_angles, one_posture
+from .._arrays import (
+    JOINTS,
+    Floats,
+    as_floats,
+    as_gc,
+    as_poses,
+    broadcast,
+    check_angles,
+    hint_degrees,
+    one_posture,
+)
 from .._values import by_content
 from ..arm.allowed import Allowed, allowed_arcs, one_allowed
 from ..arm.arm import Arm
@@ -27,6 +37,7 @@ from .options import (
     checked_options,
     core_policy,
     free_roll,
+    hint_step,
     outside_of,
     step_bounds,
     without_last,
@@ -134,6 +145,7 @@ def resolve(
     as_srs(arm, "resolve")
     angles = as_floats("psi", psi)
     check_angles("psi", angles)
+    hint_degrees("psi", angles)
     branch = as_gc(gc)
     arcs = own = arm.feasible(pose, branch)
     kept = arm._keeps_soft(pose, branch, arm.scene)
@@ -191,10 +203,11 @@ def step(
     limit. (If that is impossible from the given `velocity_now`, the joint brakes as hard as it may.)
 
     If no arm angle does, ``why`` is the first condition whose removal permits one: NOT_ALLOWED, CLEARANCE,
-    ACCELERATION_LIMIT, VELOCITY_LIMIT, WINDING_EXHAUSTED, LIMITS, and JOINT_JUMP if none does. With bounds
-    the step then moves as far towards a solution of the pose as they allow, all joints along one straight
-    line, and the following steps come to rest on the pose: PARTIAL. Without bounds nothing moves; with
-    obstacles neither, because that line may not be collision-free.
+    ACCELERATION_LIMIT, VELOCITY_LIMIT, WINDING_EXHAUSTED, LIMITS, and JOINT_JUMP if none does. So
+    VELOCITY_LIMIT means that the pose is too far for one step even without the bound on acceleration, which
+    may slow this very step more. With bounds the step then moves as far towards a solution of the pose as
+    they allow, all joints along one straight line, and the following steps come to rest on the pose: PARTIAL.
+    Without bounds nothing moves; with obstacles neither, because that line may not be collision-free.
 
     For an arm with an offset wrist or shoulder psi is the value of joint 7 or 1, and branches meet at θ₂ = 0,
     at the stretched elbow and at the fold; ``carry``, ``roll`` and ``fallback`` are not supported.
@@ -270,6 +283,7 @@ def step(
     """
     native = _DEFAULT_RULE if policy is DEFAULT_POLICY else core_policy(policy, dt)
     outside = outside_of(fallback)
+    hint_step(max_joint_step)
     bare = allowed is None and velocity is None and acceleration is None
     if (
         bare

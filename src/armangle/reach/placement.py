@@ -13,8 +13,9 @@ from .._progress import Progress, as_progress, progressing
 from .._threads import thread_count
 from .._values import by_content
 from ..arm.arm import Arm
-from ..arm.chain import unsupported
+from ..arm.chain import NOMINAL, unsupported
 from ..errors import InputError
+from ..models.axes import NEAR_ANGLE
 from ..poses import as_transform
 from ..status import STATUSES, Status
 
@@ -165,9 +166,11 @@ def place(
     """
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
-    if arm.geometry.chain is not None:
-        raise unsupported("place")
-    lean = float(np.arccos(min(1.0, abs(float(arm.base[2, 2])))))
+    up = float(arm.base[2, 2])
+    lean = float(np.arccos(min(1.0, abs(up))))
+    if arm.geometry.chain is not None and lean < NEAR_ANGLE:  # the base fitted to a chain leans a little
+        frame = "numpy.eye(4)" if up > 0 else "numpy.diag([1.0, -1.0, -1.0, 1.0])"
+        raise unsupported("place", f"{NOMINAL}: place(arm.deviation.nominal.with_(base={frame}), ...)")
     if np.hypot(arm.base[0, 2], arm.base[1, 2]) > _UPRIGHT:
         raise InputError(
             f"arm.base leans axis 1 by {np.degrees(lean):.3g} deg, wanted it upright or straight down: "
