@@ -29,6 +29,8 @@ SAID = {
     "ik {R} {FAR} --psi 0 --gc 0": (1, "out of reach by 1253.57 mm"),
     "ik {R} {FAR} --psi 0 --all": (1, "out of reach by 1253.57 mm"),
     "ik {R} {FAR} --explain": (1, "out of reach, by up to 1254 mm"),
+    "ik {R} --pose 500,0,400,1,0,0,0": (2, "armangle: pose lies 640.312 m away"),
+    "ik {R} --pose 500,0,400,1,0,0,0 --psi 10 --gc 0": (2, "armangle: pose lies 640.312 m away"),
     "ik {R} --pose 0.2,0,0.4,1,0,0,0 --explain": (1, "The nearest pose within the limits"),
     "ik {R} --intervals {FAR} --gc 2": (1, "no feasible arm angle. pose is out of reach by 1253.57 mm"),
     "ik {R} --intervals --joints {Q}": (0, "joint 1 lower -170.0", "322.0673", "gc 3: shoulder -"),

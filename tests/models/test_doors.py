@@ -596,3 +596,13 @@ def test_what_is_no_arm_is_told_at_the_door(tmp_path: Path) -> None:
     for nothing in (0, 3, None, object()):  # 0 is the standard input, were it opened
         with pytest.raises(InputError, match=r"^source is .*, wanted the path of a file"):
             aa.Arm.load(nothing)  # type: ignore[arg-type]  # wrong on purpose
+
+
+def test_a_nearly_srs_arm_is_fitted_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = []
+    monkeypatch.setattr(
+        "armangle.models.detect.fit", lambda *given, **more: calls.append(given) or fit(*given, **more)
+    )
+    chain = broken_chain(5, shift(0.001, 0.001, 0.0) @ turn(X, 1e-3))
+    assert aa.Arm.from_urdf(write_chain(chain, "broken")).kind == "srs_chain"
+    assert len(calls) == 1

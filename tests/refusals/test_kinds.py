@@ -100,3 +100,26 @@ KINDS: list[tuple[aa.Arm, Rows]] = [
 def test_what_is_not_made_for_a_kind_is_refused_by_name(arm: aa.Arm, said: str, call: Any) -> None:
     with pytest.raises(aa.UnsupportedError, match=said):
         call(arm)
+
+
+@pytest.mark.parametrize("hanging", [False, True])
+def test_the_advice_for_place_works(hanging: bool) -> None:
+    frame = np.diag([1.0, -1.0, -1.0, 1.0]) if hanging else np.eye(4)
+    chain = calibrated("kuka_iiwa7_r800", 1.0, 1.0).geometry.chain.copy()
+    chain[0] = frame @ chain[0]
+    arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(base=frame, chain=chain)
+    with pytest.raises(aa.UnsupportedError) as error:
+        aa.place(arm, pose(arm)[None], [0.0], [0.0])
+    advice = str(error.value).rpartition(": ")[2]
+    call = advice.replace("...", "poses, [0.0], [0.0]")
+    names = {"place": aa.place, "arm": arm, "numpy": np, "poses": pose(arm)[None]}
+    found = eval(call, names)
+    assert np.array_equal(found.arm.base, frame)
+    assert found.reached.shape == (1, 1)
+
+
+def test_a_calibrated_arm_that_leans_is_told_so_first() -> None:
+    arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
+    leaning = arm.with_(base=aa.pose([0.0, 0.0, 0.0], rpy=[0.3, 0.0, 0.0]))
+    with pytest.raises(aa.InputError, match=r"leans axis 1 by 17\.2 deg"):
+        aa.place(leaning, pose(leaning)[None], [0.0], [0.0])

@@ -61,7 +61,7 @@ def checked_options(
 
 def hint_step(max_joint_step: float | None) -> None:
     """Warn if the largest move of a joint (rad) was probably given in degrees: more than half a turn."""
-    if isinstance(max_joint_step, (float, int)) and max_joint_step > np.pi:
+    if isinstance(max_joint_step, (float, int)) and np.pi < max_joint_step <= _core.LARGEST_ANGLE:
         hint_degrees("max_joint_step", np.asarray(max_joint_step), np.pi)
 
 
