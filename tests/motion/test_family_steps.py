@@ -146,6 +146,7 @@ def test_follow_is_a_loop_of_steps(arm: aa.Arm, bounds: dict[str, Any]) -> None:
     assert ok.any() or bounds
 
 
+@pytest.mark.turns(2)
 @EVERY
 def test_a_wish_for_the_elbow_is_met_and_the_tool_stays(arm: aa.Arm) -> None:
     rng, met = np.random.default_rng(6), 0
@@ -178,6 +179,7 @@ def narrow(arm: aa.Arm, rng: np.random.Generator, q: Any) -> aa.Arm:
     return arm.with_(lower=np.maximum(arm.lower, q - room), upper=np.minimum(arm.upper, q + room))
 
 
+@pytest.mark.turns(2)
 @pytest.mark.slow
 @EVERY
 def test_lookahead_saves_many_and_harms_none(arm: aa.Arm) -> None:

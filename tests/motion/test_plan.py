@@ -62,7 +62,7 @@ def check_whole(result: aa.JointPath) -> None:
         assert arm.within_limits(here.q).all()
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("block", range(6))
 def test_random_paths_against_brute_force(block: int) -> None:

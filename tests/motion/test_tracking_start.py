@@ -61,6 +61,7 @@ def farthest(arm: aa.Arm, rng: np.random.Generator, tremble: float = 0.0) -> flo
     return out
 
 
+@pytest.mark.turns(3)
 @pytest.mark.parametrize("name", aa.catalogue())
 def test_a_hand_at_the_tool_is_not_left(name: str) -> None:
     """A joint at its limit turned all round, the tool half a metre off, to bend the elbow by 3 degrees."""

@@ -61,7 +61,7 @@ CALIBRATED = calibrated("kuka_iiwa14_r820", 1.0, 1.0)
 JERKED = PATHS | {"calibrated": aa.plan(CALIBRATED, line(CALIBRATED, Q, SHIFT), start=Q)}
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(3)
 @pytest.mark.parametrize("name", JERKED)
 def test_the_jerk_is_bounded_from_and_to_a_motion(name: str) -> None:
     """Any velocities along the path at both ends: within every bound at 10 001 times, and exact ends."""

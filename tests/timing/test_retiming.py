@@ -239,7 +239,7 @@ CORNERS: list[tuple[Any, dict[str, Any]]] = [
 ]
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(3)
 @pytest.mark.slow
 @pytest.mark.parametrize(("made", "asked"), CORNERS)
 def test_rounding_corners_is_not_slower_than_stopping_at_them(made: Any, asked: dict[str, Any]) -> None:
@@ -431,7 +431,7 @@ def test_corners_closer_than_a_cycle_count_as_acceleration(rows: int) -> None:
     assert found.duration >= 0.999 * least
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("between", ["joints", "spline"])
 @pytest.mark.parametrize("tool_speed", [None, 0.1])
 def test_a_looser_bound_on_jerk_makes_no_motion_of_many_turns_slower(
@@ -521,6 +521,7 @@ def test_a_row_that_is_repeated_is_no_stop(asked: dict[str, float]) -> None:
         np.testing.assert_allclose(found.q[[0, -1]], repeated[[0, -1]], atol=1e-12)
 
 
+@pytest.mark.turns(3)
 @pytest.mark.parametrize("between", ["joints", "spline", "tool"])
 def test_several_rows_in_turn_that_repeat_one_are_no_stop(between: Between) -> None:
     middle, last = Q + np.array([0.2, 0.1, -0.3, 0.2, 0.1, -0.2, 0.4]), Q + 0.1
