@@ -8,7 +8,8 @@ CASES ?= 200000
 EXAMPLES ?= 5000
 SEED ?= $(shell date +%Y%m%d)
 MUTANTS ?= 50
-PARALLEL = -n auto --dist loadfile
+# One worker more than processors: a worker waits for a browser, a cluster or a compiler now and then.
+PARALLEL = -n $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1) --dist loadfile
 LOWEST = numpy==1.26.0 pytest==8.0.0 hypothesis==6.100.0 matplotlib==3.8.0
 FUZZERS = inverse feasible step plan nearest
 

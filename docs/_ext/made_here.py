@@ -1,9 +1,8 @@
 """What a build makes: pictures from the library's data, the tables of measured times, docstring fields."""
 
-import os
 import re
-import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from sphinx.application import Sphinx
@@ -26,18 +25,15 @@ def take_benchmarks(app: Sphinx) -> None:
         made.write_text(block, encoding="utf-8")
 
 
-def _help(*words: str) -> str:
-    command = [sys.executable, "-m", "armangle", *words, "--help"]
-    plain = {**os.environ, "COLUMNS": "80", "NO_COLOR": "1"}
-    return subprocess.run(command, capture_output=True, text=True, check=False, env=plain).stdout
-
-
 def take_help(app: Sphinx) -> None:
-    """Take the help of every command of the command line."""
-    listed = _help().partition("commands:")[2].split("\n\n")[0]
-    commands = re.findall(r"^  (\w+) ", listed, re.MULTILINE)
-    helps = {name: _help(name) for name in commands}  # empty where a command's extra is not installed
-    sections = [f"## armangle {name}\n\n```text\n{text}```\n" for name, text in helps.items() if text]
+    """Take the help of every command of the command line whose extra is installed."""
+    from armangle import MissingExtraError
+    from armangle.cli.main import COMMANDS, command_parser
+
+    sections = []
+    for name in COMMANDS:
+        with suppress(MissingExtraError):
+            sections.append(f"## armangle {name}\n\n```text\n{command_parser(name).format_help()}```\n")
     (Path(app.srcdir) / "_made" / "cli.md").write_text("\n".join(sections), encoding="utf-8")
 
 
@@ -49,7 +45,7 @@ def compile_demo(app: Sphinx, failed: Exception | None) -> None:
     import build
 
     try:
-        script = build.script()
+        script = build.script(build.code())
     except RuntimeError:
         script = ""
     (Path(app.outdir) / "_static" / "armangle_demo.js").write_text(script, encoding="utf-8")

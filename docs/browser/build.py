@@ -36,11 +36,11 @@ def code() -> bytes:
         return out.read_bytes()
 
 
-def script() -> str:
-    """Return the page's script with the core inside."""
+def script(core: bytes) -> str:
+    """Return the page's script with the compiled core inside."""
     text = (HERE / "demo.js").read_text(encoding="utf-8")
-    return f'const ARMANGLE_CORE = "{base64.b64encode(code()).decode()}";\n{text}'
+    return f'const ARMANGLE_CORE = "{base64.b64encode(core).decode()}";\n{text}'
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(script(), encoding="utf-8")
+    Path(sys.argv[1]).write_text(script(code()), encoding="utf-8")

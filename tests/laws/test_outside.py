@@ -128,7 +128,7 @@ def test_a_pose_with_a_posture_is_solved_as_ever(any_arm: aa.Arm) -> None:
         assert np.array_equal(plain, other)
 
 
-@pytest.mark.turns(4)
+@pytest.mark.turns(8)
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_search_from_many_starts_comes_nearer(any_arm: aa.Arm, kind: str) -> None:

@@ -47,7 +47,7 @@ def page(code: bytes) -> Iterator[Any]:
     with need("playwright.sync_api").sync_playwright() as playwright:
         running = playwright.chromium.launch(executable_path=chromium, args=["--headless", "--no-sandbox"])
         page = running.new_page()
-        page.set_content(f'<div id="armangle-demo"></div><script>{build().script()}</script>')
+        page.set_content(f'<div id="armangle-demo"></div><script>{build().script(code)}</script>')
         yield page
         running.close()
 

@@ -5,37 +5,46 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
+from support import draw
 from support.needs import need
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("[0-9][0-9]_*.py"))
 PICTURES = sorted((Path(__file__).parents[2] / "examples" / "pictures").glob("*.py"))
 MOST_LINES = 60
 PICTURE_LINES = 15
+PRINTS = """
+import contextlib, io, runpy, sys
+for path in sys.argv[1:]:
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        runpy.run_path(path, run_name="__main__")
+    assert printed.getvalue(), path
+"""
+DRAWS = """
+import runpy, sys, matplotlib.pyplot as plt
+for path in sys.argv[1:]:
+    runpy.run_path(path, run_name="__main__")
+    plt.savefig("a.png")
+    plt.close("all")
+    assert open("a.png", "rb").seek(0, 2) > 10_000, path
+"""
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
-def test_example_runs_without_a_word_of_complaint(example: Path, tmp_path: Path) -> None:
-    if "import mujoco" in example.read_text(encoding="utf-8"):
-        need("mujoco")
+def run(code: str, paths: list[Path], folder: Path) -> None:
+    """Run code on files, one after another, without a warning of what will be gone."""
     environment = {**os.environ, "MPLBACKEND": "agg", "PYTHONWARNINGS": "error::DeprecationWarning:__main__"}
-    command = [sys.executable, str(example)]
-    ran = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
-    assert ran.returncode == 0 and ran.stdout, ran.stderr
-
-
-@pytest.mark.turns(5)
-@pytest.mark.parametrize("picture", PICTURES, ids=lambda path: path.stem)
-def test_a_picture_is_drawn_by_fifteen_lines(picture: Path, tmp_path: Path) -> None:
-    """The pages draw all of them too."""
-    drawing = (
-        f"import runpy, matplotlib.pyplot as plt; runpy.run_path({str(picture)!r}); plt.savefig('a.png')"
-    )
-    environment = {**os.environ, "MPLBACKEND": "agg", "PYTHONWARNINGS": "error::DeprecationWarning:__main__"}
-    command = [sys.executable, "-c", drawing]
-    ran = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    command = [sys.executable, "-c", code, *map(str, paths)]
+    ran = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
-    assert (tmp_path / "a.png").stat().st_size > 10_000
+
+
+def test_examples_run_without_a_word_of_complaint(tmp_path: Path) -> None:
+    need("mujoco")
+    run(PRINTS, EXAMPLES, tmp_path)
+
+
+def test_pictures_are_drawn_by_fifteen_lines(tmp_path: Path) -> None:
+    """The pages draw all of them too, and so does `make thorough`."""
+    run(DRAWS, PICTURES if draw.COUNT else PICTURES[::5], tmp_path)
 
 
 def test_examples_are_short_and_numbered_without_a_gap() -> None:

@@ -19,6 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 OTHERS = [level for level in _core.LEVELS if _cpu.supports(level) and level != _core.ISA]
 
 
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("level", OTHERS or [_core.ISA])
 def test_the_core_laws_hold(level: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """In C++ with the flags of each level; `make levels` asks Python of every level of a wheel."""

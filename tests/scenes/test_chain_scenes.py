@@ -62,26 +62,10 @@ def questions(arm: aa.Arm, body: aa.Body, seed: int) -> Any:
         yield arm, q, *arm.forward(q), scene, rng
 
 
-def apart_at(arm: aa.Arm, pose: Any, psi: Any, gc: int, scene: aa.Scene) -> Any:
-    """The least distance at each arm angle, m; NaN where there is no posture."""
-    q = arm.inverse(np.broadcast_to(pose, (len(psi), 4, 4)), psi, gc, on_error="nan", limits=False)
-    there, out = np.isfinite(q[:, 0]), np.full(len(psi), np.nan)
-    out[there] = distances(arm, q[there], scene)[0].min(axis=-1)
-    return out
-
-
 def away(arcs: aa.ArcSet, psi: Any) -> Any:
     """How far angles are from the ends of a set, rad."""
     ends = arcs.intervals.ravel() if arcs.ends else np.empty(0)
     return np.array([np.min(np.abs(np.angle(np.exp(1j * (ends - x)))), initial=9.0) for x in psi])
-
-
-def _obstacle_psi(arcs: aa.ArcSet) -> Any:
-    """The ends of arcs that obstacles cause."""
-    rows = zip(arcs.intervals, arcs.ends, strict=True) if arcs.ends else ()
-    return np.array(
-        [psi for row, ends in rows for psi, end in zip(row, ends, strict=True) if end.side == "obstacle"]
-    )
 
 
 def test_without_deviation_the_arcs_are_those_of_the_exact_arm() -> None:
@@ -127,66 +111,3 @@ def test_a_certified_plan_touches_nothing_between_its_rows(name: str) -> None:
         else:
             assert len(path.uncertified)
     assert certified >= 1
-
-
-@pytest.mark.slow
-def test_the_naive_way_keeps_the_nominal_links_clear_and_touches() -> None:
-    """Ends of the nominal arm's arcs: there the true links are nearer to what they touch than asked."""
-    short = [0.0]
-    asked = [each for seed in range(5, 13) for each in questions(ARMS["openarm_v10 2.0 mm"], BONES, seed)]
-    for arm, _, pose, _, gc, scene, _ in asked:
-        apart = apart_at(
-            arm, pose, _obstacle_psi(arm.deviation.nominal.with_(scene=scene).feasible(pose, gc)), gc, scene
-        )
-        short += (scene.clearance - apart[np.isfinite(apart)]).tolist()
-        kept = apart_at(arm, pose, _obstacle_psi(arm.with_(scene=scene).feasible(pose, gc)), gc, scene)
-        assert (np.abs(kept - scene.clearance) < 1e-6).all()
-    assert max(short) > 1e-4
-
-
-def test_what_the_arm_angle_does_not_move_blocks_the_pose() -> None:
-    arm = ARMS["kuka_iiwa7_r800 1.0 mm"].with_(body=BONES).with_(hand=[aa.Ball([0, 0, 0.05], 0.05)])
-    pose, psi, gc = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
-    at_hand = aa.Scene([aa.Ball((pose @ [0, 0, 0.05, 1])[:3], 0.02, name="cup")])
-    arcs = arm.with_(scene=at_hand).feasible(pose, gc)
-    assert arcs.is_empty and arcs.status is aa.Status.POSE_BLOCKED and arcs.blocking == ("cup", "hand")
-    assert arm.with_(scene=at_hand).solve(pose).status is aa.Status.POSE_BLOCKED
-    assert arm.clearance(arm.inverse(pose, psi, gc, limits=False), at_hand).distance == pytest.approx(-0.07)
-    around = aa.Scene([aa.Ball(arm.frames([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[3, :3, 3], 1.0, name="all")])
-    assert arm._clear(pose, gc, around).status is aa.Status.POSE_BLOCKED
-    assert arm.with_(hand=[])._clear(pose, gc, around).status is aa.Status.CLEARANCE
-    assert arm._clear(pose, gc, aa.Scene()) == arm.with_(lower=[-9] * 7, upper=[9] * 7).feasible(pose, gc)
-
-
-HOME = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
-
-
-@pytest.mark.parametrize("name", ["kuka_iiwa7_r800 0.1 mm", "kuka_iiwa7_r800 2.0 mm"])
-def test_a_tracker_never_touches_with_the_true_links(name: str) -> None:
-    """A hand drags the tool along and then through a ball; the nominal arm's tracker touches it."""
-    arm, touched, stood, followed = ARMS[name].with_(body=BONES), 0, 0, 0
-    pose, wrist = arm.forward(HOME)[0], arm.frames(HOME)[5, :3, 3]
-    for way in np.array([[0, 1, 0], [0, -1, 0], [0.6, 0.8, 0], [0.6, -0.8, 0]]):
-        ball = aa.Ball(wrist + 0.28 * way, 0.1, name="ball")
-        scene = aa.Scene([ball], clearance=0.01)
-        hands = np.repeat(pose[None], 700, axis=0)
-        hands[:, :3, 3] += 0.15 * 0.004 * np.arange(700)[:, None] * way
-        trackers = [
-            aa.Tracker(one.with_(scene=scene), dt=0.004, velocity=2.0, acceleration=20.0)
-            for one in (arm, arm.deviation.nominal)
-        ]
-        for tracker in trackers:
-            tracker.start(HOME)
-        ticks = [trackers[0].step(hand) for hand in hands]
-        q = np.array([now.q for now in ticks])
-        assert distances(arm, q, scene)[0].min() >= scene.clearance - 1e-9
-        touched += int(distances(arm, trackers[1].run(hands), scene)[0].min() < scene.clearance - 1e-9)
-        follows = np.array([now.status is aa.Tracking.FOLLOWING for now in ticks])
-        assert np.abs(arm.forward(q[follows])[0] - hands[follows]).max() < 1e-8
-        followed += int(follows.sum())
-        pairs = [now.pair for now in ticks if now.pair is not None]
-        stood += len(pairs)
-        assert {pair[0] for pair in pairs} <= {"ball"}
-    assert followed > 300
-    assert stood > 50
-    assert touched > 0 or not name.endswith("2.0 mm")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scenes.test_chain_scenes import ALL_LINKS, BASE, BONES, CHAINS, HOME, away, obstacles, questions
+from scenes.test_chain_scenes import ALL_LINKS, BASE, BONES, CHAINS, away, obstacles, questions
 from support.calibrated import ARMS, calibrated_offset
 from support.draw import count
 from support.touching import distances
@@ -34,6 +34,7 @@ FAMILIES = {
 }
 FREE = {name: arm for name, arm in FAMILIES.items() if arm.redundancy != "arm_angle"}
 OFFSET = {name: arm for name, arm in FREE.items() if arm.geometry.chain is None}
+HOME = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 BODIES = {"bones": BONES, "all links": ALL_LINKS}
 EVERY = pytest.mark.parametrize("arm", FAMILIES.values(), ids=FAMILIES.keys())
 MADE = FAMILIES | {f"chain {name}": arm for name, arm in CHAINS.items()}
@@ -103,6 +104,7 @@ def test_all_branches_at_once_are_the_same(arm: aa.Arm) -> None:
             assert ((every[gc] & ~one) | (one & ~every[gc])).measure < 1e-8
 
 
+@pytest.mark.turns(2)
 @EVERY
 def test_an_end_of_an_obstacle_is_where_its_pair_comes_to_the_clearance(arm: aa.Arm) -> None:
     checked = 0
@@ -179,6 +181,7 @@ def test_solve_is_the_nearest_that_is_clear(arm: aa.Arm) -> None:
     assert solved > 2
 
 
+@pytest.mark.turns(2)
 @EVERY_FREE
 def test_every_solution_keeps_clear_and_none_is_nearer_than_solve(arm: aa.Arm) -> None:
     found = 0
@@ -200,7 +203,7 @@ def test_every_solution_keeps_clear_and_none_is_nearer_than_solve(arm: aa.Arm) -
     assert found > 10
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @MORE
 def test_prefer_clearance_is_the_farthest_from_the_obstacles(arm: aa.Arm) -> None:
     asked = 0
@@ -218,6 +221,7 @@ def test_prefer_clearance_is_the_farthest_from_the_obstacles(arm: aa.Arm) -> Non
     assert asked > 1
 
 
+@pytest.mark.turns(2)
 @MORE
 def test_steps_keep_clear(arm: aa.Arm) -> None:
     taken = 0
@@ -260,9 +264,10 @@ def test_a_step_stops_at_a_wall_that_moves_in() -> None:
     assert np.abs(path.q[rows] - q).max() > 0.01
 
 
-def test_what_no_joint_moves_blocks_the_pose() -> None:
-    arm = FAMILIES["franka_fr3"].with_(body=BONES, hand=[aa.Ball([0, 0, 0.05], 0.05)])
-    q = 0.5 * (arm.lower + arm.upper)
+@pytest.mark.parametrize("name", ["franka_fr3", "own chain"])
+def test_what_no_joint_moves_blocks_the_pose(name: str) -> None:
+    arm = FAMILIES[name].with_(body=BONES, hand=[aa.Ball([0, 0, 0.05], 0.05)])
+    q = HOME if name == "own chain" else 0.5 * (arm.lower + arm.upper)
     pose, _, gc = arm.forward(q)
     cup = aa.Scene([aa.Ball((pose @ [0, 0, 0.05, 1])[:3], 0.02, name="cup")])
     arcs = arm.with_(scene=cup).feasible(pose, gc)
@@ -293,7 +298,7 @@ def test_the_arm_keeps_body_hand_and_scene() -> None:
         arm.with_(singularity_margin=0.1)
 
 
-@EVERY_FREE
+@EVERY
 def test_a_tracker_never_touches(arm: aa.Arm) -> None:
     made, stood, followed = arm.with_(body=BONES), 0, 0
     q = np.clip(HOME * [1, 1, 1, 1.3, 1, 1, 1], made.lower + 0.2, made.upper - 0.2)
