@@ -258,7 +258,7 @@ def parked(arm: aa.Arm, rng: np.random.Generator, many: int) -> Any:
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
 def test_what_inverse_answers_beside_an_end_is_on_its_pose(arm: aa.Arm) -> None:
-    """At a fold, a stretched elbow or where the wrist nears the shoulder, and just beyond: to 1e-11, or NaN."""
+    """At a fold, a stretched elbow or where the wrist nears the shoulder, and just beyond: 1e-11, or NaN."""
     rng = np.random.default_rng(23)
     q = parked(arm, rng, count(200))
     off = 10.0 ** rng.uniform(-13, -4, q.shape) * rng.choice([-1, 0, 1], q.shape)
