@@ -188,6 +188,7 @@ public:
 private:
     double precision_ = 0;
 
+    /// Reads an array of type T of this shape into `to`; false if the shape differs.
     template <class T>
     static bool read_array(const Buffer& b, int rows, int columns, double* to) noexcept {
         const bool vector = rows == 1;

@@ -48,6 +48,7 @@ void parallel(std::size_t n, int threads, const Work& work, const Idle& idle) {
     for (std::size_t t = 1; t < count; ++t) pool[t].join();
 }
 
+/// Splits [0, n) into one range a thread and calls work(begin, end, thread).
 template <class Work>
 void parallel(std::size_t n, int threads, const Work& work) {
     parallel(n, threads, work, [] {});

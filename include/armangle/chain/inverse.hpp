@@ -198,7 +198,7 @@ struct Reduced {
     T m_12, m_02, m_01;  // Cramer's rule: minors
     T per_det, per;      // one over each determinant
 
-    /// Eliminates joints 5-7.
+    /// Eliminates joints 5 to 7 from the seven equations; see is_regular().
     ARMANGLE_INLINE explicit Reduced(const SevenEquations<T>& f) noexcept : c_(f.column) {
         const Vec3<T> r_5 = cross(c_[5].turn, c_[6].turn), r_6 = cross(c_[6].turn, c_[4].turn),
                       r_7 = cross(c_[4].turn, c_[5].turn);

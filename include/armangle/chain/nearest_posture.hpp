@@ -129,7 +129,7 @@ private:
         return out;
     }
 
-    /// Computes the joint values of a posture that was found, and whether they are within the limits.
+    /// Computes the joint values of a posture from its angles, and whether they are within the limits.
     void finish(PointSolution& out) const noexcept {
         if (!out.found) return;
         double near[joint_slots] = {};

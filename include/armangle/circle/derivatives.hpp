@@ -159,7 +159,7 @@ inline Status rates_at(const Arm& arm, const Pose<double>& pose, double psi, int
     return Status::OK;
 }
 
-/// Whether joint j has a derivative with respect to psi, and (below) with respect to the pose.
+/// Whether joint j has a derivative with respect to psi.
 inline bool moves_with_psi(const Rates<double>& r, int j) noexcept {
     return j == 3 || (j < 3 ? r.shoulder : r.wrist);
 }

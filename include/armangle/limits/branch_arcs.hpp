@@ -164,6 +164,8 @@ protected:
 /// The arcs of each branch, computed on first use, and the best solution found on them.
 class BranchArcs : protected JointSearch {
 public:
+    /// Computes the circle of a pose and the bend of both elbow signs with their limits; arcs follow on first
+    /// use.
     BranchArcs(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                const NearestOptions& options, int& rounds) noexcept
         : JointSearch(arm, limits, pose, options, rounds) {

@@ -85,6 +85,7 @@ struct ElbowBranches {
 /// The two signs of the elbow at one pose, and the costs of their branches over boxes of psi.
 class ElbowCosts : protected PostureCosts {
 public:
+    /// Computes the circle of a pose and the cost functions of the joints.
     ElbowCosts(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                const NearestOptions& options) noexcept
         : PostureCosts(arm, options),

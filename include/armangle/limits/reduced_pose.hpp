@@ -245,9 +245,12 @@ private:
         ThetaRange range;
         UnionOfArcs turns;
 
+        /// Begins without rotations; done at once if they are not wanted, or if the joint turns all around
+        /// anyway.
         Share(bool wanted, const ThetaRange& of) noexcept
             : done(!wanted || !(of.upper - of.lower < two_pi)), range(of) {}
 
+        /// Adds the rotations at which the joint keeps its range while psi is in [lower, upper].
         void add(const Pivot<double>& pivot, const Hinge<double>& hinge, double lower,
                  double upper) noexcept {
             const detail::Swings s = detail::swings(pivot, hinge, lower, upper);

@@ -65,9 +65,9 @@ struct Rows {
     }
 
 private:
-    /// The lower bounds of the joints.
+    /// The first eight numbers.
     Lane<8> lower() const noexcept { return Lane<8>::load(row); }
-    /// The upper bounds of the joints.
+    /// The last eight numbers.
     Lane<8> upper() const noexcept { return Lane<8>::load(row + 8); }
 };
 

@@ -15,6 +15,8 @@ namespace armangle {
 /// The state of a tracked arm: its joints, their velocities, and the bounds of the next cycle.
 class TrackerBounds {
 protected:
+    /// Computes the bounds of each joint, narrower limits within which configurations are preferred, and the
+    /// scene with larger clearances.
     TrackerBounds(const Arm& arm, const TrackerOptions& options) noexcept
         : arm_(arm), options_(options), hand_(options.hand) {
         for (int j = 0; j < joints; ++j) {
@@ -193,6 +195,7 @@ protected:
     struct Pace {
         double k, power;
 
+        /// Lowers the factor k to `other` with its power, unless it is lower already.
         void at_most(double other, double its_power) noexcept {
             if (!(other < k)) return;
             k = other;

@@ -14,6 +14,7 @@ namespace armangle {
 /// Chooses the goal: exact arcs, else the target moved into reach and its arcs, else the least relaxation.
 class TrackerGoal : protected TrackerBounds {
 protected:
+    /// `other_body`: the arm that moves has other links than `arm`, which chooses the goals.
     TrackerGoal(const Arm& arm, const TrackerOptions& options, bool other_body) noexcept
         : TrackerBounds(arm, options), other_body_(other_body) {}
 

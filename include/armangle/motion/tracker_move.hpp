@@ -198,7 +198,7 @@ protected:
         return not_a_number;
     }
 
-    /// Ends the joint motion to another configuration.
+    /// Ends the joint motion to another configuration: forgets its waypoints.
     void rest() noexcept {
         turning_to_ = -1;
         asked_ = false;

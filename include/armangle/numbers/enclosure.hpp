@@ -96,6 +96,7 @@ template <class T>
 ARMANGLE_INLINE Enclosure<T> min(Enclosure<T> a, Enclosure<T> b) noexcept {
     return {min(a.middle, b.middle), max(a.radius, b.radius)};
 }
+/// An enclosure of the larger of two enclosed numbers.
 template <class T>
 ARMANGLE_INLINE Enclosure<T> max(Enclosure<T> a, Enclosure<T> b) noexcept {
     return {max(a.middle, b.middle), max(a.radius, b.radius)};

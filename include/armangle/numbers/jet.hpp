@@ -89,6 +89,7 @@ private:
     }
 };
 
+/// In each lane the series `yes` if the mask is set, else `no`.
 template <class M, class T, int K>
 Jet<T, K> select(const M& mask, const Jet<T, K>& yes, const Jet<T, K>& no) noexcept {
     Jet<T, K> out;
@@ -96,11 +97,13 @@ Jet<T, K> select(const M& mask, const Jet<T, K>& yes, const Jet<T, K>& no) noexc
     return out;
 }
 
+/// The series a b + c.
 template <class T, int K>
 Jet<T, K> mul_add(const Jet<T, K>& a, const Jet<T, K>& b, const Jet<T, K>& c) noexcept {
     return a * b + c;
 }
 
+/// The absolute value of a series by the sign of its value; at 0 that of the positive side.
 template <class T, int K>
 Jet<T, K> abs(const Jet<T, K>& a) noexcept {
     return select(a < Jet<T, K>(0.0), -a, a);
@@ -114,6 +117,7 @@ Jet<T, K> min(const Jet<T, K>& a, const Jet<T, K>& b) noexcept {
     out.coefficient[0] = min(a.coefficient[0], b.coefficient[0]);
     return out;
 }
+/// The series with the larger value.
 template <class T, int K>
 Jet<T, K> max(const Jet<T, K>& a, const Jet<T, K>& b) noexcept {
     return -min(-a, -b);

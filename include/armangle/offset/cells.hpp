@@ -39,6 +39,7 @@ namespace detail {
 /// The joints of a pose and branch, at a value of the free joint or bounded over a cell of such values.
 class OffsetCells {
 public:
+    /// Computes what a pose and branch have in common for all values of the free joint.
     OffsetCells(const OffsetArm& arm, const Pose<double>& pose, int gc) noexcept
         : arm_(arm), motion_(offset_motion(arm, pose, gc)) {}
 
@@ -144,6 +145,7 @@ private:
 template <class Cells>
 class CellJudge {
 public:
+    /// Keeps the joint ranges that decide the cells of a pose in branch gc.
     template <class AnyArm>
     CellJudge(const AnyArm& arm, const Pose<double>& pose, int gc, const ThetaRanges& ranges) noexcept
         : cells(arm, pose, gc), ranges_(ranges) {}

@@ -57,6 +57,8 @@ inline const FormTables form_tables;
 /// the given angle.
 class LimitForms {
 public:
+    /// Computes what the functions of a pose and branch share: the shoulder in the axes of the flange, with
+    /// errors.
     LimitForms(const OffsetArm& arm, const OffsetMotion<>& m) noexcept : arm_(arm.rest), a_6_(arm.a_6) {
         using detail::form_tables;
         const double axis = tolerance::rounding;  // how far the flange's axes may be from a rotation's

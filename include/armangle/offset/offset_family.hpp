@@ -27,6 +27,9 @@ public:
         return {q[robot_joint(*arm_, 6)], forward(*arm_, q).gc};
     }
 
+    /// Writes the directions of the joints at a value of the free joint (rad) to `out`. Returns by how much a
+    /// solution exists: the lesser of g^2 - t^2 and the rest of the reach, as shares of the reach; negative
+    /// without.
     template <class T>
     T place(const Pose<T>& pose, int gc, const T& free, Directions<T>& out) const noexcept {
         const Arm& rest = arm_->rest;

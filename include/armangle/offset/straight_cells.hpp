@@ -33,6 +33,7 @@ class StraightCells {
 public:
     static constexpr double widest = 0.05;  // rad: half width
 
+    /// Keeps a pose in branch gc.
     StraightCells(const AnyArm& arm, const Pose<double>& pose, int gc) noexcept
         : arm_(nominal_offset(arm)), cells_(arm, pose, gc) {}
 

@@ -150,7 +150,7 @@ private:
     struct Alone {
         double lower, upper, start, slope, bend;
     };
-    /// A cell in which no root is proven or excluded.
+    /// A cell as a possible root: it is neither proven nor excluded there.
     static RootEnclosure undecided(const Cell& cell) noexcept { return {cell.lower, cell.upper, false}; }
 
     /// An upper bound of the error of the function's value, if sigma lies between two numbers.

@@ -32,6 +32,7 @@ struct OffsetTurnTuning {
 /// Computes the rotations of one pose around axis 1 or 7 at which it is reachable.
 class OffsetTurns {
 public:
+    /// Keeps a pose with an exact rotation; the joint that turns is the one at the tool or the base.
     OffsetTurns(const OffsetArm& arm, const Pose<double>& exact, Turned turned,
                 const OffsetTurnTuning& tuning) noexcept
         : arm_(arm),

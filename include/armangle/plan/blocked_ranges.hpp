@@ -50,6 +50,7 @@ inline double least_over_turns(const Rod& rod, const Solid& solid, double R) noe
     const double amplitude = 2.0 * extent(as_solid(rod)).off_axis * extent(solid).off_axis;
     struct Slice {
         double a, F_a, b, F_b;
+        /// A lower bound of F over the slice; A bounds its second derivative.
         double lowest(double A) const noexcept { return least_between(F_a, F_b, A, b - a); }
     };
     const auto at = [&](double psi) {

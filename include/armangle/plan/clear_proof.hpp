@@ -46,9 +46,9 @@ struct MotionBounds {
     double speed = 0, bend = 0;
 };
 
-/// The greatest magnitude of a member of an interval, and of a vector of intervals.
+/// The greatest magnitude of a member of an interval.
 inline double greatest(const Interval& x) noexcept { return max(-x.lo, x.hi); }
-/// An upper bound of the length of an enclosed vector.
+/// An upper bound of the length of a vector whose components are in these intervals.
 inline double greatest(const Vec3<Interval>& v) noexcept {
     const Interval x = greatest(v.x), y = greatest(v.y), z = greatest(v.z);
     return sqrt(x * x + y * y + z * z).hi;

@@ -133,7 +133,7 @@ private:
         if (a.verdict == Verdict::ok) return a.cost < b.cost;
         return a.elsewhere != b.elsewhere ? b.elsewhere : a.reached > b.reached;
     }
-    /// Lets the caller stop the computation.
+    /// Calls the caller's checkpoint, if any, which may throw to stop the computation.
     void pass_checkpoint() const {
         if (options_.checkpoint) options_.checkpoint();
     }

@@ -22,7 +22,7 @@ struct ScenesAlong {
     const Scene& operator[](int k) const noexcept { return *scene[k]; }
     /// Where part k begins.
     double begin(int k) const noexcept { return static_cast<double>(k) / count; }
-    /// The first and the last part to which s belongs; they differ at a boundary.
+    /// The index of the first scene that holds at s; at a boundary between two parts it differs from last().
     int first(double s) const noexcept { return part(s - edge); }
     /// The index of the last scene that holds at s.
     int last(double s) const noexcept { return part(s + edge); }

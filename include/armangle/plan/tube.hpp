@@ -241,7 +241,7 @@ inline SolvedSection solve_section(const Task& task, int gc, double s) {
     return out;
 }
 
-/// Distance of two points or directions.
+/// The distance of two points (m), or of two unit vectors.
 inline double gap(const Vec3<double>& a, const Vec3<double>& b) noexcept { return norm(a - b); }
 
 /// The largest rotation (rad, as a chord) of the wrist's direction, the tool and the elbow between two

@@ -61,7 +61,7 @@ struct EightWindings {
     /// Begins with eight empty places.
     EightWindings() noexcept { std::fill(phi, phi + 8, not_a_number); }
 
-    /// Stores the revolutions of one phi in the next place.
+    /// Stores the revolutions of the joints at one phi in the next of the eight places.
     void add(const Windings& group) noexcept {
         const int i = used++;
         phi[i] = group.phi;

@@ -104,9 +104,9 @@ struct Scene {
     bool unasked(int obstacle, int link) const noexcept {
         return may_touch(obstacle, link) || never_meet(obstacle, link);
     }
-    /// The first number of the rods of links 1, 2, 5 and 6 among the obstacles, and among the links.
+    /// The number of the first rod of links 1, 2, 5 and 6 in the count of obstacles.
     int first_swing_obstacle() const noexcept { return first_held + held_count; }
-    /// The number of the first swinging link among the links.
+    /// The number of the first rod of links 1, 2, 5 and 6 in the count of links.
     int first_swing_link() const noexcept { return part_count + base_count + held_count; }
 };
 
@@ -221,6 +221,7 @@ inline void for_base(const Scene& scene, const Visit& visit) noexcept {
         if (scene.solid_id[k] >= scene.first_base) visit(scene.solids[k], scene.solid_id[k]);
 }
 
+/// Calls visit(solid, id) for every solid on the ground, balls included.
 template <class Visit>
 inline void for_ground(const Scene& scene, const Visit& visit) noexcept {
     for_ground(scene, [](const BallGroup&) { return true; }, visit);

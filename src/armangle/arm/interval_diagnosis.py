@@ -74,6 +74,7 @@ def _blocking(arm: _Diagnosed, pose: Floats, gc: int) -> tuple[int, ...]:
     sets = [ArcSet(ends[joint][: counts[joint]]) for joint in range(JOINTS)]
 
     def is_shut(joints: list[int]) -> bool:
+        """Return whether the limits of these joints (from 0) together permit no arm angle."""
         open_ = ArcSet([(-np.pi, np.pi)])
         for joint in joints:
             open_ = open_ & sets[joint]

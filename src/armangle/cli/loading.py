@@ -197,7 +197,7 @@ def _with_body(arm: Arm, args: argparse.Namespace) -> Arm:
 
 
 def _gripper(args: argparse.Namespace) -> tuple[Shape, ...]:
-    """Return the shapes of --gripper, in the tool frame."""
+    """Return the shapes of --gripper in the tool frame: those of a file, or a ball or capsule of a radius."""
     text = args.gripper
     if Path(text).suffix.lower() == ".toml":
         held = load_scene(text)

@@ -148,6 +148,7 @@ def _text(path: PathLike, most: int) -> str:
     """Return the text of a file; raise if it cannot be read or is larger than `most` bytes."""
 
     def fail(why: str) -> NoReturn:
+        """Raise the error of a file that cannot be read."""
         raise SceneError("file", "path", str(path), f"a text file that can be read ({why})")
 
     return _opening.text_of(path, most, fail)

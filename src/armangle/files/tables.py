@@ -141,6 +141,7 @@ def sheet_of(value: Any) -> Sheet:
 @sheet_of.register(JointPath)
 @sheet_of.register(JointTable)
 def _(value: JointPath | JointTable) -> Sheet:
+    """Return the columns for a joint path: one row for each of its rows, solved or not."""
     names = np.array([status.name for status in STATUSES])[value.status]
     blocks = {name: getattr(value, name) for name in ("s", "q", "psi", "gc")}
     return Sheet("joints", blocks | {"status": names, "margin": value.margin}, _HEADINGS)
@@ -148,12 +149,14 @@ def _(value: JointPath | JointTable) -> Sheet:
 
 @sheet_of.register
 def _(value: Solution) -> Sheet:
+    """Return the columns for a batch of solutions: one row for each pose, NaN where there is none."""
     q = value.q.reshape(-1, JOINTS)
     return _solution_rows(q, value.psi, value.gc, value.margin, np.ravel(value.status))
 
 
 @sheet_of.register
 def _(value: Solutions) -> Sheet:
+    """Return the columns for all solutions of one pose: one row for each; raise for a batch of poses."""
     status = np.full(len(value), Status.OK)  # one pose; for a batch len() raises the error
     return _solution_rows(value.q, value.psi, value.gc, value.margin, status)
 
@@ -167,12 +170,14 @@ def _solution_rows(q: Floats, psi: Any, gc: Any, margin: Any, status: NDArray[An
 
 @sheet_of.register
 def _(value: Trajectory) -> Sheet:
+    """Return the columns for a trajectory, with the joint names of its arm."""
     blocks = {name: getattr(value, name) for name in ("t", "s", *RATES)}
     return Sheet("trajectory", blocks, RATES, value.path.arm.geometry.joint_names)
 
 
 @sheet_of.register
 def _(value: TrajectoryTable) -> Sheet:
+    """Return the columns for a trajectory without an arm, with its own joint names."""
     blocks = {name: getattr(value, name) for name in ("t", "s", *RATES)}
     return Sheet("trajectory", blocks, RATES, value.joint_names)
 

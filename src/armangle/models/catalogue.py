@@ -155,6 +155,7 @@ def read_robot(path: str | os.PathLike[str]) -> CatalogueEntry:
     path = Path(path)
 
     def fail(why: str) -> NoReturn:
+        """Raise the error of a file that cannot be read."""
         raise ModelError(why, source=str(path))
 
     text = _opening.text_of(path, _opening.TABLES, fail)

@@ -720,7 +720,7 @@ class JointPath:
 
     @property
     def _redundancy(self) -> str:
-        """The redundant quantity, in words."""
+        """The name of the redundant quantity for messages: the arm angle, or the free joint."""
         return f"joint {self.arm._free_joint}" if isinstance(self.arm, OffsetArm) else "the arm angle"
 
     def _beyond(self, q: Floats) -> Floats:

@@ -388,7 +388,7 @@ def _spread(places: Floats, rising: list[Floats], count: int) -> Floats:
 
 
 def _within(ends: Floats) -> Floats:
-    """Return places inside each interval between consecutive ends."""
+    """Return the places at the shares WITHIN of each interval between consecutive ends, in order."""
     return np.asarray((ends[:-1, None] + np.diff(ends)[:, None] * WITHIN).reshape(-1))
 
 

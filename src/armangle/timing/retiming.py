@@ -230,7 +230,7 @@ def retime(
 
 
 def _not_trusted(arm: Arm) -> tuple[str, ...]:
-    """Return the arm's notes about velocities that its source may have wrong."""
+    """Return the arm's notes about velocity bounds that its source may have wrong; perhaps none."""
     report = arm.report
     every = (*arm.geometry.notes, *(() if report is None else report.notes))
     return tuple(note for note in every if note.startswith("velocity") and "not trusted" in note)
