@@ -107,6 +107,66 @@ def test_a_wish_for_the_free_joint_is_met_as_it_is_weighed() -> None:
     assert off[0] > off[1] > off[2] > off[3] and off[3] < 1e-4
 
 
+@pytest.mark.turns(2)
+@pytest.mark.parametrize("name", ARMS)
+def test_more_weight_brings_the_elbow_nearer_to_where_it_is_wished(name: str) -> None:
+    shares = []
+    for path in planned(name)[:3]:
+        arm, gc, here = path.arm, int(path.gc[0]), path.at(EVEN)
+        for wish in ({"direction": "up"}, {"point": arm.elbow(path.q[0]) + [0.0, 0.1, 0.0]}):
+            wished = arm.psi_towards(here.pose, gc, **wish)
+            off = []
+            for weight in (0.0, 1.0, 100.0):
+                asked = aa.Objective(psi=weight)
+                found = aa.plan(arm, path.path, gc=gc, psi=aa.Towards(**wish), objective=asked)
+                assert found.certified
+                off.append(float((2 - 2 * np.cos(found.at(EVEN).psi - wished)).mean()))
+            assert off[0] >= off[1] >= off[2]
+            shares.append(off[2] / off[0])
+    assert min(shares) < 0.2
+
+
+@pytest.mark.turns(2)
+@pytest.mark.parametrize("name", ARMS)
+def test_only_allowed_values_of_the_free_joint_are_used(name: str) -> None:
+    asked, narrower = [], 0
+    for path in planned(name)[:4]:
+        gc, psi = int(path.gc[0]), path.at(PLACES).psi
+        middle = 0.5 * (psi.min() + psi.max())
+        half = 0.4 * (psi.max() - psi.min()) + 0.05  # of a small range more than it uses, of a large one less
+        allowed = aa.ArcSet([[middle - half, middle + half]])
+        narrower += not allowed.contains(psi).all()
+        for of_user in (allowed, lambda pose, allowed=allowed: asked.append(pose) or allowed):
+            found = aa.plan(path.arm, path.path, gc=gc, allowed=of_user)
+            if found.ok:
+                assert found.certified and allowed.contains(found.at(found.s).psi).all()
+                assert callable(of_user) or allowed.contains(found.at(PLACES).psi).all()
+            else:
+                assert not np.isin(0, found.diagnosis[gc].blocking)
+        nowhere = aa.plan(path.arm, path.path, allowed=aa.ArcSet(np.empty((0, 2))))
+        assert not nowhere.ok and "within allowed=" in nowhere.explain()
+        elsewhere = aa.ArcSet([[psi[0] + 0.3, psi[0] + 0.6]])
+        start = aa.plan(path.arm, path.path, start=path.q[0], allowed=elsewhere)
+        assert not start.ok and "the start lies outside allowed=" in start.explain()
+    assert asked and narrower
+
+
+@pytest.mark.turns(2)
+@pytest.mark.parametrize("name", ARMS)
+def test_a_plan_whose_duration_weighs_is_never_slower(name: str) -> None:
+    gained = []
+    for path in planned(name)[:3]:
+        arm = path.arm.with_(velocity=2.0, acceleration=8.0)
+        times = []
+        for weight in (0.0, 1.0, 100.0):
+            found = aa.plan(arm, path.path, gc=int(path.gc[0]), objective=aa.Objective(duration=weight))
+            assert found.certified
+            times.append(aa.retime(found).duration)
+        assert max(times[1:]) <= times[0] * (1 + 2e-3)
+        gained.append(times[2] / times[0])
+    assert min(gained) < 0.99
+
+
 def test_joints_travel_less_than_where_the_free_joint_is_held() -> None:
     poses = turned().poses
     held = aa.follow(ARM, poses, start=READY)
@@ -207,6 +267,37 @@ def test_a_plan_about_obstacles_is_clear_between_the_rows(name: str) -> None:
         assert path.arm.limit_margin(between.q).min() >= 0
         detours += distances(bare, rows.q, scene)[0].min() < 0.01
     assert detours >= 2  # the plan without obstacles touches them
+
+
+@pytest.mark.turns(2)
+@pytest.mark.parametrize("name", ARMS)
+def test_a_plan_among_what_moves_is_clear_at_every_moment(name: str) -> None:
+    rng, detours, bare = np.random.default_rng(9), 0, aa.Arm.from_catalogue(name).with_(body=BONES)
+    for without in planned(name)[:3]:
+        elbow = bare.frames(without.at([0.5]).q)[0, 3, :3, 3]
+        way = rng.normal(size=3)
+        way *= 0.4 / np.linalg.norm(way)
+
+        def passing(s: float, elbow: np.ndarray = elbow, way: np.ndarray = way) -> aa.Scene:
+            at = elbow + (s - 0.35) * way
+            return aa.Scene([aa.Ball(at, 0.03, name="lamp")], clearance=0.01)
+
+        path = aa.plan(bare, without.path, scene=passing, obstacle_speed=0.4)
+        places = np.linspace(0.0, 1.0, 401)
+        near = [
+            [distances(bare, q[None], passing(float(s)))[0].min() for s, q in zip(places, each.at(places).q)]
+            for each in ((without, path) if path.ok else (without,))
+        ]
+        detours += path.ok and min(near[0]) < 0.01
+        if path.ok:
+            assert path.certified and min(near[1]) >= 0.01
+        else:
+            assert path.branches and all(branch.verdict is not aa.Verdict.OK for branch in path.branches)
+    assert detours
+    still = passing(0.3)
+    one = aa.plan(bare.with_(scene=still), without.path)
+    same = aa.plan(bare, without.path, scene=lambda s: still, obstacle_speed=0.0)
+    np.testing.assert_array_equal(one.q, same.q)
 
 
 def test_obstacles_that_leave_no_way_are_named() -> None:

@@ -54,11 +54,7 @@ OFFSET: Rows = [
     ("reference", lambda arm: arm.with_(reference="stereographic")),
     ("singularity_margin= is not made for", lambda arm: arm.with_(singularity_margin=0.1)),
     (r"resolve is not made for .*: step", lambda arm: aa.resolve(arm, pose(arm), 0.0, 0)),
-    *plan("a scene that moves", scene=lambda s: aa.Scene(), obstacle_speed=0.1),
-    *plan("allowed=", allowed=lambda pose: None),
     *plan("roll='free'", roll="free"),
-    *plan(r"Objective\(duration=\)", objective=aa.Objective(duration=1.0, acceleration=5.0)),
-    *plan("a wish for the elbow", psi=aa.Towards(direction="up")),
 ]
 OWN: Rows = [
     (rf"\b{name}\b.* {CHAIN} of its own: use arm\.", call)

@@ -15,10 +15,11 @@ namespace armangle {
 /// (self_motion/explicit_family.hpp, which explains the members).
 class OffsetFamily {
 public:
-    /// Keeps pointers to the arm and to its obstacles `scene`, or null.
-    explicit OffsetFamily(const OffsetArm& arm, const Scene* scene = nullptr) noexcept
-        : arm_(&arm), scene_(scene) {}
+    /// Keeps a pointer to the arm.
+    explicit OffsetFamily(const OffsetArm& arm) noexcept : arm_(&arm) {}
 
+    /// The arm.
+    const OffsetArm& arm() const noexcept { return *arm_; }
     /// The arm without the offset, whose limits and rows of joints count.
     const Arm& rows() const noexcept { return arm_->own; }
 
@@ -45,38 +46,13 @@ public:
         return min(wrist.inside * T(per_reach * per_reach), -wrist.excess * T(per_reach));
     }
 
-    /// Computes the proven arcs of the branches in `asked` (bits): their free joint in `out`, `status` (OK,
-    /// or why an arc is empty), and in `pair` the shapes that alone block a branch, or 0.
-    void arcs(const Pose<double>& pose, const Limits& limits, unsigned asked, ArcSet (&out)[configurations],
-              Status (&status)[configurations], Tag (&pair)[configurations]) const noexcept {
+    /// Computes the proven arcs of the branches in `asked` (bits), or why a branch has none, in `out`.
+    void arcs(const Pose<double>& pose, const Limits& limits, unsigned asked,
+              ProvenArcs (&out)[configurations]) const noexcept {
         const OffsetArcsTuning tuning;
         detail::OffsetArcs all(*arm_, pose, limits, tuning);
-        for (int gc = 0; gc < configurations; ++gc) {
-            if (!(asked >> gc & 1u)) continue;
-            ProvenArcs found;
-            all.find(gc, configurations - gc, found);
-            pair[gc] = 0;
-            if (scene_) keep_clear(*arm_, *scene_, pose, gc, found, pair[gc]);
-            out[gc] = found.arcs;
-            status[gc] = found.status;
-        }
-    }
-
-    /// Whether the motions from q by -d and by d (rad), with deviations `off`, are proven free of collisions,
-    /// are known to collide, or neither.
-    detail::Shown claim(const double* q, const double (&d)[joints],
-                        const double (&off)[joints]) const noexcept {
-        if (!scene_) return detail::Shown::proven;
-        const Around at = StraightMove<OffsetArm>(*arm_, *scene_).about(q, d, off, nullptr);
-        if (at.is_clear()) return detail::Shown::proven;
-        return max(at.touching[0], at.touching[1]) > 0 ? detail::Shown::broken : detail::Shown::open;
-    }
-
-    /// The pair nearest to a collision at joints q, and by how much it lacks clearance (m).
-    TooNear nearest(const double* q) const noexcept {
-        if (!scene_) return {};
-        const Proximity near = proximity(*arm_, *scene_, q, {});
-        return {near.pair, scene_->clearance - near.distance};
+        for (int gc = 0; gc < configurations; ++gc)
+            if (asked >> gc & 1u) all.find(gc, configurations - gc, out[gc]);
     }
 
     /// By how much (m) a pose is out of reach; <= 0 if it is in reach.
@@ -103,7 +79,6 @@ public:
 
 private:
     const OffsetArm* arm_;
-    const Scene* scene_;
 };
 
 static_assert(explicit_family<OffsetFamily>);

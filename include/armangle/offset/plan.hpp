@@ -4,18 +4,23 @@
 
 #include "../plan/family_planner.hpp"
 #include "offset_family.hpp"
+#include "psi_towards.hpp"
 
 #include "../names/begin.hpp"
 
 namespace armangle {
 
 /// Plans a path like plan() for an S-R-S arm. `phi` of the stretches is the value of the free joint, and so
-/// is the target for psi. These options are ignored: several scenes, arcs of the user, duration, a
-/// singularity margin, a free roll, and a target for the elbow.
+/// are the target for psi and the arcs of the user. A singularity margin and a free roll are ignored.
 inline Plan plan(const OffsetArm& arm, const Segment* segments, std::size_t n, const PlanOptions& options,
                  const FamilyTuning& tuning = {}) {
-    const Scene* const scene = options.scenes.count > 0 ? &options.scenes[0] : nullptr;
-    return detail::FamilyPlanner(OffsetFamily(arm, scene), segments, n, options, tuning).run();
+    const OffsetFamily family(arm);
+    const auto planned = [&](const PlanOptions& asked) {
+        return detail::FamilyPlanner(family, segments, n, asked, tuning).run();
+    };
+    return detail::fastest(options, planned, [&](const Plan& x) {
+        return FamilyCurve<OffsetFamily>{family, x.gc, {segments, n}, x.stretches};
+    });
 }
 
 }  // namespace armangle

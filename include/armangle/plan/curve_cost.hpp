@@ -58,9 +58,7 @@ public:
 
     /// The cost of a motion with joint rates dq/ds.
     double moving(const double* rate) const noexcept {
-        const Objective& w = objective_;
-        const double hurried = w.duration > 0 ? w.duration * task_.length * pace(w.slowness, rate) : 0.0;
-        return w.travel * square(rate) + hurried;
+        return objective_.travel * square(rate) + hurry(objective_, task_.length, rate);
     }
 
     /// The weighted cost of an angle of a self-motion at s for its distance from the target; 0 without a

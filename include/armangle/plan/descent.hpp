@@ -344,15 +344,12 @@ private:
     bool advance();
 };
 
-/// Adds the derivatives of the pace n, times `weight`, to f: with x_j = slowness_j r_j the slope of n by r_j
-/// is slowness_j (x_j / n)^7.
+/// Adds the derivatives of the pace n by phi and dphi/ds, times `weight`, to f.
 inline void Descent::bend_duration(const Rates& rates, double n, double weight, Integrand& f) const noexcept {
     const double* slowness = objective_.slowness;
     double by_phi = 0, by_v = 0, phi_phi = 0, phi_v = 0, v_v = 0, bent = 0, bent_v = 0;
     for (int j = 0; j < joints; ++j) {
-        const double share = slowness[j] * rates.r[j] / n, cubed = share * share * share;
-        const double slope = slowness[j] * cubed * cubed * share;
-        const double curved = 7 * slowness[j] * slowness[j] * cubed * cubed / n;
+        const auto [slope, curved] = pace_slope(slowness[j], rates.r[j], n);
         by_phi += slope * rates.phi[j];
         by_v += slope * rates.by_phi[j];
         bent += slope * rates.phi_phi[j];

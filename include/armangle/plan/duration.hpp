@@ -88,7 +88,8 @@ inline double leading_on(const Bend& bend, const JointBounds& bounds, double cap
 }  // namespace detail
 
 /// The least duration (s) of a curve from rest to rest; infinite if joints have no finite rate along it.
-inline double duration(const Curve& curve, const JointBounds& bounds) {
+template <class AnyCurve>
+double duration(const AnyCurve& curve, const JointBounds& bounds) {
     std::vector<double> at;
     for (const Stretch& x : curve.stretches) {
         const double parts = max(duration_tuning::least, ceil(duration_tuning::places * (x.end - x.start)));

@@ -2,6 +2,7 @@
 // from it every posture of the path.
 #pragma once
 
+#include "../scene/clear_cells.hpp"
 #include "../self_motion/explicit_family.hpp"
 #include "../self_motion/prove_stretch.hpp"
 #include "certify.hpp"
@@ -76,11 +77,48 @@ void lift_stretches(const FamilyCurve<F>& curve, std::span<Stretch> stretches, c
     }
 }
 
-/// Proves that a curve keeps its limits and is collision-free. Limits are proven with a slack, except those
-/// on which the curve begins or ends.
-template <class F>
-Proof certify(const FamilyCurve<F>& curve, const Limits& limits, const ProofTuning& tuning,
-              const std::function<void()>& checkpoint) {
+namespace detail {
+
+/// The arc of the user in which a stretch must keep its redundant parameter, and the turn by which it is
+/// counted there (rad).
+struct HeldArc {
+    double lower = 1.0, upper = -1.0, turn = 0.0;  // empty
+
+    /// Takes the arc that contains the middle of a stretch.
+    HeldArc(const ArcSet& allowed, const Stretch& x) noexcept {
+        const double phi = phi_at(x, 0.5 * (x.start + x.end));
+        const Place at = find(allowed, phi, 0.0);
+        if (at.index < 0) return;
+        lower = allowed.arc[at.index].lower;
+        upper = allowed.arc[at.index].upper;
+        turn = two_pi * round((at.psi - phi) / two_pi);
+    }
+    /// The distance (rad) to the nearer end, positive within the arc.
+    template <class T>
+    T room(const Stretch& x, const T& s) const noexcept {
+        const T phi = phi_at(x, s) + T(turn);
+        return min(phi - T(lower), T(upper) - phi);
+    }
+};
+
+/// What is known of a scene over a cell: whether the motions from q by -d and by d (rad), with deviations
+/// `off`, are proven free of collisions, are known to collide, or neither.
+template <class AnyArm>
+Shown shown_clear(const AnyArm& arm, const Scene& scene, const double* q, const double (&d)[joints],
+                  const double (&off)[joints]) noexcept {
+    const Around at = StraightMove<AnyArm>(arm, scene).about(q, d, off, nullptr);
+    if (at.is_clear()) return Shown::proven;
+    return max(at.touching[0], at.touching[1]) > 0 ? Shown::broken : Shown::open;
+}
+
+}  // namespace detail
+
+/// Proves that a curve keeps its limits, its allowed arcs, and is collision-free. Limits are proven with a
+/// slack, except those on which the curve begins or ends. permits(stretch): false where nothing shall be
+/// proven, because the user does not permit its ends.
+template <class F, class Permits>
+Proof certify(const FamilyCurve<F>& curve, const Limits& limits, const AlsoKept& also,
+              const ProofTuning& tuning, const Permits& permits) {
     Limits kept;
     const Stretch &first = curve.stretches.front(), &last = curve.stretches.back();
     for (int j = 0; j < joints; ++j) {
@@ -90,22 +128,42 @@ Proof certify(const FamilyCurve<F>& curve, const Limits& limits, const ProofTuni
         kept.upper[j] = limits.upper[j] - (high < 2 * tuning.slack ? -tuning.slack : tuning.slack);
     }
     Proof out;
+    const auto left = [&out](double from, double to, bool broken) {
+        if (broken) out.violated.push_back(0.5 * (from + to));
+        if (!out.open.empty() && from <= out.open.back())
+            out.open.back() = to;
+        else
+            out.open.insert(out.open.end(), {from, to});
+    };
+    const bool holds = also.allowed && !also.allowed->full;
+    const int parts = std::max(also.scenes.count, 1);
     for (const Stretch& x : curve.stretches) {
-        if (checkpoint) checkpoint();
-        prove_stretch(
-            curve.family.rows(), kept,
-            [&]<class T>(const T& s, Directions<T>& d) { return curve.place(x, s, d); },
-            {x.start, x.end, x.q, x.q_end}, tuning,
-            [&](double from, double to, bool broken) {
-                if (broken) out.violated.push_back(0.5 * (from + to));
-                if (!out.open.empty() && from <= out.open.back())
-                    out.open.back() = to;
-                else
-                    out.open.insert(out.open.end(), {from, to});
-            },
-            [&](const double* q, const double (&d)[joints], const double (&off)[joints]) {
-                return curve.family.claim(q, d, off);
-            });
+        if (also.checkpoint && *also.checkpoint) (*also.checkpoint)();
+        if (!permits(x)) {
+            left(x.start, x.end, true);
+            continue;
+        }
+        const detail::HeldArc arc(holds ? *also.allowed : ArcSet{}, x);
+        const auto place = [&]<class T>(const T& s, Directions<T>& d) {
+            const T room = curve.place(x, s, d);
+            return holds ? min(room, arc.room(x, s)) : room;
+        };
+        const StraightWay whole{x.start, x.end, x.q, x.q_end};
+        for (int k = 0; k < parts; ++k) {
+            const double from = k == 0 ? x.start : max(x.start, also.scenes.begin(k)),
+                         to = k + 1 == parts ? x.end : min(x.end, also.scenes.begin(k + 1));
+            if (!(from < to)) continue;
+            double q[joints], q_end[joints];
+            for (int j = 0; j < joints; ++j) {
+                q[j] = from > x.start ? whole.near(j, from) : x.q[j];
+                q_end[j] = to < x.end ? whole.near(j, to) : x.q_end[j];
+            }
+            prove_stretch(curve.family.rows(), kept, place, {from, to, q, q_end}, tuning, left,
+                          [&](const double* at, const double (&d)[joints], const double (&off)[joints]) {
+                              if (!also.scenes) return detail::Shown::proven;
+                              return detail::shown_clear(curve.family.arm(), also.scenes[k], at, d, off);
+                          });
+        }
     }
     return out;
 }

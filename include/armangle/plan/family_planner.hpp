@@ -6,9 +6,9 @@
 //                ^          | no way    ^                   | a limit is broken, or it is open, there
 //                +----------+           +-- more sections --+
 //
-// The search is dynamic programming over a grid of each arc; a link is how far the joints move. The descent
-// is Newton's method on the numbers at all sections at once: travel makes a tridiagonal system
-// (Gauss-Newton), margins and wishes its diagonal.
+// The search is dynamic programming over a grid of each arc; a link is how far, and how fast, the joints
+// move. The descent is Newton's method on the numbers at all sections at once: travel and duration make a
+// tridiagonal system (Gauss-Newton), margins and wishes its diagonal.
 #pragma once
 
 #include <algorithm>
@@ -49,8 +49,7 @@ struct FamilyTuning {
 
 namespace detail {
 
-/// Plans a path for one arm of any kind. Of PlanOptions it ignores: arcs of the user, duration, a singularity
-/// margin, a free roll, and a target for the elbow.
+/// Plans a path for one arm of any kind. Of PlanOptions it ignores a singularity margin and a free roll.
 template <explicit_family F>
 class FamilyPlanner {
 public:
@@ -61,6 +60,7 @@ public:
         : family_(family),
           path_(segments, n),
           options_(options),
+          objective_(options.objective),
           tuning_(tuning),
           limits_(drawn_in(family.rows().limits, options.limit_margin)) {
         for (int j = 0; j < joints; ++j) has_a_turn_[j] = has_a_turn(limits_, j);
@@ -101,7 +101,8 @@ private:
         Pose<double> pose;
         ArcSet arcs;
         Status status;
-        Tag pair;  // that touches, where obstacles leave nothing
+        Tag pair;       // that touches, where obstacles leave nothing
+        double wished;  // the target of the redundant parameter; NaN if none is best
     };
     /// A configuration with two derivatives with respect to the redundant parameter.
     struct State {
@@ -146,18 +147,18 @@ private:
 
     /// Computes the configuration of a value of the redundant parameter, in the revolution nearest to `near`,
     /// or within the limits if it is null. False if there is no solution.
-    bool state(double s, const Pose<double>& at, int gc, double free, const double* near,
-               State& out) const noexcept {
+    bool state(const Section& at, int gc, double free, const double* near, State& out) const noexcept {
         using J = Jet<double, 2>;
         const Arm& rows = family_.rows();
-        Pose<J> fixed{{spread<J>(at.rotation.x), spread<J>(at.rotation.y), spread<J>(at.rotation.z)},
-                      spread<J>(at.position)};
+        const Mat3<double>& turned = at.pose.rotation;
+        const Pose<J> fixed{{spread<J>(turned.x), spread<J>(turned.y), spread<J>(turned.z)},
+                            spread<J>(at.pose.position)};
         Directions<J> d;
         if (!(family_.place(fixed, gc, J::variable(free), d).value() > 0)) return false;
         J theta[joints], cost(0.0);
         out.free = free;
         out.margin = out.elbow_margin = infinity;
-        const Objective& w = options_.objective;
+        const Objective& w = objective_;
         const auto weigh = [&](const J& distance, Kind kind, double& margin) {
             if (!(weight(w, kind) > 0)) return;
             margin = min(margin, distance.value());
@@ -177,10 +178,9 @@ private:
         }
         family_.singular_distances(theta, [&](const J& x) { weigh(x, Kind::singularity, out.margin); });
         cost = cost * J(margin_scale(length_));
-        if (options_.wish) {
-            const J off = J::variable(free) - J(options_.wish->psi_at(s));
-            cost =
-                cost + J(options_.objective.psi * wish_scale(length_)) * (J(2.0) - J(2.0) * sin_cos(off).cos);
+        if (!is_nan(at.wished)) {
+            const J off = J::variable(free) - J(at.wished);
+            cost = cost + J(w.psi * wish_scale(length_)) * (J(2.0) - J(2.0) * sin_cos(off).cos);
         }
         out.cost = cost.value();
         out.cost_1 = cost.coefficient[1];
@@ -212,13 +212,49 @@ private:
     /// Computes the sections at s of the branches in `asked` (bits).
     void look(double s, unsigned asked, Section (&out)[configurations]) const {
         pass_checkpoint();
-        ArcSet arcs[configurations];
-        Status status[configurations];
-        Tag pair[configurations];
         const Pose<double> at = pose(s);
-        family_.arcs(at, limits_, asked, arcs, status, pair);
+        find_arcs(s, at, limits_, asked, out);
         for (int gc = 0; gc < configurations; ++gc)
-            if (asked >> gc & 1u) out[gc] = {s, at, arcs[gc], status[gc], pair[gc]};
+            if (asked >> gc & 1u) out[gc].wished = wished(s, at, gc);
+    }
+    /// Writes sections without a target: the arcs within these limits that the user permits and in which the
+    /// arm is collision-free, or the reason for none.
+    void find_arcs(double s, const Pose<double>& at, const Limits& limits, unsigned asked,
+                   Section (&out)[configurations]) const {
+        ProvenArcs found[configurations];
+        family_.arcs(at, limits, asked, found);
+        for (int gc = 0; gc < configurations; ++gc) {
+            if (!(asked >> gc & 1u)) continue;
+            Tag pair = 0;
+            keep_open(s, at, gc, found[gc], pair);
+            out[gc] = {s, at, found[gc].arcs, found[gc].status, pair, not_a_number};
+        }
+    }
+    /// Reduces proven arcs to those that the user permits and in which the arm is collision-free.
+    void keep_open(double s, const Pose<double>& at, int gc, ProvenArcs& found, Tag& pair) const {
+        if (options_.allowed && !found.arcs.empty()) {
+            const ArcSet own = found.arcs;
+            intersect(own, permitted(s), found.arcs);
+            if (found.arcs.empty()) found.status = Status::NOT_ALLOWED;
+        }
+        const ScenesAlong& scenes = options_.scenes;
+        if (!scenes) return;
+        for (int k = scenes.first(s); k <= scenes.last(s) && !found.arcs.empty(); ++k)
+            keep_clear(family_.arm(), scenes[k], at, gc, found, pair);
+    }
+    /// The arcs that the user permits at s.
+    ArcSet permitted(double s) const {
+        ArcSet out;
+        make_empty(out);
+        options_.allowed(s, out);
+        return out;
+    }
+    /// The target of the redundant parameter at s; NaN if there is none, or all values are equally good.
+    double wished(double s, const Pose<double>& at, int gc) const noexcept {
+        const WishAlong* const wish = options_.wish;
+        if (!wish || !(objective_.psi > 0)) return not_a_number;
+        if (wish->kind == Wish::psi) return wish->psi_at(s);
+        return psi_towards(family_.arm(), at, gc, {wish->kind, not_a_number, wish->target}).psi;
     }
 
     /// Computes sections at equal distances along the tool's path, for all branches.
@@ -238,6 +274,7 @@ private:
                 last = here;
             }
         length_ = max(length_, tube_parameter_tuning::least_length);
+        weigh_joints(options_.bounds, length_, objective_);
         const double whole = gone.back();
         const int count =
             std::max(tuning_.least_sections - 1, static_cast<int>(std::ceil(whole / tuning_.spacing)));
@@ -250,6 +287,8 @@ private:
             base.push_back(at[i - 1] + share * (at[i] - at[i - 1]));
         }
         base.push_back(1.0);
+        for (int k = 1; k < options_.scenes.count; ++k) base.push_back(options_.scenes.begin(k));
+        if (options_.scenes.count > 1) tidy(base);
         unsigned asked = options_.branches;
         for (const End& end : ends_)
             if (end.q) asked &= 1u << end.gc;
@@ -303,8 +342,7 @@ private:
         const Section& section = branch.sections[k];
         const auto add = [&](double free) {
             Node node{{}, infinity, -1};
-            if (state(section.s, section.pose, branch.report.gc, free, nullptr, node.state))
-                out.push_back(node);
+            if (state(section, branch.report.gc, free, nullptr, node.state)) out.push_back(node);
         };
         if (const End* end = anchor(branch, k)) {
             if (is_held(section, *end)) add(end->lambda);
@@ -328,7 +366,7 @@ private:
     /// returns the number of sections reached.
     std::size_t search(Branch& branch) const {
         std::vector<std::vector<Node>> layer;
-        const Objective& w = options_.objective;
+        const Objective& w = objective_;
         for (std::size_t k = 0; k < branch.sections.size(); ++k) {
             pass_checkpoint();
             std::vector<Node> here = nodes(branch, k);
@@ -343,15 +381,18 @@ private:
                 for (std::size_t i = 0; i < last.size(); ++i) {
                     const Node& from = last[i];
                     if (!(from.cost < to.cost)) continue;
-                    double sum = 0, most = 0;
+                    double sum = 0, most = 0, rate[joints];
                     for (int j = joints - 1; j >= 0 && most <= tuning_.link; --j) {
                         const double move = way(j, from.state.q[j], to.state.q[j]);
                         most = max(most, abs(move));
                         sum += move * move;
+                        rate[j] = move / ds;
                     }
                     if (most > tuning_.link) continue;
-                    const double cost =
+                    double cost =
                         from.cost + w.travel * sum / ds + 0.5 * ds * (from.state.cost + to.state.cost);
+                    if (!(cost < to.cost)) continue;
+                    cost += ds * hurry(w, length_, rate);
                     if (!(cost < to.cost)) continue;
                     to.cost = cost;
                     to.from = static_cast<int>(i);
@@ -378,7 +419,7 @@ private:
     /// Finds a path in a branch, with sections added where it ends, or writes the report why there is none.
     void find_way(Branch& branch) {
         BranchReport& report = branch.report;
-        if (report.elsewhere) return advance();
+        if (report.elsewhere || refuses_start(branch)) return advance();
         std::size_t reached = 0;
         for (int round = 0; round <= tuning_.rounds; ++round) {
             if (is_shut(branch)) break;
@@ -400,8 +441,7 @@ private:
             report.status = Status::LIMITS;
             report.from = report.to = branch.sections[k > 0 ? k - 1 : 0].s;
             report.reached = report.from;
-            if (at_start) tell_touching(ends_[0].q, report);
-            if (at_goal) tell_touching(ends_[1].q, report);
+            if (at_goal) refuses(ends_[1], 1.0, report);
         }
         if (report.verdict == Verdict::ok) {
             lift_way(branch);
@@ -415,17 +455,34 @@ private:
         if (options_.advanced) options_.advanced();
     }
 
-    /// If the joints q are within the limits and two shapes are too near, writes these to `report` and sets
-    /// its status to CLEARANCE; otherwise leaves it unchanged.
-    void tell_touching(const double* q, BranchReport& report) const noexcept {
-        for (int j = 0; j < joints; ++j)
-            if (q[j] < limits_.lower[j] - tolerance::angle || q[j] > limits_.upper[j] + tolerance::angle)
-                return;
-        const TooNear near = family_.nearest(q);
-        if (!(near.shortfall > 0)) return;
+    /// Whether limits, the user or obstacles refuse the start; if so, reports why.
+    bool refuses_start(Branch& branch) const {
+        BranchReport& report = branch.report;
+        if (!ends_[0].q || is_held(branch.sections.front(), ends_[0]) || !refuses(ends_[0], 0.0, report))
+            return false;
+        report.verdict = Verdict::start;
+        report.sections = static_cast<unsigned>(branch.sections.size());
+        return true;
+    }
+    /// Whether an end at s violates its limits, is not permitted by the user, or is too near to an obstacle;
+    /// if so, reports which.
+    bool refuses(const End& end, double s, BranchReport& report) const {
+        if (!within_limits(limits_, end.q, tolerance::angle)) {
+            report.status = Status::LIMITS;
+            return true;
+        }
+        if (options_.allowed && find(permitted(s), end.lambda, tuning_.beside).index < 0) {
+            report.status = Status::NOT_ALLOWED;
+            return true;
+        }
+        if (!options_.scenes) return false;
+        const Scene& scene = options_.scenes.at(s);
+        const Proximity near = proximity(family_.arm(), scene, end.q, {});
+        if (!(near.distance < scene.clearance)) return false;
         report.status = Status::CLEARANCE;
         report.touching = near.pair;
-        report.shortfall = near.shortfall;
+        report.shortfall = scene.clearance - near.distance;
+        return true;
     }
 
     /// Whether some section has no arc. If so, writes to the report of the branch where, why, and how far a
@@ -456,11 +513,14 @@ private:
 
     // -- descent
 
-    /// The squared joint distance of two configurations (rad^2).
-    double travel(const State& a, const State& b) const noexcept {
-        double sum = 0;
-        for (int j = 0; j < joints; ++j) sum += (b.q[j] - a.q[j]) * (b.q[j] - a.q[j]);
-        return sum;
+    /// The cost of the motion from one configuration to another over ds.
+    double moving(const State& a, const State& b, double ds) const noexcept {
+        double sum = 0, rate[joints];
+        for (int j = 0; j < joints; ++j) {
+            sum += (b.q[j] - a.q[j]) * (b.q[j] - a.q[j]);
+            rate[j] = (b.q[j] - a.q[j]) / ds;
+        }
+        return objective_.travel * sum / ds + ds * hurry(objective_, length_, rate);
     }
     /// The part of s that section k represents.
     double share_of(const std::vector<Section>& x, std::size_t k, std::size_t n) const noexcept {
@@ -472,8 +532,7 @@ private:
         for (std::size_t k = 0; k < way.size(); ++k) {
             sum += share_of(branch.sections, k, way.size()) * way[k].cost;
             if (k + 1 < way.size())
-                sum += options_.objective.travel * travel(way[k], way[k + 1]) /
-                       (branch.sections[k + 1].s - branch.sections[k].s);
+                sum += moving(way[k], way[k + 1], branch.sections[k + 1].s - branch.sections[k].s);
         }
         return sum;
     }
@@ -518,13 +577,40 @@ private:
         return free;
     }
 
+    /// The derivatives of the cost of duration between two sections by their redundant parameters, the
+    /// second ones without the bend of the joints.
+    struct Haste {
+        double from = 0, to = 0, from_from = 0, from_to = 0, to_to = 0;
+    };
+    /// These derivatives for two configurations ds apart.
+    Haste haste_of(const State& a, const State& b, double ds) const noexcept {
+        double rate[joints];
+        for (int j = 0; j < joints; ++j) rate[j] = (b.q[j] - a.q[j]) / ds;
+        const double weight = objective_.duration * length_, n = pace(objective_.slowness, rate);
+        Haste out;
+        for (int j = 0; j < joints; ++j) {
+            const auto [slope, curved] = pace_slope(objective_.slowness[j], rate[j], n);
+            out.from -= slope * a.slope[j];
+            out.to += slope * b.slope[j];
+            out.from_from += curved * a.slope[j] * a.slope[j];
+            out.from_to -= curved * a.slope[j] * b.slope[j];
+            out.to_to += curved * b.slope[j] * b.slope[j];
+        }
+        out.from_from = weight / ds * (out.from_from - 7 / n * out.from * out.from);
+        out.from_to = weight / ds * (out.from_to - 7 / n * out.from * out.to);
+        out.to_to = weight / ds * (out.to_to - 7 / n * out.to * out.to);
+        out.from *= weight;
+        out.to *= weight;
+        return out;
+    }
+
     /// Lowers the objective of the branch's path by Newton steps of the redundant parameter at all sections
     /// that are not fixed.
     void descend(Branch& branch) const {
         std::vector<State>& way = branch.way;
         const std::vector<Section>& at = branch.sections;
         const std::size_t n = way.size();
-        const double w = 2 * options_.objective.travel;
+        const double w = 2 * objective_.travel;
         std::vector<double> diagonal(n), beside(n), move(n);
         branch.cost = cost_of(branch, way);
         for (int step = 0; step < tuning_.steps; ++step) {
@@ -545,6 +631,14 @@ private:
                     beside[k] -= per * a * b;
                     move[k] += per * d * a;
                     move[k + 1] -= per * d * b;
+                }
+                if (objective_.duration > 0) {
+                    const Haste haste = haste_of(way[k], way[k + 1], at[k + 1].s - at[k].s);
+                    diagonal[k] += haste.from_from;
+                    diagonal[k + 1] += haste.to_to;
+                    beside[k] += haste.from_to;
+                    move[k] -= haste.from;
+                    move[k + 1] -= haste.to;
                 }
             }
             for (std::size_t k = 0; k < n; ++k) {
@@ -575,7 +669,7 @@ private:
                     const double wanted = way[k].free + share * move[k];
                     const double free =
                         anchor(branch, k) ? way[k].free : within_arc(at[k], way[k].free, wanted);
-                    there = state(at[k].s, at[k].pose, branch.report.gc, free, way[k].q, next[k]);
+                    there = state(at[k], branch.report.gc, free, way[k].q, next[k]);
                 }
                 const double cost = there ? cost_of(branch, next) : infinity;
                 if (!(cost < branch.cost)) continue;
@@ -622,7 +716,7 @@ private:
                 const double between = 0.5 * (from.free + to.free);
                 const double moved = between + wrap(nearest(half.arcs, wrap(between)) - between);
                 State here;
-                if (!state(half.s, half.pose, branch.report.gc, within_arc(half, moved, moved), from.q, here))
+                if (!state(half, branch.report.gc, within_arc(half, moved, moved), from.q, here))
                     return false;
                 sections.push_back(half);
                 way.push_back(here);
@@ -638,6 +732,18 @@ private:
         return finer;
     }
 
+    /// Proves a curve of a branch. Where the user permits arcs by the pose, nothing is known between the ends
+    /// of its stretches.
+    Proof proven(int gc, const std::vector<Stretch>& stretches) const {
+        const bool asks = options_.allowed && !options_.allowed_everywhere;
+        return certify(FamilyCurve<F>{family_, gc, path_, stretches}, limits_,
+                       {options_.scenes, options_.allowed_everywhere, false, &options_.checkpoint},
+                       tuning_.proof, [&](const Stretch& x) {
+                           return !asks || (find(permitted(x.start), phi_at(x, x.start)).index >= 0 &&
+                                            find(permitted(x.end), phi_at(x, x.end)).index >= 0);
+                       });
+    }
+
     /// Draws the curve of a branch and proves it, with more sections where the proof fails.
     void draw(Branch& branch) {
         BranchReport& report = branch.report;
@@ -649,8 +755,7 @@ private:
         Proof proof;
         for (int round = 0; round <= tuning_.rounds; ++round) {
             std::vector<Stretch> stretches = curve_of(finer);
-            proof = certify(FamilyCurve<F>{family_, report.gc, path_, stretches}, limits_, tuning_.proof,
-                            options_.checkpoint);
+            proof = proven(report.gc, stretches);
             held = held || proof.violated.empty();
             const bool better = !plan_.ok || proof.open.size() < plan_.proof.open.size();
             if (proof.violated.empty() && better) {
@@ -694,8 +799,7 @@ private:
             if (branch.way.size() < 2) continue;
             lift_way(branch);
             plan_.stretches = curve_of(branch);
-            const Proof proof = certify(FamilyCurve<F>{family_, branch.report.gc, path_, plan_.stretches},
-                                        limits_, tuning_.proof, options_.checkpoint);
+            const Proof proof = proven(branch.report.gc, plan_.stretches);
             const double end = proof.certified() ? 1.0 : proof.open.front();
             while (!plan_.stretches.empty() && plan_.stretches.back().end > end) plan_.stretches.pop_back();
             plan_.gc = branch.report.gc;
@@ -722,12 +826,10 @@ private:
         for (const Section& x : branch.sections)
             if (x.arcs.empty() && x.s >= report.from && x.s <= report.to) shut.push_back(&x);
         const auto opens = [&](const Section& x, const Limits& limits) {
-            ArcSet arcs[configurations];
-            Status status[configurations];
-            Tag pair[configurations];
+            Section all[configurations];
             pass_checkpoint();
-            family_.arcs(x.pose, limits, 1u << report.gc, arcs, status, pair);
-            return !arcs[report.gc].empty();
+            find_arcs(x.s, x.pose, limits, 1u << report.gc, all);
+            return !all[report.gc].arcs.empty();
         };
         Limits some = limits_;
         for (int j = 0; j < joints; ++j) {
@@ -771,6 +873,7 @@ private:
     const F family_;
     const std::span<const Segment> path_;
     const PlanOptions& options_;
+    Objective objective_;  // with the slowness of the joints
     const FamilyTuning& tuning_;
     const Limits limits_;
     bool has_a_turn_[joints];

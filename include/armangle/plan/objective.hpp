@@ -71,6 +71,23 @@ inline double pace(const double* slowness, const double* rate) noexcept {
     return std::sqrt(std::sqrt(std::sqrt(pace_to_8(slowness, rate))));
 }
 
+/// The derivatives of the pace n by the rates of joints: its gradient has the entries `slope`, its Hessian
+/// has `curved` on the diagonal, minus 7 / n times the product of two slopes.
+struct PaceSlope {
+    double slope, curved;
+};
+/// These entries for one joint. With x = slowness rate, the slope is slowness (x / n)^7.
+inline PaceSlope pace_slope(double slowness, double rate, double n) noexcept {
+    const double share = slowness * rate / n, cubed = share * share * share;
+    return {slowness * cubed * cubed * share, 7 * slowness * slowness * cubed * cubed / n};
+}
+
+/// The weighted cost of the time for a unit of s at joint rates dq/ds, on a path that turns the arm by
+/// `length` (rad); 0 if the objective does not weigh duration.
+inline double hurry(const Objective& w, double length, const double* rate) noexcept {
+    return w.duration > 0 ? w.duration * length * pace(w.slowness, rate) : 0.0;
+}
+
 /// The kind of a distance.
 enum class Kind { limit, singularity };
 

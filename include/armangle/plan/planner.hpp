@@ -80,6 +80,23 @@ inline constexpr double end_off = 1e-7;  // error of joints at the end itself (r
 
 namespace detail {
 
+/// Writes into an objective the time that a radian of each joint takes on a path that turns the arm by
+/// `length` (rad).
+inline void weigh_joints(const JointBounds& bounds, double length, Objective& objective) noexcept {
+    for (int j = 0; j < joints && objective.duration > 0; ++j)
+        objective.slowness[j] = 1 / joint_speed(bounds.velocity[j], bounds.acceleration[j], length);
+}
+
+/// Sorts parameters in place, removes duplicates, and sets the first to 0 and the last to 1.
+inline void tidy(std::vector<double>& s) {
+    std::sort(s.begin(), s.end());
+    s.erase(std::unique(s.begin(), s.end(),
+                        [](double a, double b) { return b - a <= tube_parameter_tuning::same; }),
+            s.end());
+    s.front() = 0;
+    s.back() = 1;
+}
+
 /// Plans one path: sections, search, curve and proof of each branch; docs/background/paths.md.
 class Planner {
 public:
@@ -100,9 +117,7 @@ public:
         task_.plane = smooth_plane(wrists);
         task_.held_theta_7 = to_theta(arm, joints - 1, options.held_q_7);
         task_.length = turned_length(task_, base_);
-        for (int j = 0; j < joints && options.objective.duration > 0; ++j)
-            options_.objective.slowness[j] =
-                1 / joint_speed(options.bounds.velocity[j], options.bounds.acceleration[j], task_.length);
+        weigh_joints(options.bounds, task_.length, options_.objective);
         task_.wish = options.wish;
         task_.scenes = options.scenes;
         task_.allowed = options.allowed;
@@ -821,16 +836,6 @@ private:
         tidy(base);
     }
 
-    /// Sorts parameters in place, removes duplicates, and sets the first to 0 and the last to 1.
-    static void tidy(std::vector<double>& s) {
-        std::sort(s.begin(), s.end());
-        s.erase(std::unique(s.begin(), s.end(),
-                            [](double a, double b) { return b - a <= tube_parameter_tuning::same; }),
-                s.end());
-        s.front() = 0;
-        s.back() = 1;
-    }
-
     /// Makes the curve of a branch the plan, as far as a path from the start leads.
     void partial(int gc) {
         const Tube t = tube_on(gc, base_);
@@ -873,34 +878,46 @@ namespace plan_tuning {
 inline constexpr double calm[] = {0, 0.1, 1};
 }  // namespace plan_tuning
 
-/// Plans the path of n segments, from s = 0 to 1. rows: parameters that must be sections.
-///
-/// If the objective weighs duration, alternatives are planned too: one without weight on it, and some with
-/// more weight on travel. The proven plan of least duration is returned. The weighed measure (pace) ignores
-/// accelerations, so alone it may cost time, and even joint motion is often faster.
-inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
-                 std::size_t row_count, const PlanOptions& options) {
+namespace detail {
+
+/// The plan of planned(options). If the objective weighs duration, alternatives are planned too: one without
+/// weight on it, and some with more weight on travel. The proven plan of least duration is returned. The
+/// weighed measure (pace) ignores accelerations, so alone it may cost time, and even joint motion is often
+/// faster. curve_of(plan): its curve.
+template <class Planned, class CurveOf>
+Plan fastest(const PlanOptions& options, const Planned& planned, const CurveOf& curve_of) {
     PlanOptions asked = options;
-    const auto planned = [&] { return detail::Planner(arm, segments, n, rows, row_count, asked).run(); };
     const auto takes = [&](const Plan& x) {
-        const bool proven = x.ok && x.proof.certified();
-        return proven ? duration({arm, x.plane, x.gc, {segments, n}, x.stretches}, options.bounds) : infinity;
+        return x.ok && x.proof.certified() ? duration(curve_of(x), options.bounds) : infinity;
     };
     const double weight = options.objective.duration;
     asked.objective.duration = 0;
-    Plan best = planned();
+    Plan best = planned(asked);
     if (!(weight > 0) || !best.ok) return best;
     asked.objective.duration = weight;
     double least = takes(best);
     for (const double calm : plan_tuning::calm) {
         asked.objective.travel = max(options.objective.travel, calm * weight);
-        Plan now = planned();
+        Plan now = planned(asked);
         const double time = takes(now);
         if (!(time < least)) continue;
         best = std::move(now);
         least = time;
     }
     return best;
+}
+
+}  // namespace detail
+
+/// Plans the path of n segments, from s = 0 to 1. rows: parameters that must be sections.
+inline Plan plan(const Arm& arm, const Segment* segments, std::size_t n, const double* rows,
+                 std::size_t row_count, const PlanOptions& options) {
+    const auto planned = [&](const PlanOptions& asked) {
+        return detail::Planner(arm, segments, n, rows, row_count, asked).run();
+    };
+    return detail::fastest(options, planned, [&](const Plan& x) {
+        return Curve{arm, x.plane, x.gc, {segments, n}, x.stretches};
+    });
 }
 
 }  // namespace armangle

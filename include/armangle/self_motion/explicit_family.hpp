@@ -23,36 +23,26 @@ struct OnSelfMotion {
     int gc;
 };
 
-/// The pair of shapes that is too near (0: none), and by how much (m) it falls short of the clearance.
-struct TooNear {
-    Tag pair = 0;
-    double shortfall = -infinity;
-};
-
 /// The members of a family:
+///   arm()                           the arm itself, which functions of scenes and targets take
 ///   rows()                          the arm with signs, offsets and limits in the robot's order
 ///   on(q)                           the free number and the branch of joints q
 ///   place(pose, gc, lambda, d)      directions of a posture; returns the room, a share of the reach, that is
 ///                                   positive where there is one: 0 at a fold and at the end of the reach
-///   arcs(pose, limits, asked, out, status, pair)   of the branches asked (bit k: GC k) the feasible arcs
-///   that
-///                                   are clear, and the pair that touches where obstacles leave none
-///   claim(q, d, off)                what is known of obstacles over a cell (prove_stretch.hpp)
-///   nearest(q)                      the pair that is nearest at joints q, and by how much (m) it is too near
+///   arcs(pose, limits, asked, out)  the proven feasible arcs of the branches asked (bit k: GC k)
 ///   excess(pose)                    m that the pose is out of reach at least, whatever lambda; <= 0: it is
-///   not singular_distances(theta, take) take(distance) of the angles from where the self-motion is singular
+///                                   not
+///   singular_distances(theta, take) take(distance) of the angles from where the self-motion is singular
 template <class F>
 concept explicit_family =
     requires(const F& f, const double* q, const Pose<double>& pose, const Pose<Jet<Interval, 1>>& cell,
              const Jet<Interval, 1>& lambda, Directions<Jet<Interval, 1>>& d, const Limits& limits,
-             ArcSet (&arcs)[configurations], Status (&status)[configurations], Tag (&pair)[configurations],
-             const double (&way)[joints]) {
+             ProvenArcs (&arcs)[configurations]) {
+        f.arm();
         { f.rows() } -> std::same_as<const Arm&>;
         { f.on(q) } -> std::same_as<OnSelfMotion>;
         { f.place(cell, 0, lambda, d) } -> std::same_as<Jet<Interval, 1>>;
-        f.arcs(pose, limits, 0xffu, arcs, status, pair);
-        { f.claim(q, way, way) } -> std::same_as<detail::Shown>;
-        { f.nearest(q) } -> std::same_as<TooNear>;
+        f.arcs(pose, limits, 0xffu, arcs);
         { f.excess(pose) } -> std::same_as<double>;
         f.singular_distances(q, [](double) {});
     };

@@ -229,8 +229,7 @@ def plan(
     SceneError
         If the arm has no collision model, or the scene names an unknown link.
     UnsupportedError
-        For an arm with an offset wrist or shoulder, if there is a scene that moves, `allowed`, a free roll,
-        an objective that weighs duration, or a wish for the elbow.
+        For an arm with an offset wrist or shoulder, with a free roll.
 
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
@@ -250,7 +249,7 @@ def plan(
         if isinstance(arm, OffsetChainArm):
             raise unsupported_chain("plan", "follow does, step by step and without proof")
         if isinstance(arm, OffsetArm):
-            _refuse(arm, psi, objective, allowed, scene, roll)
+            _refuse(roll)
         rows = _rows(whole, samples)
         kept = _limit_margin(arm, limit_margin)
         first = None if start is None else one_posture("start", start, arm._handle)
@@ -338,22 +337,10 @@ def plan(
         return _result(arm, whole, rows, curve, diagnosis, ok, open_, beside)
 
 
-def _refuse(
-    arm: OffsetArm, psi: Any, objective: Objective, allowed: object, scene: object, roll: Roll
-) -> None:
-    """Raise for options that an arm with an offset wrist or shoulder does not support."""
-    asked = {
-        "a scene that moves": (scene is not None, "follow takes one for each row"),
-        "allowed=": (allowed is not None, "psi= is a wish for the free joint"),
-        "roll='free'": (chosen("roll", roll, ROLLS) != "pose", "give the roll in the poses"),
-        "Objective(duration=)": (objective.duration > 0, "retime gives the plan the shortest times"),
-        "a wish for the elbow": (
-            isinstance(psi, Towards) and psi._wish[0] != Wish.PSI, "psi= is a wish for the free joint",
-        ),
-    }  # fmt: skip
-    for what, (given, instead) in asked.items():
-        if given:
-            raise offset_lacks(f"plan with {what}", instead)
+def _refuse(roll: Roll) -> None:
+    """Raise for the option that an arm with an offset wrist or shoulder does not support."""
+    if chosen("roll", roll, ROLLS) != "pose":
+        raise offset_lacks("plan with roll='free'", "give the roll in the poses")
 
 
 def _taken(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
