@@ -53,7 +53,7 @@ def without_truth(kind: Kind) -> Kind:
         """Raise an error that names ``.ok``."""
         raise TypeError(f"{type(self).__name__} has no truth value: ask .ok, whether there is a solution")
 
-    kind.__bool__ = refuse  # type: ignore[attr-defined]
+    kind.__bool__ = refuse  # type: ignore[attr-defined]  # a class has no such attribute for mypy
     return kind
 
 
