@@ -113,7 +113,7 @@ def test_more_weight_brings_the_elbow_nearer_to_where_it_is_wished(name: str) ->
     shares = []
     for path in planned(name)[:3]:
         arm, gc, here = path.arm, int(path.gc[0]), path.at(EVEN)
-        for wish in ({"direction": "up"}, {"point": arm.elbow(path.q[0]) + [0.0, 0.1, 0.0]}):
+        for wish in ({"direction": "up"}, {"point": arm.elbow(path.q[0]) + np.array([0.0, 0.1, 0.0])}):
             wished = arm.psi_towards(here.pose, gc, **wish)
             off = []
             for weight in (0.0, 1.0, 100.0):
@@ -285,7 +285,10 @@ def test_a_plan_among_what_moves_is_clear_at_every_moment(name: str) -> None:
         path = aa.plan(bare, without.path, scene=passing, obstacle_speed=0.4)
         places = np.linspace(0.0, 1.0, 401)
         near = [
-            [distances(bare, q[None], passing(float(s)))[0].min() for s, q in zip(places, each.at(places).q)]
+            [
+                distances(bare, q[None], passing(float(s)))[0].min()
+                for s, q in zip(places, each.at(places).q, strict=True)
+            ]
             for each in ((without, path) if path.ok else (without,))
         ]
         detours += path.ok and min(near[0]) < 0.01
