@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from support import draw
 from support.calibrated import ARMS as CALIBRATED
+from support.calibrated import calibrated
 from support.moves import along, begun, in_a_loop, moved, refused
 from support.strategies import REGIMES, Array, arms, postures
 
@@ -20,6 +21,12 @@ HOME = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 SPEED = np.full(7, 1.5)
 AT = np.radians([10, 40, 0, -80, 0, 60, 0])
 ROUNDING = 1e-12
+
+OFFSET = tuple(map(aa.Arm.from_catalogue, ("franka_fr3", "willow_garage_pr2_right", "fetch")))
+STREAMED = (
+    *map(aa.Arm.from_catalogue, ("kuka_iiwa7_r800", "openarm_v10", "rokae_xmate_er7_pro")), *OFFSET,
+    calibrated("kuka_iiwa7_r800", 1.0, 1.0),
+)  # fmt: skip
 
 each_arm = pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
 each_regime = pytest.mark.parametrize("regime", REGIMES)
@@ -274,9 +281,8 @@ def test_a_target_aside_is_come_to_and_rested_on(policy: aa.Repulsion, dt: float
 @pytest.mark.slow
 @pytest.mark.parametrize("fallback", [None, "nearest_pose"])
 @pytest.mark.parametrize("acceleration", [None, 10.0])
-@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "openarm_v10", "rokae_xmate_er7_pro"])
-def test_a_hostile_stream_breaks_no_bound(name: str, acceleration: float | None, fallback: Any) -> None:
-    arm = aa.Arm.from_catalogue(name)
+@pytest.mark.parametrize("arm", STREAMED, ids=lambda arm: f"{arm.name} {arm.kind}")
+def test_a_hostile_stream_breaks_no_bound(arm: aa.Arm, acceleration: float | None, fallback: Any) -> None:
     rng = np.random.default_rng(3)
     dt, fastest = 0.004, np.where(np.isfinite(arm.velocity), arm.velocity, 2.0)
     low, high = np.maximum(arm.lower, -6), np.minimum(arm.upper, 6)
@@ -367,8 +373,8 @@ def test_with_the_elbow_carried_it_comes_to_rest_on_the_pose(name: str, seed: in
 def test_a_branch_that_is_asked_is_kept_on_the_way_to_the_nearest_pose(acceleration: float | None) -> None:
     """Which side the elbow is on is open where the arm is stretched."""
     short = 0
-    for seed, name in enumerate(srs_catalogue()):
-        arm, rng = aa.Arm.from_catalogue(name), np.random.default_rng(seed)
+    for seed, arm in enumerate([*map(aa.Arm.from_catalogue, srs_catalogue()), *OFFSET]):
+        rng = np.random.default_rng(seed)
         low, high = np.clip(arm.lower, -3, 3), np.clip(arm.upper, -3, 3)
         q, target = low + (high - low) * rng.uniform(0.05, 0.95, (2, 7))
         pose, gc, velocity = arm.forward(target)[0], int(arm.forward(q)[2]), np.zeros(7)
@@ -377,7 +383,9 @@ def test_a_branch_that_is_asked_is_kept_on_the_way_to_the_nearest_pose(accelerat
             bounds = {} if acceleration is None else {"acceleration": acceleration, "velocity_now": velocity}
             now = aa.step(arm, q, pose, gc=gc, fallback="nearest_pose", dt=0.02, velocity=1.5, **bounds)
             velocity, went, q = now.velocity, np.abs(now.q - q).max(), now.q
-            assert (int(arm.forward(q)[2]) ^ gc) & 5 == 0, name
+            # a straight joint motion to a solution passes joint 5 of an arm with an offset through its fold
+            if arm.kind == "srs" or now.why is aa.Status.UNREACHABLE:
+                assert (int(arm.forward(q)[2]) ^ gc) & 5 == 0, arm.name
             if now.status == aa.Status.OK or went < 1e-10:
                 break
         short += now.status == aa.Status.PARTIAL
@@ -406,20 +414,22 @@ def test_on_its_way_to_the_nearest_pose_it_keeps_the_singularity_margin(bounds: 
     assert beyond > 500
 
 
-def test_beyond_its_limits_it_comes_as_near_as_small_moves_lead() -> None:
+@pytest.mark.parametrize("arm", STREAMED, ids=lambda arm: f"{arm.name} {arm.kind}")
+def test_beyond_its_limits_it_comes_as_near_as_small_moves_lead(arm: aa.Arm) -> None:
     q = np.radians([10, 40, 0, -80, 0, 60, 170])
-    rolled = IIWA.forward(q)[0] @ aa.pose([0, 0, 0], rpy=[0, 0, np.radians(100)])
-    tight = IIWA.with_(lower=q - 0.2, upper=q + np.array([0.2] * 6 + [0.05]))
-    assert aa.step(tight, q, rolled).status is aa.Status.LIMITS
+    rolled = arm.forward(q)[0] @ aa.pose([0, 0, 0], rpy=[0, 0, np.radians(100)])
+    tight = arm.with_(lower=q - 0.2, upper=q + np.array([0.2] * 6 + [0.05]))
+    why = aa.Status.UNREACHABLE if arm.kind == "offset_shoulder" else aa.Status.LIMITS
+    assert aa.step(tight, q, rolled).status is why
     now = aa.step(tight, q, rolled, fallback="nearest_pose")
-    assert (now.status, now.why) == (aa.Status.PARTIAL, aa.Status.LIMITS)
+    assert (now.status, now.why) == (aa.Status.PARTIAL, why)
     for _ in range(20):
         now = aa.step(tight, now.q, rolled, fallback="nearest_pose")
     again = aa.step(tight, now.q, rolled, fallback="nearest_pose")
     assert np.abs(again.q - now.q).max() <= 1e-9  # at rest there
 
     def distance(joints: Array) -> float:
-        here = IIWA.forward(joints)[0]
+        here = arm.forward(joints)[0]
         turn = np.arccos(np.clip((np.trace(here[:3, :3].T @ rolled[:3, :3]) - 1) / 2, -1, 1))
         return float(np.hypot(np.linalg.norm(here[:3, 3] - rolled[:3, 3]), 0.2 * turn))
 

@@ -27,6 +27,7 @@ OFFSET_CHAIN = [calibrated_offset("franka_fr3", 1.0, 1.0), calibrated_offset("fe
 ARMS = [aa.Arm.from_catalogue("kuka_iiwa7_r800"), CHAIN, *OFFSET, *OFFSET_CHAIN]
 POLICIES: Any = (aa.Repulsion(), aa.Hold(), aa.Centre(K=0.3))
 DT = 0.01
+BEYOND = (aa.Status.UNREACHABLE, aa.Status.FOLDED, aa.Status.ELBOW_LIMIT, aa.Status.LIMITS)
 NAMED = (aa.Status.PARTIAL, aa.Status.LIMITS, aa.Status.NEAR_SINGULAR, aa.Status.NO_CONVERGENCE)
 EVERY = pytest.mark.parametrize("arm", ARMS, ids=lambda arm: f"{arm.name} {arm.kind}")
 MORE = pytest.mark.parametrize("arm", [*ARMS, *CALIBRATED.values()], ids=lambda arm: f"{arm.name} {arm.kind}")
@@ -171,6 +172,49 @@ def test_a_wish_for_the_elbow_is_met_and_the_tool_stays(arm: aa.Arm) -> None:
         goal = np.clip(at[own[0]], *ends[own[0]])
         met += abs(np.angle(np.exp(1j * (now.psi - goal)))) < 1e-3
     assert met >= (4 if arm in OFFSET_CHAIN else 5)  # more of their starts lie where nothing is proven
+
+
+def left(arm: aa.Arm, q: Any, pose: Any) -> tuple[Any, Any]:
+    """The move (m) and the turn (rad) from the end effector at joints q to a pose."""
+    there = arm.forward(q, on_error="nan")[0]
+    turn = pose[:3, :3] @ there[:3, :3].T
+    axis = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    size = float(np.linalg.norm(axis))
+    return pose[:3, 3] - there[:3, 3], axis * np.arctan2(size, np.trace(turn) - 1) / max(size, 1e-300)
+
+
+@pytest.mark.parametrize("bounds", [{}, {"velocity": 1.5, "dt": DT}], ids=["free", "bounded"])
+@EVERY
+def test_out_of_reach_it_comes_to_rest_where_no_small_move_leads_nearer(
+    arm: aa.Arm, bounds: dict[str, Any]
+) -> None:
+    rng, level, reached = np.random.default_rng(7), 0, 0
+    for k in range(40):
+        q = within(arm, rng, 0.8)
+        shift = rng.normal(size=3)
+        shift *= (2.0, 0.4)[k % 2] * arm.geometry.reach / np.linalg.norm(shift)
+        pose = moved(arm.forward(q)[0], shift)
+        if reached == 12 or arm.solve(pose).ok:
+            continue
+        reached += 1
+        for _ in range(1200):
+            now = aa.step(arm, q, pose, policy=aa.Hold(), fallback="nearest_pose", **bounds)
+            assert (now.status, now.why) in [(aa.Status.PARTIAL, why) for why in BEYOND]
+            assert np.abs(now.q - q).max() <= (1.5 * DT if bounds else 0.2) + 1e-12
+            assert arm.limit_margin(now.q) >= -1e-12
+            went, q = np.abs(now.q - q).max(), now.q
+            if went < 1e-12:
+                break
+        assert went < 1e-12
+        move, turn = left(arm, q, pose)
+        J = arm.jacobian(q)[:, (q > arm.lower + 1e-7) & (q < arm.upper - 1e-7) & (np.arange(7) != 3)]
+        if np.linalg.norm(turn) < 1e-8:  # with this orientation
+            level += 1
+            keeping = J[3:]
+            J = J - J @ np.linalg.pinv(keeping, rcond=1e-9) @ keeping
+        slope = move @ J[:3] + 0.2**2 * turn @ J[3:]
+        assert np.abs(slope).max(initial=0.0) < 1e-3 * np.linalg.norm(move)
+    assert reached == 12 and level > 3
 
 
 def narrow(arm: aa.Arm, rng: np.random.Generator, q: Any) -> aa.Arm:

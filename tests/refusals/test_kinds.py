@@ -81,10 +81,9 @@ MIRRORED = aa.Arm(a_1=0.1, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, lower=[-2.
 KINDS: list[tuple[aa.Arm, Rows]] = [
     (aa.Arm.from_catalogue("franka_fr3"), OFFSET),
     (aa.Arm.from_catalogue("franka_fr3"), steps(WRIST, carry="elbow")),
-    (aa.Arm.from_catalogue("franka_fr3"), steps(WRIST, fallback="nearest_pose")),
     (aa.Arm.from_catalogue("franka_fr3"), steps(WRIST, roll="free")),
     (MIRRORED, OFFSET),
-    (calibrated("kuka_iiwa7_r800", 1.0, 1.0), OWN + steps(CHAIN, fallback="nearest_pose")),
+    (calibrated("kuka_iiwa7_r800", 1.0, 1.0), OWN),
     (calibrated_offset("franka_fr3", 1.0, 1.0), BOTH),
 ]
 

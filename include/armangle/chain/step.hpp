@@ -54,9 +54,7 @@ public:
         feasible(*arm_, pose, gc, limits, margin_, out);
     }
     /// The joints and angles at which branches meet.
-    std::array<BranchMeeting, 3> meetings() const noexcept {
-        return {{{1, 0.0}, {3, rows().delta_angle}, {5, 0.0}}};
-    }
+    BranchMeetings meetings() const noexcept { return branch_meetings(rows()); }
     /// The joints 2 and 6 of which a branch may change in a step.
     std::span<const int> hinges() const noexcept { return hinge_joint; }
     /// The psi nearest to a target of the elbow.

@@ -30,6 +30,7 @@ struct ApproachTuning {
     int rounds = 30;          // rounds to the end
     double stiff = 30.0;      // m that a radian of a kept orientation counts, in sizes of the arm plus gaps
     int turns = 24;           // times that a kept orientation is corrected
+    double same = 1e-9;       // m: configurations whose distances are this close are equally near
 };
 
 namespace detail {

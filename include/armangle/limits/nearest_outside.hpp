@@ -21,7 +21,8 @@ inline constexpr int kept = 16;           // number of starts that are continued
 inline constexpr int scouted = 8;         // ... and the nearest after a few rounds
 inline constexpr int few = 3;             // Newton rounds for scouting
 inline constexpr int rounds = 30;         // Newton rounds to the end
-inline constexpr double same = 1e-9;      // m: starts whose results are this close are equally good
+inline constexpr double same =
+    ApproachTuning{}.same;  // m: starts whose results are this close are equally good
 }  // namespace outside_tuning
 
 namespace detail {

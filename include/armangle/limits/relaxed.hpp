@@ -8,6 +8,8 @@
 // Gauss-Newton method within the limits minimizes sqrt(|dp|^2 + (length angle)^2).
 #pragma once
 
+#include <array>
+
 #include "../arm/joint_quadratic.hpp"
 #include "../arm/jacobian.hpp"
 #include "../circle/inverse.hpp"
@@ -80,19 +82,35 @@ inline Limits on_one_side(const Arm& arm, double q_4, double margin) noexcept {
     return out;
 }
 
-/// The limits with joints 2, 4 and 6 restricted to at least `margin` (rad) from their singular positions, on
-/// the side that q has, if their own limits permit. Without a margin this applies to joint 4 alone. If a
-/// branch is requested (0..7; -1: none), each of these joints that has its sign, or nearly, keeps it.
-inline Limits on_these_sides(const Arm& arm, const double* q, double margin, int gc) noexcept {
+/// A zero of a model angle at which two branches meet. They meet half a turn further too.
+struct BranchMeeting {
+    int joint;    // of the robot, 0..6
+    double zero;  // rad, theta
+};
+
+/// Where branches meet whose index differs in bit 0, 1 or 2. The bit is set if the sine of theta - zero is
+/// negative.
+using BranchMeetings = std::array<BranchMeeting, 3>;
+
+/// The meetings of an S-R-S arm: theta_2, theta_4 - delta and theta_6 are 0.
+inline BranchMeetings branch_meetings(const Arm& arm) noexcept {
+    return {{{1, 0.0}, {3, arm.delta_angle}, {5, 0.0}}};
+}
+
+/// The limits with the joints at which branches meet restricted to at least `margin` (rad) from there, on the
+/// side that q has, if their own limits permit. Without a margin this applies to the elbow alone. If a branch
+/// is requested (0..7; -1: none), each of these joints that has its sign, or nearly, keeps it.
+inline Limits on_these_sides(const Arm& arm, const BranchMeetings& meetings, const double* q, double margin,
+                             int gc) noexcept {
     Limits out = arm.limits;
-    const Configuration<double> asked = configuration(gc < 0 ? 0 : gc);
-    const double sides[] = {asked.shoulder, asked.elbow, asked.wrist};
     for (int i = 0; i < 3; ++i) {
-        const int hinge = 2 * i + 1;
-        const double bend = detail::bend(arm, hinge, q[hinge]), own = bend < 0 ? -1.0 : 1.0;
-        const bool stays = gc >= 0 && bend * sides[i] > -relaxed_tuning::side_slack;
-        const double side = stays ? sides[i] : own, off = stays ? max(margin, tolerance::angle) : margin;
-        if (stays || hinge == 3 || margin > 0) keep_on_side(arm, hinge, q[hinge], side, off, out);
+        const auto& [joint, zero] = meetings[static_cast<std::size_t>(i)];
+        const double off = detail::off_angle(arm, joint, zero, q[joint]);
+        const double own = off < 0 ? -1.0 : 1.0, asked = gc >> i & 1 ? -1.0 : 1.0;
+        const bool stays = gc >= 0 && off * asked > -relaxed_tuning::side_slack;
+        const double side = stays ? asked : own, apart = stays ? max(margin, tolerance::angle) : margin;
+        if (stays || i == 1 || margin > 0)
+            limit_to_side(arm, joint, q[joint] - arm.sign[joint] * off, side, apart, out);
     }
     return out;
 }

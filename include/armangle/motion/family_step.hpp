@@ -8,9 +8,10 @@
 //       sweeps joints around
 //     - the nearest value whose joints stay in the box, in this branch or one that meets it
 //     - a solution within the box from the joints themselves: where branches merge arcs leave it out
-//     - under bounds: as far towards a solution as they allow
+//     - under bounds: as far towards a solution as they allow; out of reach, if requested: the nearest pose
 #pragma once
 
+#include "../limits/approach.hpp"
 #include "../limits/solve_locally.hpp"
 #include "../scene/clear_cells.hpp"
 #include "pace.hpp"
@@ -55,7 +56,7 @@ public:
         double wish = now_.lambda;
         Status why = wanted(wish);
         if (why == Status::OUTSIDE || why == Status::UNREACHABLE || why == Status::POSE_BLOCKED)
-            return stayed(why);
+            return without(why);
         Step out;
         if (why == Status::OK && (calm(wish, out) || requested(wish, why, out))) return out;
         if (arcs_.status == Status::OK && take(own_, wish, options_.allowed, out)) return out;
@@ -66,8 +67,8 @@ public:
         if ((merging && !is_singular && solve_nearby(out)) || take_nearest(out)) return out;
         why = reason(why);
         // the straight way to the solution of another pose may collide
-        if (options_.bounds && !options_.scene && approach(why, out)) return out;
-        return stayed(why);
+        if (options_.bounds && !options_.scene && advance(why, out)) return out;
+        return without(why);
     }
 
 private:
@@ -359,7 +360,7 @@ private:
 
     /// Writes a step to `out` that moves as far as it may towards a solution of the pose: PARTIAL with the
     /// reason `why`, or OK if it arrives. False if there is none.
-    bool approach(Status why, Step& out) noexcept {
+    bool advance(Status why, Step& out) noexcept {
         double to[joint_slots], way[joints];
         if (!heading(to, why)) return false;
         if (offer(to, out)) return true;
@@ -371,6 +372,46 @@ private:
         return true;
     }
 
+    /// The step without a solution: to the nearest pose if that is requested and the pose is out of reach or
+    /// beyond limits, otherwise none.
+    Step without(Status why) const noexcept {
+        return options_.nearest && !options_.scene && is_beyond(why) ? to_nearest(why) : stayed(why);
+    }
+
+    /// Moves to the nearest configuration with the orientation of the pose. If a limit other than joint 4's
+    /// keeps it from there, moves to a configuration that no small change brings nearer to the pose. A
+    /// configuration that is as near as that one rests.
+    Step to_nearest(Status why) const noexcept {
+        const Limits sides = on_these_sides(rows_, family_.meetings(), q_now_, family_.margin(), options_.gc);
+        const ApproachTuning tuning;
+        Joints start{};
+        for (int j = 0; j < joints; ++j) start.q[j] = q_now_[j];
+        const Twist off = difference(tool_pose(family_.arm(), q_now_), pose_);
+        const bool is_level = norm(off.angular) <= tuning.parallel;
+        const Joints from =
+            is_level ? start
+                     : approach(family_.arm(), sides, start, pose_, rows_.size, tuning.rounds, tuning).at;
+        Parallel level = approach_parallel(family_.arm(), sides, from, pose_, infinity, tuning);
+        // a stretched arm may turn without moving the end effector: nearby, the least turn is taken
+        if (!is_level && largest_move(level.at.q, q_now_) <= tuning.longest)
+            level = approach_parallel(family_.arm(), sides, start, pose_, infinity, tuning);
+        Joints to = level.at;
+        bool rests = is_level && norm(off.linear) <= level.gap + tuning.same;
+        if (!level.kept || level.held) {
+            const double length = step_tuning::length;
+            const Relaxed nearest =
+                approach(family_.arm(), sides, start, pose_, length, tuning.rounds, tuning);
+            to = nearest.at;
+            rests = size(off, length) <= nearest.distance + tuning.same;
+        }
+        double way[joints];
+        for (int j = 0; j < joints; ++j) way[j] = rests ? 0.0 : to.q[j] - q_now_[j];
+        Step out{};
+        go(rows_, bounds_, q_now_, options_.max_joint_step, way,
+           pace(way, bounds_.dt, bounds_.velocity, bounds_.acceleration), out.q);
+        return finished(Status::PARTIAL, why, out);
+    }
+
     /// Chooses the joints at which a step under bounds aims. First choice is the result of a step without
     /// bounds, if the end effector stays near its path. Otherwise the present value, or the end of the arcs
     /// nearest to it. If a joint would have to reverse for that, the solution nearest to the joints. False if
@@ -379,6 +420,7 @@ private:
         StepOptions free = options_;
         free.bounds = nullptr;
         free.ahead = nullptr;
+        free.nearest = false;
         free.policy = {Rule::hold};
         FamilyStep unbounded(family_, q_now_, pose_, free);
         Step next;

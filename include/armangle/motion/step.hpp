@@ -272,6 +272,13 @@ inline bool may_leave(const Chain& now, const Policy& policy) noexcept {
     return (policy.rule == Rule::towards || policy.rule == Rule::centre) && is_singular(now);
 }
 
+/// Whether a pose is not reached for its place alone, so that a step may go to the nearest pose instead.
+inline bool is_beyond(Status why) noexcept {
+    return why == Status::UNREACHABLE || why == Status::FOLDED || why == Status::ELBOW_LIMIT ||
+           why == Status::ELBOW_MARGIN || why == Status::LIMITS || why == Status::NEAR_SINGULAR ||
+           why == Status::NO_CONVERGENCE;
+}
+
 /// The alternatives that a step tries if the psi that the policy requests cannot be reached.
 class StepFallback {
 public:
@@ -308,10 +315,7 @@ public:
         const double held = carried_psi(arm_, now_, c, Carry::psi);  // the elbow moves ahead of the joints
         if (options_.bounds && approach(pose, held, blocked ? pi : infinity, out))
             return finished(Status::PARTIAL, why, out);
-        const bool beyond = why == Status::UNREACHABLE || why == Status::FOLDED ||
-                            why == Status::ELBOW_LIMIT || why == Status::ELBOW_MARGIN ||
-                            why == Status::LIMITS;
-        if (options_.nearest && beyond) return to_nearest(pose, why);
+        if (options_.nearest && is_beyond(why)) return to_nearest(pose, why);
         return halted(c, why);
     }
 
@@ -780,7 +784,7 @@ private:
     /// moves to a configuration that no small change brings nearer to the pose.
     Step to_nearest(const Pose<double>& pose, Status why) noexcept {
         Step out;
-        const Limits side = on_these_sides(arm_, q_now_, limits_.margin, options_.gc);
+        const Limits side = on_these_sides(arm_, branch_meetings(arm_), q_now_, limits_.margin, options_.gc);
         const MovedIntoReach drawn = move_into_reach(arm_, reach_shell(arm_, side), pose, now_.flange);
         BranchParts parts;
         double psi = 0;

@@ -2,7 +2,6 @@
 // free number within limits, and the joints at one value of it.
 #pragma once
 
-#include <array>
 #include <concepts>
 #include <span>
 
@@ -12,12 +11,6 @@
 #include "../names/begin.hpp"
 
 namespace armangle {
-
-/// A zero of a model angle at which two branches meet.
-struct BranchMeeting {
-    int joint;    // of the robot, 0..6
-    double zero;  // rad, theta; the branches meet half a turn further too
-};
 
 /// The members of a family, which is a view of one arm:
 ///   arm(), rows()                  the arm itself; its signs, offsets and limits in the robot's order
@@ -40,7 +33,7 @@ concept stepping_family =
         { f.on(q, pose, Carry::psi) } -> std::same_as<OnSelfMotion>;
         { f.at(pose, 0, 0.0, q, d) } -> std::same_as<Status>;
         f.arcs(pose, 0, limits, arcs);
-        { f.meetings() } -> std::same_as<std::array<BranchMeeting, 3>>;
+        { f.meetings() } -> std::same_as<BranchMeetings>;
         { f.hinges() } -> std::convertible_to<std::span<const int>>;
         { f.towards(pose, 0, Towards{}) } -> std::same_as<double>;
         { f.nearest(pose, options, scene) } -> std::same_as<Nearest>;

@@ -44,11 +44,11 @@ public:
         feasible(*arm_, pose, gc, limits, out);
     }
     /// The joints and angles at which branches meet.
-    std::array<BranchMeeting, 3> meetings() const noexcept {
+    BranchMeetings meetings() const noexcept {
         const OffsetArm& formulas = nominal_offset(*arm_);
         return {{{robot_joint(formulas, 1), 0.0},
                  {robot_joint(formulas, 3), formulas.rest.delta_angle},
-                 {robot_joint(formulas, 4), half_pi}}};
+                 {robot_joint(formulas, 4), -half_pi}}};
     }
     /// The joints of which a branch may change in a step: none.
     std::span<const int> hinges() const noexcept { return {}; }

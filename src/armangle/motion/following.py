@@ -25,7 +25,6 @@ from .options import (
     Bound,
     Carry,
     check_arm,
-    check_chain,
     check_offset,
     checked_options,
     core_policy,
@@ -157,9 +156,7 @@ def follow(
     hint_step(max_joint_step)
     window = _window(lookahead, len(frames))
     if isinstance(arm, OffsetArm):
-        check_offset(fallback, roll, carry)
-    elif arm.geometry.chain is not None:
-        check_chain(fallback)
+        check_offset(roll, carry)
     options = _core.FollowOptions(
         native, branch, CARRIES[kept], most, margin, time, beyond == "nearest",
         on_fail=failing, lookahead=window,

@@ -22,8 +22,7 @@ from .._arrays import (
     warn,
 )
 from ..arm.arm import Arm
-from ..arm.chain import unsupported
-from ..arm.offset import unsupported as offset_lacks
+from ..arm.offset import unsupported
 from ..arm.question import Fallback
 from ..arm.roll import ROLLS, Roll, check_free_roll, is_along_axis_7, last_margin
 from ..errors import InputError
@@ -111,12 +110,6 @@ def free_roll(arm: Arm, roll: Roll, name: str, joints: Floats, scene: object) ->
     return arm._handle.with_free_roll()
 
 
-def check_chain(fallback: Fallback) -> None:
-    """Raise for options of a step that an arm with its own chain does not support."""
-    if fallback is not None:
-        raise unsupported("fallback=", "Tracker, which goes as near as it can")
-
-
 def core_policy(policy: Policy, dt: float | None) -> Any:
     """Return a policy in the core's format, for a step of `dt` s."""
     if not isinstance(policy, POLICIES):
@@ -177,12 +170,11 @@ def check_arm(arm: object) -> None:
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
 
 
-def check_offset(fallback: Fallback, roll: Roll, carry: Carry) -> None:
+def check_offset(roll: Roll, carry: Carry) -> None:
     """Raise for options of a step that an arm with an offset wrist or shoulder does not support."""
-    plain = {"fallback": (fallback, None), "roll": (roll, "pose"), "carry": (carry, "psi")}
-    for name, (value, usual) in plain.items():
+    for name, (value, usual) in {"roll": (roll, "pose"), "carry": (carry, "psi")}.items():
         if not (value is None or (isinstance(value, str) and value == usual)):
-            raise offset_lacks(f"{name}=")
+            raise unsupported(f"{name}=")
 
 
 def step_bounds(

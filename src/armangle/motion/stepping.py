@@ -32,7 +32,6 @@ from .options import (
     Bound,
     Carry,
     check_arm,
-    check_chain,
     check_offset,
     checked_options,
     core_policy,
@@ -210,7 +209,7 @@ def step(
     Without bounds nothing moves; with obstacles neither, because that line may not be collision-free.
 
     For an arm with an offset wrist or shoulder psi is the value of joint 7 or 1, and branches meet at θ₂ = 0,
-    at the stretched elbow and at the fold; ``carry``, ``roll`` and ``fallback`` are not supported.
+    at the stretched elbow and at the fold; ``carry`` and ``roll`` are not supported.
 
     Parameters
     ----------
@@ -249,8 +248,9 @@ def step(
         If no arm angle of the pose is within reach and limits: return the status; or move to the nearest
         pose, PARTIAL. That is the pose of the same orientation with its wrist moved into joint 4's reach. If
         limits forbid that too, it is one from which no small joint move comes nearer (``sqrt(|dp|² + (0.2 m ·
-        angle)²)``). The arm's `singularity_margin` is kept on the way, on the joints' present sides of the
-        singularities.
+        angle)²)``). An own chain or an arm with an offset finds both from its present joints, so a nearer
+        pose may exist far from them. The arm's `singularity_margin` is kept on the way, on the joints'
+        present sides of the singularities. With a scene nothing moves.
     roll : "pose" or "free"
         "free": joint 7 is constant, and the pose has any roll about axis 7: drills, welding torches, suction
         cups. This roll moves joint 7 least, and no pose is rejected for its roll. The tool's z axis must be
@@ -307,9 +307,7 @@ def step(
         arcs = one_allowed(allowed, as_poses("pose", pose, handle))
     bounds = None
     if isinstance(arm, OffsetArm):
-        check_offset(fallback, roll, carry)
-    elif arm.geometry.chain is not None:
-        check_chain(fallback)
+        check_offset(roll, carry)
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
     about = None if arm._ready is None else arm._ready.handle
