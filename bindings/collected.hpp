@@ -113,7 +113,7 @@ struct Collected {
         return tag_obstacle(tag) < 0 ? -1 : 256 * tag_obstacle(tag) + tag_link(tag);
     }
 
-    /// Adds the arcs of an S-R-S arm.
+    /// Adds a set of arcs of an S-R-S arm with its status; the ends get the joint values that cause them.
     void add(const Arm& arm, double margin, const Configuration<double>& gc, const ArcSet& set,
              Status outcome, Tag blocks_all = 0, bool narrow_left_out = false) {
         const auto value_of = [&](Tag tag, double) { return end_value(arm, margin, gc, tag); };
@@ -177,7 +177,7 @@ struct Collected {
     }
 };
 
-/// Joins the sets of all threads into one array: in place, or by copy if a thread outgrew its part.
+/// Appends the sets of all parts, which are emptied, in order to `whole`.
 template <auto member>
 inline void join(std::vector<Collected>& parts, Collected& whole) {
     auto& to = whole.*member;

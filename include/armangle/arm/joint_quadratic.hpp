@@ -31,7 +31,7 @@ namespace detail {
 struct Factors {
     double L[joints][joints], inverse[joints];  // of D
 
-    /// Factorizes the matrix.
+    /// Factorizes the symmetric positive definite matrix with entries entry(a, b).
     template <class Count, class Entry>
     void of(Count n, const Entry& entry) noexcept {
         for (int a = 0; a < n; ++a) {

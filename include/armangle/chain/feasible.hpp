@@ -91,7 +91,8 @@ public:
           only_(only_joint),
           trail_(arm, pose, on, gc) {}
 
-    /// Computes the arcs.
+    /// Writes the arcs of psi that are proven feasible to `out`, with the length that remains unproven;
+    /// empty, with the reason in its status, if there are none.
     void run(ProvenArcs& out) noexcept {
         const CorrectedMotion<double> all = motion_around(arm_, pose_, on_, gc_);
         Open every = hinge_bit | hinge_bit << 1;
@@ -571,12 +572,12 @@ private:
                 ++looks_;
                 now[count++] = one;
             }
-            if (count > 0) settle(now, count);
+            if (count > 0) decide(now, count);
         }
     }
 
-    /// Decides stretches, or divides them.
-    void settle(const Stretch* now, int count) noexcept {
+    /// Decides some stretches by bounds of the joints over them, or halves those that it cannot decide.
+    void decide(const Stretch* now, int count) noexcept {
         double middle[several], half[several];
         for (int k = 0; k < several; ++k) {
             const Stretch& one = now[k < count ? k : count - 1];

@@ -48,7 +48,7 @@ struct PsiPlane {
     PsiPlane(const Triad<T>& on, const SinCos<T>& psi) noexcept
         : across(combine(on.e, psi.cos, on.z, -psi.sin)), along(combine(on.e, psi.sin, on.z, psi.cos)) {}
 
-    /// The plane of these two unit vectors.
+    /// The plane of psi that these two orthogonal unit vectors, `across` and `along`, define.
     PsiPlane(const Vec3<T>& a, const Vec3<T>& b) noexcept : across(a), along(b) {}
 
     /// The plane of psi + `by`.

@@ -284,7 +284,7 @@ private:
         double half() const noexcept { return 0.5 * (upper - lower); }
     };
 
-    /// Searches an arc, divided into pieces.
+    /// Searches an arc of a branch for a cheaper posture than the best, divided into pieces.
     void search_arc(const Arc& arc, int gc) noexcept {
         constexpr int n = chain_tuning::first_pieces;
         constexpr double width = two_pi / n;

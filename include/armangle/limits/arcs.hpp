@@ -232,7 +232,8 @@ inline void complement(const ArcSet& a, ArcSet& out) noexcept {
 /// their lower ends.
 class UnionOfArcs {
 public:
-    /// Adds an arc.
+    /// Adds an arc of any length, on any multiple of 2 pi; dropped if the capacity is reached and no arcs can
+    /// be joined.
     void add(Arc arc) noexcept {
         if (arc.upper - arc.lower >= two_pi - tolerance::angle) return add_full();
         if (count_ == capacity) join();

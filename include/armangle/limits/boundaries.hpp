@@ -90,7 +90,8 @@ ARMANGLE_INLINE unsigned touching_bits(const Slots& excess, const Slots& square)
     return bits(abs(excess) < Slots(tolerance::turning_back) * square);
 }
 
-/// Computes these angles from the coefficients.
+/// Computes the angles phi (the middle) and alpha (half the width) of the arcs of the boundary functions of
+/// joints 1, 3, 5 and 7.
 ARMANGLE_INLINE PivotAngles pivot_angles(const LimitTable& t, const JointFunctions<double>& f) noexcept {
     using P = const Pivot<double>&;
     const Harmonic<Slots> U{of_pivots(f, [](P p) { return p.U.s; }), of_pivots(f, [](P p) { return p.U.c; }),

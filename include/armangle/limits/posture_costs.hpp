@@ -265,7 +265,8 @@ protected:
         return refused(Status::UNREACHABLE);
     }
 
-    /// The complete result for a solution.
+    /// The complete result for joints q that solve the pose: distance in the metric (NaN for the margin), and
+    /// the least distance (rad) from limits.
     Nearest finished(const double* q, double psi, int gc) const noexcept {
         Nearest out{};
         for (int j = 0; j < joints; ++j) out.q[j] = q[j];

@@ -251,7 +251,7 @@ private:
             acceleration_ + (change - acceleration_) * -std::expm1(-dt / hand_filter_tuning::smooth);
     }
 
-    /// Stores an accepted sample as the last one.
+    /// Stores a sample as the last one, and the present estimate as its pose.
     void remember(const Pose<double>& sample) noexcept {
         sample_ = sample;
         last_sample_ = pose_;

@@ -46,7 +46,8 @@ namespace detail {
 /// Computes the arcs of one pose within limits, branch by branch.
 class OffsetArcs {
 public:
-    /// The limits are given in the robot's joint order.
+    /// Computes the boundary functions of a pose that all branches share. The limits are given in the robot's
+    /// joint order.
     OffsetArcs(const OffsetArm& arm, const Pose<double>& pose, const Limits& limits,
                const OffsetArcsTuning& tuning) noexcept
         : arm_(arm),

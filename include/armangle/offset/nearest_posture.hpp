@@ -736,7 +736,8 @@ private:
         for (int j = 0; j < joints; ++j) q[j] = robot.q[robot_joint(offset_, j)];
         return sqrt(cost_of_all(q)) < sqrt(result_cost_) + tuning_.near_best;
     }
-    /// Keeps a posture if it costs less than the best.
+    /// Keeps a posture, joints in the robot's order, if it costs less than the best, and permitted arcs and
+    /// obstacles allow it.
     void take_found(const Joints& robot, int gc) noexcept {
         double q[joint_slots];
         for (int j = 0; j < joints; ++j) q[j] = robot.q[robot_joint(offset_, j)];

@@ -69,7 +69,8 @@ struct OffsetWrist {
     T excess;           // m beyond the reach, or inside the inner reach
 };
 
-/// Computes them at a theta_7 (sine and cosine).
+/// Computes the wrist and elbow at a theta_7 (sine and cosine). There is no solution if `excess` is positive
+/// or `inside` negative.
 template <class T, class U>
 OffsetWrist<T> offset_wrist(const OffsetArm& arm, const OffsetMotion<U>& m,
                             const SinCos<T>& theta_7) noexcept {

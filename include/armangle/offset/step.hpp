@@ -66,7 +66,7 @@ private:
     const AnyArm* arm_;
 };
 
-/// Returns the view of an arm.
+/// The functions that steps of an arm with an offset use; it refers to the arm.
 template <free_joint_arm AnyArm>
 FreeJointSteps<AnyArm> steps_of(const AnyArm& arm) noexcept {
     return FreeJointSteps<AnyArm>(arm);

@@ -142,7 +142,8 @@ private:
         moving_.enclose(frames, scene_.part_count);
     }
 
-    /// Searches between two parameters.
+    /// Adds the parameters between two sections at which obstacles block some phi; none if the pose is out of
+    /// reach there.
     void between(double from, double to) {
         const double h = to - from, middle = 0.5 * (from + to);
         for (const double s : {from, middle, to}) {

@@ -159,7 +159,7 @@ private:
         int first, last;
     };
 
-    /// Samples an arc evenly.
+    /// Replaces the points by equally spaced phi on an arc, its ends included unless it is the full circle.
     void spread_over(const Arc& arc, bool full) {
         points_.clear();
         const double width = arc.upper - arc.lower;
@@ -170,7 +170,7 @@ private:
         if (!full) points_.push_back({arc.upper, {}});
     }
 
-    /// Adds the fixed phi that lie on an arc.
+    /// Adds the configurations at those phi of hold() that lie on an arc.
     void add_held(const Arc& arc) {
         points_.clear();
         for (int i = 0; i < held_count_; ++i) {

@@ -174,7 +174,7 @@ struct PlacedScene {
     std::vector<Rod> arm_rod;
     std::vector<Solid> held;
 
-    /// Places all shapes by their frames.
+    /// Places all moving shapes at the frames of the links.
     void place(const Scene& scene, const SceneFrames<double>& f) {
         arm_rod.clear();
         held.clear();

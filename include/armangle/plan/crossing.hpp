@@ -537,7 +537,7 @@ private:
         }
         return sum;
     }
-    /// The part of s that a row represents.
+    /// The part of s that a row represents: half the distance between its neighbours.
     double share(std::size_t k) const noexcept {
         const std::size_t n = rows_.size();
         return 0.5 *
@@ -652,7 +652,8 @@ private:
     struct Joint3 {
         double value, slope, curvature;
     };
-    /// Computes them at the end of a stretch.
+    /// Computes the parameter of the next run (joint `lead`, or phi if 0) at the end of a stretch, with two
+    /// derivatives by s, in the revolution nearest to `near` (rad).
     Joint3 at_end(const Curve& curve, const Stretch& x, int lead, double near) const noexcept {
         using J = Jet<double, 3>;
         const J s = J::variable(x.end);
@@ -726,7 +727,8 @@ private:
         return true;
     }
 
-    /// Adds the stretches from row `from` to row `to` with the same leading joint, as a spline; true.
+    /// Appends the stretches from row `from` to row `to`, all with the leading joint `lead`, to `out` as a
+    /// spline; `few`: with fewer knots. Returns true.
     bool piece(std::size_t from, std::size_t to, int lead, bool few, std::vector<Stretch>& out) const {
         std::vector<double> s, x;
         Row led = rows_[from];

@@ -104,7 +104,7 @@ private:
         return most;
     }
 
-    /// Whether a stretch begins and ends at its rows.
+    /// Whether the joints of a stretch at its ends are those of the two rows q, stored one after the other.
     template <class Corrected>
     static bool meets_rows(const Curve& curve, const Corrected& corrected, const double* q,
                            const Stretch& x) noexcept {

@@ -58,7 +58,7 @@ struct GaussPoint {
     double wished;  // target phi; NaN without a target
 };
 
-/// Nodes and weights of Gauss's rules on [0, 1] with 1 to 4 points. Source: Abramowitz and Stegun, 25.4.30.
+/// Node k of the Gauss rule on [0, 1] with n points (1 to 4). Source: Abramowitz and Stegun, 25.4.30.
 inline double gauss_node(std::size_t n, std::size_t k) noexcept {
     constexpr double node[4][4] = {
         {0.5},

@@ -526,7 +526,7 @@ private:
     double share_of(const std::vector<Section>& x, std::size_t k, std::size_t n) const noexcept {
         return 0.5 * ((k + 1 < n ? x[k + 1].s : x[k].s) - (k > 0 ? x[k - 1].s : x[k].s));
     }
-    /// The objective of a path.
+    /// The objective of a path: distances from limits, target and joint travel, summed over the sections.
     double cost_of(const Branch& branch, const std::vector<State>& way) const noexcept {
         double sum = 0;
         for (std::size_t k = 0; k < way.size(); ++k) {
@@ -582,7 +582,8 @@ private:
     struct Haste {
         double from = 0, to = 0, from_from = 0, from_to = 0, to_to = 0;
     };
-    /// These derivatives for two configurations ds apart.
+    /// The derivatives of the cost of duration for two configurations ds apart, by their redundant
+    /// parameters.
     Haste haste_of(const State& a, const State& b, double ds) const noexcept {
         double rate[joints];
         for (int j = 0; j < joints; ++j) rate[j] = (b.q[j] - a.q[j]) / ds;

@@ -45,7 +45,7 @@ struct Optimum {
 
 namespace detail {
 
-/// The result of a descent on these breaks.
+/// The curve that a descent has reached on these breaks, with its objective and margins.
 inline Optimum result(Descent& descent, const std::vector<double>& breaks) {
     Optimum out{{breaks, descent.control()},
                 descent.energy(),
@@ -57,7 +57,7 @@ inline Optimum result(Descent& descent, const std::vector<double>& breaks) {
     return out;
 }
 
-/// Whether one is better than another.
+/// Whether a has a lower objective than b.
 inline bool less(const Optimum& a, const Optimum& b) noexcept { return a.energy < b.energy; }
 
 /// Compares starting curves and improves the best of them.
@@ -274,7 +274,7 @@ inline std::vector<Optimum> coarse_optima(const Task& task, const Objective& obj
     return detail::Comparison(task, objective, tube, way, cheap, ends).run();
 }
 
-/// Rates a curve without changing it.
+/// Computes the objective and margins of a curve without changing it; not found() if it violates limits.
 inline Optimum as_it_is(const Task& task, const Objective& objective, int gc, const FixedEnds& ends,
                         const Spline& curve) {
     const Quadrature q = quadrature(task, gc, curve.breaks, true);

@@ -790,7 +790,7 @@ private:
         return {task_.arm, task_.plane, x.gc, {task_.segments, task_.segment_count}, x.stretches};
     }
 
-    /// The smooth curve of a path.
+    /// The spline through the phi of a path at its knots.
     Spline along(const Tube& t, const Way& way, const std::vector<double>& base) const {
         std::vector<double> s, phi;
         for (const std::size_t k : knots(t, base, way.rows.size())) {

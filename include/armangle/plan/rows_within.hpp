@@ -165,7 +165,7 @@ private:
         return beyond(x.q, j) <= rows_within_tuning::kept;
     }
 
-    /// Inserts the new rows.
+    /// Inserts the found rows into the gaps that they belong to.
     void insert(const std::vector<Between>& found) {
         PathRows rows;
         std::vector<Gap> gaps;

@@ -283,7 +283,8 @@ inline Change against(const ArcSet& a, const ArcSet& b) noexcept {
     return worst;
 }
 
-/// The larger change of both directions.
+/// How much the arcs of two sections differ: the larger change of both directions, `event` if they differ in
+/// number or one has none.
 inline Change change(const SolvedSection& a, const SolvedSection& b) noexcept {
     if ((a.section.status == Status::OK) != (b.section.status == Status::OK)) return Change::event;
     if (a.section.status != Status::OK || (a.arcs.full && b.arcs.full)) return Change::small;

@@ -48,7 +48,7 @@ class ClearCells {
     using Cells = typename CellsOf<AnyArm>::type;
 
 public:
-    /// The rotation of the pose must be orthonormal.
+    /// Keeps a pose, whose rotation must be orthonormal, in branch gc and a scene.
     ClearCells(const AnyArm& arm, const Scene& scene, const Pose<double>& pose, int gc,
                const ClearCellsTuning& tuning) noexcept
         : tuning_(tuning),

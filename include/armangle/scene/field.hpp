@@ -144,7 +144,8 @@ struct Ways {
     double x[4], y[4];
     Lane<8> z;
 
-    /// The squared distances of a point from the nodes.
+    /// Computes the squared distances of point p (m) from the 64 nodes along each axis, in spacings (per:
+    /// 1/m).
     Ways(const Surroundings& about, const Vec3<double>& p, double per) noexcept {
         double along[4];
         about.squares(p.x, 0, per, x);

@@ -75,7 +75,8 @@ private:
         }
     }
 
-    /// Compares two shapes of the arm.
+    /// Keeps the distance of two shapes of the arm if it is the smallest so far; `turning_alone` skips pairs
+    /// whose distance psi does not change.
     void own_pair(const OwnPair& pair, bool turning_alone) noexcept {
         const int first = pair.obstacle - scene_.first_swing_obstacle();
         const bool swings = first < scene_.swing_count;

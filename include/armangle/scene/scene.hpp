@@ -255,7 +255,8 @@ inline void plane_frames(const Arm& arm, const Elbow<T>& e, Vec3<T> w, Vec3<T> z
     lower = {{x4, -z, z4}, upper.position + z * T(arm.d_4) + x4 * T(arm.a_4)};
 }
 
-/// Computes these frames for a self-motion.
+/// Computes DH frames 3 and 4 and the flange at psi = 0, in the frame of the axis shoulder-wrist of a
+/// self-motion.
 template <class T>
 inline AxisFrames<T> axis_frames(const Arm& arm, const SelfMotion<T>& m) noexcept {
     const Circle<T>& c = m.circle;

@@ -44,7 +44,8 @@ struct Extent {
     double off_axis, square;
 };
 
-/// Computes both for a solid.
+/// The greatest distance (m) of a solid's core from the axis, and its greatest squared distance (m^2) from
+/// the origin.
 inline Extent extent(const Solid& solid) noexcept {
     const auto grown = [](const Extent& e, const Vec3<double>& p) {
         return Extent{max(e.off_axis, off_axis(p)), max(e.square, dot(p, p))};
@@ -106,7 +107,7 @@ public:
     }
 
 private:
-    /// Repeats the search for both halves of the rod.
+    /// Repeats the search for both halves of the rod; at most `halvings` times more.
     template <class Blocked>
     void halve(const Blocked& blocked, int halvings) const noexcept {
         const Vec3<double> middle = (rod_.begin + rod_.end) * 0.5;

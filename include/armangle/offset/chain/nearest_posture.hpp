@@ -56,7 +56,8 @@ inline int how_near(Status status) noexcept {
     }
 }
 
-/// The result for a pose without a solution.
+/// The result for a pose without a solution, with the reason as its status; its numbers are NaN, its branch
+/// -1.
 inline Nearest unsolved(Status why) noexcept {
     Nearest out{};
     for (double& q : out.q) q = not_a_number;
@@ -88,7 +89,8 @@ public:
         for (int j = 0; j < joints; ++j) near_[j] = o_.near ? o_.near[j] : own.joint_middle[j];
     }
 
-    /// Returns the nearest posture.
+    /// Returns the nearest solution in the permitted branches, or the reason for none; UNPROVEN if a nearer
+    /// one may exist.
     Nearest run() noexcept {
         if (o_.allowed && o_.allowed->empty()) return unsolved(Status::NOT_ALLOWED);
         for (int gc = 0; gc < configurations; ++gc) {
