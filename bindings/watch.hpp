@@ -44,13 +44,13 @@ public:
     void ask() noexcept {
         asked_ = Clock::now();
         const nb::gil_scoped_acquire held;
-        if (PyErr_CheckSignals() != 0 || !told()) ended_.store(true, std::memory_order_relaxed);
+        if (PyErr_CheckSignals() != 0 || !report_progress()) ended_.store(true, std::memory_order_relaxed);
     }
 
     /// Throws the exception that ended the call; the interpreter's lock must be held.
     void raise() {
         if (ended_.load(std::memory_order_relaxed)) throw nb::python_error();
-        if (progress_ && !told(total_)) throw nb::python_error();
+        if (progress_ && !report_progress(total_)) throw nb::python_error();
     }
 
 private:
@@ -72,20 +72,20 @@ private:
     }
 
     /// Reports progress; false if the caller's function raised.
-    bool told() noexcept {
+    bool report_progress() noexcept {
         if (!progress_) return true;
         std::size_t done = 0;
         for (const Count& one : done_) done += one.count.load(std::memory_order_relaxed);
-        return told(done < total_ ? done : total_);
+        return report_progress(done < total_ ? done : total_);
     }
     /// Reports that `done` elements are done; false if the caller's function raised.
-    bool told(std::size_t done) noexcept {
+    bool report_progress(std::size_t done) noexcept {
         progress_of_this_thread() = nullptr;  // functions that it calls have no progress function
-        PyObject* said = PyObject_CallFunction(progress_, "nn", static_cast<Py_ssize_t>(done),
-                                               static_cast<Py_ssize_t>(total_));
+        PyObject* result = PyObject_CallFunction(progress_, "nn", static_cast<Py_ssize_t>(done),
+                                                 static_cast<Py_ssize_t>(total_));
         progress_of_this_thread() = progress_;
-        Py_XDECREF(said);
-        return said != nullptr;
+        Py_XDECREF(result);
+        return result != nullptr;
     }
 
     struct alignas(64) Count {  // on its own cache line: threads write without waiting for one another

@@ -107,7 +107,7 @@ struct FamilySections {
     }
 
 private:
-    /// Computes the arcs of a section within these limits.
+    /// Writes the arcs of a section within these limits to `out`; empty if there are none.
     void arcs_within(const Section& to, const Limits& limits, ArcSet& out) const noexcept {
         ProvenArcs found;
         family.arcs(to.pose, to.gc, limits, found);
@@ -176,7 +176,7 @@ struct Probes {
     double psi[capacity];
     bool linked[capacity];
 
-    /// Adds a psi in its place, unless the list is full.
+    /// Inserts a psi to probe in order, unless the list is full; `known`: whether it is reachable.
     void add(double at, bool known) noexcept {
         if (count == capacity) return;
         int i = count++;
@@ -200,7 +200,7 @@ public:
     Image(const Links<View>& links, const Section& from, const ArcSet& set, const Section& to)
         : links_(links), from_(from), set_(set), to_(to) {}
 
-    /// Writes that part.
+    /// Writes the part of the target section's arcs that a step from the set reaches to `out`; perhaps none.
     void operator()(ArcSet& out) const noexcept {
         make_empty(out);
         ArcSet known, gaps;

@@ -78,7 +78,7 @@ struct Resolution {
 
 /// Computes the next psi by the policy. On the full circle only a target moves it, by the shorter way.
 /// Outside every arc it moves to the nearest end or stops. The target of the policy must be a psi (see
-/// settled).
+/// resolved_policy).
 inline Resolution resolve(const Policy& policy, const ArcSet& arcs, double psi) noexcept {
     if (arcs.empty()) return {wrap(psi), Status::LIMITS};
     if (arcs.full) {

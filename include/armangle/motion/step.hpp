@@ -73,7 +73,7 @@ ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>&
     return out.margin >= -tolerance::angle ? Status::OK : Status::LIMITS;
 }
 
-/// Completes the velocities, margin and status of a step.
+/// Fills in the velocities, distance from limits, status and reason of a step whose joints are in `out`.
 inline void complete(const Arm& arm, const double* q_now, double dt, Status status, Status why,
                      Step& out) noexcept {
     for (int i = 0; i < joints; ++i) out.velocity[i] = (out.q[i] - q_now[i]) / dt;
@@ -213,7 +213,7 @@ ARMANGLE_INLINE bool is_step(const Arm& arm, const SelfMotion<double>& m, double
     return choose_windings(arm, d, here, to) == Status::OK && largest_move(to.q, here) <= longest;
 }
 
-/// The result of a step that solves the pose.
+/// The step to joints that solve the pose, with psi, branch, velocities and status OK.
 ARMANGLE_INLINE Step stepped(const Lifted& to, const double* q_now, double dt, double psi, int gc) noexcept {
     Step out;
     to.q.store(out.q);

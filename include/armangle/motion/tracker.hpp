@@ -421,7 +421,8 @@ public:
         start(middle);
     }
 
-    /// Advances one control cycle and returns its result.
+    /// Advances one control cycle towards the command's target and returns the next joints, their velocities
+    /// and status.
     Tracked step(const Command& command) noexcept {
         const Tracked out = tick(command);
         note(out.distance, command.dt);

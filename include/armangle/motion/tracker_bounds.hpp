@@ -203,7 +203,8 @@ protected:
         }
     };
 
-    /// Computes the factor for the displacements d of all joints.
+    /// The factor k (1/s) such that velocities k d, with d (rad) the way to go of each joint, let all joints
+    /// brake in time.
     Pace pace(const double (&d)[joints], double dt) const noexcept {
         Pace out{1.0 / (tracker_tuning::ticks * dt), 1.0};
         for (int j = 0; j < joints; ++j) {

@@ -194,7 +194,8 @@ protected:
                             options_.acceleration[3]);
     }
 
-    /// The reason why the target's wrist is out of reach.
+    /// The reason why the target's wrist is out of reach: FOLDED, UNREACHABLE for any joint 4, ELBOW_LIMIT
+    /// for this arm's, or else ELBOW_MARGIN, the bend that is kept.
     Status reason(const Circle<double>& c) const noexcept {
         if (is_folded(c)) return Status::FOLDED;
         if (is_unreachable(c)) return Status::UNREACHABLE;

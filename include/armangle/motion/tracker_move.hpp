@@ -235,7 +235,7 @@ protected:
         return calm && !is_hand && closest_ > tracker_tuning::exact && idle_ >= tracker_tuning::patience;
     }
 
-    /// Resets the stall detection.
+    /// Resets the stall detection: counts neither time nor progress so far.
     void forget() noexcept {
         stalled_for_ = 0;
         waited_ = 0;

@@ -40,7 +40,7 @@ ARMANGLE_INLINE T halved(const double (&c)[K], const T (&powers)[P]) noexcept {
     }
 }
 
-/// c[0] + c[1] x + ..., at most 16 terms.
+/// The value of the polynomial c[0] + c[1] x + ... at x, with at most 16 terms.
 template <class T, int K>
 ARMANGLE_INLINE T polynomial(const double (&c)[K], T x) noexcept {
     const T x2 = x * x, x4 = x2 * x2;

@@ -21,9 +21,9 @@ struct Enclosure {
 
     /// Uninitialized.
     Enclosure() noexcept = default;
-    /// The values within `within` of `about`.
+    /// An enclosure of all values that differ from `about` by at most `within`.
     ARMANGLE_INLINE Enclosure(const T& about, const T& within) noexcept : middle(about), radius(within) {}
-    /// One number.
+    /// An enclosure of one exact number.
     ARMANGLE_INLINE Enclosure(double exact) noexcept : middle(exact), radius(0.0) {}
 
     /// The largest absolute value.
@@ -76,7 +76,7 @@ ARMANGLE_INLINE auto operator==(const Enclosure<T>& a, const Enclosure<T>& b) no
     return BoxDecision<decltype(apart < apart)>{apart == T(0.0), a.radius + b.radius < abs(apart)};
 }
 
-/// Nothing is known where the mask changes within a box.
+/// An enclosure of the value that the mask selects; infinitely wide where the mask changes within a box.
 template <class Mask, class T>
 ARMANGLE_INLINE Enclosure<T> select(const BoxDecision<Mask>& mask, const Enclosure<T>& yes,
                                     const Enclosure<T>& no) noexcept {
@@ -102,7 +102,7 @@ ARMANGLE_INLINE Enclosure<T> max(Enclosure<T> a, Enclosure<T> b) noexcept {
     return {max(a.middle, b.middle), max(a.radius, b.radius)};
 }
 
-/// Square roots of the members that have one.
+/// An enclosure of the square roots of the members that have one.
 template <class T>
 ARMANGLE_INLINE Enclosure<T> sqrt(const Enclosure<T>& a) noexcept {
     const T zero(0.0), root = sqrt(max(a.middle, zero)), least = sqrt(max(a.lower(), zero));
@@ -110,7 +110,7 @@ ARMANGLE_INLINE Enclosure<T> sqrt(const Enclosure<T>& a) noexcept {
     return {root, max(root - least, most - root)};
 }
 
-/// Sine and cosine: |f(m + d) - f(m)| <= |f'(m)| d + d^2 / 2.
+/// Enclosures of sine and cosine, from |f(m + d) - f(m)| <= |f'(m)| d + d^2 / 2.
 template <class T>
 ARMANGLE_INLINE SinCos<Enclosure<T>> sin_cos(const Enclosure<T>& a) noexcept {
     const SinCos<T> at = sin_cos(a.middle);

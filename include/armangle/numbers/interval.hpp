@@ -56,7 +56,7 @@ struct Interval {
     /// The interval [lower, upper].
     Interval(double lower, double upper) noexcept : lo(lower), hi(upper) {}
 
-    /// All real numbers.
+    /// The interval of all real numbers.
     static Interval whole() noexcept { return {-infinity, infinity}; }
     /// The middle, rounded.
     double middle() const noexcept { return lo + 0.5 * (hi - lo); }

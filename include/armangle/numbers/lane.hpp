@@ -45,10 +45,10 @@ struct Lane {
     }
 
     double operator[](int i) const noexcept { return part[i / width][i % width]; }
-    /// Writes lane i.
+    /// Sets lane i to x.
     void set(int i, double x) noexcept { part[i / width][i % width] = x; }
 
-    /// Reads N consecutive numbers.
+    /// Reads the lanes from N consecutive numbers.
     static Lane load(const double* from) noexcept {
         Lane out;
         __builtin_memcpy(out.part, from, sizeof(out.part));
@@ -60,7 +60,7 @@ struct Lane {
         for (int i = 0; i < registers; ++i) out.part[i] = detail::assemble<width>(values + i * width);
         return out;
     }
-    /// Writes N consecutive numbers.
+    /// Writes the lanes to N consecutive numbers.
     void store(double* to) const noexcept { __builtin_memcpy(to, part, sizeof(part)); }
 
     // One macro instead of twenty written bodies: every operator applies the same operator to each register.
@@ -117,7 +117,7 @@ ARMANGLE_INLINE LaneMask<N> operator!(const LaneMask<N>& a) noexcept {
     return out;
 }
 
-/// {x0, x1, x2, x3, x0, x1, x2, x3}
+/// The eight numbers x0, x1, x2, x3, x0, x1, x2, x3.
 ARMANGLE_INLINE Lane<8> twice(const double (&x)[4]) noexcept {
     Lane<8> out;
 #if defined(__AVX512F__)
@@ -131,7 +131,7 @@ ARMANGLE_INLINE Lane<8> twice(const double (&x)[4]) noexcept {
     return out;
 }
 
-/// {x4, x5, x6, x7, x0, x1, x2, x3}
+/// The lanes of x in the order x4, x5, x6, x7, x0, x1, x2, x3.
 ARMANGLE_INLINE Lane<8> swap_halves(const Lane<8>& x) noexcept {
     Lane<8> out;
 #if defined(__AVX512F__)
@@ -146,7 +146,7 @@ ARMANGLE_INLINE Lane<8> swap_halves(const Lane<8>& x) noexcept {
     return out;
 }
 
-/// {x0, x1, x2, x3, y0, y1, y2, y3}
+/// The first four lanes of x, then the first four of y.
 ARMANGLE_INLINE Lane<8> first_halves(const Lane<8>& x, const Lane<8>& y) noexcept {
     Lane<8> out;
 #if defined(__AVX512F__)

@@ -115,7 +115,7 @@ private:
         double lower, upper, least;
         int gc, arc;
     };
-    /// A part of the circle in which postures are searched by their joints (beside.hpp).
+    /// A part of the circle in which postures are searched by their joints (offset_joint_search.hpp).
     struct SearchedPlace {
         int gc;
         double lower, upper, least;

@@ -33,7 +33,7 @@ struct Lane {
     }
 
     ARMANGLE_INLINE double operator[](int i) const noexcept { return part[i]; }
-    /// Writes lane i.
+    /// Sets lane i to x.
     ARMANGLE_INLINE void set(int i, double x) noexcept { part[i] = x; }
 
     /// Reads N consecutive numbers.
