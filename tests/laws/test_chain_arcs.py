@@ -56,22 +56,6 @@ def test_without_deviation_the_arcs_are_the_exact_ones(name: str) -> None:
     assert compared >= 25
 
 
-def test_the_naive_way_keeps_the_nominal_arcs_and_breaks_limits() -> None:
-    """What the exact arm's arcs say of the true one is wrong near every end."""
-    arm = ARMS["kuka_iiwa7_r800 2.0 mm"]
-    pose, _, gc = arm.forward(postures(arm, 60, 27))
-    broken = [0, 0]
-    for i in range(len(pose)):
-        for k, arcs in enumerate(
-            (arm.deviation.nominal.feasible(pose[i], gc[i]), arm.feasible(pose[i], gc[i]))
-        ):
-            for lower, upper in arcs.intervals:
-                inside = np.linspace(lower + 1e-6, upper - 1e-6, 40)
-                joints = arm.inverse(pose[i], inside, gc[i], on_error="nan", limits=False)
-                broken[k] += sum(within(arm, row) < -CLEAR for row in joints if np.isfinite(row[0]))
-    assert broken[0] > 0 and broken[1] == 0
-
-
 def test_an_arc_ends_where_its_branch_does() -> None:
     """Found by the long law: a hull over the stretched elbow goes on in the other branch."""
     arm = ARMS["iit_icub_left 2.0 mm"]

@@ -15,7 +15,6 @@ from support.refused import not_refused
 import armangle as aa
 
 torch = need("torch")
-OPERATORS = torch.ops.armangle
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -195,11 +194,11 @@ def test_opcheck_passes() -> None:
     pose, psi, joints = (value.requires_grad_() for value in (pose, psi, joints))
     key = kinematics._key
     for operator, arguments in (
-        (OPERATORS.forward, (joints, key, False)),
-        (OPERATORS.inverse, (pose, psi, gc, key, False)),
-        (OPERATORS.freedom, (pose, key)),
-        (OPERATORS.solve, (pose, joints, key, False)),
-        (OPERATORS.limit_margin, (joints, key)),
+        (torch.ops.armangle.forward, (joints, key, False)),
+        (torch.ops.armangle.inverse, (pose, psi, gc, key, False)),
+        (torch.ops.armangle.freedom, (pose, key)),
+        (torch.ops.armangle.solve, (pose, joints, key, False)),
+        (torch.ops.armangle.limit_margin, (joints, key)),
     ):
         assert set(torch.library.opcheck(operator.default, arguments).values()) == {"SUCCESS"}
 
@@ -259,6 +258,6 @@ def test_what_cannot_be_taken_is_said() -> None:
         ),
         (lambda: kinematics.inverse(pose, 0.0, 0, on_error="no"), "on_error is 'no'"),
         (lambda: aa.torch.Kinematics("iiwa"), "arm is str, wanted an Arm"),
-        (lambda: OPERATORS.limit_margin(torch.zeros(7), 1), "does not know the arm"),
+        (lambda: torch.ops.armangle.limit_margin(torch.zeros(7), 1), "does not know the arm"),
     ]  # fmt: skip
     assert not_refused((aa.InputError, words, call) for call, words in rows) == []

@@ -51,18 +51,6 @@ def test_what_is_certified_holds_between_the_rows(arm: aa.Arm) -> None:
     assert whole >= 1
 
 
-@pytest.mark.parametrize("name", ["kuka_iiwa7_r800 1.0 mm", "openarm_v10 2.0 mm"])
-def test_the_naive_way_plans_the_nominal_arm_and_misses_the_poses(name: str) -> None:
-    arm = ARMS[name]
-    off = []
-    for _, way in lines(arm, 6, 32):
-        path, naive = aa.plan(arm, way), aa.plan(arm.deviation.nominal, way)
-        if path.ok and naive.ok:
-            off.append(gap(arm.forward(naive.q)[0], naive.poses))
-            assert gap(arm.forward(path.q)[0], path.poses) <= POSE
-    assert off and min(off) > 1e6 * POSE
-
-
 def test_limits_beside_the_nominal_joints_are_kept_by_the_true_ones() -> None:
     """A plan that goes along a limit: the nominal joints keep it, the true ones would not: it moves off."""
     arm, careless = ARMS["kuka_iiwa7_r800 2.0 mm"], aa.Objective(limits=0, singularities=0)

@@ -37,9 +37,6 @@ def test_a_step_meets_the_true_pose_or_says_why_not(arm: aa.Arm) -> None:
         assert gap(at, pose) <= POSE and gc == now.gc == arm.forward(q)[2]
         assert circle_gap(psi, now.psi) <= 1e-10
         assert arm.limit_margin(now.q) >= -1e-9 and np.abs(now.q - q).max() <= 0.2
-        # the naive way, a step of the nominal arm, misses it
-        naive = aa.step(arm.deviation.nominal, q, pose)
-        assert naive.status != aa.Status.OK or gap(arm.forward(naive.q)[0], pose) > 1e5 * POSE
     assert taken >= 5
 
 
@@ -91,25 +88,6 @@ def test_a_wish_too_far_is_shortened_and_a_pose_too_far_is_a_jump() -> None:
     assert aa.step(arm, q, there).status == aa.Status.UNREACHABLE
     none = aa.ArcSet([[psi + 1.0, psi + 1.1]]) & ~arm.feasible(pose, gc)
     assert aa.step(arm, q, pose, allowed=none).status == aa.Status.NOT_ALLOWED
-
-
-def test_a_bound_shortens_a_wish_and_names_itself_where_the_pose_is_too_far() -> None:
-    arm, q = ARMS["kuka_iiwa7_r800 1.0 mm"], Q
-    pose, psi, _ = arm.forward(q)
-    wish = aa.Towards(psi=float(psi) + 1.0, K=1.0)
-    now = aa.step(arm, q, pose, policy=wish, velocity=1.0, dt=0.01)
-    assert now.status is aa.Status.OK and np.abs(now.velocity).max() == pytest.approx(1.0, rel=1e-3)
-    assert now.psi > psi
-    there = pose.copy()
-    there[2, 3] += 0.02
-    some = aa.step(arm, q, there, velocity=1.0, dt=0.01)
-    assert some.status is aa.Status.PARTIAL and some.why is aa.Status.VELOCITY_LIMIT
-    rest = {"velocity": 10.0, "acceleration": 1.0, "velocity_now": np.zeros(7), "dt": 0.01}
-    some = aa.step(arm, q, there, **rest)
-    assert some.status is aa.Status.PARTIAL and some.why is aa.Status.ACCELERATION_LIMIT
-    np.testing.assert_array_less(np.abs(some.velocity), 0.01 + 1e-12)
-    path = aa.follow(arm, np.stack([pose, there]), start=q, velocity=1.0, dt=0.01, on_fail="hold")
-    assert path.status.tolist() == [aa.Status.OK, aa.Status.PARTIAL]
 
 
 def crossing(arm: aa.Arm, joint: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

@@ -62,10 +62,11 @@ def test_killed_with_its_cluster_at_random_times_every_byte_is_equal(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CLUSTERED)
-def test_a_worker_killed_four_times_on_one_tile(
+def test_a_worker_killed_on_one_tile_until_it_is_given_up(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cluster: Any
 ) -> None:
-    """Dask gives a task up then; the tile is asked for again."""
+    """Dask gives a task up then; the tile is asked for again. Twice, for each new worker takes seconds."""
+    cluster.scheduler.allowed_failures = 1
     small_tiles(monkeypatch, 2**23)
     options: dict[str, Any] = {"spacing": 0.02, "tilt": 0.035}
     whole = made(name, tmp_path / "whole.zarr", part=(1, 2), **options)
@@ -87,7 +88,7 @@ def test_a_worker_killed_four_times_on_one_tile(
     run.start()
     killed = 0
     deadline = time.monotonic() + 300
-    while run.is_alive() and killed < 4 and time.monotonic() < deadline:
+    while run.is_alive() and killed < 2 and time.monotonic() < deadline:
         busy = [address for address, tasks in client.processing().items() if tasks]
         pids = client.run(os.getpid, on_error="ignore") if busy else {}  # it may be dying
         for pid in pids.values():
@@ -96,7 +97,7 @@ def test_a_worker_killed_four_times_on_one_tile(
         time.sleep(0.05)
     cluster.scale(2)  # its nanny may have died of it; a batch system would send others too
     run.join(300)
-    assert killed == 4 and any(isinstance(error, distributed.KilledWorker) for error in given_up)
+    assert killed == 2 and any(isinstance(error, distributed.KilledWorker) for error in given_up)
     found = aa.ReachMap(tmp_path / "a.zarr")
     assert len(found.missing) == len(whole.missing) and found.verify() == ()
     assert digest(tmp_path / "a.zarr") == digest(tmp_path / "whole.zarr")

@@ -33,14 +33,12 @@ FAMILIES = {
     "fetch on its own chain": calibrated_offset("fetch", 1.0, 1.0),
 }
 FREE = {name: arm for name, arm in FAMILIES.items() if arm.redundancy != "arm_angle"}
-OFFSET = {name: arm for name, arm in FREE.items() if arm.geometry.chain is None}
 HOME = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 BODIES = {"bones": BONES, "all links": ALL_LINKS}
 EVERY = pytest.mark.parametrize("arm", FAMILIES.values(), ids=FAMILIES.keys())
 MADE = FAMILIES | {f"chain {name}": arm for name, arm in CHAINS.items()}
 MORE = pytest.mark.parametrize("arm", MADE.values(), ids=MADE.keys())
 EVERY_FREE = pytest.mark.parametrize("arm", FREE.values(), ids=FREE.keys())
-EVERY_OFFSET = pytest.mark.parametrize("arm", OFFSET.values(), ids=OFFSET.keys())
 EACH_BODY = pytest.mark.parametrize("body", BODIES.values(), ids=BODIES.keys())
 
 

@@ -6,11 +6,12 @@ Where ARMANGLE_NO_SKIP is set everything is promised to be there, and what is mi
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import os
 import shutil
 from pathlib import Path
 from types import ModuleType
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import pytest
 
@@ -27,12 +28,25 @@ def missing(reason: str) -> NoReturn:
     pytest.skip(reason, allow_module_level=True)
 
 
+class _Later(ModuleType):
+    """A module that is imported when something of it is asked for.
+
+    Most workers collect its tests and run none.
+    """
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(importlib.import_module(self.__name__), name)
+
+
 def need(name: str) -> ModuleType:
     """Return a module that the package itself does not need, or skip."""
     try:
-        return importlib.import_module(name)
-    except ImportError as error:
-        missing(f"{name} cannot be imported: {error}")
+        found = importlib.util.find_spec(name)
+    except ImportError:
+        found = None
+    if found is None:
+        missing(f"{name} cannot be imported")
+    return _Later(name)
 
 
 def need_tool(name: str) -> str:
