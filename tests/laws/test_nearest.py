@@ -80,7 +80,7 @@ MARGINS = {
 """Arms whose joints 2 and 6 decide most margins alone, by |theta|, and others."""
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("name", MARGINS)
 def test_no_grid_keeps_a_larger_margin(name: str) -> None:
     arm, alone = MARGINS[name], 0

@@ -151,6 +151,7 @@ PLACE = '<origin xyz="0.01 -0.02 0.03" rpy="0.3 -0.2 0.5"/>'
 BOX = f'{PLACE}<geometry><box size="0.1 0.14 0.2"/></geometry>'
 
 
+@pytest.mark.turns(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "barrett_wam7", "openarm_v10"])
 def test_the_body_of_a_file_is_where_its_links_are(tmp_path: Path, name: str) -> None:

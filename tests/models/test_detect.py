@@ -78,7 +78,7 @@ def assert_found(made: RandomArm, text: str, rng: np.random.Generator) -> ArmDes
     return arm
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(8))
 def test_generated_arm_is_found_whatever_its_frames(part):

@@ -419,7 +419,7 @@ ODD = {
 }  # fmt: skip
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ODD)
 def test_every_door_that_a_refusal_names_takes_the_file_with_the_error_that_it_names(name: str) -> None:

@@ -50,6 +50,7 @@ def steps(name: str, count: int) -> Any:
         yield arm, q, pose
 
 
+@pytest.mark.turns(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_a_status_is_what_brute_force_finds(name: str) -> None:
