@@ -209,7 +209,8 @@ private:
     /// The lesser number.
     static constexpr int min_of(int a, int b) noexcept { return a < b ? a : b; }
 
-    /// Adds the psi at which functions reach the ends of their slack.
+    /// Calls add(psi) for the psi in (lower, upper) at which some of the functions reach plus or minus their
+    /// slack.
     template <class Add>
     static void add_crossings(const Slackened* side, int count, double lower, double upper,
                               const Add& add) noexcept {

@@ -602,7 +602,8 @@ inline double reach_excess(const ChainArm& arm, const Pose<double>& pose) noexce
     return circle(arm.nominal, flange_pose(arm.nominal, pose)).triangle.excess;
 }
 
-/// The derivative dq/dpsi (rad/rad) of the true chain at a pose, psi and branch, returned as `q`.
+/// The derivative dq/dpsi (rad/rad) of the true chain at a pose, psi and branch, in the member `q` of the
+/// result; a status other than OK says why there is none.
 inline Inverse self_motion_rate(const ChainArm& arm, const Pose<double>& pose, double psi, int gc) noexcept {
     Inverse out = inverse(arm, pose, psi, gc);
     if (out.status != Status::OK) return out;

@@ -198,7 +198,8 @@ private:
         add_hidden(free, limit_table(free, t_.margin), pose);
     }
 
-    /// Adds an isolated configuration, at which joint 2 or 6 may be 0 or pi.
+    /// Adds the rotation at which an isolated configuration solves the pose; joint 2 or 6 may be 0 or pi
+    /// there. Nothing if it violates another limit.
     void add_needle(const Needle& n) noexcept {
         const double along = n.along[side_];
         const int joint = along != 0 ? 4 * side_ + 2 : pivot_joint[end_];

@@ -64,7 +64,7 @@ struct ExactWalk {
     Chain now;
     Bounds bounds;  // with the velocity before the next step, if there are bounds
 
-    /// The branch of the present joints.
+    /// The branch (0..7) of the present joints.
     int gc() const noexcept { return index(configuration(arm, now.theta)); }
     /// The distance (m) of the end effector from a pose.
     double residual(const Pose<double>& pose) const noexcept { return position_error(arm, now, pose); }

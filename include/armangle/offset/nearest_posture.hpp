@@ -571,7 +571,8 @@ private:
         }
     }
 
-    /// The best posture in the order of the formulas, moved onto the pose to the last digits.
+    /// The best posture in the order of the formulas, moved onto the pose to the last digits; NEAR_SINGULAR
+    /// if that fails.
     Nearest result() const noexcept {
         const OffsetCells cells(offset_, pose_, gc_);
         const auto at = [&](double free) {

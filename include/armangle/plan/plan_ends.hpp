@@ -191,7 +191,8 @@ public:
         return out;
     }
 
-    /// The anchors of a start and a goal in a branch; null: that end is free.
+    /// The anchors of a start and a goal in a branch's tube, and whether the tube contains them; null: that
+    /// end is free.
     AnchoredEnds ends(const Tube& tube, const double* start, const double* goal) const {
         AnchoredEnds out;
         if (start) out.start = anchor(tube, tube.sections.front(), start);

@@ -152,7 +152,7 @@ struct Task {
     }
 
 private:
-    /// Shifts all arcs by an angle (rad).
+    /// Writes all arcs shifted by an angle (rad) to `out`.
     static void turn(const ArcSet& arcs, double by, ArcSet& out) noexcept {
         make_empty(out);
         if (arcs.full) return make_full(out);
