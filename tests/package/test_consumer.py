@@ -227,10 +227,11 @@ def arm() -> aa.Arm:
 def examples(package: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of the compiled examples, built as a user's project does that takes no warning.
 
-    `make thorough` optimises them as users do. `.ci/run` lets no warning pass where the core is optimised.
+    `make thorough` optimises them as users do, with g++. `.ci/run` lets no warning pass of the core.
     """
     strict = f"-DCMAKE_CXX_FLAGS={' '.join([*STRICT, *BARE, *(['-O3'] if draw.COUNT else [])])}"
-    return build(EXAMPLES, package, "g++", tmp_path_factory.mktemp("examples"), "all", strict).parent
+    compiler = need_tool("g++" if draw.COUNT else "clang++")
+    return build(EXAMPLES, package, compiler, tmp_path_factory.mktemp("examples"), "all", strict).parent
 
 
 def test_the_posture_example_prints_the_numbers_of_python(arm: aa.Arm, examples: Path) -> None:
