@@ -119,7 +119,7 @@ def _worth(result: JointPath) -> tuple[bool, bool, float]:
     """Return a sort key, lower is better: solved and certified first, then by cost, else by how
     far it comes.
     """
-    branches = result.diagnosis.branches if result.diagnosis else ()
+    branches = result.diagnosis.branches if result.diagnosis is not None else ()
     costs = [branch.cost for branch in branches if branch.ok]
     come = max((max(branch.reached, branch.s_from) for branch in branches), default=0.0)
     return not result.ok, not result.certified, min(costs) if costs else -come
