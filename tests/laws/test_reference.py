@@ -24,63 +24,48 @@ Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 @in_every_regime
 def test_the_round_trip_holds(arm: aa.Arm, regime: str) -> None:
     for reference in REFERENCES:
-        round_trip(arm, regime, reference)
-
-
-def round_trip(arm: aa.Arm, regime: str, reference: Any) -> None:
-    """Check that inverse reproduces the joints with this reference."""
-    other = unlimited(arm).with_(reference=reference)
-    q = postures(arm, regime, draw.count(60), 1)
-    pose, psi, gc = other.forward(q)
-    back = other.inverse(pose, psi, gc, seed=q, limits=False)
-    assert gap(other.forward(back, on_error="nan")[0], pose) <= POSE
-    regular = is_regular(arm, q, pose)
-    assert gap(back[regular], q[regular]) <= JOINT
-    assert np.array_equal(pose, arm.forward(q)[0]) and np.array_equal(gc, arm.forward(q)[2])
+        other = unlimited(arm).with_(reference=reference)
+        q = postures(arm, regime, draw.count(60), 1)
+        pose, psi, gc = other.forward(q)
+        back = other.inverse(pose, psi, gc, seed=q, limits=False)
+        assert gap(other.forward(back, on_error="nan")[0], pose) <= POSE
+        regular = is_regular(arm, q, pose)
+        assert gap(back[regular], q[regular]) <= JOINT
+        assert np.array_equal(pose, arm.forward(q)[0]) and np.array_equal(gc, arm.forward(q)[2])
 
 
 @any_arm
 def test_one_angle_of_the_pose_turns_one_psi_into_the_other(arm: aa.Arm) -> None:
     for reference in REFERENCES:
-        turned(arm, reference)
-
-
-def turned(arm: aa.Arm, reference: Any) -> None:
-    """Check that the reference only shifts the arm angle."""
-    free, other = unlimited(arm), unlimited(arm).with_(reference=reference)
-    q = postures(arm, "uniform", draw.count(60), 2)
-    pose, psi, _ = free.forward(q)
-    shift = other.forward(q)[1] - psi
-    angles = draw.generator(1).uniform(-np.pi, np.pi, len(q))
-    there = free.inverse(pose, angles, limits=False)
-    here = other.inverse(pose, angles + shift, limits=False)
-    clear = is_regular(arm, there, pose[:, None]).all(axis=-1)
-    assert clear.any()
-    assert circle_gap(there[clear], here[clear]).max(initial=0) <= JOINT
+        free, other = unlimited(arm), unlimited(arm).with_(reference=reference)
+        q = postures(arm, "uniform", draw.count(60), 2)
+        pose, psi, _ = free.forward(q)
+        shift = other.forward(q)[1] - psi
+        angles = draw.generator(1).uniform(-np.pi, np.pi, len(q))
+        there = free.inverse(pose, angles, limits=False)
+        here = other.inverse(pose, angles + shift, limits=False)
+        clear = is_regular(arm, there, pose[:, None]).all(axis=-1)
+        assert clear.any()
+        assert circle_gap(there[clear], here[clear]).max(initial=0) <= JOINT
 
 
 @pytest.mark.slow
 @any_arm
 def test_feasible_sets_are_the_same_postures(arm: aa.Arm) -> None:
     for reference in REFERENCES:
-        same_postures(arm, reference)
-
-
-def same_postures(arm: aa.Arm, reference: Any) -> None:
-    """Check that the reference changes neither feasible joints nor solutions."""
-    other = arm.with_(reference=reference)
-    q = postures(arm, "uniform", draw.count(40), 3)
-    pose, psi, gc = arm.forward(q)
-    shift = other.forward(q)[1] - psi
-    mine, theirs = arm.feasible(pose, gc), other.feasible(pose, gc)
-    assert np.array_equal(mine.is_full, theirs.is_full)
-    grid = np.linspace(-np.pi, np.pi, 90, endpoint=False)
-    for p in range(len(q)):
-        ends = np.concatenate([[100.0], mine[p].intervals.ravel()])
-        sure = circle_gap(grid[:, None], ends).min(axis=-1) > 1e-6
-        sure |= bool(mine.is_full[p])
-        assert np.array_equal(mine[p].contains(grid)[sure], theirs[p].contains(grid + shift[p])[sure])
-        assert theirs[p].measure == pytest.approx(mine[p].measure, abs=1e-6)
+        other = arm.with_(reference=reference)
+        q = postures(arm, "uniform", draw.count(40), 3)
+        pose, psi, gc = arm.forward(q)
+        shift = other.forward(q)[1] - psi
+        mine, theirs = arm.feasible(pose, gc), other.feasible(pose, gc)
+        assert np.array_equal(mine.is_full, theirs.is_full)
+        grid = np.linspace(-np.pi, np.pi, 90, endpoint=False)
+        for p in range(len(q)):
+            ends = np.concatenate([[100.0], mine[p].intervals.ravel()])
+            sure = circle_gap(grid[:, None], ends).min(axis=-1) > 1e-6
+            sure |= bool(mine.is_full[p])
+            assert np.array_equal(mine[p].contains(grid)[sure], theirs[p].contains(grid + shift[p])[sure])
+            assert theirs[p].measure == pytest.approx(mine[p].measure, abs=1e-6)
 
 
 @any_arm

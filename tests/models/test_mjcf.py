@@ -104,22 +104,18 @@ def own_pose(mujoco: ModuleType, text: str, q, kind: str, name: str) -> np.ndarr
 @pytest.mark.parametrize("part", range(4))
 def test_generated_arm_is_found(mujoco, part):
     for seed in range(part, 60, 4):
-        found_as_made(mujoco, seed)
-
-
-def found_as_made(mujoco, seed):
-    rng = np.random.default_rng(seed)
-    made = RandomArm(rng, elbow_offset=seed % 2 == 1, right_angles=seed % 4 >= 2)
-    text = mjcf_of(made, rng)
-    chain = read_mjcf(text, tip="tip")
-    arm, report = describe_chain(chain)
-    assert (report.source, report.base, report.tip) == ("XML text", "world", "tip")
-    assert (chain.name, arm.joint_names) == ("made", tuple(f"j{i}" for i in range(7)))
-    assert report.residual_position <= EXACT
-    for q in rng.uniform(-np.pi, np.pi, (3, 7)):
-        own = own_pose(mujoco, text, q, "site", "tip")
-        assert max(pose_error(chain.forward(q), own)) <= EXACT
-        assert max(pose_error(dh_forward(arm, q), own)) <= EXACT
+        rng = np.random.default_rng(seed)
+        made = RandomArm(rng, elbow_offset=seed % 2 == 1, right_angles=seed % 4 >= 2)
+        text = mjcf_of(made, rng)
+        chain = read_mjcf(text, tip="tip")
+        arm, report = describe_chain(chain)
+        assert (report.source, report.base, report.tip) == ("XML text", "world", "tip")
+        assert (chain.name, arm.joint_names) == ("made", tuple(f"j{i}" for i in range(7)))
+        assert report.residual_position <= EXACT
+        for q in rng.uniform(-np.pi, np.pi, (3, 7)):
+            own = own_pose(mujoco, text, q, "site", "tip")
+            assert max(pose_error(chain.forward(q), own)) <= EXACT
+            assert max(pose_error(dh_forward(arm, q), own)) <= EXACT
 
 
 def test_limits_come_along(mujoco):

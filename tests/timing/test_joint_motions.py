@@ -7,7 +7,6 @@ import pytest
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from support.moves import moved, refused
-from support.timed import kept
 
 import armangle as aa
 from armangle.motion.joint_path import Between
@@ -18,6 +17,19 @@ Floats = NDArray[np.float64]
 ARM = aa.Arm.from_catalogue("kuka_iiwa14_r820")
 OFFSET = aa.Arm.from_catalogue("franka_fr3")
 A = 5.0
+
+
+def kept(found: aa.Trajectory, velocity: Floats, a: float, j: float | None) -> None:
+    """Check bounds (rad/s, rad/s², rad/s³) between the rows, and rest at both ends."""
+    t = np.linspace(0.0, found.duration, 2001)
+    h = t[1]
+    speed = np.diff(found.at(t).q, axis=0) / h
+    change = np.diff(speed, axis=0) / h
+    assert (np.abs(speed) <= velocity * (1 + 1e-6)).all()
+    assert np.abs(change).max() <= a * 1.002
+    if j is not None:
+        assert np.abs(np.diff(change, axis=0)).max() / h <= j * 1.01
+    assert np.abs(found.qd[[0, -1]]).max() < 1e-9
 
 
 @pytest.fixture
