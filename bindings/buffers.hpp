@@ -450,6 +450,5 @@ void bind_chain_solving(nb::class_<ChainArmHandle>& arm);
 void bind_tracking(nb::module_& m);
 void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm);
 void bind_kuka(nb::class_<ArmHandle>& arm);
-void bind_xla(nb::module_& m, nb::class_<ArmHandle>& arm);
 
 }  // namespace binding

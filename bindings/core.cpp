@@ -205,5 +205,5 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
     binding::bind_kuka(arm);
     binding::bind_offset(offset);
     binding::bind_offset_chain(offset_chain);
-    binding::bind_xla(m, arm);
+    binding::bind_xla(m, arm, offset, offset_chain);
 }

@@ -202,7 +202,8 @@ void jacobian_many(const Handle& self, Floats q, Floats out, int threads) {
 }
 
 /// Writes the gradients dpsi/dq (..., 7) of joints (..., 7).
-void psi_gradient_many(const ArmHandle& self, Floats q, Floats out, int threads) {
+template <class Handle>
+void psi_gradient_many(const Handle& self, Floats q, Floats out, int threads) {
     for_each_joints<double>(self.arm, q, out, 1, threads, [&](const double* joint, double* to) {
         double gradient[joints];
         psi_gradient(self.arm, joint, gradient);
@@ -278,8 +279,9 @@ void offset_derivative_many(const Handle& self, Floats pose, Floats free, Ints g
 
 /// Converts gradients with respect to the joints (..., 7) to gradients with respect to poses (..., 4, 4) and
 /// psi; for the operators of torch.
-void inverse_pullback_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, Floats by_q,
-                           Floats by_pose, Floats by_psi, bool nan) {
+template <class Handle>
+void inverse_pullback_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats by_q, Floats by_pose,
+                           Floats by_psi, bool nan) {
     const Buffer p(pose), a(psi), g(gc), q(by_q), to(by_pose, true), to_psi(by_psi, true);
     for_each_run<6>("pose", {&p, &a, &g, &q, &to, &to_psi}, {2, 0, 0, 1, 2, 0}, 1,
                     [&](const Py_ssize_t* at, const Py_ssize_t* step, std::size_t count, Outcome& outcome) {
@@ -293,7 +295,8 @@ void inverse_pullback_many(const ArmHandle& self, Floats pose, Floats psi, Ints 
 
 /// Converts gradients with respect to poses and psi to gradients with respect to the joints; with `nan`, NaN
 /// if they do not exist.
-void forward_pullback_many(const ArmHandle& self, Floats q, Floats by_pose, Floats by_psi, Floats by_q,
+template <class Handle>
+void forward_pullback_many(const Handle& self, Floats q, Floats by_pose, Floats by_psi, Floats by_q,
                            bool nan) {
     const Buffer in(q), p(by_pose), a(by_psi), to(by_q, true);
     for_each<4>("q", {&in, &p, &a, &to}, {1, 2, 0, 1}, 1, [&](const Py_ssize_t* at, double& value) {
@@ -383,6 +386,17 @@ void bind_both(nb::class_<Handle>& arm) {
     arm.def("limit_margin_gradient_many", &limit_margin_gradient_many<Handle>, "q"_a, "out"_a);
 }
 
+/// Binds the gradients of forward and inverse kinematics.
+template <class Handle>
+void bind_gradients(nb::class_<Handle>& arm) {
+    using namespace nb::literals;
+    arm.def("inverse_pullback_many", &inverse_pullback_many<Handle>, "pose"_a, "psi"_a, "gc"_a, "by_q"_a,
+            "by_pose"_a, "by_psi"_a, "nan"_a);
+    arm.def("forward_pullback_many", &forward_pullback_many<Handle>, "q"_a, "by_pose"_a, "by_psi"_a, "by_q"_a,
+            "nan"_a);
+    arm.def("psi_gradient_many", &psi_gradient_many<Handle>, "q"_a, "out"_a, "threads"_a);
+}
+
 }  // namespace
 
 void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
@@ -403,12 +417,8 @@ void bind_kinematics(nb::module_& m, nb::class_<ArmHandle>& arm) {
     arm.def("self_motion_many", &self_motion_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "threads"_a);
     arm.def("inverse_derivative_many", &inverse_derivative_many, "pose"_a, "psi"_a, "gc"_a, "out"_a, "nan"_a,
             "threads"_a);
-    arm.def("inverse_pullback_many", &inverse_pullback_many, "pose"_a, "psi"_a, "gc"_a, "by_q"_a, "by_pose"_a,
-            "by_psi"_a, "nan"_a);
-    arm.def("forward_pullback_many", &forward_pullback_many, "q"_a, "by_pose"_a, "by_psi"_a, "by_q"_a,
-            "nan"_a);
+    bind_gradients(arm);
     m.def("pose_gradient_many", &pose_gradient_many, "pose"_a, "by_twist"_a, "by_pose"_a);
-    arm.def("psi_gradient_many", &psi_gradient_many, "q"_a, "out"_a, "threads"_a);
     arm.def("nearest_pose", &nearest_pose<ArmHandle>, "pose"_a, "out"_a);
 }
 
@@ -435,6 +445,7 @@ void bind_offset_rows(nb::class_<Handle>& arm) {
             "threads"_a);
     arm.def("inverse_derivative_many", &offset_derivative_many<Handle>, "pose"_a, "psi"_a, "gc"_a, "out"_a,
             "nan"_a, "threads"_a);
+    bind_gradients(arm);
     arm.def_prop_ro("reach", [](const Handle& a) { return nominal(a.arm).reach; });
     arm.def_prop_ro("inner_reach", [](const Handle& a) { return nominal(a.arm).inner_reach; });
     arm.def_prop_ro("delta", [](const Handle& a) { return nominal(a.arm).delta_angle; });

@@ -7,10 +7,9 @@
 #include <optional>
 #include <vector>
 
-#include "armangle/motion/freedom.hpp"
-#include "offset_handle.hpp"
 #include "collected.hpp"
 #include "elements.hpp"
+#include "limits_of_handle.hpp"
 #include "watch.hpp"
 
 namespace binding {
@@ -18,25 +17,6 @@ namespace binding {
 using namespace armangle;
 
 namespace {
-
-/// The table of the arm's limits, with a margin if one is requested.
-LimitTable table(const ArmHandle& self, double margin) {
-    return margin > 0 ? limit_table(self.arm, margin) : self.limits;
-}
-/// What the arm uses instead of a table of limits.
-OffsetLimits table(const OffsetHandle& self, double margin) { return limit_table(self.arm, margin); }
-/// The view of an arm on its own chain, which knows its limits and the margin.
-ChainSteps table(const ChainArmHandle& self, double margin) { return {self.arm, margin}; }
-/// The functions for steps of the arm, which know its limits.
-auto table(const OffsetChainHandle& self, double) { return steps_of(self.arm); }
-
-template <class AnyArm, class Table>
-Freedom freedom_within(const AnyArm& arm, const Table& limits, const Pose<double>& pose) noexcept {
-    if constexpr (stepping_family<Table>)
-        return freedom(limits, pose);
-    else
-        return freedom(arm, pose, limits);
-}
 
 /// Writes for each pose whether any branch and arm angle solves it.
 template <class Handle>
@@ -74,15 +54,16 @@ void freedom_many(const Handle& self, Floats pose, double margin, Floats widths,
 }
 
 /// Writes the gradients (..., 6) of the total freedom with respect to the twist of each pose.
-void freedom_gradient_many(const ArmHandle& self, Floats pose, double margin, Floats out, int threads) {
+template <class Handle>
+void freedom_gradient_many(const Handle& self, Floats pose, double margin, Floats out, int threads) {
     const Buffer in(pose), to(out, true);
-    const LimitTable limits = table(self, margin);
+    const auto limits = table(self, margin);
     for_each<2>("pose", {&in, &to}, {2, 1}, threads, [&](const Py_ssize_t* at, double& value) {
         const double* m = in.data<double>() + at[0];
         const Problem problem = check_pose(self.arm, m, value);
         if (problem != Problem::none) return problem;
         double slope[6];
-        freedom_gradient(self.arm, load_pose(m), limits, slope);
+        freedom_slope(self.arm, limits, load_pose(m), slope);
         std::memcpy(to.data<double>() + at[1], slope, sizeof(slope));
         return Problem::none;
     });
@@ -331,12 +312,19 @@ void reduced_of_poses(const Handle& self, Floats pose, Floats out) {
 }
 
 /// Writes the derivatives of the ends of the feasible arcs of one pose, (count, 2, 6) in rows of six.
-void end_slopes_one(const ArmHandle& self, Floats pose, long long gc, double margin, Floats out) {
+template <class Handle>
+void end_slopes_one(const Handle& self, Floats pose, long long gc, double margin, Floats out) {
     const Buffer p(pose), to(out, true);
     const Pose<double> frame = load_pose(p.data<double>());
     ArcSet arcs;
-    const SelfMotion<double> m = self_motion(self.arm, frame, static_cast<int>(gc));
-    (void)feasible(m, table(self, margin), arcs);
+    if constexpr (std::is_same_v<Handle, ArmHandle>) {
+        const SelfMotion<double> m = self_motion(self.arm, frame, static_cast<int>(gc));
+        (void)feasible(m, table(self, margin), arcs);
+    } else {
+        ProvenArcs found[configurations];
+        feasible_all(self.arm, frame, nominal(self.arm).limits, found);
+        arcs = in_robot_order(self.arm, found[gc].arcs);
+    }
     EndSlopes slopes;
     end_slopes(self.arm, frame, static_cast<int>(gc), arcs, slopes);
     for (Py_ssize_t i = 0; i < to.shape(0) && i < arcs.count; ++i)
@@ -373,18 +361,32 @@ void bind_reach_of(nb::class_<Handle>& arm) {
             "threads"_a);
 }
 
+/// Binds the derivatives of feasible intervals.
+template <class Handle>
+void bind_slopes(nb::class_<Handle>& arm) {
+    using namespace nb::literals;
+    arm.def("freedom_gradient_many", &freedom_gradient_many<Handle>, "pose"_a, "margin"_a, "out"_a,
+            "threads"_a);
+    arm.def("end_slopes_one", &end_slopes_one<Handle>, "pose"_a, "gc"_a, "margin"_a, "out"_a);
+}
+
 }  // namespace
 
-void bind_offset_reach(nb::class_<OffsetHandle>& arm) { bind_reach_of(arm); }
+void bind_offset_reach(nb::class_<OffsetHandle>& arm) {
+    bind_reach_of(arm);
+    bind_slopes(arm);
+}
 void bind_chain_reach(nb::class_<ChainArmHandle>& arm) { bind_freedom(arm); }
-void bind_offset_chain_reach(nb::class_<OffsetChainHandle>& arm) { bind_freedom(arm); }
+void bind_offset_chain_reach(nb::class_<OffsetChainHandle>& arm) {
+    bind_freedom(arm);
+    bind_slopes(arm);
+}
 
 void bind_reach(nb::module_& m, nb::class_<ArmHandle>& arm) {
     using namespace nb::literals;
     nb::enum_<Turned>(m, "Turned").value("BASE", Turned::base).value("TOOL", Turned::tool);
     bind_reach_of(arm);
-    arm.def("freedom_gradient_many", &freedom_gradient_many, "pose"_a, "margin"_a, "out"_a, "threads"_a);
-    arm.def("end_slopes_one", &end_slopes_one, "pose"_a, "gc"_a, "margin"_a, "out"_a);
+    bind_slopes(arm);
 }
 
 }  // namespace binding

@@ -7,8 +7,11 @@
 #include <mutex>
 #include <string>
 #include <unordered_map>
+#include <variant>
 
+#include "armangle/offset/inverse_pullback.hpp"
 #include "elements.hpp"
+#include "limits_of_handle.hpp"
 #include "xla_interface.hpp"
 
 namespace binding {
@@ -21,14 +24,18 @@ namespace {
 /// use the key.
 class KeptArms {
 public:
+    /// An arm of any kind that has derivatives.
+    using AnyHandle = std::variant<ArmHandle, OffsetHandle, OffsetChainHandle>;
+
     /// Keeps an arm under a key.
-    void keep(std::int64_t key, const ArmHandle& arm) {
+    template <class Handle>
+    void keep(std::int64_t key, const Handle& arm) {
         const std::lock_guard lock(mutex_);
-        if (!arms_.contains(key)) arms_.emplace(key, std::make_unique<ArmHandle>(arm));
+        if (!arms_.contains(key)) arms_.emplace(key, std::make_unique<AnyHandle>(arm));
     }
 
     /// The arm of a key; null if it is unknown.
-    const ArmHandle* find(std::int64_t key) {
+    const AnyHandle* find(std::int64_t key) {
         const std::lock_guard lock(mutex_);
         const auto found = arms_.find(key);
         return found == arms_.end() ? nullptr : found->second.get();
@@ -36,7 +43,7 @@ public:
 
 private:
     std::mutex mutex_;
-    std::unordered_map<std::int64_t, std::unique_ptr<ArmHandle>> arms_;
+    std::unordered_map<std::int64_t, std::unique_ptr<AnyHandle>> arms_;
 };
 
 /// The arms that compiled functions hold keys of.
@@ -48,10 +55,15 @@ KeptArms& kept_arms() {
 constexpr std::size_t most_elements = 64;  // of a block, whose numbers are converted on the stack
 constexpr std::size_t pose_size = 16;
 
+/// What an arm of this kind takes in place of a table of limits.
+template <class Handle>
+using TableOf = decltype(table(std::declval<const Handle&>(), 0.0));
+
 /// A block of `count` consecutive elements of a call: arguments and results.
+template <class Handle>
 struct Block {
-    const ArmHandle* self;
-    const LimitTable* limits;
+    const Handle* self;
+    const TableOf<Handle>* limits;
     double margin;  // rad: to singularities, also part of the limits
     std::size_t count;
     const double* in;   // q, or the pose
@@ -78,8 +90,8 @@ void no_numbers(double* to, std::size_t count) {
 }
 
 /// Calls one(element, joints, its first output number) for elements with finite joints; others become NaN.
-template <class One>
-void each_posture(Block& b, std::size_t size, const One& one) {
+template <class Handle, class One>
+void each_posture(Block<Handle>& b, std::size_t size, const One& one) {
     for (std::size_t i = 0; i < b.count; ++i) {
         const double* q = b.in + joints * i;
         if (is_finite(q))
@@ -91,8 +103,8 @@ void each_posture(Block& b, std::size_t size, const One& one) {
 
 /// Calls one(element, pose, its first output number) for elements with rigid poses; others become NaN, and
 /// non-rigid ones are reported.
-template <class One>
-void each_pose(Block& b, std::size_t size, const One& one) {
+template <class Handle, class One>
+void each_pose(Block<Handle>& b, std::size_t size, const One& one) {
     for (std::size_t i = 0; i < b.count; ++i) {
         const double* m = b.in + pose_size * i;
         double value = 0;
@@ -107,7 +119,8 @@ void each_pose(Block& b, std::size_t size, const One& one) {
 }
 
 /// Reports invalid poses, and gc outside 0..7. Non-finite numbers give NaN results and are no problem.
-void report_misshapen(Block& b) {
+template <class Handle>
+void report_misshapen(Block<Handle>& b) {
     b.outcome = {};
     for (std::size_t i = 0; i < b.count; ++i) {
         double value = 0;
@@ -119,7 +132,8 @@ void report_misshapen(Block& b) {
 }
 
 /// The arguments of the inverse for a block.
-InverseBatch asked_of(const Block& b) {
+template <class Handle>
+InverseBatch asked_of(const Block<Handle>& b) {
     InverseBatch batch;
     batch.pose = {b.in, pose_size};
     batch.psi = {b.psi, 1};
@@ -133,15 +147,16 @@ struct ForwardTask : Plain {
     static constexpr std::size_t input = joints, output = pose_size;
     static constexpr bool gives_psi = true, gives_branch = true;
     /// Writes pose, psi and gc of joints.
-    static void run(Block& b) {
+    template <class Handle>
+    static void run(Block<Handle>& b) {
         for (std::size_t i = 0; i < b.count; ++i) {
             b.out_psi[i] = not_a_number;
             b.out_gc[i] = 0;
         }
         each_posture(b, output, [&b](std::size_t i, const double* q, double* pose) {
-            const Posture posture = forward(b.self->arm, q);
+            const auto posture = forward(b.self->arm, q);
             store_pose(posture.pose, pose);
-            b.out_psi[i] = posture.psi;
+            b.out_psi[i] = redundancy(posture);
             b.out_gc[i] = posture.gc;
         });
     }
@@ -152,7 +167,8 @@ struct ForwardPushTask : Plain {
     static constexpr std::size_t input = joints, change = joints, output = pose_size;
     static constexpr bool gives_psi = true;
     /// Writes the changes of pose and psi for a change of the joints.
-    static void run(Block& b) {
+    template <class Handle>
+    static void run(Block<Handle>& b) {
         no_numbers(b.out_psi, b.count);
         each_posture(b, output, [&b](std::size_t i, const double* q, double* pose) {
             forward_pushforward(b.self->arm, q, b.change + joints * i, pose, b.out_psi[i]);
@@ -165,7 +181,8 @@ struct ForwardPullTask : Plain {
     static constexpr std::size_t input = joints, change = pose_size, output = joints;
     static constexpr bool psi_changes = true;
     /// Writes the gradient by the joints for gradients by pose and psi.
-    static void run(Block& b) {
+    template <class Handle>
+    static void run(Block<Handle>& b) {
         each_posture(b, output, [&b](std::size_t i, const double* q, double* to) {
             double by_q[joints];
             (void)forward_pullback(b.self->arm, q, b.change + pose_size * i, b.psi_change[i], by_q);
@@ -178,11 +195,20 @@ struct InverseTask : Plain {
     static constexpr std::size_t input = pose_size, output = joints;
     static constexpr bool has_branch = true;
     /// Writes joints of poses, arm angles and branches.
-    static void run(Block& b) {
-        InverseBatch batch = asked_of(b);
-        batch.out = {b.out, joints};
-        inverse_range(b.self->arm, batch, 0, b.count, b.outcome);
-        if (b.outcome.problem != Problem::none) report_misshapen(b);
+    template <class Handle>
+    static void run(Block<Handle>& b) {
+        if constexpr (std::is_same_v<Handle, ArmHandle>) {
+            InverseBatch batch = asked_of(b);
+            batch.out = {b.out, joints};
+            inverse_range(b.self->arm, batch, 0, b.count, b.outcome);
+            if (b.outcome.problem == Problem::none) return;
+        } else {
+            each_pose(b, output, [&b](std::size_t i, const Pose<double>& pose, double* to) {
+                const Inverse found = inverse(b.self->arm, pose, b.psi[i], static_cast<int>(b.gc[i]));
+                std::memcpy(to, found.q, output * sizeof(double));
+            });
+        }
+        report_misshapen(b);
     }
 };
 
@@ -191,7 +217,8 @@ struct InversePushTask : Plain {
     static constexpr std::size_t input = pose_size, change = pose_size, output = joints;
     static constexpr bool has_branch = true, psi_changes = true;
     /// Writes the change of the joints for changes of pose and psi.
-    static void run(Block& b) {
+    template <class Handle>
+    static void run(Block<Handle>& b) {
         each_pose(b, output, [&b](std::size_t i, const Pose<double>& pose, double* to) {
             inverse_pushforward(b.self->arm, pose, b.psi[i], static_cast<int>(b.gc[i]),
                                 b.change + pose_size * i, b.psi_change[i], to);
@@ -204,12 +231,22 @@ struct InversePullTask : Plain {
     static constexpr std::size_t input = pose_size, change = joints, output = pose_size;
     static constexpr bool has_branch = true, gives_psi = true;
     /// Writes the gradients by pose and psi for a gradient by the joints.
-    static void run(Block& b) {
+    template <class Handle>
+    static void run(Block<Handle>& b) {
         const PullbackBatch batch{asked_of(b), {b.change, joints}, {b.out, pose_size}, {b.out_psi, 1}};
         pullback_range(b.self->arm, batch, 0, b.count, b.outcome);
         if (b.outcome.problem != Problem::none) report_misshapen(b);
     }
 };
+
+/// The solution of a pose with these options, within the limits of the call.
+template <class Handle>
+Nearest solved(const Block<Handle>& b, const Pose<double>& pose, const NearestOptions& options) noexcept {
+    if constexpr (free_joint_arm<decltype(Handle::arm)>)
+        return nearest_posture(b.self->arm, pose, options);
+    else
+        return nearest_posture(b.self->arm, *b.limits, pose, options);
+}
 
 /// Searches the solution nearest to a seed, or the one with the largest margin, which ignores the seed.
 template <Metric metric>
@@ -226,7 +263,8 @@ struct SolveTask : Plain {
     }
 
     /// Writes joints, psi and gc of the solution of each pose.
-    static void run(Block& b) {
+    template <class Handle>
+    static void run(Block<Handle>& b) {
         for (std::size_t i = 0; i < b.count; ++i) {
             b.out_psi[i] = not_a_number;
             b.out_gc[i] = -1;
@@ -234,7 +272,7 @@ struct SolveTask : Plain {
         each_pose(b, output, [&b](std::size_t i, const Pose<double>& pose, double* to) {
             const double* seed = b.change + joints * i;
             if (!is_finite(seed)) return no_numbers(to, output);
-            const Nearest found = nearest_posture(b.self->arm, *b.limits, pose, options(seed));
+            const Nearest found = solved(b, pose, options(seed));
             std::memcpy(to, found.q, output * sizeof(double));
             b.out_psi[i] = found.psi;
             b.out_gc[i] = found.gc;
@@ -249,12 +287,13 @@ struct SolveDerivativeTask : Plain {
     static constexpr std::size_t input = pose_size, change = joints;
     static constexpr std::size_t output = joints * SolutionDerivative::columns;
     /// Writes the derivative of the solution's joints by pose and seed.
-    static void run(Block& b) {
+    template <class Handle>
+    static void run(Block<Handle>& b) {
         each_pose(b, output, [&b](std::size_t i, const Pose<double>& pose, double* to) {
             const double* seed = b.change + joints * i;
             if (!is_finite(seed)) return no_numbers(to, output);
             const NearestOptions asked = SolveTask<metric>::options(seed);
-            const Nearest found = nearest_posture(b.self->arm, *b.limits, pose, asked);
+            const Nearest found = solved(b, pose, asked);
             const SolutionDerivative slopes = solution_derivative(b.self->arm, b.margin, pose, found, asked);
             std::memcpy(to, slopes.entry, sizeof(slopes.entry));
         });
@@ -264,9 +303,10 @@ struct SolveDerivativeTask : Plain {
 struct FreedomTask : Plain {
     static constexpr std::size_t input = pose_size, output = 1;
     /// Writes the length of the feasible intervals of each pose (rad).
-    static void run(Block& b) {
+    template <class Handle>
+    static void run(Block<Handle>& b) {
         each_pose(b, output, [&b](std::size_t, const Pose<double>& pose, double* to) {
-            *to = freedom(b.self->arm, pose, *b.limits).total;
+            *to = freedom_within(b.self->arm, *b.limits, pose).total;
         });
     }
 };
@@ -274,10 +314,11 @@ struct FreedomTask : Plain {
 struct FreedomGradientTask : Plain {
     static constexpr std::size_t input = pose_size, output = 6;
     /// Writes the derivative of that length by the pose.
-    static void run(Block& b) {
+    template <class Handle>
+    static void run(Block<Handle>& b) {
         each_pose(b, output, [&b](std::size_t, const Pose<double>& pose, double* to) {
             double slope[output];
-            freedom_gradient(b.self->arm, pose, *b.limits, slope);
+            freedom_slope(b.self->arm, *b.limits, pose, slope);
             std::memcpy(to, slope, sizeof(slope));
         });
     }
@@ -286,9 +327,10 @@ struct FreedomGradientTask : Plain {
 struct LimitMarginTask : Plain {
     static constexpr std::size_t input = joints, output = 1;
     /// Writes the distance to the nearest joint limit (rad).
-    static void run(Block& b) {
+    template <class Handle>
+    static void run(Block<Handle>& b) {
         each_posture(b, output, [&b](std::size_t, const double* q, double* to) {
-            *to = limit_margin(b.self->arm.limits, q);
+            *to = limit_margin(nominal(b.self->arm).limits, q);
         });
     }
 };
@@ -296,10 +338,11 @@ struct LimitMarginTask : Plain {
 struct LimitMarginGradientTask : Plain {
     static constexpr std::size_t input = joints, output = joints;
     /// Writes the derivative of the limit margin by the joints.
-    static void run(Block& b) {
+    template <class Handle>
+    static void run(Block<Handle>& b) {
         each_posture(b, output, [&b](std::size_t, const double* q, double* to) {
             double slope[joints];
-            limit_margin_gradient(b.self->arm.limits, q, slope);
+            limit_margin_gradient(nominal(b.self->arm).limits, q, slope);
             std::memcpy(to, slope, sizeof(slope));
         });
     }
@@ -371,7 +414,8 @@ void write(const xla::Buffer& buffer, std::size_t first, std::size_t count, cons
 }
 
 /// Corrects poses for the rounding of their numbers to float.
-void correct_rounding(const Arm& arm, double* poses, std::size_t count) {
+template <class AnyArm>
+void correct_rounding(const AnyArm& arm, double* poses, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
         double* m = poses + pose_size * i;
         double value = 0;
@@ -384,14 +428,14 @@ void correct_rounding(const Arm& arm, double* poses, std::size_t count) {
 }
 
 /// Runs a task for all elements of a call, block by block; T is float or double.
-template <class Task, class T>
-Outcome over(const xla::Call& call, const ArmHandle& self, const LimitTable& limits, std::size_t n) {
+template <class Task, class T, class Handle>
+Outcome over(const xla::Call& call, const Handle& self, const TableOf<Handle>& limits, std::size_t n) {
     constexpr int first_change = Task::has_branch ? 3 : 1;
     alignas(64) double in[Task::input * most_elements], out[Task::output * most_elements];
     alignas(64) double change[(Task::change + 1) * most_elements];
     alignas(64) double psi[most_elements], psi_change[most_elements];
     long long gc[most_elements];
-    Block b{};
+    Block<Handle> b{};
     b.self = &self;
     b.limits = &limits;
     b.margin = attribute<double>(call, "margin");
@@ -399,7 +443,7 @@ Outcome over(const xla::Call& call, const ArmHandle& self, const LimitTable& lim
         b.count = n - first < most_elements ? n - first : most_elements;
         b.in = read<T>(argument(call, 0), first * Task::input, b.count * Task::input, in);
         if constexpr (Task::input == pose_size && !std::is_same_v<T, double>)
-            correct_rounding(self.arm, in, b.count);
+            correct_rounding(reaching(self.arm), in, b.count);
         if constexpr (Task::has_branch) {
             b.psi = read<T>(argument(call, 1), first, b.count, psi);
             const auto* branch = static_cast<const std::int32_t*>(argument(call, 2).data) + first;
@@ -447,7 +491,7 @@ template <class Task>
 xla::Error* handler(xla::Call* asked) noexcept {
     const xla::Call& call = *asked;
     if (answer_version_query(call) || call.stage != xla::Stage::execute) return nullptr;
-    const ArmHandle* self = kept_arms().find(attribute<std::int64_t>(call, "arm"));
+    const KeptArms::AnyHandle* self = kept_arms().find(attribute<std::int64_t>(call, "arm"));
     if (!self)
         return failed(call, xla::ErrorCode::not_found,
                       "this process does not know the arm of a compiled function: make its Kinematics first");
@@ -455,13 +499,14 @@ xla::Error* handler(xla::Call* asked) noexcept {
     std::size_t n = 1;
     for (std::int64_t k = 0; k < lead.rank; ++k) n *= static_cast<std::size_t>(lead.extents[k]);
     n /= Task::input;
-    const double margin = attribute<double>(call, "margin");
-    LimitTable drawn;
-    if (margin > 0) drawn = limit_table(self->arm, margin);
-    const LimitTable& limits = margin > 0 ? drawn : self->limits;
     const bool single = lead.number == xla::Number::float32;
-    const Outcome outcome =
-        single ? over<Task, float>(call, *self, limits, n) : over<Task, double>(call, *self, limits, n);
+    const Outcome outcome = std::visit(
+        [&](const auto& arm) {
+            const auto limits = table(arm, attribute<double>(call, "margin"));
+            return single ? over<Task, float>(call, arm, limits, n)
+                          : over<Task, double>(call, arm, limits, n);
+        },
+        *self);
     if (outcome.problem == Problem::none) return nullptr;
     return failed(call, xla::ErrorCode::invalid_argument, words(outcome));
 }
@@ -494,10 +539,16 @@ nb::typed<nb::dict, nb::str, nb::object> xla_targets() {
 
 }  // namespace
 
-void bind_xla(nb::module_& m, nb::class_<ArmHandle>& arm) {
+void bind_xla(nb::module_& m, nb::class_<ArmHandle>& arm, nb::class_<OffsetHandle>& offset,
+              nb::class_<OffsetChainHandle>& offset_chain) {
     using namespace nb::literals;
     m.def("xla_targets", &xla_targets);
-    arm.def("keep", [](const ArmHandle& self, std::int64_t key) { kept_arms().keep(key, self); }, "key"_a);
+    const auto bind = []<class Handle>(nb::class_<Handle>& kind) {
+        kind.def("keep", [](const Handle& self, std::int64_t key) { kept_arms().keep(key, self); }, "key"_a);
+    };
+    bind(arm);
+    bind(offset);
+    bind(offset_chain);
 }
 
 }  // namespace binding

@@ -8,6 +8,8 @@
 #include "offset/next_guess.hpp"
 #include "offset/inverse_derivative.hpp"
 #include "offset/nearest_posture.hpp"
+#include "offset/end_slopes.hpp"
+#include "offset/inverse_pullback.hpp"
 #include "offset/psi_towards.hpp"
 #include "offset/reduced_place.hpp"
 #include "offset/turn_arcs.hpp"

@@ -356,6 +356,7 @@ _HINDRANCES = {
     4: "where the elbow is stretched or folded and the joints turn without bound",
     6: "where θ6 is 0 or π and joints 5 to 7 turn without bound",
     7: "which has no solution",
+    8: "where joints turn without bound (a fold, a straight elbow, or two joints on one axis)",
 }
 
 

@@ -14,7 +14,6 @@ import numpy as np
 from ._arrays import chosen
 from .arm.arm import Arm
 from .arm.chain import unsupported
-from .arm.offset import as_srs
 from .errors import InputError, UnsupportedError
 
 Array: TypeAlias = Any  # a torch.Tensor or a jax.Array, known to type checkers only if installed
@@ -30,7 +29,7 @@ def keep(arm: Arm, asked: str) -> int:
     """
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
-    if as_srs(arm, asked).geometry.chain is not None:
+    if arm.kind == "srs_chain":
         raise unsupported(asked)
     lengths = [
         arm.geometry.d_bs,
@@ -40,6 +39,8 @@ def keep(arm: Arm, asked: str) -> int:
         arm.geometry.a_3,
         arm.geometry.a_4,
         arm.geometry.d_4,
+        arm.geometry.a_1,
+        arm.geometry.a_6,
         arm.singularity_margin,
     ]
     parts = [
@@ -50,6 +51,7 @@ def keep(arm: Arm, asked: str) -> int:
         arm.upper,
         arm.base.ravel(),
         arm.tool.ravel(),
+        np.ravel([] if arm.geometry.chain is None else arm.geometry.chain),
     ]
     numbers = np.concatenate([np.asarray(part, dtype=np.float64) for part in parts])
     digest = hashlib.sha256(numbers.tobytes() + repr(arm.geometry.reference).encode()).digest()

@@ -1,7 +1,7 @@
 """Derivatives of an arm's functions: by the pose, by the arm angle and by the joints.
 
 The derivative of `Arm.forward` is `Arm.jacobian` with `psi` as a seventh row; that of `Arm.inverse` by psi is
-`Arm.self_motion`. `inverse`, `solve` and `limit_margin` also take an arm with an offset wrist or shoulder,
+`Arm.self_motion`. All but `margin` and `joint_function` also take an arm with an offset wrist or shoulder,
 whose psi is the value of its free joint.
 """
 

@@ -10,7 +10,8 @@ computation with XLA's error and the reason.
 A derivative by a pose is along rigid motions: tangents of the (..., 4, 4) matrix are projected onto them, and
 gradients lie along them. A requested derivative that does not exist is NaN: for joints 1-3 (5-7) if θ2 (θ6)
 is 0 or π; by the pose for all joints if the elbow is stretched or folded, and for all but joint 4 if psi
-jumps. Results that the loss does not use have no effect. There is no second derivative.
+jumps; with an offset for all but the free joint, as at a fold. Results that the loss does not use have no
+effect. There is no second derivative.
 
 Examples
 --------
@@ -60,8 +61,9 @@ class Kinematics(Kept):
     Attributes
     ----------
     arm : Arm
-        Exactly S-R-S: an arm with its own chain has no derivatives here. It is kept for the lifetime of the
-        process, because compiled functions may use it.
+        Of any kind but a nearly S-R-S arm on its own chain, which has no derivatives. It is kept for the
+        lifetime of the process, because compiled functions may use it. The arm angle of an arm with an offset
+        wrist or shoulder is the value of its free joint.
     """
 
     def __post_init__(self) -> None:

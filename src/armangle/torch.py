@@ -49,8 +49,9 @@ class Kinematics(Kept):
     Attributes
     ----------
     arm : Arm
-        Exactly S-R-S: an arm with its own chain has no derivatives here. It is kept for the lifetime of the
-        process, because compiled functions may use it.
+        Of any kind but a nearly S-R-S arm on its own chain, which has no derivatives. It is kept for the
+        lifetime of the process, because compiled functions may use it. The arm angle of an arm with an offset
+        wrist or shoulder is the value of its free joint.
     """
 
     def forward(self, q: Tensor, *, on_error: OnError = "raise") -> tuple[Tensor, Tensor, Tensor]:
@@ -95,8 +96,8 @@ class Kinematics(Kept):
         on_error : "raise" or "nan"
             What to do if the geometry has no solution, or a requested gradient does not exist: that of joints
             1-3 (5-7) if θ2 (θ6) is 0 or π, and by the pose that of all joints if the elbow is stretched or
-            folded and of all but joint 4 if psi jumps. "raise" raises UnreachableError in `backward`, "nan"
-            makes the gradient of that element NaN.
+            folded and of all but joint 4 if psi jumps; with an offset that of all but the free joint, as at a
+            fold. "raise" raises UnreachableError in `backward`, "nan" makes the gradient of that element NaN.
 
         Returns
         -------

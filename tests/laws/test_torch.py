@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support import draw
-from support.gradients import HOME, NAMES, change, moved, postures
+from support.gradients import FAMILIES, HOME, change, moved, postures
 from support.needs import need
 from support.refused import not_refused
 
@@ -17,7 +17,7 @@ import armangle as aa
 torch = need("torch")
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", FAMILIES)
 def test_the_numbers_are_those_of_arm(name: str) -> None:
     arm, q = postures(name, 40, 17, 21)
     kinematics = aa.torch.Kinematics(arm)
@@ -34,7 +34,7 @@ def test_the_numbers_are_those_of_arm(name: str) -> None:
     assert single.dtype == torch.float32 and np.allclose(single, kinematics.inverse(pose, psi, gc), atol=1e-2)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", FAMILIES)
 def test_gradients_are_the_limit_of_differences(name: str) -> None:
     arm, q = postures(name, 30, 17, 21)
     kinematics = aa.torch.Kinematics(arm)
@@ -66,8 +66,9 @@ def test_gradients_are_the_limit_of_differences(name: str) -> None:
     assert np.allclose((joints.grad.numpy() * weight).sum(-1), difference, rtol=1e-5, atol=1e-6)
 
 
-def test_gradients_of_freedom_and_of_the_limit_margin() -> None:
-    arm, q = postures("kuka_iiwa7_r800", 60, 17, 21)
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch"])
+def test_gradients_of_freedom_and_of_the_limit_margin(name: str) -> None:
+    arm, q = postures(name, 60, 17, 21)
     kinematics, rng, step = aa.torch.Kinematics(arm), draw.generator(17, 23), 1e-7
     pose = arm.forward(q)[0]
     given = torch.from_numpy(pose).requires_grad_()
@@ -90,9 +91,10 @@ def test_gradients_of_freedom_and_of_the_limit_margin() -> None:
     assert np.array_equal(joints.grad.numpy(), wanted)
 
 
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch"])
 @pytest.mark.parametrize("prefer", ["seed", "margin"])
-def test_gradients_go_through_solve(prefer: str) -> None:
-    arm, q = postures("kuka_iiwa7_r800", 30, 17, 24)
+def test_gradients_go_through_solve(prefer: str, name: str) -> None:
+    arm, q = postures(name, 30, 17, 24)
     kinematics, rng = aa.torch.Kinematics(arm), draw.generator(17, 25)
     seed, weight = q + rng.normal(size=q.shape), torch.from_numpy(rng.normal(size=q.shape))
     pose = arm.forward(q)[0]
@@ -118,9 +120,11 @@ def test_gradients_go_through_solve(prefer: str) -> None:
     assert not given[0].grad[~known].any()
 
 
-def test_gradcheck_of_solve() -> None:
-    kinematics = aa.torch.Kinematics(aa.Arm.from_catalogue("kuka_iiwa7_r800"))
-    start = torch.tensor([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5], dtype=torch.float64)
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch"])
+def test_gradcheck_of_solve(name: str) -> None:
+    arm, q = postures(name, 40, 17, 27)
+    kinematics = aa.torch.Kinematics(arm)
+    start = torch.from_numpy(q[arm.limit_margin(q).argmax()])
     seed = (start + 0.2).requires_grad_()
     change_of = torch.zeros(7, dtype=torch.float64, requires_grad=True)
 

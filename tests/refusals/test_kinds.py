@@ -45,9 +45,6 @@ def plan(said: str, **asked: Any) -> Rows:
 
 
 OFFSET: Rows = [
-    ("gradients.psi", lambda arm: aa.gradients.psi(arm, q(arm))),
-    ("gradients.feasible", lambda arm: aa.gradients.feasible(arm, pose(arm), 0)),
-    ("gradients.freedom", lambda arm: aa.gradients.freedom(arm, pose(arm))),
     ("gradients.margin", lambda arm: aa.gradients.margin(arm, pose(arm))),
     ("gradients.joint_function", lambda arm: aa.gradients.joint_function(arm, pose(arm), 0, 1)),
     ("d_4", lambda arm: arm.with_(d_4=0.01)),

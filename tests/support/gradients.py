@@ -7,15 +7,19 @@ import numpy as np
 import armangle as aa
 
 from . import draw
+from .calibrated import calibrated_offset
 from .strategies import bends
 
 NAMES = ("kuka_iiwa7_r800", "openarm_v10", "barrett_wam7")
+FAMILIES = (*NAMES, "franka_fr3", "fetch", "calibrated franka_fr3")
 HOME = np.array([0.1, 0.0, 0.2, -1.5, 0.3, 1.0, 0.4])
 """θ2 is 0: joints 1 to 3 have no derivative there, joints 4 to 7 have."""
 
 
 def calm(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
-    """The configurations at least 0.2 rad from singularities."""
+    """The configurations at least 0.2 rad from singularities; with an offset, those of small derivatives."""
+    if arm.redundancy != "arm_angle":
+        return q[np.abs(aa.gradients.inverse(arm, *arm.forward(q), on_error="nan")).max(axis=(1, 2)) < 20.0]
     return q[(np.abs(np.sin(bends(arm, q))) > 0.2).all(axis=1)]
 
 
@@ -23,8 +27,11 @@ def postures(name: str, count: int, *seed: int) -> tuple[aa.Arm, np.ndarray]:
     """An arm of the catalogue on a tilted base, and configurations within its limits far from
     singularities.
     """
-    arm = aa.Arm.from_catalogue(name).with_(base=aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]))
-    return arm, calm(arm, draw.generator(*seed).uniform(arm.lower, arm.upper, (count, 7)))
+    own = name.startswith("calibrated ")
+    arm = calibrated_offset(name.split()[1], 1.0, 1.0) if own else aa.Arm.from_catalogue(name)
+    arm = arm.with_(base=aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]))
+    low, high = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
+    return arm, calm(arm, draw.generator(*seed).uniform(low, high, (count, 7)))
 
 
 def moved(pose: np.ndarray, twist: np.ndarray) -> np.ndarray:

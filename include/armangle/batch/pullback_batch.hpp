@@ -77,6 +77,33 @@ struct PullbackBatch {
     Strided<double> by_pose, by_psi;
 };
 
+namespace detail {
+
+/// Computes inverse_pullback() of element i. Reports an invalid pose in `outcome`, and a missing gradient
+/// unless `at.unreachable` requests NaN.
+template <class AnyArm>
+void pull_element(const AnyArm& arm, const PullbackBatch& b, std::size_t i, Outcome& outcome) noexcept {
+    double value = 0;
+    Problem problem = check_pose(b.at.pose.at(i), value);
+    const Hindrance why =
+        inverse_pullback(arm, load_pose(b.at.pose.at(i)), *b.at.psi.at(i), static_cast<int>(*b.at.gc.at(i)),
+                         b.by_q.at(i), b.by_pose.at(i), *b.by_psi.at(i));
+    if (problem == Problem::none && why != Hindrance::none && b.at.unreachable != Enforce::nan) {
+        problem = Problem::no_derivative;
+        value = static_cast<double>(why);
+    }
+    if (problem != Problem::none) outcome.report(problem, i, value);
+}
+
+}  // namespace detail
+
+/// Computes inverse_pullback() of elements [begin, end) of an arm without lanes.
+template <class AnyArm>
+void pullback_range(const AnyArm& arm, const PullbackBatch& b, std::size_t begin, std::size_t end,
+                    Outcome& outcome) noexcept {
+    for (std::size_t i = begin; i < end; ++i) detail::pull_element(arm, b, i, outcome);
+}
+
 /// Computes inverse_pullback() of elements [begin, end). Reports invalid poses in `outcome`, and missing
 /// gradients unless `at.unreachable` requests NaN.
 inline void pullback_range(const Arm& arm, const PullbackBatch& b, std::size_t begin, std::size_t end,
@@ -100,18 +127,8 @@ inline void pullback_range(const Arm& arm, const PullbackBatch& b, std::size_t b
         const Batch by_psi[1] = {p.psi};
         detail::store_rows(by_psi, at, count, b.by_psi);
     };
-    detail::for_rates(arm, b.at, begin, end, lanes, [&](std::size_t i) {
-        double value = 0;
-        Problem problem = check_pose(b.at.pose.at(i), value);
-        const Hindrance why = inverse_pullback(arm, load_pose(b.at.pose.at(i)), *b.at.psi.at(i),
-                                               static_cast<int>(*b.at.gc.at(i)), b.by_q.at(i),
-                                               b.by_pose.at(i), *b.by_psi.at(i));
-        if (problem == Problem::none && why != Hindrance::none && b.at.unreachable != Enforce::nan) {
-            problem = Problem::no_derivative;
-            value = static_cast<double>(why);
-        }
-        if (problem != Problem::none) outcome.report(problem, i, value);
-    });
+    detail::for_rates(arm, b.at, begin, end, lanes,
+                      [&](std::size_t i) { detail::pull_element(arm, b, i, outcome); });
 }
 
 }  // namespace armangle

@@ -15,8 +15,16 @@
 namespace armangle {
 
 /// Why a gradient does not exist: psi jumps, theta_2 or theta_6 is 0 or pi, the elbow is stretched or folded,
-/// or the pose has no solution.
-enum class Hindrance : int { none = 0, psi = 1, shoulder = 2, elbow = 4, wrist = 6, unreachable = 7 };
+/// the pose has no solution, or an arm with an offset has no first derivatives there.
+enum class Hindrance : int {
+    none = 0,
+    psi = 1,
+    shoulder = 2,
+    elbow = 4,
+    wrist = 6,
+    unreachable = 7,
+    singular = 8
+};
 
 /// Converts a gradient with respect to the entries of a pose (4x4, row by row) to `by_twist`, that with
 /// respect to its twist (v, omega).
@@ -54,8 +62,9 @@ inline void twist_of(const Pose<double>& pose, const double* change, double (&tw
 
 /// Writes the gradient of a function of forward() with respect to the joints to `by_q`, from its gradients
 /// with respect to the pose's entries and to psi. Returns why it does not exist, or none.
-inline Hindrance forward_pullback(const Arm& arm, const double* q, const double* by_pose, double by_psi,
-                                  double (&by_q)[joints]) noexcept {
+template <class AnyArm>
+Hindrance forward_pullback(const AnyArm& arm, const double* q, const double* by_pose, double by_psi,
+                           double (&by_q)[joints]) noexcept {
     const Jacobian j = jacobian(arm, q);
     double by_twist[6];
     twist_gradient(forward(arm, q).pose, by_pose, by_twist);
@@ -72,8 +81,9 @@ inline Hindrance forward_pullback(const Arm& arm, const double* q, const double*
 }
 
 /// The change of forward()'s pose (of its entries) and of its psi for a change dq of the joints.
-inline void forward_pushforward(const Arm& arm, const double* q, const double* dq, double* change,
-                                double& psi) noexcept {
+template <class AnyArm>
+void forward_pushforward(const AnyArm& arm, const double* q, const double* dq, double* change,
+                         double& psi) noexcept {
     const Jacobian j = jacobian(arm, q);
     double of_psi[joints], twist[6] = {};
     psi_gradient(arm, q, of_psi);
@@ -141,8 +151,9 @@ inline Hindrance inverse_pullback(const Arm& arm, const Pose<double>& pose, doub
 
 /// Writes the change of the joints of inverse() for a change of the pose's entries and of psi to `dq`. NaN
 /// for each joint whose derivative does not exist.
-inline void inverse_pushforward(const Arm& arm, const Pose<double>& pose, double psi, int gc,
-                                const double* change, double psi_change, double* dq) noexcept {
+template <class AnyArm>
+void inverse_pushforward(const AnyArm& arm, const Pose<double>& pose, double psi, int gc,
+                         const double* change, double psi_change, double* dq) noexcept {
     const Derivatives d = inverse_derivative(arm, pose, psi, gc);
     double twist[6];
     twist_of(pose, change, twist);

@@ -18,10 +18,15 @@ struct EndSlopes {
     double entry[ArcSet::capacity][2][6];
 };
 
+/// Leaves the derivative of an end at a singularity as it is, NaN: it is not known.
+template <class AnyArm>
+void singular_end_slope(const AnyArm&, const Pose<double>&, double, int, double (&)[6]) noexcept {}
+
 /// Computes the derivatives of the ends of `arcs`, the feasible arcs of (pose, gc), with respect to the twist
 /// of the pose.
-inline void end_slopes(const Arm& arm, const Pose<double>& pose, int gc, const ArcSet& arcs,
-                       EndSlopes& out) noexcept {
+template <class AnyArm>
+void end_slopes(const AnyArm& arm, const Pose<double>& pose, int gc, const ArcSet& arcs,
+                EndSlopes& out) noexcept {
     for (int i = 0; i < arcs.count; ++i)
         for (int side = 0; side < 2; ++side) {
             double (&slope)[6] = out.entry[i][side];
@@ -29,8 +34,12 @@ inline void end_slopes(const Arm& arm, const Pose<double>& pose, int gc, const A
             const Tag tag = side == 0 ? arcs.arc[i].lower_tag : arcs.arc[i].upper_tag;
             const int joint = tag_joint(tag) - 1;
             const Side what = tag_side(tag);
-            if (arcs.full || joint < 0 || what == Side::near_singular || what == Side::far_singular) continue;
+            if (arcs.full || joint < 0) continue;
             const double psi = side == 0 ? arcs.arc[i].lower : arcs.arc[i].upper;
+            if (what == Side::near_singular || what == Side::far_singular) {
+                singular_end_slope(arm, pose, psi, gc, slope);
+                continue;
+            }
             const Derivatives d = inverse_derivative(arm, pose, psi, gc);
             const double rate = d.entry[joint][joints - 1];
             if (!(abs(rate) > tolerance::angle && abs(rate) < infinity)) continue;
