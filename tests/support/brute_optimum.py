@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 import armangle as aa
 
 from .naive_plans import EVEN, Case
+from .needs import need
 from .plan_objective import margin_scale, nearness, singular
 
 GRID, STEPS, WINDOW = 720, 60, 24
@@ -138,6 +138,5 @@ def descend(case: Case, way: Best) -> np.ndarray:
             damping *= 10
         if not gain > 1e-7 * energy:
             break
-    return np.unwrap(
-        arm.inverse(case.path.pose(EVEN), CubicSpline(s, psi)(EVEN), way.gc, limits=False), axis=0
-    )
+    smooth = need("scipy.interpolate").CubicSpline(s, psi)(EVEN)
+    return np.unwrap(arm.inverse(case.path.pose(EVEN), smooth, way.gc, limits=False), axis=0)

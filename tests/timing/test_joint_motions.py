@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 from support.moves import moved, refused
+from support.needs import need
 
 import armangle as aa
 from armangle.motion.joint_path import Between
@@ -182,7 +182,7 @@ def test_a_spline_is_met_and_takes_as_long_however_many_rows_it_has(
 ) -> None:
     """Straight ways between the rows of the same motion take several times as long."""
     knots = np.array([0, 0.5, 0, -1.2, 0, 0.7, 0]) + rng.normal(0, 0.25, (6, 7))
-    smooth = CubicSpline(np.linspace(0, 1, 6), knots)
+    smooth = need("scipy.interpolate").CubicSpline(np.linspace(0, 1, 6), knots)
     found = []
     for n in (40, 160, 640):
         q = smooth(np.linspace(0, 1, n))
