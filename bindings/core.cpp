@@ -186,6 +186,11 @@ ARMANGLE_NAMED_MODULE(ARMANGLE_MODULE, m) {
                      [](const ChainArmHandle& a) { return binding::joint_middle(a.arm.nominal); });
     near.def_prop_ro("deviations", &binding::deviations);
     nb::class_<binding::OffsetHandle> offset(m, "OffsetArm");
+    offset.def("with_free_roll", [](const binding::OffsetHandle& a) {
+        binding::OffsetHandle free = a;
+        free.arm = with_free_roll(a.arm);
+        return free;
+    });
     nb::class_<binding::OffsetChainHandle> offset_chain(m, "OffsetChain");
     binding::bind_scenes(m, arm);
     binding::bind_kinematics(m, arm);

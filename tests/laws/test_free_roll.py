@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support import draw
+from support.moves import limited
 from support.planned_arms import random_arm
 
 import armangle as aa
@@ -113,10 +114,12 @@ def test_one_pose_is_a_row_of_its_batch_and_another_axis_goes_by_a_ladder(name: 
     assert not far.ok and far.status is aa.Status.UNREACHABLE and np.isnan(far.q).all()
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", (*NAMES, *OFFSET))
 def test_joint_7_stays_along_a_path_and_is_never_why_a_step_is_refused(name: str) -> None:
     arm = along_axis_7(aa.Arm.from_catalogue(name))
-    rng = draw.generator(16, 33, NAMES.index(name))
+    if np.isinf(arm.upper[6]):
+        arm = limited(arm, 6, -3.0, 3.0)
+    rng = draw.generator(16, 33, (*NAMES, *OFFSET).index(name))
     gained = 0
     for _ in range(12):
         start = rng.uniform(np.maximum(arm.lower, -2) * 0.8, np.minimum(arm.upper, 2) * 0.8)
@@ -146,12 +149,13 @@ def test_joint_7_stays_along_a_path_and_is_never_why_a_step_is_refused(name: str
         fine = np.asarray(bound.status) == aa.Status.OK
         assert np.abs(bound.q[fine, 6] - start[6]).max(initial=0) == 0
         same_but_for_roll(bound.poses[fine], wild[fine])
-    assert gained > 50
+    assert gained > (5 if name in OFFSET else 50)  # joint 7 ends fewer of their lines
 
 
-def test_through_theta_6_zero_no_joint_of_the_wrist_swings() -> None:
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "fetch"])
+def test_through_theta_6_zero_no_joint_of_the_wrist_swings(name: str) -> None:
     """Joints 5 and 7 are one axis there; a free roll asks neither to turn."""
-    arm = along_axis_7(aa.Arm.from_catalogue("kuka_iiwa7_r800"))
+    arm = along_axis_7(aa.Arm.from_catalogue(name))
     q = np.array([0.2, 0.6, 0.1, -1.2, 0.7, 0.05, 0.4])
     turned = np.repeat(q[None], 60, axis=0)
     turned[:, 5] = np.linspace(0.05, -0.05, 60)
@@ -173,6 +177,12 @@ def test_what_a_free_roll_is_not_for() -> None:
         arm.solve(pose, seed=q, roll="free", fallback="nearest_pose")
     with pytest.raises(aa.InputError, match="wanted one of the others positive"):
         arm.solve(pose, seed=q, roll="free", weight=[0, 0, 0, 0, 0, 0, 1])
+    wrist = along_axis_7(aa.Arm.from_catalogue("franka_fr3"))
+    asked = (("policy", aa.Towards(psi=0.1)), ("allowed", aa.ArcSet([(0.0, 1.0)])))
+    for option, value in asked:  # psi is joint 7
+        for call in (aa.step, lambda arm, q, pose, **more: aa.follow(arm, pose[None], start=q, **more)):
+            with pytest.raises(aa.InputError, match=f"joint 7 keeps its value, which is psi, and {option}"):
+                call(wrist, q, wrist.forward(q)[0], roll="free", **{option: value})
     scene = aa.Scene([aa.Ball([0.0, 0.9, 0.5], 0.1)])
     bones = arm.with_(body=aa.Body.bones(upper_arm=0.05, forearm=0.05))
     flange = aa.Body({4: [aa.Ball([0, 0, 0.1], 0.05)], 7: [aa.Ball([0.1, 0, 0.0], 0.03, name="plug")]})
@@ -187,15 +197,16 @@ def test_what_a_free_roll_is_not_for() -> None:
             aa.follow(holding.with_(scene=scene), pose[None], start=q, roll="free")
 
 
-def test_a_hand_that_is_round_about_the_axis_keeps_clear_whatever_the_roll() -> None:
+@pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3"])
+def test_a_hand_that_is_round_about_the_axis_keeps_clear_whatever_the_roll(name: str) -> None:
     arm = (
-        aa.Arm.from_catalogue("kuka_iiwa7_r800")
+        along_axis_7(aa.Arm.from_catalogue(name))
         .with_(body=aa.Body({4: [aa.Capsule([0, 0, 0], [0, 0, 0.4], 0.06)], 7: [aa.Ball([0, 0, 0], 0.05)]}))
         .with_(hand=[aa.Capsule([0, 0, 0], [0, 0, 0.15], 0.03, name="drill")])
     )
     rng, seen, touched = np.random.default_rng(8), 0, 0
     for _ in range(40):
-        q = rng.uniform(arm.lower, arm.upper) * 0.7
+        q = 0.5 * (arm.lower + arm.upper) + 0.35 * (arm.upper - arm.lower) * rng.uniform(-1, 1, 7)
         pose = arm.forward(q)[0]
         beside = arm.elbow(q) + rng.normal(size=3) * 0.15
         scene = aa.Scene([aa.Ball(beside, 0.06, name="lamp")], clearance=0.01)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.calibrated import calibrated
+from support.calibrated import calibrated, calibrated_offset
 from support.draw import count, generator
 from support.moves import along, line, moved, refused, slopes_hold
 from support.planned_arms import IIWA
@@ -16,6 +16,7 @@ from armangle.motion.rolling import best_planned, ladder
 TORCH = aa.pose([0.05, 0.0, 0.2], rpy=[0.0, np.radians(45), 0.0])
 """A welding torch: its wire leans by 45 degrees against axis 7."""
 ARMS = (IIWA.with_(tool=TORCH), aa.Arm.from_catalogue("openarm_v10").with_(tool=TORCH))
+OFFSET = tuple(aa.Arm.from_catalogue(name).with_(tool=TORCH) for name in ("franka_fr3", "ufactory_xarm7"))
 POSTURE = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 DENSE = np.linspace(0, 1, 301)
 
@@ -50,7 +51,7 @@ def the_wire_is_held(plan: aa.JointPath, path: aa.Path) -> None:
     assert plan.arm.within_limits(at.q, 1e-9).all()
 
 
-@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("arm", [*ARMS, *OFFSET, aa.Arm.from_catalogue("franka_fr3")])
 def test_no_roll_by_hand_costs_less(arm: aa.Arm) -> None:
     rng, compared = generator(16, 50), 0
     for _ in range(count(2)):
@@ -67,7 +68,7 @@ def test_no_roll_by_hand_costs_less(arm: aa.Arm) -> None:
 
 
 @pytest.mark.turns(2)
-@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("arm", [*ARMS, *OFFSET])
 def test_the_roll_begins_and_ends_with_what_is_given(arm: aa.Arm) -> None:
     rng, proven = generator(16, 51), 0
     for _ in range(count(2)):
@@ -128,7 +129,7 @@ def test_poses_one_and_many() -> None:
     refused(aa.InputError, "take a whole path", aa.step, arm, POSTURE, poses[0], roll="free")
 
 
-@pytest.mark.parametrize("arm", ARMS)
+@pytest.mark.parametrize("arm", [*ARMS, OFFSET[0], calibrated_offset("franka_fr3", 1.0, 1.0)])
 def test_a_followed_path_comes_as_far_as_with_its_own_roll(arm: aa.Arm) -> None:
     rng, further = generator(16, 52), 0
     for _ in range(count(8)):

@@ -137,8 +137,8 @@ CALLS: dict[str, tuple[Callable[[At], Any], ...]] = {
     '`aa.step(fallback="nearest_pose")`': (
         lambda at: aa.step(at.arm, at.q, at.far, fallback="nearest_pose"),
     ),
-    '`aa.follow(roll="free")`, `aa.plan(roll="free")`': (
-        lambda at: aa.follow(at.arm, [at.pose, at.next], start=at.q, roll="free"),
+    '`aa.follow(roll="free")`': (lambda at: aa.follow(at.arm, [at.pose, at.next], start=at.q, roll="free"),),
+    '`aa.plan(roll="free")`': (
         lambda at: aa.plan(at.arm, aa.Line(at.pose, at.next), start=at.q, roll="free"),
     ),
     "`aa.plan`, with `scene` too": (

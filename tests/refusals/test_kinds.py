@@ -38,12 +38,6 @@ def steps(said: str, **asked: Any) -> Rows:
     ]
 
 
-def plan(said: str, **asked: Any) -> Rows:
-    """`plan` with an option."""
-    said = f"plan with {said} is not made for an arm with an offset"
-    return [(said, lambda arm: aa.plan(arm, np.stack([pose(arm)] * 2), **asked))]
-
-
 OFFSET: Rows = [
     ("gradients.margin", lambda arm: aa.gradients.margin(arm, pose(arm))),
     ("gradients.joint_function", lambda arm: aa.gradients.joint_function(arm, pose(arm), 0, 1)),
@@ -51,7 +45,6 @@ OFFSET: Rows = [
     ("reference", lambda arm: arm.with_(reference="stereographic")),
     ("singularity_margin= is not made for", lambda arm: arm.with_(singularity_margin=0.1)),
     (r"resolve is not made for .*: step", lambda arm: aa.resolve(arm, pose(arm), 0.0, 0)),
-    *plan("roll='free'", roll="free"),
 ]
 OWN: Rows = [
     (rf"\b{name}\b.* {CHAIN} of its own: use arm\.", call)
@@ -78,7 +71,6 @@ MIRRORED = aa.Arm(a_1=0.1, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, lower=[-2.
 KINDS: list[tuple[aa.Arm, Rows]] = [
     (aa.Arm.from_catalogue("franka_fr3"), OFFSET),
     (aa.Arm.from_catalogue("franka_fr3"), steps(WRIST, carry="elbow")),
-    (aa.Arm.from_catalogue("franka_fr3"), steps(WRIST, roll="free")),
     (MIRRORED, OFFSET),
     (calibrated("kuka_iiwa7_r800", 1.0, 1.0), OWN),
     (calibrated_offset("franka_fr3", 1.0, 1.0), BOTH),

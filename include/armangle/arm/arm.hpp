@@ -119,13 +119,17 @@ inline Arm make_arm(const ArmParameters& parameters) noexcept {
     return arm;
 }
 
-/// The arm with joint 7 fixed at its current value: a solved pose may have any roll about axis 7.
-inline Arm with_free_roll(const Arm& arm) noexcept {
-    ArmParameters p = arm;
+/// The parameters of an arm with joint 7 fixed at its current value: a solved pose may have any roll about
+/// axis 7.
+inline ArmParameters with_free_roll(ArmParameters p) noexcept {
     p.roll_free = true;
     p.limits.lower[joints - 1] = -infinity;
     p.limits.upper[joints - 1] = infinity;
-    return make_arm(p);
+    return p;
+}
+/// The arm with these parameters.
+inline Arm with_free_roll(const Arm& arm) noexcept {
+    return make_arm(with_free_roll(static_cast<const ArmParameters&>(arm)));
 }
 
 /// Creates an arm of the same kind with other parameters.

@@ -61,6 +61,8 @@ public:
     double towards(const Pose<double>& pose, int gc, const Towards& towards) const noexcept {
         return psi_towards(rows(), self_motion(rows(), pose, configuration(gc)), towards).psi;
     }
+    /// psi belongs to the elbow, which a roll of the tool does not move.
+    double turned_by(double) const noexcept { return 0.0; }
     /// The nearest solution of a pose.
     Nearest nearest(const Pose<double>& pose, const NearestOptions& options,
                     const Scene* scene) const noexcept {

@@ -79,6 +79,18 @@ inline void put(ArcSet& set, Arc arc) noexcept {
     set.arc[at] = arc;
 }
 
+/// Turns all arcs of `set` by an angle (rad).
+inline void turn(ArcSet& set, double angle) noexcept {
+    if (set.full) return;
+    const ArcSet from = set;
+    make_empty(set);
+    for (int i = 0; i < from.count; ++i) {
+        const Arc& a = from.arc[i];
+        const double lower = wrap(a.lower + angle);
+        put(set, {lower, lower + (a.upper - a.lower), a.lower_tag, a.upper_tag});
+    }
+}
+
 /// Inserts an arc into `set` unless it is a single angle.
 inline void push(ArcSet& set, const Arc& arc) noexcept {
     if (!is_isolated(arc)) put(set, arc);

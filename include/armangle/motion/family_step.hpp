@@ -9,6 +9,9 @@
 //     - the nearest value whose joints stay in the box, in this branch or one that meets it
 //     - a solution within the box from the joints themselves: where branches merge arcs leave it out
 //     - under bounds: as far towards a solution as they allow; out of reach, if requested: the nearest pose
+//
+// With a free roll the pose is turned about its own z axis to the roll of the present joints, no condition
+// holds joint 7, and in the result it keeps its value.
 #pragma once
 
 #include "../limits/approach.hpp"
@@ -23,6 +26,12 @@ namespace armangle {
 
 namespace detail {
 
+/// The angle (rad) by which a pose turns about its own z axis to come nearest to the orientation of another.
+inline double roll_towards(const Pose<double>& other, const Pose<double>& pose) noexcept {
+    const auto &a = other.rotation, &b = pose.rotation;
+    return atan2(dot(a.x, b.y) - dot(a.y, b.x), dot(a.x, b.x) + dot(a.y, b.y));
+}
+
 /// Computes one step of an arm of any kind; each member below tries one possibility.
 template <stepping_family F>
 class FamilyStep {
@@ -34,7 +43,8 @@ public:
         : family_(family),
           rows_(family.rows()),
           q_now_(q_now),
-          pose_{orthonormal(pose.rotation), pose.position},
+          roll_(rows_.roll_free ? roll_towards(tool_pose(family.arm(), q_now), pose) : 0.0),
+          pose_(rolled(pose)),
           options_(options),
           bounds_(options.bounds ? *options.bounds : no_bounds),
           policy_(options.policy),
@@ -72,6 +82,17 @@ public:
     }
 
 private:
+    /// A pose with an exact rotation, turned by roll_.
+    Pose<double> rolled(const Pose<double>& pose) const noexcept {
+        const Pose<double> exact{orthonormal(pose.rotation), pose.position};
+        return rows_.roll_free ? turned_about_z(exact, sin_cos(roll_)) : exact;
+    }
+
+    /// Puts joint 7 back to its present value in joints that solve the pose, if the roll is free.
+    void hold_roll(double* q) const noexcept {
+        if (rows_.roll_free) q[joints - 1] = q_now_[joints - 1];
+    }
+
     /// Whether the redundant parameter may keep its value without computing the arcs, because the policy
     /// holds it.
     bool holds() const noexcept {
@@ -163,6 +184,10 @@ private:
             out.lower[j] = q_now_[j] + moves.lower[j];
             out.upper[j] = q_now_[j] + moves.upper[j];
         }
+        if (rows_.roll_free) {  // joint 7 is independent of the pose
+            out.lower[joints - 1] = -infinity;
+            out.upper[joints - 1] = infinity;
+        }
         return true;
     }
 
@@ -211,9 +236,10 @@ private:
     /// `wish` by its value; false if there is none, or no such part is given.
     bool on_ahead(double& wish, Step& out) noexcept {
         if (!options_.ahead) return false;
-        ArcSet both;
-        intersect(*options_.ahead, kept_, both);
-        const ArcSet& part = both.empty() ? *options_.ahead : both;
+        ArcSet ahead = *options_.ahead, both;
+        if (roll_ != 0) turn(ahead, family_.turned_by(roll_));
+        intersect(ahead, kept_, both);
+        const ArcSet& part = both.empty() ? ahead : both;
         const double there = wish_ahead(open_, policy_, &part, now_.lambda);
         if (is_nan(there)) return false;
         wish = there;
@@ -267,7 +293,9 @@ private:
             found = solve_locally(family_.arm(), limits, from, pose_, {}, 0.0, rounds);
             return meets(family_.arm(), found);
         });
-        return meets(family_.arm(), found) && offer(found.at.q, out);
+        if (!meets(family_.arm(), found)) return false;
+        hold_roll(found.at.q);
+        return offer(found.at.q, out);
     }
 
     /// Writes the step to joints q, which solve the pose, to `out`; false if bounds, branch, allowed arcs or
@@ -294,8 +322,9 @@ private:
         asked.allowed = options_.allowed;
         for (const Metric metric : {Metric::l2, Metric::max}) {
             asked.metric = metric;
-            const Nearest found = family_.nearest(pose_, asked, scene_);
+            Nearest found = family_.nearest(pose_, asked, scene_);
             if (!is_solved(found.status)) return false;
+            hold_roll(found.q);
             const bool leaps = found.gc != own_ && !passes(family_.arm(), q_now_, found.q);
             if (!leaps && offer(found.q, out)) return true;
         }
@@ -363,6 +392,7 @@ private:
     bool advance(Status why, Step& out) noexcept {
         double to[joint_slots], way[joints];
         if (!heading(to, why)) return false;
+        hold_roll(to);
         if (offer(to, out)) return true;
         for (int j = 0; j < joints; ++j) way[j] = to[j] - q_now_[j];
         const double k = pace(way, bounds_.dt, bounds_.velocity, bounds_.acceleration);
@@ -404,6 +434,7 @@ private:
             to = nearest.at;
             rests = size(off, length) <= nearest.distance + tuning.same;
         }
+        hold_roll(to.q);
         double way[joints];
         for (int j = 0; j < joints; ++j) way[j] = rests ? 0.0 : to.q[j] - q_now_[j];
         Step out{};
@@ -471,6 +502,7 @@ private:
     const F& family_;
     const Arm& rows_;
     const double* q_now_;
+    const double roll_;  // rad that the pose is turned about its own z axis
     const Pose<double> pose_;
     const StepOptions& options_;
     const Bounds& bounds_;
@@ -494,7 +526,9 @@ template <stepping_family F>
 Step step(const F& family, const double* q_now, const Pose<double>& pose,
           const StepOptions& options) noexcept {
     if (!is_rigid(pose) || !is_finite(q_now)) return detail::refused(family.rows(), q_now, options.dt);
-    return detail::FamilyStep<F>(family, q_now, pose, options)();
+    Step out = detail::FamilyStep<F>(family, q_now, pose, options)();
+    if (family.rows().roll_free) out.psi = family.on(out.q, pose, Carry::psi).lambda;
+    return out;
 }
 
 }  // namespace armangle

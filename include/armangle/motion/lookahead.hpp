@@ -103,6 +103,10 @@ struct FamilySections {
             narrow.lower[j] = q[j] + box.lower[j];
             narrow.upper[j] = q[j] + box.upper[j];
         }
+        if (rows().roll_free) {  // joint 7 is independent of the pose
+            narrow.lower[joints - 1] = -infinity;
+            narrow.upper[joints - 1] = infinity;
+        }
         arcs_within(to, narrow, out);
     }
 

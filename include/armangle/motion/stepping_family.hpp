@@ -21,6 +21,8 @@ namespace armangle {
 ///   meetings()                     where branches meet that differ in bit 0, 1 or 2 of their index
 ///   hinges()                       joints whose neighbours turn about one axis where their angle is 0 or pi
 ///   towards(pose, gc, towards)     the value that a wish for the elbow means; NaN if all are equally good
+///   turned_by(roll)                what the number grows by in the same postures where a pose with a free
+///                                  roll is turned by `roll` about its own z axis
 ///   nearest(pose, options, scene)  the solution nearest to given joints
 /// Poses are exact: their rotations are.
 template <class F>
@@ -36,6 +38,7 @@ concept stepping_family =
         { f.meetings() } -> std::same_as<BranchMeetings>;
         { f.hinges() } -> std::convertible_to<std::span<const int>>;
         { f.towards(pose, 0, Towards{}) } -> std::same_as<double>;
+        { f.turned_by(0.0) } -> std::same_as<double>;
         { f.nearest(pose, options, scene) } -> std::same_as<Nearest>;
     };
 

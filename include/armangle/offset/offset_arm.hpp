@@ -53,6 +53,7 @@ inline int robot_joint(const OffsetArm& arm, int j) noexcept { return arm.mirror
 inline OffsetArm make_offset_arm(const ArmParameters& parameters, double offset, bool mirrored) noexcept {
     ArmParameters rest = parameters;
     rest.base = rest.tool = identity_pose();
+    rest.roll_free = false;  // the formulas have all joints
     if (mirrored) {
         rest.d_bs = parameters.d_wf;
         rest.d_se = parameters.d_ew;
@@ -74,6 +75,11 @@ inline OffsetArm make_offset_arm(const ArmParameters& parameters, double offset,
 /// Creates an arm with other parameters and the same offset.
 inline OffsetArm remade(const OffsetArm& arm, const ArmParameters& parameters) noexcept {
     return make_offset_arm(parameters, arm.mirrored ? -arm.a_6 : arm.a_6, arm.mirrored);
+}
+
+/// The arm with joint 7 fixed at its current value: a solved pose may have any roll about axis 7.
+inline OffsetArm with_free_roll(const OffsetArm& arm) noexcept {
+    return remade(arm, with_free_roll(static_cast<const ArmParameters&>(arm.own)));
 }
 
 /// Returns the same arm within other limits, in the robot's order.

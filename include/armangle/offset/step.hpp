@@ -56,9 +56,25 @@ public:
     double towards(const Pose<double>& pose, int gc, const Towards& towards) const noexcept {
         return psi_towards(nominal_offset(*arm_), pose, gc, towards).psi;
     }
-    /// The nearest solution of a pose.
+    /// How much farther (rad) the free joint stands in the same postures of a pose that is turned by `roll`
+    /// (rad) about its own z axis, axis 7.
+    double turned_by(double roll) const noexcept {
+        if (nominal_offset(*arm_).mirrored) return 0.0;
+        return rows().sign[joints - 1] * (rows().tool.rotation.z.z < 0 ? -roll : roll);
+    }
+    /// The nearest solution of a pose. If its roll is free, joint 7 costs nothing, and its value is that of
+    /// the pose.
     Nearest nearest(const Pose<double>& pose, const NearestOptions& options,
                     const Scene* scene) const noexcept {
+        if constexpr (std::same_as<AnyArm, OffsetArm>) {
+            if (rows().roll_free) {
+                OffsetArm whole = *arm_;
+                whole.own.roll_free = false;
+                NearestOptions others = options;
+                others.weight[joints - 1] = 0.0;
+                return nearest_posture(whole, pose, others, scene);
+            }
+        }
         return nearest_posture(*arm_, pose, options, scene);
     }
 

@@ -46,7 +46,6 @@ from .interval_diagnosis import branches_by_intervals
 _NO_FIELDS = ("d_4", "chain", "reference")
 _INSTEAD = {
     "resolve": "step chooses the next value of the free joint, and the joints",
-    "roll=": "arm.solve(roll='free') finds the best roll of a pose",
     "carry=": "psi is the value of a joint of this arm",
 }
 

@@ -132,7 +132,7 @@ def follow(
         )
     path, s, frames = _sampled(None if isinstance(arm, OffsetArm) else arm._handle, poses, blend, samples)
     joints = one_posture("start", start)
-    laddered, told = not isinstance(arm, OffsetArm) and is_laddered(arm, roll), as_progress(progress)
+    laddered, told = is_laddered(arm, roll), as_progress(progress)
     if laddered and len(frames):
 
         def followed(rung: Rung, tell: Progress) -> JointPath:
@@ -156,7 +156,7 @@ def follow(
     hint_step(max_joint_step)
     window = _window(lookahead, len(frames))
     if isinstance(arm, OffsetArm):
-        check_offset(roll, carry)
+        check_offset(arm, roll, carry, policy, allowed)
     options = _core.FollowOptions(
         native, branch, CARRIES[kept], most, margin, time, beyond == "nearest",
         on_fail=failing, lookahead=window,

@@ -16,7 +16,6 @@ from .._arrays import (
     as_floats,
     as_number,
     as_poses,
-    chosen,
     hint_degrees,
     one_posture,
 )
@@ -31,10 +30,9 @@ from ..arm.diagnosis import Diagnosis, Verdict, branch_of
 from ..arm.joint_map import to_q
 from ..arm.keywords import names_keywords
 from ..arm.offset import OffsetArm
-from ..arm.offset import unsupported as offset_lacks
 from ..arm.offset_chain import OffsetChainArm
 from ..arm.offset_chain import unsupported as unsupported_chain
-from ..arm.roll import ROLLS, Roll, last_margin
+from ..arm.roll import Roll, last_margin
 from ..errors import InputError, SceneError
 from ..scenes.moving import ready_each, scenes_at
 from ..scenes.ready import Ready
@@ -206,11 +204,12 @@ def plan(
         "free": joint 7 keeps its value in `start` (or `goal`), or else the middle of its limits, and poses
         have any roll about axis 7: drills, welding torches, suction cups. No roll is tried, because joints 1
         to 6 do not depend on it. ``certified`` covers them, and ``poses`` and `JointPath.at` give the poses
-        reached. If the tool's z axis is not axis 7, rolls are tried: 72 constant turns about it, and the plan
-        of least cost is returned; if none is feasible, turns that grow linearly along the path. With `start`
-        or `goal` the roll there is theirs, and 73 equally spaced rates up to half a turn are tried. Each has
-        exact arcs and its own certificate; rolls between are not tried. That takes the time of up to 144
-        plans. If no roll is feasible, the diagnosis is that of the one that comes furthest.
+        reached. If the tool's z axis is not axis 7, or the arm has an offset, rolls are tried: 72 constant
+        turns about it, and the plan of least cost is returned; if none is feasible, turns that grow linearly
+        along the path. With `start` or `goal` the roll there is theirs, and 73 equally spaced rates up to
+        half a turn are tried. Each has exact arcs and its own certificate; rolls between are not tried. That
+        takes the time of up to 144 plans. If no roll is feasible, the diagnosis is that of the one that comes
+        furthest.
     progress : function (done, total), or bool, optional
         Called some times a second with the number of finished thousandths: branches searched, choices proven,
         rolls tried; True: a bar on stderr.
@@ -229,7 +228,7 @@ def plan(
     SceneError
         If the arm has no collision model, or the scene names an unknown link.
     UnsupportedError
-        For an arm with an offset wrist or shoulder, with a free roll.
+        For an arm on its own chain with an offset wrist or shoulder, or with any chain if obstacles move.
 
     Source: Faria et al. (2018), Eqs. (12)-(35), over a whole path.
     """
@@ -248,14 +247,12 @@ def plan(
             raise InputError(f"objective is {objective!r:.100}, wanted an Objective")
         if isinstance(arm, OffsetChainArm):
             raise unsupported_chain("plan", "follow does, step by step and without proof")
-        if isinstance(arm, OffsetArm):
-            _refuse(roll)
         rows = _rows(whole, samples)
         kept = _limit_margin(arm, limit_margin)
         first = None if start is None else one_posture("start", start, arm._handle)
         last = None if goal is None else one_posture("goal", goal, arm._handle)
         arm._handle.check_poses(whole.pose(rows), "path")
-        if is_laddered(arm, roll):
+        if is_laddered(arm, roll) or (roll == "free" and isinstance(arm, OffsetArm)):
 
             def planned_rolled(turned: Path, tell: Progress) -> JointPath:
                 """Return the plan of the path with another roll."""
@@ -335,12 +332,6 @@ def plan(
             rows = np.append(rows_between(arm, curve, rows[led], ROW_STEP), rows[~led])
         beside = tuple(scenes_at(scene or arm.scene, rows.tolist()))
         return _result(arm, whole, rows, curve, diagnosis, ok, open_, beside)
-
-
-def _refuse(roll: Roll) -> None:
-    """Raise for the option that an arm with an offset wrist or shoulder does not support."""
-    if chosen("roll", roll, ROLLS) != "pose":
-        raise offset_lacks("plan with roll='free'", "give the roll in the poses")
 
 
 def _taken(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:

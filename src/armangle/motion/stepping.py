@@ -209,7 +209,7 @@ def step(
     Without bounds nothing moves; with obstacles neither, because that line may not be collision-free.
 
     For an arm with an offset wrist or shoulder psi is the value of joint 7 or 1, and branches meet at θ₂ = 0,
-    at the stretched elbow and at the fold; ``carry`` and ``roll`` are not supported.
+    at the stretched elbow and at the fold; ``carry`` is not supported.
 
     Parameters
     ----------
@@ -254,7 +254,7 @@ def step(
     roll : "pose" or "free"
         "free": joint 7 is constant, and the pose has any roll about axis 7: drills, welding torches, suction
         cups. This roll moves joint 7 least, and no pose is rejected for its roll. The tool's z axis must be
-        axis 7.
+        axis 7. If psi is joint 7 it is constant too, and neither `allowed` nor ``Towards(psi=)`` applies.
 
     Returns
     -------
@@ -307,7 +307,7 @@ def step(
         arcs = one_allowed(allowed, as_poses("pose", pose, handle))
     bounds = None
     if isinstance(arm, OffsetArm):
-        check_offset(roll, carry)
+        check_offset(arm, roll, carry, policy, allowed)
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
     about = None if arm._ready is None else arm._ready.handle
