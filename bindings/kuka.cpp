@@ -42,8 +42,9 @@ void kuka_inverse(const ArmHandle& self, Floats pose, Floats e1, Ints status, Fl
                 });
 }
 
-/// Redistributes the undetermined rotations of one configuration (7,) so that it has the given Turn; false if
-/// that is impossible.
+/// Redistributes in q (7,) the rotations that a singular configuration leaves undetermined, so that these
+/// joints have their signs of Turn; each keeps the value of the seed (null: the middle of its range) if it
+/// can. False, with q unchanged, if nothing is undetermined or no distribution exists.
 bool kuka_share_turns(const ArmHandle& self, Floats q, Floats seed, int turn) {
     const Buffer at(q, true);
     Buffer near;

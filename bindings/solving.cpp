@@ -136,8 +136,8 @@ private:
     std::vector<ArcSet> allowed_;
 };
 
-/// The nearest solution. If `length` is not 0 and there is none, the configuration of the nearest reachable
-/// pose.
+/// The nearest solution. If there is none and `length` (m for a radian) is not 0, the configuration of the
+/// nearest reachable pose in any branch, whose status is the reason why there is no solution.
 Nearest answer(const Arm& arm, const LimitTable& limits, const Pose<double>& pose, const NearestOptions& o,
                double length) noexcept {
     return length > 0 ? nearest_outside(arm, limits, pose, o, length) : nearest_posture(arm, limits, pose, o);
@@ -153,8 +153,8 @@ Nearest solved(const A& arm, const KeptOff& kept, const Pose<double>& pose,
                const NearestOptions& o) noexcept {
     return nearest_posture(arm, pose, o, kept.scene);
 }
-/// The nearest solution. If `length` is not 0 and there is none, the configuration of the nearest reachable
-/// pose.
+/// The nearest solution. If there is none and `length` (m for a radian) is not 0, the configuration of the
+/// nearest reachable pose in any branch, whose status is the reason why there is no solution.
 template <class A>
 Nearest answer(const A& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
                double length) noexcept {

@@ -122,7 +122,9 @@ Step next_step(const Handle& self, double margin, const double* q, const Pose<do
     return step(steps_of(self, margin), q, pose, options);
 }
 
-/// Corrects a pose of this relative precision if only its rounding makes it unreachable.
+/// Removes the rounding (relative, `precision`) of a pose: makes its rotation exact, and moves a wrist that
+/// only rounding puts beyond the reach or the limit of joint 4 back to it, unless the arm has an offset.
+/// Precision 0: the pose unchanged.
 template <class Handle>
 Pose<double> as_meant(const Handle& self, const Pose<double>& pose, double precision) noexcept {
     return precision > 0 ? within_rounding(reaching(self.arm), pose, precision) : pose;

@@ -420,7 +420,7 @@ private:
         return offer_and_slope(gc, psi, solution_at(gc, psi));
     }
     /// Keeps a given posture at a psi if it is the best so far, and returns dcost/dpsi there; NaN if it is
-    /// not within the limits.
+    /// beyond the limits, and is not kept, or singular.
     double offer_and_slope(int gc, double psi, const PointSolution& at) noexcept {
         offer(gc, psi, at);
         if (!at.kept) return not_a_number;

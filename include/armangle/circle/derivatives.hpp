@@ -49,7 +49,7 @@ struct Pull {
     T psi;
 };
 
-/// Writes the seven numbers of a gradient to a row.
+/// Writes a gradient to a row: by the linear velocity (3), by the angular velocity (3), by psi.
 template <class T>
 ARMANGLE_INLINE void store_pull(const Pull<T>& p, T (&row)[joints]) noexcept {
     const T all[joints] = {p.linear.x, p.linear.y, p.linear.z, p.angular.x, p.angular.y, p.angular.z, p.psi};

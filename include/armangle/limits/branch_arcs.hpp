@@ -77,8 +77,8 @@ protected:
         return moved_on.status != Status::OK && meets_it ? out : moved_on;
     }
 
-    /// The limits of a search near a configuration. If branches are restricted, joints 2, 4 and 6 keep the
-    /// signs of gc.
+    /// The limits of a search from q: those of the arm, with joints 2, 4 and 6 on the sides of q and off
+    /// their singularities by the margin, if there is one; if branches are restricted, on the sides of gc.
     Limits sides_of(int gc, const Joints& q) const noexcept {
         Limits out = arm_.limits;
         if (limits_.margin > 0) keep_off_singular(arm_, q.q, limits_.margin, out);

@@ -64,9 +64,9 @@ inline Status tell_ends(const LimitTable& t, const JointFunctions<double>& shoul
     return out.empty() ? Status::LIMITS : Status::OK;
 }
 
-/// Whether the first and last joint of a side (0: shoulder, 1: wrist) keep their limits if they rotate around
-/// one axis. The pose determines only theta_last + theta_first, or theta_last - theta_first if the joint
-/// between them is at pi.
+/// Whether the first and last joint of a side (0: shoulder, 1: wrist) keep their limits, up to `slack` (rad),
+/// if they rotate around one axis. The pose determines only theta_last + theta_first, or theta_last -
+/// theta_first if the joint between them is at pi.
 inline bool can_share(const LimitTable& t, const Directions<double>& d, int side, double slack) noexcept {
     const int first = 4 * side, last = first + 2;
     const double way = d.x[first + 1] < 0 ? -1.0 : 1.0;

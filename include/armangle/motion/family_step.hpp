@@ -402,8 +402,9 @@ private:
         return true;
     }
 
-    /// The step without a solution: to the nearest pose if that is requested and the pose is out of reach or
-    /// beyond limits, otherwise none.
+    /// The step if no solution is found: to the nearest pose if that is requested, there is no scene, and
+    /// `why` is the place of the pose (out of reach, limits, singular, no convergence). Otherwise the arm
+    /// stays, or brakes if accelerations are bounded, with status `why`.
     Step without(Status why) const noexcept {
         return options_.nearest && !options_.scene && is_beyond(why) ? to_nearest(why) : stayed(why);
     }

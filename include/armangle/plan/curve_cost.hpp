@@ -70,7 +70,7 @@ public:
                wish_cost(angle - wished_angle(task_.arm, *task_.wish, flange, m, s));
     }
 
-    /// The objective of a curve, summed over samples.
+    /// The objective of a curve: its integral over s, from samples in each stretch; finite beyond limits too.
     double objective(const Curve& drawn) const noexcept {
         double near = 0;
         for (const Stretch& x : drawn.stretches)

@@ -193,7 +193,9 @@ public:
         return assemble<2>(control_, here_);
     }
 
-    /// The objective of a curve on the breaks of the quadrature; infinite if it violates limits.
+    /// The objective, with the cost that enforces limits, of the curve with these spline coefficients of phi
+    /// (rad) on the breaks; infinite beyond limits. From now on `quadrature`, which must outlive the object,
+    /// is the present one.
     double objective_of(const Quadrature& quadrature, const std::vector<double>& control) {
         quadrature_ = &quadrature;
         return assemble<0>(control, there_) ? there_.energy : infinity;

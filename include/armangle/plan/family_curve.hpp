@@ -59,7 +59,8 @@ struct FamilyCurve {
     }
 };
 
-/// Computes the joints at the ends of every stretch, continuous from q0 on.
+/// Writes the joints and psi at both ends of every stretch: each joint in the revolution nearest to the
+/// previous end, the first one to q0.
 template <class F>
 void lift_stretches(const FamilyCurve<F>& curve, std::span<Stretch> stretches, const double* q0) noexcept {
     double q[joints];

@@ -188,7 +188,8 @@ public:
         for (int k = 0; k < scene_.own_count && !out_.all; ++k) own_pair(scene_.own[k]);
     }
 
-    /// The pair of a tool shape and a ground shape that touch at this pose; 0 if there is none.
+    /// The first pair of a tool shape and a ground shape that are nearer than the clearance of the scene at
+    /// this pose, without pairs that may touch; 0 if there is none.
     Tag held_against_ground() const noexcept { return held_contact(scene_, axis_ * frames_.flange); }
 
 private:

@@ -545,7 +545,7 @@ class ArcSet:
         return ArcSet._from_core(a.shape, (count, psi, joint, side, value, status, pair, None, coarse, names))
 
     def _less(self, other: ArcSet) -> ArcSet:
-        """Return the difference of two sets, without the single points where both only touch."""
+        """Return the part of this set outside another one, without its isolated angles."""
         left = self & ~other
         wide = left._psi[:, 1] > left._psi[:, 0]
         of = np.repeat(np.arange(len(left._count)), left._count)[wide]

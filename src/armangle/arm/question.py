@@ -113,7 +113,7 @@ class Question:
 
 
 def relaxing_length(fallback: Fallback, length: float, *narrowed: object) -> float:
-    """Return the length (m) for which a position error counts like 1 rad; 0 if fallback is None."""
+    """Return `length` (m), which counts like 1 rad; 0 without fallback, which excludes all `narrowed`."""
     metres = as_number("length", length, 0.0, _LONGEST, low_open=True)
     if fallback is None:
         return 0.0

@@ -183,7 +183,7 @@ def _command(name: str) -> Command:
 
 
 def _formatter(prog: str) -> argparse.HelpFormatter:
-    """Return the layout of help texts."""
+    """Return the format of help texts: 79 columns, with the line breaks of their descriptions."""
     return argparse.RawDescriptionHelpFormatter(prog, max_help_position=26, width=79)
 
 

@@ -89,7 +89,7 @@ def repulsion(
 
 
 def _change(policy: Policy, arcs: ArcSet, psi: Floats, dt: float | None) -> Floats:
-    """Return by how much a policy moves each arm angle psi in one step, rad."""
+    """Return by how much a policy moves each psi in a step of dt s, rad in [-pi, pi); NaN: no answer."""
     out, code = np.empty(len(psi)), np.empty(len(psi), dtype=np.int8)
     index = np.zeros(len(psi), dtype=np.int64)
     if isinstance(policy, Towards) and policy.psi is None:
