@@ -119,12 +119,14 @@ def feasible(arm: Arm, pose: ArrayLike, gc: int) -> tuple[ArcSet, Floats]:
 
     Raises
     ------
-    InputError
+    InputError, UnsupportedError
+        UnsupportedError for an arm with a scene.
     """
     frame = one_pose("pose", pose, arm._handle)
     branch = as_gc(gc)
     if branch.ndim:
         raise InputError(f"gc has shape {branch.shape}, wanted one integer")
+    _refuse_scene(arm, "feasible")
     arcs = arm.feasible(frame, branch[()])
     out = np.full((int(arcs.count), 2, 6), np.nan)
     arm._handle.end_slopes_one(frame, int(branch), arm.singularity_margin, out)
@@ -285,10 +287,7 @@ def solve(
     derivative_many = arm._handle.solution_derivative_many
     if chosen("prefer", prefer, ("seed", "margin")) == "seed" and seed is None:
         prefer = "margin"
-    if arm.scene is not None:
-        raise UnsupportedError(
-            "gradients.solve is not made for an arm with a scene: use arm.with_(scene=None)"
-        )
+    _refuse_scene(arm, "solve")
     found = arm.solve(pose, seed, weight=weight, prefer=prefer, gc=gc)
     poses = as_poses("pose", pose, arm._handle)
     near = np.zeros(JOINTS) if seed is None else as_floats("seed", seed, (JOINTS,))
@@ -331,3 +330,11 @@ def joint_function(arm: Arm, pose: ArrayLike, gc: int, joint: int) -> JointFunct
         raise InputError(f"joint is {joint!r}, wanted an integer from 1 to 7")
     found = arm._handle.joint_function(frame, int(index), int(joint) - 1)
     return JointFunction(found, (arm, frame, int(index)), int(joint))
+
+
+def _refuse_scene(arm: Arm, name: str) -> None:
+    """Raise UnsupportedError if the arm has a scene: ends at obstacles have no derivatives."""
+    if arm.scene is not None:
+        raise UnsupportedError(
+            f"gradients.{name} is not made for an arm with a scene: use arm.with_(scene=None)"
+        )

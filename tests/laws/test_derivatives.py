@@ -196,8 +196,10 @@ def test_a_solution_without_a_derivative_has_none() -> None:
     far, singular = aa.pose([9.0, 0, 0]), arm.forward(HOME)[0]
     assert np.isnan(aa.gradients.solve(arm, [far, singular], HOME)).all(axis=(1, 2)).all()
     body = aa.Body.bones(upper_arm=0.09, forearm=0.08)
-    with pytest.raises(aa.UnsupportedError, match="scene"):
-        aa.gradients.solve(arm.with_(body=body, scene=aa.Scene([aa.Ball([1.0, 0, 0], 0.1)])), singular, HOME)
+    guarded = arm.with_(body=body, scene=aa.Scene([aa.Ball([1.0, 0, 0], 0.1)]))
+    for asked in (aa.gradients.solve, aa.gradients.feasible):
+        with pytest.raises(aa.UnsupportedError, match="scene"):
+            asked(guarded, singular, HOME if asked is aa.gradients.solve else 2)
 
 
 def test_the_best_margin_of_what_is_not_held_has_no_gradient() -> None:
