@@ -293,6 +293,44 @@ def test_of_a_parked_posture_nothing_nearer_is_missed_where_the_answer_says_ok(a
     assert found.ok.all() and (farther < 1e-6).mean() > 0.9  # what is not proven is the nearest nearly always
 
 
+@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
+def test_of_a_parked_posture_on_further_limits_nothing_nearer_is_missed(arm: aa.Arm) -> None:
+    """Limits meet folds and shared turns there, in places where an arc is narrower than any that is found."""
+    rng = np.random.default_rng(29)
+    missed = []
+    for q in parked(arm, rng, count(150)):
+        spare = 4.0 * rng.integers(0, 2)  # more than a turn
+        lower, upper = np.maximum(arm.lower, -7.0) - spare, np.minimum(arm.upper, 7.0) + spare
+        side = rng.integers(0, 4, 7)
+        lower, upper = np.where(side == 0, q, lower), np.where(side == 1, q, upper)
+        own = arm.with_(lower=np.where(upper - lower < 0.1, q - 1.0, lower), upper=upper)
+        seed = np.clip(q + rng.normal(size=7) * 10.0 ** rng.uniform(-9, 0), own.lower, own.upper)
+        found = own.solve(own.forward(q)[0], seed)
+        assert found.ok or found.status == aa.Status.NEAR_SINGULAR, q.tolist()  # axis 5 anywhere
+        if found.status == aa.Status.OK and found.distance - np.linalg.norm(q - seed) > 1e-6:
+            missed.append((q.tolist(), seed.tolist(), found.distance))
+    assert not missed
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
+def test_every_end_and_middle_of_an_arc_has_a_posture(arm: aa.Arm) -> None:
+    rng = np.random.default_rng(31)
+    q = parked(arm, rng, count(60))
+    q = np.clip(
+        q + 10.0 ** rng.uniform(-13, -4, q.shape) * rng.choice([-1, 0, 1], q.shape), arm.lower, arm.upper
+    )
+    pose = arm.forward(q)[0]
+    arcs = arm.feasible(pose)
+    for i in range(len(q)):
+        for gc in range(8):
+            ends = np.asarray(arcs[i, gc].intervals).reshape(-1, 2)
+            at = np.concatenate([ends[:, 0], ends[:, 1], ends.mean(axis=1)])
+            found = arm.inverse(pose[i], at, np.full(len(at), gc), limits=False, on_error="nan")
+            assert np.isfinite(found).all(), (q[i].tolist(), gc)
+            wide = np.repeat(ends[None, :, 1] - ends[None, :, 0] > 1e-3, 3, axis=0).ravel()
+            assert (arm.limit_margin(found[-len(ends) :][wide[-len(ends) :]]) > 0).all()
+
+
 def test_a_seed_at_the_end_of_the_turns_is_answered_on_its_turn() -> None:
     """Rounding may put joints of that answer just beyond their limits: it is no turn away."""
     arm = aa.Arm.from_catalogue("ufactory_xarm7")

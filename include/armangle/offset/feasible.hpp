@@ -111,6 +111,23 @@ public:
             if (may_be(1, cosine > 0 ? 0.0 : pi)) tell(forms_.straight(cosine));
     }
 
+    /// Calls take(lower, upper) for the places of branch gc with more than one root: arcs between those are
+    /// not looked for. A place is narrow, but at a fold the joints move by the root of its width.
+    template <class Take>
+    void crowded(int gc, const Take& take) noexcept {
+        const double elbow = configuration(gc).elbow;
+        Circle& circle = circle_[elbow > 0];
+        if (!circle.made) make_circle(elbow, circle);
+        for (int i = 0; i < circle.count; ++i) {
+            const Place& place = circle.place[i];
+            if (place.roots < 2 || undecided(place)) continue;
+            const double p = to_q(place.lower, arm_.rest.sign[6], arm_.rest.offset[6]),
+                         q = to_q(place.upper, arm_.rest.sign[6], arm_.rest.offset[6]),
+                         lower = wrap(min(p, q));
+            take(lower, lower + abs(q - p));
+        }
+    }
+
 private:
     static constexpr int most_places = 256, most_forms = 2 * ThetaRanges::capacity + 3, most_cells = 1024;
 
@@ -500,6 +517,17 @@ private:
             if (any(changed)) f_a = select(changed, margin(branch.motion, a, which).asked, f_a);
             going = going & (abs(at - before) > still) & (abs(a - b) > still) & !(now.least == zero);
         }
+        // the last value may be outside while the bracket is wide: where two limits meet, or at a fold
+        auto outside = margin(branch.motion, at).least < RootLanes(-tolerance::reach);
+        while (any(outside)) {
+            const RootLanes middle = half * (a + at);
+            const auto inside = margin(branch.motion, middle).least >= zero;
+            const auto wide = abs(a - at) > still;
+            a = select(outside & inside, middle, a);
+            at = select(outside & !inside, middle, at);
+            at = select(outside & !wide, a, at);
+            outside = outside & wide;
+        }
         for (int i = 0; i < count; ++i) {
             const int k = end[i].segment;
             (end[i].is_lower ? branch.lower : branch.upper)[k] = at[i];
@@ -530,6 +558,10 @@ private:
             upper = value + step;
         }
         if (!(best >= -tolerance::isolated)) return;
+        Directions<double> there;  // limits may be touched within their tolerance, but a posture must exist
+        if (directions(arm_, exact_, to_q(value, arm_.rest.sign[6], arm_.rest.offset[6]), branch.gc, nullptr,
+                       there) != Status::OK)
+            return;
         branch.exists = true;
         const Tag tag = tag_of(at.which[0]);
         add(value, value, tag, tag, branch.pieces);

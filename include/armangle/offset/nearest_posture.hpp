@@ -315,9 +315,13 @@ private:
             ProvenArcs found;
             arcs.find(gc, std::popcount(options_.branches & every & ~((1u << gc) - 1u)), found);
             for (int i = 0; i < found.open.count; ++i) remember_open(gc, found.open.arc[i]);
-            for (int i = 0; i < found.arcs.count; ++i)  // values that are feasible by themselves
-                if (!(found.arcs.arc[i].upper > found.arcs.arc[i].lower))
-                    remember_shared(gc, found.arcs.arc[i].lower);
+            arcs.crowded(gc, [&](double lower, double upper) { remember_open(gc, {lower, upper, 0, 0}); });
+            for (int i = 0; i < found.arcs.count; ++i) {
+                const Arc& arc = found.arcs.arc[i];
+                if (arc.upper > arc.lower) continue;  // a value that is feasible by itself
+                remember_shared(gc, arc.lower);
+                remember_open(gc, arc);
+            }
             Tag blocking = 0;
             if (scene_) keep_clear(offset_, *scene_, pose_, gc, found, blocking, false, {}, &left_open_[gc]);
             arcs_[gc] = found.arcs;

@@ -78,6 +78,39 @@ inline void share_turn(const OffsetArm& arm, const double* seed, double straight
     d.x[2] = x;
 }
 
+/// Joints `first` and `last` (0..6) rotate around one axis, so that the pose determines theta_last + way *
+/// theta_first alone, way = 1 or -1. Moves as little turn as possible from one to the other for both to be
+/// within their limits; changes nothing if no share is.
+[[gnu::noinline, gnu::cold]] inline void share_within(const Arm& arm, int first, int last, double way,
+                                                      double* q) noexcept {
+    const Limits& limits = arm.limits;
+    const double sign[] = {arm.sign[first], -way * arm.sign[last]};
+    const double slacks[] = {0.0, tolerance::isolated};
+    for (const double slack : slacks) {
+        double least = infinity, to[2] = {q[first], q[last]};
+        for (int m = -2; m <= 2; ++m)
+            for (int n = -2; n <= 2; ++n) {
+                const int joint[] = {first, last}, turns[] = {m, n};
+                double lower = -pi, upper = pi;
+                for (int k = 0; k < 2; ++k) {
+                    const double at = q[joint[k]] + two_pi * turns[k];
+                    const double a = sign[k] * (limits.lower[joint[k]] - slack - at),
+                                 b = sign[k] * (limits.upper[joint[k]] + slack - at);
+                    lower = max(lower, min(a, b));
+                    upper = min(upper, max(a, b));
+                }
+                const double moved = min(max(0.0, lower), upper);
+                if (!(lower <= upper && abs(moved) < least)) continue;
+                least = abs(moved);
+                for (int k = 0; k < 2; ++k) to[k] = q[joint[k]] + two_pi * turns[k] + sign[k] * moved;
+            }
+        if (!(least < infinity)) continue;
+        q[first] = to[0];
+        q[last] = to[1];
+        return;
+    }
+}
+
 }  // namespace detail
 
 /// Computes the directions of all joints, in the robot's order, for a pose with an exact rotation, a value of
@@ -120,6 +153,16 @@ inline Inverse inverse(const OffsetArm& arm, const Pose<double>& pose, double fr
     if (out.status != Status::OK) return out;
     const Joints found = joints_within_limits(arm.own, d, seed);
     for (int j = 0; j < joints; ++j) out.q[j] = found.q[j];
+    out.margin = limit_margin(arm.own.limits, out.q);
+    if (seed || out.margin >= 0) return out;
+    // joints 1 and 3 about one axis; 3 and 5 where an elbow without offsets is stretched
+    const bool plain = arm.rest.a_3 == 0 && arm.rest.a_4 == 0;
+    for (int j = 1; j <= 3; j += 2) {
+        const int hinge = robot_joint(arm, j);
+        if ((j == 3 && !plain) || !(abs(d.y[hinge]) <= tolerance::one_axis)) continue;
+        const double way = d.x[hinge] < 0 ? -1.0 : 1.0;
+        detail::share_within(arm.own, robot_joint(arm, j - 1), robot_joint(arm, j + 1), way, out.q);
+    }
     out.margin = limit_margin(arm.own.limits, out.q);
     return out;
 }

@@ -372,7 +372,9 @@ class Diagnosis:
         if others:
             which = ", ".join(map(str, others))
             head.append(f"GC {which}: another global configuration than that of the start or goal.")
-        if self.path and not self.ok:
+        if self.path and not self.ok and any(b.verdict == Verdict.UNRESOLVED for b in self.branches):
+            head.append(f"A path was found up to s = {self.reached:.4g}; one that leads farther may exist.")
+        elif self.path and not self.ok:
             head.append(f"The path can be followed up to s = {self.reached:.4g}.")
         if self.note:
             head.append(self.note)
