@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from support import draw
@@ -150,6 +152,29 @@ def test_joint_7_stays_along_a_path_and_is_never_why_a_step_is_refused(name: str
         assert np.abs(bound.q[fine, 6] - start[6]).max(initial=0) == 0
         same_but_for_roll(bound.poses[fine], wild[fine])
     assert gained > (5 if name in OFFSET else 50)  # joint 7 ends fewer of their lines
+
+
+@pytest.mark.parametrize("bounds", [{}, {"velocity": 1.5, "dt": 0.02}], ids=["free", "bounded"])
+@pytest.mark.parametrize("name", (*NAMES, *OFFSET))
+def test_joint_7_stays_on_the_way_to_the_nearest_pose_and_the_arm_rests(
+    name: str, bounds: dict[str, Any]
+) -> None:
+    arm = along_axis_7(aa.Arm.from_catalogue(name))
+    rng = draw.generator(16, 34, (*NAMES, *OFFSET).index(name))
+    for _ in range(8):
+        lower, upper = np.maximum(arm.lower, -2), np.minimum(arm.upper, 2)
+        q = start = lower + (upper - lower) * rng.uniform(0.2, 0.8, 7)
+        pose = rolled(arm.forward(q)[0], rng.uniform(-np.pi, np.pi))
+        pose[:3, 3] += rng.uniform(0.3, 1.5) * np.array([0.6, -0.5, 0.6])
+        for _ in range(800):
+            now = aa.step(
+                arm, q, pose, policy=aa.Hold(), roll="free", fallback="nearest_pose", **bounds,
+            )  # fmt: skip
+            assert now.q[6] == start[6] and arm.within_limits(now.q, tol=1e-9)
+            went, q = np.abs(now.q - q).max(), now.q
+            if went < 1e-12:
+                break
+        assert went < 1e-9
 
 
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "fetch"])

@@ -26,12 +26,6 @@ namespace armangle {
 
 namespace detail {
 
-/// The angle (rad) by which a pose turns about its own z axis to come nearest to the orientation of another.
-inline double roll_towards(const Pose<double>& other, const Pose<double>& pose) noexcept {
-    const auto &a = other.rotation, &b = pose.rotation;
-    return atan2(dot(a.x, b.y) - dot(a.y, b.x), dot(a.x, b.x) + dot(a.y, b.y));
-}
-
 /// Computes one step of an arm of any kind; each member below tries one possibility.
 template <stepping_family F>
 class FamilyStep {

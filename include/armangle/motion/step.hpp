@@ -272,6 +272,12 @@ inline bool may_leave(const Chain& now, const Policy& policy) noexcept {
     return (policy.rule == Rule::towards || policy.rule == Rule::centre) && is_singular(now);
 }
 
+/// The angle (rad) by which a pose turns about its own z axis to come nearest to the orientation of another.
+inline double roll_towards(const Pose<double>& other, const Pose<double>& pose) noexcept {
+    const auto &a = other.rotation, &b = pose.rotation;
+    return atan2(dot(a.x, b.y) - dot(a.y, b.x), dot(a.x, b.x) + dot(a.y, b.y));
+}
+
 /// Whether a pose is not reached for its place alone, so that a step may go to the nearest pose instead.
 inline bool is_beyond(Status why) noexcept {
     return why == Status::UNREACHABLE || why == Status::FOLDED || why == Status::ELBOW_LIMIT ||
@@ -703,13 +709,17 @@ private:
         return q;
     }
 
-    /// The solution nearest to the present joints in these branches (one bit each).
+    /// The solution nearest to the present joints in these branches (one bit each). With a free roll joint 7
+    /// costs nothing and keeps its value.
     Nearest nearest_of(const Pose<double>& pose, unsigned branches) const noexcept {
         NearestOptions asked;
         asked.near = q_now_;
         asked.branches = branches;
         asked.allowed = options_.allowed;
-        return nearest_posture(arm_, limits_, pose, asked);
+        if (arm_.roll_free) asked.weight[joints - 1] = 0.0;
+        Nearest found = nearest_posture(arm_, limits_, pose, asked);
+        if (arm_.roll_free) found.q[joints - 1] = q_now_[joints - 1];
+        return found;
     }
 
     /// The branches with the present sign of the elbow, one bit each.
@@ -793,9 +803,12 @@ private:
         Joints start;
         for (int j = 0; j < joints; ++j) start.q[j] = q_now_[j];
         start.q[joints] = 0;
-        const Joints to = relaxed(arm_, side, start, pose, step_tuning::length).at;
+        const double roll = arm_.roll_free ? roll_towards(user_pose(arm_, now_.flange), pose) : 0.0;
+        const Pose<double> asked = arm_.roll_free ? turned_about_z(pose, sin_cos(roll)) : pose;
+        const Joints to = relaxed(arm_, side, start, asked, step_tuning::length).at;
         double way[joints];
         for (int j = 0; j < joints; ++j) way[j] = to.q[j] - q_now_[j];
+        if (arm_.roll_free) way[joints - 1] = 0.0;
         go(way, pace(way, bounds_.dt, bounds_.velocity, bounds_.acceleration), out);
         return finished(Status::PARTIAL, why, out);
     }
