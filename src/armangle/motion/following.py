@@ -13,19 +13,18 @@ from .._arrays import JOINTS, Floats, about_z, as_poses, chosen, named, one_post
 from .._progress import Progress, as_progress, in_parts, progressing
 from ..arm.allowed import Allowed, allowed_arcs
 from ..arm.arm import Arm
-from ..arm.offset import OffsetArm
 from ..arm.question import Fallback
 from ..arm.roll import Roll, last_margin
 from ..errors import InputError
 from ..scenes.moving import Scenes, ready_each, scenes_at
 from ..scenes.scene import Scene, no_scene
 from .joint_path import JointPath, blank_rows, even_parameters
+from .kinds import check_step
 from .options import (
     CARRIES,
     Bound,
     Carry,
     check_arm,
-    check_offset,
     checked_options,
     core_policy,
     free_roll,
@@ -130,7 +129,7 @@ def follow(
         raise no_scene(
             scene, "obstacles that move: arm.with_(scene=...) keeps clear of those that stand", "follow"
         )
-    path, s, frames = _sampled(None if isinstance(arm, OffsetArm) else arm._handle, poses, blend, samples)
+    path, s, frames = _sampled(arm._handle, poses, blend, samples)
     joints = one_posture("start", start)
     laddered, told = is_laddered(arm, roll), as_progress(progress)
     if laddered and len(frames):
@@ -155,8 +154,7 @@ def follow(
     )
     hint_step(max_joint_step)
     window = _window(lookahead, len(frames))
-    if isinstance(arm, OffsetArm):
-        check_offset(arm, roll, carry, policy, allowed)
+    check_step(arm, roll, carry, policy, allowed)
     options = _core.FollowOptions(
         native, branch, CARRIES[kept], most, margin, time, beyond == "nearest",
         on_fail=failing, lookahead=window,
@@ -190,7 +188,7 @@ def follow(
 
 
 def _sampled(
-    handle: _core.Arm | None, poses: Path | Sequence[Path] | ArrayLike, blend: ArrayLike, samples: int | None
+    handle: _core.Arm, poses: Path | Sequence[Path] | ArrayLike, blend: ArrayLike, samples: int | None
 ) -> tuple[Path | None, Floats, Floats]:
     """Return path, parameters s (N,) and poses (N, 4, 4); the path is None if poses were given."""
     path = as_path(poses, blend)

@@ -13,14 +13,12 @@ from .. import _core
 from .._arrays import JOINTS, Floats, Ints, as_floats, as_number, chosen, frozen
 from .._values import by_content
 from ..arm.arm import Arm
-from ..arm.chain import edge_of_reach
 from ..arm.diagnosis import Diagnosis
-from ..arm.joint_map import to_theta
-from ..arm.offset import OffsetArm
-from ..errors import InputError, PathError, UnreachableError, has_package
+from ..errors import InputError, PathError, has_package
 from ..scenes.scene import Scene
 from ..status import SOLVED, STATUSES, Status
-from .curves import ORDERS, AnyCurve, Curve, JointLines, JointSpline, OffsetCurve
+from .curves import ORDERS, AnyCurve, JointLines, JointSpline
+from .kinds import branches_of, curve_through, why_unreached
 from .paths import Deviation, Path, checked_parameters, deviation_of
 
 MOST_PASSED = 1e-6
@@ -33,7 +31,6 @@ FINEST = 1e-9  # of s: no row is added between rows nearer than this
 LEAST_STEP = 1e-6
 """Least step of `JointPath.finer`, rad."""
 _MOST_ROWS = 10_000_000
-_SHUT = 1e-9  # sine of a hinge that is 0 up to rounding
 _ENDLESS = 1e9  # rad per unit of s: a larger rate is unbounded
 _READ = 1e-6  # rad: error of a file's missing digits
 _FEWEST_SMOOTH = 8  # rows needed for a cubic spline through every other row
@@ -514,7 +511,7 @@ class JointPath:
             return self.curve
         if self.diagnosis is not None or not self.ok or len(self) == 0:
             raise PathError(f"the path has no values between its rows: {self.explain()}")
-        every, kept = self._branches(), self._apart()
+        every, kept = branches_of(self.arm, self.q, self.gc), self._apart()
         segments = self.path._segments if self.path is not None else self._straight(kept)
         rows = self.s[kept], self.q[kept], self.psi[kept]
         branches = every[kept]
@@ -522,7 +519,7 @@ class JointPath:
             rows = np.array([0.0, 1.0]), np.repeat(rows[1], 2, axis=0), np.repeat(rows[2], 2)
             branches = np.repeat(branches, 2)
         s, q, psi = map(np.ascontiguousarray, rows)
-        torn = self._through(segments, s, q, psi, branches)[1]
+        torn = curve_through(self.arm, segments, s, q, psi, branches)[1]
         _raise_where_torn(every, int(kept[torn]) if torn >= 0 else -1)
         found = self.arm._handle.rows_within(segments, s, q, psi, branches)
         s, psi, q, gc, excess, joint, row = found
@@ -531,7 +528,7 @@ class JointPath:
                 f"the path has no values between its rows: behind row {kept[row]} joint {joint} passes its "
                 f"limit by {np.degrees(excess):.3g} deg; follow more poses there, or plan"
             )
-        curve, torn = self._through(segments, s[:, 0], q, psi[:, 0], gc[:, 0].astype(np.int64))
+        curve, torn = curve_through(self.arm, segments, s[:, 0], q, psi[:, 0], gc[:, 0].astype(np.int64))
         if torn >= 0:
             _raise_where_torn(every, int(np.searchsorted(self.s, s[torn, 0], side="right")) - 1)
         return curve
@@ -561,30 +558,6 @@ class JointPath:
         if len(kept) == 1:
             s, q = np.array([0.0, 1.0]), np.repeat(q, 2, axis=0)
         return self.arm, s, q, int(self.gc[0]), self._straight(kept)
-
-    def _branches(self) -> Ints:
-        """Return the branch of each row; if θ2 or θ6 is 0 and two coincide, that of neighbouring rows."""
-        if isinstance(self.arm, OffsetArm):
-            return self.gc
-        out = self.gc.copy()
-        hinges = np.sin(to_theta(self.arm._handle, np.ascontiguousarray(self.q))[:, [1, 5]])
-        for sine, bit in zip(hinges.T, (1, 4), strict=True):
-            told = np.flatnonzero(np.abs(sine) > _SHUT)
-            if len(told):
-                near = told[np.clip(np.searchsorted(told, np.arange(len(out))), 0, len(told) - 1)]
-                out = (out & ~bit) | (out[near] & bit)
-        return out
-
-    def _through(self, segments: Floats, s: Floats, q: Floats, psi: Floats, gc: Ints) -> tuple[AnyCurve, int]:
-        """Return the curve through the rows on the path of the end effector; psi or a joint is linear in s.
-
-        Also the row after which no motion reaches the branch of the next, or -1.
-        """
-        if isinstance(self.arm, OffsetArm):
-            between = OffsetCurve(segments, s, psi, q, int(gc[0]))
-            return between, between.torn(self.arm._handle, gc)
-        plane, stretches, torn = self.arm._handle.curve_through(segments, s, q, psi, gc)
-        return Curve(segments, stretches, plane, int(gc[0])), torn
 
     def _apart(self) -> Ints:
         """Return the indices of rows with a larger s than the row before; others repeat its joints.
@@ -671,15 +644,8 @@ class JointPath:
             return f" {_outside(self.q[at], self._beyond(self.q[at]), 'is')}"
         if not np.isfinite(self.poses[at]).all():
             return ""
-        offset = isinstance(self.arm, OffsetArm)
-        if self.status[at] == Status.UNREACHABLE and not offset:
-            try:
-                self.arm.inverse(self.poses[at], 0.0, 0, limits=False)
-            except UnreachableError as error:
-                said = str(error).capitalize()
-                return f" {said}{'' if said.endswith('?') else '.'}"
-        if self.status[at] == Status.NEAR_SINGULAR and not offset:
-            return edge_of_reach(self.arm, self.poses[at])
+        if self.status[at] in (Status.UNREACHABLE, Status.NEAR_SINGULAR):
+            return why_unreached(self.arm, self.poses[at], int(self.status[at]))
         solved = np.flatnonzero(np.isin(self.status[:at], SOLVED))
         before = self.q[solved[-1]] if len(solved) else self.start
         if self.status[at] not in _OF_A_JOINT or before is None:
@@ -720,8 +686,9 @@ class JointPath:
 
     @property
     def _redundancy(self) -> str:
-        """The name of the redundant quantity for messages: the arm angle, or the free joint."""
-        return f"joint {self.arm._free_joint}" if isinstance(self.arm, OffsetArm) else "the arm angle"
+        """The redundant quantity, in words."""
+        words = self.arm.redundancy.replace("_", " ")
+        return f"the {words}" if words == "arm angle" else words
 
     def _beyond(self, q: Floats) -> Floats:
         """Return how far each joint of q violates its limits, rad; negative within them."""

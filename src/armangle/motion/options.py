@@ -22,11 +22,10 @@ from .._arrays import (
     warn,
 )
 from ..arm.arm import Arm
-from ..arm.offset import OffsetArm, unsupported
 from ..arm.question import Fallback
 from ..arm.roll import ROLLS, Roll, check_free_roll, is_along_axis_7, last_margin
 from ..errors import InputError
-from .policies import POLICIES, Policy, Towards
+from .policies import POLICIES, Policy
 
 Carry = Literal["psi", "elbow"]
 Options = tuple[int | None, Carry, float | None, float, float | None, str]
@@ -168,25 +167,6 @@ def check_arm(arm: object) -> None:
     """Raise if it is not an `Arm`."""
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
-
-
-def check_offset(arm: OffsetArm, roll: Roll, carry: Carry, policy: Policy, allowed: object) -> None:
-    """Raise for options of a step that this arm with an offset wrist or shoulder does not support.
-
-    Raises
-    ------
-    UnsupportedError
-    InputError
-        If psi is the value of joint 7, which a free roll keeps, and the policy or `allowed` asks for another.
-    """
-    if not (carry is None or (isinstance(carry, str) and carry == "psi")):
-        raise unsupported("carry=")
-    wished = isinstance(policy, Towards) and policy.psi is not None
-    if roll == "free" and arm.redundancy == "joint_7" and (wished or allowed is not None):
-        raise InputError(
-            f"roll is 'free': joint 7 keeps its value, which is psi, and {'policy' if wished else 'allowed'} "
-            "asks for another"
-        )
 
 
 def step_bounds(

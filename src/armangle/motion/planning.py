@@ -25,13 +25,9 @@ from .._threads import thread_count
 from ..arm.allowed import Allowed, one_allowed
 from ..arm.arcs import ArcSet
 from ..arm.arm import MOST_MARGIN, Arm
-from ..arm.chain import unsupported
-from ..arm.diagnosis import Diagnosis, Verdict, branch_of
+from ..arm.diagnosis import ARM_ANGLE, Diagnosis, Verdict, branch_of
 from ..arm.joint_map import to_q
 from ..arm.keywords import names_keywords
-from ..arm.offset import OffsetArm
-from ..arm.offset_chain import OffsetChainArm
-from ..arm.offset_chain import unsupported as unsupported_chain
 from ..arm.roll import Roll, last_margin
 from ..errors import InputError, SceneError
 from ..scenes.moving import ready_each, scenes_at
@@ -40,6 +36,7 @@ from ..scenes.scene import Scene, no_scene
 from ..status import Status
 from .curves import Curve
 from .joint_path import ROW_STEP, JointPath, blank_rows, even_parameters, rows_between
+from .kinds import check_plan
 from .options import check_arm, free_roll, positive
 from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Towards
@@ -245,14 +242,13 @@ def plan(
             whole = as_path(points, blend) or points
         if not isinstance(objective, Objective):
             raise InputError(f"objective is {objective!r:.100}, wanted an Objective")
-        if isinstance(arm, OffsetChainArm):
-            raise unsupported_chain("plan", "follow does, step by step and without proof")
+        check_plan(arm, scene)
         rows = _rows(whole, samples)
         kept = _limit_margin(arm, limit_margin)
         first = None if start is None else one_posture("start", start, arm._handle)
         last = None if goal is None else one_posture("goal", goal, arm._handle)
         arm._handle.check_poses(whole.pose(rows), "path")
-        if is_laddered(arm, roll) or (roll == "free" and isinstance(arm, OffsetArm)):
+        if is_laddered(arm, roll) or (roll == "free" and arm.redundancy != ARM_ANGLE):
 
             def planned_rolled(turned: Path, tell: Progress) -> JointPath:
                 """Return the plan of the path with another roll."""
@@ -269,8 +265,6 @@ def plan(
 
             return best_planned(arm, whole, first, last, planned_rolled, tell)
         weights = _weights(arm, objective)
-        if arm.geometry.chain is not None and callable(scene):
-            raise unsupported("plan with a scene that moves", "follow, which takes one for each row")
         standing, more = _standing(arm.scene, scene, obstacle_speed)
         along, truth = ready_each(arm._nominal, _kept_off(standing, more)), None
         if arm.geometry.chain is not None and along:

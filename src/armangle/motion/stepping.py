@@ -23,16 +23,16 @@ from .._arrays import (
 from .._values import by_content
 from ..arm.allowed import Allowed, allowed_arcs, one_allowed
 from ..arm.arm import Arm
-from ..arm.offset import OffsetArm, as_srs
+from ..arm.offset import as_srs
 from ..arm.question import Fallback
 from ..arm.roll import Roll, last_margin
 from ..errors import InputError
 from ..status import STATUSES, Status, is_solved
+from .kinds import check_step
 from .options import (
     Bound,
     Carry,
     check_arm,
-    check_offset,
     checked_options,
     core_policy,
     free_roll,
@@ -301,13 +301,11 @@ def step(
             return plain
     check_arm(arm)
     given = gc, carry, max_joint_step, arm.singularity_margin, dt, outside
-    handle = None if isinstance(arm, OffsetArm) else arm._handle
     arcs = None, None
     if allowed is not None:
-        arcs = one_allowed(allowed, as_poses("pose", pose, handle))
+        arcs = one_allowed(allowed, as_poses("pose", pose, arm._handle))
     bounds = None
-    if isinstance(arm, OffsetArm):
-        check_offset(arm, roll, carry, policy, allowed)
+    check_step(arm, roll, carry, policy, allowed)
     if velocity is not None or acceleration is not None:
         bounds = step_bounds(arm, velocity, acceleration, velocity_now, dt)
     about = None if arm._ready is None else arm._ready.handle
@@ -318,12 +316,12 @@ def step(
         core_step = core_step if free is None else free.step_one
         bounds = bounds if bounds is None else without_last(bounds)
     others = (*arcs, bounds, Step, STATUSES, about)
-    now = _asked(core_step, handle, q_now, pose, native, given, others)
+    now = _asked(core_step, arm._handle, q_now, pose, native, given, others)
     return now if roll == "pose" else now._replace(margin=_least(arm, now))
 
 
 def _asked(
-    core_step: Callable[..., Step | None], handle: _core.Arm | None, q_now: ArrayLike, pose: ArrayLike,
+    core_step: Callable[..., Step | None], handle: _core.Arm, q_now: ArrayLike, pose: ArrayLike,
     native: Any, given: tuple[Any, ...], rest: tuple[Any, ...],
 ) -> Step:  # fmt: skip
     """Return the core's step; options that it cannot read directly are converted first, or raise."""

@@ -25,12 +25,12 @@ from .._progress import Progress, as_progress, progressing
 from .._values import by_content
 from ..arm.arm import Arm
 from ..arm.keywords import names_keywords
-from ..arm.offset import OffsetArm
 from ..arm.wish import DIRECTIONS, Direction
 from ..errors import InputError, SceneError
 from ..scenes.ready import Ready, make_ready
 from ..scenes.scene import Scene
 from ..status import STATUSES, Named, Status
+from .kinds import tracker_of
 from .options import LONGEST_STEP, Bound, as_seconds, joint_bound, positive
 
 
@@ -299,16 +299,8 @@ class Tracker:
         """Create the control loop for an arm from checked numbers."""
         ready = arm._ready
         self._name_pair = None if ready is None else ready.names.pair
-        self._core: _core.Tracker | _core.ChainTracker | _core.OffsetTracker | _core.OffsetChainTracker
         about = None if ready is None else ready.handle
-        if isinstance(arm, OffsetArm):
-            made = _core.OffsetTracker if arm.geometry.chain is None else _core.OffsetChainTracker
-            self._core = made(arm._handle, given, self._leading(arm._rows, arm.scene), about)
-        elif arm.geometry.chain is None:
-            self._core = _core.Tracker(arm._handle, given, about)
-        else:
-            near = cast(_core.ChainArm, arm._handle)
-            self._core = _core.ChainTracker(near, given, self._leading(arm._nominal, arm.scene), about)
+        self._core = tracker_of(arm, given, lambda nominal: self._leading(nominal, arm.scene), about)
         self._arm, self._given = arm, given
         self._dt = float(given[0])
         self._names = Tracked, _TRACKINGS, STATUSES, self._name_pair
