@@ -66,6 +66,11 @@ def as_poses(name: str, value: ArrayLike, arm: _core.Arm | None = None) -> Float
     return poses
 
 
+def shaped_if_empty(value: ArrayLike, tail: Shape) -> ArrayLike:
+    """Return an empty list or tuple as an array of no elements of shape `tail`, anything else as it is."""
+    return np.empty((0, *tail)) if isinstance(value, (list, tuple)) and not value else value
+
+
 def check_source(value: object, *kinds: type) -> None:
     """Raise if `value` is neither a path nor the text of a file, nor one of `kinds`."""
     if not isinstance(value, (str, os.PathLike, *kinds)) or value == "":

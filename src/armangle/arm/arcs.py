@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import Floats, Ints, Shape, as_floats, check_angles, frozen, hint_degrees
+from .._arrays import Floats, Ints, Shape, as_floats, check_angles, frozen, hint_degrees, shaped_if_empty
 from .._core import SetOperation, Side
 from .._values import without_truth
 from ..errors import InputError
@@ -69,11 +69,6 @@ def _nested(items: list[Any], shape: Shape) -> Any:
         return items
     size = math.prod(shape[1:])
     return [_nested(items[i * size : (i + 1) * size], shape[1:]) for i in range(shape[0])]
-
-
-def _is_nothing(value: object) -> bool:
-    """Return whether a value is an empty tuple or list."""
-    return isinstance(value, (tuple, list)) and not value
 
 
 class _Pairs(NamedTuple):
@@ -157,7 +152,7 @@ class ArcSet:
     _of: tuple[_core.ArcsOfFew | _Pairs, PairNames | None]  # computes missing values on first use
 
     def __init__(self, intervals: ArrayLike = ()) -> None:
-        psi = as_floats("intervals", np.empty((0, 2)) if _is_nothing(intervals) else intervals, (2,))
+        psi = as_floats("intervals", shaped_if_empty(intervals, (2,)), (2,))
         if psi.ndim != 2:
             raise InputError(f"intervals has shape {psi.shape}, wanted (k, 2)")
         check_angles("intervals", psi)

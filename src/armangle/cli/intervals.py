@@ -59,7 +59,8 @@ def show_intervals(asked: Asked, args: argparse.Namespace) -> int:
         chosen = range(1, JOINTS + 1) if args.intervals == EVERY else [args.intervals]
         found: list[Entry] = [(gc, i, each[gc][i - 1]) for gc in branches for i in chosen]
     else:
-        found = [(gc, None, _feasible(arm, frame, gc, asked.scene, args)) for gc in branches]
+        kept = arm.with_(scene=asked.scene, singularity_margin=args.singularity_margin)
+        found = [(gc, None, kept.feasible(frame, gc)) for gc in branches]
     none = all(bool(intervals.is_empty) for _, _, intervals in found)
     if args.json:
         show_json([_facts(*entry) for entry in found])
@@ -78,11 +79,6 @@ def show_intervals(asked: Asked, args: argparse.Namespace) -> int:
         keeping = arm.with_(scene=asked.scene, singularity_margin=margin)
         draw("circle", args.plot, keeping, frame, asked.gc, psi=asked.psi)
     return int(none)
-
-
-def _feasible(arm: Arm, frame: Floats, gc: int, scene: Scene | None, args: argparse.Namespace) -> ArcSet:
-    """Return the feasible arm angles of a pose and branch with the scene and margin of the options."""
-    return arm.with_(scene=scene, singularity_margin=args.singularity_margin).feasible(frame, gc)
 
 
 def _why(arm: Arm, pose: Floats, found: list[Entry]) -> str:

@@ -6,6 +6,7 @@ import re
 import sys
 import textwrap
 from collections.abc import Iterable
+from functools import partial
 
 from .tables import WIDTH
 
@@ -40,10 +41,6 @@ def paragraph(text: str) -> str:
     """
     whole = re.compile("|".join([*map(re.escape, _given), _QUOTED]))
     held = whole.sub(lambda name: name[0].translate(_HELD), text)
-    lines = [_filled(line) for line in held.split("\n")]
+    fill = partial(textwrap.fill, width=WIDTH, break_long_words=False, break_on_hyphens=False)
+    lines = map(fill, held.split("\n"))
     return "\n".join(lines).translate(_RELEASED)
-
-
-def _filled(line: str) -> str:
-    """Return a line broken at blanks to the width of the screen."""
-    return textwrap.fill(line, WIDTH, break_long_words=False, break_on_hyphens=False)

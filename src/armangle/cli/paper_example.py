@@ -153,7 +153,8 @@ def draw(made: Run, file: BinaryIO) -> None:
         panel.plot(_BEFORE, np.degrees(value), "o", ms=5, color=BLACK, clip_on=False, zorder=5, label="start")
         panel.grid(lw=0.4, alpha=0.5)
         panel.set_xlim(-_ROOM * (1.0 - _BEFORE), 1.0)
-    labelled = {label: handle for panel in panels for handle, label in _legend_entries(panel)}
+    entries = [panel.get_legend_handles_labels() for panel in panels]
+    labelled = {label: handle for two in entries for handle, label in zip(*two, strict=True)}
     figure.legend(labelled.values(), labelled.keys(), loc="outside lower center", ncols=3, frameon=False)
     figure.suptitle(f"The elbow is pushed off the joint limits: {made.words} (α = {made.policy.alpha:g}, "
                     f"K = {made.policy.K:g})\nwhile the tool moves {DISTANCE:g} m along a line")  # fmt: skip
@@ -206,11 +207,6 @@ def _figure(size: tuple[float, float]) -> Any:
     from matplotlib.figure import Figure
 
     return Figure(figsize=size, layout="constrained")
-
-
-def _legend_entries(panel: Any) -> list[tuple[Any, str]]:
-    """Return the curves of a panel that have a label, each with its label."""
-    return list(zip(*panel.get_legend_handles_labels(), strict=True))
 
 
 def from_start(made: Run) -> JointPath:

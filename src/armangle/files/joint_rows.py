@@ -55,7 +55,8 @@ def _status_fault(q: Floats, words: list[str]) -> Fault | None:
     for row, word in enumerate(words):
         if word not in _NAMES:
             return row, "status", f"status is {word!r}, wanted one of {', '.join(_NAMES)}"
-    missing = np.isnan(q) & _are_ok(words)[:, None]
+    solved = np.array([_NAMES[word] in SOLVED for word in words], dtype=np.bool_)
+    missing = np.isnan(q) & solved[:, None]
     if missing.any():
         row, k = (int(i) for i in np.argwhere(missing)[0])
         return row, JOINT_COLUMNS[k], f"{JOINT_COLUMNS[k]} is nan in a row with status OK"
@@ -83,8 +84,3 @@ def codes(numbers: Floats, words: list[str] | None) -> NDArray[np.int8]:
         return np.array([_NAMES[word] for word in words], dtype=np.int8)
     solved = np.isfinite(numbers[:, :JOINTS]).all(axis=1)
     return np.where(solved, Status.OK, Status.NOT_REACHED).astype(np.int8)
-
-
-def _are_ok(words: list[str]) -> NDArray[np.bool_]:
-    """Return which status words stand for a row with joints."""
-    return np.array([_NAMES[word] in SOLVED for word in words], dtype=np.bool_)

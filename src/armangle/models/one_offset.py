@@ -37,7 +37,8 @@ def describe_offset_chain(
     whole = _read(chain)
     found = _with_one_offset(whole)
     off_whole, off = _off(chain, whole), _off(chain, found)
-    if _without_offset(whole, off_whole, length, angle):
+    small = max(abs(whole.a_1), abs(whole.a_6)) <= length
+    if small and _within(off_whole, length, angle):
         raise ModelError(
             f"{chain.source}: no offset at wrist or shoulder beyond length_tolerance, {millimetres(length)}"
         )
@@ -106,8 +107,3 @@ def _with_offset(read: Callable[[bool], Chain], least: float) -> tuple[Chain, Ar
     except ModelError:
         return None
     return (chain, found) if max(abs(found.a_1), abs(found.a_6)) > least else None
-
-
-def _without_offset(found: OffsetDescription, off: tuple[float, float], length: float, angle: float) -> bool:
-    """Return whether the arm counts as S-R-S: its offsets and deviations are within the tolerances."""
-    return max(abs(found.a_1), abs(found.a_6)) <= length and _within(off, length, angle)

@@ -106,9 +106,21 @@ class Curve:
         return self.segments, self.stretches, self.plane, self.gc, free, self.shifts, self.base
 
 
+class _Rows:
+    """What curves through rows share: they are smooth between rows."""
+
+    s: Floats
+    end = 1.0
+
+    @property
+    def knots(self) -> Floats:
+        """The s between which the curve is smooth, shape (n,)."""
+        return self.s
+
+
 @by_content
 @dataclass(frozen=True, eq=False)
-class OffsetCurve:
+class OffsetCurve(_Rows):
     """Rows of an arm with an offset wrist or shoulder: the free joint is linear between two rows.
 
     Parameters
@@ -128,16 +140,6 @@ class OffsetCurve:
     free: Floats
     q: Floats
     gc: int
-
-    @property
-    def end(self) -> float:
-        """The s where the rows end: 1."""
-        return 1.0
-
-    @property
-    def knots(self) -> Floats:
-        """The s between which the curve is smooth, shape (n,)."""
-        return self.s
 
     @property
     def leads_the_tool(self) -> bool:
@@ -179,7 +181,7 @@ class OffsetCurve:
 
 
 @dataclass(frozen=True, eq=False)
-class _JointRows:
+class _JointRows(_Rows):
     """Rows of joints that determine the path of the end effector.
 
     Parameters
@@ -200,16 +202,6 @@ class _JointRows:
     q: Floats
     gc: int
     segments: Floats
-
-    @property
-    def end(self) -> float:
-        """The s where the rows end: 1."""
-        return 1.0
-
-    @property
-    def knots(self) -> Floats:
-        """The s between which the curve is smooth, shape (n,)."""
-        return self.s
 
     @property
     def leads_the_tool(self) -> bool:

@@ -78,11 +78,6 @@ def _rolls(path: Path) -> float:
     return float(0.5 * (rates[:-1] + rates[1:]).mean())
 
 
-def _growing() -> list[Rung]:
-    """Return pairs (roll, change over the path), rad, with a change other than 0."""
-    return [(float(roll), float(rate)) for rate, roll in product(_GROWING, _STEP * np.arange(LADDER))]
-
-
 def _roll(frame: Floats, held: Floats) -> float:
     """Return the rotation (rad) about the z axis of a frame that brings it nearest to another frame."""
     apart = frame[:3, :3].T @ held[:3, :3]
@@ -105,7 +100,8 @@ def best_planned(
         if _worth(every[-1]) <= _NOTHING:
             break
     if start is None and goal is None and not any(result.ok for result in every):
-        for rung in _held(arm, path, _growing())[0][:LADDER]:
+        growing = [(float(roll), float(rate)) for rate, roll in product(_GROWING, _STEP * np.arange(LADDER))]
+        for rung in _held(arm, path, growing)[0][:LADDER]:
             result = planned(rolled(path, *rung), tell)
             if result.ok:
                 return result

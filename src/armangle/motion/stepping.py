@@ -317,7 +317,9 @@ def step(
         bounds = bounds if bounds is None else without_last(bounds)
     others = (*arcs, bounds, Step, STATUSES, about)
     now = _asked(core_step, arm._handle, q_now, pose, native, given, others)
-    return now if roll == "pose" else now._replace(margin=_least(arm, now))
+    if roll == "pose":
+        return now
+    return now._replace(margin=min(now.margin, float(last_margin(arm, now.q))))
 
 
 def _asked(
@@ -337,8 +339,3 @@ def _asked(
         )
     joints, frame = np.ascontiguousarray(joints), np.ascontiguousarray(frame)
     return cast("Step", core_step(joints, frame, native, *options, *rest))
-
-
-def _least(arm: Arm, now: Step) -> float:
-    """Return the limit margin (rad) of a step with free roll, joint 7 included."""
-    return min(now.margin, float(last_margin(arm, now.q)))

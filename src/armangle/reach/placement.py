@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Floats, as_floats, as_number, as_poses, frozen
+from .._arrays import Floats, as_floats, as_number, as_poses, frozen, shaped_if_empty
 from .._core import LENGTH_LIMIT
 from .._progress import Progress, as_progress, progressing
 from .._threads import thread_count
@@ -176,7 +176,7 @@ def place(
             f"arm.base leans axis 1 by {np.degrees(lean):.3g} deg, wanted it upright or straight down: "
             "the yaw that place() chooses is a turn about a vertical axis 1"
         )
-    wanted = as_poses("poses", np.empty((0, 4, 4)) if _is_empty(poses) else poses, arm._handle)
+    wanted = as_poses("poses", shaped_if_empty(poses, (4, 4)), arm._handle)
     if wanted.ndim != 3:
         raise InputError(f"poses has shape {wanted.shape}, wanted (n, 4, 4)")
     along, across = _line("x", x), _line("y", y)
@@ -200,11 +200,6 @@ def place(
         yaw,
         stretch,
     )
-
-
-def _is_empty(poses: ArrayLike) -> bool:
-    """Return whether poses is an empty sequence."""
-    return isinstance(poses, (list, tuple)) and not poses
 
 
 def _line(name: str, values: ArrayLike) -> Floats:

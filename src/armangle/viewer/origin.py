@@ -37,7 +37,9 @@ def may_talk(headers: Mapping[str, str]) -> bool:
     host = _host(origin)
     if host in _LOCAL:
         return True
-    return host == _host(f"//{headers.get('Host', '')}") and (_is_address(host) or host == _own_name())
+    return host == _host(f"//{headers.get('Host', '')}") and (
+        _is_address(host) or host == socket.gethostname().lower()
+    )
 
 
 def _host(url: str) -> str:
@@ -55,11 +57,6 @@ def _is_address(host: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _own_name() -> str:
-    """Return the name of this machine, in lower case."""
-    return socket.gethostname().lower()
 
 
 @contextmanager

@@ -78,7 +78,7 @@ class Viewer:
         tip: str | None = None,
     ) -> None:
         """Start the server and show the state."""
-        viser = _viser()
+        viser = needed("viser", "the viewer needs", "view")
         for motion in (runs or {}).values():
             state.check_motion(motion)
         solids, self.note = solids_of(state.arm, urdf, base, tip)
@@ -190,11 +190,6 @@ def _pose(position: Floats, wxyz: Floats) -> Floats:
 def _quiet() -> redirect_stdout[io.StringIO]:
     """Suppress viser's output: the caller prints the address."""
     return redirect_stdout(io.StringIO())
-
-
-def _viser() -> Any:
-    """Return the package viser; raise with the command to install it."""
-    return needed("viser", "the viewer needs", "view")
 
 
 def _checked_port(host: str, port: int) -> int:
