@@ -239,8 +239,9 @@ private:
                     const double at = wrap(limit);
                     put({at - tolerance::rounding, at + tolerance::rounding, true}, 1 + locked(range));
                 } else if (elbow * wrap(limit - arm_.rest.delta_angle) > -tolerance::angle) {
-                    roots_of(forms_.bend(sin_cos(limit - arm_.rest.delta_angle).cos), -pi, pi,
-                             1 + locked(range));
+                    const double end = sin_cos(limit - arm_.rest.delta_angle).cos;
+                    if (abs(end) < 1.0 || locked(range))  // otherwise the root of the reach, not one more
+                        roots_of(forms_.bend(end), -pi, pi, 1 + locked(range));
                 }
             }
         }
