@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support import draw
-from support.gradients import HOME, calm, moved, postures
+from support.gradients import HOME, calm, moved, named, postures
 
 import armangle as aa
 from armangle.models.catalogue import srs_catalogue
@@ -275,6 +275,7 @@ def test_where_a_derivative_does_not_exist_it_is_infinite() -> None:
 # -- arms with an offset wrist or shoulder ---------------------------------------------------------
 
 OFFSET = ("franka_fr3", "ufactory_xarm7", "fetch", "willow_garage_pr2_left")
+OWN = ("calibrated franka_fr3", "calibrated fetch")
 
 
 def mounted(name: str) -> aa.Arm:
@@ -283,7 +284,7 @@ def mounted(name: str) -> aa.Arm:
         aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]),
         aa.pose([0.05, 0.02, 0.1], rpy=[0.3, 0.2, 0.1]),
     )
-    return aa.Arm.load(name).with_(base=base, tool=tool)
+    return named(name).with_(base=base, tool=tool)
 
 
 def with_free_joint(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
@@ -319,7 +320,7 @@ def test_joints_follow_pose_and_free_joint(name: str) -> None:
 @pytest.mark.parametrize(
     ("prefer", "step", "off", "kinks"), [("seed", 1e-4, 1e-4, 0.03), ("margin", 1e-4, 1e-2, 0.1)]
 )
-@pytest.mark.parametrize("name", OFFSET)
+@pytest.mark.parametrize("name", OFFSET + OWN)
 def test_its_solution_moves_as_said(name: str, prefer: Any, step: float, off: float, kinks: float) -> None:
     """As above: a step may cross a kink, or two solutions be equally good."""
     arm, rng = mounted(name), draw.generator(17, 52)

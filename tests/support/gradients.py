@@ -23,13 +23,17 @@ def calm(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
     return q[(np.abs(np.sin(bends(arm, q))) > 0.2).all(axis=1)]
 
 
+def named(name: str) -> aa.Arm:
+    """An arm of the catalogue; with "calibrated " before its name, on its own chain."""
+    own = name.startswith("calibrated ")
+    return calibrated_offset(name.split()[1], 1.0, 1.0) if own else aa.Arm.from_catalogue(name)
+
+
 def postures(name: str, count: int, *seed: int) -> tuple[aa.Arm, np.ndarray]:
     """An arm of the catalogue on a tilted base, and configurations within its limits far from
     singularities.
     """
-    own = name.startswith("calibrated ")
-    arm = calibrated_offset(name.split()[1], 1.0, 1.0) if own else aa.Arm.from_catalogue(name)
-    arm = arm.with_(base=aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]))
+    arm = named(name).with_(base=aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]))
     low, high = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
     return arm, calm(arm, draw.generator(*seed).uniform(low, high, (count, 7)))
 

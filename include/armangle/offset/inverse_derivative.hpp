@@ -121,6 +121,27 @@ Derivatives inverse_derivative(const AnyArm& arm, const Pose<double>& pose, doub
     return out;
 }
 
+namespace detail {
+
+/// The derivatives of dq_j/dfree at a posture with this Jacobian, whose M^-1 is `by`, with respect to the
+/// twist and to the free joint.
+inline void slope_derivatives_at(const Jacobian& jac, const double (&by)[joints][joints],
+                                 double (&out)[joints][joints]) noexcept {
+    double along[joints], u[joints];
+    for (int j = 0; j < joints; ++j) u[j] = by[j][6];
+    for (int k = 0; k < joints; ++k) {
+        double change[6];
+        for (int j = 0; j < joints; ++j) along[j] = by[j][k];
+        jacobian_change(jac, along, u, change);
+        for (int j = 0; j < joints; ++j) {
+            out[j][k] = 0;
+            for (int i = 0; i < 6; ++i) out[j][k] -= by[j][i] * change[i];
+        }
+    }
+}
+
+}  // namespace detail
+
 /// The derivatives of dq_j/dfree for each joint with respect to the twist and to the free joint, in the seven
 /// columns of Derivatives.
 template <free_joint_arm AnyArm>
@@ -128,18 +149,9 @@ void slope_derivatives(const AnyArm& arm, const Pose<double>& pose, double free,
                        double (&out)[joints][joints]) noexcept {
     const Inverse at = inverse(arm, pose, free, gc);
     const Jacobian jac = jacobian(arm, at.q);
-    double by[joints][joints], along[joints], u[joints];
+    double by[joints][joints];
     detail::derivatives_at(arm, jac, by);
-    for (int j = 0; j < joints; ++j) u[j] = by[j][6];
-    for (int k = 0; k < joints; ++k) {
-        double change[6];
-        for (int j = 0; j < joints; ++j) along[j] = by[j][k];
-        detail::jacobian_change(jac, along, u, change);
-        for (int j = 0; j < joints; ++j) {
-            out[j][k] = 0;
-            for (int i = 0; i < 6; ++i) out[j][k] -= by[j][i] * change[i];
-        }
-    }
+    detail::slope_derivatives_at(jac, by, out);
 }
 
 /// Always false: where two joints rotate around one axis, the derivatives are infinite anyway.

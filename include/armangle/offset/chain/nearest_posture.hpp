@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "../../limits/nearest_search.hpp"
+#include "../inverse_derivative.hpp"
 #include "../straight_cells.hpp"
 #include "feasible.hpp"
 
@@ -39,6 +40,8 @@ struct OffsetChainNearestTuning {
     /// Steps of the search for the best beside an open place, and its last step (rad).
     int polish = 200;
     double polished = 1e-10;
+    /// Steps of Newton's method to where the slope of the cost is 0.
+    int newton = 12;
     /// Costs closer than this share of them are equal.
     double tie = 1e-12;
 };
@@ -111,6 +114,7 @@ public:
         }
         look_at_folds();
         if (left_open_ < cost_ && found_.gc >= 0) polish(branch_[found_.gc]->judge.cells.flange());
+        if (found_.gc >= 0 && o_.metric == Metric::l2) settle();
         if (found_.gc < 0) {
             if (left_open_ < infinity) return unsolved(Status::NEAR_SINGULAR);
             if (why == Status::OK) why = Status::LIMITS;
@@ -151,7 +155,9 @@ private:
     }
 
     /// Keeps a posture if it is within the limits and costs less; returns whether it did.
-    bool take(const ChainPosture& at, int gc, double free) noexcept {
+    bool take(const ChainPosture& at, int gc, double free) noexcept { return take(at, gc, free, cost_); }
+    /// Keeps a posture if it is within the limits and costs less than `most`; returns whether it did.
+    bool take(const ChainPosture& at, int gc, double free, double most) noexcept {
         if (o_.allowed && !contains(*o_.allowed, free)) return false;
         const Arm& own = arm_.nominal.own;
         const Joints q = joints_within_limits(own, directions_of(arm_, at), near_);
@@ -163,7 +169,7 @@ private:
             sum = o_.metric == Metric::l2 ? sum + o_.weight[j] * d * d : max(sum, sqrt(o_.weight[j]) * d);
         }
         const double cost = o_.metric == Metric::margin ? -margin : sum;
-        if (!(cost < cost_) || (scene_ && !is_clear(arm_, *scene_, q.q))) return false;
+        if (!(cost < most) || (scene_ && !is_clear(arm_, *scene_, q.q))) return false;
         cost_ = cost;
         best_ = at;
         for (int j = 0; j < joints; ++j) found_.q[j] = q.q[j];
@@ -378,6 +384,33 @@ private:
                     better = take(at) || better;
                 }
             if (!better) step *= 0.5;
+        }
+    }
+
+    /// Moves the best posture to where the slope of the cost l2 is 0, by Newton's method: the cost alone
+    /// tells half the digits of the free joint. Stops at limits, permitted arcs and obstacles.
+    void settle() noexcept {
+        const ChainCells& cells = branch_[found_.gc]->judge.cells;
+        double before = infinity;
+        for (int pass = 0; pass < tuning_.newton; ++pass) {
+            const Jacobian jac = jacobian(arm_, found_.q);
+            double by[joints][joints], bend[joints][joints], first = 0, second = 0;
+            derivatives_at(arm_, jac, by);
+            slope_derivatives_at(jac, by, bend);
+            for (int j = 0; j < joints; ++j) {
+                const double off = found_.q[j] - near_[j], rate = by[j][6];
+                first += o_.weight[j] * off * rate;
+                second += o_.weight[j] * (rate * rate + off * bend[j][6]);
+            }
+            const double move = first / second;
+            if (!(second > 0) || !(abs(move) < before) || abs(move) <= tolerance::rounding) return;
+            before = abs(move);
+            ChainPosture at = best_;
+            const double free = found_.psi - move;
+            at.angle[6] = cells.theta_7_of(free);
+            solve_on_pose(arm_, cells.flange(), 6, posture_, at);
+            if (!is_of(arm_, configuration(found_.gc), at, posture_)) return;
+            if (!take(at, found_.gc, free, cost_ + tie())) return;
         }
     }
 
