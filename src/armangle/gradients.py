@@ -171,9 +171,9 @@ def freedom(arm: Arm, pose: ArrayLike) -> Floats:
     -------
     ndarray, shape (..., 6)
         By the velocity of the end effector's origin (rad/m) and by its angular velocity (rad/rad), in the
-        frame that poses are given in: the slopes of all upper ends of `feasible` minus those of all lower
-        ends, over all branches. 0 for an unreachable pose, or with whole circles alone; NaN if an end does
-        not move smoothly.
+        frame that poses are given in: the slopes of all upper ends of intervals minus those of all lower
+        ends, over all branches; obstacles are ignored. 0 for an unreachable pose, or with whole circles
+        alone; NaN if an end does not move smoothly.
 
     Raises
     ------
@@ -196,6 +196,7 @@ def margin(arm: Arm, pose: ArrayLike, *, gc: int | Iterable[int] | None = None) 
     Parameters
     ----------
     arm : Arm
+        Without a `scene`.
     pose : array_like, shape (..., 4, 4)
         Tool frame, position in m.
     gc : int or iterable of int, optional
@@ -211,7 +212,7 @@ def margin(arm: Arm, pose: ArrayLike, *, gc: int | Iterable[int] | None = None) 
 
     Raises
     ------
-    As `Arm.solve`.
+    As `Arm.solve`, and UnsupportedError for an arm with a scene.
 
     Examples
     --------
@@ -225,6 +226,7 @@ def margin(arm: Arm, pose: ArrayLike, *, gc: int | Iterable[int] | None = None) 
     True
     """
     gradient_many = arm._handle.best_gradient_many
+    _refuse_scene(arm, "margin")
     best = arm.solve(pose, prefer="margin", gc=gc)
     poses = as_poses("pose", pose, arm._handle)
     out = np.empty((*poses.shape[:-2], 6))
