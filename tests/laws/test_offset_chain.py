@@ -143,3 +143,18 @@ def test_a_chain_far_from_its_rows_is_rejected() -> None:
     arm = ARMS[0]
     with pytest.raises(aa.InputError, match="from the nominal link"):
         arm.deviation.nominal.with_(chain=arm.with_tool(aa.pose([0.0, 0.0, 0.5])).geometry.chain)
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=IDS)
+def test_no_posture_beside_the_best_has_a_larger_margin(arm: aa.Arm) -> None:
+    """To the last digits, but near folds, where the free joint has too few."""
+    pose = arm.forward(joints(arm, 40, 6))[0]
+    found = arm.solve(pose, prefer="margin")
+    pose, q, psi, gc, margin = (x[found.ok] for x in (pose, found.q, found.psi, found.gc, found.margin))
+    slope = aa.gradients.inverse(arm, pose, psi, gc, on_error="nan")
+    smooth = np.abs(slope).max(axis=(1, 2)) < 20.0
+    assert smooth.sum() > 10
+    for aside in (-1e-6, -3e-8, 3e-8, 1e-6):
+        beside = arm.inverse(pose, psi + aside, gc, seed=q, limits=False, on_error="nan")[smooth]
+        distance = np.minimum(beside - arm.lower, arm.upper - beside).min(axis=1)
+        assert (distance <= margin[smooth] + 1e-12).all(), aside

@@ -40,7 +40,7 @@ struct OffsetChainNearestTuning {
     /// Steps of the search for the best beside an open place, and its last step (rad).
     int polish = 200;
     double polished = 1e-10;
-    /// Steps of Newton's method to where the slope of the cost is 0.
+    /// Steps of Newton's method to the best value of the free joint.
     int newton = 12;
     /// Costs closer than this share of them are equal.
     double tie = 1e-12;
@@ -114,7 +114,7 @@ public:
         }
         look_at_folds();
         if (left_open_ < cost_ && found_.gc >= 0) polish(branch_[found_.gc]->judge.cells.flange());
-        if (found_.gc >= 0 && o_.metric == Metric::l2) settle();
+        if (found_.gc >= 0 && (o_.metric == Metric::l2 || o_.metric == Metric::margin)) settle();
         if (found_.gc < 0) {
             if (left_open_ < infinity) return unsolved(Status::NEAR_SINGULAR);
             if (why == Status::OK) why = Status::LIMITS;
@@ -387,26 +387,56 @@ private:
         }
     }
 
-    /// Moves the best posture to where the slope of the cost l2 is 0, by Newton's method: the cost alone
-    /// tells half the digits of the free joint. Stops at limits, permitted arcs and obstacles.
+    /// By how much the free joint (rad) is from where the slope of the cost l2 is 0, by a Newton step from
+    /// the best posture, with the derivatives of the joints (rad/rad) and of their slopes; NaN if the cost is
+    /// not convex there.
+    double to_level(const double (&by)[joints][joints], const double (&bend)[joints][joints]) const noexcept {
+        double first = 0, second = 0;
+        for (int j = 0; j < joints; ++j) {
+            const double off = found_.q[j] - near_[j], rate = by[j][6];
+            first += o_.weight[j] * off * rate;
+            second += o_.weight[j] * (rate * rate + off * bend[j][6]);
+        }
+        return second > 0 ? -first / second : not_a_number;
+    }
+    /// The same for the largest margin: from where the least distance to a limit is stationary, or where
+    /// another falls to its size.
+    double to_largest(const double (&by)[joints][joints],
+                      const double (&bend)[joints][joints]) const noexcept {
+        const Limits& limits = arm_.nominal.own.limits;
+        double distance[2 * joints], slope[2 * joints];
+        int least = 0;
+        for (int i = 0; i < 2 * joints; ++i) {
+            const int j = i / 2;
+            distance[i] = i % 2 == 0 ? found_.q[j] - limits.lower[j] : limits.upper[j] - found_.q[j];
+            slope[i] = i % 2 == 0 ? by[j][6] : -by[j][6];
+            if (distance[i] < distance[least]) least = i;
+        }
+        const double way = slope[least] < 0 ? -1.0 : 1.0, rise = abs(slope[least]),
+                     second = bend[least / 2][6] * (least % 2 == 0 ? 1.0 : -1.0);
+        double move = second < 0 ? rise / -second : infinity;
+        for (int i = 0; i < 2 * joints; ++i) {
+            const double closing = rise - way * slope[i];
+            if (closing > 0) move = min(move, (distance[i] - distance[least]) / closing);
+        }
+        return way * move;
+    }
+    /// Moves the best posture to where the slope of the cost l2 is 0, or to the largest margin, by Newton's
+    /// method: the cost alone tells half the digits of the free joint. Stops at limits, permitted arcs and
+    /// obstacles.
     void settle() noexcept {
         const ChainCells& cells = branch_[found_.gc]->judge.cells;
         double before = infinity;
         for (int pass = 0; pass < tuning_.newton; ++pass) {
             const Jacobian jac = jacobian(arm_, found_.q);
-            double by[joints][joints], bend[joints][joints], first = 0, second = 0;
+            double by[joints][joints], bend[joints][joints];
             derivatives_at(arm_, jac, by);
             slope_derivatives_at(jac, by, bend);
-            for (int j = 0; j < joints; ++j) {
-                const double off = found_.q[j] - near_[j], rate = by[j][6];
-                first += o_.weight[j] * off * rate;
-                second += o_.weight[j] * (rate * rate + off * bend[j][6]);
-            }
-            const double move = first / second;
-            if (!(second > 0) || !(abs(move) < before) || abs(move) <= tolerance::rounding) return;
+            const double move = o_.metric == Metric::l2 ? to_level(by, bend) : to_largest(by, bend);
+            if (!(abs(move) < before) || abs(move) <= tolerance::rounding) return;
             before = abs(move);
             ChainPosture at = best_;
-            const double free = found_.psi - move;
+            const double free = found_.psi + move;
             at.angle[6] = cells.theta_7_of(free);
             solve_on_pose(arm_, cells.flange(), 6, posture_, at);
             if (!is_of(arm_, configuration(found_.gc), at, posture_)) return;
