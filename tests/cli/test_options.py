@@ -98,7 +98,6 @@ BAD = {
     "ik {R} --kuka 400,0,500,0,180,0,10,2 --gc 1": "--gc does not go with --kuka",
     "ik {R} --kuka 400,0,500,0,180,0,10,9": "status is 9",
     "plan poses.csv {FR3} --start {QF} --policy hold,carry=elbow": "carry= is not made for an arm",
-    "plan poses.csv {FR3} --start {QF} --policy hold --roll free": "roll= is not made for an arm",
     f"ik {{R}} --intervals --joints {{Q}} {CELL.split(' --body')[0]}": "--scene needs the shape of the arm's links",  # noqa: E501  # a row of the table
     "ik {R} {POSE} --body 90,80": "--body goes with --scene",
     "ik {R} {POSE} --clearance 20": "--clearance goes with --scene",

@@ -231,7 +231,7 @@ def test_a_set_is_frozen() -> None:
         arcs.shape = (2,)
     with pytest.raises(ValueError, match="read-only"):
         arcs.intervals[0, 0] = 3.0
-    assert not EMPTY
+    assert EMPTY.is_empty
     assert JOINT == 1e-9
 
 

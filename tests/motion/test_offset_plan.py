@@ -269,7 +269,7 @@ def test_a_plan_about_obstacles_is_clear_between_the_rows(name: str) -> None:
     assert detours >= 2  # the plan without obstacles touches them
 
 
-@pytest.mark.turns(2)
+@pytest.mark.turns(4)
 @pytest.mark.parametrize("name", ARMS)
 def test_a_plan_among_what_moves_is_clear_at_every_moment(name: str) -> None:
     rng, detours, bare = np.random.default_rng(9), 0, aa.Arm.from_catalogue(name).with_(body=BONES)
