@@ -129,7 +129,7 @@ def test_poses_one_and_many() -> None:
     refused(aa.InputError, "take a whole path", aa.step, arm, POSTURE, poses[0], roll="free")
 
 
-@pytest.mark.turns(3)
+@pytest.mark.turns(2)
 @pytest.mark.parametrize("arm", [*ARMS, OFFSET[0], calibrated_offset("franka_fr3", 1.0, 1.0)])
 def test_a_followed_path_comes_as_far_as_with_its_own_roll(arm: aa.Arm) -> None:
     rng, further = generator(16, 52), 0
