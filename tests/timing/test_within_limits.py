@@ -13,6 +13,7 @@ from support.moves import limited, line, refused
 from support.needs import need
 
 import armangle as aa
+from armangle.motion.kinds import curve_through
 from armangle.timing.motion import breaks
 
 ARMS: dict[str, Any] = {
@@ -90,7 +91,9 @@ def test_a_timed_path_keeps_the_limits_that_it_rides_on(given: dict[str, float])
     assert passed(arm, timed.q) <= KEPT
     off = timed.deviation
     assert np.hypot(off.position, 0.2 * off.rotation) <= given.get("tolerance", 1e-4 if given else 0.0)
-    curve, _ = path._through(path._straight(np.arange(len(path))), path.s, path.q, path.psi, path.gc)
+    curve, _ = curve_through(
+        arm, path._straight(np.arange(len(path))), path.s, path.q, path.psi, path.gc.astype(np.int64)
+    )
     straight = curve.at(arm._handle, DENSE).q
     assert passed(arm, straight) > 10 * KEPT
     away = arm.forward(np.clip(straight, arm.lower, arm.upper))[0] - path.at(DENSE).pose
