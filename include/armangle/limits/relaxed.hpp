@@ -75,13 +75,6 @@ inline bool keep_off_singular(const Arm& arm, const double* q, double margin, Li
     return true;
 }
 
-/// The limits with joint 4 restricted to q_4's side of the stretched arm, if its own limits permit that.
-inline Limits on_one_side(const Arm& arm, double q_4, double margin) noexcept {
-    Limits out = arm.limits;
-    keep_on_side(arm, 3, q_4, detail::elbow_bend(arm, q_4) < 0 ? -1.0 : 1.0, margin, out);
-    return out;
-}
-
 /// A zero of a model angle at which two branches meet. They meet half a turn further too.
 struct BranchMeeting {
     int joint;    // of the robot, 0..6

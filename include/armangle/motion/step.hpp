@@ -82,18 +82,6 @@ inline void complete(const Arm& arm, const double* q_now, double dt, Status stat
     out.why = why;
 }
 
-/// A step to joints that do not solve the step's pose.
-inline Step step_to(const Arm& arm, const double* q_now, const double* q, double dt, Status status,
-                    Status why) noexcept {
-    Step out{};
-    for (int i = 0; i < joints; ++i) out.q[i] = q[i];
-    const Posture there = forward(arm, out.q);
-    out.psi = there.psi;
-    out.gc = there.gc;
-    complete(arm, q_now, dt, status, why, out);
-    return out;
-}
-
 /// Computes the self-motion of a pose in the branch of the present joints, or in `gc` if it is 0 or more. If
 /// the elbow is nearly stretched and the limits of joint 4 permit only its other side, that side is used.
 inline SelfMotion<double> motion_from(const Arm& arm, const double* q_now, const Chain& now,
