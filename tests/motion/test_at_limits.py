@@ -17,7 +17,7 @@ ARMS = {name: aa.Arm.from_catalogue(name) for name in NAMES}
 
 
 def at_two_limits(rng: np.random.Generator, arm: aa.Arm) -> np.ndarray:
-    """A posture of an arm with two joints on limits, to the bit."""
+    """Random joints within the limits, two of them exactly on one."""
     q = rng.uniform(arm.lower, arm.upper)
     for j in rng.permutation(7)[:2]:
         q[j] = rng.choice([arm.lower[j], arm.upper[j]])
@@ -25,13 +25,13 @@ def at_two_limits(rng: np.random.Generator, arm: aa.Arm) -> np.ndarray:
 
 
 def drawn(seed: int, own: int) -> list[tuple[aa.Arm, np.ndarray]]:
-    """Arms and such postures."""
+    """At least `own` pairs of an arm and joints of which two are exactly on limits."""
     rng = generator(seed)
     return [(arm := ARMS[str(rng.choice(NAMES))], at_two_limits(rng, arm)) for _ in range(count(own))]
 
 
 def test_the_arm_angle_of_a_corner_is_feasible_beside_wider_arcs() -> None:
-    """Two limits leave one psi where their blocked arcs touch, and more elsewhere on the circle."""
+    """The psi of joints with two on limits is in `feasible` to 1e-6 rad, also if wider arcs lie elsewhere."""
     beside = 0
     for arm, q in drawn(1, 2000):
         pose, psi, gc = arm.forward(q)
@@ -48,6 +48,9 @@ def test_the_arm_angle_of_a_corner_is_feasible_beside_wider_arcs() -> None:
 
 
 def test_the_pose_that_the_arm_stands_in_is_held() -> None:
+    """With two joints on limits `step` and `follow` to the own pose succeed, and `solve` gives the joints
+    back.
+    """
     for arm, q in drawn(2, 1000):
         pose = arm.forward(q)[0]
         for wish in ({}, {"velocity": 1.0, "dt": 0.01}, {"fallback": "nearest_pose"}):
@@ -58,7 +61,9 @@ def test_the_pose_that_the_arm_stands_in_is_held() -> None:
 
 
 def test_a_plan_begins_and_ends_on_limits() -> None:
-    """Standing still, which leaves no other psi, and from there or to there: proven and within limits."""
+    """With two joints on limits a plan stands still there; certified plans from or to there keep limits and
+    ends.
+    """
     moved = 0
     for arm, q in drawn(3, 12):
         pose = arm.forward(q)[0]
@@ -79,7 +84,7 @@ def test_a_plan_begins_and_ends_on_limits() -> None:
 
 
 def test_what_grows_out_of_a_corner_leads_on() -> None:
-    """At the start one psi is left; that which is left a little later holds none of it."""
+    """A plan from limits is certified if one psi is feasible at s = 0 and none of the later arcs holds it."""
     arm = ARMS["openarm_v10"]
     text = (
         ".16054518660224026 .8322806936967597 -.4104782077718374 .726976824943495 1.6 -.5214458799459318 1.6"
@@ -99,6 +104,7 @@ STRAIGHT = (
 
 @pytest.mark.parametrize(("name", "start", "move"), STRAIGHT)
 def test_a_small_move_beside_a_straight_elbow_is_a_step(name: str, start: str, move: str) -> None:
+    """`step` reaches a pose next to a straight elbow within limits and 0.2 rad."""
     arm = ARMS[name]
     q = np.clip(np.array(start.split(), float), arm.lower, arm.upper)
     to = np.clip(q + np.array(move.split(), float), arm.lower, arm.upper)
@@ -128,7 +134,7 @@ BOUNDS = {"dt": 0.01, "velocity": 2.0, "velocity_now": np.zeros(7)}
 @pytest.mark.parametrize("asked", [{}, BOUNDS, BOUNDS | {"acceleration": 5.0}], ids=["free", "speed", "both"])
 @pytest.mark.parametrize(("name", "text"), STANDS)
 def test_a_posture_on_its_limits_is_held_for_good(name: str, text: str, asked: dict[str, Any]) -> None:
-    """By steps and by a path; but for no other branch, and for no arcs that forbid it."""
+    """Steps with Hold keep the joints on their limits; other branches and arcs without psi are refused."""
     arm = aa.Arm.from_catalogue(name)
     q = now = np.clip(np.array(text.split(), float), arm.lower, arm.upper)
     pose, psi, gc = arm.forward(q)
@@ -148,6 +154,7 @@ def test_a_posture_on_its_limits_is_held_for_good(name: str, text: str, asked: d
 
 
 def test_the_arm_holds_what_it_stands_in_whatever_the_catalogue() -> None:
+    """`step` to the own pose is OK for every S-R-S arm with one to three joints on limits."""
     rng = generator(4)
     for name in srs_catalogue():
         arm = aa.Arm.from_catalogue(name)
@@ -161,7 +168,7 @@ def test_the_arm_holds_what_it_stands_in_whatever_the_catalogue() -> None:
 
 
 def test_small_moves_with_two_hinges_about_straight_are_steps() -> None:
-    """Elbow and theta_2 or theta_6: the posture is looked for where a step can reach."""
+    """With the elbow and theta_2 or theta_6 near 0, at most 8 % of small moves are refused as steps."""
     rng, refused, moves = generator(5), 0, count(600)
     for _ in range(moves):
         arm = ARMS[str(rng.choice(NAMES))]
@@ -179,7 +186,7 @@ def test_small_moves_with_two_hinges_about_straight_are_steps() -> None:
 
 
 def test_from_beyond_its_limits_a_step_with_straight_hinges_comes_back_or_is_refused() -> None:
-    """What a step reaches may lie beyond the limits as a whole: then it is none."""
+    """A step from beyond a limit that is OK ends within all limits, at most 0.2 rad away."""
     rng, arm = generator(6), ARMS["kuka_iiwa7_r800"]
     for _ in range(count(200)):
         q = rng.uniform(arm.lower, arm.upper)

@@ -33,7 +33,7 @@ each_regime = pytest.mark.parametrize("regime", REGIMES)
 
 
 def posed(arm: aa.Arm, q: Array, move: Array) -> Array:
-    """The pose of the posture that a move of the joints leads to."""
+    """The pose at joints q + move."""
     return np.asarray(arm.forward(q + move, on_error="nan")[0])
 
 
@@ -59,6 +59,9 @@ def brakes(arm: aa.Arm, q: Array, velocity: Array, acceleration: Array, dt: floa
 @each_arm
 @each_regime
 def test_what_is_ok_keeps_the_bounds(arm: aa.Arm, regime: str) -> None:
+    """A step that is OK reaches the pose, keeps limits and bounds and can still brake; any other step
+    brakes.
+    """
     rng = np.random.default_rng(REGIMES.index(regime))
     done = 0
     for q in postures(arm, regime, 12):
@@ -111,6 +114,7 @@ def test_what_can_keep_the_bounds_is_found(arm: aa.Arm) -> None:
 
 
 def test_the_nearest_arm_angle_to_the_wish_is_taken() -> None:
+    """Of the arm angles within the velocity bounds `step` takes the one nearest to the policy's."""
     rng = np.random.default_rng(7)
     circle = np.linspace(-np.pi, np.pi, 4000, endpoint=False)
     binding = 0
@@ -139,6 +143,7 @@ def test_the_nearest_arm_angle_to_the_wish_is_taken() -> None:
 @each_arm
 @each_regime
 def test_bounds_that_do_not_bind_change_nothing(arm: aa.Arm, regime: str) -> None:
+    """`step` with infinite velocity bounds gives the same joints and psi as without bounds."""
     free = np.full(7, np.inf)
     for q in postures(arm, regime, 6):
         pose = posed(arm, q, np.full(7, 1e-3))
@@ -255,6 +260,7 @@ def run(pose: Array, q: Array, dt: float, ticks: int, **options: Any) -> tuple[l
 
 
 def off(now: aa.types.Step, pose: Array) -> float:
+    """The largest difference of an entry between the pose of a step's joints and a pose."""
     return float(np.abs(IIWA.forward(now.q)[0] - pose).max())
 
 
@@ -263,6 +269,7 @@ def off(now: aa.types.Step, pose: Array) -> float:
 @pytest.mark.parametrize("dt", [1e-3, 4e-3, 0.01, 0.05])
 @pytest.mark.parametrize("shift", [[0, 0.005, 0], [0.1, -0.2, 0.1], [1e-5, 0, 0]], ids=str)
 def test_a_target_aside_is_come_to_and_rested_on(policy: aa.Repulsion, dt: float, shift: list[float]) -> None:
+    """Bounded steps reach a displaced pose, PARTIAL until then, and stay on it."""
     q, pose = AT, moved(IIWA.forward(AT)[0], shift)
     ticks = int(1.2 / dt)
     steps, _ = run(pose, q, dt, ticks, policy=policy)
@@ -310,6 +317,7 @@ def test_a_hostile_stream_breaks_no_bound(arm: aa.Arm, acceleration: float | Non
 
 @pytest.mark.parametrize("noise", [0.0, 1e-4, 1e-3])
 def test_noise_does_not_lock_a_bounded_loop(noise: float) -> None:
+    """Bounded steps from noisy joints in cycles of uneven length end at the pose, but for the noise."""
     rng = np.random.default_rng(8)
     for _ in range(draw.count(4)):
         q = rng.uniform(0.6 * IIWA.lower, 0.6 * IIWA.upper)
@@ -327,6 +335,7 @@ def test_noise_does_not_lock_a_bounded_loop(noise: float) -> None:
 
 
 def test_out_of_reach_it_brakes_or_goes_to_the_nearest_pose() -> None:
+    """A bounded step to a pose out of reach brakes, or with "nearest_pose" rests at the stretched arm."""
     q = np.radians([10, 40, 0, -80, 0, 60, 0])
     pose = IIWA.forward(q)[0].copy()
     shoulder = np.array([0, 0, IIWA.geometry.d_bs])
@@ -352,7 +361,7 @@ def test_out_of_reach_it_brakes_or_goes_to_the_nearest_pose() -> None:
      ("pollen_reachy2_left", 126), ("yaskawa_sia5d", 143), ("barrett_wam7", 339)],
 )  # fmt: skip
 def test_with_the_elbow_carried_it_comes_to_rest_on_the_pose(name: str, seed: int) -> None:
-    """Off the pose the elbow moves with the joints: beside theta_2 = 0 what was aimed at ran on."""
+    """Bounded steps with carry="elbow" reach the pose and stay on it, near theta_2 = 0 too."""
     arm, rng = aa.Arm.from_catalogue(name), np.random.default_rng(seed)
     low, high = np.clip(arm.lower, -3, 3), np.clip(arm.upper, -3, 3)
     q = low + (high - low) * rng.uniform(0.05, 0.95, 7)
@@ -371,7 +380,7 @@ def test_with_the_elbow_carried_it_comes_to_rest_on_the_pose(name: str, seed: in
 
 @pytest.mark.parametrize("acceleration", [None, 10.0])
 def test_a_branch_that_is_asked_is_kept_on_the_way_to_the_nearest_pose(acceleration: float | None) -> None:
-    """Which side the elbow is on is open where the arm is stretched."""
+    """Steps towards a pose out of reach keep the signs of shoulder and wrist of a given `gc`."""
     short = 0
     for seed, arm in enumerate([*map(aa.Arm.from_catalogue, srs_catalogue()), *OFFSET]):
         rng = np.random.default_rng(seed)
@@ -394,7 +403,7 @@ def test_a_branch_that_is_asked_is_kept_on_the_way_to_the_nearest_pose(accelerat
 
 @pytest.mark.parametrize("bounds", [{}, {"velocity": 2.0, "dt": 0.01}], ids=["free", "bounded"])
 def test_on_its_way_to_the_nearest_pose_it_keeps_the_singularity_margin(bounds: dict[str, Any]) -> None:
-    """Of shoulder and wrist too, not of the elbow alone; within limits, and until it rests."""
+    """Steps with fallback="nearest_pose" keep limits and the margin of shoulder, elbow and wrist."""
     rng = np.random.default_rng(17)
     margin = 0.2
     arm = IIWA.with_(singularity_margin=margin)
@@ -416,6 +425,7 @@ def test_on_its_way_to_the_nearest_pose_it_keeps_the_singularity_margin(bounds: 
 
 @pytest.mark.parametrize("arm", STREAMED, ids=lambda arm: f"{arm.name} {arm.kind}")
 def test_beyond_its_limits_it_comes_as_near_as_small_moves_lead(arm: aa.Arm) -> None:
+    """Steps with fallback="nearest_pose" to a tool rolled too far rest where no small move comes nearer."""
     q = np.radians([10, 40, 0, -80, 0, 60, 170])
     rolled = arm.forward(q)[0] @ aa.pose([0, 0, 0], rpy=[0, 0, np.radians(100)])
     tight = arm.with_(lower=q - 0.2, upper=q + np.array([0.2] * 6 + [0.05]))
@@ -429,6 +439,7 @@ def test_beyond_its_limits_it_comes_as_near_as_small_moves_lead(arm: aa.Arm) -> 
     assert np.abs(again.q - now.q).max() <= 1e-9  # at rest there
 
     def distance(joints: Array) -> float:
+        """The distance (m) of joints' pose from the target, with 0.2 m for 1 rad."""
         here = arm.forward(joints)[0]
         turn = np.arccos(np.clip((np.trace(here[:3, :3].T @ rolled[:3, :3]) - 1) / 2, -1, 1))
         return float(np.hypot(np.linalg.norm(here[:3, 3] - rolled[:3, 3]), 0.2 * turn))
@@ -440,6 +451,7 @@ def test_beyond_its_limits_it_comes_as_near_as_small_moves_lead(arm: aa.Arm) -> 
 
 
 def test_without_bounds_or_dt_the_largest_step_follows_dt() -> None:
+    """Without bounds the largest joint step grows with dt, unless `max_joint_step` is given."""
     q = np.radians([10, 40, 0, -80, 0, 60, 0])
     pose = posed(IIWA, q, np.array([0.05, 0, 0, 0, 0, 0, 0]))
     assert aa.step(IIWA, q, pose, policy=aa.Hold()).status is aa.Status.OK
@@ -477,7 +489,7 @@ def test_bad_bounds_are_refused(options: dict[str, Any], said: str) -> None:
 
 
 def test_numbers_that_look_like_another_unit_are_warned_of() -> None:
-    """Degrees for rad, ms for s: at the line that gave them, and nothing else is."""
+    """Velocities in degrees and dt in ms warn at the caller's line; plausible numbers do not."""
     pose = posed(IIWA, HOME, np.full(7, 0.01))
     path = aa.plan(IIWA, aa.Line(IIWA.forward(HOME)[0], pose), start=HOME)
     degrees, ms = r"holds \d+, wanted rad/s²?: were these degrees\?", r"dt is 4 s, long .*: was it in ms, or"
@@ -505,7 +517,7 @@ def test_numbers_that_look_like_another_unit_are_warned_of() -> None:
 
 
 def test_a_hand_that_comes_back_elsewhere_is_gone_to_at_once() -> None:
-    """The own branch may have its posture half a turn away, and the one beside θ2 = 0 near."""
+    """`follow` is back on poses that left the reach at most 60 rows after they return."""
     arm, q = aa.Arm.from_catalogue("kuka_iiwa14_r820"), np.radians([0, 0, 0, -90, 0, 90, 0])
     t = np.arange(400) * 0.02
     poses = np.tile(arm.forward(q)[0], (len(t), 1, 1))
@@ -551,6 +563,7 @@ ARRIVES: list[tuple[str, str, str, int, dict[str, Any]]] = [
 
 @pytest.mark.parametrize(("name", "start", "target", "steps", "asked"), ARRIVES)
 def test_it_arrives(name: str, start: str, target: str, steps: int, asked: dict[str, Any]) -> None:
+    """Bounded steps reach the target from difficult starts, and are OK or PARTIAL all the way."""
     arm = CALIBRATED[name] if name in CALIBRATED else aa.Arm.from_catalogue(name)
     q, to, velocity = np.array(start.split(), float), np.array(target.split(), float), np.zeros(7)
     if len(to) == 12:

@@ -19,7 +19,7 @@ LEAD = 22
 
 
 def lines(arm: aa.Arm, n: int, *seed: int) -> list[tuple[Array, aa.Line]]:
-    """Random postures and lines that begin there, of up to some decimetres."""
+    """At most n random joints, each with a line of a few decimetres from their pose."""
     shifts = generator(*seed, 1).normal(size=(n, 3))
     out = [(q, line(arm, q, 0.05 * shift)) for q, shift in zip(postures(arm, n, *seed), shifts, strict=True)]
     return [(q, way) for q, way in out if np.isfinite(arm.forward(q, on_error="nan")[1])]
@@ -34,6 +34,9 @@ def margins(arm: aa.Arm, q: Array) -> Array:
 @pytest.mark.slow
 @EVERY
 def test_what_is_certified_holds_between_the_rows(arm: aa.Arm) -> None:
+    """A plan of a calibrated arm meets its poses; if certified, also keeps limits and branch between the
+    rows.
+    """
     whole = 0
     for _, way in lines(arm, 10, 31):
         path = aa.plan(arm, way)
@@ -52,7 +55,7 @@ def test_what_is_certified_holds_between_the_rows(arm: aa.Arm) -> None:
 
 
 def test_limits_beside_the_nominal_joints_are_kept_by_the_true_ones() -> None:
-    """A plan that goes along a limit: the nominal joints keep it, the true ones would not: it moves off."""
+    """A plan of a calibrated arm keeps limits that the true joints of its nominal arm's plan violate."""
     arm, careless = ARMS["kuka_iiwa7_r800 2.0 mm"], aa.Objective(limits=0, singularities=0)
     way = line(arm, START, (0.0, 0.15, 0.05))
     free = aa.plan(arm.deviation.nominal, way, objective=careless, gc=2).q
@@ -95,7 +98,9 @@ def test_start_goal_margins_and_wishes_are_of_the_true_joints() -> None:
 @pytest.mark.parametrize(("mm", "mrad"), [(0.5, 0.5), (2.0, 2.0), (4.0, 5.0)])
 @pytest.mark.parametrize("end", ["start", "goal"])
 def test_beside_a_straight_elbow_a_plan_begins_at_the_start(mm: float, mrad: float, end: str) -> None:
-    """There the nominal arm may have no posture like the start, or one on the other side of the elbow."""
+    """A plan of a calibrated arm keeps a start or goal near a straight elbow, though its nominal arm
+    may not.
+    """
     arm = calibrated("kuka_iiwa14_r820", mm, mrad, seed=3)
     rng = generator(77)
     kept = moved = 0
@@ -126,7 +131,7 @@ def test_beside_a_straight_elbow_a_plan_begins_at_the_start(mm: float, mrad: flo
 
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "openarm_v10"])
 def test_a_start_on_a_limit_is_within_the_limits(name: str) -> None:
-    """The nominal arm has the pose beyond the limit, which is none of the true arm's."""
+    """A plan of a calibrated arm may start on a limit, though its nominal arm is beyond it there."""
     arm = calibrated(name, 2.0, 3.0, seed=1)
     rng = generator(31)
     begun = 0
@@ -148,7 +153,7 @@ def test_a_start_on_a_limit_is_within_the_limits(name: str) -> None:
 
 
 def test_what_leads_changes_without_a_jump() -> None:
-    """Where a joint leads the true one is shifted to where the plane of phi has it at the ends of the run."""
+    """Where another joint becomes a plan's parameter, joints and derivatives are continuous."""
     rng = generator(5)
     changes = 0
     for seed in range(24):
@@ -172,6 +177,7 @@ def test_what_leads_changes_without_a_jump() -> None:
 
 
 def test_paths_of_every_kind_and_their_times() -> None:
+    """Plans of a calibrated arm with corners or blends meet their poses, and `retime` keeps its bounds."""
     arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0, seed=2)
     points = np.repeat(arm.forward(START)[0][None], 4, axis=0)
     points[1:, :3, 3] += [(0.0, 0.1, 0.0), (0.05, 0.15, 0.05), (0.0, 0.05, 0.1)]

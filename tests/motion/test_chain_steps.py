@@ -18,12 +18,13 @@ POLICIES = (aa.Repulsion(), aa.Hold(), aa.Centre(0.2), aa.Towards(psi=0.5, K=0.3
 
 
 def nudged(pose: np.ndarray, rng: np.random.Generator, size: float = 1e-3) -> np.ndarray:
-    """A pose a little further."""
+    """A pose moved by a random translation and rotation of about `size` (m, rad)."""
     return aa.pose(size * rng.normal(size=3)) @ pose @ aa.pose([0, 0, 0], rotvec=size * rng.normal(size=3))
 
 
 @EVERY
 def test_a_step_meets_the_true_pose_or_says_why_not(arm: aa.Arm) -> None:
+    """A step of a calibrated arm that is OK meets pose, branch and limits; any other keeps the joints."""
     rng = generator(41)
     taken = 0
     for i, q in enumerate(postures(arm, 12, 42)):
@@ -41,6 +42,9 @@ def test_a_step_meets_the_true_pose_or_says_why_not(arm: aa.Arm) -> None:
 
 
 def test_a_path_that_leaves_the_reach_says_so_where_branches_meet_first() -> None:
+    """`follow` of a calibrated arm out of reach ends with NEAR_SINGULAR, and `explain` names the edge of
+    reach.
+    """
     arm = calibrated("kuka_iiwa7_r800", 0.1, 0.1)
     q = np.array([0.1, 0.4, 0.2, -0.4, 0.3, 0.8, 0.5])
     start = arm.forward(q)[0]
@@ -57,6 +61,7 @@ def test_a_path_that_leaves_the_reach_says_so_where_branches_meet_first() -> Non
 
 @pytest.mark.parametrize("name", NAMES)
 def test_without_deviation_it_is_the_exact_step(name: str) -> None:
+    """With a chain that deviates by nothing, `step` gives the joints and psi of the plain arm."""
     arm = aa.Arm.from_catalogue(name)
     near = calibrated(name, 0.0, 0.0)
     rng = generator(45)
@@ -77,6 +82,9 @@ def test_without_deviation_it_is_the_exact_step(name: str) -> None:
 
 
 def test_a_wish_too_far_is_shortened_and_a_pose_too_far_is_a_jump() -> None:
+    """A calibrated arm steps part of the way to a distant psi; a distant pose is JOINT_JUMP or
+    UNREACHABLE.
+    """
     arm, q = ARMS["kuka_iiwa7_r800 1.0 mm"], Q
     pose, psi, gc = arm.forward(q)
     far = aa.step(arm, q, pose, policy=aa.Towards(psi=float(psi) + 1.0, K=1.0))
@@ -91,7 +99,9 @@ def test_a_wish_too_far_is_shortened_and_a_pose_too_far_is_a_jump() -> None:
 
 
 def crossing(arm: aa.Arm, joint: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Two postures well within the limits, less than 0.15 rad apart, on both sides of where branches meet."""
+    """Two joint configurations well within the limits on both sides of `joint` = singular, at most 0.15 rad
+    apart.
+    """
     q = arm.lower + (arm.upper - arm.lower) * rng.uniform(0.2, 0.8, 7)
     zero = arm.geometry.delta if joint == 3 else 0.0
     q[joint] = arm.geometry.signs[joint] * (zero - arm.geometry.offsets[joint])
@@ -107,7 +117,7 @@ def crossing(arm: aa.Arm, joint: int, rng: np.random.Generator) -> tuple[np.ndar
 @pytest.mark.parametrize("joint", [1, 3, 5], ids=["shoulder", "elbow", "wrist"])
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "barrett_wam7"])
 def test_a_step_goes_through_where_branches_meet(name: str, joint: int) -> None:
-    """On the true chain they do not meet at theta_2, theta_6 = 0 or the straight elbow, but beside it."""
+    """A calibrated arm steps across singularities, at most 2 of 120 refused, often into another branch."""
     arm, rng, lost, elsewhere = calibrated(name, 1.0, 1.0), generator(45, joint), 0, 0
     tries = 120
     for k in range(tries):
@@ -127,7 +137,9 @@ def test_a_step_goes_through_where_branches_meet(name: str, joint: int) -> None:
 
 
 def test_a_home_posture_is_left_and_come_back_to() -> None:
-    """[0, 0, 0, -90, 0, 90, 0] degrees: theta_2 is 0, the shoulder's branches are one posture or none."""
+    """`follow` of a calibrated arm leaves and regains [0, 0, 0, -90, 0, 90, 0] degrees, where theta_2
+    is 0.
+    """
     arm = calibrated("kuka_iiwa7_r800", 0.5, 0.5)
     home = np.radians([0.0, 0.0, 0.0, -90.0, 0.0, 90.0, 0.0])
     first = arm.forward(home, on_error="nan")[0]
@@ -142,6 +154,7 @@ def test_a_home_posture_is_left_and_come_back_to() -> None:
 
 @pytest.mark.parametrize("joint", [1, 5])
 def test_bounds_are_kept_where_a_step_goes_through(joint: int) -> None:
+    """Bounded steps of a calibrated arm across a singularity keep the bounds, and 19 of 20 arrive."""
     arm, rng = calibrated("kuka_iiwa7_r800", 1.0, 1.0), generator(46, joint)
     arrived = partly = 0
     for _ in range(20):
@@ -160,7 +173,7 @@ def test_bounds_are_kept_where_a_step_goes_through(joint: int) -> None:
 
 
 def test_a_bounded_step_goes_to_another_arm_angle_where_that_of_the_policy_is_round_a_turn() -> None:
-    """Where psi held is in no arc the next may be a turn of joint 5 away: the step was refused for ever."""
+    """Bounded steps of a calibrated arm arrive also if at the policy's psi a joint is a full turn away."""
     arm = calibrated("kuka_iiwa14_r820", 0.4, 0.2)
     rng, done = np.random.default_rng(3), 0
     for _ in range(40):

@@ -22,7 +22,9 @@ DT = 0.004
 
 
 def behind_the_wall(detours: bool) -> tuple[set[aa.Tracking], float, aa.types.Tracked]:
-    """A hand that goes through the wall and rests: statuses, how high the tool came, and the last tick."""
+    """Track a hand that goes through the wall and rests; return all statuses, the tool's greatest height (m)
+    and the last cycle.
+    """
     tracker = begun(START, ARM.with_(scene=SCENE), DT, detours=detours)
     seen, highest = set(), 0.0
     for k in range(round(12.0 / DT)):
@@ -35,12 +37,14 @@ def behind_the_wall(detours: bool) -> tuple[set[aa.Tracking], float, aa.types.Tr
 
 
 def test_with_detours_it_goes_round() -> None:
+    """A tracker with detours leads the tool over the wall (TURNING) and then follows the hand."""
     seen, highest, now = behind_the_wall(detours=True)
     assert aa.Tracking.TURNING in seen and now.status == aa.Tracking.FOLLOWING
     assert highest > 0.6  # over the wall, the hand at 0.3 m
 
 
 def test_without_detours_it_stays_as_near_as_it_comes_and_says_so() -> None:
+    """A tracker without detours rests before the wall: NEAREST because of CLEARANCE to the wall."""
     seen, highest, now = behind_the_wall(detours=False)
     assert aa.Tracking.TURNING not in seen
     assert (now.status, now.why) == (aa.Tracking.NEAREST, aa.Status.CLEARANCE)
@@ -49,6 +53,7 @@ def test_without_detours_it_stays_as_near_as_it_comes_and_says_so() -> None:
 
 
 def test_a_branch_that_is_asked_for_is_gone_to_all_the_same() -> None:
+    """Without detours `reconfigure` still brings the arm into another branch."""
     tracker = begun(START, IIWA, DT, detours=False)
     hand = IIWA.forward(START)[0]
     to = tracker.step(hand).gc ^ 4
@@ -60,6 +65,6 @@ def test_a_branch_that_is_asked_for_is_gone_to_all_the_same() -> None:
 
 
 @pytest.mark.parametrize("value", [0, 1, "no", None])
-def test_it_is_yes_or_no(value: object) -> None:
+def test_detours_is_a_bool(value: object) -> None:
     with pytest.raises(aa.InputError, match="detours"):
         aa.Tracker(IIWA, detours=value)  # type: ignore[arg-type]  # wrong on purpose

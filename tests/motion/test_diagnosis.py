@@ -14,7 +14,7 @@ import armangle as aa
 
 
 def refused_poses(count: int) -> list[tuple[aa.Arm, np.ndarray, aa.types.Branch]]:
-    """Poses within reach that some branch cannot hold."""
+    """`count` branches, each with its arm and pose, that are within reach and impossible by joint limits."""
     out: list[tuple[aa.Arm, np.ndarray, aa.types.Branch]] = []
     seed = 0
     while len(out) < count:
@@ -34,6 +34,7 @@ AMID = np.array([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])
 
 
 def test_verdicts_are_those_of_the_feasible_arcs() -> None:
+    """`explain` calls a branch ok where `feasible` has an arc, with the same status."""
     rng = np.random.default_rng(1)
     for _ in range(40):
         arm = random_arm(rng)
@@ -54,7 +55,7 @@ def common(sets: aa.ArcSet, joints: Sequence[int]) -> aa.ArcSet:
 
 
 def opened(arm: aa.Arm, opening: aa.types.Opening, extra: float) -> aa.Arm:
-    """The arm whose limit that an opening names lies so much (rad) farther out."""
+    """The arm with the limit that `opening` names moved outward by `extra` (rad)."""
     limits = {"lower": arm.lower, "upper": arm.upper}
     sign = 1 if opening.side == "upper" else -1
     at = float(limits[opening.side][opening.joint - 1])
@@ -62,6 +63,7 @@ def opened(arm: aa.Arm, opening: aa.types.Opening, extra: float) -> aa.Arm:
 
 
 def test_the_blocking_joints_block_and_no_fewer_do() -> None:
+    """The arcs of the joints in `blocking` have nothing in common; without any one of them they have."""
     for arm, pose, branch in CASES:
         sets = arm.feasible(pose, branch.gc, per_joint=True)
         assert branch.blocking
@@ -71,6 +73,9 @@ def test_the_blocking_joints_block_and_no_fewer_do() -> None:
 
 
 def test_an_opening_opens_a_little_less_does_not_and_no_other_limit_does() -> None:
+    """With a limit wider by `opening.extra` the branch holds the pose, with less not, and limits without
+    opening do not help.
+    """
     seen = 0
     for k, (arm, pose, branch) in enumerate(CASES):
         assert [o.extra for o in branch.openings] == sorted(o.extra for o in branch.openings)
@@ -87,6 +92,9 @@ def test_an_opening_opens_a_little_less_does_not_and_no_other_limit_does() -> No
 
 
 def test_out_of_reach_says_by_how_much_and_from_where() -> None:
+    """The diagnosis of a plan that leaves the reach gives s_from and the excess (m); rows before it are
+    solved.
+    """
     pose = IIWA.forward(AMID)[0]
     path = aa.Line(pose, moved(pose, [1.0, 0.0, 0.0]), "fixed")
     result = aa.plan(IIWA, path)
@@ -105,6 +113,7 @@ def test_out_of_reach_says_by_how_much_and_from_where() -> None:
 
 
 def test_an_impossible_place_of_a_path_has_no_feasible_arc() -> None:
+    """Where the diagnosis of a plan says IMPOSSIBLE, s_from to s_to, `feasible` is empty."""
     found = 0
     for seed in range(60):
         rng = np.random.default_rng(seed)
@@ -123,6 +132,7 @@ def test_an_impossible_place_of_a_path_has_no_feasible_arc() -> None:
 
 
 def test_a_dead_end_is_named_with_where_it_closes() -> None:
+    """The diagnosis of a plan gives s and psi of a dead end, though `feasible` is nowhere empty."""
     pose = TURNING.forward([0.2, 0.6, 0.1, -1.3, 0.2, 0.9, 0.0])[0]
     path = aa.Screw(pose, pose[:3, 3], pose[:3, 2], 2.2 * 2 * np.pi)
     result = aa.plan(TURNING, path, gc=2)
@@ -136,6 +146,9 @@ def test_a_dead_end_is_named_with_where_it_closes() -> None:
 
 @pytest.mark.parametrize("which", ["start", "goal"])
 def test_start_or_goal_in_another_branch_or_outside_is_said(which: str) -> None:
+    """The diagnosis of a plan says that start or goal is in another branch, beyond a limit, or near
+    singular.
+    """
     pose, verdict = IIWA.forward(AMID)[0], aa.types.Verdict[which.upper()]
     other = aa.plan(IIWA, pose[None], gc=0, **{which: AMID})
     assert other.diagnosis[0].verdict == verdict and other.diagnosis[0].elsewhere
@@ -151,6 +164,7 @@ def test_start_or_goal_in_another_branch_or_outside_is_said(which: str) -> None:
 
 
 def test_bad_input_and_a_branch_that_was_not_asked_for() -> None:
+    """`explain` refuses what is no pose; a diagnosis raises KeyError for a branch that it does not have."""
     with pytest.raises(KeyError):
         aa.types.Diagnosis((aa.types.Branch(gc=0, verdict=aa.types.Verdict.DEAD_END),))[5]
     refused(aa.InputError, r"pose has shape \(1, 4, 4\)", IIWA.explain, np.eye(4)[None])
@@ -158,7 +172,9 @@ def test_bad_input_and_a_branch_that_was_not_asked_for() -> None:
 
 
 def test_an_openarm_that_hangs_straight_is_told_how_to_begin() -> None:
-    """Joints 1, 3 and 5 share an axis there, and the elbow bends along it only after a turn on the spot."""
+    """Straight down joints 1, 3 and 5 share an axis: `plan` fails from there and `explain` advises no
+    start.
+    """
     arm = aa.Arm.from_catalogue("openarm_v10")
     way = line(arm, np.zeros(7), [0, 0, -0.1])
     failed = aa.plan(arm, way, start=np.zeros(7), samples=30)
@@ -169,7 +185,7 @@ def test_an_openarm_that_hangs_straight_is_told_how_to_begin() -> None:
 
 
 def test_an_opening_of_a_path_opens_all_of_it_and_is_hardly_more_than_it_takes() -> None:
-    """On lines that no arm angle keeps within limits: arcs everywhere with the opening, not with 5 % less."""
+    """With a plan's first opening all poses have arcs in its branch, with 5 % less some have none."""
     s, seen, seed = np.linspace(0, 1, 1001), 0, 0
     while seen < 20:
         rng = np.random.default_rng([3, seed])
@@ -188,6 +204,7 @@ def test_an_opening_of_a_path_opens_all_of_it_and_is_hardly_more_than_it_takes()
 
 
 def test_an_elbow_within_the_margin_is_the_reason_whatever_other_joints_are() -> None:
+    """In `explain` joint 4 alone blocks branches whose status is ELBOW_LIMIT or ELBOW_MARGIN."""
     arm = aa.Arm.from_catalogue("fourier_gr2t2_right")
     q = np.array([-2.9791830040839286, -0.7969960236974973, -1.2181440680162838, 0.09554176151753335,
                   -1.7617132525291346, 0.6732222893259334, 0.6440776346441188])  # fmt: skip

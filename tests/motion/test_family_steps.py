@@ -34,13 +34,13 @@ MORE = pytest.mark.parametrize("arm", [*ARMS, *CALIBRATED.values()], ids=lambda 
 
 
 def within(arm: aa.Arm, rng: np.random.Generator, share: float = 0.9) -> Any:
-    """Return joints well within the limits, of a joint without any within a turn."""
+    """Return joints well within the limits; those of a joint without limits within ±π."""
     lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
     return 0.5 * (lower + upper) + 0.5 * share * (upper - lower) * rng.uniform(-1, 1, 7)
 
 
 def keeps(arm: aa.Arm, q: Any, now: Any, before: Any, fastest: Any, hardest: Any) -> None:
-    """A step keeps its bounds; a joint that can brake no more before its limit is stopped by it."""
+    """Check a step's bounds and limits; a joint that can brake no more before its limit is stopped by it."""
     velocity = (now.q - q) / DT
     stopped = (now.q <= arm.lower) | (now.q >= arm.upper)
     assert (np.abs(velocity) <= np.maximum(fastest, np.abs(before)) + 1e-12).all()
@@ -49,11 +49,13 @@ def keeps(arm: aa.Arm, q: Any, now: Any, before: Any, fastest: Any, hardest: Any
 
 
 def on_pose(arm: aa.Arm, q: Any, pose: Any) -> bool:
+    """Whether joints hold a pose to 1e-9."""
     return bool(np.abs(arm.forward(q, on_error="nan")[0] - pose).max() < 1e-9)
 
 
 @MORE
 def test_a_walk_under_bounds_keeps_them_and_is_ok_only_on_its_pose(arm: aa.Arm) -> None:
+    """Bounded steps to a target that jumps keep their bounds, and are OK only on the target's pose."""
     rng, arrived, partly = np.random.default_rng(1), 0, 0
     for k in range(6):
         q, before = within(arm, rng), np.zeros(7)
@@ -77,6 +79,7 @@ def test_a_walk_under_bounds_keeps_them_and_is_ok_only_on_its_pose(arm: aa.Arm) 
 
 @EVERY
 def test_a_move_within_the_bounds_shows_that_a_step_exists(arm: aa.Arm) -> None:
+    """If some joints within the bounds hold the pose, the bounded step is OK."""
     rng, tried = np.random.default_rng(2), 0
     for k in range(40):
         q, before = within(arm, rng), rng.uniform(-0.3, 0.3, 7)
@@ -95,6 +98,7 @@ def test_a_move_within_the_bounds_shows_that_a_step_exists(arm: aa.Arm) -> None:
 
 @EVERY
 def test_a_step_under_bounds_moves_wherever_one_without_them_does(arm: aa.Arm) -> None:
+    """Where a step without bounds is OK, the bounded one is OK or PARTIAL, and moves."""
     rng, partly = np.random.default_rng(3), 0
     for k in range(40):
         q = within(arm, rng)
@@ -117,6 +121,7 @@ def test_a_step_under_bounds_moves_wherever_one_without_them_does(arm: aa.Arm) -
 @MORE
 @pytest.mark.parametrize("acceleration", [None, 3.0])
 def test_a_target_aside_is_come_to_and_rested_on(arm: aa.Arm, acceleration: float | None) -> None:
+    """Bounded steps to a pose nearby are OK or PARTIAL, and end at rest on it."""
     rng = np.random.default_rng(4)
     for _ in range(3):
         q, before = within(arm, rng, 0.6), np.zeros(7)
@@ -150,6 +155,7 @@ def test_follow_is_a_loop_of_steps(arm: aa.Arm, bounds: dict[str, Any]) -> None:
 @pytest.mark.turns(2)
 @EVERY
 def test_a_wish_for_the_elbow_is_met_and_the_tool_stays(arm: aa.Arm) -> None:
+    """Steps with Towards(direction or point) keep the pose and reach the best psi of their arc."""
     rng, met = np.random.default_rng(6), 0
     for k in range(8):
         q = within(arm, rng, 0.7)
@@ -188,6 +194,7 @@ def left(arm: aa.Arm, q: Any, pose: Any) -> tuple[Any, Any]:
 def test_out_of_reach_it_comes_to_rest_where_no_small_move_leads_nearer(
     arm: aa.Arm, bounds: dict[str, Any]
 ) -> None:
+    """Steps with fallback="nearest_pose" rest where the distance has no slope, with or without bounds."""
     rng, level, reached = np.random.default_rng(7), 0, 0
     for k in range(40):
         q = within(arm, rng, 0.8)
@@ -227,6 +234,7 @@ def narrow(arm: aa.Arm, rng: np.random.Generator, q: Any) -> aa.Arm:
 @pytest.mark.slow
 @EVERY
 def test_lookahead_saves_many_and_harms_none(arm: aa.Arm) -> None:
+    """`follow` with lookahead keeps poses, limits and steps, and reaches at least as many rows as without."""
     saved, window = 0, 12 if arm is CHAIN else 30
     for seed in range(24 if arm is CHAIN else 16):
         rng = np.random.default_rng(seed)

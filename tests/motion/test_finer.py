@@ -15,14 +15,14 @@ SHIFTS = ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.1, 0.15, 0.0), (0.0, 0.15, 0.1))
 
 
 def corners() -> Array:
-    """Poses along a path with corners."""
+    """Four poses, for a path with corners."""
     poses = np.repeat(ARM.forward(Q)[0][None], len(SHIFTS), axis=0)
     poses[:, :3, 3] += SHIFTS
     return poses
 
 
 def motion(kind: str) -> aa.JointPath:
-    """A motion through the corners of this kind."""
+    """A motion by `plan`, by `follow`, or through joint rows, "joints" or "spline"."""
     if kind == "plan":
         return aa.plan(ARM, corners(), start=Q)
     if kind == "follow":
@@ -34,6 +34,7 @@ def motion(kind: str) -> aa.JointPath:
 @pytest.mark.parametrize("kind", ["plan", "follow", "joints", "spline"])
 @pytest.mark.parametrize("step", [0.2, 0.03])
 def test_no_joint_moves_farther_and_the_rows_stay(kind: str, step: float) -> None:
+    """`finer(step)` keeps all rows and adds some, so that no joint moves by more than `step` (rad)."""
     path = motion(kind)
     found = path.finer(step)
     assert np.abs(np.diff(path.q, axis=0)).max() > step
@@ -51,6 +52,7 @@ def test_no_joint_moves_farther_and_the_rows_stay(kind: str, step: float) -> Non
 
 
 def test_an_arm_angle_that_turns_round_is_lifted_on() -> None:
+    """In `finer` psi goes on beyond a turn without jumps of 2π."""
     arm = ARM.with_(lower=np.full(7, -20.0), upper=np.full(7, 20.0))
     q = arm.inverse(
         np.repeat(arm.forward(Q)[0][None], 40, axis=0), np.linspace(0, 3 * np.pi, 40), 2, limits=False
@@ -62,6 +64,7 @@ def test_an_arm_angle_that_turns_round_is_lifted_on() -> None:
 
 
 def test_a_scene_that_moves_stands_from_row_to_row() -> None:
+    """`finer` gives each new row a scene, and keeps scenes and clearances of the old ones."""
     arm = ARM.with_(body=aa.Body.bones(upper_arm=0.05, forearm=0.05))
     scenes = [aa.Scene([aa.Ball([2.0 + k, 0, 0], 0.1, name="ball")]) for k in range(len(SHIFTS))]
     path = aa.follow(arm, corners(), start=Q, max_joint_step=2.0, scene=scenes)
@@ -73,6 +76,7 @@ def test_a_scene_that_moves_stands_from_row_to_row() -> None:
 
 
 def test_what_cannot_be_made_finer_is_refused() -> None:
+    """`finer` refuses steps out of range, too many rows, and paths that are not solved or empty."""
     for step in (0.0, -1.0, 1e-7, 7.0, np.nan):
         refused(aa.InputError, "step", motion("plan").finer, step)
     arm = ARM.with_(lower=np.full(7, -7.0), upper=np.full(7, 7.0))

@@ -17,7 +17,7 @@ Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 
 
 def three() -> list[aa.JointPath]:
-    """A plan along a line, a motion that was followed, and a plan along poses: each from where one ended."""
+    """A plan along a line, a followed motion and a plan along poses, each from the end of the one before."""
     a = ARM.forward(Q)[0]
     b, c, d = (moved(a, by) for by in ([0.0, -0.12, 0.02], [-0.05, -0.12, -0.08], [-0.05, 0.0, -0.08]))
     first = aa.plan(ARM, aa.Line(a, b), start=Q, samples=50)
@@ -27,6 +27,9 @@ def three() -> list[aa.JointPath]:
 
 
 def test_the_whole_is_its_parts() -> None:
+    """`join`: joints, poses, psi and derivatives are those of the parts, s scaled by their numbers of
+    rows.
+    """
     parts = three()
     whole = aa.join(parts)
     counts = np.array([len(part) - 1 for part in parts])
@@ -53,6 +56,7 @@ def test_the_whole_is_its_parts() -> None:
 
 
 def test_plans_that_are_proven_are_proven_as_one() -> None:
+    """`join` of certified plans is certified."""
     first, _, third = three()
     whole = aa.join([third, aa.plan(ARM, aa.Line(third.poses[-1], third.poses[1]), start=third.q[-1])])
     assert whole.certified and len(whole.uncertified) == 0
@@ -62,6 +66,7 @@ def test_plans_that_are_proven_are_proven_as_one() -> None:
 
 @pytest.mark.parametrize("roll", ["pose", "free"])
 def test_rounded_corners_are_said_joined_and_with_free_roll(roll: Any) -> None:
+    """`plan`, `follow` and `join` with blend state the deviation at rounded corners, with free roll too."""
     arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
     arm = arm.with_tool(aa.pose([0.05, 0, 0.2], rpy=[0, 0.5, 0]))  # its z axis is not axis 7
     a, b, c = (aa.pose([x, y, 0.12], rpy=[np.pi, 0, 0]) for x, y in ((0.45, -0.15), (0.45, 0), (0.55, 0)))
@@ -77,6 +82,7 @@ def test_rounded_corners_are_said_joined_and_with_free_roll(roll: Any) -> None:
 
 
 def test_it_is_saved_and_timed_as_one(tmp_path: Path) -> None:
+    """A joined path can be saved and loaded, and retimed within its acceleration."""
     need("scipy")
     whole = aa.join(three())
     aa.io.save(whole, tmp_path / "whole.csv")
@@ -88,6 +94,7 @@ def test_it_is_saved_and_timed_as_one(tmp_path: Path) -> None:
 
 
 def test_what_does_not_join_is_refused() -> None:
+    """`join` refuses paths that do not meet, of other arms, not solved, or without rows."""
     (first, _, third), other = three(), aa.Arm.from_catalogue("kuka_iiwa14_r820")
     far = first.poses.copy()
     far[:, 0, 3] += 3.0
@@ -102,7 +109,7 @@ def test_what_does_not_join_is_refused() -> None:
 
 
 def test_what_stands_about_stays_known() -> None:
-    """One scene, or one a row; nothing where of one of the paths nothing is known."""
+    """`join` keeps one scene, or one a row; none if a part has none."""
     arm = ARM.with_(body=aa.Body.bones(upper_arm=0.06, forearm=0.05))
     scene, other = (aa.Scene([aa.Ball([0, place, 0.3], 0.05, name="post")]) for place in (-0.9, 0.9))
     a, b = arm.forward(Q)[0], arm.forward(Q)[0]

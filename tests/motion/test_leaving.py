@@ -25,7 +25,7 @@ STARTS = {
 
 
 def wishes(arm: aa.Arm, pose: Array, gc: int, psi: float, start: str) -> list[float]:
-    """Arm angles to both sides that one branch joins to psi without a gap."""
+    """Arm angles on both sides of psi to which an arc of one branch leads on without a gap."""
     branches = (gc, gc ^ (4 if start == "wrist" else 1))
     out = []
     for turn in (-0.8, -0.3, 0.3, 0.8):
@@ -41,6 +41,7 @@ def wishes(arm: aa.Arm, pose: Array, gc: int, psi: float, start: str) -> list[fl
 
 @pytest.fixture(params=["kuka_iiwa7_r800", "kuka_iiwa14_r820", "realman_rm75_b", "openarm_v10"])
 def arm(request: pytest.FixtureRequest) -> aa.Arm:
+    """An arm of the catalogue, each of four in turn."""
     return aa.Arm.from_catalogue(request.param)
 
 
@@ -49,6 +50,7 @@ def arm(request: pytest.FixtureRequest) -> aa.Arm:
 @pytest.mark.parametrize("by", ["tracker", "step", "bounded step"])
 @pytest.mark.parametrize("off", [0, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2])
 def test_a_wish_from_where_two_branches_meet_is_met(arm: aa.Arm, start: str, by: str, off: float) -> None:
+    """From θ2 or θ6 near 0, tracker and steps reach a wished psi while the tool stands."""
     q = np.array(STARTS[start], float)
     q[5 if start == "wrist" else 1] += off
     if not arm.lower[3] < q[3] < arm.upper[3]:
@@ -65,7 +67,7 @@ def test_a_wish_from_where_two_branches_meet_is_met(arm: aa.Arm, start: str, by:
 
 
 def tracked(arm: aa.Arm, q: Array, pose: Array, wish: float) -> Array:
-    """Track a pose with a wished arm angle; return the joints of each cycle."""
+    """Track a pose with a wished arm angle; return the joints (1001, 7) from q on."""
     tracker = begun(q, arm, DT, velocity=2.0, acceleration=10.0)
     base = (arm.base @ np.array([0, 0, arm.geometry.d_bs, 1.0]))[:3]
     elbow = arm.elbow(arm.inverse(pose, wish, arm.forward(q)[2], limits=False))
@@ -75,7 +77,7 @@ def tracked(arm: aa.Arm, q: Array, pose: Array, wish: float) -> Array:
 
 
 def stepped(arm: aa.Arm, q: Array, pose: Array, wish: float, bounded: bool) -> Array:
-    """Step to a pose towards a wished arm angle; return the joints of each step."""
+    """Step to a pose towards a wished arm angle; return the joints (1001, 7) from q on."""
     rows, velocity = [q], np.zeros(7)
     bounds: dict[str, Any] = {"dt": DT, "velocity": 2.0, "acceleration": 10.0} if bounded else {}
     for _ in range(1000):
@@ -93,6 +95,7 @@ def stepped(arm: aa.Arm, q: Array, pose: Array, wish: float, bounded: bool) -> A
     ("human_arm_left", [0, 0, 0, 90, 0, -90, 0]), ("human_arm_left", [0, 90, 0, 90, 0, -90, 0]),
 ])  # fmt: skip
 def test_a_hand_that_stands_where_branches_meet_moves_nothing(name: str, degrees: list[float]) -> None:
+    """A tracker at a home posture whose hand stands moves no joint."""
     arm, q = aa.Arm.from_catalogue(name), np.radians(degrees)
     tracker = begun(q, arm, 0.004, velocity=2.0)
     pose = arm.forward(q)[0]
@@ -112,6 +115,7 @@ def test_a_hand_that_stands_where_branches_meet_moves_nothing(name: str, degrees
                               -0.1219033927541826, 0], -0.19184937740222702),  # theta_2 = 1e-11
 ])  # fmt: skip
 def test_a_step_leaves_by_the_way_that_leads_to_its_wish(name: str, q: list[float], wish: float) -> None:
+    """Steps with Towards(psi) from θ2 or θ6 near 0 come to rest at psi."""
     arm, now = aa.Arm.from_catalogue(name), np.array(q)
     pose = arm.forward(now)[0]
     for _ in range(500):
@@ -125,7 +129,7 @@ def test_a_step_leaves_by_the_way_that_leads_to_its_wish(name: str, q: list[floa
 @pytest.mark.parametrize("off", [0.0, 1e-11])
 @pytest.mark.parametrize("longest", [0.02, 0.2])
 def test_the_middle_of_an_arc_leads_no_joint_round_for_ever(off: float, longest: float) -> None:
-    """Joint 7's turns end on the way: psi leaves towards the middle, or not, and not to the other side."""
+    """Steps with Centre at θ6 = 0 come to rest, though joint 7's limits end the way to the middle."""
     arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
     q = np.array([-2.718, 0.8238, 2.4703, 0.7597, 0.0, off, 1.6856])
     pose, _, gc = arm.forward(q)
@@ -150,7 +154,7 @@ def _hinge_postures(arm: aa.Arm, rng: np.random.Generator) -> Iterator[Array]:
 
 
 def test_a_step_that_is_ok_holds_the_pose_whichever_way_the_axes_of_a_hinge_point() -> None:
-    """Where theta is pi they are opposite, and the pivots turn together; they turned against each other."""
+    """A step that is OK holds the pose where the axes next to joint 2 or 6 are parallel or opposite."""
     rng, held = np.random.default_rng(5), 0
     for name in srs_catalogue():
         arm = aa.Arm.from_catalogue(name)

@@ -29,17 +29,19 @@ FORKED_LINE = line(FORKED, (0.1, 0.2, -0.5))
 
 
 def lifted(psi: float, lower: float) -> float:
-    """psi by whole turns within a turn above `lower`, but for rounding."""
+    """psi plus the whole turns that put it into [lower, lower + 2π), but for rounding."""
     return float(lower + (psi - lower + 1e-9) % (2 * np.pi) - 1e-9)
 
 
 def reached(path: aa.JointPath) -> int:
-    """How many poses were stepped to before the first that was not."""
+    """The number of rows that are OK before the first that is not."""
     return len(path) if path.ok else int(path.first_failure or 0)
 
 
 def way(arm: aa.Arm, poses: Array, q: Array, step: Array, grid: int) -> int:
-    """How many poses brute force reaches: psi on a grid, linked where no joint moves more than a step."""
+    """How many poses brute force reaches from q in its branch: psi on a grid, no joint moving more than
+    `step` (7,).
+    """
     gc = arm.forward(q)[2]
     psi = np.linspace(-np.pi, np.pi, grid, endpoint=False)
     before = q[None]
@@ -53,6 +55,7 @@ def way(arm: aa.Arm, poses: Array, q: Array, step: Array, grid: int) -> int:
 
 
 def narrow_arm(rng: np.random.Generator) -> aa.Arm:
+    """The iiwa with random symmetric limits of 40 to 170 degrees."""
     half = np.radians(rng.uniform(40, 170, 7))
     return IIWA.with_(lower=-half, upper=half)
 
@@ -66,7 +69,7 @@ def turned(start: Array, axis: Array, angle: float, way: Array, n: int) -> Array
 
 
 def bent_line(arm: aa.Arm, rng: np.random.Generator, n: int) -> tuple[Array, Array]:
-    """A posture, and n poses from its own on a line along which the tool turns."""
+    """Random joints, and n poses from their own on a line along which the tool turns."""
     q = rng.uniform(0.8 * arm.lower, 0.8 * arm.upper)
     start, goal = arm.forward(q)[0], frame(rng)
     way = 0.5 * (goal[:3, 3] - start[:3, 3])
@@ -74,7 +77,7 @@ def bent_line(arm: aa.Arm, rng: np.random.Generator, n: int) -> tuple[Array, Arr
 
 
 def turning_line(arm: aa.Arm, rng: np.random.Generator, n: int) -> tuple[Array, Array]:
-    """A posture, and n poses from its own on a line of up to 0.6 m with a turn of up to 3 rad."""
+    """Random joints, and n poses from their own on a line of up to 0.6 m with a turn of up to 3 rad."""
     q = rng.uniform(arm.lower, arm.upper) * 0.8
     axis, way = rng.normal(size=3), rng.normal(size=3)
     way *= rng.uniform(0.1, 0.6) / np.linalg.norm(way)
@@ -85,6 +88,9 @@ def turning_line(arm: aa.Arm, rng: np.random.Generator, n: int) -> tuple[Array, 
 
 
 def test_the_arc_forks_and_the_part_that_holds_psi_closes() -> None:
+    """FORKED_LINE is as this file needs it: its arc splits at FORK, and `follow` ends where its part
+    closes.
+    """
     plain = aa.follow(IIWA, FORKED_LINE, start=FORKED)
     gc = int(plain.gc[0])
     arcs = IIWA.feasible(FORKED_LINE, gc)
@@ -102,6 +108,7 @@ def test_the_arc_forks_and_the_part_that_holds_psi_closes() -> None:
 @pytest.mark.parametrize("policy", [aa.Repulsion(), aa.Hold()])
 @pytest.mark.parametrize("window", [15, 30, 60, 1000])
 def test_a_window_that_sees_the_dead_end_avoids_it(policy: Any, window: int) -> None:
+    """`follow` passes FORKED_LINE with a lookahead of 15 poses or more, and not with 0 or 1."""
     assert not aa.follow(IIWA, FORKED_LINE, start=FORKED, policy=policy).ok
     path = aa.follow(IIWA, FORKED_LINE, start=FORKED, policy=policy, lookahead=window)
     assert path.ok
@@ -112,6 +119,7 @@ def test_a_window_that_sees_the_dead_end_avoids_it(policy: Any, window: int) -> 
 
 
 def test_a_dead_end_without_a_way_around_is_run_into_as_late_as_can_be() -> None:
+    """`follow` with lookahead ends at the first pose at which no arm angle is feasible."""
     poses = line(AMID, (0.6, 0.2, 0.2))
     empty = int(np.argmax(IIWA.feasible(poses, 0).is_empty))
     assert 0 < empty < len(poses)
@@ -124,6 +132,7 @@ def test_a_dead_end_without_a_way_around_is_run_into_as_late_as_can_be() -> None
 
 @pytest.mark.parametrize("seed", range(24))
 def test_it_goes_as_far_as_brute_force_finds_a_way(seed: int) -> None:
+    """`follow` with lookahead reaches at least as many poses as a search on a grid."""
     rng = np.random.default_rng(seed)
     arm = narrow_arm(rng)
     q, poses = bent_line(arm, rng, 60)
@@ -133,7 +142,7 @@ def test_it_goes_as_far_as_brute_force_finds_a_way(seed: int) -> None:
 
 
 def test_a_gap_of_the_tube_that_closes_between_probes_is_seen() -> None:
-    """The ways to two arcs part where both were one; the gap is narrower than probes are apart."""
+    """`follow` reaches what a grid reaches also if the gap between two arcs is narrower than its probes."""
     rng = np.random.default_rng(2060)
     half = np.radians(rng.uniform(40, 170, 7))
     half[[1, 3, 5]] = np.minimum(half[[1, 3, 5]], 2.09)
@@ -144,6 +153,7 @@ def test_a_gap_of_the_tube_that_closes_between_probes_is_seen() -> None:
 
 
 def test_it_saves_many_and_harms_none() -> None:
+    """`follow` with lookahead reaches at least as many poses as without, and often more."""
     saved = 0
     for seed in range(count(80)):
         rng = np.random.default_rng(seed)
@@ -160,6 +170,7 @@ def test_it_saves_many_and_harms_none() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name)
 def test_every_row_is_a_step_on_its_pose(arm: aa.Arm) -> None:
+    """`follow` with lookahead and velocities keeps steps, limits and poses in each row."""
     rng = np.random.default_rng(3)
     dt, fastest = 0.02, rng.uniform(2, 6, 7)
     for _ in range(6):
@@ -176,6 +187,7 @@ def test_every_row_is_a_step_on_its_pose(arm: aa.Arm) -> None:
 
 
 def test_accelerations_are_kept_though_not_foreseen() -> None:
+    """`follow` with lookahead passes a dead end within velocities and accelerations."""
     poses = line(FORKED, (0.1, 0.2, -0.5), 3000)
     dt, hardest = 0.005, np.full(7, 20.0)
     slow = np.linspace(0, 1, 3000) ** 2 * (3 - 2 * np.linspace(0, 1, 3000))
@@ -192,13 +204,14 @@ def test_accelerations_are_kept_though_not_foreseen() -> None:
 
 
 def test_a_narrow_arc_is_never_missed() -> None:
-    """The only way out is an arc of 1e-4 rad, allowed from half of the poses on."""
+    """`follow` with lookahead reaches an arc of 1e-4 rad, all that is allowed from half of the poses on."""
     q, poses = AMID, line(AMID, (0.0, 0.05, 0.0), 60)
     gap = aa.ArcSet([(1.0, 1.0001)])
     full = aa.ArcSet([(-4.0, 4.0)])
     gate = {poses[k].tobytes(): gap for k in range(30, 60)}
 
     def allowed(pose: Any) -> aa.ArcSet:
+        """The allowed arcs of a pose."""
         return gate.get(np.asarray(pose).tobytes(), full)
 
     options: dict[str, Any] = {"start": q, "allowed": allowed, "policy": aa.Hold(), "max_joint_step": 0.05}
@@ -209,7 +222,7 @@ def test_a_narrow_arc_is_never_missed() -> None:
 
 
 def test_a_joint_does_not_go_round_behind_its_limits() -> None:
-    """A step wider than the gap between the limits of joint 7 does not cross it."""
+    """`follow` with a step wider than the gap between joint 7's limits does not cross that gap."""
     q = np.radians([-100.0, 80, 140, 100, 0, 20, -60])
     path = aa.follow(IIWA, line(q, (0.0, -0.2, 0.0)), start=q, lookahead=60, max_joint_step=0.3)
     assert path.ok
@@ -217,7 +230,9 @@ def test_a_joint_does_not_go_round_behind_its_limits() -> None:
 
 
 def test_without_dead_ends_nothing_changes() -> None:
-    """Also on lines in the arm's plane, on which theta2 or theta6 passes 0."""
+    """`follow` gives the same joints with lookahead, also in the arm's plane, where theta_2 or theta_6 passes
+    0.
+    """
     rng, crossed = generator(5), 0
     cases = [(IIWA.with_(lower=None, upper=None), line(AMID, (0.0, 0.1, 0.05)), AMID)]
     for _ in range(count(40)):
@@ -231,6 +246,7 @@ def test_without_dead_ends_nothing_changes() -> None:
 
 
 def test_a_single_pose_and_none_and_bad_windows() -> None:
+    """`follow` with lookahead takes one pose and none, and refuses what is no number of poses."""
     assert aa.follow(IIWA, FORKED_LINE[:1], start=FORKED, lookahead=5).ok
     assert len(aa.follow(IIWA, FORKED_LINE[:0], start=FORKED, lookahead=5)) == 0
     for bad in (-1, 1.5, True, None, "3"):

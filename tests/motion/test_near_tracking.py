@@ -17,11 +17,12 @@ EVERY = pytest.mark.parametrize("name", NAMES)
 
 
 def tracker_at(arm: aa.Arm, q: Array) -> aa.Tracker:
+    """A tracker of 4 ms at rest at joints q, with this file's bounds."""
     return begun(q, arm, DT, velocity=FASTEST, acceleration=HARDEST)
 
 
 def waved(pose: Array, ticks: int, size: float) -> Array:
-    """A hand that moves slowly about a pose."""
+    """The poses (ticks, 4, 4) of a hand that moves about a pose by up to `size` (m, rad)."""
     t = DT * np.arange(ticks)
     out = np.broadcast_to(pose, (ticks, 4, 4)).copy()
     out[:, :3, 3] += size * np.column_stack([np.sin(1.3 * t), np.sin(0.9 * t), np.sin(1.7 * t)])
@@ -32,6 +33,7 @@ def waved(pose: Array, ticks: int, size: float) -> Array:
 
 @EVERY
 def test_the_true_tool_follows_a_slow_hand_to_rounding(name: str) -> None:
+    """A calibrated arm's tracker follows a slow hand in 99 % of the cycles, then exactly."""
     arm = ARMS[name]
     start = streams.posture(arm)
     tracker = tracker_at(arm, start)
@@ -47,6 +49,7 @@ def test_the_true_tool_follows_a_slow_hand_to_rounding(name: str) -> None:
 
 
 def test_a_hand_that_is_far_is_approached() -> None:
+    """A calibrated arm's tracker is NEAREST to a hand out of reach."""
     arm = ARMS["kuka_iiwa7_r800 2.0 mm"]
     start = streams.posture(arm)
     now = settled(tracker_at(arm, start), moved(arm.forward(start)[0], [3.0, 0, 0]), 6.0)
@@ -54,6 +57,7 @@ def test_a_hand_that_is_far_is_approached() -> None:
 
 
 def test_without_deviation_it_is_the_exact_arms_tracker() -> None:
+    """With a chain that deviates by nothing, a tracker returns the joints of the plain arm's."""
     exact, near = aa.Arm.from_catalogue("kuka_iiwa7_r800"), calibrated("kuka_iiwa7_r800", 0.0, 0.0)
     start = streams.posture(exact)
     hands = waved(exact.forward(start)[0], 300, 0.1)[1:]  # the first stands where both tools are, to rounding

@@ -29,7 +29,7 @@ def planned(name: str) -> list[aa.JointPath]:
 
 @cache
 def turned() -> aa.JointPath:
-    """Return a plan of an FR3 from its posture, along poses that turn."""
+    """Return a plan of an FR3 from READY, along 30 poses that shift and turn."""
     s = np.linspace(0.0, 1.0, 30)[:, None]
     first = ARM.forward(READY)[0]
     return aa.plan(ARM, first @ aa.pose(s * [0.1, 0.15, -0.1], rotvec=s * [0.2, 0.1, -0.15]), start=READY)
@@ -60,6 +60,7 @@ def test_what_is_certified_holds_between_the_rows(name: str) -> None:
 
 @pytest.mark.parametrize("name", ARMS)
 def test_its_derivatives_are_differences_and_do_not_leap(name: str) -> None:
+    """A plan's derivatives equal finite differences, and the first two are continuous at its knots."""
     path, h = planned(name)[0], 1e-6
     s = np.linspace(0.01, 0.99, 97)
     exact = path.derivatives(s)
@@ -74,6 +75,7 @@ def test_its_derivatives_are_differences_and_do_not_leap(name: str) -> None:
 
 
 def test_it_begins_at_the_start_ends_at_the_goal_and_goes_on_from_there() -> None:
+    """A plan keeps `start` and `goal` exactly, and the next one begins at its last row."""
     path = turned()
     assert path.certified
     np.testing.assert_allclose(path.q[0], READY, rtol=0, atol=1e-12)
@@ -83,6 +85,7 @@ def test_it_begins_at_the_start_ends_at_the_goal_and_goes_on_from_there() -> Non
 
 
 def test_a_start_on_a_limit_is_left() -> None:
+    """A plan may start on a limit, and keeps it."""
     lower = np.array(ARM.lower)
     lower[6] = READY[6]
     path = aa.plan(ARM.with_(lower=lower), turned().poses, start=READY)
@@ -90,6 +93,7 @@ def test_a_start_on_a_limit_is_left() -> None:
 
 
 def test_a_margin_is_kept_and_the_branch_that_is_asked() -> None:
+    """A plan keeps `limit_margin` and `gc`."""
     poses = turned().poses
     for gc in (6, 7):
         path = aa.plan(ARM, poses, gc=gc, limit_margin=0.3)
@@ -98,6 +102,7 @@ def test_a_margin_is_kept_and_the_branch_that_is_asked() -> None:
 
 
 def test_a_wish_for_the_free_joint_is_met_as_it_is_weighed() -> None:
+    """The more Objective(psi) weighs, the nearer a plan comes to the wished value of the free joint."""
     poses, wished = turned().poses, 0.2
     off = []
     for weight in (0.0, 1.0, 100.0, 10_000.0):
@@ -110,6 +115,7 @@ def test_a_wish_for_the_free_joint_is_met_as_it_is_weighed() -> None:
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_more_weight_brings_the_elbow_nearer_to_where_it_is_wished(name: str) -> None:
+    """The more Objective(psi) weighs, the nearer a plan comes to the elbow that Towards asks for."""
     shares = []
     for path in planned(name)[:3]:
         arm, gc, here = path.arm, int(path.gc[0]), path.at(EVEN)
@@ -129,6 +135,9 @@ def test_more_weight_brings_the_elbow_nearer_to_where_it_is_wished(name: str) ->
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_only_allowed_values_of_the_free_joint_are_used(name: str) -> None:
+    """Plans use only `allowed` values of the free joint, given as arcs or as a function, or say that
+    none is.
+    """
     asked, narrower = [], 0
     for path in planned(name)[:4]:
         gc, psi = int(path.gc[0]), path.at(PLACES).psi
@@ -154,6 +163,7 @@ def test_only_allowed_values_of_the_free_joint_are_used(name: str) -> None:
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_a_plan_whose_duration_weighs_is_never_slower(name: str) -> None:
+    """Plans with Objective(duration) take no longer after `retime` than without, and some less."""
     gained = []
     for path in planned(name)[:3]:
         arm = path.arm.with_(velocity=2.0, acceleration=8.0)
@@ -174,12 +184,14 @@ def test_joints_travel_less_than_where_the_free_joint_is_held() -> None:
     assert held.ok and travel.certified
 
     def way(path: aa.JointPath) -> float:
+        """The sum of squared joint steps of a path."""
         return float((np.diff(path.at(EVEN).q, axis=0) ** 2).sum())
 
     assert way(travel) < 0.99 * way(held)
 
 
 def test_it_is_timed_saved_and_blended(tmp_path: Path) -> None:
+    """A plan can be retimed within its acceleration, saved and loaded, and its corners rounded."""
     path = turned()
     timed = aa.retime(path, acceleration=5.0)
     assert (np.abs(timed.qdd) <= 5.0 * (1 + 1e-6)).all() and timed.duration > 0.1
@@ -200,6 +212,7 @@ def test_no_pose_and_one_pose() -> None:
 
 
 def test_where_there_is_no_way_it_says_which_limit_would_have_to_move() -> None:
+    """The diagnosis names joint 4 as blocking, and by how much its limit must be wider."""
     poses = turned().poses
     lower, upper = np.array(ARM.lower), np.array(ARM.upper)
     upper[3] = turned().q[:, 3].min() - 0.1
@@ -219,6 +232,7 @@ def test_where_there_is_no_way_it_says_which_limit_would_have_to_move() -> None:
 
 
 def test_out_of_reach_it_says_how_far() -> None:
+    """The diagnosis of a plan that leaves the reach gives the excess (m); rows before it are solved."""
     poses = turned().poses.copy()
     poses[:, 0, 3] += np.linspace(0.0, 1.5, 30)
     path = aa.plan(ARM, poses, start=READY)
@@ -231,6 +245,9 @@ def test_out_of_reach_it_says_how_far() -> None:
 
 
 def test_ends_that_are_none_of_the_path_are_refused() -> None:
+    """A start or goal of another pose raises; one beyond limits or in another branch fails, and `explain`
+    says so.
+    """
     poses = turned().poses
     with pytest.raises(aa.InputError, match="start belongs to another pose"):
         aa.plan(ARM, poses, start=np.add(READY, 0.2))
@@ -250,6 +267,9 @@ BONES = aa.Body.bones(0.05, 0.05)
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_a_plan_about_obstacles_is_clear_between_the_rows(name: str) -> None:
+    """A plan in a scene keeps its clearance, by plain distances, also where the one without obstacles does
+    not.
+    """
     rng, detours = np.random.default_rng(8), 0
     bare = aa.Arm.from_catalogue(name).with_(body=BONES)
     for without in planned(name)[:4]:
@@ -272,6 +292,7 @@ def test_a_plan_about_obstacles_is_clear_between_the_rows(name: str) -> None:
 @pytest.mark.turns(4)
 @pytest.mark.parametrize("name", ARMS)
 def test_a_plan_among_what_moves_is_clear_at_every_moment(name: str) -> None:
+    """A plan with `scene` a function of s keeps its clearance at each s from the scene of that s."""
     rng, detours, bare = np.random.default_rng(9), 0, aa.Arm.from_catalogue(name).with_(body=BONES)
     for without in planned(name)[:3]:
         elbow = bare.frames(without.at([0.5]).q)[0, 3, :3, 3]
@@ -279,6 +300,7 @@ def test_a_plan_among_what_moves_is_clear_at_every_moment(name: str) -> None:
         way *= 0.4 / np.linalg.norm(way)
 
         def passing(s: float, elbow: np.ndarray = elbow, way: np.ndarray = way) -> aa.Scene:
+            """The scene at s: a ball that passes the elbow."""
             at = elbow + (s - 0.35) * way
             return aa.Scene([aa.Ball(at, 0.03, name="lamp")], clearance=0.01)
 
@@ -304,6 +326,7 @@ def test_a_plan_among_what_moves_is_clear_at_every_moment(name: str) -> None:
 
 
 def test_obstacles_that_leave_no_way_are_named() -> None:
+    """`explain` of a plan that obstacles block names the obstacle."""
     path = turned()
     middle = path.at([0.5]).pose[0, :3, 3]
     held = ARM.with_(body=BONES, hand=[aa.Ball([0, 0, 0.0], 0.05, name="gripper")])
@@ -319,7 +342,10 @@ def test_obstacles_that_leave_no_way_are_named() -> None:
 
 
 def test_an_interrupt_ends_it() -> None:
+    """What `progress` raises ends `plan`."""
+
     def stop(done: int, total: int) -> None:
+        """Raise KeyboardInterrupt."""
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):

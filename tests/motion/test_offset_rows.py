@@ -33,6 +33,9 @@ def followed(name: str, policy: Any = POLICIES[0], count: int = 25) -> aa.JointP
 @pytest.mark.parametrize("name", ARMS)
 @pytest.mark.parametrize("policy", POLICIES, ids=lambda p: type(p).__name__)
 def test_it_is_on_its_pose_between_the_rows_and_meets_them(name: str, policy: Any) -> None:
+    """`JointPath.at` of a followed motion holds the pose between the rows, meets the rows and does
+    not leap.
+    """
     path, s = followed(name, policy), np.linspace(0.0, 1.0, 401)
     between, arm = path.at(s), path.arm
     pose, free, gc = arm.forward(between.q)
@@ -48,6 +51,7 @@ def test_it_is_on_its_pose_between_the_rows_and_meets_them(name: str, policy: An
 @pytest.mark.parametrize("name", ARMS)
 @pytest.mark.parametrize("policy", POLICIES, ids=lambda p: type(p).__name__)
 def test_its_derivatives_are_differences(name: str, policy: Any) -> None:
+    """The derivatives of a followed motion equal finite differences."""
     path, h = followed(name, policy), 1e-5
     s = (path.s[:-1, None] + np.diff(path.s)[:, None] * [0.2, 0.7]).reshape(-1)
     exact = path.derivatives(s)
@@ -62,6 +66,7 @@ def test_its_derivatives_are_differences(name: str, policy: Any) -> None:
 @pytest.mark.parametrize("name", ARMS)
 @pytest.mark.parametrize("jerk", [None, 60.0])
 def test_it_is_timed_within_its_bounds(name: str, jerk: float | None) -> None:
+    """`retime` of a followed motion keeps its bounds and, but for 0.1 mm under a jerk bound, its line."""
     path = followed(name)
     motion = aa.retime(path, velocity=1.5, acceleration=4.0, jerk=jerk, sample=1e-3)
     assert np.abs(motion.qd).max() <= 1.5 * 1.002 and np.abs(motion.qdd).max() <= 4.0 * 1.002
@@ -73,7 +78,9 @@ def test_it_is_timed_within_its_bounds(name: str, jerk: float | None) -> None:
 
 
 def test_it_is_slower_than_the_joints_alone_and_stops_at_neither_row() -> None:
-    """Beside the naive way, to stop at every row: the time of each step from rest to rest."""
+    """`retime` takes under half the time of stops at all rows, and no less than one joint motion from end to
+    end.
+    """
     path = followed("franka_fr3")
     fast = aa.retime(path, velocity=1.5, acceleration=4.0)
     steps = np.abs(np.diff(path.q, axis=0)).max(axis=1)
@@ -83,6 +90,7 @@ def test_it_is_slower_than_the_joints_alone_and_stops_at_neither_row() -> None:
 
 
 def test_it_travels_whole_and_joins() -> None:
+    """A followed motion of an offset arm can be pickled, joined and retimed."""
     path = followed("franka_fr3")
     s = np.linspace(0, 1, 33)
     again = pickle.loads(pickle.dumps(path))
@@ -99,7 +107,7 @@ def test_a_single_row_stays() -> None:
 
 
 def test_a_fold_is_passed_as_any_place() -> None:
-    """At theta_5 = 90 degrees of a Franka joint 7 turns back, and the arm goes on in another branch."""
+    """`follow` of a Franka passes theta_5 = 90 degrees into another branch; the motion stays on its poses."""
     arm = aa.Arm.from_catalogue("franka_fr3")
     q = np.array([-0.937, -0.727, 0.392, -2.388, -1.564, 2.566, -0.122])
     poses = np.repeat(arm.forward(q)[0][None], 30, axis=0)
@@ -113,7 +121,9 @@ def test_a_fold_is_passed_as_any_place() -> None:
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_theta_2_and_theta_6_at_0_are_passed_as_any_place(name: str) -> None:
-    """Joints go straight through; rows are on both sides of where branches meet."""
+    """Motions through theta_2 = 0 or theta_6 = 0, by rows and by `follow`, stay on their poses
+    between rows.
+    """
     arm = aa.Arm.from_catalogue(name).with_(lower=np.full(7, -4.0), upper=np.full(7, 4.0))
     for joint in (2, 6):
         middle = np.array(READY[name])
@@ -130,7 +140,9 @@ def test_theta_2_and_theta_6_at_0_are_passed_as_any_place(name: str) -> None:
 
 
 def passed(path: aa.JointPath) -> None:
-    """On the poses, no joint far from the straight way, its derivatives differences, and timed."""
+    """Check that a motion is on its poses between rows, leaps nowhere, and that derivatives and `retime`
+    hold.
+    """
     s = np.linspace(0.0, 1.0, 701)
     between, arm = path.at(s), path.arm
     np.testing.assert_allclose(arm.forward(between.q)[0], between.pose, rtol=0, atol=1e-12)

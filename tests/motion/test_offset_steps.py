@@ -22,7 +22,7 @@ STEP = 0.2
 
 
 def motion(arm: aa.Arm, rng: np.random.Generator, count: int, share: float = 1.0) -> tuple[Any, Any]:
-    """Return poses of a smooth motion within the limits, and its joints."""
+    """Return `count` poses of a smooth motion within the limits, and its joints; `share` scales it."""
     middle, half = 0.5 * (arm.lower + arm.upper), 0.45 * np.minimum(arm.upper - arm.lower, 4.0)
     phase, rate = rng.uniform(-np.pi, np.pi, 7), rng.uniform(0.5, 1.5, 7)
     s = np.linspace(0.0, 2.0, count)[:, None]
@@ -31,7 +31,9 @@ def motion(arm: aa.Arm, rng: np.random.Generator, count: int, share: float = 1.0
 
 
 def holds(arm: aa.Arm, path: aa.JointPath) -> None:
-    """Every row that is OK holds its pose within the limits, next to the row before."""
+    """Check that each row that is OK holds its pose within the limits; if all are, also the size of each
+    step.
+    """
     ok = path.status == aa.Status.OK
     pose = arm.forward(path.q[ok])[0]
     np.testing.assert_allclose(pose, path.poses[ok], rtol=0, atol=1e-9)
@@ -47,6 +49,7 @@ def holds(arm: aa.Arm, path: aa.JointPath) -> None:
     "policy", [aa.Hold(), aa.Repulsion(), aa.Centre(K=0.2)], ids=lambda p: type(p).__name__
 )
 def test_a_motion_is_followed_until_no_posture_is_one_step_away(arm: aa.Arm, policy: Any) -> None:
+    """`follow` holds its poses, and where it ends no joints on a dense grid are within one step."""
     done, count = 0, 60
     grid = np.linspace(-np.pi, np.pi, 1001)
     for seed in range(8):
@@ -67,6 +70,7 @@ def test_a_motion_is_followed_until_no_posture_is_one_step_away(arm: aa.Arm, pol
 
 
 def test_holding_the_free_joint_holds_it_to_the_bit_where_it_may() -> None:
+    """`step` with Hold keeps joint 7 of a Franka to the bit."""
     pose = FR3.forward(READY)[0].copy()
     pose[:3, 3] += [0.0005, -0.0003, 0.0004]
     now = aa.step(FR3, READY, pose, policy=aa.Hold())
@@ -75,6 +79,7 @@ def test_holding_the_free_joint_holds_it_to_the_bit_where_it_may() -> None:
 
 
 def test_a_home_posture_with_joints_1_and_3_on_one_axis_steps_on() -> None:
+    """`step` of a Franka with q_2 = 0 holds its own pose; steps to poses beside it are exact if OK."""
     q = READY.copy()
     q[1] = 0.0
     pose = FR3.forward(q)[0]
@@ -112,7 +117,7 @@ def test_where_a_step_refuses_a_dense_search_finds_no_posture_one_step_away(arm:
 
 
 def test_a_fold_is_passed_through() -> None:
-    """Joint 5 of a Franka goes through 90 degrees, where the branch ends and joint 7 turns back."""
+    """`follow` takes a Franka through theta_5 = 90 degrees, where its branch ends and joint 7 turns back."""
     q = np.array([0.1, 0.3, 0.2, -1.9, 1.2, 2.0, 0.4])
     end = q + np.array([0.0, 0.0, 0.0, 0.0, 0.7, 0.0, 0.0])
     s = np.linspace(0, 1, 80)[:, None]
@@ -125,6 +130,7 @@ def test_a_fold_is_passed_through() -> None:
 
 
 def test_what_is_allowed_binds() -> None:
+    """`step(allowed=)` uses only allowed values of the free joint, or is NOT_ALLOWED."""
     pose, free, gc = FR3.forward(READY)
     arcs = FR3.feasible(pose, gc)
     shut = aa.ArcSet([[free + 0.5, free + 0.6]])
@@ -136,6 +142,7 @@ def test_what_is_allowed_binds() -> None:
 
 
 def test_why_there_is_no_step() -> None:
+    """`step` and `follow` name the reason: out of reach, a joint jump, limits."""
     far = aa.pose([3.0, 0, 0])
     now = aa.step(FR3, READY, far)
     assert now.status is aa.Status.UNREACHABLE and now.why is aa.Status.UNREACHABLE
@@ -149,6 +156,7 @@ def test_why_there_is_no_step() -> None:
 
 
 def test_a_wish_for_the_free_joint_is_met() -> None:
+    """Steps with Towards(psi) bring joint 7 of a Franka to its wish while the tool stands."""
     pose, free, _ = FR3.forward(READY)
     q = READY
     for _ in range(60):

@@ -14,11 +14,12 @@ import armangle as aa
 
 
 def run(tracker: aa.Tracker, poses: Any) -> list[aa.types.Tracked]:
+    """The results of a tracker's cycles for poses (n, 4, 4)."""
     return [tracker.step(pose) for pose in poses]
 
 
 def keeps_bounds(arm: aa.Arm, q0: Any, ticks: list[aa.types.Tracked], dt: float, hardest: float) -> None:
-    """Speeds, accelerations and limits of the joints as they were returned."""
+    """Check speeds, accelerations and limits of the joints of cycles that begin at rest at q0."""
     q = np.vstack([q0, *(now.q for now in ticks)])
     v = np.vstack([np.zeros(7), np.diff(q, axis=0) / dt])
     assert (np.abs(v) <= arm.velocity + 1e-9).all()
@@ -36,6 +37,7 @@ CHAINS = [
 
 @pytest.mark.parametrize("arm", [*ARMS, *CHAINS], ids=lambda arm: f"{arm.name} {arm.kind}")
 def test_a_slow_hand_is_followed_exactly_and_bounds_are_kept(arm: aa.Arm) -> None:
+    """A tracker keeps its bounds, and is on the hand to 1e-9 m whenever it says FOLLOWING."""
     arm = arm.with_(velocity=np.minimum(arm.velocity, 3.0))
     following = late = nearest = total = 0
     for seed in range(4):
@@ -59,6 +61,7 @@ def test_a_slow_hand_is_followed_exactly_and_bounds_are_kept(arm: aa.Arm) -> Non
 
 
 def test_a_far_hand_stops_the_tool_at_the_reach_and_a_jump_is_a_motion() -> None:
+    """A tracker rests NEAREST to a hand out of reach, and follows again after the hand jumps back."""
     tracker = aa.Tracker(FR3, dt=0.004)
     tracker.start(READY)
     far = FR3.forward(READY)[0].copy()
@@ -74,6 +77,7 @@ def test_a_far_hand_stops_the_tool_at_the_reach_and_a_jump_is_a_motion() -> None
 
 
 def test_what_is_no_pose_moves_nothing_wrong() -> None:
+    """A tracker stays where it is for a pose of NaN and for no poses."""
     tracker = aa.Tracker(FR3, dt=0.004)
     tracker.start(READY)
     now = tracker.step(np.full((4, 4), np.nan))
@@ -83,6 +87,9 @@ def test_what_is_no_pose_moves_nothing_wrong() -> None:
 
 @pytest.mark.parametrize("arm", CHAINS, ids=lambda arm: f"{arm.name} {arm.kind}")
 def test_a_target_at_rest_is_reached_by_the_true_arm_and_a_copy_goes_on_alike(arm: aa.Arm) -> None:
+    """A calibrated arm's tracker reaches a pose exactly, and a copy of it returns the same joints to
+    the bit.
+    """
     rng, reached = np.random.default_rng(4), 0
     arm = arm.with_(velocity=np.minimum(arm.velocity, 3.0))
     lower, upper = np.maximum(arm.lower, -3.0), np.minimum(arm.upper, 3.0)

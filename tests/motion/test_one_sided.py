@@ -14,12 +14,14 @@ from armangle.models.catalogue import srs_catalogue
 
 
 def straight(arm: aa.Arm) -> float:
-    """The q_4 of a straight elbow."""
+    """The joint value q_4 (rad) of a straight elbow."""
     return float(arm.geometry.signs[3] * (arm.geometry.delta - arm.geometry.offsets[3]))
 
 
 def one_sided() -> list[tuple[aa.Arm, float]]:
-    """Arms of the catalogue whose joint 4 has room on one side of the straight elbow alone, and that side."""
+    """S-R-S arms whose joint 4 has room on one side of the straight elbow only, and that side as a sign of
+    q_4.
+    """
     out = []
     for arm in map(aa.Arm.from_catalogue, srs_catalogue()):
         above, below = float(arm.upper[3]) - straight(arm), straight(arm) - float(arm.lower[3])
@@ -39,7 +41,7 @@ FAILED = {"aldebaran_romeo_left": ROMEO, "pollen_reachy2_left": REACHY}
 
 
 def starts(arm: aa.Arm, side: float) -> list[Array]:
-    """With the elbow exactly straight, and a little to the side without room if the limits allow that."""
+    """Joints with the elbow straight, and off to the side without room as far as the limits allow it."""
     rng, out = generator(8), []
     for off in (0.0, 1e-4, 3e-3):
         q = np.clip(rng.uniform(-0.3, 0.3, 7), arm.lower + 0.01, arm.upper - 0.01)
@@ -54,6 +56,7 @@ def starts(arm: aa.Arm, side: float) -> list[Array]:
 @each_arm
 @pytest.mark.parametrize("acceleration", [np.inf, 8.0])
 def test_by_steps(arm: aa.Arm, side: float, acceleration: float) -> None:
+    """Bounded steps from a straight elbow bend it to the side with room and reach the pose."""
     rng = np.random.default_rng(8)
     for start in starts(arm, side):
         goal = start + rng.uniform(-0.01, 0.01, 7)
@@ -72,7 +75,7 @@ def test_by_steps(arm: aa.Arm, side: float, acceleration: float) -> None:
 
 @each_arm
 def test_by_a_tracker(arm: aa.Arm, side: float) -> None:
-    """It was kept on the side where it stood, by rounding, with hardly any room there."""
+    """A tracker from a straight elbow bends it to the side with room and follows the hand."""
     for start in starts(arm, side):
         away = start + 0.2 * np.array([1, -1, 1, 0, -1, 1, -1])
         there = np.clip(away, arm.lower + 0.05, arm.upper - 0.05)
@@ -88,7 +91,9 @@ def test_by_a_tracker(arm: aa.Arm, side: float) -> None:
 @each_arm
 @pytest.mark.parametrize("end", ["start", "goal"])
 def test_along_a_plan(arm: aa.Arm, side: float, end: str) -> None:
-    """A line towards the shoulder, and back; whatever rounding makes of the straight elbow's angle."""
+    """A plan that starts or ends at a straight elbow is certified, whatever the sign of a rounding error of
+    q_4.
+    """
     postures = [starts(arm, side)[0], np.array(FAILED.get(arm.name, [0.2, 0.4, 0.3, 0, 0.1, 0.3, 0.2]))]
     for q, zero in itertools.product(postures, (0.0, -0.0, 1e-16, -1e-16)):
         q[3] = straight(arm) + zero

@@ -10,7 +10,9 @@ STEPS, GRID, MOVE = 120, 180, 0.35
 
 
 def margins(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
-    """Least distance to limits and singularities of joints (..., 7), rad; negative outside."""
+    """Least distance (...), rad, of joints (..., 7) to a limit or singularity; negative outside the
+    limits.
+    """
     theta = arm.geometry.signs * q + arm.geometry.offsets
     sines = np.abs(np.sin(theta[..., [1, 3, 5]] - [0.0, arm.geometry.delta, 0.0]))
     limits = np.minimum(q - arm.lower, arm.upper - q).min(axis=-1)
@@ -18,8 +20,8 @@ def margins(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
 
 
 def finds_a_way(arm: aa.Arm, path: aa.Path, gc: int, margin: float, start: np.ndarray | None = None) -> bool:
-    """Whether solutions on a grid of psi connect from s = 0 to 1, all with at least `margin`
-    (rad) to limits.
+    """Whether solutions in branch gc on a grid of psi connect s = 0 and 1, all with at least `margin` (rad)
+    to limits and singularities, from next to `start` if it is given.
     """
     grid = np.linspace(-np.pi, np.pi, GRID, endpoint=False)
     before = live = None
@@ -43,8 +45,8 @@ def finds_a_way(arm: aa.Arm, path: aa.Path, gc: int, margin: float, start: np.nd
 
 
 def planar_motion(arm: aa.Arm, rng: np.random.Generator) -> tuple[aa.Line, np.ndarray]:
-    """A line in the plane of joints 2, 4, 6, with joints from plane trigonometry that are
-    within the limits.
+    """A random line in the plane of joints 2, 4, 6, and joints (201, 7) along it from plane trigonometry,
+    0.03 rad within the limits.
     """
     s, bend = np.linspace(0, 1, 201), [1, 3, 5]
     while True:
@@ -83,8 +85,8 @@ def planar_motion(arm: aa.Arm, rng: np.random.Generator) -> tuple[aa.Line, np.nd
 def turned_at_standing_tool(
     arm: aa.Arm, start: np.ndarray, move: float = 0.4, shown: int = 20
 ) -> list[np.ndarray]:
-    """Some configurations that the self-motion of `start` reaches within limits, in steps below
-    `move` (rad).
+    """About `shown` configurations that the self-motion of `start` reaches in both directions, within limits
+    and without a step of `move` (rad).
     """
     pose, psi, gc = arm.forward(start)
     found: list[np.ndarray] = []

@@ -28,7 +28,9 @@ class Best(NamedTuple):
 
 
 def near(case: Case, q: np.ndarray) -> np.ndarray:
-    """The cost of configurations (..., 7) near limits and singularities; infinite outside the limits."""
+    """The cost (...) of joints (..., 7) for being near limits and singularities; infinite beyond limits or
+    margins.
+    """
     arm, weights = case.arm, case.objective
     hinges = np.abs(np.angle(np.exp(1j * (arm.geometry.signs * q + arm.geometry.offsets)[..., [1, 5]])))
     room = np.concatenate([q - arm.lower, arm.upper - q], axis=-1) - case.limit_margin
@@ -40,7 +42,7 @@ def near(case: Case, q: np.ndarray) -> np.ndarray:
 
 
 def shares(case: Case) -> np.ndarray:
-    """The weight of each step's configuration in the integral of that cost."""
+    """The weights (STEPS + 1,) of the costs of `near` in the integral over s."""
     out = np.full(STEPS + 1, margin_scale(case.arm, case.path) / STEPS)
     out[[0, -1]] /= 2
     return out
@@ -93,13 +95,13 @@ def _in_branch(case: Case, arm: aa.Arm, gc: int) -> Best | None:
 
 
 def descend(case: Case, way: Best) -> np.ndarray:
-    """The joints (SAMPLES, 7) of a path after Gauss-Newton steps on psi."""
+    """The joints (SAMPLES, 7) of the path after Gauss-Newton steps on psi that begin at `way`."""
     arm, weight, own = case.arm.with_(reference="stereographic"), case.objective.travel * STEPS, shares(case)
     s, probe, fixed = np.linspace(0, 1, STEPS + 1), 1e-4, case.start is not None
     poses, psi, damping = case.path.pose(s), way.psi, 1e-3
 
     def joints(angles: np.ndarray) -> np.ndarray:
-        """The joints at arm angles (STEPS + 1,), without jumps by 2π."""
+        """The joints at arm angles (STEPS + 1,); with a start also without jumps by 2π."""
         q = arm.inverse(poses, angles, way.gc, limits=False)
         if case.start is not None:
             q[0] = case.start

@@ -21,20 +21,24 @@ Z = np.array([0.0, 0.0, 1.0])
 
 
 def off(links: Array, mm: float, mrad: float, rng: np.random.Generator) -> Array:
-    """Links moved by random translations (mm) and rotations (mrad) of this size."""
+    """Links moved by random translations and rotations, root mean squares `mm` and `mrad`."""
     shifts, turns = (size * 1e-3 / 3**0.5 * rng.normal(size=(8, 3)) for size in (mm, mrad))
     return np.array([link @ aa.pose(s, rotvec=t) for link, s, t in zip(links, shifts, turns, strict=True)])
 
 
 def calibrated(name: str, mm: float, mrad: float, seed: int = 0) -> aa.Arm:
-    """An arm of the catalogue on its own chain, whose links differ from the nominal ones at random."""
+    """An S-R-S arm of the catalogue on its own chain, whose links are off at random by `mm` and
+    `mrad` (RMS).
+    """
     arm = aa.Arm.from_catalogue(name)
     rng = generator(seed, round(10 * mm), len(name))
     return arm.with_(chain=off(links_of(chain_of(arm._description())), mm, mrad, rng))
 
 
 def calibrated_offset(name: str, mm: float, mrad: float, seed: int = 0) -> aa.Arm:
-    """The same for an arm with an offset wrist or shoulder."""
+    """An arm of the catalogue with an offset wrist or shoulder, its links off at random by `mm` and `mrad`
+    (RMS).
+    """
     arm = aa.Arm.from_catalogue(name)
     rows = OffsetDescription(**{f.name: arm._number(f.name) for f in fields(OffsetDescription)})
     rng = generator(seed, round(10 * mm), len(name))
@@ -42,7 +46,7 @@ def calibrated_offset(name: str, mm: float, mrad: float, seed: int = 0) -> aa.Ar
 
 
 def plain_forward(arm: aa.Arm, q: Array) -> Array:
-    """The tip pose of a chain, multiplied link by link."""
+    """The tip pose of an arm's own chain at joints (7,), multiplied link by link."""
     pose = arm.geometry.chain[0]
     for angle, link in zip(q, arm.geometry.chain[1:], strict=True):
         pose = pose @ turn(Z, angle) @ link

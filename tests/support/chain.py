@@ -51,7 +51,7 @@ def frame_from(origin: ElementTree.Element | None) -> Array:
 
 
 def urdf_forward(text: str, tip: str, q: dict[str, float]) -> Array:
-    """Return the pose of a link in its root link, by multiplying the joints of the file in order."""
+    """Return the pose of a link in its root link at joints by name, by multiplying the joints of the file."""
     joints = {j.find("child").get("link"): j for j in ElementTree.fromstring(text).iter("joint")}
     pose = np.eye(4)
     while tip in joints:
@@ -191,7 +191,9 @@ def urdf_of(arm: Any, rng: np.random.Generator, clutter: bool = True) -> str:
 
 
 def simple_urdf(joints: str = "", count: int = 7, links: str = "", **change: str) -> str:
-    """Return the URDF of a straight chain l0 .. l<count>; `change` replaces text in joints by name."""
+    """Return the URDF of a straight chain l0 .. l<count>, with the XML `links` and `joints` at its end.
+    `change` gives the whole XML of some of its joints j1 .. j<count>.
+    """
     text = ['<robot name="simple">']
     text += [f'<link name="l{i}"/>' for i in range(count + 1)]
     for i in range(1, count + 1):
@@ -215,7 +217,9 @@ LIMIT = '<limit lower="-1" upper="2"/>'
 
 
 def broken_chain(joint: int, frame, seed: int = 0) -> Chain:
-    """Return the chain of a simple arm in which all from one joint on is moved by a frame."""
+    """Return the chain of a simple arm in which joint `joint` (from 0) and all after it are moved by
+    a frame.
+    """
     made = RandomArm(np.random.default_rng(seed), right_angles=True)
     made.base, made.tool, made.offsets = np.eye(4), np.eye(4), np.zeros(7)
     made.d_bs, made.d_se, made.d_ew, made.d_wf = 0.3, 0.4, 0.4, 0.1

@@ -74,7 +74,9 @@ def walked(arm: aa.Arm, q: Array) -> tuple[Array, Array, Array]:
 
 
 def elbow_angles(arm: aa.Arm, pose: Array, q: Array) -> Array:
-    """The arm angles (n,) of joints (n, 7), from the direction of the elbow axis about shoulder-wrist."""
+    """The arm angles (n,) at joints (n, 7) of one pose, from the direction of the elbow axis about
+    shoulder-wrist.
+    """
     flange = np.linalg.inv(arm.base) @ pose @ np.linalg.inv(arm.tool)
     p = flange[:3, 3] - arm.geometry.d_wf * flange[:3, 2] - [0.0, 0.0, arm.geometry.d_bs]
     w = p / np.linalg.norm(p)
@@ -104,7 +106,9 @@ def is_posture(arm: aa.Arm, pose: Array, psi: Array, gc: int, q: Array) -> Array
 
 
 def margins(arm: aa.Arm, q: Array) -> Array:
-    """Least distance (n,), rad, of a joint to its limits, after adding the best multiple of 2π."""
+    """Least distance (n,), rad, of a joint to its limits up to multiples of 2π; negative beyond, infinite if
+    all joints turn fully.
+    """
     middle, half = 0.5 * (arm.lower + arm.upper), 0.5 * (arm.upper - arm.lower)
     return np.where(half >= np.pi, np.inf, half - circle_gap(q, middle)).min(axis=1)
 
@@ -168,7 +172,7 @@ def beside_singular(arm: aa.Arm, psi: Array, q: Array) -> tuple[Array, Array]:
 
 
 def cases(seed: int, count: int) -> Iterator[Case]:
-    """`count` cases over all arms of the catalogue, reproducible from the seed."""
+    """At most `count` cases over all S-R-S arms of the catalogue, the same for the same seed."""
     names = srs_catalogue()
     for k in range(count):
         one = drawn(seed, k, names[(seed * count + k) % len(names)])
@@ -193,7 +197,7 @@ def drawn(seed: int, number: int, name: str) -> Case | None:
 
 
 def misleading(arm: aa.Arm, pose: Array, gc: int, rng: np.random.Generator) -> dict[str, Array]:
-    """Limits at random places, or at values that joints take at this pose; or the arm's own."""
+    """Limits as keywords of `with_`: random, or near values of joints at this pose; {} for the arm's own."""
     kind = rng.random()
     if kind < 0.3:
         return {}

@@ -42,7 +42,9 @@ def shape(rng: np.random.Generator, at: Array, name: str) -> aa.Ball | aa.Capsul
 
 
 def cluttered(arm: aa.Arm, start: Array, rng: np.random.Generator, count: int = 6) -> aa.Scene:
-    """A scene of obstacles around the arm, without collision at the start."""
+    """A scene of at most `count` obstacles around the arm, each more than 15 mm from it at the joints
+    `start`.
+    """
     shoulder = (arm.base @ np.array([0, 0, arm.geometry.d_bs, 1.0]))[:3]
     reach = arm.geometry.d_se + arm.geometry.d_ew
     found: list[aa.Ball | aa.Capsule | aa.Box] = []
@@ -56,11 +58,11 @@ def cluttered(arm: aa.Arm, start: Array, rng: np.random.Generator, count: int = 
 
 
 def between(q: Array, parts: int = 4) -> Array:
-    """The joints (n, 7) with intermediate rows inserted."""
+    """The joints (n, 7) with each step divided into `parts`."""
     share = np.arange(parts)[:, None, None] / parts
     return np.concatenate([(q[:-1] + share * np.diff(q, axis=0)).reshape(-1, 7), q[-1:]])
 
 
 def started(arm: aa.Arm, scene: aa.Scene, start: Array, **options: Any) -> aa.Tracker:
-    """A tracker at rest at the start among the obstacles."""
+    """A tracker at rest at the joints `start`, with this scene."""
     return begun(start, arm.with_(scene=scene), DT, **options)

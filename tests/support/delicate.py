@@ -52,7 +52,9 @@ class Delicate:
         return float(found.distance - (off.max() if self.metric == "max" else np.linalg.norm(off)))
 
     def faults(self) -> dict[str, float]:
-        """Return the faults of the solution and their sizes (rad; of the pose: m)."""
+        """Return the faults of the solution by name and their sizes (rad; of the pose: m); {} if there is
+        none.
+        """
         found = self.solve()
         if not found.ok:
             return {"none": np.inf}
@@ -72,7 +74,9 @@ def _catalogue() -> list[aa.Arm]:
 
 
 def delicate(number: int, seed: int) -> Delicate:
-    """Return a case near singularities; the seed is the configuration itself, near it, or anywhere."""
+    """Return the case that `number` and `seed` draw: q near singularities or limits; `near` is q, close to
+    it, or anywhere.
+    """
     rng = np.random.default_rng([number, seed, 78])
     arm = _catalogue()[int(rng.integers(len(_catalogue())))]
     low, high = np.maximum(arm.lower, -4.0), np.minimum(arm.upper, 4.0)
@@ -117,7 +121,9 @@ class DelicateOffset:
         return f"{self.number}-{self.arm._rows.name}-{beside or 'regular'}"
 
     def faults(self) -> dict[str, float]:
-        """Return the faults of the solution and their sizes (rad; of the pose: m)."""
+        """Return the faults of the solution by name and their sizes (rad; of the pose: m); {} if there is
+        none.
+        """
         found = self.arm.solve(self.pose, self.near)
         if not found.ok:
             return {"none": np.inf}
@@ -129,9 +135,8 @@ class DelicateOffset:
 
 
 def delicate_offset(number: int, seed: int, arm: aa.Arm) -> DelicateOffset:
-    """Return such a case of an arm with an offset: theta_2, elbow or theta_5 near a singularity.
-
-    The seed is the posture, one beside it, or one anywhere.
+    """Return the case that `number` and `seed` draw: theta_2, elbow or theta_5 of q near a singularity;
+    `near` is q, close to it, or anywhere.
     """
     rng = np.random.default_rng([number, seed, 91])
     low, high = np.maximum(arm.lower, -4.0), np.minimum(arm.upper, 4.0)  # of a joint without limits, any

@@ -58,7 +58,9 @@ def small_tiles(monkeypatch: pytest.MonkeyPatch, cells: int = CELLS) -> None:
 def made(
     name: str, place: Path, *, spacing: float = 0.05, tilt: float = 0.2, margin: float = 0.0, **options: Any
 ) -> aa.ReachMap:
-    """A map with a few tiles."""
+    """Compute the map of an arm of the catalogue in the folder `place`; with these defaults it has a few
+    tiles.
+    """
     arm = aa.Arm.from_catalogue(name).with_(singularity_margin=margin)
     return aa.reach_map(arm, place, spacing=spacing, tilt=tilt, **options)
 
@@ -86,7 +88,9 @@ def peak(name: str, place: Path, *, spacing: float, tilt: float) -> float:
 def killed_and_resumed(
     name: str, place: Path, rng: np.random.Generator, clusters: Sequence[bool], **options: float
 ) -> int:
-    """Begin a map once for each of `clusters` and kill the process; return how often it was still running."""
+    """Begin or resume a map once for each of `clusters` (whether by a Dask worker), and kill the process each
+    time. Return how often it was still running.
+    """
     died = 0
     for cluster in clusters:
         running = process(name, place, cluster=cluster, **options)
@@ -122,7 +126,7 @@ def whole(name: str, **options: Any) -> str:
 
 @functools.cache
 def _whole(name: str, cells: int, **options: Any) -> str:
-    """The same for this size of tiles."""
+    """The hash of a map computed in one run with tiles of about `cells` cells."""
     with tempfile.TemporaryDirectory() as folder:
         made(name, Path(folder) / "whole.zarr", **options)
         return digest(Path(folder) / "whole.zarr")

@@ -45,7 +45,7 @@ def limited(arm: Any, joint: int, lower: float | None = None, upper: float | Non
 
 
 def begun(start: Any, *words: Any, **options: Any) -> aa.Tracker:
-    """A tracker at rest at these joints."""
+    """A tracker with these arguments, at rest at the joints `start`."""
     tracker = aa.Tracker(*words, **options)
     tracker.start(start)
     return tracker
@@ -60,7 +60,9 @@ def refused(
 
 
 def proven(result: aa.JointPath, start: Any = None, goal: Any = None, s: Array = DENSE) -> aa.types.PathPoint:
-    """Check that a plan is certified, and that ends, pose, limits and continuity are as promised."""
+    """Check that a plan is certified, and that ends, pose, limits and continuity are as promised. Return its
+    points at s.
+    """
     assert result.certified, result.explain()
     arm, here = result.arm, result.at(s)
     for row, end in ((0, start), (-1, goal)):
@@ -106,7 +108,9 @@ def just_inside(
 def in_a_loop(
     arm: Any, poses: Any, start: Array, on_fail: Any = "stop", velocity_now: Any = None, **options: Any
 ) -> aa.JointPath:
-    """Follow poses, and check that the result equals `step` in a loop to the bit."""
+    """Follow poses, check that q, margin, gc and status equal those of `step` in a loop, and return the
+    motion.
+    """
     bounded = "acceleration" in options or velocity_now is not None
     velocity = np.zeros(7) if velocity_now is None else velocity_now
     given = {"velocity_now": velocity_now} if velocity_now is not None else {}

@@ -89,7 +89,7 @@ def cost_of(case: Case, found: aa.Solution) -> float:
 
 
 def least_beside(case: Case, count: int) -> float:
-    """Return the least cost that `solve` finds over poses that differ by rounding.
+    """Return the least cost that `solve` finds over `count` poses that differ from the case's by rounding.
 
     Within 1e-11 rad of a singular arm angle joints turn by so much that the pose's last digit decides.
     """
@@ -143,7 +143,9 @@ def cases(count: int, seed: int) -> list[Case]:
 
 
 def narrowed(case: Case) -> Case:
-    """Return the case with fewer branches, allowed arcs and a singularity margin."""
+    """Return the case with a random choice of branches, allowed arcs (or all) and singularity margin
+    (or 0).
+    """
     rng = np.random.default_rng([case.number, 5])
     gc = tuple(np.flatnonzero(rng.random(8) < 0.5).tolist()) or (int(rng.integers(8)),)
     lower = rng.uniform(-np.pi, np.pi, 2)

@@ -51,13 +51,15 @@ def length(arm: aa.Arm, path: aa.Path, steps: int = 2001) -> float:
 
 
 def margin_scale(arm: aa.Arm, path: aa.Path) -> float:
-    """The factor of the cost of margins."""
+    """The factor of the costs of margins along a path, from its `length`."""
     turned = length(arm, path)
     return max(turned**2, min(1.0, (turned / 0.5) ** 2))
 
 
 def nearness(distance: np.ndarray, enough: float, floor: float = FLOOR) -> np.ndarray:
-    """The cost of distances (..., k) from limits, summed over k; below the floor its tangent."""
+    """The cost (...) of distances (..., k), rad, from limits, 0 from `enough` on; below `floor` its
+    tangent.
+    """
     if enough <= FLOOR:
         return np.zeros(distance.shape[:-1])
     held = np.maximum(distance, floor)
@@ -67,7 +69,7 @@ def nearness(distance: np.ndarray, enough: float, floor: float = FLOOR) -> np.nd
 
 
 def singular(distance: np.ndarray, enough: float) -> np.ndarray:
-    """The same for distances from singularities."""
+    """The cost (...) of distances (..., k), rad, from singularities, 0 from `enough` on."""
     return nearness(distance, enough, min(HOME, enough / 2))
 
 
@@ -115,7 +117,9 @@ def reversals(q: np.ndarray, still: float = 1e-3) -> int:
 
 
 def free_lines(arm: aa.Arm, length: float, number: int) -> list[tuple[np.ndarray, aa.Line, aa.JointPath]]:
-    """Random lines on which a constant arm angle is possible with 6 degrees to limits, with that motion."""
+    """Random joints, a line from their pose, and the motion along it at a constant arm angle. All limits are
+    6 degrees away.
+    """
     rng, found = np.random.default_rng(1), []
     while len(found) < number:
         q = rng.uniform(arm.lower * 0.8, arm.upper * 0.8)

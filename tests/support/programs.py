@@ -21,7 +21,7 @@ QUICK = "clang++" if shutil.which("clang++") else "g++"
 
 @functools.cache
 def counts(name: str, *flags: str, compiler: str = QUICK) -> dict[str, float]:
-    """Return the numbers by name that a program of `cpp/` prints."""
+    """Compile and run a program of `tests/package/cpp`, and return the numbers that it prints by name."""
     with tempfile.TemporaryDirectory() as folder:
         program = Path(folder) / name
         built = [*flags, "-std=c++20", "-ffp-contract=off", "-pthread", f"-I{ROOT / 'include'}"]

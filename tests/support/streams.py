@@ -136,7 +136,7 @@ def stream(
 
 
 def judged(arm: aa.Arm, true: Array, dt: float) -> NDArray[np.bool_]:
-    """Return in which cycles the hand has been in reach for `REST` s."""
+    """Return in which cycles the hand is in reach and has been so for `REST` s."""
     ok = np.asarray(arm.solve(true).ok)
     blocked = np.where(ok, -1, np.arange(len(ok)))
     last = np.maximum.accumulate(blocked)

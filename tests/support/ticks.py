@@ -17,12 +17,12 @@ HARDEST = 10.0
 
 
 def named(name: str) -> aa.Arm:
-    """An arm of the catalogue."""
+    """The arm of the catalogue with this name."""
     return aa.Arm.from_catalogue(name)
 
 
 def settled(tracker: aa.Tracker, pose: Array, seconds: float) -> aa.types.Tracked:
-    """The result of the last cycle after tracking a pose for so long (s)."""
+    """The result of the last cycle after tracking one pose for `seconds`."""
     for _ in range(round(seconds / DT)):
         now = tracker.step(pose)
     return now
@@ -59,7 +59,9 @@ def hostile(arm: aa.Arm, rng: np.random.Generator) -> Array:
 
 
 def check_bounds(arm: aa.Arm, q: Array, dt: Array, hardest: float = HARDEST) -> None:
-    """Check that joints (n + 1, 7) stay within limits, velocities and accelerations."""
+    """Check that joints (n + 1, 7) stay within limits, velocities and accelerations, and can brake before
+    limits.
+    """
     v = np.diff(q, axis=0) / dt[:, None]
     before = np.concatenate([np.zeros((1, 7)), v[:-1]])
     assert np.isfinite(q).all()
@@ -117,7 +119,7 @@ def differences(q: Array, dt: Array) -> tuple[Array, Array, Array, Array, Array,
 
 
 def check_jerk(arm: aa.Arm, q: Array, dt: Array, jerk: object, hardest: object = HARDEST) -> None:
-    """Check that joints (n + 1, 7) stay within limits, velocities, accelerations and jerks."""
+    """Check that joints (n + 1, 7), at rest at first, keep limits, velocities, accelerations and jerks."""
     v, a, j, v_off, a_off, j_off = differences(q, dt)
     assert np.isfinite(q).all()
     assert (q >= arm.lower).all()

@@ -15,7 +15,9 @@ GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 
 
 def from_core(points: Floats, shape: Any) -> Floats:
-    """Signed distances of points (..., 3) from a shape's core (point, segment, box, half-space)."""
+    """Distances of points (..., 3) from a shape's core: point, segment, box (0 inside), half-space (negative
+    inside).
+    """
     if isinstance(shape, aa.Ball):
         return np.linalg.norm(points - shape.center, axis=-1)
     if isinstance(shape, aa.HalfSpace):
@@ -54,13 +56,15 @@ def least_along(core: Any, far: float, begin: Floats, end: Floats, *others: Floa
 
 
 def segment_distance(begin: Floats, end: Floats, shape: Any, far: float = np.inf) -> Floats:
-    """Signed distances of segments (..., 3) from a shape's surface, as lower bounds beyond `far`."""
+    """Distances of segments (..., 3) from a shape's surface, negative within its radius; beyond `far` lower
+    bounds.
+    """
     radius = getattr(shape, "radius", 0.0)
     return least_along(lambda points: from_core(points, shape), far + radius, begin, end) - radius
 
 
 def ends(shape: aa.Ball | aa.Capsule) -> tuple[Floats, Floats]:
-    """Both ends of a ball or capsule."""
+    """The end points of the core of a ball or capsule."""
     if isinstance(shape, aa.Ball):
         return np.array(shape.center), np.array(shape.center)
     return np.array(shape.begin), np.array(shape.end)
