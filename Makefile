@@ -12,6 +12,8 @@ MUTANTS ?= 50
 PARALLEL = -n $(shell expr $$(getconf _NPROCESSORS_ONLN) + 1) --dist loadfile
 LOWEST = numpy==1.26.0 pytest==8.0.0 hypothesis==6.100.0 matplotlib==3.8.0
 FUZZERS = inverse feasible step plan nearest
+# Bytecode is kept: each worker and each program that a test starts would compile all that it imports again.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: help demo environment check ci lint tidy format test laws levels thorough nearest offset plans docs bench timings realtime fuzz sanitize wheels manylinux accuracy test-lowest touching chain mutants
 
