@@ -35,8 +35,9 @@ struct ApproachTuning {
 
 namespace detail {
 
-/// The second derivatives of half the squared distance with respect to the joints, with `damping` on the
-/// diagonal, and minus the first derivatives.
+/// Returns as H the second derivatives of f, half the squared distance to a pose, with respect to the joints,
+/// with `damping` on the diagonal, and as g the negative first derivatives. `rest` is the twist that remains;
+/// 1 rad of it counts `length` (m).
 inline JointQuadratic second_derivatives(const Jacobian& J, const Twist& rest, double length,
                                          double damping) noexcept {
     const double square = length * length;
@@ -134,7 +135,8 @@ struct Parallel {
 
 /// The configuration within limits, with the orientation of the pose, from which no small change comes nearer
 /// to its position. Method of multipliers: the commanded orientation is changed until the one found is that
-/// of the pose. The search ends early if its lower bound of the distance exceeds `enough` (m).
+/// of the pose; if it never is, `kept` is false. If the lower bound of the distance exceeds `enough` (m), the
+/// search ends early and `gap` is infinite.
 template <class A>
 Parallel approach_parallel(const A& arm, const Limits& limits, const Joints& start,
                            const Pose<double>& command, double enough = infinity,

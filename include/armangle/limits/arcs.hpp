@@ -66,7 +66,8 @@ namespace detail {
 /// Whether an arc is a single angle, up to the tolerance.
 inline bool is_isolated(const Arc& arc) noexcept { return arc.upper - arc.lower < tolerance::angle; }
 
-/// Inserts an arc, given on any multiple of 2 pi, into `set` in order; drops it if the set is full.
+/// Inserts an arc into `set` in order and shifts it by one turn if its lower end is outside [-pi, pi). Does
+/// nothing if the capacity is reached.
 inline void put(ArcSet& set, Arc arc) noexcept {
     if (set.count == ArcSet::capacity) return;
     double turn = 0;
@@ -96,7 +97,8 @@ inline void push(ArcSet& set, const Arc& arc) noexcept {
     if (!is_isolated(arc)) put(set, arc);
 }
 
-/// Merges arcs of `set` whose gap is shorter than the tolerance, also across the seam.
+/// Merges arcs of `set`, sorted by their lower ends, that overlap or whose gap is shorter than the tolerance,
+/// also across the seam.
 inline void merge(ArcSet& set) noexcept {
     int kept = 0;
     for (int i = 1; i < set.count; ++i) {
@@ -123,7 +125,8 @@ inline void merge(ArcSet& set) noexcept {
 
 }  // namespace detail
 
-/// Makes the set one arc from `lower` to `upper` (rad), given on any multiple of 2 pi.
+/// Makes the set one arc from `lower` up to `upper` >= `lower` (rad), given on any multiple of 2 pi; the
+/// whole circle if it is as long.
 inline void make_arc(ArcSet& set, double lower, double upper, Tag lower_tag, Tag upper_tag) noexcept {
     make_empty(set);
     if (upper - lower >= two_pi - tolerance::angle) return make_full(set);
@@ -131,8 +134,8 @@ inline void make_arc(ArcSet& set, double lower, double upper, Tag lower_tag, Tag
     detail::put(set, {start, start + (upper - lower), lower_tag, upper_tag});
 }
 
-/// Makes the set from n arcs (lower, upper, lower, ...) that are already ordered and normalized; false if
-/// they are not.
+/// Makes the set from n arcs (lower, upper, lower, ...) that are already ordered and normalized. Returns
+/// false and makes it empty if they are not, touch, or exceed the capacity.
 inline bool make_ordered(ArcSet& set, const double* ends, int n) noexcept {
     make_empty(set);
     if (n < 1 || n > ArcSet::capacity) return false;
@@ -149,8 +152,9 @@ inline bool make_ordered(ArcSet& set, const double* ends, int n) noexcept {
 
 namespace detail {
 
-/// Inserts the common part of arcs p and q, given on any multiple of 2 pi, into `set`; nothing if they do not
-/// overlap. An isolated angle is kept unchanged; points where the arcs only touch are skipped.
+/// Inserts the common part of the intervals p and q into `set`, without regard to other multiples of 2 pi;
+/// nothing if they do not overlap. An isolated angle is kept unchanged; points where they only touch are
+/// skipped.
 inline void put_common(ArcSet& set, const Arc& p, const Arc& q) noexcept {
     const Arc& narrow = is_isolated(p) ? p : q;
     const Arc& other = is_isolated(p) ? q : p;
@@ -168,7 +172,7 @@ inline void put_common(ArcSet& set, const Arc& p, const Arc& q) noexcept {
 
 }  // namespace detail
 
-/// The intersection of a and b.
+/// Writes the intersection of a and b to `out`, another set.
 inline void intersect(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
     if (a.full) {
         out = b;
@@ -226,7 +230,7 @@ ARMANGLE_INLINE double each_common(const ArcSet& a, const ArcSet& b, const Each&
     return infinity;
 }
 
-/// The complement of a set, with its ends.
+/// Writes the complement of a set, with its ends, to `out`, another set.
 inline void complement(const ArcSet& a, ArcSet& out) noexcept {
     if (a.empty()) return make_full(out);
     if (a.full) return make_empty(out);
@@ -339,7 +343,7 @@ inline Place find(const ArcSet& set, double psi, double slack = tolerance::angle
 /// Whether psi is in the set, up to the angular tolerance.
 inline bool contains(const ArcSet& set, double psi) noexcept { return find(set, psi).index >= 0; }
 
-/// The union of a and b.
+/// Writes the union of a and b to `out`, another set.
 inline void unite(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
     if (a.empty()) {
         out = b;
@@ -360,7 +364,8 @@ inline void unite(const ArcSet& a, const ArcSet& b, ArcSet& out) noexcept {
                 detail::put(out, set->arc[i]);
 }
 
-/// psi if it is in the set, else the nearest end on the circle (on a tie the lower); NaN if it is empty.
+/// psi if it is in the set, else the nearest end on the circle (on a tie that of the first arc), in (-pi,
+/// pi]; NaN if the set is empty.
 inline double nearest(const ArcSet& set, double psi) noexcept {
     if (set.empty()) return not_a_number;
     const Place place = find(set, psi);

@@ -51,7 +51,8 @@ inline Derivatives at_its_top(const Arm& arm, const Pose<double>& pose, const Ne
     return d;
 }
 
-/// Whether a nearby psi has the same margin, as happens if joint 4 alone decides.
+/// Whether a psi next to that of `best` has at least the margin `least` (rad), as happens if joint 4 alone
+/// decides.
 inline bool is_as_good_nearby(const Arm& arm, const Pose<double>& pose, const Nearest& best,
                               double least) noexcept {
     constexpr double aside = 1e-5;
@@ -109,7 +110,7 @@ inline Deciding deciding(const Arm& arm, const double* q, const Derivatives& d) 
 /// from nearest_posture() with Metric::margin. If several branches, arm angles or pairs of joints are equally
 /// good, the gradient is that of the given solution. It is NaN if there is no solution or a deciding joint
 /// has no derivative. It is also NaN if theta_2 or theta_6 is 0 or pi, unless joint 4 alone decides: two
-/// joints share a turn only there, so the margin jumps or has no slope. 0 without limits.
+/// joints share a turn only there, so the margin jumps or has no slope. Otherwise it is 0 without limits.
 inline void best_gradient(const Arm& arm, const Pose<double>& pose, const Nearest& best,
                           double (&out)[6]) noexcept {
     for (double& slope : out) slope = not_a_number;

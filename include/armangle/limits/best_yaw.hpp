@@ -22,9 +22,10 @@ struct BestYaw {
     double reached;  // total weight of the reachable poses
 };
 
-/// Computes the yaw angles of the base at which a pose is reachable, if the base moves to `at` (m, in the
-/// frame of poses) and keeps its orientation otherwise. Yaw is a rotation around axis 1, counted around the z
-/// axis of that frame. Axis 1 must be along z, up or down. `t` is the arm's limit_table().
+/// Computes the yaw angles of the base, counted from its present orientation, at which a pose is reachable if
+/// the base moves to `at` (m, in the frame of poses). Yaw is a rotation around axis 1, counted around the z
+/// axis of that frame. Axis 1 must be along z, up or down. `t` is the arm's limit_table(). Returns the status
+/// of turn_arcs().
 template <class AnyArm, class Table>
 Status yaw_arcs(const AnyArm& arm, const Pose<double>& pose, const Vec3<double>& at, const Table& t,
                 ArcSet& out) noexcept {

@@ -57,7 +57,7 @@ ARMANGLE_INLINE void block_both(const Arc& a, const Arc& b, Blocked& out) noexce
 }
 
 /// Blocks psi_sing -+ epsilon of eq. (31) if the discriminant of eq. (30) is small: the singularity avoidance
-/// of the paper.
+/// of the paper. `pivot` counts joints 1, 3, 5, 7 from 0.
 inline void avoid_paper_singularity(const LimitTable& t, const JointFunctions<double>& f, int pivot,
                                     Blocked& out) noexcept {
     const Harmonic<double> n = slope_numerator(f.pivot[pivot]);
@@ -76,7 +76,7 @@ inline bool may_jump(const Hinge<double>& h) noexcept {
     return min(h.high.below_one, h.low.above_minus_one) <= tolerance::touching;
 }
 
-/// The constant |theta| (rad) of joint 2 or 6 if it does not depend on psi.
+/// The |theta| (rad) of joint 2 or 6, which must not depend on psi; p is the first pivot on its side.
 inline double constant_hinge(const Hinge<double>& h, const Pivot<double>& p) noexcept {
     const SinCos<double> zero{0.0, 1.0};
     const double sine = hypot(p.U.at(zero), p.V.at(zero)), cosine = h.H.at(zero);
@@ -87,7 +87,7 @@ inline double constant_hinge(const Hinge<double>& h, const Pivot<double>& p) noe
 
 }  // namespace detail
 
-/// The two bits of a pivot joint in PivotArcs: of its lower limit and of its upper limit.
+/// The two bits of a pivot joint (0 to 3) in PivotArcs: of its lower limit and of its upper limit.
 constexpr unsigned pivot_bits(int pivot) noexcept { return 1u << pivot | 1u << (pivots + pivot); }
 
 /// Bits for joints 1 and 3; joints 5 and 7; all four; and one bit a joint instead of two.
@@ -95,7 +95,7 @@ inline constexpr unsigned shoulder_pivots = pivot_bits(0) | pivot_bits(1),
                           wrist_pivots = pivot_bits(2) | pivot_bits(3),
                           all_pivots = shoulder_pivots | wrist_pivots, each_pivot = (1u << pivots) - 1;
 
-/// Adds the arcs that the limits of some pivot joints (`which`: bits) forbid.
+/// Adds the arcs that the limits of some pivot joints (`which`: their pivot_bits()) forbid.
 inline void block_pivots(const LimitTable& t, const JointFunctions<double>& f, const Boundaries& b,
                          unsigned which, Blocked& out) noexcept {
     if (t.psi_margin > 0)

@@ -27,8 +27,8 @@ struct ArcLanes {
     Slots lower, upper;
 };
 
-/// The distance from the start of an arc to the end of another one. It is less than the arc's width if the
-/// other arc cuts it.
+/// The distance (rad) from `lower`, the start of an arc, to the end of another arc that starts at or before
+/// it. It is less than the arc's width if the other one ends within it, and negative if it ends before.
 template <class T>
 ARMANGLE_INLINE T room_in(const T& lower, const T& other_lower, const T& other_width) noexcept {
     const T ahead = lower - other_lower;
@@ -41,7 +41,7 @@ ARMANGLE_INLINE ArcLanes negative_arcs(const Slots& middle, const Slots& half) n
     return {start - turn, (middle - half) + (Slots(two_pi) - turn)};
 }
 
-/// The value sqrt(a^2 + b^2 - c^2), or 0 if B never changes its sign. Together with -c it gives alpha =
+/// The root of `excess`, a^2 + b^2 - c^2, or 0 if B never changes its sign. Together with -c it gives alpha =
 /// acos(-c / h).
 ARMANGLE_INLINE Slots half_chord(const Slots& excess) noexcept { return sqrt(max(excess, Slots(0.0))); }
 
@@ -71,7 +71,7 @@ struct Boundaries {
 
 namespace detail {
 
-/// One coefficient of all four pivot joints, for both limits.
+/// The number get(pivot) of all four pivot joints, for the lower and again for the upper limits.
 template <class Get>
 ARMANGLE_INLINE Slots of_pivots(const JointFunctions<double>& f, const Get& get) noexcept {
     const double four[pivots] = {get(f.pivot[0]), get(f.pivot[1]), get(f.pivot[2]), get(f.pivot[3])};
@@ -84,8 +84,8 @@ struct PivotAngles {
     unsigned constant, touching;
 };
 
-/// One bit for each boundary function with a double root up to rounding, where the joint turns back. excess
-/// is a^2 + b^2 - c^2.
+/// One bit for each boundary function with a double root up to rounding, where the joint turns back. `excess`
+/// is a^2 + b^2 - c^2, `square` a^2 + b^2.
 ARMANGLE_INLINE unsigned touching_bits(const Slots& excess, const Slots& square) noexcept {
     return bits(abs(excess) < Slots(tolerance::turning_back) * square);
 }
@@ -138,7 +138,7 @@ ARMANGLE_INLINE void pivot_arcs(const LimitTable& t, const PivotAngles& p, Pivot
     out.cut = bits(cut);
 }
 
-/// One number of all limits of joints 2 and 6, near and far.
+/// The number get(end) of the near and far ends of a piece of joint 2 and of one of joint 6.
 template <class Get>
 ARMANGLE_INLINE Slots of_ends(const HingePiece& first, const HingePiece& second, const Get& get) noexcept {
     const double four[2 * hinges] = {get(first.near), get(first.far), get(second.near), get(second.far)};

@@ -28,13 +28,14 @@ public:
     using BranchArcs::BranchArcs;
 
 protected:
-    /// Places equal boxes around the circle; the seed's own psi is the middle of one.
+    /// Places equal boxes around the circle. If the cost counts from a seed, carried() is the middle of one.
     void place_boxes() noexcept {
         const bool seeded = options_.near && options_.metric != Metric::margin;
         first_ = seeded ? carried() : -pi + pi / nearest_tuning::first_boxes;
     }
 
-    /// Computes lower bounds for all branches of one elbow sign over these boxes.
+    /// Computes lower bounds of the cost over these boxes for the permitted branches of an elbow sign (0:
+    /// positive, 1: negative).
     void survey(int elbow) noexcept {
         const ElbowBranches& e = elbow_[elbow];
         constexpr int n = nearest_tuning::first_boxes;
@@ -47,7 +48,8 @@ protected:
         }
     }
 
-    /// Computes lower bounds for the four branches of an elbow sign over eight boxes, from box i on.
+    /// Computes lower bounds for the branches of an elbow sign over eight boxes of half width r, from box i
+    /// on.
     void survey_eight(const ElbowBranches& e, int elbow, int i, const Boxes& middle,
                       const Boxes& r) noexcept {
         const unsigned some = options_.branches & elbow_branches << 2 * elbow;
@@ -216,7 +218,8 @@ protected:
             if (is_in(gc, branches)) try_point(gc, psi, false);
     }
 
-    /// Splits [from, to], in which no revolution ends, into eight boxes and searches them.
+    /// Splits [from, to], in which no revolution ends, into eight boxes and searches them. If it is too
+    /// narrow or the work is spent, only its ends are tried.
     void descend(unsigned branches, double from, double to, int depth) noexcept {
         const double radius = (to - from) / 16;
         if (radius < nearest_tuning::narrowest || depth > nearest_tuning::deepest || --work_ < 0) {

@@ -106,8 +106,8 @@ protected:
         return least >= limits_.sin_margin - tolerance::isolated;
     }
 
-    /// The branch of a configuration. At a singularity it belongs to several branches; then the requested one
-    /// of them.
+    /// The branch of a configuration q, whose signs give gc. At a singularity it belongs to several branches;
+    /// then a permitted one of them.
     int asked_branch(int gc, const Joints& q) const noexcept {
         // a stretched elbow's bend is the root of the rounding of the wrist's distance
         const double uncertainty = sqrt(2.0 * tolerance::stretched);
@@ -173,7 +173,7 @@ public:
     }
 
 protected:
-    /// Inserts the psi of a solution into the arcs of a branch.
+    /// Inserts the psi of a solution into the arcs of a branch; does nothing if its status is not OK.
     void put_in(int gc, const Nearest& found, ArcSet& arcs) const noexcept {
         if (found.status != Status::OK) return;
         SelfMotion<double> m = elbow_[gc >> 1 & 1].motion;
@@ -350,8 +350,8 @@ protected:
         block_hinge(limits_, sides.f, b, side, blocked);
     }
 
-    /// The psi at which the two joints of such a side can share their rotation within their limits; empty if
-    /// they never can.
+    /// The psi at which the first and last joint of a side, rotating around one axis at every psi, can share
+    /// their rotation within their limits; empty if they never can.
     ArcSet split_arc(const ElbowBranches& e, int side) const noexcept {
         ArcSet out;
         const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2];
@@ -380,9 +380,8 @@ protected:
         offer(gc, psi, cost_of(q.q), stationary);
     }
 
-    /// Keeps a solution if it is better than the best. A stationary point is more accurate than its cost.
-    /// Among equal costs, as for the mirrored solutions of an arm in one plane, the lowest gc, then the
-    /// lowest psi, is kept.
+    /// Keeps a solution if it is better than the best. Among equal costs a stationary point is kept, since it
+    /// is more accurate, then the lowest gc, then the lowest psi.
     void offer(int gc, double psi, double cost, bool stationary) noexcept {
         const bool equal = best_.gc >= 0 && abs(cost - best_.cost) <= tie(cost);
         const bool beside = gc == best_.gc && abs(wrap(psi - best_.psi)) <= nearest_tuning::apart;
@@ -405,6 +404,7 @@ protected:
     double worth() const noexcept { return best_.cost < infinity ? best_.cost - tie(best_.cost) : infinity; }
 
     /// A solution at the middle or an end of an arc; a result with another status than OK if there is none.
+    /// Overwrites the best solution.
     Nearest somewhere(int gc, const Arc& arc) noexcept {
         Nearest out;
         for (const double psi : {0.5 * (arc.lower + arc.upper), arc.lower, arc.upper}) {

@@ -17,7 +17,8 @@ namespace detail {
 struct Wedge {
     Boxes rising, rise, falling, fall;  // value at the middle and slope; -infinity: no line
 
-    /// Adds a line if it is higher at the middle than the present one.
+    /// Replaces the rising or falling line by another one, by the sign of its slope, where that is higher at
+    /// the middle.
     void add(const Boxes& value, const Boxes& slope) noexcept {
         const auto up = (Boxes(0.0) <= slope) & (rising < value),
                    down = (slope <= Boxes(0.0)) & (falling < value);
@@ -94,8 +95,8 @@ public:
           circle_(circle(arm, flange_pose(arm, pose))) {}
 
 protected:
-    /// Whether joint 4 violates a limit by no more than the accuracy of the wrist's distance. Near the
-    /// stretched arm the bend is the root of its rounding.
+    /// Whether the elbow is nearly stretched or folded and joint 4 violates a limit by no more than the
+    /// accuracy of the wrist's distance. There the bend is the root of its rounding.
     bool straight_within_limits(const ElbowBranches& e) const noexcept {
         if (!(abs(circle_.triangle.eta.sin) <= nearest_tuning::straight)) return false;
         const JointCost& c = joint_[3];
@@ -160,7 +161,8 @@ protected:
         Boxes q, least;
     };
 
-    /// Computes both from the distance of q to the value within the limits nearest to `near`.
+    /// Computes a Winding from `any`, the joint at the middles in any revolution, and `travel`, its largest
+    /// change within a box (rad).
     ARMANGLE_INLINE static Winding winding(const JointCost& c, const Boxes& any,
                                            const Boxes& travel) noexcept {
         if (c.direct) {
@@ -184,7 +186,7 @@ protected:
     }
 
     /// Whether the revolution on the other side of `near` is beyond the limits, and stays there up to the
-    /// next cut. Then q is the nearest revolution, however far it is.
+    /// next cut. Then q, at `off` from `near`, is the nearest revolution, however far it is.
     static auto alone(const JointCost& c, const Boxes& q, const Boxes& off) noexcept {
         const Boxes rival = q - select(off < Boxes(0.0), Boxes(-two_pi), Boxes(two_pi));
         return (rival < Boxes(c.lower - tolerance::angle)) | (Boxes(c.upper + tolerance::angle) < rival);
@@ -268,7 +270,7 @@ protected:
         }
     };
 
-    /// The cost of the two sides and the elbow together.
+    /// The cost of both sides, a and b, and the elbow together; without the elbow if the cost is a maximum.
     BoxCosts total(const ElbowBranches& e, const BoxCosts& a, const BoxCosts& b) const noexcept {
         const Boxes elbow(e.cost_4);
         if (!squares()) {
@@ -293,8 +295,8 @@ protected:
         return joint_[4 * side].sign * joint_[4 * side + 2].sign * (flipped ? -1.0 : 1.0);
     }
 
-    /// The value wanted = v + epsilon u of such a side, where the first angle is 0 by convention and the last
-    /// is theta.
+    /// The value wanted = v + epsilon u of a side whose first and last joint rotate around one axis, where
+    /// the first angle is 0 by convention and the last is theta.
     double lost_wish(const ElbowBranches& e, int side, double theta) const noexcept {
         const JointCost &a = joint_[4 * side], &b = joint_[4 * side + 2];
         const double first = to_q(0.0, a.sign, a.offset), last = to_q(theta, b.sign, b.offset);
@@ -352,15 +354,15 @@ protected:
     /// Whether branch gc is in a set of bits.
     static bool is_in(int gc, unsigned branches) noexcept { return branches >> gc & 1; }
 
-    /// The costs of a branch over eight boxes.
+    /// The costs of a branch over eight boxes of psi with these middles and half widths r.
     BoxCosts costs(int gc, const Boxes& middle, const Boxes& r) const noexcept {
         const ElbowBranches& e = elbow_[gc >> 1 & 1];
         const SidesCosts sides(*this, e, 1u << gc, middle, r);
         return total(e, sides.shoulder[gc & 1], sides.wrist[gc >> 2 & 1]);
     }
 
-    /// The costs of joints 2 and 6 at a psi, and their derivatives with respect to psi; valid if the cost
-    /// depends on |theta| alone.
+    /// The costs of joints 2 and 6 at a psi, and the derivatives of their |theta| with respect to psi; valid
+    /// if the cost depends on |theta| alone.
     struct Bends {
         double cost[hinges], slope[hinges];
 
@@ -368,7 +370,7 @@ protected:
         double gap() const noexcept { return cost[1] - cost[0]; }
     };
 
-    /// The costs of joints 2 and 6 at psi, and their slopes by theta.
+    /// The costs of joints 2 and 6 at psi, and the slopes of their |theta|.
     Bends bends_at(const ElbowBranches& e, double psi) const noexcept {
         const SinCos<double> at = sin_cos(psi);
         Lane<hinges> sine, cosine;
@@ -386,7 +388,7 @@ protected:
         return out;
     }
 
-    /// Whether the caller and the obstacles permit psi.
+    /// Whether the caller and the obstacles permit psi in branch gc.
     bool may_be(int gc, double psi) const noexcept {
         const ArcSet* clear = options_.clear[gc];
         if (clear && !contains(*clear, psi)) return false;

@@ -79,8 +79,8 @@ inline bool can_share(const LimitTable& t, const Directions<double>& d, int side
     return at >= lower && at <= upper;
 }
 
-/// Whether the joints of `which` (bits) are within the limits at these directions, or violate them by at most
-/// `slack` (rad).
+/// Whether the joints of `which` (bits; joint 4 is not tested) are within the limits at these directions, or
+/// violate them by at most `slack` (rad).
 inline bool allows(const LimitTable& t, const Configuration<double>& gc, const Directions<double>& d,
                    unsigned which, double slack) noexcept {
     for (int h = 0; h < hinges; ++h) {
@@ -119,7 +119,7 @@ inline bool may_isolate(const LimitTable& t, const Blocked& blocked, const ArcSe
 }
 
 /// The result of the sweep over blocked arcs: the status, and whether isolated psi may exist besides the
-/// arcs. The joint functions are those of the shoulder's sign and of the wrist's.
+/// arcs.
 struct Left {
     Status status;
     bool may_isolate;
@@ -127,7 +127,7 @@ struct Left {
     bool beyond = false;  // the arcs hold only if rounding explains that a joint is beyond its limit
 };
 /// Writes the arcs between the blocked ones, with the limit at each of their ends, to `out`; empty if
-/// everything is blocked. Returns the status, and whether single psi may remain.
+/// everything is blocked. The joint functions are those of the shoulder's sign and of the wrist's.
 inline Left finish(const LimitTable& t, const JointFunctions<double>& shoulder,
                    const JointFunctions<double>& wrist, const Blocked& blocked, ArcSet& out) noexcept {
     const double gap = free_arcs(blocked, out);
@@ -135,7 +135,7 @@ inline Left finish(const LimitTable& t, const JointFunctions<double>& shoulder,
 }
 
 /// The tag of an isolated psi at these directions: joint 2 or 6 at 0 or pi, or the nearest limit among the
-/// joints of `which`.
+/// joints of `which` (bits); 0 if they have none.
 inline Tag nearest_limit(const LimitTable& t, const Configuration<double>& gc, const Directions<double>& d,
                          unsigned which) noexcept {
     double least = infinity;
@@ -175,9 +175,9 @@ void each_turning(const JointFunctions<double>& shoulder, const JointFunctions<d
     for (int p = 0; p < pivots; ++p) give(profile((p < pivots / 2 ? shoulder : wrist).pivot[p]));
 }
 
-/// Calls each(psi) where joints may reach their limits at a single psi, known to `slack` (rad): where a joint
-/// turns back, and at the ends of blocked arcs. A joint that moves slowly determines the end of its arc less
-/// precisely than a fast one. If arcs overlap slightly, any of their ends may be feasible.
+/// Calls each(psi) where joints may reach their limits at a single psi, known to `slack` (rad): at the ends
+/// of blocked arcs and, if `turning`, where a joint turns back. A joint that moves slowly determines the end
+/// of its arc less precisely than a fast one. If arcs overlap slightly, any of their ends may be feasible.
 template <class Each>
 void each_meeting(const JointFunctions<double>& shoulder, const JointFunctions<double>& wrist,
                   const Blocked& blocked, bool turning, double slack, const Each& each) noexcept {
@@ -245,8 +245,8 @@ ARMANGLE_INLINE Status elbow_status(const SelfMotion<double>& m, const LimitTabl
 
 namespace detail {
 
-/// Writes the arcs that the limits of all joints but the fourth permit to `out`, and those that they forbid
-/// to `blocked`.
+/// Writes the arcs that the limits of all joints but the fourth permit to `out`, and adds those that they
+/// forbid to `blocked`.
 inline Left free_of_all(const JointFunctions<double>& f, const LimitTable& t, Blocked& blocked,
                         ArcSet& out) noexcept {
     Boundaries b;
@@ -305,7 +305,8 @@ inline Status joint_arcs(const SelfMotion<double>& m, const JointFunctions<doubl
     return detail::add_isolated(t, m, f, f, blocked, out, 1u << joint);
 }
 
-/// The joint value q (rad) at the end that a tag marks; NaN for an end set by the user.
+/// The joint value q (rad) at the end that a tag marks; NaN if no joint causes it. `margin` (rad) is the
+/// table's.
 inline double end_value(const Arm& arm, double margin, const Configuration<double>& gc, Tag tag) noexcept {
     const int joint = tag_joint(tag) - 1;
     if (joint < 0) return not_a_number;

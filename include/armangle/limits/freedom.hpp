@@ -269,10 +269,10 @@ ARMANGLE_INLINE bool holds_at_fixed_psi(const LimitTable& t, const JointFunction
     return ((shoulder[0] | shoulder[1]) & (wrist[0] | wrist[1])) != 0;
 }
 
-/// Calls each(gc, shoulder, wrist) with the arcs of both halves for the branches whose elbow is within its
-/// limits. Each half is solved once for a sign and serves two branches. Stops if that returns true, or if
-/// is_enough(joint functions) does. Returns true if the intersections of the halves are all psi; false if
-/// isolated psi may exist.
+/// Calls each(gc, shoulder's arcs, wrist's arcs, common), which fills `common`, for the branches whose elbow
+/// is within its limits. Each half is solved once for a sign and serves two branches. Sets `status` to OK or
+/// the reason nearest to it. Stops and returns true if `each` or is_enough(joint functions) returns true.
+/// Returns true if the intersections of the halves are all psi; false if isolated psi may exist.
 template <class Enough, class Each>
 ARMANGLE_INLINE bool each_pair(const Arm& arm, const Circle<double>& c, const LimitTable& t, Status& status,
                                const Enough& is_enough, const Each& each) noexcept {

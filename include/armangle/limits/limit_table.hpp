@@ -79,7 +79,7 @@ struct LimitTable {
 
 namespace detail {
 
-/// Whether the lower (upper) limit of theta is the lower or the upper limit of the joint value q.
+/// Which limit of the joint value q is the lower (lower_theta) or upper limit of theta.
 inline Side limit_side(const Arm& arm, int joint, bool lower_theta) noexcept {
     return (arm.sign[joint] > 0) == lower_theta ? Side::lower : Side::upper;
 }
@@ -103,8 +103,8 @@ inline void add_piece(LimitTable& t, int hinge, int negative, HingePiece piece) 
 }
 
 /// Adds to t the parts of the limits of joint 2 or 6 (`hinge`: 0, 1), over all multiples of 2 pi, that lie in
-/// the half circle of |theta|. A limit within the angular tolerance of 0 or pi forbids nothing, or all but
-/// one point.
+/// the half circle of |theta|, for one sign of theta. A limit within the angular tolerance of 0 or pi forbids
+/// nothing, or all but one point.
 inline void fill_hinge(LimitTable& t, const Arm& arm, const Limits& limits, int hinge,
                        int negative) noexcept {
     const int j = hinge_joint[hinge];
@@ -158,7 +158,7 @@ inline void fill_cosines(LimitTable& t, int hinge) noexcept {
         }
 }
 
-/// Whether |theta| of joint 2 or 6 has the same ranges for both signs of theta.
+/// Whether |theta| of joint 2 or 6 (`hinge`: 0, 1) has the same ranges for both signs of theta.
 inline bool is_alike(const LimitTable& t, int hinge) noexcept {
     bool alike = t.piece_count[hinge][0] == t.piece_count[hinge][1];
     for (int k = 0; k < t.piece_count[hinge][0]; ++k) {
@@ -171,7 +171,8 @@ inline bool is_alike(const LimitTable& t, int hinge) noexcept {
 }  // namespace detail
 
 /// Converts limits of an arm's joints, with a margin (rad, >= 0) that keeps |sin theta_2|, |sin theta_6|,
-/// |sin(theta_4 - delta)| >= sin(margin).
+/// |sin(theta_4 - delta)| >= sin(margin). psi_margin (rad) and discriminant are those of the paper's eq.
+/// (31), or 0.
 inline LimitTable limit_table(const Arm& arm, const Limits& limits, double margin = 0.0,
                               double psi_margin = 0.0, double discriminant = 0.0) noexcept {
     LimitTable t{};

@@ -49,7 +49,8 @@ struct Starts {
     }
 };
 
-/// The distance (rad) of joints from the seed in the chosen metric; NaN without a seed.
+/// The distance (rad) of joints from the seed in the chosen metric; NaN without a seed or for the metric
+/// margin.
 inline double joint_distance(const double* q, const NearestOptions& options) noexcept {
     if (!options.near || options.metric == Metric::margin) return not_a_number;
     double sum = 0, largest = 0;
@@ -219,9 +220,10 @@ Nearest approximate_result(const A& arm, const Joints& q, Status status, const P
 
 }  // namespace detail
 
-/// Returns nearest_posture. If the pose has no solution, the configuration of the nearest reachable pose,
-/// with the reason in its status. `length` (m) converts one radian to metres. All branches and arm angles are
-/// used. The margin of `limits` still holds; if it permits no configuration, the result is empty.
+/// The result of nearest_posture() or, if the pose has no solution, the configuration of the nearest
+/// reachable pose, with the reason in its status. `length` (m) converts one radian to metres. If limits
+/// forbid the pose moved into reach too, all branches and arm angles are searched. The margin of `limits`
+/// still holds; if it permits no configuration, the result is empty.
 inline Nearest nearest_outside(const Arm& arm, const LimitTable& limits, const Pose<double>& asked,
                                const NearestOptions& options, double length) noexcept {
     const Nearest exact = nearest_posture(arm, limits, asked, options);
@@ -242,9 +244,10 @@ inline Nearest nearest_outside(const Arm& arm, const LimitTable& limits, const P
                               : exact;
 }
 
-/// The same for any other kind of arm, for a pose for which `exact` states the reason of having no solution.
-/// The result is a local minimum, the best of many starts. The orientation is kept unless a limit other than
-/// joint 4's forbids that.
+/// For any other kind of arm, the configuration of the reachable pose nearest to one without a solution;
+/// `exact` states the reason, and is returned if the margin permits no configuration. The result is a local
+/// minimum, the best of many starts. The orientation is kept unless a limit other than joint 4's forbids
+/// that.
 template <class A>
 Nearest nearest_outside(const A& arm, double margin, const Nearest& exact, const Pose<double>& asked,
                         const NearestOptions& options, double length) noexcept {

@@ -110,7 +110,8 @@ public:
     }
 
 private:
-    /// If the cost is a sum: searches the cheaper elbow sign first, then the other one if it may be better.
+    /// If the cost is a sum, or both elbow signs cost the same: searches the cheaper sign first, and the
+    /// other one too if it may be better.
     Best of_both_elbows() noexcept {
         const double cost = elbow_[0].cost_4;
         const int first = elbow_[1].cost_4 < cost - tie(cost);
@@ -193,9 +194,9 @@ private:
         double cost, psi;
     };
 
-    /// Computes it if the limits of joints 2 and 6 are symmetric around theta = 0. Each |theta| is least
-    /// where its cosine is largest, and rises from there on both sides. So the larger cost is least at one of
-    /// these two psi, or where the costs cross on the shorter way between them.
+    /// Computes LeastBent, if the limits of joints 2 and 6 are symmetric around theta = 0. Each |theta| is
+    /// least where its cosine is largest, and rises from there on both sides. So the larger cost is least at
+    /// one of these two psi, or where the costs cross on the shorter way between them.
     LeastBent least_bent(const ElbowBranches& e) const noexcept {
         if (options_.metric != Metric::margin || e.ill_conditioned) return {-infinity, not_a_number};
         double top[hinges];
@@ -271,7 +272,7 @@ private:
         return out;
     }
 
-    /// Replaces a solution by a better one that is found numerically on the joints.
+    /// Replaces `out` by a better solution, or by the first one, that is found numerically on the joints.
     [[gnu::noinline, gnu::cold]] void search_by_joints(Nearest& out) noexcept {
         // a result near the seed is so good that few other starts matter
         if (options_.near && options_.metric != Metric::margin) {
@@ -383,7 +384,7 @@ private:
     }
 
     /// Starts searches at psi in all branches of an elbow sign that may be nearer, with and without shared
-    /// rotations.
+    /// rotations. Starts further from the pose than `near` (of the arm's size) are left out.
     void starts_at(int elbow, double psi, double near, Nearest& out) noexcept {
         for (int branch = 0; branch < 4; ++branch) {
             const int gc = gc_of(elbow, branch);
@@ -395,8 +396,8 @@ private:
         }
     }
 
-    /// Solves from a start that is near to the pose and cheaper than the best solution, and replaces `out` if
-    /// the result is better.
+    /// Solves from a start that is cheaper than the best solution and within `near` (of the arm's size) of
+    /// the pose, and replaces `out` if the result is better.
     void try_start(const Joints& start, int gc, double near, Nearest& out) noexcept {
         if (any_ && out.status == Status::OK) return;
         Joints inside = start;
@@ -460,8 +461,8 @@ private:
 
 }  // namespace detail
 
-/// The solution of a pose that is nearest to a seed, globally over the permitted branches, all feasible psi
-/// and all revolutions.
+/// The solution of a pose with the least cost (nearest to the seed, or furthest from the limits), globally
+/// over the permitted branches, all feasible psi and all revolutions.
 inline Nearest nearest_posture(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                                const NearestOptions& options) noexcept {
     int rounds = nearest_tuning::local_rounds;
@@ -478,7 +479,7 @@ inline Nearest some_posture(const Arm& arm, const LimitTable& limits, const Pose
     return detail::NearestSearch(arm, limits, pose, options, rounds).some();
 }
 
-/// The nearest solution of each branch and arc: first that of nearest_posture(), then by rising distance.
+/// The nearest solution of each branch and arc: first that of nearest_posture(), then by rising cost.
 inline void nearest_postures(const Arm& arm, const LimitTable& limits, const Pose<double>& pose,
                              const NearestOptions& options, Nearests& out) noexcept {
     int rounds = nearest_tuning::local_rounds;

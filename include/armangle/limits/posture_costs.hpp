@@ -23,7 +23,8 @@ struct NearestOptions {
     Status blocked[configurations] = {};             // status if these arcs leave nothing
 };
 
-/// One solution. If the status is not OK, the numbers are NaN and gc is -1.
+/// One solution. If there is none, the numbers are NaN and gc is -1. UNPROVEN and the reasons of
+/// nearest_outside() come with numbers.
 struct Nearest {
     double q[joint_slots];
     double psi;  // in (-pi, pi]
@@ -114,14 +115,14 @@ inline double least_bend(const Circle<double>& c, const JointFunctions<double>& 
     return square;
 }
 
-/// The uncertainty (rad) of a joint for a given psi, from the squared bend. If theta_2 or theta_6 is b from
-/// 0, a neighbour moves by 1 / b for each radian of psi, which is known to rounding / b.
+/// The uncertainty (rad) of a joint for a given psi, from least_bend() (rad^2). If theta_2 or theta_6 is b
+/// from 0, a neighbour moves by 1 / b for each radian of psi, which is known to rounding / b.
 inline double uncertainty(double least_bend) noexcept {
     return min(nearest_tuning::digits * tolerance::rounding / least_bend, nearest_tuning::poor);
 }
 
-/// The largest gap or overlap (rad) of blocked arcs that rounding alone may cause. Near the psi where a joint
-/// turns back it is the root of the joint's uncertainty.
+/// The largest gap or overlap (rad) of blocked arcs that rounding alone may cause, from least_bend() (rad^2).
+/// Near the psi where a joint turns back it is the root of the joint's uncertainty.
 inline double unclear_gap(double least_bend) noexcept {
     return min(sqrt(uncertainty(least_bend)), nearest_tuning::poor);
 }
@@ -222,7 +223,8 @@ protected:
                          : nearest_tuning::tie * size + nearest_tuning::noise * grain_;
     }
 
-    /// The cheapest way to share `wanted` within the limits; infinite cost if there is none.
+    /// The cheapest way for joints a and b to share v + epsilon u = `wanted` within their limits; infinite
+    /// cost if there is none.
     Split split(const JointCost& a, const JointCost& b, double eps, double wanted) const noexcept {
         const double t0 = min(eps * (a.lower - a.near), eps * (a.upper - a.near));  // t = eps u
         const double t1 = max(eps * (a.lower - a.near), eps * (a.upper - a.near));

@@ -35,7 +35,7 @@ struct ConeVerdict {
     bool inside, outside;
 };
 
-/// Whether an angle with these bounds of sine and cosine is in a cone for certain, and whether it may be.
+/// Whether an angle with these bounds of sine and cosine is certainly in a cone, or certainly outside.
 inline ConeVerdict cone_verdict(const Cone& cone, const Interval& sine, const Interval& cosine) noexcept {
     if (cone.free) return {true, false};
     const Interval above = sine * Interval(cone.lower.cos) - cosine * Interval(cone.lower.sin),
@@ -99,7 +99,8 @@ public:
         if (!none_) f_ = joint_functions(m);
     }
 
-    /// Whether a branch of this elbow is proven within its limits over the whole box at psi.
+    /// Whether a branch of this elbow (1: theta_2, theta_6 is negative) is proven within its limits over the
+    /// whole box at psi.
     bool holds(double psi, int gc_2, int gc_6) const noexcept {
         if (!whole_) return false;
         const SinCos<Interval> at = sin_cos(Interval(psi));

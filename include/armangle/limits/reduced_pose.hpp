@@ -259,7 +259,7 @@ private:
             done = turns.full();
         }
 
-        /// The share of the circle (0 to 255) that the joint can turn; 0 if the pose is not held.
+        /// The share of the circle (0 to 255) that the added rotations cover; 0 if no branch solves the pose.
         std::uint8_t of_circle(bool held) noexcept {
             if (!held) return 0;
             if (done) return 255;

@@ -44,8 +44,9 @@ inline double bend_of(const Arm& arm, double distance) noexcept {
 
 }  // namespace detail
 
-/// Restricts the limits of a joint to one side (+1, -1) of a value q_0, at most pi away and at least `margin`
-/// (rad) from both ends. Returns false, and changes nothing, if its limits permit no such value.
+/// Restricts the limits of a joint to one side of a value q_0, where theta is larger (+1) or smaller (-1), at
+/// most pi away and at least `margin` (rad) from both ends. Returns false, and changes nothing, if its limits
+/// permit no such value.
 inline bool limit_to_side(const Arm& arm, int joint, double q_0, double side, double margin,
                           Limits& limits) noexcept {
     const double a = q_0 + arm.sign[joint] * side * margin, b = q_0 + arm.sign[joint] * side * (pi - margin);
@@ -56,9 +57,9 @@ inline bool limit_to_side(const Arm& arm, int joint, double q_0, double side, do
     return true;
 }
 
-/// Restricts joint 2, 4 or 6 (`hinge`: 1, 3 or 5) in `limits` to one side (+1, -1) of its singular position,
-/// in the revolution of the value q and at least `margin` (rad) from it. Returns false, and changes nothing,
-/// if the limits permit no such value.
+/// Restricts joint 2, 4 or 6 (`hinge`: 1, 3 or 5) in `limits` to the positive or negative side (+1, -1) of
+/// its singular position, in the revolution of the value q and at least `margin` (rad) from it. Returns
+/// false, and changes nothing, if the limits permit no such value.
 inline bool keep_on_side(const Arm& arm, int hinge, double q, double side, double margin,
                          Limits& limits) noexcept {
     const double straight = q - arm.sign[hinge] * detail::bend(arm, hinge, q);
@@ -66,7 +67,8 @@ inline bool keep_on_side(const Arm& arm, int hinge, double q, double side, doubl
 }
 
 /// Restricts joints 2, 4 and 6 to at least `margin` (rad) from their singular positions, on the sides and in
-/// the revolutions that q has. Returns false if the limits permit no such configuration.
+/// the revolutions that q has. Returns false, perhaps with some joints restricted, if the limits permit no
+/// such configuration.
 inline bool keep_off_singular(const Arm& arm, const double* q, double margin, Limits& limits) noexcept {
     for (const int hinge : {1, 3, 5}) {
         const double side = detail::bend(arm, hinge, q[hinge]) < 0 ? -1.0 : 1.0;
@@ -151,7 +153,8 @@ double distance(const A& arm, const double* q, const Pose<double>& command, doub
     return size(rest, length);
 }
 
-/// The normal equations of that distance: H = J' W J, g = J' W rest.
+/// The normal equations of a step to the pose that the twist `rest` leaves: H = J' W J + damping, g = J' W
+/// rest; one radian counts `length` (m).
 inline JointQuadratic normal_equations(const Jacobian& J, const Twist& rest, double length,
                                        double damping) noexcept {
     const double w = length * length, weight[6] = {1, 1, 1, w, w, w};
@@ -173,7 +176,7 @@ inline JointQuadratic normal_equations(const Jacobian& J, const Twist& rest, dou
 }  // namespace detail
 
 /// From `start`, within the limits and in at most `rounds`: the configuration from which no small change
-/// comes nearer to a pose.
+/// comes nearer to a pose. One radian counts `length` (m).
 template <class A>
 Relaxed relaxed(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& command,
                 double length, int rounds = relaxed_tuning::rounds) noexcept {

@@ -65,8 +65,9 @@ struct PsiSlope {
     }
 };
 
-/// The joint that limits psi while the distance to the seed would still fall: at its limit, or at the margin
-/// to theta_2 or theta_6 = 0 or pi; -1 if none does.
+/// The joint (0 to 6; the first) that stops psi while the cost would still fall: at its limit, or at the
+/// margin to theta_2 or theta_6 = 0 or pi; -1 if none does. cost_slope is the cost's derivative with respect
+/// to psi.
 inline int stopped_joint(const Arm& arm, double singularity_margin, const double* q, const Derivatives& d,
                          double cost_slope) noexcept {
     for (int j = 0; j < joints; ++j) {
@@ -144,8 +145,9 @@ bool widest_slope(const AnyArm& arm, double singularity_margin, const Pose<doubl
 }  // namespace detail
 
 /// The derivative of a solution from nearest_posture() with these options, limits and margin (rad), for
-/// metric l2 with a seed, or margin, whose columns for the seed are 0. NaN without a solution, if a joint has
-/// no derivative (theta_2 or theta_6 at 0 or pi, stretched or folded elbow), or if nothing determines psi.
+/// metric l2 with a seed, or margin, whose columns for the seed are 0. NaN if its status is not OK, if a
+/// joint has no derivative (theta_2 or theta_6 at 0 or pi, stretched or folded elbow), or if nothing
+/// determines psi.
 template <class AnyArm>
 SolutionDerivative solution_derivative(const AnyArm& arm, double singularity_margin, const Pose<double>& pose,
                                        const Nearest& best, const NearestOptions& options) noexcept {

@@ -140,8 +140,8 @@ JointLeastSquares local_rows(const A& arm, const double* q, const Twist& rest, c
 }  // namespace detail
 
 /// From `start`, within the limits: the configuration at which no small change lowers distance^2 + share sum
-/// w (q - near)^2; `share` in m^2/rad^2. Each round counts against `budget`. Without a share it stops if
-/// rounds no longer approach the pose.
+/// w (q - near)^2; `share` in m^2/rad^2. Subtracts its rounds from `budget` and ends if none are left.
+/// Without a share it also stops if rounds no longer approach the pose.
 template <class A>
 Relaxed solve_locally(const A& arm, const Limits& limits, const Joints& start, const Pose<double>& pose,
                       const Attraction& pull, double share, int& budget) noexcept {

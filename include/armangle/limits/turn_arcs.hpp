@@ -151,8 +151,8 @@ private:
     int side_, end_;
     UnionOfArcs turns_;
 
-    /// Adds the rotations at which joint `joint` is within these limits, if its theta lies between least and
-    /// most.
+    /// Adds the rotations at which joint `joint` is within these limits if its theta lies between `least` and
+    /// `most`. `along` is -1 if the rotation lowers theta, else 1.
     void add(const Limits& limits, int joint, double along, double least, double most) noexcept {
         const ThetaRange range = theta_range(arm_, limits, joint);
         if (!(range.upper - range.lower < two_pi)) return turns_.add_full();
@@ -179,7 +179,7 @@ private:
         }
     }
 
-    /// Adds the rotations of a solution that the arcs miss: first of one that solves the pose as given.
+    /// Adds the rotations that the first solution of some_posture() permits, since the arcs may miss it.
     [[gnu::noinline, gnu::cold]] void add_hidden(const Arm& arm, const LimitTable& t,
                                                  const Pose<double>& pose) noexcept {
         const Nearest found = some_posture(arm, t, pose);
