@@ -75,7 +75,7 @@ struct PlanarRod {
     bool opposite;
 };
 
-/// Whether a ball of radius R with its centre at q_w along the axis and rho off it meets the segment at any
+/// Whether a ball of radius R with its centre at q_w along the axis and rho off it meets the segment at some
 /// psi. The answer is exact: some psi brings the centre into the half-plane of the segment.
 template <class T>
 ARMANGLE_INLINE auto meets_planar(const PlanarRod& rod, const T& q_w, const T& rho, const T& R) noexcept {

@@ -27,8 +27,8 @@ struct MetPart {
     double along, off, length;  // a ball about it: place along the axis and off it, half its length
 };
 
-/// Transforms a rod into the frame of the axis, adds the clearance to its radius and classifies it as sphere,
-/// planar or other.
+/// Writes a rod, transformed by `frame` into the frame of the axis, to `out` with its reach, radius and
+/// clearance, and classifies it as sphere, planar or other.
 inline void meet(const Pose<double>& frame, const Part& part, double clearance, MetPart& out) noexcept {
     const bool sphere = part.rod.is_sphere();
     out.rod.begin = frame.rotation * part.rod.begin + frame.position;
@@ -88,7 +88,8 @@ inline bool touch(const Solid& one, const Solid& other, double clearance) noexce
 
 }  // namespace detail
 
-/// The first pair of a tool shape and a ground shape that touch with the flange at 0T7; 0 if there is none.
+/// The first pair of a tool shape and a ground shape that are nearer than the clearance with the flange at
+/// 0T7, without pairs that may touch; 0 if there is none.
 inline Tag held_contact(const Scene& scene, const Pose<double>& flange) noexcept {
     Tag found = 0;
     for (int h = 0; h < scene.held_count && !found; ++h) {
@@ -171,7 +172,8 @@ public:
         make_moving(arm, scene, m, to_axis_, frames_, swing_);
     }
 
-    /// Adds the arcs that obstacles block for the rods of links 3 and 4, and for links 1, 2, 5 and 6.
+    /// Adds the arcs that obstacles, the tool and other links block for the rods of links 1 to 6; ends early
+    /// if they cover the circle.
     void parts_against_all() noexcept {
         for (int c = 0; c < scene_.cluster_count && scene_.part_count > 0; ++c) {
             const BallGroup& cluster = scene_.clusters[c];
@@ -188,8 +190,7 @@ public:
         for (int k = 0; k < scene_.own_count && !out_.all; ++k) own_pair(scene_.own[k]);
     }
 
-    /// The first pair of a tool shape and a ground shape that are nearer than the clearance of the scene at
-    /// this pose, without pairs that may touch; 0 if there is none.
+    /// The result of held_contact() for this pose.
     Tag held_against_ground() const noexcept { return held_contact(scene_, axis_ * frames_.flange); }
 
 private:
@@ -331,7 +332,7 @@ private:
         }
     }
 
-    /// Whether a part comes within reach of a ball at (along, off) of the axis at any psi.
+    /// Whether a part comes within reach of a ball at (along, off) of the axis at some psi.
     static bool meets_bound(const MetPart& part, double along, double off, double radius) noexcept {
         const double R = radius + part.reach;
         if (part.kind != MetPart::Kind::planar)
@@ -373,8 +374,8 @@ private:
         }
     }
 
-    /// The extra distance (m) that a bounding test needs for a distance field, whose distance is a lower
-    /// bound; 0 for other solids.
+    /// The extra distance (m) that a bounding test needs for a distance field, whose distance from a rod of
+    /// this length is a lower bound; 0 for other solids.
     static double more_reach(const Solid& solid, double length, double reach) noexcept {
         return solid.kind == SolidKind::field ? reach_of_places(*solid.field, length, reach) : 0.0;
     }
@@ -400,7 +401,7 @@ private:
         });
     }
 
-    /// Adds the arcs that obstacles block for moving rod k of link 1, 2, 5 or 6.
+    /// Adds the arcs that obstacles and the tool block for moving rod k of link 1, 2, 5 or 6.
     void swing_against_all(int k) noexcept {
         const MovingRod& rod = swing_[k];
         const int link = scene_.first_swing_link() + k;
@@ -442,7 +443,7 @@ private:
             solid(scene_.held[s], frames_.flange, scene_.first_held + s);
     }
 
-    /// Whether the bounding ball of a moving rod comes within `margin` (m) of a ball at any psi.
+    /// Whether the bounding ball of a moving rod comes within `margin` (m) of a ball at some psi.
     static bool comes_near(const MovingRod& rod, const Ball& ball, double margin) noexcept {
         const Vec3<double>&a = rod.centre(), &b = ball.centre;
         const double apart = rod.turns() ? hypot(a.x - b.x, off_axis(a) - off_axis(b)) : norm(a - b);
@@ -528,8 +529,9 @@ inline void open_arcs(const Covered& covered, ArcSet& out) noexcept {
     }
 }
 
-/// Computes the arm angles at which no link touches an obstacle, without joint limits. `turning_alone` skips
-/// the tool and link 0, which psi does not move.
+/// Computes the arm angles at which no link comes nearer than the clearance to an obstacle or another link,
+/// without joint limits. `turning_alone` skips the tool and link 0 against the ground, which psi does not
+/// move.
 inline void clear(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, Cleared& out,
                   bool turning_alone = false) noexcept {
     make_empty(out.arcs);
@@ -581,7 +583,7 @@ inline bool keep_soft(const Arm& arm, const Scene& scene, const SelfMotion<doubl
     return !out.empty();
 }
 
-/// The first pair of link 0 and an obstacle of the user that touch, at any pose; 0 if there is none.
+/// The first pair of link 0 and an obstacle of the user that touch, whatever the pose; 0 if there is none.
 inline Tag base_contact(const Scene& scene) noexcept {
     const auto pair = [&](const Solid& base, int own, const Solid& solid, int id) -> Tag {
         const int link = scene.part_count + own - scene.first_base;

@@ -75,7 +75,7 @@ public:
         unproven += unproven_;
     }
 
-    /// A pair that was found to touch; 0 if there was none.
+    /// The last pair that was found to touch; 0 if there was none.
     Tag touching() const noexcept { return touching_; }
     /// The arcs on which it is not known whether something touches; empty if all is decided.
     const ArcSet& left_open() const noexcept { return left_open_; }
@@ -138,6 +138,7 @@ private:
         open_ = true;
         end_ = upper;
     }
+    /// Ends the present collision-free arc, if any, at the pair `by`, which the next one begins with.
     void end(Tag by, ArcSet& out) noexcept {
         if (open_) close(by, out);
         tag_ = by;
@@ -163,7 +164,7 @@ private:
 }  // namespace detail
 
 /// The nearest pair of shapes at joint angles q (rad) for any kind of arm; its rate is the derivative of the
-/// distance along d (rad).
+/// distance along d (rad). `turning_alone` skips the tool and link 0 against the ground.
 template <class AnyArm>
 Proximity proximity(const AnyArm& arm, const Scene& scene, const double* q, const double (&d)[joints],
                     bool turning_alone = false) noexcept {
@@ -177,9 +178,9 @@ Tag rest_contact(const AnyArm& arm, const Scene& scene, const Pose<double>& pose
     return scene.base_tag ? scene.base_tag : held_contact(scene, flange_pose(nominal(arm), pose));
 }
 
-/// Reduces the proven arcs of a pose and branch to their collision-free parts. `blocking` becomes the pair
-/// that touches if nothing remains; 0 if none is known. `turning_alone` skips the tool and link 0.
-/// `left_open`, if not null, becomes the part where it is not known whether something touches.
+/// Reduces the proven arcs of a pose and branch to their collision-free parts. If nothing remains, `blocking`
+/// becomes a pair found to touch; 0 if none is known. `turning_alone` skips the tool and link 0. `left_open`,
+/// if not null, becomes the part where it is not known whether something touches.
 template <class AnyArm>
 void keep_clear(const AnyArm& arm, const Scene& scene, const Pose<double>& pose, int gc, ProvenArcs& arcs,
                 Tag& blocking, bool turning_alone = false, const ClearCellsTuning& tuning = {},
@@ -223,7 +224,7 @@ bool keep_soft(const AnyArm& arm, const Scene& scene, const Pose<double>& pose, 
 }
 
 /// The psi within the proven arcs `own` at which the arm keeps the largest distance from obstacles, and the
-/// nearest pair there; no_widest if there is none. The pose and branch must be exact.
+/// nearest pair there; no_widest if there is none. The rotation of the pose must be orthonormal.
 template <class AnyArm>
 Widest widest(const AnyArm& arm, const Scene& scene, const Pose<double>& pose, int gc, const ArcSet& own,
               const ClearCellsTuning& tuning = {}) noexcept {

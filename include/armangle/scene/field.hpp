@@ -60,8 +60,8 @@ inline constexpr int most_pieces = 64;
 inline constexpr double enough_in_box = 0.5;
 }  // namespace field_tuning
 
-/// Raises each value to the lower bound that the values of its neighbours prove. One pass in rising order and
-/// one in falling order suffice.
+/// Raises each of `value` (m), at the nodes of the field's grid, to the lower bound that the values of its
+/// neighbours prove. One pass in rising order and one in falling order suffice.
 inline void raise_to_lower_bounds(const Field& field, float* value) noexcept {
     const double length[4] = {0.0, field.spacing, sqrt(2.0) * field.spacing, sqrt(3.0) * field.spacing};
     const auto raise = [&](int i, int j, int k, int way) {
@@ -251,15 +251,14 @@ inline double reach_of_places(const Field& field, double length, double reach) n
     return hypot(reach, half_gap(field, length)) - reach;
 }
 
-/// The least of f(0) to f(last) and its index, if neighbours differ by at most `rise`. The search ends early
-/// if a value is below `enough`.
+/// The least value found and its index.
 struct LeastPlace {
     double value;
     int at;
 };
 
-/// The least of f(0) to f(last), which differ by no more than `rise` from one to the next, or a value not
-/// above `enough`; calls f only where that may be found.
+/// The least of f(0) to f(last), which differ by no more than `rise` from one to the next, or a value below
+/// `enough`; calls f only where that may be found.
 template <class F>
 LeastPlace least_place(int last, double rise, double enough, const F& f) noexcept {
     struct Stretch {

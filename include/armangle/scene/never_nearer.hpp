@@ -89,7 +89,8 @@ inline CellApart cell_apart(const Arm& arm, const Rod& a, int i, const Rod& b, i
 }  // namespace detail
 
 /// A lower bound of the distance (m) between the surfaces of two rods of links i < j, each in its own DH
-/// frame, over all joint values. not_apart if they can meet, or if `most` cells prove nothing.
+/// frame, over all joint values, without regard to limits. not_apart if they can meet, or if `most` cells
+/// prove nothing.
 inline double never_nearer(const Arm& arm, const Rod& a, int i, const Rod& b, int j, int most) noexcept {
     using namespace detail;
     JointCell cell{};

@@ -35,7 +35,8 @@ public:
         make_moving(arm, scene, m, inverted(axis_), frames_, rod_ + scene.part_count);
     }
 
-    /// Returns the nearest pair; `turning_alone` skips pairs that psi does not move.
+    /// Returns the nearest pair; pair 0 at an infinite distance if there is none. `turning_alone` skips pairs
+    /// that psi does not move.
     Proximity find(bool turning_alone) noexcept {
         const Pose<double> to_axis = inverted(axis_);
         for (int k = 0; k < scene_.part_count + scene_.swing_count; ++k) at_[k] = rod_[k].at(turn_);
@@ -181,7 +182,8 @@ inline double indifferent_clearance(const Scene& scene) noexcept {
 }
 
 /// Finds by bisection the greatest clearance for which leaves(clearance, arcs) gives an arc, and writes these
-/// arcs. `found` is empty if the parts lie so deep in obstacles that no clearance gives any.
+/// arcs. `found` is empty if the parts lie so deep in obstacles that no clearance gives any, or if there are
+/// none. No clearance exceeds twice `size` (m), that of the arm.
 template <class Leaves>
 void widest_arcs(const Scene& scene, double size, int halvings, const Leaves& leaves,
                  ArcSet& found) noexcept {
@@ -220,10 +222,10 @@ inline const Arc& widest_arc(const ArcSet& set) noexcept {
     return *best;
 }
 
-/// The middle (rad) of an arc, in [-pi, pi).
+/// The middle (rad) of an arc, in (-pi, pi].
 inline double middle(const Arc& arc) noexcept { return wrap(0.5 * (arc.lower + arc.upper)); }
 
-/// The middle (rad) of the widest arc at the greatest possible clearance; NaN if there is none.
+/// The middle (rad) of the widest arc of widest_arcs(); NaN if there is none.
 template <class Leaves>
 double widest_psi(const Scene& scene, double size, int halvings, const Leaves& leaves) noexcept {
     ArcSet found;
@@ -252,9 +254,9 @@ inline bool rests(const Arm& arm, const Scene& scene, const SelfMotion<double>& 
 
 }  // namespace detail
 
-/// The psi within the arcs `own` at which the arm keeps the largest distance. If psi does not change the
-/// distance of the nearest pair along an arc, the next pair decides, unless that pair is nearer than the
-/// scene's clearance.
+/// The psi within the arcs `own` at which the arm keeps the largest distance; no_widest if there is none. If
+/// psi does not change the distance of the nearest pair along an arc, the next pair decides, unless that pair
+/// is nearer than the scene's clearance.
 inline Widest widest(const Arm& arm, const Scene& scene, const SelfMotion<double>& m, ArcSet own) noexcept {
     Widest out = no_widest;
     detail::LeftOut left_out;

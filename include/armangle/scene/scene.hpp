@@ -164,7 +164,8 @@ struct Resting {
     bool swings;
 };
 
-/// The link and position at which a rod given in a DH frame is fixed, and whether it swings with a joint.
+/// Moves `rod`, given in DH frame `frame` (0 to 7), into the frame of the link at which it rests, as it is at
+/// joint angle 0. Returns that link, and whether the rod is off the axis and swings.
 inline Resting resting_link(const Arm& arm, int frame, Rod& rod) noexcept {
     const auto moved = [&rod](int to, bool along_z, const Pose<double>& by) {
         const auto off = [along_z](const Vec3<double>& p) { return p.x != 0 || (along_z ? p.y : p.z) != 0; };
@@ -276,7 +277,7 @@ struct PlaneFrames {
     Pose<T> upper, lower;
 };
 
-/// Computes these frames at psi (sine and cosine) for an elbow on the circle `c`.
+/// Computes DH frames 3 and 4, in the DH base, at psi (sine and cosine) for an elbow on the circle `c`.
 template <class T>
 inline PlaneFrames<T> plane_frames(const Arm& arm, const Triad<T>& c, const Elbow<T>& elbow,
                                    const SinCos<T>& psi) noexcept {

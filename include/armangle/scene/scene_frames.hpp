@@ -68,7 +68,7 @@ inline const Pose<T>& arm_rod_frame(const Scene& scene, const SceneFrames<T>& f,
     if (arm_rod < scene.part_count) return scene.parts[arm_rod].lower ? f.plane.lower : f.plane.upper;
     return f.swinging[swinging_place(scene.swings[arm_rod - scene.part_count].link)];
 }
-/// The arm rod with this number, in that frame.
+/// The arm rod with this number, in its arm_rod_frame().
 inline const Rod& arm_rod_at(const Scene& scene, int arm_rod) noexcept {
     return arm_rod < scene.part_count ? scene.parts[arm_rod].rod
                                       : scene.swings[arm_rod - scene.part_count].rod;

@@ -82,7 +82,7 @@ struct Ball {
     double radius;
 };
 
-/// A ball that contains a solid.
+/// A ball that contains a solid with its radius; not for half-spaces.
 inline Ball around(const Solid& solid) noexcept {
     if (solid.kind == SolidKind::capsule)
         return {(solid.a + solid.b) * 0.5, 0.5 * norm(solid.b - solid.a) + solid.radius};

@@ -73,8 +73,8 @@ inline void place_arm(const Arm& arm, const Scene& scene, const double* q, Place
         detail::add_swinging(arm, [&theta](int j) { return sin_cos(theta[j]); }, out.frames);
 }
 
-/// The weighted length of the chain from the base to point p of a link, sum of weight(k) times the length of
-/// segment k (m). With the sums of joint rates as weights it bounds the speed of p.
+/// The weighted length of the chain from the shoulder to point p of a link, sum of weight(k) times the length
+/// of segment k (m). With the sums of joint rates as weights it bounds the speed of p.
 template <class Weight>
 double levers(const Arm&, const Placement& at, int link, const Vec3<double>& p,
               const Weight& weight) noexcept {
@@ -102,8 +102,8 @@ void place_arm(const AnyArm& arm, const Scene&, const double* q, Placement& out)
     for (const int link : {1, 2, 5, 6}) out.frames.swinging[detail::swinging_place(link)] = frame[link];
 }
 
-/// The same for any other kind of arm, from frame to frame. The part along a joint's axis does not rotate
-/// with that joint.
+/// The weighted length of the chain from the base to point p of a link, from frame to frame, for any other
+/// kind of arm. The part along a joint's axis does not rotate with that joint.
 template <class AnyArm, class Weight>
 double levers(const AnyArm&, const Placement& at, int link, const Vec3<double>& p,
               const Weight& weight) noexcept {
@@ -209,7 +209,7 @@ public:
     }
 
     /// Writes the pairs whose distance at q is within `reach` (m) of the clearance and returns their number.
-    /// The nearest ones are kept if there are too many.
+    /// The nearest ones are kept if there are too many; pairs whose cores meet are left out.
     int near(const double* q, double reach, NearPair (&out)[straight_move_tuning::most_near]) noexcept {
         place(q);
         int count = 0;
@@ -225,7 +225,7 @@ public:
         return count;
     }
 
-    /// The nearest pair at q within `reach` (m) of the clearance.
+    /// The nearest pair at q within `reach` (m) of the clearance; pair 0 and room `reach` if there is none.
     NearestPair nearest_pair(const double* q, double reach) noexcept {
         place(q);
         NearestPair out{reach, infinity, 0};
@@ -242,7 +242,7 @@ public:
     }
 
     /// The nearest pair at q. Its rate is the derivative of the distance along the joint velocity d.
-    /// `turning_alone` skips pairs at rest.
+    /// `turning_alone` skips the tool and link 0 against the ground.
     Proximity proximity(const double* q, const double (&d)[joints], bool turning_alone) noexcept {
         place(q);
         held_rests_ = turning_alone;
@@ -384,9 +384,9 @@ private:
         return out;
     }
 
-    /// Reduces `most`, the shares backwards and forwards up to which these two cores are proven to be within
-    /// R plus the slack, if their distance may grow by `more` (m). The bound of their distance is convex in
-    /// the share, so that chords between samples are safe.
+    /// Raises `most`, the shares backwards and forwards up to which some two cores are proven to be within R
+    /// plus the slack, to those of this meeting, whose distance may grow by `more` (m). The bound of the
+    /// distance is convex in the share, so that chords between samples are safe.
     void add_touching(const Meeting& m, const double (&d)[joints], double more,
                       double (&most)[2]) const noexcept {
         const double spare = m.R + straight_move_tuning::slack - more;
@@ -433,8 +433,8 @@ private:
         return more;
     }
 
-    /// Like free_share, for cores that may be nearer by `more` (m) than they are at q. If they touch already,
-    /// only rounding is allowed.
+    /// The result of free_share() for cores that may be nearer by `more` (m) than they are at q. If they
+    /// touch already, only rounding is allowed.
     double free_share_nearer(Meeting m, const double (&d)[joints], double more) const noexcept {
         const bool touches = !(m.apart > m.R);
         if (touches && more > straight_move_tuning::slack) return 0.0;
@@ -442,8 +442,8 @@ private:
         return touches || m.apart > m.R ? free_share(m, d) : 0.0;
     }
 
-    /// The share of the motion d over which two cores are proven not to touch; 0 if they do so already, above
-    /// 1 or infinite if the proof reaches beyond the motion.
+    /// The share of the motion d over which two cores are proven not to come nearer than R, or than they are
+    /// if that is less; 0 if they meet, above 1 or infinite if the proof reaches beyond the motion.
     double free_share(const Meeting& m, const double (&d)[joints]) const noexcept {
         if (!(m.apart > 0) && !m.flat) return 0.0;
         const double R = min(m.R, m.apart), spare = m.apart - R;
@@ -500,8 +500,9 @@ private:
         }
     }
 
-    /// Calls found(meeting) for all pairs that are nearer than R plus the possible approach way(link, point,
-    /// radius) (m) of the moving shape.
+    /// Calls found(meeting) for all pairs, except those that may touch, that are nearer than R plus the way
+    /// that they can approach. way(link, point, radius) bounds (m) how much nearer a ball around a point of a
+    /// link comes.
     template <class Way, class Found>
     void for_near(const Way& way, const Found& found) const noexcept {
         for (int k = 0; k < detail::arm_rod_count(scene_); ++k) arm_rod_against_all(k, way, found);
@@ -529,7 +530,7 @@ private:
         }
     }
 
-    /// The greatest possible approach (m) of a rod's two ends.
+    /// The largest way() (m) of a rod's two ends.
     template <class Way>
     static double way_of(const Way& way, const Rod& rod, int link) noexcept {
         return max(way(link, rod.begin, 0.0), way(link, rod.end, 0.0));
@@ -544,7 +545,7 @@ private:
         return dot(d, d) >= R * R;
     }
 
-    /// Calls found(meeting) for the near pairs of arm rod k with obstacles and the tool.
+    /// Calls found(meeting) for the pairs of arm rod k with obstacles and the tool that for_near() looks for.
     template <class Way, class Found>
     void arm_rod_against_all(int k, const Way& way, const Found& found) const noexcept {
         const Rod& rod = arm_rod_[k];
@@ -580,7 +581,7 @@ private:
         }
     }
 
-    /// Calls found for a moving shape and a solid at rest, if they are near.
+    /// Calls found(meeting) for a moving shape and a solid at rest, if they are less than `far` (m) beyond R.
     template <class Moving, class Found>
     void meet(const Moving& a, int link, const Solid& solid, double far, Tag pair,
               const Found& found) const noexcept {
@@ -595,7 +596,8 @@ private:
         found(m);
     }
 
-    /// Calls found for a rod and another moving shape, if they are near.
+    /// Calls found(meeting) for a rod and another moving shape b of link `other`, if they are less than `far`
+    /// (m) beyond R.
     template <class Found>
     void meet(const Rod& a, int link, const Solid& b, int other, double far, Tag pair,
               const Found& found) const noexcept {
@@ -621,7 +623,7 @@ private:
         return a.radius + b.radius + scene_.clearance + straight_move_tuning::slack;
     }
 
-    /// Stores the separating plane of a meeting with a solid at rest in m; leaves it unchanged if they touch.
+    /// Stores the plane that separates a meeting's cores in m; leaves it unchanged if they meet.
     static void set_plane(Meeting& m, const Approach& at, const Solid& solid) noexcept {
         if (m.flat) {
             m.n = solid.a;

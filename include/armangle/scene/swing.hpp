@@ -161,8 +161,10 @@ public:
         return out + cross(here(axis_), p - here(point_)) * swing_.rate(psi);
     }
 
-    const Vec3<double>& centre() const noexcept { return centre_; }  // at psi = 0, of a ball that
-    double bound() const noexcept { return bound_; }                 // holds the segment for all theta
+    /// The centre, at psi = 0, of the ball of bound().
+    const Vec3<double>& centre() const noexcept { return centre_; }
+    /// The radius (m) of a ball around centre() that contains the segment for all joint angles.
+    double bound() const noexcept { return bound_; }
     double radius() const noexcept { return radius_; }
     /// Whether psi rotates the rod, as it does on links 3 and 4.
     bool turns() const noexcept { return turns_; }

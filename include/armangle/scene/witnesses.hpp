@@ -69,7 +69,8 @@ public:
         noise_ = witnesses_tuning::rounding * (mine.square + other.square);
     }
 
-    /// Calls blocked(lower, upper) for arcs (rad) that together cover all blocked psi.
+    /// Calls blocked(lower, upper) for arcs (rad) that together cover all blocked psi. `halvings` counts how
+    /// often the rod has been halved.
     template <class Blocked>
     void find(const Blocked& blocked, int halvings = 0) noexcept {
         const Vec3<double> middle = (rod_.begin + rod_.end) * 0.5, centre = around(solid_).centre;
@@ -107,7 +108,7 @@ public:
     }
 
 private:
-    /// Repeats the search for both halves of the rod; at most `halvings` times more.
+    /// Repeats the search for both halves of the rod, which has been halved `halvings` times with this one.
     template <class Blocked>
     void halve(const Blocked& blocked, int halvings) const noexcept {
         const Vec3<double> middle = (rod_.begin + rod_.end) * 0.5;
