@@ -35,8 +35,8 @@ struct MoveBox {
 namespace detail {
 
 /// The longest move (rad) towards a limit `room` rad away after which a joint can still stop before it, if
-/// each later move may be shorter by `change`: the largest m with m + (m - change) + (m - 2 change) + ... <=
-/// room.
+/// each later move may be shorter by `change` (rad): the largest m with m + (m - change) + (m - 2 change) +
+/// ... <= room.
 inline double longest_move(double room, double change) noexcept {
     if (!(room < infinity) || !(change < infinity) || !(room > 0)) return room;
     const double n = std::floor(0.5 * (std::sqrt(1.0 + 8.0 * (room / change)) - 1.0));
@@ -49,8 +49,9 @@ struct Kept {
     bool velocity = true, largest_step = true, acceleration = true, limits = true, turns = true;
 };
 
-/// Computes the displacements from q_now within the bounds after which each joint can still brake before its
-/// limit, narrowed by the rounding of the inverse.
+/// Computes the range of displacements (rad) from q_now that the bounds named by `kept` permit and after
+/// which each joint can still brake before its limit; slightly narrowed against rounding. lower > upper for a
+/// joint without any.
 inline MoveBox move_box(const Arm& arm, const Bounds& b, const double* q_now, double largest_step,
                         Kept kept) noexcept {
     MoveBox box;
@@ -72,7 +73,8 @@ inline MoveBox move_box(const Arm& arm, const Bounds& b, const double* q_now, do
     return box;
 }
 
-/// Writes the arcs of psi on which all joints stay in a box around `from`, regardless of the arm's limits.
+/// Writes the arcs of psi on which all joints stay in a box around `from`, regardless of the arm's limits;
+/// joint 7 is disregarded if the roll is free. Empty if a range of the box is.
 inline void window(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
                    const double* from, const MoveBox& box, ArcSet& out) noexcept {
     Limits narrow;
@@ -88,7 +90,8 @@ inline void window(const Arm& arm, const SelfMotion<double>& m, const JointFunct
     feasible(m, f, limit_table(arm, narrow), out);
 }
 
-/// Whether the step from q_now to q (rad) respects bounds and limits.
+/// Whether the step from q_now to q (rad) respects limits, bounds and the largest step (rad), and leaves
+/// every joint with bounded acceleration room to brake before its limits.
 inline bool keeps(const Arm& arm, const Bounds& b, const double* q_now, const double* q,
                   double largest_step) noexcept {
     for (int i = 0; i < joints; ++i) {
@@ -106,8 +109,8 @@ inline bool keeps(const Arm& arm, const Bounds& b, const double* q_now, const do
     return true;
 }
 
-/// The psi of the set nearest to `wish` for which keeps(psi) holds; NaN if there is none. If an end fails by
-/// rounding, a psi further inside replaces it.
+/// The psi of the set nearest to `wish` for which keeps(psi) holds; NaN if there is none. keeps() is expected
+/// to fail only by rounding near the ends; a few psi further inside replace an end that fails.
 template <class Keeps>
 double nearest_kept(const ArcSet& set, double wish, const Keeps& keeps) noexcept {
     static constexpr double inside[] = {0, 1e-6, 1e-3, 0.1, 0.5};  // shares of the distance to the middle
@@ -138,6 +141,7 @@ inline double braked(const Arm& arm, const Bounds& b, const double* q_now, int i
 
 /// Splits the total rotation of two joints around one axis equally between them in q, as far as a box of
 /// moves from q_now permits. They are the neighbours h - 1 and h + 1 of joint h, which is 0 (or pi: flipped).
+/// With a free roll, joints 5 and 7 share nothing.
 inline void share_turn(const Arm& arm, int h, bool flipped, const double* q_now, const MoveBox& box,
                        Joints& q) noexcept {
     const int a = h - 1, b = h + 1;
@@ -151,8 +155,8 @@ inline void share_turn(const Arm& arm, int h, bool flipped, const double* q_now,
     q.q[b] = q_now[b] + (wanted - half);
 }
 
-/// Computes the joints q after the step k d dt (k in 1/s, d in rad), each joint as far as the bounds allow. A
-/// joint without a permitted move brakes.
+/// Computes the joints q after one cycle with velocities k d (k in 1/s, d in rad), all scaled down to the
+/// largest step, then each clamped to its bounds. A joint without a permitted move brakes.
 inline void go(const Arm& arm, const Bounds& b, const double* q_now, double max_joint_step,
                const double (&d)[joints], double k, double* q) noexcept {
     double share = k * b.dt;
@@ -184,8 +188,8 @@ struct BoundedStep {
         intersect(here, arcs, out);
     }
 
-    /// The joints at psi. Two joints that rotate around one axis share their total rotation equally, as far
-    /// as the bounds allow.
+    /// The joints at psi, in the revolutions nearest to q_now. Two joints that rotate around one axis share
+    /// their total rotation equally, as far as the bounds allow.
     Joints at(double psi) const noexcept {
         const Directions<double> d = directions(motion, sin_cos(psi));
         Joints q = joints_near(arm, d, q_now);
@@ -213,9 +217,9 @@ struct BoundedStep {
         return !left.empty();
     }
 
-    /// The reason why no step within the bounds reaches `arcs`, the part of the feasible arcs `own` that the
-    /// caller permits. It is the first condition whose removal permits such a step, or JOINT_JUMP if neither
-    /// limits nor the caller cause it.
+    /// The reason why no step within the bounds reaches `arcs`, a part of the feasible arcs `own`:
+    /// NOT_ALLOWED if one reaches `own`; otherwise the first condition whose removal permits a step, of
+    /// accelerations, velocities, revolutions, limits and the largest step.
     Status refusal(const ArcSet& own, const ArcSet& arcs) const noexcept {
         ArcSet whole;
         make_full(whole);

@@ -44,8 +44,8 @@ inline constexpr double spin = 2.0;          // times their greatest velocity is
                                              // turn
 }  // namespace elbow_choice_tuning
 
-/// The psi of a self-motion that moves the joints least from q, weighted by their velocity bounds `fastest`
-/// (rad/s). It starts at the psi that keeps the elbow axis z3 and improves it by one Gauss-Newton step.
+/// Estimates the psi of a self-motion that moves the joints least from q, weighted by their velocity bounds
+/// `fastest` (rad/s): the psi that keeps the elbow axis z3, corrected by one Gauss-Newton step.
 inline double psi_carried(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
                           const Vec3<double>& z3, const double* q, const double* fastest) noexcept {
     const double held = arm_angle(m.circle, z3);
@@ -68,8 +68,8 @@ struct ElbowChoice {
     double psi, confidence;
 };
 
-/// The arm angle nearest to a target of the elbow, and its weight, which falls to 0 towards the line
-/// shoulder-wrist and is 0 if no arm angle is nearer than others.
+/// The arm angle nearest to a target point or direction of the elbow, with its confidence. Both are 0 if the
+/// target is nearly on the line shoulder-wrist or no arm angle is nearer than others.
 inline ElbowChoice hinted_psi(const Arm& arm, const SelfMotion<double>& m, const Towards& hint) noexcept {
     const WishedPsi wished = psi_towards(arm, m, hint);
     Vec3<double> v = arm.has_base ? arm.base_inverse.rotation * hint.target : hint.target;
@@ -82,8 +82,8 @@ inline ElbowChoice hinted_psi(const Arm& arm, const SelfMotion<double>& m, const
 
 namespace detail {
 
-/// The costs of eight arm angles at once: for joints near their limits, in the revolutions nearest to q, and
-/// for joints 2 and 6 near 0 and pi.
+/// The costs of eight arm angles (sine and cosine) at once: for joints near their limits, in the revolutions
+/// nearest to q, and for joints 2 and 6 within `margin` (rad) of 0 and pi.
 inline Boxes crowding(const Arm& arm, const SelfMotion<double>& m, const JointFunctions<double>& f,
                       const SinCos<Boxes>& at, const double* q, double margin) noexcept {
     Boxes cost(0.0);
@@ -115,9 +115,10 @@ inline Boxes crowding(const Arm& arm, const SelfMotion<double>& m, const JointFu
 
 }  // namespace detail
 
-/// The change of psi (rad) that moves the joints away from their limits: the least cost of sixteen changes,
-/// refined by the parabola through it and its neighbours. Without the parabola, a steadily moving target
-/// would make psi switch between the sixteen values at full acceleration.
+/// The change of psi (rad), at most 2.2, that moves the joints away from their limits, and joints 2 and 6 out
+/// of the `margin` (rad) around 0 and pi: the least cost of sixteen changes, refined by the parabola through
+/// it and its neighbours. Without the parabola, a steadily moving target would make psi switch between the
+/// sixteen values at full acceleration.
 inline double turn_to_room(const Arm& arm, const SelfMotion<double>& m, double psi, const double* q,
                            double margin) noexcept {
     static constexpr int count = 2 * joint_slots;
@@ -150,16 +151,16 @@ struct Crossing {
 
 namespace detail {
 
-/// While psi varies, axis 3 (5) moves on a cone around the shoulder-wrist line, and axis 1 (7) rests.
-/// Positive if the resting axis lies inside that cone, negative outside. Only at 0 can theta_2 (theta_6)
-/// vanish.
+/// While psi varies, axis 3 of the shoulder (side 0; axis 5 of the wrist: side 1) moves on a cone around the
+/// shoulder-wrist line, and axis 1 (7) rests. Positive if the resting axis lies inside that cone, negative
+/// outside. Only at 0 can theta_2 (theta_6) vanish.
 inline double inside_cone(const SelfMotion<double>& m, int side) noexcept {
     const SinCos<double> cone = lean(m.elbow, side == 0 ? m.elbow.beta : m.elbow.gamma);
     return (side == 0 ? m.circle.w.z : m.circle.tool_w.z) - cone.cos;
 }
 
-/// Whether the neighbours of joint 2 or 6 stay farther from their limits if this joint passes through 0 than
-/// if each neighbour rotates by 180 degrees.
+/// Whether the neighbours of joint 2 (side 0) or 6 (side 1) stay farther from their limits if this joint
+/// passes through 0 than if each neighbour rotates by 180 degrees.
 inline bool better_through(const Arm& arm, int side, const double* q) noexcept {
     double stay = 0, turn = 0;
     for (const int j : {4 * side, 4 * side + 2}) {
@@ -174,8 +175,8 @@ inline bool better_through(const Arm& arm, int side, const double* q) noexcept {
 }  // namespace detail
 
 /// The crossing to which the target leads soon, if a change of psi takes the elbow there and the neighbouring
-/// joints would otherwise rotate too fast. z3 is the present elbow axis, `fastest` the velocity bounds
-/// (rad/s).
+/// joints would otherwise rotate too fast; `ahead` is false if there is none. z3 is the present elbow axis,
+/// `fastest` the velocity bounds (rad/s).
 inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, const Hand& hand,
                                const Vec3<double>& z3, const double* q, const double* fastest) noexcept {
     static constexpr double between = elbow_choice_tuning::foresight / elbow_choice_tuning::looks;
@@ -211,7 +212,7 @@ inline Crossing crossing_ahead(const Arm& arm, const Configuration<double>& gc, 
 
 /// The bend (rad) that the elbow needs now, so that joint 4 can follow the wrist. The wrist continues at
 /// `speed` (m/s) from `wrist` (m, relative to the shoulder). Joint 4 bends with `bending` (rad/s); `fastest`
-/// and `hardest` bound its velocity and acceleration.
+/// and `hardest` bound its velocity and acceleration. 0 without these bounds.
 inline double bend_ahead(const Arm& arm, const Vec3<double>& wrist, const Vec3<double>& speed, double bending,
                          double fastest, double hardest) noexcept {
     const double start = elbow_choice_tuning::under_way * min(max(bending, 0.0), fastest);

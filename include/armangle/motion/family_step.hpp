@@ -26,12 +26,12 @@ namespace armangle {
 
 namespace detail {
 
-/// Computes one step of an arm of any kind; each member below tries one possibility.
+/// Computes one step of an arm of any kind: construct it, then call it once.
 template <stepping_family F>
 class FamilyStep {
 public:
     /// Computes the redundant parameter and branch of joints q_now, and whether obstacles block the pose
-    /// whatever the joints; the step itself follows by operator().
+    /// whatever the joints.
     FamilyStep(const F& family, const double* q_now, const Pose<double>& pose,
                const StepOptions& options) noexcept
         : family_(family),
@@ -51,6 +51,7 @@ public:
         make_empty(open_);
     }
 
+    /// The step; call it only once.
     Step operator()() noexcept {
         Lifted to;
         if (holds() && at(own_, now_.lambda, to) == Status::OK && keeps(to))
@@ -76,7 +77,7 @@ public:
     }
 
 private:
-    /// A pose with an exact rotation, turned by roll_.
+    /// A pose with an exact rotation and, if the roll is free, turned by roll_ about its own z axis.
     Pose<double> rolled(const Pose<double>& pose) const noexcept {
         const Pose<double> exact{orthonormal(pose.rotation), pose.position};
         return rows_.roll_free ? turned_about_z(exact, sin_cos(roll_)) : exact;
@@ -99,8 +100,8 @@ private:
         return stepped(to, q_now_, options_.dt, lambda, gc);
     }
 
-    /// Replaces `wish`, the present value, by the value that the policy requests within the arcs; returns the
-    /// reason if there is none.
+    /// Replaces `wish`, the present value, by the value that the policy requests within the arcs, and stores
+    /// these. Returns OK, or the reason if there is none.
     Status wanted(double& wish) noexcept {
         look();
         if (arcs_.status != Status::OK) return arcs_.status;
@@ -119,8 +120,8 @@ private:
         return next.status;
     }
 
-    /// Computes the arcs of the branch. In a scene, only the arc that contains the present value is kept if
-    /// that value is collision-free.
+    /// Computes the collision-free arcs of the branch. In a scene, if the caller permits all arcs, only the
+    /// one that contains the present value is kept, provided that value is collision-free.
     void look() noexcept {
         family_.arcs(pose_, own_, rows_.limits, arcs_);
         unproven_ = arcs_.unproven > 0 || arcs_.status == Status::NEAR_SINGULAR;
@@ -140,8 +141,9 @@ private:
         keep_clear(family_.arm(), *scene_, pose_, own_, arcs_, blocking);
     }
 
-    /// Computes the joints of a branch and a value, in the revolutions nearest to the present joints.
-    /// JOINT_JUMP if one would move farther than `longest` (rad), CLEARANCE if the configuration collides.
+    /// Writes the joints of a branch at value lambda of the redundant number to `to`, in the revolutions
+    /// nearest to the present joints. JOINT_JUMP if one would move farther than `longest` (rad), CLEARANCE if
+    /// the configuration collides, or the reason why there is none.
     Status at(int gc, double lambda, Lifted& to, double longest) const noexcept {
         Directions<double> d;
         const Status solved = family_.at(pose_, gc, lambda, q_now_, d);
@@ -154,8 +156,7 @@ private:
         to.q.store(q);
         return !blocked_ && is_clear(family_.arm(), *scene_, q) ? Status::OK : Status::CLEARANCE;
     }
-    /// Writes the joints at value lambda of the redundant number to `to`, with the largest permitted joint
-    /// step as bound; the reason if there are none.
+    /// Does the same with the largest permitted joint step.
     Status at(int gc, double lambda, Lifted& to) const noexcept { return at(gc, lambda, to, longest_); }
 
     /// Whether the bounds permit the joints q.
@@ -169,8 +170,8 @@ private:
         return keeps(q);
     }
 
-    /// Computes the joint ranges that a step may reach, with the conditions that `kept` names; false if there
-    /// are none.
+    /// Computes the joint ranges (rad) that a step may reach under the conditions that `kept` names, with
+    /// joint 7 unlimited if the roll is free; false if a range is empty.
     bool box(Kept kept, Limits& out) const noexcept {
         const MoveBox moves = move_box(rows_, bounds_, q_now_, longest_, kept);
         for (int j = 0; j < joints; ++j) {
@@ -185,7 +186,8 @@ private:
         return true;
     }
 
-    /// Writes the values of a branch whose joints stay in that box, intersected with `allowed` (may be null).
+    /// Writes the collision-free values of a branch whose joints stay in box(kept), intersected with
+    /// `allowed` (may be null).
     void within(int gc, Kept kept, const ArcSet* allowed, ArcSet& out) noexcept {
         make_empty(out);
         Limits limits;
@@ -199,8 +201,8 @@ private:
         if (allowed) intersect(near.arcs, *allowed, out);
     }
 
-    /// Finds the solution of a branch within the box whose value is nearest to `wish`; false if there is
-    /// none.
+    /// Writes the step to the solution of a branch within all bounds whose value is nearest to `wish`; false
+    /// if there is none. `allowed` may be null.
     bool take(int gc, double wish, const ArcSet* allowed, Step& out) noexcept {
         ArcSet set;
         within(gc, {}, allowed, set);
@@ -227,7 +229,7 @@ private:
     }
 
     /// Takes the solution on the part of the arcs from which the coming poses can be reached, and replaces
-    /// `wish` by its value; false if there is none, or no such part is given.
+    /// `wish` by the value that the policy requests there; false if there is none, or no such part is given.
     bool on_ahead(double& wish, Step& out) noexcept {
         if (!options_.ahead) return false;
         ArcSet ahead = *options_.ahead, both;
@@ -243,7 +245,8 @@ private:
         return true;
     }
 
-    /// The own branch and the branches that a single step can reach from the present joints: one bit each.
+    /// The own branch and, unless the caller fixed it, the branches that a single step can reach from the
+    /// present joints: bit gc is set.
     unsigned meeting() const noexcept {
         unsigned found = 1u << own_;
         if (options_.gc >= 0) return found;
@@ -258,7 +261,7 @@ private:
         return found;
     }
 
-    /// Finds a solution within the box in another branch that one step can reach; of several, the one with
+    /// Finds a solution within all bounds in another branch that one step can reach; of several, the one with
     /// the least joint motion. False if there is none.
     bool change_branch(Step& out) noexcept {
         const unsigned branches = meeting();
@@ -275,7 +278,8 @@ private:
         return least < infinity;
     }
 
-    /// Finds a solution within the box numerically, starting from the present joints; false if there is none.
+    /// Finds a solution within all bounds numerically, starting from the present joints; false if there is
+    /// none.
     bool solve_nearby(Step& out) const noexcept {
         Limits limits;
         if (!box({}, limits)) return false;
@@ -305,7 +309,8 @@ private:
     }
 
     /// Writes the solution nearest to the present joints to `out`, if it is within the box of moves;
-    /// otherwise false. It is searched only if parts of the arcs are unproven.
+    /// otherwise false. It is searched only if parts of the arcs are unproven and advance() is no alternative
+    /// (bounds without a scene).
     bool take_nearest(Step& out) const noexcept {
         const bool approaches = options_.bounds && !options_.scene;
         if (!unproven_ || approaches) return false;
@@ -361,7 +366,8 @@ private:
         return true;
     }
 
-    /// The reason why there is no step: the first condition whose removal permits one.
+    /// The reason why there is no step: the first condition whose removal permits one. Call it last, since it
+    /// drops the scene.
     Status reason(Status why) noexcept {
         if (arcs_.status != Status::OK) return arcs_.status;
         const auto leads = [&](Kept kept, const ArcSet* allowed) {
@@ -516,7 +522,8 @@ private:
 
 }  // namespace detail
 
-/// The step from q_now to `pose` (as the user sees it); Step::psi is the family's free number.
+/// The step from q_now to `pose` (in the user's frame); Step::psi is the family's free number. BAD_INPUT if
+/// the pose is not rigid or q_now not finite.
 template <stepping_family F>
 Step step(const F& family, const double* q_now, const Pose<double>& pose,
           const StepOptions& options) noexcept {

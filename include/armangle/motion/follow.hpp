@@ -31,7 +31,7 @@ inline bool holds_pose(const Step& step) noexcept {
     return step.status == Status::OK || (step.status == Status::CLEARANCE && step.why == Status::OK);
 }
 
-/// Fills a row that has no solution with NaN and the reason.
+/// Fills row i, which has no solution, with NaN, gc -1 and the reason.
 inline void open_row(const FollowRows& rows, std::size_t i, Status status) noexcept {
     for (int j = 0; j < joints; ++j) rows.q[joints * i + static_cast<std::size_t>(j)] = not_a_number;
     rows.psi[i] = rows.margin[i] = rows.residual[i] = not_a_number;
@@ -39,7 +39,7 @@ inline void open_row(const FollowRows& rows, std::size_t i, Status status) noexc
     rows.status[i] = static_cast<std::int8_t>(status);
 }
 
-/// Fills a row with the result of a step.
+/// Fills row i with the result of a step, its lifted psi and its distance `residual` (m) from the pose.
 inline void fill_row(const FollowRows& rows, std::size_t i, const Step& now, double psi,
                      double residual) noexcept {
     for (int j = 0; j < joints; ++j) rows.q[joints * i + static_cast<std::size_t>(j)] = now.q[j];
@@ -50,8 +50,7 @@ inline void fill_row(const FollowRows& rows, std::size_t i, const Step& now, dou
     rows.status[i] = static_cast<std::int8_t>(now.status);
 }
 
-/// Sets the present velocity in `bounds` to that of the step between two rows of joints; 0 if they did not
-/// move.
+/// Sets the present velocity in `bounds` to that of the step of one cycle between two configurations.
 inline void carry_velocity(const double* to, const double* from, Bounds& bounds) noexcept {
     for (int j = 0; j < joints; ++j) bounds.velocity_now[j] = (to[j] - from[j]) / bounds.dt;
 }
@@ -106,7 +105,7 @@ struct FamilyWalk {
 };
 
 /// Follows n poses with the steps of a walk and fills one row for each; psi is continuous, without jumps of 2
-/// pi.
+/// pi. `ahead` may be null.
 template <class Walk, class Ahead>
 void follow_rows(Walk walk, const double* poses, std::size_t n, StepOptions options, OnFail on_fail,
                  Strided<const ArcSet> allowed, const FollowRows& rows, Ahead* ahead,
@@ -154,9 +153,10 @@ void follow_rows(Walk walk, const double* poses, std::size_t n, StepOptions opti
 }  // namespace detail
 
 /// Follows n poses (16 doubles each, row-major) from the joints `start` and fills one row for each. `allowed`
-/// is null, one set, or one a pose; likewise `scenes`, which replaces options.scene. psi is continuous.
-/// options.bounds holds the velocity before the first step. `ahead`, if not null, keeps the motion where the
-/// coming poses remain reachable; it needs bounds.
+/// is null, one set, or one a pose; likewise `scenes`, which replaces options.scene. psi is continuous. Once
+/// rows.ended returns true, the remaining rows stay as they are. options.bounds holds the velocity before the
+/// first step. `ahead`, if not null, keeps the motion where the coming poses remain reachable; it needs
+/// bounds.
 inline void follow(const Arm& arm, const LimitTable& limits, const double* start, const double* poses,
                    std::size_t n, const StepOptions& options, OnFail on_fail, Strided<const ArcSet> allowed,
                    const FollowRows& rows, Lookahead<ExactSections>* ahead = nullptr,

@@ -40,8 +40,9 @@ inline constexpr int rates = 40;          // ... up to so many
 /// Keeps a control cycle, and braking after it, collision-free in a scene.
 class Guard {
 public:
-    /// Sets the state at the start of a cycle and the `limits` that braking must respect. If jerk is bounded,
-    /// `rate` is the rate at which the joints can stop.
+    /// Sets the state at the start of a cycle of dt (s), joints q, velocities v and accelerations a, which
+    /// must stay valid during it, and the `limits` that braking must respect. If jerk is bounded, `rate`
+    /// (1/s) is the rate at which the joints can stop.
     void begin(const double* q, const double* v, const double* a, double dt, const Limits& limits,
                double rate) noexcept {
         q_ = q;
@@ -63,11 +64,11 @@ public:
     double rate() const noexcept { return next_rate_; }
 
     /// Whether the arm may move with velocities v (rad/s) for one cycle, because braking afterwards is proven
-    /// collision-free.
+    /// collision-free and within the limits.
     bool allows(const double (&v)[joints]) noexcept { return !(share(v) < 1.0); }
 
-    /// Reduces v to the proven part, between braking and the requested velocities. Returns false if v was
-    /// reduced.
+    /// Reduces the requested velocities v (rad/s) towards braking until they are proven; plain braking if no
+    /// tried part is. Returns whether v is unchanged.
     bool restrain(double (&v)[joints]) noexcept {
         double braked[joints], wished[joints], part = 1.0;
         const double stop = bounds_ ? 0.0 : braking(before_), slower = stop > dt_ ? 1.0 - dt_ / stop : 0.0;
@@ -88,8 +89,8 @@ public:
         return false;
     }
 
-    /// Minimizes a quadratic cost of the velocities in a box, under the constraints of near pairs, starting
-    /// from v.
+    /// Minimizes a quadratic cost of the velocities v (rad/s) between `least` and `greatest`, so that near
+    /// pairs do not approach too fast and all joints can brake within their limits; starts from v.
     void minimise(const JointQuadratic& p, const double* least, const double* greatest,
                   double (&v)[joints]) noexcept {
         double lower[joints], upper[joints];
@@ -132,7 +133,7 @@ public:
         return !(proven(from, d, pair, straight_move_tuning::many_looks, nullptr) < 1.0);
     }
 
-    /// The nearest pair at joints q within the look-ahead distance; 0 if there is none.
+    /// The nearest pair at joints q within the look-ahead distance of the clearance; 0 if there is none.
     Tag nearest_at(const double* q) noexcept { return nearest_pair(q, guard_tuning::look).pair; }
 
     /// The pair that blocked this cycle; 0 if none did.
@@ -146,16 +147,16 @@ protected:
     ~Guard() = default;
 
 private:
-    /// Finds the pairs within `reach` (m) at joints q; returns their number.
+    /// Finds the pairs at joints q within `reach` (m) of the clearance; returns their number.
     virtual int near(const double* q, double reach,
                      NearPair (&pairs)[straight_move_tuning::most_near]) noexcept = 0;
-    /// The nearest pair at joints q within `reach` (m).
+    /// The nearest pair at joints q within `reach` (m) of the clearance; its `pair` is 0 if there is none.
     virtual NearestPair nearest_pair(const double* q, double reach) noexcept = 0;
-    /// See StraightMove::proven.
+    /// The share of the motion d (rad) from q that is proven collision-free; see StraightMove::proven.
     virtual double proven(const double* q, const double (&d)[joints], Tag& pair, int looks,
                           const double* off) noexcept = 0;
 
-    /// The time (s) in which all joints stop together from velocities v.
+    /// The time (s) in which all joints stop together from velocities v (rad/s).
     double braking(const double* v) const noexcept {
         double out = 0;
         for (int j = 0; j < joints; ++j)
@@ -198,7 +199,8 @@ private:
         }
     }
 
-    /// The greatest of some rates (1/s) at which all joints can stop from v and a; 0 if there is none.
+    /// The greatest of some rates (1/s) at which all joints can stop from v (rad/s) and a (rad/s^2); 0 if
+    /// there is none.
     double stopping_rate(const double (&v)[joints], const double (&a)[joints]) const noexcept {
         double rate = min(1.0 / dt_, 2.0 * rate_);
         for (int trial = 0; trial < guard_tuning::rates; ++trial, rate *= guard_tuning::finer) {
@@ -215,7 +217,8 @@ private:
         return q_[j] + move >= least - tolerance::bound && q_[j] + move <= most + tolerance::bound;
     }
 
-    /// The largest share of a move v that joints which all stop at one rate can make.
+    /// The proven share of one cycle with velocities v (rad/s) and a stop at one common rate; 0.5 if no rate
+    /// or limit permits it. If all is proven, the rate becomes that of the next cycle.
     double share_at_rate(const double (&v)[joints]) noexcept {
         double a[joints], d[joints], corner[joints], off[joints], along = 0, square = 0;
         for (int j = 0; j < joints; ++j) a[j] = (v[j] - before_[j]) / dt_;
@@ -235,7 +238,8 @@ private:
         return out;
     }
 
-    /// The share of the motion, one cycle with v followed by braking, that is proven collision-free.
+    /// The share of the motion, one cycle with velocities v (rad/s) followed by braking, that is proven
+    /// collision-free; 0.5 if a joint would leave its limits.
     double share(const double (&v)[joints]) noexcept {
         if (bounds_) return share_at_rate(v);
         const double lasting = dt_ + 0.5 * braking(v);
@@ -259,7 +263,7 @@ private:
     Tag blocking_ = 0;
 };
 
-/// The guard of an Arm, a ChainArm or another body.
+/// The guard of an Arm, a ChainArm or another kind of arm.
 template <class AnyArm>
 class GuardOf final : public Guard {
 public:
@@ -270,13 +274,16 @@ public:
         : Guard(nominal(arm).size, acceleration, bounds), move_(arm, scene) {}
 
 private:
+    /// See Guard::near.
     int near(const double* q, double reach,
              NearPair (&pairs)[straight_move_tuning::most_near]) noexcept override {
         return move_.near(q, reach, pairs);
     }
+    /// See Guard::nearest_pair.
     NearestPair nearest_pair(const double* q, double reach) noexcept override {
         return move_.nearest_pair(q, reach);
     }
+    /// See Guard::proven.
     double proven(const double* q, const double (&d)[joints], Tag& pair, int looks,
                   const double* off) noexcept override {
         return move_.proven(q, d, pair, looks, off);

@@ -51,7 +51,7 @@ public:
     /// A filter without a target yet.
     explicit Hand(const HandFilter& options) noexcept : options_(options) {}
 
-    /// Starts with a target at rest.
+    /// Starts with a target at rest at `pose`; required before the first tick().
     void start(const Pose<double>& pose) noexcept {
         pose_ = shown_ = last_sample_ = sample_ = suspect_ = pose;
         velocity_ = shown_velocity_ = acceleration_ = measured_ = drift_ = Twist{};
@@ -159,7 +159,8 @@ private:
         return options_.patience > 0 && far(difference(moved_by(pose_, velocity_ * dt), sample));
     }
 
-    /// Treats a sample as a possible jump: false until samples have stayed at the new place for long enough.
+    /// Treats a sample as a possible jump: continues as without a sample, or restarts at it after samples
+    /// have stayed near it for `patience`. Returns false, as estimate() then does.
     bool doubt(const Pose<double>& sample, double dt) noexcept {
         const bool stays = suspected_ > 0 && !far(difference(suspect_, sample));
         suspected_ = stays ? suspected_ + age_ : dt;

@@ -43,8 +43,8 @@ struct JerkBounds {
     bool has_jerk() const noexcept { return jerk < infinity; }
 };
 
-/// Makes the bounds of a joint compatible: from rest within velocity V, no joint exceeds the acceleration
-/// sqrt(2 J V).
+/// The bounds of a joint, with the acceleration reduced to sqrt(2 J V), which no motion from rest within
+/// velocity V exceeds.
 inline JerkBounds jerk_bounds(double velocity, double acceleration, double jerk) noexcept {
     return {velocity, jerk < infinity ? min(acceleration, sqrt(2.0 * jerk * velocity)) : acceleration, jerk};
 }
@@ -57,7 +57,8 @@ struct StoppingWay {
     double way = 0, per_v = 0, per_a = 0;
 };
 
-/// The stopping distance from velocity v and acceleration a within the bounds, with its derivatives.
+/// How far (rad) a joint with velocity v and acceleration a still moves in the positive direction until it
+/// can be at rest within the bounds, with the derivatives; 0 if it does not move that way.
 inline StoppingWay stopping(const JerkBounds& b, double v, double a) noexcept {
     StoppingWay out;
     const double J = b.jerk, A = b.acceleration;

@@ -104,7 +104,8 @@ inline double room_on_side(const ArcSet& arcs, double held, double side) noexcep
     return min(max(way, 0.0) + leaving_tuning::off, pi);
 }
 
-/// The nearest configuration to one side of `held` that is no longer singular; `psi` is its arm angle.
+/// The nearest configuration to one side (1 or -1) of `held`, at most `room` (rad) away, that is no longer
+/// singular; `psi` is its arm angle, NaN if there is none.
 inline Joints posture_on_side(const Arm& arm, const SelfMotion<double>& m, const double* q, double held,
                               double side, double room, double& psi) noexcept {
     Joints out;
@@ -152,8 +153,8 @@ inline void offer_ways_on(const Arm& arm, const SelfMotion<double>& m, const Arc
     }
 }
 
-/// The share of the joint motion `way.d`, nearest to `wanted`, that keeps every joint within a box of moves;
-/// any value if the box is empty.
+/// The share of the joint motion `way.d`, nearest to `wanted`, that keeps every joint within a box of moves
+/// from lower to upper (rad); any value if the box is empty.
 inline double share_within(const Leaving& way, double wanted, const double* lower,
                            const double* upper) noexcept {
     double least = -infinity, most = infinity;
@@ -166,8 +167,8 @@ inline double share_within(const Leaving& way, double wanted, const double* lowe
     return min(max(wanted, least), most);
 }
 
-/// Whether the rest of the joint motion is so short that the joints can stop and psi can move from the next
-/// step on.
+/// Whether the rest of the joint motion `way.d` is so short that the joints can stop and psi can move from
+/// the next step on: at most half of the moves lower <= 0 <= upper (rad) that one step permits.
 inline bool has_arrived(const Leaving& way, const double* lower, const double* upper) noexcept {
     for (int j = 0; j < joints; ++j)
         if (!(abs(way.d[j]) <= 0.5 * min(upper[j], -lower[j]))) return false;

@@ -77,7 +77,7 @@ struct FamilySections {
         to.gc = gc;
         arcs_within(to, rows().limits, to.arcs);
     }
-    /// Removes the values at which an obstacle is touched from the arcs of a section.
+    /// Reduces the arcs of a section to their proven collision-free parts.
     void clear(const Scene& scene, Section& to) const noexcept {
         ProvenArcs own;
         own.arcs = to.arcs;
@@ -139,9 +139,8 @@ struct Links {
     double most[joints];  // rad: largest move in one step
     double share;         // share of it that links use
 
-    /// Writes the part of `within` on section `to` whose joints are at most `part` of a step from q. A joint
-    /// never crosses its limits by a whole revolution. A joint with a range above 2 pi may, unless its
-    /// revolution is known.
+    /// Writes the part of `within` on section `to` whose joints are at most `part` of a step from q. Joints
+    /// with a range below 2 pi, and all of them if `turns_known`, also stay within the limits from q on.
     void reach(const double* q, bool turns_known, double part, const Section& to, const ArcSet& within,
                ArcSet& out) const noexcept {
         const Arm& arm = view.rows();
@@ -180,7 +179,8 @@ struct Probes {
     double psi[capacity];
     bool linked[capacity];
 
-    /// Inserts a psi to probe in order, unless the list is full; `known`: whether it is reachable.
+    /// Inserts a psi to probe in order, unless the list is full; `known`: whether it is known to be
+    /// reachable.
     void add(double at, bool known) noexcept {
         if (count == capacity) return;
         int i = count++;
@@ -240,7 +240,8 @@ private:
         }
     }
 
-    /// Adds samples that only a gap of the set can reach. Other samples could miss the gap in the result.
+    /// Adds some psi of a gap of the set, and psi on the target section that a step from them reaches;
+    /// otherwise samples could miss the gap in the result.
     void doubt(const Arc& gap, Probes& out) const noexcept {
         for (double share : {0.25, 0.5, 0.75}) {
             const double psi = gap.lower + share * (gap.upper - gap.lower);
@@ -252,7 +253,7 @@ private:
         }
     }
 
-    /// Adds psi, or psi + 2 pi, if it is in the arc.
+    /// Adds psi and psi + 2 pi, as far as they are in the arc.
     static void probe(const Arc& arc, double psi, bool linked, Probes& out) noexcept {
         for (double turn : {0.0, two_pi})
             if (psi + turn >= arc.lower && psi + turn <= arc.upper) out.add(psi + turn, linked);
@@ -270,7 +271,8 @@ private:
         for (int i = 0; i < doubtful.count; ++i) probe(arc, doubtful.psi[i], false, out);
     }
 
-    /// The last reachable psi between one that is reachable and one that is not, by bisection.
+    /// The last reachable psi between `inside`, which is reachable, and `outside`, which is not, by
+    /// bisection.
     double last_linked(double inside, double outside) const noexcept {
         const double first = inside + (outside - inside) * 0x1p-12;
         if (!linked(first)) return inside;
@@ -311,9 +313,9 @@ public:
     /// The number of sections that the caller's workspace must hold.
     static constexpr std::size_t sections_for(std::size_t ahead) noexcept { return 2 * ahead + 1; }
 
-    /// `scenes` (none, one, or one a pose) and `bounds` may be null. Connections do not consider
-    /// accelerations. If these are bounded, connections use half of the velocity, and a motion that comes
-    /// late is led back to the reachable part.
+    /// `scenes` (none, one, or one a pose) and `bounds` may be null. `workspace` holds sections_for(ahead)
+    /// sections. Connections do not consider accelerations. If these are bounded, connections use half of the
+    /// velocity, and a motion that comes late is led back to the reachable part.
     Lookahead(const View& view, const double* poses, std::size_t n, Strided<const ArcSet> allowed,
               Strided<const Scene* const> scenes, const Bounds* bounds, double largest_step,
               Section* workspace, std::size_t ahead) noexcept
@@ -374,7 +376,7 @@ public:
     void forget() noexcept { count_ = 0; }
 
 private:
-    /// Computes the sections of the window, and the reachable parts from its end.
+    /// Computes the sections of the window in branch gc, and the reachable parts from its end.
     void draw(int gc) noexcept {
         gc_ = gc;
         for (std::size_t k = 0; k < count_; ++k) fill(section_[k], first_ + k);
@@ -390,7 +392,7 @@ private:
         if (scenes_.data) links_.view.clear(**scenes_.at(i), to);
     }
 
-    /// Computes the reachable parts of all sections before one whose part is known.
+    /// Computes the reachable parts of all sections before section `last`, whose part is known.
     void back(std::size_t last) noexcept {
         for (std::size_t k = last; k-- > 0;)
             detail::Image(links_, section_[k + 1], section_[k + 1].tube, section_[k])(section_[k].tube);

@@ -27,7 +27,7 @@ struct Policy {
     Towards towards{};
 };
 
-/// The policy for one self-motion: a point or direction for the elbow becomes a target psi; NaN if all psi
+/// The policy for one self-motion: a point or direction for the elbow becomes a target psi, NaN if all psi
 /// are equally good.
 inline Policy resolved_policy(Policy policy, const Arm& arm, const SelfMotion<double>& m) noexcept {
     if (policy.rule == Rule::towards)
@@ -48,8 +48,9 @@ inline double repelled(const Policy& p, const Arc& arc, double psi) noexcept {
     return psi + p.K * 0.5 * width * (std::exp(-p.alpha * share) - std::exp(-p.alpha * (1.0 - share)));
 }
 
-/// Moves psi towards the place of the arc nearest to the target psi, by the share K of the distance. For a
-/// target outside the arc that place is the end on its side of the middle.
+/// Moves psi towards the place of the arc nearest to the target psi, by the share K of the distance;
+/// unchanged if that target is NaN. For a target outside the arc that place is the end on its side of the
+/// middle.
 inline double drawn(const Policy& p, const Arc& arc, double psi) noexcept {
     if (is_nan(p.towards.psi)) return psi;
     const double wish = lift(p.towards.psi, 0.5 * (arc.lower + arc.upper));
@@ -77,8 +78,8 @@ struct Resolution {
 };
 
 /// Computes the next psi by the policy. On the full circle only a target moves it, by the shorter way.
-/// Outside every arc it moves to the nearest end or stops. The target of the policy must be a psi (see
-/// resolved_policy).
+/// Outside every arc it moves to the nearest end, or with Outside::stop stays, OUTSIDE; LIMITS if there is no
+/// arc. The target of the policy must be a psi (see resolved_policy).
 inline Resolution resolve(const Policy& policy, const ArcSet& arcs, double psi) noexcept {
     if (arcs.empty()) return {wrap(psi), Status::LIMITS};
     if (arcs.full) {

@@ -39,8 +39,8 @@ struct RestingChoice {
     }
 };
 
-/// The collision-free solution of a target in branch gc within these limits that the joints reach in the
-/// shortest time.
+/// The collision-free solution of a target in branch gc within these limits that is nearest to options.near
+/// by options.weight. options.branches must permit gc alone.
 inline Nearest resting_solution(const Arm& arm, const Limits& limits, const Scene* scene,
                                 const Pose<double>& pose, int gc, NearestOptions options) noexcept {
     const LimitTable table = limit_table(arm, limits);
@@ -60,8 +60,9 @@ namespace detail {
 
 inline constexpr int resting_samples = 48;  // of the whole circle
 
-/// The best of a bounded number of solutions of branch gc on given arcs: the middles of equal parts, and the
-/// one nearest to the present value `held`. The minimum over all is not searched for.
+/// The solution of branch gc nearest to options.near by options.weight among a bounded number on given arcs:
+/// the middles of equal parts, and the one nearest to the present value `held`. LIMITS if none is within the
+/// limits. The minimum over all is not searched for.
 template <class AnyArm>
 Nearest sampled_solution(const AnyArm& arm, const Limits& limits, const Pose<double>& pose, int gc,
                          const ArcSet& arcs, double held, const NearestOptions& options) noexcept {

@@ -75,14 +75,14 @@ int saved_size(Loop loop) noexcept {
     return n;
 }
 
-/// Writes the state; `numbers` must have room for saved_size(loop).
+/// Writes the state of a loop to `numbers`, which must have room for saved_size(loop).
 template <class Loop>
 void save(Loop loop, double* numbers) noexcept {
     EachNumber visit([&numbers](double& x) { *numbers++ = x; });
     loop.each_number(visit);
 }
 
-/// Restores the state of a loop with the same arm and options.
+/// Restores the state that save() wrote, into a loop with the same arm and options.
 template <class Loop>
 void restore(Loop& loop, const double* numbers) noexcept {
     EachNumber visit([&numbers](double& x) { x = *numbers++; });

@@ -55,8 +55,9 @@ struct Lifted {
     double margin;
 };
 
-/// Writes the joints nearest to q_now and their distance to the limits. If a joint with a range of at least 2
-/// pi leaves its limits, WINDING_EXHAUSTED. A joint with a narrower range moves into its limits, however far.
+/// Writes the joints nearest to q_now and their distance to the limits. A joint with a range below 2 pi moves
+/// into its limits, however far; if a joint with a wider range would have to, WINDING_EXHAUSTED. LIMITS if no
+/// revolution is within the limits.
 ARMANGLE_INLINE Status choose_windings(const Arm& arm, const Directions<double>& d, const JointLanes& q_now,
                                        Lifted& out) noexcept {
     out.q = joints_near(arm, d, q_now);
@@ -144,7 +145,8 @@ inline Policy policy_on(const StepOptions& options, const Arm& arm, const SelfMo
     return options.policy.rule == Rule::towards ? resolved_policy(options.policy, arm, m) : options.policy;
 }
 
-/// Computes the arcs of the branch of `parts.motion` and the psi that the policy requests, starting from psi.
+/// Computes the arcs of the branch of `parts.motion` and the psi that the policy requests, starting from psi;
+/// the status says why there is none. The result refers to `parts`.
 inline Branch look(const Arm& arm, const LimitTable& limits, double psi, const StepOptions& options,
                    BranchParts& parts) noexcept {
     parts.functions = joint_functions(parts.motion);
@@ -176,8 +178,8 @@ inline Branch look(const Arm& arm, const LimitTable& limits, double psi, const S
     return out;
 }
 
-/// The psi that the policy requests on the part `ahead`, in the arc that contains psi if possible; NaN if
-/// that part is empty.
+/// The psi that the policy requests on the part `ahead` of `arcs`, in the arc that contains psi if possible;
+/// NaN if that part is null or empty.
 inline double wish_ahead(const ArcSet& arcs, Policy policy, const ArcSet* ahead, double psi) noexcept {
     if (!ahead || ahead->empty()) return not_a_number;
     policy.outside = Outside::nearest;
@@ -192,7 +194,8 @@ inline double wish_ahead(const ArcSet& arcs, Policy policy, const ArcSet* ahead,
 }
 
 /// Whether the joints of psi, written to `to`, are a permitted step: in their present revolutions, no longer
-/// than `longest` (rad). False if theta_2 or theta_6 is 0, where psi does not determine their neighbours.
+/// than `longest` (rad). False if theta_2 or theta_6 is 0 or pi, where psi does not determine their
+/// neighbours.
 ARMANGLE_INLINE bool is_step(const Arm& arm, const SelfMotion<double>& m, double psi, const JointLanes& here,
                              double longest, Lifted& to) noexcept {
     const Directions<double> d = directions(m, sin_cos(psi));
@@ -213,7 +216,7 @@ ARMANGLE_INLINE Step stepped(const Lifted& to, const double* q_now, double dt, d
     return out;
 }
 
-/// The smaller |sin| of theta_2 and theta_6 (rad).
+/// The smaller |sin| of the angles theta_2 and theta_6 (rad).
 inline double singularity_sine(double theta_2, double theta_6) noexcept {
     return min(abs(std::sin(theta_2)), abs(std::sin(theta_6)));
 }
@@ -266,7 +269,8 @@ inline double roll_towards(const Pose<double>& other, const Pose<double>& pose) 
     return atan2(dot(a.x, b.y) - dot(a.y, b.x), dot(a.x, b.x) + dot(a.y, b.y));
 }
 
-/// Whether a pose is not reached for its place alone, so that a step may go to the nearest pose instead.
+/// Whether `why` lies in the pose alone (out of reach, limits, singular, no convergence), so that a step may
+/// go to the nearest pose instead.
 inline bool is_beyond(Status why) noexcept {
     return why == Status::UNREACHABLE || why == Status::FOLDED || why == Status::ELBOW_LIMIT ||
            why == Status::ELBOW_MARGIN || why == Status::LIMITS || why == Status::NEAR_SINGULAR ||
@@ -287,8 +291,8 @@ public:
           options_(options),
           bounds_(options.bounds ? *options.bounds : no_bounds) {}
 
-    /// Tries the alternatives in order and returns the step. `own`, if known, is the pose in the branch of
-    /// the joints.
+    /// Tries the alternatives in order and returns the step. `own`, if not null, is the pose in the branch of
+    /// the joints, and `psi` the psi that they carry to it; both are computed otherwise.
     Step operator()(const Pose<double>& pose, double psi, const Branch* own) noexcept {
         Step out;
         BranchParts parts;
@@ -426,20 +430,21 @@ private:
         return {arm_, *b.motion, *b.functions, q_now_, bounds_, options_.max_joint_step};
     }
 
-    /// Whether joint j can reach `angle` or angle + pi, where branches meet, within one step and within
-    /// `least` (rad).
+    /// Whether joint j can reach theta = `angle` or angle + pi, where branches meet, within one step and
+    /// within `least` (rad).
     bool crosses(int j, double angle, double least) const noexcept {
         const double off = now_.theta[j] - angle, fastest = bounds_.velocity[j] * bounds_.dt;
         return abs(off - pi * round(off / pi)) <= min(min(options_.max_joint_step, fastest), least);
     }
 
-    /// Whether the branch may change its shoulder sign (bit 1) and wrist sign (bit 2) in this step.
+    /// Whether the branch may change its shoulder sign (if flip & 1) and wrist sign (if flip & 2) within this
+    /// step and by joint moves of at most `least` (rad).
     bool may_flip(int flip, double least) const noexcept {
         return (!(flip & 1) || crosses(1, 0.0, least)) && (!(flip & 2) || crosses(5, 0.0, least));
     }
 
-    /// The branch with the shoulder sign (bit 1 of `flip`) and wrist sign (bit 2) changed; `parts` stores
-    /// what it refers to.
+    /// The branch with the shoulder sign (if flip & 1) and the wrist sign (if flip & 2) changed; `parts`
+    /// stores what it refers to.
     Branch flipped(const SelfMotion<double>& motion, int flip, double psi, const StepOptions& options,
                    BranchParts& parts) const noexcept {
         parts.motion = motion;
@@ -448,7 +453,8 @@ private:
         return look(arm_, limits_, psi, options, parts);
     }
 
-    /// Adds the branches that the step can change to within joint moves below `least` (rad).
+    /// Adds the branches that the step can change to by joint moves of at most `least` (rad), with the psi
+    /// that the policy requests there, starting from psi.
     void gather(double psi, double least) noexcept {
         const Branch& own = branch_[0];
         const bool hopeless = own.status != Status::OK && own.status != Status::LIMITS &&
@@ -592,7 +598,8 @@ private:
 
     /// Finds a solution near the present joints numerically. It is used if joint 2, 4 or 6 is nearly
     /// singular, where psi has too few digits to check limits. The sign of the elbow is kept, unless it is
-    /// mere rounding.
+    /// mere rounding. `why` is the reason so far; it becomes NOT_ALLOWED if only the user's arcs forbid the
+    /// solution.
     bool solve_nearby(const Pose<double>& pose, Status& why, Step& out) const noexcept {
         const bool limits = why == Status::LIMITS || why == Status::WINDING_EXHAUSTED ||
                             why == Status::ELBOW_LIMIT || why == Status::JOINT_JUMP;
@@ -609,8 +616,9 @@ private:
                (either && solve_from(2 * straight - theta_4, pose, -1, why, out));
     }
 
-    /// Finds a solution numerically from the present joints with another theta_4 (NaN: unchanged). The
-    /// solution must have elbow sign `side` (0, 1; -1: either) and stay within the limits and one step.
+    /// Finds a solution numerically from the present joints, first with joint 4 at theta_4 (rad), then
+    /// unchanged. The solution must have elbow bit gc & 2 = `side` (0, 2; -1: either) and stay within the
+    /// limits and one step.
     bool solve_from(double theta_4, const Pose<double>& pose, int side, Status& why,
                     Step& out) const noexcept {
         Limits box = arm_.limits;
@@ -748,8 +756,7 @@ private:
     }
 
     /// Writes a step to `out` that moves as far as it may towards a solution of the pose; false if there is
-    /// none within `longest` (rad) of every joint. If a single limit blocks, no joint makes a whole
-    /// revolution instead.
+    /// none within `longest` (rad) of every joint.
     bool approach(const Pose<double>& pose, double psi, double longest, Step& out) const noexcept {
         Joints to{};
         if (!heading(pose, psi, to) || !(largest_move(to.q, q_now_) <= longest)) return false;
@@ -831,7 +838,7 @@ private:
     int count_ = 1;
 };
 
-/// The step by the alternatives of StepFallback; kept out of line.
+/// The step by the alternatives of StepFallback, whose operator() explains psi and own; kept out of line.
 [[gnu::noinline]] inline Step step_by_fallback(const Arm& arm, const LimitTable& limits, const double* q_now,
                                                const Chain& now, const Pose<double>& pose,
                                                const StepOptions& options, double psi = 0,
@@ -841,7 +848,8 @@ private:
 
 }  // namespace detail
 
-/// The step from q_now, whose frames are `now`, to a user's `pose`.
+/// The step from q_now, whose frames are `now`, to a user's `pose`. BAD_INPUT if the pose is not rigid or
+/// q_now not finite.
 inline Step step_from(const Arm& arm, const LimitTable& limits, const double* q_now, const Chain& now,
                       const Pose<double>& pose, const StepOptions& options) noexcept {
     const JointLanes here = joint_lanes(q_now);

@@ -26,10 +26,10 @@ namespace armangle {
 class TrackerLoop : protected TrackerMove {
 public:
     /// Starts at rest at joints q, with the target at the end effector. Joints outside their limits are moved
-    /// back within the bounds.
+    /// back, within the bounds, by the cycles that follow.
     void start(const double* q) noexcept { start(q, user_pose(arm_, chain(arm_, q).flange)); }
 
-    /// Starts at rest at joints q with a target away from the end effector.
+    /// Starts at rest at joints q with the target `hand`, away from the end effector.
     void start(const double* q, const Pose<double>& hand) noexcept {
         for (int j = 0; j < joints; ++j) {
             q_.q[j] = q[j];
@@ -86,8 +86,8 @@ public:
     /// The accepted target, in the frame that poses are given in.
     const Pose<double>& hand() const noexcept { return hand_.pose(); }
 
-    /// Records the distance to the target. For a target at rest that is not reached in time, takes one step
-    /// of the search for a solution, and turns to the one that was found.
+    /// Records the distance (m) of the end effector from the target after a cycle of dt (s; 0: that of the
+    /// options). For
     void note(double distance, double dt) noexcept {
         if (!fixed_) return;
         const double time = seconds(dt);
@@ -114,8 +114,9 @@ public:
         }
     }
 
-    /// The nearest pair of the present configuration among those within `reach` (m) beyond the clearance. Its
-    /// room allows for rounding: joints at the end of an arc may touch by that.
+    /// The nearest pair of the present configuration among those within `reach` (m) of the clearance; its
+    /// `pair` is 0 if there is none. The room allows for rounding: joints at the end of an arc may touch by
+    /// that.
     NearestPair nearest_pair(double reach) const noexcept {
         NearestPair out = nearest_pair_of_body(reach);
         out.room += straight_move_tuning::rounded;
@@ -191,11 +192,12 @@ protected:
 private:
     /// The branch of joints q in the numbering of the body.
     virtual int branch_of_body(const double* q) const noexcept = 0;
-    /// The nearest pair of the body at its joints among those within `reach` (m).
+    /// The nearest pair of the body at its joints among those within `reach` (m) of the clearance.
     virtual NearestPair nearest_pair_of_body(double reach) const noexcept = 0;
-    /// The share of the straight joint motion by d (rad) that is proven collision-free.
+    /// The share of the straight motion of the body by d (rad) from its joints that is proven collision-free.
     virtual double proven_share(const double (&d)[joints]) const noexcept = 0;
-    /// The collision-free solution of the body in branch gc that its joints reach in the shortest time.
+    /// The collision-free solution of the body in branch gc within `limits`, near options.near by
+    /// options.weight; options.branches permits gc alone.
     virtual Nearest solution_at_rest(const Limits& limits, const Pose<double>& target, int gc,
                                      const NearestOptions& options) const noexcept = 0;
 
@@ -274,9 +276,9 @@ private:
         return !nearer;
     }
 
-    /// Searches the next branch (0..7) for a collision-free solution of the target, and keeps it if the
-    /// joints reach it sooner than those of the branches before. After the last branch the choice is found,
-    /// or none.
+    /// Searches the next branch (0..7) for a collision-free solution of the target with a collision-free
+    /// straight way, and keeps it if the joints reach it sooner than those of the branches before. Without
+    /// detours only the home branch counts. After the last branch the choice is found, or none.
     void ask_next_branch() noexcept {
         const int gc = choice_.asked++;
         const bool may = options_.detours || gc == choice_.home;
@@ -322,8 +324,9 @@ private:
         return true;
     }
 
-    /// Sets velocity and acceleration of joint j. With bounded jerk it keeps the requested velocity: the
-    /// rounding of a position, divided by dt^2, could make a stop impossible.
+    /// Sets velocity (rad/s) and acceleration of joint j after a cycle. With bounded jerk a violation of the
+    /// box by rounding is corrected: the rounding of a position, divided by dt^2, could make a stop
+    /// impossible.
     void go_on(const Tick& t, int j, double v) noexcept {
         const double wanted = min(max(v, t.lower[j]), t.upper[j]);
         if (bound_[j].has_jerk() && abs(wanted - v) * t.dt <= tracker_tuning::rounding) v = wanted;
@@ -402,9 +405,9 @@ private:
 };
 
 /// Joints that follow a target in control cycles within bounds on velocity and acceleration;
-/// docs/background/paths.md. The `Body` must avoid obstacles: the arm itself or the true chain that it
-/// represents. `about` is the scene prepared for it. The options' scene is the arm's own and determines where
-/// to go.
+/// docs/background/paths.md. The `Body` is what must avoid obstacles: the arm itself, or the true chain that
+/// it represents, and `about` the scene prepared for it. The options' scene is prepared for the arm and
+/// determines where to go.
 template <class Body = Arm>
 class Tracker final : public TrackerLoop {
 public:

@@ -190,8 +190,8 @@ protected:
         return 2.0 * room / (dt + sqrt(dt * dt + 2.0 * room / a));
     }
 
-    /// A factor k (1/s) of a velocity k d towards a goal d rad away, such that every joint can stop there; k
-    /// |d| falls with this power of |d|.
+    /// A factor k (1/s) of a velocity k d towards a goal d (rad, or m) away, such that every joint can stop
+    /// there; k |d| falls with this power of |d|.
     struct Pace {
         double k, power;
 
@@ -217,9 +217,9 @@ protected:
     }
 
     /// Computes how fast the displacements d of the joints along a part of the end effector's path can be
-    /// made, with velocities bounded by the box. A joint that reaches its greatest velocity before it must
-    /// brake slows no other. A goal that accelerates by `gain` (rad/s^2) changes the deceleration that is
-    /// available.
+    /// made with a share of the accelerations; the box of the cycle bounds the velocities. A joint that
+    /// reaches its greatest velocity before it must brake slows no other. A goal that accelerates by `gain`
+    /// (rad/s^2) changes the deceleration that is available.
     Pace pace(const double (&d)[joints], const double (&gain)[joints], double share,
               double dt) const noexcept {
         Pace out{1.0 / (tracker_tuning::ticks * dt), 1.0};

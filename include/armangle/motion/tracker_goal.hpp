@@ -28,11 +28,12 @@ protected:
         bool posture_only = false;    // the pose may have no arc: only this configuration
         int gc = 0;                   // of that configuration
         Status blocked = Status::OK;  // or why obstacles leave no solution of the pose
-        Tag pair = 0;                 // the pair that alone blocks all of them; 0: none
+        Tag pair = 0;                 // a pair that blocks, if one is known; 0: none
     };
 
-    /// Computes the goal, and the joints of the next cycle if they can be there. If the elbow bends fast
-    /// enough, the goal may be at the end of the reach; otherwise the elbow keeps its margin.
+    /// Computes the goal; true, with the joints of the next cycle in `next`, if they can be there. If the
+    /// elbow bends fast enough, the goal may be at the end of the reach; otherwise the elbow keeps its
+    /// margin.
     bool pursue(const Tick& t, Goal& goal, Joints& next) noexcept {
         const Pose<double>& wanted = wanted_;
         const Circle<double> c = circle(arm_, flange_pose(arm_, wanted));
@@ -141,8 +142,8 @@ protected:
         return bend <= tracker_tuning::shut && !t.elbow && turning_to_ < 0;
     }
 
-    /// Finds the solution of the goal's pose nearest to the joints. True if it is nearby and no joint is near
-    /// a limit there.
+    /// Replaces the goal's configuration by the solution of its pose next to the present joints. False,
+    /// without a change, if none is found or a joint is near a limit there.
     bool solve_nearby(const Tick& t, Goal& goal) const noexcept {
         Attraction near;
         for (int j = 0; j < joints; ++j) {

@@ -13,7 +13,7 @@ class TrackerMove : protected TrackerGoal {
 protected:
     using TrackerGoal::TrackerGoal;
 
-    /// The distance (m) from a pose to the target.
+    /// The distance (m) from a pose to the target; one radian counts as options.length.
     double distance_to_target(const Pose<double>& hand) const noexcept {
         return size(difference(hand, hand_.pose()), options_.length);
     }
@@ -78,8 +78,9 @@ protected:
         return {{rows[0], rows[1], rows[2]}, {rows[3], rows[4], rows[5]}};
     }
 
-    /// Writes the velocities v (rad/s) in the box of this cycle that minimize a quadratic cost, with
-    /// collision-free braking if there are obstacles.
+    /// Writes the velocities (rad/s) in the box of this cycle that minimize a quadratic cost to v, which
+    /// holds the start, with collision-free braking if there are obstacles. `ahead` (rad/s^2) is how the
+    /// requested velocity continues to change.
     void least_squares(const Tick& t, const JointQuadratic& p, const double (&ahead)[joints],
                        double (&v)[joints]) const noexcept {
         if (!t.guard) {
@@ -178,7 +179,7 @@ protected:
         if (detours_exhausted()) searching_ = false;
     }
 
-    /// A pseudo-random number in [0, 1) and, below, a random arm angle of some arcs.
+    /// The next pseudo-random number in [0, 1).
     double drawn() noexcept {
         draw_ = draw_ * 1664525u + 1013904223u;
         return (draw_ >> 8) * 0x1p-24;
