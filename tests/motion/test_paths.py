@@ -25,6 +25,7 @@ def frame(seed: int) -> np.ndarray:
 
 
 def paths() -> list[tuple[str, aa.Path]]:
+    """A path of every kind, each with its name."""
     a, b, c = frame(1), frame(2), frame(3)
     half = a.copy()
     half[:3, :3] = a[:3, :3] @ np.diag([1.0, -1.0, -1.0])
@@ -64,6 +65,7 @@ def test_every_pose_is_a_rotation_and_a_position(path: aa.Path) -> None:
 
 @ALL
 def test_derivatives_are_limits_of_differences(path: aa.Path) -> None:
+    """`Path.derivative` of order 1, 2, 3 equals finite differences."""
     h = 1e-5
     inner = np.array([0.13, 0.31, 0.44, 0.68, 0.93])
     before, here, after = path.pose(inner - h), path.pose(inner), path.pose(inner + h)
@@ -79,6 +81,7 @@ def test_derivatives_are_limits_of_differences(path: aa.Path) -> None:
 
 @ALL
 def test_one_s_and_a_batch_agree(path: aa.Path) -> None:
+    """`pose` and `derivative` take s of any shape, with the same poses as one by one."""
     batch = path.pose(S.reshape(1, -1))
     assert batch.shape == (1, len(S), 4, 4)
     assert np.array_equal(path.pose(S[7]), batch[0, 7])
@@ -86,6 +89,7 @@ def test_one_s_and_a_batch_agree(path: aa.Path) -> None:
 
 
 def test_both_ends_are_met_evenly() -> None:
+    """Lines and arcs meet both ends at an even speed, and an arc passes its middle point."""
     for name in ("line", "half turn", "arc"):
         path: Any = dict(paths())[name]
         np.testing.assert_allclose(path.pose(0.0), path.start, atol=1e-15)
@@ -122,6 +126,7 @@ def test_waypoints_are_met_and_straight_between() -> None:
 
 
 def test_a_rotation_that_is_nearly_one_is_replaced_by_the_nearest() -> None:
+    """Paths take a rotation that is off by 2e-7, and use `nearest_rotation` of it."""
     rough = frame(6)
     rough[:3, :3] *= 1 + 2e-7
     near = aa.Waypoints(np.stack([rough, frame(7)])).pose(0.0)
@@ -130,6 +135,7 @@ def test_a_rotation_that_is_nearly_one_is_replaced_by_the_nearest() -> None:
 
 @pytest.mark.parametrize("tilt", [1e-9, 1e-6, 1e-3, 1.0, *(np.pi - np.array([1e-3, 1e-6, 1e-9, 0]))])
 def test_shortest_rotations_of_every_size_arrive(tilt: float) -> None:
+    """A Line with a rotation of any size up to π meets its end and turns by at most π."""
     for seed in range(20):
         start, end = frame(seed), frame(seed)
         axis = np.random.default_rng(seed).normal(size=3)
@@ -141,6 +147,7 @@ def test_shortest_rotations_of_every_size_arrive(tilt: float) -> None:
 
 
 def test_refusals() -> None:
+    """Paths refuse bad arguments and say which; adding a number is a TypeError."""
     a, b = frame(1), frame(2)
     torn, line = 2 * b - np.diag([0, 0, 0, 1.0]), aa.Line(a, b)
     for said, call, *words in (
@@ -172,13 +179,14 @@ def test_refusals() -> None:
 
 
 def both_sides(path: aa.Path, order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives just before and just behind the joints of the pieces."""
+    """The derivatives just before and just behind the inner breaks of a path."""
     inner = path.breaks[1:-1]
     return path.derivative(np.nextafter(inner, 0), order), path.derivative(inner, order)
 
 
 @pytest.mark.parametrize("blend", [1e-3, 0.3, 9.0])
 def test_blends_are_twice_differentiable_and_plain_corners_are_not(blend: float) -> None:
+    """Segments with blend are continuous with two derivatives; without, the first one jumps."""
     path = aa.Segments(three(), blend=blend)
     inner = path.breaks[1:-1]
     np.testing.assert_allclose(path.pose(np.nextafter(inner, 0)), path.pose(inner), atol=1e-12)
@@ -192,7 +200,7 @@ def test_blends_are_twice_differentiable_and_plain_corners_are_not(blend: float)
 
 
 def angle_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Angle of the rotation from one frame to another, for small ones too."""
+    """The angle (rad) between rotations (..., 3, 3), for small ones too."""
     return 2 * np.arcsin(np.clip(np.linalg.norm(a - b, axis=(-2, -1)) / np.sqrt(8), 0, 1))
 
 
@@ -200,7 +208,7 @@ def angle_between(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_the_deviation_bounds_position_and_rotation_at_once(seed: int) -> None:
-    """Beside the path with corners sampled densely: at one and the same of its poses both bounds hold."""
+    """Each pose of blended segments is within `deviation` of one and the same pose of the sharp path."""
     a, b, c, d = (frame(20 + 4 * seed + k) for k in range(4))
     parts = [aa.Line(a, b), aa.CircularArc(b, frame(90 + seed)[:3, 3], c), aa.Line(c, d)]
     round_, plain = aa.Segments(parts, blend=0.25), aa.Segments(parts).pose(np.linspace(0, 1, 20_001))
@@ -230,13 +238,14 @@ def test_the_deviation_at_a_right_angle_is_attained() -> None:
 
 
 def pick() -> list[aa.Path]:
-    """Across, down to a part and up again, across."""
+    """Four lines: across, down to a part and up again, across."""
     points = np.array([[0.45, 0, 0.3], [0.55, 0, 0.3], [0.55, 0, 0.2], [0.55, 0, 0.35], [0.55, 0.1, 0.35]])
     poses = np.stack([aa.pose(point, rpy=[np.pi, 0, 0]) for point in points])
     return [aa.Line(a, b) for a, b in itertools.pairwise(poses)]
 
 
 def test_how_far_a_corner_that_turns_back_is_missed_is_said() -> None:
+    """`deviation` is the distance by which a blend misses a corner that turns back."""
     path = aa.Segments(pick(), blend=0.05)
     lowest = path.pose(np.linspace(0, 1, 20_001))[:, 2, 3].min()
     assert lowest - 0.2 == pytest.approx(3 / 8 * 0.05, abs=1e-6)
@@ -244,6 +253,7 @@ def test_how_far_a_corner_that_turns_back_is_missed_is_said() -> None:
 
 
 def test_each_corner_has_a_blend_of_its_own() -> None:
+    """Segments, `plan` and `follow` take one blend a corner; a blend of 0 meets its corner."""
     path, part = aa.Segments(pick(), blend=[0.05, 0.0, 0.03]), pick()[1].pose(1.0)
     s = np.append(path.breaks, np.linspace(0, 1, 20_001))
     points = path.pose(s)[:, :3, 3]
@@ -282,6 +292,7 @@ def test_plain_segments_are_the_paths_one_after_the_other() -> None:
 
 
 def test_pieces_that_stand_still_are_left_out_unless_all_do() -> None:
+    """Segments leave out pieces without motion; if all are, the path stands still."""
     line = aa.Line(frame(1), frame(2))
     stay = aa.Waypoints(frame(2)[None])
     np.testing.assert_array_equal(aa.Segments([line, stay], 0.1).pose(S), line.pose(S))
@@ -305,6 +316,7 @@ def corner() -> list[aa.Path]:
 
 
 def test_a_plan_round_a_corner_is_proven_and_smooth_in_the_joints() -> None:
+    """Plans round a corner are certified; with blend, q' and q'' are continuous at its breaks."""
     found, sharp = (aa.plan(ARM, corner(), start=Q, blend=blend) for blend in (0.04, 0.0))
     assert found.certified and sharp.certified and sharp.deviation == (0, 0)
     assert found.deviation == found.path.deviation and found.deviation.position > 0.007
@@ -321,6 +333,7 @@ def test_a_plan_round_a_corner_is_proven_and_smooth_in_the_joints() -> None:
 
 
 def test_samples_are_rows_of_waypoints_too_and_without_them_the_poses() -> None:
+    """Without `samples` a plan of poses has a row for each pose, with `blend` 200."""
     poses = np.stack([corner()[0].pose(0.0), corner()[0].pose(1.0), corner()[1].pose(1.0)])
     three_rows, many = aa.plan(ARM, poses, start=Q), aa.plan(ARM, poses, start=Q, samples=101)
     assert (len(three_rows), len(many)) == (3, 101)
@@ -331,6 +344,7 @@ def test_samples_are_rows_of_waypoints_too_and_without_them_the_poses() -> None:
 
 @pytest.mark.parametrize("blend", [0.0, 0.04])
 def test_follow_goes_along_a_list_and_stays_on_it_between_its_rows(blend: float) -> None:
+    """`follow` along a list of paths is on the path between its rows too."""
     found = aa.follow(ARM, corner(), start=Q, blend=blend, samples=120)
     path = aa.Segments(corner(), blend)
     assert found.ok

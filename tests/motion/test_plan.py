@@ -20,7 +20,7 @@ CASES = draw.count(10)  # of a block
 
 
 def random_case(seed: int) -> tuple[aa.Arm, aa.Path, np.ndarray | None]:
-    """An arm, a path that begins at a posture within limits, and that posture or None."""
+    """A random arm and path that begins at joints within the limits, and these joints or None."""
     rng = np.random.default_rng(seed)
     arm = random_arm(rng)
     q = rng.uniform(arm.lower + 0.05, arm.upper - 0.05)
@@ -40,7 +40,7 @@ def random_case(seed: int) -> tuple[aa.Arm, aa.Path, np.ndarray | None]:
 
 
 def check_continuous(result: aa.JointPath, s: np.ndarray, depth: int = 3) -> None:
-    """Where joints move far from one s to the next, a closer look shows smaller moves: fast, not broken."""
+    """Check by a closer look, `depth` times, that joints that move far between two s do not leap."""
     moves = np.abs(np.diff(result.at(s).q, axis=0)).max(axis=1)
     for at in np.flatnonzero(moves > 0.3):
         assert depth > 0, s[at]
@@ -48,7 +48,9 @@ def check_continuous(result: aa.JointPath, s: np.ndarray, depth: int = 3) -> Non
 
 
 def check_whole(result: aa.JointPath) -> None:
-    """A path that is ok is on its poses, in the branches named, continuous and within limits, everywhere."""
+    """Check that a path that is ok is on its poses, continuous, within limits and in the branches it
+    names.
+    """
     arm, here = result.arm, result.at(DENSE)
     np.testing.assert_allclose(arm.forward(here.q)[0], here.pose, atol=1e-12)
     assert arm.within_limits(here.q, tol=1e-9).all()
@@ -66,6 +68,7 @@ def check_whole(result: aa.JointPath) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("block", range(6))
 def test_random_paths_against_brute_force(block: int) -> None:
+    """A plan that is ok is whole; where one is not, a search on a grid finds no way either."""
     seen = {"whole": 0, "refused": 0}
     for seed in range(CASES * block, CASES * (block + 1)):
         arm, path, start = random_case(seed)
@@ -84,6 +87,7 @@ def test_random_paths_against_brute_force(block: int) -> None:
 
 
 def test_the_papers_example() -> None:
+    """The paper's posture and a line from there: certified, in branch 3."""
     q = np.radians([-160.0, -54.0, -99.0, -69.0, -92.0, 93.0, -139.0])
     result = aa.plan(IIWA, line(IIWA, q, [0.02, -0.05, 0.04]), start=q)
     assert result.certified
@@ -93,6 +97,7 @@ def test_the_papers_example() -> None:
 
 @pytest.mark.parametrize("offset", [0.0, 1e-7, 1e-4])
 def test_over_the_base_axis_the_joints_hardly_move(offset: float) -> None:
+    """A plan over the base axis moves joints evenly though psi turns by over 1 rad; `follow` too."""
     first = aa.pose([0.026, offset, 0.85], matrix=[[0, 0, 1], [0, 1, 0], [-1, 0, 0]])
     poses = along(first, [0.2, 0, 0], 101)
     result = aa.plan(IIWA, poses)
@@ -110,6 +115,7 @@ def test_over_the_base_axis_the_joints_hardly_move(offset: float) -> None:
 
 @pytest.mark.parametrize("turns", [1.2, 1.7, -1.4])
 def test_a_tool_that_turns_more_than_once(turns: float) -> None:
+    """Plans turn the tool several times if joint 7's limits allow it, and say if not."""
     q = np.array([0.2, 0.6, 0.1, -1.3, 0.2, 0.9, -np.sign(turns) * 5.5])
     path = turning(TURNING.forward(q)[0], turns)
     for start in (None, q):
@@ -128,12 +134,12 @@ def test_a_tool_that_turns_more_than_once(turns: float) -> None:
 
 
 def turning(pose: np.ndarray, turns: float) -> aa.Screw:
-    """A tool that turns about its own axis."""
+    """A path on which the tool turns `turns` times about its own z axis."""
     return aa.Screw(pose, pose[:3, 3], pose[:3, 2], turns * 2 * np.pi)
 
 
 def left_open(path: aa.Path, s: np.ndarray) -> list[list[float]]:
-    """Where a curve that stands at AMID at these s is not proven."""
+    """The intervals of s where the curve through joints AMID at all these s is not certified."""
     _, psi, gc = IIWA.forward(AMID)
     kept = np.tile(AMID, (len(s), 1)), np.full(len(s), psi), np.full(len(s), gc)
     plane, stretches, _ = IIWA._handle.curve_through(path._segments, s, *kept)
@@ -143,7 +149,7 @@ def left_open(path: aa.Path, s: np.ndarray) -> list[list[float]]:
 
 @pytest.mark.parametrize("turns", [1, 8, 40])
 def test_what_is_wrong_between_coarse_samples_alone_is_never_certified(turns: int) -> None:
-    """Limits that are crossed there, by a wide circle that comes back; and joints that are skipped."""
+    """Rows that are right do not certify a curve that leaves the path or its limits between them."""
     pose = IIWA.forward(AMID)[0]
     path = aa.Screw(pose, pose[:3, 3] + [0.0, 0.0, 0.3], [1.0, 0.0, 0.0], turns * 2 * np.pi)
     assert left_open(path, np.arange(turns + 1) / turns) == [[0.0, 1.0]]
@@ -154,6 +160,7 @@ def test_what_is_wrong_between_coarse_samples_alone_is_never_certified(turns: in
 
 @pytest.mark.parametrize("seed", range(40))
 def test_a_limit_put_just_inside_what_a_curve_needs_is_never_certified(seed: int) -> None:
+    """A plan's curve is certified with limits just outside its joints' range, and not just inside."""
     arm, path, start = random_case(seed)
     result = aa.plan(arm, path, start=start, samples=20)
     if result.ok and result.curve is not None:
@@ -169,6 +176,7 @@ def test_margins_asked_are_kept_between_the_rows() -> None:
 
 
 def test_start_and_goal_are_met_with_their_windings() -> None:
+    """A plan at one pose meets start and goal, turns of 2π included."""
     q0 = np.array([0.2, 0.6, 0.1, -1.3, 0.2, 0.9, -4.0])
     pose, psi, gc = TURNING.forward(q0)
     q1 = TURNING.inverse(pose, psi + 0.8, gc, seed=q0, limits=False)
@@ -178,6 +186,7 @@ def test_start_and_goal_are_met_with_their_windings() -> None:
 
 
 def test_one_pose_equal_poses_and_none() -> None:
+    """A plan of one pose, of equal poses, and of none."""
     pose = IIWA.forward([0.3, 0.6, 0.2, -1.4, 0.4, 0.9, 0.5])[0]
     one = aa.plan(IIWA, pose[None])
     assert one.certified and one.q.shape == (1, 7)
@@ -196,6 +205,7 @@ def plain_line() -> aa.Line:
 
 
 def test_rows_are_at_exactly_the_poses_and_at_agrees_with_them() -> None:
+    """A plan's rows hold the given poses, and `at` gives the rows back, for s of any shape."""
     poses = plain_line()
     given = poses.pose(np.linspace(0, 1, 30))
     result = aa.plan(IIWA, given)
@@ -208,6 +218,7 @@ def test_rows_are_at_exactly_the_poses_and_at_agrees_with_them() -> None:
 
 
 def test_derivatives_in_closed_form_are_limits_of_differences() -> None:
+    """A plan's derivatives equal finite differences; q' and q'' are continuous at the knots."""
     result = aa.plan(IIWA, plain_line())
     assert result.curve is not None
     knots, h = result.curve.knots, 1e-5
@@ -233,6 +244,7 @@ def test_results_are_the_same_every_time_and_survive_pickling() -> None:
 
 @pytest.mark.parametrize("arm", [IIWA, CALIBRATED["kuka_iiwa7_r800 2.0 mm"]], ids=["exact", "calibrated"])
 def test_paths_of_follow_have_values_between_their_rows(arm: aa.Arm) -> None:
+    """`at` of a followed motion holds the pose between its rows; of one that failed it raises."""
     poses = along(arm.forward(AMID)[0], [0.03, -0.1, 0.05], 40)
     path = aa.follow(arm, poses, start=AMID)
     here = path.at(DENSE)
@@ -245,6 +257,7 @@ def test_paths_of_follow_have_values_between_their_rows(arm: aa.Arm) -> None:
 
 
 def test_refusals() -> None:
+    """`plan` refuses bad arguments, and says which and what was wanted."""
     pose = IIWA.forward(AMID)[0]
     path, still = aa.Waypoints(pose[None]), aa.Line(pose, pose)
     other, beyond = AMID + np.array([0, 0.3, 0, 0.2, 0, 0, 0]), AMID + 4.0 * np.eye(7)[6]
@@ -270,13 +283,14 @@ def test_refusals() -> None:
     (0, 0, 0, 0, 0, 0, 0), (0.2, 0.5, 0.3, 0, 0.4, 0.6, 0),
 ])  # fmt: skip
 def test_a_singular_start_is_held_or_refused(q: tuple[float, ...], shift: tuple[float, ...]) -> None:
+    """A plan from a singular start begins there without a leap, or fails and explains."""
     result = aa.plan(IIWA, line(IIWA, q, shift), start=q)
     assert result.explain()
     assert not result.ok or np.abs(result.at([0.0, 1e-6]).q - q).max() <= 0.01
 
 
 def test_what_is_not_proven_is_said() -> None:
-    """An arm stretched straight up is left infinitely fast, by joints that share their turn: not proven."""
+    """A plan from an arm stretched upward is ok, not certified, and `explain` says where."""
     start = np.zeros(7)
     first = IIWA.forward(start, on_error="nan")[0]
     last = IIWA.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]

@@ -18,8 +18,7 @@ JOINTS = [(1, 3), (5, 7)]
 
 
 def blocked(q: np.ndarray) -> np.ndarray:
-    """The direction in which no joint speeds move the tool without turning it: the least left singular
-    vector of the Jacobian."""
+    """The unit direction (3,) in which no joint speeds move the tool without turning it."""
     left, sizes, _ = np.linalg.svd(IIWA.jacobian(q))
     assert sizes[5] < 1e-12 < sizes[4]
     return np.asarray(left[:3, 5] / np.linalg.norm(left[:3, 5]))
@@ -29,7 +28,7 @@ def blocked(q: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("home", HOMES, ids=["home", "turned", "further"])
 @pytest.mark.parametrize("length", [0.01, 0.1])
 def test_lines_in_the_plane_that_is_not_blocked(home: np.ndarray, length: float) -> None:
-    """The tool can move in two directions of three there, and does so calmly; back it comes as well."""
+    """Plans along directions that are not blocked are certified and even, from home and back."""
     out, rng = blocked(home), generator(13)
     shifts = list(rng.normal(size=(count(4), 3)))
     if not home.any():
@@ -53,7 +52,9 @@ def test_lines_in_the_plane_that_is_not_blocked(home: np.ndarray, length: float)
 @pytest.mark.parametrize("home", HOMES, ids=["home", "turned", "further"])
 @pytest.mark.parametrize("end", ["start", "goal"])
 def test_other_lines_name_the_turn_on_the_spot(home: np.ndarray, end: str) -> None:
-    """A refusal is a law: two thirds of the turn named lead nowhere either, the whole of it does."""
+    """A plan along a blocked direction fails; after the turns that it names a plan leads, after two thirds
+    none.
+    """
     rng = generator(17)
     for _ in range(count(2)):
         shift = rng.normal(size=3)
@@ -76,6 +77,7 @@ def test_other_lines_name_the_turn_on_the_spot(home: np.ndarray, end: str) -> No
 
 
 def test_a_turn_is_named_within_the_limits() -> None:
+    """The diagnosis names no turns on the spot that the limits forbid."""
     home, path = HOMES[0], line(IIWA, HOMES[0], [0.05, 0.03, -0.1])
     free = dict(aa.plan(IIWA, path, start=home).diagnosis[2].turns)
     tight = limited(limited(IIWA, 0, -0.3, 0.3), 4, -0.1, 0.1)
@@ -84,7 +86,7 @@ def test_a_turn_is_named_within_the_limits() -> None:
 
 
 def test_a_limit_just_inside_where_a_joint_is_drawn_to_is_not_certified() -> None:
-    """Joints beside a hinge that is shut are proven by the slopes of their directions."""
+    """A limit just inside where joints next to a singular hinge go is not certified, a wider one is."""
     home, shift = HOMES[1], np.array([0.1, 0.0, 0.05])
     out = blocked(home)
     x = aa.plan(IIWA, line(IIWA, home, shift - shift @ out * out), start=home).curve

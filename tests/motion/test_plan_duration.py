@@ -22,6 +22,7 @@ SAME = 1 + 2e-3
 @pytest.mark.slow
 @pytest.mark.parametrize("length, acceleration", [(0.2, 5.0), (0.2, 50.0), (0.5, 50.0)])
 def test_never_slower_than_without_nor_than_an_angle_held(length: float, acceleration: float) -> None:
+    """With Objective(duration) `retime` takes no longer than without, nor than a constant psi."""
     arm = IIWA.with_(acceleration=acceleration)
     gained = []
     for q, path, held in free_lines(IIWA, length, count(4)):
@@ -48,7 +49,7 @@ def test_never_slower_than_without_nor_than_an_angle_held(length: float, acceler
     ],
 )
 def test_duration_alone_takes_no_longer_than_an_angle_held(name: str, q: str, shift: str) -> None:
-    """Where only the pace is weighed, haste from place to place takes 11 % and 3 % longer."""
+    """With duration alone in the objective a plan takes at most 2 % longer than a constant psi."""
     arm = aa.Arm.from_catalogue(name).with_(acceleration=5.0)
     start = np.array(q.split(), dtype=float)
     path = line(arm, start, np.array(shift.split(), dtype=float))
@@ -60,7 +61,7 @@ def test_duration_alone_takes_no_longer_than_an_angle_held(name: str, q: str, sh
 
 
 def test_a_curve_that_bends_sharply_is_not_taken_for_a_fast_one() -> None:
-    """With the whole weight the plan passes a narrow bend, which a coarse timing does not see."""
+    """A plan with a large weight of duration takes no longer than one without."""
     arm = IIWA.with_(acceleration=5.0)
     start = np.array([-1.52591, -0.34765, -2.346, -0.79589, -0.37414, -1.32057, 0.65074])
     path = line(arm, start, np.array([0.00451, -0.19471, 0.04546]))
@@ -80,12 +81,13 @@ def test_more_weight_never_takes_longer() -> None:
 
 
 def pace(arm: aa.Arm, q: np.ndarray) -> float:
-    """The time that joint speeds need, by plain sums: the norm of order 8."""
+    """The mean over rows of the 8-norm of joint speeds relative to their bounds."""
     slow = np.abs(np.diff(q, axis=0) * (len(q) - 1) / arm.velocity)
     return float(((slow**8).sum(axis=1) ** 0.125).mean())
 
 
 def test_what_is_no_bound_is_refused() -> None:
+    """Objective refuses bad accelerations; `plan` refuses duration for an arm without bounds."""
     for wrong in (0.0, -1.0, np.nan, [1.0, 2.0], "fast", True):
         refused(aa.ArmangleError, "acceleration", aa.Objective, duration=1.0, acceleration=wrong)
     plain = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1)
@@ -97,7 +99,7 @@ def test_what_is_no_bound_is_refused() -> None:
 
 @pytest.mark.parametrize("shift", [(0.05, -0.25, 0.1), (-0.1, 0.1, 0.2)])
 def test_no_nearby_curve_has_less(shift: tuple[float, ...]) -> None:
-    """Without accelerations, by the weight asked alone: bumps of the arm angle add time."""
+    """Bumps of psi do not make the mean pace of a plan with weight on duration smaller."""
     path = line(IIWA, POSTURE, np.array(shift))
     asked = aa.Objective(limits=0, singularities=0, travel=1e-3, duration=10.0)
     result = aa.plan(IIWA, path, start=POSTURE, objective=asked)
@@ -116,6 +118,7 @@ def test_no_nearby_curve_has_less(shift: tuple[float, ...]) -> None:
 
 @pytest.mark.parametrize("hardest", [5.0, (5.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0)])
 def test_accelerations_of_the_objective_are_as_the_arms_own(hardest: float | tuple[float, ...]) -> None:
+    """Objective(acceleration) has the effect of the arm's own; it compares, hashes and prints."""
     path = line(IIWA, POSTURE, np.array([0.05, -0.35, 0.1]))
     asked, plain = aa.Objective(duration=100.0, acceleration=hardest), aa.Objective(duration=100.0)
     given = aa.plan(IIWA, path, start=POSTURE, objective=asked)
@@ -129,7 +132,7 @@ def test_accelerations_of_the_objective_are_as_the_arms_own(hardest: float | tup
 
 
 def test_a_path_of_a_micrometre_is_planned_too() -> None:
-    """Joints that hardly move stand in the kink of the pace, about which Newton's method goes to and fro."""
+    """A plan of a line of a micrometre is certified, with any objective."""
     arm = aa.Arm.from_catalogue("kuka_med14_r820")
     start = np.array([-2.96705, 1.151162, 0.824783, 1.303275, 0.552313, -0.307864, -1.165612])
     way = line(arm, start, [1.1e-6, -7e-7, 8e-7])

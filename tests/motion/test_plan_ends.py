@@ -17,7 +17,7 @@ NEAR = 1e-6
 
 
 def plan_to(end: np.ndarray, fixed: bool, back: bool) -> aa.JointPath:
-    """A line between a posture amid the limits and a stretched one, whose joints are asked or not."""
+    """A plan between AMID and `end`, reversed if `back`, with the joints of `end` asked if `fixed`."""
     ends = IIWA.forward(np.array([AMID, end]), on_error="nan")[0]
     asked = {"start" if back else "goal": end} if fixed else {}
     return aa.plan(IIWA, aa.Line(*(ends[::-1] if back else ends)), **asked)
@@ -27,7 +27,7 @@ def plan_to(end: np.ndarray, fixed: bool, back: bool) -> aa.JointPath:
 @pytest.mark.parametrize("fixed", [False, True])
 @pytest.mark.parametrize("end", [STRETCHED, CANDLE], ids=["stretched", "candle"])
 def test_a_stretched_end_is_come_to_without_a_leap(end: np.ndarray, fixed: bool, back: bool) -> None:
-    """Joints move as the root of the way there: over a millionth of it by a thousandth of a radian."""
+    """Near a stretched end a plan's joints move as the root of s, without a leap."""
     result = plan_to(end, fixed, back)
     assert result.ok, result.explain()
     q = result.at([0.0, NEAR] if back else [1.0, 1.0 - NEAR]).q
@@ -43,11 +43,13 @@ def test_a_stretched_end_is_come_to_without_a_leap(end: np.ndarray, fixed: bool,
 
 @pytest.mark.parametrize("back", [False, True])
 def test_a_limit_just_inside_what_a_stretched_end_needs_is_not_certified(back: bool) -> None:
+    """A plan to a stretched end is not certified with a limit just inside its joints there."""
     end = 0 if back else len(DENSE) - 1
     assert just_inside(plan_to(STRETCHED, True, back), where=lambda at: at == end) > 2
 
 
 def test_a_margin_is_not_proven_at_a_stretched_end_and_beyond_the_reach_is_refused() -> None:
+    """With a margin a plan to a stretched end is not certified; just beyond reach it fails."""
     way = plan_to(STRETCHED, False, False).path
     assert not aa.plan(IIWA.with_(singularity_margin=1e-3), way).certified
     last = way.end.copy()
@@ -58,6 +60,7 @@ def test_a_margin_is_not_proven_at_a_stretched_end_and_beyond_the_reach_is_refus
 
 @pytest.mark.parametrize("back", [False, True])
 def test_no_timing_and_the_true_reason(back: bool) -> None:
+    """At a stretched end derivatives are NaN, and `retime` says that joints have no finite speed."""
     pytest.importorskip("scipy")
     result = plan_to(CANDLE, True, back)
     inner, end = result.derivatives([0.5, 0.0 if back else 1.0])
@@ -68,7 +71,7 @@ def test_no_timing_and_the_true_reason(back: bool) -> None:
 
 
 def test_many_windings_at_a_singular_start_are_searched_within_the_budget() -> None:
-    """Each joint of four turns multiplies the postures of a section: the cheapest lead on."""
+    """A plan from a singular start is certified though four joints may be turned by 2π."""
     arm = aa.Arm.from_catalogue("mitsubishi_pa10")
     for joint in (2, 6):
         arm = limited(arm, joint, arm.lower[joint] - 6, arm.upper[joint] + 6)
@@ -83,8 +86,7 @@ def test_many_windings_at_a_singular_start_are_searched_within_the_budget() -> N
 def test_what_follow_does_from_where_a_hinge_is_shut_a_plan_does(
     name: str, hinge: int, draws: int, length: float
 ) -> None:
-    """A short way out of a stretched arm with a hinge at 0, which is not proven; and from joint 6 of a human
-    arm on the limit at theta = -pi: there two branches meet as at 0."""
+    """Where `follow` leads from joint 2 or 6 singular, stretched or on its limit, a plan does."""
     arm, half_turn = aa.Arm.from_catalogue(name), name == "human_arm_left"
     rng, ways, certified = generator(21, hinge), 0, 0
     for _ in range(count(draws)):
@@ -113,7 +115,7 @@ def test_what_follow_does_from_where_a_hinge_is_shut_a_plan_does(
 
 
 def test_a_goal_that_the_start_does_not_lead_to_and_a_start_elsewhere_are_told() -> None:
-    """At home two branches are one; a path leaves it in one of them only."""
+    """`plan` says that a goal is in a branch the start does not lead to, or a start off the path."""
     home = np.radians([0, 0, 0, -90, 0, 90, 0])
     way = aa.Line(IIWA.forward(home)[0], aa.pose([0.5, -0.15, 0.4], rpy=[np.pi, 0, np.pi]))
     assert aa.plan(IIWA, way, start=home).ok

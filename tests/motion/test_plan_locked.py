@@ -16,7 +16,9 @@ HINGE = {1: 1, 3: 1, 5: 5, 7: 5}
 
 
 def drawn(joint: int, rng: np.random.Generator) -> tuple[aa.Arm, aa.Line, np.ndarray] | None:
-    """An arm with a joint locked, and a line whose two ends have the hinge beside it on either side of 0."""
+    """An arm with `joint` locked, a line across 0 of the hinge beside it, and its start; None if limits
+    forbid.
+    """
     free, hinge = ARMS[str(rng.choice(NAMES))], HINGE[joint]
     middle = float(np.angle(np.exp(-1j * free.geometry.signs[hinge] * free.geometry.offsets[hinge])))
     if not free.lower[hinge] + 0.2 < middle < free.upper[hinge] - 0.2:
@@ -34,7 +36,7 @@ def drawn(joint: int, rng: np.random.Generator) -> tuple[aa.Arm, aa.Line, np.nda
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("joint", sorted(HINGE))
 def test_where_follow_passes_a_plan_does(joint: int) -> None:
-    """The branch changes at the hinge's 0; joints, pose and limits do not notice."""
+    """With a locked joint plans pass theta_2 or theta_6 = 0 in 95 % of the cases that `follow` passes."""
     rng, ways, certified = generator(joint), 0, 0
     for _ in range(count(25)):
         case = drawn(joint, rng)
@@ -55,7 +57,7 @@ def test_where_follow_passes_a_plan_does(joint: int) -> None:
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("joint", sorted(HINGE))
 def test_a_singularity_margin_is_kept_with_a_locked_joint(joint: int) -> None:
-    """A certificate with a margin says that no hinge comes nearer to 0, nor passes it."""
+    """A certified plan with a margin and a locked joint keeps theta_2 and theta_6 off 0."""
     rng, asked = generator(10, joint), 0
     for _ in range(count(8)):
         case = drawn(joint, rng)
@@ -73,7 +75,7 @@ def test_a_singularity_margin_is_kept_with_a_locked_joint(joint: int) -> None:
 
 
 def test_a_hinge_far_from_straight_beside_a_locked_joint() -> None:
-    """With joint 5 of the OpenArm locked, theta_6 is a right angle and more: no crossing, and a way."""
+    """A plan is certified with joint 5 locked and theta_6 near a right angle."""
     start = np.array([0.2, -0.3, 0.4, 1.2, -0.37, 0.1, 0.3])
     arm = limited(ARMS["openarm_v10"], 4, start[4], start[4])
     end = start + np.array([0.1, 0.1, -0.1, 0.1, 0, -0.1, 0.1])
@@ -81,7 +83,7 @@ def test_a_hinge_far_from_straight_beside_a_locked_joint() -> None:
 
 
 def test_a_joint_of_a_whole_turn_stays_on_its_winding_along_a_limit() -> None:
-    """Where joint 1 runs along +pi, -pi is within its limits too, and a leap of a turn away."""
+    """A plan whose joint 1 starts at a limit of ±π does not leap by a turn to the other limit."""
     arm = ARMS["human_arm_left"]
     rng, on_limit = generator(3), 0
     for _ in range(count(30)):

@@ -17,11 +17,12 @@ POSTURE = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 
 
 def along_axis_7(arm: aa.Arm) -> aa.Arm:
+    """The arm with a tool whose z axis is axis 7."""
     return arm.with_(tool=aa.pose([0, 0, 0.13]))
 
 
 def lines(seed: int, number: int) -> list[tuple[aa.Arm, np.ndarray, aa.Line]]:
-    """Lines of some cm from a posture, of arms with limits of all kinds."""
+    """Random arms, joints within their limits, and lines of some cm from there."""
     rng = generator(16, 40, seed)
     found = []
     for _ in range(number):
@@ -38,6 +39,7 @@ def travel(q: np.ndarray) -> float:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_joint_7_stays_and_the_axis_is_held(seed: int) -> None:
+    """A plan with free roll keeps joint 7 and the tool's z axis and position."""
     whole = 0
     for arm, q, path in lines(seed, count(4)):
         result = aa.plan(arm, path, start=q, roll="free", samples=30)
@@ -56,7 +58,7 @@ def test_joint_7_stays_and_the_axis_is_held(seed: int) -> None:
 
 
 def test_no_roll_that_is_asked_moves_the_other_joints_less() -> None:
-    """By hand: the roll of the path, that of a followed path, and both with joint 7 without limits."""
+    """With free roll joints 1 to 6 travel no more than with the path's roll, or in `follow`."""
     compared = 0
     for arm, q, path in lines(11, count(12)):
         free = aa.plan(arm, path, start=q, roll="free", objective=TRAVEL, samples=20)
@@ -75,6 +77,7 @@ def test_no_roll_that_is_asked_moves_the_other_joints_less() -> None:
 
 
 def test_whatever_roll_the_path_asks_the_joints_are_the_same() -> None:
+    """With free roll a path that spins the tool is planned like one that does not."""
     arm = along_axis_7(IIWA)
     first = arm.forward(POSTURE)[0]
     centre, axis = first[:3, 3], first[:3, 2]
@@ -88,6 +91,9 @@ def test_whatever_roll_the_path_asks_the_joints_are_the_same() -> None:
 
 
 def test_without_start_joint_7_stands_in_the_middle_and_times_hold() -> None:
+    """With free roll and no start joint 7 is at its middle and stays so in `retime`; at a goal, at the
+    goal's.
+    """
     pytest.importorskip("scipy")
     arm = along_axis_7(IIWA)
     first = arm.forward(POSTURE)[0]
@@ -102,6 +108,9 @@ def test_without_start_joint_7_stands_in_the_middle_and_times_hold() -> None:
 
 
 def test_what_a_free_roll_is_not_for() -> None:
+    """`plan` with free roll refuses a start and goal whose joint 7 differ, or are outside limits or
+    margin.
+    """
     first = IIWA.forward(POSTURE)[0]
     with pytest.raises(aa.InputError, match=r"in start and goal it is 0\.3 rad apart"):
         aa.plan(IIWA, first[None], start=POSTURE, goal=np.append(POSTURE[:6], 0.8), roll="free")
@@ -114,6 +123,7 @@ def test_what_a_free_roll_is_not_for() -> None:
 
 @pytest.mark.parametrize("room", [(2, 5), (0.05, 6.28), (3.2, 3.2), (7, 8), (-6, -3.3), (-9, 1)])
 def test_joint_7_stays_within_a_range_beyond_half_a_turn(room: tuple[float, float]) -> None:
+    """A plan with free roll keeps limits of joint 7 that are not around 0, or beyond ±π."""
     lower, upper = IIWA.lower.copy(), IIWA.upper.copy()
     lower[6], upper[6] = room
     arm = IIWA.with_(lower=lower, upper=upper)

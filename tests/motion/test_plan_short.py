@@ -30,7 +30,7 @@ def case(arm: aa.Arm, hinge: float, length: float, rng: np.random.Generator) -> 
 
 
 def least_motion(arm: aa.Arm, q: np.ndarray, path: aa.Line) -> np.ndarray | None:
-    """Rows of the least joint motion from pose to pose, (ROWS, 7); None where it does not keep the limits."""
+    """Joints (ROWS, 7) of the least motion along a path from q; None if it does not keep the limits."""
     rows = [q]
     for pose in path.pose(np.linspace(0, 1, ROWS))[1:]:
         now = rows[-1]
@@ -48,7 +48,7 @@ def least_motion(arm: aa.Arm, q: np.ndarray, path: aa.Line) -> np.ndarray | None
 
 
 def travel(q: np.ndarray) -> float:
-    """What the joint that moves most travels, rad."""
+    """The distance (rad) that the joint that travels most travels."""
     return float(np.abs(np.diff(q, axis=0)).sum(axis=0).max())
 
 
@@ -56,7 +56,7 @@ def travel(q: np.ndarray) -> float:
 @pytest.mark.parametrize("length", LENGTHS)
 @pytest.mark.parametrize("name", ARMS)
 def test_a_short_line_moves_no_joint_farther_than_the_least_motion_does(name: str, length: float) -> None:
-    """No goal is asked: what the arm moves beyond that is for its margins, and in keeping with the line."""
+    """A short plan near a singularity moves joints hardly more than the least motion."""
     arm, rng, compared = aa.Arm.from_catalogue(name), generator(41, round(1e9 * length)), 0
     for hinge in HINGES * count(1, len(ARMS) * len(LENGTHS) * len(HINGES)):
         q, path = case(arm, hinge, length, rng)
@@ -71,7 +71,7 @@ def test_a_short_line_moves_no_joint_farther_than_the_least_motion_does(name: st
 
 
 def test_a_tool_at_rest_leaves_the_arm_at_rest() -> None:
-    """Not so where another arm angle is wished, or is the goal: then the arm moves."""
+    """A plan at one pose moves no joint, unless another psi is wished."""
     arm, rng = aa.Arm.from_catalogue("kuka_iiwa7_r800"), generator(42)
     for hinge in HINGES:
         q, path = case(arm, hinge, 0.0, rng)

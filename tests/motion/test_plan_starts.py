@@ -23,13 +23,14 @@ CALM = np.array([0.1, 0.6, 0.2, -1.2, 0.3, 0.8, 0.5])
 
 
 def plain_line(start: np.ndarray = CALM) -> aa.Line:
-    """15 cm from a posture of the iiwa."""
+    """A line of 15 cm from joints of the iiwa."""
     return line(IIWA, start, [0.05, 0.12, -0.07])
 
 
 @pytest.mark.parametrize("off", [0.005, 0.011, 0.02, 0.03, 0.045])
 @pytest.mark.parametrize("which", ["start", "goal"])
 def test_a_start_beside_the_first_pose_is_taken_to_it(off: float, which: str) -> None:
+    """A start or goal near the path's pose is moved onto it by at most START_GAP."""
     rng = np.random.default_rng(7)
     way = plain_line()
     path = way if which == "start" else aa.Line(way.end, way.start)
@@ -46,7 +47,7 @@ def test_a_start_beside_the_first_pose_is_taken_to_it(off: float, which: str) ->
 @pytest.mark.parametrize("which", ["start", "goal"])
 @pytest.mark.parametrize("name", ["aldebaran_romeo_right", "jvrc1_left", "openarm_v10"])
 def test_an_elbow_just_past_straight_is_taken_to_its_other_side(name: str, which: str, off: float) -> None:
-    """If the limits of joint 4 permit the path on that side alone."""
+    """A start or goal with the elbow past straight is moved to the side that the path needs."""
     arm = aa.Arm.from_catalogue(name)
     straight = (arm.geometry.delta - arm.geometry.offsets[3]) * arm.geometry.signs[3]
     way = 1.0 if arm.upper[3] - straight > straight - arm.lower[3] else -1.0
@@ -63,7 +64,7 @@ def test_an_elbow_just_past_straight_is_taken_to_its_other_side(name: str, which
 
 
 def test_how_fast_a_start_is_left_does_not_count() -> None:
-    """Of many rows the first is a short way: a posture near its limit is left within a few of them."""
+    """A plan may leave a start near a limit within a few of its 10000 rows."""
     near = CALM.copy()
     near[6] = IIWA.upper[6] - 0.001
     hurried = aa.Objective(limits=1e6)
@@ -84,6 +85,7 @@ def wide(limits: dict[int, float]) -> aa.Arm:
 @pytest.mark.slow
 @pytest.mark.parametrize("limit", [360, 540, 720, 1080, np.inf])
 def test_many_turns_lose_nothing(limit: float) -> None:
+    """With limits of many turns a plan costs no more than with the arm's own limits."""
     arm = wide(dict.fromkeys((1, 3, 5, 7), limit))
     if np.isinf(limit):  # on one side, of every joint
         arm = IIWA.with_(lower=np.full(7, -np.inf), upper=np.full(7, 3.0))
@@ -94,7 +96,7 @@ def test_many_turns_lose_nothing(limit: float) -> None:
 
 
 def test_turns_that_a_path_uses_up_are_found() -> None:
-    """Five turns of the tool about its axis: joint 7 must begin more than two turns before its middle."""
+    """A plan for five turns of the tool begins with joint 7 far from its middle."""
     arm = wide({7: 1000})
     first = arm.forward(CALM)[0]
     path = aa.Screw(first, first[:3, 3], first[:3, 2], 10 * np.pi)
@@ -104,7 +106,7 @@ def test_turns_that_a_path_uses_up_are_found() -> None:
 
 
 def test_the_hardest_limits_stay_within_200_megabytes() -> None:
-    """In a process of its own, whose peak is its own."""
+    """Plans with a joint in a range of 2e-5 rad need less than 200 MB, in a process of their own."""
     program = """
 import numpy as np, armangle as aa
 from support.moves import DENSE, just_inside, limited, line, moved, proven, refused, slopes_hold
@@ -142,8 +144,7 @@ FROM_HOME: list[tuple[aa.Arm, np.ndarray, float]] = [
 @pytest.mark.slow
 @pytest.mark.parametrize(("arm", "home", "tilt"), FROM_HOME)
 def test_every_line_from_a_home_posture(arm: aa.Arm, home: np.ndarray, tilt: float) -> None:
-    """Where robots start theta2 or theta6 is 0: 26 directions, 10 cm; beside it the objective decides how
-    fast the singular posture is left."""
+    """Plans from home postures in 26 directions, and back, are certified and even."""
     start = home.copy()
     start[1 if home[1] == 0 else 5] = np.radians(tilt)
     ways = [np.array(d) for d in itertools.product((-1, 0, 1), repeat=3) if any(d)]
@@ -157,7 +158,7 @@ def test_every_line_from_a_home_posture(arm: aa.Arm, home: np.ndarray, tilt: flo
 
 
 def test_a_way_from_home_is_found_however_many_rows_are_asked() -> None:
-    """An OpenArm begins with θ2 and θ6 both singular: its joints leave that as the root of s."""
+    """Plans of an OpenArm from θ2 = θ6 = 0 end alike for any `samples`."""
     arm = aa.Arm.from_catalogue("openarm_v10")
     rng = np.random.default_rng(3)
     for elbow in (90, 60):
@@ -175,7 +176,7 @@ def test_a_way_from_home_is_found_however_many_rows_are_asked() -> None:
 
 @pytest.mark.parametrize("name", ["human_arm_left", "fourier_gr2t2_left", "galaxea_r1_pro_right"])
 def test_a_free_plan_begins_with_the_arm_hanging_straight(name: str) -> None:
-    """At θ1 = 0 on the whole circle θ2 is not 0."""
+    """Where a plan with start leads from an arm hanging straight, one without start does."""
     arm = aa.Arm.from_catalogue(name)
     first = arm.forward(np.zeros(7))[0]
     rng = generator(5)
@@ -204,6 +205,7 @@ def test_a_free_plan_begins_with_the_arm_hanging_straight(name: str) -> None:
 def test_a_plan_that_was_refused_or_had_no_joints(
     name: str, text: str, to: Any, asked: tuple[str, ...]
 ) -> None:
+    """Plans from two difficult poses are ok and have joints in all rows."""
     arm, q = aa.Arm.from_catalogue(name), np.array(text.split(), float)
     first = arm.forward(q)[0]
     last = moved(first, to) if len(to) == 3 else first @ to
@@ -214,7 +216,7 @@ def test_a_plan_that_was_refused_or_had_no_joints(
 
 @pytest.mark.slow
 def test_planar_lines_pass_where_two_branches_meet() -> None:
-    """Lines in the arm's plane: theta2 or theta6 passes 0; the plan is as smooth as the plane's motion."""
+    """Plans of lines in the arm's plane pass theta_2 or theta_6 = 0 as smoothly as the planar motion."""
     rng, crossed = generator(5), 0
     for _ in range(count(60)):
         path, q = planar_motion(IIWA, rng)
@@ -254,13 +256,14 @@ def test_refusals_of_singular_starts_are_not_refuted(tilt: float) -> None:
 
 
 def test_a_limit_just_inside_what_a_crossing_needs_is_not_certified() -> None:
+    """A plan from home is not certified with a limit just inside its joints' range, and is just outside."""
     for home, shift in itertools.product(HOMES[[0, 3]], [[0.07, 0.03, 0.0], [-0.05, 0.04, 0.05]]):
         result = aa.plan(IIWA, line(IIWA, home, shift), start=home)
         assert result.certified and just_inside(result, where=lambda at: at > 0) > 3
 
 
 def test_a_crossing_that_leaps_is_not_certified() -> None:
-    """The other root of a stretch, or another branch behind it, is another posture."""
+    """A curve whose stretch has the other root or another branch, so that joints leap, is not certified."""
     result = aa.plan(IIWA, line(IIWA, HOMES[0], [0.1, 0.0, 0.0]), start=HOMES[0])
     assert result.curve is not None
     x = result.curve
@@ -277,6 +280,7 @@ def test_a_crossing_that_leaps_is_not_certified() -> None:
 
 
 def test_a_crossing_has_derivatives() -> None:
+    """Derivatives of a plan from home equal finite differences; q' and q'' are continuous at the knots."""
     result = aa.plan(IIWA, line(IIWA, HOMES[0], [0.06, 0.05, -0.04]), start=HOMES[0])
     inner, s = result.curve.knots[1:-1], np.linspace(0.01, 0.99, 211)
     slopes_hold(result, s[np.abs(s[:, None] - result.curve.knots).min(axis=1) > 2e-6], atol=1e-6)
@@ -285,6 +289,7 @@ def test_a_crossing_has_derivatives() -> None:
 
 
 def test_a_singularity_margin_leaves_no_crossing() -> None:
+    """With a singularity margin no plan begins at home, where theta_2 = 0."""
     arm = IIWA.with_(singularity_margin=0.01)
     assert not aa.plan(arm, line(arm, HOMES[0], [0.1, 0, 0]), start=HOMES[0]).ok
 
@@ -294,7 +299,7 @@ def test_a_singularity_margin_leaves_no_crossing() -> None:
 @pytest.mark.parametrize("joint", [1, 2, 3, 5, 6, 7])
 @pytest.mark.parametrize("room", [0.0, 1e-9, 1e-7, 1e-5, 1e-4])
 def test_a_locked_joint_leads(joint: int, room: float) -> None:
-    """Where there is a way with a hundredth of a degree of room, there is one with none."""
+    """Where a plan leads with 2e-4 rad of room for a joint, one leads with less and with none."""
     rng, done = generator(21, joint), 0
     for _ in range(3):
         q = rng.uniform(-1, 1, 7)
@@ -310,6 +315,7 @@ def test_a_locked_joint_leads(joint: int, room: float) -> None:
 
 
 def test_no_joint_leaps_between_rows_that_are_left_to_plan() -> None:
+    """Without `samples` a plan has so many rows that no joint moves farther than ROW_STEP."""
     rng = generator(31)
     for _ in range(count(30)):
         start = rng.uniform(IIWA.lower + 0.09, IIWA.upper - 0.09)
@@ -324,7 +330,7 @@ def test_no_joint_leaps_between_rows_that_are_left_to_plan() -> None:
 
 @pytest.mark.parametrize("samples", [2, 10, 30, 200])
 def test_joints_that_share_a_turn_all_along_hold_the_tool_between_rows(samples: int) -> None:
-    """Of a tool at rest with theta_2 at 0 all along the pose fixes q_1 + q_3 alone, and joint 1 leads."""
+    """A plan at one pose with theta_2 = 0 turns joints 1 and 3 against each other, and holds the tool."""
     arm = aa.Arm.from_catalogue("rokae_ar5_left")
     q = np.array([-2.99, 0.0, 1.98, 1.89, 2.49, 0.0, -0.3])
     pose = arm.forward(q)[0]
@@ -339,6 +345,7 @@ def test_joints_that_share_a_turn_all_along_hold_the_tool_between_rows(samples: 
 
 @pytest.mark.parametrize("word", ["policy", "seed", "dt", "velocity"])
 def test_plan_says_which_argument_to_give(word: str) -> None:
+    """`plan` names the argument to use for one that belongs to other calls."""
     refused(aa.InputError, f"plan takes no {word}=: ", aa.plan, IIWA, plain_line(), **{word: 0.1})
     refused(TypeError, "unexpected", aa.plan, IIWA, plain_line(), nonsense=1)
 
@@ -351,7 +358,7 @@ def test_plan_says_which_argument_to_give(word: str) -> None:
 def test_a_plan_from_home_that_fails_says_how_far_it_leads(
     start: np.ndarray, shift: tuple[float, ...]
 ) -> None:
-    """The wrist leaves the reach on the way: up to there the start leads on, as `follow` shows."""
+    """A plan from home out of reach has rows as far as `follow` leads."""
     way = line(IIWA, start, shift)
     plan = aa.plan(IIWA, way, start=start)
     steps = aa.follow(IIWA, way.pose(plan.s), start=start)
@@ -360,7 +367,7 @@ def test_a_plan_from_home_that_fails_says_how_far_it_leads(
 
 
 def led_up_to(arm: aa.Arm, plan: aa.JointPath, steps: aa.JointPath) -> None:
-    """A plan that fails has rows up to where it leads, on their poses and within limits."""
+    """Check that a failed plan has rows up to where it leads, on their poses and within limits."""
     done = plan.status == aa.Status.OK
     assert done.sum() > 0.9 * steps.first_failure
     assert plan.diagnosis.reached - 0.01 < plan.s[done].max() <= plan.diagnosis.reached
@@ -374,7 +381,7 @@ def led_up_to(arm: aa.Arm, plan: aa.JointPath, steps: aa.JointPath) -> None:
 def test_a_plan_that_fails_behind_a_change_of_branch_says_how_far_it_leads(
     name: str, theta_2: float, theta_6: float
 ) -> None:
-    """The line leads through theta_2 = 0 or theta_6 = 0, the turns at its end go on for ever."""
+    """A plan that ends behind a change of branch names the branch, and has rows as far as `follow` leads."""
     arm = aa.Arm.from_catalogue(name)
     start = np.radians([0, theta_2, 0, -70, 0, theta_6, 0])
     end = np.radians([0, theta_2, 0, -70, 0, 40, 0] if theta_6 < 0 else [0, -theta_2, 0, -70, 0, theta_6, 0])
@@ -394,7 +401,7 @@ def test_a_plan_that_fails_behind_a_change_of_branch_says_how_far_it_leads(
 
 @pytest.mark.parametrize("away", [0.0, 0.2])
 def test_a_start_outside_the_limits_is_called_that(away: float) -> None:
-    """From a home posture joint 4 is decided by the pose, and no branch can say it of the start alone."""
+    """`explain` of a plan from beyond a limit says so once, at a home posture too."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     q = np.array([0.0, away, away, arm.lower[3] - 0.2, 0.0, 1.5, 0.0])
     text = aa.plan(arm, line(arm, q, 0.05), start=q).explain()
@@ -407,7 +414,7 @@ def test_a_start_outside_the_limits_is_called_that(away: float) -> None:
 )
 @pytest.mark.parametrize("off", [1e-5, 1e-3, 0.03])
 def test_a_start_beside_home_is_taken_to_it(home: list[float], off: float) -> None:
-    """Where an encoder reads it: its arm angle says nothing there, and what is near is near all the same."""
+    """A plan from joints read with noise at a home posture is certified and begins within twice the noise."""
     q = np.radians(home)
     way = line(IIWA, q, [-0.05, 0.2, 0.0])
     for noise in generator(int(1e5 * off), 12).uniform(-off, off, (8, 7)):
@@ -417,6 +424,7 @@ def test_a_start_beside_home_is_taken_to_it(home: list[float], off: float) -> No
 
 @pytest.mark.parametrize("off", [0.0, 0.01])
 def test_leaving_home_takes_hardly_longer_than_holding_the_arm_angle(off: float) -> None:
+    """A plan from home takes at most 5 % longer than `follow` with Hold, after `retime`."""
     pytest.importorskip("scipy")
     for theta_2 in (off, -off):
         q = np.array([0, theta_2, 0, -np.pi / 2, 0, np.pi / 2, 0])
@@ -429,6 +437,7 @@ def test_leaving_home_takes_hardly_longer_than_holding_the_arm_angle(off: float)
 
 @pytest.mark.parametrize("wish", [0.8, -1.2, aa.Towards(direction="left"), aa.Towards(point=[0, 1, 0.5])])
 def test_a_wish_counts_from_home(wish: float | aa.Towards) -> None:
+    """The more a wish for psi or the elbow weighs, the nearer a plan from home ends to it."""
     q = np.radians([0, 0, 0, -90, 0, 90, 0])
     way = line(IIWA, q, [0.1, 0.2, -0.15])
     policy = wish if isinstance(wish, aa.Towards) else aa.Towards(psi=wish)
@@ -442,7 +451,7 @@ def test_a_wish_counts_from_home(wish: float | aa.Towards) -> None:
 
 
 def test_limits_that_a_motion_cannot_reach_are_no_work() -> None:
-    """Two turns of every joint either way: their windings are too many to be searched, and none is needed."""
+    """Plans of an arm with limits of two turns either way are certified."""
     q = np.array([2.36809146, -1.39585455, -4.58551256, 2.78330457, 0.31861181, -2.38457092, -0.17799813])
     wide = IIWA.with_(lower=np.full(7, -4 * np.pi), upper=np.full(7, 4 * np.pi))
     way = line(IIWA, q, [-0.01036909, 0.06271804, 0.11947449])
@@ -455,7 +464,7 @@ def test_limits_that_a_motion_cannot_reach_are_no_work() -> None:
 
 
 def test_joints_without_a_finite_speed_are_said() -> None:
-    """At a posture that is singular whatever psi is a line may begin as a square root: it has no timing."""
+    """Where a line begins as a square root derivatives are NaN, and `retime` says that no speed is finite."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     q = np.radians([-45, 0, 90, -90, 90, -90, -135.0])
     first = arm.forward(q)[0]
@@ -471,7 +480,7 @@ def test_joints_without_a_finite_speed_are_said() -> None:
 @pytest.mark.parametrize("hinge", [1, 5])
 @pytest.mark.parametrize("end", ["start", "goal"])
 def test_a_home_posture_belongs_to_both_branches_that_may_be_asked(hinge: int, end: str) -> None:
-    """At θ2 = 0 or θ6 = 0 two branches are one: a line leads into one of them, and either may be asked."""
+    """From θ2 or θ6 = 0 a plan begins in either of two branches, or says why not."""
     rng, found = np.random.default_rng(3), []
     for _ in range(6):
         home = np.radians([0.0, 40, 0, -90, 0, 60, 0])
@@ -497,7 +506,7 @@ def test_a_home_posture_belongs_to_both_branches_that_may_be_asked(hinge: int, e
 
 
 def test_a_plan_that_fails_is_drawn_as_finely_as_one_that_does_not() -> None:
-    """Rows are put between as far as the path is led, where a joint turns fast at its beginning."""
+    """A failed plan has enough rows, as far as it leads, that no joint moves by over 0.2 rad."""
     rng, led = np.random.default_rng(1), []
     middle, half = 0.5 * (IIWA.lower + IIWA.upper), 0.45 * (IIWA.upper - IIWA.lower)
     while len(led) < 12:
@@ -519,7 +528,7 @@ def test_a_plan_that_fails_is_drawn_as_finely_as_one_that_does_not() -> None:
 @pytest.mark.parametrize("tilt", [0, 30])
 @pytest.mark.parametrize("end", ["start", "goal"])
 def test_an_arm_that_stands_across_its_way_leaves_home_as_the_root_of_s(end: str, tilt: float) -> None:
-    """Where an OpenArm starts: θ2 = 0, θ3 at a right angle, and joint 1 turns before the elbow leans."""
+    """A plan of an OpenArm from θ2 = 0 moves its joints as the root of s at first, and holds the pose."""
     arm = aa.Arm.from_catalogue("openarm_v10")
     home = np.radians([0.0, 0, 0, 90, 0, tilt, 0])
     assert np.linalg.svd(arm.jacobian(home))[1][5] < 1e-12

@@ -23,7 +23,7 @@ def off(result: aa.JointPath, wished: np.ndarray) -> float:
 
 
 def wave(s: np.ndarray) -> np.ndarray:
-    """A wish that goes to and fro within the arcs."""
+    """A wished psi at s that oscillates within the arcs."""
     return PSI + 0.3 * np.sin(5 * s)
 
 
@@ -31,6 +31,7 @@ def wave(s: np.ndarray) -> np.ndarray:
     "wish", [PSI + 0.4, wave, wave(np.linspace(0, 1, 200))], ids=["one", "function", "many"]
 )
 def test_a_wish_that_weighs_enough_is_kept(wish: object) -> None:
+    """A plan keeps a wished psi, one, a function of s or many, if Objective(psi) is large."""
     wished = wave(EVEN) if not isinstance(wish, float) else np.full(len(EVEN), wish)
     free = aa.plan(IIWA, PATH, gc=2, psi=wish, objective=KEEN)  # type: ignore[arg-type]  # any of the three
     assert off(free, wished) < 1e-4
@@ -42,6 +43,7 @@ def test_a_wish_that_weighs_enough_is_kept(wish: object) -> None:
 
 @pytest.mark.parametrize("direction", ["up", "left", (0.3, -0.4, 0.2)])
 def test_the_elbow_goes_where_it_is_wished(direction: object) -> None:
+    """A plan with psi=Towards(direction) brings the elbow as far that way as limits allow."""
     towards = aa.Towards(direction=direction)  # type: ignore[arg-type]  # a word or a vector
     result = aa.plan(IIWA, PATH, gc=2, psi=towards, objective=KEEN)
     unit = np.array({"up": (0, 0, 1), "left": (0, 1, 0)}.get(str(direction), direction), dtype=float)
@@ -53,6 +55,7 @@ def test_the_elbow_goes_where_it_is_wished(direction: object) -> None:
 
 
 def test_a_point_and_the_place_of_the_elbow_are_one_wish() -> None:
+    """A plan with psi=Towards(point) keeps the psi of `psi_towards` for that point."""
     point = IIWA.elbow(POSTURE) + np.array([0.0, 0.1, 0.0])
     result = aa.plan(IIWA, PATH, gc=2, psi=aa.Towards(point=point), objective=KEEN)
     here = result.at(EVEN)
@@ -60,6 +63,7 @@ def test_a_point_and_the_place_of_the_elbow_are_one_wish() -> None:
 
 
 def test_more_weight_never_takes_the_arm_angle_farther_off() -> None:
+    """The more Objective(psi) weighs, the nearer a plan is to the wished psi."""
     for wish in (PSI + 1.0, PSI - 2.5, aa.Towards(direction="down")):
         wished = wish if isinstance(wish, float) else IIWA.psi_towards(PATH.pose(EVEN), 2, direction="down")
         values = [
@@ -79,6 +83,7 @@ def test_a_weight_of_0_is_no_wish() -> None:
 
 @pytest.mark.parametrize("tool", [None, aa.pose([0.0, 0.05, 0.1], rpy=[0.2, 0.1, 0.0])])
 def test_a_wish_is_of_the_arms_own_reference_base_and_tool(tool: np.ndarray | None) -> None:
+    """A wish for a plan is measured in the arm's own reference, base and tool."""
     arm = IIWA.with_(base=aa.pose([0.1, 0.2, 0.3], rpy=[0.3, 0.2, 0.1]), reference="stereographic")
     arm = arm if tool is None else arm.with_tool(tool)
     path, psi = line(arm, POSTURE, np.array([0.05, -0.1, 0.1])), float(arm.forward(POSTURE)[1])
@@ -96,9 +101,11 @@ def test_a_wish_is_of_the_arms_own_reference_base_and_tool(tool: np.ndarray | No
     ],
 )  # fmt: skip
 def test_what_is_no_wish_is_refused(psi: object, error: type[Exception]) -> None:
+    """`plan` refuses a psi that is neither angles nor a function of all s nor Towards."""
     refused(error, "psi", lambda: aa.plan(IIWA, PATH, psi=psi))  # type: ignore[arg-type]  # wrong on purpose
 
 
 def test_a_word_is_told_where_it_belongs() -> None:
+    """`plan(psi="up")` says to write Towards(direction="up")."""
     with pytest.raises(aa.InputError, match=r"wanted rad, or Towards\(direction='up'\) for the elbow"):
         aa.plan(IIWA, np.eye(4)[None], psi="up")

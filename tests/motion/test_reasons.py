@@ -19,13 +19,14 @@ Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 
 
 def turned(q: Array, angle: float) -> Array:
-    """The pose of q with the tool turned about its own axis."""
+    """The pose of joints q with the tool turned by `angle` (rad) about its own z axis."""
     return IIWA.forward(q)[0] @ aa.pose([0, 0, 0], rpy=[0, 0, angle])
 
 
 def moves(arm: aa.Arm, q: Array, pose: Array) -> tuple[Array, Array]:
-    """The largest move of a joint for each psi and branch on q's side of the stretched elbow, and the joints
-    there, lifted next to q."""
+    """The largest joint move (n,) to the pose for each psi and branch on q's side of the straight elbow, and
+    the joints (n, 7) there, up to 2π nearest to q.
+    """
     gc = arm.forward(q)[2] ^ np.array([0, 1, 4, 5])
     there = arm.inverse(pose, PSI, gc[:, None], limits=False).reshape(-1, 7)
     near = there + TURN * np.round((q - there) / TURN)
@@ -33,12 +34,12 @@ def moves(arm: aa.Arm, q: Array, pose: Array) -> tuple[Array, Array]:
 
 
 def inside(arm: aa.Arm, q: Array) -> Array:
-    """Whether rows of joints are within the limits."""
+    """Whether rows of joints (n, 7) are within the limits."""
     return np.asarray((q >= arm.lower - 1e-9).all(axis=1) & (q <= arm.upper + 1e-9).all(axis=1))
 
 
 def steps(name: str, count: int) -> Any:
-    """Steps whose pose is near, within the branch: many begin close to a limit or to a singularity."""
+    """Yield arm, joints and a pose nearby; a joint is often close to a limit."""
     arm = aa.Arm.from_catalogue(name)
     rng = np.random.default_rng(len(name))
     lower, upper = np.maximum(arm.lower, -TURN), np.minimum(arm.upper, TURN)
@@ -54,6 +55,7 @@ def steps(name: str, count: int) -> Any:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_a_status_is_what_brute_force_finds(name: str) -> None:
+    """If `step` says JOINT_JUMP or LIMITS, a grid of psi shows that this is what forbids the step."""
     seen = {Status.OK: 0, Status.JOINT_JUMP: 0, Status.LIMITS: 0}
     for arm, q, pose in steps(name, 700):
         now = aa.step(arm, q, pose)
@@ -79,6 +81,7 @@ def test_a_status_is_what_brute_force_finds(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
 def test_nothing_is_refused_that_brute_force_finds(name: str) -> None:
+    """Where `step` is refused no joints on a grid of psi are within limits and one step."""
     refused = 0
     for arm, q, pose in steps(name, 700):
         now = aa.step(arm, q, pose)
@@ -92,6 +95,7 @@ def test_nothing_is_refused_that_brute_force_finds(name: str) -> None:
 
 @pytest.mark.parametrize("name", ARMS)
 def test_not_allowed_is_what_the_callers_arcs_alone_forbid(name: str) -> None:
+    """`step` is NOT_ALLOWED only if it is OK without `allowed` or no allowed psi is feasible."""
     rng = np.random.default_rng(3)
     seen = 0
     for arm, q, pose in steps(name, 400):
@@ -110,6 +114,7 @@ def test_not_allowed_is_what_the_callers_arcs_alone_forbid(name: str) -> None:
 
 
 def test_a_hand_rolled_past_its_limit_is_told_of_the_limit() -> None:
+    """`follow` of a tool that rolls on ends with LIMITS, and `explain` names joint 7 and its limit."""
     q = np.array([0.3, 0.6, -0.2, 1.3, 0.4, 0.9, IIWA.upper[6] - 1e-4])
     path = aa.follow(IIWA, [turned(q, np.radians(k)) for k in np.arange(0, 360, 0.5)], start=q)
     assert path.status[path.first_failure or 0] == Status.LIMITS
@@ -118,6 +123,7 @@ def test_a_hand_rolled_past_its_limit_is_told_of_the_limit() -> None:
 
 
 def test_arcs_of_the_caller_that_leave_nothing_are_named_in_step_follow_and_resolve() -> None:
+    """With `allowed` outside all arcs `step`, `follow` and `resolve` are NOT_ALLOWED."""
     pose, psi, gc = IIWA.forward(Q)
     elsewhere = ~IIWA.feasible(pose, gc)
     none = aa.ArcSet() if elsewhere.is_empty else elsewhere & aa.ArcSet([[0.0, 1e-9]])
@@ -132,6 +138,7 @@ def test_arcs_of_the_caller_that_leave_nothing_are_named_in_step_follow_and_reso
 
 
 def test_what_fails_without_the_callers_arcs_keeps_its_own_reason() -> None:
+    """A pose out of reach is UNREACHABLE with any `allowed`."""
     pose, psi, gc = IIWA.forward(Q)
     far = pose.copy()
     far[0, 3] += 3.0

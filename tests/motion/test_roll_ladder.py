@@ -27,24 +27,24 @@ def rolled(frame: np.ndarray, angle: float) -> np.ndarray:
 
 
 def both(path: aa.Line, angle: float, back: bool = False) -> aa.Line:
-    """A line, and back if asked, whose frames are rolled."""
+    """The line, reversed if `back`, both ends rolled by `angle` (rad) about their z axes."""
     ends = rolled(path.start, angle), rolled(path.end, angle)
     return aa.Line(*(ends[::-1] if back else ends))
 
 
 def seam(arm: aa.Arm, rng: np.random.Generator) -> tuple[np.ndarray, aa.Line]:
-    """A posture within the limits, and a line of some cm from where its tool is."""
+    """Random joints within the limits, and a line of some cm from their pose."""
     q = rng.uniform(arm.lower + 0.2, arm.upper - 0.2)
     return q, line(arm, q, rng.uniform(-0.1, 0.1, 3))
 
 
 def cost(plan: aa.JointPath) -> float:
-    """The least cost of the branches of a plan."""
+    """The least cost of the branches that are ok in a plan's diagnosis; infinite if none is."""
     return min((branch.cost for branch in plan.diagnosis.branches if branch.ok), default=np.inf)
 
 
 def the_wire_is_held(plan: aa.JointPath, path: aa.Path) -> None:
-    """Check that a plan keeps position and z axis of the path."""
+    """Check that a plan keeps position and z axis of the path, and the limits."""
     at = plan.at(DENSE)
     np.testing.assert_allclose(at.pose[:, :3, 2:], path.pose(DENSE)[:, :3, 2:], atol=1e-11)
     np.testing.assert_allclose(plan.arm.forward(at.q)[0], at.pose, atol=1e-11)
@@ -53,6 +53,7 @@ def the_wire_is_held(plan: aa.JointPath, path: aa.Path) -> None:
 
 @pytest.mark.parametrize("arm", [*ARMS, *OFFSET, aa.Arm.from_catalogue("franka_fr3")])
 def test_no_roll_by_hand_costs_less(arm: aa.Arm) -> None:
+    """A plan with free roll costs no more than plans at 12 fixed rolls."""
     rng, compared = generator(16, 50), 0
     for _ in range(count(2)):
         _, path = seam(arm, rng)
@@ -70,6 +71,7 @@ def test_no_roll_by_hand_costs_less(arm: aa.Arm) -> None:
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("arm", [*ARMS, *OFFSET])
 def test_the_roll_begins_and_ends_with_what_is_given(arm: aa.Arm) -> None:
+    """A plan with free roll keeps a start or goal, and costs no more than one with its roll all along."""
     rng, proven = generator(16, 51), 0
     for _ in range(count(2)):
         q, path = seam(arm, rng)
@@ -89,6 +91,7 @@ def test_the_roll_begins_and_ends_with_what_is_given(arm: aa.Arm) -> None:
 
 
 def test_both_ends_given_fix_the_roll_at_both() -> None:
+    """A plan with free roll keeps start and goal of different rolls."""
     q, other = POSTURE, POSTURE + np.array([0.05, 0.02, -0.04, 0.03, 0.1, -0.05, 0.3])
     arm = ARMS[0]
     first, last = arm.forward(q)[0], arm.forward(other)[0]
@@ -100,7 +103,7 @@ def test_both_ends_given_fix_the_roll_at_both() -> None:
 
 
 def test_where_no_roll_that_stays_holds_one_that_turns_is_found() -> None:
-    """A frame that turns three times about the wire, as a screw does: no joint can follow or has to."""
+    """With free roll a path that spins the tool is planned, though with fixed rolls it fails."""
     arm = ARMS[1]
     first = arm.forward(np.radians([20, 10, 10, 80, 5, 5, 10]))[0]
     path = aa.Screw(first, first[:3, 3], first[:3, 2], 6 * np.pi, advance=0.03)
@@ -114,6 +117,9 @@ def test_where_no_roll_that_stays_holds_one_that_turns_is_found() -> None:
 
 
 def test_poses_one_and_many() -> None:
+    """`plan` and `follow` with free roll take one pose, many, and none; `step` with this tool refuses free
+    roll.
+    """
     arm = ARMS[0]
     poses = along(arm.forward(POSTURE)[0], [0.0, 0.1, 0.05], 7)
     for given in (poses, poses[:1], poses[:2]):
@@ -132,6 +138,7 @@ def test_poses_one_and_many() -> None:
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("arm", [*ARMS, OFFSET[0], calibrated_offset("franka_fr3", 1.0, 1.0)])
 def test_a_followed_path_comes_as_far_as_with_its_own_roll(arm: aa.Arm) -> None:
+    """`follow` with free roll reaches at least as many rows as without."""
     rng, further = generator(16, 52), 0
     for _ in range(count(8)):
         q, path = seam(arm, rng)
@@ -146,6 +153,7 @@ def test_a_followed_path_comes_as_far_as_with_its_own_roll(arm: aa.Arm) -> None:
 
 
 def test_obstacles_see_each_roll_of_the_ladder() -> None:
+    """`solve` with free roll finds a roll at which a shape on the tool is clear."""
     hand = [aa.Capsule([0.0, 0.0, -0.1], [0.12, 0.0, -0.1], 0.02, name="cable")]
     arm = IIWA.with_(tool=TORCH).with_(hand=hand)
     first = arm.forward(POSTURE)[0]
@@ -157,7 +165,7 @@ def test_obstacles_see_each_roll_of_the_ladder() -> None:
 
 
 def test_a_calibrated_arm_has_the_ladder_for_any_tool() -> None:
-    """Its axis 7 is not quite that of its tool, so rolls are tried, each on the true chain."""
+    """`solve` and `plan` of a calibrated arm with free roll keep the tool's z axis."""
     arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
     for armed in (arm, arm.with_(tool=TORCH)):
         pose = armed.forward(POSTURE)[0]
@@ -174,6 +182,7 @@ def test_a_calibrated_arm_has_the_ladder_for_any_tool() -> None:
 
 
 def test_no_roll_of_a_fine_scan_has_a_nearer_posture() -> None:
+    """`solve` with free roll is as near to its seed as the best of 720 rolls."""
     arm = ARMS[0]
     rng = generator(16, 53)
     q, near = rng.uniform(arm.lower, arm.upper, (2, count(20), 7))
@@ -191,7 +200,7 @@ def test_no_roll_of_a_fine_scan_has_a_nearer_posture() -> None:
 
 
 def test_a_posture_that_one_roll_alone_leaves_is_found() -> None:
-    """Nearly stretched, the wire is held at a small range of rolls between two of the ladder."""
+    """`solve` with free roll finds a small range of rolls near the reach; out of reach it fails."""
     arm = IIWA.with_(tool=aa.pose([0.08, 0.0, 0.25], rpy=[0.0, np.pi / 4, 0.0]))
     q = [-0.2302, -0.7394, 2.4932, 0.0261, -1.4955, 1.3209, -0.0056]
     asked = rolled(arm.forward(q)[0], 2.6429)
@@ -200,6 +209,7 @@ def test_a_posture_that_one_roll_alone_leaves_is_found() -> None:
 
 
 def test_of_rolls_that_all_fail_the_furthest_is_told_of() -> None:
+    """A plan with free roll that fails tells of the roll that leads furthest, and how many were tried."""
     arm = IIWA.with_(tool=aa.pose([0.08, 0.0, 0.25], rpy=[0.0, np.pi / 4, 0.0]))
     first, last = (aa.pose([0.5, y, 0.15], rpy=[np.pi, 0, 0]) for y in (-0.15, 0.95))
     free = aa.plan(arm, aa.Line(first, last), roll="free")
@@ -208,7 +218,7 @@ def test_of_rolls_that_all_fail_the_furthest_is_told_of() -> None:
 
 
 def test_a_tool_that_stands_takes_the_first_roll_that_costs_nothing() -> None:
-    """Rolls are tried until one costs nothing, and none can cost less."""
+    """`best_planned` tries rolls until one costs nothing, and reports progress that rises."""
     arm = ARMS[0]
     pose = arm.forward(POSTURE)[0]
     path = aa.Line(pose, pose)
@@ -216,6 +226,7 @@ def test_a_tool_that_stands_takes_the_first_roll_that_costs_nothing() -> None:
     told: list[int] = []
 
     def planned(turned: aa.Path, tell: Progress) -> aa.JointPath:
+        """Plan a path, and keep the plan in `tried`."""
         tried.append(aa.plan(arm, turned, samples=5, progress=tell))
         return tried[-1]
 

@@ -54,6 +54,7 @@ def test_a_step_is_a_named_tuple_like_any_other() -> None:
 
 @any_policy
 def test_a_path_reaches_its_poses_within_limits_and_without_jumps(policy: aa.Repulsion) -> None:
+    """`follow` holds poses and limits without jumps, and states residual and margin rightly."""
     path = aa.follow(IIWA, line(IIWA, START, SHIFT, 60), start=START, policy=policy, max_joint_step=3.0)
     assert path.ok
     path.raise_for_status()
@@ -68,12 +69,13 @@ def test_a_path_reaches_its_poses_within_limits_and_without_jumps(policy: aa.Rep
 
 
 def feasible_samples() -> list[tuple[aa.Arm, Array, Array, Array]]:
-    """(arm, pose, psi, gc) of postures within limits."""
+    """16 arms, each with the (poses, psi, gc) of random joints within its limits."""
     return [(arm, *arm.forward(postures(arm, "uniform", 40, 1))) for arm in arms()[:16]]
 
 
 @any_policy
 def test_resolution_never_leaves_its_arc(policy: aa.Repulsion) -> None:
+    """`resolve` returns a psi on the arc that the given psi is on, and OK if there is an arc."""
     rng = np.random.default_rng(2)
     for arm, pose, own, gc in feasible_samples():
         arcs = arm.feasible(pose, gc)
@@ -92,6 +94,7 @@ def test_resolution_never_leaves_its_arc(policy: aa.Repulsion) -> None:
 @pytest.mark.parametrize("alpha", [5.0, 20.0, 100.0])
 @pytest.mark.parametrize("outside", ["nearest", "stop"])
 def test_resolution_is_equation_36(K: float, alpha: float, outside: str) -> None:
+    """`resolve` with Repulsion gives the psi of the second implementation of Eq. (36)."""
     rng = np.random.default_rng(3)
     for arm, pose, own, gc in feasible_samples()[::4]:
         arcs = arm.feasible(pose, gc)
@@ -110,6 +113,7 @@ def test_resolution_is_equation_36(K: float, alpha: float, outside: str) -> None
 
 @pytest.mark.parametrize("rule", [aa.Centre(rate=2.0), aa.Towards(psi=0.3, rate=2.0)])
 def test_a_rate_does_not_depend_on_the_step_time(rule: aa.Centre) -> None:
+    """`resolve` with rate= leads as far in 10 steps as in 1000, and is K = 1 - exp(-rate dt)."""
     pose, _, gc = IIWA.forward(START)
     low, high = next(iter(IIWA.feasible(pose, gc)))
     ends = []
@@ -125,7 +129,7 @@ def test_a_rate_does_not_depend_on_the_step_time(rule: aa.Centre) -> None:
 
 
 def beside_the_axis(offset: float) -> tuple[Array, Array]:
-    """A start, and poses that carry the wrist past the base axis at a distance (m) in 0.5 mm steps."""
+    """A start, and poses that carry the wrist past the base axis at a distance `offset` (m)."""
     q = np.array([0.0, -0.5, 0.0, 1.6, 0.0, 0.6, 0.0])
     pose = IIWA.forward(q)[0].copy()
     wrist = pose[:3, 3] - 0.126 * pose[:3, 2]
@@ -139,7 +143,7 @@ def beside_the_axis(offset: float) -> tuple[Array, Array]:
 
 @any_policy
 def test_a_policy_that_asks_for_too_much_is_shortened(policy: aa.Repulsion) -> None:
-    """At rest no policy can make a jump: every posture within its limits steps to its own pose."""
+    """`step` to the own pose is OK with every policy, and no joint moves by more than 0.2 rad."""
     rng = np.random.default_rng(11)
     q = rng.uniform(IIWA.lower, IIWA.upper, (500, 7))
     poses, _, _ = IIWA.forward(q)
@@ -151,6 +155,7 @@ def test_a_policy_that_asks_for_too_much_is_shortened(policy: aa.Repulsion) -> N
 
 
 def test_a_shortened_step_goes_as_far_as_it_may() -> None:
+    """A step whose policy asks for more moves a joint by the largest step exactly."""
     pose, _, gc = IIWA.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     near_the_end = IIWA.feasible(pose, gc).intervals[0, 0] + 0.05
     q = IIWA.inverse(pose, near_the_end, gc, limits=False)
@@ -173,6 +178,7 @@ DIRECTIONS = np.array([d for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)]) - 1.0
 @pytest.mark.parametrize("home", HOMES, ids=str)
 @pytest.mark.parametrize("carry", ["psi", "elbow"])
 def test_a_posture_on_a_singularity_is_stepped_to_and_from(home: list[float], carry: str) -> None:
+    """`step` holds a home posture, and `follow` leaves it in 26 directions."""
     q = np.radians(home)
     own = aa.step(IIWA, q, IIWA.forward(q)[0], policy=aa.Hold(), carry=carry)
     assert own.status is Status.OK
@@ -190,6 +196,7 @@ def test_a_posture_on_a_singularity_is_stepped_to_and_from(home: list[float], ca
 @pytest.mark.parametrize("hinge", [1, 5])
 @pytest.mark.parametrize("off", [0.0, 1e-16, 1e-14, 1e-12, 1e-10, 1e-8])
 def test_any_posture_beside_a_singularity_steps_to_its_own_pose(hinge: int, off: float) -> None:
+    """`step` to the own pose is OK near theta_2 or theta_6 = 0, in limits of 0.05 rad."""
     rng = np.random.default_rng(6)
     for arm in arms()[::3]:
         for q in postures(arm, "uniform", 6):
@@ -204,6 +211,7 @@ def test_any_posture_beside_a_singularity_steps_to_its_own_pose(hinge: int, off:
 @pytest.mark.slow
 @pytest.mark.parametrize("carry", ["psi", "elbow"])
 def test_branches_that_meet_are_passed_through_as_smoothly_as_the_joints_can(carry: str) -> None:
+    """`follow` of planar lines gives the planar motion through theta_2 or theta_6 = 0, unless gc is given."""
     rng, crossed = np.random.default_rng(5), 0
     while crossed < 4:
         path, way = planar_motion(IIWA, rng)
@@ -221,6 +229,7 @@ def test_branches_that_meet_are_passed_through_as_smoothly_as_the_joints_can(car
 
 @pytest.mark.parametrize("offset", [1e-3, 3e-4, 0.0])
 def test_a_wrist_that_passes_the_base_axis_is_followed_smoothly(offset: float) -> None:
+    """`follow` past the base axis is ok with either `carry`, in steps of at most 0.2 rad."""
     start, poses = beside_the_axis(offset)
     arm = unlimited(IIWA)
     held = aa.follow(arm, poses, start=start)
@@ -232,7 +241,7 @@ def test_a_wrist_that_passes_the_base_axis_is_followed_smoothly(offset: float) -
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "rokae_xmate_er7_pro", "barrett_wam7"])
 @pytest.mark.parametrize("away", [0.1, 0.003])
 def test_a_step_to_a_near_posture_is_found(name: str, away: float) -> None:
-    """Whatever the policy wishes: a posture within limits and `max_joint_step` shows that there is one."""
+    """`step` is OK if joints within limits and `max_joint_step` hold the pose."""
     arm = aa.Arm.from_catalogue(name)
     rng = np.random.default_rng(4)
     low, high = np.maximum(arm.lower, -TURN), np.minimum(arm.upper, TURN)
@@ -252,7 +261,7 @@ def test_a_step_to_a_near_posture_is_found(name: str, away: float) -> None:
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "barrett_wam7", "simple_humanoid_left"])
 @pytest.mark.parametrize("bounded", [False, True])
 def test_a_step_to_a_near_posture_beyond_the_straight_elbow_is_found(name: str, bounded: bool) -> None:
-    """Other joints stand at limits, so that nothing but the other side of the elbow may be left."""
+    """`step` crosses the straight elbow if its own side has no solution, unless a gc or margin forbids it."""
     arm = aa.Arm.from_catalogue(name)
     rng = np.random.default_rng(5)
     low, high = np.maximum(arm.lower, -TURN), np.minimum(arm.upper, TURN)
@@ -283,6 +292,7 @@ def test_a_step_to_a_near_posture_beyond_the_straight_elbow_is_found(name: str, 
 @pytest.mark.parametrize("joint", [0, 1, 2, 4, 5, 6])
 @any_policy
 def test_a_motion_with_a_locked_joint_is_followed(policy: aa.Repulsion, joint: int) -> None:
+    """`follow` with a locked joint is ok and repeats the joint motion that the poses came from."""
     arm = limited(IIWA, joint, START[joint], START[joint])
     move = np.where(np.arange(7) == joint, 0, [0.3, 0.2, -0.3, 0.2, 0.3, -0.2, 0.4])
     way = START + np.linspace(0, 1, 40)[:, None] * move
@@ -297,6 +307,7 @@ def test_a_motion_with_a_locked_joint_is_followed(policy: aa.Repulsion, joint: i
 
 @pytest.mark.parametrize("offset", [1e-4, 0.0])
 def test_beside_the_base_axis_psi_cannot_be_held_and_the_elbow_can(offset: float) -> None:
+    """Past the base axis `follow` with Hold lets psi turn; carry="elbow" moves joints by 0.05 rad."""
     start, poses = beside_the_axis(offset)
     arm = unlimited(IIWA)  # so that nothing but the reference plane is in question
     options = {"start": start, "policy": aa.Hold()}
@@ -311,12 +322,13 @@ def test_beside_the_base_axis_psi_cannot_be_held_and_the_elbow_can(offset: float
 
 
 def turned(pose: Array, angle: Any) -> Array:
-    """Poses turned about the tool's own axis."""
+    """Poses turned by angles (...), rad, about the tool's own z axis."""
     angles = np.mod(angle, TURN)
     return pose @ aa.pose(np.zeros((*angles.shape, 3)), rotvec=angles[..., None] * [0.0, 0.0, 1.0])
 
 
 def test_turning_the_tool_three_times_exhausts_the_windings_of_joint_7() -> None:
+    """`follow` of three turns ends with WINDING_EXHAUSTED at the limit of joint 7, joints not wrapped."""
     arm = limited(IIWA, 6, -TURN, TURN)
     turns = np.linspace(0, 3 * TURN, 301)
     path = aa.follow(arm, turned(arm.forward(START)[0], turns), start=START, policy=aa.Hold())
@@ -331,6 +343,7 @@ def test_turning_the_tool_three_times_exhausts_the_windings_of_joint_7() -> None
 
 
 def test_a_joint_of_less_than_a_turn_that_must_change_its_winding_is_at_its_limit() -> None:
+    """`step` past joint 7's limit is LIMITS, and OK only if a joint may move by a turn."""
     q, policy = START.copy(), aa.Hold()
     q[6] = np.radians(174)
     pose = turned(
@@ -346,6 +359,7 @@ def test_a_joint_of_less_than_a_turn_that_must_change_its_winding_is_at_its_limi
 @any_policy
 @pytest.mark.parametrize("carry", ["psi", "elbow"])
 def test_on_any_status_but_ok_nothing_moves(policy: aa.Repulsion, carry: str) -> None:
+    """A step that is not OK returns the given joints, with their psi, gc and margin."""
     pose, psi, gc = IIWA.forward(START)
     far, turned_over = pose.copy(), pose.copy()
     far[:3, 3] *= 3
@@ -362,6 +376,7 @@ def test_on_any_status_but_ok_nothing_moves(policy: aa.Repulsion, carry: str) ->
 
 
 def test_allowed_arcs_are_kept_and_their_ends_say_user() -> None:
+    """`feasible & allowed` has ends of side "user", and `resolve` keeps `allowed`."""
     pose, psi, gc = IIWA.forward(START)
     own = aa.ArcSet([[psi - 0.2, psi + 0.3]])
     both = IIWA.feasible(pose, gc) & own
@@ -374,11 +389,13 @@ def test_allowed_arcs_are_kept_and_their_ends_say_user() -> None:
 
 
 def test_allowed_as_a_function_is_asked_at_each_pose() -> None:
+    """`follow` calls `allowed` once with each pose, and equals `step` with those arcs."""
     poses = line(IIWA, START, [0.05, 0, 0.05], 20)
     psi = IIWA.forward(START)[1]
     asked = []
 
     def allowed(pose: Array) -> aa.ArcSet:
+        """The allowed arcs of a pose, which is kept in `asked`."""
         asked.append(pose.copy())
         return aa.ArcSet([[psi - 0.1, psi + 0.1 + pose[0, 3] * 0.01]])
 
@@ -394,6 +411,7 @@ def test_allowed_as_a_function_is_asked_at_each_pose() -> None:
 
 
 def test_a_gc_can_be_asked_for() -> None:
+    """`step(gc=)` leads an arm without limits into any branch at the same psi."""
     arm = unlimited(IIWA)
     pose, psi, gc = arm.forward(START)
     for other in range(8):
@@ -418,6 +436,7 @@ def test_empty_and_single_paths() -> None:
 
 
 def test_a_failed_path_says_where_and_by_how_much() -> None:
+    """A failed `follow` names pose, joint and amount, and what helps; degrees are refused."""
     pose, hold = IIWA.forward(START)[0], aa.Hold()
     path = aa.follow(IIWA, line(IIWA, START, [3.0, 0, 0], 50), start=START, max_joint_step=1.0)
     refused(aa.PathError, f"pose {path.first_failure} .* is the first that is not", path.raise_for_status)
@@ -441,6 +460,7 @@ def test_a_failed_path_says_where_and_by_how_much() -> None:
 
 
 def test_poses_in_millimetres_are_suspected() -> None:
+    """Poses 1000 times too far are refused with a hint at mm; 10 times is UNREACHABLE."""
     pose = IIWA.forward(START)[0].copy()
     pose[:3, 3] *= 1000
     for call in (
@@ -455,6 +475,7 @@ def test_poses_in_millimetres_are_suspected() -> None:
 
 
 def test_a_velocity_that_is_not_known_is_shared_and_cannot_be_written() -> None:
+    """A step without dt has a read-only velocity of NaN."""
     pose = IIWA.forward(START)[0]
     now = aa.step(IIWA, START, pose)
     assert np.isnan(now.velocity).all() and now.velocity.shape == (7,)

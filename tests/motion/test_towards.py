@@ -28,13 +28,14 @@ def own_arc(arcs: aa.ArcSet, psi: float) -> tuple[float, float]:
 
 
 def cases() -> list[tuple[aa.Arm, Array, Array, Array]]:
-    """(arm, pose, psi, gc) of postures within limits, and of an arm whose circles are all full."""
+    """Arms with the (poses, psi, gc) of joints within limits, and last an arm whose circles are all full."""
     drawn = [(arm, *arm.forward(postures(arm, "uniform", 40, 1))) for arm in arms()]
     free = unlimited(IIWA)
     return [*drawn, (free, *free.forward(postures(IIWA, "uniform", 40, 1)))]
 
 
 def test_the_wish_or_the_nearest_end_and_never_another_arc() -> None:
+    """`resolve` with Towards(K=1) gives the wish if it is on psi's arc, else the nearest end of that arc."""
     rng = np.random.default_rng(2)
     reached = waited = 0
     for arm, pose, psi, gc in cases():
@@ -57,6 +58,7 @@ def test_the_wish_or_the_nearest_end_and_never_another_arc() -> None:
 
 @pytest.mark.parametrize("K", [0.0, 0.25, 1.0])
 def test_a_share_of_the_way_is_gone_within_the_arc(K: float) -> None:
+    """`resolve` with Towards(K) goes the share K of the way to where K = 1 leads, within the arc."""
     rng = np.random.default_rng(4)
     for arm, pose, psi, gc in cases()[::3]:
         arcs = arm.feasible(pose, gc)
@@ -74,6 +76,9 @@ def test_a_share_of_the_way_is_gone_within_the_arc(K: float) -> None:
 
 
 def test_on_the_full_circle_it_goes_the_shorter_way_and_at_a_rate_by_its_law() -> None:
+    """`resolve` with Towards takes the shorter way on a full circle; with rate= it decays as
+    exp(-rate dt).
+    """
     free = unlimited(IIWA)
     for wish in (-3.0, -1.0, 2.5, 3.1, 12.0):
         now = aa.resolve(free, POSE, 3.0, GC, policy=aa.Towards(psi=wish, K=0.5))
@@ -88,6 +93,9 @@ WISHES = [{"point": [0.3, 0.8, 0.4]}, {"direction": "up"}, {"direction": [1, -1,
 
 @pytest.mark.parametrize("wish", WISHES)
 def test_an_elbow_wished_somewhere_goes_there(wish: dict[str, Any]) -> None:
+    """`resolve` with Towards(point or direction) equals one with the psi of `psi_towards`, or Hold if that is
+    NaN.
+    """
     policy = aa.Towards(**wish, K=1.0)
     for arm, pose, psi, gc in cases():
         wanted = arm.psi_towards(pose, gc, **wish, on_error="nan")
@@ -99,6 +107,7 @@ def test_an_elbow_wished_somewhere_goes_there(wish: dict[str, Any]) -> None:
 
 
 def test_no_arm_angle_of_the_arc_is_nearer_to_the_point() -> None:
+    """`resolve` with Towards(point) gives the psi on the arc whose elbow is nearest to the point."""
     point = np.array([0.3, 0.8, 0.4])
     for arm, pose, psi, gc in cases():
         arcs = arm.feasible(pose, gc)
@@ -119,6 +128,7 @@ def test_step_and_resolve_wish_alike() -> None:
 
 
 def test_following_brings_the_elbow_up_and_keeps_it_there() -> None:
+    """`follow` with Towards("up") comes to the feasible psi nearest to the wish and keeps it."""
     poses = np.repeat(POSE[None], 80, axis=0)
     poses[:, :3, 3] += np.linspace(0, 1, 80)[:, None] * [0.03, -0.15, 0.05]
     path = aa.follow(IIWA, poses, start=START, policy=aa.Towards(direction="up", K=0.2))
@@ -129,6 +139,7 @@ def test_following_brings_the_elbow_up_and_keeps_it_there() -> None:
 
 
 def test_without_a_wish_the_arm_angle_stays() -> None:
+    """`resolve` and `step` keep psi where a direction or point says nothing about the elbow."""
     q = np.array([0.0, 0.6, 0.0, 1.2, 0.0, 0.6, 0.0])  # the wrist over the shoulder: up is along the axis
     pose, psi, gc = IIWA.forward(q)
     assert aa.resolve(IIWA, pose, psi, gc, policy=aa.Towards(direction="up", K=1.0)) == (psi, Status.OK)
@@ -139,6 +150,7 @@ def test_without_a_wish_the_arm_angle_stays() -> None:
 
 
 def test_outside_every_arc_it_does_as_it_is_told() -> None:
+    """Off all arcs Towards goes to the nearest end or is OUTSIDE, as `outside` says."""
     arcs = aa.ArcSet([[PSI + 0.5, PSI + 0.6]])
     for outside, status in (("nearest", Status.OK), ("stop", Status.OUTSIDE)):
         policy = aa.Towards(psi=PSI + 0.6, K=1.0, outside=outside)
@@ -158,12 +170,14 @@ def test_outside_every_arc_it_does_as_it_is_told() -> None:
     ],
 )
 def test_exactly_one_wish(wishes: dict[str, Any], message: str) -> None:
+    """Towards refuses none or two wishes and bad values, and warns of degrees."""
     refused(aa.InputError, message, aa.Towards, **wishes)
     with pytest.warns(UserWarning, match=r"psi is 90, wanted rad: were these degrees\?"):
         aa.Towards(psi=90)
 
 
 def test_it_is_a_value() -> None:
+    """Towards compares, hashes and prints by its values."""
     policy = aa.Towards(point=np.array([0.0, 1, 2]), rate=2.0)
     assert policy == aa.Towards(point=(0.0, 1.0, 2.0), rate=2.0) and hash(policy)
     assert eval(repr(policy), {"Towards": aa.Towards}) == policy

@@ -42,6 +42,7 @@ def go_on_alike(one: aa.Tracker, other: aa.Tracker, arm: aa.Arm, seed: int) -> N
 @pytest.mark.parametrize("jerk", [None, 300.0])
 @pytest.mark.parametrize("name", ARMS)
 def test_the_copy_goes_on_like_the_original(name: str, jerk: float | None, way: str) -> None:
+    """A copied or pickled tracker equals the original and returns the same results to the bit."""
     arm = ARMS[name]
     rng = np.random.default_rng(3)
     tracker = begun(start_of(arm), arm, filter=aa.HandFilter(), jerk=jerk)
@@ -60,7 +61,7 @@ def test_the_copy_goes_on_like_the_original(name: str, jerk: float | None, way: 
 
 
 @EVERY_WAY
-def test_among_obstacles_too(way: str) -> None:
+def test_a_copy_in_a_scene_goes_on_like_the_original(way: str) -> None:
     rng = np.random.default_rng(8)
     arm = with_body("kuka_iiwa14_r820")
     start = streams.posture(arm)
@@ -72,12 +73,13 @@ def test_among_obstacles_too(way: str) -> None:
 
 
 @EVERY_WAY
-def test_one_that_has_not_begun_still_has_not(way: str) -> None:
+def test_a_copy_of_a_tracker_that_has_not_started_has_not_started(way: str) -> None:
     tracker = WAYS[way](aa.Tracker(ARMS["iiwa 14"]))
     refused(aa.InputError, "start", lambda: tracker.step(None))
 
 
 def test_trackers_are_equal_by_what_they_are_and_where_they_stand() -> None:
+    """Trackers compare by arm, options and state, and have no hash."""
     arm = ARMS["iiwa 14"]
     one, other = aa.Tracker(arm), aa.Tracker(arm)
     assert one == other

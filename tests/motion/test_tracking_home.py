@@ -19,14 +19,14 @@ HOMES = [
 
 
 def hands(pose: Array, way: Array) -> Array:
-    """A hand that swings out and back along a way, its rotation held."""
+    """The poses of a hand that swings out and back along `way` without turning."""
     out = np.repeat(pose[None], COUNT, axis=0)
     out[:, :3, 3] += SWING * np.sin(np.arange(COUNT) / RATE)[:, None] * way
     return out
 
 
 def by_hand(arm: aa.Arm, q: Array, poses: Array) -> Array:
-    """Damped least squares, two rounds a tick."""
+    """The joints (n + 1, 7) of damped least squares with two rounds a cycle."""
     rows = [q]
     for pose in poses:
         q = rows[-1].copy()
@@ -43,7 +43,7 @@ def by_hand(arm: aa.Arm, q: Array, poses: Array) -> Array:
 @pytest.mark.parametrize(("name", "home"), HOMES)
 @pytest.mark.parametrize("way", [[0.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.3, -1.0, 0.5]])
 def test_from_home_joints_go_the_least_way(name: str, home: list[float], way: list[float]) -> None:
-    """Pivots turned against each other, by 66° where 4° do, at a speed of 180°/s."""
+    """From home a tracker's joints travel at most 1.3 times as far as those of damped least squares."""
     arm, q = aa.Arm.from_catalogue(name), np.radians(home)
     poses = hands(arm.forward(q, on_error="nan")[0], np.array(way))
     tracker = begun(q, arm, 1 / RATE)

@@ -23,6 +23,7 @@ TICKS = 100_000 if draw.COUNT else 6_000
 
 @pytest.fixture(params=ARMS)
 def arm(request: pytest.FixtureRequest) -> aa.Arm:
+    """An arm with a collision model and a ball as gripper, each of three in turn."""
     return with_body(request.param)
 
 
@@ -31,6 +32,7 @@ def arm(request: pytest.FixtureRequest) -> aa.Arm:
     ("name", "jerk"), [*((name, None) for name in ARMS), (ARMS[0], 100.0), (ARMS[0], 5e3)]
 )
 def test_hostile_ticks_touch_nothing_and_keep_the_bounds(name: str, jerk: float | None, seed: int) -> None:
+    """A tracker in a scene keeps clearance and bounds for hostile targets, and names a pair if blocked."""
     arm, rng = with_body(name), np.random.default_rng([draw.SEED, seed])
     start = streams.posture(arm)
     scene = cluttered(arm, start, rng)
@@ -54,7 +56,7 @@ def test_hostile_ticks_touch_nothing_and_keep_the_bounds(name: str, jerk: float 
 
 
 def hostile_run(arm: aa.Arm, scene: aa.Scene, rng: np.random.Generator, ticks: int) -> Array:
-    """The joints of a tracker for hostile targets among obstacles."""
+    """The joints of at least `ticks` cycles of a tracker in a scene, for hostile targets."""
     tracker = started(arm, scene, streams.posture(arm))
     q = [tracker.q[None]]
     while sum(map(len, q)) < ticks:
@@ -64,6 +66,7 @@ def hostile_run(arm: aa.Arm, scene: aa.Scene, rng: np.random.Generator, ticks: i
 
 @pytest.mark.parametrize("corners", [5, 30])
 def test_hulls_that_stand_and_hulls_that_are_held_touch_nothing(corners: int) -> None:
+    """A tracker with a hull as tool keeps its clearance among hulls, and comes near to them."""
     rng = np.random.default_rng([draw.SEED, corners])
     plain = with_body("kuka_iiwa14_r820")
     start = streams.posture(plain)
@@ -91,7 +94,7 @@ def test_hulls_that_stand_and_hulls_that_are_held_touch_nothing(corners: int) ->
 
 
 def test_what_a_field_tells_of_is_not_touched() -> None:
-    """Judged by the balls that the field was made of."""
+    """A tracker whose scene is a distance field keeps clear of the balls that the field was made of."""
     rng = np.random.default_rng(draw.SEED)
     arm = with_body("kuka_iiwa14_r820")
     middle = arm.forward(streams.posture(arm))[0][:3, 3]
@@ -106,7 +109,7 @@ def test_what_a_field_tells_of_is_not_touched() -> None:
 
 
 def stopped(arm: aa.Arm, scene: aa.Scene, start: Array, poses: Array) -> Array:
-    """Return what the tracker does without a scene, stopped for good before it touches."""
+    """The joints of a tracker without scene, which stay for good at the last row before a collision."""
     q = begun(start, arm, DT).run(poses)
     touching = distance(arm, scene, q) < CLEARANCE
     if touching.any():
@@ -116,7 +119,7 @@ def stopped(arm: aa.Arm, scene: aa.Scene, start: Array, poses: Array) -> Array:
 
 
 def clear_posture(arm: aa.Arm, scene: aa.Scene, start: Array, rng: np.random.Generator) -> Array:
-    """A posture of the branch of the start that keeps clear."""
+    """Random joints in the branch of `start` that keep the clearance."""
     own, there = arm.forward(start)[2], start
     while np.array_equal(there, start) or distance(arm, scene, there) < CLEARANCE + 0.01:
         away = start + rng.uniform(-1, 1, 7) * [1.5, 1.0, 1.5, 0.9, 1.5, 1.0, 1.5]
@@ -126,7 +129,7 @@ def clear_posture(arm: aa.Arm, scene: aa.Scene, start: Array, rng: np.random.Gen
 
 
 def kept(arm: aa.Arm, scene: aa.Scene, rows: list[Array]) -> None:
-    """Check that rows keep bounds and clearance."""
+    """Check that rows of joints keep bounds and clearance, between the rows too."""
     joints = np.array(rows)
     check_bounds(arm, joints, np.full(len(joints) - 1, DT))
     assert distance(arm, scene, between(joints)).min() >= CLEARANCE
@@ -134,7 +137,9 @@ def kept(arm: aa.Arm, scene: aa.Scene, rows: list[Array]) -> None:
 
 @pytest.mark.slow
 def test_hands_are_followed_without_a_touch_and_nearer_than_by_stopping(arm: aa.Arm) -> None:
-    """In the mean over streams; in none farther by 2 mm: proofs may keep more room than is needed."""
+    """In a scene a tracker keeps its clearance and, but for 2 mm, is as near to the hand as one that
+    stops.
+    """
     errors = []
     start = streams.posture(arm)
     for scenario, seed in itertools.product(["inside", "fast", "beyond", "limits"], range(2)):
@@ -152,7 +157,7 @@ def test_hands_are_followed_without_a_touch_and_nearer_than_by_stopping(arm: aa.
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_no_chatter_at_rest_whatever_the_command(arm: aa.Arm, seed: int) -> None:
-    """Along an obstacle the arm may still slide towards the hand, but no joint goes back and forth."""
+    """In a scene no joint of a tracker oscillates for a hand at rest; it may slide along an obstacle."""
     rng = np.random.default_rng([seed, 5])
     start = streams.posture(arm)
     scene = cluttered(arm, start, rng)
@@ -167,7 +172,7 @@ def test_no_chatter_at_rest_whatever_the_command(arm: aa.Arm, seed: int) -> None
 
 
 def wall(arm: aa.Arm, start: Array, beyond: float) -> tuple[aa.Scene, Array]:
-    """A wall in front of the tool, and where the tool is."""
+    """A scene of a wall `beyond` (m) in front of the gripper, and the tool's pose."""
     tool = arm.forward(start)[0].copy()
     grip = tool[:3, 3] + 0.12 * tool[:3, 2]
     facing = -tool[:3, 2]
@@ -176,6 +181,7 @@ def wall(arm: aa.Arm, start: Array, beyond: float) -> tuple[aa.Scene, Array]:
 
 
 def test_a_hand_beyond_a_wall_is_followed_along_it_as_near_as_can_be() -> None:
+    """A tracker slides along a wall as near to the hand as possible, NEAREST and POSE_BLOCKED."""
     arm = with_body("kuka_iiwa14_r820")
     start = streams.posture(arm)
     scene, tool = wall(arm, start, 0.05)
@@ -193,7 +199,7 @@ def test_a_hand_beyond_a_wall_is_followed_along_it_as_near_as_can_be() -> None:
 
 
 def test_the_elbow_goes_round_what_stands_in_its_way_while_the_tool_follows() -> None:
-    """A ball where the elbow would be later: by hand, without the scene, it is run into."""
+    """A tracker's elbow avoids a ball on its way while the tool stays on the hand exactly."""
     arm = with_body("kuka_iiwa14_r820")
     start = streams.posture(arm)
     ticks = 1000
@@ -215,8 +221,9 @@ def test_the_elbow_goes_round_what_stands_in_its_way_while_the_tool_follows() ->
 
 @pytest.mark.slow
 def test_a_way_round_is_found_or_that_there_is_none_is_said() -> None:
-    """Hands at rest that a clear posture of the arm's branch holds, amid many obstacles: no tick says for
-    ever that the tool is on its way. Before ways round were tried 14 of 180 such hands were not reached."""
+    """Amid 14 obstacles a tracker reaches 90 % of the hands that its branch can hold, and is NEAREST to
+    others.
+    """
     arm = with_body("kuka_iiwa14_r820")
     start = streams.posture(arm)
     rng, ends, turned = np.random.default_rng(0), [], 0
@@ -242,8 +249,7 @@ def test_a_way_round_is_found_or_that_there_is_none_is_said() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("swing", [0.0, 0.008])
 def test_a_hand_that_trembles_is_led_round_too(swing: float) -> None:
-    """Hands as they are, at rest or nearly: with noise an arm never stands quite still, and a way round was
-    never sought: LAGGING for ever, centimetres away from a hand that another posture holds."""
+    """A tracker with a filter comes as near to a hand with noise or swing as to one at rest."""
     arm = with_body("kuka_iiwa14_r820")
     start = streams.posture(arm)
     turned, farther = 0, []
@@ -268,6 +274,7 @@ def test_a_hand_that_trembles_is_led_round_too(swing: float) -> None:
 
 
 def test_a_start_that_touches_is_refused_or_led_out() -> None:
+    """A tracker refuses a start within the clearance, or with outside="escape" leaves it, RETURNING."""
     arm = with_body("kuka_iiwa14_r820")
     start = streams.posture(arm)
     scene, tool = wall(arm, start, -0.01)
@@ -292,6 +299,7 @@ def test_a_start_that_touches_is_refused_or_led_out() -> None:
 
 
 def test_a_solution_that_ends_at_an_obstacle_is_begun_from() -> None:
+    """A tracker starts from a solution of `solve` at the clearance exactly, and follows."""
     arm = with_body("kuka_iiwa14_r820")
     rng, met = np.random.default_rng(3), 0
     while met < 8:
@@ -314,6 +322,9 @@ def test_a_solution_that_ends_at_an_obstacle_is_begun_from() -> None:
 
 @pytest.mark.parametrize("kind", ["elbow", "elbow_direction"])
 def test_a_hint_that_is_none_is_said(kind: str) -> None:
+    """A tracker says BAD_INPUT of an elbow hint that is not finite or a zero direction, and follows
+    the hand.
+    """
     arm = with_body("kuka_iiwa14_r820")
     start = streams.posture(arm)
     tracker = begun(start, arm, DT)
@@ -329,7 +340,7 @@ def test_a_hint_that_is_none_is_said(kind: str) -> None:
     ("name", "seed"), [*((name, seed) for name in ARMS for seed in range(3)), (ARMS[1], 52)]
 )
 def test_a_constant_hand_among_obstacles_brings_the_arm_to_rest(name: str, seed: int) -> None:
-    """On the hand, or as near as was found; the last one slid along an obstacle for minutes."""
+    """In a scene a tracker comes to rest, FOLLOWING or NEAREST, for a hand at rest."""
     arm = with_body(name)
     rng = np.random.default_rng([2, seed])
     start = streams.posture(arm)
@@ -349,7 +360,7 @@ def test_a_constant_hand_among_obstacles_brings_the_arm_to_rest(name: str, seed:
 
 @pytest.mark.parametrize("seed", [1, 3])
 def test_obstacles_out_of_the_way_cost_nothing_beside_a_limit(seed: int) -> None:
-    """A joint that came to its limit took the speed from all of them: the arm stood, 4 mm off in the mean."""
+    """A scene far away makes a tracker at a joint limit at most 10 % less exact."""
     arm = with_body("kuka_iiwa14_r820")
     start = streams.posture(arm)
     stream = streams.stream(arm, "limits", seed, seconds=6.0, noise=False)

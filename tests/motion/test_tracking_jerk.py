@@ -27,6 +27,9 @@ TICKS = 60_000 if draw.COUNT else 4_000
 @pytest.mark.parametrize("irregular", [False, True])
 @pytest.mark.parametrize("name", ARMS)
 def test_hostile_hands_never_break_a_bound(name: str, irregular: bool, jerk: float | None) -> None:
+    """A tracker keeps limits, velocity, acceleration and jerk for hostile targets, lost samples and uneven
+    dt.
+    """
     arm = ARMS[name]
     rng = np.random.default_rng([draw.SEED, int(jerk or 0), irregular])
     tracker = begun(start_of(arm), arm, DT, filter=rng.choice(np.array([None, aa.HandFilter()])), jerk=jerk)
@@ -57,7 +60,7 @@ def test_hostile_hands_never_break_a_bound(name: str, irregular: bool, jerk: flo
 
 @pytest.mark.parametrize("name", ARMS)
 def test_joints_pressed_to_their_limits_stop_there_at_rest(name: str) -> None:
-    """A target that runs along one joint to its limit and beyond, each way."""
+    """A tracker keeps its bounds for a target that runs along one joint beyond its limit."""
     arm = ARMS[name]
     for joint, end in itertools.product(range(7), (-1.0, 1.0)):
         start = start_of(arm)
@@ -77,6 +80,7 @@ def test_joints_pressed_to_their_limits_stop_there_at_rest(name: str) -> None:
 )
 @pytest.mark.parametrize("name", ARMS)
 def test_a_target_at_rest_is_met_exactly_without_swinging(name: str, jerk: float | Array | None) -> None:
+    """A tracker meets a pose at rest exactly, with any jerk bound, and then stands."""
     arm = ARMS[name]
     home = arm.forward(start_of(arm))[0]
     for by in ([0.02, 0.05, -0.03], [-0.08, 0.0, 0.06]):
@@ -90,6 +94,7 @@ def test_a_target_at_rest_is_met_exactly_without_swinging(name: str, jerk: float
 
 @pytest.mark.parametrize("name", ARMS)
 def test_a_smooth_hand_is_followed_exactly_within_the_jerk(name: str) -> None:
+    """A tracker with a jerk bound is exact in over 90 % of the cycles behind a smooth hand."""
     arm = ARMS[name]
     start = start_of(arm)
     t = DT * np.arange(1500)
@@ -104,6 +109,7 @@ def test_a_smooth_hand_is_followed_exactly_within_the_jerk(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["iiwa 14", "FR3"])
 def test_joints_that_begin_outside_their_limits_come_in(name: str) -> None:
+    """A tracker with a jerk bound brings a joint from beyond its limit within it, without turning back."""
     arm = ARMS[name]
     start = start_of(arm)
     start[5] = arm.upper[5] + 0.2
@@ -118,6 +124,7 @@ def test_joints_that_begin_outside_their_limits_come_in(name: str) -> None:
 
 
 def test_no_bound_on_jerk_is_none_and_jerk_alone_bounds_too() -> None:
+    """jerk=None or infinite changes no bit; a jerk bound holds without acceleration or velocity bounds."""
     arm = ARMS["iiwa 14"]
     samples = streams.stream(arm, "glitch", 1, seconds=3.0).samples
     free, *rows = (

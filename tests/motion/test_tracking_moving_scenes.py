@@ -25,6 +25,7 @@ FAR = aa.Scene([aa.Ball([3.0, 0.0, 0.0], 0.1, name="far")], clearance=CLEARANCE)
 
 
 def begun(arm: aa.Arm, scene: aa.Scene | None, **options: object) -> aa.Tracker:
+    """A tracker of 4 ms in this scene, at rest at `streams.posture`."""
     tracker = aa.Tracker(arm.with_(scene=scene), DT, **options)  # type: ignore[arg-type]  # any options
     tracker.start(streams.posture(arm))
     return tracker
@@ -33,7 +34,7 @@ def begun(arm: aa.Arm, scene: aa.Scene | None, **options: object) -> aa.Tracker:
 @EVERY
 @pytest.mark.parametrize("jerk", [None, 300.0])
 def test_scenes_that_come_while_the_arm_stands_are_not_touched(arm: aa.Arm, jerk: float | None) -> None:
-    """As by one that was made with them: whatever the hand does, in ticks and between them."""
+    """A tracker whose scene is replaced keeps the clearance of the new one."""
     rng = np.random.default_rng([draw.SEED, 4])
     tracker, passed = begun(arm, FAR, jerk=jerk), 0
     for _ in range(draw.count(4)):
@@ -56,7 +57,7 @@ def test_scenes_that_come_while_the_arm_stands_are_not_touched(arm: aa.Arm, jerk
 
 @EVERY
 def test_the_same_scene_changes_no_bit(arm: aa.Arm) -> None:
-    """Set every tick, as it is or as its copy; and one after another with no tick in between."""
+    """Setting a tracker's scene to itself, a copy, or others and back changes no bit of its results."""
     start = streams.posture(arm)
     scene = cluttered(arm, start, np.random.default_rng(5))
     stream = streams.stream(arm, "inside", 1, seconds=2.0).samples
@@ -74,8 +75,8 @@ def test_the_same_scene_changes_no_bit(arm: aa.Arm) -> None:
 def approached(
     arm: aa.Arm, scenes: Callable[[float], aa.Scene], seconds: float
 ) -> tuple[Array, Array, Array]:
-    """Return joints of a hand that stands while obstacles move, a scene for each tick; and, of every fifth
-    tick, the clearances of the arm, and of one that does not give way.
+    """The joints of a tracker whose hand stands while obstacles move, as `scenes` of time (s) says, and for
+    every fifth cycle the clearance of the arm and that of an arm that stays.
     """
     tracker = begun(arm, FAR)
     start = tracker.q
@@ -90,7 +91,7 @@ def approached(
 
 @EVERY
 def test_the_elbow_gives_way_to_what_comes_while_the_tool_stays(arm: aa.Arm) -> None:
-    """A ball that goes through where the elbow was, at 5 cm/s."""
+    """A tracker's elbow keeps clear of a ball that moves at 5 cm/s, the tool staying on the hand."""
     start = streams.posture(arm)
     hand, psi, gc = arm.forward(start)
     elbow = arm.elbow(start)
@@ -104,13 +105,16 @@ def test_the_elbow_gives_way_to_what_comes_while_the_tool_stays(arm: aa.Arm) -> 
 
 
 def test_the_tool_gives_way_and_comes_back() -> None:
-    """To a wall that comes at 3 cm/s, to beyond where the tool was, stays a second, and goes away again."""
+    """A tracker's tool keeps clear of a wall that comes at 3 cm/s, and is back on the hand when it
+    has gone.
+    """
     arm = ARMS["exact"]
     start = streams.posture(arm)
     hand = arm.forward(start)[0]
     facing = -hand[:3, 2]
 
     def wall(t: float) -> aa.Scene:
+        """The scene at a time (s): a wall that comes, stays and goes."""
         beyond = 0.2 - 0.03 * min(t, 4.0, max(9.0 - t, 0.0))
         return aa.Scene([aa.HalfSpace(facing, facing @ hand[:3, 3] - beyond)], clearance=0.02)
 
@@ -120,13 +124,16 @@ def test_the_tool_gives_way_and_comes_back() -> None:
 
 
 def test_what_is_near_now_is_named_and_left() -> None:
-    """A wall behind many obstacles blocks; another scene has one wall alone, nearer than its clearance."""
+    """A tracker names the pair that blocks in its present scene, and is RETURNING from a new wall too
+    near.
+    """
     arm = ARMS["exact"]
     tracker = begun(arm, FAR)
     hand = arm.forward(tracker.q)[0]
     into, facing = moved(hand, 0.3 * hand[:3, 2]), -hand[:3, 2]
 
     def wall(name: str, beyond: float) -> aa.HalfSpace:
+        """A wall with this name, `beyond` (m) in front of the hand."""
         return aa.HalfSpace(facing, facing @ hand[:3, 3] - beyond, name=name)
 
     far = [aa.Ball([3.0, 0.0, k], 0.1, name=f"far {k}") for k in range(5)]
@@ -148,6 +155,7 @@ def test_what_is_near_now_is_named_and_left() -> None:
 
 @pytest.mark.parametrize("name", ["kuka_iiwa14_r820", "franka_fr3"])
 def test_a_scene_that_does_not_fit_changes_nothing(name: str) -> None:
+    """A tracker refuses a scene without a collision model or of a wrong type, and stays as it was."""
     arm = aa.Arm.from_catalogue(name)
     bare = aa.Tracker(arm, dt=0.01).start(0.5 * (arm.lower + arm.upper) + 0.1)
     before = copy.copy(bare)

@@ -51,7 +51,7 @@ ENDLESS = {
 
 
 def at_rest(arm: aa.Arm, start: Array, hand: Array) -> aa.types.Tracked:
-    """What is said after a while of a constant hand, the arm being at rest then."""
+    """Check that a tracker comes to rest for a hand at rest, and return its last result."""
     known = np.isfinite(arm.velocity).all()
     tracker = begun(start, arm, DT, velocity=True if known else 3.0)
     ticks = round((SECONDS + 7.0 / (arm.velocity.min() if known else 3.0)) / DT)
@@ -68,6 +68,7 @@ def at_rest(arm: aa.Arm, start: Array, hand: Array) -> aa.types.Tracked:
 
 @pytest.mark.parametrize("name", ENDLESS)
 def test_what_turned_for_ever_comes_to_rest(name: str) -> None:
+    """Trackers come to rest from pairs of start and hand that are difficult."""
     start, there = (np.array(text.split(), float) for text in ENDLESS[name])
     arm = named(name)
     at_rest(arm, start, arm.forward(there)[0])
@@ -76,6 +77,7 @@ def test_what_turned_for_ever_comes_to_rest(name: str) -> None:
 @pytest.mark.turns(3)
 @pytest.mark.parametrize("name", aa.catalogue())
 def test_every_constant_hand_brings_the_arm_to_rest(name: str) -> None:
+    """Trackers of all arms come to rest, and on the hand if their branch holds it."""
     arm = named(name)
     rng = draw.generator(*name.encode())
     lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
@@ -96,7 +98,7 @@ def test_every_constant_hand_brings_the_arm_to_rest(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["human_arm_left", "barrett_wam7"])
 def test_a_hand_with_a_folded_elbow_is_reached(name: str) -> None:
-    """A margin off straight was kept off folded too, 0.8 rad of it."""
+    """A tracker reaches a hand at which the elbow is bent by 2.4 to 2.6 rad."""
     arm = aa.Arm.from_catalogue(name)
     delta = arm.geometry.delta
     for bend in (2.4, 2.5, 2.6):
@@ -110,6 +112,7 @@ def test_a_hand_with_a_folded_elbow_is_reached(name: str) -> None:
 
 
 def test_a_hand_that_moves_again_is_followed_again() -> None:
+    """A tracker at rest near a hand out of reach follows a hand that is back at the tool."""
     start, there = (np.array(text.split(), float) for text in ENDLESS["iit_icub_left"])
     arm = aa.Arm.from_catalogue("iit_icub_left")
     tracker = begun(start, arm, DT)
@@ -125,7 +128,7 @@ def test_a_hand_that_moves_again_is_followed_again() -> None:
 
 @pytest.mark.parametrize("turn", [0.4, 0.7, 1.4, 1.7, 2.9])
 def test_a_hand_that_spun_faster_than_it_is_seen_and_stands_is_at_rest(turn: float) -> None:
-    """A filter that believes every sample thought that it turned on, once round between two looks."""
+    """A tracker with a filter comes to rest after a hand that turned by up to 2.9 rad a cycle."""
     arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
     start = np.array([0.1, 0.5, 0.2, -1.2, 0.3, 0.8, 0.5])
     hand = arm.forward(start)[0]
@@ -142,6 +145,7 @@ def test_a_hand_that_spun_faster_than_it_is_seen_and_stands_is_at_rest(turn: flo
 
 @pytest.mark.parametrize("rate", [5, 10, 50, 500])
 def test_a_hand_that_stops_dead_is_at_rest_at_its_last_sample(rate: int) -> None:
+    """A tracker with a filter rests on the last sample of a hand that stops, at any rate."""
     arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
     start = np.array([0.1, 0.5, 0.2, -1.2, 0.3, 0.8, 0.5])
     tracker = begun(start, arm, 0.002, acceleration=10.0, filter=aa.HandFilter())
