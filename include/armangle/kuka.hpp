@@ -33,7 +33,7 @@ inline int turn(const double* q) noexcept {
     return bits;
 }
 
-/// The number Status of joints q.
+/// The number Status of joints q, the sum of its bits.
 inline int status(const Arm& arm, const double* q) noexcept {
     const Chain c = chain(arm, q);
     const Vec3<double> wrist = c.flange.position - c.flange.rotation.z * arm.d_wf;
@@ -135,9 +135,9 @@ inline bool share_turns(const Arm& arm, const double* seed, const int* turn, dou
     return detail::share_turn(arm, axis, seed ? seed : arm.joint_middle, turn, q);
 }
 
-/// The unique solution of a pose with A3 = e1 (rad) and the given Status. Each joint is in the revolution
+/// The unique solution of a pose with A3 = e1 (rad) and Status `wanted`. Each joint is in the revolution
 /// within its limits nearest to the seed. LIMITS if no solution with this Status has that A3, regardless of
-/// limits.
+/// limits; BAD_INPUT also if is_alike() is false.
 inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double e1, int wanted,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;
@@ -220,7 +220,8 @@ inline void add_shared(const Arm& arm, const armangle::detail::Needle& n, bool b
 
 }  // namespace detail
 
-/// Computes the values of E1 (rad) for which a pose has a solution with this Status within all limits.
+/// Computes the values of E1 (rad) for which a pose has a solution with Status `wanted` within all limits;
+/// empty, with the reason, if there is none.
 inline armangle::Status e1_arcs(const Arm& arm, const Pose<double>& pose, int wanted, const LimitTable& t,
                                 ArcSet& out) noexcept {
     make_empty(out);

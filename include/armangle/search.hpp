@@ -36,7 +36,8 @@ struct Found {
     bool proven;      // if the callback accepted none: it saw all solutions, to the resolution
 };
 
-/// The limits of a search: the arm's limits, narrowed by consistency limits and held joints.
+/// The limits of a search: the arm's limits, narrowed around the seed by consistency limits and held joints;
+/// lower > upper if the seed is too far outside.
 inline Limits search_window(const Arm& arm, const SearchOptions& options) noexcept {
     Limits out = arm.limits;
     for (int j = 0; j < joints; ++j) {
@@ -56,7 +57,8 @@ namespace detail {
 class ArcWalk {
 public:
     ArcWalk() = default;
-    /// Begins a walk from `start` over the arcs in steps of `resolution` (rad), in the direction `way`.
+    /// Begins a walk from `start` over the arcs in steps of `resolution` (rad), in the direction `way` (1 or
+    /// -1). It includes the start itself if `with_start`.
     ArcWalk(const ArcSet& arcs, double start, double way, double resolution, bool with_start) noexcept
         : arcs_(&arcs),
           start_(start),

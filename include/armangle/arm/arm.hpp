@@ -83,8 +83,8 @@ inline SinCos<double> slant(double offset, double along, double length) noexcept
 }  // namespace detail
 
 /// Creates the arm of these parameters. They must be finite (limits may be infinite) with lower <= upper, and
-/// the reference vector must not be zero. If d_se or d_ew is 0, there is no elbow: forward kinematics works,
-/// and every pose is UNREACHABLE.
+/// the reference vector must not be zero. If the upper arm hypot(a_3, d_se) or the forearm hypot(a_4, d_ew)
+/// has no length, there is no elbow: forward kinematics works, and every pose is UNREACHABLE.
 inline Arm make_arm(const ArmParameters& parameters) noexcept {
     Arm arm{};
     static_cast<ArmParameters&>(arm) = parameters;
@@ -119,15 +119,16 @@ inline Arm make_arm(const ArmParameters& parameters) noexcept {
     return arm;
 }
 
-/// The parameters of an arm with joint 7 fixed at its current value: a solved pose may have any roll about
-/// axis 7.
+/// The parameters of an arm with joint 7 held at its current value and without limits: a solved pose may have
+/// any roll about axis 7.
 inline ArmParameters with_free_roll(ArmParameters p) noexcept {
     p.roll_free = true;
     p.limits.lower[joints - 1] = -infinity;
     p.limits.upper[joints - 1] = infinity;
     return p;
 }
-/// The arm with these parameters.
+/// The arm with joint 7 held at its current value and without limits: a solved pose may have any roll about
+/// axis 7.
 inline Arm with_free_roll(const Arm& arm) noexcept {
     return make_arm(with_free_roll(static_cast<const ArmParameters&>(arm)));
 }

@@ -14,8 +14,9 @@ inline constexpr double between_metres_and_millimetres = 31.622776601683793;
 /// A larger arm angle (rad), beyond two turns, was probably given in degrees.
 inline constexpr double likely_degrees = 2.0 * two_pi;
 
-/// Checks a 4x4 target pose and stores the offending value. A position (m) far beyond all lengths of the arm
-/// was meant in mm if the reading in mm is closer by ratio.
+/// Checks a 4x4 target pose (16 numbers, row by row); returns the problem, or none, and stores the offending
+/// number in `value`. A position (m) far beyond all lengths of the arm was meant in mm if the reading in mm
+/// is closer by ratio.
 template <class AnyArm>
 Problem check_pose(const AnyArm& arm, const double* m, double& value) noexcept {
     const Problem problem = check_pose(m, value);
@@ -25,8 +26,8 @@ Problem check_pose(const AnyArm& arm, const double* m, double& value) noexcept {
     return meant ? Problem::none : Problem::pose_in_millimetres;
 }
 
-/// Checks seven joint values (rad) and stores the offending value. A value more than one revolution outside
-/// its limits is reported as probably given in degrees.
+/// Checks seven joint values (rad); returns the problem, or none, and stores the offending number in `value`.
+/// A value more than one revolution outside its limits is reported as probably given in degrees.
 template <class AnyArm>
 Problem check_joints(const AnyArm& arm, const double* q, double& value) noexcept {
     const Limits& limits = nominal(arm).limits;

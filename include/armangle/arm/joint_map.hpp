@@ -20,11 +20,11 @@ ARMANGLE_INLINE T to_q(T theta, T sign, T offset) noexcept {
     return sign * (theta - offset);
 }
 
-/// Converts joint j (0..6) of an arm from q to theta and, below, from theta to q.
+/// The model angle theta (rad) of joint j (0..6) at its value q (rad).
 inline double to_theta(const Arm& arm, int j, double q) noexcept {
     return to_theta(q, arm.sign[j], arm.offset[j]);
 }
-/// The value (rad) of joint j at the model angle theta.
+/// The value (rad) of joint j (0..6) at the model angle theta (rad), in any revolution.
 inline double to_q(const Arm& arm, int j, double theta) noexcept {
     return to_q(theta, arm.sign[j], arm.offset[j]);
 }
@@ -40,8 +40,8 @@ inline ThetaRange theta_range(const Arm& arm, const Limits& limits, int j) noexc
     return {min(a, b), max(a, b)};
 }
 
-/// The joint value q of a theta within [lower, upper]. If several revolutions fit, the one nearest to `near`;
-/// if none fits, the one nearest to the range.
+/// The joint value q of a theta within [lower, upper], up to tolerance::angle. If several revolutions fit,
+/// the one nearest to `near`; if none fits, the one nearest to the range.
 template <class T>
 ARMANGLE_INLINE T to_q(T theta, T sign, T offset, T lower, T upper, T near) noexcept {
     const T q = to_q(theta, sign, offset);

@@ -46,7 +46,7 @@ struct Factors {
         }
     }
 
-    /// Solves for one right-hand side: y holds it on entry and the solution on return.
+    /// Solves for one right-hand side of n numbers: y
     template <class Count>
     void solve(Count n, double (&y)[joints]) const noexcept {
         for (int a = 0; a < n; ++a)
@@ -96,8 +96,8 @@ private:
     detail::Factors factors_;
 };
 
-/// Minimizes the cost within the bounds; x is the start and the result. solve(free, y) stores in y the
-/// minimum over the joints marked free, with the others fixed at y.
+/// Minimizes the cost within the bounds; x is the start, which need not be within them, and the result.
+/// solve(free, y) stores in y the minimum over the joints marked free, with the others fixed at y.
 template <class Solve>
 void minimise(const JointQuadratic& p, const double* lower, const double* upper, double (&x)[joints],
               const Solve& solve) noexcept {
@@ -146,8 +146,7 @@ void minimise(const JointQuadratic& p, const double* lower, const double* upper,
         free[released] = true;
     }
 }
-/// Stores in x the minimum of the quadratic form within bounds of the joints, with the factorization of its
-/// matrix H.
+/// Minimizes the cost within the bounds; x is the start and the result.
 inline void minimise(const JointQuadratic& p, const double* lower, const double* upper,
                      double (&x)[joints]) noexcept {
     minimise(p, lower, upper, x, [&p](const bool (&free)[joints], double (&y)[joints]) noexcept {

@@ -25,7 +25,7 @@ ARMANGLE_INLINE JointLanes joint_lanes(const double* q) noexcept {
 ARMANGLE_INLINE bool is_finite(const JointLanes& q) noexcept {
     return all(abs(q) <= JointLanes(tolerance::largest_angle));
 }
-/// Whether all of seven joint values are finite.
+/// Whether all of seven joint values are finite and at most tolerance::largest_angle.
 inline bool is_finite(const double* q) noexcept { return is_finite(joint_lanes(q)); }
 
 namespace detail {
@@ -34,7 +34,7 @@ namespace detail {
 ARMANGLE_INLINE double largest_move(const JointLanes& a, const JointLanes& b) noexcept {
     return -least(-abs(a - b));
 }
-/// The largest difference (rad) of a joint between two arrays of seven joint values.
+/// The largest difference (rad) of a joint between two arrays of seven joint values; none may be NaN.
 inline double largest_move(const double* a, const double* b) noexcept {
     return largest_move(joint_lanes(a), joint_lanes(b));
 }

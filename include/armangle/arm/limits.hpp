@@ -44,18 +44,20 @@ inline Limits drawn_in(Limits limits, double margin) noexcept {
     return limits;
 }
 
-/// Distance to the nearest joint limit (rad): infinite without limits, NaN if a joint is not finite.
+/// Distance to the nearest joint limit (rad): negative outside, infinite without limits, NaN if a joint is
+/// NaN.
 ARMANGLE_INLINE double limit_margin(const Limits& limits, const JointLanes& q) noexcept {
     if (any(is_nan(q))) return not_a_number;  // min would ignore NaN
     return least(min(q - JointLanes::load(limits.lower), JointLanes::load(limits.upper) - q));
 }
-/// The distance (rad) of seven joint values to the nearest limit; negative outside.
+/// The distance (rad) of seven joint values to the nearest limit; negative outside, infinite without limits,
+/// NaN if a joint is NaN.
 inline double limit_margin(const Limits& limits, const double* q) noexcept {
     return limit_margin(limits, joint_lanes(q));
 }
 
 /// The gradient of limit_margin with respect to the joints: +1 or -1 at the joint whose limit is nearest, 0
-/// elsewhere and without limits. NaN if a joint is not finite.
+/// elsewhere and without limits. NaN if a joint is NaN.
 inline void limit_margin_gradient(const Limits& limits, const double* q, double (&out)[joints]) noexcept {
     const double least = limit_margin(limits, q);
     int nearest = -1;
@@ -70,7 +72,7 @@ inline void limit_margin_gradient(const Limits& limits, const double* q, double 
     if (nearest >= 0 && least < infinity) out[nearest] = slope;
 }
 
-/// Whether no joint violates its limits by more than `slack` (rad).
+/// Whether no joint violates its limits by more than `slack` (rad); false for NaN.
 inline bool within_limits(const Limits& limits, const double* q, double slack) noexcept {
     return limit_margin(limits, q) >= -slack;
 }

@@ -25,8 +25,8 @@ namespace detail {
 
 using Batch = Lane<register_width>;
 
-/// Checks the numbers of one element after a lane detected a fault, and stores the offending value (slow
-/// path).
+/// Checks the numbers of element i after a lane detected a fault (slow path); returns the problem, or none,
+/// and stores the offending number in `value`.
 template <class AnyArm>
 Problem check_numbers(const AnyArm& arm, const InverseBatch& b, std::size_t i, double& value) noexcept {
     const Problem pose = check_pose(arm, b.pose.at(i), value);
@@ -47,8 +47,8 @@ Problem check_numbers(const AnyArm& arm, const InverseBatch& b, std::size_t i, d
     return Problem::none;
 }
 
-/// The problem of element i of a batch for an S-R-S arm, with `value` that shows it: invalid numbers, or a
-/// pose out of reach.
+/// The problem of element i of a batch for an S-R-S arm, or none, with the `value` that shows it: invalid
+/// numbers, or a pose out of reach.
 inline Problem check_element(const Arm& arm, const InverseBatch& b, std::size_t i, double& value) noexcept {
     const Problem numbers = check_numbers(arm, b, i, value);
     if (numbers != Problem::none) return numbers;
@@ -130,8 +130,8 @@ inline void fill_nan(double* q) noexcept {
     for (int j = 0; j < joints; ++j) q[j] = not_a_number;
 }
 
-/// Fills an element that is not regular with NaN and reports the problem in `outcome`, unless NaN alone is
-/// requested.
+/// Fills an element that is invalid or has no solution with NaN and reports the problem in `outcome`, unless
+/// NaN alone is requested for a pose out of reach. Leaves an element without a problem as it is.
 inline void handle_irregular(const Arm& arm, const InverseBatch& b, std::size_t i,
                              Outcome& outcome) noexcept {
     double value = 0;
@@ -142,7 +142,8 @@ inline void handle_irregular(const Arm& arm, const InverseBatch& b, std::size_t 
     if (!geometry || b.unreachable != Enforce::nan) outcome.report(problem, i, value);
 }
 
-/// If an element is outside its limits, fills it with NaN and reports it in `outcome` if requested.
+/// If an element is outside its limits, fills it with NaN and, if b.limits is `raise`, reports it in
+/// `outcome`.
 inline void enforce_limits(const Arm& arm, const InverseBatch& b, std::size_t i, Outcome& outcome) noexcept {
     double* q = b.out.at(i);
     for (int j = 0; j < joints; ++j) {
@@ -156,8 +157,8 @@ inline void enforce_limits(const Arm& arm, const InverseBatch& b, std::size_t i,
 
 }  // namespace detail
 
-/// Inverse kinematics of elements [begin, end): checks, solves and stores each in one pass; problems come in
-/// `outcome`.
+/// Inverse kinematics of elements [begin, end): checks, solves and stores each in one pass; the first problem
+/// comes in `outcome`.
 inline void inverse_range(const Arm& arm, const InverseBatch& b, std::size_t begin, std::size_t end,
                           Outcome& outcome) noexcept {
     using detail::Batch;

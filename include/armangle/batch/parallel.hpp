@@ -17,8 +17,8 @@ namespace armangle {
 
 inline constexpr std::size_t most_threads = 64;
 
-/// Splits [0, n) into one range a thread and calls work(begin, end, thread). While it waits, the calling
-/// thread calls idle() twenty times a second.
+/// Splits [0, n) into one range a thread (threads <= 0: one a core) and calls work(begin, end, thread) on
+/// each. While it waits, the calling thread calls idle() twenty times a second.
 template <class Work, class Idle>
 void parallel(std::size_t n, int threads, const Work& work, const Idle& idle) {
     // asks the system for the number of cores only if needed, because the answer takes longer than many poses
@@ -48,7 +48,8 @@ void parallel(std::size_t n, int threads, const Work& work, const Idle& idle) {
     for (std::size_t t = 1; t < count; ++t) pool[t].join();
 }
 
-/// Splits [0, n) into one range a thread and calls work(begin, end, thread).
+/// Splits [0, n) into one range a thread (threads <= 0: one a core) and calls work(begin, end, thread) on
+/// each.
 template <class Work>
 void parallel(std::size_t n, int threads, const Work& work) {
     parallel(n, threads, work, [] {});
@@ -89,7 +90,7 @@ void in_turn(std::size_t n, int threads, const Work& work, const Idle& idle) {
 #endif
 }
 
-/// The problem with the lowest index among all threads.
+/// The problem with the lowest index among the outcomes of all threads; none if there is none.
 inline Outcome first_problem(const Outcome* outcomes, std::size_t count) noexcept {
     Outcome first;
     for (std::size_t t = 0; t < count; ++t)

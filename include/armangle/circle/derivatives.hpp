@@ -163,7 +163,7 @@ inline Status rates_at(const Arm& arm, const Pose<double>& pose, double psi, int
 inline bool moves_with_psi(const Rates<double>& r, int j) noexcept {
     return j == 3 || (j < 3 ? r.shoulder : r.wrist);
 }
-/// Whether joint j depends on the pose, in this direction of change.
+/// Whether joint j has a derivative with respect to the pose.
 inline bool moves_with_pose(const Rates<double>& r, int j) noexcept {
     return moves_with_psi(r, j) && r.elbow && (j == 3 || r.plane);
 }

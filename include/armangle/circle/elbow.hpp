@@ -22,11 +22,11 @@ ARMANGLE_INLINE T cut_off(const T& gap, const T& rounding, const T& value) noexc
     return select(gap <= rounding, T(0.0), value);
 }
 
-/// A gap d_4 along axis 4 changes the reach alone: |S-W|^2 = d_4^2 + (length across axis 4)^2.
-///
-/// Half-angle forms give bend and shoulder angle; unlike acos of eq. (4) they are exact also when stretched
-/// or folded. n = |S-W| in m. Each direction is normalized by its own length, so the frames remain rotations
-/// whatever the rounding of n.
+/// Computes the triangle of a wrist n = |S-W| (m) from the shoulder. Out of reach it is that of the nearer
+/// end of the reach, with its `excess`. Half-angle forms give bend and shoulder angle; unlike acos of eq. (4)
+/// they are exact also when stretched or folded. A gap d_4 along axis 4 changes the reach alone: |S-W|^2 =
+/// d_4^2 + (length across axis 4)^2. Each direction is normalized by its own length, so the frames remain
+/// rotations whatever the rounding of n.
 template <class T>
 ARMANGLE_INLINE Triangle<T> triangle(const Arm& arm, T n) noexcept {
     const double L = arm.reach, D = arm.inner_reach, La = arm.upper_arm, Lb = arm.forearm;
@@ -73,8 +73,8 @@ ARMANGLE_INLINE SinCos<T> tilt(const Arm& arm, const Triangle<T>& t) noexcept {
     return {arm.d_4 * inverse_length, side * inverse_length};
 }
 
-/// Computes the elbow of a triangle for GC_4, in one expression. A struct filled in two steps is copied in
-/// registers wider than its stores and waits for them (7 % of a step, benchmarks/run_cpp.py).
+/// Computes the elbow of a triangle for GC_4 (1 or -1), in one expression. A struct filled in two steps is
+/// copied in registers wider than its stores and waits for them (7 % of a step, benchmarks/run_cpp.py).
 template <class T>
 ARMANGLE_INLINE Elbow<T> elbow(const Arm& arm, const Triangle<T>& t, T gc_4) noexcept {
     // mul_add and not a * b + c * d: g++ 12 fuses such pairs of sum and difference despite -ffp-contract=off

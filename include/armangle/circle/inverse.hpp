@@ -56,8 +56,8 @@ ARMANGLE_INLINE Frames<T> frames(const SelfMotion<T>& m, const SinCos<T>& psi) n
     return out;
 }
 
-/// Stores the directions of joints 1 to 3 in d, given theta_1 and sin(theta_2). theta_3 follows from theta_1
-/// and not from eq. (19), which loses theta_1 + theta_3 if theta_2 vanishes.
+/// Stores the directions of joints 1 to 3 in d, given theta_1 (a direction of any length) and sin(theta_2).
+/// theta_3 follows from theta_1 and not from eq. (19), which loses theta_1 + theta_3 if theta_2 vanishes.
 template <class T>
 ARMANGLE_INLINE void put_shoulder(const Frames<T>& f, const SinCos<T>& theta_1, const T& sin_2,
                                   Directions<T>& d) noexcept {
@@ -131,7 +131,8 @@ namespace detail {
 }  // namespace detail
 
 /// The joint values of the directions, each in the revolution within its limits nearest to `seed`, or to the
-/// middle of the range if `seed` is null.
+/// middle of the range if `seed` is null; nearest to the limits if no revolution is within them. With a free
+/// roll, joint 7 is the seed's (or the middle).
 inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, const double* seed) noexcept {
     const JointLanes near = seed ? joint_lanes(seed) : JointLanes::load(arm.joint_middle);
     JointLanes q = to_q(angles(d), JointLanes::load(arm.sign), JointLanes::load(arm.offset),
@@ -144,7 +145,7 @@ inline Joints joints_within_limits(const Arm& arm, const Directions<double>& d, 
 }
 
 /// The joint values of the directions, each in the revolution nearest to `near`, regardless of limits; for
-/// continuity along a motion.
+/// continuity along a motion. With a free roll, joint 7 is that of `near`.
 ARMANGLE_INLINE JointLanes joints_near(const Arm& arm, const Directions<double>& d,
                                        const JointLanes& near) noexcept {
     const JointLanes q =
@@ -155,7 +156,7 @@ ARMANGLE_INLINE JointLanes joints_near(const Arm& arm, const Directions<double>&
 }
 
 /// The joint values of the directions, each in the revolution nearest to `near` (seven values, rad),
-/// regardless of limits.
+/// regardless of limits. With a free roll, joint 7 is that of `near`.
 inline Joints joints_near(const Arm& arm, const Directions<double>& d, const double* near) noexcept {
     Joints out;
     joints_near(arm, d, joint_lanes(near)).store(out.q);
@@ -173,7 +174,7 @@ struct [[nodiscard]] Inverse {
 /// limits nearest to the seed, or to the middle of its range without one. The status is OK even if q violates
 /// the limits: `margin` reports that, and feasible() returns the psi within all limits. Otherwise
 /// UNREACHABLE, FOLDED (wrist on shoulder) or BAD_INPUT: pose not rigid, gc not 0..7, psi or seed not finite
-/// or beyond tolerance::largest_angle.
+/// or beyond tolerance::largest_angle; q is then NaN.
 inline Inverse inverse(const Arm& arm, const Pose<double>& pose, double psi, int gc,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;

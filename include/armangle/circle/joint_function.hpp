@@ -176,7 +176,8 @@ inline double derivative(const Hinge<double>& h, const Pivot<double>& pivot,
     return -slope / (h.g * sine);
 }
 
-/// The derivatives dq/dpsi (rad/rad) of all joints along the self-motion; joint 4 does not move.
+/// The derivatives dq/dpsi (rad/rad) of all joints along the self-motion, infinite where they do not exist;
+/// joint 4 does not move.
 inline Joints rate(const Arm& arm, const JointFunctions<double>& f, const SinCos<double>& psi) noexcept {
     const double slope[joints] = {derivative(f.pivot[0], psi), derivative(f.hinge[0], f.pivot[0], psi),
                                   derivative(f.pivot[1], psi), 0.0,

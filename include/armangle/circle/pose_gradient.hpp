@@ -53,15 +53,15 @@ inline void store_gradient(const Pose<double>& gradient, double* by_entry) noexc
     by_entry[15] = 0;
 }
 
-/// Converts a change of a pose, given by its entries, to a twist (v, omega): dp, and the axis of the skew
-/// part of dR R^T.
+/// Converts a change of a pose, given by its entries (4x4, row by row), to a twist (v, omega): dp, and the
+/// axis of the skew part of dR R^T.
 inline void twist_of(const Pose<double>& pose, const double* change, double (&twist)[6]) noexcept {
     twist_gradient(pose, change, twist);
     for (int k = 3; k < 6; ++k) twist[k] *= 0.5;
 }
 
 /// Writes the gradient of a function of forward() with respect to the joints to `by_q`, from its gradients
-/// with respect to the pose's entries and to psi. Returns why it does not exist, or none.
+/// with respect to the pose's entries and to psi. Returns none, or why it does not exist; by_q is then NaN.
 template <class AnyArm>
 Hindrance forward_pullback(const AnyArm& arm, const double* q, const double* by_pose, double by_psi,
                            double (&by_q)[joints]) noexcept {
@@ -80,7 +80,8 @@ Hindrance forward_pullback(const AnyArm& arm, const double* q, const double* by_
     return exists ? Hindrance::none : Hindrance::psi;
 }
 
-/// The change of forward()'s pose (of its entries) and of its psi for a change dq of the joints.
+/// Writes the change of forward()'s pose (4x4 entries, row by row) and of its psi for a change dq of the
+/// joints. The change of psi is NaN if its derivative does not exist.
 template <class AnyArm>
 void forward_pushforward(const AnyArm& arm, const double* q, const double* dq, double* change,
                          double& psi) noexcept {
@@ -100,8 +101,8 @@ void forward_pushforward(const AnyArm& arm, const double* q, const double* dq, d
 
 namespace detail {
 
-/// The reason why a gradient through these joints does not exist with respect to psi, and with respect to the
-/// pose if `by_pose`; Hindrance::none if it exists.
+/// The reason why a gradient through the joints with a nonzero by_q does not exist with respect to psi or, if
+/// `by_pose`, to the pose; Hindrance::none if it exists.
 inline Hindrance hindrance(const Rates<double>& r, const double* by_q, bool by_pose) noexcept {
     bool asked[joints], any_asked = false, any_turn = false;
     for (int j = 0; j < joints; ++j) {
@@ -118,9 +119,9 @@ inline Hindrance hindrance(const Rates<double>& r, const double* by_q, bool by_p
 
 }  // namespace detail
 
-/// The gradient of a function of inverse() with respect to the pose's entries and psi, from its gradient by_q
-/// with respect to the joints. If only the part with respect to the pose does not exist, the part with
-/// respect to psi is still valid.
+/// Writes the gradient of a function of inverse() with respect to the pose's entries (4x4, row by row) and
+/// psi, from its gradient by_q with respect to the joints. Returns none, or why it does not exist. It is then
+/// NaN, except its part with respect to psi if only the other one is missing.
 inline Hindrance inverse_pullback(const Arm& arm, const Pose<double>& pose, double psi, int gc,
                                   const double* by_q, double* by_pose, double& by_psi) noexcept {
     Pull<double> p{{0, 0, 0}, {0, 0, 0}, 0};

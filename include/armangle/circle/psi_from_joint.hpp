@@ -41,7 +41,8 @@ struct PsiFromJoint {
     T slope_square;
 };
 
-/// Solves the harmonic equation f = 0 for the root where f falls (side 1) or rises (side -1) with psi.
+/// Solves the harmonic equation f = 0 for the root where f falls (side 1) or rises (side -1) with psi. A
+/// double without a root gives the psi at which |f| is least.
 template <class T>
 PsiFromJoint<T> psi_from_joint(const Harmonic<T>& f, const T& side) noexcept {
     const T square = f.s * f.s + f.c * f.c;
@@ -85,8 +86,8 @@ inline bool makes_one_axis(const Directions<double>& d, int hinge,
 }
 
 /// If theta_2 (theta_6) is 0 or pi, replaces the directions of its neighbours in d: joint 1 (5) keeps its
-/// value in `near` and joint 3 (7) follows, unless one of them is the prescribed joint `lead`. The arm angle
-/// determines only the sum of their rotations.
+/// value in `near` and joint 3 (7) follows, unless one of them is the prescribed joint `lead` (1..7; 0:
+/// none). The arm angle determines only the sum of their rotations.
 inline void keep_shares(const Arm& arm, const SelfMotion<double>& m, const SinCos<double>& psi, int lead,
                         const double* near, Directions<double>& d,
                         double sine = tolerance::one_axis) noexcept {

@@ -28,7 +28,7 @@ ARMANGLE_INLINE auto is_on_axis(const Arm& arm, const Vec3<T>& w, const T& r) no
 }
 
 /// The normal by convention (theta_1 = 0) for a wrist on the z axis: the negative y axis, made orthogonal to
-/// w.
+/// w; m = 1 / sqrt(1 - w_y^2).
 template <class T>
 ARMANGLE_INLINE Vec3<T> convention_normal(const Vec3<T>& w, const T& m) noexcept {
     return {w.x * w.y * m, (w.y * w.y - T(1.0)) * m, w.z * w.y * m};

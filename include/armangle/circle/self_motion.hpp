@@ -42,7 +42,7 @@ ARMANGLE_INLINE SelfMotion<double> self_motion(const Arm& arm, const Pose<double
     return self_motion(arm, on, configuration(gc));
 }
 
-/// Whether theta_1 is undefined (theta_2 = 0 or pi) for every psi: the arm is stretched along the base axis.
+/// Whether theta_1 is undefined (theta_2 = 0 or pi) for every psi, because axes 1 and 3 lie along S-W.
 template <class T>
 ARMANGLE_INLINE auto shoulder_singular(const SelfMotion<T>& m) noexcept {
     const Circle<T>& c = m.circle;
@@ -52,7 +52,7 @@ ARMANGLE_INLINE auto shoulder_singular(const SelfMotion<T>& m) noexcept {
     return size <= T(tolerance::singular * tolerance::singular);
 }
 
-/// Whether theta_5 is undefined (theta_6 = 0 or pi) for every psi: the arm is stretched along the tool axis.
+/// Whether theta_5 is undefined (theta_6 = 0 or pi) for every psi, because axes 5 and 7 lie along S-W.
 template <class T>
 ARMANGLE_INLINE auto wrist_singular(const SelfMotion<T>& m) noexcept {
     const Circle<T>& c = m.circle;

@@ -39,7 +39,7 @@ struct WishedPsi {
 };
 
 /// The psi (rad) at which the elbow of the self-motion is as near to its target as the circle allows; NaN
-/// with a reason if all are equally good.
+/// with a reason if all are equally good. A target that is a psi is returned itself, wrapped.
 inline WishedPsi psi_towards(const Arm& arm, const SelfMotion<double>& m, const Towards& towards) noexcept {
     if (towards.wish == Wish::psi) return {wrap(towards.psi), Indifferent::no};
     const Circle<double>& c = m.circle;

@@ -25,8 +25,8 @@ ARMANGLE_INLINE T lift(T x, T near) noexcept {
 
 namespace detail {
 
-/// Evaluates `count` terms c[first], c[first + 1], ... of a polynomial, where powers[k] = x^(2^k). The sum is
-/// split into halves, so the longest chain of dependent operations is the logarithm of the degree.
+/// Evaluates `count` terms c[first] + c[first + 1] x + ... of a polynomial, where powers[k] = x^(2^k). The
+/// sum is split into halves, so the longest chain of dependent operations is the logarithm of the degree.
 template <int first, int count, class T, int K, int P>
 ARMANGLE_INLINE T halved(const double (&c)[K], const T (&powers)[P]) noexcept {
     if constexpr (count == 1) {
@@ -80,7 +80,8 @@ ARMANGLE_INLINE T atan2(T y, T x) noexcept {
     return copysign(angle, y);
 }
 
-/// Evaluated as one lane: for doubles a `select` compiles to a branch, and the octant is unpredictable.
+/// The angle (rad) of the direction (x, y), in [-pi, pi]; 0 for (0, 0). Evaluated as one lane: for doubles a
+/// `select` compiles to a branch, and the octant is unpredictable.
 ARMANGLE_INLINE double atan2(double y, double x) noexcept {
 #if defined(__CUDA_ARCH__)
     return atan2<double>(y, x);
@@ -119,7 +120,7 @@ ARMANGLE_INLINE SinCos<T> sin_cos(T x) noexcept {
             select((quadrant == T(1.0)) | behind, -cosine, cosine)};
 }
 
-/// Evaluated as one lane, like atan2.
+/// Sine and cosine of x (rad), evaluated as one lane, like atan2.
 ARMANGLE_INLINE SinCos<double> sin_cos(double x) noexcept {
 #if defined(__CUDA_ARCH__)
     return sin_cos<double>(x);

@@ -77,7 +77,7 @@ inline void store_pose(const Pose<double>& p, double* m) noexcept {
     for (int i = 0; i < 16; ++i) m[i] = rows[i];
 }
 
-/// Checks a 4x4 pose. Returns the problem and stores the offending value.
+/// Checks a 4x4 pose (16 numbers, row by row). Returns the problem, or none, and stores the offending value.
 inline Problem check_pose(const double* m, double& value) noexcept {
     for (int i = 0; i < 16; ++i)
         if (!std::isfinite(m[i])) {

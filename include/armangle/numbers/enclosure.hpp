@@ -91,7 +91,7 @@ ARMANGLE_INLINE Enclosure<T> mul_add(const Enclosure<T>& a, const Enclosure<T>& 
     return a * b + c;
 }
 
-/// The lesser and the greater of two: neither moves farther than the one of them that moves farther.
+/// An enclosure of the lesser of two enclosed numbers. It moves no farther than the one that moves farther.
 template <class T>
 ARMANGLE_INLINE Enclosure<T> min(Enclosure<T> a, Enclosure<T> b) noexcept {
     return {min(a.middle, b.middle), max(a.radius, b.radius)};

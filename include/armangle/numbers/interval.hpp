@@ -28,12 +28,11 @@ struct Decision {
 
 namespace detail {
 
-/// A number that is smaller than x, and below a number that is greater, by more than the rounding of one
-/// operation.
+/// A number below x, by more than the rounding of the operation that gave x.
 inline double below(double x) noexcept { return x - (std::fabs(x) * 0x1p-52 + 1e-300); }
 /// A number above x, by more than the rounding of the operation that gave x.
 inline double above(double x) noexcept { return x + (std::fabs(x) * 0x1p-52 + 1e-300); }
-/// The lesser and, below, the greater of two numbers, each by one comparison.
+/// The lesser of two numbers.
 inline double lesser(double a, double b) noexcept { return a < b ? a : b; }
 /// The greater of two numbers.
 inline double greater(double a, double b) noexcept { return a < b ? b : a; }
@@ -108,7 +107,7 @@ inline Interval select(Decision mask, const Interval& yes, const Interval& no) n
 }
 
 /// Returns 0 if a gap is at most `rounding`, else the given value (elbow.hpp). If both are possible, the
-/// result covers both.
+/// result covers both; the value is then not negative.
 inline Interval cut_off(const Interval& gap, const Interval& rounding, const Interval& value) noexcept {
     const Decision vanishes = gap <= rounding;
     if (!vanishes.may_hold) return value;

@@ -83,6 +83,7 @@ struct Jet {
     friend auto operator==(const Jet& a, const Jet& b) noexcept { return a.value() == b.value(); }
 
 private:
+    /// Sets a constant: all derivatives are 0.
     void fill(const T& constant) noexcept {
         coefficient[0] = constant;
         for (int k = 1; k <= K; ++k) coefficient[k] = T(0.0);
@@ -109,8 +110,8 @@ Jet<T, K> abs(const Jet<T, K>& a) noexcept {
     return select(a < Jet<T, K>(0.0), -a, a);
 }
 
-/// The lesser and, below, the greater of two. For intervals the value is exact even if it is undecided which
-/// one is less.
+/// The series with the lesser value. For intervals the value is exact even if it is undecided which one is
+/// less.
 template <class T, int K>
 Jet<T, K> min(const Jet<T, K>& a, const Jet<T, K>& b) noexcept {
     Jet<T, K> out = select(a < b, a, b);
@@ -130,7 +131,7 @@ Jet<T, K> wrap(Jet<T, K> a) noexcept {
     return a;
 }
 
-/// The square root of a series; NaN if its value is negative.
+/// The square root of a series; NaN if its value is negative, and without finite derivatives if it is 0.
 template <class T, int K>
 Jet<T, K> sqrt(const Jet<T, K>& a) noexcept {
     Jet<T, K> out;

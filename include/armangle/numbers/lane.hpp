@@ -161,7 +161,7 @@ ARMANGLE_INLINE Lane<8> first_halves(const Lane<8>& x, const Lane<8>& y) noexcep
     return out;
 }
 
-/// Bit i is lane i.
+/// The mask as bits: bit i is lane i.
 template <int N>
 ARMANGLE_INLINE unsigned bits(const LaneMask<N>& mask) noexcept {
     unsigned out = 0;
@@ -177,7 +177,7 @@ ARMANGLE_INLINE Lane<N> select(const LaneMask<N>& mask, const Lane<N>& yes, cons
     return out;
 }
 
-/// Square roots.
+/// The square root of each lane.
 template <int N>
 ARMANGLE_INLINE Lane<N> sqrt(const Lane<N>& x) noexcept {
     Lane<N> out;
@@ -194,7 +194,7 @@ ARMANGLE_INLINE Lane<N> mul_add(const Lane<N>& a, const Lane<N>& b, const Lane<N
     return out;
 }
 
-/// Absolute values.
+/// The absolute value of each lane.
 template <int N>
 ARMANGLE_INLINE Lane<N> abs(const Lane<N>& x) noexcept {
     using Values = typename Lane<N>::Values;
@@ -205,7 +205,7 @@ ARMANGLE_INLINE Lane<N> abs(const Lane<N>& x) noexcept {
     return out;
 }
 
-/// Magnitudes with the signs of others.
+/// In each lane, the magnitude of one number with the sign of the other.
 template <int N>
 ARMANGLE_INLINE Lane<N> copysign(const Lane<N>& magnitude, const Lane<N>& sign_of) noexcept {
     using Values = typename Lane<N>::Values;

@@ -37,8 +37,9 @@ inline constexpr double half_pi = 0.5 * pi;
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 inline constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-/// The operations of each scalar type, here for double: square root, absolute value, copying a sign,
-/// selecting one of two values by a mask. A mask can be tested for any and for all of its lanes.
+/// The square root. This and the next functions are the operations of each scalar type, here for double:
+/// roots, absolute values, signs, and one of two values by a mask, which can be tested for any and for all
+/// lanes.
 ARMANGLE_INLINE double sqrt(double x) noexcept { return std::sqrt(x); }
 ARMANGLE_INLINE double abs(double x) noexcept { return std::fabs(x); }
 ARMANGLE_INLINE double copysign(double magnitude, double sign) noexcept {

@@ -26,7 +26,7 @@ inline Vec3<double> rotation_vector(const Mat3<double>& r) noexcept {
     return axis * (side * angle / size);
 }
 
-/// The inverse rotation.
+/// The transpose, which is the inverse rotation.
 inline Mat3<double> transposed(const Mat3<double>& r) noexcept {
     return {{r.x.x, r.y.x, r.z.x}, {r.x.y, r.y.y, r.z.y}, {r.x.z, r.y.z, r.z.z}};
 }
@@ -49,7 +49,7 @@ inline Twist difference(const Pose<double>& from, const Pose<double>& to) noexce
     return {to.position - from.position, rotation_vector(to.rotation * transposed(from.rotation))};
 }
 
-/// The pose after a motion, with an orthonormal rotation.
+/// The pose after the motion `move`, with an orthonormal rotation.
 inline Pose<double> moved_by(const Pose<double>& pose, const Twist& move) noexcept {
     return {orthonormal(from_rotation_vector(move.angular) * pose.rotation), pose.position + move.linear};
 }

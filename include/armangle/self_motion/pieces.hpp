@@ -81,7 +81,8 @@ public:
         piece_[k] = piece;
     }
 
-    /// Returns the set with neighbours joined, also across +-pi, and adds the lost length to `lost`.
+    /// Writes the intervals to `out`, neighbours joined, also across +-pi, and adds the lost length to
+    /// `lost`.
     void finish(ArcSet& out, double& lost) noexcept {
         make_empty(out);
         lost += lost_;
@@ -104,7 +105,7 @@ public:
     }
 
 private:
-    /// Joins neighbours.
+    /// Joins intervals that overlap or are nearer to each other than tolerance::angle.
     void join() noexcept {
         int joined = 0;
         for (int i = 0; i < count_; ++joined) {

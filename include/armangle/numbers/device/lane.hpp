@@ -116,7 +116,7 @@ ARMANGLE_INLINE Lane<8> first_halves(const Lane<8>& x, const Lane<8>& y) noexcep
     return detail::each_lane<Lane, 8>([&](int i) { return i < 4 ? x.part[i] : y.part[i - 4]; });
 }
 
-/// Bit i is lane i.
+/// The mask as bits: bit i is lane i.
 template <int N>
 ARMANGLE_INLINE unsigned bits(const LaneMask<N>& mask) noexcept {
     unsigned out = 0;
@@ -130,7 +130,7 @@ ARMANGLE_INLINE Lane<N> select(const LaneMask<N>& mask, const Lane<N>& yes, cons
     return detail::each_lane<Lane, N>([&](int i) { return mask.part[i] ? yes.part[i] : no.part[i]; });
 }
 
-/// Square roots.
+/// The square root of each lane.
 template <int N>
 ARMANGLE_INLINE Lane<N> sqrt(const Lane<N>& x) noexcept {
     return detail::each_lane<Lane, N>([&](int i) { return armangle::sqrt(x.part[i]); });
@@ -143,13 +143,13 @@ ARMANGLE_INLINE Lane<N> mul_add(const Lane<N>& a, const Lane<N>& b, const Lane<N
         [&](int i) { return armangle::mul_add(a.part[i], b.part[i], c.part[i]); });
 }
 
-/// Absolute values.
+/// The absolute value of each lane.
 template <int N>
 ARMANGLE_INLINE Lane<N> abs(const Lane<N>& x) noexcept {
     return detail::each_lane<Lane, N>([&](int i) { return armangle::abs(x.part[i]); });
 }
 
-/// Magnitudes with the signs of others.
+/// In each lane, the magnitude of one number with the sign of the other.
 template <int N>
 ARMANGLE_INLINE Lane<N> copysign(const Lane<N>& magnitude, const Lane<N>& sign_of) noexcept {
     return detail::each_lane<Lane, N>(
