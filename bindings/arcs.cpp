@@ -41,7 +41,8 @@ struct Request {
     const Scene* scene;  // or null
 };
 
-/// Adds the collision-free part of the arcs within the limits.
+/// Adds the part of `own`, the arcs within the limits, that is collision-free, with `status`, or the reason
+/// if nothing remains.
 void add_clear(const Request& r, const Configuration<double>& gc, const Cleared& cleared, const ArcSet& own,
                Status status, Collected& to) {
     ArcSet left;
@@ -66,7 +67,8 @@ void collect_branches(const Request& r, const Pose<double>& pose, Collected& to)
     }
 }
 
-/// Adds the requested sets of one pose; returns its problem.
+/// Adds the requested sets of one pose (16 numbers); returns its problem, with the offending number in
+/// `value`.
 Problem collect_pose(const Request& r, const double* m, long long gc, Collected& to, double& value) {
     const Problem problem = check_pose(r.self.arm, m, value);
     if (problem != Problem::none) return problem;
@@ -163,8 +165,8 @@ struct ProvenRequest {
 };
 
 /// Calls take(k, set, found, blocking, value_of) for each set of a pose. `found` has the status and the
-/// unproven length; value_of(tag, psi) is the joint value q (rad) that causes an end; `blocking` is the pair
-/// that blocks all, or 0.
+/// unproven length; value_of(tag, psi) is the joint value q (rad) that causes an end. If no arc remains,
+/// `blocking` is a pair that was found to touch; 0 if none is known.
 template <class Take>
 void proven_sets(const ChainArm& arm, const Pose<double>& pose, const ProvenRequest& r, const Take& take) {
     ProvenArcs found;
@@ -179,8 +181,8 @@ void proven_sets(const ChainArm& arm, const Pose<double>& pose, const ProvenRequ
     }
 }
 
-/// Calls take(k, set, found, blocking, value_of) for each set of a pose of an arm with an offset, as for a
-/// chain; a singularity margin is not supported.
+/// Calls take(k, set, found, blocking, value_of), as for a chain, for each set of a pose of an arm with an
+/// offset. A singularity margin is ignored.
 template <class AnyOffset, class Take>
 void proven_offset_sets(const AnyOffset& arm, const Pose<double>& pose, const ProvenRequest& r,
                         const Take& take) {
@@ -204,10 +206,13 @@ void proven_offset_sets(const AnyOffset& arm, const Pose<double>& pose, const Pr
         give(0, r.gc, found[0]);
     }
 }
+/// Calls take(k, set, found, blocking, value_of) for each set of a pose of an arm with an offset.
 template <class Take>
 void proven_sets(const OffsetArm& arm, const Pose<double>& pose, const ProvenRequest& r, const Take& take) {
     proven_offset_sets(arm, pose, r, take);
 }
+/// Calls take(k, set, found, blocking, value_of) for each set of a pose of an arm with an offset on its own
+/// chain.
 template <class Take>
 void proven_sets(const OffsetChain& arm, const Pose<double>& pose, const ProvenRequest& r, const Take& take) {
     proven_offset_sets(arm, pose, r, take);
@@ -339,7 +344,8 @@ struct JointFunctionHandle {
     }
 };
 
-/// Makes the function of joint 0..6 for a pose and branch.
+/// Makes the function of joint 0..6 for a pose and branch (0..7, not checked); raises for a pose that is
+/// invalid, unreachable or folded.
 JointFunctionHandle joint_function(const ArmHandle& self, Floats pose, long long gc, int joint) {
     const Buffer m(pose);
     double value = 0;
@@ -353,7 +359,7 @@ JointFunctionHandle joint_function(const ArmHandle& self, Floats pose, long long
     return {self.arm, motion, joint_functions(motion), joint};
 }
 
-/// Applies a function to each psi of an array.
+/// Writes function(psi) to `out` for each psi of an array.
 template <class Function>
 void map_psi(Floats psi, Floats out, const Function& function) {
     const Buffer in(psi), to(out, true);
@@ -370,7 +376,8 @@ void map_psi(Floats psi, Floats out, const Function& function) {
 /// The roots as a vector.
 std::vector<double> listed(const Roots& r) { return {r.psi, r.psi + r.count}; }
 
-/// Makes sets from arrays of [lower, upper] on any multiple of 2 pi; overlapping arcs are merged.
+/// Makes sets from rows [lower, upper] on any multiple of 2 pi, `count` (n,) rows for each set; overlapping
+/// arcs are merged. Returns count and rows of the sets.
 nb::typed<nb::tuple, Ints, Floats> arcs_from(Ints count, Floats psi) {
     const Buffer n(count), x(psi);
     std::vector<std::int64_t> counts;
@@ -397,8 +404,9 @@ nb::typed<nb::tuple, Ints, Floats> arcs_from(Ints count, Floats psi) {
 
 enum class SetOperation { intersection, union_, complement };
 
-/// Computes the intersection or union of sets a and b, or the complement of a. `source` gives the end (of a,
-/// then of b) from which each end came, or -1.
+/// Computes the intersection or union of sets a and b, or the complement of a, for each pair of the indices
+/// index_a and index_b. Returns count, rows [lower, upper] and `source`, the end (of a, then of b) from which
+/// each end came, or -1.
 nb::typed<nb::tuple, Ints, Floats, Ints> combine(SetOperation operation, Ints count_a, Floats psi_a,
                                                  Ints index_a, Ints count_b, Floats psi_b, Ints index_b) {
     const ArcArrays a(count_a, psi_a), b(count_b, psi_b);
@@ -435,7 +443,7 @@ nb::typed<nb::tuple, Ints, Floats, Ints> combine(SetOperation operation, Ints co
                           owned(std::move(source), 2));
 }
 
-/// For each (set index, psi): whether the set contains it (as 0 or 1), or the nearest psi in it.
+/// Writes for each (set index, psi) whether the set contains it (as 0 or 1), or the nearest psi in it.
 void query(Ints count, Floats psi_arcs, Ints index, Floats psi, Floats out, bool nearest_wanted) {
     const ArcArrays a(count, psi_arcs);
     const Buffer i(index), x(psi), to(out, true);
@@ -448,6 +456,7 @@ void query(Ints count, Floats psi_arcs, Ints index, Floats psi, Floats out, bool
 
 }  // namespace
 
+/// Binds feasible_many of arms with proven arcs.
 template <class Handle>
 void bind_proven_arcs(nb::class_<Handle>& arm) {
     using namespace nb::literals;

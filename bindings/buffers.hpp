@@ -45,11 +45,11 @@ using Codes = ArrayHandle<Int8>;
 using Bytes = ArrayHandle<UInt8>;
 using Singles = ArrayHandle<Float32>;
 
-/// A view of an object's memory, released with it. Elements are doubles or 64-bit integers.
+/// A view of an object's memory, released with it. Types and shapes are for the caller to check.
 class Buffer {
 public:
     Buffer() = default;
-    /// Acquires the memory of an object; raises if it has none.
+    /// Acquires the memory of an object; raises if it has none, or if it is read-only and `writable`.
     Buffer(nb::handle object, bool writable = false) { get(object, writable); }
     Buffer(const Buffer&) = delete;
     Buffer& operator=(const Buffer&) = delete;
@@ -63,7 +63,7 @@ public:
         PyErr_Clear();
         return false;
     }
-    /// Acquires the memory of an object; raises if it has none.
+    /// Acquires the memory of an object; raises if it has none, or if it is read-only and `writable`.
     void get(nb::handle object, bool writable = false) {
         if (!try_get(object, writable)) throw std::invalid_argument("an array was expected");
     }
@@ -81,8 +81,8 @@ public:
     Py_ssize_t shape(int i) const noexcept { return view_.shape[i]; }
     /// The bytes from one element to the next along axis i.
     Py_ssize_t stride(int i) const noexcept { return view_.strides[i]; }
-    /// Whether the elements are of this kind.
-    bool is(char kind) const noexcept {  // 'd', 'f', or an integer of 8 bytes as 'l'
+    /// Whether the elements are of this kind: 'd' (double), 'f' (float) or 'l' (any integer of 8 bytes).
+    bool is(char kind) const noexcept {
         const char* f = view_.format;
         if (!f || f[1]) return false;
         return kind == 'd' || kind == 'f' ? *f == kind : ((*f == 'l' || *f == 'q') && view_.itemsize == 8);
@@ -115,7 +115,7 @@ private:
     bool held_ = false;
 };
 
-/// Reads a Python float or int; false for anything else.
+/// Reads a Python float or int; false for anything else, bool included, and for an int that is too large.
 inline bool as_double(nb::handle h, double& out) noexcept {
     if (PyFloat_Check(h.ptr())) {
         out = PyFloat_AS_DOUBLE(h.ptr());
@@ -246,7 +246,8 @@ inline Py_ssize_t few_rows(nb::handle object, Buffer& rows,
     return n == 1 || rows.stride(0) == step ? n : 0;
 }
 
-/// The branches of n rows: one integer for all, or a C-contiguous int64 array (n,). False for anything else.
+/// The branches of n rows, which are not checked: one integer for all, or a C-contiguous int64 array (n,).
+/// False for anything else.
 inline bool few_branches(nb::handle object, Py_ssize_t n, long long (&gc)[few]) noexcept {
     if (as_index(object, gc[0])) {
         for (Py_ssize_t i = 1; i < n; ++i) gc[i] = gc[0];
@@ -264,8 +265,7 @@ inline PyObject* numpy_empty() {
     return function;
 }
 
-/// A new float64 array of a shape, which is a Python int or tuple. The two functions below make shapes (7,)
-/// and (4, 4).
+/// A new float64 array, not filled, of a shape, which is a Python int or tuple.
 inline nb::object new_array(nb::handle shape) {
     PyObject* arguments[] = {shape.ptr()};
     PyObject* array = PyObject_Vectorcall(numpy_empty(), arguments, 1, nullptr);
@@ -273,13 +273,13 @@ inline nb::object new_array(nb::handle shape) {
     return nb::steal(array);
 }
 
-/// A new float64 array of shape (n, inner...).
+/// A new float64 array of shape (n, inner...), not filled.
 template <class... Inner>
 nb::object new_rows(Py_ssize_t n, Inner... inner) {
     return new_array(nb::make_tuple(n, inner...));
 }
 
-/// A new array (n,) of a type of NumPy.
+/// A new array (n,) of a type of NumPy, not filled.
 inline nb::object new_rows_of(nb::handle type, Py_ssize_t n) {
     const nb::object length = nb::int_(n);
     PyObject* arguments[] = {length.ptr(), type.ptr()};
@@ -288,19 +288,19 @@ inline nb::object new_rows_of(nb::handle type, Py_ssize_t n) {
     return nb::steal(array);
 }
 
-/// A new array of seven numbers.
+/// A new float64 array (7,), not filled.
 inline nb::object new_array7() {
     static PyObject* seven = PyLong_FromLong(armangle::joints);
     return new_array(seven);
 }
 
-/// A new array (4, 4).
+/// A new float64 array (4, 4), not filled.
 inline nb::object new_array44() {
     static PyObject* shape = nb::make_tuple(4, 4).release().ptr();
     return new_array(shape);
 }
 
-/// A new array filled with `count` numbers.
+/// Fills a float64 array with `count` numbers and returns it.
 inline nb::object copied(nb::object array, const double* from, std::size_t count) {
     const Buffer to(array, true);
     std::memcpy(to.data<double>(), from, count * sizeof(double));

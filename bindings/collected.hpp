@@ -18,8 +18,8 @@ namespace binding {
 using namespace armangle;
 
 /// count per set; for each arc its two ends as angle, joint, side and value in q; status per set. With a
-/// scene also, for each end, the pair of obstacle and link that causes it, and per set the pair that alone
-/// blocks all.
+/// scene also, for each end, the pair of obstacle and link that causes it, and per set a pair that blocks it,
+/// if one is known.
 using ArcColumns = nb::typed<nb::tuple, Ints, Floats, Codes, Codes, Floats, Codes, nb::object, nb::object>;
 
 /// Moves values into a NumPy array with this number of columns, without a copy.
@@ -177,7 +177,7 @@ struct Collected {
     }
 };
 
-/// Appends the sets of all parts, which are emptied, in order to `whole`.
+/// Puts one column of all parts, in order, into `whole`, whose memory they may have borrowed.
 template <auto member>
 inline void join(std::vector<Collected>& parts, Collected& whole) {
     auto& to = whole.*member;
@@ -207,7 +207,7 @@ inline void join(std::vector<Collected>& parts, Collected& whole) {
     to = std::move(all);
 }
 
-/// Appends all parts in order to `whole`.
+/// Puts the sets of all parts, in order, into `whole`, whose memory they may have borrowed.
 inline void join(std::vector<Collected>& parts, Collected& whole) {
     join<&Collected::count>(parts, whole);
     join<&Collected::psi>(parts, whole);

@@ -51,7 +51,7 @@ armangle::ArmParameters parameters(Floats lengths, Floats joint_map, Floats base
     return p;
 }
 
-/// Constructs an S-R-S arm from these arrays.
+/// Constructs an S-R-S arm from the arrays of parameters().
 void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, Floats tool,
                armangle::Reference reference, Floats vector) {
     const armangle::Arm arm =
@@ -59,7 +59,7 @@ void construct(ArmHandle* self, Floats lengths, Floats joint_map, Floats base, F
     new (self) ArmHandle{arm, armangle::limit_table(arm)};
 }
 
-/// Constructs a nearly S-R-S arm; chain: eight transforms, 16 numbers each.
+/// Constructs a nearly S-R-S arm from the arrays of parameters(); chain: eight transforms, 16 numbers each.
 void construct_chain(ChainArmHandle* self, Floats lengths, Floats joint_map, Floats base, Floats tool,
                      armangle::Reference reference, Floats vector, Floats chain) {
     constexpr int links = armangle::joints + 1;

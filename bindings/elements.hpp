@@ -6,8 +6,9 @@
 
 namespace binding {
 
-/// Applies one(inputs..., outputs...) to each element of broadcast arrays; raises the first problem, named
-/// after `argument`.
+/// Calls one(at, value), which returns a Problem and its value, for each element of broadcast arrays: at[k]
+/// is the element's offset in buffer k. The last inner[k] axes of a buffer belong to the element. Raises the
+/// first problem, named after `argument`.
 template <int N, class One>
 void for_each(const char* argument, const Buffer* const (&buffers)[N], const int (&inner)[N], int threads,
               const One& one) {
@@ -31,8 +32,8 @@ void for_each(const char* argument, const Buffer* const (&buffers)[N], const int
     refuse(armangle::first_problem(outcomes, armangle::most_threads), *buffers[0], inner[0], argument);
 }
 
-/// Applies run(at, step, count, outcome) to runs of elements with constant strides; raises the first problem,
-/// named after `argument`.
+/// Calls run(at, step, count, outcome) for runs of elements of broadcast arrays: at[k] and step[k] are the
+/// first offset and the stride in buffer k. Raises the first problem, named after `argument`.
 template <int N, class Run>
 void for_each_run(const char* argument, const Buffer* const (&buffers)[N], const int (&inner)[N], int threads,
                   const Run& run) {
@@ -76,8 +77,8 @@ void bind_checks(nb::class_<Handle>& arm) {
     arm.def("check_joints", &check_joint_rows<Handle>, nb::arg("q"), nb::arg("argument"));
 }
 
-/// Makes the InverseBatch of a run: pointers and strides of poses, psi (rad) and gc at the offsets `at`.
-/// `nan`: an unreachable pose gives NaN instead of an error.
+/// Makes the InverseBatch of a run, without seed and output: pointers and strides of poses, psi (rad) and gc
+/// at the offsets `at`. `nan`: an unreachable pose gives NaN instead of an error.
 inline armangle::InverseBatch asked_batch(const Buffer& pose, const Buffer& psi, const Buffer& gc,
                                           const Py_ssize_t* at, const Py_ssize_t* step, bool nan) {
     armangle::InverseBatch b;
@@ -109,12 +110,12 @@ struct Asked {
     int gc;
 };
 
-/// Checks one element of an inverse. For arms whose inverse itself determines the reach, only the numbers are
-/// checked.
+/// Checks pose, psi, gc and reach of the first element of an inverse.
 inline armangle::Problem check_asked(const armangle::Arm& arm, const armangle::InverseBatch& b,
                                      double& value) noexcept {
     return armangle::detail::check_element(arm, b, 0, value);
 }
+/// Checks the numbers of the first element alone, for arms whose inverse itself determines the reach.
 template <class AnyArm>
 armangle::Problem check_asked(const AnyArm& arm, const armangle::InverseBatch& b, double& value) noexcept {
     return armangle::detail::check_numbers(arm, b, 0, value);

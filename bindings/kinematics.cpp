@@ -31,8 +31,9 @@ bool solve_regular(const ChainArm& arm, const double* m, double psi, long long g
     return found.status == Status::OK;
 }
 
-/// Regular inverses: a (4,4) matrix, a float psi and an integer gc, or up to `few` rows of them. None if an
-/// argument is not regular, or required limits are violated: the general function then raises the error.
+/// The joints (7,) of a regular inverse, of a (4,4) matrix, a float psi and an integer gc, or those (n, 7) of
+/// up to `few` rows of them. None if an argument is not regular, or required limits are violated: the general
+/// function then raises the error.
 template <class Handle>
 nb::object inverse_few(const Handle& self, nb::handle pose, nb::handle psi, nb::handle gc, bool limits) {
     const Limits& own = reaching(self.arm).limits;
@@ -57,7 +58,8 @@ nb::object inverse_few(const Handle& self, nb::handle pose, nb::handle psi, nb::
     return copied(new_rows(n, joints), q, static_cast<std::size_t>(n) * joints);
 }
 
-/// Inverse kinematics of arrays of poses, psi and branches; writes joints (..., 7).
+/// Inverse kinematics of arrays of poses, psi and branches; writes joints (..., 7). A seed (None: no seed)
+/// chooses the turn of each joint. `all_branches` only words errors.
 template <class Handle>
 void inverse_many(const Handle& self, Floats pose, Floats psi, Ints gc, Floats seed, Floats out,
                   Enforce limits, Enforce unreachable, int threads, bool all_branches) {
@@ -169,7 +171,8 @@ Wished wished_psi(const OffsetArm& arm, const Pose<double>& pose, int gc, const 
     return {found.psi, excess > 0 ? Problem::unreachable : Problem::no_posture, excess};
 }
 
-/// Writes the psi of the elbow's target for each pose and branch.
+/// Writes the psi of the elbow's target for each pose and branch; with `nan`, NaN if there is none, instead
+/// of an error.
 template <class Handle>
 void psi_towards_many(const Handle& self, Floats pose, Ints gc, Wish wish, Floats target, Floats out,
                       bool nan, int threads) {

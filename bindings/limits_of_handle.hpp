@@ -17,7 +17,7 @@ inline armangle::OffsetLimits table(const OffsetHandle& self, double margin) {
 }
 /// The view of an arm on its own chain, which knows its limits and the margin.
 inline armangle::ChainSteps table(const ChainArmHandle& self, double margin) { return {self.arm, margin}; }
-/// The functions for steps of the arm, which know its limits.
+/// The functions for steps of the arm, which know its limits; a margin is ignored.
 inline auto table(const OffsetChainHandle& self, double) { return armangle::steps_of(self.arm); }
 
 /// The freedom of a pose within these limits.

@@ -37,7 +37,8 @@ void offset_frames(const Handle& self, Floats q, Floats out, int threads) {
     });
 }
 
-/// If a configuration violates its limits, returns the problem or makes it NaN, as requested.
+/// Unless limits are ignored: makes a configuration that violates one NaN and, if requested, returns the
+/// problem, with the joint (1 to 7) in `value`.
 template <class Handle>
 Problem enforce_limits(const Handle& self, Enforce limits, Inverse& found, double& value) noexcept {
     if (limits == Enforce::ignore || !(found.margin < -tolerance::angle)) return Problem::none;
@@ -82,6 +83,7 @@ std::vector<std::vector<double>> deviations(const OffsetChainHandle& self) {
     return out;
 }
 
+/// Binds checks, forward and inverse kinematics of arms with an offset, with or without an own chain.
 template <class Handle>
 void bind_both_doors(nb::class_<Handle>& arm) {
     using namespace nb::literals;

@@ -42,14 +42,15 @@ void path_waypoints(Floats poses, Floats s, Floats out) {
         segments[i] = line(begins[i], n > 1 ? begins[i + 1] : 1.0, pose(i), pose(i + 1), false);
 }
 
-/// Writes a straight segment between two poses.
+/// Writes a straight segment between two poses; `fixed`: the frame keeps its first orientation.
 void path_line(Floats start, Floats end, bool fixed, Floats out) {
     const Buffer a(start), b(end), to(out, true);
     *reinterpret_cast<Segment*>(to.data<double>()) =
         line(0, 1, load_pose(a.data<double>()), load_pose(b.data<double>()), fixed);
 }
 
-/// Writes a rotation around a line, with an advance, and its last pose.
+/// Writes a rotation around a line by `angle` (rad), with an advance (m) along it; `carried`: the frame
+/// rotates too. With the pose `end` the frame takes the shortest rotation to it instead.
 void path_screw(Floats start, Floats point, Floats direction, double angle, double advance, bool carried,
                 Floats end, Floats out) {
     const Buffer a(start), p(point), d(direction), to(out, true);
@@ -165,7 +166,7 @@ public:
     /// Keeps the user's function, which is called for the arcs permitted at each s.
     explicit AskedArcs(nb::object function) : function_(std::move(function)) {}
 
-    /// Calls the function for s, or takes its earlier result; empty after it raised.
+    /// Writes the arcs at s to `out`: the function's answer, called once for each s; empty after it raised.
     void at(double s, ArcSet& out) {
         make_empty(out);
         if (raised_) return;
@@ -357,6 +358,7 @@ PlacedPosture along(const ChainArm& arm, const Curve& curve, double s) noexcept 
 double off(const Arm& arm, const double* q, const Pose<double>& pose) noexcept {
     return position_error(arm, chain(arm, q), pose);
 }
+/// The distance (m) of the end effector from a pose at joints q.
 template <class AnyArm>
 double off(const AnyArm& arm, const double* q, const Pose<double>& pose) noexcept {
     return norm(forward(arm, q).pose.position - pose.position);
@@ -429,7 +431,8 @@ CurveThrough through(const ChainArm& arm, std::span<const Segment> path, const P
             }};
 }
 
-/// Returns plane and stretches of that curve, and the row after which no continuation exists, or -1.
+/// Returns plane and stretches of the curve through rows, and the first row after which it has no
+/// continuation, or -1.
 template <class Handle>
 nb::object curve_through(const Handle& self, Floats segments, Floats s, Floats q, Floats psi, Ints gc) {
     const Buffer g(segments), at(s), joint_values(q), angles(psi), branches(gc);
@@ -454,6 +457,7 @@ auto between(const OffsetArm& arm, std::span<const Segment> path, const PathRows
         return OffsetCurve{arm, path, rows.s, rows.psi, rows.q.data()}.at(s);
     };
 }
+/// The limits of an arm.
 template <class SrsArm>
 const Limits& limits_of(const SrsArm& arm) noexcept {
     return nominal(arm).limits;
@@ -502,7 +506,8 @@ private:
     const Buffer segments_, s_, free_, q_;
 };
 
-/// Writes q, free, branch, pose, margin and residual at each s between these rows.
+/// Writes q, free, branch, pose, margin and residual at each s of the curve through the rows (rows_s, free,
+/// rows_q).
 void rows_at(const OffsetHandle& self, Floats segments, Floats rows_s, Floats free, Floats rows_q, Floats s,
              Floats q, Floats psi, Floats branch, Floats pose, Floats margin, Floats residual) {
     const OffsetRows rows(segments, rows_s, free, rows_q);
@@ -520,7 +525,7 @@ void rows_at(const OffsetHandle& self, Floats segments, Floats rows_s, Floats fr
     }
 }
 
-/// Writes q', q'', q''' at each s between these rows: (3, 7).
+/// Writes q', q'', q''' (3, 7) at each s of the curve through the rows (rows_s, free, rows_q).
 void rows_derivatives(const OffsetHandle& self, Floats segments, Floats rows_s, Floats free, Floats rows_q,
                       Floats s, Floats out) {
     const OffsetRows rows(segments, rows_s, free, rows_q);
@@ -530,7 +535,7 @@ void rows_derivatives(const OffsetHandle& self, Floats segments, Floats rows_s, 
         curve.derivatives(at.data<double>()[i], to.data<double>() + 3 * joints * i);
 }
 
-/// The eight branch reports of one pose.
+/// The eight branch reports of the pose at s = 0 of a segment.
 nb::object explain_pose(const ArmHandle& self, Floats segment, double singularity_margin) {
     const Buffer g(segment);
     Task task{self.arm, self.arm.limits, limit_table(self.arm, singularity_margin), as_segments(g), 1, {}};
@@ -541,6 +546,7 @@ nb::object explain_pose(const ArmHandle& self, Floats segment, double singularit
 }
 
 /// Evaluates an interval operation on arrays of (lower, upper); used by the tests of interval arithmetic.
+/// Operations 0 to 11: + - * /, sqrt, sin, cos, hypot, square, abs, min, max.
 void interval_many(int operation, Floats a, Floats b, Floats out) {
     const Buffer x(a), y(b), to(out, true);
     for (Py_ssize_t i = 0; i < x.shape(0); ++i) {

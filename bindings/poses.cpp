@@ -45,7 +45,8 @@ Mat3<double> rotation_of(Orientation kind, const double* x) noexcept {
     return from_rotation_vector({x[0], x[1], x[2]});
 }
 
-/// Writes the poses of orientations in one notation; `name` is the name of the argument for errors.
+/// Writes poses at position 0 of orientations in one notation; raises for invalid numbers, with the
+/// argument's `name`.
 void rotations_many(Orientation kind, Floats numbers, Floats out, const char* name) {
     const Buffer in(numbers), to(out, true);
     for_each<2>(name, {&in, &to}, {1, 2}, 1, [&](const Py_ssize_t* at, double& value) {

@@ -133,7 +133,8 @@ BestYaw place_at(const AnyArm& arm, const Table& limits, const std::vector<Pose<
     return best_yaw(events.data(), static_cast<int>(events.size()), always + at_seam);
 }
 
-/// Checks a pose relative to each of several base positions (k, 3).
+/// Checks a pose that an arm may see from any of several base positions (k, 3): it must be rigid, and in m as
+/// seen from at least one of them.
 template <class AnyArm>
 Problem check_placed(const AnyArm& arm, const double* m, const Buffer& positions, double& value) noexcept {
     Problem problem = check_pose(m, value);
@@ -338,7 +339,7 @@ std::pair<double, double> reduced_distances(const Handle& self) {
     return {reach.inner, reach.outer};
 }
 
-/// What arms of all kinds answer.
+/// Binds freedom_many, which arms of all kinds have.
 template <class Handle>
 void bind_freedom(nb::class_<Handle>& arm) {
     using namespace nb::literals;

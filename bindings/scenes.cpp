@@ -36,7 +36,7 @@ void check_rows(const Buffer& rows, Py_ssize_t width) {
         throw std::invalid_argument("rows of another width were expected");
 }
 
-/// The link with which a solid moves.
+/// The frame in which the row of a solid is given.
 Within frame_of(const double* row) noexcept { return static_cast<Within>(static_cast<int>(row[17])); }
 
 /// Makes the solid of a row, in the DH base or in DH frame 7.
@@ -197,9 +197,10 @@ Pose<double> base_link(const AnyChain& arm) noexcept {
     return rows.has_base ? rows.base_inverse * arm.link[0] : arm.link[0];
 }
 
-/// Rows of solids: first the user's (points of clouds are separate), then link 0 from `first_base` on, then
-/// held shapes from `first_held` on. Rows of rods: links 3 and 4, then the swinging ones. Also a byte for
-/// each pair that may touch, proven distances of own pairs (m), and the arm's own pairs (obstacle, link).
+/// Makes a scene for an arm. Rows of solids: first the user's (points of clouds are separate), then link 0
+/// from `first_base` on, then held shapes from `first_held` on. Rows of rods: links 3 and 4, then the
+/// swinging ones. Also a byte for each pair that may touch, proven distances of own pairs (m), and the arm's
+/// own pairs (obstacle, link).
 template <class Handle>
 void make_scene(SceneHandle* self, const Handle& of, Floats solids, Py_ssize_t first_base,
                 Py_ssize_t first_held, Floats cloud, Floats corners, Floats fields, Floats distances,
@@ -313,7 +314,8 @@ nb::tuple always_near_of(const SceneHandle& scene, const ArmHandle& self) {
 }
 
 /// Writes lower bounds of the distance (m) of each two rods over all joints, below the diagonal of out (n,
-/// n). The rods are in the order of their DH frames. All pairs share the budget of `cells`.
+/// n), -infinity elsewhere and for links that one joint joins. The rods are in the order of their DH frames.
+/// All pairs share the budget of `cells`.
 void never_nearer_all(const ArmHandle& self, Floats rods, Floats out, int cells) {
     const Buffer rows(rods), to(out, true);
     check_rows(rows, rod_width);
@@ -470,6 +472,7 @@ void feasible_of(const ChainArmHandle& self, const Pose<double>& pose, int gc, d
                  ProvenArcs& out) noexcept {
     feasible(self.arm, pose, gc, self.arm.nominal.limits, margin, out);
 }
+/// Computes the proven arcs of a pose and branch of an arm with an offset; a margin is ignored.
 template <class Handle>
 void feasible_of(const Handle& self, const Pose<double>& pose, int gc, double, ProvenArcs& out) noexcept {
     feasible(self.arm, pose, gc, out);

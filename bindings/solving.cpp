@@ -56,6 +56,7 @@ struct KeptOff {
 LimitTable limits_with(const ArmHandle& arm, double margin, const Scene*) {
     return margin == 0 ? arm.limits : limit_table(arm.arm, arm.arm.limits, margin);
 }
+/// The constraints of any other arm: margin (rad) and scene.
 template <class Handle>
 KeptOff limits_with(const Handle&, double margin, const Scene* scene) {
     return {margin, scene};
@@ -101,7 +102,7 @@ public:
     std::size_t size() const noexcept { return pose_.elements(2); }
     const Buffer& pose() const noexcept { return pose_; }
 
-    /// Calls solve(arm, table, pose, options) for element i; reports an invalid pose.
+    /// Calls solve(arm, table, pose, options) for element i, or reports an invalid pose or seed.
     template <class Solve>
     void one(std::size_t i, Outcome& outcome, const Solve& solve) const noexcept {
         const double* m = pose_.data<double>() + 16 * i;
@@ -162,7 +163,7 @@ Nearest answer(const A& arm, const KeptOff& kept, const Pose<double>& pose, cons
     if (!(length > 0) || is_solved(exact.status)) return exact;
     return nearest_outside(arm, kept.margin, exact, pose, o, length);
 }
-/// The nearest solution of a pose within the scene.
+/// The nearest solution of a pose within the scene; an approximate solution is not supported.
 Nearest answer(const OffsetChain& arm, const KeptOff& kept, const Pose<double>& pose, const NearestOptions& o,
                double) noexcept {
     return solved(arm, kept, pose, o);
@@ -248,7 +249,8 @@ void solution_derivative_many(const Handle& self, Floats pose, Floats near, cons
                 });
 }
 
-/// One row of a named tuple `kind` of (q, psi, gc, distance, status of `statuses`, margin, gap, pose).
+/// A named tuple `kind` of (q, psi, gc, distance, status of `statuses`, margin, gap, pose) of one solution.
+/// m: the pose, which becomes NaN if it is not solved.
 nb::object solution_of(const Nearest& found, const double* m, nb::handle kind, nb::handle statuses) {
     const nb::object q = copied(new_array7(), found.q, joints);
     PyObject* status = PyTuple_GetItem(statuses.ptr(), static_cast<Py_ssize_t>(found.status));
@@ -259,7 +261,8 @@ nb::object solution_of(const Nearest& found, const double* m, nb::handle kind, n
                      found.gap, copied(new_array44(), frame, 16));
 }
 
-/// A named tuple `kind` of n solutions as arrays; the status as int8 codes.
+/// A named tuple `kind` of n solutions as arrays, the status as int8 codes. m: the poses, NaN where not
+/// solved.
 nb::object solutions_of(const Nearest* found, const double* m, Py_ssize_t n, nb::handle kind) {
     static PyObject* int64 = nb::object(nb::module_::import_("numpy").attr("int64")).release().ptr();
     static PyObject* int8 = nb::object(nb::module_::import_("numpy").attr("int8")).release().ptr();

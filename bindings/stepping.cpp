@@ -102,13 +102,14 @@ struct LimitsWithMargin {
           table(with_margin ? *with_margin : arm.limits) {}
 };
 
-/// Makes one step of an arm of any kind, within limits with a margin (rad).
+/// Makes one step of an S-R-S arm within limits with a margin (rad).
 Step next_step(const ArmHandle& self, double margin, const double* q, const Pose<double>& pose,
                const StepOptions& options) noexcept {
     const LimitsWithMargin limits(self, margin);
     return step(self.arm, limits.table, q, pose, options);
 }
 
+/// The functions for steps of an arm with an offset; a margin is ignored.
 template <class Handle>
 auto steps_of(const Handle& self, double) noexcept {
     return armangle::steps_of(self.arm);
@@ -116,6 +117,7 @@ auto steps_of(const Handle& self, double) noexcept {
 /// The functions for steps of an arm on its own chain, with a singularity margin (rad).
 ChainSteps steps_of(const ChainArmHandle& self, double margin) noexcept { return {self.arm, margin}; }
 
+/// Makes one step of any other kind of arm.
 template <class Handle>
 Step next_step(const Handle& self, double margin, const double* q, const Pose<double>& pose,
                const StepOptions& options) noexcept {
@@ -244,6 +246,7 @@ void run(const ArmHandle& self, const double* start, const FollowOptions& wanted
     });
 }
 
+/// Follows the poses with any other kind of arm and fills the rows.
 template <class Handle>
 void run(const Handle& self, const double* start, const FollowOptions& wanted, const Asked& asked,
          const FollowRows& rows) {
@@ -254,6 +257,8 @@ void run(const Handle& self, const double* start, const FollowOptions& wanted, c
     });
 }
 
+/// Follows poses (n, 4, 4) from the joints `start` and fills the columns; raises for an invalid pose or
+/// start. `scenes`: none, one for all poses, or one a pose.
 template <class Handle>
 void follow_all(const Handle& self, Floats start, Floats poses, const FollowOptions& wanted,
                 Ints allowed_count, Floats allowed_psi, Floats bounds, const FollowColumns& columns,

@@ -16,7 +16,7 @@ namespace {
 /// jerks.
 constexpr int option_count = 11;
 
-/// Reads the options of a tracker in this order.
+/// Reads the options of a tracker from the option numbers and the seven velocities, accelerations and jerks.
 TrackerOptions options_of(Floats numbers) {
     const Buffer given(numbers);
     if (!given.is_array('d', {option_count + 3 * joints}))
@@ -56,6 +56,7 @@ void make_corrected_tracker(CorrectedTracker<AnyArm>* self, const Handle& arm, F
     new (self) CorrectedTracker<AnyArm>(arm.arm, o, scene ? &scene->view : nullptr);
 }
 
+/// Starts a tracker at rest at joints q (7,).
 template <class Loop>
 void start_tracker(Loop& self, Floats q) {
     const Buffer given(q);
@@ -63,7 +64,7 @@ void start_tracker(Loop& self, Floats q) {
     self.start(given.data<double>());
 }
 
-/// Writes the state of a tracker to `numbers`, which has saved_size elements.
+/// Writes the state of a tracker to `numbers`; raises if these are not saved_size doubles.
 template <class Loop>
 void save_tracker(const Loop& self, Floats numbers) {
     const Buffer out(numbers, true);
@@ -72,7 +73,7 @@ void save_tracker(const Loop& self, Floats numbers) {
     save(self, out.data<double>());
 }
 
-/// Restores such a state.
+/// Restores a state of save_tracker(); raises if `numbers` are not saved_size doubles.
 template <class Loop>
 void restore_tracker(Loop& self, Floats numbers) {
     const Buffer in(numbers);
@@ -95,8 +96,9 @@ nb::object joint_array(const double* values) {
     return array;
 }
 
-/// The result of a cycle as a named tuple of (q, velocity, status, distance, gap, psi, gc, why, pair).
-/// `names` holds its class, trackings and statuses by their numbers, and the function that names a pair.
+/// Advances one cycle and returns its result as a named tuple of (q, velocity, status, distance, gap, psi,
+/// gc, why, pair). `names` holds its class, trackings and statuses by their numbers, and the function that
+/// names a pair.
 template <class Loop>
 nb::object ticked(Loop& self, const Command& command, nb::handle names) {
     const Tracked now = self.step(command);
@@ -109,8 +111,9 @@ nb::object ticked(Loop& self, const Command& command, nb::handle names) {
 /// A target pose from Python, and the command to the tracker that uses it.
 class HandGiven {
 public:
-    /// Reads the pose into the command. False if it is no small matrix: the general function then converts it
-    /// or raises the error. Throws if it was probably not meant in m.
+    /// Reads the pose (None: no pose) into the command, which ignores an invalid one. False if it is no small
+    /// matrix: the general function then converts it or raises the error. Throws if it was probably not meant
+    /// in m.
     template <class AnyArm>
     bool read(const AnyArm& arm, nb::handle pose, Command& command) {
         double m[16], value = 0;

@@ -47,7 +47,8 @@ public:
         if (PyErr_CheckSignals() != 0 || !report_progress()) ended_.store(true, std::memory_order_relaxed);
     }
 
-    /// Throws the exception that ended the call; the interpreter's lock must be held.
+    /// Throws the exception that ended the call, or that of a last report of progress; the interpreter's lock
+    /// must be held.
     void raise() {
         if (ended_.load(std::memory_order_relaxed)) throw nb::python_error();
         if (progress_ && !report_progress(total_)) throw nb::python_error();

@@ -280,8 +280,8 @@ struct SolveTask : Plain {
     }
 };
 
-/// Computes the derivative (7, 13) of that solution with respect to the twist of the pose and the seed. It is
-/// solved again, because float32 results have lost the digits that identify a joint at its limit.
+/// Computes the derivative (7, 13) of the solution of SolveTask with respect to the twist of the pose and the
+/// seed. It is solved again, because float32 results have lost the digits that identify a joint at its limit.
 template <Metric metric>
 struct SolveDerivativeTask : Plain {
     static constexpr std::size_t input = pose_size, change = joints;
@@ -313,7 +313,7 @@ struct FreedomTask : Plain {
 
 struct FreedomGradientTask : Plain {
     static constexpr std::size_t input = pose_size, output = 6;
-    /// Writes the derivative of that length by the pose.
+    /// Writes the derivative (6,) of the length of the feasible intervals by the twist of each pose.
     template <class Handle>
     static void run(Block<Handle>& b) {
         each_pose(b, output, [&b](std::size_t, const Pose<double>& pose, double* to) {
@@ -405,6 +405,7 @@ double* target(const xla::Buffer& buffer, std::size_t first, double* room) {
     return room;
 }
 
+/// Converts a block of results into a buffer of floats; doubles are there already.
 template <class T>
 void write(const xla::Buffer& buffer, std::size_t first, std::size_t count, const double* from) {
     if constexpr (!std::is_same_v<T, double>) {
@@ -511,6 +512,7 @@ xla::Error* handler(xla::Call* asked) noexcept {
     return failed(call, xla::ErrorCode::invalid_argument, words(outcome));
 }
 
+/// The handler of a task, as a capsule for jax.ffi.register_ffi_target.
 template <class Task>
 nb::capsule target_of() {
     xla::Handler* const function = &handler<Task>;
