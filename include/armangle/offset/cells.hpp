@@ -52,14 +52,15 @@ public:
         return wrist.excess <= 0 ? wrist.inside : -infinity;
     }
 
-    /// The model angles theta (rad) of all joints at a value of the free joint that has a solution.
+    /// Writes the model angles theta (rad) of all joints, in the order of the formulas, at a value of the
+    /// free joint (rad) that has a solution to `theta`.
     void at(double free, double* theta) const noexcept {
         const SinCos<double> theta_7 = sin_cos(to_theta(arm_.rest, 6, free));
         const OffsetWrist<double> wrist = offset_wrist(arm_, motion_, theta_7);
         angles(directions(motion_, wrist, theta_7, sqrt(max(wrist.inside, 0.0)))).store(theta);
     }
     /// Writes theta (rad) of all joints at a value of the free joint (rad) to `theta`, with two derivatives
-    /// by it. There must be a solution.
+    /// with respect to it. There must be a solution.
     void at(double free, Jet<double, 2> (&theta)[joints]) const noexcept {
         angles_along(arm_, motion_, Jet<double, 2>::variable(free), theta);
     }
@@ -206,14 +207,14 @@ private:
         return !turned_round && (from > range.half || to < -range.half) ? Known::outside : Known::open;
     }
 
-    /// Records a cell in which a limit is violated throughout.
+    /// Records a cell in which a limit is violated throughout; returns outside.
     Known broken(const typename Cells::Over& cell) noexcept {
         exists_ = exists_ || cell.exists == Known::inside;
         return Known::outside;
     }
 
-    /// Cuts a piece down to where g^2 - t^2 is not negative; false unless that is monotonic over the whole
-    /// cell.
+    /// Cuts a piece down to where g^2 - t^2 is not negative; false, without a change, unless that is
+    /// monotonic over the whole cell.
     bool cut_at_fold(const Interval& slope, Piece& piece) const noexcept {
         if (!(slope.lo > 0 || slope.hi < 0)) return false;
         const auto gap = [this](double free) noexcept { return cells.inside(free); };
@@ -223,7 +224,8 @@ private:
         return true;
     }
 
-    /// Cuts a piece down to where a joint keeps its range; false unless the joint is monotonic over the cell.
+    /// Cuts a piece down to where a joint keeps its range; false, without a change, unless the joint is
+    /// monotonic over the cell.
     bool cut(const ThetaRanges::One& range, const JointOver& joint, Piece& piece) const noexcept {
         if (!(joint.slope.lo > 0 || joint.slope.hi < 0)) return false;
         const double about = wrap(joint.middle - range.middle);
@@ -244,8 +246,9 @@ private:
         return true;
     }
 
-    /// Cuts a piece down to where a monotonic function is not negative. At an end of the piece values down to
-    /// -`slack` count, so that a locked joint keeps one value.
+    /// Cuts a piece down to where a monotonic function f(free) is not negative, with `tag` at the new end; to
+    /// no width if that is nowhere. At an end of the piece values down to -`slack` count, so that a locked
+    /// joint keeps one value.
     template <class F>
     static void keep_positive(const F& f, double slack, Tag tag, Piece& piece) noexcept {
         const double a = f(piece.lower), b = f(piece.upper);

@@ -104,7 +104,7 @@ private:
         return out;
     }
 
-    /// The cost as a sum of squares.
+    /// The bounds of a cost that is a sum of squares.
     OffsetCellCosts sums(const OffsetOverCells& over) const noexcept {
         const Lanes zero(0.0), one(1.0), half(0.5), two(2.0);
         Lanes value(0.0), least(0.0), slope(0.0);
@@ -135,7 +135,7 @@ private:
                 bits(bowl)};
     }
 
-    /// The cost as the largest difference, or as minus the limit margin.
+    /// The bounds of a cost that is the largest difference, or minus the limit margin.
     OffsetCellCosts largest(const OffsetOverCells& over) const noexcept {
         const Lanes zero(0.0), none(-infinity), half(0.5);
         Lanes value = none, least = none;

@@ -13,7 +13,9 @@
 
 namespace armangle {
 
-/// Computes the derivative of an end at a fold or at the end of the reach; NaN if it does not move smoothly.
+/// Writes the derivative of the value `free` of the free joint (rad), at which an arc ends at a fold or at
+/// the end of the reach, with respect to the twist (v, omega) of the pose to `slope`. Leaves it unchanged if
+/// the end does not move smoothly.
 inline void singular_end_slope(const OffsetArm& arm, const Pose<double>& pose, double free, int gc,
                                double (&slope)[6]) noexcept {
     using J = Jet<double, 1>;

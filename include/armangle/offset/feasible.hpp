@@ -366,8 +366,7 @@ private:
 
     // -- verdicts
 
-    /// Computes the margins of eight values. Limits are numbered: 2 i and 2 i + 1 are the lower and the upper
-    /// end of range i, then follow fold and reach.
+    /// Computes the margins of eight values of theta_7, and those of the limits `asked`. Limits
     Margin margin(const OffsetMotion<>& motion, const RootLanes& x,
                   const RootLanes& asked = RootLanes(0.0)) const noexcept {
         const SinCos<RootLanes> theta_7 = sin_cos(x);
@@ -570,8 +569,8 @@ private:
 
     // -- what is undecided
 
-    /// Decides an undecided place by interval cells, as far as the budget allows; `branch` gets the parts
-    /// inside and those that remain unproven.
+    /// Decides an undecided place [lower, upper] of theta_7 by interval cells, as far as the budget allows;
+    /// `branch` gets the parts inside and those that remain unproven.
     void judge_place(double lower, double upper, Branch& branch) noexcept {
         struct Cell {
             double lower, upper;
@@ -669,8 +668,8 @@ private:
 
 }  // namespace detail
 
-/// Computes the values of the free joint at which branch gc solves a pose within limits of the joints, which
-/// are in the robot's order.
+/// Computes the values of the free joint (rad) at which branch gc solves a pose within limits in the robot's
+/// order of joints; the status says why there are none.
 inline void feasible(const OffsetArm& arm, const Pose<double>& pose, int gc, const Limits& limits,
                      ProvenArcs& out, const OffsetArcsTuning& tuning = {}) noexcept {
     detail::OffsetArcs(arm, pose, limits, tuning).find(gc, 1, out);
@@ -702,8 +701,8 @@ inline ArcSet in_robot_order(const OffsetArm& arm, ArcSet arcs) noexcept {
     return arcs;
 }
 
-/// The value q (rad) of the robot's joint that causes an end of an arc at a value of the free joint; NaN if
-/// no joint does.
+/// The value q (rad) of the robot's joint in `tag`, which causes an end of an arc at the value `free` of the
+/// free joint; NaN if the tag names no joint.
 inline double end_value(const OffsetArm& arm, const Pose<double>& pose, int gc, Tag tag,
                         double free) noexcept {
     const int joint = tag_joint(tag) - 1;

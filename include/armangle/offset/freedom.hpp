@@ -19,7 +19,7 @@ inline OffsetLimits limit_table(const OffsetArm&, double) noexcept { return {}; 
 
 namespace detail {
 
-/// A solution in one of the branches whose bits are set, by search.
+/// A solution in one of the branches whose bits are set, by search; its status says whether there is one.
 [[gnu::noinline, gnu::cold]] inline Nearest find_any(const OffsetArm& arm, const Pose<double>& pose,
                                                      unsigned branches) noexcept {
     NearestOptions asked;

@@ -20,7 +20,7 @@ namespace armangle {
 namespace detail {
 
 /// Writes the inverse of m, which it overwrites, to `out`, with complete pivoting; false if a pivot is
-/// negligible compared to entries of size one.
+/// negligible compared to entries of size one; `out` is then meaningless.
 inline bool invert(double (&m)[joints][joints], double (&out)[joints][joints]) noexcept {
     for (int i = 0; i < joints; ++i)
         for (int k = 0; k < joints; ++k) out[i][k] = i == k ? 1.0 : 0.0;
@@ -64,7 +64,9 @@ inline bool invert(double (&m)[joints][joints], double (&out)[joints][joints]) n
     return true;
 }
 
-/// Computes M^-1 at joints q. If M is singular, all rows but that of the free joint are infinite.
+/// Writes the derivatives of the joints with respect to twist and free joint, the columns of Derivatives, to
+/// `out`: the inverse of the Jacobian with a seventh row for the free joint. If that is singular, all rows
+/// but that of the free joint are infinite.
 template <free_joint_arm AnyArm>
 void derivatives_at(const AnyArm& arm, const Jacobian& jac, double (&out)[joints][joints]) noexcept {
     const int free = robot_joint(arm, joints - 1);
@@ -86,7 +88,7 @@ void derivatives_at(const AnyArm& arm, const Jacobian& jac, double (&out)[joints
         }
 }
 
-/// Computes (dM) u for a motion w of the joints, without its seventh row, which is 0.
+/// Writes the change of the Jacobian for a small motion w of the joints, times joint velocities u, to `out`.
 inline void jacobian_change(const Jacobian& jac, const double* w, const double* u,
                             double (&out)[6]) noexcept {
     const auto linear = [&jac](int i) {
@@ -123,8 +125,8 @@ Derivatives inverse_derivative(const AnyArm& arm, const Pose<double>& pose, doub
 
 namespace detail {
 
-/// The derivatives of dq_j/dfree at a posture with this Jacobian, whose M^-1 is `by`, with respect to the
-/// twist and to the free joint.
+/// Writes the derivatives of dq_j/dfree with respect to the twist and the free joint to `out`, from the
+/// Jacobian and the derivatives `by` of the joints (derivatives_at).
 inline void slope_derivatives_at(const Jacobian& jac, const double (&by)[joints][joints],
                                  double (&out)[joints][joints]) noexcept {
     double along[joints], u[joints];
@@ -142,8 +144,8 @@ inline void slope_derivatives_at(const Jacobian& jac, const double (&by)[joints]
 
 }  // namespace detail
 
-/// The derivatives of dq_j/dfree for each joint with respect to the twist and to the free joint, in the seven
-/// columns of Derivatives.
+/// Writes the derivatives of dq_j/dfree for each joint with respect to the twist and to the free joint to
+/// `out`, in the seven columns of Derivatives. There must be a solution.
 template <free_joint_arm AnyArm>
 void slope_derivatives(const AnyArm& arm, const Pose<double>& pose, double free, int gc,
                        double (&out)[joints][joints]) noexcept {

@@ -117,7 +117,7 @@ public:
         return {linear(kappa_[0] - of_angle(cosine), kappa_[1], kappa_[2]), {}, false};
     }
 
-    /// The function |w x y6|^2, which is 0 where axis 5 may have any direction.
+    /// The function |w x y6|^2 of theta_7, which is 0
     BentForm across() const noexcept { return {transformed(across_2_, 2), {}, false}; }
 
     /// The function t + g sine, which is 0 where sin theta_5 = sine; 1 and -1 are the folds.
@@ -216,6 +216,7 @@ private:
         }
     };
 
+    /// A parameter of the arm, with an error of some roundings.
     static Number given(double x) noexcept { return {x, abs(x), 2.0 * Number::rounding * abs(x)}; }
     /// A computed sine or cosine, with its error.
     static Number of_angle(double x) noexcept { return {x, abs(x), tolerance::rounding}; }
@@ -224,16 +225,21 @@ private:
         const SinCos<double> angle = sin_cos(at);
         return {of_angle(angle.sin), of_angle(angle.cos)};
     }
+    /// Samples of a cosine or sine, with their rounding.
     static Samples of(const Row& x) noexcept { return {x, 1.0, Number::rounding}; }
+    /// The same number at all samples.
     static Samples all(const Number& x) noexcept { return {Row(x.value), x.size, x.radius}; }
+    /// The same exact number at all samples.
     static Samples all(double x) noexcept { return Samples(x); }
-    /// Samples x with their bound of size reduced to the largest of them.
+    /// Samples x, their bound of size reduced to the largest magnitude among them plus their radius, if that
+    /// is less.
     static Samples tight(const Samples& x) noexcept {
         double sample[detail::form_samples];
         abs(x.value).store(sample);
         const Lane<8> most = max(Lane<8>::load(sample), Lane<8>::load(sample + 8));
         return {x.value, min(x.size, x.radius - least(-most)), x.radius};
     }
+    /// A function without sigma.
     static Ring even(const Samples& x) noexcept { return {x, Samples(0.0)}; }
     static Number dot(const Vec& a, const Vec& b) noexcept {
         return a.of[0] * b.of[0] + a.of[1] * b.of[1] + a.of[2] * b.of[2];

@@ -65,7 +65,8 @@ public:
         if (scene_) move_.emplace(arm, *scene_);
     }
 
-    /// The best posture, in the robot's order.
+    /// The best posture, in the robot's order; UNPROVEN if a better one is not excluded, or the reason if
+    /// there is none.
     Nearest best() noexcept {
         Nearest out;
         if (scene_ && rest_contact(offset_, *scene_, pose_)) return refused(Status::POSE_BLOCKED);
@@ -126,7 +127,7 @@ private:
 
     /// Whether a branch is permitted.
     bool is_asked(int gc) const noexcept { return (options_.branches >> gc & 1u) != 0; }
-    /// Whether a lower bound is not below the best cost.
+    /// Whether a lower bound of a cost is not below the best cost, so that its cell is dropped.
     bool dropped(double least) const noexcept { return least >= cost_ - tie(cost_); }
     /// Forgets the best posture.
     void forget() noexcept {
@@ -134,7 +135,7 @@ private:
         gc_ = -1;
     }
 
-    /// The best posture of one branch and arc, in the order of the formulas.
+    /// The best posture of arc number `arc` of branch gc, in the order of the formulas.
     Nearest of_arc(int gc, int arc) noexcept {
         forget();
         one_gc_ = gc;
@@ -437,7 +438,7 @@ private:
         }
         return lanes;
     }
-    /// Adds a cell to the heap; without memory it stays open.
+    /// Adds a cell to the heap; if the heap is full, its bound stays unproven.
     void push(const Cell& cell) noexcept {
         if (count_ == most_cells) {
             open_below_ = min(open_below_, cell.least);

@@ -44,7 +44,8 @@ struct OffsetCurve {
     std::span<const double> s, free;  // of the rows, two or more; s rises, free is lifted
     const double* q;                  // (n, 7)
 
-    /// The configuration at s nearest to the straight line between two rows; NaN if there is none.
+    /// The configuration at s = x: the leading joint is on the straight line between two rows, and Newton's
+    /// method finds the others from there. NaN if it does not converge.
     PlacedPosture at(double x) const noexcept {
         const Gap gap = gap_at(x);
         const double share = (x - gap.start) / gap.length;
@@ -59,8 +60,8 @@ struct OffsetCurve {
         return out;
     }
 
-    /// The derivatives q', q'', q''' with respect to s: three rows of seven; at a row those of what follows.
-    /// NaN if there is no solution or the arm is stretched.
+    /// Writes the derivatives q', q'', q''' with respect to s at s = x to `out`: three rows of seven; at a
+    /// row those of what follows. NaN if there is no solution or the arm is stretched.
     void derivatives(double x, double* out) const noexcept {
         using J = Jet<double, 3>;
         std::fill(out, out + 3 * joints, not_a_number);

@@ -20,7 +20,7 @@ public:
 
     /// The arm.
     const OffsetArm& arm() const noexcept { return *arm_; }
-    /// The arm without the offset, whose limits and rows of joints count.
+    /// The arm without the offset, whose signs, offsets and limits are the robot's.
     const Arm& rows() const noexcept { return arm_->own; }
 
     /// The value of the free joint (rad) and the branch at joints q.
@@ -46,7 +46,8 @@ public:
         return min(wrist.inside * T(per_reach * per_reach), -wrist.excess * T(per_reach));
     }
 
-    /// Computes the proven arcs of the branches in `asked` (bits), or why a branch has none, in `out`.
+    /// Computes the proven arcs of the branches in `asked` (bits) within limits in the robot's order, or why
+    /// a branch has none, in `out`.
     void arcs(const Pose<double>& pose, const Limits& limits, unsigned asked,
               ProvenArcs (&out)[configurations]) const noexcept {
         const OffsetArcsTuning tuning;
@@ -55,7 +56,7 @@ public:
             if (asked >> gc & 1u) all.find(gc, configurations - gc, out[gc]);
     }
 
-    /// By how much (m) a pose is out of reach; <= 0 if it is in reach.
+    /// By how much (m) at least a pose is out of reach, whatever the free joint; <= 0 if it is in reach.
     double excess(const Pose<double>& pose) const noexcept {
         const OffsetMotion<> m = offset_motion(*arm_, pose, 0);
         const Vec3<double>& s = m.from_shoulder;
@@ -65,7 +66,9 @@ public:
         return max(nearest - arm_->rest.reach, arm_->rest.inner_reach - farthest);
     }
 
-    /// theta: angles of the robot's joints.
+    /// Calls take(distance) with the distances (rad) of theta_2 and theta_4 - delta from 0 and pi, and of
+    /// theta_5 from +-pi/2, where the self-motion is singular; `theta` holds the angles of the robot's
+    /// joints.
     template <class T, class Take>
     void singular_distances(const T* theta, const Take& take) const noexcept {
         const double zero[] = {0.0, arm_->rest.delta_angle};

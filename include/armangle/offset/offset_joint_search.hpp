@@ -69,8 +69,8 @@ public:
         return leaning(m, at, lean) <= tuning_.shared ? at : not_a_number;
     }
 
-    /// Whether S is on axis 5 all over [lower, upper] of the free joint, so that joints 1, 2, 3 and 5 rotate
-    /// about S.
+    /// Whether S is on axis 5 at both ends and the middle of [lower, upper] of the free joint, so that joints
+    /// 1, 2, 3 and 5 rotate about S.
     bool is_shared(int gc, double lower, double upper) const noexcept {
         const OffsetMotion<> m = offset_motion(arm_, pose_, gc);
         const double least = tuning_.shared * arm_.rest.reach;

@@ -101,7 +101,7 @@ OffsetWrist<T> offset_wrist(const OffsetArm& arm, const OffsetMotion<U>& m,
 
 /// Moves a wrist with |t| > |g| to the posture with cos theta_5 = 0, from |g| = |t|, and returns by how much
 /// (m) its upper arm has another length than the arm's. Near a stretched elbow, where a rounding of the
-/// distance bends the elbow by 1e-7 rad, that is none to speak of.
+/// distance bends the elbow by 1e-7 rad, that is negligible.
 inline double take_fold(const OffsetArm& arm, OffsetWrist<double>& wrist) noexcept {
     const Arm& rest = arm.rest;
     wrist.g = copysign(wrist.t, wrist.g);

@@ -20,7 +20,7 @@ public:
     explicit FreeJointSteps(const AnyArm& arm) noexcept : arm_(&arm) {}
 
     const AnyArm& arm() const noexcept { return *arm_; }
-    /// The arm without the offset, whose limits and rows of joints count.
+    /// The arm without the offset, whose signs, offsets and limits are the robot's.
     const Arm& rows() const noexcept { return nominal(*arm_); }
     /// The singularity margin: none.
     double margin() const noexcept { return 0.0; }
@@ -50,9 +50,10 @@ public:
                  {robot_joint(formulas, 3), formulas.rest.delta_angle},
                  {robot_joint(formulas, 4), -half_pi}}};
     }
-    /// The joints of which a branch may change in a step: none.
+    /// The joints whose neighbours would sweep where they are 0 or pi: none, since steps of these arms treat
+    /// no such joint.
     std::span<const int> hinges() const noexcept { return {}; }
-    /// The value of the free joint nearest to a target of the elbow.
+    /// The value of the free joint (rad) that brings the elbow nearest to its target; NaN if none is best.
     double towards(const Pose<double>& pose, int gc, const Towards& towards) const noexcept {
         return psi_towards(nominal_offset(*arm_), pose, gc, towards).psi;
     }
@@ -62,8 +63,8 @@ public:
         if (nominal_offset(*arm_).mirrored) return 0.0;
         return rows().sign[joints - 1] * (rows().tool.rotation.z.z < 0 ? -roll : roll);
     }
-    /// The nearest solution of a pose. If its roll is free, joint 7 costs nothing, and its value is that of
-    /// the pose.
+    /// The nearest solution of a pose. With a free roll, joint 7 costs nothing and has the value that the
+    /// pose requires.
     Nearest nearest(const Pose<double>& pose, const NearestOptions& options,
                     const Scene* scene) const noexcept {
         if constexpr (std::same_as<AnyArm, OffsetArm>) {

@@ -40,7 +40,7 @@ struct TrigPolynomial {
     double c[most + 1] = {}, s[most + 1] = {};
     double error = 0;
 
-    /// An upper bound of the absolute value of its k-th derivative.
+    /// An upper bound of the absolute value of its derivative of this order (0: of its value).
     double slope_bound(int order) const noexcept {
         double sum = order == 0 ? abs(c[0]) : 0.0;
         for (int k = 1; k <= degree; ++k) {
@@ -153,7 +153,8 @@ private:
     /// A cell as a possible root: it is neither proven nor excluded there.
     static RootEnclosure undecided(const Cell& cell) noexcept { return {cell.lower, cell.upper, false}; }
 
-    /// An upper bound of the error of the function's value, if sigma lies between two numbers.
+    /// An upper bound of the error of the function's value, if |F1| is at most `odd` and sigma lies between
+    /// `least` and `most`.
     ARMANGLE_INLINE RootLanes error(const RootLanes& odd, const RootLanes& least,
                                     const RootLanes& most) const noexcept {
         if (!form_.bent) return RootLanes(form_.even.error);

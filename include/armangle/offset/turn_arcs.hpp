@@ -78,8 +78,8 @@ private:
         double lower, upper;
     };
 
-    /// Adds the rotation of a solution in unproven parts of some branches, first of one that solves the pose
-    /// as given.
+    /// Adds the rotation of a solution that a search finds in some branches (bits), if it finds one within
+    /// the limits of `arm`.
     [[gnu::noinline, gnu::cold]] void add_hidden(const OffsetArm& arm, unsigned branches) noexcept {
         const Nearest found = find_any(arm, pose_, branches);
         if (!is_solved(found.status)) return;
@@ -87,8 +87,7 @@ private:
         add(theta, theta);
     }
 
-    /// Adds the rotation at which a solution in unproven parts of some branches (bits) solves the pose, if
-    /// one is found.
+    /// Does the same without the limits of the turned joint, whose rotation then brings it within them.
     [[gnu::noinline, gnu::cold]] void add_hidden_elsewhere(unsigned branches) noexcept {
         ArmParameters p = arm_.own;
         p.limits.lower[robot_joint(arm_, joint_)] = -infinity;
@@ -160,7 +159,8 @@ private:
         add(least, most);
     }
 
-    /// Bounds the joint's angle over a cell; unbounded if nothing is known.
+    /// Bounds the turned joint's angle (rad) over a cell of values middle +- half of the free joint (rad);
+    /// unbounded if nothing is known.
     JointOver over_cell(const OffsetCells& cells, double middle, double half) const noexcept {
         const JointOver unknown{0.0, Interval::whole(), Interval::whole()};
         OffsetCells::Over over;

@@ -70,7 +70,8 @@ inline bool solve_six(double (&a)[6][7], double (&x)[6], double least_pivot) noe
 }
 
 /// Writes the six equations of all joints except `held` (0..6) at a posture to a: the Jacobian's columns,
-/// then the error. The position is that of frame 6's origin. Returns the size of the error.
+/// then the error. The position is that of frame 6's origin. Returns the size of the error; infinite if the
+/// rotation is off by a right angle or more.
 inline double six_equations(const OffsetChain& arm, const Pose<double>& flange, const SinCos<double>* angle,
                             int held, double (&a)[6][7]) noexcept {
     Pose<double> frame[joints + 1];

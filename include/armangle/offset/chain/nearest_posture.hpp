@@ -181,8 +181,8 @@ private:
         return true;
     }
 
-    /// Keeps a posture in any branch and with any value of the free joint if it is within the limits and
-    /// costs less; returns whether it did.
+    /// Keeps a posture that reaches the pose, with its own branch and value of the free joint, if they are
+    /// permitted, it is within the limits and costs less; returns whether it did.
     bool take(const ChainPosture& at) noexcept {
         if (!(at.left <= posture_.residual)) return false;
         const int gc = index(branch_of(arm_, at.angle));
@@ -258,7 +258,7 @@ private:
         }
     }
 
-    /// Adds a cell to the queue; without memory it stays open.
+    /// Adds a cell to the queue; if the queue is full, its bound stays unproven.
     void push(const Cell& cell) noexcept {
         if (count_ == most_cells) {
             left_open_ = min(left_open_, cell.least);
@@ -387,9 +387,9 @@ private:
         }
     }
 
-    /// By how much the free joint (rad) is from where the slope of the cost l2 is 0, by a Newton step from
-    /// the best posture, with the derivatives of the joints (rad/rad) and of their slopes; NaN if the cost is
-    /// not convex there.
+    /// The Newton step (rad) of the free joint from the best posture to where the slope of the cost l2 is 0,
+    /// with the derivatives `by` of the joints and `bend` of their slopes; NaN if the cost is not convex
+    /// there.
     double to_level(const double (&by)[joints][joints], const double (&bend)[joints][joints]) const noexcept {
         double first = 0, second = 0;
         for (int j = 0; j < joints; ++j) {
@@ -399,8 +399,8 @@ private:
         }
         return second > 0 ? -first / second : not_a_number;
     }
-    /// The same for the largest margin: from where the least distance to a limit is stationary, or where
-    /// another falls to its size.
+    /// The step (rad) of the free joint from the best posture to where the least distance to a limit is
+    /// stationary, or where another one falls to its size.
     double to_largest(const double (&by)[joints][joints],
                       const double (&bend)[joints][joints]) const noexcept {
         const Limits& limits = arm_.nominal.own.limits;

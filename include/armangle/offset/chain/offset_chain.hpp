@@ -131,7 +131,8 @@ inline OffsetChain with_limits(const OffsetChain& arm, const Limits& limits) noe
 /// are the same map.
 inline int robot_joint(const OffsetChain& arm, int j) noexcept { return robot_joint(arm.nominal, j); }
 
-/// The pose with the rounding of its numbers removed where that makes it reachable.
+/// The pose with an exact rotation. Its position is not moved into the reach, which depends on the free
+/// joint.
 inline Pose<double> within_rounding(const OffsetChain& arm, const Pose<double>& pose,
                                     double precision) noexcept {
     return within_rounding(arm.nominal, pose, precision);
