@@ -56,22 +56,23 @@ class Progress:
     """Prints every half a minute how much was done."""
 
     def __init__(self, what: str, of: int) -> None:
+        """`what` is compared, `of` of them."""
         self.what, self.of, self.next = what, of, time.monotonic() + SAID
 
     def __call__(self, done: int, wrong: int) -> None:
-        """Say so, where it is time."""
+        """Print the progress if half a minute has passed since the last time."""
         if time.monotonic() > self.next:
             self.next = time.monotonic() + SAID
             print(f"{done} of {self.of} {self.what}: {wrong} wrong so far", flush=True)
 
 
 def scene_of(arm: aa.Arm, rng: np.random.Generator, kinds: int) -> list[Any]:
-    """One to four shapes."""
+    """One to four random shapes of the first `kinds` kinds of `obstacle`."""
     return [obstacle(arm, rng, int(rng.integers(kinds))) for _ in range(rng.integers(1, 5))]
 
 
 def as_hulls(shapes: list[Any]) -> list[Any]:
-    """The same shapes, boxes by their corners."""
+    """The shapes with boxes replaced by hulls of their corners."""
     out = []
     for shape in shapes:
         if isinstance(shape, aa.Box):
@@ -83,30 +84,30 @@ def as_hulls(shapes: list[Any]) -> list[Any]:
 
 
 def ends_of(arcs: aa.ArcSet) -> Floats:
-    """The ends of one set."""
+    """The ends (n,) of one set; none if it is the full circle."""
     return np.empty(0) if arcs.is_full else arcs.intervals.ravel()
 
 
 def asked_of(limits: Floats, rng: np.random.Generator, many: int) -> Floats:
-    """Arm angles all round and beside the ends."""
+    """`many` random arm angles, and eight near each of the ends `limits`."""
     beside = [limits + sign * 10 ** rng.uniform(-8.9, -2, limits.shape) for sign in (-1, 1) for _ in range(4)]
     return np.concatenate([rng.uniform(-np.pi, np.pi, many), *beside])
 
 
 def from_ends(psi: Floats, limits: Floats) -> Floats:
-    """How far each angle is from the nearest end."""
+    """The distance (rad) of each angle from the nearest of the ends; 9 if there is none."""
     if not len(limits):
         return np.full(psi.shape, 9.0)
     return np.abs(np.angle(np.exp(1j * (psi[:, None] - limits)))).min(axis=1)
 
 
 def beyond(arm: aa.Arm, q: Floats) -> Floats:
-    """By how much the joint that is farthest beyond a limit is so, rad; negative within all of them."""
+    """The largest violation (...), rad, of a limit by joints (..., 7); negative within all of them."""
     return np.maximum(arm.lower - q, q - arm.upper).max(axis=-1)
 
 
 def unwound(arm: aa.Arm, q: Floats, cost: Any) -> Floats:
-    """Postures (..., 7) with the turn of each joint that costs least of those within the limits."""
+    """Joints (..., 7) with each turned by the multiple of 2π, within its limits, that `cost` finds least."""
     turns = q[..., None] + 2 * np.pi * np.arange(-2, 3)
     within = (turns >= arm.lower[:, None]) & (turns <= arm.upper[:, None])
     costs = np.where(within, cost(turns), np.inf)
@@ -117,6 +118,7 @@ class Question:
     """One arm with a body, a pose and a scene, asked in all branches."""
 
     def __init__(self, rng: np.random.Generator) -> None:
+        """Draw arm, collision model, pose and scene."""
         self.arm = ARMS[rng.integers(len(ARMS))].with_(body=list(BODIES.values())[rng.integers(len(BODIES))])
         self.pose = posed(self.arm, rng, 0)[0]
         self.kept = float(rng.choice([0.0, 0.015]))
@@ -130,11 +132,13 @@ class Question:
         return f"{self.arm.name}, pose {self.pose.tolist()}, {self.asked}"
 
     def least(self, q: Floats) -> Floats:
-        """Return what is left of the clearance at postures (..., 7), m."""
+        """Return the least distance at joints (..., 7) minus the clearance, m."""
         return distances(self.arm, q, self.scene, FAR)[0].min(axis=-1) - self.kept
 
     def arcs(self, rng: np.random.Generator) -> tuple[int, int]:
-        """Compare the arcs of all branches; return how many arm angles were asked, and how many are wrong."""
+        """Compare the arcs of all branches with distances; return how many psi were asked, and how many are
+        wrong.
+        """
         every = self.arm.with_(scene=self.asked).feasible(self.pose)
         clear = [self.arm._clear(self.pose, gc, self.asked) for gc in range(8)]
         ones = [self.arm.with_(scene=self.asked).feasible(self.pose, gc) for gc in range(8)]
@@ -163,7 +167,7 @@ class Question:
         return len(q), wrong
 
     def faults(self, found: aa.Solution, better: Any) -> list[str]:
-        """Return what is wrong with a posture; `better` says which of those tried are."""
+        """Return words for what is wrong with a solution; `better` says which tried joints cost less."""
         if found.status is not aa.Status.OK:
             return ["says none"] if len(self.clear_q) else []
         back = np.abs(self.arm.forward(found.q)[0] - self.pose).max()
@@ -176,7 +180,7 @@ class Question:
         return [fault for fault, true in said.items() if true]
 
     def solutions(self, rng: np.random.Generator) -> Counter[str]:
-        """Ask for postures; return how many, how many there were, and how many are wrong."""
+        """Ask for solutions in all ways; return how many were asked, found and wrong."""
         arm, tried, counts = self.arm, self.clear_q, Counter[str]()
         near = rng.uniform(np.maximum(arm.lower, -3.0), np.minimum(arm.upper, 3.0))
         nearest = unwound(arm, tried, lambda turns: np.abs(turns - near[:, None]))
@@ -197,7 +201,7 @@ class Question:
         return counts
 
     def _counted(self, counts: Counter[str], what: str, found: aa.Solution, better: Any) -> None:
-        """Count a posture, and print what is wrong with it."""
+        """Count a solution in `counts`, and print what is wrong with it."""
         counts["asked"] += 1
         counts["found"] += found.status is aa.Status.OK
         faults = self.faults(found, better)
@@ -207,7 +211,7 @@ class Question:
 
 
 def own(samples: int, rng: np.random.Generator) -> int:
-    """Compare with distances searched along the links; print how many, and return how many are wrong."""
+    """Compare arcs and solutions of S-R-S arms with plain distances; return how many are wrong."""
     said = "arm angles against distances searched along the links"
     progress, done, wrong, solved = Progress(said, samples), 0, 0, Counter[str]()
     while done < samples:
@@ -223,7 +227,7 @@ def own(samples: int, rng: np.random.Generator) -> int:
 
 
 def offsets(samples: int, rng: np.random.Generator) -> int:
-    """Compare values of free joints; print how many were asked, and return how many are wrong."""
+    """Compare values of the free joint of offset arms with plain distances; return how many are wrong."""
     said = "values of a free joint against distances searched along the links"
     progress, done, wrong, counted = Progress(said, samples), 0, 0, 0
     arms, bodies = list(OFFSET.values()), list(OFFSET_BODIES.values())
@@ -257,7 +261,7 @@ def offsets(samples: int, rng: np.random.Generator) -> int:
 
 
 def coals(samples: int, rng: np.random.Generator, coal: Any) -> int:
-    """Compare with coal's distances; print how many were asked, and return how many verdicts are wrong."""
+    """Compare arcs with coal's distances; return how many verdicts are wrong."""
     progress, done, wrong = Progress("distances of coal", samples), 0, 0
     request = exact_request(coal)
     ignore = [(f"link_{i}", f"link_{j}") for i in range(1, 7) for j in range(i + 1, 7)]
@@ -287,7 +291,7 @@ def coals(samples: int, rng: np.random.Generator, coal: Any) -> int:
 
 
 def main(samples: int, seed: int) -> int:
-    """Print what was compared, and return how much is wrong."""
+    """Run all comparisons, print their results, and return how many are wrong."""
     rng = np.random.default_rng(seed)
     wrong = own(samples, rng) + offsets(samples // 10, rng)
     try:

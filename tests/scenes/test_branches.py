@@ -12,7 +12,9 @@ NAMES = ["kuka_iiwa7_r800", "barrett_wam7", "yaskawa_sia5d", "openarm_v10"]
 
 
 def drawn(name: str, rng: np.random.Generator, swings: bool) -> tuple[aa.Arm, aa.Scene, np.ndarray]:
-    """An arm with shapes off the axes of links 1, 2, 5 and 6, or with bones alone; balls about it; a pose."""
+    """An arm with shapes off the axes of links 1, 2, 5 and 6 if `swings`, else bones; a scene of balls; a
+    pose.
+    """
     arm = aa.Arm.from_catalogue(name)
     balls = {k: [aa.Ball(rng.normal(size=3) * 0.08, 0.05)] for k in (1, 2, 5, 6)}
     arm = arm.with_(body=aa.Body(balls) if swings else aa.Body.bones(upper_arm=0.06, forearm=0.06))
@@ -24,6 +26,7 @@ def drawn(name: str, rng: np.random.Generator, swings: bool) -> tuple[aa.Arm, aa
 @pytest.mark.parametrize("swings", [True, False])
 @pytest.mark.parametrize("name", NAMES)
 def test_all_branches_are_those_asked_one_by_one(name: str, swings: bool) -> None:
+    """`feasible` of all branches in a scene equals that of each branch."""
     rng, differ = generator(41, len(name)), 0
     for _ in range(count(4)):
         arm, scene, pose = drawn(name, rng, swings)
@@ -41,6 +44,7 @@ def test_all_branches_are_those_asked_one_by_one(name: str, swings: bool) -> Non
 
 @pytest.mark.parametrize("name", NAMES)
 def test_no_solution_touches_and_none_is_missed(name: str) -> None:
+    """`solve` and `solutions` in a scene keep clear, and fail only where no arc is left."""
     rng, found = generator(42, len(name)), 0
     for _ in range(count(6)):
         arm, scene, pose = drawn(name, rng, True)

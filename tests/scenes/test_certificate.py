@@ -26,7 +26,7 @@ MISS = 20e-6  # m
 
 
 def curve(rng: np.random.Generator, arm: aa.Arm) -> aa.JointPath | None:
-    """A plan without a scene along a line of 0.2 m, amid the limits; None where there is none."""
+    """A plan without a scene along a line of 0.2 m; None if it fails."""
     q = rng.uniform(BARE.lower, BARE.upper) * 0.6
     begin = arm.forward(q)[0]
     end, way = begin.copy(), rng.normal(size=3)
@@ -36,7 +36,7 @@ def curve(rng: np.random.Generator, arm: aa.Arm) -> aa.JointPath | None:
 
 
 def certifies(path: aa.JointPath, arm: aa.Arm, scene: aa.Scene) -> tuple[bool, Any]:
-    """Whether the curve of a path is proven clear of a scene, and where it is not."""
+    """Whether a plan's curve is certified in a scene, and the intervals of s that are not clear."""
     made: Any = path.curve
     arrays = made.segments, made.stretches, made.plane, made.gc, 0.0
     left, touched = arm._handle.certify_curve(*arrays, arm._needed(scene).handle)
@@ -44,7 +44,9 @@ def certifies(path: aa.JointPath, arm: aa.Arm, scene: aa.Scene) -> tuple[bool, A
 
 
 def turns_at(path: aa.JointPath, arm: aa.Arm, shapes: list[Any], ignore: Any, apart: Floats) -> None:
-    """The proof stands for a clearance just below the least distance, and falls just above it."""
+    """Check that the certificate holds with a clearance just below the least of `apart`, and not just
+    above.
+    """
     least, at = float(apart.min()), DENSE[int(apart.argmin())]
     below, above = (aa.Scene(shapes, clearance=least + off, ignore=ignore) for off in (-MISS, MISS))
     assert certifies(path, arm, below)[0], least
@@ -55,6 +57,7 @@ def turns_at(path: aa.JointPath, arm: aa.Arm, shapes: list[Any], ignore: Any, ap
 
 @pytest.mark.parametrize("kind", ["ball", "capsule", "box", "hull"])
 def test_what_swings_against_what_stands(kind: str) -> None:
+    """A plan's certificate turns at the least distance of swinging links from an obstacle of each kind."""
     rng, done = generator(1, len(kind)), 0
     arm = BARE.with_(body=SWINGING)
     while done < count(3):
@@ -80,6 +83,7 @@ def test_what_swings_against_what_stands(kind: str) -> None:
 
 
 def test_own_links_against_each_other() -> None:
+    """A plan's certificate turns at the least distance of each pair of own links."""
     body = aa.Body({
         1: [aa.Capsule([0.05, 0.1, 0.06], [0.05, -0.02, 0.06], 0.03, name="one")],
         3: [aa.Capsule([0.04, -0.3, 0], [0.03, -0.05, 0.02], 0.05, name="three")],
@@ -101,6 +105,7 @@ def test_own_links_against_each_other() -> None:
 
 
 def test_the_hand_against_what_stands_and_against_the_upper_arm() -> None:
+    """A plan's certificate turns at the least distance of the gripper from obstacle and upper arm."""
     rod = aa.Capsule([0.02, 0, 0.05], [-0.3, 0.05, 0.1], 0.02, name="rod")
     upper = aa.Body({3: [aa.Capsule([0.02, -0.35, 0], [0, -0.05, 0], 0.06, name="upper")]})
     arm, rng, done = BARE.with_(body=upper).with_(hand=[rod]), generator(3), 0

@@ -31,7 +31,7 @@ CHAINS["on another base"] = CHAINS["barrett_wam7 1.0 mm"].with_(base=BASE)
 
 
 def obstacles(arm: aa.Arm, rng: np.random.Generator, how_many: int) -> list[Any]:
-    """Shapes within reach of the links, of all kinds in turn."""
+    """`how_many` shapes within reach of the links, ball, capsule, box and half-space in turn."""
     shoulder, out = arm.frames(np.zeros(7))[1, :3, 3], []
     for kind in range(how_many):
         along = rng.normal(size=3)
@@ -52,7 +52,7 @@ def obstacles(arm: aa.Arm, rng: np.random.Generator, how_many: int) -> list[Any]
 
 
 def questions(arm: aa.Arm, body: aa.Body, seed: int) -> Any:
-    """Poses of random postures, and scenes about them."""
+    """Yield the arm with `body`, joints, their pose, psi and gc, a scene, and the generator."""
     rng = generator(seed, len(arm.name))
     arm = arm.with_(body=body)
     span = np.maximum(arm.lower, -3.0), np.minimum(arm.upper, 3.0)
@@ -63,12 +63,13 @@ def questions(arm: aa.Arm, body: aa.Body, seed: int) -> Any:
 
 
 def away(arcs: aa.ArcSet, psi: Any) -> Any:
-    """How far angles are from the ends of a set, rad."""
+    """The distance (rad) of each angle from the nearest end of a set; 9 if it has none."""
     ends = arcs.intervals.ravel() if arcs.ends else np.empty(0)
     return np.array([np.min(np.abs(np.angle(np.exp(1j * (ends - x)))), initial=9.0) for x in psi])
 
 
 def test_without_deviation_the_arcs_are_those_of_the_exact_arm() -> None:
+    """In a scene a chain that deviates by nothing has the arcs and distances of the plain arm."""
     exact = aa.Arm.from_catalogue("barrett_wam7")
     same = calibrated("barrett_wam7", 0.0, 0.0)
     for body in BODIES.values():
@@ -94,6 +95,7 @@ def _apart(one: aa.ArcSet, other: aa.ArcSet) -> float:
 
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800 1.0 mm", "openarm_v10 2.0 mm"])
 def test_a_certified_plan_touches_nothing_between_its_rows(name: str) -> None:
+    """A certified plan of a calibrated arm keeps the clearance by plain distances, between rows too."""
     certified = 0
     for made, q, pose, _, _, scene, rng in questions(ARMS[name], BONES, 6):
         found = made.with_(scene=scene).solve(pose, seed=q)

@@ -39,12 +39,12 @@ BODIES = {"bones": BONES, "spheres": SPHERES, "swinging": SWINGING}
 
 
 def shoulder(arm: aa.Arm) -> Any:
-    """Where the shoulder is."""
+    """The position (3,) of the shoulder, m."""
     return arm.frames(np.zeros(7))[1, :3, 3]
 
 
 def obstacle(arm: aa.Arm, rng: np.random.Generator, kind: int) -> Any:
-    """A random shape within reach of the links."""
+    """A random shape within reach of the links: ball, capsule, box or half-space for kind 0 to 3."""
     along = rng.normal(size=3)
     centre = shoulder(arm) + along / np.linalg.norm(along) * rng.uniform(0.2, 1.1) * arm.geometry.d_se * 1.6
     radius = rng.uniform(0.0, 0.08)
@@ -58,7 +58,7 @@ def obstacle(arm: aa.Arm, rng: np.random.Generator, kind: int) -> Any:
 
 
 def posed(arm: aa.Arm, rng: np.random.Generator, gc: int) -> tuple[Any, int]:
-    """A pose that the arm reaches with its limits, and a branch."""
+    """A pose that the arm reaches within its limits, and `gc` unchanged."""
     span = np.where(np.isfinite(arm.lower), arm.lower, -3.0), np.where(np.isfinite(arm.upper), arm.upper, 3.0)
     return arm.forward(rng.uniform(*span))[0], gc
 
@@ -90,6 +90,7 @@ def test_a_psi_is_clear_if_and_only_if_no_link_touches(arm: aa.Arm, body: str) -
 @pytest.mark.slow
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
 def test_an_end_is_where_the_named_pair_is_as_near_as_is_asked(arm: aa.Arm) -> None:
+    """At each end of an arc in a scene its named pair is exactly at the clearance, and none is nearer."""
     rng = generator(2, len(arm.name))
     checked = 0
     for k in range(count(16)):
@@ -112,6 +113,7 @@ def test_an_end_is_where_the_named_pair_is_as_near_as_is_asked(arm: aa.Arm) -> N
 
 @pytest.mark.parametrize("links", [(0, 1), (7, 6)])
 def test_a_ball_on_the_first_or_last_axis_blocks_the_pose_with_either_link(links: tuple[int, int]) -> None:
+    """A ball on axis 1 or 7 blocks alike as a shape of the link on either side of that axis."""
     rng, arm, blocked = generator(15), OFFSET, 0
     for k in range(40):
         q = rng.uniform(-1.5, 1.5, 7)
@@ -133,6 +135,7 @@ def test_a_ball_on_the_first_or_last_axis_blocks_the_pose_with_either_link(links
 @pytest.mark.slow
 @pytest.mark.parametrize("near", [0.0, 1e-9, 1e-6, 1e-3])
 def test_links_that_swing_fast_beside_a_singular_posture(near: float) -> None:
+    """Near theta_2 = 0 arcs in a scene agree with plain distances."""
     arm = ARMS[0].with_(body=SWINGING)
     rng = generator(12)
     for k in range(6):
@@ -146,7 +149,7 @@ def test_links_that_swing_fast_beside_a_singular_posture(near: float) -> None:
 
 
 def circle_of_a_ball(arm: aa.Arm, pose: Any, gc: int) -> tuple[Any, Any, Any]:
-    """Shoulder, unit direction to the wrist, and elbow at psi = 0."""
+    """Shoulder, unit direction to the wrist, and elbow at psi = 0, for the circle of the elbow."""
     frames = arm.frames(arm.inverse(pose, 0.0, gc, limits=False))
     along = frames[5, :3, 3] - frames[1, :3, 3]
     return frames[1, :3, 3], along / np.linalg.norm(along), frames[3, :3, 3]
@@ -154,6 +157,7 @@ def circle_of_a_ball(arm: aa.Arm, pose: Any, gc: int) -> tuple[Any, Any, Any]:
 
 @pytest.mark.parametrize("side", [-1, 1])
 def test_tangent_from_both_sides(side: int) -> None:
+    """Arcs are full, empty or blocked right where a ball just touches the elbow's circle."""
     arm = ARMS[0].with_(body=aa.Body({3: [aa.Ball([0, 0, 0], 0.05, name="elbow")]}))
     pose = arm.forward([0.3, 0.7, 0.2, -1.3, 0.4, 0.8, 0.1])[0]
     start, along, elbow = circle_of_a_ball(arm, pose, 0)
@@ -185,6 +189,7 @@ def test_tangent_from_both_sides(side: int) -> None:
     ids=["parallel", "crossing", "on the line", "from the line", "from the shoulder", "ball"],
 )
 def test_segments_of_the_arm_plane_in_exact_places(ends: Any) -> None:  # fmt: skip
+    """Arcs agree with plain distances for links in special positions to the axis shoulder-wrist."""
     bare = ARMS[0]
     pose = bare.forward([0.3, 0.7, 0.2, -1.3, 0.4, 0.8, 0.1])[0]
     start, along, elbow = circle_of_a_ball(bare, pose, 0)
@@ -214,6 +219,7 @@ def test_segments_of_the_arm_plane_in_exact_places(ends: Any) -> None:  # fmt: s
 
 
 def test_a_box_without_extent_is_what_is_left_of_it() -> None:
+    """A box of size 0 in some directions has the arcs of a ball, capsule or flat hull."""
     rng, arm = generator(14), ARMS[1].with_(body=SPHERES)
     for k in range(count(10)):
         pose, gc = posed(arm, rng, k % 8)
@@ -229,6 +235,7 @@ def test_a_box_without_extent_is_what_is_left_of_it() -> None:
 
 
 def test_a_straight_arm_has_all_or_nothing() -> None:
+    """With the elbow straight the arcs in a scene are full or empty."""
     arm = ARMS[0].with_(body=aa.Body.bones(upper_arm=0.05, forearm=0.05))
     pose, _, gc = arm.forward([0.3, 0.7, 0.2, 0.0, 0.4, 0.8, 0.1])
     start, along, _ = circle_of_a_ball(arm, pose, int(gc))
@@ -243,6 +250,7 @@ def test_a_straight_arm_has_all_or_nothing() -> None:
 
 
 def test_a_needle_and_a_near_miss() -> None:
+    """A psi is clear 50 µm off a shape, and not clear 50 µm into it."""
     arm = ARMS[0].with_(body=aa.Body.bones(upper_arm=0.05, forearm=0.04))
     pose, _, gc = arm.forward([0.3, 0.7, 0.2, -1.3, 0.4, 0.8, 0.1])
     frames = arm.frames(arm.inverse(pose, 0.4, gc, limits=False))
@@ -262,6 +270,7 @@ def test_a_needle_and_a_near_miss() -> None:
 
 
 def test_more_gaps_than_a_set_holds_leave_the_widest() -> None:
+    """A set of at most 16 arcs is marked `coarse` if there were more, and all it holds is clear."""
     arm = ARMS[0].with_(body=aa.Body({3: [aa.Ball([0, 0, 0], 0.002)]}))
     pose = arm.forward([0.3, 0.7, 0.2, -1.3, 0.4, 0.8, 0.1])[0]
     places = arm.elbow(arm.inverse(pose, np.linspace(-3, 3, 100), 0, limits=False))
@@ -281,6 +290,7 @@ def test_more_gaps_than_a_set_holds_leave_the_widest() -> None:
 
 @pytest.mark.core
 def test_feasible_with_a_scene_is_both() -> None:
+    """`feasible` in a scene is `feasible` without it & the clear arcs, one, many and in threads."""
     rng, arm = generator(9), ARMS[0].with_(body=BONES)
     scene = aa.Scene([obstacle(arm, rng, k % 4) for k in range(4)])
     poses = np.stack([posed(arm, rng, 0)[0] for _ in range(20)])
@@ -300,6 +310,7 @@ def test_feasible_with_a_scene_is_both() -> None:
 
 
 def test_a_hand_that_meets_an_obstacle_blocks_the_pose() -> None:
+    """A gripper in an obstacle gives POSE_BLOCKED with both names, unless the scene ignores the pair."""
     arm = ARMS[0].with_(body=BONES).with_(hand=[aa.Box(aa.pose([0, 0, 0.1]), [0.1, 0.1, 0.2], name="part")])
     pose, _, gc = arm.forward([0.0, 0.6, 0.0, -1.4, 0.0, 0.9, 0.0])
     tip = moved_tip(pose, 0.2)
@@ -313,12 +324,13 @@ def test_a_hand_that_meets_an_obstacle_blocks_the_pose() -> None:
 
 
 def moved_tip(pose: Any, length: float) -> float:
-    """The lowest height of a hand 0.1 m wide and so long."""
+    """The lowest height (m) of a gripper 0.1 m wide and `length` long."""
     corners = [pose @ [x, y, z, 1.0] for x in (-0.05, 0.05) for y in (-0.05, 0.05) for z in (0.0, length)]
     return float(min(corner[2] for corner in corners))
 
 
 def test_what_the_hand_carries_blocks_the_upper_arm_and_not_its_own_link() -> None:
+    """A rod in the gripper blocks psi at which it meets the upper arm, and never its own link."""
     rod = aa.Capsule([0, 0, 0.0], [-0.4, 0, 0.0], 0.02, name="rod")
     body = aa.Body({
         3: [aa.Capsule([0, -0.4, 0], [0, 0, 0], 0.08, name="upper")],
@@ -338,6 +350,7 @@ def test_what_the_hand_carries_blocks_the_upper_arm_and_not_its_own_link() -> No
 
 
 def test_base_and_table_may_touch_where_the_scene_says_so() -> None:
+    """A base in a table blocks the pose unless the scene ignores the pair."""
     body = aa.Body({0: [aa.Capsule([0, 0, 0.02], [0, 0, 0.15], 0.08)], 3: [aa.Ball([0, -0.2, 0], 0.08)]})
     arm = ARMS[0].with_(body=body)
     pose, _, gc = arm.forward([0.0, 0.6, 0.0, -1.4, 0.0, 0.9, 0.0])
@@ -348,6 +361,7 @@ def test_base_and_table_may_touch_where_the_scene_says_so() -> None:
 
 
 def test_out_of_reach_is_said() -> None:
+    """The clear arcs of a pose out of reach are UNREACHABLE."""
     arm = ARMS[0].with_(body=BONES)
     far = aa.pose([3.0, 0, 0])
     assert arm._clear(far, 0, aa.Scene([aa.Ball([0, 0, 1], 0.1)])).status == aa.Status.UNREACHABLE

@@ -16,7 +16,7 @@ WRITTEN = ARM.with_(base=aa.pose([0.2, 0.1, -0.3], rpy=[0.1, 0.4, 0.2]))
 
 
 def shapes(rng: np.random.Generator) -> list[object]:
-    """One of each kind, away from the base."""
+    """One shape of each kind near the shoulder."""
     near = WRITTEN.frames(np.zeros(7))[1, :3, 3]
     places = near + rng.normal(size=(3, 3)) * 0.5
     return [
@@ -28,6 +28,7 @@ def shapes(rng: np.random.Generator) -> list[object]:
 
 
 def test_the_nearest_pair_is_that_of_all_distances() -> None:
+    """`clearance` gives distance, pair, points and psi_rate of the nearest pair."""
     rng = generator(1)
     for _ in range(count(20)):
         scene = aa.Scene(shapes(rng))
@@ -48,7 +49,9 @@ def test_the_nearest_pair_is_that_of_all_distances() -> None:
 
 
 def test_no_grid_is_farther_from_the_obstacles() -> None:
-    """`solve(prefer="clearance")`: of all branches and arm angles; one, a batch, and without obstacles."""
+    """`solve(prefer="clearance")` is the farthest of all branches and psi; it takes batches, and refuses
+    other wishes.
+    """
     rng, poses, seeds = generator(4), [], []
     arm = WRITTEN.with_(scene=aa.Scene(shapes(rng), clearance=0.001))
     while len(poses) < count(6):
@@ -86,6 +89,7 @@ def test_no_grid_is_farther_from_the_obstacles() -> None:
 
 @pytest.mark.slow
 def test_what_swings_is_as_near_as_its_distances_say() -> None:
+    """`clearance` of links with shapes off their axes equals plain distances, psi_rate differences."""
     body = aa.Body({
         1: [aa.Capsule([0.05, 0.1, 0.06], [0.06, -0.02, 0.06], 0.03, name="one")],
         2: [aa.Ball([0.06, 0.05, 0.1], 0.04, name="two")], 3: [aa.Ball([0, -0.1, 0.05], 0.05, name="three")],
@@ -112,6 +116,7 @@ def test_what_swings_is_as_near_as_its_distances_say() -> None:
 
 
 def test_a_batch_is_each_of_its_poses() -> None:
+    """`clearance` of many joints equals that of each."""
     rng = generator(2)
     scene = aa.Scene(shapes(rng))
     poses, psi, gc = WRITTEN.forward(rng.uniform(-1.5, 1.5, (2, 5, 7)))
@@ -123,6 +128,7 @@ def test_a_batch_is_each_of_its_poses() -> None:
 
 
 def test_without_obstacles_nothing_is_near() -> None:
+    """`clearance` without obstacles is infinite, and the arcs are full."""
     pose, psi, gc = ARM.forward(np.full(7, 0.3))
     near = ARM.clearance(ARM.inverse(pose, psi, gc, limits=False), aa.Scene())
     assert near.distance == np.inf and near.obstacle is None and near.link is None
@@ -131,6 +137,7 @@ def test_without_obstacles_nothing_is_near() -> None:
 
 
 def test_where_nothing_is_reached_nothing_is_near() -> None:
+    """For a pose out of reach the widest psi and its nearest pair are NaN and None."""
     near, gc = ARM.forward(np.full(7, 0.3))[::2]
     far = near.copy()
     far[0, 3] += 5.0
@@ -143,6 +150,7 @@ def test_where_nothing_is_reached_nothing_is_near() -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_no_arm_angle_is_wider(seed: int) -> None:
+    """The widest psi is at least as far from obstacles as any on a grid within limits."""
     rng = generator(3, seed)
     scene = aa.Scene(shapes(rng), clearance=0.01)
     span = np.maximum(WRITTEN.lower, -1.5), np.minimum(WRITTEN.upper, 1.5)
@@ -161,6 +169,7 @@ def test_no_arm_angle_is_wider(seed: int) -> None:
 
 
 def test_a_refusal_says_by_how_much() -> None:
+    """If no psi is clear, the widest one tells the distance that is missing."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=aa.Body.bones(upper_arm=0.05, forearm=0.05))
     pose, _, gc = arm.forward([0.3, 0.7, 0.2, -1.3, 0.4, 0.8, 0.1])
     start = arm.frames(np.zeros(7))[1, :3, 3]
@@ -172,6 +181,7 @@ def test_a_refusal_says_by_how_much() -> None:
 
 
 def test_limits_that_leave_nothing_leave_no_widest() -> None:
+    """If limits leave no psi, the widest is NaN without a pair."""
     pose, _, gc = ARM.forward(np.full(7, 0.3))
     narrow = ARM.with_(lower=np.full(7, 2.0), upper=np.full(7, 2.1))
     found = narrow._widest(pose, gc, aa.Scene([aa.Ball([0, 0, 1], 0.1)]))
@@ -179,6 +189,7 @@ def test_limits_that_leave_nothing_leave_no_widest() -> None:
 
 
 def test_the_widest_beside_a_box_that_no_needle_of_a_link_is_proven_clear_of() -> None:
+    """Next to a box of special shape the widest psi is as far as any on a grid."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=aa.Body.bones(upper_arm=0.05, forearm=0.045))
     pose, _, gc = arm.forward([-1.92, 1.64, -2.01, 1.33, -1.72, 1.315, -0.55])
     frame = aa.pose([-0.0755, -0.3947, 0.3366], rotvec=[1, 0, 0])
@@ -194,6 +205,7 @@ def test_the_widest_beside_a_box_that_no_needle_of_a_link_is_proven_clear_of() -
 
 
 def test_a_pair_that_rests_does_not_decide_between_arm_angles() -> None:
+    """The widest psi is chosen by pairs that psi moves; only if there is none by one at rest."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
     pose, _, gc = arm.forward(np.radians([20, 45, 10, -80, 10, 60, 0]))
     floor = aa.Scene([aa.HalfSpace([0, 0, 1], 0.0)])

@@ -29,7 +29,7 @@ SHOULDER = ARM.frames(np.zeros(7))[1, :3, 3]
 
 
 def seen(rng: np.random.Generator, number: int, near: float = 0.25) -> NDArray[np.float64]:
-    """Points of a few patches and of dust around, none next to the shoulder."""
+    """`number` points of a few patches and of dust around, none within `near` (m) of the shoulder."""
     patches = SHOULDER + rng.normal(size=(4, 3)) * 0.4
     points = patches[rng.integers(0, 4, 4 * number)] + rng.normal(size=(4 * number, 3)) * [0.1, 0.1, 0.005]
     points[::5] = SHOULDER + rng.uniform(-1.2, 1.2, (len(points[::5]), 3))
@@ -38,12 +38,14 @@ def seen(rng: np.random.Generator, number: int, near: float = 0.25) -> NDArray[n
 
 
 def posed(rng: np.random.Generator, arm: aa.Arm) -> Any:
+    """A random pose of the arm."""
     return arm.forward(rng.uniform(np.maximum(arm.lower, -2), np.minimum(arm.upper, 2)))[0]
 
 
 @pytest.mark.parametrize("body", [BODY, BONES], ids=["swinging", "bones"])
 @pytest.mark.parametrize("number", [1, 9, 300, 3000])
 def test_a_cloud_is_its_points(body: aa.Body, number: int) -> None:
+    """A cloud has the arcs, distances and links of its points as balls, in any order."""
     rng = generator(1, number)
     arm = FREE.with_(body=body).with_(hand=HAND)
     about: Any = {"clearance": 0.005, "ignore": [("hand", "forearm")] if body is BONES else []}
@@ -66,6 +68,7 @@ def test_a_cloud_is_its_points(body: aa.Body, number: int) -> None:
 
 
 def test_what_groups_leave_out_touches_nothing() -> None:
+    """Psi that a cloud leaves are clear of its points by plain distances, and `clearance` agrees."""
     rng = generator(2)
     arm = FREE.with_(body=BONES)
     for k in range(count(2)):
@@ -93,7 +96,7 @@ def room(rng: np.random.Generator) -> NDArray[np.float64]:
 
 
 def nearest(arm: aa.Arm, q: Any, points: NDArray[np.float64]) -> float:
-    """The least distance of points from the axes of the links of a posture, less the links' radii."""
+    """The least distance (m) of points from the links at joints q."""
     assert arm.body is not None
     frames = arm.frames(q)
     rods = arm.body._shapes(arm.geometry)
@@ -105,6 +108,7 @@ def nearest(arm: aa.Arm, q: Any, points: NDArray[np.float64]) -> float:
 
 @pytest.mark.slow
 def test_the_ends_of_a_million_points_are_where_the_nearest_of_them_touches() -> None:
+    """At the ends of arcs among a million points the nearest one just touches, in any order."""
     rng, arm, checked = generator(4), FREE.with_(body=BONES), 0
     points = room(rng)
     scene, shuffled = (aa.Scene([aa.Cloud(p, 0.004)]) for p in (points, rng.permutation(points)))
@@ -126,6 +130,7 @@ def test_the_ends_of_a_million_points_are_where_the_nearest_of_them_touches() ->
 
 @pytest.mark.parametrize("share", [1 - 1e-9, 1 + 1e-9])
 def test_a_point_that_touches_by_a_part_in_a_thousand_million_is_not_culled(share: float) -> None:
+    """One point among many blocks psi if it touches by 1e-9, and not if it misses by that."""
     rng, arm = generator(5), FREE.with_(body=BONES)
     pose = posed(rng, ARM)
     psi = 0.3
@@ -138,6 +143,7 @@ def test_a_point_that_touches_by_a_part_in_a_thousand_million_is_not_culled(shar
 
 
 def test_the_ends_are_those_of_the_nearest_points_after_many_that_are_covered() -> None:
+    """At the ends of arcs next to a dense cloud `clearance` is 0."""
     rng = generator(3)
     arm = FREE.with_(body=BONES)
     pose = posed(rng, ARM)
@@ -152,6 +158,7 @@ def test_the_ends_are_those_of_the_nearest_points_after_many_that_are_covered() 
 
 
 def test_a_cloud_is_a_value() -> None:
+    """A cloud compares, hashes, pickles and keeps its own read-only points."""
     points = np.arange(12.0).reshape(4, 3)
     cloud = aa.Cloud(points.astype(np.float32), 0.1, name="seen")
     assert cloud == aa.Cloud(points, 0.1, name="seen") != aa.Cloud(points + 1, 0.1, name="seen")

@@ -25,14 +25,14 @@ NEAR = 1e-9
 
 
 def exact_request(coal: Any) -> Any:
-    """What coal is asked with: its own tolerance is 1e-6 m, by which it is wrong beside plates of microns."""
+    """A distance request for coal with a tolerance of 1e-14 m instead of 1e-6 m."""
     request = coal.DistanceRequest()
     request.gjk_tolerance, request.gjk_max_iterations = 1e-14, 1000
     return request
 
 
 def placed(coal: Any, frame: NDArray[np.float64], shape: Any) -> tuple[Any, Any]:
-    """A shape of coal and where it is."""
+    """A ball, capsule or box given in `frame`, as a shape of coal with its transform."""
     if isinstance(shape, aa.Ball):
         return coal.Sphere(shape.radius), coal.Transform3s(
             np.eye(3), frame[:3, :3] @ shape.center + frame[:3, 3]
@@ -51,7 +51,7 @@ def placed(coal: Any, frame: NDArray[np.float64], shape: Any) -> tuple[Any, Any]
 
 
 def obstacle(rng: np.random.Generator, arm: aa.Arm, kind: int) -> Any:
-    """A ball, a capsule or a box within reach."""
+    """A random ball, capsule or box (kind 0, 1, 2) within reach."""
     along = rng.normal(size=3)
     middle = arm.frames(np.zeros(7))[1, :3, 3] + along / np.linalg.norm(along) * rng.uniform(0.25, 0.8)
     if kind == 0:

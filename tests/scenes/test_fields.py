@@ -26,7 +26,7 @@ TURNED = ARM.with_(base=aa.pose([0.2, 0.1, -0.3], rpy=[0.1, 0.4, 0.2]))
 
 
 def grid(low: Any, size: Any, spacing: float) -> Floats:
-    """The nodes of a grid."""
+    """The nodes (a, b, c, 3) of a grid from `low` over at least `size` (m)."""
     shape = np.ceil(np.asarray(size) / spacing).astype(int) + 1
     axes = [start + spacing * np.arange(n) for start, n in zip(low, shape, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
@@ -35,7 +35,7 @@ def grid(low: Any, size: Any, spacing: float) -> Floats:
 def of_balls(
     centres: Floats, radius: float, spacing: float, rng: np.random.Generator, noise: float
 ) -> aa.Field:
-    """The field of balls, up to `noise` below the truth and cut off at 0.25 m."""
+    """The distance field of balls, up to `noise` (m) below the truth and cut off at 0.25 m."""
     low = centres.min(axis=0) - radius - 0.16  # more than any link's radius: see Field
     nodes = grid(low, centres.max(axis=0) + radius + 0.16 - low, spacing)
     apart = np.linalg.norm(nodes[..., None, :] - centres, axis=-1).min(axis=-1) - radius
@@ -47,6 +47,7 @@ def of_balls(
 @pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_what_a_field_leaves_lies_between_the_balls_and_larger_balls(noise: float) -> None:
+    """Arcs of a field lie within those of its balls, and hold those of balls larger by LOST."""
     rng, some = generator(1), 0
     for k in range(count(12)):
         arm = [ARM, TURNED][k % 2]
@@ -67,6 +68,7 @@ def test_what_a_field_leaves_lies_between_the_balls_and_larger_balls(noise: floa
 
 
 def test_the_nearest_of_a_field_is_a_lower_bound_with_a_direction() -> None:
+    """`clearance` to a field is at most the true distance and less by under LOST spacings."""
     rng = generator(2)
     for _ in range(count(20)):
         centre = ARM.frames(np.zeros(7))[1, :3, 3] + rng.normal(size=3) * 0.4
@@ -87,7 +89,7 @@ def test_the_nearest_of_a_field_is_a_lower_bound_with_a_direction() -> None:
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 def test_arcs_distances_and_the_widest_arm_angle_are_of_one_surface(noise: float) -> None:
-    """As far as `Field` says: a hundredth of a spacing too near, a quarter too far."""
+    """For a field, arcs and widest psi agree with `clearance` but for a part of the spacing."""
     rng, ends, beyond = generator(7), 0, 0
     ignore = [(f"link_{i}", f"link_{j}") for i, j in ((1, 3), (1, 4), (1, 5), (3, 5))]
     for k in range(count(24)):
@@ -121,7 +123,7 @@ def test_arcs_distances_and_the_widest_arm_angle_are_of_one_surface(noise: float
 
 
 def test_arcs_and_distances_of_a_coarse_field_that_was_cut_off_agree() -> None:
-    """Two nodes along each edge, far apart, and no distance above 0: nothing is known within the grid."""
+    """For a field of two nodes an edge, all 0, arcs agree with `clearance`."""
     rng, near = generator(9), 0
     for _ in range(count(30)):
         spacing = rng.uniform(0.2, 0.4)
@@ -138,7 +140,7 @@ def test_arcs_and_distances_of_a_coarse_field_that_was_cut_off_agree() -> None:
 
 
 def test_what_a_noisy_node_forgets_its_neighbours_tell() -> None:
-    """A value is raised to what others prove; then it alone changes nothing."""
+    """A field with nodes that are far too low has the distances of the true field but for 0.04 m."""
     nodes = grid([0.2, -0.2, 0.3], [0.4] * 3, 0.02)
     told = np.linalg.norm(nodes - [0.4, 0.0, 0.5], axis=-1) - 0.05
     holes = np.where(generator(8).random(told.shape) < 0.2, -1.0, told)
@@ -150,6 +152,7 @@ def test_what_a_noisy_node_forgets_its_neighbours_tell() -> None:
 
 
 def test_outside_its_grid_a_field_is_free() -> None:
+    """A field of negative nodes is as near as the box of its grid."""
     field = aa.Field(np.full((3, 3, 3), -1.0), [0.4, 0.4, 0.4], 0.05, name="block")
     box = aa.Box(aa.pose([0.45, 0.45, 0.45]), [0.1, 0.1, 0.1], name="block")
     rng = generator(3)
@@ -164,6 +167,7 @@ def test_outside_its_grid_a_field_is_free() -> None:
 
 
 def test_what_the_hand_holds_keeps_off_a_field() -> None:
+    """A gripper shape in a field is POSE_BLOCKED as by its ball, or by one larger by 0.02 m."""
     rng, blocked = generator(4), 0
     for k in range(40):
         pose, _, gc = ARM.forward(rng.uniform(-1.5, 1.5, 7))
@@ -187,6 +191,7 @@ def test_what_the_hand_holds_keeps_off_a_field() -> None:
 
 
 def test_a_plan_round_a_field_is_proven_and_clear_of_the_truth() -> None:
+    """A certified plan in the scene of a field keeps clear of the ball that the field was made of."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=aa.Body.bones(upper_arm=0.07, forearm=0.06))
     q = np.radians([20, 45, 10, -80, 10, 60, 0])
     pose, _, _ = arm.forward(q)
@@ -203,6 +208,7 @@ def test_a_plan_round_a_field_is_proven_and_clear_of_the_truth() -> None:
 
 
 def test_a_field_is_written_and_read(tmp_path: Path) -> None:
+    """`load_field` reads an .npz with distance, origin and spacing, and refuses others."""
     distance = np.arange(24.0).reshape(2, 3, 4) * 1e-3
     np.savez(tmp_path / "seen.npz", distance=distance, origin=[0.1, 0.2, 0.3], spacing=0.05)
     field = aa.io.load_field(tmp_path / "seen.npz", name="seen")

@@ -25,7 +25,7 @@ CUBE = np.array(list(product((-0.5, 0.5), repeat=3)))
 
 
 def place(arm: aa.Arm, rng: np.random.Generator) -> Floats:
-    """A frame within reach of the links."""
+    """A frame (4, 4) at random within reach of the links."""
     along = rng.normal(size=3)
     shoulder = arm.frames(np.zeros(7))[1, :3, 3]
     middle = shoulder + along / np.linalg.norm(along) * rng.uniform(0.15, 0.5)
@@ -33,16 +33,18 @@ def place(arm: aa.Arm, rng: np.random.Generator) -> Floats:
 
 
 def posed(arm: aa.Arm, rng: np.random.Generator) -> tuple[Any, Any, Any]:
+    """A random pose of the arm with its psi and gc."""
     return arm.forward(rng.uniform(np.maximum(arm.lower, -3.0), np.minimum(arm.upper, 3.0)))
 
 
 def of_box(frame: Floats, size: Floats) -> Floats:
-    """The corners of a box."""
+    """The corners (8, 3) of a box."""
     return (CUBE * size) @ frame[:3, :3].T + frame[:3, 3]
 
 
 @pytest.mark.parametrize("body", [BONES, SPHERES], ids=["bones", "spheres"])
 def test_a_box_by_its_corners_is_the_box(body: aa.Body) -> None:
+    """The hull of a box's corners has the arcs and distances of the box."""
     rng, blocked = generator(1), 0
     for k in range(count(60)):
         arm = ARMS[k % 3].with_(body=body)
@@ -66,6 +68,7 @@ def test_a_box_by_its_corners_is_the_box(body: aa.Body) -> None:
 
 
 def test_one_point_is_a_ball_and_two_are_a_capsule() -> None:
+    """Hulls of one point and of points on a line have the arcs of a ball and a capsule."""
     rng, arm = generator(2), ARMS[1].with_(body=BONES)
     for _ in range(20):
         a, b = place(arm, rng)[:3, 3], place(arm, rng)[:3, 3]
@@ -79,7 +82,7 @@ def test_one_point_is_a_ball_and_two_are_a_capsule() -> None:
 
 
 def inside(points: Floats, corners: Floats) -> NDArray[np.bool_]:
-    """Whether points (..., 3) lie in a tetrahedron of four of the corners."""
+    """Whether points (..., 3) are in the hull, as in a tetrahedron of four of the corners."""
     out = np.zeros(points.shape[:-1], dtype=bool)
     for four in combinations(corners, 4):
         edges = np.array(four[1:]) - four[0]
@@ -106,10 +109,11 @@ def from_triangles(points: Floats, corners: Floats) -> Floats:
 
 
 def least(begin: Floats, end: Floats, corners: Floats) -> Floats:
-    """Distances of segments (..., 3) from the hull: a convex function's least, by thirds."""
+    """Distances (...) of segments (..., 3) from the hull of corners."""
     low, high = np.zeros(begin.shape[:-1]), np.ones(begin.shape[:-1])
 
     def at(share: Floats) -> Floats:
+        """The distances at shares of the segments."""
         return from_triangles(begin + share[..., None] * (end - begin), corners)
 
     for _ in range(60):
@@ -122,6 +126,7 @@ def least(begin: Floats, end: Floats, corners: Floats) -> Floats:
 @pytest.mark.slow
 @pytest.mark.core
 def test_arcs_of_a_hull_are_what_its_triangles_say() -> None:
+    """Arcs next to a hull agree with distances from all triangles of its corners."""
     rng, ends = generator(3), 0
     for k in range(count(6)):
         arm = ARMS[k % 3].with_(body=aa.Body.bones(upper_arm=0.06, forearm=0.05))
@@ -149,6 +154,7 @@ def test_arcs_of_a_hull_are_what_its_triangles_say() -> None:
 
 
 def test_a_hull_in_the_hand_is_the_box_of_its_corners() -> None:
+    """A hull as gripper has the arcs and distances of the box with its corners."""
     rng, blocked = generator(4), set()
     arm = ARMS[0].with_(body=BONES)
     for k in range(60):
@@ -177,6 +183,7 @@ def test_a_hull_in_the_hand_is_the_box_of_its_corners() -> None:
 
 
 def test_what_the_hand_holds_may_not_lie_within_an_obstacle_however_sharp_both_are() -> None:
+    """A gripper within a larger or around a smaller obstacle blocks the pose, at distance 0."""
     corners = CUBE * 0.1
     pose, psi, gc = ARMS[0].forward([0, 0.6, 0, -1.4, 0, 0.9, 0])
     for held in (aa.Box(np.eye(4), [0.1, 0.1, 0.1], name="part"), aa.Hull(corners, name="part")):
@@ -193,6 +200,7 @@ def test_what_the_hand_holds_may_not_lie_within_an_obstacle_however_sharp_both_a
 
 
 def test_a_plan_round_a_hull_is_proven_and_clear_between_its_rows() -> None:
+    """A certified plan keeps clear of a hull; one that starts in it fails and names it."""
     arm = ARMS[0].with_(body=BONES)
     q = np.radians([20, 45, 10, -80, 10, 60, 0])
     pose, _, _ = arm.forward(q)

@@ -18,11 +18,12 @@ LAMP = aa.Scene([aa.Ball([0.28, 0.26, 0.6], 0.06, name="lamp")], clearance=0.01)
 
 
 def least(q: np.ndarray, scene: aa.Scene) -> float:
-    """Distance of the nearest pair over postures."""
+    """The distance (m) of the nearest pair over joints (..., 7)."""
     return float(distances(ARM, q, scene)[0].min())
 
 
 def test_a_motion_goes_round_what_holding_psi_touches() -> None:
+    """`follow` in a scene keeps the clearance where a constant psi collides."""
     held = ARM.inverse(LINE, PSI, GC, limits=False)
     assert least(held, LAMP) < 0.0
     path = aa.follow(ARM.with_(scene=LAMP), LINE, start=Q)
@@ -42,6 +43,7 @@ def test_follow_is_step_in_a_loop_bit_for_bit() -> None:
 
 
 def test_a_scene_is_what_its_arcs_are_as_allowed() -> None:
+    """`step` and `resolve` in a scene equal those with `allowed` = its clear arcs."""
     for pose in LINE[::20]:
         arcs = ARM._clear(pose, GC, LAMP)
         by_scene, by_arcs = aa.step(ARM.with_(scene=LAMP), Q, pose), aa.step(ARM, Q, pose, allowed=arcs)
@@ -53,6 +55,7 @@ def test_a_scene_is_what_its_arcs_are_as_allowed() -> None:
 
 
 def test_where_nothing_is_clear_the_status_says_so_and_nothing_moves() -> None:
+    """If no psi is clear `step` and `follow` say CLEARANCE or POSE_BLOCKED, and joints stay."""
     around = aa.Scene([aa.Ball([0, 0, 0.34], 0.2, name="cage")])
     now = aa.step(ARM.with_(scene=around), Q, POSE)
     assert now.status == aa.Status.CLEARANCE and np.array_equal(now.q, Q)
@@ -63,6 +66,7 @@ def test_where_nothing_is_clear_the_status_says_so_and_nothing_moves() -> None:
 
 
 def test_an_obstacle_on_the_elbow_is_left_at_once_or_the_status_says_clearance() -> None:
+    """`step` from a collision leaves it if one step suffices; else CLEARANCE, or OUTSIDE with "stop"."""
     elbow = ARM.elbow(Q)
     small = aa.Scene([aa.Ball(elbow + np.array([0.0, 0.0, 0.05]), 0.001)])
     large = aa.Scene([aa.Ball(elbow + np.array([0.0, 0.0, 0.05]), 0.2)])
@@ -75,6 +79,7 @@ def test_an_obstacle_on_the_elbow_is_left_at_once_or_the_status_says_clearance()
 
 
 def test_lookahead_goes_round_a_dead_end_made_by_obstacles() -> None:
+    """`follow` with lookahead avoids a pocket of balls in which it ends without."""
     line = np.tile(POSE, (200, 1, 1))
     line[:, 1, 3] += np.linspace(0.0, 0.3, 200)
     places = [[0.2763, 0.1045, 0.4830], [0.2085, 0.2854, 0.4624], [0.3333, 0.2607, 0.4953]]
@@ -90,6 +95,7 @@ def test_lookahead_goes_round_a_dead_end_made_by_obstacles() -> None:
 
 @pytest.mark.slow
 def test_a_solution_is_clear_and_no_clear_posture_is_nearer() -> None:
+    """`solve` in a scene is clear and as near as any clear joints on a grid; `solutions` begins with it."""
     rng = generator(3)
     grid = np.linspace(-np.pi, np.pi, 721)
     for _ in range(count(4)):
@@ -115,6 +121,7 @@ def test_a_solution_is_clear_and_no_clear_posture_is_nearer() -> None:
 
 
 def test_a_seed_that_touches_is_no_solution() -> None:
+    """`solve` returns a seed that is clear, and other joints for one that collides."""
     on = aa.Scene([aa.Ball(ARM.elbow(Q), 0.05)])
     assert np.array_equal(ARM.solve(POSE, seed=Q).q, Q)
     away = ARM.with_(scene=on).solve(POSE, seed=Q)
@@ -124,6 +131,7 @@ def test_a_seed_that_touches_is_no_solution() -> None:
 
 
 def test_why_there_is_no_solution() -> None:
+    """`solve` and `explain` in a scene name pair and missing distance."""
     around = aa.Scene([aa.Ball([0, 0.09, 0.34], 0.06, name="post")], clearance=0.005)
     assert ARM.with_(scene=around).solve(POSE, seed=Q).status == aa.Status.CLEARANCE
     why = ARM.with_(scene=around).explain(POSE)
@@ -150,6 +158,7 @@ def test_why_there_is_no_solution() -> None:
 
 @pytest.mark.parametrize("bounded", [False, True])
 def test_escape_leads_out_and_never_nearer(bounded: bool) -> None:
+    """`follow` with outside="escape" never comes nearer to what it collides with, and mostly gets clear."""
     rng = generator(5)
     out = aa.Repulsion(outside="escape")
     how = {"velocity": 2.0, "dt": 0.01} if bounded else {"max_joint_step": 0.02}
@@ -183,6 +192,7 @@ def test_escape_leads_out_and_never_nearer(bounded: bool) -> None:
 
 
 def test_an_escape_is_reported_and_where_there_is_no_way_out_nothing_moves() -> None:
+    """A step with outside="escape" moves with status CLEARANCE, and stays if there is no way out."""
     on = aa.Scene([aa.Ball(ARM.elbow(Q), 0.05, name="post")])
     out = aa.Hold(outside="escape")
     now = aa.step(ARM.with_(scene=on), Q, POSE, policy=out, max_joint_step=0.02)

@@ -21,12 +21,12 @@ WAY = 0.5
 
 
 def passing(s: float) -> aa.Scene:
-    """A ball that passes where the elbow is."""
+    """The scene at s: a ball that passes where the elbow is."""
     return aa.Scene([aa.Ball(np.add(ELBOW, [0.0, 0.3 - WAY * s, 0.02]), 0.04, name="ball")], clearance=0.01)
 
 
 def least(path: aa.JointPath, s: Any) -> float:
-    """The nearest that a ball comes to the links of a motion, each s with the scene of its own."""
+    """The least distance (m) over a motion at s, each with the scene of that s."""
     rows = path.at(s)
     return min(
         float(ARM.clearance(ARM.inverse(pose, psi, gc, limits=False), passing(float(at))).distance)
@@ -35,6 +35,7 @@ def least(path: aa.JointPath, s: Any) -> float:
 
 
 def test_follow_is_step_in_a_loop_with_the_scene_of_each_pose_bit_for_bit() -> None:
+    """`follow` with a function or list of scenes equals `step` with each, and keeps the clearance."""
     path = aa.follow(ARM, POSES, start=Q, scene=passing)
     assert path.ok
     q = Q
@@ -54,6 +55,7 @@ def test_follow_is_step_in_a_loop_with_the_scene_of_each_pose_bit_for_bit() -> N
 
 
 def test_looking_ahead_sees_where_obstacles_will_be() -> None:
+    """`follow` with lookahead passes between balls that close later, where without it ends."""
     poses = np.tile(POSE, (40, 1, 1))
 
     def closing(s: float) -> aa.Scene:
@@ -70,6 +72,7 @@ def test_looking_ahead_sees_where_obstacles_will_be() -> None:
 
 
 def test_a_plan_among_what_moves_is_certified_and_never_touches_between_its_rows() -> None:
+    """A plan with scene= a function keeps the clearance at each s from the scene of that s."""
     path = aa.plan(ARM, POSES, start=Q, scene=passing, obstacle_speed=WAY)
     assert path.ok and path.certified, path.explain()
     assert least(path, np.linspace(0.0, 1.0, 2001)) >= 0.01
@@ -78,9 +81,11 @@ def test_a_plan_among_what_moves_is_certified_and_never_touches_between_its_rows
 
 
 def test_a_plan_asks_for_the_scene_of_each_part_once() -> None:
+    """`plan` calls scene= once for each part of 4 mm of obstacle motion and once for each row."""
     asked: list[float] = []
 
     def counted(s: float) -> aa.Scene:
+        """The scene at s, which is kept in `asked`."""
         asked.append(s)
         return passing(s)
 
@@ -91,7 +96,7 @@ def test_a_plan_asks_for_the_scene_of_each_part_once() -> None:
 
 @pytest.mark.slow
 def test_no_way_among_what_moves_is_proven_or_explained() -> None:
-    """A start from which a way through several branches is sought too, among a dozen of obstacles."""
+    """A plan among many moving obstacles is certified or has a diagnosis."""
     arm = ARM.with_(body=aa.Body.bones(upper_arm=0.06, forearm=0.05))
     rng = np.random.default_rng([5, 2])
     q = rng.uniform(arm.lower, arm.upper) * 0.7
@@ -107,6 +112,7 @@ def test_no_way_among_what_moves_is_proven_or_explained() -> None:
             drawn.append((centre, *shape, *turned))
 
     def scene(s: float) -> aa.Scene:
+        """The obstacles at s."""
         shapes: list[Any] = []
         for centre, kind, radius, along, rpy, size, to in drawn:
             at = centre + (s - 0.5) * to / np.linalg.norm(to)
@@ -122,7 +128,10 @@ def test_no_way_among_what_moves_is_proven_or_explained() -> None:
 
 
 def test_what_moves_and_shuts_the_way_is_named() -> None:
+    """`explain` of a plan that a moving obstacle blocks names it."""
+
     def falling(s: float) -> aa.Scene:
+        """The scene at s."""
         return aa.Scene([aa.Ball([0.0, 0.3 - 0.25 * s, 0.34], 0.08, name="post")])
 
     path = aa.plan(ARM, POSES, start=Q, scene=falling, obstacle_speed=0.25)
@@ -130,6 +139,7 @@ def test_what_moves_and_shuts_the_way_is_named() -> None:
 
 
 def test_a_scene_that_stands_as_a_function_is_that_scene() -> None:
+    """A plan with a constant function as scene equals one with that scene."""
     one = aa.plan(ARM.with_(scene=passing(0.2)), POSES, start=Q)
     other = aa.plan(ARM, POSES, start=Q, scene=lambda s: passing(0.2), obstacle_speed=0.0)
     np.testing.assert_array_equal(one.q, other.q)
@@ -137,6 +147,7 @@ def test_a_scene_that_stands_as_a_function_is_that_scene() -> None:
 
 
 def test_a_plan_keeps_the_soft_clearance_where_the_whole_path_can() -> None:
+    """A plan keeps `soft` if all of it can, else plans as without."""
     s = np.linspace(0.0, 1.0, 501)
     shape = passing(0.45).shapes
     for soft, kept in ((0.03, True), (0.6, False)):
@@ -163,11 +174,13 @@ def test_a_plan_keeps_the_soft_clearance_where_the_whole_path_can() -> None:
     ],
 )  # fmt: skip
 def test_what_a_plan_cannot_certify_is_refused(options: dict[str, Any], why: str) -> None:
+    """`plan` refuses a moving scene without obstacle_speed, of a wrong type, or with changing names."""
     with pytest.raises(aa.InputError, match=why):
         aa.plan(ARM, POSES, **options)
 
 
 def test_a_follow_needs_a_scene_for_each_pose() -> None:
+    """`follow` refuses a list of another length and what is no scene."""
     for scene, why in (([passing(0.0)], "is 1, wanted one Scene by itself for all poses, or one for each"),
                        ([3] * 60, r"scene\[0\]"),
                        (lambda s: 3, r"scene\[0\]"), ("cell", r"load_scene\(")):  # fmt: skip
@@ -176,6 +189,7 @@ def test_a_follow_needs_a_scene_for_each_pose() -> None:
 
 
 def test_a_motion_says_how_near_it_came_and_to_what() -> None:
+    """`clearance` and `closest` of a motion are those of its rows; NaN and None without a scene."""
     path = aa.follow(ARM, POSES, start=Q, scene=passing)
     apart = [ARM.clearance(ARM.inverse(p, a, g, limits=False), passing(s)) for p, a, g, s in
              zip(POSES, path.psi, path.gc, S, strict=True)]  # fmt: skip

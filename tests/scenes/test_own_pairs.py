@@ -18,7 +18,7 @@ NAMES = ["kuka_iiwa7_r800", "barrett_wam7", "yaskawa_sia5d", "openarm_v10"]
 
 
 def body_of(rng: np.random.Generator) -> aa.Body:
-    """A few balls and capsules on every link."""
+    """A collision model with two balls and a capsule on every link."""
     links = {}
     for frame in range(8):
         ball = aa.Ball(rng.normal(size=3) * 0.05, rng.uniform(0.02, 0.06))
@@ -29,7 +29,9 @@ def body_of(rng: np.random.Generator) -> aa.Body:
 
 
 def distances(arm: aa.Arm, q: Floats) -> Floats:
-    """The least distance of each two shapes of the body at postures (m, 7), from points along both."""
+    """The least distance (n, n) of each two shapes of the model over joints (m, 7), from points along
+    both.
+    """
     frames = arm.frames(q)
     share = np.linspace(0, 1, 9)[:, None]
     points, radii = [], []
@@ -51,6 +53,7 @@ def distances(arm: aa.Arm, q: Floats) -> Floats:
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("name", NAMES)
 def test_no_posture_brings_shapes_nearer_than_is_proven(name: str) -> None:
+    """The proven lower bounds of own pairs hold at random joints, and are not far below."""
     rng = generator(31, len(name))
     arm = aa.Arm.from_catalogue(name).with_(body=body_of(rng))
     _, proven = never_nearer(arm)
@@ -63,6 +66,7 @@ def test_no_posture_brings_shapes_nearer_than_is_proven(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_arcs_are_the_same_bit_for_bit_without_the_proof(name: str) -> None:
+    """Arcs are the same to the bit if no own pair is left out."""
     rng = generator(32, len(name))
     arm = aa.Arm.from_catalogue(name).with_(body=body_of(rng))
     blocked = 0
@@ -85,6 +89,7 @@ def test_arcs_are_the_same_bit_for_bit_without_the_proof(name: str) -> None:
 
 
 def test_pairs_say_which_are_proven_which_are_asked_and_which_are_let_touch() -> None:
+    """`link_pairs` gives the bound of proven pairs, None for others, and which are ignored."""
     balls = {
         1: [aa.Ball([0, 0.05, 0], 0.05)],
         3: [aa.Ball([0, 0, 0], 0.05)],
@@ -100,6 +105,7 @@ def test_pairs_say_which_are_proven_which_are_asked_and_which_are_let_touch() ->
 
 
 def test_shapes_that_are_always_near_are_so_in_all_postures() -> None:
+    """A pair that is said to be always too near is so at random joints."""
     rng, seen = generator(33), 0
     for name in NAMES * 3:
         arm = aa.Arm.from_catalogue(name).with_(body=body_of(rng))
@@ -121,6 +127,7 @@ def test_shapes_that_are_always_near_are_so_in_all_postures() -> None:
 
 
 def test_a_hand_that_overlaps_the_forearm_is_named() -> None:
+    """A gripper that overlaps the forearm in all postures is warned of, unless the pair is ignored."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
     hand = [aa.Capsule([0, 0, 0], [0, 0, 0.15], 0.06, name="drill")]
     q = np.radians([20, 45, 10, -80, 10, 60, 0])
@@ -133,7 +140,9 @@ def test_a_hand_that_overlaps_the_forearm_is_named() -> None:
 
 
 def test_an_arm_measures_its_own_links_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """However its scenes come, and whether or not it has one itself; the answers are those of a new arm."""
+    """An arm computes the bounds of its own pairs once for all scenes, with the same distances as a
+    new arm.
+    """
     measured = []
     honest = ready.never_nearer
     monkeypatch.setattr(ready, "never_nearer", lambda arm: measured.append(arm) or honest(arm))

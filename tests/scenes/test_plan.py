@@ -23,12 +23,12 @@ DENSE = np.linspace(0.0, 1.0, 2001)
 
 
 def least(arm: aa.Arm, q: np.ndarray, scene: aa.Scene) -> float:
-    """Distance of the nearest pair over postures."""
+    """The distance (m) of the nearest pair over joints (..., 7)."""
     return float(distances(arm, q, scene)[0].min())
 
 
 def line(rng: np.random.Generator) -> tuple[aa.Line, np.ndarray]:
-    """A line of 0.25 m from a posture amid the limits, and the posture."""
+    """A line of 0.25 m from random joints, and these joints."""
     q = rng.uniform(BARE.lower, BARE.upper) * 0.7
     begin = BARE.forward(q)[0]
     end, way = begin.copy(), rng.normal(size=3)
@@ -37,7 +37,7 @@ def line(rng: np.random.Generator) -> tuple[aa.Line, np.ndarray]:
 
 
 def clutter(rng: np.random.Generator, n: int) -> list[Any]:
-    """Shapes of all kinds about the arm, none on its shoulder."""
+    """n shapes of all kinds around the arm, none near its shoulder."""
     shapes: list[Any] = []
     while len(shapes) < n:
         centre = np.array([0, 0, 0.34]) + rng.normal(size=3) * 0.35
@@ -53,6 +53,7 @@ def clutter(rng: np.random.Generator, n: int) -> list[Any]:
 
 @pytest.mark.parametrize("asked", [{}, {"start": Q}, {"gc": int(GC)}], ids=["free", "start", "gc"])
 def test_a_plan_goes_round_what_the_plan_without_a_scene_touches(asked: dict[str, Any]) -> None:
+    """A plan in a scene is certified and clear where one without collides."""
     without, path = aa.plan(ARM, LINE, **asked), aa.plan(ARM.with_(scene=LAMP), LINE, **asked)
     assert without.certified and least(ARM, without.at(DENSE).q, LAMP) < 0.0
     assert path.certified and least(ARM, path.at(DENSE).q, LAMP) >= 0.01
@@ -62,6 +63,7 @@ def test_a_plan_goes_round_what_the_plan_without_a_scene_touches(asked: dict[str
 
 
 def test_a_certified_plan_never_touches_and_is_there_wherever_holding_psi_is() -> None:
+    """Plans in a scene keep clear by plain distances, and fail only where no constant psi leads."""
     rng = generator(11)
     for k in range(count(5)):
         path, q = line(rng)
@@ -83,7 +85,7 @@ def test_a_certified_plan_never_touches_and_is_there_wherever_holding_psi_is() -
 
 
 def on_the_elbow(path: aa.JointPath, s: float, off: float) -> np.ndarray:
-    """A point that the upper arm's axis passes at s, half a forearm from the elbow, at a distance."""
+    """A point `off` (m) from a point of the upper arm's axis at s, across its motion."""
     frames = ARM.frames(path.at(s).q)
     shoulder, elbow = frames[1, :3, 3], frames[3, :3, 3]
     along = elbow - shoulder
@@ -94,6 +96,7 @@ def on_the_elbow(path: aa.JointPath, s: float, off: float) -> np.ndarray:
 
 @pytest.mark.parametrize("kind", ["ball", "capsule", "box"])
 def test_a_needle_between_rows_is_seen_and_a_near_miss_is_certified(kind: str) -> None:
+    """The certificate sees an obstacle of 1 mm between rows, and holds for one that is 2 µm clear."""
     path = aa.plan(THIN, LINE, start=Q)
     curve: Any = path.curve
     arrays = curve.segments, curve.stretches, curve.plane, curve.gc, 0.0
@@ -117,6 +120,7 @@ def test_a_needle_between_rows_is_seen_and_a_near_miss_is_certified(kind: str) -
 
 
 def test_what_blocks_every_psi_for_a_thousandth_of_the_way_is_found() -> None:
+    """A plan fails at a needle in the wrist's way, and names s, pair and branch."""
     wrist, across = POSE[:3, 3] - POSE[:3, 2] * BARE.geometry.d_wf, np.array([0.0, 0.1, 0.0])
     for s in (0.1234, 0.5004, 0.876):
         scene = aa.Scene([aa.Ball(wrist + s * across, 0.0001, name="needle")])
@@ -129,6 +133,7 @@ def test_what_blocks_every_psi_for_a_thousandth_of_the_way_is_found() -> None:
 
 
 def test_a_scene_that_blocks_the_start_says_so() -> None:
+    """`explain` of a plan whose start or goal collides names pair and distance."""
     scene = aa.Scene([aa.Ball(ARM.elbow(Q), 0.05, name="post")])
     found = aa.plan(ARM.with_(scene=scene), LINE, start=Q)
     assert not found.ok and np.isnan(found.q).all() and found.diagnosis is not None
@@ -143,7 +148,7 @@ def test_a_scene_that_blocks_the_start_says_so() -> None:
 
 @pytest.mark.parametrize("which", ["start", "goal"])
 def test_an_end_that_touches_is_the_first_reason_whatever_else_there_is(which: str) -> None:
-    """Also where no arm angle would help, or the path runs out of reach later."""
+    """`explain` begins with a start or goal that collides, even if the path also leaves the reach."""
     wrist = POSE[:3, 3] - POSE[:3, 2] * BARE.geometry.d_wf
     far = np.tile(POSE, (50, 1, 1))
     far[:, 0, 3] += np.linspace(0.0, 1.5, 50)
@@ -163,7 +168,7 @@ def test_an_end_that_touches_is_the_first_reason_whatever_else_there_is(which: s
 
 
 def test_the_reason_for_a_range_says_by_how_much_it_is_shut_at_its_worst() -> None:
-    """Not in the middle of it: a ball that the wrist meets, or comes near to, early in the range."""
+    """The diagnosis of a blocked range gives the largest distance missing over the range."""
     rng, seen = generator(17), 0
     for _ in range(count(5)):
         path, _ = line(rng)
@@ -196,7 +201,7 @@ def test_the_reason_for_a_range_says_by_how_much_it_is_shut_at_its_worst() -> No
 
 @pytest.mark.parametrize("end", ["start", "goal"])
 def test_a_solution_that_ends_at_an_obstacle_is_planned_from_with_proof(end: str) -> None:
-    """Nothing comes nearer than the clearance but for rounding, 2e-9 m."""
+    """A plan starts or ends at joints exactly at the clearance, and keeps it but for 2e-9 m."""
     rng, met = generator(37), 0
     while met < count(10):
         pose = BARE.forward(Q + rng.uniform(-0.6, 0.6, 7))[0]
@@ -220,6 +225,7 @@ def test_a_solution_that_ends_at_an_obstacle_is_planned_from_with_proof(end: str
 
 
 def test_the_hand_is_kept_clear_too() -> None:
+    """A plan fails if its gripper meets a needle, and is certified if it misses it by 0.2 mm."""
     holding = ARM.with_(hand=[aa.Capsule([0, 0, 0], [0, 0, 0.1], 0.02, name="drill")])
     needle = aa.Scene([aa.Ball(POSE[:3, 3] + [0, 0.05, 0], 0.001, name="needle")])
     found = aa.plan(holding.with_(scene=needle), LINE)
@@ -229,6 +235,7 @@ def test_the_hand_is_kept_clear_too() -> None:
 
 
 def test_arcs_of_the_users_own_are_kept_everywhere() -> None:
+    """A plan keeps `allowed`, arcs or a function, and names it as the reason if it leaves nothing."""
     allowed = aa.ArcSet(np.radians([[20, 40]]))
     path = aa.plan(ARM, LINE, allowed=allowed, gc=int(GC))
     assert path.certified and allowed.contains(path.at(DENSE).psi).all()
@@ -242,7 +249,7 @@ def test_arcs_of_the_users_own_are_kept_everywhere() -> None:
     assert not start.ok and "the start lies outside allowed=" in str(start.diagnosis)
 
 
-def test_both_at_once() -> None:
+def test_a_plan_keeps_allowed_and_a_scene() -> None:
     allowed = aa.ArcSet(np.radians([[-170, 170]]))
     path = aa.plan(ARM.with_(scene=LAMP), LINE, allowed=allowed)
     rows = path.at(DENSE)
@@ -250,7 +257,10 @@ def test_both_at_once() -> None:
 
 
 def test_what_a_function_raises_is_raised() -> None:
+    """`plan` passes on what `allowed` raises, and refuses wrong types of `allowed`, scene and model."""
+
     def broken(pose: np.ndarray) -> aa.ArcSet:
+        """Raise an error that names the pose."""
         raise ZeroDivisionError(f"at {pose[1, 3]:.2f}")
 
     with pytest.raises(ZeroDivisionError, match=r"at 0\."):
@@ -265,7 +275,7 @@ def test_what_a_function_raises_is_raised() -> None:
         aa.plan(ARM.with_(scene=3), LINE)
 
 
-def test_a_dead_end_names_the_obstacle_beside_it() -> None:
+def test_a_plan_leads_around_a_dead_end_of_obstacles() -> None:
     slide = np.tile(POSE, (60, 1, 1))
     slide[:, 1, 3] += np.linspace(0.0, 0.3, 60)
     places = [[0.2763, 0.1045, 0.4830], [0.2085, 0.2854, 0.4624], [0.3333, 0.2607, 0.4953]]

@@ -43,17 +43,17 @@ EACH_BODY = pytest.mark.parametrize("body", BODIES.values(), ids=BODIES.keys())
 
 
 def room(arm: aa.Arm, q: Any, scene: aa.Scene) -> Any:
-    """What is left of the clearance at joints (..., 7), m, the plain way."""
+    """The least distance at joints (..., 7) minus the clearance, m, by plain distances."""
     return distances(arm, q, scene)[0].min(axis=-1) - scene.clearance
 
 
 def held(arm: aa.Arm, pose: Any, psi: Any, gc: int) -> Any:
-    """Joints at values of psi, NaN where there is no posture."""
+    """Joints (n, 7) at values psi (n,) of the free parameter; NaN without a solution."""
     return arm.inverse(np.broadcast_to(pose, (len(psi), 4, 4)), psi, gc, on_error="nan", limits=False)
 
 
 def obstacle_ends(arcs: aa.ArcSet) -> list[tuple[float, aa.types.ArcEnd]]:
-    """The ends of a set that obstacles make."""
+    """The ends of a set that obstacles make, each with its value."""
     rows = zip(arcs.intervals, arcs.ends, strict=True) if arcs.ends else ()
     pairs = [pair for row, ends in rows for pair in zip(row, ends, strict=False)]
     return [(float(psi), end) for psi, end in pairs if end.side == "obstacle"]
@@ -63,6 +63,9 @@ def obstacle_ends(arcs: aa.ArcSet) -> list[tuple[float, aa.types.ArcEnd]]:
 @EACH_BODY
 @MORE
 def test_a_value_is_feasible_if_and_only_if_it_keeps_limits_and_clear(arm: aa.Arm, body: aa.Body) -> None:
+    """`feasible` in a scene holds psi that keep limits and clearance by plain distances, but for
+    `unproven`.
+    """
     inside = outside = unproven = 0
     for made, _, pose, _, gc, scene, rng in questions(arm, body, 21):
         own, arcs = made.feasible(pose, gc), made.with_(scene=scene).feasible(pose, gc)
@@ -93,6 +96,7 @@ def test_a_value_is_feasible_if_and_only_if_it_keeps_limits_and_clear(arm: aa.Ar
 
 @EVERY_FREE
 def test_all_branches_at_once_are_the_same(arm: aa.Arm) -> None:
+    """`feasible` of all branches in a scene equals that of each branch."""
     for made, _, pose, _, _, scene, _ in questions(arm, BONES, 22):
         every = made.with_(scene=scene).feasible(pose)
         for gc in range(8):
@@ -105,6 +109,7 @@ def test_all_branches_at_once_are_the_same(arm: aa.Arm) -> None:
 @pytest.mark.turns(2)
 @EVERY
 def test_an_end_of_an_obstacle_is_where_its_pair_comes_to_the_clearance(arm: aa.Arm) -> None:
+    """At each end that an obstacle makes its pair is at the clearance, and none is nearer."""
     checked = 0
     asked = [one for body in BODIES.values() for one in questions(arm, body, 23)]
     for made, _, pose, _, _, scene, _ in asked:
@@ -123,6 +128,7 @@ def test_an_end_of_an_obstacle_is_where_its_pair_comes_to_the_clearance(arm: aa.
 @EACH_BODY
 @MORE
 def test_distances_are_those_of_the_true_links(arm: aa.Arm, body: aa.Body) -> None:
+    """`clearance` gives distance, pair, points and psi_rate as plain distances of the true links do."""
     for made, q, pose, psi, gc, scene, _ in questions(arm, body, 24):
         apart, names = distances(made, q, scene)
         near = made.clearance(q, scene)
@@ -143,6 +149,7 @@ def test_distances_are_those_of_the_true_links(arm: aa.Arm, body: aa.Body) -> No
 
 @MORE
 def test_solve_is_the_nearest_that_is_clear(arm: aa.Arm) -> None:
+    """`solve` in a scene keeps limits and clearance, and no clear joints on a grid are nearer."""
     solved = refused = 0
     for made, q, pose, _, _, scene, rng in questions(arm, BONES, 25):
         among = made.with_(scene=scene)
@@ -182,6 +189,7 @@ def test_solve_is_the_nearest_that_is_clear(arm: aa.Arm) -> None:
 @pytest.mark.turns(2)
 @EVERY_FREE
 def test_every_solution_keeps_clear_and_none_is_nearer_than_solve(arm: aa.Arm) -> None:
+    """`solutions`, and `solve` with allowed= or prefer="margin", keep clear; none is better than `solve`."""
     found = 0
     for made, q, pose, _, _, scene, rng in questions(arm, BONES, 27):
         among, allowed = made.with_(scene=scene), aa.ArcSet([[-1.5, 1.5]])
@@ -204,6 +212,7 @@ def test_every_solution_keeps_clear_and_none_is_nearer_than_solve(arm: aa.Arm) -
 @pytest.mark.turns(4)
 @MORE
 def test_prefer_clearance_is_the_farthest_from_the_obstacles(arm: aa.Arm) -> None:
+    """`solve(prefer="clearance")` is as far from obstacles as any psi on a grid."""
     asked = 0
     for made, q, pose, _, gc, scene, _ in questions(arm, BONES, 26):
         among = made.with_(scene=scene)
@@ -222,6 +231,7 @@ def test_prefer_clearance_is_the_farthest_from_the_obstacles(arm: aa.Arm) -> Non
 @pytest.mark.turns(2)
 @MORE
 def test_steps_keep_clear(arm: aa.Arm) -> None:
+    """`step` and `follow` in a scene keep the clearance and the pose; a step that fails keeps the joints."""
     taken = 0
     for made, q, pose, _, _, scene, rng in questions(arm, BONES, 27):
         among = made.with_(scene=scene)
@@ -245,7 +255,7 @@ def test_steps_keep_clear(arm: aa.Arm) -> None:
 
 
 def test_a_step_stops_at_a_wall_that_moves_in() -> None:
-    """An obstacle comes nearer row by row; the rows give way while they can, and say why they cannot."""
+    """`follow` with a ball that comes nearer keeps the clearance in all rows that are OK, and gives way."""
     arm = FR3.with_(body=BONES)
     q = np.array([0.3, 0.3, 0.2, -1.6, 0.1, 2.0, 0.4])
     pose, elbow = arm.forward(q)[0], arm.elbow(q)
@@ -264,6 +274,9 @@ def test_a_step_stops_at_a_wall_that_moves_in() -> None:
 
 @pytest.mark.parametrize("name", ["franka_fr3", "own chain"])
 def test_what_no_joint_moves_blocks_the_pose(name: str) -> None:
+    """A gripper in an obstacle is POSE_BLOCKED; an arm within one is CLEARANCE, and its pose still
+    reachable.
+    """
     arm = FAMILIES[name].with_(body=BONES, hand=[aa.Ball([0, 0, 0.05], 0.05)])
     q = HOME if name == "own chain" else 0.5 * (arm.lower + arm.upper)
     pose, _, gc = arm.forward(q)
@@ -282,6 +295,7 @@ def test_what_no_joint_moves_blocks_the_pose(name: str) -> None:
 
 
 def test_the_arm_keeps_body_hand_and_scene() -> None:
+    """An offset arm keeps model, gripper and scene in `with_`, pickles, hash and repr."""
     scene = aa.Scene([aa.Ball([0.5, 0.0, 0.5], 0.1, name="lamp")], clearance=0.01)
     arm = FAMILIES["fetch"].with_(body=BONES, hand=[aa.Ball([0, 0, 0.05], 0.05)], scene=scene)
     assert arm.scene == scene and arm.body == BONES and len(arm.hand) == 1
@@ -298,6 +312,7 @@ def test_the_arm_keeps_body_hand_and_scene() -> None:
 
 @EVERY
 def test_a_tracker_never_touches(arm: aa.Arm) -> None:
+    """A tracker in a scene keeps the clearance, in cycles and between, and names the ball that stops it."""
     made, stood, followed = arm.with_(body=BONES), 0, 0
     q = np.clip(HOME * [1, 1, 1, 1.3, 1, 1, 1], made.lower + 0.2, made.upper - 0.2)
     pose, wrist = made.forward(q)[0], made.frames(q)[5, :3, 3]
@@ -320,6 +335,7 @@ def test_a_tracker_never_touches(arm: aa.Arm) -> None:
 
 @pytest.mark.parametrize("name", ["franka_fr3", "own chain"])
 def test_a_tracker_refuses_to_start_where_the_links_touch(name: str) -> None:
+    """`Tracker.start` raises SceneError at joints in collision."""
     arm = FAMILIES[name].with_(body=BONES)
     q = HOME if name == "own chain" else 0.5 * (arm.lower + arm.upper)
     at_elbow = aa.Scene([aa.Ball(arm.elbow(q) + np.array([0, 0, 0.12]), 0.06, name="lamp")])
@@ -328,6 +344,7 @@ def test_a_tracker_refuses_to_start_where_the_links_touch(name: str) -> None:
 
 
 def test_the_questions_are_about_something() -> None:
+    """`obstacles` draws all four kinds of shape."""
     arm = FAMILIES["franka_fr3"]
     shapes = obstacles(arm, np.random.default_rng(1), 4)
     assert {type(shape) for shape in shapes} == {aa.Ball, aa.Capsule, aa.Box, aa.HalfSpace}
@@ -338,6 +355,7 @@ SPHERE = '<collision><origin xyz="0.01 0.02 0.03"/><geometry><sphere radius="0.0
 
 @pytest.mark.parametrize("name", ["franka_fr3", "fetch"])
 def test_the_body_of_a_file_moves_with_its_links(name: str) -> None:
+    """A sphere of an offset arm's URDF moves with its link in `Body.from_urdf`."""
     text = re.sub(r'<link name="(link_\d)" />', rf'<link name="\1">{SPHERE}</link>', FAMILIES[name].to_urdf())
     arm = aa.Arm.from_urdf(text)
     body = aa.Body.from_urdf(text)

@@ -17,14 +17,14 @@ HARD, SOFT = 0.01, 0.04
 
 
 def balls(rng: np.random.Generator, n: int) -> list[aa.Ball]:
-    """Balls about the shoulder, none on it."""
+    """n random balls around the shoulder, none on it."""
     along = rng.normal(size=(n, 3))
     along *= rng.uniform(0.3, 0.6, (n, 1)) / np.linalg.norm(along, axis=1, keepdims=True)
     return [aa.Ball(way, 0.05) for way in along + np.array([0, 0, 0.34])]
 
 
 def cases(seed: int) -> Any:
-    """Postures within their limits and clear of a scene, and the shapes."""
+    """Yield joints that are 1 to 8 cm clear of a scene, their pose and gc, and the scene's shapes."""
     rng, found = generator(seed), 0
     while found < count(12):
         q = rng.uniform(ARM.lower, ARM.upper) * 0.7
@@ -38,6 +38,7 @@ def cases(seed: int) -> Any:
 
 @pytest.mark.parametrize("policy", [aa.Repulsion(), aa.Hold(), aa.Centre()], ids=repr)
 def test_resolve_is_the_step_s_arm_angle_with_a_soft_clearance_too(policy: Any) -> None:
+    """`resolve` with a soft clearance gives the psi of `step`, and another than without."""
     differ = 0
     for q, pose, gc, shapes in cases(5):
         scene = aa.Scene(shapes, clearance=HARD, soft=SOFT)
@@ -54,6 +55,9 @@ def test_resolve_is_the_step_s_arm_angle_with_a_soft_clearance_too(policy: Any) 
 
 @pytest.mark.parametrize("policy", [aa.Repulsion(), aa.Hold(), aa.Repulsion(outside="stop")], ids=repr)
 def test_it_is_reached_where_the_arc_holds_it_and_the_hard_one_is_never_left(policy: Any) -> None:
+    """`follow` at one pose reaches the soft clearance if its arc has it, stays there, and keeps the
+    hard one.
+    """
     reached = 0
     for q, pose, gc, shapes in cases(1):
         scene = aa.Scene(shapes, clearance=HARD, soft=SOFT)
@@ -77,13 +81,14 @@ def test_it_is_reached_where_the_arc_holds_it_and_the_hard_one_is_never_left(pol
 
 
 def test_without_room_it_is_as_if_there_were_none() -> None:
+    """A soft clearance that no psi has changes nothing in `step`."""
     for q, pose, gc, shapes in cases(2):
         plain, wide = (aa.Scene(shapes, clearance=HARD, soft=soft) for soft in (0.0, 2.0))
         one, other = (aa.step(ARM.with_(scene=scene), q, pose, gc=gc) for scene in (plain, wide))
         assert (one.q == other.q).all() and one.status == other.status
 
 
-def test_none_at_all_is_the_same_to_the_bit() -> None:
+def test_a_soft_clearance_of_0_changes_no_bit() -> None:
     for q, pose, _, shapes in cases(3):
         poses = np.tile(pose, (10, 1, 1))
         poses[:, 0, 3] += np.linspace(0, 0.01, 10)
@@ -96,6 +101,7 @@ def test_none_at_all_is_the_same_to_the_bit() -> None:
 
 @pytest.mark.parametrize("lookahead", [0, 20])
 def test_along_a_path_the_hard_clearance_is_kept_and_more_is_kept_than_without(lookahead: int) -> None:
+    """`follow` keeps the hard clearance, and with `soft` more rows keep that too."""
     gained = []
     for q, pose, _, shapes in cases(4):
         poses = np.tile(pose, (80, 1, 1))
@@ -111,6 +117,7 @@ def test_along_a_path_the_hard_clearance_is_kept_and_more_is_kept_than_without(l
 
 
 def test_the_policy_goes_on_from_the_soft_end_so_that_repulsion_is_no_nearer_than_without() -> None:
+    """With `soft` a path by Repulsion does not end nearer to obstacles than without, but for 1 cm."""
     for q, pose, _, shapes in cases(5):
         poses = np.tile(pose, (100, 1, 1))
         poses[:, 1, 3] += np.linspace(0, 0.05, 100)
@@ -125,7 +132,7 @@ def test_the_policy_goes_on_from_the_soft_end_so_that_repulsion_is_no_nearer_tha
             assert last[1] >= min(last[0] - 0.01, HARD + SOFT - 1e-9), last
 
 
-def test_a_scene_file_says_it(tmp_path: Any) -> None:
+def test_a_scene_file_states_the_soft_clearance(tmp_path: Any) -> None:
     text = "clearance = 0.01\nsoft = 0.04\n[[ball]]\ncenter = [0, 0, 1]\nradius = 0.1"
     (tmp_path / "cell.toml").write_text(text)
     wanted = aa.Scene([aa.Ball([0, 0, 1], 0.1)], clearance=0.01, soft=0.04)

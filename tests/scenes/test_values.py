@@ -36,6 +36,7 @@ def test_a_value_is_frozen_and_its_repr_pastes_back(value: Any) -> None:
 
 
 def test_an_arm_keeps_its_body_and_hand() -> None:
+    """An S-R-S arm keeps model and gripper in pickles, repr and `with_tool`."""
     arm = ARM.with_(body=VALUES[5]).with_(hand=[VALUES[2]])
     again = pickle.loads(pickle.dumps(arm))
     assert again == arm and again.body == VALUES[5] and again.hand == (VALUES[2],)
@@ -45,6 +46,7 @@ def test_an_arm_keeps_its_body_and_hand() -> None:
 
 
 def test_bones_say_what_they_leave_bare() -> None:
+    """The notes of `Body.bones` and of a guessed model say that flange and tool have no shapes."""
     for body in (
         aa.Body.bones(upper_arm=0.09, forearm=0.08),
         aa.Arm.from_catalogue("openarm_v10").with_(body="guessed").body,
@@ -67,6 +69,7 @@ def test_any_arm_has_a_guessed_body_that_says_so(name: str) -> None:
 
 
 def test_names_are_those_given_or_kind_and_place() -> None:
+    """A scene names shapes without a name by kind and place."""
     box = aa.Box(np.eye(4), [1, 1, 1], name="b")
     scene = aa.Scene([aa.Ball([0, 0, 0], 1), box, aa.HalfSpace([0, 0, 1], 0)])
     assert scene.names == ("ball_0", "b", "half_space_2")
@@ -81,6 +84,7 @@ ARRAYS = [
 
 @pytest.mark.parametrize("value", ARRAYS, ids=lambda value: type(value).__name__)
 def test_a_shape_of_many_numbers_is_a_value_too(value: Any) -> None:
+    """Clouds, hulls and fields compare, hash, pickle, have short reprs and are read-only."""
     again = pickle.loads(pickle.dumps(value))
     assert again == value and hash(again) == hash(value)
     assert all(value != other for other in ARRAYS if other is not value)
@@ -162,6 +166,7 @@ MILLIMETRES: list[tuple[str, Any]] = [
 
 
 def test_what_is_wrong_is_said() -> None:
+    """Shapes, scenes and models refuse bad values with what is wrong; SceneError pickles."""
     q = GUESSED.inverse(np.eye(4), 0.0, 0, limits=False)
     rows: list[Row] = [(aa.SceneError, said, make) for said, make in WRONG]
     rows += [(aa.InputError, said, make) for said, make in OF_INPUT]
@@ -178,6 +183,7 @@ def test_what_is_wrong_is_said() -> None:
 
 
 def test_a_large_floor_is_not_in_millimetres() -> None:
+    """A floor of 400 m is not taken for one in mm."""
     floor = aa.Scene([aa.Box(aa.pose([0, 0, -0.5]), [400, 400, 1.0])], ignore=[("box_0", "upper_arm")])
     pose, _, gc = ARM.forward(np.radians([0, 30, 0, -60, 0, 40, 0]))
     assert GUESSED._clear(pose, gc, floor).status is aa.Status.OK
