@@ -82,10 +82,11 @@ public:
         return std::move(proof_);
     }
 
-    /// The largest violation (rad) of a joint limit found at sampled places; <= 0 if all are within limits.
+    /// The largest violation (rad) of a joint limit found at sampled places; <= 0 if there is none, infinite
+    /// if a place has no posture.
     double excess() const noexcept { return excess_; }
 
-    /// The largest lack of clearance (m) found at sampled places; <= 0 if there is none.
+    /// The largest lack of clearance (m) found at sampled places; 0 if there is none.
     double short_of() const noexcept { return short_; }
 
 private:
@@ -132,8 +133,8 @@ private:
         return curve_.curve.solve(x, s, phi_at(x, s), near, x.psi);
     }
 
-    /// Proves [from, to] of a stretch, in halves if it is not proven as a whole; false if the work is used
-    /// up.
+    /// Proves [from, to] of a stretch, in halves if it is not proven as a whole; false if these are not
+    /// proven either, or the work is used up.
     bool prove(const Stretch& x, double from, double to, int depth) noexcept {
         JointTube tube;
         if (--budget_ < 0) return false;
@@ -232,7 +233,8 @@ private:
                (x.lead != 0 || dot(curve_.plane_at(x, s).along, elbow_axis(angle)).lo > 0);
     }
 
-    /// Whether the posture at the end of the previous tube is the one at the beginning of this tube.
+    /// Whether the posture at the end of the previous tube, if there is one, is the one at the beginning of
+    /// this tube.
     bool goes_on(const JointTube& tube) const noexcept {
         if (!known_) return true;
         bool held = true, holds = true;
@@ -278,8 +280,8 @@ private:
 
 /// Proves that the true joints of a chain keep limits and singularity margin (rad) along a curve, and the
 /// clearance of `scene` (null: none). `also` is the proof for the nominal arm. Returns the ranges of s that
-/// are not proven; `excess` is the largest violation of a limit found (rad), `short_of` the largest lack of
-/// clearance (m).
+/// are not proven; `excess` is the largest violation of a limit found (rad; <= 0: none, infinite: no
+/// posture), `short_of` the largest lack of clearance (m).
 inline Proof certify(const CorrectedCurve& curve, const Limits& limits, double margin, const Proof& also,
                      const Scene* scene, double& excess, double& short_of,
                      const std::function<void()>& checkpoint = {}) {

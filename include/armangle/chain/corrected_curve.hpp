@@ -123,7 +123,8 @@ struct CorrectedCurve {
         return detail::lead_equations(arm, pose, static_cast<int>(x.lead), sin_cos(lead_angle(x, s)), angle);
     }
 
-    /// Writes the inverse of their Jacobian at a posture to `out`; false if it is singular.
+    /// Writes the inverse of the Jacobian of the seven equations f at a posture to `out`; false if it is
+    /// singular.
     bool inverse_slope(const Stretch& x, const detail::SevenEquations<double>& f,
                        detail::InverseSlope<double>& out) const noexcept {
         if (x.lead != 0) return detail::eliminate(f, out);
@@ -153,7 +154,7 @@ struct CorrectedCurve {
         return lifted(x, s, nominal);
     }
 
-    /// The true posture at s on stretch x, found from the nominal posture `out` there.
+    /// The true posture at s on stretch x, found from the nominal posture `out` there; NaN if there is none.
     PlacedPosture lifted(const Stretch& x, double s, PlacedPosture out) const noexcept {
         SinCos<double> angle[joints];
         const bool found = x.lead == 0 ? solve_plane(x, s, out.pose, angle) : solve_lead(x, s, out.q, angle);
@@ -168,7 +169,7 @@ struct CorrectedCurve {
     }
 
     /// Computes theta(s) as Taylor coefficients up to order K at a posture `theta` (rad) on the curve, by
-    /// steps of Newton's method.
+    /// steps of Newton's method; NaN if the equations are singular there.
     template <int K>
     void expand(const Stretch& x, double s, const double* theta,
                 Jet<double, K> (&out)[joints]) const noexcept {
@@ -196,7 +197,7 @@ struct CorrectedCurve {
         }
     }
 
-    /// The derivatives q', q'', q''' with respect to s, as Curve::derivatives(); NaN without a posture.
+    /// Writes the derivatives q', q'', q''' with respect to s, (3, 7), to `out`; NaN without a posture.
     void derivatives(double s, double* out) const noexcept {
         const Stretch& x = curve.stretch(s);
         const PlacedPosture here = at(s);

@@ -317,7 +317,7 @@ private:
             gamma_rate = max(gamma_rate, other.gamma_rate);
         }
     };
-    /// The differences at a distance (m) of the wrist.
+    /// The differences between the triangle at another distance (m) of the wrist and that of the centre.
     ARMANGLE_INLINE Seen seen_at(const T& distance) const noexcept {
         const T La(arm_->upper_arm), Lb(arm_->forearm);
         const Triangle<T> t = triangle(*arm_, distance);
@@ -334,7 +334,8 @@ private:
                 min(t.kappa.cos, mul_add(t.eta.cos, t.kappa.cos, t.eta.sin * t.kappa.sin))};
     }
 
-    /// Widens the functions to a ball whose wrist distances are in [least, most].
+    /// Widens the functions to a ball whose wrist distances are in [least, most] (m); `whole`: all of the
+    /// ball is within reach.
     void widen(const PoseBall<T>& ball, const T& psi_shift, const T& least, const T& most,
                bool whole) noexcept {
         const T zero(0.0), one(1.0);
@@ -453,8 +454,9 @@ ARMANGLE_INLINE Triad<T> triad_of(const Arm& arm, const Pose<T>& flange, const P
 
 }  // namespace detail
 
-/// The motion over |psi - middle| <= half (rad), found from postures at the middle with these angles. Its psi
-/// counts from the middle. `joints_over` receives the bounds of the joints.
+/// The motion over |psi - middle| <= half (rad), found from postures at the middle with these angles; not
+/// usable where no ball is proven to hold X. Its psi counts from the middle. `joints_over` receives the
+/// bounds of the joints.
 template <class T>
 inline CorrectedMotion<T> motion_about(const ChainArm& arm, const Triad<T>& on,
                                        const detail::PsiPlane<T>& plane, const SinCos<T> (&angle)[joints],

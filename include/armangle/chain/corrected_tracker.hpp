@@ -27,7 +27,7 @@ Pose<double> correction(const AnyArm& arm, const double* q) noexcept {
     return tool_pose(nominal(arm), q) * inverted(tool_pose(arm, q));
 }
 
-/// The target of the elbow, transformed like the corrected target.
+/// The target of the elbow, a point or direction, transformed by `seen` like the target of the end effector.
 inline Towards seen_hint(const ChainArm&, const Pose<double>& seen, Towards elbow) noexcept {
     elbow.target = seen.rotation * elbow.target;
     if (elbow.wish == Wish::point) elbow.target = elbow.target + seen.position;
@@ -35,7 +35,7 @@ inline Towards seen_hint(const ChainArm&, const Pose<double>& seen, Towards elbo
 }
 
 /// A collision-free solution of a target in branch gc within these limits, not necessarily the nearest, but
-/// found in a bounded time.
+/// found in a bounded time. The options must have a seed.
 template <class AnyArm>
 Nearest resting_solution(const AnyArm& arm, const Limits& limits, const Scene* scene,
                          const Pose<double>& pose, int gc, const NearestOptions& options) noexcept {
@@ -89,7 +89,7 @@ public:
 
     /// Makes the next cycle treat the target as moved, because obstacles have changed; see Tracker.
     void look_again() noexcept { tracker_.look_again(); }
-    /// The state that one cycle passes to the next; see Tracker.
+    /// Calls visit(member) for the state that one cycle passes to the next; see Tracker.
     template <class Visit>
     void each_number(Visit& visit) {
         visit(drift_);

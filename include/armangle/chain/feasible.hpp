@@ -518,7 +518,7 @@ private:
         return out;
     }
 
-    /// For each lane the difference (rad) of its joint from the wanted angle.
+    /// For each lane the wanted angle minus that of its joint (rad).
     ARMANGLE_INLINE static Several gap_to(const SinCos<Several>& wanted, const int (&joint)[several],
                                           const SinCos<Several>* angle) noexcept {
         const Several s = of_joints(joint, [&](int j) { return angle[j].sin; }),
@@ -734,7 +734,7 @@ private:
     }
 
     /// Computes the ends by Newton's method, all at once, and cuts each hull's `piece` at them; `fails` tells
-    /// for which hulls that fails. An end beyond its hull cuts nothing.
+    /// for which hulls that fails. An end beside its hull cuts nothing.
     void cut(const End* end, int count, const Hull<Several>& hulls, const Found<Several>& found, Piece* piece,
              bool (&fails)[several]) const noexcept {
         int of[several], joint[several];

@@ -197,7 +197,7 @@ struct ColumnRest {
     T wrist[joints], turn[joints], psi;
 };
 
-/// Bounds of the remainder for |t| <= half (rad) and joints within `radius` (rad) of their linear motion.
+/// Computes ColumnRest for |t| <= half (rad) and joints within `radius` (rad) of their linear motion.
 template <class T>
 ARMANGLE_INLINE ColumnRest<T> column_rest(const ChainArm& arm, const HullCentre<T>& at, const T& half,
                                           const T (&radius)[joints]) noexcept {
@@ -232,7 +232,8 @@ ARMANGLE_INLINE ColumnRest<T> column_rest(const ChainArm& arm, const HullCentre<
     return out;
 }
 
-/// The matrix G of the header comment: how much the Newton step changes per change of each joint in the box.
+/// Computes in G[i][k] by how much a Newton step moves joint i, at most, for each radian that joint k is off
+/// within the box.
 template <class T>
 ARMANGLE_INLINE void contraction(const ChainArm& arm, const HullCentre<T>& at, const T& half,
                                  const T (&radius)[joints], T (&G)[joints][joints]) noexcept {

@@ -75,9 +75,10 @@ struct CellsOf<ChainArm> {
     using type = detail::HullCells;
 };
 
-/// Writes to `out` the values of psi at which branch gc of the true chain has a solution within the limits,
-/// with the singularity margin (rad), that is free of collisions in a scene; empty, with the reason in its
-/// status, if there are none. `blocking` is the pair that alone blocks all, or 0.
+/// Writes to `out` the values of psi at which branch gc of the true chain is proven to have a solution within
+/// the limits, with the singularity margin (rad), that is free of collisions in a scene; empty, with the
+/// reason in its status, if there are none. `blocking` is then a pair that was found to touch; 0 if none is
+/// known.
 inline void feasible(const ChainArm& arm, const Scene& scene, const Pose<double>& pose, int gc,
                      const Limits& limits, double margin, ProvenArcs& out, Tag& blocking) noexcept {
     feasible(arm, pose, gc, limits, margin, out);

@@ -469,7 +469,7 @@ inline Status solve_from_nearby_psi(const ChainArm& arm, const Pose<double>& pos
 }
 
 /// Computes the posture `angle` by finding those of several distant psi at once and following one back in
-/// steps. A status as of newton().
+/// steps. Returns OK or NEAR_SINGULAR.
 inline Status solve_from_far(const ChainArm& arm, const Pose<double>& pose, const PsiPlane<double>& plane,
                              const Configuration<double>& gc, SinCos<double> (&angle)[joints]) noexcept {
     using Far = Lane<chain_tuning::far>;
@@ -569,10 +569,11 @@ inline Status reach_status(const ChainArm& arm, const Triad<double>& on) noexcep
 
 }  // namespace detail
 
-/// The joint values of the true chain for a pose, psi and branch, as inverse() of the exact arm. The result
-/// has the pose and psi within chain_tuning::residual and exactly this branch; otherwise the status is
-/// NEAR_SINGULAR where branches meet, or NO_CONVERGENCE. A rotation within its tolerance is replaced by the
-/// nearest exact one. If there are two postures, one equal to the seed is returned.
+/// The joint values of the true chain for a pose, psi and branch, in the turns nearest to the seed (null: the
+/// middles of the ranges). The result has the pose and psi within chain_tuning::residual and exactly this
+/// branch; otherwise the joints are NaN and the status is BAD_INPUT, UNREACHABLE, FOLDED, NEAR_SINGULAR where
+/// branches meet, or NO_CONVERGENCE. A rotation within its tolerance is replaced by the nearest exact one. If
+/// there are two postures, one equal to the seed is returned.
 inline Inverse inverse(const ChainArm& arm, const Pose<double>& pose, double psi, int gc,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;

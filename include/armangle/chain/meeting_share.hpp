@@ -31,8 +31,9 @@ inline constexpr double alone = 0.4;
 
 namespace detail {
 
-/// How near a posture is to a second one, as the share a / sin theta_2 of the header comment: of joints 1-4,
-/// of joints 5-7 (theta_6), and of all joints, from determinants of the true chain and the nominal arm.
+/// How near a posture is to a second one, as the share a / sin theta_2, where a is the sine at which both
+/// meet: of joints 1-4, of joints 5-7 (theta_6), and of all joints, from determinants of the true chain and
+/// the nominal arm.
 template <class T>
 struct MeetingShare {
     T of_rest, of_turn, of_all;
@@ -77,7 +78,8 @@ ARMANGLE_INLINE T share_all_round(const ChainArm& arm, const Pose<T>& pose, cons
     return middle + swing;
 }
 
-/// The largest share of a posture; negative if there is no second posture in its branch.
+/// The largest share of a posture. Only above about one half is there a second posture of its psi in its
+/// branch; see is_alone().
 template <class T>
 ARMANGLE_INLINE T meeting_share(const ChainArm& arm, const Pose<T>& pose, const PsiPlane<T>& plane,
                                 const SinCos<T>* angle) noexcept {

@@ -233,8 +233,8 @@ private:
 
     // -- branch and bound
 
-    /// Computes the proven arcs of a branch, restricted to those that the caller allows; whether any are
-    /// left.
+    /// Computes the proven arcs of a branch, restricted to those that the caller allows and that are free of
+    /// collisions; whether any are left.
     bool ask(int gc) noexcept {
         if (asked_ == gc) return true;
         if (status_[gc] != Status::OK) return false;
@@ -435,7 +435,7 @@ private:
         return out;
     }
 
-    /// Finds the least cost in a narrow piece, to rounding.
+    /// Offers the least cost in a narrow piece, found to rounding, as the best.
     void polish(int gc, double from, double to) noexcept {
         const PointSolution first = solution_at(gc, from), last = solution_at(gc, to);
         for (int j = 0; first.found && last.found && j < joints; ++j) {
@@ -474,8 +474,8 @@ private:
         return inside;
     }
 
-    /// Replaces the best psi by a stationary one nearby if the cost is equal to rounding: it is more
-    /// accurate.
+    /// Replaces the best psi by `psi`, a stationary one, if it is near and costs the same up to rounding: it
+    /// is more accurate.
     void solve_at(int gc, double psi) noexcept {
         const PointSolution at = solution_at(gc, psi);
         if (gc != best_.gc || !at.kept || !(abs(psi - best_.psi) <= chain_tuning::polished)) return;
@@ -483,7 +483,7 @@ private:
         if (here <= best_.cost + tie(best_.cost)) best_ = {here, psi, gc};
     }
 
-    /// Finds the least cost in a piece by golden sections.
+    /// Offers the least cost between two psi of branch gc, found by golden sections, as the best.
     void by_sections(int gc, double from, double to) noexcept {
         offer(gc, from);
         offer(gc, to);
@@ -520,7 +520,7 @@ private:
         double least = infinity;
         UnprovenPart part[chain_tuning::unproven_parts];
 
-        /// Adds a part.
+        /// Adds a part if its bound is among the least.
         void add(const UnprovenPart& one) noexcept {
             least = min(least, one.least);
             if (count == chain_tuning::unproven_parts && !(one.least < part[count - 1].least)) return;
@@ -633,9 +633,9 @@ private:
         if (shared) try_locally(at.q, out);
     }
 
-    /// Distributes in q the rotation of joints j and j + 2 between them at least cost, if the joint between
-    /// them (`sine`, `cosine` of its angle) is near 0 or pi, where only their sum matters; false, without a
-    /// change, if it is not.
+    /// Distributes in q the rotation of joints j and j + 2 between them at least cost, without regard to
+    /// limits, if the joint between them (`sine`, `cosine` of its angle) is near 0 or pi, where only their
+    /// sum matters; false, without a change, if it is not.
     bool share(int j, double sine, double cosine, double* q) const noexcept {
         const JointCost &a = joint_[j], &b = joint_[j + 2];
         const double weight = a.weight + b.weight;
@@ -736,15 +736,16 @@ private:
 
 }  // namespace detail
 
-/// The posture of a pose that is nearest to a seed, globally: over the permitted branches, all psi and all
-/// multiples of 2 pi within the limits. UNPROVEN: a posture, but a nearer one is not excluded. `margin` is
-/// the singularity margin (rad). Unproven parts are searched only without a scene and without a margin.
+/// The posture of a pose that is nearest to a seed, or furthest from the limits, globally: over the permitted
+/// branches, all psi and all multiples of 2 pi within the limits. UNPROVEN: a posture, but a nearer one is
+/// not excluded. `margin` is the singularity margin (rad), and `scene` may be null. Unproven parts are
+/// searched only without a margin.
 inline Nearest nearest_posture(const ChainArm& arm, double margin, const Pose<double>& pose,
                                const NearestOptions& options, const Scene* scene = nullptr) noexcept {
     return detail::ProvenSearch(arm, margin, pose, options, scene).best();
 }
 
-/// The nearest posture of each permitted branch and proven arc, by rising distance.
+/// The nearest posture of each permitted branch and proven arc, by rising cost.
 inline void nearest_postures(const ChainArm& arm, double margin, const Pose<double>& pose,
                              const NearestOptions& options, Nearests& out,
                              const Scene* scene = nullptr) noexcept {

@@ -22,7 +22,8 @@ public:
     /// The singularity margin (rad).
     double margin() const noexcept { return margin_; }
 
-    /// The psi and branch of joints q; psi from the elbow if `carry` says so or psi is undefined.
+    /// The psi and branch of joints q. If `carry` asks for the elbow or psi is undefined, psi is that of the
+    /// elbow axis on the circle of `pose`.
     OnSelfMotion on(const double* q, const Pose<double>& pose, Carry carry) const noexcept {
         const Posture now = forward(*arm_, q);
         if (carry == Carry::psi && !is_nan(now.psi)) return {now.psi, now.gc};
@@ -55,13 +56,13 @@ public:
     }
     /// The joints and angles at which branches meet.
     BranchMeetings meetings() const noexcept { return branch_meetings(rows()); }
-    /// The joints 2 and 6 of which a branch may change in a step.
+    /// The joints, counted from 0, at whose singular position a step may change the branch: 1 and 5.
     std::span<const int> hinges() const noexcept { return hinge_joint; }
     /// The psi nearest to a target of the elbow.
     double towards(const Pose<double>& pose, int gc, const Towards& towards) const noexcept {
         return psi_towards(rows(), self_motion(rows(), pose, configuration(gc)), towards).psi;
     }
-    /// psi belongs to the elbow, which a roll of the tool does not move.
+    /// By how much psi changes if the tool rolls by an angle: 0, as psi belongs to the elbow.
     double turned_by(double) const noexcept { return 0.0; }
     /// The nearest solution of a pose.
     Nearest nearest(const Pose<double>& pose, const NearestOptions& options,
