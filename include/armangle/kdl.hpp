@@ -33,7 +33,7 @@ class ChainIkSolverPos : public KDL::ChainIkSolverPos {
 public:
     static constexpr int first_error = -100;  // error = first_error - Status
 
-    /// A solver for an arm, which must outlive it, within limits reduced by a singularity margin (rad).
+    /// A solver for an arm, which it copies, within limits reduced by a singularity margin (rad).
     explicit ChainIkSolverPos(const Arm& arm, double singularity_margin = 0.0)
         : arm_(arm), limits_(limit_table(arm, singularity_margin)) {}
 

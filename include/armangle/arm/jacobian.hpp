@@ -36,7 +36,8 @@ inline Jacobian jacobian_of(const Arm& rows, const Pose<double> (&frame)[joints 
 
 }  // namespace detail
 
-/// Geometric Jacobian of the end effector at joint values q (rad) in the user's frame: rows
+/// Geometric Jacobian of the end effector at joint values q (rad), in the user's frame: rows 0-2 linear, rows
+/// 3-5 angular velocity.
 inline Jacobian jacobian(const Arm& arm, const double* q) noexcept {
     double theta[joint_slots];
     Pose<double> frame[joints + 1];

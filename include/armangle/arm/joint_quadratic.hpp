@@ -46,7 +46,7 @@ struct Factors {
         }
     }
 
-    /// Solves for one right-hand side of n numbers: y
+    /// Solves for one right-hand side of n numbers: y holds it on entry and the solution on return.
     template <class Count>
     void solve(Count n, double (&y)[joints]) const noexcept {
         for (int a = 0; a < n; ++a)

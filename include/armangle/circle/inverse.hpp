@@ -27,7 +27,7 @@ struct Frames {
     T n33;
 };
 
-/// Computes the frames at psi, eq. (15), (20).
+/// Computes the entries of 0R3 and 4R7 at psi that determine the joints, eq. (15), (20).
 template <class T>
 ARMANGLE_INLINE Frames<T> frames(const SelfMotion<T>& m, const SinCos<T>& psi) noexcept {
     const Circle<T>& c = m.circle;

@@ -52,8 +52,8 @@ PsiFromJoint<T> psi_from_joint(const Harmonic<T>& f, const T& side) noexcept {
     return {{(f.c * root - f.s * f.k) * inverse, -(f.s * root + f.c * f.k) * inverse}, room};
 }
 
-/// The neighbour (0: joint 2, 1: joint 6) of a prescribed joint 1, 3, 5 or 7, whose sign results; -1 if joint
-/// 2 or 6, or no joint, is prescribed.
+/// The neighbour (0: joint 2, 1: joint 6) of a prescribed joint 1, 3, 5 or 7, whose sign follows from that
+/// joint; -1 if joint 2 or 6, or no joint, is prescribed.
 constexpr int hinge_crossed_by(int joint) noexcept { return joint % 2 == 1 ? joint / 4 : -1; }
 
 /// The directions of all joints at psi if `joint` has the prescribed angle theta. If joint 1 or 3 (5 or 7) is
@@ -87,7 +87,7 @@ inline bool makes_one_axis(const Directions<double>& d, int hinge,
 
 /// If theta_2 (theta_6) is 0 or pi, replaces the directions of its neighbours in d: joint 1 (5) keeps its
 /// value in `near` and joint 3 (7) follows, unless one of them is the prescribed joint `lead` (1..7; 0:
-/// none). The arm angle determines only the sum of their rotations.
+/// none). The arm angle determines only the sum of their rotations. A |sin| up to `sine` counts as 0.
 inline void keep_shares(const Arm& arm, const SelfMotion<double>& m, const SinCos<double>& psi, int lead,
                         const double* near, Directions<double>& d,
                         double sine = tolerance::one_axis) noexcept {

@@ -55,7 +55,7 @@ inline void carry_velocity(const double* to, const double* from, Bounds& bounds)
     for (int j = 0; j < joints; ++j) bounds.velocity_now[j] = (to[j] - from[j]) / bounds.dt;
 }
 
-/// The state of a motion of an S-R-S arm along the poses.
+/// The state of a motion of an S-R-S arm along poses.
 struct ExactWalk {
     const Arm& arm;
     const LimitTable& limits;
@@ -65,7 +65,7 @@ struct ExactWalk {
 
     /// The branch (0..7) of the present joints.
     int gc() const noexcept { return index(configuration(arm, now.theta)); }
-    /// The distance (m) of the end effector from a pose.
+    /// The distance (m) of the end effector from the position of a pose.
     double residual(const Pose<double>& pose) const noexcept { return position_error(arm, now, pose); }
 
     /// Makes a step to a pose and keeps its joints as the present ones.
@@ -80,21 +80,21 @@ struct ExactWalk {
     }
 };
 
-/// The same for any other kind of arm.
+/// The state of a motion of any other kind of arm along poses.
 template <stepping_family F>
 struct FamilyWalk {
     F family;
     double q[joint_slots];
     Bounds bounds;
 
-    /// The branch of the present joints.
+    /// The branch (0..7) of the present joints.
     int gc() const noexcept { return family.on(q, identity_pose(), Carry::psi).gc; }
-    /// The distance (m) of the present joints' tool from the position of a pose.
+    /// The distance (m) of the end effector from the position of a pose.
     double residual(const Pose<double>& pose) const noexcept {
         return norm(tool_pose(family.arm(), q).position - pose.position);
     }
 
-    /// Makes a step to a pose and takes its joints as the present ones.
+    /// Makes a step to a pose and keeps its joints as the present ones.
     Step on(const Pose<double>& pose, StepOptions options) noexcept {
         if (options.bounds) options.bounds = &bounds;
         const Step next = step(family, q, pose, options);
@@ -167,7 +167,7 @@ inline void follow(const Arm& arm, const LimitTable& limits, const double* start
     detail::follow_rows(walk, poses, n, options, on_fail, allowed, rows, ahead, scenes);
 }
 
-/// The same for any other kind of arm.
+/// Follows n poses with any other kind of arm, as follow() of an S-R-S arm does.
 template <stepping_family F>
 void follow(const F& family, const double* start, const double* poses, std::size_t n,
             const StepOptions& options, OnFail on_fail, Strided<const ArcSet> allowed, const FollowRows& rows,

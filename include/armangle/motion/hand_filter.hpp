@@ -78,7 +78,7 @@ public:
     /// The target pose predicted `ahead` s from now, at constant velocity.
     Pose<double> predicted(double ahead) const noexcept { return moved_by(shown_, shown_velocity_ * ahead); }
 
-    /// The state that one cycle passes to the next (saved.hpp).
+    /// Calls `visit` for the state that one cycle passes to the next, to save or restore it (saved.hpp).
     template <class Visit>
     void each_number(Visit& visit) {
         visit.all(pose_, sample_, suspect_, last_sample_, shown_, velocity_, shown_velocity_, acceleration_,

@@ -34,7 +34,7 @@ struct ExactSections {
     const Arm& arm;
     const LimitTable& limits;
 
-    /// The arm whose limits and rows of joints count.
+    /// The arm with the signs, offsets and limits of the robot's joints.
     const Arm& rows() const noexcept { return arm; }
     /// Computes the self-motion of a pose in branch gc and its arcs of psi within the limits (perhaps none)
     /// in `to`.
@@ -43,7 +43,7 @@ struct ExactSections {
         to.functions = joint_functions(to.motion);
         feasible(to.motion, to.functions, limits, to.arcs);
     }
-    /// Reduces the arcs of a section to their collision-free parts.
+    /// Reduces the arcs of a section to their proven collision-free parts.
     void clear(const Scene& scene, Section& to) const noexcept {
         const ArcSet own = to.arcs;
         keep_clear(arm, scene, to.motion, own, to.arcs);
@@ -59,7 +59,8 @@ struct ExactSections {
     }
 };
 
-/// The same for any other kind of arm.
+/// How any other kind of arm computes the sections of coming poses, and the part of a section that a box of
+/// joints permits.
 template <stepping_family F>
 struct FamilySections {
     struct Section {
@@ -69,7 +70,7 @@ struct FamilySections {
     };
     F family;
 
-    /// The arm whose limits and rows of joints count.
+    /// The arm with the signs, offsets and limits of the robot's joints.
     const Arm& rows() const noexcept { return family.rows(); }
     /// Computes the arcs of a pose in branch gc within the limits (perhaps none) in `to`.
     void fill(const Pose<double>& pose, int gc, Section& to) const noexcept {
@@ -94,7 +95,7 @@ struct FamilySections {
         q = joints_within_limits(rows(), d, nullptr);
         return true;
     }
-    /// Computes the arcs of a section within the joint moves that the box permits from q.
+    /// Writes the arcs of a section whose joints stay in a box of moves around q.
     void window(const Section& to, const double* q, const MoveBox& box, ArcSet& out) const noexcept {
         Limits narrow;
         make_empty(out);

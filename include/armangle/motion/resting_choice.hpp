@@ -28,7 +28,7 @@ struct RestingChoice {
     double cost = infinity;  // of the best solution so far: distance weighted by the joints' velocities, s
     Joints at{};             // that solution
 
-    /// The state that one cycle passes to the next (saved.hpp).
+    /// Calls `visit` for the state that one cycle passes to the next, to save or restore it (saved.hpp).
     template <class Visit>
     void each_number(Visit& visit) {
         visit.within(state, open, left);

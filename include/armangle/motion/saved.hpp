@@ -23,11 +23,13 @@ public:
     explicit EachNumber(const One& one) noexcept : one_(one) {}
 
     void operator()(double& x) { one_(x); }
+    /// A truth value, as 1 or 0.
     void operator()(bool& x) {
         double value = x ? 1.0 : 0.0;
         one_(value);
         x = value == 1.0;
     }
+    /// Any integer.
     void operator()(int& x) { within(x, -largest, largest); }
     /// Saves or restores an integer; a restored value outside [least, most] leaves x unchanged.
     void within(int& x, int least, int most) {
@@ -44,6 +46,7 @@ public:
     void operator()(Pose<double>& p) { all(p.position, p.rotation.x, p.rotation.y, p.rotation.z); }
     void operator()(Twist& t) { all(t.linear, t.angular); }
     void operator()(Joints& q) { (*this)(q.q); }
+    /// A target of the elbow; an unknown kind is restored as a psi.
     void operator()(Towards& hint) {
         int wish = static_cast<int>(hint.wish);
         all(wish, hint.psi, hint.target);

@@ -425,7 +425,7 @@ private:
         return take(to.q);
     }
 
-    /// The step within the bounds of the joints that is made in a branch.
+    /// The step in a branch, under the bounds.
     BoundedStep bounded(const Branch& b) const noexcept {
         return {arm_, *b.motion, *b.functions, q_now_, bounds_, options_.max_joint_step};
     }

@@ -57,9 +57,11 @@ public:
         hinted_ = {};
     }
 
+    /// The present joint values (rad).
     const double* q() const noexcept { return q_.q; }
+    /// The arm that it moves.
     const Arm& arm() const noexcept { return arm_; }
-    /// The state that one cycle passes to the next (saved.hpp).
+    /// Calls `visit` for the state that one cycle passes to the next, to save or restore it (saved.hpp).
     template <class Visit>
     void each_number(Visit& visit) {
         hand_.each_number(visit);
@@ -87,7 +89,8 @@ public:
     const Pose<double>& hand() const noexcept { return hand_.pose(); }
 
     /// Records the distance (m) of the end effector from the target after a cycle of dt (s; 0: that of the
-    /// options). For
+    /// options). For a target at rest that is not reached in time, takes one step of the search for a
+    /// solution, and turns to the one that was found.
     void note(double distance, double dt) noexcept {
         if (!fixed_) return;
         const double time = seconds(dt);
@@ -411,12 +414,13 @@ private:
 template <class Body = Arm>
 class Tracker final : public TrackerLoop {
 public:
-    /// A loop of an arm, which must outlive it, at rest at the middles of the joint ranges.
+    /// A loop of an arm, which it copies, at rest at the middles of the joint ranges. The scene of the
+    /// options must outlive it.
     Tracker(const Arm& arm, const TrackerOptions& options) noexcept
         requires std::is_same_v<Body, Arm>
         : Tracker(arm, options, arm, options.scene) {}
-    /// A loop of an arm whose true links are those of `body`, among the obstacles `about` (null: none), at
-    /// rest at the middles of the joint ranges.
+    /// A loop of an arm whose true links are those of `body` (it copies both), among the obstacles `about`
+    /// (null: none), at rest at the middles of the joint ranges. The scenes must outlive it.
     Tracker(const Arm& arm, const TrackerOptions& options, const Body& body, const Scene* about) noexcept
         : TrackerLoop(arm, options, !std::is_same_v<Body, Arm>), body_(body), about_(about) {
         double middle[joint_slots];
@@ -441,14 +445,18 @@ public:
     }
 
 private:
+    /// See TrackerLoop::branch_of_body.
     int branch_of_body(const double* q) const noexcept override { return forward(body_, q).gc; }
+    /// See TrackerLoop::nearest_pair_of_body.
     NearestPair nearest_pair_of_body(double reach) const noexcept override {
         return StraightMove(body_, *about_).nearest_pair(q_.q, reach);
     }
+    /// See TrackerLoop::proven_share.
     double proven_share(const double (&d)[joints]) const noexcept override {
         Tag pair = 0;
         return StraightMove(body_, *about_).proven(q_.q, d, pair, straight_move_tuning::many_looks);
     }
+    /// See TrackerLoop::solution_at_rest.
     Nearest solution_at_rest(const Limits& limits, const Pose<double>& target, int gc,
                              const NearestOptions& options) const noexcept override {
         std::optional<Scene> around;

@@ -43,6 +43,7 @@ public:
     OffsetCells(const OffsetArm& arm, const Pose<double>& pose, int gc) noexcept
         : arm_(arm), motion_(offset_motion(arm, pose, gc)) {}
 
+    /// The self-motion of the pose and branch.
     const OffsetMotion<>& motion() const noexcept { return motion_; }
 
     /// The value g^2 - t^2 (m^2) at a value of the free joint (rad), negative if there is no solution;
@@ -119,8 +120,8 @@ public:
     }
 
 private:
-    /// The range of a function over a cell, as the intersection of its values and of the bound from its value
-    /// at the middle and its slope.
+    /// The range of a function over a cell of half width `half`: the intersection of its enclosed values
+    /// `over` with the bound from its value `middle` at the middle and its slope.
     static Interval mean_value(const Jet<Interval, 1>& over, double middle, double half,
                                double rounding) noexcept {
         const Interval slope = over.coefficient[1];

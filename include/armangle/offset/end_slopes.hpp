@@ -49,8 +49,8 @@ inline void singular_end_slope(const OffsetArm& arm, const Pose<double>& pose, d
     }
 }
 
-/// The gradient of the total of freedom() with respect to the twist (v, omega) of the pose; see
-/// limits/end_slopes.hpp.
+/// Writes the gradient of the total of freedom() with respect to the twist (v, omega) of the pose to `out`;
+/// NaN if an end of an arc does not move smoothly.
 template <free_joint_arm AnyArm>
 void freedom_gradient(const AnyArm& arm, const Pose<double>& pose, double (&out)[6]) noexcept {
     for (double& slope : out) slope = 0;

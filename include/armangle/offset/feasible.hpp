@@ -366,7 +366,8 @@ private:
 
     // -- verdicts
 
-    /// Computes the margins of eight values of theta_7, and those of the limits `asked`. Limits
+    /// Computes the margins of eight values of theta_7, and of the limits whose numbers are `asked`. Limits
+    /// are numbered: 2 i and 2 i + 1 are the lower and the upper end of range i, then follow fold and reach.
     Margin margin(const OffsetMotion<>& motion, const RootLanes& x,
                   const RootLanes& asked = RootLanes(0.0)) const noexcept {
         const SinCos<RootLanes> theta_7 = sin_cos(x);

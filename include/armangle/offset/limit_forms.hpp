@@ -117,7 +117,7 @@ public:
         return {linear(kappa_[0] - of_angle(cosine), kappa_[1], kappa_[2]), {}, false};
     }
 
-    /// The function |w x y6|^2 of theta_7, which is 0
+    /// The function |w x y6|^2, which is 0 where axis 5 may have any direction.
     BentForm across() const noexcept { return {transformed(across_2_, 2), {}, false}; }
 
     /// The function t + g sine, which is 0 where sin theta_5 = sine; 1 and -1 are the folds.

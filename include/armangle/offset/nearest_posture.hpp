@@ -496,7 +496,8 @@ private:
         }
     }
 
-    /// Finds the least cost in a cell over which it is convex, by Newton's method; false if that fails.
+    /// Finds and keeps the least cost in a cell over which it is convex, by Newton's method from the value
+    /// `free`; false if that fails.
     bool finish(const OffsetCells& cells, int gc, const Arc& arc, const Cell& cell, double free) noexcept {
         free = min(max(free, cell.lower), cell.upper);
         double lower = cell.lower, upper = cell.upper;

@@ -18,8 +18,7 @@ namespace offset_tuning {
 inline constexpr double farthest_secant = 20.0;  // of the last change of what was found
 }  // namespace offset_tuning
 
-/// The next target for the tracker of the arm without the offset, by a secant step through the last two
-/// guesses.
+/// The next correction of the target to try, by a secant step through the last two guesses.
 template <free_joint_arm AnyArm>
 Pose<double> next_guess(const AnyArm&, const Guess& last, const Guess& now) noexcept {
     const Vec3<double> off = now.found.position - now.shown.position;
@@ -32,7 +31,7 @@ Pose<double> next_guess(const AnyArm&, const Guess& last, const Guess& now) noex
 }
 
 /// The elbow's target for the arm without the offset. With the offset before the shoulder, a point is shifted
-/// like the tool.
+/// by the correction `seen`, like the target.
 template <free_joint_arm AnyArm>
 Towards seen_hint(const AnyArm& arm, const Pose<double>& seen, Towards elbow) noexcept {
     if (nominal_offset(arm).mirrored && elbow.wish == Wish::point)

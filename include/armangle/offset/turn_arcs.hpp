@@ -87,7 +87,8 @@ private:
         add(theta, theta);
     }
 
-    /// Does the same without the limits of the turned joint, whose rotation then brings it within them.
+    /// Adds the rotation of a solution that a search finds in some branches (bits) if the turned joint may
+    /// have any value.
     [[gnu::noinline, gnu::cold]] void add_hidden_elsewhere(unsigned branches) noexcept {
         ArmParameters p = arm_.own;
         p.limits.lower[robot_joint(arm_, joint_)] = -infinity;

@@ -72,9 +72,10 @@ public:
     SinCos<double> theta_7_of(double free) const noexcept {
         return sin_cos(to_theta(arm_.nominal.rest, 6, free));
     }
-    /// The flange pose of which the cells are.
+    /// The flange pose whose postures are bounded.
     const Pose<double>& flange() const noexcept { return flange_; }
-    /// The half width (rad) below which a cell that is not regular is not divided further.
+    /// The half width (rad) below which a cell is not divided further: `least`, or more if the cell is not
+    /// regular.
     double narrowest(const Over& over, double least) const noexcept {
         return over.regular ? least : max(least, 0.5 * arm_.shift / arm_.nominal.rest.reach);
     }

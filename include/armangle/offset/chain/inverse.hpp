@@ -250,8 +250,9 @@ inline Status directions(const OffsetChain& arm, const Pose<double>& pose, doubl
     return status;
 }
 
-/// The joint values of the true chain for a pose, a value of the free joint (rad) and a branch.
-/// NEAR_SINGULAR: no solution in the branch is found, near where two branches meet.
+/// The joint values of the true chain for a pose, a value of the free joint (rad) and a branch, each in the
+/// revolution within its limits nearest to the seed, or to the middle of its range without one. Otherwise
+/// UNREACHABLE, BAD_INPUT or NEAR_SINGULAR: no solution in the branch is found, near where two branches meet.
 inline Inverse inverse(const OffsetChain& arm, const Pose<double>& pose, double free, int gc,
                        const double* seed = nullptr) noexcept {
     constexpr double no = not_a_number;
