@@ -87,6 +87,7 @@ public:
         if (!f || f[1]) return false;
         return kind == 'd' || kind == 'f' ? *f == kind : ((*f == 'l' || *f == 'q') && view_.itemsize == 8);
     }
+    /// The first element; its type is not checked.
     template <class T>
     T* data() const noexcept {
         return static_cast<T*>(view_.buf);

@@ -232,8 +232,7 @@ void self_motion_many(const ArmHandle& self, Floats pose, Floats psi, Ints gc, F
     });
 }
 
-/// The distance (m) of an unsolvable pose beyond the reach. For an arm with its own chain it is the least
-/// over all psi; for an arm with an offset that at the given free joint.
+/// The distance (m) of an unsolvable pose beyond the reach, the least over all psi.
 double excess_of(const ChainArm& arm, const Asked& asked) { return reach_excess(arm, asked.pose); }
 /// By how much (m) the wrist is out of reach at a value of the free joint.
 template <free_joint_arm A>

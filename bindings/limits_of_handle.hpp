@@ -11,7 +11,7 @@ namespace binding {
 inline armangle::LimitTable table(const ArmHandle& self, double margin) {
     return margin > 0 ? armangle::limit_table(self.arm, margin) : self.limits;
 }
-/// What the arm uses instead of a table of limits.
+/// What an arm with an offset uses instead of a table of limits, with a margin (rad).
 inline armangle::OffsetLimits table(const OffsetHandle& self, double margin) {
     return armangle::limit_table(self.arm, margin);
 }

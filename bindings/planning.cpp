@@ -314,9 +314,9 @@ Curve as_curve(const Arm& arm, const Buffer& segments, const Buffer& stretches, 
              static_cast<std::size_t>(stretches.shape(0))}};
 }
 
-/// The curve that gives the arm's joints: for a nearly S-R-S arm the nominal curve with corrections.
+/// The curve itself, which gives the joints of an S-R-S arm.
 const Curve& joints_along(const Arm&, const Curve& curve, const Buffer&) noexcept { return curve; }
-/// The curve of an arm with its own chain.
+/// The curve of the joints of an arm with its own chain: the nominal curve with corrections.
 CorrectedCurve joints_along(const ChainArm& arm, const Curve& curve, const Buffer& shifts) noexcept {
     return {arm,
             curve,
@@ -329,7 +329,7 @@ FamilyCurve<OffsetFamily> joints_along(const OffsetArm& arm, const Curve& curve,
     return {OffsetFamily(arm), curve.gc, curve.segments, curve.stretches};
 }
 
-/// The arm; if it has its own chain and the plan has a base, the arm on that base.
+/// The arm itself, whose plan has no base of its own.
 const Arm& standing(const Arm& arm, const Floats&) noexcept { return arm; }
 /// The arm itself, whose plan has no base of its own.
 const OffsetArm& standing(const OffsetArm& arm, const Floats&) noexcept { return arm; }
@@ -465,8 +465,8 @@ const Limits& limits_of(const SrsArm& arm) noexcept {
 /// The limits of an arm with an offset.
 const Limits& limits_of(const OffsetArm& arm) noexcept { return arm.own.limits; }
 
-/// Returns the rows (s, psi, q, gc), with more inserted where the straight line violates a limit
-/// (rows_within.hpp); also the largest remaining violation, its joint, and the row before it.
+/// Returns the rows (s, psi, q, gc), with more inserted where the curve between them violates a limit
+/// (rows_within.hpp); also the largest remaining violation (rad), its joint (1 to 7), and the row before it.
 template <class Handle>
 nb::object rows_within(const Handle& self, Floats segments, Floats s, Floats q, Floats psi, Ints gc) {
     const Buffer g(segments), at(s), joint_values(q), angles(psi), branches(gc);
@@ -569,7 +569,7 @@ nb::tuple certify_curve(const ArmHandle& self, Floats segments, Floats stretches
     return nb::make_tuple(as_array(proof.open, 2), as_array(proof.violated, 1));
 }
 
-/// Binds the functions that every kind of arm has.
+/// Binds plan_path, curve_at, curve_derivatives and rows_within.
 template <class Handle>
 void bind_planning_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;
@@ -585,7 +585,7 @@ void bind_planning_of(nb::class_<Handle>& arm) {
     arm.def("rows_within", &rows_within<Handle>, "segments"_a, "s"_a, "q"_a, "psi"_a, "gc"_a);
 }
 
-/// Binds the functions of arms with an arm angle.
+/// Binds curve_through, which arms with an arm angle have.
 template <class Handle>
 void bind_curve_through(nb::class_<Handle>& arm) {
     using namespace nb::literals;

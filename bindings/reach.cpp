@@ -69,7 +69,7 @@ void freedom_gradient_many(const Handle& self, Floats pose, double margin, Float
     });
 }
 
-/// Collects the turns of elements [begin, end).
+/// Collects the turns of elements [begin, end), up to the first problem.
 template <class Handle, class Table>
 [[gnu::noinline]] void turns_range(const Handle& self, const Table& limits, Turned turned,
                                    const double* poses, std::size_t begin, std::size_t end,
@@ -346,7 +346,7 @@ void bind_freedom(nb::class_<Handle>& arm) {
     arm.def("freedom_many", &freedom_many<Handle>, "pose"_a, "margin"_a, "widths"_a, "codes"_a, "threads"_a);
 }
 
-/// Binds the functions of all kinds of arms with closed intervals.
+/// Binds freedom, reachability, turns, maps and placement.
 template <class Handle>
 void bind_reach_of(nb::class_<Handle>& arm) {
     using namespace nb::literals;

@@ -6,7 +6,7 @@ namespace {
 
 PyObject* error_maker = nullptr;
 
-/// Raises the Python error of a refusal.
+/// Sets the Python error of a refusal.
 void raise_in_python(const Refusal& refusal) {
     if (!error_maker) throw std::runtime_error("no function makes errors of refusals");
     nb::list at;
@@ -16,7 +16,7 @@ void raise_in_python(const Refusal& refusal) {
     PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(error.ptr())), error.ptr());
 }
 
-/// Translates the library's exceptions to Python errors.
+/// Translates a Refusal to its Python error; other exceptions are thrown again.
 void translate(const std::exception_ptr& thrown, void*) {
     try {
         std::rethrow_exception(thrown);

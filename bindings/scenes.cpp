@@ -188,9 +188,9 @@ void fill_hulls_and_fields(std::vector<Solid>& solids, const Buffer& corners, co
 
 /// The pose of link 0 in the DH base.
 Pose<double> base_link(const Arm&) noexcept { return identity_pose(); }
-/// The pose of the first link in the frame of the arm's base: the identity.
+/// The pose of link 0 of an arm with an offset in the DH base: the identity.
 Pose<double> base_link(const OffsetArm&) noexcept { return identity_pose(); }
-/// The pose of the first link in the frame of the nominal arm's base.
+/// The pose of link 0 of an arm on its own chain in the base of the nominal arm.
 template <class AnyChain>
 Pose<double> base_link(const AnyChain& arm) noexcept {
     const Arm& rows = nominal(arm);
@@ -375,7 +375,7 @@ Problem reached(const SelfMotion<double>& m, double& value) noexcept {
     return is_folded(m.circle) ? Problem::folded : Problem::none;
 }
 
-/// Writes the nearest pair of each (pose, psi, gc) of an S-R-S arm.
+/// Writes the nearest pair of each (pose, psi, gc) of an S-R-S arm, as store_proximity() does.
 void proximity_many(const ArmHandle& self, const SceneHandle& scene, Floats pose, Floats psi, Ints gc,
                     Floats out, Ints pair, int threads) {
     const Buffer p(pose), a(psi), g(gc), to(out, true), who(pair, true);
@@ -396,7 +396,7 @@ void proximity_many(const ArmHandle& self, const SceneHandle& scene, Floats pose
         });
 }
 
-/// Writes the nearest pair of each (pose, psi, gc) of a nearly S-R-S arm.
+/// Writes the nearest pair of each (pose, psi, gc) of a nearly S-R-S arm, as store_proximity() does.
 void near_proximity_many(const ChainArmHandle& self, const SceneHandle& scene, Floats pose, Floats psi,
                          Ints gc, Floats out, Ints pair, int threads) {
     const Buffer p(pose), a(psi), g(gc), to(out, true), who(pair, true);
@@ -422,7 +422,7 @@ void near_proximity_many(const ChainArmHandle& self, const SceneHandle& scene, F
                 });
 }
 
-/// Writes the nearest pair at each q of an arm with an offset.
+/// Writes the nearest pair at each q of an arm with an offset, as store_proximity() does.
 template <class Handle>
 void offset_proximity_many(const Handle& self, const SceneHandle& scene, Floats q, Floats out, Ints pair,
                            int threads) {

@@ -51,8 +51,7 @@ struct KeptOff {
     const Scene* scene;
 };
 
-/// The constraints of a search besides the poses: for an S-R-S arm limits with a margin, for others margin
-/// and scene.
+/// The limits of an S-R-S arm with a margin (rad).
 LimitTable limits_with(const ArmHandle& arm, double margin, const Scene*) {
     return margin == 0 ? arm.limits : limit_table(arm.arm, arm.arm.limits, margin);
 }

@@ -236,7 +236,7 @@ void with_window(const View& view, std::size_t window, const Asked& asked, const
     run(window ? &ahead : nullptr);
 }
 
-/// Follows the poses with one kind of arm and fills the rows.
+/// Follows the poses with an S-R-S arm and fills the rows.
 void run(const ArmHandle& self, const double* start, const FollowOptions& wanted, const Asked& asked,
          const FollowRows& rows) {
     const LimitsWithMargin limits(self, wanted.singularity_margin);

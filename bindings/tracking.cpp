@@ -89,7 +89,7 @@ nb::object at(nb::handle values, int index) {
     return nb::borrow(item);
 }
 
-/// A new array of seven numbers.
+/// A new array (7,) of these numbers.
 nb::object joint_array(const double* values) {
     nb::object array = new_array7();
     std::memcpy(Buffer(array, true).data<double>(), values, joints * sizeof(double));
@@ -195,7 +195,7 @@ void track_many(Loop& self, Floats poses, Floats q) {
 }
 
 /// Writes the poses (n, 4, 4) that a target filter (omega, patience, jump, turn) computes from samples, one
-/// every dt s.
+/// every dt s; a sample that is no rigid pose counts as missing.
 void smooth_hand(double omega, double patience, double jump, double turn, Floats samples, double dt,
                  Floats poses) {
     const Buffer in(samples), out(poses, true);

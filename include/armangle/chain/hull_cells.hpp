@@ -23,7 +23,7 @@ public:
           on_(triad(arm.nominal, flange_pose(arm.nominal, pose))),
           gc_(configuration(gc)) {}
 
-    /// Computes the bounds over |psi - middle| <= half (rad) in `out`; returns whether they are proven.
+    /// Computes the bounds over [psi - half, psi + half] (rad) in `out`; returns whether they are proven.
     bool over(double psi, double half, StraightCell& out) noexcept {
         const PsiPlane<double> plane(on_, sin_cos(psi));
         SinCos<double> angle[joints];

@@ -34,8 +34,8 @@ protected:
         first_ = seeded ? carried() : -pi + pi / nearest_tuning::first_boxes;
     }
 
-    /// Computes lower bounds of the cost over these boxes for the permitted branches of an elbow sign (0:
-    /// positive, 1: negative).
+    /// Computes lower bounds of the cost over the boxes of place_boxes() for the permitted branches of an
+    /// elbow sign (0: positive, 1: negative).
     void survey(int elbow) noexcept {
         const ElbowBranches& e = elbow_[elbow];
         constexpr int n = nearest_tuning::first_boxes;
@@ -326,8 +326,8 @@ protected:
         if (abs(move) < radius && holds(gc, -1, psi - move)) newton(gc, psi, radius, here.slope[0], second);
     }
 
-    /// Finds the minimum of a box on which the cost is convex, and keeps it if it is better than the best
-    /// solution.
+    /// Finds the minimum of a box on which the cost is convex, with these derivatives at the middle, and
+    /// keeps it if it is better than the best solution.
     void newton(int gc, double middle, double radius, double slope, double second) noexcept {
         double lower = middle - radius, upper = middle + radius, psi = middle;
         for (int i = 0; i < nearest_tuning::newton; ++i) {

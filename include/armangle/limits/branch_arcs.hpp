@@ -22,8 +22,9 @@ public:
         : ElbowCosts(arm, limits, pose, options), rounds_(rounds) {}
 
 protected:
-    /// The joints of a branch at psi, in the revolutions nearest to `near`. If theta_2 or theta_6 is at most
-    /// `straight` (rad) from 0 or pi, its neighbours share their rotation in the cheapest way.
+    /// The joints of a branch at psi, each in the revolution nearest to the seed (else the middle of its
+    /// range). If theta_2 or theta_6 is at most `straight` (rad) from 0 or pi, its neighbours share their
+    /// rotation in the cheapest way.
     Joints posture(int gc, double psi, double straight = tolerance::singular) const noexcept {
         const ElbowBranches& e = elbow_[gc >> 1 & 1];
         SelfMotion<double> m = e.motion;
@@ -89,7 +90,8 @@ protected:
         return out;
     }
 
-    /// The complete result for given joints; empty if the caller did not permit them.
+    /// The complete result for given joints; empty, with the reason, if their psi does not exist or the
+    /// caller did not permit them.
     Nearest make_result(const Joints& q) const noexcept {
         const Posture here = forward(arm_, q.q);
         if (is_nan(here.psi)) return refused(Status::FOLDED);
@@ -130,8 +132,8 @@ protected:
         return options_.metric == Metric::margin ? -x.margin : x.distance;
     }
 
-    /// The same joints, each in the revolution nearest to `near` among those that its limits permit, or miss
-    /// by at most the joint's uncertainty.
+    /// The same joints, each in the revolution nearest to the seed (else the middle of its range) among those
+    /// that its limits permit, or miss by at most the joint's uncertainty.
     Joints turned(Joints q) const noexcept {
         for (int j = 0; j < joints; ++j) {
             const JointCost& c = joint_[j];

@@ -127,7 +127,8 @@ struct Left {
     bool beyond = false;  // the arcs hold only if rounding explains that a joint is beyond its limit
 };
 /// Writes the arcs between the blocked ones, with the limit at each of their ends, to `out`; empty if
-/// everything is blocked. The joint functions are those of the shoulder's sign and of the wrist's.
+/// everything is blocked. The joint functions are those of the shoulder's sign and of the wrist's. Returns
+/// the status, and whether single psi may remain.
 inline Left finish(const LimitTable& t, const JointFunctions<double>& shoulder,
                    const JointFunctions<double>& wrist, const Blocked& blocked, ArcSet& out) noexcept {
     const double gap = free_arcs(blocked, out);
@@ -187,8 +188,9 @@ void each_meeting(const JointFunctions<double>& shoulder, const JointFunctions<d
             if (!lies_within(blocked, wrap(end), slack)) each(wrap(end));
 }
 
-/// Adds single psi to `out` where blocked arcs touch and the joints of `which` (bits) are within their
-/// limits. The joint functions are as in finish(). Returns OK or the reason why `out` is empty.
+/// Adds single psi to `out` where blocked arcs touch or a joint turns back, and the joints of `which` (bits)
+/// are within their limits. The joint functions are as in finish(). Returns OK or the reason why `out` is
+/// empty.
 [[gnu::noinline, gnu::cold]] inline Status add_isolated(const LimitTable& t, const SelfMotion<double>& motion,
                                                         const JointFunctions<double>& shoulder,
                                                         const JointFunctions<double>& wrist,

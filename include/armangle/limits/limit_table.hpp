@@ -31,8 +31,8 @@ enum class Side : std::uint8_t {
 constexpr Tag make_tag(int joint, Side side) noexcept {
     return static_cast<Tag>(joint * 16 + static_cast<int>(side));
 }
-/// The joint of a tag.
-constexpr int tag_joint(Tag tag) noexcept { return tag >> 4 & 15; }  // 1..7, or 0 for none
+/// The joint (1..7) of a tag, or 0 for none.
+constexpr int tag_joint(Tag tag) noexcept { return tag >> 4 & 15; }
 /// The side of a tag.
 constexpr Side tag_side(Tag tag) noexcept { return static_cast<Side>(tag & 15); }
 

@@ -312,7 +312,7 @@ private:
     }
 
     /// Starts searches at the psi where joint 2 or 6 is nearest to 0 and to pi, if near enough; all around
-    /// the circle if both are.
+    /// the circle if it hardly moves with psi and it or the elbow is near enough.
     void search_near_singular(int elbow, Nearest& out) noexcept {
         const ElbowBranches& e = elbow_[elbow];
         const double band = any_ ? poor_band(limits_) : nearest_tuning::near_straight,

@@ -108,7 +108,7 @@ public:
     }
 
     /// Whether it is proven that no branch of this elbow reaches any part of the box at a psi in [lower,
-    /// upper].
+    /// upper], which may be halved `halvings` times.
     bool none(double lower, double upper, int halvings) const noexcept {
         if (none_) return true;
         const SinCos<Interval> at = sin_cos(Interval(lower, upper));

@@ -145,14 +145,15 @@ inline void bound_parts(Scene& scene) noexcept {
     }
 }
 
-/// The tag of a pair, an obstacle and a link, for the ends of arcs; the two functions below give both back.
+/// The tag of a pair, an obstacle and a link, for the ends of arcs; tag_obstacle() and tag_link() give both
+/// back.
 constexpr Tag pair_tag(int obstacle, int link) noexcept {
     return static_cast<Tag>(obstacle + 1) << 16 | static_cast<Tag>(link + 1) << 8 |
            make_tag(0, Side::obstacle);
 }
 /// The number of the obstacle in a tag; -1 if it has none.
-constexpr int tag_obstacle(Tag tag) noexcept { return static_cast<int>(tag >> 16) - 1; }  // -1: none
-/// The number of the link in a tag.
+constexpr int tag_obstacle(Tag tag) noexcept { return static_cast<int>(tag >> 16) - 1; }
+/// The number of the link in a tag; -1 if it has none.
 constexpr int tag_link(Tag tag) noexcept { return static_cast<int>(tag >> 8 & 0xff) - 1; }
 
 /// Where a rod given in a DH frame (0..7) rests: link 0, 7, 3 or 4. What lies on a joint's axis rests in both
