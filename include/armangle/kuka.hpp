@@ -19,7 +19,7 @@ namespace armangle::kuka {
 /// Bits of Status: wrist behind axis 1 (overhead), A4 < 0, A6 < 0.
 inline constexpr int overhead = 1, bent_back = 2, wrist_down = 4, status_bits = 8, turn_bits = 1 << joints;
 
-/// Whether an arm is built as those controllers assume: no elbow offset, and stretched if all joints are 0.
+/// Whether an arm is built as KUKA's controllers assume: no elbow offset, and stretched if all joints are 0.
 inline bool is_alike(const Arm& arm) noexcept {
     bool alike = arm.a_3 == 0 && arm.a_4 == 0 && arm.d_4 == 0;
     for (int j = 0; j < joints; ++j) alike &= arm.offset[j] == 0;

@@ -258,7 +258,8 @@ inline double damped_drift(double bend, double longest) noexcept {
     return step_tuning::drift * std::pow(growth, min(max(share, 0.0), 1.0));
 }
 
-/// Whether the policy requests another psi, and theta_2 = 0 or theta_6 = 0 must be left first.
+/// Whether the policy has a goal for psi (a target or the middle), and theta_2 = 0 or theta_6 = 0 must be
+/// left first.
 inline bool may_leave(const Chain& now, const Policy& policy) noexcept {
     return (policy.rule == Rule::towards || policy.rule == Rule::centre) && is_singular(now);
 }
@@ -454,7 +455,7 @@ private:
     }
 
     /// Adds the branches that the step can change to by joint moves of at most `least` (rad), with the psi
-    /// that the policy requests there, starting from psi.
+    /// that the policy requests there, starting from psi; none if the caller fixed the branch.
     void gather(double psi, double least) noexcept {
         const Branch& own = branch_[0];
         const bool hopeless = own.status != Status::OK && own.status != Status::LIMITS &&
@@ -584,7 +585,8 @@ private:
         return step.nearest(within, wish);
     }
 
-    /// The requested psi, reduced so that the joints can brake afterwards.
+    /// The requested psi, moved less far from psi if accelerations are bounded, so that the joints can brake
+    /// afterwards.
     double slowed(const Branch& b, double psi, double wish) const noexcept {
         bool bound = false;
         for (const double a : bounds_.acceleration) bound |= a < infinity;

@@ -115,8 +115,8 @@ protected:
     }
 
     /// Stores in t the limits, and the joint velocities of this cycle within the bounds after which every
-    /// joint can still brake. A joint outside its limits must return, as fast as if it had come to rest
-    /// there.
+    /// joint can still brake. A joint outside its limits must return, at least so fast that it could just
+    /// come to rest at the limit.
     void box(Tick& t) const noexcept {
         const Limits& limits = t.limits = elbow_turns(t) ? arm_.limits : kept_on(side_, least_bend_);
         for (int j = 0; j < joints; ++j) {

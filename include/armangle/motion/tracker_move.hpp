@@ -94,8 +94,9 @@ protected:
 
     /// Detects a stall: the end effector stops, or comes no nearer, although its goal is reachable, because
     /// of a joint limit or an obstacle. The arm then moves to the goal's configuration, or to another one of
-    /// its pose, by a collision-free way. For an oscillating target, only an end effector far from its goal
-    /// (`off`, m) counts. If all attempts for a resting target fail, the arm stops.
+    /// its pose, by a collision-free way. `off` (m) is the distance from the goal: for a moving target only a
+    /// large one counts. If all attempts for a resting target fail, the arm stops. Does nothing for a resting
+    /// target without obstacles.
     void watch(const Tick& t, const Goal& goal, double off) noexcept {
         if (fixed_ && !t.guard) return;  // see the choice for a target at rest
         const bool counts = fixed_ || off > tracker_tuning::worth, still = has_stalled(t);

@@ -168,7 +168,8 @@ inline Interval near_unit(double lower, double upper) noexcept {
 
 }  // namespace detail
 
-/// Sine and cosine: their values at both ends, and +-1 if an extreme lies or may lie between the ends.
+/// Sine and cosine: their values at both ends, and +-1 if an extreme lies or may lie between the ends; [-1,
+/// 1] if x is 1 wide or more, or beyond sin_cos_range.
 inline SinCos<Interval> sin_cos(const Interval& x) noexcept {
     const Interval any{-1.0, 1.0};
     if (!(x.lo >= -detail::sin_cos_range && x.hi <= detail::sin_cos_range) || !(x.hi - x.lo < 1.0))

@@ -41,7 +41,7 @@ struct FormTables {
     }
 
 private:
-    /// The value cos(2 pi i / 16), with the same digits in each quadrant.
+    /// The value cos(2 pi i / 16) for any integer i, with the same digits in each quadrant.
     static double turn(int i) noexcept {
         constexpr double part[] = {1.0, 0.92387953251128674, 0.70710678118654752, 0.38268343236508977, 0.0};
         i &= 15;

@@ -9,8 +9,7 @@ namespace armangle {
 
 namespace detail {
 
-/// Counts the intervals of each branch. If nothing of a branch is proven to be feasible, but not everything
-/// is excluded, holds(gc) decides whether it has a solution.
+/// Counts and measures the proven intervals of all branches. If
 template <class Holds>
 Freedom freedom_of(const ProvenArcs (&found)[configurations], const Holds& holds) noexcept {
     Freedom out{0, 0, 0, 0, Status::UNREACHABLE};
