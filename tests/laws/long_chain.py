@@ -23,7 +23,7 @@ BATCH, ANGLES = len(srs_catalogue()), 150
 
 
 def main(seconds: float, seed: int) -> int:
-    """Run until the time is over; print what is wrong, and return how much."""
+    """Judge random cases for `seconds`, print what is wrong, and return how much."""
     start, total, circles, proven, batches = time.monotonic(), Verdict(), 0, 0, 0
     while time.monotonic() - start < seconds:
         rng = np.random.default_rng([80, seed])
@@ -42,7 +42,9 @@ def main(seconds: float, seed: int) -> int:
 
 
 def report(total: Verdict, circles: int, proven: int) -> None:
-    """Print what was asked so far."""
+    """Print the numbers so far, of so many circles (a pose in a branch) and how many of them are proven
+    whole.
+    """
     print(
         f"{total.samples} samples of {circles} circles ({100 * proven / circles:.2f} % proven completely), "
         f"{total.decided} decided, {total.inside} of them in arcs, "

@@ -15,7 +15,9 @@ BATCH = 500
 
 
 def main(seconds: float) -> int:
-    """Run until the time is over; print every misclassified sample and return how many there are."""
+    """Compare arcs with limits for `seconds`, print every misclassified sample, and return how many there
+    are.
+    """
     start, seed, samples, clear, wrong = time.monotonic(), 1000, 0, 0, 0
     while time.monotonic() - start < seconds:
         for case in cases(seed, BATCH):

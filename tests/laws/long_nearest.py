@@ -29,7 +29,9 @@ ROUNDING = 1e-10
 
 
 def excess(case: Case, best: float) -> float:
-    """Return by how much `solve` costs more than the grid (negative: less); NaN without a posture."""
+    """Return by how much `solve` costs more than `best` (negative: less); infinite if it finds none, NaN if
+    neither does.
+    """
     found = case.solve()
     if not found.ok:
         return np.inf if best < np.inf else np.nan
@@ -37,7 +39,9 @@ def excess(case: Case, best: float) -> float:
 
 
 def beside_singular(seed: int, counts: Counter[str]) -> int:
-    """Count what is wrong beside singular postures; print what must never be, and return how often it is."""
+    """Count faults of `solve` near singularities in `counts`; print solutions off limits or pose, and return
+    how many.
+    """
     never = 0
     for number in range(DELICATE):
         case = delicate(number, seed)
@@ -50,7 +54,9 @@ def beside_singular(seed: int, counts: Counter[str]) -> int:
 
 
 def main(seconds: float, seed: int) -> int:
-    """Run until the time is over; print every case that the grid solves better, and return how many."""
+    """Compare `solve` with a grid for `seconds`, print every case that the grid solves better, and return how
+    many.
+    """
     beside: Counter[str] = Counter()
     kinds: Counter[str] = Counter()
     start, tried, without, rounded, worse, most = time.monotonic(), 0, 0, 0, 0, -np.inf

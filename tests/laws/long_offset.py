@@ -30,7 +30,7 @@ NEAR_AN_END = 1e-7  # rad: nearer to an end than this rounding decides
 
 @dataclass
 class Counts:
-    """What was looked at, and what was wrong."""
+    """Numbers of what was compared, and of what was wrong."""
 
     postures: int = 0
     off: float = 0.0
@@ -46,11 +46,12 @@ class Counts:
 
 
 def an_arm(rng: np.random.Generator, k: int) -> aa.Arm:
+    """The k-th random arm: every other one mirrored, every third with a range of up to 14 rad."""
     return random_arm(rng, mirrored=bool(k % 2), widest=6.0 if k % 3 else 14.0)
 
 
 def look_at_postures(arm: aa.Arm, rng: np.random.Generator, counts: Counts) -> None:
-    """Forward, inverse, forward."""
+    """Count random joints that `inverse` of their own pose, free joint and branch does not hold."""
     q = rng.uniform(arm.lower, arm.upper, (POSTURES_AN_ARM, 7))
     pose, free, gc = arm.forward(q)
     again = arm.inverse(pose, free, gc, seed=q, on_error="nan", limits=False)
@@ -61,7 +62,7 @@ def look_at_postures(arm: aa.Arm, rng: np.random.Generator, counts: Counts) -> N
 
 
 def look_at_arcs(arm: aa.Arm, rng: np.random.Generator, counts: Counts) -> None:
-    """Each value of the free joint that is drawn, judged by the arcs and by the inverse."""
+    """Count random values of the free joint on which arcs and `inverse` disagree."""
     poses = arm.forward(rng.uniform(arm.lower, arm.upper, (SETS_AN_ARM // 8, 7)))[0]
     sets = arm.feasible(poses)
     counts.sets += SETS_AN_ARM
@@ -80,7 +81,7 @@ def look_at_arcs(arm: aa.Arm, rng: np.random.Generator, counts: Counts) -> None:
 
 
 def look_at_nearest(arm: aa.Arm, rng: np.random.Generator, counts: Counts) -> None:
-    """The nearest posture beside a grid."""
+    """Count poses for which a grid of the free joint is nearer to the seed than `solve`."""
     q = rng.uniform(arm.lower, arm.upper, (QUESTIONS_AN_ARM, 7))
     near = np.where(
         np.arange(QUESTIONS_AN_ARM)[:, None] % 2,
@@ -98,7 +99,7 @@ def look_at_nearest(arm: aa.Arm, rng: np.random.Generator, counts: Counts) -> No
 
 
 def look_beside_straight(arm: aa.Arm, number: int, seed: int, counts: Counts) -> None:
-    """The nearest posture where joints are beside straight."""
+    """Count faults of `solve` near singularities, and print solutions off limits or pose."""
     for k in range(QUESTIONS_AN_ARM):
         case = delicate_offset(QUESTIONS_AN_ARM * number + k, seed, arm)
         faults = case.faults()
@@ -108,7 +109,7 @@ def look_beside_straight(arm: aa.Arm, number: int, seed: int, counts: Counts) ->
 
 
 def main(cases: int, seed: int) -> int:
-    """Print the counts; return how many cases were wrong."""
+    """Compare until all numbers reach their share of `cases`, print them, and return how many were wrong."""
     rng, counts, k = np.random.default_rng(seed), Counts(), 0
     catalogue = [aa.Arm.from_catalogue(name) for name in offset_catalogue()]
     while min(counts.postures / cases, 20 * counts.sets / cases, 125 * counts.questions / cases) < 1:

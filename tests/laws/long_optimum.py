@@ -22,7 +22,9 @@ WITHIN, SHARE = 0.02, 0.99
 
 
 def excess(asked: Case) -> float:
-    """By what share the plan costs more; infinite where it is refused, NaN where brute force finds no way."""
+    """The share by which a plan costs more than brute force; infinite if it fails, NaN if brute force finds
+    no way.
+    """
     if (asked.arm.upper - asked.arm.lower).max() > 2 * np.pi:
         return np.nan  # the grid knows one winding
     way = search(asked)
@@ -36,7 +38,9 @@ def excess(asked: Case) -> float:
 
 
 def main(paths: int, seed: int) -> int:
-    """Print every path on which a plan is dearer; return 1 where the share is missed or a plan refused."""
+    """Print every path on which a plan is over 2 % dearer; return 1 if over 1 % are or a plan fails,
+    else 0.
+    """
     found: list[float] = []
     for at in range(seed, seed + paths):
         asked = case(at, KINDS[at % len(KINDS)])

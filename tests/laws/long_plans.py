@@ -21,8 +21,9 @@ TURNS = 2
 
 
 def excess(asked: Case) -> tuple[float, int, str]:
-    """Return by what share the plan costs more than the best naive motion, how many more times joints turn
-    back, and what that motion is; NaN where none is feasible."""
+    """Return the share by which a plan costs more than the best naive motion (infinite if it fails, NaN if
+    there is none), how many more times its joints reverse, and that motion's name.
+    """
     naive = [(asked.cost(q), name, q) for name, q in asked.naive()]
     if not naive:
         return np.nan, 0, ""
@@ -36,7 +37,9 @@ def excess(asked: Case) -> tuple[float, int, str]:
 
 
 def main(paths: int, seed: int) -> int:
-    """Print every path on which a plan is worse; return 1 where there is one, or joints turn back more."""
+    """Print every path on which a plan is dearer; return 1 if there is one or joints reverse more often, else
+    0.
+    """
     worse, compared, turns = 0, 0, []
     for at in range(seed, seed + paths):
         asked = case(at)

@@ -40,7 +40,7 @@ def any_set(rng: np.random.Generator) -> aa.ArcSet:
 
 
 def pairs(count: int) -> list[tuple[aa.ArcSet, aa.ArcSet, aa.ArcSet]]:
-    """Triples of sets: all pairs of special ones with a random third, then random ones."""
+    """Triples of sets: all pairs of special ones with a random third, then `count` random ones."""
     rng = np.random.default_rng(1)
     special = [(a, b, any_set(rng)) for a in SPECIAL for b in SPECIAL]
     return special + [(any_set(rng), any_set(rng), any_set(rng)) for _ in range(count)]
@@ -55,7 +55,7 @@ def same(a: aa.ArcSet, b: aa.ArcSet) -> bool:
 
 
 def brute(arcs: aa.ArcSet, psi: Array) -> Array:
-    """Membership by the intervals alone."""
+    """Whether psi (n,) lie in a set, by its intervals alone."""
     return np.array([any((x - low) % TURN <= high - low for low, high in arcs) for x in psi]) | bool(
         arcs.is_full
     )
@@ -67,7 +67,9 @@ def distance(arcs: aa.ArcSet, psi: float) -> float:
 
 
 def is_well_formed(arcs: aa.ArcSet) -> bool:
-    """Rising, disjoint, lower in [-pi, pi), upper within 2 pi of it, full as [-pi, pi] without ends."""
+    """Whether arcs rise, are disjoint, have lower in [-π, π) and upper within 2π of it; full is [-π, π]
+    without ends.
+    """
     intervals = arcs.intervals
     if arcs.is_full:
         return intervals.tolist() == [[-np.pi, np.pi]] and arcs.ends == [()]
@@ -80,6 +82,7 @@ def is_well_formed(arcs: aa.ArcSet) -> bool:
 
 @pytest.mark.slow
 def test_the_algebra_of_sets() -> None:
+    """The operators &, | and ~ of ArcSet obey the laws of sets, but for points and rounding."""
     for a, b, c in TRIPLES:
         alike = [
             (~(a & b), ~a | ~b), (~(a | b), ~a & ~b), (~~a, a), (a & a, a), (a | a, a), (a & b, b & a),
@@ -92,6 +95,9 @@ def test_the_algebra_of_sets() -> None:
 
 
 def test_full_and_empty_are_neutral_measures_add_up_and_a_set_is_well_formed() -> None:
+    """Full and empty sets are neutral, measures add up, and results are well formed and have a repr that
+    evaluates.
+    """
     for a, b, _ in TRIPLES:
         assert a & FULL == a == a | EMPTY and a | FULL == FULL and a & EMPTY == EMPTY
         assert abs(a.measure + (~a).measure - TURN) <= 1e-8
@@ -104,6 +110,7 @@ def test_full_and_empty_are_neutral_measures_add_up_and_a_set_is_well_formed() -
 
 @pytest.mark.slow
 def test_operations_are_those_of_membership() -> None:
+    """&, | and ~ of ArcSet agree with membership on a grid."""
     for a, b, _ in TRIPLES[:200]:
         in_a, in_b = brute(a, GRID), brute(b, GRID)
         clear = np.array(
@@ -117,6 +124,9 @@ def test_operations_are_those_of_membership() -> None:
 
 
 def test_contains_and_nearest_are_brute_force() -> None:
+    """`contains` and `in` agree with the intervals; `nearest` is the nearest end, psi itself inside, NaN if
+    empty.
+    """
     rng = np.random.default_rng(2)
     for a, _, _ in TRIPLES[:150]:
         psi = rng.uniform(-20, 20, 30)
@@ -176,6 +186,7 @@ def test_an_isolated_angle_is_an_arc_of_no_width() -> None:
 
 
 def test_the_ends_are_carried_through() -> None:
+    """&, | and ~ keep the names of ends, with "user" for those of an ArcSet that a user made."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     pose, psi, gc = arm.forward(np.array([0.3, 0.6, -0.2, 1.3, 0.4, 0.9, 0.1]))
     arcs = arm.feasible(pose, gc)
@@ -191,6 +202,7 @@ def test_the_ends_are_carried_through() -> None:
 
 
 def test_a_batch_is_its_elements() -> None:
+    """Operators and methods of a batch of sets equal those of its elements."""
     rng = np.random.default_rng(3)
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     pose, _, gc = arm.forward(rng.uniform(arm.lower, arm.upper, (4, 3, 7)))
@@ -236,6 +248,7 @@ def test_a_set_is_frozen() -> None:
 
 
 def test_what_is_picked_is_what_lies_there() -> None:
+    """Indexing a batch of sets picks counts, intervals, status and ends as numpy would."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     q = np.random.default_rng(5).uniform(-1.6, 1.6, (24, 7))
     sets = arm.feasible(arm.forward(q)[0].reshape(4, 6, 4, 4), 0)

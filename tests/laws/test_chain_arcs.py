@@ -16,13 +16,14 @@ EVERY = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS.keys())
 
 
 def within(arm: aa.Arm, q: Array) -> float:
-    """Least distance of a joint to its limits, on the winding that suits it best."""
+    """Least distance (rad) of joints to their limits up to multiples of 2π; negative beyond."""
     middle, half = 0.5 * (arm.lower + arm.upper), 0.5 * (arm.upper - arm.lower)
     return float(np.where(half >= np.pi, np.inf, half - circle_gap(q, middle)).min())
 
 
 @EVERY
 def test_ends_are_the_true_joints_at_their_limits(arm: aa.Arm) -> None:
+    """At each end of an arc of a calibrated arm its named joint is at its limit, or the end is unproven."""
     q = postures(arm, 20, 23)
     pose, _, gc = arm.forward(q)
     met = 0
@@ -42,6 +43,7 @@ def test_ends_are_the_true_joints_at_their_limits(arm: aa.Arm) -> None:
 
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "openarm_v10", "yaskawa_sia5d"])
 def test_without_deviation_the_arcs_are_the_exact_ones(name: str) -> None:
+    """With a chain that deviates by nothing the arcs are those of the plain arm."""
     arm = aa.Arm.from_catalogue(name)
     near = arm.with_(chain=links_of(chain_of(arm._description())))
     pose, _, gc = arm.forward(postures(arm, 30, 26))
@@ -57,7 +59,7 @@ def test_without_deviation_the_arcs_are_the_exact_ones(name: str) -> None:
 
 
 def test_an_arc_ends_where_its_branch_does() -> None:
-    """Found by the long law: a hull over the stretched elbow goes on in the other branch."""
+    """`inverse` has joints all along the arcs of a pose near a stretched elbow."""
     arm = ARMS["iit_icub_left 2.0 mm"]
     q = np.random.default_rng([22, 78]).uniform(arm.lower, arm.upper, (79, 7))[78]
     pose = arm.forward(q)[0]
@@ -69,6 +71,7 @@ def test_an_arc_ends_where_its_branch_does() -> None:
 
 
 def test_shapes_joints_and_branches() -> None:
+    """`feasible` of a calibrated arm: shapes, per_joint, all branches, and singularity margin."""
     arm = ARMS["openarm_v10 1.0 mm"]
     pose, _, gc = arm.forward(postures(arm, 3, 28))
     one, all_gc, each = arm.feasible(pose, gc), arm.feasible(pose), arm.feasible(pose, gc, per_joint=True)
@@ -92,6 +95,7 @@ def test_shapes_joints_and_branches() -> None:
 
 
 def test_a_joint_goes_through_the_gap_of_a_range_of_nearly_a_turn() -> None:
+    """Arcs end on both sides of the gap between limits of nearly ±π, and `inverse` there breaks a limit."""
     arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
     lower, upper = arm.lower.copy(), arm.upper.copy()
     lower[[0, 2, 4, 6]], upper[[0, 2, 4, 6]] = -np.pi + 0.01, np.pi - 0.01
@@ -116,6 +120,7 @@ def test_a_joint_goes_through_the_gap_of_a_range_of_nearly_a_turn() -> None:
 
 
 def test_a_locked_joint_leaves_isolated_angles() -> None:
+    """With a locked joint `feasible` of a calibrated arm has an arc of no width at its psi."""
     base = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     links = off(links_of(chain_of(base._description())), 0.5, 0.5, generator(29))
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
@@ -129,6 +134,7 @@ def test_a_locked_joint_leaves_isolated_angles() -> None:
 
 
 def test_reasons_of_empty_sets() -> None:
+    """The status of an empty set of a calibrated arm names reach, elbow, margin or limits."""
     arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
     pose, _, gc = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     far = pose.copy()

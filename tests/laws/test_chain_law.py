@@ -13,6 +13,7 @@ from armangle.models.catalogue import srs_catalogue
 
 @pytest.mark.slow
 def test_proven_arcs_beside_brute_force() -> None:
+    """Arcs of calibrated arms agree with joints by brute force in all decided samples."""
     total, rng = Verdict(), generator(81)
     for case in cases(1, count(len(srs_catalogue()))):
         total.add(judge(case, rng, 60))
@@ -28,7 +29,9 @@ def test_proven_arcs_beside_brute_force() -> None:
     ],
 )  # fmt: skip
 def test_a_psi_with_two_postures_of_one_branch_is_left_out(seed: int, number: int, name: str) -> None:
-    """Found by the law: beside theta_2 = 0 or a stretched elbow another of the postures broke a limit."""
+    """Where a psi has two solutions in one branch, of which one breaks a limit, the arcs leave it out as
+    unproven.
+    """
     case = drawn(seed, number, name)
     assert case is not None and not judge(case, generator(84), 300).wrong
     assert case.arm.feasible(case.pose, case.gc).unproven > 0
@@ -39,7 +42,7 @@ def test_a_psi_with_two_postures_of_one_branch_is_left_out(seed: int, number: in
     [(3, 29, "rainbow_rby1_leader_right"), (90007, 14, "iit_icub_left"), (90026, 32, "realman_rm75_b")],
 )
 def test_the_inverse_leads_all_over_an_arc_beside_a_singularity(seed: int, number: int, name: str) -> None:
-    """Found by the law: the arc is right, and neither bends nor psi nearby led to its posture."""
+    """`inverse` has joints all along the arcs of three poses near singularities."""
     case = drawn(seed, number, name)
     assert case is not None
     intervals = case.arm.feasible(case.pose, case.gc).intervals
@@ -52,7 +55,7 @@ def test_the_inverse_leads_all_over_an_arc_beside_a_singularity(seed: int, numbe
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("size", [0.1, 1.0])
 def test_circles_off_the_singular_are_proven_all_round(name: str, size: float) -> None:
-    """What is left out of a calibrated arm lies on circles that come within 2 degrees of merging branches."""
+    """Arcs of a calibrated arm are proven whole if no psi is within 2 degrees of a singularity."""
     arm, psi, off = calibrated(name, size, size), np.linspace(-np.pi, np.pi, 500), 0
     poses, _, branch = arm.forward(postures(arm, count(300), 85))
     left = np.asarray(arm.feasible(poses, branch).unproven)

@@ -42,6 +42,7 @@ def cost(case: Case, found: aa.Solution) -> float:
 
 @EVERY
 def test_no_grid_of_the_true_inverse_finds_a_nearer_posture(arm: aa.Arm) -> None:
+    """`solve` of a calibrated arm is as near as any psi of a grid, within limits and on the pose."""
     for case in cases(arm, count(2), 31):
         found, best = case.solve(), brute_force(case, GRID)
         if not found.ok:
@@ -55,6 +56,7 @@ def test_no_grid_of_the_true_inverse_finds_a_nearer_posture(arm: aa.Arm) -> None
 
 
 def test_without_deviation_the_answers_are_those_of_the_exact_arm() -> None:
+    """With a chain that deviates by nothing `solve` equals that of the plain arm."""
     exact = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     near = exact.with_(chain=links_of(chain_of(exact._description())))
     q = postures(exact, count(20), 32)
@@ -72,6 +74,7 @@ def test_without_deviation_the_answers_are_those_of_the_exact_arm() -> None:
 
 
 def test_solutions_are_one_for_each_branch_and_proven_arc() -> None:
+    """`solutions` of a calibrated arm has one for each arc, sorted by distance."""
     arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     pose = arm.forward(q)[0]
@@ -100,6 +103,7 @@ def beside_singular(arm: aa.Arm, n: int, seed: int) -> Any:
 def test_where_branches_merge_nothing_known_is_nearer_or_the_answer_says_so(
     mm: float, metric: MetricName
 ) -> None:
+    """Near singularities `solve` of a calibrated arm is UNPROVEN if joints that are known are nearer."""
     arm = calibrated("kuka_iiwa7_r800", mm, mm)
     q = beside_singular(arm, count(45), 36)
     near = q + generator(37).normal(0, 0.02, q.shape)
@@ -118,6 +122,7 @@ def test_where_branches_merge_nothing_known_is_nearer_or_the_answer_says_so(
 
 
 def test_an_answer_that_is_not_proven_is_an_answer() -> None:
+    """A solution that is UNPROVEN is ok, has joints, and does not raise."""
     arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
     q = beside_singular(arm, 9, 38)
     pose, near = arm.forward(q, on_error="nan")[0], q + 0.01
@@ -130,6 +135,9 @@ def test_an_answer_that_is_not_proven_is_an_answer() -> None:
 
 
 def test_what_is_asked_is_kept() -> None:
+    """`solve` of a calibrated arm keeps gc, allowed and margin, returns a seed on the pose, in
+    batches too.
+    """
     arm = ARMS["openarm_v10 1.0 mm"]
     q = postures(arm, 6, 34)
     pose = arm.forward(q)[0]
@@ -154,7 +162,7 @@ def test_what_is_asked_is_kept() -> None:
 
 @pytest.mark.parametrize("name", ["yaskawa_sia30d", "human_arm_right"])
 def test_a_joint_at_the_end_of_its_whole_turn_is_found(name: str) -> None:
-    """A joint of a whole turn goes past one limit to the other, where the cost jumps."""
+    """`solve` finds joints at the limit of a joint of a whole turn for a seed beyond it."""
     arm = calibrated(name, 0.1, 0.1)
     round_it = np.flatnonzero(arm.upper - arm.lower >= 2 * np.pi - 1e-4)
     assert len(round_it)
@@ -170,6 +178,7 @@ def test_a_joint_at_the_end_of_its_whole_turn_is_found(name: str) -> None:
 
 
 def test_what_a_refusal_names_is_there() -> None:
+    """The error of `solve` out of reach names `explain`, which says so too."""
     arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
     far = arm.forward(np.full(7, 0.3))[0] + np.array([[0, 0, 0, 3.0]] + [[0.0] * 4] * 3)
     with pytest.raises(aa.UnreachableError) as refusal:

@@ -22,10 +22,12 @@ Values = Callable[[float], np.ndarray]
 
 
 def slope_of(values: Values, step: float = STEP) -> np.ndarray:
-    """The derivative at 0 of what turns no further than half a turn: differences, their error of h^2 and h^4
-    taken off (Richardson)."""
+    """The derivative at 0 of angles (rad) that `values` returns, by differences with Richardson's
+    extrapolation.
+    """
 
     def difference(h: float) -> np.ndarray:
+        """The central difference of step h."""
         apart = values(h) - values(-h)
         return ((apart + np.pi) % (2 * np.pi) - np.pi) / (2 * h)
 
@@ -60,6 +62,7 @@ def joints_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> np.ndarray:
 
 @pytest.mark.parametrize("arm", arms(), ids=lambda arm: arm.name or "own")
 def test_it_is_the_inverse_of_jacobian_and_the_gradient_of_psi(arm: aa.Arm) -> None:
+    """`gradients.inverse` is the matrix inverse of the Jacobian with the row of `gradients.psi`."""
     q = joints_of(arm, draw.generator(17, 3), draw.count(400))
     pose, psi, gc = arm.forward(q)
     inverse = aa.gradients.inverse(arm, pose, psi, gc)
@@ -72,6 +75,7 @@ def test_it_is_the_inverse_of_jacobian_and_the_gradient_of_psi(arm: aa.Arm) -> N
 
 
 def test_it_is_the_limit_of_differences() -> None:
+    """`gradients.inverse` equals differences of `inverse` in all branches."""
     rng, branches = draw.generator(17, 4), set()
     for arm in arms():
         q = joints_of(arm, rng, 60)
@@ -80,6 +84,7 @@ def test_it_is_the_limit_of_differences() -> None:
         slope = aa.gradients.inverse(arm, pose, psi, gc)
 
         def joints(h: float, at: np.ndarray, arm: aa.Arm = arm, of: tuple = (pose, psi, gc, q)) -> np.ndarray:
+            """The joints after a step h of pose and psi along `at` (7,)."""
             return arm.inverse(moved(of[0], h * at[:6]), of[1] + h * at[6], of[2], seed=of[3], limits=False)
 
         for k, twist in enumerate(np.eye(7)):
@@ -91,6 +96,7 @@ def test_it_is_the_limit_of_differences() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_ends_of_arcs_and_their_sum_move_as_said(name: str) -> None:
+    """`gradients.feasible` and `gradients.freedom` equal differences of arc ends and freedom."""
     arm, rng, checked, sums = aa.Arm.from_catalogue(name), draw.generator(17, 5), 0, 0
     step = 1e-4
     for pose in arm.forward(rng.uniform(arm.lower, arm.upper, (draw.count(40), 7)))[0]:
@@ -126,6 +132,7 @@ def test_ends_of_arcs_and_their_sum_move_as_said(name: str) -> None:
 
 
 def test_a_batch_is_its_elements_to_the_bit_wherever_they_are() -> None:
+    """`gradients.inverse` is the same one by one and many, singular and unreachable rows too."""
     rng = draw.generator(17, 8)
     for arm in arms():
         q = rng.uniform(-2, 2, (41, 7))
@@ -141,12 +148,14 @@ def test_a_batch_is_its_elements_to_the_bit_wherever_they_are() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_best_margin_moves_as_said(name: str) -> None:
+    """`gradients.margin` equals differences of the largest margin."""
     arm, rng = aa.Arm.from_catalogue(name), draw.generator(17, 9)
     pose = arm.forward(rng.uniform(arm.lower, arm.upper, (draw.count(60), 7)))[0]
     twist = rng.normal(size=(len(pose), 6))
     said = (aa.gradients.margin(arm, pose) * twist).sum(-1)
 
     def difference(step: float) -> np.ndarray:
+        """The central difference of step h (rad, m)."""
         ends = [arm.solve(moved(pose, way * step * twist), prefer="margin").margin for way in (1, -1)]
         return (ends[0] - ends[1]) / (2 * step)
 
@@ -164,7 +173,7 @@ def test_the_best_margin_moves_as_said(name: str) -> None:
 @pytest.mark.parametrize(("prefer", "step", "off"), [("seed", 1e-6, 1e-5), ("margin", 1e-4, 1e-2)])
 @pytest.mark.parametrize("name", NAMES[:4])
 def test_the_solution_moves_as_said(name: str, prefer: Any, step: float, off: float) -> None:
-    """The largest margin is known to half of the digits, so that its differences need a longer step."""
+    """`gradients.solve` equals differences of the solution for pose and seed."""
     free, q = postures(name, 150, 17, 41)
     rng, asked = draw.generator(17, 42), {"weight": [1, 2, 3, 1, 0.5, 1, 2], "prefer": prefer}
     pose = free.forward(q)[0]
@@ -192,6 +201,7 @@ def test_the_solution_moves_as_said(name: str, prefer: Any, step: float, off: fl
 
 
 def test_a_solution_without_a_derivative_has_none() -> None:
+    """`gradients.solve` is NaN out of reach and at singular solutions; with a scene gradients raise."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     far, singular = aa.pose([9.0, 0, 0]), arm.forward(HOME)[0]
     assert np.isnan(aa.gradients.solve(arm, [far, singular], HOME)).all(axis=(1, 2)).all()
@@ -208,6 +218,7 @@ def test_a_solution_without_a_derivative_has_none() -> None:
 
 
 def test_the_best_margin_of_what_is_not_held_has_no_gradient() -> None:
+    """`gradients.margin` is NaN out of reach, 0 if a joint is locked, and takes gc and no poses."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     assert np.isnan(aa.gradients.margin(arm, aa.pose([9.0, 0, 0]))).all()
     assert aa.gradients.margin(arm, np.empty((0, 4, 4))).shape == (0, 6)
@@ -220,7 +231,7 @@ def test_the_best_margin_of_what_is_not_held_has_no_gradient() -> None:
 
 
 def test_where_the_best_posture_is_singular_the_gradient_is_true_or_none() -> None:
-    """Where two joints share a turn the margin leaps or has a kink, unless joint 4 alone decides."""
+    """Where the solution of largest margin is singular `gradients.margin` is right or NaN."""
     rng, singular, none, step = draw.generator(17, 10), 0, 0, 1e-6
     for k in range(draw.count(60)):
         middle = rng.uniform(-0.6, 0.6, 7) * (k % 3 > 0)
@@ -247,6 +258,7 @@ def test_where_the_best_posture_is_singular_the_gradient_is_true_or_none() -> No
 
 
 def test_where_psi_jumps_there_is_no_derivative() -> None:
+    """With the wrist over the base axis `gradients.psi` is infinite, unless the reference is another."""
     # the wrist over the base axis, the elbow bent: psi of that axis jumps there
     bent = np.array([0.3, 0.0, 0.2, -1.2, 0.1, 0.7, 0.4])
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(d_se=0.4, d_ew=0.4)
@@ -265,6 +277,9 @@ def test_where_psi_jumps_there_is_no_derivative() -> None:
 
 
 def test_where_a_derivative_does_not_exist_it_is_infinite() -> None:
+    """`gradients.inverse` is infinite for the joints that a singularity leaves open; out of reach it
+    raises.
+    """
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     home = [0.0, 0.0, 0.0, -1.5, 0.0, 1.0, 0.0]
     slope = aa.gradients.inverse(arm, *arm.forward(home))
@@ -284,7 +299,7 @@ OWN = ("calibrated franka_fr3", "calibrated fetch")
 
 
 def mounted(name: str) -> aa.Arm:
-    """An arm on a base, with a tool."""
+    """An arm of `named` on a base, with a tool."""
     base, tool = (
         aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3]),
         aa.pose([0.05, 0.02, 0.1], rpy=[0.3, 0.2, 0.1]),
@@ -293,13 +308,13 @@ def mounted(name: str) -> aa.Arm:
 
 
 def with_free_joint(arm: aa.Arm, q: np.ndarray) -> np.ndarray:
-    """The Jacobian with a row of the free joint."""
+    """The Jacobian with a seventh row that picks the free joint."""
     row = np.broadcast_to(np.eye(7)[int(arm.redundancy[-1]) - 1], (*q.shape[:-1], 1, 7))
     return np.concatenate([arm.jacobian(q), row], axis=-2)
 
 
 def regular(arm: aa.Arm, rng: np.random.Generator, count: int) -> np.ndarray:
-    """Joints within the limits, away from singular postures."""
+    """At most `count` joints within the limits, away from singularities."""
     lower, upper = np.clip(arm.lower, -3, 3), np.clip(arm.upper, -3, 3)
     q = lower + rng.uniform(0.1, 0.9, (20 * count, 7)) * (upper - lower)
     return q[np.linalg.cond(with_free_joint(arm, q)) < 50][:count]
@@ -307,6 +322,9 @@ def regular(arm: aa.Arm, rng: np.random.Generator, count: int) -> np.ndarray:
 
 @pytest.mark.parametrize("name", OFFSET)
 def test_joints_follow_pose_and_free_joint(name: str) -> None:
+    """`gradients.inverse` of an offset arm equals differences, and the inverse of the Jacobian with its free
+    joint.
+    """
     arm = mounted(name)
     q = regular(arm, draw.generator(17, 51), 60)
     pose, psi, gc = arm.forward(q)
@@ -317,6 +335,7 @@ def test_joints_follow_pose_and_free_joint(name: str) -> None:
         twist, turn = np.eye(7)[k, :6], float(k == 6)
 
         def at(h: float, twist: np.ndarray = twist, turn: float = turn) -> np.ndarray:
+            """The joints after a step h."""
             return arm.inverse(moved(pose, h * twist), psi + h * turn, gc, seed=q, limits=False)
 
         assert np.allclose(slope_of(at, 1e-4), slope[..., k], rtol=0, atol=1e-6 * np.abs(slope).max())
@@ -327,7 +346,7 @@ def test_joints_follow_pose_and_free_joint(name: str) -> None:
 )
 @pytest.mark.parametrize("name", OFFSET + OWN)
 def test_its_solution_moves_as_said(name: str, prefer: Any, step: float, off: float, kinks: float) -> None:
-    """As above: a step may cross a kink, or two solutions be equally good."""
+    """`gradients.solve` of an offset arm equals differences, but for a few kinks."""
     arm, rng = mounted(name), draw.generator(17, 52)
     q = regular(arm, rng, 40)
     pose, asked = arm.forward(q)[0], {"weight": [1, 2, 3, 1, 0.5, 1, 2], "prefer": prefer}
@@ -350,6 +369,7 @@ def test_its_solution_moves_as_said(name: str, prefer: Any, step: float, off: fl
 
 @pytest.mark.parametrize("name", OFFSET)
 def test_it_has_no_derivative_where_two_joints_turn_about_one_axis(name: str) -> None:
+    """At a singularity of an offset arm `gradients.inverse` is infinite but for the free joint."""
     arm = mounted(name)
     free = int(arm.redundancy[-1]) - 1
     q = np.clip([0.3, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5], arm.lower + 0.1, arm.upper - 0.1)

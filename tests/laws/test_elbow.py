@@ -27,7 +27,7 @@ UPRIGHT = IIWA.forward(np.zeros(7))[0]
 
 
 def shoulder_and_wrist(arm: aa.Arm, q: Array) -> tuple[Array, Array]:
-    """Both in the frame that poses are given in, m, shape (..., 3)."""
+    """Positions (..., 3) of shoulder and wrist, m, in the frame that poses are given in."""
     frames = arm.frames(q)
     return frames[..., 1, :3, 3], frames[..., 5, :3, 3]
 
@@ -35,6 +35,7 @@ def shoulder_and_wrist(arm: aa.Arm, q: Array) -> tuple[Array, Array]:
 @any_arm
 @in_every_regime
 def test_the_elbow_is_a_link_from_shoulder_and_wrist(arm: aa.Arm, regime: str) -> None:
+    """`Arm.elbow` is the origin of frame 3, at the lengths of the links from shoulder and wrist."""
     q = postures(arm, regime, draw.count(100), 1)
     shoulder, wrist = shoulder_and_wrist(arm, q)
     elbow = arm.elbow(q)
@@ -49,7 +50,7 @@ def test_the_elbow_is_a_link_from_shoulder_and_wrist(arm: aa.Arm, regime: str) -
 
 
 def distances(arm: aa.Arm, pose: Array, gc: Array, psi: Array, point: Array) -> Array:
-    """Of the elbow from a point, m; psi (..., k)."""
+    """Distances (..., k) of the elbow from a point, m, at psi (..., k)."""
     elbow = arm.elbow(arm.inverse(pose[..., None, :, :], psi, gc[..., None], limits=False))
     return np.asarray(np.linalg.norm(elbow - point[..., None, :], axis=-1))
 
@@ -58,6 +59,7 @@ def distances(arm: aa.Arm, pose: Array, gc: Array, psi: Array, point: Array) -> 
 @any_arm
 @in_every_regime
 def test_no_arm_angle_brings_the_elbow_nearer(arm: aa.Arm, regime: str) -> None:
+    """No psi brings the elbow nearer to a point than that of `psi_towards`."""
     pose, _, gc = arm.forward(postures(arm, regime, draw.count(40), 2))
     rng = draw.generator(3)
     point = arm.base[:3, 3] + rng.uniform(-1, 1, (len(gc), 3))
@@ -76,6 +78,7 @@ def test_no_arm_angle_brings_the_elbow_nearer(arm: aa.Arm, regime: str) -> None:
 @pytest.mark.slow
 @any_arm
 def test_no_arm_angle_brings_the_elbow_farther_along(arm: aa.Arm) -> None:
+    """No psi brings the elbow farther in a direction than that of `psi_towards`."""
     for word in WORDS:
         farthest(arm, word)
 
@@ -88,6 +91,7 @@ def farthest(arm: aa.Arm, word: str) -> None:
     assert np.array_equal(psi, arm.psi_towards(pose, gc, direction=3.0 * along))
 
     def height(angles: Array) -> Array:
+        """The elbow's coordinate (m) along the direction at psi (n, k)."""
         return np.asarray(arm.elbow(arm.inverse(pose[:, None], angles, gc[:, None], limits=False)) @ along)
 
     best = height(psi[:, None])
@@ -99,6 +103,7 @@ def farthest(arm: aa.Arm, word: str) -> None:
 
 
 def test_the_elbow_is_its_own_nearest_point() -> None:
+    """`psi_towards` the present elbow is the present psi."""
     for arm in all_arms():
         q = postures(arm, "uniform", 50, 5)
         pose, psi, gc = arm.forward(q)
@@ -106,6 +111,7 @@ def test_the_elbow_is_its_own_nearest_point() -> None:
 
 
 def test_batches_broadcast_and_agree_with_single_calls() -> None:
+    """`psi_towards` and `elbow` broadcast, and equal single calls."""
     pose, _, gc = IIWA.forward(postures(IIWA, "uniform", 6, 6).reshape(2, 3, 7))
     points = np.random.default_rng(1).uniform(-1, 1, (4, 1, 1, 3))
     psi = IIWA.psi_towards(pose, gc, points)
@@ -118,13 +124,14 @@ def test_batches_broadcast_and_agree_with_single_calls() -> None:
 
 
 def test_both_elbows_of_a_pose_go_to_the_same_place() -> None:
+    """`psi_towards` in branches with the elbow bent either way gives the same elbow."""
     psi = IIWA.psi_towards(POSE, [GC, GC ^ 2], direction="up")
     elbows = IIWA.elbow(IIWA.inverse(POSE, psi, [GC, GC ^ 2], limits=False))
     assert gap(elbows[0], elbows[1]) <= 1e-14
 
 
 def beyond(x: float) -> Array:
-    """A pose at x (m), far away."""
+    """A pose at x (m) on the x axis."""
     pose = np.eye(4)
     pose[0, 3] = x
     return pose
@@ -145,6 +152,9 @@ BENT = IIWA.forward([0.0, 0.6, 0.0, 1.2, 0.0, 0.6, 0.0])[0]
     ],
 )
 def test_where_every_arm_angle_is_alike_it_is_said(pose: Array, wish: dict[str, Any], message: str) -> None:
+    """`psi_towards` raises and says why if psi does not matter or the pose is out of reach; NaN on
+    request.
+    """
     poses = np.stack([POSE, pose])
     with pytest.raises(aa.UnreachableError, match=re.escape(message)):
         IIWA.psi_towards(poses, 0, **wish)

@@ -12,6 +12,9 @@ import armangle as aa
 
 @pytest.mark.parametrize("name", LINKS)
 def test_the_links_are_as_long_as_their_slant(name: str) -> None:
+    """`geometry.reach` and `inner_reach` are the extreme distances between shoulder and wrist for every
+    elbow.
+    """
     arm = slanted(name)
     d_se, d_ew, a_3, a_4, d_4 = LINKS[name]
     upper, fore = np.hypot(d_se, a_3), np.hypot(d_ew, a_4)
@@ -33,6 +36,7 @@ def test_the_links_are_as_long_as_their_slant(name: str) -> None:
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("name", LINKS)
 def test_feasible_is_within_limits(name: str, seed: int) -> None:
+    """`feasible` of arms with every kind of elbow agrees with limits in all samples."""
     arm = slanted(name, seed)
     q = np.vstack([postures(arm, regime, 12, seed) for regime in REGIMES])
     pose, psi, gc = unlimited(arm).forward(q)
@@ -46,6 +50,7 @@ def test_feasible_is_within_limits(name: str, seed: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["forearm", *(name for name in LINKS if LINKS[name][4])])
 def test_plans_over_a_gap_or_a_slant_are_certified_and_true(name: str) -> None:
+    """Plans of arms with a gap or slant at the elbow are certified, on their poses and within limits."""
     arm = slanted(name).with_(lower=None, upper=None)
     arm = arm.with_(lower=[-2.9] * 7, upper=[2.9] * 7)
     rng = np.random.default_rng(5)

@@ -29,17 +29,17 @@ CLOSED = [*EXACT, *OFFSET]  # those whose answers are closed forms, or complete 
 
 
 def named(arm: aa.Arm) -> str:
-    """Return what tells an arm of the list."""
+    """Return a test's name for an arm."""
     return f"{arm.name} {arm.kind}"
 
 
 def within(arm: aa.Arm, rng: np.random.Generator, count: int) -> Any:
-    """Return joint values within the limits, of a joint without any within a turn."""
+    """Return random joints (count, 7) within the limits, of joints without limits within ±π."""
     return rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), (count, 7))
 
 
 def regular(arm: aa.Arm, rng: np.random.Generator, count: int) -> Any:
-    """Return joint values far from singular ones, also of the arm whose free joint is locked."""
+    """Return `count` joints far from singularities, also of the arm whose free joint is locked."""
     q = within(arm, rng, 20 * count)
     size = np.linalg.svd(arm.jacobian(q), compute_uv=False)[:, -1]
     if arm.redundancy != "arm_angle":
@@ -50,6 +50,7 @@ def regular(arm: aa.Arm, rng: np.random.Generator, count: int) -> Any:
 
 @pytest.mark.parametrize("arm", ARMS, ids=named)
 def test_the_self_motion_is_a_difference_along_psi_and_leaves_the_tool(arm: aa.Arm) -> None:
+    """`self_motion` equals differences of `inverse` along psi, and the Jacobian takes it to 0."""
     q = regular(arm, np.random.default_rng(1), 40)
     pose, psi, gc = arm.forward(q)
     rate = arm.self_motion(pose, psi, gc)
@@ -61,6 +62,7 @@ def test_the_self_motion_is_a_difference_along_psi_and_leaves_the_tool(arm: aa.A
 
 @pytest.mark.parametrize("arm", OFFSET, ids=named)
 def test_the_free_joint_moves_at_its_own_rate_and_where_there_is_none_it_is_infinite(arm: aa.Arm) -> None:
+    """`self_motion` of an offset arm is 1 for the free joint, and very large at singularities."""
     q = within(arm, np.random.default_rng(2), 20)
     free = int(arm.redundancy[-1]) - 1
     np.testing.assert_allclose(arm.self_motion(*arm.forward(q))[:, free], 1.0, rtol=0, atol=1e-14)
@@ -71,6 +73,7 @@ def test_the_free_joint_moves_at_its_own_rate_and_where_there_is_none_it_is_infi
 
 @pytest.mark.parametrize("arm", CLOSED, ids=named)
 def test_the_intervals_of_a_joint_alone_are_those_of_a_grid(arm: aa.Arm) -> None:
+    """`feasible(per_joint=True)` agrees with each joint's limits on a grid."""
     rng = np.random.default_rng(3)
     pose, _, gc = arm.forward(within(arm, rng, 5))
     sets = arm.feasible(pose, gc, per_joint=True)
@@ -87,6 +90,7 @@ def test_the_intervals_of_a_joint_alone_are_those_of_a_grid(arm: aa.Arm) -> None
 
 @pytest.mark.parametrize("arm", CLOSED, ids=named)
 def test_what_all_joints_leave_is_what_each_of_them_leaves(arm: aa.Arm) -> None:
+    """`feasible` is the intersection of the sets of `feasible(per_joint=True)`."""
     pose, _, gc = arm.forward(within(arm, np.random.default_rng(4), 30))
     each, whole = arm.feasible(pose, gc, per_joint=True), arm.feasible(pose, gc)
     for i in range(30):
@@ -99,6 +103,7 @@ def test_what_all_joints_leave_is_what_each_of_them_leaves(arm: aa.Arm) -> None:
 @pytest.mark.parametrize("arm", CLOSED, ids=named)
 @pytest.mark.parametrize("wish", ["point", "direction"])
 def test_no_psi_of_a_grid_brings_the_elbow_nearer(arm: aa.Arm, wish: str) -> None:
+    """`psi_towards` a point or direction brings the elbow as near or far as any psi of a grid."""
     rng = np.random.default_rng(5)
     pose, _, gc = arm.forward(within(arm, rng, 25))
     target = arm.elbow(within(arm, rng, 25)) if wish == "point" else rng.normal(size=(25, 3))
@@ -116,6 +121,7 @@ def test_no_psi_of_a_grid_brings_the_elbow_nearer(arm: aa.Arm, wish: str) -> Non
 
 @pytest.mark.parametrize("arm", OFFSET, ids=named)
 def test_where_every_elbow_is_as_good_it_is_said(arm: aa.Arm) -> None:
+    """`psi_towards` of an offset arm raises if psi does not matter, and out of reach."""
     q = within(arm, np.random.default_rng(6), 1)[0]
     pose, _, gc = arm.forward(q)
     end = arm.frames(q)[1 if arm.geometry.a_6 else 6, :3, 3]
@@ -130,6 +136,7 @@ def test_where_every_elbow_is_as_good_it_is_said(arm: aa.Arm) -> None:
 
 @pytest.mark.parametrize("arm", CLOSED, ids=named)
 def test_freedom_and_reachable_are_the_numbers_of_the_intervals(arm: aa.Arm) -> None:
+    """`freedom` and `reachable` agree with `feasible` and `solve`."""
     rng = np.random.default_rng(7)
     pose = arm.forward(within(arm, rng, 60))[0]
     pose[::2, :3, 3] += rng.normal(scale=0.3, size=(30, 3))
@@ -146,7 +153,9 @@ def test_freedom_and_reachable_are_the_numbers_of_the_intervals(arm: aa.Arm) -> 
 
 
 def cost(metric: str, arm: aa.Arm, q: Any, seed: Any, weight: Any) -> Any:
-    """Return what joints (..., 7) cost by a metric; infinite where they are NaN or beyond their limits."""
+    """Return what joints (..., 7) cost by a metric ("l2", "max" or "margin"); infinite if NaN or beyond
+    limits.
+    """
     off = weight * (q - seed) ** 2
     value = np.sqrt(off.sum(-1)) if metric == "l2" else np.sqrt(off.max(-1))
     room = np.minimum(q - arm.lower, arm.upper - q).min(-1)
@@ -169,6 +178,7 @@ def grid_of(arm: aa.Arm, pose: Any, seed: Any, psi: Any) -> Any:
 
 @pytest.mark.parametrize("arm", CHAINS, ids=named)
 def test_freedom_of_a_chain_counts_its_proven_intervals_and_the_branches_with_a_solution(arm: aa.Arm) -> None:
+    """`freedom` of a calibrated arm sums its arcs, and gc holds the branches that `solve` can use."""
     rng = np.random.default_rng(8)
     q = within(arm, rng, 12)
     pose, _, gc = arm.forward(q)
@@ -211,6 +221,7 @@ def test_no_solution_of_a_grid_costs_less_than_that_of_solve(arm: aa.Arm, metric
 
 @pytest.mark.parametrize("arm", CLOSED, ids=named)
 def test_what_is_allowed_is_kept_and_nothing_of_it_is_nearer(arm: aa.Arm) -> None:
+    """`solve(allowed=)` keeps it, as near as any allowed psi of a grid, or is NOT_ALLOWED."""
     rng = np.random.default_rng(9)
     q = within(arm, rng, 8)
     pose, psi, _ = arm.forward(q)
@@ -265,7 +276,7 @@ def test_there_is_one_solution_for_each_branch_and_interval_the_best_first(arm: 
 
 
 def places_of(ends: Any, psi: float) -> int:
-    """Return which interval holds an angle, or is nearest to it."""
+    """Return the index of the interval that holds an angle, or is nearest to it."""
     near = np.abs((psi - ends.mean(axis=1) + np.pi) % (2 * np.pi) - np.pi)
     return int(np.argmin(near - 0.5 * np.diff(ends)[:, 0]))
 
@@ -273,6 +284,9 @@ def places_of(ends: Any, psi: float) -> int:
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("arm", OFFSET, ids=named)
 def test_explain_names_limits_that_block_and_by_how_much_they_must_be_wider(arm: aa.Arm) -> None:
+    """In `explain` blocking joints alone block, without any one they do not; openings are enough, less is
+    not.
+    """
     rng = np.random.default_rng(11)
     pose = arm.forward(within(arm, rng, 40))[0]
     pose[:, :3, 3] += rng.normal(scale=0.15, size=(40, 3))
@@ -331,18 +345,19 @@ def test_explain_of_a_chain_names_limits_that_block_and_by_how_much_they_must_be
 
 
 def only(arm: aa.Arm, held: Any) -> aa.Arm:
-    """Return the arm with the limits of some joints alone."""
+    """Return the arm with limits only for the joints that are True in `held` (7,)."""
     return arm.with_(lower=np.where(held, arm.lower, -np.inf), upper=np.where(held, arm.upper, np.inf))
 
 
 def wider(arm: aa.Arm, opening: Any, more: float) -> aa.Arm:
-    """Return the arm with one limit moved out by what an opening says and some more."""
+    """Return the arm with one limit moved out by what an opening says and `more` (rad)."""
     by = (opening.extra + more) * np.eye(7)[opening.joint - 1]
     return arm.with_(lower=arm.lower - by) if opening.side == "lower" else arm.with_(upper=arm.upper + by)
 
 
 @pytest.mark.parametrize("arm", OFFSET, ids=named)
 def test_the_nearest_pose_within_reach_is_at_its_edge(arm: aa.Arm) -> None:
+    """`explain` out of reach gives the nearest pose within reach and its distance."""
     rng = np.random.default_rng(12)
     free = arm.with_(lower=-np.inf, upper=np.inf)
     pose = arm.forward(within(arm, rng, 20))[0]
@@ -370,6 +385,7 @@ def test_the_nearest_pose_within_reach_is_at_its_edge(arm: aa.Arm) -> None:
 @pytest.mark.parametrize("arm", [*EXACT, *OFFSET], ids=named)
 @pytest.mark.parametrize("about", ["base", "tool"])
 def test_turns_are_those_at_which_the_turned_pose_is_held(arm: aa.Arm, about: Any) -> None:
+    """`feasible_turns` holds the angles about base or tool z at which the turned pose is feasible."""
     rng = np.random.default_rng(13)
     lower, upper = np.maximum(arm.lower, -2.5), np.minimum(arm.upper, 2.5)
     narrow = arm.with_(lower=0.6 * lower + 0.4 * upper, upper=0.2 * lower + 0.8 * upper)

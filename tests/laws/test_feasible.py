@@ -34,7 +34,7 @@ WHOLE_CIRCLE = [[0, 0, 0], [0, 0, 1], [0, 1, 0], [1, 0, 0], [0, np.pi, 1]]
 
 
 def tally(seed: int, count: int) -> Verdict:
-    """The verdicts of many cases as one."""
+    """The verdicts of `count` cases as one."""
     verdicts = [classify(c.arm, c.pose, c.gc, c.psi) for c in cases(seed, count)]
     wrong = [line for verdict in verdicts for line in verdict.wrong]
     return Verdict(sum(v.samples for v in verdicts), sum(v.clear for v in verdicts), wrong)
@@ -42,6 +42,7 @@ def tally(seed: int, count: int) -> Verdict:
 
 @pytest.mark.core
 def test_feasible_is_within_limits() -> None:
+    """`feasible` agrees with the joints' limits in all samples, over all arms and regimes."""
     found = tally(seed=1, count=draw.count(100))
     assert found.wrong == []
     assert found.clear > 0.5 * found.samples
@@ -50,6 +51,7 @@ def test_feasible_is_within_limits() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("bend", WHOLE_CIRCLE, ids=str)
 def test_poses_that_are_singular_for_every_psi(bend: list[float]) -> None:
+    """`feasible` agrees with limits at poses that are singular for every psi."""
     rng = draw.generator(3)
     for arm in (
         aa.Arm.from_catalogue("kuka_iiwa7_r800"),
@@ -71,7 +73,9 @@ def test_poses_that_are_singular_for_every_psi(bend: list[float]) -> None:
 
 
 def limit_ends(case: Case) -> list[tuple[float, str]]:
-    """(excess over the bound, what it is) of every end of each joint's arcs of a case."""
+    """For every end of each joint's arcs how far it is off beyond the bound (rad; > 0 is wrong), and words
+    for it.
+    """
     arcs = case.arm.feasible(case.pose, case.gc, per_joint=True)
     found = [
         (p, psi, end)
@@ -96,6 +100,7 @@ def limit_ends(case: Case) -> list[tuple[float, str]]:
 
 
 def test_every_end_is_on_the_limit_that_made_it() -> None:
+    """At each end of a joint's arcs the joint is at the limit named, or singular."""
     # Where the joint turns fast with psi, or its bend vanishes, rounding of psi and pose moves it by
     # 16 eps (|dq/dpsi| + 1 / |sin|): that is allowed on top of 1e-11.
     found = [end for case in cases(seed=4, count=draw.count(150)) for end in limit_ends(case)]
@@ -104,6 +109,7 @@ def test_every_end_is_on_the_limit_that_made_it() -> None:
 
 
 def test_an_end_names_its_limit() -> None:
+    """An end of a joint's arcs names that joint, and the value of its limit."""
     for case in cases(seed=12, count=20):
         each = case.arm.feasible(case.pose, case.gc, per_joint=True)
         for rows in each.ends:
@@ -115,6 +121,7 @@ def test_an_end_names_its_limit() -> None:
 
 @pytest.mark.parametrize("margin", [1e-4, 0.01, 0.1, 0.5])
 def test_the_singularity_margin_keeps_the_bends(margin: float) -> None:
+    """`feasible` with singularity_margin holds the psi at which all three bends keep it."""
     rng = draw.generator(5)
     for arm in arms()[::3]:
         free = unlimited(arm)
@@ -143,11 +150,12 @@ def test_the_ends_of_a_margin_say_singular() -> None:
 
 
 def avoiding(arm: aa.Arm, pose: Array, gc: int, width: float, discriminant: float = 1e-3) -> aa.ArcSet:
-    """The arcs that the paper's own avoidance of singularities leaves."""
+    """The arcs that the paper's own avoidance of singularities leaves, `width` (rad) on each side."""
     return arm._arcs(pose, gc, Wanted.BRANCH, (), None, paper=(width, discriminant))
 
 
 def test_the_margin_of_the_paper_removes_arcs_around_singular_psi() -> None:
+    """The paper's avoidance removes `width` on both sides of a singular psi, and nothing elsewhere."""
     arm = unlimited(aa.Arm.from_catalogue("kuka_iiwa7_r800"))
     pose, psi, gc = arm.forward(np.radians([10, 0, 20, 70, 30, 60, 10.0]))
     width = 0.1
@@ -171,6 +179,7 @@ def test_infinite_limits_and_a_full_turn_are_the_full_circle() -> None:
 
 
 def test_the_statuses_of_empty_arcs() -> None:
+    """The status of an empty set names reach, fold, elbow, margin or limits."""
     arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
     q = np.array([0.1, 0.5, 0.2, 1.2, 0.3, 0.8, 0.4])
     pose, _, gc = arm.forward(q)
@@ -199,6 +208,7 @@ def test_the_arcs_of_all_joints_are_the_intersection_of_each() -> None:
 
 
 def test_batches_and_threads_are_their_elements() -> None:
+    """`feasible` of a batch, with any number of threads, equals that of each pose and branch."""
     case = next(cases(seed=8, count=1))
     gc = np.arange(8)[:, None]
     batch = case.arm.feasible(case.pose, gc)
@@ -216,6 +226,7 @@ def test_batches_and_threads_are_their_elements() -> None:
 
 @pytest.mark.parametrize("shape", [(0,), (0, 3), (2, 0)], ids=str)
 def test_empty_batches(shape: tuple[int, ...]) -> None:
+    """`feasible` of no poses has the right shapes, and so have its operators."""
     arm = arms()[0]
     pose, gc = np.empty((*shape, 4, 4)), np.empty(shape, dtype=np.int64)
     for arcs, wanted in (
@@ -239,6 +250,9 @@ HINGES = [1, 5]
 @pytest.mark.parametrize("joint", [0, 1, 2, 4, 5, 6])
 @pytest.mark.parametrize("half_range", [0.0, 0.5e-9, 1e-8])
 def test_a_locked_joint_leaves_isolated_psi(joint: int, half_range: float) -> None:
+    """With a locked joint `feasible` has arcs of no width where the joint has its value; `step` and `solve`
+    are OK.
+    """
     rng = draw.generator(13)
     some = arms()[::2]
     for arm in some:
@@ -270,12 +284,12 @@ def test_a_locked_joint_leaves_isolated_psi(joint: int, half_range: float) -> No
 
 
 def rate(arm: aa.Arm, pose: np.ndarray, psi: float, gc: int, joint: int) -> float:
-    """How fast a joint turns with psi there."""
+    """How fast (rad/rad) a joint (from 0) turns with psi there."""
     return float(abs(unlimited(arm).self_motion(pose, psi, gc)[joint]))
 
 
 def test_a_joint_locked_where_it_stops_turning_leaves_its_psi() -> None:
-    """At its extreme a joint's function has a double root, or two that rounding parts: a parabola is flat."""
+    """With a joint locked at its extreme over psi `feasible` holds that psi."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     pose, _, gc = arm.forward([0.3, 0.6, -0.2, -1.3, 0.4, 0.9, 0.1])
     for joint in (0, 5):
@@ -294,6 +308,7 @@ def test_a_joint_locked_where_it_stops_turning_leaves_its_psi() -> None:
 @pytest.mark.parametrize("width", [0.5, 0.01])
 @pytest.mark.parametrize("off", [0.0, 1e-16, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11, 1e-10, 1e-9])
 def test_a_posture_amid_its_limits_beside_a_singular_one_has_arcs(off: float, width: float) -> None:
+    """`feasible` holds the psi of joints amid their limits, theta_2 or theta_6 near 0."""
     rng = draw.generator(14)
     some = arms()[::3]
     for arm in some:
@@ -312,7 +327,7 @@ def test_a_posture_amid_its_limits_beside_a_singular_one_has_arcs(off: float, wi
 
 
 def test_where_two_joints_are_one_axis_their_sum_must_fit() -> None:
-    """theta_2 = 0: theta_1 + theta_3 is given by the pose, and their limits leave it or not."""
+    """With theta_2 = 0 psi is feasible if the limits of joints 1 and 3 permit their sum."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     q = np.array([0.4, 0.0, 0.7, -1.2, 0.3, 0.8, 0.5])
     pose, psi, gc = arm.forward(q)
@@ -331,7 +346,7 @@ def mended(arm: aa.Arm) -> MendedArm:
 
 @pytest.mark.parametrize("arm", [arm for arm in arms() if arm.geometry.d_4 == 0], ids=lambda arm: arm.name)
 def test_a_second_implementation_finds_the_same_joints_and_slopes(arm: aa.Arm) -> None:
-    """In every branch, off singular postures, and the pose at them too."""
+    """Poses, joints and self-motions equal those of the second implementation, if not singular."""
     other, rng = mended(arm), draw.generator(15)
     for regime in ("uniform", "singular", "on_limit"):
         for q in postures(arm, regime, draw.count(4), 15):
@@ -353,7 +368,7 @@ def test_a_second_implementation_finds_the_same_joints_and_slopes(arm: aa.Arm) -
 
 
 def same_arcs(arm: aa.Arm, pose: Array, gc: int, margin: float) -> str | None:
-    """What the second implementation says otherwise, or None."""
+    """Words for how the second implementation's arcs or status differ, or None."""
     status, arcs = mended_arcs.feasible(mended(arm), pose, gc, margin)
     mine = arm.with_(singularity_margin=margin).feasible(pose, gc)
     theirs = aa.ArcSet(arcs)
@@ -367,6 +382,7 @@ def same_arcs(arm: aa.Arm, pose: Array, gc: int, margin: float) -> str | None:
 
 @pytest.mark.parametrize("margin", [0.0, 0.05])
 def test_a_second_implementation_finds_the_same_arcs(margin: float) -> None:
+    """Arcs and status equal those of the second implementation."""
     rng = draw.generator(9)
     said = []
     for arm in arms():
@@ -391,6 +407,7 @@ def test_a_second_implementation_finds_the_same_arcs(margin: float) -> None:
 @pytest.mark.parametrize("name", srs_catalogue())
 @pytest.mark.parametrize("margin", [0.0, 0.1])
 def test_all_branches_at_once_are_the_branches_one_by_one(name: str, margin: float) -> None:
+    """`feasible` without gc equals that of each branch, out of reach and at theta_2 = 0 too."""
     arm, count = aa.Arm.from_catalogue(name).with_(singularity_margin=margin), 300
     q = np.random.default_rng(7).uniform(
         np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), (count, 7)

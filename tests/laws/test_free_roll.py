@@ -17,7 +17,7 @@ OFFSET = ("franka_fr3", "fetch")
 
 
 def rolled(poses: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Poses turned about their own z axis."""
+    """Poses turned by `angle` (...), rad, about their own z axis."""
     turn = np.zeros((*np.shape(angle), 4, 4))
     turn[..., 0, 0] = turn[..., 1, 1] = np.cos(angle)
     turn[..., 1, 0] = np.sin(angle)
@@ -34,6 +34,7 @@ def along_axis_7(arm: aa.Arm) -> aa.Arm:
 
 
 def arms(rng: np.random.Generator) -> list[aa.Arm]:
+    """Arms of the catalogue and random ones, all with a tool along axis 7."""
     own = [along_axis_7(aa.Arm.from_catalogue(name)) for name in (*OFFSET, *NAMES)]
     return [*own, *(along_axis_7(random_arm(rng)) for _ in range(4))]
 
@@ -45,7 +46,7 @@ def near_limits(arm: aa.Arm, rng: np.random.Generator, count: int) -> np.ndarray
 
 
 def same_but_for_roll(a: np.ndarray, b: np.ndarray) -> None:
-    """Check that two poses differ by a rotation about their z axes only."""
+    """Check that poses differ by rotations about their z axes only."""
     assert np.allclose(a[..., :3, 2:], b[..., :3, 2:], rtol=0, atol=1e-9)
 
 
@@ -53,6 +54,7 @@ def same_but_for_roll(a: np.ndarray, b: np.ndarray) -> None:
 @pytest.mark.parametrize("metric", ["l2", "max"])
 @pytest.mark.parametrize("weight", [None, np.array([1.0, 2.0, 0.5, 1.0, 0.0, 3.0, 0.7])])
 def test_no_roll_of_a_ladder_has_a_nearer_posture(metric: str, weight: np.ndarray | None) -> None:
+    """`solve(roll="free")` is as near as any of 60 rolls, and states psi, gc, margin and distance rightly."""
     rng = draw.generator(16, 30, metric == "l2", weight is None)
     angles = np.arange(60) * (2 * np.pi / 60)
     found_some = lost_some = 0
@@ -80,6 +82,7 @@ def test_no_roll_of_a_ladder_has_a_nearer_posture(metric: str, weight: np.ndarra
 
 
 def test_the_best_margin_over_all_rolls() -> None:
+    """`solve(roll="free")` without a seed has at least the margin of any of 48 rolls."""
     rng = draw.generator(16, 31)
     angles = np.arange(48) * (2 * np.pi / 48)
     for arm in arms(rng)[:4]:
@@ -93,6 +96,7 @@ def test_the_best_margin_over_all_rolls() -> None:
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", *OFFSET])
 def test_one_pose_is_a_row_of_its_batch_and_another_axis_goes_by_a_ladder(name: str) -> None:
+    """`solve(roll="free")` of one pose is a row of its batch, for a tool along axis 7 or not."""
     arm = aa.Arm.from_catalogue(name).with_(tool=aa.pose([0.1, 0.0, 0.1], rpy=[0.0, 0.7, 0.0]))
     rng = draw.generator(16, 32)
     q = np.clip(near_limits(arm, rng, 6), arm.lower, arm.upper)
@@ -118,6 +122,9 @@ def test_one_pose_is_a_row_of_its_batch_and_another_axis_goes_by_a_ladder(name: 
 
 @pytest.mark.parametrize("name", (*NAMES, *OFFSET))
 def test_joint_7_stays_along_a_path_and_is_never_why_a_step_is_refused(name: str) -> None:
+    """`follow` and `step` with free roll keep joint 7 and z axis, and reach as many poses as with a fixed
+    roll.
+    """
     arm = along_axis_7(aa.Arm.from_catalogue(name))
     if np.isinf(arm.upper[6]):
         arm = limited(arm, 6, -3.0, 3.0)
@@ -159,6 +166,7 @@ def test_joint_7_stays_along_a_path_and_is_never_why_a_step_is_refused(name: str
 def test_joint_7_stays_on_the_way_to_the_nearest_pose_and_the_arm_rests(
     name: str, bounds: dict[str, Any]
 ) -> None:
+    """Steps with free roll to a pose out of reach keep joint 7, and come to rest."""
     arm = along_axis_7(aa.Arm.from_catalogue(name))
     rng = draw.generator(16, 34, (*NAMES, *OFFSET).index(name))
     for _ in range(8):
@@ -179,7 +187,7 @@ def test_joint_7_stays_on_the_way_to_the_nearest_pose_and_the_arm_rests(
 
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "fetch"])
 def test_through_theta_6_zero_no_joint_of_the_wrist_swings(name: str) -> None:
-    """Joints 5 and 7 are one axis there; a free roll asks neither to turn."""
+    """`follow` with free roll through theta_6 = 0 moves no joint by 0.02 rad a row."""
     arm = along_axis_7(aa.Arm.from_catalogue(name))
     q = np.array([0.2, 0.6, 0.1, -1.2, 0.7, 0.05, 0.4])
     turned = np.repeat(q[None], 60, axis=0)
@@ -189,6 +197,9 @@ def test_through_theta_6_zero_no_joint_of_the_wrist_swings(name: str) -> None:
 
 
 def test_what_a_free_roll_is_not_for() -> None:
+    """roll="free" is refused with options that contradict it, and with shapes that would turn among
+    obstacles.
+    """
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     pose = arm.forward(q)[0]
@@ -224,6 +235,7 @@ def test_what_a_free_roll_is_not_for() -> None:
 
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3"])
 def test_a_hand_that_is_round_about_the_axis_keeps_clear_whatever_the_roll(name: str) -> None:
+    """With a gripper round about axis 7 `solve`, `step` and `follow` with free roll keep clear."""
     arm = (
         along_axis_7(aa.Arm.from_catalogue(name))
         .with_(body=aa.Body({4: [aa.Capsule([0, 0, 0], [0, 0, 0.4], 0.06)], 7: [aa.Ball([0, 0, 0], 0.05)]}))

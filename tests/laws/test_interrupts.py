@@ -36,6 +36,7 @@ SOME_ROWS = aa.JointPath.from_joints(ARM, 0.5 * Q[:2], between="joints")
 
 
 def tracker() -> aa.Tracker:
+    """A tracker at rest at Q[0]."""
     out = aa.Tracker(ARM)
     out.start(Q[0])
     return out
@@ -65,7 +66,7 @@ LONG: dict[str, Callable[..., Any]] = {
 
 @pytest.fixture(autouse=True)
 def _listening() -> Iterator[None]:
-    """A process in the background of a shell is started with the signal ignored."""
+    """Let SIGINT raise KeyboardInterrupt in each test, also in a background process, and restore it."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -73,15 +74,18 @@ def _listening() -> Iterator[None]:
 
 @pytest.mark.parametrize("name", LONG)
 def test_a_signal_ends_a_batch_before_all_is_done(name: str) -> None:
+    """SIGINT ends every long call by KeyboardInterrupt before its end, and later calls are right."""
     told: list[tuple[int, int]] = []
     begun, sent = threading.Event(), threading.Event()
 
     def interrupt() -> None:
+        """Send SIGINT when the call has begun."""
         begun.wait()
         os.kill(os.getpid(), signal.SIGINT)
         sent.set()
 
     def tell(done: int, total: int) -> None:
+        """Keep what is reported, and let the signal come."""
         told.append((done, total))
         begun.set()
         if 2 * done > total:  # a fast machine waits for the other thread here
@@ -102,7 +106,10 @@ def test_a_signal_ends_a_batch_before_all_is_done(name: str) -> None:
 
 @pytest.mark.parametrize("name", LONG)
 def test_what_progress_raises_ends_a_call(name: str) -> None:
+    """What `progress` raises ends every long call."""
+
     def refuse(done: int, total: int) -> None:
+        """Raise an error."""
         raise ZeroDivisionError
 
     before = TRACKER.q.copy()
@@ -136,6 +143,7 @@ SHORT: dict[str, Callable[..., Any]] = {
 
 @pytest.mark.parametrize("name", SHORT)
 def test_the_end_is_told_and_the_answer_is_the_same(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """`progress` gets rising numbers up to the end, True prints them, and results do not depend on it."""
     told: list[tuple[int, int]] = []
     found = SHORT[name](progress=lambda done, total: told.append((done, total)))
     assert np.array_equal(found, SHORT[name](), equal_nan=True)
@@ -148,7 +156,7 @@ def test_the_end_is_told_and_the_answer_is_the_same(name: str, capsys: pytest.Ca
 
 @pytest.mark.parametrize("name", [name for name in SHORT if name.startswith(("plan", "retime", "follow of"))])
 def test_who_asked_in_this_thread_is_told_of_the_whole_call(name: str) -> None:
-    """As the command line does: shares never fall, and the end is told once."""
+    """`progressing` reports a whole call as one: numbers rise and the end comes once."""
     told: list[tuple[int, int]] = []
     with progressing(lambda done, total: told.append((done, total))):
         SHORT[name]()
@@ -156,9 +164,11 @@ def test_who_asked_in_this_thread_is_told_of_the_whole_call(name: str) -> None:
 
 
 def test_what_progress_calls_tells_nothing() -> None:
+    """Calls made within `progress` report nothing themselves."""
     told: list[tuple[int, int]] = []
 
     def tell(done: int, total: int) -> None:
+        """Keep what is reported, and call the library."""
         told.append((done, total))
         ARM.feasible(POSE[:3], 0)
 

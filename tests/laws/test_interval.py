@@ -38,6 +38,7 @@ def samples(seed: int, *, points: bool = False) -> tuple[np.ndarray, np.ndarray]
 @pytest.mark.parametrize("points", [False, True])
 @pytest.mark.parametrize("operation", [ADD, SUBTRACT, MULTIPLY, DIVIDE, SQUARE, ABS, MIN, MAX])
 def test_arithmetic_encloses_rational_values(operation: int, points: bool) -> None:
+    """Interval arithmetic encloses exact rational values; division by 0 is unbounded."""
     a, x = samples(1, points=points)
     b, y = samples(2, points=points)
     for (low, high), p, q, divisor in zip(enclosures(operation, a, b), x, y, b, strict=True):
@@ -50,6 +51,7 @@ def test_arithmetic_encloses_rational_values(operation: int, points: bool) -> No
 
 
 def test_a_point_is_enclosed_within_six_units_in_the_last_place() -> None:
+    """Intervals for points are at most six units in the last place wide."""
     a, _ = samples(3, points=True)
     b, _ = samples(4, points=True)
     big = (np.abs(a[:, 0]) > 1e-100) & (np.abs(b[:, 0]) > 1e-100)
@@ -61,6 +63,7 @@ def test_a_point_is_enclosed_within_six_units_in_the_last_place() -> None:
 
 @pytest.mark.parametrize("operation", [SQRT, HYPOT])
 def test_roots_enclose_values_of_fifty_digits(operation: int) -> None:
+    """Interval sqrt and hypot enclose values of 50 digits."""
     a, x = samples(5)
     b, y = samples(6)
     if operation == SQRT:
@@ -76,6 +79,7 @@ def test_roots_enclose_values_of_fifty_digits(operation: int) -> None:
 @pytest.mark.parametrize(("operation", "name"), [(SIN, "sin"), (COS, "cos")])
 @pytest.mark.parametrize("width", [0.0, 1e-9, 0.3, 0.99, 3.0])
 def test_sine_and_cosine_enclose_values_of_fifty_digits(operation: int, name: str, width: float) -> None:
+    """Interval sine and cosine enclose values of 50 digits, at extremes too."""
     rng = np.random.default_rng(int(100 * width) + operation)
     low = rng.uniform(-900, 900, COUNT)
     half = COUNT // 2
@@ -94,12 +98,14 @@ def test_sine_and_cosine_enclose_values_of_fifty_digits(operation: int, name: st
 
 
 def test_far_away_or_wide_the_sine_is_anything() -> None:
+    """The interval sine of arguments that are far, wide or undefined is [-1, 1]."""
     far = np.array([[1e4, 1e4], [0.0, 7.0], [-np.inf, np.inf], [np.nan, 1.0]])
     assert (enclosures(SIN, far, far) == [-1.0, 1.0]).all()
 
 
 @pytest.mark.parametrize("operation", [MULTIPLY, DIVIDE, SQRT, HYPOT, MIN, MAX])
 def test_nothing_is_concluded_from_the_unbounded_or_undefined(operation: int) -> None:
+    """Intervals that are unbounded or NaN give results that exclude nothing."""
     bad = np.array([[-np.inf, np.inf], [np.nan, np.nan], [1.0, np.nan], [0.0, np.inf]])
     fine = np.ones_like(bad)
     for a, b in ((bad, fine), (fine, bad)) if operation != SQRT else ((bad, bad),):

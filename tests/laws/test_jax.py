@@ -27,6 +27,7 @@ def double() -> Iterator[None]:
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_the_numbers_are_those_of_arm(name: str) -> None:
+    """Functions of `jax.Kinematics` under jit equal those of Arm to the bit."""
     arm, q = postures(name, 200, 17, 31)
     kinematics = aa.jax.Kinematics(arm)
     pose, psi, gc = jax.jit(kinematics.forward)(q)
@@ -44,6 +45,7 @@ def test_the_numbers_are_those_of_arm(name: str) -> None:
 
 
 def test_float32_is_computed_in_float64() -> None:
+    """In float32 `jax.Kinematics` rounds results that were computed in float64."""
     jax.config.update("jax_enable_x64", False)
     arm, q = postures("kuka_iiwa7_r800", 100, 17, 31)
     kinematics = aa.jax.Kinematics(arm)
@@ -58,6 +60,7 @@ def test_float32_is_computed_in_float64() -> None:
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_derivatives_are_the_limit_of_differences(name: str) -> None:
+    """jvp and grad of `forward` and `inverse` equal differences."""
     arm, q = postures(name, 30, 17, 31)
     kinematics, rng, step = aa.jax.Kinematics(arm), draw.generator(17, 32), 1e-6
     pose, psi, gc = arm.forward(q)
@@ -71,6 +74,7 @@ def test_derivatives_are_the_limit_of_differences(name: str) -> None:
     along_pose = change(pose, twist[:, :6])
 
     def inverse(frame: object, angle: object) -> object:
+        """The joints, as a function of pose and psi."""
         return kinematics.inverse(frame, angle, gc)
 
     _, along = jax.jvp(inverse, (pose, psi), (along_pose, twist[:, 6]))
@@ -89,6 +93,7 @@ def test_derivatives_are_the_limit_of_differences(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch"])
 def test_derivatives_of_freedom_and_of_the_limit_margin_are_those_of_arm(name: str) -> None:
+    """Derivatives of `freedom` and `limit_margin` equal those of `gradients`."""
     arm, q = postures(name, 40, 17, 31)
     kinematics, twist = aa.jax.Kinematics(arm), draw.generator(17, 33).normal(size=6)
     pose = arm.forward(q)[0]
@@ -101,6 +106,7 @@ def test_derivatives_of_freedom_and_of_the_limit_margin_are_those_of_arm(name: s
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch"])
 @pytest.mark.parametrize("prefer", ["seed", "margin"])
 def test_derivatives_go_through_solve(prefer: str, name: str) -> None:
+    """`jax.Kinematics.solve` and its derivatives equal those of Arm and `gradients`, in float32 roughly."""
     arm, q = postures(name, 30, 17, 35)
     rng, pose = draw.generator(17, 36), arm.forward(q)[0]
     seed, twist, turn = q + rng.normal(size=q.shape), rng.normal(size=(len(q), 6)), rng.normal(size=q.shape)
@@ -108,6 +114,7 @@ def test_derivatives_go_through_solve(prefer: str, name: str) -> None:
         kinematics = aa.jax.Kinematics(near)
 
         def answer(poses: object, seeds: object, kinematics: object = kinematics) -> object:
+            """The joints of `solve`."""
             return kinematics.solve(poses, seeds, prefer=prefer)[0]
 
         wanted = near.solve(pose, seed, prefer=prefer)
@@ -133,6 +140,7 @@ def test_derivatives_go_through_solve(prefer: str, name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FAMILIES)
 def test_all_ways_to_a_derivative_agree(name: str) -> None:
+    """jacfwd, jacrev, jit and vmap in any order give `gradients.inverse`."""
     arm, q = postures(name, 12, 17, 34)
     kinematics = aa.jax.Kinematics(arm)
     pose, psi, gc = arm.forward(q)
@@ -150,6 +158,7 @@ def test_all_ways_to_a_derivative_agree(name: str) -> None:
 
 
 def test_what_a_loss_leaves_out_counts_nothing() -> None:
+    """Joints that a loss leaves out do not make its gradient NaN at a singularity; those in it do."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     kinematics = aa.jax.Kinematics(arm)
     pose, psi, gc = arm.forward(HOME)
@@ -170,6 +179,7 @@ def test_what_a_loss_leaves_out_counts_nothing() -> None:
 
 
 def test_vmap_and_scan_are_the_batch() -> None:
+    """vmap and scan of `inverse` equal its batch, derivatives too."""
     arm, q = postures("openarm_v10", 50, 17, 31)
     kinematics = aa.jax.Kinematics(arm)
     pose, psi, gc = arm.forward(q)
@@ -178,6 +188,7 @@ def test_vmap_and_scan_are_the_batch() -> None:
     assert np.array_equal(jax.vmap(kinematics.inverse, in_axes=(0, 0, None))(pose, psi, gc[0]), wanted)
 
     def walked(psi_now: object, frame: object) -> tuple[object, object]:
+        """One cycle: the next psi and the joints."""
         return psi_now + 0.01, kinematics.inverse(frame, psi_now, gc[0])
 
     _, along = jax.jit(lambda frames: jax.lax.scan(walked, 0.2, frames))(pose)
@@ -193,6 +204,7 @@ def test_vmap_and_scan_are_the_batch() -> None:
 
 
 def test_what_has_no_answer_is_nan_and_what_is_no_pose_an_error() -> None:
+    """Under jit `inverse` out of reach is NaN; what is no pose or gc raises and says which."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     kinematics = aa.jax.Kinematics(arm)
     near, psi, gc = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
@@ -214,6 +226,7 @@ def test_what_has_no_answer_is_nan_and_what_is_no_pose_an_error() -> None:
 
 
 def test_what_cannot_be_taken_is_said() -> None:
+    """`jax.Kinematics` refuses wrong shapes and types."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     kinematics = aa.jax.Kinematics(arm)
     rows: list[tuple[Callable[[], object], str]] = [

@@ -26,6 +26,7 @@ def functions(regime: str, count: int = 3) -> Iterator[tuple[aa.Arm, Array, int,
 
 @pytest.mark.parametrize("shape", [(), (0,), (2, 3)], ids=str)
 def test_a_batch_is_its_elements(shape: tuple[int, ...]) -> None:
+    """`value` and `derivative` of a joint function take psi of any shape."""
     pose, _, gc = arms()[0].forward(np.full(7, 0.3))
     function = aa.gradients.joint_function(arms()[0], pose, gc, 3)
     psi = np.random.default_rng(1).uniform(-9, 9, shape)
@@ -36,6 +37,7 @@ def test_a_batch_is_its_elements(shape: tuple[int, ...]) -> None:
 
 @pytest.mark.parametrize("regime", REGIMES)
 def test_the_value_is_the_inverse_and_the_derivative_the_self_motion(regime: str) -> None:
+    """`JointFunction.value` equals `inverse`, and `derivative` `self_motion`, to the bit."""
     for arm, pose, gc, function in functions(regime):
         j = function.joint - 1
         assert np.array_equal(function.value(PSI), arm.inverse(pose, PSI, gc, limits=False)[:, j])
@@ -43,6 +45,7 @@ def test_the_value_is_the_inverse_and_the_derivative_the_self_motion(regime: str
 
 
 def test_the_value_lies_in_the_turn_within_the_limits() -> None:
+    """`JointFunction.value` has the turn of `inverse`, of an arm whose limits are not around 0."""
     arm = aa.Arm.from_catalogue("barrett_wam7")
     pose, psi, gc = arm.forward(postures(arm, "uniform", 1, 22)[0])
     for joint in range(1, 8):
@@ -53,6 +56,7 @@ def test_the_value_lies_in_the_turn_within_the_limits() -> None:
 
 
 def test_the_derivative_is_the_difference_quotient() -> None:
+    """`JointFunction.derivative` equals differences of `value`."""
     step = 1e-6
     for arm, pose, gc, function in functions("uniform"):
         sine = np.abs(np.sin(bends(arm, arm.inverse(pose, PSI, gc, limits=False))))[:, [0, 2]].min(-1)
@@ -64,6 +68,7 @@ def test_the_derivative_is_the_difference_quotient() -> None:
 
 @pytest.mark.parametrize("regime", ["uniform", "near_singular", "at_reach"])
 def test_the_derivative_vanishes_at_stationary_values_and_nowhere_else(regime: str) -> None:
+    """`derivative` is 0 at `stationary` and changes sign only there or at `singular`."""
     for _, _, _, function in functions(regime):
         slope = function.derivative(PSI)
         scale = np.abs(slope[np.isfinite(slope)]).max(initial=0)
@@ -83,6 +88,7 @@ def test_the_derivative_vanishes_at_stationary_values_and_nowhere_else(regime: s
 
 
 def test_a_pivot_jumps_by_half_a_turn_at_a_singular_value_and_a_hinge_has_a_corner() -> None:
+    """At a singular psi joints 1 and 3 jump by half a turn, and joint 2 has a corner."""
     arm = unlimited(aa.Arm.from_catalogue("kuka_iiwa7_r800"))
     pose, psi, gc = arm.forward([0.3, 0.0, 0.2, -1.0, 0.4, 0.7, 0.1])  # theta_2 = 0 at this psi alone
     for joint, jump in ((1, np.pi), (3, np.pi), (2, 0.0)):
@@ -100,6 +106,7 @@ def test_a_pivot_jumps_by_half_a_turn_at_a_singular_value_and_a_hinge_has_a_corn
 
 
 def test_the_four_kinds() -> None:
+    """Joint functions have four kinds; joint 4 is constant."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     kinds = {function.kind for regime in REGIMES for *_, function in functions(regime)}
     assert kinds == {"stationary", "monotonic", "singular", "constant"}

@@ -28,7 +28,7 @@ EMPTY = [(0,), (2, 0), (0, 3)]
 
 
 def sample(arm: aa.Arm, regime: str, seed: int = 0, n: int = N) -> tuple[Array, Array, Array, Array]:
-    """Joint values of a regime and what forward says of them."""
+    """At most n joints of a regime, and their pose, psi and gc."""
     q = postures(arm, regime, n, seed)
     return q, *arm.forward(q)
 
@@ -37,6 +37,7 @@ def sample(arm: aa.Arm, regime: str, seed: int = 0, n: int = N) -> tuple[Array, 
 @any_arm
 @in_every_regime
 def test_the_pose_is_kept(arm: aa.Arm, regime: str) -> None:
+    """`forward` of `inverse` gives the pose, in its branch and at any psi in all branches."""
     q, pose, psi, gc = sample(arm, regime)
     back = arm.inverse(pose, psi, gc, seed=q, limits=False)
     assert gap(arm.forward(back, on_error="nan")[0], pose) <= POSE
@@ -48,6 +49,7 @@ def test_the_pose_is_kept(arm: aa.Arm, regime: str) -> None:
 @any_arm
 @in_every_regime
 def test_joints_come_back(arm: aa.Arm, regime: str) -> None:
+    """`inverse` of `forward` gives the joints back, if they are not singular."""
     free = unlimited(arm)
     q, pose, psi, gc = sample(free, regime, seed=2)
     regular = is_regular(arm, q, pose)
@@ -58,6 +60,7 @@ def test_joints_come_back(arm: aa.Arm, regime: str) -> None:
 @any_arm
 @pytest.mark.parametrize("regime", ["uniform", "on_limit"])
 def test_joints_within_limits_come_back_within_limits(arm: aa.Arm, regime: str) -> None:
+    """`inverse` of `forward` gives joints back within limits, if they are not singular."""
     q, pose, psi, gc = sample(arm, regime, seed=3)
     regular = is_regular(arm, q, pose)
     assert regular.any()
@@ -68,6 +71,7 @@ def test_joints_within_limits_come_back_within_limits(arm: aa.Arm, regime: str) 
 
 @any_arm
 def test_rows_without_gc_are_the_configurations(arm: aa.Arm) -> None:
+    """`inverse` without gc has a row for each branch, which `forward` confirms."""
     q, pose, psi, _ = sample(arm, "uniform", seed=4)
     rows = arm.inverse(pose, psi, limits=False)
     for gc in range(8):
@@ -81,6 +85,7 @@ def test_rows_without_gc_are_the_configurations(arm: aa.Arm) -> None:
 
 @any_arm
 def test_the_index_is_the_signs(arm: aa.Arm) -> None:
+    """gc is the signs of the sines of theta_2, theta_4 - delta and theta_6, and back."""
     q, _, _, gc = sample(arm, "uniform", seed=5)
     sines = np.sin(bends(arm, q))
     clear = (np.abs(sines) > 1e-12).all(-1)
@@ -89,6 +94,7 @@ def test_the_index_is_the_signs(arm: aa.Arm) -> None:
 
 
 def test_the_index_counts_zero_as_positive() -> None:
+    """A sine of 0 or -0.0 counts as positive in gc, and the least below 0 as negative."""
     arm = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1)
     assert arm.forward(np.zeros(7))[2] == 0
     assert arm.forward([0, np.pi, 0, 1, 0, -0.0, 0])[2] == 0
@@ -98,6 +104,7 @@ def test_the_index_counts_zero_as_positive() -> None:
 @any_arm
 @in_every_regime
 def test_the_jacobian_is_the_difference_quotient(arm: aa.Arm, regime: str) -> None:
+    """`jacobian` equals differences of `forward`."""
     q = postures(arm, regime, draw.count(20), 6)
     step = 1e-6
     jacobian = arm.jacobian(q)
@@ -114,6 +121,7 @@ def test_the_jacobian_is_the_difference_quotient(arm: aa.Arm, regime: str) -> No
 @any_arm
 @in_every_regime
 def test_self_motion_leaves_the_tool(arm: aa.Arm, regime: str) -> None:
+    """The Jacobian takes `self_motion` to 0, and joint 4 does not move."""
     _, pose, psi, gc = sample(arm, regime, seed=7)
     rate = arm.self_motion(pose, psi, gc)
     posture = arm.inverse(pose, psi, gc, limits=False)
@@ -132,6 +140,7 @@ def test_self_motion_leaves_the_tool(arm: aa.Arm, regime: str) -> None:
 @any_arm
 @in_every_regime
 def test_self_motion_is_the_difference_quotient(arm: aa.Arm, regime: str) -> None:
+    """`self_motion` equals differences of `inverse` along psi."""
     free = unlimited(arm)
     q, pose, psi, gc = sample(free, regime, seed=8)
     regular = np.abs(np.sin(bends(arm, q)))[:, [0, 2]].min(-1) > 1e-2
@@ -143,6 +152,7 @@ def test_self_motion_is_the_difference_quotient(arm: aa.Arm, regime: str) -> Non
 
 
 def test_self_motion_where_it_does_not_exist() -> None:
+    """`self_motion` is finite if singular for all psi, and infinite if for one."""
     arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
     straight = arm.forward(np.zeros(7))  # on the whole circle: a convention, finite
     rate = arm.self_motion(*straight)
@@ -162,6 +172,7 @@ def _wide(arm: aa.Arm) -> aa.Arm:
 
 @any_arm
 def test_a_seed_chooses_the_winding(arm: aa.Arm) -> None:
+    """`inverse` with a seed gives each joint the turn nearest to the seed."""
     wide = _wide(arm)
     rng = draw.generator(9)
     q = postures(arm, "uniform", N, 9) + 2 * np.pi * rng.integers(-1, 2, (N, 7))
@@ -173,6 +184,7 @@ def test_a_seed_chooses_the_winding(arm: aa.Arm) -> None:
 
 @any_arm
 def test_without_a_seed_the_middle_of_the_range_is_near(arm: aa.Arm) -> None:
+    """`inverse` without a seed gives each joint the turn nearest to the middle of its range."""
     wide = _wide(arm)
     _, pose, psi, gc = sample(arm, "uniform", seed=10)
     middle = (wide.lower + wide.upper) / 2
@@ -186,6 +198,7 @@ def test_without_a_seed_the_middle_of_the_range_is_near(arm: aa.Arm) -> None:
 
 
 def test_a_range_beyond_half_a_turn_is_no_full_turn() -> None:
+    """`inverse` finds a joint below -180 degrees if its range goes there."""
     arm = aa.Arm.from_catalogue("barrett_wam7")  # joint 5: -260.7 to 71.62 degrees
     q = np.radians([10, 20, 30, 90, -200, 40, 50.0])
     pose, psi, gc = arm.forward(q)
@@ -194,6 +207,7 @@ def test_a_range_beyond_half_a_turn_is_no_full_turn() -> None:
 
 
 def test_outside_every_winding_the_nearest_to_the_range_is_returned() -> None:
+    """`inverse` gives a joint that no turn brings within limits the turn nearest to them."""
     narrow = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, lower=[3.2] + 6 * [-3], upper=[3.7] + 6 * [3])
     for angle, wanted in ((1.0, 1.0 + 2 * np.pi), (0.0, 2 * np.pi), (-2.9, -2.9 + 4 * np.pi - 2 * np.pi)):
         q = np.array([angle, 0.5, 0.2, 0.9, 0.1, 0.7, 0.3])
@@ -205,7 +219,7 @@ def test_outside_every_winding_the_nearest_to_the_range_is_returned() -> None:
 
 
 def answers(arm: aa.Arm, q: Array, pose: Array, psi: Array, gc: Array) -> list[Array]:
-    """Everything else that an arm says of postures."""
+    """All other functions of an arm at joints."""
     return [
         arm.inverse(pose, psi, gc, limits=False),
         arm.inverse(pose, psi, gc, seed=q, limits=False),
@@ -242,6 +256,7 @@ def test_batches_are_their_elements_bit_for_bit(arm: aa.Arm, shape: tuple[int, .
 
 
 def test_arguments_broadcast() -> None:
+    """The arguments of `inverse` broadcast."""
     arm = arms()[0]
     q, pose, _, _ = sample(arm, "uniform", seed=12, n=4)
     psi, gc = np.linspace(-9, 9, 5)[:, None, None], np.array([[1], [6]])
@@ -254,6 +269,7 @@ def test_arguments_broadcast() -> None:
 
 
 def test_strided_and_reversed_arrays_are_their_copies() -> None:
+    """`inverse` and `forward` take strided, reversed, Fortran and byte-swapped arrays and lists."""
     arm = arms()[3]
     q, pose, psi, gc = sample(arm, "uniform", seed=13, n=40)
     plain = arm.inverse(pose, psi, gc, limits=False)
@@ -266,6 +282,7 @@ def test_strided_and_reversed_arrays_are_their_copies() -> None:
 
 
 def test_out_is_written_and_returned() -> None:
+    """`inverse(out=)` writes to and returns the array."""
     arm = arms()[3]
     _, pose, psi, gc = sample(arm, "uniform", seed=14, n=40)
     out = np.empty((40, 7))
@@ -277,6 +294,7 @@ def test_out_is_written_and_returned() -> None:
 
 
 def test_a_wrist_on_the_shoulder_has_no_arm_angle() -> None:
+    """With the wrist on the shoulder psi is NaN on request, else `forward` and `inverse` raise."""
     arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
     q = joint_values(arm, np.array([0.1, 0.2, 0.3, np.pi, 0.5, 0.6, 0.7]))
     pose, psi, _ = arm.forward(q, on_error="nan")
@@ -292,13 +310,14 @@ TWIST = (-np.pi / 2, np.pi / 2, np.pi / 2, -np.pi / 2, -np.pi / 2, np.pi / 2, 0.
 
 
 def dh(theta: float, alpha: float, d: float, a: float) -> Array:
-    """Return Eq. (1)."""
+    """Return the transform (4, 4) of a row of DH parameters, Eq. (1)."""
     c, s, ca, sa = np.cos(theta), np.sin(theta), np.cos(alpha), np.sin(alpha)
     return np.array([[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]])
 
 
 @any_arm
 def test_frames_are_those_of_the_dh_rows(arm: aa.Arm) -> None:
+    """`frames` are the products of the rows of DH parameters."""
     d = (arm.geometry.d_bs, 0, arm.geometry.d_se, arm.geometry.d_4, arm.geometry.d_ew, 0, arm.geometry.d_wf)
     a = (0, 0, arm.geometry.a_3, arm.geometry.a_4, 0, 0, 0)
     q = np.random.default_rng(3).uniform(-2, 2, (6, 7))
@@ -315,6 +334,7 @@ def test_frames_are_those_of_the_dh_rows(arm: aa.Arm) -> None:
 
 @any_arm
 def test_a_tool_is_mounted_on_the_present_tip(arm: aa.Arm) -> None:
+    """`with_tool` mounts on the present tip, `with_(tool=)` replaces the tool."""
     rng = np.random.default_rng(5)
     tool, q = frame(rng), rng.uniform(-2, 2, (200, 7))
     longer = arm.with_tool(tool)

@@ -67,7 +67,7 @@ TOFAS_TCP = [134.73358038802547, -154.2600792356306, -86.36828559938691, 0.0, 1.
 
 
 def joints_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> np.ndarray:
-    """Random joints, some with A2, A3 or more at 0."""
+    """Random joints within the limits, some with A2, A3, or all but A2, A4 and A6 at 0."""
     q = rng.uniform(arm.lower, arm.upper, (count, 7))
     q[: count // 20, 1] = 0.0
     q[count // 20 : count // 10, 2] = 0.0
@@ -89,6 +89,7 @@ def test_pose_e1_and_status_give_the_joints_back(name: str) -> None:
 
 
 def test_a_frame_taught_on_a_robot() -> None:
+    """`from_frame` of a taught frame gives the robot's joints, `to_frame` the frame; a wrong Turn raises."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(d_wf=0.152)
     frame = kuka.KukaFrame(kuka.pose(TAUGHT_XYZ, TAUGHT_ABC), TAUGHT_E1, TAUGHT_STATUS, TAUGHT_TURN)
     q = kuka.from_frame(arm, frame)
@@ -109,6 +110,7 @@ def test_a_frame_taught_on_a_robot() -> None:
 def test_frames_of_public_projects_have_the_turn_that_was_taught(
     robot: str, frames: np.ndarray, tcp: list[float]
 ) -> None:
+    """`from_frame` of taught frames is within limits and on the pose, and `to_frame` gives them back."""
     arm = aa.Arm.from_catalogue(robot).with_(d_wf=0.152)  # the media flange
     arm = arm.with_tool(kuka.pose(np.array(tcp[:3]) / 1e3, tcp[3:]))
     for row in frames:
@@ -121,7 +123,7 @@ def test_frames_of_public_projects_have_the_turn_that_was_taught(
 
 @pytest.mark.parametrize("name", KUKAS)
 def test_a_frame_of_a_singular_posture_is_read(name: str) -> None:
-    """A6 is 0, where A5 and A7 share a turn, or A2 and A4 are, where A1 and A5 do, and A7 too with A6."""
+    """`from_frame` reads frames of singular joints, with the seed exactly; a Turn that contradicts raises."""
     arm, rng = aa.Arm.from_catalogue(name), draw.generator(17, 6)
     for number, q in enumerate(rng.uniform(arm.lower, arm.upper, (draw.count(120), 7))):
         wrist = number % 2 == 0
@@ -147,6 +149,7 @@ def test_a_frame_of_a_singular_posture_is_read(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "kuka_med14_r820"])
 def test_e1_arcs_are_where_the_posture_keeps_its_limits(name: str) -> None:
+    """`e1_arcs` holds the E1 at which `from_e1` is within limits."""
     arm = aa.Arm.from_catalogue(name)
     rng = draw.generator(17, 2)
     q = joints_of(arm, rng, draw.count(80))
@@ -170,6 +173,7 @@ def test_e1_arcs_are_where_the_posture_keeps_its_limits(name: str) -> None:
 
 
 def test_batches_broadcast_and_none_is_found_is_said() -> None:
+    """`from_e1` broadcasts, is NaN on request, and else raises and says why there is no solution."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     pose = arm.forward(q)[0]
@@ -189,6 +193,7 @@ def test_batches_broadcast_and_none_is_found_is_said() -> None:
 
 
 def test_bad_input() -> None:
+    """Functions of `kuka` refuse bad arguments, and say which."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     p = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])[0]
     rows: list[tuple[str, Callable[[], object]]] = [

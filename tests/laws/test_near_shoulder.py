@@ -16,6 +16,7 @@ DIRECTIONS = np.vstack([ALONG_AXES, draw.generator(1).normal(size=(draw.count(50
 
 @pytest.mark.parametrize("distance", [1e-11, 1e-9, 2.4e-8, 9.9e-8, 1.1e-7, 1e-6])
 def test_a_wrist_next_to_the_shoulder_is_solved_in_every_direction(distance: float) -> None:
+    """With the wrist nearly on the shoulder `inverse` holds the pose in all branches."""
     poses = np.repeat(np.eye(4)[None], len(DIRECTIONS), axis=0)
     unit = DIRECTIONS / np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)
     poses[:, :3, 3] = np.array([0, 0, 0.5 + 0.2]) + unit * distance * REACH

@@ -26,6 +26,7 @@ AT_AN_END = 1e-8  # the grid goes 1e-9 rad beyond an end of an arc, where the co
 
 @pytest.mark.parametrize("case", cases(draw.count(60), draw.SEED), ids=str)
 def test_no_grid_finds_a_nearer_posture(case: Case) -> None:
+    """`solve` costs no more than a polished grid, holds pose and limits, and agrees with `solutions`."""
     found = case.solve()
     best = brute_force(case, GRID)
     if not found.ok:
@@ -42,13 +43,14 @@ def test_no_grid_finds_a_nearer_posture(case: Case) -> None:
 
 
 def test_the_law_draws_every_hard_kind_of_case() -> None:
+    """The cases of these laws are of all four hard kinds."""
     kinds = Counter(kind for case in cases(200, draw.SEED) for kind in case.kinds())
     assert len(kinds) == 4 and min(kinds.values()) > 30
 
 
 @pytest.mark.parametrize("case", cases(draw.count(60), draw.SEED + 1), ids=str)
 def test_nothing_nearer_is_allowed(case: Case) -> None:
-    """The same with some branches alone, arcs of the caller's and a margin of singularities."""
+    """`solve` with gc, allowed= and a margin keeps them, and costs no more than a polished grid."""
     asked = narrowed(case)
     found, best = asked.solve(), brute_force(asked, GRID)
     if not found.ok:
@@ -62,7 +64,7 @@ def test_nothing_nearer_is_allowed(case: Case) -> None:
 
 
 def bent(arm: aa.Arm, **halves: float) -> aa.Arm:
-    """The arm with other limits of joints 2 and 6, alike on both sides of 0."""
+    """The arm with limits ±`two` of joint 2 and ±`six` of joint 6, rad."""
     upper = np.array(arm.upper)
     upper[[1, 5]] = halves["two"], halves["six"]
     return arm.with_(lower=-upper, upper=upper)
@@ -83,6 +85,7 @@ MARGINS = {
 @pytest.mark.turns(4)
 @pytest.mark.parametrize("name", MARGINS)
 def test_no_grid_keeps_a_larger_margin(name: str) -> None:
+    """`solve(prefer="margin")` has no smaller margin than a polished grid."""
     arm, alone = MARGINS[name], 0
     for number in range(draw.count(24, len(MARGINS))):
         q = draw.generator(16, number).uniform(np.maximum(arm.lower, -4), np.minimum(arm.upper, 4))
@@ -102,6 +105,7 @@ def test_no_grid_keeps_a_larger_margin(name: str) -> None:
 
 @pytest.mark.parametrize("case", cases(draw.count(20), draw.SEED + 2), ids=str)
 def test_each_arc_has_its_own_nearest(case: Case) -> None:
+    """Each of `solutions` costs no more than any psi of its own arc."""
     arcs = case.arcs()
     share = np.linspace(0, 1, 201)
     for one in case.solutions():
@@ -116,7 +120,7 @@ def test_each_arc_has_its_own_nearest(case: Case) -> None:
 
 
 def beside_singular() -> list[tuple[aa.Arm, NDArray[np.float64], NDArray[np.float64]]]:
-    """Arms of tight limits, postures with a hinge at or beside 0, and seeds anywhere."""
+    """Arms of tight limits, each with joints (12, 7), theta_2 or theta_6 often near 0, and random seeds."""
     rng = np.random.default_rng(draw.SEED)
     found = []
     for number in range(draw.count(60)):
@@ -131,7 +135,7 @@ def beside_singular() -> list[tuple[aa.Arm, NDArray[np.float64], NDArray[np.floa
 
 
 def test_a_solution_is_within_its_limits_to_the_last_bit() -> None:
-    """At an end of an arc rounding put joints beyond them, beside a singular psi by up to 5e-6 rad."""
+    """`solve` and `solutions` keep limits to the bit and hold the pose, near singularities too."""
     at_limit = 0
     for arm, q, near in beside_singular():
         pose = arm.forward(q)[0]
@@ -154,10 +158,8 @@ def test_a_solution_is_within_its_limits_to_the_last_bit() -> None:
 
 
 def test_beside_singular_postures_a_posture_as_near_as_that_of_the_pose_is_found() -> None:
-    """All arms, hinges 0 to 1e-6 off straight, joints locked, tight limits: see support/delicate.py.
-
-    What is told is always a posture of the pose within the limits. That there is none, or none nearer, is
-    wrong in one of a hundred of these, most with two or three hinges beside straight at once.
+    """`solve` near singularities always holds pose and limits, and misses nearer joints in at most 2 % of
+    cases.
     """
     wrong = []
     for number in range(draw.count(300)):
@@ -170,7 +172,7 @@ def test_beside_singular_postures_a_posture_as_near_as_that_of_the_pose_is_found
 
 @pytest.mark.parametrize("short", [0.0, 1e-15, 1e-12, 2e-10, 1e-9, 1e-8, 1e-7])
 def test_a_range_that_lacks_a_little_of_a_turn_is_searched_to_its_ends(short: float) -> None:
-    """Arcs join over the gap, and a joint at its limit is a turn from the same posture beyond the gap."""
+    """`solve` finds joints at the limits of a range that is nearly a full turn."""
     rng, arm = draw.generator(101), aa.Arm.from_catalogue("kuka_iiwa7_r800")
     lower, upper = arm.lower.copy(), arm.upper.copy()
     lower[6], upper[6] = -np.pi + short / 2, np.pi - short / 2
@@ -183,6 +185,7 @@ def test_a_range_that_lacks_a_little_of_a_turn_is_searched_to_its_ends(short: fl
 
 
 def test_the_largest_move_is_least_beside_a_straight_shoulder_too() -> None:
+    """`solve(metric="max")` near theta_2 = 0 is as near as joints that hold the pose."""
     arm = aa.Arm.from_catalogue("barrett_wam7")
     q = np.array([-1.3606162171809058, -0.00010929253404535072, 2.076740163755272, 0.017684773634991435,
                   -2.9855662015803905, -1.382548777719722, 1.9356327605673815])  # fmt: skip
@@ -192,7 +195,7 @@ def test_the_largest_move_is_least_beside_a_straight_shoulder_too() -> None:
 
 
 def test_a_posture_beside_the_seed_is_found_where_two_or_three_hinges_are_straight() -> None:
-    """A posture up to a turn farther was told of 6 %; now of 1 %, nearly always by less than 1e-3 rad."""
+    """`solve` with several hinges straight is OK, and farther than known joints in at most 2 % of cases."""
     arm, rng = aa.Arm.from_catalogue("kuka_iiwa7_r800"), draw.generator(97)
     farther = []
     for straight in ([1, 3], [3, 5], [1, 5], [1, 3, 5]):
@@ -210,7 +213,7 @@ def test_a_posture_beside_the_seed_is_found_where_two_or_three_hinges_are_straig
 
 
 def beside_straight(name: str, joint: int, off: float, locked: tuple[int, ...]) -> Delicate:
-    """Return an arm whose joint is `off` straight, with locked joints, and a far seed."""
+    """Return a case whose `joint` (from 0) is `off` (rad) straight, with `locked` joints and a far seed."""
     arm = aa.Arm.from_catalogue(name)
     rng = np.random.default_rng(11)
     q = rng.uniform(0.9 * arm.lower + 0.1 * arm.upper, 0.1 * arm.lower + 0.9 * arm.upper)
@@ -231,6 +234,7 @@ def beside_straight(name: str, joint: int, off: float, locked: tuple[int, ...]) 
 def test_named_arms_beside_straight_find_their_posture(
     name: str, joint: int, locked: tuple[int, ...]
 ) -> None:
+    """`solve` of named arms near a singularity has no faults, by distance and by margin."""
     for off in (0.0, 1e-13, 1e-12, 1e-9, 1e-8, 1e-7, 1e-6):
         case = beside_straight(name, joint, off, locked)
         assert not case.faults(), off
@@ -238,7 +242,7 @@ def test_named_arms_beside_straight_find_their_posture(
 
 
 def test_the_margin_of_an_elbow_beside_straight_is_no_rounding() -> None:
-    """Joint 4 is 1e-7 rad off its limit 0: the distance of the wrist does not tell that from straight."""
+    """`solve(prefer="margin")` finds the margin of 1e-9 to 1e-7 rad of a nearly straight elbow."""
     arm = aa.Arm.from_catalogue("human_arm_left")
     q = np.array([0.3, -0.5, 0.2, 0.0, 0.4, 0.1, 0.2])
     for off in (1e-9, 1e-8, 1e-7):
@@ -247,7 +251,7 @@ def test_the_margin_of_an_elbow_beside_straight_is_no_rounding() -> None:
 
 
 def test_what_limits_lock_is_at_its_limit() -> None:
-    """lower == upper: a single psi is feasible, and the joint that is locked is where it is locked."""
+    """All `solutions` of an arm with a locked joint have it at its value exactly, and hold the pose."""
     rng = np.random.default_rng(1)
     for joint in (0, 1, 2, 4, 5, 6):
         q = rng.uniform(0.3, 1.2, 7)
@@ -274,7 +278,7 @@ FOUND = {
 
 
 @pytest.mark.parametrize(("seed", "number"), FOUND)
-def test_what_the_long_law_found_is_mended(seed: int, number: int) -> None:
+def test_cases_that_the_long_law_found_cost_no_more_than_a_grid(seed: int, number: int) -> None:
     case = cases(number + 1, seed)[number]
     found, each = case.solve(), case.solutions()[0]
     assert max(cost_of(case, found), cost_of(case, each)) <= brute_force(case, 4001) + FOUND[seed, number]
@@ -283,7 +287,9 @@ def test_what_the_long_law_found_is_mended(seed: int, number: int) -> None:
 
 @pytest.mark.parametrize(("seed", "number"), [(81042, 176), (81026, 140)])
 def test_nearer_than_rounding_the_pose_decides(seed: int, number: int) -> None:
-    """Found by the long law: what a grid wins 5e-12 rad beside a singular psi is in the pose's last digit."""
+    """Next to a singular psi `solve` costs 2e-3 more than a grid at most, and for a pose rounded otherwise
+    nothing.
+    """
     case = cases(number + 1, seed)[number]
     best = brute_force(case, 4001)
     assert cost_of(case, case.solve()) <= best + 2e-3
@@ -293,6 +299,7 @@ def test_nearer_than_rounding_the_pose_decides(seed: int, number: int) -> None:
 @pytest.mark.parametrize("arm", all_arms(), ids=lambda arm: arm.name)
 @in_every_regime
 def test_a_posture_is_its_own_nearest(arm: aa.Arm, regime: str) -> None:
+    """`solve` with a seed that holds the pose within limits returns the seed to the bit."""
     q = postures(arm, regime, 40)
     q = q[arm.within_limits(q, tol=0.0)]
     found = arm.solve(arm.forward(q)[0], seed=q)
@@ -301,6 +308,7 @@ def test_a_posture_is_its_own_nearest(arm: aa.Arm, regime: str) -> None:
 
 @pytest.mark.parametrize("arm", all_arms(), ids=lambda arm: arm.name)
 def test_a_solution_is_the_inverse_at_its_psi(arm: aa.Arm) -> None:
+    """`solve` returns the joints of `inverse` at its psi and gc, and states their distance."""
     q = postures(arm, "uniform", 30)
     near = q + draw.generator(3).normal(0, 0.3, q.shape)
     pose = arm.forward(q)[0]
@@ -314,6 +322,7 @@ def test_a_solution_is_the_inverse_at_its_psi(arm: aa.Arm) -> None:
 
 
 def test_batches_threads_and_calls_give_the_same_bits() -> None:
+    """`solve` gives the same bits one by one, many and in threads."""
     q = postures(IIWA, "uniform", 64).reshape(4, 16, 7)
     pose, near = IIWA.forward(q)[0], q[::-1, ::-1]
     whole = IIWA.solve(pose, seed=near)
@@ -329,10 +338,11 @@ def test_batches_threads_and_calls_give_the_same_bits() -> None:
 
 @pytest.mark.parametrize(("what", "least"), [("l2", 4), ("max", 40), ("best", 20)])
 def test_of_postures_as_near_it_is_always_the_same(what: str, least: int) -> None:
-    """An arm in one plane and its mirror image: not the last bit of the pose or the seed decides."""
+    """Of two solutions that cost the same `solve` returns the same one, however pose and seed are rounded."""
     rng = np.random.default_rng(0)
 
     def ask(pose: NDArray[np.float64], near: NDArray[np.float64]) -> aa.Solution:
+        """The solution by distance, largest move or margin, as `what` says."""
         if what == "best":
             return IIWA.solve(pose, prefer="margin")
         return IIWA.solve(pose, near, metric="max" if what == "max" else "l2")
@@ -358,6 +368,7 @@ def test_of_postures_as_near_it_is_always_the_same(what: str, least: int) -> Non
 
 
 def test_branches_and_arcs_that_are_not_allowed_are_not_used() -> None:
+    """`solve` keeps gc (one or several), allowed= (arcs or a function) and the singularity margin."""
     pose = IIWA.forward(Q)[0]
     for gc in range(8):
         found = IIWA.solve(pose, seed=Q, gc=gc)
@@ -375,6 +386,7 @@ def test_branches_and_arcs_that_are_not_allowed_are_not_used() -> None:
 
 
 def test_solutions_are_one_for_each_branch_and_arc() -> None:
+    """`solutions` has one for each arc of each branch, sorted; a batch is padded with NaN and -1."""
     pose = IIWA.forward(Q)[0]
     found = IIWA.solutions(pose, seed=Q)
     arcs = IIWA.feasible(pose)
@@ -398,6 +410,7 @@ def test_solutions_are_one_for_each_branch_and_arc() -> None:
 
 
 def test_best_keeps_the_largest_margin() -> None:
+    """`solve(prefer="margin")`, also without a seed, has at least the margin of known joints."""
     q = postures(IIWA, "uniform", 100)
     pose = IIWA.forward(q)[0]
     best = IIWA.solve(pose, prefer="margin")
@@ -408,21 +421,21 @@ def test_best_keeps_the_largest_margin() -> None:
 
 
 def test_joints_without_limits_do_not_count_for_the_margin() -> None:
+    """The margin of an arm without limits is infinite."""
     free = unlimited(IIWA)
     found = free.solve(free.forward(Q)[0], prefer="margin")
     assert found.ok and found.margin == np.inf
 
 
 def drawn(arm: aa.Arm, rng: np.random.Generator, *shape: int) -> NDArray[np.float64]:
-    """Joints within the limits."""
+    """Random joints (*shape, 7) within the limits."""
     return rng.uniform(arm.lower, arm.upper, (*shape, 7))
 
 
 def test_a_locked_joint_that_hardly_turns_hides_no_posture() -> None:
-    """Where a joint turns by 1e-6 rad per rad of psi, the psi at which it is locked is known to 1e-9 rad.
+    """`solve` is OK with two joints locked, one of which hardly turns with psi.
 
-    Another locked joint tells that psi better. The two were one corner only if their psi were alike to 1e-11:
-    one in twelve of these had no posture.
+    There psi is known to 1e-9 rad from the slow joint, and better from the other.
     """
     none = []
     for number in range(draw.count(60)):
@@ -447,7 +460,7 @@ def test_a_locked_joint_that_hardly_turns_hides_no_posture() -> None:
 
 @pytest.mark.parametrize("metric", ["l2", "max"])
 def test_two_turns_that_end_at_one_psi_are_there_together(metric: Literal["l2", "max"]) -> None:
-    """Joints 5 and 7 of more than a turn, each at a limit: beside that psi one of them has to turn round."""
+    """`solve` finds a psi at which two joints are at limits, if next to it one must turn round."""
     alone = 0
     for number in range(draw.count(60)):
         rng = draw.generator(18, number)
@@ -466,7 +479,7 @@ def test_two_turns_that_end_at_one_psi_are_there_together(metric: Literal["l2", 
 
 
 def test_a_posture_on_a_limit_beside_straight_is_not_sought_a_turn_away() -> None:
-    """An elbow 1e-9 rad off straight tells joints to 1e-9 rad: one on its limit seemed beyond it."""
+    """`solve` with a nearly straight elbow finds joints on a limit, not a turn away from it."""
     farther = []
     for number in range(draw.count(60)):
         rng = draw.generator(19, number)
@@ -485,7 +498,7 @@ def test_a_posture_on_a_limit_beside_straight_is_not_sought_a_turn_away() -> Non
 
 
 def test_an_elbow_locked_straight_is_straight_for_an_arm_far_from_the_origin() -> None:
-    """2 km away a pose has three digits less, and the bend of an elbow is the root of what is lost."""
+    """`solve` holds the pose with the elbow locked straight, the base up to 2 km away."""
     for number in range(draw.count(40)):
         rng = draw.generator(20, number)
         q = drawn(IIWA, rng)
@@ -501,7 +514,7 @@ def test_an_elbow_locked_straight_is_straight_for_an_arm_far_from_the_origin() -
 
 
 def test_a_margin_of_singularities_that_locked_joints_break_leaves_no_posture() -> None:
-    """What was sought in the joints themselves kept no margin where the limits left none."""
+    """With locked joints `solve` keeps the singularity margin, or fails."""
     broken, kept = 0, 0
     for number in range(draw.count(100)):
         rng = draw.generator(21, number)
@@ -512,6 +525,7 @@ def test_a_margin_of_singularities_that_locked_joints_break_leaves_no_posture() 
         straight = np.array([0.0, arm.geometry.delta, 0.0])
 
         def bends(joints: NDArray[np.float64], arm: aa.Arm = arm, straight: NDArray[np.float64] = straight):
+            """The |sines| (3,) of the bends."""
             return np.abs(np.sin((arm.geometry.signs * joints + arm.geometry.offsets)[[1, 3, 5]] - straight))
 
         found = boxed.with_(singularity_margin=0.3).solve(boxed.forward(q)[0], seed=q)
@@ -523,6 +537,7 @@ def test_a_margin_of_singularities_that_locked_joints_break_leaves_no_posture() 
 
 @pytest.mark.parametrize("kind", ["regular", "delicate", "singular", "own"])
 def test_the_first_of_the_solutions_is_what_solve_returns(kind: str) -> None:
+    """The first of `solutions` is the solution of `solve`, and none of the others is nearer."""
     for number in range(draw.count(30)):
         if kind == "delicate":
             case = delicate(number, draw.SEED + 22)
@@ -544,7 +559,7 @@ def test_the_first_of_the_solutions_is_what_solve_returns(kind: str) -> None:
 
 
 def test_a_joint_with_one_limit_never_decides_the_margin() -> None:
-    """It turns so far from its limit that the margin is as without that limit, and no less than is told."""
+    """The largest margin of an arm with joints limited on one side is that without this limit."""
     for number in range(draw.count(40)):
         rng = draw.generator(23, number)
         q = drawn(IIWA, rng)
@@ -563,7 +578,7 @@ def test_a_joint_with_one_limit_never_decides_the_margin() -> None:
 
 
 def test_two_joints_on_one_axis_share_the_turn() -> None:
-    """theta_2 = 0: only q_1 + q_3 is fixed by the pose; the nearest posture shares the difference alike."""
+    """With theta_2 = 0 `solve` divides the turn between joints 1 and 3 by their weights."""
     straight = np.array([0.3, 0.0, 0.5, -1.2, 0.3, 0.8, 0.5])
     near = straight + np.array([0.2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     found = IIWA.solve(IIWA.forward(straight)[0], seed=near)
@@ -574,7 +589,7 @@ def test_two_joints_on_one_axis_share_the_turn() -> None:
 
 
 def test_the_candle_is_solved_where_all_joints_are_one_axis() -> None:
-    """The arm straight up: only the sum of joints 1, 3, 5 and 7 is fixed by the pose."""
+    """With the arm straight up `solve` divides the turn among joints 1, 3, 5 and 7."""
     pose = IIWA.forward(np.zeros(7))[0]
     near = np.array([0.4, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     found = IIWA.solve(pose, seed=near)
@@ -583,7 +598,7 @@ def test_the_candle_is_solved_where_all_joints_are_one_axis() -> None:
 
 
 def test_a_locked_joint_keeps_its_single_arm_angles() -> None:
-    """lower == upper leaves single psi and no arc: they are solutions all the same."""
+    """With a locked joint `solve` and `solutions` find the single psi that are left."""
     lower, upper = IIWA.lower.copy(), IIWA.upper.copy()
     lower[2] = upper[2] = Q[2]
     locked = IIWA.with_(lower=lower, upper=upper)
@@ -600,6 +615,7 @@ def test_a_locked_joint_keeps_its_single_arm_angles() -> None:
 
 
 def test_no_posture_says_why() -> None:
+    """Status and errors of `solve` without a solution name the reason, in a batch with the pose."""
     pose = IIWA.forward(Q)[0]
     far = pose.copy()
     far[0, 3] += 3
@@ -627,6 +643,7 @@ def test_no_posture_says_why() -> None:
 
 
 def test_a_row_of_a_batch_is_what_one_pose_gives() -> None:
+    """`Solution.row` is the solution of that pose, types included; other indices are refused."""
     seeds = Q + 0.3 * np.sin(np.arange(42.0)).reshape(2, 3, 7)
     poses = IIWA.forward(seeds)[0]
     poses[1, 2, 0, 3] += 3
@@ -647,6 +664,7 @@ def test_a_row_of_a_batch_is_what_one_pose_gives() -> None:
 
 
 def test_empty_batches_are_answered() -> None:
+    """`solve` and `solutions` of no poses have the right shapes."""
     none = np.empty((0, 4, 4))
     assert IIWA.solve(none, seed=Q).q.shape == (0, 7)
     assert IIWA.solutions(none, seed=Q).q.shape == (0, 0, 7)
@@ -655,6 +673,7 @@ def test_empty_batches_are_answered() -> None:
 
 @pytest.mark.parametrize("room", [3e-5, 1e-9, 0.0])
 def test_a_cost_that_is_flat_at_a_limit_is_soon_settled(room: float) -> None:
+    """`solve` returns where the cost is the same on whole arcs, joint 1 `room` (rad) off its limit."""
     # The elbow is stretched, so that joint 1 keeps its place whatever the arm angle, `room` off its limit.
     # Its margin is the best one on whole arcs; boxes are not halved for the rounding of it.
     q = [-1.5707696, 2.0034165, -1.5024317, 0.0, 1.2168686, -0.7783724, 0.0]
@@ -687,7 +706,7 @@ def test_a_cost_that_is_flat_at_a_limit_is_soon_settled(room: float) -> None:
     ],
 )  # fmt: skip
 def test_solutions_are_postures_or_none(name: str, q: list[float], locked: list[int]) -> None:
-    """Beside a straight hinge what cannot be settled on its pose is no solution."""
+    """`solutions` at two locked singular poses has finite joints only, and is OK if it has any."""
     arm, there = aa.Arm.from_catalogue(name), np.array(q)
     lower, upper = arm.lower.copy(), arm.upper.copy()
     lower[locked] = upper[locked] = there[locked]
@@ -701,6 +720,7 @@ def test_solutions_are_postures_or_none(name: str, q: list[float], locked: list[
 
 @pytest.mark.parametrize("metric", ["l2", "max"])
 def test_solutions_as_far_as_each_other_stand_by_branch_and_arc(metric: Any) -> None:
+    """`solutions` after the first are sorted by distance, gc and psi, in batches too."""
     arm, near = aa.Arm.from_catalogue("kuka_iiwa7_r800"), np.zeros(7)
     q = np.zeros((40, 7))
     q[:, 1:6:2] = np.random.default_rng(3).uniform(-1.5, 1.5, (40, 3))  # in a plane: each has its mirror

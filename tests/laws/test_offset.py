@@ -47,17 +47,18 @@ ARMS = arms()
 
 
 def within(arm: aa.Arm, rng: np.random.Generator, count: int) -> Any:
-    """Return joint values within the limits, of a joint without any within a turn and more."""
+    """Return random joints (count, 7) within the limits, of joints without limits within ±7 rad."""
     return rng.uniform(np.maximum(arm.lower, -7.0), np.minimum(arm.upper, 7.0), (count, 7))
 
 
 def numbers(arm: aa.Arm) -> OffsetDescription:
-    """Return what the arm is made of."""
+    """Return the description of an arm, as read from a file."""
     return OffsetDescription(**{f.name: arm._number(f.name) for f in fields(OffsetDescription)})
 
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm._rows.name)
 def test_forward_is_the_chain_of_its_rows(arm: aa.Arm) -> None:
+    """`forward` is the product of the arm's description as a chain, and psi its free joint but for turns."""
     q = np.random.default_rng(0).uniform(-3, 3, (200, 7))
     pose, free, _ = arm.forward(q)
     np.testing.assert_allclose(pose, chain_of(numbers(arm)).forward(q), rtol=0, atol=1e-13)
@@ -67,6 +68,7 @@ def test_forward_is_the_chain_of_its_rows(arm: aa.Arm) -> None:
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm._rows.name)
 def test_every_posture_is_met_again_and_every_answer_holds_the_pose(arm: aa.Arm) -> None:
+    """`inverse` of `forward` gives the joints back, and joints of other branches hold the pose."""
     q = within(arm, np.random.default_rng(1), 2000)
     pose, free, gc = arm.forward(q)
     again = arm.inverse(pose, free, gc, seed=q, limits=False)
@@ -84,6 +86,7 @@ def test_every_posture_is_met_again_and_every_answer_holds_the_pose(arm: aa.Arm)
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm._rows.name)
 def test_arcs_are_those_of_a_dense_grid(arm: aa.Arm) -> None:
+    """`feasible` agrees with the limits of `inverse` on a grid."""
     rng = np.random.default_rng(2)
     pose, free, gc = arm.forward(within(arm, rng, 6))
     sets = arm.feasible(pose)
@@ -108,6 +111,7 @@ def test_arcs_are_those_of_a_dense_grid(arm: aa.Arm) -> None:
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm._rows.name)
 def test_an_end_is_a_joint_at_its_limit_a_fold_or_the_end_of_the_reach(arm: aa.Arm) -> None:
+    """Each end of an arc names a joint at its limit, or one that is singular."""
     pose, _, gc = arm.forward(within(arm, np.random.default_rng(3), 40))
     folded = 5 if arm._free_joint == 7 else 3
     for i, ends in enumerate(arm.feasible(pose, gc).ends):
@@ -131,6 +135,7 @@ def test_an_end_is_a_joint_at_its_limit_a_fold_or_the_end_of_the_reach(arm: aa.A
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm._rows.name)
 def test_nothing_on_a_grid_is_nearer_than_solve(arm: aa.Arm) -> None:
+    """`solve` is as near as any value of the free joint of a grid, and states its distance."""
     rng = np.random.default_rng(4)
     q = within(arm, rng, 6)
     near = np.where(np.arange(6)[:, None] % 2, q + rng.normal(0, 0.1, q.shape), within(arm, rng, 6))
@@ -160,7 +165,7 @@ def test_nothing_on_a_grid_is_nearer_than_solve(arm: aa.Arm) -> None:
 
 
 def test_all_branches_together_are_as_near_as_each_alone() -> None:
-    """At the edge of reach a thousandth of the circle has postures; the first branches took all the time."""
+    """At the edge of reach `solve` of all branches is as near as of each alone."""
     arm = aa.Arm.from_catalogue("yaskawa_sia50d")
     q = np.array([2.782217570669447, 1.0993, -2.2, 1.5616, -0.0429, -0.01, 2.8587])
     rng = np.random.default_rng(8)
@@ -171,6 +176,7 @@ def test_all_branches_together_are_as_near_as_each_alone() -> None:
 
 
 def test_branches_at_the_edge_of_reach_take_no_looks_of_the_others() -> None:
+    """At the edge of reach of a PR2 `solve` of all branches is as near as of each alone."""
     arm = aa.Arm.from_catalogue("willow_garage_pr2_right")
     q = [
         -0.8822075129563085,
@@ -197,6 +203,7 @@ def test_branches_at_the_edge_of_reach_take_no_looks_of_the_others() -> None:
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm._rows.name)
 def test_the_jacobian_is_the_slope_of_forward(arm: aa.Arm) -> None:
+    """`jacobian` equals differences of `forward`."""
     q, step = within(arm, np.random.default_rng(6), 1)[0], 1e-6
     ahead, behind = (arm.forward(q + sign * step * np.eye(7))[0] for sign in (1, -1))
     slope = (ahead - behind) / (2 * step)
@@ -207,6 +214,7 @@ def test_the_jacobian_is_the_slope_of_forward(arm: aa.Arm) -> None:
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm._rows.name)
 def test_a_solve_of_a_posture_near_itself_is_that_posture(arm: aa.Arm) -> None:
+    """`solve` with a seed that holds the pose returns it to the bit, unless its branch is excluded."""
     q = within(arm, np.random.default_rng(7), 50)
     pose, _, gc = arm.forward(q)
     found = arm.solve(pose, seed=q)
@@ -218,6 +226,7 @@ def test_a_solve_of_a_posture_near_itself_is_that_posture(arm: aa.Arm) -> None:
 
 
 def test_a_solution_is_within_its_limits_to_the_last_bit_and_on_its_pose() -> None:
+    """`solve` keeps limits to the bit and holds the pose."""
     rng, at_limit = np.random.default_rng(13), 0
     for arm in ARMS:
         q = within(arm, rng, 60)
@@ -232,10 +241,8 @@ def test_a_solution_is_within_its_limits_to_the_last_bit_and_on_its_pose() -> No
 
 
 def test_beside_straight_joints_a_posture_as_near_as_that_of_the_pose_is_found() -> None:
-    """Shoulder, elbow, fold 0 to 1e-6 rad off straight; the law of `make offset`, on a few.
-
-    What is told is always on the pose and within the limits. That none is told, or one that is farther, is
-    wrong in one of a hundred of these, nearly all with two or three joints beside straight at once.
+    """`solve` near singularities always holds pose and limits, and misses nearer joints in at most 1 of 40
+    cases.
     """
     wrong = []
     for number in range(count(300)):
@@ -247,7 +254,7 @@ def test_beside_straight_joints_a_posture_as_near_as_that_of_the_pose_is_found()
 
 
 def parked(arm: aa.Arm, rng: np.random.Generator, many: int) -> Any:
-    """Return joint values of which most are at a limit or at a multiple of a quarter turn of their angle."""
+    """Return random joints of which most are at a limit or at a multiple of a quarter turn of theta."""
     q = within(arm, rng, many)
     lower, upper = np.maximum(arm.lower, -7.0), np.minimum(arm.upper, 7.0)
     quarter = arm.geometry.signs * (np.pi / 2 * rng.integers(-2, 3, q.shape) - arm.geometry.offsets)
@@ -258,7 +265,7 @@ def parked(arm: aa.Arm, rng: np.random.Generator, many: int) -> Any:
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
 def test_what_inverse_answers_beside_an_end_is_on_its_pose(arm: aa.Arm) -> None:
-    """At a fold, a stretched elbow or where the wrist nears the shoulder, and just beyond: 1e-11, or NaN."""
+    """`inverse` next to folds, the stretched elbow and the edge of reach holds the pose, or is NaN."""
     rng = np.random.default_rng(23)
     q = parked(arm, rng, count(200))
     off = 10.0 ** rng.uniform(-13, -4, q.shape) * rng.choice([-1, 0, 1], q.shape)
@@ -276,10 +283,7 @@ def test_what_inverse_answers_beside_an_end_is_on_its_pose(arm: aa.Arm) -> None:
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
 def test_of_a_parked_posture_nothing_nearer_is_missed_where_the_answer_says_ok(arm: aa.Arm) -> None:
-    """The posture that a pose was made of is never nearer than an answer OK, but for the pose's rounding.
-
-    Rounding of a pose moves a stretched elbow or a fold by its root: 1e-6 rad.
-    """
+    """A solution OK of parked joints is no farther than these joints, but for 1e-6 rad."""
     rng = np.random.default_rng(17)
     q = parked(arm, rng, count(60))
     seed = np.where(
@@ -295,7 +299,9 @@ def test_of_a_parked_posture_nothing_nearer_is_missed_where_the_answer_says_ok(a
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
 def test_of_a_parked_posture_on_further_limits_nothing_nearer_is_missed(arm: aa.Arm) -> None:
-    """Limits meet folds and shared turns there, in places where an arc is narrower than any that is found."""
+    """With limits moved onto parked joints, where arcs are narrowest, a solution OK is no farther than these
+    joints.
+    """
     rng = np.random.default_rng(29)
     missed = []
     for q in parked(arm, rng, count(150)):
@@ -314,6 +320,7 @@ def test_of_a_parked_posture_on_further_limits_nothing_nearer_is_missed(arm: aa.
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
 def test_every_end_and_middle_of_an_arc_has_a_posture(arm: aa.Arm) -> None:
+    """`inverse` has joints at all ends and middles of arcs near parked joints."""
     rng = np.random.default_rng(31)
     q = parked(arm, rng, count(60))
     q = np.clip(
@@ -332,7 +339,7 @@ def test_every_end_and_middle_of_an_arc_has_a_posture(arm: aa.Arm) -> None:
 
 
 def test_a_seed_at_the_end_of_the_turns_is_answered_on_its_turn() -> None:
-    """Rounding may put joints of that answer just beyond their limits: it is no turn away."""
+    """`solve` for joints on limits is as near as these joints, not a turn away."""
     arm = aa.Arm.from_catalogue("ufactory_xarm7")
     low, high = arm.lower, arm.upper
     q = np.array([low[0], high[1], -5.4160479797624861, 1.5993588557151199, high[4], low[5], high[6]])
@@ -343,6 +350,7 @@ def test_a_seed_at_the_end_of_the_turns_is_answered_on_its_turn() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CATALOGUE)
 def test_home_postures_whose_second_joint_is_zero_are_their_own_nearest(name: str) -> None:
+    """With q_2 = 0 `solve` returns a seed that holds the pose, and is as near for one next to it."""
     arm = aa.Arm.from_catalogue(name)
     q = within(arm, np.random.default_rng(10), 12)
     q[:, 1] = 0.0
@@ -354,6 +362,7 @@ def test_home_postures_whose_second_joint_is_zero_are_their_own_nearest(name: st
 
 @pytest.mark.parametrize("joint", range(7))
 def test_a_locked_joint_keeps_its_posture(joint: int) -> None:
+    """With a locked joint `solve` finds joints that hold the pose."""
     arm = aa.Arm.from_catalogue("franka_fr3")
     for q in within(arm, np.random.default_rng(11), 6):
         lower, upper = arm._rows.lower.copy(), arm._rows.upper.copy()
@@ -364,6 +373,7 @@ def test_a_locked_joint_keeps_its_posture(joint: int) -> None:
 
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm._rows.name)
 def test_a_chain_of_joints_is_read_back(arm: aa.Arm) -> None:
+    """`describe_offset_chain` gives back the offset arm that a chain was made of."""
     chain = chain_of(numbers(arm))
     found, report = describe_offset_chain(chain, angle=1e-9, length=1e-9)
     assert report.residual_position <= 1e-9 and report.residual_rotation <= 1e-9
@@ -378,6 +388,7 @@ def test_a_chain_of_joints_is_read_back(arm: aa.Arm) -> None:
 
 
 def test_what_has_offsets_at_both_ends_or_elsewhere_is_refused() -> None:
+    """`describe_offset_chain` refuses offsets at both ends, and axes that miss elsewhere."""
     rows = numbers(ARMS[0])
     both = chain_of(replace(rows, a_1=0.05, a_6=0.088))
     with pytest.raises(aa.ModelError, match="both ends"):
@@ -394,6 +405,7 @@ def test_what_has_offsets_at_both_ends_or_elsewhere_is_refused() -> None:
 
 
 def test_why_there_is_none() -> None:
+    """Status and errors of an offset arm out of reach or within tiny limits name the reason."""
     arm = aa.Arm.from_catalogue("franka_fr3")
     far = aa.pose([3.0, 0, 0])
     assert arm.solve(far).status is aa.Status.UNREACHABLE
@@ -412,6 +424,7 @@ def test_why_there_is_none() -> None:
 
 
 def test_an_arm_is_a_frozen_value() -> None:
+    """An offset arm compares, hashes, pickles, prints and is frozen."""
     arm = ARMS[0]
     assert pickle.loads(pickle.dumps(arm)) == arm
     assert hash(pickle.loads(pickle.dumps(arm))) == hash(arm)
@@ -422,6 +435,7 @@ def test_an_arm_is_a_frozen_value() -> None:
 
 
 def test_bad_numbers_are_refused() -> None:
+    """Arm refuses offsets at both ends, with d_4, or NaN; a wrong name gets a hint."""
     lengths = {"d_bs": 0.3, "d_se": 0.3, "d_ew": 0.3, "d_wf": 0.1}
     with pytest.raises(aa.InputError, match="wanted one of them"):
         aa.Arm(a_1=0.1, a_6=0.1, **lengths)
@@ -434,6 +448,7 @@ def test_bad_numbers_are_refused() -> None:
 
 
 def test_empty_batches_and_threads() -> None:
+    """Functions of an offset arm take no poses, and give the same in threads."""
     arm = ARMS[0]
     none = np.empty((0, 4, 4))
     assert arm.solve(none).q.shape == (0, 7)
@@ -452,6 +467,7 @@ def test_empty_batches_and_threads() -> None:
 @pytest.mark.parametrize("name", CATALOGUE)
 @pytest.mark.parametrize("what", ["shoulder on axis 5", "joints 1 and 3 on one axis"])
 def test_where_two_joints_turn_about_one_axis_the_seed_decides(name: str, what: str) -> None:
+    """At singularities `inverse` with a seed gives its joints back, and holds the pose without."""
     arm = aa.Arm.from_catalogue(name)
     rows = arm._rows
     hinge, fold = (1, 4) if arm._free_joint == 7 else (5, 2)  # theta_2 and theta_5, or theta_6 and theta_3

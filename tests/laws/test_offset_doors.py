@@ -21,12 +21,13 @@ MIRRORED = aa.Arm(
 
 
 def joints(arm: aa.Arm, count: int, seed: int = 0) -> Any:
-    """Return joint values within the limits."""
+    """Return random joints (count, 7) within the limits."""
     return np.random.default_rng(seed).uniform(arm.lower, arm.upper, (count, 7))
 
 
 @pytest.mark.parametrize("arm", [FR3, MIRRORED], ids=lambda arm: arm.name)
 def test_frames_lead_along_the_chain_to_the_pose(arm: aa.Arm) -> None:
+    """`frames` of an offset arm lead to the pose, hold the offset, and each joint turns those after it."""
     q = joints(arm, 50)
     frames = arm.frames(q)
     np.testing.assert_allclose(frames[:, 7] @ arm.tool, arm.forward(q)[0], rtol=0, atol=1e-14)
@@ -45,6 +46,7 @@ def test_frames_lead_along_the_chain_to_the_pose(arm: aa.Arm) -> None:
 
 @pytest.mark.parametrize("arm", [FR3, MIRRORED], ids=lambda arm: arm.name)
 def test_all_eight_rows_are_those_of_each_branch(arm: aa.Arm) -> None:
+    """`inverse` without gc has the row of each branch, NaN if limits exclude it."""
     pose, free, gc = arm.forward(joints(arm, 40))
     rows = arm.inverse(pose, free, limits=False)
     one = arm.inverse(pose[:, None], free[:, None], np.arange(8), on_error="nan", limits=False)
@@ -57,6 +59,7 @@ def test_all_eight_rows_are_those_of_each_branch(arm: aa.Arm) -> None:
 
 
 def test_limits_are_enforced_as_asked() -> None:
+    """`inverse` beyond limits raises LimitError, unless limits=False."""
     pose, free, gc = FR3.forward(Q)
     rows = FR3.inverse(pose, free, limits=False)
     outside = next(k for k in range(8) if np.isfinite(rows[k, 0]) and not FR3.within_limits(rows[k]))
@@ -66,6 +69,7 @@ def test_limits_are_enforced_as_asked() -> None:
 
 
 def test_a_copy_with_changes_keeps_the_rest() -> None:
+    """`with_` and `with_tool` of an offset arm change what is asked and keep the rest."""
     arm = FR3.with_(lower=FR3.lower + 0.1, acceleration=10.0, name="mine")
     assert arm.name == "mine" and arm.geometry.a_6 == FR3.geometry.a_6 and (arm.acceleration == 10.0).all()
     np.testing.assert_array_equal(arm.lower, FR3.lower + 0.1)
@@ -80,12 +84,14 @@ def test_a_copy_with_changes_keeps_the_rest() -> None:
 
 
 def test_limits_are_asked_of_the_arm_itself() -> None:
+    """`within_limits` and `limit_margin` of an offset arm are those of its limits."""
     assert FR3.within_limits(Q) and not FR3.within_limits(np.zeros(7))
     assert FR3.limit_margin(Q) == np.minimum(Q - FR3.lower, FR3.upper - Q).min()
 
 
 @pytest.mark.parametrize("arm", [FR3, MIRRORED], ids=lambda arm: arm.name)
 def test_a_file_is_read_back_by_the_door_of_any_arm(arm: aa.Arm) -> None:
+    """`from_urdf` and `load` of an offset arm's URDF give the arm back."""
     for read in (aa.Arm.from_urdf(arm.to_urdf()), aa.Arm.load(arm.to_urdf())):
         q = joints(arm, 20)
         np.testing.assert_allclose(read.forward(q)[0], arm.forward(q)[0], atol=1e-9)
@@ -100,6 +106,7 @@ def test_a_file_is_read_back_by_the_door_of_any_arm(arm: aa.Arm) -> None:
 
 @pytest.mark.parametrize("name", offset_catalogue())
 def test_the_doors_of_the_catalogue_are_those_of_any_arm(name: str) -> None:
+    """`from_catalogue` and `load` give every offset arm, with its kind and free joint."""
     arm = aa.Arm.from_catalogue(name)
     assert name in aa.catalogue() and aa.Arm.load(name) == arm and eval(repr(arm), {"Arm": aa.Arm}) == arm
     assert (arm.kind, arm.redundancy) in {("offset_wrist", "joint_7"), ("offset_shoulder", "joint_1")}
@@ -109,6 +116,7 @@ def test_the_doors_of_the_catalogue_are_those_of_any_arm(name: str) -> None:
 
 
 def test_a_word_of_the_name_is_enough_for_the_hint() -> None:
+    """`from_catalogue` of a part of a name raises, and names the arm."""
     with pytest.raises(aa.InputError, match="franka_fr3"):
         aa.Arm.from_catalogue("franka")
 
@@ -118,12 +126,14 @@ POSE, PSI, GC = FR3.forward(Q)
 
 @pytest.mark.parametrize("arm", [FR3, MIRRORED], ids=lambda arm: arm.name)
 def test_the_slope_of_its_limit_margin_is_that_of_its_joints(arm: aa.Arm) -> None:
+    """`gradients.limit_margin` of an offset arm equals differences."""
     for q in joints(arm, 20):
         ahead, behind = (arm.limit_margin(q + s * 1e-7 * np.eye(7)) for s in (1, -1))
         np.testing.assert_allclose(aa.gradients.limit_margin(arm, q), (ahead - behind) / 2e-7, atol=1e-6)
 
 
 def test_out_is_written_where_it_fits() -> None:
+    """`inverse(out=)` of an offset arm writes to the array, and refuses another shape."""
     out = np.empty(7)
     assert FR3.inverse(POSE, PSI, GC, out=out) is out
     np.testing.assert_array_equal(out, FR3.inverse(POSE, PSI, GC))
@@ -132,6 +142,7 @@ def test_out_is_written_where_it_fits() -> None:
 
 
 def test_a_name_or_keyword_that_there_is_not_is_said() -> None:
+    """Attributes and keywords that do not exist are refused with a hint."""
     with pytest.raises(AttributeError, match="'Arm' object has no attribute 'postures'"):
         FR3.postures  # noqa: B018 - the name alone is asked
     with pytest.raises(aa.InputError, match="'d_sw', wanted one of 'd_bs', "):

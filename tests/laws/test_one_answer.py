@@ -33,12 +33,14 @@ DOORS: dict[str, Callable[[aa.Arm, Array, Array], object]] = {
 
 
 def answers(arm: aa.Arm, pose: Array, near: Array) -> dict[str, bool]:
-    """Whether each door knows a posture."""
+    """Whether each function of DOORS says that the pose has a solution."""
     return {name: bool(ask(arm, pose, near)) for name, ask in DOORS.items()}
 
 
 def beside_straight(rng: np.random.Generator, arm: aa.Arm, locks: int) -> tuple[aa.Arm, Array, Array]:
-    """Return an arm with some joints locked where a posture has them, the pose of it, and a seed anywhere."""
+    """Return an arm with `locks` joints locked, a pose that it holds, singular or nearly, and a
+    random seed.
+    """
     low, high = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
     q = rng.uniform(low, high)
     for hinge in (1, 3, 5):
@@ -57,6 +59,9 @@ def beside_straight(rng: np.random.Generator, arm: aa.Arm, locks: int) -> tuple[
 
 @pytest.mark.parametrize("locks", [0, 1, 2, 3])
 def test_a_pose_that_a_posture_within_the_limits_has_is_held(locks: int) -> None:
+    """All functions say that a pose has a solution, near singularities and with locks; 2 % may all
+    deny it.
+    """
     # Where two of shoulder, elbow and wrist are straight and a joint is locked, the search in the joints is
     # local and may miss the posture: then all doors agree that there is none.
     rng = draw.generator(71 + locks)
@@ -76,6 +81,7 @@ def test_a_pose_that_a_posture_within_the_limits_has_is_held(locks: int) -> None
 
 @pytest.mark.slow
 def test_delicate_poses_are_held_by_every_door() -> None:
+    """All functions agree on whether delicate poses have a solution, and 99 % have."""
     count, missed = draw.count(300), 0
     for number in range(count):
         case = delicate(number, 7)
@@ -87,7 +93,7 @@ def test_delicate_poses_are_held_by_every_door() -> None:
 
 @pytest.mark.parametrize("shift", [1e-12, 1e-9])
 def test_a_lock_beside_the_posture_is_refused_by_every_door(shift: float) -> None:
-    """Two joints locked a little off leave no posture on the pose; arcs that hold to 1e-11 rad said else."""
+    """All functions agree on a pose with two joints locked by 1e-12 or 1e-9 rad beside it."""
     rng = draw.generator(79)
     for arm in arms()[::2]:
         q = rng.uniform(np.maximum(arm.lower, -3), np.minimum(arm.upper, 3))
@@ -102,7 +108,7 @@ def test_a_lock_beside_the_posture_is_refused_by_every_door(shift: float) -> Non
 
 
 def on_limits_beside_straight(rng: np.random.Generator, arm: aa.Arm) -> Array:
-    """Return a posture with a hinge or the elbow a little off straight, and two or three joints on limits."""
+    """Return random joints, one or two bends a little off singular, and two or three joints on limits."""
     low, high = np.maximum(arm.lower, -2 * np.pi), np.minimum(arm.upper, 2 * np.pi)
     q = rng.uniform(low, high)
     for hinge in rng.choice([1, 3, 5], rng.integers(1, 3), replace=False):
@@ -117,7 +123,7 @@ def on_limits_beside_straight(rng: np.random.Generator, arm: aa.Arm) -> Array:
 
 
 def test_joints_on_their_limits_beside_straight_hold_their_pose() -> None:
-    """psi is known to rounding / bend there, so that ends of arcs which meet at one psi seem to overlap."""
+    """All functions say that a pose has a solution, near singularities with joints on limits."""
     rng = draw.generator(84)
     for i in range(draw.count(400)):
         arm = arms()[i % len(arms())]
@@ -146,12 +152,13 @@ ONE_TURN = [-1.5231330716625766, 0.17453292519943295, 1.5760204640799453, -0.318
 
 @pytest.mark.parametrize("name", KNOWN)
 def test_a_known_posture_on_limits_is_held_by_every_door(name: str) -> None:
+    """All functions say that the pose of three difficult joint configurations has a solution."""
     arm, q = aa.Arm.from_catalogue(name), np.array(KNOWN[name])
     assert all(answers(arm, arm.forward(q)[0], q).values())
 
 
 def test_a_winding_that_holds_at_one_psi_alone_is_the_nearest() -> None:
-    """Joint 7 has a range of one turn: where its limit ends an arc it may be -pi, on the arc pi and less."""
+    """`solve` finds joint 7 at -π, where its range of one turn ends an arc."""
     rng = draw.generator(89)
     arm, q = aa.Arm.from_catalogue("rainbow_rby1_leader_right"), np.array(ONE_TURN)
     for near in q + 1e-4 * rng.normal(size=(20, 7)):
@@ -161,6 +168,7 @@ def test_a_winding_that_holds_at_one_psi_alone_is_the_nearest() -> None:
 
 @pytest.mark.parametrize("beyond", [0.0, 1e-13, 1e-12, 1e-10, 9e-10, 1e-8])
 def test_an_elbow_a_little_beyond_its_limit_is_judged_alike_by_every_door(beyond: float) -> None:
+    """All functions accept joint 4 up to 1e-13 rad beyond its limit, and deny it from 1e-12 on."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     q = np.array([0.1, 0.4, 0.2, arm.lower[3] - beyond, 0.3, 0.8, 0.5])
     said = answers(arm, arm.forward(q)[0], q + 0.1)
@@ -168,7 +176,7 @@ def test_an_elbow_a_little_beyond_its_limit_is_judged_alike_by_every_door(beyond
 
 
 def test_a_psi_that_misses_a_limit_by_rounding_hides_no_other_branch() -> None:
-    """A hinge's extreme misses its limit by 1e-11 rad in one branch; others hold the pose on wide arcs."""
+    """All functions find other branches if in one a joint misses its limit by 1e-11 rad."""
     lower, upper = np.full(7, -20.0), np.full(7, 20.0)
     upper[1] = -1.9551160965300827 - 1e-11
     lower[1] = -np.pi - 1.9551160965300827
@@ -179,6 +187,7 @@ def test_a_psi_that_misses_a_limit_by_rounding_hides_no_other_branch() -> None:
 
 
 def test_arcs_that_are_allowed_hold_a_posture_with_the_elbow_on_its_limit() -> None:
+    """`solve(allowed=)` finds a solution with joint 4 on its limit."""
     arm = aa.Arm.from_catalogue("iit_icub_right")
     q = np.array([-0.7449001066524454, 1.6874133492406107, 0.9729595639878998, arm.lower[3],
                   0.6620135762411244, -0.8002783411282164, -0.23939449817202732])  # fmt: skip
@@ -203,13 +212,14 @@ ONE_LINE = {
 
 @pytest.mark.parametrize("name", ONE_LINE)
 def test_a_joint_that_only_rounding_moves_does_not_break_its_limit(name: str) -> None:
-    """Joints 1, 2, 6 and 7 stand still while joints 3 and 5 turn; noise of 3e-13 rad parted their arcs."""
+    """Where axes 3 and 5 are one line `feasible` holds psi with other joints on their limits."""
     arm, q = aa.Arm.from_catalogue(name), np.array(ONE_LINE[name])
     pose, psi, gc = arm.forward(q)
     assert arm.feasible(pose, gc).contains(psi)
 
 
 def test_where_axes_3_and_5_are_one_line_arcs_hold_the_posture_of_the_pose() -> None:
+    """Where axes 3 and 5 are one line `feasible`, `solve` and the others hold the pose's own joints."""
     rng = draw.generator(97)
     for i in range(draw.count(400)):
         arm = aa.Arm.from_catalogue(COLLINEAR[i % len(COLLINEAR)])

@@ -26,21 +26,23 @@ KINDS = ("reach", "limits", "edge", "inner")
 
 @pytest.fixture(params=list(ARM_OF))
 def arm(request: pytest.FixtureRequest) -> aa.Arm:
+    """An S-R-S arm, each of two in turn."""
     return ARM_OF[request.param]
 
 
 @pytest.fixture(params=list(EVERY))
 def any_arm(request: pytest.FixtureRequest) -> aa.Arm:
+    """An arm of every kind, each in turn."""
     return EVERY[request.param]
 
 
 def drawn(arm: aa.Arm, rng: np.random.Generator, count: int) -> Array:
-    """Joint values within the limits, of a joint without any within a turn."""
+    """Random joints (count, 7) within the limits, of joints without limits within ±π."""
     return rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), (count, 7))
 
 
 def at_edges(arm: aa.Arm, q: Array, rng: np.random.Generator) -> Array:
-    """The same with some joints at a limit, or a hinge straight."""
+    """The joints with some replaced by limits or, for joints 2, 4 and 6, by their singular value."""
     straight = np.clip(
         arm.geometry.signs * (np.eye(7)[3] * arm.geometry.delta - arm.geometry.offsets), arm.lower, arm.upper
     )
@@ -50,8 +52,9 @@ def at_edges(arm: aa.Arm, q: Array, rng: np.random.Generator) -> Array:
 
 
 def outside(arm: aa.Arm, rng: np.random.Generator, kind: str, count: int = POSES) -> Array:
-    """Poses without a posture: out of reach, beyond the limits, next to singular ones and to those at limits,
-    and near the shoulder."""
+    """`count` poses without a solution: out of reach, beyond limits, next to singular ones or limits, or near
+    the shoulder, as `kind` (of KINDS) says.
+    """
     found = np.empty((0, 4, 4))
     while len(found) < count:
         q = drawn(arm, rng, 4 * count)
@@ -91,13 +94,15 @@ def apart(arm: aa.Arm, q: Array, poses: Array) -> tuple[Array, Array]:
 
 
 def distances(arm: aa.Arm, q: Array, poses: Array, length: float) -> Array:
-    """The distances of joints from poses; `length` (m) converts rotation to m."""
+    """Distances (n,) of joints (n, 7) from poses, m; `length` (m) converts rotation to m."""
     moves, turns = apart(arm, q, poses)
     return np.sqrt((moves**2).sum(-1) + length**2 * (turns**2).sum(-1))
 
 
 def searched(arm: aa.Arm, poses: Array, length: float, rng: np.random.Generator) -> Array:
-    """The least distance that damped least squares in the box of the limits finds from many starts."""
+    """The least distance (n,) from each pose that damped least squares within limits finds from many
+    starts.
+    """
     wanted = np.repeat(poses, STARTS, axis=0)
     q = drawn(arm, rng, len(wanted))
     weight = np.r_[np.ones(3), np.full(3, length)]
@@ -119,6 +124,7 @@ def searched(arm: aa.Arm, poses: Array, length: float, rng: np.random.Generator)
 
 
 def test_a_pose_with_a_posture_is_solved_as_ever(any_arm: aa.Arm) -> None:
+    """For poses with a solution fallback="nearest_pose" changes nothing in `solve`."""
     arm, rng = any_arm, np.random.default_rng(0)
     q = drawn(arm, rng, 100)
     poses, seeds = arm.forward(q)[0], q + 0.1 * rng.normal(size=q.shape)
@@ -132,7 +138,9 @@ def test_a_pose_with_a_posture_is_solved_as_ever(any_arm: aa.Arm) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_search_from_many_starts_comes_nearer(any_arm: aa.Arm, kind: str) -> None:
-    """Within 1 mm in 99 %: of the distance, or of the position where the orientation is held."""
+    """`solve(fallback="nearest_pose")` is within 1 mm of a search in 99 %, of position if it keeps the
+    orientation.
+    """
     arm, rng = any_arm, np.random.default_rng([draw.SEED, len(kind)])
     poses = outside(arm, rng, kind, SEARCHED)
     found = arm.solve(poses, fallback="nearest_pose")
@@ -151,6 +159,7 @@ def test_no_search_from_many_starts_comes_nearer(any_arm: aa.Arm, kind: str) -> 
 
 
 def test_a_wrist_out_of_reach_is_drawn_along_its_ray(arm: aa.Arm) -> None:
+    """Out of reach the nearest pose of the same orientation moves the wrist straight to the edge of reach."""
     rng = np.random.default_rng(draw.SEED)
     poses = outside(arm, rng, "reach")
     found = arm.solve(poses, fallback="nearest_pose")
@@ -173,7 +182,7 @@ def test_a_wrist_out_of_reach_is_drawn_along_its_ray(arm: aa.Arm) -> None:
 
 @pytest.mark.parametrize("arm", OFFSET.values(), ids=list(OFFSET))
 def test_an_offset_arm_out_of_reach_is_drawn_to_its_edge(arm: aa.Arm) -> None:
-    """The edge in one orientation is a torus about axis 7, or 1: `explain` has it in closed form."""
+    """Out of reach the nearest pose of an offset arm is at the distance that `explain` gives."""
     rng = np.random.default_rng(draw.SEED)
     poses = outside(arm, rng, "reach")
     found = arm.solve(poses, fallback="nearest_pose")
@@ -189,6 +198,9 @@ def test_an_offset_arm_out_of_reach_is_drawn_to_its_edge(arm: aa.Arm) -> None:
 
 
 def test_batches_threads_and_seeds(any_arm: aa.Arm) -> None:
+    """`solve(fallback="nearest_pose")` is the same one by one, many and in threads, and states distance and
+    gap.
+    """
     arm, rng = any_arm, np.random.default_rng(2)
     poses = np.concatenate([outside(arm, rng, kind, 4) for kind in ("reach", "limits")])
     seeds = drawn(arm, rng, 8)
@@ -207,7 +219,7 @@ def test_batches_threads_and_seeds(any_arm: aa.Arm) -> None:
 
 
 def test_never_worse_than_the_pose_within_reach_and_a_clamp(arm: aa.Arm) -> None:
-    """The naive way: the nearest pose within reach, its posture nearest the limits, joints clamped."""
+    """The nearest pose is no farther than that of joints of `inverse` clamped to the limits."""
     rng = np.random.default_rng(draw.SEED)
     poses = outside(arm, rng, "limits")
     found = arm.solve(poses, fallback="nearest_pose")
@@ -220,6 +232,7 @@ def test_never_worse_than_the_pose_within_reach_and_a_clamp(arm: aa.Arm) -> None
 @pytest.mark.parametrize("kind", ["reach", "limits"])
 @pytest.mark.parametrize("arm", [*ARM_OF.values(), *CHAIN.values()], ids=[*ARM_OF, *CHAIN])
 def test_the_singularity_margin_holds_beside_the_pose_too(arm: aa.Arm, kind: str) -> None:
+    """`solve(fallback="nearest_pose")` keeps the singularity margin and limits, at a larger gap."""
     margin = 0.2
     rng = np.random.default_rng([draw.SEED, 3])
     poses = outside(arm, rng, kind)
@@ -240,6 +253,7 @@ def test_the_singularity_margin_holds_beside_the_pose_too(arm: aa.Arm, kind: str
 
 
 def test_a_pose_that_only_the_margin_forbids_gets_its_nearest_neighbour(arm: aa.Arm) -> None:
+    """A pose within the singularity margin gets a pose less than 1 cm away that keeps it."""
     straight = arm.geometry.signs * (np.array([0, 0, 0, arm.geometry.delta, 0, 0, 0]) - arm.geometry.offsets)
     q = np.array([0.3, 0.7, 0.2, straight[3] + 0.02 * arm.geometry.signs[3], 0.1, 0.8, 0.1])
     pose = arm.forward(q)[0]
@@ -254,6 +268,7 @@ def test_a_pose_that_only_the_margin_forbids_gets_its_nearest_neighbour(arm: aa.
 @pytest.mark.parametrize("kind", ["reach", "limits"])
 @pytest.mark.parametrize("arm", [*ARM_OF.values(), *OFFSET.values()], ids=[*ARM_OF, *OFFSET])
 def test_explain_names_what_solve_finds(arm: aa.Arm, kind: str) -> None:
+    """`explain` gives the solution of `solve(fallback="nearest_pose")`, and its distance and angle."""
     rng = np.random.default_rng([draw.SEED, 4])
     poses = outside(arm, rng, kind, POSES if arm.kind == "srs" else 5)
     for margin in (0.0, 0.2) if arm.kind == "srs" else (0.0,):
@@ -274,6 +289,7 @@ def test_explain_names_what_solve_finds(arm: aa.Arm, kind: str) -> None:
 
 
 def test_explain_names_nothing_where_the_margin_leaves_no_posture(arm: aa.Arm) -> None:
+    """`explain` names no nearest pose if limits leave nothing outside the margin."""
     lower, upper = arm.lower.copy(), arm.upper.copy()
     straight = -arm.geometry.signs[5] * arm.geometry.offsets[5]
     lower[5], upper[5] = straight - 0.1, straight + 0.1
@@ -290,7 +306,7 @@ def test_explain_names_nothing_where_the_margin_leaves_no_posture(arm: aa.Arm) -
 def test_a_start_that_is_far_at_first_may_lead_nearest(
     name: str, position: tuple[float, ...], turn: tuple[float, ...], least: float
 ) -> None:
-    """Least squares from random joints find these gaps; of the nearest 16 starts none leads there."""
+    """`solve(fallback="nearest_pose")` has gaps no larger than those known for three difficult poses."""
     pose = np.eye(4)
     pose[:3, :3] = streams.rotation(np.array([turn]))[0]
     pose[:3, 3] = position

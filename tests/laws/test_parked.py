@@ -16,7 +16,9 @@ INSIDE = 1e-6
 
 
 def feasible_is_solvable(arm: aa.Arm, q: NDArray[np.float64]) -> int:
-    """Assert that all queries agree on the branches of a pose; return the feasible ones, one bit each."""
+    """Check that `feasible`, `freedom` and `solve` agree on each branch; return the feasible ones, one bit
+    each.
+    """
     pose = arm.forward(q, on_error="nan")[0]
     arcs = arm.feasible(pose)
     held = sum(1 << gc for gc in range(8) if arcs.status[gc] == aa.Status.OK)
@@ -32,7 +34,7 @@ def feasible_is_solvable(arm: aa.Arm, q: NDArray[np.float64]) -> int:
 
 @pytest.mark.parametrize("name", ARMS)
 def test_a_branch_is_feasible_where_50_digits_find_a_solution(name: str) -> None:
-    """And what the product finds solves the pose within the limits."""
+    """`feasible` has every branch in which a search with 50 digits finds a solution of parked joints."""
     arm = aa.Arm.from_catalogue(name).with_(base=np.eye(4), tool=np.eye(4))
     rng = draw.generator(1805, ARMS.index(name))
     with mpmath.workdps(DIGITS):
@@ -45,7 +47,7 @@ def test_a_branch_is_feasible_where_50_digits_find_a_solution(name: str) -> None
 
 @pytest.mark.parametrize("name", ARMS)
 def test_a_hinge_on_its_limit_with_a_straight_elbow(name: str) -> None:
-    """The configuration itself solves the pose; rounding alone puts its hinge beyond the limit."""
+    """The branch of joints with the elbow straight and a joint on its limit is feasible."""
     arm = aa.Arm.from_catalogue(name).with_(base=np.eye(4), tool=np.eye(4))
     rng = draw.generator(4201, ARMS.index(name))
     for _ in range(draw.count(40, len(ARMS))):
@@ -56,7 +58,7 @@ def test_a_hinge_on_its_limit_with_a_straight_elbow(name: str) -> None:
 
 
 def test_a_search_that_is_cut_short_says_so() -> None:
-    """It finds a solution, and does not say that none is nearer; `solutions` says the same."""
+    """`solve` of parked joints has a solution, OK or UNPROVEN, and `solutions` says the same."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     rng, said = draw.generator(4202), set()
     for _ in range(draw.count(60)):

@@ -18,11 +18,13 @@ TIGHT: dict[str, Any] = {"rtol": 0, "atol": 4e-15}
 
 
 def unit(rng: np.random.Generator, *shape: int) -> np.ndarray[Any, Any]:
+    """Random unit vectors along the last axis of `shape`."""
     x = rng.normal(size=shape)
     return x / np.linalg.norm(x, axis=-1, keepdims=True)
 
 
 def test_every_pose_is_a_rigid_transform_at_its_place() -> None:
+    """`aa.pose` gives rigid transforms at xyz for every form of orientation."""
     rng = np.random.default_rng(1)
     xyz, quaternion, angles = rng.normal(size=(N, 3)), unit(rng, N, 4), rng.uniform(-9, 9, (N, 3))
     vectors = 0.8 * angles  # at most two turns long
@@ -36,6 +38,7 @@ def test_every_pose_is_a_rigid_transform_at_its_place() -> None:
 
 
 def test_the_real_part_is_where_the_name_says_and_both_signs_are_one_rotation() -> None:
+    """`aa.pose` reads wxyz and xyzw in their order, and -q as q."""
     q = unit(np.random.default_rng(2), N, 4)
     one = aa.pose(np.zeros(3), wxyz=q)
     assert (one == aa.pose(np.zeros(3), xyzw=q[:, [1, 2, 3, 0]])).all()
@@ -43,7 +46,7 @@ def test_the_real_part_is_where_the_name_says_and_both_signs_are_one_rotation() 
 
 
 def product(a: np.ndarray[Any, Any], b: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Hamilton's product, the real parts first."""
+    """Hamilton's product of quaternions (n, 4), the real parts first."""
     v, w = a[:, 1:], b[:, 1:]
     real = a[:, 0] * b[:, 0] - (v * w).sum(axis=1)
     rest = a[:, :1] * w + b[:, :1] * v + np.cross(v, w)
@@ -51,6 +54,7 @@ def product(a: np.ndarray[Any, Any], b: np.ndarray[Any, Any]) -> np.ndarray[Any,
 
 
 def test_the_product_of_quaternions_is_the_product_of_their_rotations() -> None:
+    """The rotation of a product of quaternions is the product of their rotations."""
     rng = np.random.default_rng(3)
     a, b = unit(rng, N, 4), unit(rng, N, 4)
     both = aa.pose(np.zeros(3), wxyz=a) @ aa.pose(np.zeros(3), wxyz=b)
@@ -59,6 +63,7 @@ def test_the_product_of_quaternions_is_the_product_of_their_rotations() -> None:
 
 @pytest.mark.parametrize("size", [0.0, 1e-300, 1e-12, 1e-8, 1e-3, 1.0, np.pi, 12.0])
 def test_a_rotation_vector_keeps_its_axis_and_turns_by_its_length(size: float) -> None:
+    """`aa.pose(rotvec=)` keeps the vector, and equals the quaternion of that angle."""
     rng = np.random.default_rng(4)
     axis = unit(rng, N, 3)
     turn = aa.pose(np.zeros(3), rotvec=size * axis)[:, :3, :3]
@@ -79,6 +84,7 @@ def test_roll_pitch_yaw_are_turns_about_fixed_axes_x_then_y_then_z() -> None:
 
 
 def test_batches_broadcast_and_an_element_does_not_depend_on_its_batch() -> None:
+    """`aa.pose` broadcasts positions and orientations, and equals single calls."""
     rng = np.random.default_rng(6)
     xyz, rpy = rng.normal(size=(5, 1, 3)), rng.normal(size=(4, 3))
     poses = aa.pose(xyz, rpy=rpy)
@@ -91,6 +97,7 @@ def test_batches_broadcast_and_an_element_does_not_depend_on_its_batch() -> None
 
 
 def test_pinocchio_reads_the_same_rotations() -> None:
+    """Pinocchio's rotations by quaternion, roll-pitch-yaw and vector equal those of `aa.pose`."""
     pin = pytest.importorskip("pinocchio")
     rng = np.random.default_rng(7)
     for q, rpy, v in zip(unit(rng, 50, 4), rng.normal(size=(50, 3)), rng.normal(size=(50, 3)), strict=True):
@@ -116,7 +123,7 @@ POSE, PSI, GC = ARM.forward(Q)
 
 
 def outcomes(pose: Any) -> list[Any]:
-    """What every function says that takes a pose."""
+    """The results of every function that takes a pose."""
     resolved, stepped = aa.resolve(ARM, pose, PSI, GC), aa.step(ARM, Q, pose)
     return [
         ARM.inverse(pose, PSI, GC), ARM.inverse(pose, PSI), ARM.self_motion(pose, PSI, GC),
@@ -131,6 +138,7 @@ def outcomes(pose: Any) -> list[Any]:
 
 @pytest.mark.parametrize(("name", "called"), KINDS)
 def test_a_pose_of_another_library_is_the_matrix_it_holds(name: str, called: bool) -> None:
+    """All functions take objects that hold a pose as other libraries name it."""
     for got, want in zip(outcomes(holder(name, POSE, called)), outcomes(POSE), strict=True):
         np.testing.assert_array_equal(got, want)
     poses = ARM.forward(np.stack([Q, Q + 0.1, Q - 0.1]))[0]
@@ -138,6 +146,7 @@ def test_a_pose_of_another_library_is_the_matrix_it_holds(name: str, called: boo
 
 
 def test_poses_of_pinocchio_scipy_and_spatialmath_pass() -> None:
+    """All functions take poses of pinocchio, scipy and spatialmath, as far as installed."""
     makers: list[Any] = []
     for library, member in (("pinocchio", "SE3"), ("scipy.spatial.transform", "RigidTransform.from_matrix"),
                             ("spatialmath", "SE3")):  # fmt: skip

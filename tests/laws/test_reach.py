@@ -17,14 +17,14 @@ NAMES = ("kuka_iiwa7_r800", "openarm_v10", "barrett_wam7")
 
 
 def placed(name: str) -> aa.Arm:
-    """A robot on a slanted base, with a tool of its own."""
+    """An arm of the catalogue on a slanted base, with a tool of its own."""
     arm = aa.Arm.from_catalogue(name)
     base = aa.pose([0.4, -0.3, 0.2], rpy=[0.3, -0.5, 1.0])
     return arm.with_(base=base).with_tool(aa.pose([0.02, 0.03, 0.1], rotvec=[0.4, 0.1, -0.2]))
 
 
 def unequal() -> aa.Arm:
-    """Links so different that there is an inner reach."""
+    """An arm with links so different that there is an inner reach."""
     return aa.Arm(d_bs=0.3, d_se=0.5, d_ew=0.3, d_wf=0.1, base=aa.pose([1, 2, 3], rpy=[1, 2, 3]))
 
 
@@ -35,13 +35,14 @@ def size(arm: aa.Arm) -> float:
 
 
 def wrist(arm: aa.Arm, pose: Array) -> Array:
-    """The wrist seen from the shoulder, in the frame of the base."""
+    """The vector (3,) from shoulder to wrist, m, in the frame of the base."""
     flange = np.linalg.inv(arm.base) @ pose @ np.linalg.inv(arm.tool)
     return flange[:3, 3] - arm.geometry.d_wf * flange[:3, 2] - np.array([0, 0, arm.geometry.d_bs])
 
 
 @pytest.mark.parametrize("arm", [*map(placed, NAMES), unequal()], ids=lambda arm: arm.name or "unequal")
 def test_no_pose_of_that_orientation_within_reach_is_nearer(arm: aa.Arm) -> None:
+    """`explain` gives the nearest pose of the same orientation within reach and its distance."""
     rng = np.random.default_rng(1)
     beyond = 0
     for pose in arm.forward(rng.uniform(-3, 3, (60, 7)))[0]:
@@ -68,6 +69,7 @@ def test_no_pose_of_that_orientation_within_reach_is_nearer(arm: aa.Arm) -> None
 
 
 def test_a_wrist_on_the_shoulder_goes_out_to_the_inner_reach() -> None:
+    """With the wrist on the shoulder the nearest pose within reach is at the inner reach."""
     arm = unequal()
     flange = np.eye(4)
     flange[2, 3] = arm.geometry.d_bs + arm.geometry.d_wf
@@ -78,6 +80,7 @@ def test_a_wrist_on_the_shoulder_goes_out_to_the_inner_reach() -> None:
 
 
 def test_the_explanation_says_where_and_copies_keep_it() -> None:
+    """`explain` out of reach names the nearest pose; copies and pickles keep it; a plan's has none."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     far = aa.pose([2.0, 0.0, 0.34], rpy=[0, np.pi / 2, 0])
     found = arm.explain(far)
@@ -100,7 +103,7 @@ def test_the_explanation_says_where_and_copies_keep_it() -> None:
 
 
 def rounded(arm: aa.Arm, count: int) -> tuple[Array, Array, Array]:
-    """Float32 poses of random postures, a quarter of them stretched, a quarter folded as far as it goes."""
+    """At most `count` random float32 poses with psi and gc, a quarter of them stretched, a quarter folded."""
     rng = np.random.default_rng(7)
     q = rng.uniform(-3, 3, (count, 7))
     at = np.arange(count) % 4
@@ -118,6 +121,7 @@ def rounded(arm: aa.Arm, count: int) -> tuple[Array, Array, Array]:
 
 
 def test_a_hundred_thousand_float32_poses_are_solved_to_their_own_rounding() -> None:
+    """`inverse` solves float32 poses that rounding puts out of reach, to 3 units of float32."""
     arms = [placed(NAMES[0]), aa.Arm.from_catalogue(NAMES[0]), placed(NAMES[2]), unequal()]
     for arm in arms:
         poses, psi, gc = rounded(arm, 25_000)
@@ -134,7 +138,7 @@ def test_a_hundred_thousand_float32_poses_are_solved_to_their_own_rounding() -> 
 
 
 def test_one_float32_pose_is_read_as_it_comes_and_is_one_of_many() -> None:
-    """None of a core's call for one pose would say: converted in Python first, at thirteen times the cost."""
+    """A single float32 pose goes to the core as it is, and gives the row of its batch."""
     arm = placed(NAMES[0])
     poses, psi, gc = rounded(arm, 200)
     near = np.zeros(7)
@@ -148,6 +152,7 @@ def test_one_float32_pose_is_read_as_it_comes_and_is_one_of_many() -> None:
 
 
 def test_every_function_takes_a_float32_pose_at_its_reach() -> None:
+    """All functions take a float32 pose that rounding puts out of reach, and refuse a skewed one."""
     arm = aa.Arm.from_catalogue(NAMES[0]).with_(lower=np.full(7, -6.0), upper=np.full(7, 6.0))
     poses, psi, gc = rounded(arm, 4000)
     out = np.isnan(arm.inverse(poses.astype(np.float64), psi, gc, on_error="nan", limits=False)).any(axis=1)
@@ -171,6 +176,7 @@ def test_every_function_takes_a_float32_pose_at_its_reach() -> None:
 
 
 def test_what_is_farther_than_rounding_is_out_of_reach_in_float32_too() -> None:
+    """A float32 pose 0.1 mm out of reach is UNREACHABLE."""
     arm = aa.Arm.from_catalogue(NAMES[0])
     far = aa.pose(
         [arm.geometry.reach + arm.geometry.d_wf + 1e-4, 0, arm.geometry.d_bs], rpy=[0, np.pi / 2, 0]
@@ -181,7 +187,9 @@ def test_what_is_farther_than_rounding_is_out_of_reach_in_float32_too() -> None:
 
 
 def on_elbow_limits(arm: aa.Arm, count: int, beyond: float = 0.0) -> tuple[Array, Array]:
-    """Postures within the limits, joint 4 on one of its own or beyond it, and their poses in float32."""
+    """Random joints within the limits but joint 4, on a limit or `beyond` it (rad), and their poses in
+    float32.
+    """
     rng = np.random.default_rng(8)
     low, high = np.maximum(arm.lower, -2.5), np.minimum(arm.upper, 2.5)
     q = rng.uniform(0.9 * low + 0.1 * high, 0.1 * low + 0.9 * high, (count, 7))
@@ -191,7 +199,7 @@ def on_elbow_limits(arm: aa.Arm, count: int, beyond: float = 0.0) -> tuple[Array
 
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "rainbow_rby1_left", "rokae_ar5_left"])
 def test_a_float32_pose_keeps_joint_4_on_its_limit(name: str) -> None:
-    """No psi moves joint 4, which the rounding of the pose puts 1e-7 rad beyond in one of two."""
+    """`solve` finds joint 4 on its limit for float32 poses, which rounding puts beyond."""
     arm = aa.Arm.from_catalogue(name)
     q, poses = on_elbow_limits(arm, 60)
     found = arm.solve(poses, seed=q)
@@ -201,11 +209,13 @@ def test_a_float32_pose_keeps_joint_4_on_its_limit(name: str) -> None:
 
 
 def test_what_is_farther_beyond_joint_4_than_rounding_has_no_posture_in_float32_too() -> None:
+    """A float32 pose with joint 4 1e-5 rad beyond its limit is not reachable."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     assert not arm.reachable(on_elbow_limits(arm, 60, beyond=1e-5)[1]).any()
 
 
 def test_a_float32_pose_beside_straight_is_not_made_straight_for_a_limit_there() -> None:
+    """`solve` of a float32 pose keeps joint 4 at 1e-3 rad, though its limit is 0."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     arm = arm.with_(lower=[*arm.lower[:3], 0.0, *arm.lower[4:]])
     q = np.array([0.1, 0.4, 0.2, 1e-3, 0.3, 0.8, 0.5])

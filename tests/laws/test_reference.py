@@ -23,6 +23,7 @@ Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 @any_arm
 @in_every_regime
 def test_the_round_trip_holds(arm: aa.Arm, regime: str) -> None:
+    """With any reference `inverse` of `forward` holds pose and joints; pose and gc do not depend on it."""
     for reference in REFERENCES:
         other = unlimited(arm).with_(reference=reference)
         q = postures(arm, regime, draw.count(60), 1)
@@ -36,6 +37,7 @@ def test_the_round_trip_holds(arm: aa.Arm, regime: str) -> None:
 
 @any_arm
 def test_one_angle_of_the_pose_turns_one_psi_into_the_other(arm: aa.Arm) -> None:
+    """Psi of two references differ by one angle for each pose."""
     for reference in REFERENCES:
         free, other = unlimited(arm), unlimited(arm).with_(reference=reference)
         q = postures(arm, "uniform", draw.count(60), 2)
@@ -52,6 +54,7 @@ def test_one_angle_of_the_pose_turns_one_psi_into_the_other(arm: aa.Arm) -> None
 @pytest.mark.slow
 @any_arm
 def test_feasible_sets_are_the_same_postures(arm: aa.Arm) -> None:
+    """`feasible` with another reference is the same set, shifted by that angle."""
     for reference in REFERENCES:
         other = arm.with_(reference=reference)
         q = postures(arm, "uniform", draw.count(40), 3)
@@ -70,6 +73,7 @@ def test_feasible_sets_are_the_same_postures(arm: aa.Arm) -> None:
 
 @any_arm
 def test_the_axis_of_joint_1_as_a_vector_is_the_base(arm: aa.Arm) -> None:
+    """The reference of the base's z axis as a vector gives the default psi."""
     other = arm.with_(reference=arm.base[:3, 2])
     q = postures(arm, "uniform", draw.count(60), 4)
     regular = is_regular(arm, q, arm.forward(q)[0])
@@ -78,6 +82,7 @@ def test_the_axis_of_joint_1_as_a_vector_is_the_base(arm: aa.Arm) -> None:
 
 @any_reference
 def test_a_step_that_carries_the_elbow_does_not_depend_on_the_reference(reference: Any) -> None:
+    """`follow` with carry="elbow", `plan` and `solve` give the same joints with any reference."""
     other = IIWA.with_(reference=reference)
     poses = np.repeat(IIWA.forward(Q)[0][None], 30, axis=0)
     poses[:, 2, 3] += np.linspace(0, 0.05, 30)
@@ -98,7 +103,7 @@ def test_a_step_that_carries_the_elbow_does_not_depend_on_the_reference(referenc
 
 @any_reference
 def test_arcs_and_wishes_that_are_given_turn_with_the_reference(reference: Any) -> None:
-    """What is allowed and wished, told by the other's numbers, is the same posture."""
+    """`allowed` and Towards in psi of another reference give the same solutions."""
     other, rng = IIWA.with_(reference=reference), draw.generator(7)
     found = 0
     for q, near in zip(postures(IIWA, "uniform", 40, 5), postures(IIWA, "uniform", 40, 6), strict=True):
@@ -126,7 +131,9 @@ def test_arcs_and_wishes_that_are_given_turn_with_the_reference(reference: Any) 
 
 
 def around(height: float, radius: float) -> Array:
-    """Poses of the iiwa whose wrist goes round the base axis at a height above the shoulder, m."""
+    """Poses of the iiwa whose wrist goes around the base axis at `height` above the shoulder and
+    `radius`, m.
+    """
     turn = np.linspace(-np.pi, np.pi, 25)
     poses = np.zeros((25, 4, 4)) + np.eye(4)
     poses[:, 0, 3], poses[:, 1, 3] = radius * np.cos(turn), radius * np.sin(turn)
@@ -135,12 +142,13 @@ def around(height: float, radius: float) -> Array:
 
 
 def elbow_spread(arm: aa.Arm, poses: Array) -> float:
-    """How far apart the elbows of psi = 0.3 are, m."""
+    """The largest distance along an axis between elbows at psi = 0.3, m."""
     elbows = arm.elbow(arm.inverse(poses, 0.3, 0, limits=False))
     return float(np.ptp(elbows, axis=0).max())
 
 
 def test_stereographic_is_singular_below_the_shoulder_alone() -> None:
+    """With the stereographic reference psi is continuous above the shoulder, and not below."""
     other = IIWA.with_(reference="stereographic")
     assert elbow_spread(other, around(0.6, 1e-6)) <= 1e-5 < 0.1 < elbow_spread(IIWA, around(0.6, 1e-6))
     assert elbow_spread(other, around(-0.6, 1e-6)) > 0.1
@@ -153,7 +161,7 @@ def test_stereographic_is_singular_below_the_shoulder_alone() -> None:
             assert gap(other.forward(other.inverse(poses, 1.1, 0, limits=False))[0], poses) <= POSE
 
 
-def test_it_is_part_of_the_arm() -> None:
+def test_the_reference_is_part_of_the_arm() -> None:
     for reference in ("stereographic", (0.5, 1.0, -0.25)):
         other = IIWA.with_(reference=reference)
         assert other.geometry.reference == reference and other != IIWA

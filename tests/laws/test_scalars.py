@@ -58,7 +58,7 @@ RESULTS = {
 
 
 def arrays_without_axes(name: str, value: object, depth: int = 0) -> Iterator[str]:
-    """Yield the way to each array of no axes in a result, its members and theirs."""
+    """Yield the name of each array of no axes in a result and its members, three levels deep."""
     if isinstance(value, np.ndarray):
         if value.ndim == 0:
             yield name
@@ -77,4 +77,5 @@ def arrays_without_axes(name: str, value: object, depth: int = 0) -> Iterator[st
 
 @pytest.mark.parametrize("name", RESULTS)
 def test_one_result_holds_scalars(name: str) -> None:
+    """A result for one pose holds no array without axes."""
     assert list(arrays_without_axes(name, RESULTS[name])) == []

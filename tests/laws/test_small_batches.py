@@ -14,7 +14,9 @@ ARMS = ("kuka_iiwa7_r800", "franka_fr3")
 
 
 def rows(arm: aa.Arm, count: int) -> tuple[Array, Array, Array]:
-    """Return joints drawn within the limits, and their poses, some of them out of reach."""
+    """Return random joints within the limits, their poses, some out of reach, and psi (0 if there is
+    none).
+    """
     rng = draw.generator(count)
     q = rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), (count, 7))
     pose, psi, _ = arm.forward(q, on_error="nan")
@@ -25,6 +27,7 @@ def rows(arm: aa.Arm, count: int) -> tuple[Array, Array, Array]:
 @pytest.mark.parametrize("count", LENGTHS)
 @pytest.mark.parametrize("name", ARMS)
 def test_a_batch_is_its_rows(name: str, count: int) -> None:
+    """`solve`, `feasible` and `inverse` of a batch of any length equal those of its rows."""
     arm = aa.Arm.load(name)
     seed, pose, psi = rows(arm, count)
     gc = np.arange(count) % arm.forward(seed)[2].max(initial=1)
@@ -44,6 +47,7 @@ def test_a_batch_is_its_rows(name: str, count: int) -> None:
 
 @pytest.mark.parametrize("count", LENGTHS)
 def test_a_wrong_row_of_a_batch_is_refused(count: int) -> None:
+    """A wrong last row of a batch of any length raises InputError."""
     arm = aa.Arm.load(ARMS[0])
     seed, pose, psi = rows(arm, count)
     pose[:] = arm.forward(seed)[0]

@@ -39,6 +39,7 @@ CALLS: dict[str, Callable[[], Any]] = {
 
 @pytest.mark.parametrize("name", CALLS)
 def test_concurrent_calls_give_the_bits_of_a_call_alone(name: str) -> None:
+    """The same call from eight threads at once gives the bits of one alone."""
     alone = CALLS[name]()
     with ThreadPoolExecutor(8) as pool:
         together = list(pool.map(lambda _: CALLS[name](), range(40)))
@@ -47,6 +48,7 @@ def test_concurrent_calls_give_the_bits_of_a_call_alone(name: str) -> None:
 
 
 def test_different_calls_at_once_do_not_disturb_each_other() -> None:
+    """Different calls from eight threads at once give the bits of each alone."""
     names = list(CALLS)
     alone = {name: CALLS[name]() for name in names}
     with ThreadPoolExecutor(8) as pool:
@@ -56,6 +58,7 @@ def test_different_calls_at_once_do_not_disturb_each_other() -> None:
 
 @pytest.mark.parametrize("threads", [0, 2, 3, 7, 64])
 def test_the_number_of_threads_does_not_change_a_bit(threads: int) -> None:
+    """Batches give the same bits with any number of threads."""
     assert np.array_equal(in_threads(threads, lambda: ARM.forward(Q))[1], PSI)
     assert np.array_equal(
         in_threads(threads, lambda: ARM.inverse(POSE, PSI, GC, limits=False)),
@@ -70,6 +73,7 @@ def test_the_number_of_threads_does_not_change_a_bit(threads: int) -> None:
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_the_first_problem_is_reported_whichever_thread_meets_one(threads: int) -> None:
+    """With threads the error names the first wrong pose of a batch."""
     poses = POSE.copy()
     poses[[70, 190, 299], 0, 3] = np.nan
     with pytest.raises(aa.InputError, match=r"pose\[70\]"):
@@ -107,6 +111,7 @@ FAR = np.array([2.303, -0.209, 1.144, 0.315, 1.567, -1.238, 1.788])
 def test_a_plan_is_the_same_by_one_thread_and_by_many(
     arm: aa.Arm, q: np.ndarray, shift: list[float], given: dict[str, Any]
 ) -> None:
+    """`plan` gives the same bits and diagnosis with any number of threads."""
     poses = wavy(arm.forward(q)[0], shift)
     alone = in_threads(1, lambda: aa.plan(arm, poses, **given))
     for threads in (0, 2, 3, 8):

@@ -19,6 +19,7 @@ torch = need("torch")
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_the_numbers_are_those_of_arm(name: str) -> None:
+    """Functions of `torch.Kinematics` equal those of Arm to the bit, in float32 roughly."""
     arm, q = postures(name, 40, 17, 21)
     kinematics = aa.torch.Kinematics(arm)
     joints = torch.from_numpy(q)
@@ -36,6 +37,7 @@ def test_the_numbers_are_those_of_arm(name: str) -> None:
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_gradients_are_the_limit_of_differences(name: str) -> None:
+    """backward of `forward` and `inverse` equals differences."""
     arm, q = postures(name, 30, 17, 21)
     kinematics = aa.torch.Kinematics(arm)
     rng, step = draw.generator(17, 22), 1e-6
@@ -68,6 +70,7 @@ def test_gradients_are_the_limit_of_differences(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch"])
 def test_gradients_of_freedom_and_of_the_limit_margin(name: str) -> None:
+    """backward of `freedom` equals differences, and of `limit_margin` is ±1 for the nearest joint."""
     arm, q = postures(name, 60, 17, 21)
     kinematics, rng, step = aa.torch.Kinematics(arm), draw.generator(17, 23), 1e-7
     pose = arm.forward(q)[0]
@@ -94,6 +97,7 @@ def test_gradients_of_freedom_and_of_the_limit_margin(name: str) -> None:
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch"])
 @pytest.mark.parametrize("prefer", ["seed", "margin"])
 def test_gradients_go_through_solve(prefer: str, name: str) -> None:
+    """`torch.Kinematics.solve` equals Arm's, and its backward `gradients.solve`."""
     arm, q = postures(name, 30, 17, 24)
     kinematics, rng = aa.torch.Kinematics(arm), draw.generator(17, 25)
     seed, weight = q + rng.normal(size=q.shape), torch.from_numpy(rng.normal(size=q.shape))
@@ -122,6 +126,7 @@ def test_gradients_go_through_solve(prefer: str, name: str) -> None:
 
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "franka_fr3", "fetch"])
 def test_gradcheck_of_solve(name: str) -> None:
+    """`gradcheck` accepts `solve` after `forward`."""
     arm, q = postures(name, 40, 17, 27)
     kinematics = aa.torch.Kinematics(arm)
     start = torch.from_numpy(q[arm.limit_margin(q).argmax()])
@@ -129,12 +134,14 @@ def test_gradcheck_of_solve(name: str) -> None:
     change_of = torch.zeros(7, dtype=torch.float64, requires_grad=True)
 
     def answer(seed: Any, turn: Any) -> Any:
+        """The joints of `solve` for the pose of moved joints."""
         return kinematics.solve(kinematics.forward(start + turn)[0], seed)[0]
 
     assert torch.autograd.gradcheck(answer, (seed, change_of), eps=1e-6, atol=1e-6)
 
 
 def test_a_masked_element_out_of_reach_leaves_the_gradient_of_the_others() -> None:
+    """Gradients of elements within reach are finite though another one is NaN."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     kinematics = aa.torch.Kinematics(arm)
     near, _, gc = arm.forward([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
@@ -149,12 +156,14 @@ def test_a_masked_element_out_of_reach_leaves_the_gradient_of_the_others() -> No
 
 
 def test_a_gradient_that_does_not_exist_is_refused_or_nan() -> None:
+    """backward at a singularity raises and says where, or is NaN on request, if a loss uses those joints."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     kinematics = aa.torch.Kinematics(arm)
     calm, stretched = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]), [0.3, 0.5, 0.2, 0.0, 0.1, 0.7, 0.4]
     pose, psi, gc = (torch.from_numpy(v) for v in arm.forward(np.stack([calm, HOME, stretched])))
 
     def gradients(weight: np.ndarray, on_error: str = "raise") -> list[np.ndarray]:
+        """The gradients by pose and psi of the weighted joints."""
         given = [value.clone().requires_grad_() for value in (pose, psi)]
         found = kinematics.inverse(*given, gc, on_error=on_error)
         return [g.numpy() for g in torch.autograd.grad((found * torch.from_numpy(weight)).sum(), given)]
@@ -177,6 +186,7 @@ def test_a_gradient_that_does_not_exist_is_refused_or_nan() -> None:
 
 
 def test_forward_has_its_gradient_at_the_candle() -> None:
+    """With the arm straight up `forward` has a gradient of the pose, and of psi raises or is NaN."""
     kinematics = aa.torch.Kinematics(aa.Arm.from_catalogue("kuka_iiwa7_r800"))
     q = torch.zeros(7, dtype=torch.float64, requires_grad=True)
     pose, psi, _ = kinematics.forward(q)
@@ -191,6 +201,7 @@ def test_forward_has_its_gradient_at_the_candle() -> None:
 
 @pytest.mark.slow
 def test_opcheck_passes() -> None:
+    """`torch.library.opcheck` accepts all operators."""
     arm, q = postures("kuka_iiwa7_r800", 8, 17, 21)
     kinematics = aa.torch.Kinematics(arm)
     pose, psi, gc = (torch.from_numpy(value) for value in arm.forward(q))
@@ -209,10 +220,12 @@ def test_opcheck_passes() -> None:
 
 @pytest.mark.slow
 def test_it_compiles_without_a_break() -> None:
+    """A compiled function has the values and gradients of the plain one to the bit, without graph breaks."""
     arm, q = postures("kuka_iiwa7_r800", 20, 17, 21)
     kinematics = aa.torch.Kinematics(arm)
 
     def away(joints: object, turn: object) -> object:
+        """A sum of results of all functions."""
         pose, psi, gc = kinematics.forward(joints)
         return (
             kinematics.limit_margin(kinematics.inverse(pose, psi + turn, gc)).sum()
@@ -233,6 +246,7 @@ def test_it_compiles_without_a_break() -> None:
 
 
 def test_vmap_is_the_batch() -> None:
+    """vmap of `inverse` and `forward` equals their batch."""
     arm, q = postures("openarm_v10", 20, 17, 21)
     kinematics = aa.torch.Kinematics(arm)
     pose, psi, gc = (torch.from_numpy(value) for value in arm.forward(q))
@@ -245,6 +259,7 @@ def test_vmap_is_the_batch() -> None:
 
 
 def test_what_cannot_be_taken_is_said() -> None:
+    """`torch.Kinematics` refuses wrong types, shapes and devices."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     kinematics = aa.torch.Kinematics(arm)
     pose = torch.eye(4, dtype=torch.float64)

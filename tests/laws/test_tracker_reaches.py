@@ -47,7 +47,7 @@ LEFT = {
 
 
 def drawn(arm: aa.Arm, rng: np.random.Generator, count: int) -> Array:
-    """Joints within the limits whose elbow is bent."""
+    """At most `count` random joints within the limits whose elbow is bent."""
     lower, upper = np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi)
     room = 0.02 * (upper - lower)
     q = rng.uniform(lower + room, upper - room, (4 * count + 40, 7))
@@ -62,7 +62,7 @@ def at_rest(arm: aa.Arm, start: Array, **options: bool) -> aa.Tracker:
 
 
 def check_reached(tracker: aa.Tracker, there: Array) -> None:
-    """The target of joints is reached in time, and held."""
+    """Check that a tracker reaches the pose of joints `there` in time, and holds it exactly."""
     arm = tracker.arm
     fastest = arm.velocity if np.isfinite(arm.velocity).all() else np.full(7, 3.0)
     needed = (np.abs(there - tracker.q) / fastest).max()
@@ -78,7 +78,7 @@ def check_reached(tracker: aa.Tracker, there: Array) -> None:
 @pytest.mark.parametrize("detours", [True, False])
 @pytest.mark.parametrize("name", ARMS)
 def test_a_constant_target_is_reached_and_held(name: str, detours: bool) -> None:
-    """Without detours if the branch in which the arm is when the target comes holds it."""
+    """A tracker reaches a constant target and holds it; without detours if its present branch holds it."""
     arm = ARMS[name]
     rng = draw.generator(*name.encode(), detours)
     for pair in range(2 * PAIRS):
@@ -96,6 +96,7 @@ def test_a_constant_target_is_reached_and_held(name: str, detours: bool) -> None
 
 @pytest.mark.parametrize("name", LEFT)
 def test_targets_that_were_left_are_reached(name: str) -> None:
+    """A tracker reaches four difficult targets and holds them."""
     arm = aa.Arm.from_catalogue(name)
     start, earlier, there = LEFT[name]
     tracker = at_rest(arm, np.array(start.split(), float))
@@ -106,6 +107,7 @@ def test_targets_that_were_left_are_reached(name: str) -> None:
 
 
 def test_a_target_without_a_solution_brings_the_arm_to_rest_without_detours_too() -> None:
+    """Without detours a tracker rests, NEAREST, for a target out of reach."""
     arm = aa.Arm.from_catalogue("franka_fr3")
     rng = draw.generator(29)
     for start, there in zip(drawn(arm, rng, 4), drawn(arm, rng, 4), strict=True):

@@ -17,7 +17,7 @@ Poses = np.ndarray
 
 
 def turned(arm: aa.Arm, pose: Poses, angle: Poses, of_base: bool) -> Poses:
-    """The pose turned about axis 1 of the base, or about axis 7."""
+    """The pose turned by `angle` (...), rad, about axis 1 if `of_base`, else about axis 7."""
     turn = np.zeros((*np.shape(angle), 4, 4))
     turn[..., 2, 2] = turn[..., 3, 3] = 1.0
     turn[..., 0, 0] = turn[..., 1, 1] = np.cos(angle)
@@ -29,7 +29,7 @@ def turned(arm: aa.Arm, pose: Poses, angle: Poses, of_base: bool) -> Poses:
 
 
 def poses_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> Poses:
-    """Poses in and near the limits, some with theta_2 or theta_6 exactly 0."""
+    """Poses of random joints up to 0.3 rad beyond the limits, some with theta_2 or theta_6 exactly 0."""
     bound = np.pi
     lower, upper = np.maximum(arm.lower, -bound), np.minimum(arm.upper, bound)
     q = rng.uniform(lower - 0.3, upper + 0.3, (count, 7))
@@ -43,7 +43,7 @@ SINGULAR = [(), (1,), (3,), (5,), (1, 3), (3, 5), (1, 5), (1, 3, 5)]
 
 
 def postures_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> Poses:
-    """Postures within the limits: each bend at 0 or not, some joints exactly at a limit."""
+    """Joints within the limits, for each of SINGULAR at most `count`, some exactly at a limit."""
     straight = arm.geometry.signs * (np.array([0, 0, 0, arm.geometry.delta, 0, 0, 0]) - arm.geometry.offsets)
     q = rng.uniform(np.maximum(arm.lower, -np.pi), np.minimum(arm.upper, np.pi), (len(SINGULAR), count, 7))
     for own, joints in zip(q, SINGULAR, strict=True):
@@ -56,7 +56,7 @@ def postures_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> Poses:
 
 
 def plain_postures_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> Poses:
-    """Postures of right angles and of limits alone, as arms are parked in."""
+    """Joints (count, 7) that are all at 0, a right angle or a limit."""
     q = np.empty((count, 7))
     for joint, (lower, upper) in enumerate(zip(arm.lower, arm.upper, strict=True)):
         choice = np.array([-np.pi / 2, 0.0, np.pi / 2, lower, upper])
@@ -65,6 +65,7 @@ def plain_postures_of(arm: aa.Arm, rng: np.random.Generator, count: int) -> Pose
 
 
 def arms(rng: np.random.Generator) -> list[aa.Arm]:
+    """Arms of the catalogue, and random ones with base and tool."""
     base, tool = np.eye(4), aa.pose([0.05, 0.02, 0.1], rpy=[0.3, 0.2, 0.1])
     base[:3, 3] = 0.1, 0.2, 0.3
     own = [aa.Arm.from_catalogue(name) for name in NARROW]
@@ -72,6 +73,7 @@ def arms(rng: np.random.Generator) -> list[aa.Arm]:
 
 
 def test_freedom_is_the_sum_of_feasible() -> None:
+    """`freedom` sums `feasible`, and agrees with `solve` and `reachable`."""
     rng = draw.generator(16, 1)
     for arm in (*arms(rng), *map(aa.Arm.from_catalogue, ARMS)):
         poses = poses_of(arm, rng, draw.count(60))
@@ -90,6 +92,7 @@ def test_freedom_is_the_sum_of_feasible() -> None:
 @pytest.mark.turns(4)
 @pytest.mark.parametrize("name", srs_catalogue())
 def test_freedom_agrees_with_arcs_and_postures_where_joints_are_one_axis(name: str) -> None:
+    """At singularities `freedom`, `feasible`, `reachable`, `feasible_turns` and `solve` agree."""
     arm = aa.Arm.from_catalogue(name)
     q = postures_of(arm, draw.generator(16, 5), draw.count(40))
     theta, poses = arm.geometry.signs * q + arm.geometry.offsets, arm.forward(q, on_error="nan")[0]
@@ -116,6 +119,7 @@ def test_freedom_agrees_with_arcs_and_postures_where_joints_are_one_axis(name: s
 @pytest.mark.turns(4)
 @pytest.mark.parametrize("name", srs_catalogue())
 def test_a_posture_at_its_limits_holds_its_pose(name: str) -> None:
+    """All functions hold poses of joints at right angles and limits, if not singular."""
     # beside a singular posture rounding moves a joint by more than the 1e-11 rad of an isolated arm angle
     arm = aa.Arm.from_catalogue(name)
     rng = draw.generator(16, 6)
@@ -137,6 +141,7 @@ def test_a_posture_at_its_limits_holds_its_pose(name: str) -> None:
 
 @pytest.mark.parametrize("of_base", [True, False])
 def test_a_turn_is_in_the_arcs_where_the_turned_pose_is_reachable(of_base: bool) -> None:
+    """`feasible_turns` holds the angles at which the turned pose is reachable."""
     rng = draw.generator(16, 3, of_base)
     checked = 0
     for arm in arms(rng):
@@ -163,6 +168,7 @@ def test_a_turn_is_in_the_arcs_where_the_turned_pose_is_reachable(of_base: bool)
 
 
 def test_ends_name_the_joint_that_turns_and_its_limit() -> None:
+    """Ends of `feasible_turns` name joint 1 or 7 and its limit."""
     arm = aa.Arm.from_catalogue("openarm_v10")
     pose = aa.pose([0.1, 0.3, 0.2])
     for arcs, joint in (
@@ -178,6 +184,7 @@ def test_ends_name_the_joint_that_turns_and_its_limit() -> None:
 
 
 def test_where_the_arm_is_straight_along_its_base_axis_joints_1_and_3_share_the_turn() -> None:
+    """Turns of the base of an upright arm go as far as joints 1 and 3 together."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(
         lower=np.radians([-20, -120, -30, -120, -170, -120, -175]),
         upper=np.radians([20, 120, 30, 120, 170, 120, 175]),
@@ -191,6 +198,7 @@ def test_where_the_arm_is_straight_along_its_base_axis_joints_1_and_3_share_the_
 
 
 def test_no_pose_is_no_turn_and_batches_are_their_poses() -> None:
+    """`feasible_turns`, `reachable` and `freedom` take batches, no poses and poses out of reach."""
     arm = aa.Arm.from_catalogue("openarm_v10")
     poses = poses_of(arm, draw.generator(16, 4), 20).reshape(4, 5, 4, 4)
     turns = arm.feasible_turns(poses, about="base")
@@ -207,6 +215,7 @@ def test_no_pose_is_no_turn_and_batches_are_their_poses() -> None:
 
 
 def test_locked_joints_leave_single_turns() -> None:
+    """With locked joints `reachable`, `feasible_turns` and `place` hold the pose."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     q = np.array([0.3, 0.3, 0.2, -1.0, 0.3, 0.8, 0.5])
     pose = arm.forward(q)[0]

@@ -23,7 +23,7 @@ SCENE = aa.Scene([aa.Ball([0.6, 0.6, 0.3], 0.1, name="ball")], clearance=0.01)
 
 
 def made(k: int) -> dict[str, Any]:
-    """One of every public value, of other content for another k."""
+    """One of every public value by name, with other content for another k."""
     q = Q + 0.01 * k
     pose, psi, gc = ARM.forward(q)
     end = pose.copy()
@@ -98,6 +98,7 @@ ELSEWHERE = {"Path", "Tracker", "ImportReport", "ReachMap"}
 
 
 def test_a_value_is_its_content() -> None:
+    """Public values compare, copy, pickle and hash by content, and every public class is covered."""
     values = made(0), made(0), made(1)
     for name, one in values[0].items():
         same, other = values[1][name], values[2][name]
@@ -119,6 +120,7 @@ def test_a_value_is_its_content() -> None:
 
 
 def test_numbers_that_are_missing_on_both_sides_are_the_same() -> None:
+    """Results that hold NaN compare equal to the same results."""
     far = POSE.copy()
     far[0, 3] += 9.0
     none = ARM.solve(far)
@@ -127,6 +129,7 @@ def test_numbers_that_are_missing_on_both_sides_are_the_same() -> None:
 
 
 def test_a_result_is_that_of_its_path_whether_it_was_asked_between_its_rows_or_not() -> None:
+    """A path compares equal whether `at` was called or not, and differs by `between`."""
     asked, fresh = (aa.follow(ARM, np.stack([POSE, POSE]), start=Q) for _ in range(2))
     asked.at(0.5)
     assert asked == fresh and pickle.loads(pickle.dumps(asked)) == fresh
@@ -136,6 +139,7 @@ def test_a_result_is_that_of_its_path_whether_it_was_asked_between_its_rows_or_n
 
 
 def test_every_result_says_whether_it_worked() -> None:
+    """`ok` of every result is True for a pose in reach, False out of it, in batches too."""
     arm = aa.Arm.load("kuka_iiwa7_r800")
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     pose, psi, gc = arm.forward(q)
