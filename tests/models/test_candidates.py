@@ -27,7 +27,9 @@ def origin(xyz: Sequence[float], angles: Sequence[float] = (0, 0, 0)) -> str:
 def arm(
     name: str, base: str, count: int = 7, places: Sequence[Sequence[float]] = STRAIGHT, rest: str = ""
 ) -> str:
-    """Return links and joints of a straight arm, axes z and y in turn, and what it carries at `NAME_7`."""
+    """Return links and joints of a straight arm of `count` joints on the link `base`, and `rest`
+    after them.
+    """
     text, parent = [], base
     for i in range(count):
         link, axis = f"{name}_{i + 1}", "0 1 0" if i % 2 else "0 0 1"
@@ -97,6 +99,7 @@ WHOLE: dict[str, tuple[str, list[tuple[str, str]]]] = {
 
 @pytest.mark.parametrize("case", WHOLE)
 def test_the_arm_is_offered_whatever_carries_it_and_whatever_it_carries(case: str) -> None:
+    """`urdf_candidates` finds the arm among torsos, heads, grippers and second arms."""
     text, wanted = WHOLE[case]
     found = urdf_candidates(text)
     assert ends(text) == wanted
@@ -106,6 +109,7 @@ def test_the_arm_is_offered_whatever_carries_it_and_whatever_it_carries(case: st
 
 
 def test_exact_chains_come_first_then_near_ones_with_their_residual() -> None:
+    """`urdf_candidates` ranks S-R-S arms before near ones, with their residual, before others."""
     near = [list(place) for place in STRAIGHT]
     near[1], near[6] = [0.012, 0, 0], [0.001, 0, 0]  # at both ends: no offset arm
     odd = [list(place) for place in STRAIGHT]
@@ -122,7 +126,7 @@ def test_exact_chains_come_first_then_near_ones_with_their_residual() -> None:
 
 
 def bent(*lengths: tuple[int, float]) -> list[list[float]]:
-    """Return the places of a straight arm whose joints are beside it by lengths, m."""
+    """Return the places of a straight arm of which joints (from 0) are shifted by lengths (m) along x."""
     places = [list(place) for place in STRAIGHT]
     for joint, length in lengths:
         places[joint][0] = length
@@ -134,6 +138,7 @@ def bent(*lengths: tuple[int, float]) -> list[list[float]]:
     [(bent((1, 0.02), (6, 0.01)), "near S-R-S"), (bent((1, 0.2), (6, 0.1)), "not S-R-S")],
 )
 def test_the_arm_that_was_not_taken_is_noted(other: list[list[float]], said: str) -> None:
+    """`from_urdf` takes the S-R-S arm of two, and notes the other unless a tip is named."""
     text = robot(under("revolute"), arm("a", "torso"), arm("b", "torso", places=other))
     arm_a = Arm.from_urdf(text)
     assert arm_a.report is not None and arm_a.report.tip == "a_7"
@@ -144,6 +149,7 @@ def test_the_arm_that_was_not_taken_is_noted(other: list[list[float]], said: str
 
 
 def test_the_lowest_link_above_several_tips_is_taken_with_a_note() -> None:
+    """`from_urdf` with several fixed tips takes the link above them, and notes them."""
     hand = fixed("flange", "a_7") + fixed("tool0", "a_7")
     report = Arm.from_urdf(robot(arm("a", "foot", rest=hand))).report
     assert report is not None and report.tip == "a_7"
@@ -155,6 +161,7 @@ def test_the_lowest_link_above_several_tips_is_taken_with_a_note() -> None:
 def test_a_tip_behind_fingers_is_told_the_tip_that_works(
     places: Sequence[Sequence[float]], fingers: int
 ) -> None:
+    """`from_urdf` with a finger as tip raises, and names the tip that works."""
     hand = under("revolute", "f1", "a_7", "grasp") + "".join(
         under("revolute", f"f{i + 1}", f"f{i}", f"knuckle{i}") for i in range(1, fingers)
     )
@@ -165,6 +172,7 @@ def test_a_tip_behind_fingers_is_told_the_tip_that_works(
 
 
 def test_of_eight_joints_without_an_arm_in_them_both_runs_are_offered() -> None:
+    """`from_urdf` of eight joints without an arm raises, and names both runs of seven."""
     text = robot(arm("a", "foot", places=bent((1, 0.2), (5, 0.2)), rest=HINGED))
     for ends in ({}, {"tip": "jaw"}):
         with pytest.raises(ModelError, match=r"name .*candidates: 'foot' to 'a_7' .*; 'a_1' to 'jaw' "):
@@ -180,6 +188,7 @@ def test_of_eight_joints_without_an_arm_in_them_both_runs_are_offered() -> None:
     ],
 )
 def test_a_joint_that_breaks_the_only_chain_is_named(inside: str, said: str) -> None:
+    """`from_urdf` raises, and names the joint that mimics, is unknown or slides."""
     text = robot(arm("a", "foot"))
     at = text.index('name="a_j5"')
     if inside in ("hinge", "prismatic"):
@@ -191,12 +200,14 @@ def test_a_joint_that_breaks_the_only_chain_is_named(inside: str, said: str) -> 
 
 
 def test_a_link_that_is_not_there_is_said_where_it_breaks_the_chain() -> None:
+    """`from_urdf` raises, and names a missing link that breaks the chain."""
     text = robot(arm("a", "foot")).replace('<link name="a_4"/>', "")
     with pytest.raises(ModelError, match="names a link 'a_4' that is not there"):
         Arm.from_urdf(text)
 
 
 def test_two_exact_arms_have_to_be_named() -> None:
+    """`read_urdf` of two S-R-S arms raises unless base or tip is named."""
     text = robot(under("revolute"), arm("a", "torso"), arm("b", "torso"))
     with pytest.raises(
         ModelError, match="not unique, name them; candidates: 'torso' to 'a_7' \\(S-R-S\\); 'tor"
@@ -206,6 +217,7 @@ def test_two_exact_arms_have_to_be_named() -> None:
 
 
 def test_a_base_asks_for_the_chains_from_there() -> None:
+    """`read_urdf(base=)` finds the chain from there, or raises and names the others."""
     text = robot(under("revolute"), fixed("chest", "torso"), arm("a", "chest"), arm("b", "torso", 6))
     assert [one.base for one in urdf_candidates(text, "chest")] == ["chest"]
     assert read_urdf(text, base="chest").tip == "a_7"
@@ -221,6 +233,7 @@ def test_a_generated_arm_is_found_on_any_tree() -> None:
 
 
 def found_on_a_tree(seed: int) -> None:
+    """Check that an arm in random frames on a random tree is found, with the file's own kinematics."""
     rng = np.random.default_rng(seed)
     made = RandomArm(rng, elbow_offset=seed % 2 == 1, right_angles=seed % 4 >= 2)
     points, directions = made.axes()
@@ -253,6 +266,7 @@ def found_on_a_tree(seed: int) -> None:
 
 
 def test_a_chain_that_cannot_be_read_is_offered_as_such() -> None:
+    """A candidate with a zero axis is called unreadable, and `read_urdf` raises."""
     text = robot(arm("a", "foot")).replace('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', 1)
     (found,) = urdf_candidates(text)
     assert (found.verdict(), found.rank()) == ("cannot be read", 3)
@@ -261,6 +275,7 @@ def test_a_chain_that_cannot_be_read_is_offered_as_such() -> None:
 
 
 def test_long_lists_of_names_are_cut() -> None:
+    """Messages name the first of many links and how many more there are."""
     assert listed(["a", "b"]) == "a, b"
     assert listed([f"link_{i}" for i in range(300)], 3) == "link_0, link_1, link_2, and 297 more"
     many = robot(*(fixed(f"part_{i}", "foot") for i in range(300)))
@@ -270,6 +285,7 @@ def test_long_lists_of_names_are_cut() -> None:
 
 
 def test_a_body_with_many_ends_names_the_link_where_they_part() -> None:
+    """A candidate with many fixed ends has the link above as its tip, and names some of them."""
     hand = fixed("palm", "a_7") + "".join(fixed(f"pad_{i}", "palm") for i in range(6))
     (found,) = urdf_candidates(robot(arm("a", "foot", rest=hand)))
     assert isinstance(found, Candidate)
@@ -286,7 +302,7 @@ SHOULDER = Arm(a_1=0.117, d_bs=0.3, d_se=0.35, d_ew=0.32, d_wf=0.15, lower=[-2] 
 
 
 def inside(text: str, name: str, base: str) -> str:
-    """Return links and joints of a robot that is written alone, renamed and fixed to a link."""
+    """Return links and joints of a URDF, renamed with `name_` and fixed to the link `base`."""
     renamed = re.sub(r'(name|link)="([^"]*)"', rf'\1="{name}_\2"', text[text.index("<link") :])
     return renamed.removesuffix("</robot>\n").replace("</robot>", "") + joint_xml(
         f"{name}_on", base, f"{name}_base", "fixed"
@@ -295,6 +311,7 @@ def inside(text: str, name: str, base: str) -> str:
 
 @pytest.mark.parametrize(("one", "end"), [(FR3, "wrist"), (SHOULDER, "shoulder")])
 def test_chains_of_offset_arms_are_called_what_they_are(one: Arm, end: str) -> None:
+    """`urdf_candidates` calls offset arms so, and `from_urdf` takes the one that is named."""
     text = robot(inside(one.to_urdf(), "l", "foot"), inside(one.to_urdf(), "r", "foot"))
     verdicts = [found.verdict() for found in urdf_candidates(text)]
     assert verdicts == [f"offset {end}"] * 2
@@ -304,6 +321,7 @@ def test_chains_of_offset_arms_are_called_what_they_are(one: Arm, end: str) -> N
 
 
 def test_an_exact_arm_of_a_file_comes_before_one_with_an_offset() -> None:
+    """`from_urdf` takes the S-R-S arm of two, unless the offset arm's tip is named."""
     text = robot(inside(FR3.to_urdf(), "l", "foot"), arm("a", "foot"))
     assert [found.rank() for found in urdf_candidates(text)] == [0, 1]
     assert Arm.from_urdf(text).geometry.joint_names[0] == "a_j1"
@@ -311,6 +329,7 @@ def test_an_exact_arm_of_a_file_comes_before_one_with_an_offset() -> None:
 
 
 def test_a_calibrated_offset_arm_is_near_one_with_its_residual() -> None:
+    """`urdf_candidates` calls a calibrated offset arm near one, with its residual."""
     text = FR3.to_urdf().replace('xyz="0.0825 0.0 0.316"', 'xyz="0.0825 0.0005 0.316"')
     assert text != FR3.to_urdf()
     pair = robot(inside(text, "l", "foot"), inside(text, "r", "foot"), arm("a", "foot"))
@@ -325,6 +344,7 @@ def test_a_calibrated_offset_arm_is_near_one_with_its_residual() -> None:
 
 
 def test_an_offset_arm_stands_between_hinges() -> None:
+    """`from_urdf` finds an offset arm on up to two hinges and with a hinged gripper."""
     q = np.array([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
     for waists, gripper in product(range(3), (False, True)):
         links = ["foot", *(f"w_{i}" for i in range(waists))]

@@ -101,6 +101,7 @@ def test_names_are_those_of_the_known_robots():
 
 
 def test_words_find_names():
+    """`catalogue(words)` returns the names that hold all words."""
     assert len(catalogue()) >= 35
     assert catalogue("") == catalogue()
     assert catalogue("Yaskawa") == tuple(f"yaskawa_sia{model}d" for model in ("10", "20", "30", "50", "5"))
@@ -111,6 +112,7 @@ def test_words_find_names():
 
 
 def test_entries_have_their_numbers():
+    """Every S-R-S entry has its published lengths and signs."""
     for name, (*lengths, signs) in EXACT_ARMS.items():
         arm = load_robot(name).description
         assert [getattr(arm, key) for key in LENGTHS] == pytest.approx(lengths, abs=5e-5), name
@@ -124,6 +126,7 @@ def test_entries_have_their_numbers():
 
 @pytest.mark.parametrize("name", srs_catalogue())
 def test_entry_says_what_it_is_and_what_was_compared(name):
+    """Every entry has title, source, tip and limits, and a revision or a note of distrust."""
     entry = load_robot(name)
     assert isinstance(entry, CatalogueEntry) and entry.name == entry.description.name == name
     assert min(len(entry.title), len(entry.source), len(entry.tip)) > 8 and "://" not in entry.source
@@ -140,6 +143,7 @@ def test_entry_says_what_it_is_and_what_was_compared(name):
 
 
 def test_doubtful_numbers_are_marked():
+    """Entries with doubtful lengths or velocities are not trusted, and noted."""
     assert not load_robot("rokae_xmate_er7_pro").lengths_trusted
     assert not load_robot("openarm_v10").velocity_trusted
     assert not load_robot("human_arm_right").velocity_trusted
@@ -148,6 +152,7 @@ def test_doubtful_numbers_are_marked():
 
 @pytest.mark.parametrize("name", FILES)
 def test_entry_is_the_arm_of_its_file(name):
+    """Every entry with a file has the poses of the file."""
     file, tip, position, rotation = FILES[name]
     path = model(file)
     chain = read_urdf(path)
@@ -169,6 +174,7 @@ def test_offset_entries_were_compared_with_a_revision_of_their_source_or_are_not
 
 
 def test_limits_and_speeds_that_sources_gave_newly():
+    """Limits and velocities of some entries are those of their newer sources, or not trusted."""
     arm = load_robot("schunk_lwa4p_extended").description
     stops = [(-270, 270), (-110, 110), (-170, 170), (-150, 150), (-170, 170), (-140, 170), (-215, 127)]
     margin = math.radians(4)  # the source keeps 0.02 rad off its stops, and rounds these down to 0.01 rad
@@ -187,6 +193,7 @@ def test_limits_and_speeds_that_sources_gave_newly():
 
 @pytest.mark.parametrize("name", FILES)
 def test_entry_has_the_limits_of_its_file(name):
+    """Every entry with a file has its limits, and velocities that are not larger."""
     joints = read_urdf(model(FILES[name][0])).joints
     arm = load_robot(name).description
     tolerance = math.radians(0.003)
@@ -201,6 +208,7 @@ def test_entry_has_the_limits_of_its_file(name):
 
 @pytest.mark.parametrize("name", srs_catalogue())
 def test_entry_goes_through_urdf_and_toml_unchanged(name, tmp_path):
+    """Every S-R-S entry written as URDF or TOML is read back unchanged."""
     arm = load_robot(name).description
     again, report = describe_chain(read_urdf(write_urdf(arm)))
     for key in (*LENGTHS, "a_3", "a_4", "d_4"):
@@ -220,6 +228,7 @@ def test_entry_goes_through_urdf_and_toml_unchanged(name, tmp_path):
 
 
 def test_written_toml_reads_back_whatever_the_numbers(tmp_path):
+    """`robot_toml` of odd names, frames and infinite limits is read back."""
     rng = np.random.default_rng(4)
     arm = ArmDescription(
         *rng.uniform(0.1, 1, 6),
@@ -247,6 +256,7 @@ def toml_trip(arm: ArmDescription, path) -> ArmDescription:
 
 
 def test_short_decimals_are_written_as_such(tmp_path):
+    """`robot_toml` writes numbers within 1e-12 of a short decimal as that decimal."""
     frame = np.eye(4)
     frame[:3, 3] = 3.0e-23, 0.1 + 2e-13, -4e-14
     arm = ArmDescription(
@@ -284,6 +294,7 @@ upper_deg = [1, 1, 1, 1, 1, 1, inf]
 
 
 def test_the_least_a_file_needs(tmp_path):
+    """`read_robot` of the fewest keys has default velocities, name and limits."""
     path = tmp_path / "plain.toml"
     path.write_text(PLAIN)
     arm = read_robot(path).description
@@ -322,6 +333,7 @@ UNKNOWN = {
 
 
 def test_what_is_no_entry_is_refused_with_its_line_or_near_names(tmp_path):
+    """`read_robot` and `load_robot` raise with the line of a fault, or names that are near."""
     path, wrong = tmp_path / "arm.toml", []
     for old, new, message in MALFORMED:
         path.write_text(PLAIN.replace(old, new, 1))
@@ -359,6 +371,7 @@ SPECIAL_FILES = {
 
 
 def test_arms_with_an_offset_wrist_or_shoulder_have_their_numbers():
+    """Every offset entry has its published lengths, limits and velocities."""
     assert offset_catalogue() == tuple(sorted(SPECIAL_ARMS))
     for name, lengths in SPECIAL_ARMS.items():
         arm = load_offset_robot(name)
@@ -371,6 +384,7 @@ def test_arms_with_an_offset_wrist_or_shoulder_have_their_numbers():
 
 @pytest.mark.parametrize("name", SPECIAL_ARMS)
 def test_an_offset_arm_goes_through_urdf_unchanged(name):
+    """Every offset entry written as URDF is read back unchanged."""
     arm = load_offset_robot(name)
     chain = chain_of(arm)
     again, _ = describe_offset_chain(read_urdf(write_chain(chain, name)), angle=1e-9, length=1e-9)
@@ -381,6 +395,7 @@ def test_an_offset_arm_goes_through_urdf_unchanged(name):
 
 @pytest.mark.parametrize("name", SPECIAL_FILES)
 def test_an_offset_arm_is_the_arm_of_its_file(name):
+    """Every offset entry with a file has the poses of the file."""
     file, tip = SPECIAL_FILES[name]
     path = model(file)
     arm, chain = chain_of(load_offset_robot(name)), read_urdf(path, tip=tip, offset=True)

@@ -22,7 +22,7 @@ ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 
 
 def outside(points: Floats, rods: list[Rod]) -> float:
-    """How far the farthest of points (N, 3) is from all rods, m."""
+    """The largest distance (m) of points (N, 3) from the union of all rods; negative inside."""
     apart = []
     for begin, end, radius in rods:
         along = end - begin
@@ -32,7 +32,7 @@ def outside(points: Floats, rods: list[Rod]) -> float:
 
 
 def bent_tube(sides: int = 10, rings: int = 14) -> tuple[Floats, NDArray[np.int64]]:
-    """A closed tube along a quarter circle: corners and triangles."""
+    """Corners and triangles of a closed tube along a quarter circle."""
     turn = np.linspace(0, np.pi / 2, rings)
     around = np.linspace(0, 2 * np.pi, sides, endpoint=False)
     ring = [
@@ -53,7 +53,7 @@ def bent_tube(sides: int = 10, rings: int = 14) -> tuple[Floats, NDArray[np.int6
 
 
 def in_tube(rng: np.random.Generator, count: int) -> Floats:
-    """Points inside a tube whose cross-section is a polygon within the circle: a thinner one."""
+    """Random points inside the tube, a little thinner."""
     turn, angle = rng.uniform(0, np.pi / 2, count), rng.uniform(0, 2 * np.pi, count)
     off = 0.047 * np.sqrt(rng.uniform(0, 1, count))
     far = 0.2 + off * np.cos(angle)
@@ -62,6 +62,7 @@ def in_tube(rng: np.random.Generator, count: int) -> Floats:
 
 @pytest.mark.parametrize("most", [1, 4, 12])
 def test_a_tube_is_within_its_rods_with_all_that_it_holds(most: int) -> None:
+    """`cover_mesh` with at most `most` rods covers a tube's surface and inside."""
     corners, faces = bent_tube()
     assert open_edges(faces) == 0
     rods = cover_mesh(corners, faces, most)
@@ -74,6 +75,7 @@ def test_a_tube_is_within_its_rods_with_all_that_it_holds(most: int) -> None:
 
 
 def test_a_corner_that_is_pulled_out_by_a_millimetre_is_covered_too() -> None:
+    """`cover_mesh` covers a corner that is pulled out by 1 mm."""
     corners, faces = bent_tube()
     rods = cover_mesh(corners, faces, 4)
     for at in (0, 33, len(corners) - 1):
@@ -87,6 +89,7 @@ def test_a_corner_that_is_pulled_out_by_a_millimetre_is_covered_too() -> None:
 
 
 def test_more_rods_lie_closer() -> None:
+    """`cover_mesh` with more rods has less volume."""
     corners, faces = bent_tube()
     volumes = [sum(rod.volume for rod in cover_mesh(corners, faces, most)) for most in (1, 3, 6, 12)]
     assert volumes == sorted(volumes, reverse=True)
@@ -95,6 +98,7 @@ def test_more_rods_lie_closer() -> None:
 
 @pytest.mark.parametrize("size", [(0.1, 0.1, 0.1), (0.6, 0.1, 0.1), (0.5, 0.3, 0.02)])
 def test_boxes_and_cylinders_are_within_their_rods(size: tuple[float, float, float]) -> None:
+    """`cover_box` and `cover_cylinder` cover their shapes."""
     rng = generator(2)
     share = rng.uniform(-0.5, 0.5, (20000, 3))
     share[:8] = box_mesh(np.ones(3))[0]
@@ -110,6 +114,7 @@ def test_boxes_and_cylinders_are_within_their_rods(size: tuple[float, float, flo
 
 
 def test_a_hole_is_seen_and_equal_corners_are_one() -> None:
+    """`open_edges` counts edges of a hole, and none after `merged` joins equal corners."""
     corners, faces = bent_tube()
     assert open_edges(faces[1:]) == 3
     apart = corners[faces].reshape(-1, 3)
@@ -124,7 +129,7 @@ def links_of(text: str) -> list[str]:
 
 
 def written(tmp_path: Path, shapes: dict[int, str], arm: aa.Arm = ARM) -> Path:
-    """A URDF of an arm with collision shapes, by link."""
+    """Write a URDF of an arm with collision shapes by link, and return its path."""
     text = arm.to_urdf()
     for at, shape in shapes.items():
         name = links_of(arm.to_urdf())[at]
@@ -137,7 +142,7 @@ def written(tmp_path: Path, shapes: dict[int, str], arm: aa.Arm = ARM) -> Path:
 
 
 def stl(tmp_path: Path, corners: Floats, faces: NDArray[np.int64], name: str = "tube.stl") -> Path:
-    """A mesh as text."""
+    """Write a mesh as text, and return its path."""
     lines = ["solid t"]
     for triangle in corners[faces]:
         rows = [f"vertex {x!r} {y!r} {z!r}" for x, y, z in triangle.tolist()]
@@ -155,6 +160,7 @@ BOX = f'{PLACE}<geometry><box size="0.1 0.14 0.2"/></geometry>'
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "barrett_wam7", "openarm_v10"])
 def test_the_body_of_a_file_is_where_its_links_are(tmp_path: Path, name: str) -> None:
+    """`Body.from_urdf` covers boxes on all links where the file puts them."""
     arm = aa.Arm.from_catalogue(name)
     path = written(tmp_path, dict.fromkeys(range(8), BOX), arm)
     body, read = aa.Body.from_urdf(path), aa.Arm.from_urdf(path)
@@ -178,6 +184,7 @@ def test_the_body_of_a_file_is_where_its_links_are(tmp_path: Path, name: str) ->
 
 
 def test_sizes_of_a_file_mean_what_the_format_says(tmp_path: Path) -> None:
+    """`Body.from_urdf` reads radius, length, size and origin of shapes as URDF means them."""
     shapes = {
         2: f'{PLACE}<geometry><cylinder radius="0.03" length="0.5"/></geometry>',
         4: f'{PLACE}<geometry><sphere radius="0.04"/></geometry>',
@@ -214,6 +221,7 @@ def _as_rod(shape: Any, frame: Floats) -> Rod:
 
 
 def test_a_mesh_is_read_and_its_link_named(tmp_path: Path) -> None:
+    """`Body.from_urdf` covers a mesh, and names its shapes after the link."""
     need("trimesh")
     stl(tmp_path, *bent_tube())
     path = written(tmp_path, {3: f'{PLACE}<geometry><mesh filename="tube.stl"/></geometry>'})
@@ -244,6 +252,7 @@ BAD = [
 
 
 def test_a_shape_that_cannot_be_covered_is_refused_by_name(tmp_path: Path) -> None:
+    """`Body.from_urdf` refuses bad shapes and meshes with the link and the reason."""
     need("trimesh")
     corners, faces = bent_tube()
     stl(tmp_path, corners, faces)
@@ -265,6 +274,7 @@ def test_a_shape_that_cannot_be_covered_is_refused_by_name(tmp_path: Path) -> No
 
 
 def test_an_open_mesh_may_stand_for_its_hull(tmp_path: Path) -> None:
+    """`Body.from_urdf(hulls=True)` covers the hull of an open mesh."""
     need("trimesh")
     need("scipy")
     corners, faces = bent_tube()
@@ -276,6 +286,7 @@ def test_an_open_mesh_may_stand_for_its_hull(tmp_path: Path) -> None:
 
 
 def test_covers_that_always_meet_are_let_touch_and_said(tmp_path: Path) -> None:
+    """`Body.from_urdf` ignores pairs that always meet, and notes them."""
     wide = '<geometry><sphere radius="0.3"/></geometry>'
     small = '<geometry><sphere radius="0.05"/></geometry>'
     path = written(tmp_path, {3: wide, 5: wide, 1: small, 7: small})
@@ -289,6 +300,7 @@ def test_covers_that_always_meet_are_let_touch_and_said(tmp_path: Path) -> None:
 
 
 def test_geoms_of_a_model_are_covered_where_they_are() -> None:
+    """`Body.from_mjcf` covers geoms of every type where MuJoCo puts them."""
     mujoco = need("mujoco")
     text = """<mujoco><worldbody><body name="base"><geom name="foot" type="cylinder" size="0.1 0.05"/>
       <body name="l1" pos="0 0 0.3"><joint name="j1" axis="0 0 1"/><geom type="sphere" size="0.06"/>
@@ -321,7 +333,7 @@ def test_geoms_of_a_model_are_covered_where_they_are() -> None:
 
 
 def _inside(model: Any, data: Any, geom: int, rng: np.random.Generator) -> Floats:
-    """Points of a geom, in the world."""
+    """Random points of a geom, in the world."""
     size, kind = model.geom_size[geom], int(model.geom_type[geom])
     ball = rng.normal(size=(500, 3))
     ball /= np.linalg.norm(ball, axis=1)[:, None]

@@ -32,6 +32,7 @@ NAMES = tuple(f"to_l{i}" for i in range(7))
 
 
 def assert_meets_file(text: str, arm: ArmDescription, rng, position=EXACT, rotation=EXACT) -> None:
+    """Assert that an arm has the poses of a URDF text within position (m) and rotation (rad)."""
     for q in np.vstack([np.zeros(7), rng.uniform(-np.pi, np.pi, (4, 7))]):
         own = urdf_forward(text, "tip", dict(zip(arm.joint_names, q, strict=True)))
         off, turned = pose_error(dh_forward(arm, q), own)
@@ -40,6 +41,7 @@ def assert_meets_file(text: str, arm: ArmDescription, rng, position=EXACT, rotat
 
 
 def assert_same(one: ArmDescription, other: ArmDescription, tolerance: float = EXACT) -> None:
+    """Assert that two descriptions have equal numbers and joint names."""
     for name in LENGTHS:
         assert getattr(one, name) == pytest.approx(getattr(other, name), abs=tolerance)
     assert one.signs == other.signs
@@ -62,7 +64,7 @@ def drawn(seed: int, **change: float) -> tuple[RandomArm, str, np.random.Generat
 
 
 def assert_found(made: RandomArm, text: str, rng: np.random.Generator) -> ArmDescription:
-    """The arm of a text is that which was made, and written again it is itself."""
+    """Assert that a URDF's arm is that which was made, and is itself when written and read; return it."""
     arm, report = describe_chain(read_urdf(text, "root", "tip"))
     assert arm.joint_names == NAMES
     assert_meets_file(text, arm, rng)
@@ -82,6 +84,7 @@ def assert_found(made: RandomArm, text: str, rng: np.random.Generator) -> ArmDes
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(8))
 def test_generated_arm_is_found_whatever_its_frames(part):
+    """`describe_chain` finds random arms in random frames, with their lengths."""
     for seed in range(part, 400, 8):
         gap = 10 ** np.random.default_rng(seed).uniform(-4, -0.5) * (seed % 5 == 0)  # along axis 4
         made, text, rng = drawn(seed, d_4=gap * (-1) ** seed)
@@ -91,12 +94,14 @@ def test_generated_arm_is_found_whatever_its_frames(part):
 
 
 def test_a_link_across_its_axis_is_an_elbow_offset():
+    """`describe_chain` finds random arms with d_se = 0 or d_ew = 0."""
     for seed in range(1, 80, 2):
         across = {"d_se": 0.0} if seed % 3 else {"d_ew": 0.0}
         assert_found(*drawn(seed, **(across if seed % 5 else {"d_se": 0.0, "d_ew": 0.0})))
 
 
 def test_a_common_perpendicular_stands_on_both_axes():
+    """`Axes.perpendicular` gives distance and foot of the common perpendicular of two axes."""
     rng = np.random.default_rng(8)
     for points, directions in zip(rng.normal(size=(50, 7, 3)), rng.normal(size=(50, 7, 3)), strict=True):
         axes = Axes(points, directions / np.linalg.norm(directions, axis=1, keepdims=True))
@@ -109,6 +114,7 @@ def test_a_common_perpendicular_stands_on_both_axes():
 
 @pytest.mark.slow
 def test_the_writing_depends_on_the_axes_alone():
+    """`describe_chain` gives the same arm for the same axes in other frames."""
     for seed in range(60):
         made, _, _ = drawn(seed, d_4=0.02 * (seed % 3 == 0))
         texts = [urdf_of(made, np.random.default_rng(k)) for k in (1, 2)]
@@ -154,6 +160,7 @@ def test_real_file_gives_its_published_numbers_and_is_met_within_its_residual(na
 
 
 def test_rounded_right_angles_leave_plain_frames():
+    """Base and tool of a file with rounded right angles are exact identities."""
     arm, report = describe_chain(read_urdf(model("realman_rm75")))
     np.testing.assert_array_equal(arm.base, np.eye(4))
     np.testing.assert_array_equal(arm.tool, np.eye(4))
@@ -161,6 +168,7 @@ def test_rounded_right_angles_leave_plain_frames():
 
 
 def test_suspicious_speeds_are_noted():
+    """`describe_chain` notes a velocity of 16.75 rad/s."""
     _, report = describe_chain(read_urdf(model("openarm_v10")))
     wanted = "velocity of joint 'openarm_joint1' is 16.75 rad/s (960 deg/s): not trusted"
     assert wanted in report.notes
@@ -168,6 +176,7 @@ def test_suspicious_speeds_are_noted():
 
 @pytest.mark.slow
 def test_within_tolerance_is_snapped_and_the_residual_said():
+    """`describe_chain` of a nearly S-R-S chain states residuals that bound the errors of its poses."""
     for seed in range(50):
         rng = np.random.default_rng(seed)
         axis = random_frame(rng)[:3, 2]

@@ -30,7 +30,7 @@ PLAIN = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, velocity=[1] * 7)
 
 
 def with_limit(kind: str, limit: str) -> str:
-    """Return a chain whose third joint has another type and limit."""
+    """Return a URDF whose third joint has another type and limit."""
     inside = f'<axis xyz="0 0 1"/><limit {limit}/>' if limit else '<axis xyz="0 0 1"/>'
     return simple_urdf(j3=joint_xml("j3", "l2", "l3", kind, inside))
 
@@ -40,6 +40,7 @@ STATED = 'lower="-1.5" upper="1.25" velocity="1"'
 
 @pytest.mark.parametrize(("use", "wanted"), [("ignore", (-INF, INF)), ("use", (-1.5, 1.25))])
 def test_limits_of_a_continuous_joint_are_noted_and_used_if_wanted(use, wanted):
+    """`read_urdf` notes limits of a continuous joint, and uses them if continuous_limits="use"."""
     chain = read_urdf(with_limit("continuous", STATED), continuous_limits=use)
     assert (chain.joints[2].lower, chain.joints[2].upper) == wanted
     (note,) = chain.notes
@@ -54,12 +55,14 @@ def test_limits_of_a_continuous_joint_are_noted_and_used_if_wanted(use, wanted):
 @pytest.mark.parametrize("limit", ["", 'velocity="1"', 'lower="0" upper="0" velocity="1"'])
 @pytest.mark.parametrize("use", ["ignore", "use"])
 def test_a_continuous_joint_that_states_none_has_none_and_no_note(limit, use):
+    """A continuous joint without limits, or 0 to 0, has none and no note."""
     chain = read_urdf(with_limit("continuous", limit), continuous_limits=use)
     assert (chain.joints[2].lower, chain.joints[2].upper, chain.notes) == (-INF, INF, ())
 
 
 @pytest.mark.parametrize("arm", [PLAIN.with_(lower=-1, upper=1), FR3], ids=["srs", "offset"])
 def test_an_arm_says_that_its_limits_are_not_used(arm: aa.Arm) -> None:
+    """`from_urdf` of continuous joints with limits warns, notes it, and uses them on request."""
     text = arm.to_urdf().replace('type="revolute"', 'type="continuous"')
     with pytest.warns(UserWarning, match="joint 'joint_1' is continuous, .* NOT used") as caught:
         read = aa.Arm.from_urdf(text)
@@ -75,6 +78,7 @@ def test_an_arm_says_that_its_limits_are_not_used(arm: aa.Arm) -> None:
 
 
 def test_a_speed_or_a_limit_that_means_none_is_none():
+    """`read_urdf` takes velocities <= 0 and huge limits as none, with a note."""
     for velocity in ("-1", "-0.5", "inf", "0"):
         chain = read_urdf(with_limit("revolute", f'lower="-1" upper="1" velocity="{velocity}"'))
         assert chain.joints[2].velocity == INF
@@ -88,10 +92,12 @@ def test_a_speed_or_a_limit_that_means_none_is_none():
 
 
 def limited(lower: float, upper: float) -> Chain:
+    """The chain of PLAIN with these limits (rad) of all joints."""
     return read_urdf(PLAIN.with_(lower=[lower] * 7, upper=[upper] * 7).to_urdf())
 
 
 def test_limits_that_cannot_be_meant_are_noted():
+    """`describe_chain` notes limits that are all 0, or look like degrees."""
     assert describe_chain(limited(0.0, 0.0))[1].notes == (
         "all limits are 0 to 0, so that no joint may move: state the true ones",
     )
@@ -103,6 +109,7 @@ def test_limits_that_cannot_be_meant_are_noted():
 
 
 def test_limits_of_an_arm_that_look_like_degrees_are_noted():
+    """`with_` limits that look like degrees warns and notes it, until they are changed."""
     with pytest.warns(UserWarning, match="limits look like degrees"):
         arm = PLAIN.with_(lower=-170, upper=170)
     (note,) = set(arm.geometry.notes) - set(PLAIN.geometry.notes)
@@ -113,6 +120,7 @@ def test_limits_of_an_arm_that_look_like_degrees_are_noted():
 
 
 def test_lengths_of_an_arm_that_look_like_mm_are_noted():
+    """`with_` lengths that look like mm warns and notes it, until they are changed."""
     with pytest.warns(UserWarning, match="lengths look like mm where m are wanted: d_bs 340, d_se 400$"):
         arm = PLAIN.with_(d_bs=340, d_se=400)
     (note,) = set(arm.geometry.notes) - set(PLAIN.geometry.notes)
@@ -134,6 +142,7 @@ LEFTOVERS = (
 
 
 def test_a_tag_of_xacro_that_makes_no_joint_is_left_out():
+    """`read_urdf` leaves out tags of xacro that make no joint, with a note."""
     plain, q = read_urdf(simple_urdf()), np.linspace(-1, 1, 7)
     for leftover in LEFTOVERS:
         chain = read_urdf(simple_urdf(leftover), "l0", "l7")
@@ -145,6 +154,7 @@ def test_a_tag_of_xacro_that_makes_no_joint_is_left_out():
 
 
 def test_a_macro_that_is_called_is_named_with_its_line(tmp_path):
+    """`read_urdf` raises for a call of a xacro macro, with its line."""
     path = tmp_path / "arm.urdf"
     macro = '<xacro:macro name="arm">\n<link name="a"/>\n</xacro:macro>'
     path.write_text(f"<robot>\n{macro}\n <xacro:arm/>\n</robot>")
@@ -154,6 +164,7 @@ def test_a_macro_that_is_called_is_named_with_its_line(tmp_path):
 
 
 def test_a_file_is_judged_by_what_it_holds_and_not_by_its_name(tmp_path):
+    """`read_urdf` reads plain URDF in a file named .xacro."""
     path = tmp_path / "arm.urdf.xacro"
     path.write_text(simple_urdf())
     assert len(read_urdf(path).joints) == 7
@@ -161,6 +172,7 @@ def test_a_file_is_judged_by_what_it_holds_and_not_by_its_name(tmp_path):
 
 @pytest.mark.parametrize("start", ["\n", "\r\n\t ", "\ufeff", "\ufeff\n\n"])
 def test_blank_lines_may_come_first_in_text_bytes_and_files(start, tmp_path):
+    """`read_urdf` takes blanks before the XML, and counts lines with them."""
     text = start + '<?xml version="1.0" encoding="utf-8"?>\n' + simple_urdf()
     path = tmp_path / "arm.urdf"
     path.write_bytes(text.encode())
@@ -176,6 +188,7 @@ def test_blank_lines_may_come_first_in_text_bytes_and_files(start, tmp_path):
 
 @pytest.mark.parametrize("ends", [("world", "l0"), ("l0", "lost"), ("here", "there")])
 def test_a_joint_at_a_link_that_is_not_there_is_left_out(ends):
+    """`read_urdf` leaves out a joint at a missing link, with a note."""
     text = simple_urdf(joint_xml("dangling", *ends, "fixed"))
     chain = read_urdf(text)
     lost = next(end for end in ends if not re.fullmatch(r"l\d", end))
@@ -188,7 +201,7 @@ def test_a_joint_at_a_link_that_is_not_there_is_left_out(ends):
 
 @pytest.mark.parametrize("joint", [1, 6])
 def test_an_offset_arm_is_named_only_where_there_is_one(joint):
-    """Along the axis between two others no offset wrist or shoulder is what misses."""
+    """The refusal of a near arm names an offset wrist or shoulder only if one would fit."""
     for off, named in ((shift(0.012, 0, 0), True), (shift(0, 0.012, 0), False)):
         with pytest.raises(ModelError) as caught:
             describe_chain(broken_chain(joint, off))
@@ -199,6 +212,7 @@ def test_an_offset_arm_is_named_only_where_there_is_one(joint):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_the_fitted_arm_is_nearer_than_the_snapped_one_and_a_minimum(seed):
+    """The arm fitted to a near chain has the least error over its lengths and frames."""
     rng = np.random.default_rng(seed)
     chain = broken_chain(0, np.eye(4), seed)
     for joint in (1, 2, 4, 6):
@@ -212,6 +226,7 @@ def test_the_fitted_arm_is_nearer_than_the_snapped_one_and_a_minimum(seed):
     q = rng.uniform(-np.pi, np.pi, (2000, 7))
 
     def mean_square(candidate: aa.Arm) -> float:
+        """The mean squared error (m²) of an arm's poses."""
         difference = candidate.forward(q)[0] - chain.forward(q)
         turned = np.linalg.norm(difference[:, :3, :3], axis=(1, 2)) ** 2 / 2
         return float(
@@ -246,12 +261,14 @@ FITTED = {
 
 @pytest.mark.parametrize("name", FITTED)
 def test_a_real_near_arm_is_fitted(name):
+    """The residual of a real nearly S-R-S arm after the fit is as small as measured before."""
     snapped, fitted = FITTED[name]
     _, report = describe_chain(read_urdf(model(name)), length=0.03)
     assert 1e3 * report.residual_position <= fitted < snapped
 
 
 def test_nearness_names_both_bounds():
+    """`nearness` gives the largest miss (m) and tilt (rad) of axes."""
     found = nearness(Axes(*broken_chain(1, shift(0, 0.013, 0) @ turn(X, 4e-4)).lines()))
     assert (found.srs, found.near) == (False, True)
     assert found.miss == pytest.approx(0.013, rel=0.02) and found.tilt == pytest.approx(4e-4)
@@ -270,6 +287,7 @@ READ = (
 
 @pytest.mark.parametrize("name", READ)
 def test_each_case_is_read_and_met(name):
+    """`from_urdf` of each small case has the file's poses, with a note if the file is odd."""
     arm = aa.Arm.from_urdf(case(name))
     report = arm.report
     assert report is not None and report.residual_position <= 1e-9
@@ -281,6 +299,7 @@ def test_each_case_is_read_and_met(name):
 
 
 def test_a_near_arm_keeps_its_elbow_offset():
+    """The fitted arm of a near file keeps its elbow offset for either tolerance."""
     file = case("07_near_with_elbow_offset.urdf")
     arms = [aa.Arm.from_urdf(file, fit="srs", length_tolerance=length) for length in (0.0196, 0.0201)]
     assert arms[0] == arms[1]
@@ -288,6 +307,7 @@ def test_a_near_arm_keeps_its_elbow_offset():
 
 
 def test_mjcf_needs_no_meshes():
+    """`from_mjcf` reads a model whose meshes are missing; six hinges are refused."""
     need("mujoco")
     arm = aa.Arm.from_mjcf(case("16_mjcf_mesh_missing.xml"))
     assert (arm.geometry.d_bs, arm.geometry.d_se, arm.geometry.d_ew) == pytest.approx((0.3, 0.4, 0.39))
@@ -300,6 +320,7 @@ def test_mjcf_needs_no_meshes():
 
 
 def test_an_offset_arm_has_the_notes_that_an_arm_has():
+    """`from_urdf` of an offset arm notes and warns as for an S-R-S arm."""
     text = FR3.to_urdf()
     speeds = re.sub(r'velocity="[^"]*"', 'velocity="-1"', text)
     wide = re.sub(r'(lower|upper)="(-?)[^"]*"', r'\1="\g<2>1e16"', text)
@@ -329,7 +350,7 @@ def test_an_offset_arm_has_the_notes_that_an_arm_has():
 
 
 def calibrated(arm: aa.Arm, seed: int = 0) -> Chain:
-    """Return its chain with frames that are off by some 0.5 mm and 1 mrad."""
+    """Return an arm's chain with joint frames that are off by some 0.5 mm and 1 mrad."""
     rng, chain = np.random.default_rng(seed), read_urdf(arm.to_urdf())
     joints = list(chain.joints)
     for i, joint in enumerate(joints):
@@ -342,6 +363,7 @@ def calibrated(arm: aa.Arm, seed: int = 0) -> Chain:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_calibrated_offset_arm_keeps_its_chain_and_tolerances_idealise_it(seed: int) -> None:
+    """`load` of a calibrated offset arm keeps its chain; tolerances make it ideal with its residual."""
     chain = calibrated(FR3, seed)
     text = write_chain(chain, "calibrated")
     q = np.random.default_rng(1).uniform(-np.pi, np.pi, (500, 7))
@@ -362,7 +384,9 @@ def test_a_calibrated_offset_arm_keeps_its_chain_and_tolerances_idealise_it(seed
 
 
 def beside(length: float, angle: float = 0.0) -> str:
-    """Return an arm whose axes 1 and 3 meet axis 2 so far (m) apart, as on a Kinova Gen3, and a turn more."""
+    """Return the URDF of an arm whose axes 1 and 3 meet axis 2 `length` (m) apart, turned by `angle` (rad)
+    there.
+    """
     chain = broken_chain(1, shift(0, length, 0) @ turn(X, angle))
     return write_chain(
         replace(chain, joints=tuple(replace(j, lower=-3.0, upper=3.0) for j in chain.joints)), "a"
@@ -375,6 +399,7 @@ DOORS = {"gen3": (0.01175, 0.0), "tilted": (0.013, 4e-4), "a hair": (0.0009, 0.0
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("name", DOORS)
 def test_a_near_arm_keeps_its_chain_and_is_idealised_only_where_asked(name: str) -> None:
+    """`from_urdf` of a near arm keeps its chain; fit="srs" makes it ideal, warns and states the residual."""
     text = beside(*DOORS[name])
     chain = read_urdf(text)
     if name == "far":
@@ -423,6 +448,7 @@ ODD = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ODD)
 def test_every_door_that_a_refusal_names_takes_the_file_with_the_error_that_it_names(name: str) -> None:
+    """Each call that a refusal names takes the file, with an error no larger than it names."""
     frames, near, named = ODD[name]
     chain = broken_chain(0, np.eye(4))
     joints = list(chain.joints)
@@ -452,6 +478,7 @@ def test_every_door_that_a_refusal_names_takes_the_file_with_the_error_that_it_n
 
 
 def test_a_real_file_that_is_near_keeps_its_chain() -> None:
+    """`from_urdf` of real near files keeps their chain; fit="srs" with a small tolerance raises."""
     for file in (model("kinova_gen3_7dof"), case("15_tilt_0.02_deg_and_13_mm.urdf")):
         with pytest.raises(ModelError, match='fit="own" takes it as it is'):
             aa.Arm.from_urdf(file, fit="srs", length_tolerance=1e-4)
@@ -459,6 +486,7 @@ def test_a_real_file_that_is_near_keeps_its_chain() -> None:
 
 
 def test_a_joint_that_moves_the_base_is_noted() -> None:
+    """`from_urdf` notes a joint below the base."""
     text = PLAIN.with_(lower=-1, upper=1).to_urdf()
     lift = (
         '<link name="foot"/><joint name="lift" type="prismatic"><parent link="foot"/><child link="base"/>'
@@ -473,6 +501,7 @@ def test_a_joint_that_moves_the_base_is_noted() -> None:
 
 
 def test_a_joint_that_moves_the_base_of_a_model_is_noted() -> None:
+    """`read_mjcf` notes a joint below the base."""
     need("mujoco")
     slide = (
         '<joint name="lift" type="slide" axis="0 0 1"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
@@ -483,6 +512,7 @@ def test_a_joint_that_moves_the_base_of_a_model_is_noted() -> None:
 
 
 def test_limits_of_a_file_that_cannot_be_meant_are_warned_of() -> None:
+    """`from_urdf` and `load` warn once of limits that are all 0, or look like degrees."""
     none = re.sub(r'(lower|upper)="[^"]*"', r'\1="0"', PLAIN.with_(lower=-1, upper=1).to_urdf())
     degrees = none.replace('lower="0"', 'lower="-170"').replace('upper="0"', 'upper="170"')
     for text, said in ((none, "all limits are 0 to 0"), (degrees, "limits look like degrees")):
@@ -497,6 +527,7 @@ def test_limits_of_a_file_that_cannot_be_meant_are_warned_of() -> None:
 
 
 def test_an_offset_arm_is_not_idealised():
+    """`from_urdf` of an offset arm keeps the offset; fit="srs" needs a large tolerance and warns."""
     assert aa.Arm.from_urdf(FR3.to_urdf()).geometry.a_6 == pytest.approx(FR3.geometry.a_6)
     with pytest.raises(ModelError, match='fit="own" takes it: it is S-R-S but for an offset wrist'):
         aa.Arm.from_urdf(FR3.to_urdf(), fit="srs", length_tolerance=0.01)
@@ -519,6 +550,7 @@ KINDS = {
 
 @pytest.mark.parametrize("name", KINDS)
 def test_each_door_gives_the_arm_of_the_file(name: str, tmp_path: Path) -> None:
+    """`load` of a path, text, bytes or object gives the arm of every kind, with or without ends."""
     arm = aa.Arm.load(name)
     assert (arm.kind, arm.redundancy) == KINDS[name] and arm == aa.Arm.from_catalogue(name)
     text = arm.to_urdf()
@@ -552,6 +584,7 @@ def test_each_door_gives_the_arm_of_the_file(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("door", ["load", "from_mjcf"])
 def test_a_model_of_mujoco_is_the_arm_of_its_bodies(door: str, tmp_path: Path) -> None:
+    """`load` and `from_mjcf` of a model give the kind and MuJoCo's own poses."""
     mujoco = need("mujoco")
     for beside_6, beside_2, kind in ((0, 0, "srs"), (0.08, 0, "offset_wrist"), (0, 0.002, "srs_chain")):
         xml = hinges(beside_6, beside_2)
@@ -576,7 +609,9 @@ def test_a_model_of_mujoco_is_the_arm_of_its_bodies(door: str, tmp_path: Path) -
 
 
 def hinges(beside_6: float, beside_2: float) -> str:
-    """Return seven hinges: how far (m) axis 7 stands beside axis 6, and axis 3 meets axis 2 beside 1."""
+    """Return the MJCF of seven hinges: axis 7 is `beside_6` (m) off axis 6, axis 3 meets axis 2 `beside_2`
+    off axis 1.
+    """
     bodies, ends = "", ""
     axes = ("0 0 1", "0 1 0", "0 0 1", "0 -1 0", "0 0 1", "0 1 0", "0 0 1")
     for i, (z, axis) in enumerate(zip((0.3, 0, 0, 0.4, 0, 0.4, 0), axes, strict=True)):
@@ -588,6 +623,7 @@ def hinges(beside_6: float, beside_2: float) -> str:
 
 
 def test_what_is_no_arm_is_told_at_the_door(tmp_path: Path) -> None:
+    """`load` refuses unknown names, missing files and other types, and says so."""
     with pytest.raises(InputError, match=r"no robot 'franka_fr33'; did you mean 'franka_fr3'"):
         aa.Arm.load("franka_fr33")
     for missing in (tmp_path / "none.urdf", str(tmp_path / "none.urdf"), "none.urdf"):
@@ -599,6 +635,7 @@ def test_what_is_no_arm_is_told_at_the_door(tmp_path: Path) -> None:
 
 
 def test_a_nearly_srs_arm_is_fitted_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`from_urdf` of a nearly S-R-S arm calls `fit` once."""
     calls = []
     monkeypatch.setattr(
         "armangle.models.detect.fit", lambda *given, **more: calls.append(given) or fit(*given, **more)

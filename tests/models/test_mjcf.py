@@ -23,10 +23,12 @@ INERTIA = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
 
 @pytest.fixture
 def mujoco() -> ModuleType:
+    """The module mujoco, or skip."""
     return need("mujoco")
 
 
 def text_of(values) -> str:
+    """Numbers as text, with blanks between."""
     return " ".join(repr(float(value)) for value in values)
 
 
@@ -65,6 +67,7 @@ def model_of(world: str, rest: str = "") -> str:
 
 
 def rotation(q) -> np.ndarray:
+    """The rotation (3, 3) of a quaternion (w, x, y, z)."""
     w, x, y, z = q
     return np.array(
         [
@@ -103,6 +106,7 @@ def own_pose(mujoco: ModuleType, text: str, q, kind: str, name: str) -> np.ndarr
 
 @pytest.mark.parametrize("part", range(4))
 def test_generated_arm_is_found(mujoco, part):
+    """`read_mjcf` and `describe_chain` find random arms with MuJoCo's own poses."""
     for seed in range(part, 60, 4):
         rng = np.random.default_rng(seed)
         made = RandomArm(rng, elbow_offset=seed % 2 == 1, right_angles=seed % 4 >= 2)
@@ -119,6 +123,7 @@ def test_generated_arm_is_found(mujoco, part):
 
 
 def test_limits_come_along(mujoco):
+    """`read_mjcf` gives limits of limited joints, infinite ones for others, and no velocities."""
     rng = np.random.default_rng(0)
     joints = read_mjcf(mjcf_of(RandomArm(rng), rng), tip="b6").joints
     assert [j.lower for j in joints] == [-np.inf, -2, -np.inf, -4, -np.inf, -6, -np.inf]
@@ -127,6 +132,7 @@ def test_limits_come_along(mujoco):
 
 
 def test_several_joints_of_a_body_and_references_count(mujoco):
+    """`read_mjcf` of bodies with several joints and references has MuJoCo's own poses."""
     hinge = '<joint name="a{0}" type="hinge" axis="{1}" pos="0 0 .{0}" ref="0.{0}"/>'
     axes = ("0 0 1", "0 1 0", "1 0 0", "0 1 1", "1 1 0", "1 0 1", "1 1 1")
     hinges = [hinge.format(i + 1, axis) for i, axis in enumerate(axes)]
@@ -139,6 +145,7 @@ def test_several_joints_of_a_body_and_references_count(mujoco):
 
 
 def tower(count: int, top: str = "", joint: str = '<joint name="h{}" axis="0 0 1"/>') -> str:
+    """The MJCF of `count` bodies in one another, each with `joint`, and `top` in the last."""
     opening = [f'<body name="b{i}">{joint.format(i)}{INERTIA}' for i in range(1, count + 1)]
     return "".join(opening) + top + "</body>" * count
 
@@ -147,6 +154,7 @@ FLANGE = '<body name="{}"/>'
 
 
 def test_candidates_end_at_the_last_fixed_body(mujoco):
+    """`mjcf_candidates` end at the last fixed body, or above if there are several."""
     for world, found in (
         (tower(7), [("b7", ["b7"])]), (tower(7, FLANGE.format("flange")), [("flange", ["flange"])]),
         (tower(7, FLANGE.format("flange") + FLANGE.format("camera")), [("b7", ["flange", "camera"])]),
@@ -171,6 +179,7 @@ REFUSED = [
 
 
 def test_refusals_name_what_is_wrong(mujoco, tmp_path):
+    """`read_mjcf` refuses wrong ends, chains, joints and files, and says what is wrong."""
     assert not_refused([
         *((ModelError, f"^XML text: .*{re.escape(said)}", lambda world=world,
           ends=ends: read_mjcf(model_of(world), *ends))
@@ -187,7 +196,10 @@ def test_refusals_name_what_is_wrong(mujoco, tmp_path):
     ("partner", "said"), [('joint2="h1"', "is coupled to joint 'h1'"), ("", "is held still by an equality")]
 )
 def test_a_joint_is_bound_by_an_equality_that_is_switched_on(mujoco, partner, said):
+    """`read_mjcf` refuses a joint that an active equality binds."""
+
     def text(active):
+        """The model with the equality active or not."""
         rest = f'<equality><joint joint1="h3" {partner} active="{active}"/></equality>'
         return model_of(tower(7), rest)
 
@@ -212,6 +224,7 @@ BOUND = {
 
 
 def test_what_bounds_joints_in_another_part_is_noted_once(mujoco):
+    """`read_mjcf` notes equalities, servos and tendons that bound the arm's joints, once each."""
     low = ARM.replace('<body name="b3">', '<site name="low"/><body name="b3">')
     for rest, bound in BOUND.items():
         notes = read_mjcf(model_of(low, rest), tip="tip").notes
@@ -226,6 +239,7 @@ def test_what_bounds_joints_in_another_part_is_noted_once(mujoco):
 
 
 def test_limits_that_are_switched_off_are_noted(mujoco):
+    """`read_mjcf` gives infinite limits if `limited` is false, and notes the joints."""
     text = model_of(ARM.replace('limited="true"', 'limited="false"', 2))
     chain = read_mjcf(text, tip="tip")
     assert [joint.upper for joint in chain.joints] == [np.inf] * 2 + [2.0] * 5
@@ -262,7 +276,7 @@ SDF = '<geom type="sdf" mesh="m"><plugin instance="i"/></geom>'
 
 
 def test_models_with_plugins_are_read_in_a_process_that_lives_on(mujoco, tmp_path):
-    """In a process of its own: what is deleted twice ends the process."""
+    """`read_mjcf` of models with plugins does not crash its process."""
     for kind, (before, after) in PLUGINS.items():
         text = model_of(ARM + (SDF if kind == "a geom" else ""), after)
         (tmp_path / f"{kind}.xml").write_text(text.replace("<worldbody>", before + "<worldbody>"))
@@ -276,6 +290,7 @@ def test_models_with_plugins_are_read_in_a_process_that_lives_on(mujoco, tmp_pat
 
 
 def test_arms_that_are_attached_are_read(mujoco, tmp_path):
+    """`read_mjcf` of attached models has MuJoCo's own poses."""
     rng = np.random.default_rng(3)
     one = mjcf_of(RandomArm(rng), rng).replace(INERTIA, '<geom size=".01"/>')
     (tmp_path / "one.xml").write_text(one.replace("<worldbody>", '<worldbody><body name="foot">').replace(
@@ -299,6 +314,7 @@ def test_arms_that_are_attached_are_read(mujoco, tmp_path):
 
 
 def test_without_mujoco_the_extra_is_named(monkeypatch):
+    """`read_mjcf` without mujoco raises, and names the extra to install."""
     monkeypatch.setitem(sys.modules, "mujoco", None)
     with pytest.raises(MissingExtraError, match=r"pip install 'armangle\[mujoco\]'"):
         read_mjcf("<mujoco/>")

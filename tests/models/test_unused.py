@@ -23,7 +23,7 @@ CONTROL = (
 
 
 def with_joint(inside: str, name: str = "j3", kind: str = "revolute", more: str = "") -> str:
-    """Return a URDF in which one joint has this content."""
+    """Return a URDF in which the joint `name` has this content and `more` follows."""
     number = int(name[1:])
     return simple_urdf(more, **{name: joint_xml(name, f"l{number - 1}", f"l{number}", kind, inside)})
 
@@ -47,23 +47,27 @@ NOTED = [
 
 
 def test_a_part_that_is_not_used_is_noted_once() -> None:
+    """`read_urdf` notes each part that bounds or moves joints and is not used, once."""
     for text, said in NOTED:
         notes = read_urdf(text.replace("<robot", '<robot xmlns:drake="d"', 1), "l0", "l7").notes
         assert len(notes) == (said is not None) and (said is None or said in notes[0]), (said, notes)
 
 
 def test_soft_limits_of_many_joints_are_one_note() -> None:
+    """`read_urdf` notes soft limits of all joints in one note."""
     text = simple_urdf().replace("</joint>", SOFT.format(-0.5, 0.5) + "</joint>")
     (note,) = read_urdf(text, "l0", "l7").notes
     assert all(repr(f"j{i}") in note for i in range(1, 8))
 
 
 def test_the_first_of_two_parts_counts() -> None:
+    """`read_urdf` takes the first of two axes of a joint."""
     twice = with_joint(NARROW + '<axis xyz="0 0 1"/><axis xyz="0 1 0"/>')
     np.testing.assert_array_equal(read_urdf(twice, "l0", "l7").joints[2].axis, [0, 0, 1])
 
 
 def test_a_quaternion_places_a_joint_as_its_angles_do() -> None:
+    """`read_urdf` reads quat_xyzw of an origin, of any length, as its angles."""
     angles = with_joint(NARROW + '<origin xyz="1 2 3" rpy="0 0 1.2"/>')
     half = 0.6
     quaternion = f"0 0 {5 * np.sin(half)!r} {5 * np.cos(half)!r}".replace("np.float64(", "").replace(")", "")
@@ -82,6 +86,7 @@ NOTHING = {
 
 
 def test_origins_that_mean_nothing_are_refused() -> None:
+    """`read_urdf` refuses origins with bad numbers, and says why."""
     assert not_refused(
         (ModelError, re.escape(said),
          lambda origin=origin: read_urdf(with_joint(f"{NARROW}<origin {origin}/>"), "l0", "l7"))
@@ -91,6 +96,7 @@ def test_origins_that_mean_nothing_are_refused() -> None:
 
 @pytest.mark.parametrize("still", [["j3"], ["j1", "j6"]])
 def test_joints_without_range_are_named(still: list[str]) -> None:
+    """`from_urdf` warns of joints whose limits are 0 to 0, and names them."""
     text = PLAIN.with_(lower=-2, upper=2).to_urdf()
     for name in still:
         at = text.index(f'name="joint_{name[1]}"')
@@ -103,6 +109,7 @@ def test_joints_without_range_are_named(still: list[str]) -> None:
 
 
 def test_limits_of_rad_that_are_read_as_degrees_are_noted() -> None:
+    """`from_urdf` warns of limits so small that they look like rad taken for degrees."""
     arm = PLAIN.with_(lower=np.radians(-2.4), upper=np.radians(2.4))
     with pytest.warns(UserWarning, match="look like rad"):
         report = Arm.from_urdf(arm.to_urdf()).report
@@ -110,13 +117,14 @@ def test_limits_of_rad_that_are_read_as_degrees_are_noted() -> None:
 
 
 def test_a_comment_may_be_in_any_encoding() -> None:
+    """`read_urdf` reads a file with a comment in another encoding, with a note if it is not declared."""
     for codec in ("gbk", "latin-1", "shift_jis", "utf-8"):
         for declared in (None, "utf-8", "itself"):
             read_with_a_comment(codec, declared)
 
 
 def read_with_a_comment(codec: str, declared: str | None) -> None:
-    """Read a URDF with a comment in another encoding."""
+    """Check that a URDF with a comment in `codec` is read, whatever encoding it declares."""
     word = {"latin-1": "Gr\u00f6\u00dfe"}.get(codec, "\u6a5f\u68b0")
     body = simple_urdf("<visual/>").replace("<robot", f"<!-- {word} -->\n<robot", 1)
     head = "" if declared is None else f'<?xml version="1.0" encoding="{declared}"?>\n'
@@ -128,6 +136,7 @@ def read_with_a_comment(codec: str, declared: str | None) -> None:
 
 
 def test_names_in_another_encoding_stay_apart_and_shapes_are_found() -> None:
+    """`Body.from_urdf` finds the shapes of a link named in another encoding."""
     text = PLAIN.to_urdf()
     text = text[text.index("<robot") :]
     ball = '<collision><geometry><sphere radius="0.05"/></geometry></collision>'
@@ -139,5 +148,6 @@ def test_names_in_another_encoding_stay_apart_and_shapes_are_found() -> None:
 
 
 def test_an_encoding_that_does_not_exist_is_named() -> None:
+    """`read_urdf` refuses an unknown encoding."""
     with pytest.raises(ModelError, match="unknown encoding"):
         read_urdf(b'<?xml version="1.0" encoding="klingon"?>' + simple_urdf().encode())

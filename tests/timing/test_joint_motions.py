@@ -20,7 +20,9 @@ A = 5.0
 
 
 def kept(found: aa.Trajectory, velocity: Floats, a: float, j: float | None) -> None:
-    """Check bounds (rad/s, rad/s², rad/s³) between the rows, and rest at both ends."""
+    """Check that a trajectory keeps bounds (rad/s, rad/s², rad/s³) between its rows, and rests at
+    both ends.
+    """
     t = np.linspace(0.0, found.duration, 2001)
     h = t[1]
     speed = np.diff(found.at(t).q, axis=0) / h
@@ -58,7 +60,7 @@ def least_time(way: Floats, velocity: Floats, a: float, j: float) -> float:
 
 
 def pair(rng: np.random.Generator, arm: aa.Arm, size: float) -> Floats:
-    """A random configuration, and one at the share `size` of the way from it to another."""
+    """Random joints, and others at the share `size` of the way from there to the next random ones."""
     first, last = (
         rng.uniform(arm.lower * 0.9, arm.upper * 0.9, (2, 7))
         if arm is ARM
@@ -75,7 +77,9 @@ def pair(rng: np.random.Generator, arm: aa.Arm, size: float) -> Floats:
 def test_from_posture_to_posture_takes_what_its_slowest_joint_needs(
     rng: np.random.Generator, arm: aa.Arm, size: float, j: float | None, n: int
 ) -> None:
-    """Beside the closed form that users write by hand, with rows between or without."""
+    """`retime` of a straight joint motion takes the least time of its slowest joint, with rows between or
+    not.
+    """
     for _ in range(3):
         ends = pair(rng, arm, size)
         q = ends[0] + np.linspace(0, 1, n)[:, None] * (ends[1] - ends[0])
@@ -88,6 +92,7 @@ def test_from_posture_to_posture_takes_what_its_slowest_joint_needs(
 
 
 def test_joints_go_straight_and_the_tool_where_they_take_it(rng: np.random.Generator) -> None:
+    """from_joints(between="joints"): q is linear between rows; pose, psi and gc are `forward` of it."""
     q = np.cumsum(rng.normal(0, 0.3, (6, 7)), axis=0) * [1, 0.5, 1, 0.5, 1, 0.5, 1]
     rows = np.sort(np.append(rng.uniform(0, 1, 4), [0.0, 1.0]))
     path = aa.JointPath.from_joints(ARM, q, s=rows, between="joints")
@@ -106,6 +111,7 @@ def test_joints_go_straight_and_the_tool_where_they_take_it(rng: np.random.Gener
 
 
 def test_corners_are_stops_or_rounded_within_the_tolerance() -> None:
+    """`retime` of joint rows stops at corners, or rounds them within the tolerance in less time."""
     q = np.array(
         [[0, 0.5, 0, -1.2, 0, 0.6, 0], [0.5, 0.7, 0, -1.0, 0, 0.6, 0.3], [0.4, 0.3, 0.3, -1.4, 0.2, 0.9, 0]]
     )
@@ -125,7 +131,7 @@ def test_corners_are_stops_or_rounded_within_the_tolerance() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("j", [None, 200.0])
 def test_a_larger_tolerance_is_made_use_of(rng: np.random.Generator, j: float | None) -> None:
-    """Beside a motion that stops at every corner, and beside a smaller tolerance."""
+    """`retime` with a larger tolerance takes less time, and states its deviation within a factor of 2."""
     walk = np.array([0, 0.5, 0, -1.2, 0, 0.7, 0]) + np.cumsum(rng.normal(0, 0.12, (7, 7)), axis=0)
     path = aa.JointPath.from_joints(ARM, walk, between="joints")
     durations = [aa.retime(path, velocity=1.5, acceleration=A, jerk=j, tolerance=0.0, cycle=0).duration]
@@ -145,6 +151,7 @@ def test_a_larger_tolerance_is_made_use_of(rng: np.random.Generator, j: float | 
 def test_a_tolerance_that_is_too_small_to_be_used_is_a_stop(
     rng: np.random.Generator, tolerance: float
 ) -> None:
+    """`retime` with a tolerance of 1e-6 or 1e-9 m is no slower than with stops, and keeps it."""
     walk = np.array([0, 0.5, 0, -1.2, 0, 0.7, 0]) + np.cumsum(rng.normal(0, 0.1, (20, 7)), axis=0)
     path = aa.JointPath.from_joints(ARM, walk, between="joints")
     nodes = np.linspace(0, 1, 20)
@@ -158,7 +165,7 @@ def test_a_tolerance_that_is_too_small_to_be_used_is_a_stop(
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("end", ["start", "goal"])
 def test_a_singular_home_is_left_within_the_tolerance(end: str) -> None:
-    """Joints leave it as the root of s: at no finite speed along the path."""
+    """`retime` of a plan from or to a singular home refuses without tolerance, and keeps the one given."""
     arm = aa.Arm.from_catalogue("openarm_v10")
     home = np.radians([0.0, 0, 0, 90, 0, 0, 0])
     pose = arm.forward(home)[0]
@@ -180,7 +187,7 @@ def test_a_singular_home_is_left_within_the_tolerance(end: str) -> None:
 def test_a_spline_is_met_and_takes_as_long_however_many_rows_it_has(
     rng: np.random.Generator, j: float | None
 ) -> None:
-    """Straight ways between the rows of the same motion take several times as long."""
+    """A spline meets its rows, and `retime` takes as long for 40 rows as for 640."""
     knots = np.array([0, 0.5, 0, -1.2, 0, 0.7, 0]) + rng.normal(0, 0.25, (6, 7))
     smooth = need("scipy.interpolate").CubicSpline(np.linspace(0, 1, 6), knots)
     found = []
@@ -197,6 +204,7 @@ def test_a_spline_is_met_and_takes_as_long_however_many_rows_it_has(
 
 
 def test_a_spline_of_straight_rows_is_the_straight_way() -> None:
+    """`retime` of a spline through straight rows takes as long as of straight joints."""
     q = np.linspace([0, 0.5, 0, -1.2, 0, 0.6, 0], [1, 0.2, 0.3, -1.5, 0.6, 0.9, -1], 30)
     one, other = (
         aa.retime(aa.JointPath.from_joints(ARM, q, between=how), acceleration=A, jerk=200.0).duration
@@ -206,6 +214,7 @@ def test_a_spline_of_straight_rows_is_the_straight_way() -> None:
 
 
 def test_a_spline_that_passes_a_limit_is_refused_and_straight_joints_are_not() -> None:
+    """from_joints refuses a spline beyond a limit between rows; straight joints keep it."""
     q = np.tile(np.array([0, 0.5, 0, -1.2, 0, 0.6, 0.0]), (6, 1))
     q[2:4, 1] = ARM.upper[1] - [1e-4, 2e-4]
     with pytest.raises(
@@ -218,6 +227,7 @@ def test_a_spline_that_passes_a_limit_is_refused_and_straight_joints_are_not() -
 
 @pytest.mark.parametrize("between", ["joints", "spline"])
 def test_the_speed_of_the_tool_is_held(between: Between) -> None:
+    """`retime(tool_speed=)` of joint motions keeps the tool's speed but for the ramps."""
     q = np.linspace([0, 0.5, 0, -1.2, 0, 0.6, 0], [0.6, 0.7, 0.3, -1.0, 0.1, 0.9, -0.3], 12)
     q[:, 3] += 0.1 * np.sin(np.linspace(0, np.pi, 12)) * (between == "spline")
     path = aa.JointPath.from_joints(ARM, q, between=between)
@@ -231,7 +241,7 @@ def test_the_speed_of_the_tool_is_held(between: Between) -> None:
 
 
 def test_it_is_joined_to_a_line_and_timed_as_one() -> None:
-    """A motion to the start of a line, and the line: the usual approach."""
+    """A joint motion joined with a planned line is retimed as one, and stays on the line."""
     home, near = np.radians([[0, 10, 0, -90, 0, 80, 0], [20, 30, 5, -80, 0, 60, 10]])
     begin = ARM.forward(near)[0]
     end = begin.copy()
@@ -251,6 +261,7 @@ def test_it_is_joined_to_a_line_and_timed_as_one() -> None:
 
 @pytest.mark.parametrize("between", ["tool", "joints", "spline"])
 def test_a_posture_of_no_arm_angle_and_a_repeated_row_are_no_obstacles(between: Between) -> None:
+    """`retime` of rows through theta_2 = theta_6 = 0 with a repeated row takes no longer."""
     q = np.linspace([0.3, 0.5, 0, -1.2, 0, 0.6, 0], [0.3, -0.5, 0, -1.2, 0, -0.6, 0.2], 21)
     q = np.insert(q, 7, q[7], axis=0)
     if between == "tool":
@@ -273,8 +284,7 @@ LEAPING = (
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ["fourier_gr2t2d_left", "openarm_v10"])
 def test_a_leap_in_what_is_not_proven_is_rounded_or_refused(name: str) -> None:
-    """From θ2 = θ6 = 0 a plan may leap by micro-radians within 1e-7 of s, which its rows do not show. An
-    OpenArm with both hinges at 0: 1.5e-5 of s are not proven, and psi says little of joints there."""
+    """`retime` of a plan that leaps where it is not certified refuses, or rounds that within its bounds."""
     arm = aa.Arm.from_catalogue(name).with_(reference="stereographic" if "left" in name else "base")
     start = np.array(LEAPING.split(), float) if "left" in name else np.radians([0, 0, 0, 90.0, 0, 0, 0])
     first = arm.forward(start, on_error="nan")[0]
@@ -294,7 +304,7 @@ def test_a_leap_in_what_is_not_proven_is_rounded_or_refused(name: str) -> None:
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("seed", [4, 10])
 def test_acceleration_does_not_leap_at_stops_between_short_and_long_ways(seed: int) -> None:
-    """Where s changes 5000 times as fast before a stop as after it, and where a corner is of 1e-7 rad."""
+    """At stops between very short and long ways `retime` keeps its jerk bound."""
     rng = np.random.default_rng(seed)
     sizes = 10 ** rng.uniform(-7, -0.5, (int(rng.integers(5, 45)), 1))
     rows = np.clip(np.cumsum(0.4 * rng.normal(size=(len(sizes), 7)) * sizes, axis=0), -1.5, 1.5)
@@ -307,6 +317,7 @@ def test_acceleration_does_not_leap_at_stops_between_short_and_long_ways(seed: i
 
 
 def test_rows_that_are_no_motion_are_said() -> None:
+    """from_joints and `retime` refuse wrong words, rows beyond limits, and rows that need `between`."""
     rest = np.array([0, 0.5, 0, -1.2, 0, 0.6, 0.0])
     with pytest.raises(aa.InputError, match="between is 'line', wanted"):
         aa.JointPath.from_joints(ARM, [rest, rest + 0.1], between="line")  # type: ignore[arg-type]  # a wrong word

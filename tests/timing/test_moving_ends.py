@@ -35,7 +35,7 @@ PATHS = {
 
 
 def ends(path: aa.JointPath) -> Any:
-    """Directions of the joints at both ends, the fastest of them 1."""
+    """The directions of the joints at both ends of a path, the fastest joint 1."""
     rates = [path.derivatives(s)[0] for s in (0.0, np.nextafter(1.0, 0.0))]
     return [rate / np.abs(rate).max() for rate in rates]
 
@@ -44,6 +44,7 @@ def ends(path: aa.JointPath) -> Any:
 @pytest.mark.parametrize("name", PATHS)
 @pytest.mark.parametrize("speeds", [(0.2, 0.0), (0.0, 0.3), (0.5, 0.4)])
 def test_it_begins_and_ends_as_asked_within_every_bound(name: str, speeds: tuple[float, float]) -> None:
+    """`retime(start=, goal=)` has these velocities at its ends, and keeps its bounds."""
     path, arm = PATHS[name], PATHS[name].arm
     start, goal = (v * way for v, way in zip(speeds, ends(path), strict=True))
     found = aa.retime(path, acceleration=A, start=start, goal=goal, sample=1e-3)
@@ -64,7 +65,7 @@ JERKED = PATHS | {"calibrated": aa.plan(CALIBRATED, line(CALIBRATED, Q, SHIFT), 
 @pytest.mark.turns(3)
 @pytest.mark.parametrize("name", JERKED)
 def test_the_jerk_is_bounded_from_and_to_a_motion(name: str) -> None:
-    """Any velocities along the path at both ends: within every bound at 10 001 times, and exact ends."""
+    """`retime(start=, goal=, jerk=)` has these velocities at its ends, and keeps its bounds."""
     path, rng = JERKED[name], generator(42, 7, len(name))
     start, goal = (v * way for v, way in zip(rng.uniform(0.0, 0.35, 2), ends(path), strict=True))
     found = aa.retime(path, acceleration=A, jerk=JERK, start=start, goal=goal)
@@ -74,7 +75,7 @@ def test_the_jerk_is_bounded_from_and_to_a_motion(name: str) -> None:
 
 
 def keeps(found: aa.Trajectory, jerk: float | None = None) -> None:
-    """Look at all bounds at 10 001 times; jerks as differences of accelerations too."""
+    """Check velocity, acceleration A and jerk of a trajectory at 10 001 times."""
     t = np.linspace(0.0, found.duration, 10_001)
     at = found.at(t)
     assert (np.abs(at.qd) <= 1.001 * found.path.arm.velocity).all()
@@ -85,7 +86,7 @@ def keeps(found: aa.Trajectory, jerk: float | None = None) -> None:
 @pytest.mark.turns(2)
 @pytest.mark.parametrize(("jerk", "seed"), [(None, 0), (None, 1), (None, 2), (JERK, 0), (JERK, 1)])
 def test_a_motion_goes_on_where_another_one_is(jerk: float | None, seed: int) -> None:
-    """Both halves take what the whole takes, from and to its velocities; with jerk its accelerations too."""
+    """Two halves retimed to and from the velocities between them take as long as the whole."""
     rng = generator(42, *([8] if jerk else []), seed)
     q = Q + np.linspace(0.0, 1.0, 2)[:, None] * rng.uniform(-0.6, 0.6, 7)
 
@@ -108,6 +109,7 @@ def test_a_motion_goes_on_where_another_one_is(jerk: float | None, seed: int) ->
 
 @pytest.mark.parametrize("tolerance", [1e-4, 5e-3])
 def test_rounded_corners_leave_the_ends_as_they_are(tolerance: float) -> None:
+    """`retime(start=, goal=, tolerance=)` has exactly these velocities at its ends."""
     path = PATHS["followed"]
     start, goal = (0.2 * way for way in ends(path))
     found = aa.retime(path, acceleration=A, start=start, goal=goal, tolerance=tolerance)
@@ -115,6 +117,7 @@ def test_rounded_corners_leave_the_ends_as_they_are(tolerance: float) -> None:
 
 
 def test_what_cannot_be_braked_or_leads_elsewhere_is_said() -> None:
+    """`retime` refuses velocities at its ends that are too fast or not along the path, and says why."""
     path = PATHS["joints"]
     way, _ = ends(path)
     fast = np.sqrt(2 * A * np.abs(path.q[1] - path.q[0]).max()) * way

@@ -42,7 +42,7 @@ Motions = dict[str, Callable[[Path], aa.JointPath]]
 
 
 def through(arm: aa.Arm, q: Array, joint: int, angle: float = 0.0) -> Array | None:
-    """Rows that pass an angle of a joint's theta, evenly in all joints; None where limits forbid it."""
+    """Rows that pass `angle` of a joint's theta; None if limits forbid it."""
     middle = q.copy()
     middle[joint - 1] = arm.geometry.signs[joint - 1] * (angle - arm.geometry.offsets[joint - 1])
     way = 0.3 * SWING
@@ -52,7 +52,7 @@ def through(arm: aa.Arm, q: Array, joint: int, angle: float = 0.0) -> Array | No
 
 
 def motions(arm: aa.Arm, start: list[float]) -> Motions:
-    """Every function that returns a motion, with motions of every kind."""
+    """Functions of a folder by name that make motions of every kind of an arm from joints `start`."""
     q = np.array(start)
     a = arm.forward(q)[0]
     b = moved(a, SHIFT)
@@ -105,12 +105,13 @@ def motions(arm: aa.Arm, start: list[float]) -> Motions:
 
 
 def takers(path: aa.JointPath, folder: Path, turn: int) -> Iterator[str]:
-    """Hand a motion to every function that takes one; the name of each before its turn.
+    """Check every function that takes a motion; yield the name of each before its turn.
 
-    Files and pictures take turns from motion to motion; `make thorough` makes all of each.
+    Of file formats and pictures one takes its turn, as the number `turn` says; `make thorough` takes all.
     """
 
     def turns(*all_of_them: Any) -> Any:
+        """All of these, or the one whose turn it is."""
         return all_of_them if draw.COUNT else all_of_them[turn % len(all_of_them) :][:1]
 
     arm, still = path.arm, np.ptp(path.q, axis=0).max() <= 1e-9
@@ -173,6 +174,7 @@ ALL = [(kind, name) for kind in ARMS for name in MOTIONS[kind]]
 def test_what_gives_a_motion_gives_it_to_all_that_take_one(
     turn: int, kind: str, name: str, tmp_path: Path
 ) -> None:
+    """Every kind of motion passes all functions that take a motion."""
     path = MOTIONS[kind][name](tmp_path)
     assert path.ok, path.explain()
     step = "made"

@@ -28,11 +28,12 @@ MUCH = np.full(7, 1e6)
 
 
 def shifted(*shift: float) -> Array:
+    """The pose of Q moved by x, y, z (m)."""
     return moved(ARM.forward(Q)[0], shift)
 
 
 def curve_of_poses(n: int) -> Array:
-    """Poses along a curve."""
+    """n poses along a curve from the pose of Q."""
     t = np.linspace(0, 1, n)
     poses = np.repeat(shifted(0, 0, 0)[None], n, axis=0)
     poses[:, :3, 3] += np.stack([0.1 * t, 0.1 * np.sin(3 * t), -0.1 * t], axis=1)
@@ -43,18 +44,22 @@ class Straight:
     """q = Q + s * way: what is optimal is known in closed form."""
 
     def __init__(self, way: Array) -> None:
+        """A path from Q by `way` (7,), rad."""
         self.arm, self.way = ARM, way
         self.path = SimpleNamespace(breaks=np.array([0.0, 1.0]), derivative=self._tool)
 
     def at(self, s: Any, /) -> Any:
+        """The joints at s."""
         return SimpleNamespace(q=Q + np.asarray(s)[..., None] * self.way)
 
     def derivatives(self, s: Any, /) -> Array:
+        """The derivatives (..., 3, 7): `way`, and 0."""
         out = np.zeros((*np.shape(s), 3, 7))
         out[..., 0, :] = self.way
         return out
 
     def _tool(self, s: Array, order: int = 1) -> Array:
+        """The derivative of the tool's path: 1 m along x."""
         return np.asarray([1.0, 0, 0, 0, 0, 0]) * np.ones((len(s), 1)) * (order == 1)
 
 
@@ -80,6 +85,7 @@ ways = pytest.mark.parametrize(
 def test_it_stays_on_the_path_from_rest_to_rest_within_every_bound(
     path: aa.JointPath, options: dict[str, Any]
 ) -> None:
+    """`retime` keeps path, bounds and deviation at 10 000 times, from rest to rest."""
     found = aa.retime(path, **options)
     times = np.linspace(0, found.duration, 10_000)
     at = found.at(times)
@@ -105,6 +111,7 @@ def test_it_stays_on_the_path_from_rest_to_rest_within_every_bound(
 
 @ways
 def test_velocities_and_accelerations_are_the_derivatives_of_q(options: dict[str, Any]) -> None:
+    """qd and qdd of a trajectory equal differences of q."""
     found = aa.retime(LINE, **options)
     times = np.linspace(0, found.duration, 20_001)
     at = found.at(times)
@@ -118,7 +125,9 @@ def test_velocities_and_accelerations_are_the_derivatives_of_q(options: dict[str
 
 @pytest.mark.parametrize("length", [0.01, 0.3, 2.0])
 def test_a_straight_motion_in_joints_is_as_fast_as_can_be(length: float) -> None:
-    """One joint binds: a trapezoid of its velocity, known in closed form; with jerk as Ruckig has it."""
+    """`retime` of a straight joint motion is within 2 % of the least time; with jerk within 0.1 % of
+    Ruckig.
+    """
     path, v, a = Straight(np.array([1.0, 0.2, -0.3, 0.1, 0, 0, 0.5]) * length), 1.0, 2.0
     found = aa.retime(path, velocity=v, acceleration=a)
     best = length / v + v / a if length > v * v / a else 2 * np.sqrt(length / a)
@@ -134,6 +143,7 @@ def test_a_straight_motion_in_joints_is_as_fast_as_can_be(length: float) -> None
 
 @paths
 def test_twice_the_bounds_is_faster_and_four_times_the_acceleration_half_the_time(path: aa.JointPath) -> None:
+    """`retime` with four times the acceleration, and no other bound, takes half the time."""
     slow = aa.retime(path, velocity=MUCH, acceleration=np.full(7, 2.0), cycle=0)
     fast = aa.retime(path, velocity=MUCH, acceleration=np.full(7, 8.0), cycle=0)
     assert fast.duration == pytest.approx(slow.duration / 2, rel=1e-3)
@@ -143,6 +153,7 @@ def test_twice_the_bounds_is_faster_and_four_times_the_acceleration_half_the_tim
 
 
 def test_it_stops_at_corners_and_a_cycle_rounds_them_in_time() -> None:
+    """`retime(cycle=0)` stops at corners; a longer cycle takes less time."""
     stops = aa.retime(BENT, cycle=0)
     inner = BENT.path.breaks[1:-1] if BENT.path is not None else BENT.s[1:-1]
     at = stops.at(np.linspace(0, stops.duration, 20_000))
@@ -155,6 +166,7 @@ def test_it_stops_at_corners_and_a_cycle_rounds_them_in_time() -> None:
 
 
 def test_jumps_of_velocity_at_corners_fit_in_the_cycle() -> None:
+    """Velocities of `retime(cycle=)` jump at corners by at most acceleration times cycle."""
     cycle = 0.01
     found = aa.retime(BENT, cycle=cycle)
     at = found.at(np.linspace(0, found.duration, 50_001))
@@ -167,7 +179,7 @@ def test_jumps_of_velocity_at_corners_fit_in_the_cycle() -> None:
 
 @pytest.mark.slow
 def test_a_followed_line_is_no_chain_of_stops() -> None:
-    """200 poses of one line: rounded by next to nothing, nearly as fast as without a bound on jerk."""
+    """`retime` with jerk of a followed line in 200 rows takes at most 1.4 times as long as without."""
     arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
     q = np.radians([0, 40, 20, -80, 0, 60, 0])
     first = arm.forward(q)[0]
@@ -186,6 +198,7 @@ def test_a_followed_line_is_no_chain_of_stops() -> None:
 
 @pytest.mark.slow
 def test_corners_are_rounded_no_further_than_said() -> None:
+    """`retime` with jerk rounds corners by at most the deviation that it states and the tolerance."""
     corner = [shifted(0, 0, 0), shifted(0, -0.1, 0), shifted(0.02, -0.2, 0)]
     lines = [aa.Line(*corner[:2]), aa.Line(*corner[1:])]
     path = aa.follow(ARM, lines, start=Q, policy=aa.Hold(), samples=25)
@@ -243,6 +256,7 @@ CORNERS: list[tuple[Any, dict[str, Any]]] = [
 @pytest.mark.slow
 @pytest.mark.parametrize(("made", "asked"), CORNERS)
 def test_rounding_corners_is_not_slower_than_stopping_at_them(made: Any, asked: dict[str, Any]) -> None:
+    """`retime` with a tolerance takes no longer than with stops."""
     path = made()
     found, stops = aa.retime(path, **asked), aa.retime(path, **asked | {"tolerance": 0.0})
     assert 0.5 < found.duration <= 1.001 * stops.duration
@@ -252,6 +266,7 @@ def test_rounding_corners_is_not_slower_than_stopping_at_them(made: Any, asked: 
 
 
 def test_one_number_bounds_all_joints_and_infinity_none() -> None:
+    """`retime` takes one number as bound of all joints, and infinity as none."""
     many = aa.retime(LINE, velocity=np.full(7, 1.5), acceleration=np.full(7, 4.0), jerk=np.full(7, 40.0))
     one = aa.retime(LINE, velocity=1.5, acceleration=4.0, jerk=40.0)
     assert np.array_equal(many.q, one.q)
@@ -268,7 +283,7 @@ def test_one_number_bounds_all_joints_and_infinity_none() -> None:
 @pytest.mark.parametrize("way", [0.0, 1e-6, 1e-5, 1e-4])
 @pytest.mark.parametrize("jerk", [None, 50.0])
 def test_standing_tools_and_the_shortest_lines_are_timed(way: float, jerk: float | None) -> None:
-    """Joints that come to rest inside the path: rounding is no corner, and no program fails."""
+    """`retime` of joint motions under a tool that stands, or moves 0.1 mm, keeps its bounds."""
     q = Q + np.random.default_rng(0).uniform(-0.3, 0.3, 7)
     first, psi, gc = ARM.forward(q)
     last = moved(first, way * np.array([0.6, -0.48, 0.64]))
@@ -284,7 +299,7 @@ def test_standing_tools_and_the_shortest_lines_are_timed(way: float, jerk: float
 
 @pytest.mark.parametrize("way", [1e-9, 1e-8, 1e-7])
 def test_lines_of_less_than_a_micrometre_are_timed(way: float) -> None:
-    """As fast as half of the way speeding up and half slowing down: joints hardly turn from their course."""
+    """`retime` of lines of 1 nm to 0.1 µm takes the least time within 1 %."""
     arm, rng = aa.Arm.from_catalogue("kuka_iiwa7_r800"), np.random.default_rng(0)
     for _ in range(6):
         q = rng.uniform(arm.lower * 0.8, arm.upper * 0.8)
@@ -309,7 +324,7 @@ def test_a_tool_speed_that_can_be_held_is_constant() -> None:
 
 
 def test_the_first_place_where_a_tool_speed_cannot_be_held() -> None:
-    """The arm stretches along the line: joint 4 becomes too slow, at the place that is said."""
+    """`retime(tool_speed=)` says at which s and for which joint the speed is first lost."""
     poses, share = np.repeat(shifted(0, 0, 0)[None], 40, axis=0), np.linspace(0, 1, 40)[:, None]
     poses[:, :3, 3] += share * np.array([0.12, 0.06, 0.03])
     far = aa.follow(ARM, poses, start=Q, policy=aa.Hold())
@@ -329,6 +344,7 @@ def test_the_first_place_where_a_tool_speed_cannot_be_held() -> None:
 
 
 def test_corners_ramps_and_a_tool_at_rest_break_the_tool_speed() -> None:
+    """`retime(tool_speed=)` says that a corner, the ramps or a resting tool break the speed."""
     short = aa.follow(ARM, np.stack([shifted(0, 0, 0), shifted(0.004, 0, 0)]), start=Q, policy=aa.Hold())
     spin = [shifted(0, 0, 0) @ aa.pose([0, 0, 0], rpy=[0, 0, angle]) for angle in np.linspace(0, 0.4, 5)]
     turning = aa.follow(ARM, np.stack(spin), start=Q)
@@ -347,6 +363,7 @@ def test_corners_ramps_and_a_tool_at_rest_break_the_tool_speed() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_any_arm_and_line_within_two_thousandths(seed: int) -> None:
+    """`retime` of random arms and lines keeps its bounds within 0.2 %, or refuses a failed plan."""
     rng = np.random.default_rng(seed)
     arm = aa.Arm.from_catalogue(CATALOGUE[seed % len(CATALOGUE)])
     arm = arm.with_(acceleration=rng.uniform(1, 20, 7), velocity=rng.uniform(1, 3, 7))
@@ -369,6 +386,7 @@ def test_any_arm_and_line_within_two_thousandths(seed: int) -> None:
 
 
 def test_what_cannot_be_timed_is_refused() -> None:
+    """`retime` refuses what is no solved path, missing bounds and arguments of other calls."""
     bare = aa.follow(ARM.with_(acceleration=None), curve_of_poses(9)[:2], start=Q)
     for error, said, path in (
         (aa.PathError, "solved", aa.follow(ARM, shifted(5, 0, 0)[None], start=Q)),
@@ -385,6 +403,7 @@ def test_what_cannot_be_timed_is_refused() -> None:
 
 @pytest.mark.parametrize("option", ["velocity", "acceleration", "tool_speed"])
 def test_a_motion_of_years_is_refused_before_its_rows_are_made(option: str) -> None:
+    """`retime` refuses motions of more than 4 000 000 rows, and bounds too small."""
     path = aa.follow(ARM, curve_of_poses(9)[:2], start=Q)
     bounds = {"velocity": 1.0, "acceleration": 5.0}
     said = r"the motion takes \S+ s, more than 4000000 rows of sample = 0.01"
@@ -400,7 +419,10 @@ def test_a_motion_of_years_is_refused_before_its_rows_are_made(option: str) -> N
 
 @pytest.mark.parametrize("options", [{}, {"jerk": JERK}])
 def test_a_missing_package_is_named(options: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`retime` without scipy raises, and names the extra to install."""
+
     def missing(name: str) -> Any:
+        """Fail as an import of a missing package does."""
         raise ImportError(name)
 
     monkeypatch.setattr("importlib.import_module", missing)
@@ -420,7 +442,9 @@ def swing(n: int) -> aa.JointPath:
 
 @pytest.mark.parametrize("rows", [1200, 400] if draw.COUNT else [1200])
 def test_corners_closer_than_a_cycle_count_as_acceleration(rows: int) -> None:
-    """Over a time w velocities change by a (w + cycle) at most, however many corners fall in it."""
+    """In 10 or 20 ms velocities change by at most acceleration times that and a cycle, at many
+    corners too.
+    """
     path, cycle = swing(rows), 1e-3
     found = aa.retime(path, velocity=3.0, acceleration=1.0, cycle=cycle)
     for w in (0.01, 0.02):
@@ -437,7 +461,7 @@ def test_corners_closer_than_a_cycle_count_as_acceleration(rows: int) -> None:
 def test_a_looser_bound_on_jerk_makes_no_motion_of_many_turns_slower(
     between: Between, tool_speed: float | None
 ) -> None:
-    """Places that are looked at are few beside 30 turns: what is found may be slower than what is allowed."""
+    """`retime` of 30 turns takes no longer with a looser jerk bound."""
     q = np.radians([0, 0, 0, -90, 0, 60, 0]) + np.where(np.arange(31) % 2, 0.2, -0.2)[:, None] * np.eye(7)[0]
     q[:, 1] += np.linspace(0, 0.17, 31)
     path = aa.JointPath.from_joints(ARM, q, between=between)
@@ -453,7 +477,7 @@ def test_a_looser_bound_on_jerk_makes_no_motion_of_many_turns_slower(
 @pytest.mark.parametrize("asked", [{}, {"jerk": 50.0}])
 @pytest.mark.parametrize("noise", [0.0, 1e-5])
 def test_a_spline_through_rows_that_repeat_is_timed_as_it_is(asked: dict[str, float], noise: float) -> None:
-    """Between rows that repeat joints rest: a spline through both, or one made without, is another way."""
+    """A spline rests between rows that repeat, and `retime` takes as long as without the repetition."""
     a = np.radians([0, 30, 0, -90, 0, 60, 0])
     b, c = a + np.array([[0.6, 0.2, 0, 0.3, 0, 0, 0], [0.6, -0.4, 0.5, 0, 0, 0.3, 0]])
     path = aa.JointPath.from_joints(ARM, [a, b, b + noise, c, a], between="spline")
@@ -473,7 +497,7 @@ def test_a_spline_through_rows_that_repeat_is_timed_as_it_is(asked: dict[str, fl
 def test_it_turns_at_more_corners_than_a_grid_has_intervals(
     rows: int, cycle: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """With as many a grid has one interval from corner to corner, in which nothing could speed up."""
+    """`retime` of a zigzag of many rows takes the least time within 2 %."""
     if not cycle:
         monkeypatch.setattr("armangle.timing.grid.MANY", 100)
     q = Q + 0.01 * (np.arange(rows) % 2)[:, None] * np.eye(7)[0]
@@ -483,6 +507,7 @@ def test_it_turns_at_more_corners_than_a_grid_has_intervals(
 
 
 def test_as_many_rows_as_there_may_be_are_timed_as_few() -> None:
+    """`retime` of a smooth motion takes as long for 200 rows as for 1500, within 2 %."""
     bounds: dict[str, Any] = {"velocity": 3.0, "acceleration": 1.0, "tolerance": 1e-4}
     durations = [aa.retime(swing(n), **bounds).duration for n in (200, 4000 if draw.COUNT else 1500)]
     assert durations[0] == pytest.approx(durations[1], rel=0.02)
@@ -491,6 +516,7 @@ def test_as_many_rows_as_there_may_be_are_timed_as_few() -> None:
 @pytest.mark.parametrize("jerk", [50.0, 500.0])
 @pytest.mark.parametrize("blend", [0.005, 0.02])
 def test_a_tool_speed_is_held_round_a_blended_corner(blend: float, jerk: float) -> None:
+    """`retime(tool_speed=)` keeps the speed within 1 % around a blended corner."""
     arm = aa.Arm.from_catalogue("kuka_iiwa14_r820").with_tool(aa.pose([0, 0, 0.2]))
     a, b, c = (aa.pose([x, y, 0.12], rpy=[np.pi, 0, 0]) for x, y in ((0.45, -0.15), (0.45, 0), (0.55, 0)))
     path = aa.plan(arm, [aa.Line(a, b), aa.Line(b, c)], blend=blend)
@@ -504,11 +530,12 @@ def test_a_tool_speed_is_held_round_a_blended_corner(blend: float, jerk: float) 
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("asked", [{}, {"jerk": 50.0}, {"jerk": 50.0, "tolerance": 0.0}])
 def test_a_row_that_is_repeated_is_no_stop(asked: dict[str, float]) -> None:
-    """With jerk a stop costs 5 %. Rounded corners bend much: the worst place, which slows all, differs."""
+    """`retime` takes as long with a row repeated as without, within 0.1 or 0.5 %."""
     differs = 5e-3 if asked == {"jerk": 50.0} else 1e-3
     q = Q + np.radians([[0, 0, 0], [10, 0, 0], [20, 2, 2], [30, 6, 6], [40, 12, 12]]) @ np.eye(7)[[0, 1, 3]]
 
     def timed(rows: Array, between: Between | None = None) -> aa.Trajectory:
+        """The trajectory through rows of joints."""
         path = aa.JointPath.from_joints(ARM, rows, between=between)
         return aa.retime(path, velocity=1.0, acceleration=5.0, **asked)
 
@@ -524,6 +551,7 @@ def test_a_row_that_is_repeated_is_no_stop(asked: dict[str, float]) -> None:
 @pytest.mark.turns(3)
 @pytest.mark.parametrize("between", ["joints", "spline", "tool"])
 def test_several_rows_in_turn_that_repeat_one_are_no_stop(between: Between) -> None:
+    """`retime` takes as long with a row repeated three times as without, within 0.1 %."""
     middle, last = Q + np.array([0.2, 0.1, -0.3, 0.2, 0.1, -0.2, 0.4]), Q + 0.1
     for ends in ([], [last]):
         repeated = [[middle + shift for shift in shifts] for shifts in ([], [3e-9, 8e-10], [1e-5, 1.5e-5])]
@@ -539,6 +567,7 @@ def test_several_rows_in_turn_that_repeat_one_are_no_stop(between: Between) -> N
 @pytest.mark.parametrize("between", ["tool", "joints", "spline"])
 @pytest.mark.parametrize("jerk", [None, JERK])
 def test_joints_that_rest_take_no_time(rest: Array, between: Between, jerk: Array | None) -> None:
+    """`retime` of equal rows has duration 0 and one row."""
     for count in (1, 3):
         path = aa.JointPath.from_joints(ARM, [rest] * count, between=between)
         motion = aa.retime(path, jerk=jerk, tool_speed=0.1)
@@ -550,7 +579,7 @@ def test_joints_that_rest_take_no_time(rest: Array, between: Between, jerk: Arra
 @pytest.mark.turns(3)
 @pytest.mark.parametrize("n", range(12))
 def test_the_velocity_at_a_corner_between_equal_legs_jumps_by_what_a_cycle_allows(n: int) -> None:
-    """Where the tool's corner and the elbow's lie a last digit of s apart the corner was not seen."""
+    """At a corner of a plan joint velocities jump by at most acceleration times cycle."""
     random = np.random.default_rng(n)
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     path = None
@@ -573,7 +602,7 @@ def test_the_velocity_at_a_corner_between_equal_legs_jumps_by_what_a_cycle_allow
 
 
 def test_motions_of_several_parts_take_what_these_take() -> None:
-    """With jerk bounded: one part that had to be slowed down slowed all of them, by up to a third."""
+    """`retime` with jerk of joined plans takes as long as of each, within 0.3 %."""
     home = np.radians([0, 15, 0, -85, 0, 80, 0.0])
     arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
     poses = [arm.forward(home)[0]]
@@ -589,7 +618,7 @@ def test_motions_of_several_parts_take_what_these_take() -> None:
 
 
 def test_a_speed_that_drops_at_a_blend_is_no_ramp() -> None:
-    """Beside 5 mm blends the speed fell to a third where no joint is near a bound, and was "held"."""
+    """`retime(tool_speed=)` keeps 95 % of the speed at blends of 5 mm, and says so if it loses any."""
     turned, arm = np.diag([-1.0, 1, -1]), aa.Arm.from_catalogue("kuka_iiwa14_r820")
     places = [0.45, -0.3, 0.3], [0.6, -0.1, 0.3], [0.45, 0.3, 0.3]
     corners = [aa.pose(place, matrix=turned) for place in places]
@@ -603,7 +632,7 @@ def test_a_speed_that_drops_at_a_blend_is_no_ramp() -> None:
 
 
 def test_a_polygon_of_planned_poses_is_rounded_at_its_corners_alone() -> None:
-    """The knots of a planned elbow are no corners: a curve through them too is wavy, and four times slow."""
+    """`retime` with jerk of a planned polygon takes at most 10 % longer than of the followed one."""
     turn = np.linspace(0, 2 * np.pi, 60)
     poses = np.tile(aa.pose([0, 0, 0.3], matrix=np.diag([-1.0, 1, -1])), (60, 1, 1))
     poses[:, 0, 3], poses[:, 1, 3] = 0.5 + 0.05 * np.cos(turn), 0.05 * np.sin(turn)
@@ -615,7 +644,7 @@ def test_a_polygon_of_planned_poses_is_rounded_at_its_corners_alone() -> None:
 
 
 def test_a_place_lies_on_the_side_of_a_node_that_it_is_asked_for() -> None:
-    """Third derivatives jump at nodes: the r of an s just beside one must not be that of one beyond."""
+    """The parameter r of a stretch of the course rises with s, and its inverse gives s back."""
     course = _Course(0.2, 0.7)
     s = np.linspace(0.2, 0.7, 4001)
     r = course.r(s)

@@ -23,6 +23,7 @@ LINE = aa.plan(ARM, aa.Line(*ENDS), start=START)
 
 
 def test_a_trajectory_is_frozen_and_says_what_it_is() -> None:
+    """A trajectory is read-only, has a repr, `explain` and rows each `sample`, and refuses times outside."""
     found = aa.retime(LINE, sample=0.1)
     with pytest.raises(ValueError, match="read-only"):
         found.q[0, 0] = 1.0
@@ -38,6 +39,7 @@ def test_a_trajectory_is_frozen_and_says_what_it_is() -> None:
 
 
 def test_files(tmp_path: Path) -> None:
+    """`io.save` of a trajectory as CSV, NPZ and JSON holds its numbers."""
     found = aa.retime(LINE, sample=0.05)
     for ending in ("csv", "npz", "json", "yaml"):
         aa.io.save(found, tmp_path / f"a.{ending}")
@@ -51,6 +53,7 @@ def test_files(tmp_path: Path) -> None:
 
 
 def test_yaml_is_a_joint_trajectory_message(tmp_path: Path) -> None:
+    """`io.save` of a trajectory as YAML is a JointTrajectory message; joints are refused as YAML."""
     yaml = need("yaml")
     found = aa.retime(LINE, sample=0.05)
     aa.io.save(found, tmp_path / "a.yaml")
@@ -70,6 +73,7 @@ def test_yaml_is_a_joint_trajectory_message(tmp_path: Path) -> None:
 
 
 def test_speeds_that_are_not_trusted_are_said_where_they_are_used() -> None:
+    """`retime` with the arm's own doubtful velocities notes it, with given ones not."""
     doubtful = aa.Arm.from_catalogue("rainbow_rby1_right")
     rows = np.linspace(doubtful.lower, doubtful.upper, 12)[5:7]
     path = aa.JointPath.from_joints(doubtful, rows, between="joints")

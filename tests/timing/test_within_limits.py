@@ -35,19 +35,19 @@ def rows(arm: Any, q: Any, shift: Any, count: int = 80) -> Any:
 
 
 def passed(arm: Any, q: Any) -> float:
-    """By how much joints pass their limits."""
+    """The largest violation of a limit by joints (..., 7), rad; negative within all."""
     return float(np.maximum(arm.lower - q, q - arm.upper).max())
 
 
 def riding() -> aa.JointPath:
-    """A path along limits."""
+    """A followed path that rides along the limits of an iiwa 7."""
     arm = ARMS["kuka_iiwa7_r800"]
     poses = rows(arm, RIDING, [0.1108, 0.2563, -0.1097])[::4]
     return aa.follow(arm, poses, start=RIDING, policy=aa.Towards(direction="up"))
 
 
 def followed(arm: Any, n: int, seed: int) -> Iterator[aa.JointPath]:
-    """Paths of one branch along random lines, under policies in turn."""
+    """Yield n followed paths of one branch along random lines, under policies in turn."""
     rng = generator(seed)
     policies = [aa.Hold(), aa.Repulsion(K=0.1, alpha=20.0), aa.Towards(direction="up")]
     if arm.kind.startswith("offset"):
@@ -64,6 +64,7 @@ def followed(arm: Any, n: int, seed: int) -> Iterator[aa.JointPath]:
 
 @pytest.mark.parametrize("name", ARMS)
 def test_limits_are_kept_between_rows(name: str) -> None:
+    """`at` of a followed path keeps limits and poses between rows, or refuses in at most 4 of 40."""
     arm = ARMS[name]
     more = refused = 0
     for path in followed(arm, 40, 3):
@@ -84,7 +85,7 @@ def test_limits_are_kept_between_rows(name: str) -> None:
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("given", [{}, {"jerk": 500.0}, {"tolerance": 1e-4}], ids=str)
 def test_a_timed_path_keeps_the_limits_that_it_rides_on(given: dict[str, float]) -> None:
-    """Clipped joints would leave the path."""
+    """`retime` of a path that rides on limits keeps them, on the path within its tolerance."""
     path = riding()
     arm = path.arm
     timed = aa.retime(path, acceleration=5.0, sample=1e-3, **given)
@@ -105,7 +106,7 @@ def test_a_timed_path_keeps_the_limits_that_it_rides_on(given: dict[str, float])
 
 
 def test_a_limit_that_no_arm_angle_keeps_is_named() -> None:
-    """Joint 4 is decided by the pose: between two poses with the elbow on its limit the line goes nearer."""
+    """`at` and `join` of a path whose joint 4 breaks its limit between rows raise, and name it."""
     arm = ARMS["kuka_iiwa7_r800"]
     q = np.array([[turn, 0.6, 0.0, arm.lower[3] + 0.02, 0.0, 0.9, 0.0] for turn in (-0.5, 0.5)])
     path = aa.follow(arm, arm.forward(q)[0], start=q[0], max_joint_step=2.0)
@@ -127,7 +128,9 @@ HOMES: dict[str, Any] = {
 @pytest.mark.parametrize("count", [10, 60, 300])
 @pytest.mark.parametrize("shift", [(0.0, 0.2, 0.05), (-0.1, -0.2, 0.05), (0.1, 0.0, 0.1)], ids=str)
 def test_joints_do_not_sweep_round_between_rows_at_home(name: str, count: int, shift: Any) -> None:
-    """At θ2 = 0 rows side by side may have any arm angles, and joint 1 would go round between them."""
+    """From θ2 = 0 `at` of a followed path moves no joint far beyond its rows, and `retime` takes
+    under 5 s.
+    """
     arm = HOMES[name]
     path = aa.follow(arm, rows(arm, HOME, shift, count), start=HOME)
     if not path.ok:
@@ -142,7 +145,7 @@ def test_joints_do_not_sweep_round_between_rows_at_home(name: str, count: int, s
 
 
 def test_a_plan_from_home_is_timed_from_its_rows() -> None:
-    """Row 0 at θ2 = 0 is of two branches: the sign of rounding is no branch of its own."""
+    """A path made of a plan's rows from θ2 = 0, with gc of the other branch at row 0, is like the plan."""
     arm = HOMES["kuka_iiwa7_r800"]
     plan = aa.plan(arm, line(arm, HOME, (0.0, 0.2, 0.05)), start=HOME, samples=60)
     columns = {name: getattr(plan, name) for name in ("q", "psi", "gc", "status", "margin", "residual")}
@@ -156,7 +159,9 @@ def test_a_plan_from_home_is_timed_from_its_rows() -> None:
 @pytest.mark.parametrize("hinge", [1, 5])
 @pytest.mark.parametrize("count", [20, 100])
 def test_a_path_through_a_hinge_at_0_has_values_between_its_rows(name: str, hinge: int, count: int) -> None:
-    """Rows are of two branches there, and joints go on smoothly: so do they between the rows."""
+    """Rows through θ2 or θ6 = 0 have smooth joints on their poses between them; across the elbow `at`
+    raises.
+    """
 
     arm = HOMES[name]
     middle = np.array([0.3, 0.5, 0.2, -1.3, 0.4, 0.7, 0.1])
@@ -179,6 +184,7 @@ def test_a_path_through_a_hinge_at_0_has_values_between_its_rows(name: str, hing
 
 
 def test_joints_that_are_known_are_a_motion() -> None:
+    """from_joints makes a path of joints, with NaN and limits in its status, and refuses bad s and status."""
     arm = HOMES["kuka_iiwa7_r800"]
     given = next(followed(arm, 1, 31))
     made = aa.JointPath.from_joints
@@ -199,6 +205,7 @@ def test_joints_that_are_known_are_a_motion() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_rows_are_where_their_s_says(seed: int) -> None:
+    """from_joints(s=) has its rows at these s; rows that stand count once, and a leap at one s raises."""
     arm, rng = HOMES["kuka_iiwa7_r800"], generator(seed, 32)
     s = np.concatenate([[0.0], np.sort(rng.random(28)) ** 2, [1.0]])
     way = np.array([1, 0.5, -0.3, 0.4, 0.2, -0.6, 0.8])
@@ -219,8 +226,9 @@ def test_rows_are_where_their_s_says(seed: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("shift", [(-0.1, -0.2, 0.05), (0.1, 0.2, 0.05), (0.0, 0.2, 0.05), (-0.05, 0.2, 0)])
 def test_bounded_jerk_costs_a_plan_from_home_little_and_its_rows_are_timed_again(shift: Any) -> None:
-    """Between knots of the plan that lie 1e-6 of s apart third derivatives would be of rounding; and from
-    home rows begin closer to one another than numbers of an angle about θ2 = 0 tell."""
+    """`retime` with jerk of a plan from home takes at most 1.6 times as long, and its rows again as long as
+    without.
+    """
     arm, bounds = HOMES["kuka_iiwa7_r800"], {"velocity": 1.0, "acceleration": 4.0}
     plan = aa.plan(arm, line(arm, HOME, shift), start=HOME)
     assert plan.certified
@@ -232,7 +240,7 @@ def test_bounded_jerk_costs_a_plan_from_home_little_and_its_rows_are_timed_again
 
 
 def test_a_locked_joint_stays() -> None:
-    """Its limits leave no room to turn the elbow: rows follow one another until it stands."""
+    """`at` of a path with a locked joint keeps it to 1e-6 rad, or raises and names it."""
     rng = generator(23)
     arm = ARMS["kuka_iiwa7_r800"]
     timed = 0
@@ -254,6 +262,7 @@ def test_a_locked_joint_stays() -> None:
 
 
 def test_paths_that_keep_their_limits_are_as_they_were() -> None:
+    """A followed path that keeps limits between rows gets no further breaks."""
     arm = ARMS["kuka_iiwa7_r800"]
     q = np.array([0.1, 0.6, 0.2, -1.2, 0.3, 0.8, 0.5])
     path = aa.follow(arm, rows(arm, q, [0.05, 0.1, -0.05]), start=q)
