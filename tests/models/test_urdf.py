@@ -28,6 +28,7 @@ REAL = (
 
 
 def pinocchio() -> ModuleType:
+    """The module pinocchio, or skip."""
     return need("pinocchio")  # the package is called pin
 
 
@@ -49,6 +50,7 @@ def pin_forward(pin, model, base: str, tip: str, q: dict[str, float]):
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("name", REAL)
 def test_real_chain_is_the_plain_one(name):
+    """`read_urdf` of real files gives the poses of joints multiplied in order."""
     path = model(name)
     chain = read_urdf(path)
     names = [j.name for j in chain.joints]
@@ -60,6 +62,7 @@ def test_real_chain_is_the_plain_one(name):
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("name", REAL)
 def test_real_chain_and_its_limits_are_pinocchios(name):
+    """`read_urdf` of real files gives pinocchio's poses, limits and velocities."""
     pin, path = pinocchio(), model(name)
     chain, robot = read_urdf(path), pin.buildModelFromXML(path.read_text())
     names = [j.name for j in chain.joints]
@@ -78,6 +81,7 @@ def test_real_chain_and_its_limits_are_pinocchios(name):
 
 @pytest.mark.parametrize("part", range(4))
 def test_generated_and_written_chains_are_pinocchios(part):
+    """Random arms, read and written as URDF, have pinocchio's poses."""
     pin = pinocchio()
     for seed in range(part, 60, 4):
         rng = np.random.default_rng(seed)
@@ -93,6 +97,7 @@ def test_generated_and_written_chains_are_pinocchios(part):
 
 
 def test_limits_speeds_and_names_come_along():
+    """`read_urdf` gives limits, velocities and names; continuous joints have no limits."""
     made = RandomArm(np.random.default_rng(5))
     chain = read_urdf(urdf_of(made, np.random.default_rng(6)), "root", "tip")
     assert [j.name for j in chain.joints] == [f"to_l{i}" for i in range(7)]
@@ -111,6 +116,7 @@ def test_forward_takes_batches():
 
 
 def test_text_bytes_and_path_are_the_same(tmp_path):
+    """`read_urdf` takes a path, text or bytes alike, and names its source."""
     path = tmp_path / "arm.urdf"
     text = '<?xml version="1.0" encoding="utf-8"?>\n' + simple_urdf().replace("simple", "Größe")
     path.write_text(text, encoding="utf-8")
@@ -121,6 +127,7 @@ def test_text_bytes_and_path_are_the_same(tmp_path):
 
 
 def test_what_urdf_leaves_out_has_its_defaults():
+    """`read_urdf` of a bare joint has an identity origin, the x axis, lower limit 0 and no velocity."""
     bare = joint_xml("j1", "l0", "l1", inside='<limit upper="2"/>')
     chain = read_urdf(simple_urdf(j1=bare))
     first = chain.joints[0]
@@ -156,6 +163,7 @@ def test_a_path_may_be_walked_against_the_joints():
 
 
 def test_candidates_end_at_the_last_fixed_link():
+    """`urdf_candidates` end at the last fixed link, or above if there are several, with a note."""
     extra = joint_xml("f1", "l7", "flange", "fixed") + joint_xml("f2", "flange", "tool0", "fixed")
     extra += joint_xml("f3", "flange", "camera", "fixed")
     extra += joint_xml("finger", "tool0", "x", "prismatic", LIMIT)
@@ -171,11 +179,13 @@ def test_candidates_end_at_the_last_fixed_link():
 
 
 def described(**change: object) -> ArmDescription:
+    """A plain description with these changes."""
     plain = ArmDescription(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1)
     return dataclasses.replace(plain, **change)
 
 
 def test_written_limits_speeds_and_names_come_back():
+    """`write_urdf` and `read_urdf` keep limits, velocities and odd names."""
     names = ("tool", "a b", "<&>", '"', "é", "6", "7")
     arm = described(
         name="a & b",

@@ -26,6 +26,7 @@ def postures(law: Callable[..., None]) -> Callable[..., None]:
     """Make one test of a law for all postures; what fails is told with its posture."""
 
     def of_all(**given: int) -> None:
+        """Check the law at each posture."""
         for theta in POSTURES:
             try:
                 law(theta, **given)

@@ -33,6 +33,7 @@ CAGE = aa.Scene([aa.Ball(IIWA.frames(np.zeros(7))[1, :3, 3], 0.2, name="cage")])
 
 @pytest.fixture(autouse=True)
 def _closed_figures() -> Iterator[None]:
+    """Draw and close all figures after each test."""
     yield
     for number in plt.get_fignums():
         plt.figure(number).canvas.draw()
@@ -47,19 +48,23 @@ def _poses(count: int) -> np.ndarray:
 
 
 def _path(alpha: float = 20.0, count: int = 60) -> aa.JointPath:
+    """A path followed along `_poses(count)` under Repulsion(alpha)."""
     return aa.follow(IIWA, _poses(count), start=PAPER_Q, policy=aa.Repulsion(alpha=alpha))
 
 
 def _labels(ax: object) -> set[str]:
+    """The labels of the legend entries of an axes."""
     return set(ax.get_legend_handles_labels()[1])
 
 
 def _figure_labels(ax: object) -> set[str]:
+    """The texts of all legends of an axes' figure."""
     return {text.get_text() for legend in ax.figure.legends for text in legend.get_texts()}
 
 
 @pytest.mark.parametrize("arm", [IIWA, WAM], ids=lambda arm: arm.name)
 def test_arm_frames_draws_the_frames_where_they_are(arm: aa.Arm) -> None:
+    """`plots.arm_frames` draws links and labels of all frames where `frames` has them."""
     q = np.array([0.3, 0.5, 0.2, 1.2, 0.1, 0.5, 0.0])
     ax = plots.arm_frames(arm, q)
     names = [text.get_text() for text in ax.texts]
@@ -71,6 +76,7 @@ def test_arm_frames_draws_the_frames_where_they_are(arm: aa.Arm) -> None:
 
 
 def test_the_skeleton_has_the_lengths_of_the_arm() -> None:
+    """The links that `plots.arm_frames` draws have the arm's lengths."""
     points = np.array(plots.arm_frames(WAM, [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]).lines[0].get_data_3d()).T
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     wanted = [
@@ -85,6 +91,7 @@ def test_the_skeleton_has_the_lengths_of_the_arm() -> None:
 
 
 def test_stick_figure_colours_the_circle_as_the_arcs_say() -> None:
+    """`plots.stick_figure` colours the elbow's circle by the joints that block it."""
     ax = plots.stick_figure(IIWA, PAPER_Q)
     assert {"feasible", "blocked by joint 1", "blocked by joint 5", "elbow"} == _labels(ax)
     parts = {line.get_color(): line for line in ax.lines if line.get_label().startswith("blocked")}
@@ -142,13 +149,14 @@ def test_virtual_plane_has_true_lengths_and_angles(arm: aa.Arm) -> None:
 
 
 def _wedges(ax: object, colour: str) -> float:
-    """Return the total angle of bars of a colour in the outer ring, each weighed by its share of it."""
+    """Return the total angle (rad) of bars of a colour in the outer ring."""
     wanted = matplotlib.colors.to_rgba(colour)
     bars = [bar for bar in ax.patches if bar.get_facecolor() == wanted and bar.get_y() > 9]
     return sum(bar.get_width() for bar in bars)
 
 
 def test_circle_draws_the_complement_of_each_joint() -> None:
+    """In `plots.circle` the bars of each joint add up to what the joint blocks."""
     ax = plots.circle(IIWA, POSE, GC, psi=PSI)
     for joint in range(1, 8):
         wanted = (~IIWA.feasible(POSE, GC, per_joint=True)[joint - 1]).measure
@@ -160,6 +168,7 @@ def test_circle_draws_the_complement_of_each_joint() -> None:
 
 
 def test_figures_of_a_true_chain_hold_its_own_numbers() -> None:
+    """Pictures of a calibrated arm hold the numbers of its own functions."""
     arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0).with_(body=aa.Body.bones(upper_arm=0.09, forearm=0.08))
     pose, psi, gc = arm.forward(PAPER_Q)
     ax = plots.circle(arm, pose, gc, psi=psi)
@@ -187,6 +196,7 @@ def test_figures_of_a_true_chain_hold_its_own_numbers() -> None:
 
 
 def test_what_is_not_proven_is_told_from_what_a_joint_blocks() -> None:
+    """Pictures hatch what is unproven, apart from what joints block."""
     arm = calibrated("kuka_iiwa7_r800", 2.0, 5.0)
     q = PAPER_Q.copy()
     q[5] = np.radians(0.05)  # axes 5 and 7 are nearly one: branches meet
@@ -212,6 +222,7 @@ def test_what_is_not_proven_is_told_from_what_a_joint_blocks() -> None:
 
 
 def test_circle_shows_what_the_user_forbids_and_what_is_singular() -> None:
+    """`plots.circle` shows what `allowed` forbids in grey, and singular psi as crosses."""
     ax = plots.circle(IIWA, POSE, 0, allowed=aa.ArcSet([[-1.0, 2.5]]))
     assert "not allowed by the user" in _figure_labels(ax)
     assert _wedges(ax, "#7F7F7F") == pytest.approx(2 * np.pi - 3.5, abs=1e-9)
@@ -223,6 +234,7 @@ def test_circle_shows_what_the_user_forbids_and_what_is_singular() -> None:
 
 
 def test_obstacles_have_a_ring_and_names_of_their_own() -> None:
+    """`plots.circle` in a scene has a ring of what obstacles block, with their names."""
     scene = aa.Scene([LAMP, aa.HalfSpace([0, 0, 1], 0.0)])
     blocked = ~BODIED._clear(POSE, GC, scene)
     assert blocked.count == 1
@@ -237,6 +249,7 @@ def test_obstacles_have_a_ring_and_names_of_their_own() -> None:
 
 @pytest.mark.parametrize("soft", [0.0, 0.04, 9.0])
 def test_what_keeps_the_hard_clearance_alone_is_paler(soft: float) -> None:
+    """`plots.circle` draws psi within the soft clearance alone in a paler grey."""
     clear = BODIED._clear(POSE, GC, aa.Scene([LAMP], clearance=0.01))
     ax = plots.circle(BODIED.with_(scene=aa.Scene([LAMP], clearance=0.01, soft=soft)), POSE, GC)
     grey = [bar for bar in ax.patches if bar.get_facecolor()[:3] == (127 / 255,) * 3]
@@ -250,10 +263,12 @@ def test_what_keeps_the_hard_clearance_alone_is_paler(soft: float) -> None:
 
 
 def _dotted(ax: object) -> list:
+    """The collections of an axes that are hatched with dots."""
     return [c for c in ax.collections if getattr(c, "get_hatch", lambda: None)() == "...."]
 
 
 def test_a_map_shows_what_obstacles_block_with_their_names() -> None:
+    """`plots.feasible_map` in a scene hatches what obstacles block, with their names."""
     poses = np.tile(POSE, (5, 1, 1))
     poses[:, 2, 3] += np.linspace(0, 0.02, 5)
     scene = aa.Scene([LAMP, aa.Ball([5, 0, 0], 0.1, name="far")])
@@ -270,6 +285,7 @@ def test_a_map_shows_what_obstacles_block_with_their_names() -> None:
 
 
 def test_a_clearance_profile_is_the_distance_of_the_nearest() -> None:
+    """`plots.clearance_profile` draws `clearance` over psi, and marks what is blocked."""
     scene = aa.Scene([LAMP, aa.HalfSpace([0, 0, 1], 0, name="floor")], clearance=0.02)
     ax = plots.clearance_profile(BODIED.with_(scene=scene), POSE, GC, psi=PSI)
     lines = {line.get_label(): line for line in ax.lines}
@@ -288,6 +304,7 @@ def test_a_clearance_profile_is_the_distance_of_the_nearest() -> None:
 
 
 def test_circle_says_why_there_is_none() -> None:
+    """`plots.circle` of a pose out of reach states the reason."""
     far = POSE.copy()
     far[:3, 3] *= 3
     ax = plots.circle(IIWA, far, GC)
@@ -296,6 +313,7 @@ def test_circle_says_why_there_is_none() -> None:
 
 
 def test_joint_profiles_are_the_inverse() -> None:
+    """`plots.joint_profiles` draws `inverse` over psi, with limits."""
     panels = plots.joint_profiles(IIWA, POSE, GC, psi=PSI)
     assert len(panels) == 6
     for panel, joint in zip(panels, (1, 2, 3, 5, 6, 7), strict=True):
@@ -311,6 +329,7 @@ def test_joint_profiles_are_the_inverse() -> None:
 
 
 def test_repulsion_is_equation_36() -> None:
+    """`plots.repulsion` draws the change of psi by Eq. (36)."""
     lower, upper, gain, alpha = -0.4, 1.1, 0.3, 7.0
     ax = plots.repulsion(aa.Repulsion(K=gain, alpha=alpha), arc=(lower, upper))
     psi, change = np.radians(ax.lines[0].get_data())
@@ -321,6 +340,7 @@ def test_repulsion_is_equation_36() -> None:
 
 
 def test_repulsion_names_every_policy() -> None:
+    """`plots.repulsion` labels every policy, and refuses Towards(direction) and bad arcs."""
     policies = [aa.Repulsion(rate=2.0), aa.Hold(), aa.Centre(K=0.2), aa.Centre(rate=3.0)]
     policies += [aa.Towards(psi=0.5, K=0.2), aa.Towards(psi=0.5, rate=1.0)]
     names = _labels(plots.repulsion(policies, dt=0.01))
@@ -334,6 +354,7 @@ def test_repulsion_names_every_policy() -> None:
 
 
 def test_path_draws_psi_and_joints_with_limits() -> None:
+    """`plots.path` draws psi and joints of several paths, with limits."""
     motions = {f"α = {alpha:g}": _path(alpha) for alpha in (5.0, 20.0)}
     panels = plots.path(motions)
     assert len(panels) == 8
@@ -347,6 +368,7 @@ def test_path_draws_psi_and_joints_with_limits() -> None:
 
 
 def test_path_marks_where_it_fails() -> None:
+    """`plots.path` marks the row at which a path fails."""
     poses = _poses(60)
     poses[30:, :3, 3] *= 3
     motion = aa.follow(IIWA, poses, start=PAPER_Q)
@@ -357,6 +379,7 @@ def test_path_marks_where_it_fails() -> None:
 
 
 def test_path_draws_a_trajectory_over_time() -> None:
+    """`plots.path` draws trajectories over time, and refuses a mix with paths."""
     pytest.importorskip("scipy", reason="retime needs scipy: pip install 'armangle[time]'")
     moves = {
         f"{v} rad/s": aa.retime(_path(), velocity=np.full(7, v), acceleration=np.full(7, 9.0)) for v in (1, 3)
@@ -392,6 +415,7 @@ def _inside(ax: object, s: float, psi_degrees: float) -> str | None:
 
 @pytest.mark.parametrize("gc", [0, 3, 4])
 def test_feasible_map_is_what_the_arcs_say(gc: int) -> None:
+    """`plots.feasible_map` has the colour of the first joint that blocks, none where psi is feasible."""
     motion = _path(count=12)
     ax = plots.feasible_map(motion, gc=gc)
     rng = np.random.default_rng(gc)
@@ -406,6 +430,7 @@ def test_feasible_map_is_what_the_arcs_say(gc: int) -> None:
 
 
 def test_feasible_map_of_all_configurations() -> None:
+    """`plots.feasible_map` of a path draws eight titled panels, and its psi in the panel of its gc."""
     panels = plots.feasible_map(_path(count=10))
     assert [panel.get_title() for panel in panels][:2] == ["GC 0 (+++)", "GC 1 (−++)"]
     assert len(panels) == 8
@@ -415,6 +440,7 @@ def test_feasible_map_of_all_configurations() -> None:
 
 
 def test_feasible_map_of_poses_alone_greys_what_is_out_of_reach() -> None:
+    """`plots.feasible_map` of poses is grey where they are out of reach."""
     poses = _poses(5)
     poses[3:, :3, 3] *= 3
     ax = plots.feasible_map((IIWA, poses), gc=3)
@@ -424,6 +450,7 @@ def test_feasible_map_of_poses_alone_greys_what_is_out_of_reach() -> None:
 
 
 def test_what_cannot_be_drawn_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Plots refuse bad arguments, and name the extra if matplotlib is missing."""
     _, ax = plt.subplots()
     other = aa.follow(IIWA.with_(d_bs=0.5), _poses(2), start=PAPER_Q)
     for said, draw, *words in (
@@ -448,6 +475,7 @@ def test_what_cannot_be_drawn_is_refused(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_given_axes_are_drawn_on_and_returned() -> None:
+    """Plots draw on given axes and return them."""
     figure = plt.figure()
     flat = figure.add_subplot(221)
     polar = figure.add_subplot(222, projection="polar")
@@ -461,6 +489,7 @@ def test_given_axes_are_drawn_on_and_returned() -> None:
 
 
 def test_placement_draws_what_is_held_and_the_best_base() -> None:
+    """`plots.placement` draws shares, best base, poses and arrows."""
     arm = aa.Arm.from_catalogue("openarm_v10")
     poses = aa.pose(np.random.default_rng(1).uniform(-0.4, 0.4, (20, 3)), rpy=[0.0, np.pi, 0.0])
     found = aa.place(arm, poses, np.linspace(-0.3, 0.3, 7), np.linspace(-0.2, 0.2, 5))
@@ -477,6 +506,7 @@ def test_placement_draws_what_is_held_and_the_best_base() -> None:
 
 
 def test_reach_draws_the_section_and_voxels_the_shares(tmp_path: Path) -> None:
+    """`plots.reach` and `plots.voxels` draw `section` and `voxels` of a map."""
     need("zarr")
     arm = aa.Arm.from_catalogue("openarm_v10")
     found = aa.reach_map(arm, tmp_path / "a.zarr", spacing=0.1, tilt=0.4)
@@ -497,6 +527,7 @@ def test_reach_draws_the_section_and_voxels_the_shares(tmp_path: Path) -> None:
     ],
 )
 def test_an_offset_arm_is_drawn_over_its_free_joint(name: str, start: list[float]) -> None:
+    """Pictures of an offset arm are over its free joint; those of the elbow's circle are refused."""
     arm = aa.Arm.from_catalogue(name)
     pose, psi, gc = arm.forward(start)
     poses = np.repeat(pose[None], 5, axis=0)

@@ -26,6 +26,7 @@ def timed() -> aa.Trajectory:
 
 
 def test_a_trajectory_is_drawn_with_its_rates_and_limits(timed: aa.Trajectory) -> None:
+    """`plots.trajectory` draws q, qd and qdd of each joint over time, with given bounds."""
     panels = plots.trajectory(timed, acceleration=5.0)
     assert len(panels) == 21
     for joint in range(7):
@@ -44,6 +45,7 @@ def test_a_trajectory_is_drawn_with_its_rates_and_limits(timed: aa.Trajectory) -
 
 
 def test_what_files_hold_is_drawn_as_what_was_saved(timed: aa.Trajectory, tmp_path: Path) -> None:
+    """`plots.path` and `plots.trajectory` draw tables of files, given the arm, like what was saved."""
     aa.io.save(timed, tmp_path / "motion.npz")
     aa.io.save(timed.path, tmp_path / "joints.npz")
     saved = aa.io.load_trajectory(tmp_path / "motion.npz")

@@ -98,6 +98,7 @@ def pivot_arcs(ring: Circle, joint: int, lower: float, upper: float) -> Arcs:
     points += roots(u * np.cos(upper) - v * np.sin(upper))
 
     def allowed(psi: float) -> bool:
+        """Whether the joint keeps its limits at psi."""
         terms = np.array([np.sin(psi), np.cos(psi), 1.0])
         return angle_allowed(float(np.arctan2(u @ terms, v @ terms)), lower, upper)
 
@@ -126,6 +127,7 @@ def hinge_arcs(ring: Circle, joint: int, lower: float, upper: float, margin: flo
     points = [root for end in ends if 0 < abs(end) < np.pi for root in roots(h - [0, 0, np.cos(end)])]
 
     def allowed(psi: float) -> bool:
+        """Whether the joint keeps its limits and margin at psi."""
         theta = model_solution(ring, psi)[joint - 1]
         slack = ANGLE_TOLERANCE
         return any(low - slack <= theta <= high + slack for low, high in pieces)

@@ -20,6 +20,7 @@ _TWISTS = np.pi / 2 * np.array([-1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 0.0])
 
 
 def _unlimited(sign: float) -> Array:
+    """Infinite limits (7,) of this sign."""
     return np.full(7, sign * np.inf)
 
 
@@ -99,6 +100,7 @@ def _joint_winding(value: float, lower: float, upper: float, seed: float | None)
     candidates = [value + 2 * np.pi * k for k in sorted(turns)]
 
     def rank(candidate: float) -> tuple[float, float]:
+        """How far (rad) a candidate is outside the limits, then from the wish."""
         outside = max(lower - candidate, candidate - upper, 0.0)
         return (outside if outside > ANGLE_TOLERANCE else 0.0, abs(candidate - wanted))
 
