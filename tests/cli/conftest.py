@@ -28,7 +28,7 @@ NAMES = {
 
 
 class Ran(NamedTuple):
-    """What a command line did."""
+    """What a command line did: exit status, stdout, stderr."""
 
     status: int
     out: str
@@ -36,17 +36,17 @@ class Ran(NamedTuple):
 
     @property
     def text(self) -> str:
-        """All that was printed, each run of blanks as one."""
+        """All of stdout and stderr, each run of white space as one blank."""
         return " ".join(f"{self.out} {self.err}".split())
 
     @property
     def facts(self) -> Any:
-        """What --json printed."""
+        """What --json printed, as Python objects."""
         return json.loads(self.out)
 
 
 class Screen:
-    """A stream that says whether it is a terminal, and of which encoding."""
+    """A stream that keeps what is written; it says whether it is a terminal, and has an encoding."""
 
     def __init__(self, terminal: bool, encoding: str = "utf-8") -> None:
         self.text, self.terminal, self.encoding = "", terminal, encoding
@@ -68,7 +68,9 @@ Cli = Callable[..., Ran]
 
 @pytest.fixture
 def cli(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Cli:
-    """Run a command line, with the names of `NAMES` in braces, and check the width of its lines."""
+    """Return a function that runs a command line; {R} and the like stand for `NAMES`. It checks line
+    widths.
+    """
     monkeypatch.chdir(tmp_path)
 
     def run(line: str) -> Ran:

@@ -26,6 +26,7 @@ GOAL_39 = [-0.1966, 0.0712, 1.1146]
 
 
 def test_the_example_is_the_papers() -> None:
+    """`paper_example.example` has the pose, psi, gc and goal that the paper prints."""
     arm, start, poses = paper_example.example()
     pose, psi, gc = arm.forward(start)
     assert np.array_equal(poses[0], pose) and poses.shape == (251, 4, 4)
@@ -35,6 +36,7 @@ def test_the_example_is_the_papers() -> None:
 
 
 def test_the_runs_hold_the_limits_and_the_pose() -> None:
+    """All runs of the example keep pose and limits, and end as far from the limit as alpha and K say."""
     ends = {}
     for policy in paper_example.POLICIES:
         made = paper_example.run(policy)
@@ -48,6 +50,7 @@ def test_the_runs_hold_the_limits_and_the_pose() -> None:
 
 
 def test_the_table(cli: Cli) -> None:
+    """`armangle demo` prints a row a run, and what to try next."""
     ran = cli("demo")
     assert ran.status == 0 and "psi 58.5882 deg, GC 3" in ran.out
     assert ran.out.index("straight line") < ran.out.index("the paper")  # plain words first
@@ -60,6 +63,7 @@ def test_the_table(cli: Cli) -> None:
 
 @pytest.mark.slow
 def test_the_files(cli: Cli) -> None:
+    """`armangle demo -o` writes joints and pictures of all runs, and the poses."""
     need("matplotlib")
     facts, folder = cli("demo -o new/demo --json").facts, Path("new/demo")
     assert [run["name"] for run in facts["runs"]] == list(NAMES)
@@ -72,6 +76,7 @@ def test_the_files(cli: Cli) -> None:
 
 
 def test_what_to_open_and_to_try_is_said_and_works(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command that `armangle demo -o` advises runs and solves all poses."""
     figure = pytest.importorskip("matplotlib.figure", reason="pip install 'armangle[plot]'")
     monkeypatch.setattr(figure.Figure, "savefig", lambda self, to, **_: to.write(b"as in test_the_files"))
     ran = cli("demo -o here")
@@ -82,6 +87,7 @@ def test_what_to_open_and_to_try_is_said_and_works(cli: Cli, monkeypatch: pytest
 
 
 def test_the_curves_begin_where_the_dots_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the example's pictures every curve begins at the dot of the start."""
     figure = pytest.importorskip("matplotlib.figure", reason="pip install 'armangle[plot]'")
     drawn = []
     monkeypatch.setattr(figure.Figure, "savefig", lambda self, *_, **__: drawn.append(self))
@@ -102,6 +108,7 @@ def test_the_curves_begin_where_the_dots_are(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_without_matplotlib_the_numbers_are_written(monkeypatch: pytest.MonkeyPatch, cli: Cli) -> None:
+    """`armangle demo -o` without matplotlib writes the numbers and says what to install."""
     for name in [name for name in sys.modules if name.split(".")[0] == "matplotlib"]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "matplotlib", None)

@@ -47,6 +47,7 @@ SAID = {
 
 @pytest.mark.parametrize("words", SAID)
 def test_what_is_said(words: str, cli: Cli) -> None:
+    """`armangle ik` ends with these exit statuses and prints these parts."""
     status, *parts = SAID[words]
     ran = cli(words)
     assert ran.status == status
@@ -57,6 +58,7 @@ def test_what_is_said(words: str, cli: Cli) -> None:
 
 @pytest.mark.parametrize("metric", ["l2", "max"])
 def test_the_nearest_solution_is_solve(metric: str, cli: Cli) -> None:
+    """`armangle ik --seed` gives the solution of `Arm.solve`, and --all a list from the nearest on."""
     seed = np.radians([10.0, 30, -20, -80, 5, 40, 0])
     words = f"ik {{R}} {{POSE}} --seed 10,30,-20,-80,5,40,0 --metric {metric} --json"
     shown, every = cli(words).facts, cli(f"{words} --all").facts
@@ -71,6 +73,7 @@ def test_the_nearest_solution_is_solve(metric: str, cli: Cli) -> None:
 
 
 def test_the_nearest_reachable_pose(cli: Cli) -> None:
+    """`--fallback nearest_pose` and `--explain` give the solution of `Arm.solve(fallback=)`."""
     words = "ik {R} --pose 1.2,0,0.5,1,0,0,0 --fallback nearest_pose"
     ran, facts = cli(words), cli(f"{words} --json").facts
     found = ARM.solve(aa.pose([1.2, 0.0, 0.5]), facts["seed"], fallback="nearest_pose")
@@ -87,6 +90,7 @@ def test_the_nearest_reachable_pose(cli: Cli) -> None:
 
 @pytest.mark.parametrize("source", ["{FR3}", "--robot fr3.urdf"])
 def test_an_arm_with_an_offset_is_asked_alike(source: str, cli: Cli) -> None:
+    """`armangle ik` of an offset arm, by name or file, solves, repeats by psi and has intervals."""
     Path("fr3.urdf").write_text(FR3.to_urdf())
     found = cli(f"ik {source} {{PF}} --seed {{QF}} --json").facts
     assert found["redundancy"] == "joint_7" and found["status"] == "OK"
@@ -102,6 +106,7 @@ def test_an_arm_with_an_offset_is_asked_alike(source: str, cli: Cli) -> None:
 
 
 def test_a_file_of_poses(line: Rows, cli: Cli) -> None:
+    """`armangle ik` of a pose file writes all solutions, and counts and names those that fail."""
     ran = cli("ik {R} --pose line.csv --seed {Q} -o q.csv")
     assert ran.out.startswith("nearest to --seed") and ran.out.count("OK") == 20  # and one row is the gap
     back = aa.io.load_joints("q.csv")
@@ -119,6 +124,7 @@ def test_a_file_of_poses(line: Rows, cli: Cli) -> None:
 
 
 def test_intervals_are_feasible(cli: Cli) -> None:
+    """`armangle ik --intervals` gives golden intervals with the joints at their ends."""
     (facts,) = cli("ik {R} --intervals --joints {Q} --json").facts
     assert np.degrees(facts["intervals"]) == pytest.approx(
         np.array([[-22.82, 24.88], [42.70, 322.07]]), abs=5e-3
@@ -134,6 +140,7 @@ def test_intervals_are_feasible(cli: Cli) -> None:
 
 
 def test_what_is_not_proven_is_said(cli: Cli) -> None:
+    """`armangle ik` of a calibrated arm says what is not proven."""
     Path("own.urdf").write_text(calibrated("kuka_iiwa7_r800", 2.0, 5.0).to_urdf())
     arm = aa.Arm.from_urdf("own.urdf")
     q = START.copy()
@@ -160,6 +167,7 @@ def test_what_is_not_proven_is_said(cli: Cli) -> None:
 
 
 def test_a_branch_without_a_proven_solution_leaves_the_others(cli: Cli) -> None:
+    """`armangle ik --psi --all` gives the other gc, and says which branches meet."""
     Path("own.urdf").write_text(calibrated("kuka_iiwa7_r800", 2.0, 5.0).to_urdf())
     arm = aa.Arm.from_urdf("own.urdf")
     q = START.copy()
@@ -178,6 +186,7 @@ def test_a_branch_without_a_proven_solution_leaves_the_others(cli: Cli) -> None:
 
 
 def test_an_arm_without_limits(cli: Cli) -> None:
+    """`armangle ik` of an arm without limits says none, inf and full circle."""
     Path("arm.urdf").write_text(aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1).to_urdf())
     words = "ik --robot arm.urdf --pose 0.3,0,0.6,1,0,0,0 --gc 0"
     assert cli(f"{words} --psi 20").out.count("none") == 21
@@ -186,6 +195,7 @@ def test_an_arm_without_limits(cli: Cli) -> None:
 
 
 def test_a_kuka_frame_there_and_back(cli: Cli) -> None:
+    """`armangle ik --kuka` of the frame that `inspect --kuka` prints gives its joints."""
     q = "41.83,36.92,-6.28,-87.49,5.36,55.51,-57.36"
     shown = cli(f"inspect kuka_iiwa7_r800 --kuka --joints {q}").out
     (row,) = [row for row in shown.splitlines() if row.startswith("KUKA")]

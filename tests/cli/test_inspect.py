@@ -26,6 +26,7 @@ SHAPE = '<collision><geometry><cylinder radius="0.07" length="0.3"/></geometry><
 
 
 def with_shape(arm: aa.Arm) -> str:
+    """The URDF of an arm with a cylinder at link_3."""
     return arm.to_urdf().replace('<link name="link_3" />', f'<link name="link_3">{SHAPE}</link>')
 
 
@@ -38,13 +39,14 @@ def twice(text: str) -> str:
 
 
 def moved(arm: Any, joint: str, tag: str) -> str:
-    """Return the URDF of an arm whose joint has another origin or axis."""
+    """The URDF of an arm, the element `tag` (an origin or axis) put in for that of a joint."""
     text = arm.to_urdf()
     at = text.index(f"<{tag.split()[0][1:]}", text.index(f'"{joint}"'))
     return str(text[:at] + tag + text[text.index("/>", at) + 2 :])
 
 
 def test_robots(cli: Cli) -> None:
+    """`armangle robots` lists the catalogue, and finds entries by words of them."""
     listed = cli("robots").out
     assert all(name in listed for name in (*srs_catalogue(), "franka_fr3"))
     facts = cli("robots --json").facts
@@ -71,6 +73,7 @@ KINDS = {
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_file_of_any_kind_is_read_written_and_asked(kind: str, cli: Cli) -> None:
+    """`armangle inspect` of a URDF of each kind names it; what it writes has the same poses."""
     Path("arm.urdf").write_text(KINDS[kind]())
     ran = cli("inspect arm.urdf --json -o again.urdf")
     joint = {"offset_wrist": "joint_7", "offset_shoulder": "joint_1"}.get(kind, "arm_angle")
@@ -85,6 +88,7 @@ def test_a_file_of_any_kind_is_read_written_and_asked(kind: str, cli: Cli) -> No
 
 
 def test_a_file_is_fitted_only_where_asked(cli: Cli) -> None:
+    """`armangle inspect` keeps a file's own chain unless --fit names another kind within bounds."""
     Path("near.urdf").write_text(KINDS["srs_chain"]())
     Path("bent.urdf").write_text(moved(FR3, "joint_4", '<axis xyz="0 0.001 1"/>'))
     exact = aa.Arm.from_urdf("near.urdf").forward(RAD)[0]
@@ -112,6 +116,7 @@ def test_a_file_is_fitted_only_where_asked(cli: Cli) -> None:
 
 
 def test_a_file_of_no_kind(cli: Cli) -> None:
+    """`armangle inspect` of a chain of no kind says why, and `ik` refuses it."""
     Path("bad.urdf").write_text(simple_urdf())
     ran = cli("inspect bad.urdf --json")
     assert ran.status == 1 and ran.facts["kind"] is None and "is not S-R-S" in ran.text
@@ -120,6 +125,7 @@ def test_a_file_of_no_kind(cli: Cli) -> None:
 
 
 def test_several_chains_are_listed_with_the_option_that_names_them(cli: Cli) -> None:
+    """`armangle inspect` of two chains lists the --links that choose one."""
     Path("two.urdf").write_text(twice(aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1).to_urdf()))
     ran = cli("inspect two.urdf")
     options = [row.split()[:2] for row in ran.err.splitlines() if row.startswith("  --links")]
@@ -134,6 +140,7 @@ def test_several_chains_are_listed_with_the_option_that_names_them(cli: Cli) -> 
 
 
 def test_numbers_of_the_file_are_shown(cli: Cli) -> None:
+    """`armangle inspect` prints reach, base, tool, lengths, signs and offsets."""
     arm = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, lower=[-3.0] * 7, upper=[2.5] * 7)
     tool = aa.pose([0.01, 0.0, 0.2])
     arm = arm.with_(signs=[1, 1, -1, 1, 1, 1, 1], offsets=[0, 0, 0, 0, np.pi / 4, 0, 0], tool=tool)
@@ -151,6 +158,7 @@ def test_numbers_of_the_file_are_shown(cli: Cli) -> None:
 
 @pytest.mark.parametrize("arm", [ARM, FR3])
 def test_limits_of_continuous_joints_are_told_of(arm: Any, cli: Cli) -> None:
+    """`armangle inspect` says that limits of continuous joints are not used, and uses them where asked."""
     Path("arm.urdf").write_text(arm.to_urdf().replace('type="revolute"', 'type="continuous"'))
     ran = cli(f"inspect arm.urdf --joints {Q}")
     assert ran.err.count("NOT used") == 7 and "armangle inspect FILE --continuous-limits use" in ran.text
@@ -163,6 +171,7 @@ def test_limits_of_continuous_joints_are_told_of(arm: Any, cli: Cli) -> None:
 
 
 def test_an_mjcf_is_read_as_a_urdf_is(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`armangle inspect` reads an MJCF file; without mujoco it says what to install."""
     z, y, back = "0 0 1", "0 1 0", "0 -1 0"
     bodies = "".join(
         f'<body name="l{i}" pos="0 0 {up}"><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
@@ -189,6 +198,7 @@ def test_an_mjcf_is_read_as_a_urdf_is(cli: Cli, monkeypatch: pytest.MonkeyPatch)
 
 
 def test_the_pose_of_joints(cli: Cli) -> None:
+    """`armangle inspect --joints` gives pose, psi and gc, and says which limits are exceeded."""
     ran = cli("inspect kuka_iiwa7_r800 --joints {Q}")
     assert "58.5882 deg" in ran.out and "3 (shoulder -, elbow -, wrist +)" in ran.out
     row = ran.out.splitlines()[ran.out.splitlines().index("x,y,z,qw,qx,qy,qz") + 1]
@@ -207,6 +217,7 @@ def test_the_pose_of_joints(cli: Cli) -> None:
 
 
 def test_the_poses_of_a_joint_file(line: np.ndarray[Any, Any], cli: Cli) -> None:
+    """`armangle inspect --joints FILE` writes poses, of an empty file none; a row of NaN is refused."""
     cli("ik {R} --pose line.csv --psi 90 --gc 3 -o q.csv")
     ran = cli("inspect kuka_iiwa7_r800 --joints q.csv -o again.npz")
     assert ran.status == 0 and "90.0000" in ran.out and ran.err == "wrote again.npz\n"
@@ -224,6 +235,7 @@ def test_the_poses_of_a_joint_file(line: np.ndarray[Any, Any], cli: Cli) -> None
     ("-0.1,0,0.2,0.6,0.8,0,0", aa.pose([-0.1, 0, 0.2], wxyz=[0.6, 0.8, 0, 0])),
 ])  # fmt: skip
 def test_a_tool_is_mounted_on_the_tip(name: str, words: str, tool: Any, cli: Cli) -> None:
+    """`armangle inspect --tool` gives the pose of `Arm.with_tool`."""
     arm = (ARM if "kuka" in name else FR3).with_tool(tool)
     told = cli(f"inspect {name} --joints {Q} --tool {words} --json").facts["matrix"]
     assert np.allclose(told, arm.forward(RAD)[0], rtol=0, atol=1e-12)
@@ -234,6 +246,7 @@ def test_a_tool_is_mounted_on_the_tip(name: str, words: str, tool: Any, cli: Cli
 
 @pytest.mark.parametrize("arm", [ARM, calibrated("kuka_iiwa7_r800", 1.0, 1.0)])
 def test_a_collision_model_is_shown_and_written(arm: aa.Arm, cli: Cli) -> None:
+    """`armangle inspect --body` shows and writes the model of `Body.from_urdf`, which `ik` takes."""
     Path("robot.urdf").write_text(with_shape(arm))
     Path("cell.toml").write_text('[[ball]]\nname = "lamp"\ncenter = [0.28, 0.26, 0.6]\nradius = 0.05\n')
     ran = cli("inspect robot.urdf --body 4 -o body.toml")

@@ -23,16 +23,19 @@ MOST_COMMANDS, MOST_OPTIONS, MOST_WORDS = 10, 120, 25
 
 
 def options_of(command: str) -> list[Any]:
+    """The options of a command, without --help."""
     return [one for one in command_parser(command)._actions if one.option_strings and one.dest != "help"]
 
 
 def test_there_are_few_commands_and_options() -> None:
+    """The command line has at most MOST_COMMANDS commands and MOST_OPTIONS options."""
     assert len(COMMANDS) <= MOST_COMMANDS
     assert sum(len(options_of(command)) for command in COMMANDS) <= MOST_OPTIONS
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_the_help_is_short_and_has_an_example(command: str, cli: Cli) -> None:
+    """The help of each command fits, has an example, and no sentence longer than MOST_WORDS."""
     text = cli(f"{command} --help").out
     assert f"example:\n  armangle {command}" in text and max(map(len, text.splitlines())) <= WIDTH
     assert not any(word in text for word in ("eq.", "figure", "section"))
@@ -160,7 +163,7 @@ BAD = {
 
 @pytest.fixture
 def files(tmp_path: Path) -> None:
-    """Write the files that the lines above name."""
+    """Write the files that the command lines of this file name."""
     (tmp_path / "words.csv").write_text("a,b\n1,2\n")
     (tmp_path / "bad.csv").write_text("x,y,z,qw,qx,qy,qz\n0,0,1,1,0,0,0\n0,0,1,1,0,0,a\n")
     (tmp_path / "poses.csv").write_text("x,y,z,qw,qx,qy,qz\n0.4,0.1,0.5,0,1,0,0\n")
@@ -174,6 +177,7 @@ def files(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("files")
 @pytest.mark.parametrize("words", BAD)
 def test_bad_input_is_one_message_and_status_2(words: str, cli: Cli, tmp_path: Path) -> None:
+    """Each bad command line has exit status 2, its message, no other output and no new file."""
     before = {file.name for file in tmp_path.iterdir()}
     ran = cli(words)
     assert ran.status == 2 and ran.out == "" and "Traceback" not in ran.err
@@ -190,6 +194,7 @@ def test_bad_input_is_one_message_and_status_2(words: str, cli: Cli, tmp_path: P
     ("inspect", "kuka_iiwa7_r800", "--joints -1,2,-.3,4,5,6,7", "--json"),
 ])  # fmt: skip
 def test_files_and_options_go_in_any_order(parts: tuple[str, ...], cli: Cli) -> None:
+    """The order of files and options changes no output."""
     q = np.radians([float(word) for word in START.split(",")]) + np.outer(
         np.linspace(0, 0.02, 3), np.eye(7)[0]
     )
@@ -200,6 +205,7 @@ def test_files_and_options_go_in_any_order(parts: tuple[str, ...], cli: Cli) -> 
 
 
 def test_an_unwritable_screen_and_a_reader_that_has_seen_enough() -> None:
+    """A full output is an error of status 2, a closed pipe is none."""
     robots = [sys.executable, "-m", "armangle", "robots"]
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(robots, stdout=full, stderr=subprocess.PIPE)
@@ -213,6 +219,8 @@ def test_an_unwritable_screen_and_a_reader_that_has_seen_enough() -> None:
 
 
 def test_an_interrupt_is_quiet(monkeypatch: pytest.MonkeyPatch, cli: Cli) -> None:
+    """An interrupt ends a command with status 130 and no output."""
+
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 

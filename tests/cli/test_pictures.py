@@ -18,7 +18,7 @@ from .conftest import Cli
 
 @pytest.fixture(autouse=True)
 def files(cli: Cli) -> None:
-    """Write poses.csv and joints.csv, the paper's line in 20 poses."""
+    """Write poses.csv and joints.csv, the paper's line in 20 poses, and cell.toml, a ball beside the arm."""
     arm, start, poses = paper_example.example()
     aa.io.save(poses[::13], "poses.csv")
     Path("cell.toml").write_text("[[ball]]\nname = 'lamp'\ncenter = [0.9, 0.9, 0.6]\nradius = 0.05\n")
@@ -45,6 +45,7 @@ PNG, SVG, PDF = (".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")
     ("plan poses.csv {R}", PNG),
 ])  # fmt: skip
 def test_pictures_are_written(words: str, kind: tuple[str, bytes], cli: Cli) -> None:
+    """`--plot` of each command writes a file of the kind that its ending says."""
     ending, begin = kind
     ran = cli(f"{words} --plot picture{ending}")
     assert ran.status == 0 and f"wrote picture{ending}\n" in ran.err
@@ -52,6 +53,7 @@ def test_pictures_are_written(words: str, kind: tuple[str, bytes], cli: Cli) -> 
 
 
 def test_an_unknown_ending_is_refused(cli: Cli) -> None:
+    """`--plot` refuses an ending that is no picture."""
     ran = cli("ik {R} {POSE} --plot a.doc")
     assert ran.status == 2 and "unknown ending, wanted one of .png, .svg, .pdf" in ran.text
 
@@ -61,6 +63,8 @@ def test_an_unknown_ending_is_refused(cli: Cli) -> None:
 def test_rows_that_are_not_solved_are_gaps_in_the_picture(
     on_fail: str, cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """`--plot` of a joint file draws unsolved rows as gaps, and the output names the first."""
+
     from armangle import plots
 
     arm, start, poses = paper_example.example()
@@ -98,6 +102,7 @@ MADE = "".join(
      "--robot arm.xml"],
 )  # fmt: skip
 def test_view_serves_until_interrupted(words: str, cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`armangle view` serves the demo, an arm, or an arm with a file, until interrupted."""
     need("viser")
     need("mujoco")
     from armangle.viewer import Viewer
@@ -118,6 +123,7 @@ def test_view_serves_until_interrupted(words: str, cli: Cli, monkeypatch: pytest
 def test_view_draws_an_unreadable_mesh_as_capsule_and_says_so_once(
     cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """`armangle view` of a URDF with a missing mesh says once that it is drawn as capsules."""
     need("viser")
     from armangle.viewer import Viewer
 
@@ -134,6 +140,7 @@ def test_view_draws_an_unreadable_mesh_as_capsule_and_says_so_once(
 
 
 def test_view_refuses_a_busy_port(cli: Cli) -> None:
+    """`armangle view` refuses a port that is taken."""
     need("viser")
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))

@@ -14,7 +14,7 @@ PLACE = "place grasps.csv --robot openarm_v10"
 
 @pytest.fixture(autouse=True)
 def grasps(cli: Cli) -> np.ndarray:
-    """Tools that point down about a table."""
+    """Poses of tools that point down around a table's middle, also in grasps.csv."""
     rng = np.random.default_rng(5)
     turns = np.stack([np.zeros(12), np.full(12, np.pi), rng.uniform(-3, 3, 12)], axis=-1)
     aa.io.save(aa.pose(rng.uniform([-0.3, -0.3, 0.2], [0.3, 0.3, 0.3], (12, 3)), rpy=turns), "grasps.csv")
@@ -23,6 +23,7 @@ def grasps(cli: Cli) -> np.ndarray:
 
 @pytest.mark.parametrize("robot", ["openarm_v10", "franka_fr3"])
 def test_the_best_bases_are_listed(robot: str, grasps: np.ndarray, cli: Cli) -> None:
+    """`armangle place` gives the bases, yaws and missed poses of `place`."""
     words = f"place grasps.csv --robot {robot} --x -0.2,0.2 --y -0.2,0.2 --step 0.1"
     shown, facts = cli(words), cli(f"{words} --json").facts
     assert shown.status == 0 and "best yaw deg" in shown.out
@@ -35,6 +36,7 @@ def test_the_best_bases_are_listed(robot: str, grasps: np.ndarray, cli: Cli) -> 
 
 
 def test_nothing_in_reach_is_status_1(cli: Cli) -> None:
+    """`armangle place` has exit status 1 if no base reaches a pose."""
     said = cli(f"{PLACE} --x 9,9 --y 0,0")
     assert said.status == 1 and "no pose can be held from any of these positions" in said.err
     assert "yaw" not in said.out and "not held from any of these positions:" in said.out

@@ -34,6 +34,7 @@ PLANS = {
 
 @pytest.mark.parametrize("words", PLANS)
 def test_what_is_written_is_the_plan_of_python(words: str, line: Rows, cli: Cli) -> None:
+    """`armangle plan` writes the joints of `plan` with the same options."""
     ran = cli(f"plan line.csv {{R}} -o q.npz --json {words}")
     path = aa.plan(ARM, line, **PLANS[words])
     assert ran.status == 0 and ran.facts["certified"] is path.certified is True
@@ -41,6 +42,7 @@ def test_what_is_written_is_the_plan_of_python(words: str, line: Rows, cli: Cli)
 
 
 def test_rows_are_added_until_no_joint_moves_more(line: Rows, cli: Cli) -> None:
+    """`armangle plan --step` writes the rows of `JointPath.finer`."""
     first, last = line[0], line[0].copy()
     last[1, 3] -= 0.2
     aa.io.save(np.stack([first, last]), "two.csv")
@@ -72,6 +74,7 @@ POLICIES: dict[str, tuple[aa.Policy, dict[str, Any]]] = {
 
 @pytest.mark.parametrize("words", POLICIES)
 def test_a_policy_steps_as_follow_does(words: str, line: Rows, cli: Cli) -> None:
+    """`armangle plan --policy` writes the joints of `follow`."""
     policy, options = POLICIES[words]
     ran = cli(f"plan line.csv {{R}} --start {{Q}} -o q.npz --json --policy {words}")
     path = aa.follow(ARM, line, start=START, policy=policy, **options)
@@ -80,6 +83,7 @@ def test_a_policy_steps_as_follow_does(words: str, line: Rows, cli: Cli) -> None
 
 
 def test_an_arm_with_an_offset_is_stepped_alike(cli: Cli) -> None:
+    """`armangle plan`, `retime` and `track` of an offset arm give what the functions of Python give."""
     start = np.radians([10, 20, 10, -110, 15, 110, 30])
     poses = np.repeat(FR3.forward(start)[0][None], 41, axis=0)
     poses[:, 1, 3] += np.linspace(0.0, 0.1, 41)
@@ -104,6 +108,7 @@ def test_an_arm_with_an_offset_is_stepped_alike(cli: Cli) -> None:
 
 
 def test_where_there_is_no_way_the_reason_is_said(line: Rows, cli: Cli) -> None:
+    """`armangle plan` names the first row that is not solved and why; one and no pose are fine."""
     ran = cli("plan line.csv {R} --start {Q} --policy repulsion --step 0.01 -o q.csv --json")
     assert ran.status == 1 and ran.facts["status"] == {"OK": 1, "JOINT_JUMP": 1, "NOT_REACHED": 19}
     assert "pose 1 (s = 0.05) is the first that is not." in ran.text

@@ -16,6 +16,7 @@ SIZE = "--spacing 0.1 --angle 20"
 
 @pytest.mark.parametrize("name", ARMS)
 def test_parts_then_the_rest_then_a_look(name: str, cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`armangle reach` makes a map in parts, says what is missing, resumes, verifies and mends."""
     small_tiles(monkeypatch, 2**11)
     assert cli(f"reach whole.zarr --robot {name} {SIZE}").status == 0
     assert cli(f"reach a.zarr --robot {name} {SIZE} --part 1/3").status == 0
@@ -49,11 +50,14 @@ def test_parts_then_the_rest_then_a_look(name: str, cli: Cli, monkeypatch: pytes
     ("a.zarr --robot openarm_v10 --scheduler here", "scheduler is 'here'"),
 ])  # fmt: skip
 def test_bad_input(words: str, said: str, cli: Cli) -> None:
+    """`armangle reach` refuses bad options with exit status 2 and writes nothing."""
     ran = cli(f"reach {words}")
     assert ran.status == 2 and said in ran.text and not any(Path().iterdir())
 
 
 def test_an_interrupted_map_says_how_to_go_on(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`armangle reach`, interrupted, says that the same command goes on."""
+
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 

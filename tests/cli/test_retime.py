@@ -24,7 +24,7 @@ RETIME = "retime joints.csv {R}"
 
 @pytest.fixture(autouse=True)
 def joints(cli: Cli) -> aa.JointPath:
-    """A joint file of 11 rows along 0.1 m, and the poses."""
+    """A path of 11 rows along 0.1 m, also in joints.csv, and its poses in poses.csv."""
     path = aa.follow(ARM, along(ARM.forward(START)[0], [0, 0, -0.1], 11), start=START)
     aa.io.save(path, "joints.csv")
     aa.io.save(path.poses, "poses.csv")
@@ -35,6 +35,7 @@ def joints(cli: Cli) -> aa.JointPath:
 def test_a_joint_file_becomes_a_trajectory_within_its_bounds(
     joints: aa.JointPath, ending: str, cli: Cli
 ) -> None:
+    """`armangle retime` writes a trajectory within its bounds, with the file's first and last joints."""
     words = f"{RETIME} --acceleration 300 --velocity 60"
     said = cli(f"{words} -o out.{ending}")
     assert said.status == 0 and said.err.startswith("wrote ") and "fastest deg/s" in said.out
@@ -47,7 +48,7 @@ def test_a_joint_file_becomes_a_trajectory_within_its_bounds(
 
 @pytest.mark.parametrize("door", ["", "--policy repulsion"])
 def test_a_motion_from_home_keeps_its_bounds_from_its_file(door: str, cli: Cli) -> None:
-    """Home is θ2 = 0: its row is of two branches, and between rows joint 1 would go round."""
+    """`armangle retime` of a plan from θ2 = 0, where two branches meet, keeps its bounds between rows."""
     aa.io.save(
         along(ARM.forward(np.radians([0.0, 0, 0, -90, 0, 90, 0]))[0], [0.0, 0.2, 0.05], 60), "path.csv"
     )
@@ -61,6 +62,7 @@ def test_a_motion_from_home_keeps_its_bounds_from_its_file(door: str, cli: Cli) 
 
 
 def test_units_that_are_mistaken_are_asked_about(cli: Cli) -> None:
+    """Numbers that look like another unit get a message that asks; refused angles are said in degrees too."""
     assert "was this mm/s?" in cli(f"{RETIME} --acceleration 300 --tool-speed 200").text
     plan = f"plan poses.csv {{R}} --start {','.join(f'{x:g}' for x in START)} --policy repulsion"
     assert "were these rad?" in cli(plan).text
@@ -70,12 +72,13 @@ def test_units_that_are_mistaken_are_asked_about(cli: Cli) -> None:
 
 
 def test_seven_bounds_and_the_jerk(cli: Cli) -> None:
+    """`armangle retime` takes seven bounds; with a bound on the jerk it takes longer."""
     fast = cli(f"{RETIME} --acceleration {','.join(['200'] * 7)} --json").facts["duration"]
     assert cli(f"{RETIME} --acceleration 200 --jerk 5000 --json").facts["duration"] > fast
 
 
 def test_what_a_file_says_between_its_rows(cli: Cli) -> None:
-    """A plain file is a spline through its rows; of a plan's own file the tool's way is known."""
+    """`armangle retime` takes a plain file as a spline, or as --between says; a plan's own file knows."""
     arm = aa.Arm.from_catalogue("kuka_iiwa14_r820")
     rows = np.linspace([0, 0.5, 0, -1.2, 0, 0.6, 0], [1, 0.2, 0.3, -1.5, 0.6, 0.9, -1], 50)
     names = ",".join(f"q{i}" for i in range(1, 8))
@@ -103,12 +106,14 @@ def test_what_a_file_says_between_its_rows(cli: Cli) -> None:
     ("--acceleration 9 --jerk -1", "--jerk holds -1, wanted numbers > 0 in deg/s^3"),
 ])  # fmt: skip
 def test_bounds_that_are_none(words: str, message: str, cli: Cli) -> None:
+    """`armangle retime` refuses missing and bad bounds with exit status 2."""
     said = cli(f"{RETIME} {words}")
     assert said.status == 2 and message in said.text
 
 
 @pytest.mark.slow
 def test_the_trajectory_is_drawn_and_corners_may_be_kept(cli: Cli) -> None:
+    """`armangle retime` draws --plot; with --tolerance 0 it keeps corners and takes longer."""
     need("matplotlib")
     words = f"{RETIME} --acceleration 300 --jerk 3000 --between tool --json"
     facts, kept = cli(f"{words} --plot a.svg").facts, cli(f"{words} --tolerance 0").facts
@@ -118,6 +123,7 @@ def test_the_trajectory_is_drawn_and_corners_may_be_kept(cli: Cli) -> None:
 
 @pytest.mark.parametrize("shell", SHELLS)
 def test_completions_know_commands_and_options(shell: str, cli: Cli) -> None:
+    """`--print-completion` names the commands and options."""
     need("shtab")
     script = cli(f"--print-completion {shell}").out
     assert all(name in script for name in COMMANDS if name != "view") and "singularity-margin" in script
@@ -126,6 +132,7 @@ def test_completions_know_commands_and_options(shell: str, cli: Cli) -> None:
 def test_without_its_package_completions_say_what_to_install(
     monkeypatch: pytest.MonkeyPatch, cli: Cli
 ) -> None:
+    """`--print-completion` without shtab says what to install."""
     monkeypatch.setitem(sys.modules, "shtab", None)
     for shell, said in (("bash", "pip install 'armangle[completion]'"), ("fish", "invalid choice: 'fish'")):
         ran = cli(f"--print-completion {shell}")

@@ -21,13 +21,13 @@ INTERVALS = f"ik --intervals {{R}} --joints {DEGREES}"
 
 @pytest.fixture(autouse=True)
 def lamp(cli: Cli) -> aa.Scene:
-    """Write a scene file with a ball and return its scene."""
+    """Write the scene file cell.toml, a ball, and return its scene."""
     Path("cell.toml").write_text('[[ball]]\nname = "lamp"\ncenter = [0.28, 0.26, 0.6]\nradius = 0.05\n')
     return aa.io.load_scene("cell.toml")
 
 
 def clear_of(scene: aa.Scene, rows: np.ndarray) -> bool:
-    """Whether joints of all rows are free of collisions."""
+    """Whether joints of all rows are free of collisions, within 1e-9 m."""
     return all(ARM.clearance(row, scene).distance > -1e-9 for row in rows)
 
 
@@ -35,6 +35,7 @@ def clear_of(scene: aa.Scene, rows: np.ndarray) -> bool:
 def test_arcs_name_the_obstacle_and_the_link_and_keep_the_clearance(
     clearance: float, lamp: aa.Scene, cli: Cli
 ) -> None:
+    """`ik --intervals --scene` gives the intervals of `feasible` in the scene, and names who blocks."""
     words = f"{INTERVALS} {SCENE} --clearance {1e3 * clearance}"
     assert "forearm at lamp" in cli(words).out
     (facts,) = cli(f"{words} --json").facts
@@ -51,7 +52,7 @@ TOOL = "--tool 0,0,0.12,0.7071067811865476,0.7071067811865476,0,0"
 
 @pytest.mark.parametrize("hand", ["30", "hand.toml"])
 def test_a_hand_is_kept_off_too(hand: str, cli: Cli) -> None:
-    """A rod from the tip to the tool's place, or shapes in the frame of the tool: here the same ones."""
+    """`ik --gripper`, a rod from tip to tool or shapes in the tool's frame, solves as `Arm.solve` does."""
     Path("table.toml").write_text('[[box]]\nname = "table"\nsize = [2, 2, 0.04]\nposition = [0, 0, 0.18]\n')
     Path("hand.toml").write_text(
         "[[capsule]]\nbegin = [0, -0.12, 0]\nend = [0, 0, 0]\nradius = 0.03\nname = 'drill'"
@@ -75,6 +76,7 @@ def test_a_hand_is_kept_off_too(hand: str, cli: Cli) -> None:
 
 
 def test_ik_and_follow_keep_clear(lamp: aa.Scene, cli: Cli) -> None:
+    """`ik` and `plan --policy` with --scene give joints free of collisions."""
     aa.io.save(np.tile(POSE, (3, 1, 1)), "poses.csv")
     assert clear_of(lamp, cli(f"ik {{R}} --pose poses.csv --seed {DEGREES} {SCENE} --json").facts["q"])
     assert cli(f"plan poses.csv --policy repulsion {{R}} --start {DEGREES} {SCENE} -o out.csv").status == 0
@@ -82,6 +84,7 @@ def test_ik_and_follow_keep_clear(lamp: aa.Scene, cli: Cli) -> None:
 
 
 def test_plan_keeps_clear_and_is_proven(lamp: aa.Scene, cli: Cli) -> None:
+    """`plan --scene` is certified and free of collisions; --roll free leaves joint 7 alone."""
     last = POSE + 0
     last[:3, 3] += [0.0, 0.05, 0.03]
     aa.io.save(aa.Line(POSE, last).pose(np.linspace(0, 1, 20)), "poses.csv")
@@ -93,6 +96,7 @@ def test_plan_keeps_clear_and_is_proven(lamp: aa.Scene, cli: Cli) -> None:
 
 
 def test_a_refusal_names_who_blocks(cli: Cli) -> None:
+    """`ik --intervals` and `--explain` with no way around an obstacle say so."""
     Path("cell.toml").write_text('[[ball]]\nname = "post"\ncenter = [0, 0.12, 0.34]\nradius = 0.06\n')
     ran = cli(f"{INTERVALS} {SCENE}")
     assert ran.status == 1 and "No arm angle keeps clear" in ran.text
@@ -102,7 +106,7 @@ def test_a_refusal_names_who_blocks(cli: Cli) -> None:
 
 
 def test_an_arm_with_an_offset_keeps_clear_too(lamp: aa.Scene, cli: Cli) -> None:
-    """Its intervals and its solution are those of the arm in the scene."""
+    """`ik --intervals --scene` of an offset arm gives the intervals of `feasible` in the scene."""
     q = np.array([0.3, 0.3, 0.2, -1.6, 0.1, 2.0, 0.4])
     arm = aa.Arm.from_catalogue("franka_fr3").with_(body=aa.Body.bones(upper_arm=0.06, forearm=0.06))
     among, (pose, _, gc) = arm.with_(scene=lamp), arm.forward(q)

@@ -20,7 +20,7 @@ TRACK = f"track hand.csv {{R}} --start {','.join(f'{angle:.17g}' for angle in np
 
 @pytest.fixture(autouse=True)
 def hand(cli: Cli) -> Path:
-    """A file of 200 poses that go out of reach and come back."""
+    """The file hand.csv of 200 poses that go out of reach and come back."""
     poses = np.repeat(ARM.forward(START)[0][None], 200, axis=0)
     poses[:, :2, 3] += np.sin(np.linspace(0, np.pi, 200))[:, None] ** 2 * np.array([0.7, 0.2])
     aa.io.save(poses, "hand.csv")
@@ -35,6 +35,7 @@ def ran(**options: object) -> list[aa.types.Tracked]:
 
 @pytest.mark.parametrize("ending", ["csv", "npz", "json", "yaml"])
 def test_what_is_written_is_what_a_tracker_does(ending: str, cli: Cli) -> None:
+    """`armangle track` writes and sums up what a Tracker returns for the same poses."""
     assert "distance from the target, rms" in cli(f"{TRACK} --rate 100 -o out.{ending}").out
     facts, ticks, found = (
         cli(f"{TRACK} --rate 100 --json").facts,
@@ -53,6 +54,7 @@ def test_what_is_written_is_what_a_tracker_does(ending: str, cli: Cli) -> None:
 
 
 def test_bounds_and_the_filter_are_handed_on(cli: Cli) -> None:
+    """`armangle track` hands --velocity, --acceleration and --filter to the Tracker."""
     facts = cli(f"{TRACK} --rate 100 --json --filter --velocity 30 --acceleration 100").facts
     ticks = ran(velocity=np.radians(30.0), acceleration=np.radians(100.0), filter=aa.HandFilter())
     assert facts["distance"]["last"] == pytest.approx(ticks[-1].distance, abs=1e-12)
@@ -61,6 +63,7 @@ def test_bounds_and_the_filter_are_handed_on(cli: Cli) -> None:
 
 
 def test_it_starts_far_from_limits_and_draws(cli: Cli) -> None:
+    """`armangle track` without --start begins at `solve(prefer="margin")`, and draws --plot."""
     need("matplotlib")
     facts = cli("track hand.csv {R} --json --plot hand.png").facts
     first = aa.io.load_poses("hand.csv")[0]
@@ -73,11 +76,13 @@ def test_it_starts_far_from_limits_and_draws(cli: Cli) -> None:
     ("--velocity 1,2", "--velocity has 2 numbers"), ("--plot x.bmp2", "x.bmp2: unknown ending"),
 ])  # fmt: skip
 def test_what_it_refuses(words: str, said: str, cli: Cli) -> None:
+    """`armangle track` refuses bad options with exit status 2."""
     told = cli(f"track hand.csv {{R}} {words}")
     assert told.status == 2 and said in told.text
 
 
 def test_a_first_pose_that_no_posture_holds_needs_a_start(cli: Cli) -> None:
+    """`armangle track` needs --start if the first pose is out of reach; mm and no poses are refused."""
     poses = aa.io.load_poses("hand.csv").copy()
     poses[:, 0, 3] += 3.0
     aa.io.save(poses, "hand.csv")
@@ -93,6 +98,7 @@ def test_a_first_pose_that_no_posture_holds_needs_a_start(cli: Cli) -> None:
 
 
 def test_it_says_why_and_by_whom_the_hand_was_stopped(cli: Cli) -> None:
+    """`armangle track` counts the reasons why it did not follow, with obstacle and link."""
     pose = ARM.forward(START)[0]
     at = pose[0, 3] - ARM.geometry.d_wf * pose[0, 2] + 0.1  # 55 mm before the forearm
     Path("wall.toml").write_text(f'[[half_space]]\nname = "wall"\nnormal = [-1, 0, 0]\noffset = {-at}\n')
@@ -107,6 +113,7 @@ def test_it_says_why_and_by_whom_the_hand_was_stopped(cli: Cli) -> None:
 
 @pytest.mark.parametrize("cells", [",,,,,,", "nan,nan,nan,nan,nan,nan,nan", " , ,nan,,,,"])
 def test_samples_that_did_not_come_are_held(hand: Path, cells: str, cli: Cli) -> None:
+    """`armangle track` holds at rows of empty or NaN cells, which other commands refuse."""
     lines = hand.read_text().splitlines()
     lines[50:60] = [cells] * 10
     hand.write_text("\n".join(lines))
@@ -123,18 +130,20 @@ def test_samples_that_did_not_come_are_held(hand: Path, cells: str, cli: Cli) ->
 
 
 def test_empty_rows_at_the_end_of_a_file_are_no_samples(hand: Path) -> None:
+    """`load_poses` leaves out empty rows at the end of a file."""
     hand.write_text(hand.read_text() + ",,,,,,\n,,,,,,\n\n")
     assert len(aa.io.load_poses(hand)) == 200
 
 
 def with_times(hand: Path, times: object, count: int | None = None) -> None:
-    """Add a column t to the file of poses."""
+    """Put a column t before the poses; keep the first `count` lines, header included."""
     lines = hand.read_text().splitlines()[:count]
     rows = [f"{time},{line}" for time, line in zip(times, lines[1:], strict=True)]  # type: ignore[call-overload]  # any
     hand.write_text("\n".join([f"t,{lines[0]}", *rows]))
 
 
 def test_times_of_the_file_say_how_fast_it_came_and_what_was_lost(hand: Path, cli: Cli) -> None:
+    """`armangle track` takes rate and lost rows from the column t, unless --rate is given."""
     t = np.arange(200) / 50
     t[120:] += 0.4  # nothing came
     with_times(hand, np.round(t, 4))
@@ -155,6 +164,7 @@ def test_times_of_the_file_say_how_fast_it_came_and_what_was_lost(hand: Path, cl
 def test_times_that_are_none_are_refused_without_a_rate(
     hand: Path, times: list[object], why: str, cli: Cli
 ) -> None:
+    """`armangle track` refuses times that do not rise or are no numbers, unless --rate is given."""
     with_times(hand, times, 5)
     told = cli(TRACK)
     assert told.status == 2 and why in told.text

@@ -32,7 +32,7 @@ while True:
 
 
 def start(path: Path) -> subprocess.Popen[bytes]:
-    """Return a process that writes the file again and again, all rows of one write holding one number."""
+    """Start a process that writes the file again and again, all rows of one write holding one number."""
     process = subprocess.Popen([sys.executable, "-c", WRITER, str(path), str(ROWS)], stdout=subprocess.PIPE)
     assert process.stdout is not None
     assert process.stdout.readline() == b"ready\n"
@@ -53,6 +53,7 @@ def is_whole(path: Path) -> bool:
 @pytest.mark.slow
 @pytest.mark.parametrize("ending", ["csv", "npz", "json"])
 def test_kill_9_at_any_time_leaves_a_whole_file_or_none(ending: str, tmp_path: Path) -> None:
+    """`save`, killed at a random time, leaves a whole file or none, and can write it again."""
     path = tmp_path / f"out.{ending}"
     for delay in np.random.default_rng(3).uniform(0.0, 0.05, 8):
         process = start(path)
@@ -67,6 +68,7 @@ def test_kill_9_at_any_time_leaves_a_whole_file_or_none(ending: str, tmp_path: P
 
 
 def test_writers_of_one_file_at_once_leave_one_of_their_files(tmp_path: Path) -> None:
+    """`save` of one file by eight threads leaves one of their files whole, and no other."""
     path = tmp_path / "out.csv"
 
     def write(k: int) -> None:

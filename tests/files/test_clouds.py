@@ -41,6 +41,7 @@ def texts() -> dict[str, bytes]:
 
 
 def test_every_kind_of_file_holds_the_same_points(tmp_path: Path) -> None:
+    """`load_cloud` reads the same points from CSV, PLY and PCD."""
     for name, content in texts().items():
         (tmp_path / name).write_bytes(content)
         found = aa.io.load_cloud(tmp_path / name, 0.01, name="seen")
@@ -48,6 +49,7 @@ def test_every_kind_of_file_holds_the_same_points(tmp_path: Path) -> None:
 
 
 def test_arrays_are_read_and_what_is_not_seen_is_left_out(tmp_path: Path) -> None:
+    """`load_cloud` reads NPY and NPZ, and leaves out points that are not finite."""
     seen = np.vstack([POINTS, [[np.nan, 0, 0]], [[0, np.inf, 0]]]).astype(np.float32)
     np.save(tmp_path / "a.npy", seen)
     np.savez(tmp_path / "b.npz", seen)
@@ -57,7 +59,7 @@ def test_arrays_are_read_and_what_is_not_seen_is_left_out(tmp_path: Path) -> Non
 
 
 def wrong() -> dict[str, tuple[bytes, str]]:
-    """Broken files, and what is said of them."""
+    """Broken files by name: their bytes, and a pattern of the message."""
     good = texts()
     return {
         "a.txt": (b"", "wanted a file ending in .npz"),
@@ -76,6 +78,7 @@ def wrong() -> dict[str, tuple[bytes, str]]:
 
 
 def test_a_broken_file_is_refused_by_name(tmp_path: Path) -> None:
+    """`load_cloud` refuses broken and missing files with their names."""
     said = {name: why for name, (_, why) in wrong().items()} | {"no.npy": "", "o.npy": "points x, y, z"}
     for name, (data, _) in wrong().items():
         (tmp_path / name).write_bytes(data)
@@ -88,6 +91,7 @@ def test_a_broken_file_is_refused_by_name(tmp_path: Path) -> None:
 
 
 def test_a_scene_file_names_its_clouds(tmp_path: Path) -> None:
+    """`load_scene` reads the cloud files that its tables name."""
     np.save(tmp_path / "seen.npy", POINTS)
     (tmp_path / "cell.toml").write_text('[[cloud]]\nfile = "seen.npy"\nradius = 0.02\nname = "seen"\n')
     assert aa.io.load_scene(tmp_path / "cell.toml").shapes == (aa.Cloud(POINTS, 0.02, name="seen"),)

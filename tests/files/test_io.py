@@ -24,10 +24,12 @@ START = np.radians([-5.4101, -26.4986, -48.1542, -61.65, 152.6198, 114.4466, 8.1
 
 
 def names(folder: Path) -> list[str]:
+    """The names of all files in a folder."""
     return [path.name for path in folder.iterdir()]
 
 
 def random_poses(n: int, seed: int = 1) -> np.ndarray:
+    """Return n random poses (n, 4, 4)."""
     rng = np.random.default_rng(seed)
     rows = rng.normal(size=(n, 7))
     rows[:, 3:] /= np.linalg.norm(rows[:, 3:], axis=1, keepdims=True)
@@ -36,7 +38,7 @@ def random_poses(n: int, seed: int = 1) -> np.ndarray:
 
 @pytest.fixture
 def path() -> aa.JointPath:
-    """A motion that stops half way: rows behind are NaN."""
+    """A motion of 40 rows that stops half way: the rows after are NaN."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     pose = arm.forward(START)[0]
     poses = np.repeat(pose[None], 40, axis=0)
@@ -48,6 +50,7 @@ def path() -> aa.JointPath:
 
 
 def test_quaternions_are_rotations_and_come_back() -> None:
+    """`poses_from_rows` gives rotations, and `rows_from_poses` the same rows with qw >= 0."""
     poses = random_poses(2000)
     r = poses[:, :3, :3]
     assert np.abs(r @ r.transpose(0, 2, 1) - np.eye(3)).max() < 4e-16 * 4
@@ -58,6 +61,7 @@ def test_quaternions_are_rotations_and_come_back() -> None:
 
 
 def test_half_turns_keep_their_digits() -> None:
+    """Rotations by half a turn, or nearly, come back from quaternions within 1e-15."""
     axes = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.6, 0.8, 0], [0, -0.6, 0.8], [-0.48, 0.6, 0.64]])
     for short in (0.0, 1e-15, 1e-9, 1e-4):
         half = (np.pi - short) / 2
@@ -72,6 +76,7 @@ def test_half_turns_keep_their_digits() -> None:
 @pytest.mark.parametrize("ending", ENDINGS)
 @pytest.mark.parametrize("n", [0, 1, 10000])
 def test_poses_come_back(tmp_path: Path, ending: str, n: int) -> None:
+    """`load_poses` reads what `save` wrote, positions to the bit."""
     poses = random_poses(n)
     aa.io.save(poses, tmp_path / f"p{ending}")
     back = aa.io.load_poses(tmp_path / f"p{ending}")
@@ -82,6 +87,7 @@ def test_poses_come_back(tmp_path: Path, ending: str, n: int) -> None:
 
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_motion_comes_back_bit_for_bit(tmp_path: Path, ending: str, path: aa.JointPath) -> None:
+    """`load_joints` reads what `save` wrote of a motion to the bit, and saving that gives an equal file."""
     assert not path.ok and path.first_failure
     aa.io.save(path, tmp_path / f"m{ending}")
     back = aa.io.load_joints(tmp_path / f"m{ending}")
@@ -96,6 +102,7 @@ def test_a_motion_comes_back_bit_for_bit(tmp_path: Path, ending: str, path: aa.J
 
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_an_empty_motion_and_infinite_margins_come_back(tmp_path: Path, ending: str) -> None:
+    """`load_joints` reads motions of no rows, and of an arm without limits."""
     arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
     for n in (0, 3):
         poses = np.repeat(arm.forward(START)[0][None], n, axis=0)
@@ -105,6 +112,7 @@ def test_an_empty_motion_and_infinite_margins_come_back(tmp_path: Path, ending: 
 
 
 def test_joint_columns_are_as_documented(tmp_path: Path, path: aa.JointPath) -> None:
+    """`save` writes the documented columns, and null or nan where there are no joints."""
     aa.io.save(path, tmp_path / "m.csv")
     lines = (tmp_path / "m.csv").read_text().splitlines()
     assert lines[0] == "s,q1,q2,q3,q4,q5,q6,q7,psi,gc,status,margin"
@@ -116,6 +124,7 @@ def test_joint_columns_are_as_documented(tmp_path: Path, path: aa.JointPath) -> 
 
 
 def test_joints_alone_are_a_joint_file(tmp_path: Path) -> None:
+    """`load_joints` reads a file of q1..q7 alone: gc is -1, psi NaN, a row with NaN NOT_REACHED."""
     (tmp_path / "j.csv").write_text("q7,q6,q5,q4,q3,q2,q1,note\n7,6,5,4,3,2,1,a\nnan,6,5,4,3,2,1,b\n")
     back = aa.io.load_joints(tmp_path / "j.csv")
     assert back.q[0].tolist() == [1, 2, 3, 4, 5, 6, 7]
@@ -124,6 +133,7 @@ def test_joints_alone_are_a_joint_file(tmp_path: Path) -> None:
 
 
 def test_columns_in_any_order_with_others_between(tmp_path: Path) -> None:
+    """`load_poses` takes columns in any order, other columns, a byte order mark and empty lines."""
     text = '\ufefft, qz,qy,note,qx,qw,z,y,x\r\n\r\n0,0,0,"a, b",0,1,3,2,1\r\n'
     (tmp_path / "p.csv").write_text(text, encoding="utf-8", newline="")
     pose = aa.io.load_poses(tmp_path / "p.csv")
@@ -131,6 +141,7 @@ def test_columns_in_any_order_with_others_between(tmp_path: Path) -> None:
 
 
 def test_one_pose_is_a_row_and_a_quaternion_of_six_digits_is_made_unit(tmp_path: Path) -> None:
+    """`save` takes a single pose; `load_poses` makes a rounded quaternion unit."""
     file = tmp_path / "p.csv"
     aa.io.save(np.eye(4), file)
     assert file.read_text() == HEADER + "0.0,0.0,0.0,1.0,0.0,0.0,0.0\n"
@@ -141,6 +152,7 @@ def test_one_pose_is_a_row_and_a_quaternion_of_six_digits_is_made_unit(tmp_path:
 
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_solutions_are_saved_as_joint_rows(ending: str, tmp_path: Path) -> None:
+    """`save` takes a Solution, a batch or Solutions, and `load_joints` reads their q and gc."""
     arm, file = aa.Arm.from_catalogue("kuka_iiwa7_r800"), tmp_path / f"joints{ending}"
     pose = arm.forward(START)[0]
     far = pose + 3 * np.eye(4, k=3)
@@ -153,6 +165,7 @@ def test_solutions_are_saved_as_joint_rows(ending: str, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_reading_holds_little_more_than_the_result(tmp_path: Path) -> None:
+    """`load_poses` needs little more memory than its result."""
     n = 60_000
     with (tmp_path / "p.csv").open("w") as file:
         file.write(HEADER)
@@ -170,6 +183,7 @@ def test_reading_holds_little_more_than_the_result(tmp_path: Path) -> None:
 
 
 def test_a_failure_while_writing_leaves_the_old_file(tmp_path: Path) -> None:
+    """`replacing` leaves the old file, and no other, if writing is interrupted."""
     target = tmp_path / "p.csv"
     target.write_text("old")
 
@@ -184,6 +198,7 @@ def test_a_failure_while_writing_leaves_the_old_file(tmp_path: Path) -> None:
 
 
 def test_a_killed_run_leaves_the_old_file(tmp_path: Path) -> None:
+    """`replacing` leaves the old file if the process is killed."""
     target = tmp_path / "p.csv"
     target.write_text("old")
     code = (
@@ -198,6 +213,8 @@ def test_a_killed_run_leaves_the_old_file(tmp_path: Path) -> None:
 
 
 def test_a_full_disk_is_an_output_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`save` on a full disk raises OutputError and leaves no file."""
+
     def full(descriptor: int) -> None:
         raise OSError(28, "No space left on device")
 
@@ -208,6 +225,7 @@ def test_a_full_disk_is_an_output_error(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_a_link_is_written_through_and_the_mode_kept(tmp_path: Path) -> None:
+    """`save` to a symbolic link writes the file behind it and keeps its mode."""
     (tmp_path / "real.csv").write_text("old")
     (tmp_path / "real.csv").chmod(0o640)
     (tmp_path / "link.csv").symlink_to("real.csv")
@@ -229,6 +247,7 @@ UNSAVED: list[tuple[Any, str, str]] = [
 
 
 def test_what_cannot_be_saved_and_where(tmp_path: Path) -> None:
+    """`save` refuses other values, endings and places, and writes nothing."""
     rows: list[Row] = [
         (aa.InputError, pattern, lambda value=value, name=name: aa.io.save(value, tmp_path / name))
         for value, name, pattern in UNSAVED

@@ -42,14 +42,17 @@ READERS: dict[str, tuple[Callable[[Path], Any], tuple[str, ...]]] = {
 
 
 def pipe(path: Path) -> None:
+    """Make a named pipe."""
     os.mkfifo(path)
 
 
 def device(path: Path) -> None:
+    """Make a link to a device that never ends."""
     path.symlink_to("/dev/zero")
 
 
 def listening(path: Path) -> None:
+    """Make a socket."""
     with socket.socket(socket.AF_UNIX) as end:
         here = Path.cwd()
         os.chdir(path.parent)  # the name of a socket may not be long
@@ -60,6 +63,7 @@ def listening(path: Path) -> None:
 
 
 def long(path: Path) -> None:
+    """Make a file longer than any reader takes, without using the disk."""
     with path.open("wb") as file:
         file.truncate(_opening.NUMBERS + 1)  # without a block of the disk
 
@@ -76,6 +80,7 @@ PLACES: dict[str, tuple[Callable[[Path], None], str]] = {
 
 @pytest.mark.parametrize("name", READERS)
 def test_every_reader_refuses_what_is_no_file(tmp_path: Path, name: str) -> None:
+    """Every reader refuses pipes, devices, sockets, folders, long and missing files, by name."""
     if name.startswith("MJCF"):
         need("mujoco")
     read, endings = READERS[name]
@@ -92,6 +97,7 @@ def test_every_reader_refuses_what_is_no_file(tmp_path: Path, name: str) -> None
 def test_a_file_that_grows_is_read_as_far_as_the_bound(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """`bytes_of` refuses a file that is longer than its stated length, beyond the bound."""
     said: list[str] = []
 
     def fail(why: str) -> Any:
@@ -119,6 +125,7 @@ BOMBS = (
 
 @pytest.mark.parametrize("load", [aa.io.load_scene, aa.io.load_body, read_robot])
 def test_toml_that_would_take_all_memory(tmp_path: Path, load: Callable[[Path], Any]) -> None:
+    """Readers of TOML refuse deep nesting, long keys and long numbers."""
     for bomb in BOMBS:
         (tmp_path / "it.toml").write_text(bomb)
         with pytest.raises(aa.InputError, match=r"it\.toml"):
@@ -126,6 +133,7 @@ def test_toml_that_would_take_all_memory(tmp_path: Path, load: Callable[[Path], 
 
 
 def test_dots_in_strings_and_comments_are_no_keys() -> None:
+    """`parse_toml` counts no dots in strings and comments."""
     dots = ".".join("abcdefghij" * 10)
     text = f"""# {dots} = 1
 a.b = "{dots} = # [ {{ \\" "  # {dots}
@@ -144,6 +152,7 @@ e = \"\"\"
 
 
 def test_a_header_of_many_columns_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Readers of CSV refuse a header of many other columns with a short message."""
     path = tmp_path / "wide.csv"
     for columns in (2_000, 1_000_000):
         path.write_text(",".join(f"c{i}" for i in range(columns)) + "\n")
@@ -156,6 +165,7 @@ def test_a_header_of_many_columns_is_refused(tmp_path: Path, capsys: pytest.Capt
 
 
 def test_a_row_without_end_is_refused(tmp_path: Path) -> None:
+    """`load_poses` refuses a row of CSV of more than 65536 characters."""
     for cell in ('"' + "\n" * 200_000 + '"', ",".join(['"\n"'] * 200_000), "1" * 200_000):
         (tmp_path / "long.csv").write_text(f"x,y,z,qw,qx,qy,qz\n{cell},0,0,1,0,0,0\n")
         with pytest.raises(aa.ModelError, match="a row of more than 65536"):
@@ -165,6 +175,7 @@ def test_a_row_without_end_is_refused(tmp_path: Path) -> None:
 def test_an_archive_that_unpacks_to_more_than_memory_holds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Readers of NPZ refuse an archive that unpacks to more than the bound."""
     with zipfile.ZipFile(tmp_path / "bomb.npz", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("points.npy", bytes(2**20))
     monkeypatch.setattr(_opening, "NUMBERS", 2**19)
@@ -174,6 +185,7 @@ def test_an_archive_that_unpacks_to_more_than_memory_holds(
 
 
 def test_a_cloud_cannot_ask_for_more_memory_than_its_file_has(tmp_path: Path) -> None:
+    """`load_cloud` refuses an array whose header states more points than its file holds."""
     header = f"{{'descr': '<f8', 'fortran_order': False, 'shape': ({10**15}, 3), }}\n".encode()
     data = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header
     (tmp_path / "it.npy").write_bytes(data)
@@ -188,6 +200,7 @@ def test_a_cloud_cannot_ask_for_more_memory_than_its_file_has(tmp_path: Path) ->
 
 
 def test_no_message_is_long() -> None:
+    """Messages of errors have at most 4000 characters, begin and end kept, and can be pickled."""
     text = "begin" + "x" * 10_000_000 + "end"
     for kind in vars(errors).values():
         if not (isinstance(kind, type) and issubclass(kind, aa.ArmangleError)):

@@ -95,6 +95,7 @@ def file(tmp_path: Path, text: str, name: str = "cell.toml") -> Path:
 
 
 def test_a_scene_is_what_its_tables_say(tmp_path: Path) -> None:
+    """`load_scene` of TOML has the shapes, clearance and ignored pairs of its tables."""
     scene = aa.io.load_scene(file(tmp_path, CELL))
     box = aa.Box(aa.pose([0.5, 0, 0.2], rpy=[0, 0, 0.3]), [1, 2, 0.04], 0.01, name="table")
     assert set(scene.shapes) == {
@@ -105,6 +106,7 @@ def test_a_scene_is_what_its_tables_say(tmp_path: Path) -> None:
 
 
 def test_the_scenes_of_moveit_are_read(tmp_path: Path) -> None:
+    """`load_scene` reads both text formats of MoveIt; a cylinder is covered."""
     scene = aa.io.load_scene(file(tmp_path, MOVEIT, "cell.scene"))
     shelf = scene.shapes[0]
     assert isinstance(shelf, aa.Box) and shelf.name == "shelf" and shelf.size == (0.4, 0.2, 0.1)
@@ -130,6 +132,7 @@ def _nearest(post: aa.Ball | aa.Capsule, point: np.ndarray) -> np.ndarray:
 
 
 def test_a_body_comes_back_from_its_text(tmp_path: Path) -> None:
+    """`load_body` reads what `body_toml` wrote, and [bones]."""
     body = aa.Body(
         {3: [aa.Ball([0, 0.1, 0.2], 0.1, name='a "b"')], 6: [aa.Capsule([0, 0, 0], [0, 0, 0.1], 0.05)]},
         ignore=[("a", "link_6")],
@@ -176,6 +179,7 @@ WRONG_BODY = [
 
 
 def test_what_is_wrong_is_said_with_the_file_and_the_table(tmp_path: Path) -> None:
+    """`load_scene` and `load_body` refuse faulty files with file and table."""
     (tmp_path / "cell.npz").write_bytes(bytes(50))
     (tmp_path / "corners.csv").write_text("0,0,0\n")
     rows: list[Row] = []
@@ -197,6 +201,7 @@ def test_what_is_wrong_is_said_with_the_file_and_the_table(tmp_path: Path) -> No
 
 
 def test_hulls_and_fields_are_read(tmp_path: Path) -> None:
+    """`load_scene` reads hulls and fields from the files that its tables name."""
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
     np.savetxt(tmp_path / "corners.csv", corners, delimiter=",")
     np.savez(tmp_path / "seen.npz", distance=np.ones((2, 3, 4)), origin=[0, 0, 1], spacing=0.5)

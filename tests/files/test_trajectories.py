@@ -19,7 +19,7 @@ JOINTS = tuple(f"A{i}" for i in range(1, 8))
 
 
 def table(rows: int = 50, names: tuple[str, ...] = JOINTS) -> TrajectoryTable:
-    """Return a random trajectory."""
+    """Return a random trajectory of that many rows."""
     rng = np.random.default_rng(rows)
     t = np.cumsum(rng.integers(1, 10**7, rows)) * 1e-9
     q, qd, qdd = rng.normal(size=(3, rows, 7))
@@ -28,6 +28,7 @@ def table(rows: int = 50, names: tuple[str, ...] = JOINTS) -> TrajectoryTable:
 
 @pytest.mark.parametrize("ending", ["csv", "npz", "json", "yaml"])
 def test_what_is_saved_comes_back(tmp_path: Path, ending: str) -> None:
+    """`load_trajectory` reads what `save` wrote, q, qd and qdd to the bit, read-only."""
     saved = table()
     aa.io.save(saved, tmp_path / f"a.{ending}")
     found = aa.io.load_trajectory(tmp_path / f"a.{ending}")
@@ -49,6 +50,7 @@ def test_what_is_saved_comes_back(tmp_path: Path, ending: str) -> None:
 
 
 def test_load_joints_of_joints_alone_has_none_and_of_yaml_says_who_reads_it(tmp_path: Path) -> None:
+    """`load_joints` of q1..q7 has no trajectory; of YAML it names `load_trajectory`."""
     path = tmp_path / "a.csv"
     path.write_text("t,q1,q2,q3,q4,q5,q6,q7\n0,1,2,3,4,5,6,7\n")
     assert aa.io.load_joints(path).trajectory is None
@@ -60,7 +62,7 @@ def test_load_joints_of_joints_alone_has_none_and_of_yaml_says_who_reads_it(tmp_
 
 
 def row(t: str, rest: str = "0") -> str:
-    """Return a line of CSV."""
+    """Return a line of CSV: t, and `rest` in the other 21 columns."""
     return f"{t}{f',{rest}' * 21}\n"
 
 
@@ -86,6 +88,7 @@ YAML = [
 
 
 def test_what_is_no_trajectory(tmp_path: Path) -> None:
+    """`load_trajectory` refuses faulty and missing files with their places."""
     files: list[tuple[str, str | bytes | None, str]] = [
         (f"c{k}.csv", text, said) for k, (text, said) in enumerate(CSV)
     ]

@@ -20,7 +20,7 @@ Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
 
 @pytest.fixture
 def timed() -> aa.Trajectory:
-    """A line of 20 cm in time."""
+    """A line of 19 cm in time."""
     need("scipy")
     return aa.retime(aa.plan(ARM, line(ARM, Q, [-0.1, -0.15, 0.05]), start=Q), acceleration=5.0)
 
@@ -66,6 +66,7 @@ def test_what_files_hold_is_drawn_as_what_was_saved(timed: aa.Trajectory, tmp_pa
 
 
 def test_what_is_no_trajectory_is_refused(timed: aa.Trajectory) -> None:
+    """`plots.trajectory` refuses a path without times, bad bounds and too few axes."""
     with pytest.raises(aa.InputError, match="trajectory is a JointPath, wanted a Trajectory"):
         plots.trajectory(timed.path)  # type: ignore[arg-type]  # wrong on purpose
     refused(aa.InputError, "velocity holds -1", lambda: plots.trajectory(timed, velocity=-1.0))
@@ -73,7 +74,7 @@ def test_what_is_no_trajectory_is_refused(timed: aa.Trajectory) -> None:
 
 
 def ticks(far: float) -> list[aa.types.Tracked]:
-    """What a tracker makes of a hand that goes away and comes back."""
+    """What a tracker returns for a hand that moves `far` (m) sideways and back, in 300 steps of 0.01 s."""
     tracker = begun(Q, ARM, dt=0.01)
     first = ARM.forward(Q)[0]
     out = []
@@ -85,6 +86,7 @@ def ticks(far: float) -> list[aa.types.Tracked]:
 
 
 def test_tracking_shows_distance_speeds_and_what_became_of_each_tick() -> None:
+    """`plots.tracking` draws distance, gap, speeds and the status of each tick."""
     run = ticks(0.8)
     panels = plots.tracking(run, 0.01, velocity=ARM.velocity)
     away = 1e3 * np.array([tick.distance for tick in run])
@@ -105,6 +107,7 @@ def test_tracking_shows_distance_speeds_and_what_became_of_each_tick() -> None:
 
 
 def test_a_hand_within_reach_is_not_drawn_beyond_it() -> None:
+    """`plots.tracking` of a hand within reach draws no gap; without limits, speeds in deg/s."""
     panels = plots.tracking(ticks(0.01), 0.01)
     assert [line.get_label() for line in panels[0].lines] == ["distance from the hand"]
     assert panels[1].get_ylabel() == "speed (deg/s)"
@@ -112,6 +115,7 @@ def test_a_hand_within_reach_is_not_drawn_beyond_it() -> None:
 
 @pytest.mark.parametrize("bad", [[], [3], None, "ticks"])
 def test_no_ticks_are_refused(bad: object) -> None:
+    """`plots.tracking` refuses what is no list of results of a tracker, and dt = 0."""
     with pytest.raises(aa.InputError, match="ticks is empty or holds something else"):
         plots.tracking(bad, 0.01)  # type: ignore[arg-type]  # wrong on purpose
     refused(aa.InputError, "dt", lambda: plots.tracking(ticks(0.0)[:1], 0.0))

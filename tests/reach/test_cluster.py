@@ -35,6 +35,7 @@ def cluster() -> Iterator[Any]:
 def test_a_cluster_writes_the_bytes_that_threads_write(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cluster: Any
 ) -> None:
+    """`reach_map` by a Dask cluster writes the same bytes as by threads."""
     small_tiles(monkeypatch)
     told: list[tuple[int, int]] = []
     found = made(
@@ -49,7 +50,7 @@ def test_a_cluster_writes_the_bytes_that_threads_write(
 def test_killed_with_its_cluster_at_random_times_every_byte_is_equal(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Client, scheduler, nanny and worker at once, by turns with threads; oftener in `make thorough`."""
+    """A map killed with its Dask cluster, by turns with threads, and resumed is that of one run."""
     small_tiles(monkeypatch)
     options = {"spacing": 0.02, "tilt": 0.13}
     place, rng = tmp_path / "killed.zarr", draw.generator(16, 27, ARMS.index(name))
@@ -65,7 +66,7 @@ def test_killed_with_its_cluster_at_random_times_every_byte_is_equal(
 def test_a_worker_killed_on_one_tile_until_it_is_given_up(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cluster: Any
 ) -> None:
-    """Dask gives a task up then; the tile is asked for again. Twice, for each new worker takes seconds."""
+    """A tile whose worker died twice, so that Dask gave it up, is asked for again and made."""
     cluster.scheduler.allowed_failures = 1
     small_tiles(monkeypatch, 2**23)
     options: dict[str, Any] = {"spacing": 0.02, "tilt": 0.035}
@@ -75,6 +76,7 @@ def test_a_worker_killed_on_one_tile_until_it_is_given_up(
     plain = client.map
 
     def watched(*words: Any, **more: Any) -> Any:
+        """Map, and note the errors of what was given up."""
         futures = plain(*words, **more)
         for future in futures:
             future.add_done_callback(lambda f: f.status == "error" and given_up.append(f.exception()))
@@ -107,11 +109,13 @@ def test_a_worker_killed_on_one_tile_until_it_is_given_up(
 def test_tiles_that_the_cluster_takes_back_are_said(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cluster: Any
 ) -> None:
+    """`reach_map` raises if the cluster cancels its tiles."""
     small_tiles(monkeypatch)
     client = distributed.Client(cluster)
     plain = client.map
 
     def cancelled(*words: Any, **more: Any) -> Any:
+        """Map, and cancel at once."""
         futures = plain(*words, **more)
         client.cancel(futures)
         return futures

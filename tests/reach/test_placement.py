@@ -12,7 +12,7 @@ import armangle as aa
 
 
 def grasps(rng: np.random.Generator, count: int) -> np.ndarray:
-    """Tools that point down within 60 degrees, on a table."""
+    """Poses (count, 4, 4) of tools that point down, each rolled and pitched by at most 1 rad, on a table."""
     angles = np.stack(
         [rng.uniform(-1, 1, count), np.pi + rng.uniform(-1, 1, count), rng.uniform(-np.pi, np.pi, count)], -1
     )
@@ -20,7 +20,7 @@ def grasps(rng: np.random.Generator, count: int) -> np.ndarray:
 
 
 def at(base: np.ndarray, arm: aa.Arm, yaw: float) -> aa.Arm:
-    """The arm at a base's position, turned by `yaw`."""
+    """The arm on a base at that position, turned by `yaw` (rad) about the vertical."""
     frame = base.copy()
     turn = np.array([[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]])
     frame[:3, :3] = turn @ arm.base[:3, :3]
@@ -30,6 +30,7 @@ def at(base: np.ndarray, arm: aa.Arm, yaw: float) -> aa.Arm:
 @pytest.mark.parametrize("name", [*ARMS, "kuka_iiwa7_r800", *OFFSET_ARMS])
 @pytest.mark.parametrize("hanging", [False, True])
 def test_no_scanned_yaw_beats_it(name: str, hanging: bool) -> None:
+    """`place` reaches the weight it says, over all its stretch, and no other yaw reaches more."""
     arm, (many, yaws) = aa.Arm.load(name), (12, 61) if name in OFFSET_ARMS else (60, 181)
     if hanging:
         arm = arm.with_(base=np.diag([1.0, -1.0, -1.0, 1.0]))
@@ -52,6 +53,7 @@ def test_no_scanned_yaw_beats_it(name: str, hanging: bool) -> None:
 
 @pytest.mark.parametrize("name", [*ARMS, *OFFSET_ARMS])
 def test_no_pose_all_out_of_reach_and_one(name: str) -> None:
+    """`place` takes no pose, poses all out of reach, and a single one."""
     arm = aa.Arm.load(name)
     none = aa.place(arm, [], [0.0], [0.0, 0.1])
     assert none.reached.tolist() == [[0.0, 0.0]] and none.missed() == ()
@@ -67,6 +69,7 @@ def test_no_pose_all_out_of_reach_and_one(name: str) -> None:
 
 @pytest.mark.parametrize("name", ARMS)
 def test_threads_change_nothing(name: str) -> None:
+    """`place` gives equal results in 1 and 3 threads."""
     arm = aa.Arm.from_catalogue(name)
     poses = grasps(np.random.default_rng(2), 40)
     a, b = (in_threads(n, lambda: aa.place(arm, poses, np.linspace(0, 0.3, 4), [0.1])) for n in (1, 3))
@@ -75,12 +78,14 @@ def test_threads_change_nothing(name: str) -> None:
 
 @pytest.mark.parametrize("name", ARMS)
 def test_a_pose_that_is_none_is_refused_before_any_work(name: str) -> None:
+    """`place` refuses a pose that holds NaN and names its row."""
     poses = grasps(np.random.default_rng(4), 3)
     poses[1, 0, 3] = np.nan
     refused(aa.InputError, r"poses\[1\]", lambda: aa.place(aa.Arm.from_catalogue(name), poses, [0.0], [0.0]))
 
 
 def test_a_base_that_leans_is_refused_with_its_angle() -> None:
+    """`place` refuses an arm whose axis 1 is not vertical."""
     base = np.eye(4)
     base[:3, :3] = aa.pose([0, 0, 0], rpy=[0.1, 0, 0])[:3, :3]
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(base=base)

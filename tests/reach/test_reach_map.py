@@ -46,14 +46,14 @@ def freed(arm: aa.Arm, *joints: int) -> aa.Arm:
 def cells_of(
     found: aa.ReachMap, rng: np.random.Generator, count: int
 ) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
-    """Random cells, and poses at their middles at a random azimuth and roll."""
+    """Indices of random cells, and poses at their middles at a random azimuth and roll."""
     index = tuple(rng.integers(0, n, count) for n in found.shape)
     middles = [axis[k] for axis, k in zip(found.axes.values(), index, strict=True)]
     return index, found.pose(np.column_stack([*middles, rng.uniform(-3, 3, (count, 2))]))
 
 
 def check_cells(arm: aa.Arm, found: aa.ReachMap, rng: np.random.Generator, count: int) -> int:
-    """Compare random cells with the closed form of poses there; how many of them are held."""
+    """Compare random cells with the closed form of poses there; return how many of them are reached."""
     index, poses = cells_of(found, rng, count)
     gc, freedom, yaw, roll = (np.asarray(found.values(name)[:])[index] for name in found.fields)
     margin = found.arm.singularity_margin
@@ -75,6 +75,7 @@ def check_cells(arm: aa.Arm, found: aa.ReachMap, rng: np.random.Generator, count
 
 @pytest.mark.parametrize("name", ARMS)
 def test_cells_are_what_the_closed_form_says_at_their_middles(name: str, tmp_path: Path) -> None:
+    """Cells of `reach_map` hold gc, freedom, yaw and roll of the closed form at their middles."""
     found = made(name, tmp_path / "a.zarr", margin=0.05)
     assert found.missing == () and found.verify() == ()
     assert (
@@ -84,6 +85,7 @@ def test_cells_are_what_the_closed_form_says_at_their_middles(name: str, tmp_pat
 
 @pytest.mark.parametrize("name", OFFSET_ARMS)
 def test_cells_of_an_arm_with_an_offset_are_what_its_intervals_say(name: str, tmp_path: Path) -> None:
+    """So do those of an offset arm with base and tool; the field proven is refused."""
     base, tool = aa.pose([0.1, 0.2, 0.3]), aa.pose([0.05, 0.02, 0.1], rpy=[0.3, 0.2, 0.1])
     arm = aa.Arm.load(name).with_(base=base, tool=tool)
     found = aa.reach_map(arm, tmp_path / "a.zarr", spacing=0.3, tilt=0.5)
@@ -97,6 +99,7 @@ def test_cells_of_an_arm_with_an_offset_are_what_its_intervals_say(name: str, tm
 
 @pytest.mark.parametrize("name", OFFSET_ARMS)
 def test_every_posture_of_an_arm_with_an_offset_is_within_its_map(name: str, tmp_path: Path) -> None:
+    """Poses of random joints of an offset arm lie in its map; samples and voxels are reachable."""
     arm = aa.Arm.load(name)
     found = aa.reach_map(arm, tmp_path / "a.zarr", spacing=0.6, tilt=1.5, fields=("gc",))
     rng = draw.generator(16, 27, OFFSET_ARMS.index(name))
@@ -118,6 +121,7 @@ def test_every_posture_of_an_arm_with_an_offset_is_within_its_map(name: str, tmp
 
 
 def test_cells_of_random_arms_with_base_tool_signs_offsets(tmp_path: Path) -> None:
+    """Cells of maps of random arms hold the closed form at their middles."""
     rng = draw.generator(16, 21)
     held = 0
     for k in range(6):
@@ -133,6 +137,7 @@ def test_cells_of_random_arms_with_base_tool_signs_offsets(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("name", ARMS)
 def test_what_is_proven_of_a_cell_holds_everywhere_in_it(name: str, tmp_path: Path) -> None:
+    """All places in a cell whose field proven says reachable or unreachable are so."""
     arm = aa.Arm.from_catalogue(name)
     found = made(name, tmp_path / "a.zarr", spacing=0.1, tilt=0.5, fields=("gc", "proven"))
     rng = draw.generator(16, 26, ARMS.index(name))
@@ -163,6 +168,7 @@ def test_what_is_proven_of_a_cell_holds_everywhere_in_it(name: str, tmp_path: Pa
 
 
 def test_locked_joints_fall_back_on_the_general_functions(tmp_path: Path) -> None:
+    """Cells of an arm with a locked joint hold the closed form at their middles."""
     arm = aa.Arm.from_catalogue("openarm_v10")
     lower, upper = arm.lower.copy(), arm.upper.copy()
     lower[2] = upper[2] = 0.0
@@ -173,6 +179,7 @@ def test_locked_joints_fall_back_on_the_general_functions(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("name", ARMS)
 def test_coordinates_are_the_six_numbers_of_a_pose(name: str, tmp_path: Path) -> None:
+    """`coordinates` and `pose` are inverse; azimuth and roll alone change no freedom of joints 2 to 6."""
     found = made(name, tmp_path / "a.zarr", spacing=0.2, tilt=0.8)
     rng = draw.generator(16, 23)
     poses = found.sample(300, seed=5)
@@ -190,6 +197,7 @@ def test_coordinates_are_the_six_numbers_of_a_pose(name: str, tmp_path: Path) ->
 
 @pytest.mark.parametrize("name", ARMS)
 def test_samples_are_even_over_what_is_reached(name: str, tmp_path: Path) -> None:
+    """`sample` has the distribution of random poses that are kept if reachable."""
     found = made(name, tmp_path / "a.zarr", spacing=0.2, tilt=0.8)
     arm = found.arm
     drawn = found.coordinates(found.sample(4000, seed=1))
@@ -209,6 +217,7 @@ def test_samples_are_even_over_what_is_reached(name: str, tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("name", ARMS)
 def test_voxels_and_sections_count_what_is_held(name: str, tmp_path: Path) -> None:
+    """`voxels` and `section` hold the shares of reachable orientations, counted one by one."""
     found = made(name, tmp_path / "a.zarr", spacing=0.1, tilt=0.3)
     arm = found.arm
     voxels = found.voxels(0.2, orientations=40)
@@ -230,6 +239,8 @@ def test_voxels_and_sections_count_what_is_held(name: str, tmp_path: Path) -> No
 
 
 def test_orientations_are_spread_evenly() -> None:
+    """`even_orientations` are unit quaternions, each about as far from its nearest as the others."""
+
     from armangle.reach.voxels import even_orientations
 
     q = even_orientations(2000)
@@ -247,6 +258,7 @@ def test_orientations_are_spread_evenly() -> None:
 def test_killed_at_random_times_and_resumed_every_byte_is_equal(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """A map killed at random times and resumed has the bytes of one made in one run."""
     small_tiles(monkeypatch)
     options = {"spacing": 0.02, "tilt": 0.13}
     place, rng = tmp_path / "killed.zarr", draw.generator(16, 25, ARMS.index(name))
@@ -258,6 +270,7 @@ def test_killed_at_random_times_and_resumed_every_byte_is_equal(
 
 @pytest.mark.parametrize("name", STORED)
 def test_killed_before_it_was_a_map(name: str, tmp_path: Path) -> None:
+    """A folder left without the file that is written last becomes the map of one run."""
     place = tmp_path / "a.zarr"
     made(name, place, part=(3, 3))
     (place / "zarr.json").unlink()  # what is written last
@@ -272,6 +285,7 @@ def test_killed_before_it_was_a_map(name: str, tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", STORED)
 def test_two_processes_on_one_store(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two processes that make one map at once leave the bytes of one run."""
     small_tiles(monkeypatch)
     options = {"spacing": 0.03, "tilt": 0.13}
     both = [process(name, tmp_path / "a.zarr", **options) for _ in range(2)]
@@ -291,6 +305,7 @@ def flipped(file: Path) -> None:
 def test_wounded_tiles_are_named_say_so_when_read_and_are_made_again(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """`verify` names damaged tiles, reading them raises, and `resume` makes them again."""
     small_tiles(monkeypatch, 2**14)
     place = tmp_path / "a.zarr"
     found = made(name, place)
@@ -299,6 +314,7 @@ def test_wounded_tiles_are_named_say_so_when_read_and_are_made_again(
     assert len(tiles) == 6
 
     def file(field: str, tile: int) -> Path:
+        """The file of a tile of a field."""
         i, j = divmod(tile, along)
         return place / field / "c" / (str(tile) if field == "done" else f"{i}/{j}/0/0")
 
@@ -326,6 +342,7 @@ def test_wounded_tiles_are_named_say_so_when_read_and_are_made_again(
 
 @pytest.mark.parametrize("wound", [("zarr.json", b"{"), ("zarr.json", b"{}"), ("gc/zarr.json", b"no")])
 def test_a_map_without_its_description_is_refused(wound: tuple[str, bytes], tmp_path: Path) -> None:
+    """`ReachMap` refuses a store whose zarr.json is damaged."""
     place = tmp_path / "a.zarr"
     made("openarm_v10", place, spacing=0.3, tilt=1.0)
     (place / wound[0]).write_bytes(wound[1])
@@ -337,7 +354,7 @@ def test_a_map_without_its_description_is_refused(wound: tuple[str, bytes], tmp_
 def test_a_full_disk_is_said_and_resumed_from(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """No file may grow beyond 2 kB, as if no block were left for more."""
+    """`reach_map` raises when files may not grow beyond 2 kB, and goes on when they may again."""
     small_tiles(monkeypatch)
     place = tmp_path / "a.zarr"
     made(name, place, part=(1, 99))
@@ -380,7 +397,7 @@ print(digest(place / "a.zarr"))
 def test_a_full_file_system_is_said_and_resumed_from(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A file system in memory of 64 kB, in a namespace of its own; then it grows."""
+    """`reach_map` raises on a full file system of 64 kB, and goes on when it grows."""
     spaces = ["unshare", "--user", "--map-root-user", "--mount"]
     if shutil.which("unshare") is None or subprocess.run([*spaces, "true"], check=False).returncode:
         pytest.skip("no namespaces for a file system of our own: unshare is missing or not allowed")
@@ -408,6 +425,7 @@ def test_memory_does_not_grow_with_a_map(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", STORED)
 def test_a_map_of_something_else_is_refused(name: str, tmp_path: Path) -> None:
+    """`reach_map` refuses a store of another grid, margin, fields or arm, and leaves it as it was."""
     place = tmp_path / "a.zarr"
     made(name, place)
     whole = digest(place)
@@ -430,6 +448,8 @@ def test_a_map_of_something_else_is_refused(name: str, tmp_path: Path) -> None:
 def test_another_instruction_set_is_refused(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """A map begun with another instruction set is neither resumed nor made on."""
+
     from armangle.reach import store
 
     place = tmp_path / "a.zarr"
@@ -444,6 +464,7 @@ def test_another_instruction_set_is_refused(
 def test_parts_make_the_whole_whatever_their_order(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """The parts of a map, in any order, leave the bytes of one run and report each tile once."""
     small_tiles(monkeypatch, 2**14)
     place = tmp_path / "a.zarr"
     told: list[tuple[int, int]] = []
@@ -459,6 +480,7 @@ def test_parts_make_the_whole_whatever_their_order(
 def test_tiles_without_a_reachable_cell_count_as_made(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Tiles that hold nothing reachable are neither missing nor damaged."""
     small_tiles(monkeypatch, 2**12)
     found = made(name, tmp_path / "a.zarr", spacing=0.05, tilt=0.3)
     empty = [k for k in range(found.tiles) if not found._store.read(k)["gc"].any()]
@@ -466,6 +488,7 @@ def test_tiles_without_a_reachable_cell_count_as_made(
 
 
 def test_xarray_opens_it(tmp_path: Path) -> None:
+    """`to_xarray` has the map's axes, units and values."""
     need("xarray")
     found = made("openarm_v10", tmp_path / "a.zarr")
     data = found.to_xarray()
@@ -477,6 +500,7 @@ def test_xarray_opens_it(tmp_path: Path) -> None:
 
 
 def test_what_is_no_map(tmp_path: Path) -> None:
+    """`ReachMap` and `reach_map` refuse no folder, a file, a folder of other things and another format."""
     refused(aa.ModelError, "there is no reach map", lambda: aa.ReachMap(tmp_path / "none.zarr"))
     file = tmp_path / "file"
     file.write_text("x")
@@ -493,7 +517,7 @@ def test_what_is_no_map(tmp_path: Path) -> None:
 
 
 def test_an_object_store_by_its_address(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The memory of fsspec stands for s3, gcs and the like: made, read, wounded, mended, refused."""
+    """A map at an fsspec address (here in memory) is made, read, damaged, mended and refused as on disk."""
     fsspec = need("fsspec")
     small_tiles(monkeypatch, 2**12)
     arm, place = aa.Arm.from_catalogue("openarm_v10"), f"memory://{tmp_path.name}/a.zarr"

@@ -33,6 +33,7 @@ def oriented(place: list[float], count: int) -> np.ndarray:
 
 @pytest.mark.parametrize("name", HELD)
 def test_the_share_of_orientations_at_a_point(name: str) -> None:
+    """`reachable` holds as many even orientations as counted before, and all that a grid of psi holds."""
     arm, (place, golden) = aa.Arm.from_catalogue(name), HELD[name]
     poses = oriented(place, ORIENTATIONS)
     held = np.asarray(arm.reachable(poses))
@@ -50,6 +51,7 @@ def test_the_share_of_orientations_at_a_point(name: str) -> None:
 
 @pytest.mark.parametrize("name", FORBIDDEN)
 def test_what_a_table_errs_by_that_takes_joints_1_and_7_to_turn_fully(name: str) -> None:
+    """Limits of joints 1 and 7 forbid the share of poses that was counted otherwise, within 0.02."""
     arm, rng, count = aa.Arm.from_catalogue(name), draw.generator(16, 50), draw.count(20_000)
     place = rng.normal(size=(count, 3))
     place *= (

@@ -269,6 +269,7 @@ OTHERS |= {"load_scene", "load_body", "load_cloud", "load_field"}
 
 
 def test_every_public_function_and_argument_is_in_the_matrix() -> None:
+    """`FUNCTIONS` and `BAD` have a row for every public function and argument."""
     named = {name.split(".")[0] for name in FUNCTIONS} | OTHERS
     results = {
         "ArcEnd", "Branch", "ChainDeviation", "Clearance", "Deviation", "Diagnosis", "Freedom",
@@ -287,7 +288,7 @@ def test_every_public_function_and_argument_is_in_the_matrix() -> None:
 
 
 def arguments_of(name: str) -> dict[str, Any]:
-    """What a function takes without complaint."""
+    """Arguments that the function takes without complaint."""
     function, good = FUNCTIONS[name]
     return good or {p: GOOD[p] for p in inspect.signature(function).parameters if p in GOOD}
 
@@ -295,6 +296,7 @@ def arguments_of(name: str) -> dict[str, Any]:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_nonsense_raises_an_error_that_names_the_argument(name: str) -> None:
+    """Every bad value of every argument raises an ArmangleError that names the argument."""
     function, good = FUNCTIONS[name][0], arguments_of(name)
     taken = inspect.signature(function).parameters
     wrong = []
@@ -340,6 +342,7 @@ def in_other_units(value: Any, of_joints: bool) -> Any:
 @pytest.mark.parametrize("name", FUNCTIONS)
 @pytest.mark.parametrize("batch", [False, True])
 def test_every_door_asks_for_the_units(name: str, batch: bool) -> None:
+    """Joints in degrees and poses in mm, alone or in one row of two, are refused with a question."""
     function, good = FUNCTIONS[name][0], arguments_of(name)
     for parameter in inspect.signature(function).parameters:
         of_joints = parameter in OF_JOINTS
@@ -361,6 +364,7 @@ def test_every_door_asks_for_the_units(name: str, batch: bool) -> None:
 
 
 def test_every_door_of_kuka_asks_for_the_units() -> None:
+    """Functions of `kuka` refuse joints and angles in degrees, and poses in mm, with a question."""
     degrees, mm, asked = np.degrees(Q), in_other_units(POSE, False), r"were these degrees\?|was this in mm\?"
     calls: list[Callable[[], Any]] = [
         *(lambda f=f: f(ARM, degrees)
@@ -373,7 +377,7 @@ def test_every_door_of_kuka_asks_for_the_units() -> None:
 
 
 def test_a_far_pose_and_a_joint_just_outside_are_no_mistake() -> None:
-    """A pose of 30 lengths of the arm is unreachable, and joints a turn outside their limits are outside."""
+    """A pose 30 reaches away is unreachable, and joints a turn outside the limits are outside: no error."""
     far = POSE.copy()
     far[:3, 3] *= 30 * ARM.geometry.reach / np.linalg.norm(far[:3, 3])
     assert ARM.solve(far).status == aa.Status.UNREACHABLE
@@ -382,11 +386,13 @@ def test_a_far_pose_and_a_joint_just_outside_are_no_mistake() -> None:
 
 
 def comb(teeth: int, phase: float) -> aa.ArcSet:
+    """A set of that many arcs of 0.05 rad, evenly spaced, the first at -pi + `phase`."""
     lower = np.linspace(-np.pi, np.pi, teeth, endpoint=False) + phase
     return aa.ArcSet(np.stack([lower, lower + 0.05], axis=-1))
 
 
 def test_sets_of_more_arcs_than_fit_are_refused_and_none_is_lost() -> None:
+    """Operations on sets of more arcs than fit raise; up to 32 keep all, but `allowed` takes 16."""
     both = comb(16, 0.0) | comb(16, 0.12)
     assert both.count == 32
     assert (~both).count == 32

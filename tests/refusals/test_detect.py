@@ -31,6 +31,7 @@ REFUSED = {
 
 
 def test_real_files_are_refused_with_their_numbers():
+    """`describe_chain` refuses real arms that are not S-R-S with their distances, worst first."""
     for name, (pieces, near) in REFUSED.items():
         with pytest.raises(ModelError, match=name) as caught:
             describe_chain(read_urdf(model(name)))
@@ -42,6 +43,7 @@ def test_real_files_are_refused_with_their_numbers():
 
 @pytest.mark.parametrize(("name", "length"), [("kuka_iiwa14_rosi", 5e-4), ("kinova_gen3_7dof", 13e-3)])
 def test_raised_tolerance_takes_a_near_arm_and_says_how_near(name, length):
+    """`describe_chain` takes a near arm within a larger tolerance; its residual bounds the error."""
     path = model(name)
     chain = read_urdf(path)
     arm, report = describe_chain(chain, length=length)
@@ -66,6 +68,7 @@ BROKEN = [
 
 
 def test_each_refusal_has_its_numbers():
+    """`describe_chain` refuses chains with one frame moved, with the angle or distance."""
     begins = "(?s)^'broken' \\(a to b\\) is not S-R-S.*"
     assert not_refused(
         (ModelError, begins + numbers, lambda joint=joint,
@@ -75,6 +78,7 @@ def test_each_refusal_has_its_numbers():
 
 
 def test_the_reasons_come_first_and_then_each_door_with_its_error():
+    """The message of a near arm has the reasons, then what each fit does."""
     with pytest.raises(ModelError) as caught:
         describe_chain(read_urdf(model("kinova_gen3_7dof")))
     said = str(caught.value)
@@ -86,6 +90,7 @@ def test_the_reasons_come_first_and_then_each_door_with_its_error():
 
 
 def test_reasons_are_ranked_whatever_their_kind():
+    """`describe_chain` states the worst reason first, angle or distance."""
     frame = turn(X, 0.2) @ shift(0.001, 0, 0)
     with pytest.raises(ModelError) as caught:
         describe_chain(broken_chain(6, frame))
@@ -98,6 +103,7 @@ def test_reasons_are_ranked_whatever_their_kind():
 
 
 def test_near_means_at_most_fifty_millimetres():
+    """A refused chain is near if nothing is off by more than 50 mm."""
     for millimetre, near in ((0.03, True), (49.0, True), (50.0, True), (51.0, False)):
         with pytest.raises(ModelError) as caught:
             describe_chain(broken_chain(2, shift(0, 1e-3 * millimetre, 0)))
@@ -105,6 +111,7 @@ def test_near_means_at_most_fifty_millimetres():
 
 
 def test_senseless_tolerance_is_refused():
+    """`describe_chain` refuses tolerances that are negative, NaN or too large."""
     for kind, value in (("angle", -1.0), ("angle", 1.0), ("length", float("nan")), ("length", 1.0)):
         with pytest.raises(InputError, match=rf"tolerance {kind} is {re.escape(str(value))}"):
             describe_chain(broken_chain(0, np.eye(4)), **{kind: value})

@@ -29,7 +29,7 @@ def changed(array: Any, index: Any, value: float) -> np.ndarray:
 
 
 def made(**arguments: Any) -> Callable[[], Any]:
-    """A constructor call with some arguments changed."""
+    """A call of `Arm` with some arguments changed."""
     return lambda: aa.Arm(**{**LENGTHS, **arguments})
 
 
@@ -136,6 +136,7 @@ OTHERS: list[Row] = [
 
 
 def test_bad_input_is_named() -> None:
+    """Bad shapes and values raise, with argument, index and value in the message."""
     rows: list[Row] = [(aa.InputError, pattern, call) for pattern, call in (*SHAPES, *VALUES)]
     assert not_refused([*rows, *OTHERS]) == []
     with pytest.raises(TypeError, match="unexpected"):
@@ -160,7 +161,7 @@ ASKED: list[Callable[[Any], Any]] = [
 
 
 def test_a_pose_is_named_by_its_own_place() -> None:
-    """One pose has none, whatever it is asked with; of a batch it is where the caller's array has it."""
+    """A single bad pose is named without an index; of a batch with that in the caller's array."""
     batch = np.repeat(np.repeat(POSE[None, None], 3, axis=1), 2, axis=0)[..., None, :, :]
     batch[1, 2, 0] = SKEW
     for ask in ASKED:
@@ -176,7 +177,7 @@ OF_FRANKA = np.array([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])
 
 
 def test_degrees_are_suspected_where_joints_are_beyond_a_turn() -> None:
-    """For every metric and fallback, each of which has its own way to the seed."""
+    """Joints more than a turn outside the limits are refused, for every metric and fallback."""
     calls: list[Callable[[], Any]] = [
         *(lambda k=k: ARM.solve(POSE, seed=DEGREES, **k)
           for k in ({"metric": "max"}, {"fallback": "nearest_pose"}, {"roll": "free"})),
@@ -190,6 +191,7 @@ def test_degrees_are_suspected_where_joints_are_beyond_a_turn() -> None:
 
 
 def test_a_turn_beyond_the_limits_is_taken() -> None:
+    """`solve` takes a seed a turn outside the limits, and without limits any."""
     wound = Q + np.array([2 * np.pi, 0, 0, 0, 0, 0, -2 * np.pi])  # an encoder that counts turns
     assert np.array_equal(ARM.solve(POSE, seed=wound).q, ARM.solve(POSE, seed=wound, weight=1.0).q)
     free = ARM.with_(lower=-np.inf, upper=np.inf)
@@ -197,13 +199,14 @@ def test_a_turn_beyond_the_limits_is_taken() -> None:
 
 
 def test_one_limit_serves_all_joints() -> None:
+    """A number as limit, velocity or acceleration of `Arm` holds for all joints."""
     arm = aa.Arm(**LENGTHS, lower=-2.0, upper=2.5, velocity=1.0, acceleration=5)
     assert arm.lower.tolist() == [-2.0] * 7 and arm.upper.tolist() == [2.5] * 7
     assert arm == aa.Arm(**LENGTHS, lower=[-2.0] * 7, upper=[2.5] * 7, velocity=[1.0] * 7, acceleration=5.0)
 
 
 def test_the_ends_of_arcs_are_within_the_limits() -> None:
-    """By the tolerance that decides everywhere; the last bit is asked for."""
+    """The ends of `feasible` are `within_limits` by its default tolerance, not all with tol=0."""
     q = np.random.default_rng(4).uniform(ARM.lower, ARM.upper, (200, 7))
     pose, _, gc = ARM.forward(q)
     arcs = ARM.feasible(pose, gc)
@@ -215,11 +218,13 @@ def test_the_ends_of_arcs_are_within_the_limits() -> None:
 
 
 def test_errors_are_those_of_python_too() -> None:
+    """InputError is a ValueError, MissingExtraError an ImportError, OutputError an OSError."""
     pairs = ((aa.InputError, ValueError), (aa.MissingExtraError, ImportError), (aa.OutputError, OSError))
     assert all(issubclass(ours, theirs) for ours, theirs in pairs)
 
 
 def test_a_pose_off_by_less_than_a_millionth_is_solved_as_given() -> None:
+    """`inverse` takes a rotation off by 4e-7; `nearest_rotation` mends a worse one."""
     assert np.isfinite(FREE(changed(POSE, (0, 0), POSE[0, 0] + 4e-7), PSI, GC)).all()
     exact = aa.nearest_rotation(SKEW)
     assert np.abs(exact[:3, :3].T @ exact[:3, :3] - np.eye(3)).max() <= 1e-14
@@ -227,6 +232,7 @@ def test_a_pose_off_by_less_than_a_millionth_is_solved_as_given() -> None:
 
 
 def test_unreachable_and_limits_may_be_nan_instead() -> None:
+    """`inverse` with on_error="nan" gives NaN out of reach and outside the limits."""
     out = FREE([POSE, FAR], PSI, GC, on_error="nan")
     assert np.isfinite(out[0]).all() and np.isnan(out[1]).all()
     tight = ARM.with_(upper=[*ARM.upper[:6], 0.05])
@@ -235,6 +241,7 @@ def test_unreachable_and_limits_may_be_nan_instead() -> None:
 
 
 def test_an_arm_is_frozen() -> None:
+    """Attributes and arrays of an Arm cannot be set."""
     with pytest.raises(AttributeError, match="d_se"):
         ARM.geometry.d_se = 1.0
     with pytest.raises(ValueError, match="read-only"):
@@ -249,6 +256,7 @@ NAMES = {
 
 
 def test_names_of_other_libraries_are_told_their_name_here() -> None:
+    """An unknown attribute raises an AttributeError with the name that is meant."""
     words = {
         "solve": r"arm\.solve$", "inverse": r"arm\.inverse$", "plann": "'plann'$",
         "load": r"armangle\.Arm\.load$", "from_urdf": r"armangle\.Arm\.from_urdf$",

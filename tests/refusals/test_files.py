@@ -47,6 +47,7 @@ def npz(path: Path, member: bytes, **keywords: int) -> Path:
 
 
 def bytes_of(array: np.ndarray) -> bytes:
+    """An array as the bytes of an .npy file."""
     file = io.BytesIO()
     np.save(file, array, allow_pickle=True)
     return file.getvalue()
@@ -100,7 +101,7 @@ POSES_NPZ: list[tuple[bytes, str]] = [
 
 
 def files_of(folder: Path) -> list[tuple[Path, str]]:
-    """Write every bad file of poses; each with what is said of it."""
+    """Write every bad file of poses; return each with the pattern of its message."""
     out = []
     for ending, rows in ((".csv", POSES_CSV), (".json", POSES_JSON)):
         for k, (content, pattern) in enumerate(rows.items()):
@@ -115,6 +116,7 @@ def files_of(folder: Path) -> list[tuple[Path, str]]:
 
 
 def test_what_is_wrong_with_files_of_poses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """`load_poses` refuses faulty files with line and column; so does the command line."""
     files = files_of(tmp_path)
     assert not_refused(
         (aa.ModelError, rf"{file.name}{pattern}", lambda file=file: aa.io.load_poses(file))
@@ -154,6 +156,7 @@ BLOCKS = [
 
 
 def test_what_is_wrong_with_files_of_joints(tmp_path: Path) -> None:
+    """`load_joints` refuses faulty files with their places."""
     files = []
     for k, (text, pattern) in enumerate(JOINTS_CSV.items()):
         files.append((tmp_path / f"j{k}.csv", pattern))
@@ -179,6 +182,7 @@ TOML = {
 
 
 def test_toml_of_junk(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """`read_robot` and the command line refuse hostile TOML with its name."""
     file = tmp_path / "r.toml"
     for text, message in TOML.items():
         file.write_text(text)
@@ -189,6 +193,7 @@ def test_toml_of_junk(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_nothing_is_unpacked_that_the_bytes_cannot_hold(tmp_path: Path) -> None:
+    """`load_poses` refuses other compression and huge shapes without using memory."""
     file = npz(tmp_path / "p.npz", bytes_of(np.zeros((100_000, 7))), compression=zipfile.ZIP_BZIP2)
     tracemalloc.start()
     with pytest.raises(aa.ModelError, match=r"pose\.npy is not packed as NPZ is"):
@@ -202,6 +207,7 @@ def test_nothing_is_unpacked_that_the_bytes_cannot_hold(tmp_path: Path) -> None:
 
 
 def test_members_that_lie_over_one_another(tmp_path: Path) -> None:
+    """`load_poses` refuses an archive whose members are longer than its file."""
     file = tmp_path / "p.npz"
     with zipfile.ZipFile(file, "w") as archive:
         archive.writestr("pose.npy", bytes(4000))
@@ -212,6 +218,7 @@ def test_members_that_lie_over_one_another(tmp_path: Path) -> None:
 
 
 def test_arrays_in_any_order_of_bytes_are_read(tmp_path: Path) -> None:
+    """`load_joints` reads arrays of any byte order, number type and memory order."""
     q = np.asfortranarray(np.arange(21).reshape(3, 7))
     for dtype in (">f8", "<f4", ">i2", "u8"):
         np.savez(tmp_path / "q.npz", q=q.astype(dtype), other=np.zeros(2, complex))
@@ -223,6 +230,7 @@ def test_arrays_in_any_order_of_bytes_are_read(tmp_path: Path) -> None:
 def test_a_flipped_byte_is_refused_or_does_not_matter(
     tmp_path: Path, at: float, mask: int, ending: str
 ) -> None:
+    """`load_poses` of a file with one byte changed raises ModelError or gives finite poses."""
     good = tmp_path / f"good{ending}"
     if not good.exists():
         aa.io.save(POSES, good)
@@ -238,6 +246,7 @@ def test_a_flipped_byte_is_refused_or_does_not_matter(
 
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_table_that_knows_no_arm_angle_comes_back(tmp_path: Path, ending: str) -> None:
+    """`save` and `load_joints` keep a table without psi and gc."""
     (tmp_path / "j.csv").write_text("q1,q2,q3,q4,q5,q6,q7\n0,0,0,0,0,0,0\nnan,0,0,0,0,0,0\n")
     table = aa.io.load_joints(tmp_path / "j.csv")
     aa.io.save(table, tmp_path / f"again{ending}")
@@ -251,6 +260,7 @@ def test_a_table_that_knows_no_arm_angle_comes_back(tmp_path: Path, ending: str)
 
 @pytest.mark.parametrize("ending", ENDINGS)
 def test_a_place_where_no_file_can_be_is_named(tmp_path: Path, ending: str) -> None:
+    """Readers and `save` refuse a name with a null byte, missing files and folders."""
     name, folder = f"a\0b{ending}", tmp_path / f"d{ending}"
     folder.mkdir()
     null = r"^'a\\x00b\.\w+': cannot be read: embedded null"
@@ -269,6 +279,7 @@ def test_a_place_where_no_file_can_be_is_named(tmp_path: Path, ending: str) -> N
 
 
 def test_a_pipe_is_not_replaced(tmp_path: Path) -> None:
+    """`save` refuses a pipe, also behind a link, and leaves it."""
     os.mkfifo(tmp_path / "pipe.csv")
     (tmp_path / "link.csv").symlink_to("pipe.csv")
     for name in ("pipe.csv", "link.csv"):
@@ -279,6 +290,7 @@ def test_a_pipe_is_not_replaced(tmp_path: Path) -> None:
 
 
 def test_a_device_is_not_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The command line refuses to write to a device, and leaves it."""
     link = tmp_path / "x.csv"
     link.symlink_to(os.devnull)
     before = Path(os.devnull).stat()
@@ -289,6 +301,7 @@ def test_a_device_is_not_replaced(tmp_path: Path, capsys: pytest.CaptureFixture[
 
 
 def test_a_read_only_file_is_not_replaced(tmp_path: Path) -> None:
+    """`save` refuses a read-only file, and leaves it."""
     file = tmp_path / "p.csv"
     file.write_text("old")
     file.chmod(0o444)

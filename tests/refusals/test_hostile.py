@@ -1,4 +1,4 @@
-"""Hostile numbers, memory and types: each once gave a wrong answer, NaN or a foreign error."""
+"""Hostile numbers, memory and types are answered right, or refused by an error of armangle."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ Q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     ("d_se", "d_ew"), [(0.4, 0.399), (0.4, 0.3999), (0.4, 0.399999), (1e-3, 10), (1e-6, 10)]
 )
 def test_the_pose_holds_whatever_the_lengths(d_se: float, d_ew: float) -> None:
+    """`inverse` gives back the pose for unequal lengths, also stretched and folded."""
     arm = aa.Arm(d_bs=0.34, d_se=d_se, d_ew=d_ew, d_wf=0.126)
     q = np.random.default_rng(1).uniform(-3, 3, (1800, 7))
     q[:, 3] = np.repeat([0.0, 1e-9, np.pi, np.pi + 1e-9, np.pi - 1e-6, 1.0], 300)
@@ -28,6 +29,7 @@ def test_the_pose_holds_whatever_the_lengths(d_se: float, d_ew: float) -> None:
 
 
 def test_a_reach_that_ends_before_the_shoulder_is_no_folded_arm() -> None:
+    """A pose at the shoulder of an arm with unequal links is out of reach, by 200 mm."""
     arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.6, d_wf=0.0)
     pose = np.eye(4)
     pose[2, 3] = 0.34
@@ -37,6 +39,7 @@ def test_a_reach_that_ends_before_the_shoulder_is_no_folded_arm() -> None:
 
 
 def test_a_far_base_does_not_refuse_the_stretched_arm() -> None:
+    """`inverse` gives back the pose of stretched arms on a base a kilometre away."""
     base = np.eye(4)
     base[:3, 3] = 1000.0, -700.0, 300.0
     arm = IIWA.with_(base=base)
@@ -47,6 +50,7 @@ def test_a_far_base_does_not_refuse_the_stretched_arm() -> None:
 
 
 def test_stationary_values_are_found_beside_a_singularity() -> None:
+    """`joint_function` near a singularity has both stationary psi, with the slope changing sign at each."""
     arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.3, d_wf=0.0)
     pose = arm.forward([1.92455373, 0, -3.12512316, np.pi + 1e-7, -0.08357272, 0, np.pi - 1e-7])[0]
     f = aa.gradients.joint_function(arm, pose, 2, 1)
@@ -56,6 +60,7 @@ def test_stationary_values_are_found_beside_a_singularity() -> None:
 
 
 def test_a_packed_record_array_is_read_right() -> None:
+    """`inverse` and `feasible` read gc from a field of a packed record array."""
     pose, psi, gc = IIWA.forward(np.tile(Q, (4, 1)))
     packed = np.zeros(4, dtype=[("gc", "i8"), ("flag", "u1")])
     packed["gc"], packed["flag"] = gc, 5
@@ -66,6 +71,7 @@ def test_a_packed_record_array_is_read_right() -> None:
 
 
 def test_a_pose_inside_a_packed_message_is_read_right() -> None:
+    """`step` and `Tracker.step` read an unaligned pose and point."""
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     message = np.zeros((), dtype=[("flag", "u1"), ("pose", "f8", (4, 4)), ("point", "f8", 3)])
     message["pose"], message["point"] = IIWA.forward(q)[0], [1.0, 0.0, 1.0]
@@ -78,6 +84,7 @@ def test_a_pose_inside_a_packed_message_is_read_right() -> None:
 
 
 def test_out_may_share_memory_with_the_arguments() -> None:
+    """`inverse` with `out` overlapping `seed` gives what it gives otherwise."""
     rng = np.random.default_rng(0)
     arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
     pose, psi, gc = arm.forward(rng.uniform(-60, 60, (64, 7)))
@@ -88,6 +95,7 @@ def test_out_may_share_memory_with_the_arguments() -> None:
 
 
 def test_numbers_of_numpy_are_numbers() -> None:
+    """Policies and thread counts may be numbers of NumPy."""
     pose = IIWA.forward(Q)[0]
     policy = aa.Repulsion(K=np.float32(0.5), alpha=np.int64(20))
     assert aa.step(IIWA, Q, pose, policy=policy).status is aa.Status.OK
@@ -95,6 +103,7 @@ def test_numbers_of_numpy_are_numbers() -> None:
 
 
 def test_equal_values_have_equal_hashes() -> None:
+    """Arc sets and arms that differ in the sign of zero alone are equal, with equal hashes."""
     pairs = [
         (aa.ArcSet([[0.0, 1.0]]), aa.ArcSet([[-0.0, 1.0]])),
         (IIWA.with_(lower=[-0.0] * 7), IIWA.with_(lower=[0.0] * 7)),
@@ -104,6 +113,7 @@ def test_equal_values_have_equal_hashes() -> None:
 
 
 def test_copies_of_a_path_are_read_only() -> None:
+    """Pickled and deep copies of a JointPath are equal and read-only."""
     pose = IIWA.forward(Q)[0]
     path = aa.follow(IIWA, [pose] * 3, start=Q)
     for other in (pickle.loads(pickle.dumps(path)), copy.deepcopy(path)):
@@ -112,6 +122,7 @@ def test_copies_of_a_path_are_read_only() -> None:
 
 
 def test_a_damaged_pickle_of_arcs_is_refused() -> None:
+    """`ArcSet.__setstate__` refuses counts that do not fit the arcs."""
     shape, count, *rest = aa.ArcSet([[0.0, 1.0]]).__getstate__()
     damaged = aa.ArcSet.__new__(aa.ArcSet)
     with pytest.raises(aa.InputError, match="do not belong together"):

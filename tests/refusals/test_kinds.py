@@ -17,17 +17,17 @@ CHAIN = "is not made for an arm with a chain"
 
 
 def q(arm: aa.Arm) -> Any:
-    """Joints amid the limits, of a joint without any amid a turn."""
+    """Joints amid the limits, cut to 3 rad, plus 0.1 rad."""
     return 0.5 * (np.maximum(arm.lower, -3.0) + np.minimum(arm.upper, 3.0)) + 0.1
 
 
 def pose(arm: aa.Arm) -> Any:
-    """The pose there."""
+    """The pose at `q(arm)`."""
     return arm.forward(q(arm))[0]
 
 
 def steps(said: str, **asked: Any) -> Rows:
-    """`step` and `follow` with an option."""
+    """Rows of calls of `step` and `follow` with these options; a message holds the option, then `said`."""
     return [
         (f"{name}.* {said}", call)
         for name in asked
@@ -82,12 +82,14 @@ KINDS: list[tuple[aa.Arm, Rows]] = [
     [pytest.param(arm, *row, id=f"{arm.kind}-{row[0][:30]}") for arm, rows in KINDS for row in rows],
 )
 def test_what_is_not_made_for_a_kind_is_refused_by_name(arm: aa.Arm, said: str, call: Any) -> None:
+    """Functions that are not made for a kind of arm raise UnsupportedError with their name."""
     with pytest.raises(aa.UnsupportedError, match=said):
         call(arm)
 
 
 @pytest.mark.parametrize("hanging", [False, True])
 def test_the_advice_for_place_works(hanging: bool) -> None:
+    """The call that `place` advises for a calibrated arm runs, on its base."""
     frame = np.diag([1.0, -1.0, -1.0, 1.0]) if hanging else np.eye(4)
     chain = calibrated("kuka_iiwa7_r800", 1.0, 1.0).geometry.chain.copy()
     chain[0] = frame @ chain[0]
@@ -103,6 +105,7 @@ def test_the_advice_for_place_works(hanging: bool) -> None:
 
 
 def test_a_calibrated_arm_that_leans_is_told_so_first() -> None:
+    """`place` of a calibrated arm that leans names the angle of axis 1."""
     arm = calibrated("kuka_iiwa7_r800", 1.0, 1.0)
     leaning = arm.with_(base=aa.pose([0.0, 0.0, 0.0], rpy=[0.3, 0.0, 0.0]))
     with pytest.raises(aa.InputError, match=r"leans axis 1 by 17\.2 deg"):

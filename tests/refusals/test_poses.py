@@ -46,6 +46,7 @@ ORIENTATIONS: list[tuple[dict[str, Any], str]] = [
 
 
 def test_an_orientation_that_is_none_is_named() -> None:
+    """`pose` refuses bad positions and orientations with the argument's name, and takes several turns."""
     rows: list[Row] = []
     for given, message in ORIENTATIONS:
         arguments = {"xyz": [0.0, 0.0, 0.0], **given}
@@ -66,7 +67,7 @@ LIKE_POSES: list[tuple[Any, str]] = [
 
 
 def asked(array: Any) -> tuple[Callable[[], Any], ...]:
-    """Every kind of question with an array that is no pose."""
+    """Calls of every kind with an array that is no pose."""
     tracker = aa.Tracker(ARM, 0.01)
     tracker.start(Q)
     return (
@@ -80,11 +81,15 @@ def asked(array: Any) -> tuple[Callable[[], Any], ...]:
 
 
 def test_an_array_that_is_no_pose_is_told_what_it_looks_like() -> None:
+    """Arrays that look like positions, rows or matrices are refused with the call that makes poses."""
     for array, advice in LIKE_POSES:
         assert not_refused((aa.InputError, re.escape(advice), call) for call in asked(array)) == []
 
 
 def test_the_advice_names_the_argument_and_is_right() -> None:
+    """`follow` and `plan` refuse rows of position and quaternion with the call that makes poses,
+    which works.
+    """
     rows = np.concatenate([POSE[:3, 3], UNIT])[None]
     with pytest.raises(aa.InputError, match=re.escape("armangle.pose(poses[..., :3], wxyz=poses[..., 3:])")):
         aa.follow(ARM, rows, start=Q)
@@ -107,6 +112,7 @@ def fake(module: str, name: str, **attributes: Any) -> Any:
 
 
 def test_masked_elements_are_refused() -> None:
+    """Masked arrays are refused if an element is masked."""
     pose, psi, gc = ARM.forward(Q)
     masked = np.ma.masked_greater(np.stack([pose, pose]), 0.9)
     joints = np.ma.array(Q, mask=np.arange(7) == 2)
@@ -131,6 +137,7 @@ ELSEWHERE = [
 
 
 def test_an_array_without_numbers_in_memory_is_told_how_to_get_them() -> None:
+    """Arrays of torch, jax and cupy without numbers in memory are refused with what gives them."""
     for value, message in ELSEWHERE:
         calls = (
             lambda value=value: ARM.inverse(value, PSI, GC, limits=False),

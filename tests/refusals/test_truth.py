@@ -35,6 +35,7 @@ RESULTS: dict[str, Any] = {
 
 @pytest.mark.parametrize("name", RESULTS)
 def test_a_result_has_no_truth_value(name: str) -> None:
+    """`bool` of a result raises and names `.ok`, which only the trajectory here has True."""
     result = RESULTS[name]
     assert type(result).__name__ == name
     assert bool(np.all(result.ok)) is (name == "Trajectory")
@@ -45,6 +46,8 @@ def test_a_result_has_no_truth_value(name: str) -> None:
 
 
 def test_a_value_that_is_no_result_keeps_its_truth() -> None:
+    """`by_content` leaves `bool` of a class without `ok` alone."""
+
     @_values.by_content
     class Plain(tuple):
         __slots__ = ()

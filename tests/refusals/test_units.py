@@ -48,6 +48,7 @@ CALLS: dict[str, tuple[Callable[[float], Any], float, float]] = {
 
 @pytest.mark.parametrize("name", CALLS)
 def test_a_number_in_another_unit_is_warned_of(name: str) -> None:
+    """Each call warns of a number that looks like degrees or mm, and not of a plausible one."""
     call, meant, other = CALLS[name]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -59,6 +60,7 @@ def test_a_number_in_another_unit_is_warned_of(name: str) -> None:
 
 
 def test_no_bound_is_no_unit() -> None:
+    """An infinite max_joint_step, and tools set anew, give no warning."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert aa.step(ARM, Q, POSE, max_joint_step=np.inf).ok

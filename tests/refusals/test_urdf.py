@@ -19,7 +19,7 @@ ONE = joint_xml("a", "l0", "z")
 
 
 def third(kind: str = "revolute", inside: str = "", limit: str = LIMIT) -> str:
-    """A chain whose third joint is another."""
+    """A simple chain whose joint j3 has this type, and `limit` and `inside` as its elements."""
     return simple_urdf(j3=joint_xml("j3", "l2", "l3", kind, limit + inside))
 
 
@@ -74,6 +74,7 @@ EIGHT = [
 
 
 def test_a_type_that_is_an_expression_is_refused_with_its_line_where_links_are_guessed():
+    """A joint type that is a xacro expression is refused with its line, unless it is off the named path."""
     text = simple_urdf(j3=joint_xml("j3", "l2", "l3", "${t}", LIMIT))
     for ask in (read_urdf, urdf_candidates):
         with pytest.raises(ModelError, match=r"joint 'j3': <joint type='.{4}'> is an expression") as caught:
@@ -86,6 +87,7 @@ def test_a_type_that_is_an_expression_is_refused_with_its_line_where_links_are_g
 
 
 def test_what_is_neither_path_nor_text_is_refused_by_name():
+    """Readers of URDF and MJCF refuse a source that is neither path nor text."""
     readers = aa.Arm.from_urdf, aa.Body.from_urdf, aa.Arm.from_mjcf
     assert not_refused(
         (aa.InputError, "^source is .*, wanted the path", lambda read=read, source=source: read(source))
@@ -95,6 +97,7 @@ def test_what_is_neither_path_nor_text_is_refused_by_name():
 
 
 def test_bad_text_is_refused_with_the_name():
+    """`read_urdf` refuses faulty text, with joint or link in the message."""
     rows: list[Row] = []
     for cases, tip in ((REFUSED, "l7"), (EIGHT, "l8")):
         rows += [(ModelError, f"^XML text:(?s:.*){re.escape(message)}", lambda text=text,
@@ -119,6 +122,7 @@ ENDS = [
 
 
 def test_bad_ends_are_refused_with_the_choices():
+    """`read_urdf` refuses a base and tip that make no chain of 7, with what there is."""
     text = simple_urdf(links='<link name="island"/>')
     rows = [(text, re.escape(message), (base, tip)) for base, tip, message in ENDS]
     rows.append(('<robot><link name="alone"/></robot>', "no chain of 7 rotating joints", ()))
@@ -132,6 +136,7 @@ def test_bad_ends_are_refused_with_the_choices():
 
 
 def test_the_place_in_the_file_is_named(tmp_path):
+    """`read_urdf` names file, line and column."""
     path = tmp_path / "arm.urdf"
     path.write_text("<robot>\n <link name='a'/>\n  <link/>\n</robot>")
     with pytest.raises(ModelError) as caught:
@@ -141,6 +146,7 @@ def test_the_place_in_the_file_is_named(tmp_path):
 
 
 def test_bad_paths_are_refused(tmp_path, monkeypatch):
+    """`read_urdf` refuses missing files, folders and more than MAX_BYTES."""
     with pytest.raises(ModelError, match=r"nowhere\.urdf: no such file"):
         read_urdf(tmp_path / "nowhere.urdf")
     with pytest.raises(ModelError, match="cannot be read: a folder, wanted a file"):
