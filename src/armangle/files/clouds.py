@@ -112,7 +112,10 @@ def _csv(data: bytes) -> Floats:
 
 
 def _ply(data: bytes) -> Floats:
-    """Source: Turk, The PLY Polygon File Format (1994)."""
+    """Return the points (n, 3) in the bytes of a PLY file.
+
+    Source: Turk, The PLY Polygon File Format (1994).
+    """
     head, mark, body = data.partition(b"end_header")
     if not mark or not head.startswith(b"ply"):
         raise ValueError("it has no header of PLY")
@@ -138,7 +141,10 @@ def _ply(data: bytes) -> Floats:
 
 
 def _pcd(data: bytes) -> Floats:
-    """Source: the PCD file format of the Point Cloud Library, version 0.7."""
+    """Return the points (n, 3) in the bytes of a PCD file.
+
+    Source: the PCD file format of the Point Cloud Library, version 0.7.
+    """
     head, mark, body = data.partition(b"\nDATA ")
     if not mark:
         raise ValueError("it has no header of PCD")

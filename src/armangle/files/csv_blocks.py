@@ -166,7 +166,7 @@ class CsvFile:
         return len(row)
 
     def _block(self, rows: list[list[str]], lines: list[int]) -> CsvBlock:
-        """Return rows of cells as numbers and words; raise at the first cell that is no number."""
+        """Return rows of cells as numbers (NaN for empty ones if `lost`) and words; raise for no number."""
         columns = list(zip(*rows, strict=True))
         numbers = np.full((len(rows), len(self.numbers)), np.nan)
         for k, name in enumerate(self.numbers):
@@ -193,7 +193,7 @@ class CsvFile:
 
 
 def _hint(names: list[str], missing: list[str], known: Collection[str]) -> str:
-    """Return in words the header that was found, and what the writer may have meant."""
+    """Return in words a wrong separator, or the names with one, not `known`, similar to a missing one."""
     for separator, word in _SEPARATORS.items():
         if separator in names[0]:
             return f"the file seems to be separated by {word}, wanted commas"

@@ -22,7 +22,7 @@ Fault = tuple[int, str, str]
 
 
 def row_fault(numbers: Floats, words: list[str] | None, given: Collection[str]) -> Fault | None:
-    """Return the first fault of joint rows, each checked separately.
+    """Return a fault of joint rows, each checked by itself; None if they have none.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def row_fault(numbers: Floats, words: list[str] | None, given: Collection[str]) 
 
 
 def _status_fault(q: Floats, words: list[str]) -> Fault | None:
-    """Return the first row whose status is unknown, or contradicts whether it has joints; None if none."""
+    """Return the first row whose status is unknown, or is OK without all joints; None if there is none."""
     for row, word in enumerate(words):
         if word not in _NAMES:
             return row, "status", f"status is {word!r}, wanted one of {', '.join(_NAMES)}"

@@ -91,7 +91,8 @@ def load_body(path: PathLike) -> Body:
     """Return the collision model of a TOML file, for example from ``armangle inspect --body -o``.
 
     Tables ``[[ball]]`` and ``[[capsule]]`` as for `load_scene`, each with ``link``, its DH frame 0..7, and
-    ``ignore``; or ``[bones]`` with ``upper_arm`` and ``forearm``, radii in m.
+    ``ignore``; or ``[bones]`` with ``upper_arm`` and ``forearm``, radii in m, and perhaps ``plates``, as for
+    `Body.bones`.
 
     Parameters
     ----------

@@ -115,7 +115,7 @@ _FIELDS = {"positions": "q", "velocities": "qd", "accelerations": "qdd"}
 def write_joint_trajectory(
     names: tuple[str, ...], blocks: Mapping[str, NDArray[Any]], file: BinaryIO, frame: str = ""
 ) -> None:
-    """Write joint names and the blocks t (N,), q, qd, qdd (N, 7) as one message.
+    """Write joint names and the blocks t (N,), q, qd, qdd (N, 7) as a YAML message with frame_id `frame`.
 
     Words are quoted as JSON strings and lists are flow lists, which YAML accepts too.
     """

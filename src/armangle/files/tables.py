@@ -233,7 +233,7 @@ def load_poses(path: PathLike, *, lost: bool = False) -> Floats:
 
 
 def sample_times(path: PathLike) -> Floats | None:
-    """Return the column t of a CSV file of poses, s, NaN in empty cells; None without such a column.
+    """Return the column t (s) of a CSV file of poses, NaN in empty cells; None without, or for other files.
 
     Raises
     ------

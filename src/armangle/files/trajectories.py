@@ -107,7 +107,10 @@ def load_trajectory(path: PathLike) -> TrajectoryTable:
 
 
 def holds_trajectory(path: PathLike) -> bool:
-    """Return whether a file has the columns of a trajectory; False if it cannot be read."""
+    """Return whether a file has the columns of a trajectory; False for a CSV file that cannot be read.
+
+    Raises `ModelError` if an NPZ or JSON file cannot be read.
+    """
     if Path(path).suffix.lower() in (".npz", ".json"):
         return {"t", "qd", "qdd"} <= read_blocks(path).keys()
     try:

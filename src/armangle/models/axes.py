@@ -58,7 +58,7 @@ class Axes:
         return float(np.arctan2(cosine, sine))
 
     def perpendicular(self, i: int, j: int) -> tuple[float, FloatArray]:
-        """Return the distance (m) of axes i and j, and the foot of the perpendicular on axis j."""
+        """Return the distance (m) of axes i and j (from 0), and the foot (3,) of the perpendicular on j."""
         between = self.points[j] - self.points[i]
         u, v = self.directions[i], self.directions[j]
         normal = cross(u, v)
@@ -84,8 +84,9 @@ class Axes:
         return np.asarray(self.points[index[0]] + step, dtype=np.float64)
 
     def misses(self, where: str) -> dict[str, float]:
-        """Return by a sentence's words the lengths (m) by which the three axes of shoulder or wrist miss a
-        common point.
+        """Return the lengths (m) by which the three axes of "shoulder" or "wrist" miss a common point.
+
+        The keys are texts with ``{}`` for the length.
         """
         a, b, c = _CENTRES[where]
         lengths: dict[str, float] = {}
@@ -102,7 +103,7 @@ class Axes:
 
     @cached_property
     def worst_miss(self) -> tuple[float, float]:
-        """Return the distances of the axes of shoulder and wrist from one common point each, m."""
+        """Return the largest of `misses` for the shoulder, and for the wrist, m."""
         return max(self.misses("shoulder").values()), max(self.misses("wrist").values())
 
     @cached_property
@@ -142,7 +143,7 @@ def millimetres(length: float) -> str:
 
 
 def tolerances(length: float | None, angle: float | None) -> str:
-    """Return tolerances (m, rad; None for one that is not needed) as arguments."""
+    """Return, as text, arguments that permit deviations (m, rad; None for one that is not needed)."""
     given = {"length": length, "angle": angle}
     return " and ".join(
         f"{name}_tolerance={above(value)}" for name, value in given.items() if value is not None

@@ -139,7 +139,7 @@ class Tree:
         return len(under) != 1 or not self.joints[under[0]].rotates
 
     def base_above(self, tip: str) -> str:
-        """Return the base of the seven rotating joints above a link; the root link if there are fewer."""
+        """Return the base of the seven rotating joints above a link; the root link if there are none such."""
         body = self.body_of(tip)
         way = self.run_up(body)[-JOINTS:]
         if len(way) == JOINTS and self.bodies[self.joints[way[0]].above].links:
@@ -149,8 +149,8 @@ class Tree:
         return self.bodies[body].links[0]
 
     def instead_of(self, base: str, tip: str) -> str:
-        """Return advice on another base, after "; ", if more than seven joints lie between base and tip; else
-        "".
+        """Return advice, after "; ", on the base of the seven rotating joints above `tip`; "" if there are
+        none such, or `base` is theirs.
         """
         near = self.base_above(tip)
         if near == base or len(self.run_up(self.body_of(tip))) < JOINTS:
@@ -338,7 +338,7 @@ def guess(
     tree, chain
         As in :func:`find_candidates`.
     base, tip : str, optional
-        Links of the tree.
+        Links of the tree, at most one of them.
     fail : callable
         Raises the error of the file's format.
     offset : bool, optional
@@ -359,7 +359,7 @@ def guess(
 
 
 def chosen(found: Sequence[Candidate], rank: int) -> Candidate | None:
-    """Return the only candidate, or the only one of a rank; None if there are more or none."""
+    """Return the only candidate of a rank, else the only one of all ranks; None if there is neither."""
     best = [one for one in found if one.rank() == rank]
     alone = best if len(best) == 1 else found
     return alone[0] if len(alone) == 1 else None

@@ -108,7 +108,7 @@ def _words(text: str) -> list[str]:
 
 
 def load_robot(name: str) -> CatalogueEntry:
-    """Return a robot of the catalogue.
+    """Return an S-R-S arm of the catalogue.
 
     Raises
     ------
@@ -174,9 +174,10 @@ def read_robot(path: str | os.PathLike[str]) -> CatalogueEntry:
 
 
 def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str:
-    """Return the text of a TOML file that :func:`read_robot` reads as the same arm.
+    """Return the text of a TOML file that :func:`read_robot` reads as the same S-R-S arm.
 
     Numbers within 1e-12 (m, rad) of a short decimal are written as that. Notes of the arm become comments.
+    Accelerations, ``reference``, ``body`` and ``hand`` are left out.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ def link_frames(arm: ArmDescription, q: Floats) -> Floats:
 
 
 def cover_urdf(source: Source, base: str | None, tip: str | None, shapes: int, hulls: bool) -> Covered:
-    """Return rods that contain every <collision> of the links from base to tip."""
+    """Return rods, at most `shapes` a shape, that contain every <collision> of the links from base to tip."""
     chain, arm = own_arm(lambda offset: read_urdf(source, base=base, tip=tip, offset=offset))
     text, folder = urdf_text(source)
     out, left = Covered(), list[str]()
@@ -79,7 +79,7 @@ def cover_urdf(source: Source, base: str | None, tip: str | None, shapes: int, h
 
 
 def _refusal(where: str, error: ValueError) -> ArmangleError:
-    """Return an error with the shape's place in the file."""
+    """Return the error with the shape's place `where`; an `ArmangleError` as it is."""
     if isinstance(error, ArmangleError):
         return error
     return SceneError(where, "geometry", str(error), "a shape that can be read")
@@ -91,7 +91,7 @@ def _size(arm: ArmDescription) -> float:
 
 
 def _urdf_rods(element: Any, where: str, folder: Path, shapes: int, hulls: bool, size: float) -> list[Rod]:
-    """Return rods that contain the shape of one <collision>, in its own frame."""
+    """Return rods that contain the shape of one <collision>, in its frame; `size` is that of the arm, m."""
     geometry = element.find("geometry")
     shape = None if geometry is None or not len(geometry) else geometry[0]
     if shape is None:
@@ -147,9 +147,10 @@ def _mesh_rods(shape: Any, where: str, folder: Path, shapes: int, hulls: bool, s
 def solid_rods(
     vertices: Floats, faces: NDArray[np.int64], where: str, name: str, shapes: int, hulls: bool, size: float
 ) -> list[Rod]:
-    """Return rods that contain a mesh and its interior; raise if it has no interior, or no size.
+    """Return at most `shapes` rods that contain a mesh and its interior.
 
-    With `hulls` a mesh that is not closed is replaced by its convex hull.
+    Raises `SceneError` if it has no triangles or is far larger than the arm (`size`, m). A mesh that is not
+    closed raises too, or with `hulls` is replaced by its convex hull.
     """
     if not len(faces) or not np.isfinite(vertices).all():
         raise SceneError(where, "mesh", name, "a mesh with triangles, of finite numbers")

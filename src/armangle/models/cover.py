@@ -99,8 +99,8 @@ def cover_cylinder(radius: float, length: float, most: int) -> list[Rod]:
 
 
 def _rims(radius: float, half: float, height: float) -> Rod:
-    """Return the smallest rod on the z axis that contains a cylinder: its half length, its middle's height,
-    m.
+    """Return the smallest rod on the z axis that contains a cylinder of length 2 `half` with its middle at
+    z = `height`, m.
     """
     rods = []
     for back in np.linspace(0.0, half, 30):
@@ -116,7 +116,7 @@ def cover_box(size: Floats, most: int) -> list[Rod]:
 
 
 def box_mesh(size: Floats) -> tuple[Floats, NDArray[np.int64]]:
-    """Return corners (8, 3) and triangles (12, 3) of a box about the origin."""
+    """Return corners (8, 3) and triangles (12, 3) of a box about the origin with edge lengths (3,), m."""
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * np.asarray(size) / 2
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     faces = [face for a, b, c, d in sides for face in ((a, b, c), (a, c, d))]

@@ -140,16 +140,18 @@ class ImportReport:
     joint_names : tuple of 7 str
         From base to tip.
     shoulder_miss, wrist_miss : float
-        Distance of the file's axes from the common point, m; for an offset shoulder or wrist, its offset.
+        Largest distance of the file's axes from a common point, m; for an offset shoulder or wrist, its
+        offset.
     angle_miss : float
         Largest deviation of two neighbouring axes from a right angle, rad.
     residual_position, residual_rotation : float
-        Largest difference found between the arm and the file's own forward kinematics, m and rad: over
-        ``postures`` random configurations, and uphill from the worst of them.
+        Largest difference found between the arm (without its own chain, if it is nearly S-R-S) and the
+        file's forward kinematics, m and rad: over ``postures`` random configurations, and uphill from the
+        worst of them. 0 if an arm with an offset keeps the file's chain.
     postures : int
         Number of random configurations.
     notes : tuple of str
-        Untrusted data.
+        Numbers of the file that are changed, not used or not trusted.
     """
 
     source: str

@@ -161,7 +161,7 @@ class Nearness:
     srs : bool
         Whether the axes are S-R-S within the default tolerances.
     near : bool
-        Whether they are S-R-S up to ``NEAR_LENGTH`` and ``NEAR_ANGLE``.
+        Whether they are not S-R-S, but are up to ``NEAR_LENGTH`` and ``NEAR_ANGLE``.
     """
 
     miss: float
@@ -205,7 +205,7 @@ def _check_tolerances(angle: float, length: float) -> None:
 def _refusal(
     chain: Chain, found: Nearness, reasons: list[str], angle: float, length: float, of_body: bool
 ) -> ModelError:
-    """Return the error of a chain outside the tolerances: the reason, then each function that accepts it."""
+    """Return the error of a chain outside the tolerances: the reasons, then arguments that accept it."""
     what = f"{chain.name!r} ({chain.base} to {chain.tip}) is not S-R-S"
     if found.near:
         what += f", but near it: nothing is off by more than {_misses(found, angle, length)}"
@@ -370,7 +370,8 @@ def _rounded(value: float) -> float:
 
 
 def _tidy(frame: FloatArray, axes: Axes) -> FloatArray:
-    """Return the frame (4, 4) with 0, 1 and -1 for entries that differ from them by rounding only.
+    """Return the frame (4, 4) with 0 for coordinates (m) that differ from it by rounding only, and a
+    rotation of 0, 1 and -1 if all of its entries do.
 
     If axes are S-R-S only within a tolerance, differences within the default tolerances count as rounding
     too.

@@ -42,6 +42,8 @@ def dh_chain(
     Raises
     ------
     InputError
+        If an argument is not of that shape and finite, or angles above 4π or lengths above 10 m look like
+        degrees or mm.
 
     Examples
     --------

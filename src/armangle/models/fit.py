@@ -63,7 +63,7 @@ def fit(start: ArmDescription, chain: Chain) -> ArmDescription:
 
 
 def _postures(chain: Chain) -> FloatArray:
-    """Return random configurations (n, 7) within the limits, rad; a range above 2π is cut to [-π, π]."""
+    """Return random configurations (n, 7), rad, within the limits; ranges of 0, 2π or more become [-π, π]."""
     lower = np.array([joint.lower for joint in chain.joints])
     upper = np.array([joint.upper for joint in chain.joints])
     wide = ~(upper - lower < 2.0 * np.pi) | (lower == upper)
@@ -83,7 +83,7 @@ def _error(arm: ArmDescription, q: FloatArray, wanted: FloatArray, lever: float)
 
 
 def _moved(arm: ArmDescription, step: FloatArray) -> ArmDescription:
-    """Return the arm with a small step added to its lengths (m), zeros (rad), base and tool."""
+    """Return the arm after a small step: of lengths (m) and zeros (rad), then twists of base and tool."""
     lengths, zeros, base, tool = np.split(step, np.cumsum([len(_LENGTHS), len(_ZEROS), 6]))
     offsets = np.array(arm.offsets)
     offsets[list(_ZEROS)] += zeros

@@ -66,7 +66,7 @@ def _tables() -> dict[str, Any]:
 
 
 def offset_hint(chain: Chain) -> str:
-    """Return which arm with one offset wrist or shoulder a chain is, exactly or nearly; otherwise ""."""
+    """Return how to import a chain as an arm with one offset wrist or shoulder, in words; "" if none."""
     try:
         whole = _read(chain)
     except ModelError:
@@ -137,13 +137,13 @@ def _tolerances(off: tuple[float, float]) -> str:
 
 
 def _rounded_up(off: tuple[float, float]) -> tuple[float, float]:
-    """Return as numbers (m, rad) the tolerances that `_tolerances` writes."""
+    """Return the tolerances (m, rad), rounded up, with which a deviation (m, rad) is accepted."""
     return float(above(max(off[0], LENGTH_TOLERANCE))), float(above(max(off[1], ANGLE_TOLERANCE)))
 
 
 def _read(chain: Chain) -> OffsetDescription:
     """Return the arm whose axes are those of the chain, neighbours made perpendicular, with any
-    a_1 and a_6.
+    a_1 and a_6; raise `ModelError` if they are far from perpendicular.
     """
     points, axes = chain.lines()
     signs = np.ones(7)

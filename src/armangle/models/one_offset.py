@@ -30,7 +30,7 @@ def describe_offset_chain(
 
     The Denavit-Hartenberg rows are computed from neighbouring axes, and accepted if their forward kinematics
     is that of the chain within `length` (m) and `angle` (rad). A least-squares fit to a calibrated chain
-    would improve its positions by some hundredths.
+    would improve its positions by some hundredths. Raises `ModelError` if the chain is no such arm.
     """
     if len(chain.joints) != 7:
         raise ModelError(f"{chain.source}: the chain has {len(chain.joints)} rotating joints, wanted 7")
@@ -61,8 +61,8 @@ def describe_offset_chain(
 
 
 def describe_near_offset(chain: Chain) -> tuple[OffsetDescription, ImportReport]:
-    """Return the arm with one offset that is nearest to a chain, with the chain itself in it,
-    and a report.
+    """Return the arm with one offset whose axes are near those of a chain, with the chain in it, and a
+    report; raise `ModelError` unless that offset is larger than `NEAR_LENGTH`.
     """
     if len(chain.joints) != 7:
         raise ModelError(f"{chain.source}: the chain has {len(chain.joints)} rotating joints, wanted 7")
@@ -100,7 +100,7 @@ def own_arm(read: Callable[[bool], Chain]) -> tuple[Chain, ArmDescription]:
 
 
 def _with_offset(read: Callable[[bool], Chain], least: float) -> tuple[Chain, ArmDescription] | None:
-    """Return chain and arm if it has an offset wrist or shoulder of more than `least`, m."""
+    """Return chain and arm if it has an offset wrist or shoulder of more than `least`, m; else None."""
     try:
         chain = read(True)
         found, _ = describe_offset_chain(chain)

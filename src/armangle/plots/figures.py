@@ -46,6 +46,9 @@ def arm_frames(arm: Arm, q: ArrayLike | None = None, *, ax: Any = None) -> Any:
     MissingExtraError
         Without matplotlib.
     InputError
+        If q is not seven finite numbers.
+    UnsupportedError
+        If the arm has an offset wrist or shoulder.
 
     Source: Faria et al. (2018), Fig. 1, Table 1.
     """
@@ -132,6 +135,7 @@ def stick_figure(
     MissingExtraError
         Without matplotlib.
     InputError
+        If q is not seven finite numbers.
     UnreachableError
         If the arm is folded and has no circle.
     """

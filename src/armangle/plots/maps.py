@@ -157,7 +157,7 @@ def _names(clear: ArcSet, blocked: ArcSet, at: int) -> list[set[str]]:
 def _cells(
     panel: Any, intervals: Floats, sides: Floats, colour: str, more: dict[str, Any] | None = None
 ) -> None:
-    """Draw the arcs (N or 1, k, 2) in rad of N columns (N, 2) as rectangles, cut at ±180 degrees."""
+    """Draw arcs (N or 1, k, 2), rad, of N columns (N, 2) as rectangles; `more` are options of their edges."""
     from matplotlib.collections import PolyCollection
 
     arcs = np.degrees(np.broadcast_to(intervals, (len(sides), *intervals.shape[1:])))

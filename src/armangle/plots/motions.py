@@ -64,7 +64,7 @@ def repulsion(
     MissingExtraError
         Without matplotlib.
     InputError
-        If the arc is empty or a whole turn, or dt is missing.
+        If the arc is empty or a whole turn, dt is missing, or a `Towards` has no psi.
 
     Source: Faria et al. (2018), Fig. 12, Eq. (36).
     """

@@ -136,7 +136,7 @@ def _ring(polar: Any, feasible: ArcSet, unproven: ArcSet, unsolved: ArcSet, join
 
 
 def _obstacle_ring(polar: Any, clear: ArcSet, calm: ArcSet, unproven: ArcSet, unsolved: ArcSet) -> None:
-    """Draw the ring of obstacles: blocked arcs with names, and paler those nearer than the soft clearance."""
+    """Draw the ring of obstacles: blocked arcs with names, and paler the clear ones that are not `calm`."""
     base = _INNER + JOINTS * _STEP
     _arcs(polar, calm, base, _WIDTH, FREE, PALE)
     _arcs(polar, clear & ~calm, base, _WIDTH, MID, PALE)
@@ -236,7 +236,8 @@ def clearance_profile(
     """Draw the distance between links and obstacles over the arm angle.
 
     The curve is that of the nearest pair; its colour tells the obstacle, and the dashed line is the scene's
-    clearance. The shaded area is exactly the arm angles that the scene blocks.
+    clearance. The shaded arm angles are exactly those that the scene blocks, or, if the arm is not S-R-S, is
+    not proven not to block.
 
     Parameters
     ----------
@@ -301,6 +302,8 @@ def joint_profiles(
     ax: Any = None,
 ) -> Any:
     """Draw joints as functions of the arm angle, with limits, stationary and singular values.
+
+    Arm angles that the joint blocks are shaded.
 
     Parameters
     ----------

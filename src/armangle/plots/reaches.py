@@ -83,6 +83,8 @@ def voxels(found: Voxels, arm: Arm | None = None, *, ax: Any = None) -> Any:
     ------
     MissingExtraError
         Without matplotlib.
+    UnsupportedError
+        If the arm has an offset wrist or shoulder.
     """
     if arm is not None:
         check_drawn(arm)

@@ -27,8 +27,8 @@ _TURN, _RISE = np.radians(15.0), np.radians(40.0)
 def virtual_arm(arm: Arm, q: ArrayLike, *, ax: Any = None) -> Any:
     """Draw real and virtual arm, the reference half-plane and the arm angle between them.
 
-    The virtual arm reaches the same pose with θ_3 = 0; the half-plane from the line shoulder-wrist through
-    its elbow is ψ = 0.
+    The virtual arm reaches the same pose with ψ = 0, which is θ_3 = 0 for ``reference="base"``; the
+    half-plane from the line shoulder-wrist through its elbow is ψ = 0.
 
     Parameters
     ----------
@@ -46,7 +46,10 @@ def virtual_arm(arm: Arm, q: ArrayLike, *, ax: Any = None) -> Any:
     ------
     MissingExtraError
         Without matplotlib.
+    UnsupportedError
+        If the arm has an offset wrist or shoulder.
     InputError
+        If q is not seven finite numbers.
     UnreachableError
         If the arm is folded and has no arm angle.
 
@@ -108,7 +111,7 @@ def _half_plane(space: Any, shoulder: Floats, wrist: Floats, out: Floats) -> Non
 
 
 def virtual_plane(arm: Arm, q: ArrayLike, *, ax: Axes | None = None) -> Axes:
-    """Draw the virtual arm in its own plane, with the angles that determine its elbow.
+    """Draw the virtual arm of ``reference="base"`` in its own plane, with the angles that set its elbow.
 
     Parameters
     ----------
@@ -127,7 +130,10 @@ def virtual_plane(arm: Arm, q: ArrayLike, *, ax: Axes | None = None) -> Axes:
     ------
     MissingExtraError
         Without matplotlib.
+    UnsupportedError
+        If the arm has an offset wrist or shoulder.
     InputError
+        If q is not seven finite numbers.
     UnreachableError
         If the arm is folded and has no virtual arm.
 

@@ -174,7 +174,8 @@ class ReachMap:
 
         Directions are weighted by their solid angle. For ``gc`` it is the share of directions that are
         reachable at some azimuth and roll; for ``freedom`` rad; for ``yaw`` and ``roll`` shares of the
-        circle; for ``proven`` the share of directions whose whole cells are proven reachable.
+        circle; for ``proven`` the share of directions whose whole cells are proven reachable. Tiles that are
+        not computed yet count as 0.
 
         Parameters
         ----------
@@ -232,6 +233,7 @@ class ReachMap:
         Raises
         ------
         InputError
+            If a number is not finite, or the wrist is on the shoulder.
         """
         numbers = as_floats("coordinates", coordinates, (_COORDINATES,))
         if not np.isfinite(numbers).all() or not (np.hypot(numbers[..., 0], numbers[..., 1]) > 0).all():

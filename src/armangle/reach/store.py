@@ -166,7 +166,7 @@ class Store:
 
     # -- marks -------------------------------------------------------------------------------------------
     def missing(self) -> tuple[int, ...]:
-        """Return the tiles without a mark."""
+        """Return the indices of the tiles that are not computed yet, or whose mark cannot be read."""
         return tuple(k for k, mark in enumerate(self._all_marks()) if not mark)
 
     def broken(self) -> Iterator[tuple[int, bool]]:

@@ -13,7 +13,7 @@ Scenes = Scene | Sequence[Scene] | Callable[[float], Scene]
 
 
 def scenes_at(scene: Scenes | None, s: Sequence[float]) -> list[Scene]:
-    """Return the obstacles as a list: empty for None, a `Scene` alone, otherwise one for each s.
+    """Return the scenes as a list: none for None, one for a single `Scene`, otherwise one for each s.
 
     Raises
     ------

@@ -123,8 +123,7 @@ def make_ready(arm: Built, scene: Scene, last: Ready | None = None) -> Ready:
     Raises
     ------
     SceneError
-        If the arm has neither, a link's shape is on an unsupported link, a name is unknown, or lengths were
-        meant in mm.
+        If the arm has neither, or too many shapes, a name is unknown, or lengths were meant in mm.
     """
     if not isinstance(scene, Scene):
         raise no_scene(scene, "an armangle.Scene")
@@ -262,7 +261,7 @@ def _sorted_links(arm: Built) -> _Links:
 
 
 def _own_pairs(mine: _Links, first_obstacle: int, ignored: NDArray[np.int8]) -> Ints:
-    """Return the pairs of the arm's own shapes, links 1 to 6, that must not touch."""
+    """Return the pairs (obstacle, link) of the arm's own shapes, links 1 to 6, that must not touch."""
     turning = [*mine.swings, *mine.parts]
     first_swing = len(mine.parts) + len(mine.base) + len(mine.held)
     places = [*range(first_swing, first_swing + len(mine.swings)), *range(len(mine.parts))]

@@ -271,7 +271,7 @@ class Controls:
         self._state.set_clearance(1e-3 * float(value))
 
     def choose(self, name: str) -> None:
-        """Select a motion to play by its name, and go to its start."""
+        """Select a motion to play by its name, and go to its first solved row."""
         self.moved()
         motion = self._runs[name]
         self._image = map_image(motion, self._state.scene)
@@ -279,7 +279,7 @@ class Controls:
         self._state.set_motion(motion)
 
     def set_playing(self, playing: bool) -> None:
-        """Start or stop playing."""
+        """Start or stop playing, if there is a motion."""
         if self._row is not None:
             self.playing = playing
             self._play.label = "Pause" if playing else "Play"
@@ -320,7 +320,7 @@ def gc_name(gc: int) -> str:
 
 
 def slider_range(lower: float, upper: float) -> tuple[float, float]:
-    """Return the ends of a joint's slider, deg: its limits (rad) cut to 0.1 deg, a turn without limits.
+    """Return the ends of a joint's slider, deg: its limits (rad) cut to 0.1 deg; ±360 or farther without.
 
     A file's -1.396263 rad becomes -80 deg: limits are rounded within 0.001 deg.
 

@@ -48,7 +48,7 @@ def opening_posture(arm: Arm) -> Floats:
 
 
 def _one_turn(arm: Arm) -> tuple[Floats, Floats]:
-    """Return the limits (rad), those more than 2π apart cut to 2π around 0."""
+    """Return the limits (rad), those more than 2π apart cut to the 2π nearest to 0."""
     turn = 2 * np.pi
     lower = np.maximum(arm.lower, np.minimum(-np.pi, arm.upper - turn))
     return lower, np.minimum(arm.upper, np.maximum(np.pi, arm.lower + turn))

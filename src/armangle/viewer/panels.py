@@ -38,7 +38,7 @@ _PALETTE = (FREE, *JOINT_COLOURS, MID, OBSTACLE, PALE)
 
 
 def status_panel(state: ViewerState) -> str:
-    """Return the state of the arm in words."""
+    """Return the state of the arm in words, as HTML."""
     margin = np.degrees(float(state.arm.limit_margin(state.q)))
     near = f"{margin:.1f}° to the nearest limit" if np.isfinite(margin) else "no limits"
     facts = f"GC {state.gc}, ψ = {degrees_text(state.psi)}, {near}"
@@ -206,7 +206,7 @@ def png(cells: NDArray[np.uint8], palette: tuple[str, ...]) -> bytes:
 
 
 def map_panel(motion: JointPath, image: str, row: int) -> str:
-    """Return the feasible map with the motion's curve and a line at a row."""
+    """Return a motion's `map_image` with its curve and a line at a row, as HTML."""
     s, psi = unjoined(motion.s, wrapped_degrees(motion.psi))
     span = max(float(motion.s[-1] - motion.s[0]), np.finfo(float).tiny)
     points = _polylines((s - motion.s[0]) / span, psi)

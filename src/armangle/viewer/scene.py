@@ -140,7 +140,7 @@ class Scene:
             )  # fmt: skip
 
     def update(self, *, gizmo: bool, held: str | None = None) -> None:
-        """Show the state; a gizmo or box handle returns to its place unless a person holds it."""
+        """Show the state; with `gizmo` also the tool's handle, and those of all boxes but the `held` one."""
         state = self._state
         for node, row in zip(self._frames, rows_from_poses(state.arm.frames(state.q)), strict=True):
             _place(node, row)

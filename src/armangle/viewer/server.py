@@ -129,7 +129,7 @@ class Viewer:
             self.scene.show_voxels(found)
 
     def act(self, wish: Callable[[], object], *, gizmo: bool = True) -> None:
-        """Execute a command on the state, exclusively, and show the state to all browsers."""
+        """Execute a command on the state, exclusively, and show it; with `gizmo` the tool's handle too."""
         with self._lock, self._server.atomic():
             wish()
             self.scene.update(gizmo=gizmo, held=self._held_box)
@@ -206,7 +206,7 @@ def _checked_port(host: str, port: int) -> int:
 
 
 def _free_port(host: str) -> int:
-    """Return the first free port from 8080 on."""
+    """Return the first free one of 20 ports from 8080 on; raise if none is."""
     for port in range(FIRST_PORT, FIRST_PORT + _PORTS_TRIED):
         try:
             return _checked_port(host, port)

@@ -63,7 +63,7 @@ def capsules(arm: Arm, *, skip: frozenset[int] = frozenset()) -> list[Solid]:
 
 
 def _links(arm: Arm) -> list[tuple[str, int, float]]:
-    """Return the links between neighbouring corners, with that along an offset."""
+    """Return name, DH frame and radius (of the reach) of the link between each two neighbouring corners."""
     links = list(_LINKS)
     if arm.geometry.a_1:
         links.insert(1, _SHOULDER)

@@ -266,7 +266,7 @@ class ViewerState:
         )
 
     def set_psi(self, psi: float) -> Answer:
-        """Set the arm angle (rad), or the nearest feasible one, without moving the tool."""
+        """Set the arm angle (rad), or the nearest feasible one; without any the arm stays."""
         angle = float(psi)
         if not np.isfinite(angle):
             raise InputError(f"psi is {angle}, wanted a finite angle in rad")
@@ -292,11 +292,13 @@ class ViewerState:
         self._take(self._at(psi, self.gc))
 
     def _at(self, psi: float, gc: int) -> Floats:
-        """Return the joints of the tool's pose at an arm angle."""
+        """Return the joints of the tool's pose at an arm angle in branch gc; limits are ignored."""
         return self.arm.inverse(self.pose, psi, gc, seed=self.q, limits=False)
 
     def set_gc(self, gc: int) -> Answer:
         """Jump to another global configuration at the same pose and the nearest feasible arm angle.
+
+        Without a feasible arm angle there the arm stays, and the answer says why.
 
         Raises
         ------
@@ -430,7 +432,7 @@ class ViewerState:
         return ElbowCircle(segments, who)
 
     def ghosts(self) -> dict[int, Floats]:
-        """Return the stick figures (n, 3), m, of the other configurations that have a solution."""
+        """Return by gc the stick figures (n, 3), m, of the other configurations that have a solution."""
         out = {}
         for gc in range(CONFIGURATIONS):
             arcs = self._arcs(gc)
@@ -492,7 +494,7 @@ _MOST_STEPS = 200
 
 
 def ways_between(first: Floats, last: Floats) -> Floats:
-    """Return poses (N, 4, 4) from `first` (left out) to `last`, close enough for steps."""
+    """Return poses (N, 4, 4), at most 200, on the straight way from `first` (left out) to `last`."""
     line = Line(first, last)
     twist = line.derivative(0.0)
     way, turn = np.linalg.norm(twist[:3]), np.linalg.norm(twist[3:])

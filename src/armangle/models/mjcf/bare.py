@@ -99,7 +99,7 @@ def _tendons(spec: Any, mujoco: Any) -> list[tuple[str, set[str] | None]]:
 
 
 def _bound(tendon: Any, mujoco: Any) -> set[str] | None:
-    """Return the joints that a tendon binds: none for a spatial one, None if mujoco does not say."""
+    """Return the names of joints that a tendon binds: none for a spatial one; None if mujoco does not say."""
     if not hasattr(tendon, "path"):  # mujoco before 3.4
         return None
     kind = mujoco.mjtWrap.mjWRAP_JOINT

@@ -16,7 +16,10 @@ _COLLIDING = ("plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "
 
 
 class PlacedGeom(NamedTuple):
-    """One geom: its body, the DH frame 0..7 that carries it, its pose in the base, its kind and size (m)."""
+    """One geom: its body, the DH frame 0..7 that carries it, its pose in the base, its kind and size (m).
+
+    `vertices` and `faces` are empty unless it is a mesh.
+    """
 
     name: str
     body: str
@@ -85,7 +88,7 @@ _NO_FACES = np.empty((0, 3), dtype=np.int64)
 
 
 def _hull(model: Any, mesh: int) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Return corners and triangles of a mesh's convex hull, from MuJoCo's stored graph."""
+    """Return vertices and triangles of a mesh's convex hull; its own triangles if MuJoCo stores no hull."""
     first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
     vertices = np.array(model.mesh_vert[first : first + count], dtype=np.float64)
     at = int(model.mesh_graphadr[mesh])

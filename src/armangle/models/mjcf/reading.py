@@ -72,7 +72,7 @@ def mjcf_candidates(source: str | os.PathLike[str], base: str | None = None) -> 
 
 
 def is_mjcf(source: str | bytes | os.PathLike[str]) -> bool:
-    """Return whether a file, or an XML text, is a MuJoCo model: its outer element is ``<mujoco>``."""
+    """Return whether the outer element of a file or XML text is ``<mujoco>``; False if it cannot be read."""
     tags: list[str] = []
     parser = expat.ParserCreate()
     parser.StartElementHandler = lambda tag, _: tags.append(tag)
@@ -138,7 +138,7 @@ class _Model:
         return range(first, first + int(self.model.body_jntnum[body]))
 
     def path(self, base: int, tip: int) -> list[int]:
-        """Return the bodies from just below ``base`` down to ``tip``."""
+        """Return the bodies from just below ``base`` down to ``tip``; raise if ``tip`` is not below it."""
         way = []
         body = tip
         while body != base:
@@ -271,7 +271,7 @@ class _Model:
         return above
 
     def hinge(self, index: int, frame: FloatArray) -> Joint:
-        """Return a joint of the model, given the pose of its body at the reference position."""
+        """Return a joint of the model, given the frame of its body in that of the joint before it."""
         model = self.model
         name = self.name("joint", index)
         kind = int(model.jnt_type[index])

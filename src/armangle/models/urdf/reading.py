@@ -80,7 +80,7 @@ def chain_along(
 
 
 def _closer(robot: RobotElement, elements: Sequence[JointElement], joints: Sequence[Joint]) -> list[str]:
-    """Return notes on narrower limits and slower velocities that other parts of the file state."""
+    """Return notes on unused numbers of the file: narrower limits in other parts, accelerations and jerks."""
     soft, commands, more = [], [], []
     for element, joint in zip(elements, joints, strict=True):
         safety = element.parts.get("safety_controller")
@@ -98,7 +98,9 @@ def _closer(robot: RobotElement, elements: Sequence[JointElement], joints: Seque
 
 
 def _narrower(joint: Joint, lower: str, upper: str) -> list[str]:
-    """Return, in a list, the joint's limits in another part of the file if they are narrower; else []."""
+    """Return [text] of a joint's limits in another part of the file if they are narrower or no numbers,
+    else [].
+    """
     try:
         low, high = number_in(lower or "-inf"), number_in(upper or "inf")
     except ValueError:
@@ -140,7 +142,10 @@ def _axis(robot: RobotElement, joint: JointElement) -> FloatArray:
 def _limits(
     robot: RobotElement, joint: JointElement, continuous_limits: str, notes: list[str]
 ) -> tuple[float, float]:
-    """Return lower and upper limit, rad; infinite without a limit."""
+    """Return lower and upper limit, rad; infinite for a continuous joint unless `continuous_limits` is "use".
+
+    Raises if a revolute joint has none. Notes on changed or unused limits are added to `notes`.
+    """
     given = joint.parts["limit"].attributes if "limit" in joint.parts else {}
     continuous = joint.kind == "continuous"
     if "lower" not in given and "upper" not in given:

@@ -100,7 +100,7 @@ def mesh_file(name: str, folder: Path) -> Path:
     Raises
     ------
     ValueError
-        If there is none.
+        If there is none, it is not local, or it is too large.
     """
 
     def fail(why: str) -> NoReturn:

@@ -59,7 +59,7 @@ class RobotElement:
     notes: list[str] = field(default_factory=list)
 
     def fail(self, message: str, at: Element | None = None) -> NoReturn:
-        """Raise :class:`ModelError` with an element of this file."""
+        """Raise :class:`ModelError` with this file and the place of an element."""
         line, column = (at.line, at.column) if at else (None, None)
         raise ModelError(message, source=self.source, line=line, column=column)
 
@@ -202,7 +202,7 @@ class _Reader:
             self.calls.append((tag, element))
 
     def finish(self) -> RobotElement:
-        """Return the robot; reject a call if its macro is or may be defined."""
+        """Return the robot; reject calls of macros that may be defined, and xacro without a link outside."""
         for tag, element in self.calls:
             if self.includes or tag.removeprefix(_XACRO) in self.macros:
                 self.robot.fail(f"<{tag}> calls a macro: {_NOT_URDF}", element)

@@ -63,7 +63,7 @@ def _write_origin(joint: ElementTree.Element, frame: FloatArray) -> None:
 
 
 def _kind(joint: Joint) -> str:
-    """Return ``continuous`` for a joint without limits, else ``revolute``."""
+    """Return ``continuous`` for a joint without limits, else ``revolute``; raise for a limit on one side."""
     limited = [math.isfinite(limit) for limit in (joint.lower, joint.upper)]
     if any(limited) and not all(limited):
         raise LimitError(
@@ -74,7 +74,7 @@ def _kind(joint: Joint) -> str:
 
 
 def _write_limit(element: ElementTree.Element, joint: Joint) -> None:
-    """Append the limits; an unknown velocity is written as 0."""
+    """Append limits and velocity, 0 if unknown; nothing for a continuous joint of unknown velocity."""
     known = math.isfinite(joint.velocity)
     limit = {"effort": "0", "velocity": repr(float(joint.velocity)) if known else "0"}
     if element.get("type") == "revolute":
