@@ -71,7 +71,7 @@ def kept(key: int) -> Arm:
 
 
 def is_widest(arm: Arm, seed: Array | None, prefer: str) -> bool:
-    """Return whether `solve` is to find the largest margin, not the solution nearest to a seed."""
+    """Return whether `solve` is to find the largest margin, not the nearest to a seed; raise for a scene."""
     if arm.scene is not None:
         raise UnsupportedError("solve is not made for an arm with a scene here: use Arm.solve")
     return chosen("prefer", prefer, ("seed", "margin")) == "margin" or seed is None

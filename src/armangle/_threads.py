@@ -58,7 +58,7 @@ def threads(n: int) -> Iterator[None]:
 
 
 def thread_count(unset: int = 1) -> int:
-    """Return the number of threads to use; `unset` if the user has not set one."""
+    """Return the number of threads to use, 0 for all cores; `unset` if the user has not set one."""
     here = _here.get()
     chosen = _always if here is None else here
     return unset if chosen is None else chosen

@@ -213,7 +213,7 @@ def _call(name: str, key: int, shapes: Any, *given: Array, margin: float = 0.0) 
 
 
 class _LinearMap:
-    """A linear function of its last arguments, and its transpose, which are two functions of the core.
+    """A linear function of its last arguments, and its transpose, given as two functions.
 
     Neither lets unused results have an effect, however steep they are: a matrix product would turn 0 times
     infinity into NaN. All arguments and results have the same leading batch axes. JAX's own

@@ -70,7 +70,6 @@ def pose(
     InputError
         If two orientations are given, or one without a name from above; if a quaternion is not unit, or
         angles look like degrees.
-    InputError
 
     Examples
     --------

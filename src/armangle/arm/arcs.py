@@ -311,7 +311,10 @@ class ArcSet:
 
     @property
     def blocking(self) -> Any:
-        """The pair (obstacle, link) that alone leaves a set empty, or None; nested lists."""
+        """The pair (obstacle, link) that leaves a set empty, or None if none does alone; nested lists.
+
+        If the arm is not S-R-S, a pair that collides there, though others may be needed to leave it empty.
+        """
         codes = np.full(len(self._count), -1) if self._blocking is None else self._blocking
         return _nested([self._named(int(code)) for code in codes], self.shape)
 
@@ -497,7 +500,7 @@ class ArcSet:
         return self._combine(SetOperation.COMPLEMENT, self)
 
     def _combine(self, operation: SetOperation, other: ArcSet) -> ArcSet:
-        """Return union or intersection with another set, broadcast; each arc keeps the cause of its ends."""
+        """Return union, intersection or own complement, broadcast; each arc keeps the cause of its ends."""
         if not isinstance(other, ArcSet):
             return NotImplemented
         a, b = (np.arange(len(s._count)).reshape(s.shape) for s in (self, other))
@@ -552,6 +555,7 @@ class ArcSet:
         )
 
     def __eq__(self, other: object) -> bool:
+        """Return whether both have the same shape and exactly the same arcs."""
         if not isinstance(other, ArcSet):
             return NotImplemented
         return (

@@ -547,7 +547,7 @@ class Arm(FrozenValue):
     def _of_offset(
         cls, read: Callable[[bool], Chain], given: dict[str, float], least: float = 0.0
     ) -> Arm | None:
-        """Return the arm of a file if it has an offset wrist or shoulder larger than `least`, m."""
+        """Return the arm of a file if it has an offset wrist or shoulder above `least`, m; else None."""
         try:
             found, report = describe_offset_chain(read(True), **given)
         except ModelError:
@@ -575,7 +575,15 @@ class Arm(FrozenValue):
         return cls(**numbers, report=report)
 
     def to_urdf(self) -> str:
-        """Return a kinematic URDF (joints and limits, no geometry) that imports back to this arm."""
+        """Return a kinematic URDF, whose import has the same poses, limits, velocities and joint names.
+
+        It has no geometry and no accelerations.
+
+        Raises
+        ------
+        LimitError
+            If a joint is limited on one side only, which URDF cannot express.
+        """
         return write_urdf(self._description())
 
     def _description(self) -> ArmDescription:
@@ -928,7 +936,7 @@ class Arm(FrozenValue):
         nan: bool, out: Floats | None, *, all_branches: bool = False,
     ) -> Floats:  # fmt: skip
         """Return joint values (..., 7) of poses, arm angles and branches; NaN or an error where
-        none exist.
+        none exist. `beyond` is the outcome outside the limits; `all_branches` only words the error.
         """
         seeds = [] if seed is None else [("seed", as_floats("seed", seed, (JOINTS,)), 1)]
         batch, arrays = self._postures(pose, psi, gc, *seeds)
@@ -1773,7 +1781,7 @@ def _source_text(value: Any) -> str:
 
 
 def _checked(given: dict[str, Any]) -> dict[str, Any]:
-    """Return all numbers of an arm, arrays read-only; the default for missing ones and for None."""
+    """Return the checked numbers of an arm, arrays read-only; warn if they look like degrees or mm."""
     values = _complete(given)
     for name in (*LENGTHS, *ELBOW_OFFSETS):
         low = 0.0 if name in ("d_se", "d_ew") else -_core.LENGTH_LIMIT
@@ -1814,7 +1822,10 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
 
 
 def _complete(given: dict[str, Any]) -> dict[str, Any]:
-    """Return a value for each field; raise Python's own error for a wrong or missing keyword."""
+    """Return a value for each field, the default for missing ones and for None.
+
+    Raises `TypeError` for an unknown or missing keyword, `InputError` for a chain without its nominal arm.
+    """
     known = {f.name for f in _FIELDS}
     for name in given:
         if name not in known:

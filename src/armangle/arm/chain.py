@@ -93,8 +93,8 @@ class _Reaching(Protocol):
 
 
 def edge_of_reach(arm: _Reaching, pose: Floats) -> str:
-    """Return " It is at the edge of reach ..." if branches of a chain merge at a pose, or its nominal S-R-S
-    arm does not reach the pose; otherwise "", as for other arms.
+    """Return " It is at the edge of reach ..." if the elbow of an own chain is so straight at a pose that
+    branches merge, or its nominal S-R-S arm does not reach the pose; otherwise "", as for other arms.
     """
     if arm.geometry.chain is None:
         return ""
@@ -110,7 +110,7 @@ def edge_of_reach(arm: _Reaching, pose: Floats) -> str:
 
 def leaves_out(bare: ChainHandle | None, whole: ChainHandle, at: int) -> bool:
     """Return whether a link of a chain is far from the nominal one because a frame is missing there: in
-    `whole`, which has it, the distance is less than half. `bare` is None if the chain is too far off.
+    `whole`, which has it, the distance is less than half. True if `bare` is None: the chain is too far off.
     """
     if bare is None:
         return True

@@ -42,14 +42,15 @@ class ChainDeviation(FrozenValue):
         The arm that defines psi and gc, without obstacles: the one fitted to the chain. For an arm without an
         own chain it is the arm itself.
     position_rms, position_max : float
-        Distance, m: over some thousand random configurations, and the largest of them; elsewhere it may be
-        some percent larger.
+        Distance, m: over a thousand random configurations, and the largest of them; elsewhere it may be some
+        percent larger.
     rotation_rms, rotation_max : float
         The same for the angle, rad.
     bands : tuple of 3 float
         Largest |θ2|, |θ4 - δ| and |θ6| (rad) of a random configuration there that `Arm.inverse` did not
         reproduce. Two branches meet at 0; on the true arm they separate or merge. In these bands the status
-        is NEAR_SINGULAR, or the solution is another one of the same pose, psi and gc.
+        is NEAR_SINGULAR, or the solution is another one of the same pose, psi and gc. Not measured for an
+        offset wrist or shoulder: reading them raises `UnsupportedError`.
     proven_share : float
         The share of poses, 0 to 1, whose feasible intervals are completely proven in all branches: of 50
         random configurations. At the other poses `Arm.feasible` leaves out unproven parts and returns their
@@ -110,7 +111,7 @@ class ChainDeviation(FrozenValue):
         return _proven_share(self._arm)
 
     def __str__(self) -> str:
-        """Return both in mm, mrad and degrees, on one line."""
+        """Return distances, angles and bands in mm, mrad and degrees, on one line."""
         bands = ", ".join(f"{band:.2g}" for band in np.degrees(self.bands))
         return (
             f"{self.position_rms * MILLIMETRES:.3g} mm and {self.rotation_rms * 1e3:.3g} mrad rms, where "

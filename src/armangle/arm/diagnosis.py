@@ -155,11 +155,11 @@ class Branch:
 
     @property
     def ok(self) -> bool:
-        """Whether there is a path in this branch."""
+        """Whether there is a path, or for one pose a solution, in this branch."""
         return self.verdict == Verdict.OK
 
     def explain(self, *, path: bool = True) -> str:
-        """Return as a sentence whether there is a path, and if not, why; `path` adds where along it."""
+        """Return in words whether there is a path (a solution of a pose if not `path`), and if not, why."""
         where = ""
         if path and self.verdict not in (Verdict.OK, Verdict.START, Verdict.GOAL):
             where = f" from s = {self.s_from:.4g} to {self.s_to:.4g}"
@@ -335,7 +335,7 @@ class Diagnosis:
 
     @property
     def ok(self) -> bool:
-        """Whether any branch has a path."""
+        """Whether any branch has a path, or for one pose a solution."""
         return any(branch.ok for branch in self.branches)
 
     @property
@@ -427,7 +427,7 @@ def _numbers(branches: list[Branch]) -> str:
 
 
 def branch_of(report: tuple[Any, ...], ready: Ready | None = None, redundancy: str = ARM_ANGLE) -> Branch:
-    """Return the core's report about one branch of a plan, a tuple, as a `Branch`: proven, or why not.
+    """Return the core's report about one branch of a plan or a pose, a tuple, as a `Branch`.
 
     `ready`: the scene, for the names of shapes that are too near; None without obstacles.
 

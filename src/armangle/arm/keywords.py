@@ -19,7 +19,7 @@ def names_keywords(
 ) -> Callable[[Callable[_Asked, _Answer]], Callable[_Asked, _Answer]]:
     """Return a decorator that checks the keywords of methods of `kind` (None: of functions).
 
-    A keyword that they do not accept raises an error with its hint.
+    A keyword that they do not accept raises an error with its hint; so does a `Scene` without a keyword.
     """
 
     def called(door: Callable[_Asked, _Answer]) -> str:

@@ -127,7 +127,7 @@ class OffsetArm(Arm):
         return super()._keeping(scene, singularity_margin)
 
     def to_urdf(self) -> str:
-        """Return a kinematic URDF (joints and limits, no geometry) that imports back to this arm."""
+        """See `Arm.to_urdf`."""
         numbers = {f.name: self._number(f.name) for f in fields(OffsetDescription)}
         return write_chain(chain_of(OffsetDescription(**numbers)), self.name)
 

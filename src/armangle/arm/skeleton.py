@@ -85,7 +85,7 @@ def blockers(arm: Arm, poses: ArrayLike, gc: ArrayLike, psi: ArrayLike) -> NDArr
     -------
     ndarray of bool, shape (..., 7)
         True if joint i + 1 violates its limits (or margins) there; all True out of reach. False if that is
-        not proven for an arm with its own chain: `unproven`.
+        not proven for an arm that is not S-R-S: `unproven`.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def unsolved(arm: Arm, poses: ArrayLike, gc: ArrayLike) -> ArcSet:
 
 
 def corners(arm: Arm, q: ArrayLike) -> Floats:
-    """Return the points (..., n, 3) of `skeleton`, with the corner of an offset wrist or shoulder."""
+    """Return the 8 points of `skeleton` (..., n, 3), m; 9 with the corner of an offset wrist or shoulder."""
     points = skeleton(arm, q)
     if arm.redundancy == "arm_angle":
         return points

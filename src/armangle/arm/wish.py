@@ -31,7 +31,6 @@ def as_wish(point: ArrayLike | None, direction: Direction | None) -> tuple[Wish,
     Raises
     ------
     InputError
-    InputError
         If not exactly one is given, the direction has no length, or the point is not finite in metres.
     """
     if (point is None) == (direction is None):

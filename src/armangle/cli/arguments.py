@@ -208,7 +208,7 @@ def is_file(text: str) -> bool:
 
 
 def joint_bounds(name: str, text: str | None, unit: str, stated: Floats) -> Floats:
-    """Return one number, or seven, of degrees as (7,) in rad; `stated` by default."""
+    """Return one number, or seven, of degrees as (7,) in rad, > 0; without text `stated`, in rad."""
     if text is None:
         return stated
     count = len(text.replace(",", " ").split())

@@ -107,7 +107,7 @@ def _bare_arm(args: argparse.Namespace, *, quiet: bool) -> Arm:
 
 
 def _of_file(file: str, args: argparse.Namespace, quiet: bool) -> Arm:
-    """Return the arm of a URDF or MJCF file: exact if it is; otherwise as --fit says, or on its own chain."""
+    """Return the arm of a URDF or MJCF: as --fit says; by default exact if it is, or on its own chain."""
     base, tip = _named_links(file, *links_of(args))
     options: dict[str, Any] = {"base": base, "tip": tip}
     limits = getattr(args, "continuous_limits", None)
@@ -149,8 +149,8 @@ def _read(file: str, options: dict[str, Any], quiet: bool) -> Arm:
 
 
 def _named_links(file: str, base: str | None, tip: str | None) -> tuple[str | None, str | None]:
-    """Return base and tip; without a tip, those of the file's only arm with an offset, or an error that lists
-    the choices.
+    """Return base and tip. Without a tip it stays None if there is one S-R-S arm to guess, else they are
+    those of the only arm with an offset; raise with the choices if there are several.
     """
     if tip is not None:
         return base, tip

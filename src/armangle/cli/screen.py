@@ -75,7 +75,7 @@ def fixed(value: float, digits: int) -> str:
 
 
 def degrees(value: float, digits: int = 4) -> str:
-    """Return an angle (rad) in degrees as text; "none" for an infinite one.
+    """Return an angle (rad) in degrees as text; "none" for an infinite one, "-" for NaN.
 
     >>> degrees(1.0225696851)
     '58.5889'

@@ -69,7 +69,10 @@ def forward(arm: Arm, q: Floats) -> tuple[Floats, Floats, Ints]:
 
 
 def solve(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
-    """Print the solution nearest to --seed, or to the middle of the ranges; status 1 if there is none."""
+    """Print the solution of each pose nearest to --seed, or to the middle of the ranges.
+
+    Returns the exit status, 1 if a pose has none, and psi and gc of the first solution if all have one.
+    """
     arm, frames = asked.arm, asked.frames
     seed, name = _seed(asked)
     with progress("solving"):
@@ -153,7 +156,7 @@ def _off(arm: Arm, q: Floats, frames: Floats) -> Floats:
 
 
 def solve_all(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
-    """Print one solution for each branch and interval, the nearest first."""
+    """Print one solution for each branch and interval, the nearest first; return the exit status and None."""
     arm, frame = asked.arm, asked.frame
     arm = arm.with_(scene=asked.scene, singularity_margin=args.singularity_margin)
     seed, name = _seed(asked)
@@ -183,7 +186,10 @@ def solve_all(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
 
 
 def solve_at_psi(asked: Asked, args: argparse.Namespace) -> tuple[int, Found]:
-    """Print the solution of an arm angle and a branch, or with --all those of all branches."""
+    """Print the solution of an arm angle and a branch, or with --all those of all branches.
+
+    Returns the exit status, and for one branch psi and gc if every pose has a solution.
+    """
     if args.all:
         return _every_branch(asked, args.psi, args.json), None
     arm, psi, gc = asked.arm, args.psi, args.gc

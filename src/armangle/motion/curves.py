@@ -281,7 +281,7 @@ class JointSpline(_JointRows):
         return np.where(moves, np.stack([self.spline(own, order) for order in (1, 2, 3)], axis=1), 0.0)
 
     def passed(self, lower: Floats, upper: Floats) -> Floats:
-        """Return for each joint by how much (rad) the spline exceeds a limit, at most over each piece."""
+        """Return for each piece and joint by how much (rad) the spline exceeds a limit at most; 0 within."""
         a, b, c, _ = self.spline.c
         with np.errstate(divide="ignore", invalid="ignore"):
             root = np.sqrt(b * b - 3 * a * c)

@@ -80,7 +80,8 @@ def even_parameters(n: int) -> Floats:
 def rows_between(arm: Arm, curve: AnyCurve, rows: Floats, step: float) -> Floats:
     """Return the s of rows with rows inserted so that no joint moves more than `step` (rad) between two.
 
-    A jump, as at a singular end, remains between two rows within `FINEST` of each other.
+    A jump, as at a singular end, remains between two rows within `FINEST` of each other. Insertion ends early
+    if an inserted row has no solution.
     """
     coarser = rows
     while True:
@@ -578,7 +579,7 @@ class JointPath:
         return kept
 
     def _straight(self, rows: Ints) -> Floats:
-        """Return the path segments, one a row, that lead straight from pose to pose of these rows."""
+        """Return the path segments that lead straight from the pose of each of these rows to the next."""
         segments = np.empty((max(len(rows) - 1, 1), _core.SEGMENT_WIDTH))
         _core.path_waypoints(
             np.ascontiguousarray(self.poses[rows]), np.ascontiguousarray(self.s[rows]), segments

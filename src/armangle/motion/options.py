@@ -87,7 +87,7 @@ def as_seconds(dt: float) -> float:
 
 
 def free_roll(arm: Arm, roll: Roll, name: str, joints: Floats, scene: object) -> Any:
-    """Return the core's arm with joint 7 of `joints` fixed if the roll is free; None if poses give it.
+    """Return the core's arm whose joint 7 stays if the roll is free, else None; errors call joints `name`.
 
     Raises
     ------
@@ -127,10 +127,7 @@ def joint_bound(arm: Arm, name: str, value: Bound, stated: Floats) -> Floats:
     Raises
     ------
     InputError
-        If it is negative or 0, or the arm has none.
-    InputError
-        If it is NaN.
-    InputError
+        If it is NaN, negative or 0, or the arm has none.
     """
     if value is None or value is False:
         return np.full(JOINTS, np.inf)

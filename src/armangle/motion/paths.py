@@ -207,8 +207,7 @@ class CircularArc(Path):
     Raises
     ------
     InputError
-    InputError
-        If the three points lie on a line.
+        If an argument is invalid, or the three points lie on a line.
     """
 
     start: ArrayLike
@@ -254,8 +253,7 @@ class Screw(Path):
     Raises
     ------
     InputError
-    InputError
-        If the direction vanishes, or a number is out of range.
+        If an argument is invalid, the direction vanishes, or a number is out of range.
     """
 
     start: ArrayLike

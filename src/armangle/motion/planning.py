@@ -360,7 +360,7 @@ def _past_straight(arm: Arm, pose: Floats, q: Floats | None) -> Floats | None:
 def _standing(
     still: Scene | None, scene: Callable[[float], Scene] | None, speed: float | None
 ) -> tuple[list[Scene], float]:
-    """Return the scene of each equal part of the path, and the largest motion (m) within a part."""
+    """Return the scene at the middle of each equal part of the path, and the largest motion (m) off it."""
     if scene is None:
         if speed is not None:
             raise InputError("obstacle_speed is of a scene that moves, and scene is no function of s")
@@ -532,7 +532,7 @@ def _limit_margin(arm: Arm, value: float) -> float:
 
 
 def _check_within(arm: Arm, name: str, q: Floats | None) -> None:
-    """Raise if joints are outside the limits; None passes.
+    """Raise if a joint is more than `START_GAP` outside its limits; None passes.
 
     Raises
     ------

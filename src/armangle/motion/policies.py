@@ -207,9 +207,7 @@ class Towards(_Rated):
     Raises
     ------
     InputError
-        If not exactly one target is given, or a number is out of range.
-    InputError
-        If the point or the direction is invalid.
+        If not exactly one target is given, it is invalid, or a number is out of range.
 
     Examples
     --------

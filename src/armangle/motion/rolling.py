@@ -122,8 +122,8 @@ def _worth(result: JointPath) -> tuple[bool, bool, float]:
 
 
 def _held(arm: Arm, path: Path, rungs: list[Rung]) -> tuple[list[Rung], Rung]:
-    """Return the rolls with which all tested poses are reachable, those with the longest arcs first, and the
-    roll that comes furthest.
+    """Return the rolls with which all tested poses are reachable, those in one branch and with the longest
+    arcs first; and the roll of all `rungs` that comes furthest.
     """
     frames = np.stack([rolled(path, *rung).pose(_TRIED) for rung in rungs])
     free = arm._nominal.freedom(frames)

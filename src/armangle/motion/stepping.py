@@ -129,7 +129,7 @@ def resolve(
     Raises
     ------
     ArmangleError
-        As `Arm.feasible`; `InputError` if dt is missing.
+        As `Arm.feasible`; `InputError` if dt is missing; `UnsupportedError` for an offset wrist or shoulder.
 
     Source: Faria et al. (2018), Eq. (36).
 

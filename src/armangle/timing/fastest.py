@@ -380,7 +380,10 @@ def _changes(speed: Floats) -> Floats:
 
 
 def _spread(places: Floats, rising: list[Floats], count: int) -> Floats:
-    """Return count + 1 knots from 0 to 1 at which the mean of the rising quantities grows by equal shares."""
+    """Return count + 1 knots from 0 to 1 at which the mean of the rising quantities grows by equal shares.
+
+    Each is scaled to 0..1 first; flat ones are left out.
+    """
     share = np.mean([(each - each[0]) / np.ptp(each) for each in rising if np.ptp(each) > 0], axis=0)
     knots = np.interp(np.linspace(0.0, 1.0, count + 1), share, places)
     knots[[0, -1]] = 0.0, 1.0
@@ -514,7 +517,7 @@ class _Programs:
         return self._linear @ z, (self._jolted @ z) * np.sqrt(self._y @ z)
 
     def best(self) -> Floats:
-        """Return the coefficients z that the sequence of programs ends with."""
+        """Return the spline's coefficients that the sequence of programs ends with."""
         z = np.ones(len(self._unit))
         if not self._free.all():
             z = self._brought_within(z)

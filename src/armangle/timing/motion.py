@@ -89,7 +89,7 @@ def beside_ends(motion: Motion) -> tuple[float, float]:
 
 
 def unproven_ends(motion: Motion) -> Floats:
-    """Return the ranges of s, (K, 2), at the ends of a path that is proven except for these."""
+    """Return the unproven ranges of s, (K, 2), that lie within `AT_END` of an end of the path."""
     open_ = np.reshape(getattr(motion, "uncertified", np.empty((0, 2))), (-1, 2))
     return np.asarray(open_[(open_[:, 1] <= AT_END) | (open_[:, 0] >= 1.0 - AT_END)])
 

@@ -54,7 +54,7 @@ def straight(g: Grid, acceleration: Floats, jerk: Floats, most: Floats) -> Timin
 
 
 def _peak(way: float, a: float, j: float) -> float:
-    """Return the speed reached by accelerating over half the distance `way` from rest, within a
+    """Return the speed reached by accelerating over half the distance `way` from rest, within acceleration a
     and jerk j.
     """
     ramp = a / j

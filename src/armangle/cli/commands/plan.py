@@ -230,7 +230,7 @@ def _wish(text: str) -> dict[str, Any]:
 
 
 def _acceleration(arm: Arm, args: argparse.Namespace) -> Floats | None:
-    """Return the acceleration bounds of --duration, and print a note if velocities alone count."""
+    """Return the bounds of --acceleration or None, and print a note if --duration has velocities alone."""
     if args.acceleration is not None:
         if not args.duration:
             raise InputError("--acceleration goes with --duration")
