@@ -20,7 +20,7 @@ FACES = {"__init__", "__main__"}
 
 
 def places(layers: list[dict[str, Any]]) -> dict[str, tuple[int, int]]:
-    """Layer of each room, and its place within the layer: what stands beside others has place 0."""
+    """Layer and place within it of each room; rooms that stand beside others have place 0."""
     found: dict[str, tuple[int, int]] = {}
     for height, layer in enumerate(layers):
         for place, room in enumerate(layer.get("ordered", ())):
@@ -65,6 +65,7 @@ def imported_files(path: Path) -> set[Path]:
 
 
 def python_room(path: Path) -> str:
+    """The room of a Python file: its folder, or its name."""
     return path.relative_to(SOURCES).parts[0].removesuffix(".py")
 
 
@@ -75,7 +76,7 @@ def included(path: Path) -> list[Path]:
 
 
 def core_room(path: Path) -> str:
-    """Folder of a header, or its name; `plan.hpp` and the folder `plan` are two."""
+    """The folder of a header (path within include/armangle), else its name, with or without ending."""
     if len(path.parts) > 1:
         return path.parts[0]
     return path.name if path.name in CORE else path.stem
@@ -99,18 +100,21 @@ def pointing_up() -> list[str]:
 
 
 def test_imports_and_includes_point_down() -> None:
+    """Every file's room is in architecture.toml, and imports and includes point down."""
     assert {python_room(path) for path in FILES} <= set(PYTHON), "a room has no place in architecture.toml"
     assert {core_room(path) for path in CORE_FILES} <= set(CORE), "a room has no place in architecture.toml"
     assert pointing_up() == []
 
 
 def test_no_file_imports_itself_through_others() -> None:
+    """Imports within the package have no circle."""
     graph = {path: imported_files(path) for path in FILES}
     assert sum(map(len, graph.values())) > len(FILES)
     TopologicalSorter(graph).prepare()  # raises where files import one another in a circle
 
 
 def test_what_is_included_from_outside_is_there() -> None:
+    """Headers that C++ outside `include/` includes exist."""
     folders = ("bindings", "benchmarks", "contrib", "docs", "examples", "fuzz", "tests")
     paths = [path for folder in folders for path in (ROOT / folder).rglob("*.[ch]pp")]
     named = {(path, name) for path in paths if "_build" not in path.parts
@@ -119,6 +123,7 @@ def test_what_is_included_from_outside_is_there() -> None:
 
 
 def test_every_room_exists() -> None:
+    """Each room of architecture.toml has a file or folder."""
     for room in PYTHON:
         assert list(SOURCES.glob(f"{room}*")), f"architecture.toml names {room}, which is not there"
     for room in CORE:
@@ -133,11 +138,13 @@ IN_CORE = {("plan", "motion"): False, ("numbers", "arm"): False, ("plan", "circl
 
 
 def test_the_order_refuses_what_points_up() -> None:
+    """`may_use` allows and refuses known pairs of rooms."""
     for places_of, pairs in ((PYTHON, ALLOWED), (CORE, IN_CORE)):
         assert {pair: may_use(places_of, *pair) for pair in pairs} == pairs
 
 
 def test_a_line_put_wrong_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`imported` sees an import within a function, which `may_use` refuses."""
     folder = tmp_path / "models"
     folder.mkdir()
     wrong = folder / "wrong.py"
@@ -157,6 +164,7 @@ STARTS_THREADS = re.compile(r"\b(?:Thread|ThreadPoolExecutor|ProcessPoolExecutor
 
 
 def test_threads_start_where_the_page_says() -> None:
+    """Threads start in the files that docs/architecture.md names, and in no other."""
     found = {
         path.relative_to(SOURCES).as_posix()
         for path in FILES
@@ -168,6 +176,7 @@ def test_threads_start_where_the_page_says() -> None:
 
 
 def test_single_files_of_the_package_are_told() -> None:
+    """docs/architecture.md names the files that lie beside the folders."""
     page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     ground = set(ORDER["python"][0]["ordered"])
     for path in FILES:
@@ -205,6 +214,7 @@ FIRST_GUESS = {
 
 
 def test_the_first_guess_is_right() -> None:
+    """What a newcomer looks for is in the file of `FIRST_GUESS`."""
     texts = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
              for path in (*(HEADERS / path for path in CORE_FILES), *FILES)}  # fmt: skip
     for name, begin in FIRST_GUESS.items():
@@ -217,6 +227,7 @@ def test_the_first_guess_is_right() -> None:
 
 
 def test_a_name_begins_with_its_folder_s_only_where_its_type_does() -> None:
+    """A file whose name begins with its folder's defines a type of that name."""
     for path in (*HEADERS.rglob("*.hpp"), *SOURCES.rglob("*.py")):
         if path.parent not in (HEADERS, SOURCES) and path.stem.startswith(
             (f"{path.parent.name}_", f"{path.parent.name}s_")
@@ -259,6 +270,7 @@ def opens_files(text: str) -> bool:
 
 
 def test_files_are_opened_in_one_place_to_be_read() -> None:
+    """Only the files of `OPEN_FILES` open files."""
     found = {path for path in FILES if opens_files(path.read_text(encoding="utf-8"))}
     assert {path.relative_to(SOURCES).as_posix() for path in found} == OPEN_FILES
     assert opens_files("Path('a').read_text()") and opens_files("open('a')")

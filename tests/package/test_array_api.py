@@ -20,6 +20,7 @@ MOVED = aa.pose([0.1, 0.2, 0.3], rpy=[0.5, 0.4, 0.3])
 
 @pytest.fixture(scope="module")
 def inverse() -> Any:
+    """The function `inverse` of the example."""
     need("array_api_compat")
     spec = importlib.util.spec_from_file_location("array_api_inverse", FILE)
     assert spec and spec.loader
@@ -36,6 +37,7 @@ def arm() -> aa.Arm:
 
 
 def asked(count: int) -> tuple[Any, Any, Any]:
+    """Poses, psi and gc of up to `count` random postures away from singularities."""
     q = draw.generator(17, 41).uniform(-3, 3, (count, 7))
     hinges = (arm().geometry.signs * q + arm().geometry.offsets)[:, [1, 3, 5]]
     return arm().forward(q[(np.abs(np.sin(hinges)) > 0.1).all(axis=1)])
@@ -43,6 +45,7 @@ def asked(count: int) -> tuple[Any, Any, Any]:
 
 @pytest.mark.parametrize("library", ["numpy", "torch", "jax"])
 def test_the_joints_are_those_of_the_core(inverse: Any, library: str) -> None:
+    """The example has the joints of `Arm.inverse` with NumPy, torch and JAX."""
     pose, psi, gc = asked(200)
     wanted, tolerance = arm().inverse(pose, psi, gc, limits=False), 1e-11
     if library == "torch":
@@ -56,6 +59,7 @@ def test_the_joints_are_those_of_the_core(inverse: Any, library: str) -> None:
 
 
 def test_the_framework_differentiates_it(inverse: Any) -> None:
+    """The derivative that torch has of the example is `Arm.self_motion`."""
     torch = need("torch")
     pose, psi, gc = (torch.from_numpy(value) for value in asked(60))
     _, slope = torch.autograd.functional.jvp(

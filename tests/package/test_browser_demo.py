@@ -25,7 +25,7 @@ NUMBERS = """() => {
 
 
 def build() -> Any:
-    """Return docs/browser/build.py."""
+    """Return docs/browser/build.py as a module."""
     spec = importlib.util.spec_from_file_location("browser_build", ROOT / "docs" / "browser" / "build.py")
     assert spec and spec.loader
     module = importlib.util.module_from_spec(spec)
@@ -35,6 +35,7 @@ def build() -> Any:
 
 @pytest.fixture(scope="module")
 def code() -> bytes:
+    """The core as WebAssembly."""
     try:
         return build().code()
     except RuntimeError as error:
@@ -43,6 +44,7 @@ def code() -> bytes:
 
 @pytest.fixture
 def page(code: bytes) -> Iterator[Any]:
+    """A page of a browser with the demo in it."""
     chromium = need_tool("chromium")
     with need("playwright.sync_api").sync_playwright() as playwright:
         running = playwright.chromium.launch(executable_path=chromium, args=["--headless", "--no-sandbox"])
@@ -58,7 +60,7 @@ def same_arcs(found: list[list[float]], wanted: aa.ArcSet) -> bool:
 
 
 def check(now: dict[str, Any]) -> None:
-    """Compare what the page was answered with what Python says."""
+    """Compare what the page was answered with what Python says of the same arm and ball."""
     asked = np.array(now["asked"])
     pose, gc = asked[:16].reshape(4, 4), int(asked[17])
     assert same_arcs(now["within"], ARM.feasible(pose, gc))
@@ -71,10 +73,12 @@ def check(now: dict[str, Any]) -> None:
 
 
 def test_the_code_is_small(code: bytes) -> None:
+    """The WebAssembly has less than MOST_CODE bytes."""
     assert 10_000 < len(code) < MOST_CODE
 
 
 def test_the_page_has_the_numbers_of_python_and_follows_a_hand(page: Any) -> None:
+    """The demo has Python's numbers, before and after a drag, in another branch and out of reach."""
     first = page.evaluate(NUMBERS)
     assert first["status"] == 0
     check(first)

@@ -35,7 +35,7 @@ def definitions(text: str) -> Iterator[tuple[int, str, str, bool]]:
 
 
 def untold(text: str, known: frozenset[str] = frozenset()) -> list[str]:
-    """Names without a line, in order."""
+    """Lines and names ("3: f") of definitions without a comment, in order, but for `known` names."""
     names, missing, last = set(known), [], ""
     for number, name, line, told in definitions(text):
         makes_the_last = bool(last) and re.search(rf"\b{last}\b", line.split(name + "(")[0]) is not None
@@ -54,6 +54,7 @@ SCALAR = frozenset(
 
 
 def test_what_the_core_defines_has_its_line() -> None:
+    """Every type and function of the headers has a comment."""
     missing = {}
     for path in HEADERS:
         known = SCALAR | {"sin_cos"} if path.parts[0] == "numbers" and path.stem != "scalar" else frozenset()
@@ -76,6 +77,7 @@ RIGHT = (
 
 
 def test_a_line_that_is_missing_is_seen_and_what_is_told_passes() -> None:
+    """`untold` finds the missing comments of WRONG, and none in RIGHT."""
     for wrong in WRONG:
         assert [name.split()[1].lower() for name in untold(wrong)] == ["bare"], wrong
     assert [right for right in RIGHT if untold(right)] == []

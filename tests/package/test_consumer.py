@@ -49,14 +49,14 @@ START_DEG = [-5.4101, -26.4986, -48.1542, -61.6500, 152.6198, 114.4466, 8.1812]
 
 
 def run(*command: object, cwd: Path | None = None) -> str:
-    """Return what a command prints; its output is the message where it fails."""
+    """Return what a command prints; if it fails, so does the test, with its output."""
     done = subprocess.run([str(part) for part in command], cwd=cwd, capture_output=True, text=True)
     assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
     return done.stdout
 
 
 def table(printed: str) -> dict[str, list[list[float]]]:
-    """Return lines 'name number number ...' by name."""
+    """Return lines 'name number number ...' by name, lists of their numbers; 'status' is left out."""
     out: dict[str, list[list[float]]] = {}
     for line in printed.splitlines():
         name, *rest = line.split()
@@ -67,6 +67,7 @@ def table(printed: str) -> dict[str, list[list[float]]]:
 
 @pytest.fixture(scope="module", params=COMPILERS)
 def compiler(request: pytest.FixtureRequest) -> str:
+    """Each compiler in turn."""
     return need_tool(request.param)
 
 
@@ -131,6 +132,7 @@ def test_headers_need_only_what_they_include_behind_foreign_macros(number: int, 
 
 @pytest.mark.parametrize("header", UMBRELLAS)
 def test_an_older_standard_is_one_error_that_names_the_one_needed(header: str, compiler: str) -> None:
+    """C++17 gets one error, which says that C++20 is needed."""
     command = [compiler, "-std=c++17", f"-I{INCLUDE}", "-fsyntax-only", "-x", "c++", "-"]
     program = f"#include <armangle/{header}>\narmangle::Arm arm;\n"
     done = subprocess.run(command, input=program, capture_output=True, text=True)
@@ -140,6 +142,7 @@ def test_an_older_standard_is_one_error_that_names_the_one_needed(header: str, c
 
 
 def test_fast_math_is_refused() -> None:
+    """The headers refuse -ffast-math."""
     ends = ["-Wfatal-errors", "-fsyntax-only", "-x", "c++", "-"]
     command = [need_tool("g++"), "-std=c++20", "-ffast-math", f"-I{INCLUDE}", *ends]
     program = "#include <armangle/armangle.hpp>\n"
@@ -208,7 +211,7 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def build(project: Path, root: Path, compiler: str, folder: Path, program: str, *options: str) -> Path:
-    """Return a program of a CMake project built against `root`; the project's others are not built."""
+    """Build one program of a CMake project against the package at `root`; return its path."""
     found = [f"-Darmangle_ROOT={root}", f"-DCMAKE_CXX_COMPILER={compiler}", "-DCMAKE_BUILD_TYPE="]
     run(need_tool("cmake"), "-S", project, "-B", folder, *found, *options)
     run(need_tool("cmake"), "--build", folder, "--target", program)
@@ -220,6 +223,7 @@ def build(project: Path, root: Path, compiler: str, folder: Path, program: str, 
 
 @pytest.fixture(scope="module")
 def arm() -> aa.Arm:
+    """The KUKA iiwa7."""
     return aa.Arm.from_catalogue("kuka_iiwa7_r800")
 
 
@@ -235,6 +239,7 @@ def examples(package: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_posture_example_prints_the_numbers_of_python(arm: aa.Arm, examples: Path) -> None:
+    """examples/cpp/posture prints psi, gc, pose, joints and arcs of Python."""
     printed = table(run(examples / "posture"))
     pose, psi, gc = arm.forward(np.radians(START_DEG))
     assert printed["psi_deg"][0][0] == pytest.approx(58.58816372916817, abs=1e-11)
@@ -248,6 +253,7 @@ def test_the_posture_example_prints_the_numbers_of_python(arm: aa.Arm, examples:
 
 
 def test_the_follow_example_prints_the_numbers_of_python(arm: aa.Arm, examples: Path) -> None:
+    """examples/cpp/follow prints the joints, psi and margins of `follow`."""
     printed = table(run(examples / "follow"))
     pose = arm.forward(np.radians(START_DEG))[0]
     poses = np.repeat(pose[None], 101, axis=0)
@@ -272,6 +278,7 @@ def test_the_control_loop_does_not_allocate(examples: Path) -> None:
 
 
 def test_the_command_line_tells_where_the_cmake_files_are() -> None:
+    """`armangle --cmake-dir` prints the folder of the wheel's CMake files, or says that there is none."""
     command = [sys.executable, "-m", "armangle", "--cmake-dir"]
     done = subprocess.run(command, capture_output=True, text=True)
     if (PACKAGE / "cmake").is_dir():
@@ -283,11 +290,13 @@ def test_the_command_line_tells_where_the_cmake_files_are() -> None:
 
 @pytest.mark.parametrize("compiler", COMPILERS if draw.COUNT else COMPILERS[1:])
 def test_an_outside_project_finds_and_uses_the_package(prefix: Path, compiler: str, tmp_path: Path) -> None:
+    """A CMake project builds against the installed package, and consumer.cpp finds no fault."""
     run(build(CONSUMER, prefix, need_tool(compiler), tmp_path, "consumer"))
 
 
 @pytest.mark.parametrize("compiler", COMPILERS if draw.COUNT else COMPILERS[1:])
 def test_the_kdl_solver_agrees_with_kdl(prefix: Path, compiler: str, tmp_path: Path) -> None:
+    """kdl_solver.cpp, built against KDL, finds no fault."""
     if not Path("/usr/include/kdl/chainiksolver.hpp").is_file() and "CMAKE_PREFIX_PATH" not in os.environ:
         missing("orocos-kdl is not installed (Debian: liborocos-kdl-dev)")
     run(build(CONSUMER, prefix, need_tool(compiler), tmp_path, "kdl_solver", "-DWITH_KDL=ON"))

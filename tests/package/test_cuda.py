@@ -14,6 +14,7 @@ MOST_REGISTERS = 96
 
 
 def test_the_inverse_is_device_code(tmp_path: Path) -> None:
+    """nvcc compiles the inverse with at most MOST_REGISTERS registers and without memory of its own."""
     nvcc = shutil.which("nvcc")
     if nvcc is None:
         pytest.skip("nvcc is not installed")

@@ -77,10 +77,12 @@ OF_THE_PAPER = re.compile(r"\b[Ee]qs?\. ?\(|\b[Ff]ig(s?\.|ure) ?\d|\b[Ss]ection 
 
 @pytest.mark.parametrize("name", [page for page in PAGES if "background" not in page.split("/")])
 def test_numbers_of_the_paper_are_on_background_pages(name: str) -> None:
+    """Only background pages name equations, figures and sections of the paper."""
     assert not OF_THE_PAPER.search((ROOT / name).read_text(encoding="utf-8"))
 
 
 def test_there_are_few_pages_and_words() -> None:
+    """The site has at most MOST_PAGES pages and MOST_WORDS words."""
     texts = [page.read_text(encoding="utf-8") for page in SITE]
     assert len(SITE) <= MOST_PAGES and sum(len(text.split()) for text in texts) <= MOST_WORDS
 
@@ -93,6 +95,7 @@ SEARCH_WORDS = {
 
 
 def test_the_readme_has_the_words_of_the_field_and_is_short() -> None:
+    """The README holds all SEARCH_WORDS in at most 120 lines."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert not {word for word in SEARCH_WORDS if word.lower() not in text.lower()}
     assert len(text.splitlines()) <= 120
@@ -103,7 +106,7 @@ LINK = re.compile(r"\]\((?!\w+:)([^)#\s]+)(?:#[^)]*)?\)")
 
 @pytest.mark.parametrize("name", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "benchmarks/README.md"])
 def test_links_outside_the_site_lead_to_files(name: str) -> None:
-    """Sphinx looks at those of its own pages."""
+    """Links of pages outside the site lead to files; Sphinx looks at those of its own pages."""
     page = ROOT / name
     targets = LINK.findall(page.read_text(encoding="utf-8"))
     assert not [target for target in targets if not (page.parent / target).exists()]
@@ -130,7 +133,7 @@ CALLS = [(name, words) for name in PAGES for words in calls_of((ROOT / name).rea
 
 @pytest.mark.parametrize(("name", "words"), CALLS, ids=[f"{n}-{' '.join(w)}" for n, w in CALLS])
 def test_a_command_on_a_page_is_one_that_the_command_line_takes(name: str, words: list[str]) -> None:
-    """Its arguments are read, and nothing is run."""
+    """The parser takes every command on the pages; nothing is run."""
     asked = _top_parser().parse_args(words)
     assert asked.command in COMMANDS, name
     values = [f" {word}" if _NEGATIVE.match(word) else word for word in asked.words]
@@ -138,6 +141,7 @@ def test_a_command_on_a_page_is_one_that_the_command_line_takes(name: str, words
 
 
 def test_pages_show_the_command_line() -> None:
+    """The pages have at least LEAST_CALLS commands, and `calls_of` cuts prompts, comments and pipes."""
     assert len(CALLS) >= LEAST_CALLS
     assert list(calls_of("```sh\n$ armangle ik --pose -1,2 | less  # two\nmake\n```\n")) == [
         ["ik", "--pose", "-1,2"]
@@ -145,6 +149,7 @@ def test_pages_show_the_command_line() -> None:
 
 
 def test_the_pages_link_to_the_repository_that_is_stated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The pages link to the repository of the package's metadata."""
     stated = Message()
     stated["Project-URL"] = "Repository, https://example.org/armangle"
     monkeypatch.setattr(metadata, "metadata", lambda _: stated)
@@ -155,10 +160,12 @@ def test_the_pages_link_to_the_repository_that_is_stated(monkeypatch: pytest.Mon
 
 @pytest.mark.parametrize("path", SPOKEN, ids=str)
 def test_headers_that_are_named_exist(path: Path) -> None:
+    """Headers that a page or picture names exist in that room."""
     assert not missing_headers((ROOT / path).read_text(encoding="utf-8"))
 
 
 def test_a_header_that_moved_is_seen() -> None:
+    """`missing_headers` finds names of headers that lie elsewhere."""
     assert missing_headers("`circle/posture.hpp: joints`, `inverse.hpp`, `arm/inverse.hpp`") == [
         "arm/inverse.hpp",
         "circle/posture.hpp",
@@ -167,6 +174,7 @@ def test_a_header_that_moved_is_seen() -> None:
 
 @pytest.mark.parametrize("name", PAGES)
 def test_examples_of_a_page_print_what_they_show(name: str) -> None:
+    """The pycon listings of a page print what they show."""
     page = ROOT / name
     for imported in PEER.findall(page.read_text(encoding="utf-8")):
         need(imported)
@@ -177,6 +185,7 @@ def test_examples_of_a_page_print_what_they_show(name: str) -> None:
 
 
 def test_python_of_the_readme_runs() -> None:
+    """The README's first Python listing solves, steps and plans."""
     fence = re.search(
         r"^```python\n(.*?)^```$", (ROOT / "README.md").read_text(encoding="utf-8"), re.M | re.S
     )
@@ -188,6 +197,7 @@ def test_python_of_the_readme_runs() -> None:
 
 @pytest.mark.parametrize("name", PAGES)
 def test_functions_named_beside_formulas_are_in_their_headers(name: str) -> None:
+    """Functions named as `x.hpp: f, g` are in that header."""
     text = (ROOT / name).read_text(encoding="utf-8")
     for header, functions in re.findall(r"`(\w+\.hpp): ([\w, ]+)`", text):
         places = sorted((ROOT / "include/armangle").rglob(header))  # two rooms may have one of a name
@@ -218,6 +228,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_pages_build_without_a_warning(site: Path) -> None:
+    """Sphinx builds the pages with warnings as errors."""
     assert (site / "index.html").stat().st_size > 1000
 
 
@@ -238,6 +249,7 @@ def public_members() -> Iterator[str]:
 
 
 def test_the_api_page_has_every_public_member_and_no_other(site: Path) -> None:
+    """The API page lists every public member and no other."""
     listed = zlib.decompress((site / "objects.inv").read_bytes().split(b"\n", 4)[4]).decode().splitlines()
     names = {line.split()[0] for line in listed if " py:" in line and " reference/api.html" in line}
     wanted = set(public_members())
@@ -261,11 +273,13 @@ def test_the_api_page_has_every_public_member_and_no_other(site: Path) -> None:
 
 
 def test_the_api_page_shows_the_arguments_of_an_arm(site: Path) -> None:
+    """The API page shows the arguments of `Arm`."""
     page = re.sub(r"<[^>]+>", "", (site / "reference" / "api.html").read_text(encoding="utf-8"))
     assert "Arm(*, d_bs, d_se, d_ew, d_wf, a_3=0.0" in page
 
 
 def test_pages_fetch_nothing_when_read(site: Path) -> None:
+    """No page loads scripts, pictures or styles from elsewhere."""
     loads = re.compile(
         r"""<(?:script|img|iframe)[^>]+src="(https?:)?//|<link[^>]+rel="stylesheet"[^>]+href="(https?:)?//"""
     )
@@ -275,6 +289,7 @@ def test_pages_fetch_nothing_when_read(site: Path) -> None:
 
 
 def test_every_picture_drawn_is_shown(site: Path) -> None:
+    """Every picture drawn for the pages is on one."""
     drawn = {path.name for path in (site.parent / "docs" / "_made").glob("*.svg")}
     pages = "".join(page.read_text(encoding="utf-8") for page in (site.parent / "docs").rglob("*.md"))
     assert {name for name in drawn if f"_made/{name}" not in pages} == set()
@@ -288,7 +303,7 @@ SEARCHED = {
 
 
 def test_what_a_newcomer_searches_finds_its_page_first(site: Path) -> None:
-    """A main entry of the index is put before all that merely holds the words."""
+    """Each phrase of searched.py is a main entry of the index for its page alone."""
     text = (site / "searchindex.js").read_text(encoding="utf-8")
     index = json.loads(text.removeprefix("Search.setIndex(").removesuffix(")"))
     for words, page in SEARCHED.items():
@@ -297,6 +312,7 @@ def test_what_a_newcomer_searches_finds_its_page_first(site: Path) -> None:
 
 
 def test_the_words_of_a_newcomer_are_among_those_searched() -> None:
+    """SEARCH_WORDS and other common words are in searched.py."""
     wanted = {"closest", "elbow up", "joint limits", "singularity", "gripper", "URDF"}
     wanted |= {"ikpy", "pinocchio", "KDL"}
     assert SEARCH_WORDS | wanted <= set(SEARCHED)
@@ -304,6 +320,7 @@ def test_the_words_of_a_newcomer_are_among_those_searched() -> None:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
+    """A Chromium without a window."""
     chromium = need_tool("chromium")
     with need("playwright.sync_api").sync_playwright() as playwright:
         running = playwright.chromium.launch(executable_path=chromium, args=["--headless", "--no-sandbox"])
@@ -324,6 +341,7 @@ DESKTOP, PHONE = 1280, 390
 
 
 def test_nothing_runs_off_a_page(site: Path, browser: Any) -> None:
+    """On a desktop and a phone nothing runs off a page; on a desktop no code is cut."""
     view = browser.new_page()
     pages = sorted(path for path in site.rglob("*.html") if "_static" not in path.parts)
     wrong = []
@@ -350,6 +368,7 @@ CALLS_OF_TABLE = """() => [...document.querySelectorAll('#find-your-function cod
 
 @pytest.mark.parametrize(("edges", "least"), [(FIRST_CODE, 2), (CALLS_OF_TABLE, 20)])
 def test_on_a_phone_what_to_call_is_seen_whole(site: Path, browser: Any, edges: str, least: int) -> None:
+    """On a phone the start page's first code and the calls of its table are seen whole."""
     view = browser.new_page(viewport={"width": PHONE, "height": 900})
     view.goto((site / "index.html").as_uri())
     found = view.evaluate(edges)
@@ -358,6 +377,7 @@ def test_on_a_phone_what_to_call_is_seen_whole(site: Path, browser: Any, edges: 
 
 
 def test_code_can_be_copied_without_prompts(site: Path, browser: Any) -> None:
+    """Every listing of a page has a button that copies it."""
     view = browser.new_page()
     view.goto((site / "guides" / "solve.html").as_uri())
     buttons = view.locator("button.copybtn")
@@ -366,6 +386,7 @@ def test_code_can_be_copied_without_prompts(site: Path, browser: Any) -> None:
 
 
 def test_every_page_leads_on_and_says_the_version(site: Path) -> None:
+    """Pages have links to the next and previous one, and the version."""
     for name in ("tutorial", "guides/paths", "guides/control_loop", "background/paths"):
         page = (site / f"{name}.html").read_text(encoding="utf-8")
         assert 'class="next-page"' in page and 'class="prev-page"' in page

@@ -50,6 +50,7 @@ def named_files(text: str) -> set[str]:
 
 
 def test_every_target_has_its_line_of_help() -> None:
+    """Every target of the Makefile is phony and has its line in `make help`."""
     phony = set(re.search(r"^\.PHONY: (.*)$", TEXT, re.MULTILINE)[1].split())
     assert phony == set(HELP)
     assert set(re.findall(r"^([a-z-]+):", TEXT, re.MULTILINE)) == phony
@@ -57,6 +58,7 @@ def test_every_target_has_its_line_of_help() -> None:
 
 
 def test_what_a_target_names_is_there() -> None:
+    """Files that the commands of a target name exist."""
     for target in HELP:
         named = named_files(commands(target))
         assert named or target in ("help", "wheels", "manylinux"), f"make {target} names nothing"
@@ -66,6 +68,7 @@ def test_what_a_target_names_is_there() -> None:
 
 
 def test_every_source_in_cpp_is_formatted() -> None:
+    """`make format` covers every tracked C++ file."""
     listed = {path for name in named_files(commands("format")) for path in ROOT.glob(name)}
     tracked = subprocess.run(
         [need_tool("git"), "ls-files", "*.cpp", "*.hpp"], cwd=ROOT, capture_output=True, text=True, check=True
@@ -74,6 +77,7 @@ def test_every_source_in_cpp_is_formatted() -> None:
 
 
 def test_every_fuzzer_is_run() -> None:
+    """`make fuzz` runs every fuzzer for SECONDS."""
     run = commands("fuzz", "SECONDS=7")
     fuzzers = {path.stem for path in (ROOT / "fuzz").glob("*.cpp")}
     assert fuzzers == set(re.search(r"^FUZZERS = (.*)$", TEXT, re.MULTILINE)[1].split())
@@ -81,6 +85,7 @@ def test_every_fuzzer_is_run() -> None:
 
 
 def test_the_quick_tests_leave_out_only_what_they_say() -> None:
+    """`make test` leaves out two places, `make check` none."""
     left_out = re.findall(r"--ignore=(\S+)", commands("test"))
     assert left_out == ["tests/package", "tests/viewer/test_browser.py"]
     assert "--ignore" not in commands("check") and "--durations=10" in commands("check")
@@ -104,6 +109,7 @@ def laws(*settings: str) -> dict[str, str]:
 
 
 def test_laws_draw_the_count_and_the_seed_that_were_asked_for() -> None:
+    """`make laws` draws EXAMPLES postures by SEED, the same each time."""
     suite, one = drawn({}), drawn(laws("EXAMPLES=321", "SEED=3"))
     assert suite[0] == 200 and one[0] == 321
     assert drawn(laws("EXAMPLES=321", "SEED=3")) == one
@@ -112,18 +118,21 @@ def test_laws_draw_the_count_and_the_seed_that_were_asked_for() -> None:
 
 
 def test_laws_without_settings_take_the_seed_of_the_day() -> None:
+    """`make laws` alone draws 5000 by the date as seed."""
     setting = laws()
     assert setting["ARMANGLE_LAWS_COUNT"] == "5000"
     assert re.fullmatch(r"20\d{6}", setting["ARMANGLE_LAWS_SEED"])
 
 
 def test_wheels_hold_every_level() -> None:
+    """The targets that make wheels build all instruction sets."""
     for target in ("wheels", "manylinux", "levels"):
         assert "ARMANGLE_LEVELS=all " in commands(target)
 
 
 @pytest.mark.parametrize("level", ["avx512", "avx2", "sse2", "base"])
 def test_the_benchmark_in_cpp_has_the_flags_of_the_library(level: str, tmp_path: Path) -> None:
+    """`run_cpp.level_flags` are the library's flags, which g++ takes."""
     ask = f"import run_cpp; print(*run_cpp.level_flags({level!r}))"
     asked = subprocess.run(
         [sys.executable, "-c", ask], cwd=ROOT / "benchmarks", capture_output=True, text=True, check=True
@@ -140,11 +149,13 @@ def test_the_benchmark_in_cpp_has_the_flags_of_the_library(level: str, tmp_path:
 
 @pytest.mark.parametrize("command", ["make demo", "make check"])
 def test_the_first_screen_of_the_readme_prints_the_commands(command: str) -> None:
+    """The README's first listing has `make demo` and `make check`."""
     first = README.split("\n## ")[0]
     assert re.search(rf"^{command}\b", re.search(r"^```sh\n(.*?)^```", first, re.M | re.S)[1], re.M)
 
 
 def test_the_continuous_integration_runs_the_command_of_the_readme_and_skips_nothing() -> None:
+    """`.ci/run` runs the README's `make check` without skips."""
     run = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     asked = re.search(r"^command=\$\((grep .*)\)$", run, re.M)[1]
     found = subprocess.run(shlex.split(asked), cwd=ROOT, capture_output=True, text=True, check=True).stdout
@@ -154,13 +165,14 @@ def test_the_continuous_integration_runs_the_command_of_the_readme_and_skips_not
 
 @pytest.mark.parametrize(("target", "extra"), [("demo", "plot"), ("check", "test")])
 def test_a_command_makes_its_environment_first(target: str, extra: str) -> None:
+    """`make demo` and `make check` first run tools/environment."""
     first, then = commands(target).splitlines()
     assert first == f"tools/environment {extra}" and then.startswith(".venv/bin/")
 
 
 @pytest.fixture
 def clone(tmp_path: Path) -> Path:
-    """A folder with the script that makes an environment, and a `pip` that says what it was asked for."""
+    """A folder with tools/environment, pyproject.toml and a virtual environment that is Python alone."""
     (tmp_path / "tools").mkdir()
     (tmp_path / ".venv" / "bin").mkdir(parents=True)
     shutil.copy(ROOT / "tools" / "environment", tmp_path / "tools")
@@ -170,6 +182,7 @@ def clone(tmp_path: Path) -> Path:
 
 
 def environment(clone: Path, pip: str) -> subprocess.CompletedProcess[str]:
+    """Run tools/environment in the clone with this shell script as `pip`."""
     script = clone / ".venv" / "bin" / "pip"
     script.write_text(f"#!/bin/sh\n{pip}\n", encoding="utf-8")
     script.chmod(0o755)
@@ -179,6 +192,7 @@ def environment(clone: Path, pip: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_an_environment_that_is_there_is_kept_and_the_log_is_one_line(clone: Path) -> None:
+    """tools/environment asks pip to install and build once, and shows none of its output."""
     done = environment(clone, 'echo "$1 $*" >> asked; echo noise')
     assert done.returncode == 0 and "noise" not in done.stdout + done.stderr
     asked = sorted((clone / "asked").read_text(encoding="utf-8").splitlines())
@@ -190,6 +204,7 @@ def test_an_environment_that_is_there_is_kept_and_the_log_is_one_line(clone: Pat
 
 @pytest.mark.parametrize(("step", "log"), [("wheel", "compile"), ("install", "install-plot")])
 def test_an_install_that_fails_says_why_and_fails(clone: Path, step: str, log: str) -> None:
+    """tools/environment fails with pip, shows its output and names the log."""
     done = environment(clone, f"[ $1 != {step} ] || {{ echo no compiler; exit 3; }}")
     assert done.returncode == 1
     assert "no compiler" in done.stderr and f"build/{log}.log" in done.stderr
@@ -197,6 +212,7 @@ def test_an_install_that_fails_says_why_and_fails(clone: Path, step: str, log: s
 
 
 def test_a_python_that_is_too_old_is_named_before_any_work(clone: Path, tmp_path: Path) -> None:
+    """tools/environment refuses an old Python by name and installs nothing."""
     old = tmp_path / "python3.10"
     old.write_text("#!/bin/sh\nexit 1\n", encoding="utf-8")
     old.chmod(0o755)

@@ -30,7 +30,7 @@ for path in sys.argv[1:]:
 
 
 def run(code: str, paths: list[Path], folder: Path) -> None:
-    """Run code on files, one after another, without a warning of what will be gone."""
+    """Run code on files in a folder; a deprecation warning or an error fails the test."""
     environment = {**os.environ, "MPLBACKEND": "agg", "PYTHONWARNINGS": "error::DeprecationWarning:__main__"}
     command = [sys.executable, "-c", code, *map(str, paths)]
     ran = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
@@ -38,16 +38,18 @@ def run(code: str, paths: list[Path], folder: Path) -> None:
 
 
 def test_examples_run_without_a_word_of_complaint(tmp_path: Path) -> None:
+    """Every example runs and prints something."""
     need("mujoco")
     run(PRINTS, EXAMPLES, tmp_path)
 
 
 def test_pictures_are_drawn_by_fifteen_lines(tmp_path: Path) -> None:
-    """The pages draw all of them too, and so does `make thorough`."""
+    """Scripts of pictures draw: every fifth here, all in `make thorough` and for the pages."""
     run(DRAWS, PICTURES if draw.COUNT else PICTURES[::5], tmp_path)
 
 
 def test_examples_are_short_and_numbered_without_a_gap() -> None:
+    """Pictures have at most 15 lines of code, examples 60 lines and numbers without a gap."""
     for picture in PICTURES:
         code = picture.read_text(encoding="utf-8").split('"""')[2]
         assert len([line for line in code.splitlines() if line.strip()]) <= PICTURE_LINES, picture

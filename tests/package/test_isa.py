@@ -22,7 +22,7 @@ OTHERS = [level for level in _core.LEVELS if _cpu.supports(level) and level != _
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("level", OTHERS or [_core.ISA])
 def test_the_core_laws_hold(level: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In C++ with the flags of each level; `make levels` asks Python of every level of a wheel."""
+    """core_laws.cpp finds no fault with the flags of each level; `make levels` asks Python of every level."""
     monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
     flags = importlib.import_module("run_cpp").level_flags(level)
     found = counts("core_laws", *flags, compiler="g++")
@@ -32,7 +32,7 @@ def test_the_core_laws_hold(level: str, monkeypatch: pytest.MonkeyPatch) -> None
 
 
 def refusal(has: set[str], isa: str | None, monkeypatch: pytest.MonkeyPatch) -> str:
-    """What the import says on a processor that has other instruction sets."""
+    """What the import says on a processor with the instruction sets `has`, and ARMANGLE_ISA set to `isa`."""
     monkeypatch.setattr(_cpu, "supports", has.__contains__)
     monkeypatch.delenv("ARMANGLE_ISA", raising=False)
     if isa:
@@ -43,6 +43,7 @@ def refusal(has: set[str], isa: str | None, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def test_a_level_that_is_not_there_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The import refuses a level that the processor or the build lacks."""
     assert "--force-reinstall --no-deps ." in refusal(set(), None, monkeypatch)  # on another processor
     assert f"ARMANGLE_ISA is {_core.ISA!r}, but this" in refusal(set(), _core.ISA, monkeypatch)
     monkeypatch.setattr(_core, "find_spec", lambda name, package: name == f"._core_{_core.ISA}")
@@ -51,7 +52,7 @@ def test_a_level_that_is_not_there_is_refused(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_the_portable_level_serves_where_the_best_is_missing() -> None:
-    """In a process of its own: two levels in one interpreter are nothing that a user has."""
+    """On a processor with the lowest level alone the import takes that (in a process of its own)."""
     folder = Path(_cpu.__file__).parent
     worst = [level for level in _core.LEVELS if list(folder.glob(f"_core_{level}.*"))][-1]
     code = (
@@ -65,6 +66,7 @@ def test_the_portable_level_serves_where_the_best_is_missing() -> None:
 
 
 def test_an_unknown_level_is_refused() -> None:
+    """An unknown ARMANGLE_ISA is refused with those that exist."""
     run = subprocess.run(
         [sys.executable, "-c", "import armangle; armangle.Arm"],
         env={**os.environ, "ARMANGLE_ISA": "mmx"}, capture_output=True, text=True, check=False,

@@ -13,6 +13,7 @@ import armangle as aa
 
 
 def test_the_package_is_lazy() -> None:
+    """Errors and `dir` of the package import neither numpy nor the core."""
     code = "import armangle, sys; armangle.UnreachableError; dir(armangle); print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     modules = set(done.stdout.split())
@@ -21,6 +22,7 @@ def test_the_package_is_lazy() -> None:
 
 
 def test_the_package_is_whole() -> None:
+    """`import *` gives all public names, and another name raises AttributeError."""
     assert set(aa._HOME) == set(aa.__all__) and set(aa.__all__) <= set(dir(aa))
     assert len(aa.__all__) == len(set(aa.__all__))
     names: dict[str, object] = {}
@@ -32,6 +34,7 @@ def test_the_package_is_whole() -> None:
 
 
 def test_type_checkers_see_what_the_interpreter_sees() -> None:
+    """The package's stub imports each name from the module that holds it."""
     tree = ast.parse(Path(aa.__file__).with_suffix(".pyi").read_text())
     seen = {
         alias.asname: node.module
@@ -43,6 +46,7 @@ def test_type_checkers_see_what_the_interpreter_sees() -> None:
 
 
 def test_dir_shows_public_names_and_modules_alone() -> None:
+    """`dir` is the public names and modules, which can be used without an import."""
     assert dir(aa) == sorted({*aa.__all__, *aa._MODULES})
     code = "import armangle; armangle.plots.circle; armangle.viewer.ViewerState; armangle.errors.InputError"
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -49,7 +49,7 @@ FUNCTIONS = {name: f for name, f in MEMBERS.items() if inspect.isfunction(f) or 
 
 
 def modules() -> list[str]:
-    """Every module below armangle that pure Python holds."""
+    """Every module below armangle that is pure Python, private ones too."""
     found = [m.name for m in pkgutil.walk_packages(aa.__path__, "armangle.")]
     return [name for name in found if not name.rsplit(".", 1)[1].startswith(("_core_", "_cpu", "__main__"))]
 
@@ -69,6 +69,7 @@ VALUES = [
 
 
 def test_every_field_is_in_the_docstring() -> None:
+    """Each field of a public class is named in its docstring."""
     found = {name: fields(PUBLIC[name]) for name in VALUES}
     assert {"geometry", "report"} <= found["Arm"]
     assert "d_bs" in found["Geometry"] and "x" in found["Placement"]
@@ -80,6 +81,7 @@ def test_every_field_is_in_the_docstring() -> None:
 
 
 def test_every_name_is_documented() -> None:
+    """The docstring of every public member begins with a sentence."""
     texts = {name: inspect.getdoc(v.fget if isinstance(v, property) else v) for name, v in MEMBERS.items()}
     assert [
         n for n, text in texts.items() if not (text or "").partition("\n")[0].rstrip().endswith((".", ":"))
@@ -87,6 +89,7 @@ def test_every_name_is_documented() -> None:
 
 
 def test_every_function_is_typed_and_states_the_shape_of_its_arrays() -> None:
+    """Public functions have annotations, and those that take arrays state shapes."""
     empty, bare = inspect.Parameter.empty, []
     for name, function in FUNCTIONS.items():
         signature, text = inspect.signature(function), inspect.getdoc(function) or ""
@@ -100,6 +103,7 @@ def test_every_function_is_typed_and_states_the_shape_of_its_arrays() -> None:
 
 
 def test_no_module_bears_the_name_of_a_public_function() -> None:
+    """No module hides a public function, all modules imported."""
     found = modules()
     for name in found:
         try:
@@ -112,6 +116,7 @@ def test_no_module_bears_the_name_of_a_public_function() -> None:
 
 
 def test_the_repr_of_an_arm_and_of_a_policy_is_itself() -> None:
+    """`eval` of the repr of an arm or policy is equal to it; policies are frozen."""
     for arm in arms():
         again = eval(repr(arm), SCOPE)
         assert again == arm and hash(again) == hash(arm)
@@ -123,6 +128,7 @@ def test_the_repr_of_an_arm_and_of_a_policy_is_itself() -> None:
 
 
 def test_a_path_is_a_frozen_value() -> None:
+    """Fields and arrays of a JointPath cannot be set."""
     arm = arms()[3]
     q = (arm.lower + arm.upper) / 2 + 0.3
     path = aa.follow(arm, arm.forward(q)[0][None], start=q)
@@ -134,6 +140,7 @@ def test_a_path_is_a_frozen_value() -> None:
 
 @pytest.mark.parametrize("name", modules())
 def test_the_examples_in_the_docstrings_hold(name: str) -> None:
+    """Doctests of every module pass."""
     assert doctest.testmod(need(name), optionflags=doctest.NORMALIZE_WHITESPACE).failed == 0
 
 
@@ -151,6 +158,7 @@ LINT = {
 
 @pytest.mark.parametrize("command", LINT.values(), ids=LINT)
 def test_the_sources_pass(command: list[str]) -> None:
+    """ruff, mypy and clang-format find no fault in the sources."""
     tool = Path(sys.executable).with_name(command[0])
     path = str(tool) if tool.exists() else need_tool(command[0])
     run = subprocess.run([path, *command[1:]], cwd=ROOT, capture_output=True, text=True, check=False)

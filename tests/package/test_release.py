@@ -17,14 +17,17 @@ VERSION = re.search(r'ARMANGLE_VERSION "([^"]+)"', (ROOT / "include/armangle/ver
 
 @pytest.fixture(scope="module")
 def recipe() -> Any:
+    """The recipe of conda."""
     return need("yaml").safe_load((ROOT / "contrib" / "conda" / "recipe.yaml").read_text(encoding="utf-8"))
 
 
 def plain(requirement: str) -> str:
+    """A requirement without blanks."""
     return requirement.replace(" ", "")
 
 
 def test_the_recipe_of_conda_says_what_the_project_says(recipe: Any) -> None:
+    """The conda recipe has version, requirements and licence of pyproject.toml."""
     assert VERSION and recipe["context"]["version"] == VERSION[1]
     needs = {name: {plain(r) for r in recipe["requirements"][name]} for name in ("host", "run")}
     assert {plain(r) for r in PROJECT["build-system"]["requires"]} <= needs["host"]
@@ -37,6 +40,7 @@ def test_the_recipe_of_conda_says_what_the_project_says(recipe: Any) -> None:
 
 
 def test_wheels_are_for_every_python_that_is_promised() -> None:
+    """cibuildwheel begins at the lowest Python and builds all levels and architectures."""
     wheels = PROJECT["tool"]["cibuildwheel"]
     lowest = int(PROJECT["project"]["requires-python"].removeprefix(">=3."))
     assert wheels["build"].split()[0] == f"cp3{lowest}-*"
@@ -45,5 +49,6 @@ def test_wheels_are_for_every_python_that_is_promised() -> None:
 
 
 def test_the_package_of_moveit_has_the_version() -> None:
+    """contrib/moveit/package.xml has the version."""
     text = (ROOT / "contrib" / "moveit" / "package.xml").read_text(encoding="utf-8")
     assert VERSION and f"<version>{VERSION[1]}</version>" in text

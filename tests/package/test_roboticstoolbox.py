@@ -17,13 +17,14 @@ ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 
 @pytest.fixture
 def chain(tmp_path: Path) -> Any:
-    """The arm in the other library."""
+    """The arm in Robotics Toolbox."""
     file = tmp_path / "iiwa.urdf"
     file.write_text(ARM.to_urdf(), encoding="utf-8")
     return need("roboticstoolbox").Robot.URDF(str(file)).ets()
 
 
 def test_both_have_one_forward_and_one_jacobian(chain: Any) -> None:
+    """Both libraries have equal poses and Jacobians; `solve` gives back the joints."""
     for q in draw.generator(17, 51).uniform(ARM.lower, ARM.upper, (50, 7)):
         pose = ARM.forward(q)[0]
         assert np.allclose(chain.eval(q), pose, rtol=0, atol=1e-12)
@@ -33,12 +34,14 @@ def test_both_have_one_forward_and_one_jacobian(chain: Any) -> None:
 
 
 def test_a_pose_of_its_kind_is_taken() -> None:
+    """`solve` takes an SE3 of spatialmath."""
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     frame = need("spatialmath").SE3(ARM.forward(q)[0])
     assert np.allclose(ARM.solve(frame, seed=q).q, q, rtol=0, atol=1e-9)
 
 
 def test_its_answer_is_no_nearer_than_ours(chain: Any) -> None:
+    """`solve` is no farther from the seed than ik_LM, which stops within 1e-6 m."""
     answered, rng = 0, draw.generator(17, 52)
     for _ in range(40):
         goal = ARM.forward(rng.uniform(ARM.lower, ARM.upper))[0]

@@ -28,7 +28,7 @@ ARMS = {
 
 
 class At:
-    """An arm at ordinary joints, with the pose and psi that they have, and one that is out of reach."""
+    """An arm at ordinary joints `q` with pose, psi and gc there; `next` is 1 mm off, `far` out of reach."""
 
     def __init__(self, kind: str) -> None:
         self.arm = ARMS[kind]
@@ -42,29 +42,34 @@ class At:
         self.scene = aa.Scene([aa.Ball([3.0, 3.0, 3.0], 0.1, name="lamp")])
 
     def guarded(self) -> aa.Arm:
-        """Return the arm with links, and an obstacle far away."""
+        """Return the arm with a body, and an obstacle far away."""
         return self.arm.with_(scene=self.scene, body=aa.Body.bones(0.05, 0.05))
 
 
 def proven_arcs(arcs: aa.ArcSet) -> bool:
+    """Whether nothing of the arcs is unproven."""
     return float(np.sum(arcs.unproven)) == 0.0
 
 
 def solved(found: aa.Solution) -> bool:
+    """Whether the status is OK."""
     return found.status == aa.Status.OK
 
 
 def tracked(tracker: aa.Tracker, at: At) -> None:
+    """Start a tracker and step it once."""
     tracker.start(at.q).step(at.next)
 
 
 def mapped(at: At) -> None:
+    """Make a small reach map."""
     need("zarr")
     with tempfile.TemporaryDirectory() as folder:
         aa.reach_map(at.arm, f"{folder}/map.zarr", spacing=0.5, tilt=1.0, progress=False)
 
 
 def drawn(at: At) -> None:
+    """Draw the elbow's circle."""
     need("matplotlib")
     from armangle import plots
 
@@ -72,6 +77,7 @@ def drawn(at: At) -> None:
 
 
 def viewed(at: At) -> None:
+    """Make a viewer's state."""
     need("viser")
     from armangle import viewer
 
@@ -79,11 +85,13 @@ def viewed(at: At) -> None:
 
 
 def of_torch(at: At) -> None:
+    """Make torch's functions of the arm."""
     need("torch")
     aa.torch.Kinematics(at.arm)
 
 
 def of_jax(at: At) -> None:
+    """Make jax's functions of the arm, and call one."""
     need("jax")
     aa.jax.Kinematics(at.arm).inverse(at.pose, at.psi, at.gc)
 
@@ -169,7 +177,7 @@ CALLS: dict[str, tuple[Callable[[At], Any], ...]] = {
 
 
 def table() -> tuple[list[str], dict[str, list[str]]]:
-    """Kinds, and what each row of the table says of them."""
+    """The kinds, and the cells of each row of the page's table by its call."""
     lines = [line for line in PAGE.splitlines() if line.startswith("| ")]
     begin = next(number for number, line in enumerate(lines) if line.startswith("| call |"))
     rows = [[cell.strip() for cell in line.strip("| ").split(" | ")] for line in lines[begin:]]
@@ -180,6 +188,7 @@ KINDS, ROWS = table()
 
 
 def test_the_table_has_every_kind_and_every_call() -> None:
+    """The page's table has the kinds of ARMS and the calls of CALLS."""
     assert set(KINDS) == set(ARMS) and [ARMS[kind].kind for kind in KINDS] == KINDS
     assert set(ROWS) == set(CALLS)
     assert {cell for row in ROWS.values() for cell in row} <= {NO, YES, PROVEN}
@@ -188,6 +197,7 @@ def test_the_table_has_every_kind_and_every_call() -> None:
 @pytest.mark.parametrize("kind", ARMS)
 @pytest.mark.parametrize("row", CALLS)
 def test_the_table_is_true(row: str, kind: str) -> None:
+    """Each call works for a kind as its cell says: not supported, yes, or proven."""
     said, at = ROWS[row][KINDS.index(kind)], At(kind)
     for call in CALLS[row]:
         if said == NO:

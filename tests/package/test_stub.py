@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_the_stub_is_that_of_the_core() -> None:
+    """`tools/stubs.py --check` finds the checked-in stub equal to the core's."""
     need("nanobind")
     command = [sys.executable, str(ROOT / "tools" / "stubs.py"), "--check"]
     run = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -62,6 +62,7 @@ def chained(code: str) -> Iterator[int]:
 
 
 def outermost_comma(statement: str) -> int | None:
+    """The place of the first comma outside all brackets, or None."""
     depth = 0
     for at, c in enumerate(statement):
         depth += (c in "([{") - (c in ")]}")
@@ -85,6 +86,7 @@ def nested(code: str) -> Iterator[int]:
 
 
 def test_one_action_a_statement_and_lines_that_fit() -> None:
+    """C++ sources have no chained action, no nested conditional, no line beyond WIDTH."""
     texts = {path: (ROOT / path).read_text(encoding="utf-8") for path in FILES}
     plain = {path: code_of(texts[path]) for path in PLAIN}
     assert not [f"{path}:{line}: a comma" for path, code in plain.items() for line in chained(code)]
@@ -107,6 +109,7 @@ RIGHT = (
 
 
 def test_what_is_put_wrong_is_seen_and_what_is_plain_passes() -> None:
+    """`chained` and `nested` find the faults of WRONG, and none in RIGHT."""
     assert [wrong for wrong in WRONG if not list(chained(code_of(wrong)))] == []
     assert list(nested("x = a ? b : (c ? d : e);"))
     assert [right for right in RIGHT if [*chained(code_of(right)), *nested(code_of(right))]] == []
@@ -127,11 +130,13 @@ def reasonless(text: str) -> list[int]:
 
 
 def test_what_silences_a_tool_says_why() -> None:
+    """Every noqa and type: ignore gives a reason."""
     found = {path: reasonless(path.read_text(encoding="utf-8")) for path in PYTHON}
     assert not {str(path.relative_to(ROOT)): lines for path, lines in found.items() if lines}
 
 
 def test_a_reason_that_is_missing_is_seen() -> None:
+    """`reasonless` finds lines that silence a tool without a reason."""
     noqa, ignore = "# no" + "qa: B009", "# type" + ": ignore[arg-type]"
     assert reasonless(f"x = 1  {noqa}") == [1]
     assert reasonless(f"x = 1\ny = 2  {ignore}") == [2]

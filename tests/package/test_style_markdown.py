@@ -54,6 +54,7 @@ def joined(line: str) -> str | None:
 
 @pytest.mark.parametrize("name", PAGES)
 def test_lines_are_sentences_and_fit(name: str) -> None:
+    """Each line of prose holds one sentence and at most COLUMNS."""
     lines = list(prose((ROOT / name).read_text(encoding="utf-8")))
     too_long = [f"{name}:{number}: {len(line)} columns" for number, line in lines if len(line) > COLUMNS]
     two = [f"{name}:{number}: a sentence after {joined(line)!r}" for number, line in lines if joined(line)]
@@ -62,7 +63,7 @@ def test_lines_are_sentences_and_fit(name: str) -> None:
 
 @pytest.mark.parametrize("name", PAGES)
 def test_links_have_words(name: str) -> None:
-    """Sphinx fills in a title, a plain reader of Markdown shows nothing."""
+    """No link has an empty text, which Sphinx fills in and a plain reader does not."""
     assert "[](" not in (ROOT / name).read_text(encoding="utf-8")
 
 
@@ -77,10 +78,12 @@ def test_links_have_words(name: str) -> None:
     ],
 )
 def test_two_sentences_on_a_line_are_seen(line: str, is_joined: bool) -> None:
+    """`joined` finds a second sentence on a line."""
     assert (joined(line) is not None) == is_joined
 
 
 def test_code_and_formulas_are_left_alone() -> None:
+    """`prose` leaves out code, formulas, tables and options, and keeps captions."""
     code = "```sh\na. B\n```\n$$\na. B\n$$\n| a. B |\n"
     text = f"Words.\n{code}```{{figure}} x.svg\n:alt: A. B\nA caption.\n```\nEnd."
     assert [line for _, line in prose(text)] == ["Words.", "A caption.", "End."]
@@ -98,11 +101,13 @@ def figures(text: str) -> list[str]:
 
 @pytest.mark.parametrize("name", [name for name in PAGES if name != OF_THE_PAPER])
 def test_a_page_of_figures_names_what_prints_them(name: str) -> None:
+    """A page with measured times or sizes names the command that prints them."""
     entries = (ROOT / name).read_text(encoding="utf-8")
     for part in entries.split("\n- ") if name == "CHANGELOG.md" else [entries]:
         assert not figures(part), f"{name}: {figures(part)} of no command"
 
 
 def test_a_figure_of_no_command_is_seen() -> None:
+    """`figures` finds times and sizes without a command."""
     assert figures("It takes 3 µs.") and figures("A store of 30 MB.")
     assert not figures("It takes 3 µs: `python benchmarks/goals.py`.") and not figures("Every 3 mm.")

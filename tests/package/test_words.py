@@ -19,6 +19,7 @@ LENGTHS = {"d_bs": 0.3, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.1}
 
 
 def test_a_status_prints_as_its_name_and_counts_as_its_number() -> None:
+    """A Status is its name in text and its number in JSON, arrays and comparisons."""
     for status in aa.Status:
         assert str(status) == f"{status}" == f"{status!s}" == status.name
         assert f"{status:d}" == str(int(status)) and f"{status:>20}" == status.name.rjust(20)
@@ -28,6 +29,7 @@ def test_a_status_prints_as_its_name_and_counts_as_its_number() -> None:
 
 
 def test_a_status_has_no_truth_value() -> None:
+    """`bool` of a Status raises."""
     for status in aa.Status:
         with pytest.raises(TypeError, match=r"\.ok"):
             bool(status)
@@ -35,6 +37,7 @@ def test_a_status_has_no_truth_value() -> None:
 
 
 def test_an_arm_of_the_catalogue_is_shown_by_its_name_and_printed_to_be_read() -> None:
+    """The repr of a catalogue arm is its call; str has lengths and limits."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     assert repr(arm) == "Arm.from_catalogue('kuka_iiwa7_r800')"
     other = arm.with_(lower=arm.lower + 0.1)  # of the same name, but not that arm
@@ -50,6 +53,7 @@ def test_an_arm_of_the_catalogue_is_shown_by_its_name_and_printed_to_be_read() -
 
 
 def test_a_solution_is_shown_on_one_line() -> None:
+    """The repr of a Solution is one line: its numbers, none, or a count."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     q = [0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]
     pose = arm.forward(q)[0]
@@ -64,6 +68,7 @@ def test_a_solution_is_shown_on_one_line() -> None:
 
 
 def test_an_import_report_reads_in_mm_and_degrees() -> None:
+    """str of an ImportReport is in mm and degrees."""
     report = aa.types.ImportReport(
         source="arm.urdf", base="link_0", tip="link_7", joint_names=tuple("abcdefg"),
         shoulder_miss=1.5e-6, wrist_miss=0.0, angle_miss=np.radians(0.25),
@@ -89,6 +94,8 @@ def test_an_import_report_reads_in_mm_and_degrees() -> None:
 def test_a_missing_extra_says_how_to_get_it(
     package: str, use: str, words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """Plots, viewer and MJCF without their packages say what to install."""
+
     from armangle import plots, viewer
 
     monkeypatch.setitem(sys.modules, package, None)
@@ -106,6 +113,7 @@ def test_a_missing_extra_says_how_to_get_it(
 
 
 def test_the_repr_of_a_diagnosis_is_its_sentences() -> None:
+    """The repr of a Diagnosis is its `explain()`."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     pose = arm.forward(np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5]))[0]
     far = pose + 2 * np.eye(4, k=3)
@@ -115,6 +123,7 @@ def test_the_repr_of_a_diagnosis_is_its_sentences() -> None:
 
 
 def test_no_repr_of_many_rows_floods_the_screen() -> None:
+    """Reprs of paths and arcs have less than 100 characters."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800").with_(velocity=np.ones(7), acceleration=np.ones(7))
     q = np.array([0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5])
     pose = arm.forward(q)[0]
@@ -130,6 +139,7 @@ def test_no_repr_of_many_rows_floods_the_screen() -> None:
 
 
 def test_arguments_of_an_arm_are_named() -> None:
+    """`Arm` refuses positional, unknown and missing arguments with a TypeError that names them."""
     with pytest.raises(TypeError, match=r"Arm takes keywords alone, but 4 values .* wanted Arm\(d_bs="):
         aa.Arm(0.3, 0.4, 0.4, 0.1)  # type: ignore[call-arg]  # wrong on purpose
     with pytest.raises(TypeError, match=r"^Arm\(\) got an unexpected keyword argument 'd_sw'"):
@@ -141,6 +151,7 @@ def test_arguments_of_an_arm_are_named() -> None:
 
 
 def test_what_an_arm_is_made_of_is_listed_once() -> None:
+    """The parameters of `Arm` are the fields of ArmDescription, Geometry and ArmArguments."""
     names = {field.name for field in dataclasses.fields(ArmDescription)}
     names |= {"a_1", "a_6", "report", "scene", "singularity_margin"}
     assert set(inspect.signature(aa.Arm).parameters) == names
@@ -151,6 +162,7 @@ def test_what_an_arm_is_made_of_is_listed_once() -> None:
 
 
 def test_none_stands_for_the_default() -> None:
+    """`Arm` takes None for every optional argument."""
     arm = aa.Arm(**LENGTHS)
     optional = [n for n, p in inspect.signature(aa.Arm).parameters.items() if p.default is None]
     assert {"lower", "signs", "tool", "joint_names"} < set(optional)

@@ -39,6 +39,7 @@ ALPHAS = (20, 100)
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
+    """A Chromium without a window, for all tests of this file."""
     chromium = need_tool("chromium")
     need("matplotlib.image")
     need("viser")
@@ -50,6 +51,7 @@ def browser() -> Iterator[Any]:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder for screenshots."""
     named = os.environ.get("ARMANGLE_SCREENSHOTS")
     path = Path(named) if named else tmp_path_factory.mktemp("screenshots")
     path.mkdir(parents=True, exist_ok=True)
@@ -75,7 +77,7 @@ def shown(browser: Any) -> Iterator[tuple[Viewer, Any]]:
 
 @pytest.fixture
 def viewer(shown: tuple[Viewer, Any]) -> Viewer:
-    """The viewer, at its start."""
+    """The viewer of all tests, set back to its start."""
     viewer, _ = shown
     viewer.controls.set_playing(False)
     viewer.controls.policy.value = HOLD
@@ -87,7 +89,7 @@ def viewer(shown: tuple[Viewer, Any]) -> Viewer:
 
 @pytest.fixture
 def page(shown: tuple[Viewer, Any], viewer: Viewer) -> Any:
-    """The page, once it shows the start."""
+    """The page of that viewer, once it shows the start."""
     _, page = shown
     says(page, "GC 3, ψ = 58.6°")
     return page
@@ -107,7 +109,7 @@ def says(page: Any, text: str) -> None:
 
 
 def picture(page: Any) -> np.ndarray:
-    """Return what is left of the panel, RGB 0..1."""
+    """Return a screenshot of all but the panel at the right, RGB 0..1."""
     from matplotlib.image import imread
 
     clip = {"x": 0, "y": 0, "width": PANEL, "height": HEIGHT}
@@ -115,7 +117,7 @@ def picture(page: Any) -> np.ndarray:
 
 
 def near(image: np.ndarray, colour: str, off: float = 0.1) -> np.ndarray:
-    """Return where a picture has a colour "#RRGGBB"."""
+    """Return where a picture has a colour "#RRGGBB", each channel within `off`."""
     wanted = np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) / 255
     return np.abs(image - wanted).max(axis=-1) < off
 
@@ -127,7 +129,7 @@ def number(page: Any, label: str) -> Any:
 
 
 def type_pose(page: Any, xyz: str, rpy: str) -> None:
-    """Write a tool pose and ask for it."""
+    """Write a tool pose (m, unless `xyz` ends in mm; degrees) and ask for it."""
     number(page, "x y z (m)").fill(xyz)
     number(page, "r p y (deg)").fill(rpy)
     page.get_by_role("button", name="Move the tool there").click()
@@ -147,6 +149,7 @@ _WHOLE = "b => [...b.querySelectorAll('*')].every(e => e.scrollWidth <= e.client
 
 
 def test_a_phone_shows_the_whole_arm_and_tells_the_branches_apart(browser: Any, folder: Path) -> None:
+    """On a phone the whole arm is above the panel, and no name of a branch is cut."""
     viewer = Viewer(ViewerState(FULL, _START), port=0)
     page = browser.new_page(viewport=PHONE)
     page.set_default_timeout(4e3 * PATIENCE)
@@ -192,6 +195,7 @@ APART = 560
 
 
 def test_a_box_is_dragged_and_what_touches_is_red(browser: Any, folder: Path) -> None:
+    """Dragging a box's handle moves it; a box on the elbow turns red and the panel names it; Reset."""
     elbow = BODY_ARM.elbow(_START)
     crate = aa.Box(aa.pose([0.5, 0.4, 0.5]), [0.12, 0.12, 0.12], name="crate")
     scene = aa.Scene([crate, aa.Ball(elbow + np.array([0, 0, 0.5]), 0.08, name="lamp")], clearance=0.01)
@@ -244,6 +248,7 @@ def red_of(image: np.ndarray) -> int:
 
 
 def test_the_slider_moves_the_arm(viewer: Viewer, page: Any, folder: Path) -> None:
+    """The slider and box of psi turn the elbow and keep the tool."""
     state = viewer.state
     page.screenshot(path=folder / "1_begin.png")
     before, q = picture(page), state.q.copy()
@@ -264,6 +269,7 @@ def test_the_slider_moves_the_arm(viewer: Viewer, page: Any, folder: Path) -> No
 
 
 def test_a_limit_stops_the_slider_and_is_named(viewer: Viewer, page: Any, folder: Path) -> None:
+    """A psi that is blocked stops at the limit, and the panel names the joint."""
     type_psi(page, "34")
     says(page, "ψ = 34.0° is blocked by joint 5.")
     assert np.degrees(viewer.state.psi) == pytest.approx(42.70, abs=0.01)
@@ -271,12 +277,14 @@ def test_a_limit_stops_the_slider_and_is_named(viewer: Viewer, page: Any, folder
 
 
 def test_the_circle_has_the_colours_of_the_joints_that_block(page: Any) -> None:
+    """The elbow's circle has the colours of joints 1 and 5, which block it."""
     image = picture(page)
     for joint in (1, 5):
         assert near(image, plots.JOINT_COLOURS[joint - 1], 0.17).sum() > 20, f"joint {joint}'s piece"
 
 
 def test_a_blocked_configuration_is_grey_and_says_why(viewer: Viewer, page: Any, folder: Path) -> None:
+    """Buttons of blocked branches are disabled, with the reason; another keeps the pose."""
     state = viewer.state
     reasons = state.reasons()
     assert [gc for gc, reason in enumerate(reasons) if reason is None] == [0, 1, 2, 3]
@@ -297,6 +305,7 @@ def test_a_blocked_configuration_is_grey_and_says_why(viewer: Viewer, page: Any,
 
 
 def test_ghosts_and_export(viewer: Viewer, page: Any, folder: Path) -> None:
+    """The checkbox shows ghosts of other branches, and Export downloads the posture as JSON."""
     box = page.get_by_role("checkbox").last
     box.click()
     until(lambda: viewer.scene.show_ghosts, "ghosts are asked for")
@@ -311,6 +320,7 @@ def test_ghosts_and_export(viewer: Viewer, page: Any, folder: Path) -> None:
 
 
 def test_a_joint_slider_drives_the_arm(viewer: Viewer, page: Any, folder: Path) -> None:
+    """A joint's slider moves that joint alone."""
     state = viewer.state
     q = state.q.copy()
     label = page.get_by_text("q2", exact=True)
@@ -330,6 +340,7 @@ def test_a_joint_slider_drives_the_arm(viewer: Viewer, page: Any, folder: Path) 
 
 
 def test_numbers_move_the_tool_or_are_refused(viewer: Viewer, page: Any, folder: Path) -> None:
+    """Typed numbers, in mm too, move the tool; too few are refused with a note."""
     state = viewer.state
     pose = state.pose.copy()
     type_pose(page, "0.1 0.2", "0 0 0")
@@ -349,6 +360,7 @@ def test_numbers_move_the_tool_or_are_refused(viewer: Viewer, page: Any, folder:
 def test_what_is_out_of_reach_turns_the_arm_red_and_shows_a_ghost(
     viewer: Viewer, page: Any, folder: Path
 ) -> None:
+    """A target out of reach turns the arm red and is shown, until Reset."""
     assert (near(picture(page), "#D63027", 0.2)).sum() < 200
     type_pose(page, "0.3 -0.6 1.2", "0 90 0")
     until(lambda: viewer.state.target is not None, "the target is refused")
@@ -363,6 +375,7 @@ def test_what_is_out_of_reach_turns_the_arm_red_and_shows_a_ghost(
 def test_the_hand_is_followed_to_the_nearest_pose_and_the_gap_is_drawn(
     viewer: Viewer, page: Any, folder: Path
 ) -> None:
+    """With tracking, the tool goes as near as it can, and a line spans the gap."""
     number(page, "dragging").click()
     page.get_by_role("option", name=TRACK).click()
     until(lambda: viewer.state.policy is None, "the tracker is chosen")
@@ -381,6 +394,7 @@ def test_the_hand_is_followed_to_the_nearest_pose_and_the_gap_is_drawn(
 
 
 def test_the_policy_is_seen_and_chosen(viewer: Viewer, page: Any, folder: Path) -> None:
+    """The menu chooses the policy, and shows its numbers alone."""
     assert page.get_by_text("dragging", exact=True).is_visible()
     assert number(page, "dragging").input_value() == HOLD
     assert not page.get_by_text("α", exact=True).is_visible()
@@ -392,6 +406,7 @@ def test_the_policy_is_seen_and_chosen(viewer: Viewer, page: Any, folder: Path) 
 
 
 def test_a_motion_plays_beside_its_map(viewer: Viewer, page: Any, folder: Path) -> None:
+    """Play and Pause run a motion, whose row the map states."""
     state = viewer.state
     assert page.locator("[data-panel=map] img").evaluate("image => image.naturalWidth") == 200
     page.get_by_role("button", name="Play").click()
@@ -404,6 +419,7 @@ def test_a_motion_plays_beside_its_map(viewer: Viewer, page: Any, folder: Path) 
 
 
 def test_the_gizmo_drags_the_arm(viewer: Viewer, page: Any, folder: Path) -> None:
+    """Dragging the handle at the tool moves the arm within its limits and branch."""
     state = viewer.state
     pose = state.pose.copy()
     image = picture(page)

@@ -22,6 +22,7 @@ IIWA = aa.Arm.from_catalogue("kuka_iiwa7_r800")
 
 
 def test_panels_hold_the_numbers() -> None:
+    """The panels state GC, psi, the joints that end the arcs, and each reason once."""
     state = paper()
     assert "GC 3, ψ = 58.6°" in status_panel(state)
     arcs = arcs_panel(state)
@@ -35,6 +36,7 @@ def test_panels_hold_the_numbers() -> None:
 
 
 def test_what_is_not_proven_is_told_from_what_a_joint_blocks() -> None:
+    """For a calibrated arm the panel, the answer and the circle say what is not proven."""
     arm = calibrated("kuka_iiwa7_r800", 2.0, 5.0)
     q = PAPER_Q.copy()
     q[5] = np.radians(0.05)  # axes 5 and 7 are nearly one: branches meet
@@ -48,6 +50,7 @@ def test_what_is_not_proven_is_told_from_what_a_joint_blocks() -> None:
 
 
 def test_names_from_files_are_text_and_never_markup() -> None:
+    """Names and messages are escaped in HTML."""
     state = ViewerState(IIWA.with_(name="<script>x</script>"))
     state.message = "<b>"
     assert "<script>" not in status_panel(state)
@@ -55,6 +58,7 @@ def test_names_from_files_are_text_and_never_markup() -> None:
 
 
 def test_the_map_is_a_png_of_who_blocks() -> None:
+    """The map of a motion is a PNG; its panel states the row."""
     motion = paper_motion()
     image = map_image(motion)
     assert image.startswith("data:image/png;base64,iVBOR")
@@ -65,6 +69,7 @@ def test_the_map_is_a_png_of_who_blocks() -> None:
 
 
 def test_the_map_of_a_file_with_rows_that_are_not_solved(tmp_path: Path) -> None:
+    """The map of a motion with gaps is the same when read from its file."""
     poses = PAPER_POSES.copy()
     poses[100:110, 2, 3] += 9.0
     motion = aa.follow(PAPER_ARM, poses, start=PAPER_Q, on_fail="skip")
@@ -74,6 +79,7 @@ def test_the_map_of_a_file_with_rows_that_are_not_solved(tmp_path: Path) -> None
 
 
 def test_png_can_be_read_back() -> None:
+    """`png` writes a valid indexed picture with these cells and colours."""
     cells = np.arange(6, dtype=np.uint8).reshape(2, 3) % 3
     data = png(cells, ("#000000", "#FF0000", "#00FF7F"))
     assert data[:8] == b"\x89PNG\r\n\x1a\n"

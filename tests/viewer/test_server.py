@@ -19,11 +19,13 @@ from .conftest import PAPER_ARM, PAPER_POSES, PAPER_Q, Served, paper
 
 
 def test_without_viser_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`Viewer` without viser says what to install."""
     monkeypatch.setitem(sys.modules, "viser", None)
     refused(aa.MissingExtraError, r"pip install 'armangle\[view\]'", lambda: Viewer(paper()))
 
 
 def test_a_busy_port_is_refused_by_its_number() -> None:
+    """`Viewer` refuses a port that is taken or none, and an address that is not this machine's."""
     need("viser")
     with socket.socket() as other:
         other.bind(("127.0.0.1", 0))
@@ -36,6 +38,7 @@ def test_a_busy_port_is_refused_by_its_number() -> None:
 
 
 def test_a_motion_of_another_arm_is_refused_before_anything_is_served() -> None:
+    """`Viewer` refuses a motion of another arm."""
     need("viser")
     other = PAPER_ARM.with_(d_bs=0.5)
     run = aa.follow(other, PAPER_POSES[:3], start=PAPER_Q)
@@ -43,6 +46,7 @@ def test_a_motion_of_another_arm_is_refused_before_anything_is_served() -> None:
 
 
 def test_it_serves_this_machine_alone_and_prints_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    """`Viewer` serves 127.0.0.1, prints nothing, and can be stopped."""
     need("viser")
     viewer = Viewer(paper(), port=0)
     assert viewer.url.startswith("http://127.0.0.1:")
@@ -65,6 +69,8 @@ PAGES = {
 
 @pytest.mark.parametrize("page", PAGES)
 def test_only_its_own_pages_may_talk_to_it(page: str, served: Served) -> None:
+    """The server answers 403 to a websocket of another site's page."""
+
     from websockets.exceptions import InvalidStatus
     from websockets.sync.client import connect
 
@@ -83,6 +89,7 @@ def test_only_its_own_pages_may_talk_to_it(page: str, served: Served) -> None:
 
 
 def test_a_hand_that_is_faster_than_the_arm_is_not_pulled_back(served: Served) -> None:
+    """A slider that moved on meanwhile keeps its value; one that is blocked goes to the limit."""
     viewer = served()
     slider = viewer.controls.psi
 
@@ -100,6 +107,7 @@ def test_a_hand_that_is_faster_than_the_arm_is_not_pulled_back(served: Served) -
 
 
 def test_numbers_that_are_typed_stay_until_the_arm_is_moved_otherwise(served: Served) -> None:
+    """Typed numbers stay, refused or not, until Reset or another move."""
     viewer = served(ViewerState(PAPER_ARM))
     controls, state = viewer.controls, viewer.state
     shown = controls.xyz.value
@@ -129,6 +137,7 @@ def test_numbers_that_are_typed_stay_until_the_arm_is_moved_otherwise(served: Se
 
 
 def test_the_policy_is_what_the_panel_says(served: Served) -> None:
+    """The panel begins with the state's policy, shows its numbers and gives it back unchanged."""
     for policy, name, seen in (
         (None, TRACK, (False, False)),  # unless told otherwise
         (aa.Hold(), HOLD, (False, False)),
@@ -146,6 +155,7 @@ def test_the_policy_is_what_the_panel_says(served: Served) -> None:
 
 
 def test_play_runs_to_the_end_and_stops(served: Served) -> None:
+    """Playing a motion ends at its last row."""
     poses = PAPER_POSES[:6]
     run = aa.follow(PAPER_ARM, poses, start=PAPER_Q)
     viewer = served(ViewerState(PAPER_ARM), {"short": run})
@@ -160,6 +170,8 @@ def test_play_runs_to_the_end_and_stops(served: Served) -> None:
 
 
 def test_voxels_are_points_coloured_by_their_share(served: Served) -> None:
+    """`show_voxels` draws points, the brighter the larger the share; None removes them."""
+
     from armangle.reach.voxels import voxels_of
 
     found = voxels_of(PAPER_ARM, 0.3, 20)

@@ -21,6 +21,7 @@ PR2 = aa.Arm.from_catalogue("willow_garage_pr2_left")
 
 
 def test_a_capsule_is_closed_and_of_its_radius() -> None:
+    """All vertices of `capsule` are at its radius, and its faces enclose its volume."""
     begin, end = np.array([0.1, 0.2, 0.3]), np.array([0.1, 0.7, 0.9])
     vertices, faces = capsule(begin, end, 0.05)
     axis = (end - begin) / np.linalg.norm(end - begin)
@@ -36,6 +37,7 @@ def test_a_capsule_is_closed_and_of_its_radius() -> None:
 
 @pytest.mark.parametrize("arm", [IIWA, WAM, FR3, PR2], ids=lambda arm: arm.name)
 def test_capsules_move_with_the_arm(arm: aa.Arm) -> None:
+    """`capsules` has the links that an arm has, and the hand where `frames` puts it."""
     q = np.random.default_rng(2).uniform(-1, 1, 7)
     frames = arm.frames(q)
     solids = {solid.name: solid for solid in capsules(arm)}
@@ -71,10 +73,12 @@ def _urdf(tmp_path: Path, visuals: dict[str, str]) -> Path:
 
 
 def _links(path: Path) -> list[str]:
+    """The names of all links in a URDF file, in order."""
     return [line.split('"')[1] for line in path.read_text().splitlines() if "<link " in line]
 
 
 def test_meshes_of_a_urdf_are_drawn_where_the_file_puts_them(tmp_path: Path) -> None:
+    """`solids_of` draws meshes and boxes of a URDF with place, scale and colour, capsules elsewhere."""
     need("trimesh")
     links = _links(_urdf(tmp_path, {}))
     (tmp_path / "my_robot" / "meshes").mkdir(parents=True)
@@ -106,6 +110,7 @@ def test_meshes_of_a_urdf_are_drawn_where_the_file_puts_them(tmp_path: Path) -> 
     ],
 )
 def test_an_unreadable_mesh_is_a_capsule_and_said_once(tmp_path: Path, name: str, why: str) -> None:
+    """`solids_of` draws unreadable meshes as capsules, with one note (any, where `why` is "")."""
     need("trimesh")
     (tmp_path / "broken.stl").write_bytes(b"\x00" * 10)
     (tmp_path / "a.unknown").write_text("x")
@@ -120,6 +125,7 @@ def test_an_unreadable_mesh_is_a_capsule_and_said_once(tmp_path: Path, name: str
 
 @pytest.mark.parametrize("number", range(1, 8))
 def test_a_mesh_moves_with_its_link(number: int, tmp_path: Path) -> None:
+    """A mesh of `solids_of`, placed by `frames`, is where the URDF has it."""
     need("trimesh")
     links = _links(_urdf(tmp_path, {}))
     visual = '<origin xyz="0.1 0.2 0.3"/><geometry><box size="0.01 0.01 0.01"/></geometry>'

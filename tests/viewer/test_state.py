@@ -29,7 +29,7 @@ WAM = aa.Arm.from_catalogue("barrett_wam7")
 
 
 def _well_inside(arm: aa.Arm) -> None:
-    """Each joint keeps min(0.6 rad, a quarter of its range) from its limits; 2, 4, 6 from singularity too."""
+    """Check that `opening_posture` keeps min(0.6 rad, a quarter of the range) from limits and singularity."""
     q = opening_posture(arm)
     least = np.minimum(0.6, 0.25 * (arm.upper - arm.lower)) - 1e-9
     assert (np.minimum(q - arm.lower, arm.upper - q) >= least).all()
@@ -41,6 +41,7 @@ def _well_inside(arm: aa.Arm) -> None:
 
 @pytest.mark.parametrize("name", srs_catalogue())
 def test_every_arm_begins_bent_and_well_inside_its_limits(name: str) -> None:
+    """`ViewerState` of every S-R-S arm of the catalogue begins bent and well inside its limits."""
     state = ViewerState(aa.Arm.from_catalogue(name))
     _well_inside(state.arm)
     np.testing.assert_array_equal(state.q, opening_posture(state.arm))
@@ -50,6 +51,7 @@ def test_every_arm_begins_bent_and_well_inside_its_limits(name: str) -> None:
 
 
 def test_any_limits_have_a_posture_well_inside() -> None:
+    """`opening_posture` is bent and well inside random limits, and one-sided ones."""
     rng = np.random.default_rng(3)
     for _ in range(300):
         middle, half = rng.uniform(-9, 9, 7), rng.choice([0.0, 1e-3, 0.3, 1.0, 2.5, 9.0], 7)
@@ -68,6 +70,7 @@ FREE = aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1)
 
 
 def test_an_arm_without_limits_begins_too() -> None:
+    """`ViewerState` takes an arm without limits."""
     state = ViewerState(FREE)
     assert state.reasons() == [None] * 8 and json.loads(state.export())["margin"] is None
 
@@ -82,6 +85,7 @@ def test_an_arm_without_limits_begins_too() -> None:
     ],
 )
 def test_a_start_that_is_no_posture_is_refused(start: object, error: type, message: str) -> None:
+    """`ViewerState` refuses a start of other shape, NaN or outside the limits, and a rate without dt."""
     refused(error, message, ViewerState, IIWA, start)
     refused(aa.InputError, "dt is missing", ViewerState, IIWA, policy=aa.Repulsion(rate=2.0))
 
@@ -92,6 +96,7 @@ OFFSET += [calibrated_offset("franka_fr3", 1.0, 1.0), calibrated_offset("fetch",
 
 @pytest.mark.parametrize("made", OFFSET, ids=lambda arm: f"{arm.name} {arm.kind}")
 def test_an_arm_with_an_offset_is_moved_over_its_free_joint(made: aa.Arm) -> None:
+    """`set_psi` of an offset arm turns its free joint and keeps the tool, or says why not."""
     arm = made.with_(body="guessed")
     scene = aa.Scene([aa.Box(aa.pose([0.9, 0.4, 0.9]), [0.1, 0.1, 0.1], name="box")])
     state = ViewerState(arm.with_(scene=scene))
@@ -122,6 +127,7 @@ def test_an_arm_with_an_offset_is_moved_over_its_free_joint(made: aa.Arm) -> Non
 
 
 def test_a_joint_moves_alone_and_the_rest_follows_from_it() -> None:
+    """`set_joint` moves one joint; pose, psi and gc are those of `forward`."""
     rng = np.random.default_rng(5)
     for arm in (IIWA, WAM, aa.Arm.from_catalogue("openarm_v10")):
         state = ViewerState(arm)
@@ -136,6 +142,7 @@ def test_a_joint_moves_alone_and_the_rest_follows_from_it() -> None:
 
 
 def test_a_joint_stops_at_its_limit_or_where_it_would_fold_the_arm_and_says_so() -> None:
+    """`set_joint` stops at a limit, and refuses a fold, with a message."""
     state = ViewerState(IIWA)
     answer = state.set_joint(4, -2.5)
     assert not answer.ok and answer.text == "Joint 4 stops at its limit −120.0°."
@@ -150,6 +157,7 @@ def test_a_joint_stops_at_its_limit_or_where_it_would_fold_the_arm_and_says_so()
 
 
 def test_a_joint_slider_spans_its_limits_to_a_tenth_of_a_degree() -> None:
+    """`slider_range` is the limits in tenths of a degree; where one is infinite, a turn."""
     assert slider_range(-2.0, 1.0) == (-114.5, 57.2)
     assert slider_range(-1.396263, 0.785398) == (-80.0, 45.0)  # as files write them
     assert slider_range(np.radians(-170.0), np.radians(170.0)) == (-170.0, 170.0)
@@ -161,6 +169,7 @@ def test_a_joint_slider_spans_its_limits_to_a_tenth_of_a_degree() -> None:
 
 
 def test_set_psi_turns_the_elbow_and_keeps_the_tool() -> None:
+    """`set_psi` keeps pose, gc and limits."""
     state = paper()
     pose, gc = state.pose.copy(), state.gc
     for psi in np.radians([60, 100, 170, 200, 300, 320]):
@@ -172,6 +181,7 @@ def test_set_psi_turns_the_elbow_and_keeps_the_tool() -> None:
 
 
 def test_set_psi_stops_at_the_limit_and_names_the_joint() -> None:
+    """`set_psi` beyond a limit stops there and names the joint."""
     state = paper()
     answer = state.set_psi(np.radians(34.0))
     assert not answer.ok
@@ -186,6 +196,7 @@ def test_set_psi_stops_at_the_limit_and_names_the_joint() -> None:
 
 
 def test_set_pose_goes_there_continuously_and_within_limits() -> None:
+    """`set_pose` reaches the pose in the same gc; out of reach it says so and stays within limits."""
     state, wanted = paper(), PAPER_POSES[-1]
     assert state.set_pose(wanted).ok
     np.testing.assert_allclose(state.pose, wanted, atol=1e-9)
@@ -201,6 +212,7 @@ def test_set_pose_goes_there_continuously_and_within_limits() -> None:
 
 
 def test_a_refused_target_is_kept_until_the_next_wish() -> None:
+    """`target` holds a refused pose until any other wish."""
     state = ViewerState(IIWA)
     far = moved(state.pose, [2.0, 0.0, 0.0])
     wishes = (
@@ -221,7 +233,7 @@ def test_a_refused_target_is_kept_until_the_next_wish() -> None:
 
 @pytest.mark.parametrize("policy", [None, aa.Hold()])
 def test_a_dragged_arm_follows_and_its_elbow_does_not_run_off(policy: aa.Hold | None) -> None:
-    """As a tracker does, or with its arm angle held."""
+    """`set_pose` nearby is met, psi changing little as a tracker does, or not at all when held."""
     rng, turned = np.random.default_rng(11), []
     for _ in range(40):
         state = ViewerState(IIWA, policy=policy)
@@ -237,6 +249,7 @@ def test_a_dragged_arm_follows_and_its_elbow_does_not_run_off(policy: aa.Hold | 
 
 
 def test_out_of_reach_it_goes_to_the_nearest_pose_and_says_how_far_it_is() -> None:
+    """`set_pose` out of reach states the distance left, no more than with Hold, and can go home."""
     rng = np.random.default_rng(5)
     for _ in range(10):
         state = ViewerState(IIWA)
@@ -256,6 +269,7 @@ def test_out_of_reach_it_goes_to_the_nearest_pose_and_says_how_far_it_is() -> No
 
 
 def test_the_policy_of_eq_36_moves_psi_while_the_tool_is_dragged() -> None:
+    """`set_pose` under Repulsion ends at another psi than under Hold."""
     held, repelled = paper(), paper()
     held.policy = aa.Hold()
     repelled.policy = aa.Repulsion(K=0.3, alpha=5)
@@ -266,6 +280,7 @@ def test_the_policy_of_eq_36_moves_psi_while_the_tool_is_dragged() -> None:
 
 
 def test_ways_between_are_short_and_end_exactly() -> None:
+    """`ways_between` two poses has steps of at most 1 cm and 2 degrees."""
     first, last = IIWA.forward(np.array([[0.1, 0.4, 0, -1, 0, 1, 0], [0.9, 0.8, 0.5, -1.5, 1, 1, 2.0]]))[0]
     poses = ways_between(first, last)
     np.testing.assert_array_equal(poses[-1], last)
@@ -283,6 +298,7 @@ def test_ways_between_are_short_and_end_exactly() -> None:
 
 
 def test_reasons_agree_with_the_arcs() -> None:
+    """`reasons` and `set_gc` refuse exactly the gc whose arcs are empty."""
     rng = np.random.default_rng(1)
     arm = aa.Arm.from_catalogue("openarm_v10")
     for _ in range(30):
@@ -299,6 +315,7 @@ def test_reasons_agree_with_the_arcs() -> None:
 
 
 def test_reasons_name_the_joint() -> None:
+    """`reason` names the joint that is outside at every psi, and the panel lists each reason once."""
     narrow = IIWA.with_(
         lower=np.where(np.arange(7) == 5, 0.0, IIWA.lower), upper=np.where(np.arange(7) == 3, 2.0, IIWA.upper)
     )
@@ -313,6 +330,7 @@ def test_reasons_name_the_joint() -> None:
 
 
 def test_limits_that_block_together_are_all_named() -> None:
+    """`reasons` names all joints that together block every psi."""
     found = None
     rng = np.random.default_rng(0)
     arm = aa.Arm.from_catalogue("openarm_v10")
@@ -323,6 +341,7 @@ def test_limits_that_block_together_are_all_named() -> None:
 
 
 def test_ghosts_reach_the_same_tool() -> None:
+    """`ghosts` are the other feasible gc, at the same tool."""
     state = paper()
     ghosts = state.ghosts()
     assert set(ghosts) == {gc for gc in range(8) if state.reason(gc) is None} - {3}
@@ -332,6 +351,7 @@ def test_ghosts_reach_the_same_tool() -> None:
 
 
 def test_the_elbow_circle_says_who_blocks() -> None:
+    """`elbow_circle` holds the joint that blocks each segment, and passes the elbow."""
     state = paper()
     circle = state.elbow_circle()
     assert set(circle.blocker.tolist()) == {0, 1, 5}
@@ -346,6 +366,7 @@ def test_the_elbow_circle_says_who_blocks() -> None:
 
 
 def test_a_motion_is_played_row_by_row() -> None:
+    """`set_motion` and `seek` show a motion's rows; a motion of another arm is refused."""
     state, motion = paper(), paper_motion()
     assert not state.seek(0).ok
     assert state.set_motion(motion).ok
@@ -357,7 +378,7 @@ def test_a_motion_is_played_row_by_row() -> None:
     refused(aa.InputError, "the motion is of", lambda: ViewerState(WAM).set_motion(motion))
 
 
-def test_reset_goes_back_to_where_it_began_and_to_the_first_pose_of_apaper_motion() -> None:
+def test_reset_goes_back_to_where_it_began_and_to_the_first_row_of_a_motion() -> None:
     state, motion = ViewerState(PAPER_ARM), paper_motion()
     begun = state.q.copy()
     state.set_joint(2, 0.3)
@@ -374,6 +395,7 @@ def test_reset_goes_back_to_where_it_began_and_to_the_first_pose_of_apaper_motio
 
 
 def test_a_motion_begins_at_its_first_solved_row() -> None:
+    """`set_motion` shows the first row that is solved."""
     poses = PAPER_POSES.copy()
     poses[:4, :3, 3] += 3.0
     motion = aa.follow(PAPER_ARM, poses, start=PAPER_Q, on_fail="skip", max_joint_step=np.inf)
@@ -387,6 +409,7 @@ def test_a_motion_begins_at_its_first_solved_row() -> None:
 
 
 def test_a_pose_goes_through_its_text() -> None:
+    """`pose_of_text` reads what `text_of_pose` wrote, in m or mm."""
     rng = np.random.default_rng(2)
     for pose in PAPER_ARM.forward(rng.uniform(-1.5, 1.5, (50, 7)))[0]:
         again = pose_of_text(*text_of_pose(pose), PAPER_ARM)
@@ -409,11 +432,13 @@ def test_a_pose_goes_through_its_text() -> None:
     ],
 )
 def test_numbers_that_are_no_pose_are_refused(xyz: str, rpy: str, message: str) -> None:
+    """`pose_of_text` refuses missing, infinite and far numbers."""
     with pytest.raises(aa.InputError, match=message):
         pose_of_text(xyz, rpy, PAPER_ARM)
 
 
 def test_rows_that_were_not_solved_leave_the_arm_where_it_is() -> None:
+    """`seek` to an unsolved row leaves the arm and says why."""
     poses = PAPER_POSES.copy()
     poses[100:, :3, 3] += 3.0
     motion = aa.follow(PAPER_ARM, poses, start=PAPER_Q, max_joint_step=np.inf)
@@ -431,6 +456,7 @@ def test_rows_that_were_not_solved_leave_the_arm_where_it_is() -> None:
 
 
 def test_export_is_json_of_the_posture_and_reset_goes_home() -> None:
+    """`export` gives the posture as JSON; `reset` goes back to the start."""
     state = paper()
     state.set_psi(2.0)
     facts = json.loads(state.export())
@@ -448,6 +474,7 @@ def test_export_is_json_of_the_posture_and_reset_goes_home() -> None:
 
 
 def test_a_joint_file_becomes_a_motion(tmp_path: Path) -> None:
+    """`motion_of` the rows of a saved motion is that motion."""
     motion = paper_motion()
     save(motion, tmp_path / "joints.csv")
     again = motion_of(PAPER_ARM, load_joints(tmp_path / "joints.csv"))
@@ -461,6 +488,7 @@ def test_a_joint_file_becomes_a_motion(tmp_path: Path) -> None:
 
 
 def test_rows_of_a_joint_file_that_are_not_solved_stay_in_its_motion(tmp_path: Path) -> None:
+    """`motion_of` a saved motion keeps its gaps and held rows, with the same explanation."""
     poses = PAPER_POSES.copy()
     poses[100:110, 2, 3] += 9.0
     for on_fail, first in (("skip", 110), ("stop", len(poses))):
@@ -484,6 +512,7 @@ def test_rows_of_a_joint_file_that_are_not_solved_stay_in_its_motion(tmp_path: P
 
 
 def test_poses_become_motions_of_every_configuration() -> None:
+    """`motions_along` gives a motion for each gc, whole ones first, or one from a start."""
     motions = motions_along(PAPER_ARM, PAPER_POSES)
     assert {"GC 0", "GC 3"} <= set(motions)
     assert [m.ok for m in motions.values()] == sorted((m.ok for m in motions.values()), reverse=True)

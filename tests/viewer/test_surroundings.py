@@ -31,15 +31,18 @@ SCENE = aa.Scene([LAMP, CRATE, aa.HalfSpace([0, 0, 1], 0.0, name="floor")], clea
 
 
 def _state(**options: Any) -> ViewerState:
+    """A viewer's state of the arm in the scene."""
     return ViewerState(ARM.with_(scene=SCENE), Q, **options)
 
 
 def _least(state: ViewerState) -> float:
+    """The distance (m) to the nearest obstacle."""
     assert state.nearest is not None
     return float(state.nearest.distance)
 
 
 def test_its_arcs_are_those_of_limits_and_scene() -> None:
+    """The state's arcs are `feasible` in the scene, and panels name the nearest obstacle."""
     state = _state()
     assert state.arcs == ARM.with_(scene=SCENE).feasible(state.pose, state.gc)
     assert state.nearest is not None and state.nearest.obstacle == "lamp"
@@ -48,6 +51,7 @@ def test_its_arcs_are_those_of_limits_and_scene() -> None:
 
 
 def test_an_arm_without_a_body_is_refused_and_names_that_are_not_there() -> None:
+    """A scene without a body, or that ignores unknown names, is refused."""
     with pytest.raises(aa.errors.SceneError, match="wanted a body"):
         ViewerState(ARM.with_(body=None).with_(hand=[]).with_(scene=SCENE), Q)
     with pytest.raises(aa.errors.SceneError, match="'sofa'"):
@@ -55,6 +59,7 @@ def test_an_arm_without_a_body_is_refused_and_names_that_are_not_there() -> None
 
 
 def test_an_elbow_that_is_turned_stops_at_an_obstacle_and_names_it() -> None:
+    """`set_psi` stops at the clearance of an obstacle and names it."""
     state = _state()
     answer = state.set_psi(-0.4)
     assert not answer.ok and "lamp, which forearm would touch" in answer.text
@@ -63,6 +68,7 @@ def test_an_elbow_that_is_turned_stops_at_an_obstacle_and_names_it() -> None:
 
 @pytest.mark.parametrize("policy", [None, aa.Hold(), aa.Repulsion()], ids=repr)
 def test_a_dragged_tool_leads_no_link_into_an_obstacle(policy: Any) -> None:
+    """`set_pose` keeps the clearance under every policy."""
     state = _state(policy=policy)
     begin = state.pose
     for step in ([0.1, 0.2, 0], [0, 0.3, -0.1], [0, 0, -0.6]):
@@ -73,6 +79,7 @@ def test_a_dragged_tool_leads_no_link_into_an_obstacle(policy: Any) -> None:
 
 
 def test_a_box_that_is_moved_changes_the_arcs_and_touches() -> None:
+    """`move_box` changes arcs and says what is too near; `reset` puts the box back."""
     state = _state()
     before = state.arcs
     answer = state.move_box("crate", aa.pose(OVER))
@@ -90,7 +97,8 @@ def test_a_box_that_is_moved_changes_the_arcs_and_touches() -> None:
     refused(aa.InputError, "it has none", lambda: ViewerState(ARM, Q).move_box("crate", np.eye(4)))
 
 
-def test_out_of_a_box_that_was_put_on_the_arm_the_tool_leads_or_says_why_not() -> None:
+def test_a_tool_in_a_box_that_was_put_on_the_arm_stays_and_names_it() -> None:
+    """`set_pose` of an arm within a box stays and names it."""
     state = _state()
     state.move_box("crate", aa.pose(ARM.elbow(state.q)))
     wanted = state.pose.copy()
@@ -101,6 +109,7 @@ def test_out_of_a_box_that_was_put_on_the_arm_the_tool_leads_or_says_why_not() -
 
 
 def test_more_clearance_leaves_less() -> None:
+    """`set_clearance` to more shortens the arcs; a negative one is refused."""
     state = _state()
     wide = float(state.arcs.measure)
     assert not state.set_clearance(0.05).ok
@@ -112,6 +121,7 @@ def test_more_clearance_leaves_less() -> None:
 
 
 def test_the_circle_and_the_reasons_know_obstacles() -> None:
+    """`elbow_circle` and `reason` say what obstacles alone block."""
     state = _state()
     circle = state.elbow_circle()
     psi = np.linspace(-np.pi, np.pi, len(circle.blocker) + 1)
@@ -129,6 +139,7 @@ def test_the_circle_and_the_reasons_know_obstacles() -> None:
 
 
 def test_the_map_of_a_motion_shows_what_obstacles_alone_block() -> None:
+    """`map_image` in a scene differs from that without obstacles."""
     poses = np.tile(ARM.forward(Q)[0], (20, 1, 1))
     motion = aa.follow(ARM.with_(scene=SCENE), poses, start=Q)
     assert map_image(motion, SCENE) != map_image(motion)
@@ -136,6 +147,7 @@ def test_the_map_of_a_motion_shows_what_obstacles_alone_block() -> None:
 
 
 def test_the_floor_is_below_what_stands_about() -> None:
+    """`lowest` is the height of the lowest point of a shape; walls have none."""
     assert lowest(aa.Box(aa.pose([0.6, 0, -0.1]), [1.2, 0.8, 0.04])) == pytest.approx(-0.12)
     assert lowest(aa.Ball([0, 0, 0.5], 0.1)) == pytest.approx(0.4)
     assert lowest(aa.Cloud([[0, 0, -0.3], [0, 0, 1]], 0.01)) == pytest.approx(-0.3)
@@ -143,6 +155,7 @@ def test_the_floor_is_below_what_stands_about() -> None:
 
 
 def test_surfaces_are_those_of_their_shapes() -> None:
+    """Vertices of `surface` lie on the shape, and its faces leave no gap."""
     frame = aa.pose([0.1, 0.2, 0.3], rpy=[0.3, -0.5, 1.0])
     corners = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.2, 0], [0, 0, 0.4]], dtype=float)
     along = np.array([0.2, 0.1, 0.4])
@@ -178,6 +191,7 @@ def test_surfaces_are_those_of_their_shapes() -> None:
 
 
 def test_points_of_clouds_and_fields() -> None:
+    """`points_of` draws at most MOST_POINTS of a cloud, and the points at a field's surface."""
     many = np.random.default_rng(1).normal(size=(3 * MOST_POINTS, 3))
     points, size = points_of(aa.Cloud(many, 0.01))
     assert len(points) <= MOST_POINTS and size == pytest.approx(0.02)
@@ -188,6 +202,7 @@ def test_points_of_clouds_and_fields() -> None:
 
 
 def test_what_touches_is_red_and_says_how_near(served: Served) -> None:
+    """What is too near is red, boxes move with their handles, and Reset puts all back."""
     cloud = aa.Cloud([OVER + 0.4], 0.01, name="seen")
     scene = aa.Scene([*SCENE.shapes, cloud], clearance=0.005)
     viewer = served(ViewerState(ARM.with_(scene=scene), Q))
@@ -195,6 +210,7 @@ def test_what_touches_is_red_and_says_how_near(served: Served) -> None:
     assert shown is not None and set(shown.handles) == {"crate"}
 
     def red() -> set[str]:
+        """The names that are drawn in red."""
         return {n for n, nodes in shown._nodes.items() if tuple(_rgb(nodes[0][0])) == TOUCHED_RGB}
 
     assert red() == set() and shown._label.text == f"{1e3 * _least(viewer.state):.1f} mm"
@@ -211,4 +227,5 @@ def test_what_touches_is_red_and_says_how_near(served: Served) -> None:
 
 
 def _rgb(node: Any) -> Any:
+    """The colour of a node."""
     return np.ravel(node.colors)[:3].tolist() if hasattr(node, "colors") else node.color

@@ -11,6 +11,7 @@ namespace {
 
 int failures = 0;
 
+/// Count and print a law that does not hold.
 void check(bool holds, const char* law) {
     if (!holds) {
         ++failures;
@@ -18,6 +19,7 @@ void check(bool holds, const char* law) {
     }
 }
 
+/// An arm with the lengths of the KUKA iiwa7, and limits.
 armangle::Arm iiwa7() {
     armangle::ArmParameters p;
     p.d_bs = 0.34;
@@ -32,6 +34,7 @@ armangle::Arm iiwa7() {
     return armangle::make_arm(p);
 }
 
+/// `inverse` of what `forward` says, with the joints as seed, has the pose.
 void round_trips(const armangle::Arm& arm) {
     std::mt19937_64 random(1);
     std::uniform_real_distribution<double> joint(-1.9, 1.9);
@@ -48,6 +51,7 @@ void round_trips(const armangle::Arm& arm) {
     check(worst < 1e-14, "the pose of inverse(forward(q)) is that of q");
 }
 
+/// `inverse` without an answer has a status and NaN; outside the limits its margin is below 0.
 void inverse_says_why(const armangle::Arm& arm) {
     using armangle::Status, armangle::not_a_number;
     const double q[armangle::joints] = {0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5};
@@ -75,6 +79,7 @@ void inverse_says_why(const armangle::Arm& arm) {
           "a margin says who is outside");
 }
 
+/// `step` refuses poses that are no rotations, and numbers that are not finite, by its status.
 void bad_input_is_a_status(const armangle::Arm& arm) {
     const armangle::LimitTable limits = armangle::limit_table(arm);
     const double q[armangle::joints] = {0.1, 0.4, 0.2, -1.2, 0.3, 0.8, 0.5};
@@ -99,7 +104,7 @@ void bad_input_is_a_status(const armangle::Arm& arm) {
     check(status(mirrored, q) == armangle::Status::BAD_INPUT, "a reflection is refused");
 }
 
-/// Nobody's arm: no length is given.
+/// Arms with a link of length 0: `forward` answers, all else says that the pose is unreachable.
 void an_arm_without_links_reaches_nothing() {
     using armangle::Status;
     armangle::ArmParameters one_link;

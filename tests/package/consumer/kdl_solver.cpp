@@ -1,5 +1,5 @@
-// armangle::ChainIkSolverPos against KDL's own forward kinematics, for arms with bases, tools, flipped joints
-// and offsets.
+// armangle::ChainIkSolverPos against KDL's own forward kinematics, for a plain arm and for one with base,
+// tool, flipped joints and offsets. Prints what fails; exit code 1 then.
 #include <armangle/kdl.hpp>
 
 #include <cmath>
@@ -14,6 +14,7 @@ using armangle::joints;
 
 int failures = 0;
 
+/// Count and print a law that does not hold.
 void check(bool holds, const char* law) {
     if (!holds) {
         ++failures;
@@ -37,6 +38,7 @@ KDL::Chain kdl_chain(const armangle::Arm& arm) {
     return chain;
 }
 
+/// An arm with limits; unless `plain`, with elbow offsets, flipped joints, a zero offset, base and tool.
 armangle::Arm arm_of(bool plain) {
     armangle::ArmParameters p;
     p.d_bs = 0.34;
@@ -59,6 +61,8 @@ armangle::Arm arm_of(bool plain) {
     return armangle::make_arm(p);
 }
 
+/// `CartToJnt` solves poses of KDL within the limits, and no further from the seed than the joints behind
+/// them.
 void solves_what_kdl_says(const armangle::Arm& arm) {
     const KDL::Chain chain = kdl_chain(arm);
     KDL::ChainFkSolverPos_recursive forward(chain);
@@ -90,6 +94,7 @@ void solves_what_kdl_says(const armangle::Arm& arm) {
     check(furthest_same < 1e-12, "a seed that solves the pose is the solution");
 }
 
+/// `CartToJnt` answers bad sizes and poses with KDL's errors or its own, and leaves `q_out` alone.
 void refuses(const armangle::Arm& arm) {
     armangle::ChainIkSolverPos solver(arm);
     KDL::JntArray seed(joints), found(joints), six(6);

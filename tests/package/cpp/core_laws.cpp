@@ -19,9 +19,10 @@ namespace {
 
 constexpr double pose_slack = 1e-12, joint_slack = 1e-9;
 std::mt19937_64 generator(11);
+/// A random number in [a, b).
 double uniform(double a, double b) { return std::uniform_real_distribution<>(a, b)(generator); }
 
-/// Arms with and without elbow offsets, lengths at the ends, base and tool.
+/// Arms with and without elbow offsets, d_wf, base and tool, by turns as `kind` counts up.
 Arm random_arm(int kind) {
     ArmParameters p;
     p.d_bs = uniform(0, 0.5);
@@ -46,7 +47,7 @@ Arm random_arm(int kind) {
     return make_arm(p);
 }
 
-/// Uniform within the limits, on them, or beside a singularity.
+/// Joints within the limits, some on them, or one beside a singularity, by turns as `kind` counts up.
 void random_joints(const Arm& arm, int kind, double* q) {
     for (int j = 0; j < joints; ++j) {
         const double lower = arm.limits.lower[j], upper = arm.limits.upper[j];
@@ -67,6 +68,7 @@ bool is_bent(const Arm& arm, const double* q) {
     return std::all_of(bends, bends + 3, [](double bend) { return std::abs(std::sin(bend)) >= 1e-3; });
 }
 
+/// The largest difference of two poses in one entry of their matrices.
 double gap(const Pose<double>& a, const Pose<double>& b) {
     double m[16], n[16], most = 0;
     store_pose(a, m);

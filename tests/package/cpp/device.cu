@@ -1,6 +1,7 @@
 // The inverse on a CUDA device, one pose a thread: what the headers must compile to there.
 #include "armangle/circle/inverse.hpp"
 
+/// Theta (rad, of the DH table) into q, 7 a thread, of `count` poses at `pose`, each the upper three rows.
 __global__ void inverse_on_device(const armangle::Arm* arm, const double* pose, const double* psi,
                                   const int* gc, double* q, int count) {
     using namespace armangle;

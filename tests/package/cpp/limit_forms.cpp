@@ -15,6 +15,7 @@ using namespace armangle;
 namespace {
 
 std::mt19937_64 generator(7);
+/// A random number in [a, b).
 double uniform(double a, double b) { return std::uniform_real_distribution<>(a, b)(generator); }
 
 /// Arms of each reduction: with two elbow offsets, with a_3 + a_4 = 0, and without.
@@ -35,6 +36,7 @@ OffsetArm random_arm(int kind) {
     return make_offset_arm(p, uniform(0.02, 0.2) * (uniform(0, 1) < 0.5 ? -1 : 1), kind % 2 == 1);
 }
 
+/// The polynomial at an angle x (rad).
 double value(const TrigPolynomial& p, double x) {
     double sum = p.c[0];
     for (int k = 1; k <= p.degree; ++k) sum += p.c[k] * std::cos(k * x) + p.s[k] * std::sin(k * x);

@@ -1,5 +1,5 @@
-// contrib/moveit asked what MoveIt asks, against headers that stand in for MoveIt's. Prints "name count"
-// lines: how often something was right, then what was wrong, which must all be 0.
+// contrib/moveit asked what MoveIt asks, against headers that stand in for MoveIt's. Prints "right" and
+// "wrong" with how many checks were so (wrong must be 0).
 #include <cstdio>
 #include <optional>
 
@@ -10,6 +10,7 @@ namespace {
 using armangle_moveit::KinematicsPlugin;
 using Values = std::vector<double>;
 
+/// The pose in Eigen's type.
 Eigen::Isometry3d frame(const armangle::Pose<double>& p) {
     const auto& [x, y, z] = p.rotation;
     Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
@@ -18,6 +19,7 @@ Eigen::Isometry3d frame(const armangle::Pose<double>& p) {
     return out;
 }
 
+/// The largest distance of one joint (rad).
 double farthest(const Values& a, const Values& b) {
     double out = 0;
     for (std::size_t j = 0; j < a.size(); ++j) out = std::fmax(out, std::fabs(a[j] - b[j]));

@@ -65,12 +65,14 @@ struct Input {
     }
 };
 
+/// Room for the results of `count` poses.
 struct Output {
     double q[7 * count], psi[count], margin[count], residual[count];
     long long gc[count];
     std::int8_t status[count];
 };
 
+/// Print how many allocations `work` makes.
 template <class Work>
 void report(const char* name, const Work& work) {
     const std::size_t before = allocations;

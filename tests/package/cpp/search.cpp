@@ -12,13 +12,15 @@ namespace {
 
 constexpr int grid = 720;
 
+/// A posture of the grid or of the search.
 struct Sample {
     Joints q;
     double psi;
     int gc;
 };
 
-/// All postures of a grid of psi within some limits.
+/// All postures of a grid of psi within these limits, in place of the arm's; turns are those nearest to the
+/// seed.
 std::vector<Sample> brute_force(const Arm& arm, const Pose<double>& pose, const Limits& limits,
                                 const double* seed) {
     ArmParameters p = arm;
@@ -37,12 +39,14 @@ std::vector<Sample> brute_force(const Arm& arm, const Pose<double>& pose, const 
     return out;
 }
 
+/// The Euclidean distance (rad) of joints.
 double distance(const double* a, const double* b) {
     double sum = 0;
     for (int j = 0; j < joints; ++j) sum += (a[j] - b[j]) * (a[j] - b[j]);
     return std::sqrt(sum);
 }
 
+/// How far the pose of q is from `pose`, 1 rad as 1 m.
 double off(const Arm& arm, const double* q, const Pose<double>& pose) {
     return size(difference(forward(arm, q).pose, pose), 1.0);
 }
