@@ -144,7 +144,8 @@ def test_contains_and_nearest_are_brute_force() -> None:
         assert ((near > -np.pi) & (near <= np.pi)).all()
 
 
-def test_nearest_is_the_lower_end_on_a_tie() -> None:
+def test_nearest_on_a_tie_is_an_end() -> None:
+    """`ArcSet.nearest` of an angle as far from two ends is one of them; of pi to [-1, 1] it is -1."""
     arcs = aa.ArcSet([[1.0, 2.0]])
     assert aa.ArcSet([[-2.0, -1.0], [1.0, 2.0]]).nearest(0.0) in (-1.0, 1.0)
     assert arcs.nearest(1.5 - np.pi) in (1.0, 2.0)
@@ -168,6 +169,7 @@ def test_overlapping_arcs_join() -> None:
 
 
 def test_an_isolated_angle_is_an_arc_of_no_width() -> None:
+    """An ArcSet may hold a single angle, which operations keep; two arcs that touch have no intersection."""
     point = aa.ArcSet([[0.5, 0.5]])
     assert (point.count, point.measure, point.is_empty) == (1, 0.0, False)
     assert 0.5 in point and 0.5 + TURN in point and 0.6 not in point

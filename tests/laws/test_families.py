@@ -318,6 +318,7 @@ def test_explain_names_limits_that_block_and_by_how_much_they_must_be_wider(arm:
 
 @pytest.mark.parametrize("arm", CHAINS, ids=named)
 def test_explain_of_a_chain_names_limits_that_block_and_by_how_much_they_must_be_wider(arm: aa.Arm) -> None:
+    """The limits that `explain` names block alone, and `solve` finds joints once an opening is made."""
     rng = np.random.default_rng(11)
     shut = opened = 0
     for q in within(arm, rng, 8):

@@ -139,6 +139,7 @@ def test_the_singularity_margin_keeps_the_bends(margin: float) -> None:
 
 
 def test_the_ends_of_a_margin_say_singular() -> None:
+    """Ends of `feasible` that a singularity margin makes have the side "singular" and the joint."""
     arm = aa.Arm.from_catalogue("kuka_iiwa7_r800")
     pose, _, gc = arm.forward(np.radians([10, 3, 20, 70, 90, 60, 10.0]))
     margin = 0.08

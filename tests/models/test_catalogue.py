@@ -166,6 +166,7 @@ def test_entry_is_the_arm_of_its_file(name):
 
 
 def test_offset_entries_were_compared_with_a_revision_of_their_source_or_are_not_trusted():
+    """Entries of offset arms state a revision of their source, or a note that limits are not trusted."""
     for name in offset_catalogue():
         revision = offset_source(name).rpartition("revision: ")[2]
         checked = bool(re.search(r"\b[0-9a-f]{8}\b|\d+\.\d+\.\d+$", revision))

@@ -245,6 +245,7 @@ def test_the_fitted_arm_is_nearer_than_the_snapped_one_and_a_minimum(seed):
 
 
 def test_an_exact_arm_is_its_own_fit():
+    """`fit` of an exact arm to its own chain gives its lengths."""
     chain = read_urdf(aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.35, d_wf=0.1, a_3=0.03, a_4=-0.02).to_urdf())
     arm, _ = describe_chain(chain)
     again = fit(arm, chain)

@@ -137,6 +137,7 @@ def test_what_urdf_leaves_out_has_its_defaults():
 
 
 def test_joints_off_the_path_are_ignored():
+    """`read_urdf` and `urdf_candidates` ignore faulty joints off the path."""
     clutter = joint_xml("finger", "l7", "f", "prismatic", '<limit lower="x"/>')
     clutter += joint_xml("arm2", "l0", "g", "hinge", '<axis xyz="0 0 0"/>')
     clutter += '<transmission name="t"><joint name="j1"/></transmission><gazebo><link/></gazebo>'
@@ -146,6 +147,7 @@ def test_joints_off_the_path_are_ignored():
 
 
 def test_a_path_may_go_up_before_it_goes_down():
+    """`read_urdf` takes a base link from which the path first goes up the tree."""
     extra = joint_xml("mount", "l0", "b", "fixed", '<origin xyz="1 2 3" rpy="0.1 0.2 0.3"/>')
     text = simple_urdf(extra, links='<link name="b"/>')
     q = np.linspace(-1, 1, 7)
@@ -154,6 +156,7 @@ def test_a_path_may_go_up_before_it_goes_down():
 
 
 def test_a_path_may_be_walked_against_the_joints():
+    """`read_urdf` from tip to root has the joints in reverse and inverse poses."""
     made = RandomArm(np.random.default_rng(3))
     text = urdf_of(made, np.random.default_rng(4))
     q = np.linspace(-1, 1, 7)
@@ -203,6 +206,7 @@ def test_written_limits_speeds_and_names_come_back():
 
 
 def test_what_no_description_or_no_urdf_can_be_is_refused():
+    """Descriptions refuse bad shapes, and `write_urdf` half infinite limits."""
     assert not_refused([
         (LimitError, r"joint 'joint_1' has limits \[-1, inf\]",
          lambda: write_urdf(described(lower=(-1.0, *(-np.inf,) * 6)))),
@@ -212,6 +216,7 @@ def test_what_no_description_or_no_urdf_can_be_is_refused():
 
 
 def test_every_real_file_is_covered():
+    """`REAL` has every URDF file of the models."""
     if not MODELS.is_dir():
         no_models(f"no robot files in {MODELS}")
     assert {path.stem for path in MODELS.glob("*.urdf")} == set(REAL)

@@ -100,6 +100,7 @@ def test_a_pose_that_stands_lets_the_policy_go_on() -> None:
 def test_a_step_to_the_pose_of_a_home_posture_moves_nothing(
     name: str, scene: aa.Scene | None, asked: dict[str, Any]
 ) -> None:
+    """`step` to the pose of singular joints leaves them within 1e-7 rad."""
     arm = ARMS[name].with_(body=BODY, scene=scene)
     for q, _ in starts(arm, 40, 5):
         if np.abs(np.sin(q[[1, 5]])).max() > 0:

@@ -172,6 +172,7 @@ def test_follow_is_step_in_a_loop_bit_for_bit(on_fail: Any, hardest: float | Non
 
 
 def test_follow_starts_at_rest_and_carries_the_velocity() -> None:
+    """`follow` keeps acceleration bounds from rest on, where it would exceed them without."""
     t = np.linspace(0, 1, 200)
     ramp = t**3 * (10 - 15 * t + 6 * t * t)
     poses = np.repeat(IIWA.forward(HOME)[0][None], 200, axis=0)
@@ -189,6 +190,7 @@ def test_follow_starts_at_rest_and_carries_the_velocity() -> None:
 
 
 def test_bounds_are_the_arms_own_or_a_number_for_every_joint() -> None:
+    """Bounds given as True are the arm's, as a number for all joints."""
     pose = posed(IIWA, HOME, np.full(7, 0.01))
     still: dict[str, Any] = {"dt": 0.01, "velocity_now": np.zeros(7)}
     arm = IIWA.with_(velocity=2.0, acceleration=5)
@@ -214,6 +216,7 @@ def test_bounds_are_the_arms_own_or_a_number_for_every_joint() -> None:
 
 
 def test_each_bound_has_its_status() -> None:
+    """`step` states in `why` which bound shortened it."""
     bent = HOME + 0.05 * np.eye(7)[3]
     pose = IIWA.forward(bent)[0]
     still: dict[str, Any] = {"dt": 0.01, "velocity_now": np.zeros(7)}
@@ -232,6 +235,7 @@ def test_each_bound_has_its_status() -> None:
 
 
 def test_a_joint_too_fast_to_brake_before_its_limit_brakes() -> None:
+    """`step` brakes fully if the acceleration is too small for the limit ahead."""
     near = HOME.copy()
     near[3] = IIWA.lower[3] + 0.02
     now = np.array([0, 0, 0, -0.5, 0, 0, 0])
@@ -290,6 +294,7 @@ def test_a_target_aside_is_come_to_and_rested_on(policy: aa.Repulsion, dt: float
 @pytest.mark.parametrize("acceleration", [None, 10.0])
 @pytest.mark.parametrize("arm", STREAMED, ids=lambda arm: f"{arm.name} {arm.kind}")
 def test_a_hostile_stream_breaks_no_bound(arm: aa.Arm, acceleration: float | None, fallback: Any) -> None:
+    """`step` toward jumping poses keeps velocity, acceleration and limits."""
     rng = np.random.default_rng(3)
     dt, fastest = 0.004, np.where(np.isfinite(arm.velocity), arm.velocity, 2.0)
     low, high = np.maximum(arm.lower, -6), np.minimum(arm.upper, 6)
@@ -485,6 +490,7 @@ def test_without_bounds_or_dt_the_largest_step_follows_dt() -> None:
     ],
 )
 def test_bad_bounds_are_refused(options: dict[str, Any], said: str) -> None:
+    """`step` refuses these options with this message."""
     refused(aa.InputError, said, aa.step, IIWA, HOME, IIWA.forward(HOME)[0], **options)
 
 

@@ -71,6 +71,7 @@ def test_limits_beside_the_nominal_joints_are_kept_by_the_true_ones() -> None:
 
 
 def test_start_goal_margins_and_wishes_are_of_the_true_joints() -> None:
+    """`plan` of a calibrated arm keeps start, goal, margins, psi and `allowed` in its own joints."""
     arm = ARMS["kuka_iiwa7_r800 1.0 mm"]
     way = line(arm, START, (0.0, 0.2, 0.05))
     path = aa.plan(arm, way, start=START)
@@ -196,6 +197,7 @@ def test_paths_of_every_kind_and_their_times() -> None:
 
 
 def test_without_deviation_the_plan_is_the_exact_one() -> None:
+    """`plan` of a chain without deviation is that of the exact arm."""
     exact, arm = aa.Arm.from_catalogue("kuka_iiwa7_r800"), calibrated("kuka_iiwa7_r800", 0.0, 0.0)
     for _, way in lines(exact, 6, 33):
         a, b = (aa.plan(one.with_(singularity_margin=0.05), way) for one in (exact, arm))

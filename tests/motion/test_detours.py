@@ -66,5 +66,6 @@ def test_a_branch_that_is_asked_for_is_gone_to_all_the_same() -> None:
 
 @pytest.mark.parametrize("value", [0, 1, "no", None])
 def test_detours_is_a_bool(value: object) -> None:
+    """`Tracker` refuses `detours` that is no bool."""
     with pytest.raises(aa.InputError, match="detours"):
         aa.Tracker(IIWA, detours=value)  # type: ignore[arg-type]  # wrong on purpose

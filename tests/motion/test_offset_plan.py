@@ -38,6 +38,7 @@ def turned() -> aa.JointPath:
 @pytest.mark.turns(2)
 @pytest.mark.parametrize("name", ARMS)
 def test_what_a_dense_search_can_follow_is_planned_and_proven(name: str) -> None:
+    """`plan` certifies all paths of an offset arm that a dense search can follow."""
     paths = planned(name)
     assert len(paths) >= 5
     assert all(path.ok and path.certified and not len(path.uncertified) for path in paths)
@@ -45,6 +46,7 @@ def test_what_a_dense_search_can_follow_is_planned_and_proven(name: str) -> None
 
 @pytest.mark.parametrize("name", ARMS)
 def test_what_is_certified_holds_between_the_rows(name: str) -> None:
+    """Between the rows, a certified plan has pose, limits, gc and psi."""
     for path in planned(name)[:4]:
         between = path.at(PLACES)
         pose, _, gc = path.arm.forward(between.q)
@@ -178,6 +180,7 @@ def test_a_plan_whose_duration_weighs_is_never_slower(name: str) -> None:
 
 
 def test_joints_travel_less_than_where_the_free_joint_is_held() -> None:
+    """`plan` for travel alone moves joints less than `follow` with the free joint held."""
     poses = turned().poses
     held = aa.follow(ARM, poses, start=READY)
     travel = aa.plan(ARM, poses, start=READY, objective=aa.Objective(limits=0.0, singularities=0.0))
@@ -205,6 +208,7 @@ def test_it_is_timed_saved_and_blended(tmp_path: Path) -> None:
 
 
 def test_no_pose_and_one_pose() -> None:
+    """`plan` takes one pose and none."""
     one = aa.plan(ARM, turned().poses[:1], start=READY)
     assert one.certified and len(one) == 1
     np.testing.assert_allclose(one.q[0], READY, rtol=0, atol=1e-9)

@@ -102,6 +102,7 @@ def test_it_travels_whole_and_joins() -> None:
 
 
 def test_a_single_row_stays() -> None:
+    """`JointPath.at` of one row is that row everywhere."""
     path = followed("franka_fr3", count=1)
     np.testing.assert_allclose(path.at([0.0, 0.4, 1.0]).q, np.repeat(path.q, 3, axis=0), rtol=0, atol=1e-12)
 

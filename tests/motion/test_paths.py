@@ -57,6 +57,7 @@ ALL = pytest.mark.parametrize("path", [p for _, p in paths()], ids=[n for n, _ i
 
 @ALL
 def test_every_pose_is_a_rotation_and_a_position(path: aa.Path) -> None:
+    """`Path.pose` of each kind of path is a rigid pose."""
     poses = path.pose(S)
     product = np.swapaxes(poses[:, :3, :3], 1, 2) @ poses[:, :3, :3]
     np.testing.assert_allclose(product, np.broadcast_to(np.eye(3), product.shape), atol=4e-15)
@@ -116,6 +117,7 @@ def test_a_screw_of_two_turns_comes_back_shifted_along_its_axis() -> None:
 
 
 def test_waypoints_are_met_and_straight_between() -> None:
+    """`Waypoints` passes its poses at even s, in straight lines, with breaks there."""
     poses = np.stack([frame(k) for k in range(5)])
     path = aa.Waypoints(poses)
     np.testing.assert_allclose(path.pose(np.arange(5) / 4), poses, atol=4e-15)
@@ -222,6 +224,7 @@ def test_the_deviation_bounds_position_and_rotation_at_once(seed: int) -> None:
 
 
 def test_the_deviation_at_a_right_angle_is_attained() -> None:
+    """The deviation that `Segments` states for a blended right angle is attained at the corner."""
     a, b, c = (np.eye(4) for _ in range(3))
     b[0, 3], c[:2, 3] = 0.4, (0.4, 0.3)
     path = aa.Segments([aa.Line(a, b), aa.Line(b, c)], blend=0.1)
@@ -273,6 +276,7 @@ def test_each_corner_has_a_blend_of_its_own() -> None:
 
 
 def test_blends_of_neighbours_meet_in_the_middle_of_a_short_piece() -> None:
+    """Blends of `Segments` at both ends of a short piece meet in its middle."""
     poses = np.stack([np.eye(4)] * 4)
     poses[:, :3, 3] = [[0, 0, 0], [0.5, 0, 0], [0.5, 0.02, 0], [0, 0.02, 0]]
     path = aa.Segments([aa.Waypoints(poses)], blend=0.1)
@@ -283,6 +287,7 @@ def test_blends_of_neighbours_meet_in_the_middle_of_a_short_piece() -> None:
 
 
 def test_plain_segments_are_the_paths_one_after_the_other() -> None:
+    """`Segments` without blend, or paths added, are the paths in turn."""
     path, parts = aa.Segments(three()), three()
     for k, (low, high) in enumerate(zip(path.breaks[:-1], path.breaks[1:], strict=True)):
         np.testing.assert_allclose(path.pose(low + (high - low) * S[:-1]), parts[k].pose(S[:-1]), atol=1e-14)

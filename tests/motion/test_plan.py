@@ -170,6 +170,7 @@ def test_a_limit_put_just_inside_what_a_curve_needs_is_never_certified(seed: int
 
 
 def test_margins_asked_are_kept_between_the_rows() -> None:
+    """`plan` keeps limit_margin and singularity_margin between the rows."""
     margin, way = np.radians(8), line(IIWA, AMID, [0.05, -0.35, 0.1])
     result = aa.plan(IIWA.with_(singularity_margin=margin), way, limit_margin=margin)
     assert result.certified and margins(IIWA, result.at(DENSE).q).min() > margin
@@ -236,6 +237,7 @@ def test_derivatives_in_closed_form_are_limits_of_differences() -> None:
 
 
 def test_results_are_the_same_every_time_and_survive_pickling() -> None:
+    """`plan` gives equal joints each time, and its curve can be pickled."""
     one, two = aa.plan(IIWA, plain_line()), aa.plan(IIWA, plain_line())
     assert np.array_equal(one.q, two.q)
     again = pickle.loads(pickle.dumps(one.curve))

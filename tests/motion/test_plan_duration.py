@@ -70,6 +70,7 @@ def test_a_curve_that_bends_sharply_is_not_taken_for_a_fast_one() -> None:
 
 
 def test_more_weight_never_takes_longer() -> None:
+    """The more weight on duration, the sooner `retime` of the plan ends."""
     arm = IIWA.with_(acceleration=50.0)
     path = line(arm, POSTURE, np.array([0.05, -0.35, 0.1]))
     times = [

@@ -75,6 +75,7 @@ def test_more_weight_never_takes_the_arm_angle_farther_off() -> None:
 
 
 def test_a_weight_of_0_is_no_wish() -> None:
+    """`plan` with a psi of weight 0 is the plan without."""
     alone = aa.plan(IIWA, PATH, start=POSTURE)
     assert np.array_equal(
         aa.plan(IIWA, PATH, start=POSTURE, psi=1.0, objective=aa.Objective(psi=0)).q, alone.q

@@ -44,6 +44,7 @@ def test_follow_is_step_in_a_loop_bit_for_bit(policy: aa.Repulsion, carry: str, 
 
 
 def test_a_step_is_a_named_tuple_like_any_other() -> None:
+    """A Step can be pickled and replaced, and has no hash."""
     now = aa.step(IIWA, START, IIWA.forward(START)[0])
     again = pickle.loads(pickle.dumps(now))
     assert type(again) is aa.types.Step and again[1:5] == now[1:5] and (again.q == now.q).all()
@@ -423,12 +424,14 @@ def test_a_gc_can_be_asked_for() -> None:
 
 
 def test_the_singularity_margin_is_kept_along_a_path() -> None:
+    """`follow` keeps the arm's singularity margin."""
     path = aa.follow(IIWA.with_(singularity_margin=0.3), line(IIWA, START, SHIFT, 60), start=START)
     assert path.ok
     assert np.abs(np.sin(path.q[:, [1, 3, 5]])).min() >= np.sin(0.3) - 1e-9
 
 
 def test_empty_and_single_paths() -> None:
+    """`follow` takes no pose and one."""
     none = aa.follow(IIWA, np.empty((0, 4, 4)), start=START)
     assert none.ok and none.q.shape == (0, 7)
     one = aa.follow(IIWA, IIWA.forward(START)[0][None], start=START, policy=aa.Hold())

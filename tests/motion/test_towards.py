@@ -120,6 +120,7 @@ def test_no_arm_angle_of_the_arc_is_nearer_to_the_point() -> None:
 
 
 def test_step_and_resolve_wish_alike() -> None:
+    """`step` and `resolve` move psi alike under Towards."""
     for wish in ({"psi": 1.2}, {"point": [0.3, 0.8, 0.4]}, {"direction": "up"}):
         policy = aa.Towards(**wish, K=0.7)
         stepped = aa.step(IIWA, START, POSE, policy=policy, max_joint_step=np.inf)

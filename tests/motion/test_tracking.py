@@ -47,6 +47,7 @@ def test_a_lost_sample_with_a_hint_of_whole_numbers_is_held(arm: aa.Arm) -> None
 
 
 def test_run_is_step_in_a_loop(arm: aa.Arm) -> None:
+    """`Tracker.run` gives the joints of `Tracker.step` in a loop."""
     stream = streams.stream(arm, "glitch", 1, seconds=3.0)
     start = streams.posture(arm)
     one = tracker_at(arm, start, filter=aa.HandFilter())

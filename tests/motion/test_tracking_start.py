@@ -74,12 +74,14 @@ def test_a_hand_at_the_tool_is_not_left(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["kuka_iiwa14_r820", "yaskawa_sia20d", "openarm_v10", "barrett_wam7"])
 def test_a_hand_at_the_tool_is_not_left_by_a_calibrated_arm(name: str) -> None:
+    """A tracker of a calibrated arm stays within OFF of a hand at rest at the tool."""
     assert farthest(calibrated.calibrated(name, 1.0, 2.0), draw.generator(*name.encode(), 2)) <= OFF
 
 
 @pytest.mark.turns(3)
 @pytest.mark.parametrize("name", srs_catalogue())
 def test_a_hand_that_trembles_at_the_tool_is_not_left(name: str) -> None:
+    """A tracker stays within MARGIN of a hand that trembles at the tool."""
     assert farthest(named(name), draw.generator(*name.encode(), 3), TREMBLE) <= MARGIN
 
 

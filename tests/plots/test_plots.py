@@ -127,6 +127,7 @@ def test_free_is_lighter_and_wider_than_whatever_blocks() -> None:
 
 
 def test_virtual_arm_shows_both_elbows_and_psi() -> None:
+    """`plots.virtual_arm` draws the real and virtual arm, both elbows and psi."""
     ax = plots.virtual_arm(IIWA, PAPER_Q)
     assert {"real arm", "virtual arm (θ3 = 0)", "ψ = 58.6°", "half-plane ψ = 0"} <= _labels(ax)
     lines = {line.get_label(): np.array(line.get_data_3d()).T for line in ax.lines}
@@ -137,6 +138,7 @@ def test_virtual_arm_shows_both_elbows_and_psi() -> None:
 
 @pytest.mark.parametrize("arm", [IIWA, WAM], ids=lambda arm: arm.name)
 def test_virtual_plane_has_true_lengths_and_angles(arm: aa.Arm) -> None:
+    """`plots.virtual_plane` draws the upper arm and the wrist at their true distances and angle."""
     q = np.array([0.3, -0.5, 0.2, 1.2, 0.1, 0.5, 0.0])
     pose, _, gc = arm.forward(q)
     virtual = arm.inverse(pose, 0.0, gc, limits=False)

@@ -69,6 +69,7 @@ def posed(arm: aa.Arm, rng: np.random.Generator, gc: int) -> tuple[Any, int]:
 @pytest.mark.parametrize("body", BODIES)
 @pytest.mark.parametrize("arm", ARMS, ids=lambda arm: arm.name)
 def test_a_psi_is_clear_if_and_only_if_no_link_touches(arm: aa.Arm, body: str) -> None:
+    """The arcs clear of a scene hold psi exactly where all links keep the clearance."""
     rng = generator(1, len(arm.name))
     arm = arm.with_(body=BODIES[body])
     for k in range(count(8)):

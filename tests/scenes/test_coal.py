@@ -63,6 +63,7 @@ def obstacle(rng: np.random.Generator, arm: aa.Arm, kind: int) -> Any:
 
 @pytest.mark.parametrize("name", ["kuka_iiwa7_r800", "barrett_wam7", "yaskawa_sia5d", "openarm_v10"])
 def test_no_arm_angle_is_judged_other_than_by_coal(name: str) -> None:
+    """The arcs clear of a scene hold psi exactly where coal finds no contact."""
     coal = need("coal")
     arm, rng = aa.Arm.from_catalogue(name).with_(body=BODY), generator(1, len(name))
     request, asked, free = exact_request(coal), 0, 0

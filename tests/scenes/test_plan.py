@@ -276,6 +276,7 @@ def test_what_a_function_raises_is_raised() -> None:
 
 
 def test_a_plan_leads_around_a_dead_end_of_obstacles() -> None:
+    """`plan` is certified and clear where obstacles make a dead end."""
     slide = np.tile(POSE, (60, 1, 1))
     slide[:, 1, 3] += np.linspace(0.0, 0.3, 60)
     places = [[0.2763, 0.1045, 0.4830], [0.2085, 0.2854, 0.4624], [0.3333, 0.2607, 0.4953]]

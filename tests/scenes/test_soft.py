@@ -89,6 +89,7 @@ def test_without_room_it_is_as_if_there_were_none() -> None:
 
 
 def test_a_soft_clearance_of_0_changes_no_bit() -> None:
+    """`follow` with soft=0 gives the joints of a scene without it."""
     for q, pose, _, shapes in cases(3):
         poses = np.tile(pose, (10, 1, 1))
         poses[:, 0, 3] += np.linspace(0, 0.01, 10)
@@ -133,6 +134,7 @@ def test_the_policy_goes_on_from_the_soft_end_so_that_repulsion_is_no_nearer_tha
 
 
 def test_a_scene_file_states_the_soft_clearance(tmp_path: Any) -> None:
+    """`load_scene` reads `soft`, which may not be negative."""
     text = "clearance = 0.01\nsoft = 0.04\n[[ball]]\ncenter = [0, 0, 1]\nradius = 0.1"
     (tmp_path / "cell.toml").write_text(text)
     wanted = aa.Scene([aa.Ball([0, 0, 1], 0.1)], clearance=0.01, soft=0.04)

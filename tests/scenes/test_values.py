@@ -56,6 +56,7 @@ def test_bones_say_what_they_leave_bare() -> None:
 
 @pytest.mark.parametrize("name", srs_catalogue())
 def test_any_arm_has_a_guessed_body_that_says_so(name: str) -> None:
+    """`with_(body="guessed")` gives a body of bones, marked as not trusted."""
     arm = aa.Arm.from_catalogue(name).with_(body="guessed")
     assert arm.body is not None and not arm.body.trusted
     radius = round(0.12 * (arm.geometry.d_se + arm.geometry.d_ew), 4)

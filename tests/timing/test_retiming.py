@@ -314,6 +314,7 @@ def test_lines_of_less_than_a_micrometre_are_timed(way: float) -> None:
 
 
 def test_a_tool_speed_that_can_be_held_is_constant() -> None:
+    """`retime` with a tool_speed that can be held moves the tool at it, but for the ramps."""
     found = aa.retime(LINE, tool_speed=0.05)
     assert found.speed_lost is None
     assert "The tool moves at 0.05 m/s but for the ramps at both ends." in found.explain()
