@@ -152,7 +152,7 @@ def test_self_motion_is_the_difference_quotient(arm: aa.Arm, regime: str) -> Non
 
 
 def test_self_motion_where_it_does_not_exist() -> None:
-    """`self_motion` is finite if singular for all psi, and infinite if for one."""
+    """`self_motion` is finite if singular for all psi, and infinite or beyond 1e6 if for one."""
     arm = aa.Arm(d_bs=0.34, d_se=0.4, d_ew=0.4, d_wf=0.126)
     straight = arm.forward(np.zeros(7))  # on the whole circle: a convention, finite
     rate = arm.self_motion(*straight)

@@ -22,9 +22,7 @@ RULE = aa.Repulsion(K=0.1, alpha=1.0)
 
 
 def starts(arm: Any, n: int, seed: int, open_: float = 0.0) -> Any:
-    """Yield n random joints with joint 2 or 6 at `open_` (rad) and others often at 0, each with a
-    displacement (m).
-    """
+    """Yield n random joints, joint 2 or 6 at `open_` (rad), odd ones often at 0, each with a move (m)."""
     rng = generator(seed)
     for k in range(n):
         q = np.where(rng.random(7) < 0.5, 0.0, rng.uniform(-0.6, 0.6, 7))
