@@ -24,8 +24,8 @@ _ARMS: dict[int, Arm] = {}
 def keep(arm: Arm, asked: str) -> int:
     """Keep an arm for the lifetime of the process and return its key, the same in every process.
 
-    Compiled functions hold the key. In a process that does not know it, they fail instead of using another
-    arm.
+    Errors call the caller `asked`. Compiled functions hold the key. In a process that does not know it, they
+    fail instead of using another arm.
     """
     if not isinstance(arm, Arm):
         raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")

@@ -333,7 +333,7 @@ def _inverse_jvp(key: int, given: Any, changes: Any) -> Any:
 
 
 def _solve_value(what: tuple[int, float, str], pose: Array, seed: Array) -> Any:
-    """Return q, psi and gc of the solution for each pose."""
+    """Return q, psi and gc of the solution for each pose; `what` is (arm's key, margin (rad), handler)."""
     key, margin, name = what
     batch = pose.shape[:-2]
     shapes = (((*batch, JOINTS), pose.dtype), (batch, pose.dtype), (batch, np.int32))
@@ -354,7 +354,7 @@ def _solve_jvp(what: tuple[int, float, str], given: Any, changes: Any) -> Any:
 
 
 def _freedom_value(what: tuple[int, float], pose: Array) -> Any:
-    """Return the total length of the feasible intervals of each pose, rad."""
+    """Return the total length of the feasible intervals of each pose, rad; `what` is (arm's key, margin)."""
     key, margin = what
     return _call("freedom", key, [(pose.shape[:-2], pose.dtype)], pose, margin=margin)
 

@@ -84,7 +84,7 @@ class _Pairs(NamedTuple):
 
 
 def _named(pair: Ints, blocking: Ints, names: PairNames) -> tuple[Ints, Ints, Names]:
-    """Return codes of (obstacle, link) pairs as indices into a list of their names; -1 (no pair) stays -1."""
+    """Return pair codes of ends, and of whole sets, as indices into a list of names; -1 (no pair) stays."""
     known, place = np.unique(np.concatenate([pair.ravel(), blocking]), return_inverse=True)
     none = int((known < 0).sum())
     place = place.ravel() - none
@@ -518,7 +518,7 @@ class ArcSet:
         none = source < 0
 
         def carried(mine: NDArray[Any], theirs: NDArray[Any], empty: float) -> NDArray[Any]:
-            """Return for each arc end of the result the value at the end of either set that it stems from."""
+            """Return for each end of the result the value at the end that it stems from, else `empty`."""
             pool = np.concatenate([mine.ravel(), theirs.ravel(), [empty]]).astype(mine.dtype)
             return pool[np.where(none, -1, source)]
 

@@ -921,7 +921,7 @@ class Arm(FrozenValue):
         nan: bool,
         out: Floats | None,
     ) -> Floats:
-        """Return the configurations of all eight branches, NaN in rows without one."""
+        """Return all eight branches, NaN in rows without one; unless `nan` raise if no row has one."""
         poses = as_poses("pose", pose, self._handle)[..., None, :, :]
         angles = as_floats("psi", psi)[..., None]
         seeds = None if seed is None else as_floats("seed", seed, (JOINTS,))[..., None, :]
@@ -968,7 +968,7 @@ class Arm(FrozenValue):
         return broadcast([("pose", as_poses("pose", pose, self._handle), 2), ("gc", as_gc(gc), 0), *more])
 
     def _of_joints(self, one: Callable[[Floats, Floats, int], None], q: ArrayLike, row: Shape) -> Floats:
-        """Return the core's result for each q: rows of this shape."""
+        """Return what `one`, a function of the core, writes for each q: arrays of shape `row`."""
         joints = as_floats("q", q, (JOINTS,))
         out = np.empty((*joints.shape[:-1], *row))
         one(joints, out, thread_count())
@@ -1346,7 +1346,7 @@ class Arm(FrozenValue):
         self, pose: ArrayLike, gc: ArrayLike, wanted: Wanted, sets: Shape, scene: Scene | None,
         progress: Progress | bool | None = None, paper: tuple[float, float] = (0.0, 0.0),
     ) -> ArcSet:  # fmt: skip
-        """Return the sets of each pose, of shape (*batch, *sets).
+        """Return the `wanted` sets of each pose, of shape (*batch, *sets).
 
         `paper`: the paper's own avoidance of singularities, a margin and the threshold of the discriminant.
         """
@@ -1368,7 +1368,7 @@ class Arm(FrozenValue):
         self, pose: ArrayLike, gc: ArrayLike, margin: float, wanted: Wanted, sets: Shape, ready: Ready | None,
         progress: Progress | bool | None,
     ) -> ArcSet:  # fmt: skip
-        """Return the proven feasible arcs of poses and branches of an arm on its own chain."""
+        """Return the `wanted` sets, as `_arcs`, of proven arcs; their `unproven` is the length of others."""
         batch, (poses, branches) = self._branches(pose, gc)
         unproven = np.zeros((*batch, *sets)).reshape(-1)
         handle = cast(ChainHandle, self._handle)
@@ -1735,7 +1735,7 @@ class Arm(FrozenValue):
 
 
 def _beyond(keep: bool, nan: bool) -> _core.Enforce:
-    """Return what the core does with joint values outside the limits: ignore it, give NaN, or raise."""
+    """Return the core's treatment of joints outside the limits: none unless `keep`; NaN (`nan`) or raise."""
     return _core.Enforce.IGNORE if not keep else _core.Enforce.NAN if nan else _core.Enforce.RAISE
 
 
@@ -1863,7 +1863,7 @@ def checked_chain(value: ArrayLike | None) -> Floats | None:
 
 
 def _check_link(what: str, along: str, across: str, values: dict[str, Any]) -> None:
-    """Raise if the upper arm or forearm, slanted by its elbow offset, has no length."""
+    """Raise if a link, values[along] (m) by values[across], has no length; errors call it `what`."""
     length = math.hypot(values[along], values[across])
     if length < LEAST_LINK:
         raise InputError(

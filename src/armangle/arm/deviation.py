@@ -49,8 +49,8 @@ class ChainDeviation(FrozenValue):
     bands : tuple of 3 float
         Largest |θ2|, |θ4 - δ| and |θ6| (rad) of a random configuration there that `Arm.inverse` did not
         reproduce. Two branches meet at 0; on the true arm they separate or merge. In these bands the status
-        is NEAR_SINGULAR, or the solution is another one of the same pose, psi and gc. Not measured for an
-        offset wrist or shoulder: reading them raises `UnsupportedError`.
+        is NEAR_SINGULAR, or the solution is another one of the same pose, psi and gc. With an offset
+        wrist or shoulder they are not measured: `UnsupportedError`.
     proven_share : float
         The share of poses, 0 to 1, whose feasible intervals are completely proven in all branches: of 50
         random configurations. At the other poses `Arm.feasible` leaves out unproven parts and returns their

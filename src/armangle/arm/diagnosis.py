@@ -245,7 +245,7 @@ class Branch:
         return f"is blocked: {link} is {self.short * MILLIMETRES:.3g} mm too near to {obstacle}."
 
     def _shut(self, way: str) -> str:
-        """Return in words the joint rotations at rest that a path through θ2 = θ6 = 0 requires."""
+        """Return in words the turns at rest that a path through θ2 = θ6 = 0 requires; `way` is the verb."""
         turns = ", or ".join(
             f"joint {joint} by {math.degrees(turn):.3g}° (and joint {joint + 2} back by as much)"
             for joint, turn in self.turns

@@ -231,7 +231,10 @@ class OffsetArm(Arm):
         return result
 
     def _raise(self, codes: Ints, missing: NDArray[np.bool_], *, one_of_eight: bool) -> None:
-        """Raise the error of the first pose that has no solution; `codes` holds the status of each."""
+        """Raise the error of the first pose that is `missing` a solution; `codes` holds the status of each.
+
+        With `one_of_eight` the last axis is the branch, and a pose has no solution if no branch has one.
+        """
         if one_of_eight:  # the reason of the branch nearest to a solution
             at = tuple(int(i) for i in np.argwhere(missing.all(axis=-1))[0])
             ok = codes[at] == Status.OK.value

@@ -81,6 +81,7 @@ def solve_free(
 ) -> Solution:
     """Return the solution of each pose at its best roll; `ask(arm, pose, near, weights)` solves at one.
 
+    The best has the largest limit margin if `by_margin`, otherwise it is nearest to `near` by the metric.
     If the tool's z axis is axis 7, no roll is tried: joints 1 to 6 do not depend on it, or, if joint 7 is the
     free joint, take the same values at another of its values. Joint 7 takes the value of the seed, or the
     middle.

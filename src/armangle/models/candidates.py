@@ -300,7 +300,7 @@ def find_candidates(
 def _candidate(
     tree: Tree, chain: Callable[[str, str], Chain], way: Sequence[int], base: str | None = None
 ) -> Candidate:
-    """Return a candidate of seven joints of a tree, with its deviation from an S-R-S arm."""
+    """Return a candidate of seven joints of a tree, by number, with its deviation from an S-R-S arm."""
     first, last = tree.bodies[tree.joints[way[0]].above], tree.bodies[tree.joints[way[-1]].below]
     ends = (base or first.links[0], last.parting)
     read, how = _readable(chain, ends)

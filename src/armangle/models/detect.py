@@ -293,7 +293,7 @@ def _write(
     spans: dict[int, FloatArray],
     slack: _Slack,
 ) -> ArmDescription:
-    """Return the S-R-S arm without tool for one choice of axis signs.
+    """Return the S-R-S arm without tool for one choice of axis signs; `spans` are links (3,), m, by joint.
 
     The z axes of the DH frames at q = 0 are the signed axes. Each x axis is the common normal of two of them,
     on the side given by the twists (-, +, +, -, -, +) of the paper's Table 1.

@@ -74,7 +74,7 @@ def _postures(chain: Chain) -> FloatArray:
 
 
 def _error(arm: ArmDescription, q: FloatArray, wanted: FloatArray, lever: float) -> FloatArray:
-    """Return the errors of the tip at configurations q (n, 7), m: positions, and rotations times `lever`."""
+    """Return errors of the tip, wanted at poses (n, 4, 4), at q (n, 7), m: of rotations times `lever`."""
     found = chain_of(arm).forward(q)
     turn = np.swapaxes(wanted[:, :3, :3], 1, 2) @ found[:, :3, :3]
     axis = turn - np.swapaxes(turn, 1, 2)

@@ -190,7 +190,7 @@ def _read(chain: Chain) -> OffsetDescription:
 
 
 def _common_normal(p: FloatArray, u: FloatArray, r: FloatArray, v: FloatArray) -> FloatArray:
-    """Return the nearest points of two lines that are not parallel, (2, 3)."""
+    """Return the nearest points (2, 3) of the lines p + a u and r + b v, which are not parallel."""
     along = np.linalg.solve(
         np.array([[u @ u, -(u @ v)], [u @ v, -(v @ v)]]), np.array([(r - p) @ u, (r - p) @ v])
     )

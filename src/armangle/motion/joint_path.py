@@ -98,7 +98,7 @@ def rows_between(arm: Arm, curve: AnyCurve, rows: Floats, step: float) -> Floats
 
 
 def _outside(q: Floats, beyond: Floats, verb: str) -> str:
-    """Return which of joints q violates its limits, and by how much, as a sentence."""
+    """Return as a sentence with `verb` which joint of q is outside its limits most, by `beyond` (7,), rad."""
     joint = int(np.argmax(beyond))
     unit = " Joints are in rad: were these degrees?" if np.abs(q).max() > _TURN else ""
     return f"Joint {joint + 1} {verb} {np.degrees(beyond[joint]):.4g} deg outside its limits.{unit}"

@@ -103,7 +103,7 @@ def tracker_of(
     arm: Arm, given: Floats, leading: Callable[[Arm], _core.Scene | None], about: Any
 ) -> AnyTracker:
     """Return the core's control loop of an arm from checked numbers; `leading` prepares the scene for the
-    nominal arm, whose tracker leads that of another kind.
+    nominal arm, whose tracker leads that of another kind; `about` is the scene for this one.
     """
     handle: Any = arm._handle
     if isinstance(arm, OffsetArm):

@@ -410,7 +410,10 @@ def _weights(arm: Arm, objective: Objective) -> Floats:
 def _with_roll(
     arm: Arm, roll: Roll, start: Floats | None, goal: Floats | None, scene: object, kept: float
 ) -> tuple[Any, float]:
-    """Return the core's arm for planning and the fixed value (rad) of joint 7 if the roll is free."""
+    """Return the core's arm for planning, and joint 7's fixed value (rad) if the roll is free, else 0.
+
+    Raises if that value is nearer to a limit than `kept` (rad), or start and goal have different ones.
+    """
     at_rest = np.clip(0.0, arm.lower, arm.upper)
     bounded = np.isfinite(arm.lower) & np.isfinite(arm.upper)
     at_rest[bounded] = 0.5 * (arm.lower[bounded] + arm.upper[bounded])
@@ -472,7 +475,7 @@ def _result(
     arm: Arm, path: Path, rows: Floats, curve: Curve | None, diagnosis: Diagnosis, ok: bool, open_: Floats,
     scenes: tuple[Scene, ...],
 ) -> JointPath:  # fmt: skip
-    """Return the planned path as rows at `rows`, with its diagnosis; rows after the reached s are empty."""
+    """Return the planned path at s `rows`, empty after the reached s; `open_` are unproven ranges of s."""
     n = len(rows)
     columns = blank_rows(n)
     reached = 0

@@ -326,7 +326,7 @@ def _asked(
     core_step: Callable[..., Step | None], handle: _core.Arm, q_now: ArrayLike, pose: ArrayLike,
     native: Any, given: tuple[Any, ...], rest: tuple[Any, ...],
 ) -> Step:  # fmt: skip
-    """Return the core's step; options that it cannot read directly are converted first, or raise."""
+    """Return the core's step; options `given` that it cannot read directly are converted first, or raise."""
     plain = core_step(q_now, pose, native, *given, *rest)
     if plain is not None:
         return plain

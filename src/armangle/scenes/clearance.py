@@ -16,11 +16,12 @@ from .ready import Ready
 class Clearance(NamedTuple):
     """The nearest pair of obstacle and link at given configurations.
 
-    ``distance (...)`` between their surfaces, m; negative on contact, at least minus the sum of the two
-    radii. ``obstacle (...)`` and ``link (...)`` are their names, for a batch arrays of objects; None if there
-    is no pair at all (the distance is then infinite). ``psi_rate (...)`` is the derivative of the distance by
-    the arm angle, m/rad. ``points (..., 2, 3)`` are the nearest points of the two surfaces, of the link and
-    of the obstacle, m, in the frame that poses are given in; NaN without a pair.
+    ``distance (...)`` between their surfaces, m; negative on contact, except for a half-space at least minus
+    the sum of the two radii. ``obstacle (...)`` and ``link (...)`` are their names, for a batch arrays of
+    objects; None if there is no pair at all (the distance is then infinite). ``psi_rate (...)`` is the
+    derivative of the distance by the arm angle, m/rad. ``points (..., 2, 3)`` are the nearest points of the
+    two surfaces, of the link and of the obstacle, m, in the frame that poses are given in; NaN without a
+    pair.
     """
 
     distance: float | Floats

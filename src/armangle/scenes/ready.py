@@ -224,7 +224,7 @@ def _points(scene: Scene) -> Floats:
 
 
 def _corners(shapes: tuple[Shape, ...], hand: tuple[Shape, ...], first_of_hand: int) -> Floats:
-    """Return the corners of all hulls: index of the hull, then x, y, z (m)."""
+    """Return the corners of all hulls: index (the gripper's from `first_of_hand`), then x, y, z (m)."""
     rows = [*enumerate(shapes), *enumerate(hand, start=first_of_hand)]
     hulls = [(at, shape._corners()) for at, shape in rows if isinstance(shape, Hull)]
     parts = [np.column_stack([np.full(len(corners), at), corners]) for at, corners in hulls]

@@ -318,7 +318,7 @@ def _spread_knots(
 
 
 def _fine_ends(knots: Floats, squares: list[tuple[float, float]]) -> Floats:
-    """Return knots, with more at an end where (dr/dt)² falls too fast for the spline to stay positive."""
+    """Return knots, with more at an end where (dr/dt)² (`squares`) falls too fast for a positive spline."""
     (first, slope), (last, rise) = squares
     while first + slope * knots[1] / 3 < first / 2:
         knots = np.insert(knots, 1, knots[1] / 2)
@@ -431,7 +431,7 @@ class _Spline:
         return (values.tocsr() @ change).tocsr()
 
     def held(self, squares: list[tuple[float, float]]) -> Floats:
-        """Return coefficients (K,) fixed by y and dy/dr at the ends; NaN for those that are free."""
+        """Return coefficients (K,) fixed by `squares`, y and dy/dr at the ends; NaN for those not fixed."""
         (first, slope), (last, rise) = squares
         out = np.full(self.count, np.nan)
         out[:2] = first, first + slope * self.ends[1] / 3
@@ -482,7 +482,7 @@ class _Programs:
         self, spline: _Spline, guesses: list[Floats], most: Floats, turned: list[Any], jolted: list[Any],
         held: Floats,
     ) -> None:  # fmt: skip
-        """Build the rows of all bounds from the spline's matrices and the first guesses."""
+        """Build the rows of bounds: y `most`, accelerations, jerks, and coefficients `held` (NaN: free)."""
         stack = needed("scipy.sparse").vstack
         turns, jolts = stack(turned).tocsr(), stack(jolted).tocsr()
         self._linear = stack([_diagonal(1 / most) @ spline.values, turns, -turns]).tocsr()

@@ -215,8 +215,8 @@ def _nodes(corners: Floats, reach: Floats, parts: Any) -> Floats:
 
 
 def _between(room: float, left: float, right: float) -> list[float]:
-    """Return the nodes between two corners, as distances from the first; a reach of 0 is an end
-    of the path.
+    """Return the nodes between two corners `room` apart, with reaches `left` and `right` (0 at an end of the
+    path), as distances from the first.
     """
     after, before = [left], [room - right]
     while left and APART * after[-1] <= room / 2:

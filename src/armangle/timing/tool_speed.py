@@ -68,7 +68,7 @@ def not_held(path: Motion, timing: Timing, tool_speed: float, share: float) -> S
 
 
 def _path_speed(first: Floats, tool_speed: float) -> Floats:
-    """Return ds/dt for the tool speed; infinite where the tool does not move with s."""
+    """Return ds/dt for the tool speed, from p' (N, 3), m; infinite where the tool does not move with s."""
     way = np.linalg.norm(first, axis=1)
     return np.where(way > RESTS, tool_speed / np.maximum(way, RESTS), np.inf)
 

@@ -68,7 +68,7 @@ def _visuals(arm: Arm, urdf: Path, base: str | None, tip: str | None) -> _Looks:
 
 
 def _read_visual(looks: _Looks, visual: Any, name: str, frame: int, local: Floats, folder: Path) -> None:
-    """Add one <visual> of a URDF to `looks`, or note why it cannot be read."""
+    """Add one <visual> of a URDF to `looks`, or note why not; `local` is its link's frame in the DH frame."""
     try:
         shape = visual.find("geometry")[0]
         mesh = _shape(shape, folder)

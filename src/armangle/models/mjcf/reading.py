@@ -117,7 +117,7 @@ class _Model:
         _refuse(self.source, message)
 
     def name(self, kind: str, index: int) -> str:
-        """Return the name of a body, joint or site; its number if it has none."""
+        """Return the name of a body, joint or site; such as "body_3" if it has none."""
         return str(getattr(self.model, kind)(index).name) or f"{kind}_{index}"
 
     def find(self, kind: str, name: str) -> int | None:
