@@ -40,7 +40,7 @@ class _Diagnosed(Protocol):
 
 
 def branches_by_intervals(arm: _Diagnosed, pose: Floats) -> tuple[Branch, ...]:
-    """Return what the limits leave of each branch of an arm without obstacles, and why nothing.
+    """Return for each branch of an arm without obstacles whether its limits permit a pose; if not, why.
 
     If a branch is UNREACHABLE, its excess is that of the nominal arm.
     """
@@ -68,7 +68,7 @@ def _branch_of(arm: _Diagnosed, pose: Floats, gc: int, arcs: ArcSet) -> Branch:
 
 
 def _blocking(arm: _Diagnosed, pose: Floats, gc: int) -> tuple[int, ...]:
-    """Return joints whose limits together leave nothing, none of which can be left out."""
+    """Return joints whose limits together leave nothing, each of them needed; () if limits alone do not."""
     left = arm.feasible(pose, gc, per_joint=True) | arm._left_out(pose, gc, Wanted.JOINTS)
     counts, ends = np.asarray(left.count), left.intervals
     sets = [ArcSet(ends[joint][: counts[joint]]) for joint in range(JOINTS)]

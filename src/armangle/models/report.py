@@ -96,7 +96,7 @@ def millimetre_notes(lengths: Mapping[str, float]) -> tuple[str, ...]:
 
 
 def _velocity_notes(chain: Chain) -> tuple[str, ...]:
-    """Return a note for each velocity that looks like a template's."""
+    """Return a note for each velocity so large (10 rad/s or more) that it looks like a template's."""
     return tuple(
         f"velocity of joint {joint.name!r} is {joint.velocity:.4g} rad/s "
         f"({math.degrees(joint.velocity):.4g} deg/s): not trusted"

@@ -573,7 +573,7 @@ class _Programs:
         return np.where(self._free, z / GROWTH, z), np.where(self._free, GROWTH * z, z)
 
     def _ask(self, z: Floats, most: float) -> Any:
-        """Add the rows of which z uses more than the share `most`, and return their indices."""
+        """Add the further rows of which z uses more than the share `most`, and return their indices."""
         new = np.flatnonzero((np.concatenate(self._shares(z)) > most) & ~self._is_asked)
         self._is_asked[new] = True
         self._asked = np.append(self._asked, new)

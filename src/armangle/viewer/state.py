@@ -162,7 +162,7 @@ class ViewerState:
     # -- actions -------------------------------------------------------------------------------------
 
     def reset(self) -> Answer:
-        """Return to the start: the first pose of the motion if any, otherwise `start`; boxes too."""
+        """Return to the start: the first solved row of the motion if any, otherwise `start`; boxes too."""
         self.row, self.arm = self._home_row, self._home_arm
         self._take(self._home)
         return self._say(True, "")

@@ -51,7 +51,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a table of all runs; write their files on request."""
+    """Print a table of all runs; write their files on request; status 1 if a run fails."""
     with progress("running the example"):
         runs = [paper_example.run(policy) for policy in paper_example.POLICIES]
     written, missing = ([], None) if args.output is None else _write(runs, Path(args.output))

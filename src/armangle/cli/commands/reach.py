@@ -48,7 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Compute, verify or show a map; status 1 if tiles are missing or wrong."""
+    """Compute, verify or show a map; status 1 if tiles are missing, except with --part, or wrong."""
     made = args.robot is not None
     if args.verify:
         if made:
