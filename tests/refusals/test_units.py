@@ -41,7 +41,6 @@ CALLS: dict[str, tuple[Callable[[float], Any], float, float]] = {
     "step": (lambda x: aa.step(ARM, Q, POSE, max_joint_step=x), 3.0, 10.0),
     "follow": (lambda x: aa.follow(ARM, POSE[None], start=Q, max_joint_step=x), 3.0, 10.0),
     "tool": (lambda x: ARM.with_(tool=shifted(x)), 0.2, 200.0),
-    "base": (lambda x: ARM.with_(base=shifted(x)), 30.0, 500.0),
     "Arm": (lambda x: aa.Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, tool=shifted(x)), 1.0, 120.0),
 }
 
@@ -53,10 +52,16 @@ def test_a_number_in_another_unit_is_warned_of(name: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         call(meant)
-    unit = "mm" if name in ("tool", "base", "Arm") else "degrees"
+    unit = "mm" if name in ("tool", "Arm") else "degrees"
     with pytest.warns(UserWarning, match=unit) as told:
         call(other)
     assert f"{abs(other):g}" in str(told[0].message)
+
+
+def test_a_base_may_stand_far_away_as_that_of_a_mobile_robot_in_a_map() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ARM.with_(base=shifted(5000.0))
 
 
 def test_no_bound_is_no_unit() -> None:

@@ -1808,7 +1808,7 @@ def _checked(given: dict[str, Any]) -> dict[str, Any]:
         LIKE_DEGREES: degrees_notes(values["joint_names"], values["lower"], values["upper"]),
         LIKE_MILLIMETRES: millimetre_notes(
             {name: values[name] for name in (*LENGTHS, *ELBOW_OFFSETS)}
-            | {name: float(np.linalg.norm(values[name][:3, 3])) for name in FRAMES}
+            | {"tool": float(np.linalg.norm(values["tool"][:3, 3]))}
         ),
     }
     for what, found in of_units.items():

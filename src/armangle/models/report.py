@@ -20,7 +20,6 @@ LIKE_DEGREES = "limits look like degrees where rad are wanted"
 LIKE_MILLIMETRES = "lengths look like mm where m are wanted"
 _SUSPICIOUS_VELOCITY = 10.0  # rad/s
 LONGEST_LINK = 10.0  # m: longer than the link of any arm of this kind
-_FARTHEST_BASE = 100.0  # m: farther from the origin than robots stand in a hall
 _SMALL_LIMIT = math.radians(2.0 * math.pi)  # rad: a full turn in rad, read as degrees
 _SUSPICIOUS_LIMIT = 20.0  # rad: no joint turns three times, but many files have degrees
 
@@ -88,10 +87,7 @@ def degrees_notes(names: Iterable[str], lower: Iterable[float], upper: Iterable[
 
 def millimetre_notes(lengths: Mapping[str, float]) -> tuple[str, ...]:
     """Return a note if lengths (m) are so long that they look like mm, otherwise nothing."""
-    most = {"base": _FARTHEST_BASE}
-    long = [
-        f"{name} {value:g}" for name, value in lengths.items() if abs(value) > most.get(name, LONGEST_LINK)
-    ]
+    long = [f"{name} {value:g}" for name, value in lengths.items() if abs(value) > LONGEST_LINK]
     return (f"{LIKE_MILLIMETRES}: {', '.join(long)}",) if long else ()
 
 
