@@ -243,6 +243,30 @@ def as_gc(value: ArrayLike) -> Ints:
     return index if all(stride % 8 == 0 for stride in index.strides) else index.copy()
 
 
+def as_codes(name: str, value: ArrayLike, count: int) -> Ints:
+    """Return integers as int64; raise unless each is in 0..count - 1."""
+    wanted = f"wanted integers from 0 to {count - 1}"
+    try:
+        given = np.asarray(value)
+    except ValueError:  # a ragged list
+        given = np.asarray(object())
+    if given.dtype.kind not in "iu":
+        nested = isinstance(value, Iterable) and not isinstance(value, str)
+        raise InputError(f"{name} is {type(value).__name__ if nested else repr(value)[:40]}, {wanted}")
+    wrong = given[(given < 0) | (given >= count)]
+    if wrong.size:
+        raise InputError(f"{name} is {wrong.flat[0]}, {wanted}")
+    return given.astype(np.int64)
+
+
+def one_branch(name: str, value: int) -> int:
+    """Return one branch number, 0 to 7."""
+    index = np.asarray(value)
+    if index.dtype.kind not in "iu" or index.ndim or not 0 <= index < CONFIGURATIONS:
+        raise InputError(f"{name} is {value!r:.50}, wanted an integer from 0 to 7")
+    return int(index)
+
+
 def number_in(text: str) -> float:
     """Return the number that a word of a file denotes, as in other programs.
 

@@ -6,15 +6,17 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from ._arrays import chosen
-from .arm.arm import Arm
+from .arm.arm import Arm, check_arm
 from .arm.chain import unsupported
 from .errors import InputError, UnsupportedError
+from .models.description import ELBOW_OFFSETS, END_OFFSETS, LENGTHS
 
 Array: TypeAlias = Any  # a torch.Tensor or a jax.Array, known to type checkers only if installed
 
@@ -27,24 +29,12 @@ def keep(arm: Arm, asked: str) -> int:
     Errors call the caller `asked`. Compiled functions hold the key. In a process that does not know it, they
     fail instead of using another arm.
     """
-    if not isinstance(arm, Arm):
-        raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
+    check_arm(arm)
     if arm.kind == "srs_chain":
         raise unsupported(asked)
-    lengths = [
-        arm.geometry.d_bs,
-        arm.geometry.d_se,
-        arm.geometry.d_ew,
-        arm.geometry.d_wf,
-        arm.geometry.a_3,
-        arm.geometry.a_4,
-        arm.geometry.d_4,
-        arm.geometry.a_1,
-        arm.geometry.a_6,
-        arm.singularity_margin,
-    ]
+    lengths = [getattr(arm.geometry, name) for name in (*LENGTHS, *ELBOW_OFFSETS, *END_OFFSETS)]
     parts = [
-        lengths,
+        [*lengths, arm.singularity_margin],
         arm.geometry.signs,
         arm.geometry.offsets,
         arm.lower,
@@ -70,11 +60,13 @@ def kept(key: int) -> Arm:
     return arm
 
 
-def is_widest(arm: Arm, seed: Array | None, prefer: str) -> bool:
-    """Return whether `solve` is to find the largest margin, not the nearest to a seed; raise for a scene."""
-    if arm.scene is not None:
-        raise UnsupportedError("solve is not made for an arm with a scene here: use Arm.solve")
-    return chosen("prefer", prefer, ("seed", "margin")) == "margin" or seed is None
+def common_batch(broadcast: Callable[..., Any], **shapes: Any) -> Any:
+    """Return the batch shape of arguments, by a library's own function; raise if there is none."""
+    try:
+        return broadcast(*shapes.values())
+    except (RuntimeError, ValueError):
+        listed = ", ".join(f"{name} {tuple(shape)}" for name, shape in shapes.items())
+        raise InputError(f"batch shapes do not broadcast: {listed}") from None
 
 
 @dataclass(frozen=True)
@@ -86,6 +78,47 @@ class Kept:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "_key", keep(self.arm, type(self).__module__))
+
+    def solve(
+        self, pose: Array, seed: Array | None = None, *, prefer: Literal["seed", "margin"] = "seed"
+    ) -> tuple[Array, Array, Array, Array]:
+        """Return the solution of `Arm.solve`, with the derivative of its joints.
+
+        The derivative follows one solution. The solution jumps where another branch, arm angle or turn is
+        equally good, and its slope changes where a joint reaches a limit: there the derivative is that of the
+        solution returned. It is NaN at a shoulder, elbow or wrist singularity, and if nothing determines the
+        arm angle, for example if joint 4 alone decides the largest margin.
+
+        Parameters
+        ----------
+        pose : array, shape (..., 4, 4)
+            Pose of the end effector, position in m.
+        seed : array, shape (..., 7), optional
+            Present joint values, rad. Without it `prefer` is "margin".
+        prefer : "seed" or "margin"
+            Nearest to the seed, or the largest distance to the nearest joint limit.
+
+        Returns
+        -------
+        q : array, shape (..., 7)
+            Joint values, rad, within the limits; NaN without a solution.
+        psi : array, shape (...)
+            Arm angle, rad; it has no derivative (that of ``forward(q)`` has).
+        gc : array of integers, shape (...)
+            Global configuration 0..7, -1 without a solution.
+        ok : array of bool, shape (...)
+            Whether there is a solution.
+
+        Raises
+        ------
+        InputError, UnsupportedError
+            UnsupportedError for an arm with a scene.
+        """
+        if self.arm.scene is not None:
+            raise UnsupportedError("solve is not made for an arm with a scene here: use Arm.solve")
+        widest = chosen("prefer", prefer, ("seed", "margin")) == "margin" or seed is None
+        q, psi, gc = self._solve(pose, None if widest else seed)
+        return q, psi, gc, gc >= 0
 
     def freedom(self, pose: Array) -> Array:
         """Return the total length of a pose's feasible intervals over all branches: `Freedom.total`.
@@ -128,6 +161,10 @@ class Kept:
             Also the errors of `forward` for joints.
         """
         return self._limit_margin(q)
+
+    def _solve(self, pose: Array, seed: Array | None) -> tuple[Array, Array, Array]:
+        """Return q, psi and gc of `solve`: nearest to the seed, or the largest margin without one."""
+        raise NotImplementedError
 
     def _freedom(self, pose: Array) -> Array:
         """See `freedom`."""

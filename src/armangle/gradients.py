@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
-from ._arrays import CONFIGURATIONS, JOINTS, Floats, as_floats, as_gc, as_poses, chosen, one_pose
+from ._arrays import JOINTS, Floats, as_floats, as_poses, chosen, one_branch, one_pose
 from ._threads import thread_count
 from .arm.arcs import ArcSet
 from .arm.arm import ON_ERROR, Arm, OnError
@@ -123,13 +123,11 @@ def feasible(arm: Arm, pose: ArrayLike, gc: int) -> tuple[ArcSet, Floats]:
         UnsupportedError for an arm with a scene.
     """
     frame = one_pose("pose", pose, arm._handle)
-    branch = as_gc(gc)
-    if branch.ndim:
-        raise InputError(f"gc has shape {branch.shape}, wanted one integer")
+    branch = one_branch("gc", gc)
     _refuse_scene(arm, "feasible")
-    arcs = arm.feasible(frame, branch[()])
+    arcs = arm.feasible(frame, branch)
     out = np.full((int(arcs.count), 2, 6), np.nan)
-    arm._handle.end_slopes_one(frame, int(branch), arm.singularity_margin, out)
+    arm._handle.end_slopes_one(frame, branch, arm.singularity_margin, out)
     return arcs, out
 
 
@@ -325,13 +323,11 @@ def joint_function(arm: Arm, pose: ArrayLike, gc: int, joint: int) -> JointFunct
     Source: Faria et al. (2018), Eqs. (26)-(31), (33), (34).
     """
     frame = one_pose("pose", pose, arm._handle)
-    index = as_gc(gc)
-    if index.ndim or not 0 <= index < CONFIGURATIONS:
-        raise InputError(f"gc is {gc!r}, wanted an integer from 0 to 7")
+    index = one_branch("gc", gc)
     if isinstance(joint, bool) or not isinstance(joint, (int, np.integer)) or not 1 <= joint <= JOINTS:
         raise InputError(f"joint is {joint!r}, wanted an integer from 1 to 7")
-    found = arm._handle.joint_function(frame, int(index), int(joint) - 1)
-    return JointFunction(found, (arm, frame, int(index)), int(joint))
+    found = arm._handle.joint_function(frame, index, int(joint) - 1)
+    return JointFunction(found, (arm, frame, index), int(joint))
 
 
 def _refuse_scene(arm: Arm, name: str) -> None:

@@ -28,13 +28,13 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from . import _core
 from ._arrays import JOINTS, shape_text
-from ._kept import Kept, is_widest
+from ._kept import Kept, common_batch
 from .errors import InputError, MissingExtraError, needed
 
 __all__ = ["Kinematics"]
@@ -120,11 +120,8 @@ class Kinematics(Kept):
         angles, branches = _array("psi", psi, ()).astype(poses.dtype), jnp.asarray(gc)
         if not jnp.issubdtype(branches.dtype, jnp.integer):
             raise InputError(f"gc has type {branches.dtype}, wanted integers from 0 to 7")
-        try:
-            batch = jnp.broadcast_shapes(poses.shape[:-2], angles.shape, branches.shape)
-        except ValueError:
-            shapes = f"pose {poses.shape[:-2]}, psi {angles.shape}, gc {branches.shape}"
-            raise InputError(f"batch shapes do not broadcast: {shapes}") from None
+        shapes = {"pose": poses.shape[:-2], "psi": angles.shape, "gc": branches.shape}
+        batch = common_batch(jnp.broadcast_shapes, **shapes)
         return _inverse(
             self._key,
             jnp.broadcast_to(poses, (*batch, 4, 4)),
@@ -132,53 +129,15 @@ class Kinematics(Kept):
             jnp.broadcast_to(branches.astype(jnp.int32), batch),
         )
 
-    def solve(
-        self, pose: Array, seed: Array | None = None, *, prefer: Literal["seed", "margin"] = "seed"
-    ) -> tuple[Array, Array, Array, Array]:
-        """Return the solution of `Arm.solve`, with the derivative of its joints.
-
-        The derivative follows one solution. The solution jumps where another branch, arm angle or turn is
-        equally good, and its slope changes where a joint reaches a limit: there the derivative is that of the
-        solution returned. It is NaN at a shoulder, elbow or wrist singularity, and if nothing determines the
-        arm angle, for example if joint 4 alone decides the largest margin.
-
-        Parameters
-        ----------
-        pose : Array, shape (..., 4, 4)
-            Pose of the end effector, position in m.
-        seed : Array, shape (..., 7), optional
-            Present joint values, rad. Without it `prefer` is "margin".
-        prefer : "seed" or "margin"
-            Nearest to the seed, or the largest distance to the nearest joint limit.
-
-        Returns
-        -------
-        q : Array, shape (..., 7)
-            Joint values, rad, within the limits; NaN without a solution.
-        psi : Array, shape (...)
-            Arm angle, rad; it has no derivative (that of ``forward(q)`` has).
-        gc : Array of int32, shape (...)
-            Global configuration 0..7, -1 without a solution.
-        ok : Array of bool, shape (...)
-            Whether there is a solution.
-
-        Raises
-        ------
-        InputError, UnsupportedError
-            UnsupportedError for an arm with a scene.
-        """
-        widest = is_widest(self.arm, seed, prefer)
+    def _solve(self, pose: Array, seed: Array | None) -> tuple[Array, Array, Array]:
+        """See `Kept.solve`."""
         poses = _array("pose", pose, (4, 4))
-        seeds = jnp.zeros(JOINTS, poses.dtype) if widest else _array("seed", seed, (JOINTS,))
-        try:
-            batch = jnp.broadcast_shapes(poses.shape[:-2], seeds.shape[:-1])
-        except ValueError:
-            shapes = f"pose {poses.shape[:-2]}, seed {seeds.shape[:-1]}"
-            raise InputError(f"batch shapes do not broadcast: {shapes}") from None
-        what = (self._key, self.arm.singularity_margin, "solve_margin" if widest else "solve")
+        seeds = jnp.zeros(JOINTS, poses.dtype) if seed is None else _array("seed", seed, (JOINTS,))
+        batch = common_batch(jnp.broadcast_shapes, pose=poses.shape[:-2], seed=seeds.shape[:-1])
+        what = (self._key, self.arm.singularity_margin, "solve_margin" if seed is None else "solve")
         given = jnp.broadcast_to(poses, (*batch, 4, 4)), jnp.broadcast_to(seeds, (*batch, JOINTS))
         q, psi, gc = _solve(what, given[0], given[1].astype(poses.dtype))
-        return q, psi, gc, gc >= 0
+        return q, psi, gc
 
     def _freedom(self, pose: Array) -> Array:
         """See `Kept.freedom`."""

@@ -19,7 +19,6 @@ Examples
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +28,7 @@ from ._arrays import (
     JOINTS,
     Floats,
     Ints,
+    as_codes,
     as_floats,
     as_poses,
     broadcast,
@@ -39,7 +39,7 @@ from ._core import ANGLE_TOLERANCE
 from ._threads import thread_count
 from ._values import by_content
 from .arm.arcs import ArcSet
-from .arm.arm import ON_ERROR, Arm, OnError
+from .arm.arm import ON_ERROR, Arm, OnError, check_arm
 from .arm.offset import as_srs
 from .errors import InputError, NoSolutionError, UnreachableError
 from .poses import pose as _pose
@@ -78,8 +78,7 @@ class KukaFrame(NamedTuple):
 
 def _checked(arm: Arm) -> Arm:
     """Return the arm; raise unless it has the structure that these controllers assume."""
-    if not isinstance(arm, Arm):
-        raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
+    check_arm(arm)
     if not as_srs(arm, "kuka")._handle.is_kuka:
         raise InputError(
             f"arm {arm.name or ''} has elbow offsets (a_3, a_4, d_4) or zero offsets of joints: E1, Status "
@@ -196,7 +195,7 @@ def from_e1(
     given = [
         ("pose", as_poses("pose", pose, own._handle), 2),
         ("e1", values, 0),
-        ("status", _bits("status", status, _STATUSES), 0),
+        ("status", as_codes("status", status, _STATUSES), 0),
     ]
     if near is not None:
         own._handle.check_joints(near, "seed")
@@ -243,7 +242,7 @@ def e1_arcs(arm: Arm, pose: ArrayLike, status: ArrayLike) -> ArcSet:
     """
     named = [
         ("pose", as_poses("pose", pose, _checked(arm)._handle), 2),
-        ("status", _bits("status", status, _STATUSES), 0),
+        ("status", as_codes("status", status, _STATUSES), 0),
     ]
     batch, (poses, wanted) = broadcast(named)
     columns = arm._handle.kuka_e1_arcs(np.ascontiguousarray(poses), np.ascontiguousarray(wanted).reshape(-1))
@@ -300,7 +299,7 @@ def from_frame(arm: Arm, frame: KukaFrame, *, seed: ArrayLike | None = None) -> 
         tool, e1, wanted, turns = frame
     except (TypeError, ValueError):
         raise InputError("frame is no KukaFrame, wanted pose, E1, Status and Turn") from None
-    bits = int(_bits("turn", turns, _TURNS))
+    bits = int(as_codes("turn", turns, _TURNS))
     q = from_e1(arm, tool, e1, wanted, seed=seed)
     own = int(turn(arm, q))
     straight = np.abs(np.sin(q)) <= ANGLE_TOLERANCE
@@ -384,27 +383,4 @@ def text(frame: KukaFrame) -> str:
     return (
         f"X {x:.3f}, Y {y:.3f}, Z {z:.3f}, A {a:.4f}, B {b:.4f}, C {c:.4f}, E1 {np.degrees(frame.e1):.4f}, "
         f"Status {frame.status}, Turn {frame.turn}"
-    )
-
-
-def _bits(name: str, value: ArrayLike, count: int) -> Ints:
-    """Return integers as int64; raise unless each is in 0..count - 1."""
-    try:
-        given = np.asarray(value)
-    except ValueError:
-        given = np.asarray(object())
-    if given.dtype.kind not in "iu":
-        raise InputError(f"{name} is {_short(value)}, wanted integers from 0 to {count - 1}")
-    if given.size and ((given < 0) | (given >= count)).any():
-        wrong = given[(given < 0) | (given >= count)].flat[0]
-        raise InputError(f"{name} is {wrong}, wanted integers from 0 to {count - 1}")
-    return given.astype(np.int64)
-
-
-def _short(value: object) -> str:
-    """Return a value as a few words for an error."""
-    return (
-        type(value).__name__
-        if isinstance(value, Iterable) and not isinstance(value, str)
-        else repr(value)[:40]
     )

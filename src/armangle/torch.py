@@ -23,13 +23,13 @@ tensor(-0.0864, dtype=torch.float64)
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from . import _core, gradients
 from ._arrays import JOINTS, as_floats, as_poses, chosen, shape_text
-from ._kept import Kept, is_widest, kept
+from ._kept import Kept, common_batch, kept
 from .arm.arm import ON_ERROR, OnError
 from .errors import InputError, MissingExtraError, needed
 
@@ -116,60 +116,19 @@ class Kinematics(Kept):
             raise InputError(f"gc has type {branches.dtype}, wanted integers from 0 to 7")
         if poses.shape[:-2] == angles.shape == branches.shape and branches.dtype == torch.int64:
             return torch.ops.armangle.inverse(poses, angles, branches, self._key, nan)
-        try:
-            batch = torch.broadcast_shapes(poses.shape[:-2], angles.shape, branches.shape)
-        except RuntimeError:
-            shapes = f"pose {tuple(poses.shape[:-2])}, psi {tuple(angles.shape)}, gc {tuple(branches.shape)}"
-            raise InputError(f"batch shapes do not broadcast: {shapes}") from None
+        shapes = {"pose": poses.shape[:-2], "psi": angles.shape, "gc": branches.shape}
+        batch = common_batch(torch.broadcast_shapes, **shapes)
         given = poses.expand(*batch, 4, 4), angles.expand(batch), branches.to(torch.int64).expand(batch)
         return torch.ops.armangle.inverse(*given, self._key, nan)
 
-    def solve(
-        self, pose: Tensor, seed: Tensor | None = None, *, prefer: Literal["seed", "margin"] = "seed"
-    ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """Return the solution of `Arm.solve`, with the gradient of its joints.
-
-        The gradient follows one solution. The solution jumps where another branch, arm angle or turn is
-        equally good, and its slope changes where a joint reaches a limit: there the gradient is that of the
-        solution returned. It is NaN at a shoulder, elbow or wrist singularity, and if nothing determines the
-        arm angle, for example if joint 4 alone decides the largest margin.
-
-        Parameters
-        ----------
-        pose : Tensor, shape (..., 4, 4)
-            Pose of the end effector, position in m.
-        seed : Tensor, shape (..., 7), optional
-            Present joint values, rad. Without it `prefer` is "margin".
-        prefer : "seed" or "margin"
-            Nearest to the seed, or the largest distance to the nearest joint limit.
-
-        Returns
-        -------
-        q : Tensor, shape (..., 7)
-            Joint values, rad, within the limits; NaN without a solution.
-        psi : Tensor, shape (...)
-            Arm angle, rad; it has no gradient (that of ``forward(q)`` has).
-        gc : Tensor of int64, shape (...)
-            Global configuration 0..7, -1 without a solution.
-        ok : Tensor of bool, shape (...)
-            Whether there is a solution.
-
-        Raises
-        ------
-        InputError, UnsupportedError
-            UnsupportedError for an arm with a scene.
-        """
-        widest = is_widest(self.arm, seed, prefer)
+    def _solve(self, pose: Tensor, seed: Tensor | None) -> tuple[Tensor, Tensor, Tensor]:
+        """See `Kept.solve`."""
         poses = _tensor("pose", pose, (4, 4))
-        seeds = poses.new_zeros(JOINTS) if widest else _joints(seed)
-        try:
-            batch = torch.broadcast_shapes(poses.shape[:-2], seeds.shape[:-1])
-        except RuntimeError:
-            shapes = f"pose {tuple(poses.shape[:-2])}, seed {tuple(seeds.shape[:-1])}"
-            raise InputError(f"batch shapes do not broadcast: {shapes}") from None
+        seeds = poses.new_zeros(JOINTS) if seed is None else _joints(seed)
+        batch = common_batch(torch.broadcast_shapes, pose=poses.shape[:-2], seed=seeds.shape[:-1])
         given = poses.expand(*batch, 4, 4), seeds.expand(*batch, JOINTS)
-        q, psi, gc = torch.ops.armangle.solve(*given, self._key, widest)
-        return q, psi, gc, gc >= 0
+        q, psi, gc = torch.ops.armangle.solve(*given, self._key, seed is None)
+        return q, psi, gc
 
     def _freedom(self, pose: Tensor) -> Tensor:
         """See `Kept.freedom`."""
@@ -294,13 +253,13 @@ def _limit_margin(q: Tensor, arm: int) -> Tensor:
     return _as(q.dtype, kept(arm).limit_margin(_given(q)))
 
 
-def _limit_margin_gradient(q: Tensor, arm: int) -> Tensor:
-    """Return the derivative of the limit margin with respect to q."""
-    return _as(q.dtype, gradients.limit_margin(kept(arm), _given(q)))
+def _limit_margin_pullback(q: Tensor, by_margin: Tensor, arm: int) -> Tensor:
+    """Return the gradient by q for a gradient by the limit margin."""
+    return _as(q.dtype, _double(by_margin)[..., None] * gradients.limit_margin(kept(arm), _given(q)))
 
 
 def _define(name: str, schema: str, function: Any, shapes: Any) -> Any:
-    """Define an operator: its CPU function, its shapes for tracing, and its rule for vmap."""
+    """Define and return an operator: its CPU function, its shapes for tracing, and its rule for vmap."""
     operator = torch.library.custom_op(f"armangle::{name}", function, mutates_args=(), schema=schema)
 
     def mapped(info: Any, axes: Any, *given: Any) -> Any:
@@ -319,6 +278,31 @@ def _define(name: str, schema: str, function: Any, shapes: Any) -> Any:
     return operator
 
 
+def _differentiate(operator: Any, pullback: Any, undefined: tuple[int, ...] = ()) -> None:
+    """Define the gradient of an operator, whose arguments are tensors and then numbers.
+
+    `pullback` is an operator of the same tensors, the gradients by the results and the same numbers; it
+    returns the gradients by the first tensors. Results `undefined` have no gradient.
+    """
+
+    def keep(ctx: Any, inputs: Any, output: Any) -> None:
+        """Keep what the gradient needs."""
+        tensors = [value for value in inputs if isinstance(value, torch.Tensor)]
+        ctx.numbers = inputs[len(tensors) :]
+        ctx.save_for_backward(*tensors)
+        if undefined:
+            ctx.mark_non_differentiable(*(output[k] for k in undefined))
+
+    def backward(ctx: Any, *by: Tensor) -> Any:
+        """Return the gradients by all arguments."""
+        tensors = ctx.saved_tensors
+        found = pullback(*tensors, *(x for k, x in enumerate(by) if k not in undefined), *ctx.numbers)
+        every = found if isinstance(found, tuple) else (found,)
+        return (*every, *[None] * (len(tensors) + len(ctx.numbers) - len(every)))
+
+    operator.register_autograd(backward, setup_context=keep)
+
+
 def _like(k: int) -> Any:
     """Return a function that gives an empty tensor like its argument k."""
     return lambda *given: torch.empty_like(given[k], memory_format=torch.contiguous_format)
@@ -331,122 +315,64 @@ def _tail(inner: int, *tail: int) -> Any:
     return lambda lead, *_: lead.new_empty((*lead.shape[: lead.ndim - inner], *tail))
 
 
-def _forward_shapes(q: Tensor, *_: Any) -> Any:
-    """Return empty results of `_forward`."""
-    batch = q.shape[:-1]
-    return q.new_empty((*batch, 4, 4)), q.new_empty(batch), q.new_empty(batch, dtype=torch.int64)
+def _three(inner: int, *tail: int) -> Any:
+    """Return a function that gives an empty tensor as `_tail` does, and empty psi and gc beside it."""
+    first = _tail(inner, *tail)
+
+    def shapes(lead: Tensor, *_: Any) -> Any:
+        """Return the three tensors."""
+        batch = lead.shape[: lead.ndim - inner]
+        return first(lead), lead.new_empty(batch), lead.new_empty(batch, dtype=torch.int64)
+
+    return shapes
 
 
-def _pulled_shapes(pose: Tensor, psi: Tensor, *_: Any) -> Any:
-    """Return empty results of `_inverse_pullback`."""
-    return _like(0)(pose), _like(0)(psi)
+def _pulled_shapes(pose: Tensor, other: Tensor, *_: Any) -> Any:
+    """Return empty gradients by two tensors."""
+    return _like(0)(pose), _like(0)(other)
 
 
-def _solved_shapes(pose: Tensor, *_: Any) -> Any:
-    """Return empty results of `_solve`."""
-    batch = pose.shape[:-2]
-    return pose.new_empty((*batch, JOINTS)), pose.new_empty(batch), pose.new_empty(batch, dtype=torch.int64)
-
-
-_to_solution = _define(
-    "solve", "(Tensor pose, Tensor seed, int arm, bool widest) -> (Tensor, Tensor, Tensor)",
-    _solve, _solved_shapes,
+_differentiate(
+    _define(
+        "forward", "(Tensor q, int arm, bool nan) -> (Tensor, Tensor, Tensor)", _forward, _three(1, 4, 4)
+    ),
+    _define(
+        "forward_pullback", "(Tensor q, Tensor by_pose, Tensor by_psi, int arm, bool nan) -> Tensor",
+        _forward_pullback, _like(0),
+    ),
+    undefined=(2,),
 )  # fmt: skip
-_define(
-    "solve_pullback", "(Tensor pose, Tensor seed, Tensor by_q, int arm, bool widest) -> (Tensor, Tensor)",
-    _solve_pullback, _pulled_shapes,
+_differentiate(
+    _define(
+        "inverse", "(Tensor pose, Tensor psi, Tensor gc, int arm, bool nan) -> Tensor", _inverse, _tail(2, 7)
+    ),
+    _define(
+        "inverse_pullback",
+        "(Tensor pose, Tensor psi, Tensor gc, Tensor by_q, int arm, bool nan) -> (Tensor, Tensor)",
+        _inverse_pullback, _pulled_shapes,
+    ),
 )  # fmt: skip
-_to_q = _define(
-    "inverse", "(Tensor pose, Tensor psi, Tensor gc, int arm, bool nan) -> Tensor", _inverse, _tail(2, 7)
+_differentiate(
+    _define(
+        "solve", "(Tensor pose, Tensor seed, int arm, bool widest) -> (Tensor, Tensor, Tensor)",
+        _solve, _three(2, 7),
+    ),
+    _define(
+        "solve_pullback", "(Tensor pose, Tensor seed, Tensor by_q, int arm, bool widest) -> (Tensor, Tensor)",
+        _solve_pullback, _pulled_shapes,
+    ),
+    undefined=(1, 2),
+)  # fmt: skip
+_differentiate(
+    _define("freedom", "(Tensor pose, int arm) -> Tensor", _freedom, _tail(2)),
+    _define(
+        "freedom_pullback", "(Tensor pose, Tensor by_total, int arm) -> Tensor", _freedom_pullback, _like(0)
+    ),
 )
-_to_pose = _define(
-    "forward", "(Tensor q, int arm, bool nan) -> (Tensor, Tensor, Tensor)", _forward, _forward_shapes
-)
-_to_total = _define("freedom", "(Tensor pose, int arm) -> Tensor", _freedom, _tail(2))
-_to_margin = _define("limit_margin", "(Tensor q, int arm) -> Tensor", _limit_margin, _tail(1))
-_define(
-    "inverse_pullback",
-    "(Tensor pose, Tensor psi, Tensor gc, Tensor by_q, int arm, bool nan) -> (Tensor, Tensor)",
-    _inverse_pullback, _pulled_shapes,
+_differentiate(
+    _define("limit_margin", "(Tensor q, int arm) -> Tensor", _limit_margin, _tail(1)),
+    _define(
+        "limit_margin_pullback", "(Tensor q, Tensor by_margin, int arm) -> Tensor",
+        _limit_margin_pullback, _like(0),
+    ),
 )  # fmt: skip
-_define(
-    "forward_pullback", "(Tensor q, Tensor by_pose, Tensor by_psi, int arm, bool nan) -> Tensor",
-    _forward_pullback, _like(0),
-)  # fmt: skip
-_define(
-    "freedom_pullback", "(Tensor pose, Tensor by_total, int arm) -> Tensor",
-    _freedom_pullback, _like(0),
-)  # fmt: skip
-_define("limit_margin_gradient", "(Tensor q, int arm) -> Tensor", _limit_margin_gradient, _like(0))
-
-
-# -- their gradients -----------------------------------------------------------------------------------
-
-
-def _save_forward(ctx: Any, inputs: Any, output: Any) -> None:
-    """Keep what the gradient of `_forward` needs."""
-    q, ctx.arm, ctx.nan = inputs
-    ctx.save_for_backward(q)
-    ctx.mark_non_differentiable(output[2])
-
-
-def _forward_backward(ctx: Any, by_pose: Tensor, by_psi: Tensor, _: Tensor) -> Any:
-    """Return the gradients by all arguments of `_forward`."""
-    (q,) = ctx.saved_tensors
-    return torch.ops.armangle.forward_pullback(q, by_pose, by_psi, ctx.arm, ctx.nan), None, None
-
-
-def _save_inverse(ctx: Any, inputs: Any, output: Any) -> None:
-    """Keep what the gradient of `_inverse` needs."""
-    pose, psi, gc, ctx.arm, ctx.nan = inputs
-    ctx.save_for_backward(pose, psi, gc)
-
-
-def _inverse_backward(ctx: Any, by_q: Tensor) -> Any:
-    """Return the gradients by all arguments of `_inverse`."""
-    by_pose, by_psi = torch.ops.armangle.inverse_pullback(*ctx.saved_tensors, by_q, ctx.arm, ctx.nan)
-    return by_pose, by_psi, None, None, None
-
-
-def _save_solve(ctx: Any, inputs: Any, output: Any) -> None:
-    """Keep what the gradient of `_solve` needs."""
-    pose, seed, ctx.arm, ctx.widest = inputs
-    ctx.save_for_backward(pose, seed)
-    ctx.mark_non_differentiable(output[1], output[2])
-
-
-def _solve_backward(ctx: Any, by_q: Tensor, *_: Tensor) -> Any:
-    """Return the gradients by all arguments of `_solve`."""
-    by_pose, by_seed = torch.ops.armangle.solve_pullback(*ctx.saved_tensors, by_q, ctx.arm, ctx.widest)
-    return by_pose, by_seed, None, None
-
-
-def _save_freedom(ctx: Any, inputs: Any, output: Any) -> None:
-    """Keep what the gradient of `_freedom` needs."""
-    pose, ctx.arm = inputs
-    ctx.save_for_backward(pose)
-
-
-def _freedom_backward(ctx: Any, by_total: Tensor) -> Any:
-    """Return the gradients by all arguments of `_freedom`."""
-    (pose,) = ctx.saved_tensors
-    return torch.ops.armangle.freedom_pullback(pose, by_total, ctx.arm), None
-
-
-def _save_limit_margin(ctx: Any, inputs: Any, output: Any) -> None:
-    """Keep what the gradient of `_limit_margin` needs."""
-    q, ctx.arm = inputs
-    ctx.save_for_backward(q)
-
-
-def _limit_margin_backward(ctx: Any, by_margin: Tensor) -> Any:
-    """Return the gradients by all arguments of `_limit_margin`."""
-    (q,) = ctx.saved_tensors
-    return by_margin[..., None] * torch.ops.armangle.limit_margin_gradient(q, ctx.arm), None
-
-
-_to_pose.register_autograd(_forward_backward, setup_context=_save_forward)
-_to_solution.register_autograd(_solve_backward, setup_context=_save_solve)
-_to_q.register_autograd(_inverse_backward, setup_context=_save_inverse)
-_to_total.register_autograd(_freedom_backward, setup_context=_save_freedom)
-_to_margin.register_autograd(_limit_margin_backward, setup_context=_save_limit_margin)

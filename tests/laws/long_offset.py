@@ -22,7 +22,7 @@ from laws.test_offset import random_arm
 from support.delicate import delicate_offset
 
 import armangle as aa
-from armangle.models.offset import offset_catalogue
+from armangle.models.catalogue import offset_catalogue
 
 POSTURES_AN_ARM, SETS_AN_ARM, VALUES, QUESTIONS_AN_ARM, GRID = 500, 48, 365, 4, 4001
 NEAR_AN_END = 1e-7  # rad: nearer to an end than this rounding decides

@@ -13,9 +13,9 @@ from support.draw import SEED, count
 from support.threads import in_threads
 
 import armangle as aa
+from armangle.models.catalogue import offset_catalogue
 from armangle.models.chain import Chain, chain_of
 from armangle.models.description import OffsetDescription
-from armangle.models.offset import offset_catalogue
 from armangle.models.one_offset import describe_offset_chain
 
 CATALOGUE = offset_catalogue()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import armangle as aa
-from armangle.models.offset import offset_catalogue
+from armangle.models.catalogue import offset_catalogue
 
 FR3 = aa.Arm.from_catalogue("franka_fr3")
 Q = np.array([0.1, 0.4, 0.2, -1.8, 0.3, 2.0, 0.5])

@@ -9,11 +9,11 @@ from itertools import pairwise, product
 import numpy as np
 import pytest
 from support.chain import RandomArm, joint_xml, pose_error, random_frame, rpy, urdf_forward
+from support.chains import read_urdf, urdf_candidates
 
 from armangle import Arm
 from armangle.errors import ModelError
 from armangle.models.candidates import Candidate, listed
-from armangle.models.urdf import read_urdf, urdf_candidates
 
 LIMIT = '<limit lower="-2" upper="2" velocity="1"/>'
 STRAIGHT = ((0, 0, 0.3), (0, 0, 0), (0, 0, 0.2), (0, 0, 0.2), (0, 0, 0.2), (0, 0, 0.19), (0, 0, 0))

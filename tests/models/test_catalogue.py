@@ -9,24 +9,26 @@ import re
 import numpy as np
 import pytest
 from support.chain import dh_forward, pose_error, shift, urdf_forward
+from support.chains import read_urdf
 from support.needs import model
 from support.refused import not_refused
 
+from armangle import Arm
 from armangle.errors import InputError, ModelError
 from armangle.models.catalogue import (
     CatalogueEntry,
     catalogue,
     load_robot,
+    offset_catalogue,
     read_robot,
     robot_toml,
     srs_catalogue,
 )
 from armangle.models.chain import chain_of
-from armangle.models.description import ArmDescription
+from armangle.models.description import ArmDescription, OffsetDescription
 from armangle.models.detect import describe_chain
-from armangle.models.offset import load_offset_robot, offset_catalogue, offset_source
 from armangle.models.one_offset import describe_offset_chain
-from armangle.models.urdf import read_urdf, write_urdf
+from armangle.models.urdf import write_urdf
 from armangle.models.urdf.writing import write_chain
 
 EXACT_ARMS = {
@@ -124,7 +126,7 @@ def test_entries_have_their_numbers():
         assert lengths == pytest.approx([*numbers, 0.0][:7], abs=5e-6), name
 
 
-@pytest.mark.parametrize("name", srs_catalogue())
+@pytest.mark.parametrize("name", catalogue())
 def test_entry_says_what_it_is_and_what_was_compared(name):
     """Every entry has title, source, tip and limits, and a revision or a note of distrust."""
     entry = load_robot(name)
@@ -137,7 +139,8 @@ def test_entry_says_what_it_is_and_what_was_compared(name):
     assert len(arm.notes) == doubts.count(False)
     # it was compared with a revision of its source, or is not trusted
     assert bool(entry.revision) == bool(re.search(r"\b[0-9a-f]{8}\b|release \d+\.\d+\.\d+$", entry.revision))
-    assert entry.revision or not (entry.lengths_trusted or entry.limits_trusted)
+    assert entry.revision or not entry.limits_trusted
+    assert entry.revision or not entry.lengths_trusted or name in offset_catalogue()
     speeds = [speed for speed in arm.velocity if math.isfinite(speed)]
     assert max(speeds, default=0.0) < 10.0 or not entry.velocity_trusted
 
@@ -163,15 +166,6 @@ def test_entry_is_the_arm_of_its_file(name):
         off, turned = pose_error(dh_forward(arm, q), own @ shift(0, 0, tip))
         assert off <= position
         assert turned <= rotation
-
-
-def test_offset_entries_were_compared_with_a_revision_of_their_source_or_are_not_trusted():
-    """Entries of offset arms state a revision of their source, or a note that limits are not trusted."""
-    for name in offset_catalogue():
-        revision = offset_source(name).rpartition("revision: ")[2]
-        checked = bool(re.search(r"\b[0-9a-f]{8}\b|\d+\.\d+\.\d+$", revision))
-        notes = load_offset_robot(name).notes
-        assert checked or any(note.startswith("limits not trusted") for note in notes), name
 
 
 def test_limits_and_speeds_that_sources_gave_newly():
@@ -305,6 +299,17 @@ def test_the_least_a_file_needs(tmp_path):
     assert arm.upper[0] == math.radians(1)
 
 
+def test_a_file_may_have_an_offset_wrist_and_angles_in_rad(tmp_path):
+    """A robot file with a_1 or a_6 is an arm with an offset; keys without _deg are in rad."""
+    path = tmp_path / "offset.toml"
+    path.write_text(PLAIN.replace("_deg", "").replace("d_wf", "a_6 = 0.05\nd_wf"))
+    arm = read_robot(path).description
+    assert isinstance(arm, OffsetDescription) and (arm.a_1, arm.a_6) == (0.0, 0.05)
+    assert (arm.lower[0], arm.upper[0]) == (-1.0, 1.0)
+    path.write_text(PLAIN.replace("d_wf", "a_1 = 0.05\nd_wf"))
+    assert Arm._from_description(read_robot(path).description).kind == "offset_shoulder"
+
+
 MALFORMED = [
     ("d_bs = 0.3", "d_bs = = 0.3", "arm.toml:4:8: not TOML"),
     ("d_bs = 0.3\n", "", "arm.toml: d_bs is missing"),
@@ -375,18 +380,17 @@ def test_arms_with_an_offset_wrist_or_shoulder_have_their_numbers():
     """Every offset entry has its published lengths, limits and velocities."""
     assert offset_catalogue() == tuple(sorted(SPECIAL_ARMS))
     for name, lengths in SPECIAL_ARMS.items():
-        arm = load_offset_robot(name)
+        entry = load_robot(name)
+        arm = entry.description
         assert tuple(getattr(arm, key) for key in (*LENGTHS, "a_1", "a_3", "a_4", "a_6")) == lengths
         assert all(low < high for low, high in zip(arm.lower, arm.upper, strict=True))
-        doubted = any(note.startswith("velocity not trusted") for note in arm.notes)
-        assert all(1.0 < speed < 10.0 for speed in arm.velocity) != doubted
-        assert len(offset_source(name)) > 8 and "://" not in offset_source(name)
+        assert all(1.0 < speed < 10.0 for speed in arm.velocity) == entry.velocity_trusted
 
 
 @pytest.mark.parametrize("name", SPECIAL_ARMS)
 def test_an_offset_arm_goes_through_urdf_unchanged(name):
     """Every offset entry written as URDF is read back unchanged."""
-    arm = load_offset_robot(name)
+    arm = load_robot(name).description
     chain = chain_of(arm)
     again, _ = describe_offset_chain(read_urdf(write_chain(chain, name)), angle=1e-9, length=1e-9)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (100, 7))
@@ -399,7 +403,7 @@ def test_an_offset_arm_is_the_arm_of_its_file(name):
     """Every offset entry with a file has the poses of the file."""
     file, tip = SPECIAL_FILES[name]
     path = model(file)
-    arm, chain = chain_of(load_offset_robot(name)), read_urdf(path, tip=tip, offset=True)
+    arm, chain = chain_of(load_robot(name).description), read_urdf(path, tip=tip, offset=True)
     names = [joint.name for joint in chain.joints]
     for q in np.random.default_rng(0).uniform(-np.pi, np.pi, (100, 7)):
         own = urdf_forward(path.read_text(), chain.tip, dict(zip(names, q, strict=True)))

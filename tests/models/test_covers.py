@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from support.chains import read_urdf
 from support.draw import generator
 from support.needs import need
 from support.refused import Row, not_refused
 
 import armangle as aa
 from armangle.models.cover import Rod, box_mesh, cover_box, cover_cylinder, cover_mesh, merged, open_edges
-from armangle.models.urdf import read_urdf
 
 Floats = NDArray[np.float64]
 ARM = aa.Arm.from_catalogue("kuka_iiwa7_r800")

@@ -17,12 +17,13 @@ from support.chain import (
     urdf_forward,
     urdf_of,
 )  # fmt: skip
+from support.chains import read_urdf
 from support.needs import model
 
 from armangle.models.axes import Axes
 from armangle.models.description import ArmDescription
 from armangle.models.detect import describe_chain
-from armangle.models.urdf import read_urdf, write_urdf
+from armangle.models.urdf import write_urdf
 
 pytestmark = pytest.mark.filterwarnings("ignore:joint .* is continuous")
 

@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 import pytest
 from support.chain import Chain, broken_chain, joint_xml, shift, simple_urdf, turn
+from support.chains import read_mjcf, read_urdf
 from support.needs import case, model, need
 
 import armangle as aa
@@ -19,8 +20,7 @@ from armangle.errors import InputError, ModelError
 from armangle.models.axes import NEAR_ANGLE, Axes
 from armangle.models.detect import describe_chain, nearness
 from armangle.models.fit import fit
-from armangle.models.mjcf import read_mjcf
-from armangle.models.urdf import Source, read_urdf
+from armangle.models.urdf import Source
 from armangle.models.urdf.writing import write_chain
 
 INF = float("inf")

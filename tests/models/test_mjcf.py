@@ -10,12 +10,12 @@ from types import ModuleType
 import numpy as np
 import pytest
 from support.chain import RandomArm, dh_forward, pose_error
+from support.chains import mjcf_candidates, read_mjcf
 from support.needs import need
 from support.refused import not_refused
 
 from armangle.errors import MissingExtraError, ModelError
 from armangle.models.detect import describe_chain
-from armangle.models.mjcf import mjcf_candidates, read_mjcf
 
 EXACT = 1e-9
 INERTIA = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
@@ -282,8 +282,8 @@ def test_models_with_plugins_are_read_in_a_process_that_lives_on(mujoco, tmp_pat
         (tmp_path / f"{kind}.xml").write_text(text.replace("<worldbody>", before + "<worldbody>"))
     paths = [str(tmp_path / f"{kind}.xml") for kind in PLUGINS]
     code = (
-        "from armangle.models.mjcf import read_mjcf; "
-        f"print(*(len(read_mjcf(path, tip='tip').joints) for path in {paths!r}))"
+        "from armangle.models.mjcf import MjcfModel; "
+        f"print(*(len(MjcfModel(path).chain(tip='tip').joints) for path in {paths!r}))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout.split()) == (0, ["7"] * len(paths)), done.stderr

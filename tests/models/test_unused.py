@@ -7,11 +7,11 @@ import re
 import numpy as np
 import pytest
 from support.chain import joint_xml, simple_urdf
+from support.chains import read_urdf
 from support.refused import not_refused
 
 from armangle import Arm, Body
 from armangle.errors import ModelError
-from armangle.models.urdf import read_urdf
 
 SOFT = '<safety_controller soft_lower_limit="{}" soft_upper_limit="{}" k_velocity="1"/>'
 PLAIN = Arm(d_bs=0.3, d_se=0.4, d_ew=0.4, d_wf=0.1, velocity=1)

@@ -8,6 +8,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 from support.chain import LIMIT, RandomArm, joint_xml, pose_error, simple_urdf, urdf_forward, urdf_of
+from support.chains import read_urdf, urdf_candidates
 from support.needs import MODELS, model, need, no_models
 from support.refused import not_refused
 
@@ -15,7 +16,7 @@ from armangle.errors import InputError, LimitError
 from armangle.models.chain import chain_of
 from armangle.models.description import ArmDescription
 from armangle.models.detect import describe_chain
-from armangle.models.urdf import read_urdf, urdf_candidates, write_urdf
+from armangle.models.urdf import write_urdf
 
 pytestmark = pytest.mark.filterwarnings("ignore:joint .* is continuous")
 

@@ -258,7 +258,7 @@ def test_a_header_defines_what_it_is_named_after() -> None:
 
 
 OPENING = {"open", "read_bytes", "read_text", "write_bytes", "write_text"}
-OPEN_FILES = {"_opening.py", "files/replacing.py", "models/offset.py", "cli/main.py"}
+OPEN_FILES = {"_opening.py", "files/replacing.py", "cli/main.py"}
 """To be read; to be written; a table of the package itself; the null device in place of a closed pipe."""
 
 

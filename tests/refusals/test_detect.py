@@ -7,12 +7,12 @@ import re
 import numpy as np
 import pytest
 from support.chain import broken_chain, dh_forward, pose_error, shift, turn, urdf_forward
+from support.chains import read_urdf
 from support.needs import model
 from support.refused import not_refused
 
 from armangle.errors import InputError, ModelError
 from armangle.models.detect import describe_chain
-from armangle.models.urdf import read_urdf
 
 X = np.array([1.0, 0.0, 0.0])
 

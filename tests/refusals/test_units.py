@@ -59,6 +59,7 @@ def test_a_number_in_another_unit_is_warned_of(name: str) -> None:
 
 
 def test_a_base_may_stand_far_away_as_that_of_a_mobile_robot_in_a_map() -> None:
+    """A base 5 km from the origin is no length in mm."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         ARM.with_(base=shifted(5000.0))

@@ -7,12 +7,12 @@ import re
 
 import pytest
 from support.chain import LIMIT, joint_xml, simple_urdf
+from support.chains import read_urdf, urdf_candidates
 from support.refused import Row, not_refused
 
 import armangle as aa
 import armangle.models.urdf.reading
 from armangle.errors import ModelError
-from armangle.models.urdf import read_urdf, urdf_candidates
 
 BOMB = '<!DOCTYPE x [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;">]>' + simple_urdf()
 ONE = joint_xml("a", "l0", "z")

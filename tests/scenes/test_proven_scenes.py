@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from scenes.test_chain_scenes import ALL_LINKS, BASE, BONES, CHAINS, away, obstacles, questions
 from support.calibrated import ARMS, calibrated_offset
+from support.chains import read_urdf
 from support.draw import count
 from support.touching import distances
 
 import armangle as aa
 from armangle.models.chain import rotation_about
-from armangle.models.urdf import read_urdf
 
 SLACK = 3e-9
 """m: what is nearer than that to the clearance may be said to touch."""

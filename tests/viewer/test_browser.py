@@ -83,7 +83,7 @@ def viewer(shown: tuple[Viewer, Any]) -> Viewer:
     viewer.controls.policy.value = HOLD
     viewer.state.policy = aa.Hold()
     viewer.act(viewer.controls.begin_again)
-    viewer.act(lambda: viewer.state.set_joints(_START))
+    viewer.act(lambda: [viewer.state.set_joint(joint, q) for joint, q in enumerate(_START, start=1)])
     return viewer
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.chains import read_urdf
 from support.needs import need
 
 import armangle as aa
-from armangle.models.urdf import read_urdf
 from armangle.viewer.meshes import solids_of
 from armangle.viewer.solids import capsule, capsules
 

@@ -469,8 +469,6 @@ def test_export_is_json_of_the_posture_and_reset_goes_home() -> None:
     assert facts["margin"] == pytest.approx(PAPER_ARM.limit_margin(state.q))
     assert state.reset().ok
     np.testing.assert_allclose(state.q, PAPER_Q)
-    state.set_joints(np.full(7, 0.3))
-    np.testing.assert_allclose(state.q, 0.3)
 
 
 def test_a_joint_file_becomes_a_motion(tmp_path: Path) -> None:

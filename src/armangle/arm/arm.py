@@ -56,11 +56,10 @@ from ..models.description import (
     OffsetDescription,
 )
 from ..models.detect import describe_chain, nearness
-from ..models.mjcf import is_mjcf, read_mjcf
-from ..models.offset import load_offset_robot, offset_catalogue
+from ..models.mjcf import MjcfModel, is_mjcf
 from ..models.one_offset import describe_near_offset, describe_offset_chain
 from ..models.report import LIKE_DEGREES, LIKE_MILLIMETRES, degrees_notes, millimetre_notes, warn_of
-from ..models.urdf import Source, read_urdf, write_urdf
+from ..models.urdf import Source, UrdfModel, write_urdf
 from ..poses import as_transform, nearest_rotation
 from ..scenes.clearance import Clearance, Widest, clearance_of
 from ..scenes.ready import Ready, make_ready
@@ -312,7 +311,7 @@ class Arm(FrozenValue):
         """Return an arm of the kind that its numbers determine."""
         given = [numbers.get(name, 0.0) for name in ("a_1", "a_6")]
         plain = all(isinstance(x, (int, float)) and x == 0 for x in given)
-        kind = _offset_kind(own_chain=numbers.get("chain") is not None)
+        kind = KINDS[numbers.get("chain") is not None]
         return cast(Arm, object.__new__(cls if plain or cls is not Arm else kind))
 
     def __init__(self, *unnamed: Never, **numbers: Unpack[ArmArguments]) -> None:
@@ -413,8 +412,6 @@ class Arm(FrozenValue):
         InputError
             If the catalogue has no such name; the message lists similar names.
         """
-        if name in offset_catalogue():
-            return cast(Arm, _offset_kind()._of(load_offset_robot(name)))
         return cls._from_description(load_robot(name).description)
 
     @classmethod
@@ -462,10 +459,9 @@ class Arm(FrozenValue):
             If the file cannot be read as a chain of seven rotating joints, or the arm is of none of these
             kinds; the message names the axes, the point that they miss, and the distance.
         """
+        model, limits = UrdfModel(source), continuous_limits
         return cls._of_file(
-            lambda offset: read_urdf(
-                source, base=base, tip=tip, continuous_limits=continuous_limits, offset=offset
-            ),
+            lambda offset: model.chain(base, tip, continuous_limits=limits, offset=offset),
             fit, angle_tolerance, length_tolerance,
         )  # fmt: skip
 
@@ -502,10 +498,10 @@ class Arm(FrozenValue):
         ModelError
             As `from_urdf`.
         """
+        model = MjcfModel(source)
         return cls._of_file(
-            lambda offset: read_mjcf(source, base=base, tip=tip, offset=offset),
-            fit, angle_tolerance, length_tolerance,
-        )  # fmt: skip
+            lambda offset: model.chain(base, tip, offset=offset), fit, angle_tolerance, length_tolerance
+        )
 
     @classmethod
     def _of_file(
@@ -555,14 +551,14 @@ class Arm(FrozenValue):
         if max(abs(found.a_1), abs(found.a_6)) <= least:
             return None
         warn_of(report.notes)
-        return cast(Arm, _offset_kind()._of(found, report=report))
+        return cls._from_description(found, report)
 
     @classmethod
     def _of_offset_chain(cls, read: Callable[[bool], Chain]) -> Arm | None:
         """Return the arm of a file on its own chain if it nearly is one with an offset, else None."""
         try:
             found, report = describe_near_offset(read(True))
-            arm = cast(Arm, _offset_kind(own_chain=True)._of(found, report=report))
+            arm = cls._from_description(found, report)
         except (ModelError, InputError):  # InputError: a link is too far off
             return None
         off = np.array(cast(ChainHandle, arm._handle).deviations)
@@ -571,7 +567,7 @@ class Arm(FrozenValue):
     @classmethod
     def _from_description(cls, description: ArmDescription, report: ImportReport | None = None) -> Arm:
         """Return the arm with the numbers of a description."""
-        numbers = {field.name: getattr(description, field.name) for field in _FIELDS}
+        numbers = {field.name: getattr(description, field.name) for field in fields(description)}
         return cls(**numbers, report=report)
 
     def to_urdf(self) -> str:
@@ -1734,6 +1730,12 @@ class Arm(FrozenValue):
         )
 
 
+def check_arm(arm: object) -> None:
+    """Raise if it is not an `Arm`."""
+    if not isinstance(arm, Arm):
+        raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
+
+
 def _beyond(keep: bool, nan: bool) -> _core.Enforce:
     """Return the core's treatment of joints outside the limits: none unless `keep`; NaN (`nan`) or raise."""
     return _core.Enforce.IGNORE if not keep else _core.Enforce.NAN if nan else _core.Enforce.RAISE
@@ -1753,11 +1755,6 @@ def _told(found: tuple[AnyDescription, ImportReport]) -> tuple[AnyDescription, I
 KINDS: list[Any] = []
 """The classes of an arm with an offset wrist or shoulder, registered when the folder is imported: in closed
 form, and on its own chain."""
-
-
-def _offset_kind(own_chain: bool = False) -> Any:
-    """Return the class of an arm with an offset wrist or shoulder."""
-    return KINDS[1 if own_chain else 0]
 
 
 def _rebuilt(arguments: dict[str, Any]) -> Arm:

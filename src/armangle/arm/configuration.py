@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import CONFIGURATIONS, Ints, as_gc
+from .._arrays import CONFIGURATIONS, Ints, as_codes
 from ..errors import InputError
 
 _BITS = np.array([1, 2, 4], dtype=np.int64)
@@ -36,9 +36,7 @@ def gc_signs(gc: ArrayLike) -> Ints:
     >>> gc_signs(3).tolist()
     [-1, -1, 1]
     """
-    index = as_gc(gc)
-    if np.any((index < 0) | (index >= CONFIGURATIONS)):
-        raise InputError(f"gc is {gc!r}, wanted integers from 0 to 7")
+    index = as_codes("gc", gc, CONFIGURATIONS)
     return np.where(index[..., None] & _BITS, -1, 1)
 
 

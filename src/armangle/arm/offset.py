@@ -16,9 +16,9 @@ from .._arrays import (
     Floats,
     Ints,
     Shape,
+    as_codes,
     as_flag,
     as_floats,
-    as_gc,
     as_number,
     as_poses,
     broadcast,
@@ -114,13 +114,6 @@ class OffsetArm(Arm):
         joints = np.array([own.signs, own.offsets, rows.lower, rows.upper], dtype=np.float64)
         return lengths, joints, rows.base, rows.tool, own.a_1 if mirrored else own.a_6, mirrored
 
-    @classmethod
-    def _of(cls, found: OffsetDescription, **more: Any) -> Arm:
-        """Return the arm of a description, or the one on its own chain if the description has one."""
-        own = ("chain",) if found.chain is not None else ()
-        names = [f.name for f in fields(found) if f.name in own or f.name not in _NO_FIELDS]
-        return Arm(**{name: getattr(found, name) for name in names}, **more)
-
     def _keeping(self, scene: Scene | None, singularity_margin: float) -> Arm:
         """See `Arm._keeping`; raise for a singularity margin."""
         _refuse_margin(singularity_margin)
@@ -208,7 +201,7 @@ class OffsetArm(Arm):
             seeds = None if seeds is None else seeds[..., None, :]
         check_angles("psi", values)
         hint_degrees("psi", values)
-        branches = np.arange(CONFIGURATIONS) if gc is None else _checked_gc(gc)
+        branches = np.arange(CONFIGURATIONS) if gc is None else as_codes("gc", gc, CONFIGURATIONS)
         named: list[tuple[str, NDArray[Any], int]] = [
             ("pose", poses, 2), ("psi", values, 0), ("gc", branches, 0),
         ]  # fmt: skip
@@ -298,12 +291,3 @@ def as_srs(arm: Arm, what: str) -> Arm:
     if isinstance(arm, OffsetArm):
         raise unsupported(what)
     return arm
-
-
-def _checked_gc(gc: ArrayLike) -> Ints:
-    """Return branch numbers; raise unless all are 0 to 7."""
-    branches = as_gc(gc)
-    if ((branches < 0) | (branches >= CONFIGURATIONS)).any():
-        at = np.argwhere((branches < 0) | (branches >= CONFIGURATIONS))[0]
-        raise InputError(f"gc is {branches[tuple(at)]}, wanted 0 to 7")
-    return branches

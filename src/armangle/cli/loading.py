@@ -17,8 +17,8 @@ from ..models.axes import MAX_ANGLE, MAX_LENGTH
 from ..models.body import BARE, Body
 from ..models.candidates import chosen
 from ..models.catalogue import read_robot
-from ..models.mjcf import is_mjcf, mjcf_candidates
-from ..models.urdf import urdf_candidates
+from ..models.mjcf import MjcfModel, is_mjcf
+from ..models.urdf import UrdfModel
 from ..poses import COLUMNS
 from ..scenes.scene import Scene
 from ..scenes.shapes import Ball, Capsule, Shape
@@ -154,7 +154,7 @@ def _named_links(file: str, base: str | None, tip: str | None) -> tuple[str | No
     """
     if tip is not None:
         return base, tip
-    found = (mjcf_candidates if is_mjcf(file) else urdf_candidates)(file, base)
+    found = (MjcfModel if is_mjcf(file) else UrdfModel)(file).candidates(base)
     best = found[0].rank() if found else 0
     if not found or chosen(found, 0) is not None:
         return base, None

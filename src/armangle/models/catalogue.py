@@ -1,8 +1,8 @@
 """Known robots: one TOML file each, read on request.
 
-Lengths are metres. Angles and speeds are degrees, under keys that end in ``_deg``. Every file states in words
-the origin of its numbers and the revision with which they were compared, the frame of the tip, and untrusted
-numbers.
+Lengths are metres. Angles and speeds are degrees under keys that end in ``_deg``, rad and rad/s under keys
+without it. Every file states in words the origin of its numbers and the revision with which they were
+compared, the frame of the tip, and untrusted numbers.
 """
 
 from __future__ import annotations
@@ -22,13 +22,11 @@ import numpy as np
 from .. import _opening
 from .._arrays import JOINTS
 from ..errors import InputError, ModelError
-from .description import ELBOW_OFFSETS, FRAMES, LENGTHS, ArmDescription
-from .offset import offset_catalogue
+from .description import ELBOW_OFFSETS, END_OFFSETS, FRAMES, LENGTHS, ArmDescription, OffsetDescription
 
 ROBOTS = Path(__file__).with_name("robots")
 
-_ANGLES = {"lower_deg": "lower", "upper_deg": "upper"}
-_OPTIONAL_ANGLES = {"offsets_deg": "offsets", "velocity_deg": "velocity"}
+_ANGLES, _OPTIONAL_ANGLES = ("lower", "upper"), ("offsets", "velocity")
 _WORDS = ("title", "source", "tip")
 _DOUBTS = ("lengths", "limits", "velocity")
 _TOML_PLACE = re.compile(r"\s*\(at line (\d+), column (\d+)\)")
@@ -89,12 +87,22 @@ def catalogue(search: str = "") -> tuple[str, ...]:
     ('kuka_iiwa14_r820', 'kuka_iiwa7_r800')
     """
     words = _words(search)
-    return tuple(n for n in sorted((*srs_catalogue(), *offset_catalogue())) if all(w in n for w in words))
+    return tuple(name for name in sorted(_files("**")) if all(word in name for word in words))
 
 
 def srs_catalogue() -> tuple[str, ...]:
     """Return the names of the S-R-S arms, sorted."""
-    return tuple(sorted(path.stem for path in ROBOTS.glob("*.toml")))
+    return tuple(sorted(_files(".")))
+
+
+def offset_catalogue() -> tuple[str, ...]:
+    """Return the names of the arms with an offset wrist or shoulder, sorted."""
+    return tuple(sorted(_files("offset")))
+
+
+def _files(folder: str) -> dict[str, Path]:
+    """Return the files of robots by name; `folder` is a pattern below that of the robots."""
+    return {path.stem: path for path in ROBOTS.glob(f"{folder}/*.toml")}
 
 
 def is_file_or_text(source: str) -> bool:
@@ -118,14 +126,15 @@ def load_robot(name: str) -> CatalogueEntry:
     >>> load_robot("kuka_iiwa7_r800").description.d_bs
     0.34
     """
-    if name not in srs_catalogue():
-        known = catalogue()
+    files = _files("**")
+    if name not in files:
+        known = sorted(files)
         near = _near(str(name), known)
         hint = (
             f"did you mean {' or '.join(map(repr, near))}?" if near else f"it has {', '.join(_makers(known))}"
         )
         raise InputError(f"the catalogue has no robot {name!r}; {hint}")
-    return read_robot(ROBOTS / f"{name}.toml")
+    return read_robot(files[name])
 
 
 def _makers(known: Sequence[str]) -> list[str]:
@@ -201,8 +210,8 @@ def robot_toml(arm: ArmDescription, *, title: str, source: str, tip: str) -> str
     lengths = (*LENGTHS, *(key for key in ELBOW_OFFSETS if getattr(arm, key)))
     lines += [f"{key} = {_short(getattr(arm, key))!r}" for key in lengths]
     lines.append(f"signs = {[int(sign) for sign in arm.signs]}")
-    for key, name in (_OPTIONAL_ANGLES | _ANGLES).items():
-        lines.append(f"{key} = [{', '.join(_degrees_text(v) for v in getattr(arm, name))}]")
+    for name in (*_OPTIONAL_ANGLES, *_ANGLES):
+        lines.append(f"{name}_deg = [{', '.join(_degrees_text(v) for v in getattr(arm, name))}]")
     lines.append(f"joint_names = [{', '.join(_toml_text(name) for name in arm.joint_names)}]")
     for key in FRAMES:
         frame = getattr(arm, key)
@@ -255,17 +264,18 @@ class _Reader:
         revision = self.words("revision") if "revision" in self.table else ""
         doubts = {key: self.doubt(key) for key in _DOUBTS}
         values: dict[str, Any] = {key: self.number(key) for key in LENGTHS}
-        values |= {key: self.number(key) for key in ELBOW_OFFSETS if key in self.table}
-        values |= {field: self.radians(key) for key, field in _ANGLES.items()}
-        values |= {f: self.radians(key) for key, f in _OPTIONAL_ANGLES.items() if key in self.table}
+        values |= {key: self.number(key) for key in (*ELBOW_OFFSETS, *END_OFFSETS) if key in self.table}
+        given = [name for name in _OPTIONAL_ANGLES if self.angle_key(name) in self.table]
+        values |= {name: self.radians(name) for name in (*_ANGLES, *given)}
         values |= {key: self.frame(key) for key in FRAMES if key in self.table}
         values["signs"] = self.signs()
         if "joint_names" in self.table:
             values["joint_names"] = self.joint_names()
         values["notes"] = tuple(f"{key} not trusted: {why}" for key, why in doubts.items() if why)
         self.check_limits(values["lower"], values["upper"])
-        arm, trusted = ArmDescription(**values, name=name), [not doubts[key] for key in _DOUBTS]
-        return CatalogueEntry(name, title, source, revision, tip, arm, *trusted)
+        kind = ArmDescription if values.keys().isdisjoint(END_OFFSETS) else OffsetDescription
+        trusted = [not doubts[key] for key in _DOUBTS]
+        return CatalogueEntry(name, title, source, revision, tip, kind(**values, name=name), *trusted)
 
     def fail(self, key: str, message: str) -> NoReturn:
         """Raise an error with the line of the key."""
@@ -275,7 +285,8 @@ class _Reader:
 
     def refuse_unknown_keys(self) -> None:
         """Raise if the table has a key that no robot file has."""
-        known = {*_WORDS, *LENGTHS, *ELBOW_OFFSETS, *_ANGLES, *_OPTIONAL_ANGLES, *FRAMES}
+        known = {*_WORDS, *LENGTHS, *ELBOW_OFFSETS, *END_OFFSETS, *FRAMES}
+        known |= {key for name in (*_ANGLES, *_OPTIONAL_ANGLES) for key in (name, f"{name}_deg")}
         known |= {f"{key}_{what}" for key in _DOUBTS for what in ("trusted", "reason")}
         known |= {"signs", "joint_names", "revision"}
         for key in self.table.keys() - known:
@@ -313,9 +324,15 @@ class _Reader:
             self.fail(key, f"is {values!r}, wanted {JOINTS} values")
         return values
 
-    def radians(self, key: str) -> tuple[float, ...]:
-        """Return seven angles of a key in degrees, as rad; only offsets must be finite."""
-        return tuple(math.radians(self.finite(key, v, key != "offsets_deg")) for v in self.seven(key))
+    def angle_key(self, name: str) -> str:
+        """Return the key of seven angles: the name itself if they are in rad, otherwise that of degrees."""
+        return name if name in self.table else f"{name}_deg"
+
+    def radians(self, name: str) -> tuple[float, ...]:
+        """Return seven angles in rad; only offsets must be finite."""
+        key = self.angle_key(name)
+        values = [self.finite(key, value, name != "offsets") for value in self.seven(key)]
+        return tuple(values if key == name else map(math.radians, values))
 
     def signs(self) -> tuple[int, ...]:
         """Return seven signs, each 1 or -1."""
@@ -342,7 +359,7 @@ class _Reader:
         """Raise if a lower limit is above the upper one."""
         for joint, (low, high) in enumerate(zip(lower, upper, strict=True), start=1):
             if low > high:
-                self.fail("lower_deg", f"is above upper_deg at joint {joint}")
+                self.fail(self.angle_key("lower"), f"is above {self.angle_key('upper')} at joint {joint}")
 
     def doubt(self, what: str) -> str:
         """Return why the source's lengths, limits or velocities are doubtful; "" if they are trusted."""

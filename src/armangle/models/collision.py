@@ -16,10 +16,9 @@ from .chain import Chain, chain_of, rigid_inverse, rotation_about
 from .cover import Rod, cover_box, cover_cylinder, cover_mesh, merged, open_edges
 from .description import ArmDescription
 from .detect import chain_core
-from .mjcf import mjcf_geoms, read_mjcf
+from .mjcf import MjcfModel, mjcf_geoms
 from .one_offset import own_arm
-from .urdf import Source, read_urdf
-from .urdf.reading import urdf_text
+from .urdf import Source, UrdfModel
 from .urdf.shapes import mesh_file, numbers_of, origin_of, placed_elements
 
 _POSTURES = 200
@@ -62,13 +61,14 @@ def link_frames(arm: ArmDescription, q: Floats) -> Floats:
 
 def cover_urdf(source: Source, base: str | None, tip: str | None, shapes: int, hulls: bool) -> Covered:
     """Return rods, at most `shapes` a shape, that contain every <collision> of the links from base to tip."""
-    chain, arm = own_arm(lambda offset: read_urdf(source, base=base, tip=tip, offset=offset))
-    text, folder = urdf_text(source)
+    model = UrdfModel(source)
+    chain, arm = own_arm(lambda offset: model.chain(base, tip, offset=offset))
     out, left = Covered(), list[str]()
     rest = link_frames(arm, np.zeros(JOINTS))
     try:
-        for link, frame, place, element in placed_elements(text, chain, rest, "collision", left):
-            rods = _urdf_rods(element, f"link {link!r} of {chain.source}", folder, shapes, hulls, _size(arm))
+        for link, frame, place, element in placed_elements(model.text, chain, rest, "collision", left):
+            where = f"link {link!r} of {chain.source}"
+            rods = _urdf_rods(element, where, model.folder, shapes, hulls, _size(arm))
             out.add(frame, link, place @ origin_of(element), rods)
     except ValueError as error:
         raise _refusal(f"collision of {chain.source}", error) from None
@@ -177,7 +177,8 @@ def _refuse_unless_sized(where: str, name: str, extent: float, size: float) -> N
 
 def cover_mjcf(source: Any, base: str | None, tip: str | None, shapes: int) -> Covered:
     """Return rods that contain every colliding geom of the bodies from base to tip."""
-    chain, arm = own_arm(lambda offset: read_mjcf(source, base, tip, offset=offset))
+    model = MjcfModel(source)
+    chain, arm = own_arm(lambda offset: model.chain(base, tip, offset=offset))
     q, geoms, notes = mjcf_geoms(source, chain)
     rest = link_frames(arm, q)
     out = Covered(notes=notes)

@@ -14,6 +14,7 @@ from ..scenes.shapes import Shape
 
 LENGTHS = ("d_bs", "d_se", "d_ew", "d_wf")
 ELBOW_OFFSETS = ("a_3", "a_4", "d_4")
+END_OFFSETS = ("a_1", "a_6")
 JOINT_ROWS = ("signs", "offsets", "lower", "upper", "velocity", "acceleration")
 FRAMES = ("base", "tool")
 _INFINITE = (float("inf"),) * JOINTS

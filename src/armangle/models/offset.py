@@ -1,17 +1,13 @@
-"""Arms with an offset wrist or shoulder: their numbers, from the catalogue and from a chain of joints."""
+"""Arms with an offset wrist or shoulder: their numbers, from a chain of joints."""
 
 from __future__ import annotations
 
 import math
-import tomllib
-from dataclasses import fields, replace
-from functools import cache
-from importlib.resources import files
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
-from ..errors import InputError, ModelError
+from ..errors import ModelError
 from .axes import (
     MAX_ANGLE,
     MAX_LENGTH,
@@ -31,38 +27,7 @@ ANGLE_TOLERANCE = 5e-5  # rad: error of files that write right angles to five di
 LENGTH_TOLERANCE = 2e-5  # m
 _SINES = (-1.0, 1.0, 1.0, -1.0, -1.0, 1.0)  # of the twists alpha_1 ... alpha_6 between neighbouring axes
 _POSTURES = np.random.default_rng(5).uniform(-np.pi, np.pi, (8, 7))  # test of exactness
-_AS_WRITTEN = {field.name for field in fields(OffsetDescription)} - {"name", "offsets"}  # keys of the tables
 _SQUARE = 0.2  # cosine: neighbouring axes further from perpendicular belong to another kind of arm
-
-
-def offset_catalogue() -> tuple[str, ...]:
-    """Return the names of the known arms with an offset wrist or shoulder."""
-    return tuple(sorted(_tables()))
-
-
-def load_offset_robot(name: str) -> OffsetDescription:
-    """Return the numbers of an arm of `offset_catalogue`."""
-    known = _tables()
-    if name not in known:
-        raise InputError(f"there is no offset arm {name!r}; there are: {', '.join(sorted(known))}")
-    table = known[name]
-    given: dict[str, Any] = {
-        key: tuple(x) if isinstance(x, list) else x for key, x in table.items() if key in _AS_WRITTEN
-    }
-    offsets = tuple(np.radians(table["offsets_deg"]).tolist())
-    return OffsetDescription(**given, offsets=offsets, name=name)
-
-
-def offset_source(name: str) -> str:
-    """Return the origin and revision of the numbers of an arm of `offset_catalogue`, in words."""
-    table = _tables()[name]
-    return f"{table['source']}; revision: {table.get('revision', 'not checked')}"
-
-
-@cache
-def _tables() -> dict[str, Any]:
-    """Return the tables of all arms with an offset wrist or shoulder, by name."""
-    return tomllib.loads(files(__package__).joinpath("offset_arms.toml").read_text(encoding="utf-8"))
 
 
 def offset_hint(chain: Chain) -> str:

@@ -12,7 +12,7 @@ from .. import _core
 from .._arrays import JOINTS, Floats, about_z, as_poses, chosen, named, one_posture
 from .._progress import Progress, as_progress, in_parts, progressing
 from ..arm.allowed import Allowed, allowed_arcs
-from ..arm.arm import Arm
+from ..arm.arm import Arm, check_arm
 from ..arm.question import Fallback
 from ..arm.roll import Roll, last_margin
 from ..errors import InputError
@@ -24,7 +24,6 @@ from .options import (
     CARRIES,
     Bound,
     Carry,
-    check_arm,
     checked_options,
     core_policy,
     free_roll,

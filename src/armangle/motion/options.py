@@ -9,15 +9,14 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._arrays import (
-    CONFIGURATIONS,
     JOINTS,
     Floats,
     as_floats,
-    as_gc,
     as_number,
     chosen,
     hint_degrees,
     named,
+    one_branch,
     one_or_seven,
     warn,
 )
@@ -46,10 +45,7 @@ def checked_options(
     """Return options of any numeric type in the core's types, or raise."""
     kept: Carry = "elbow" if chosen("carry", carry, CARRIES) == "elbow" else "psi"
     if gc is not None:
-        wanted = as_gc(gc)
-        if wanted.ndim or not 0 <= wanted < CONFIGURATIONS:
-            raise InputError(f"gc is {gc!r}, wanted an integer from 0 to 7")
-        gc = int(wanted)
+        gc = one_branch("gc", gc)
     if max_joint_step is not None:
         max_joint_step = as_number("max_joint_step", max_joint_step, 0.0, np.inf, low_open=True)
     if dt is not None:
@@ -158,12 +154,6 @@ def positive(name: str, value: ArrayLike) -> Floats:
     if largest > suspicious:
         warn(f"{name} holds {largest:g}, wanted {unit}: were these degrees?")
     return bound
-
-
-def check_arm(arm: object) -> None:
-    """Raise if it is not an `Arm`."""
-    if not isinstance(arm, Arm):
-        raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
 
 
 def step_bounds(

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._arrays import (
-    CONFIGURATIONS,
     JOINTS,
     Floats,
     as_floats,
@@ -24,10 +23,11 @@ from .._progress import Progress, as_progress, in_parts, part, progressing
 from .._threads import thread_count
 from ..arm.allowed import Allowed, one_allowed
 from ..arm.arcs import ArcSet
-from ..arm.arm import MOST_MARGIN, Arm
+from ..arm.arm import MOST_MARGIN, Arm, check_arm
 from ..arm.diagnosis import ARM_ANGLE, Diagnosis, Verdict, branch_of
 from ..arm.joint_map import to_q
 from ..arm.keywords import names_keywords
+from ..arm.question import branch_bits
 from ..arm.roll import Roll, last_margin
 from ..errors import InputError, SceneError
 from ..scenes.moving import ready_each, scenes_at
@@ -37,7 +37,7 @@ from ..status import Status
 from .curves import Curve
 from .joint_path import ROW_STEP, JointPath, blank_rows, even_parameters, rows_between
 from .kinds import check_plan
-from .options import check_arm, free_roll, positive
+from .options import free_roll, positive
 from .paths import Path, Waypoints, as_path, sample_count
 from .policies import Towards
 from .rolling import best_planned, is_laddered
@@ -277,7 +277,7 @@ def plan(
             """Return the core's plan for these scenes and ends."""
             with progressing(tell):
                 return handle.plan_path(
-                    whole._segments, rows, first, last, _branches(gc), weights,
+                    whole._segments, rows, first, last, branch_bits(gc), weights,
                     arm.singularity_margin, kept, *wished,
                     [each.handle for each in along], *asked, last_joint, truth, thread_count(0),
                 )  # fmt: skip
@@ -564,22 +564,6 @@ def _outside(arm: Arm, **ends: Floats | None) -> str:
             side, far = "lower" if q[j] < arm.lower[j] else "upper", np.degrees(beyond[j])
             return f"The {name} lies outside the limits: joint {j + 1} is {far:.3g}° beyond its {side} one."
     return ""
-
-
-def _branches(gc: int | Iterable[int] | None) -> int:
-    """Return permitted branches as a number whose bit gc is set for branch gc; None permits all."""
-    if gc is None:
-        return (1 << CONFIGURATIONS) - 1
-    values: list[Any] = list(gc) if isinstance(gc, Iterable) and not isinstance(gc, (str, bytes)) else [gc]
-    mask = 0
-    for value in values:
-        whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-        if not whole or not 0 <= value < CONFIGURATIONS:
-            raise InputError(f"gc is {gc!r:.100}, wanted integers from 0 to 7")
-        mask |= 1 << int(value)
-    if not mask:
-        raise InputError("gc is empty, wanted integers from 0 to 7")
-    return mask
 
 
 def _empty(arm: Arm) -> JointPath:

@@ -22,7 +22,7 @@ from .._arrays import (
 )
 from .._values import by_content
 from ..arm.allowed import Allowed, allowed_arcs, one_allowed
-from ..arm.arm import Arm
+from ..arm.arm import Arm, check_arm
 from ..arm.offset import as_srs
 from ..arm.question import Fallback
 from ..arm.roll import Roll, last_margin
@@ -32,7 +32,6 @@ from .kinds import check_step
 from .options import (
     Bound,
     Carry,
-    check_arm,
     checked_options,
     core_policy,
     free_roll,

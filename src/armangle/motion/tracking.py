@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._arrays import (
-    CONFIGURATIONS,
     JOINTS,
     Floats,
     as_flag,
@@ -18,12 +17,13 @@ from .._arrays import (
     as_number,
     as_poses,
     chosen,
+    one_branch,
     one_posture,
 )
 from .._core import Wish
 from .._progress import Progress, as_progress, progressing
 from .._values import by_content
-from ..arm.arm import Arm
+from ..arm.arm import Arm, check_arm
 from ..arm.keywords import names_keywords
 from ..arm.wish import DIRECTIONS, Direction
 from ..errors import InputError, SceneError
@@ -270,8 +270,7 @@ class Tracker:
         detours: bool = True,
     ) -> None:
         """Check the numbers and create the control loop; it begins with `start`."""
-        if not isinstance(arm, Arm):
-            raise InputError(f"arm is {arm!r:.50}, wanted an Arm")
+        check_arm(arm)
         if filter is not None and not isinstance(filter, HandFilter):
             raise InputError(f"filter is {filter!r:.50}, wanted a HandFilter or None")
         hand = filter or _AS_THEY_COME
@@ -458,7 +457,7 @@ class Tracker:
             if plain is not None:
                 return plain
         time = self._dt if dt is None else as_seconds(dt)
-        branch = -1 if reconfigure is None else _branch(reconfigure)
+        branch = -1 if reconfigure is None else one_branch("reconfigure", reconfigure)
         hint, wish = _hint(elbow, elbow_direction)
         plain = self._core.step_one(pose, self._names, hint, wish, time, branch)
         if plain is not None:
@@ -551,11 +550,3 @@ def _hint(elbow: ArrayLike | None, direction: Direction | None) -> tuple[ArrayLi
     if isinstance(direction, str):
         return DIRECTIONS[chosen("elbow_direction", direction, DIRECTIONS)], Wish.DIRECTION
     return direction, Wish.DIRECTION
-
-
-def _branch(reconfigure: int) -> int:
-    """Return a branch number; raise unless it is an integer 0 to 7."""
-    index = np.asarray(reconfigure)
-    if index.dtype.kind not in "iu" or index.ndim or not 0 <= index < CONFIGURATIONS:
-        raise InputError(f"reconfigure is {reconfigure!r:.50}, wanted an integer from 0 to 7")
-    return int(index)

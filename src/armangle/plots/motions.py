@@ -10,14 +10,14 @@ import numpy as np
 from .. import _core
 from .._arrays import JOINTS, Floats
 from ..arm.arcs import ArcSet
-from ..arm.arm import Arm
+from ..arm.arm import Arm, check_arm
 from ..arm.skeleton import alike
 from ..colours import CURVES, PALE, VERMILION
 from ..errors import InputError
 from ..files.tables import JointTable
 from ..files.trajectories import TrajectoryTable
 from ..motion.joint_path import JointPath
-from ..motion.options import check_arm, core_policy
+from ..motion.options import core_policy
 from ..motion.policies import Centre, Policy, Repulsion, Towards
 from ..timing.trajectory import Trajectory
 from .style import flat_axes, grid_axes, outer_legend

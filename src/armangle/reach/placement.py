@@ -12,7 +12,7 @@ from .._core import LENGTH_LIMIT
 from .._progress import Progress, as_progress, progressing
 from .._threads import thread_count
 from .._values import by_content
-from ..arm.arm import Arm
+from ..arm.arm import Arm, check_arm
 from ..arm.chain import NOMINAL, unsupported
 from ..errors import InputError
 from ..models.axes import NEAR_ANGLE
@@ -164,8 +164,7 @@ def place(
     >>> float(found.reached.max()), [(k, why.name) for k, why in found.missed()]
     (2.0, [(2, 'UNREACHABLE')])
     """
-    if not isinstance(arm, Arm):
-        raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
+    check_arm(arm)
     up = float(arm.base[2, 2])
     lean = float(np.arccos(min(1.0, abs(up))))
     if arm.geometry.chain is not None and lean < NEAR_ANGLE:  # the base fitted to a chain leans a little

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._arrays import Floats, PathLike, as_floats, as_number, as_poses
 from .._progress import Progress, as_progress
-from ..arm.arm import Arm
+from ..arm.arm import Arm, check_arm
 from ..arm.chain import unsupported
 from ..arm.freedom import Freedom
 from ..arm.offset import OffsetArm
@@ -422,8 +422,7 @@ def reach_map(
     >>> found.missing, found.section("yaw").shape                # doctest: +SKIP
     ((), (9, 18))
     """
-    if not isinstance(arm, Arm):
-        raise InputError(f"arm is {type(arm).__name__}, wanted an Arm")
+    check_arm(arm)
     if arm.geometry.chain is not None:
         raise unsupported("reach_map")
     gap = as_number("spacing", spacing, _LEAST_SPACING, arm.geometry.reach)

@@ -12,8 +12,7 @@ import numpy as np
 
 from .._arrays import JOINTS, Floats
 from ..arm.arm import Arm
-from ..models.urdf import read_urdf
-from ..models.urdf.reading import urdf_text
+from ..models.urdf import UrdfModel
 from ..models.urdf.shapes import mesh_file, numbers_of, origin_of, placed_elements
 from .solids import DARK, GREY, Solid, capsules
 
@@ -57,10 +56,11 @@ def solids_of(
 
 def _visuals(arm: Arm, urdf: Path, base: str | None, tip: str | None) -> _Looks:
     """Read the visuals of all links that move with one of the seven joints or with the base."""
-    chain = read_urdf(urdf, base=base, tip=tip)  # rejects invalid XML, and entities
+    model = UrdfModel(urdf)  # rejects invalid XML, and entities
+    chain = model.chain(base, tip)
     looks, seen = _Looks(), Counter[str]()
     for link, frame, local, visual in placed_elements(
-        urdf_text(urdf)[0], chain, arm.frames(np.zeros(JOINTS)), "visual"
+        model.text, chain, arm.frames(np.zeros(JOINTS)), "visual"
     ):
         _read_visual(looks, visual, f"{link}_{seen[link]}", frame, local, urdf.parent)
         seen[link] += 1

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import CONFIGURATIONS, JOINTS, Floats, one_posture
+from .._arrays import CONFIGURATIONS, JOINTS, Floats, one_branch, one_posture
 from ..arm.arcs import ArcSet
 from ..arm.arm import Arm, nearest_rotation
 from ..arm.configuration import gc_signs
@@ -167,16 +167,6 @@ class ViewerState:
         self._take(self._home)
         return self._say(True, "")
 
-    def set_joints(self, q: ArrayLike) -> Answer:
-        """Go to joints within the limits, at once.
-
-        Raises
-        ------
-        InputError, LimitError
-        """
-        self._take(self._checked(q))
-        return self._say(True, "")
-
     def set_joint(self, joint: int, value: float) -> Answer:
         """Turn one joint, 1..7, to a value (rad), or to its limit; tool and arm angle follow.
 
@@ -305,8 +295,7 @@ class ViewerState:
         InputError
             If gc is not an integer from 0 to 7.
         """
-        if gc not in range(CONFIGURATIONS):
-            raise InputError(f"gc is {gc!r}, wanted an integer from 0 to 7")
+        one_branch("gc", gc)
         reason = self.reason(gc)
         if reason is not None:
             return self._say(False, f"GC {gc}: {reason}")

@@ -11,7 +11,6 @@ import numpy as np
 from ...arm.arm import Arm
 from ...models.catalogue import catalogue, load_robot
 from ...models.description import ELBOW_OFFSETS
-from ...models.offset import offset_catalogue, offset_source
 from ..arguments import add
 from ..messages import paragraph
 from ..screen import degrees, show, show_json
@@ -55,7 +54,7 @@ def _show_all(names: Sequence[str]) -> None:
         facts = _facts(name)
         offset = "offset" if any(facts[key] for key in ELBOW_OFFSETS) else "in line"
         elbow = offset if facts["kind"] == "srs" else facts["kind"].replace("_", " ")
-        doubtful = ", ".join(what for what in _DOUBTS if not facts.get(f"{what}_trusted", True))
+        doubtful = ", ".join(what for what in _DOUBTS if not facts[f"{what}_trusted"])
         rows.append([name, f"{facts['reach'] * 1e3:.0f}", elbow, doubtful])
     show(table(["name", "reach mm", "elbow", "not trusted"], rows, left=(0, 2, 3)))
     show(f"\n{len(names)} arms; reach: greatest distance of the wrist from the shoulder")
@@ -64,11 +63,9 @@ def _show_all(names: Sequence[str]) -> None:
 def _show_one(facts: dict[str, Any]) -> None:
     """Print all numbers of an arm of the catalogue."""
     show(paint(facts["name"], "bold"))
-    title = f"{facts['title']}. " if "title" in facts else ""
-    show(paragraph(f"{title}Source: {facts['source']}."))
-    if "tip" in facts:
-        show(paragraph(f"Revision of the source: {facts['revision'] or 'not checked'}."))
-        show(paragraph(f"Tip: {facts['tip']}."))
+    show(paragraph(f"{facts['title']}. Source: {facts['source']}."))
+    show(paragraph(f"Revision of the source: {facts['revision'] or 'not checked'}."))
+    show(paragraph(f"Tip: {facts['tip']}."))
     for line in facts["notes"]:
         show(paragraph(f"Note: {line}"))
     lengths = [f"{name} {facts[name] * 1e3:g}" for name in _LENGTHS]
@@ -87,14 +84,9 @@ def _show_one(facts: dict[str, Any]) -> None:
 
 def _facts(name: str) -> dict[str, Any]:
     """Return all numbers of an arm of the catalogue, and where they are from."""
-    facts: dict[str, Any] = {"name": name}
-    if name in offset_catalogue():
-        arm = Arm.from_catalogue(name)
-        facts["source"] = offset_source(name)
-    else:
-        entry = load_robot(name)
-        arm = Arm._from_description(entry.description)
-        words = ("title", "source", "revision", "tip", *(f"{what}_trusted" for what in _DOUBTS))
-        facts |= {key: getattr(entry, key) for key in words}
+    entry = load_robot(name)
+    arm = Arm._from_description(entry.description)
+    words = ("name", "title", "source", "revision", "tip", *(f"{what}_trusted" for what in _DOUBTS))
     numbers = (*_LENGTHS, *_JOINTS, "notes", "base", "tool", "reach")
+    facts = {key: getattr(entry, key) for key in words}
     return facts | {"kind": arm.kind} | {key: arm._number(key) for key in numbers}

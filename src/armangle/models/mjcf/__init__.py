@@ -1,6 +1,6 @@
 """MJCF: arms and their geoms, read with the ``mujoco`` package (extra ``mujoco``)."""
 
 from .geoms import PlacedGeom, mjcf_geoms
-from .reading import is_mjcf, mjcf_candidates, read_mjcf
+from .reading import MjcfModel, is_mjcf
 
-__all__ = ["PlacedGeom", "is_mjcf", "mjcf_candidates", "mjcf_geoms", "read_mjcf"]
+__all__ = ["MjcfModel", "PlacedGeom", "is_mjcf", "mjcf_geoms"]

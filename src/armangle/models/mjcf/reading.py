@@ -31,46 +31,6 @@ _HINGE = 3
 _PIECE = 4096
 
 
-def read_mjcf(
-    source: str | os.PathLike[str], base: str | None = None, tip: str | None = None, *, offset: bool = False
-) -> Chain:
-    """Return the chain of seven hinges from a body to a body or site.
-
-    Parameters
-    ----------
-    source : str or path
-        A file, or the XML text itself (a str that begins with ``<``).
-    base : str, optional
-        Name of a body.
-    tip : str, optional
-        Name of a body or site below ``base``. Missing names are guessed: the only chain of seven hinges, or
-        the only S-R-S one of several. :func:`mjcf_candidates` lists the choices.
-    offset : bool, optional
-        Guess an arm with an offset wrist or shoulder instead of an S-R-S one.
-
-    Returns
-    -------
-    Chain
-        In the frames and joint coordinates of the model. MJCF has no joint velocities.
-
-    Raises
-    ------
-    MissingExtraError
-        Without the ``mujoco`` package.
-    ModelError
-        If the model cannot be read, has no such body, or no seven hinges between.
-    """
-    return _Model(source).chain(base, tip, offset)
-
-
-def mjcf_candidates(source: str | os.PathLike[str], base: str | None = None) -> list[Candidate]:
-    """Return every chain of seven hinges between bodies, S-R-S first; with ``base`` only those from there."""
-    model = _Model(source)
-    if base is not None:
-        model.body(base, "base")
-    return find_candidates(model.tree(), model.between, base)
-
-
 def is_mjcf(source: str | bytes | os.PathLike[str]) -> bool:
     """Return whether the outer element of a file or XML text is ``<mujoco>``; False if it cannot be read."""
     tags: list[str] = []
@@ -93,8 +53,21 @@ def _refuse(source: str, message: str) -> NoReturn:
     raise ModelError(message, source=source)
 
 
-class _Model:
-    """A compiled MuJoCo model without shapes, used for its tree alone."""
+class MjcfModel:
+    """A compiled MuJoCo model without shapes, used for its tree alone.
+
+    Parameters
+    ----------
+    source : str or path
+        A file, or the XML text itself (a str that begins with ``<``).
+
+    Raises
+    ------
+    MissingExtraError
+        Without the ``mujoco`` package.
+    ModelError
+        If the model cannot be read.
+    """
 
     def __init__(self, source: str | os.PathLike[str]) -> None:
         """Compile the model of a file or of XML text."""
@@ -237,8 +210,35 @@ class _Model:
         hinges = [index for body in self.path(start, end) for index in self.joints(body)]
         return Chain(name, base, tip, tuple(joints), frame, self.source, tuple(self.notes(hinges)))
 
-    def chain(self, base: str | None, tip: str | None, offset: bool = False) -> Chain:
-        """Return the chain of seven hinges from base to tip; missing names are guessed."""
+    def candidates(self, base: str | None = None) -> list[Candidate]:
+        """Return every chain of seven hinges between bodies, S-R-S first; with ``base`` those from there."""
+        if base is not None:
+            self.body(base, "base")
+        return find_candidates(self.tree(), self.between, base)
+
+    def chain(self, base: str | None = None, tip: str | None = None, *, offset: bool = False) -> Chain:
+        """Return the chain of seven hinges from a body to a body or site.
+
+        Parameters
+        ----------
+        base : str, optional
+            Name of a body.
+        tip : str, optional
+            Name of a body or site below ``base``. Missing names are guessed: the only chain of seven hinges,
+            or the only S-R-S one of several. `candidates` lists the choices.
+        offset : bool, optional
+            Guess an arm with an offset wrist or shoulder instead of an S-R-S one.
+
+        Returns
+        -------
+        Chain
+            In the frames and joint coordinates of the model. MJCF has no joint velocities.
+
+        Raises
+        ------
+        ModelError
+            If the model has no such body, or no seven hinges between.
+        """
         guessed: tuple[str, ...] = ()
         if base is not None:
             self.body(base, "base")

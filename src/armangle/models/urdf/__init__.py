@@ -1,6 +1,6 @@
 """URDF: arms and their shapes from its text, and arms as its text."""
 
-from .reading import Source, read_urdf, urdf_candidates
+from .reading import Source, UrdfModel
 from .writing import write_urdf
 
-__all__ = ["Source", "read_urdf", "urdf_candidates", "write_urdf"]
+__all__ = ["Source", "UrdfModel", "write_urdf"]

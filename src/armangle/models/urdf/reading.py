@@ -9,16 +9,17 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property, partial
 from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
 
 from ... import _opening
-from ..._arrays import JOINTS, check_source, number_in
-from ...errors import InputError, ModelError
+from ..._arrays import JOINTS, check_source, chosen, number_in
+from ...errors import ModelError
 from ..axes import exceeds
 from ..candidates import Candidate, RigidBody, Tree, TreeJoint, find_candidates, guess, moved_base, unknown
 from ..chain import Chain, FloatArray, Joint, rigid_inverse
@@ -36,7 +37,7 @@ HUGE_LIMIT = 1e6  # rad: above the largest angle that the core accepts
 _MOVING = ("revolute", "continuous")
 _REFUSED = ("prismatic", "floating", "planar")
 _CONTINUOUS_LIMITS = ("ignore", "use")
-_UTF8_MARK = b"\xef\xbb\xbf"
+_UTF8_MARK, _BLANK = b"\xef\xbb\xbf", "\ufeff \t\r\n"
 
 
 def chain_along(
@@ -197,155 +198,198 @@ def _number(robot: RobotElement, joint: JointElement, key: str) -> float | None:
     return None if values is None else float(values[0])
 
 
-def read_urdf(
-    source: Source,
-    base: str | None = None,
-    tip: str | None = None,
-    *,
-    continuous_limits: str = "ignore",
-    offset: bool = False,
-) -> Chain:
-    """Return the chain of seven joints from base link to tip link.
+class UrdfModel:
+    """The links and joints of a URDF, parsed once.
 
     Parameters
     ----------
     source : str, bytes or path
         A file, or the XML text itself (bytes, or a str that begins with ``<``).
-    base, tip : str, optional
-        Link names. Missing ones are guessed: the only chain of seven rotating joints, or the only S-R-S one
-        of several. :func:`urdf_candidates` lists the choices.
-    continuous_limits : {"ignore", "use"}, optional
-        A continuous joint has no limits according to URDF, but some files have them.
-    offset : bool, optional
-        Guess an arm with an offset wrist or shoulder instead of an S-R-S one.
 
-    Returns
-    -------
-    Chain
-        In the file's own frames and joint coordinates. Its notes list changed values.
+    Attributes
+    ----------
+    folder : Path
+        That of the file, which names of meshes are relative to.
 
     Raises
     ------
     ModelError
         With file, line and column, and the name of the link or joint.
     """
-    if continuous_limits not in _CONTINUOUS_LIMITS:
-        raise InputError(f"continuous_limits is {continuous_limits!r}, wanted one of {_CONTINUOUS_LIMITS}")
-    robot = _load(source)
-    above = _parents(robot)
-    guessed: tuple[str, ...] = ()
-    for role, link in (("base", base), ("tip", tip)):
-        if link is not None and link not in robot.links:
-            robot.fail(unknown("link", link, role, list(robot.links)))
-    if base is None or tip is None:
-        tree, reader = _tree(robot, above), _Reader(robot, above)
-        base, tip, guessed = guess(tree, reader, base, tip, _failing(robot), offset=offset)
-    steps = _path(robot, above, base, tip)
-    moving = [joint for joint, _ in steps if joint.kind != "fixed"]
-    for joint in moving:
-        if joint.kind in _REFUSED:
-            instead = _tree(robot, above).instead_of(base, tip)
-            robot.fail(f"joint {joint.name!r} on the path is {joint.kind}, wanted revolute{instead}", joint)
-        _refuse_unless_rotating(robot, joint)
-    if len(moving) != JOINTS:
-        names = ", ".join(joint.name for joint in moving) or "none"
-        instead = _tree(robot, above).instead_of(base, tip)
-        robot.fail(f"{len(moving)} moving joints from {base!r} to {tip!r}, wanted {JOINTS}: {names}{instead}")
-    chain = chain_along(robot, base, tip, steps, continuous_limits)
-    lift = _lift(robot, above, base)
-    if lift is not None and lift not in moving:
-        chain = replace(chain, notes=(*chain.notes, moved_base(lift.name, base)))
-    chain = replace(chain, notes=(*guessed, *chain.notes))
-    return chain
 
-
-def _lift(robot: RobotElement, above: dict[str, JointElement], link: str) -> JointElement | None:
-    """Return the nearest joint above a link that moves it, None if the link is fixed."""
-    while link in above and above[link].kind == "fixed":
-        link, _ = _ends(robot, above[link])
-    return above.get(link)
-
-
-def urdf_text(source: Source) -> tuple[str | bytes, Path]:
-    """Return the text of a URDF that `read_urdf` has read, from its first tag on, and its folder."""
-    if isinstance(source, bytes):
-        return decoded(source.removeprefix(_UTF8_MARK).lstrip())[0], Path()
-    if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
-        return source.lstrip("\ufeff \t\r\n"), Path()
-    return decoded(_bytes_of(source).removeprefix(_UTF8_MARK).lstrip())[0], Path(source).parent
-
-
-def urdf_candidates(source: Source, base: str | None = None) -> list[Candidate]:
-    """Return every chain of seven rotating joints of a file, S-R-S first.
-
-    Parameters and errors are those of :func:`read_urdf`; with ``base`` only chains from there.
-    """
-    robot = _load(source)
-    above = _parents(robot)
-    if base is not None and base not in robot.links:
-        robot.fail(unknown("link", base, "base", list(robot.links)))
-    return find_candidates(_tree(robot, above), _Reader(robot, above), base)
-
-
-class _Reader:
-    """Reads the chain between two links of one robot."""
-
-    def __init__(self, robot: RobotElement, above: dict[str, JointElement]) -> None:
-        """Keep the robot and the joint above each link."""
-        self.robot = robot
-        self.above = above
-
-    def __call__(self, base: str, tip: str) -> Chain:
-        return chain_along(self.robot, base, tip, _path(self.robot, self.above, base, tip))
-
-
-def _load(source: Source) -> RobotElement:
-    """Return the links and joints of a file or of XML text."""
-    check_source(source, bytes)
-    if isinstance(source, bytes):
-        return _parse(source, "XML text")
-    if isinstance(source, str) and source.lstrip("\ufeff \t\r\n").startswith("<"):
-        return _parse(source, "XML text")
-    return _parse(_bytes_of(source), str(Path(source)))
-
-
-def _bytes_of(path: str | os.PathLike[str]) -> bytes:
-    """Return the contents of a file."""
-
-    def fail(why: str) -> NoReturn:
-        """Raise the error of this file."""
-        raise ModelError(why, source=str(Path(path)))
-
-    return _opening.bytes_of(path, MAX_BYTES, fail)
-
-
-def _parse(text: str | bytes, source: str) -> RobotElement:
-    """Return the links and joints of a document; blank lines before it are permitted."""
-    if len(text) > MAX_BYTES:
-        raise ModelError(_opening.too_long(len(text), MAX_BYTES), source=source)
-    if isinstance(text, str):
-        document: str | bytes = text.lstrip("\ufeff \t\r\n")
-    else:
-        document = text.removeprefix(_UTF8_MARK).lstrip(b" \t\r\n")
-    blank = text[: len(text) - len(document)]
-    skipped = blank.count("\n") if isinstance(blank, str) else blank.count(b"\n")
-    return parse_robot(document, source, skipped)
-
-
-def _parents(robot: RobotElement) -> dict[str, JointElement]:
-    """Return by link name the joint that carries it; raise for two. Joints at missing links are noted."""
-    above: dict[str, JointElement] = {}
-    for joint in robot.joints.values():
-        parent, child = _ends(robot, joint)
-        lost = [link for link in (parent, child) if link not in robot.links]
-        if lost:
-            robot.notes.append(f"joint {joint.name!r} names a link {lost[0]!r} that is not there: left out")
-        elif child in above:
-            robot.fail(f"link {child!r} hangs on two joints, "
-                       f"{above[child].name!r} and {joint.name!r}", joint)  # fmt: skip
+    def __init__(self, source: Source) -> None:
+        """Parse the text; blank lines before it are permitted."""
+        check_source(source, bytes)
+        name, self.folder = "XML text", Path()
+        if isinstance(source, os.PathLike) or not (isinstance(source, bytes) or _begins(source)):
+            name, self.folder = str(Path(source)), Path(source).parent
+            source = _opening.bytes_of(source, MAX_BYTES, partial(_refuse, name))
+        if len(source) > MAX_BYTES:
+            _refuse(name, _opening.too_long(len(source), MAX_BYTES))
+        if isinstance(source, str):
+            self._document: str | bytes = source.lstrip(_BLANK)
+            skipped = source[: len(source) - len(self._document)].count("\n")
         else:
-            above[child] = joint
-    return above
+            self._document = source.removeprefix(_UTF8_MARK).lstrip(b" \t\r\n")
+            skipped = source[: len(source) - len(self._document)].count(b"\n")
+        self.robot = parse_robot(self._document, name, skipped)
+        self.above = self._parents()
+
+    @property
+    def text(self) -> str | bytes:
+        """The text from its first tag on, in an encoding that XML parsers read."""
+        return self._document if isinstance(self._document, str) else decoded(self._document)[0]
+
+    def chain(
+        self,
+        base: str | None = None,
+        tip: str | None = None,
+        *,
+        continuous_limits: str = "ignore",
+        offset: bool = False,
+    ) -> Chain:
+        """Return the chain of seven joints from base link to tip link.
+
+        Parameters
+        ----------
+        base, tip : str, optional
+            Link names. Missing ones are guessed: the only chain of seven rotating joints, or the only S-R-S
+            one of several. `candidates` lists the choices.
+        continuous_limits : {"ignore", "use"}, optional
+            A continuous joint has no limits according to URDF, but some files have them.
+        offset : bool, optional
+            Guess an arm with an offset wrist or shoulder instead of an S-R-S one.
+
+        Returns
+        -------
+        Chain
+            In the file's own frames and joint coordinates. Its notes list changed values.
+
+        Raises
+        ------
+        ModelError
+        """
+        chosen("continuous_limits", continuous_limits, _CONTINUOUS_LIMITS)
+        robot, guessed = self.robot, tuple[str, ...]()
+        for role, link in (("base", base), ("tip", tip)):
+            if link is not None and link not in robot.links:
+                robot.fail(unknown("link", link, role, list(robot.links)))
+        if base is None or tip is None:
+            base, tip, guessed = guess(self.tree, self.between, base, tip, self.fail, offset=offset)
+        steps = self.path(base, tip)
+        moving = [joint for joint, _ in steps if joint.kind != "fixed"]
+        for joint in moving:
+            if joint.kind in _REFUSED:
+                instead = self.tree.instead_of(base, tip)
+                what = f"joint {joint.name!r} on the path is {joint.kind}, wanted revolute{instead}"
+                robot.fail(what, joint)
+            _refuse_unless_rotating(robot, joint)
+        if len(moving) != JOINTS:
+            names = ", ".join(joint.name for joint in moving) or "none"
+            counted = f"{len(moving)} moving joints from {base!r} to {tip!r}, wanted {JOINTS}: {names}"
+            robot.fail(f"{counted}{self.tree.instead_of(base, tip)}")
+        chain = chain_along(robot, base, tip, steps, continuous_limits)
+        lift = self._lift(base)
+        moved = () if lift is None or lift in moving else (moved_base(lift.name, base),)
+        return replace(chain, notes=(*guessed, *chain.notes, *moved))
+
+    def candidates(self, base: str | None = None) -> list[Candidate]:
+        """Return every chain of seven rotating joints, S-R-S first; with ``base`` only those from there."""
+        if base is not None and base not in self.robot.links:
+            self.robot.fail(unknown("link", base, "base", list(self.robot.links)))
+        return find_candidates(self.tree, self.between, base)
+
+    def between(self, base: str, tip: str) -> Chain:
+        """Return the chain of any joints between two links."""
+        return chain_along(self.robot, base, tip, self.path(base, tip))
+
+    def fail(self, message: str) -> NoReturn:
+        """Raise the file's error, with a list of joints that were left out."""
+        lost = "".join(f"; {note}" for note in self.robot.notes if "that is not there" in note)
+        self.robot.fail(message + lost)
+
+    def path(self, base: str, tip: str) -> list[Step]:
+        """Return the joints from base to tip, each with True if it is followed from parent to child."""
+        up, down = self._way_up(base), self._way_up(tip)
+        if up[-1] != down[-1]:
+            self.fail(f"no path from {base!r} to {tip!r}: their roots are {up[-1]!r} and {down[-1]!r}")
+        while up and down and up[-1] == down[-1]:
+            up.pop()
+            down.pop()
+        return [(self.above[link], False) for link in up] + [(self.above[link], True) for link in down[::-1]]
+
+    @cached_property
+    def tree(self) -> Tree:
+        """The rigid bodies of the file and the joints between them."""
+        robot, above = self.robot, self.above
+        below: dict[str, list[str]] = {link: [] for link in robot.links}
+        for child, joint in above.items():
+            below[_ends(robot, joint)[0]].append(child)
+        tree, body_of = Tree(), dict[str, int]()
+        pending = [link for link in robot.links if link not in above][::-1]
+        while pending:
+            link = pending.pop()
+            if link not in above or above[link].kind != "fixed":
+                body_of[link] = len(tree.bodies)
+                tree.bodies.append(RigidBody())
+            else:
+                body_of[link] = body_of[_ends(robot, above[link])[0]]
+            fixed = [child for child in below[link] if above[child].kind == "fixed"]
+            tree.bodies[body_of[link]].add(link, len(fixed))
+            pending += below[link][::-1]
+        for link in robot.links:
+            if link not in body_of:
+                self._way_up(link)  # reports the loop to which it belongs
+        for child, joint in above.items():
+            robot.refuse_expression(joint)
+            if joint.kind != "fixed":
+                ends = (body_of[_ends(robot, joint)[0]], body_of[child])
+                bound = _bound(joint)
+                tree.joints.append(TreeJoint(joint.name, joint.kind in _MOVING and not bound, *ends, bound))
+        return tree
+
+    def _parents(self) -> dict[str, JointElement]:
+        """Return by link name the joint that carries it; raise for two. Joints at missing links are noted."""
+        above: dict[str, JointElement] = {}
+        for joint in self.robot.joints.values():
+            parent, child = _ends(self.robot, joint)
+            lost = [link for link in (parent, child) if link not in self.robot.links]
+            if lost:
+                what = f"joint {joint.name!r} names a link {lost[0]!r} that is not there: left out"
+                self.robot.notes.append(what)
+            elif child in above:
+                others = f"{above[child].name!r} and {joint.name!r}"
+                self.robot.fail(f"link {child!r} hangs on two joints, {others}", joint)
+            else:
+                above[child] = joint
+        return above
+
+    def _way_up(self, link: str) -> list[str]:
+        """Return the links from ``link`` to its root, both included."""
+        way = {link: None}
+        while link in self.above:
+            joint = self.above[link]
+            link, _ = _ends(self.robot, joint)
+            if link in way:
+                self.robot.fail(f"joint {joint.name!r} closes a loop at link {link!r}", joint)
+            way[link] = None
+        return list(way)
+
+    def _lift(self, link: str) -> JointElement | None:
+        """Return the nearest joint above a link that moves it, None if the link is fixed."""
+        while link in self.above and self.above[link].kind == "fixed":
+            link, _ = _ends(self.robot, self.above[link])
+        return self.above.get(link)
+
+
+def _begins(text: str) -> bool:
+    """Return whether a str is XML text, not the name of a file."""
+    return text.lstrip(_BLANK).startswith("<")
+
+
+def _refuse(source: str, why: str) -> NoReturn:
+    """Raise the error of a source."""
+    raise ModelError(why, source=source)
 
 
 def _ends(robot: RobotElement, joint: JointElement) -> tuple[str, str]:
@@ -357,64 +401,6 @@ def _ends(robot: RobotElement, joint: JointElement) -> tuple[str, str]:
             robot.fail(f"joint {joint.name!r} has no <{part} link=...>", joint)
         names.append(element.attributes["link"])
     return names[0], names[1]
-
-
-def _failing(robot: RobotElement) -> Callable[[str], NoReturn]:
-    """Return a function that raises the file's error, with a list of joints that were left out."""
-    lost = "".join(f"; {note}" for note in robot.notes if "that is not there" in note)
-    return lambda message: robot.fail(message + lost)
-
-
-def _way_up(robot: RobotElement, link: str, above: dict[str, JointElement]) -> list[str]:
-    """Return the links from ``link`` to its root, both included."""
-    way = {link: None}
-    while link in above:
-        joint = above[link]
-        link, _ = _ends(robot, joint)
-        if link in way:
-            robot.fail(f"joint {joint.name!r} closes a loop at link {link!r}", joint)
-        way[link] = None
-    return list(way)
-
-
-def _path(robot: RobotElement, above: dict[str, JointElement], base: str, tip: str) -> list[Step]:
-    """Return the joints from base to tip, each with True if it is followed from parent to child."""
-    up, down = (_way_up(robot, link, above) for link in (base, tip))
-    if up[-1] != down[-1]:
-        _failing(robot)(f"no path from {base!r} to {tip!r}: their roots are {up[-1]!r} and {down[-1]!r}")
-    while up and down and up[-1] == down[-1]:
-        up.pop()
-        down.pop()
-    return [(above[link], False) for link in up] + [(above[link], True) for link in down[::-1]]
-
-
-def _tree(robot: RobotElement, above: dict[str, JointElement]) -> Tree:
-    """Return the rigid bodies of the file and the joints between them."""
-    below: dict[str, list[str]] = {link: [] for link in robot.links}
-    for child, joint in above.items():
-        below[_ends(robot, joint)[0]].append(child)
-    tree, body_of = Tree(), dict[str, int]()
-    pending = [link for link in robot.links if link not in above][::-1]
-    while pending:
-        link = pending.pop()
-        if link not in above or above[link].kind != "fixed":
-            body_of[link] = len(tree.bodies)
-            tree.bodies.append(RigidBody())
-        else:
-            body_of[link] = body_of[_ends(robot, above[link])[0]]
-        fixed = [child for child in below[link] if above[child].kind == "fixed"]
-        tree.bodies[body_of[link]].add(link, len(fixed))
-        pending += below[link][::-1]
-    for link in robot.links:
-        if link not in body_of:
-            _way_up(robot, link, above)  # reports the loop to which it belongs
-    for child, joint in above.items():
-        robot.refuse_expression(joint)
-        if joint.kind != "fixed":
-            ends = (body_of[_ends(robot, joint)[0]], body_of[child])
-            bound = _bound(joint)
-            tree.joints.append(TreeJoint(joint.name, joint.kind in _MOVING and not bound, *ends, bound))
-    return tree
 
 
 def _bound(joint: JointElement) -> str:

@@ -35,7 +35,7 @@ def placed_elements(
     Parameters
     ----------
     text : str or bytes
-        A URDF that `read_urdf` has read: XML without entities.
+        That of a `UrdfModel`: XML without entities.
     chain : Chain
         The chain that it returned.
     rest : ndarray, shape (8, 4, 4)
