@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import armangle as aa
-from armangle.arm.arm import ArmArguments
+from armangle.arm.numbers import ArmArguments
 from armangle.models.description import ArmDescription
 
 LENGTHS = {"d_bs": 0.3, "d_se": 0.4, "d_ew": 0.4, "d_wf": 0.1}

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
-from dataclasses import MISSING, Field, fields, replace
+from dataclasses import fields, replace
 from functools import cache
-from inspect import Parameter, Signature
-from typing import TYPE_CHECKING, Any, Literal, Never, TypedDict, TypeVar, Unpack, cast
+from typing import TYPE_CHECKING, Any, Literal, Never, TypeVar, Unpack, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,21 +25,16 @@ from .._arrays import (
     as_number,
     as_poses,
     broadcast,
-    check_angles,
     check_source,
     chosen,
-    frozen,
     hint_degrees,
-    named,
-    one_or_seven,
     one_pose,
     output,
-    warn,
 )
 from .._core import Turned, Wanted
 from .._progress import Progress, as_progress, progressing
 from .._threads import thread_count
-from ..errors import InputError, ModelError, SceneError
+from ..errors import InputError, ModelError
 from ..models.axes import MAX_ANGLE, MAX_LENGTH, NEAR_ANGLE, NEAR_LENGTH, Axes, rotation_angle
 from ..models.body import Body
 from ..models.catalogue import catalogue, is_file_or_text, load_robot
@@ -49,7 +42,6 @@ from ..models.chain import Chain
 from ..models.description import (
     ELBOW_OFFSETS,
     FRAMES,
-    JOINT_ROWS,
     LENGTHS,
     ArmDescription,
     ImportReport,
@@ -58,13 +50,12 @@ from ..models.description import (
 from ..models.detect import describe_chain, nearness
 from ..models.mjcf import MjcfModel, is_mjcf
 from ..models.one_offset import describe_near_offset, describe_offset_chain
-from ..models.report import LIKE_DEGREES, LIKE_MILLIMETRES, degrees_notes, millimetre_notes, warn_of
+from ..models.report import warn_of
 from ..models.urdf import Source, UrdfModel, write_urdf
 from ..poses import as_transform, nearest_rotation
 from ..scenes.clearance import Clearance, Widest, clearance_of
 from ..scenes.ready import Ready, make_ready
-from ..scenes.scene import Scene, as_shapes
-from ..scenes.shapes import HOLDABLE
+from ..scenes.scene import Scene
 from ..scenes.shapes import Shape as SceneShape
 from ..status import STATUSES, Status
 from .allowed import Allowed
@@ -77,6 +68,7 @@ from .frozen_value import FrozenValue
 from .geometry import DERIVED, GEOMETRY, Geometry
 from .interval_diagnosis import branches_by_intervals
 from .keywords import names_keywords
+from .numbers import FIELDS, ArmArguments, checked, checked_chain, core_reference, default_of, signature
 from .question import METRICS as _METRICS
 from .question import (
     PREFER,
@@ -97,18 +89,12 @@ __all__ = ["MOST_MARGIN", "Arm", "nearest_rotation"]
 OnError = Literal["raise", "nan"]
 Fit = Literal["own", "srs"]
 AnyDescription = TypeVar("AnyDescription", ArmDescription, OffsetDescription)
-Reference = ArrayLike | Literal["base", "stereographic"]
 
-BOUNDS = ("velocity", "acceleration")
-_ONE_FOR_ALL = ("lower", "upper", *BOUNDS)
-LEAST_LINK = 1e-6  # m: of upper arm and forearm; a shorter one has wrong units
 MOST_MARGIN: float = _core.MOST_MARGIN
 ON_ERROR = ("raise", "nan")
 _FITS = ("own", "srs")
 _TURNED = {"base": Turned.BASE, "tool": Turned.TOOL}
-_REFERENCES = {n: v for n, v in named(_core.Reference).items() if v is not _core.Reference.VECTOR}
 _GC_ORDER = np.arange(CONFIGURATIONS, dtype=np.int64)
-_FIELDS = fields(ArmDescription)
 _KEYWORDS = {
     "psi": "inverse(pose, psi, gc) does; allowed=ArcSet([(psi, psi)]) keeps the search to one",
     **dict.fromkeys(("near", "q0", "q_init", "start"), "seed= is the word"),
@@ -134,57 +120,7 @@ _ELSEWHERE = {
 }
 """Replacements for names that other libraries have, or that are elsewhere."""
 _KEPT = ("report", "scene", "singularity_margin")  # fields besides the numbers of the description
-_OWN = tuple(field.name for field in _FIELDS if field.name not in GEOMETRY)
-_OPTIONAL = (*JOINT_ROWS, *FRAMES, "joint_names", "chain")  # None stands for the default
-
-
-class ArmArguments(TypedDict, total=False):
-    """The fields of `ArmDescription` that `Arm` accepts, typed for editors and type checkers."""
-
-    d_bs: float
-    d_se: float
-    d_ew: float
-    d_wf: float
-    a_3: float
-    a_4: float
-    a_1: float
-    a_6: float
-    d_4: float
-    lower: ArrayLike | None
-    upper: ArrayLike | None
-    signs: ArrayLike | None
-    offsets: ArrayLike | None
-    base: ArrayLike | None
-    tool: ArrayLike | None
-    velocity: ArrayLike | None
-    acceleration: ArrayLike | None
-    name: str
-    joint_names: tuple[str, ...] | None
-    reference: Reference
-    chain: ArrayLike | None
-    body: Body | Literal["guessed"] | None
-    hand: Iterable[SceneShape]
-    notes: tuple[str, ...] | str
-    report: ImportReport | None
-    scene: Scene | None
-    singularity_margin: float
-
-
-def _default(field: Field[Any]) -> Any:
-    """Return the default value of an argument of `Arm`; MISSING if it is required."""
-    return field.default_factory() if field.default_factory is not MISSING else field.default
-
-
-def _signature() -> Signature:
-    """Return the keywords of `Arm` and their defaults, for help() and the documentation."""
-    shown = {f.name: None if f.name in _OPTIONAL else _default(f) for f in _FIELDS}
-    shown |= {"a_1": 0.0, "a_6": 0.0, "report": None, "scene": None, "singularity_margin": 0.0}
-    return Signature(
-        [
-            Parameter(n, Parameter.KEYWORD_ONLY, default=Parameter.empty if default is MISSING else default)
-            for n, default in shown.items()
-        ]
-    )
+_OWN = tuple(field.name for field in FIELDS if field.name not in GEOMETRY)
 
 
 class Arm(FrozenValue):
@@ -275,7 +211,7 @@ class Arm(FrozenValue):
     """
 
     __slots__ = (*_OWN, "geometry", *_KEPT, "_handle", "_ready", "_apart")
-    __signature__ = _signature()  # the keywords that __init__ checks by the list of fields
+    __signature__ = signature()  # the keywords that __init__ checks by the list of fields
 
     geometry: Geometry
     lower: Floats
@@ -303,8 +239,6 @@ class Arm(FrozenValue):
                 told += f": {_ELSEWHERE[name].format(name=name)}"
             elif name in GEOMETRY:
                 told += f": arm.geometry.{name}"
-            elif name in ("nominal", "proven_share"):
-                told += f": arm.deviation.{name}"
             raise AttributeError(told, name=name, obj=self)
 
     def __new__(cls, *_: Never, **numbers: Any) -> Arm:
@@ -326,10 +260,10 @@ class Arm(FrozenValue):
         for name in ("a_1", "a_6"):  # otherwise `__new__` creates another kind
             as_number(f"{name} (m)", given.pop(name, 0.0), 0.0, 0.0)
         margin = as_number("singularity_margin (rad)", given.pop("singularity_margin", 0.0), 0.0, MOST_MARGIN)
-        values = _checked(given)
+        values = checked(given)
         lengths = np.array([values[name] for name in (*LENGTHS, *ELBOW_OFFSETS)])
         joints = np.concatenate([values[name] for name in ("signs", "offsets", "lower", "upper")])
-        kind, vector = _core_reference(values["reference"])
+        kind, vector = core_reference(values["reference"])
         given_to_core = lengths, joints, values["base"], values["tool"], kind, vector
         if values["chain"] is None:
             handle = _core.Arm(*given_to_core)
@@ -584,7 +518,7 @@ class Arm(FrozenValue):
 
     def _description(self) -> ArmDescription:
         """Return the numbers of this arm as a description."""
-        return ArmDescription(**{field.name: self._number(field.name) for field in _FIELDS})
+        return ArmDescription(**{field.name: self._number(field.name) for field in FIELDS})
 
     def _number(self, name: str) -> Any:
         """Return one of the constructor's arguments."""
@@ -724,27 +658,18 @@ class Arm(FrozenValue):
 
     def _numbers(self) -> dict[str, Any]:
         """Return all constructor arguments of this arm by name."""
-        return {name: self._number(name) for name in (*(field.name for field in _FIELDS), *_KEPT)}
+        return {name: self._number(name) for name in (*(field.name for field in FIELDS), *_KEPT)}
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Arm):
             return NotImplemented
         if (self.scene, self.singularity_margin) != (other.scene, other.singularity_margin):
             return False
-        compared = [field.name for field in _FIELDS if field.compare]
+        compared = [field.name for field in FIELDS if field.compare]
         return all(np.array_equal(self._number(name), other._number(name)) for name in compared)
 
     def __hash__(self) -> int:
-        return hash(
-            (
-                self.name,
-                self.geometry.d_bs,
-                self.geometry.d_se,
-                self.geometry.d_ew,
-                self.geometry.d_wf,
-                (self.lower + 0.0).tobytes(),
-            )
-        )
+        return hash((self.name, *map(self._number, LENGTHS), (self.lower + 0.0).tobytes()))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuilt, (self._numbers(),)
@@ -759,8 +684,8 @@ class Arm(FrozenValue):
         """Return Python source of this arm: all values that are not the default."""
         shown = [
             f"{field.name}={_source_text(self._number(field.name))}"
-            for field in _FIELDS
-            if field.repr and not np.array_equal(self._number(field.name), _default(field))
+            for field in FIELDS
+            if field.repr and not np.array_equal(self._number(field.name), default_of(field))
         ]
         shown += [f"scene={self.scene!r}"] * (self.scene is not None)
         shown += [f"singularity_margin={self.singularity_margin:.17g}"] * (self.singularity_margin != 0)
@@ -1774,161 +1699,9 @@ def _source_text(value: Any) -> str:
     )
 
 
-# -- checks of the numbers ---------------------------------------------------------------------------------
-
-
-def _checked(given: dict[str, Any]) -> dict[str, Any]:
-    """Return the checked numbers of an arm, arrays read-only; warn if they look like degrees or mm."""
-    values = _complete(given)
-    for name in (*LENGTHS, *ELBOW_OFFSETS):
-        low = 0.0 if name in ("d_se", "d_ew") else -_core.LENGTH_LIMIT
-        values[name] = as_number(f"{name} (m)", values[name], low, _core.LENGTH_LIMIT)
-    _check_link("upper arm", "d_se", "a_3", values)
-    _check_link("forearm", "d_ew", "a_4", values)
-    for name in JOINT_ROWS:
-        values[name] = _seven(name, values[name], infinite=name not in ("signs", "offsets"))
-    for name in FRAMES:
-        values[name] = as_transform(name, values[name])
-    values["reference"] = _checked_reference(values["reference"])
-    values["chain"] = checked_chain(values["chain"])
-    values["joint_names"] = _checked_names(values["name"], values["joint_names"])
-    if isinstance(values["body"], str) and values["body"] == "guessed":
-        values["body"] = Body._guessed(values["d_se"], values["d_ew"])
-    if not isinstance(values["body"], Body | None):
-        raise SceneError(
-            "arm", "body", values["body"], "an armangle.Body, as Body({3: [Ball(...)]}), or None"
-        )
-    values["hand"] = as_shapes("hand", values["hand"], HOLDABLE)
-    _check_rows(values)
-    notes = (values["notes"],) if isinstance(values["notes"], str) else tuple(values["notes"])
-    of_units = {
-        LIKE_DEGREES: degrees_notes(values["joint_names"], values["lower"], values["upper"]),
-        LIKE_MILLIMETRES: millimetre_notes(
-            {name: values[name] for name in (*LENGTHS, *ELBOW_OFFSETS)}
-            | {"tool": float(np.linalg.norm(values["tool"][:3, 3]))}
-        ),
-    }
-    for what, found in of_units.items():
-        kept = tuple(note for note in notes if not note.startswith(what))
-        if found and len(kept) == len(notes):  # a copy of an arm with a warning does not warn again
-            warn(found[0])
-        notes = (*kept, *found)
-    values["notes"] = notes
-    values["signs"] = frozen(values["signs"].astype(np.int64))
-    return values
-
-
-def _complete(given: dict[str, Any]) -> dict[str, Any]:
-    """Return a value for each field, the default for missing ones and for None.
-
-    Raises `TypeError` for an unknown or missing keyword, `InputError` for a chain without its nominal arm.
-    """
-    known = {f.name for f in _FIELDS}
-    for name in given:
-        if name not in known:
-            raise TypeError(f"Arm() got an unexpected keyword argument {name!r}")
-    missing = [f.name for f in _FIELDS if _default(f) is MISSING and f.name not in given]
-    if missing and given.get("chain") is not None:
-        raise InputError(
-            f"a chain needs the S-R-S arm beside it, which lends psi and gc, and {', '.join(missing)} are "
-            "not given: arm.with_(chain=...) of the data sheet's arm, or Arm.from_urdf(file), "
-            "which fits one"
-        )
-    if missing:
-        arguments = f"argument{'s' * (len(missing) > 1)}: {', '.join(map(repr, missing))}"
-        raise TypeError(f"Arm() missing {len(missing)} required keyword-only {arguments}")
-    default = {f.name: _default(f) for f in _FIELDS}
-    return default | {n: value for n, value in given.items() if value is not None or n not in _OPTIONAL}
-
-
 def _given_frame(changes: ArmArguments, name: str, kept: Floats) -> ArrayLike:
     """Return the frame that `changes` gives under this name, the kept one without; None is the identity."""
     if name not in changes:
         return kept
     given = cast(ArrayLike | None, changes.get(name))
     return np.eye(4) if given is None else given
-
-
-def checked_chain(value: ArrayLike | None) -> Floats | None:
-    """Return eight rigid transforms, read-only, or None."""
-    if value is None:
-        return None
-    links = as_floats("chain", value, (JOINTS + 1, 4, 4))
-    if links.ndim != 3:
-        raise InputError(f"chain has shape {links.shape}, wanted {(JOINTS + 1, 4, 4)}")
-    return frozen(np.array([as_transform(f"chain[{k}]", link) for k, link in enumerate(links)]))
-
-
-def _check_link(what: str, along: str, across: str, values: dict[str, Any]) -> None:
-    """Raise if a link, values[along] (m) by values[across], has no length; errors call it `what`."""
-    length = math.hypot(values[along], values[across])
-    if length < LEAST_LINK:
-        raise InputError(
-            f"{along} (m) is {values[along]:g} and {across} is {values[across]:g}: "
-            f"the {what} is {length:g} m long, wanted at least {LEAST_LINK:g}"
-        )
-
-
-def _seven(name: str, value: ArrayLike, *, infinite: bool) -> Floats:
-    """Return seven numbers as float64; raise for NaN and, unless `infinite`, for infinities."""
-    array = (one_or_seven(name, value) if name in _ONE_FOR_ALL else as_floats(name, value, (JOINTS,))).copy()
-    if array.shape != (JOINTS,):
-        raise InputError(f"{name} has shape {array.shape}, wanted ({JOINTS},)")
-    bad = np.isnan(array) if infinite else ~np.isfinite(array)
-    if bad.any():
-        at = int(np.argmax(bad))
-        wanted = "real" if infinite else "finite"
-        raise InputError(f"{name}[{at}] is {array[at]}, wanted a {wanted} number")
-    return frozen(array)
-
-
-def _checked_names(name: str, joint_names: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the names of the joints, seven different ones."""
-    if not isinstance(name, str):
-        raise InputError(f"name is {name!r}, wanted a string")
-    names = tuple(joint_names)
-    if len(names) != JOINTS or len({*names}) != JOINTS or not all(isinstance(n, str) for n in names):
-        raise InputError(f"joint_names is {joint_names!r}, wanted {JOINTS} different strings")
-    return names
-
-
-def _checked_reference(reference: Reference) -> str | tuple[float, ...]:
-    """Return the checked `reference`: a word, or a vector scaled to the largest entry 1; raise for others."""
-    if isinstance(reference, str):
-        return chosen("reference", reference, _REFERENCES)
-    vector = as_floats("reference", reference, (3,))
-    if vector.ndim != 1:
-        raise InputError(f"reference has shape {vector.shape}, wanted (3,)")
-    if not np.isfinite(vector).all():
-        raise InputError(f"reference is {vector.tolist()}, wanted finite numbers")
-    if not (vector != 0).any():
-        raise InputError("reference is zero, wanted a direction")
-    return tuple((vector / np.abs(vector).max()).tolist())
-
-
-def _core_reference(reference: str | tuple[float, ...]) -> tuple[_core.Reference, Floats]:
-    """Return the core's kind of reference direction and its vector, which only kind VECTOR uses."""
-    if isinstance(reference, str):
-        return _REFERENCES[reference], np.array([0.0, 0.0, 1.0])
-    return _core.Reference.VECTOR, np.array(reference)
-
-
-def _check_rows(values: dict[str, Any]) -> None:
-    """Raise if the seven signs, limits or bounds contradict each other."""
-    sign = values["signs"]
-    if not np.all(np.abs(sign) == 1):
-        at = int(np.argmax(np.abs(sign) != 1))
-        raise InputError(f"signs[{at}] is {sign[at]:g}, wanted +1 or -1")
-    for name in ("lower", "upper", "offsets"):
-        check_angles(name, np.where(np.isinf(values[name]), 0.0, values[name]))
-    lower, upper = values["lower"], values["upper"]
-    crossed = ~(lower <= upper) | (lower == np.inf) | (upper == -np.inf)
-    if crossed.any():
-        at = int(np.argmax(crossed))
-        raise InputError(
-            f"lower[{at}] is {lower[at]:g} and upper[{at}] is {upper[at]:g}, wanted lower <= upper"
-        )
-    for name in BOUNDS:
-        if not (values[name] > 0).all():
-            at = int(np.argmax(~(values[name] > 0)))
-            raise InputError(f"{name}[{at}] is {values[name][at]:g}, wanted a positive number")

@@ -14,9 +14,10 @@ from .._arrays import Floats
 from .._progress import Progress
 from ..errors import UnsupportedError
 from .allowed import Allowed
-from .arm import KINDS, Arm, checked_chain, names_keywords_of_arm
+from .arm import KINDS, Arm, names_keywords_of_arm
 from .chain import asked_of, check_chain
 from .diagnosis import Diagnosis
+from .numbers import checked_chain
 from .offset import OffsetArm
 from .question import Fallback, MetricName, Prefer, relaxing_length
 from .roll import Roll
