@@ -7,6 +7,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ._arrays import frozen
+
 Kind = TypeVar("Kind", bound=type)
 
 
@@ -44,6 +46,17 @@ def by_content(kind: Kind) -> Kind:
     for name, method in (("__eq__", equals), ("__ne__", differs), ("__hash__", None)):
         setattr(kind, name, method)
     return without_truth(kind) if hasattr(kind, "ok") else kind
+
+
+def fill(value: Any, **fields: Any) -> None:
+    """Set fields of a frozen object, while it is made."""
+    for name, field in fields.items():
+        object.__setattr__(value, name, field)
+
+
+def freeze(value: Any, *names: str) -> None:
+    """Make the arrays of a frozen object read-only, while it is made; the caller's own stay writeable."""
+    fill(value, **{name: frozen(getattr(value, name).view()) for name in names})
 
 
 def without_truth(kind: Kind) -> Kind:

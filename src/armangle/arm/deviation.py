@@ -10,6 +10,7 @@ import numpy as np
 from .. import _core
 from .._arrays import JOINTS, MILLIMETRES, Floats
 from ..errors import UnsupportedError
+from ..models.axes import rotation_angle
 from .frozen_value import FrozenValue
 from .geometry import Geometry
 from .joint_map import to_q, to_theta
@@ -152,8 +153,7 @@ def _off(arm: Chained) -> tuple[float, float, float, float]:
     q = _postures(arm, np.random.default_rng(_SEED), _POSTURES)
     true, near = arm.forward(q, on_error="nan")[0], arm._nominal.forward(q, on_error="nan")[0]
     position = np.linalg.norm((true - near)[:, :3, 3], axis=-1)
-    chord = np.linalg.norm((true - near)[:, :3, :3], axis=(-2, -1)) / np.sqrt(8.0)
-    rotation = 2.0 * np.arcsin(np.minimum(chord, 1.0))
+    rotation = rotation_angle(true - near)
     return (
         float(np.sqrt(np.mean(position**2))),
         float(position.max()),

@@ -18,7 +18,7 @@ from ..files.sheets import ending
 from ..files.tables import load_joints, load_poses
 from ..poses import COLUMNS, UNIT_TOLERANCE, poses_from_rows
 from .messages import note
-from .screen import progress
+from .screen import progress, violations
 
 DEGREE = math.pi / 180
 _FILES = (".csv", ".npz", ".json")
@@ -164,6 +164,14 @@ def joints(name: str, text: str, arm: Arm | None = None) -> Floats:
         beyond = f"{q[at] / DEGREE:g} deg, {outside[at] / DEGREE:.4g} deg outside its limits"
         raise InputError(f"{name}: joint {at + 1} is {beyond}, wanted less than a turn")
     return q
+
+
+def start_joints(text: str, arm: Arm) -> Floats:
+    """Return the joints of --start, rad; raise if they are outside the limits of the arm."""
+    start = joints("--start", text)
+    if not arm.within_limits(start):
+        raise InputError(f"--start is outside the limits: {violations(arm, start)}")
+    return start
 
 
 def pose(name: str, text: str) -> Floats:

@@ -14,7 +14,7 @@ import numpy as np
 from .. import _opening
 from .._arrays import Floats, number_in
 from ..errors import ArmangleError, SceneError, Words
-from ..models.body import Body
+from ..models.body import Body, as_shape
 from ..models.cover import Rod, cover_cylinder, cover_mesh, merged, open_edges
 from ..poses import pose
 from ..scenes.scene import Scene
@@ -357,6 +357,4 @@ class _Moveit:
 def _as_shape(rod: Rod, place: Floats, name: str) -> Shape:
     """Return a rod as a ball or a capsule at a pose `place` (4, 4)."""
     begin, end = (place[:3, :3] @ p + place[:3, 3] for p in (rod.begin, rod.end))
-    if (rod.begin == rod.end).all():
-        return Ball(begin, rod.radius, name=name)
-    return Capsule(begin, end, rod.radius, name=name)
+    return as_shape(name, Rod(begin, end, rod.radius))

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, Ints, PathLike, as_poses, frozen
-from .._values import by_content
+from .._arrays import JOINTS, Floats, Ints, PathLike, as_poses
+from .._values import by_content, freeze
 from ..arm.solution import Solution, Solutions
 from ..errors import InputError, ModelError
 from ..motion.joint_path import JointPath, even_parameters
@@ -67,10 +67,7 @@ class JointTable:
     trajectory: TrajectoryTable | None = None
 
     def __post_init__(self) -> None:
-        for name in ("s", "q", "psi", "gc", "status", "margin"):
-            array = getattr(self, name).view()
-            frozen(array)
-            object.__setattr__(self, name, array)
+        freeze(self, "s", "q", "psi", "gc", "status", "margin")
 
     def __len__(self) -> int:
         return len(self.q)

@@ -13,8 +13,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 from .. import _opening
-from .._arrays import JOINTS, Floats, PathLike, frozen
-from .._values import by_content
+from .._arrays import JOINTS, Floats, PathLike
+from .._values import by_content, freeze
 from ..errors import ModelError
 from .archive_blocks import number_block, read_blocks
 from .csv_blocks import CsvFile, RowLines, open_text
@@ -53,8 +53,7 @@ class TrajectoryTable:
     joint_names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("t", "s", "q", "qd", "qdd"):
-            object.__setattr__(self, name, frozen(getattr(self, name).view()))
+        freeze(self, "t", "s", "q", "qd", "qdd")
 
     def __len__(self) -> int:
         return len(self.t)

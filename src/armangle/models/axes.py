@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from .._arrays import millimetres
 from .chain import Chain, FloatArray
 
 UPPER_ARM, FOREARM = 2, 3
@@ -137,9 +138,9 @@ def above(value: float) -> str:
     return f"{(math.floor(value / step) + 1) * step:.3g}"
 
 
-def millimetres(length: float) -> str:
-    """Return a length given in m as text in mm."""
-    return f"{1e3 * length:.4g} mm"
+def differs(off: tuple[float, float]) -> str:
+    """Return a deviation (m, rad) as text in mm and degrees."""
+    return f"{millimetres(off[0])} and {math.degrees(off[1]):.3g} deg"
 
 
 def tolerances(length: float | None, angle: float | None) -> str:

@@ -8,10 +8,11 @@ from os import PathLike
 from typing import TYPE_CHECKING
 
 from .._arrays import JOINTS
+from .._values import fill
 from ..errors import SceneError
 from ..scenes.ready import Lengths
 from ..scenes.scene import Pairs, as_pairs, as_shapes
-from ..scenes.shapes import RODS, Ball, Capsule, Shape, _length, _set, _thin
+from ..scenes.shapes import RODS, Ball, Capsule, Shape, _length, _thin
 
 if TYPE_CHECKING:
     from .collision import Covered
@@ -40,7 +41,7 @@ def _flag(owner: str, name: str, value: bool) -> bool:
     return value
 
 
-def _as_shape(name: str, rod: Rod) -> Ball | Capsule:
+def as_shape(name: str, rod: Rod) -> Ball | Capsule:
     """Return a rod as a named capsule, or as a ball if its ends coincide."""
     if (rod.begin == rod.end).all():
         return Ball(rod.begin, rod.radius, name=name)
@@ -103,8 +104,8 @@ class Body:
                     raise SceneError(f"Body link {frame}", f"shapes[{at}]", shape, "a radius > 0 (m)")
                 _thin(f"Body link {frame}", f"shapes[{at}].radius", shape.radius)
             rows.append((frame, listed))
-        _set(self, links=tuple(sorted(rows, key=lambda row: row[0])), _bones=None)
-        _set(self, ignore=as_pairs(ignore, "Body", "pairs of names of links"), notes=(), trusted=True)
+        fill(self, links=tuple(sorted(rows, key=lambda row: row[0])), _bones=None)
+        fill(self, ignore=as_pairs(ignore, "Body", "pairs of names of links"), notes=(), trusted=True)
 
     @classmethod
     def from_urdf(
@@ -192,9 +193,9 @@ class Body:
     @classmethod
     def _from_covered(cls, covered: Covered) -> Body:
         """Return the collision model of covered links."""
-        links = {frame: [_as_shape(name, rod) for name, rod in rods] for frame, rods in covered.links.items()}
+        links = {frame: [as_shape(name, rod) for name, rod in rods] for frame, rods in covered.links.items()}
         new = cls(links, ignore=covered.ignore)
-        _set(new, notes=tuple(covered.notes))
+        fill(new, notes=tuple(covered.notes))
         return new
 
     @classmethod
@@ -228,7 +229,7 @@ class Body:
         for name, radius in zip(("upper_arm", "forearm"), radii, strict=True):
             _thin("Body.bones", name, radius)
         _flag("Body.bones", "plates", plates)
-        _set(new, links=(), ignore=(), notes=(_BARE,), trusted=True, _bones=(*radii, plates))
+        fill(new, links=(), ignore=(), notes=(_BARE,), trusted=True, _bones=(*radii, plates))
         return new
 
     @classmethod
@@ -237,7 +238,7 @@ class Body:
         radius = round(_THICKNESS * 0.5 * (d_se + d_ew), 4)
         new = cls.bones(radius, radius, plates=True)
         why = f"{_THICKNESS:g} of the mean of d_se and d_ew, not measured: not trusted"
-        _set(new, notes=(f"radii of {1e3 * radius:g} mm are {why}", _BARE), trusted=False)
+        fill(new, notes=(f"radii of {1e3 * radius:g} mm are {why}", _BARE), trusted=False)
         return new
 
     def __repr__(self) -> str:

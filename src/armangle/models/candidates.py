@@ -13,9 +13,9 @@ from difflib import get_close_matches
 from functools import cached_property
 from typing import NoReturn
 
-from .._arrays import JOINTS
+from .._arrays import JOINTS, millimetres
 from ..errors import ModelError
-from .axes import Axes, millimetres
+from .axes import Axes
 from .chain import Chain
 from .detect import Nearness, fitted_arm, nearness, residual
 from .offset import offset_end

@@ -36,39 +36,8 @@ class ArmDescription:
     classic Denavit-Hartenberg rows of the paper's Table 1, plus the lateral elbow offsets ``a_3`` and ``a_4``
     and the gap ``d_4``.
 
-    Parameters
-    ----------
-    d_bs, d_se, d_ew, d_wf : float
-        Base to shoulder, shoulder to elbow, elbow to wrist, wrist to flange, m.
-    a_3, a_4 : float
-        Lateral elbow offsets of links 3 and 4, m; zero for an elbow without offset.
-    d_4 : float
-        Gap along axis 4 from the upper arm to the forearm, m; zero if they lie in one plane.
-    lower, upper : tuple of 7 float
-        Joint limits in q, rad; infinite without a limit.
-    signs : tuple of 7 int
-        +1 or -1 for each joint.
-    offsets : tuple of 7 float
-        Zero offsets, rad.
-    base, tool : ndarray of shape (4, 4)
-        Frame of the DH base in the user's base, and of the user's tip in DH frame 7; read-only.
-    velocity, acceleration : tuple of 7 float
-        Largest joint velocities, rad/s, and accelerations, rad/s²; infinite if unknown.
-    name : str
-        Name of the arm.
-    joint_names : tuple of 7 str
-        Names of the joints in the source.
-    reference : "base", "stereographic" or tuple of 3 float
-        Zero of the arm angle, as for `Arm`.
-    chain : ndarray of shape (8, 4, 4), optional
-        The arm's own chain if it is only nearly S-R-S: its tip is ``chain[0] Rz(q_1) chain[1] ... Rz(q_7)
-        chain[7]``. The other numbers are then those of the nominal arm; read-only.
-    body : Body or None
-        Collision model of the links.
-    hand : tuple of Ball, Capsule, Box or Hull
-        Shapes fixed to the tool, in its frame.
-    notes : tuple of str
-        Notes for the user about these numbers; two arms that differ in these alone are equal.
+    The fields are the parameters of `Arm`, in its units; rows of joints are tuples, frames read-only arrays.
+    `notes` do not count when two arms are compared.
 
     Source: Faria et al. (2018), Table 1 and Eq. (1).
     """

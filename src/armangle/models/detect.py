@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .. import _core
-from .._arrays import JOINTS
+from .._arrays import JOINTS, millimetres
 from ..errors import InputError, ModelError
 from .axes import (
     MAX_ANGLE,
@@ -38,8 +38,8 @@ from .axes import (
     Axes,
     above,
     cross,
+    differs,
     exceeds,
-    millimetres,
     reasons_against,
     rotation_angle,
     tolerances,
@@ -127,14 +127,14 @@ def describe_chain(
     if exact and not snaps:
         notes = (
             *notes,
-            f"{NOT_EXACT} the S-R-S arm fitted to it differs by up to {_differs(off)} at the tip",
+            f"{NOT_EXACT} the S-R-S arm fitted to it differs by up to {differs(off)} at the tip",
         )
     if not exact and max(off) > ROUNDING:
         arm = replace(arm, chain=links_of(chain))
         notes = (
             *notes,
             "only nearly S-R-S: the chain of the file is kept, and psi and gc are those of the S-R-S arm "
-            f"fitted to it, which differs by up to {_differs(off)} at the tip",
+            f"fitted to it, which differs by up to {differs(off)} at the tip",
         )
     arm = replace(arm, notes=notes)
     return arm, import_report(chain, off, arm.notes)
@@ -254,16 +254,11 @@ def _fitted_sentence(chain: Chain, found: Nearness, angle: float, length: float)
         found.miss if exceeds(found.miss, length) else None,
         found.tilt if exceeds(found.tilt, angle) else None,
     )
-    off = _differs(residual(chain, fitted_arm(chain)))
+    off = differs(residual(chain, fitted_arm(chain)))
     return (
         f'fit="srs" with {wanted} takes the S-R-S arm fitted to it, which differs from it by up to {off} at '
         "the tip."
     )
-
-
-def _differs(off: tuple[float, float]) -> str:
-    """Return a deviation (m, rad) as text in mm and degrees."""
-    return f"{millimetres(off[0])} and {math.degrees(off[1]):.3g} deg"
 
 
 def _writings(chain: Chain, axes: Axes, slack: _Slack) -> Iterator[ArmDescription]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .._arrays import millimetres
 from ..errors import ModelError
 from .axes import (
     MAX_ANGLE,
@@ -14,8 +15,8 @@ from .axes import (
     NEAR_ANGLE,
     NEAR_LENGTH,
     above,
+    differs,
     exceeds,
-    millimetres,
     rotation_angle,
     tolerances,
     worst_difference,
@@ -46,7 +47,7 @@ def offset_hint(chain: Chain) -> str:
         return ""
     return (
         f'fit="own" with {_tolerances(off)} takes it as S-R-S but for {_kind(found)}: '
-        f"that arm differs by up to {_differs(off)} at the tip."
+        f"that arm differs by up to {differs(off)} at the tip."
     )
 
 
@@ -89,11 +90,6 @@ def _kind(found: OffsetDescription) -> str:
     if found.a_1:
         return f"an offset shoulder, a_1 = {millimetres(abs(found.a_1))}"
     return f"an offset wrist, a_6 = {millimetres(abs(found.a_6))}"
-
-
-def _differs(off: tuple[float, float]) -> str:
-    """Return a deviation (m, rad) as text in mm and rad."""
-    return f"{millimetres(off[0])} and {off[1]:.3g} rad"
 
 
 def _tolerances(off: tuple[float, float]) -> str:

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from .._arrays import millimetres
 from ..errors import ModelError
-from .axes import NEAR_LENGTH, Axes, millimetres
+from .axes import NEAR_LENGTH, Axes, differs
 from .chain import Chain, links_of
 from .description import ArmDescription, ImportReport, OffsetDescription
 from .detect import nearness, srs_arm
 from .offset import (
     ANGLE_TOLERANCE,
     LENGTH_TOLERANCE,
-    _differs,
     _kind,
     _off,
     _read,
@@ -50,12 +50,12 @@ def describe_offset_chain(
     if not _within(off, length, angle):
         raise ModelError(
             f"{chain.source}: not an arm with one offset wrist or shoulder: its rows miss "
-            f"its forward kinematics by up to {_differs(off)}"
+            f"its forward kinematics by up to {differs(off)}"
         )
     notes = import_notes(chain)
     if not _within(off, LENGTH_TOLERANCE, ANGLE_TOLERANCE):
         kind = f"{NOT_EXACT} S-R-S but for {_kind(found)}"
-        notes = (*notes, f"{kind}, it differs by up to {_differs(off)} at the tip")
+        notes = (*notes, f"{kind}, it differs by up to {differs(off)} at the tip")
     found = replace(found, notes=notes)
     return found, import_report(chain, off, notes)
 
@@ -75,7 +75,7 @@ def describe_near_offset(chain: Chain) -> tuple[OffsetDescription, ImportReport]
     notes = (
         *import_notes(chain),
         f"only nearly S-R-S but for {_kind(found)}: the chain of the file is kept, and psi and gc are those "
-        f"of that arm, which differs by up to {_differs(off)} at the tip; arm.deviation.proven_share says "
+        f"of that arm, which differs by up to {differs(off)} at the tip; arm.deviation.proven_share says "
         "how often feasible intervals are proven completely",
     )
     found = replace(found, notes=notes, chain=links_of(chain))

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._arrays import JOINTS, Floats, Ints, as_floats, as_number, chosen, frozen
-from .._values import by_content
+from .._arrays import JOINTS, Floats, Ints, as_floats, as_number, chosen
+from .._values import by_content, freeze
 from ..arm.arm import Arm
 from ..arm.diagnosis import Diagnosis
 from ..errors import InputError, PathError, has_package
@@ -234,8 +234,7 @@ class JointPath:
     scenes: tuple[Scene, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("s", "poses", "q", "psi", "gc", "status", "margin", "residual", "uncertified"):
-            object.__setattr__(self, name, frozen(getattr(self, name).view()))
+        freeze(self, "s", "poses", "q", "psi", "gc", "status", "margin", "residual", "uncertified")
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._arrays import Floats, about_z, as_floats, as_number, as_poses, chosen, frozen, one_pose, warn
-from .._values import by_content
+from .._values import by_content, fill
 from ..errors import InputError
 
 LineOrientation = Literal["shortest", "fixed"]
@@ -39,11 +39,6 @@ class Path:
     """A motion of the end effector over s in [0, 1]: the base of lines, arcs, screws and waypoints."""
 
     _segments: Floats
-
-    def _set(self, **values: Any) -> None:
-        """Set attributes of the path, once, while it is made."""
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
 
     @property
     def breaks(self) -> Floats:
@@ -185,7 +180,7 @@ class Line(Path):
         start, end = one_pose("start", self.start), one_pose("end", self.end)
         out = np.empty((1, _core.SEGMENT_WIDTH))
         _core.path_line(start, end, self.orientation == "fixed", out)
-        self._set(start=start, end=end, _segments=out)
+        fill(self, start=start, end=end, _segments=out)
 
 
 @by_content
@@ -229,7 +224,7 @@ class CircularArc(Path):
         goal = end if self.orientation == "shortest" else None
         carried = self.orientation == "carried"
         _core.path_screw(start, np.array(centre), np.array(axis), angle, 0.0, carried, goal, out)
-        self._set(start=start, via=via, end=end, _segments=out)
+        fill(self, start=start, via=via, end=end, _segments=out)
 
 
 @by_content
@@ -273,7 +268,7 @@ class Screw(Path):
         advance = as_number("advance (m)", self.advance, -_core.LENGTH_LIMIT, _core.LENGTH_LIMIT)
         out = np.empty((1, _core.SEGMENT_WIDTH))
         _core.path_screw(start, point, direction / length, angle, advance, True, None, out)
-        self._set(start=start, point=point, direction=direction, angle=angle, advance=advance, _segments=out)
+        fill(self, start=start, point=point, direction=direction, angle=angle, advance=advance, _segments=out)
 
 
 @by_content
@@ -303,7 +298,7 @@ class Waypoints(Path):
         _core.check_transforms(poses, "pose")
         out = np.empty((max(len(poses) - 1, 1), _core.SEGMENT_WIDTH))
         _core.path_waypoints(poses, np.linspace(0, 1, max(len(poses), 2)), out)
-        self._set(poses=frozen(poses), _segments=out)
+        fill(self, poses=frozen(poses), _segments=out)
 
     def __len__(self) -> int:
         return len(np.asarray(self.poses))
@@ -384,7 +379,7 @@ class Segments(Path):
         segments, position, rotation = _core.path_joined(given, np.ascontiguousarray(reach, dtype=float))
         off = greatest([Deviation(position, rotation), *map(deviation_of, paths)])
         blend = frozen(radius) if np.ndim(radius) else float(radius)
-        self._set(paths=paths, blend=blend, deviation=off, _segments=frozen(segments))
+        fill(self, paths=paths, blend=blend, deviation=off, _segments=frozen(segments))
 
     def __repr__(self) -> str:
         radius = np.asarray(self.blend, dtype=float)

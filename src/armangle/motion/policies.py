@@ -10,19 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
-from .._arrays import Floats, hint_degrees, named
+from .._arrays import Floats, chosen, hint_degrees, named
 from ..arm.wish import Direction, as_wish
 from ..errors import InputError
 
 Outside = Literal["nearest", "stop", "escape"]
 _LONGEST = 1e9  # s, of a step
 _OUTSIDE = named(_core.Outside)
-
-
-def _check_outside(outside: str) -> None:
-    """Raise unless it is a known word for an arm angle outside the feasible arcs."""
-    if not isinstance(outside, str) or outside not in _OUTSIDE:
-        raise InputError(f"outside is {outside!r}, wanted 'nearest', 'stop' or 'escape'")
 
 
 def _check_number(name: str, value: float, low: float, high: float, low_open: bool) -> None:
@@ -62,7 +56,7 @@ class _Rated(_Rule):
         _check_number("K", self.K, 0.0, 1.0, False)
         if self.rate is not None:
             _check_number("rate", self.rate, 0.0, 1e9, False)
-        _check_outside(self.outside)
+        chosen("outside", self.outside, _OUTSIDE)
 
     def _of_gain(self, K: float) -> Any:
         """Return the core's policy with the strength K per step."""
@@ -136,7 +130,7 @@ class Hold(_Rule):
     _fixed: Any = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        _check_outside(self.outside)
+        chosen("outside", self.outside, _OUTSIDE)
         object.__setattr__(self, "_fixed", _core.Policy(_core.Rule.HOLD, 0.0, 1.0, _OUTSIDE[self.outside]))
 
     def _native(self, dt: float | None) -> Any:

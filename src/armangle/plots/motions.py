@@ -162,7 +162,7 @@ def path(paths: Paths, *, arm: Arm | None = None, ax: Any = None) -> Any:
     panels[0].set_ylabel("ψ (deg)" if arm.redundancy == "arm_angle" else f"ψ, {arm.redundancy} (deg)")
     for joint, panel in enumerate(panels[1:], start=1):
         panel.set_ylabel(f"q{joint} (deg)")
-        _limits(panel, np.degrees(arm.lower[joint - 1]), np.degrees(arm.upper[joint - 1]))
+        draw_limits(panel, np.degrees(arm.lower[joint - 1]), np.degrees(arm.upper[joint - 1]))
     ends = np.concatenate(
         [_abscissa(motion)[[0, -1]] for motion in named.values() if len(motion)] or [np.arange(2.0)]
     )
@@ -230,7 +230,7 @@ def _arm_angle(motion: Shown, arm: Arm) -> Floats:
     return psi
 
 
-def _limits(panel: Any, lower: float, upper: float) -> None:
+def draw_limits(panel: Any, lower: float, upper: float) -> None:
     """Draw the limits near the curve, and shade the area behind them."""
     low, high = panel.get_ylim()
     room = max(high - low, LEAST_SPAN)  # rounding of a resting joint must not look like a curve

@@ -16,7 +16,7 @@ from ..files.trajectories import TrajectoryTable
 from ..motion.options import LONGEST_STEP, Bound, joint_bound
 from ..motion.tracking import Tracked, Tracking
 from ..timing.trajectory import Trajectory
-from .motions import Timed, arm_of
+from .motions import Timed, arm_of, draw_limits
 from .style import grid_axes
 
 RATES = ("q", "qd", "qdd")
@@ -27,8 +27,6 @@ _STATUS_COLOURS = {
     Tracking.TURNING: BLUE, Tracking.RETURNING: VERMILION,
 }  # fmt: skip
 _MM = 1e3
-ROOM = 0.08
-"""Share of an axis that is left free beyond the curves."""
 
 
 def trajectory(
@@ -76,7 +74,7 @@ def trajectory(
         lower, upper = (np.degrees(bound[joint]) for bound in bounds[name])
         drawn = np.degrees(getattr(trajectory, name)[:, joint])
         panel.plot(trajectory.t, drawn, color=CURVES[0], lw=1.5)
-        _limits(panel, drawn, lower, upper)
+        draw_limits(panel, lower, upper)
         panel.margins(x=0)
         panel.set_ylabel(f"{name[0]}{joint + 1} ({_UNITS[name]})" if rate == 0 else "")
         if joint == 0:
@@ -86,19 +84,6 @@ def trajectory(
     if ax is None:
         panels[0].figure.suptitle(f"{arm.name or 'arm'}: {trajectory.duration:.3g} s", fontsize=11)
     return panels
-
-
-def _limits(panel: Any, drawn: Floats, lower: float, upper: float) -> None:
-    """Draw limits near the curve as lines, with the area beyond them shaded."""
-    low, high = float(drawn.min()), float(drawn.max())
-    room = max(high - low, 1.0)
-    for limit, sign in ((lower, -1), (upper, 1)):
-        if not low - room <= limit <= high + room:
-            continue
-        panel.axhline(limit, color=VERMILION, lw=1.1, ls="--", label="limit")
-        panel.axhspan(limit, limit + sign * 1e5, color=VERMILION, alpha=0.12, lw=0)
-        low, high = min(low, limit), max(high, limit)
-    panel.set_ylim(low - ROOM * (high - low + room), high + ROOM * (high - low + room))
 
 
 def tracking(

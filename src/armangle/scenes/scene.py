@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import PurePath
 
 from .. import _core
+from .._values import fill
 from ..errors import SceneError, Words
-from .shapes import SHAPES, Shape, _length, _set
+from .shapes import SHAPES, Shape, _length
 
 Pairs = tuple[tuple[str, str], ...]
 
@@ -62,8 +63,8 @@ class Scene:
         listed = as_shapes("Scene", shapes, SHAPES)
         if len(listed) > _core.MOST_OBSTACLES:
             raise SceneError("Scene", "shapes", len(listed), f"at most {_core.MOST_OBSTACLES} shapes")
-        _set(self, shapes=listed, clearance=_length("Scene", "clearance", clearance), ignore=as_pairs(ignore))
-        _set(self, soft=_length("Scene", "soft", soft))
+        fill(self, shapes=listed, clearance=_length("Scene", "clearance", clearance), ignore=as_pairs(ignore))
+        fill(self, soft=_length("Scene", "soft", soft))
         names = self.names
         for at, name in enumerate(names):
             if name in names[:at]:

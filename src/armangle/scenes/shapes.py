@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from .. import _core
 from .._arrays import Floats, frozen
 from .._core import SolidKind
+from .._values import fill
 from ..errors import SceneError
 from ..poses import as_transform
 
@@ -97,8 +98,8 @@ class Ball:
 
     def __init__(self, center: ArrayLike, radius: float, *, name: str | None = None) -> None:
         """Check the numbers."""
-        _set(self, center=_point("Ball", "center", center), radius=_length("Ball", "radius", radius))
-        _set(self, name=_named("Ball", name))
+        fill(self, center=_point("Ball", "center", center), radius=_length("Ball", "radius", radius))
+        fill(self, name=_named("Ball", name))
 
     def _row(self) -> list[float]:
         """Return the shape as the core's numbers."""
@@ -133,8 +134,8 @@ class Capsule:
 
     def __init__(self, begin: ArrayLike, end: ArrayLike, radius: float, *, name: str | None = None) -> None:
         """Check the numbers."""
-        _set(self, begin=_point("Capsule", "begin", begin), end=_point("Capsule", "end", end))
-        _set(self, radius=_length("Capsule", "radius", radius), name=_named("Capsule", name))
+        fill(self, begin=_point("Capsule", "begin", begin), end=_point("Capsule", "end", end))
+        fill(self, radius=_length("Capsule", "radius", radius), name=_named("Capsule", name))
 
     def _row(self) -> list[float]:
         """Return the shape as the core's numbers; a ball if both ends coincide."""
@@ -187,8 +188,8 @@ class Box:
         edges = _point("Box", "size", size)
         if min(edges) < 0:
             raise SceneError("Box", "size", edges, "edges >= 0 (m)")
-        _set(self, pose=tuple(map(tuple, frame.tolist())), size=edges)
-        _set(self, radius=_length("Box", "radius", radius), name=_named("Box", name))
+        fill(self, pose=tuple(map(tuple, frame.tolist())), size=edges)
+        fill(self, radius=_length("Box", "radius", radius), name=_named("Box", name))
 
     def _row(self) -> list[float]:
         """Return the shape as the core's numbers."""
@@ -234,8 +235,8 @@ class HalfSpace:
         size = float(np.linalg.norm(vector))
         if size == 0:
             raise SceneError("HalfSpace", "normal", vector.tolist(), "a direction")
-        _set(self, normal=_point("HalfSpace", "normal", vector / size))
-        _set(self, offset=_length("HalfSpace", "offset", offset, signed=True), name=_named("HalfSpace", name))
+        fill(self, normal=_point("HalfSpace", "normal", vector / size))
+        fill(self, offset=_length("HalfSpace", "offset", offset, signed=True), name=_named("HalfSpace", name))
 
     def _row(self) -> list[float]:
         """Return the shape as the core's numbers."""
@@ -276,8 +277,8 @@ class _Points:
     def __init__(self, points: ArrayLike, radius: float, *, name: str | None = None) -> None:
         """Check the numbers."""
         shape = type(self).__name__
-        _set(self, points=_points(shape, points), radius=_length(shape, "radius", radius))
-        _set(self, name=_named(shape, name))
+        fill(self, points=_points(shape, points), radius=_length(shape, "radius", radius))
+        fill(self, name=_named(shape, name))
 
     def _thickness(self) -> float:
         """Return the smallest extent along an axis, m."""
@@ -454,8 +455,8 @@ class Field:
             raise SceneError(
                 "Field", f"distance[{at}]", float(held[at]), f"a finite number within ±{LARGEST:g} m"
             )
-        _set(self, distance=held, origin=_point("Field", "origin", origin))
-        _set(self, spacing=_length("Field", "spacing", spacing, positive=True), name=_named("Field", name))
+        fill(self, distance=held, origin=_point("Field", "origin", origin))
+        fill(self, spacing=_length("Field", "spacing", spacing, positive=True), name=_named("Field", name))
         _point("Field", "origin", np.add(self.origin, self.spacing * np.array(held.shape)))
         steps = np.concatenate([np.abs(np.diff(held, axis=axis)).ravel() for axis in range(3)])
         if np.count_nonzero(steps > _TOO_STEEP * self.spacing) > len(steps) / 2:
@@ -499,9 +500,3 @@ Shape = Ball | Capsule | Box | HalfSpace | Hull | Cloud | Field
 SHAPES = (Ball, Capsule, Box, HalfSpace, Hull, Cloud, Field)
 RODS = (Ball, Capsule)
 HOLDABLE = (Ball, Capsule, Box, Hull)
-
-
-def _set(shape: object, **values: object) -> None:
-    """Set attributes of a shape, once, while it is made."""
-    for name, value in values.items():
-        object.__setattr__(shape, name, value)

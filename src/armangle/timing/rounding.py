@@ -19,6 +19,7 @@ from .._arrays import Floats
 from .._values import by_content
 from ..arm.arm import Arm
 from ..errors import PathError
+from ..models.axes import rotation_angle
 from ..motion.curves import JointSpline
 from ..motion.joint_path import MOST_PASSED
 from ..motion.paths import RADIAN, Deviation
@@ -47,7 +48,6 @@ PUT = 1.0
 LONGEST = 1 / 8
 """Least distance of nodes, in s."""
 Slopes = tuple[Floats | None, Floats | None]
-_ROOT_8 = np.sqrt(8.0)  # of |R - S| to 2 sin(half the angle)
 
 
 @by_content
@@ -118,9 +118,8 @@ class Rounded:
         """
         s = self.breaks[:-1, None] + np.diff(self.breaks)[:, None] * LOOKED_AT
         here, there = (self._tool(q) for q in (self.at(s).q, self._motion.at(s).q))
-        away = np.linalg.norm(here[..., :3, 3] - there[..., :3, 3], axis=-1)
-        chord = np.linalg.norm(here[..., :3, :3] - there[..., :3, :3], axis=(-2, -1)) / _ROOT_8
-        return away.max(axis=1) / SURE, 2 * np.arcsin(np.minimum(chord, 1.0)).max(axis=1) / SURE
+        away = np.linalg.norm((here - there)[..., :3, 3], axis=-1)
+        return away.max(axis=1) / SURE, rotation_angle(here - there).max(axis=1) / SURE
 
     def passed(self) -> Floats:
         """Return by how much (rad) each joint exceeds a limit between each two nodes, (K - 1, 7)."""

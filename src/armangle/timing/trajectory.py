@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._arrays import Floats, as_floats, frozen
-from .._values import by_content
+from .._arrays import Floats, as_floats
+from .._values import by_content, freeze
 from ..errors import InputError
 from ..motion.joint_path import SAID
 from ..motion.paths import NO_DEVIATION, Deviation
@@ -241,13 +241,9 @@ class Trajectory:
     speed_lost: SpeedLoss | None = None
     deviation: Deviation = NO_DEVIATION
     notes: tuple[str, ...] = ()
-    _arrays: tuple[str, ...] = field(default=("t", "s", "q", "qd", "qdd"), init=False, repr=False)
 
     def __post_init__(self) -> None:
-        for name in self._arrays:
-            array = getattr(self, name).view()
-            frozen(array)
-            object.__setattr__(self, name, array)
+        freeze(self, "t", "s", "q", "qd", "qdd")
 
     def __len__(self) -> int:
         return len(self.t)

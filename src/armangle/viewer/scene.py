@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 
 from .._arrays import Floats
 from ..colours import FREE, JOINT_COLOURS, OBSTACLE, PALE
-from ..poses import rows_from_poses
 from ..reach.voxels import Voxels
 from .solids import Solid
 from .state import ViewerState
 from .surfaces import lowest
-from .surroundings import Surroundings
+from .surroundings import Surroundings, place
 
 _ELBOW_RGB = (20, 20, 20)
 _GHOST_RGB = (150, 160, 190)
@@ -61,7 +60,7 @@ class Scene:
         self.surroundings: Surroundings | None = None
         if state.scene is not None:
             tool = api.add_frame(_TOOL, show_axes=False)
-            _place(tool, rows_from_poses(state.arm.tool[None])[0])
+            place(tool, state.arm.tool)
             self.surroundings = Surroundings(server, state, _TOOL)
         none = np.zeros((1, 2, 3))
         self._gap = api.add_line_segments(
@@ -142,16 +141,17 @@ class Scene:
     def update(self, *, gizmo: bool, held: str | None = None) -> None:
         """Show the state; with `gizmo` also the tool's handle, and those of all boxes but the `held` one."""
         state = self._state
-        for node, row in zip(self._frames, rows_from_poses(state.arm.frames(state.q)), strict=True):
-            _place(node, row)
-        self._elbow.position = state.arm.frames(state.q)[3, :3, 3]
+        frames = state.arm.frames(state.q)
+        for node, frame in zip(self._frames, frames, strict=True):
+            place(node, frame)
+        self._elbow.position = frames[3, :3, 3]
         self._update_circle()
         self._update_ghosts()
         self._update_target()
         if self.surroundings is not None:
             self.surroundings.update(held)
         if gizmo:
-            _place(self.gizmo, rows_from_poses(state.pose[None])[0])
+            place(self.gizmo, state.pose)
 
     def _update_circle(self) -> None:
         """Redraw the circle if pose, configuration or scene have changed."""
@@ -177,7 +177,7 @@ class Scene:
         """Show the unreached pose and its distance, and the arm in red meanwhile."""
         target = self._state.target
         if target is not None:
-            _place(self._target, rows_from_poses(target[None])[0])
+            place(self._target, target)
             ends = np.stack([self._state.pose[:3, 3], target[:3, 3]])
             self._gap.points = ends[None].astype(np.float32)
         if self._target.visible == (target is not None):
@@ -219,8 +219,3 @@ def _add_solid(api: Any, parent: str, solid: Solid, vertices: Floats) -> Any:
     return api.add_mesh_simple(
         f"{parent}/{solid.name}", vertices, solid.faces, color=solid.colour, side="double"
     )
-
-
-def _place(node: Any, row: Floats) -> None:
-    """Set the position and orientation of a node from a row x, y, z, quaternion."""
-    node.position, node.wxyz = row[:3], row[3:]

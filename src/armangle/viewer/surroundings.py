@@ -66,7 +66,7 @@ class Surroundings:
             node = self._api.add_mesh_simple(
                 path, vertices, faces, color=colour, opacity=opacity, side="double", cast_shadow=False
             )
-            _place(node, frame)
+            place(node, frame)
         self._nodes.setdefault(name, []).append((node, colour))
 
     def _add_handle(self, at: int, box: Box) -> Any:
@@ -77,9 +77,9 @@ class Surroundings:
     def update(self, held: str | None) -> None:
         """Show the state; the handle of a held box stays where the person has it."""
         for name, box in self._state.boxes:
-            _place(self._nodes[name][0][0], box.pose)
+            place(self._nodes[name][0][0], box.pose)
             if name != held:
-                _place(self.handles[name], box.pose)
+                place(self.handles[name], box.pose)
         near, red = self._state.nearest, set[str]()
         known = near is not None and near.obstacle is not None
         self._gap.visible = self._label.visible = known
@@ -96,7 +96,7 @@ class Surroundings:
         self._red = red
 
 
-def _place(node: Any, pose: Any) -> None:
+def place(node: Any, pose: Any) -> None:
     """Set a node to a pose (4, 4)."""
     row = rows_from_poses(np.array(pose)[None])[0]
     node.position, node.wxyz = row[:3], row[3:]

@@ -30,6 +30,7 @@ from ..arguments import (
     numbers,
     refuse,
     some_poses,
+    start_joints,
     within,
 )
 from ..loading import with_scene
@@ -43,7 +44,6 @@ from ..screen import (
     redundancy_name,
     show,
     show_json,
-    violations,
     write,
 )
 from ..tables import paint, table
@@ -164,9 +164,7 @@ def _step(arm: Arm, scene: Scene | None, args: argparse.Namespace) -> tuple[Join
     refuse(args, ("goal", "limit-margin", "samples", "blend", "duration", "acceleration"), "--policy")
     if args.start is None:
         raise InputError("--policy needs --start, the joints before the first pose")
-    start = joints("--start", args.start)
-    if not arm.within_limits(start):
-        raise InputError(f"--start is outside the limits: {violations(arm, start)}")
+    start = start_joints(args.start, arm)
     policy, options = _policy(args)
     with progress(f"reading {args.path}"):
         frames = load_poses(args.path)

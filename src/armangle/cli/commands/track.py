@@ -15,11 +15,11 @@ from ...files.trajectories import TrajectoryTable
 from ...motion.joint_path import even_parameters
 from ...motion.tracking import HandFilter, Tracked, Tracker, Tracking
 from ...scenes.scene import Scene
-from ..arguments import add, add_arm, add_scene, joint_bounds, joints, number, some_poses
+from ..arguments import add, add_arm, add_scene, joint_bounds, number, some_poses, start_joints
 from ..loading import with_scene
 from ..messages import note
 from ..pictures import draw
-from ..screen import counted, degrees, fixed, plural, progress, show, show_json, violations, write
+from ..screen import counted, degrees, fixed, plural, progress, show, show_json, write
 from ..tables import table
 
 HELP = """\
@@ -138,10 +138,7 @@ def _start(arm: Arm, text: str | None, frame: Floats, scene: Scene | None) -> Fl
     raise if they are outside the limits, or the pose has none.
     """
     if text is not None:
-        q = joints("--start", text)
-        if not arm.within_limits(q):
-            raise InputError(f"--start is outside the limits: {violations(arm, q)}")
-        return q
+        return start_joints(text, arm)
     best = arm.with_(scene=scene).solve(frame, prefer="margin")
     if not best.ok:
         why = arm.with_(scene=scene).explain(frame).explain()

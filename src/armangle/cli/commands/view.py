@@ -16,11 +16,11 @@ from ...motion.joint_path import JointPath
 from ...reach.voxels import ORIENTATIONS, voxels_of
 from ...scenes.scene import Scene
 from .. import paper_example
-from ..arguments import ARM, SCENE, add, add_arm, add_scene, given, joints, number
+from ..arguments import ARM, SCENE, add, add_arm, add_scene, given, number, start_joints
 from ..loading import is_description, links_of, with_scene
 from ..messages import note
 from ..motions import motion_of, motions_along
-from ..screen import progress, show, show_json, violations
+from ..screen import progress, show, show_json
 
 HELP = """\
 Show the arm in the browser: drag the tool, turn the elbow, see which joint
@@ -64,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
     from ... import viewer
 
     arm, scene = (paper_example.example()[0], None) if args.robot is None else with_scene(args)
-    start = _start(arm, args.start)
+    start = None if args.start is None else start_joints(args.start, arm)
     runs = _demo() if args.robot is None else _runs(arm, args.path, start, scene)
     described = args.robot is not None and is_description(args.robot)
     base, tip = links_of(args)
@@ -89,16 +89,6 @@ def run(args: argparse.Namespace) -> int:
     finally:
         shown.stop()
     return 0
-
-
-def _start(arm: Arm, text: str | None) -> Floats | None:
-    """Return the joints (rad) of --start, None without it; raise if they are outside the limits."""
-    if text is None:
-        return None
-    start = joints("--start", text)
-    if not arm.within_limits(start):
-        raise InputError(f"--start is outside the limits: {violations(arm, start)}")
-    return start
 
 
 def _address(text: str) -> tuple[str, int | None]:
